@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "collapse.h"
+#include "import_gltf.h"
+#include "pack.h"
+
+namespace coppice::bake {
+
+enum class Metric { default_metric, mi };
+
+struct BakeOptions {
+  Metric metric = Metric::default_metric;
+  std::uint32_t view_count = 20;
+  std::uint32_t thread_count = 0;  ///< 0: all
+  ImportOptions import;
+  CollapseOptions collapse;
+};
+
+/// What `coppice bake --report` writes; times are wall seconds.
+struct BakeReport {
+  std::uint32_t source_leaves = 0;
+  struct Seconds {
+    double import = 0, visibility = 0, collapse = 0, error_table = 0, pack = 0, total = 0;
+  } seconds;
+  std::uint64_t peak_rss_bytes = 0;
+  std::uint64_t evaluations = 0;
+  PackSizes sizes;
+  FoliageInformation source_information;
+  std::vector<FoliageInformation> level_information;
+};
+
+/// Called with the running stage's name and its fraction in [0, 1].
+using StageProgress = std::function<void(const char* stage, double fraction)>;
+
+/// plant.glb -> .coppice bytes: the whole pipeline of ARCHITECTURE.md. Same input and options, same bytes, whatever the thread count.
+Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const BakeOptions& options, const StageProgress& progress,
+                                       BakeReport& report);
+
+}  // namespace coppice::bake

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "plant.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+/// What pack() wrote, by kind of chunk.
+struct PackSizes {
+  std::uint64_t file_bytes = 0;
+  std::uint64_t foliage_bytes = 0;  ///< all pages
+  std::uint64_t wood_bytes = 0;
+  std::uint64_t texture_bytes = 0;
+};
+
+/// Serialises a baked plant as a .coppice file (format.h, FORMAT.md). A pure function: same plant, same bytes.
+/// errors  invalid_argument: a count over its format limit
+Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes);
+
+/// The reverse, for tools and tests: positions come back quantised. Checks every invariant of FORMAT.md on the way.
+/// errors  bad_file, naming the field and the byte offset
+Result<BakedPlant> unpack(std::span<const std::uint8_t> file);
+
+}  // namespace coppice::bake

@@ -1,0 +1,132 @@
+#pragma once
+
+// What the baker works on, from the imported file to the finished tree. Plain data; each stage has its own file pair.
+// Lengths are metres, axes glTF's (right-handed, +Y up), colours linear.
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+namespace coppice::bake {
+
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// RGBA8, rows top to bottom; colour in sRGB, alpha linear.
+struct Image {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+
+struct Material {
+  std::string name;
+  glm::vec4 base_color{1.0f};  ///< linear factor
+  std::uint32_t image = kNone; ///< base colour image
+  float alpha_cutoff = 0.0f;   ///< 0: opaque
+  float roughness = 1.0f;
+  bool double_sided = true;
+};
+
+/// An indexed triangle mesh; the attribute arrays have one entry per vertex.
+struct Mesh {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::vec3> normals;  ///< unit
+  std::vector<glm::vec2> uvs;      ///< (0, 0) where the source has none
+  std::vector<std::uint32_t> indices;             ///< 3 per triangle
+  std::vector<std::uint32_t> triangle_materials;  ///< 1 per triangle
+};
+
+/// A leaf as a run of the foliage mesh's triangles.
+struct LeafRange {
+  std::uint32_t first_triangle = 0;
+  std::uint32_t triangle_count = 0;
+};
+
+/// One species as imported: leaves are connected components of the foliage mesh, wood is everything else.
+struct Plant {
+  std::string name;
+  std::vector<Material> materials;
+  std::vector<Image> images;
+  Mesh foliage;
+  std::vector<LeafRange> leaves;  ///< in file order, tile the foliage triangles
+  Mesh wood;                      ///< may be empty
+};
+
+/// What a leaf quad shows: corner i shows texture coordinate uv[i] of the material.
+struct Card {
+  std::uint32_t material = 0;
+  std::array<glm::vec2, 4> uv{};
+};
+
+/// Corners in ring order: 0 and 3 at the stalk, 1 and 2 at the tip; triangles (0, 1, 2) and (0, 2, 3).
+using Quad = std::array<glm::vec3, 4>;
+
+/// The plant's leaves as quads: the unit of collapse.
+struct Foliage {
+  std::vector<Quad> quads;           ///< [leaf_count]
+  std::vector<std::uint32_t> cards;  ///< [leaf_count] index into card_table
+  std::vector<Card> card_table;      ///< at most COPPICE_MAX_CARDS
+  [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(quads.size()); }
+};
+
+/// Two live nodes replaced by one. Ids: source leaves are 0..N-1, the result of merge i is N+i.
+struct Merge {
+  std::uint32_t first = 0, second = 0;   ///< first < second
+  std::array<std::uint8_t, 4> corners{}; ///< result corner i is corner corners[i] of the pair: 0..3 of first, 4..7 of second
+};
+
+/// The collapse sequence, N - 1 merges down to one leaf, and what it cost.
+struct CollapseSequence {
+  std::vector<Merge> merges;
+  std::uint64_t evaluations = 0;  ///< pairs whose cost was computed
+};
+
+/// The same in refinement order: see core/tree.h. Vertices are the 4N source vertices, shared by all levels.
+struct Tree {
+  struct Node {
+    std::array<std::uint32_t, 4> vertices{};  ///< indices into `vertices`
+    std::uint32_t card = 0;
+  };
+  std::vector<glm::vec3> vertices;          ///< [4N]
+  std::vector<Node> nodes;                  ///< [2N - 1]
+  std::vector<std::uint32_t> split_parent;  ///< [N - 1] node replaced by nodes 2s+1 and 2s+2
+  std::vector<std::uint32_t> node_split;    ///< [2N - 1] split that replaces the node; kNone for a source leaf
+  std::vector<std::uint32_t> node_source;   ///< [2N - 1] source leaf of a leaf node; kNone otherwise
+  [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(split_parent.size() + 1); }
+};
+
+/// Measured image error of cuts: see "error table" in ARCHITECTURE.md.
+struct ErrorTable {
+  std::vector<std::uint32_t> leaf_counts;  ///< [L] ascending, 1 .. N
+  std::vector<float> sizes_px;             ///< [S] ascending, projected diameter of the bounding sphere
+  std::vector<float> error_px;             ///< [L * S] row per level, non-increasing down a column
+};
+
+/// Wood, finest first.
+struct WoodLods {
+  std::vector<Mesh> lods;
+};
+
+/// Everything that goes into a .coppice file.
+struct BakedPlant {
+  std::string name;
+  std::uint32_t metric = 0;  ///< coppice_metric
+  Tree tree;
+  std::vector<Card> card_table;
+  std::vector<Material> materials;
+  std::vector<Image> images;
+  ErrorTable errors;
+  WoodLods wood;
+};
+
+/// Sphere about the box centre of leaves and wood.
+struct Sphere {
+  glm::vec3 center{0.0f};
+  float radius = 0.0f;
+};
+
+}  // namespace coppice::bake

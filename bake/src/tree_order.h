@@ -1,0 +1,21 @@
+#pragma once
+
+#include "plant.h"
+
+namespace coppice::bake {
+
+/// Renumbers a collapse sequence in refinement order (core/tree.h): the last merge is split 0, its result node 0. A merged node shows the card of
+/// its child of larger area (first wins a tie).
+/// foliage  the source leaves; sequence.merges must be foliage.leaf_count() - 1 long and use every node once (asserted)
+Tree build_tree(const Foliage& foliage, const CollapseSequence& sequence);
+
+/// Nodes of cut(m), ascending. m in [1, leaf_count].
+std::vector<std::uint32_t> cut_nodes(const Tree& tree, std::uint32_t leaf_count);
+
+/// Corners of a node.
+Quad node_quad(const Tree& tree, std::uint32_t node);
+
+/// A cut as leaves of its own.
+Foliage cut_foliage(const Tree& tree, const std::vector<Card>& card_table, std::uint32_t leaf_count);
+
+}  // namespace coppice::bake

@@ -1,0 +1,259 @@
+#ifndef COPPICE_H
+#define COPPICE_H
+
+/* libcoppice: streaming level of detail for plants.
+ *
+ * The engine owns the Vulkan device, its queues and its command buffers. Coppice records into command buffers it is given; it never
+ * submits and never waits for the GPU. A frame:
+ *
+ *     coppice_frame_begin(context, &frame);              pump streaming, recycle what the GPU has finished with
+ *     coppice_record_upload(context, cmd);               outside a render pass
+ *     coppice_record_cull(context, cmd, &view);          outside a render pass
+ *     vkCmdBeginRendering(cmd, ...);
+ *     coppice_record_draw(context, cmd, &view);          inside dynamic rendering
+ *     vkCmdEndRendering(cmd);
+ *
+ * Units and axes: metres, right-handed, +Y up (glTF's). Matrices are column-major; view space looks down -Z; clip space is Vulkan's
+ * (y down, depth 0..1, reversed depth allowed: see depth_compare).
+ *
+ * Threads: distinct contexts are independent. Calls on one context are externally serialised; functions that take a const context may
+ * overlap with each other. Hooks are called from the threads their comments name.
+ *
+ * Errors: every function that can fail returns a coppice_status, also in release builds; the log hook gets one line with the detail.
+ * Nothing throws across this header. Structs start with struct_size so that they can grow: set it with the *_init function.
+ */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include <vulkan/vulkan_core.h>
+
+#define COPPICE_VERSION_MAJOR 0
+#define COPPICE_VERSION_MINOR 1
+#define COPPICE_VERSION_PATCH 0
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum coppice_status {
+  COPPICE_OK = 0,
+  COPPICE_ERROR_INVALID_ARGUMENT = 1, /* null, wrong struct_size, bad handle, value out of range */
+  COPPICE_ERROR_IO = 2,               /* a file could not be read */
+  COPPICE_ERROR_BAD_FILE = 3,         /* not a .coppice file, damaged, or of another version */
+  COPPICE_ERROR_UNSUPPORTED = 4,      /* the device lacks something required; the log names it */
+  COPPICE_ERROR_OUT_OF_MEMORY = 5,
+  COPPICE_ERROR_DEVICE_LOST = 6,
+  COPPICE_ERROR_INTERNAL = 7,
+  COPPICE_STATUS_MAX_ENUM = 0x7fffffff
+} coppice_status;
+
+/* A short English sentence, static storage, never null. */
+const char* coppice_status_text(coppice_status status);
+
+typedef struct coppice_context coppice_context;
+typedef uint64_t coppice_plant;    /* index + generation; 0 is never a plant */
+typedef uint64_t coppice_instance; /* index + generation; 0 is never an instance */
+
+/* ---- hooks ---------------------------------------------------------------------------------------------------------------------- */
+
+/* Memory for everything the context allocates on the CPU for plants, pages and instances. Called from any thread that runs a job or
+ * calls the context. Must return memory aligned to `align` (a power of two) or null, which makes the operation fail with
+ * COPPICE_ERROR_OUT_OF_MEMORY. Must not call back into Coppice. Must outlive the context. */
+typedef struct coppice_allocator {
+  void* user;
+  void* (*allocate)(void* user, size_t bytes, size_t align);
+  void (*free)(void* user, void* pointer, size_t bytes);
+} coppice_allocator;
+
+/* Where decoding runs. submit is called from the thread inside coppice_frame_begin; it may run `function(argument)` on any thread, or
+ * inline before it returns (tests do: deterministic). Every submitted function must run before the context is destroyed:
+ * coppice_context_destroy waits for them. May not call back into Coppice other than through `function`. */
+typedef struct coppice_jobs {
+  void* user;
+  void (*submit)(void* user, void (*function)(void* argument), void* argument);
+} coppice_jobs;
+
+/* File access. open and close are called from the thread that opens or closes a plant. read is called from the thread inside
+ * coppice_frame_begin and must not block: it calls done(argument, bytes_read) once, from any thread, or inline. bytes_read < bytes, or
+ * negative, means failure. `destination` stays valid until done is called. */
+typedef struct coppice_io {
+  void* user;
+  int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* a handle >= 0, or negative on failure */
+  void (*close)(void* user, int64_t file);
+  void (*read)(void* user, int64_t file, uint64_t offset, void* destination, size_t bytes,
+               void (*done)(void* argument, int64_t bytes_read), void* argument);
+} coppice_io;
+
+typedef enum coppice_log_level {
+  COPPICE_LOG_INFO = 0,
+  COPPICE_LOG_WARNING = 1,
+  COPPICE_LOG_ERROR = 2,
+  COPPICE_LOG_LEVEL_MAX_ENUM = 0x7fffffff
+} coppice_log_level;
+
+/* One line without a newline, valid during the call. Called from any thread. */
+typedef struct coppice_log {
+  void* user;
+  void (*write)(void* user, coppice_log_level level, const char* line);
+} coppice_log;
+
+/* ---- context -------------------------------------------------------------------------------------------------------------------- */
+
+typedef struct coppice_context_desc {
+  uint32_t struct_size;
+
+  VkInstance instance;
+  VkPhysicalDevice physical_device;
+  VkDevice device; /* Vulkan 1.3 with dynamicRendering, synchronization2, drawIndirectCount, multiDrawIndirect,
+                      drawIndirectFirstInstance, shaderDrawParameters, scalarBlockLayout and samplerAnisotropy optional */
+  PFN_vkGetInstanceProcAddr get_instance_proc_addr;
+  VkPipelineCache pipeline_cache; /* may be null */
+
+  VkFormat color_format; /* of the attachment coppice_record_draw draws to; shaded colour is linear */
+  VkFormat depth_format;
+  VkCompareOp depth_compare; /* default VK_COMPARE_OP_GREATER_OR_EQUAL: reversed depth */
+  VkSampleCountFlagBits samples;
+
+  uint64_t memory_budget_bytes; /* for everything: GPU buffers and images, staging, decoded pages. Default 256 MiB */
+  uint32_t max_instances;       /* default 131072; the instance buffer is allocated at creation */
+  uint32_t max_plants;          /* default 64 */
+
+  /* Each may be left at its default: malloc, a small thread pool, pread on that pool, nothing logged. */
+  coppice_allocator allocator;
+  coppice_jobs jobs;
+  coppice_io io;
+  coppice_log log;
+} coppice_context_desc;
+
+/* Fills every field with its default; device fields become null and must be set. desc must not be null. */
+void coppice_context_desc_init(coppice_context_desc* desc);
+
+/* Creates pipelines and the fixed buffers. Cost: tens of milliseconds. On error *context is null. */
+coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context);
+
+/* The GPU must have finished every command buffer Coppice recorded into. Waits for running jobs and reads. Null is allowed. */
+void coppice_context_destroy(coppice_context* context);
+
+/* May be called at any time; takes effect by evicting within the next coppice_frame_begin. */
+coppice_status coppice_set_memory_budget(coppice_context* context, uint64_t bytes);
+
+/* ---- plants --------------------------------------------------------------------------------------------------------------------- */
+
+typedef struct coppice_plant_info {
+  uint32_t struct_size;
+  uint32_t leaf_count;
+  uint32_t resident_leaf_count; /* the finest cut that can be drawn now */
+  uint32_t page_count;
+  uint32_t resident_page_count;
+  uint32_t wood_lod_count;
+  uint32_t wood_triangle_count; /* of the finest wood LoD */
+  float sphere_center[3];
+  float sphere_radius;
+  uint64_t file_bytes;
+  char name[64];
+} coppice_plant_info;
+
+/* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for that one read, so call it
+ * while loading or from a thread of your own with the context serialised. Finer detail streams in by itself. */
+coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);
+
+/* Removes the plant and all its instances. GPU memory is freed once the GPU is done with it (see coppice_frame). */
+coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant);
+
+void coppice_plant_info_init(coppice_plant_info* info);
+coppice_status coppice_plant_get_info(const coppice_context* context, coppice_plant plant, coppice_plant_info* info);
+
+/* ---- instances ------------------------------------------------------------------------------------------------------------------ */
+
+/* Where one plant stands. world = position + rotation * (scale * object). */
+typedef struct coppice_placement {
+  float position[3]; /* metres */
+  float scale;       /* > 0 */
+  float rotation[4]; /* unit quaternion x y z w */
+  float tint[3];     /* multiplies leaf colour; 1 1 1 for none */
+} coppice_placement;
+
+/* Adds `count` instances of a plant. instances: [count] handles out, may be null. All or none are added. */
+coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements,
+                                     uint32_t count, coppice_instance* instances);
+coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement);
+coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
+
+/* ---- frame ---------------------------------------------------------------------------------------------------------------------- */
+
+typedef enum coppice_lod_mode {
+  COPPICE_LOD_CUT = 0,  /* per instance, from the error table */
+  COPPICE_LOD_FULL = 1, /* every resident leaf of every instance: the reference picture */
+  COPPICE_LOD_MODE_MAX_ENUM = 0x7fffffff
+} coppice_lod_mode;
+
+/* The camera and the light. The same view must be given to frame_begin, record_cull and record_draw of a frame. */
+typedef struct coppice_view {
+  uint32_t struct_size;
+  float view_from_world[16];
+  float clip_from_view[16];
+  uint32_t width_px;
+  uint32_t height_px;
+  float error_px;        /* error threshold, > 0; default 2. See "error table" in ARCHITECTURE.md for the unit */
+  coppice_lod_mode lod;
+
+  float sun_direction[3]; /* unit, towards the sun, world space */
+  float sun_color[3];     /* linear radiance */
+  float sky_color[3];     /* linear ambient from above */
+  float ground_color[3];  /* linear ambient from below */
+  float fog_color[3];
+  float fog_density;      /* 1/m; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
+} coppice_view;
+void coppice_view_init(coppice_view* view);
+
+typedef struct coppice_frame {
+  uint32_t struct_size;
+  uint64_t frame_number;     /* of the frame about to be recorded; grows by at least 1 each call, first is >= 1 */
+  uint64_t completed_number; /* the GPU has finished every frame up to this one; 0 for none yet */
+  const coppice_view* view;
+} coppice_frame;
+void coppice_frame_init(coppice_frame* frame);
+
+/* Collects finished reads and decodes, decides what to load and evict for frame->view, starts reads and jobs. Never blocks. */
+coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame);
+
+/* Records copies of changed instances and newly decoded pages.
+ * before: nothing. after: everything visible to coppice_record_cull and _draw of the same command buffer. queue: graphics or compute. */
+coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd);
+
+/* Records culling and cut selection for every instance. Outside a render pass, after record_upload. queue: graphics or compute.
+ * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
+coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view);
+
+/* Records the draws. Inside dynamic rendering with the formats of the desc; sets viewport and scissor to the view's size, binds its own
+ * pipelines and descriptor sets (the engine must rebind its own). queue: graphics. */
+coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view);
+
+/* ---- statistics ----------------------------------------------------------------------------------------------------------------- */
+
+typedef struct coppice_stats {
+  uint32_t struct_size;
+  uint32_t instance_count;
+  uint64_t gpu_frame_number;      /* the frame the next three figures are of: the latest completed one */
+  uint32_t visible_instance_count;
+  uint64_t drawn_leaf_count;
+  uint64_t drawn_wood_triangle_count;
+  uint64_t source_leaf_count;     /* sum over all instances */
+  uint64_t memory_budget_bytes;
+  uint64_t memory_bytes;          /* in use now: GPU, staging and decoded pages */
+  uint64_t memory_peak_bytes;
+  uint64_t pages_loaded;          /* since creation; foliage pages and wood LoDs */
+  uint64_t pages_evicted;
+  uint64_t pages_failed;
+  uint32_t pages_in_flight;       /* reading or decoding */
+  uint32_t pages_wanted;          /* wanted by the view but not resident */
+} coppice_stats;
+void coppice_stats_init(coppice_stats* stats);
+coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,121 @@
+#ifndef COPPICE_FORMAT_H
+#define COPPICE_FORMAT_H
+
+/* The .coppice file, version 1: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
+ *
+ * Little-endian; every struct below is stored as is, without padding. Offsets are from the start of the file. Lengths are in
+ * metres, axes are glTF's (right-handed, +Y up).
+ *
+ *     header | chunk table | PLANT MATERIALS CARDS ERRORS | coarsest WOOD | PAGE 0 | TEXTURES | finer WOOD ... | PAGE 1 2 3 ...
+ *     '------------------- first_read_bytes: all that a first picture needs ------'
+ */
+
+#include <stdint.h>
+
+#define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
+#define COPPICE_FORMAT_VERSION 1u
+
+/* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
+#define COPPICE_PAGE_SPLITS 512u
+/* A quantised coordinate q in [0, COPPICE_QUANTISED_MAX] is box_min + q / COPPICE_QUANTISED_MAX * (box_max - box_min). */
+#define COPPICE_QUANTISED_MAX 16383u
+#define COPPICE_NO_TEXTURE 0xffffffffu
+
+/* Limits a reader enforces before it believes a count. */
+#define COPPICE_MAX_LEAVES (1u << 26)
+#define COPPICE_MAX_MATERIALS 256u
+#define COPPICE_MAX_CARDS 256u
+#define COPPICE_MAX_TEXTURES 256u
+#define COPPICE_MAX_TEXTURE_SIDE 4096u
+#define COPPICE_MAX_WOOD_LODS 8u
+#define COPPICE_MAX_WOOD_TRIANGLES (1u << 24)
+#define COPPICE_MAX_ERROR_LEVELS 32u
+#define COPPICE_MAX_ERROR_SIZES 16u
+#define COPPICE_MAX_PAGE_BYTES 65536u
+
+/* Bytes [0, 64). */
+typedef struct coppice_file_header {
+  uint8_t magic[8];
+  uint32_t version;
+  uint32_t chunk_count;      /* entries in the chunk table, which starts at byte 64 */
+  uint64_t file_bytes;       /* size of the whole file */
+  uint64_t first_read_bytes; /* a prefix of this length holds everything up to and including PAGE 0 */
+  uint64_t table_checksum;   /* XXH3-64 of the chunk table */
+  uint64_t reserved[2];      /* zero */
+  uint64_t header_checksum;  /* XXH3-64 of bytes [0, 56) */
+} coppice_file_header;
+
+typedef enum coppice_chunk_kind {
+  COPPICE_CHUNK_PLANT = 1,     /* one coppice_file_plant */
+  COPPICE_CHUNK_MATERIALS = 2, /* material_count coppice_file_material */
+  COPPICE_CHUNK_CARDS = 3,     /* card_count coppice_file_card */
+  COPPICE_CHUNK_ERRORS = 4,    /* the error table, see coppice_file_plant */
+  COPPICE_CHUNK_WOOD = 5,      /* index i: wood LoD i, 0 is the finest; a Draco triangle mesh */
+  COPPICE_CHUNK_PAGE = 6,      /* index k: foliage page k; a Draco point cloud, one point per split */
+  COPPICE_CHUNK_TEXTURE = 7,   /* index t: one coppice_file_texture and its mip levels, largest first, tightly packed */
+  COPPICE_CHUNK_KIND_MAX_ENUM = 0x7fffffff
+} coppice_chunk_kind;
+
+/* One entry of the chunk table; entries are in file order, chunks do not overlap. The PAGE entries are the page index. */
+typedef struct coppice_file_chunk {
+  uint32_t kind; /* coppice_chunk_kind */
+  uint32_t index;
+  uint64_t offset;
+  uint64_t bytes;
+  uint64_t checksum; /* XXH3-64 of the chunk's bytes */
+} coppice_file_chunk;
+
+/* What orders the collapses. */
+typedef enum coppice_metric {
+  COPPICE_METRIC_MI = 1,        /* the paper: viewpoint mutual information, Algorithm 1 */
+  COPPICE_METRIC_GEOMETRIC = 2, /* greedy geometric similarity */
+  COPPICE_METRIC_MAX_ENUM = 0x7fffffff
+} coppice_metric;
+
+typedef struct coppice_file_plant {
+  uint32_t leaf_count; /* N >= 1; the tree has 2N - 1 nodes and N - 1 splits */
+  uint32_t page_count; /* ceil((N - 1) / COPPICE_PAGE_SPLITS) */
+  uint32_t material_count;
+  uint32_t card_count; /* >= 1 */
+  uint32_t texture_count;
+  uint32_t wood_lod_count; /* 0 for a plant without wood */
+  uint32_t error_level_count;
+  uint32_t error_size_count;
+  float leaf_box_min[3]; /* quantisation box of every leaf vertex */
+  float leaf_box_max[3];
+  float sphere_center[3]; /* bounds leaves and wood */
+  float sphere_radius;
+  uint16_t root_quad[4][3]; /* node 0, quantised in the leaf box */
+  uint32_t root_card;
+  uint32_t metric;  /* coppice_metric */
+  uint32_t reserved; /* zero */
+  char name[64];    /* UTF-8, zero-terminated */
+} coppice_file_plant;
+
+#define COPPICE_MATERIAL_DOUBLE_SIDED 1u
+
+typedef struct coppice_file_material {
+  float base_color[4];  /* linear RGBA factor, multiplies the texture */
+  float alpha_cutoff;   /* 0: opaque; otherwise texels of smaller alpha are holes */
+  float roughness;      /* 0..1 */
+  uint32_t texture;     /* index of the base colour texture, or COPPICE_NO_TEXTURE */
+  uint32_t flags;
+} coppice_file_material;
+
+/* What a leaf quad shows: corner i of the quad shows texture coordinate uv[i] of the material's texture. */
+typedef struct coppice_file_card {
+  uint32_t material;
+  float uv[4][2];
+} coppice_file_card;
+
+/* ERRORS chunk: uint32_t leaf_counts[levels], ascending, first 1, last N; float sizes_px[sizes], ascending;
+ * float error_px[levels][sizes], >= 0, non-increasing along a column. sizes_px is the projected diameter of the bounding sphere. */
+
+typedef struct coppice_file_texture {
+  uint32_t width;
+  uint32_t height;
+  uint32_t mip_count;
+  uint32_t format; /* 1: RGBA8, colour in sRGB, alpha linear */
+} coppice_file_texture;
+
+#endif

@@ -1,0 +1,48 @@
+#pragma once
+
+// The collapse tree in refinement order, as the file stores it and as everything above the codec sees it.
+//
+// Split s replaces node parent(s) by nodes 2s+1 and 2s+2; node 0 is the root. cut(m) is the set of nodes alive after the first
+// m-1 splits: the nodes with id < 2m-1 that none of those splits replaced. Any prefix of the splits is a complete plant.
+//
+// A parent's four vertices are four of its children's eight, so a split carries only four new vertices and says which of the
+// eight child slots the parent's vertices fill. Slots 0..3 are the corners of child 2s+1, slots 4..7 those of child 2s+2.
+
+#include <array>
+#include <cstdint>
+
+namespace coppice {
+
+/// A quantised position: three integers in [0, COPPICE_QUANTISED_MAX] in the plant's leaf box.
+using QuantisedPoint = std::array<std::uint16_t, 3>;
+/// A leaf quad's corners in ring order. Corner 0 and 3 are at the stalk end of a source leaf, 1 and 2 at its tip;
+/// the two triangles are (0, 1, 2) and (0, 2, 3).
+using QuantisedQuad = std::array<QuantisedPoint, 4>;
+
+/// One split as decoded from a page.
+struct Split {
+  std::uint32_t parent = 0;                     ///< node id, < 2s+1
+  std::array<std::uint8_t, 4> parent_slots{};   ///< child slot (0..7) filled by parent corner i; four different slots
+  std::array<QuantisedPoint, 4> new_vertices{}; ///< fill the other four slots, ascending
+  std::array<std::uint8_t, 2> cards{};          ///< card of each child
+};
+
+struct ChildQuads {
+  QuantisedQuad first, second;
+};
+
+/// The two quads that replace `parent`. `split.parent_slots` must be four different slots (the codec checks it).
+[[nodiscard]] inline ChildQuads child_quads(const QuantisedQuad& parent, const Split& split) {
+  std::array<QuantisedPoint, 8> slots{};
+  std::array<bool, 8> filled{};
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    slots[split.parent_slots[corner]] = parent[corner];
+    filled[split.parent_slots[corner]] = true;
+  }
+  std::size_t next = 0;
+  for (std::size_t slot = 0; slot < 8 && next < 4; ++slot)
+    if (!filled[slot]) slots[slot] = split.new_vertices[next++];
+  return {{slots[0], slots[1], slots[2], slots[3]}, {slots[4], slots[5], slots[6], slots[7]}};
+}
+
+}  // namespace coppice

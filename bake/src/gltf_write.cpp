@@ -1,0 +1,1 @@
+#include "gltf_write.h"

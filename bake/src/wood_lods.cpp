@@ -1,0 +1,1 @@
+#include "wood_lods.h"

@@ -1,2 +1,40 @@
 #pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "coppice/format.h"
 #include "result.h"
+
+namespace coppice {
+
+/// The front of a .coppice file, parsed and checked: everything but wood, textures and pages.
+struct PlantFile {
+  coppice_file_header header{};
+  std::vector<coppice_file_chunk> chunks;  ///< file order
+  coppice_file_plant plant{};
+  std::vector<coppice_file_material> materials;
+  std::vector<coppice_file_card> cards;
+  std::vector<std::uint32_t> error_leaf_counts;  ///< [L] ascending
+  std::vector<float> error_sizes_px;             ///< [S] ascending
+  std::vector<float> error_px;                   ///< [L * S] row per level
+};
+
+/// Reads and checks bytes [0, 64): magic, version, checksum, sizes.
+/// file_bytes  size of the file on disk; must equal the header's
+/// errors  bad_file, with the field and its byte offset
+Result<coppice_file_header> read_header(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);
+
+/// Parses the front. bytes  at least header.first_read_bytes long (a longer span, the whole file say, is fine)
+/// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree
+Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);
+
+/// The chunk table's entry, or null.
+const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index);
+
+/// Checks that `bytes` are the chunk's: length and XXH3-64.
+/// errors  bad_file, with the chunk's kind, index and offset
+Result<void> check_chunk(const coppice_file_chunk& chunk, std::span<const std::uint8_t> bytes);
+
+}  // namespace coppice

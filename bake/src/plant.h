@@ -54,6 +54,7 @@ struct Plant {
   Mesh foliage;
   std::vector<LeafRange> leaves;  ///< in file order, tile the foliage triangles
   Mesh wood;                      ///< may be empty
+  std::vector<std::string> warnings;  ///< what was guessed or dropped, one line each, for a person
 };
 
 /// What a leaf quad shows: corner i shows texture coordinate uv[i] of the material.

@@ -105,8 +105,9 @@ typedef struct coppice_context_desc {
 
   VkInstance instance;
   VkPhysicalDevice physical_device;
-  VkDevice device; /* Vulkan 1.3 with dynamicRendering, synchronization2, drawIndirectCount, multiDrawIndirect,
-                      drawIndirectFirstInstance, shaderDrawParameters, scalarBlockLayout and samplerAnisotropy optional */
+  VkDevice device; /* Vulkan 1.3, created with these features enabled: dynamicRendering, synchronization2, bufferDeviceAddress,
+                      drawIndirectCount, scalarBlockLayout, multiDrawIndirect, drawIndirectFirstInstance. What the physical
+                      device lacks is named in the log; what was merely not enabled Vulkan gives no way to see */
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
   VkPipelineCache pipeline_cache; /* may be null */
 

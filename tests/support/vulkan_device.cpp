@@ -1,0 +1,392 @@
+#include "vulkan_device.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <iterator>
+#include <mutex>
+#include <stdexcept>
+
+namespace coppice::test {
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+constexpr const char* kInstall = " (Debian: third_party/install, or apt-get install mesa-vulkan-drivers vulkan-validationlayers)";
+
+struct MessageLog {
+  std::mutex mutex;
+  std::vector<std::string> lines;
+};
+
+MessageLog& message_log() {
+  static MessageLog log;
+  return log;
+}
+
+VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
+                                          const VkDebugUtilsMessengerCallbackDataEXT* data, void*) {
+  MessageLog& log = message_log();
+  const std::lock_guard lock(log.mutex);
+  log.lines.emplace_back(data->pMessage);
+  return VK_FALSE;
+}
+
+VkInstance create_instance() {
+  if (volkInitialize() != VK_SUCCESS) throw std::runtime_error(std::string("no Vulkan loader") + kInstall);
+
+  std::uint32_t count = 0;
+  check_vk(vkEnumerateInstanceLayerProperties(&count, nullptr), "vkEnumerateInstanceLayerProperties");
+  std::vector<VkLayerProperties> layers(count);
+  check_vk(vkEnumerateInstanceLayerProperties(&count, layers.data()), "vkEnumerateInstanceLayerProperties");
+  if (std::ranges::none_of(layers, [](const auto& layer) { return std::strcmp(layer.layerName, kValidationLayer) == 0; }))
+    throw std::runtime_error(std::string("no ") + kValidationLayer + kInstall);
+
+  const VkValidationFeatureEnableEXT synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
+  VkValidationFeaturesEXT features{VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT};
+  features.enabledValidationFeatureCount = 1;
+  features.pEnabledValidationFeatures = &synchronization;
+  VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
+  application.apiVersion = VK_API_VERSION_1_3;
+  const std::array extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
+  VkInstanceCreateInfo info{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO, &features};
+  info.pApplicationInfo = &application;
+  info.enabledLayerCount = 1;
+  info.ppEnabledLayerNames = &kValidationLayer;
+  info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
+  info.ppEnabledExtensionNames = extensions.data();
+  VkInstance instance = VK_NULL_HANDLE;
+  check_vk(vkCreateInstance(&info, nullptr, &instance), "vkCreateInstance");
+  volkLoadInstance(instance);
+  return instance;
+}
+
+/// An explicit messenger: one chained to the instance's create info sees only vkCreateInstance and vkDestroyInstance.
+VkDebugUtilsMessengerEXT create_messenger(VkInstance instance) {
+  VkDebugUtilsMessengerCreateInfoEXT info{VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
+  info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+  info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                     VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+  info.pfnUserCallback = on_message;
+  VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
+  check_vk(vkCreateDebugUtilsMessengerEXT(instance, &info, nullptr, &messenger), "vkCreateDebugUtilsMessengerEXT");
+  return messenger;
+}
+
+VkPhysicalDevice first_physical_device(VkInstance instance) {
+  std::uint32_t count = 0;
+  check_vk(vkEnumeratePhysicalDevices(instance, &count, nullptr), "vkEnumeratePhysicalDevices");
+  if (count == 0) throw std::runtime_error(std::string("no Vulkan device") + kInstall);
+  std::vector<VkPhysicalDevice> devices(count);
+  check_vk(vkEnumeratePhysicalDevices(instance, &count, devices.data()), "vkEnumeratePhysicalDevices");
+  return devices.front();
+}
+
+std::uint32_t graphics_and_compute_family(VkPhysicalDevice physical_device) {
+  std::uint32_t count = 0;
+  vkGetPhysicalDeviceQueueFamilyProperties(physical_device, &count, nullptr);
+  std::vector<VkQueueFamilyProperties> families(count);
+  vkGetPhysicalDeviceQueueFamilyProperties(physical_device, &count, families.data());
+  constexpr VkQueueFlags kWanted = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT;
+  const auto found = std::ranges::find_if(families, [](const auto& family) { return (family.queueFlags & kWanted) == kWanted; });
+  if (found == families.end()) throw std::runtime_error("the device has no queue for graphics and compute");
+  return static_cast<std::uint32_t>(std::distance(families.begin(), found));
+}
+
+/// What coppice_context_desc::device asks for and no more, so that a feature missing from that list shows under validation.
+/// Exceptions, for the tests themselves: occlusionQueryPrecise.
+VkDevice create_device(VulkanDevice& gpu) {
+  VkPhysicalDeviceFeatures available{};
+  vkGetPhysicalDeviceFeatures(gpu.physical_device, &available);
+  gpu.occlusion_query_precise = available.occlusionQueryPrecise == VK_TRUE;
+
+  VkPhysicalDeviceVulkan13Features features13{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
+  features13.dynamicRendering = VK_TRUE;
+  features13.synchronization2 = VK_TRUE;
+  VkPhysicalDeviceVulkan12Features features12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, &features13};
+  features12.drawIndirectCount = VK_TRUE;
+  features12.scalarBlockLayout = VK_TRUE;
+  VkPhysicalDeviceVulkan11Features features11{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES, &features12};
+  features11.shaderDrawParameters = VK_TRUE;
+  VkPhysicalDeviceFeatures2 features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &features11};
+  features.features.multiDrawIndirect = VK_TRUE;
+  features.features.drawIndirectFirstInstance = VK_TRUE;
+  features.features.samplerAnisotropy = available.samplerAnisotropy;
+  features.features.occlusionQueryPrecise = available.occlusionQueryPrecise;
+
+  const float priority = 1.0f;
+  VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
+  queue.queueFamilyIndex = gpu.queue_family;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+  VkDeviceCreateInfo info{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &features};
+  info.queueCreateInfoCount = 1;
+  info.pQueueCreateInfos = &queue;
+  VkDevice device = VK_NULL_HANDLE;
+  check_vk(vkCreateDevice(gpu.physical_device, &info, nullptr, &device), "vkCreateDevice");
+  volkLoadDevice(device);
+  return device;
+}
+
+void name_device(VulkanDevice& gpu) {
+  VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+  VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &driver};
+  vkGetPhysicalDeviceProperties2(gpu.physical_device, &properties);
+  gpu.device_name = properties.properties.deviceName;
+  gpu.driver_name = std::string(driver.driverName) + " " + driver.driverInfo;
+  vkGetPhysicalDeviceMemoryProperties(gpu.physical_device, &gpu.memory);
+  std::printf("Vulkan device: %s, driver: %s\n", gpu.device_name.c_str(), gpu.driver_name.c_str());
+}
+
+VulkanDevice open_device() {
+  VulkanDevice gpu;
+  gpu.instance = create_instance();
+  gpu.messenger = create_messenger(gpu.instance);
+  gpu.physical_device = first_physical_device(gpu.instance);
+  gpu.queue_family = graphics_and_compute_family(gpu.physical_device);
+  name_device(gpu);
+  gpu.device = create_device(gpu);
+  vkGetDeviceQueue(gpu.device, gpu.queue_family, 0, &gpu.queue);
+  VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+  pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
+  pool.queueFamilyIndex = gpu.queue_family;
+  check_vk(vkCreateCommandPool(gpu.device, &pool, nullptr, &gpu.command_pool), "vkCreateCommandPool");
+  return gpu;
+}
+
+void close_device(VulkanDevice& gpu) {
+  vkDestroyCommandPool(gpu.device, gpu.command_pool, nullptr);
+  vkDestroyDevice(gpu.device, nullptr);
+  vkDestroyDebugUtilsMessengerEXT(gpu.instance, gpu.messenger, nullptr);
+  vkDestroyInstance(gpu.instance, nullptr);
+  gpu = {};
+}
+
+VulkanDevice& device_storage() {
+  static VulkanDevice gpu;
+  return gpu;
+}
+
+/// Fails on every message in the log and empties it.
+void expect_no_messages(const char* when) {
+  for (const std::string& line : validation_messages()) ADD_FAILURE() << "Vulkan validation, " << when << ":\n" << line;
+  clear_validation_messages();
+}
+
+/// Destroys the device after the last test: objects a test leaked are reported then.
+class DeviceEnvironment : public ::testing::Environment {
+ public:
+  void TearDown() override {
+    if (device_storage().device == VK_NULL_HANDLE) return;
+    close_device(device_storage());
+    expect_no_messages("destroying the device");
+  }
+};
+
+[[maybe_unused]] const auto* const device_environment = ::testing::AddGlobalTestEnvironment(new DeviceEnvironment);
+
+std::uint32_t memory_type(const VulkanDevice& gpu, std::uint32_t type_bits, VkMemoryPropertyFlags wanted) {
+  for (std::uint32_t type = 0; type < gpu.memory.memoryTypeCount; ++type) {
+    const bool allowed = (type_bits >> type & 1u) != 0;
+    if (allowed && (gpu.memory.memoryTypes[type].propertyFlags & wanted) == wanted) return type;
+  }
+  throw std::runtime_error("no memory type with the wanted properties");
+}
+
+VkDeviceMemory allocate(const VulkanDevice& gpu, const VkMemoryRequirements& needs, VkMemoryPropertyFlags wanted) {
+  VkMemoryAllocateInfo info{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
+  info.allocationSize = needs.size;
+  info.memoryTypeIndex = memory_type(gpu, needs.memoryTypeBits, wanted);
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  check_vk(vkAllocateMemory(gpu.device, &info, nullptr, &memory), "vkAllocateMemory");
+  return memory;
+}
+
+/// Four bytes a pixel, tightly packed.
+Buffer copy_back(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
+  const ImageDesc& desc = image.desc();
+  Buffer buffer(gpu, VkDeviceSize{desc.width_px} * desc.height_px * 4, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  submit(gpu, [&](VkCommandBuffer cmd) {
+    change_layout(cmd, image, layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+    VkBufferImageCopy region{};
+    region.imageSubresource = {image.aspect(), 0, 0, 1};
+    region.imageExtent = {desc.width_px, desc.height_px, 1};
+    vkCmdCopyImageToBuffer(cmd, image.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, buffer.handle(), 1, &region);
+    full_barrier(cmd);
+  });
+  return buffer;
+}
+
+}  // namespace
+
+const VulkanDevice& vulkan_device() {
+  VulkanDevice& gpu = device_storage();
+  if (gpu.device == VK_NULL_HANDLE) gpu = open_device();
+  return gpu;
+}
+
+std::vector<std::string> validation_messages() {
+  MessageLog& log = message_log();
+  const std::lock_guard lock(log.mutex);
+  return log.lines;
+}
+
+void clear_validation_messages() {
+  MessageLog& log = message_log();
+  const std::lock_guard lock(log.mutex);
+  log.lines.clear();
+}
+
+void VulkanTest::SetUp() {
+  vulkan_device();
+  expect_no_messages("creating the device");
+}
+
+void VulkanTest::TearDown() {
+  expect_no_messages("in this test");
+}
+
+void check_vk(VkResult result, const char* call) {
+  if (result != VK_SUCCESS) throw std::runtime_error(std::string(call) + " returned VkResult " + std::to_string(result));
+}
+
+void submit(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record) {
+  VkCommandBufferAllocateInfo allocation{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
+  allocation.commandPool = gpu.command_pool;
+  allocation.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  allocation.commandBufferCount = 1;
+  VkCommandBuffer cmd = VK_NULL_HANDLE;
+  check_vk(vkAllocateCommandBuffers(gpu.device, &allocation, &cmd), "vkAllocateCommandBuffers");
+  VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+  check_vk(vkBeginCommandBuffer(cmd, &begin), "vkBeginCommandBuffer");
+  record(cmd);
+  check_vk(vkEndCommandBuffer(cmd), "vkEndCommandBuffer");
+
+  const VkFenceCreateInfo fence_info{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+  VkFence fence = VK_NULL_HANDLE;
+  check_vk(vkCreateFence(gpu.device, &fence_info, nullptr, &fence), "vkCreateFence");
+  VkCommandBufferSubmitInfo buffer{VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO};
+  buffer.commandBuffer = cmd;
+  VkSubmitInfo2 info{VK_STRUCTURE_TYPE_SUBMIT_INFO_2};
+  info.commandBufferInfoCount = 1;
+  info.pCommandBufferInfos = &buffer;
+  check_vk(vkQueueSubmit2(gpu.queue, 1, &info, fence), "vkQueueSubmit2");
+  check_vk(vkWaitForFences(gpu.device, 1, &fence, VK_TRUE, UINT64_MAX), "vkWaitForFences");
+  vkDestroyFence(gpu.device, fence, nullptr);
+  vkFreeCommandBuffers(gpu.device, gpu.command_pool, 1, &cmd);
+}
+
+void full_barrier(VkCommandBuffer cmd) {
+  VkMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2};
+  barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+  barrier.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
+  barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT;
+  barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT | VK_ACCESS_2_HOST_READ_BIT;
+  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
+  info.memoryBarrierCount = 1;
+  info.pMemoryBarriers = &barrier;
+  vkCmdPipelineBarrier2(cmd, &info);
+}
+
+Buffer::Buffer(const VulkanDevice& gpu, VkDeviceSize bytes, VkBufferUsageFlags usage) : device_(gpu.device), bytes_(bytes) {
+  VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
+  info.size = bytes;
+  info.usage = usage;
+  check_vk(vkCreateBuffer(device_, &info, nullptr, &buffer_), "vkCreateBuffer");
+  VkMemoryRequirements needs{};
+  vkGetBufferMemoryRequirements(device_, buffer_, &needs);
+  memory_ = allocate(gpu, needs, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+  check_vk(vkBindBufferMemory(device_, buffer_, memory_, 0), "vkBindBufferMemory");
+  check_vk(vkMapMemory(device_, memory_, 0, VK_WHOLE_SIZE, 0, &mapped_), "vkMapMemory");
+}
+
+Buffer::~Buffer() {
+  if (device_ == VK_NULL_HANDLE) return;
+  vkDestroyBuffer(device_, buffer_, nullptr);
+  vkFreeMemory(device_, memory_, nullptr);
+}
+
+Image::Image(const VulkanDevice& gpu, const ImageDesc& desc) : device_(gpu.device), desc_(desc) {
+  VkImageCreateInfo info{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
+  info.imageType = VK_IMAGE_TYPE_2D;
+  info.format = desc.format;
+  info.extent = {desc.width_px, desc.height_px, 1};
+  info.mipLevels = 1;
+  info.arrayLayers = 1;
+  info.samples = desc.samples;
+  info.usage = desc.usage;
+  check_vk(vkCreateImage(device_, &info, nullptr, &image_), "vkCreateImage");
+  VkMemoryRequirements needs{};
+  vkGetImageMemoryRequirements(device_, image_, &needs);
+  memory_ = allocate(gpu, needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+  check_vk(vkBindImageMemory(device_, image_, memory_, 0), "vkBindImageMemory");
+  VkImageViewCreateInfo view{VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO};
+  view.image = image_;
+  view.viewType = VK_IMAGE_VIEW_TYPE_2D;
+  view.format = desc.format;
+  view.subresourceRange = {aspect(), 0, 1, 0, 1};
+  check_vk(vkCreateImageView(device_, &view, nullptr, &view_), "vkCreateImageView");
+}
+
+Image::~Image() {
+  vkDestroyImageView(device_, view_, nullptr);
+  vkDestroyImage(device_, image_, nullptr);
+  vkFreeMemory(device_, memory_, nullptr);
+}
+
+VkImageAspectFlags Image::aspect() const {
+  const bool depth = desc_.format == VK_FORMAT_D32_SFLOAT || desc_.format == VK_FORMAT_D16_UNORM;
+  return depth ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
+}
+
+void change_layout(VkCommandBuffer cmd, const Image& image, VkImageLayout from, VkImageLayout to) {
+  VkImageMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
+  barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+  barrier.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
+  barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+  barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
+  barrier.oldLayout = from;
+  barrier.newLayout = to;
+  barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+  barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+  barrier.image = image.handle();
+  barrier.subresourceRange = {image.aspect(), 0, 1, 0, 1};
+  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
+  info.imageMemoryBarrierCount = 1;
+  info.pImageMemoryBarriers = &barrier;
+  vkCmdPipelineBarrier2(cmd, &info);
+}
+
+Picture read_picture(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
+  const ImageDesc& desc = image.desc();
+  const bool bgra = desc.format == VK_FORMAT_B8G8R8A8_UNORM || desc.format == VK_FORMAT_B8G8R8A8_SRGB;
+  const bool rgba = desc.format == VK_FORMAT_R8G8B8A8_UNORM || desc.format == VK_FORMAT_R8G8B8A8_SRGB;
+  if (!bgra && !rgba) throw std::runtime_error("read_picture: VkFormat " + std::to_string(desc.format) + " is not 8-bit RGBA or BGRA");
+  const Buffer buffer = copy_back(gpu, image, layout);
+  const auto* bytes = static_cast<const std::uint8_t*>(buffer.mapped());
+  Picture picture{desc.width_px, desc.height_px, {bytes, bytes + buffer.bytes()}};
+  if (bgra) {
+    for (std::size_t i = 0; i < picture.rgba.size(); i += 4) std::swap(picture.rgba[i], picture.rgba[i + 2]);
+  }
+  return picture;
+}
+
+std::vector<float> read_depth(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
+  if (image.desc().format != VK_FORMAT_D32_SFLOAT) throw std::runtime_error("read_depth: the format is not D32_SFLOAT");
+  const Buffer buffer = copy_back(gpu, image, layout);
+  std::vector<float> depth(static_cast<std::size_t>(buffer.bytes() / sizeof(float)));
+  std::memcpy(depth.data(), buffer.mapped(), depth.size() * sizeof(float));
+  return depth;
+}
+
+VkShaderModule create_shader_module(const VulkanDevice& gpu, const std::uint32_t* words, std::size_t bytes) {
+  VkShaderModuleCreateInfo info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
+  info.codeSize = bytes;
+  info.pCode = words;
+  VkShaderModule module = VK_NULL_HANDLE;
+  check_vk(vkCreateShaderModule(gpu.device, &info, nullptr, &module), "vkCreateShaderModule");
+  return module;
+}
+
+}  // namespace coppice::test

@@ -1,0 +1,143 @@
+#pragma once
+
+// A headless Vulkan 1.3 device for tests, under core and synchronization validation. One per process, made on first use:
+//
+//     class CullTest : public coppice::test::VulkanTest {};
+//     TEST_F(CullTest, DrawsNothingBehindTheCamera) {
+//       submit(gpu(), [&](VkCommandBuffer cmd) { ... });
+//     }
+//
+// Any validation warning or error fails the test it was raised in; one raised when the device is destroyed (a leaked object) fails
+// the program. Without a device or the validation layer the test fails and says what to install: it never skips.
+// Helpers throw std::runtime_error naming the call and the VkResult, which GoogleTest reports as a failure.
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <volk.h>
+
+#include "picture.h"
+
+namespace coppice::test {
+
+/// The first device the loader lists (VK_DRIVER_FILES chooses), with one graphics and compute queue. Global vk* functions are volk's
+/// and loaded for this device.
+struct VulkanDevice {
+  VkInstance instance = VK_NULL_HANDLE;
+  VkPhysicalDevice physical_device = VK_NULL_HANDLE;
+  VkDevice device = VK_NULL_HANDLE;
+  VkQueue queue = VK_NULL_HANDLE;
+  std::uint32_t queue_family = 0;
+  std::string device_name;
+  std::string driver_name;               ///< name and version, "llvmpipe Mesa 22.3.6 ..."
+  bool occlusion_query_precise = false;  ///< enabled where there is one
+  VkPhysicalDeviceMemoryProperties memory{};
+
+  VkCommandPool command_pool = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
+};
+
+/// The process's device, created by the first call. Destroyed after the last test.
+const VulkanDevice& vulkan_device();
+
+/// Validation warnings and errors since the last clear, oldest first. Thread-safe.
+std::vector<std::string> validation_messages();
+void clear_validation_messages();
+
+/// Fixture: fails the test on any validation message.
+class VulkanTest : public ::testing::Test {
+ protected:
+  void SetUp() override;
+  void TearDown() override;
+  static const VulkanDevice& gpu() { return vulkan_device(); }
+};
+
+/// Throws unless result is VK_SUCCESS. call  static text, the function's name
+void check_vk(VkResult result, const char* call);
+
+/// Records one command buffer, submits it and waits until the GPU has finished.
+void submit(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record);
+
+/// A memory barrier between everything before and everything after. For tests of something else than barriers.
+void full_barrier(VkCommandBuffer cmd);
+
+/// A buffer in mapped, host-coherent memory. Freed by the destructor; the GPU must be done with it.
+class Buffer {
+ public:
+  Buffer(const VulkanDevice& gpu, VkDeviceSize bytes, VkBufferUsageFlags usage);
+  ~Buffer();
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+  Buffer(Buffer&& other) noexcept { swap(other); }
+  Buffer& operator=(Buffer&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+
+  [[nodiscard]] VkBuffer handle() const { return buffer_; }
+  [[nodiscard]] VkDeviceSize bytes() const { return bytes_; }
+  [[nodiscard]] void* mapped() const { return mapped_; }
+
+ private:
+  void swap(Buffer& other) noexcept {
+    std::swap(device_, other.device_);
+    std::swap(buffer_, other.buffer_);
+    std::swap(memory_, other.memory_);
+    std::swap(mapped_, other.mapped_);
+    std::swap(bytes_, other.bytes_);
+  }
+
+  VkDevice device_ = VK_NULL_HANDLE;
+  VkBuffer buffer_ = VK_NULL_HANDLE;
+  VkDeviceMemory memory_ = VK_NULL_HANDLE;
+  void* mapped_ = nullptr;
+  VkDeviceSize bytes_ = 0;
+};
+
+struct ImageDesc {
+  std::uint32_t width_px = 0;
+  std::uint32_t height_px = 0;
+  VkFormat format = VK_FORMAT_R8G8B8A8_UNORM;  ///< depth formats get a depth view
+  VkImageUsageFlags usage = 0;                 ///< more than transfers: the image gets a view
+  VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
+};
+
+/// A 2D image of one level and layer in device memory, with a view of it. Starts in VK_IMAGE_LAYOUT_UNDEFINED.
+class Image {
+ public:
+  Image(const VulkanDevice& gpu, const ImageDesc& desc);
+  ~Image();
+  Image(const Image&) = delete;
+  Image& operator=(const Image&) = delete;
+
+  [[nodiscard]] VkImage handle() const { return image_; }
+  [[nodiscard]] VkImageView view() const { return view_; }
+  [[nodiscard]] const ImageDesc& desc() const { return desc_; }
+  [[nodiscard]] VkImageAspectFlags aspect() const;
+
+ private:
+  VkDevice device_;
+  ImageDesc desc_;
+  VkImage image_ = VK_NULL_HANDLE;
+  VkDeviceMemory memory_ = VK_NULL_HANDLE;
+  VkImageView view_ = VK_NULL_HANDLE;
+};
+
+/// Records a layout change that waits for everything before it and makes everything after it wait.
+void change_layout(VkCommandBuffer cmd, const Image& image, VkImageLayout from, VkImageLayout to);
+
+/// Copies a colour image back, changing its layout from `layout` to TRANSFER_SRC_OPTIMAL. Needs usage TRANSFER_SRC and a format of
+/// R8G8B8A8 or B8G8R8A8, UNORM or SRGB. BGRA is swapped to RGBA.
+Picture read_picture(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
+
+/// The same for a D32_SFLOAT image: [height_px * width_px], rows top to bottom.
+std::vector<float> read_depth(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
+
+/// SPIR-V words to a module; destroy it with vkDestroyShaderModule. words  [bytes / 4]
+VkShaderModule create_shader_module(const VulkanDevice& gpu, const std::uint32_t* words, std::size_t bytes);
+
+}  // namespace coppice::test

@@ -9,11 +9,14 @@
 
 namespace coppice::bake {
 
-/// Writes beside `path`, flushes to disk and renames over it: a reader, or a killed process, never leaves half a file.
-/// errors  io: names the path and the operating system's reason
+/// Writes a temporary file beside `path`, flushes it to disk and renames it over `path`: a reader, or a killed process, never meets half a
+/// file. On failure the temporary file is removed and what was at `path` stays. A symbolic link is followed, not replaced.
+/// errors  io: names the path and the operating system's reason; `path` is a folder, a device or a pipe
+/// thread  any; two writers of one path each write a whole file, the last one stays
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
 /// The whole file.
+/// errors  io: names the path and the operating system's reason
 Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path);
 
 }  // namespace coppice::bake

@@ -1,1 +1,359 @@
+// Parses the front of a .coppice file. Nothing in it is believed before it is checked: the header by its checksum and the file's
+// real size, the table by its checksum and by the layout, which leaves no freedom (FORMAT.md: chunks tile the file in one order), and
+// each parsed chunk by its checksum and by the range of every field. Structs are copied out byte by byte, never cast.
+
 #include "reader.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <optional>
+#include <string>
+
+#include "layout.h"
+
+namespace coppice {
+
+static_assert(std::endian::native == std::endian::little, "the file is copied into structs as it is");
+static_assert(sizeof(coppice_file_header) == 64 && sizeof(coppice_file_chunk) == 32 && sizeof(coppice_file_plant) == 172 &&
+              sizeof(coppice_file_material) == 32 && sizeof(coppice_file_card) == 36 && sizeof(coppice_file_texture) == 16);
+
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+Error bad(const char* what, std::uint64_t offset, std::string detail = {}) {
+  return Error{Status::bad_file, what, offset, std::move(detail)};
+}
+
+/// Copies a T; the caller has checked that it is there.
+template <class T>
+T copy_at(Bytes bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof(T));
+  return value;
+}
+
+template <class T>
+std::vector<T> copy_array(Bytes bytes, std::size_t offset, std::size_t count) {
+  std::vector<T> values(count);
+  if (count > 0) std::memcpy(values.data(), bytes.data() + offset, count * sizeof(T));
+  return values;
+}
+
+bool in_unit_range(float value) {
+  return value >= 0.0f && value <= 1.0f;
+}  // false for NaN
+
+bool all_finite(std::span<const float> values) {
+  for (float value : values)
+    if (!std::isfinite(value)) return false;
+  return true;
+}
+
+/// Length of the valid UTF-8 sequence at the front of `text`, 0 if there is none. Overlong forms and surrogates are not valid.
+std::size_t utf8_sequence_length(Bytes text) {
+  const std::uint8_t lead = text[0];
+  if (lead < 0x80) return 1;
+  const std::size_t length = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : 2;
+  if (lead < 0xc2 || lead > 0xf4 || text.size() < length) return 0;
+  std::uint32_t code = lead & (0x7fu >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((text[i] & 0xc0) != 0x80) return 0;
+    code = code << 6 | (text[i] & 0x3fu);
+  }
+  const bool overlong = (length == 3 && code < 0x800) || (length == 4 && code < 0x10000);
+  const bool outside = code > 0x10ffff || (code >= 0xd800 && code <= 0xdfff);
+  return overlong || outside ? 0 : length;
+}
+
+/// Text up to a zero, then only zeros.
+bool is_terminated_utf8(Bytes field) {
+  std::size_t at = 0;
+  while (at < field.size() && field[at] != 0) {
+    const std::size_t length = utf8_sequence_length(field.subspan(at));
+    if (length == 0) return false;
+    at += length;
+  }
+  if (at == field.size()) return false;
+  for (; at < field.size(); ++at)
+    if (field[at] != 0) return false;
+  return true;
+}
+
+/// A field of PLANT by its place, so that an error can name both.
+struct CountField {
+  const char* name;
+  std::uint32_t value, least, most;
+  std::size_t offset;
+};
+
+Result<void> check_plant_counts(const coppice_file_plant& plant, std::uint64_t at) {
+  const CountField fields[] = {
+      {"plant leaf_count", plant.leaf_count, 1, COPPICE_MAX_LEAVES, offsetof(coppice_file_plant, leaf_count)},
+      {"plant material_count", plant.material_count, 1, COPPICE_MAX_MATERIALS, offsetof(coppice_file_plant, material_count)},
+      {"plant card_count", plant.card_count, 1, COPPICE_MAX_CARDS, offsetof(coppice_file_plant, card_count)},
+      {"plant texture_count", plant.texture_count, 0, COPPICE_MAX_TEXTURES, offsetof(coppice_file_plant, texture_count)},
+      {"plant wood_lod_count", plant.wood_lod_count, 0, COPPICE_MAX_WOOD_LODS, offsetof(coppice_file_plant, wood_lod_count)},
+      {"plant error_level_count", plant.error_level_count, 1, COPPICE_MAX_ERROR_LEVELS, offsetof(coppice_file_plant, error_level_count)},
+      {"plant error_size_count", plant.error_size_count, 1, COPPICE_MAX_ERROR_SIZES, offsetof(coppice_file_plant, error_size_count)},
+  };
+  for (const CountField& field : fields)
+    if (field.value < field.least || field.value > field.most)
+      return bad(field.name, at + field.offset,
+                 std::to_string(field.value) + " is not in " + std::to_string(field.least) + ".." + std::to_string(field.most));
+  const std::uint32_t page_count = (plant.leaf_count - 1 + COPPICE_PAGE_SPLITS - 1) / COPPICE_PAGE_SPLITS;
+  if (plant.page_count != page_count)
+    return bad("plant page_count", at + offsetof(coppice_file_plant, page_count),
+               std::to_string(plant.page_count) + ", but leaf_count asks for " + std::to_string(page_count));
+  return {};
+}
+
+Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t at) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float low = plant.leaf_box_min[axis], high = plant.leaf_box_max[axis];
+    if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(high - low) || high < low)
+      return bad("plant leaf_box", at + offsetof(coppice_file_plant, leaf_box_min), "not a finite box");
+  }
+  if (!all_finite(plant.sphere_center) || !std::isfinite(plant.sphere_radius) || plant.sphere_radius < 0.0f)
+    return bad("plant sphere", at + offsetof(coppice_file_plant, sphere_center), "not a finite sphere");
+  for (const auto& corner : plant.root_quad)
+    for (std::uint16_t coordinate : corner)
+      if (coordinate > COPPICE_QUANTISED_MAX)
+        return bad("plant root_quad", at + offsetof(coppice_file_plant, root_quad), "outside the leaf box");
+  if (plant.root_card >= plant.card_count) return bad("plant root_card", at + offsetof(coppice_file_plant, root_card), "no such card");
+  if (plant.metric != COPPICE_METRIC_MI && plant.metric != COPPICE_METRIC_GEOMETRIC)
+    return bad("plant metric", at + offsetof(coppice_file_plant, metric), std::to_string(plant.metric) + " is no metric");
+  if (plant.reserved != 0) return bad("plant reserved", at + offsetof(coppice_file_plant, reserved), "must be zero");
+  std::uint8_t name[sizeof plant.name];
+  std::memcpy(name, plant.name, sizeof name);
+  if (!is_terminated_utf8(name)) return bad("plant name", at + offsetof(coppice_file_plant, name), "not zero-terminated UTF-8");
+  return {};
+}
+
+/// Entries tile the file from the end of the table to its last byte, which rules out overlaps, gaps and wrapping sums at once.
+Result<void> check_tiling(std::span<const coppice_file_chunk> chunks, std::uint64_t file_bytes) {
+  std::uint64_t at = sizeof(coppice_file_header) + chunks.size() * sizeof(coppice_file_chunk);
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    const std::uint64_t entry = sizeof(coppice_file_header) + i * sizeof(coppice_file_chunk);
+    if (chunks[i].offset != at)
+      return bad("chunk table offset", entry + offsetof(coppice_file_chunk, offset),
+                 std::to_string(chunks[i].offset) + " where the chunk before ends at " + std::to_string(at));
+    if (chunks[i].bytes == 0 || chunks[i].bytes > file_bytes - at)
+      return bad("chunk table bytes", entry + offsetof(coppice_file_chunk, bytes),
+                 std::to_string(chunks[i].bytes) + " with " + std::to_string(file_bytes - at) + " left in the file");
+    at += chunks[i].bytes;
+  }
+  if (at != file_bytes) return bad("chunk table", sizeof(coppice_file_header), "bytes after the last chunk");
+  return {};
+}
+
+Result<void> check_order(const PlantFile& file) {
+  const std::vector<ChunkKey> order = chunk_order(file.plant);
+  if (order.size() != file.chunks.size())
+    return bad("header chunk_count", offsetof(coppice_file_header, chunk_count),
+               std::to_string(file.chunks.size()) + ", but PLANT asks for " + std::to_string(order.size()));
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const coppice_file_chunk& chunk = file.chunks[i];
+    const std::uint64_t entry = sizeof(coppice_file_header) + i * sizeof(coppice_file_chunk);
+    const auto want = std::string(chunk_kind_name(order[i].kind)) + " " + std::to_string(order[i].index) + " expected";
+    if (chunk.kind != static_cast<std::uint32_t>(order[i].kind)) return bad("chunk table kind", entry, want);
+    if (chunk.index != order[i].index) return bad("chunk table index", entry + offsetof(coppice_file_chunk, index), want);
+    if (order[i].kind == COPPICE_CHUNK_PAGE && chunk.bytes > COPPICE_MAX_PAGE_BYTES)
+      return bad("chunk table bytes", entry + offsetof(coppice_file_chunk, bytes), "a PAGE is longer than COPPICE_MAX_PAGE_BYTES");
+  }
+  const coppice_file_chunk& last = file.chunks[first_read_chunk_count(file.plant) - 1];
+  if (file.header.first_read_bytes != last.offset + last.bytes)
+    return bad("header first_read_bytes", offsetof(coppice_file_header, first_read_bytes), "not the end of the first picture's chunks");
+  return {};
+}
+
+/// The table's bytes, checked against the header; then the entries.
+Result<std::vector<coppice_file_chunk>> read_table(const coppice_file_header& header, Bytes bytes) {
+  const std::uint64_t table_bytes = std::uint64_t{header.chunk_count} * sizeof(coppice_file_chunk);
+  const Bytes table = bytes.subspan(sizeof(coppice_file_header), static_cast<std::size_t>(table_bytes));
+  if (checksum(table) != header.table_checksum)
+    return bad("chunk table checksum", offsetof(coppice_file_header, table_checksum), "the table's bytes do not match");
+  auto chunks = copy_array<coppice_file_chunk>(table, 0, header.chunk_count);
+  COPPICE_CHECK(check_tiling(chunks, header.file_bytes));
+  return chunks;
+}
+
+/// The bytes of chunk `position` of the front, checked.
+Result<Bytes> front_chunk(const PlantFile& file, Bytes bytes, std::size_t position, std::uint64_t expected_bytes) {
+  const coppice_file_chunk& chunk = file.chunks[position];
+  if (chunk.bytes != expected_bytes)
+    return bad("chunk table bytes",
+               sizeof(coppice_file_header) + position * sizeof(coppice_file_chunk) + offsetof(coppice_file_chunk, bytes),
+               std::string(chunk_kind_name(chunk.kind)) + " has " + std::to_string(chunk.bytes) + " bytes, needs " +
+                   std::to_string(expected_bytes));
+  if (chunk.offset > bytes.size() || chunk.bytes > bytes.size() - chunk.offset)
+    return bad("first read", bytes.size(), std::string(chunk_kind_name(chunk.kind)) + " is cut off");
+  const Bytes content = bytes.subspan(static_cast<std::size_t>(chunk.offset), static_cast<std::size_t>(chunk.bytes));
+  COPPICE_CHECK(check_chunk(chunk, content));
+  return content;
+}
+
+Result<void> read_materials(PlantFile& file, Bytes bytes) {
+  COPPICE_TRY(content, front_chunk(file, bytes, 1, std::uint64_t{file.plant.material_count} * sizeof(coppice_file_material)));
+  file.materials = copy_array<coppice_file_material>(content, 0, file.plant.material_count);
+  for (std::size_t i = 0; i < file.materials.size(); ++i) {
+    const coppice_file_material& material = file.materials[i];
+    const std::uint64_t at = file.chunks[1].offset + i * sizeof(coppice_file_material);
+    for (float channel : material.base_color)
+      if (!in_unit_range(channel)) return bad("material base_color", at, "outside 0..1");
+    if (!in_unit_range(material.alpha_cutoff))
+      return bad("material alpha_cutoff", at + offsetof(coppice_file_material, alpha_cutoff), "outside 0..1");
+    if (!in_unit_range(material.roughness))
+      return bad("material roughness", at + offsetof(coppice_file_material, roughness), "outside 0..1");
+    if (material.texture != COPPICE_NO_TEXTURE && material.texture >= file.plant.texture_count)
+      return bad("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
+    if ((material.flags & ~COPPICE_MATERIAL_DOUBLE_SIDED) != 0)
+      return bad("material flags", at + offsetof(coppice_file_material, flags), "an unknown flag is set");
+  }
+  return {};
+}
+
+Result<void> read_cards(PlantFile& file, Bytes bytes) {
+  COPPICE_TRY(content, front_chunk(file, bytes, 2, std::uint64_t{file.plant.card_count} * sizeof(coppice_file_card)));
+  file.cards = copy_array<coppice_file_card>(content, 0, file.plant.card_count);
+  for (std::size_t i = 0; i < file.cards.size(); ++i) {
+    const std::uint64_t at = file.chunks[2].offset + i * sizeof(coppice_file_card);
+    if (file.cards[i].material >= file.plant.material_count) return bad("card material", at, "no such material");
+    for (const auto& uv : file.cards[i].uv)
+      if (!all_finite(uv)) return bad("card uv", at + offsetof(coppice_file_card, uv), "not a finite number");
+  }
+  return {};
+}
+
+Result<void> check_errors(const PlantFile& file) {
+  const std::uint64_t at = file.chunks[3].offset;
+  const std::vector<std::uint32_t>& counts = file.error_leaf_counts;
+  for (std::size_t i = 1; i < counts.size(); ++i)
+    if (counts[i] <= counts[i - 1]) return bad("error table leaf_counts", at + i * 4, "not ascending");
+  if (counts.front() != 1 || counts.back() != file.plant.leaf_count)
+    return bad("error table leaf_counts", at, "must run from 1 to leaf_count");
+  const std::uint64_t sizes_at = at + counts.size() * 4;
+  for (std::size_t i = 0; i < file.error_sizes_px.size(); ++i) {
+    const float before = i == 0 ? 0.0f : file.error_sizes_px[i - 1];
+    if (!std::isfinite(file.error_sizes_px[i]) || !(file.error_sizes_px[i] > before))
+      return bad("error table sizes_px", sizes_at + i * 4, "not ascending from above 0");
+  }
+  const std::size_t columns = file.error_sizes_px.size();
+  const std::uint64_t errors_at = sizes_at + columns * 4;
+  for (std::size_t i = 0; i < file.error_px.size(); ++i) {
+    if (!std::isfinite(file.error_px[i]) || file.error_px[i] < 0.0f)
+      return bad("error table error_px", errors_at + i * 4, "not a finite number from 0 up");
+    if (i >= columns && file.error_px[i] > file.error_px[i - columns])
+      return bad("error table error_px", errors_at + i * 4, "grows with the number of leaves");
+  }
+  return {};
+}
+
+Result<void> read_errors(PlantFile& file, Bytes bytes) {
+  const std::size_t levels = file.plant.error_level_count, sizes = file.plant.error_size_count;
+  COPPICE_TRY(content, front_chunk(file, bytes, 3, (levels + sizes + levels * sizes) * 4));
+  file.error_leaf_counts = copy_array<std::uint32_t>(content, 0, levels);
+  file.error_sizes_px = copy_array<float>(content, levels * 4, sizes);
+  file.error_px = copy_array<float>(content, (levels + sizes) * 4, levels * sizes);
+  return check_errors(file);
+}
+
+}  // namespace
+
+Result<coppice_file_header> read_header(Bytes bytes, std::uint64_t file_bytes) {
+  const Bytes magic = bytes.first(std::min(bytes.size(), sizeof coppice_file_header::magic));
+  if (!std::equal(magic.begin(), magic.end(), COPPICE_FORMAT_MAGIC,
+                  [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); }))
+    return bad("magic", 0, "not a .coppice file");
+  if (bytes.size() < sizeof(coppice_file_header)) return bad("header", bytes.size(), "the file is cut off");
+  const auto header = copy_at<coppice_file_header>(bytes, 0);
+  // The version before the checksum: a later version may put its checksum elsewhere.
+  if (header.version != COPPICE_FORMAT_VERSION)
+    return Error{Status::unsupported, "version", offsetof(coppice_file_header, version),
+                 std::to_string(header.version) + "; this build reads " + std::to_string(COPPICE_FORMAT_VERSION)};
+  if (checksum(bytes.first(offsetof(coppice_file_header, header_checksum))) != header.header_checksum)
+    return bad("header checksum", offsetof(coppice_file_header, header_checksum), "the header's bytes do not match");
+  if (header.file_bytes != file_bytes)
+    return bad("header file_bytes", offsetof(coppice_file_header, file_bytes),
+               std::to_string(header.file_bytes) + ", but the file has " + std::to_string(file_bytes));
+  if (header.reserved[0] != 0 || header.reserved[1] != 0)
+    return bad("header reserved", offsetof(coppice_file_header, reserved), "must be zero");
+  if (header.first_read_bytes > file_bytes)
+    return bad("header first_read_bytes", offsetof(coppice_file_header, first_read_bytes), "longer than the file");
+  if (header.first_read_bytes < sizeof header ||
+      header.chunk_count > (header.first_read_bytes - sizeof header) / sizeof(coppice_file_chunk))
+    return bad("header chunk_count", offsetof(coppice_file_header, chunk_count), "the chunk table does not fit in the first read");
+  return header;
+}
+
+Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes) {
+  PlantFile file;
+  COPPICE_TRY(header, read_header(bytes, file_bytes));
+  file.header = header;
+  if (bytes.size() < header.first_read_bytes) return bad("first read", bytes.size(), "the file is cut off");
+  bytes = bytes.first(static_cast<std::size_t>(header.first_read_bytes));
+  COPPICE_TRY(chunks, read_table(header, bytes));
+  if (chunks.size() < 4 || chunks[0].kind != COPPICE_CHUNK_PLANT)
+    return bad("chunk table kind", sizeof(coppice_file_header), "PLANT 0 expected");
+  file.chunks = std::move(chunks);
+  COPPICE_TRY(content, front_chunk(file, bytes, 0, sizeof(coppice_file_plant)));
+  file.plant = copy_at<coppice_file_plant>(content, 0);
+  COPPICE_CHECK(check_plant_counts(file.plant, file.chunks[0].offset));
+  COPPICE_CHECK(check_plant_values(file.plant, file.chunks[0].offset));
+  COPPICE_CHECK(check_order(file));
+  COPPICE_CHECK(read_materials(file, bytes));
+  COPPICE_CHECK(read_cards(file, bytes));
+  COPPICE_CHECK(read_errors(file, bytes));
+  return file;
+}
+
+const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index) {
+  const coppice_file_plant& plant = file.plant;
+  const std::uint32_t first_wood = 4, first_page = first_wood + (plant.wood_lod_count > 0 ? 1u : 0u);
+  const std::uint32_t first_texture = first_read_chunk_count(plant), finer_wood = first_texture + plant.texture_count;
+  const std::uint32_t later_pages = finer_wood + (plant.wood_lod_count > 0 ? plant.wood_lod_count - 1 : 0);
+  std::optional<std::uint32_t> position;
+  if (kind >= COPPICE_CHUNK_PLANT && kind <= COPPICE_CHUNK_ERRORS && index == 0) position = static_cast<std::uint32_t>(kind) - 1;
+  if (kind == COPPICE_CHUNK_WOOD && index < plant.wood_lod_count)
+    position = index + 1 == plant.wood_lod_count ? first_wood : finer_wood + (plant.wood_lod_count - 2 - index);
+  if (kind == COPPICE_CHUNK_PAGE && index < plant.page_count) position = index == 0 ? first_page : later_pages + index - 1;
+  if (kind == COPPICE_CHUNK_TEXTURE && index < plant.texture_count) position = first_texture + index;
+  return position && *position < file.chunks.size() ? &file.chunks[*position] : nullptr;
+}
+
+Result<void> check_chunk(const coppice_file_chunk& chunk, Bytes bytes) {
+  const auto name = [&] { return std::string(chunk_kind_name(chunk.kind)) + " " + std::to_string(chunk.index); };
+  if (bytes.size() != chunk.bytes) return bad("chunk length", chunk.offset, name() + " is cut off");
+  if (checksum(bytes) != chunk.checksum) return bad("chunk checksum", chunk.offset, name() + " is damaged");
+  return {};
+}
+
+std::uint32_t page_split_count(const coppice_file_plant& plant, std::uint32_t page_index) {
+  const std::uint32_t first = page_index * COPPICE_PAGE_SPLITS;
+  return std::min(COPPICE_PAGE_SPLITS, plant.leaf_count - 1 - first);
+}
+
+Result<std::vector<MipLevel>> read_texture(Bytes chunk) {
+  if (chunk.size() < sizeof(coppice_file_texture)) return bad("texture header", chunk.size(), "cut off");
+  const auto texture = copy_at<coppice_file_texture>(chunk, 0);
+  if (texture.width == 0 || texture.width > COPPICE_MAX_TEXTURE_SIDE) return bad("texture width", 0, std::to_string(texture.width));
+  if (texture.height == 0 || texture.height > COPPICE_MAX_TEXTURE_SIDE) return bad("texture height", 4, std::to_string(texture.height));
+  if (texture.mip_count == 0 || texture.mip_count > static_cast<std::uint32_t>(std::bit_width(std::max(texture.width, texture.height))))
+    return bad("texture mip_count", 8, std::to_string(texture.mip_count));
+  if (texture.format != 1) return bad("texture format", 12, std::to_string(texture.format));
+  std::vector<MipLevel> levels;
+  std::uint64_t at = sizeof(coppice_file_texture);
+  for (std::uint32_t level = 0; level < texture.mip_count; ++level) {
+    const std::uint32_t width = std::max(1u, texture.width >> level), height = std::max(1u, texture.height >> level);
+    levels.push_back({width, height, at, std::uint64_t{width} * height * 4});
+    at += levels.back().bytes;
+  }
+  if (at != chunk.size())
+    return bad("texture length", sizeof(coppice_file_texture), "the mip levels need " + std::to_string(at) + " bytes");
+  return levels;
+}
+
+}  // namespace coppice

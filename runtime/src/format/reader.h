@@ -23,11 +23,13 @@ struct PlantFile {
 
 /// Reads and checks bytes [0, 64): magic, version, checksum, sizes.
 /// file_bytes  size of the file on disk; must equal the header's
-/// errors  bad_file, with the field and its byte offset
+/// errors  bad_file, with the field and its byte offset; unsupported: a .coppice file of another version
 Result<coppice_file_header> read_header(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);
 
-/// Parses the front. bytes  at least header.first_read_bytes long (a longer span, the whole file say, is fine)
-/// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree
+/// Parses the front. Of the chunks it checks those it parses; wood, pages and textures are checked by check_chunk.
+/// bytes  at least header.first_read_bytes long (a longer span, the whole file say, is fine)
+/// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree;
+///         unsupported: a .coppice file of another version
 Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);
 
 /// The chunk table's entry, or null.
@@ -36,5 +38,19 @@ const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind k
 /// Checks that `bytes` are the chunk's: length and XXH3-64.
 /// errors  bad_file, with the chunk's kind, index and offset
 Result<void> check_chunk(const coppice_file_chunk& chunk, std::span<const std::uint8_t> bytes);
+
+/// Splits in foliage page `page_index`.
+/// page_index  < plant.page_count
+std::uint32_t page_split_count(const coppice_file_plant& plant, std::uint32_t page_index);
+
+/// Bytes of one mip level, and where it starts in the TEXTURE chunk.
+struct MipLevel {
+  std::uint32_t width = 0, height = 0;
+  std::uint64_t offset = 0, bytes = 0;
+};
+
+/// A TEXTURE chunk's mip levels, largest first. They are inside the chunk: sizes are checked.
+/// errors  bad_file: the field, offset from the start of the chunk
+Result<std::vector<MipLevel>> read_texture(std::span<const std::uint8_t> chunk);
 
 }  // namespace coppice

@@ -1,1 +1,96 @@
 #include "writer.h"
+
+#include <cstddef>
+#include <cstring>
+
+#include "layout.h"
+#include "reader.h"
+
+namespace coppice {
+
+namespace {
+
+using Buffer = std::vector<std::uint8_t>;
+
+template <class T>
+void append(Buffer& buffer, std::span<const T> values) {
+  if (values.empty()) return;
+  const std::size_t at = buffer.size();
+  buffer.resize(at + values.size_bytes());
+  std::memcpy(buffer.data() + at, values.data(), values.size_bytes());
+}
+
+template <class T>
+void overwrite(Buffer& buffer, std::size_t at, const T& value) {
+  std::memcpy(buffer.data() + at, &value, sizeof(T));
+}
+
+coppice_file_plant with_counts(const FileContents& contents) {
+  const auto count = [](const auto& values) { return static_cast<std::uint32_t>(values.size()); };
+  coppice_file_plant plant = contents.plant;
+  plant.page_count = count(contents.pages);
+  plant.material_count = count(contents.materials);
+  plant.card_count = count(contents.cards);
+  plant.texture_count = count(contents.textures);
+  plant.wood_lod_count = count(contents.wood);
+  plant.error_level_count = count(contents.error_leaf_counts);
+  plant.error_size_count = count(contents.error_sizes_px);
+  return plant;
+}
+
+void append_chunk(Buffer& file, const FileContents& contents, const coppice_file_plant& plant, ChunkKey key) {
+  switch (key.kind) {
+    case COPPICE_CHUNK_PLANT:
+      return append(file, std::span(&plant, 1));
+    case COPPICE_CHUNK_MATERIALS:
+      return append(file, std::span(contents.materials));
+    case COPPICE_CHUNK_CARDS:
+      return append(file, std::span(contents.cards));
+    case COPPICE_CHUNK_ERRORS:
+      append(file, std::span(contents.error_leaf_counts));
+      append(file, std::span(contents.error_sizes_px));
+      return append(file, std::span(contents.error_px));
+    case COPPICE_CHUNK_WOOD:
+      return append(file, std::span(contents.wood[key.index]));
+    case COPPICE_CHUNK_PAGE:
+      return append(file, std::span(contents.pages[key.index]));
+    case COPPICE_CHUNK_TEXTURE:
+      return append(file, std::span(contents.textures[key.index]));
+    default:
+      return;
+  }
+}
+
+}  // namespace
+
+Result<std::vector<std::uint8_t>> write_file(const FileContents& contents) {
+  const coppice_file_plant plant = with_counts(contents);
+  const std::vector<ChunkKey> order = chunk_order(plant);
+  Buffer file(sizeof(coppice_file_header) + order.size() * sizeof(coppice_file_chunk));
+  coppice_file_header header{};
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t at = file.size();
+    append_chunk(file, contents, plant, order[i]);
+    const coppice_file_chunk entry{static_cast<std::uint32_t>(order[i].kind), order[i].index, at, file.size() - at,
+                                   checksum(std::span(file).subspan(at))};
+    overwrite(file, sizeof header + i * sizeof entry, entry);
+    if (i + 1 == first_read_chunk_count(plant)) header.first_read_bytes = file.size();
+  }
+  std::memcpy(header.magic, COPPICE_FORMAT_MAGIC, sizeof header.magic);
+  header.version = COPPICE_FORMAT_VERSION;
+  header.chunk_count = static_cast<std::uint32_t>(order.size());
+  header.file_bytes = file.size();
+  header.table_checksum = checksum(std::span(file).subspan(sizeof header, order.size() * sizeof(coppice_file_chunk)));
+  overwrite(file, 0, header);
+  header.header_checksum = checksum(std::span(file).first(offsetof(coppice_file_header, header_checksum)));
+  overwrite(file, 0, header);
+
+  if (auto front = read_front(file, file.size()); !front) {
+    Error error = front.error();
+    error.status = Status::invalid_argument;
+    return error;
+  }
+  return file;
+}
+
+}  // namespace coppice

@@ -1,2 +1,30 @@
 #pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "coppice/format.h"
 #include "result.h"
+
+namespace coppice {
+
+/// What goes into a file, chunk by chunk, already encoded. Counts in `plant` are set by the writer from the sizes here,
+/// leaf_count excepted.
+struct FileContents {
+  coppice_file_plant plant{};
+  std::vector<coppice_file_material> materials;
+  std::vector<coppice_file_card> cards;
+  std::vector<std::uint32_t> error_leaf_counts;
+  std::vector<float> error_sizes_px;
+  std::vector<float> error_px;
+  std::vector<std::vector<std::uint8_t>> wood;      ///< [lod] WOOD chunks, finest first
+  std::vector<std::vector<std::uint8_t>> pages;     ///< [page] PAGE chunks
+  std::vector<std::vector<std::uint8_t>> textures;  ///< [texture] TEXTURE chunks
+};
+
+/// The file: header, table, chunks in the order format.h draws. Same contents, same bytes.
+/// errors  invalid_argument: read_front would refuse the result; its field and place are named
+Result<std::vector<std::uint8_t>> write_file(const FileContents& contents);
+
+}  // namespace coppice

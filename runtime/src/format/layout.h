@@ -1,0 +1,30 @@
+#pragma once
+
+// What reader and writer agree on beyond the structs: the order of the chunks, their names, the checksum.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "coppice/format.h"
+
+namespace coppice {
+
+struct ChunkKey {
+  coppice_chunk_kind kind;
+  std::uint32_t index;
+};
+
+/// Chunks in file order. The counts of `plant` must be within their limits.
+std::vector<ChunkKey> chunk_order(const coppice_file_plant& plant);
+
+/// Chunks in the first read, counted from the start of chunk_order().
+std::uint32_t first_read_chunk_count(const coppice_file_plant& plant);
+
+/// "PAGE" and the like; static storage. "unknown" for a value that is no kind.
+const char* chunk_kind_name(std::uint32_t kind);
+
+/// XXH3-64.
+std::uint64_t checksum(std::span<const std::uint8_t> bytes);
+
+}  // namespace coppice

@@ -87,6 +87,9 @@ typedef struct coppice_file_plant {
   float sphere_radius;
   uint16_t root_quad[4][3]; /* node 0, quantised in the leaf box */
   uint32_t root_card;
+  /* What each wood LoD decodes to, so that its memory can be reserved beforehand; 0 from wood_lod_count on. */
+  uint32_t wood_vertex_counts[COPPICE_MAX_WOOD_LODS];   /* <= 3 * triangles */
+  uint32_t wood_triangle_counts[COPPICE_MAX_WOOD_LODS]; /* <= COPPICE_MAX_WOOD_TRIANGLES, non-increasing */
   uint32_t metric;  /* coppice_metric */
   uint32_t reserved; /* zero */
   char name[64];    /* UTF-8, zero-terminated */

@@ -1,1 +1,85 @@
 #include "bake.h"
+
+#include <sys/resource.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+
+#include <chrono>
+
+#include "coppice/format.h"
+#include "error_table.h"
+#include "leaf_quads.h"
+#include "tree_order.h"
+#include "wood_lods.h"
+
+namespace coppice::bake {
+namespace {
+
+class Stopwatch {
+ public:
+  /// Seconds since construction or the last lap.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+std::uint64_t peak_rss_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+std::size_t allowed_threads(const BakeOptions& options) {
+  return options.thread_count > 0 ? options.thread_count : static_cast<std::size_t>(tbb::info::default_concurrency());
+}
+
+}  // namespace
+
+Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const BakeOptions& options, const StageProgress& progress,
+                                       BakeReport& report) {
+  const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism, allowed_threads(options));
+  const auto stage = [&](const char* name) { return [&progress, name](double fraction) { progress(name, fraction); }; };
+  Stopwatch total, watch;
+
+  progress("import", 0.0);
+  COPPICE_TRY(plant, import_gltf(input, options.import));
+  COPPICE_TRY(foliage, fit_leaf_quads(plant));
+  COPPICE_TRY(views, viewpoints(options.view_count));
+  report.source_leaves = foliage.leaf_count();
+  report.warnings = plant.warnings;
+  report.seconds.import = watch.lap();
+
+  COPPICE_TRY(collapse,
+              collapse_by_mutual_information(foliage, plant.materials, plant.images, views, options.collapse, stage("collapse")));
+  report.seconds.visibility = collapse.visibility_seconds;
+  report.seconds.collapse = watch.lap() - collapse.visibility_seconds;
+  report.evaluations = collapse.sequence.evaluations;
+  report.source_information = collapse.source;
+  report.level_information = collapse.levels;
+
+  BakedPlant baked;
+  baked.name = plant.name;
+  baked.metric = COPPICE_METRIC_MI;
+  baked.tree = build_tree(foliage, collapse.sequence);
+  baked.card_table = foliage.card_table;
+  baked.errors = measure_error_table(baked.tree, baked.card_table, plant.materials, plant.images, stage("error table"));
+  report.seconds.error_table = watch.lap();
+
+  progress("pack", 0.0);
+  baked.wood = simplify_wood(plant.wood);
+  baked.materials = std::move(plant.materials);
+  baked.images = std::move(plant.images);
+  COPPICE_TRY(bytes, pack(baked, report.sizes));
+  report.seconds.pack = watch.lap();
+  report.seconds.total = total.lap();
+  report.peak_rss_bytes = peak_rss_bytes();
+  return bytes;
+}
+
+}  // namespace coppice::bake

@@ -33,6 +33,7 @@ struct BakeReport {
   PackSizes sizes;
   FoliageInformation source_information;
   std::vector<FoliageInformation> level_information;
+  std::vector<std::string> warnings;  ///< what the importer had to guess or drop, one line each
 };
 
 /// Called with the running stage's name and its fraction in [0, 1].

@@ -1,0 +1,108 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "bake.h"
+#include "commands.h"
+#include "progress_bar.h"
+
+namespace coppice::bake {
+namespace {
+
+struct BakeArguments {
+  std::filesystem::path input, output, report;
+  std::string leaf_material;
+  BakeOptions options;
+  bool quiet = false;
+};
+
+nlohmann::ordered_json report_json(const BakeReport& report) {
+  const auto& seconds = report.seconds;
+  nlohmann::ordered_json levels = nlohmann::ordered_json::array();
+  for (const FoliageInformation& level : report.level_information) levels.push_back({{"leaves", level.leaf_count}, {"bits", level.bits}});
+  return {
+      {"source_leaves", report.source_leaves},
+      {"seconds",
+       {{"import", seconds.import},
+        {"visibility", seconds.visibility},
+        {"collapse", seconds.collapse},
+        {"error_table", seconds.error_table},
+        {"pack", seconds.pack},
+        {"total", seconds.total}}},
+      {"peak_rss_bytes", report.peak_rss_bytes},
+      {"file_bytes", report.sizes.file_bytes},
+      {"foliage_bytes", report.sizes.foliage_bytes},
+      {"bytes_per_leaf", static_cast<double>(report.sizes.foliage_bytes) / report.source_leaves},
+      {"evaluations", report.evaluations},
+      {"foliage_mi", {{"source", report.source_information.bits}, {"levels", levels}}},
+  };
+}
+
+int run(const BakeArguments& arguments) {
+  BakeOptions options = arguments.options;
+  if (!arguments.leaf_material.empty()) options.import.leaf_material = arguments.leaf_material;
+
+  BakeReport report;
+  ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
+  const auto bytes = bake(arguments.input, options, [&bar](const char* stage, double fraction) { bar.show(stage, fraction); }, report);
+  bar.clear();
+  if (!bytes) return report_failure(arguments.input, bytes.error());
+  for (const std::string& warning : report.warnings)
+    std::fprintf(stderr, "coppice: warning: %s: %s\n", arguments.input.c_str(), warning.c_str());
+
+  if (const auto written = write_file_atomically(arguments.output, *bytes); !written)
+    return report_failure(arguments.output, written.error());
+  if (!arguments.report.empty()) {
+    const std::string json = report_json(report).dump(2) + "\n";
+    const auto written = write_file_atomically(arguments.report, {reinterpret_cast<const std::uint8_t*>(json.data()), json.size()});
+    if (!written) return report_failure(arguments.report, written.error());
+  }
+  if (!arguments.quiet)
+    std::printf("%s: %u leaves, %s (foliage %.1f B/leaf), %.1f s\n", arguments.output.c_str(), report.source_leaves,
+                readable_bytes(report.sizes.file_bytes).c_str(),
+                static_cast<double>(report.sizes.foliage_bytes) / report.source_leaves, report.seconds.total);
+  return 0;
+}
+
+}  // namespace
+
+void add_bake_command(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<BakeArguments>();
+  BakeOptions& options = arguments->options;
+  CLI::App* command = app.add_subcommand("bake", "Turn a glTF plant into a .coppice file: every level of detail in one stream");
+  command->footer(
+      "Leaves are the connected pieces of the materials whose name says so (leaf, leaves, foliage, needle ... in several languages); "
+      "everything else is wood.\n--leaf-material names them yourself:\n"
+      "  coppice bake poplar.glb -o poplar.coppice --leaf-material '^Leaves$'");
+  command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required();
+  command->add_option("-o,--output", arguments->output, "The .coppice file to write; appears whole or not at all")->required();
+  const std::map<std::string, Metric> metrics = {{"default", Metric::default_metric}, {"mi", Metric::mi}};
+  command
+      ->add_option("--metric", options.metric,
+                   "What orders the collapses: mi is the paper's viewpoint mutual information; default is whatever measures best, at present mi")
+      ->transform(CLI::CheckedTransformer(metrics))
+      ->default_str("default");
+  command->add_option("--views", options.view_count, "Viewpoints; 20 is the paper's dodecahedron")->check(CLI::Range(1, 1024))->capture_default_str();
+  command->add_option("--resolution", options.collapse.resolution_px, "Side of an item buffer in pixels")
+      ->check(CLI::Range(16, 2048))
+      ->capture_default_str();
+  const std::map<std::string, bool> on_off = {{"on", true}, {"off", false}};
+  command->add_option("--background", options.collapse.count_background, "Count the background as one more outcome: on or off")
+      ->transform(CLI::CheckedTransformer(on_off))
+      ->default_str("on");
+  command->add_option("--candidates", options.collapse.candidate_count, "Partners considered for each collapse, at least")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  command->add_option("--leaf-material", arguments->leaf_material, "Regular expression: materials whose name it finds are leaves");
+  command->add_option("--threads", options.thread_count, "Worker threads; 0 for all. The result is the same for any number")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command->add_option("--report", arguments->report, "Write times, sizes and foliage information to this JSON file");
+  command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
+  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+}
+
+}  // namespace coppice::bake

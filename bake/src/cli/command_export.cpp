@@ -1,0 +1,64 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <memory>
+
+#include "atomic_file.h"
+#include "commands.h"
+#include "gltf_write.h"
+#include "pack.h"
+#include "tree_order.h"
+
+namespace coppice::bake {
+namespace {
+
+enum class Part { foliage, wood, all };
+
+struct ExportArguments {
+  std::filesystem::path input, output;
+  std::uint32_t leaf_count = 0;
+  Part part = Part::all;
+};
+
+int run(const ExportArguments& arguments) {
+  const auto bytes = read_file(arguments.input);
+  if (!bytes) return report_failure(arguments.input, bytes.error());
+  const auto plant = unpack(*bytes);
+  if (!plant) return report_failure(arguments.input, plant.error());
+  if (arguments.leaf_count > plant->tree.leaf_count())
+    return report_failure(arguments.input,
+                          Error{Status::invalid_argument, "--leaves is over the plant's leaf count", Error::kNoOffset,
+                                std::to_string(arguments.leaf_count) + " > " + std::to_string(plant->tree.leaf_count())});
+
+  Mesh leaves;
+  std::vector<GltfPart> parts;
+  if (arguments.part != Part::wood) {
+    leaves = foliage_mesh(cut_foliage(plant->tree, plant->card_table, arguments.leaf_count));
+    parts.push_back({"leaves", &leaves});
+  }
+  if (arguments.part != Part::foliage && !plant->wood.lods.empty()) parts.push_back({"wood", &plant->wood.lods.front()});
+  const auto written = write_glb(arguments.output, parts, plant->materials, plant->images);
+  if (!written) return report_failure(arguments.output, written.error());
+  std::printf("%s: %zu leaf quads, %zu wood triangles\n", arguments.output.c_str(), leaves.indices.size() / 6,
+              parts.empty() || parts.back().mesh == &leaves ? 0 : parts.back().mesh->indices.size() / 3);
+  return 0;
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<ExportArguments>();
+  CLI::App* command = app.add_subcommand("export", "Write one cut of a plant as plain glTF, for any engine");
+  command->add_option("input", arguments->input, "A .coppice file")->required();
+  command->add_option("--leaves", arguments->leaf_count, "Leaf quads in the cut, 1 to the plant's leaf count")
+      ->required()
+      ->check(CLI::Range(std::uint32_t{1}, std::uint32_t{1} << 26));
+  const std::map<std::string, Part> parts = {{"foliage", Part::foliage}, {"wood", Part::wood}, {"all", Part::all}};
+  command->add_option("--part", arguments->part, "foliage, wood (the finest) or all")
+      ->transform(CLI::CheckedTransformer(parts))
+      ->default_str("all");
+  command->add_option("-o,--output", arguments->output, "The .glb to write")->required();
+  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+}
+
+}  // namespace coppice::bake

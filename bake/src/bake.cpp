@@ -67,14 +67,16 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   baked.name = plant.name;
   baked.metric = COPPICE_METRIC_MI;
   baked.tree = build_tree(foliage, collapse.sequence);
-  baked.card_table = foliage.card_table;
-  baked.errors = measure_error_table(baked.tree, baked.card_table, plant.materials, plant.images, stage("error table"));
+  baked.card_table = std::move(foliage.card_table);
+  baked.materials = std::move(plant.materials);
+  baked.images = std::move(plant.images);
+  baked.sphere = plant_sphere(foliage, plant.wood);
+  COPPICE_TRY(errors, measure_error_table(baked, stage("error table")));
+  baked.errors = std::move(errors);
   report.seconds.error_table = watch.lap();
 
   progress("pack", 0.0);
   baked.wood = simplify_wood(plant.wood);
-  baked.materials = std::move(plant.materials);
-  baked.images = std::move(plant.images);
   COPPICE_TRY(bytes, pack(baked, report.sizes));
   report.seconds.pack = watch.lap();
   report.seconds.total = total.lap();

@@ -5,10 +5,14 @@
 
 namespace coppice::bake {
 
-/// Renders about 24 cuts of the tree and the source at 512 px from six viewpoints, box-filters both down to each size, and tabulates the error in
-/// pixels: size_px * rmse / 255 of luminance over the image (ARCHITECTURE.md, "error table"). Made monotone by a running
-/// maximum from the finest level down.
-ErrorTable measure_error_table(const Tree& tree, const std::vector<Card>& card_table, const std::vector<Material>& materials,
-                               const std::vector<Image>& images, const ProgressFunction& progress);
+/// Bounds of a plant: sphere about the centre of the box of leaf quads and wood.
+Sphere plant_sphere(const Foliage& foliage, const Mesh& wood);
+
+/// Renders about 24 cuts of the tree and the source at 512 px from six viewpoints that the collapse did not use, box-filters both down to
+/// each size, and tabulates the error in pixels: size_px * rmse / 255 of luminance over the image (ARCHITECTURE.md, "Error
+/// table"). Made monotone by a running maximum from the finest level down. Parallel over views; the result does not depend on it.
+/// plant   tree, card_table, materials, images and sphere are read
+/// errors  invalid_argument: a material names an image that is not there
+Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFunction& progress);
 
 }  // namespace coppice::bake

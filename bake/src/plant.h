@@ -112,6 +112,12 @@ struct WoodLods {
   std::vector<Mesh> lods;
 };
 
+/// A bounding sphere about the centre of a bounding box.
+struct Sphere {
+  glm::vec3 center{0.0f};
+  float radius = 0.0f;
+};
+
 /// Everything that goes into a .coppice file.
 struct BakedPlant {
   std::string name;
@@ -122,12 +128,7 @@ struct BakedPlant {
   std::vector<Image> images;
   ErrorTable errors;
   WoodLods wood;
-};
-
-/// Sphere about the box centre of leaves and wood.
-struct Sphere {
-  glm::vec3 center{0.0f};
-  float radius = 0.0f;
+  Sphere sphere;  ///< bounds leaves and wood: what the error table's sizes measure, and what the runtime culls
 };
 
 }  // namespace coppice::bake

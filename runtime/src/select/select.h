@@ -1,2 +1,69 @@
 #pragma once
-#include "result.h"
+
+// Which cut an instance is drawn with: the CPU reference of the selection shader, on plain spans. The arithmetic is shaders/coppice_lod.h.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "coppice_lod.h"
+#include "reader.h"
+
+namespace coppice {
+
+/// The camera as selection sees it.
+struct LodView {
+  std::array<float, 3> eye_m{};  ///< world space
+  float focal_px = 1.0f;         ///< half the image height times |clip_from_view[1][1]|
+  float near_m = 0.1f;           ///< > 0; nearer counts as this near
+  float error_px = 2.0f;         ///< threshold, > 0
+  bool full = false;             ///< COPPICE_LOD_FULL: every resident leaf and the finest wood
+};
+
+/// One instance's bounding sphere in world space.
+struct InstanceSphere {
+  std::array<float, 3> center_m{};
+  float radius_m = 0.0f;
+  std::uint32_t plant = kNoPlant;  ///< index of its plant; kNoPlant: a hole in the array, skipped
+
+  static constexpr std::uint32_t kNoPlant = 0xffffffffu;
+};
+
+/// A plant as selection sees it.
+struct LodPlant {
+  lod::CoppiceTable table{};
+  std::uint32_t resident_leaf_count = 1;  ///< cuts are clamped to it
+  std::uint32_t resident_wood_mask = 0;   ///< bit i: wood LoD i can be drawn
+};
+
+/// What an instance is drawn with.
+struct InstanceLod {
+  float leaf_count = 1.0f;                         ///< fractional m in [1, resident_leaf_count]
+  std::uint32_t wood_lod = COPPICE_MAX_WOOD_LODS;  ///< table.wood_lod_count or more: no wood
+};
+
+/// A plant's packed table, as CPU and GPU read it through coppice_lod.h: leaf counts | sizes | errors | wood triangles, in 32-bit words.
+std::vector<std::uint32_t> pack_lod_table(const PlantFile& file);
+
+/// The table's view for the C++ side. words must stay alive; first_word is 0.
+lod::CoppiceTable lod_table(const PlantFile& file, std::span<const std::uint32_t> words);
+
+/// One instance. instance_index: offsets the threshold, see coppice_instance_threshold_px.
+InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t instance_index, const LodPlant& plant, const LodView& view);
+
+/// All instances. out: [instances.size()]; holes get leaf_count 0. plants is indexed by InstanceSphere::plant (asserted).
+void select_lods(std::span<const InstanceSphere> instances, std::span<const LodPlant> plants, const LodView& view,
+                 std::span<InstanceLod> out);
+
+/// Nodes of cut(leaf_count), ascending.
+/// node_split  [>= 2 * leaf_count - 1] split that replaces each node, lod::kCoppiceNoSplit if none
+/// out         room for leaf_count ids
+/// returns     ids written: leaf_count for a valid tree
+std::size_t select_cut(std::span<const std::uint32_t> node_split, std::uint32_t leaf_count, std::span<std::uint32_t> out);
+
+/// E(leaf_count, size_px), px, between the table's levels linear in log leaf count: the inverse of coppice_leaf_count.
+float error_px_at(const lod::CoppiceTable& table, float leaf_count, float size_px);
+
+}  // namespace coppice

@@ -1,0 +1,100 @@
+#pragma once
+
+// The engine's hooks as the runtime's insides see them, memory that comes from the allocator hook, and the defaults for hooks an engine
+// leaves out.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <new>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+#include "coppice/coppice.h"
+#include "result.h"
+
+namespace coppice {
+
+class ThreadPool;
+
+/// Complete: every function pointer but log.write is set.
+struct Hooks {
+  coppice_allocator allocator{};
+  coppice_jobs jobs{};
+  coppice_io io{};
+  coppice_log log{};
+};
+
+/// Hooks with every gap filled: malloc, a thread pool of the context's own for jobs, pread on that pool for files; log stays as it is.
+struct HookSet {
+  Hooks hooks;
+  std::unique_ptr<ThreadPool> pool;  ///< null when the engine brought its own jobs and io. Must outlive every use of `hooks`
+};
+
+/// A hook counts as given when all its function pointers are set; one that is set in part is an error.
+/// errors  invalid_argument: a hook set in part; out_of_memory: no thread can be started
+Result<HookSet> complete_hooks(const Hooks& given);
+
+/// Writes one line to the log hook, if there is one. Any thread.
+void log_line(const coppice_log& log, coppice_log_level level, const char* format, ...) __attribute__((format(printf, 3, 4)));
+
+/// An array from the allocator hook, whose length may come from a file: allocation fails with a status instead of aborting.
+/// T needs no destructor. Elements start value-initialised.
+template <class T>
+class HookArray {
+  static_assert(std::is_trivially_destructible_v<T>);
+
+ public:
+  HookArray() = default;
+  HookArray(HookArray&& other) noexcept
+      : allocator_(other.allocator_), data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  HookArray& operator=(HookArray&& other) noexcept {
+    HookArray moved(std::move(other));
+    std::swap(allocator_, moved.allocator_);
+    std::swap(data_, moved.data_);
+    std::swap(size_, moved.size_);
+    return *this;
+  }
+  ~HookArray() { reset(); }
+
+  /// `count` elements; 0 gives an empty array without a call to the hook.
+  /// errors  out_of_memory: the hook returned null, or the size in bytes does not fit size_t
+  static Result<HookArray> allocate(const coppice_allocator& allocator, std::size_t count) {
+    HookArray array;
+    array.allocator_ = allocator;
+    if (count == 0) return array;
+    if (count > SIZE_MAX / sizeof(T)) return Error{Status::out_of_memory, "array too large"};
+    array.data_ = static_cast<T*>(allocator.allocate(allocator.user, count * sizeof(T), alignof(T)));
+    if (array.data_ == nullptr) return Error{Status::out_of_memory, "the allocator hook returned null"};
+    array.size_ = count;
+    std::uninitialized_value_construct_n(array.data_, count);
+    return array;
+  }
+
+  void reset() {
+    if (data_ != nullptr) allocator_.free(allocator_.user, data_, size_ * sizeof(T));
+    data_ = nullptr;
+    size_ = 0;
+  }
+
+  [[nodiscard]] T* data() { return data_; }
+  [[nodiscard]] const T* data() const { return data_; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t bytes() const { return size_ * sizeof(T); }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] std::span<T> span() { return {data_, size_}; }
+  [[nodiscard]] std::span<const T> span() const { return {data_, size_}; }
+  T& operator[](std::size_t i) { return span()[i]; }
+  const T& operator[](std::size_t i) const { return span()[i]; }
+
+ private:
+  coppice_allocator allocator_{};
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+/// Bytes from the allocator hook.
+using HookBuffer = HookArray<std::uint8_t>;
+
+}  // namespace coppice

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "result.h"
+
+namespace coppice {
+
+/// A few threads that run submitted functions in order of submission: the default behind the jobs and io hooks.
+class ThreadPool {
+ public:
+  /// thread_count  0: one fewer than the machine has, at least 1, at most 4, so that the engine keeps its cores
+  /// errors  out_of_memory: no thread can be started
+  static Result<std::unique_ptr<ThreadPool>> create(std::uint32_t thread_count);
+
+  /// Runs what is still queued, then joins.
+  ~ThreadPool();
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+
+  /// Any thread. Does not wait, unless kQueueLength functions are queued already: then it runs `function` inline.
+  void submit(void (*function)(void* argument), void* argument);
+
+  static constexpr std::uint32_t kQueueLength = 256;
+
+ private:
+  struct State;
+  explicit ThreadPool(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace coppice

@@ -1,0 +1,42 @@
+#pragma once
+
+// What the view asks of each plant: how many instances show it at what size. The streamer turns it into wants and priorities.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "coppice/coppice.h"
+#include "select.h"
+
+namespace coppice {
+
+/// Instances by projected size: bin b holds sizes [2^(b/2), 2^((b+1)/2)) px, the first and last bin what lies beyond.
+inline constexpr std::uint32_t kSizeBinCount = 28;
+
+/// One plant's demand in one view.
+struct PlantDemand {
+  float max_size_px = 0.0f;                      ///< of the largest instance in view; 0: none
+  std::array<float, kSizeBinCount> instances{};  ///< weight per bin: 1 for an instance in view, kOutsideWeight for one outside
+};
+
+/// An instance outside the view counts this much, at half its size: turning the head should find it half ready.
+inline constexpr float kOutsideWeight = 0.1f;
+
+/// A view for demand: selection's, and the frustum's side planes.
+struct DemandView {
+  LodView lod;
+  /// Side planes, world space, inside where dot(normal, p) + d >= 0; normals unit.
+  std::array<std::array<float, 4>, 4> planes{};
+};
+
+/// From coppice_view's matrices (column-major). error  invalid_argument: the matrices are not a perspective view, or error_px <= 0
+Result<DemandView> demand_view(const coppice_view& view);
+
+/// Size, px, that stands for a bin: its geometric middle.
+float size_bin_px(std::uint32_t bin);
+
+/// Overwrites demands (indexed by InstanceSphere::plant). About 10 ns an instance.
+void measure_demand(std::span<const InstanceSphere> instances, const DemandView& view, std::span<PlantDemand> demands);
+
+}  // namespace coppice

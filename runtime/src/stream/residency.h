@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+
+namespace coppice {
+
+/// Where a chunk is between the file and the GPU. The table of allowed steps is in residency.cpp and in ARCHITECTURE.md.
+enum class Residency : std::uint8_t {
+  absent,    ///< only in the file
+  reading,   ///< the I/O hook has it
+  decoding,  ///< a job has it, or it waits for its predecessor
+  decoded,   ///< in CPU memory, for the GPU side to upload
+  resident,  ///< the GPU side has confirmed the upload
+  evicting,  ///< no longer drawn, but frames the GPU has not finished may still read it
+  failed,    ///< damaged or unreadable: reported once, never asked for again
+};
+inline constexpr std::uint32_t kResidencyCount = 7;
+
+enum class ChunkKind : std::uint8_t { page, wood, texture };
+
+/// A chunk of an open plant.
+struct ChunkId {
+  std::uint32_t plant = 0;
+  ChunkKind kind = ChunkKind::page;
+  std::uint32_t index = 0;
+
+  friend bool operator==(const ChunkId&, const ChunkId&) = default;
+};
+
+struct Chunk {
+  ChunkId id;
+  Residency residency = Residency::absent;
+  bool pinned = false;               ///< page 0 and the coarsest wood: never evicted while the plant is open
+  std::uint32_t file_chunk = 0;      ///< index into PlantFile::chunks
+  std::uint64_t counted_bytes = 0;   ///< what the budget counts for it now
+  std::uint64_t unwanted_since = 0;  ///< frame in which no view wanted it any more; 0: wanted
+};
+
+/// Whether the table allows the step.
+bool may_advance(Residency from, Residency to);
+
+/// The only writer of chunk.residency. False, and no change: the step is not in the table.
+[[nodiscard]] bool advance(Chunk& chunk, Residency to);
+
+const char* residency_name(Residency residency);
+const char* chunk_kind_name(ChunkKind kind);
+
+}  // namespace coppice

@@ -1,0 +1,153 @@
+#pragma once
+
+// Keeps, under a hard memory budget, those chunks of the open plants that show most on screen. It calls no Vulkan function and owns no
+// thread: reads go through the I/O hook, decoding through the jobs hook, and the GPU side copies what take_decoded() hands out.
+//
+// A frame, on the caller's thread:
+//   begin_frame        collects finished reads and decodes, re-orders requests, cancels stale ones, evicts, starts reads. Never blocks
+//   take_evicted       the GPU side stops referring to these from this frame on
+//   take_released      memory of these may be reused: the GPU has finished every frame that referred to them
+//   take_closed_plants everything of these plants has been released; their index may come back from open_plant
+//   take_decoded       the GPU side copies these; uploaded() for each
+//   state              the resident prefix to clamp cuts to, after uploaded()
+//
+// Foliage pages become and stay resident in order: whatever is resident is a prefix of the refinement, so a complete plant.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "demand.h"
+#include "hooks.h"
+#include "reader.h"
+#include "residency.h"
+#include "tree.h"
+#include "wood_codec.h"
+
+namespace coppice {
+
+/// What the GPU side will take for a chunk; the streamer reserves it before it starts a read.
+struct GpuSizes {
+  std::uint64_t page_bytes = 0;         ///< one page slot, the same for every page
+  std::uint64_t wood_vertex_bytes = 0;  ///< per vertex of a wood LoD
+  std::uint64_t wood_index_bytes = 4;
+  std::uint64_t plant_bytes = 0;  ///< per open plant: tables, descriptors
+};
+
+struct StreamerOptions {
+  GpuSizes gpu;
+  std::uint64_t budget_bytes = 256ull << 20;
+  std::uint32_t max_plants = 64;
+  std::uint32_t max_in_flight = 16;  ///< reads and decodes together
+};
+
+/// A node whose split is known now that the page holding that split is there.
+struct SplitPatch {
+  std::uint32_t node = 0;
+  std::uint32_t split = 0;
+};
+
+/// A chunk to upload. Spans and pointers stay valid until uploaded(), upload_failed() or the next begin_frame().
+struct DecodedChunk {
+  ChunkId id;
+
+  // page: nodes first_node .. first_node + quads.size() - 1, one entry each
+  std::uint32_t first_node = 0;  ///< 2 * COPPICE_PAGE_SPLITS * index + 1
+  std::span<const QuantisedQuad> quads;
+  std::span<const std::uint8_t> cards;
+  std::span<const std::uint32_t> node_split;  ///< lod::kCoppiceNoSplit: none, or in a page that is not resident
+  /// Nodes of earlier pages (node 0 included, in no page) that this page's splits replace. They need no undoing when this page is evicted:
+  /// cuts are clamped to the resident prefix, in which those splits have not happened.
+  std::span<const SplitPatch> patches;
+
+  // wood
+  const WoodMesh* wood = nullptr;
+
+  // texture: the chunk as stored, checked: a coppice_file_texture and its mip levels
+  std::span<const std::uint8_t> texture;
+};
+
+/// What can be drawn of a plant now.
+struct PlantState {
+  std::uint32_t resident_page_count = 0;
+  std::uint32_t resident_leaf_count = 1;  ///< finest cut
+  std::uint32_t resident_wood_mask = 0;   ///< bit i: wood LoD i
+  std::uint64_t resident_texture_count = 0;
+};
+
+struct StreamFrame {
+  std::uint64_t frame_number = 1;        ///< of the frame about to be recorded; grows
+  std::uint64_t completed_number = 0;    ///< the GPU has finished every frame up to this one
+  const DemandView* view = nullptr;      ///< threshold and mode; null: nothing is wanted beyond what is there
+  std::span<const PlantDemand> demands;  ///< by plant index; missing ones count as no demand
+};
+
+struct StreamStats {
+  std::uint64_t budget_bytes = 0;
+  std::uint64_t memory_bytes = 0;  ///< in use or reserved
+  std::uint64_t memory_peak_bytes = 0;
+  std::uint64_t chunks_loaded = 0;  ///< became resident; pages, wood and textures
+  std::uint64_t chunks_evicted = 0;
+  std::uint64_t chunks_failed = 0;
+  std::uint64_t reads_cancelled = 0;
+  std::uint32_t chunks_in_flight = 0;  ///< reading or decoding
+  std::uint32_t chunks_wanted = 0;     ///< wanted by the view, not resident
+};
+
+/// Thread: externally serialised; const functions may overlap with each other. The hooks must outlive it.
+class Streamer {
+ public:
+  /// errors  out_of_memory
+  static Result<std::unique_ptr<Streamer>> create(const Hooks& hooks, const StreamerOptions& options);
+
+  /// Waits for running reads and jobs, closes every file.
+  ~Streamer();
+  Streamer(const Streamer&) = delete;
+  Streamer& operator=(const Streamer&) = delete;
+
+  /// Opens a file, reads its front through the I/O hook (blocks for that), checks it and decodes page 0 and the coarsest wood inline; they
+  /// come out of the next take_decoded(). Returns the plant's index, < max_plants. errors  io, bad_file (one log line names file, field and
+  /// byte); out_of_memory: the hook, the budget, or max_plants are open
+  Result<std::uint32_t> open_plant(const char* path);
+
+  /// From now on the plant wants nothing. Its chunks come out of take_evicted and take_released, then its index out of take_closed_plants.
+  /// plant  an open index (asserted)
+  void close_plant(std::uint32_t plant);
+
+  /// plant  an open index (asserted); the reference stays valid until the plant comes out of take_closed_plants
+  [[nodiscard]] const PlantFile& file(std::uint32_t plant) const;
+  /// The packed table of select.h, for the GPU to copy and for the CPU to select with.
+  [[nodiscard]] std::span<const std::uint32_t> lod_words(std::uint32_t plant) const;
+  [[nodiscard]] PlantState state(std::uint32_t plant) const;
+  [[nodiscard]] bool is_open(std::uint32_t plant) const;
+
+  /// Takes effect in the next begin_frame. What open plants pin (page 0, coarsest wood, tables) stays even where it alone is over.
+  void set_memory_budget(std::uint64_t bytes);
+  /// Bytes the GPU side holds beyond GpuSizes: instance buffers, staging, slack of pools. May change from frame to frame.
+  void set_overhead_bytes(std::uint64_t bytes);
+
+  void begin_frame(const StreamFrame& frame);
+
+  // Lists for the GPU side, of the last begin_frame; each is emptied by the call and valid until the next begin_frame.
+  [[nodiscard]] std::span<const ChunkId> take_evicted();
+  [[nodiscard]] std::span<const ChunkId> take_released();
+  [[nodiscard]] std::span<const std::uint32_t> take_closed_plants();
+
+  /// Chunks to upload, pages of a plant in order, at most about max_bytes of GPU memory but at least one chunk if there is one. What is not
+  /// confirmed with uploaded() is handed out again.
+  [[nodiscard]] std::span<const DecodedChunk> take_decoded(std::uint64_t max_bytes);
+  /// The copy is recorded in this frame's commands. id: from the last take_decoded; pages of a plant in order (asserted).
+  void uploaded(ChunkId id);
+  /// The GPU side could not take it (out of device memory): the chunk counts as failed.
+  void upload_failed(ChunkId id);
+
+  [[nodiscard]] StreamStats stats() const;
+
+ private:
+  struct State;
+  explicit Streamer(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace coppice

@@ -1,0 +1,210 @@
+// The level-of-detail metric, once: this text compiles as GLSL and as C++ (namespace coppice::lod), so that the CPU reference, the
+// streamer and the compute shader cannot disagree by more than rounding.
+//
+// Units. A plant's size is the projected diameter of its bounding sphere, in px. error_px = size_px * rmse / 255: the side of the square
+// of completely wrong pixels that has the same summed squared error as the cut. A cut is good enough when error_px <= threshold_px.
+//
+// A shader that includes this file defines first
+//     #define COPPICE_TABLE_WORD(table, i)  uint: word i of the plant's packed table, e.g. tables.words[(table).first_word + (i)]
+// The packed table is, in 32-bit words: uint leaf_counts[L] | float sizes_px[S] | float error_px[L][S] | uint wood_triangles[W].
+
+#ifndef COPPICE_LOD_H
+#define COPPICE_LOD_H
+
+#ifdef __cplusplus
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#define COPPICE_FN [[nodiscard]] inline
+#define COPPICE_CONST inline constexpr
+#define COPPICE_TABLE_WORD(table, i) (table).words[(table).first_word + (i)]
+
+namespace coppice::lod {
+using uint = std::uint32_t;
+inline float uintBitsToFloat(uint bits) {
+  return std::bit_cast<float>(bits);
+}
+inline float log2(float x) {
+  return std::log2(x);
+}
+inline float exp2(float x) {
+  return std::exp2(x);
+}
+inline float ceil(float x) {
+  return std::ceil(x);
+}
+inline float min(float a, float b) {
+  return b < a ? b : a;
+}
+inline float max(float a, float b) {
+  return a < b ? b : a;
+}
+inline float clamp(float x, float low, float high) {
+  return min(max(x, low), high);
+}
+
+#else
+
+#define COPPICE_FN
+#define COPPICE_CONST const
+
+#endif
+
+/// Where a plant's packed table lies and how large it is. L >= 1, S >= 1; leaf_counts[L - 1] is N.
+struct CoppiceTable {
+#ifdef __cplusplus
+  const uint* words;
+#endif
+  uint first_word;
+  uint level_count;     // L
+  uint size_count;      // S
+  uint wood_lod_count;  // W, 0 for a plant without wood
+};
+
+/// An instance's threshold differs from the global one by up to this share, so that a ring of plants does not switch in one frame.
+COPPICE_CONST float kCoppiceThresholdSpread = 0.06f;
+/// A wood triangle may cover about this many squares of the threshold: see coppice_wood_error_px.
+COPPICE_CONST float kCoppiceWoodTrianglesPerSquare = 0.25f;
+/// node_split of a node that is never split.
+COPPICE_CONST uint kCoppiceNoSplit = 0xffffffffu;
+
+COPPICE_FN uint coppice_table_leaf_count(CoppiceTable table, uint level) {
+  return COPPICE_TABLE_WORD(table, level);
+}
+COPPICE_FN float coppice_table_size_px(CoppiceTable table, uint i) {
+  return uintBitsToFloat(COPPICE_TABLE_WORD(table, table.level_count + i));
+}
+COPPICE_FN float coppice_table_error_px(CoppiceTable table, uint level, uint i) {
+  return uintBitsToFloat(COPPICE_TABLE_WORD(table, table.level_count + table.size_count + level * table.size_count + i));
+}
+COPPICE_FN uint coppice_table_wood_triangles(CoppiceTable table, uint lod) {
+  return COPPICE_TABLE_WORD(table, table.level_count + table.size_count + table.level_count * table.size_count + lod);
+}
+
+/// Projected diameter, px, of a sphere of radius_m whose centre is distance_m from the eye. The distance, not the depth: turning the head
+/// must not change a level. Nearer than near_m (> 0) counts as near_m, so from inside a crown the size is large and finite. focal_px  half
+/// the image height times clip_from_view[1][1]'s magnitude
+COPPICE_FN float coppice_projected_size_px(float distance_m, float radius_m, float near_m, float focal_px) {
+  return 2.0f * radius_m * focal_px / max(distance_m, near_m);
+}
+
+/// Position of a size among the table's: i + t stands for a share t, in log size, of the way from sizes[i] to sizes[i + 1].
+/// `scale` multiplies the error: 1 inside the table; above it the error grows as the size does. Below it the first column holds.
+struct CoppiceColumn {
+  uint i;
+  float t;
+  float scale;
+};
+
+COPPICE_FN CoppiceColumn coppice_column(CoppiceTable table, float size_px) {
+  CoppiceColumn column;
+  column.i = 0u;
+  column.t = 0.0f;
+  column.scale = 1.0f;
+  uint last = table.size_count - 1u;
+  float largest_px = coppice_table_size_px(table, last);
+  if (size_px >= largest_px) {
+    column.i = last;
+    column.scale = size_px / largest_px;
+    return column;
+  }
+  if (size_px <= coppice_table_size_px(table, 0u)) return column;
+  while (coppice_table_size_px(table, column.i + 1u) <= size_px) column.i = column.i + 1u;
+  float low = log2(coppice_table_size_px(table, column.i));
+  float high = log2(coppice_table_size_px(table, column.i + 1u));
+  column.t = clamp((log2(size_px) - low) / (high - low), 0.0f, 1.0f);
+  return column;
+}
+
+/// E(level's leaf count, size), px.
+COPPICE_FN float coppice_level_error_px(CoppiceTable table, uint level, CoppiceColumn column) {
+  float error = coppice_table_error_px(table, level, column.i);
+  if (column.t > 0.0f) error += (coppice_table_error_px(table, level, column.i + 1u) - error) * column.t;
+  return error * column.scale;
+}
+
+/// The smallest fractional m in [1, N] with E(m, size_px) <= threshold_px; N where there is none. Between two levels E is linear in log m.
+COPPICE_FN float coppice_leaf_count(CoppiceTable table, float size_px, float threshold_px) {
+  CoppiceColumn column = coppice_column(table, size_px);
+  uint low = 0u;  // error above the threshold
+  float low_error = coppice_level_error_px(table, low, column);
+  if (low_error <= threshold_px) return float(coppice_table_leaf_count(table, low));
+  uint high = table.level_count - 1u;  // error at or below it
+  float high_error = coppice_level_error_px(table, high, column);
+  if (high_error > threshold_px) return float(coppice_table_leaf_count(table, high));
+  while (high - low > 1u) {
+    uint middle = (low + high) / 2u;
+    float error = coppice_level_error_px(table, middle, column);
+    if (error > threshold_px) {
+      low = middle;
+      low_error = error;
+    } else {
+      high = middle;
+      high_error = error;
+    }
+  }
+  float share = (low_error - threshold_px) / (low_error - high_error);
+  float low_log = log2(float(coppice_table_leaf_count(table, low)));
+  float high_log = log2(float(coppice_table_leaf_count(table, high)));
+  return clamp(exp2(low_log + (high_log - low_log) * share), float(coppice_table_leaf_count(table, low)),
+               float(coppice_table_leaf_count(table, high)));
+}
+
+/// The whole cut that draws fractional m: its last split is under way. The slack keeps exp2(log2(n)) from costing a leaf.
+COPPICE_FN uint coppice_whole_leaf_count(float fractional) {
+  return uint(max(ceil(fractional * 0.999999f), 1.0f));
+}
+
+/// Whether a node belongs to cut(leaf_count): it exists (id < 2m - 1) and none of the first m - 1 splits replaced it.
+/// node_split  the split that replaces the node, kCoppiceNoSplit if none does or it is not resident
+COPPICE_FN bool coppice_node_alive(uint node, uint node_split, uint leaf_count) {
+  return node < 2u * leaf_count - 1u && node_split >= leaf_count - 1u;
+}
+
+/// Error, px, of a wood LoD. Not measured yet: the side of a triangle when the LoD's triangles share out the sphere's square,
+/// size * sqrt(k / triangles), in the unit of the leaves' error, so that both follow one threshold.
+COPPICE_FN float coppice_wood_error_px(CoppiceTable table, uint lod, float size_px) {
+  float triangles = max(float(coppice_table_wood_triangles(table, lod)), 1.0f);
+  return size_px * exp2(0.5f * log2(kCoppiceWoodTrianglesPerSquare / triangles));
+}
+
+/// The coarsest wood LoD whose error is at most the threshold; 0, the finest, where there is none. wood_lod_count must be > 0.
+COPPICE_FN uint coppice_wood_lod(CoppiceTable table, float size_px, float threshold_px) {
+  uint lod = table.wood_lod_count - 1u;
+  while (lod > 0u && coppice_wood_error_px(table, lod, size_px) > threshold_px) lod = lod - 1u;
+  return lod;
+}
+
+/// The LoD to draw: the wanted one, else the nearest coarser one that is resident (the coarsest always is once uploaded), else the
+/// nearest finer one. Bit i of the mask: LoD i is resident. wood_lod_count when the mask is empty.
+COPPICE_FN uint coppice_resident_wood_lod(uint resident_mask, uint wanted, uint wood_lod_count) {
+  for (uint lod = wanted; lod < wood_lod_count; lod = lod + 1u)
+    if ((resident_mask & (1u << lod)) != 0u) return lod;
+  for (uint lod = wanted; lod > 0u; lod = lod - 1u)
+    if ((resident_mask & (1u << (lod - 1u))) != 0u) return lod - 1u;
+  return wood_lod_count;
+}
+
+/// A well mixed 32-bit hash (PCG's output permutation over one LCG step).
+COPPICE_FN uint coppice_hash(uint x) {
+  uint state = x * 747796405u + 2891336453u;
+  uint word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+  return (word >> 22u) ^ word;
+}
+
+/// The threshold of one instance: threshold_px * (1 +- kCoppiceThresholdSpread), fixed by the instance's index.
+COPPICE_FN float coppice_instance_threshold_px(float threshold_px, uint instance) {
+  float unit = float(coppice_hash(instance) >> 8u) * (1.0f / 16777216.0f);
+  return threshold_px * (1.0f + kCoppiceThresholdSpread * (2.0f * unit - 1.0f));
+}
+
+#ifdef __cplusplus
+}  // namespace coppice::lod
+#endif
+
+#undef COPPICE_FN
+#undef COPPICE_CONST
+
+#endif

@@ -3,25 +3,32 @@
 #include <cstdint>
 #include <vector>
 
-#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
 
 #include "plant.h"
 #include "result.h"
 
 namespace coppice::bake {
 
+inline constexpr std::uint32_t kMaxViewCount = 1024;
+
 /// An orthographic camera on the sphere of directions; pixels are square, the image holds the bounding sphere exactly.
+/// right x up = direction: the axes are right-handed and the camera looks along -direction.
 struct Viewpoint {
   glm::vec3 direction{0.0f};  ///< unit, from the plant's centre towards the camera
   glm::vec3 right{0.0f};      ///< unit, image +x
   glm::vec3 up{0.0f};         ///< unit, image -y (rows go down)
 };
 
-/// Bounds of leaf quads: sphere about the box centre.
+/// Bounds of leaf quads: sphere about the box centre. Radius 0 when every vertex is the same point, or there is none.
 Sphere bounding_sphere(const Foliage& foliage);
 
+/// The viewpoint in a direction: up is as near world +Y as it gets (world +Z for a camera within half a degree of the Y axis).
+/// direction  unit
+Viewpoint viewpoint_towards(const glm::vec3& direction);
+
 /// `count` viewpoints: 20 are the vertices of a regular dodecahedron (the paper's), any other count a Fibonacci sphere.
-/// errors  invalid_argument: count is 0 or over 1024
+/// errors  invalid_argument: count is 0 or over kMaxViewCount
 Result<std::vector<Viewpoint>> viewpoints(std::uint32_t count);
 
 }  // namespace coppice::bake

@@ -1,0 +1,73 @@
+#pragma once
+
+// Small foliages for tests: everything opaque, one card, one material.
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include <glm/geometric.hpp>
+
+#include "plant.h"
+
+namespace coppice::test {
+
+/// std::uniform_real_distribution is not the same everywhere; this is.
+inline float uniform(std::mt19937& random, float low, float high) {
+  return low + (high - low) * static_cast<float>(static_cast<double>(random()) / 4294967296.0);
+}
+
+inline bake::Foliage plain_foliage(std::vector<bake::Quad> quads) {
+  bake::Foliage foliage;
+  foliage.cards.assign(quads.size(), 0);
+  foliage.quads = std::move(quads);
+  foliage.card_table = {bake::Card{0, {glm::vec2(0, 0), glm::vec2(0, 1), glm::vec2(1, 1), glm::vec2(1, 0)}}};
+  return foliage;
+}
+
+inline std::vector<bake::Material> plain_materials() {
+  return std::vector<bake::Material>(1);
+}
+
+/// A rectangle spanned by two vectors from a corner.
+inline bake::Quad rectangle(const glm::vec3& corner, const glm::vec3& along, const glm::vec3& across) {
+  return {corner, corner + along, corner + along + across, corner + across};
+}
+
+/// Four random points each: folded, overlapping, intersecting.
+inline bake::Foliage random_quads(std::uint32_t leaf_count, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::vector<bake::Quad> quads(leaf_count);
+  for (bake::Quad& quad : quads) {
+    const glm::vec3 center(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
+    for (glm::vec3& corner : quad)
+      corner = center + glm::vec3(uniform(random, -0.4f, 0.4f), uniform(random, -0.4f, 0.4f), uniform(random, -0.4f, 0.4f));
+  }
+  return plain_foliage(quads);
+}
+
+/// Flat leaves on a ball, facing outwards more or less: a crown, with an inside that few viewpoints see.
+inline bake::Foliage ball_crown(std::uint32_t leaf_count, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::vector<bake::Quad> quads;
+  for (std::uint32_t i = 0; i < leaf_count; ++i) {
+    const float height = uniform(random, -1, 1), angle = uniform(random, 0, 6.2831853f), radius = std::sqrt(uniform(random, 0.2f, 1));
+    const float ring = std::sqrt(1 - height * height);
+    const glm::vec3 normal(ring * std::cos(angle), height, ring * std::sin(angle));
+    const glm::vec3 tilt(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
+    const glm::vec3 along = glm::normalize(glm::cross(normal + 0.5f * tilt, glm::vec3(0.3f, 1, 0.2f)));
+    const glm::vec3 across = glm::normalize(glm::cross(along, normal + 0.3f * tilt));
+    quads.push_back(rectangle(normal * (2 * radius) - along * 0.25f - across * 0.15f, along * 0.5f, across * 0.3f));
+  }
+  return plain_foliage(quads);
+}
+
+/// Leaves that come in threes at exactly the same place: every choice has ties.
+inline bake::Foliage duplicated_leaves(std::uint32_t leaf_count, std::uint32_t seed) {
+  bake::Foliage foliage = random_quads(leaf_count, seed);
+  for (std::uint32_t i = 0; i < leaf_count; ++i) foliage.quads[i] = foliage.quads[i - i % 3];
+  return foliage;
+}
+
+}  // namespace coppice::test

@@ -17,7 +17,7 @@
 namespace coppice {
 
 static_assert(std::endian::native == std::endian::little, "the file is copied into structs as it is");
-static_assert(sizeof(coppice_file_header) == 64 && sizeof(coppice_file_chunk) == 32 && sizeof(coppice_file_plant) == 172 &&
+static_assert(sizeof(coppice_file_header) == 64 && sizeof(coppice_file_chunk) == 32 && sizeof(coppice_file_plant) == 236 &&
               sizeof(coppice_file_material) == 32 && sizeof(coppice_file_card) == 36 && sizeof(coppice_file_texture) == 16);
 
 namespace {
@@ -111,6 +111,20 @@ Result<void> check_plant_counts(const coppice_file_plant& plant, std::uint64_t a
   return {};
 }
 
+Result<void> check_wood_counts(const coppice_file_plant& plant, std::uint64_t at) {
+  for (std::uint32_t lod = 0; lod < COPPICE_MAX_WOOD_LODS; ++lod) {
+    const std::uint32_t triangles = plant.wood_triangle_counts[lod], vertices = plant.wood_vertex_counts[lod];
+    const std::uint64_t triangles_at = at + offsetof(coppice_file_plant, wood_triangle_counts) + lod * 4;
+    const bool present = lod < plant.wood_lod_count;
+    if (present != (triangles > 0)) return bad("plant wood_triangle_counts", triangles_at, "a LoD has triangles, a missing one has none");
+    if (triangles > (lod == 0 ? COPPICE_MAX_WOOD_TRIANGLES : plant.wood_triangle_counts[lod - 1]))
+      return bad("plant wood_triangle_counts", triangles_at, "over the limit or over the finer LoD's");
+    if (vertices > 3 * triangles || (present && vertices < 3))
+      return bad("plant wood_vertex_counts", at + offsetof(coppice_file_plant, wood_vertex_counts) + lod * 4, std::to_string(vertices));
+  }
+  return {};
+}
+
 Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t at) {
   for (int axis = 0; axis < 3; ++axis) {
     const float low = plant.leaf_box_min[axis], high = plant.leaf_box_max[axis];
@@ -124,6 +138,7 @@ Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t a
       if (coordinate > COPPICE_QUANTISED_MAX)
         return bad("plant root_quad", at + offsetof(coppice_file_plant, root_quad), "outside the leaf box");
   if (plant.root_card >= plant.card_count) return bad("plant root_card", at + offsetof(coppice_file_plant, root_card), "no such card");
+  COPPICE_CHECK(check_wood_counts(plant, at));
   if (plant.metric != COPPICE_METRIC_MI && plant.metric != COPPICE_METRIC_GEOMETRIC)
     return bad("plant metric", at + offsetof(coppice_file_plant, metric), std::to_string(plant.metric) + " is no metric");
   if (plant.reserved != 0) return bad("plant reserved", at + offsetof(coppice_file_plant, reserved), "must be zero");

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "plant.h"
+#include "result.h"
+#include "tree.h"
+
+namespace coppice::bake {
+
+/// The box whose 16383 steps per axis are the file's coordinates.
+struct QuantisationBox {
+  glm::vec3 min{0.0f}, max{0.0f};
+};
+
+/// Box of all leaf vertices.
+QuantisationBox leaf_box(const Tree& tree);
+
+/// Nearest step: off by at most half of (max - min) / COPPICE_QUANTISED_MAX, and by the rounding of float.
+QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point);
+
+/// The point a reader of the file computes.
+glm::vec3 dequantise(const QuantisationBox& box, const QuantisedPoint& point);
+
+/// A tree as the file stores it.
+struct QuantisedTree {
+  QuantisationBox box;
+  std::vector<QuantisedQuad> quads;  ///< [2N - 1]
+  std::vector<Split> splits;         ///< [N - 1]
+};
+
+/// errors  invalid_argument: a parent's vertices are not four of its children's, arrays disagree, a split's parent is not alive, a
+///         vertex is not finite
+Result<QuantisedTree> quantise_tree(const Tree& tree);
+
+}  // namespace coppice::bake

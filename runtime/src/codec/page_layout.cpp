@@ -1,0 +1,74 @@
+#include "page_layout.h"
+
+#include <algorithm>
+
+namespace coppice::page_layout {
+
+namespace {
+
+/// binomial(n, k) for n <= 7, k <= 4.
+constexpr std::uint32_t binomial(std::uint32_t n, std::uint32_t k) {
+  std::uint32_t value = 1;
+  for (std::uint32_t i = 0; i < k; ++i) value = value * (n - i) / (i + 1);
+  return k > n ? 0 : value;
+}
+
+std::uint16_t clamp_coordinate(int value) {
+  return static_cast<std::uint16_t>(std::clamp(value, 0, static_cast<int>(COPPICE_QUANTISED_MAX)));
+}
+
+}  // namespace
+
+QuantisedPoint predict_corner(const Slots& slots, std::size_t slot) {
+  const std::size_t child = slot & 4, next = child | ((slot + 1) & 3), across = child | ((slot + 2) & 3), before = child | ((slot + 3) & 3);
+  // Leaf quads are near parallelograms.
+  if (slots.known[next] && slots.known[across] && slots.known[before]) {
+    QuantisedPoint guess;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      guess[axis] = clamp_coordinate(slots.points[next][axis] + slots.points[before][axis] - slots.points[across][axis]);
+    return guess;
+  }
+  for (std::size_t neighbour : {before, next, across})
+    if (slots.known[neighbour]) return slots.points[neighbour];
+  // The child has no known corner: the centre of what is known.
+  std::array<int, 3> sum{};
+  int count = 0;
+  for (std::size_t other = 0; other < 8; ++other) {
+    if (!slots.known[other]) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += slots.points[other][axis];
+    ++count;
+  }
+  return {clamp_coordinate(sum[0] / count), clamp_coordinate(sum[1] / count), clamp_coordinate(sum[2] / count)};
+}
+
+SlotRank rank_of_slots(const std::array<std::uint8_t, 4>& parent_slots) {
+  std::array<std::uint8_t, 4> sorted = parent_slots;
+  std::ranges::sort(sorted);
+  SlotRank rank{0, 0};
+  for (std::uint32_t i = 0; i < 4; ++i) rank.set += binomial(sorted[i], i + 1);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    std::uint32_t smaller_later = 0;
+    for (std::uint32_t j = i + 1; j < 4; ++j) smaller_later += parent_slots[j] < parent_slots[i] ? 1u : 0u;
+    rank.order = rank.order * (4 - i) + smaller_later;
+  }
+  return rank;
+}
+
+std::array<std::uint8_t, 4> slots_of_rank(SlotRank rank) {
+  std::array<std::uint8_t, 4> sorted{};
+  for (std::uint32_t i = 4; i-- > 0;) {
+    std::uint32_t slot = i;
+    while (binomial(slot + 1, i + 1) <= rank.set) ++slot;
+    rank.set -= binomial(slot, i + 1);
+    sorted[i] = static_cast<std::uint8_t>(slot);
+  }
+  const std::array<std::uint32_t, 4> places = {rank.order / 6, rank.order / 2 % 3, rank.order % 2, 0};
+  std::array<std::uint8_t, 4> parent_slots{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    parent_slots[i] = sorted[places[i]];
+    std::copy(sorted.begin() + places[i] + 1, sorted.end(), sorted.begin() + places[i]);
+  }
+  return parent_slots;
+}
+
+}  // namespace coppice::page_layout

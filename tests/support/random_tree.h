@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+
+#include "plant.h"
+
+namespace coppice::test {
+
+/// Leaf quads of a plausible crown: parallelograms of like size at random places and angles in a sphere. Same arguments, same leaves,
+/// on every platform.
+bake::Foliage random_foliage(std::uint32_t leaf_count, std::uint32_t seed, std::uint32_t card_count = 2);
+
+/// A valid tree over `foliage` in refinement order: neighbours along a space-filling curve merge in random order, each into four of its
+/// eight vertices (Fig. 3 of the paper).
+bake::Tree random_tree(const bake::Foliage& foliage, std::uint32_t seed);
+
+struct RandomPlantOptions {
+  std::uint32_t leaf_count = 100;
+  std::uint32_t seed = 1;
+  std::uint32_t card_count = 2;
+  std::uint32_t wood_lod_count = 2;
+  std::uint32_t texture_side = 8;  ///< 0: no texture
+};
+
+/// A complete plant over random_tree: two materials, a stem of tapered rings as wood, an error table.
+bake::BakedPlant random_plant(const RandomPlantOptions& options);
+
+}  // namespace coppice::test

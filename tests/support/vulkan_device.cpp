@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <iterator>
+#include <map>
 #include <mutex>
 #include <stdexcept>
 
@@ -166,9 +167,11 @@ VulkanDevice& device_storage() {
   return gpu;
 }
 
-/// Fails on every message in the log and empties it.
+/// Fails once per distinct message in the log, with how often it came, and empties it.
 void expect_no_messages(const char* when) {
-  for (const std::string& line : validation_messages()) ADD_FAILURE() << "Vulkan validation, " << when << ":\n" << line;
+  std::map<std::string, std::size_t> times;
+  for (const std::string& line : validation_messages()) ++times[line];
+  for (const auto& [line, count] : times) ADD_FAILURE() << "Vulkan validation, " << when << ", " << count << " times:\n" << line;
   clear_validation_messages();
 }
 

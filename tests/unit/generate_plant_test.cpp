@@ -1,0 +1,296 @@
+#include "generate_plant.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <tiny_gltf.h>
+#include <glm/geometric.hpp>
+
+#include "gltf_write.h"
+
+namespace coppice::bake {
+namespace {
+
+struct Expected {
+  std::string_view species;
+  std::uint32_t leaf_count;
+  std::uint32_t min_leaf_triangles;
+  std::uint32_t max_wood_triangles;
+  float min_height_m, max_height_m;
+};
+
+constexpr Expected kExpected[] = {
+    {"corylus", 386, 12, 12000, 2.7f, 4.6f},
+    {"willow", 4456, 6, 40000, 6.5f, 10.0f},
+    {"juniper", 13162, 2, 30000, 2.9f, 4.6f},
+};
+
+using Cell = std::array<int, 3>;
+
+Cell cell_of(const glm::vec3& point, float size) {
+  const glm::vec3 cell = glm::floor(point / size);
+  return {static_cast<int>(cell.x), static_cast<int>(cell.y), static_cast<int>(cell.z)};
+}
+
+template <class Function>
+void for_each_neighbour(const Cell& cell, Function function) {
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = -1; z <= 1; ++z) function(Cell{cell[0] + x, cell[1] + y, cell[2] + z});
+}
+
+struct Box {
+  glm::vec3 low{std::numeric_limits<float>::max()}, high{-std::numeric_limits<float>::max()};
+};
+
+Box box_of(const std::vector<glm::vec3>& points) {
+  Box box;
+  for (const glm::vec3& point : points) {
+    box.low = glm::min(box.low, point);
+    box.high = glm::max(box.high, point);
+  }
+  return box;
+}
+
+/// Union-find over vertices.
+class Components {
+ public:
+  explicit Components(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { parent_[root(a)] = root(b); }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// Triangle counts of the connected components of a mesh whose vertices nearer than `weld_m` are one: what an importer sees as leaves.
+std::vector<std::uint32_t> component_triangle_counts(const Mesh& mesh, float weld_m) {
+  const auto vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
+  Components components(vertex_count);
+  std::map<Cell, std::vector<std::uint32_t>> grid;
+  for (std::uint32_t vertex = 0; vertex < vertex_count; ++vertex) {
+    const Cell cell = cell_of(mesh.positions[vertex], weld_m);
+    for_each_neighbour(cell, [&](const Cell& near) {
+      const auto found = grid.find(near);
+      if (found == grid.end()) return;
+      for (const std::uint32_t other : found->second)
+        if (glm::distance(mesh.positions[vertex], mesh.positions[other]) <= weld_m) components.join(vertex, other);
+    });
+    grid[cell].push_back(vertex);
+  }
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    components.join(mesh.indices[i], mesh.indices[i + 1]);
+    components.join(mesh.indices[i], mesh.indices[i + 2]);
+  }
+  std::map<std::uint32_t, std::uint32_t> counts;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) ++counts[components.root(mesh.indices[i])];
+  std::vector<std::uint32_t> out;
+  for (const auto& [root, count] : counts) out.push_back(count);
+  return out;
+}
+
+/// Cells of `size` metres that a mesh's surface passes through.
+std::set<Cell> surface_cells(const Mesh& mesh, float size) {
+  std::set<Cell> cells;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    const glm::vec3 a = mesh.positions[mesh.indices[i]];
+    const glm::vec3 ab = mesh.positions[mesh.indices[i + 1]] - a, ac = mesh.positions[mesh.indices[i + 2]] - a;
+    const int steps = 1 + static_cast<int>(2.0f * std::max({glm::length(ab), glm::length(ac), glm::length(ac - ab)}) / size);
+    for (int u = 0; u <= steps; ++u)
+      for (int v = 0; u + v <= steps; ++v)
+        cells.insert(cell_of(
+            a + static_cast<float>(u) / static_cast<float>(steps) * ab + static_cast<float>(v) / static_cast<float>(steps) * ac, size));
+  }
+  return cells;
+}
+
+/// Those of `cells` that can be reached from the ground through neighbouring ones.
+std::set<Cell> rooted_cells(const std::set<Cell>& cells) {
+  std::set<Cell> rooted;
+  std::vector<Cell> open;
+  const auto reach = [&](const Cell& cell) {
+    if (cells.contains(cell) && rooted.insert(cell).second) open.push_back(cell);
+  };
+  for (const Cell& cell : cells)
+    if (cell[1] <= 0) reach(cell);
+  while (!open.empty()) {
+    const Cell cell = open.back();
+    open.pop_back();
+    for_each_neighbour(cell, reach);
+  }
+  return rooted;
+}
+
+void expect_sound(const Mesh& mesh) {
+  ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
+  ASSERT_EQ(mesh.uvs.size(), mesh.positions.size());
+  ASSERT_EQ(mesh.indices.size(), 3 * mesh.triangle_materials.size());
+  for (const glm::vec3& normal : mesh.normals) ASSERT_NEAR(glm::length(normal), 1.0f, 1e-4f);
+  for (const glm::vec2& uv : mesh.uvs) ASSERT_TRUE(std::isfinite(uv.x) && std::isfinite(uv.y));
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    const std::uint32_t a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2];
+    const glm::vec3 area = glm::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+    ASSERT_GT(glm::length(area), 1e-8f) << "degenerate triangle " << i / 3;
+    ASSERT_GT(glm::dot(area, mesh.normals[a] + mesh.normals[b] + mesh.normals[c]), 0.0f)
+        << "triangle " << i / 3 << " faces its normals' back";
+  }
+}
+
+std::vector<std::uint8_t> glb_of(const Plant& plant) {
+  auto bytes = encode_glb({{"leaves", &plant.foliage}, {"wood", &plant.wood}}, plant.materials, plant.images);
+  EXPECT_TRUE(bytes);
+  return bytes ? *bytes : std::vector<std::uint8_t>{};
+}
+
+class GeneratePlant : public testing::TestWithParam<std::tuple<Expected, std::uint64_t>> {
+ protected:
+  void SetUp() override {
+    auto plant = generate_plant(expected_.species, std::get<1>(GetParam()));
+    ASSERT_TRUE(plant);
+    plant_ = *std::move(plant);
+  }
+  Expected expected_ = std::get<0>(GetParam());
+  Plant plant_;
+};
+
+TEST_P(GeneratePlant, HasExactlyThePapersLeafCount) {
+  ASSERT_EQ(plant_.leaves.size(), expected_.leaf_count);
+  std::uint32_t next = 0;
+  for (const LeafRange& leaf : plant_.leaves) {
+    ASSERT_EQ(leaf.first_triangle, next);
+    ASSERT_GE(leaf.triangle_count, expected_.min_leaf_triangles);
+    next += leaf.triangle_count;
+  }
+  EXPECT_EQ(next, plant_.foliage.triangle_materials.size());
+}
+
+TEST_P(GeneratePlant, EveryLeafIsOneComponentHoweverCloselyPositionsAreWelded) {
+  const Box box = box_of(plant_.foliage.positions);
+  for (const float weld : {1e-7f, 1e-5f}) {
+    const auto counts = component_triangle_counts(plant_.foliage, weld * glm::distance(box.low, box.high));
+    EXPECT_EQ(counts.size(), expected_.leaf_count) << "welded at " << weld << " of the box";
+    EXPECT_GE(*std::ranges::min_element(counts), expected_.min_leaf_triangles);
+    EXPECT_EQ(*std::ranges::min_element(counts), *std::ranges::max_element(counts));
+  }
+}
+
+TEST_P(GeneratePlant, MeshesAreSound) {
+  expect_sound(plant_.foliage);
+  expect_sound(plant_.wood);
+  for (const glm::vec2& uv : plant_.foliage.uvs) ASSERT_TRUE(uv.x >= 0.0f && uv.x <= 1.0f && uv.y >= 0.0f && uv.y <= 1.0f);
+  EXPECT_LE(plant_.wood.triangle_materials.size(), expected_.max_wood_triangles);
+}
+
+TEST_P(GeneratePlant, WoodGrowsFromTheGroundInOnePiece) {
+  const Box box = box_of(plant_.wood.positions);
+  EXPECT_LE(box.low.y, 0.0f);
+  EXPECT_GT(box.low.y, -0.2f);
+  const std::set<Cell> cells = surface_cells(plant_.wood, 0.04f);
+  EXPECT_EQ(rooted_cells(cells).size(), cells.size());
+}
+
+TEST_P(GeneratePlant, LeavesHangOnWoodInsideTheCrown) {
+  const Box box = box_of(plant_.foliage.positions);
+  EXPECT_GE(box.low.y, 0.0f);
+  EXPECT_GE(box.high.y, expected_.min_height_m);
+  EXPECT_LE(box.high.y, expected_.max_height_m);
+  const std::set<Cell> wood = surface_cells(plant_.wood, 0.02f);
+  std::size_t loose = 0;
+  for (const LeafRange& leaf : plant_.leaves) {
+    bool touches = false;
+    for (std::uint32_t i = 3 * leaf.first_triangle; i < 3 * (leaf.first_triangle + leaf.triangle_count) && !touches; ++i)
+      for_each_neighbour(cell_of(plant_.foliage.positions[plant_.foliage.indices[i]], 0.02f),
+                         [&](const Cell& near) { touches |= wood.contains(near); });
+    loose += touches ? 0 : 1;
+  }
+  EXPECT_EQ(loose, 0u);
+}
+
+// A crown is full from every side: no eighth of the circle round its middle holds less than a third of its share of leaf area.
+TEST_P(GeneratePlant, CrownIsFullFromEverySide) {
+  const Box box = box_of(plant_.foliage.positions);
+  const glm::vec3 middle = 0.5f * (box.low + box.high);
+  std::array<double, 8> area{};
+  for (std::size_t i = 0; i < plant_.foliage.indices.size(); i += 3) {
+    const glm::vec3 a = plant_.foliage.positions[plant_.foliage.indices[i]];
+    const glm::vec3 b = plant_.foliage.positions[plant_.foliage.indices[i + 1]],
+                    c = plant_.foliage.positions[plant_.foliage.indices[i + 2]];
+    const float turn = std::atan2(a.z - middle.z, a.x - middle.x) / 3.14159265f * 4.0f + 4.0f;
+    area[std::min<std::size_t>(static_cast<std::size_t>(turn), 7)] += static_cast<double>(glm::length(glm::cross(b - a, c - a)));
+  }
+  const double total = std::accumulate(area.begin(), area.end(), 0.0);
+  for (const double part : area) EXPECT_GT(part, total / 8.0 * 0.35);
+}
+
+TEST_P(GeneratePlant, SameSeedSameBytesAndAnotherSeedAnotherPlant) {
+  const auto [expected, seed] = GetParam();
+  const auto again = generate_plant(expected.species, seed), other = generate_plant(expected.species, seed + 1);
+  ASSERT_TRUE(again && other);
+  const std::vector<std::uint8_t> bytes = glb_of(plant_);
+  EXPECT_EQ(bytes, glb_of(*again));
+  EXPECT_NE(bytes, glb_of(*other));
+}
+
+TEST_P(GeneratePlant, GlbHoldsTheWholePlant) {
+  const std::vector<std::uint8_t> bytes = glb_of(plant_);
+  tinygltf::TinyGLTF loader;
+  tinygltf::Model model;
+  std::string error, warning;
+  ASSERT_TRUE(loader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), static_cast<unsigned>(bytes.size()))) << error;
+  EXPECT_TRUE(warning.empty()) << warning;
+  ASSERT_EQ(model.materials.size(), 2u);
+  EXPECT_EQ(model.materials[0].name, "leaves");
+  EXPECT_EQ(model.materials[1].name, "wood");
+  const auto& green = model.materials[0].pbrMetallicRoughness.baseColorFactor;
+  const auto& brown = model.materials[1].pbrMetallicRoughness.baseColorFactor;
+  EXPECT_TRUE(green[1] > green[0] && green[1] > green[2]);
+  EXPECT_TRUE(brown[0] > brown[1] && brown[1] > brown[2]);
+  ASSERT_EQ(model.meshes.size(), 2u);
+  const Mesh* meshes[] = {&plant_.foliage, &plant_.wood};
+  for (std::size_t i = 0; i < 2; ++i) {
+    ASSERT_EQ(model.meshes[i].primitives.size(), 1u);
+    const auto& primitive = model.meshes[i].primitives[0];
+    EXPECT_EQ(primitive.material, static_cast<int>(i));
+    EXPECT_EQ(model.accessors[static_cast<std::size_t>(primitive.indices)].count, meshes[i]->indices.size());
+    const auto& accessor = model.accessors[static_cast<std::size_t>(primitive.attributes.at("POSITION"))];
+    ASSERT_EQ(accessor.count, meshes[i]->positions.size());
+    const auto& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+    EXPECT_EQ(std::memcmp(&model.buffers[0].data[view.byteOffset], meshes[i]->positions.data(), view.byteLength), 0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Species, GeneratePlant,
+                         testing::Combine(testing::ValuesIn(kExpected), testing::Values(0u, 1u, 42u, 0xfedcba9876543210u)),
+                         [](const auto& parameter) {
+                           return std::string(std::get<0>(parameter.param).species) + "_" + std::to_string(std::get<1>(parameter.param));
+                         });
+
+TEST(GeneratePlantCounts, HoldForManySeeds) {
+  for (const Expected& expected : kExpected)
+    for (std::uint64_t seed = 100; seed < 120; ++seed) {
+      const auto plant = generate_plant(expected.species, seed);
+      ASSERT_TRUE(plant);
+      ASSERT_EQ(plant->leaves.size(), expected.leaf_count) << expected.species << " seed " << seed;
+      ASSERT_LE(plant->wood.triangle_materials.size(), expected.max_wood_triangles) << expected.species << " seed " << seed;
+    }
+}
+
+TEST(GeneratePlantErrors, UnknownSpeciesIsNamedAndTheKnownOnesListed) {
+  const auto plant = generate_plant("oak", 1);
+  ASSERT_FALSE(plant);
+  EXPECT_EQ(plant.error().status, Status::invalid_argument);
+  EXPECT_EQ(plant.error().message(), "no such plant: oak (there are: corylus willow juniper)");
+}
+
+}  // namespace
+}  // namespace coppice::bake

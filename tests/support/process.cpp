@@ -1,0 +1,99 @@
+#include "process.h"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <thread>
+
+namespace coppice::test {
+namespace {
+
+constexpr int kCannotStart = 127;
+
+/// Runs in the child, between fork and exec: only calls that are safe there.
+[[noreturn]] void become(char* const* argv, const char* out, const char* err, const ProcessOptions& options) {
+  constexpr int kCreate = O_WRONLY | O_CREAT | O_TRUNC;
+  const int in_file = ::open("/dev/null", O_RDONLY);
+  const int out_file = ::open(out, kCreate, 0600);
+  const int err_file = ::open(err, kCreate, 0600);
+  if (in_file < 0 || out_file < 0 || err_file < 0) ::_exit(kCannotStart);
+  ::dup2(in_file, STDIN_FILENO);
+  ::dup2(out_file, STDOUT_FILENO);
+  ::dup2(err_file, STDERR_FILENO);
+  if (options.largest_file_bytes) {
+    const rlimit limit{*options.largest_file_bytes, *options.largest_file_bytes};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ::execv(argv[0], argv);
+  ::_exit(kCannotStart);
+}
+
+/// Waits, killing the child when its time is up. Polls: a test may be 5 ms late.
+int wait_for(pid_t child, const ProcessOptions& options) {
+  int status = 0;
+  const auto start = std::chrono::steady_clock::now();
+  bool killed = !options.kill_after;
+  while (true) {
+    const pid_t ended = ::waitpid(child, &status, killed ? 0 : WNOHANG);
+    if (ended == child) return status;
+    if (ended < 0 && errno != EINTR) throw std::runtime_error("waitpid failed");
+    if (!killed && std::chrono::steady_clock::now() - start >= *options.kill_after) {
+      ::kill(child, SIGKILL);
+      killed = true;
+    }
+    if (!killed) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+std::string read_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace
+
+ProcessResult run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments, const ProcessOptions& options) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  const std::string err = folder / "err";
+  std::vector<std::string> words{program.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+
+  const pid_t child = ::fork();
+  if (child < 0) throw std::runtime_error("fork failed");
+  if (child == 0) become(argv.data(), out.c_str(), err.c_str(), options);
+  const int status = wait_for(child, options);
+
+  ProcessResult result;
+  if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
+  result.out = read_text(out);
+  result.err = read_text(err);
+  if (result.exit_code == kCannotStart) throw std::runtime_error("cannot start " + program.string());
+  return result;
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (std::filesystem::temp_directory_path() / "coppice-test-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a temporary folder: " + std::string(std::strerror(errno)));
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;  // a leftover folder in /tmp is no reason to fail
+  std::filesystem::remove_all(path_, ignored);
+}
+
+}  // namespace coppice::test

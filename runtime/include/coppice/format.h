@@ -29,6 +29,7 @@
 #define COPPICE_MAX_TEXTURE_SIDE 4096u
 #define COPPICE_MAX_WOOD_LODS 8u
 #define COPPICE_MAX_WOOD_TRIANGLES (1u << 24)
+#define COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE 8u /* of a WOOD chunk: the coding spends at least a bit on each */
 #define COPPICE_MAX_ERROR_LEVELS 32u
 #define COPPICE_MAX_ERROR_SIZES 16u
 #define COPPICE_MAX_PAGE_BYTES 65536u

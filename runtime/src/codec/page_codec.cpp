@@ -95,7 +95,7 @@ Result<void> decode(std::span<const std::uint8_t> bytes, std::uint32_t first_spl
   draco::Decoder decoder;
   auto points = decoder.DecodePointCloudFromBuffer(&buffer);
   if (!points.ok()) return Error{Status::bad_file, "page Draco stream", Error::kNoOffset, points.status().error_msg_string()};
-  // Draco reads zeros past the end and ignores what follows.
+  // Draco ignores what follows; past the end it reads zero bits, which check_chunk has ruled out for an undamaged file.
   if (buffer.remaining_size() != 0) return Error{Status::bad_file, "page length"};
   COPPICE_TRY(values, read_values(*points.value(), out.size()));
   for (std::size_t i = 0; i < out.size(); ++i) {

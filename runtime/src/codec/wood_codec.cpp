@@ -1,1 +1,95 @@
+// A wood LoD is a Draco edgebreaker mesh. The connectivity part of its stream states how many triangles and which attributes follow;
+// check_wood_header walks that far on its own and lets Draco see the stream only if it describes what FORMAT.md asks for, in the counts
+// the front of the file promised. What Draco allocates is then bounded by those counts.
+
 #include "wood_codec.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <string>
+
+#include <draco/compression/decode.h>
+
+#include "coppice/format.h"
+#include "draco_header.h"
+#include "wood_header.h"
+
+namespace coppice {
+
+namespace {
+
+Error bad_wood(const char* what, std::string detail = {}) {
+  return {Status::bad_file, what, Error::kNoOffset, std::move(detail)};
+}
+
+/// An attribute with an entry for every point, or null.
+const draco::PointAttribute* find_attribute(const draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType data_type,
+                                            std::uint8_t components) {
+  const draco::PointAttribute* attribute = mesh.GetNamedAttribute(type);
+  if (attribute == nullptr || attribute->data_type() != data_type || attribute->num_components() != components) return nullptr;
+  for (draco::PointIndex point(0); point < mesh.num_points(); ++point)
+    if (attribute->mapped_index(point) >= static_cast<std::uint32_t>(attribute->size())) return nullptr;
+  return attribute;
+}
+
+bool is_finite(const WoodVertex& vertex) {
+  const auto finite = [](float value) { return std::isfinite(value); };
+  return std::ranges::all_of(vertex.position, finite) && std::ranges::all_of(vertex.normal, finite) &&
+         std::ranges::all_of(vertex.uv, finite);
+}
+
+Result<WoodMesh> copy_mesh(const draco::Mesh& mesh, const WoodShape& shape) {
+  if (mesh.num_points() != shape.vertex_count || mesh.num_faces() != shape.triangle_count)
+    return bad_wood("wood counts", std::to_string(mesh.num_points()) + " vertices, " + std::to_string(mesh.num_faces()) + " triangles");
+  const auto* positions = find_attribute(mesh, draco::GeometryAttribute::POSITION, draco::DT_FLOAT32, 3);
+  const auto* normals = find_attribute(mesh, draco::GeometryAttribute::NORMAL, draco::DT_FLOAT32, 3);
+  const auto* uvs = find_attribute(mesh, draco::GeometryAttribute::TEX_COORD, draco::DT_FLOAT32, 2);
+  const auto* materials = find_attribute(mesh, draco::GeometryAttribute::GENERIC, draco::DT_UINT8, 1);
+  if (positions == nullptr || normals == nullptr || uvs == nullptr || materials == nullptr) return bad_wood("wood attribute");
+  WoodMesh result;
+  result.vertices.resize(shape.vertex_count);
+  for (draco::PointIndex point(0); point < mesh.num_points(); ++point) {
+    WoodVertex& vertex = result.vertices[point.value()];
+    positions->GetMappedValue(point, vertex.position.data());
+    normals->GetMappedValue(point, vertex.normal.data());
+    uvs->GetMappedValue(point, vertex.uv.data());
+    std::uint8_t material = 0;
+    materials->GetMappedValue(point, &material);
+    vertex.material = material;
+    if (material >= shape.material_count) return bad_wood("wood material", std::to_string(material));
+    if (!is_finite(vertex)) return bad_wood("wood vertex", "not a finite number");
+  }
+  result.indices.reserve(std::size_t{shape.triangle_count} * 3);
+  for (draco::FaceIndex face(0); face < mesh.num_faces(); ++face)
+    for (const draco::PointIndex& corner : mesh.face(face)) {
+      if (corner.value() >= shape.vertex_count) return bad_wood("wood index", std::to_string(corner.value()));
+      result.indices.push_back(corner.value());
+    }
+  return result;
+}
+
+Result<WoodMesh> decode(std::span<const std::uint8_t> bytes, const WoodShape& shape) {
+  COPPICE_CHECK(check_wood_header(bytes, shape));
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  draco::Decoder decoder;
+  auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
+  if (!mesh.ok()) return bad_wood("wood Draco stream", mesh.status().error_msg_string());
+  if (buffer.remaining_size() != 0) return bad_wood("wood length");
+  return copy_mesh(*mesh.value(), shape);
+}
+
+}  // namespace
+
+Result<WoodMesh> decode_wood(std::span<const std::uint8_t> bytes, const WoodShape& shape) {
+  try {
+    return decode(bytes, shape);
+  } catch (const std::bad_alloc&) {
+    return Error{Status::out_of_memory, "wood"};
+  } catch (...) {
+    return bad_wood("wood Draco stream");
+  }
+}
+
+}  // namespace coppice

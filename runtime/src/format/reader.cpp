@@ -176,6 +176,11 @@ Result<void> check_order(const PlantFile& file) {
     const auto want = std::string(chunk_kind_name(order[i].kind)) + " " + std::to_string(order[i].index) + " expected";
     if (chunk.kind != static_cast<std::uint32_t>(order[i].kind)) return bad("chunk table kind", entry, want);
     if (chunk.index != order[i].index) return bad("chunk table index", entry + offsetof(coppice_file_chunk, index), want);
+    if (order[i].kind == COPPICE_CHUNK_WOOD &&
+        file.plant.wood_triangle_counts[order[i].index] / COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE > chunk.bytes)
+      return bad("plant wood_triangle_counts",
+                 file.chunks[0].offset + offsetof(coppice_file_plant, wood_triangle_counts) + order[i].index * 4,
+                 "more than the WOOD chunk's length can hold");
     if (order[i].kind == COPPICE_CHUNK_PAGE && chunk.bytes > COPPICE_MAX_PAGE_BYTES)
       return bad("chunk table bytes", entry + offsetof(coppice_file_chunk, bytes), "a PAGE is longer than COPPICE_MAX_PAGE_BYTES");
   }

@@ -1,0 +1,153 @@
+#include "wood_codec.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "coppice/format.h"
+#include "random_tree.h"
+#include "wood_encode.h"
+
+namespace coppice {
+namespace {
+
+bake::Mesh stem() {
+  return test::random_plant({.leaf_count = 4}).wood.lods[0];
+}
+
+WoodShape shape_of(const bake::EncodedWood& wood, std::uint32_t material_count = 2) {
+  return {wood.vertex_count, wood.triangle_count, material_count};
+}
+
+using Corner = std::array<float, 3>;
+
+/// Triangles as positions, each starting at its least corner, sorted: the same surface gives the same list.
+std::vector<std::array<Corner, 3>> surface(const std::vector<std::array<Corner, 3>>& triangles) {
+  auto sorted = triangles;
+  for (auto& triangle : sorted) std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+  std::ranges::sort(sorted);
+  return sorted;
+}
+
+TEST(WoodCodec, KeepsEveryTriangleWithinTheQuantisation) {
+  const bake::Mesh mesh = stem();
+  const auto wood = bake::encode_wood(mesh, 2);
+  ASSERT_TRUE(wood) << wood.error().message();
+  const auto decoded = decode_wood(wood->bytes, shape_of(*wood));
+  ASSERT_TRUE(decoded) << decoded.error().message();
+  EXPECT_EQ(decoded->indices.size(), mesh.indices.size());
+  std::vector<std::array<Corner, 3>> before, after;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    before.emplace_back();
+    after.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::vec3& position = mesh.positions[mesh.indices[i + k]];
+      before.back()[k] = {position.x, position.y, position.z};
+      after.back()[k] = decoded->vertices[decoded->indices[i + k]].position;
+    }
+  }
+  const float step = 2.0f / 16383.0f;  // the stem is 2 m tall; Draco quantises all axes by the longest
+  for (auto* triangles : {&before, &after})
+    for (auto& triangle : *triangles)
+      for (auto& corner : triangle)
+        for (float& value : corner) value = std::round(value / (8.0f * step));
+  EXPECT_EQ(surface(before).size(), surface(after).size());
+  const auto a = surface(before), b = surface(after);
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(a[i][k][axis], b[i][k][axis], 1.0f);
+}
+
+TEST(WoodCodec, NormalsStayUnitAndPointOutward) {
+  const auto wood = bake::encode_wood(stem(), 2);
+  const auto decoded = decode_wood(wood->bytes, shape_of(*wood));
+  ASSERT_TRUE(decoded) << decoded.error().message();
+  for (const WoodVertex& vertex : decoded->vertices) {
+    const auto& n = vertex.normal;
+    EXPECT_NEAR(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1.0f, 1e-4f);
+    const float radius = std::hypot(vertex.position[0], vertex.position[2]);
+    EXPECT_GT((n[0] * vertex.position[0] + n[2] * vertex.position[2]) / radius, 0.999f);
+    EXPECT_EQ(vertex.material, 1u);
+  }
+}
+
+TEST(WoodCodec, DoublesVerticesWhereMaterialsMeet) {
+  bake::Mesh mesh = stem();
+  for (std::size_t i = 0; i < mesh.triangle_materials.size(); i += 2) mesh.triangle_materials[i] = 0;
+  const auto wood = bake::encode_wood(mesh, 2);
+  const auto decoded = decode_wood(wood->bytes, shape_of(*wood));
+  ASSERT_TRUE(decoded) << decoded.error().message();
+  std::size_t of_first = 0;
+  for (std::size_t i = 0; i < decoded->indices.size(); i += 3) {
+    const std::uint32_t material = decoded->vertices[decoded->indices[i]].material;
+    of_first += material == 0 ? 1u : 0u;
+    for (std::size_t k = 1; k < 3; ++k) EXPECT_EQ(decoded->vertices[decoded->indices[i + k]].material, material);
+  }
+  EXPECT_EQ(of_first, (mesh.triangle_materials.size() + 1) / 2);
+}
+
+TEST(WoodCodec, DropsTrianglesWithoutArea) {
+  bake::Mesh mesh = stem();
+  mesh.indices.insert(mesh.indices.end(), {0, 0, 1});
+  mesh.triangle_materials.push_back(1);
+  EXPECT_EQ(bake::encode_wood(mesh, 2)->triangle_count, mesh.triangle_materials.size() - 1);
+  mesh.indices = {0, 0, 1};
+  mesh.triangle_materials = {1};
+  EXPECT_TRUE(bake::encode_wood(mesh, 2)->bytes.empty());
+}
+
+TEST(WoodCodec, EncoderRefusesBadMeshes) {
+  bake::Mesh mesh = stem();
+  mesh.positions[0].x = NAN;
+  EXPECT_EQ(bake::encode_wood(mesh, 2).error().status, Status::invalid_argument);
+  mesh = stem();
+  mesh.indices[0] = 100000;
+  EXPECT_EQ(bake::encode_wood(mesh, 2).error().status, Status::invalid_argument);
+  EXPECT_EQ(bake::encode_wood(stem(), 1).error().status, Status::invalid_argument);
+}
+
+TEST(WoodCodec, RefusesCountsThatDisagreeWithTheFront) {
+  const auto wood = bake::encode_wood(stem(), 2);
+  WoodShape shape = shape_of(*wood);
+  ++shape.triangle_count;
+  EXPECT_STREQ(decode_wood(wood->bytes, shape).error().what, "wood triangle count");
+  shape = shape_of(*wood);
+  ++shape.vertex_count;
+  EXPECT_STREQ(decode_wood(wood->bytes, shape).error().what, "wood counts");
+  EXPECT_STREQ(decode_wood(wood->bytes, shape_of(*wood, 1)).error().what, "wood material");
+}
+
+TEST(WoodCodec, RefusesTrailingBytes) {
+  auto wood = bake::encode_wood(stem(), 2);
+  wood->bytes.push_back(0);
+  EXPECT_STREQ(decode_wood(wood->bytes, shape_of(*wood)).error().what, "wood length");
+}
+
+void expect_valid(const WoodMesh& mesh, const WoodShape& shape) {
+  EXPECT_EQ(mesh.vertices.size(), shape.vertex_count);
+  EXPECT_EQ(mesh.indices.size(), 3 * shape.triangle_count);
+  for (std::uint32_t index : mesh.indices) ASSERT_LT(index, shape.vertex_count);
+  for (const WoodVertex& vertex : mesh.vertices) {
+    ASSERT_LT(vertex.material, shape.material_count);
+    for (float value : vertex.position) ASSERT_TRUE(std::isfinite(value));
+  }
+}
+
+TEST(WoodCodec, ATruncatedOrFlippedStreamGivesAnErrorOrAValidMesh) {
+  const auto wood = bake::encode_wood(stem(), 2);
+  const WoodShape shape = shape_of(*wood);
+  for (std::size_t length = 0; length < wood->bytes.size(); ++length) {
+    const std::vector<std::uint8_t> exact(wood->bytes.data(), wood->bytes.data() + length);
+    if (const auto mesh = decode_wood(exact, shape)) expect_valid(*mesh, shape);
+  }
+  for (std::size_t at = 0; at < wood->bytes.size(); ++at)
+    for (int bit = 0; bit < 8; ++bit) {
+      std::vector<std::uint8_t> bytes(wood->bytes.begin(), wood->bytes.end());
+      bytes[at] = static_cast<std::uint8_t>(bytes[at] ^ (1 << bit));
+      if (const auto mesh = decode_wood(bytes, shape)) expect_valid(*mesh, shape);
+    }
+}
+
+}  // namespace
+}  // namespace coppice

@@ -1,0 +1,27 @@
+// What every shader of the demo knows about the frame; the same text in C++ and GLSL. Vectors of four only: std140 adds no padding.
+#ifdef __cplusplus
+#pragma once
+
+#include <glm/glm.hpp>
+
+namespace forest {
+using glm::mat4;
+using glm::vec4;
+#endif
+
+struct FrameUniforms {
+  mat4 clip_from_world;
+  mat4 world_from_clip;
+  vec4 eye;            // xyz position, m; w time, s
+  vec4 sun_direction;  // xyz unit, towards the sun
+  vec4 sun_color;      // linear radiance
+  vec4 sky_color;      // ambient from above
+  vec4 ground_color;   // ambient from below
+  vec4 fog;            // rgb colour, w density 1/m
+  vec4 ground;         // x half side of the ground map, m; y exposure; zw picture size, px
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(FrameUniforms) == 2 * 64 + 7 * 16);
+}  // namespace forest
+#endif

@@ -1,0 +1,24 @@
+#version 460
+// Sky where nothing was drawn: the fog's colour at the horizon, blue above, the sun and thin clouds. Recorded by record_sky.
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+
+layout(location = 0) in vec2 clip;
+layout(location = 0) out vec4 out_color;
+
+void main() {
+  vec4 far = frame.world_from_clip * vec4(clip, 1e-6, 1);
+  vec3 direction = normalize(far.xyz / far.w - frame.eye.xyz);
+  float up = max(direction.y, 0.0);
+  vec3 zenith = vec3(0.16, 0.33, 0.72);
+  vec3 color = mix(frame.fog.rgb, zenith, smoothstep(0.02, 0.75, up));
+
+  vec2 plane = direction.xz / (direction.y + 0.12);
+  float cloud = 0.65 * texture(ground_detail, plane * 0.045 + frame.eye.w * 0.0004).y +
+                0.35 * texture(ground_detail, plane.yx * 0.13 - frame.eye.w * 0.0007).y;
+  color = mix(color, vec3(0.95, 0.94, 0.92), 0.75 * smoothstep(0.50, 0.78, cloud) * smoothstep(0.02, 0.25, up));
+
+  float towards_sun = max(dot(direction, frame.sun_direction.xyz), 0.0);
+  color += frame.sun_color.rgb * (0.06 * pow(towards_sun, 24.0) * smoothstep(0.0, 0.3, up) + 6.0 * smoothstep(0.9994, 0.9998, towards_sun));
+  out_color = vec4(color, 1);
+}

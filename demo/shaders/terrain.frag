@@ -1,0 +1,35 @@
+#version 460
+// Forest floor: grass, litter below crowns, trodden earth, at three scales; writes linear radiance. Recorded by record_ground.
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+
+layout(location = 0) in vec3 world_position;
+layout(location = 1) in vec3 world_normal;
+layout(location = 0) out vec4 out_color;
+
+void main() {
+  vec2 at = world_position.xz;
+  vec4 state = ground_state(at);
+  vec4 fine = texture(ground_detail, at / 2.7);
+  // Turned and scaled by numbers without a common measure, so that the tile's repetition does not show.
+  vec4 coarse = texture(ground_detail, mat2(0.81, 0.59, -0.59, 0.81) * at / 14.3);
+  float broad = texture(ground_detail, mat2(0.31, -0.95, 0.95, 0.31) * at / 83.0).y;
+
+  float lush = clamp(0.62 * state.w + 0.5 * (coarse.y - 0.5) + 0.7 * (broad - 0.5) + 0.2, 0.0, 1.0);
+  vec3 grass = mix(vec3(0.098, 0.094, 0.034), vec3(0.036, 0.068, 0.014), lush);
+  float litter = clamp(1.25 - 1.35 * state.z + 0.9 * (fine.y - 0.5) + 0.8 * (coarse.x - 0.5), 0.0, 1.0);
+  vec3 leaves = mix(vec3(0.062, 0.038, 0.019), vec3(0.125, 0.078, 0.034), smoothstep(0.35, 0.75, fine.x));
+  vec3 albedo = mix(grass, leaves, 0.75 * litter);
+  float trodden = smoothstep(0.25, 0.75, state.y + 0.5 * (fine.y - 0.5) + 0.3 * (coarse.x - 0.5));
+  albedo = mix(albedo, mix(vec3(0.10, 0.070, 0.045), vec3(0.165, 0.125, 0.083), coarse.x), 0.85 * trodden);
+  albedo *= (0.45 + 1.1 * fine.x) * (0.75 + 0.5 * coarse.x);
+
+  vec2 slope = 0.9 * (fine.zw - 0.5) + 0.5 * (coarse.zw - 0.5);
+  vec3 normal = normalize(world_normal - vec3(slope.x, 0, slope.y));
+  // Holes in the crowns: the smooth shade breaks into flecks of light.
+  float flecks = smoothstep(0.36, 0.68, coarse.y * 0.6 + fine.y * 0.4);
+  float sunlit = mix(state.x * state.x, 1.0, 0.55 * flecks * smoothstep(0.0, 0.5, state.x));
+  float facing = max(dot(normal, frame.sun_direction.xyz), 0.0);
+  vec3 light = frame.sun_color.rgb * facing * sunlit + ambient(normal) * (0.3 + 0.7 * state.z);
+  out_color = vec4(fogged(albedo * light, world_position), 1);
+}

@@ -1,0 +1,27 @@
+#version 460
+// Grass near the eye: one instance a tuft, three vertices a blade. Reads tufts; writes blade vertices. Recorded by record_tufts.
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+
+layout(location = 0) in vec4 in_root;   // xyz world position, w height in m
+layout(location = 1) in vec2 in_style;  // x yaw, y tone 0..1
+layout(location = 0) out vec3 world_position;
+layout(location = 1) out float along;  // 0 at the root, 1 at the tip
+layout(location = 2) out float tone;
+
+const float kGolden = 2.399963;
+
+void main() {
+  int blade = gl_VertexIndex / 3;
+  int corner = gl_VertexIndex % 3;
+  float turn = in_style.x + kGolden * float(blade);
+  float height = in_root.w * (0.65 + 0.35 * fract(in_style.y * 7.0 + 0.618 * float(blade)));
+  vec3 lean = vec3(cos(turn), 0, sin(turn));
+  vec3 side = vec3(-lean.z, 0, lean.x) * (0.006 + 0.035 * height);
+  float sway = 0.06 * sin(1.7 * frame.eye.w + in_root.x * 0.7 + in_root.z * 0.9 + float(blade));
+  vec3 root = in_root.xyz + 0.05 * lean;
+  along = corner == 2 ? 1.0 : 0.0;
+  world_position = corner == 2 ? root + vec3(0, height, 0) + (0.45 + sway) * height * lean : root + (corner == 0 ? side : -side);
+  tone = in_style.y;
+  gl_Position = frame.clip_from_world * vec4(world_position, 1);
+}

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <glm/glm.hpp>
+
+#include "terrain.h"
+#include "trail.h"
+
+namespace forest {
+
+/// Where the camera is. yaw 0 looks along -Z and grows to the left (towards -X); pitch grows upwards.
+struct Pose {
+  glm::vec3 position = {0, 2, 0};
+  float yaw_rad = 0;
+  float pitch_rad = 0;
+  float fov_y_rad = 1.05f;
+};
+
+struct CameraPath {
+  double duration_s = 1;
+  bool loops = false;                ///< the end joins the beginning
+  std::function<Pose(double)> pose;  ///< of a time in [0, duration_s]
+};
+
+/// Along the trail at eye height and walking pace, looking ahead and slowly to the sides.
+CameraPath walk_path(const Trail& trail, const Terrain& terrain);
+/// Round the planted square, above the crowns, looking down into it.
+CameraPath orbit_path(float half_extent_m, const Terrain& terrain);
+/// Keyframes from a text file, one a line, `#` starts a comment:
+///
+///     time_s  x_m  height_m  z_m  yaw_deg  pitch_deg  [fov_y_deg]
+///
+/// Times ascend. height_m is above the ground below (x, z). Between keyframes everything is interpolated smoothly (Catmull-Rom).
+/// errors  Failure: unreadable, no keyframe, or a bad line (file:line and what is wrong)
+CameraPath path_from_file(const std::string& file, const Terrain& terrain);
+
+glm::vec3 forward(const Pose& pose);
+glm::mat4 view_from_world(const Pose& pose);
+/// Vulkan clip space, reversed depth: 1 at the near plane, 0 at the far plane.
+glm::mat4 clip_from_view(const Pose& pose, float aspect);
+
+}  // namespace forest

@@ -1,0 +1,75 @@
+#include "options.h"
+
+#include <map>
+
+#include <CLI/CLI.hpp>
+
+namespace forest {
+namespace {
+
+constexpr const char* kAbout =
+    "A forest of streamed plants. In the window: drag with the mouse to look, W A S D to walk, Q E down and up, Shift faster, R resumes\n"
+    "the camera path, P saves a picture, Tab hides the overlay, Escape closes. Without a display it renders headless.";
+
+constexpr const char* kPlants =
+    "Baked plants, separated by commas. Default: every .coppice file of out/plants in the current folder, or of plants beside the "
+    "executable";
+
+constexpr const char* kCamera =
+    "walk, orbit, or a file of keyframes: time_s x_m height_m z_m yaw_deg pitch_deg [fov_y_deg] a line, # starts a comment, height above "
+    "the ground";
+
+constexpr std::uint32_t kLargestSide_px = 16384;
+
+bool parse_size(const std::string& text, Options& options) {
+  const auto cross = text.find('x');
+  if (cross == std::string::npos) return false;
+  return CLI::detail::lexical_cast(text.substr(0, cross), options.width_px) &&
+         CLI::detail::lexical_cast(text.substr(cross + 1), options.height_px) && options.width_px > 0 && options.height_px > 0 &&
+         options.width_px <= kLargestSide_px && options.height_px <= kLargestSide_px;
+}
+
+void declare(CLI::App& app, Options& options) {
+  app.add_option("--plants", options.plants, kPlants)->delimiter(',')->type_name("A.coppice,...");
+  app.add_option("--count", options.count, "Plant instances")->check(CLI::Range(1u, 1000000u))->capture_default_str();
+  app.add_option("--seed", options.seed, "Another seed, another forest")->capture_default_str();
+  app.add_option_function<std::string>(
+         "--size",
+         [&options](const std::string& text) {
+           if (!parse_size(text, options)) throw CLI::ValidationError("--size", "expected WIDTHxHEIGHT, 1 to 16384 each, got " + text);
+         },
+         "Picture size in pixels [1280x720]")
+      ->type_name("WxH");
+  app.add_option("--frames", options.frames,
+                 "Frames to render, spread evenly over the camera path when headless [120; in a window: endless]")
+      ->check(CLI::Range(1u, 10000000u));
+  app.add_flag("--headless", options.headless, "No window");
+  app.add_option("--screenshot", options.screenshot, "Write the last frame, once streaming has settled")->type_name("F.png");
+  app.add_option("--camera", options.camera, kCamera)->type_name("walk|orbit|FILE")->capture_default_str();
+  const std::map<std::string, LodMode> modes = {{"cut", LodMode::cut}, {"full", LodMode::full}};
+  app.add_option("--lod", options.lod, "cut: each plant by its size on screen. full: every leaf of every plant, the reference [cut]")
+      ->transform(CLI::CheckedTransformer(modes))
+      ->type_name("cut|full");
+  app.add_option("--error-px", options.error_px, "Error threshold of the cut")->check(CLI::Range(0.01f, 1000.0f))->capture_default_str();
+  app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB")
+      ->check(CLI::Range(1u, 65536u))
+      ->capture_default_str();
+  app.add_option("--stats", options.stats, "Write statistics as JSON")->type_name("F.json");
+  app.add_flag("--validation", options.validation, "Vulkan core and synchronization validation; messages are printed and counted");
+}
+
+}  // namespace
+
+ParsedOptions parse_options(int argc, char** argv) {
+  ParsedOptions parsed;
+  CLI::App app(kAbout, "coppice-forest");
+  declare(app, parsed.options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    parsed.exit_code = app.exit(error) == 0 ? 0 : 2;
+  }
+  return parsed;
+}
+
+}  // namespace forest

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace forest {
+
+enum class LodMode { cut, full };
+
+/// The command line of coppice-forest. Defaults are what `coppice-forest` alone does.
+struct Options {
+  std::vector<std::string> plants;  ///< .coppice files; empty: those of the default folders, see find_plants
+  std::uint32_t count = 2000;
+  std::uint32_t seed = 1;
+  std::uint32_t width_px = 1280;
+  std::uint32_t height_px = 720;
+  std::optional<std::uint32_t> frames;  ///< absent: 120 headless, until closed in a window
+  bool headless = false;
+  std::string screenshot;       ///< empty: none
+  std::string camera = "walk";  ///< walk, orbit or a keyframe file
+  LodMode lod = LodMode::cut;
+  float error_px = 2;
+  std::uint32_t memory_mb = 256;
+  std::string stats;  ///< empty: none
+  bool validation = false;
+};
+
+/// Parses argv. Returns an exit code instead when there is nothing to run: 0 after --help, 2 after a usage error (already printed).
+struct ParsedOptions {
+  Options options;
+  std::optional<int> exit_code;
+};
+ParsedOptions parse_options(int argc, char** argv);
+
+}  // namespace forest

@@ -1,0 +1,199 @@
+#include "overlay.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+
+#include <backends/imgui_impl_glfw.h>
+#include <imgui.h>
+
+#include "failure.h"
+#include "overlay_frag.h"
+#include "overlay_vert.h"
+#include "pipelines.h"
+#include "vk_struct.h"
+
+namespace forest {
+namespace {
+
+struct Push {
+  float scale[2];
+  float offset[2];
+};
+
+Image create_font(const Device& device) {
+  unsigned char* pixels = nullptr;
+  int width = 0;
+  int height = 0;
+  ImGui::GetIO().Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
+  ImageDesc desc;
+  desc.format = VK_FORMAT_R8G8B8A8_UNORM;
+  desc.extent = {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+  const std::size_t bytes = std::size_t{desc.extent.width} * desc.extent.height * 4;
+  return create_texture(device, desc, std::as_bytes(std::span(pixels, bytes)), 4);
+}
+
+void create_set(Overlay& overlay) {
+  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1};
+  VkDescriptorPoolCreateInfo info = vk_struct<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
+  info.maxSets = 1;
+  info.poolSizeCount = 1;
+  info.pPoolSizes = &size;
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  check(vkCreateDescriptorPool(overlay.device.handle, &info, nullptr, &pool), "vkCreateDescriptorPool");
+  overlay.descriptor_pool = {overlay.device.handle, pool, vkDestroyDescriptorPool};
+  VkDescriptorSetAllocateInfo allocation = vk_struct<VkDescriptorSetAllocateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
+  allocation.descriptorPool = pool;
+  allocation.descriptorSetCount = 1;
+  allocation.pSetLayouts = overlay.set_layout.address();
+  check(vkAllocateDescriptorSets(overlay.device.handle, &allocation, &overlay.set), "vkAllocateDescriptorSets");
+  const VkDescriptorImageInfo image{overlay.sampler, overlay.font.view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+  VkWriteDescriptorSet write = vk_struct<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
+  write.dstSet = overlay.set;
+  write.descriptorCount = 1;
+  write.descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+  write.pImageInfo = &image;
+  vkUpdateDescriptorSets(overlay.device.handle, 1, &write, 0, nullptr);
+}
+
+void create_overlay_pipeline(Overlay& overlay, VkFormat color_format) {
+  const VkVertexInputBindingDescription binding{0, sizeof(ImDrawVert), VK_VERTEX_INPUT_RATE_VERTEX};
+  const std::array<VkVertexInputAttributeDescription, 3> attributes = {{{0, 0, VK_FORMAT_R32G32_SFLOAT, offsetof(ImDrawVert, pos)},
+                                                                        {1, 0, VK_FORMAT_R32G32_SFLOAT, offsetof(ImDrawVert, uv)},
+                                                                        {2, 0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(ImDrawVert, col)}}};
+  PipelineDesc desc;
+  desc.layout = overlay.pipeline_layout;
+  desc.vertex_spirv = overlay_vert_spirv;
+  desc.fragment_spirv = overlay_frag_spirv;
+  desc.color_format = color_format;
+  desc.alpha_blend = true;
+  desc.bindings = {&binding, 1};
+  desc.attributes = attributes;
+  overlay.pipeline = create_pipeline(overlay.device, desc);
+}
+
+// Copies all draw lists into the slot's buffer. Returns the offset of the indices.
+VkDeviceSize copy_geometry(Overlay& overlay, std::size_t slot, const ImDrawData& data) {
+  const auto vertex_bytes = static_cast<VkDeviceSize>(data.TotalVtxCount) * sizeof(ImDrawVert);
+  const VkDeviceSize bytes = vertex_bytes + static_cast<VkDeviceSize>(data.TotalIdxCount) * sizeof(ImDrawIdx);
+  Buffer& buffer = overlay.geometry[slot];
+  if (buffer.bytes < bytes)
+    buffer = create_host_buffer(overlay.device, 2 * bytes, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  std::byte* vertices = buffer.mapped;
+  std::byte* indices = buffer.mapped + vertex_bytes;
+  for (int i = 0; i < data.CmdListsCount; ++i) {
+    const ImDrawList& list = *data.CmdLists[i];
+    std::memcpy(vertices, list.VtxBuffer.Data, static_cast<std::size_t>(list.VtxBuffer.size_in_bytes()));
+    std::memcpy(indices, list.IdxBuffer.Data, static_cast<std::size_t>(list.IdxBuffer.size_in_bytes()));
+    vertices += list.VtxBuffer.size_in_bytes();
+    indices += list.IdxBuffer.size_in_bytes();
+  }
+  return vertex_bytes;
+}
+
+VkRect2D scissor_of(const ImVec4& rectangle, VkExtent2D extent) {
+  const auto clamp = [](float value, std::uint32_t limit) {
+    return static_cast<std::int32_t>(std::clamp(value, 0.0f, static_cast<float>(limit)));
+  };
+  const VkOffset2D from{clamp(rectangle.x, extent.width), clamp(rectangle.y, extent.height)};
+  const VkOffset2D to{clamp(rectangle.z, extent.width), clamp(rectangle.w, extent.height)};
+  return {from, {static_cast<std::uint32_t>(std::max(to.x - from.x, 0)), static_cast<std::uint32_t>(std::max(to.y - from.y, 0))}};
+}
+
+void show_statistics(const coppice_stats& stats) {
+  constexpr double kMebibyte = 1 << 20;
+  const double share =
+      stats.source_leaf_count ? 100.0 * static_cast<double>(stats.drawn_leaf_count) / static_cast<double>(stats.source_leaf_count) : 0;
+  ImGui::Text("leaves   %llu drawn, %.2f %% of all", static_cast<unsigned long long>(stats.drawn_leaf_count), share);
+  ImGui::Text("plants   %u visible of %u", stats.visible_instance_count, stats.instance_count);
+  ImGui::Text("memory   %.1f of %.0f MiB", static_cast<double>(stats.memory_bytes) / kMebibyte,
+              static_cast<double>(stats.memory_budget_bytes) / kMebibyte);
+  ImGui::Text("pages    %llu loaded, %llu evicted, %u wanted, %u on their way", static_cast<unsigned long long>(stats.pages_loaded),
+              static_cast<unsigned long long>(stats.pages_evicted), stats.pages_wanted, stats.pages_in_flight);
+}
+
+void show_controls(Controls& controls) {
+  ImGui::SliderFloat("error, px", &controls.error_px, 0.25f, 32, "%.2f", ImGuiSliderFlags_Logarithmic);
+  ImGui::SliderInt("memory, MiB", &controls.memory_mb, 8, 1024, "%d", ImGuiSliderFlags_Logarithmic);
+  if (ImGui::RadioButton("cut", controls.lod == LodMode::cut)) controls.lod = LodMode::cut;
+  ImGui::SameLine();
+  if (ImGui::RadioButton("every leaf", controls.lod == LodMode::full)) controls.lod = LodMode::full;
+}
+
+}  // namespace
+
+Overlay::Overlay(const Device& device_in, const Window& window, VkFormat color_format) : device(device_in) {
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;  // leave no file behind
+  ImGui::GetIO().BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
+  ImGui_ImplGlfw_InitForOther(window.handle, true);
+  font = create_font(device);
+  sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE);
+  set_layout = create_set_layout(device, std::array{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER});
+  pipeline_layout = create_pipeline_layout(device, set_layout, sizeof(Push));
+  create_set(*this);
+  create_overlay_pipeline(*this, color_format);
+}
+
+Overlay::~Overlay() {
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+}
+
+void layout_overlay(Overlay& overlay, const Window& window, const coppice_stats& stats, float frame_ms, Controls& controls) {
+  overlay.frame_ms[overlay.frame_index] = frame_ms;
+  overlay.frame_index = (overlay.frame_index + 1) % overlay.frame_ms.size();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+  if (window.overlay_visible) {
+    ImGui::SetNextWindowPos({12, 12}, ImGuiCond_FirstUseEver);
+    ImGui::Begin("Coppice", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
+    const float slowest = *std::ranges::max_element(overlay.frame_ms);
+    char label[48];
+    std::snprintf(label, sizeof label, "%.1f ms, worst %.1f", static_cast<double>(frame_ms), static_cast<double>(slowest));
+    ImGui::PlotLines("##frame", overlay.frame_ms.data(), static_cast<int>(overlay.frame_ms.size()), static_cast<int>(overlay.frame_index),
+                     label, 0, std::max(33.0f, slowest), {320, 56});
+    show_statistics(stats);
+    show_controls(controls);
+    ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, P picture, Tab hides");
+    ImGui::End();
+  }
+  ImGui::Render();
+}
+
+void record_overlay(Overlay& overlay, VkCommandBuffer commands, std::size_t slot, VkExtent2D extent) {
+  const ImDrawData& data = *ImGui::GetDrawData();
+  if (data.TotalIdxCount == 0) return;
+  const VkDeviceSize index_offset = copy_geometry(overlay, slot, data);
+  const Buffer& buffer = overlay.geometry[slot];
+  const VkDeviceSize vertex_offset = 0;
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, overlay.pipeline);
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, overlay.pipeline_layout, 0, 1, &overlay.set, 0, nullptr);
+  vkCmdBindVertexBuffers(commands, 0, 1, buffer.buffer.address(), &vertex_offset);
+  vkCmdBindIndexBuffer(commands, buffer.buffer, index_offset, VK_INDEX_TYPE_UINT16);
+  static_assert(sizeof(ImDrawIdx) == 2);
+  const Push push{{2 / data.DisplaySize.x, 2 / data.DisplaySize.y}, {-1, -1}};
+  vkCmdPushConstants(commands, overlay.pipeline_layout, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof push, &push);
+  record_viewport(commands, extent);
+  const float pixels = data.FramebufferScale.x;
+  std::uint32_t first_index = 0;
+  std::int32_t first_vertex = 0;
+  for (int i = 0; i < data.CmdListsCount; ++i) {
+    const ImDrawList& list = *data.CmdLists[i];
+    for (const ImDrawCmd& command : list.CmdBuffer) {
+      const ImVec4& clip = command.ClipRect;
+      const VkRect2D scissor = scissor_of({clip.x * pixels, clip.y * pixels, clip.z * pixels, clip.w * pixels}, extent);
+      vkCmdSetScissor(commands, 0, 1, &scissor);
+      vkCmdDrawIndexed(commands, command.ElemCount, 1, first_index + command.IdxOffset,
+                       first_vertex + static_cast<std::int32_t>(command.VtxOffset), 0);
+    }
+    first_index += static_cast<std::uint32_t>(list.IdxBuffer.Size);
+    first_vertex += list.VtxBuffer.Size;
+  }
+}
+
+bool overlay_uses_mouse() {
+  return ImGui::GetIO().WantCaptureMouse;
+}
+
+}  // namespace forest

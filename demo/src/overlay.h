@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "frames.h"
+#include "options.h"
+#include "resources.h"
+#include "statistics.h"
+#include "window.h"
+
+namespace forest {
+
+/// What the sliders hold.
+struct Controls {
+  float error_px = 2;
+  int memory_mb = 256;
+  LodMode lod = LodMode::cut;
+};
+
+/// ImGui in the window. Its own Vulkan backend calls exported vk* functions and wants a render pass, so the hundred lines that draw its
+/// triangles are here.
+struct Overlay {
+  const Device& device;
+  Image font;
+  Handle<VkSampler> sampler;
+  Handle<VkDescriptorSetLayout> set_layout;
+  Handle<VkPipelineLayout> pipeline_layout;
+  Handle<VkDescriptorPool> descriptor_pool;
+  VkDescriptorSet set = VK_NULL_HANDLE;
+  Handle<VkPipeline> pipeline;
+  std::array<Buffer, FrameRing::kSlots> geometry;  ///< vertices, then indices; grows as needed
+  std::array<float, 120> frame_ms = {};            ///< a ring
+  std::size_t frame_index = 0;
+
+  /// color_format  of the attachment record_overlay draws to
+  Overlay(const Device& device, const Window& window, VkFormat color_format);
+  Overlay(const Overlay&) = delete;
+  Overlay& operator=(const Overlay&) = delete;
+  ~Overlay();
+};
+
+/// Lays out this frame's panel and reads its sliders into `controls`.
+void layout_overlay(Overlay& overlay, const Window& window, const coppice_stats& stats, float frame_ms, Controls& controls);
+/// Draws what layout_overlay laid out. Inside rendering; binds its own pipeline.
+void record_overlay(Overlay& overlay, VkCommandBuffer commands, std::size_t slot, VkExtent2D extent);
+/// Whether the pointer is on the panel.
+bool overlay_uses_mouse();
+
+}  // namespace forest

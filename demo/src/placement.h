@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "trail.h"
+
+namespace forest {
+
+/// What placement must know of a plant, in its own units.
+struct Species {
+  float radius_m = 1;  ///< of the bounding sphere
+};
+
+struct PlacedPlant {
+  std::uint32_t species = 0;
+  glm::vec2 position;  ///< plan (x, z), metres
+  float scale = 1;
+  float yaw_rad = 0;
+  float crown_radius_m = 1;  ///< of the scaled plant, in plan
+  glm::vec3 tint;
+};
+
+struct Planting {
+  float half_extent_m = 0;  ///< the plants stand in a square of twice this side round the origin
+  Trail trail;
+  std::vector<PlacedPlant> plants;  ///< exactly the count asked for
+};
+
+/// Plants `count` instances: groves and clearings from noise, no two closer than their crowns allow, none on the trail.
+/// The square grows until they fit. Same arguments, same planting.
+/// species  not empty
+Planting plant_forest(std::span<const Species> species, std::uint32_t count, std::uint32_t seed);
+
+}  // namespace forest

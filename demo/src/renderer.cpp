@@ -1,0 +1,292 @@
+#include "renderer.h"
+
+#include <cstddef>
+#include <cstring>
+
+#include "failure.h"
+#include "fullscreen_vert.h"
+#include "pipelines.h"
+#include "sky_frag.h"
+#include "terrain_frag.h"
+#include "terrain_vert.h"
+#include "tone_map_frag.h"
+#include "tufts.h"
+#include "tufts_frag.h"
+#include "tufts_vert.h"
+#include "vk_struct.h"
+
+namespace forest {
+namespace {
+
+constexpr std::array kBindingTypes = {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER};
+
+Image upload(const Device& device, const Texture& texture) {
+  ImageDesc desc;
+  desc.format = VK_FORMAT_R8G8B8A8_UNORM;
+  desc.extent = {texture.side_px, texture.side_px};
+  desc.mip_count = texture.mip_count;
+  return create_texture(device, desc, texture.texels, 4);
+}
+
+void allocate_sets(Renderer& renderer) {
+  constexpr auto kSets = static_cast<std::uint32_t>(FrameRing::kSlots);
+  const std::array<VkDescriptorPoolSize, 2> sizes = {
+      {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSets}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSets}}};
+  VkDescriptorPoolCreateInfo info = vk_struct<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
+  info.maxSets = kSets;
+  info.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
+  info.pPoolSizes = sizes.data();
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  check(vkCreateDescriptorPool(renderer.device.handle, &info, nullptr, &pool), "vkCreateDescriptorPool");
+  renderer.descriptor_pool = {renderer.device.handle, pool, vkDestroyDescriptorPool};
+  std::array<VkDescriptorSetLayout, FrameRing::kSlots> layouts;
+  layouts.fill(renderer.set_layout);
+  VkDescriptorSetAllocateInfo allocation = vk_struct<VkDescriptorSetAllocateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
+  allocation.descriptorPool = pool;
+  allocation.descriptorSetCount = kSets;
+  allocation.pSetLayouts = layouts.data();
+  check(vkAllocateDescriptorSets(renderer.device.handle, &allocation, renderer.sets.data()), "vkAllocateDescriptorSets");
+}
+
+void write_set(const Renderer& renderer, std::size_t slot) {
+  const VkDescriptorBufferInfo buffer{renderer.uniforms[slot].buffer, 0, sizeof(FrameUniforms)};
+  constexpr VkImageLayout kRead = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+  const std::array<VkDescriptorImageInfo, 3> images = {{{renderer.clamp_sampler, renderer.ground_map_image.view, kRead},
+                                                        {renderer.repeat_sampler, renderer.ground_detail_image.view, kRead},
+                                                        {renderer.clamp_sampler, renderer.scene.view, kRead}}};
+  std::array<VkWriteDescriptorSet, kBindingTypes.size()> writes{};
+  for (std::uint32_t i = 0; i < writes.size(); ++i) {
+    writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    writes[i].dstSet = renderer.sets[slot];
+    writes[i].dstBinding = i;
+    writes[i].descriptorCount = 1;
+    writes[i].descriptorType = kBindingTypes[i];
+    writes[i].pBufferInfo = i == 0 ? &buffer : nullptr;
+    writes[i].pImageInfo = i == 0 ? nullptr : &images[i - 1];
+  }
+  vkUpdateDescriptorSets(renderer.device.handle, static_cast<std::uint32_t>(writes.size()), writes.data(), 0, nullptr);
+}
+
+void create_ground_pipelines(Renderer& renderer) {
+  PipelineDesc desc;
+  desc.layout = renderer.pipeline_layout;
+  desc.color_format = Renderer::kSceneFormat;
+  desc.depth_format = Renderer::kDepthFormat;
+  const VkVertexInputBindingDescription vertex{0, sizeof(TerrainVertex), VK_VERTEX_INPUT_RATE_VERTEX};
+  const std::array<VkVertexInputAttributeDescription, 2> vertex_attributes = {
+      {{0, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(TerrainVertex, position)},
+       {1, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(TerrainVertex, normal)}}};
+  desc.vertex_spirv = terrain_vert_spirv;
+  desc.fragment_spirv = terrain_frag_spirv;
+  desc.bindings = {&vertex, 1};
+  desc.attributes = vertex_attributes;
+  renderer.ground_pipeline = create_pipeline(renderer.device, desc);
+
+  const VkVertexInputBindingDescription instance{0, sizeof(Tuft), VK_VERTEX_INPUT_RATE_INSTANCE};
+  const std::array<VkVertexInputAttributeDescription, 2> instance_attributes = {
+      {{0, 0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Tuft, root)}, {1, 0, VK_FORMAT_R32G32_SFLOAT, offsetof(Tuft, yaw_rad)}}};
+  desc.vertex_spirv = tufts_vert_spirv;
+  desc.fragment_spirv = tufts_frag_spirv;
+  desc.bindings = {&instance, 1};
+  desc.attributes = instance_attributes;
+  renderer.tuft_pipeline = create_pipeline(renderer.device, desc);
+}
+
+void create_screen_pipelines(Renderer& renderer) {
+  PipelineDesc desc;
+  desc.layout = renderer.pipeline_layout;
+  desc.vertex_spirv = fullscreen_vert_spirv;
+  desc.fragment_spirv = sky_frag_spirv;
+  desc.color_format = Renderer::kSceneFormat;
+  desc.depth_format = Renderer::kDepthFormat;
+  desc.depth_write = false;
+  renderer.sky_pipeline = create_pipeline(renderer.device, desc);
+  desc.fragment_spirv = tone_map_frag_spirv;
+  desc.color_format = Renderer::kPictureFormat;
+  desc.depth_format = VK_FORMAT_UNDEFINED;
+  renderer.tone_map_pipeline = create_pipeline(renderer.device, desc);
+}
+
+void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView& view) {
+  FrameUniforms uniforms;
+  uniforms.clip_from_world = view.clip_from_view * view.view_from_world;
+  uniforms.world_from_clip = glm::inverse(uniforms.clip_from_world);
+  uniforms.eye = {view.eye, view.time_s};
+  uniforms.sun_direction = {renderer.weather.sun_direction, 0};
+  uniforms.sun_color = {renderer.weather.sun_color, 0};
+  uniforms.sky_color = {renderer.weather.sky_color, 0};
+  uniforms.ground_color = {renderer.weather.ground_color, 0};
+  uniforms.fog = {renderer.weather.fog_color, renderer.weather.fog_density};
+  uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, renderer.scene.extent.width, renderer.scene.extent.height};
+  std::memcpy(renderer.uniforms[slot].mapped, &uniforms, sizeof uniforms);
+}
+
+void begin_pass(VkCommandBuffer commands, const Image& color, const Image* depth) {
+  VkRenderingAttachmentInfo color_info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
+  color_info.imageView = color.view;
+  color_info.imageLayout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  color_info.loadOp = VK_ATTACHMENT_LOAD_OP_DONT_CARE;  // every pass here covers every pixel
+  color_info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  VkRenderingAttachmentInfo depth_info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
+  depth_info.imageLayout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  depth_info.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;  // to 0: reversed depth's farthest
+  depth_info.storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE;
+  if (depth) depth_info.imageView = depth->view;
+  VkRenderingInfo info = vk_struct<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
+  info.renderArea = {{0, 0}, color.extent};
+  info.layerCount = 1;
+  info.colorAttachmentCount = 1;
+  info.pColorAttachments = &color_info;
+  info.pDepthAttachment = depth ? &depth_info : nullptr;
+  vkCmdBeginRendering(commands, &info);
+}
+
+void bind(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, VkPipeline pipeline) {
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, renderer.pipeline_layout, 0, 1, &renderer.sets[slot], 0, nullptr);
+  record_viewport(commands, renderer.scene.extent);
+}
+
+void record_ground(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const glm::mat4& clip_from_world) {
+  bind(renderer, commands, slot, renderer.ground_pipeline);
+  const VkDeviceSize offset = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, renderer.ground_vertices.buffer.address(), &offset);
+  vkCmdBindIndexBuffer(commands, renderer.ground_indices.buffer, 0, VK_INDEX_TYPE_UINT32);
+  for (const TerrainChunk& chunk : renderer.terrain.chunks)
+    if (box_in_view(clip_from_world, chunk.box_min, chunk.box_max))
+      vkCmdDrawIndexed(commands, chunk.index_count, 1, chunk.first_index, 0, 0);
+}
+
+void record_tufts(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const glm::mat4& clip_from_world, glm::vec3 eye) {
+  std::vector<Tuft> tufts(kMaxTufts);
+  const std::size_t count = gather_tufts(renderer.terrain, renderer.ground_map, clip_from_world, eye, tufts);
+  std::memcpy(renderer.tufts[slot].mapped, tufts.data(), count * sizeof(Tuft));
+  if (count == 0) return;
+  bind(renderer, commands, slot, renderer.tuft_pipeline);
+  const VkDeviceSize offset = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, renderer.tufts[slot].buffer.address(), &offset);
+  vkCmdDraw(commands, kTuftVertices, static_cast<std::uint32_t>(count), 0, 0);
+}
+
+// An image about to be drawn to from scratch: its old content is dropped, earlier uses of it are waited for.
+ImageBarrier to_attachment(const Image& image, VkPipelineStageFlags2 last_stage, VkAccessFlags2 last_writes) {
+  ImageBarrier barrier;
+  barrier.image = image.image;
+  barrier.from_stage = last_stage;
+  barrier.from_access = last_writes;
+  barrier.to_stage = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+  barrier.to_access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT;
+  barrier.to_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  return barrier;
+}
+
+ImageBarrier from_attachment(const Image& image, VkPipelineStageFlags2 stage, VkAccessFlags2 access, VkImageLayout layout) {
+  ImageBarrier barrier;
+  barrier.image = image.image;
+  barrier.from_stage = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+  barrier.from_access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT;
+  barrier.from_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  barrier.to_stage = stage;
+  barrier.to_access = access;
+  barrier.to_layout = layout;
+  return barrier;
+}
+
+}  // namespace
+
+Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const GroundMap& ground_map_in, const Weather& weather_in,
+                   VkExtent2D extent)
+    : device(device_in), terrain(terrain_in), ground_map(ground_map_in), weather(weather_in) {
+  ground_vertices = create_device_buffer(device, std::as_bytes(std::span(terrain.vertices)), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  ground_indices = create_device_buffer(device, std::as_bytes(std::span(terrain.indices)), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  ground_map_image = upload(device, ground_map.texture);
+  ground_detail_image = upload(device, make_ground_detail(1));
+  for (Buffer& buffer : uniforms) buffer = create_host_buffer(device, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
+  for (Buffer& buffer : tufts) buffer = create_host_buffer(device, kMaxTufts * sizeof(Tuft), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  repeat_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_REPEAT);
+  clamp_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE);
+  set_layout = create_set_layout(device, kBindingTypes);
+  pipeline_layout = create_pipeline_layout(device, set_layout, 0);
+  allocate_sets(*this);
+  create_ground_pipelines(*this);
+  create_screen_pipelines(*this);
+  resize_renderer(*this, extent);
+}
+
+void resize_renderer(Renderer& renderer, VkExtent2D extent) {
+  ImageDesc desc;
+  desc.extent = extent;
+  desc.format = Renderer::kSceneFormat;
+  desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
+  renderer.scene = create_image(renderer.device, desc);
+  desc.format = Renderer::kDepthFormat;
+  desc.usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
+  renderer.depth = create_image(renderer.device, desc);
+  desc.format = Renderer::kPictureFormat;
+  desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
+  renderer.picture = create_image(renderer.device, desc);
+  for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
+}
+
+void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
+                  const std::function<void()>& draw_plants) {
+  write_uniforms(renderer, slot, view);
+  record_barrier(commands, to_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_NONE));
+  ImageBarrier depth;
+  depth.image = renderer.depth.image;
+  depth.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
+  depth.from_stage = depth.to_stage = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+  depth.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
+  depth.to_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
+  depth.to_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  record_barrier(commands, depth);
+
+  const glm::mat4 clip_from_world = view.clip_from_view * view.view_from_world;
+  begin_pass(commands, renderer.scene, &renderer.depth);
+  draw_plants();
+  record_ground(renderer, commands, slot, clip_from_world);
+  record_tufts(renderer, commands, slot, clip_from_world, view.eye);
+  bind(renderer, commands, slot, renderer.sky_pipeline);
+  vkCmdDraw(commands, 3, 1, 0, 0);
+  vkCmdEndRendering(commands);
+}
+
+void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const std::function<void()>& draw_overlay) {
+  record_barrier(commands, from_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
+                                           VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
+  record_barrier(commands, to_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_NONE));
+  begin_pass(commands, renderer.picture, nullptr);
+  bind(renderer, commands, slot, renderer.tone_map_pipeline);
+  vkCmdDraw(commands, 3, 1, 0, 0);
+  draw_overlay();
+  vkCmdEndRendering(commands);
+  record_barrier(commands, from_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
+                                           VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL));
+}
+
+std::vector<std::uint8_t> read_picture(const Renderer& renderer) {
+  const VkExtent2D extent = renderer.picture.extent;
+  const std::size_t bytes = std::size_t{extent.width} * extent.height * 4;
+  const Buffer buffer = create_host_buffer(renderer.device, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  submit_and_wait(renderer.device, [&](VkCommandBuffer commands) {
+    VkBufferImageCopy region{};
+    region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+    region.imageExtent = {extent.width, extent.height, 1};
+    vkCmdCopyImageToBuffer(commands, renderer.picture.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, buffer.buffer, 1, &region);
+    VkMemoryBarrier2 barrier = vk_struct<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
+    barrier.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT;
+    barrier.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
+    barrier.dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT;
+    barrier.dstAccessMask = VK_ACCESS_2_HOST_READ_BIT;
+    VkDependencyInfo dependency = vk_struct<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
+    dependency.memoryBarrierCount = 1;
+    dependency.pMemoryBarriers = &barrier;
+    vkCmdPipelineBarrier2(commands, &dependency);
+  });
+  std::vector<std::uint8_t> pixels(bytes);
+  std::memcpy(pixels.data(), buffer.mapped, bytes);
+  return pixels;
+}
+
+}  // namespace forest

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <functional>
+
+#include "camera.h"
+#include "device.h"
+#include "frame_uniforms.h"
+#include "frames.h"
+#include "ground_map.h"
+#include "resources.h"
+#include "terrain.h"
+
+namespace forest {
+
+/// What a forest looks like today: the sun, the sky and the haze. Linear radiance.
+struct Weather {
+  glm::vec3 sun_direction;  ///< unit, towards the sun
+  glm::vec3 sun_color;
+  glm::vec3 sky_color;
+  glm::vec3 ground_color;
+  glm::vec3 fog_color;
+  float fog_density = 0;  ///< 1/m
+  float exposure = 1;
+};
+
+struct FrameView {
+  glm::mat4 view_from_world;
+  glm::mat4 clip_from_view;
+  glm::vec3 eye;
+  float time_s = 0;
+};
+
+/// Ground, sky and tone mapping, and the images they and the plants draw to.
+struct Renderer {
+  static constexpr VkFormat kSceneFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
+  static constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
+  static constexpr VkFormat kPictureFormat = VK_FORMAT_R8G8B8A8_UNORM;  // holds sRGB-encoded values
+
+  const Device& device;
+  const Terrain& terrain;
+  const GroundMap& ground_map;
+  Weather weather;
+
+  Image scene;    ///< linear radiance
+  Image depth;    ///< reversed
+  Image picture;  ///< what is shown and saved; in TRANSFER_SRC layout after record_tone_map
+
+  Buffer ground_vertices;
+  Buffer ground_indices;
+  Image ground_map_image;
+  Image ground_detail_image;
+  std::array<Buffer, FrameRing::kSlots> uniforms;
+  std::array<Buffer, FrameRing::kSlots> tufts;
+
+  Handle<VkSampler> repeat_sampler;
+  Handle<VkSampler> clamp_sampler;
+  Handle<VkDescriptorSetLayout> set_layout;
+  Handle<VkPipelineLayout> pipeline_layout;
+  Handle<VkDescriptorPool> descriptor_pool;
+  std::array<VkDescriptorSet, FrameRing::kSlots> sets = {};
+  Handle<VkPipeline> ground_pipeline;
+  Handle<VkPipeline> tuft_pipeline;
+  Handle<VkPipeline> sky_pipeline;
+  Handle<VkPipeline> tone_map_pipeline;
+
+  Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, VkExtent2D extent);
+};
+
+/// Replaces the images. No frame may be in flight.
+void resize_renderer(Renderer& renderer, VkExtent2D extent);
+
+/// Records the scene pass: `draw_plants` first (it may change every binding), then ground, grass and sky.
+/// slot  FrameRing::slot_index() of the frame: its uniforms and tufts are overwritten
+void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
+                  const std::function<void()>& draw_plants);
+
+/// Records tone mapping to `picture`, then `draw_overlay` on top of it.
+void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const std::function<void()>& draw_overlay);
+
+/// The picture of the latest frame as [width * height * 4] RGBA, top row first. No frame may be in flight.
+std::vector<std::uint8_t> read_picture(const Renderer& renderer);
+
+}  // namespace forest

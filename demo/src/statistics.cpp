@@ -1,0 +1,90 @@
+#include "statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include <nlohmann/json.hpp>
+
+#include "failure.h"
+
+namespace forest {
+namespace {
+
+template <class T>
+T nearest_rank(std::vector<T> values, double share) {
+  if (values.empty()) return T{};
+  std::ranges::sort(values);
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  return values[std::max<std::size_t>(rank, 1) - 1];
+}
+
+template <class... Values>
+std::string line(const char* format, Values... values) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+double mebibytes(std::uint64_t bytes) {
+  return static_cast<double>(bytes) / (1 << 20);
+}
+
+}  // namespace
+
+FrameTimes summarize(std::vector<float> frame_ms) {
+  FrameTimes times;
+  times.median = nearest_rank(frame_ms, 0.5);
+  times.p95 = nearest_rank(frame_ms, 0.95);
+  times.p99 = nearest_rank(frame_ms, 0.99);
+  times.max = nearest_rank(frame_ms, 1);
+  return times;
+}
+
+std::string table(const Statistics& statistics) {
+  const FrameTimes times = summarize(statistics.frame_ms);
+  const coppice_stats& last = statistics.last;
+  const std::uint64_t leaves = nearest_rank(statistics.drawn_leaves, 0.5);
+  const double share = last.source_leaf_count ? 100 * static_cast<double>(leaves) / static_cast<double>(last.source_leaf_count) : 0;
+  std::string text;
+  text += line("device               %s\n", statistics.device.c_str());
+  text += line("frames               %zu\n", statistics.frame_ms.size());
+  text += line("frame time           median %.1f ms, p95 %.1f, p99 %.1f, max %.1f\n", double{times.median}, double{times.p95},
+               double{times.p99}, double{times.max});
+  text += line("plants               %u, visible %u (median)\n", last.instance_count, nearest_rank(statistics.visible_instances, 0.5));
+  text += line("leaves               %llu drawn (median) of %llu in the scene (%.2f %%)\n", static_cast<unsigned long long>(leaves),
+               static_cast<unsigned long long>(last.source_leaf_count), share);
+  text += line("memory               peak %.1f MiB of %.1f\n", mebibytes(last.memory_peak_bytes), mebibytes(last.memory_budget_bytes));
+  text += line("pages                %llu loaded, %llu evicted, %llu failed\n", static_cast<unsigned long long>(last.pages_loaded),
+               static_cast<unsigned long long>(last.pages_evicted), static_cast<unsigned long long>(last.pages_failed));
+  text += line("validation messages  %u\n", statistics.validation_messages);
+  return text;
+}
+
+void write_json(const std::string& file, const Statistics& statistics) {
+  const FrameTimes times = summarize(statistics.frame_ms);
+  const coppice_stats& last = statistics.last;
+  nlohmann::ordered_json json;
+  json["device"] = statistics.device;
+  json["frames"] = statistics.frame_ms.size();
+  json["frame_ms"] = {{"median", times.median}, {"p95", times.p95}, {"p99", times.p99}, {"max", times.max}};
+  json["instances"] = last.instance_count;
+  json["visible_instances_median"] = nearest_rank(statistics.visible_instances, 0.5);
+  json["source_leaves_in_scene"] = last.source_leaf_count;
+  json["drawn_leaves_median"] = nearest_rank(statistics.drawn_leaves, 0.5);
+  json["memory_budget_bytes"] = last.memory_budget_bytes;
+  json["memory_peak_bytes"] = last.memory_peak_bytes;
+  json["pages_loaded"] = last.pages_loaded;
+  json["pages_evicted"] = last.pages_evicted;
+  json["validation_messages"] = statistics.validation_messages;
+  std::error_code ignored;
+  std::filesystem::create_directories(std::filesystem::path(file).parent_path(), ignored);
+  std::ofstream stream(file);
+  stream << json.dump(2) << '\n';
+  if (!stream.flush()) throw Failure("cannot write " + file);
+}
+
+}  // namespace forest

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <coppice/coppice.h>
+
+namespace forest {
+
+/// What a run measures; the frames rendered only to let streaming settle are not in it.
+struct Statistics {
+  std::string device;
+  std::vector<float> frame_ms;
+  std::vector<std::uint32_t> visible_instances;  ///< per frame
+  std::vector<std::uint64_t> drawn_leaves;       ///< per frame
+  coppice_stats last = {};                       ///< of the last frame
+  std::uint32_t validation_messages = 0;
+};
+
+struct FrameTimes {
+  float median = 0;
+  float p95 = 0;
+  float p99 = 0;
+  float max = 0;
+};
+/// Percentiles by nearest rank; all 0 for no frames.
+FrameTimes summarize(std::vector<float> frame_ms);
+
+std::string table(const Statistics& statistics);
+/// The keys are a contract, listed in the README.
+/// errors  Failure: the file cannot be written
+void write_json(const std::string& file, const Statistics& statistics);
+
+}  // namespace forest

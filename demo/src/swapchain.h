@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "device.h"
+#include "handle.h"
+
+namespace forest {
+
+/// The window's images. The finished picture is blitted into one of them, so they are transfer destinations only.
+struct Swapchain {
+  Handle<VkSwapchainKHR> handle;
+  VkExtent2D extent = {};
+  std::vector<VkImage> images;
+  std::vector<Handle<VkSemaphore>> rendered;  ///< per image: the blit is done, it may be shown
+};
+
+/// size  the framebuffer's, used where the surface leaves the choice. The GPU must not use the images of `old` any more.
+/// errors  Failure: the queue cannot present to the surface, or it offers no 8-bit UNORM format
+Swapchain create_swapchain(const Device& device, VkSurfaceKHR surface, VkExtent2D size, Swapchain old);
+/// Index of the next image; absent when the swapchain no longer fits the window and must be created anew.
+std::optional<std::uint32_t> acquire_image(const Device& device, const Swapchain& swapchain, VkSemaphore acquired);
+/// False when the swapchain no longer fits the window.
+bool present_image(const Device& device, const Swapchain& swapchain, std::uint32_t image_index);
+/// Copies `picture`, which is in TRANSFER_SRC layout, to the image, scaled to its size, and leaves it ready to present.
+void record_blit_to_image(VkCommandBuffer commands, const Swapchain& swapchain, std::uint32_t image_index, VkImage picture,
+                          VkExtent2D picture_extent);
+
+}  // namespace forest

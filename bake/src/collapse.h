@@ -9,14 +9,16 @@
 
 namespace coppice::bake {
 
+inline constexpr std::uint32_t kMaxCandidateCount = 4096;
+
 /// The paper's options. Defaults are the paper's where it gives them.
 struct CollapseOptions {
-  std::uint32_t resolution_px = 256;    ///< item buffers are square
-  bool count_background = true;         ///< the background is one more outcome, a_t is the whole image
-  std::uint32_t candidate_count = 8;    ///< N': the octree cell grows until it holds at least so many other leaves
+  std::uint32_t resolution_px = 256;  ///< item buffers are square; 1 .. kMaxResolutionPx
+  bool count_background = true;       ///< the background is one more outcome, a_t is the whole image; else a_t is the visible foliage
+  std::uint32_t candidate_count = 8;  ///< N': partners that are weighed for a leaf, see LeafOctree; 1 .. kMaxCandidateCount
 };
 
-/// I(V,L) and the number of leaves it is of.
+/// I(V,L) and the number of leaves it is of. The background, where it counts, is one of the outcomes summed.
 struct FoliageInformation {
   std::uint32_t leaf_count = 0;
   double bits = 0.0;
@@ -24,21 +26,26 @@ struct FoliageInformation {
 
 struct CollapseResult {
   CollapseSequence sequence;
-  FoliageInformation source;                ///< before the first collapse
-  std::vector<FoliageInformation> levels;   ///< at floor(f N) for f = .8 .6 .4 .2 .1 .05 .025, in that order
-  double visibility_seconds = 0.0;
+  FoliageInformation source;               ///< before the first collapse
+  std::vector<FoliageInformation> levels;  ///< at floor(f N), at least 1, for f = .8 .6 .4 .2 .1 .05 .025, in that order
+  double visibility_seconds = 0.0;         ///< item buffers, before the first collapse
 };
 
-/// Called from the calling thread, with a fraction in [0, 1] that never falls.
+/// Called from the calling thread, some hundred times, with a fraction in [0, 1] that never falls.
 using ProgressFunction = std::function<void(double fraction)>;
 
 /// Algorithm 1 of the paper (mode `mi`), down to one leaf: while more than one is left, the leaf of least visibility I(V,l), eq. (8), is
 /// collapsed with the candidate of least cost C_p, eq. (9). Ties go to the smaller id. Areas are exact at every step. The result
-/// depends on the arguments only, not on the number of threads.
+/// depends on the arguments only, not on the number of threads (limit it with tbb::global_control).
+/// Visibility and cost are compared as integers, multiples of 2^-40 bits (mutual_information.h); candidates are LeafOctree's.
 /// materials, images  alpha masks of the cards: masked texels are holes in the item buffers
-/// errors  invalid_argument: an option out of range, no leaves
+/// progress  may be empty
+/// errors  invalid_argument: an option out of range, no leaves, what render_item_buffers rejects
 Result<CollapseResult> collapse_by_mutual_information(const Foliage& foliage, const std::vector<Material>& materials,
                                                       const std::vector<Image>& images, const std::vector<Viewpoint>& views,
                                                       const CollapseOptions& options, const ProgressFunction& progress);
+
+/// The leaf counts of CollapseResult::levels for a plant of leaf_count >= 1 leaves.
+std::vector<std::uint32_t> level_leaf_counts(std::uint32_t leaf_count);
 
 }  // namespace coppice::bake

@@ -4,12 +4,12 @@
 
 namespace coppice::bake {
 
-/// Renumbers a collapse sequence in refinement order (core/tree.h): the last merge is split 0, its result node 0. A merged node shows the card of
-/// its child of larger area (first wins a tie).
-/// foliage  the source leaves; sequence.merges must be foliage.leaf_count() - 1 long and use every node once (asserted)
+/// Renumbers a collapse sequence in refinement order (core/tree.h): the last merge is split 0, its result node 0; a merge's first and
+/// second become nodes 2s+1 and 2s+2. A merged node shows the card that merged_card (quad_merge.h) says. foliage  the source leaves, at
+/// least one; sequence.merges must be foliage.leaf_count() - 1 long and use every node once (asserted)
 Tree build_tree(const Foliage& foliage, const CollapseSequence& sequence);
 
-/// Nodes of cut(m), ascending. m in [1, leaf_count].
+/// Nodes of cut(m), ascending. m in [1, leaf_count] (asserted).
 std::vector<std::uint32_t> cut_nodes(const Tree& tree, std::uint32_t leaf_count);
 
 /// Corners of a node.

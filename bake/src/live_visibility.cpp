@@ -1,0 +1,176 @@
+#include "live_visibility.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+#include "check.h"
+
+namespace coppice::bake {
+
+/// Adds up changes into rows, one row per outcome, found through the scratch's slots.
+class LiveVisibility::ChangeWriter {
+ public:
+  ChangeWriter(std::uint32_t view_count, std::uint32_t outcome_count, Scratch& scratch, AreaChanges& changes)
+      : view_count_(view_count), scratch_(scratch), changes_(changes) {
+    scratch.slot.resize(outcome_count, kNone);
+    changes.outcomes.clear();
+    changes.delta_px.clear();
+  }
+  ChangeWriter(const ChangeWriter&) = delete;
+  ChangeWriter& operator=(const ChangeWriter&) = delete;
+  ~ChangeWriter() {
+    for (const std::uint32_t outcome : changes_.outcomes) scratch_.slot[outcome] = kNone;
+  }
+
+  void add(std::uint32_t outcome, std::uint32_t view, std::int32_t change_px) {
+    std::uint32_t& slot = scratch_.slot[outcome];
+    if (slot == kNone) {
+      slot = static_cast<std::uint32_t>(changes_.outcomes.size());
+      changes_.outcomes.push_back(outcome);
+      changes_.delta_px.resize(changes_.delta_px.size() + view_count_, 0);
+    }
+    changes_.delta_px[std::size_t{slot} * view_count_ + view] += change_px;
+  }
+
+ private:
+  std::uint32_t view_count_;
+  Scratch& scratch_;
+  AreaChanges& changes_;
+};
+
+LeafFragment LiveVisibility::View::front_without(std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const {
+  const PixelList& list = lists[pixel];
+  for (std::uint32_t i = 0; i < list.count; ++i) {
+    const LeafFragment fragment = pool[list.begin + i];
+    if (fragment_leaf(fragment) != first && fragment_leaf(fragment) != second) return fragment;
+  }
+  return kNothing;
+}
+
+void LiveVisibility::View::insert(std::uint32_t pixel, LeafFragment fragment) {
+  PixelList& list = lists[pixel];
+  if (list.count == list.capacity) {
+    const auto moved = static_cast<std::uint32_t>(pool.size());
+    list.capacity = std::max(4u, list.capacity * 2);
+    pool.resize(pool.size() + list.capacity);
+    std::copy_n(pool.begin() + list.begin, list.count, pool.begin() + moved);
+    list.begin = moved;
+  }
+  const auto end = pool.begin() + list.begin + list.count;
+  const auto place = std::lower_bound(pool.begin() + list.begin, end, fragment);
+  std::copy_backward(place, end, end + 1);
+  *place = fragment;
+  ++list.count;
+  front[pixel] = pool[list.begin];
+}
+
+void LiveVisibility::View::remove(std::uint32_t pixel, LeafFragment fragment) {
+  PixelList& list = lists[pixel];
+  const auto end = pool.begin() + list.begin + list.count;
+  const auto place = std::lower_bound(pool.begin() + list.begin, end, fragment);
+  COPPICE_ASSERT(place != end && *place == fragment);
+  std::copy(place + 1, end, place);
+  --list.count;
+  front[pixel] = list.count == 0 ? kNothing : pool[list.begin];
+}
+
+LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
+                               const ItemBuffers& buffers)
+    : view_count_(buffers.view_count),
+      pixels_per_view_(buffers.pixels_per_view()),
+      id_count_(2 * foliage.leaf_count() - 1),
+      card_table_(foliage.card_table),
+      masks_(std::move(masks)),
+      views_(buffers.view_count),
+      leaves_(id_count_),
+      areas_px_(std::size_t{id_count_ + 1} * view_count_, 0) {
+  for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) leaves_[i] = {foliage.quads[i], foliage.cards[i]};
+  const Sphere sphere = bounding_sphere(foliage);
+  tbb::parallel_for(0u, view_count_, [&](std::uint32_t v) {
+    View& view = views_[v];
+    view.projection = make_projection(views[v], sphere, buffers.resolution_px);
+    view.front.assign(pixels_per_view_, kNothing);
+    view.lists.resize(pixels_per_view_);
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel) {
+      const std::span<const LeafFragment> fragments = buffers.at(v, pixel);
+      const auto count = static_cast<std::uint32_t>(fragments.size());
+      view.lists[pixel] = {static_cast<std::uint32_t>(view.pool.size()), count, count};
+      view.pool.insert(view.pool.end(), fragments.begin(), fragments.end());
+      if (count > 0) view.front[pixel] = fragments.front();
+      ++areas_px_[std::size_t{outcome_of(view.front[pixel])} * view_count_ + v];
+    }
+  });
+}
+
+std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
+  return fragment == kNothing ? background() : fragment_leaf(fragment);
+}
+
+template <class Visit>
+void LiveVisibility::for_each_fragment(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
+  const Card& card = card_table_[leaf.card];
+  const std::int32_t width = view.projection.resolution_px;
+  rasterise_leaf(project(view.projection, leaf.quad), card, masks_[card.material], width,
+                 [&](const QuadFragment& f) { visit(static_cast<std::uint32_t>(f.y * width + f.x), make_fragment(f.depth, id)); });
+}
+
+void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
+  owned.pixels.clear();
+  owned.view_begin.assign(1, 0);
+  for (std::uint32_t v = 0; v < view_count_; ++v) {
+    if (areas(id)[v] > 0) {
+      for_each_fragment(views_[v], leaves_[id], id, [&](std::uint32_t pixel, LeafFragment fragment) {
+        if (views_[v].front[pixel] == fragment) owned.pixels.push_back(pixel);
+      });
+    }
+    owned.view_begin.push_back(static_cast<std::uint32_t>(owned.pixels.size()));
+  }
+}
+
+void LiveVisibility::release(const LeafMerge& merge, const OwnedPixels& owned, ChangeWriter& writer) const {
+  for (std::uint32_t v = 0; v < view_count_; ++v)
+    for (std::uint32_t i = owned.view_begin[v]; i < owned.view_begin[v + 1]; ++i)
+      writer.add(outcome_of(views_[v].front_without(owned.pixels[i], merge.first, merge.second)), v, 1);
+}
+
+void LiveVisibility::add(const LeafMerge& merge, ChangeWriter& writer) const {
+  for (std::uint32_t v = 0; v < view_count_; ++v) {
+    const View& view = views_[v];
+    std::int32_t gained_px = 0;
+    for_each_fragment(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment fragment) {
+      LeafFragment front = view.front[pixel];
+      const std::uint32_t leaf = fragment_leaf(front);
+      if (leaf == merge.first || leaf == merge.second) front = view.front_without(pixel, merge.first, merge.second);
+      if (fragment > front) return;
+      writer.add(outcome_of(front), v, -1);
+      ++gained_px;
+    });
+    if (gained_px > 0) writer.add(merge.result, v, gained_px);
+  }
+}
+
+void LiveVisibility::changes_of(const LeafMerge& merge, const OwnedPixels& first_owned, Scratch& scratch, AreaChanges& changes) const {
+  ChangeWriter writer(view_count_, id_count_ + 1, scratch, changes);
+  release(merge, first_owned, writer);
+  owned_pixels(merge.second, scratch.owned);
+  release(merge, scratch.owned, writer);
+  add(merge, writer);
+}
+
+void LiveVisibility::apply(const LeafMerge& merge, const AreaChanges& changes) {
+  leaves_[merge.result] = merge.leaf;
+  tbb::parallel_for(0u, view_count_, [&](std::uint32_t v) {
+    View& view = views_[v];
+    for (const std::uint32_t removed : {merge.first, merge.second}) {
+      for_each_fragment(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.remove(pixel, f); });
+      areas_px_[std::size_t{removed} * view_count_ + v] = 0;
+    }
+    for_each_fragment(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.insert(pixel, f); });
+    for (std::size_t i = 0; i < changes.outcomes.size(); ++i)
+      areas_px_[std::size_t{changes.outcomes[i]} * view_count_ + v] += static_cast<std::uint32_t>(changes.row(i, view_count_)[v]);
+  });
+}
+
+}  // namespace coppice::bake

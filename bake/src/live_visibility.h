@@ -1,0 +1,112 @@
+#pragma once
+
+// Item buffers that keep up with the collapse: what a merge would change, and the change itself, exactly.
+//
+// A merge removes two leaves and adds one, so it changes the front leaf only where the two were in front and where the new one will be.
+// Both sets are walked pixel by pixel: first every pixel of the removed leaves passes to the next leaf in its list (or the background),
+// then every pixel that the new leaf covers is taken from whoever has it by then, if the new leaf is nearer. The sums are integers.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "plant.h"
+#include "visibility.h"
+
+namespace coppice::bake {
+
+/// A live leaf, source or merged.
+struct LiveLeaf {
+  Quad quad{};
+  std::uint32_t card = 0;
+};
+
+/// Two live leaves and the one that takes their place.
+struct LeafMerge {
+  std::uint32_t first = 0, second = 0;
+  std::uint32_t result = 0;  ///< id; not live, larger than every live id
+  LiveLeaf leaf;             ///< the result
+};
+
+/// How a merge changes areas. The removed leaves are not listed: their areas become 0.
+struct AreaChanges {
+  std::vector<std::uint32_t> outcomes;  ///< distinct; the merged leaf and the background may be among them
+  std::vector<std::int32_t> delta_px;   ///< [outcomes.size() * view_count] row per outcome
+
+  [[nodiscard]] std::span<const std::int32_t> row(std::size_t i, std::uint32_t view_count) const {
+    return std::span(delta_px).subspan(i * view_count, view_count);
+  }
+};
+
+/// The pixels that a leaf is in front of, view by view.
+struct OwnedPixels {
+  std::vector<std::uint32_t> view_begin;  ///< [view_count + 1]
+  std::vector<std::uint32_t> pixels;
+};
+
+class LiveVisibility {
+ public:
+  /// Working memory of one thread.
+  struct Scratch {
+    std::vector<std::uint32_t> slot;  ///< [outcome] its row in the AreaChanges being built, kNone between calls
+    OwnedPixels owned;
+  };
+
+  /// buffers  of `foliage` with the same views; see render_item_buffers for what must hold (checked there)
+  LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers);
+
+  [[nodiscard]] std::uint32_t view_count() const { return view_count_; }
+  [[nodiscard]] std::uint32_t pixels_per_view() const { return pixels_per_view_; }
+  /// Ids are below it: N source leaves, then merge results.
+  [[nodiscard]] std::uint32_t id_count() const { return id_count_; }
+  /// The background's outcome; leaves' outcomes are their ids.
+  [[nodiscard]] std::uint32_t background() const { return id_count_; }
+  [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
+  /// [view_count] px; 0 for ids that are not live.
+  [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
+    return std::span(areas_px_).subspan(std::size_t{outcome} * view_count_, view_count_);
+  }
+
+  void owned_pixels(std::uint32_t id, OwnedPixels& owned) const;
+
+  /// What a merge would change. May run on several threads, each with its own scratch and changes.
+  /// first_owned  owned_pixels(merge.first) of the same state: shared by all partners of a leaf
+  void changes_of(const LeafMerge& merge, const OwnedPixels& first_owned, Scratch& scratch, AreaChanges& changes) const;
+
+  /// Does it. changes: changes_of(merge) in the same state. Parallel over views.
+  void apply(const LeafMerge& merge, const AreaChanges& changes);
+
+ private:
+  static constexpr LeafFragment kNothing = ~LeafFragment{0};  ///< behind every leaf; its leaf is kNone
+
+  struct PixelList {
+    std::uint32_t begin = 0, count = 0, capacity = 0;
+  };
+  /// The fragment lists of one view. A list that outgrows its place moves to the end of the pool.
+  struct View {
+    Projection projection;
+    std::vector<LeafFragment> front;  ///< [pixel] nearest fragment or kNothing: what most questions need, dense
+    std::vector<PixelList> lists;     ///< [pixel] ascending
+    std::vector<LeafFragment> pool;
+
+    [[nodiscard]] LeafFragment front_without(std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const;
+    void insert(std::uint32_t pixel, LeafFragment fragment);
+    void remove(std::uint32_t pixel, LeafFragment fragment);
+  };
+
+  template <class Visit>
+  void for_each_fragment(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const;
+  [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const;
+  class ChangeWriter;
+  void release(const LeafMerge& merge, const OwnedPixels& owned, ChangeWriter& writer) const;
+  void add(const LeafMerge& merge, ChangeWriter& writer) const;
+
+  std::uint32_t view_count_ = 0, pixels_per_view_ = 0, id_count_ = 0;
+  std::vector<Card> card_table_;
+  std::vector<AlphaMask> masks_;
+  std::vector<View> views_;
+  std::vector<LiveLeaf> leaves_;         ///< [id_count]
+  std::vector<std::uint32_t> areas_px_;  ///< [(id_count + 1) * view_count] row per outcome
+};
+
+}  // namespace coppice::bake

@@ -4,8 +4,9 @@
 
 namespace coppice::bake {
 
-/// A handful of simplified meshes of the wood, finest first, each about a quarter of the triangles of the one before, down to some tens.
-/// Uses meshoptimizer; empty wood gives no LoDs.
+/// Up to five meshes of the wood, finest first: all of its triangles, then each about a quarter of the one before, down to some tens.
+/// The chain ends where meshoptimizer gets no further. Every material that has triangles keeps some in every LoD. Triangles are sorted by
+/// material and, within one, for the GPU's vertex cache; vertices are those of the source. Empty wood gives no LoDs. Same wood, same LoDs.
 WoodLods simplify_wood(const Mesh& wood);
 
 }  // namespace coppice::bake

@@ -1,0 +1,86 @@
+#include "branch_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <nanoflann.hpp>
+
+namespace coppice::bake {
+namespace {
+
+// Edges longer than this share of the wood's box get points along them: the sides of tubes have vertices at their ends only.
+constexpr double kSpacing = 1.0 / 512.0;
+constexpr std::uint32_t kMaxPointsPerEdge = 256;
+constexpr std::size_t kMaxPoints = std::size_t{1} << 22;
+
+std::pair<glm::vec3, glm::vec3> box(const std::vector<glm::vec3>& points) {
+  glm::vec3 low = points.front(), high = points.front();
+  for (const glm::vec3& point : points) {
+    low = glm::min(low, point);
+    high = glm::max(high, point);
+  }
+  return {low, high};
+}
+
+std::vector<glm::vec3> branch_points(const Mesh& wood) {
+  const auto [low, high] = box(wood.positions);
+  const double spacing_m = glm::distance(glm::dvec3(low), glm::dvec3(high)) * kSpacing;
+  std::vector<glm::vec3> points = wood.positions;
+  if (spacing_m <= 0.0) return points;
+  for (std::size_t i = 0; i < wood.indices.size() && points.size() < kMaxPoints; ++i) {
+    const glm::vec3& from = wood.positions[wood.indices[i]];
+    const glm::vec3& to = wood.positions[wood.indices[i % 3 == 2 ? i - 2 : i + 1]];
+    const double steps = std::ceil(glm::distance(glm::dvec3(from), glm::dvec3(to)) / spacing_m);
+    const auto step_count = static_cast<std::uint32_t>(std::min(steps, double{kMaxPointsPerEdge}));
+    for (std::uint32_t step = 1; step < step_count; ++step)
+      points.push_back(glm::mix(from, to, static_cast<float>(step) / static_cast<float>(step_count)));
+  }
+  return points;
+}
+
+}  // namespace
+
+// nanoflann calls these names.
+struct PointCloud {
+  std::vector<glm::vec3> points;
+  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
+  [[nodiscard]] float kdtree_get_pt(std::size_t i, std::size_t axis) const { return points[i][static_cast<int>(axis)]; }
+  template <class Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
+};
+
+using Index = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointCloud>, PointCloud, 3, std::uint32_t>;
+
+struct BranchDistance::Tree {
+  PointCloud cloud;
+  Index index;
+  explicit Tree(std::vector<glm::vec3> points) : cloud{std::move(points)}, index(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(16)) {}
+};
+
+BranchDistance::BranchDistance(const Plant& plant) {
+  if (!plant.wood.indices.empty()) {
+    tree_ = std::make_unique<Tree>(branch_points(plant.wood));
+  } else if (!plant.foliage.positions.empty()) {
+    const auto [low, high] = box(plant.foliage.positions);
+    axis_ = 0.5f * (low + high);
+  }
+}
+
+BranchDistance::~BranchDistance() = default;
+
+float BranchDistance::distance_m(const glm::vec3& point) const {
+  if (!tree_) return std::hypot(point.x - axis_.x, point.z - axis_.z);
+  std::uint32_t nearest = 0;
+  float squared_m2 = 0.0f;
+  tree_->index.knnSearch(&point.x, 1, &nearest, &squared_m2);
+  return std::sqrt(squared_m2);
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,211 @@
+#include "gltf_document.h"
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <tiny_gltf.h>
+
+#include "atomic_file.h"
+#include "gltf_screen.h"
+
+namespace coppice::bake {
+namespace {
+
+constexpr std::size_t kGlbHeaderBytes = 12;
+constexpr std::size_t kChunkHeaderBytes = 8;
+constexpr std::uint32_t kJsonChunk = 0x4e4f534a;
+constexpr std::uint32_t kBinChunk = 0x004e4942;
+
+Error bad(const char* what, std::uint64_t offset = Error::kNoOffset) {
+  return Error{Status::bad_file, what, offset};
+}
+
+/// The two parts of a glTF, wherever they came from.
+struct Parts {
+  std::string_view json;
+  std::optional<std::span<const std::uint8_t>> bin;
+};
+
+std::uint32_t read_u32(std::span<const std::uint8_t> bytes, std::size_t offset) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+std::string_view as_text(std::span<const std::uint8_t> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+Result<Parts> split_glb(std::span<const std::uint8_t> file) {
+  if (file.size() < kGlbHeaderBytes + kChunkHeaderBytes) return bad("truncated GLB: shorter than its header", file.size());
+  if (read_u32(file, 4) != 2) return Error{Status::unsupported, "GLB version other than 2", 4};
+  const std::uint32_t length = read_u32(file, 8);
+  if (length > file.size()) {
+    Error error = bad("truncated GLB: its header promises more bytes", 8);
+    error.detail = std::to_string(length) + " promised, " + std::to_string(file.size()) + " there";
+    return error;
+  }
+  file = file.first(length);
+  if (file.size() < kGlbHeaderBytes + kChunkHeaderBytes) return bad("GLB length shorter than its header", 8);
+  Parts parts;
+  std::size_t at = kGlbHeaderBytes;
+  for (int chunk = 0; chunk < 2 && file.size() - at >= kChunkHeaderBytes; ++chunk) {
+    const std::uint32_t bytes = read_u32(file, at);
+    const std::uint32_t type = read_u32(file, at + 4);
+    if (bytes > file.size() - at - kChunkHeaderBytes) return bad("GLB chunk runs past the end of the file", at);
+    const auto content = file.subspan(at + kChunkHeaderBytes, bytes);
+    if (chunk == 0 && type != kJsonChunk) return bad("the first GLB chunk is not JSON", at + 4);
+    if (chunk == 0) parts.json = as_text(content);
+    if (chunk == 1 && type == kBinChunk && bytes > 0) parts.bin = content;
+    at += kChunkHeaderBytes + bytes;
+  }
+  return parts;
+}
+
+Result<Parts> split(std::span<const std::uint8_t> file) {
+  if (file.empty()) return bad("the file is empty");
+  const std::string_view text = as_text(file);
+  if (text.starts_with("glTF")) return split_glb(file);
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  Parts parts;
+  parts.json = text.substr(text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
+  const std::size_t first = parts.json.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos || parts.json[first] != '{') return bad("not a glTF: neither a GLB header nor a JSON object");
+  return parts;
+}
+
+void append_u32(std::vector<std::uint8_t>& bytes, std::size_t value) {
+  for (unsigned shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<std::uint8_t>(value >> shift));
+}
+
+void append_chunk(std::vector<std::uint8_t>& glb, std::uint32_t type, std::span<const std::uint8_t> content, std::uint8_t padding) {
+  const std::size_t padded_bytes = (content.size() + 3) / 4 * 4;
+  append_u32(glb, padded_bytes);
+  append_u32(glb, type);
+  glb.insert(glb.end(), content.begin(), content.end());
+  glb.resize(glb.size() + padded_bytes - content.size(), padding);
+}
+
+/// A .glb around the screened JSON, as tinygltf wants it: with sizes it need not doubt.
+std::vector<std::uint8_t> assemble_glb(std::string_view json, std::span<const std::uint8_t> bin) {
+  std::vector<std::uint8_t> glb;
+  glb.reserve(kGlbHeaderBytes + 2 * kChunkHeaderBytes + json.size() + bin.size() + 8);
+  for (const char c : std::string_view("glTF")) glb.push_back(static_cast<std::uint8_t>(c));
+  append_u32(glb, 2);
+  append_u32(glb, 0);
+  append_chunk(glb, kJsonChunk, {reinterpret_cast<const std::uint8_t*>(json.data()), json.size()}, ' ');
+  append_chunk(glb, kBinChunk, bin, 0);
+  const auto length = static_cast<std::uint32_t>(glb.size());
+  std::memcpy(glb.data() + 8, &length, sizeof length);
+  return glb;
+}
+
+/// What the file callbacks need to know of the load in progress.
+struct LoadState {
+  std::filesystem::path folder;
+  const tinygltf::Model* model = nullptr;
+  const std::vector<std::uint64_t>* buffer_bytes = nullptr;
+};
+
+/// tinygltf also looks in the working directory; a glTF's files are beside it. Pipes and devices are not files to wait for.
+bool is_file_beside(const std::string& name, void* user) {
+  const auto& state = *static_cast<const LoadState*>(user);
+  std::error_code error;
+  return name.starts_with(state.folder.string()) && std::filesystem::is_regular_file(name, error);
+}
+
+std::string keep_name(const std::string& name, void*) {
+  return name;
+}
+
+/// Buffers come first and in order. A file may be longer than the buffer it holds; tinygltf insists on equality.
+bool read_beside(std::vector<unsigned char>* bytes, std::string* error, const std::string& name, void* user) {
+  const auto& state = *static_cast<const LoadState*>(user);
+  Result<std::vector<std::uint8_t>> file = read_file(name);
+  if (!file) {
+    *error = file.error().message();
+    return false;
+  }
+  *bytes = *std::move(file);
+  const std::size_t buffer = state.model->buffers.size();
+  if (buffer < state.buffer_bytes->size()) bytes->resize(std::min<std::size_t>(bytes->size(), (*state.buffer_bytes)[buffer]));
+  return true;
+}
+
+bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size, void*) {
+  image->image.assign(bytes, bytes + std::max(size, 0));
+  image->as_is = true;
+  return true;
+}
+
+/// tinygltf's messages run over several lines and may quote a whole data URI.
+std::string first_line(const std::string& text) {
+  constexpr std::size_t kMaxChars = 160;
+  return text.substr(0, std::min(text.find('\n'), kMaxChars));
+}
+
+/// tinygltf stops at the first buffer, then at the first image, that it cannot load.
+Error load_error(const tinygltf::Model& model, const ScreenedGltf& screened, const std::string& message) {
+  const std::size_t buffer = model.buffers.size();
+  if (buffer < screened.buffer_bytes.size())
+    return Error{Status::io, "cannot load a buffer", Error::kNoOffset,
+                 "buffers[" + std::to_string(buffer) + "].uri: " + first_line(message)};
+  return Error{Status::bad_file, "not a glTF that tinygltf can read", Error::kNoOffset, first_line(message)};
+}
+
+Result<ModelPointer> parse(const Parts& parts, const ScreenedGltf& screened, const std::filesystem::path& folder) {
+  ModelPointer model(new tinygltf::Model);
+  LoadState state{folder, model.get(), &screened.buffer_bytes};
+  tinygltf::TinyGLTF loader;
+  loader.SetImageLoader(keep_encoded, nullptr);
+  loader.SetFsCallbacks({is_file_beside, keep_name, read_beside, nullptr, &state});
+  std::string message, warning;
+  bool loaded = false;
+  try {
+    if (parts.bin) {
+      const std::vector<std::uint8_t> glb = assemble_glb(screened.json, *parts.bin);
+      if (glb.size() > 0xffffffffu) return bad("GLB over 4 GiB");
+      loaded = loader.LoadBinaryFromMemory(model.get(), &message, &warning, glb.data(), static_cast<unsigned>(glb.size()), folder.string());
+    } else {
+      if (screened.json.size() > 0xffffffffu) return bad("JSON over 4 GiB");
+      loaded = loader.LoadASCIIFromString(model.get(), &message, &warning, screened.json.data(),
+                                          static_cast<unsigned>(screened.json.size()), folder.string());
+    }
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    message = error.what();
+  }
+  if (!loaded) return load_error(*model, screened, message);
+  for (std::size_t i = 0; i < screened.buffer_bytes.size(); ++i)
+    if (model->buffers.at(i).data.size() < screened.buffer_bytes[i]) return bad("buffer shorter than its byteLength");
+  return model;
+}
+
+}  // namespace
+
+void DeleteModel::operator()(tinygltf::Model* model) const {
+  delete model;
+}
+
+Result<ModelPointer> load_gltf(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
+    return Error{Status::io, "cannot read", Error::kNoOffset, "not a plain file"};
+  COPPICE_TRY(file, read_file(path));
+  COPPICE_TRY(parts, split(file));
+  std::optional<std::uint64_t> bin_bytes;
+  if (parts.bin) bin_bytes = parts.bin->size();
+  COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes));
+  const std::filesystem::path folder = path.parent_path().empty() ? std::filesystem::path(".") : path.parent_path();
+  return parse(parts, screened, folder);
+}
+
+}  // namespace coppice::bake

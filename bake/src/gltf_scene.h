@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+
+#include "result.h"
+
+namespace tinygltf {
+class Model;
+}
+
+namespace coppice::bake {
+
+/// A mesh as a node places it.
+struct MeshInstance {
+  std::uint32_t node = 0;
+  std::uint32_t mesh = 0;
+  glm::dmat4 scene_from_mesh{1.0};
+};
+
+/// The meshes of the default scene, else of the first, else (no scenes) of every root node; in depth-first order.
+/// model  from load_gltf: its nodes are trees
+/// errors  bad_file: a transform that is not finite, naming the node
+Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model);
+
+}  // namespace coppice::bake

@@ -1,0 +1,425 @@
+#include "gltf_screen.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace coppice::bake {
+namespace {
+
+using Json = nlohmann::json;
+
+// Deeper nesting than any glTF needs; tinygltf reads `extras` by recursion.
+constexpr std::size_t kMaxDepth = 64;
+// An accessor without a buffer view is all zeros, so no bytes of the file vouch for its length. Sparse accessors use them.
+constexpr std::uint64_t kMaxUnbackedCount = 1u << 20;
+// tinygltf keeps indices and sparse offsets in an int.
+constexpr std::uint64_t kMaxInt = 0x7fffffff;
+
+Error bad(const char* what, std::string place) {
+  return Error{Status::bad_file, what, Error::kNoOffset, std::move(place)};
+}
+
+std::string element(const std::string& place, std::size_t index) {
+  return place + "[" + std::to_string(index) + "]";
+}
+std::string member(const std::string& place, const char* name) {
+  return place.empty() ? name : place + "." + name;
+}
+
+Result<std::uint64_t> read_integer(const Json& object, const char* name, const std::string& place, std::uint64_t fallback) {
+  const auto found = object.find(name);
+  if (found == object.end()) return fallback;
+  if (!found->is_number_unsigned()) return bad("not a whole number of 0 or more", member(place, name));
+  const auto value = found->get<std::uint64_t>();
+  return value;
+}
+
+Result<std::uint64_t> require_integer(const Json& object, const char* name, const std::string& place) {
+  if (!object.contains(name)) return bad("missing member", member(place, name));
+  return read_integer(object, name, place, 0);
+}
+
+/// An absent index is fine; a present one must be below `limit`.
+Result<void> check_index(const Json& object, const char* name, const std::string& place, std::size_t limit) {
+  if (!object.contains(name)) return {};
+  COPPICE_TRY(index, read_integer(object, name, place, 0));
+  if (index < limit) return {};
+  return bad("index out of range", member(place, name) + " is " + std::to_string(index) + " of " + std::to_string(limit));
+}
+
+Result<std::uint64_t> require_index(const Json& object, const char* name, const std::string& place, std::size_t limit) {
+  COPPICE_TRY(index, require_integer(object, name, place));
+  COPPICE_CHECK(check_index(object, name, place, limit));
+  return index;
+}
+
+/// An absent array is fine; a present one holds exactly `length` finite numbers.
+Result<void> check_numbers(const Json& object, const char* name, const std::string& place, std::size_t length) {
+  const auto found = object.find(name);
+  if (found == object.end()) return {};
+  const auto is_finite_number = [](const Json& value) { return value.is_number() && std::isfinite(value.get<double>()); };
+  if (found->is_array() && found->size() == length && std::all_of(found->begin(), found->end(), is_finite_number)) return {};
+  return bad("wrong number or kind of components", member(place, name));
+}
+
+Result<void> check_indices(const Json& object, const char* name, const std::string& place, std::size_t limit) {
+  const auto found = object.find(name);
+  if (found == object.end()) return {};
+  if (!found->is_array()) return bad("not an array", member(place, name));
+  for (std::size_t i = 0; i < found->size(); ++i) {
+    const Json& value = (*found)[i];
+    const std::string where = element(member(place, name), i);
+    if (!value.is_number_unsigned()) return bad("not a whole number of 0 or more", where);
+    if (value.get<std::uint64_t>() >= limit)
+      return bad("index out of range", where + " is " + std::to_string(value.get<std::uint64_t>()) + " of " + std::to_string(limit));
+  }
+  return {};
+}
+
+/// Calls check(object, place) for every element of the array `name`; absent arrays are empty.
+template <class Check>
+Result<void> for_each_object(const Json& parent, const char* name, const std::string& place, const Check& check) {
+  const auto found = parent.find(name);
+  if (found == parent.end()) return {};
+  if (!found->is_array()) return bad("not an array", member(place, name));
+  for (std::size_t i = 0; i < found->size(); ++i) {
+    const std::string where = element(member(place, name), i);
+    if (!(*found)[i].is_object()) return bad("not an object", where);
+    COPPICE_CHECK(check((*found)[i], where));
+  }
+  return {};
+}
+
+Result<void> check_optional_object(const Json& parent, const char* name, const std::string& place) {
+  const auto found = parent.find(name);
+  if (found == parent.end() || found->is_object()) return {};
+  return bad("not an object", member(place, name));
+}
+
+Result<void> check_depth(std::string_view text) {
+  std::size_t depth = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kMaxDepth) return Error{Status::bad_file, "JSON nested deeper than 64 levels", i};
+    } else if ((c == ']' || c == '}') && depth > 0) {
+      --depth;
+    }
+  }
+  return {};
+}
+
+Result<Json> parse_json(std::string_view text) {
+  COPPICE_CHECK(check_depth(text));
+  try {
+    return Json::parse(text.begin(), text.end());
+  } catch (const Json::parse_error& error) {
+    return Error{Status::bad_file, "not valid JSON", error.byte};
+  } catch (const Json::exception& error) {
+    return bad("not valid JSON", error.what());
+  }
+}
+
+std::size_t component_bytes(std::uint64_t component_type) {
+  switch (component_type) {
+    case 5120:  // byte, unsigned byte
+    case 5121:
+      return 1;
+    case 5122:  // short, unsigned short
+    case 5123:
+      return 2;
+    case 5125:  // unsigned int, float
+    case 5126:
+      return 4;
+    default:
+      return 0;
+  }
+}
+
+std::size_t component_count(const std::string& type) {
+  constexpr std::array<std::pair<std::string_view, std::size_t>, 7> kTypes{
+      {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
+  for (const auto& [name, count] : kTypes)
+    if (type == name) return count;
+  return 0;
+}
+
+/// `count` elements every `stride` bytes, the first at `offset`, in a view of `view_bytes`.
+bool fits(std::uint64_t count, std::uint64_t element_bytes, std::uint64_t stride, std::uint64_t offset, std::uint64_t view_bytes) {
+  if (count == 0) return offset <= view_bytes;
+  if (offset > view_bytes || view_bytes - offset < element_bytes) return false;
+  return count - 1 <= (view_bytes - offset - element_bytes) / stride;
+}
+
+struct View {
+  std::uint64_t bytes = 0;
+  std::uint64_t stride = 0;  ///< 0: tightly packed
+};
+
+/// The checks of one document, in the order in which each may rely on those before it.
+class Screen {
+ public:
+  Screen(const Json& root, std::optional<std::uint64_t> bin_chunk_bytes) : root_(root), bin_chunk_bytes_(bin_chunk_bytes) {}
+
+  Result<void> check() {
+    COPPICE_CHECK(check_asset());
+    COPPICE_CHECK(check_required_extensions());
+    COPPICE_CHECK(
+        for_each_object(root_, "buffers", "", [this](const Json& o, const std::string& place) { return check_buffer(o, place); }));
+    COPPICE_CHECK(
+        for_each_object(root_, "bufferViews", "", [this](const Json& o, const std::string& place) { return check_view(o, place); }));
+    COPPICE_CHECK(
+        for_each_object(root_, "accessors", "", [this](const Json& o, const std::string& place) { return check_accessor(o, place); }));
+    COPPICE_CHECK(check_materials());
+    COPPICE_CHECK(for_each_object(root_, "meshes", "", [this](const Json& o, const std::string& place) { return check_mesh(o, place); }));
+    COPPICE_CHECK(for_each_object(root_, "nodes", "", [this](const Json& o, const std::string& place) { return check_node(o, place); }));
+    COPPICE_CHECK(check_node_trees());
+    return check_scenes();
+  }
+  [[nodiscard]] const std::vector<std::uint64_t>& buffer_bytes() const { return buffer_bytes_; }
+
+ private:
+  [[nodiscard]] std::size_t length(const char* name) const {
+    const auto found = root_.find(name);
+    return found != root_.end() && found->is_array() ? found->size() : 0;
+  }
+
+  Result<void> check_asset() const {
+    const auto asset = root_.find("asset");
+    if (asset == root_.end() || !asset->is_object()) return bad("missing member", "asset");
+    const auto version = asset->find("version");
+    if (version == asset->end() || !version->is_string()) return bad("missing member", "asset.version");
+    const auto text = version->get<std::string>();
+    if (text.starts_with("2.")) return {};
+    return Error{Status::unsupported, "glTF version other than 2", Error::kNoOffset, "asset.version is " + text.substr(0, 16)};
+  }
+
+  Result<void> check_required_extensions() const {
+    const auto required = root_.find("extensionsRequired");
+    if (required == root_.end()) return {};
+    if (!required->is_array()) return bad("not an array", "extensionsRequired");
+    for (const Json& name : *required) {
+      if (!name.is_string()) return bad("not a string", "extensionsRequired");
+      const auto text = name.get<std::string>();
+      if (!is_supported_extension(text))
+        return Error{Status::unsupported, "required extension not supported", Error::kNoOffset,
+                     "extensionsRequired: " + text.substr(0, 80)};
+    }
+    return {};
+  }
+
+  Result<void> check_buffer(const Json& buffer, const std::string& place) {
+    COPPICE_TRY(bytes, require_integer(buffer, "byteLength", place));
+    if (bytes == 0) return bad("empty buffer", member(place, "byteLength"));
+    const auto uri = buffer.find("uri");
+    if (uri == buffer.end()) {
+      if (!bin_chunk_bytes_ || !buffer_bytes_.empty()) return bad("missing member", member(place, "uri"));
+      if (bytes > *bin_chunk_bytes_)
+        return bad("buffer longer than the BIN chunk",
+                   member(place, "byteLength") + " is " + std::to_string(bytes) + " of " + std::to_string(*bin_chunk_bytes_));
+    } else if (!uri->is_string()) {
+      return bad("not a string", member(place, "uri"));
+    }
+    buffer_bytes_.push_back(bytes);
+    return {};
+  }
+
+  Result<void> check_view(const Json& view, const std::string& place) {
+    COPPICE_TRY(buffer, require_index(view, "buffer", place, buffer_bytes_.size()));
+    COPPICE_TRY(offset, read_integer(view, "byteOffset", place, 0));
+    COPPICE_TRY(bytes, require_integer(view, "byteLength", place));
+    COPPICE_TRY(stride, read_integer(view, "byteStride", place, 0));
+    const std::uint64_t buffer_bytes = buffer_bytes_[buffer];
+    if (offset > buffer_bytes || bytes > buffer_bytes - offset)
+      return bad("buffer view runs past the end of its buffer",
+                 place + ": " + std::to_string(offset) + " + " + std::to_string(bytes) + " of " + std::to_string(buffer_bytes) + " bytes");
+    if (bytes == 0) return bad("empty buffer view", member(place, "byteLength"));
+    if (stride > 252 || stride % 4 != 0) return bad("stride not a multiple of 4 up to 252", member(place, "byteStride"));
+    views_.push_back(View{bytes, stride});
+    return {};
+  }
+
+  Result<void> check_accessor(const Json& accessor, const std::string& place) {
+    COPPICE_TRY(component_type, require_integer(accessor, "componentType", place));
+    const std::uint64_t scalar_bytes = component_bytes(component_type);
+    if (scalar_bytes == 0) return bad("unknown component type", member(place, "componentType") + " is " + std::to_string(component_type));
+    const auto type = accessor.find("type");
+    if (type == accessor.end() || !type->is_string()) return bad("missing member", member(place, "type"));
+    const std::uint64_t element_bytes = scalar_bytes * component_count(type->get<std::string>());
+    if (element_bytes == 0) return bad("unknown type", member(place, "type") + " is " + type->get<std::string>().substr(0, 16));
+    COPPICE_TRY(count, require_integer(accessor, "count", place));
+    if (count == 0) return bad("empty accessor", member(place, "count"));
+    COPPICE_TRY(offset, read_integer(accessor, "byteOffset", place, 0));
+    COPPICE_CHECK(check_index(accessor, "bufferView", place, views_.size()));
+    COPPICE_CHECK(check_sparse(accessor, place, count, element_bytes));
+    if (!accessor.contains("bufferView")) {
+      if (count <= kMaxUnbackedCount) return {};
+      return bad("accessor without a buffer view is too long", member(place, "count") + " is " + std::to_string(count));
+    }
+    return check_range(views_[accessor["bufferView"].get<std::size_t>()], count, element_bytes, offset, place);
+  }
+
+  static Result<void> check_range(const View& view, std::uint64_t count, std::uint64_t element_bytes, std::uint64_t offset,
+                                  const std::string& place) {
+    if (view.stride != 0 && view.stride < element_bytes) return bad("elements overlap: stride shorter than one", place);
+    if (fits(count, element_bytes, view.stride != 0 ? view.stride : element_bytes, offset, view.bytes)) return {};
+    return bad("accessor runs past the end of its buffer view", place + ": count " + std::to_string(count) + ", byteOffset " +
+                                                                    std::to_string(offset) + ", view of " + std::to_string(view.bytes) +
+                                                                    " bytes");
+  }
+
+  Result<void> check_sparse(const Json& accessor, const std::string& accessor_place, std::uint64_t accessor_count,
+                            std::uint64_t element_bytes) const {
+    COPPICE_CHECK(check_optional_object(accessor, "sparse", accessor_place));
+    const auto sparse = accessor.find("sparse");
+    if (sparse == accessor.end()) return {};
+    const std::string place = member(accessor_place, "sparse");
+    COPPICE_TRY(count, require_integer(*sparse, "count", place));
+    if (count == 0 || count > accessor_count) return bad("sparse count out of range", member(place, "count"));
+    const std::array<const char*, 2> names{"indices", "values"};
+    for (const char* name : names) {
+      const auto part = sparse->find(name);
+      const std::string where = member(place, name);
+      if (part == sparse->end() || !part->is_object()) return bad("missing member", where);
+      COPPICE_TRY(view, require_index(*part, "bufferView", where, views_.size()));
+      COPPICE_TRY(offset, read_integer(*part, "byteOffset", where, 0));
+      if (offset > kMaxInt) return bad("offset too large", member(where, "byteOffset"));
+      std::uint64_t bytes = element_bytes;
+      if (name == names[0]) {
+        COPPICE_TRY(component_type, require_integer(*part, "componentType", where));
+        if (component_type != 5121 && component_type != 5123 && component_type != 5125)
+          return bad("unknown component type", member(where, "componentType"));
+        bytes = component_bytes(component_type);
+      }
+      COPPICE_CHECK(check_range(View{views_[view].bytes, 0}, count, bytes, offset, where));
+    }
+    return {};
+  }
+
+  Result<void> check_materials() const {
+    COPPICE_CHECK(for_each_object(root_, "images", "", [this](const Json& image, const std::string& place) {
+      if (image.contains("uri") == image.contains("bufferView")) return Result<void>(bad("needs either uri or bufferView", place));
+      if (image.contains("uri") && !image["uri"].is_string()) return Result<void>(bad("not a string", member(place, "uri")));
+      return check_index(image, "bufferView", place, views_.size());
+    }));
+    COPPICE_CHECK(for_each_object(root_, "textures", "", [this](const Json& texture, const std::string& place) {
+      return check_index(texture, "source", place, length("images"));
+    }));
+    return for_each_object(root_, "materials", "", [this](const Json& o, const std::string& place) { return check_material(o, place); });
+  }
+
+  Result<void> check_material(const Json& material, const std::string& place) const {
+    COPPICE_CHECK(check_optional_object(material, "pbrMetallicRoughness", place));
+    const auto pbr = material.find("pbrMetallicRoughness");
+    if (pbr == material.end()) return {};
+    const std::string where = member(place, "pbrMetallicRoughness");
+    COPPICE_CHECK(check_numbers(*pbr, "baseColorFactor", where, 4));
+    COPPICE_CHECK(check_optional_object(*pbr, "baseColorTexture", where));
+    const auto texture = pbr->find("baseColorTexture");
+    if (texture == pbr->end()) return {};
+    return Result<void>(check_index(*texture, "index", member(where, "baseColorTexture"), length("textures")));
+  }
+
+  Result<void> check_mesh(const Json& mesh, const std::string& place) const {
+    return for_each_object(mesh, "primitives", place,
+                           [this](const Json& primitive, const std::string& where) { return check_primitive(primitive, where); });
+  }
+
+  Result<void> check_primitive(const Json& primitive, const std::string& place) const {
+    COPPICE_TRY(mode, read_integer(primitive, "mode", place, 4));
+    if (mode > 6) return bad("unknown mode", member(place, "mode") + " is " + std::to_string(mode));
+    COPPICE_CHECK(check_index(primitive, "indices", place, length("accessors")));
+    COPPICE_CHECK(check_index(primitive, "material", place, length("materials")));
+    const auto attributes = primitive.find("attributes");
+    const std::string where = member(place, "attributes");
+    if (attributes == primitive.end() || !attributes->is_object()) return bad("missing member", where);
+    for (const auto& attribute : attributes->items())
+      COPPICE_CHECK(check_index(*attributes, attribute.key().c_str(), where, length("accessors")));
+    if (mode >= 4 && !attributes->contains("POSITION")) return bad("triangles without positions", member(where, "POSITION"));
+    return {};
+  }
+
+  Result<void> check_node(const Json& node, const std::string& place) const {
+    COPPICE_CHECK(check_index(node, "mesh", place, length("meshes")));
+    COPPICE_CHECK(check_indices(node, "children", place, length("nodes")));
+    COPPICE_CHECK(check_numbers(node, "matrix", place, 16));
+    COPPICE_CHECK(check_numbers(node, "translation", place, 3));
+    COPPICE_CHECK(check_numbers(node, "rotation", place, 4));
+    return Result<void>(check_numbers(node, "scale", place, 3));
+  }
+
+  /// Every node has at most one parent, and following parents ends: then a walk from any root ends too, and meets each node once.
+  Result<void> check_node_trees() {
+    const std::size_t count = length("nodes");
+    parents_.assign(count, count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto children = root_["nodes"][i].find("children");
+      if (children == root_["nodes"][i].end()) continue;
+      for (const Json& child : *children) {
+        std::size_t& parent = parents_[child.get<std::size_t>()];
+        if (parent != count) return bad("node has two parents", element("nodes", child.get<std::size_t>()));
+        parent = i;
+      }
+    }
+    std::vector<std::size_t> seen_from(count, count);
+    for (std::size_t start = 0; start < count; ++start)
+      for (std::size_t i = start; i != count && seen_from[i] == count; i = parents_[i]) {
+        seen_from[i] = start;
+        if (parents_[i] != count && seen_from[parents_[i]] == start) return bad("node is its own ancestor", element("nodes", i));
+      }
+    return {};
+  }
+
+  Result<void> check_scenes() const {
+    const std::size_t node_count = length("nodes");
+    COPPICE_CHECK(check_index(root_, "scene", "", length("scenes")));
+    return for_each_object(root_, "scenes", "", [&](const Json& scene, const std::string& place) -> Result<void> {
+      COPPICE_CHECK(check_indices(scene, "nodes", place, node_count));
+      std::vector<bool> listed(node_count, false);
+      for (const Json& node : scene.value("nodes", Json::array())) {
+        const auto index = node.get<std::size_t>();
+        const std::string where = member(place, "nodes") + ": " + std::to_string(index);
+        if (listed[index]) return bad("node listed twice", where);
+        if (parents_[index] != node_count) return bad("scene lists a node that is another's child", where);
+        listed[index] = true;
+      }
+      return {};
+    });
+  }
+
+  const Json& root_;
+  std::optional<std::uint64_t> bin_chunk_bytes_;
+  std::vector<std::uint64_t> buffer_bytes_;
+  std::vector<View> views_;
+  std::vector<std::size_t> parents_;  ///< the number of nodes for a root
+};
+
+}  // namespace
+
+bool is_supported_extension(std::string_view name) {
+  // Quantised attributes are read like any others. Material extensions change shading that a baked plant does not keep, except for the one
+  // that moves the base colour elsewhere.
+  return name == "KHR_mesh_quantization" ||
+         (name.starts_with("KHR_materials_") && name != "KHR_materials_pbrSpecularGlossiness" && name != "KHR_materials_variants");
+}
+
+Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes) {
+  COPPICE_TRY(root, parse_json(json));
+  if (!root.is_object()) return bad("not a JSON object", "the document");
+  Screen screen(root, bin_chunk_bytes);
+  COPPICE_CHECK(screen.check());
+  for (const char* unread : {"animations", "skins", "cameras", "samplers", "extensions", "extras"}) root.erase(unread);
+  return ScreenedGltf{root.dump(-1, ' ', false, Json::error_handler_t::replace), screen.buffer_bytes()};
+}
+
+}  // namespace coppice::bake

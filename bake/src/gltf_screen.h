@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "result.h"
+
+namespace coppice::bake {
+
+/// The JSON of a glTF that holds together, without what the importer does not read.
+struct ScreenedGltf {
+  std::string json;
+  std::vector<std::uint64_t> buffer_bytes;  ///< buffers[i].byteLength
+};
+
+/// Checks everything about a glTF 2.0 document that can be checked without its bytes: types, required members, every index into another
+/// array, every buffer view within its buffer, every accessor within its view, and that the nodes are trees. tinygltf, which parses the
+/// result, believes all of these.
+/// json             the text of a .gltf, or the JSON chunk of a .glb
+/// bin_chunk_bytes  length of the .glb's BIN chunk; nothing for a .gltf or a .glb without one
+/// errors  bad_file: `detail` is the place, as in "accessors[3].count"; unsupported: another glTF version, or a required extension (named)
+Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes);
+
+/// Whether a material, required extensions and the like of this name can be read as if the extension were not there.
+bool is_supported_extension(std::string_view name);
+
+}  // namespace coppice::bake

@@ -1,0 +1,229 @@
+#include "gltf_triangles.h"
+
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include <tiny_gltf.h>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "gltf_accessor.h"
+#include "gltf_materials.h"
+
+namespace coppice::bake {
+namespace {
+
+// A small file can place one mesh any number of times: these bound what it can make us allocate (about 4 GB).
+constexpr std::size_t kMaxVertices = std::size_t{1} << 26;
+constexpr std::size_t kMaxTriangles = std::size_t{1} << 25;
+// So that squared areas still fit a float; no plant is this far from its origin in any unit.
+constexpr double kMaxCoordinate_m = 1e8;
+
+std::string primitive_place(const MeshInstance& instance, std::uint32_t primitive) {
+  return "meshes[" + std::to_string(instance.mesh) + "].primitives[" + std::to_string(primitive) + "]";
+}
+
+bool is_finite(const glm::vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+bool is_finite(const glm::vec2& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y);
+}
+
+/// A primitive as the file holds it.
+struct RawPrimitive {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::vec3> normals;  ///< empty when missing
+  std::vector<glm::vec2> uvs;
+  std::vector<std::uint32_t> triangles;  ///< 3 vertices each
+};
+
+/// Vertex numbers of the primitive's triangles (glTF 2.0, 3.7.2.1). Strips alternate their winding; triangles of a strip or fan that
+/// repeat a vertex are seams, not surface.
+std::vector<std::uint32_t> triangulate(int mode, const std::vector<std::uint32_t>& order) {
+  std::vector<std::uint32_t> triangles;
+  if (mode == TINYGLTF_MODE_TRIANGLES) {
+    triangles.assign(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(order.size() / 3 * 3));
+    return triangles;
+  }
+  for (std::size_t i = 0; i + 2 < order.size(); ++i) {
+    const bool strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
+    const std::uint32_t a = strip ? order[i] : order[0];
+    const std::uint32_t b = strip ? order[i + 1 + i % 2] : order[i + 1];
+    const std::uint32_t c = strip ? order[i + 2 - i % 2] : order[i + 2];
+    if (a != b && b != c && c != a) triangles.insert(triangles.end(), {a, b, c});
+  }
+  return triangles;
+}
+
+Result<std::vector<std::uint32_t>> vertex_order(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                                                std::size_t vertex_count) {
+  if (primitive.indices < 0) {
+    std::vector<std::uint32_t> order(vertex_count);
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint32_t>(i);
+    return order;
+  }
+  COPPICE_TRY(order, read_indices(model, primitive.indices));
+  for (std::size_t i = 0; i < order.size(); ++i)
+    if (order[i] >= vertex_count)
+      return Error{Status::bad_file, "index beyond the vertices", Error::kNoOffset,
+                   accessor_place(primitive.indices) + " element " + std::to_string(i) + " is " + std::to_string(order[i]) + " of " +
+                       std::to_string(vertex_count)};
+  return order;
+}
+
+int attribute_accessor(const tinygltf::Primitive& primitive, const std::string& name) {
+  const auto found = primitive.attributes.find(name);
+  return found == primitive.attributes.end() ? -1 : found->second;
+}
+
+/// Reads an optional attribute; absent leaves `values` empty.
+template <class Read, class Values>
+Result<void> read_attribute(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::string& name,
+                            std::size_t vertex_count, const Read& read, Values& values) {
+  const int accessor = attribute_accessor(primitive, name);
+  if (accessor < 0) return {};
+  if (model.accessors.at(static_cast<std::size_t>(accessor)).count != vertex_count)
+    return Error{Status::bad_file, "attributes of unequal length", Error::kNoOffset,
+                 name + " has " + std::to_string(model.accessors.at(static_cast<std::size_t>(accessor)).count) + ", POSITION " +
+                     std::to_string(vertex_count)};
+  COPPICE_TRY(read_values, read(model, accessor));
+  values = std::move(read_values);
+  return {};
+}
+
+Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
+  RawPrimitive raw;
+  const int position_accessor = attribute_accessor(primitive, "POSITION");
+  COPPICE_TRY(positions, read_vec3(model, position_accessor));
+  raw.positions = std::move(positions);
+  for (std::size_t i = 0; i < raw.positions.size(); ++i)
+    if (!is_finite(raw.positions[i]))
+      return Error{Status::bad_file, "position is not finite", Error::kNoOffset,
+                   accessor_place(position_accessor) + " element " + std::to_string(i)};
+  const std::size_t count = raw.positions.size();
+  const std::uint32_t material = primitive.material < 0 ? kNone : static_cast<std::uint32_t>(primitive.material);
+  const std::string uv_name = "TEXCOORD_" + std::to_string(base_color_uv_set(model, material));
+  COPPICE_CHECK(read_attribute(model, primitive, "NORMAL", count, read_vec3, raw.normals));
+  COPPICE_CHECK(read_attribute(model, primitive, uv_name, count, read_vec2, raw.uvs));
+  COPPICE_TRY(order, vertex_order(model, primitive, count));
+  raw.triangles = triangulate(primitive.mode, order);
+  return raw;
+}
+
+/// Area-weighted mean of the triangles round each vertex, not yet unit.
+std::vector<glm::vec3> summed_normals(const RawPrimitive& raw) {
+  std::vector<glm::vec3> normals(raw.positions.size(), glm::vec3(0.0f));
+  for (std::size_t i = 0; i < raw.triangles.size(); i += 3) {
+    const glm::vec3& a = raw.positions[raw.triangles[i]];
+    const glm::vec3 normal = glm::cross(raw.positions[raw.triangles[i + 1]] - a, raw.positions[raw.triangles[i + 2]] - a);
+    for (std::size_t k = 0; k < 3; ++k) normals[raw.triangles[i + k]] += normal;
+  }
+  return normals;
+}
+
+/// A unit vector along v, or the fallback where v has no direction.
+glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& fallback) {
+  const double length = glm::length(v);
+  return std::isfinite(length) && length > 0.0 ? glm::vec3(v / length) : fallback;
+}
+
+Result<void> append_positions(const RawPrimitive& raw, const MeshInstance& instance, Mesh& mesh) {
+  for (const glm::vec3& position : raw.positions) {
+    const glm::dvec3 placed(instance.scene_from_mesh * glm::dvec4(position, 1.0));
+    // Written so that a NaN fails too.
+    if (!(std::abs(placed.x) <= kMaxCoordinate_m && std::abs(placed.y) <= kMaxCoordinate_m && std::abs(placed.z) <= kMaxCoordinate_m))
+      return Error{Status::bad_file, "position beyond 1e8 m", Error::kNoOffset, "nodes[" + std::to_string(instance.node) + "].mesh"};
+    mesh.positions.push_back(glm::vec3(placed));
+  }
+  return {};
+}
+
+void append_normals(const RawPrimitive& raw, const glm::dmat3& scene_from_mesh, bool mirrored, Mesh& mesh) {
+  // The cofactors are the inverse transpose times the determinant, and exist where the inverse does not.
+  glm::dmat3 scene_from_normal(glm::cross(scene_from_mesh[1], scene_from_mesh[2]), glm::cross(scene_from_mesh[2], scene_from_mesh[0]),
+                               glm::cross(scene_from_mesh[0], scene_from_mesh[1]));
+  if (mirrored) scene_from_normal = -scene_from_normal;
+  const std::vector<glm::vec3> computed = summed_normals(raw);
+  constexpr glm::vec3 kUp(0.0f, 1.0f, 0.0f);
+  for (std::size_t i = 0; i < raw.positions.size(); ++i) {
+    const bool usable = !raw.normals.empty() && is_finite(raw.normals[i]) && raw.normals[i] != glm::vec3(0.0f);
+    const glm::dvec3 normal(unit_or(usable ? raw.normals[i] : computed[i], kUp));
+    mesh.normals.push_back(unit_or(scene_from_normal * normal, kUp));
+  }
+}
+
+void append_uvs(const RawPrimitive& raw, const std::string& place, Mesh& mesh, std::vector<std::string>& warnings) {
+  std::size_t repaired_count = 0;
+  for (std::size_t i = 0; i < raw.positions.size(); ++i) {
+    glm::vec2 uv = raw.uvs.empty() ? glm::vec2(0.0f) : raw.uvs[i];
+    if (!is_finite(uv)) {
+      uv = glm::vec2(0.0f);
+      ++repaired_count;
+    }
+    mesh.uvs.push_back(uv);
+  }
+  if (repaired_count > 0) warnings.push_back(place + ": " + std::to_string(repaired_count) + " texture coordinates not finite, read as 0");
+}
+
+Result<void> check_room(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const Mesh& mesh, const std::string& place) {
+  const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
+  const std::size_t vertices = count(attribute_accessor(primitive, "POSITION"));
+  const std::size_t corners = primitive.indices < 0 ? vertices : count(primitive.indices);
+  // A strip makes one triangle of each index.
+  const std::size_t triangles = primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners;
+  if (vertices <= kMaxVertices - mesh.positions.size() && triangles <= kMaxTriangles - mesh.triangle_materials.size()) return {};
+  return Error{Status::unsupported, "more than 2^26 vertices or 2^25 triangles", Error::kNoOffset, place};
+}
+
+}  // namespace
+
+Result<void> append_primitive(const tinygltf::Model& model, const MeshInstance& instance, std::uint32_t instance_index,
+                              std::uint32_t primitive_index, std::uint32_t material, TriangleSoup& soup,
+                              std::vector<std::string>& warnings) {
+  const tinygltf::Primitive& primitive = model.meshes.at(instance.mesh).primitives.at(primitive_index);
+  if (primitive.mode < TINYGLTF_MODE_TRIANGLES) return {};
+  const std::string place = primitive_place(instance, primitive_index);
+  Mesh& mesh = soup.mesh;
+  COPPICE_CHECK(check_room(model, primitive, mesh, place));
+  Result<RawPrimitive> raw = read_primitive(model, primitive);
+  if (!raw) {
+    Error error = raw.error();
+    error.detail = place + ": " + error.detail;
+    return error;
+  }
+  const glm::dmat3 linear(instance.scene_from_mesh);
+  const bool mirrored = glm::determinant(linear) < 0.0;
+  const auto first_vertex = static_cast<std::uint32_t>(mesh.positions.size());
+  COPPICE_CHECK(append_positions(*raw, instance, mesh));
+  append_normals(*raw, linear, mirrored, mesh);
+  append_uvs(*raw, place, mesh, warnings);
+  soup.vertex_instances.resize(mesh.positions.size(), instance_index);
+  for (std::size_t i = 0; i < raw->triangles.size(); i += 3) {
+    const std::uint32_t a = raw->triangles[i], b = raw->triangles[i + 1], c = raw->triangles[i + 2];
+    for (const std::uint32_t corner : {a, mirrored ? c : b, mirrored ? b : c}) mesh.indices.push_back(first_vertex + corner);
+    mesh.triangle_materials.push_back(material);
+  }
+  return {};
+}
+
+Mesh compact(const Mesh& mesh) {
+  Mesh compacted;
+  std::vector<std::uint32_t> new_index(mesh.positions.size(), kNone);
+  compacted.indices.reserve(mesh.indices.size());
+  for (const std::uint32_t index : mesh.indices) {
+    if (new_index[index] == kNone) {
+      new_index[index] = static_cast<std::uint32_t>(compacted.positions.size());
+      compacted.positions.push_back(mesh.positions[index]);
+      compacted.normals.push_back(mesh.normals[index]);
+      compacted.uvs.push_back(mesh.uvs[index]);
+    }
+    compacted.indices.push_back(new_index[index]);
+  }
+  compacted.triangle_materials = mesh.triangle_materials;
+  return compacted;
+}
+
+}  // namespace coppice::bake

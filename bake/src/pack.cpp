@@ -1,1 +1,129 @@
 #include "pack.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "page_encode.h"
+#include "quantised_tree.h"
+#include "texture_mips.h"
+#include "utf8.h"
+#include "wood_encode.h"
+#include "writer.h"
+
+namespace coppice::bake {
+
+namespace {
+
+void store(float (&target)[3], const glm::vec3& value) {
+  for (int axis = 0; axis < 3; ++axis) target[axis] = value[axis];
+}
+
+/// Whole UTF-8 sequences of `name` that leave room for a zero; a byte that is none becomes '?'.
+void store_name(char (&target)[64], const std::string& name) {
+  const std::vector<std::uint8_t> text(name.begin(), name.end());
+  std::size_t length = 0;
+  for (std::size_t at = 0; at < text.size() && text[at] != 0;) {
+    const std::size_t sequence = utf8_sequence_length(std::span(text).subspan(at));
+    const std::size_t taken = std::max<std::size_t>(sequence, 1);
+    if (length + taken >= sizeof target) break;
+    for (std::size_t i = 0; i < taken; ++i) target[length++] = sequence == 0 ? '?' : name[at + i];
+    at += taken;
+  }
+}
+
+coppice_file_material file_material(const Material& material) {
+  coppice_file_material result{};
+  for (int channel = 0; channel < 4; ++channel) result.base_color[channel] = std::clamp(material.base_color[channel], 0.0f, 1.0f);
+  result.alpha_cutoff = std::clamp(material.alpha_cutoff, 0.0f, 1.0f);
+  result.roughness = std::clamp(material.roughness, 0.0f, 1.0f);
+  result.texture = material.image == kNone ? COPPICE_NO_TEXTURE : material.image;
+  result.flags = material.double_sided ? COPPICE_MATERIAL_DOUBLE_SIDED : 0u;
+  return result;
+}
+
+coppice_file_card file_card(const Card& card) {
+  coppice_file_card result{};
+  result.material = card.material;
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    result.uv[corner][0] = card.uv[corner].x;
+    result.uv[corner][1] = card.uv[corner].y;
+  }
+  return result;
+}
+
+/// The cutoff of the first alpha-tested material that shows the image, 0 if there is none.
+float cutoff_of_image(const BakedPlant& plant, std::size_t image) {
+  for (const Material& material : plant.materials)
+    if (material.image == image && material.alpha_cutoff > 0.0f) return material.alpha_cutoff;
+  return 0.0f;
+}
+
+Result<void> add_pages(const QuantisedTree& tree, FileContents& contents) {
+  for (std::size_t first = 0; first < tree.splits.size(); first += COPPICE_PAGE_SPLITS) {
+    const std::size_t count = std::min<std::size_t>(COPPICE_PAGE_SPLITS, tree.splits.size() - first);
+    COPPICE_TRY(page, encode_page(std::span(tree.splits).subspan(first, count), static_cast<std::uint32_t>(first), tree.quads));
+    contents.pages.push_back(std::move(page));
+  }
+  return {};
+}
+
+Result<void> add_wood(const BakedPlant& plant, FileContents& contents) {
+  for (const Mesh& lod : plant.wood.lods) {
+    COPPICE_TRY(wood, encode_wood(lod, static_cast<std::uint32_t>(plant.materials.size())));
+    if (wood.bytes.empty()) continue;
+    if (contents.wood.size() == COPPICE_MAX_WOOD_LODS) return Error{Status::invalid_argument, "pack: over COPPICE_MAX_WOOD_LODS"};
+    contents.plant.wood_vertex_counts[contents.wood.size()] = wood.vertex_count;
+    contents.plant.wood_triangle_counts[contents.wood.size()] = wood.triangle_count;
+    contents.wood.push_back(std::move(wood.bytes));
+  }
+  return {};
+}
+
+Result<void> add_textures(const BakedPlant& plant, FileContents& contents) {
+  for (std::size_t i = 0; i < plant.images.size(); ++i) {
+    COPPICE_TRY(texture, encode_texture(plant.images[i], cutoff_of_image(plant, i)));
+    contents.textures.push_back(std::move(texture));
+  }
+  return {};
+}
+
+void fill_plant(const BakedPlant& plant, const QuantisedTree& tree, coppice_file_plant& target) {
+  target.leaf_count = plant.tree.leaf_count();
+  store(target.leaf_box_min, tree.box.min);
+  store(target.leaf_box_max, tree.box.max);
+  store(target.sphere_center, plant.sphere.center);
+  target.sphere_radius = plant.sphere.radius;
+  for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(tree.quads[0][corner], target.root_quad[corner]);
+  target.root_card = plant.tree.nodes[0].card;
+  target.metric = plant.metric;
+  store_name(target.name, plant.name);
+}
+
+std::uint64_t total_bytes(const std::vector<std::vector<std::uint8_t>>& chunks) {
+  std::uint64_t sum = 0;
+  for (const auto& chunk : chunks) sum += chunk.size();
+  return sum;
+}
+
+}  // namespace
+
+Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes) {
+  COPPICE_TRY(tree, quantise_tree(plant.tree));
+  FileContents contents;
+  fill_plant(plant, tree, contents.plant);
+  for (const Material& material : plant.materials) contents.materials.push_back(file_material(material));
+  for (const Card& card : plant.card_table) contents.cards.push_back(file_card(card));
+  for (const Tree::Node& node : plant.tree.nodes)
+    if (node.card >= plant.card_table.size()) return Error{Status::invalid_argument, "pack: a node's card is not in the table"};
+  contents.error_leaf_counts = plant.errors.leaf_counts;
+  contents.error_sizes_px = plant.errors.sizes_px;
+  contents.error_px = plant.errors.error_px;
+  COPPICE_CHECK(add_pages(tree, contents));
+  COPPICE_CHECK(add_wood(plant, contents));
+  COPPICE_CHECK(add_textures(plant, contents));
+  COPPICE_TRY(file, write_file(contents));
+  sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.wood), total_bytes(contents.textures)};
+  return file;
+}
+
+}  // namespace coppice::bake

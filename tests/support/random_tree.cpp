@@ -209,6 +209,9 @@ bake::BakedPlant random_plant(const RandomPlantOptions& options) {
   if (textured) plant.images.push_back(disc_image(options.texture_side, random));
   plant.errors = plausible_errors(options.leaf_count);
   for (std::uint32_t lod = 0; lod < options.wood_lod_count; ++lod) plant.wood.lods.push_back(tube(lod == 0 ? 8 : 4, lod == 0 ? 6 : 3, 1));
+  for (const glm::vec3& vertex : plant.tree.vertices) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
+  for (const bake::Mesh& lod : plant.wood.lods)
+    for (const glm::vec3& vertex : lod.positions) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
   return plant;
 }
 

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "layout.h"
+#include "utf8.h"
 
 namespace coppice {
 
@@ -51,22 +52,6 @@ bool all_finite(std::span<const float> values) {
   for (float value : values)
     if (!std::isfinite(value)) return false;
   return true;
-}
-
-/// Length of the valid UTF-8 sequence at the front of `text`, 0 if there is none. Overlong forms and surrogates are not valid.
-std::size_t utf8_sequence_length(Bytes text) {
-  const std::uint8_t lead = text[0];
-  if (lead < 0x80) return 1;
-  const std::size_t length = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : 2;
-  if (lead < 0xc2 || lead > 0xf4 || text.size() < length) return 0;
-  std::uint32_t code = lead & (0x7fu >> length);
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((text[i] & 0xc0) != 0x80) return 0;
-    code = code << 6 | (text[i] & 0x3fu);
-  }
-  const bool overlong = (length == 3 && code < 0x800) || (length == 4 && code < 0x10000);
-  const bool outside = code > 0x10ffff || (code >= 0xd800 && code <= 0xdfff);
-  return overlong || outside ? 0 : length;
 }
 
 /// Text up to a zero, then only zeros.
@@ -292,8 +277,8 @@ Result<coppice_file_header> read_header(Bytes bytes, std::uint64_t file_bytes) {
   const auto header = copy_at<coppice_file_header>(bytes, 0);
   // The version before the checksum: a later version may put its checksum elsewhere.
   if (header.version != COPPICE_FORMAT_VERSION)
-    return Error{Status::unsupported, "version", offsetof(coppice_file_header, version),
-                 std::to_string(header.version) + "; this build reads " + std::to_string(COPPICE_FORMAT_VERSION)};
+    return bad("version", offsetof(coppice_file_header, version),
+               std::to_string(header.version) + "; this build reads " + std::to_string(COPPICE_FORMAT_VERSION));
   if (checksum(bytes.first(offsetof(coppice_file_header, header_checksum))) != header.header_checksum)
     return bad("header checksum", offsetof(coppice_file_header, header_checksum), "the header's bytes do not match");
   if (header.file_bytes != file_bytes)

@@ -23,13 +23,12 @@ struct PlantFile {
 
 /// Reads and checks bytes [0, 64): magic, version, checksum, sizes.
 /// file_bytes  size of the file on disk; must equal the header's
-/// errors  bad_file, with the field and its byte offset; unsupported: a .coppice file of another version
+/// errors  bad_file, with the field and its byte offset; "version" for a .coppice file of another version
 Result<coppice_file_header> read_header(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);
 
 /// Parses the front. Of the chunks it checks those it parses; wood, pages and textures are checked by check_chunk.
 /// bytes  at least header.first_read_bytes long (a longer span, the whole file say, is fine)
-/// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree;
-///         unsupported: a .coppice file of another version
+/// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree
 Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);
 
 /// The chunk table's entry, or null.

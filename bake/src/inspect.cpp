@@ -1,0 +1,77 @@
+#include "inspect.h"
+
+#include "layout.h"
+#include "pack.h"
+#include "reader.h"
+
+namespace coppice::bake {
+
+namespace {
+
+std::vector<ChunkSummary> summarise_chunks(const PlantFile& file) {
+  std::vector<ChunkSummary> result;
+  for (std::uint32_t kind = COPPICE_CHUNK_PLANT; kind <= COPPICE_CHUNK_TEXTURE; ++kind) {
+    ChunkSummary summary{chunk_kind_name(kind), 0, 0};
+    for (const coppice_file_chunk& chunk : file.chunks)
+      if (chunk.kind == kind) {
+        ++summary.count;
+        summary.bytes += chunk.bytes;
+      }
+    if (summary.count > 0) result.push_back(summary);
+  }
+  return result;
+}
+
+Result<FileSummary::Texture> summarise_texture(const coppice_file_chunk& chunk, std::span<const std::uint8_t> bytes) {
+  const auto levels = read_texture(bytes.subspan(static_cast<std::size_t>(chunk.offset), static_cast<std::size_t>(chunk.bytes)));
+  if (!levels) {
+    Error error = levels.error();
+    error.offset += chunk.offset;
+    return error;
+  }
+  return FileSummary::Texture{levels->front().width, levels->front().height, static_cast<std::uint32_t>(levels->size()), chunk.bytes};
+}
+
+}  // namespace
+
+Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
+  COPPICE_TRY(file, read_front(bytes, bytes.size()));
+  FileSummary summary;
+  summary.version = file.header.version;
+  summary.name = file.plant.name;
+  summary.metric = file.plant.metric;
+  summary.file_bytes = file.header.file_bytes;
+  summary.first_read_bytes = file.header.first_read_bytes;
+  summary.leaf_count = file.plant.leaf_count;
+  summary.page_count = file.plant.page_count;
+  summary.material_count = file.plant.material_count;
+  summary.card_count = file.plant.card_count;
+  summary.chunks = summarise_chunks(file);
+  for (std::uint32_t lod = 0; lod < file.plant.wood_lod_count; ++lod)
+    summary.wood.push_back(
+        {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], find_chunk(file, COPPICE_CHUNK_WOOD, lod)->bytes});
+  for (std::uint32_t texture = 0; texture < file.plant.texture_count; ++texture) {
+    COPPICE_TRY(summarised, summarise_texture(*find_chunk(file, COPPICE_CHUNK_TEXTURE, texture), bytes));
+    summary.textures.push_back(summarised);
+  }
+  std::uint64_t page_bytes = 0;
+  for (std::uint32_t page = 0; page < file.plant.page_count; ++page) page_bytes += find_chunk(file, COPPICE_CHUNK_PAGE, page)->bytes;
+  summary.bytes_per_leaf = static_cast<double>(page_bytes) / summary.leaf_count;
+  summary.error_leaf_counts = std::move(file.error_leaf_counts);
+  summary.error_sizes_px = std::move(file.error_sizes_px);
+  summary.error_px = std::move(file.error_px);
+  return summary;
+}
+
+Result<VerifyReport> verify(std::span<const std::uint8_t> bytes) {
+  COPPICE_TRY(plant, unpack(bytes));
+  COPPICE_TRY(file, read_front(bytes, bytes.size()));
+  VerifyReport report;
+  report.bytes_checked = bytes.size();
+  report.chunks_checked = static_cast<std::uint32_t>(file.chunks.size());
+  report.splits_decoded = static_cast<std::uint32_t>(plant.tree.split_parent.size());
+  for (const Mesh& lod : plant.wood.lods) report.wood_triangles_decoded += static_cast<std::uint32_t>(lod.triangle_materials.size());
+  return report;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "result.h"
+
+namespace coppice::bake {
+
+/// Bytes and number of the chunks of one kind.
+struct ChunkSummary {
+  const char* kind = "";  ///< "PAGE" and the like
+  std::uint32_t count = 0;
+  std::uint64_t bytes = 0;
+};
+
+/// What `coppice inspect` shows.
+struct FileSummary {
+  std::uint32_t version = 0;
+  std::string name;
+  std::uint32_t metric = 0;  ///< coppice_metric
+  std::uint64_t file_bytes = 0;
+  std::uint64_t first_read_bytes = 0;
+  std::uint32_t leaf_count = 0;
+  std::uint32_t page_count = 0;
+  std::uint32_t material_count = 0;
+  std::uint32_t card_count = 0;
+  std::vector<ChunkSummary> chunks;  ///< one per kind that occurs, in the order of coppice_chunk_kind
+  struct Wood {
+    std::uint32_t vertices = 0, triangles = 0;
+    std::uint64_t bytes = 0;
+  };
+  std::vector<Wood> wood;  ///< [lod], finest first
+  struct Texture {
+    std::uint32_t width = 0, height = 0, mip_count = 0;
+    std::uint64_t bytes = 0;
+  };
+  std::vector<Texture> textures;
+  std::vector<std::uint32_t> error_leaf_counts;  ///< levels the error table measured
+  std::vector<float> error_sizes_px;
+  std::vector<float> error_px;  ///< [levels * sizes]
+  double bytes_per_leaf = 0.0;  ///< page bytes over leaves
+};
+
+/// Reads the front and the texture headers: cheap, and no proof that the rest is sound.
+/// errors  as read_front and read_texture
+Result<FileSummary> inspect(std::span<const std::uint8_t> file);
+
+/// What verify() went through.
+struct VerifyReport {
+  std::uint64_t bytes_checked = 0;  ///< all of the file
+  std::uint32_t chunks_checked = 0;
+  std::uint32_t splits_decoded = 0;
+  std::uint32_t wood_triangles_decoded = 0;
+};
+
+/// Every checksum, every page and wood LoD decoded, every invariant of FORMAT.md.
+/// errors  bad_file: the first thing wrong, its chunk and byte offset
+Result<VerifyReport> verify(std::span<const std::uint8_t> file);
+
+}  // namespace coppice::bake

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "plant.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+/// An image and its mip levels down to 1 x 1, largest first. A side halves and rounds down, as in Vulkan.
+///
+/// Colours are averaged in linear light, weighted by alpha; texels of alpha 0 take the colour of the coarser level, so that filtering at an
+/// edge never fetches the colour of a hole. With alpha_cutoff > 0 each level's alpha is scaled so that the share of texels
+/// >= alpha_cutoff is as near to level 0's as whole texels allow, but not 0 (Castano 2010): foliage neither thins nor swells with distance.
+/// An image wider or higher than COPPICE_MAX_TEXTURE_SIDE starts at its first level that is not.
+std::vector<Image> mip_levels(const Image& image, float alpha_cutoff);
+
+/// Share of texels with alpha >= alpha_cutoff, in [0, 1].
+double alpha_coverage(const Image& image, float alpha_cutoff);
+
+/// A TEXTURE chunk.
+/// errors  invalid_argument: the image is empty or its bytes are not width * height * 4
+Result<std::vector<std::uint8_t>> encode_texture(const Image& image, float alpha_cutoff);
+
+}  // namespace coppice::bake

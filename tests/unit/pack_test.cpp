@@ -1,0 +1,222 @@
+#include "pack.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "inspect.h"
+#include "quantised_tree.h"
+#include "random_tree.h"
+#include "reader.h"
+
+namespace coppice::bake {
+namespace {
+
+using test::random_plant;
+
+std::vector<std::uint8_t> packed(const BakedPlant& plant) {
+  PackSizes sizes;
+  auto file = pack(plant, sizes);
+  EXPECT_TRUE(file) << file.error().message();
+  return *file;
+}
+
+Quad quad_of(const Tree& tree, std::uint32_t node) {
+  Quad quad;
+  for (std::size_t corner = 0; corner < 4; ++corner) quad[corner] = tree.vertices[tree.nodes[node].vertices[corner]];
+  return quad;
+}
+
+/// Nodes alive after the first leaf_count - 1 splits.
+std::vector<std::uint32_t> cut(const Tree& tree, std::uint32_t leaf_count) {
+  std::vector<std::uint32_t> nodes;
+  for (std::uint32_t node = 0; node < 2 * leaf_count - 1; ++node)
+    if (tree.node_split[node] == kNone || tree.node_split[node] >= leaf_count - 1) nodes.push_back(node);
+  return nodes;
+}
+
+TEST(Pack, RoundTripKeepsEveryNodeWithinHalfAStep) {
+  for (std::uint32_t leaf_count : {1u, 2u, 100u, 513u, 1200u}) {
+    const BakedPlant plant = random_plant({.leaf_count = leaf_count});
+    const auto back = unpack(packed(plant));
+    ASSERT_TRUE(back) << back.error().message();
+    ASSERT_EQ(back->tree.leaf_count(), leaf_count);
+    EXPECT_EQ(back->tree.split_parent, plant.tree.split_parent);
+    EXPECT_EQ(back->tree.node_split, plant.tree.node_split);
+    EXPECT_EQ(back->tree.vertices.size(), 4u * leaf_count);
+    const QuantisationBox box = leaf_box(plant.tree);
+    for (std::uint32_t node = 0; node < plant.tree.nodes.size(); ++node) {
+      EXPECT_EQ(back->tree.nodes[node].card, plant.tree.nodes[node].card);
+      const Quad before = quad_of(plant.tree, node), after = quad_of(back->tree, node);
+      for (std::size_t corner = 0; corner < 4; ++corner)
+        for (int axis = 0; axis < 3; ++axis)
+          ASSERT_LE(std::abs(before[corner][axis] - after[corner][axis]),
+                    (box.max[axis] - box.min[axis]) * (0.501f / COPPICE_QUANTISED_MAX))
+              << "node " << node;
+    }
+  }
+}
+
+TEST(Pack, TheFinestCutIsTheSourceLeaves) {
+  const BakedPlant plant = random_plant({.leaf_count = 300});
+  const auto back = unpack(packed(plant));
+  ASSERT_TRUE(back);
+  const QuantisationBox box = leaf_box(plant.tree);
+  std::map<std::array<QuantisedPoint, 4>, int> balance;
+  for (std::uint32_t node : cut(plant.tree, 300)) {
+    EXPECT_NE(plant.tree.node_source[node], kNone);
+    std::array<QuantisedPoint, 4> quad;
+    for (std::size_t corner = 0; corner < 4; ++corner) quad[corner] = quantise(box, quad_of(plant.tree, node)[corner]);
+    ++balance[quad];
+  }
+  for (std::uint32_t node : cut(back->tree, 300)) {
+    EXPECT_NE(back->tree.node_source[node], kNone);
+    std::array<QuantisedPoint, 4> quad;
+    for (std::size_t corner = 0; corner < 4; ++corner) quad[corner] = quantise(box, quad_of(back->tree, node)[corner]);
+    --balance[quad];
+  }
+  for (const auto& [quad, difference] : balance) EXPECT_EQ(difference, 0);
+}
+
+TEST(Pack, AnyCutHasAsManyLeavesAsAsked) {
+  const auto back = unpack(packed(random_plant({.leaf_count = 700})));
+  ASSERT_TRUE(back);
+  for (std::uint32_t m : {1u, 2u, 350u, 512u, 513u, 514u, 700u}) EXPECT_EQ(cut(back->tree, m).size(), m);
+}
+
+TEST(Pack, SamePlantSameBytes) {
+  const BakedPlant plant = random_plant({.leaf_count = 600});
+  EXPECT_EQ(packed(plant), packed(plant));
+}
+
+// The leaf box may differ by a rounding of float: its far side is computed from the last step.
+TEST(Pack, RepackingAnUnpackedFileGivesTheSamePages) {
+  const auto file = packed(random_plant({.leaf_count = 600}));
+  const auto again = packed(*unpack(file));
+  const auto front = read_front(file, file.size()), front_again = read_front(again, again.size());
+  for (std::uint32_t page = 0; page < 2; ++page)
+    EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_PAGE, page)->checksum, find_chunk(*front_again, COPPICE_CHUNK_PAGE, page)->checksum);
+}
+
+TEST(Pack, TablesComeBackUnchanged) {
+  const BakedPlant plant = random_plant({.leaf_count = 50, .card_count = 3});
+  const auto back = unpack(packed(plant));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->name, plant.name);
+  EXPECT_EQ(back->metric, plant.metric);
+  EXPECT_EQ(back->errors.leaf_counts, plant.errors.leaf_counts);
+  EXPECT_EQ(back->errors.sizes_px, plant.errors.sizes_px);
+  EXPECT_EQ(back->errors.error_px, plant.errors.error_px);
+  EXPECT_EQ(back->sphere.radius, plant.sphere.radius);
+  ASSERT_EQ(back->card_table.size(), plant.card_table.size());
+  for (std::size_t i = 0; i < plant.card_table.size(); ++i) {
+    EXPECT_EQ(back->card_table[i].material, plant.card_table[i].material);
+    EXPECT_EQ(back->card_table[i].uv, plant.card_table[i].uv);
+  }
+  ASSERT_EQ(back->materials.size(), plant.materials.size());
+  for (std::size_t i = 0; i < plant.materials.size(); ++i) {
+    EXPECT_EQ(back->materials[i].base_color, plant.materials[i].base_color);
+    EXPECT_EQ(back->materials[i].image, plant.materials[i].image);
+    EXPECT_EQ(back->materials[i].alpha_cutoff, plant.materials[i].alpha_cutoff);
+    EXPECT_EQ(back->materials[i].double_sided, plant.materials[i].double_sided);
+  }
+  ASSERT_EQ(back->wood.lods.size(), plant.wood.lods.size());
+  for (std::size_t lod = 0; lod < plant.wood.lods.size(); ++lod)
+    EXPECT_EQ(back->wood.lods[lod].indices.size(), plant.wood.lods[lod].indices.size());
+  ASSERT_EQ(back->images.size(), 1u);
+  EXPECT_EQ(back->images[0].width, plant.images[0].width);
+}
+
+TEST(Pack, TheFirstPictureIsOneRead) {
+  const auto file = packed(random_plant({.leaf_count = 600}));
+  const auto header = read_header(std::span(file).first(64), file.size());
+  ASSERT_TRUE(header) << header.error().message();
+  const std::vector<std::uint8_t> first_read(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(header->first_read_bytes));
+  const auto front = read_front(first_read, file.size());
+  ASSERT_TRUE(front) << front.error().message();
+  for (const auto* chunk : {find_chunk(*front, COPPICE_CHUNK_WOOD, 1), find_chunk(*front, COPPICE_CHUNK_PAGE, 0)})
+    EXPECT_LE(chunk->offset + chunk->bytes, first_read.size());
+  for (const auto* chunk :
+       {find_chunk(*front, COPPICE_CHUNK_WOOD, 0), find_chunk(*front, COPPICE_CHUNK_PAGE, 1), find_chunk(*front, COPPICE_CHUNK_TEXTURE, 0)})
+    EXPECT_GE(chunk->offset, first_read.size());
+}
+
+TEST(Pack, AFlatPlantHasAFlatBox) {
+  BakedPlant plant = random_plant({.leaf_count = 30});
+  for (glm::vec3& vertex : plant.tree.vertices) vertex.z = 0.25f;
+  const auto back = unpack(packed(plant));
+  ASSERT_TRUE(back) << back.error().message();
+  for (const glm::vec3& vertex : back->tree.vertices) EXPECT_EQ(vertex.z, 0.25f);
+}
+
+TEST(Pack, NamesAreCutAtAWholeCharacter) {
+  BakedPlant plant = random_plant({.leaf_count = 3});
+  plant.name = std::string(62, 'a') + "\xc3\xbc";
+  EXPECT_EQ(unpack(packed(plant))->name, std::string(62, 'a'));
+  plant.name = "W\xc3\xa4lder\xff";
+  EXPECT_EQ(unpack(packed(plant))->name, "W\xc3\xa4lder?");
+}
+
+TEST(Pack, RefusesWhatTheFormatCannotHold) {
+  const auto refused = [](const BakedPlant& plant) {
+    PackSizes sizes;
+    const auto file = pack(plant, sizes);
+    EXPECT_FALSE(file);
+    EXPECT_EQ(file.error().status, Status::invalid_argument) << file.error().message();
+  };
+  BakedPlant plant = random_plant({.leaf_count = 10});
+  plant.tree.nodes[0].card = 2;
+  refused(plant);
+  plant = random_plant({.leaf_count = 10});
+  plant.tree.vertices[3].y = std::numeric_limits<float>::quiet_NaN();
+  refused(plant);
+  plant = random_plant({.leaf_count = 10});
+  plant.tree.split_parent[1] = plant.tree.split_parent[0];
+  refused(plant);
+  plant = random_plant({.leaf_count = 10});
+  plant.errors.leaf_counts.back() = 9;
+  refused(plant);
+  plant = random_plant({.leaf_count = 10, .wood_lod_count = 9});
+  refused(plant);
+  plant = random_plant({.leaf_count = 10});
+  plant.materials.clear();
+  refused(plant);
+}
+
+TEST(Inspect, CountsChunksAndBytes) {
+  PackSizes sizes;
+  const auto file = *pack(random_plant({.leaf_count = 600}), sizes);
+  const auto summary = inspect(file);
+  ASSERT_TRUE(summary) << summary.error().message();
+  EXPECT_EQ(summary->leaf_count, 600u);
+  EXPECT_EQ(summary->page_count, 2u);
+  EXPECT_EQ(summary->wood.size(), 2u);
+  ASSERT_EQ(summary->textures.size(), 1u);
+  EXPECT_EQ(summary->textures[0].mip_count, 4u);
+  std::uint64_t sum = 64;
+  for (const ChunkSummary& chunk : summary->chunks) sum += chunk.bytes + 32 * chunk.count;
+  EXPECT_EQ(sum, file.size());
+  EXPECT_DOUBLE_EQ(summary->bytes_per_leaf, static_cast<double>(sizes.foliage_bytes) / 600.0);
+}
+
+TEST(Verify, GoesThroughTheWholeFile) {
+  const auto file = packed(random_plant({.leaf_count = 600}));
+  const auto report = verify(file);
+  ASSERT_TRUE(report) << report.error().message();
+  EXPECT_EQ(report->bytes_checked, file.size());
+  EXPECT_EQ(report->splits_decoded, 599u);
+  EXPECT_EQ(report->chunks_checked, 9u);
+  EXPECT_GT(report->wood_triangles_decoded, 0u);
+}
+
+TEST(Verify, NoticesASphereThatIsTooSmall) {
+  BakedPlant plant = random_plant({.leaf_count = 20});
+  plant.sphere.radius *= 0.9f;
+  const auto report = verify(packed(plant));
+  ASSERT_FALSE(report);
+  EXPECT_STREQ(report.error().what, "plant sphere");
+}
+
+}  // namespace
+}  // namespace coppice::bake

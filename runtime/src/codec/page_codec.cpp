@@ -60,8 +60,9 @@ Result<std::vector<SplitValues>> read_values(const draco::PointCloud& points, st
 }
 
 /// One split from its values; its new vertices need the parent's quad.
+template <class Quads>
 Result<Split> split_from_values(const SplitValues& values, std::size_t point, std::uint32_t split_index, std::uint32_t card_count,
-                                std::span<const QuantisedQuad> quads) {
+                                const Quads& quads) {
   Split split;
   if (values[0] > 2 * split_index) return bad_page("page parent", point);
   split.parent = 2 * split_index - values[0];
@@ -84,8 +85,9 @@ Result<Split> split_from_values(const SplitValues& values, std::size_t point, st
   return split;
 }
 
-Result<void> decode(std::span<const std::uint8_t> bytes, std::uint32_t first_split, std::uint32_t card_count,
-                    std::span<QuantisedQuad> quads, std::span<Split> out) {
+template <class Quads>
+Result<void> decode(std::span<const std::uint8_t> bytes, std::uint32_t first_split, std::uint32_t card_count, const Quads& quads,
+                    std::span<Split> out) {
   const std::vector<std::uint8_t> header = expected_header(static_cast<std::uint32_t>(out.size()));
   const auto differs = std::ranges::mismatch(header, bytes).in1 - header.begin();
   if (differs != static_cast<std::ptrdiff_t>(header.size()))
@@ -109,12 +111,9 @@ Result<void> decode(std::span<const std::uint8_t> bytes, std::uint32_t first_spl
   return {};
 }
 
-}  // namespace
-
-Result<void> decode_page(std::span<const std::uint8_t> bytes, std::uint32_t first_split, std::uint32_t card_count,
-                         std::span<QuantisedQuad> quads, std::span<Split> out) {
-  if (out.empty() || out.size() > COPPICE_PAGE_SPLITS || quads.size() != 2 * (first_split + out.size()) + 1)
-    return Error{Status::invalid_argument, "decode_page: a span of the wrong length"};
+template <class Quads>
+Result<void> decode_without_exceptions(std::span<const std::uint8_t> bytes, std::uint32_t first_split, std::uint32_t card_count,
+                                       const Quads& quads, std::span<Split> out) {
   try {
     return decode(bytes, first_split, card_count, quads, out);
   } catch (const std::bad_alloc&) {
@@ -122,6 +121,23 @@ Result<void> decode_page(std::span<const std::uint8_t> bytes, std::uint32_t firs
   } catch (...) {
     return Error{Status::bad_file, "page Draco stream"};
   }
+}
+
+}  // namespace
+
+Result<void> decode_page(std::span<const std::uint8_t> bytes, std::uint32_t first_split, std::uint32_t card_count,
+                         std::span<QuantisedQuad> quads, std::span<Split> out) {
+  if (out.empty() || out.size() > COPPICE_PAGE_SPLITS || quads.size() != 2 * (first_split + out.size()) + 1)
+    return Error{Status::invalid_argument, "decode_page: a span of the wrong length"};
+  return decode_without_exceptions(bytes, first_split, card_count, quads, out);
+}
+
+Result<void> decode_page(std::span<const std::uint8_t> bytes, std::uint32_t first_split, std::uint32_t card_count, const NodeQuads& quads,
+                         std::span<Split> out) {
+  if (out.empty() || out.size() > COPPICE_PAGE_SPLITS || first_split % COPPICE_PAGE_SPLITS != 0 || quads.root == nullptr ||
+      quads.pages.size() != first_split / COPPICE_PAGE_SPLITS + 1)
+    return Error{Status::invalid_argument, "decode_page: a span of the wrong length"};
+  return decode_without_exceptions(bytes, first_split, card_count, quads, out);
 }
 
 }  // namespace coppice

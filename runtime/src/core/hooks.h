@@ -6,17 +6,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <new>
 #include <span>
-#include <type_traits>
 #include <utility>
 
 #include "coppice/coppice.h"
 #include "result.h"
+#include "thread_pool.h"
 
 namespace coppice {
-
-class ThreadPool;
 
 /// Complete: every function pointer but log.write is set.
 struct Hooks {
@@ -26,10 +23,16 @@ struct Hooks {
   coppice_log log{};
 };
 
+/// What the default jobs and io hooks point at.
+struct DefaultHooks {
+  coppice_allocator allocator{};
+  std::unique_ptr<ThreadPool> pool;
+};
+
 /// Hooks with every gap filled: malloc, a thread pool of the context's own for jobs, pread on that pool for files; log stays as it is.
 struct HookSet {
   Hooks hooks;
-  std::unique_ptr<ThreadPool> pool;  ///< null when the engine brought its own jobs and io. Must outlive every use of `hooks`
+  std::unique_ptr<DefaultHooks> defaults;  ///< null when the engine brought its own jobs and io. Must outlive every use of `hooks`
 };
 
 /// A hook counts as given when all its function pointers are set; one that is set in part is an error.
@@ -40,11 +43,9 @@ Result<HookSet> complete_hooks(const Hooks& given);
 void log_line(const coppice_log& log, coppice_log_level level, const char* format, ...) __attribute__((format(printf, 3, 4)));
 
 /// An array from the allocator hook, whose length may come from a file: allocation fails with a status instead of aborting.
-/// T needs no destructor. Elements start value-initialised.
+/// Elements start value-initialised.
 template <class T>
 class HookArray {
-  static_assert(std::is_trivially_destructible_v<T>);
-
  public:
   HookArray() = default;
   HookArray(HookArray&& other) noexcept
@@ -73,7 +74,10 @@ class HookArray {
   }
 
   void reset() {
-    if (data_ != nullptr) allocator_.free(allocator_.user, data_, size_ * sizeof(T));
+    if (data_ != nullptr) {
+      std::destroy_n(data_, size_);
+      allocator_.free(allocator_.user, data_, size_ * sizeof(T));
+    }
     data_ = nullptr;
     size_ = 0;
   }

@@ -33,7 +33,7 @@ struct DemandView {
 /// From coppice_view's matrices (column-major). error  invalid_argument: the matrices are not a perspective view, or error_px <= 0
 Result<DemandView> demand_view(const coppice_view& view);
 
-/// Size, px, that stands for a bin: its geometric middle.
+/// Size, px, that stands for a bin: its upper end, so that no instance is taken for smaller than it is.
 float size_bin_px(std::uint32_t bin);
 
 /// Overwrites demands (indexed by InstanceSphere::plant). About 10 ns an instance.

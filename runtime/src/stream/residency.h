@@ -30,10 +30,14 @@ struct ChunkId {
 struct Chunk {
   ChunkId id;
   Residency residency = Residency::absent;
-  bool pinned = false;               ///< page 0 and the coarsest wood: never evicted while the plant is open
-  std::uint32_t file_chunk = 0;      ///< index into PlantFile::chunks
-  std::uint64_t counted_bytes = 0;   ///< what the budget counts for it now
-  std::uint64_t unwanted_since = 0;  ///< frame in which no view wanted it any more; 0: wanted
+  bool pinned = false;                     ///< page 0 and the coarsest wood: never evicted while the plant is open
+  std::uint32_t file_chunk = 0xffffffffu;  ///< index into PlantFile::chunks
+  std::uint64_t counted_bytes = 0;         ///< what the budget counts for it now
+  float value = 0.0f;                      ///< px of error it removes per byte, in frame value_frame
+  std::uint64_t value_frame = 0;
+  std::uint64_t last_used_frame = 0;  ///< evicting: last frame that may refer to it
+  Chunk* next_evicting = nullptr;
+  bool victim = false;  ///< chosen in the round of evictions being planned
 };
 
 /// Whether the table allows the step.

@@ -1,0 +1,137 @@
+#include "hooks.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+namespace coppice {
+
+namespace {
+
+void* allocate_with_malloc(void*, std::size_t bytes, std::size_t align) {
+  void* pointer = nullptr;
+  return posix_memalign(&pointer, std::max(align, sizeof(void*)), bytes) == 0 ? pointer : nullptr;
+}
+
+void free_with_malloc(void*, void* pointer, std::size_t) {
+  std::free(pointer);
+}
+
+DefaultHooks& defaults_of(void* user) {
+  return *static_cast<DefaultHooks*>(user);
+}
+
+void submit_to_pool(void* user, void (*function)(void* argument), void* argument) {
+  defaults_of(user).pool->submit(function, argument);
+}
+
+std::int64_t open_file(void*, const char* path, std::uint64_t* file_bytes) {
+  const int file = ::open(path, O_RDONLY | O_CLOEXEC);
+  if (file < 0) return -1;
+  struct stat status {};
+  if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
+    ::close(file);
+    return -1;
+  }
+  *file_bytes = static_cast<std::uint64_t>(status.st_size);
+  return file;
+}
+
+void close_file(void*, std::int64_t file) {
+  ::close(static_cast<int>(file));
+}
+
+struct ReadTask {
+  coppice_allocator allocator{};
+  int file = -1;
+  std::uint64_t offset = 0;
+  void* destination = nullptr;
+  std::size_t bytes = 0;
+  void (*done)(void* argument, std::int64_t bytes_read) = nullptr;
+  void* argument = nullptr;
+};
+
+/// Bytes read, fewer at the end of the file; negative on failure.
+std::int64_t read_all(const ReadTask& task) {
+  std::size_t at = 0;
+  while (at < task.bytes) {
+    const ssize_t got =
+        pread(task.file, static_cast<std::uint8_t*>(task.destination) + at, task.bytes - at, static_cast<off_t>(task.offset + at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return -1;
+    if (got == 0) break;
+    at += static_cast<std::size_t>(got);
+  }
+  return static_cast<std::int64_t>(at);
+}
+
+void run_read(void* argument) {
+  auto* pointer = static_cast<ReadTask*>(argument);
+  const ReadTask task = *pointer;
+  task.allocator.free(task.allocator.user, pointer, sizeof(ReadTask));
+  task.done(task.argument, read_all(task));
+}
+
+void read_on_pool(void* user, std::int64_t file, std::uint64_t offset, void* destination, std::size_t bytes,
+                  void (*done)(void* argument, std::int64_t bytes_read), void* argument) {
+  DefaultHooks& defaults = defaults_of(user);
+  void* memory = defaults.allocator.allocate(defaults.allocator.user, sizeof(ReadTask), alignof(ReadTask));
+  if (memory == nullptr) {
+    done(argument, -1);
+    return;
+  }
+  auto* task = new (memory) ReadTask{defaults.allocator, static_cast<int>(file), offset, destination, bytes, done, argument};
+  defaults.pool->submit(run_read, task);
+}
+
+enum class Given { none, partly, all };
+
+template <class... Functions>
+Given given(Functions... functions) {
+  const int set = (0 + ... + (functions != nullptr ? 1 : 0));
+  if (set == 0) return Given::none;
+  return set == sizeof...(functions) ? Given::all : Given::partly;
+}
+
+}  // namespace
+
+Result<HookSet> complete_hooks(const Hooks& wanted) {
+  HookSet set;
+  set.hooks = wanted;
+  const Given allocator = given(wanted.allocator.allocate, wanted.allocator.free);
+  const Given io = given(wanted.io.open, wanted.io.close, wanted.io.read);
+  const Given jobs = given(wanted.jobs.submit);
+  if (allocator == Given::partly) return Error{Status::invalid_argument, "allocator hook: one of allocate, free is null"};
+  if (io == Given::partly) return Error{Status::invalid_argument, "io hook: one of open, close, read is null"};
+  if (allocator == Given::none) set.hooks.allocator = {nullptr, allocate_with_malloc, free_with_malloc};
+  if (io == Given::all && jobs == Given::all) return set;
+
+  set.defaults.reset(new (std::nothrow) DefaultHooks);
+  if (!set.defaults) return Error{Status::out_of_memory, "default hooks"};
+  COPPICE_TRY(pool, ThreadPool::create(0));
+  set.defaults->allocator = set.hooks.allocator;
+  set.defaults->pool = std::move(pool);
+  if (jobs == Given::none) set.hooks.jobs = {set.defaults.get(), submit_to_pool};
+  if (io == Given::none) set.hooks.io = {set.defaults.get(), open_file, close_file, read_on_pool};
+  return set;
+}
+
+void log_line(const coppice_log& log, coppice_log_level level, const char* format, ...) {
+  if (log.write == nullptr) return;
+  std::array<char, 512> line{};
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(line.data(), line.size(), format, arguments);
+  va_end(arguments);
+  log.write(log.user, level, line.data());
+}
+
+}  // namespace coppice

@@ -1,0 +1,88 @@
+#include "chunk_value.h"
+
+#include <algorithm>
+
+namespace coppice {
+
+namespace {
+
+/// Worth of a wanted chunk where the table sees no gain, px an instance: small beside any measured gain, so that it comes last.
+constexpr float kLeastGainPx = 1e-4f;
+/// Share of a plant's size that counts as wrong while a texture is missing.
+constexpr float kMissingTextureError = 0.25f;
+
+/// The smallest threshold any instance may have.
+float least_threshold_px(const LodView& view) {
+  return view.full ? 0.0f : view.error_px * (1.0f - lod::kCoppiceThresholdSpread);
+}
+
+/// Sum over instances of how much the visible error falls. error_before/after: px, of a size in px.
+template <class Before, class After>
+float summed_gain_px(const PlantDemand& demand, float threshold_px, Before error_before, After error_after) {
+  float gain = 0.0f;
+  for (std::uint32_t bin = 0; bin < kSizeBinCount; ++bin) {
+    const float weight = demand.instances[bin];
+    if (weight == 0.0f) continue;
+    const float size_px = bin + 1 < kSizeBinCount ? std::min(size_bin_px(bin), demand.max_size_px) : demand.max_size_px;
+    const float fall = std::max(error_before(size_px), threshold_px) - std::max(error_after(size_px), threshold_px);
+    gain += weight * std::max(fall, kLeastGainPx);
+  }
+  return gain;
+}
+
+float first_leaf_count(const ValuedPlant& plant, std::uint32_t page) {
+  return static_cast<float>(std::min(std::uint64_t{page} * COPPICE_PAGE_SPLITS + 1, std::uint64_t{plant.leaf_count}));
+}
+
+}  // namespace
+
+PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view) {
+  PlantWants wants;
+  wants.finest_wood = plant.table.wood_lod_count;
+  if (!(demand.max_size_px > 0.0f)) return wants;
+  const float threshold_px = least_threshold_px(view);
+  const std::uint32_t leaves =
+      view.full ? plant.leaf_count
+                : std::min(lod::coppice_whole_leaf_count(lod::coppice_leaf_count(plant.table, demand.max_size_px, threshold_px)),
+                           plant.leaf_count);
+  wants.page_count = (leaves - 1 + COPPICE_PAGE_SPLITS - 1) / COPPICE_PAGE_SPLITS;
+  if (plant.table.wood_lod_count > 0)
+    wants.finest_wood = view.full ? 0 : lod::coppice_wood_lod(plant.table, demand.max_size_px, threshold_px);
+  wants.textures = true;
+  return wants;
+}
+
+float page_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view, std::uint32_t page) {
+  if (page >= wants.page_count) return 0.0f;
+  float best = 0.0f;
+  for (std::uint32_t run = 1; run <= 64; run *= 4) {
+    const std::uint32_t end = std::min(page + run, wants.page_count);
+    const float before = first_leaf_count(plant, page), after = first_leaf_count(plant, end);
+    const float gain = summed_gain_px(
+        demand, least_threshold_px(view), [&](float size_px) { return error_px_at(plant.table, before, size_px); },
+        [&](float size_px) { return error_px_at(plant.table, after, size_px); });
+    best = std::max(best, gain / (static_cast<float>(end - page) * static_cast<float>(plant.page_bytes)));
+    if (end == wants.page_count) break;
+  }
+  return best;
+}
+
+float wood_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view, std::uint32_t lod,
+                 std::uint64_t bytes) {
+  if (lod < wants.finest_wood || lod >= plant.table.wood_lod_count) return 0.0f;
+  const bool coarsest = lod + 1 == plant.table.wood_lod_count;
+  const float gain = summed_gain_px(
+      demand, least_threshold_px(view),
+      [&](float size_px) { return coarsest ? size_px : lod::coppice_wood_error_px(plant.table, lod + 1, size_px); },
+      [&](float size_px) { return lod::coppice_wood_error_px(plant.table, lod, size_px); });
+  return gain / static_cast<float>(std::max<std::uint64_t>(bytes, 1));
+}
+
+float texture_value(const PlantWants& wants, const PlantDemand& demand, std::uint64_t bytes) {
+  if (!wants.textures) return 0.0f;
+  const float gain = summed_gain_px(
+      demand, 0.0f, [](float size_px) { return kMissingTextureError * size_px; }, [](float) { return 0.0f; });
+  return gain / static_cast<float>(std::max<std::uint64_t>(bytes, 1));
+}
+
+}  // namespace coppice

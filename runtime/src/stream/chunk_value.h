@@ -1,0 +1,40 @@
+#pragma once
+
+// What a view wants of a plant, and what each chunk is worth: pixels of error it removes from the picture per byte of memory it takes.
+// The same function values requests and victims, so an exchange that helped can never be undone by its reverse.
+
+#include <cstdint>
+
+#include "demand.h"
+
+namespace coppice {
+
+/// A plant's fixed figures that values depend on.
+struct ValuedPlant {
+  lod::CoppiceTable table{};
+  std::uint32_t leaf_count = 1;
+  std::uint32_t page_count = 0;
+  std::uint64_t page_bytes = 1;  ///< memory a resident page takes
+};
+
+/// The finest detail a view asks of a plant.
+struct PlantWants {
+  std::uint32_t page_count = 0;   ///< pages [0, page_count)
+  std::uint32_t finest_wood = 0;  ///< wood LoDs [finest_wood, table.wood_lod_count)
+  bool textures = false;
+};
+
+PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view);
+
+/// Value, px/byte, of foliage page `page`, given those before it. 0: not wanted; a wanted page is worth more than 0 even where the table is
+/// flat. Where later pages buy more than this one, it is worth the best average over a run that it begins, since they need it.
+float page_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view, std::uint32_t page);
+
+/// Value of wood LoD `lod`, given the next coarser one. bytes: memory it takes.
+float wood_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view, std::uint32_t lod,
+                 std::uint64_t bytes);
+
+/// Value of a texture of `bytes`: without one every leaf of every instance is wrong.
+float texture_value(const PlantWants& wants, const PlantDemand& demand, std::uint64_t bytes);
+
+}  // namespace coppice

@@ -1,0 +1,292 @@
+#include "plant_stream.h"
+
+#include <algorithm>
+#include <array>
+#include <new>
+
+#include "check.h"
+
+namespace coppice {
+
+namespace {
+
+constexpr std::uint32_t kWantWindowFrames = 8;
+constexpr std::size_t kHeaderBytes = sizeof(coppice_file_header);
+
+PlantWants finest(const PlantWants& a, const PlantWants& b) {
+  return {std::max(a.page_count, b.page_count), std::min(a.finest_wood, b.finest_wood), a.textures || b.textures};
+}
+
+template <class T>
+std::uint64_t bytes_of(const std::vector<T>& values) {
+  return values.size() * sizeof(T);
+}
+
+template <class T>
+Result<void> allocate_into(HookArray<T>& array, const coppice_allocator& allocator, std::size_t count) {
+  auto allocated = HookArray<T>::allocate(allocator, count);
+  if (!allocated) return allocated.error();
+  array = *std::move(allocated);
+  return {};
+}
+
+/// Which chunk of ours a chunk of the file is; false: one the streamer does not load by itself.
+bool streamed_chunk(const coppice_file_chunk& entry, ChunkKind& kind) {
+  if (entry.kind == COPPICE_CHUNK_PAGE) kind = ChunkKind::page;
+  if (entry.kind == COPPICE_CHUNK_WOOD) kind = ChunkKind::wood;
+  if (entry.kind == COPPICE_CHUNK_TEXTURE) kind = ChunkKind::texture;
+  return entry.kind == COPPICE_CHUNK_PAGE || entry.kind == COPPICE_CHUNK_WOOD || entry.kind == COPPICE_CHUNK_TEXTURE;
+}
+
+Result<void> allocate_arrays(PlantStream& plant) {
+  const coppice_file_plant& counts = plant.file.plant;
+  const coppice_allocator& allocator = plant.hooks.allocator;
+  COPPICE_CHECK(allocate_into(plant.chunks, allocator, std::size_t{counts.page_count} + counts.wood_lod_count + counts.texture_count));
+  COPPICE_CHECK(allocate_into(plant.pages, allocator, counts.page_count));
+  COPPICE_CHECK(allocate_into(plant.page_quads, allocator, counts.page_count));
+  COPPICE_CHECK(allocate_into(plant.wood, allocator, counts.wood_lod_count));
+  return allocate_into(plant.textures, allocator, counts.texture_count);
+}
+
+/// Finds every chunk in the file's table.
+/// errors  bad_file: one is missing, twice there, or there is one too many
+Result<void> index_chunks(PlantStream& plant) {
+  const coppice_file_plant& counts = plant.file.plant;
+  const std::array<std::uint32_t, 3> count = {counts.page_count, counts.wood_lod_count, counts.texture_count};
+  std::size_t found = 0;
+  for (std::uint32_t i = 0; i < plant.file.chunks.size(); ++i) {
+    const coppice_file_chunk& entry = plant.file.chunks[i];
+    ChunkKind kind{};
+    if (!streamed_chunk(entry, kind)) continue;
+    if (entry.index >= count[static_cast<std::size_t>(kind)])
+      return Error{Status::bad_file, "chunk table: index of a chunk", entry.offset, chunk_kind_name(kind)};
+    Chunk& chunk = plant.chunk(kind, entry.index);
+    if (chunk.file_chunk != Chunk{}.file_chunk)
+      return Error{Status::bad_file, "chunk table: a chunk twice", entry.offset, chunk_kind_name(kind)};
+    chunk.id = {plant.index, kind, entry.index};
+    chunk.file_chunk = i;
+    ++found;
+  }
+  if (found != plant.chunks.size()) return Error{Status::bad_file, "chunk table: a page, wood or texture chunk is missing"};
+  if (counts.page_count > 0) plant.chunk(ChunkKind::page, 0).pinned = true;
+  if (counts.wood_lod_count > 0) plant.chunk(ChunkKind::wood, counts.wood_lod_count - 1).pinned = true;
+  return {};
+}
+
+void fill_tables(PlantStream& plant) {
+  const PlantFile& file = plant.file;
+  plant.lod_words = pack_lod_table(file);
+  plant.valued.table = lod_table(file, plant.lod_words);
+  plant.valued.leaf_count = file.plant.leaf_count;
+  plant.valued.page_count = file.plant.page_count;
+  plant.valued.page_bytes = plant.gpu.page_bytes + 2 * COPPICE_PAGE_SPLITS * (sizeof(QuantisedQuad) + sizeof(std::uint32_t));
+  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.root_quad[corner].begin());
+  plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + bytes_of(file.chunks) + bytes_of(file.materials) + bytes_of(file.cards) +
+                     bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
+                     bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() + plant.page_quads.bytes() +
+                     plant.wood.bytes() + plant.textures.bytes();
+}
+
+/// Marks one node as replaced by `split`. An entry that a page evicted since wrote is at least the split it names.
+bool record_split(std::uint32_t& node_split, std::uint32_t split) {
+  if (node_split < split) return false;
+  node_split = split;
+  return true;
+}
+
+Error dead_parent(std::uint32_t split) {
+  return {Status::bad_file, "page: parent of a split is split already", Error::kNoOffset, "split " + std::to_string(split)};
+}
+
+Result<void> accept_page(PlantStream& plant, const Transfer& transfer) {
+  const std::uint32_t page = transfer.chunk->id.index;
+  const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS, first_node = 2 * first_split + 1;
+  PageData& data = plant.pages[page];
+  std::ranges::fill(data.node_split.span(), lod::kCoppiceNoSplit);
+  data.patch_count = 0;
+  for (std::uint32_t i = 0; i < transfer.splits.size(); ++i) {
+    const Split& split = transfer.splits[i];
+    data.cards[2 * i] = split.cards[0];
+    data.cards[2 * i + 1] = split.cards[1];
+    if (split.parent >= first_node) {
+      if (!record_split(data.node_split[split.parent - first_node], first_split + i)) return dead_parent(first_split + i);
+      continue;
+    }
+    data.patches[data.patch_count++] = {split.parent, first_split + i};
+    if (split.parent == 0) {
+      if (first_split + i != 0) return dead_parent(first_split + i);
+      continue;
+    }
+    const std::uint32_t owner = (split.parent - 1) / (2 * COPPICE_PAGE_SPLITS);
+    std::uint32_t& node_split = plant.pages[owner].node_split[(split.parent - 1) % (2 * COPPICE_PAGE_SPLITS)];
+    if (!record_split(node_split, first_split + i)) return dead_parent(first_split + i);
+  }
+  return {};
+}
+
+}  // namespace
+
+PlantStream::~PlantStream() {
+  if (io_file >= 0) hooks.io.close(hooks.io.user, io_file);
+}
+
+Chunk& PlantStream::chunk(ChunkKind kind, std::uint32_t chunk_index) {
+  const coppice_file_plant& counts = file.plant;
+  const std::array<std::uint32_t, 3> first = {0, counts.page_count, counts.page_count + counts.wood_lod_count};
+  return chunks[first[static_cast<std::size_t>(kind)] + chunk_index];
+}
+
+Result<std::unique_ptr<PlantStream>> open_plant_stream(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index,
+                                                       std::uint64_t most_front_bytes, HookBuffer& front) {
+  std::unique_ptr<PlantStream> plant(new (std::nothrow) PlantStream);
+  if (!plant) return Error{Status::out_of_memory, "plant"};
+  plant->hooks = hooks;
+  plant->gpu = gpu;
+  plant->index = index;
+  plant->path = path;
+  std::uint64_t file_bytes = 0;
+  plant->io_file = hooks.io.open(hooks.io.user, path, &file_bytes);
+  if (plant->io_file < 0) return Error{Status::io, "cannot open file"};
+  std::array<std::uint8_t, kHeaderBytes> header_bytes{};
+  if (file_bytes < header_bytes.size())
+    return Error{Status::bad_file, "header: the file is shorter than one", 0, std::to_string(file_bytes) + " bytes"};
+  COPPICE_CHECK(read_now(hooks.io, plant->io_file, 0, header_bytes));
+  COPPICE_TRY(header, read_header(header_bytes, file_bytes));
+  if (header.first_read_bytes > file_bytes) return Error{Status::bad_file, "header: first_read_bytes"};
+  if (header.first_read_bytes > most_front_bytes) return Error{Status::out_of_memory, "memory budget: the front of the file"};
+  COPPICE_CHECK(allocate_into(front, hooks.allocator, static_cast<std::size_t>(header.first_read_bytes)));
+  COPPICE_CHECK(read_now(hooks.io, plant->io_file, 0, front.span()));
+  COPPICE_TRY(file, read_front(front.span(), file_bytes));
+  plant->file = std::move(file);
+  COPPICE_CHECK(allocate_arrays(*plant));
+  COPPICE_CHECK(index_chunks(*plant));
+  fill_tables(*plant);
+  plant->wants.now.finest_wood = plant->wants.current_window.finest_wood = plant->wants.last_window.finest_wood =
+      plant->file.plant.wood_lod_count;
+  return plant;
+}
+
+ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
+  ChunkBytes bytes;
+  bytes.work = plant.file_chunk(chunk).bytes;
+  if (chunk.id.kind == ChunkKind::page) {
+    const std::uint64_t splits = page_split_count(plant.file.plant, chunk.id.index);
+    bytes.gpu = plant.gpu.page_bytes;
+    bytes.kept = 2 * splits * (sizeof(QuantisedQuad) + sizeof(std::uint32_t));
+    bytes.upload = splits * (2 * sizeof(std::uint8_t) + sizeof(SplitPatch));
+    bytes.work += splits * sizeof(Split);
+  } else if (chunk.id.kind == ChunkKind::wood) {
+    const std::uint64_t vertices = plant.file.plant.wood_vertex_counts[chunk.id.index];
+    const std::uint64_t indices = 3 * std::uint64_t{plant.file.plant.wood_triangle_counts[chunk.id.index]};
+    bytes.gpu = vertices * plant.gpu.wood_vertex_bytes + indices * plant.gpu.wood_index_bytes;
+    bytes.upload = vertices * sizeof(WoodVertex) + indices * sizeof(std::uint32_t);
+  } else {
+    bytes.gpu = bytes.upload = std::exchange(bytes.work, 0);  // the file's bytes are what is uploaded
+  }
+  return bytes;
+}
+
+float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view) {
+  if (plant.closing) return 0.0f;
+  const PlantWants& wants = plant.wants.now;
+  const ChunkBytes bytes = chunk_bytes(plant, chunk);
+  switch (chunk.id.kind) {
+    case ChunkKind::page:
+      return page_value(plant.valued, wants, plant.demand, view, chunk.id.index);
+    case ChunkKind::wood:
+      return wood_value(plant.valued, wants, plant.demand, view, chunk.id.index, bytes.gpu);
+    case ChunkKind::texture:
+      return texture_value(wants, plant.demand, bytes.gpu);
+  }
+  return 0.0f;
+}
+
+void update_wants(PlantStream& plant, const PlantDemand& demand, const LodView* view) {
+  RecentWants& wants = plant.wants;
+  plant.demand = demand;
+  if (view != nullptr && !plant.closing)
+    wants.now = plant_wants(plant.valued, demand, *view);
+  else
+    wants.now = {0, plant.file.plant.wood_lod_count, false};
+  if (++wants.frames_in_window > kWantWindowFrames) {
+    wants.last_window = wants.current_window;
+    wants.current_window = wants.now;
+    wants.frames_in_window = 1;
+  }
+  wants.current_window = finest(wants.current_window, wants.now);
+}
+
+namespace {
+
+bool wanted_by(const PlantWants& wants, const Chunk& chunk) {
+  switch (chunk.id.kind) {
+    case ChunkKind::page:
+      return chunk.id.index < wants.page_count;
+    case ChunkKind::wood:
+      return chunk.id.index >= wants.finest_wood;
+    case ChunkKind::texture:
+      return wants.textures;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool wanted_now(const PlantStream& plant, const Chunk& chunk) {
+  return wanted_by(plant.wants.now, chunk);
+}
+
+bool wanted_recently(const PlantStream& plant, const Chunk& chunk) {
+  return wanted_by(plant.wants.current_window, chunk) || wanted_by(plant.wants.last_window, chunk);
+}
+
+Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
+  const std::uint32_t page = transfer.chunk->id.index;
+  const std::size_t splits = page_split_count(plant.file.plant, page);
+  const coppice_allocator& allocator = plant.hooks.allocator;
+  PageData data;
+  COPPICE_CHECK(allocate_into(data.quads, allocator, 2 * splits));
+  COPPICE_CHECK(allocate_into(data.node_split, allocator, 2 * splits));
+  COPPICE_CHECK(allocate_into(data.cards, allocator, 2 * splits));
+  COPPICE_CHECK(allocate_into(data.patches, allocator, splits));
+  COPPICE_CHECK(allocate_into(transfer.splits, allocator, splits));
+  plant.pages[page] = std::move(data);
+  plant.page_quads[page] = plant.pages[page].quads.data();
+  transfer.quads = {&plant.root_quad, std::span<QuantisedQuad* const>(plant.page_quads.data(), page + 1)};
+  return {};
+}
+
+Result<void> decode_chunk(Transfer& transfer) {
+  const PlantStream& plant = *transfer.plant;
+  const Chunk& chunk = *transfer.chunk;
+  const std::span<const std::uint8_t> bytes = transfer.bytes.span();
+  COPPICE_CHECK(check_chunk(plant.file_chunk(chunk), bytes));
+  if (chunk.id.kind == ChunkKind::page)
+    return decode_page(bytes, chunk.id.index * COPPICE_PAGE_SPLITS, plant.file.plant.card_count, transfer.quads, transfer.splits.span());
+  if (chunk.id.kind == ChunkKind::texture) {
+    if (auto levels = read_texture(bytes); !levels) return levels.error();
+    return {};
+  }
+  const std::uint32_t lod = chunk.id.index;
+  COPPICE_TRY(wood, decode_wood(bytes, {plant.file.plant.wood_vertex_counts[lod], plant.file.plant.wood_triangle_counts[lod],
+                                        plant.file.plant.material_count}));
+  transfer.wood = std::move(wood);
+  return {};
+}
+
+Result<void> accept_decoded(PlantStream& plant, Transfer& transfer) {
+  if (transfer.chunk->id.kind == ChunkKind::page) return accept_page(plant, transfer);
+  const std::uint32_t index = transfer.chunk->id.index;
+  if (transfer.chunk->id.kind == ChunkKind::wood)
+    plant.wood[index] = std::move(transfer.wood);
+  else
+    plant.textures[index] = std::move(transfer.bytes);
+  return {};
+}
+
+void free_page(PlantStream& plant, std::uint32_t page) {
+  plant.pages[page] = PageData{};
+  plant.page_quads[page] = nullptr;
+}
+
+}  // namespace coppice

@@ -1,0 +1,119 @@
+#pragma once
+
+// One open plant as the streamer keeps it: its file, the state of each chunk, and what of them lies in CPU memory.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "chunk_value.h"
+#include "hooks.h"
+#include "page_codec.h"
+#include "reader.h"
+#include "streamer.h"
+#include "transfer.h"
+
+namespace coppice {
+
+/// CPU memory of a foliage page. Children's corners are their parents', so quads and splits stay as long as the page does.
+struct PageData {
+  HookArray<QuantisedQuad> quads;       ///< two per split
+  HookArray<std::uint32_t> node_split;  ///< of those nodes
+  HookArray<std::uint8_t> cards;        ///< until uploaded
+  HookArray<SplitPatch> patches;        ///< until uploaded; patch_count are used
+  std::uint32_t patch_count = 0;
+};
+
+/// What a chunk takes, bytes, by how long.
+struct ChunkBytes {
+  std::uint64_t gpu = 0;     ///< while resident or evicting
+  std::uint64_t kept = 0;    ///< CPU, while decoded or resident
+  std::uint64_t upload = 0;  ///< CPU, while decoded
+  std::uint64_t work = 0;    ///< CPU, while reading or decoding: the file's bytes and the codec's output
+  [[nodiscard]] std::uint64_t total() const { return gpu + kept + upload + work; }
+};
+
+/// The finest wants of the last 8 to 16 frames: what a camera that comes and goes still counts as wanted.
+struct RecentWants {
+  PlantWants now, current_window, last_window;
+  std::uint32_t frames_in_window = 0;
+};
+
+struct PlantStream {
+  Hooks hooks;
+  GpuSizes gpu;
+  std::uint32_t index = 0;
+  std::string path;
+  std::int64_t io_file = -1;  ///< closed by the destructor
+  PlantFile file;
+  std::vector<std::uint32_t> lod_words;
+  ValuedPlant valued;
+
+  HookArray<Chunk> chunks;               ///< pages, then wood LoDs, then textures
+  HookArray<PageData> pages;             ///< [page_count]
+  HookArray<QuantisedQuad*> page_quads;  ///< [page_count] pages[k].quads, for the codec; null while there are none
+  HookArray<WoodMesh> wood;              ///< [wood_lod_count] while decoded
+  HookArray<HookBuffer> textures;        ///< [texture_count] while decoded
+  QuantisedQuad root_quad{};
+  std::uint64_t base_bytes = 0;  ///< counted while open: tables and the arrays above
+
+  std::uint32_t decoded_page_count = 0;   ///< pages [0, this) are decoded or resident
+  std::uint32_t resident_page_count = 0;  ///< pages [0, this) are resident
+  std::uint32_t decoding_page_count = 0;  ///< a job reads earlier pages' quads: no page may go
+  std::uint32_t transfer_count = 0;
+  std::uint32_t evicting_count = 0;
+  std::uint32_t victim_page_end = 0;  ///< while evictions are planned: pages from here on are chosen already
+  bool trim_needed = false;           ///< pages past decoded_page_count hold memory
+
+  PlantDemand demand;
+  RecentWants wants;
+  std::uint64_t retry_frame = 0;  ///< no requests before: the allocator hook had nothing
+  bool closing = false;
+  std::uint64_t close_frame = 0;      ///< first begin_frame that saw it closing
+  std::uint64_t last_used_frame = 0;  ///< closing: last frame that may refer to the plant
+
+  PlantStream() = default;
+  PlantStream(const PlantStream&) = delete;
+  PlantStream& operator=(const PlantStream&) = delete;
+  ~PlantStream();
+
+  Chunk& chunk(ChunkKind kind, std::uint32_t chunk_index);
+  [[nodiscard]] const Chunk& chunk(ChunkKind kind, std::uint32_t chunk_index) const {
+    return const_cast<PlantStream*>(this)->chunk(kind, chunk_index);
+  }
+  [[nodiscard]] const coppice_file_chunk& file_chunk(const Chunk& of) const { return file.chunks[of.file_chunk]; }
+};
+
+/// Opens the file and reads and checks its front; nothing is decoded.
+/// index             the plant's, for chunk ids
+/// most_front_bytes  memory there is for the front
+/// front             out: the file's first header.first_read_bytes
+/// errors            io, bad_file, unsupported, out_of_memory; path is not in the message
+Result<std::unique_ptr<PlantStream>> open_plant_stream(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index,
+                                                       std::uint64_t most_front_bytes, HookBuffer& front);
+
+ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);
+
+/// Value of a chunk under plant.demand and plant.wants.now.
+float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view);
+
+/// Rolls the window forward by one frame.
+void update_wants(PlantStream& plant, const PlantDemand& demand, const LodView* view);
+bool wanted_now(const PlantStream& plant, const Chunk& chunk);
+bool wanted_recently(const PlantStream& plant, const Chunk& chunk);
+
+/// Allocates what decoding a page writes; the page's chunk is in the transfer.
+/// errors  out_of_memory: nothing stays allocated
+Result<void> prepare_page(PlantStream& plant, Transfer& transfer);
+
+/// The work of a decode job: checks the chunk's bytes and decodes them. Any thread; reads the plant's file and earlier quads only.
+Result<void> decode_chunk(Transfer& transfer);
+
+/// Takes over what the job made. Page: checks that parents are alive and fills in node_split, cards and patches.
+/// errors  bad_file
+Result<void> accept_decoded(PlantStream& plant, Transfer& transfer);
+
+void free_page(PlantStream& plant, std::uint32_t page);
+
+}  // namespace coppice

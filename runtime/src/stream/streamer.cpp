@@ -1,0 +1,336 @@
+#include "streamer.h"
+
+#include <algorithm>
+#include <new>
+
+#include "check.h"
+#include "streamer_state.h"
+
+namespace coppice {
+
+namespace {
+
+constexpr std::size_t kMaxListed = 4096;  ///< evictions and releases a frame; what is over waits for the next
+constexpr std::size_t kMaxUploads = 256;  ///< chunks a take_decoded
+/// How long room is kept for a plant that could not be opened, frames.
+constexpr std::uint64_t kHoldFrames = 60;
+
+template <class T>
+Result<void> allocate_into(HookArray<T>& array, const coppice_allocator& allocator, std::size_t count) {
+  auto allocated = HookArray<T>::allocate(allocator, count);
+  if (!allocated) return allocated.error();
+  array = *std::move(allocated);
+  return {};
+}
+
+}  // namespace
+
+Streamer::Streamer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, const StreamerOptions& options) {
+  COPPICE_ASSERT(options.max_plants > 0 && options.max_in_flight > 0);
+  std::unique_ptr<State> state(new (std::nothrow) State);
+  if (!state) return Error{Status::out_of_memory, "streamer"};
+  state->hooks = hooks;
+  state->options = options;
+  state->budget_bytes = options.budget_bytes;
+  COPPICE_CHECK(allocate_into(state->plants, hooks.allocator, options.max_plants));
+  COPPICE_CHECK(allocate_into(state->transfers, hooks.allocator, options.max_in_flight));
+  COPPICE_CHECK(allocate_into(state->evicted.items, hooks.allocator, kMaxListed));
+  COPPICE_CHECK(allocate_into(state->released.items, hooks.allocator, kMaxListed));
+  COPPICE_CHECK(allocate_into(state->closed.items, hooks.allocator, options.max_plants));
+  COPPICE_CHECK(allocate_into(state->decoded, hooks.allocator, kMaxUploads));
+  for (Transfer& transfer : state->transfers.span()) transfer.queue = &state->completions;
+  state->count_bytes(static_cast<std::int64_t>(sizeof(State) + state->plants.bytes() + state->transfers.bytes() +
+                                               state->evicted.items.bytes() + state->released.items.bytes() + state->closed.items.bytes() +
+                                               state->decoded.bytes()));
+  std::unique_ptr<Streamer> streamer(new (std::nothrow) Streamer(std::move(state)));
+  if (!streamer) return Error{Status::out_of_memory, "streamer"};
+  return streamer;
+}
+
+// Reads that return may not start anything: only waiting is left to do.
+Streamer::~Streamer() {
+  if (state_) state_->completions.wait_for_all();
+}
+
+PlantStream& Streamer::State::open_plant_at(std::uint32_t plant) const {
+  COPPICE_ASSERT(plant < plants.size() && plants[plant] != nullptr);
+  return *plants[plant];
+}
+
+namespace {
+
+/// Decodes a pinned chunk out of the front of the file, on the calling thread.
+Result<void> decode_pinned(PlantStream& plant, Chunk& chunk, std::span<const std::uint8_t> front) {
+  const coppice_file_chunk& entry = plant.file_chunk(chunk);
+  if (entry.offset > front.size() || entry.bytes > front.size() - entry.offset)
+    return Error{Status::bad_file, "first_read_bytes: does not hold the root page and the coarsest wood", entry.offset};
+  Transfer transfer;
+  transfer.plant = &plant;
+  transfer.chunk = &chunk;
+  COPPICE_TRY(bytes, HookBuffer::allocate(plant.hooks.allocator, static_cast<std::size_t>(entry.bytes)));
+  std::ranges::copy(front.subspan(static_cast<std::size_t>(entry.offset), bytes.size()), bytes.data());
+  transfer.bytes = std::move(bytes);
+  if (chunk.id.kind == ChunkKind::page) COPPICE_CHECK(prepare_page(plant, transfer));
+  for (Residency step : {Residency::reading, Residency::decoding}) COPPICE_ASSERT(advance(chunk, step));
+  COPPICE_CHECK(decode_chunk(transfer));
+  COPPICE_CHECK(accept_decoded(plant, transfer));
+  COPPICE_ASSERT(advance(chunk, Residency::decoded));
+  if (chunk.id.kind == ChunkKind::page) plant.decoded_page_count = 1;
+  return {};
+}
+
+std::uint64_t resident_bytes(const PlantStream& plant, const Chunk& chunk) {
+  const ChunkBytes bytes = chunk_bytes(plant, chunk);
+  return bytes.gpu + bytes.kept + bytes.upload;
+}
+
+}  // namespace
+
+Result<std::uint32_t> Streamer::open_plant(const char* path) {
+  State& s = *state_;
+  const auto slot = std::ranges::find_if(s.plants.span(), [](const auto& plant) { return plant == nullptr; });
+  auto opened = [&]() -> Result<std::unique_ptr<PlantStream>> {
+    if (slot == s.plants.span().end()) return Error{Status::out_of_memory, "max_plants are open"};
+    const std::uint64_t room = s.budget_bytes > s.used_bytes ? s.budget_bytes - s.used_bytes : 0;
+    HookBuffer front;
+    const auto index = static_cast<std::uint32_t>(slot - s.plants.span().begin());
+    COPPICE_TRY(plant, open_plant_stream(s.hooks, s.options.gpu, path, index, room, front));
+    std::uint64_t bytes = plant->base_bytes, work = front.bytes();
+    for (const Chunk& chunk : plant->chunks.span())
+      if (chunk.pinned) {
+        bytes += resident_bytes(*plant, chunk);
+        work += chunk_bytes(*plant, chunk).work;
+      }
+    if (bytes + work > room) {
+      s.held_bytes = bytes + work;
+      s.held_until_frame = s.frame_number + kHoldFrames;
+      return Error{Status::out_of_memory, "memory budget: no room for a plant now, some is being made"};
+    }
+    for (Chunk& chunk : plant->chunks.span())
+      if (chunk.pinned) COPPICE_CHECK(decode_pinned(*plant, chunk, front.span()));
+    return plant;
+  }();
+  if (!opened) {
+    log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, opened.error().message().c_str());
+    return opened.error();
+  }
+  s.held_bytes = s.held_until_frame = 0;
+  PlantStream& plant = *(*slot = *std::move(opened));
+  s.count_bytes(static_cast<std::int64_t>(plant.base_bytes));
+  for (Chunk& chunk : plant.chunks.span())
+    if (chunk.pinned) s.set_counted(chunk, resident_bytes(plant, chunk));
+  return plant.index;
+}
+
+void Streamer::close_plant(std::uint32_t plant) {
+  COPPICE_ASSERT(is_open(plant));
+  state_->open_plant_at(plant).closing = true;
+}
+
+bool Streamer::is_open(std::uint32_t plant) const {
+  return plant < state_->plants.size() && state_->plants[plant] != nullptr && !state_->plants[plant]->closing;
+}
+
+const PlantFile& Streamer::file(std::uint32_t plant) const {
+  return state_->open_plant_at(plant).file;
+}
+
+std::span<const std::uint32_t> Streamer::lod_words(std::uint32_t plant) const {
+  return state_->open_plant_at(plant).lod_words;
+}
+
+PlantState Streamer::state(std::uint32_t plant) const {
+  const PlantStream& of = state_->open_plant_at(plant);
+  PlantState state;
+  state.resident_page_count = of.resident_page_count;
+  state.resident_leaf_count = static_cast<std::uint32_t>(
+      std::min(std::uint64_t{of.resident_page_count} * COPPICE_PAGE_SPLITS + 1, std::uint64_t{of.file.plant.leaf_count}));
+  for (const Chunk& chunk : of.chunks.span().subspan(of.file.plant.page_count)) {
+    if (chunk.residency != Residency::resident) continue;
+    if (chunk.id.kind == ChunkKind::wood)
+      state.resident_wood_mask |= 1u << chunk.id.index;
+    else
+      ++state.resident_texture_count;
+  }
+  return state;
+}
+
+void Streamer::set_memory_budget(std::uint64_t bytes) {
+  state_->budget_bytes = bytes;
+}
+
+void Streamer::set_overhead_bytes(std::uint64_t bytes) {
+  state_->count_bytes(static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(state_->overhead_bytes));
+  state_->overhead_bytes = bytes;
+}
+
+void Streamer::begin_frame(const StreamFrame& frame) {
+  State& s = *state_;
+  COPPICE_ASSERT(frame.frame_number > s.frame_number && frame.completed_number < frame.frame_number);
+  s.last_frame_number = s.frame_number;
+  s.frame_number = frame.frame_number;
+  s.completed_number = frame.completed_number;
+  s.has_view = frame.view != nullptr;
+  if (s.has_view) s.view = frame.view->lod;
+  s.evicted.begin();
+  s.released.begin();
+  s.closed.begin();
+  for (const auto& plant : s.plants.span()) {
+    if (!plant) continue;
+    update_wants(*plant, plant->index < frame.demands.size() ? frame.demands[plant->index] : PlantDemand{}, s.has_view ? &s.view : nullptr);
+    s.trim(*plant);
+  }
+  s.collect();
+  for (const auto& plant : s.plants.span())
+    if (plant && plant->closing) s.advance_closing(*plant);
+  s.enforce_budget();
+  s.release_evicted();
+  s.issue_requests();
+  s.collect();
+  s.release_evicted();
+  s.finish_closing();
+}
+
+// Pinned chunks go too, last page first.
+void Streamer::State::advance_closing(PlantStream& plant) {
+  if (plant.close_frame == 0) {
+    plant.close_frame = frame_number;
+    plant.last_used_frame = last_frame_number;
+  }
+  if (plant.decoding_page_count > 0) return;
+  while (plant.decoded_page_count > 0 && !evicted.full()) evict(plant.chunk(ChunkKind::page, plant.decoded_page_count - 1));
+  for (Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count))
+    if ((chunk.residency == Residency::decoded || chunk.residency == Residency::resident) && !evicted.full()) evict(chunk);
+}
+
+void Streamer::State::finish_closing() {
+  for (auto& plant : plants.span()) {
+    if (!plant || !plant->closing || closed.full()) continue;
+    const auto gone = [](const Chunk& chunk) { return chunk.residency == Residency::absent || chunk.residency == Residency::failed; };
+    if (plant->transfer_count > 0 || plant->evicting_count > 0 || plant->last_used_frame > completed_number) continue;
+    if (!std::ranges::all_of(plant->chunks.span(), gone)) continue;
+    trim(*plant);
+    count_bytes(-static_cast<std::int64_t>(plant->base_bytes));
+    closed.add(plant->index);
+    plant.reset();
+  }
+}
+
+std::span<const ChunkId> Streamer::take_evicted() {
+  return state_->evicted.take();
+}
+std::span<const ChunkId> Streamer::take_released() {
+  return state_->released.take();
+}
+std::span<const std::uint32_t> Streamer::take_closed_plants() {
+  return state_->closed.take();
+}
+
+namespace {
+
+DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
+  DecodedChunk decoded;
+  decoded.id = chunk.id;
+  if (chunk.id.kind == ChunkKind::page) {
+    const PageData& data = plant.pages[chunk.id.index];
+    decoded.first_node = 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1;
+    decoded.quads = data.quads.span();
+    decoded.cards = data.cards.span();
+    decoded.node_split = data.node_split.span();
+    decoded.patches = data.patches.span().first(data.patch_count);
+  } else if (chunk.id.kind == ChunkKind::wood) {
+    decoded.wood = &plant.wood[chunk.id.index];
+  } else {
+    decoded.texture = plant.textures[chunk.id.index].span();
+  }
+  return decoded;
+}
+
+}  // namespace
+
+std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
+  State& s = *state_;
+  std::size_t count = 0;
+  std::uint64_t bytes = 0;
+  const auto offer = [&](const PlantStream& plant, const Chunk& chunk) {
+    if (chunk.residency != Residency::decoded || count == s.decoded.size()) return;
+    const std::uint64_t more = chunk_bytes(plant, chunk).gpu;
+    if (count > 0 && bytes + more > max_bytes) return;
+    bytes += more;
+    s.decoded[count++] = decoded_chunk(plant, chunk);
+  };
+  for (const auto& plant : s.plants.span()) {
+    if (!plant || plant->closing) continue;
+    for (const Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) offer(*plant, chunk);
+    for (std::uint32_t page = plant->resident_page_count; page < plant->decoded_page_count; ++page) {
+      const std::size_t before = count;
+      offer(*plant, plant->chunk(ChunkKind::page, page));
+      if (count == before) break;
+    }
+  }
+  return {s.decoded.data(), count};
+}
+
+void Streamer::uploaded(ChunkId id) {
+  PlantStream& plant = state_->open_plant_at(id.plant);
+  Chunk& chunk = plant.chunk(id.kind, id.index);
+  if (id.kind == ChunkKind::page) {
+    COPPICE_ASSERT(id.index == plant.resident_page_count);
+    ++plant.resident_page_count;
+    plant.pages[id.index].cards.reset();
+    plant.pages[id.index].patches.reset();
+  } else if (id.kind == ChunkKind::wood) {
+    plant.wood[id.index] = WoodMesh{};
+  } else {
+    plant.textures[id.index].reset();
+  }
+  COPPICE_ASSERT(advance(chunk, Residency::resident));
+  const ChunkBytes bytes = chunk_bytes(plant, chunk);
+  state_->set_counted(chunk, bytes.gpu + bytes.kept);
+  ++state_->counters.chunks_loaded;
+}
+
+void Streamer::upload_failed(ChunkId id) {
+  PlantStream& plant = state_->open_plant_at(id.plant);
+  Chunk& chunk = plant.chunk(id.kind, id.index);
+  log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: no device memory for it", plant.path.c_str(), chunk_kind_name(id.kind),
+           id.index);
+  ++state_->counters.chunks_failed;
+  COPPICE_ASSERT(advance(chunk, Residency::failed));
+  if (id.kind == ChunkKind::page) {
+    for (std::uint32_t page = id.index + 1; page < plant.decoded_page_count; ++page)
+      COPPICE_ASSERT(advance(plant.chunk(ChunkKind::page, page), Residency::absent));
+    plant.decoded_page_count = id.index;
+    plant.trim_needed = true;
+    return;  // their memory goes in the next begin_frame: spans that were handed out stay valid until then
+  }
+  if (id.kind == ChunkKind::wood) plant.wood[id.index] = WoodMesh{};
+  if (id.kind == ChunkKind::texture) plant.textures[id.index].reset();
+  state_->set_counted(chunk, 0);
+}
+
+StreamStats Streamer::stats() const {
+  const State& s = *state_;
+  StreamStats stats = s.counters;
+  stats.budget_bytes = s.budget_bytes;
+  stats.memory_bytes = s.used_bytes;
+  stats.memory_peak_bytes = s.peak_bytes;
+  for (const auto& plant : s.plants.span()) {
+    if (!plant) continue;
+    stats.chunks_in_flight += plant->transfer_count;
+    if (plant->closing) continue;
+    const std::uint32_t page_count = plant->file.plant.page_count;
+    for (std::uint32_t page = plant->resident_page_count; page < plant->wants.now.page_count; ++page) {
+      if (plant->chunk(ChunkKind::page, page).residency == Residency::failed) break;
+      ++stats.chunks_wanted;
+    }
+    for (const Chunk& chunk : plant->chunks.span().subspan(page_count))
+      if (chunk.residency != Residency::resident && chunk.residency != Residency::failed && wanted_now(*plant, chunk))
+        ++stats.chunks_wanted;
+  }
+  return stats;
+}
+
+}  // namespace coppice

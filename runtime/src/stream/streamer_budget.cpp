@@ -1,0 +1,162 @@
+// Counting and evicting. Every byte is counted before it is taken: a request reserves all that its chunk will ever hold at once, and gives
+// parts back as it moves on. What an eviction frees counts until the GPU has finished the frames that may read it.
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "check.h"
+#include "streamer_state.h"
+
+namespace coppice {
+
+namespace {
+
+/// A victim must be worth this much less than what takes its place: small changes of the view must not swap chunks back and forth.
+constexpr float kExchangeMargin = 1.5f;
+constexpr std::size_t kMaxVictimsAtOnce = 64;
+
+bool holds_memory(const Chunk& chunk) {
+  return chunk.residency == Residency::decoded || chunk.residency == Residency::resident;
+}
+
+std::uint64_t less(std::uint64_t a, std::uint64_t b) {
+  return a > b ? a - b : 0;
+}
+
+}  // namespace
+
+void Streamer::State::count_bytes(std::int64_t change) {
+  used_bytes += static_cast<std::uint64_t>(change);
+  peak_bytes = std::max(peak_bytes, used_bytes);
+}
+
+void Streamer::State::set_counted(Chunk& chunk, std::uint64_t bytes) {
+  count_bytes(static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(chunk.counted_bytes));
+  chunk.counted_bytes = bytes;
+}
+
+std::uint64_t Streamer::State::limit_bytes() const {
+  return frame_number <= held_until_frame ? less(budget_bytes, held_bytes) : budget_bytes;
+}
+
+float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
+  if (chunk.value_frame == frame_number) return chunk.value;
+  chunk.value = has_view ? chunk_value(plant, chunk, view) : 0.0f;
+  chunk.value_frame = frame_number;
+  return chunk.value;
+}
+
+// Of a plant's pages only the last that is not chosen yet may go. Where later ones are on their way it goes only if it is worth nothing:
+// the value they were requested for is its value too. And a page never makes room for a later one of its own plant.
+Chunk* Streamer::State::least_valuable_victim(const Request* request) {
+  Chunk* least = nullptr;
+  float least_value = std::numeric_limits<float>::infinity();
+  const auto consider = [&](PlantStream& plant, Chunk& chunk, bool idle_only) {
+    if (chunk.pinned || chunk.victim || !holds_memory(chunk)) return;
+    const float worth = value_of(plant, chunk);
+    const bool cheap = worth > 0.0f ? worth * kExchangeMargin < (request != nullptr ? request->value : 0.0f) && !idle_only
+                                    : !wanted_recently(plant, chunk);
+    if ((request != nullptr && !cheap) || !(worth < least_value)) return;
+    least = &chunk;
+    least_value = worth;
+  };
+  for (const auto& plant : plants.span()) {
+    if (!plant || plant->closing) continue;
+    const bool own = request != nullptr && request->plant == plant.get() && request->chunk->id.kind == ChunkKind::page;
+    const bool growing = plant->decoded_page_count < plant->file.plant.page_count &&
+                         plant->chunk(ChunkKind::page, plant->decoded_page_count).residency == Residency::reading;
+    if (plant->decoding_page_count == 0 && plant->victim_page_end > 0 && !own)
+      consider(*plant, plant->chunk(ChunkKind::page, plant->victim_page_end - 1), growing);
+    for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i) consider(*plant, plant->chunks[i], false);
+  }
+  return least;
+}
+
+bool Streamer::State::make_room(std::uint64_t bytes, const Request& request) {
+  if (used_bytes + bytes <= limit_bytes()) return true;
+  std::uint64_t coming = evicting_bytes + cancelled_bytes;
+  std::array<Chunk*, kMaxVictimsAtOnce> victims{};
+  std::size_t count = 0;
+  for (const auto& plant : plants.span())
+    if (plant) plant->victim_page_end = plant->decoded_page_count;
+  while (less(used_bytes, coming) + bytes > limit_bytes() && count < victims.size()) {
+    Chunk* victim = least_valuable_victim(&request);
+    if (victim == nullptr) break;
+    victims[count++] = victim;
+    victim->victim = true;
+    coming += victim->counted_bytes;
+    if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
+  }
+  // Nothing goes for a newcomer that could not come in even then.
+  const bool enough = less(used_bytes, coming) + bytes <= limit_bytes() || count == victims.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    victims[i]->victim = false;
+    if (enough && !evicted.full()) evict(*victims[i]);
+  }
+  return used_bytes + bytes <= limit_bytes();
+}
+
+void Streamer::State::enforce_budget() {
+  if (less(used_bytes, evicting_bytes + cancelled_bytes) <= limit_bytes()) return;
+  for (Transfer& transfer : transfers.span()) {
+    if (transfer.stage == TransferStage::idle || transfer.stage == TransferStage::decoding || transfer.cancelled) continue;
+    if (transfer.stage == TransferStage::read) {
+      drop(transfer);
+      continue;
+    }
+    transfer.cancelled = true;
+    set_counted(*transfer.chunk, transfer.bytes.size());  // what the hook still writes to
+    cancelled_bytes += transfer.bytes.size();
+  }
+  for (const auto& plant : plants.span())
+    if (plant) plant->victim_page_end = plant->decoded_page_count;
+  while (less(used_bytes, evicting_bytes + cancelled_bytes) > limit_bytes() && !evicted.full()) {
+    Chunk* victim = least_valuable_victim(nullptr);
+    if (victim == nullptr) break;
+    if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
+    evict(*victim);
+  }
+}
+
+void Streamer::State::evict(Chunk& chunk) {
+  PlantStream& plant = *plants[chunk.id.plant];
+  const bool uploaded = chunk.residency == Residency::resident;
+  const std::uint64_t gpu_bytes = chunk_bytes(plant, chunk).gpu;
+  if (chunk.id.kind == ChunkKind::page) {
+    COPPICE_ASSERT(chunk.id.index + 1 == plant.decoded_page_count && plant.decoding_page_count == 0);
+    plant.decoded_page_count = chunk.id.index;
+    plant.resident_page_count = std::min(plant.resident_page_count, plant.decoded_page_count);
+    free_page(plant, chunk.id.index);
+  } else if (chunk.id.kind == ChunkKind::wood) {
+    plant.wood[chunk.id.index] = WoodMesh{};
+  } else {
+    plant.textures[chunk.id.index].reset();
+  }
+  COPPICE_ASSERT(advance(chunk, uploaded ? Residency::evicting : Residency::absent));
+  set_counted(chunk, uploaded ? gpu_bytes : 0);
+  if (!uploaded) return;
+  evicting_bytes += gpu_bytes;
+  ++plant.evicting_count;
+  ++counters.chunks_evicted;
+  chunk.last_used_frame = last_frame_number;
+  chunk.next_evicting = nullptr;
+  (last_evicting != nullptr ? last_evicting->next_evicting : first_evicting) = &chunk;
+  last_evicting = &chunk;
+  evicted.add(chunk.id);
+}
+
+void Streamer::State::release_evicted() {
+  while (first_evicting != nullptr && first_evicting->last_used_frame <= completed_number && !released.full()) {
+    Chunk& chunk = *first_evicting;
+    first_evicting = std::exchange(chunk.next_evicting, nullptr);
+    if (first_evicting == nullptr) last_evicting = nullptr;
+    evicting_bytes -= chunk.counted_bytes;
+    set_counted(chunk, 0);
+    --plants[chunk.id.plant]->evicting_count;
+    COPPICE_ASSERT(advance(chunk, Residency::absent));
+    released.add(chunk.id);
+  }
+}
+
+}  // namespace coppice

@@ -1,0 +1,224 @@
+// What a frame does with transfers: every one passes a door when its read returns and another when its decode returns; at a door it moves
+// on, fails, or is dropped because nothing wants it any more.
+
+#include <algorithm>
+
+#include "check.h"
+#include "streamer_state.h"
+
+namespace coppice {
+
+namespace {
+
+constexpr std::uint64_t kRetryFrames = 30;
+
+bool by_value(const Request& a, const Request& b) {
+  if (a.value != b.value) return a.value < b.value;
+  if (a.plant != b.plant) return a.plant->index > b.plant->index;
+  if (a.chunk->id.kind != b.chunk->id.kind) return a.chunk->id.kind > b.chunk->id.kind;
+  return a.chunk->id.index > b.chunk->id.index;
+}
+
+bool on_its_way(const Chunk& chunk) {
+  return chunk.residency == Residency::reading || chunk.residency == Residency::decoding;
+}
+
+}  // namespace
+
+void Streamer::State::free_transfer(Transfer& transfer) {
+  if (transfer.cancelled) cancelled_bytes -= transfer.bytes.size();
+  --transfer.plant->transfer_count;
+  CompletionQueue* queue = transfer.queue;
+  transfer = Transfer{};
+  transfer.queue = queue;
+}
+
+void Streamer::State::drop(Transfer& transfer) {
+  Chunk& chunk = *transfer.chunk;
+  PlantStream& plant = *transfer.plant;
+  if (chunk.residency == Residency::reading) ++counters.reads_cancelled;
+  free_transfer(transfer);
+  COPPICE_ASSERT(advance(chunk, Residency::absent));
+  plant.trim_needed = true;
+  if (chunk.id.kind != ChunkKind::page || plant.page_quads[chunk.id.index] == nullptr) set_counted(chunk, 0);
+  trim(plant);
+}
+
+void Streamer::State::fail(Transfer& transfer, const Error& error) {
+  Chunk& chunk = *transfer.chunk;
+  PlantStream& plant = *transfer.plant;
+  Error placed = error;
+  if (placed.offset == Error::kNoOffset) placed.offset = plant.file_chunk(chunk).offset;
+  log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(chunk.id.kind), chunk.id.index,
+           placed.message().c_str());
+  ++counters.chunks_failed;
+  free_transfer(transfer);
+  COPPICE_ASSERT(advance(chunk, Residency::failed));
+  plant.trim_needed = true;
+  if (chunk.id.kind != ChunkKind::page || plant.page_quads[chunk.id.index] == nullptr) set_counted(chunk, 0);
+  trim(plant);
+}
+
+void Streamer::State::out_of_memory(PlantStream& plant, const Error& error) {
+  if (frame_number >= plant.retry_frame)
+    log_line(hooks.log, COPPICE_LOG_WARNING, "%s: %s; stays coarse", plant.path.c_str(), error.message().c_str());
+  plant.retry_frame = frame_number + kRetryFrames;
+}
+
+// A job that decodes a later page reads the quads of the earlier ones, so their memory goes only once no job runs for the plant.
+void Streamer::State::trim(PlantStream& plant) {
+  if (!plant.trim_needed || plant.decoding_page_count > 0) return;
+  for (std::uint32_t page = plant.decoded_page_count; page < plant.file.plant.page_count; ++page) {
+    Chunk& chunk = plant.chunk(ChunkKind::page, page);
+    if (chunk.residency != Residency::absent && chunk.residency != Residency::failed) continue;
+    if (chunk.counted_bytes == 0 && plant.page_quads[page] == nullptr) continue;
+    free_page(plant, page);
+    set_counted(chunk, 0);
+  }
+  plant.trim_needed = false;
+}
+
+bool Streamer::State::stale(const Transfer& transfer) const {
+  const PlantStream& plant = *transfer.plant;
+  const Chunk& chunk = *transfer.chunk;
+  if (transfer.cancelled || plant.closing || !wanted_recently(plant, chunk)) return true;
+  if (chunk.id.kind != ChunkKind::page || chunk.id.index <= plant.decoded_page_count) return false;
+  return !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1));
+}
+
+void Streamer::State::collect() {
+  for (Transfer* transfer = completions.take_all(); transfer != nullptr; transfer = completions.take_all()) {
+    while (transfer != nullptr) {
+      Transfer* next = transfer->next;
+      if (transfer->stage == TransferStage::reading)
+        finish_read(*transfer);
+      else
+        finish_decode(*transfer);
+      transfer = next;
+    }
+    for (const auto& plant : plants.span())
+      if (plant) start_page_runs(*plant);
+  }
+}
+
+void Streamer::State::finish_read(Transfer& transfer) {
+  transfer.stage = TransferStage::read;
+  if (stale(transfer)) return drop(transfer);
+  if (transfer.bytes_read != static_cast<std::int64_t>(transfer.bytes.size()))
+    return fail(transfer, {Status::io, "read failed", Error::kNoOffset,
+                           std::to_string(transfer.bytes_read) + " of " + std::to_string(transfer.bytes.size()) + " bytes"});
+  if (transfer.chunk->id.kind == ChunkKind::page) return;  // start_page_runs, once the page before it is on its way
+  COPPICE_ASSERT(advance(*transfer.chunk, Residency::decoding));
+  start_decode(transfer, hooks.jobs);
+}
+
+// One job decodes all pages that are read and follow on: otherwise a plant would gain one page a frame at most.
+void Streamer::State::start_page_runs(PlantStream& plant) {
+  if (plant.transfer_count == 0 || plant.decoding_page_count > 0) return;
+  Transfer* first = nullptr;
+  Transfer* last = nullptr;
+  for (std::uint32_t page = plant.decoded_page_count; page < plant.file.plant.page_count; ++page) {
+    const auto it = std::ranges::find_if(transfers.span(), [&](const Transfer& transfer) {
+      return transfer.stage == TransferStage::read && transfer.chunk == &plant.chunk(ChunkKind::page, page);
+    });
+    if (it == transfers.span().end() || stale(*it)) break;
+    if (auto prepared = prepare_page(plant, *it); !prepared) {
+      out_of_memory(plant, prepared.error());
+      drop(*it);
+      break;
+    }
+    COPPICE_ASSERT(advance(*it->chunk, Residency::decoding));
+    (last != nullptr ? last->next_in_run : first) = &*it;
+    last = &*it;
+    ++plant.decoding_page_count;
+  }
+  if (first != nullptr) start_decode(*first, hooks.jobs);
+  for (Transfer& transfer : transfers.span())
+    if (transfer.stage == TransferStage::read && transfer.plant == &plant && stale(transfer)) drop(transfer);
+}
+
+void Streamer::State::finish_decode(Transfer& transfer) {
+  PlantStream& plant = *transfer.plant;
+  Chunk& chunk = *transfer.chunk;
+  const bool page = chunk.id.kind == ChunkKind::page;
+  if (page) --plant.decoding_page_count;
+  const bool in_order = !page || chunk.id.index == plant.decoded_page_count;
+  if (transfer.skipped || !in_order || stale(transfer)) return drop(transfer);
+  if (transfer.outcome) transfer.outcome = accept_decoded(plant, transfer);
+  if (!transfer.outcome && transfer.outcome.error().status == Status::out_of_memory) {
+    out_of_memory(plant, transfer.outcome.error());
+    return drop(transfer);
+  }
+  if (!transfer.outcome) return fail(transfer, Error(transfer.outcome.error()));
+  if (page) ++plant.decoded_page_count;
+  const ChunkBytes bytes = chunk_bytes(plant, chunk);
+  free_transfer(transfer);
+  set_counted(chunk, bytes.gpu + bytes.kept + bytes.upload);
+  COPPICE_ASSERT(advance(chunk, Residency::decoded));
+}
+
+void Streamer::State::push_request(PlantStream& plant, Chunk& chunk) {
+  if (chunk.residency != Residency::absent || chunk.counted_bytes != 0 || !wanted_now(plant, chunk)) return;
+  requests.push_back({&plant, &chunk, value_of(plant, chunk)});
+  std::ranges::push_heap(requests, by_value);
+}
+
+// The first page that is neither there nor on its way; none while that one has failed or is still leaving.
+void Streamer::State::push_page_request(PlantStream& plant) {
+  std::uint32_t page = plant.decoded_page_count;
+  while (page < plant.wants.now.page_count && on_its_way(plant.chunk(ChunkKind::page, page))) ++page;
+  if (page < plant.wants.now.page_count) push_request(plant, plant.chunk(ChunkKind::page, page));
+}
+
+void Streamer::State::gather_requests() {
+  requests.clear();
+  for (const auto& plant : plants.span()) {
+    if (!plant || plant->closing || frame_number < plant->retry_frame) continue;
+    push_page_request(*plant);
+    for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i) push_request(*plant, plant->chunks[i]);
+  }
+}
+
+Transfer* Streamer::State::free_slot() {
+  const auto it = std::ranges::find(transfers.span(), TransferStage::idle, &Transfer::stage);
+  return it == transfers.span().end() ? nullptr : &*it;
+}
+
+void Streamer::State::issue_requests() {
+  gather_requests();
+  while (!requests.empty() && free_slot() != nullptr) {
+    std::ranges::pop_heap(requests, by_value);
+    const Request request = requests.back();
+    requests.pop_back();
+    if (issue(request) && request.chunk->id.kind == ChunkKind::page) push_page_request(*request.plant);
+  }
+}
+
+bool Streamer::State::issue(const Request& request) {
+  PlantStream& plant = *request.plant;
+  Chunk& chunk = *request.chunk;
+  if (frame_number < plant.retry_frame) return false;
+  const std::uint64_t bytes = chunk_bytes(plant, chunk).total();
+  if (!make_room(bytes, request)) return false;
+  // Room made since the request was gathered may have taken the page before it.
+  if (chunk.id.kind == ChunkKind::page && chunk.id.index > plant.decoded_page_count &&
+      !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1)))
+    return false;
+  const coppice_file_chunk& entry = plant.file_chunk(chunk);
+  auto buffer = HookBuffer::allocate(hooks.allocator, static_cast<std::size_t>(entry.bytes));
+  if (!buffer) {
+    out_of_memory(plant, buffer.error());
+    return false;
+  }
+  Transfer& transfer = *free_slot();
+  transfer.plant = &plant;
+  transfer.chunk = &chunk;
+  transfer.bytes = *std::move(buffer);
+  ++plant.transfer_count;
+  set_counted(chunk, bytes);
+  COPPICE_ASSERT(advance(chunk, Residency::reading));
+  start_read(transfer, hooks.io, plant.io_file, entry.offset);
+  return true;
+}
+
+}  // namespace coppice

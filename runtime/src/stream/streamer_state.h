@@ -1,0 +1,107 @@
+#pragma once
+
+// The streamer's insides, split over streamer.cpp (the interface), streamer_frame.cpp (progress of transfers, requests) and
+// streamer_budget.cpp (counting and evicting).
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "plant_stream.h"
+#include "streamer.h"
+
+namespace coppice {
+
+/// A list for the GPU side with a fixed length: filled between calls, handed out once.
+template <class T>
+struct HandOut {
+  HookArray<T> items;
+  std::size_t count = 0;
+  bool taken = false;
+
+  /// What was handed out goes; what was not stays for the next call.
+  void begin() {
+    if (taken) count = 0;
+    taken = false;
+  }
+  [[nodiscard]] bool full() const { return count == items.size(); }
+  void add(const T& item) { items[count++] = item; }
+  std::span<const T> take() {
+    if (taken) return {};
+    taken = true;
+    return {items.data(), count};
+  }
+};
+
+/// A chunk that may be asked for, by value.
+struct Request {
+  PlantStream* plant = nullptr;
+  Chunk* chunk = nullptr;
+  float value = 0.0f;
+};
+
+struct Streamer::State {
+  Hooks hooks;
+  StreamerOptions options;
+  HookArray<std::unique_ptr<PlantStream>> plants;  ///< [max_plants] null: free
+  HookArray<Transfer> transfers;                   ///< [max_in_flight]
+  CompletionQueue completions;
+  std::vector<Request> requests;  ///< scratch of a frame: at most a page, the wood LoDs and the textures of each plant
+
+  LodView view;
+  bool has_view = false;
+  std::uint64_t frame_number = 0, last_frame_number = 0, completed_number = 0;
+
+  std::uint64_t budget_bytes = 0, overhead_bytes = 0;
+  std::uint64_t used_bytes = 0, peak_bytes = 0;
+  std::uint64_t evicting_bytes = 0;   ///< part of used_bytes: free once the GPU is done
+  std::uint64_t cancelled_bytes = 0;  ///< part of used_bytes: free once cancelled reads return
+  std::uint64_t held_bytes = 0;       ///< room kept for an open_plant that found none
+  std::uint64_t held_until_frame = 0;
+  Chunk* first_evicting = nullptr;  ///< in order of eviction
+  Chunk* last_evicting = nullptr;
+
+  HandOut<ChunkId> evicted, released;
+  HandOut<std::uint32_t> closed;
+  HookArray<DecodedChunk> decoded;
+  StreamStats counters;
+
+  // streamer_budget.cpp
+  void count_bytes(std::int64_t change);
+  void set_counted(Chunk& chunk, std::uint64_t bytes);
+  [[nodiscard]] std::uint64_t limit_bytes() const;
+  /// Whether `bytes` more fit now. If not, starts to evict what is worth clearly less than the request, provided that it then would fit.
+  bool make_room(std::uint64_t bytes, const Request& request);
+  /// Cancels and evicts, least value first, until the budget is kept.
+  void enforce_budget();
+  void evict(Chunk& chunk);
+  void release_evicted();
+  /// Null for `request`: whatever is worth least.
+  Chunk* least_valuable_victim(const Request* request);
+  float value_of(PlantStream& plant, Chunk& chunk);
+
+  // streamer_frame.cpp
+  void collect();
+  void finish_read(Transfer& transfer);
+  void finish_decode(Transfer& transfer);
+  void start_page_runs(PlantStream& plant);
+  void drop(Transfer& transfer);
+  void fail(Transfer& transfer, const Error& error);
+  void free_transfer(Transfer& transfer);
+  void out_of_memory(PlantStream& plant, const Error& error);
+  void trim(PlantStream& plant);
+  bool stale(const Transfer& transfer) const;
+  void gather_requests();
+  void push_page_request(PlantStream& plant);
+  void push_request(PlantStream& plant, Chunk& chunk);
+  void issue_requests();
+  bool issue(const Request& request);
+  Transfer* free_slot();
+
+  // streamer.cpp
+  void advance_closing(PlantStream& plant);
+  void finish_closing();
+  PlantStream& open_plant_at(std::uint32_t plant) const;
+};
+
+}  // namespace coppice

@@ -1,0 +1,77 @@
+#pragma once
+
+// A read or decode under way, and how its end comes back to the frame's thread.
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <span>
+
+#include "hooks.h"
+#include "page_codec.h"
+#include "residency.h"
+#include "wood_codec.h"
+
+namespace coppice {
+
+class CompletionQueue;
+struct PlantStream;
+
+enum class TransferStage : std::uint8_t {
+  idle,      ///< free
+  reading,   ///< the I/O hook owns it
+  read,      ///< bytes are there; a page waits for its predecessor
+  decoding,  ///< a job owns it
+};
+
+/// One slot of work. While a hook owns it, the frame's thread touches nothing but `cancelled`.
+struct Transfer {
+  TransferStage stage = TransferStage::idle;
+  bool cancelled = false;  ///< frame's thread: drop it at its next door
+  CompletionQueue* queue = nullptr;
+  PlantStream* plant = nullptr;
+  Chunk* chunk = nullptr;
+
+  HookBuffer bytes;  ///< the chunk as stored
+  std::int64_t bytes_read = 0;
+
+  HookArray<Split> splits;  ///< page: out of the job
+  NodeQuads quads;          ///< page: the job adds the page's own
+  WoodMesh wood;            ///< wood: out of the job
+  Result<void> outcome;     ///< of the job
+  bool skipped = false;     ///< page: the one before it in the run failed, nothing was decoded
+
+  Transfer* next_in_run = nullptr;  ///< pages one job decodes one after the other
+  Transfer* next = nullptr;         ///< in the completion queue
+};
+
+/// Finished transfers in order of completion. push: any thread; the rest: the frame's thread.
+class CompletionQueue {
+ public:
+  /// `count` transfers go to a hook; each comes back through push.
+  void expect(std::uint32_t count);
+  void push(Transfer* transfer);
+  /// The finished ones, linked by `next`; null if there are none.
+  Transfer* take_all();
+  /// Returns once every expected transfer has been pushed.
+  void wait_for_all();
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable all_back_;
+  Transfer* first_ = nullptr;
+  Transfer* last_ = nullptr;
+  std::uint32_t expected_ = 0;
+};
+
+/// Hands the read of transfer.bytes at `offset` to the I/O hook.
+void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std::uint64_t offset);
+
+/// Hands a run of transfers (linked by next_in_run, stage read) to one job.
+void start_decode(Transfer& first, const coppice_jobs& jobs);
+
+/// Reads through the hook and waits. Inline on the calling thread as far as the hook is.
+/// errors  io: fewer bytes than asked for
+Result<void> read_now(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
+
+}  // namespace coppice

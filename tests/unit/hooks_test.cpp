@@ -1,0 +1,163 @@
+#include "hooks.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <condition_variable>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <string>
+
+#include "transfer.h"
+
+namespace coppice {
+namespace {
+
+struct CountingAllocator {
+  std::size_t live_bytes = 0, calls = 0, fail_at = SIZE_MAX;
+
+  coppice_allocator hook() {
+    return {this,
+            [](void* user, std::size_t bytes, std::size_t align) -> void* {
+              auto* self = static_cast<CountingAllocator*>(user);
+              if (self->calls++ == self->fail_at) return nullptr;
+              self->live_bytes += bytes;
+              return std::aligned_alloc(align, (bytes + align - 1) / align * align);
+            },
+            [](void* user, void* pointer, std::size_t bytes) {
+              static_cast<CountingAllocator*>(user)->live_bytes -= bytes;
+              std::free(pointer);
+            }};
+  }
+};
+
+TEST(HookArray, GivesBackWhatItTook) {
+  CountingAllocator allocator;
+  {
+    auto array = HookArray<std::uint32_t>::allocate(allocator.hook(), 10);
+    ASSERT_TRUE(array);
+    EXPECT_EQ(allocator.live_bytes, 40u);
+    EXPECT_EQ((*array)[9], 0u);
+    HookArray<std::uint32_t> moved = *std::move(array);
+    EXPECT_EQ(moved.bytes(), 40u);
+    moved = HookArray<std::uint32_t>();
+    EXPECT_EQ(allocator.live_bytes, 0u);
+  }
+  EXPECT_EQ(allocator.live_bytes, 0u);
+}
+
+TEST(HookArray, DestroysItsElements) {
+  CountingAllocator allocator;
+  {
+    auto outer = HookArray<HookBuffer>::allocate(allocator.hook(), 3);
+    ASSERT_TRUE(outer);
+    auto inner = HookBuffer::allocate(allocator.hook(), 100);
+    ASSERT_TRUE(inner);
+    (*outer)[1] = *std::move(inner);
+    EXPECT_GE(allocator.live_bytes, 100u);
+  }
+  EXPECT_EQ(allocator.live_bytes, 0u);
+}
+
+TEST(HookArray, ReportsWhatCannotBeHad) {
+  CountingAllocator allocator{.fail_at = 0};
+  EXPECT_EQ(HookBuffer::allocate(allocator.hook(), 1).error().status, Status::out_of_memory);
+  const auto overflowing = HookArray<std::uint64_t>::allocate(allocator.hook(), SIZE_MAX / 4);
+  ASSERT_FALSE(overflowing);
+  EXPECT_EQ(overflowing.error().status, Status::out_of_memory);
+  EXPECT_EQ(allocator.calls, 1u) << "a size that overflows must not reach the hook";
+  const auto empty = HookBuffer::allocate(allocator.hook(), 0);
+  ASSERT_TRUE(empty);
+  EXPECT_TRUE(empty->empty());
+}
+
+TEST(CompleteHooks, RefusesHooksSetInPart) {
+  Hooks half_allocator;
+  half_allocator.allocator.allocate = [](void*, std::size_t, std::size_t) -> void* { return nullptr; };
+  ASSERT_FALSE(complete_hooks(half_allocator));
+  EXPECT_EQ(complete_hooks(half_allocator).error().status, Status::invalid_argument);
+  Hooks half_io;
+  half_io.io.close = [](void*, std::int64_t) {};
+  ASSERT_FALSE(complete_hooks(half_io));
+  EXPECT_EQ(complete_hooks(half_io).error().status, Status::invalid_argument);
+}
+
+TEST(CompleteHooks, StartsNoThreadForAnEngineThatBringsItsOwn) {
+  Hooks own;
+  own.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
+  own.io = {nullptr, [](void*, const char*, std::uint64_t*) -> std::int64_t { return -1; }, [](void*, std::int64_t) {},
+            [](void*, std::int64_t, std::uint64_t, void*, std::size_t, void (*done)(void*, std::int64_t), void* argument) {
+              done(argument, -1);
+            }};
+  auto set = complete_hooks(own);
+  ASSERT_TRUE(set);
+  EXPECT_EQ(set->defaults, nullptr);
+  EXPECT_EQ(set->hooks.jobs.submit, own.jobs.submit);
+  EXPECT_NE(set->hooks.allocator.allocate, nullptr);
+}
+
+class DefaultIo : public testing::Test {
+ protected:
+  void SetUp() override {
+    path_ = std::filesystem::temp_directory_path() / ("coppice_hooks_test_" + std::to_string(::getpid()));
+    std::ofstream(path_, std::ios::binary) << "0123456789";
+    auto set = complete_hooks({});
+    ASSERT_TRUE(set);
+    set_ = *std::move(set);
+  }
+  void TearDown() override { std::filesystem::remove(path_); }
+
+  std::filesystem::path path_;
+  HookSet set_;
+};
+
+TEST_F(DefaultIo, ReadsFromTheOffset) {
+  const coppice_io& io = set_.hooks.io;
+  std::uint64_t bytes = 0;
+  const std::int64_t file = io.open(io.user, path_.c_str(), &bytes);
+  ASSERT_GE(file, 0);
+  EXPECT_EQ(bytes, 10u);
+  std::array<std::uint8_t, 4> four{};
+  EXPECT_TRUE(read_now(io, file, 3, four));
+  EXPECT_EQ(std::string(four.begin(), four.end()), "3456");
+  const auto past_the_end = read_now(io, file, 8, four);
+  ASSERT_FALSE(past_the_end);
+  EXPECT_EQ(past_the_end.error().status, Status::io);
+  EXPECT_EQ(past_the_end.error().offset, 8u);
+  io.close(io.user, file);
+}
+
+TEST_F(DefaultIo, DoesNotOpenWhatIsNotAFile) {
+  const coppice_io& io = set_.hooks.io;
+  std::uint64_t bytes = 0;
+  EXPECT_LT(io.open(io.user, (path_.string() + ".missing").c_str(), &bytes), 0);
+  EXPECT_LT(io.open(io.user, std::filesystem::temp_directory_path().c_str(), &bytes), 0);
+}
+
+TEST_F(DefaultIo, AFailingAllocatorFailsTheRead) {
+  CountingAllocator allocator{.fail_at = 0};
+  auto set = complete_hooks({.allocator = allocator.hook()});
+  ASSERT_TRUE(set);
+  const coppice_io& io = set->hooks.io;
+  std::uint64_t bytes = 0;
+  const std::int64_t file = io.open(io.user, path_.c_str(), &bytes);
+  std::array<std::uint8_t, 4> four{};
+  EXPECT_FALSE(read_now(io, file, 0, four));
+  EXPECT_TRUE(read_now(io, file, 0, four));
+  io.close(io.user, file);
+  EXPECT_EQ(allocator.live_bytes, 0u);
+}
+
+TEST(Log, WritesOneFormattedLine) {
+  std::string line;
+  const coppice_log log{&line, [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
+  log_line(log, COPPICE_LOG_WARNING, "%s: page %u", "oak", 3u);
+  EXPECT_EQ(line, "oak: page 3");
+  log_line({}, COPPICE_LOG_ERROR, "nobody listens");
+}
+
+}  // namespace
+}  // namespace coppice

@@ -1,0 +1,87 @@
+#include "thread_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace coppice {
+namespace {
+
+TEST(ThreadPool, RunsEverythingBeforeItGoes) {
+  std::atomic<int> ran = 0;
+  {
+    auto pool = ThreadPool::create(3);
+    ASSERT_TRUE(pool);
+    for (int i = 0; i < 100; ++i) (*pool)->submit([](void* argument) { ++*static_cast<std::atomic<int>*>(argument); }, &ran);
+  }
+  EXPECT_EQ(ran, 100);
+}
+
+TEST(ThreadPool, OneThreadKeepsTheOrder) {
+  struct Step {
+    std::vector<int>* order;
+    int number;
+  };
+  std::vector<int> order;
+  std::vector<Step> steps;
+  for (int i = 0; i < 50; ++i) steps.push_back({&order, i});
+  {
+    auto pool = ThreadPool::create(1);
+    ASSERT_TRUE(pool);
+    for (Step& step : steps)
+      (*pool)->submit(
+          [](void* argument) {
+            auto* s = static_cast<Step*>(argument);
+            s->order->push_back(s->number);
+          },
+          &step);
+  }
+  ASSERT_EQ(order.size(), 50u);
+  for (int i = 0; i < 50; ++i) EXPECT_EQ(order[static_cast<std::size_t>(i)], i);
+}
+
+struct Gate {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool open = false;
+  std::atomic<int> ran = 0;
+  std::atomic<int> ran_inline = 0;
+  std::thread::id submitter = std::this_thread::get_id();
+
+  void release() {
+    const std::lock_guard lock(mutex);
+    open = true;
+    changed.notify_all();
+  }
+  static void wait(void* argument) {
+    auto* gate = static_cast<Gate*>(argument);
+    std::unique_lock lock(gate->mutex);
+    gate->changed.wait(lock, [gate] { return gate->open; });
+  }
+  static void count(void* argument) {
+    auto* gate = static_cast<Gate*>(argument);
+    ++gate->ran;
+    if (std::this_thread::get_id() == gate->submitter) ++gate->ran_inline;
+  }
+};
+
+TEST(ThreadPool, RunsInlineWhatNoLongerFitsTheQueue) {
+  Gate gate;
+  {
+    auto pool = ThreadPool::create(1);
+    ASSERT_TRUE(pool);
+    (*pool)->submit(Gate::wait, &gate);
+    for (std::uint32_t i = 0; i < ThreadPool::kQueueLength + 10; ++i) (*pool)->submit(Gate::count, &gate);
+    EXPECT_GE(gate.ran_inline, 10);
+    EXPECT_LE(gate.ran_inline, 11);  // the gate itself may still be queued
+    gate.release();
+  }
+  EXPECT_EQ(gate.ran, static_cast<int>(ThreadPool::kQueueLength + 10));
+}
+
+}  // namespace
+}  // namespace coppice

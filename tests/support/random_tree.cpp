@@ -86,28 +86,6 @@ std::vector<Pair> random_merges(std::vector<std::uint32_t> line, Random& random)
   return merges;
 }
 
-/// A tapered open tube along +Y.
-bake::Mesh tube(std::uint32_t sides, std::uint32_t rings, std::uint32_t material) {
-  bake::Mesh mesh;
-  for (std::uint32_t ring = 0; ring < rings; ++ring)
-    for (std::uint32_t side = 0; side <= sides; ++side) {
-      const float along = static_cast<float>(ring) / static_cast<float>(rings - 1),
-                  around = static_cast<float>(side) / static_cast<float>(sides);
-      const float angle = around * 6.2831853f, radius = 0.1f * (1.0f - 0.8f * along);
-      const glm::vec3 outward(std::cos(angle), 0.0f, std::sin(angle));
-      mesh.positions.push_back(outward * radius + glm::vec3(0.0f, 2.0f * along - 1.5f, 0.0f));
-      mesh.normals.push_back(outward);
-      mesh.uvs.emplace_back(around, along);
-    }
-  for (std::uint32_t ring = 0; ring + 1 < rings; ++ring)
-    for (std::uint32_t side = 0; side < sides; ++side) {
-      const std::uint32_t a = ring * (sides + 1) + side, b = a + sides + 1;
-      mesh.indices.insert(mesh.indices.end(), {a, b, a + 1, a + 1, b, b + 1});
-      mesh.triangle_materials.insert(mesh.triangle_materials.end(), {material, material});
-    }
-  return mesh;
-}
-
 bake::Image disc_image(std::uint32_t side, Random& random) {
   bake::Image image{side, side, {}};
   const float centre = static_cast<float>(side - 1) * 0.5f, radius = static_cast<float>(side) * 0.4f;
@@ -193,6 +171,27 @@ bake::Tree random_tree(const bake::Foliage& foliage, std::uint32_t seed) {
     if (id < leaf_count) tree.node_source[node_of[id]] = id;
   }
   return tree;
+}
+
+bake::Mesh tube(std::uint32_t sides, std::uint32_t rings, std::uint32_t material) {
+  bake::Mesh mesh;
+  for (std::uint32_t ring = 0; ring < rings; ++ring)
+    for (std::uint32_t side = 0; side <= sides; ++side) {
+      const float along = static_cast<float>(ring) / static_cast<float>(rings - 1),
+                  around = static_cast<float>(side) / static_cast<float>(sides);
+      const float angle = around * 6.2831853f, radius = 0.1f * (1.0f - 0.8f * along);
+      const glm::vec3 outward(std::cos(angle), 0.0f, std::sin(angle));
+      mesh.positions.push_back(outward * radius + glm::vec3(0.0f, 2.0f * along - 1.5f, 0.0f));
+      mesh.normals.push_back(outward);
+      mesh.uvs.emplace_back(around, along);
+    }
+  for (std::uint32_t ring = 0; ring + 1 < rings; ++ring)
+    for (std::uint32_t side = 0; side < sides; ++side) {
+      const std::uint32_t a = ring * (sides + 1) + side, b = a + sides + 1;
+      mesh.indices.insert(mesh.indices.end(), {a, b, a + 1, a + 1, b, b + 1});
+      mesh.triangle_materials.insert(mesh.triangle_materials.end(), {material, material});
+    }
+  return mesh;
 }
 
 bake::BakedPlant random_plant(const RandomPlantOptions& options) {

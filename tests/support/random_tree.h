@@ -14,6 +14,9 @@ bake::Foliage random_foliage(std::uint32_t leaf_count, std::uint32_t seed, std::
 /// eight vertices (Fig. 3 of the paper).
 bake::Tree random_tree(const bake::Foliage& foliage, std::uint32_t seed);
 
+/// A tapered open tube along +Y, 2 m long: rings of `sides` faces. sides >= 3, rings >= 2.
+bake::Mesh tube(std::uint32_t sides, std::uint32_t rings, std::uint32_t material);
+
 struct RandomPlantOptions {
   std::uint32_t leaf_count = 100;
   std::uint32_t seed = 1;

@@ -77,6 +77,17 @@ TEST(PredictCorner, CompletesAParallelogram) {
   EXPECT_EQ(page_layout::predict_corner(slots, 7), (QuantisedPoint{150, 180, 90}));
 }
 
+TEST(PredictCorner, FallsBackStepByStep) {
+  page_layout::Slots slots;
+  slots.set(0, {400, 800, 0});
+  EXPECT_EQ(page_layout::predict_corner(slots, 4), (QuantisedPoint{400, 800, 0}));  // nothing of the child: the centre
+  EXPECT_EQ(page_layout::predict_corner(slots, 2), (QuantisedPoint{400, 800, 0}));  // the corner across
+  slots.set(5, {0, 0, 100});
+  EXPECT_EQ(page_layout::predict_corner(slots, 1), (QuantisedPoint{350, 700, 12}));  // a neighbour, a quarter towards (200, 400, 50)
+  slots.set(7, {100, 0, 101});
+  EXPECT_EQ(page_layout::predict_corner(slots, 4), (QuantisedPoint{50, 0, 100}));  // both neighbours: the middle
+}
+
 TEST(PredictCorner, StaysInTheBox) {
   page_layout::Slots slots;
   slots.set(0, {0, 16383, 5});

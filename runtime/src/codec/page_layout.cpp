@@ -17,28 +17,41 @@ std::uint16_t clamp_coordinate(int value) {
   return static_cast<std::uint16_t>(std::clamp(value, 0, static_cast<int>(COPPICE_QUANTISED_MAX)));
 }
 
+std::array<int, 3> known_centre(const Slots& slots) {
+  std::array<int, 3> sum{};
+  int count = 0;
+  for (std::size_t slot = 0; slot < 8; ++slot) {
+    if (!slots.known[slot]) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += slots.points[slot][axis];
+    ++count;
+  }
+  return {sum[0] / count, sum[1] / count, sum[2] / count};
+}
+
 }  // namespace
 
 QuantisedPoint predict_corner(const Slots& slots, std::size_t slot) {
   const std::size_t child = slot & 4, next = child | ((slot + 1) & 3), across = child | ((slot + 2) & 3), before = child | ((slot + 3) & 3);
-  // Leaf quads are near parallelograms.
-  if (slots.known[next] && slots.known[across] && slots.known[before]) {
-    QuantisedPoint guess;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      guess[axis] = clamp_coordinate(slots.points[next][axis] + slots.points[before][axis] - slots.points[across][axis]);
+  const std::array<QuantisedPoint, 8>& points = slots.points;
+  if (slots.known[next] && slots.known[before]) {
+    // Leaf quads are near parallelograms; without the corner across, the middle of the diagonal.
+    QuantisedPoint guess{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const int ends = points[next][axis] + points[before][axis];
+      guess[axis] = clamp_coordinate(slots.known[across] ? ends - points[across][axis] : ends / 2);
+    }
     return guess;
   }
-  for (std::size_t neighbour : {before, next, across})
-    if (slots.known[neighbour]) return slots.points[neighbour];
-  // The child has no known corner: the centre of what is known.
-  std::array<int, 3> sum{};
-  int count = 0;
-  for (std::size_t other = 0; other < 8; ++other) {
-    if (!slots.known[other]) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += slots.points[other][axis];
-    ++count;
+  const std::array<int, 3> centre = known_centre(slots);
+  for (std::size_t neighbour : {before, next}) {
+    if (!slots.known[neighbour]) continue;
+    // A quarter of the way in: merged leaves lie about their parent.
+    QuantisedPoint guess{};
+    for (std::size_t axis = 0; axis < 3; ++axis) guess[axis] = clamp_coordinate((3 * points[neighbour][axis] + centre[axis]) / 4);
+    return guess;
   }
-  return {clamp_coordinate(sum[0] / count), clamp_coordinate(sum[1] / count), clamp_coordinate(sum[2] / count)};
+  if (slots.known[across]) return points[across];
+  return {clamp_coordinate(centre[0]), clamp_coordinate(centre[1]), clamp_coordinate(centre[2])};
 }
 
 SlotRank rank_of_slots(const std::array<std::uint8_t, 4>& parent_slots) {

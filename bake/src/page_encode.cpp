@@ -11,6 +11,7 @@ namespace coppice::bake {
 namespace {
 
 page_layout::SplitValues values_of(const Split& split, std::uint32_t split_index, const QuantisedQuad& parent) {
+  COPPICE_ASSERT(split.parent <= 2 * split_index);
   page_layout::SplitValues values{};
   values[0] = 2 * split_index - split.parent;
   const page_layout::SlotRank rank = page_layout::rank_of_slots(split.parent_slots);

@@ -1,0 +1,262 @@
+#include "coppice_file.h"
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+
+#include "layout.h"
+#include "page_codec.h"
+#include "page_encode.h"
+#include "reader.h"
+#include "writer.h"
+
+namespace coppice::test {
+
+namespace {
+
+constexpr std::size_t kEntryBytes = sizeof(coppice_file_chunk);
+constexpr std::size_t kTable = sizeof(coppice_file_header);
+
+template <class T>
+T get(const Bytes& file, std::size_t at) {
+  T value{};
+  if (at <= file.size() && sizeof(T) <= file.size() - at) std::memcpy(&value, file.data() + at, sizeof(T));
+  return value;
+}
+
+template <class T>
+void put(Bytes& file, std::size_t at, T value) {
+  if (at <= file.size() && sizeof(T) <= file.size() - at) std::memcpy(file.data() + at, &value, sizeof(T));
+}
+
+PlantFile front_of(const Bytes& file) {
+  auto front = read_front(file, file.size());
+  if (!front) std::abort();
+  return *std::move(front);
+}
+
+}  // namespace
+
+void fix_checksums(Bytes& file) {
+  const std::uint64_t count = get<std::uint32_t>(file, offsetof(coppice_file_header, chunk_count));
+  if (file.size() < kTable) return;
+  const std::span<const std::uint8_t> all(file);
+  for (std::uint64_t i = 0; i < count && kTable + (i + 1) * kEntryBytes <= file.size(); ++i) {
+    const std::size_t entry = kTable + static_cast<std::size_t>(i) * kEntryBytes;
+    const auto chunk = get<coppice_file_chunk>(file, entry);
+    if (chunk.offset > file.size() || chunk.bytes > file.size() - chunk.offset) continue;
+    put(file, entry + offsetof(coppice_file_chunk, checksum),
+        checksum(all.subspan(static_cast<std::size_t>(chunk.offset), static_cast<std::size_t>(chunk.bytes))));
+  }
+  if (count <= (file.size() - kTable) / kEntryBytes)
+    put(file, offsetof(coppice_file_header, table_checksum), checksum(all.subspan(kTable, static_cast<std::size_t>(count) * kEntryBytes)));
+  put(file, offsetof(coppice_file_header, header_checksum), checksum(all.first(offsetof(coppice_file_header, header_checksum))));
+}
+
+std::size_t entry_offset(const Bytes& file, coppice_chunk_kind kind, std::uint32_t index) {
+  const PlantFile front = front_of(file);
+  const coppice_file_chunk* chunk = find_chunk(front, kind, index);
+  if (chunk == nullptr) std::abort();
+  return kTable + static_cast<std::size_t>(chunk - front.chunks.data()) * kEntryBytes;
+}
+
+std::size_t chunk_offset(const Bytes& file, coppice_chunk_kind kind, std::uint32_t index) {
+  return static_cast<std::size_t>(get<std::uint64_t>(file, entry_offset(file, kind, index) + offsetof(coppice_file_chunk, offset)));
+}
+
+namespace {
+
+enum class Checksums { fixed, stale };
+
+/// Collects variants of one good file.
+class Damage {
+ public:
+  explicit Damage(const Bytes& good) : good_(good) {}
+
+  /// Overwrites one value.
+  template <class T>
+  void set(const char* name, const char* reason, std::size_t at, T value, Checksums checksums = Checksums::fixed) {
+    set_reported_at(name, reason, at, value, at, checksums);
+  }
+
+  /// The same for an error that is reported elsewhere than where the damage is.
+  template <class T>
+  void set_reported_at(const char* name, const char* reason, std::size_t at, T value, std::size_t reported_at,
+                       Checksums checksums = Checksums::fixed) {
+    Bytes file = good_;
+    put(file, at, value);
+    if (checksums == Checksums::fixed) fix_checksums(file);
+    files.push_back({name, std::move(file), reason, reported_at});
+  }
+
+  void truncate(const char* name, const char* reason, std::size_t length, std::size_t reported_at) {
+    files.push_back({name, Bytes(good_.begin(), good_.begin() + static_cast<std::ptrdiff_t>(length)), reason, reported_at});
+  }
+
+  std::vector<BadFile> files;
+
+ private:
+  const Bytes& good_;
+};
+
+void damage_header(Damage& damage, const Bytes& good) {
+  damage.truncate("empty", "header", 0, 0);
+  damage.truncate("header_cut", "header", 63, 63);
+  damage.truncate("front_cut", "header file_bytes", 100, offsetof(coppice_file_header, file_bytes));
+  damage.truncate("last_byte_missing", "header file_bytes", good.size() - 1, offsetof(coppice_file_header, file_bytes));
+  damage.set("magic", "magic", 0, std::uint8_t{'c'});
+  damage.set("version", "version", offsetof(coppice_file_header, version), std::uint32_t{2});
+  damage.set_reported_at("header_checksum", "header checksum", offsetof(coppice_file_header, reserved), std::uint8_t{1},
+                         offsetof(coppice_file_header, header_checksum), Checksums::stale);
+  damage.set("file_bytes", "header file_bytes", offsetof(coppice_file_header, file_bytes), ~std::uint64_t{0});
+  damage.set("header_reserved", "header reserved", offsetof(coppice_file_header, reserved), std::uint8_t{1});
+  damage.set("first_read_long", "header first_read_bytes", offsetof(coppice_file_header, first_read_bytes), ~std::uint64_t{0});
+  damage.set_reported_at("first_read_short", "header chunk_count", offsetof(coppice_file_header, first_read_bytes), std::uint64_t{64},
+                         offsetof(coppice_file_header, chunk_count));
+  damage.set_reported_at("first_read_no_page", "header first_read_bytes", offsetof(coppice_file_header, first_read_bytes),
+                         std::uint64_t{chunk_offset(good, COPPICE_CHUNK_PAGE, 0)}, offsetof(coppice_file_header, first_read_bytes));
+  damage.set("chunk_count", "header chunk_count", offsetof(coppice_file_header, chunk_count), ~std::uint32_t{0});
+}
+
+void damage_table(Damage& damage, const Bytes& good) {
+  const std::size_t cards = entry_offset(good, COPPICE_CHUNK_CARDS), page = entry_offset(good, COPPICE_CHUNK_PAGE, 0);
+  damage.set_reported_at("table_checksum", "chunk table checksum", cards, std::uint8_t{99}, offsetof(coppice_file_header, table_checksum),
+                         Checksums::stale);
+  damage.set("chunk_kind", "chunk table kind", cards, std::uint32_t{99});
+  damage.set("chunk_index", "chunk table index", page + offsetof(coppice_file_chunk, index), std::uint32_t{1});
+  damage.set("chunk_overlap", "chunk table offset", cards + offsetof(coppice_file_chunk, offset), std::uint64_t{64});
+  damage.set("chunk_offset_wraps", "chunk table offset", cards + offsetof(coppice_file_chunk, offset), ~std::uint64_t{7});
+  damage.set("chunk_empty", "chunk table bytes", cards + offsetof(coppice_file_chunk, bytes), std::uint64_t{0});
+  damage.set("chunk_long", "chunk table bytes", cards + offsetof(coppice_file_chunk, bytes), ~std::uint64_t{0});
+  damage.set_reported_at("plant_checksum", "chunk checksum", chunk_offset(good, COPPICE_CHUNK_PLANT), std::uint8_t{1},
+                         chunk_offset(good, COPPICE_CHUNK_PLANT), Checksums::stale);
+  damage.set_reported_at("page_checksum", "chunk checksum", chunk_offset(good, COPPICE_CHUNK_PAGE, 0), std::uint8_t{1},
+                         chunk_offset(good, COPPICE_CHUNK_PAGE, 0), Checksums::stale);
+}
+
+void damage_plant(Damage& damage, const Bytes& good) {
+  const std::size_t plant = chunk_offset(good, COPPICE_CHUNK_PLANT);
+  const auto field = [&](const char* name, const char* reason, std::size_t offset, auto value) {
+    damage.set(name, reason, plant + offset, value);
+  };
+  field("leaf_count_zero", "plant leaf_count", offsetof(coppice_file_plant, leaf_count), std::uint32_t{0});
+  field("leaf_count_huge", "plant leaf_count", offsetof(coppice_file_plant, leaf_count), ~std::uint32_t{0});
+  field("page_count", "plant page_count", offsetof(coppice_file_plant, page_count), std::uint32_t{2});
+  field("material_count", "plant material_count", offsetof(coppice_file_plant, material_count), std::uint32_t{257});
+  field("card_count", "plant card_count", offsetof(coppice_file_plant, card_count), std::uint32_t{0});
+  field("texture_count", "plant texture_count", offsetof(coppice_file_plant, texture_count), std::uint32_t{257});
+  field("wood_lod_count", "plant wood_lod_count", offsetof(coppice_file_plant, wood_lod_count), std::uint32_t{9});
+  field("error_level_count", "plant error_level_count", offsetof(coppice_file_plant, error_level_count), std::uint32_t{33});
+  field("error_size_count", "plant error_size_count", offsetof(coppice_file_plant, error_size_count), std::uint32_t{0});
+  field("leaf_box_nan", "plant leaf_box", offsetof(coppice_file_plant, leaf_box_min), std::uint32_t{0x7fc00000});
+  damage.set_reported_at("sphere_infinite", "plant sphere", plant + offsetof(coppice_file_plant, sphere_radius), std::uint32_t{0x7f800000},
+                         plant + offsetof(coppice_file_plant, sphere_center));
+  damage.set_reported_at("sphere_small", "plant sphere", plant + offsetof(coppice_file_plant, sphere_radius), 0.25f,
+                         plant + offsetof(coppice_file_plant, sphere_center));
+  field("root_quad", "plant root_quad", offsetof(coppice_file_plant, root_quad), std::uint16_t{16384});
+  field("root_card", "plant root_card", offsetof(coppice_file_plant, root_card), std::uint32_t{2});
+  field("wood_vertex_count", "plant wood_vertex_counts", offsetof(coppice_file_plant, wood_vertex_counts), ~std::uint32_t{0});
+  field("wood_triangle_count", "plant wood_triangle_counts", offsetof(coppice_file_plant, wood_triangle_counts),
+        COPPICE_MAX_WOOD_TRIANGLES + 1);
+  field("wood_triangles_per_byte", "plant wood_triangle_counts", offsetof(coppice_file_plant, wood_triangle_counts),
+        COPPICE_MAX_WOOD_TRIANGLES);
+  field("metric", "plant metric", offsetof(coppice_file_plant, metric), std::uint32_t{0});
+  field("plant_reserved", "plant reserved", offsetof(coppice_file_plant, reserved), std::uint32_t{1});
+  field("name_not_utf8", "plant name", offsetof(coppice_file_plant, name), std::uint8_t{0xff});
+  damage.set_reported_at("name_not_terminated", "plant name", plant + offsetof(coppice_file_plant, name) + 63, std::uint8_t{'x'},
+                         plant + offsetof(coppice_file_plant, name));
+}
+
+void damage_tables(Damage& damage, const Bytes& good) {
+  const std::size_t materials = chunk_offset(good, COPPICE_CHUNK_MATERIALS), cards = chunk_offset(good, COPPICE_CHUNK_CARDS);
+  damage.set("base_color", "material base_color", materials, -1.0f);
+  damage.set("alpha_cutoff", "material alpha_cutoff", materials + offsetof(coppice_file_material, alpha_cutoff), 1.5f);
+  damage.set("roughness", "material roughness", materials + offsetof(coppice_file_material, roughness), std::uint32_t{0x7fc00000});
+  damage.set("material_texture", "material texture", materials + offsetof(coppice_file_material, texture), std::uint32_t{1});
+  damage.set("material_flags", "material flags", materials + offsetof(coppice_file_material, flags), std::uint32_t{2});
+  damage.set("card_material", "card material", cards, std::uint32_t{2});
+  damage.set("card_uv", "card uv", cards + offsetof(coppice_file_card, uv), std::uint32_t{0x7f800000});
+  const PlantFile front = front_of(good);
+  const std::size_t errors = chunk_offset(good, COPPICE_CHUNK_ERRORS), sizes = errors + 4 * front.error_leaf_counts.size();
+  const std::size_t values = sizes + 4 * front.error_sizes_px.size();
+  damage.set("error_first_level", "error table leaf_counts", errors, std::uint32_t{0});
+  damage.set("error_levels_order", "error table leaf_counts", errors + 4, std::uint32_t{1});
+  damage.set("error_sizes", "error table sizes_px", sizes, -1.0f);
+  damage.set("error_negative", "error table error_px", values, -1.0f);
+  damage.set("error_grows", "error table error_px", values + 4 * front.error_sizes_px.size(), 1e9f);
+}
+
+void damage_chunks(Damage& damage, const Bytes& good) {
+  const std::size_t page = chunk_offset(good, COPPICE_CHUNK_PAGE, 0), wood = chunk_offset(good, COPPICE_CHUNK_WOOD, 1);
+  const std::size_t texture = chunk_offset(good, COPPICE_CHUNK_TEXTURE, 0);
+  damage.set_reported_at("page_point_count", "page Draco header", page + 11, std::uint32_t{0x7fffffff}, page);
+  damage.set_reported_at("page_attribute_count", "page Draco header", page + 16, std::uint8_t{200}, page);
+  damage.set_reported_at("wood_header", "wood Draco header", wood, std::uint8_t{'d'}, wood);
+  damage.set_reported_at("wood_traversal", "wood traversal", wood + 11, std::uint8_t{2}, wood);
+  damage.set_reported_at("wood_triangles", "wood triangle count", wood + 13, std::uint8_t{1}, wood);
+  damage.set("texture_width", "texture width", texture, std::uint32_t{0});
+  damage.set("texture_height", "texture height", texture + 4, std::uint32_t{4097});
+  damage.set("texture_mips", "texture mip_count", texture + 8, std::uint32_t{32});
+  damage.set("texture_format", "texture format", texture + 12, std::uint32_t{2});
+  damage.set_reported_at("texture_length", "texture length", texture, std::uint32_t{3}, texture + sizeof(coppice_file_texture));
+}
+
+/// The file's only page with its splits changed, coded again: what no flipped bit gets past Draco.
+/// first_split  what the encoder is told; 0 is the truth
+Bytes with_splits(const Bytes& good, std::uint32_t first_split, const std::function<void(std::vector<Split>&)>& change) {
+  FileContents contents;
+  const PlantFile front = front_of(good);
+  contents.plant = front.plant;
+  contents.materials = front.materials;
+  contents.cards = front.cards;
+  contents.error_leaf_counts = front.error_leaf_counts;
+  contents.error_sizes_px = front.error_sizes_px;
+  contents.error_px = front.error_px;
+  const auto chunk_bytes = [&](coppice_chunk_kind kind, std::uint32_t index) {
+    const coppice_file_chunk& chunk = *find_chunk(front, kind, index);
+    const auto first = good.begin() + static_cast<std::ptrdiff_t>(chunk.offset);
+    return Bytes(first, first + static_cast<std::ptrdiff_t>(chunk.bytes));
+  };
+  for (std::uint32_t i = 0; i < front.plant.wood_lod_count; ++i) contents.wood.push_back(chunk_bytes(COPPICE_CHUNK_WOOD, i));
+  for (std::uint32_t i = 0; i < front.plant.texture_count; ++i) contents.textures.push_back(chunk_bytes(COPPICE_CHUNK_TEXTURE, i));
+
+  std::vector<Split> splits(front.plant.leaf_count - 1);
+  std::vector<QuantisedQuad> quads(2 * splits.size() + 1);
+  for (std::size_t corner = 0; corner < 4; ++corner)
+    for (std::size_t axis = 0; axis < 3; ++axis) quads[0][corner][axis] = front.plant.root_quad[corner][axis];
+  if (!decode_page(chunk_bytes(COPPICE_CHUNK_PAGE, 0), 0, front.plant.card_count, quads, splits)) std::abort();
+  change(splits);
+  quads.resize(quads.size() + 2 * first_split);
+  contents.pages.push_back(*bake::encode_page(splits, first_split, quads));
+  return *write_file(contents);
+}
+
+void damage_splits(Damage& damage, const Bytes& good) {
+  const auto add = [&](const char* name, const char* reason, const std::function<void(std::vector<Split>&)>& change,
+                       std::uint32_t first_split = 0) {
+    Bytes file = with_splits(good, first_split, change);
+    const std::size_t page = chunk_offset(file, COPPICE_CHUNK_PAGE, 0);
+    damage.files.push_back({name, std::move(file), reason, page});
+  };
+  add("parent_gone", "page parent", [](auto& splits) { splits[2].parent = splits[1].parent; });
+  add(
+      "parent_before_root", "page parent", [](auto&) {}, 3);
+  add("card_not_there", "page card", [](auto& splits) { splits[1].cards[1] = 7; });
+  add("vertex_outside", "page vertex", [](auto& splits) { splits[1].new_vertices[3][2] = 20000; });
+}
+
+}  // namespace
+
+std::vector<BadFile> bad_files(const Bytes& good) {
+  Damage damage(good);
+  damage_header(damage, good);
+  damage_table(damage, good);
+  damage_plant(damage, good);
+  damage_tables(damage, good);
+  damage_chunks(damage, good);
+  damage_splits(damage, good);
+  return std::move(damage.files);
+}
+
+}  // namespace coppice::test

@@ -1,0 +1,283 @@
+#include "reader.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "coppice_file.h"
+#include "layout.h"
+#include "pack.h"
+#include "random_tree.h"
+
+namespace coppice {
+namespace {
+
+using test::Bytes;
+
+const std::filesystem::path kData = COPPICE_TEST_DATA;
+
+bool updating() {
+  return std::getenv("COPPICE_UPDATE_GOLDEN") != nullptr;
+}
+
+Bytes packed(const test::RandomPlantOptions& options) {
+  bake::PackSizes sizes;
+  return *bake::pack(test::random_plant(options), sizes);
+}
+
+/// Small enough to try every byte of.
+Bytes small_file() {
+  return packed({.leaf_count = 6, .texture_side = 4});
+}
+
+Bytes read_bytes(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  EXPECT_TRUE(stream) << path;
+  return Bytes(std::istreambuf_iterator<char>(stream), {});
+}
+
+void write_bytes(const std::filesystem::path& path, const Bytes& bytes) {
+  std::ofstream stream(path, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+/// A copy in a heap block of exactly its size, so that a sanitizer sees a read past the end.
+Result<bake::BakedPlant> unpack_exact(const Bytes& bytes) {
+  const auto block = std::make_unique<std::uint8_t[]>(bytes.size());
+  std::ranges::copy(bytes, block.get());
+  return bake::unpack(std::span(block.get(), bytes.size()));
+}
+
+struct Expected {
+  std::string name, reason;
+  std::uint64_t value = 0;
+};
+
+/// Lines of "name|reason|value".
+std::vector<Expected> read_expected(const std::filesystem::path& path) {
+  std::vector<Expected> result;
+  std::ifstream stream(path);
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream fields(line);
+    Expected expected;
+    std::string value;
+    std::getline(fields, expected.name, '|');
+    std::getline(fields, expected.reason, '|');
+    std::getline(fields, value);
+    expected.value = std::stoull(value);
+    result.push_back(expected);
+  }
+  return result;
+}
+
+std::set<std::string> files_in(const std::filesystem::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().extension() == ".coppice") names.insert(entry.path().stem());
+  return names;
+}
+
+TEST(BadFiles, EachIsRefusedForItsReasonAtItsPlace) {
+  const auto generated = test::bad_files(small_file());
+  if (updating()) {
+    std::filesystem::remove_all(kData / "bad");
+    std::filesystem::create_directories(kData / "bad");
+    std::ofstream expected(kData / "bad" / "expected.txt");
+    for (const test::BadFile& bad : generated) {
+      write_bytes(kData / "bad" / (bad.name + ".coppice"), bad.bytes);
+      expected << bad.name << '|' << bad.reason << '|' << bad.offset << '\n';
+    }
+  }
+  const auto expected = read_expected(kData / "bad" / "expected.txt");
+  std::set<std::string> listed;
+  for (const Expected& bad : expected) {
+    listed.insert(bad.name);
+    const auto plant = unpack_exact(read_bytes(kData / "bad" / (bad.name + ".coppice")));
+    ASSERT_FALSE(plant) << bad.name;
+    EXPECT_EQ(plant.error().what, bad.reason) << bad.name << ": " << plant.error().message();
+    EXPECT_EQ(plant.error().offset, bad.value) << bad.name << ": " << plant.error().message();
+    EXPECT_EQ(plant.error().status, Status::bad_file) << bad.name;
+  }
+  EXPECT_EQ(listed, files_in(kData / "bad"));
+  for (const test::BadFile& bad : generated) EXPECT_TRUE(listed.contains(bad.name)) << bad.name << " is not in expected.txt";
+}
+
+/// Everything a reader makes of a file, as one number.
+std::uint64_t digest(const bake::BakedPlant& plant) {
+  Bytes bytes;
+  const auto add = [&](const auto& values) {
+    const auto* first = reinterpret_cast<const std::uint8_t*>(values.data());
+    bytes.insert(bytes.end(), first, first + values.size() * sizeof(values[0]));
+  };
+  add(plant.name);
+  add(plant.tree.vertices);
+  add(plant.tree.split_parent);
+  for (const bake::Tree::Node& node : plant.tree.nodes) {
+    add(node.vertices);
+    add(std::vector{node.card});
+  }
+  for (const bake::Card& card : plant.card_table) add(card.uv);
+  add(plant.errors.leaf_counts);
+  add(plant.errors.error_px);
+  for (const bake::Mesh& lod : plant.wood.lods) {
+    add(lod.positions);
+    add(lod.uvs);
+    add(lod.indices);
+    add(lod.triangle_materials);
+  }
+  for (const bake::Image& image : plant.images) add(image.rgba);
+  return checksum(bytes);
+}
+
+TEST(GoldenFiles, Version1IsReadForEver) {
+  const std::filesystem::path folder = kData / "v1";
+  const std::map<std::string, test::RandomPlantOptions> plants = {
+      {"one_leaf", {.leaf_count = 1, .wood_lod_count = 0, .texture_side = 0}},
+      {"two_pages", {.leaf_count = 520, .card_count = 3, .wood_lod_count = 1, .texture_side = 0}},
+      {"wood_and_texture", {.leaf_count = 12, .wood_lod_count = 3, .texture_side = 8}},
+  };
+  if (updating()) {
+    std::filesystem::create_directories(folder);
+    std::ofstream expected(folder / "expected.txt");
+    for (const auto& [name, options] : plants) {
+      const Bytes file = packed(options);
+      write_bytes(folder / (name + ".coppice"), file);
+      expected << name << "|digest|" << digest(*bake::unpack(file)) << '\n';
+    }
+  }
+  const auto expected = read_expected(folder / "expected.txt");
+  ASSERT_EQ(expected.size(), files_in(folder).size());
+  ASSERT_GE(expected.size(), plants.size());
+  for (const Expected& golden : expected) {
+    const auto plant = unpack_exact(read_bytes(folder / (golden.name + ".coppice")));
+    ASSERT_TRUE(plant) << golden.name << ": " << plant.error().message();
+    EXPECT_EQ(digest(*plant), golden.value) << golden.name;
+  }
+}
+
+TEST(HostileFile, EveryTruncationIsRefused) {
+  const Bytes file = small_file();
+  ASSERT_TRUE(unpack_exact(file));
+  for (std::size_t length = 0; length < file.size(); ++length) {
+    const auto plant = unpack_exact(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length)));
+    ASSERT_FALSE(plant) << length << " of " << file.size() << " bytes accepted";
+    ASSERT_NE(plant.error().offset, Error::kNoOffset);
+  }
+}
+
+TEST(HostileFile, AnExtraByteIsRefused) {
+  Bytes file = small_file();
+  file.push_back(0);
+  ASSERT_FALSE(unpack_exact(file));
+}
+
+TEST(HostileFile, EveryFlippedBitIsRefused) {
+  const Bytes file = small_file();
+  for (std::size_t at = 0; at < file.size(); ++at)
+    for (int bit = 0; bit < 8; ++bit) {
+      Bytes damaged = file;
+      damaged[at] = static_cast<std::uint8_t>(damaged[at] ^ (1 << bit));
+      const auto plant = unpack_exact(damaged);
+      ASSERT_FALSE(plant) << "bit " << bit << " of byte " << at;
+      ASSERT_NE(plant.error().offset, Error::kNoOffset);
+      ASSERT_LE(plant.error().offset, file.size());
+    }
+}
+
+/// Invariants of FORMAT.md that memory safety and the runtime rest on.
+void expect_valid(const bake::BakedPlant& plant) {
+  const std::uint32_t leaves = plant.tree.leaf_count();
+  ASSERT_EQ(plant.tree.nodes.size(), 2 * leaves - 1);
+  std::vector<bool> replaced(plant.tree.nodes.size());
+  for (std::uint32_t split = 0; split + 1 < leaves; ++split) {
+    ASSERT_LE(plant.tree.split_parent[split], 2 * split);
+    ASSERT_FALSE(replaced[plant.tree.split_parent[split]]);
+    replaced[plant.tree.split_parent[split]] = true;
+  }
+  for (const bake::Tree::Node& node : plant.tree.nodes) ASSERT_LT(node.card, plant.card_table.size());
+  for (const bake::Card& card : plant.card_table) ASSERT_LT(card.material, plant.materials.size());
+  for (const bake::Mesh& lod : plant.wood.lods)
+    for (std::uint32_t index : lod.indices) ASSERT_LT(index, lod.positions.size());
+}
+
+TEST(HostileFile, DamageBehindRightChecksumsGivesAnErrorOrAValidPlant) {
+  const Bytes file = small_file();
+  for (std::size_t at = 0; at < file.size(); ++at)
+    for (int mask : {0x01, 0x10, 0x80, 0xff}) {
+      Bytes damaged = file;
+      damaged[at] = static_cast<std::uint8_t>(damaged[at] ^ mask);
+      test::fix_checksums(damaged);
+      if (const auto plant = unpack_exact(damaged)) expect_valid(*plant);
+    }
+}
+
+TEST(Reader, TextIsNotAPlant) {
+  const std::string text = "solid teapot\n";
+  const auto plant = unpack_exact(Bytes(text.begin(), text.end()));
+  ASSERT_FALSE(plant);
+  EXPECT_STREQ(plant.error().what, "magic");
+}
+
+TEST(Reader, FindsEveryChunkOfTheTableAndNoOther) {
+  const Bytes file = packed({.leaf_count = 1200, .wood_lod_count = 3});
+  const auto front = read_front(file, file.size());
+  ASSERT_TRUE(front) << front.error().message();
+  for (const coppice_file_chunk& chunk : front->chunks)
+    EXPECT_EQ(find_chunk(*front, static_cast<coppice_chunk_kind>(chunk.kind), chunk.index), &chunk)
+        << chunk_kind_name(chunk.kind) << chunk.index;
+  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_PLANT, 1), nullptr);
+  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_WOOD, 3), nullptr);
+  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_PAGE, 3), nullptr);
+  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_TEXTURE, 1), nullptr);
+}
+
+TEST(Reader, SplitsFillPagesInOrder) {
+  coppice_file_plant plant{};
+  plant.leaf_count = 1026;
+  EXPECT_EQ(page_split_count(plant, 0), 512u);
+  EXPECT_EQ(page_split_count(plant, 1), 512u);
+  EXPECT_EQ(page_split_count(plant, 2), 1u);
+}
+
+TEST(Reader, CheckChunkLooksAtLengthAndBytes) {
+  const Bytes file = small_file();
+  const auto front = read_front(file, file.size());
+  const coppice_file_chunk& page = *find_chunk(*front, COPPICE_CHUNK_PAGE, 0);
+  const auto first = file.begin() + static_cast<std::ptrdiff_t>(page.offset);
+  Bytes bytes(first, first + static_cast<std::ptrdiff_t>(page.bytes));
+  EXPECT_TRUE(check_chunk(page, bytes));
+  bytes.back() = static_cast<std::uint8_t>(bytes.back() ^ 1);
+  const auto flipped = check_chunk(page, bytes);
+  ASSERT_FALSE(flipped);
+  EXPECT_STREQ(flipped.error().what, "chunk checksum");
+  EXPECT_EQ(flipped.error().offset, page.offset);
+  bytes.pop_back();
+  const auto shorter = check_chunk(page, bytes);
+  ASSERT_FALSE(shorter);
+  EXPECT_STREQ(shorter.error().what, "chunk length");
+}
+
+TEST(Reader, MipLevelsTileTheTexture) {
+  const Bytes file = packed({.leaf_count = 6, .texture_side = 8});
+  const auto front = read_front(file, file.size());
+  const coppice_file_chunk& chunk = *find_chunk(*front, COPPICE_CHUNK_TEXTURE, 0);
+  const auto levels = read_texture(std::span(file).subspan(chunk.offset, chunk.bytes));
+  ASSERT_TRUE(levels) << levels.error().message();
+  ASSERT_EQ(levels->size(), 4u);
+  std::uint64_t at = sizeof(coppice_file_texture);
+  for (const MipLevel& level : *levels) {
+    EXPECT_EQ(level.offset, at);
+    EXPECT_EQ(level.bytes, std::uint64_t{level.width} * level.height * 4);
+    at += level.bytes;
+  }
+  EXPECT_EQ(at, chunk.bytes);
+}
+
+}  // namespace
+}  // namespace coppice

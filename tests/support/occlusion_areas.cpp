@@ -1,38 +1,80 @@
 #include "occlusion_areas.h"
 
 #include <array>
+#include <cstddef>
+#include <cstring>
 #include <stdexcept>
 
-#include "depth_only.vert.h"
+#include "masked_leaf.frag.h"
+#include "masked_leaf.vert.h"
 
 namespace coppice::test {
 namespace {
 
 constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 constexpr std::uint32_t kVerticesPerQuad = 6;
+constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-Buffer upload_triangles(const VulkanDevice& gpu, std::span<const glm::vec3> corners) {
-  Buffer buffer(gpu, corners.size() / 4 * kVerticesPerQuad * sizeof(glm::vec3), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
-  auto* out = static_cast<glm::vec3*>(buffer.mapped());
-  for (std::size_t quad = 0; quad < corners.size() / 4; ++quad) {
-    for (const std::size_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) *out++ = corners[quad * 4 + corner];
+struct Vertex {
+  glm::vec3 position;
+  glm::vec2 uv;
+};
+
+/// Layout of the shaders' push constants.
+struct Push {
+  glm::mat4 clip_from_object;
+  VkDeviceAddress holes = 0;
+  std::uint32_t mask_width = 0;
+  std::uint32_t mask_height = 0;
+};
+static_assert(sizeof(Push) == 80);
+
+Buffer upload_triangles(const VulkanDevice& gpu, const MaskedQuads& quads) {
+  const std::size_t quad_count = quads.corners.size() / 4;
+  Buffer buffer(gpu, quad_count * kVerticesPerQuad * sizeof(Vertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  auto* out = static_cast<Vertex*>(buffer.mapped());
+  for (std::size_t quad = 0; quad < quad_count; ++quad) {
+    for (const std::size_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) *out++ = {quads.corners[quad * 4 + corner], quads.uvs[quad * 4 + corner]};
   }
   return buffer;
 }
 
+/// A whole number of words, at least one.
+Buffer upload_mask(const VulkanDevice& gpu, const MaskedQuads& quads) {
+  Buffer buffer(gpu, (quads.holes.size() / 4 + 1) * 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+  if (!quads.holes.empty()) std::memcpy(buffer.mapped(), quads.holes.data(), quads.holes.size());
+  return buffer;
+}
+
+VkDeviceAddress device_address(const VulkanDevice& gpu, const Buffer& buffer) {
+  VkBufferDeviceAddressInfo info{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO};
+  info.buffer = buffer.handle();
+  return vkGetBufferDeviceAddress(gpu.device, &info);
+}
+
+struct Shaders {
+  VkShaderModule vertex = VK_NULL_HANDLE;
+  VkShaderModule fragment = VK_NULL_HANDLE;
+};
+
 /// depth_write on: the depth pass. Off: counts what is at exactly the depth that is there.
-VkPipeline create_pipeline(const VulkanDevice& gpu, VkPipelineLayout layout, VkShaderModule shader, VkBool32 depth_write) {
-  VkPipelineShaderStageCreateInfo stage{VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO};
-  stage.stage = VK_SHADER_STAGE_VERTEX_BIT;
-  stage.module = shader;
-  stage.pName = "main";
-  const VkVertexInputBindingDescription binding{0, sizeof(glm::vec3), VK_VERTEX_INPUT_RATE_VERTEX};
-  const VkVertexInputAttributeDescription attribute{0, 0, VK_FORMAT_R32G32B32_SFLOAT, 0};
+VkPipeline create_pipeline(const VulkanDevice& gpu, VkPipelineLayout layout, const Shaders& shaders, VkBool32 depth_write) {
+  std::array<VkPipelineShaderStageCreateInfo, 2> stages{};
+  stages[0] = {VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO};
+  stages[0].stage = VK_SHADER_STAGE_VERTEX_BIT;
+  stages[0].module = shaders.vertex;
+  stages[0].pName = "main";
+  stages[1] = stages[0];
+  stages[1].stage = VK_SHADER_STAGE_FRAGMENT_BIT;
+  stages[1].module = shaders.fragment;
+  const VkVertexInputBindingDescription binding{0, sizeof(Vertex), VK_VERTEX_INPUT_RATE_VERTEX};
+  const std::array attributes{VkVertexInputAttributeDescription{0, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(Vertex, position)},
+                              VkVertexInputAttributeDescription{1, 0, VK_FORMAT_R32G32_SFLOAT, offsetof(Vertex, uv)}};
   VkPipelineVertexInputStateCreateInfo vertex_input{VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
   vertex_input.vertexBindingDescriptionCount = 1;
   vertex_input.pVertexBindingDescriptions = &binding;
-  vertex_input.vertexAttributeDescriptionCount = 1;
-  vertex_input.pVertexAttributeDescriptions = &attribute;
+  vertex_input.vertexAttributeDescriptionCount = static_cast<std::uint32_t>(attributes.size());
+  vertex_input.pVertexAttributeDescriptions = attributes.data();
   VkPipelineInputAssemblyStateCreateInfo assembly{VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO};
   assembly.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
   VkPipelineViewportStateCreateInfo viewport{VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO};
@@ -55,8 +97,8 @@ VkPipeline create_pipeline(const VulkanDevice& gpu, VkPipelineLayout layout, VkS
   rendering.depthAttachmentFormat = kDepthFormat;
 
   VkGraphicsPipelineCreateInfo info{VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO, &rendering};
-  info.stageCount = 1;
-  info.pStages = &stage;
+  info.stageCount = static_cast<std::uint32_t>(stages.size());
+  info.pStages = stages.data();
   info.pVertexInputState = &vertex_input;
   info.pInputAssemblyState = &assembly;
   info.pViewportState = &viewport;
@@ -78,15 +120,17 @@ struct Pipelines {
 
 Pipelines create_pipelines(const VulkanDevice& gpu) {
   Pipelines pipelines;
-  const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof(glm::mat4)};
+  const VkPushConstantRange range{kPushStages, 0, sizeof(Push)};
   VkPipelineLayoutCreateInfo layout{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
   layout.pushConstantRangeCount = 1;
   layout.pPushConstantRanges = &range;
   check_vk(vkCreatePipelineLayout(gpu.device, &layout, nullptr, &pipelines.layout), "vkCreatePipelineLayout");
-  VkShaderModule shader = create_shader_module(gpu, depth_only_vert, sizeof depth_only_vert);
-  pipelines.fill_depth = create_pipeline(gpu, pipelines.layout, shader, VK_TRUE);
-  pipelines.count_equal = create_pipeline(gpu, pipelines.layout, shader, VK_FALSE);
-  vkDestroyShaderModule(gpu.device, shader, nullptr);
+  const Shaders shaders{create_shader_module(gpu, masked_leaf_vert, sizeof masked_leaf_vert),
+                        create_shader_module(gpu, masked_leaf_frag, sizeof masked_leaf_frag)};
+  pipelines.fill_depth = create_pipeline(gpu, pipelines.layout, shaders, VK_TRUE);
+  pipelines.count_equal = create_pipeline(gpu, pipelines.layout, shaders, VK_FALSE);
+  vkDestroyShaderModule(gpu.device, shaders.vertex, nullptr);
+  vkDestroyShaderModule(gpu.device, shaders.fragment, nullptr);
   return pipelines;
 }
 
@@ -116,11 +160,13 @@ void begin_depth_rendering(VkCommandBuffer cmd, const Image& depth, VkAttachment
 
 }  // namespace
 
-std::vector<std::uint32_t> occlusion_areas(const VulkanDevice& gpu, std::span<const glm::vec3> corners, const glm::mat4& clip_from_object,
+std::vector<std::uint32_t> occlusion_areas(const VulkanDevice& gpu, const MaskedQuads& quads, const glm::mat4& clip_from_object,
                                            std::uint32_t side_px, const VkRect2D& counted) {
   if (!gpu.occlusion_query_precise) throw std::runtime_error("occlusion_areas: the device has no precise occlusion queries");
-  const auto quad_count = static_cast<std::uint32_t>(corners.size() / 4);
-  const Buffer vertices = upload_triangles(gpu, corners);
+  const auto quad_count = static_cast<std::uint32_t>(quads.corners.size() / 4);
+  const Buffer vertices = upload_triangles(gpu, quads);
+  const Buffer mask = upload_mask(gpu, quads);
+  const Push push{clip_from_object, device_address(gpu, mask), quads.mask_width, quads.mask_height};
   const Image depth(gpu, {side_px, side_px, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT});
   const Pipelines pipelines = create_pipelines(gpu);
   VkQueryPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
@@ -135,7 +181,7 @@ std::vector<std::uint32_t> occlusion_areas(const VulkanDevice& gpu, std::span<co
     const VkDeviceSize start = 0;
     const VkBuffer buffer = vertices.handle();
     vkCmdBindVertexBuffers(cmd, 0, 1, &buffer, &start);
-    vkCmdPushConstants(cmd, pipelines.layout, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof clip_from_object, &clip_from_object);
+    vkCmdPushConstants(cmd, pipelines.layout, kPushStages, 0, sizeof push, &push);
     begin_depth_rendering(cmd, depth, VK_ATTACHMENT_LOAD_OP_CLEAR);
     vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.fill_depth);
     vkCmdDraw(cmd, quad_count * kVerticesPerQuad, 1, 0, 0);

@@ -195,8 +195,11 @@ std::uint32_t memory_type(const VulkanDevice& gpu, std::uint32_t type_bits, VkMe
   throw std::runtime_error("no memory type with the wanted properties");
 }
 
+/// Any buffer may be addressed from a shader.
 VkDeviceMemory allocate(const VulkanDevice& gpu, const VkMemoryRequirements& needs, VkMemoryPropertyFlags wanted) {
-  VkMemoryAllocateInfo info{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
+  VkMemoryAllocateFlagsInfo flags{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO};
+  flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
+  VkMemoryAllocateInfo info{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, &flags};
   info.allocationSize = needs.size;
   info.memoryTypeIndex = memory_type(gpu, needs.memoryTypeBits, wanted);
   VkDeviceMemory memory = VK_NULL_HANDLE;

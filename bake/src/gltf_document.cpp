@@ -195,17 +195,20 @@ void DeleteModel::operator()(tinygltf::Model* model) const {
   delete model;
 }
 
+Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder) {
+  COPPICE_TRY(parts, split(file));
+  std::optional<std::uint64_t> bin_bytes;
+  if (parts.bin) bin_bytes = parts.bin->size();
+  COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes));
+  return parse(parts, screened, folder.empty() ? "." : folder);
+}
+
 Result<ModelPointer> load_gltf(const std::filesystem::path& path) {
   std::error_code error;
   if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
     return Error{Status::io, "cannot read", Error::kNoOffset, "not a plain file"};
   COPPICE_TRY(file, read_file(path));
-  COPPICE_TRY(parts, split(file));
-  std::optional<std::uint64_t> bin_bytes;
-  if (parts.bin) bin_bytes = parts.bin->size();
-  COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes));
-  const std::filesystem::path folder = path.parent_path().empty() ? std::filesystem::path(".") : path.parent_path();
-  return parse(parts, screened, folder);
+  return load_gltf_bytes(file, path.parent_path());
 }
 
 }  // namespace coppice::bake

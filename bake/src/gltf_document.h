@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 
 #include "result.h"
 
@@ -20,5 +22,8 @@ using ModelPointer = std::unique_ptr<tinygltf::Model, DeleteModel>;
 /// (gltf_screen.h). Images are the files' bytes, not decoded; an image file that is missing is empty.
 /// errors  io: the file, or one it refers to, cannot be read; bad_file, unsupported: `detail` names the place
 Result<ModelPointer> load_gltf(const std::filesystem::path& path);
+
+/// The same of bytes in memory; `folder` holds the files they refer to.
+Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder);
 
 }  // namespace coppice::bake

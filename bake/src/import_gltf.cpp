@@ -157,13 +157,6 @@ Result<Plant> import_model(const tinygltf::Model& model, const ImportOptions& op
   return plant;
 }
 
-Result<Plant> import_file(const std::filesystem::path& path, const ImportOptions& options) {
-  COPPICE_TRY(model, load_gltf(path));
-  COPPICE_TRY(plant, import_model(*model, options));
-  plant.name = path.stem().string();
-  return plant;
-}
-
 /// One line that starts with the file's name.
 Error named(Error error, const std::filesystem::path& path) {
   const std::string name = path.string();
@@ -173,15 +166,17 @@ Error named(Error error, const std::filesystem::path& path) {
   return error;
 }
 
-}  // namespace
-
-std::span<const std::string_view> leaf_names() {
-  return kLeafNames;
-}
-
-Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options) {
+/// Runs an import to its end, whatever tinygltf, the standard library or memory do on the way.
+template <class Load>
+Result<Plant> import_guarded(const std::filesystem::path& path, const ImportOptions& options, const Load& load) {
   try {
-    Result<Plant> plant = import_file(path, options);
+    const auto import = [&]() -> Result<Plant> {
+      COPPICE_TRY(model, load());
+      COPPICE_TRY(plant, import_model(*model, options));
+      plant.name = path.stem().string();
+      return plant;
+    };
+    Result<Plant> plant = import();
     if (!plant) return named(plant.error(), path);
     return plant;
   } catch (const std::bad_alloc&) {
@@ -189,6 +184,20 @@ Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions
   } catch (const std::exception& error) {
     return named(Error{Status::internal, "import failed", Error::kNoOffset, error.what()}, path);
   }
+}
+
+}  // namespace
+
+std::span<const std::string_view> leaf_names() {
+  return kLeafNames;
+}
+
+Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options) {
+  return import_guarded(path, options, [&] { return load_gltf(path); });
+}
+
+Result<Plant> import_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& path, const ImportOptions& options) {
+  return import_guarded(path, options, [&] { return load_gltf_bytes(file, path.parent_path()); });
 }
 
 }  // namespace coppice::bake

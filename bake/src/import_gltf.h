@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -28,5 +29,8 @@ std::span<const std::string_view> leaf_names();
 ///         is not finite; unsupported: another glTF version, a required extension (named), more than a plant may have;
 ///         invalid_argument: leaf_material is not a regular expression, or no material is foliage (the names are listed).
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options);
+
+/// The same of bytes in memory. `path` names them in messages; the files they refer to are beside it.
+Result<Plant> import_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& path, const ImportOptions& options);
 
 }  // namespace coppice::bake

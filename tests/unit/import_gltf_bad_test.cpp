@@ -1,0 +1,388 @@
+// Files that are wrong in one way each: one clear line that names the file, the field and the place, and nothing worse.
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gltf_builder.h"
+#include "import_gltf.h"
+#include "process.h"
+
+namespace coppice::bake {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes text(const std::string& characters) {
+  return {characters.begin(), characters.end()};
+}
+
+/// From a heap block of exactly the file's size, so that a sanitizer sees a read past its end.
+Result<Plant> import_bytes(const Bytes& bytes, const ImportOptions& options = {}) {
+  const Bytes exact(bytes.begin(), bytes.end());
+  return import_gltf_bytes(exact, "bad.glb", options);
+}
+
+/// The import fails with this status and one line that holds the file's name and each of `parts`.
+void expect_error(const Bytes& bytes, Status status, const std::vector<std::string>& parts, const ImportOptions& options = {}) {
+  const Result<Plant> plant = import_bytes(bytes, options);
+  ASSERT_FALSE(plant);
+  const std::string message = plant.error().message();
+  EXPECT_EQ(static_cast<int>(plant.error().status), static_cast<int>(status)) << message;
+  EXPECT_NE(message.find("bad.glb"), std::string::npos) << message;
+  for (const std::string& part : parts) EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' not in: " << message;
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  EXPECT_LT(message.size(), 600u) << message;
+}
+
+/// One thing changed in the JSON of the small plant, and what the message must name.
+struct BadJson {
+  const char* name;
+  std::function<void(json&)> change;
+  std::vector<std::string> parts;
+  Status status = Status::bad_file;
+};
+
+std::vector<BadJson> bad_json() {
+  return {
+      {"AssetMissing", [](json& j) { j.erase("asset"); }, {"missing member", "asset"}},
+      {"VersionOne", [](json& j) { j["asset"]["version"] = "1.0"; }, {"version", "1.0"}, Status::unsupported},
+      {"RequiredExtension",
+       [](json& j) { j["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
+       {"extension", "KHR_draco_mesh_compression"},
+       Status::unsupported},
+      {"ExtensionsNotAnArray", [](json& j) { j["extensionsRequired"] = 3; }, {"extensionsRequired"}},
+      {"BufferEmpty",
+       [](json& j) {
+         j["buffers"] = {{{"byteLength", 0}}};
+       },
+       {"buffers[0].byteLength"}},
+      {"BufferLongerThanBin",
+       [](json& j) {
+         j["buffers"] = {{{"byteLength", 1000000000}}};
+       },
+       {"buffers[0].byteLength", "1000000000"}},
+      {"SecondBufferWithoutUri",
+       [](json& j) {
+         j["buffers"] = {{{"byteLength", 4}}, {{"byteLength", 4}}};
+       },
+       {"buffers[1].uri"}},
+      {"BufferFileMissing",
+       [](json& j) {
+         j["buffers"] = {{{"byteLength", 96}, {"uri", "not_there.bin"}}};
+       },
+       {"buffers[0].uri", "not_there.bin"},
+       Status::io},
+      {"BufferOutsideFolder",
+       [](json& j) {
+         j["buffers"] = {{{"byteLength", 96}, {"uri", "/dev/zero"}}};
+       },
+       {"buffers[0].uri", "/dev/zero"},
+       Status::io},
+      {"BufferDataUriNotBase64",
+       [](json& j) {
+         j["buffers"] = {{{"byteLength", 96}, {"uri", "data:application/octet-stream;base64,!!!!"}}};
+       },
+       {"buffers[0].uri"},
+       Status::io},
+      {"BufferUriNotText",
+       [](json& j) {
+         j["buffers"] = {{{"byteLength", 96}, {"uri", 5}}};
+       },
+       {"buffers[0].uri"}},
+      {"ViewOfNoBuffer", [](json& j) { j["bufferViews"][1]["buffer"] = 7; }, {"bufferViews[1].buffer", "7 of 1"}},
+      {"ViewPastBuffer", [](json& j) { j["bufferViews"][0]["byteLength"] = 99999; }, {"bufferViews[0]", "99999"}},
+      {"ViewOffsetWraps", [](json& j) { j["bufferViews"][0]["byteOffset"] = 18446744073709551612ull; }, {"bufferViews[0]"}},
+      {"ViewStride", [](json& j) { j["bufferViews"][0]["byteStride"] = 3; }, {"bufferViews[0].byteStride"}},
+      {"ViewStrideTooShort", [](json& j) { j["bufferViews"][0]["byteStride"] = 4; }, {"accessors[0]", "stride"}},
+      {"ViewIsNumber", [](json& j) { j["bufferViews"][0] = 3; }, {"bufferViews[0]", "not an object"}},
+      {"AccessorOfNoView", [](json& j) { j["accessors"][0]["bufferView"] = 30; }, {"accessors[0].bufferView", "30 of 3"}},
+      {"AccessorNegativeView", [](json& j) { j["accessors"][0]["bufferView"] = -1; }, {"accessors[0].bufferView"}},
+      {"AccessorPastView", [](json& j) { j["accessors"][0]["count"] = 5; }, {"accessors[0]", "count 5"}},
+      {"AccessorBillion", [](json& j) { j["accessors"][0]["count"] = 1000000000; }, {"accessors[0]", "count 1000000000"}},
+      {"AccessorBillionOfNothing",
+       [](json& j) {
+         j["accessors"][0].erase("bufferView");
+         j["accessors"][0]["count"] = 1000000000;
+       },
+       {"accessors[0].count", "1000000000"}},
+      {"AccessorHugeCount", [](json& j) { j["accessors"][0]["count"] = 18446744073709551615ull; }, {"accessors[0]"}},
+      {"AccessorEmpty", [](json& j) { j["accessors"][0]["count"] = 0; }, {"accessors[0].count"}},
+      {"AccessorFractionalCount", [](json& j) { j["accessors"][0]["count"] = 1.5; }, {"accessors[0].count"}},
+      {"AccessorOffset", [](json& j) { j["accessors"][0]["byteOffset"] = 4; }, {"accessors[0]", "byteOffset 4"}},
+      {"AccessorComponentType", [](json& j) { j["accessors"][0]["componentType"] = 5124; }, {"accessors[0].componentType", "5124"}},
+      {"AccessorType", [](json& j) { j["accessors"][0]["type"] = "VEC7"; }, {"accessors[0].type", "VEC7"}},
+      {"AccessorTypeMissing", [](json& j) { j["accessors"][0].erase("type"); }, {"accessors[0].type"}},
+      {"PositionsNotVec3", [](json& j) { j["accessors"][0]["type"] = "VEC2"; }, {"accessors[0]", "not a VEC3"}},
+      {"IndicesNotScalar", [](json& j) { j["meshes"][0]["primitives"][0]["indices"] = 0; }, {"accessors[0]", "indices"}},
+      {"IndicesFloat",
+       [](json& j) {
+         j["accessors"][1].update({{"componentType", 5126}, {"count", 3}});
+       },
+       {"accessors[1]", "indices"}},
+      {"SparseCount",
+       [](json& j) {
+         const json part{{"bufferView", 0}, {"componentType", 5123}};
+         j["accessors"][0]["sparse"] = {{"count", 5}, {"indices", part}, {"values", part}};
+       },
+       {"accessors[0].sparse.count"}},
+      {"SparseViewMissing",
+       [](json& j) {
+         const json part{{"bufferView", 9}, {"componentType", 5123}};
+         j["accessors"][0]["sparse"] = {{"count", 1}, {"indices", part}, {"values", part}};
+       },
+       {"accessors[0].sparse.indices.bufferView"}},
+      {"SparseIndexBeyond",  // the leaf's positions, read as 16-bit indices, hold 0x3f80
+       [](json& j) {
+         const json part{{"bufferView", 0}, {"componentType", 5123}, {"byteOffset", 14}};
+         j["accessors"][0]["sparse"] = {{"count", 1}, {"indices", part}, {"values", {{"bufferView", 0}}}};
+       },
+       {"accessors[0]", "sparse index"}},
+      {"PrimitiveWithoutAttributes",
+       [](json& j) { j["meshes"][0]["primitives"][0].erase("attributes"); },
+       {"meshes[0].primitives[0].attributes"}},
+      {"PrimitiveWithoutPosition",
+       [](json& j) {
+         j["meshes"][1]["primitives"][0]["attributes"] = {{"NORMAL", 0}};
+       },
+       {"meshes[1].primitives[0].attributes.POSITION"}},
+      {"PositionOfNoAccessor",
+       [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 12; },
+       {"meshes[0].primitives[0].attributes.POSITION", "12 of 3"}},
+      {"IndicesOfNoAccessor", [](json& j) { j["meshes"][0]["primitives"][0]["indices"] = 12; }, {"meshes[0].primitives[0].indices"}},
+      {"MaterialMissing", [](json& j) { j["meshes"][0]["primitives"][0]["material"] = 2; }, {"meshes[0].primitives[0].material", "2 of 2"}},
+      {"Mode", [](json& j) { j["meshes"][0]["primitives"][0]["mode"] = 7; }, {"meshes[0].primitives[0].mode"}},
+      {"UnequalAttributes",
+       [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 2; },
+       {"meshes[0].primitives[0]", "NORMAL has 3, POSITION 4"}},
+      {"PrimitivesNotAnArray", [](json& j) { j["meshes"][0]["primitives"] = "x"; }, {"meshes[0].primitives"}},
+      {"NodeMesh", [](json& j) { j["nodes"][0]["mesh"] = 2; }, {"nodes[0].mesh", "2 of 2"}},
+      {"NodeChild", [](json& j) { j["nodes"][0]["children"] = {5}; }, {"nodes[0].children[0]", "5 of 2"}},
+      {"NodeMatrix",
+       [](json& j) {
+         j["nodes"][0]["matrix"] = {1, 2, 3};
+       },
+       {"nodes[0].matrix"}},
+      {"NodeScaleOverflow",
+       [](json& j) {
+         j["nodes"][0]["scale"] = {1e300, 1e300, 1e300};
+       },
+       {"nodes[0]", "1e8 m"}},
+      {"NodeOwnChild", [](json& j) { j["nodes"][0]["children"] = {0}; }, {"nodes[0]", "ancestor"}},
+      {"NodesInACircle",
+       [](json& j) {
+         j["nodes"][0]["children"] = {1};
+         j["nodes"][1]["children"] = {0};
+         j["scenes"][0]["nodes"] = {0};
+       },
+       {"nodes[", "ancestor"}},
+      {"NodeWithTwoParents",
+       [](json& j) {
+         j["nodes"].push_back({{"children", {0}}});
+         j["nodes"].push_back({{"children", {0}}});
+       },
+       {"nodes[0]", "two parents"}},
+      {"SceneNode",
+       [](json& j) {
+         j["scenes"][0]["nodes"] = {0, 44};
+       },
+       {"scenes[0].nodes[1]", "44 of 2"}},
+      {"SceneNodeTwice",
+       [](json& j) {
+         j["scenes"][0]["nodes"] = {0, 0};
+       },
+       {"scenes[0].nodes", "twice"}},
+      {"SceneMissing", [](json& j) { j["scene"] = 3; }, {"scene", "3 of 1"}},
+      {"NothingInTheScene", [](json& j) { j["scenes"][0]["nodes"] = json::array(); }, {"no triangles"}},
+      {"NoMeshes",
+       [](json& j) {
+         for (const char* name : {"meshes", "nodes", "scenes", "scene"}) j.erase(name);
+       },
+       {"no triangles"}},
+      {"BaseColor",
+       [](json& j) {
+         j["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1};
+       },
+       {"materials[0]", "baseColorFactor"}},
+      {"TextureMissing",
+       [](json& j) { j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0; },
+       {"materials[0].pbrMetallicRoughness.baseColorTexture.index"}},
+      {"ImageOfNoView",
+       [](json& j) {
+         j["images"] = {{{"bufferView", 40}}};
+       },
+       {"images[0].bufferView"}},
+      {"ImageOfNothing", [](json& j) { j["images"] = {json::object()}; }, {"images[0]"}},
+      {"NoLeafName",
+       [](json& j) { j["materials"][0]["name"] = "Trunk"; },
+       {"--leaf-material", "'Trunk'", "'bark'"},
+       Status::invalid_argument},
+  };
+}
+
+class BadJsonTest : public testing::TestWithParam<BadJson> {};
+
+TEST_P(BadJsonTest, NamesWhatIsWrong) {
+  GltfBuilder builder = test::small_plant();
+  GetParam().change(builder.json);
+  expect_error(builder.glb(), GetParam().status, GetParam().parts);
+}
+
+INSTANTIATE_TEST_SUITE_P(ImportGltf, BadJsonTest, testing::ValuesIn(bad_json()),
+                         [](const testing::TestParamInfo<BadJson>& bad) { return std::string(bad.param.name); });
+
+TEST(ImportGltfBad, NoSuchFile) {
+  const Result<Plant> plant = import_gltf("not/there.glb", {});
+  ASSERT_FALSE(plant);
+  EXPECT_EQ(plant.error().status, Status::io);
+  EXPECT_NE(plant.error().message().find("not/there.glb"), std::string::npos) << plant.error().message();
+}
+
+TEST(ImportGltfBad, AFolder) {
+  const test::TemporaryFolder folder;
+  const Result<Plant> plant = import_gltf(folder.path(), {});
+  ASSERT_FALSE(plant);
+  EXPECT_EQ(plant.error().status, Status::io);
+}
+
+TEST(ImportGltfBad, NotGltf) {
+  expect_error({}, Status::bad_file, {"empty"});
+  expect_error(text("Dear diary, today I planted a hazel.\n"), Status::bad_file, {"not a glTF"});
+  expect_error(text("{\"asset\": {\"version\": \"2.0\"}, \"meshes\": ["), Status::bad_file, {"JSON", "at byte"});
+  expect_error(text("[1, 2, 3]"), Status::bad_file, {"not a glTF"});
+  expect_error(text("{}"), Status::bad_file, {"asset"});
+  expect_error(text("{\"a\": 1e999}"), Status::bad_file, {"JSON"});
+  expect_error(text("{\"asset\": {\"version\": \"2.0\"}, \"extras\": " + std::string(100000, '[')), Status::bad_file,
+               {"nested", "at byte"});
+}
+
+TEST(ImportGltfBad, GlbContainer) {
+  const Bytes good = test::small_plant().glb();
+  expect_error(Bytes(good.begin(), good.begin() + 16), Status::bad_file, {"truncated"});
+  expect_error(Bytes(good.begin(), good.end() - 10), Status::bad_file, {"truncated", std::to_string(good.size())});
+  Bytes bytes = good;
+  bytes[4] = 1;
+  expect_error(bytes, Status::unsupported, {"GLB version"});
+  bytes = good;
+  bytes[15] = 0x7f;
+  expect_error(bytes, Status::bad_file, {"chunk runs past the end", "at byte 12"});
+  bytes = good;
+  bytes[16] = 'X';
+  expect_error(bytes, Status::bad_file, {"not JSON", "at byte 16"});
+  bytes = good;
+  bytes[8] = 12;
+  bytes[9] = bytes[10] = bytes[11] = 0;
+  expect_error(bytes, Status::bad_file, {"length"});
+}
+
+TEST(ImportGltfBad, PositionsThatAreNotNumbers) {
+  for (const float value : {std::nanf(""), INFINITY}) {
+    GltfBuilder builder = test::small_plant();
+    std::memcpy(&builder.bin[20], &value, sizeof value);
+    expect_error(builder.glb(), Status::bad_file, {"meshes[0].primitives[0]", "accessors[0] element 1", "not finite"});
+  }
+}
+
+TEST(ImportGltfBad, IndexBeyondTheVertices) {
+  GltfBuilder builder = test::small_plant();
+  builder.bin[48 + 2 * 4] = 4;
+  expect_error(builder.glb(), Status::bad_file, {"accessors[1] element 4 is 4 of 4"});
+}
+
+TEST(ImportGltfBad, LeafPattern) {
+  expect_error(test::small_plant().glb(), Status::invalid_argument, {"--leaf-material", "(("}, {.leaf_material = "(("});
+  expect_error(test::small_plant().glb(), Status::invalid_argument, {"--leaf-material", "'leaves'", "'bark'"}, {.leaf_material = "pear"});
+}
+
+TEST(ImportGltfBad, FoliageWithoutArea) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["nodes"][0]["scale"] = {0, 0, 0};
+  expect_error(builder.glb(), Status::bad_file, {"no leaves"});
+}
+
+TEST(ImportGltfBad, ASmallFileThatAsksForBillionsOfTriangles) {
+  // 4000 nodes, each of 4000 times the same 3000 vertices: 48 billion.
+  GltfBuilder builder = test::small_plant();
+  const int positions = builder.add_positions(std::vector<glm::vec3>(3000, glm::vec3(1.0f, 2.0f, 3.0f)));
+  builder.add_mesh({{"POSITION", positions}}, std::nullopt, 1);
+  const json primitive = builder.json["meshes"].back()["primitives"][0];
+  for (int i = 0; i < 4000; ++i) builder.json["meshes"].back()["primitives"].push_back(primitive);
+  for (int i = 0; i < 4000; ++i) builder.add_node(2);
+  expect_error(builder.glb(), Status::unsupported, {"more than"});
+}
+
+TEST(ImportGltfBad, ChainOfManyNodes) {
+  GltfBuilder builder = test::small_plant();
+  const std::size_t first = builder.json["nodes"].size();
+  for (std::size_t i = 0; i < 20000; ++i) builder.json["nodes"].push_back({{"children", {first + i + 1}}});
+  builder.json["nodes"].push_back({{"mesh", 0}});
+  builder.json["scenes"][0]["nodes"].push_back(first);
+  const Result<Plant> plant = import_bytes(builder.glb());
+  ASSERT_TRUE(plant) << plant.error().message();
+  EXPECT_EQ(plant->leaves.size(), 2u);
+}
+
+TEST(ImportGltfBad, LongMaterialNameDoesNotExhaustTheStack) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["materials"][0]["name"] = std::string(1000000, 'a');
+  expect_error(builder.glb(), Status::invalid_argument, {"--leaf-material"}, {.leaf_material = "(a|b)*c"});
+}
+
+/// A plant with every kind of part, small enough to damage everywhere.
+GltfBuilder varied_plant() {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(2, 2, {10, 200, 30, 128}));
+  builder.json["nodes"][0]["rotation"] = {0, 0, 0, 1};
+  const int indices = builder.add_view(std::vector<std::uint8_t>{1});
+  const int values = builder.add_view(std::vector<glm::vec3>{{2.0f, 0.0f, 0.0f}});
+  builder.json["accessors"][2]["sparse"] = {
+      {"count", 1}, {"indices", {{"bufferView", indices}, {"componentType", test::kUnsignedByte}}}, {"values", {{"bufferView", values}}}};
+  return builder;
+}
+
+/// Whatever comes back, a plant is a plant: indices in range, leaves that tile the foliage.
+void expect_consistent(const Result<Plant>& plant) {
+  if (!plant) {
+    EXPECT_FALSE(plant.error().message().empty());
+    return;
+  }
+  for (const Mesh* mesh : {&plant->foliage, &plant->wood}) {
+    EXPECT_EQ(mesh->indices.size(), 3 * mesh->triangle_materials.size());
+    for (const std::uint32_t index : mesh->indices) ASSERT_LT(index, mesh->positions.size());
+    for (const std::uint32_t material : mesh->triangle_materials) ASSERT_LT(material, plant->materials.size());
+  }
+  std::uint32_t next = 0;
+  for (const LeafRange& leaf : plant->leaves) {
+    EXPECT_EQ(leaf.first_triangle, next);
+    next += leaf.triangle_count;
+  }
+  EXPECT_EQ(next, plant->foliage.triangle_materials.size());
+}
+
+TEST(ImportGltfBad, EveryTruncationOfAGlbIsAnError) {
+  const Bytes file = varied_plant().glb();
+  ASSERT_TRUE(import_bytes(file));
+  for (std::size_t n = 0; n < file.size(); ++n)
+    EXPECT_FALSE(import_bytes(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(n)))) << n << " of " << file.size();
+}
+
+TEST(ImportGltfBad, EveryDamagedByteGivesAnErrorOrAPlant) {
+  const Bytes file = varied_plant().glb();
+  for (const std::uint8_t mask : std::array<std::uint8_t, 3>{0x01, 0x10, 0x80})
+    for (std::size_t n = 0; n < file.size(); ++n) {
+      Bytes damaged = file;
+      damaged[n] = static_cast<std::uint8_t>(damaged[n] ^ mask);
+      expect_consistent(import_bytes(damaged));
+    }
+}
+
+}  // namespace
+}  // namespace coppice::bake

@@ -1,0 +1,201 @@
+#include "context.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+namespace coppice {
+namespace {
+
+std::uint32_t index_of(coppice_plant plant) {
+  return static_cast<std::uint32_t>(plant & 0xffffffffu) - 1;
+}
+std::uint32_t generation_of(coppice_plant plant) {
+  return static_cast<std::uint32_t>(plant >> 32);
+}
+
+Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc) {
+  COPPICE_TRY(device, gpu::open_device(desc.instance, desc.physical_device, desc.device, desc.get_instance_proc_addr));
+  return gpu::Renderer::create({.device = device,
+                                .attachments = {.color_format = desc.color_format,
+                                                .depth_format = desc.depth_format,
+                                                .depth_compare = desc.depth_compare,
+                                                .samples = desc.samples},
+                                .pipeline_cache = desc.pipeline_cache,
+                                .memory_budget_bytes = desc.memory_budget_bytes,
+                                .max_instances = desc.max_instances,
+                                .max_plants = desc.max_plants});
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& desc) {
+  std::unique_ptr<Context> context(new (std::nothrow) Context);
+  if (!context) return Error{Status::out_of_memory, "context"};
+  COPPICE_TRY(hooks, complete_hooks({desc.allocator, desc.jobs, desc.io, desc.log}));
+  context->hooks_ = std::move(hooks);
+  COPPICE_TRY(renderer, create_renderer(desc));
+  context->renderer_ = std::move(renderer);
+  COPPICE_TRY(instances, gpu::InstanceTable::create(context->hooks_.hooks.allocator, desc.max_instances, desc.max_plants));
+  context->instances_ = std::move(instances);
+  const StreamerOptions options{.gpu = {.page_bytes = gpu::kPageBytes, .wood_vertex_bytes = sizeof(gpu::WoodVertex)},
+                                .budget_bytes = desc.memory_budget_bytes,
+                                .max_plants = desc.max_plants};
+  COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, options));
+  context->streamer_ = std::move(streamer);
+  context->plants_.resize(desc.max_plants);
+  context->demands_.resize(desc.max_plants);
+  context->residency_.resize(desc.max_plants);
+  return context;
+}
+
+Result<coppice_plant> Context::open_plant(const char* path) {
+  COPPICE_TRY(index, streamer_->open_plant(path));
+  const PlantFile& file = streamer_->file(index);
+  if (auto added = renderer_->add_plant(index, file, streamer_->lod_words(index)); !added) {
+    streamer_->close_plant(index);
+    return added.error();
+  }
+  instances_.set_plant_sphere(index, file.plant.sphere_center, file.plant.sphere_radius);
+  PlantEntry& entry = plants_[index];
+  entry.open = true;
+  entry.on_gpu = true;
+  return std::uint64_t{entry.generation} << 32 | (index + 1);
+}
+
+bool Context::is_open(coppice_plant plant) const {
+  const std::uint32_t index = index_of(plant);
+  return index < plants_.size() && plants_[index].open && plants_[index].generation == generation_of(plant);
+}
+
+void Context::close_plant(coppice_plant plant) {
+  const std::uint32_t index = index_of(plant);
+  instances_.remove_plant(index);
+  streamer_->close_plant(index);
+  plants_[index].open = false;
+  ++plants_[index].generation;
+}
+
+void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
+  const std::uint32_t index = index_of(plant);
+  const PlantFile& file = streamer_->file(index);
+  const PlantState state = streamer_->state(index);
+  info.leaf_count = file.plant.leaf_count;
+  info.resident_leaf_count = state.resident_leaf_count;
+  info.page_count = file.plant.page_count;
+  info.resident_page_count = state.resident_page_count;
+  info.wood_lod_count = file.plant.wood_lod_count;
+  const std::span<const std::uint32_t> words = streamer_->lod_words(index);
+  info.wood_triangle_count = file.plant.wood_lod_count == 0 ? 0 : lod::coppice_table_wood_triangles(lod_table(file, words), 0);
+  std::copy_n(file.plant.sphere_center, 3, info.sphere_center);
+  info.sphere_radius = file.plant.sphere_radius;
+  info.file_bytes = file.header.file_bytes;
+  static_assert(sizeof info.name == sizeof file.plant.name);
+  std::memcpy(info.name, file.plant.name, sizeof info.name);
+}
+
+Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice_placement> placements,
+                                    std::span<coppice_instance> handles) {
+  return instances_.add(index_of(plant), placements, handles);
+}
+
+Result<void> Context::begin_frame(const coppice_frame& frame) {
+  if (frame.frame_number <= frame_number_ || frame.completed_number >= frame.frame_number)
+    return Error{Status::invalid_argument, "coppice_frame.frame_number must grow and lie above completed_number"};
+  COPPICE_TRY(view, demand_view(*frame.view));
+  view.lod.full = frame.view->lod == COPPICE_LOD_FULL;
+  frame_number_ = frame.frame_number;
+  renderer_->begin_frame(frame.frame_number, frame.completed_number);
+  streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes());
+  measure_demand(instances_.spheres(), view, demands_);
+  streamer_->begin_frame({frame.frame_number, frame.completed_number, &view, demands_});
+
+  for (const ChunkId& id : streamer_->take_evicted())
+    if (id.kind == ChunkKind::texture) renderer_->hide_texture(id.plant, id.index);
+  for (const ChunkId& id : streamer_->take_released()) drop_chunk(id);
+  for (const std::uint32_t plant : streamer_->take_closed_plants()) {
+    if (plants_[plant].on_gpu) renderer_->remove_plant(plant);
+    plants_[plant].on_gpu = false;
+  }
+  return {};
+}
+
+void Context::drop_chunk(ChunkId id) {
+  if (!plants_[id.plant].on_gpu) return;
+  switch (id.kind) {
+    case ChunkKind::page:
+      return renderer_->drop_page(id.plant, id.index);
+    case ChunkKind::wood:
+      return renderer_->drop_wood(id.plant, id.index);
+    case ChunkKind::texture:
+      return renderer_->drop_texture(id.plant, id.index);
+  }
+}
+
+Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
+  if (chunk.id.kind == ChunkKind::wood) return renderer_->upload_wood(chunk.id.plant, chunk.id.index, *chunk.wood);
+  if (chunk.id.kind == ChunkKind::texture) return renderer_->upload_texture(chunk.id.plant, chunk.id.index, chunk.texture);
+  patches_.clear();
+  for (const SplitPatch& patch : chunk.patches) patches_.push_back({patch.node, patch.split});
+  return renderer_->upload_page({.plant = chunk.id.plant,
+                                 .page = chunk.id.index,
+                                 .quads = chunk.quads,
+                                 .cards = chunk.cards,
+                                 .node_split = chunk.node_split,
+                                 .patches = patches_});
+}
+
+void Context::upload_decoded() {
+  for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->upload_room_bytes())) {
+    const ChunkId id = chunk.id;
+    if (auto uploaded = upload_chunk(chunk); uploaded) {
+      streamer_->uploaded(id);
+    } else {
+      log_line(log(), COPPICE_LOG_ERROR, "plant %u, %s %u: %s", id.plant, chunk_kind_name(id.kind), id.index,
+               uploaded.error().message().c_str());
+      streamer_->upload_failed(id);
+    }
+  }
+}
+
+Result<void> Context::record_upload(VkCommandBuffer cmd) {
+  renderer_->record_upload_begin(cmd);
+  upload_decoded();
+  for (std::uint32_t plant = 0; plant < plants_.size(); ++plant) {
+    if (!plants_[plant].open) continue;
+    const PlantState state = streamer_->state(plant);
+    residency_[plant] = {state.resident_leaf_count, state.resident_wood_mask};
+  }
+  return renderer_->record_upload_end(instances_, residency_);
+}
+
+Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view) {
+  COPPICE_TRY(demand, demand_view(view));
+  demand.lod.full = view.lod == COPPICE_LOD_FULL;
+  renderer_->record_cull(cmd, view, demand.lod);
+  return {};
+}
+
+void Context::fill_stats(coppice_stats& stats) const {
+  const StreamStats streaming = streamer_->stats();
+  const gpu::FrameCounts& counts = renderer_->counts();
+  stats.instance_count = instances_.count();
+  stats.gpu_frame_number = counts.frame;
+  stats.visible_instance_count = counts.visible_instances;
+  stats.drawn_leaf_count = counts.leaves;
+  stats.drawn_wood_triangle_count = counts.wood_triangles;
+  stats.source_leaf_count = 0;
+  for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
+    if (plants_[plant].open)
+      stats.source_leaf_count += std::uint64_t{instances_.plant_count(plant)} * streamer_->file(plant).plant.leaf_count;
+  stats.memory_budget_bytes = streaming.budget_bytes;
+  stats.memory_bytes = streaming.memory_bytes;
+  stats.memory_peak_bytes = streaming.memory_peak_bytes;
+  stats.pages_loaded = streaming.chunks_loaded;
+  stats.pages_evicted = streaming.chunks_evicted;
+  stats.pages_failed = streaming.chunks_failed;
+  stats.pages_in_flight = streaming.chunks_in_flight;
+  stats.pages_wanted = streaming.chunks_wanted;
+}
+
+}  // namespace coppice

@@ -1,0 +1,70 @@
+#pragma once
+
+// One context: the streamer, the renderer and the instances, and the order in which a frame moves things between them. No checks of what
+// the engine passes: api.cpp has made them.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "coppice/coppice.h"
+#include "demand.h"
+#include "hooks.h"
+#include "instances.h"
+#include "renderer.h"
+#include "result.h"
+#include "streamer.h"
+
+namespace coppice {
+
+class Context {
+ public:
+  /// desc  checked. errors  unsupported, out_of_memory, invalid_argument: a hook set in part
+  static Result<std::unique_ptr<Context>> create(const coppice_context_desc& desc);
+
+  void set_memory_budget(std::uint64_t bytes) { streamer_->set_memory_budget(bytes); }
+
+  Result<coppice_plant> open_plant(const char* path);
+  [[nodiscard]] bool is_open(coppice_plant plant) const;
+  /// plant: open, here and below
+  void close_plant(coppice_plant plant);
+  void fill_info(coppice_plant plant, coppice_plant_info& info) const;
+
+  Result<void> add_instances(coppice_plant plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
+  [[nodiscard]] gpu::InstanceTable& instances() { return instances_; }
+
+  /// errors  invalid_argument: not a perspective view, or a frame number that does not grow
+  Result<void> begin_frame(const coppice_frame& frame);
+  Result<void> record_upload(VkCommandBuffer cmd);
+  Result<void> record_cull(VkCommandBuffer cmd, const coppice_view& view);
+  void record_draw(VkCommandBuffer cmd, const coppice_view& view) { renderer_->record_draw(cmd, view); }
+  [[nodiscard]] bool frame_begun() const { return frame_number_ > 0; }
+
+  void fill_stats(coppice_stats& stats) const;
+  [[nodiscard]] const coppice_log& log() const { return hooks_.hooks.log; }
+
+ private:
+  struct PlantEntry {
+    std::uint32_t generation = 0;
+    bool open = false;    ///< to the engine
+    bool on_gpu = false;  ///< in the renderer; outlives `open` until the GPU is done
+  };
+
+  Context() = default;
+  void drop_chunk(ChunkId id);
+  Result<void> upload_chunk(const DecodedChunk& chunk);
+  void upload_decoded();
+
+  HookSet hooks_;
+  std::unique_ptr<gpu::Renderer> renderer_;
+  gpu::InstanceTable instances_;
+  std::vector<PlantEntry> plants_;
+  std::vector<PlantDemand> demands_;
+  std::vector<gpu::PlantResidency> residency_;
+  std::vector<gpu::NodePatch> patches_;
+  std::uint64_t frame_number_ = 0;
+  std::unique_ptr<Streamer> streamer_;  ///< last: its destructor waits for jobs that use the rest
+};
+
+}  // namespace coppice

@@ -1,0 +1,23 @@
+#pragma once
+
+// From file and decoded structs to those the shaders read: one function per pair.
+
+#include "coppice/format.h"
+#include "coppice_shared.h"
+#include "tree.h"
+#include "wood_codec.h"
+
+namespace coppice::gpu {
+
+Node gpu_node(const QuantisedQuad& quad, std::uint32_t card, std::uint32_t split);
+Card gpu_card(const coppice_file_card& card);
+Material gpu_material(const coppice_file_material& material);
+WoodVertex gpu_wood_vertex(const coppice::WoodVertex& vertex);
+
+/// Geometry, table sizes and the root; addresses, draws and residency stay zero.
+Plant gpu_plant(const coppice_file_plant& plant);
+
+/// An address as the shaders take it: (low, high).
+uvec2 gpu_address(std::uint64_t address);
+
+}  // namespace coppice::gpu

@@ -1,0 +1,182 @@
+#include "device.h"
+
+#include <array>
+#include <string>
+
+namespace coppice::gpu {
+namespace {
+
+std::string missing_features(const Functions& vk, VkPhysicalDevice physical_device) {
+  VkPhysicalDeviceVulkan13Features vulkan13{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
+  VkPhysicalDeviceVulkan12Features vulkan12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &vulkan13};
+  VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &vulkan12};
+  vk.vkGetPhysicalDeviceFeatures2(physical_device, &features);
+
+  struct Requirement {
+    const char* name;
+    VkBool32 present;
+  };
+  const std::array<Requirement, 7> requirements{{{"dynamicRendering", vulkan13.dynamicRendering},
+                                                 {"synchronization2", vulkan13.synchronization2},
+                                                 {"bufferDeviceAddress", vulkan12.bufferDeviceAddress},
+                                                 {"drawIndirectCount", vulkan12.drawIndirectCount},
+                                                 {"scalarBlockLayout", vulkan12.scalarBlockLayout},
+                                                 {"multiDrawIndirect", features.features.multiDrawIndirect},
+                                                 {"drawIndirectFirstInstance", features.features.drawIndirectFirstInstance}}};
+  std::string missing;
+  for (const Requirement& requirement : requirements)
+    if (!requirement.present) missing += (missing.empty() ? "" : ", ") + std::string(requirement.name);
+  return missing;
+}
+
+Result<std::uint32_t> find_memory_type(const Device& device, std::uint32_t type_bits, MemoryKind kind) {
+  const VkMemoryPropertyFlags wanted =
+      kind == MemoryKind::device ? VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT}
+                                 : VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT};
+  for (std::uint32_t type = 0; type < device.memory.memoryTypeCount; ++type)
+    if ((type_bits >> type & 1u) && (device.memory.memoryTypes[type].propertyFlags & wanted) == wanted) return type;
+  return Error{Status::unsupported, "no memory type fits", Error::kNoOffset, kind == MemoryKind::device ? "device local" : "host coherent"};
+}
+
+Result<VkDeviceMemory> allocate_memory(Device& device, const VkMemoryRequirements& requirements, MemoryKind kind, bool addressable) {
+  COPPICE_TRY(type, find_memory_type(device, requirements.memoryTypeBits, kind));
+  const VkMemoryAllocateFlagsInfo flags{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+                                        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+  const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                  .pNext = addressable ? &flags : nullptr,
+                                  .allocationSize = requirements.size,
+                                  .memoryTypeIndex = type};
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  if (const VkResult result = device.vk.vkAllocateMemory(device.device, &info, nullptr, &memory); result != VK_SUCCESS)
+    return vulkan_error(result, "vkAllocateMemory");
+  device.allocated_bytes += requirements.size;
+  return memory;
+}
+
+Result<void> back_buffer(Device& device, Buffer& buffer, bool addressable, MemoryKind kind) {
+  VkMemoryRequirements requirements{};
+  device.vk.vkGetBufferMemoryRequirements(device.device, buffer.buffer, &requirements);
+  COPPICE_TRY(memory, allocate_memory(device, requirements, kind, addressable));
+  buffer.memory = memory;
+  buffer.allocated_bytes = requirements.size;
+  if (const VkResult result = device.vk.vkBindBufferMemory(device.device, buffer.buffer, memory, 0); result != VK_SUCCESS)
+    return vulkan_error(result, "vkBindBufferMemory");
+  if (addressable) {
+    const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.buffer};
+    buffer.address = device.vk.vkGetBufferDeviceAddress(device.device, &info);
+  }
+  if (kind == MemoryKind::device) return {};
+  void* mapped = nullptr;
+  if (const VkResult result = device.vk.vkMapMemory(device.device, memory, 0, VK_WHOLE_SIZE, 0, &mapped); result != VK_SUCCESS)
+    return vulkan_error(result, "vkMapMemory");
+  buffer.mapped = static_cast<std::uint8_t*>(mapped);
+  return {};
+}
+
+Result<void> back_texture(Device& device, Texture& texture) {
+  VkMemoryRequirements requirements{};
+  device.vk.vkGetImageMemoryRequirements(device.device, texture.image, &requirements);
+  COPPICE_TRY(memory, allocate_memory(device, requirements, MemoryKind::device, false));
+  texture.memory = memory;
+  texture.allocated_bytes = requirements.size;
+  if (const VkResult result = device.vk.vkBindImageMemory(device.device, texture.image, memory, 0); result != VK_SUCCESS)
+    return vulkan_error(result, "vkBindImageMemory");
+  const VkImageViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+                                   .image = texture.image,
+                                   .viewType = VK_IMAGE_VIEW_TYPE_2D,
+                                   .format = VK_FORMAT_R8G8B8A8_SRGB,
+                                   .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1}};
+  if (const VkResult result = device.vk.vkCreateImageView(device.device, &info, nullptr, &texture.view); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateImageView");
+  return {};
+}
+
+}  // namespace
+
+Error vulkan_error(VkResult result, const char* what) {
+  const std::string detail = "VkResult " + std::to_string(result);
+  switch (result) {
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+    case VK_ERROR_TOO_MANY_OBJECTS:
+    case VK_ERROR_OUT_OF_POOL_MEMORY:
+      return Error{Status::out_of_memory, what, Error::kNoOffset, detail};
+    case VK_ERROR_DEVICE_LOST:
+      return Error{Status::device_lost, what, Error::kNoOffset, detail};
+    default:
+      return Error{Status::internal, what, Error::kNoOffset, detail};
+  }
+}
+
+Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device, VkDevice device,
+                           PFN_vkGetInstanceProcAddr get_instance_proc_addr) {
+  COPPICE_TRY(functions, load_functions(get_instance_proc_addr, instance, device));
+  Device opened{.vk = functions, .physical_device = physical_device, .device = device};
+  VkPhysicalDeviceProperties properties{};
+  opened.vk.vkGetPhysicalDeviceProperties(physical_device, &properties);
+  if (properties.apiVersion < VK_API_VERSION_1_3)
+    return Error{Status::unsupported, "the device has no Vulkan 1.3", Error::kNoOffset, properties.deviceName};
+  if (std::string missing = missing_features(opened.vk, physical_device); !missing.empty())
+    return Error{Status::unsupported, "the device lacks features", Error::kNoOffset, missing};
+  opened.vk.vkGetPhysicalDeviceMemoryProperties(physical_device, &opened.memory);
+  return opened;
+}
+
+Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind) {
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size_bytes, .usage = usage};
+  Buffer buffer{.size_bytes = size_bytes};
+  if (const VkResult result = device.vk.vkCreateBuffer(device.device, &info, nullptr, &buffer.buffer); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateBuffer");
+  if (auto backed = back_buffer(device, buffer, usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, kind); !backed) {
+    destroy_buffer(device, buffer);
+    return backed.error();
+  }
+  return buffer;
+}
+
+void destroy_buffer(Device& device, Buffer& buffer) {
+  device.vk.vkDestroyBuffer(device.device, buffer.buffer, nullptr);
+  device.vk.vkFreeMemory(device.device, buffer.memory, nullptr);
+  device.allocated_bytes -= buffer.allocated_bytes;
+  buffer = {};
+}
+
+Result<Texture> create_texture(Device& device, std::uint32_t width, std::uint32_t height, std::uint32_t mip_count) {
+  const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
+                               .imageType = VK_IMAGE_TYPE_2D,
+                               .format = VK_FORMAT_R8G8B8A8_SRGB,
+                               .extent = {width, height, 1},
+                               .mipLevels = mip_count,
+                               .arrayLayers = 1,
+                               .samples = VK_SAMPLE_COUNT_1_BIT,
+                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
+  Texture texture{.width = width, .height = height, .mip_count = mip_count};
+  if (const VkResult result = device.vk.vkCreateImage(device.device, &info, nullptr, &texture.image); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateImage");
+  if (auto backed = back_texture(device, texture); !backed) {
+    destroy_texture(device, texture);
+    return backed.error();
+  }
+  return texture;
+}
+
+void destroy_texture(Device& device, Texture& texture) {
+  device.vk.vkDestroyImageView(device.device, texture.view, nullptr);
+  device.vk.vkDestroyImage(device.device, texture.image, nullptr);
+  device.vk.vkFreeMemory(device.device, texture.memory, nullptr);
+  device.allocated_bytes -= texture.allocated_bytes;
+  texture = {};
+}
+
+void memory_barrier(const Device& device, VkCommandBuffer cmd, VkPipelineStageFlags2 source_stages, VkAccessFlags2 source_access,
+                    VkPipelineStageFlags2 target_stages, VkAccessFlags2 target_access) {
+  const VkMemoryBarrier2 barrier{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
+                                 .srcStageMask = source_stages,
+                                 .srcAccessMask = source_access,
+                                 .dstStageMask = target_stages,
+                                 .dstAccessMask = target_access};
+  const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &barrier};
+  device.vk.vkCmdPipelineBarrier2(cmd, &info);
+}
+
+}  // namespace coppice::gpu

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+
+#include "functions.h"
+#include "result.h"
+
+namespace coppice::gpu {
+
+/// The engine's device with what we need of it, and the count of what we took from it.
+struct Device {
+  Functions vk;
+  VkPhysicalDevice physical_device = VK_NULL_HANDLE;
+  VkDevice device = VK_NULL_HANDLE;
+  VkPhysicalDeviceMemoryProperties memory{};
+  std::uint64_t allocated_bytes = 0;  ///< of every vkAllocateMemory not yet freed
+};
+
+/// Loads the functions and checks that the physical device has the features of coppice_context_desc.device.
+/// errors  unsupported, naming every feature that is missing
+Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device, VkDevice device,
+                           PFN_vkGetInstanceProcAddr get_instance_proc_addr);
+
+enum class MemoryKind : std::uint8_t {
+  device,  ///< the GPU's own; written by copies
+  host,    ///< mapped and coherent: staging and read-back
+};
+
+struct Buffer {
+  VkBuffer buffer = VK_NULL_HANDLE;
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  std::uint64_t size_bytes = 0;       ///< as asked for
+  std::uint64_t allocated_bytes = 0;  ///< as taken from the heap
+  VkDeviceAddress address = 0;        ///< 0 unless created with SHADER_DEVICE_ADDRESS
+  std::uint8_t* mapped = nullptr;     ///< MemoryKind::host only
+};
+
+/// errors  out_of_memory; device_lost
+Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind);
+void destroy_buffer(Device& device, Buffer& buffer);
+
+/// A sampled 2D image, RGBA8 sRGB.
+struct Texture {
+  VkImage image = VK_NULL_HANDLE;
+  VkImageView view = VK_NULL_HANDLE;
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  std::uint64_t allocated_bytes = 0;
+  std::uint32_t width = 0, height = 0, mip_count = 0;
+};
+
+Result<Texture> create_texture(Device& device, std::uint32_t width, std::uint32_t height, std::uint32_t mip_count);
+void destroy_texture(Device& device, Texture& texture);
+
+/// Status of a failed Vulkan call.
+[[nodiscard]] Error vulkan_error(VkResult result, const char* what);
+
+/// Records one global memory barrier.
+void memory_barrier(const Device& device, VkCommandBuffer cmd, VkPipelineStageFlags2 source_stages, VkAccessFlags2 source_access,
+                    VkPipelineStageFlags2 target_stages, VkAccessFlags2 target_access);
+
+}  // namespace coppice::gpu

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <vulkan/vulkan_core.h>
+
+#include "result.h"
+
+namespace coppice::gpu {
+
+#define COPPICE_INSTANCE_FUNCTIONS(X) \
+  X(vkGetDeviceProcAddr)              \
+  X(vkGetPhysicalDeviceFeatures2)     \
+  X(vkGetPhysicalDeviceProperties)    \
+  X(vkGetPhysicalDeviceMemoryProperties)
+
+#define COPPICE_DEVICE_FUNCTIONS(X) \
+  X(vkAllocateDescriptorSets)       \
+  X(vkAllocateMemory)               \
+  X(vkBindBufferMemory)             \
+  X(vkBindImageMemory)              \
+  X(vkCmdBindDescriptorSets)        \
+  X(vkCmdBindIndexBuffer)           \
+  X(vkCmdBindPipeline)              \
+  X(vkCmdCopyBuffer)                \
+  X(vkCmdCopyBufferToImage)         \
+  X(vkCmdDispatch)                  \
+  X(vkCmdDrawIndexedIndirect)       \
+  X(vkCmdDrawIndexedIndirectCount)  \
+  X(vkCmdFillBuffer)                \
+  X(vkCmdPipelineBarrier2)          \
+  X(vkCmdPushConstants)             \
+  X(vkCmdSetScissor)                \
+  X(vkCmdSetViewport)               \
+  X(vkCmdUpdateBuffer)              \
+  X(vkCreateBuffer)                 \
+  X(vkCreateComputePipelines)       \
+  X(vkCreateDescriptorPool)         \
+  X(vkCreateDescriptorSetLayout)    \
+  X(vkCreateGraphicsPipelines)      \
+  X(vkCreateImage)                  \
+  X(vkCreateImageView)              \
+  X(vkCreatePipelineLayout)         \
+  X(vkCreateSampler)                \
+  X(vkCreateShaderModule)           \
+  X(vkDestroyBuffer)                \
+  X(vkDestroyDescriptorPool)        \
+  X(vkDestroyDescriptorSetLayout)   \
+  X(vkDestroyImage)                 \
+  X(vkDestroyImageView)             \
+  X(vkDestroyPipeline)              \
+  X(vkDestroyPipelineLayout)        \
+  X(vkDestroySampler)               \
+  X(vkDestroyShaderModule)          \
+  X(vkFreeMemory)                   \
+  X(vkGetBufferDeviceAddress)       \
+  X(vkGetBufferMemoryRequirements)  \
+  X(vkGetImageMemoryRequirements)   \
+  X(vkMapMemory)                    \
+  X(vkUpdateDescriptorSets)
+
+/// The Vulkan functions of one device. Ours, and not volk's: its names are globals of the program, and an engine that links its own copy
+/// of volk would clash with one in this library.
+struct Functions {
+#define COPPICE_DECLARE(name) PFN_##name name = nullptr;
+  COPPICE_INSTANCE_FUNCTIONS(COPPICE_DECLARE)
+  COPPICE_DEVICE_FUNCTIONS(COPPICE_DECLARE)
+#undef COPPICE_DECLARE
+};
+
+/// errors  unsupported: a function is missing, with its name
+Result<Functions> load_functions(PFN_vkGetInstanceProcAddr get_instance_proc_addr, VkInstance instance, VkDevice device);
+
+}  // namespace coppice::gpu

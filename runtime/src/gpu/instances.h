@@ -1,0 +1,72 @@
+#pragma once
+
+// Every placed plant: the CPU's copy of the device's instance buffer, and the handles the engine holds.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "coppice/coppice.h"
+#include "coppice_shared.h"
+#include "hooks.h"
+#include "result.h"
+#include "select.h"
+
+namespace coppice::gpu {
+
+/// Slots whose change is uploaded together.
+inline constexpr std::uint32_t kDirtyBlockSlots = 64;
+
+class InstanceTable {
+ public:
+  /// errors  out_of_memory: the allocator hook
+  static Result<InstanceTable> create(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t max_plants);
+
+  /// Bounding sphere of a plant's model, object space; before its first instance.
+  void set_plant_sphere(std::uint32_t plant, const float center[3], float radius_m);
+
+  /// placements  [n], checked by the caller. handles: [n] out, or empty. errors  out_of_memory: more than max_instances; none is added
+  Result<void> add(std::uint32_t plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
+  [[nodiscard]] bool is_live(coppice_instance handle) const;
+  /// handle: a live one (asserted).
+  void move(coppice_instance handle, const coppice_placement& placement);
+  void remove(coppice_instance handle);
+  void remove_plant(std::uint32_t plant);
+
+  [[nodiscard]] std::span<const Instance> slots() const { return instances_.span().first(slot_count_); }
+  [[nodiscard]] std::span<const InstanceSphere> spheres() const { return spheres_.span().first(slot_count_); }
+  [[nodiscard]] std::uint32_t count() const { return count_; }
+  [[nodiscard]] std::uint32_t plant_count(std::uint32_t plant) const { return plant_counts_[plant]; }
+  [[nodiscard]] std::size_t bytes() const;
+
+  /// The next run of changed slots at or after `from`, marked clean; empty when there is none.
+  struct Range {
+    std::uint32_t first = 0, count = 0;
+  };
+  Range take_dirty(std::uint32_t from);
+
+ private:
+  struct Slot {
+    std::uint32_t generation = 0;
+    std::uint32_t next_free = 0;
+  };
+  struct Sphere {
+    float center[3] = {};
+    float radius_m = 0;
+  };
+
+  void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement);
+  void remove_slot(std::uint32_t slot);
+
+  HookArray<Instance> instances_;
+  HookArray<InstanceSphere> spheres_;
+  HookArray<Slot> slots_;
+  HookArray<std::uint8_t> dirty_;  ///< per kDirtyBlockSlots slots
+  std::vector<std::uint32_t> plant_counts_;
+  std::vector<Sphere> plant_spheres_;
+  std::uint32_t slot_count_ = 0;  ///< slots ever used
+  std::uint32_t count_ = 0;
+  std::uint32_t first_free_ = 0xffffffffu;
+};
+
+}  // namespace coppice::gpu

@@ -1,0 +1,229 @@
+#include "passes.h"
+
+#include <span>
+
+#include "coppice_shared.h"
+#include "cull_comp.h"
+#include "leaf_vert.h"
+#include "plant_frag.h"
+#include "wood_vert.h"
+
+namespace coppice::gpu {
+namespace {
+
+Result<VkDescriptorSetLayout> create_set_layout(Device& device, std::span<const VkDescriptorSetLayoutBinding> bindings) {
+  const VkDescriptorSetLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+                                             .bindingCount = static_cast<std::uint32_t>(bindings.size()),
+                                             .pBindings = bindings.data()};
+  VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+  if (const VkResult result = device.vk.vkCreateDescriptorSetLayout(device.device, &info, nullptr, &layout); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateDescriptorSetLayout");
+  return layout;
+}
+
+Result<void> create_layouts(Device& device, Passes& passes) {
+  std::array<VkDescriptorSetLayoutBinding, kFrameBindingCount> frame{};
+  for (std::uint32_t i = 0; i < kFrameBindingCount; ++i)
+    frame[i] = {.binding = i,
+                .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                .descriptorCount = 1,
+                .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT};
+  COPPICE_TRY(frame_layout, create_set_layout(device, frame));
+  passes.frame_set_layout = frame_layout;
+  const VkDescriptorSetLayoutBinding texture{
+      .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, .descriptorCount = 1, .stageFlags = VK_SHADER_STAGE_FRAGMENT_BIT};
+  COPPICE_TRY(texture_layout, create_set_layout(device, std::span(&texture, 1)));
+  passes.texture_set_layout = texture_layout;
+
+  const std::array sets{passes.frame_set_layout, passes.texture_set_layout};
+  const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_VERTEX_BIT, .size = sizeof(DrawPush)};
+  const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                        .setLayoutCount = static_cast<std::uint32_t>(sets.size()),
+                                        .pSetLayouts = sets.data(),
+                                        .pushConstantRangeCount = 1,
+                                        .pPushConstantRanges = &push};
+  if (const VkResult result = device.vk.vkCreatePipelineLayout(device.device, &info, nullptr, &passes.layout); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreatePipelineLayout");
+  return {};
+}
+
+Result<void> create_sampler(Device& device, Passes& passes) {
+  const VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
+                                 .magFilter = VK_FILTER_LINEAR,
+                                 .minFilter = VK_FILTER_LINEAR,
+                                 .mipmapMode = VK_SAMPLER_MIPMAP_MODE_LINEAR,
+                                 .maxLod = VK_LOD_CLAMP_NONE};
+  if (const VkResult result = device.vk.vkCreateSampler(device.device, &info, nullptr, &passes.sampler); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateSampler");
+  return {};
+}
+
+/// Shader modules for the time their pipelines are created.
+struct Modules {
+  Device& device;
+  std::array<VkShaderModule, 4> modules{};
+
+  ~Modules() {
+    for (VkShaderModule module : modules) device.vk.vkDestroyShaderModule(device.device, module, nullptr);
+  }
+  Result<void> create(std::size_t index, std::span<const std::uint32_t> words) {
+    const VkShaderModuleCreateInfo info{
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words.size_bytes(), .pCode = words.data()};
+    if (const VkResult result = device.vk.vkCreateShaderModule(device.device, &info, nullptr, &modules[index]); result != VK_SUCCESS)
+      return vulkan_error(result, "vkCreateShaderModule");
+    return {};
+  }
+};
+
+VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits stage_bit, VkShaderModule module,
+                                      const VkSpecializationInfo* constants = nullptr) {
+  return {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+          .stage = stage_bit,
+          .module = module,
+          .pName = "main",
+          .pSpecializationInfo = constants};
+}
+
+Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, VkPipelineLayout layout, VkShaderModule module) {
+  const VkComputePipelineCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO, .stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module), .layout = layout};
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  if (const VkResult result = device.vk.vkCreateComputePipelines(device.device, cache, 1, &info, nullptr, &pipeline); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateComputePipelines");
+  return pipeline;
+}
+
+struct DrawShaders {
+  VkShaderModule vertex, fragment;
+  VkBool32 textured;
+};
+
+Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, VkPipelineLayout layout,
+                                        const DrawShaders& shaders) {
+  const VkSpecializationMapEntry entry{.constantID = 0, .offset = 0, .size = sizeof(VkBool32)};
+  const VkSpecializationInfo constants{.mapEntryCount = 1, .pMapEntries = &entry, .dataSize = sizeof(VkBool32), .pData = &shaders.textured};
+  const std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, shaders.vertex),
+                          stage(VK_SHADER_STAGE_FRAGMENT_BIT, shaders.fragment, &constants)};
+  const VkPipelineVertexInputStateCreateInfo vertex_input{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
+  const VkPipelineInputAssemblyStateCreateInfo assembly{.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO,
+                                                        .topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST};
+  const VkPipelineViewportStateCreateInfo viewport{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO, .viewportCount = 1, .scissorCount = 1};
+  const VkPipelineRasterizationStateCreateInfo raster{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO, .cullMode = VK_CULL_MODE_NONE, .lineWidth = 1.0f};
+  const VkPipelineMultisampleStateCreateInfo samples{.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO,
+                                                     .rasterizationSamples = attachments.samples};
+  const VkPipelineDepthStencilStateCreateInfo depth{.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,
+                                                    .depthTestEnable = VK_TRUE,
+                                                    .depthWriteEnable = VK_TRUE,
+                                                    .depthCompareOp = attachments.depth_compare};
+  const VkPipelineColorBlendAttachmentState no_blend{.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT |
+                                                                       VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT};
+  const VkPipelineColorBlendStateCreateInfo blend{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO, .attachmentCount = 1, .pAttachments = &no_blend};
+  const std::array dynamic_states{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
+  const VkPipelineDynamicStateCreateInfo dynamic{.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,
+                                                 .dynamicStateCount = static_cast<std::uint32_t>(dynamic_states.size()),
+                                                 .pDynamicStates = dynamic_states.data()};
+  const VkPipelineRenderingCreateInfo rendering{.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO,
+                                                .colorAttachmentCount = 1,
+                                                .pColorAttachmentFormats = &attachments.color_format,
+                                                .depthAttachmentFormat = attachments.depth_format};
+  const VkGraphicsPipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,
+                                          .pNext = &rendering,
+                                          .stageCount = static_cast<std::uint32_t>(stages.size()),
+                                          .pStages = stages.data(),
+                                          .pVertexInputState = &vertex_input,
+                                          .pInputAssemblyState = &assembly,
+                                          .pViewportState = &viewport,
+                                          .pRasterizationState = &raster,
+                                          .pMultisampleState = &samples,
+                                          .pDepthStencilState = &depth,
+                                          .pColorBlendState = &blend,
+                                          .pDynamicState = &dynamic,
+                                          .layout = layout};
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  if (const VkResult result = device.vk.vkCreateGraphicsPipelines(device.device, cache, 1, &info, nullptr, &pipeline); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateGraphicsPipelines");
+  return pipeline;
+}
+
+Result<DescriptorSet> allocate_set(Device& device, VkDescriptorSetLayout layout, VkDescriptorPoolSize size) {
+  const VkDescriptorPoolCreateInfo pool_info{
+      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = 1, .pPoolSizes = &size};
+  DescriptorSet allocated;
+  if (const VkResult result = device.vk.vkCreateDescriptorPool(device.device, &pool_info, nullptr, &allocated.pool); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateDescriptorPool");
+  const VkDescriptorSetAllocateInfo set_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                             .descriptorPool = allocated.pool,
+                                             .descriptorSetCount = 1,
+                                             .pSetLayouts = &layout};
+  if (const VkResult result = device.vk.vkAllocateDescriptorSets(device.device, &set_info, &allocated.set); result != VK_SUCCESS) {
+    device.vk.vkDestroyDescriptorPool(device.device, allocated.pool, nullptr);
+    return vulkan_error(result, "vkAllocateDescriptorSets");
+  }
+  return allocated;
+}
+
+}  // namespace
+
+Result<void> create_passes(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, Passes& passes) {
+  COPPICE_CHECK(create_layouts(device, passes));
+  COPPICE_CHECK(create_sampler(device, passes));
+  Modules modules{device};
+  COPPICE_CHECK(modules.create(0, cull_comp_spirv));
+  COPPICE_CHECK(modules.create(1, leaf_vert_spirv));
+  COPPICE_CHECK(modules.create(2, wood_vert_spirv));
+  COPPICE_CHECK(modules.create(3, plant_frag_spirv));
+  COPPICE_TRY(cull, create_cull_pipeline(device, cache, passes.layout, modules.modules[0]));
+  passes.cull = cull;
+  for (std::uint32_t textured = 0; textured < 2; ++textured) {
+    COPPICE_TRY(leaf, create_draw_pipeline(device, attachments, cache, passes.layout, {modules.modules[1], modules.modules[3], textured}));
+    passes.leaf[textured] = leaf;
+    COPPICE_TRY(wood, create_draw_pipeline(device, attachments, cache, passes.layout, {modules.modules[2], modules.modules[3], textured}));
+    passes.wood[textured] = wood;
+  }
+  return {};
+}
+
+void destroy_passes(Device& device, Passes& passes) {
+  const Functions& vk = device.vk;
+  for (VkPipeline pipeline : {passes.cull, passes.leaf[0], passes.leaf[1], passes.wood[0], passes.wood[1]})
+    vk.vkDestroyPipeline(device.device, pipeline, nullptr);
+  vk.vkDestroyPipelineLayout(device.device, passes.layout, nullptr);
+  vk.vkDestroySampler(device.device, passes.sampler, nullptr);
+  vk.vkDestroyDescriptorSetLayout(device.device, passes.frame_set_layout, nullptr);
+  vk.vkDestroyDescriptorSetLayout(device.device, passes.texture_set_layout, nullptr);
+  passes = {};
+}
+
+Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const std::array<VkBuffer, kFrameBindingCount>& buffers) {
+  COPPICE_TRY(allocated, allocate_set(device, passes.frame_set_layout, {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kFrameBindingCount}));
+  std::array<VkDescriptorBufferInfo, kFrameBindingCount> infos{};
+  std::array<VkWriteDescriptorSet, kFrameBindingCount> writes{};
+  for (std::uint32_t i = 0; i < kFrameBindingCount; ++i) {
+    infos[i] = {.buffer = buffers[i], .range = VK_WHOLE_SIZE};
+    writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                 .dstSet = allocated.set,
+                 .dstBinding = i,
+                 .descriptorCount = 1,
+                 .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                 .pBufferInfo = &infos[i]};
+  }
+  device.vk.vkUpdateDescriptorSets(device.device, kFrameBindingCount, writes.data(), 0, nullptr);
+  return allocated;
+}
+
+Result<DescriptorSet> create_texture_set(Device& device, const Passes& passes, VkImageView view) {
+  COPPICE_TRY(allocated, allocate_set(device, passes.texture_set_layout, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1}));
+  const VkDescriptorImageInfo info{passes.sampler, view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+  const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                   .dstSet = allocated.set,
+                                   .descriptorCount = 1,
+                                   .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                   .pImageInfo = &info};
+  device.vk.vkUpdateDescriptorSets(device.device, 1, &write, 0, nullptr);
+  return allocated;
+}
+
+}  // namespace coppice::gpu

@@ -1,0 +1,239 @@
+#include "renderer.h"
+
+#include <algorithm>
+#include <new>
+
+#include "check.h"
+#include "convert.h"
+
+namespace coppice::gpu {
+namespace {
+
+constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+constexpr std::uint64_t kStagingBytes = 8ull << 20;
+/// Devices promise 4,096 allocations; the pool takes at most about this many.
+constexpr std::uint64_t kMaxPoolBlocks = 256;
+
+std::uint32_t pool_block_pages(std::uint64_t budget_bytes) {
+  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(budget_bytes / (kMaxPoolBlocks * kPageBytes), 16, 4096));
+}
+
+void add_distinct(std::vector<std::uint32_t>& values, std::uint32_t value) {
+  if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
+}
+
+std::uint64_t round_up_16(std::uint64_t bytes) {
+  return (bytes + 15) / 16 * 16;
+}
+
+}  // namespace
+
+Renderer::Renderer(const RendererDesc& desc) : device_(desc.device), desc_(desc) {
+  plants_.resize(desc.max_plants);
+  records_.resize(desc.max_plants);
+  plant_counts_.resize(desc.max_plants);
+  wood_templates_.resize(std::size_t{desc.max_plants} * kMaxWoodLods);
+  pages_.configure(pool_block_pages(desc.memory_budget_bytes));
+}
+
+Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
+  std::unique_ptr<Renderer> renderer(new (std::nothrow) Renderer(desc));
+  if (!renderer) return Error{Status::out_of_memory, "renderer"};
+  COPPICE_CHECK(create_passes(renderer->device_, desc.attachments, desc.pipeline_cache, renderer->passes_));
+  COPPICE_TRY(staging, Staging::create(renderer->device_, kStagingBytes));
+  renderer->staging_ = std::move(staging);
+  COPPICE_CHECK(renderer->create_fixed_buffers());
+  COPPICE_CHECK(renderer->create_default_texture());
+  return renderer;
+}
+
+Renderer::~Renderer() {
+  garbage_.collect(device_, ~std::uint64_t{0});
+  for (PlantSlot& plant : plants_)
+    if (plant.used) destroy_plant(plant);
+  garbage_.collect(device_, ~std::uint64_t{0});
+  pages_.destroy(device_);
+  staging_.destroy(device_);
+  for (Buffer* buffer : {&fixed_.view, &fixed_.instances, &fixed_.plants, &fixed_.tables, &fixed_.cuts, &fixed_.leaf_counts,
+                         &fixed_.wood_commands, &fixed_.counters, &fixed_.indices, &fixed_.readback, &leaf_commands_, &wood_list_})
+    if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
+  if (default_texture_.image != VK_NULL_HANDLE) destroy_texture(device_, default_texture_);
+  device_.vk.vkDestroyDescriptorPool(device_.device, frame_set_.pool, nullptr);
+  device_.vk.vkDestroyDescriptorPool(device_.device, default_set_.pool, nullptr);
+  destroy_passes(device_, passes_);
+}
+
+Result<void> Renderer::create_fixed_buffers() {
+  struct Wanted {
+    Buffer* buffer;
+    std::uint64_t bytes;
+    VkBufferUsageFlags usage;
+    MemoryKind kind = MemoryKind::device;
+  };
+  const std::uint64_t instances = desc_.max_instances;
+  const std::uint64_t plants = desc_.max_plants;
+  const Wanted wanted[] = {
+      {&fixed_.view, sizeof(View), kStorage},
+      {&fixed_.instances, instances * sizeof(Instance), kStorage},
+      {&fixed_.plants, plants * sizeof(Plant), kStorage},
+      {&fixed_.tables, plants * kTableStride * sizeof(std::uint32_t), kStorage},
+      {&fixed_.cuts, instances * sizeof(float), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
+      {&fixed_.leaf_counts, plants * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
+      {&fixed_.wood_commands, plants * kMaxWoodLods * sizeof(DrawCommand), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
+      {&fixed_.counters, sizeof(Counters), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
+      {&fixed_.indices, std::uint64_t{kNodesPerDraw} * 6 * sizeof(std::uint16_t),
+       VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
+      {&fixed_.readback, kReadbackSlots * sizeof(Counters), VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::host},
+  };
+  for (const Wanted& item : wanted) {
+    COPPICE_TRY(buffer, create_buffer(device_, item.bytes, item.usage, item.kind));
+    *item.buffer = buffer;
+  }
+  COPPICE_CHECK(grow(leaf_commands_, 1024 * sizeof(DrawCommand)));
+  COPPICE_CHECK(grow(wood_list_, 1024 * sizeof(std::uint32_t)));
+  return rebuild_frame_set();
+}
+
+Result<void> Renderer::create_default_texture() {
+  COPPICE_TRY(texture, create_texture(device_, 1, 1, 1));
+  default_texture_ = texture;
+  COPPICE_TRY(set, create_texture_set(device_, passes_, texture.view));
+  default_set_ = set;
+  return {};
+}
+
+Result<void> Renderer::grow(Buffer& buffer, std::uint64_t bytes) {
+  COPPICE_TRY(larger, create_buffer(device_, bytes, kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, MemoryKind::device));
+  if (buffer.buffer != VK_NULL_HANDLE) garbage_.retire(frame_, buffer);
+  buffer = larger;
+  return {};
+}
+
+Result<void> Renderer::rebuild_frame_set() {
+  COPPICE_TRY(set, create_frame_set(device_, passes_,
+                                    {fixed_.view.buffer, fixed_.instances.buffer, fixed_.plants.buffer, fixed_.tables.buffer,
+                                     fixed_.cuts.buffer, wood_list_.buffer, leaf_commands_.buffer, fixed_.leaf_counts.buffer,
+                                     fixed_.wood_commands.buffer, fixed_.counters.buffer}));
+  if (frame_set_.pool != VK_NULL_HANDLE) garbage_.retire(frame_, frame_set_.pool);
+  frame_set_ = set;
+  return {};
+}
+
+void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
+  frame_ = frame_number;
+  completed_ = completed_number;
+  garbage_.collect(device_, completed_);
+  staging_.recycle(completed_);
+  for (std::uint32_t slot = 0; slot < kReadbackSlots; ++slot) {
+    const std::uint64_t frame = readback_frames_[slot];
+    if (frame == 0 || frame > completed_ || frame < counts_.frame) continue;
+    Counters sums;
+    std::copy_n(fixed_.readback.mapped + slot * sizeof(Counters), sizeof(Counters), reinterpret_cast<std::uint8_t*>(&sums));
+    counts_ = {.frame = frame,
+               .visible_instances = sums.visible_instances,
+               .leaves = sums.leaves[0] | std::uint64_t{sums.leaves[1]} << 32,
+               .wood_triangles = sums.wood_triangles[0] | std::uint64_t{sums.wood_triangles[1]} << 32};
+  }
+}
+
+Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std::span<const std::uint32_t> lod_words) {
+  PlantSlot& plant = plants_[index];
+  COPPICE_ASSERT(!plant.used && lod_words.size() <= kTableStride);
+  const std::uint64_t cards_bytes = round_up_16(file.cards.size() * sizeof(Card));
+  const std::uint64_t materials_bytes = round_up_16(file.materials.size() * sizeof(Material));
+  const std::uint64_t pages_bytes = std::max<std::uint64_t>(file.plant.page_count, 1) * sizeof(uvec2);
+  COPPICE_TRY(tables, create_buffer(device_, std::max<std::uint64_t>(cards_bytes + materials_bytes + pages_bytes, sizeof(Node)),
+                                    kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, MemoryKind::device));
+  plant = {};
+  plant.used = true;
+  plant.tables = tables;
+  plant.pages_offset = cards_bytes + materials_bytes;
+  plant.record = gpu_plant(file.plant);
+  plant.record.cards = gpu_address(tables.address);
+  plant.record.materials = gpu_address(tables.address + cards_bytes);
+  plant.record.pages = gpu_address(tables.address + plant.pages_offset);
+  plant.page_slots.assign(file.plant.page_count, PagePool::kNoSlot);
+  plant.textures.resize(file.plant.texture_count);
+
+  plant.pending_tables.resize(plant.pages_offset + pages_bytes);
+  // A page that is not there points at something readable: a shader may load from it before it finds that it need not.
+  for (std::uint64_t at = plant.pages_offset; at < plant.pending_tables.size(); at += sizeof(uvec2)) {
+    const uvec2 readable = gpu_address(tables.address);
+    std::copy_n(reinterpret_cast<const std::uint8_t*>(&readable), sizeof readable, plant.pending_tables.data() + at);
+  }
+  for (std::size_t i = 0; i < file.cards.size(); ++i) {
+    const Card card = gpu_card(file.cards[i]);
+    std::copy_n(reinterpret_cast<const std::uint8_t*>(&card), sizeof card, plant.pending_tables.data() + i * sizeof card);
+    add_distinct(plant.leaf_textures, gpu_material(file.materials[card.material]).texture);
+  }
+  for (std::size_t i = 0; i < file.materials.size(); ++i) {
+    const Material material = gpu_material(file.materials[i]);
+    std::copy_n(reinterpret_cast<const std::uint8_t*>(&material), sizeof material,
+                plant.pending_tables.data() + cards_bytes + i * sizeof material);
+    plant.material_textures.push_back(material.texture);
+  }
+  plant.pending_words.assign(lod_words.begin(), lod_words.end());
+  return {};
+}
+
+void Renderer::remove_plant(std::uint32_t index) {
+  COPPICE_ASSERT(plants_[index].used);
+  destroy_plant(plants_[index]);
+}
+
+void Renderer::destroy_plant(PlantSlot& plant) {
+  garbage_.retire(frame_, plant.tables);
+  for (std::uint32_t slot : plant.page_slots)
+    if (slot != PagePool::kNoSlot) {
+      pages_.free(device_, slot);
+      charged_bytes_ -= kPageBytes;
+    }
+  for (WoodLod& lod : plant.wood) {
+    if (lod.buffer.buffer == VK_NULL_HANDLE) continue;
+    garbage_.retire(frame_, lod.buffer);
+    charged_bytes_ -= lod.charged_bytes;
+  }
+  for (PlantTexture& texture : plant.textures) {
+    if (texture.texture.image == VK_NULL_HANDLE) continue;
+    garbage_.retire(frame_, texture.texture);
+    garbage_.retire(frame_, texture.set.pool);
+    charged_bytes_ -= texture.charged_bytes;
+  }
+  plant = {};
+}
+
+void Renderer::drop_page(std::uint32_t plant, std::uint32_t page) {
+  std::uint32_t& slot = plants_[plant].page_slots[page];
+  if (slot == PagePool::kNoSlot) return;
+  pages_.free(device_, slot);
+  slot = PagePool::kNoSlot;
+  charged_bytes_ -= kPageBytes;
+}
+
+void Renderer::drop_wood(std::uint32_t plant, std::uint32_t lod) {
+  WoodLod& wood = plants_[plant].wood[lod];
+  if (wood.buffer.buffer == VK_NULL_HANDLE) return;
+  destroy_buffer(device_, wood.buffer);
+  charged_bytes_ -= wood.charged_bytes;
+  wood = {};
+}
+
+void Renderer::hide_texture(std::uint32_t plant, std::uint32_t texture) {
+  plants_[plant].textures[texture].visible = false;
+}
+
+void Renderer::drop_texture(std::uint32_t plant, std::uint32_t texture) {
+  PlantTexture& dropped = plants_[plant].textures[texture];
+  if (dropped.texture.image == VK_NULL_HANDLE) return;
+  destroy_texture(device_, dropped.texture);
+  device_.vk.vkDestroyDescriptorPool(device_.device, dropped.set.pool, nullptr);
+  charged_bytes_ -= dropped.charged_bytes;
+  dropped = {};
+}
+
+std::uint64_t Renderer::overhead_bytes() const {
+  const std::uint64_t unaccounted = device_.allocated_bytes - std::min(device_.allocated_bytes, charged_bytes_);
+  return unaccounted + pages_.next_growth_bytes();
+}
+
+}  // namespace coppice::gpu

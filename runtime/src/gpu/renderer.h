@@ -1,0 +1,212 @@
+#pragma once
+
+// The GPU half of the runtime: owns what lives in device memory and records upload, culling and drawing into the engine's command buffers.
+// It decides nothing about residency: the caller says which chunks to take and to drop.
+//
+// A frame: begin_frame; record_upload_begin, any number of upload_* and drop_*, record_upload_end; record_cull; record_draw.
+// Thread: externally serialised; const functions may overlap.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "coppice/coppice.h"
+#include "coppice_shared.h"
+#include "device.h"
+#include "instances.h"
+#include "passes.h"
+#include "reader.h"
+#include "resources.h"
+#include "result.h"
+#include "select.h"
+#include "tree.h"
+#include "wood_codec.h"
+
+namespace coppice::gpu {
+
+struct RendererDesc {
+  Device device;
+  AttachmentDesc attachments;
+  VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
+  std::uint64_t memory_budget_bytes = 0;  ///< decides how large a block of the page pool is
+  std::uint32_t max_instances = 0;
+  std::uint32_t max_plants = 0;
+};
+
+struct NodePatch {
+  std::uint32_t node = 0;
+  std::uint32_t split = 0;
+};
+
+/// Nodes first_node .. of one page; see stream/streamer.h.
+struct PageUpload {
+  std::uint32_t plant = 0;
+  std::uint32_t page = 0;
+  std::span<const QuantisedQuad> quads;
+  std::span<const std::uint8_t> cards;
+  std::span<const std::uint32_t> node_split;
+  std::span<const NodePatch> patches;  ///< of node 0 and of pages that are resident
+};
+
+/// What may be drawn of a plant this frame.
+struct PlantResidency {
+  std::uint32_t leaf_count = 1;
+  std::uint32_t wood_mask = 0;
+};
+
+/// Sums over the latest completed frame.
+struct FrameCounts {
+  std::uint64_t frame = 0;
+  std::uint32_t visible_instances = 0;
+  std::uint64_t leaves = 0;
+  std::uint64_t wood_triangles = 0;
+};
+
+/// Device bytes of chunks, for the caller to reserve.
+inline constexpr std::uint64_t kPageBytes = std::uint64_t{kPageNodes} * sizeof(Node);
+
+class Renderer {
+ public:
+  /// errors  out_of_memory, unsupported, internal
+  static Result<std::unique_ptr<Renderer>> create(const RendererDesc& desc);
+  /// The GPU must have finished every frame recorded.
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  /// Frees what the GPU is done with and fetches counts. frame_number grows
+  void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
+
+  /// Makes the plant drawable once its first page is uploaded. plant: < max_plants and not in use. lod_words: pack_lod_table of the file
+  /// errors  out_of_memory
+  Result<void> add_plant(std::uint32_t plant, const PlantFile& file, std::span<const std::uint32_t> lod_words);
+  /// Nothing of the plant may be drawn from the next upload on; its chunks must have been dropped.
+  void remove_plant(std::uint32_t plant);
+
+  /// before / after: as coppice_record_upload. queue: graphics or compute.
+  void record_upload_begin(VkCommandBuffer cmd);
+  /// errors  out_of_memory: nothing of the chunk is kept
+  Result<void> upload_page(const PageUpload& upload);
+  Result<void> upload_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
+  /// bytes: a TEXTURE chunk. errors  bad_file: its size is not that of its mips; out_of_memory
+  Result<void> upload_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> bytes);
+  /// The GPU must have finished the last frame that drew the chunk.
+  void drop_page(std::uint32_t plant, std::uint32_t page);
+  void drop_wood(std::uint32_t plant, std::uint32_t lod);
+  void drop_texture(std::uint32_t plant, std::uint32_t texture);
+  /// Stops drawing with the texture; drop_texture follows when the GPU is done.
+  void hide_texture(std::uint32_t plant, std::uint32_t texture);
+  /// residency: [max_plants]. errors  out_of_memory: draws of this frame would not fit; the frame draws nothing
+  Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
+
+  /// lod: selection's view of `view`. Before / after: as coppice_record_cull.
+  void record_cull(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod);
+  void record_draw(VkCommandBuffer cmd, const coppice_view& view) const;
+
+  [[nodiscard]] const FrameCounts& counts() const { return counts_; }
+  /// Device memory now allocated, beyond what the caller was told to count for uploaded chunks, and what the next page may cost on top.
+  [[nodiscard]] std::uint64_t overhead_bytes() const;
+  [[nodiscard]] std::uint64_t upload_room_bytes() const { return staging_.free_bytes(); }
+  /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.
+  [[nodiscard]] VkBuffer cut_buffer() const { return fixed_.cuts.buffer; }
+
+ private:
+  struct WoodLod {
+    Buffer buffer;  ///< WoodVertex[] then uint32 indices
+    std::uint64_t index_offset = 0;
+    std::uint32_t index_count = 0;
+    std::uint64_t charged_bytes = 0;
+    std::vector<std::uint32_t> textures;  ///< used by its vertices, kNoTexture included; distinct
+  };
+  struct PlantTexture {
+    Texture texture;
+    DescriptorSet set;
+    bool visible = false;
+    std::uint64_t charged_bytes = 0;
+  };
+  struct PlantSlot {
+    bool used = false;
+    Plant record{};
+    Buffer tables;  ///< cards, materials, page addresses
+    std::uint64_t pages_offset = 0;
+    std::vector<std::uint32_t> page_slots;     ///< PagePool slot, or kNoSlot
+    std::vector<std::uint32_t> leaf_textures;  ///< used by its cards, kNoTexture included; distinct
+    std::vector<std::uint32_t> material_textures;
+    std::array<WoodLod, kMaxWoodLods> wood;
+    std::vector<PlantTexture> textures;
+    std::vector<std::uint8_t> pending_tables;  ///< contents of `tables`, until the next upload
+    std::vector<std::uint32_t> pending_words;  ///< the packed table, until the next upload
+  };
+  /// Sized at creation.
+  struct FixedBuffers {
+    Buffer view, instances, plants, tables, cuts, leaf_counts, wood_commands, counters, indices, readback;
+  };
+  struct Copy {
+    VkBuffer from, to;
+    VkBufferCopy region;
+  };
+  struct TextureCopy {
+    VkBuffer from;
+    std::uint64_t offset;
+    VkImage image;
+    std::uint32_t width, height, mip_count;
+  };
+
+  explicit Renderer(const RendererDesc& desc);
+  Result<void> create_fixed_buffers();
+  Result<void> create_default_texture();
+  Result<void> rebuild_frame_set();
+  Result<void> reserve_draws();
+  Result<void> grow(Buffer& buffer, std::uint64_t bytes);
+  Result<StagingSlice> stage(std::uint64_t bytes);
+  Result<void> stage_copy(const void* data, std::uint64_t bytes, VkBuffer to, std::uint64_t offset);
+  Result<void> stage_once();
+  Result<void> stage_plant_tables();
+  Result<void> stage_instances(InstanceTable& instances);
+  Result<void> stage_texels(const Texture& texture, std::span<const std::uint8_t> texels);
+  Result<void> stage_patches(PlantSlot& plant, std::span<const NodePatch> patches);
+  Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
+  void fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency);
+  void record_buffer_copies(std::vector<Copy>& copies);
+  void record_texture_copies();
+  void update_buffer(VkCommandBuffer cmd, const Buffer& buffer, const void* data, std::uint64_t bytes) const;
+  void record_readback(VkCommandBuffer cmd);
+  void draw_leaves(VkCommandBuffer cmd, std::uint32_t plant) const;
+  void draw_wood(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t lod) const;
+  void bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push, const std::array<VkPipeline, 2>& pipelines) const;
+  void destroy_plant(PlantSlot& plant);
+
+  Device device_;
+  RendererDesc desc_;
+  Passes passes_;
+  Garbage garbage_;
+  Staging staging_;
+  PagePool pages_;
+  FixedBuffers fixed_;
+  Buffer leaf_commands_, wood_list_;  ///< grow with instances and residency
+  DescriptorSet frame_set_;
+  Texture default_texture_;  ///< 1 x 1 white, for textures not there yet
+  DescriptorSet default_set_;
+  std::vector<PlantSlot> plants_;
+  std::vector<Plant> records_;               ///< as uploaded this frame
+  std::vector<std::uint32_t> plant_counts_;  ///< instances per plant, this frame
+  std::vector<DrawCommand> wood_templates_;
+
+  VkCommandBuffer upload_cmd_ = VK_NULL_HANDLE;
+  std::vector<Copy> copies_, patches_;  ///< patches overwrite parts of what the copies wrote, behind a barrier
+  std::vector<TextureCopy> texture_copies_;
+  std::uint64_t leaf_command_count_ = 0, wood_list_count_ = 0;
+  std::uint64_t frame_ = 0, completed_ = 0;
+  std::uint32_t instance_slot_count_ = 0;
+  bool once_staged_ = false;         ///< index buffer and default texture
+  bool drawable_ = false;            ///< the last record_upload_end succeeded
+  std::uint64_t charged_bytes_ = 0;  ///< what the caller counts for uploaded chunks
+
+  static constexpr std::uint32_t kReadbackSlots = 8;
+  std::array<std::uint64_t, kReadbackSlots> readback_frames_{};  ///< 0: never used
+  FrameCounts counts_;
+};
+
+}  // namespace coppice::gpu

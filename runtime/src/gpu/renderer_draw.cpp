@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "check.h"
+#include "convert.h"
+#include "renderer.h"
+
+namespace coppice::gpu {
+namespace {
+
+/// a * b, column-major.
+mat4 multiply(const float a[16], const float b[16]) {
+  mat4 product{};
+  for (int column = 0; column < 4; ++column)
+    for (int row = 0; row < 4; ++row)
+      for (int k = 0; k < 4; ++k) product.column[column * 4 + row] += a[k * 4 + row] * b[column * 4 + k];
+  return product;
+}
+
+vec3 to_vec3(const float v[3]) {
+  return {v[0], v[1], v[2]};
+}
+
+/// The plane where `scale` times clip coordinate `row` plus w is 0, its normal of unit length. row 4 gives w's own plane.
+vec4 clip_plane(const mat4& clip_from_world, int row, float scale) {
+  float plane[4];
+  for (int column = 0; column < 4; ++column) {
+    const float w = clip_from_world.column[column * 4 + 3];
+    plane[column] = row == 4 ? w : w + scale * clip_from_world.column[column * 4 + row];
+  }
+  const float length = std::sqrt(plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2]);
+  const float unit = length > 0.0f ? 1.0f / length : 1.0f;
+  return {plane[0] * unit, plane[1] * unit, plane[2] * unit, plane[3] * unit};
+}
+
+View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instance_slot_count) {
+  View converted{};
+  converted.clip_from_world = multiply(view.clip_from_view, view.view_from_world);
+  // No far plane: its place depends on the depth convention, and fog hides what lies behind it. The fifth plane is the eye's.
+  converted.planes[0] = clip_plane(converted.clip_from_world, 0, 1.0f);
+  converted.planes[1] = clip_plane(converted.clip_from_world, 0, -1.0f);
+  converted.planes[2] = clip_plane(converted.clip_from_world, 1, 1.0f);
+  converted.planes[3] = clip_plane(converted.clip_from_world, 1, -1.0f);
+  converted.planes[4] = clip_plane(converted.clip_from_world, 4, 0.0f);
+  converted.camera_position = {lod.eye_m[0], lod.eye_m[1], lod.eye_m[2]};
+  converted.error_px = lod.error_px;
+  converted.focal_px = lod.focal_px;
+  converted.near_m = lod.near_m;
+  converted.lod_full = lod.full ? 1 : 0;
+  converted.instance_slot_count = instance_slot_count;
+  converted.fog_density = view.fog_density;
+  converted.sun_direction = to_vec3(view.sun_direction);
+  converted.sun_color = to_vec3(view.sun_color);
+  converted.sky_color = to_vec3(view.sky_color);
+  converted.ground_color = to_vec3(view.ground_color);
+  converted.fog_color = to_vec3(view.fog_color);
+  return converted;
+}
+
+constexpr VkPipelineStageFlags2 kShaders =
+    VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
+
+}  // namespace
+
+void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod) {
+  if (!drawable_) return;
+  const Functions& vk = device_.vk;
+  const View constants = gpu_view(view, lod, instance_slot_count_);
+  memory_barrier(device_, cmd, kShaders | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+                 VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+                 VK_ACCESS_2_TRANSFER_WRITE_BIT);
+  update_buffer(cmd, fixed_.view, &constants, sizeof constants);
+  update_buffer(cmd, fixed_.wood_commands, wood_templates_.data(), wood_templates_.size() * sizeof(DrawCommand));
+  vk.vkCmdFillBuffer(cmd, fixed_.leaf_counts.buffer, 0, VK_WHOLE_SIZE, 0);
+  vk.vkCmdFillBuffer(cmd, fixed_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
+  memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
+                 VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+  if (instance_slot_count_ > 0) {
+    vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.cull);
+    vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.layout, 0, 1, &frame_set_.set, 0, nullptr);
+    vk.vkCmdDispatch(cmd, (instance_slot_count_ + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
+  }
+  memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+                 VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                 VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+                 VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
+  record_readback(cmd);
+}
+
+void Renderer::record_readback(VkCommandBuffer cmd) {
+  for (std::uint32_t slot = 0; slot < kReadbackSlots; ++slot) {
+    if (readback_frames_[slot] > completed_) continue;
+    readback_frames_[slot] = frame_;
+    const VkBufferCopy region{0, slot * sizeof(Counters), sizeof(Counters)};
+    device_.vk.vkCmdCopyBuffer(cmd, fixed_.counters.buffer, fixed_.readback.buffer, 1, &region);
+    memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
+                   VK_ACCESS_2_HOST_READ_BIT);
+    return;
+  }
+}
+
+void Renderer::record_draw(VkCommandBuffer cmd, const coppice_view& view) const {
+  if (!drawable_) return;
+  const Functions& vk = device_.vk;
+  const VkViewport viewport{0.0f, 0.0f, static_cast<float>(view.width_px), static_cast<float>(view.height_px), 0.0f, 1.0f};
+  const VkRect2D scissor{{0, 0}, {view.width_px, view.height_px}};
+  vk.vkCmdSetViewport(cmd, 0, 1, &viewport);
+  vk.vkCmdSetScissor(cmd, 0, 1, &scissor);
+  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 0, 1, &frame_set_.set, 0, nullptr);
+  // Trunks first: they hide leaves behind them, and the depth test is cheaper than a leaf.
+  for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
+    for (std::uint32_t lod = 0; plant_counts_[plant] > 0 && lod < kMaxWoodLods; ++lod)
+      if (records_[plant].wood_resident_mask >> lod & 1u) draw_wood(cmd, plant, lod);
+  vk.vkCmdBindIndexBuffer(cmd, fixed_.indices.buffer, 0, VK_INDEX_TYPE_UINT16);
+  for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
+    if (plant_counts_[plant] > 0) draw_leaves(cmd, plant);
+}
+
+void Renderer::bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push,
+                         const std::array<VkPipeline, 2>& pipelines) const {
+  const bool textured = push.texture != kNoTexture;
+  const bool resident = textured && plant.textures[push.texture].visible;
+  const VkDescriptorSet set = resident ? plant.textures[push.texture].set.set : default_set_.set;
+  device_.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines[textured ? 1 : 0]);
+  device_.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 1, 1, &set, 0, nullptr);
+  device_.vk.vkCmdPushConstants(cmd, passes_.layout, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof push, &push);
+}
+
+void Renderer::draw_leaves(VkCommandBuffer cmd, std::uint32_t index) const {
+  const PlantSlot& plant = plants_[index];
+  const Plant& record = records_[index];
+  for (std::uint32_t texture : plant.leaf_textures) {
+    bind_draw(cmd, plant, {.plant = index, .texture = texture}, passes_.leaf);
+    device_.vk.vkCmdDrawIndexedIndirectCount(cmd, leaf_commands_.buffer, record.leaf_command_base * sizeof(DrawCommand),
+                                             fixed_.leaf_counts.buffer, index * sizeof(std::uint32_t), record.leaf_command_capacity,
+                                             sizeof(DrawCommand));
+  }
+}
+
+void Renderer::draw_wood(VkCommandBuffer cmd, std::uint32_t index, std::uint32_t lod) const {
+  const PlantSlot& plant = plants_[index];
+  const Plant& record = records_[index];
+  const WoodLod& wood = plant.wood[lod];
+  device_.vk.vkCmdBindIndexBuffer(cmd, wood.buffer.buffer, wood.index_offset, VK_INDEX_TYPE_UINT32);
+  for (std::uint32_t texture : wood.textures) {
+    bind_draw(cmd, plant,
+              {.plant = index,
+               .texture = texture,
+               .wood_vertices = gpu_address(wood.buffer.address),
+               .wood_vertex_count = static_cast<std::uint32_t>(wood.index_offset / sizeof(WoodVertex)),
+               .wood_list_first = record.wood_list_base + lod * record.wood_list_stride},
+              passes_.wood);
+    device_.vk.vkCmdDrawIndexedIndirect(cmd, fixed_.wood_commands.buffer, (index * kMaxWoodLods + lod) * sizeof(DrawCommand), 1,
+                                        sizeof(DrawCommand));
+  }
+}
+
+}  // namespace coppice::gpu

@@ -1,0 +1,294 @@
+#include <algorithm>
+#include <cstring>
+
+#include "check.h"
+#include "convert.h"
+#include "renderer.h"
+
+namespace coppice::gpu {
+namespace {
+
+constexpr VkPipelineStageFlags2 kReadStages = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT |
+                                              VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT |
+                                              VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT;
+constexpr VkAccessFlags2 kReads = VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_INDEX_READ_BIT |
+                                  VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT;
+
+std::uint64_t mip_bytes(const coppice_file_texture& texture) {
+  std::uint64_t bytes = 0;
+  for (std::uint32_t mip = 0; mip < texture.mip_count; ++mip)
+    bytes += std::uint64_t{std::max(texture.width >> mip, 1u)} * std::max(texture.height >> mip, 1u) * 4;
+  return bytes;
+}
+
+VkImageMemoryBarrier2 layout_change(VkImage image, VkImageLayout from, VkImageLayout to) {
+  const bool filling = to == VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+  return {.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
+          .srcStageMask = filling ? VK_PIPELINE_STAGE_2_NONE : VK_PIPELINE_STAGE_2_COPY_BIT,
+          .srcAccessMask = filling ? VK_ACCESS_2_NONE : VK_ACCESS_2_TRANSFER_WRITE_BIT,
+          .dstStageMask = filling ? VK_PIPELINE_STAGE_2_COPY_BIT : VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+          .dstAccessMask = filling ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
+          .oldLayout = from,
+          .newLayout = to,
+          .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+          .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+          .image = image,
+          .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1}};
+}
+
+}  // namespace
+
+void Renderer::record_upload_begin(VkCommandBuffer cmd) {
+  upload_cmd_ = cmd;
+  drawable_ = false;
+}
+
+Result<StagingSlice> Renderer::stage(std::uint64_t bytes) {
+  return staging_.allocate(device_, garbage_, frame_, bytes);
+}
+
+Result<void> Renderer::stage_copy(const void* data, std::uint64_t bytes, VkBuffer to, std::uint64_t offset) {
+  COPPICE_TRY(slice, stage(bytes));
+  std::memcpy(slice.data, data, bytes);
+  copies_.push_back({slice.buffer, to, {slice.offset, offset, bytes}});
+  return {};
+}
+
+Result<void> Renderer::upload_page(const PageUpload& upload) {
+  PlantSlot& plant = plants_[upload.plant];
+  COPPICE_ASSERT(plant.used && plant.page_slots[upload.page] == PagePool::kNoSlot && upload.quads.size() <= kPageNodes);
+  COPPICE_TRY(nodes, stage(upload.quads.size() * sizeof(Node)));
+  COPPICE_TRY(entry, stage(sizeof(uvec2)));
+  COPPICE_CHECK(stage_patches(plant, upload.patches));
+  COPPICE_TRY(slot, pages_.allocate(device_));
+  for (std::size_t i = 0; i < upload.quads.size(); ++i) {
+    const Node node = gpu_node(upload.quads[i], upload.cards[i], upload.node_split[i]);
+    std::memcpy(nodes.data + i * sizeof node, &node, sizeof node);
+  }
+  const uvec2 address = gpu_address(pages_.address(slot));
+  std::memcpy(entry.data, &address, sizeof address);
+  copies_.push_back({nodes.buffer, pages_.buffer(slot), {nodes.offset, pages_.offset(slot), upload.quads.size() * sizeof(Node)}});
+  patches_.push_back({entry.buffer, plant.tables.buffer, {entry.offset, plant.pages_offset + upload.page * sizeof(uvec2), sizeof(uvec2)}});
+  plant.page_slots[upload.page] = slot;
+  charged_bytes_ += kPageBytes;
+  return {};
+}
+
+Result<void> Renderer::stage_patches(PlantSlot& plant, std::span<const NodePatch> patches) {
+  if (patches.empty()) return {};
+  COPPICE_TRY(slice, stage(patches.size() * sizeof(std::uint32_t)));
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const NodePatch& patch = patches[i];
+    std::memcpy(slice.data + i * sizeof(std::uint32_t), &patch.split, sizeof(std::uint32_t));
+    if (patch.node == 0) {
+      plant.record.root.split = patch.split;
+      continue;
+    }
+    const std::uint32_t slot = plant.page_slots[(patch.node - 1) / kPageNodes];
+    COPPICE_ASSERT(slot != PagePool::kNoSlot);
+    const std::uint64_t offset = pages_.offset(slot) + (patch.node - 1) % kPageNodes * sizeof(Node) + offsetof(Node, split);
+    patches_.push_back({slice.buffer, pages_.buffer(slot), {slice.offset + i * sizeof(std::uint32_t), offset, sizeof(std::uint32_t)}});
+  }
+  return {};
+}
+
+Result<void> Renderer::upload_wood(std::uint32_t plant_index, std::uint32_t lod, const WoodMesh& mesh) {
+  PlantSlot& plant = plants_[plant_index];
+  COPPICE_ASSERT(plant.used && plant.wood[lod].buffer.buffer == VK_NULL_HANDLE);
+  const std::uint64_t vertex_bytes = mesh.vertices.size() * sizeof(WoodVertex);
+  const std::uint64_t index_bytes = mesh.indices.size() * sizeof(std::uint32_t);
+  if (index_bytes == 0) return {};
+  COPPICE_TRY(slice, stage(vertex_bytes + index_bytes));
+  COPPICE_TRY(buffer, create_buffer(device_, vertex_bytes + index_bytes,
+                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT |
+                                        VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+                                    MemoryKind::device));
+  WoodLod& wood = plant.wood[lod];
+  wood.buffer = buffer;
+  wood.index_offset = vertex_bytes;
+  wood.index_count = static_cast<std::uint32_t>(mesh.indices.size());
+  wood.charged_bytes = vertex_bytes + index_bytes;
+  charged_bytes_ += wood.charged_bytes;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const WoodVertex vertex = gpu_wood_vertex(mesh.vertices[i]);
+    std::memcpy(slice.data + i * sizeof vertex, &vertex, sizeof vertex);
+    const std::uint32_t texture = plant.material_textures[vertex.material];
+    if (std::find(wood.textures.begin(), wood.textures.end(), texture) == wood.textures.end()) wood.textures.push_back(texture);
+  }
+  std::memcpy(slice.data + vertex_bytes, mesh.indices.data(), index_bytes);
+  copies_.push_back({slice.buffer, buffer.buffer, {slice.offset, 0, vertex_bytes + index_bytes}});
+  return {};
+}
+
+Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t index, std::span<const std::uint8_t> bytes) {
+  PlantTexture& plant_texture = plants_[plant_index].textures[index];
+  coppice_file_texture header{};
+  if (bytes.size() < sizeof header) return Error{Status::bad_file, "texture chunk is shorter than its header"};
+  std::memcpy(&header, bytes.data(), sizeof header);
+  const bool sane = header.width >= 1 && header.height >= 1 && header.width <= COPPICE_MAX_TEXTURE_SIDE &&
+                    header.height <= COPPICE_MAX_TEXTURE_SIDE && header.mip_count >= 1 && header.format == 1 &&
+                    std::max(header.width, header.height) >> (std::min(header.mip_count, 32u) - 1) != 0;
+  if (!sane || mip_bytes(header) != bytes.size() - sizeof header) return Error{Status::bad_file, "texture chunk disagrees with its header"};
+  COPPICE_TRY(texture, create_texture(device_, header.width, header.height, header.mip_count));
+  auto set = create_texture_set(device_, passes_, texture.view);
+  auto staged = set ? stage_texels(texture, bytes.subspan(sizeof header)) : Result<void>(set.error());
+  if (!staged) {
+    destroy_texture(device_, texture);
+    if (set) device_.vk.vkDestroyDescriptorPool(device_.device, set->pool, nullptr);
+    return staged.error();
+  }
+  plant_texture = {.texture = texture, .set = *set, .visible = true, .charged_bytes = bytes.size()};
+  charged_bytes_ += bytes.size();
+  return {};
+}
+
+Result<void> Renderer::stage_texels(const Texture& texture, std::span<const std::uint8_t> texels) {
+  COPPICE_TRY(slice, stage(texels.size()));
+  std::memcpy(slice.data, texels.data(), texels.size());
+  texture_copies_.push_back({slice.buffer, slice.offset, texture.image, texture.width, texture.height, texture.mip_count});
+  return {};
+}
+
+Result<void> Renderer::stage_once() {
+  if (once_staged_) return {};
+  constexpr std::uint16_t kQuad[6] = {0, 1, 2, 0, 2, 3};
+  std::vector<std::uint16_t> indices(std::size_t{kNodesPerDraw} * 6);
+  for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<std::uint16_t>(i / 6 * 4 + kQuad[i % 6]);
+  COPPICE_CHECK(stage_copy(indices.data(), indices.size() * sizeof(std::uint16_t), fixed_.indices.buffer, 0));
+  constexpr std::uint8_t kWhite[4] = {255, 255, 255, 255};
+  COPPICE_CHECK(stage_texels(default_texture_, kWhite));
+  once_staged_ = true;
+  return {};
+}
+
+Result<void> Renderer::stage_plant_tables() {
+  for (std::uint32_t i = 0; i < plants_.size(); ++i) {
+    PlantSlot& plant = plants_[i];
+    if (plant.pending_tables.empty()) continue;
+    COPPICE_CHECK(stage_copy(plant.pending_tables.data(), plant.pending_tables.size(), plant.tables.buffer, 0));
+    COPPICE_CHECK(stage_copy(plant.pending_words.data(), plant.pending_words.size() * sizeof(std::uint32_t), fixed_.tables.buffer,
+                             std::uint64_t{i} * kTableStride * sizeof(std::uint32_t)));
+    plant.pending_tables = {};
+    plant.pending_words = {};
+  }
+  return {};
+}
+
+Result<void> Renderer::stage_instances(InstanceTable& instances) {
+  const std::span<const Instance> slots = instances.slots();
+  instance_slot_count_ = static_cast<std::uint32_t>(slots.size());
+  for (InstanceTable::Range range = instances.take_dirty(0); range.count > 0; range = instances.take_dirty(range.first + range.count))
+    COPPICE_CHECK(
+        stage_copy(slots.data() + range.first, range.count * sizeof(Instance), fixed_.instances.buffer, range.first * sizeof(Instance)));
+  return {};
+}
+
+void Renderer::fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency) {
+  std::uint32_t command_base = 0;
+  std::uint32_t wood_base = 0;
+  for (std::uint32_t i = 0; i < plants_.size(); ++i) {
+    const PlantSlot& plant = plants_[i];
+    plant_counts_[i] = plant.used ? instances.plant_count(i) : 0;
+    records_[i] = plant.record;
+    if (!plant.used) continue;
+    Plant& record = records_[i];
+    record.resident_leaf_count = std::max(residency[i].leaf_count, 1u);
+    for (std::uint32_t lod = 0; lod < record.wood_lod_count; ++lod) {
+      const WoodLod& wood = plant.wood[lod];
+      record.wood_index_counts[lod] = wood.index_count;
+      if (wood.index_count > 0) record.wood_resident_mask |= residency[i].wood_mask & 1u << lod;
+      wood_templates_[i * kMaxWoodLods + lod] = {.index_count = wood.index_count};
+    }
+    const std::uint32_t draws_each = (2 * record.resident_leaf_count - 1 + kNodesPerDraw - 1) / kNodesPerDraw;
+    record.leaf_command_base = command_base;
+    record.leaf_command_capacity = plant_counts_[i] * draws_each;
+    record.wood_list_base = wood_base;
+    record.wood_list_stride = plant_counts_[i];
+    command_base += record.leaf_command_capacity;
+    wood_base += plant_counts_[i] * record.wood_lod_count;
+  }
+  leaf_command_count_ = command_base;
+  wood_list_count_ = wood_base;
+}
+
+Result<void> Renderer::reserve_draws() {
+  const std::uint64_t command_bytes = leaf_command_count_ * sizeof(DrawCommand);
+  const std::uint64_t list_bytes = wood_list_count_ * sizeof(std::uint32_t);
+  const bool commands_grow = command_bytes > leaf_commands_.size_bytes;
+  const bool list_grows = list_bytes > wood_list_.size_bytes;
+  if (!commands_grow && !list_grows) return {};
+  if (commands_grow) COPPICE_CHECK(grow(leaf_commands_, command_bytes + command_bytes / 4));
+  if (list_grows) COPPICE_CHECK(grow(wood_list_, list_bytes + list_bytes / 4));
+  return rebuild_frame_set();
+}
+
+Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency) {
+  COPPICE_CHECK(stage_once());
+  COPPICE_CHECK(stage_plant_tables());
+  COPPICE_CHECK(stage_instances(instances));
+  fill_records(instances, residency);
+  return reserve_draws();
+}
+
+Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency) {
+  COPPICE_ASSERT(upload_cmd_ != VK_NULL_HANDLE && residency.size() == plants_.size());
+  auto staged = stage_frame(instances, residency);
+  memory_barrier(device_, upload_cmd_, kReadStages | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                 VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
+  record_buffer_copies(copies_);
+  update_buffer(upload_cmd_, fixed_.plants, records_.data(), records_.size() * sizeof(Plant));
+  if (!patches_.empty()) {
+    memory_barrier(device_, upload_cmd_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_COPY_BIT,
+                   VK_ACCESS_2_TRANSFER_WRITE_BIT);
+    record_buffer_copies(patches_);
+  }
+  record_texture_copies();
+  memory_barrier(device_, upload_cmd_, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kReadStages, kReads);
+  upload_cmd_ = VK_NULL_HANDLE;
+  drawable_ = static_cast<bool>(staged);
+  return staged;
+}
+
+void Renderer::record_buffer_copies(std::vector<Copy>& copies) {
+  std::stable_sort(copies.begin(), copies.end(),
+                   [](const Copy& a, const Copy& b) { return a.from != b.from ? a.from < b.from : a.to < b.to; });
+  std::vector<VkBufferCopy> regions;
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    regions.push_back(copies[i].region);
+    if (i + 1 < copies.size() && copies[i + 1].from == copies[i].from && copies[i + 1].to == copies[i].to) continue;
+    device_.vk.vkCmdCopyBuffer(upload_cmd_, copies[i].from, copies[i].to, static_cast<std::uint32_t>(regions.size()), regions.data());
+    regions.clear();
+  }
+  copies.clear();
+}
+
+void Renderer::record_texture_copies() {
+  for (const TextureCopy& copy : texture_copies_) {
+    VkImageMemoryBarrier2 barrier = layout_change(copy.image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &barrier};
+    device_.vk.vkCmdPipelineBarrier2(upload_cmd_, &info);
+    std::vector<VkBufferImageCopy> regions;
+    std::uint64_t offset = copy.offset;
+    for (std::uint32_t mip = 0; mip < copy.mip_count; ++mip) {
+      const std::uint32_t width = std::max(copy.width >> mip, 1u);
+      const std::uint32_t height = std::max(copy.height >> mip, 1u);
+      regions.push_back(
+          {.bufferOffset = offset, .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, mip, 0, 1}, .imageExtent = {width, height, 1}});
+      offset += std::uint64_t{width} * height * 4;
+    }
+    device_.vk.vkCmdCopyBufferToImage(upload_cmd_, copy.from, copy.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                                      static_cast<std::uint32_t>(regions.size()), regions.data());
+    barrier = layout_change(copy.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+    device_.vk.vkCmdPipelineBarrier2(upload_cmd_, &info);
+  }
+  texture_copies_.clear();
+}
+
+void Renderer::update_buffer(VkCommandBuffer cmd, const Buffer& buffer, const void* data, std::uint64_t bytes) const {
+  constexpr std::uint64_t kMaxUpdateBytes = 65536;
+  const auto* from = static_cast<const std::uint8_t*>(data);
+  for (std::uint64_t at = 0; at < bytes; at += kMaxUpdateBytes)
+    device_.vk.vkCmdUpdateBuffer(cmd, buffer.buffer, at, std::min(kMaxUpdateBytes, bytes - at), from + at);
+}
+
+}  // namespace coppice::gpu

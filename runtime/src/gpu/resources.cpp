@@ -1,0 +1,99 @@
+#include "resources.h"
+
+#include "coppice_shared.h"
+
+namespace coppice::gpu {
+
+void Garbage::collect(Device& device, std::uint64_t completed_frame) {
+  std::erase_if(items_, [&](Item& item) {
+    if (item.last_frame > completed_frame) return false;
+    if (item.buffer.buffer != VK_NULL_HANDLE) destroy_buffer(device, item.buffer);
+    if (item.texture.image != VK_NULL_HANDLE) destroy_texture(device, item.texture);
+    device.vk.vkDestroyDescriptorPool(device.device, item.pool, nullptr);
+    return true;
+  });
+}
+
+Result<Staging> Staging::create(Device& device, std::uint64_t capacity_bytes) {
+  COPPICE_TRY(ring, create_buffer(device, capacity_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host));
+  Staging staging;
+  staging.ring_ = ring;
+  return staging;
+}
+
+void Staging::destroy(Device& device) {
+  if (ring_.buffer != VK_NULL_HANDLE) destroy_buffer(device, ring_);
+}
+
+Result<StagingSlice> Staging::allocate(Device& device, Garbage& garbage, std::uint64_t frame, std::uint64_t bytes) {
+  const std::uint64_t capacity = ring_.size_bytes;
+  const std::uint64_t rounded = (bytes + 15) / 16 * 16;
+  std::uint64_t start = head_;
+  if (start % capacity + rounded > capacity) start += capacity - start % capacity;
+  if (start + rounded - tail_ <= capacity) {
+    head_ = start + rounded;
+    if (!marks_.empty() && marks_.back().frame == frame)
+      marks_.back().head = head_;
+    else
+      marks_.push_back({frame, head_});
+    return StagingSlice{ring_.buffer, start % capacity, ring_.mapped + start % capacity};
+  }
+  COPPICE_TRY(buffer, create_buffer(device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host));
+  garbage.retire(frame, buffer);
+  return StagingSlice{buffer.buffer, 0, buffer.mapped};
+}
+
+void Staging::recycle(std::uint64_t completed_frame) {
+  while (!marks_.empty() && marks_.front().frame <= completed_frame) {
+    tail_ = marks_.front().head;
+    marks_.pop_front();
+  }
+}
+
+void PagePool::destroy(Device& device) {
+  for (Block& block : blocks_)
+    if (block.buffer.buffer != VK_NULL_HANDLE) destroy_buffer(device, block.buffer);
+  blocks_.clear();
+}
+
+std::uint64_t PagePool::offset(std::uint32_t slot) const {
+  return slot % block_pages_ * std::uint64_t{kPageNodes} * sizeof(Node);
+}
+
+std::uint64_t PagePool::next_growth_bytes() const {
+  for (const Block& block : blocks_)
+    if (!block.free_slots.empty()) return 0;
+  return block_pages_ * std::uint64_t{kPageNodes} * sizeof(Node);
+}
+
+Result<std::uint32_t> PagePool::allocate(Device& device) {
+  for (std::uint32_t index = 0; index < blocks_.size(); ++index) {
+    Block& block = blocks_[index];
+    if (block.free_slots.empty()) continue;
+    const std::uint32_t slot = block.free_slots.back();
+    block.free_slots.pop_back();
+    ++block.used;
+    return slot;
+  }
+  COPPICE_TRY(buffer, create_buffer(
+                          device, next_growth_bytes(),
+                          VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+                          MemoryKind::device));
+  std::uint32_t index = 0;
+  while (index < blocks_.size() && blocks_[index].buffer.buffer != VK_NULL_HANDLE) ++index;
+  if (index == blocks_.size()) blocks_.emplace_back();
+  Block& block = blocks_[index];
+  block.buffer = buffer;
+  for (std::uint32_t i = block_pages_; i-- > 0;) block.free_slots.push_back(index * block_pages_ + i);
+  return allocate(device);
+}
+
+void PagePool::free(Device& device, std::uint32_t slot) {
+  Block& block = blocks_[slot / block_pages_];
+  block.free_slots.push_back(slot);
+  if (--block.used > 0) return;
+  destroy_buffer(device, block.buffer);
+  block = {};
+}
+
+}  // namespace coppice::gpu

@@ -1,0 +1,90 @@
+#pragma once
+
+// Memory that lives from frame to frame: what waits for the GPU to be done with it, the staging ring, and the pool of page slots.
+
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "device.h"
+#include "result.h"
+
+namespace coppice::gpu {
+
+/// Destroys things once the GPU has finished the frame that used them last.
+class Garbage {
+ public:
+  void retire(std::uint64_t last_frame, const Buffer& buffer) { items_.push_back({last_frame, buffer, {}, VK_NULL_HANDLE}); }
+  void retire(std::uint64_t last_frame, const Texture& texture) { items_.push_back({last_frame, {}, texture, VK_NULL_HANDLE}); }
+  void retire(std::uint64_t last_frame, VkDescriptorPool pool) { items_.push_back({last_frame, {}, {}, pool}); }
+  void collect(Device& device, std::uint64_t completed_frame);
+
+ private:
+  struct Item {
+    std::uint64_t last_frame;
+    Buffer buffer;
+    Texture texture;
+    VkDescriptorPool pool;
+  };
+  std::vector<Item> items_;
+};
+
+/// Where to write bytes that a recorded copy will read.
+struct StagingSlice {
+  VkBuffer buffer = VK_NULL_HANDLE;
+  std::uint64_t offset = 0;
+  std::uint8_t* data = nullptr;  ///< aligned to 16
+};
+
+/// A ring of mapped, coherent memory. What does not fit gets a buffer of its own, retired with the frame: a first upload of many instances
+/// or a large texture, not the steady state.
+class Staging {
+ public:
+  static Result<Staging> create(Device& device, std::uint64_t capacity_bytes);
+  void destroy(Device& device);
+
+  /// errors  out_of_memory
+  Result<StagingSlice> allocate(Device& device, Garbage& garbage, std::uint64_t frame, std::uint64_t bytes);
+  void recycle(std::uint64_t completed_frame);
+  [[nodiscard]] std::uint64_t free_bytes() const { return ring_.size_bytes - (head_ - tail_); }
+
+ private:
+  struct Mark {
+    std::uint64_t frame, head;
+  };
+  Buffer ring_;
+  std::uint64_t head_ = 0, tail_ = 0;  ///< grow for ever; the place in the ring is the remainder
+  std::deque<Mark> marks_;
+};
+
+/// Fixed slots of kPageNodes nodes, in blocks that are taken from the device as the pool grows and given back when a block is empty.
+class PagePool {
+ public:
+  static constexpr std::uint32_t kNoSlot = 0xffffffffu;
+
+  /// block_pages  slots in a block, > 0
+  void configure(std::uint32_t block_pages) { block_pages_ = block_pages; }
+  void destroy(Device& device);
+
+  /// errors  out_of_memory
+  Result<std::uint32_t> allocate(Device& device);
+  /// The GPU must be done with the slot.
+  void free(Device& device, std::uint32_t slot);
+
+  [[nodiscard]] VkBuffer buffer(std::uint32_t slot) const { return blocks_[slot / block_pages_].buffer.buffer; }
+  [[nodiscard]] std::uint64_t offset(std::uint32_t slot) const;
+  [[nodiscard]] VkDeviceAddress address(std::uint32_t slot) const { return blocks_[slot / block_pages_].buffer.address + offset(slot); }
+  /// Bytes the device will lose when the next slot is taken: 0 while there is a free one.
+  [[nodiscard]] std::uint64_t next_growth_bytes() const;
+
+ private:
+  struct Block {
+    Buffer buffer;
+    std::uint32_t used = 0;
+    std::vector<std::uint32_t> free_slots;
+  };
+  std::uint32_t block_pages_ = 1;
+  std::vector<Block> blocks_;  ///< a block without a buffer is a hole, to be filled by the next growth
+};
+
+}  // namespace coppice::gpu

@@ -1,0 +1,35 @@
+// Descriptor set 0 of every shader, as gpu/passes.cpp writes it, and what is reached by address from there.
+// COPPICE_CULL_ACCESS is defined as empty by cull.comp, which fills the buffers; for the others they are readonly.
+
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+#include "coppice_shared.h"
+
+#ifndef COPPICE_CULL_ACCESS
+#define COPPICE_CULL_ACCESS readonly
+#endif
+
+layout(set = 0, binding = 0, scalar) readonly buffer ViewBuffer { View view; };
+layout(set = 0, binding = 1, scalar) readonly buffer InstanceBuffer { Instance instances[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer PlantBuffer { Plant plants[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer TableBuffer { uint table_words[]; };
+layout(set = 0, binding = 4, scalar) COPPICE_CULL_ACCESS buffer CutBuffer { float cuts[]; };
+layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer { uint wood_list[]; };
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer NodeArray { Node at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AddressArray { uvec2 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CardArray { Card at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialArray { Material at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WoodVertexArray { WoodVertex at[]; };
+
+#define COPPICE_TABLE_WORD(table, i) table_words[(table).first_word + (i)]
+#include "coppice_lod.h"
+
+vec3 rotate(vec4 quaternion, vec3 v) {
+  vec3 t = 2.0 * cross(quaternion.xyz, v);
+  return v + quaternion.w * t + cross(quaternion.xyz, t);
+}
+
+vec3 world_from_object(Instance instance, vec3 p) { return instance.position + rotate(instance.rotation, instance.scale * p); }

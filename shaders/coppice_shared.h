@@ -1,0 +1,162 @@
+#ifndef COPPICE_SHARED_H
+#define COPPICE_SHARED_H
+
+// The layout of everything the CPU and the shaders both touch, and its only definition: the same text compiles as GLSL and as C++.
+// Scalar block layout, little-endian, no hand-made padding. Addresses are buffer device addresses split in two: (low, high).
+
+#ifdef __cplusplus
+#include <cstdint>
+
+#define COPPICE_GPU_LAYOUT(type, bytes) static_assert(sizeof(type) == (bytes) && alignof(type) == 4)
+
+namespace coppice::gpu {
+
+using uint = std::uint32_t;
+struct vec2 {
+  float x, y;
+};
+struct vec3 {
+  float x, y, z;
+};
+struct vec4 {
+  float x, y, z, w;
+};
+struct uvec2 {
+  uint x, y;
+};
+struct mat4 {
+  float column[16];
+};
+#else
+#define COPPICE_GPU_LAYOUT(type, bytes)
+#endif
+
+// A page slot of the pool: the nodes of kPageSplits splits. Node 0 is in Plant, node n > 0 is node (n - 1) % kPageNodes of page
+// (n - 1) / kPageNodes.
+const uint kPageSplits = 512;
+const uint kPageNodes = 1024;
+// A leaf draw command covers this many nodes: four 16-bit indices each.
+const uint kNodesPerDraw = 16384;
+const uint kNoPlant = 0xffffffffu;
+const uint kNeverSplit = 0xffffffffu;
+const uint kNoTexture = 0xffffffffu;
+const uint kMaxWoodLods = 8;
+const uint kCullGroupSize = 64;
+// Words of the buffer of packed tables (see coppice_lod.h) that belong to one plant: 32 levels, 16 sizes, 8 wood LoDs.
+const uint kTableStride = 32 + 16 + 32 * 16 + 8;
+
+// A leaf quad. Corner i is (x, y, z), three unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
+struct Node {
+  uint corners[6];
+  uint card;
+  uint split;  // the split that replaces this node, or kNeverSplit
+};
+COPPICE_GPU_LAYOUT(Node, 32);
+
+// world = position + rotation * (scale * object). One per instance slot; plant is kNoPlant in an empty slot.
+struct Instance {
+  vec3 position;
+  float scale;
+  vec4 rotation;
+  vec3 tint;
+  uint plant;
+};
+COPPICE_GPU_LAYOUT(Instance, 48);
+
+struct Card {
+  uint material;
+  vec2 uv[4];
+};
+COPPICE_GPU_LAYOUT(Card, 36);
+
+struct Material {
+  vec4 base_color;  // linear
+  float alpha_cutoff;
+  uint texture;  // of the plant, or kNoTexture
+};
+COPPICE_GPU_LAYOUT(Material, 24);
+
+struct WoodVertex {
+  vec3 position;  // object space, m
+  uint normal;    // octahedral, two snorm16
+  vec2 uv;
+  uint material;
+};
+COPPICE_GPU_LAYOUT(WoodVertex, 28);
+
+struct Plant {
+  vec3 sphere_center;  // object space, m; leaves and wood
+  float sphere_radius;
+  vec3 box_min;        // leaf vertex = box_min + box_step * q, object space, m
+  uint leaf_count;
+  vec3 box_step;
+  uint resident_leaf_count;  // the finest cut the resident pages hold
+  Node root;
+  uint error_level_count;
+  uint error_size_count;
+  uvec2 pages;  // address of uvec2[page count]: the address of each resident page's slot
+  uvec2 cards;
+  uvec2 materials;
+  uint leaf_command_base;      // this plant's draw commands are [base, base + capacity)
+  uint leaf_command_capacity;
+  uint wood_list_base;     // LoD i's instances are [base + i * wood_list_stride, ...)
+  uint wood_list_stride;
+  uint wood_lod_count;
+  uint wood_resident_mask; // bit i: LoD i can be drawn. Bit wood_lod_count - 1 is always set when there is wood
+  uint wood_index_counts[kMaxWoodLods];
+};
+COPPICE_GPU_LAYOUT(Plant, 168);
+
+// What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0.
+struct View {
+  mat4 clip_from_world;
+  vec4 planes[5];
+  vec3 camera_position;
+  float error_px;
+  float focal_px;  // half the height of the picture in px, times clip_from_view[1][1]'s magnitude
+  float near_m;    // nearer instances count as this far away
+  uint lod_full;             // 1: every resident leaf
+  uint instance_slot_count;  // slots [0, this) may hold instances
+  float fog_density;
+  vec3 sun_direction;
+  vec3 sun_color;
+  vec3 sky_color;
+  vec3 ground_color;
+  vec3 fog_color;
+};
+COPPICE_GPU_LAYOUT(View, 240);
+
+// Sums over a frame; leaf and triangle counts are 64-bit, low word first.
+struct Counters {
+  uint visible_instances;
+  uint leaves[2];
+  uint wood_triangles[2];
+};
+COPPICE_GPU_LAYOUT(Counters, 20);
+
+// VkDrawIndexedIndirectCommand.
+struct DrawCommand {
+  uint index_count;
+  uint instance_count;
+  uint first_index;
+  int vertex_offset;
+  uint first_instance;
+};
+COPPICE_GPU_LAYOUT(DrawCommand, 20);
+
+// Push constants of a draw. A plant's leaves, and each of its wood LoDs, are drawn once for every texture they use: vertices whose
+// material has another one collapse. Almost every plant has one leaf texture and one bark.
+struct DrawPush {
+  uint plant;
+  uint texture;         // or kNoTexture
+  uvec2 wood_vertices;  // address of WoodVertex[]
+  uint wood_vertex_count;
+  uint wood_list_first;
+};
+COPPICE_GPU_LAYOUT(DrawPush, 24);
+
+#ifdef __cplusplus
+}  // namespace coppice::gpu
+#endif
+
+#endif

@@ -1,0 +1,91 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// Frustum culling and cut selection, one invocation per instance slot.
+// reads     view, instances, plants, tables
+// writes    cuts[slot]; of visible instances also their draw commands and place in the wood lists; counters
+//           (leaf_counts, wood instance counts and counters start at zero)
+// dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::record_cull
+
+#define COPPICE_CULL_ACCESS
+#include "bindings.glsl"
+
+layout(local_size_x = kCullGroupSize) in;
+
+layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
+layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
+layout(set = 0, binding = 8, scalar) buffer WoodCommandBuffer { DrawCommand wood_commands[]; };
+layout(set = 0, binding = 9, scalar) buffer CounterBuffer { Counters counters; };
+
+shared uint group_visible;
+
+bool sphere_in_view(vec3 center, float radius) {
+  for (int i = 0; i < 5; ++i)
+    if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;
+  return true;
+}
+
+void add_64(uint word, uint value) {
+  // Two words because 64-bit atomics are an optional feature: the low word's wrap is the carry.
+  if (word == 0) {
+    if (atomicAdd(counters.leaves[0], value) > 0xffffffffu - value) atomicAdd(counters.leaves[1], 1);
+  } else {
+    if (atomicAdd(counters.wood_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.wood_triangles[1], 1);
+  }
+}
+
+void draw_leaves(Plant plant, uint plant_index, uint slot, uint leaf_count) {
+  uint node_count = 2 * leaf_count - 1;
+  uint draw_count = (node_count + kNodesPerDraw - 1) / kNodesPerDraw;
+  uint first = atomicAdd(leaf_counts[plant_index], draw_count);
+  for (uint i = 0; i < draw_count && first + i < plant.leaf_command_capacity; ++i) {
+    DrawCommand command;
+    command.index_count = 6 * min(node_count - i * kNodesPerDraw, kNodesPerDraw);
+    command.instance_count = 1;
+    command.first_index = 0;
+    command.vertex_offset = int(4 * i * kNodesPerDraw);
+    command.first_instance = slot;
+    leaf_commands[plant.leaf_command_base + first + i] = command;
+  }
+}
+
+void draw_wood(Plant plant, uint plant_index, uint slot, uint lod) {
+  uint place = atomicAdd(wood_commands[plant_index * kMaxWoodLods + lod].instance_count, 1);
+  wood_list[plant.wood_list_base + lod * plant.wood_list_stride + place] = slot;
+}
+
+void select(uint slot) {
+  Instance instance = instances[slot];
+  if (instance.plant == kNoPlant) return;
+  Plant plant = plants[instance.plant];
+
+  vec3 center = world_from_object(instance, plant.sphere_center);
+  float radius = instance.scale * plant.sphere_radius;
+  CoppiceTable table = CoppiceTable(instance.plant * kTableStride, plant.error_level_count, plant.error_size_count, plant.wood_lod_count);
+  float size_px = coppice_projected_size_px(distance(center, view.camera_position), radius, view.near_m, view.focal_px);
+  float threshold_px = coppice_instance_threshold_px(view.error_px, slot);
+
+  float resident = float(plant.resident_leaf_count);
+  float cut = view.lod_full != 0 ? resident : min(coppice_leaf_count(table, size_px, threshold_px), resident);
+  cuts[slot] = cut;
+  if (!sphere_in_view(center, radius)) return;
+
+  uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
+  atomicAdd(group_visible, 1);
+  add_64(0, leaf_count);
+  draw_leaves(plant, instance.plant, slot, leaf_count);
+
+  if (plant.wood_resident_mask == 0) return;
+  uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(table, size_px, threshold_px);
+  uint lod = coppice_resident_wood_lod(plant.wood_resident_mask, wanted, plant.wood_lod_count);
+  add_64(1, plant.wood_index_counts[lod] / 3);
+  draw_wood(plant, instance.plant, slot, lod);
+}
+
+void main() {
+  if (gl_LocalInvocationIndex == 0) group_visible = 0;
+  barrier();
+  if (gl_GlobalInvocationID.x < view.instance_slot_count) select(gl_GlobalInvocationID.x);
+  barrier();
+  if (gl_LocalInvocationIndex == 0 && group_visible > 0) atomicAdd(counters.visible_instances, group_visible);
+}

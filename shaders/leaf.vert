@@ -1,0 +1,96 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// Leaf quads of one instance: four vertices for each node id below 2m - 1, those not in cut(m) collapsed outside the clip volume.
+// reads     view, instances, plants, cuts; pages, cards and materials by address. gl_InstanceIndex is the instance slot
+// writes    position and the lit colour
+// dispatch  indirect, from cull.comp's commands; recorded by coppice::gpu::record_draw
+
+#include "bindings.glsl"
+#include "shading.glsl"
+
+layout(push_constant, scalar) uniform Push { DrawPush push; };
+
+layout(location = 0) out vec3 out_light;
+layout(location = 1) out float out_transmittance;
+layout(location = 2) out vec2 out_uv;
+layout(location = 3) flat out float out_alpha_cutoff;
+
+// No branch: some drivers load for both sides of one, so that every address computed here has to be readable.
+Node fetch_node(Plant plant, uint id) {
+  uint index = max(id, 1) - 1;
+  uvec2 page = AddressArray(plant.pages).at[index / kPageNodes];
+  Node node = NodeArray(page).at[index % kPageNodes];
+  if (id == 0) node = plant.root;
+  return node;
+}
+
+uvec3 quantised_corner(Node node, uint corner) {
+  uint first = corner * 3;
+  uvec3 q;
+  for (uint axis = 0; axis < 3; ++axis) {
+    uint half_word = first + axis;
+    q[axis] = (node.corners[half_word >> 1] >> ((half_word & 1) * 16)) & 0xffffu;
+  }
+  return q;
+}
+
+// Light and dark, warm and cool: a value that follows the place in the crown, so that it survives a change of cut.
+vec3 variation(uint slot, vec3 place_in_crown, uvec3 stalk) {
+  uvec3 cell = uvec3(ivec3(floor(place_in_crown * 4.0)) + 16);
+  uint tuft = coppice_hash(slot * 131071u + cell.x + cell.y * 64u + cell.z * 4096u);
+  uint leaf = coppice_hash(stalk.x + stalk.y * 16384u ^ stalk.z * 747796405u);
+  float a = float(tuft >> 16) / 65535.0 - 0.5;
+  float b = float(leaf >> 16) / 65535.0 - 0.5;
+  float c = float(leaf & 0xffffu) / 65535.0 - 0.5;
+  return (1.0 + 0.16 * a + 0.30 * b) * vec3(1.0 + 0.16 * c, 1.0, 1.0 - 0.14 * c);
+}
+
+void main() {
+  uint slot = gl_InstanceIndex;
+  uint id = uint(gl_VertexIndex) >> 2;
+  uint corner = uint(gl_VertexIndex) & 3;
+  Plant plant = plants[push.plant];
+  Node node = fetch_node(plant, min(id, 2 * plant.resident_leaf_count - 2));
+  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  out_light = vec3(0.0);
+  out_transmittance = 1.0;
+  out_uv = vec2(0.0);
+  out_alpha_cutoff = 0.0;
+  uint leaf_count = min(coppice_whole_leaf_count(cuts[slot]), plant.resident_leaf_count);
+  if (!coppice_node_alive(id, node.split, leaf_count)) return;
+
+  Instance instance = instances[slot];
+  Card card = CardArray(plant.cards).at[node.card];
+  Material material = MaterialArray(plant.materials).at[card.material];
+  if (material.texture != push.texture) return;
+  vec3 corners[4];
+  for (uint i = 0; i < 4; ++i) corners[i] = plant.box_min + plant.box_step * vec3(quantised_corner(node, i));
+  vec3 object = corners[corner];
+  vec3 world = world_from_object(instance, object);
+  gl_Position = view.clip_from_world * vec4(world, 1.0);
+
+  Crown crown = crown_of(plant);
+  vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+  vec3 outward = (middle - crown.center) / (crown.radii * crown.radii);
+  outward = normalize(outward + vec3(0.0, 1e-4, 0.0));
+  vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
+  face = dot(face, face) > 1e-20 ? normalize(face) : outward;
+  if (dot(face, outward) < 0.0) face = -face;
+  vec3 normal = rotate(instance.rotation, normalize(mix(face, outward, 0.55)));
+
+  vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
+  float sun = sun_through_crown(crown, object, sun_object);
+  float facing = dot(normal, view.sun_direction);
+  float front = max(0.0, 0.2 + 0.8 * facing);
+  float eye_side = dot(rotate(instance.rotation, face), view.camera_position - world) < 0.0 ? -1.0 : 1.0;
+  float through = max(0.0, -eye_side * dot(rotate(instance.rotation, face), view.sun_direction));
+  vec3 direct = view.sun_color * sun * (front + 0.45 * through * vec3(1.0, 1.15, 0.35));
+  vec3 ambient = ambient_light(normal) * sky_through_crown(crown, object);
+
+  vec3 albedo = material.base_color.rgb * instance.tint * variation(slot, (middle - crown.center) / crown.radii, quantised_corner(node, 0));
+  out_light = albedo * (direct + ambient);
+  out_transmittance = transmittance(world);
+  out_uv = card.uv[corner];
+  out_alpha_cutoff = material.alpha_cutoff;
+}

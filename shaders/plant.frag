@@ -1,0 +1,29 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// Leaves and wood: texture, alpha test, fog.
+// reads     view, the texture of the draw
+// writes    colour, linear
+// recorded by coppice::gpu::record_draw. kTextured is off where the material has no texture, which keeps early depth tests.
+
+#include "bindings.glsl"
+
+layout(constant_id = 0) const bool kTextured = true;
+
+layout(set = 1, binding = 0) uniform sampler2D base_color;
+
+layout(location = 0) in vec3 in_light;
+layout(location = 1) in float in_transmittance;
+layout(location = 2) in vec2 in_uv;
+layout(location = 3) flat in float in_alpha_cutoff;
+layout(location = 0) out vec4 out_color;
+
+void main() {
+  vec3 color = in_light;
+  if (kTextured) {
+    vec4 texel = texture(base_color, in_uv);
+    if (texel.a < in_alpha_cutoff) discard;
+    color *= texel.rgb;
+  }
+  out_color = vec4(mix(view.fog_color, color, in_transmittance), 1.0);
+}

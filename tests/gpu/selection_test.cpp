@@ -1,0 +1,63 @@
+// The shader's cut and the CPU's are the same text; here they meet on the same instances.
+
+#include <cmath>
+#include <random>
+
+#include "demand.h"
+#include "random_tree.h"
+#include "renderer_scene.h"
+
+namespace coppice::test {
+namespace {
+
+class SelectionTest : public VulkanTest {};
+
+std::vector<coppice_placement> scattered(std::uint32_t count, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  const auto uniform = [&](float low, float high) { return low + (high - low) * static_cast<float>(random()) / 4294967296.0f; };
+  std::vector<coppice_placement> placements;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float yaw = uniform(0.0f, 6.28f);
+    // Distances from inside the crown to a pixel or so.
+    const float distance = std::exp(uniform(-2.0f, 6.0f));
+    const float bearing = uniform(0.0f, 6.28f);
+    placements.push_back({{distance * std::cos(bearing), uniform(-1.0f, 1.0f), distance * std::sin(bearing)},
+                          uniform(0.5f, 2.0f),
+                          {0.0f, std::sin(0.5f * yaw), 0.0f, std::cos(0.5f * yaw)},
+                          {1.0f, 1.0f, 1.0f}});
+  }
+  return placements;
+}
+
+TEST_F(SelectionTest, CutsEqualTheCpuReference) {
+  const std::uint32_t leaf_counts[] = {1, 700, 5000};
+  RendererScene scene(gpu(), 8192);
+  std::vector<DecodedPlant> plants;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    plants.push_back(decoded_plant(random_plant({.leaf_count = leaf_counts[i], .seed = i + 1})));
+    scene.place(scene.add_plant(plants[i]), scattered(2000, i));
+  }
+  coppice_view view = make_view({.eye_m = {0.0f, 0.5f, 0.0f}, .target_m = {1.0f, 0.5f, 1.0f}, .width_px = 64, .height_px = 64});
+  std::uint32_t distinct = 0;
+  for (const float error_px : {0.05f, 0.5f, 2.0f, 20.0f}) {
+    view.error_px = error_px;
+    const std::vector<float> cuts = scene.draw(view).cuts;
+    const LodView lod = [&] {
+      auto demand = demand_view(view);
+      EXPECT_TRUE(demand);
+      return demand->lod;
+    }();
+    for (std::uint32_t slot = 0; slot < cuts.size(); ++slot) {
+      const InstanceSphere& sphere = scene.instances().spheres()[slot];
+      const DecodedPlant& plant = plants[sphere.plant];
+      const LodPlant lod_plant{.table = lod_table(plant.file, plant.lod_words), .resident_leaf_count = plant.file.plant.leaf_count};
+      const float expected = select_lod(sphere, slot, lod_plant, lod).leaf_count;
+      ASSERT_NEAR(cuts[slot], expected, 1e-3f * expected) << "slot " << slot << ", error_px " << error_px;
+      distinct += expected > 1.5f && expected < static_cast<float>(plant.file.plant.leaf_count) - 0.5f;
+    }
+  }
+  EXPECT_GT(distinct, 2000u) << "too few cuts lie between the ends for the test to mean anything";
+}
+
+}  // namespace
+}  // namespace coppice::test

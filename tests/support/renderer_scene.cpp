@@ -1,0 +1,274 @@
+#include "renderer_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include "demand.h"
+
+namespace coppice::test {
+namespace {
+
+template <class T>
+T expect(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message());
+  return *std::move(result);
+}
+
+void expect(const Result<void>& result) {
+  if (!result) throw std::runtime_error(result.error().message());
+}
+
+struct Box {
+  glm::vec3 low{INFINITY}, high{-INFINITY};
+};
+
+Box leaf_box(const bake::Tree& tree) {
+  Box box;
+  for (const glm::vec3& vertex : tree.vertices) {
+    box.low = glm::min(box.low, vertex);
+    box.high = glm::max(box.high, vertex);
+  }
+  return box;
+}
+
+QuantisedPoint quantise(const glm::vec3& p, const Box& box) {
+  QuantisedPoint q{};
+  for (int axis = 0; axis < 3; ++axis)
+    q[static_cast<std::size_t>(axis)] =
+        static_cast<std::uint16_t>(std::lround((p[axis] - box.low[axis]) / (box.high[axis] - box.low[axis]) * COPPICE_QUANTISED_MAX));
+  return q;
+}
+
+WoodMesh wood_mesh(const bake::Mesh& mesh) {
+  WoodMesh wood;
+  wood.indices = mesh.indices;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+    wood.vertices.push_back({{mesh.positions[i].x, mesh.positions[i].y, mesh.positions[i].z},
+                             {mesh.normals[i].x, mesh.normals[i].y, mesh.normals[i].z},
+                             {mesh.uvs[i].x, mesh.uvs[i].y},
+                             0});
+  for (std::size_t i = 0; i < mesh.indices.size(); ++i) wood.vertices[mesh.indices[i]].material = mesh.triangle_materials[i / 3];
+  return wood;
+}
+
+void fill_front(const bake::BakedPlant& baked, const Box& box, PlantFile& file) {
+  coppice_file_plant& plant = file.plant;
+  plant.leaf_count = baked.tree.leaf_count();
+  plant.page_count = (plant.leaf_count - 1 + COPPICE_PAGE_SPLITS - 1) / COPPICE_PAGE_SPLITS;
+  plant.material_count = static_cast<std::uint32_t>(baked.materials.size());
+  plant.card_count = static_cast<std::uint32_t>(baked.card_table.size());
+  plant.texture_count = static_cast<std::uint32_t>(baked.images.size());
+  plant.wood_lod_count = static_cast<std::uint32_t>(baked.wood.lods.size());
+  plant.error_level_count = static_cast<std::uint32_t>(baked.errors.leaf_counts.size());
+  plant.error_size_count = static_cast<std::uint32_t>(baked.errors.sizes_px.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    plant.leaf_box_min[axis] = box.low[axis];
+    plant.leaf_box_max[axis] = box.high[axis];
+    plant.sphere_center[axis] = 0.5f * (box.low[axis] + box.high[axis]);
+  }
+  plant.sphere_radius = 0.5f * glm::length(box.high - box.low);
+  for (const bake::Material& material : baked.materials)
+    file.materials.push_back({{material.base_color.x, material.base_color.y, material.base_color.z, material.base_color.w},
+                              material.alpha_cutoff,
+                              material.roughness,
+                              material.image == bake::kNone ? COPPICE_NO_TEXTURE : material.image,
+                              0});
+  for (const bake::Card& card : baked.card_table) {
+    coppice_file_card converted{.material = card.material, .uv = {}};
+    for (std::size_t i = 0; i < 4; ++i) {
+      converted.uv[i][0] = card.uv[i].x;
+      converted.uv[i][1] = card.uv[i].y;
+    }
+    file.cards.push_back(converted);
+  }
+  file.error_leaf_counts = baked.errors.leaf_counts;
+  file.error_sizes_px = baked.errors.sizes_px;
+  file.error_px = baked.errors.error_px;
+}
+
+}  // namespace
+
+DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
+  DecodedPlant plant;
+  const Box box = leaf_box(baked.tree);
+  fill_front(baked, box, plant.file);
+  for (std::size_t id = 0; id < baked.tree.nodes.size(); ++id) {
+    QuantisedQuad quad;
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      quad[corner] = quantise(baked.tree.vertices[baked.tree.nodes[id].vertices[corner]], box);
+    plant.quads.push_back(quad);
+    plant.cards.push_back(static_cast<std::uint8_t>(baked.tree.nodes[id].card));
+    plant.node_split.push_back(baked.tree.node_split[id]);
+  }
+  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.quads[0][corner].begin(), 3, plant.file.plant.root_quad[corner]);
+  plant.file.plant.root_card = plant.cards[0];
+  for (const bake::Mesh& lod : baked.wood.lods) {
+    plant.wood.push_back(wood_mesh(lod));
+    plant.file.chunks.push_back({.kind = COPPICE_CHUNK_WOOD, .index = static_cast<std::uint32_t>(plant.wood.size() - 1)});
+  }
+  for (const bake::Image& image : baked.images) {
+    const coppice_file_texture header{image.width, image.height, 1, 1};
+    std::vector<std::uint8_t> chunk(sizeof header + image.rgba.size());
+    std::memcpy(chunk.data(), &header, sizeof header);
+    std::ranges::copy(image.rgba, chunk.begin() + sizeof header);
+    plant.textures.push_back(std::move(chunk));
+  }
+  plant.lod_words = pack_lod_table(plant.file);
+  for (std::uint32_t lod = 0; lod < plant.wood.size(); ++lod)  // no WOOD chunk to read the count from
+    plant.lod_words[plant.lod_words.size() - plant.wood.size() + lod] = static_cast<std::uint32_t>(plant.wood[lod].indices.size() / 3);
+  return plant;
+}
+
+coppice_view make_view(const CameraDesc& camera) {
+  coppice_view view{.struct_size = sizeof(coppice_view), .error_px = 2.0f, .lod = COPPICE_LOD_CUT};
+  for (int channel = 0; channel < 3; ++channel) {
+    view.sun_color[channel] = 3.0f;
+    view.sky_color[channel] = 0.6f;
+    view.ground_color[channel] = 0.2f;
+  }
+  const glm::mat4 view_from_world = glm::lookAt(camera.eye_m, camera.target_m, glm::vec3(0.0f, 1.0f, 0.0f));
+  const float focal = 1.0f / std::tan(0.5f * camera.vertical_fov_radians);
+  constexpr float kNearM = 0.05f;
+  glm::mat4 clip_from_view(0.0f);
+  clip_from_view[0][0] = focal * static_cast<float>(camera.height_px) / static_cast<float>(camera.width_px);
+  clip_from_view[1][1] = -focal;
+  clip_from_view[2][3] = -1.0f;
+  clip_from_view[3][2] = kNearM;
+  std::copy_n(glm::value_ptr(view_from_world), 16, view.view_from_world);
+  std::copy_n(glm::value_ptr(clip_from_view), 16, view.clip_from_view);
+  view.width_px = camera.width_px;
+  view.height_px = camera.height_px;
+  const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.6f, 0.6f));
+  for (int axis = 0; axis < 3; ++axis) view.sun_direction[axis] = sun[axis];
+  return view;
+}
+
+RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instances) : gpu_(gpu) {
+  constexpr std::uint32_t kMaxPlants = 8;
+  const gpu::Device device = expect(gpu::open_device(gpu.instance, gpu.physical_device, gpu.device, vkGetInstanceProcAddr));
+  renderer_ = expect(gpu::Renderer::create({.device = device,
+                                            .attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT},
+                                            .memory_budget_bytes = 64ull << 20,
+                                            .max_instances = max_instances,
+                                            .max_plants = kMaxPlants}));
+  const coppice_allocator allocator{.user = nullptr,
+                                    .allocate = [](void*, std::size_t bytes, std::size_t) { return std::malloc(bytes); },
+                                    .free = [](void*, void* pointer, std::size_t) { std::free(pointer); }};
+  instances_ = expect(gpu::InstanceTable::create(allocator, max_instances, kMaxPlants));
+  residency_.resize(kMaxPlants);
+}
+
+std::uint32_t RendererScene::add_plant(const DecodedPlant& plant, std::uint32_t page_count) {
+  const std::uint32_t index = plant_count_++;
+  expect(renderer_->add_plant(index, plant.file, plant.lod_words));
+  instances_.set_plant_sphere(index, plant.file.plant.sphere_center, plant.file.plant.sphere_radius);
+  pending_.push_back({index, plant, std::min(page_count, plant.file.plant.page_count)});
+  return index;
+}
+
+void RendererScene::place(std::uint32_t plant, const std::vector<coppice_placement>& placements) {
+  expect(instances_.add(plant, placements, {}));
+}
+
+void RendererScene::upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count) {
+  std::vector<gpu::NodePatch> patches;
+  for (std::uint32_t page = 0; page < page_count; ++page) {
+    const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS;
+    const std::uint32_t split_end = std::min(first_split + COPPICE_PAGE_SPLITS, plant.file.plant.leaf_count - 1);
+    const std::uint32_t first = 2 * first_split + 1;
+    const std::uint32_t count = 2 * (split_end - first_split);
+    // As the streamer does: splits of later pages are not known yet, those of this page in earlier pages are patched.
+    std::vector<std::uint32_t> splits(plant.node_split.begin() + first, plant.node_split.begin() + first + count);
+    for (std::uint32_t& split : splits)
+      if (split >= split_end) split = lod::kCoppiceNoSplit;
+    patches.clear();
+    for (std::uint32_t node = 0; node < first; ++node)
+      if (plant.node_split[node] >= first_split && plant.node_split[node] < split_end) patches.push_back({node, plant.node_split[node]});
+    expect(renderer_->upload_page({.plant = index,
+                                   .page = page,
+                                   .quads = std::span(plant.quads).subspan(first, count),
+                                   .cards = std::span(plant.cards).subspan(first, count),
+                                   .node_split = splits,
+                                   .patches = patches}));
+    residency_[index].leaf_count = split_end + 1;
+  }
+  if (page_count == 0) return;
+  for (std::uint32_t lod = 0; lod < plant.wood.size(); ++lod) {
+    expect(renderer_->upload_wood(index, lod, plant.wood[lod]));
+    residency_[index].wood_mask |= 1u << lod;
+  }
+  for (std::uint32_t texture = 0; texture < plant.textures.size(); ++texture)
+    expect(renderer_->upload_texture(index, texture, plant.textures[texture]));
+}
+
+void RendererScene::upload(VkCommandBuffer cmd) {
+  renderer_->record_upload_begin(cmd);
+  for (const Pending& pending : pending_) upload_plant(pending.index, pending.plant, pending.page_count);
+  pending_.clear();
+  expect(renderer_->record_upload_end(instances_, residency_));
+}
+
+RendererScene::Frame RendererScene::draw(const coppice_view& view) {
+  const Image color(gpu_, {.width_px = view.width_px,
+                           .height_px = view.height_px,
+                           .format = VK_FORMAT_R8G8B8A8_SRGB,
+                           .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+  const Image depth(gpu_, {.width_px = view.width_px,
+                           .height_px = view.height_px,
+                           .format = VK_FORMAT_D32_SFLOAT,
+                           .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT});
+  Frame frame;
+  frame.cuts.resize(instances_.slots().size());
+  const Buffer cuts(gpu_, std::max<std::size_t>(frame.cuts.size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  renderer_->begin_frame(frame_ + 1, frame_);
+  ++frame_;
+  submit(gpu_, [&](VkCommandBuffer cmd) {
+    upload(cmd);
+    DemandView demand = expect(demand_view(view));
+    demand.lod.full = view.lod == COPPICE_LOD_FULL;
+    renderer_->record_cull(cmd, view, demand.lod);
+    full_barrier(cmd);
+    if (!frame.cuts.empty()) {
+      const VkBufferCopy region{0, 0, frame.cuts.size() * sizeof(float)};
+      vkCmdCopyBuffer(cmd, renderer_->cut_buffer(), cuts.handle(), 1, &region);
+    }
+    change_layout(cmd, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+    change_layout(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    const VkRenderingAttachmentInfo color_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                                     .imageView = color.view(),
+                                                     .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                                     .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+                                                     .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}};
+    const VkRenderingAttachmentInfo depth_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                                     .imageView = depth.view(),
+                                                     .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                                     .storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE};
+    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                    .renderArea = {{0, 0}, {view.width_px, view.height_px}},
+                                    .layerCount = 1,
+                                    .colorAttachmentCount = 1,
+                                    .pColorAttachments = &color_attachment,
+                                    .pDepthAttachment = &depth_attachment};
+    vkCmdBeginRendering(cmd, &rendering);
+    renderer_->record_draw(cmd, view);
+    vkCmdEndRendering(cmd);
+  });
+  std::memcpy(frame.cuts.data(), cuts.mapped(), frame.cuts.size() * sizeof(float));
+  frame.picture = read_picture(gpu_, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+  renderer_->begin_frame(frame_ + 1, frame_);
+  ++frame_;
+  frame.counts = renderer_->counts();
+  return frame;
+}
+
+}  // namespace coppice::test

@@ -1,0 +1,75 @@
+#pragma once
+
+// A renderer with plants in it and a camera, without files and without a streamer: what is resident is what the test uploads.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "picture.h"
+#include "plant.h"
+#include "renderer.h"
+#include "vulkan_device.h"
+
+namespace coppice::test {
+
+/// A baked plant as the runtime would have decoded it.
+struct DecodedPlant {
+  PlantFile file;
+  std::vector<std::uint32_t> lod_words;
+  std::vector<QuantisedQuad> quads;       ///< [2N - 1]
+  std::vector<std::uint8_t> cards;        ///< [2N - 1]
+  std::vector<std::uint32_t> node_split;  ///< [2N - 1]
+  std::vector<WoodMesh> wood;
+  std::vector<std::vector<std::uint8_t>> textures;  ///< TEXTURE chunks with one mip level each
+};
+
+DecodedPlant decoded_plant(const bake::BakedPlant& baked);
+
+struct CameraDesc {
+  glm::vec3 eye_m{0.0f, 1.0f, 4.0f};
+  glm::vec3 target_m{0.0f};
+  float vertical_fov_radians = 0.8f;
+  std::uint32_t width_px = 256, height_px = 256;
+};
+
+/// Reversed, infinite depth; a low sun behind the camera's right shoulder; no fog.
+coppice_view make_view(const CameraDesc& camera);
+
+class RendererScene {
+ public:
+  RendererScene(const VulkanDevice& gpu, std::uint32_t max_instances);
+
+  /// Uploads the first page_count pages (all of them if there are fewer), and all wood and textures unless page_count is 0.
+  std::uint32_t add_plant(const DecodedPlant& plant, std::uint32_t page_count = 0xffffffffu);
+  void place(std::uint32_t plant, const std::vector<coppice_placement>& placements);
+  gpu::InstanceTable& instances() { return instances_; }
+  [[nodiscard]] const std::vector<gpu::PlantResidency>& residency() const { return residency_; }
+
+  struct Frame {
+    Picture picture;
+    std::vector<float> cuts;  ///< [instance slots]
+    gpu::FrameCounts counts;
+  };
+  /// Uploads what is new, culls, draws on white, waits, and reads everything back.
+  Frame draw(const coppice_view& view);
+
+ private:
+  void upload(VkCommandBuffer cmd);
+  void upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count);
+
+  const VulkanDevice& gpu_;
+  std::unique_ptr<gpu::Renderer> renderer_;
+  gpu::InstanceTable instances_;
+  std::vector<gpu::PlantResidency> residency_;
+  struct Pending {
+    std::uint32_t index;
+    DecodedPlant plant;
+    std::uint32_t page_count;
+  };
+  std::vector<Pending> pending_;
+  std::uint32_t plant_count_ = 0;
+  std::uint64_t frame_ = 0;
+};
+
+}  // namespace coppice::test

@@ -55,8 +55,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   report.warnings = plant.warnings;
   report.seconds.import = watch.lap();
 
-  COPPICE_TRY(collapse,
-              collapse_by_mutual_information(foliage, plant.materials, plant.images, views, options.collapse, stage("collapse")));
+  COPPICE_TRY(collapse, collapse_by_mutual_information(foliage, plant.materials, plant.images, views, options.collapse, stage("collapse")));
   report.seconds.visibility = collapse.visibility_seconds;
   report.seconds.collapse = watch.lap() - collapse.visibility_seconds;
   report.evaluations = collapse.sequence.evaluations;

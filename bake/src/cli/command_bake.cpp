@@ -47,7 +47,8 @@ int run(const BakeArguments& arguments) {
 
   BakeReport report;
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
-  const auto bytes = bake(arguments.input, options, [&bar](const char* stage, double fraction) { bar.show(stage, fraction); }, report);
+  const auto bytes = bake(
+      arguments.input, options, [&bar](const char* stage, double fraction) { bar.show(stage, fraction); }, report);
   bar.clear();
   if (!bytes) return report_failure(arguments.input, bytes.error());
   for (const std::string& warning : report.warnings)
@@ -62,8 +63,8 @@ int run(const BakeArguments& arguments) {
   }
   if (!arguments.quiet)
     std::printf("%s: %u leaves, %s (foliage %.1f B/leaf), %.1f s\n", arguments.output.c_str(), report.source_leaves,
-                readable_bytes(report.sizes.file_bytes).c_str(),
-                static_cast<double>(report.sizes.foliage_bytes) / report.source_leaves, report.seconds.total);
+                readable_bytes(report.sizes.file_bytes).c_str(), static_cast<double>(report.sizes.foliage_bytes) / report.source_leaves,
+                report.seconds.total);
   return 0;
 }
 
@@ -81,11 +82,14 @@ void add_bake_command(CLI::App& app, int* exit_code) {
   command->add_option("-o,--output", arguments->output, "The .coppice file to write; appears whole or not at all")->required();
   const std::map<std::string, Metric> metrics = {{"default", Metric::default_metric}, {"mi", Metric::mi}};
   command
-      ->add_option("--metric", options.metric,
-                   "What orders the collapses: mi is the paper's viewpoint mutual information; default is whatever measures best, at present mi")
+      ->add_option(
+          "--metric", options.metric,
+          "What orders the collapses: mi is the paper's viewpoint mutual information; default is whatever measures best, at present mi")
       ->transform(CLI::CheckedTransformer(metrics))
       ->default_str("default");
-  command->add_option("--views", options.view_count, "Viewpoints; 20 is the paper's dodecahedron")->check(CLI::Range(1, 1024))->capture_default_str();
+  command->add_option("--views", options.view_count, "Viewpoints; 20 is the paper's dodecahedron")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
   command->add_option("--resolution", options.collapse.resolution_px, "Side of an item buffer in pixels")
       ->check(CLI::Range(16, 2048))
       ->capture_default_str();

@@ -26,9 +26,8 @@ int run(const ExportArguments& arguments) {
   const auto plant = unpack(*bytes);
   if (!plant) return report_failure(arguments.input, plant.error());
   if (arguments.leaf_count > plant->tree.leaf_count())
-    return report_failure(arguments.input,
-                          Error{Status::invalid_argument, "--leaves is over the plant's leaf count", Error::kNoOffset,
-                                std::to_string(arguments.leaf_count) + " > " + std::to_string(plant->tree.leaf_count())});
+    return report_failure(arguments.input, Error{Status::invalid_argument, "--leaves is over the plant's leaf count", Error::kNoOffset,
+                                                 std::to_string(arguments.leaf_count) + " > " + std::to_string(plant->tree.leaf_count())});
 
   Mesh leaves;
   std::vector<GltfPart> parts;

@@ -18,8 +18,7 @@ struct PlantArguments {
 int run(const PlantArguments& arguments) {
   const auto plant = generate_plant(arguments.species, arguments.seed);
   if (!plant) return report_failure(arguments.species, plant.error());
-  const auto written =
-      write_glb(arguments.output, {{"leaves", &plant->foliage}, {"wood", &plant->wood}}, plant->materials, plant->images);
+  const auto written = write_glb(arguments.output, {{"leaves", &plant->foliage}, {"wood", &plant->wood}}, plant->materials, plant->images);
   if (!written) return report_failure(arguments.output, written.error());
   std::printf("%s: %s, %zu leaves of %zu triangles, %zu wood triangles\n", arguments.output.c_str(), arguments.species.c_str(),
               plant->leaves.size(), plant->foliage.indices.size() / 3 / plant->leaves.size(), plant->wood.indices.size() / 3);
@@ -30,8 +29,9 @@ int run(const PlantArguments& arguments) {
 
 void add_plant_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<PlantArguments>();
-  CLI::App* command = app.add_subcommand("plant", "Grow one of the paper's three plants as glTF: corylus (hazel, 386 leaves), willow (4,456), "
-                                                  "juniper (13,162)");
+  CLI::App* command = app.add_subcommand("plant",
+                                         "Grow one of the paper's three plants as glTF: corylus (hazel, 386 leaves), willow (4,456), "
+                                         "juniper (13,162)");
   command->add_option("species", arguments->species, "corylus, willow or juniper")
       ->required()
       ->check(CLI::IsMember({"corylus", "willow", "juniper"}));

@@ -15,7 +15,9 @@ constexpr auto kRedrawInterval = std::chrono::milliseconds(50);
 
 ProgressBar::ProgressBar(Visibility visibility) : enabled_(visibility == Visibility::on_terminal && isatty(STDERR_FILENO) == 1) {}
 
-ProgressBar::~ProgressBar() { clear(); }
+ProgressBar::~ProgressBar() {
+  clear();
+}
 
 void ProgressBar::show(const char* stage, double fraction) {
   if (!enabled_) return;
@@ -30,7 +32,8 @@ void ProgressBar::show(const char* stage, double fraction) {
 
   const double clamped = std::clamp(fraction, 0.0, 1.0);
   const int filled = static_cast<int>(clamped * kBarCells);
-  const std::string bar = std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(kBarCells - filled), '.');
+  const std::string bar =
+      std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(kBarCells - filled), '.');
   const double seconds = std::chrono::duration<double>(now - stage_start_).count();
   std::fprintf(stderr, "\r%-12s [%s] %3d%% %6.1f s", stage_.c_str(), bar.c_str(), static_cast<int>(clamped * 100.0), seconds);
   std::fflush(stderr);

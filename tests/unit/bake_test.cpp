@@ -1,0 +1,125 @@
+// The whole baker: generated and third-party plants in, a verified file out.
+
+#include "bake.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "generate_plant.h"
+#include "gltf_write.h"
+#include "inspect.h"
+#include "plants_folder.h"
+#include "temporary_folder.h"
+#include "tree_order.h"
+
+namespace coppice::bake {
+namespace {
+
+const StageProgress kNoProgress = [](const char*, double) {};
+
+/// A small image keeps the test short; determinism does not depend on it.
+BakeOptions quick_options(std::uint32_t thread_count) {
+  BakeOptions options;
+  options.collapse.resolution_px = 64;
+  options.thread_count = thread_count;
+  return options;
+}
+
+class BakeCorylus : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto plant = generate_plant("corylus", 1);
+    ASSERT_TRUE(plant) << plant.error().message();
+    const auto written = write_glb(glb_, {{"leaves", &plant->foliage}, {"wood", &plant->wood}}, plant->materials, plant->images);
+    ASSERT_TRUE(written) << written.error().message();
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path glb_ = folder_.path() / "corylus.glb";
+};
+
+TEST_F(BakeCorylus, SameBytesForAnyNumberOfThreads) {
+  std::vector<std::vector<std::uint8_t>> files;
+  for (const std::uint32_t threads : {1u, 2u, 8u}) {
+    BakeReport report;
+    auto bytes = bake(glb_, quick_options(threads), kNoProgress, report);
+    ASSERT_TRUE(bytes) << bytes.error().message();
+    files.push_back(*std::move(bytes));
+  }
+  EXPECT_EQ(files[0], files[1]);
+  EXPECT_EQ(files[0], files[2]);
+}
+
+TEST_F(BakeCorylus, FileHoldsThePlantAndTheReportDescribesIt) {
+  BakeReport report;
+  const auto bytes = bake(glb_, quick_options(2), kNoProgress, report);
+  ASSERT_TRUE(bytes) << bytes.error().message();
+  const auto verified = verify(*bytes);
+  ASSERT_TRUE(verified) << verified.error().message();
+  const auto plant = unpack(*bytes);
+  ASSERT_TRUE(plant) << plant.error().message();
+  EXPECT_EQ(plant->tree.leaf_count(), 386u);
+  EXPECT_FALSE(plant->wood.lods.empty());
+
+  EXPECT_EQ(report.source_leaves, 386u);
+  EXPECT_EQ(report.sizes.file_bytes, bytes->size());
+  EXPECT_GT(report.sizes.foliage_bytes, 0u);
+  EXPECT_LT(report.sizes.foliage_bytes, bytes->size());
+  EXPECT_GE(report.evaluations, 385u);
+  ASSERT_EQ(report.level_information.size(), 7u);
+  const std::vector<std::uint32_t> levels = {308, 231, 154, 77, 38, 19, 9};  // floor(f N), as the paper's Table II has it
+  for (std::size_t i = 0; i < levels.size(); ++i) EXPECT_EQ(report.level_information[i].leaf_count, levels[i]);
+  EXPECT_GT(report.source_information.bits, report.level_information.back().bits);
+}
+
+TEST_F(BakeCorylus, ProgressNeverFallsWithinAStage) {
+  BakeReport report;
+  std::string stage;
+  double last = 0.0;
+  int calls = 0;
+  const auto bytes = bake(
+      glb_, quick_options(2),
+      [&](const char* name, double fraction) {
+        if (stage != name) stage = name, last = 0.0;
+        EXPECT_GE(fraction, last) << name;
+        EXPECT_LE(fraction, 1.0) << name;
+        last = fraction;
+        ++calls;
+      },
+      report);
+  ASSERT_TRUE(bytes) << bytes.error().message();
+  EXPECT_GT(calls, 20);
+}
+
+struct RealPlant {
+  const char* file;
+  const char* leaf_material;
+  std::uint32_t leaf_count;
+};
+
+class BakeRealPlant : public testing::TestWithParam<RealPlant> {};
+
+TEST_P(BakeRealPlant, BakesAndVerifies) {
+  const std::filesystem::path path = plants_folder() / GetParam().file;
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent; set COPPICE_PLANTS to the folder of third-party plants";
+  BakeOptions options = quick_options(0);
+  options.import.leaf_material = GetParam().leaf_material;
+  BakeReport report;
+  const auto bytes = bake(path, options, kNoProgress, report);
+  ASSERT_TRUE(bytes) << bytes.error().message();
+  EXPECT_EQ(report.source_leaves, GetParam().leaf_count);
+  const auto verified = verify(*bytes);
+  EXPECT_TRUE(verified) << verified.error().message();
+}
+
+INSTANTIATE_TEST_SUITE_P(Plants, BakeRealPlant,
+                         testing::Values(RealPlant{"scopia_poplar.glb", "Leaves", 5100},
+                                         RealPlant{"eztree_oak_medium.glb", "leaves", 5320}),
+                         [](const auto& info) {
+                           std::string name = info.param.file;
+                           return name.substr(0, name.find('.'));
+                         });
+
+}  // namespace
+}  // namespace coppice::bake

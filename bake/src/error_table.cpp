@@ -129,7 +129,7 @@ SquaredErrors squared_errors(const LuminanceImage& source, const LuminanceImage&
   return errors;
 }
 
-std::vector<std::uint32_t> level_leaf_counts(std::uint32_t leaf_count) {
+std::vector<std::uint32_t> measured_leaf_counts(std::uint32_t leaf_count) {
   std::vector<std::uint32_t> counts;
   for (std::uint32_t level = 0; level < kLevelCount; ++level) {
     const double exponent = static_cast<double>(level) / (kLevelCount - 1);
@@ -161,7 +161,7 @@ Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFu
                     [&](std::size_t view) { source[view] = render(renderer, source_nodes, renderer.projections[view]); });
 
   ErrorTable table;
-  table.leaf_counts = level_leaf_counts(plant.tree.leaf_count());
+  table.leaf_counts = measured_leaf_counts(plant.tree.leaf_count());
   table.sizes_px.assign(kSizesPx.begin(), kSizesPx.end());
   for (std::size_t level = 0; level < table.leaf_counts.size(); ++level) {
     progress(static_cast<double>(level) / static_cast<double>(table.leaf_counts.size()));

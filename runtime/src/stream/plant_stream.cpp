@@ -136,34 +136,36 @@ Chunk& PlantStream::chunk(ChunkKind kind, std::uint32_t chunk_index) {
   return chunks[first[static_cast<std::size_t>(kind)] + chunk_index];
 }
 
-Result<std::unique_ptr<PlantStream>> open_plant_stream(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index,
-                                                       std::uint64_t most_front_bytes, HookBuffer& front) {
+Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index) {
   std::unique_ptr<PlantStream> plant(new (std::nothrow) PlantStream);
   if (!plant) return Error{Status::out_of_memory, "plant"};
   plant->hooks = hooks;
   plant->gpu = gpu;
   plant->index = index;
   plant->path = path;
-  std::uint64_t file_bytes = 0;
-  plant->io_file = hooks.io.open(hooks.io.user, path, &file_bytes);
+  plant->io_file = hooks.io.open(hooks.io.user, path, &plant->file_bytes);
   if (plant->io_file < 0) return Error{Status::io, "cannot open file"};
-  std::array<std::uint8_t, kHeaderBytes> header_bytes{};
-  if (file_bytes < header_bytes.size())
-    return Error{Status::bad_file, "header: the file is shorter than one", 0, std::to_string(file_bytes) + " bytes"};
-  COPPICE_CHECK(read_now(hooks.io, plant->io_file, 0, header_bytes));
-  COPPICE_TRY(header, read_header(header_bytes, file_bytes));
-  if (header.first_read_bytes > file_bytes) return Error{Status::bad_file, "header: first_read_bytes"};
-  if (header.first_read_bytes > most_front_bytes) return Error{Status::out_of_memory, "memory budget: the front of the file"};
-  COPPICE_CHECK(allocate_into(front, hooks.allocator, static_cast<std::size_t>(header.first_read_bytes)));
-  COPPICE_CHECK(read_now(hooks.io, plant->io_file, 0, front.span()));
-  COPPICE_TRY(file, read_front(front.span(), file_bytes));
-  plant->file = std::move(file);
-  COPPICE_CHECK(allocate_arrays(*plant));
-  COPPICE_CHECK(index_chunks(*plant));
-  fill_tables(*plant);
-  plant->wants.now.finest_wood = plant->wants.current_window.finest_wood = plant->wants.last_window.finest_wood =
-      plant->file.plant.wood_lod_count;
+  std::array<std::uint8_t, kHeaderBytes> bytes{};
+  if (plant->file_bytes < bytes.size())
+    return Error{Status::bad_file, "header: the file is shorter than one", 0, std::to_string(plant->file_bytes) + " bytes"};
+  COPPICE_CHECK(read_now(hooks.io, plant->io_file, 0, bytes));
+  COPPICE_TRY(header, read_header(bytes, plant->file_bytes));
+  if (header.first_read_bytes > plant->file_bytes) return Error{Status::bad_file, "header: first_read_bytes"};
+  plant->file.header = header;
   return plant;
+}
+
+Result<void> read_plant_front(PlantStream& plant, HookBuffer& front) {
+  COPPICE_CHECK(allocate_into(front, plant.hooks.allocator, static_cast<std::size_t>(plant.file.header.first_read_bytes)));
+  COPPICE_CHECK(read_now(plant.hooks.io, plant.io_file, 0, front.span()));
+  COPPICE_TRY(file, read_front(front.span(), plant.file_bytes));
+  plant.file = std::move(file);
+  COPPICE_CHECK(allocate_arrays(plant));
+  COPPICE_CHECK(index_chunks(plant));
+  fill_tables(plant);
+  const PlantWants nothing = {0, plant.file.plant.wood_lod_count, false};
+  plant.wants = {nothing, nothing, nothing, 0};
+  return {};
 }
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {

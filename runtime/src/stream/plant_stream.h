@@ -46,6 +46,7 @@ struct PlantStream {
   std::uint32_t index = 0;
   std::string path;
   std::int64_t io_file = -1;  ///< closed by the destructor
+  std::uint64_t file_bytes = 0;
   PlantFile file;
   std::vector<std::uint32_t> lod_words;
   ValuedPlant valued;
@@ -85,13 +86,15 @@ struct PlantStream {
   [[nodiscard]] const coppice_file_chunk& file_chunk(const Chunk& of) const { return file.chunks[of.file_chunk]; }
 };
 
-/// Opens the file and reads and checks its front; nothing is decoded.
-/// index             the plant's, for chunk ids
-/// most_front_bytes  memory there is for the front
-/// front             out: the file's first header.first_read_bytes
-/// errors            io, bad_file, unsupported, out_of_memory; path is not in the message
-Result<std::unique_ptr<PlantStream>> open_plant_stream(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index,
-                                                       std::uint64_t most_front_bytes, HookBuffer& front);
+/// Opens the file and reads its header into file.header, nothing else.
+/// index   the plant's, for chunk ids
+/// errors  io, bad_file, unsupported, out_of_memory; path is not in the message
+Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index);
+
+/// Reads and checks the front and fills in the tables; nothing is decoded.
+/// front   out: the file's first header.first_read_bytes
+/// errors  io, bad_file, unsupported, out_of_memory
+Result<void> read_plant_front(PlantStream& plant, HookBuffer& front);
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);
 

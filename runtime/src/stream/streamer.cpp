@@ -81,46 +81,47 @@ Result<void> decode_pinned(PlantStream& plant, Chunk& chunk, std::span<const std
   return {};
 }
 
-std::uint64_t resident_bytes(const PlantStream& plant, const Chunk& chunk) {
-  const ChunkBytes bytes = chunk_bytes(plant, chunk);
-  return bytes.gpu + bytes.kept + bytes.upload;
-}
-
 }  // namespace
+
+// Room is found before anything is decoded. Where there is none, begin_frame makes some: what it evicts now the GPU may still read.
+Result<std::unique_ptr<PlantStream>> Streamer::State::open(const char* path, std::uint32_t index) {
+  const std::uint64_t room = budget_bytes > used_bytes ? budget_bytes - used_bytes : 0;
+  const auto hold = [&](std::uint64_t bytes) {
+    held_bytes = bytes;
+    held_until_frame = frame_number + kHoldFrames;
+    return Error{Status::out_of_memory, "memory budget: no room for a plant now; some is being made, try again in a few frames"};
+  };
+  COPPICE_TRY(plant, open_plant_file(hooks, options.gpu, path, index));
+  const std::uint64_t front_bytes = plant->file.header.first_read_bytes;
+  if (front_bytes > room) return hold(front_bytes);
+  HookBuffer front;
+  COPPICE_CHECK(read_plant_front(*plant, front));
+  std::uint64_t bytes = front.bytes() + plant->base_bytes;
+  for (const Chunk& chunk : plant->chunks.span())
+    if (chunk.pinned) bytes += chunk_bytes(*plant, chunk).total();
+  if (bytes > room) return hold(bytes);
+  for (Chunk& chunk : plant->chunks.span())
+    if (chunk.pinned) COPPICE_CHECK(decode_pinned(*plant, chunk, front.span()));
+  held_bytes = held_until_frame = 0;
+  return plant;
+}
 
 Result<std::uint32_t> Streamer::open_plant(const char* path) {
   State& s = *state_;
   const auto slot = std::ranges::find_if(s.plants.span(), [](const auto& plant) { return plant == nullptr; });
-  auto opened = [&]() -> Result<std::unique_ptr<PlantStream>> {
-    if (slot == s.plants.span().end()) return Error{Status::out_of_memory, "max_plants are open"};
-    const std::uint64_t room = s.budget_bytes > s.used_bytes ? s.budget_bytes - s.used_bytes : 0;
-    HookBuffer front;
-    const auto index = static_cast<std::uint32_t>(slot - s.plants.span().begin());
-    COPPICE_TRY(plant, open_plant_stream(s.hooks, s.options.gpu, path, index, room, front));
-    std::uint64_t bytes = plant->base_bytes, work = front.bytes();
-    for (const Chunk& chunk : plant->chunks.span())
-      if (chunk.pinned) {
-        bytes += resident_bytes(*plant, chunk);
-        work += chunk_bytes(*plant, chunk).work;
-      }
-    if (bytes + work > room) {
-      s.held_bytes = bytes + work;
-      s.held_until_frame = s.frame_number + kHoldFrames;
-      return Error{Status::out_of_memory, "memory budget: no room for a plant now, some is being made"};
-    }
-    for (Chunk& chunk : plant->chunks.span())
-      if (chunk.pinned) COPPICE_CHECK(decode_pinned(*plant, chunk, front.span()));
-    return plant;
-  }();
+  const auto index = static_cast<std::uint32_t>(slot - s.plants.span().begin());
+  auto opened = index < s.plants.size() ? s.open(path, index)
+                                        : Result<std::unique_ptr<PlantStream>>(Error{Status::out_of_memory, "max_plants are open"});
   if (!opened) {
     log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, opened.error().message().c_str());
     return opened.error();
   }
-  s.held_bytes = s.held_until_frame = 0;
   PlantStream& plant = *(*slot = *std::move(opened));
   s.count_bytes(static_cast<std::int64_t>(plant.base_bytes));
-  for (Chunk& chunk : plant.chunks.span())
-    if (chunk.pinned) s.set_counted(chunk, resident_bytes(plant, chunk));
+  for (Chunk& chunk : plant.chunks.span()) {
+    const ChunkBytes bytes = chunk_bytes(plant, chunk);
+    if (chunk.pinned) s.set_counted(chunk, bytes.gpu + bytes.kept + bytes.upload);
+  }
   return plant.index;
 }
 

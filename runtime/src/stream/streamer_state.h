@@ -99,6 +99,7 @@ struct Streamer::State {
   Transfer* free_slot();
 
   // streamer.cpp
+  Result<std::unique_ptr<PlantStream>> open(const char* path, std::uint32_t index);
   void advance_closing(PlantStream& plant);
   void finish_closing();
   PlantStream& open_plant_at(std::uint32_t plant) const;

@@ -1,0 +1,118 @@
+#pragma once
+
+// What the GPU side does with a streamer, in plain memory; checks on the way that what is resident is a prefix and that memory is not used
+// after it was released.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "select.h"
+#include "streamer.h"
+
+namespace coppice::test {
+
+struct FakeGpuPlant {
+  std::uint32_t pages = 0;  ///< uploaded and not evicted
+  std::set<std::uint32_t> wood, textures;
+  std::vector<std::uint32_t> node_split;  ///< grows with the pages
+  std::vector<QuantisedQuad> quads;
+  std::vector<std::uint8_t> cards;
+};
+
+class FakeGpu {
+ public:
+  explicit FakeGpu(Streamer& streamer) : streamer_(streamer) {}
+
+  std::map<std::uint32_t, FakeGpuPlant> plants;
+  std::vector<ChunkId> evicted, released;
+  std::vector<std::uint32_t> closed;
+  std::uint64_t frame_number = 0;
+  std::uint64_t frames_behind = 0;  ///< how many frames the GPU has not finished beyond the usual
+  bool uploads = true;
+
+  /// One frame of the engine; demands by plant index.
+  void frame(const DemandView& view, std::span<const PlantDemand> demands) {
+    ++frame_number;
+    const std::uint64_t completed = frame_number - 1 > frames_behind ? frame_number - 1 - frames_behind : 0;
+    streamer_.begin_frame({frame_number, completed, &view, demands});
+    for (const ChunkId& id : streamer_.take_evicted()) evict(id);
+    for (const ChunkId& id : streamer_.take_released()) released.push_back(id);
+    for (std::uint32_t plant : streamer_.take_closed_plants()) {
+      closed.push_back(plant);
+      plants.erase(plant);
+    }
+    if (!uploads) return;
+    for (const DecodedChunk& chunk : streamer_.take_decoded(UINT64_MAX)) {
+      upload(chunk);
+      streamer_.uploaded(chunk.id);
+    }
+    for (const auto& [index, plant] : plants) {
+      if (!streamer_.is_open(index)) continue;
+      EXPECT_EQ(streamer_.state(index).resident_page_count, plant.pages);
+    }
+  }
+
+ private:
+  void evict(const ChunkId& id) {
+    evicted.push_back(id);
+    FakeGpuPlant& plant = plants[id.plant];
+    if (id.kind != ChunkKind::page) {
+      EXPECT_EQ((id.kind == ChunkKind::wood ? plant.wood : plant.textures).erase(id.index), 1u);
+      return;
+    }
+    EXPECT_EQ(id.index + 1, plant.pages) << "only the last page may go";
+    plant.pages = id.index;
+  }
+
+  void upload(const DecodedChunk& chunk) {
+    FakeGpuPlant& plant = plants[chunk.id.plant];
+    if (chunk.id.kind == ChunkKind::wood) {
+      ASSERT_NE(chunk.wood, nullptr);
+      EXPECT_TRUE(plant.wood.insert(chunk.id.index).second);
+    } else if (chunk.id.kind == ChunkKind::texture) {
+      EXPECT_FALSE(chunk.texture.empty());
+      EXPECT_TRUE(plant.textures.insert(chunk.id.index).second);
+    } else {
+      upload_page(plant, chunk);
+    }
+  }
+
+  static void upload_page(FakeGpuPlant& plant, const DecodedChunk& chunk) {
+    ASSERT_EQ(chunk.id.index, plant.pages) << "pages must come in order";
+    ASSERT_EQ(chunk.first_node, 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1);
+    const std::size_t end = chunk.first_node + chunk.quads.size();
+    if (plant.node_split.size() < end) {
+      plant.node_split.resize(end, lod::kCoppiceNoSplit);
+      plant.quads.resize(end);
+      plant.cards.resize(end);
+    }
+    std::copy(chunk.node_split.begin(), chunk.node_split.end(), plant.node_split.begin() + chunk.first_node);
+    std::copy(chunk.quads.begin(), chunk.quads.end(), plant.quads.begin() + chunk.first_node);
+    std::copy(chunk.cards.begin(), chunk.cards.end(), plant.cards.begin() + chunk.first_node);
+    for (const SplitPatch& patch : chunk.patches) {
+      ASSERT_LT(patch.node, chunk.first_node);
+      plant.node_split[patch.node] = patch.split;
+    }
+    ++plant.pages;
+  }
+
+  Streamer& streamer_;
+};
+
+/// `count` instances of a size.
+inline PlantDemand demand_of(float size_px, float count = 1.0f) {
+  PlantDemand demand;
+  demand.max_size_px = size_px;
+  std::uint32_t bin = 0;
+  while (bin + 1 < kSizeBinCount && size_bin_px(bin) < size_px) ++bin;
+  demand.instances[bin] = count;
+  return demand;
+}
+
+}  // namespace coppice::test

@@ -1,0 +1,132 @@
+#pragma once
+
+// Hooks for tests: files in memory, jobs and reads that run inline or when the test says so, an allocator that counts and can fail.
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <deque>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "hooks.h"
+
+namespace coppice::test {
+
+struct FakeAllocator {
+  std::size_t live_bytes = 0, live_count = 0, calls = 0;
+  std::size_t fail_at = SIZE_MAX;  ///< index of the call that returns null
+  bool fail_for_good = false;      ///< and all that follow
+
+  coppice_allocator hook() { return {this, allocate, free}; }
+
+ private:
+  static void* allocate(void* user, std::size_t bytes, std::size_t align) {
+    auto* self = static_cast<FakeAllocator*>(user);
+    const std::size_t call = self->calls++;
+    if (call == self->fail_at || (self->fail_for_good && call > self->fail_at)) return nullptr;
+    void* pointer = std::aligned_alloc(align, (bytes + align - 1) / align * align);
+    self->live_bytes += bytes;
+    ++self->live_count;
+    return pointer;
+  }
+  static void free(void* user, void* pointer, std::size_t bytes) {
+    auto* self = static_cast<FakeAllocator*>(user);
+    self->live_bytes -= bytes;
+    --self->live_count;
+    std::free(pointer);
+  }
+};
+
+/// Runs jobs inline, or keeps them until run_all().
+struct FakeJobs {
+  bool deferred = false;
+  std::deque<std::pair<void (*)(void*), void*>> waiting;
+
+  coppice_jobs hook() { return {this, submit}; }
+  void run_all() {
+    while (!waiting.empty()) {
+      const auto [function, argument] = waiting.front();
+      waiting.pop_front();
+      function(argument);
+    }
+  }
+
+ private:
+  static void submit(void* user, void (*function)(void*), void* argument) {
+    auto* self = static_cast<FakeJobs*>(user);
+    if (self->deferred)
+      self->waiting.push_back({function, argument});
+    else
+      function(argument);
+  }
+};
+
+struct FakeRead {
+  std::int64_t file = 0;
+  std::uint64_t offset = 0;
+  void* destination = nullptr;
+  std::size_t bytes = 0;
+  void (*done)(void*, std::int64_t) = nullptr;
+  void* argument = nullptr;
+};
+
+/// Files by path. Reads are answered inline, or kept until answer_all().
+struct FakeIo {
+  std::map<std::string, std::vector<std::uint8_t>> files;
+  std::vector<std::string> handles;  ///< paths by handle
+  std::size_t open_count = 0;
+  bool deferred = false;
+  std::deque<FakeRead> waiting;
+  std::vector<FakeRead> log;               ///< every read, in order
+  std::uint64_t fail_offset = UINT64_MAX;  ///< a read from here fails
+  std::int64_t failing_result = -1;
+
+  coppice_io hook() { return {this, open, close, read}; }
+  void answer(const FakeRead& wanted) {
+    if (wanted.offset == fail_offset) return wanted.done(wanted.argument, failing_result);
+    const std::vector<std::uint8_t>& file = files.at(handles.at(static_cast<std::size_t>(wanted.file)));
+    const std::size_t there = wanted.offset > file.size() ? 0 : std::min<std::size_t>(wanted.bytes, file.size() - wanted.offset);
+    if (there > 0) std::memcpy(wanted.destination, file.data() + wanted.offset, there);
+    wanted.done(wanted.argument, static_cast<std::int64_t>(there));
+  }
+  void answer_all() {
+    while (!waiting.empty()) {
+      const FakeRead next = waiting.front();
+      waiting.pop_front();
+      answer(next);
+    }
+  }
+
+ private:
+  static std::int64_t open(void* user, const char* path, std::uint64_t* file_bytes) {
+    auto* self = static_cast<FakeIo*>(user);
+    if (!self->files.contains(path)) return -1;
+    *file_bytes = self->files.at(path).size();
+    self->handles.push_back(path);
+    ++self->open_count;
+    return static_cast<std::int64_t>(self->handles.size() - 1);
+  }
+  static void close(void* user, std::int64_t) { --static_cast<FakeIo*>(user)->open_count; }
+  static void read(void* user, std::int64_t file, std::uint64_t offset, void* destination, std::size_t bytes,
+                   void (*done)(void*, std::int64_t), void* argument) {
+    auto* self = static_cast<FakeIo*>(user);
+    const FakeRead wanted{file, offset, destination, bytes, done, argument};
+    self->log.push_back(wanted);
+    if (self->deferred)
+      self->waiting.push_back(wanted);
+    else
+      self->answer(wanted);
+  }
+};
+
+struct FakeLog {
+  std::vector<std::string> lines;
+  coppice_log hook() {
+    return {this, [](void* user, coppice_log_level, const char* line) { static_cast<FakeLog*>(user)->lines.emplace_back(line); }};
+  }
+};
+
+}  // namespace coppice::test

@@ -1,0 +1,596 @@
+#include "streamer.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "chunk_value.h"
+#include "fake_gpu.h"
+#include "fake_hooks.h"
+#include "pack.h"
+#include "page_codec.h"
+#include "random_tree.h"
+
+namespace coppice {
+namespace {
+
+using test::demand_of;
+
+/// Six pages, two wood LoDs, a texture. Its table wants m = (size / 20)^2 leaves at the default threshold.
+const std::vector<std::uint8_t>& plant_file() {
+  static const std::vector<std::uint8_t> file = [] {
+    bake::PackSizes sizes;
+    return *bake::pack(test::random_plant({.leaf_count = 3000, .seed = 5}), sizes);
+  }();
+  return file;
+}
+
+const std::vector<std::uint8_t>& small_plant_file() {
+  static const std::vector<std::uint8_t> file = [] {
+    bake::PackSizes sizes;
+    return *bake::pack(test::random_plant({.leaf_count = 40, .seed = 6, .texture_side = 0}), sizes);
+  }();
+  return file;
+}
+
+constexpr GpuSizes kGpuSizes = {.page_bytes = 32768, .wood_vertex_bytes = 24, .wood_index_bytes = 4, .plant_bytes = 1000};
+
+class StreamerTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    io.files["a"] = plant_file();
+    io.files["b"] = plant_file();
+    io.files["small"] = small_plant_file();
+    options.gpu = kGpuSizes;
+  }
+
+  void start() {
+    auto created = Streamer::create({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, options);
+    ASSERT_TRUE(created) << created.error().message();
+    streamer = *std::move(created);
+    gpu = std::make_unique<test::FakeGpu>(*streamer);
+    empty_bytes = streamer->stats().memory_bytes;
+  }
+  std::uint32_t open(const char* path) {
+    auto plant = streamer->open_plant(path);
+    EXPECT_TRUE(plant) << plant.error().message();
+    return plant ? *plant : 0;
+  }
+  void frames(int count, std::vector<PlantDemand> demands) {
+    for (int i = 0; i < count; ++i) gpu->frame(view, demands);
+  }
+  [[nodiscard]] coppice_file_chunk page_chunk(std::uint32_t plant, std::uint32_t page) const {
+    return *find_chunk(streamer->file(plant), COPPICE_CHUNK_PAGE, page);
+  }
+  /// Reads of a chunk since the log was cleared.
+  [[nodiscard]] std::ptrdiff_t reads_at(std::uint64_t offset) const { return std::ranges::count(io.log, offset, &test::FakeRead::offset); }
+
+  test::FakeAllocator allocator;
+  test::FakeJobs jobs;
+  test::FakeIo io;
+  test::FakeLog log;
+  StreamerOptions options;
+  DemandView view;
+  std::unique_ptr<Streamer> streamer;
+  std::unique_ptr<test::FakeGpu> gpu;
+  std::uint64_t empty_bytes = 0;
+};
+
+TEST_F(StreamerTest, OpensWithTheFirstPageAndTheCoarsestWood) {
+  start();
+  const std::uint32_t plant = open("a");
+  EXPECT_EQ(streamer->file(plant).plant.leaf_count, 3000u);
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 1u);
+  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0u);
+  io.log.clear();
+  frames(3, {PlantDemand{}});
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 513u);
+  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b10u);
+  EXPECT_TRUE(io.log.empty()) << "nobody looks: nothing is read";
+  EXPECT_EQ(streamer->stats().chunks_wanted, 0u);
+}
+
+TEST_F(StreamerTest, LoadsExactlyWhatTheViewWants) {
+  start();
+  const std::uint32_t plant = open("a");
+  frames(20, {demand_of(700.0f)});  // about 1,240 leaves
+  EXPECT_EQ(streamer->state(plant).resident_page_count, 3u);
+  EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u);
+  frames(20, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
+  EXPECT_EQ(streamer->stats().chunks_wanted, 0u);
+  EXPECT_EQ(streamer->stats().chunks_loaded, 6u + 2u + 1u);
+}
+
+TEST_F(StreamerTest, FullDetailWantsEverythingInView) {
+  start();
+  view.lod.full = true;
+  const std::uint32_t plant = open("a");
+  frames(20, {demand_of(10.0f)});
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
+}
+
+TEST_F(StreamerTest, EveryCutOfWhatArrivedIsAWholePlant) {
+  start();
+  const std::uint32_t plant = open("a");
+  for (float size_px = 100.0f; size_px < 6000.0f; size_px *= 1.5f) {
+    frames(6, {demand_of(size_px)});
+    const std::uint32_t leaves = streamer->state(plant).resident_leaf_count;
+    for (std::uint32_t m = 1; m <= leaves; m += 37) {
+      std::vector<std::uint32_t> nodes(m + 1);
+      EXPECT_EQ(select_cut(gpu->plants[plant].node_split, m, nodes), m);
+    }
+  }
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+}
+
+TEST_F(StreamerTest, HandsOutWhatTheCodecDecodes) {
+  start();
+  const std::uint32_t plant = open("a");
+  frames(20, {demand_of(5000.0f)});
+  const PlantFile& file = streamer->file(plant);
+  std::vector<QuantisedQuad> quads(1);
+  for (int corner = 0; corner < 4; ++corner)
+    std::copy_n(file.plant.root_quad[corner], 3, quads[0][static_cast<std::size_t>(corner)].begin());
+  const test::FakeGpuPlant& uploaded = gpu->plants[plant];
+  for (std::uint32_t page = 0; page < file.plant.page_count; ++page) {
+    const coppice_file_chunk chunk = page_chunk(plant, page);
+    std::vector<Split> splits(page_split_count(file.plant, page));
+    quads.resize(quads.size() + 2 * splits.size());
+    ASSERT_TRUE(decode_page(std::span(plant_file()).subspan(chunk.offset, chunk.bytes), page * COPPICE_PAGE_SPLITS, file.plant.card_count,
+                            quads, splits));
+    for (std::uint32_t i = 0; i < splits.size(); ++i) {
+      const std::uint32_t split = page * COPPICE_PAGE_SPLITS + i;
+      EXPECT_EQ(uploaded.node_split[splits[i].parent], split);
+      EXPECT_EQ(uploaded.cards[2 * split + 1], splits[i].cards[0]);
+      EXPECT_EQ(uploaded.cards[2 * split + 2], splits[i].cards[1]);
+    }
+  }
+  quads[0] = uploaded.quads[0];  // the root is in no page
+  EXPECT_EQ(uploaded.quads, quads);
+}
+
+TEST_F(StreamerTest, AsksFirstForWhatRemovesMoreError) {
+  options.max_in_flight = 1;
+  start();
+  const std::uint32_t much = open("a"), little = open("b");
+  frames(1, {PlantDemand{}, PlantDemand{}});
+  io.log.clear();
+  frames(40, {demand_of(5000.0f, 50.0f), demand_of(700.0f)});
+  EXPECT_EQ(streamer->state(much).resident_leaf_count, 3000u);
+  EXPECT_EQ(streamer->state(little).resident_page_count, 3u);
+  const std::uint64_t first_page_offset = page_chunk(0, 1).offset;  // the same in both files
+  std::vector<std::int64_t> page_reads;
+  for (const test::FakeRead& read : io.log)
+    if (read.offset >= first_page_offset) page_reads.push_back(read.file);
+  EXPECT_EQ(page_reads, (std::vector<std::int64_t>{0, 0, 0, 0, 0, 1, 1})) << "every page of a is worth more than any of b";
+}
+
+TEST_F(StreamerTest, LaterPagesAreWorthLess) {
+  start();
+  open("a");
+  const ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 6, 61440};
+  const PlantDemand demand = demand_of(5000.0f), twice = demand_of(5000.0f, 2.0f);
+  const PlantWants wants = plant_wants(valued, demand, view.lod);
+  ASSERT_EQ(wants.page_count, 6u);
+  for (std::uint32_t page = 0; page < 6; ++page) {
+    const float value = page_value(valued, wants, demand, view.lod, page);
+    EXPECT_GT(value, 0.0f);
+    EXPECT_NEAR(page_value(valued, wants, twice, view.lod, page), 2.0f * value, 1e-3f * value) << "two see twice as much";
+  }
+  for (std::uint32_t page = 0; page < 3; ++page)
+    EXPECT_GT(page_value(valued, wants, demand, view.lod, page), page_value(valued, wants, demand, view.lod, page + 1));
+  // From 1 leaf to 513 at 5000 px: the table's 0.1 * size / sqrt(m), per byte.
+  const float gain_px = error_px_at(valued.table, 1.0f, 5000.0f) - error_px_at(valued.table, 513.0f, 5000.0f);
+  EXPECT_NEAR(page_value(valued, wants, demand, view.lod, 0), gain_px / 61440.0f, 1e-3f * gain_px / 61440.0f);
+  EXPECT_EQ(page_value(valued, wants, demand, view.lod, 6), 0.0f);
+}
+
+TEST_F(StreamerTest, DropsAReadThatNobodyWantsAnyMore) {
+  start();
+  const std::uint32_t plant = open("a");
+  frames(3, {PlantDemand{}});
+  const std::uint64_t before = streamer->stats().memory_bytes;
+  io.deferred = true;
+  frames(1, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->stats().chunks_in_flight, 7u);
+  EXPECT_GT(streamer->stats().memory_bytes, before);
+  frames(20, {PlantDemand{}});
+  io.answer_all();
+  frames(1, {PlantDemand{}});
+  EXPECT_EQ(streamer->stats().chunks_in_flight, 0u);
+  EXPECT_EQ(streamer->stats().reads_cancelled, 7u);
+  EXPECT_EQ(streamer->stats().memory_bytes, before);
+  EXPECT_EQ(streamer->state(plant).resident_page_count, 1u);
+  io.deferred = false;
+  frames(10, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->state(plant).resident_page_count, 6u) << "what was dropped can be asked for again";
+}
+
+TEST_F(StreamerTest, AGlanceAsideDropsNothing) {
+  start();
+  open("a");
+  frames(3, {PlantDemand{}});
+  io.deferred = true;
+  frames(1, {demand_of(5000.0f)});
+  frames(4, {PlantDemand{}});
+  io.answer_all();
+  io.deferred = false;
+  frames(2, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->stats().reads_cancelled, 0u);
+}
+
+TEST_F(StreamerTest, PagesThatReturnOutOfOrderAreDecodedInOrder) {
+  io.deferred = false;
+  start();
+  const std::uint32_t plant = open("a");
+  frames(1, {PlantDemand{}});
+  io.deferred = true;
+  frames(1, {demand_of(5000.0f)});
+  std::ranges::reverse(io.waiting);
+  while (!io.waiting.empty()) {
+    const test::FakeRead read = io.waiting.front();
+    io.waiting.pop_front();
+    io.answer(read);
+    frames(1, {demand_of(5000.0f)});
+  }
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+}
+
+TEST_F(StreamerTest, AShrinkingBudgetEvictsTheLastPagesWithinAFrame) {
+  start();
+  const std::uint32_t plant = open("a"), other = open("b");
+  frames(1, {PlantDemand{}, PlantDemand{}});
+  const std::uint64_t floor_bytes = streamer->stats().memory_bytes;
+  frames(20, {demand_of(5000.0f, 10.0f), demand_of(5000.0f, 1.0f)});
+  ASSERT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+  ASSERT_EQ(streamer->state(other).resident_leaf_count, 3000u);
+  std::uint64_t budget = streamer->stats().memory_bytes;
+  while (budget > floor_bytes) {
+    budget = std::max(floor_bytes, budget - 40000);
+    streamer->set_memory_budget(budget);
+    frames(1, {demand_of(5000.0f, 10.0f), demand_of(5000.0f, 1.0f)});
+    EXPECT_LE(streamer->stats().memory_bytes, budget);
+    EXPECT_GE(streamer->state(plant).resident_page_count, streamer->state(other).resident_page_count) << "the one seen less goes first";
+  }
+  EXPECT_EQ(streamer->state(plant).resident_page_count, 1u);
+  EXPECT_EQ(streamer->state(other).resident_page_count, 1u);
+  streamer->set_memory_budget(1);
+  frames(3, {demand_of(5000.0f, 10.0f), demand_of(5000.0f, 1.0f)});
+  EXPECT_EQ(streamer->stats().memory_bytes, floor_bytes) << "what is pinned stays";
+  EXPECT_GE(streamer->state(plant).resident_leaf_count, 513u);
+}
+
+TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
+  start();
+  open("a");
+  frames(20, {demand_of(5000.0f)});
+  const std::uint64_t full = streamer->stats().memory_bytes;
+  gpu->frames_behind = 3;
+  streamer->set_memory_budget(full - 100000);
+  frames(1, {demand_of(5000.0f)});
+  ASSERT_GE(gpu->evicted.size(), 2u);
+  EXPECT_TRUE(gpu->released.empty());
+  const std::size_t evicted = gpu->evicted.size();
+  frames(2, {demand_of(5000.0f)});
+  EXPECT_TRUE(gpu->released.empty());
+  EXPECT_EQ(gpu->evicted.size(), evicted) << "what is on its way out counts as room to come";
+  frames(1, {demand_of(5000.0f)});
+  EXPECT_EQ(gpu->released.size(), evicted);
+  EXPECT_LE(streamer->stats().memory_bytes, full - 100000);
+}
+
+TEST_F(StreamerTest, NeverOverATightBudgetAndNeverThrashes) {
+  start();
+  open("a");
+  open("b");
+  frames(1, {PlantDemand{}, PlantDemand{}});
+  const std::uint64_t budget = streamer->stats().memory_bytes + 400000;
+  streamer->set_memory_budget(budget);
+  std::size_t evicted_before = 0;
+  for (std::uint32_t turn = 0; turn < 4; ++turn) {
+    const float a = turn % 2 == 0 ? 30.0f : 1.0f, b = turn % 2 == 0 ? 1.0f : 30.0f;
+    for (int i = 0; i < 60; ++i) {
+      frames(1, {demand_of(4000.0f, a), demand_of(4000.0f, b)});
+      ASSERT_LE(streamer->stats().memory_bytes, budget);
+    }
+    const std::size_t settled = gpu->evicted.size();
+    const std::uint64_t loaded = streamer->stats().chunks_loaded;
+    EXPECT_GT(settled + 1, evicted_before + (turn > 0 ? 1u : 0u)) << "memory follows the view";
+    EXPECT_GT(streamer->state(turn % 2).resident_page_count, streamer->state(1 - turn % 2).resident_page_count);
+    frames(100, {demand_of(4000.0f, a), demand_of(4000.0f, b)});
+    EXPECT_EQ(gpu->evicted.size(), settled) << "a view that stands still moves nothing";
+    EXPECT_EQ(streamer->stats().chunks_loaded, loaded);
+    evicted_before = settled;
+  }
+  EXPECT_LE(streamer->stats().memory_peak_bytes, budget);
+}
+
+TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
+  start();
+  open("a");
+  open("b");
+  frames(1, {PlantDemand{}, PlantDemand{}});
+  streamer->set_memory_budget(streamer->stats().memory_bytes + 300000);
+  frames(100, {demand_of(4000.0f), demand_of(4000.0f)});
+  const int difference =
+      static_cast<int>(streamer->state(0).resident_page_count) - static_cast<int>(streamer->state(1).resident_page_count);
+  EXPECT_LE(std::abs(difference), 1);
+  EXPECT_GT(streamer->state(0).resident_page_count + streamer->state(1).resident_page_count, 4u);
+  EXPECT_TRUE(gpu->evicted.empty());
+}
+
+TEST_F(StreamerTest, OverheadOfTheGpuSideCountsAndEvicts) {
+  start();
+  const std::uint32_t plant = open("a");
+  frames(20, {demand_of(5000.0f)});
+  const std::uint64_t budget = streamer->stats().memory_bytes + 100000;  // a load takes more than what it leaves behind
+  streamer->set_memory_budget(budget);
+  streamer->set_overhead_bytes(230000);
+  frames(2, {demand_of(5000.0f)});
+  EXPECT_LE(streamer->stats().memory_bytes, budget);
+  EXPECT_LT(streamer->state(plant).resident_page_count, 6u);
+  streamer->set_overhead_bytes(0);
+  frames(20, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->state(plant).resident_page_count, 6u);
+}
+
+class BadPage : public StreamerTest {
+ protected:
+  /// Page 2 is the bad one.
+  void expect_last_good_cut(std::uint32_t plant, const char* reason) {
+    frames(20, {demand_of(5000.0f)});
+    EXPECT_EQ(streamer->state(plant).resident_leaf_count, 1025u);
+    EXPECT_EQ(streamer->stats().chunks_failed, 1u);
+    EXPECT_EQ(streamer->stats().chunks_wanted, 0u) << "what can never come is not waited for";
+    EXPECT_EQ(streamer->stats().chunks_in_flight, 0u);
+    ASSERT_EQ(log.lines.size(), 1u);
+    EXPECT_NE(log.lines[0].find("a: page 2: "), std::string::npos) << log.lines[0];
+    EXPECT_NE(log.lines[0].find(reason), std::string::npos) << log.lines[0];
+    EXPECT_NE(log.lines[0].find("at byte " + std::to_string(page_chunk(plant, 2).offset)), std::string::npos) << log.lines[0];
+    io.log.clear();
+    frames(100, {demand_of(5000.0f)});
+    EXPECT_TRUE(io.log.empty()) << "a failed page is not read again";
+    EXPECT_EQ(log.lines.size(), 1u);
+  }
+};
+
+TEST_F(BadPage, FailedRead) {
+  start();
+  const std::uint32_t plant = open("a");
+  io.fail_offset = page_chunk(plant, 2).offset;
+  expect_last_good_cut(plant, "read failed");
+}
+
+TEST_F(BadPage, ShortRead) {
+  start();
+  const std::uint32_t plant = open("a");
+  io.fail_offset = page_chunk(plant, 2).offset;
+  io.failing_result = static_cast<std::int64_t>(page_chunk(plant, 2).bytes) - 1;
+  expect_last_good_cut(plant, "read failed");
+}
+
+TEST_F(BadPage, FlippedBit) {
+  start();
+  const std::uint32_t plant = open("a");
+  io.files["a"][page_chunk(plant, 2).offset + 100] ^= 1;
+  expect_last_good_cut(plant, "checksum");
+}
+
+TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
+  start();
+  const std::uint32_t plant = open("a");
+  gpu->uploads = false;
+  frames(10, {demand_of(5000.0f)});
+  const std::uint64_t decoded_bytes = streamer->stats().memory_bytes;
+  for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) {
+    if (chunk.id.kind != ChunkKind::page) continue;
+    if (chunk.id.index < 3) streamer->uploaded(chunk.id);
+    if (chunk.id.index == 3) streamer->upload_failed(chunk.id);
+  }
+  frames(10, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->state(plant).resident_page_count, 3u);
+  EXPECT_EQ(streamer->stats().chunks_failed, 1u);
+  EXPECT_LT(streamer->stats().memory_bytes, decoded_bytes - 2 * 32768);
+}
+
+TEST_F(StreamerTest, TakesUploadsInPortions) {
+  start();
+  const std::uint32_t plant = open("a");
+  gpu->uploads = false;
+  frames(10, {demand_of(5000.0f)});
+  std::size_t rounds = 0;
+  for (auto chunks = streamer->take_decoded(1); !chunks.empty(); chunks = streamer->take_decoded(1)) {
+    ASSERT_EQ(chunks.size(), 1u) << "at least one, however small the limit";
+    streamer->uploaded(chunks[0].id);
+    ++rounds;
+  }
+  EXPECT_EQ(rounds, 9u);
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+}
+
+TEST_F(StreamerTest, ClosingGivesEverythingBackEvenWithReadsInFlight) {
+  start();
+  const std::uint32_t plant = open("a");
+  frames(3, {demand_of(700.0f)});
+  io.deferred = true;
+  jobs.deferred = true;
+  frames(1, {demand_of(5000.0f)});
+  streamer->close_plant(plant);
+  EXPECT_FALSE(streamer->is_open(plant));
+  gpu->frames_behind = 2;
+  frames(2, {demand_of(5000.0f)});
+  EXPECT_TRUE(gpu->closed.empty());
+  io.answer_all();
+  frames(1, {});
+  jobs.run_all();
+  frames(3, {});
+  EXPECT_EQ(gpu->closed, (std::vector<std::uint32_t>{plant}));
+  EXPECT_EQ(gpu->released.size(), gpu->evicted.size());
+  EXPECT_EQ(streamer->stats().memory_bytes, empty_bytes);
+  EXPECT_EQ(io.open_count, 0u);
+  io.deferred = jobs.deferred = false;
+  EXPECT_EQ(open("b"), plant) << "the index is free again";
+  frames(20, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+}
+
+TEST_F(StreamerTest, AJobUnderWayKeepsTheQuadsItReads) {
+  start();
+  const std::uint32_t plant = open("a");
+  frames(5, {demand_of(700.0f)});
+  jobs.deferred = true;
+  frames(2, {demand_of(5000.0f)});
+  ASSERT_FALSE(jobs.waiting.empty());
+  streamer->set_memory_budget(1);
+  frames(2, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->state(plant).resident_page_count, 3u) << "pages that a job reads stay";
+  jobs.run_all();
+  jobs.deferred = false;
+  frames(3, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->state(plant).resident_page_count, 1u);
+}
+
+TEST_F(StreamerTest, OpenReportsWhatIsWrong) {
+  options.max_plants = 1;
+  start();
+  EXPECT_EQ(streamer->open_plant("missing").error().status, Status::io);
+  EXPECT_NE(log.lines.back().find("missing: "), std::string::npos);
+  io.files["text"] = std::vector<std::uint8_t>(1000, 'x');
+  EXPECT_EQ(streamer->open_plant("text").error().status, Status::bad_file);
+  io.files["empty"] = {};
+  EXPECT_EQ(streamer->open_plant("empty").error().status, Status::bad_file);
+  io.files["cut"] = plant_file();
+  io.files["cut"].resize(plant_file().size() - 1);
+  EXPECT_EQ(streamer->open_plant("cut").error().status, Status::bad_file);
+  EXPECT_EQ(io.open_count, 0u) << "every file is closed again";
+  EXPECT_EQ(streamer->stats().memory_bytes, empty_bytes);
+  const std::uint32_t plant = open("small");
+  EXPECT_EQ(streamer->open_plant("a").error().status, Status::out_of_memory);
+  frames(2, {demand_of(5000.0f)});
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 40u);
+}
+
+TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
+  start();
+  const std::uint32_t plant = open("a");
+  frames(20, {demand_of(5000.0f)});
+  const std::uint64_t budget = streamer->stats().memory_bytes + 1000;
+  streamer->set_memory_budget(budget);
+  gpu->frames_behind = 2;
+  const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
+  int attempts = 0;
+  for (auto other = streamer->open_plant("b"); !other; other = streamer->open_plant("b")) {
+    EXPECT_EQ(other.error().status, Status::out_of_memory);
+    ASSERT_LT(++attempts, 12);
+    gpu->frame(view, demands);
+    EXPECT_LE(streamer->stats().memory_bytes, budget);
+  }
+  EXPECT_GT(attempts, 2) << "nothing is reused before the GPU is done with it";
+  EXPECT_LE(streamer->stats().memory_bytes, budget);
+  EXPECT_LT(streamer->state(plant).resident_page_count, 6u);
+}
+
+/// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more.
+class FailingAllocator : public StreamerTest, public testing::WithParamInterface<bool> {
+ protected:
+  /// False: the allocator got as far as failing.
+  bool run(std::size_t fail_at) {
+    test::FakeAllocator failing;
+    failing.fail_at = fail_at;
+    failing.fail_for_good = GetParam();
+    {
+      auto created = Streamer::create({failing.hook(), jobs.hook(), io.hook(), {}}, options);
+      if (!created) {
+        EXPECT_EQ(created.error().status, Status::out_of_memory);
+      } else {
+        drive(**created);
+      }
+    }
+    EXPECT_EQ(failing.live_bytes, 0u) << "leak when allocation " << fail_at << " fails";
+    EXPECT_EQ(io.open_count, 0u) << "file left open when allocation " << fail_at << " fails";
+    return failing.calls <= fail_at;
+  }
+  void drive(Streamer& failing) {
+    test::FakeGpu fake(failing);
+    const auto plant = failing.open_plant("a");
+    if (!plant) {
+      EXPECT_EQ(plant.error().status, Status::out_of_memory);
+      return;
+    }
+    const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
+    for (int i = 0; i < 5; ++i) fake.frame(view, demands);
+    EXPECT_GE(failing.state(*plant).resident_page_count, 1u);
+    EXPECT_EQ(failing.stats().chunks_failed, 0u) << "a lack of memory is no damage";
+    if (GetParam()) return;
+    for (int i = 0; i < 40; ++i) fake.frame(view, demands);
+    EXPECT_EQ(failing.state(*plant).resident_leaf_count, 3000u) << "it recovers";
+  }
+};
+
+TEST_P(FailingAllocator, LeaksNothingAndKeepsAPrefix) {
+  std::size_t n = 0;
+  while (!run(n)) ++n;
+  EXPECT_GT(n, 40u);
+}
+INSTANTIATE_TEST_SUITE_P(Once, FailingAllocator, testing::Values(false));
+INSTANTIATE_TEST_SUITE_P(ForGood, FailingAllocator, testing::Values(true));
+
+TEST_F(StreamerTest, DestructionWaitsForReadsInFlight) {
+  start();
+  open("a");
+  io.deferred = true;
+  frames(1, {demand_of(5000.0f)});
+  ASSERT_FALSE(io.waiting.empty());
+  std::thread answers([this] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    io.answer_all();
+  });
+  gpu.reset();
+  streamer.reset();
+  EXPECT_TRUE(io.waiting.empty()) << "destroyed before the last read was answered";
+  answers.join();
+  EXPECT_EQ(allocator.live_bytes, 0u);
+  EXPECT_EQ(io.open_count, 0u);
+}
+
+/// The default hooks: real files, real threads. Run under the tsan preset too.
+TEST(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("coppice_streamer_test_" + std::to_string(::getpid()) + ".coppice");
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(plant_file().data()), static_cast<std::streamsize>(plant_file().size()));
+  auto set = complete_hooks({});
+  ASSERT_TRUE(set);
+  for (int round = 0; round < 5; ++round) {
+    auto streamer = Streamer::create(set->hooks, {.gpu = kGpuSizes, .max_in_flight = 6});
+    ASSERT_TRUE(streamer);
+    test::FakeGpu gpu(**streamer);
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE((*streamer)->open_plant(path.c_str()));
+    const std::uint64_t budget = (*streamer)->stats().memory_bytes + 500000;
+    (*streamer)->set_memory_budget(budget);
+    DemandView view;
+    for (int i = 0; i < 200; ++i) {
+      const auto weight = [&](int plant) { return (i / 40 + round) % 3 == plant ? 20.0f : 1.0f; };
+      const std::vector<PlantDemand> demands = {demand_of(4000.0f, weight(0)), demand_of(4000.0f, weight(1)), demand_of(900.0f, weight(2))};
+      gpu.frame(view, demands);
+      ASSERT_LE((*streamer)->stats().memory_bytes, budget);
+      if (i % 8 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_EQ((*streamer)->stats().chunks_failed, 0u);
+    EXPECT_GT((*streamer)->stats().chunks_loaded, 6u);
+  }
+  std::filesystem::remove(path);
+}
+
+}  // namespace
+}  // namespace coppice

@@ -41,7 +41,7 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
   std::uint32_t distinct = 0;
   for (const float error_px : {0.05f, 0.5f, 2.0f, 20.0f}) {
     view.error_px = error_px;
-    const std::vector<float> cuts = scene.draw(view).cuts;
+    const std::vector<float> cuts = scene.select(view);
     const LodView lod = [&] {
       auto demand = demand_view(view);
       EXPECT_TRUE(demand);

@@ -216,30 +216,18 @@ void RendererScene::upload(VkCommandBuffer cmd) {
   expect(renderer_->record_upload_end(instances_, residency_));
 }
 
-RendererScene::Frame RendererScene::draw(const coppice_view& view) {
-  const Image color(gpu_, {.width_px = view.width_px,
-                           .height_px = view.height_px,
-                           .format = VK_FORMAT_R8G8B8A8_SRGB,
-                           .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-  const Image depth(gpu_, {.width_px = view.width_px,
-                           .height_px = view.height_px,
-                           .format = VK_FORMAT_D32_SFLOAT,
-                           .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT});
-  Frame frame;
-  frame.cuts.resize(instances_.slots().size());
-  const Buffer cuts(gpu_, std::max<std::size_t>(frame.cuts.size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
-  renderer_->begin_frame(frame_ + 1, frame_);
-  ++frame_;
-  submit(gpu_, [&](VkCommandBuffer cmd) {
-    upload(cmd);
-    DemandView demand = expect(demand_view(view));
-    demand.lod.full = view.lod == COPPICE_LOD_FULL;
-    renderer_->record_cull(cmd, view, demand.lod);
-    full_barrier(cmd);
-    if (!frame.cuts.empty()) {
-      const VkBufferCopy region{0, 0, frame.cuts.size() * sizeof(float)};
-      vkCmdCopyBuffer(cmd, renderer_->cut_buffer(), cuts.handle(), 1, &region);
-    }
+Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const std::function<void(VkCommandBuffer)>& before,
+                      const std::function<void(VkCommandBuffer)>& inside) {
+  const Image color(gpu, {.width_px = view.width_px,
+                          .height_px = view.height_px,
+                          .format = VK_FORMAT_R8G8B8A8_SRGB,
+                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+  const Image depth(gpu, {.width_px = view.width_px,
+                          .height_px = view.height_px,
+                          .format = VK_FORMAT_D32_SFLOAT,
+                          .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT});
+  submit(gpu, [&](VkCommandBuffer cmd) {
+    before(cmd);
     change_layout(cmd, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
     change_layout(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
     const VkRenderingAttachmentInfo color_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
@@ -260,11 +248,40 @@ RendererScene::Frame RendererScene::draw(const coppice_view& view) {
                                     .pColorAttachments = &color_attachment,
                                     .pDepthAttachment = &depth_attachment};
     vkCmdBeginRendering(cmd, &rendering);
-    renderer_->record_draw(cmd, view);
+    inside(cmd);
     vkCmdEndRendering(cmd);
   });
-  std::memcpy(frame.cuts.data(), cuts.mapped(), frame.cuts.size() * sizeof(float));
-  frame.picture = read_picture(gpu_, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+  return read_picture(gpu, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+}
+
+void RendererScene::record_selection(VkCommandBuffer cmd, const coppice_view& view, const Buffer& cuts) {
+  upload(cmd);
+  DemandView demand = expect(demand_view(view));
+  demand.lod.full = view.lod == COPPICE_LOD_FULL;
+  renderer_->record_cull(cmd, view, demand.lod);
+  full_barrier(cmd);
+  const VkBufferCopy region{0, 0, instances_.slots().size() * sizeof(float)};
+  if (region.size > 0) vkCmdCopyBuffer(cmd, renderer_->cut_buffer(), cuts.handle(), 1, &region);
+}
+
+std::vector<float> RendererScene::select(const coppice_view& view) {
+  std::vector<float> cuts(instances_.slots().size());
+  const Buffer buffer(gpu_, std::max<std::size_t>(cuts.size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  renderer_->begin_frame(frame_ + 1, frame_);
+  ++frame_;
+  submit(gpu_, [&](VkCommandBuffer cmd) { record_selection(cmd, view, buffer); });
+  std::memcpy(cuts.data(), buffer.mapped(), cuts.size() * sizeof(float));
+  return cuts;
+}
+
+RendererScene::Frame RendererScene::draw(const coppice_view& view) {
+  Frame frame;
+  renderer_->begin_frame(frame_ + 1, frame_);
+  ++frame_;
+  const Buffer cuts(gpu_, std::max<std::size_t>(instances_.slots().size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  frame.picture = draw_on_white(
+      gpu_, view, [&](VkCommandBuffer cmd) { record_selection(cmd, view, cuts); },
+      [&](VkCommandBuffer cmd) { renderer_->record_draw(cmd, view); });
   renderer_->begin_frame(frame_ + 1, frame_);
   ++frame_;
   frame.counts = renderer_->counts();

@@ -36,6 +36,10 @@ struct CameraDesc {
 /// Reversed, infinite depth; a low sun behind the camera's right shoulder; no fog.
 coppice_view make_view(const CameraDesc& camera);
 
+/// Records `before`, then `inside` a pass on a white R8G8B8A8_SRGB and a D32_SFLOAT attachment of the view's size; submits and waits.
+Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const std::function<void(VkCommandBuffer)>& before,
+                      const std::function<void(VkCommandBuffer)>& inside);
+
 class RendererScene {
  public:
   RendererScene(const VulkanDevice& gpu, std::uint32_t max_instances);
@@ -46,16 +50,19 @@ class RendererScene {
   gpu::InstanceTable& instances() { return instances_; }
   [[nodiscard]] const std::vector<gpu::PlantResidency>& residency() const { return residency_; }
 
+  /// Uploads what is new and culls; the cut of every instance slot.
+  std::vector<float> select(const coppice_view& view);
+
   struct Frame {
     Picture picture;
-    std::vector<float> cuts;  ///< [instance slots]
     gpu::FrameCounts counts;
   };
-  /// Uploads what is new, culls, draws on white, waits, and reads everything back.
+  /// Uploads what is new, culls, draws on white, waits.
   Frame draw(const coppice_view& view);
 
  private:
   void upload(VkCommandBuffer cmd);
+  void record_selection(VkCommandBuffer cmd, const coppice_view& view, const Buffer& cuts);
   void upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count);
 
   const VulkanDevice& gpu_;

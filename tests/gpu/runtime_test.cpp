@@ -1,0 +1,247 @@
+// The runtime through coppice.h: a file is opened, streams in, is drawn, moved, closed, under core and synchronization validation.
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "coppice/coppice.h"
+#include "pack.h"
+#include "random_tree.h"
+#include "renderer_scene.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 128;
+
+std::string write_plant(const RandomPlantOptions& options, const char* name) {
+  bake::BakedPlant plant = random_plant(options);
+  plant.sphere = {glm::vec3(0.0f), 1.6f};
+  bake::PackSizes sizes;
+  auto bytes = bake::pack(plant, sizes);
+  if (!bytes) throw std::runtime_error(bytes.error().message());
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / (std::string(name) + std::to_string(getpid()) + ".coppice");
+  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
+  return path.string();
+}
+
+coppice_placement at(float x, float z) {
+  return {{x, 0.0f, z}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1.0f, 1.0f, 1.0f}};
+}
+
+coppice_view front_view() {
+  return make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+}
+
+std::size_t drawn_pixels(const Picture& picture) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
+    count += picture.rgba[i] != 255 || picture.rgba[i + 1] != 255 || picture.rgba[i + 2] != 255;
+  return count;
+}
+
+class RuntimeTest : public VulkanTest {
+ protected:
+  void SetUp() override {
+    VulkanTest::SetUp();
+    plant_path_ = write_plant({.leaf_count = 3000, .seed = 5}, "runtime_test");
+  }
+
+  void TearDown() override {
+    coppice_context_destroy(context_);
+    std::filesystem::remove(plant_path_);
+    VulkanTest::TearDown();
+  }
+
+  coppice_context_desc desc() {
+    coppice_context_desc desc;
+    coppice_context_desc_init(&desc);
+    desc.instance = gpu().instance;
+    desc.physical_device = gpu().physical_device;
+    desc.device = gpu().device;
+    desc.get_instance_proc_addr = vkGetInstanceProcAddr;
+    desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+    desc.depth_format = VK_FORMAT_D32_SFLOAT;
+    desc.max_instances = 4096;
+    desc.log = {&log_, [](void* user, coppice_log_level, const char* line) { static_cast<std::string*>(user)->append(line).append("\n"); }};
+    return desc;
+  }
+
+  void create(const coppice_context_desc& with) { ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_; }
+
+  /// One frame on white, waited for.
+  Picture frame(const coppice_view& view) {
+    coppice_frame begin;
+    coppice_frame_init(&begin);
+    begin.frame_number = ++frame_number_;
+    begin.completed_number = frame_number_ - 1;
+    begin.view = &view;
+    EXPECT_EQ(coppice_frame_begin(context_, &begin), COPPICE_OK) << log_;
+    return draw_on_white(
+        gpu(), view,
+        [&](VkCommandBuffer cmd) {
+          EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_OK) << log_;
+          EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_OK) << log_;
+        },
+        [&](VkCommandBuffer cmd) { EXPECT_EQ(coppice_record_draw(context_, cmd, &view), COPPICE_OK) << log_; });
+  }
+
+  coppice_stats stats() {
+    coppice_stats stats;
+    coppice_stats_init(&stats);
+    EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
+    return stats;
+  }
+
+  coppice_plant_info info(coppice_plant plant) {
+    coppice_plant_info info;
+    coppice_plant_info_init(&info);
+    EXPECT_EQ(coppice_plant_get_info(context_, plant, &info), COPPICE_OK) << log_;
+    return info;
+  }
+
+  /// Frames until nothing is wanted or under way.
+  Picture settle(const coppice_view& view) {
+    Picture picture;
+    for (int i = 0; i < 400; ++i) {
+      picture = frame(view);
+      const coppice_stats now = stats();
+      if (i > 2 && now.pages_wanted == 0 && now.pages_in_flight == 0) break;
+      usleep(2000);
+    }
+    return picture;
+  }
+
+  coppice_context* context_ = nullptr;
+  std::uint64_t frame_number_ = 0;
+  std::string plant_path_, log_;
+};
+
+TEST_F(RuntimeTest, StreamsInAndDraws) {
+  create(desc());
+  coppice_plant plant = 0;
+  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_placement placement = at(0.0f, 0.0f);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK) << log_;
+
+  coppice_view view = front_view();
+  EXPECT_GT(drawn_pixels(frame(view)), 100u) << "the first frame already shows the plant";
+  view.lod = COPPICE_LOD_FULL;
+  const Picture full = settle(view);
+  EXPECT_EQ(info(plant).resident_leaf_count, 3000u);
+  frame(view);
+  EXPECT_EQ(stats().drawn_leaf_count, 3000u);
+  EXPECT_EQ(stats().visible_instance_count, 1u);
+  EXPECT_GT(stats().drawn_wood_triangle_count, 0u);
+  EXPECT_LE(stats().memory_bytes, stats().memory_budget_bytes);
+  EXPECT_GT(drawn_pixels(full), std::size_t{kSidePx} * kSidePx / 20);
+}
+
+TEST_F(RuntimeTest, CutsFollowTheThreshold) {
+  create(desc());
+  coppice_plant plant = 0;
+  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_placement placement = at(0.0f, 0.0f);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  coppice_view view = front_view();
+  std::uint64_t finer = ~std::uint64_t{0};
+  for (const float error_px : {0.01f, 0.3f, 1.0f, 100.0f}) {
+    view.error_px = error_px;
+    settle(view);
+    frame(view);
+    EXPECT_LE(stats().drawn_leaf_count, finer) << error_px;
+    finer = stats().drawn_leaf_count;
+  }
+  EXPECT_EQ(finer, 1u);
+}
+
+TEST_F(RuntimeTest, InstancesComeMoveAndGo) {
+  create(desc());
+  coppice_plant plant = 0;
+  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  std::vector<coppice_placement> placements;
+  for (int i = 0; i < 200; ++i) placements.push_back(at(static_cast<float>(i % 20) - 10.0f, -static_cast<float>(i / 20)));
+  std::vector<coppice_instance> handles(placements.size());
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 200, handles.data()), COPPICE_OK);
+  const coppice_view view = front_view();
+  settle(view);
+  frame(view);
+  const std::uint32_t visible = stats().visible_instance_count;
+  EXPECT_GT(visible, 10u);
+  EXPECT_LT(visible, 200u) << "those at the sides are culled";
+
+  const coppice_placement behind = at(0.0f, 50.0f);
+  for (const coppice_instance handle : handles) ASSERT_EQ(coppice_instance_move(context_, handle, &behind), COPPICE_OK);
+  frame(view);
+  EXPECT_EQ(drawn_pixels(frame(view)), 0u);
+  EXPECT_EQ(stats().visible_instance_count, 0u);
+
+  ASSERT_EQ(coppice_instances_remove(context_, handles.data(), 150), COPPICE_OK);
+  EXPECT_EQ(coppice_instances_remove(context_, handles.data(), 1), COPPICE_ERROR_INVALID_ARGUMENT) << "a handle is dead once removed";
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 1, nullptr), COPPICE_OK);
+  EXPECT_EQ(coppice_instance_move(context_, handles[149], &behind), COPPICE_ERROR_INVALID_ARGUMENT) << "its slot now belongs to another";
+  EXPECT_EQ(stats().instance_count, 51u);
+}
+
+TEST_F(RuntimeTest, APlantCanBeClosedAndOpenedAgain) {
+  create(desc());
+  const coppice_view view = front_view();
+  const coppice_placement placement = at(0.0f, 0.0f);
+  for (int round = 0; round < 3; ++round) {
+    coppice_plant plant = 0;
+    ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+    EXPECT_GT(drawn_pixels(settle(view)), 100u) << round;
+    ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
+    EXPECT_EQ(coppice_plant_close(context_, plant), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(drawn_pixels(frame(view)), 0u) << round;
+    EXPECT_EQ(stats().instance_count, 0u);
+  }
+}
+
+TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
+  coppice_context_desc small = desc();
+  small.memory_budget_bytes = 11ull << 20;  // a little more than the fixed buffers
+  create(small);
+  coppice_plant plant = 0;
+  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_placement placement = at(0.0f, 0.0f);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  coppice_view view = front_view();
+  view.lod = COPPICE_LOD_FULL;
+  for (int i = 0; i < 60; ++i) {
+    EXPECT_GT(drawn_pixels(frame(view)), 100u);
+    ASSERT_LE(stats().memory_bytes, small.memory_budget_bytes) << "frame " << i;
+    usleep(1000);
+  }
+}
+
+TEST_F(RuntimeTest, WrongArgumentsAreRefused) {
+  coppice_context_desc wrong = desc();
+  wrong.color_format = VK_FORMAT_UNDEFINED;
+  EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(context_, nullptr);
+  EXPECT_NE(log_.find("color_format"), std::string::npos) << log_;
+  create(desc());
+  coppice_plant plant = 0;
+  EXPECT_EQ(coppice_plant_open(context_, "/nonexistent/plant.coppice", &plant), COPPICE_ERROR_IO);
+  EXPECT_EQ(plant, 0u);
+  EXPECT_NE(log_.find("/nonexistent/plant.coppice"), std::string::npos) << log_;
+  coppice_view view = front_view();
+  view.error_px = 0.0f;
+  EXPECT_EQ(coppice_record_cull(context_, reinterpret_cast<VkCommandBuffer>(this), &view), COPPICE_ERROR_INVALID_ARGUMENT);
+  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  coppice_placement flat = at(0.0f, 0.0f);
+  flat.scale = 0.0f;
+  EXPECT_EQ(coppice_instances_add(context_, plant, &flat, 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+  const std::vector<coppice_placement> too_many(4097, at(0.0f, 0.0f));
+  EXPECT_EQ(coppice_instances_add(context_, plant, too_many.data(), 4097, nullptr), COPPICE_ERROR_OUT_OF_MEMORY);
+  EXPECT_EQ(stats().instance_count, 0u);
+}
+
+}  // namespace
+}  // namespace coppice::test

@@ -150,10 +150,9 @@ struct DrawPush {
   uint plant;
   uint texture;         // or kNoTexture
   uvec2 wood_vertices;  // address of WoodVertex[]
-  uint wood_vertex_count;
   uint wood_list_first;
 };
-COPPICE_GPU_LAYOUT(DrawPush, 24);
+COPPICE_GPU_LAYOUT(DrawPush, 20);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

@@ -28,7 +28,7 @@ void main() {
   Plant plant = plants[push.plant];
   uint slot = wood_list[push.wood_list_first + gl_InstanceIndex];
   Instance instance = instances[slot];
-  WoodVertex vertex = WoodVertexArray(push.wood_vertices).at[min(uint(gl_VertexIndex), push.wood_vertex_count - 1)];
+  WoodVertex vertex = WoodVertexArray(push.wood_vertices).at[gl_VertexIndex];
   Material material = MaterialArray(plant.materials).at[vertex.material];
 
   vec3 world = world_from_object(instance, vertex.position);

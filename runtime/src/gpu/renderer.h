@@ -114,8 +114,10 @@ class Renderer {
 
  private:
   struct WoodLod {
-    Buffer buffer;  ///< WoodVertex[] then uint32 indices
-    std::uint64_t index_offset = 0;
+    /// uint32 indices, then WoodVertex[]. In this order because lavapipe (Mesa 22.3) ignores the offset of vkCmdBindIndexBuffer in
+    /// indirect draws.
+    Buffer buffer;
+    uvec2 vertices{};
     std::uint32_t index_count = 0;
     std::uint64_t charged_bytes = 0;
     std::vector<std::uint32_t> textures;  ///< used by its vertices, kNoTexture included; distinct

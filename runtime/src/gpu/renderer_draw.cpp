@@ -142,13 +142,12 @@ void Renderer::draw_wood(VkCommandBuffer cmd, std::uint32_t index, std::uint32_t
   const PlantSlot& plant = plants_[index];
   const Plant& record = records_[index];
   const WoodLod& wood = plant.wood[lod];
-  device_.vk.vkCmdBindIndexBuffer(cmd, wood.buffer.buffer, wood.index_offset, VK_INDEX_TYPE_UINT32);
+  device_.vk.vkCmdBindIndexBuffer(cmd, wood.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
   for (std::uint32_t texture : wood.textures) {
     bind_draw(cmd, plant,
               {.plant = index,
                .texture = texture,
-               .wood_vertices = gpu_address(wood.buffer.address),
-               .wood_vertex_count = static_cast<std::uint32_t>(wood.index_offset / sizeof(WoodVertex)),
+               .wood_vertices = wood.vertices,
                .wood_list_first = record.wood_list_base + lod * record.wood_list_stride},
               passes_.wood);
     device_.vk.vkCmdDrawIndexedIndirect(cmd, fixed_.wood_commands.buffer, (index * kMaxWoodLods + lod) * sizeof(DrawCommand), 1,

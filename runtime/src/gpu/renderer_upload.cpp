@@ -105,17 +105,17 @@ Result<void> Renderer::upload_wood(std::uint32_t plant_index, std::uint32_t lod,
                                     MemoryKind::device));
   WoodLod& wood = plant.wood[lod];
   wood.buffer = buffer;
-  wood.index_offset = vertex_bytes;
+  wood.vertices = gpu_address(buffer.address + index_bytes);
   wood.index_count = static_cast<std::uint32_t>(mesh.indices.size());
   wood.charged_bytes = vertex_bytes + index_bytes;
   charged_bytes_ += wood.charged_bytes;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const WoodVertex vertex = gpu_wood_vertex(mesh.vertices[i]);
-    std::memcpy(slice.data + i * sizeof vertex, &vertex, sizeof vertex);
+    std::memcpy(slice.data + index_bytes + i * sizeof vertex, &vertex, sizeof vertex);
     const std::uint32_t texture = plant.material_textures[vertex.material];
     if (std::find(wood.textures.begin(), wood.textures.end(), texture) == wood.textures.end()) wood.textures.push_back(texture);
   }
-  std::memcpy(slice.data + vertex_bytes, mesh.indices.data(), index_bytes);
+  std::memcpy(slice.data, mesh.indices.data(), index_bytes);
   copies_.push_back({slice.buffer, buffer.buffer, {slice.offset, 0, vertex_bytes + index_bytes}});
   return {};
 }

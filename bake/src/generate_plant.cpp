@@ -3,12 +3,13 @@
 #include <array>
 #include <string>
 
-#include "generate/leaf_mesh.h"
-#include "generate/leaf_placement.h"
-#include "generate/plant_random.h"
-#include "generate/skeleton.h"
-#include "generate/species.h"
-#include "generate/tube_mesh.h"
+#include "leaf_image.h"
+#include "leaf_mesh.h"
+#include "leaf_placement.h"
+#include "plant_random.h"
+#include "skeleton.h"
+#include "species.h"
+#include "tube_mesh.h"
 
 // Grows a plant in four steps, each a file pair in generate/: the skeleton of stems, the places of the leaves on it, tubes round the stems
 // and petioles, and a copy of the species' leaf mesh at every place. species.cpp holds the numbers.
@@ -40,6 +41,11 @@ Plant grow(const Species& species, std::uint64_t seed) {
   Plant plant;
   plant.name = species.name;
   plant.materials = plant_materials(species);
+  if (species.paint.width_px > 0) {
+    plant.images.push_back(paint_leaf(species.outline, species.paint));
+    plant.materials[kLeafMaterial].image = 0;
+    plant.materials[kLeafMaterial].alpha_cutoff = kLeafAlphaCutoff;
+  }
   for (const Stem& stem : stems) append_tube(plant.wood, stem.points, stem.radii, species.levels[stem.level].side_count, kWoodMaterial);
   const auto triangle_count = static_cast<std::uint32_t>(leaf.mesh.triangle_materials.size());
   for (const PlacedLeaf& place : places) {

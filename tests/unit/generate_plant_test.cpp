@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <ostream>
 #include <set>
 #include <string>
 
@@ -25,6 +26,10 @@ struct Expected {
   std::uint32_t max_wood_triangles;
   float min_height_m, max_height_m;
 };
+
+void PrintTo(const Expected& expected, std::ostream* out) {
+  *out << expected.species;
+}
 
 constexpr Expected kExpected[] = {
     {"corylus", 386, 12, 12000, 2.7f, 4.6f},
@@ -232,6 +237,36 @@ TEST_P(GeneratePlant, CrownIsFullFromEverySide) {
   for (const double part : area) EXPECT_GT(part, total / 8.0 * 0.35);
 }
 
+// The picture is the leaf's outline: every triangle of the leaf shows, and the corners of a quad that holds the leaf do not.
+TEST_P(GeneratePlant, LeafPictureHasTheLeafsOutline) {
+  const Material& material = plant_.materials.at(0);
+  if (expected_.min_leaf_triangles == 2) {
+    EXPECT_EQ(material.image, kNone) << "a leaf of two triangles is its own quad";
+    return;
+  }
+  ASSERT_EQ(material.image, 0u);
+  ASSERT_GT(material.alpha_cutoff, 0.0f);
+  const Image& image = plant_.images.at(0);
+  const auto shows = [&](const glm::vec2& uv) {
+    const auto texel = [](float at, std::uint32_t size) {
+      return std::min(static_cast<std::uint32_t>(at * static_cast<float>(size)), size - 1);
+    };
+    const std::size_t i = std::size_t{texel(uv.y, image.height)} * image.width + texel(uv.x, image.width);
+    return static_cast<float>(image.rgba.at(4 * i + 3)) >= 255.0f * material.alpha_cutoff;
+  };
+  const auto& leaf = plant_.leaves.front();
+  for (std::uint32_t i = 3 * leaf.first_triangle; i < 3 * (leaf.first_triangle + leaf.triangle_count); i += 3) {
+    const glm::vec2 a = plant_.foliage.uvs[plant_.foliage.indices[i]], b = plant_.foliage.uvs[plant_.foliage.indices[i + 1]];
+    const glm::vec2 c = plant_.foliage.uvs[plant_.foliage.indices[i + 2]];
+    for (int u = 0; u <= 20; ++u)
+      for (int v = 0; u + v <= 20; ++v)
+        ASSERT_TRUE(shows(a + 0.05f * static_cast<float>(u) * (b - a) + 0.05f * static_cast<float>(v) * (c - a)))
+            << "triangle at index " << i;
+  }
+  for (const glm::vec2 corner : {glm::vec2(0.02f, 0.02f), glm::vec2(0.98f, 0.02f), glm::vec2(0.02f, 0.98f), glm::vec2(0.98f, 0.98f)})
+    EXPECT_FALSE(shows(corner));
+}
+
 TEST_P(GeneratePlant, SameSeedSameBytesAndAnotherSeedAnotherPlant) {
   const auto [expected, seed] = GetParam();
   const auto again = generate_plant(expected.species, seed), other = generate_plant(expected.species, seed + 1);
@@ -253,6 +288,8 @@ TEST_P(GeneratePlant, GlbHoldsTheWholePlant) {
   EXPECT_EQ(model.materials[1].name, "wood");
   const auto& green = model.materials[0].pbrMetallicRoughness.baseColorFactor;
   const auto& brown = model.materials[1].pbrMetallicRoughness.baseColorFactor;
+  EXPECT_EQ(model.materials[0].alphaMode, plant_.images.empty() ? "OPAQUE" : "MASK");
+  EXPECT_EQ(model.images.size(), plant_.images.size());
   EXPECT_TRUE(green[1] > green[0] && green[1] > green[2]);
   EXPECT_TRUE(brown[0] > brown[1] && brown[1] > brown[2]);
   ASSERT_EQ(model.meshes.size(), 2u);
@@ -269,15 +306,14 @@ TEST_P(GeneratePlant, GlbHoldsTheWholePlant) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Species, GeneratePlant,
-                         testing::Combine(testing::ValuesIn(kExpected), testing::Values(0u, 1u, 42u, 0xfedcba9876543210u)),
+INSTANTIATE_TEST_SUITE_P(Species, GeneratePlant, testing::Combine(testing::ValuesIn(kExpected), testing::Values(1u, 0xfedcba9876543210u)),
                          [](const auto& parameter) {
                            return std::string(std::get<0>(parameter.param).species) + "_" + std::to_string(std::get<1>(parameter.param));
                          });
 
 TEST(GeneratePlantCounts, HoldForManySeeds) {
   for (const Expected& expected : kExpected)
-    for (std::uint64_t seed = 100; seed < 120; ++seed) {
+    for (std::uint64_t seed = 100; seed < 108; ++seed) {
       const auto plant = generate_plant(expected.species, seed);
       ASSERT_TRUE(plant);
       ASSERT_EQ(plant->leaves.size(), expected.leaf_count) << expected.species << " seed " << seed;

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "check.h"
+#include "leaf_image.h"
 
 namespace coppice::bake {
 namespace {
@@ -64,9 +65,8 @@ LeafTemplate build_leaf(const LeafOutline& outline) {
   add_side(leaf.mesh, midrib_count, midrib_count, rim_count, false);
   add_side(leaf.mesh, midrib_count, midrib_count + rim_count, rim_count, true);
   add_normals(leaf.mesh);
-  float half_width = 0.0f;
-  for (const auto& [x, z] : outline.rim_xz) half_width = std::max(half_width, x);
-  for (const glm::vec3& p : leaf.mesh.positions) leaf.mesh.uvs.push_back({0.5f + 0.5f * p.x / half_width, 1.0f - p.z});
+  const float half = half_width(outline);
+  for (const glm::vec3& p : leaf.mesh.positions) leaf.mesh.uvs.push_back({0.5f + 0.5f * p.x / half, 1.0f - p.z});
   return leaf;
 }
 

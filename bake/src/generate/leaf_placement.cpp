@@ -4,6 +4,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
@@ -132,7 +133,8 @@ std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<S
     const std::uint32_t node_count = (quotas[s] + whorl - 1) / whorl;
     const float phase_deg = 360.0f * random.unit();
     for (std::uint32_t index = 0; index < quotas[s]; ++index) {
-      const float rank = (static_cast<float>(index / whorl) + 1.0f) / static_cast<float>(node_count);
+      const std::uint32_t node = index / whorl;
+      const float rank = static_cast<float>(node + 1) / static_cast<float>(node_count);
       const float fraction = glm::mix(first_fraction, 1.0f, rank);
       PlacedLeaf placed;
       int tries = 0;

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
-
-#include "check.h"
 
 // Branching after Weber and Penn, "Creation and Rendering of Realistic Trees", SIGGRAPH 1995: each level of stems has a table of length,
 // angle from its parent, curvature and taper; children sit along the parent, each turned by the golden angle from the one before; the
@@ -87,7 +86,7 @@ StemStart ground_start(const Species& species, std::uint32_t index, std::uint32_
   start.start = level.spacing_m * std::sqrt(rank) * outwards;
   start.direction = glm::normalize(std::cos(glm::radians(lean_deg)) * kUp + std::sin(glm::radians(lean_deg)) * outwards);
   start.root = start.start - species.root_depth_m * kUp;
-  start.length_m = level.length_m * (1.0f + random.around(level.length_spread));
+  start.length_m = level.length_m * profile_at(level.length_profile, rank) * (1.0f + random.around(level.length_spread));
   start.radius_m = level.radius_ratio * (1.0f + random.around(0.5f * level.length_spread));
   start.collar = species.root_flare;
   return start;

@@ -2,205 +2,233 @@
 
 // Parameter tables of the three plants. Shapes follow the plants' habit (Corylus avellana: many arching stems from one stool, broad toothed
 // leaves; Salix babylonica: short trunk, arching limbs, curtains of hanging twigs; Juniperus communis: a dense flame of ascending branches,
-// awl-shaped needles in threes). Leaves are longer than botany has them, by the factor that lets the paper's leaf counts cover a full
-// crown.
+// awl-shaped needles in threes). Leaves are two to seven times as long as botany has them: the paper's leaf counts must cover a full crown.
 
 namespace coppice::bake {
 namespace {
 
+std::vector<StemLevel> hazel_levels() {
+  StemLevel stems{.spacing_m = 0.2f, .min_count = 8, .max_count = 8};
+  stems.length_m = 3.0f;
+  stems.length_spread = 0.1f;
+  stems.length_profile = {1.1f, 1.02f, 0.92f, 0.8f};
+  stems.angle_first_deg = 6.0f;
+  stems.angle_last_deg = 19.0f;
+  stems.angle_spread_deg = 3.0f;
+  stems.lift_first_per_m = 0.1f;
+  stems.lift_last_per_m = -0.3f;
+  stems.wander_deg = 2.5f;
+  stems.segment_count = 12;
+  stems.radius_ratio = 0.026f;
+  stems.tip_radius_fraction = 0.2f;
+  stems.side_count = 7;
+  stems.leaves_per_m = 1.3f;
+  stems.leaf_first_fraction = 0.85f;
+
+  StemLevel branches{.spacing_m = 0.25f, .min_count = 6, .max_count = 12, .first_fraction = 0.1f, .last_fraction = 0.93f};
+  branches.length_m = 0.68f;
+  branches.length_spread = 0.2f;
+  branches.length_profile = {0.8f, 1.0f, 1.0f, 0.65f};
+  branches.angle_first_deg = 62.0f;
+  branches.angle_last_deg = 50.0f;
+  branches.light = 0.4f;
+  branches.lift_first_per_m = 0.5f;
+  branches.lift_last_per_m = -0.1f;
+  branches.wander_deg = 7.0f;
+  branches.segment_count = 6;
+  branches.radius_ratio = 0.5f;
+  branches.min_radius_m = 0.005f;
+  branches.side_count = 5;
+  branches.leaves_per_m = 1.0f;
+  branches.leaf_first_fraction = 0.5f;
+
+  StemLevel twigs{.spacing_m = 0.21f, .min_count = 1, .max_count = 4, .first_fraction = 0.3f, .last_fraction = 0.85f};
+  twigs.length_m = 0.28f;
+  twigs.length_spread = 0.2f;
+  twigs.length_profile = {1.0f, 1.0f, 0.8f, 0.6f};
+  twigs.angle_first_deg = 55.0f;
+  twigs.light = 0.3f;
+  twigs.lift_first_per_m = 0.4f;
+  twigs.wander_deg = 9.0f;
+  twigs.segment_count = 3;
+  twigs.min_radius_m = 0.003f;
+  twigs.side_count = 3;
+  twigs.leaves_per_m = 1.0f;
+  twigs.leaf_first_fraction = 0.4f;
+  return {stems, branches, twigs};
+}
+
 Species hazel() {
-  Species species{.name = "corylus", .leaf_count = 386, .root_depth_m = 0.06f, .root_flare = 0.35f, .min_height_m = 0.25f};
-  species.height_m = 3.4f;
+  Species species{.name = "corylus", .leaf_count = 386, .root_depth_m = 0.06f, .root_flare = 0.35f, .min_height_m = 0.2f};
+  species.height_m = 3.0f;
   species.crown_centre_fraction = 0.35f;
-  species.leaf_color = {0.105f, 0.215f, 0.035f};
+  species.leaf_color = {0.105f, 0.225f, 0.04f};
   species.wood_color = {0.16f, 0.11f, 0.07f};
-  species.levels = {
-      {.spacing_m = 0.16f,
-       .min_count = 8,
-       .max_count = 9,
-       .length_m = 3.1f,
-       .length_spread = 0.16f,
-       .angle_first_deg = 6.0f,
-       .angle_last_deg = 27.0f,
-       .angle_spread_deg = 3.0f,
-       .lift_first_per_m = 0.10f,
-       .lift_last_per_m = -0.14f,
-       .wander_deg = 2.5f,
-       .segment_count = 12,
-       .radius_ratio = 0.026f,
-       .tip_radius_fraction = 0.2f,
-       .side_count = 7,
-       .leaves_per_m = 1.0f,
-       .leaf_first_fraction = 0.82f},
-      {.spacing_m = 0.27f,
-       .min_count = 6,
-       .max_count = 12,
-       .first_fraction = 0.2f,
-       .last_fraction = 0.93f,
-       .length_m = 0.95f,
-       .length_spread = 0.2f,
-       .length_profile = {0.75f, 1.0f, 0.85f, 0.45f},
-       .angle_first_deg = 62.0f,
-       .angle_last_deg = 42.0f,
-       .light = 0.25f,
-       .lift_first_per_m = 0.5f,
-       .lift_last_per_m = -0.1f,
-       .wander_deg = 7.0f,
-       .segment_count = 6,
-       .radius_ratio = 0.5f,
-       .min_radius_m = 0.005f,
-       .side_count = 5,
-       .leaves_per_m = 1.0f,
-       .leaf_first_fraction = 0.4f},
-      {.spacing_m = 0.24f,
-       .min_count = 1,
-       .max_count = 4,
-       .first_fraction = 0.3f,
-       .last_fraction = 0.85f,
-       .length_m = 0.36f,
-       .length_spread = 0.2f,
-       .length_profile = {1.0f, 1.0f, 0.8f, 0.6f},
-       .angle_first_deg = 55.0f,
-       .angle_last_deg = 45.0f,
-       .light = 0.3f,
-       .lift_first_per_m = 0.4f,
-       .wander_deg = 9.0f,
-       .segment_count = 3,
-       .radius_ratio = 0.6f,
-       .min_radius_m = 0.003f,
-       .side_count = 3,
-       .leaves_per_m = 1.0f,
-       .leaf_first_fraction = 0.35f},
-  };
-  species.outline = {.midrib_z = {0.0f, 0.17f, 0.36f, 0.56f, 0.78f, 1.0f},
-                     .rim_xz = {{0.13f, 0.01f},
-                                {0.29f, 0.06f},
-                                {0.41f, 0.2f},
-                                {0.395f, 0.27f},
-                                {0.48f, 0.41f},
-                                {0.44f, 0.475f},
-                                {0.475f, 0.61f},
-                                {0.4f, 0.66f},
-                                {0.365f, 0.78f},
-                                {0.255f, 0.80f},
-                                {0.175f, 0.89f},
-                                {0.075f, 0.92f}},
-                     .fold = 0.2f,
-                     .arch = 0.14f,
-                     .ripple = 0.012f};
-  species.habit = {.length_m = 0.215f,
-                   .length_spread = 0.2f,
-                   .tip_scale = 0.8f,
-                   .width_spread = 0.08f,
-                   .angle_deg = 58.0f,
-                   .angle_spread_deg = 12.0f,
-                   .gravity = 0.25f,
-                   .up_weight = 0.7f,
-                   .out_weight = 0.75f,
-                   .jitter = 0.35f,
-                   .petiole_m = 0.05f,
-                   .petiole_radius_m = 0.0022f};
+  species.levels = hazel_levels();
+  species.outline.midrib_z = {0.0f, 0.17f, 0.36f, 0.56f, 0.78f, 1.0f};
+  species.outline.rim_xz = {{0.13f, 0.01f},  {0.29f, 0.06f}, {0.41f, 0.2f},   {0.395f, 0.27f}, {0.48f, 0.41f},  {0.44f, 0.475f},
+                            {0.475f, 0.61f}, {0.4f, 0.66f},  {0.365f, 0.78f}, {0.255f, 0.80f}, {0.175f, 0.89f}, {0.075f, 0.92f}};
+  species.outline.fold = 0.2f;
+  species.outline.arch = 0.14f;
+  species.outline.ripple = 0.012f;
+  species.habit.length_m = 0.272f;
+  species.habit.tip_scale = 0.9f;
+  species.habit.width_spread = 0.08f;
+  species.habit.angle_deg = 62.0f;
+  species.habit.angle_spread_deg = 12.0f;
+  species.habit.gravity = 0.3f;
+  species.habit.up_weight = 0.3f;
+  species.habit.out_weight = 0.85f;
+  species.habit.jitter = 0.5f;
+  species.habit.petiole_m = 0.05f;
+  species.habit.petiole_radius_m = 0.0022f;
+  species.paint = {.width_px = 128, .height_px = 128, .side_vein_count = 8, .side_vein_slope = 0.75f, .vein_width = 0.016f};
   return species;
 }
 
+std::vector<StemLevel> willow_levels() {
+  StemLevel trunk{.spacing_m = 0.0f, .min_count = 1, .max_count = 1};
+  trunk.length_m = 5.4f;
+  trunk.length_spread = 0.05f;
+  trunk.angle_first_deg = 0.0f;
+  trunk.angle_last_deg = 4.0f;
+  trunk.angle_spread_deg = 2.0f;
+  trunk.lift_first_per_m = 0.06f;
+  trunk.lift_last_per_m = 0.05f;
+  trunk.wander_deg = 3.5f;
+  trunk.segment_count = 14;
+  trunk.radius_ratio = 0.24f;
+  trunk.tip_radius_fraction = 0.2f;
+  trunk.side_count = 12;
+
+  StemLevel limbs{.spacing_m = 0.26f, .min_count = 12, .max_count = 18, .first_fraction = 0.4f, .last_fraction = 0.98f};
+  limbs.length_m = 2.7f;
+  limbs.length_spread = 0.08f;
+  limbs.length_profile = {0.85f, 1.0f, 0.95f, 0.65f};
+  limbs.angle_first_deg = 55.0f;
+  limbs.angle_last_deg = 25.0f;
+  limbs.light = 0.15f;
+  limbs.lift_first_per_m = 0.3f;
+  limbs.lift_last_per_m = -0.9f;
+  limbs.wander_deg = 5.0f;
+  limbs.segment_count = 10;
+  limbs.radius_ratio = 0.5f;
+  limbs.min_radius_m = 0.02f;
+  limbs.side_count = 7;
+  limbs.leaves_per_m = 0.6f;
+  limbs.leaf_first_fraction = 0.5f;
+
+  StemLevel branches{.spacing_m = 0.36f, .min_count = 3, .max_count = 8, .first_fraction = 0.35f, .last_fraction = 1.0f};
+  branches.length_m = 1.1f;
+  branches.length_spread = 0.2f;
+  branches.length_profile = {1.0f, 1.0f, 0.9f, 0.7f};
+  branches.angle_first_deg = 55.0f;
+  branches.angle_last_deg = 25.0f;
+  branches.light = 0.15f;
+  branches.lift_first_per_m = 0.1f;
+  branches.lift_last_per_m = -1.0f;
+  branches.wander_deg = 6.0f;
+  branches.segment_count = 5;
+  branches.radius_ratio = 0.55f;
+  branches.min_radius_m = 0.008f;
+  branches.side_count = 5;
+  branches.leaves_per_m = 0.9f;
+  branches.leaf_first_fraction = 0.35f;
+
+  StemLevel twigs{.spacing_m = 0.3f, .min_count = 2, .max_count = 6, .first_fraction = 0.2f, .last_fraction = 1.0f};
+  twigs.length_m = 2.9f;
+  twigs.length_spread = 0.25f;
+  twigs.angle_first_deg = 50.0f;
+  twigs.angle_last_deg = 30.0f;
+  twigs.lift_first_per_m = -2.0f;
+  twigs.lift_last_per_m = -2.6f;
+  twigs.segment_count = 8;
+  twigs.radius_ratio = 0.5f;
+  twigs.min_radius_m = 0.004f;
+  twigs.side_count = 3;
+  twigs.leaves_per_m = 1.0f;
+  twigs.leaf_first_fraction = 0.03f;
+  return {trunk, limbs, branches, twigs};
+}
+
 Species weeping_willow() {
-  Species species{.name = "willow", .leaf_count = 4456, .root_depth_m = 0.15f, .root_flare = 0.6f, .min_height_m = 0.45f};
-  species.height_m = 8.0f;
+  Species species{.name = "willow", .leaf_count = 4456, .root_depth_m = 0.15f, .root_flare = 0.6f, .min_height_m = 0.6f};
+  species.height_m = 7.6f;
   species.crown_centre_fraction = 0.6f;
-  species.leaf_color = {0.15f, 0.24f, 0.05f};
-  species.wood_color = {0.15f, 0.115f, 0.08f};
-  species.levels = {
-      {.spacing_m = 0.0f,
-       .min_count = 1,
-       .max_count = 1,
-       .length_m = 5.6f,
-       .length_spread = 0.05f,
-       .angle_first_deg = 0.0f,
-       .angle_last_deg = 4.0f,
-       .angle_spread_deg = 2.0f,
-       .lift_first_per_m = 0.06f,
-       .lift_last_per_m = 0.05f,
-       .wander_deg = 5.0f,
-       .segment_count = 14,
-       .radius_ratio = 0.25f,
-       .tip_radius_fraction = 0.2f,
-       .side_count = 12},
-      {.spacing_m = 0.26f,
-       .min_count = 12,
-       .max_count = 18,
-       .first_fraction = 0.33f,
-       .last_fraction = 0.98f,
-       .length_m = 3.1f,
-       .length_spread = 0.12f,
-       .length_profile = {0.9f, 1.05f, 1.0f, 0.8f},
-       .angle_first_deg = 52.0f,
-       .angle_last_deg = 22.0f,
-       .light = 0.15f,
-       .lift_first_per_m = 0.3f,
-       .lift_last_per_m = -0.5f,
-       .wander_deg = 5.0f,
-       .segment_count = 10,
-       .radius_ratio = 0.5f,
-       .min_radius_m = 0.02f,
-       .side_count = 7},
-      {.spacing_m = 0.42f,
-       .min_count = 3,
-       .max_count = 8,
-       .first_fraction = 0.35f,
-       .last_fraction = 1.0f,
-       .length_m = 1.15f,
-       .length_spread = 0.2f,
-       .length_profile = {1.0f, 1.0f, 0.9f, 0.7f},
-       .angle_first_deg = 55.0f,
-       .angle_last_deg = 25.0f,
-       .light = 0.3f,
-       .lift_first_per_m = 0.1f,
-       .lift_last_per_m = -1.2f,
-       .wander_deg = 6.0f,
-       .segment_count = 5,
-       .radius_ratio = 0.55f,
-       .min_radius_m = 0.008f,
-       .side_count = 5,
-       .leaves_per_m = 0.5f,
-       .leaf_first_fraction = 0.5f},
-      {.spacing_m = 0.28f,
-       .min_count = 2,
-       .max_count = 6,
-       .first_fraction = 0.2f,
-       .last_fraction = 1.0f,
-       .length_m = 2.2f,
-       .length_spread = 0.35f,
-       .angle_first_deg = 50.0f,
-       .angle_last_deg = 30.0f,
-       .light = 0.2f,
-       .lift_first_per_m = -1.2f,
-       .lift_last_per_m = -2.6f,
-       .wander_deg = 4.0f,
-       .segment_count = 8,
-       .radius_ratio = 0.5f,
-       .min_radius_m = 0.004f,
-       .side_count = 3,
-       .leaves_per_m = 1.0f,
-       .leaf_first_fraction = 0.06f},
-  };
-  species.outline = {.midrib_z = {0.0f, 0.45f, 1.0f},
-                     .rim_xz = {{0.06f, 0.14f}, {0.085f, 0.42f}, {0.05f, 0.76f}},
-                     .fold = 0.3f,
-                     .arch = 0.12f,
-                     .ripple = 0.0f};
-  species.habit = {.length_m = 0.32f,
-                   .length_spread = 0.2f,
-                   .tip_scale = 0.65f,
-                   .width_spread = 0.15f,
-                   .angle_deg = 42.0f,
-                   .angle_spread_deg = 12.0f,
-                   .gravity = 0.35f,
-                   .up_weight = 0.3f,
-                   .out_weight = 0.9f,
-                   .jitter = 0.5f,
-                   .petiole_m = 0.02f,
-                   .petiole_radius_m = 0.0022f};
+  species.leaf_color = {0.155f, 0.265f, 0.055f};
+  species.wood_color = {0.115f, 0.092f, 0.068f};
+  species.levels = willow_levels();
+  species.outline.midrib_z = {0.0f, 0.45f, 1.0f};
+  species.outline.rim_xz = {{0.06f, 0.14f}, {0.085f, 0.42f}, {0.05f, 0.76f}};
+  species.outline.fold = 0.3f;
+  species.outline.arch = 0.12f;
+  species.habit.length_m = 0.4f;
+  species.habit.tip_scale = 0.65f;
+  species.habit.width_spread = 0.15f;
+  species.habit.angle_deg = 42.0f;
+  species.habit.angle_spread_deg = 12.0f;
+  species.habit.gravity = 0.35f;
+  species.habit.up_weight = 0.3f;
+  species.habit.out_weight = 0.9f;
+  species.habit.jitter = 0.5f;
+  species.habit.petiole_m = 0.02f;
+  species.habit.petiole_radius_m = 0.0022f;
+  species.paint = {.width_px = 32, .height_px = 128, .side_vein_count = 0, .side_vein_slope = 0.0f, .vein_width = 0.008f};
   return species;
+}
+
+std::vector<StemLevel> juniper_levels() {
+  StemLevel trunks{.spacing_m = 0.08f, .min_count = 3, .max_count = 3};
+  trunks.length_m = 3.4f;
+  trunks.length_spread = 0.06f;
+  trunks.length_profile = {1.1f, 1.0f, 0.9f, 0.8f};
+  trunks.angle_first_deg = 1.0f;
+  trunks.angle_last_deg = 4.5f;
+  trunks.angle_spread_deg = 1.5f;
+  trunks.lift_first_per_m = 0.25f;
+  trunks.lift_last_per_m = 0.2f;
+  trunks.wander_deg = 3.0f;
+  trunks.segment_count = 12;
+  trunks.radius_ratio = 0.04f;
+  trunks.tip_radius_fraction = 0.12f;
+  trunks.side_count = 7;
+  trunks.leaves_per_m = 1.0f;
+  trunks.leaf_first_fraction = 0.88f;
+
+  StemLevel branches{.spacing_m = 0.085f, .min_count = 20, .max_count = 50, .first_fraction = 0.03f, .last_fraction = 0.97f};
+  branches.length_m = 0.78f;
+  branches.length_spread = 0.18f;
+  branches.length_profile = {0.75f, 1.0f, 0.8f, 0.3f};
+  branches.angle_first_deg = 58.0f;
+  branches.angle_last_deg = 30.0f;
+  branches.light = 0.25f;
+  branches.lift_first_per_m = 0.5f;
+  branches.lift_last_per_m = 0.8f;
+  branches.wander_deg = 5.0f;
+  branches.segment_count = 6;
+  branches.radius_ratio = 0.42f;
+  branches.min_radius_m = 0.005f;
+  branches.side_count = 4;
+  branches.leaves_per_m = 1.0f;
+  branches.leaf_first_fraction = 0.3f;
+
+  StemLevel twigs{.spacing_m = 0.08f, .min_count = 3, .max_count = 10, .first_fraction = 0.25f, .last_fraction = 0.92f};
+  twigs.length_m = 0.34f;
+  twigs.length_spread = 0.25f;
+  twigs.length_profile = {0.9f, 1.0f, 0.9f, 0.6f};
+  twigs.angle_first_deg = 48.0f;
+  twigs.angle_last_deg = 36.0f;
+  twigs.light = 0.3f;
+  twigs.lift_first_per_m = 0.6f;
+  twigs.lift_last_per_m = 0.4f;
+  twigs.wander_deg = 6.0f;
+  twigs.segment_count = 3;
+  twigs.radius_ratio = 0.55f;
+  twigs.min_radius_m = 0.0025f;
+  twigs.side_count = 3;
+  twigs.leaves_per_m = 1.0f;
+  twigs.leaf_first_fraction = 0.1f;
+  return {trunks, branches, twigs};
 }
 
 Species common_juniper() {
@@ -208,80 +236,19 @@ Species common_juniper() {
   species.height_m = 3.8f;
   species.crown_centre_fraction = 0.3f;
   species.leaf_color = {0.075f, 0.15f, 0.075f};
-  species.wood_color = {0.17f, 0.095f, 0.055f};
-  species.levels = {
-      {.spacing_m = 0.12f,
-       .min_count = 3,
-       .max_count = 3,
-       .length_m = 3.3f,
-       .length_spread = 0.08f,
-       .angle_first_deg = 1.0f,
-       .angle_last_deg = 8.0f,
-       .angle_spread_deg = 1.5f,
-       .lift_first_per_m = 0.25f,
-       .lift_last_per_m = 0.2f,
-       .wander_deg = 3.0f,
-       .segment_count = 12,
-       .radius_ratio = 0.04f,
-       .tip_radius_fraction = 0.12f,
-       .side_count = 7,
-       .leaves_per_m = 1.0f,
-       .leaf_first_fraction = 0.88f},
-      {.spacing_m = 0.115f,
-       .min_count = 20,
-       .max_count = 40,
-       .first_fraction = 0.03f,
-       .last_fraction = 0.97f,
-       .length_m = 0.95f,
-       .length_spread = 0.18f,
-       .length_profile = {0.75f, 1.0f, 0.8f, 0.3f},
-       .angle_first_deg = 58.0f,
-       .angle_last_deg = 30.0f,
-       .light = 0.25f,
-       .lift_first_per_m = 0.5f,
-       .lift_last_per_m = 0.8f,
-       .wander_deg = 5.0f,
-       .segment_count = 6,
-       .radius_ratio = 0.42f,
-       .min_radius_m = 0.005f,
-       .side_count = 4,
-       .leaves_per_m = 1.0f,
-       .leaf_first_fraction = 0.45f},
-      {.spacing_m = 0.095f,
-       .min_count = 3,
-       .max_count = 9,
-       .first_fraction = 0.25f,
-       .last_fraction = 0.92f,
-       .length_m = 0.34f,
-       .length_spread = 0.25f,
-       .length_profile = {0.9f, 1.0f, 0.9f, 0.6f},
-       .angle_first_deg = 48.0f,
-       .angle_last_deg = 36.0f,
-       .light = 0.3f,
-       .lift_first_per_m = 0.6f,
-       .lift_last_per_m = 0.4f,
-       .wander_deg = 6.0f,
-       .segment_count = 3,
-       .radius_ratio = 0.55f,
-       .min_radius_m = 0.0025f,
-       .side_count = 3,
-       .leaves_per_m = 1.0f,
-       .leaf_first_fraction = 0.1f},
-  };
-  species.outline = {.midrib_z = {0.0f, 1.0f}, .rim_xz = {{0.075f, 0.3f}}, .fold = 0.35f, .arch = 0.0f, .ripple = 0.0f};
-  species.habit = {.length_m = 0.095f,
-                   .length_spread = 0.25f,
-                   .tip_scale = 0.7f,
-                   .width_spread = 0.15f,
-                   .whorl_count = 3,
-                   .angle_deg = 52.0f,
-                   .angle_spread_deg = 10.0f,
-                   .gravity = 0.0f,
-                   .up_weight = 0.5f,
-                   .out_weight = 0.5f,
-                   .jitter = 0.3f,
-                   .petiole_m = 0.0f,
-                   .petiole_radius_m = 0.0f};
+  species.wood_color = {0.14f, 0.085f, 0.05f};
+  species.levels = juniper_levels();
+  species.outline.midrib_z = {0.0f, 1.0f};
+  species.outline.rim_xz = {{0.08f, 0.17f}};
+  species.outline.fold = 0.5f;
+  species.habit.length_m = 0.135f;
+  species.habit.length_spread = 0.25f;
+  species.habit.tip_scale = 0.7f;
+  species.habit.width_spread = 0.15f;
+  species.habit.whorl_count = 3;
+  species.habit.angle_deg = 47.0f;
+  species.habit.up_weight = 0.5f;
+  species.habit.jitter = 0.3f;
   return species;
 }
 

@@ -17,7 +17,8 @@ struct StemLevel {
   float first_fraction = 0.0f, last_fraction = 1.0f;  ///< part of the parent that bears children
   float length_m = 1.0f;
   float length_spread = 0.15f;  ///< +- this fraction of the length
-  /// Length factor at the first, the 1/3, the 2/3 and the last child position: the crown's outline.
+  /// Length factor at the first, the 1/3, the 2/3 and the last child position (level 0: from the inner to the outer stems): the crown's
+  /// outline.
   std::array<float, 4> length_profile{1.0f, 1.0f, 1.0f, 1.0f};
   float angle_first_deg = 45.0f, angle_last_deg = 45.0f;  ///< from the parent's axis, at the first and the last child position
   float angle_spread_deg = 8.0f;
@@ -58,6 +59,15 @@ struct LeafHabit {
   float petiole_radius_m = 0.002f;
 };
 
+/// How the leaf's picture is painted. No picture when it has no texels: a needle of two triangles is its own quad.
+struct LeafPaint {
+  std::uint32_t width_px = 0, height_px = 0;
+  std::uint32_t side_vein_count = 0;                             ///< a side
+  float side_vein_slope = 0.0f;                                  ///< way along the leaf per way to the rim
+  float vein_width = 0.01f;                                      ///< leaf lengths
+  glm::vec3 blade{0.8f, 0.83f, 0.78f}, vein{1.0f, 1.0f, 0.86f};  ///< linear factors of the leaf colour
+};
+
 /// Everything that makes one species. Colours are linear.
 struct Species {
   std::string_view name;
@@ -70,6 +80,7 @@ struct Species {
   std::vector<StemLevel> levels;
   LeafOutline outline;
   LeafHabit habit;
+  LeafPaint paint;
   glm::vec3 leaf_color{0.1f, 0.2f, 0.05f}, wood_color{0.2f, 0.15f, 0.1f};
 };
 

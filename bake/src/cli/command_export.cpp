@@ -20,11 +20,18 @@ struct ExportArguments {
   Part part = Part::all;
 };
 
+/// A .coppice file keeps no material names. These tell leaves from wood, so that an exported cut can be baked again.
+void name_materials(BakedPlant& plant) {
+  for (Material& material : plant.materials) material.name = "wood";
+  for (const Card& card : plant.card_table) plant.materials[card.material].name = "leaves";
+}
+
 int run(const ExportArguments& arguments) {
   const auto bytes = read_file(arguments.input);
   if (!bytes) return report_failure(arguments.input, bytes.error());
-  const auto plant = unpack(*bytes);
+  auto plant = unpack(*bytes);
   if (!plant) return report_failure(arguments.input, plant.error());
+  name_materials(*plant);
   if (arguments.leaf_count > plant->tree.leaf_count())
     return report_failure(arguments.input, Error{Status::invalid_argument, "--leaves is over the plant's leaf count", Error::kNoOffset,
                                                  std::to_string(arguments.leaf_count) + " > " + std::to_string(plant->tree.leaf_count())});

@@ -1,0 +1,377 @@
+// The coppice program from outside: help, exit codes, what it leaves on disk. The contract is README.md's command line section.
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <glm/common.hpp>
+#include <nlohmann/json.hpp>
+
+#include "generate_plant.h"
+#include "import_gltf.h"
+#include "leaf_quads.h"
+#include "process.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using coppice::test::ProcessOptions;
+using coppice::test::ProcessResult;
+using coppice::test::TemporaryFolder;
+
+ProcessResult coppice_tool(const std::vector<std::string>& arguments, const ProcessOptions& options = {}) {
+  return coppice::test::run_process(COPPICE_TOOL, arguments, options);
+}
+
+std::string read_bytes(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write_bytes(const fs::path& path, const std::string& bytes) {
+  std::ofstream file(path, std::ios::binary);
+  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  ASSERT_TRUE(file.good()) << path;
+}
+
+/// Exit code 1 and one line on stderr that names the file; nothing on stdout.
+void expect_one_line_error(const ProcessResult& result, const fs::path& file, const std::string& about) {
+  EXPECT_EQ(result.exit_code, 1) << about;
+  EXPECT_EQ(result.signal, 0) << about;
+  EXPECT_EQ(result.out, "") << about;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << about << ":\n" << result.err;
+  EXPECT_EQ(result.err.rfind("coppice: ", 0), 0u) << about << ":\n" << result.err;
+  EXPECT_NE(result.err.find(file.filename().string()), std::string::npos) << about << ":\n" << result.err;
+}
+
+/// The corylus plant and its bake, made once for the program.
+struct Baked {
+  TemporaryFolder folder;
+  fs::path glb = folder / "corylus.glb";
+  fs::path coppice = folder / "corylus.coppice";
+  fs::path report = folder / "corylus.json";
+};
+
+const Baked& baked() {
+  static const Baked files;
+  if (!fs::exists(files.glb)) {
+    const ProcessResult plant = coppice_tool({"plant", "corylus", "-o", files.glb});
+    if (plant.exit_code != 0) throw std::runtime_error("coppice plant failed: " + plant.err);
+    const ProcessResult bake =
+        coppice_tool({"bake", files.glb, "-o", files.coppice, "--metric", "mi", "--threads", "1", "--report", files.report});
+    if (bake.exit_code != 0) throw std::runtime_error("coppice bake failed: " + bake.err);
+  }
+  return files;
+}
+
+TEST(CommandLine, HelpListsEveryCommandAndOption) {
+  const ProcessResult help = coppice_tool({"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  for (const char* command : {"plant", "bake", "inspect", "verify", "export"})
+    EXPECT_NE(help.out.find(std::string("\n  ") + command), std::string::npos) << command;
+
+  const std::vector<std::pair<std::string, std::vector<std::string>>> options = {
+      {"plant", {"--output", "--seed", "corylus", "willow", "juniper"}},
+      {"bake",
+       {"--output", "--metric", "--views", "--resolution", "--background", "--candidates", "--leaf-material", "--threads", "--report",
+        "--quiet"}},
+      {"inspect", {"--json"}},
+      {"verify", {"input"}},
+      {"export", {"--leaves", "--part", "--output"}}};
+  for (const auto& [command, names] : options) {
+    const ProcessResult result = coppice_tool({command, "--help"});
+    EXPECT_EQ(result.exit_code, 0) << command;
+    EXPECT_EQ(result.err, "") << command;
+    for (const std::string& name : names) EXPECT_NE(result.out.find(name), std::string::npos) << command << " " << name;
+  }
+}
+
+TEST(CommandLine, UsageErrorsExitWith2) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  const std::vector<std::vector<std::string>> cases = {{},
+                                                       {"grow"},
+                                                       {"plant", "oak", "-o", out},
+                                                       {"plant", "corylus"},
+                                                       {"bake", "in.glb"},
+                                                       {"bake", "-o", out},
+                                                       {"bake", "in.glb", "-o", out, "--metric", "beauty"},
+                                                       {"bake", "in.glb", "-o", out, "--views", "0"},
+                                                       {"bake", "in.glb", "-o", out, "--background", "maybe"},
+                                                       {"bake", "in.glb", "-o", out, "--unheard-of"},
+                                                       {"export", "in.coppice", "-o", out},
+                                                       {"export", "in.coppice", "-o", out, "--leaves", "0"},
+                                                       {"verify"},
+                                                       {"inspect"}};
+  for (const auto& arguments : cases) {
+    const ProcessResult result = coppice_tool(arguments);
+    std::string line;
+    for (const std::string& word : arguments) line += " " + word;
+    EXPECT_EQ(result.exit_code, 2) << "coppice" << line;
+    EXPECT_NE(result.err, "") << "coppice" << line;
+    EXPECT_FALSE(fs::exists(out)) << "coppice" << line;
+  }
+}
+
+TEST(CommandLine, PlantsHaveThePapersLeafCounts) {
+  const TemporaryFolder folder;
+  for (const auto& [species, leaf_count] : {std::pair{"corylus", 386u}, {"willow", 4456u}, {"juniper", 13162u}}) {
+    const fs::path file = folder / "plant.glb";
+    ASSERT_EQ(coppice_tool({"plant", species, "-o", file}).exit_code, 0) << species;
+    const auto plant = coppice::bake::import_gltf(file, {});
+    ASSERT_TRUE(plant) << species << ": " << plant.error().message();
+    EXPECT_EQ(plant->leaves.size(), leaf_count) << species;
+    EXPECT_GT(plant->wood.indices.size(), 0u) << species;
+  }
+}
+
+TEST(CommandLine, SameSeedSamePlantOtherSeedOtherPlant) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(coppice_tool({"plant", "corylus", "-o", folder / "a.glb", "--seed", "5"}).exit_code, 0);
+  ASSERT_EQ(coppice_tool({"plant", "corylus", "-o", folder / "b.glb", "--seed", "5"}).exit_code, 0);
+  ASSERT_EQ(coppice_tool({"plant", "corylus", "-o", folder / "c.glb", "--seed", "6"}).exit_code, 0);
+  EXPECT_EQ(read_bytes(folder / "a.glb"), read_bytes(folder / "b.glb"));
+  EXPECT_NE(read_bytes(folder / "a.glb"), read_bytes(folder / "c.glb"));
+}
+
+TEST(CommandLine, BakeRefusesWhatIsNoPlant) {
+  const TemporaryFolder folder;
+  const std::string glb = read_bytes(baked().glb);
+  const std::string no_leaves =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"materials":[{"name":"bark"}],)"
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],)"
+      R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],)"
+      R"("bufferViews":[{"buffer":0,"byteLength":36}],)"
+      R"("buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+  const std::vector<std::pair<const char*, std::string>> inputs = {{"text.glb", "this is a letter, not a plant\n"},
+                                                                   {"text.gltf", "this is a letter, not a plant\n"},
+                                                                   {"empty.glb", ""},
+                                                                   {"empty.gltf", ""},
+                                                                   {"truncated.glb", glb.substr(0, glb.size() / 2)},
+                                                                   {"header_only.glb", glb.substr(0, 12)},
+                                                                   {"no_leaves.gltf", no_leaves}};
+  for (const auto& [name, bytes] : inputs) {
+    const fs::path input = folder / name;
+    write_bytes(input, bytes);
+    const fs::path fresh = folder / "fresh.coppice";
+    expect_one_line_error(coppice_tool({"bake", input, "-o", fresh}), input, name);
+    EXPECT_FALSE(fs::exists(fresh)) << name;
+
+    const fs::path kept = folder / "kept.coppice";
+    write_bytes(kept, "what was here before");
+    expect_one_line_error(coppice_tool({"bake", input, "-o", kept}), input, name);
+    EXPECT_EQ(read_bytes(kept), "what was here before") << name;
+  }
+  const fs::path missing = folder / "missing.glb";
+  expect_one_line_error(coppice_tool({"bake", missing, "-o", folder / "fresh.coppice"}), missing, "missing");
+  const fs::path nowhere = folder / "no/such/folder.coppice";
+  expect_one_line_error(coppice_tool({"bake", baked().glb, "-o", nowhere, "--quiet"}), nowhere, "no folder for the output");
+}
+
+TEST(CommandLine, LeafMaterialThatMatchesNothingListsTheNames) {
+  const TemporaryFolder folder;
+  const ProcessResult result = coppice_tool({"bake", baked().glb, "-o", folder / "out.coppice", "--leaf-material", "^petals$"});
+  expect_one_line_error(result, baked().glb, "no such material");
+  EXPECT_NE(result.err.find("leaves"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("wood"), std::string::npos) << result.err;
+}
+
+TEST(CommandLine, BakeIsTheSameForAnyThreadCount) {
+  const TemporaryFolder folder;
+  for (const char* threads : {"2", "3"}) {
+    const fs::path output = folder / "out.coppice";
+    ASSERT_EQ(coppice_tool({"bake", baked().glb, "-o", output, "--metric", "mi", "--threads", threads, "--quiet"}).exit_code, 0);
+    EXPECT_TRUE(read_bytes(output) == read_bytes(baked().coppice)) << "--threads " << threads << " gives another file than --threads 1";
+  }
+}
+
+TEST(CommandLine, ReportHasTheKeysOfTheContract) {
+  const auto report = nlohmann::json::parse(read_bytes(baked().report));
+  const auto keys = [](const nlohmann::json& object) {
+    std::set<std::string> names;
+    for (const auto& item : object.items()) names.insert(item.key());
+    return names;
+  };
+  EXPECT_EQ(keys(report), (std::set<std::string>{"source_leaves", "seconds", "peak_rss_bytes", "file_bytes", "foliage_bytes",
+                                                 "bytes_per_leaf", "evaluations", "foliage_mi"}));
+  EXPECT_EQ(keys(report["seconds"]), (std::set<std::string>{"import", "visibility", "collapse", "error_table", "pack", "total"}));
+  EXPECT_EQ(keys(report["foliage_mi"]), (std::set<std::string>{"source", "levels"}));
+  EXPECT_EQ(report["source_leaves"], 386);
+  EXPECT_EQ(report["file_bytes"], fs::file_size(baked().coppice));
+  EXPECT_GT(report["foliage_bytes"], 386 * 4);
+  EXPECT_LT(report["foliage_bytes"], report["file_bytes"]);
+  EXPECT_NEAR(report["bytes_per_leaf"].get<double>(), report["foliage_bytes"].get<double>() / 386.0, 0.01);
+  EXPECT_GE(report["evaluations"], 385);
+  EXPECT_GT(report["peak_rss_bytes"], 1 << 20);
+  EXPECT_GT(report["foliage_mi"]["source"], 0.0);
+  EXPECT_EQ(report["foliage_mi"]["levels"].size(), 7u);
+  double sum = 0.0;
+  for (const char* stage : {"import", "visibility", "collapse", "error_table", "pack"}) {
+    EXPECT_GE(report["seconds"][stage], 0.0) << stage;
+    sum += report["seconds"][stage].get<double>();
+  }
+  EXPECT_LE(sum, report["seconds"]["total"].get<double>() + 1e-3);
+}
+
+TEST(CommandLine, QuietPrintsNothing) {
+  const TemporaryFolder folder;
+  const ProcessResult result = coppice_tool({"bake", baked().glb, "-o", folder / "out.coppice", "--quiet"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(result.err, "");
+}
+
+TEST(CommandLine, VerifyAcceptsABakeAndFindsAnyFlippedByte) {
+  const ProcessResult good = coppice_tool({"verify", baked().coppice});
+  EXPECT_EQ(good.exit_code, 0) << good.err;
+
+  const TemporaryFolder folder;
+  const std::string bytes = read_bytes(baked().coppice);
+  constexpr std::size_t kFlips = 64;
+  for (std::size_t i = 0; i < kFlips; ++i) {
+    const std::size_t offset = i * (bytes.size() - 1) / (kFlips - 1);
+    std::string damaged = bytes;
+    damaged[offset] = static_cast<char>(damaged[offset] ^ 0x10);
+    const fs::path file = folder / "damaged.coppice";
+    write_bytes(file, damaged);
+    expect_one_line_error(coppice_tool({"verify", file}), file, "byte " + std::to_string(offset) + " flipped");
+  }
+}
+
+TEST(CommandLine, VerifyRefusesTruncatedAndForeignFiles) {
+  const TemporaryFolder folder;
+  const std::string bytes = read_bytes(baked().coppice);
+  const fs::path file = folder / "short.coppice";
+  for (const std::size_t length : {std::size_t{0}, std::size_t{7}, std::size_t{63}, bytes.size() / 2, bytes.size() - 1}) {
+    write_bytes(file, bytes.substr(0, length));
+    expect_one_line_error(coppice_tool({"verify", file}), file, std::to_string(length) + " bytes");
+  }
+  write_bytes(file, bytes + "x");
+  expect_one_line_error(coppice_tool({"verify", file}), file, "one byte too many");
+  expect_one_line_error(coppice_tool({"verify", baked().glb}), baked().glb, "a .glb");
+}
+
+TEST(CommandLine, InspectJsonAgreesWithTheBake) {
+  const ProcessResult text = coppice_tool({"inspect", baked().coppice});
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_NE(text.out.find("386"), std::string::npos) << text.out;
+  const ProcessResult json = coppice_tool({"inspect", baked().coppice, "--json"});
+  EXPECT_EQ(json.exit_code, 0) << json.err;
+  const auto parsed = nlohmann::json::parse(json.out);
+  EXPECT_EQ(parsed["leaves"], 386) << json.out;
+  EXPECT_EQ(parsed["file_bytes"], fs::file_size(baked().coppice)) << json.out;
+}
+
+TEST(CommandLine, ExportGivesExactlySoManyLeafQuads) {
+  const TemporaryFolder folder;
+  const fs::path cut = folder / "cut.glb";
+  for (const std::uint32_t leaves : {1u, 2u, 9u, 77u, 385u, 386u}) {
+    const ProcessResult result =
+        coppice_tool({"export", baked().coppice, "--leaves", std::to_string(leaves), "--part", "foliage", "-o", cut});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const auto plant = coppice::bake::import_gltf(cut, {});
+    ASSERT_TRUE(plant) << plant.error().message();
+    EXPECT_EQ(plant->foliage.indices.size(), 6u * leaves);
+    EXPECT_EQ(plant->foliage.positions.size(), 4u * leaves);
+    EXPECT_EQ(plant->wood.indices.size(), 0u);
+  }
+  ASSERT_EQ(coppice_tool({"export", baked().coppice, "--leaves", "20", "-o", cut}).exit_code, 0);
+  const auto whole = coppice::bake::import_gltf(cut, {});
+  ASSERT_TRUE(whole) << whole.error().message();
+  EXPECT_EQ(whole->foliage.indices.size(), 6u * 20u);
+  EXPECT_GT(whole->wood.indices.size(), 0u);
+
+  const fs::path refused = folder / "refused.glb";
+  expect_one_line_error(coppice_tool({"export", baked().coppice, "--leaves", "387", "-o", refused}), baked().coppice, "too many leaves");
+  EXPECT_FALSE(fs::exists(refused));
+}
+
+/// The largest distance along an axis between two quads' corners, over the eight ways to go round a ring.
+float quad_distance(const coppice::bake::Quad& a, const std::array<glm::vec3, 4>& b) {
+  float best = 1e30f;
+  for (std::size_t turn = 0; turn < 8; ++turn) {
+    float worst = 0.0f;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::size_t j = turn < 4 ? (i + turn) % 4 : (turn + 4 - i) % 4;
+      for (int axis = 0; axis < 3; ++axis) worst = std::max(worst, std::abs(a[i][axis] - b[j][axis]));
+    }
+    best = std::min(best, worst);
+  }
+  return best;
+}
+
+TEST(CommandLine, ExportOfAllLeavesGivesTheSourceQuadsBack) {
+  const TemporaryFolder folder;
+  const fs::path cut = folder / "cut.glb";
+  ASSERT_EQ(coppice_tool({"export", baked().coppice, "--leaves", "386", "--part", "foliage", "-o", cut}).exit_code, 0);
+  const auto exported = coppice::bake::import_gltf(cut, {});
+  ASSERT_TRUE(exported) << exported.error().message();
+  ASSERT_EQ(exported->foliage.positions.size(), 4u * 386u);
+  const auto source = coppice::bake::import_gltf(baked().glb, {});
+  ASSERT_TRUE(source) << source.error().message();
+  const auto foliage = coppice::bake::fit_leaf_quads(*source);
+  ASSERT_TRUE(foliage) << foliage.error().message();
+
+  glm::vec3 low = foliage->quads[0][0];
+  glm::vec3 high = low;
+  for (const auto& quad : foliage->quads) {
+    for (const auto& corner : quad) {
+      low = glm::min(low, corner);
+      high = glm::max(high, corner);
+    }
+  }
+  const glm::vec3 box = high - low;
+  const float tolerance = std::max({box.x, box.y, box.z}) / 16384.0f;
+  std::vector<bool> taken(386, false);
+  for (std::size_t leaf = 0; leaf < 386; ++leaf) {
+    std::size_t nearest = 386;
+    for (std::size_t i = 0; i < 386; ++i) {
+      const auto* p = &exported->foliage.positions[4 * i];
+      if (!taken[i] && quad_distance(foliage->quads[leaf], {p[0], p[1], p[2], p[3]}) <= tolerance) nearest = i;
+    }
+    ASSERT_LT(nearest, 386u) << "leaf " << leaf << " is not among the exported quads";
+    taken[nearest] = true;
+  }
+}
+
+TEST(CommandLine, AKilledBakeLeavesTheOldFile) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "juniper.glb";
+  ASSERT_EQ(coppice_tool({"plant", "juniper", "-o", plant}).exit_code, 0);
+  const fs::path kept = folder / "kept.coppice";
+  write_bytes(kept, "what was here before");
+  for (const int milliseconds : {20, 200, 600}) {
+    ProcessOptions options;
+    options.kill_after = std::chrono::milliseconds(milliseconds);
+    EXPECT_EQ(coppice_tool({"bake", plant, "-o", kept}, options).signal, SIGKILL) << milliseconds << " ms: it was not killed midway";
+    EXPECT_EQ(read_bytes(kept), "what was here before") << "killed after " << milliseconds << " ms";
+    EXPECT_EQ(coppice_tool({"bake", plant, "-o", folder / "fresh.coppice"}, options).signal, SIGKILL);
+    EXPECT_FALSE(fs::exists(folder / "fresh.coppice")) << "killed after " << milliseconds << " ms";
+  }
+}
+
+TEST(CommandLine, ABakeKilledWhileWritingLeavesTheOldFile) {
+  const TemporaryFolder folder;
+  const fs::path kept = folder / "kept.coppice";
+  write_bytes(kept, "what was here before");
+  ProcessOptions options;
+  options.largest_file_bytes = 2048;  // the system ends the process in the middle of its write
+  EXPECT_EQ(coppice_tool({"bake", baked().glb, "-o", kept}, options).signal, SIGXFSZ);
+  EXPECT_EQ(read_bytes(kept), "what was here before");
+  EXPECT_EQ(coppice_tool({"bake", baked().glb, "-o", folder / "fresh.coppice"}, options).signal, SIGXFSZ);
+  EXPECT_FALSE(fs::exists(folder / "fresh.coppice"));
+}
+
+}  // namespace

@@ -15,6 +15,8 @@ layout(location = 0) out vec3 out_light;
 layout(location = 1) out float out_transmittance;
 layout(location = 2) out vec2 out_uv;
 layout(location = 3) flat out float out_alpha_cutoff;
+layout(location = 4) out vec2 out_place;             // in the quad: x -1 at the stalk, 1 at the tip; y across
+layout(location = 5) flat out float out_roundness;   // see leaf_roundness
 
 // No branch: some drivers load for both sides of one, so that every address computed here has to be readable.
 Node fetch_node(Plant plant, uint id) {
@@ -46,6 +48,14 @@ vec3 variation(uint slot, vec3 place_in_crown, uvec3 stalk) {
   return (1.0 + 0.16 * a + 0.30 * b) * vec3(1.0 + 0.16 * c, 1.0, 1.0 - 0.14 * c);
 }
 
+// A leaf without a texture is a rectangle; close by it gets the outline |y| <= 1 - |x|^(1/roundness). 0 is the rectangle, 0.5 a pointed
+// oval. Its share of the quad is 1 / (1 + roundness), and the quad is enlarged by as much, so that coverage does not depend on the distance.
+float leaf_roundness(vec3 stalk, vec3 tip, Instance instance) {
+  float distance_m = max(distance(world_from_object(instance, 0.5 * (stalk + tip)), view.camera_position), view.near_m);
+  float length_px = instance.scale * distance(stalk, tip) * view.focal_px / distance_m;
+  return 0.5 * smoothstep(6.0, 16.0, length_px);
+}
+
 void main() {
   uint slot = gl_InstanceIndex;
   uint id = uint(gl_VertexIndex) >> 2;
@@ -57,6 +67,8 @@ void main() {
   out_transmittance = 1.0;
   out_uv = vec2(0.0);
   out_alpha_cutoff = 0.0;
+  out_place = vec2(corner == 1 || corner == 2 ? 1.0 : -1.0, corner < 2 ? -1.0 : 1.0);
+  out_roundness = 0.0;
   uint leaf_count = min(coppice_whole_leaf_count(cuts[slot]), plant.resident_leaf_count);
   if (!coppice_node_alive(id, node.split, leaf_count)) return;
 
@@ -66,12 +78,13 @@ void main() {
   if (material.texture != push.texture) return;
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = plant.box_min + plant.box_step * vec3(quantised_corner(node, i));
-  vec3 object = corners[corner];
+  vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+  if (material.texture == kNoTexture) out_roundness = leaf_roundness(0.5 * (corners[0] + corners[3]), 0.5 * (corners[1] + corners[2]), instance);
+  vec3 object = middle + (corners[corner] - middle) * sqrt(1.0 + out_roundness);
   vec3 world = world_from_object(instance, object);
   gl_Position = view.clip_from_world * vec4(world, 1.0);
 
   Crown crown = crown_of(plant);
-  vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
   vec3 outward = (middle - crown.center) / (crown.radii * crown.radii);
   outward = normalize(outward + vec3(0.0, 1e-4, 0.0));
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);

@@ -93,15 +93,18 @@ Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, V
   return pipeline;
 }
 
+/// kKind of plant.frag.
+enum class FragmentKind : std::uint32_t { plain = 0, textured = 1, outlined = 2 };
+
 struct DrawShaders {
   VkShaderModule vertex, fragment;
-  VkBool32 textured;
+  FragmentKind kind;
 };
 
 Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, VkPipelineLayout layout,
                                         const DrawShaders& shaders) {
-  const VkSpecializationMapEntry entry{.constantID = 0, .offset = 0, .size = sizeof(VkBool32)};
-  const VkSpecializationInfo constants{.mapEntryCount = 1, .pMapEntries = &entry, .dataSize = sizeof(VkBool32), .pData = &shaders.textured};
+  const VkSpecializationMapEntry entry{.constantID = 0, .offset = 0, .size = sizeof(FragmentKind)};
+  const VkSpecializationInfo constants{.mapEntryCount = 1, .pMapEntries = &entry, .dataSize = sizeof(FragmentKind), .pData = &shaders.kind};
   const std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, shaders.vertex),
                           stage(VK_SHADER_STAGE_FRAGMENT_BIT, shaders.fragment, &constants)};
   const VkPipelineVertexInputStateCreateInfo vertex_input{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
@@ -177,11 +180,16 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
   COPPICE_CHECK(modules.create(3, plant_frag_spirv));
   COPPICE_TRY(cull, create_cull_pipeline(device, cache, passes.layout, modules.modules[0]));
   passes.cull = cull;
-  for (std::uint32_t textured = 0; textured < 2; ++textured) {
-    COPPICE_TRY(leaf, create_draw_pipeline(device, attachments, cache, passes.layout, {modules.modules[1], modules.modules[3], textured}));
-    passes.leaf[textured] = leaf;
-    COPPICE_TRY(wood, create_draw_pipeline(device, attachments, cache, passes.layout, {modules.modules[2], modules.modules[3], textured}));
-    passes.wood[textured] = wood;
+  struct Wanted {
+    VkPipeline* pipeline;
+    std::size_t vertex_module;
+    FragmentKind kind;
+  };
+  for (const Wanted& wanted : {Wanted{&passes.leaf[0], 1, FragmentKind::outlined}, Wanted{&passes.leaf[1], 1, FragmentKind::textured},
+                               Wanted{&passes.wood[0], 2, FragmentKind::plain}, Wanted{&passes.wood[1], 2, FragmentKind::textured}}) {
+    const DrawShaders shaders{modules.modules[wanted.vertex_module], modules.modules[3], wanted.kind};
+    COPPICE_TRY(pipeline, create_draw_pipeline(device, attachments, cache, passes.layout, shaders));
+    *wanted.pipeline = pipeline;
   }
   return {};
 }

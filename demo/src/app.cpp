@@ -1,77 +1,117 @@
 #include "app.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "camera.h"
-#include "device.h"
-#include "failure.h"
-#include "frames.h"
-#include "overlay.h"
-#include "placement.h"
-#include "png.h"
-#include "renderer.h"
-#include "swapchain.h"
+#include "session.h"
 #include "window.h"
 
 namespace forest {
 namespace {
 
-Weather make_weather(float half_extent_m) {
-  Weather weather;
-  weather.sun_direction = glm::normalize(glm::vec3(0.55f, 0.62f, -0.45f));
-  weather.sun_color = glm::vec3(4.6f, 4.1f, 3.3f);
-  weather.sky_color = glm::vec3(0.62f, 0.78f, 1.0f);
-  weather.ground_color = glm::vec3(0.22f, 0.21f, 0.12f);
-  weather.fog_color = glm::vec3(0.62f, 0.72f, 0.80f);
-  weather.fog_density = 0.95f / (1.5f * half_extent_m);
-  weather.exposure = 0.8f;
-  return weather;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint32_t kHeadlessFrames = 120;
+// Pipelines and caches meet their first use in these; they are drawn and not counted.
+constexpr std::uint32_t kWarmUpFrames = 3;
+
+float elapsed_ms(Clock::time_point& since) {
+  const auto now = Clock::now();
+  const float ms = std::chrono::duration<float, std::milli>(now - since).count();
+  since = now;
+  return ms;
 }
 
-CameraPath make_path(const Options& options, const Planting& planting, const Terrain& terrain) {
-  if (options.camera == "walk") return walk_path(planting.trail, terrain);
-  if (options.camera == "orbit") return orbit_path(planting.half_extent_m, terrain);
-  return path_from_file(options.camera, terrain);
+CameraPath make_path(const Options& options, const World& world) {
+  if (options.camera == "walk") return walk_path(world.planting.trail, world.terrain);
+  if (options.camera == "orbit") return orbit_path(world.planting.half_extent_m, world.terrain);
+  return path_from_file(options.camera, world.terrain);
+}
+
+void describe(const Session& session) {
+  std::printf("forest               %zu plants of %zu species on %.0f x %.0f m\n", session.world.planting.plants.size(),
+              session.forest.plants.size(), 2 * static_cast<double>(session.world.planting.half_extent_m),
+              2 * static_cast<double>(session.world.planting.half_extent_m));
+}
+
+void report(Session& session, const Options& options) {
+  session.statistics.validation_messages = session.device.messages;
+  std::printf("%s", table(session.statistics).c_str());
+  if (!options.stats.empty()) write_json(options.stats, session.statistics);
+}
+
+// The frames are spread evenly over the path; the last one is its end, whatever their number.
+void run_headless(Session& session, const Options& options) {
+  const CameraPath path = make_path(options, session.world);
+  const std::uint32_t frames = options.frames.value_or(kHeadlessFrames);
+  const auto time_of = [&](std::uint32_t frame) { return frames > 1 ? path.duration_s * frame / (frames - 1) : path.duration_s; };
+  session.first_measured = session.last_measured;
+  for (std::uint32_t i = 0; i < kWarmUpFrames; ++i) render_frame(session, path.pose(time_of(0)), static_cast<float>(time_of(0)), 0);
+  wait_for_frames(session.device, session.ring);
+  session.first_measured = session.ring.number + 1;
+  session.last_measured = session.ring.number + frames;
+  auto last = Clock::now();
+  for (std::uint32_t i = 0; i < frames; ++i) {
+    render_frame(session, path.pose(time_of(i)), static_cast<float>(time_of(i)), 0);
+    session.statistics.frame_ms.push_back(elapsed_ms(last));
+  }
+  wait_for_frames(session.device, session.ring);
+  const auto end_s = static_cast<float>(path.duration_s);
+  settle(session, path.pose(path.duration_s), end_s);
+  if (!options.screenshot.empty()) save_picture(session, options.screenshot);
+}
+
+void run_in_window(Session& session, const Options& options) {
+  const CameraPath path = make_path(options, session.world);
+  const std::string picture = options.screenshot.empty() ? "forest.png" : options.screenshot;
+  Window& window = *session.window;
+  Pose pose = path.pose(0);
+  double path_time_s = 0;
+  float time_s = 0;
+  auto last = Clock::now();
+  for (std::uint32_t frame = 0; poll_window(window) && (!options.frames || frame < *options.frames); ++frame) {
+    const float frame_ms = elapsed_ms(last);
+    const float dt_s = std::min(0.001f * frame_ms, 0.25f);
+    time_s += dt_s;
+    steer(window, pose, dt_s, !overlay_uses_mouse());
+    if (!window.steering) {
+      path_time_s = std::min(path_time_s + static_cast<double>(dt_s), path.duration_s);
+      pose = path.pose(path_time_s);
+      if (path.loops && path_time_s >= path.duration_s) path_time_s = 0;
+    }
+    render_frame(session, pose, time_s, frame_ms);
+    if (frame > 0) session.statistics.frame_ms.push_back(frame_ms);
+    if (std::exchange(window.wants_picture, false)) save_picture(session, picture);
+  }
+  if (options.screenshot.empty()) return;
+  settle(session, pose, time_s);
+  save_picture(session, options.screenshot);
 }
 
 }  // namespace
 
-int run(const Options& options) {
-  Device device(DeviceOptions{options.validation, {}, false});
-  std::printf("device: %s\n", device.name.c_str());
-  Planting planting;
-  planting.half_extent_m = 80;
-  planting.trail = make_trail(planting.half_extent_m, options.seed);
-  const Weather weather = make_weather(planting.half_extent_m);
-  const Terrain terrain = make_terrain(planting.half_extent_m, options.seed);
-  const GroundMap map = make_ground_map(planting, weather.sun_direction, options.seed);
-  Renderer renderer(device, terrain, map, weather, {options.width_px, options.height_px});
-  FrameRing ring = create_frame_ring(device);
-  const CameraPath path = make_path(options, planting, terrain);
-  const std::uint32_t frames = options.frames.value_or(120);
-  const auto start = std::chrono::steady_clock::now();
-  for (std::uint32_t i = 0; i < frames; ++i) {
-    FrameSlot& slot = begin_frame(device, ring);
-    const double time_s = frames > 1 ? path.duration_s * i / (frames - 1) : path.duration_s;
-    const Pose pose = path.pose(time_s);
-    FrameView view{view_from_world(pose),
-                   clip_from_view(pose, static_cast<float>(options.width_px) / static_cast<float>(options.height_px)), pose.position,
-                   static_cast<float>(time_s)};
-    record_scene(renderer, slot.commands, ring.slot_index(), view, [] {});
-    record_tone_map(renderer, slot.commands, ring.slot_index(), [] {});
-    submit_frame(device, ring, VK_NULL_HANDLE, VK_NULL_HANDLE);
+int run(const Options& requested) {
+  Options options = requested;
+  std::unique_ptr<Window> window;
+  if (!options.headless) {
+    std::string reason;
+    window = open_window(options.width_px, options.height_px, reason);
+    if (!window) {
+      std::printf("no window (%s): rendering headless\n", reason.c_str());
+      if (options.screenshot.empty()) options.screenshot = "forest.png";
+    }
   }
-  wait_for_frames(device, ring);
-  std::printf("%.1f ms a frame\n", std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() / frames);
-  if (!options.screenshot.empty()) {
-    write_png(options.screenshot, options.width_px, options.height_px, read_picture(renderer));
-    std::printf("%s\n", options.screenshot.c_str());
-  }
-  std::printf("validation messages %u\n", device.messages.load());
+  Session session(options, std::move(window));
+  describe(session);
+  if (session.window)
+    run_in_window(session, options);
+  else
+    run_headless(session, options);
+  report(session, options);
   return 0;
 }
 

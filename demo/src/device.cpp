@@ -137,7 +137,8 @@ void require_features(const Features& has, Features& wants) {
   };
   require(has.core.features.multiDrawIndirect, wants.core.features.multiDrawIndirect, "multiDrawIndirect");
   require(has.core.features.drawIndirectFirstInstance, wants.core.features.drawIndirectFirstInstance, "drawIndirectFirstInstance");
-  require(has.v11.shaderDrawParameters, wants.v11.shaderDrawParameters, "shaderDrawParameters");
+
+  require(has.v12.bufferDeviceAddress, wants.v12.bufferDeviceAddress, "bufferDeviceAddress");
   require(has.v12.drawIndirectCount, wants.v12.drawIndirectCount, "drawIndirectCount");
   require(has.v12.scalarBlockLayout, wants.v12.scalarBlockLayout, "scalarBlockLayout");
   require(has.v12.timelineSemaphore, wants.v12.timelineSemaphore, "timelineSemaphore");

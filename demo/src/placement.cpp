@@ -92,6 +92,8 @@ bool grows_here(const Trail& trail, const PlacedPlant& plant, float dice, std::u
   return dice < density && distance_from(trail, plant.position) > kTrailHalfWidth_m + 0.5f * plant.crown_radius_m;
 }
 
+enum class Sweep { trees, undergrowth };
+
 std::vector<PlacedPlant> throw_darts(std::span<const Species> species, std::uint32_t count, std::uint32_t seed, const Planting& square) {
   float largest_m = 0;
   float smallest_m = 1e9f;
@@ -108,17 +110,20 @@ std::vector<PlacedPlant> throw_darts(std::span<const Species> species, std::uint
 
   Occupancy occupancy(square.half_extent_m, 2.5f * kSpacingShare * largest_m);
   std::vector<PlacedPlant> plants;
-  for (std::uint32_t i : order) {
-    if (plants.size() == count) break;
-    const int x = static_cast<int>(i) % side;
-    const int z = static_cast<int>(i) / side;
-    const glm::vec2 jitter(hash01(x, z, seed + 7), hash01(x, z, seed + 8));
-    const glm::vec2 at = step_m * (glm::vec2(x, z) + jitter) - square.half_extent_m;
-    const PlacedPlant candidate = make_candidate(species, x, z, at, seed);
-    if (!grows_here(square.trail, candidate, hash01(x, z, seed + 9), seed) || !has_room(occupancy, plants, candidate)) continue;
-    occupancy.at(occupancy.cell_of(at.x), occupancy.cell_of(at.y)).push_back(static_cast<std::uint32_t>(plants.size()));
-    plants.push_back(candidate);
-  }
+  // Trees first, then what grows between them: in one sweep the many small plants would leave the few large ones no room.
+  for (const Sweep sweep : {Sweep::trees, Sweep::undergrowth})
+    for (std::uint32_t i : order) {
+      if (plants.size() == (sweep == Sweep::trees ? count / 3 : count)) break;
+      const int x = static_cast<int>(i) % side;
+      const int z = static_cast<int>(i) / side;
+      const glm::vec2 jitter(hash01(x, z, seed + 7), hash01(x, z, seed + 8));
+      const glm::vec2 at = step_m * (glm::vec2(x, z) + jitter) - square.half_extent_m;
+      const PlacedPlant candidate = make_candidate(species, x, z, at, seed);
+      if (sweep == Sweep::trees && candidate.crown_radius_m < 0.6f * largest_m) continue;
+      if (!grows_here(square.trail, candidate, hash01(x, z, seed + 9), seed) || !has_room(occupancy, plants, candidate)) continue;
+      occupancy.at(occupancy.cell_of(at.x), occupancy.cell_of(at.y)).push_back(static_cast<std::uint32_t>(plants.size()));
+      plants.push_back(candidate);
+    }
   return plants;
 }
 
@@ -131,7 +136,8 @@ Planting plant_forest(std::span<const Species> species, std::uint32_t count, std
     mean_area_m2 += spacing_m * spacing_m / static_cast<float>(species.size());
   }
   Planting planting;
-  planting.half_extent_m = std::max(30.0f, 0.5f * std::sqrt(static_cast<float>(count) * mean_area_m2));
+  // A saturated square would be a hedge: room for about twice as many.
+  planting.half_extent_m = std::max(30.0f, 0.85f * std::sqrt(static_cast<float>(count) * mean_area_m2));
   for (;; planting.half_extent_m *= 1.06f) {
     planting.trail = make_trail(planting.half_extent_m, seed);
     planting.plants = throw_darts(species, count, seed, planting);

@@ -1,0 +1,164 @@
+#include "forest.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+#include <glm/gtc/type_ptr.hpp>
+
+#include "failure.h"
+
+namespace forest {
+namespace {
+
+void on_log(void* user, coppice_log_level level, const char* line) {
+  if (level == COPPICE_LOG_INFO) return;
+  if (level == COPPICE_LOG_WARNING) {
+    std::fprintf(stderr, "coppice: %s\n", line);
+    return;
+  }
+  auto& last = *static_cast<LastError*>(user);
+  const std::lock_guard lock(last.mutex);
+  last.line = line;
+}
+
+std::vector<std::string> plants_in(const std::filesystem::path& folder) {
+  std::vector<std::string> files;
+  std::error_code missing;  // no such folder: no plants
+  for (const auto& entry : std::filesystem::directory_iterator(folder, missing))
+    if (entry.path().extension() == ".coppice") files.push_back(entry.path().string());
+  std::ranges::sort(files);
+  return files;
+}
+
+coppice_plant open_plant(const Forest& forest, const std::string& file) {
+  coppice_plant plant = 0;
+  const coppice_status status = coppice_plant_open(forest.context.get(), file.c_str(), &plant);
+  if (status == COPPICE_OK) return plant;
+  std::error_code missing;
+  if (!std::filesystem::exists(file, missing)) throw Failure(file + ": no such file");
+  const std::lock_guard lock(forest.last_error->mutex);
+  throw Failure(file + ": " + (forest.last_error->line.empty() ? coppice_status_text(status) : forest.last_error->line));
+}
+
+Species species_of(const Forest& forest, coppice_plant plant) {
+  coppice_plant_info info;
+  coppice_plant_info_init(&info);
+  check(forest, coppice_plant_get_info(forest.context.get(), plant, &info), "coppice_plant_get_info");
+  Species species;
+  species.radius_m = info.sphere_radius;
+  return species;
+}
+
+coppice_placement placement_of(const PlacedPlant& plant, const Terrain& terrain) {
+  coppice_placement placement{};
+  // The lowest ground under the stem's foot, so that on a slope no root hangs in the air.
+  const float foot_m = 0.06f * plant.crown_radius_m;
+  float ground_m = height_at(terrain, plant.position.x, plant.position.y);
+  for (int side = -1; side <= 1; side += 2) {
+    const auto offset_m = static_cast<float>(side) * foot_m;
+    ground_m = std::min({ground_m, height_at(terrain, plant.position.x + offset_m, plant.position.y),
+                         height_at(terrain, plant.position.x, plant.position.y + offset_m)});
+  }
+  placement.position[0] = plant.position.x;
+  placement.position[1] = ground_m - 0.02f;
+  placement.position[2] = plant.position.y;
+  placement.scale = plant.scale;
+  placement.rotation[1] = std::sin(0.5f * plant.yaw_rad);
+  placement.rotation[3] = std::cos(0.5f * plant.yaw_rad);
+  std::memcpy(placement.tint, &plant.tint, sizeof placement.tint);
+  return placement;
+}
+
+}  // namespace
+
+std::vector<std::string> find_plants(const Options& options) {
+  if (!options.plants.empty()) return options.plants;
+  std::vector<std::string> files = plants_in("out/plants");
+  std::error_code missing;
+  const std::filesystem::path executable = std::filesystem::read_symlink("/proc/self/exe", missing);
+  if (files.empty() && !missing) files = plants_in(executable.parent_path() / "plants");
+  if (files.empty())
+    throw Failure(
+        "no baked plants in out/plants. ./demo/run bakes three; by hand: coppice plant willow -o willow.glb && "
+        "coppice bake willow.glb -o out/plants/willow.coppice");
+  return files;
+}
+
+Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options) {
+  Forest forest;
+  forest.last_error = std::make_unique<LastError>();
+  coppice_context_desc desc;
+  coppice_context_desc_init(&desc);
+  desc.instance = device.instance;
+  desc.physical_device = device.physical;
+  desc.device = device.handle;
+  desc.get_instance_proc_addr = vkGetInstanceProcAddr;
+  desc.color_format = Renderer::kSceneFormat;
+  desc.depth_format = Renderer::kDepthFormat;
+  desc.memory_budget_bytes = std::uint64_t{options.memory_mb} << 20;
+  desc.max_instances = std::max(options.count, desc.max_instances);
+  desc.max_plants = std::max(static_cast<std::uint32_t>(files.size()), desc.max_plants);
+  desc.log = {forest.last_error.get(), on_log};
+  coppice_context* context = nullptr;
+  const coppice_status status = coppice_context_create(&desc, &context);
+  forest.context.reset(context);
+  check(forest, status, "coppice_context_create");
+  for (const std::string& file : files) {
+    forest.plants.push_back(open_plant(forest, file));
+    forest.species.push_back(species_of(forest, forest.plants.back()));
+  }
+  return forest;
+}
+
+void add_instances(Forest& forest, const Planting& planting, const Terrain& terrain) {
+  for (std::uint32_t i = 0; i < forest.plants.size(); ++i) {
+    std::vector<coppice_placement> placements;
+    for (const PlacedPlant& plant : planting.plants)
+      if (plant.species == i) placements.push_back(placement_of(plant, terrain));
+    if (placements.empty()) continue;
+    check(forest,
+          coppice_instances_add(forest.context.get(), forest.plants[i], placements.data(), static_cast<std::uint32_t>(placements.size()),
+                                nullptr),
+          "coppice_instances_add");
+  }
+}
+
+void check(const Forest& forest, coppice_status status, const char* call) {
+  if (status == COPPICE_OK) return;
+  const std::lock_guard lock(forest.last_error->mutex);
+  const std::string& line = forest.last_error->line;
+  throw Failure(std::string(call) + ": " + (line.empty() ? coppice_status_text(status) : line));
+}
+
+coppice_stats statistics_of(const Forest& forest) {
+  coppice_stats stats;
+  coppice_stats_init(&stats);
+  check(forest, coppice_get_stats(forest.context.get(), &stats), "coppice_get_stats");
+  return stats;
+}
+
+coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D extent, const CutSettings& settings) {
+  coppice_view result;
+  coppice_view_init(&result);
+  std::memcpy(result.view_from_world, glm::value_ptr(view.view_from_world), sizeof result.view_from_world);
+  std::memcpy(result.clip_from_view, glm::value_ptr(view.clip_from_view), sizeof result.clip_from_view);
+  result.width_px = extent.width;
+  result.height_px = extent.height;
+  result.error_px = settings.error_px;
+  result.lod = settings.lod == LodMode::full ? COPPICE_LOD_FULL : COPPICE_LOD_CUT;
+  const auto copy = [](float(&to)[3], const glm::vec3& from) { std::memcpy(to, &from, sizeof to); };
+  copy(result.sun_direction, weather.sun_direction);
+  copy(result.sun_color, weather.sun_color);
+  copy(result.sky_color, weather.sky_color);
+  copy(result.ground_color, weather.ground_color);
+  copy(result.fog_color, weather.fog_color);
+  result.fog_density = weather.fog_density;
+  return result;
+}
+
+}  // namespace forest

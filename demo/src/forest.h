@@ -1,0 +1,54 @@
+#pragma once
+
+#include <coppice/coppice.h>
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "device.h"
+#include "options.h"
+#include "placement.h"
+#include "renderer.h"
+
+namespace forest {
+
+/// The last error line Coppice logged; any thread may write it.
+struct LastError {
+  std::mutex mutex;
+  std::string line;
+};
+
+struct ContextDestroyer {
+  void operator()(coppice_context* context) const { coppice_context_destroy(context); }
+};
+
+/// The Coppice context and its open plants.
+struct Forest {
+  std::unique_ptr<LastError> last_error;
+  std::unique_ptr<coppice_context, ContextDestroyer> context;
+  std::vector<coppice_plant> plants;
+  std::vector<Species> species;  ///< per plant
+};
+
+/// The .coppice files to show: those of the command line, else every one in out/plants of the current folder, else every one in
+/// `plants` beside the executable, by name. errors  Failure that says how to bake some: none found
+std::vector<std::string> find_plants(const Options& options);
+
+/// errors  Failure: the device does not do, or a file cannot be opened (path and reason)
+Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options);
+void add_instances(Forest& forest, const Planting& planting, const Terrain& terrain);
+
+/// Throws a Failure with the call's name and the last logged error unless the status is COPPICE_OK.
+void check(const Forest& forest, coppice_status status, const char* call);
+coppice_stats statistics_of(const Forest& forest);
+
+struct CutSettings {
+  float error_px = 2;
+  LodMode lod = LodMode::cut;
+};
+coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D extent, const CutSettings& settings);
+
+}  // namespace forest

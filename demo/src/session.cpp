@@ -1,0 +1,183 @@
+#include "session.h"
+
+#include <chrono>
+#include <cstdio>
+
+#include "failure.h"
+#include "png.h"
+
+namespace forest {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+Weather make_weather(float half_extent_m) {
+  Weather weather;
+  weather.sun_direction = glm::normalize(glm::vec3(0.55f, 0.62f, -0.45f));
+  weather.sun_color = glm::vec3(4.6f, 4.1f, 3.3f);
+  weather.sky_color = glm::vec3(0.62f, 0.78f, 1.0f);
+  weather.ground_color = glm::vec3(0.22f, 0.21f, 0.12f);
+  weather.fog_color = glm::vec3(0.62f, 0.72f, 0.80f);
+  // The far edge of the planting, seen from the near one, is nearly gone.
+  weather.fog_density = 0.65f / half_extent_m;
+  weather.exposure = 0.8f;
+  return weather;
+}
+
+World make_world(const Forest& forest, const Options& options) {
+  World world;
+  world.planting = plant_forest(forest.species, options.count, options.seed);
+  world.weather = make_weather(world.planting.half_extent_m);
+  world.terrain = make_terrain(world.planting.half_extent_m, options.seed);
+  world.ground_map = make_ground_map(world.planting, world.weather.sun_direction, options.seed);
+  return world;
+}
+
+DeviceOptions device_options(const Options& options, const Window* window) {
+  DeviceOptions result;
+  result.validation = options.validation;
+  if (window) result.instance_extensions = window->instance_extensions;
+  result.swapchain = window != nullptr;
+  return result;
+}
+
+VkExtent2D picture_extent(const Options& options, const Screen* screen) {
+  return screen ? screen->swapchain.extent : VkExtent2D{options.width_px, options.height_px};
+}
+
+void recreate_swapchain(Session& session) {
+  wait_for_frames(session.device, session.ring);
+  Screen& screen = *session.screen;
+  screen.swapchain = create_swapchain(session.device, screen.surface, framebuffer_size(*session.window), std::move(screen.swapchain));
+  resize_renderer(session.renderer, screen.swapchain.extent);
+}
+
+// Resizes until an image fits the window.
+std::uint32_t acquire(Session& session, const FrameSlot& slot) {
+  for (;;) {
+    if (const auto index = acquire_image(session.device, session.screen->swapchain, slot.acquired)) return *index;
+    recreate_swapchain(session);
+  }
+}
+
+// Figures arrive when the GPU has finished a frame, so a sample is of an earlier frame than the one being recorded.
+void sample_statistics(Session& session) {
+  session.statistics.last = statistics_of(session.forest);
+  const coppice_stats& stats = session.statistics.last;
+  if (stats.gpu_frame_number == session.sampled_frame) return;
+  session.sampled_frame = stats.gpu_frame_number;
+  if (session.sampled_frame < session.first_measured || session.sampled_frame > session.last_measured) return;
+  session.statistics.visible_instances.push_back(stats.visible_instance_count);
+  session.statistics.drawn_leaves.push_back(stats.drawn_leaf_count);
+}
+
+coppice_view begin_plants(Session& session, const FrameView& view) {
+  const coppice_view plant_view =
+      make_view(view, session.world.weather, session.renderer.picture.extent, {session.controls.error_px, session.controls.lod});
+  coppice_frame frame;
+  coppice_frame_init(&frame);
+  frame.frame_number = session.ring.number;
+  frame.completed_number = completed_frame(session.device, session.ring);
+  frame.view = &plant_view;
+  check(session.forest, coppice_frame_begin(session.forest.context.get(), &frame), "coppice_frame_begin");
+  return plant_view;
+}
+
+void record_frame(Session& session, VkCommandBuffer commands, const FrameView& view, const coppice_view& plant_view) {
+  coppice_context* context = session.forest.context.get();
+  check(session.forest, coppice_record_upload(context, commands), "coppice_record_upload");
+  check(session.forest, coppice_record_cull(context, commands, &plant_view), "coppice_record_cull");
+  const std::size_t slot = session.ring.slot_index();
+  record_scene(session.renderer, commands, slot, view,
+               [&] { check(session.forest, coppice_record_draw(context, commands, &plant_view), "coppice_record_draw"); });
+  record_tone_map(session.renderer, commands, slot, [&] {
+    if (session.overlay) record_overlay(*session.overlay, commands, slot, session.renderer.picture.extent);
+  });
+}
+
+void layout_controls(Session& session, float frame_ms) {
+  const int memory_before_mb = session.controls.memory_mb;
+  layout_overlay(*session.overlay, *session.window, session.statistics.last, frame_ms, session.controls);
+  if (session.controls.memory_mb == memory_before_mb) return;
+  const auto budget_bytes = static_cast<std::uint64_t>(session.controls.memory_mb) << 20;
+  check(session.forest, coppice_set_memory_budget(session.forest.context.get(), budget_bytes), "coppice_set_memory_budget");
+}
+
+}  // namespace
+
+Screen::Screen(const Device& device_in, const Window& window) : device(device_in), surface(create_surface(window, device.instance)) {
+  try {
+    swapchain = create_swapchain(device, surface, framebuffer_size(window), {});
+  } catch (const Failure&) {
+    vkDestroySurfaceKHR(device.instance, surface, nullptr);
+    throw;
+  }
+}
+
+Screen::~Screen() {
+  swapchain = {};
+  vkDestroySurfaceKHR(device.instance, surface, nullptr);
+}
+
+Session::Session(const Options& options, std::unique_ptr<Window> window_in)
+    : window(std::move(window_in)),
+      device(device_options(options, window.get())),
+      screen(window ? std::make_unique<Screen>(device, *window) : nullptr),
+      forest(open_forest(device, find_plants(options), options)),
+      world(make_world(forest, options)),
+      renderer(device, world.terrain, world.ground_map, world.weather, picture_extent(options, screen.get())),
+      ring(create_frame_ring(device)),
+      overlay(window ? std::make_unique<Overlay>(device, *window, Renderer::kPictureFormat) : nullptr) {
+  add_instances(forest, world.planting, world.terrain);
+  controls = {options.error_px, static_cast<int>(options.memory_mb), options.lod};
+  statistics.device = device.name;
+}
+
+Session::~Session() {
+  vkDeviceWaitIdle(device.handle);
+}
+
+void render_frame(Session& session, const Pose& pose, float time_s, float frame_ms) {
+  FrameSlot& slot = begin_frame(session.device, session.ring);
+  std::optional<std::uint32_t> image;
+  if (session.screen) image = acquire(session, slot);
+  const VkExtent2D extent = session.renderer.picture.extent;
+  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+  const FrameView view{view_from_world(pose), clip_from_view(pose, aspect), pose.position, time_s};
+  const coppice_view plant_view = begin_plants(session, view);
+  sample_statistics(session);
+  if (session.overlay) layout_controls(session, frame_ms);
+  record_frame(session, slot.commands, view, plant_view);
+  if (!image) {
+    submit_frame(session.device, session.ring, VK_NULL_HANDLE, VK_NULL_HANDLE);
+    return;
+  }
+  record_blit_to_image(slot.commands, session.screen->swapchain, *image, session.renderer.picture.image, extent);
+  submit_frame(session.device, session.ring, slot.acquired, session.screen->swapchain.rendered[*image]);
+  if (!present_image(session.device, session.screen->swapchain, *image)) recreate_swapchain(session);
+}
+
+void settle(Session& session, const Pose& pose, float time_s) {
+  constexpr auto kPatience = std::chrono::seconds(2);
+  constexpr int kQuietFrames = 4;
+  auto last_progress = Clock::now();
+  std::uint64_t loaded = 0;
+  for (int quiet_frames = 0; quiet_frames < kQuietFrames;) {
+    render_frame(session, pose, time_s, 0);
+    wait_for_frames(session.device, session.ring);
+    const coppice_stats& stats = session.statistics.last;
+    if (stats.pages_loaded != loaded) last_progress = Clock::now();
+    loaded = stats.pages_loaded;
+    const bool done = stats.pages_wanted == 0 && stats.pages_in_flight == 0;
+    quiet_frames = done || Clock::now() - last_progress > kPatience ? quiet_frames + 1 : 0;
+  }
+}
+
+void save_picture(const Session& session, const std::string& file) {
+  wait_for_frames(session.device, session.ring);
+  const VkExtent2D extent = session.renderer.picture.extent;
+  write_png(file, extent.width, extent.height, read_picture(session.renderer));
+  std::printf("picture              %s\n", file.c_str());
+}
+
+}  // namespace forest

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "forest.h"
+#include "overlay.h"
+#include "swapchain.h"
+
+namespace forest {
+
+/// Everything that does not change while the program runs, but the weather.
+struct World {
+  Planting planting;
+  Weather weather;
+  Terrain terrain;
+  GroundMap ground_map;
+};
+
+/// The window's side of presenting; absent when headless.
+struct Screen {
+  const Device& device;
+  VkSurfaceKHR surface = VK_NULL_HANDLE;
+  Swapchain swapchain;
+
+  Screen(const Device& device, const Window& window);
+  Screen(const Screen&) = delete;
+  Screen& operator=(const Screen&) = delete;
+  ~Screen();
+};
+
+/// One run of the program: a device, a forest on it, and the frames drawn so far. Members are in order of dependence.
+struct Session {
+  std::unique_ptr<Window> window;  ///< null when headless
+  Device device;
+  std::unique_ptr<Screen> screen;  ///< null when headless
+  Forest forest;
+  World world;
+  Renderer renderer;
+  FrameRing ring;
+  std::unique_ptr<Overlay> overlay;  ///< null when headless
+  Controls controls;
+  Statistics statistics;
+  std::uint64_t first_measured = 1;  ///< frames from this number on are in `statistics`
+  std::uint64_t last_measured = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t sampled_frame = 0;  ///< the last frame whose figures have been seen
+
+  Session(const Options& options, std::unique_ptr<Window> window);
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  ~Session();  ///< waits for the GPU
+};
+
+/// Records and submits one frame; presents it where there is a window. frame_ms is shown in the overlay.
+void render_frame(Session& session, const Pose& pose, float time_s, float frame_ms);
+
+/// Renders the pose again and again until what it wants is resident, or until nothing has arrived for two seconds (the budget is full).
+void settle(Session& session, const Pose& pose, float time_s);
+
+/// Waits for the frames and writes the picture. errors  Failure
+void save_picture(const Session& session, const std::string& file);
+
+}  // namespace forest

@@ -1,0 +1,189 @@
+// The demo's world: planting, ground, camera paths.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "camera.h"
+#include "failure.h"
+#include "placement.h"
+#include "terrain.h"
+#include "tufts.h"
+
+namespace forest {
+namespace {
+
+const std::vector<Species> kSpecies = {{2.0f}, {4.5f}, {0.2f}};
+
+TEST(Placement, PlantsExactlyTheCountInsideTheSquare) {
+  for (std::uint32_t count : {1u, 7u, 2000u}) {
+    const Planting planting = plant_forest(kSpecies, count, 3);
+    EXPECT_EQ(planting.plants.size(), count);
+    for (const PlacedPlant& plant : planting.plants) {
+      EXPECT_LE(std::abs(plant.position.x), planting.half_extent_m);
+      EXPECT_LE(std::abs(plant.position.y), planting.half_extent_m);
+      EXPECT_LT(plant.species, kSpecies.size());
+    }
+  }
+}
+
+TEST(Placement, AOneSpeciesForestHasThatSpeciesOnly) {
+  const Planting planting = plant_forest(std::vector<Species>{{3.0f}}, 500, 1);
+  EXPECT_EQ(planting.plants.size(), 500u);
+  EXPECT_TRUE(std::ranges::all_of(planting.plants, [](const PlacedPlant& plant) { return plant.species == 0; }));
+}
+
+TEST(Placement, EverySpeciesGrows) {
+  const Planting planting = plant_forest(kSpecies, 2000, 1);
+  for (std::uint32_t s = 0; s < kSpecies.size(); ++s)
+    EXPECT_GT(std::ranges::count_if(planting.plants, [s](const PlacedPlant& plant) { return plant.species == s; }), 50) << s;
+}
+
+TEST(Placement, NothingStandsOnTheTrailOrInAnotherStem) {
+  const Planting planting = plant_forest(kSpecies, 600, 5);
+  for (std::size_t i = 0; i < planting.plants.size(); ++i) {
+    const PlacedPlant& plant = planting.plants[i];
+    EXPECT_GT(distance_from(planting.trail, plant.position), 1.0f) << i;
+    for (std::size_t j = 0; j < i; ++j) {
+      const PlacedPlant& other = planting.plants[j];
+      EXPECT_GT(glm::distance(plant.position, other.position), 0.5f * (plant.crown_radius_m + other.crown_radius_m)) << i << " " << j;
+    }
+  }
+}
+
+TEST(Placement, IsAFunctionOfItsSeed) {
+  const Planting a = plant_forest(kSpecies, 300, 9);
+  const Planting b = plant_forest(kSpecies, 300, 9);
+  const Planting c = plant_forest(kSpecies, 300, 10);
+  bool differs = false;
+  for (std::size_t i = 0; i < a.plants.size(); ++i) {
+    EXPECT_EQ(a.plants[i].position, b.plants[i].position);
+    EXPECT_EQ(a.plants[i].scale, b.plants[i].scale);
+    differs |= a.plants[i].position != c.plants[i].position;
+  }
+  EXPECT_TRUE(differs);
+}
+
+TEST(Trail, PointsAreOnItAndItCloses) {
+  const Trail trail = make_trail(80, 1);
+  const float total_m = length_m(trail);
+  for (float at_m = -total_m; at_m < 2 * total_m; at_m += 3.7f) EXPECT_LT(distance_from(trail, point_on(trail, at_m)), 1e-3f) << at_m;
+  EXPECT_LT(glm::distance(point_on(trail, 0), point_on(trail, total_m)), 1e-3f);
+}
+
+TEST(Terrain, HeightIsThatOfTheDrawnTriangles) {
+  const Terrain terrain = make_terrain(80, 1);
+  for (std::size_t i = 0; i + 2 < terrain.indices.size(); i += 3 * 97) {
+    glm::vec3 middle(0);
+    for (std::size_t corner = 0; corner < 3; ++corner) middle += terrain.vertices[terrain.indices[i + corner]].position / 3.0f;
+    EXPECT_NEAR(height_at(terrain, middle.x, middle.z), middle.y, 1e-3f) << i;
+  }
+}
+
+TEST(Terrain, ChunksCoverEveryTriangleAndBoundTheirVertices) {
+  const Terrain terrain = make_terrain(80, 1);
+  std::size_t next = 0;
+  for (const TerrainChunk& chunk : terrain.chunks) {
+    ASSERT_EQ(chunk.first_index, next);
+    next += chunk.index_count;
+    for (std::uint32_t i = chunk.first_index; i < next; ++i) {
+      const glm::vec3 position = terrain.vertices[terrain.indices[i]].position;
+      ASSERT_TRUE(glm::all(glm::greaterThanEqual(position, chunk.box_min)) && glm::all(glm::lessThanEqual(position, chunk.box_max)));
+    }
+  }
+  EXPECT_EQ(next, terrain.indices.size());
+}
+
+TEST(Camera, ClipSpaceIsReversedAndPointsDown) {
+  Pose pose;
+  pose.position = {1, 2, 3};
+  const glm::mat4 clip_from_world = clip_from_view(pose, 1.5f) * view_from_world(pose);
+  const auto project = [&](glm::vec3 at) {
+    const glm::vec4 clip = clip_from_world * glm::vec4(at, 1);
+    return glm::vec3(clip) / clip.w;
+  };
+  const float nearer = project(pose.position + 1.0f * forward(pose)).z;
+  const float farther = project(pose.position + 100.0f * forward(pose)).z;
+  EXPECT_GT(nearer, farther);
+  EXPECT_GT(farther, 0);
+  EXPECT_LT(nearer, 1);
+  EXPECT_LT(project(pose.position + glm::vec3(0, 1, -10)).y, 0) << "up is -y in Vulkan's clip space";
+  EXPECT_GT(project(pose.position + glm::vec3(1, 0, -10)).x, 0);
+}
+
+TEST(Camera, TheWalkKeepsToTheTrailAtEyeHeightAndCloses) {
+  const Terrain terrain = make_terrain(80, 1);
+  const Trail trail = make_trail(80, 1);
+  const CameraPath path = walk_path(trail, terrain);
+  for (double time_s = 0; time_s < path.duration_s; time_s += 0.9) {
+    const Pose pose = path.pose(time_s);
+    EXPECT_LT(distance_from(trail, {pose.position.x, pose.position.z}), 0.9f) << time_s;
+    EXPECT_NEAR(pose.position.y - height_at(terrain, pose.position.x, pose.position.z), 1.7f, 1e-3f) << time_s;
+  }
+  EXPECT_LT(glm::distance(path.pose(0).position, path.pose(path.duration_s).position), 1e-2f);
+}
+
+/// A keyframe file that is removed with the test.
+struct KeyframeFile {
+  std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "forest_world_test.camera";
+  explicit KeyframeFile(const std::string& text) { std::ofstream(path) << text; }
+  ~KeyframeFile() { std::filesystem::remove(path); }
+};
+
+TEST(Camera, KeyframesAreMetAtTheirTimes) {
+  const Terrain terrain = make_terrain(80, 1);
+  const KeyframeFile file("# a comment\n10 1 2 3 90 -10\n\n12 5 2 3 180 0 30 # narrower\n16 9 4 3 180 0\n");
+  const CameraPath path = path_from_file(file.path.string(), terrain);
+  EXPECT_DOUBLE_EQ(path.duration_s, 6);
+  const Pose first = path.pose(0);
+  EXPECT_NEAR(first.position.x, 1, 1e-4);
+  EXPECT_NEAR(first.position.y, height_at(terrain, 1, 3) + 2, 1e-4);
+  EXPECT_NEAR(first.yaw_rad, std::numbers::pi / 2, 1e-4);
+  const Pose second = path.pose(2);
+  EXPECT_NEAR(second.position.x, 5, 1e-4);
+  EXPECT_NEAR(glm::degrees(second.fov_y_rad), 30, 1e-3);
+  EXPECT_NEAR(path.pose(100).position.x, 9, 1e-4) << "after the last keyframe";
+}
+
+TEST(Camera, ABadKeyframeFileNamesItsLine) {
+  const Terrain terrain = make_terrain(80, 1);
+  const auto failure_of = [&](const std::string& text) -> std::string {
+    const KeyframeFile file(text);
+    try {
+      static_cast<void>(path_from_file(file.path.string(), terrain));
+    } catch (const Failure& failure) {
+      return failure.what();
+    }
+    return "accepted";
+  };
+  EXPECT_NE(failure_of("0 1 2 3 4 5\n1 2 3\n").find(":2: expected"), std::string::npos);
+  EXPECT_NE(failure_of("0 1 2 3 4 5\n0 1 2 3 4 5\n").find(":2: times must ascend"), std::string::npos);
+  EXPECT_NE(failure_of("0 1 2 3 4 5 60 7\n").find("unexpected"), std::string::npos);
+  EXPECT_NE(failure_of("0 1 2 3 4 5 sixty\n").find("unexpected"), std::string::npos);
+  EXPECT_NE(failure_of("0 1 2 3 4 5 600\n").find("fov_y_deg"), std::string::npos);
+  EXPECT_NE(failure_of("0 nan 2 3 4 5\n"), "accepted");
+  EXPECT_NE(failure_of("# nothing\n").find("no keyframe"), std::string::npos);
+  EXPECT_THROW(static_cast<void>(path_from_file("/nowhere/x.camera", terrain)), Failure);
+}
+
+TEST(Tufts, StandOnTheGroundInViewAndOffTheTrail) {
+  const Planting planting = plant_forest(kSpecies, 400, 2);
+  const Terrain terrain = make_terrain(planting.half_extent_m, 2);
+  const GroundMap map = make_ground_map(planting, {0, 1, 0}, 2);
+  const Pose pose = walk_path(planting.trail, terrain).pose(0);
+  const glm::mat4 clip_from_world = clip_from_view(pose, 1.7f) * view_from_world(pose);
+  std::vector<Tuft> tufts(kMaxTufts);
+  tufts.resize(gather_tufts(terrain, map, clip_from_world, pose.position, tufts));
+  EXPECT_GT(tufts.size(), 100u);
+  for (const Tuft& tuft : tufts) {
+    EXPECT_NEAR(tuft.root.y, height_at(terrain, tuft.root.x, tuft.root.z), 0.02f);
+    EXPECT_GT(distance_from(planting.trail, {tuft.root.x, tuft.root.z}), 0.3f);
+    EXPECT_GT((clip_from_world * glm::vec4(tuft.root, 1)).w, -0.2f);
+  }
+}
+
+}  // namespace
+}  // namespace forest

@@ -10,13 +10,13 @@ void main() {
   vec4 far = frame.world_from_clip * vec4(clip, 1e-6, 1);
   vec3 direction = normalize(far.xyz / far.w - frame.eye.xyz);
   float up = max(direction.y, 0.0);
-  vec3 zenith = vec3(0.16, 0.33, 0.72);
-  vec3 color = mix(frame.fog.rgb, zenith, smoothstep(0.02, 0.75, up));
+  vec3 zenith = vec3(0.11, 0.25, 0.58);
+  vec3 color = mix(frame.fog.rgb, zenith, smoothstep(0.03, 0.6, up));
 
   vec2 plane = direction.xz / (direction.y + 0.12);
   float cloud = 0.65 * texture(ground_detail, plane * 0.045 + frame.eye.w * 0.0004).y +
                 0.35 * texture(ground_detail, plane.yx * 0.13 - frame.eye.w * 0.0007).y;
-  color = mix(color, vec3(0.95, 0.94, 0.92), 0.75 * smoothstep(0.50, 0.78, cloud) * smoothstep(0.02, 0.25, up));
+  color = mix(color, vec3(0.92, 0.92, 0.93), 0.7 * smoothstep(0.50, 0.78, cloud) * smoothstep(0.02, 0.25, up));
 
   float towards_sun = max(dot(direction, frame.sun_direction.xyz), 0.0);
   color += frame.sun_color.rgb * (0.06 * pow(towards_sun, 24.0) * smoothstep(0.0, 0.3, up) + 6.0 * smoothstep(0.9994, 0.9998, towards_sun));

@@ -116,7 +116,7 @@ CameraPath orbit_path(float half_extent_m, const Terrain& terrain) {
     pose.position = {radius_m * std::sin(angle), 0, radius_m * std::cos(angle)};
     pose.position.y = height_at(terrain, 0, 0) + 12 + 0.12f * half_extent_m;
     pose.yaw_rad = angle;
-    pose.pitch_rad = -0.19f;
+    pose.pitch_rad = -0.27f;
     return pose;
   };
   return path;

@@ -14,12 +14,12 @@ using Clock = std::chrono::steady_clock;
 Weather make_weather(float half_extent_m) {
   Weather weather;
   weather.sun_direction = glm::normalize(glm::vec3(0.55f, 0.62f, -0.45f));
-  weather.sun_color = glm::vec3(4.6f, 4.1f, 3.3f);
-  weather.sky_color = glm::vec3(0.62f, 0.78f, 1.0f);
-  weather.ground_color = glm::vec3(0.22f, 0.21f, 0.12f);
-  weather.fog_color = glm::vec3(0.62f, 0.72f, 0.80f);
+  weather.sun_color = glm::vec3(3.5f, 3.05f, 2.35f);
+  weather.sky_color = glm::vec3(0.42f, 0.55f, 0.74f);
+  weather.ground_color = glm::vec3(0.14f, 0.135f, 0.08f);
+  weather.fog_color = glm::vec3(0.50f, 0.62f, 0.72f);
   // The far edge of the planting, seen from the near one, is nearly gone.
-  weather.fog_density = 0.65f / half_extent_m;
+  weather.fog_density = 0.52f / half_extent_m;
   weather.exposure = 0.8f;
   return weather;
 }

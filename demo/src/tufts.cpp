@@ -8,8 +8,8 @@
 namespace forest {
 namespace {
 
-constexpr float kCell_m = 0.30f;
-constexpr float kReach_m = 22;
+constexpr float kCell_m = 0.24f;
+constexpr float kReach_m = 20;
 
 /// Channels of the nearest texel of the ground map, 0..1. Outside the map nothing grows.
 glm::vec4 ground_state(const GroundMap& map, glm::vec2 at) {

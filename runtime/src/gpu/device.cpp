@@ -118,11 +118,14 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
     return Error{Status::unsupported, "the device has no Vulkan 1.3", Error::kNoOffset, properties.deviceName};
   if (std::string missing = missing_features(opened.vk, physical_device); !missing.empty())
     return Error{Status::unsupported, "the device lacks features", Error::kNoOffset, missing};
+  opened.max_storage_bytes = properties.limits.maxStorageBufferRange;
   opened.vk.vkGetPhysicalDeviceMemoryProperties(physical_device, &opened.memory);
   return opened;
 }
 
 Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind) {
+  if ((usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && size_bytes > device.max_storage_bytes)
+    return Error{Status::unsupported, "storage buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};
   const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size_bytes, .usage = usage};
   Buffer buffer{.size_bytes = size_bytes};
   if (const VkResult result = device.vk.vkCreateBuffer(device.device, &info, nullptr, &buffer.buffer); result != VK_SUCCESS)

@@ -13,7 +13,8 @@ struct Device {
   VkPhysicalDevice physical_device = VK_NULL_HANDLE;
   VkDevice device = VK_NULL_HANDLE;
   VkPhysicalDeviceMemoryProperties memory{};
-  std::uint64_t allocated_bytes = 0;  ///< of every vkAllocateMemory not yet freed
+  std::uint64_t max_storage_bytes = 0;  ///< of one storage buffer binding
+  std::uint64_t allocated_bytes = 0;    ///< of every vkAllocateMemory not yet freed
 };
 
 /// Loads the functions and checks that the physical device has the features of coppice_context_desc.device.
@@ -35,7 +36,7 @@ struct Buffer {
   std::uint8_t* mapped = nullptr;     ///< MemoryKind::host only
 };
 
-/// errors  out_of_memory; device_lost
+/// errors  out_of_memory; device_lost; unsupported: a storage buffer larger than the device binds
 Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind);
 void destroy_buffer(Device& device, Buffer& buffer);
 

@@ -93,6 +93,10 @@ InstanceTable::Range InstanceTable::take_dirty(std::uint32_t from) {
   return {first_slot, std::min(end * kDirtyBlockSlots, slot_count_) - first_slot};
 }
 
+void InstanceTable::mark_dirty(Range range) {
+  for (std::uint32_t slot = range.first; slot < range.first + range.count; slot += kDirtyBlockSlots) dirty_[slot / kDirtyBlockSlots] = 1;
+}
+
 void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement) {
   Instance& instance = instances_[slot];
   instance.position = {placement.position[0], placement.position[1], placement.position[2]};

@@ -44,6 +44,8 @@ class InstanceTable {
     std::uint32_t first = 0, count = 0;
   };
   Range take_dirty(std::uint32_t from);
+  /// Undoes take_dirty for a range that could not be uploaded.
+  void mark_dirty(Range range);
 
  private:
   struct Slot {

@@ -177,9 +177,13 @@ Result<void> Renderer::stage_plant_tables() {
 Result<void> Renderer::stage_instances(InstanceTable& instances) {
   const std::span<const Instance> slots = instances.slots();
   instance_slot_count_ = static_cast<std::uint32_t>(slots.size());
-  for (InstanceTable::Range range = instances.take_dirty(0); range.count > 0; range = instances.take_dirty(range.first + range.count))
-    COPPICE_CHECK(
-        stage_copy(slots.data() + range.first, range.count * sizeof(Instance), fixed_.instances.buffer, range.first * sizeof(Instance)));
+  for (InstanceTable::Range range = instances.take_dirty(0); range.count > 0; range = instances.take_dirty(range.first + range.count)) {
+    auto staged =
+        stage_copy(slots.data() + range.first, range.count * sizeof(Instance), fixed_.instances.buffer, range.first * sizeof(Instance));
+    if (staged) continue;
+    instances.mark_dirty(range);
+    return staged.error();
+  }
   return {};
 }
 

@@ -1,0 +1,78 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+
+// Writes every field of every struct of coppice_shared.h to `words`, in order of declaration.
+// dispatch  1; recorded by layout_test.cpp
+
+#include "coppice_shared.h"
+
+layout(local_size_x = 1) in;
+
+layout(set = 0, binding = 0, scalar) readonly buffer Structs {
+  Node node;
+  Instance instance;
+  Card card;
+  Material material;
+  WoodVertex wood_vertex;
+  Plant plant;
+  View view;
+  Counters counters;
+  DrawCommand command;
+  DrawPush push;
+};
+layout(set = 0, binding = 1, scalar) writeonly buffer Words { uint words[]; };
+
+uint at = 0;
+void put(uint v) { words[at++] = v; }
+void put(int v) { put(uint(v)); }
+void put(float v) { put(floatBitsToUint(v)); }
+void put(uvec2 v) { put(v.x); put(v.y); }
+void put(vec2 v) { put(v.x); put(v.y); }
+void put(vec3 v) { put(v.xy); put(v.z); }
+void put(vec4 v) { put(v.xyz); put(v.w); }
+void put(mat4 m) { for (int i = 0; i < 4; ++i) put(m[i]); }
+
+void put(Node v) {
+  for (int i = 0; i < 6; ++i) put(v.corners[i]);
+  put(v.card);
+  put(v.split);
+}
+
+void put_plant() {
+  put(plant.sphere_center); put(plant.sphere_radius);
+  put(plant.box_min); put(plant.leaf_count);
+  put(plant.box_step); put(plant.resident_leaf_count);
+  put(plant.root);
+  put(plant.error_level_count); put(plant.error_size_count);
+  put(plant.pages); put(plant.cards); put(plant.materials);
+  put(plant.leaf_command_base); put(plant.leaf_command_capacity);
+  put(plant.wood_list_base); put(plant.wood_list_stride);
+  put(plant.wood_lod_count); put(plant.wood_resident_mask);
+  for (uint i = 0; i < kMaxWoodLods; ++i) put(plant.wood_index_counts[i]);
+}
+
+void put_view() {
+  put(view.clip_from_world);
+  for (int i = 0; i < 5; ++i) put(view.planes[i]);
+  put(view.camera_position); put(view.error_px);
+  put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.instance_slot_count);
+  put(view.fog_density);
+  put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
+}
+
+void main() {
+  put(node);
+  put(instance.position); put(instance.scale); put(instance.rotation); put(instance.tint); put(instance.plant);
+  put(card.material);
+  for (int i = 0; i < 4; ++i) put(card.uv[i]);
+  put(material.base_color); put(material.alpha_cutoff); put(material.texture);
+  put(wood_vertex.position); put(wood_vertex.normal); put(wood_vertex.uv); put(wood_vertex.material);
+  put_plant();
+  put_view();
+  put(counters.visible_instances);
+  for (int i = 0; i < 2; ++i) put(counters.leaves[i]);
+  for (int i = 0; i < 2; ++i) put(counters.wood_triangles[i]);
+  put(command.index_count); put(command.instance_count); put(command.first_index); put(command.vertex_offset); put(command.first_instance);
+  put(push.plant); put(push.texture); put(push.wood_vertices); put(push.wood_list_first);
+}

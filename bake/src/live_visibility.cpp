@@ -25,16 +25,24 @@ class LiveVisibility::ChangeWriter {
   }
 
   void add(std::uint32_t outcome, std::uint32_t view, std::int32_t change_px) {
+    if (outcome != last_outcome_) find_row(outcome);
+    changes_.delta_px[last_row_ + view] += change_px;
+  }
+
+ private:
+  void find_row(std::uint32_t outcome) {
     std::uint32_t& slot = scratch_.slot[outcome];
     if (slot == kNone) {
       slot = static_cast<std::uint32_t>(changes_.outcomes.size());
       changes_.outcomes.push_back(outcome);
       changes_.delta_px.resize(changes_.delta_px.size() + view_count_, 0);
     }
-    changes_.delta_px[std::size_t{slot} * view_count_ + view] += change_px;
+    last_outcome_ = outcome;
+    last_row_ = std::size_t{slot} * view_count_;
   }
 
- private:
+  std::uint32_t last_outcome_ = kNone;  ///< neighbouring pixels mostly change for the same leaf
+  std::size_t last_row_ = 0;
   std::uint32_t view_count_;
   Scratch& scratch_;
   AreaChanges& changes_;
@@ -121,8 +129,8 @@ void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
   owned.view_begin.assign(1, 0);
   for (std::uint32_t v = 0; v < view_count_; ++v) {
     if (areas(id)[v] > 0) {
-      for_each_fragment(views_[v], leaves_[id], id, [&](std::uint32_t pixel, LeafFragment fragment) {
-        if (views_[v].front[pixel] == fragment) owned.pixels.push_back(pixel);
+      for_each_fragment(views_[v], leaves_[id], id, [&](std::uint32_t pixel, LeafFragment) {
+        if (fragment_leaf(views_[v].front[pixel]) == id) owned.pixels.push_back(pixel);
       });
     }
     owned.view_begin.push_back(static_cast<std::uint32_t>(owned.pixels.size()));

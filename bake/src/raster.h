@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 
 #include <glm/vec2.hpp>
@@ -24,6 +23,25 @@ namespace coppice::bake {
 inline constexpr std::uint32_t kMaxResolutionPx = 2048;
 inline constexpr std::int32_t kSubpixels = 256;
 inline constexpr double kDepthSteps = 2147483648.0;  ///< 2^31: depths are 0 (nearest point of the sphere) to this (farthest)
+
+namespace detail {
+
+/// std::floor and a cast, without the library call that baseline x86-64 makes of it. |value| must fit.
+template <class Integer>
+[[nodiscard]] inline Integer floor_to_int(double value) {
+  const auto truncated = static_cast<Integer>(value);
+  return truncated - (static_cast<double>(truncated) > value ? 1 : 0);
+}
+
+/// floor(numerator / denominator), exactly; denominator > 0. The product in double is off by at most one for our magnitudes (< 2^52).
+[[nodiscard]] inline std::int64_t floor_quotient(std::int64_t numerator, std::int64_t denominator, double reciprocal) {
+  auto quotient = floor_to_int<std::int64_t>(static_cast<double>(numerator) * reciprocal);
+  if (quotient * denominator > numerator) --quotient;
+  if ((quotient + 1) * denominator <= numerator) ++quotient;
+  return quotient;
+}
+
+}  // namespace detail
 
 /// World to image for one view. With centre c and radius r of the sphere and R = resolution_px, a world point p falls on
 ///   column  R/2 + dot(p - c, right) * R / (2r)
@@ -58,7 +76,7 @@ using ProjectedQuad = std::array<ProjectedPoint, 4>;
   const double x = point.x - projection.center[0], y = point.y - projection.center[1], z = point.z - projection.center[2];
   const auto along = [&](const std::array<double, 3>& axis) { return x * axis[0] + y * axis[1] + z * axis[2]; };
   const double middle = projection.resolution_px * 0.5;
-  const auto fixed = [](double px) { return static_cast<std::int32_t>(std::floor(px * kSubpixels + 0.5)); };
+  const auto fixed = [](double px) { return detail::floor_to_int<std::int32_t>(px * kSubpixels + 0.5); };
   return {fixed(middle + along(projection.right) * projection.px_per_metre), fixed(middle - along(projection.up) * projection.px_per_metre),
           kDepthSteps * 0.5 - along(projection.direction) * projection.depth_per_metre};
 }
@@ -71,18 +89,6 @@ using ProjectedQuad = std::array<ProjectedPoint, 4>;
 struct Span {
   std::int32_t first = 0, last = -1;
 };
-
-namespace detail {
-
-/// floor(numerator / denominator), exactly; denominator > 0. A division in double is off by at most one for our magnitudes (< 2^52).
-[[nodiscard]] inline std::int64_t floor_quotient(std::int64_t numerator, std::int64_t denominator, double reciprocal) {
-  auto quotient = static_cast<std::int64_t>(std::floor(static_cast<double>(numerator) * reciprocal));
-  if (quotient * denominator > numerator) --quotient;
-  if ((quotient + 1) * denominator <= numerator) ++quotient;
-  return quotient;
-}
-
-}  // namespace detail
 
 /// One triangle of a quad, ready to be walked row by row.
 class RasterTriangle {
@@ -102,9 +108,11 @@ class RasterTriangle {
     origin_x_ = a.x, origin_y_ = a.y;
     weight_b_ = {static_cast<double>(acy) * per_area, static_cast<double>(-acx) * per_area};
     weight_c_ = {static_cast<double>(-aby) * per_area, static_cast<double>(abx) * per_area};
-    depth_ = {a.depth, b.depth - a.depth, c.depth - a.depth};
-    depth_low_ = std::min({a.depth, b.depth, c.depth});
-    depth_high_ = std::max({a.depth, b.depth, c.depth});
+    origin_depth_ = a.depth;
+    depth_per_x_ = weight_b_[0] * (b.depth - a.depth) + weight_c_[0] * (c.depth - a.depth);
+    depth_per_y_ = weight_b_[1] * (b.depth - a.depth) + weight_c_[1] * (c.depth - a.depth);
+    depth_low_ = std::clamp(std::min({a.depth, b.depth, c.depth}), 0.0, kDepthSteps);
+    depth_high_ = std::clamp(std::max({a.depth, b.depth, c.depth}), 0.0, kDepthSteps);
   }
 
   [[nodiscard]] std::int32_t first_row() const { return first_row_; }
@@ -138,11 +146,10 @@ class RasterTriangle {
 
   /// Quantised depth at a pixel's centre, 0 .. kDepthSteps; smaller is nearer. A function of triangle and pixel only.
   [[nodiscard]] std::uint32_t depth(std::int32_t x, std::int32_t y) const {
-    const std::array<double, 3> weight = weights(x, y);
-    const double depth = depth_[0] + weight[1] * depth_[1] + weight[2] * depth_[2];
-    // A sliver's weights amplify rounding: no pixel of a triangle is outside its corners' depths.
-    const double bounded = std::clamp(std::clamp(depth, depth_low_, depth_high_), 0.0, kDepthSteps);
-    return static_cast<std::uint32_t>(bounded + 0.5);
+    const double dx = x * kSubpixels + kSubpixels / 2 - origin_x_, dy = y * kSubpixels + kSubpixels / 2 - origin_y_;
+    const double depth = origin_depth_ + (dy * depth_per_y_ + dx * depth_per_x_);
+    // A sliver's slopes amplify rounding: no pixel of a triangle is outside its corners' depths.
+    return static_cast<std::uint32_t>(static_cast<std::int64_t>(std::clamp(depth, depth_low_, depth_high_) + 0.5));
   }
 
  private:
@@ -174,8 +181,7 @@ class RasterTriangle {
   std::int32_t first_row_ = 0, last_row_ = -1;
   std::int32_t origin_x_ = 0, origin_y_ = 0;
   std::array<double, 2> weight_b_{}, weight_c_{};
-  std::array<double, 3> depth_{};
-  double depth_low_ = 0.0, depth_high_ = 0.0;
+  double origin_depth_ = 0.0, depth_per_x_ = 0.0, depth_per_y_ = 0.0, depth_low_ = 0.0, depth_high_ = 0.0;
 };
 
 /// One covered pixel of a quad.

@@ -87,7 +87,7 @@ COPPICE_GPU_LAYOUT(WoodVertex, 28);
 struct Plant {
   vec3 sphere_center;  // object space, m; leaves and wood
   float sphere_radius;
-  vec3 box_min;        // leaf vertex = box_min + box_step * q, object space, m
+  vec3 box_min;  // leaf vertex = box_min + box_step * q, object space, m
   uint leaf_count;
   vec3 box_step;
   uint resident_leaf_count;  // the finest cut the resident pages hold
@@ -97,12 +97,12 @@ struct Plant {
   uvec2 pages;  // address of uvec2[page count]: the address of each resident page's slot
   uvec2 cards;
   uvec2 materials;
-  uint leaf_command_base;      // this plant's draw commands are [base, base + capacity)
+  uint leaf_command_base;  // this plant's draw commands are [base, base + capacity)
   uint leaf_command_capacity;
-  uint wood_list_base;     // LoD i's instances are [base + i * wood_list_stride, ...)
+  uint wood_list_base;  // LoD i's instances are [base + i * wood_list_stride, ...)
   uint wood_list_stride;
   uint wood_lod_count;
-  uint wood_resident_mask; // bit i: LoD i can be drawn. Bit wood_lod_count - 1 is always set when there is wood
+  uint wood_resident_mask;  // bit i: LoD i can be drawn. Bit wood_lod_count - 1 is always set when there is wood
   uint wood_index_counts[kMaxWoodLods];
 };
 COPPICE_GPU_LAYOUT(Plant, 168);
@@ -113,8 +113,8 @@ struct View {
   vec4 planes[5];
   vec3 camera_position;
   float error_px;
-  float focal_px;  // half the height of the picture in px, times clip_from_view[1][1]'s magnitude
-  float near_m;    // nearer instances count as this far away
+  float focal_px;            // half the height of the picture in px, times clip_from_view[1][1]'s magnitude
+  float near_m;              // nearer instances count as this far away
   uint lod_full;             // 1: every resident leaf
   uint instance_slot_count;  // slots [0, this) may hold instances
   float fog_density;

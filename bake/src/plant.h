@@ -24,9 +24,9 @@ struct Image {
 
 struct Material {
   std::string name;
-  glm::vec4 base_color{1.0f};  ///< linear factor
-  std::uint32_t image = kNone; ///< base colour image
-  float alpha_cutoff = 0.0f;   ///< 0: opaque
+  glm::vec4 base_color{1.0f};   ///< linear factor
+  std::uint32_t image = kNone;  ///< base colour image
+  float alpha_cutoff = 0.0f;    ///< 0: opaque
   float roughness = 1.0f;
   bool double_sided = true;
 };
@@ -34,8 +34,8 @@ struct Material {
 /// An indexed triangle mesh; the attribute arrays have one entry per vertex.
 struct Mesh {
   std::vector<glm::vec3> positions;
-  std::vector<glm::vec3> normals;  ///< unit
-  std::vector<glm::vec2> uvs;      ///< (0, 0) where the source has none
+  std::vector<glm::vec3> normals;                 ///< unit
+  std::vector<glm::vec2> uvs;                     ///< (0, 0) where the source has none
   std::vector<std::uint32_t> indices;             ///< 3 per triangle
   std::vector<std::uint32_t> triangle_materials;  ///< 1 per triangle
 };
@@ -52,8 +52,8 @@ struct Plant {
   std::vector<Material> materials;
   std::vector<Image> images;
   Mesh foliage;
-  std::vector<LeafRange> leaves;  ///< in file order, tile the foliage triangles
-  Mesh wood;                      ///< may be empty
+  std::vector<LeafRange> leaves;      ///< in file order, tile the foliage triangles
+  Mesh wood;                          ///< may be empty
   std::vector<std::string> warnings;  ///< what was guessed or dropped, one line each, for a person
 };
 
@@ -76,8 +76,8 @@ struct Foliage {
 
 /// Two live nodes replaced by one. Ids: source leaves are 0..N-1, the result of merge i is N+i.
 struct Merge {
-  std::uint32_t first = 0, second = 0;   ///< first < second
-  std::array<std::uint8_t, 4> corners{}; ///< result corner i is corner corners[i] of the pair: 0..3 of first, 4..7 of second
+  std::uint32_t first = 0, second = 0;    ///< first < second
+  std::array<std::uint8_t, 4> corners{};  ///< result corner i is corner corners[i] of the pair: 0..3 of first, 4..7 of second
 };
 
 /// The collapse sequence, N - 1 merges down to one leaf, and what it cost.

@@ -81,8 +81,8 @@ typedef struct coppice_io {
   void* user;
   int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* a handle >= 0, or negative on failure */
   void (*close)(void* user, int64_t file);
-  void (*read)(void* user, int64_t file, uint64_t offset, void* destination, size_t bytes,
-               void (*done)(void* argument, int64_t bytes_read), void* argument);
+  void (*read)(void* user, int64_t file, uint64_t offset, void* destination, size_t bytes, void (*done)(void* argument, int64_t bytes_read),
+               void* argument);
 } coppice_io;
 
 typedef enum coppice_log_level {
@@ -176,8 +176,8 @@ typedef struct coppice_placement {
 } coppice_placement;
 
 /* Adds `count` instances of a plant. instances: [count] handles out, may be null. All or none are added. */
-coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements,
-                                     uint32_t count, coppice_instance* instances);
+coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements, uint32_t count,
+                                     coppice_instance* instances);
 coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement);
 coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
 
@@ -196,7 +196,7 @@ typedef struct coppice_view {
   float clip_from_view[16];
   uint32_t width_px;
   uint32_t height_px;
-  float error_px;        /* error threshold, > 0; default 2. See "error table" in ARCHITECTURE.md for the unit */
+  float error_px; /* error threshold, > 0; default 2. See "error table" in ARCHITECTURE.md for the unit */
   coppice_lod_mode lod;
 
   float sun_direction[3]; /* unit, towards the sun, world space */
@@ -204,7 +204,7 @@ typedef struct coppice_view {
   float sky_color[3];     /* linear ambient from above */
   float ground_color[3];  /* linear ambient from below */
   float fog_color[3];
-  float fog_density;      /* 1/m; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
+  float fog_density; /* 1/m; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
 } coppice_view;
 void coppice_view_init(coppice_view* view);
 
@@ -236,19 +236,19 @@ coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd
 typedef struct coppice_stats {
   uint32_t struct_size;
   uint32_t instance_count;
-  uint64_t gpu_frame_number;      /* the frame the next three figures are of: the latest completed one */
+  uint64_t gpu_frame_number; /* the frame the next three figures are of: the latest completed one */
   uint32_t visible_instance_count;
   uint64_t drawn_leaf_count;
   uint64_t drawn_wood_triangle_count;
-  uint64_t source_leaf_count;     /* sum over all instances */
+  uint64_t source_leaf_count; /* sum over all instances */
   uint64_t memory_budget_bytes;
-  uint64_t memory_bytes;          /* in use now: GPU, staging and decoded pages */
+  uint64_t memory_bytes; /* in use now: GPU, staging and decoded pages */
   uint64_t memory_peak_bytes;
-  uint64_t pages_loaded;          /* since creation; foliage pages and wood LoDs */
+  uint64_t pages_loaded; /* since creation; foliage pages and wood LoDs */
   uint64_t pages_evicted;
   uint64_t pages_failed;
-  uint32_t pages_in_flight;       /* reading or decoding */
-  uint32_t pages_wanted;          /* wanted by the view but not resident */
+  uint32_t pages_in_flight; /* reading or decoding */
+  uint32_t pages_wanted;    /* wanted by the view but not resident */
 } coppice_stats;
 void coppice_stats_init(coppice_stats* stats);
 coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);

@@ -91,18 +91,18 @@ typedef struct coppice_file_plant {
   /* What each wood LoD decodes to, so that its memory can be reserved beforehand; 0 from wood_lod_count on. */
   uint32_t wood_vertex_counts[COPPICE_MAX_WOOD_LODS];   /* <= 3 * triangles */
   uint32_t wood_triangle_counts[COPPICE_MAX_WOOD_LODS]; /* <= COPPICE_MAX_WOOD_TRIANGLES, non-increasing */
-  uint32_t metric;  /* coppice_metric */
-  uint32_t reserved; /* zero */
-  char name[64];    /* UTF-8, zero-terminated */
+  uint32_t metric;                                      /* coppice_metric */
+  uint32_t reserved;                                    /* zero */
+  char name[64];                                        /* UTF-8, zero-terminated */
 } coppice_file_plant;
 
 #define COPPICE_MATERIAL_DOUBLE_SIDED 1u
 
 typedef struct coppice_file_material {
-  float base_color[4];  /* linear RGBA factor, multiplies the texture */
-  float alpha_cutoff;   /* 0: opaque; otherwise texels of smaller alpha are holes */
-  float roughness;      /* 0..1 */
-  uint32_t texture;     /* index of the base colour texture, or COPPICE_NO_TEXTURE */
+  float base_color[4]; /* linear RGBA factor, multiplies the texture */
+  float alpha_cutoff;  /* 0: opaque; otherwise texels of smaller alpha are holes */
+  float roughness;     /* 0..1 */
+  uint32_t texture;    /* index of the base colour texture, or COPPICE_NO_TEXTURE */
   uint32_t flags;
 } coppice_file_material;
 

@@ -21,10 +21,10 @@ using QuantisedQuad = std::array<QuantisedPoint, 4>;
 
 /// One split as decoded from a page.
 struct Split {
-  std::uint32_t parent = 0;                     ///< node id, < 2s+1
-  std::array<std::uint8_t, 4> parent_slots{};   ///< child slot (0..7) filled by parent corner i; four different slots
-  std::array<QuantisedPoint, 4> new_vertices{}; ///< fill the other four slots, ascending
-  std::array<std::uint8_t, 2> cards{};          ///< card of each child
+  std::uint32_t parent = 0;                      ///< node id, < 2s+1
+  std::array<std::uint8_t, 4> parent_slots{};    ///< child slot (0..7) filled by parent corner i; four different slots
+  std::array<QuantisedPoint, 4> new_vertices{};  ///< fill the other four slots, ascending
+  std::array<std::uint8_t, 2> cards{};           ///< card of each child
 };
 
 struct ChildQuads {

@@ -4,8 +4,8 @@
 // at least 4; lavapipe's is 8). They differ where float rounding moves a corner by 1/256 px, which can only matter for pixel centres that
 // close to an edge or that close to the edge of a masked texel, and where two leaves are at the same depth to within the depth buffer's
 // resolution. So a leaf's two areas may differ by a small share of the pixels along its outline and kSlackPx, and a view's
-// foliage area by kTotalShare. The bounds are some times what was measured (DECISIONS.md has the figures); the last tests show that a wrong
-// camera is far outside them.
+// foliage area by kTotalShare and kTotalSlackPx. The bounds are under twice what was measured; the last test shows that a wrong
+// camera is outside them.
 
 #include <algorithm>
 #include <cmath>
@@ -37,6 +37,7 @@ constexpr double kOutlineShare = 0.02;        // of an opaque leaf
 constexpr double kMaskedOutlineShare = 0.05;  // its mask has an outline of its own, in texels: longer than the quad's
 constexpr double kSlackPx = 1.0;
 constexpr double kTotalShare = 0.001;
+constexpr double kTotalSlackPx = 3.0;  // where a rectangle shows little of the plant
 
 constexpr VkRect2D kWholeImage{{0, 0}, {kSidePx, kSidePx}};
 /// Neither symmetric about the middle column, nor the middle row, nor the diagonals: a mirrored or turned image does not fit.
@@ -111,7 +112,8 @@ struct Case {
 /// How far two measurements of one view's areas are apart.
 struct Disagreement {
   std::uint32_t leaves_out_of_bounds = 0;
-  std::uint64_t total_px = 0;             ///< of the item buffer
+  std::uint64_t total_px = 0;  ///< of the item buffer
+  bool total_in_bounds = false;
   double total_share = 0.0;               ///< |difference of the totals| / total
   double sum_of_differences_share = 0.0;  ///< sum over leaves of |difference| / total
   double largest_over_bound = 0.0;        ///< largest |difference| as a multiple of its bound
@@ -132,12 +134,13 @@ Disagreement compare(const Case& c, const Viewpoint& view, const std::vector<std
   result.total_px = std::accumulate(baker.begin(), baker.end(), std::uint64_t{0});
   const auto total = static_cast<double>(result.total_px);
   result.total_share = std::abs(total - std::accumulate(queries.begin(), queries.end(), 0.0)) / total;
+  result.total_in_bounds = result.total_share * total <= kTotalShare * total + kTotalSlackPx;
   result.sum_of_differences_share = differences / total;
   return result;
 }
 
 bool agrees(const Disagreement& d) {
-  return d.leaves_out_of_bounds == 0 && d.total_share <= kTotalShare;
+  return d.leaves_out_of_bounds == 0 && d.total_in_bounds;
 }
 
 Case make_case(Foliage foliage, std::vector<coppice::bake::Material> materials, std::vector<coppice::bake::Image> images) {
@@ -196,7 +199,7 @@ class OcclusionQueryTest : public coppice::test::VulkanTest {
       for (const VkRect2D& counted : {kWholeImage, kOneCorner}) {
         const Disagreement d = measure(c, view, c.views[view], c.sphere, counted);
         EXPECT_EQ(d.leaves_out_of_bounds, 0u) << "view " << view;
-        EXPECT_LE(d.total_share, kTotalShare) << "view " << view;
+        EXPECT_TRUE(d.total_in_bounds) << "view " << view << ": " << 100.0 * d.total_share << "% of " << d.total_px << " px";
         EXPECT_GT(d.total_px, 100u) << "view " << view << " shows no leaves: nothing was compared";
         worst = std::max(worst, d.largest_over_bound);
         worst_total = std::max(worst_total, d.total_share);

@@ -274,6 +274,10 @@ std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   return {s.decoded.data(), count};
 }
 
+bool Streamer::awaits_upload(ChunkId id) const {
+  return is_open(id.plant) && state_->plants[id.plant]->chunk(id.kind, id.index).residency == Residency::decoded;
+}
+
 void Streamer::uploaded(ChunkId id) {
   PlantStream& plant = state_->open_plant_at(id.plant);
   Chunk& chunk = plant.chunk(id.kind, id.index);

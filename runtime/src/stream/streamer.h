@@ -137,9 +137,11 @@ class Streamer {
   /// Chunks to upload, pages of a plant in order, at most about max_bytes of GPU memory but at least one chunk if there is one. What is not
   /// confirmed with uploaded() is handed out again.
   [[nodiscard]] std::span<const DecodedChunk> take_decoded(std::uint64_t max_bytes);
-  /// The copy is recorded in this frame's commands. id: from the last take_decoded; pages of a plant in order (asserted).
+  /// Whether a chunk of the last take_decoded still waits: the failure of a page takes the later ones of its plant along.
+  [[nodiscard]] bool awaits_upload(ChunkId id) const;
+  /// The copy is recorded in this frame's commands. id: awaits upload; pages of a plant in order (asserted).
   void uploaded(ChunkId id);
-  /// The GPU side could not take it (out of device memory): the chunk counts as failed.
+  /// The GPU side could not take it (out of device memory): the chunk counts as failed. id: awaits upload (asserted)
   void upload_failed(ChunkId id);
 
   [[nodiscard]] StreamStats stats() const;

@@ -73,8 +73,8 @@ Chunk* Streamer::State::least_valuable_victim(const Request* request) {
   return least;
 }
 
-bool Streamer::State::make_room(std::uint64_t bytes, const Request& request) {
-  if (used_bytes + bytes <= limit_bytes()) return true;
+Room Streamer::State::make_room(std::uint64_t bytes, const Request& request) {
+  if (used_bytes + bytes <= limit_bytes()) return Room::now;
   std::uint64_t coming = evicting_bytes + cancelled_bytes;
   std::array<Chunk*, kMaxVictimsAtOnce> victims{};
   std::size_t count = 0;
@@ -94,7 +94,8 @@ bool Streamer::State::make_room(std::uint64_t bytes, const Request& request) {
     victims[i]->victim = false;
     if (enough && !evicted.full()) evict(*victims[i]);
   }
-  return used_bytes + bytes <= limit_bytes();
+  if (used_bytes + bytes <= limit_bytes()) return Room::now;
+  return enough ? Room::soon : Room::none;
 }
 
 void Streamer::State::enforce_budget() {

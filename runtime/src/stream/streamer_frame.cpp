@@ -190,25 +190,28 @@ void Streamer::State::issue_requests() {
     std::ranges::pop_heap(requests, by_value);
     const Request request = requests.back();
     requests.pop_back();
-    if (issue(request) && request.chunk->id.kind == ChunkKind::page) push_page_request(*request.plant);
+    const Room room = issue(request);
+    // What is worth less must not take the room that is being made.
+    if (room == Room::soon) break;
+    if (room == Room::now && request.chunk->id.kind == ChunkKind::page) push_page_request(*request.plant);
   }
 }
 
-bool Streamer::State::issue(const Request& request) {
+Room Streamer::State::issue(const Request& request) {
   PlantStream& plant = *request.plant;
   Chunk& chunk = *request.chunk;
-  if (frame_number < plant.retry_frame) return false;
+  if (frame_number < plant.retry_frame) return Room::none;
   const std::uint64_t bytes = chunk_bytes(plant, chunk).total();
-  if (!make_room(bytes, request)) return false;
+  if (const Room room = make_room(bytes, request); room != Room::now) return room;
   // Room made since the request was gathered may have taken the page before it.
   if (chunk.id.kind == ChunkKind::page && chunk.id.index > plant.decoded_page_count &&
       !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1)))
-    return false;
+    return Room::none;
   const coppice_file_chunk& entry = plant.file_chunk(chunk);
   auto buffer = HookBuffer::allocate(hooks.allocator, static_cast<std::size_t>(entry.bytes));
   if (!buffer) {
     out_of_memory(plant, buffer.error());
-    return false;
+    return Room::none;
   }
   Transfer& transfer = *free_slot();
   transfer.plant = &plant;
@@ -218,7 +221,7 @@ bool Streamer::State::issue(const Request& request) {
   set_counted(chunk, bytes);
   COPPICE_ASSERT(advance(chunk, Residency::reading));
   start_read(transfer, hooks.io, plant.io_file, entry.offset);
-  return true;
+  return Room::now;
 }
 
 }  // namespace coppice

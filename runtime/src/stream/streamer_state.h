@@ -40,6 +40,13 @@ struct Request {
   float value = 0.0f;
 };
 
+/// Whether there is memory for a request.
+enum class Room : std::uint8_t {
+  now,
+  soon,  ///< once the GPU, or a cancelled read, is done with what is on its way out
+  none,  ///< nothing there is worth clearly less
+};
+
 struct Streamer::State {
   Hooks hooks;
   StreamerOptions options;
@@ -70,8 +77,8 @@ struct Streamer::State {
   void count_bytes(std::int64_t change);
   void set_counted(Chunk& chunk, std::uint64_t bytes);
   [[nodiscard]] std::uint64_t limit_bytes() const;
-  /// Whether `bytes` more fit now. If not, starts to evict what is worth clearly less than the request, provided that it then would fit.
-  bool make_room(std::uint64_t bytes, const Request& request);
+  /// Whether `bytes` more fit. If not, starts to evict what is worth clearly less than the request, provided that it then would fit.
+  Room make_room(std::uint64_t bytes, const Request& request);
   /// Cancels and evicts, least value first, until the budget is kept.
   void enforce_budget();
   void evict(Chunk& chunk);
@@ -95,7 +102,8 @@ struct Streamer::State {
   void push_page_request(PlantStream& plant);
   void push_request(PlantStream& plant, Chunk& chunk);
   void issue_requests();
-  bool issue(const Request& request);
+  /// The read is under way only with Room::now; none also where the allocator hook had nothing.
+  Room issue(const Request& request);
   Transfer* free_slot();
 
   // streamer.cpp

@@ -148,6 +148,7 @@ Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
 void Context::upload_decoded() {
   for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->upload_room_bytes())) {
     const ChunkId id = chunk.id;
+    if (!streamer_->awaits_upload(id)) continue;  // an earlier page of its plant failed
     if (auto uploaded = upload_chunk(chunk); uploaded) {
       streamer_->uploaded(id);
     } else {

@@ -162,7 +162,7 @@ Result<void> check_order(const PlantFile& file) {
     if (chunk.kind != static_cast<std::uint32_t>(order[i].kind)) return bad("chunk table kind", entry, want);
     if (chunk.index != order[i].index) return bad("chunk table index", entry + offsetof(coppice_file_chunk, index), want);
     if (order[i].kind == COPPICE_CHUNK_WOOD &&
-        file.plant.wood_triangle_counts[order[i].index] / COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE > chunk.bytes)
+        file.plant.wood_triangle_counts[order[i].index] > COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE * chunk.bytes)
       return bad("plant wood_triangle_counts",
                  file.chunks[0].offset + offsetof(coppice_file_plant, wood_triangle_counts) + order[i].index * 4,
                  "more than the WOOD chunk's length can hold");

@@ -1,7 +1,5 @@
 #include "options.h"
 
-#include <map>
-
 #include <CLI/CLI.hpp>
 
 namespace forest {
@@ -46,9 +44,10 @@ void declare(CLI::App& app, Options& options) {
   app.add_flag("--headless", options.headless, "No window");
   app.add_option("--screenshot", options.screenshot, "Write the last frame, once streaming has settled")->type_name("F.png");
   app.add_option("--camera", options.camera, kCamera)->type_name("walk|orbit|FILE")->capture_default_str();
-  const std::map<std::string, LodMode> modes = {{"cut", LodMode::cut}, {"full", LodMode::full}};
-  app.add_option("--lod", options.lod, "cut: each plant by its size on screen. full: every leaf of every plant, the reference [cut]")
-      ->transform(CLI::CheckedTransformer(modes))
+  app.add_option_function<std::string>(
+         "--lod", [&options](const std::string& mode) { options.lod = mode == "full" ? LodMode::full : LodMode::cut; },
+         "cut: each plant by its size on screen. full: every leaf of every plant, the reference [cut]")
+      ->check(CLI::IsMember({"cut", "full"}))
       ->type_name("cut|full");
   app.add_option("--error-px", options.error_px, "Error threshold of the cut")->check(CLI::Range(0.01f, 1000.0f))->capture_default_str();
   app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB")

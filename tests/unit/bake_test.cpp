@@ -115,8 +115,8 @@ TEST_P(BakeRealPlant, BakesAndVerifies) {
 INSTANTIATE_TEST_SUITE_P(Plants, BakeRealPlant,
                          testing::Values(RealPlant{"scopia_poplar.glb", "Leaves", 5100},
                                          RealPlant{"eztree_oak_medium.glb", "leaves", 5320}),
-                         [](const auto& info) {
-                           std::string name = info.param.file;
+                         [](const auto& plant) {
+                           std::string name = plant.param.file;
                            return name.substr(0, name.find('.'));
                          });
 

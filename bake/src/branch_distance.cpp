@@ -75,12 +75,16 @@ BranchDistance::BranchDistance(const Plant& plant) {
 
 BranchDistance::~BranchDistance() = default;
 
-float BranchDistance::distance_m(const glm::vec3& point) const {
-  if (!tree_) return std::hypot(point.x - axis_.x, point.z - axis_.z);
+glm::vec3 BranchDistance::nearest_point(const glm::vec3& point) const {
+  if (!tree_) return {axis_.x, point.y, axis_.z};
   std::uint32_t nearest = 0;
   float squared_m2 = 0.0f;
   tree_->index.knnSearch(&point.x, 1, &nearest, &squared_m2);
-  return std::sqrt(squared_m2);
+  return tree_->cloud.points[nearest];
+}
+
+float BranchDistance::distance_m(const glm::vec3& point) const {
+  return glm::distance(point, nearest_point(point));
 }
 
 }  // namespace coppice::bake

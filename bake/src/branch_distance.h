@@ -17,6 +17,8 @@ class BranchDistance {
   BranchDistance(const BranchDistance&) = delete;
   BranchDistance& operator=(const BranchDistance&) = delete;
 
+  /// The point of the branch that is nearest: where a leaf whose stalk is at `point` is borne.
+  [[nodiscard]] glm::vec3 nearest_point(const glm::vec3& point) const;
   [[nodiscard]] float distance_m(const glm::vec3& point) const;
 
  private:

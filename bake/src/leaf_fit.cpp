@@ -100,15 +100,18 @@ struct StalkAndTip {
 StalkAndTip find_stalk_and_tip(const LeafShape& shape, const BranchDistance& branch) {
   std::vector<double> distances_m;
   for (const glm::dvec3& point : shape.points) distances_m.push_back(double{branch.distance_m(glm::vec3(point))});
-  const auto [least, most] = std::minmax_element(distances_m.begin(), distances_m.end());
-  const auto stalk = static_cast<std::size_t>(least - distances_m.begin());
+  const auto stalk = static_cast<std::size_t>(std::ranges::min_element(distances_m) - distances_m.begin());
+  // From the branch where it bears this leaf: in a crown another branch may pass close to the tip.
+  const glm::dvec3 bearing(branch.nearest_point(glm::vec3(shape.points[stalk])));
+  std::ranges::transform(shape.points, distances_m.begin(), [&](const glm::dvec3& point) { return glm::distance(point, bearing); });
+  const double most_m = *std::ranges::max_element(distances_m);
   const auto reach_m = [&](std::size_t i) { return glm::distance(shape.points[i], shape.points[stalk]); };
   double size_m = 0.0;
   for (std::size_t i = 0; i < shape.points.size(); ++i) size_m = std::max(size_m, reach_m(i));
-  // Several may be farthest from the branch, among them the stalk itself: then the farthest of those from the stalk.
+  // Several may be farthest: then the farthest of those from the stalk.
   StalkAndTip ends{stalk, stalk};
   for (std::size_t i = 0; i < shape.points.size(); ++i)
-    if (distances_m[i] >= *most - kEqualDistance * size_m && reach_m(i) > reach_m(ends.tip)) ends.tip = i;
+    if (distances_m[i] >= most_m - kEqualDistance * size_m && reach_m(i) > reach_m(ends.tip)) ends.tip = i;
   return ends;
 }
 

@@ -11,7 +11,7 @@ install(TARGETS coppice EXPORT coppice
 set(coppice_package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/coppice)
 install(EXPORT coppice NAMESPACE coppice:: FILE coppice-targets.cmake
   DESTINATION ${coppice_package_folder} COMPONENT coppice_runtime)
-configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/coppice-config.cmake.in coppice-config.cmake
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/coppice-config.cmake.in coppice-config.cmake
   INSTALL_DESTINATION ${coppice_package_folder})
 write_basic_package_version_file(coppice-config-version.cmake VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/coppice-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/coppice-config-version.cmake

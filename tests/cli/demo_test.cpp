@@ -1,0 +1,124 @@
+// coppice-forest and the host examples from outside: they run, their pictures show plants, their statistics keep the contract's keys.
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "golden.h"
+#include "process.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using coppice::test::Picture;
+using coppice::test::ProcessResult;
+using coppice::test::run_process;
+using coppice::test::TemporaryFolder;
+
+/// Corylus, baked small: quick, and looks are judged elsewhere.
+fs::path bake_corylus(const TemporaryFolder& folder) {
+  const std::string glb = folder / "corylus.glb", coppice = folder / "corylus.coppice";
+  const ProcessResult grown = run_process(COPPICE_TOOL, {"plant", "corylus", "-o", glb});
+  EXPECT_EQ(grown.exit_code, 0) << grown.err;
+  const ProcessResult baked = run_process(COPPICE_TOOL, {"bake", glb, "-o", coppice, "--resolution", "64", "--quiet"});
+  EXPECT_EQ(baked.exit_code, 0) << baked.err;
+  return coppice;
+}
+
+std::vector<std::string> headless_forest(const fs::path& plant, const fs::path& picture) {
+  return {"--plants", plant, "--count", "40", "--size", "320x180", "--frames", "2", "--headless", "--validation", "--screenshot", picture};
+}
+
+bool is_green(const std::uint8_t* rgb) {
+  return rgb[1] > rgb[0] + 8 && rgb[1] > rgb[2] + 8;
+}
+
+double rmse(const Picture& a, const Picture& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.rgba.size(); ++i) sum += std::pow(static_cast<double>(a.rgba[i]) - static_cast<double>(b.rgba[i]), 2.0);
+  return std::sqrt(sum / static_cast<double>(a.rgba.size()));
+}
+
+TEST(HelloPlant, DrawsAPlant) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder), picture = folder / "hello.ppm";
+  const ProcessResult result = run_process(HELLO_PLANT, {plant, picture});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("of 386 leaves drawn"), std::string::npos) << result.out;
+
+  std::ifstream file(picture, std::ios::binary);
+  std::string magic;
+  std::size_t width = 0, height = 0, largest = 0;
+  file >> magic >> width >> height >> largest;
+  file.get();
+  ASSERT_EQ(magic, "P6");
+  const std::string pixels{std::istreambuf_iterator<char>(file), {}};
+  ASSERT_EQ(pixels.size(), width * height * 3);
+  std::size_t green_count = 0;
+  for (std::size_t i = 0; i < pixels.size(); i += 3) green_count += is_green(reinterpret_cast<const std::uint8_t*>(pixels.data()) + i);
+  EXPECT_GT(green_count, width * height / 20);
+}
+
+TEST(HelloPlant, SaysWhatFailedOnAFileThatIsNoPlant) {
+  const ProcessResult result = run_process(HELLO_PLANT, {"/dev/null", "/dev/null"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("coppice_plant_open"), std::string::npos) << result.err;
+}
+
+TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder), cut_png = folder / "cut.png", full_png = folder / "full.png", json = folder / "stats.json";
+  std::vector<std::string> arguments = headless_forest(plant, cut_png);
+  arguments.insert(arguments.end(), {"--stats", json});
+  const ProcessResult cut = run_process(COPPICE_FOREST, arguments);
+  ASSERT_EQ(cut.exit_code, 0) << cut.err;
+  EXPECT_NE(cut.out.find(cut_png.string()), std::string::npos) << cut.out;
+
+  std::ifstream file(json);
+  const auto stats = nlohmann::json::parse(file);
+  std::set<std::string> keys;
+  for (const auto& [key, value] : stats.items()) keys.insert(key);
+  const std::set<std::string> contract = {"device",
+                                          "frames",
+                                          "frame_ms",
+                                          "instances",
+                                          "pages_loaded",
+                                          "visible_instances_median",
+                                          "pages_evicted",
+                                          "source_leaves_in_scene",
+                                          "memory_budget_bytes",
+                                          "drawn_leaves_median",
+                                          "memory_peak_bytes",
+                                          "validation_messages"};
+  EXPECT_EQ(keys, contract);
+  EXPECT_EQ(stats["instances"], 40);
+  EXPECT_EQ(stats["source_leaves_in_scene"], 40 * 386);
+  EXPECT_EQ(stats["validation_messages"], 0);
+  EXPECT_GT(stats["visible_instances_median"], 0);
+  EXPECT_LE(stats["memory_peak_bytes"], stats["memory_budget_bytes"]);
+
+  arguments = headless_forest(plant, full_png);
+  arguments.insert(arguments.end(), {"--lod", "full"});
+  const ProcessResult full = run_process(COPPICE_FOREST, arguments);
+  ASSERT_EQ(full.exit_code, 0) << full.err;
+  const Picture cut_picture = coppice::test::read_png(cut_png), full_picture = coppice::test::read_png(full_png);
+  ASSERT_EQ(cut_picture.rgba.size(), full_picture.rgba.size());
+  EXPECT_LT(rmse(cut_picture, full_picture), 25.0) << "of 255: the cut must look like the whole";
+}
+
+TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {
+  const ProcessResult missing = run_process(COPPICE_FOREST, {"--plants", "/nowhere/fern.coppice", "--headless"});
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_NE(missing.err.find("/nowhere/fern.coppice"), std::string::npos) << missing.err;
+  EXPECT_EQ(run_process(COPPICE_FOREST, {"--size", "wide"}).exit_code, 2);
+  EXPECT_EQ(run_process(COPPICE_FOREST, {"--help"}).exit_code, 0);
+}
+
+}  // namespace

@@ -1,0 +1,74 @@
+#pragma once
+
+// `coppice evaluate`: what each simplifier does to a plant, measured the same way for all.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "import_gltf.h"
+#include "methods.h"
+#include "plant.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+/// The paper's levels of detail.
+inline const std::vector<double> kEvaluationFractions = {0.8, 0.6, 0.4, 0.2, 0.1, 0.05, 0.025};
+
+struct EvaluateOptions {
+  std::vector<Method> methods{all_methods().begin(), all_methods().end()};
+  std::vector<double> fractions = kEvaluationFractions;  ///< of the source leaves, in (0, 1]
+  std::uint32_t thread_count = 0;                        ///< 0: all
+  ImportOptions import;
+};
+
+/// One method at one level. Reference: the source's leaf quads. Distances are infinite for a mesh without triangles.
+struct LevelMeasures {
+  double fraction = 0.0;
+  std::uint32_t leaves = 0;     ///< asked for: level_leaves(N, fraction)
+  std::uint32_t triangles = 0;  ///< got
+  double rmse_256 = 0.0;        ///< luminance 0..255 over all pixels and cameras
+  double rmse_64 = 0.0;         ///< of the same pictures box-filtered to 64 x 64
+  double rmse_16 = 0.0;         ///< and to 16 x 16
+  double coverage = 0.0;        ///< foliage pixels over the reference's
+  double soft_iou = 0.0;        ///< of coverage box-filtered to 64 x 64
+  double area_ratio = 0.0;      ///< surface over the reference's
+  double hausdorff = 0.0;       ///< largest distance of the surfaces, over the diagonal of the reference's box
+  double mean_distance = 0.0;   ///< mean distance, over the same; of both directions the larger
+};
+
+struct MethodMeasures {
+  Method method = Method::default_metric;
+  double seconds = 0.0;  ///< wall time to simplify, all levels together
+  std::vector<LevelMeasures> levels;
+};
+
+struct EvaluationReport {
+  std::string plant;
+  std::uint32_t source_leaves = 0;
+  std::vector<MethodMeasures> methods;
+  std::vector<std::string> warnings;  ///< the importer's
+};
+
+/// Called from one thread with the running stage's name and its fraction in [0, 1].
+using EvaluateProgress = std::function<void(const char* stage, double fraction)>;
+
+/// floor(fraction N), at least 1; a product a rounding error below a whole number is that number.
+std::uint32_t level_leaves(std::uint32_t leaf_count, double fraction);
+
+/// Measures every method at every fraction. All figures but `seconds` are the same for any number of threads.
+/// plant     its name
+/// progress  may be empty
+/// errors    invalid_argument: no methods, no fractions, a fraction not in (0, 1], a plant whose foliage has no extent, what a method or
+///           surface_looks rejects
+Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliage& foliage, const std::vector<Material>& materials,
+                                          const std::vector<Image>& images, const EvaluateOptions& options,
+                                          const EvaluateProgress& progress);
+
+/// The same of a file, leaf quads fitted as by `coppice bake`. errors  also those of import_gltf and fit_leaf_quads
+Result<EvaluationReport> evaluate(const std::filesystem::path& input, const EvaluateOptions& options, const EvaluateProgress& progress);
+
+}  // namespace coppice::bake

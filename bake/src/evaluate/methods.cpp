@@ -1,0 +1,125 @@
+#include "methods.h"
+
+#include <array>
+
+#include "bake.h"
+#include "geometric_collapse.h"
+#include "gltf_write.h"
+#include "information_prune.h"
+#include "mesh_simplify.h"
+#include "stochastic_prune.h"
+#include "tree_order.h"
+#include "viewpoints.h"
+
+namespace coppice::bake {
+namespace {
+
+constexpr std::array kMethods{Method::default_metric, Method::mi,      Method::geometric,     Method::stochastic,
+                              Method::prune,          Method::meshopt, Method::meshopt_sloppy};
+constexpr std::uint64_t kStochasticSeed = 1;
+
+/// The collapse that `coppice bake --metric` runs with its default options.
+Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input, const ProgressFunction& progress) {
+  const BakeOptions options;
+  COPPICE_TRY(views, viewpoints(options.view_count));
+  switch (metric) {
+    case Metric::default_metric:
+    case Metric::mi:
+      break;
+  }
+  COPPICE_TRY(result, collapse_by_mutual_information(input.foliage, input.materials, input.images, views, options.collapse, progress));
+  return std::move(result.sequence);
+}
+
+std::vector<Mesh> cuts(const SimplifyInput& input, const CollapseSequence& sequence) {
+  const Tree tree = build_tree(input.foliage, sequence);
+  std::vector<Mesh> meshes;
+  for (const std::uint32_t count : input.leaf_counts) meshes.push_back(foliage_mesh(cut_foliage(tree, input.foliage.card_table, count)));
+  return meshes;
+}
+
+Result<std::vector<Mesh>> baked_cuts(Metric metric, const SimplifyInput& input, const ProgressFunction& progress) {
+  COPPICE_TRY(sequence, bake_collapse(metric, input, progress));
+  return cuts(input, sequence);
+}
+
+std::vector<Mesh> stochastic_levels(const SimplifyInput& input) {
+  std::vector<Mesh> meshes;
+  for (const std::uint32_t count : input.leaf_counts)
+    meshes.push_back(foliage_mesh(prune_stochastically(input.foliage, count, kStochasticSeed)));
+  return meshes;
+}
+
+Result<std::vector<Mesh>> pruned_levels(const SimplifyInput& input, const ProgressFunction& progress) {
+  const BakeOptions options;
+  COPPICE_TRY(views, viewpoints(options.view_count));
+  COPPICE_TRY(result, prune_by_mutual_information(input.foliage, input.materials, input.images, views, options.collapse, input.leaf_counts,
+                                                  progress));
+  std::vector<Mesh> meshes;
+  for (const Foliage& level : result.levels) meshes.push_back(foliage_mesh(level));
+  return meshes;
+}
+
+std::vector<Mesh> mesh_levels(const SimplifyInput& input, MeshSimplifier simplifier) {
+  const Mesh source = foliage_mesh(input.foliage);
+  std::vector<Mesh> meshes;
+  for (const std::uint32_t count : input.leaf_counts) meshes.push_back(simplify_mesh(source, 2 * count, simplifier));
+  return meshes;
+}
+
+}  // namespace
+
+std::span<const Method> all_methods() {
+  return kMethods;
+}
+
+const char* method_name(Method method) {
+  switch (method) {
+    case Method::default_metric:
+      return "default";
+    case Method::mi:
+      return "mi";
+    case Method::geometric:
+      return "geometric";
+    case Method::stochastic:
+      return "stochastic";
+    case Method::prune:
+      return "prune";
+    case Method::meshopt:
+      return "meshopt";
+    case Method::meshopt_sloppy:
+      return "meshopt_sloppy";
+  }
+  return "";
+}
+
+Result<Method> method_from_name(std::string_view name) {
+  std::string names;
+  for (const Method method : kMethods) {
+    if (name == method_name(method)) return method;
+    names += (names.empty() ? "" : ", ") + std::string(method_name(method));
+  }
+  return Error{Status::invalid_argument, "no such method", Error::kNoOffset, "'" + std::string(name) + "'; there are " + names};
+}
+
+Result<std::vector<Mesh>> simplify_foliage(Method method, const SimplifyInput& input, const ProgressFunction& progress) {
+  switch (method) {
+    case Method::default_metric:
+      return baked_cuts(Metric::default_metric, input, progress);
+    case Method::mi:
+      return baked_cuts(Metric::mi, input, progress);
+    case Method::geometric:
+      return cuts(input, collapse_by_similarity(input.foliage, progress));
+    case Method::stochastic:
+      return stochastic_levels(input);
+    case Method::prune:
+      return pruned_levels(input, progress);
+    case Method::meshopt:
+      return mesh_levels(input, MeshSimplifier::collapse);
+    case Method::meshopt_sloppy:
+      return mesh_levels(input, MeshSimplifier::sloppy);
+  }
+  return Error{Status::internal, "no such method"};
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,47 @@
+#pragma once
+
+// The simplifiers that `coppice evaluate` compares, all as meshes at given leaf counts.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "collapse.h"
+#include "plant.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+enum class Method {
+  default_metric,  ///< what `coppice bake` does
+  mi,              ///< the paper: collapse_by_mutual_information
+  geometric,       ///< geometric_collapse.h
+  stochastic,      ///< stochastic_prune.h
+  prune,           ///< information_prune.h
+  meshopt,         ///< mesh_simplify.h, at equal triangle count
+  meshopt_sloppy,
+};
+
+/// All of them, in the order of reports.
+std::span<const Method> all_methods();
+/// As on the command line: "default", "mi", ...
+const char* method_name(Method method);
+/// errors  invalid_argument: no such method (all are listed)
+Result<Method> method_from_name(std::string_view name);
+
+/// The plant to simplify. Refers to what it is made of.
+struct SimplifyInput {
+  const Foliage& foliage;
+  const std::vector<Material>& materials;
+  const std::vector<Image>& images;
+  std::vector<std::uint32_t> leaf_counts;  ///< each 1 .. foliage.leaf_count(); any order
+};
+
+/// One mesh per leaf count: two triangles a leaf for the methods that work on leaves, at most as many for the others.
+/// progress  may be empty
+/// errors    those of the method's own function
+Result<std::vector<Mesh>> simplify_foliage(Method method, const SimplifyInput& input, const ProgressFunction& progress);
+
+}  // namespace coppice::bake

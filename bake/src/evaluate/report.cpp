@@ -1,0 +1,95 @@
+#include "report.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include <nlohmann/json.hpp>
+
+namespace coppice::bake {
+namespace {
+
+nlohmann::ordered_json level_json(const LevelMeasures& level) {
+  return {{"fraction", level.fraction},          {"leaves", level.leaves},         {"triangles", level.triangles},
+          {"rmse_256", level.rmse_256},          {"rmse_64", level.rmse_64},       {"rmse_16", level.rmse_16},
+          {"coverage", level.coverage},          {"area_ratio", level.area_ratio}, {"hausdorff", level.hausdorff},
+          {"mean_distance", level.mean_distance}};
+}
+
+struct Column {
+  const char* title;
+  double LevelMeasures::*value;
+  int decimals;
+  bool least_is_best;
+};
+
+constexpr std::array<Column, 8> kColumns{{{"rmse_256", &LevelMeasures::rmse_256, 2, true},
+                                          {"rmse_64", &LevelMeasures::rmse_64, 2, true},
+                                          {"rmse_16", &LevelMeasures::rmse_16, 2, true},
+                                          {"coverage", &LevelMeasures::coverage, 3, false},
+                                          {"soft IoU", &LevelMeasures::soft_iou, 3, false},
+                                          {"area", &LevelMeasures::area_ratio, 3, false},
+                                          {"hausdorff", &LevelMeasures::hausdorff, 4, true},
+                                          {"mean dist", &LevelMeasures::mean_distance, 5, true}}};
+
+std::string number(double value, int decimals) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  return text;
+}
+
+std::string padded(const std::string& text, std::size_t width) {
+  return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
+}
+
+/// As printed, so that methods that look equal are all marked.
+std::string least(const EvaluationReport& report, std::size_t level, const Column& column) {
+  double best = std::numeric_limits<double>::infinity();
+  for (const MethodMeasures& method : report.methods) best = std::min(best, method.levels[level].*column.value);
+  return number(best, column.decimals);
+}
+
+std::string level_block(const EvaluationReport& report, std::size_t level) {
+  const LevelMeasures& first = report.methods.front().levels[level];
+  std::string text = "\nlevel " + number(first.fraction, 3) + ": " + std::to_string(first.leaves) + " leaves\n  method          triangles";
+  for (const Column& column : kColumns) text += padded(column.title, 11);
+  text += "\n";
+  for (const MethodMeasures& method : report.methods) {
+    const std::string name = method_name(method.method);
+    text += "  " + name + padded(std::to_string(method.levels[level].triangles), 25 - name.size());
+    for (const Column& column : kColumns) {
+      const std::string value = number(method.levels[level].*column.value, column.decimals);
+      text += padded(value, 10) + (column.least_is_best && value == least(report, level, column) ? "*" : " ");
+    }
+    while (text.back() == ' ') text.pop_back();
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string evaluation_json(const EvaluationReport& report) {
+  nlohmann::ordered_json methods = nlohmann::ordered_json::array();
+  for (const MethodMeasures& method : report.methods) {
+    nlohmann::ordered_json levels = nlohmann::ordered_json::array();
+    for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level));
+    methods.push_back({{"name", method_name(method.method)}, {"levels", levels}});
+  }
+  const nlohmann::ordered_json root = {{"plant", report.plant}, {"source_leaves", report.source_leaves}, {"methods", methods}};
+  return root.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string evaluation_table(const EvaluationReport& report) {
+  std::string text = report.plant + ": " + std::to_string(report.source_leaves) + " leaves\n";
+  if (report.methods.empty()) return text;
+  for (std::size_t level = 0; level < report.methods.front().levels.size(); ++level) text += level_block(report, level);
+  text += "\nseconds to simplify:";
+  for (const MethodMeasures& method : report.methods)
+    text += std::string(" ") + method_name(method.method) + " " + number(method.seconds, 1);
+  return text + "\n";
+}
+
+}  // namespace coppice::bake

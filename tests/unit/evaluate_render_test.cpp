@@ -1,0 +1,152 @@
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include "evaluation_render.h"
+#include "gltf_write.h"
+#include "test_foliage.h"
+
+namespace coppice::bake {
+namespace {
+
+// Seen from 3 m with tan(half field of view) = 1 / sqrt(8), the plane through the middle of the unit sphere is this wide from the middle
+// of the image to its side.
+const float kHalfImage_m = 3.0f / std::sqrt(8.0f);
+
+EvaluationCamera camera_from(const glm::dvec3& direction) {
+  return evaluation_camera(direction, Sphere{glm::vec3(0.0f), 1.0f});
+}
+
+/// In the plane z, from (x0, y0) to (x1, y1).
+Quad upright(float x0, float y0, float x1, float y1, float z) {
+  return test::rectangle({x0, y0, z}, {x1 - x0, 0, 0}, {0, y1 - y0, 0});
+}
+
+EvaluationImage draw(const std::vector<Quad>& quads, const EvaluationCamera& camera, std::uint32_t size_px = 256) {
+  return render_evaluation(foliage_mesh(test::plain_foliage(quads)), *surface_looks(test::plain_materials(), {}), camera, size_px);
+}
+
+std::uint32_t covered(const EvaluationImage& image) {
+  return std::accumulate(image.coverage.begin(), image.coverage.end(), 0u);
+}
+
+TEST(EvaluationRender, ASquareFillsTheShareOfThePixelsItSubtends) {
+  const float half = 0.5f * kHalfImage_m;
+  const EvaluationCamera camera = camera_from({0, 0, 1});
+  EXPECT_EQ(covered(draw({upright(-half, -half, half, half, 0)}, camera)), 128u * 128u);
+  // At two thirds of the distance it is 1.5 times as wide.
+  EXPECT_EQ(covered(draw({upright(-half, -half, half, half, 1)}, camera)), 192u * 192u);
+  EXPECT_EQ(covered(draw({upright(-9, -9, 9, 9, 0)}, camera)), 256u * 256u);
+  EXPECT_EQ(covered(draw({upright(-half, -half, half, half, 4)}, camera)), 0u) << "it is behind the camera";
+  EXPECT_EQ(covered(draw({test::rectangle({0, -half, -half}, {0, 0, 1}, {0, 1, 0})}, camera)), 0u) << "it is seen edge-on";
+}
+
+TEST(EvaluationRender, RightIsRightAndRowZeroIsTheTop) {
+  const EvaluationImage image = draw({upright(0, 0, kHalfImage_m, kHalfImage_m, 0)}, camera_from({0, 0, 1}), 16);
+  for (std::size_t y = 0; y < 16; ++y)
+    for (std::size_t x = 0; x < 16; ++x) EXPECT_EQ(image.coverage[y * 16 + x], x >= 8 && y < 8 ? 1 : 0) << x << ", " << y;
+}
+
+TEST(EvaluationRender, TheSphereJustFits) {
+  // The image's side touches the unit sphere where the sight line's distance from the middle is 1.
+  for (const glm::dvec3& direction : evaluation_directions(8)) {
+    const EvaluationCamera camera = camera_from(direction);
+    EXPECT_NEAR(glm::length(camera.position), 3.0, 1e-12);
+    const glm::dvec3 side = glm::normalize(camera.forward + camera.tan_half_view * camera.right);
+    EXPECT_NEAR(glm::length(glm::cross(camera.position, side)), 1.0, 1e-12);
+    EXPECT_NEAR(glm::dot(glm::cross(camera.right, camera.up), camera.forward), -1.0, 1e-12);
+  }
+  EXPECT_NEAR(glm::length(camera_from({0, 1, 0}).right), 1.0, 1e-12) << "straight down";
+}
+
+TEST(EvaluationRender, LambertIsThatOfTheSideThatIsSeen) {
+  // sun = (0.5, 1, 0.3) / 1.15758; towards +Z n . sun = 0.25916, light 0.35 + 0.65 * 0.25916 = 0.51846, as sRGB 0.74738.
+  const EvaluationImage front = draw({upright(-1, -1, 1, 1, 0)}, camera_from({0, 0, 1}));
+  EXPECT_NEAR(front.luminance[128 * 256 + 128], 255.0 * 0.74738, 0.02);
+  // From behind only the ambient light is left: 0.35, as sRGB 0.62620.
+  const EvaluationImage back = draw({upright(-1, -1, 1, 1, 0)}, camera_from({0, 0, -1}));
+  EXPECT_NEAR(back.luminance[128 * 256 + 128], 255.0 * 0.62620, 0.02);
+  EXPECT_EQ(back.luminance[0], 255.0f) << "the background is white";
+
+  const Quad quad = upright(-1, -1, 1, 1, 0);
+  const EvaluationImage reversed = draw({Quad{quad[3], quad[2], quad[1], quad[0]}}, camera_from({0, 0, 1}));
+  EXPECT_EQ(reversed.luminance, front.luminance) << "winding does not matter";
+}
+
+TEST(EvaluationRender, TheNearerOfTwoIsSeenInEitherOrder) {
+  const Quad near = upright(-1, -1, 0, 1, 0.5f), far = test::rectangle({-1, -1, 0}, {2, 0, 0}, {0, 2, -0.5f});
+  const EvaluationCamera camera = camera_from({0, 0, 1});
+  const EvaluationImage image = draw({near, far}, camera);
+  EXPECT_EQ(draw({far, near}, camera).luminance, image.luminance);
+  const std::size_t left = 128 * 256 + 100, right = 128 * 256 + 156;
+  EXPECT_EQ(image.luminance[left], draw({near}, camera).luminance[left]);
+  EXPECT_EQ(image.luminance[right], draw({far}, camera).luminance[right]);
+  EXPECT_NE(image.luminance[left], image.luminance[right]);
+}
+
+TEST(EvaluationRender, ATriangleMayReachBehindTheCamera) {
+  // The ground from far in front to far behind: everything below the horizon.
+  const EvaluationImage image = draw({test::rectangle({-1000, -0.1f, -1000}, {2000, 0, 0}, {0, 0, 2000})}, camera_from({0, 0, 1}));
+  for (std::size_t pixel = 0; pixel < image.coverage.size(); ++pixel) ASSERT_EQ(image.coverage[pixel], pixel / 256 >= 128 ? 1 : 0) << pixel;
+}
+
+TEST(EvaluationRender, HolesOfTheMaskShowWhatIsBehindAndDoNotColour) {
+  // Left texel white, right texel black and a hole.
+  std::vector<Material> materials(1);
+  materials[0].image = 0;
+  materials[0].alpha_cutoff = 0.5f;
+  const std::vector<Image> images{{2, 1, {255, 255, 255, 255, 0, 0, 0, 0}}};
+  const auto looks = surface_looks(materials, images);
+  ASSERT_TRUE(looks) << looks.error().message();
+  EXPECT_NEAR((*looks)[0].albedo, 1.0, 1e-12);
+  EXPECT_EQ((*looks)[0].holes, (std::vector<std::uint8_t>{0, 1}));
+
+  Foliage foliage = test::plain_foliage({upright(-kHalfImage_m, -kHalfImage_m, kHalfImage_m, kHalfImage_m, 0)});
+  foliage.card_table[0].uv = {glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 1), glm::vec2(0, 1)};
+  const EvaluationImage image = render_evaluation(foliage_mesh(foliage), *looks, camera_from({0, 0, 1}), 64);
+  for (std::size_t pixel = 0; pixel < image.coverage.size(); ++pixel) {
+    ASSERT_EQ(image.coverage[pixel], pixel % 64 < 32 ? 1 : 0) << pixel;
+    ASSERT_EQ(image.luminance[pixel] == 255.0f, pixel % 64 >= 32) << pixel;
+  }
+  materials[0].image = kNone;
+  materials[0].base_color.a = 0.4f;
+  EXPECT_EQ(covered(render_evaluation(foliage_mesh(foliage), *surface_looks(materials, {}), camera_from({0, 0, 1}), 64)), 0u);
+}
+
+TEST(EvaluationRender, ColourIsTheMeanOfTheTexelsInLinearLight) {
+  std::vector<Material> materials(1);
+  materials[0].image = 0;
+  materials[0].base_color = {0.5f, 0.5f, 0.5f, 1.0f};
+  const auto looks = surface_looks(materials, {{2, 1, {255, 255, 255, 255, 0, 0, 0, 0}}});
+  ASSERT_TRUE(looks) << looks.error().message();
+  EXPECT_NEAR((*looks)[0].albedo, 0.25, 1e-12);
+  materials[0].image = 3;
+  EXPECT_FALSE(surface_looks(materials, {}));
+  materials[0].image = 0;
+  EXPECT_FALSE(surface_looks(materials, {{2, 1, {255}}}));
+}
+
+TEST(EvaluationDirections, AreUnitAndUniformAndAlwaysTheSame) {
+  const std::vector<glm::dvec3> directions = evaluation_directions(8000);
+  std::array<int, 8> octants{};
+  for (const glm::dvec3& d : directions) {
+    EXPECT_NEAR(glm::length(d), 1.0, 1e-12);
+    ++octants[(d.x > 0 ? 1u : 0u) + (d.y > 0 ? 2u : 0u) + (d.z > 0 ? 4u : 0u)];
+  }
+  for (const int count : octants) EXPECT_NEAR(count, 1000, 100);
+  EXPECT_EQ(evaluation_directions(24), std::vector<glm::dvec3>(directions.begin(), directions.begin() + 24));
+}
+
+TEST(EvaluationSphere, IsAboutTheBoxOfTheVertices) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {2, 0, 0}, {0, 4, 0}};
+  const Sphere sphere = evaluation_sphere(mesh);
+  EXPECT_EQ(sphere.center, glm::vec3(1, 2, 0));
+  EXPECT_NEAR(sphere.radius, std::sqrt(5.0), 1e-6);
+}
+
+}  // namespace
+}  // namespace coppice::bake

@@ -74,9 +74,10 @@ typedef struct coppice_jobs {
   void (*submit)(void* user, void (*function)(void* argument), void* argument);
 } coppice_jobs;
 
-/* File access. open and close are called from the thread that opens or closes a plant. read is called from the thread inside
- * coppice_frame_begin and must not block: it calls done(argument, bytes_read) once, from any thread, or inline. bytes_read < bytes, or
- * negative, means failure. `destination` stays valid until done is called. */
+/* File access, called from the thread inside coppice_plant_open, coppice_frame_begin or coppice_context_destroy; a file is closed once
+ * nothing of a closed plant is under way. read must not block: it calls done(argument, bytes_read) once, from any thread, or inline.
+ * bytes_read < bytes, or negative, means failure. `destination` stays valid until done is called. coppice_plant_open waits for its
+ * reads: done must not depend on the calling thread going on. */
 typedef struct coppice_io {
   void* user;
   int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* a handle >= 0, or negative on failure */

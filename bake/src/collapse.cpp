@@ -93,7 +93,7 @@ class Collapse {
 
   Merge step() {
     const std::uint32_t chosen = visibilities_.least();
-    octree_.candidates_of(chosen, options_.candidate_count, partners_);
+    octree_.cell_candidates_of(chosen, options_.candidate_count, partners_);
     if (candidates_.size() < partners_.size()) candidates_.resize(partners_.size());
     visibility_.owned_pixels(chosen, chosen_owned_);
     tbb::parallel_for(std::size_t{0}, partners_.size(), [&](std::size_t i) { weigh(chosen, partners_[i], candidates_[i]); });

@@ -15,7 +15,7 @@ inline constexpr std::uint32_t kMaxCandidateCount = 4096;
 struct CollapseOptions {
   std::uint32_t resolution_px = 256;  ///< item buffers are square; 1 .. kMaxResolutionPx
   bool count_background = true;       ///< the background is one more outcome, a_t is the whole image; else a_t is the visible foliage
-  std::uint32_t candidate_count = 8;  ///< N': partners that are weighed for a leaf, see LeafOctree; 1 .. kMaxCandidateCount
+  std::uint32_t candidate_count = 8;  ///< N': least number of leaves the enlarged cell holds, see LeafOctree; 1 .. kMaxCandidateCount
 };
 
 /// I(V,L) and the number of leaves it is of. The background, where it counts, is one of the outcomes summed.

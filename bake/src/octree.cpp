@@ -20,7 +20,7 @@ LeafOctree::LeafOctree(const Foliage& source, std::uint32_t id_count) : entries_
   }
   const std::uint32_t leaf_count = std::max(source.leaf_count(), 1u);
   const auto log2_ceiling = static_cast<std::uint32_t>(std::bit_width(leaf_count - 1));
-  depth_ = std::min(7u, 1 + (log2_ceiling + 2) / 3);
+  depth_ = std::min(7u, 2 + (log2_ceiling + 2) / 3);
   box_min_ = low;
   const double edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   cells_per_metre_ = edge > 0.0 ? static_cast<double>(1u << depth_) / edge : 0.0;
@@ -103,19 +103,30 @@ void LeafOctree::gather(std::uint32_t level, const Cell& cell, std::uint32_t cen
   }
 }
 
-void LeafOctree::candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates) {
-  Block block = block_round(id, 0, 0);
-  for (std::uint32_t step = 0; step < 2 * depth_; ++step) {
-    const Block smaller = block_round(id, depth_ - step / 2, step % 2);
-    if (count_in(smaller) > count) {  // the leaf itself is one of them
-      block = smaller;
-      break;
-    }
+void LeafOctree::gather_round(std::uint32_t id, std::uint32_t count) {
+  // The cell and 1, 2, 3 rings of neighbours, then 2 and 3 rings one level up, and so on to the root, which holds everything.
+  Block block = block_round(id, depth_, 0);
+  for (std::uint32_t rings = 1, level = depth_; level > 0 && count_in(block) <= count;) {  // the leaf itself is one of them
+    block = block_round(id, level, rings);
+    ++rings;
+    if (rings > 3) rings = 2, --level;
   }
+  if (count_in(block) <= count) block = block_round(id, 0, 0);
   gathered_.clear();
   for (std::uint32_t z = block.low[2]; z <= block.high[2]; ++z)
     for (std::uint32_t y = block.low[1]; y <= block.high[1]; ++y)
       for (std::uint32_t x = block.low[0]; x <= block.high[0]; ++x) gather(block.level, {x, y, z}, id);
+}
+
+void LeafOctree::cell_candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates) {
+  gather_round(id, count);
+  candidates.clear();
+  for (const Near& near : gathered_) candidates.push_back(near.id);
+  std::sort(candidates.begin(), candidates.end());
+}
+
+void LeafOctree::candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates) {
+  gather_round(id, count);
   const auto nearer = [](const Near& a, const Near& b) {
     return a.squared_distance != b.squared_distance ? a.squared_distance < b.squared_distance : a.id < b.id;
   };

@@ -15,12 +15,11 @@ namespace coppice::bake {
 /// An octree over the centroids of the live leaves.
 ///
 /// Cells: the root is the cube over box_min of the source vertices with the box's longest side as its edge. The deepest level is
-/// D = min(7, 1 + ceil(log2(leaf_count) / 3)), at least 1; a point's cell there is floor((p - box_min) / edge * 2^D) per axis, clamped to
+/// D = min(7, 2 + ceil(log2(leaf_count) / 3)); a point's cell there is floor((p - box_min) / edge * 2^D) per axis, clamped to
 /// [0, 2^D - 1], and half that, rounded down, one level up.
 ///
-/// Candidates of a leaf for a count N': for level D, D - 1, .. 0 take its cell; if that holds fewer than N' other leaves, its cell and
-/// the neighbours that touch it (up to 26); if that too holds fewer, go up a level. All other leaves if there are fewer than N'. Of the
-/// leaves in the cell so enlarged, the N' whose centroids are nearest, ties to the smaller id.
+/// The enlarged cell of a leaf for a count N': its cell at level D, then that with the 1, 2, 3 rings of cells around it, then its cell at
+/// level D - 1 with 2, 3 rings, and so on up: the first of these that holds at least N' other leaves. The whole plant if none does.
 class LeafOctree {
  public:
   /// source    gives box and depth and nothing else: the tree starts empty
@@ -30,7 +29,10 @@ class LeafOctree {
   void insert(std::uint32_t id, const glm::dvec3& centroid);
   void remove(std::uint32_t id);
 
-  /// candidates  replaced; nearest first
+  /// The paper's candidates: every other leaf of the enlarged cell. candidates  replaced; ascending
+  void cell_candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates);
+
+  /// Of those the `count` whose centroids are nearest, ties to the smaller id. candidates  replaced; nearest first
   void candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates);
 
  private:
@@ -53,6 +55,7 @@ class LeafOctree {
   [[nodiscard]] Cell cell_of(const glm::dvec3& point) const;
   [[nodiscard]] Block block_round(std::uint32_t id, std::uint32_t level, std::uint32_t rings) const;
   [[nodiscard]] std::uint32_t count_in(const Block& block) const;
+  void gather_round(std::uint32_t id, std::uint32_t count);
   void gather(std::uint32_t level, const Cell& cell, std::uint32_t centre_id);
   void change_counts(const Cell& cell, std::uint32_t change);
 

@@ -39,7 +39,7 @@ struct Grid {
     }
     edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
     const double log2_of_count = std::log2(static_cast<double>(source.leaf_count()));
-    depth = std::min(7, 1 + static_cast<int>(std::ceil(log2_of_count / 3.0)));
+    depth = std::min(7, 2 + static_cast<int>(std::ceil(log2_of_count / 3.0)));
   }
 
   [[nodiscard]] std::array<int, 3> cell(const glm::dvec3& point, int level) const {
@@ -53,30 +53,27 @@ struct Grid {
   }
 };
 
-std::vector<std::uint32_t> candidates_of(const Grid& grid, const NaivePlant& plant, std::uint32_t chosen, std::size_t count) {
-  const glm::dvec3 centre = centroid_of(plant.at(chosen).quad);
+/// Every other leaf within so many cells of the chosen one's, at that level.
+std::vector<std::uint32_t> others_within(const Grid& grid, const NaivePlant& plant, std::uint32_t chosen, int level, int rings) {
+  const std::array<int, 3> own = grid.cell(centroid_of(plant.at(chosen).quad), level);
   std::vector<std::uint32_t> region;
-  for (int level = grid.depth; level >= 0 && region.size() < count; --level) {
-    for (int rings = 0; rings <= 1 && region.size() < count; ++rings) {
-      region.clear();
-      const std::array<int, 3> own = grid.cell(centre, level);
-      for (const auto& [id, leaf] : plant) {
-        const std::array<int, 3> other = grid.cell(centroid_of(leaf.quad), level);
-        bool near = id != chosen;
-        for (std::size_t axis = 0; axis < 3; ++axis) near = near && std::abs(own[axis] - other[axis]) <= rings;
-        if (near) region.push_back(id);
-      }
-    }
+  for (const auto& [id, leaf] : plant) {
+    const std::array<int, 3> other = grid.cell(centroid_of(leaf.quad), level);
+    bool near = id != chosen;
+    for (std::size_t axis = 0; axis < 3; ++axis) near = near && std::abs(own[axis] - other[axis]) <= rings;
+    if (near) region.push_back(id);
   }
-  const auto squared_distance = [&](std::uint32_t id) {
-    const glm::dvec3 offset = centroid_of(plant.at(id).quad) - centre;
-    return glm::dot(offset, offset);
-  };
-  std::sort(region.begin(), region.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::make_pair(squared_distance(a), a) < std::make_pair(squared_distance(b), b);
-  });
-  if (region.size() > count) region.resize(count);
   return region;
+}
+
+/// The leaf's cell, enlarged until it holds at least `count` others: rings 0 to 3 at the deepest level, 2 and 3 at each coarser one.
+std::vector<std::uint32_t> candidates_of(const Grid& grid, const NaivePlant& plant, std::uint32_t chosen, std::size_t count) {
+  for (int level = grid.depth; level > 0; --level)
+    for (int rings = level == grid.depth ? 0 : 2; rings <= 3; ++rings) {
+      std::vector<std::uint32_t> region = others_within(grid, plant, chosen, level, rings);
+      if (region.size() >= count) return region;
+    }
+  return others_within(grid, plant, chosen, 0, 0);
 }
 
 /// Fig. 3 by trying every choice: the largest distance, then twice the largest summed distance, the first of equals.

@@ -28,21 +28,42 @@ Ids candidates(LeafOctree& octree, std::uint32_t id, std::uint32_t count) {
   return found;
 }
 
+Ids cell_candidates(LeafOctree& octree, std::uint32_t id, std::uint32_t count) {
+  Ids found;
+  octree.cell_candidates_of(id, count, found);
+  return found;
+}
+
 TEST(LeafOctree, GrowsCellByCellAndKeepsTheNearest) {
-  // Seven leaves in all: depth 1 + ceil(log2(7) / 3) = 2, cells of 2 m.
+  // Seven leaves in all: depth 2 + ceil(log2(7) / 3) = 3, cells of 1 m.
   const std::vector<glm::vec3> points{{0.1f, 0.1f, 0.1f}, {1.9f, 1.9f, 1.9f}, {2.1f, 0.1f, 0.1f},
                                       {3.9f, 3.9f, 3.9f}, {4.1f, 0.1f, 0.1f}, {7.9f, 7.9f, 7.9f}};
   LeafOctree octree(at(points), 6);
   for (std::uint32_t i = 0; i < 6; ++i) octree.insert(i, points[i]);
-  // One other is enough: the own cell has leaf 1, though leaf 2 is nearer.
+  // The own cell has no other; the first ring has leaf 1, though leaf 2 is nearer.
   EXPECT_EQ(candidates(octree, 0, 1), (Ids{1}));
-  // The neighbours bring 2 and 3.
+  EXPECT_EQ(cell_candidates(octree, 0, 1), (Ids{1}));
+  // The second ring brings 2, the third 3.
   EXPECT_EQ(candidates(octree, 0, 2), (Ids{2, 1}));
+  EXPECT_EQ(cell_candidates(octree, 0, 2), (Ids{1, 2}));
   EXPECT_EQ(candidates(octree, 0, 3), (Ids{2, 1, 3}));
-  // Level 1, cells of 4 m: the own cell has no more; its neighbours are everything.
+  // Level 2, cells of 2 m: two rings bring 4, the third 5.
   EXPECT_EQ(candidates(octree, 0, 4), (Ids{2, 1, 4, 3}));
+  EXPECT_EQ(cell_candidates(octree, 0, 4), (Ids{1, 2, 3, 4}));
   EXPECT_EQ(candidates(octree, 0, 5), (Ids{2, 1, 4, 3, 5}));
   EXPECT_EQ(candidates(octree, 0, 50), (Ids{2, 1, 4, 3, 5}));
+}
+
+/// The paper weighs everything in the enlarged cell, however much that is.
+TEST(LeafOctree, ACellOfManyGivesThemAll) {
+  const std::vector<glm::vec3> points(40, glm::vec3(4.5f));
+  LeafOctree octree(at(points), 40);
+  for (std::uint32_t i = 0; i < 40; ++i) octree.insert(i, points[i]);
+  Ids others;
+  for (std::uint32_t i = 0; i < 40; ++i)
+    if (i != 7) others.push_back(i);
+  EXPECT_EQ(cell_candidates(octree, 7, 8), others);
+  EXPECT_EQ(candidates(octree, 7, 8), (Ids{0, 1, 2, 3, 4, 5, 6, 8}));
 }
 
 TEST(LeafOctree, TiesGoToTheSmallerId) {

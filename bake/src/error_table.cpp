@@ -75,8 +75,8 @@ Result<Renderer> make_renderer(const BakedPlant& plant) {
   renderer.masks = std::move(masks);
   for (const Card& card : plant.card_table)
     renderer.card_luminance.push_back(mean_texel_luminance(plant.materials[card.material], plant.images, renderer.masks[card.material]));
-  COPPICE_TRY(views, viewpoints(kViewCount));
-  for (const Viewpoint& view : views) renderer.projections.push_back(make_projection(view, plant.sphere, kRenderedSizePx));
+  for (const Viewpoint& view : error_table_viewpoints())
+    renderer.projections.push_back(make_projection(view, plant.sphere, kRenderedSizePx));
   return renderer;
 }
 
@@ -140,6 +140,18 @@ std::vector<std::uint32_t> measured_leaf_counts(std::uint32_t leaf_count) {
 }
 
 }  // namespace
+
+std::vector<Viewpoint> error_table_viewpoints() {
+  static const glm::vec3 kAxis = glm::normalize(glm::vec3(0.36f, 0.48f, 0.80f));
+  constexpr float kCosine = 0.64f, kSine = 0.768375f;  // about 50 degrees
+  std::vector<Viewpoint> views;
+  for (const Viewpoint& view : *viewpoints(kViewCount)) {
+    const glm::vec3& d = view.direction;
+    const glm::vec3 turned = d * kCosine + glm::cross(kAxis, d) * kSine + kAxis * (glm::dot(kAxis, d) * (1.0f - kCosine));
+    views.push_back(viewpoint_towards(glm::normalize(turned)));
+  }
+  return views;
+}
 
 Sphere plant_sphere(const Foliage& foliage, const Mesh& wood) {
   glm::vec3 low = foliage.quads.front()[0], high = low;

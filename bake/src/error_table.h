@@ -8,6 +8,9 @@ namespace coppice::bake {
 /// Bounds of a plant: sphere about the centre of the box of leaf quads and wood.
 Sphere plant_sphere(const Foliage& foliage, const Mesh& wood);
 
+/// The six viewpoints the table is measured from: spread over the sphere, and turned so that no set of viewpoints() holds one of them.
+std::vector<Viewpoint> error_table_viewpoints();
+
 /// Renders about 24 cuts of the tree and the source at 512 px from six viewpoints that the collapse did not use, box-filters both down to
 /// each size, and tabulates the error in pixels: size_px * rmse / 255 of luminance over the image (ARCHITECTURE.md, "Error
 /// table"). Made monotone by a running maximum from the finest level down. Parallel over views; the result does not depend on it.

@@ -27,6 +27,16 @@ float alpha_cutoff(const tinygltf::Material& source, std::vector<std::string>& w
   return kBlendCutoff;
 }
 
+/// With an image the mask compares base_color.a * texel with the cutoff: the factor goes into the cutoff, so that whoever reads the texel
+/// alone sees the same holes.
+void fold_alpha(Material& material, std::vector<std::string>& warnings) {
+  if (material.image == kNone || material.alpha_cutoff == 0.0f) return;
+  if (material.base_color.a < material.alpha_cutoff)
+    warnings.push_back("material '" + material.name.substr(0, 64) + "' is wholly transparent: its base colour's alpha is below the cutoff");
+  material.alpha_cutoff = material.base_color.a > 0.0f ? std::min(1.0f, material.alpha_cutoff / material.base_color.a) : 1.0f;
+  material.base_color.a = 1.0f;
+}
+
 /// The model's image behind a texture, kNone when there is none.
 std::uint32_t image_of(const tinygltf::Model& model, int texture) {
   if (texture < 0) return kNone;
@@ -55,6 +65,7 @@ Material convert_material(const tinygltf::Model& model, std::uint32_t index, std
     material.base_color[c] = clamped(pbr.baseColorFactor[static_cast<std::size_t>(c)], 1.0f);
   material.image = image_of(model, pbr.baseColorTexture.index);
   material.alpha_cutoff = alpha_cutoff(source, warnings);
+  fold_alpha(material, warnings);
   material.roughness = clamped(pbr.roughnessFactor, 1.0f);
   material.double_sided = source.doubleSided;
   warn_of_texture_transform(source, warnings);

@@ -128,7 +128,14 @@ void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
                              " triangles: leaves that share vertices cannot be told apart");
 }
 
+/// A file's own names may hold control characters, which would split the line or reach the terminal.
+void replace_control_characters(std::string& line) {
+  for (char& c : line)
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+}
+
 void limit_warnings(std::vector<std::string>& warnings) {
+  for (std::string& warning : warnings) replace_control_characters(warning);
   if (warnings.size() <= kMaxWarnings) return;
   const std::size_t more = warnings.size() - kMaxWarnings;
   warnings.resize(kMaxWarnings);
@@ -161,8 +168,7 @@ Result<Plant> import_model(const tinygltf::Model& model, const ImportOptions& op
 Error named(Error error, const std::filesystem::path& path) {
   const std::string name = path.string();
   if (!error.detail.starts_with(name)) error.detail = error.detail.empty() ? name : name + ": " + error.detail;
-  for (char& c : error.detail)
-    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+  replace_control_characters(error.detail);
   return error;
 }
 

@@ -127,7 +127,7 @@ Indices simplify_piece(const Piece& piece, std::size_t target_count) {
   }
   if (simplified.size() / 3 > kStalled * target_count) {
     Indices clustered = cluster_vertices(piece, target_count);
-    if (area_m2(piece.positions, clustered) >= kLeastClusteredArea * piece.area_m2) simplified = std::move(clustered);
+    if (!clustered.empty() && area_m2(piece.positions, clustered) >= kLeastClusteredArea * piece.area_m2) simplified = std::move(clustered);
   }
   for (std::uint32_t& index : simplified) index = piece.vertices[index];
   return simplified;

@@ -321,18 +321,12 @@ TEST(CommandLine, ExportGivesExactlySoManyLeafQuads) {
   EXPECT_FALSE(fs::exists(refused));
 }
 
-/// The largest distance along an axis between two quads' corners, over the eight ways to go round a ring.
-float quad_distance(const coppice::bake::Quad& a, const std::array<glm::vec3, 4>& b) {
-  float best = 1e30f;
-  for (std::size_t turn = 0; turn < 8; ++turn) {
-    float worst = 0.0f;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const std::size_t j = turn < 4 ? (i + turn) % 4 : (turn + 4 - i) % 4;
-      for (int axis = 0; axis < 3; ++axis) worst = std::max(worst, std::abs(a[i][axis] - b[j][axis]));
-    }
-    best = std::min(best, worst);
-  }
-  return best;
+/// The largest distance between corresponding corners along an axis, in units of the box's side along that axis.
+float quad_distance(const coppice::bake::Quad& a, const std::array<glm::vec3, 4>& b, const glm::vec3& box) {
+  float worst = 0.0f;
+  for (std::size_t i = 0; i < 4; ++i)
+    for (int axis = 0; axis < 3; ++axis) worst = std::max(worst, std::abs(a[i][axis] - b[i][axis]) / box[axis]);
+  return worst;
 }
 
 TEST(CommandLine, ExportOfAllLeavesGivesTheSourceQuadsBack) {
@@ -356,17 +350,46 @@ TEST(CommandLine, ExportOfAllLeavesGivesTheSourceQuadsBack) {
     }
   }
   const glm::vec3 box = high - low;
-  const float tolerance = std::max({box.x, box.y, box.z}) / 16384.0f;
   std::vector<bool> taken(386, false);
   for (std::size_t leaf = 0; leaf < 386; ++leaf) {
     std::size_t nearest = 386;
     for (std::size_t i = 0; i < 386; ++i) {
       const auto* p = &exported->foliage.positions[4 * i];
-      if (!taken[i] && quad_distance(foliage->quads[leaf], {p[0], p[1], p[2], p[3]}) <= tolerance) nearest = i;
+      if (!taken[i] && quad_distance(foliage->quads[leaf], {p[0], p[1], p[2], p[3]}, box) <= 1.0f / 16384.0f) nearest = i;
     }
     ASSERT_LT(nearest, 386u) << "leaf " << leaf << " is not among the exported quads";
     taken[nearest] = true;
   }
+}
+
+TEST(CommandLine, AnOutputThatIsAnotherFileOfTheCommandIsRefused) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "mine.glb", output = folder / "mine.coppice";
+  fs::copy(baked().glb, plant);
+  const std::string before = read_bytes(plant);
+  expect_one_line_error(coppice_tool({"bake", plant, "-o", plant}), plant, "bake over its input");
+  expect_one_line_error(coppice_tool({"bake", plant, "-o", output, "--report", plant}), plant, "report over the input");
+  expect_one_line_error(coppice_tool({"bake", plant, "-o", output, "--report", output}), output, "report over the output");
+  expect_one_line_error(coppice_tool({"export", baked().coppice, "--leaves", "9", "-o", baked().coppice}), baked().coppice, "export");
+  EXPECT_EQ(read_bytes(plant), before);
+  EXPECT_FALSE(fs::exists(output));
+}
+
+TEST(CommandLine, AnOutputFolderThatIsNotThereIsNoticedBeforeTheWork) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "juniper.glb", output = folder / "nowhere" / "juniper.coppice";
+  ASSERT_EQ(coppice_tool({"plant", "juniper", "-o", plant}).exit_code, 0);
+  ProcessOptions options;
+  options.kill_after = std::chrono::seconds(2);  // a bake takes longer
+  expect_one_line_error(coppice_tool({"bake", plant, "-o", output}, options), output, "no such folder");
+}
+
+TEST(CommandLine, WoodAloneNeedsNoLeafCount) {
+  const TemporaryFolder folder;
+  const fs::path wood = folder / "wood.glb";
+  EXPECT_EQ(coppice_tool({"export", baked().coppice, "--part", "wood", "-o", wood}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(wood));
+  EXPECT_EQ(coppice_tool({"export", baked().coppice, "-o", wood}).exit_code, 2);
 }
 
 TEST(CommandLine, AKilledBakeLeavesTheOldFile) {

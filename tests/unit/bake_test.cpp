@@ -9,6 +9,8 @@
 #include "generate_plant.h"
 #include "gltf_write.h"
 #include "inspect.h"
+#include "leaf_quads.h"
+#include "naive_collapse.h"
 #include "plants_folder.h"
 #include "process.h"
 #include "tree_order.h"
@@ -71,6 +73,24 @@ TEST_F(BakeCorylus, FileHoldsThePlantAndTheReportDescribesIt) {
   const std::vector<std::uint32_t> levels = {308, 231, 154, 77, 38, 19, 9};  // floor(f N), as the paper's Table II has it
   for (std::size_t i = 0; i < levels.size(); ++i) EXPECT_EQ(report.level_information[i].leaf_count, levels[i]);
   EXPECT_GT(report.source_information.bits, 0.0);
+}
+
+TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
+  BakeOptions options;
+  for (const bool background : {true, false}) {
+    options.collapse.count_background = background;
+    BakeReport report;
+    const auto bytes = bake(glb_, options, kNoProgress, report);
+    ASSERT_TRUE(bytes) << bytes.error().message();
+
+    const auto plant = import_gltf(glb_, {});
+    ASSERT_TRUE(plant) << plant.error().message();
+    const auto foliage = fit_leaf_quads(*plant);
+    ASSERT_TRUE(foliage) << foliage.error().message();
+    const test::NaiveScene scene{*foliage, *alpha_masks(plant->materials, plant->images), *viewpoints(20), options.collapse};
+    const test::NaiveAreas areas = test::render_areas(scene, test::source_plant(scene));
+    EXPECT_NEAR(report.source_information.bits, test::information_by_definition(scene, areas), 1e-9) << "background " << background;
+  }
 }
 
 TEST_F(BakeCorylus, ProgressNeverFallsWithinAStage) {

@@ -1,6 +1,7 @@
 #include "error_table.h"
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <cmath>
 
@@ -45,7 +46,7 @@ TEST(ErrorTable, ErrorIsTheSideOfTheSquareOfWrongPixels) {
   ASSERT_EQ(table->leaf_counts, (std::vector<std::uint32_t>{1, 2}));
   ASSERT_EQ(table->sizes_px.back(), 512.0f);
 
-  const auto buffers = render_item_buffers(foliage, {{}}, {}, *viewpoints(6), 512);
+  const auto buffers = render_item_buffers(foliage, {{}}, {}, error_table_viewpoints(), 512);
   ASSERT_TRUE(buffers) << buffers.error().message();
   const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
   double mean_area = 0.0;
@@ -92,6 +93,13 @@ TEST(ErrorTable, HolesOfTheAlphaMaskAreNoError) {
   const auto table = measure_error_table(plant, kNoProgress);
   ASSERT_TRUE(table) << table.error().message();
   for (const float error : table->error_px) EXPECT_EQ(error, 0.0f);
+}
+
+TEST(ErrorTable, IsMeasuredFromViewsThatNoCollapseUses) {
+  for (std::uint32_t count = 1; count <= 128; ++count)
+    for (const Viewpoint& used : *viewpoints(count))
+      for (const Viewpoint& measured : error_table_viewpoints())
+        ASSERT_LT(glm::dot(used.direction, measured.direction), 0.999999f) << count << " views: within a twelfth of a degree";
 }
 
 TEST(PlantSphere, HoldsLeavesAndWood) {

@@ -1,20 +1,21 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "atomic_file.h"
 #include "bake.h"
 #include "commands.h"
 #include "progress_bar.h"
+#include "raster.h"
 
 namespace coppice::bake {
 namespace {
 
 struct BakeArguments {
   std::filesystem::path input, output, report;
-  std::string leaf_material;
+  std::string leaf_material, metric = "default", background = "on";
   BakeOptions options;
   bool quiet = false;
 };
@@ -43,7 +44,13 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
 
 int run(const BakeArguments& arguments) {
   BakeOptions options = arguments.options;
+  options.metric = arguments.metric == "mi" ? Metric::mi : Metric::default_metric;
+  options.collapse.count_background = arguments.background == "on";
   if (!arguments.leaf_material.empty()) options.import.leaf_material = arguments.leaf_material;
+
+  for (const auto& [output, others] : {std::pair{arguments.output, std::vector{arguments.input, arguments.report}},
+                                       std::pair{arguments.report, std::vector{arguments.input, arguments.output}}})
+    if (const auto possible = check_output(output, others); !output.empty() && !possible) return report_failure(output, possible.error());
 
   BakeReport report;
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
@@ -78,33 +85,40 @@ void add_bake_command(CLI::App& app, int* exit_code) {
       "Leaves are the connected pieces of the materials whose name says so (leaf, leaves, foliage, needle ... in several languages); "
       "everything else is wood.\n--leaf-material names them yourself:\n"
       "  coppice bake poplar.glb -o poplar.coppice --leaf-material '^Leaves$'");
-  command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required();
-  command->add_option("-o,--output", arguments->output, "The .coppice file to write; appears whole or not at all")->required();
-  const std::map<std::string, Metric> metrics = {{"default", Metric::default_metric}, {"mi", Metric::mi}};
+  command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb");
+  command->add_option("-o,--output", arguments->output, "The .coppice file to write; appears whole or not at all")
+      ->required()
+      ->type_name("OUT.coppice");
   command
       ->add_option(
-          "--metric", options.metric,
+          "--metric", arguments->metric,
           "What orders the collapses: mi is the paper's viewpoint mutual information; default is whatever measures best, at present mi")
-      ->transform(CLI::CheckedTransformer(metrics))
-      ->default_str("default");
+      ->check(CLI::IsMember({"default", "mi"}))
+      ->type_name("default|mi")
+      ->capture_default_str();
   command->add_option("--views", options.view_count, "Viewpoints; 20 is the paper's dodecahedron")
-      ->check(CLI::Range(1, 1024))
+      ->check(CLI::Range(1u, kMaxViewCount))
+      ->type_name("N")
       ->capture_default_str();
   command->add_option("--resolution", options.collapse.resolution_px, "Side of an item buffer in pixels")
-      ->check(CLI::Range(16, 2048))
+      ->check(CLI::Range(16u, kMaxResolutionPx))
+      ->type_name("PX")
       ->capture_default_str();
-  const std::map<std::string, bool> on_off = {{"on", true}, {"off", false}};
-  command->add_option("--background", options.collapse.count_background, "Count the background as one more outcome: on or off")
-      ->transform(CLI::CheckedTransformer(on_off))
-      ->default_str("on");
-  command->add_option("--candidates", options.collapse.candidate_count, "Partners considered for each collapse, at least")
-      ->check(CLI::Range(1, 1024))
+  command->add_option("--background", arguments->background, "Count the background as one more outcome")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->type_name("on|off")
       ->capture_default_str();
-  command->add_option("--leaf-material", arguments->leaf_material, "Regular expression: materials whose name it finds are leaves");
+  command->add_option("--candidates", options.collapse.candidate_count, "The octree cell of candidates grows until it holds so many")
+      ->check(CLI::Range(1u, kMaxCandidateCount))
+      ->type_name("N")
+      ->capture_default_str();
+  command->add_option("--leaf-material", arguments->leaf_material, "Materials whose name this regular expression finds are leaves")
+      ->type_name("REGEX");
   command->add_option("--threads", options.thread_count, "Worker threads; 0 for all. The result is the same for any number")
       ->check(CLI::Range(0, 1024))
+      ->type_name("N")
       ->capture_default_str();
-  command->add_option("--report", arguments->report, "Write times, sizes and foliage information to this JSON file");
+  command->add_option("--report", arguments->report, "Write times, sizes and foliage information to this JSON file")->type_name("F.json");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
 }

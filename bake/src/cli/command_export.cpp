@@ -1,10 +1,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <map>
 #include <memory>
 
 #include "atomic_file.h"
 #include "commands.h"
+#include "coppice/format.h"
 #include "gltf_write.h"
 #include "pack.h"
 #include "tree_order.h"
@@ -12,12 +12,10 @@
 namespace coppice::bake {
 namespace {
 
-enum class Part { foliage, wood, all };
-
 struct ExportArguments {
   std::filesystem::path input, output;
   std::uint32_t leaf_count = 0;
-  Part part = Part::all;
+  std::string part = "all";
 };
 
 /// A .coppice file keeps no material names. These tell leaves from wood, so that an exported cut can be baked again.
@@ -27,6 +25,8 @@ void name_materials(BakedPlant& plant) {
 }
 
 int run(const ExportArguments& arguments) {
+  if (const auto possible = check_output(arguments.output, {arguments.input}); !possible)
+    return report_failure(arguments.output, possible.error());
   const auto bytes = read_file(arguments.input);
   if (!bytes) return report_failure(arguments.input, bytes.error());
   auto plant = unpack(*bytes);
@@ -38,11 +38,12 @@ int run(const ExportArguments& arguments) {
 
   Mesh leaves;
   std::vector<GltfPart> parts;
-  if (arguments.part != Part::wood) {
+  if (arguments.part != "wood") {
     leaves = foliage_mesh(cut_foliage(plant->tree, plant->card_table, arguments.leaf_count));
     parts.push_back({"leaves", &leaves});
   }
-  if (arguments.part != Part::foliage && !plant->wood.lods.empty()) parts.push_back({"wood", &plant->wood.lods.front()});
+  if (arguments.part != "foliage" && !plant->wood.lods.empty()) parts.push_back({"wood", &plant->wood.lods.front()});
+  if (parts.empty()) return report_failure(arguments.input, Error{Status::invalid_argument, "the plant has no wood to export"});
   const auto written = write_glb(arguments.output, parts, plant->materials, plant->images);
   if (!written) return report_failure(arguments.output, written.error());
   std::printf("%s: %zu leaf quads, %zu wood triangles\n", arguments.output.c_str(), leaves.indices.size() / 6,
@@ -56,15 +57,18 @@ void add_export_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "Write one cut of a plant as plain glTF, for any engine");
   command->add_option("input", arguments->input, "A .coppice file")->required();
-  command->add_option("--leaves", arguments->leaf_count, "Leaf quads in the cut, 1 to the plant's leaf count")
-      ->required()
-      ->check(CLI::Range(std::uint32_t{1}, std::uint32_t{1} << 26));
-  const std::map<std::string, Part> parts = {{"foliage", Part::foliage}, {"wood", Part::wood}, {"all", Part::all}};
+  command->add_option("--leaves", arguments->leaf_count, "Leaf quads in the cut, 1 to the plant's leaf count; not needed for wood alone")
+      ->check(CLI::Range(1u, COPPICE_MAX_LEAVES))
+      ->type_name("M");
   command->add_option("--part", arguments->part, "foliage, wood (the finest) or all")
-      ->transform(CLI::CheckedTransformer(parts))
-      ->default_str("all");
+      ->check(CLI::IsMember({"foliage", "wood", "all"}))
+      ->type_name("PART")
+      ->capture_default_str();
   command->add_option("-o,--output", arguments->output, "The .glb to write")->required();
-  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+  command->callback([arguments, exit_code] {
+    if (arguments->part != "wood" && arguments->leaf_count == 0) throw CLI::RequiredError("--leaves");
+    *exit_code = run(*arguments);
+  });
 }
 
 }  // namespace coppice::bake

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "result.h"
 
@@ -23,6 +24,11 @@ void add_evaluate_command(CLI::App& app, int* exit_code);
 
 /// Prints "coppice: FILE: message" to stderr; returns 1, the exit code of every failure that is not a usage error.
 int report_failure(const std::filesystem::path& file, const Error& error);
+
+/// Refuses, before any work is done, an output that is one of the other files of the command or whose folder cannot be written to.
+/// others  empty paths are skipped
+/// errors  invalid_argument, io; name the path
+Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others);
 
 /// 1234567 -> "1.2 MB".
 std::string readable_bytes(std::uint64_t bytes);

@@ -1,7 +1,12 @@
 // The coppice command-line tool. One sub-command = one file in this folder.
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <new>
 
 #include "commands.h"
 #include "coppice/coppice.h"
@@ -15,6 +20,18 @@ int report_failure(const std::filesystem::path& file, const Error& error) {
   else
     std::fprintf(stderr, "coppice: %s: %s\n", file.c_str(), message.c_str());
   return 1;
+}
+
+Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others) {
+  std::error_code absent;
+  for (const std::filesystem::path& other : others)
+    if (!other.empty() && (output.lexically_normal() == other.lexically_normal() || std::filesystem::equivalent(output, other, absent)))
+      return Error{Status::invalid_argument, "would be overwritten: another file of this command has the same path", Error::kNoOffset,
+                   output.string()};
+  const std::filesystem::path folder = output.has_parent_path() ? output.parent_path() : std::filesystem::path(".");
+  if (access(folder.c_str(), W_OK) != 0)
+    return Error{Status::io, "cannot be written", Error::kNoOffset, output.string() + ": " + std::strerror(errno)};
+  return {};
 }
 
 std::string readable_bytes(std::uint64_t bytes) {
@@ -57,6 +74,12 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     app.exit(error);
     return 2;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "coppice: out of memory\n");
+    return 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "coppice: %s\n", error.what());
+    return 1;
   }
   return exit_code;
 }

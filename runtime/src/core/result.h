@@ -47,7 +47,8 @@ class [[nodiscard]] Result {
   explicit operator bool() const { return value_.has_value(); }
   T& operator*() & { return *checked(); }
   const T& operator*() const& { return *const_cast<Result*>(this)->checked(); }
-  T&& operator*() && { return std::move(*checked()); }
+  /// By value: `for (x : *make())` must not outlive what make() returned.
+  T operator*() && { return std::move(*checked()); }
   T* operator->() { return checked(); }
   const T* operator->() const { return const_cast<Result*>(this)->checked(); }
   [[nodiscard]] const Error& error() const { return error_; }

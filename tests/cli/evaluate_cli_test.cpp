@@ -44,6 +44,13 @@ TEST(EvaluateCommand, ErrorsAreOneLineAndUsageExitsWith2) {
   EXPECT_EQ(no_leaves.exit_code, 1);
   EXPECT_NE(no_leaves.err.find("wood"), std::string::npos) << no_leaves.err;
   EXPECT_FALSE(fs::exists(json));
+  const auto plant_bytes = fs::file_size(plant);
+  EXPECT_EQ(run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--json", plant}).exit_code, 1);
+  EXPECT_EQ(fs::file_size(plant), plant_bytes) << "the input was overwritten";
+  const ProcessResult nowhere =
+      run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--json", folder / "no/such.json"});
+  EXPECT_EQ(nowhere.exit_code, 1);
+  EXPECT_EQ(nowhere.out, "") << "it measured before it looked whether it can write";
 }
 
 }  // namespace

@@ -28,6 +28,10 @@ int run(const EvaluateArguments& arguments) {
     options.methods.push_back(*method);
   }
 
+  if (!arguments.json.empty())
+    if (const auto possible = check_output(arguments.json, {arguments.input}); !possible)
+      return report_failure(arguments.json, possible.error());
+
   ProgressBar bar(ProgressBar::Visibility::on_terminal);
   const auto report = evaluate(arguments.input, options, [&bar](const char* stage, double fraction) { bar.show(stage, fraction); });
   bar.clear();
@@ -58,19 +62,23 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       "rmse_64 and rmse_16 are of the same pictures box-filtered: what a distant viewer sees. Distances are shares of the box diagonal.\n"
       "The least error of a level is marked with *.\n"
       "  coppice evaluate willow.glb --methods default,geometric --levels .4,.1 --json willow.json");
-  command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required();
-  command->add_option("--methods", arguments->methods, "Simplifiers to compare, separated by commas")
+  command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb");
+  command->add_option("--methods", arguments->methods, "Simplifiers to compare")
       ->delimiter(',')
       ->check(CLI::IsMember(names))
+      ->type_name("A,B,...")
       ->capture_default_str();
-  command->add_option("--levels", arguments->options.fractions, "Levels of detail, as fractions of the leaves, separated by commas")
+  command->add_option("--levels", arguments->options.fractions, "Levels of detail, as fractions of the leaves")
       ->delimiter(',')
       ->check(CLI::Range(1e-9, 1.0))
+      ->type_name("F,F,...")
       ->capture_default_str();
-  command->add_option("--json", arguments->json, "Write the figures to this JSON file");
-  command->add_option("--leaf-material", arguments->leaf_material, "Regular expression: materials whose name it finds are leaves");
+  command->add_option("--json", arguments->json, "Write the figures to this JSON file")->type_name("F.json");
+  command->add_option("--leaf-material", arguments->leaf_material, "Materials whose name this regular expression finds are leaves")
+      ->type_name("REGEX");
   command->add_option("--threads", arguments->options.thread_count, "Worker threads; 0 for all. The figures are the same for any number")
       ->check(CLI::Range(0, 1024))
+      ->type_name("N")
       ->capture_default_str();
   command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
 }

@@ -73,14 +73,18 @@ class RuntimeTest : public VulkanTest {
 
   void create(const coppice_context_desc& with) { ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_; }
 
+  void begin(const coppice_view& view) {
+    coppice_frame frame;
+    coppice_frame_init(&frame);
+    frame.frame_number = ++frame_number_;
+    frame.completed_number = frame_number_ - 1;
+    frame.view = &view;
+    EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << log_;
+  }
+
   /// One frame on white, waited for.
   Picture frame(const coppice_view& view) {
-    coppice_frame begin;
-    coppice_frame_init(&begin);
-    begin.frame_number = ++frame_number_;
-    begin.completed_number = frame_number_ - 1;
-    begin.view = &view;
-    EXPECT_EQ(coppice_frame_begin(context_, &begin), COPPICE_OK) << log_;
+    begin(view);
     return draw_on_white(
         gpu(), view,
         [&](VkCommandBuffer cmd) {
@@ -88,6 +92,16 @@ class RuntimeTest : public VulkanTest {
           EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_OK) << log_;
         },
         [&](VkCommandBuffer cmd) { EXPECT_EQ(coppice_record_draw(context_, cmd, &view), COPPICE_OK) << log_; });
+  }
+
+  /// One frame of streaming: uploads and culls, draws nothing.
+  void pump(const coppice_view& view) {
+    begin(view);
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_OK) << log_;
+      EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_OK) << log_;
+    });
+    usleep(1000);
   }
 
   coppice_stats stats() {
@@ -217,6 +231,31 @@ TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
     EXPECT_GT(drawn_pixels(frame(view)), 100u);
     ASSERT_LE(stats().memory_bytes, small.memory_budget_bytes) << "frame " << i;
     usleep(1000);
+  }
+}
+
+/// Wherever the budget runs out within a block of the page pool, a camera that stands still comes to rest.
+TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
+  coppice_context_desc tight = desc();
+  tight.memory_budget_bytes = 14'000'000;
+  create(tight);
+  const coppice_placement placement = at(0.0f, 0.0f);
+  for (int i = 0; i < 6; ++i) {  // 36 pages; a block of the pool holds 16
+    coppice_plant plant = 0;
+    ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  }
+  coppice_view view = front_view();
+  view.lod = COPPICE_LOD_FULL;
+  for (std::uint64_t budget = 10'900'000; budget <= 12'000'000; budget += 100'000) {
+    ASSERT_EQ(coppice_set_memory_budget(context_, budget), COPPICE_OK);
+    for (int i = 0; i < 40; ++i) pump(view);
+    const coppice_stats settled = stats();
+    EXPECT_GT(settled.pages_wanted, 0u) << "the budget is not tight: " << budget;
+    for (int i = 0; i < 40; ++i) pump(view);
+    EXPECT_EQ(stats().pages_evicted, settled.pages_evicted) << budget;
+    EXPECT_EQ(stats().pages_loaded, settled.pages_loaded) << budget;
+    EXPECT_LE(stats().memory_bytes, budget);
   }
 }
 

@@ -231,9 +231,11 @@ void Renderer::drop_texture(std::uint32_t plant, std::uint32_t texture) {
   dropped = {};
 }
 
+// The pool's share is its slack, and never less than a block: if it dropped to what is allocated now, the page that takes the last free
+// slot would cost a block more than what was reserved for it, and be evicted for that in the next frame, again and again.
 std::uint64_t Renderer::overhead_bytes() const {
   const std::uint64_t unaccounted = device_.allocated_bytes - std::min(device_.allocated_bytes, charged_bytes_);
-  return unaccounted + pages_.next_growth_bytes();
+  return unaccounted + pages_.block_bytes() - std::min(pages_.slack_bytes(), pages_.block_bytes());
 }
 
 }  // namespace coppice::gpu

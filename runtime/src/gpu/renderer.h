@@ -106,7 +106,8 @@ class Renderer {
   void record_draw(VkCommandBuffer cmd, const coppice_view& view) const;
 
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }
-  /// Device memory now allocated, beyond what the caller was told to count for uploaded chunks, and what the next page may cost on top.
+  /// Device memory allocated beyond what the caller counts for uploaded chunks, the next block of the page pool included. Taking a page
+  /// slot never raises it.
   [[nodiscard]] std::uint64_t overhead_bytes() const;
   [[nodiscard]] std::uint64_t upload_room_bytes() const { return staging_.free_bytes(); }
   /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.

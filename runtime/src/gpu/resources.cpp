@@ -60,10 +60,14 @@ std::uint64_t PagePool::offset(std::uint32_t slot) const {
   return slot % block_pages_ * std::uint64_t{kPageNodes} * sizeof(Node);
 }
 
-std::uint64_t PagePool::next_growth_bytes() const {
-  for (const Block& block : blocks_)
-    if (!block.free_slots.empty()) return 0;
+std::uint64_t PagePool::block_bytes() const {
   return block_pages_ * std::uint64_t{kPageNodes} * sizeof(Node);
+}
+
+std::uint64_t PagePool::slack_bytes() const {
+  std::uint64_t free_slots = 0;
+  for (const Block& block : blocks_) free_slots += block.free_slots.size();
+  return free_slots * kPageNodes * sizeof(Node);
 }
 
 Result<std::uint32_t> PagePool::allocate(Device& device) {
@@ -76,7 +80,7 @@ Result<std::uint32_t> PagePool::allocate(Device& device) {
     return slot;
   }
   COPPICE_TRY(buffer, create_buffer(
-                          device, next_growth_bytes(),
+                          device, block_bytes(),
                           VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
                           MemoryKind::device));
   std::uint32_t index = 0;

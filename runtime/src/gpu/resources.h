@@ -74,8 +74,9 @@ class PagePool {
   [[nodiscard]] VkBuffer buffer(std::uint32_t slot) const { return blocks_[slot / block_pages_].buffer.buffer; }
   [[nodiscard]] std::uint64_t offset(std::uint32_t slot) const;
   [[nodiscard]] VkDeviceAddress address(std::uint32_t slot) const { return blocks_[slot / block_pages_].buffer.address + offset(slot); }
-  /// Bytes the device will lose when the next slot is taken: 0 while there is a free one.
-  [[nodiscard]] std::uint64_t next_growth_bytes() const;
+  [[nodiscard]] std::uint64_t block_bytes() const;
+  /// Bytes of slots that are allocated and free.
+  [[nodiscard]] std::uint64_t slack_bytes() const;
 
  private:
   struct Block {

@@ -70,6 +70,9 @@ COPPICE_CONST float kCoppiceWoodTrianglesPerSquare = 0.25f;
 /// node_split of a node that is never split.
 COPPICE_CONST uint kCoppiceNoSplit = 0xffffffffu;
 
+/// Cap of coppice_projected_size_px: far beyond any table, and small enough for every sum and conversion that follows.
+COPPICE_CONST float kCoppiceMaxSizePx = 16777216.0f;
+
 COPPICE_FN uint coppice_table_leaf_count(CoppiceTable table, uint level) {
   return COPPICE_TABLE_WORD(table, level);
 }
@@ -85,9 +88,10 @@ COPPICE_FN uint coppice_table_wood_triangles(CoppiceTable table, uint lod) {
 
 /// Projected diameter, px, of a sphere of radius_m whose centre is distance_m from the eye. The distance, not the depth: turning the head
 /// must not change a level. Nearer than near_m (> 0) counts as near_m, so from inside a crown the size is large and finite. focal_px  half
-/// the image height times clip_from_view[1][1]'s magnitude
+/// the image height times clip_from_view[1][1]'s magnitude. At most kCoppiceMaxSizePx, also where the arithmetic overflows.
 COPPICE_FN float coppice_projected_size_px(float distance_m, float radius_m, float near_m, float focal_px) {
-  return 2.0f * radius_m * focal_px / max(distance_m, near_m);
+  float size_px = 2.0f * radius_m * focal_px / max(distance_m, near_m);
+  return size_px < kCoppiceMaxSizePx ? size_px : kCoppiceMaxSizePx;  // in this order a NaN counts as large
 }
 
 /// Position of a size among the table's: i + t stands for a share t, in log size, of the way from sizes[i] to sizes[i + 1].
@@ -154,7 +158,8 @@ COPPICE_FN float coppice_leaf_count(CoppiceTable table, float size_px, float thr
 
 /// The whole cut that draws fractional m: its last split is under way. The slack keeps exp2(log2(n)) from costing a leaf.
 COPPICE_FN uint coppice_whole_leaf_count(float fractional) {
-  return uint(max(ceil(fractional * 0.999999f), 1.0f));
+  float whole = ceil(fractional * 0.999999f);
+  return whole > 1.0f ? uint(min(whole, 2147483648.0f)) : 1u;  // a NaN, from an error table that overflows, is 1
 }
 
 /// Whether a node belongs to cut(leaf_count): it exists (id < 2m - 1) and none of the first m - 1 splits replaced it.

@@ -102,7 +102,7 @@ struct Plant {
   uint wood_list_base;  // LoD i's instances are [base + i * wood_list_stride, ...)
   uint wood_list_stride;
   uint wood_lod_count;
-  uint wood_resident_mask;  // bit i: LoD i can be drawn. Bit wood_lod_count - 1 is always set when there is wood
+  uint wood_resident_mask;  // bit i: LoD i can be drawn. 0 until the coarsest has been uploaded
   uint wood_index_counts[kMaxWoodLods];
 };
 COPPICE_GPU_LAYOUT(Plant, 168);

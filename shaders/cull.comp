@@ -38,6 +38,8 @@ void draw_leaves(Plant plant, uint plant_index, uint slot, uint leaf_count) {
   uint node_count = 2 * leaf_count - 1;
   uint draw_count = (node_count + kNodesPerDraw - 1) / kNodesPerDraw;
   uint first = atomicAdd(leaf_counts[plant_index], draw_count);
+  // The count must not pass what the device draws at once; what took a place below the capacity keeps it.
+  if (first + draw_count > plant.leaf_command_capacity) atomicMin(leaf_counts[plant_index], plant.leaf_command_capacity);
   for (uint i = 0; i < draw_count && first + i < plant.leaf_command_capacity; ++i) {
     DrawCommand command;
     command.index_count = 6 * min(node_count - i * kNodesPerDraw, kNodesPerDraw);

@@ -151,12 +151,14 @@ coppice_view make_view(const CameraDesc& camera) {
   return view;
 }
 
-RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instances) : gpu_(gpu) {
+RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instances, const SceneOptions& options)
+    : gpu_(gpu), frames_may_fail_(options.allocate_memory != nullptr) {
   constexpr std::uint32_t kMaxPlants = 8;
-  const gpu::Device device = expect(gpu::open_device(gpu.instance, gpu.physical_device, gpu.device, vkGetInstanceProcAddr));
+  gpu::Device device = expect(gpu::open_device(gpu.instance, gpu.physical_device, gpu.device, vkGetInstanceProcAddr));
+  if (options.allocate_memory != nullptr) device.vk.vkAllocateMemory = options.allocate_memory;
   renderer_ = expect(gpu::Renderer::create({.device = device,
                                             .attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT},
-                                            .memory_budget_bytes = 64ull << 20,
+                                            .memory_budget_bytes = options.memory_budget_bytes,
                                             .max_instances = max_instances,
                                             .max_plants = kMaxPlants}));
   const coppice_allocator allocator{.user = nullptr,
@@ -213,7 +215,9 @@ void RendererScene::upload(VkCommandBuffer cmd) {
   renderer_->record_upload_begin(cmd);
   for (const Pending& pending : pending_) upload_plant(pending.index, pending.plant, pending.page_count);
   pending_.clear();
-  expect(renderer_->record_upload_end(instances_, residency_));
+  const auto ended = renderer_->record_upload_end(instances_, residency_);
+  upload_failed_ = !ended;
+  if (!frames_may_fail_) expect(ended);
 }
 
 Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const std::function<void(VkCommandBuffer)>& before,

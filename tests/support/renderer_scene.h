@@ -40,15 +40,23 @@ coppice_view make_view(const CameraDesc& camera);
 Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const std::function<void(VkCommandBuffer)>& before,
                       const std::function<void(VkCommandBuffer)>& inside);
 
+struct SceneOptions {
+  std::uint64_t memory_budget_bytes = 64ull << 20;
+  PFN_vkAllocateMemory allocate_memory = nullptr;  ///< instead of the device's; frames may then fail
+};
+
 class RendererScene {
  public:
-  RendererScene(const VulkanDevice& gpu, std::uint32_t max_instances);
+  RendererScene(const VulkanDevice& gpu, std::uint32_t max_instances, const SceneOptions& options = {});
 
   /// Uploads the first page_count pages (all of them if there are fewer), and all wood and textures unless page_count is 0.
   std::uint32_t add_plant(const DecodedPlant& plant, std::uint32_t page_count = 0xffffffffu);
   void place(std::uint32_t plant, const std::vector<coppice_placement>& placements);
   gpu::InstanceTable& instances() { return instances_; }
   [[nodiscard]] const std::vector<gpu::PlantResidency>& residency() const { return residency_; }
+
+  /// Whether record_upload_end failed in the last frame.
+  [[nodiscard]] bool upload_failed() const { return upload_failed_; }
 
   /// Uploads what is new and culls; the cut of every instance slot.
   std::vector<float> select(const coppice_view& view);
@@ -76,6 +84,7 @@ class RendererScene {
   };
   std::vector<Pending> pending_;
   std::uint32_t plant_count_ = 0;
+  bool frames_may_fail_ = false, upload_failed_ = false;
   std::uint64_t frame_ = 0;
 };
 

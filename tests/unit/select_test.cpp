@@ -108,10 +108,14 @@ TEST(LeafCount, KeepsTheThresholdItWasGiven) {
 TEST(ProjectedSize, IsTheDiameterAtItsDistance) {
   EXPECT_FLOAT_EQ(lod::coppice_projected_size_px(10.0f, 1.0f, 0.1f, 500.0f), 100.0f);
   EXPECT_FLOAT_EQ(lod::coppice_projected_size_px(0.0f, 1.0f, 0.5f, 500.0f), 2000.0f);
+  EXPECT_EQ(lod::coppice_projected_size_px(1.0f, 3e38f, 0.1f, 500.0f), lod::kCoppiceMaxSizePx) << "overflows";
+  EXPECT_EQ(lod::coppice_projected_size_px(INFINITY, 3e38f, 0.1f, 500.0f), lod::kCoppiceMaxSizePx) << "infinity by infinity";
 }
 
 TEST(WholeLeafCount, RoundsUpButNotByRounding) {
   EXPECT_EQ(lod::coppice_whole_leaf_count(0.0f), 1u);
+  EXPECT_EQ(lod::coppice_whole_leaf_count(NAN), 1u);
+  EXPECT_EQ(lod::coppice_whole_leaf_count(INFINITY), 1u << 31);
   EXPECT_EQ(lod::coppice_whole_leaf_count(1.0f), 1u);
   EXPECT_EQ(lod::coppice_whole_leaf_count(1.01f), 2u);
   EXPECT_EQ(lod::coppice_whole_leaf_count(100.00001f), 100u);

@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "select.h"
+
 namespace coppice::gpu {
+
+static_assert(kNeverSplit == lod::kCoppiceNoSplit && kPageSplits == COPPICE_PAGE_SPLITS && kPageNodes == 2 * COPPICE_PAGE_SPLITS);
 namespace {
 
 std::uint32_t snorm16(float value) {

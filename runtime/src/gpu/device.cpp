@@ -119,6 +119,8 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
   if (std::string missing = missing_features(opened.vk, physical_device); !missing.empty())
     return Error{Status::unsupported, "the device lacks features", Error::kNoOffset, missing};
   opened.max_storage_bytes = properties.limits.maxStorageBufferRange;
+  opened.max_draw_count = properties.limits.maxDrawIndirectCount;
+  opened.max_group_count = properties.limits.maxComputeWorkGroupCount[0];
   opened.vk.vkGetPhysicalDeviceMemoryProperties(physical_device, &opened.memory);
   return opened;
 }

@@ -14,6 +14,8 @@ struct Device {
   VkDevice device = VK_NULL_HANDLE;
   VkPhysicalDeviceMemoryProperties memory{};
   std::uint64_t max_storage_bytes = 0;  ///< of one storage buffer binding
+  std::uint32_t max_draw_count = 0;     ///< of one indirect draw
+  std::uint32_t max_group_count = 0;    ///< of one dispatch, in x
   std::uint64_t allocated_bytes = 0;    ///< of every vkAllocateMemory not yet freed
 };
 

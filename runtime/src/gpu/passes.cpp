@@ -21,13 +21,17 @@ Result<VkDescriptorSetLayout> create_set_layout(Device& device, std::span<const 
   return layout;
 }
 
+/// From this binding of the frame set on only the cull pass sees them: few devices promise ten storage buffers to each stage.
+constexpr std::uint32_t kFirstCullBinding = 6;
+constexpr VkShaderStageFlags kAllStages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+
 Result<void> create_layouts(Device& device, Passes& passes) {
   std::array<VkDescriptorSetLayoutBinding, kFrameBindingCount> frame{};
   for (std::uint32_t i = 0; i < kFrameBindingCount; ++i)
     frame[i] = {.binding = i,
                 .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
                 .descriptorCount = 1,
-                .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT};
+                .stageFlags = i < kFirstCullBinding ? kAllStages : VkShaderStageFlags{VK_SHADER_STAGE_COMPUTE_BIT}};
   COPPICE_TRY(frame_layout, create_set_layout(device, frame));
   passes.frame_set_layout = frame_layout;
   const VkDescriptorSetLayoutBinding texture{

@@ -39,6 +39,9 @@ Renderer::Renderer(const RendererDesc& desc) : device_(desc.device), desc_(desc)
 Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
   std::unique_ptr<Renderer> renderer(new (std::nothrow) Renderer(desc));
   if (!renderer) return Error{Status::out_of_memory, "renderer"};
+  if (desc.max_instances > std::uint64_t{renderer->device_.max_group_count} * kCullGroupSize)
+    return Error{Status::unsupported, "max_instances beyond what the device culls in one dispatch", Error::kNoOffset,
+                 std::to_string(desc.max_instances)};
   COPPICE_CHECK(create_passes(renderer->device_, desc.attachments, desc.pipeline_cache, renderer->passes_));
   COPPICE_TRY(staging, Staging::create(renderer->device_, kStagingBytes));
   renderer->staging_ = std::move(staging);
@@ -106,6 +109,7 @@ Result<void> Renderer::grow(Buffer& buffer, std::uint64_t bytes) {
   COPPICE_TRY(larger, create_buffer(device_, bytes, kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, MemoryKind::device));
   if (buffer.buffer != VK_NULL_HANDLE) garbage_.retire(frame_, buffer);
   buffer = larger;
+  frame_set_stale_ = true;
   return {};
 }
 
@@ -116,12 +120,14 @@ Result<void> Renderer::rebuild_frame_set() {
                                      fixed_.wood_commands.buffer, fixed_.counters.buffer}));
   if (frame_set_.pool != VK_NULL_HANDLE) garbage_.retire(frame_, frame_set_.pool);
   frame_set_ = set;
+  frame_set_stale_ = false;
   return {};
 }
 
 void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
   frame_ = frame_number;
   completed_ = completed_number;
+  drawable_ = false;
   garbage_.collect(device_, completed_);
   staging_.recycle(completed_);
   for (std::uint32_t slot = 0; slot < kReadbackSlots; ++slot) {

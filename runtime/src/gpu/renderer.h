@@ -85,9 +85,9 @@ class Renderer {
   /// Nothing of the plant may be drawn from the next upload on; its chunks must have been dropped.
   void remove_plant(std::uint32_t plant);
 
-  /// before / after: as coppice_record_upload. queue: graphics or compute.
+  /// before / after: as coppice_record_upload. queue: graphics.
   void record_upload_begin(VkCommandBuffer cmd);
-  /// errors  out_of_memory: nothing of the chunk is kept
+  /// errors  out_of_memory: the chunk is not there. Splits it patched into other nodes may be: cuts of what is resident do not reach them
   Result<void> upload_page(const PageUpload& upload);
   Result<void> upload_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
   /// bytes: a TEXTURE chunk. errors  bad_file: its size is not that of its mips; out_of_memory
@@ -171,6 +171,7 @@ class Renderer {
   Result<void> stage_texels(const Texture& texture, std::span<const std::uint8_t> texels);
   Result<void> stage_patches(PlantSlot& plant, std::span<const NodePatch> patches);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
+  void limit_draws();
   void fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency);
   void record_buffer_copies(std::vector<Copy>& copies);
   void record_texture_copies();
@@ -204,7 +205,8 @@ class Renderer {
   std::uint64_t frame_ = 0, completed_ = 0;
   std::uint32_t instance_slot_count_ = 0;
   bool once_staged_ = false;         ///< index buffer and default texture
-  bool drawable_ = false;            ///< the last record_upload_end succeeded
+  bool drawable_ = false;            ///< this frame's record_upload_end succeeded
+  bool frame_set_stale_ = false;     ///< a buffer of the frame set has been replaced
   std::uint64_t charged_bytes_ = 0;  ///< what the caller counts for uploaded chunks
 
   static constexpr std::uint32_t kReadbackSlots = 8;

@@ -69,6 +69,9 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
   std::memcpy(entry.data, &address, sizeof address);
   copies_.push_back({nodes.buffer, pages_.buffer(slot), {nodes.offset, pages_.offset(slot), upload.quads.size() * sizeof(Node)}});
   patches_.push_back({entry.buffer, plant.tables.buffer, {entry.offset, plant.pages_offset + upload.page * sizeof(uvec2), sizeof(uvec2)}});
+  // Where the table itself has not gone up yet, a copy of it in a later frame must not undo the patch.
+  if (!plant.pending_tables.empty())
+    std::memcpy(plant.pending_tables.data() + plant.pages_offset + upload.page * sizeof address, &address, sizeof address);
   plant.page_slots[upload.page] = slot;
   charged_bytes_ += kPageBytes;
   return {};
@@ -187,9 +190,51 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
   return {};
 }
 
+namespace {
+
+/// Most of the memory budget that draw commands may take: one part in this many.
+constexpr std::uint64_t kCommandShare = 8;
+
+/// Draws that hold a cut of this many leaves.
+std::uint64_t draws_of(std::uint32_t leaf_count) {
+  return (2 * std::uint64_t{leaf_count} - 1 + kNodesPerDraw - 1) / kNodesPerDraw;
+}
+
+/// The largest cut that this many draws hold.
+std::uint32_t leaves_of(std::uint64_t draws) {
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(draws * kNodesPerDraw / 2, 0xffffffffu));
+}
+
+}  // namespace
+
+// Every instance may draw its finest resident cut, so there is a command for each draw of each. Where those do not fit, the plants with the
+// most of them are drawn coarser; down to one draw an instance, which always fits.
+void Renderer::limit_draws() {
+  const auto commands = [&](std::size_t i) { return plant_counts_[i] * draws_of(records_[i].resident_leaf_count); };
+  const auto lower = [&](std::size_t i, std::uint64_t draws_each) {
+    records_[i].resident_leaf_count = std::min(records_[i].resident_leaf_count, leaves_of(std::max<std::uint64_t>(draws_each, 1)));
+  };
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < plants_.size(); ++i) {
+    if (plant_counts_[i] == 0) continue;
+    lower(i, device_.max_draw_count / plant_counts_[i]);
+    sum += commands(i);
+  }
+  const std::uint64_t share_bytes = std::min(desc_.memory_budget_bytes / kCommandShare, device_.max_storage_bytes);
+  while (sum > share_bytes / sizeof(DrawCommand)) {
+    std::size_t most = plants_.size();
+    for (std::size_t i = 0; i < plants_.size(); ++i)
+      if (plant_counts_[i] > 0 && draws_of(records_[i].resident_leaf_count) > 1 && (most == plants_.size() || commands(i) > commands(most)))
+        most = i;
+    if (most == plants_.size()) return;
+    const std::uint64_t others = sum - commands(most);
+    const std::uint64_t left = share_bytes / sizeof(DrawCommand) - std::min(share_bytes / sizeof(DrawCommand), others);
+    lower(most, std::max(draws_of(records_[most].resident_leaf_count) / 2, left / plant_counts_[most]));
+    sum = others + commands(most);
+  }
+}
+
 void Renderer::fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency) {
-  std::uint32_t command_base = 0;
-  std::uint32_t wood_base = 0;
   for (std::uint32_t i = 0; i < plants_.size(); ++i) {
     const PlantSlot& plant = plants_[i];
     plant_counts_[i] = plant.used ? instances.plant_count(i) : 0;
@@ -203,27 +248,30 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
       if (wood.index_count > 0) record.wood_resident_mask |= residency[i].wood_mask & 1u << lod;
       wood_templates_[i * kMaxWoodLods + lod] = {.index_count = wood.index_count};
     }
-    const std::uint32_t draws_each = (2 * record.resident_leaf_count - 1 + kNodesPerDraw - 1) / kNodesPerDraw;
-    record.leaf_command_base = command_base;
-    record.leaf_command_capacity = plant_counts_[i] * draws_each;
-    record.wood_list_base = wood_base;
-    record.wood_list_stride = plant_counts_[i];
-    command_base += record.leaf_command_capacity;
-    wood_base += plant_counts_[i] * record.wood_lod_count;
   }
-  leaf_command_count_ = command_base;
-  wood_list_count_ = wood_base;
+  limit_draws();
+  leaf_command_count_ = wood_list_count_ = 0;
+  for (std::uint32_t i = 0; i < plants_.size(); ++i) {
+    Plant& record = records_[i];
+    if (!plants_[i].used) continue;
+    record.leaf_command_base = static_cast<std::uint32_t>(leaf_command_count_);
+    record.leaf_command_capacity = static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(plant_counts_[i] * draws_of(record.resident_leaf_count), device_.max_draw_count));
+    record.wood_list_base = static_cast<std::uint32_t>(wood_list_count_);
+    record.wood_list_stride = plant_counts_[i];
+    leaf_command_count_ += record.leaf_command_capacity;
+    wood_list_count_ += std::uint64_t{plant_counts_[i]} * record.wood_lod_count;
+  }
 }
 
 Result<void> Renderer::reserve_draws() {
   const std::uint64_t command_bytes = leaf_command_count_ * sizeof(DrawCommand);
   const std::uint64_t list_bytes = wood_list_count_ * sizeof(std::uint32_t);
-  const bool commands_grow = command_bytes > leaf_commands_.size_bytes;
-  const bool list_grows = list_bytes > wood_list_.size_bytes;
-  if (!commands_grow && !list_grows) return {};
-  if (commands_grow) COPPICE_CHECK(grow(leaf_commands_, command_bytes + command_bytes / 4));
-  if (list_grows) COPPICE_CHECK(grow(wood_list_, list_bytes + list_bytes / 4));
-  return rebuild_frame_set();
+  const auto with_margin = [&](std::uint64_t bytes) { return std::max(bytes, std::min(bytes + bytes / 4, device_.max_storage_bytes)); };
+  if (command_bytes > leaf_commands_.size_bytes) COPPICE_CHECK(grow(leaf_commands_, with_margin(command_bytes)));
+  if (list_bytes > wood_list_.size_bytes) COPPICE_CHECK(grow(wood_list_, with_margin(list_bytes)));
+  // Also what a growth left behind that failed half way in an earlier frame.
+  return frame_set_stale_ ? rebuild_frame_set() : Result<void>();
 }
 
 Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency) {

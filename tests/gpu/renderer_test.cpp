@@ -1,0 +1,91 @@
+// The renderer where memory runs short: a frame may draw less or nothing, the next ones draw all.
+
+#include "renderer.h"
+
+#include <gtest/gtest.h>
+
+#include "random_tree.h"
+#include "renderer_scene.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 128;
+
+/// How many allocations still succeed.
+std::uint32_t allocations_left = 0;
+
+VKAPI_ATTR VkResult VKAPI_CALL allocate_while_some_are_left(VkDevice device, const VkMemoryAllocateInfo* info,
+                                                            const VkAllocationCallbacks* callbacks, VkDeviceMemory* memory) {
+  if (allocations_left == 0) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  --allocations_left;
+  return vkAllocateMemory(device, info, callbacks, memory);
+}
+
+class RendererTest : public VulkanTest {
+ protected:
+  void SetUp() override {
+    VulkanTest::SetUp();
+    allocations_left = 0xffffffffu;
+  }
+  [[nodiscard]] static std::unique_ptr<RendererScene> failing_scene() {
+    return std::make_unique<RendererScene>(gpu(), 4096, SceneOptions{.allocate_memory = allocate_while_some_are_left});
+  }
+};
+
+coppice_placement at(float x, float z) {
+  return {{x, 0.0f, z}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1.0f, 1.0f, 1.0f}};
+}
+
+coppice_view front_view() {
+  coppice_view view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  view.lod = COPPICE_LOD_FULL;
+  return view;
+}
+
+TEST_F(RendererTest, PagesOfAFrameThatFailedAreDrawnInTheNext) {
+  // The pages and the texture leave too little of the 8 MiB staging ring for the index buffer, which then needs memory of its own.
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 5000, .seed = 3, .texture_side = 1414}));
+  RendererScene reference(gpu(), 4096);
+  reference.place(reference.add_plant(plant), {at(0.0f, 0.0f)});
+  const Picture expected = reference.draw(front_view()).picture;
+
+  const auto scene = failing_scene();
+  scene->place(scene->add_plant(plant), {at(0.0f, 0.0f)});
+  allocations_left = 4;  // a block of the page pool, two wood LoDs, the texture
+  EXPECT_EQ(scene->draw(front_view()).counts.leaves, 0u);
+  EXPECT_TRUE(scene->upload_failed());
+  allocations_left = 0xffffffffu;
+  const RendererScene::Frame frame = scene->draw(front_view());
+  EXPECT_FALSE(scene->upload_failed());
+  EXPECT_EQ(frame.counts.leaves, 5000u);
+  EXPECT_TRUE(frame.picture.rgba == expected.rgba);
+}
+
+TEST_F(RendererTest, ABufferThatGrewBeforeAFailureIsTheOneThatIsRead) {
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 40, .seed = 3}));
+  const auto scene = failing_scene();
+  const std::uint32_t few = scene->add_plant(plant), many = scene->add_plant(plant);
+  scene->place(few, {at(0.0f, 0.0f)});
+  scene->place(many, std::vector<coppice_placement>(2000, at(0.0f, 0.0f)));
+  allocations_left = 8;  // a block of the page pool, four wood LoDs, two textures, the draw commands; not the wood lists
+  scene->draw(front_view());
+  EXPECT_TRUE(scene->upload_failed());
+  allocations_left = 0xffffffffu;
+  scene->instances().remove_plant(many);
+  EXPECT_EQ(scene->draw(front_view()).counts.leaves, 40u);
+}
+
+TEST_F(RendererTest, DrawCommandsKeepToAShareOfTheBudget) {
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 9000, .seed = 3, .wood_lod_count = 0, .texture_side = 0}));
+  RendererScene scene(gpu(), 4096, {.memory_budget_bytes = 1 << 20});
+  const std::uint32_t many = scene.add_plant(plant), one = scene.add_plant(plant);
+  scene.place(many, std::vector<coppice_placement>(4000, at(0.0f, 0.0f)));  // two draws each: 160,000 bytes of commands
+  scene.place(one, {at(0.0f, 0.0f)});
+  const std::vector<float> cuts = scene.select(front_view());
+  EXPECT_EQ(cuts[0], 8192.0f) << "what one draw holds";
+  EXPECT_EQ(cuts[4000], 9000.0f) << "a plant that takes little keeps its detail";
+}
+
+}  // namespace
+}  // namespace coppice::test

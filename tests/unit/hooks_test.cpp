@@ -1,6 +1,7 @@
 #include "hooks.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -135,6 +136,10 @@ TEST_F(DefaultIo, DoesNotOpenWhatIsNotAFile) {
   std::uint64_t bytes = 0;
   EXPECT_LT(io.open(io.user, (path_.string() + ".missing").c_str(), &bytes), 0);
   EXPECT_LT(io.open(io.user, std::filesystem::temp_directory_path().c_str(), &bytes), 0);
+  const std::string fifo = path_.string() + ".fifo";
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_LT(io.open(io.user, fifo.c_str(), &bytes), 0) << "and does not wait for a writer";
+  std::filesystem::remove(fifo);
 }
 
 TEST_F(DefaultIo, AFailingAllocatorFailsTheRead) {

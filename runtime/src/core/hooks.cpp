@@ -34,7 +34,7 @@ void submit_to_pool(void* user, void (*function)(void* argument), void* argument
 }
 
 std::int64_t open_file(void*, const char* path, std::uint64_t* file_bytes) {
-  const int file = ::open(path, O_RDONLY | O_CLOEXEC);
+  const int file = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a FIFO would wait for its writer
   if (file < 0) return -1;
   struct stat status {};
   if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {

@@ -13,6 +13,7 @@ struct coppice_context {
 namespace {
 
 using coppice::Error;
+using Recording = coppice::Context::Recording;
 using coppice::Result;
 using coppice::Status;
 
@@ -62,10 +63,13 @@ const char* view_problem(const coppice_view* view) {
   return nullptr;
 }
 
+/// What lies beyond is a mistake, and would overflow what is computed from it.
+constexpr float kMaxScale = 1e6f;
+
 bool is_placement(const coppice_placement& placement) {
   const float* q = placement.rotation;
   const float length_squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-  return all_finite(placement.position, 3) && all_finite(placement.tint, 3) && std::isfinite(placement.scale) && placement.scale > 0.0f &&
+  return all_finite(placement.position, 3) && all_finite(placement.tint, 3) && placement.scale > 0.0f && placement.scale <= kMaxScale &&
          std::abs(length_squared - 1.0f) < 0.01f;
 }
 
@@ -130,7 +134,7 @@ coppice_status coppice_plant_open(coppice_context* context, const char* path, co
   if (context == nullptr || path == nullptr || plant == nullptr) return invalid(context, __func__, "path or plant is null");
   *plant = 0;
   auto opened = context->context->open_plant(path);
-  if (!opened) return fail(context->context->log(), __func__, opened.error());
+  if (!opened) return static_cast<coppice_status>(opened.error().status);  // the log has it, with the path
   *plant = *opened;
   return COPPICE_OK;
 }
@@ -173,7 +177,7 @@ coppice_status coppice_instance_move(coppice_context* context, coppice_instance 
 
 coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count) {
   if (context == nullptr || (instances == nullptr && count > 0)) return invalid(context, __func__, "instances is null");
-  // A handle given twice is caught as well: the first removal ends it, and what is not live is refused before anything is removed.
+  // A handle given twice is removed once. What is not live is refused before anything is removed.
   for (uint32_t i = 0; i < count; ++i)
     if (!context->context->instances().is_live(instances[i])) return invalid(context, __func__, "no such instance; none was removed");
   for (uint32_t i = 0; i < count; ++i)
@@ -208,19 +212,23 @@ coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame
 
 coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd) {
   if (context == nullptr || cmd == VK_NULL_HANDLE) return invalid(context, __func__, "cmd is null");
-  if (!context->context->frame_begun()) return invalid(context, __func__, "no frame has begun");
+  if (context->context->recording() != Recording::begun) return invalid(context, __func__, "not the first call since coppice_frame_begin");
   return finish(context, __func__, context->context->record_upload(cmd));
 }
 
 coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view) {
   if (context == nullptr || cmd == VK_NULL_HANDLE) return invalid(context, __func__, "cmd is null");
   if (const char* problem = view_problem(view)) return invalid(context, __func__, problem);
+  if (context->context->recording() < Recording::uploaded)
+    return invalid(context, __func__, "coppice_record_upload was not called for this frame");
   return finish(context, __func__, context->context->record_cull(cmd, *view));
 }
 
 coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view) {
   if (context == nullptr || cmd == VK_NULL_HANDLE) return invalid(context, __func__, "cmd is null");
   if (const char* problem = view_problem(view)) return invalid(context, __func__, problem);
+  if (context->context->recording() < Recording::culled)
+    return invalid(context, __func__, "coppice_record_cull was not called for this frame");
   context->context->record_draw(cmd, *view);
   return COPPICE_OK;
 }

@@ -53,6 +53,7 @@ Result<coppice_plant> Context::open_plant(const char* path) {
   COPPICE_TRY(index, streamer_->open_plant(path));
   const PlantFile& file = streamer_->file(index);
   if (auto added = renderer_->add_plant(index, file, streamer_->lod_words(index)); !added) {
+    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", path, added.error().message().c_str());
     streamer_->close_plant(index);
     return added.error();
   }
@@ -105,6 +106,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   COPPICE_TRY(view, demand_view(*frame.view));
   view.lod.full = frame.view->lod == COPPICE_LOD_FULL;
   frame_number_ = frame.frame_number;
+  recording_ = Recording::begun;
   renderer_->begin_frame(frame.frame_number, frame.completed_number);
   streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes());
   measure_demand(instances_.spheres(), view, demands_);
@@ -149,17 +151,15 @@ void Context::upload_decoded() {
   for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->upload_room_bytes())) {
     const ChunkId id = chunk.id;
     if (!streamer_->awaits_upload(id)) continue;  // an earlier page of its plant failed
-    if (auto uploaded = upload_chunk(chunk); uploaded) {
+    if (auto uploaded = upload_chunk(chunk); uploaded)
       streamer_->uploaded(id);
-    } else {
-      log_line(log(), COPPICE_LOG_ERROR, "plant %u, %s %u: %s", id.plant, chunk_kind_name(id.kind), id.index,
-               uploaded.error().message().c_str());
-      streamer_->upload_failed(id);
-    }
+    else
+      streamer_->upload_failed(id, uploaded.error());
   }
 }
 
 Result<void> Context::record_upload(VkCommandBuffer cmd) {
+  recording_ = Recording::uploaded;
   renderer_->record_upload_begin(cmd);
   upload_decoded();
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant) {
@@ -173,6 +173,7 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
 Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view) {
   COPPICE_TRY(demand, demand_view(view));
   demand.lod.full = view.lod == COPPICE_LOD_FULL;
+  recording_ = Recording::culled;
   renderer_->record_cull(cmd, view, demand.lod);
   return {};
 }

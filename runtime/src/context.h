@@ -25,6 +25,7 @@ class Context {
 
   void set_memory_budget(std::uint64_t bytes) { streamer_->set_memory_budget(bytes); }
 
+  /// errors  as coppice_plant_open, logged already
   Result<coppice_plant> open_plant(const char* path);
   [[nodiscard]] bool is_open(coppice_plant plant) const;
   /// plant: open, here and below
@@ -39,7 +40,9 @@ class Context {
   Result<void> record_upload(VkCommandBuffer cmd);
   Result<void> record_cull(VkCommandBuffer cmd, const coppice_view& view);
   void record_draw(VkCommandBuffer cmd, const coppice_view& view) { renderer_->record_draw(cmd, view); }
-  [[nodiscard]] bool frame_begun() const { return frame_number_ > 0; }
+  /// How far the frame's recording has come: each step needs the one before it in the same frame.
+  enum class Recording : std::uint8_t { none, begun, uploaded, culled };
+  [[nodiscard]] Recording recording() const { return recording_; }
 
   void fill_stats(coppice_stats& stats) const;
   [[nodiscard]] const coppice_log& log() const { return hooks_.hooks.log; }
@@ -64,6 +67,7 @@ class Context {
   std::vector<gpu::PlantResidency> residency_;
   std::vector<gpu::NodePatch> patches_;
   std::uint64_t frame_number_ = 0;
+  Recording recording_ = Recording::none;
   std::unique_ptr<Streamer> streamer_;  ///< last: its destructor waits for jobs that use the rest
 };
 

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -259,23 +260,51 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
   }
 }
 
+TEST_F(RuntimeTest, AFrameIsRecordedInOrder) {
+  create(desc());
+  const coppice_view view = front_view();
+  const auto refused = [&](VkCommandBuffer cmd) {
+    EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(coppice_record_draw(context_, cmd, &view), COPPICE_ERROR_INVALID_ARGUMENT);
+  };
+  submit(gpu(), [&](VkCommandBuffer cmd) {
+    EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_ERROR_INVALID_ARGUMENT) << "no frame has begun";
+    refused(cmd);
+  });
+  frame(view);
+  submit(gpu(), [&](VkCommandBuffer cmd) {
+    EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_ERROR_INVALID_ARGUMENT) << "the frame before has had its upload";
+    begin(view);
+    refused(cmd);
+  });
+  EXPECT_NE(log_.find("coppice_record_upload was not called"), std::string::npos) << log_;
+}
+
 TEST_F(RuntimeTest, WrongArgumentsAreRefused) {
   coppice_context_desc wrong = desc();
   wrong.color_format = VK_FORMAT_UNDEFINED;
   EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(context_, nullptr);
   EXPECT_NE(log_.find("color_format"), std::string::npos) << log_;
+  wrong = desc();
+  wrong.max_instances = 0xffffffffu;
+  log_.clear();
+  EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_UNSUPPORTED);
+  EXPECT_NE(log_.find("max_instances"), std::string::npos) << log_;
   create(desc());
   coppice_plant plant = 0;
   EXPECT_EQ(coppice_plant_open(context_, "/nonexistent/plant.coppice", &plant), COPPICE_ERROR_IO);
   EXPECT_EQ(plant, 0u);
   EXPECT_NE(log_.find("/nonexistent/plant.coppice"), std::string::npos) << log_;
+  EXPECT_EQ(std::ranges::count(log_, '\n'), 2) << "one line for each error\n" << log_;
   coppice_view view = front_view();
   view.error_px = 0.0f;
   EXPECT_EQ(coppice_record_cull(context_, reinterpret_cast<VkCommandBuffer>(this), &view), COPPICE_ERROR_INVALID_ARGUMENT);
   ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
   coppice_placement flat = at(0.0f, 0.0f);
   flat.scale = 0.0f;
+  EXPECT_EQ(coppice_instances_add(context_, plant, &flat, 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+  flat.scale = 1e38f;
   EXPECT_EQ(coppice_instances_add(context_, plant, &flat, 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
   const std::vector<coppice_placement> too_many(4097, at(0.0f, 0.0f));
   EXPECT_EQ(coppice_instances_add(context_, plant, too_many.data(), 4097, nullptr), COPPICE_ERROR_OUT_OF_MEMORY);

@@ -349,6 +349,53 @@ TEST_F(StreamerTest, OverheadOfTheGpuSideCountsAndEvicts) {
   EXPECT_EQ(streamer->state(plant).resident_page_count, 6u);
 }
 
+TEST_F(StreamerTest, NothingGoesForAChunkThatCouldNotComeInEvenThen) {
+  bake::PackSizes sizes;
+  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 1024}), sizes);
+  start();
+  std::vector<PlantDemand> demands;
+  for (int i = 0; i < 44; ++i) {  // the first 16 are worth less than the texture, the others more
+    open("a");
+    demands.push_back(demand_of(5000.0f, i < 16 ? 1.0f : 1e9f));
+  }
+  for (int i = 0; i < 200 && (i < 3 || streamer->stats().chunks_wanted > 0); ++i) frames(1, demands);
+  ASSERT_EQ(streamer->stats().chunks_wanted, 0u);
+  const std::uint32_t poster = open("poster");
+  demands.push_back(demand_of(5000.0f, 1e4f));
+  const std::uint64_t texture_bytes = 2 * find_chunk(streamer->file(poster), COPPICE_CHUNK_TEXTURE, 0)->bytes;
+  const std::uint64_t full = streamer->stats().memory_bytes;
+  // More than 64 pages are worth less, but all of them together are too little.
+  ASSERT_GT(texture_bytes, 16 * 6 * 70000u);
+  ASSERT_LT(texture_bytes, 44 * 5 * 55000u);
+  for (const std::uint64_t budget : {full, full - (2u << 20)}) {
+    streamer->set_memory_budget(budget);
+    frames(20, demands);
+    const std::uint64_t evicted = streamer->stats().chunks_evicted;
+    frames(20, demands);
+    EXPECT_EQ(streamer->stats().chunks_evicted, evicted);
+    EXPECT_EQ(streamer->state(poster).resident_texture_count, 0u);
+    EXPECT_TRUE(budget < full || evicted == 0) << evicted;
+  }
+}
+
+TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
+  bake::PackSizes sizes;
+  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 1024}), sizes);
+  start();
+  std::vector<PlantDemand> demands;
+  for (int i = 0; i < 40; ++i) {
+    open("a");
+    demands.push_back(demand_of(5000.0f));
+  }
+  for (int i = 0; i < 200 && (i < 3 || streamer->stats().chunks_wanted > 0); ++i) frames(1, demands);
+  const std::uint32_t poster = open("poster");
+  demands.push_back(demand_of(5000.0f, 1e6f));
+  streamer->set_memory_budget(streamer->stats().memory_bytes);
+  frames(20, demands);
+  EXPECT_EQ(streamer->state(poster).resident_texture_count, 1u);
+  EXPECT_GT(streamer->stats().chunks_evicted, 64u);
+}
+
 class BadPage : public StreamerTest {
  protected:
   /// Page 2 is the bad one.
@@ -401,12 +448,36 @@ TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
     if (chunk.id.kind != ChunkKind::page) continue;
     EXPECT_EQ(streamer->awaits_upload(chunk.id), chunk.id.index <= 3);
     if (chunk.id.index < 3) streamer->uploaded(chunk.id);
-    if (chunk.id.index == 3) streamer->upload_failed(chunk.id);
+    if (chunk.id.index == 3) streamer->upload_failed(chunk.id, {Status::unsupported, "too large"});
   }
   frames(10, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(plant).resident_page_count, 3u);
   EXPECT_EQ(streamer->stats().chunks_failed, 1u);
   EXPECT_LT(streamer->stats().memory_bytes, decoded_bytes - 2 * 32768);
+}
+
+TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
+  start();
+  const std::uint32_t plant = open("a");
+  gpu->uploads = false;
+  for (int round = 0; round < 2; ++round) {  // what is pinned first; then a page in the middle, a wood LoD and the texture
+    frames(10, {demand_of(5000.0f)});
+    for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) {
+      if (!streamer->awaits_upload(chunk.id)) continue;
+      if (chunk.id.kind == ChunkKind::page && chunk.id.index < 3 * static_cast<std::uint32_t>(round))
+        streamer->uploaded(chunk.id);
+      else
+        streamer->upload_failed(chunk.id, {Status::out_of_memory, "device memory"});
+    }
+    EXPECT_EQ(streamer->state(plant).resident_page_count, 3u * static_cast<std::uint32_t>(round));
+    frames(40, {demand_of(5000.0f)});
+  }
+  for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) streamer->uploaded(chunk.id);
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
+  EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u);
+  EXPECT_EQ(streamer->stats().chunks_failed, 0u);
+  EXPECT_EQ(log.lines.size(), 2u) << "one line for each time the device had nothing";
 }
 
 TEST_F(StreamerTest, TakesUploadsInPortions) {
@@ -504,6 +575,22 @@ TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
   EXPECT_GT(attempts, 2) << "nothing is reused before the GPU is done with it";
   EXPECT_LE(streamer->stats().memory_bytes, budget);
   EXPECT_LT(streamer->state(plant).resident_page_count, 6u);
+}
+
+TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
+  start();
+  const std::uint32_t plant = open("a");
+  frames(20, {demand_of(300.0f)});
+  ASSERT_EQ(streamer->state(plant).resident_texture_count, 1u);
+  const std::uint64_t loaded = streamer->stats().chunks_loaded;
+  streamer->set_memory_budget(streamer->stats().memory_bytes + 1000);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(streamer->open_plant("b").error().status, Status::out_of_memory);
+    frames(5, {demand_of(300.0f)});
+  }
+  EXPECT_NE(log.lines.back().find("more than all there is to free"), std::string::npos) << log.lines.back();
+  EXPECT_TRUE(gpu->evicted.empty());
+  EXPECT_EQ(streamer->stats().chunks_loaded, loaded);
 }
 
 /// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more.

@@ -13,6 +13,9 @@
  *     coppice_record_draw(context, cmd, &view);          inside dynamic rendering
  *     vkCmdEndRendering(cmd);
  *
+ * Each of these is called once a frame, in this order; culling and drawing may be repeated for another view. All of a context's commands
+ * go to one graphics queue, in the order of their frames, and what record_upload recorded must be submitted: Coppice counts on it.
+ *
  * Units and axes: metres, right-handed, +Y up (glTF's). Matrices are column-major; view space looks down -Z; clip space is Vulkan's
  * (y down, depth 0..1, reversed depth allowed: see depth_compare).
  *
@@ -57,7 +60,9 @@ typedef uint64_t coppice_instance; /* index + generation; 0 is never an instance
 
 /* ---- hooks ---------------------------------------------------------------------------------------------------------------------- */
 
-/* Memory for everything the context allocates on the CPU for plants, pages and instances. Called from any thread that runs a job or
+/* Memory for what grows with plants, pages and instances: chunks as read and as decoded, instances, the streamer's tables. Not through
+ * it, and not counted by the budget: Draco's scratch while a chunk is decoded, decoded wood until its upload, a plant's parsed header and
+ * tables, the context itself. Called from any thread that runs a job or
  * calls the context. Must return memory aligned to `align` (a power of two) or null, which makes the operation fail with
  * COPPICE_ERROR_OUT_OF_MEMORY. Must not call back into Coppice. Must outlive the context. */
 typedef struct coppice_allocator {
@@ -113,11 +118,12 @@ typedef struct coppice_context_desc {
   VkPipelineCache pipeline_cache; /* may be null */
 
   VkFormat color_format; /* of the attachment coppice_record_draw draws to; shaded colour is linear */
-  VkFormat depth_format;
+  VkFormat depth_format; /* depth alone: no stencil attachment may be bound while drawing */
   VkCompareOp depth_compare; /* default VK_COMPARE_OP_GREATER_OR_EQUAL: reversed depth */
   VkSampleCountFlagBits samples;
 
-  uint64_t memory_budget_bytes; /* for everything: GPU buffers and images, staging, decoded pages. Default 256 MiB */
+  uint64_t memory_budget_bytes; /* GPU buffers and images, staging, decoded pages, tables; see coppice_allocator for what is
+                                   not counted. Default 256 MiB */
   uint32_t max_instances;       /* default 131072; the instance buffer is allocated at creation */
   uint32_t max_plants;          /* default 64 */
 
@@ -156,7 +162,7 @@ typedef struct coppice_plant_info {
   char name[64];
 } coppice_plant_info;
 
-/* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for that one read, so call it
+/* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for two reads, the header and the front, so call it
  * while loading or from a thread of your own with the context serialised. Finer detail streams in by itself. */
 coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);
 
@@ -171,7 +177,7 @@ coppice_status coppice_plant_get_info(const coppice_context* context, coppice_pl
 /* Where one plant stands. world = position + rotation * (scale * object). */
 typedef struct coppice_placement {
   float position[3]; /* metres */
-  float scale;       /* > 0 */
+  float scale;       /* > 0, at most 1e6 */
   float rotation[4]; /* unit quaternion x y z w */
   float tint[3];     /* multiplies leaf colour; 1 1 1 for none */
 } coppice_placement;
@@ -221,15 +227,19 @@ void coppice_frame_init(coppice_frame* frame);
 coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame);
 
 /* Records copies of changed instances and newly decoded pages.
- * before: nothing. after: everything visible to coppice_record_cull and _draw of the same command buffer. queue: graphics or compute. */
+ * before: coppice_frame_begin, once for each call. after: everything visible to coppice_record_cull and _draw. queue: graphics.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY: nothing is drawn in
+ * this frame; the commands must be submitted all the same, and the next frame tries again. */
 coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd);
 
-/* Records culling and cut selection for every instance. Outside a render pass, after record_upload. queue: graphics or compute.
+/* Records culling and cut selection for every instance. Outside a render pass. queue: graphics.
+ * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT.
  * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
 coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view);
 
 /* Records the draws. Inside dynamic rendering with the formats of the desc; sets viewport and scissor to the view's size, binds its own
- * pipelines and descriptor sets (the engine must rebind its own). queue: graphics. */
+ * pipelines and descriptor sets (the engine must rebind its own). queue: graphics.
+ * before: coppice_record_cull in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT. */
 coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view);
 
 /* ---- statistics ----------------------------------------------------------------------------------------------------------------- */
@@ -245,7 +255,7 @@ typedef struct coppice_stats {
   uint64_t memory_budget_bytes;
   uint64_t memory_bytes; /* in use now: GPU, staging and decoded pages */
   uint64_t memory_peak_bytes;
-  uint64_t pages_loaded; /* since creation; foliage pages and wood LoDs */
+  uint64_t pages_loaded; /* since creation; foliage pages, wood LoDs and textures, here and below */
   uint64_t pages_evicted;
   uint64_t pages_failed;
   uint32_t pages_in_flight; /* reading or decoding */

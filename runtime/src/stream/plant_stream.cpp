@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <new>
 
 #include "check.h"
@@ -190,6 +191,7 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
 
 float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view) {
   if (plant.closing) return 0.0f;
+  if (chunk.pinned) return std::numeric_limits<float>::infinity();
   const PlantWants& wants = plant.wants.now;
   const ChunkBytes bytes = chunk_bytes(plant, chunk);
   switch (chunk.id.kind) {
@@ -234,12 +236,13 @@ bool wanted_by(const PlantWants& wants, const Chunk& chunk) {
 
 }  // namespace
 
+// What is pinned is absent only where the device had no memory for it.
 bool wanted_now(const PlantStream& plant, const Chunk& chunk) {
-  return wanted_by(plant.wants.now, chunk);
+  return (chunk.pinned && !plant.closing) || wanted_by(plant.wants.now, chunk);
 }
 
 bool wanted_recently(const PlantStream& plant, const Chunk& chunk) {
-  return wanted_by(plant.wants.current_window, chunk) || wanted_by(plant.wants.last_window, chunk);
+  return chunk.pinned || wanted_by(plant.wants.current_window, chunk) || wanted_by(plant.wants.last_window, chunk);
 }
 
 Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {

@@ -69,7 +69,7 @@ struct PlantStream {
 
   PlantDemand demand;
   RecentWants wants;
-  std::uint64_t retry_frame = 0;  ///< no requests before: the allocator hook had nothing
+  std::uint64_t retry_frame = 0;  ///< no requests before: the allocator hook or the device had nothing
   bool closing = false;
   std::uint64_t close_frame = 0;      ///< first begin_frame that saw it closing
   std::uint64_t last_used_frame = 0;  ///< closing: last frame that may refer to the plant
@@ -98,7 +98,7 @@ Result<void> read_plant_front(PlantStream& plant, HookBuffer& front);
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);
 
-/// Value of a chunk under plant.demand and plant.wants.now.
+/// Value of a chunk under plant.demand and plant.wants.now; infinite for what is pinned.
 float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view);
 
 /// Rolls the window forward by one frame.

@@ -83,23 +83,28 @@ Result<void> decode_pinned(PlantStream& plant, Chunk& chunk, std::span<const std
 
 }  // namespace
 
+// Nothing is held for a plant that would not fit even if every chunk that may go were gone: it would only make the others coarse.
+Error Streamer::State::hold_room(std::uint64_t bytes) {
+  const bool can_fit = floor_bytes() + bytes <= budget_bytes;
+  held_bytes = can_fit ? bytes : 0;
+  held_until_frame = can_fit ? frame_number + kHoldFrames : 0;
+  if (can_fit) return {Status::out_of_memory, "memory budget: no room for a plant now; some is being made, try again in a few frames"};
+  return {Status::out_of_memory, "memory budget: a plant needs more than all there is to free, bytes", Error::kNoOffset,
+          std::to_string(bytes)};
+}
+
 // Room is found before anything is decoded. Where there is none, begin_frame makes some: what it evicts now the GPU may still read.
 Result<std::unique_ptr<PlantStream>> Streamer::State::open(const char* path, std::uint32_t index) {
   const std::uint64_t room = budget_bytes > used_bytes ? budget_bytes - used_bytes : 0;
-  const auto hold = [&](std::uint64_t bytes) {
-    held_bytes = bytes;
-    held_until_frame = frame_number + kHoldFrames;
-    return Error{Status::out_of_memory, "memory budget: no room for a plant now; some is being made, try again in a few frames"};
-  };
   COPPICE_TRY(plant, open_plant_file(hooks, options.gpu, path, index));
   const std::uint64_t front_bytes = plant->file.header.first_read_bytes;
-  if (front_bytes > room) return hold(front_bytes);
+  if (front_bytes > room) return hold_room(front_bytes);
   HookBuffer front;
   COPPICE_CHECK(read_plant_front(*plant, front));
   std::uint64_t bytes = front.bytes() + plant->base_bytes;
   for (const Chunk& chunk : plant->chunks.span())
     if (chunk.pinned) bytes += chunk_bytes(*plant, chunk).total();
-  if (bytes > room) return hold(bytes);
+  if (bytes > room) return hold_room(bytes);
   for (Chunk& chunk : plant->chunks.span())
     if (chunk.pinned) COPPICE_CHECK(decode_pinned(*plant, chunk, front.span()));
   held_bytes = held_until_frame = 0;
@@ -297,13 +302,18 @@ void Streamer::uploaded(ChunkId id) {
   ++state_->counters.chunks_loaded;
 }
 
-void Streamer::upload_failed(ChunkId id) {
+void Streamer::upload_failed(ChunkId id, const Error& error) {
   PlantStream& plant = state_->open_plant_at(id.plant);
   Chunk& chunk = plant.chunk(id.kind, id.index);
-  log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: no device memory for it", plant.path.c_str(), chunk_kind_name(id.kind),
-           id.index);
-  ++state_->counters.chunks_failed;
-  COPPICE_ASSERT(advance(chunk, Residency::failed));
+  const bool transient = error.status == Status::out_of_memory;
+  if (transient) {
+    state_->out_of_memory(plant, error);
+  } else {
+    log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(id.kind), id.index,
+             error.message().c_str());
+    ++state_->counters.chunks_failed;
+  }
+  COPPICE_ASSERT(advance(chunk, transient ? Residency::absent : Residency::failed));
   if (id.kind == ChunkKind::page) {
     for (std::uint32_t page = id.index + 1; page < plant.decoded_page_count; ++page)
       COPPICE_ASSERT(advance(plant.chunk(ChunkKind::page, page), Residency::absent));

@@ -56,7 +56,7 @@ struct DecodedChunk {
   std::uint32_t first_node = 0;  ///< 2 * COPPICE_PAGE_SPLITS * index + 1
   std::span<const QuantisedQuad> quads;
   std::span<const std::uint8_t> cards;
-  std::span<const std::uint32_t> node_split;  ///< lod::kCoppiceNoSplit: none, or in a page that is not resident
+  std::span<const std::uint32_t> node_split;  ///< those known so far, also of later pages; lod::kCoppiceNoSplit: none
   /// Nodes of earlier pages (node 0 included, in no page) that this page's splits replace. They need no undoing when this page is evicted:
   /// cuts are clamped to the resident prefix, in which those splits have not happened.
   std::span<const SplitPatch> patches;
@@ -141,8 +141,9 @@ class Streamer {
   [[nodiscard]] bool awaits_upload(ChunkId id) const;
   /// The copy is recorded in this frame's commands. id: awaits upload; pages of a plant in order (asserted).
   void uploaded(ChunkId id);
-  /// The GPU side could not take it (out of device memory): the chunk counts as failed. id: awaits upload (asserted)
-  void upload_failed(ChunkId id);
+  /// The GPU side could not take it. out_of_memory: it is asked for again in a while; anything else: it counts as failed. Logged here.
+  /// id: awaits upload (asserted)
+  void upload_failed(ChunkId id, const Error& error);
 
   [[nodiscard]] StreamStats stats() const;
 

@@ -33,7 +33,19 @@ void Streamer::State::count_bytes(std::int64_t change) {
 
 void Streamer::State::set_counted(Chunk& chunk, std::uint64_t bytes) {
   count_bytes(static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(chunk.counted_bytes));
+  if (!chunk.pinned) movable_bytes += bytes - chunk.counted_bytes;
   chunk.counted_bytes = bytes;
+}
+
+std::uint64_t Streamer::State::floor_bytes() const {
+  std::uint64_t leaving = 0;
+  for (const auto& plant : plants.span()) {
+    if (!plant || !plant->closing) continue;
+    leaving += plant->base_bytes;
+    for (const Chunk& chunk : plant->chunks.span())
+      if (chunk.pinned) leaving += chunk.counted_bytes;
+  }
+  return used_bytes - movable_bytes - leaving;
 }
 
 std::uint64_t Streamer::State::limit_bytes() const {
@@ -47,34 +59,59 @@ float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
   return chunk.value;
 }
 
-// Of a plant's pages only the last that is not chosen yet may go. Where later ones are on their way it goes only if it is worth nothing:
-// the value they were requested for is its value too. And a page never makes room for a later one of its own plant.
+bool Streamer::State::may_go(PlantStream& plant, Chunk& chunk, const Request* request, bool idle_only) {
+  if (chunk.pinned || chunk.victim || !holds_memory(chunk)) return false;
+  if (request == nullptr) return true;
+  const float worth = value_of(plant, chunk);
+  return worth > 0.0f ? worth * kExchangeMargin < request->value && !idle_only : !wanted_recently(plant, chunk);
+}
+
+// The value they were requested for is the value of the pages before them too.
+bool Streamer::State::only_idle_pages(const PlantStream& plant) {
+  return plant.decoded_page_count < plant.file.plant.page_count &&
+         plant.chunk(ChunkKind::page, plant.decoded_page_count).residency == Residency::reading;
+}
+
+// Of a plant's pages only the last that is not chosen yet may go. And a page never makes room for a later one of its own plant.
 Chunk* Streamer::State::least_valuable_victim(const Request* request) {
   Chunk* least = nullptr;
   float least_value = std::numeric_limits<float>::infinity();
   const auto consider = [&](PlantStream& plant, Chunk& chunk, bool idle_only) {
-    if (chunk.pinned || chunk.victim || !holds_memory(chunk)) return;
+    if (!may_go(plant, chunk, request, idle_only)) return;
     const float worth = value_of(plant, chunk);
-    const bool cheap = worth > 0.0f ? worth * kExchangeMargin < (request != nullptr ? request->value : 0.0f) && !idle_only
-                                    : !wanted_recently(plant, chunk);
-    if ((request != nullptr && !cheap) || !(worth < least_value)) return;
+    if (!(worth < least_value)) return;
     least = &chunk;
     least_value = worth;
   };
   for (const auto& plant : plants.span()) {
     if (!plant || plant->closing) continue;
     const bool own = request != nullptr && request->plant == plant.get() && request->chunk->id.kind == ChunkKind::page;
-    const bool growing = plant->decoded_page_count < plant->file.plant.page_count &&
-                         plant->chunk(ChunkKind::page, plant->decoded_page_count).residency == Residency::reading;
     if (plant->decoding_page_count == 0 && plant->victim_page_end > 0 && !own)
-      consider(*plant, plant->chunk(ChunkKind::page, plant->victim_page_end - 1), growing);
+      consider(*plant, plant->chunk(ChunkKind::page, plant->victim_page_end - 1), only_idle_pages(*plant));
     for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i) consider(*plant, plant->chunks[i], false);
   }
   return least;
 }
 
+std::uint64_t Streamer::State::cheap_bytes(const Request& request) {
+  std::uint64_t bytes = 0;
+  for (const auto& plant : plants.span()) {
+    if (!plant || plant->closing) continue;
+    const bool own = request.plant == plant.get() && request.chunk->id.kind == ChunkKind::page;
+    for (std::uint32_t end = own || plant->decoding_page_count > 0 ? 0 : plant->victim_page_end; end > 0; --end) {
+      Chunk& page = plant->chunk(ChunkKind::page, end - 1);
+      if (!may_go(*plant, page, &request, only_idle_pages(*plant))) break;
+      bytes += page.counted_bytes;
+    }
+    for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i)
+      if (may_go(*plant, plant->chunks[i], &request, false)) bytes += plant->chunks[i].counted_bytes;
+  }
+  return bytes;
+}
+
 Room Streamer::State::make_room(std::uint64_t bytes, const Request& request) {
   if (used_bytes + bytes <= limit_bytes()) return Room::now;
+  if (floor_bytes() + bytes > limit_bytes()) return Room::none;
   std::uint64_t coming = evicting_bytes + cancelled_bytes;
   std::array<Chunk*, kMaxVictimsAtOnce> victims{};
   std::size_t count = 0;
@@ -88,8 +125,9 @@ Room Streamer::State::make_room(std::uint64_t bytes, const Request& request) {
     coming += victim->counted_bytes;
     if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
   }
-  // Nothing goes for a newcomer that could not come in even then.
-  const bool enough = less(used_bytes, coming) + bytes <= limit_bytes() || count == victims.size();
+  // Nothing goes for a newcomer that could not come in even then. Where it takes more victims than are chosen at once, the rest follows.
+  const std::uint64_t later = count == victims.size() ? cheap_bytes(request) : 0;
+  const bool enough = less(used_bytes, coming + later) + bytes <= limit_bytes();
   for (std::size_t i = 0; i < count; ++i) {
     victims[i]->victim = false;
     if (enough && !evicted.full()) evict(*victims[i]);

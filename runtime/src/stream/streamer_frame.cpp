@@ -166,8 +166,8 @@ void Streamer::State::push_request(PlantStream& plant, Chunk& chunk) {
 // The first page that is neither there nor on its way; none while that one has failed or is still leaving.
 void Streamer::State::push_page_request(PlantStream& plant) {
   std::uint32_t page = plant.decoded_page_count;
-  while (page < plant.wants.now.page_count && on_its_way(plant.chunk(ChunkKind::page, page))) ++page;
-  if (page < plant.wants.now.page_count) push_request(plant, plant.chunk(ChunkKind::page, page));
+  while (page < plant.file.plant.page_count && on_its_way(plant.chunk(ChunkKind::page, page))) ++page;
+  if (page < plant.file.plant.page_count) push_request(plant, plant.chunk(ChunkKind::page, page));
 }
 
 void Streamer::State::gather_requests() {

@@ -61,6 +61,7 @@ struct Streamer::State {
 
   std::uint64_t budget_bytes = 0, overhead_bytes = 0;
   std::uint64_t used_bytes = 0, peak_bytes = 0;
+  std::uint64_t movable_bytes = 0;    ///< part of used_bytes: of chunks that are not pinned
   std::uint64_t evicting_bytes = 0;   ///< part of used_bytes: free once the GPU is done
   std::uint64_t cancelled_bytes = 0;  ///< part of used_bytes: free once cancelled reads return
   std::uint64_t held_bytes = 0;       ///< room kept for an open_plant that found none
@@ -77,14 +78,23 @@ struct Streamer::State {
   void count_bytes(std::int64_t change);
   void set_counted(Chunk& chunk, std::uint64_t bytes);
   [[nodiscard]] std::uint64_t limit_bytes() const;
+  /// What no eviction frees: the open plants' tables and pinned chunks, the GPU side's overhead.
+  [[nodiscard]] std::uint64_t floor_bytes() const;
   /// Whether `bytes` more fit. If not, starts to evict what is worth clearly less than the request, provided that it then would fit.
   Room make_room(std::uint64_t bytes, const Request& request);
   /// Cancels and evicts, least value first, until the budget is kept.
   void enforce_budget();
   void evict(Chunk& chunk);
   void release_evicted();
+  /// Whether the chunk may go: for `request`, if it is worth clearly less; for null, anything that is not pinned.
+  /// idle_only  only if nothing wants it
+  bool may_go(PlantStream& plant, Chunk& chunk, const Request* request, bool idle_only);
+  /// Whether only idle pages of the plant may go, because later ones are on their way.
+  static bool only_idle_pages(const PlantStream& plant);
   /// Null for `request`: whatever is worth least.
   Chunk* least_valuable_victim(const Request* request);
+  /// What could go for the request in any number of frames.
+  std::uint64_t cheap_bytes(const Request& request);
   float value_of(PlantStream& plant, Chunk& chunk);
 
   // streamer_frame.cpp
@@ -108,6 +118,8 @@ struct Streamer::State {
 
   // streamer.cpp
   Result<std::unique_ptr<PlantStream>> open(const char* path, std::uint32_t index);
+  /// Makes the next frames free `bytes` for the next open_plant, if they can; the error to report until then.
+  Error hold_room(std::uint64_t bytes);
   void advance_closing(PlantStream& plant);
   void finish_closing();
   PlantStream& open_plant_at(std::uint32_t plant) const;

@@ -104,7 +104,6 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   if (frame.frame_number <= frame_number_ || frame.completed_number >= frame.frame_number)
     return Error{Status::invalid_argument, "coppice_frame.frame_number must grow and lie above completed_number"};
   COPPICE_TRY(view, demand_view(*frame.view));
-  view.lod.full = frame.view->lod == COPPICE_LOD_FULL;
   frame_number_ = frame.frame_number;
   recording_ = Recording::begun;
   renderer_->begin_frame(frame.frame_number, frame.completed_number);
@@ -172,7 +171,6 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
 
 Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view) {
   COPPICE_TRY(demand, demand_view(view));
-  demand.lod.full = view.lod == COPPICE_LOD_FULL;
   recording_ = Recording::culled;
   renderer_->record_cull(cmd, view, demand.lod);
   return {};

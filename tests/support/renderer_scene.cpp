@@ -260,8 +260,7 @@ Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const s
 
 void RendererScene::record_selection(VkCommandBuffer cmd, const coppice_view& view, const Buffer& cuts) {
   upload(cmd);
-  DemandView demand = expect(demand_view(view));
-  demand.lod.full = view.lod == COPPICE_LOD_FULL;
+  const DemandView demand = expect(demand_view(view));
   renderer_->record_cull(cmd, view, demand.lod);
   full_barrier(cmd);
   const VkBufferCopy region{0, 0, instances_.slots().size() * sizeof(float)};

@@ -142,7 +142,7 @@ struct Plant {
     file.plant.wood_triangle_counts[0] = 1600;
     file.plant.wood_triangle_counts[1] = 100;
     words = pack_lod_table(file);
-    valued = {lod_table(file, words), 1, 0, 1};
+    valued = {lod_table(file, words), 1, 1};
   }
 };
 

@@ -178,7 +178,7 @@ TEST_F(StreamerTest, AsksFirstForWhatRemovesMoreError) {
 TEST_F(StreamerTest, LaterPagesAreWorthLess) {
   start();
   open("a");
-  const ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 6, 61440};
+  const ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440};
   const PlantDemand demand = demand_of(5000.0f), twice = demand_of(5000.0f, 2.0f);
   const PlantWants wants = plant_wants(valued, demand, view.lod);
   ASSERT_EQ(wants.page_count, 6u);

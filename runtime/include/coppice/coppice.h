@@ -117,8 +117,8 @@ typedef struct coppice_context_desc {
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
   VkPipelineCache pipeline_cache; /* may be null */
 
-  VkFormat color_format; /* of the attachment coppice_record_draw draws to; shaded colour is linear */
-  VkFormat depth_format; /* depth alone: no stencil attachment may be bound while drawing */
+  VkFormat color_format;     /* of the attachment coppice_record_draw draws to; shaded colour is linear */
+  VkFormat depth_format;     /* depth alone: no stencil attachment may be bound while drawing */
   VkCompareOp depth_compare; /* default VK_COMPARE_OP_GREATER_OR_EQUAL: reversed depth */
   VkSampleCountFlagBits samples;
 
@@ -162,8 +162,9 @@ typedef struct coppice_plant_info {
   char name[64];
 } coppice_plant_info;
 
-/* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for two reads, the header and the front, so call it
- * while loading or from a thread of your own with the context serialised. Finer detail streams in by itself. */
+/* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for two reads, the header and
+ * the front, so call it while loading or from a thread of your own with the context serialised. Finer detail streams in by itself.
+ * COPPICE_ERROR_OUT_OF_MEMORY: where the log says that room is being made, try again in a few frames. */
 coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);
 
 /* Removes the plant and all its instances. GPU memory is freed once the GPU is done with it (see coppice_frame). */

@@ -31,6 +31,6 @@ inline std::array<std::uint8_t, 5> attribute(const Attribute& description) {
 }
 
 /// draco::SEQUENTIAL_ATTRIBUTE_ENCODER_INTEGER and its like.
-inline constexpr std::uint8_t kGenericDecoder = 0, kIntegerDecoder = 1, kQuantizationDecoder = 2, kNormalsDecoder = 3;
+inline constexpr std::uint8_t kIntegerDecoder = 1, kQuantizationDecoder = 2, kNormalsDecoder = 3;
 
 }  // namespace coppice::draco_header

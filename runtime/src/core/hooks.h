@@ -98,6 +98,15 @@ class HookArray {
   std::size_t size_ = 0;
 };
 
+/// Replaces the array. errors  as HookArray::allocate; the array stays as it is
+template <class T>
+Result<void> allocate_into(HookArray<T>& array, const coppice_allocator& allocator, std::size_t count) {
+  auto allocated = HookArray<T>::allocate(allocator, count);
+  if (!allocated) return allocated.error();
+  array = *std::move(allocated);
+  return {};
+}
+
 /// Bytes from the allocator hook.
 using HookBuffer = HookArray<std::uint8_t>;
 

@@ -13,7 +13,6 @@ namespace coppice {
 struct ValuedPlant {
   lod::CoppiceTable table{};
   std::uint32_t leaf_count = 1;
-  std::uint32_t page_count = 0;
   std::uint64_t page_bytes = 1;  ///< memory a resident page takes
 };
 

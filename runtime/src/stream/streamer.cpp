@@ -15,14 +15,6 @@ constexpr std::size_t kMaxUploads = 256;  ///< chunks a take_decoded
 /// How long room is kept for a plant that could not be opened, frames.
 constexpr std::uint64_t kHoldFrames = 60;
 
-template <class T>
-Result<void> allocate_into(HookArray<T>& array, const coppice_allocator& allocator, std::size_t count) {
-  auto allocated = HookArray<T>::allocate(allocator, count);
-  if (!allocated) return allocated.error();
-  array = *std::move(allocated);
-  return {};
-}
-
 }  // namespace
 
 Streamer::Streamer(std::unique_ptr<State> state) : state_(std::move(state)) {}

@@ -6,6 +6,7 @@
 
 #include <chrono>
 
+#include "collapse_image.h"
 #include "coppice/format.h"
 #include "error_table.h"
 #include "leaf_quads.h"
@@ -39,6 +40,13 @@ std::size_t allowed_threads(const BakeOptions& options) {
   return options.thread_count > 0 ? options.thread_count : static_cast<std::size_t>(tbb::info::default_concurrency());
 }
 
+Result<CollapseResult> collapse_by(const BakeOptions& options, const Foliage& foliage, const Plant& plant,
+                                   const std::vector<Viewpoint>& views, const ProgressFunction& progress) {
+  if (options.metric == Metric::mi)
+    return collapse_by_mutual_information(foliage, plant.materials, plant.images, views, options.collapse, progress);
+  return collapse_by_image_error(foliage, plant.materials, plant.images, views, options.collapse, ImageErrorOptions{}, progress);
+}
+
 }  // namespace
 
 Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const BakeOptions& options, const StageProgress& progress,
@@ -55,7 +63,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   report.warnings = plant.warnings;
   report.seconds.import = watch.lap();
 
-  COPPICE_TRY(collapse, collapse_by_mutual_information(foliage, plant.materials, plant.images, views, options.collapse, stage("collapse")));
+  COPPICE_TRY(collapse, collapse_by(options, foliage, plant, views, stage("collapse")));
   report.seconds.visibility = collapse.visibility_seconds;
   report.seconds.collapse = watch.lap() - collapse.visibility_seconds;
   report.evaluations = collapse.sequence.evaluations;
@@ -64,7 +72,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
 
   BakedPlant baked;
   baked.name = plant.name;
-  baked.metric = COPPICE_METRIC_MI;
+  baked.metric = options.metric == Metric::mi ? COPPICE_METRIC_MI : COPPICE_METRIC_IMAGE;
   baked.tree = build_tree(foliage, collapse.sequence);
   baked.card_table = std::move(foliage.card_table);
   baked.materials = std::move(plant.materials);

@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "leaf_shade.h"
 #include "tree_order.h"
 #include "visibility.h"
 
@@ -18,48 +19,11 @@ constexpr std::uint32_t kLevelCount = 24;
 constexpr std::uint32_t kViewCount = 6;
 constexpr std::uint32_t kRenderedSizePx = 512;
 constexpr std::array<std::uint32_t, 7> kSizesPx = {8, 16, 32, 64, 128, 256, 512};
-constexpr float kWhite = 255.0f;
 
 /// Luminance 0..255, rows top to bottom, square.
 using LuminanceImage = std::vector<float>;
 /// Mean squared luminance difference at each of kSizesPx.
 using SquaredErrors = std::array<double, kSizesPx.size()>;
-
-float linear_from_srgb(float value) {
-  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
-}
-float srgb_from_linear(float value) {
-  return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f;
-}
-
-float luminance(const glm::vec3& linear) {
-  return glm::dot(linear, glm::vec3(0.2126f, 0.7152f, 0.0722f));
-}
-
-/// Mean linear luminance of the texels that are no holes; 1 without an image.
-float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {
-  if (material.image == kNone) return luminance(glm::vec3(material.base_color));
-  const Image& image = images[material.image];
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (std::size_t texel = 0; texel * 4 < image.rgba.size(); ++texel) {
-    if (!mask.hole.empty() && mask.hole[texel] != 0) continue;
-    const std::uint8_t* rgba = image.rgba.data() + texel * 4;
-    const auto channel = [&](std::size_t i) { return linear_from_srgb(static_cast<float>(rgba[i]) / 255.0f); };
-    sum += luminance(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color));
-    ++count;
-  }
-  return count == 0 ? 0.0f : static_cast<float>(sum / static_cast<double>(count));
-}
-
-/// Two-sided Lambert with a fixed light, 0..255 as a display would show it.
-float shaded_luminance(const Quad& quad, float albedo) {
-  static const glm::vec3 kLight = glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f));
-  const glm::vec3 normal = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
-  const float length = glm::length(normal);
-  const float cosine = length > 0.0f ? std::abs(glm::dot(normal, kLight)) / length : 0.0f;
-  return kWhite * srgb_from_linear(std::clamp(albedo * (0.35f + 0.65f * cosine), 0.0f, 1.0f));
-}
 
 struct Renderer {
   const BakedPlant* plant = nullptr;
@@ -81,14 +45,15 @@ Result<Renderer> make_renderer(const BakedPlant& plant) {
 }
 
 LuminanceImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes, const Projection& projection) {
+  static const glm::vec3 to_light = glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f));
   const BakedPlant& plant = *renderer.plant;
-  LuminanceImage image(std::size_t{kRenderedSizePx} * kRenderedSizePx, kWhite);
+  LuminanceImage image(std::size_t{kRenderedSizePx} * kRenderedSizePx, kWhiteLuminance);
   std::vector<std::uint32_t> depths(image.size(), 0xffffffffu);
   for (const std::uint32_t node : nodes) {
     const Quad quad = node_quad(plant.tree, node);
     const std::uint32_t card_index = plant.tree.nodes[node].card;
     const Card& card = plant.card_table[card_index];
-    const float value = shaded_luminance(quad, renderer.card_luminance[card_index]);
+    const float value = shaded_luminance(quad, renderer.card_luminance[card_index], to_light);
     rasterise_leaf(project(projection, quad), card, renderer.masks[card.material], kRenderedSizePx, [&](const QuadFragment& fragment) {
       const std::size_t pixel = static_cast<std::size_t>(fragment.y) * kRenderedSizePx + static_cast<std::size_t>(fragment.x);
       if (fragment.depth >= depths[pixel]) return;
@@ -185,7 +150,7 @@ Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFu
     for (std::size_t size = 0; size < kSizesPx.size(); ++size) {
       double sum = 0.0;
       for (const SquaredErrors& view_errors : errors) sum += view_errors[size];
-      table.error_px.push_back(static_cast<float>(kSizesPx[size] * std::sqrt(sum / kViewCount) / kWhite));
+      table.error_px.push_back(static_cast<float>(kSizesPx[size] * std::sqrt(sum / kViewCount) / kWhiteLuminance));
     }
   }
   for (std::size_t i = table.error_px.size() - kSizesPx.size(); i-- > 0;)

@@ -5,8 +5,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include "check.h"
-
 namespace coppice::bake {
 
 /// Adds up changes into rows, one row per outcome, found through the scratch's slots.
@@ -48,42 +46,6 @@ class LiveVisibility::ChangeWriter {
   AreaChanges& changes_;
 };
 
-LeafFragment LiveVisibility::View::front_without(std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const {
-  const PixelList& list = lists[pixel];
-  for (std::uint32_t i = 0; i < list.count; ++i) {
-    const LeafFragment fragment = pool[list.begin + i];
-    if (fragment_leaf(fragment) != first && fragment_leaf(fragment) != second) return fragment;
-  }
-  return kNothing;
-}
-
-void LiveVisibility::View::insert(std::uint32_t pixel, LeafFragment fragment) {
-  PixelList& list = lists[pixel];
-  if (list.count == list.capacity) {
-    const auto moved = static_cast<std::uint32_t>(pool.size());
-    list.capacity = std::max(4u, list.capacity * 2);
-    pool.resize(pool.size() + list.capacity);
-    std::copy_n(pool.begin() + list.begin, list.count, pool.begin() + moved);
-    list.begin = moved;
-  }
-  const auto end = pool.begin() + list.begin + list.count;
-  const auto place = std::lower_bound(pool.begin() + list.begin, end, fragment);
-  std::copy_backward(place, end, end + 1);
-  *place = fragment;
-  ++list.count;
-  front[pixel] = pool[list.begin];
-}
-
-void LiveVisibility::View::remove(std::uint32_t pixel, LeafFragment fragment) {
-  PixelList& list = lists[pixel];
-  const auto end = pool.begin() + list.begin + list.count;
-  const auto place = std::lower_bound(pool.begin() + list.begin, end, fragment);
-  COPPICE_ASSERT(place != end && *place == fragment);
-  std::copy(place + 1, end, place);
-  --list.count;
-  front[pixel] = list.count == 0 ? kNothing : pool[list.begin];
-}
-
 LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
                                const ItemBuffers& buffers)
     : view_count_(buffers.view_count),
@@ -99,21 +61,14 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
   tbb::parallel_for(0u, view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     view.projection = make_projection(views[v], sphere, buffers.resolution_px);
-    view.front.assign(pixels_per_view_, kNothing);
-    view.lists.resize(pixels_per_view_);
-    for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel) {
-      const std::span<const LeafFragment> fragments = buffers.at(v, pixel);
-      const auto count = static_cast<std::uint32_t>(fragments.size());
-      view.lists[pixel] = {static_cast<std::uint32_t>(view.pool.size()), count, count};
-      view.pool.insert(view.pool.end(), fragments.begin(), fragments.end());
-      if (count > 0) view.front[pixel] = fragments.front();
-      ++areas_px_[std::size_t{outcome_of(view.front[pixel])} * view_count_ + v];
-    }
+    view.fragments = FragmentLists(buffers, v);
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel)
+      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count_ + v];
   });
 }
 
 std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
-  return fragment == kNothing ? background() : fragment_leaf(fragment);
+  return fragment == FragmentLists::kNothing ? background() : fragment_leaf(fragment);
 }
 
 template <class Visit>
@@ -130,7 +85,7 @@ void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
   for (std::uint32_t v = 0; v < view_count_; ++v) {
     if (areas(id)[v] > 0) {
       for_each_fragment(views_[v], leaves_[id], id, [&](std::uint32_t pixel, LeafFragment) {
-        if (fragment_leaf(views_[v].front[pixel]) == id) owned.pixels.push_back(pixel);
+        if (fragment_leaf(views_[v].fragments.front(pixel)) == id) owned.pixels.push_back(pixel);
       });
     }
     owned.view_begin.push_back(static_cast<std::uint32_t>(owned.pixels.size()));
@@ -140,7 +95,7 @@ void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
 void LiveVisibility::release(const LeafMerge& merge, const OwnedPixels& owned, ChangeWriter& writer) const {
   for (std::uint32_t v = 0; v < view_count_; ++v)
     for (std::uint32_t i = owned.view_begin[v]; i < owned.view_begin[v + 1]; ++i)
-      writer.add(outcome_of(views_[v].front_without(owned.pixels[i], merge.first, merge.second)), v, 1);
+      writer.add(outcome_of(views_[v].fragments.front_without(owned.pixels[i], merge.first, merge.second)), v, 1);
 }
 
 void LiveVisibility::add(const LeafMerge& merge, ChangeWriter& writer) const {
@@ -148,9 +103,9 @@ void LiveVisibility::add(const LeafMerge& merge, ChangeWriter& writer) const {
     const View& view = views_[v];
     std::int32_t gained_px = 0;
     for_each_fragment(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment fragment) {
-      LeafFragment front = view.front[pixel];
+      LeafFragment front = view.fragments.front(pixel);
       const std::uint32_t leaf = fragment_leaf(front);
-      if (leaf == merge.first || leaf == merge.second) front = view.front_without(pixel, merge.first, merge.second);
+      if (leaf == merge.first || leaf == merge.second) front = view.fragments.front_without(pixel, merge.first, merge.second);
       if (fragment > front) return;
       writer.add(outcome_of(front), v, -1);
       ++gained_px;
@@ -172,10 +127,10 @@ void LiveVisibility::apply(const LeafMerge& merge, const AreaChanges& changes) {
   tbb::parallel_for(0u, view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     for (const std::uint32_t removed : {merge.first, merge.second}) {
-      for_each_fragment(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.remove(pixel, f); });
+      for_each_fragment(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
       areas_px_[std::size_t{removed} * view_count_ + v] = 0;
     }
-    for_each_fragment(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.insert(pixel, f); });
+    for_each_fragment(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
     for (std::size_t i = 0; i < changes.outcomes.size(); ++i)
       areas_px_[std::size_t{changes.outcomes[i]} * view_count_ + v] += static_cast<std::uint32_t>(changes.row(i, view_count_)[v]);
   });

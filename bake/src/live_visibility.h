@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "fragment_lists.h"
 #include "plant.h"
 #include "visibility.h"
 
@@ -77,21 +78,9 @@ class LiveVisibility {
   void apply(const LeafMerge& merge, const AreaChanges& changes);
 
  private:
-  static constexpr LeafFragment kNothing = ~LeafFragment{0};  ///< behind every leaf; its leaf is kNone
-
-  struct PixelList {
-    std::uint32_t begin = 0, count = 0, capacity = 0;
-  };
-  /// The fragment lists of one view. A list that outgrows its place moves to the end of the pool.
   struct View {
     Projection projection;
-    std::vector<LeafFragment> front;  ///< [pixel] nearest fragment or kNothing: what most questions need, dense
-    std::vector<PixelList> lists;     ///< [pixel] ascending
-    std::vector<LeafFragment> pool;
-
-    [[nodiscard]] LeafFragment front_without(std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const;
-    void insert(std::uint32_t pixel, LeafFragment fragment);
-    void remove(std::uint32_t pixel, LeafFragment fragment);
+    FragmentLists fragments;
   };
 
   template <class Visit>

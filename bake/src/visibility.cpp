@@ -86,15 +86,6 @@ ItemBuffers join(const std::vector<ViewFragments>& rendered, std::uint32_t leaf_
 
 }  // namespace
 
-bool AlphaMask::is_hole(glm::dvec2 uv) const {
-  if (hole.empty()) return false;
-  const auto texel = [](double coordinate, std::uint32_t size) {
-    const double wrapped = coordinate - std::floor(coordinate);
-    return std::min(static_cast<std::uint32_t>(wrapped * size), size - 1);
-  };
-  return hole[std::size_t{texel(uv.y, height)} * width + texel(uv.x, width)] != 0;
-}
-
 Result<std::vector<AlphaMask>> alpha_masks(const std::vector<Material>& materials, const std::vector<Image>& images) {
   std::vector<AlphaMask> masks(materials.size());
   for (std::size_t m = 0; m < materials.size(); ++m) {

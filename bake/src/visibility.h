@@ -2,6 +2,7 @@
 
 // What each viewpoint sees: item buffers, with all the leaves behind the front one kept (the paper's section on visibility).
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -44,7 +45,17 @@ struct ItemBuffers {
 struct AlphaMask {
   std::uint32_t width = 0, height = 0;
   std::vector<std::uint8_t> hole;  ///< [width * height] rows top to bottom, 1 where base_color.a * texel alpha < alpha_cutoff
-  [[nodiscard]] bool is_hole(glm::dvec2 uv) const;
+  [[nodiscard]] bool is_hole(const glm::dvec2& uv) const {
+    return !hole.empty() && hole[std::size_t{texel(uv.y, height)} * width + texel(uv.x, width)] != 0;
+  }
+
+ private:
+  static std::uint32_t texel(double coordinate, std::uint32_t size) {
+    constexpr double kExact = 4503599627370496.0;  // 2^52: from there on every double is whole
+    const bool is_whole = coordinate >= kExact || coordinate <= -kExact;
+    const double wrapped = is_whole ? 0.0 : coordinate - static_cast<double>(detail::floor_to_int<std::int64_t>(coordinate));
+    return std::min(static_cast<std::uint32_t>(wrapped * size), size - 1);
+  }
 };
 
 /// One mask per material.

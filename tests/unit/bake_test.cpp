@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "coppice/format.h"
 #include "generate_plant.h"
 #include "gltf_write.h"
 #include "inspect.h"
@@ -91,6 +92,23 @@ TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
     const test::NaiveAreas areas = test::render_areas(scene, test::source_plant(scene));
     EXPECT_NEAR(report.source_information.bits, test::information_by_definition(scene, areas), 1e-9) << "background " << background;
   }
+}
+
+TEST_F(BakeCorylus, MetricsOrderDifferentlyAndTheFileNamesThem) {
+  std::vector<BakedPlant> plants;
+  for (const Metric metric : {Metric::default_metric, Metric::mi}) {
+    BakeOptions options = quick_options(2);
+    options.metric = metric;
+    BakeReport report;
+    const auto bytes = bake(glb_, options, kNoProgress, report);
+    ASSERT_TRUE(bytes) << bytes.error().message();
+    auto plant = unpack(*bytes);
+    ASSERT_TRUE(plant) << plant.error().message();
+    plants.push_back(*std::move(plant));
+  }
+  EXPECT_EQ(plants[0].metric, std::uint32_t{COPPICE_METRIC_IMAGE});
+  EXPECT_EQ(plants[1].metric, std::uint32_t{COPPICE_METRIC_MI});
+  EXPECT_NE(plants[0].tree.split_parent, plants[1].tree.split_parent);
 }
 
 TEST_F(BakeCorylus, ProgressNeverFallsWithinAStage) {

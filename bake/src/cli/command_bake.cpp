@@ -90,9 +90,9 @@ void add_bake_command(CLI::App& app, int* exit_code) {
       ->required()
       ->type_name("OUT.coppice");
   command
-      ->add_option(
-          "--metric", arguments->metric,
-          "What orders the collapses: mi is the paper's viewpoint mutual information; default is whatever measures best, at present mi")
+      ->add_option("--metric", arguments->metric,
+                   "What orders the collapses: default is the least error of the picture, which measures best; mi is the paper's viewpoint "
+                   "mutual information")
       ->check(CLI::IsMember({"default", "mi"}))
       ->type_name("default|mi")
       ->capture_default_str();

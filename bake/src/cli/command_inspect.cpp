@@ -17,6 +17,8 @@ const char* metric_name(std::uint32_t metric) {
       return "mi";
     case COPPICE_METRIC_GEOMETRIC:
       return "geometric";
+    case COPPICE_METRIC_IMAGE:
+      return "image";
     default:
       return "unknown";
   }

@@ -70,6 +70,7 @@ typedef struct coppice_file_chunk {
 typedef enum coppice_metric {
   COPPICE_METRIC_MI = 1,        /* the paper: viewpoint mutual information, Algorithm 1 */
   COPPICE_METRIC_GEOMETRIC = 2, /* greedy geometric similarity */
+  COPPICE_METRIC_IMAGE = 3,     /* least squared error of the picture against the source's */
   COPPICE_METRIC_MAX_ENUM = 0x7fffffff
 } coppice_metric;
 

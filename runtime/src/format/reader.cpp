@@ -124,7 +124,7 @@ Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t a
         return bad("plant root_quad", at + offsetof(coppice_file_plant, root_quad), "outside the leaf box");
   if (plant.root_card >= plant.card_count) return bad("plant root_card", at + offsetof(coppice_file_plant, root_card), "no such card");
   COPPICE_CHECK(check_wood_counts(plant, at));
-  if (plant.metric != COPPICE_METRIC_MI && plant.metric != COPPICE_METRIC_GEOMETRIC)
+  if (plant.metric < COPPICE_METRIC_MI || plant.metric > COPPICE_METRIC_IMAGE)
     return bad("plant metric", at + offsetof(coppice_file_plant, metric), std::to_string(plant.metric) + " is no metric");
   if (plant.reserved != 0) return bad("plant reserved", at + offsetof(coppice_file_plant, reserved), "must be zero");
   std::uint8_t name[sizeof plant.name];

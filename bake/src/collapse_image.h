@@ -1,0 +1,20 @@
+#pragma once
+
+#include "collapse.h"
+#include "live_image.h"
+
+namespace coppice::bake {
+
+/// The default metric: always the collapse that adds least to the squared error of the picture against the source's (live_image.h), down
+/// to one leaf. Each leaf remembers its best partner among the candidate_count nearest (LeafOctree) and the better of two shapes: the
+/// paper's merge_corners and matching_corners (quad_match.h). The least of all is weighed anew when its turn comes, since the picture
+/// round it may have changed, and waits again if it is no longer the least. Ties go to the smaller id, the smaller partner, the first
+/// shape. The result depends on the arguments only, not on the number of threads.
+/// result  source, levels: I(V,L) as in collapse_by_mutual_information, of these cuts
+/// errors  as collapse_by_mutual_information
+Result<CollapseResult> collapse_by_image_error(const Foliage& foliage, const std::vector<Material>& materials,
+                                               const std::vector<Image>& images, const std::vector<Viewpoint>& views,
+                                               const CollapseOptions& options, const ImageErrorOptions& image_options,
+                                               const ProgressFunction& progress);
+
+}  // namespace coppice::bake

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "visibility.h"
+
+namespace coppice::bake {
+
+/// The leaves at each pixel of one view while leaves come and go, nearest first. A list that outgrows its place moves to the end of the
+/// pool.
+class FragmentLists {
+ public:
+  static constexpr LeafFragment kNothing = ~LeafFragment{0};  ///< behind every leaf; its leaf is kNone
+
+  FragmentLists() = default;
+  FragmentLists(const ItemBuffers& buffers, std::uint32_t view);
+
+  /// The nearest fragment or kNothing. Dense: what most questions need.
+  [[nodiscard]] LeafFragment front(std::uint32_t pixel) const { return front_[pixel]; }
+  /// The nearest that is neither of two leaves.
+  [[nodiscard]] LeafFragment front_without(std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const;
+  void insert(std::uint32_t pixel, LeafFragment fragment);
+  /// fragment  must be there (asserted)
+  void remove(std::uint32_t pixel, LeafFragment fragment);
+
+ private:
+  struct PixelList {
+    std::uint32_t begin = 0, count = 0, capacity = 0;
+  };
+  std::vector<LeafFragment> front_;  ///< [pixel]
+  std::vector<PixelList> lists_;     ///< [pixel] ascending
+  std::vector<LeafFragment> pool_;
+};
+
+}  // namespace coppice::bake

@@ -1,0 +1,46 @@
+#include "leaf_shade.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+namespace coppice::bake {
+namespace {
+
+float linear_from_srgb(float value) {
+  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+}
+float srgb_from_linear(float value) {
+  return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f;
+}
+
+float luminance(const glm::vec3& linear) {
+  return glm::dot(linear, glm::vec3(0.2126f, 0.7152f, 0.0722f));
+}
+
+}  // namespace
+
+float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {
+  if (material.image == kNone) return luminance(glm::vec3(material.base_color));
+  const Image& image = images[material.image];
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t texel = 0; texel * 4 < image.rgba.size(); ++texel) {
+    if (!mask.hole.empty() && mask.hole[texel] != 0) continue;
+    const std::uint8_t* rgba = image.rgba.data() + texel * 4;
+    const auto channel = [&](std::size_t i) { return linear_from_srgb(static_cast<float>(rgba[i]) / 255.0f); };
+    sum += luminance(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color));
+    ++count;
+  }
+  return count == 0 ? 0.0f : static_cast<float>(sum / static_cast<double>(count));
+}
+
+float shaded_luminance(const Quad& quad, float albedo, const glm::vec3& to_light) {
+  const glm::vec3 normal = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
+  const float length = glm::length(normal);
+  const float cosine = length > 0.0f ? std::abs(glm::dot(normal, to_light)) / length : 0.0f;
+  return kWhiteLuminance * srgb_from_linear(std::clamp(albedo * (0.35f + 0.65f * cosine), 0.0f, 1.0f));
+}
+
+}  // namespace coppice::bake

@@ -74,6 +74,7 @@ TEST(LiveImage, ChangeOfTwoSquaresInOneViewByHand) {
                          16);
   scene.materials[0].base_color = glm::vec4(0, 0, 0, 1);
   scene.views = {viewpoint_towards({0, 0, 1})};
+  scene.image_options.scales = {{3, 1}};
   LiveImage image = live_image(scene);
   ASSERT_EQ(image.areas(0)[0], 16u);
   ASSERT_EQ(image.areas(1)[0], 16u);

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "bake.h"
+#include "collapse_image.h"
 #include "geometric_collapse.h"
 #include "gltf_write.h"
 #include "information_prune.h"
@@ -22,12 +23,10 @@ constexpr std::uint64_t kStochasticSeed = 1;
 Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input, const ProgressFunction& progress) {
   const BakeOptions options;
   COPPICE_TRY(views, viewpoints(options.view_count));
-  switch (metric) {
-    case Metric::default_metric:
-    case Metric::mi:
-      break;
-  }
-  COPPICE_TRY(result, collapse_by_mutual_information(input.foliage, input.materials, input.images, views, options.collapse, progress));
+  COPPICE_TRY(result, metric == Metric::mi
+                          ? collapse_by_mutual_information(input.foliage, input.materials, input.images, views, options.collapse, progress)
+                          : collapse_by_image_error(input.foliage, input.materials, input.images, views, options.collapse,
+                                                    ImageErrorOptions{}, progress));
   return std::move(result.sequence);
 }
 

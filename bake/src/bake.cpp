@@ -6,10 +6,12 @@
 
 #include <chrono>
 
+#include "collapse_geometric.h"
 #include "collapse_image.h"
 #include "coppice/format.h"
 #include "error_table.h"
 #include "leaf_quads.h"
+#include "replay.h"
 #include "tree_order.h"
 #include "wood_lods.h"
 
@@ -44,7 +46,21 @@ Result<CollapseResult> collapse_by(const BakeOptions& options, const Foliage& fo
                                    const std::vector<Viewpoint>& views, const ProgressFunction& progress) {
   if (options.metric == Metric::mi)
     return collapse_by_mutual_information(foliage, plant.materials, plant.images, views, options.collapse, progress);
+  if (options.metric == Metric::geometric)
+    return replay(foliage, plant.materials, plant.images, views, options.collapse, collapse_by_similarity(foliage, progress));
   return collapse_by_image_error(foliage, plant.materials, plant.images, views, options.collapse, ImageErrorOptions{}, progress);
+}
+
+std::uint32_t file_metric(Metric metric) {
+  switch (metric) {
+    case Metric::mi:
+      return COPPICE_METRIC_MI;
+    case Metric::geometric:
+      return COPPICE_METRIC_GEOMETRIC;
+    case Metric::default_metric:
+      break;
+  }
+  return COPPICE_METRIC_IMAGE;
 }
 
 }  // namespace
@@ -72,7 +88,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
 
   BakedPlant baked;
   baked.name = plant.name;
-  baked.metric = options.metric == Metric::mi ? COPPICE_METRIC_MI : COPPICE_METRIC_IMAGE;
+  baked.metric = file_metric(options.metric);
   baked.tree = build_tree(foliage, collapse.sequence);
   baked.card_table = std::move(foliage.card_table);
   baked.materials = std::move(plant.materials);

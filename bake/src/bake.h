@@ -12,7 +12,7 @@
 
 namespace coppice::bake {
 
-enum class Metric { default_metric, mi };
+enum class Metric { default_metric, mi, geometric };
 
 struct BakeOptions {
   Metric metric = Metric::default_metric;

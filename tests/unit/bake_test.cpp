@@ -14,6 +14,7 @@
 #include "naive_collapse.h"
 #include "plants_folder.h"
 #include "process.h"
+#include "replay.h"
 #include "tree_order.h"
 
 namespace coppice::bake {
@@ -96,7 +97,7 @@ TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
 
 TEST_F(BakeCorylus, MetricsOrderDifferentlyAndTheFileNamesThem) {
   std::vector<BakedPlant> plants;
-  for (const Metric metric : {Metric::default_metric, Metric::mi}) {
+  for (const Metric metric : {Metric::default_metric, Metric::mi, Metric::geometric}) {
     BakeOptions options = quick_options(2);
     options.metric = metric;
     BakeReport report;
@@ -108,7 +109,31 @@ TEST_F(BakeCorylus, MetricsOrderDifferentlyAndTheFileNamesThem) {
   }
   EXPECT_EQ(plants[0].metric, std::uint32_t{COPPICE_METRIC_IMAGE});
   EXPECT_EQ(plants[1].metric, std::uint32_t{COPPICE_METRIC_MI});
+  EXPECT_EQ(plants[2].metric, std::uint32_t{COPPICE_METRIC_GEOMETRIC});
   EXPECT_NE(plants[0].tree.split_parent, plants[1].tree.split_parent);
+  EXPECT_NE(plants[1].tree.split_parent, plants[2].tree.split_parent);
+}
+
+TEST_F(BakeCorylus, AReplayedSequenceHasTheInformationOfTheCollapseThatFoundIt) {
+  const auto plant = import_gltf(glb_, {});
+  ASSERT_TRUE(plant) << plant.error().message();
+  const auto foliage = fit_leaf_quads(*plant);
+  ASSERT_TRUE(foliage) << foliage.error().message();
+  const std::vector<Viewpoint> views = *viewpoints(20);
+  CollapseOptions options = quick_options(0).collapse;
+  for (const bool background : {true, false}) {
+    options.count_background = background;
+    const auto found = collapse_by_mutual_information(*foliage, plant->materials, plant->images, views, options, {});
+    ASSERT_TRUE(found) << found.error().message();
+    const auto replayed = replay(*foliage, plant->materials, plant->images, views, options, found->sequence);
+    ASSERT_TRUE(replayed) << replayed.error().message();
+    EXPECT_EQ(replayed->source.bits, found->source.bits);
+    ASSERT_EQ(replayed->levels.size(), found->levels.size());
+    for (std::size_t i = 0; i < found->levels.size(); ++i) {
+      EXPECT_EQ(replayed->levels[i].leaf_count, found->levels[i].leaf_count);
+      EXPECT_EQ(replayed->levels[i].bits, found->levels[i].bits);
+    }
+  }
 }
 
 TEST_F(BakeCorylus, ProgressNeverFallsWithinAStage) {

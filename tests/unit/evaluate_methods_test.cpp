@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "geometric_collapse.h"
+#include "collapse_geometric.h"
 #include "gltf_write.h"
 #include "information_prune.h"
 #include "leaf_scale.h"

@@ -44,7 +44,7 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
 
 int run(const BakeArguments& arguments) {
   BakeOptions options = arguments.options;
-  options.metric = arguments.metric == "mi" ? Metric::mi : Metric::default_metric;
+  options.metric = arguments.metric == "mi" ? Metric::mi : arguments.metric == "geometric" ? Metric::geometric : Metric::default_metric;
   options.collapse.count_background = arguments.background == "on";
   if (!arguments.leaf_material.empty()) options.import.leaf_material = arguments.leaf_material;
 
@@ -92,9 +92,9 @@ void add_bake_command(CLI::App& app, int* exit_code) {
   command
       ->add_option("--metric", arguments->metric,
                    "What orders the collapses: default is the least error of the picture, which measures best; mi is the paper's viewpoint "
-                   "mutual information")
-      ->check(CLI::IsMember({"default", "mi"}))
-      ->type_name("default|mi")
+                   "mutual information; geometric merges what is nearest and most alike, for comparison")
+      ->check(CLI::IsMember({"default", "mi", "geometric"}))
+      ->type_name("default|mi|geometric")
       ->capture_default_str();
   command->add_option("--views", options.view_count, "Viewpoints; 20 is the paper's dodecahedron")
       ->check(CLI::Range(1u, kMaxViewCount))

@@ -3,8 +3,8 @@
 #include <array>
 
 #include "bake.h"
+#include "collapse_geometric.h"
 #include "collapse_image.h"
-#include "geometric_collapse.h"
 #include "gltf_write.h"
 #include "information_prune.h"
 #include "mesh_simplify.h"

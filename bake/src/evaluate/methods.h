@@ -17,7 +17,7 @@ namespace coppice::bake {
 enum class Method {
   default_metric,  ///< what `coppice bake` does
   mi,              ///< the paper: collapse_by_mutual_information
-  geometric,       ///< geometric_collapse.h
+  geometric,       ///< collapse_geometric.h
   stochastic,      ///< stochastic_prune.h
   prune,           ///< information_prune.h
   meshopt,         ///< mesh_simplify.h, at equal triangle count

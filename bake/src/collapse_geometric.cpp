@@ -1,4 +1,4 @@
-#include "geometric_collapse.h"
+#include "collapse_geometric.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,6 +11,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "collapse_down.h"
 #include "mutual_information.h"
 #include "octree.h"
 #include "quad_match.h"
@@ -211,22 +212,8 @@ Result<CollapseResult> collapse_by_image_error(const Foliage& foliage, const std
   CollapseResult result;
   result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  const std::uint32_t leaf_count = foliage.leaf_count();
   ImageCollapse collapse(foliage, options, std::move(image));
-  const std::vector<std::uint32_t> levels = level_leaf_counts(leaf_count);
-  const auto record_levels = [&](std::uint32_t live_count) {
-    while (result.levels.size() < levels.size() && levels[result.levels.size()] == live_count)
-      result.levels.push_back({live_count, to_bits(collapse.foliage_information())});
-  };
-  result.source = {leaf_count, to_bits(collapse.foliage_information())};
-  record_levels(leaf_count);
-  const std::uint32_t report_every = std::max(1u, leaf_count / 500);
-  for (std::uint32_t live_count = leaf_count; live_count > 1;) {
-    result.sequence.merges.push_back(collapse.step());
-    record_levels(--live_count);
-    if (progress && (live_count % report_every == 0 || live_count == 1))
-      progress(static_cast<double>(leaf_count - live_count) / (leaf_count - 1));
-  }
+  collapse_down(collapse, foliage.leaf_count(), progress, result);
   result.sequence.evaluations = collapse.evaluations();
   return result;
 }

@@ -53,4 +53,46 @@ TEST(EvaluateCommand, ErrorsAreOneLineAndUsageExitsWith2) {
   EXPECT_EQ(nowhere.out, "") << "it measured before it looked whether it can write";
 }
 
+TEST(EvaluateCommand, WritesAReportThatIsOneFile) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "hazel.glb", html = folder / "hazel.html";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
+  const ProcessResult result = run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--levels", ".1", "--html", html});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::ifstream file(html, std::ios::binary);
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(page.find("<!doctype html>"), 0u);
+  EXPECT_NE(page.find("data:image/png;base64,iVBOR"), std::string::npos) << "no pictures";
+  for (const std::string load : {" src=", "href=", "@import"}) EXPECT_EQ(page.find(load), std::string::npos) << load;
+}
+
+TEST(EvaluateCommand, AHostilePlantNameStaysText) {
+  const TemporaryFolder folder;
+  // The slash of "</script>" parts folders: the name itself is "script><img src=x onerror=alert(1)>".
+  fs::create_directory(folder / "<");
+  const fs::path plant = folder / "</script><img src=x onerror=alert(1)>.glb", html = folder / "report.html";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
+  const ProcessResult result = run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--levels", ".1", "--html", html});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::ifstream file(html, std::ios::binary);
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(page.find("<img"), std::string::npos);
+  EXPECT_NE(page.find("\\u003cimg"), std::string::npos);
+}
+
+TEST(EvaluateCommand, RefusesAReportOverOneOfItsFiles) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "hazel.glb", both = folder / "hazel.out";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
+  const auto plant_bytes = fs::file_size(plant);
+  for (const auto& [json, html] :
+       {std::pair{folder / "hazel.json", plant}, {both, both}, {folder / "hazel.json", folder / "no/such.html"}}) {
+    const ProcessResult result = run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--json", json, "--html", html});
+    EXPECT_EQ(result.exit_code, 1) << html;
+    EXPECT_EQ(result.out, "") << "it measured before it looked whether it can write";
+    EXPECT_FALSE(fs::exists(json)) << json;
+  }
+  EXPECT_EQ(fs::file_size(plant), plant_bytes);
+}
+
 }  // namespace

@@ -7,16 +7,35 @@
 #include "evaluate.h"
 #include "progress_bar.h"
 #include "report.h"
+#include "report_html.h"
 
 namespace coppice::bake {
 namespace {
 
 struct EvaluateArguments {
-  std::filesystem::path input, json;
+  std::filesystem::path input, json, html;
   std::vector<std::string> methods;
   std::string leaf_material;
   EvaluateOptions options;
 };
+
+Result<void> write_text(const std::filesystem::path& path, const std::string& text) {
+  return write_file_atomically(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+/// Prints why an output cannot be written.
+bool outputs_possible(const EvaluateArguments& arguments) {
+  const std::pair<const std::filesystem::path&, const std::filesystem::path&> outputs[] = {{arguments.json, arguments.html},
+                                                                                           {arguments.html, arguments.json}};
+  for (const auto& [output, other] : outputs) {
+    if (output.empty()) continue;
+    if (const auto possible = check_output(output, {arguments.input, other}); !possible) {
+      report_failure(output, possible.error());
+      return false;
+    }
+  }
+  return true;
+}
 
 int run(const EvaluateArguments& arguments) {
   EvaluateOptions options = arguments.options;
@@ -28,9 +47,8 @@ int run(const EvaluateArguments& arguments) {
     options.methods.push_back(*method);
   }
 
-  if (!arguments.json.empty())
-    if (const auto possible = check_output(arguments.json, {arguments.input}); !possible)
-      return report_failure(arguments.json, possible.error());
+  if (!outputs_possible(arguments)) return 1;
+  options.keep_pictures = !arguments.html.empty();
 
   ProgressBar bar(ProgressBar::Visibility::on_terminal);
   const auto report = evaluate(arguments.input, options, [&bar](const char* stage, double fraction) { bar.show(stage, fraction); });
@@ -39,11 +57,12 @@ int run(const EvaluateArguments& arguments) {
   for (const std::string& warning : report->warnings)
     std::fprintf(stderr, "coppice: warning: %s: %s\n", arguments.input.c_str(), warning.c_str());
 
-  if (!arguments.json.empty()) {
-    const std::string json = evaluation_json(*report);
-    const auto written = write_file_atomically(arguments.json, {reinterpret_cast<const std::uint8_t*>(json.data()), json.size()});
-    if (!written) return report_failure(arguments.json, written.error());
-  }
+  if (!arguments.json.empty())
+    if (const auto written = write_text(arguments.json, evaluation_json(*report)); !written)
+      return report_failure(arguments.json, written.error());
+  if (!arguments.html.empty())
+    if (const auto written = write_text(arguments.html, evaluation_html(*report)); !written)
+      return report_failure(arguments.html, written.error());
   std::fputs(evaluation_table(*report).c_str(), stdout);
   return 0;
 }
@@ -61,7 +80,7 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       "The reference is the plant's leaf quads, all of them. 24 cameras that no method has seen, 256 x 256 pixels, white background;\n"
       "rmse_64 and rmse_16 are of the same pictures box-filtered: what a distant viewer sees. Distances are shares of the box diagonal.\n"
       "The least error of a level is marked with *.\n"
-      "  coppice evaluate willow.glb --methods default,geometric --levels .4,.1 --json willow.json");
+      "  coppice evaluate willow.glb --methods default,geometric --levels .4,.1 --html willow.html");
   command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb");
   command->add_option("--methods", arguments->methods, "Simplifiers to compare")
       ->delimiter(',')
@@ -74,6 +93,9 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       ->type_name("F,F,...")
       ->capture_default_str();
   command->add_option("--json", arguments->json, "Write the figures to this JSON file")->type_name("F.json");
+  command
+      ->add_option("--html", arguments->html, "Write a report with curves and pictures to this file; a browser opens it without a network")
+      ->type_name("F.html");
   command->add_option("--leaf-material", arguments->leaf_material, "Materials whose name this regular expression finds are leaves")
       ->type_name("REGEX");
   command->add_option("--threads", arguments->options.thread_count, "Worker threads; 0 for all. The figures are the same for any number")

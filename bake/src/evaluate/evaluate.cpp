@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <tbb/global_control.h>
@@ -16,6 +17,7 @@
 #include "image_measures.h"
 #include "leaf_quads.h"
 #include "surface_distance.h"
+#include "thumbnail.h"
 
 namespace coppice::bake {
 namespace {
@@ -98,11 +100,17 @@ Result<void> check_options(const EvaluateOptions& options) {
   return {};
 }
 
+/// What every method is measured with.
+struct Bench {
+  const Reference& reference;
+  const std::vector<double>& fractions;
+  const std::optional<ThumbnailView>& thumbnails;  ///< none: no pictures are kept
+};
+
 /// Simplifying takes the first nine tenths of a method's bar, measuring the rest.
 constexpr double kSimplifyShare = 0.9;
 
-Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input, const std::vector<double>& fractions,
-                                       const Reference& reference, const EvaluateProgress& progress) {
+Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input, const Bench& bench, const EvaluateProgress& progress) {
   const auto show = [&](double fraction) {
     if (progress) progress(method_name(method), fraction);
   };
@@ -114,10 +122,14 @@ Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input
   measures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     show(kSimplifyShare + (1.0 - kSimplifyShare) * static_cast<double>(i) / static_cast<double>(meshes.size()));
-    LevelMeasures level = measure(meshes[i], reference);
-    level.fraction = fractions[i];
+    LevelMeasures level = measure(meshes[i], bench.reference);
+    level.fraction = bench.fractions[i];
     level.leaves = input.leaf_counts[i];
-    measures.levels.push_back(level);
+    if (bench.thumbnails) {
+      COPPICE_TRY(png, render_thumbnail_png(meshes[i], *bench.thumbnails));
+      level.picture_png = std::move(png);
+    }
+    measures.levels.push_back(std::move(level));
   }
   return measures;
 }
@@ -141,8 +153,17 @@ Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliag
   EvaluationReport report;
   report.plant = plant;
   report.source_leaves = foliage.leaf_count();
+  report.source_triangles = static_cast<std::uint32_t>(reference.mesh.triangle_materials.size());
+  std::optional<ThumbnailView> thumbnails;
+  if (options.keep_pictures) {
+    COPPICE_TRY(view, thumbnail_view(reference.mesh, materials, images));
+    COPPICE_TRY(png, render_thumbnail_png(reference.mesh, view));
+    thumbnails = std::move(view);
+    report.source_picture_png = std::move(png);
+  }
+  const Bench bench{reference, options.fractions, thumbnails};
   for (const Method method : options.methods) {
-    COPPICE_TRY(measures, evaluate_method(method, input, options.fractions, reference, progress));
+    COPPICE_TRY(measures, evaluate_method(method, input, bench, progress));
     report.methods.push_back(std::move(measures));
   }
   return report;

@@ -22,22 +22,24 @@ struct EvaluateOptions {
   std::vector<Method> methods{all_methods().begin(), all_methods().end()};
   std::vector<double> fractions = kEvaluationFractions;  ///< of the source leaves, in (0, 1]
   std::uint32_t thread_count = 0;                        ///< 0: all
+  bool keep_pictures = false;                            ///< the report gets pictures for a reader: see thumbnail.h
   ImportOptions import;
 };
 
 /// One method at one level. Reference: the source's leaf quads. Distances are infinite for a mesh without triangles.
 struct LevelMeasures {
   double fraction = 0.0;
-  std::uint32_t leaves = 0;     ///< asked for: level_leaves(N, fraction)
-  std::uint32_t triangles = 0;  ///< got
-  double rmse_256 = 0.0;        ///< luminance 0..255 over all pixels and cameras
-  double rmse_64 = 0.0;         ///< of the same pictures box-filtered to 64 x 64
-  double rmse_16 = 0.0;         ///< and to 16 x 16
-  double coverage = 0.0;        ///< foliage pixels over the reference's
-  double soft_iou = 0.0;        ///< of coverage box-filtered to 64 x 64
-  double area_ratio = 0.0;      ///< surface over the reference's
-  double hausdorff = 0.0;       ///< largest distance of the surfaces, over the diagonal of the reference's box
-  double mean_distance = 0.0;   ///< mean distance, over the same; of both directions the larger
+  std::uint32_t leaves = 0;               ///< asked for: level_leaves(N, fraction)
+  std::uint32_t triangles = 0;            ///< got
+  double rmse_256 = 0.0;                  ///< luminance 0..255 over all pixels and cameras
+  double rmse_64 = 0.0;                   ///< of the same pictures box-filtered to 64 x 64
+  double rmse_16 = 0.0;                   ///< and to 16 x 16
+  double coverage = 0.0;                  ///< foliage pixels over the reference's
+  double soft_iou = 0.0;                  ///< of coverage box-filtered to 64 x 64
+  double area_ratio = 0.0;                ///< surface over the reference's
+  double hausdorff = 0.0;                 ///< largest distance of the surfaces, over the diagonal of the reference's box
+  double mean_distance = 0.0;             ///< mean distance, over the same; of both directions the larger
+  std::vector<std::uint8_t> picture_png;  ///< a file; empty unless EvaluateOptions::keep_pictures
 };
 
 struct MethodMeasures {
@@ -49,6 +51,8 @@ struct MethodMeasures {
 struct EvaluationReport {
   std::string plant;
   std::uint32_t source_leaves = 0;
+  std::uint32_t source_triangles = 0;
+  std::vector<std::uint8_t> source_picture_png;  ///< as LevelMeasures::picture_png
   std::vector<MethodMeasures> methods;
   std::vector<std::string> warnings;  ///< the importer's
 };

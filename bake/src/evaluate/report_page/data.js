@@ -1,0 +1,94 @@
+'use strict';
+// What the page shows: the evaluation's figures, and how measures and methods are named and drawn. All files of report_page/ are one script.
+
+const data = JSON.parse(document.getElementById('data').textContent);
+
+// better: 'low' marks the least of a row, 'one' the nearest to 1, 'high' the greatest.
+const measures = [
+  {key: 'rmse_256', title: 'Image error close up', digits: 2, better: 'low', note: 'rmse_256: difference of 256 x 256 pictures. Lower is better.'},
+  {key: 'rmse_64', title: 'Image error farther away', digits: 2, better: 'low', note: 'rmse_64: the same pictures shrunk to 64 x 64. Lower is better.'},
+  {key: 'rmse_16', title: 'Image error in the distance', digits: 2, better: 'low', note: 'rmse_16: shrunk to 16 x 16, where only mass and tone count. Lower is better.'},
+  {key: 'hausdorff', title: 'Largest surface distance', digits: 4, better: 'low', note: 'Hausdorff: how far the farthest point has moved. Lower is better.'},
+  {key: 'coverage', title: 'Coverage', digits: 3, better: 'one', note: 'Pixels that show foliage, over the source\'s. 1 keeps the crown as dense as it was.'},
+  {key: 'mean_distance', title: 'Mean surface distance', digits: 5, better: 'low', note: 'How far the average point has moved. Lower is better.'},
+  {key: 'soft_iou', title: 'Overlap of silhouettes', digits: 3, better: 'high', note: 'Soft intersection over union of coverage at 64 x 64. Higher is better.'},
+  {key: 'area_ratio', title: 'Leaf area', digits: 3, better: 'one', note: 'Area of all leaves, over the source\'s.'},
+];
+const chartKeys = ['rmse_256', 'rmse_64', 'rmse_16', 'hausdorff', 'coverage', 'mean_distance'];
+const measureOf = key => measures.find(measure => measure.key === key);
+
+const about = {
+  default: 'Coppice: collapses leaf pairs in the order that changes the shaded picture least.',
+  mi: 'The published method: collapses leaf pairs by the mutual information of views and leaves.',
+  geometric: 'Merges the most similar leaf pair first: distance, size and direction.',
+  stochastic: 'Drops leaves in random order; those that stay grow (Cook et al. 2007).',
+  prune: 'Drops the least informative leaf; its nearest neighbour grows (Gasch et al. 2018).',
+  meshopt: 'meshoptimizer: edge collapse, at equal triangle count.',
+  meshopt_sloppy: 'meshoptimizer: clusters vertices on a grid, at equal triangle count.',
+};
+
+// Markers, in a square from -1 to 1; each method has a shape and a dash of its own, so that colour is never alone.
+const shapes = {
+  default: 'M-1 0A1 1 0 1 0 1 0A1 1 0 1 0 -1 0Z',
+  mi: 'M-.9 -.9H.9V.9H-.9Z',
+  geometric: 'M0 -1.1L1.1 .9H-1.1Z',
+  stochastic: 'M0 -1.25L1.25 0L0 1.25L-1.25 0Z',
+  prune: 'M0 1.1L1.1 -.9H-1.1Z',
+  meshopt: 'M-.4 -1.2H.4V-.4H1.2V.4H.4V1.2H-.4V.4H-1.2V-.4H-.4Z',
+  meshopt_sloppy: 'M-1.1 -.55L-.55 -1.1L0 -.55L.55 -1.1L1.1 -.55L.55 0L1.1 .55L.55 1.1L0 .55L-.55 1.1L-1.1 .55L-.55 0Z',
+};
+const dashes = {default: [], mi: [9, 4], geometric: [3, 3], stochastic: [12, 4, 3, 4], prune: [6, 3], meshopt: [2, 4], meshopt_sloppy: [9, 3, 2, 3, 2, 3]};
+
+const methods = data.methods.map(method => ({...method, shape: shapes[method.name], dash: dashes[method.name], visible: true}));
+const levels = data.methods[0].levels.map((level, index) => ({index, fraction: level.fraction, leaves: level.leaves}))
+  .sort((a, b) => b.leaves - a.leaves);
+
+const percent = fraction => `${+(100 * fraction).toPrecision(3)}%`;
+const count = number => number.toLocaleString('en');
+const figure = (value, measure) => value === null ? '–' : value.toFixed(measure.digits);
+const color = method => getComputedStyle(document.documentElement).getPropertyValue(`--${method.name}`);
+
+// Distance from perfect, for comparisons; what cannot be measured loses.
+function badness(value, measure) {
+  if (value === null) return Infinity;
+  return measure.better === 'low' ? value : measure.better === 'one' ? Math.abs(value - 1) : -value;
+}
+
+// Indices of the methods that are best as printed; ties are all best.
+function best(level, measure) {
+  const scores = methods.map(method => +badness(method.levels[level.index][measure.key], measure).toFixed(measure.digits));
+  const least = Math.min(...scores);
+  return Number.isFinite(least) ? scores.flatMap((score, index) => score === least ? [index] : []) : [];
+}
+
+// element('p', {className: 'x'}, 'text', child...)
+function element(tag, properties, ...children) {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+}
+
+function symbol(method) {
+  const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+  svg.setAttribute('viewBox', '-1.5 -1.5 3 3');
+  svg.setAttribute('aria-hidden', 'true');
+  svg.classList.add('symbol');
+  const path = document.createElementNS('http://www.w3.org/2000/svg', 'path');
+  path.setAttribute('d', method.shape);
+  path.style.fill = `var(--${method.name})`;
+  svg.append(path);
+  return svg;
+}
+
+const label = method => element('span', {className: 'method'}, symbol(method), method.name);
+
+// A row of radio buttons in a fieldset; calls `changed` with the chosen value.
+function choice(title, name, options, chosen, changed) {
+  const group = element('fieldset', {}, element('legend', {}, title));
+  for (const [value, ...text] of options) {
+    const input = element('input', {type: 'radio', name, value, checked: value === chosen});
+    input.addEventListener('change', () => changed(value));
+    group.append(element('label', {}, input, element('span', {}, ...text)));
+  }
+  return group;
+}

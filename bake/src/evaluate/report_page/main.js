@@ -1,0 +1,37 @@
+// Puts the page together. When all is drawn the root element gets data-report="ready".
+
+const themes = ['automatic', 'light', 'dark'];
+
+function setTheme(theme) {
+  if (theme === 'automatic') delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = theme;
+  document.querySelector('#theme span').textContent = theme;
+  for (const chart of charts) chart.redraw(false);
+}
+
+function makeText() {
+  document.title = `${data.plant}: Coppice evaluation`;
+  document.getElementById('plant').textContent = data.plant;
+  document.getElementById('source').textContent =
+    `${count(data.source_leaves)} leaves, ${methods.length} ${methods.length === 1 ? 'method' : 'methods'}, ${levels.length} ${levels.length === 1 ? 'level' : 'levels'} of detail`;
+  document.getElementById('headline').append(...data.headline.map(sentence => {
+    const subject = sentence.search(/[,:]/);
+    return element('li', {}, element('strong', {}, sentence.slice(0, subject)), sentence.slice(subject));
+  }));
+  document.getElementById('warnings').append(...data.warnings.map(warning => element('li', {}, `Importing: ${warning}`)));
+  document.getElementById('methods').append(...methods.flatMap(method => [element('dt', {}, label(method)), element('dd', {}, about[method.name])]));
+}
+
+async function makePage() {
+  makeText();
+  makeCharts();
+  makeTables();
+  await makePictures();
+  let theme = 0;
+  document.getElementById('theme').addEventListener('click', () => setTheme(themes[theme = (theme + 1) % themes.length]));
+  setTheme('automatic');
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { for (const chart of charts) chart.redraw(false); });
+  document.documentElement.dataset.report = 'ready';
+}
+
+makePage();

@@ -1,0 +1,47 @@
+// The figures as tables, and who is best where.
+
+const headRow = cells => element('thead', {}, element('tr', {}, ...cells.map(cell => element('th', {scope: 'col'}, ...[cell].flat()))));
+const levelHead = level => element('th', {scope: 'row'}, percent(level.fraction), element('small', {}, ` ${count(level.leaves)}`));
+
+function figureTable(measure) {
+  const rows = levels.map(level => {
+    const winners = best(level, measure);
+    return element('tr', {}, levelHead(level), ...methods.map((method, index) => {
+      const text = figure(method.levels[level.index][measure.key], measure);
+      return winners.includes(index) ? element('td', {className: 'best'}, `${text} ★`) : element('td', {}, text);
+    }));
+  });
+  return element('table', {}, element('caption', {}, measure.note, ' ★ best of the row.'),
+    headRow(['level, leaves', ...methods.map(label)]), element('tbody', {}, ...rows));
+}
+
+function sizeTable() {
+  const rows = methods.map(method => element('tr', {}, element('th', {scope: 'row'}, label(method)),
+    element('td', {}, method.seconds.toFixed(method.seconds < 10 ? 2 : 1)),
+    ...levels.map(level => element('td', {}, count(method.levels[level.index].triangles)))));
+  const heads = levels.map(level => [percent(level.fraction), element('small', {}, ` ${count(level.leaves)}`)]);
+  return element('table', {}, element('caption', {}, `Seconds to simplify to all levels, on this machine; then triangles at each level (and its leaves). The source has ${count(data.source_triangles)} triangles in ${count(data.source_leaves)} leaves.`),
+    headRow(['method', 'seconds', ...heads]), element('tbody', {}, ...rows));
+}
+
+function winnersTable() {
+  const keys = ['rmse_256', 'rmse_64', 'rmse_16', 'hausdorff', 'coverage'];
+  const rows = keys.map(key => {
+    const measure = measureOf(key);
+    return element('tr', {}, element('th', {scope: 'row'}, measure.title, element('small', {}, ` ${key}`)), ...levels.map(level => {
+      const winners = best(level, measure);
+      return element('td', {}, ...(winners.length > 2 ? [`${winners.length} alike`] : winners.map(index => label(methods[index]))));
+    }));
+  });
+  return element('table', {className: 'winners'}, element('caption', {}, 'Best method, by measure and share of leaves kept'),
+    headRow(['measure', ...levels.map(level => percent(level.fraction))]), element('tbody', {}, ...rows));
+}
+
+function makeTables() {
+  const show = key => document.getElementById('table').replaceChildren(figureTable(measureOf(key)));
+  document.getElementById('table_controls').append(
+    choice('Measure', 'measure', measures.map(measure => [measure.key, measure.title]), 'rmse_256', show));
+  show('rmse_256');
+  document.getElementById('size_table').append(sizeTable());
+  if (methods.length > 1) document.getElementById('winners').append(winnersTable());
+}

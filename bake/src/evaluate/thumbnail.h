@@ -1,0 +1,33 @@
+#pragma once
+
+// Pictures for a person who reads the report; no figure is computed from them. They are drawn by the renderer of the figures, from one of
+// its cameras, in colour and smoothed.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "evaluation_render.h"
+#include "plant.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+inline constexpr std::uint32_t kThumbnailSizePx = 256;
+
+/// What all pictures of one plant share.
+struct ThumbnailView {
+  EvaluationCamera camera;
+  std::array<std::vector<SurfaceLook>, 3> looks;  ///< by red, green, blue: albedo is the mean colour's share of that channel
+};
+
+/// The evaluation's camera that looks most nearly from the side.
+/// source  holds the bounding sphere to frame
+/// errors  those of surface_looks
+Result<ThumbnailView> thumbnail_view(const Mesh& source, const std::vector<Material>& materials, const std::vector<Image>& images);
+
+/// A PNG file, RGB, kThumbnailSizePx square, white where nothing is.
+/// errors  internal: the picture cannot be encoded
+Result<std::vector<std::uint8_t>> render_thumbnail_png(const Mesh& mesh, const ThumbnailView& view);
+
+}  // namespace coppice::bake

@@ -1,0 +1,166 @@
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <stb_image.h>
+#include <nlohmann/json.hpp>
+
+#include "evaluate.h"
+#include "report_headline.h"
+#include "report_html.h"
+#include "test_foliage.h"
+
+namespace coppice::bake {
+namespace {
+
+LevelMeasures level(double fraction, double rmse_256, double rmse_16, double hausdorff) {
+  LevelMeasures made;
+  made.fraction = fraction;
+  made.leaves = static_cast<std::uint32_t>(1000 * fraction);
+  made.rmse_256 = rmse_256;
+  made.rmse_16 = rmse_16;
+  made.hausdorff = hausdorff;
+  made.coverage = 1.0 - fraction / 10;
+  return made;
+}
+
+/// `default` wins rmse_16 everywhere, rmse_256 at one of two levels, and the surface nowhere.
+EvaluationReport small_report(const std::string& plant = "pear") {
+  EvaluationReport report;
+  report.plant = plant;
+  report.source_leaves = 1000;
+  report.methods = {{Method::geometric, 0.25, {level(0.5, 10, 4, 0.1), level(0.025, 30, 20, 0.2)}},
+                    {Method::default_metric, 12.6, {level(0.5, 20, 3, 0.2), level(0.025, 15, 5, 0.8)}}};
+  return report;
+}
+
+/// What the page's script reads.
+nlohmann::json page_data(const std::string& page) {
+  const std::string start = "id=\"data\">";
+  const std::size_t from = page.find(start) + start.size();
+  return nlohmann::json::parse(page.substr(from, page.find("</script>", from) - from));
+}
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST(EvaluationHeadline, SaysWhereTheDefaultWinsAndWhereItLoses) {
+  const std::vector<std::string> sentences = evaluation_headline(small_report());
+  ASSERT_EQ(sentences.size(), 5u);
+  EXPECT_EQ(sentences[0],
+            "Seen close up (rmse_256), default has the least error at 2.5% of the leaves, 50% below the next best; geometric is better at "
+            "50% (by 50%).");
+  EXPECT_EQ(sentences[1], "Seen from afar (rmse_16), default has the least error at every level, 25% to 75% below the next best.");
+  EXPECT_EQ(sentences[2],
+            "On the surface (Hausdorff), default never has the smallest distance: geometric is nearer at 50% (by 50%) and 2.5% (by 75%).");
+  EXPECT_EQ(sentences[3], "Coverage: default shows 95% to 100% of the source's foliage pixels.");
+  EXPECT_EQ(sentences[4], "Time: default took 13 s for all levels; geometric 0.2 s.");
+}
+
+TEST(EvaluationHeadline, IsAboutTheFirstMethodWithoutDefaultAndComparesNothingAlone) {
+  EvaluationReport report = small_report();
+  report.methods[1].method = Method::prune;
+  EXPECT_EQ(evaluation_headline(report)[0].find("Seen close up (rmse_256), geometric has the least error at 50%"), 0u);
+  report.methods.pop_back();
+  EXPECT_EQ(evaluation_headline(report).size(), 2u);
+  report.methods.clear();
+  EXPECT_TRUE(evaluation_headline(report).empty());
+}
+
+TEST(EvaluationHeadline, AMeshWithoutTrianglesLosesByEverything) {
+  EvaluationReport report = small_report();
+  for (LevelMeasures& measures : report.methods[0].levels) measures.hausdorff = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(evaluation_headline(report)[2],
+            "On the surface (Hausdorff), default has the smallest distance at every level, 100% below the next best.");
+}
+
+TEST(EvaluationHtml, HoldsTheFiguresAndThePictures) {
+  EvaluationReport report = small_report();
+  report.methods[0].levels[1].hausdorff = std::numeric_limits<double>::infinity();
+  report.source_picture_png = {'M', 'a', 'n'};
+  report.methods[0].levels[0].picture_png = {'M', 'a'};
+  report.methods[0].levels[1].picture_png = {'M'};
+  const nlohmann::json data = page_data(evaluation_html(report));
+  EXPECT_EQ(data["plant"], "pear");
+  EXPECT_EQ(data["source_picture"], "data:image/png;base64,TWFu");
+  ASSERT_EQ(data["methods"].size(), 2u);
+  EXPECT_EQ(data["methods"][0]["levels"][0]["picture"], "data:image/png;base64,TWE=");
+  EXPECT_EQ(data["methods"][0]["levels"][1]["picture"], "data:image/png;base64,TQ==");
+  EXPECT_TRUE(data["methods"][0]["levels"][1]["hausdorff"].is_null());
+  EXPECT_TRUE(data["methods"][1]["levels"][0]["picture"].is_null());
+  EXPECT_EQ(data["methods"][1]["name"], "default");
+  EXPECT_EQ(data["methods"][1]["seconds"], 12.6);
+  EXPECT_EQ(data["methods"][1]["levels"][1]["rmse_256"], 15.0);
+  EXPECT_EQ(data["headline"].size(), 5u);
+}
+
+TEST(EvaluationHtml, TextFromOutsideStaysText) {
+  const std::string plain = evaluation_html(small_report());
+  for (const std::string name : {"</script><b>", "<!--<script>", "{{script}}", "\xff\xfe", "a\"b\\c\n"}) {
+    EvaluationReport report = small_report(name);
+    report.warnings = {name};
+    const std::string page = evaluation_html(report);
+    for (const std::string part : {"<script", "</script", "<!--", "<b>"})
+      EXPECT_EQ(count_of(page, part), count_of(plain, part)) << name << part;
+    const std::string expected = name[0] == '\xff' ? "\ufffd\ufffd" : name;  // bytes that are no UTF-8 are replaced
+    EXPECT_EQ(page_data(page)["plant"], expected);
+  }
+}
+
+TEST(EvaluationHtml, LoadsNothing) {
+  const std::string page = evaluation_html(small_report());
+  EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
+  for (const std::string part :
+       {" src=", "href=", "<link", "<iframe", "@import", "import(", "fetch(", "XMLHttpRequest", "WebSocket", "sendBeacon", "{{", "}}</"})
+    EXPECT_EQ(page.find(part), std::string::npos) << part;
+  EXPECT_NE(page.find("Permission is hereby granted"), std::string::npos) << "the library's licence";
+}
+
+struct Decoded {
+  int width = 0, height = 0, channels = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+Decoded decode(const std::vector<std::uint8_t>& png) {
+  Decoded image;
+  stbi_uc* pixels = stbi_load_from_memory(png.data(), static_cast<int>(png.size()), &image.width, &image.height, &image.channels, 0);
+  if (pixels != nullptr) image.rgb.assign(pixels, pixels + image.width * image.height * image.channels);
+  stbi_image_free(pixels);
+  return image;
+}
+
+TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
+  std::vector<Material> materials = test::plain_materials();
+  materials[0].base_color = {0.2f, 0.6f, 0.1f, 1.0f};
+  EvaluateOptions options;
+  options.methods = {Method::stochastic};
+  options.fractions = {1.0, 0.1};
+  const Foliage crown = test::ball_crown(60, 2);
+  const auto without = evaluate_foliage("crown", crown, materials, {}, options, {});
+  options.keep_pictures = true;
+  const auto with = evaluate_foliage("crown", crown, materials, {}, options, {});
+  ASSERT_TRUE(without && with);
+  EXPECT_TRUE(without->source_picture_png.empty());
+  EXPECT_TRUE(without->methods[0].levels[0].picture_png.empty());
+  EXPECT_EQ(with->source_picture_png, with->methods[0].levels[0].picture_png) << "all leaves are the source";
+  EXPECT_NE(with->source_picture_png, with->methods[0].levels[1].picture_png);
+
+  const Decoded image = decode(with->source_picture_png);
+  ASSERT_EQ(image.width, 256);
+  ASSERT_EQ(image.height, 256);
+  ASSERT_EQ(image.channels, 3);
+  EXPECT_EQ((std::vector<std::uint8_t>(image.rgb.begin(), image.rgb.begin() + 3)), (std::vector<std::uint8_t>{255, 255, 255}));
+  std::size_t green = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3)
+    if (image.rgb[i + 1] > image.rgb[i] && image.rgb[i] > image.rgb[i + 2]) ++green;
+  EXPECT_GT(green, image.rgb.size() / 3 / 10);
+}
+
+}  // namespace
+}  // namespace coppice::bake

@@ -113,6 +113,7 @@ std::string coverage_sentence(const MethodMeasures& subject) {
 }
 
 std::string seconds_text(double seconds) {
+  if (seconds < 0.05) return "under 0.1 s";
   char text[32];
   std::snprintf(text, sizeof text, seconds < 10.0 ? "%.1f s" : "%.0f s", seconds);
   return text;

@@ -4,19 +4,33 @@
 const shown = {compare: 'methods', level: '', method: '0', mode: 'picture', size: '256'};
 const sizeMeasure = {256: 'rmse_256', 64: 'rmse_64', 16: 'rmse_16'};
 
-// Halves a picture until it is `size` wide: each pixel is then the mean of those it covers. Resolves to a data URL.
+function canvasOf(size) {
+  const canvas = element('canvas', {width: size, height: size});
+  return {canvas, context: canvas.getContext('2d')};
+}
+
+// Halves a picture until it is `size` wide: each pixel is then the mean of those it covers. Resolves to what can be drawn.
 async function shrunk(url, size) {
-  const image = new Image();
-  image.src = url;
-  await image.decode();
-  if (size >= image.width) return url;
-  let from = image;
-  for (let width = image.width / 2; width >= size; width /= 2) {
-    const canvas = element('canvas', {width, height: width});
-    canvas.getContext('2d').drawImage(from, 0, 0, width, width);
+  let from = new Image();
+  from.src = url;
+  await from.decode();
+  while (from.width > size) {
+    const {canvas, context} = canvasOf(from.width / 2);
+    context.drawImage(from, 0, 0, canvas.width, canvas.height);
     from = canvas;
   }
-  return from.toDataURL();
+  return from;
+}
+
+// White where two pictures of one size agree, the darker the more they differ.
+function difference(one, other) {
+  const {canvas, context} = canvasOf(one.width);
+  context.drawImage(one, 0, 0);
+  context.globalCompositeOperation = 'difference';
+  context.drawImage(other, 0, 0);
+  context.fillStyle = '#fff';
+  context.fillRect(0, 0, canvas.width, canvas.height);
+  return canvas;
 }
 
 function bestMark(level, measure, methodIndex) {
@@ -40,24 +54,30 @@ function tiles() {
   return [source, ...levels.map(level => tile(+shown.method, level, [`${percent(level.fraction)}: ${count(level.leaves)} leaves`], `${method.name} at ${percent(level.fraction)}`))];
 }
 
+let galleryRequests = 0;
+
 async function drawGallery() {
+  const request = ++galleryRequests;
   const source = await shrunk(data.source_picture, +shown.size);
   const figures = await Promise.all(tiles().map(async ({url, title, note, text}) => {
-    const picture = element('div', {className: 'picture', role: 'img', ariaLabel: shown.mode === 'difference' ? `difference of ${text} to the source` : text});
-    const images = [await shrunk(url, +shown.size)];
-    if (shown.mode === 'difference') images.push(source);
-    picture.style.backgroundImage = images.map(image => `url(${image})`).join(', ');
-    picture.classList.toggle('difference', shown.mode === 'difference');
+    const differs = shown.mode === 'difference' && url !== data.source_picture;
+    const seen = await shrunk(url, +shown.size);
+    const drawn = differs ? difference(seen, source) : seen;
+    const picture = element('img', {className: 'picture', src: drawn.src ?? drawn.toDataURL(), alt: differs ? `difference of ${text} to the source` : text});
+    picture.classList.toggle('difference', differs);
     picture.classList.toggle('coarse', shown.size !== '256');
     return element('figure', {}, picture, element('figcaption', {}, element('strong', {}, ...title), element('span', {}, ...note)));
   }));
-  document.getElementById('gallery').replaceChildren(...figures);
+  if (request === galleryRequests) document.getElementById('gallery').replaceChildren(...figures);
 }
 
 function drawPictureControls() {
   const set = key => value => {
     shown[key] = value;
-    if (key === 'compare') drawPictureControls();
+    if (key === 'compare') {
+      drawPictureControls();
+      document.querySelector('input[name=compare]:checked').focus();
+    }
     drawGallery();
   };
   const which = shown.compare === 'methods' ?

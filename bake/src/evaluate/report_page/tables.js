@@ -1,5 +1,6 @@
 // The figures as tables, and who is best where.
 
+const caption = text => element('caption', {}, element('span', {}, text));
 const headRow = cells => element('thead', {}, element('tr', {}, ...cells.map(cell => element('th', {scope: 'col'}, ...[cell].flat()))));
 const levelHead = level => element('th', {scope: 'row'}, percent(level.fraction), element('small', {}, ` ${count(level.leaves)}`));
 
@@ -11,7 +12,7 @@ function figureTable(measure) {
       return winners.includes(index) ? element('td', {className: 'best'}, `${text} ★`) : element('td', {}, text);
     }));
   });
-  return element('table', {}, element('caption', {}, measure.note, ' ★ best of the row.'),
+  return element('table', {}, caption(`${measure.note} ★ best of the row.`),
     headRow(['level, leaves', ...methods.map(label)]), element('tbody', {}, ...rows));
 }
 
@@ -20,7 +21,7 @@ function sizeTable() {
     element('td', {}, method.seconds.toFixed(method.seconds < 10 ? 2 : 1)),
     ...levels.map(level => element('td', {}, count(method.levels[level.index].triangles)))));
   const heads = levels.map(level => [percent(level.fraction), element('small', {}, ` ${count(level.leaves)}`)]);
-  return element('table', {}, element('caption', {}, `Seconds to simplify to all levels, on this machine; then triangles at each level (and its leaves). The source has ${count(data.source_triangles)} triangles in ${count(data.source_leaves)} leaves.`),
+  return element('table', {}, caption(`Seconds to simplify to all levels; then triangles at each level (and the leaves asked for). The source has ${count(data.source_triangles)} triangles in ${count(data.source_leaves)} leaves.`),
     headRow(['method', 'seconds', ...heads]), element('tbody', {}, ...rows));
 }
 
@@ -28,12 +29,12 @@ function winnersTable() {
   const keys = ['rmse_256', 'rmse_64', 'rmse_16', 'hausdorff', 'coverage'];
   const rows = keys.map(key => {
     const measure = measureOf(key);
-    return element('tr', {}, element('th', {scope: 'row'}, measure.title, element('small', {}, ` ${key}`)), ...levels.map(level => {
+    return element('tr', {}, element('th', {scope: 'row'}, measure.title, element('small', {}, key)), ...levels.map(level => {
       const winners = best(level, measure);
       return element('td', {}, ...(winners.length > 2 ? [`${winners.length} alike`] : winners.map(index => label(methods[index]))));
     }));
   });
-  return element('table', {className: 'winners'}, element('caption', {}, 'Best method, by measure and share of leaves kept'),
+  return element('table', {className: 'winners'}, caption('Best method, by measure and share of leaves kept.'),
     headRow(['measure', ...levels.map(level => percent(level.fraction))]), element('tbody', {}, ...rows));
 }
 

@@ -82,8 +82,9 @@ class Collapse {
         totals_(visibility_.view_count()),
         information_(visibility_.id_count() + 1, 0),
         next_id_(foliage.leaf_count()) {
+    place_in_live_.resize(visibility_.id_count());
     for (std::uint32_t id = 0; id < foliage.leaf_count(); ++id) {
-      live_.push_back(id);
+      add_live(id);
       octree_.insert(id, quad_centroid(foliage.quads[id]));
     }
     refresh_all();
@@ -187,17 +188,29 @@ class Collapse {
       visibilities_.remove(removed);
       foliage_information_ -= information_[removed];
       information_[removed] = 0;
-      live_.erase(std::lower_bound(live_.begin(), live_.end(), removed));
+      remove_live(removed);
     }
     octree_.insert(next_id_, quad_centroid(candidate.merge.leaf.quad));
     visibilities_.set(next_id_, 0);
-    live_.push_back(next_id_++);
+    add_live(next_id_++);
     if (all_change) {
       refresh_all();
     } else {
       for (const std::uint32_t outcome : candidate.changes.outcomes) refresh(outcome);
     }
     return {std::min(chosen, partner), std::max(chosen, partner), candidate.corners};
+  }
+
+  void add_live(std::uint32_t id) {
+    place_in_live_[id] = static_cast<std::uint32_t>(live_.size());
+    live_.push_back(id);
+  }
+
+  void remove_live(std::uint32_t id) {
+    const std::uint32_t place = place_in_live_[id];
+    live_[place] = live_.back();
+    place_in_live_[live_[place]] = place;
+    live_.pop_back();
   }
 
   void refresh(std::uint32_t outcome) {
@@ -220,9 +233,10 @@ class Collapse {
   LeafOctree octree_;
   LeafVisibilities visibilities_;
   ViewTotals totals_;
-  std::vector<FixedBits> information_;  ///< [outcome] I(V,l), 0 if not live
-  FixedBits foliage_information_ = 0;   ///< I(V,L)
-  std::vector<std::uint32_t> live_;     ///< ascending ids
+  std::vector<FixedBits> information_;        ///< [outcome] I(V,l), 0 if not live
+  FixedBits foliage_information_ = 0;         ///< I(V,L)
+  std::vector<std::uint32_t> live_;           ///< in no order: sums over it are exact
+  std::vector<std::uint32_t> place_in_live_;  ///< [id]
   std::uint32_t next_id_ = 0;
   std::uint64_t evaluations_ = 0;
   std::vector<std::uint32_t> partners_;

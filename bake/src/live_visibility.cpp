@@ -62,9 +62,17 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
     View& view = views_[v];
     view.projection = make_projection(views[v], sphere, buffers.resolution_px);
     view.fragments = FragmentLists(buffers, v);
-    for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel)
+    view.behind.resize(pixels_per_view_);
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel) {
+      set_behind(view, pixel);
       ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count_ + v];
+    }
   });
+}
+
+void LiveVisibility::set_behind(View& view, std::uint32_t pixel) {
+  const std::uint32_t front = fragment_leaf(view.fragments.front(pixel));
+  view.behind[pixel] = view.fragments.front_without(pixel, front, front);
 }
 
 std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
@@ -72,7 +80,7 @@ std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
 }
 
 template <class Visit>
-void LiveVisibility::for_each_fragment(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
+void LiveVisibility::for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
   const Card& card = card_table_[leaf.card];
   const std::int32_t width = view.projection.resolution_px;
   rasterise_leaf(project(view.projection, leaf.quad), card, masks_[card.material], width,
@@ -84,42 +92,69 @@ void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
   owned.view_begin.assign(1, 0);
   for (std::uint32_t v = 0; v < view_count_; ++v) {
     if (areas(id)[v] > 0) {
-      for_each_fragment(views_[v], leaves_[id], id, [&](std::uint32_t pixel, LeafFragment) {
-        if (fragment_leaf(views_[v].fragments.front(pixel)) == id) owned.pixels.push_back(pixel);
+      const View& view = views_[v];
+      const std::int32_t width = view.projection.resolution_px;
+      for_each_run(RasterQuad(project(view.projection, leaves_[id].quad)), width, [&](const PixelRun& run) {
+        const auto row = static_cast<std::uint32_t>(run.y * width);
+        for (std::uint32_t pixel = row + static_cast<std::uint32_t>(run.first); pixel <= row + static_cast<std::uint32_t>(run.last);
+             ++pixel)
+          if (fragment_leaf(view.fragments.front(pixel)) == id) owned.pixels.push_back({pixel, view.behind[pixel]});
       });
     }
     owned.view_begin.push_back(static_cast<std::uint32_t>(owned.pixels.size()));
   }
 }
 
-void LiveVisibility::release(const LeafMerge& merge, const OwnedPixels& owned, ChangeWriter& writer) const {
-  for (std::uint32_t v = 0; v < view_count_; ++v)
-    for (std::uint32_t i = owned.view_begin[v]; i < owned.view_begin[v + 1]; ++i)
-      writer.add(outcome_of(views_[v].fragments.front_without(owned.pixels[i], merge.first, merge.second)), v, 1);
+/// The pixels of one of the pair pass to whoever is behind both.
+void LiveVisibility::release(std::uint32_t v, const LeafMerge& merge, const OwnedPixels& owned, Scratch& scratch,
+                             ChangeWriter& writer) const {
+  for (std::uint32_t i = owned.view_begin[v]; i < owned.view_begin[v + 1]; ++i) {
+    auto [pixel, rest] = owned.pixels[i];
+    if (fragment_leaf(rest) == merge.first || fragment_leaf(rest) == merge.second)
+      rest = views_[v].fragments.front_without(pixel, merge.first, merge.second);
+    scratch.rest[pixel] = rest;
+    writer.add(outcome_of(rest), v, 1);
+  }
 }
 
-void LiveVisibility::add(const LeafMerge& merge, ChangeWriter& writer) const {
-  for (std::uint32_t v = 0; v < view_count_; ++v) {
-    const View& view = views_[v];
-    std::int32_t gained_px = 0;
-    for_each_fragment(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment fragment) {
-      LeafFragment front = view.fragments.front(pixel);
-      const std::uint32_t leaf = fragment_leaf(front);
-      if (leaf == merge.first || leaf == merge.second) front = view.fragments.front_without(pixel, merge.first, merge.second);
-      if (fragment > front) return;
-      writer.add(outcome_of(front), v, -1);
+/// The merged leaf takes the pixels where it is nearer than the rest. Its id is the largest: at equal depths it is behind.
+void LiveVisibility::add(std::uint32_t v, const LeafMerge& merge, const Scratch& scratch, ChangeWriter& writer) const {
+  const View& view = views_[v];
+  const std::int32_t width = view.projection.resolution_px;
+  const Card& card = card_table_[merge.leaf.card];
+  const AlphaMask& mask = masks_[card.material];
+  const auto shows = [&](const RasterTriangle& triangle, std::uint32_t index, std::int32_t x, std::int32_t y) {
+    return mask.hole.empty() || !mask.is_hole(card_uv(triangle, index, card, x, y));
+  };
+  std::int32_t gained_px = 0;
+  const RasterQuad quad(project(view.projection, merge.leaf.quad));
+  for_each_run(quad, width, [&](const PixelRun& run) {
+    const RasterTriangle& triangle = quad.triangles[run.triangle];
+    const DepthRow depths = triangle.depths(run.y), other_depths = quad.triangles[1].depths(run.y);
+    for (std::int32_t x = run.first; x <= run.last; ++x) {
+      const auto pixel = static_cast<std::uint32_t>(run.y * width + x);
+      LeafFragment rest = view.fragments.front(pixel);
+      if (fragment_leaf(rest) == merge.first || fragment_leaf(rest) == merge.second) rest = scratch.rest[pixel];
+      const std::uint32_t depth = fragment_depth(rest);
+      const bool gains = (depths.is_nearer(x, depth) && shows(triangle, run.triangle, x, run.y)) ||
+                         (run.folded && other_depths.is_nearer(x, depth) && shows(quad.triangles[1], 1, x, run.y));
+      if (!gains) continue;
+      writer.add(outcome_of(rest), v, -1);
       ++gained_px;
-    });
-    if (gained_px > 0) writer.add(merge.result, v, gained_px);
-  }
+    }
+  });
+  if (gained_px > 0) writer.add(merge.result, v, gained_px);
 }
 
 void LiveVisibility::changes_of(const LeafMerge& merge, const OwnedPixels& first_owned, Scratch& scratch, AreaChanges& changes) const {
   ChangeWriter writer(view_count_, id_count_ + 1, scratch, changes);
-  release(merge, first_owned, writer);
+  scratch.rest.resize(pixels_per_view_);
   owned_pixels(merge.second, scratch.owned);
-  release(merge, scratch.owned, writer);
-  add(merge, writer);
+  for (std::uint32_t v = 0; v < view_count_; ++v) {
+    release(v, merge, first_owned, scratch, writer);
+    release(v, merge, scratch.owned, scratch, writer);
+    add(v, merge, scratch, writer);
+  }
 }
 
 void LiveVisibility::apply(const LeafMerge& merge, const AreaChanges& changes) {
@@ -127,10 +162,16 @@ void LiveVisibility::apply(const LeafMerge& merge, const AreaChanges& changes) {
   tbb::parallel_for(0u, view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     for (const std::uint32_t removed : {merge.first, merge.second}) {
-      for_each_fragment(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
+      for_each_fragment_of(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) {
+        view.fragments.remove(pixel, f);
+        set_behind(view, pixel);
+      });
       areas_px_[std::size_t{removed} * view_count_ + v] = 0;
     }
-    for_each_fragment(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
+    for_each_fragment_of(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) {
+      view.fragments.insert(pixel, f);
+      set_behind(view, pixel);
+    });
     for (std::size_t i = 0; i < changes.outcomes.size(); ++i)
       areas_px_[std::size_t{changes.outcomes[i]} * view_count_ + v] += static_cast<std::uint32_t>(changes.row(i, view_count_)[v]);
   });

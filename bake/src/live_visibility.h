@@ -39,10 +39,14 @@ struct AreaChanges {
   }
 };
 
-/// The pixels that a leaf is in front of, view by view.
+/// The pixels that a leaf is in front of, view by view, and what would be in front there without it.
 struct OwnedPixels {
+  struct Pixel {
+    std::uint32_t pixel = 0;
+    LeafFragment behind = 0;
+  };
   std::vector<std::uint32_t> view_begin;  ///< [view_count + 1]
-  std::vector<std::uint32_t> pixels;
+  std::vector<Pixel> pixels;
 };
 
 class LiveVisibility {
@@ -51,6 +55,7 @@ class LiveVisibility {
   struct Scratch {
     std::vector<std::uint32_t> slot;  ///< [outcome] its row in the AreaChanges being built, kNone between calls
     OwnedPixels owned;
+    std::vector<LeafFragment> rest;  ///< [pixel] of one view: what is in front without the two leaves, set where one of them is
   };
 
   /// buffers  of `foliage` with the same views; see render_item_buffers for what must hold (checked there)
@@ -81,14 +86,16 @@ class LiveVisibility {
   struct View {
     Projection projection;
     FragmentLists fragments;
+    std::vector<LeafFragment> behind;  ///< [pixel] the second of the list, FragmentLists::kNothing if there is none
   };
 
   template <class Visit>
-  void for_each_fragment(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const;
+  void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const;
   [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const;
+  static void set_behind(View& view, std::uint32_t pixel);
   class ChangeWriter;
-  void release(const LeafMerge& merge, const OwnedPixels& owned, ChangeWriter& writer) const;
-  void add(const LeafMerge& merge, ChangeWriter& writer) const;
+  void release(std::uint32_t v, const LeafMerge& merge, const OwnedPixels& owned, Scratch& scratch, ChangeWriter& writer) const;
+  void add(std::uint32_t v, const LeafMerge& merge, const Scratch& scratch, ChangeWriter& writer) const;
 
   std::uint32_t view_count_ = 0, pixels_per_view_ = 0, id_count_ = 0;
   std::vector<Card> card_table_;

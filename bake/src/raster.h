@@ -33,14 +33,6 @@ template <class Integer>
   return truncated - (static_cast<double>(truncated) > value ? 1 : 0);
 }
 
-/// floor(numerator / denominator), exactly; denominator > 0. The product in double is off by at most one for our magnitudes (< 2^52).
-[[nodiscard]] inline std::int64_t floor_quotient(std::int64_t numerator, std::int64_t denominator, double reciprocal) {
-  auto quotient = floor_to_int<std::int64_t>(static_cast<double>(numerator) * reciprocal);
-  if (quotient * denominator > numerator) --quotient;
-  if ((quotient + 1) * denominator <= numerator) ++quotient;
-  return quotient;
-}
-
 }  // namespace detail
 
 /// World to image for one view. With centre c and radius r of the sphere and R = resolution_px, a world point p falls on
@@ -90,6 +82,23 @@ struct Span {
   std::int32_t first = 0, last = -1;
 };
 
+/// Quantised depths of a triangle at the pixel centres of one row, 0 .. kDepthSteps; smaller is nearer.
+struct DepthRow {
+  std::int32_t origin_x = 0;  ///< 1/256 px
+  double origin = 0.0, row_offset = 0.0, per_x = 0.0, low = 0.0, high = 0.0;
+
+  [[nodiscard]] std::uint32_t at(std::int32_t x) const { return static_cast<std::uint32_t>(static_cast<std::int64_t>(unfloored(x))); }
+  /// at(x) < than
+  [[nodiscard]] bool is_nearer(std::int32_t x, std::uint32_t than) const { return unfloored(x) < static_cast<double>(than); }
+
+ private:
+  [[nodiscard]] double unfloored(std::int32_t x) const {
+    const double dx = x * kSubpixels + kSubpixels / 2 - origin_x;
+    // A sliver's slopes amplify rounding: no pixel of a triangle is outside its corners' depths.
+    return std::clamp(origin + (row_offset + dx * per_x), low, high) + 0.5;
+  }
+};
+
 /// One triangle of a quad, ready to be walked row by row.
 class RasterTriangle {
  public:
@@ -120,21 +129,11 @@ class RasterTriangle {
 
   /// Covered columns of a row, within [0, width_px).
   [[nodiscard]] Span row(std::int32_t y, std::int32_t width_px) const {
-    Span span{0, width_px - 1};
     if (y < first_row_ || y > last_row_) return {0, -1};
-    for (const Edge& edge : edges_) {
-      const std::int64_t at_column_0 = edge.constant + edge.per_row * y;
-      if (edge.per_column > 0) {
-        const std::int64_t first = -detail::floor_quotient(at_column_0, edge.per_column, edge.reciprocal);
-        if (first > span.first) span.first = static_cast<std::int32_t>(std::min<std::int64_t>(first, width_px));
-      } else if (edge.per_column < 0) {
-        const std::int64_t last = detail::floor_quotient(at_column_0, -edge.per_column, edge.reciprocal);
-        if (last < span.last) span.last = static_cast<std::int32_t>(std::max<std::int64_t>(last, -1));
-      } else if (at_column_0 < 0) {
-        return {0, -1};
-      }
-    }
-    return span;
+    const Pair left = edges_.left.columns(y), right = edges_.right.columns(y);
+    const double first = std::max(-std::min(left[0], left[1]), 0.0);
+    const double last = std::min(std::min(right[0], right[1]), width_px - 1.0);
+    return last < first ? Span{} : Span{static_cast<std::int32_t>(first), static_cast<std::int32_t>(last)};
   }
 
   /// Weights of the triangle's corners at a pixel's centre; they sum to 1.
@@ -144,40 +143,61 @@ class RasterTriangle {
     return {1.0 - b - c, b, c};
   }
 
-  /// Quantised depth at a pixel's centre, 0 .. kDepthSteps; smaller is nearer. A function of triangle and pixel only.
-  [[nodiscard]] std::uint32_t depth(std::int32_t x, std::int32_t y) const {
-    const double dx = x * kSubpixels + kSubpixels / 2 - origin_x_, dy = y * kSubpixels + kSubpixels / 2 - origin_y_;
-    const double depth = origin_depth_ + (dy * depth_per_y_ + dx * depth_per_x_);
-    // A sliver's slopes amplify rounding: no pixel of a triangle is outside its corners' depths.
-    return static_cast<std::uint32_t>(static_cast<std::int64_t>(std::clamp(depth, depth_low_, depth_high_) + 0.5));
+  /// Depths along row y: functions of triangle and pixel only.
+  [[nodiscard]] DepthRow depths(std::int32_t y) const {
+    const double dy = y * kSubpixels + kSubpixels / 2 - origin_y_;
+    return {origin_x_, origin_depth_, dy * depth_per_y_, depth_per_x_, depth_low_, depth_high_};
   }
+  [[nodiscard]] std::uint32_t depth(std::int32_t x, std::int32_t y) const { return depths(y).at(x); }
 
  private:
-  /// per_column * x + per_row * y + constant >= 0 inside, at pixel (x, y)'s centre, top-left rule included.
-  struct Edge {
-    std::int64_t per_column = 0, per_row = 0, constant = 0;
-    double reciprocal = 0.0;  ///< 1 / |per_column|
+  /// Two doubles in one register of baseline x86-64; a comparison gives all ones where it holds.
+  using Pair = double __attribute__((vector_size(16)));
+  using PairMask = std::int64_t __attribute__((vector_size(16)));
+
+  /// Up to two edges of one side.
+  struct Edges {
+    Pair per_row{}, constant{}, denominator{1.0, 1.0}, reciprocal{1.0, 1.0};
+
+    /// floor((per_row * y + constant) / denominator), exactly. All of these doubles are whole and below 2^53, and rounding to the nearest
+    /// gives the floor or one more, so the comparison that tells which is exact too.
+    [[nodiscard]] Pair columns(std::int32_t y) const {
+      constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: added to a double, it leaves no bit below 1
+      constexpr Pair kOne{1.0, 1.0};
+      const Pair numerator = per_row * static_cast<double>(y) + constant;
+      const Pair nearest = (numerator * reciprocal + kRound) - kRound;
+      const PairMask is_above = nearest * denominator > numerator;
+      return nearest - reinterpret_cast<Pair>(is_above & reinterpret_cast<PairMask>(kOne));
+    }
+  };
+  /// A pixel's centre is inside, top-left rule included, where -x <= columns(y) of the left edges and x <= columns(y) of the right ones.
+  struct Sides {
+    Edges left, right{{}, {kMaxResolutionPx, kMaxResolutionPx}};
   };
 
   static std::int32_t first_center(std::int32_t subpixels) { return (subpixels + kSubpixels / 2 - 1) >> 8; }
   static std::int32_t last_center(std::int32_t subpixels) { return (subpixels - kSubpixels / 2) >> 8; }
 
   void set_edges(const std::array<ProjectedPoint, 3>& corner) {
+    constexpr double kLevel = 1.0 / 1048576.0;
+    std::size_t left_count = 0, right_count = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       const ProjectedPoint& from = corner[i];
       const ProjectedPoint& to = corner[(i + 1) % 3];
       const std::int64_t dx = to.x - from.x, dy = to.y - from.y;
       // Rows go down and the corners run clockwise on screen: a top edge runs right, a left edge runs up.
       const bool top_left = (dy == 0 && dx > 0) || dy < 0;
-      Edge& edge = edges_[i];
-      edge.per_column = -dy * kSubpixels;
-      edge.per_row = dx * kSubpixels;
-      edge.constant = dx * (kSubpixels / 2 - from.y) - dy * (kSubpixels / 2 - from.x) - (top_left ? 0 : 1);
-      if (dy != 0) edge.reciprocal = 1.0 / static_cast<double>(edge.per_column < 0 ? -edge.per_column : edge.per_column);
+      // A level edge holds out rows, never columns: as a left edge with a denominator that carries what is below 0 past every column.
+      Edges& side = dy > 0 ? edges_.right : edges_.left;
+      const std::size_t slot = (dy > 0 ? right_count : left_count)++;
+      side.denominator[slot] = dy == 0 ? kLevel : static_cast<double>((dy < 0 ? -dy : dy) * kSubpixels);
+      side.reciprocal[slot] = 1.0 / side.denominator[slot];
+      side.per_row[slot] = static_cast<double>(dx * kSubpixels);
+      side.constant[slot] = static_cast<double>(dx * (kSubpixels / 2 - from.y) - dy * (kSubpixels / 2 - from.x) - (top_left ? 0 : 1));
     }
   }
 
-  std::array<Edge, 3> edges_{};
+  Sides edges_;
   std::int32_t first_row_ = 0, last_row_ = -1;
   std::int32_t origin_x_ = 0, origin_y_ = 0;
   std::array<double, 2> weight_b_{}, weight_c_{};
@@ -199,42 +219,65 @@ struct QuadFragment {
   return a * weight[0] + b * weight[1] + c * weight[2];
 }
 
-/// Calls visit(QuadFragment) once for each pixel that the quad covers, row by row.
-/// keep   bool(const RasterTriangle&, std::uint32_t triangle, std::int32_t x, std::int32_t y): false where the triangle has a hole
-template <class Keep, class Visit>
-void rasterise_quad(const ProjectedQuad& quad, std::int32_t resolution_px, Keep&& keep, Visit&& visit) {
-  const std::array triangles{RasterTriangle(quad[0], quad[1], quad[2]), RasterTriangle(quad[0], quad[2], quad[3])};
-  const auto emit = [&](std::uint32_t t, std::int32_t x, std::int32_t y) {
-    if (keep(triangles[t], t, x, y)) visit(QuadFragment{x, y, triangles[t].depth(x, y), t});
-  };
-  const auto emit_nearer = [&](std::int32_t x, std::int32_t y) {
-    if (!keep(triangles[0], 0u, x, y)) return emit(1, x, y);
-    const std::uint32_t depth_0 = triangles[0].depth(x, y), depth_1 = triangles[1].depth(x, y);
-    if (depth_1 < depth_0)
-      return keep(triangles[1], 1u, x, y) ? visit(QuadFragment{x, y, depth_1, 1}) : visit(QuadFragment{x, y, depth_0, 0});
-    visit(QuadFragment{x, y, depth_0, 0});
-  };
+/// The two triangles of a quad, ready to be walked.
+struct RasterQuad {
+  explicit RasterQuad(const ProjectedQuad& quad)
+      : triangles{RasterTriangle(quad[0], quad[1], quad[2]), RasterTriangle(quad[0], quad[2], quad[3])} {}
+  std::array<RasterTriangle, 2> triangles;
+};
+
+/// Pixels [first, last] of row y that the same triangles cover.
+struct PixelRun {
+  std::int32_t y = 0, first = 0, last = -1;
+  std::uint32_t triangle = 0;  ///< the one that covers them
+  bool folded = false;         ///< both do
+};
+
+/// Calls visit(PixelRun) until every pixel that the quad covers has been in one run, row by row. No run is empty.
+template <class Visit>
+void for_each_run(const RasterQuad& quad, std::int32_t resolution_px, Visit&& visit) {
   std::int32_t first_row = resolution_px, last_row = -1;
-  for (const RasterTriangle& triangle : triangles) {
+  for (const RasterTriangle& triangle : quad.triangles) {
     if (triangle.last_row() < triangle.first_row()) continue;
     first_row = std::min(first_row, triangle.first_row());
     last_row = std::max(last_row, triangle.last_row());
   }
   for (std::int32_t y = std::max(first_row, 0); y <= std::min(last_row, resolution_px - 1); ++y) {
-    const Span a = triangles[0].row(y, resolution_px), b = triangles[1].row(y, resolution_px);
+    const Span a = quad.triangles[0].row(y, resolution_px), b = quad.triangles[1].row(y, resolution_px);
     const Span both{std::max(a.first, b.first), std::min(a.last, b.last)};
-    if (both.last < both.first) {
-      for (std::int32_t x = a.first; x <= a.last; ++x) emit(0, x, y);
-      for (std::int32_t x = b.first; x <= b.last; ++x) emit(1, x, y);
-      continue;
-    }
-    for (std::int32_t x = std::min(a.first, b.first); x <= std::max(a.last, b.last); ++x) {
-      if (x >= both.first && x <= both.last)
-        emit_nearer(x, y);
-      else
-        emit(x >= a.first && x <= a.last ? 0 : 1, x, y);
-    }
+    // One call of visit, so that it is compiled into the loop.
+    std::array<PixelRun, 3> runs;
+    if (both.last < both.first)
+      runs = {PixelRun{y, a.first, a.last, 0, false}, PixelRun{y, b.first, b.last, 1, false}, PixelRun{}};
+    else
+      runs = {PixelRun{y, std::min(a.first, b.first), both.first - 1, a.first < b.first ? 0u : 1u, false},
+              PixelRun{y, both.first, both.last, 0, true},
+              PixelRun{y, both.last + 1, std::max(a.last, b.last), a.last > b.last ? 0u : 1u, false}};
+    for (const PixelRun& run : runs)
+      if (run.first <= run.last) visit(run);
   }
+}
+
+/// Calls visit(QuadFragment) once for each pixel of a run that shows the quad.
+/// keep   bool(const RasterTriangle&, std::uint32_t triangle, std::int32_t x, std::int32_t y): false where the triangle has a hole
+template <class Keep, class Visit>
+void for_each_fragment(const RasterQuad& quad, const PixelRun& run, Keep&& keep, Visit&& visit) {
+  const std::uint32_t t = run.triangle;
+  const DepthRow depths = quad.triangles[t].depths(run.y), other_depths = quad.triangles[1].depths(run.y);
+  for (std::int32_t x = run.first; x <= run.last; ++x) {
+    const bool kept = keep(quad.triangles[t], t, x, run.y);
+    if (run.folded && (!kept || other_depths.at(x) < depths.at(x)) && keep(quad.triangles[1], 1u, x, run.y))
+      visit(QuadFragment{x, run.y, other_depths.at(x), 1});
+    else if (kept)
+      visit(QuadFragment{x, run.y, depths.at(x), t});
+  }
+}
+
+/// Calls visit(QuadFragment) once for each pixel that the quad covers, row by row. keep  as above
+template <class Keep, class Visit>
+void rasterise_quad(const ProjectedQuad& quad, std::int32_t resolution_px, Keep&& keep, Visit&& visit) {
+  const RasterQuad raster(quad);
+  for_each_run(raster, resolution_px, [&](const PixelRun& run) { for_each_fragment(raster, run, keep, visit); });
 }
 
 }  // namespace coppice::bake

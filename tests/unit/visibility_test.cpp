@@ -61,6 +61,52 @@ TEST(Raster, CoverageFollowsTheFillRuleExactly) {
   }
 }
 
+/// Each pixel of each row in one run, never an empty one; folded where each triangle alone covers it too.
+TEST(Raster, RunsAreThePixelsOfBothTriangles) {
+  const auto pixels_of = [](const ProjectedQuad& quad) { return coverage(quad, 16); };
+  std::mt19937 random(2);
+  for (int round = 0; round < 2000; ++round) {
+    ProjectedQuad quad;
+    for (ProjectedPoint& p : quad)
+      p = {static_cast<std::int32_t>(random() % 6000) - 1000, static_cast<std::int32_t>(random() % 6000) - 1000, 0.0};
+    const auto first = pixels_of({quad[0], quad[1], quad[2], quad[0]}), second = pixels_of({quad[0], quad[0], quad[2], quad[3]});
+    std::map<Pixel, int> runs;
+    for_each_run(RasterQuad(quad), 16, [&](const PixelRun& run) {
+      ASSERT_LE(run.first, run.last);
+      for (std::int32_t x = run.first; x <= run.last; ++x) {
+        const bool in_first = first.count({x, run.y}) > 0, in_second = second.count({x, run.y}) > 0;
+        ASSERT_EQ(run.folded, in_first && in_second) << "round " << round << " pixel " << x << ", " << run.y;
+        ASSERT_TRUE(run.folded || (run.triangle == 0 ? in_first : in_second)) << "round " << round << " pixel " << x << ", " << run.y;
+        ++runs[{x, run.y}];
+      }
+    });
+    ASSERT_EQ(runs, pixels_of(quad)) << "round " << round;
+    for (const auto& [pixel, count] : first) ASSERT_EQ(runs.count(pixel), 1u);
+    for (const auto& [pixel, count] : second) ASSERT_EQ(runs.count(pixel), 1u);
+  }
+}
+
+TEST(Raster, NearerIsASmallerDepth) {
+  std::mt19937 random(3);
+  for (int round = 0; round < 500; ++round) {
+    std::array<ProjectedPoint, 3> corners;
+    for (ProjectedPoint& p : corners)
+      p = {static_cast<std::int32_t>(random() % 4096), static_cast<std::int32_t>(random() % 4096),
+           static_cast<double>(random()) * (kDepthSteps / 4294967296.0)};
+    const RasterTriangle triangle(corners[0], corners[1], corners[2]);
+    for (std::int32_t y = triangle.first_row(); y <= triangle.last_row(); ++y) {
+      const DepthRow depths = triangle.depths(y);
+      const Span span = triangle.row(y, 16);
+      for (std::int32_t x = span.first; x <= span.last; ++x) {
+        const std::uint32_t depth = triangle.depth(x, y);
+        EXPECT_FALSE(depths.is_nearer(x, depth));
+        EXPECT_TRUE(depths.is_nearer(x, depth + 1));
+        EXPECT_TRUE(depths.is_nearer(x, 0xffffffffu));
+      }
+    }
+  }
+}
+
 TEST(Raster, APixelCentreOnASharedEdgeBelongsToOneOfTwoQuads) {
   // 8 x 8 pixels; the shared edge is column 2.5, through the centres of pixels (2, y).
   const auto quad = [](std::int32_t left, std::int32_t right) {

@@ -1,0 +1,135 @@
+// How the bake grows with the number of leaves, and what it gains over doing it naively.
+//   growth_table METHOD,... LEAVES...   METHOD is default or mi. The same crown (filled_crown) with so many leaves, each bake in a process
+//                                       of its own: seconds of wall clock and of all cores, evaluations, peak memory, and the exponent of
+//                                       the growth from 5,000 to 77,000 leaves once both have been baked.
+//   growth_table naive LEAVES           mi against naive_collapse on one plant; fails if the sequences differ. 400 leaves take minutes.
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "collapse.h"
+#include "collapse_image.h"
+#include "naive_collapse.h"
+#include "test_foliage.h"
+
+namespace coppice::bake {
+namespace {
+
+Result<CollapseResult> collapse(const std::string& method, const Foliage& foliage) {
+  const std::vector<Viewpoint> views = *viewpoints(20);
+  if (method == "mi") return collapse_by_mutual_information(foliage, test::plain_materials(), {}, views, CollapseOptions{}, {});
+  return collapse_by_image_error(foliage, test::plain_materials(), {}, views, CollapseOptions{}, ImageErrorOptions{}, {});
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+struct Cost {
+  double wall_seconds = 0.0, cpu_seconds = 0.0;
+  std::uint64_t evaluations = 0;
+  double peak_mib = 0.0;
+};
+
+/// One collapse in a child process, so that its peak memory is its own. evaluations 0: it failed
+Cost measure(const std::string& method, std::uint32_t leaf_count) {
+  Cost cost;
+  int ends[2];
+  if (pipe(ends) != 0) return cost;
+  const auto start = std::chrono::steady_clock::now();
+  const pid_t child = fork();
+  if (child == 0) {
+    const auto result = collapse(method, test::filled_crown(leaf_count, 1));
+    const std::uint64_t evaluations = result ? result->sequence.evaluations : 0;
+    _exit(write(ends[1], &evaluations, sizeof evaluations) == sizeof evaluations ? 0 : 1);
+  }
+  close(ends[1]);
+  rusage usage{};
+  int status = 1;
+  if (child < 0 || wait4(child, &status, 0, &usage) != child || status != 0 ||
+      read(ends[0], &cost.evaluations, sizeof cost.evaluations) != sizeof cost.evaluations)
+    cost.evaluations = 0;
+  close(ends[0]);
+  const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
+  cost.wall_seconds = seconds_since(start);
+  cost.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  cost.peak_mib = static_cast<double>(usage.ru_maxrss) / 1024.0;
+  return cost;
+}
+
+int print_growth(const std::string& method, const std::vector<std::uint32_t>& leaf_counts) {
+  std::map<std::uint32_t, Cost> costs;
+  for (const std::uint32_t leaf_count : leaf_counts) {
+    const Cost cost = measure(method, leaf_count);
+    if (cost.evaluations == 0) return std::fprintf(stderr, "%s: no collapse of %u leaves\n", method.c_str(), leaf_count), 1;
+    std::printf("%-8s %7u leaves %8.1f s wall %8.1f s of cores %9llu evaluations %9.0f evaluations per core second %7.0f MiB\n",
+                method.c_str(), leaf_count, cost.wall_seconds, cost.cpu_seconds, static_cast<unsigned long long>(cost.evaluations),
+                static_cast<double>(cost.evaluations) / cost.cpu_seconds, cost.peak_mib);
+    std::fflush(stdout);
+    costs[leaf_count] = cost;
+  }
+  const auto few = costs.find(5000), many = costs.find(77000);
+  if (few != costs.end() && many != costs.end()) {
+    const double growth = std::log(77000.0 / 5000.0);
+    std::printf("%-8s from 5000 to 77000 leaves: exponent %.2f of core seconds, %.2f of evaluations\n", method.c_str(),
+                std::log(many->second.cpu_seconds / few->second.cpu_seconds) / growth,
+                std::log(static_cast<double>(many->second.evaluations) / static_cast<double>(few->second.evaluations)) / growth);
+  }
+  return 0;
+}
+
+bool same(const Merge& a, const Merge& b) {
+  return a.first == b.first && a.second == b.second && a.corners == b.corners;
+}
+
+int print_naive(std::uint32_t leaf_count) {
+  test::NaiveScene scene;
+  scene.source = test::filled_crown(leaf_count, 1);
+  scene.views = *viewpoints(20);
+  scene.masks = *alpha_masks(test::plain_materials(), {});
+  auto start = std::chrono::steady_clock::now();
+  const auto result = collapse("mi", scene.source);
+  const double seconds = seconds_since(start);
+  start = std::chrono::steady_clock::now();
+  const CollapseSequence naive = test::naive_collapse(scene);
+  const double naive_seconds = seconds_since(start);
+  const auto& merges = result->sequence.merges;
+  const bool is_same = std::equal(merges.begin(), merges.end(), naive.merges.begin(), naive.merges.end(), same);
+  std::printf("%u leaves: %.3f s; naive_collapse %.1f s, %.0f times as long; sequences %s\n", leaf_count, seconds, naive_seconds,
+              naive_seconds / seconds, is_same ? "the same" : "DIFFER");
+  return is_same ? 0 : 1;
+}
+
+int run(const std::vector<std::string>& words) {
+  std::vector<std::uint32_t> leaf_counts;
+  for (std::size_t i = 1; i < words.size(); ++i)
+    leaf_counts.push_back(static_cast<std::uint32_t>(std::strtoul(words[i].c_str(), nullptr, 10)));
+  if (leaf_counts.empty() || std::count(leaf_counts.begin(), leaf_counts.end(), 0u) > 0) return 2;
+  if (words[0] == "naive") return print_naive(leaf_counts[0]);
+  std::istringstream methods(words[0]);
+  for (std::string method; std::getline(methods, method, ',');) {
+    if (method != "mi" && method != "default") return 2;
+    if (const int failed = print_growth(method, leaf_counts); failed != 0) return failed;
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace coppice::bake
+
+int main(int argument_count, char** arguments) {
+  const int status = coppice::bake::run(std::vector<std::string>(arguments + 1, arguments + argument_count));
+  if (status == 2) std::fprintf(stderr, "usage: growth_table default,mi LEAVES... | growth_table naive LEAVES\n");
+  return status;
+}

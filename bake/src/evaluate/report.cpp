@@ -36,7 +36,7 @@ constexpr std::array<Column, 8> kColumns{{{"rmse_256", &LevelMeasures::rmse_256,
 
 std::string number(double value, int decimals) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  static_cast<void>(std::snprintf(text, sizeof text, "%.*f", decimals, value));
   return text;
 }
 

@@ -23,7 +23,7 @@ constexpr Measure kMeasures[] = {
 
 std::string percent(double share) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g%%", 100.0 * share);
+  static_cast<void>(std::snprintf(text, sizeof text, "%.3g%%", 100.0 * share));
   return text;
 }
 
@@ -115,7 +115,7 @@ std::string coverage_sentence(const MethodMeasures& subject) {
 std::string seconds_text(double seconds) {
   if (seconds < 0.05) return "under 0.1 s";
   char text[32];
-  std::snprintf(text, sizeof text, seconds < 10.0 ? "%.1f s" : "%.0f s", seconds);
+  static_cast<void>(std::snprintf(text, sizeof text, seconds < 10.0 ? "%.1f s" : "%.0f s", seconds));
   return text;
 }
 

@@ -65,6 +65,11 @@ std::uint32_t file_metric(Metric metric) {
 
 }  // namespace
 
+std::uint32_t metric_view_count(Metric metric, std::uint32_t leaf_count) {
+  if (metric != Metric::default_metric) return 20;
+  return leaf_count > 8192 ? 32 : 42;
+}
+
 Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const BakeOptions& options, const StageProgress& progress,
                                        BakeReport& report) {
   const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism, allowed_threads(options));
@@ -74,7 +79,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
   COPPICE_TRY(foliage, fit_leaf_quads(plant));
-  COPPICE_TRY(views, viewpoints(options.view_count));
+  COPPICE_TRY(views, viewpoints(options.view_count > 0 ? options.view_count : metric_view_count(options.metric, foliage.leaf_count())));
   report.source_leaves = foliage.leaf_count();
   report.warnings = plant.warnings;
   report.seconds.import = watch.lap();

@@ -1,37 +1,62 @@
-// A greedy search with a lazy queue. A leaf's entry goes stale when its partner is merged away (it then looks for a new one) or when the
-// picture near it changes (its cost is computed again before it is believed). Costs hardly ever fall, so the queue seldom passes over the
-// cheapest collapse. Costs are integers and weighed in parallel; which one is taken is decided on one thread.
+// A greedy search with a lazy queue. Each leaf keeps its few best collapses; the best of them is its entry in the queue. An entry goes
+// stale when the picture changes: its cost is computed again before it is believed. A leaf whose options are all gone looks for others:
+// every shape with every neighbour, first in some of the views, the best then in all. Costs are integers and weighed in parallel; which one
+// is taken is decided on one thread.
 
 #include "collapse_image.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <queue>
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include "collapse_down.h"
+#include "leaf_reach.h"
 #include "mutual_information.h"
 #include "octree.h"
-#include "quad_match.h"
+#include "pair_silhouette.h"
 #include "quad_merge.h"
 
 namespace coppice::bake {
 namespace {
 
-/// The best that a pair can do.
+/// A pair, one shape of its merged leaf and what that would cost.
 struct WeighedPair {
   std::int64_t cost = 0;
+  std::int64_t prior = 0;                       ///< the part of cost that no picture shows
   std::uint32_t first = kNone, second = kNone;  ///< first < second
-  std::array<std::uint8_t, 4> corners{};
+  std::uint32_t weighed_at = kNone;             ///< collapses that were done when all views were asked; kNone: only some were
+  PairCorners corners{};
 };
 
-/// A leaf's best collapse, as far as is known.
-struct Choice {
-  WeighedPair pair;
-  std::uint32_t weighed_at = 0;  ///< number of collapses before it was weighed
-  std::uint32_t stamp = 0;       ///< entries of the queue with another stamp are void
+bool is_better(const WeighedPair& a, const WeighedPair& b) {
+  if (a.cost != b.cost) return a.cost < b.cost;
+  return a.first != b.first ? a.first < b.first : a.second < b.second;
+}
+
+/// A leaf's best collapses, as far as is known, the best first.
+struct Options {
+  static constexpr std::size_t kMost = 3;
+  std::array<WeighedPair, kMost> pairs{};
+  std::uint32_t count = 0;
+  std::uint32_t stamp = 0;  ///< entries of the queue with another stamp are void
+
+  template <class Predicate>
+  void remove_if(Predicate&& predicate) {
+    count = static_cast<std::uint32_t>(std::remove_if(pairs.begin(), pairs.begin() + count, predicate) - pairs.begin());
+  }
+  void sort() { std::sort(pairs.begin(), pairs.begin() + count, is_better); }
+  void offer(const WeighedPair& pair) {
+    if (count == kMost && !is_better(pair, pairs.back())) return;
+    count = std::min<std::uint32_t>(count + 1, kMost);
+    pairs[count - 1] = pair;
+    sort();
+  }
 };
 
 struct QueueEntry {
@@ -45,18 +70,26 @@ struct LaterInQueue {
 
 class ImageCollapse {
  public:
-  ImageCollapse(const Foliage& foliage, const CollapseOptions& options, LiveImage image)
+  ImageCollapse(const Foliage& foliage, const CollapseOptions& options, const ImageErrorOptions& image_options, LiveImage image)
       : options_(options),
+        image_options_(image_options),
         image_(std::move(image)),
         octree_(foliage, image_.id_count()),
-        choices_(image_.id_count()),
+        options_of_(image_.id_count()),
+        reach_(image_.id_count()),
         is_live_(image_.id_count(), 0),
-        next_id_(foliage.leaf_count()) {
+        leaf_count_(foliage.leaf_count()),
+        next_id_(foliage.leaf_count()),
+        is_alone_(image_.id_count(), 0) {
+    const double radius = bounding_sphere(foliage).radius;
+    px_per_metre_ = radius > 0.0 ? options.resolution_px / (2.0 * radius) : 0.0;
+    sqrt_leaf_count_ = std::sqrt(static_cast<double>(foliage.leaf_count()));
     for (std::uint32_t id = 0; id < foliage.leaf_count(); ++id) {
       is_live_[id] = 1;
+      reach_[id] = reach_points(foliage.quads[id]);
       octree_.insert(id, quad_centroid(foliage.quads[id]));
+      unweighed_.push_back(id);
     }
-    if (foliage.leaf_count() > 1) choose_for_all(foliage.leaf_count());
   }
 
   [[nodiscard]] std::uint64_t evaluations() const { return evaluations_; }
@@ -75,112 +108,164 @@ class ImageCollapse {
 
   Merge step() {
     for (;;) {
-      const QueueEntry top = queue_.top();
-      queue_.pop();
-      if (is_live_[top.leaf] == 0 || choices_[top.leaf].stamp != top.stamp) continue;
-      Choice& choice = choices_[top.leaf];
-      if (is_live_[choice.pair.first] == 0 || is_live_[choice.pair.second] == 0) {
-        choose(top.leaf);
-      } else if (choice.weighed_at == collapse_count_) {
-        return commit(choice.pair);
-      } else {
-        set(top.leaf, weigh(choice.pair.first, choice.pair.second));
-        ++evaluations_;
+      while (!queue_.empty() && unweighed_.size() < kBatch) {
+        const QueueEntry top = queue_.top();
+        Options& options = options_of_[top.leaf];
+        const bool is_void = is_live_[top.leaf] == 0 || options.stamp != top.stamp;
+        const bool is_fresh = !is_void && is_alive(options.pairs[0]) && options.pairs[0].weighed_at == collapse_count_;
+        if (is_fresh && !unweighed_.empty()) break;
+        queue_.pop();
+        if (is_void) continue;
+        if (is_fresh) return commit(options.pairs[0]);
+        unweighed_.push_back(top.leaf);
       }
+      weigh_batch();
     }
   }
 
  private:
-  static bool better(const WeighedPair& a, const WeighedPair& b) {
-    if (a.cost != b.cost) return a.cost < b.cost;
-    return a.first != b.first ? a.first < b.first : a.second < b.second;
+  /// Leaves weighed at once, so that threads have work. The result depends on it.
+  static constexpr std::size_t kBatch = 2;
+  static constexpr std::size_t kShapes = 4;
+
+  /// How hard to look for a partner: one view in `view_stride`, then the `finalists` best in all views.
+  struct Effort {
+    std::uint32_t view_stride = 1;
+    std::uint32_t finalists = 1;
+  };
+  /// The fewer leaves are left, the more each counts.
+  [[nodiscard]] Effort effort() const {
+    const std::uint32_t live_count = leaf_count_ - collapse_count_;
+    const Effort effort = live_count > 8192 ? Effort{8, 1} : live_count > 1024 ? Effort{5, 2} : Effort{3, 2};
+    return {std::min(effort.view_stride, image_.view_count()), effort.finalists};
   }
 
-  [[nodiscard]] LiveLeaf merged_leaf(const WeighedPair& pair) const {
-    const LiveLeaf& first = image_.leaf(pair.first);
-    const LiveLeaf& second = image_.leaf(pair.second);
-    return {merged_quad(first.quad, second.quad, pair.corners), merged_card(first.quad, first.card, second.quad, second.card)};
+  [[nodiscard]] bool is_alive(const WeighedPair& pair) const { return is_live_[pair.first] != 0 && is_live_[pair.second] != 0; }
+
+  /// Cost of an area that is wrong in all channels in every view.
+  [[nodiscard]] std::int64_t cost_of_px2(double area_px2) const {
+    return static_cast<std::int64_t>(std::min(area_px2 * 1024.0 * kImageChannels * 255.0 * 255.0 * image_.view_count(), 1e17));
+  }
+  [[nodiscard]] std::int64_t mismatch_cost(const PairShape& shape) const {
+    return cost_of_px2(image_options_.mismatch_weight * static_cast<double>(shape.mismatch_m2) * px_per_metre_ * px_per_metre_);
+  }
+  [[nodiscard]] std::int64_t reach_cost(const WeighedPair& pair, const Quad& quad) const {
+    const double reach2_px2 =
+        std::max(squared_reach(reach_[pair.first], quad), squared_reach(reach_[pair.second], quad)) * px_per_metre_ * px_per_metre_;
+    const double pixel = options_.resolution_px / 256.0;
+    return cost_of_px2(image_options_.reach_weight * sqrt_leaf_count_ * reach2_px2 * reach2_px2 / (pixel * pixel));
   }
 
-  WeighedPair weigh(std::uint32_t a, std::uint32_t b) {
-    WeighedPair pair{0, std::min(a, b), std::max(a, b), {}};
-    const Quad& first = image_.leaf(pair.first).quad;
-    const Quad& second = image_.leaf(pair.second).quad;
-    const std::array corners = {matching_corners(first, second), merge_corners(first, second)};
-    std::array<LiveLeaf, 2> shapes;
-    for (std::size_t s = 0; s < shapes.size(); ++s) {
+  /// The best shape of a pair, judged by some of the views.
+  void weigh_shapes(WeighedPair& pair, ViewSubset subset) {
+    std::array<PairShape, kShapes> shapes;
+    pair_shapes(image_.leaf(pair.first).quad, image_.leaf(pair.second).quad, shapes);
+    std::array<PairCorners, kShapes> corners;
+    for (std::size_t s = 0; s < kShapes; ++s) corners[s] = shapes[s].corners;
+    std::array<std::int64_t, kShapes> changes{};
+    image_.changes_of(pair.first, pair.second, corners, subset, scratches_.local(), changes);
+    pair.cost = std::numeric_limits<std::int64_t>::max();
+    for (std::size_t s = 0; s < kShapes; ++s) {
+      const std::int64_t change = changes[s] * subset.stride, mismatch = mismatch_cost(shapes[s]);
+      if (change + mismatch >= pair.cost) continue;
+      const std::int64_t prior = mismatch + reach_cost(pair, image_.merged(pair.first, pair.second, corners[s]).quad);
+      if (change + prior >= pair.cost) continue;
+      pair.cost = change + prior;
+      pair.prior = prior;
       pair.corners = corners[s];
-      shapes[s] = merged_leaf(pair);
     }
-    std::array<std::int64_t, 2> changes{};
-    image_.changes_of(pair.first, pair.second, shapes, scratches_.local(), changes);
-    const std::size_t best = changes[1] < changes[0] ? 1 : 0;
-    pair.cost = changes[best];
-    pair.corners = corners[best];
-    return pair;
   }
 
-  void set(std::uint32_t leaf, const WeighedPair& pair) {
-    Choice& choice = choices_[leaf];
-    choice = {pair, collapse_count_, choice.stamp + 1};
-    queue_.push({pair.cost, leaf, choice.stamp});
+  /// The pair's shape judged by all views.
+  void weigh(WeighedPair& pair) {
+    image_.changes_of(pair.first, pair.second, {&pair.corners, 1}, {}, scratches_.local(), {&pair.cost, 1});
+    pair.cost += pair.prior;
+    pair.weighed_at = collapse_count_;
   }
 
-  void choose(std::uint32_t leaf) {
-    octree_.candidates_of(leaf, options_.candidate_count, partners_);
-    weighed_.resize(partners_.size());
-    tbb::parallel_for(std::size_t{0}, partners_.size(), [&](std::size_t i) { weighed_[i] = weigh(leaf, partners_[i]); });
-    evaluations_ += partners_.size();
-    set(leaf, *std::min_element(weighed_.begin(), weighed_.end(), better));
-  }
-
-  /// choose() for every source leaf, each pair weighed once.
-  void choose_for_all(std::uint32_t leaf_count) {
-    std::vector<WeighedPair> pairs;
-    std::vector<std::vector<std::uint32_t>> candidates(leaf_count);
-    for (std::uint32_t leaf = 0; leaf < leaf_count; ++leaf) octree_.candidates_of(leaf, options_.candidate_count, candidates[leaf]);
-    for (std::uint32_t leaf = 0; leaf < leaf_count; ++leaf)
-      for (const std::uint32_t other : candidates[leaf]) pairs.push_back({0, std::min(leaf, other), std::max(leaf, other), {}});
+  /// Pairs of the leaves that have no partner left with their nearest, each once.
+  void find_pairs() {
+    pairs_.clear();
+    for (const std::uint32_t leaf : unweighed_) {
+      if (is_alone_[leaf] == 0) continue;
+      octree_.candidates_of(leaf, options_.candidate_count, partners_);
+      for (const std::uint32_t other : partners_) pairs_.push_back({0, 0, std::min(leaf, other), std::max(leaf, other), kNone, {}});
+    }
     const auto by_ids = [](const WeighedPair& a, const WeighedPair& b) {
       return a.first != b.first ? a.first < b.first : a.second < b.second;
     };
-    std::sort(pairs.begin(), pairs.end(), by_ids);
-    pairs.erase(std::unique(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) { return !by_ids(a, b) && !by_ids(b, a); }),
-                pairs.end());
-    tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t i) { pairs[i] = weigh(pairs[i].first, pairs[i].second); });
-    evaluations_ += pairs.size();
-    std::vector<WeighedPair> best(leaf_count);
-    for (const WeighedPair& pair : pairs)
+    const auto same_ids = [](const WeighedPair& a, const WeighedPair& b) { return a.first == b.first && a.second == b.second; };
+    std::sort(pairs_.begin(), pairs_.end(), by_ids);
+    pairs_.erase(std::unique(pairs_.begin(), pairs_.end(), same_ids), pairs_.end());
+  }
+
+  /// Pairs of the batch's leaves without options; offered to them with their cost in some of the views.
+  void look_for_partners(std::uint32_t view_stride) {
+    find_pairs();
+    const ViewSubset some_views{collapse_count_ % view_stride, view_stride};
+    tbb::parallel_for(std::size_t{0}, pairs_.size(), [&](std::size_t i) { weigh_shapes(pairs_[i], some_views); });
+    evaluations_ += pairs_.size();
+    for (const WeighedPair& pair : pairs_)
       for (const std::uint32_t leaf : {pair.first, pair.second})
-        if (best[leaf].first == kNone || better(pair, best[leaf])) best[leaf] = pair;
-    for (std::uint32_t leaf = 0; leaf < leaf_count; ++leaf) set(leaf, best[leaf]);
+        if (is_alone_[leaf] != 0) options_of_[leaf].offer(pair);
+  }
+
+  /// Weighs the best option of each leaf of the batch anew. A leaf without any looks for some first.
+  void weigh_batch() {
+    for (const std::uint32_t leaf : unweighed_) {
+      options_of_[leaf].remove_if([&](const WeighedPair& pair) { return !is_alive(pair); });
+      is_alone_[leaf] = options_of_[leaf].count == 0;
+    }
+    const auto [view_stride, finalists] = effort();
+    look_for_partners(view_stride);
+    finalists_.clear();
+    for (const std::uint32_t leaf : unweighed_)
+      for (std::uint32_t i = 0; i < std::min(options_of_[leaf].count, is_alone_[leaf] != 0 ? finalists : 1); ++i)
+        finalists_.push_back(&options_of_[leaf].pairs[i]);
+    tbb::parallel_for(std::size_t{0}, finalists_.size(), [&](std::size_t i) { weigh(*finalists_[i]); });
+    evaluations_ += finalists_.size();
+    for (const std::uint32_t leaf : unweighed_) {
+      is_alone_[leaf] = 0;
+      Options& options = options_of_[leaf];
+      options.sort();
+      queue_.push({options.pairs[0].cost, leaf, ++options.stamp});
+    }
+    unweighed_.clear();
   }
 
   Merge commit(const WeighedPair pair) {
-    const LiveLeaf merged = merged_leaf(pair);
-    image_.apply({pair.first, pair.second, next_id_, merged});
+    const LiveLeaf merged = image_.merged(pair.first, pair.second, pair.corners);
+    const std::uint32_t result = next_id_++;
+    image_.apply({pair.first, pair.second, result, merged});
+    reach_[result] = merged_reach_points(reach_[pair.first], reach_[pair.second]);
     ++collapse_count_;
     for (const std::uint32_t removed : {pair.first, pair.second}) {
       octree_.remove(removed);
       is_live_[removed] = 0;
+      reach_[removed] = {};
     }
-    const std::uint32_t result = next_id_++;
     is_live_[result] = 1;
     octree_.insert(result, quad_centroid(merged.quad));
-    if (result + 1 < image_.id_count()) choose(result);
+    if (result + 1 < image_.id_count()) unweighed_.push_back(result);
     return {pair.first, pair.second, pair.corners};
   }
 
   CollapseOptions options_;
+  ImageErrorOptions image_options_;
   LiveImage image_;
   LeafOctree octree_;
-  std::vector<Choice> choices_;
+  std::vector<Options> options_of_;
+  std::vector<ReachPoints> reach_;  ///< empty if not live
   std::vector<std::uint8_t> is_live_;
   std::priority_queue<QueueEntry, std::vector<QueueEntry>, LaterInQueue> queue_;
-  std::uint32_t next_id_ = 0, collapse_count_ = 0;
+  double px_per_metre_ = 0.0, sqrt_leaf_count_ = 0.0;
+  std::uint32_t leaf_count_ = 0, next_id_ = 0, collapse_count_ = 0;
   std::uint64_t evaluations_ = 0;
+  std::vector<std::uint32_t> unweighed_;  ///< leaves of the next batch
+  std::vector<std::uint8_t> is_alone_;    ///< [id_count] leaves of the batch that need a partner
+  std::vector<WeighedPair*> finalists_;
+  std::vector<WeighedPair> pairs_;
   std::vector<std::uint32_t> partners_;
-  std::vector<WeighedPair> weighed_;
   tbb::enumerable_thread_specific<LiveImage::Scratch> scratches_;
 };
 
@@ -189,11 +274,12 @@ Result<void> check_options(const CollapseOptions& options, const ImageErrorOptio
     return Error{Status::invalid_argument, "number of candidates is not between 1 and 4096", Error::kNoOffset,
                  std::to_string(options.candidate_count)};
   const std::vector<BlockScale>& scales = image_options.scales;
-  bool in_range = !scales.empty();
+  bool in_range = !scales.empty() && image_options.pixel_weight >= 0 && image_options.pixel_weight <= 1024 &&
+                  image_options.coverage_weight >= 0 && image_options.coverage_weight <= 1024;
   for (std::size_t i = 0; i < scales.size(); ++i)
-    in_range = in_range && scales[i].shift <= 5 && scales[i].weight >= 1 && scales[i].weight <= 1024 &&
+    in_range = in_range && scales[i].shift >= 1 && scales[i].shift <= 5 && scales[i].weight >= 1 && scales[i].weight <= 1024 &&
                (i == 0 || scales[i].shift > scales[i - 1].shift);
-  if (!in_range) return Error{Status::invalid_argument, "block scales are not ascending shifts from 0 to 5 with weights from 1 to 1024"};
+  if (!in_range) return Error{Status::invalid_argument, "block scales are not ascending shifts from 1 to 5, or a weight is over 1024"};
   return {};
 }
 
@@ -212,7 +298,7 @@ Result<CollapseResult> collapse_by_image_error(const Foliage& foliage, const std
   CollapseResult result;
   result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  ImageCollapse collapse(foliage, options, std::move(image));
+  ImageCollapse collapse(foliage, options, image_options, std::move(image));
   collapse_down(collapse, foliage.leaf_count(), progress, result);
   result.sequence.evaluations = collapse.evaluations();
   return result;

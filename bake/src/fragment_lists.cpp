@@ -7,23 +7,23 @@
 namespace coppice::bake {
 
 FragmentLists::FragmentLists(const ItemBuffers& buffers, std::uint32_t view)
-    : front_(buffers.pixels_per_view(), kNothing), lists_(buffers.pixels_per_view()) {
+    : heads_(buffers.pixels_per_view()), lists_(buffers.pixels_per_view()) {
   for (std::uint32_t pixel = 0; pixel < buffers.pixels_per_view(); ++pixel) {
     const std::span<const LeafFragment> fragments = buffers.at(view, pixel);
     const auto count = static_cast<std::uint32_t>(fragments.size());
     lists_[pixel] = {static_cast<std::uint32_t>(pool_.size()), count, count};
     pool_.insert(pool_.end(), fragments.begin(), fragments.end());
-    if (count > 0) front_[pixel] = fragments.front();
+    set_head(pixel);
   }
 }
 
-LeafFragment FragmentLists::front_without(std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const {
+LeafFragment FragmentLists::third(std::uint32_t pixel) const {
+  return lists_[pixel].count > 2 ? pool_[lists_[pixel].begin + 2] : kNothing;
+}
+
+void FragmentLists::set_head(std::uint32_t pixel) {
   const PixelList& list = lists_[pixel];
-  for (std::uint32_t i = 0; i < list.count; ++i) {
-    const LeafFragment fragment = pool_[list.begin + i];
-    if (fragment_leaf(fragment) != first && fragment_leaf(fragment) != second) return fragment;
-  }
-  return kNothing;
+  heads_[pixel] = {list.count > 0 ? pool_[list.begin] : kNothing, list.count > 1 ? pool_[list.begin + 1] : kNothing};
 }
 
 void FragmentLists::insert(std::uint32_t pixel, LeafFragment fragment) {
@@ -40,7 +40,7 @@ void FragmentLists::insert(std::uint32_t pixel, LeafFragment fragment) {
   std::copy_backward(place, end, end + 1);
   *place = fragment;
   ++list.count;
-  front_[pixel] = pool_[list.begin];
+  set_head(pixel);
 }
 
 void FragmentLists::remove(std::uint32_t pixel, LeafFragment fragment) {
@@ -50,7 +50,7 @@ void FragmentLists::remove(std::uint32_t pixel, LeafFragment fragment) {
   COPPICE_ASSERT(place != end && *place == fragment);
   std::copy(place + 1, end, place);
   --list.count;
-  front_[pixel] = list.count == 0 ? kNothing : pool_[list.begin];
+  set_head(pixel);
 }
 
 }  // namespace coppice::bake

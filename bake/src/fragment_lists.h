@@ -16,10 +16,17 @@ class FragmentLists {
   FragmentLists() = default;
   FragmentLists(const ItemBuffers& buffers, std::uint32_t view);
 
-  /// The nearest fragment or kNothing. Dense: what most questions need.
-  [[nodiscard]] LeafFragment front(std::uint32_t pixel) const { return front_[pixel]; }
+  /// The nearest fragment or kNothing. Dense, as is behind(): what most questions need.
+  [[nodiscard]] LeafFragment front(std::uint32_t pixel) const { return heads_[pixel].front; }
+  /// The second nearest or kNothing.
+  [[nodiscard]] LeafFragment behind(std::uint32_t pixel) const { return heads_[pixel].behind; }
   /// The nearest that is neither of two leaves.
-  [[nodiscard]] LeafFragment front_without(std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const;
+  [[nodiscard]] LeafFragment front_without(std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const {
+    const auto is_either = [&](LeafFragment fragment) { return fragment_leaf(fragment) == first || fragment_leaf(fragment) == second; };
+    const Head& head = heads_[pixel];
+    if (!is_either(head.front)) return head.front;
+    return is_either(head.behind) ? third(pixel) : head.behind;
+  }
   void insert(std::uint32_t pixel, LeafFragment fragment);
   /// fragment  must be there (asserted)
   void remove(std::uint32_t pixel, LeafFragment fragment);
@@ -28,8 +35,15 @@ class FragmentLists {
   struct PixelList {
     std::uint32_t begin = 0, count = 0, capacity = 0;
   };
-  std::vector<LeafFragment> front_;  ///< [pixel]
-  std::vector<PixelList> lists_;     ///< [pixel] ascending
+  struct Head {
+    LeafFragment front = kNothing, behind = kNothing;
+  };
+
+  [[nodiscard]] LeafFragment third(std::uint32_t pixel) const;
+  void set_head(std::uint32_t pixel);
+
+  std::vector<Head> heads_;       ///< [pixel]
+  std::vector<PixelList> lists_;  ///< [pixel] ascending
   std::vector<LeafFragment> pool_;
 };
 

@@ -40,6 +40,10 @@ float shaded_luminance(const Quad& quad, float albedo, const glm::vec3& to_light
   const glm::vec3 normal = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
   const float length = glm::length(normal);
   const float cosine = length > 0.0f ? std::abs(glm::dot(normal, to_light)) / length : 0.0f;
+  return lambert_luminance(albedo, cosine);
+}
+
+float lambert_luminance(float albedo, float cosine) {
   return kWhiteLuminance * srgb_from_linear(std::clamp(albedo * (0.35f + 0.65f * cosine), 0.0f, 1.0f));
 }
 

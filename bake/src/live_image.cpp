@@ -9,13 +9,14 @@
 
 #include "check.h"
 #include "leaf_shade.h"
+#include "quad_merge.h"
 
 namespace coppice::bake {
 namespace {
 
 /// The largest block, 32 x 32 pixels, counts once; smaller ones as often as they fit into it.
 constexpr std::uint32_t kLargestShift = 5;
-constexpr Shade kBackground = {255, 255, 255, 0};
+constexpr LeafShades kBackground{glm::vec3(0.0f), {255, 255, 255, 0}, {255, 255, 255, 0}};
 
 void accumulate(Shade& sum, const Shade& change) {
   for (std::size_t c = 0; c < kImageChannels; ++c) sum[c] += change[c];
@@ -29,14 +30,20 @@ Shade difference(const Shade& after, const Shade& before) {
 
 }  // namespace
 
-Shade image_shade(const Quad& quad, float albedo) {
+LeafShades leaf_shades(const Quad& quad, float albedo) {
   // Between them the lights tell normals apart whichever way a viewer's light comes from.
   static const std::array lights = {glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f)), glm::normalize(glm::vec3(-0.8f, 0.4f, 0.45f)),
                                     glm::normalize(glm::vec3(0.1f, 0.5f, -0.85f))};
-  const auto under = [&](std::size_t light) {
-    return static_cast<std::int32_t>(std::lround(shaded_luminance(quad, albedo, lights[light])));
-  };
-  return {under(0), under(1), under(2), 255};
+  const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
+  const float length = glm::length(across);
+  LeafShades shades{length > 0.0f ? across / length : glm::vec3(0.0f), {}, {}};
+  for (std::size_t light = 0; light < lights.size(); ++light) {
+    const float cosine = glm::dot(shades.normal, lights[light]);
+    shades.front[light] = static_cast<std::uint8_t>(std::lround(lambert_luminance(albedo, std::max(cosine, 0.0f))));
+    shades.back[light] = static_cast<std::uint8_t>(std::lround(lambert_luminance(albedo, std::max(-cosine, 0.0f))));
+  }
+  shades.front.back() = shades.back.back() = 255;
+  return shades;
 }
 
 LiveImage::LiveImage(const Foliage& foliage, const std::vector<Material>& materials, const std::vector<Image>& images,
@@ -44,6 +51,8 @@ LiveImage::LiveImage(const Foliage& foliage, const std::vector<Material>& materi
                      const ImageErrorOptions& options)
     : id_count_(2 * foliage.leaf_count() - 1),
       resolution_px_(buffers.resolution_px),
+      tiles_per_row_((resolution_px_ + (1u << kTileShift) - 1) >> kTileShift),
+      coverage_unit_((options.coverage_weight * 255 * 255 << (2 * kLargestShift)) / pixels_per_view()),
       finest_shift_(options.scales.front().shift),
       finest_blocks_per_row_((resolution_px_ + (1u << finest_shift_) - 1) >> finest_shift_),
       options_(options),
@@ -56,24 +65,78 @@ LiveImage::LiveImage(const Foliage& foliage, const std::vector<Material>& materi
       areas_px_(std::size_t{id_count_ + 1} * buffers.view_count, 0) {
   for (std::size_t m = 0; m < materials.size(); ++m) albedo_.push_back(mean_texel_luminance(materials[m], images, masks_[m]));
   const Sphere sphere = bounding_sphere(foliage);
+  for (std::uint32_t v = 0; v < view_count(); ++v) {
+    views_[v].projection = make_projection(views[v], sphere, resolution_px_);
+    views_[v].direction = views[v].direction;
+  }
+  tbb::parallel_for(0u, foliage.leaf_count(), [&](std::uint32_t i) {
+    leaves_[i] = {foliage.quads[i], foliage.cards[i]};
+    shades_[i] = shades_of(leaves_[i]);
+    pixels_[i] = pixels_of(leaves_[i]);
+  });
   tbb::parallel_for(0u, view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
-    view.projection = make_projection(views[v], sphere, resolution_px_);
     view.fragments = FragmentLists(buffers, v);
     for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
       view.differences.emplace_back(std::size_t{blocks_per_row(scale)} * blocks_per_row(scale), Shade{});
-    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
-      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+    view.source.reserve(pixels_per_view());
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
+      const std::uint32_t outcome = outcome_of(view.fragments.front(pixel));
+      ++areas_px_[std::size_t{outcome} * view_count() + v];
+      const Shade shade = seen(view, outcome);
+      view.source.push_back({});
+      for (std::size_t c = 0; c < kImageChannels; ++c) view.source.back()[c] = static_cast<std::uint8_t>(shade[c]);
+    }
+    view.farthest.resize(std::size_t{tiles_per_row_} * tiles_per_row_);
+    for (std::uint32_t tile = 0; tile < view.farthest.size(); ++tile) find_farthest(view, tile);
   });
-  tbb::parallel_for(0u, foliage.leaf_count(), [&](std::uint32_t i) {
-    leaves_[i] = {foliage.quads[i], foliage.cards[i]};
-    shades_[i] = shade_of(leaves_[i]);
-    pixels_[i] = pixels_of(leaves_[i]);
-  });
+}
+
+LiveLeaf LiveImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners) const {
+  const LiveLeaf &a = leaves_[first], &b = leaves_[second];
+  return {merged_quad(a.quad, b.quad, corners), merged_card(a.quad, a.card, b.quad, b.card)};
 }
 
 std::int64_t LiveImage::weight_of(std::size_t scale) const {
   return options_.scales[scale].weight << (2 * (kLargestShift - options_.scales[scale].shift));
+}
+
+inline std::int64_t LiveImage::pixel_error(const View& view, std::uint32_t pixel, const Shade& shade) const {
+  std::int64_t sum = 0;
+  for (std::size_t c = 0; c < kImageChannels; ++c) {
+    const std::int64_t difference = shade[c] - view.source[pixel][c];
+    sum += options_.weights[c] * difference * difference;
+  }
+  return sum;
+}
+
+void LiveImage::find_farthest(View& view, std::uint32_t tile) const {
+  const std::uint32_t top = (tile / tiles_per_row_) << kTileShift, left = (tile % tiles_per_row_) << kTileShift;
+  LeafFragment farthest = 0;
+  for (std::uint32_t y = top; y < std::min(top + (1u << kTileShift), resolution_px_); ++y)
+    for (std::uint32_t x = left; x < std::min(left + (1u << kTileShift), resolution_px_); ++x)
+      farthest = std::max(farthest, view.fragments.front(y * resolution_px_ + x));
+  view.farthest[tile] = farthest;
+}
+
+/// Whether every quad of the pair's vertices is behind what is in front. False if unsure.
+bool LiveImage::is_hidden(const View& view, const ProjectedPair& pair) const {
+  std::int32_t left = pair[0].x, right = left, top = pair[0].y, bottom = top;
+  double depth = pair[0].depth;
+  for (const ProjectedPoint& point : pair) {
+    left = std::min(left, point.x), right = std::max(right, point.x);
+    top = std::min(top, point.y), bottom = std::max(bottom, point.y);
+    depth = std::min(depth, point.depth);
+  }
+  const auto tile = [&](std::int32_t subpixels) {
+    const std::int32_t pixel = std::clamp(subpixels / kSubpixels, 0, static_cast<std::int32_t>(resolution_px_) - 1);
+    return static_cast<std::uint32_t>(pixel) >> kTileShift;
+  };
+  const LeafFragment nearest = make_fragment(static_cast<std::uint32_t>(std::max(depth, 0.0)), 0);
+  for (std::uint32_t y = tile(top); y <= tile(bottom); ++y)
+    for (std::uint32_t x = tile(left); x <= tile(right); ++x)
+      if (view.farthest[y * tiles_per_row_ + x] >= nearest) return false;
+  return true;
 }
 
 template <class Visit>
@@ -110,25 +173,29 @@ void LiveImage::release(std::uint32_t v, std::uint32_t first, std::uint32_t seco
   }
 }
 
-/// change(pixel, outcome before) where the merged leaf is in front of what is left without the two.
+/// change(pixel, outcome before) where a quad is in front of what is left without the two. At equal depths it is behind: its id is larger
+/// than every live one.
 template <class Change>
-void LiveImage::gain(std::uint32_t v, std::uint32_t first, std::uint32_t second, const LiveLeaf& shape, std::uint32_t id,
+void LiveImage::gain(const View& view, std::uint32_t first, std::uint32_t second, const ProjectedQuad& projected, const Card& card,
                      Change&& change) const {
-  const View& view = views_[v];
-  const Card& card = card_table_[shape.card];
   const AlphaMask& mask = masks_[card.material];
-  LeafFragment front = FragmentLists::kNothing;  // what is left without the two at the pixel last asked for
-  std::uint32_t pixel = kNone;
-  // Most of a leaf is hidden: asking for depth first spares most looks at the mask.
-  const auto in_front = [&](const RasterTriangle& triangle, std::uint32_t index, std::int32_t x, std::int32_t y) {
-    pixel = static_cast<std::uint32_t>(y) * resolution_px_ + static_cast<std::uint32_t>(x);
-    front = view.fragments.front(pixel);
-    const std::uint32_t leaf = fragment_leaf(front);
-    if (leaf == first || leaf == second) front = view.fragments.front_without(pixel, first, second);
-    return make_fragment(triangle.depth(x, y), id) <= front && !mask.is_hole(card_uv(triangle, index, card, x, y));
-  };
-  rasterise_quad(project(view.projection, shape.quad), view.projection.resolution_px, in_front,
-                 [&](const QuadFragment&) { change(pixel, outcome_of(front)); });
+  const RasterQuad quad(projected);
+  const std::int32_t width = view.projection.resolution_px;
+  for_each_run(quad, width, [&](const PixelRun& run) {
+    const RasterTriangle& triangle = quad.triangles[run.triangle];
+    const DepthRow depths = triangle.depths(run.y), other_depths = quad.triangles[1].depths(run.y);
+    const auto shows = [&](std::uint32_t index, std::int32_t x) {
+      return mask.hole.empty() || !mask.is_hole(card_uv(quad.triangles[index], index, card, x, run.y));
+    };
+    for (std::int32_t x = run.first; x <= run.last; ++x) {
+      const auto pixel = static_cast<std::uint32_t>(run.y * width + x);
+      const LeafFragment rest = view.fragments.front_without(pixel, first, second);
+      const std::uint32_t depth = fragment_depth(rest);
+      // Most of a leaf is hidden: asking for depth first spares most looks at the mask.
+      if ((depths.is_nearer(x, depth) && shows(run.triangle, x)) || (run.folded && other_depths.is_nearer(x, depth) && shows(1, x)))
+        change(pixel, outcome_of(rest));
+    }
+  });
 }
 
 void LiveImage::prepare(Deltas& deltas) const {
@@ -177,26 +244,46 @@ std::int64_t LiveImage::take_error(const View& view, Deltas& deltas) const {
   return total;
 }
 
-void LiveImage::changes_of(std::uint32_t first, std::uint32_t second, std::span<const LiveLeaf> shapes, Scratch& scratch,
-                           std::span<std::int64_t> changes) const {
-  COPPICE_ASSERT(shapes.size() <= kMaxShapes && changes.size() == shapes.size());
+void LiveImage::changes_of(std::uint32_t first, std::uint32_t second, std::span<const PairCorners> shapes, ViewSubset subset,
+                           Scratch& scratch, std::span<std::int64_t> changes) const {
+  COPPICE_ASSERT(changes.size() == shapes.size());
   prepare(scratch.released);
   prepare(scratch.changed);
   std::fill(changes.begin(), changes.end(), std::int64_t{0});
-  std::array<Shade, kMaxShapes> shades{};
-  for (std::size_t s = 0; s < shapes.size(); ++s) shades[s] = shade_of(shapes[s]);
+  scratch.shades.clear();
+  for (const PairCorners& corners : shapes) scratch.shades.push_back(shades_of(merged(first, second, corners)));
+  const Card& card = card_table_[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
+  const std::int64_t pixel_unit = options_.pixel_weight << (2 * kLargestShift);
   Deltas& released = scratch.released;
-  for (std::uint32_t v = 0; v < view_count(); ++v) {
+  for (std::uint32_t v = subset.first; v < view_count(); v += subset.stride) {
+    const View& view = views_[v];
+    ProjectedPair pair;
+    for (std::size_t i = 0; i < 4; ++i) {
+      pair[i] = project(view.projection, leaves_[first].quad[i]);
+      pair[i + 4] = project(view.projection, leaves_[second].quad[i]);
+    }
+    if (areas(first)[v] == 0 && areas(second)[v] == 0 && is_hidden(view, pair)) continue;
+    std::int64_t released_error = 0, uncovered_px = 0;
     release(v, first, second, [&](std::uint32_t pixel, std::uint32_t before, std::uint32_t after) {
-      add(released, 0, block_of(pixel), difference(shades_[after], shades_[before]));
+      uncovered_px += after == background() ? 1 : 0;
+      const Shade was = seen(view, before), is = seen(view, after);
+      released_error += pixel_error(view, pixel, is) - pixel_error(view, pixel, was);
+      add(released, 0, block_of(pixel), difference(is, was));
     });
     for (std::size_t s = 0; s < shapes.size(); ++s) {
+      const PairCorners& c = shapes[s];
+      const Shade shade = scratch.shades[s].seen_from(view.direction);
+      std::int64_t gained_error = 0, covered_px = -uncovered_px;
       for (const std::uint32_t block : released.touched[0]) add(scratch.changed, 0, block, released.sums[0][block]);
-      gain(v, first, second, shapes[s], id_count_, [&](std::uint32_t pixel, std::uint32_t before) {
-        add(scratch.changed, 0, block_of(pixel), difference(shades[s], shades_[before]));
+      gain(view, first, second, {pair[c[0]], pair[c[1]], pair[c[2]], pair[c[3]]}, card, [&](std::uint32_t pixel, std::uint32_t before) {
+        const Shade was = seen(view, before);
+        covered_px += before == background() ? 1 : 0;
+        gained_error += pixel_error(view, pixel, shade) - pixel_error(view, pixel, was);
+        add(scratch.changed, 0, block_of(pixel), difference(shade, was));
       });
       add_coarser(scratch.changed);
-      changes[s] += take_error(views_[v], scratch.changed);
+      changes[s] += (released_error + gained_error) * pixel_unit + take_error(view, scratch.changed) +
+                    coverage_unit_ * covered_px * (2 * view.excess_px + covered_px);
     }
     for (const std::uint32_t block : released.touched[0]) {
       released.sums[0][block] = Shade{};
@@ -208,21 +295,24 @@ void LiveImage::changes_of(std::uint32_t first, std::uint32_t second, std::span<
 
 void LiveImage::apply(const LeafMerge& merge) {
   leaves_[merge.result] = merge.leaf;
-  shades_[merge.result] = shade_of(merge.leaf);
+  shades_[merge.result] = shades_of(merge.leaf);
   pixels_[merge.result] = pixels_of(merge.leaf);
   tbb::parallel_for(0u, view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
     Deltas deltas;
     prepare(deltas);
+    std::vector<std::uint32_t> tiles;
     const auto area = [&](std::uint32_t outcome) -> std::uint32_t& { return areas_px_[std::size_t{outcome} * view_count() + v]; };
     const auto change = [&](std::uint32_t pixel, std::uint32_t before, std::uint32_t after) {
       --area(before), ++area(after);
-      add(deltas, 0, block_of(pixel), difference(shades_[after], shades_[before]));
+      view.excess_px += (before == background() ? 1 : 0) - (after == background() ? 1 : 0);
+      add(deltas, 0, block_of(pixel), difference(seen(view, after), seen(view, before)));
+      if (tiles.empty() || tiles.back() != tile_of(pixel)) tiles.push_back(tile_of(pixel));
     };
     // Areas change while the pixels of both are walked: release() must not skip the second leaf because of it, and does not, for a pixel
     // that the first leaf gives up passes to neither.
     release(v, merge.first, merge.second, change);
-    gain(v, merge.first, merge.second, merge.leaf, merge.result,
+    gain(view, merge.first, merge.second, project(view.projection, merge.leaf.quad), card_table_[merge.leaf.card],
          [&](std::uint32_t pixel, std::uint32_t before) { change(pixel, before, merge.result); });
     add_coarser(deltas);
     for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
@@ -230,17 +320,23 @@ void LiveImage::apply(const LeafMerge& merge) {
     for (const std::uint32_t removed : {merge.first, merge.second})
       for_each_fragment(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
     for_each_fragment(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
+    for (const std::uint32_t tile : tiles) find_farthest(view, tile);
   });
   pixels_[merge.first] = pixels_[merge.second] = LeafPixels{};
 }
 
 std::int64_t LiveImage::error() const {
   std::int64_t total = 0;
-  for (const View& view : views_)
+  for (const View& view : views_) {
+    total += coverage_unit_ * view.excess_px * view.excess_px;
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
+      total +=
+          (options_.pixel_weight << (2 * kLargestShift)) * pixel_error(view, pixel, seen(view, outcome_of(view.fragments.front(pixel))));
     for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
       for (const Shade& block : view.differences[scale])
         for (std::size_t c = 0; c < kImageChannels; ++c)
           total += weight_of(scale) * options_.weights[c] * (std::int64_t{block[c]} * block[c]);
+  }
   return total;
 }
 

@@ -62,17 +62,9 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
     View& view = views_[v];
     view.projection = make_projection(views[v], sphere, buffers.resolution_px);
     view.fragments = FragmentLists(buffers, v);
-    view.behind.resize(pixels_per_view_);
-    for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel) {
-      set_behind(view, pixel);
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel)
       ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count_ + v];
-    }
   });
-}
-
-void LiveVisibility::set_behind(View& view, std::uint32_t pixel) {
-  const std::uint32_t front = fragment_leaf(view.fragments.front(pixel));
-  view.behind[pixel] = view.fragments.front_without(pixel, front, front);
 }
 
 std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
@@ -98,7 +90,7 @@ void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
         const auto row = static_cast<std::uint32_t>(run.y * width);
         for (std::uint32_t pixel = row + static_cast<std::uint32_t>(run.first); pixel <= row + static_cast<std::uint32_t>(run.last);
              ++pixel)
-          if (fragment_leaf(view.fragments.front(pixel)) == id) owned.pixels.push_back({pixel, view.behind[pixel]});
+          if (fragment_leaf(view.fragments.front(pixel)) == id) owned.pixels.push_back({pixel, view.fragments.behind(pixel)});
       });
     }
     owned.view_begin.push_back(static_cast<std::uint32_t>(owned.pixels.size()));
@@ -162,16 +154,10 @@ void LiveVisibility::apply(const LeafMerge& merge, const AreaChanges& changes) {
   tbb::parallel_for(0u, view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     for (const std::uint32_t removed : {merge.first, merge.second}) {
-      for_each_fragment_of(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) {
-        view.fragments.remove(pixel, f);
-        set_behind(view, pixel);
-      });
+      for_each_fragment_of(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
       areas_px_[std::size_t{removed} * view_count_ + v] = 0;
     }
-    for_each_fragment_of(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) {
-      view.fragments.insert(pixel, f);
-      set_behind(view, pixel);
-    });
+    for_each_fragment_of(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
     for (std::size_t i = 0; i < changes.outcomes.size(); ++i)
       areas_px_[std::size_t{changes.outcomes[i]} * view_count_ + v] += static_cast<std::uint32_t>(changes.row(i, view_count_)[v]);
   });

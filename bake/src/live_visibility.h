@@ -86,13 +86,11 @@ class LiveVisibility {
   struct View {
     Projection projection;
     FragmentLists fragments;
-    std::vector<LeafFragment> behind;  ///< [pixel] the second of the list, FragmentLists::kNothing if there is none
   };
 
   template <class Visit>
   void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const;
   [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const;
-  static void set_behind(View& view, std::uint32_t pixel);
   class ChangeWriter;
   void release(std::uint32_t v, const LeafMerge& merge, const OwnedPixels& owned, Scratch& scratch, ChangeWriter& writer) const;
   void add(std::uint32_t v, const LeafMerge& merge, const Scratch& scratch, ChangeWriter& writer) const;

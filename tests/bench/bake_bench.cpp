@@ -5,6 +5,7 @@
 #include <xxhash.h>
 
 #include "collapse.h"
+#include "collapse_image.h"
 #include "test_foliage.h"
 #include "visibility.h"
 
@@ -44,24 +45,35 @@ void item_buffers(benchmark::State& state) {
   check(state, hash, 1222557222082167546u);
 }
 
+void report_collapse(benchmark::State& state, const Result<CollapseResult>& result, std::uint64_t expected) {
+  state.counters["evaluations/s"] =
+      benchmark::Counter(static_cast<double>(result->sequence.evaluations), benchmark::Counter::kIsIterationInvariantRate);
+  check(state, hash_of(result->sequence), expected);
+}
+
 void collapse(benchmark::State& state, bool count_background, std::uint64_t expected) {
   const Foliage foliage = test::ball_crown(1000, 1);
   const std::vector<Viewpoint> views = *viewpoints(20);
   CollapseOptions options;
   options.count_background = count_background;
-  std::uint64_t hash = 0, evaluations = 0;
-  for ([[maybe_unused]] auto _ : state) {
-    const auto result = collapse_by_mutual_information(foliage, test::plain_materials(), {}, views, options, {});
-    evaluations += result->sequence.evaluations;
-    hash = hash_of(result->sequence);
-  }
-  state.counters["evaluations/s"] = benchmark::Counter(static_cast<double>(evaluations), benchmark::Counter::kIsRate);
-  check(state, hash, expected);
+  Result<CollapseResult> result = CollapseResult{};
+  for ([[maybe_unused]] auto _ : state) result = collapse_by_mutual_information(foliage, test::plain_materials(), {}, views, options, {});
+  report_collapse(state, result, expected);
+}
+
+void collapse_image(benchmark::State& state) {
+  const Foliage foliage = test::ball_crown(1000, 1);
+  const std::vector<Viewpoint> views = *viewpoints(42);
+  Result<CollapseResult> result = CollapseResult{};
+  for ([[maybe_unused]] auto _ : state)
+    result = collapse_by_image_error(foliage, test::plain_materials(), {}, views, CollapseOptions{}, ImageErrorOptions{}, {});
+  report_collapse(state, result, 3231043444549449110u);
 }
 
 BENCHMARK(item_buffers)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(collapse, background_counted, true, 3633819191876885765u)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(collapse, background_not_counted, false, 16291344070961098314u)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(collapse_image)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
 }  // namespace coppice::bake

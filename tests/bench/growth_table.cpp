@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "bake.h"
 #include "collapse.h"
 #include "collapse_image.h"
 #include "naive_collapse.h"
@@ -28,8 +29,9 @@ namespace coppice::bake {
 namespace {
 
 Result<CollapseResult> collapse(const std::string& method, const Foliage& foliage) {
-  const std::vector<Viewpoint> views = *viewpoints(20);
-  if (method == "mi") return collapse_by_mutual_information(foliage, test::plain_materials(), {}, views, CollapseOptions{}, {});
+  const Metric metric = method == "mi" ? Metric::mi : Metric::default_metric;
+  const std::vector<Viewpoint> views = *viewpoints(metric_view_count(metric, foliage.leaf_count()));
+  if (metric == Metric::mi) return collapse_by_mutual_information(foliage, test::plain_materials(), {}, views, CollapseOptions{}, {});
   return collapse_by_image_error(foliage, test::plain_materials(), {}, views, CollapseOptions{}, ImageErrorOptions{}, {});
 }
 

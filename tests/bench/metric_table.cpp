@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "bake.h"
 #include "collapse.h"
 #include "collapse_image.h"
 #include "generate_plant.h"
@@ -76,14 +77,16 @@ int print_plant(const std::string& name, const std::vector<std::string>& methods
   const auto foliage = fit_leaf_quads(*plant);
   if (!foliage) return std::fprintf(stderr, "%s\n", foliage.error().message().c_str()), 1;
   const test::HeldOutViews reference(*foliage, *plant);
-  const std::vector<Viewpoint> views = *viewpoints(20);
   for (const std::string& method : methods) {
     const auto start = std::chrono::steady_clock::now();
     Tree tree;
     if (method != "stochastic") {
+      const Metric metric = method == "mi" ? Metric::mi : Metric::default_metric;
+      const std::vector<Viewpoint> views = *viewpoints(metric_view_count(metric, foliage->leaf_count()));
       const auto result =
-          method == "mi" ? collapse_by_mutual_information(*foliage, plant->materials, plant->images, views, CollapseOptions{}, {})
-                         : collapse_by_image_error(*foliage, plant->materials, plant->images, views, CollapseOptions{}, image_options, {});
+          metric == Metric::mi
+              ? collapse_by_mutual_information(*foliage, plant->materials, plant->images, views, CollapseOptions{}, {})
+              : collapse_by_image_error(*foliage, plant->materials, plant->images, views, CollapseOptions{}, image_options, {});
       if (!result) return std::fprintf(stderr, "%s\n", result.error().message().c_str()), 1;
       std::fprintf(stderr, "%s %s: %llu evaluations\n", name.c_str(), method.c_str(),
                    static_cast<unsigned long long>(result->sequence.evaluations));

@@ -79,6 +79,7 @@ TEST_F(BakeCorylus, FileHoldsThePlantAndTheReportDescribesIt) {
 
 TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
   BakeOptions options;
+  options.metric = Metric::mi;
   for (const bool background : {true, false}) {
     options.collapse.count_background = background;
     BakeReport report;

@@ -96,10 +96,11 @@ void add_bake_command(CLI::App& app, int* exit_code) {
       ->check(CLI::IsMember({"default", "mi", "geometric"}))
       ->type_name("default|mi|geometric")
       ->capture_default_str();
-  command->add_option("--views", options.view_count, "Viewpoints; 20 is the paper's dodecahedron")
+  command
+      ->add_option("--views", options.view_count,
+                   "Viewpoints; 20 is the paper's dodecahedron. By default 20; 42 for the default metric, 32 of it for over 8,192 leaves")
       ->check(CLI::Range(1u, kMaxViewCount))
-      ->type_name("N")
-      ->capture_default_str();
+      ->type_name("N");
   command->add_option("--resolution", options.collapse.resolution_px, "Side of an item buffer in pixels")
       ->check(CLI::Range(16u, kMaxResolutionPx))
       ->type_name("PX")

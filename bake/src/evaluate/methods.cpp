@@ -22,7 +22,7 @@ constexpr std::uint64_t kStochasticSeed = 1;
 /// The collapse that `coppice bake --metric` runs with its default options.
 Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input, const ProgressFunction& progress) {
   const BakeOptions options;
-  COPPICE_TRY(views, viewpoints(options.view_count));
+  COPPICE_TRY(views, viewpoints(metric_view_count(metric, input.foliage.leaf_count())));
   COPPICE_TRY(result, metric == Metric::mi
                           ? collapse_by_mutual_information(input.foliage, input.materials, input.images, views, options.collapse, progress)
                           : collapse_by_image_error(input.foliage, input.materials, input.images, views, options.collapse,
@@ -51,7 +51,7 @@ std::vector<Mesh> stochastic_levels(const SimplifyInput& input) {
 
 Result<std::vector<Mesh>> pruned_levels(const SimplifyInput& input, const ProgressFunction& progress) {
   const BakeOptions options;
-  COPPICE_TRY(views, viewpoints(options.view_count));
+  COPPICE_TRY(views, viewpoints(metric_view_count(Metric::mi, input.foliage.leaf_count())));
   COPPICE_TRY(result, prune_by_mutual_information(input.foliage, input.materials, input.images, views, options.collapse, input.leaf_counts,
                                                   progress));
   std::vector<Mesh> meshes;

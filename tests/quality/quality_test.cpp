@@ -1,0 +1,128 @@
+// The default metric on real plants, held against the committed table tests/quality/PLANT.csv: one row per method and level, the figures of
+// `coppice evaluate`. A plant may get better; a figure of `default` that gets worse than its row by more than the tolerance below fails.
+// COPPICE_UPDATE_QUALITY=1 measures every method anew and rewrites the tables (an hour); look at the difference before you commit it.
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "evaluate.h"
+#include "generate_plant.h"
+#include "leaf_quads.h"
+#include "plants_folder.h"
+
+namespace coppice::bake {
+namespace {
+
+// Another libm or compiler rounds differently and a greedy search may then take another way: seen to move a figure by up to 2 %.
+constexpr double kRelativeTolerance = 0.04;
+constexpr double kRmseTolerance = 0.05;       ///< of 255
+constexpr double kCoverageTolerance = 0.015;  ///< of the distance to 1
+constexpr double kHausdorffTolerance = 0.15;  ///< relative; a single leaf decides it
+
+struct QualityPlant {
+  const char* name;
+  const char* file;           ///< third-party; nullptr: `coppice plant NAME`
+  const char* leaf_material;  ///< nullptr: as found
+};
+
+std::string test_name(const testing::TestParamInfo<QualityPlant>& info) {
+  return info.param.name;
+}
+
+std::filesystem::path table_path(const std::string& plant) {
+  return std::filesystem::path(COPPICE_QUALITY_FOLDER) / (plant + ".csv");
+}
+
+constexpr const char* kHeader = "method,fraction,leaves,triangles,rmse_256,rmse_64,rmse_16,coverage,area_ratio,hausdorff,mean_distance";
+
+void write_table(const EvaluationReport& report) {
+  std::ofstream file(table_path(report.plant));
+  file << kHeader << "\n";
+  for (const MethodMeasures& method : report.methods)
+    for (const LevelMeasures& l : method.levels) {
+      std::array<char, 256> line;
+      const int length = std::snprintf(line.data(), line.size(), "%s,%g,%u,%u,%.3f,%.3f,%.3f,%.4f,%.4f,%.5f,%.5f\n",
+                                       std::string(method_name(method.method)).c_str(), l.fraction, l.leaves, l.triangles, l.rmse_256,
+                                       l.rmse_64, l.rmse_16, l.coverage, l.area_ratio, l.hausdorff, l.mean_distance);
+      file.write(line.data(), length);
+    }
+}
+
+/// The rows of the default metric. LevelMeasures as far as the table has them.
+std::vector<LevelMeasures> read_default_rows(const std::string& plant) {
+  std::ifstream file(table_path(plant));
+  std::vector<LevelMeasures> rows;
+  std::string line;
+  std::getline(file, line);
+  EXPECT_EQ(line, kHeader) << table_path(plant);
+  while (std::getline(file, line)) {
+    if (!line.starts_with("default,")) continue;
+    std::istringstream cells(line.substr(8));
+    LevelMeasures row;
+    char comma = 0;
+    cells >> row.fraction >> comma >> row.leaves >> comma >> row.triangles >> comma >> row.rmse_256 >> comma >> row.rmse_64 >> comma >>
+        row.rmse_16 >> comma >> row.coverage >> comma >> row.area_ratio >> comma >> row.hausdorff >> comma >> row.mean_distance;
+    EXPECT_FALSE(cells.fail()) << line;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Result<Plant> load(const QualityPlant& plant) {
+  if (plant.file == nullptr) return generate_plant(plant.name, 1);
+  ImportOptions options;
+  if (plant.leaf_material != nullptr) options.leaf_material = plant.leaf_material;
+  return import_gltf(test::plants_folder() / plant.file, options);
+}
+
+class Quality : public testing::TestWithParam<QualityPlant> {};
+
+TEST_P(Quality, DefaultIsAsGoodAsItsTable) {
+  if (GetParam().file != nullptr) {
+    COPPICE_PLANT_OR_SKIP(path, GetParam().file);
+  }
+  const auto plant = load(GetParam());
+  ASSERT_TRUE(plant) << plant.error().message();
+  const auto foliage = fit_leaf_quads(*plant);
+  ASSERT_TRUE(foliage) << foliage.error().message();
+  const bool update = std::getenv("COPPICE_UPDATE_QUALITY") != nullptr;
+  EvaluateOptions options;
+  if (!update) options.methods = {Method::default_metric};
+  const auto report = evaluate_foliage(GetParam().name, *foliage, plant->materials, plant->images, options, {});
+  ASSERT_TRUE(report) << report.error().message();
+  if (update) write_table(*report);
+
+  const std::vector<LevelMeasures> rows = read_default_rows(GetParam().name);
+  const std::vector<LevelMeasures>& levels = report->methods.front().levels;
+  ASSERT_EQ(rows.size(), levels.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    SCOPED_TRACE("level " + std::to_string(rows[i].fraction));
+    EXPECT_EQ(levels[i].leaves, rows[i].leaves);
+    EXPECT_LE(levels[i].rmse_256, rows[i].rmse_256 * (1 + kRelativeTolerance) + kRmseTolerance);
+    EXPECT_LE(levels[i].rmse_64, rows[i].rmse_64 * (1 + kRelativeTolerance) + kRmseTolerance);
+    EXPECT_LE(levels[i].rmse_16, rows[i].rmse_16 * (1 + 2 * kRelativeTolerance) + kRmseTolerance);
+    EXPECT_LE(std::abs(levels[i].coverage - 1), std::abs(rows[i].coverage - 1) + kCoverageTolerance);
+    EXPECT_LE(levels[i].hausdorff, rows[i].hausdorff * (1 + kHausdorffTolerance));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Plants, Quality,
+    testing::Values(QualityPlant{"corylus", nullptr, nullptr}, QualityPlant{"willow", nullptr, nullptr},
+                    QualityPlant{"juniper", nullptr, nullptr}, QualityPlant{"scopia_poplar", "scopia_poplar.glb", "Leaves"},
+                    QualityPlant{"eztree_oak_medium", "eztree_oak_medium.glb", nullptr},
+                    QualityPlant{"eztree_pine_large", "eztree_pine_large.glb", nullptr}, QualityPlant{"coffee", "coffee.glb", nullptr},
+                    QualityPlant{"scopia_bush", "scopia_bush.glb", nullptr}, QualityPlant{"scopia_bonsai", "scopia_bonsai.glb", "branch1"},
+                    QualityPlant{"scopia_coconut", "scopia_coconut.glb", nullptr}),
+    test_name);
+
+}  // namespace
+}  // namespace coppice::bake

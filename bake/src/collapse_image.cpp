@@ -1,5 +1,5 @@
 // A greedy search with a lazy queue. Each leaf keeps its few best collapses; the best of them is its entry in the queue. An entry goes
-// stale when the picture changes: its cost is computed again before it is believed. A leaf whose options are all gone looks for others:
+// stale when the picture changes: its cost is computed again before it is believed. A leaf whose choices are all gone looks for others:
 // every shape with every neighbour, first in some of the views, the best then in all. Costs are integers and weighed in parallel; which one
 // is taken is decided on one thread.
 
@@ -40,7 +40,7 @@ bool is_better(const WeighedPair& a, const WeighedPair& b) {
 }
 
 /// A leaf's best collapses, as far as is known, the best first.
-struct Options {
+struct Choices {
   static constexpr std::size_t kMost = 3;
   std::array<WeighedPair, kMost> pairs{};
   std::uint32_t count = 0;
@@ -75,7 +75,7 @@ class ImageCollapse {
         image_options_(image_options),
         image_(std::move(image)),
         octree_(foliage, image_.id_count()),
-        options_of_(image_.id_count()),
+        choices_(image_.id_count()),
         reach_(image_.id_count()),
         is_live_(image_.id_count(), 0),
         leaf_count_(foliage.leaf_count()),
@@ -110,13 +110,13 @@ class ImageCollapse {
     for (;;) {
       while (!queue_.empty() && unweighed_.size() < kBatch) {
         const QueueEntry top = queue_.top();
-        Options& options = options_of_[top.leaf];
-        const bool is_void = is_live_[top.leaf] == 0 || options.stamp != top.stamp;
-        const bool is_fresh = !is_void && is_alive(options.pairs[0]) && options.pairs[0].weighed_at == collapse_count_;
+        Choices& choices = choices_[top.leaf];
+        const bool is_void = is_live_[top.leaf] == 0 || choices.stamp != top.stamp;
+        const bool is_fresh = !is_void && is_alive(choices.pairs[0]) && choices.pairs[0].weighed_at == collapse_count_;
         if (is_fresh && !unweighed_.empty()) break;
         queue_.pop();
         if (is_void) continue;
-        if (is_fresh) return commit(options.pairs[0]);
+        if (is_fresh) return commit(choices.pairs[0]);
         unweighed_.push_back(top.leaf);
       }
       weigh_batch();
@@ -183,7 +183,7 @@ class ImageCollapse {
     pair.weighed_at = collapse_count_;
   }
 
-  /// Pairs of the leaves that have no partner left with their nearest, each once.
+  /// Pairs of the leaves that have no choice left with their nearest, each once.
   void find_pairs() {
     pairs_.clear();
     for (const std::uint32_t leaf : unweighed_) {
@@ -199,7 +199,7 @@ class ImageCollapse {
     pairs_.erase(std::unique(pairs_.begin(), pairs_.end(), same_ids), pairs_.end());
   }
 
-  /// Pairs of the batch's leaves without options; offered to them with their cost in some of the views.
+  /// Pairs of the batch's leaves without choices; offered to them with their cost in some of the views.
   void look_for_partners(std::uint32_t view_stride) {
     find_pairs();
     const ViewSubset some_views{collapse_count_ % view_stride, view_stride};
@@ -207,28 +207,28 @@ class ImageCollapse {
     evaluations_ += pairs_.size();
     for (const WeighedPair& pair : pairs_)
       for (const std::uint32_t leaf : {pair.first, pair.second})
-        if (is_alone_[leaf] != 0) options_of_[leaf].offer(pair);
+        if (is_alone_[leaf] != 0) choices_[leaf].offer(pair);
   }
 
-  /// Weighs the best option of each leaf of the batch anew. A leaf without any looks for some first.
+  /// Weighs the best choice of each leaf of the batch anew. A leaf without any looks for some first.
   void weigh_batch() {
     for (const std::uint32_t leaf : unweighed_) {
-      options_of_[leaf].remove_if([&](const WeighedPair& pair) { return !is_alive(pair); });
-      is_alone_[leaf] = options_of_[leaf].count == 0;
+      choices_[leaf].remove_if([&](const WeighedPair& pair) { return !is_alive(pair); });
+      is_alone_[leaf] = choices_[leaf].count == 0;
     }
     const auto [view_stride, finalists] = effort();
     look_for_partners(view_stride);
     finalists_.clear();
     for (const std::uint32_t leaf : unweighed_)
-      for (std::uint32_t i = 0; i < std::min(options_of_[leaf].count, is_alone_[leaf] != 0 ? finalists : 1); ++i)
-        finalists_.push_back(&options_of_[leaf].pairs[i]);
+      for (std::uint32_t i = 0; i < std::min(choices_[leaf].count, is_alone_[leaf] != 0 ? finalists : 1); ++i)
+        finalists_.push_back(&choices_[leaf].pairs[i]);
     tbb::parallel_for(std::size_t{0}, finalists_.size(), [&](std::size_t i) { weigh(*finalists_[i]); });
     evaluations_ += finalists_.size();
     for (const std::uint32_t leaf : unweighed_) {
       is_alone_[leaf] = 0;
-      Options& options = options_of_[leaf];
-      options.sort();
-      queue_.push({options.pairs[0].cost, leaf, ++options.stamp});
+      Choices& choices = choices_[leaf];
+      choices.sort();
+      queue_.push({choices.pairs[0].cost, leaf, ++choices.stamp});
     }
     unweighed_.clear();
   }
@@ -254,7 +254,7 @@ class ImageCollapse {
   ImageErrorOptions image_options_;
   LiveImage image_;
   LeafOctree octree_;
-  std::vector<Options> options_of_;
+  std::vector<Choices> choices_;
   std::vector<ReachPoints> reach_;  ///< empty if not live
   std::vector<std::uint8_t> is_live_;
   std::priority_queue<QueueEntry, std::vector<QueueEntry>, LaterInQueue> queue_;

@@ -9,12 +9,12 @@
 #include <limits>
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include "collapse_down.h"
 #include "live_visibility.h"
 #include "mutual_information.h"
 #include "octree.h"
+#include "parallel_for.h"
 #include "quad_merge.h"
 #include "visibility.h"
 
@@ -98,7 +98,7 @@ class Collapse {
     octree_.cell_candidates_of(chosen, options_.candidate_count, partners_);
     if (candidates_.size() < partners_.size()) candidates_.resize(partners_.size());
     visibility_.owned_pixels(chosen, chosen_owned_);
-    tbb::parallel_for(std::size_t{0}, partners_.size(), [&](std::size_t i) { weigh(chosen, partners_[i], candidates_[i]); });
+    parallel_for(partners_.size(), [&](std::size_t i) { weigh(chosen, partners_[i], candidates_[i]); });
     evaluations_ += partners_.size();
     std::size_t best = 0;
     for (std::size_t i = 1; i < partners_.size(); ++i) {

@@ -13,13 +13,13 @@
 #include <queue>
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include "collapse_down.h"
 #include "leaf_reach.h"
 #include "mutual_information.h"
 #include "octree.h"
 #include "pair_silhouette.h"
+#include "parallel_for.h"
 #include "quad_merge.h"
 
 namespace coppice::bake {
@@ -203,7 +203,7 @@ class ImageCollapse {
   void look_for_partners(std::uint32_t view_stride) {
     find_pairs();
     const ViewSubset some_views{collapse_count_ % view_stride, view_stride};
-    tbb::parallel_for(std::size_t{0}, pairs_.size(), [&](std::size_t i) { weigh_shapes(pairs_[i], some_views); });
+    parallel_for(pairs_.size(), [&](std::size_t i) { weigh_shapes(pairs_[i], some_views); });
     evaluations_ += pairs_.size();
     for (const WeighedPair& pair : pairs_)
       for (const std::uint32_t leaf : {pair.first, pair.second})
@@ -222,7 +222,7 @@ class ImageCollapse {
     for (const std::uint32_t leaf : unweighed_)
       for (std::uint32_t i = 0; i < std::min(choices_[leaf].count, is_alone_[leaf] != 0 ? finalists : 1); ++i)
         finalists_.push_back(&choices_[leaf].pairs[i]);
-    tbb::parallel_for(std::size_t{0}, finalists_.size(), [&](std::size_t i) { weigh(*finalists_[i]); });
+    parallel_for(finalists_.size(), [&](std::size_t i) { weigh(*finalists_[i]); });
     evaluations_ += finalists_.size();
     for (const std::uint32_t leaf : unweighed_) {
       is_alone_[leaf] = 0;

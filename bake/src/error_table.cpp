@@ -1,7 +1,5 @@
 #include "error_table.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "leaf_shade.h"
+#include "parallel_for.h"
 #include "tree_order.h"
 #include "visibility.h"
 
@@ -134,8 +133,8 @@ Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFu
   COPPICE_TRY(renderer, make_renderer(plant));
   const std::vector<std::uint32_t> source_nodes = cut_nodes(plant.tree, plant.tree.leaf_count());
   std::vector<LuminanceImage> source(kViewCount);
-  tbb::parallel_for(std::size_t{0}, std::size_t{kViewCount},
-                    [&](std::size_t view) { source[view] = render(renderer, source_nodes, renderer.projections[view]); });
+  parallel_for(std::size_t{kViewCount},
+               [&](std::size_t view) { source[view] = render(renderer, source_nodes, renderer.projections[view]); });
 
   ErrorTable table;
   table.leaf_counts = measured_leaf_counts(plant.tree.leaf_count());
@@ -144,7 +143,7 @@ Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFu
     progress(static_cast<double>(level) / static_cast<double>(table.leaf_counts.size()));
     const std::vector<std::uint32_t> nodes = cut_nodes(plant.tree, table.leaf_counts[level]);
     std::array<SquaredErrors, kViewCount> errors{};
-    tbb::parallel_for(std::size_t{0}, std::size_t{kViewCount}, [&](std::size_t view) {
+    parallel_for(std::size_t{kViewCount}, [&](std::size_t view) {
       errors[view] = squared_errors(source[view], render(renderer, nodes, renderer.projections[view]));
     });
     for (std::size_t size = 0; size < kSizesPx.size(); ++size) {

@@ -5,13 +5,12 @@
 #include <utility>
 #include <vector>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <glm/geometric.hpp>
 
 #include "branch_distance.h"
 #include "card_table.h"
 #include "leaf_fit.h"
+#include "parallel_for.h"
 
 namespace coppice::bake {
 namespace {
@@ -37,13 +36,14 @@ Result<Foliage> fit_leaf_quads(const Plant& plant) {
   std::vector<Card> cards(plant.leaves.size());
   // Each leaf writes its own slot: the result does not depend on who fits which.
   constexpr std::size_t kGrain = 64;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, plant.leaves.size(), kGrain), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      const FittedLeaf fitted = fit_leaf(plant, plant.leaves[i], branch);
-      foliage.quads[i] = fitted.quad;
-      cards[i] = fitted.card;
-    }
-  });
+  parallel_for(
+      plant.leaves.size(),
+      [&](std::size_t i) {
+        const FittedLeaf fitted = fit_leaf(plant, plant.leaves[i], branch);
+        foliage.quads[i] = fitted.quad;
+        cards[i] = fitted.card;
+      },
+      kGrain);
   SharedCards shared = share_cards(cards, plant.materials);
   foliage.card_table = std::move(shared.table);
   foliage.cards = std::move(shared.card_of);

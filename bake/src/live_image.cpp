@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include <tbb/parallel_for.h>
 #include <glm/geometric.hpp>
 
 #include "check.h"
 #include "leaf_shade.h"
+#include "parallel_for.h"
 #include "quad_merge.h"
 
 namespace coppice::bake {
@@ -69,12 +69,12 @@ LiveImage::LiveImage(const Foliage& foliage, const std::vector<Material>& materi
     views_[v].projection = make_projection(views[v], sphere, resolution_px_);
     views_[v].direction = views[v].direction;
   }
-  tbb::parallel_for(0u, foliage.leaf_count(), [&](std::uint32_t i) {
+  parallel_for(foliage.leaf_count(), [&](std::uint32_t i) {
     leaves_[i] = {foliage.quads[i], foliage.cards[i]};
     shades_[i] = shades_of(leaves_[i]);
     pixels_[i] = pixels_of(leaves_[i]);
   });
-  tbb::parallel_for(0u, view_count(), [&](std::uint32_t v) {
+  parallel_for(view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
     view.fragments = FragmentLists(buffers, v);
     for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
@@ -297,7 +297,7 @@ void LiveImage::apply(const LeafMerge& merge) {
   leaves_[merge.result] = merge.leaf;
   shades_[merge.result] = shades_of(merge.leaf);
   pixels_[merge.result] = pixels_of(merge.leaf);
-  tbb::parallel_for(0u, view_count(), [&](std::uint32_t v) {
+  parallel_for(view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
     Deltas deltas;
     prepare(deltas);

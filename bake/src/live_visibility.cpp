@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include <tbb/parallel_for.h>
+#include "parallel_for.h"
 
 namespace coppice::bake {
 
@@ -58,7 +58,7 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
       areas_px_(std::size_t{id_count_ + 1} * view_count_, 0) {
   for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) leaves_[i] = {foliage.quads[i], foliage.cards[i]};
   const Sphere sphere = bounding_sphere(foliage);
-  tbb::parallel_for(0u, view_count_, [&](std::uint32_t v) {
+  parallel_for(view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     view.projection = make_projection(views[v], sphere, buffers.resolution_px);
     view.fragments = FragmentLists(buffers, v);
@@ -151,7 +151,7 @@ void LiveVisibility::changes_of(const LeafMerge& merge, const OwnedPixels& first
 
 void LiveVisibility::apply(const LeafMerge& merge, const AreaChanges& changes) {
   leaves_[merge.result] = merge.leaf;
-  tbb::parallel_for(0u, view_count_, [&](std::uint32_t v) {
+  parallel_for(view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     for (const std::uint32_t removed : {merge.first, merge.second}) {
       for_each_fragment_of(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });

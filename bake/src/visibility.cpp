@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <tbb/parallel_for.h>
+#include "parallel_for.h"
 
 namespace coppice::bake {
 namespace {
@@ -110,8 +110,8 @@ Result<ItemBuffers> render_item_buffers(const Foliage& foliage, const std::vecto
   COPPICE_TRY(masks, alpha_masks(materials, images));
   const Sphere sphere = bounding_sphere(foliage);
   std::vector<ViewFragments> rendered(views.size());
-  tbb::parallel_for(std::size_t{0}, views.size(),
-                    [&](std::size_t v) { rendered[v] = render_view(foliage, masks, make_projection(views[v], sphere, resolution_px)); });
+  parallel_for(views.size(),
+               [&](std::size_t v) { rendered[v] = render_view(foliage, masks, make_projection(views[v], sphere, resolution_px)); });
   return join(rendered, foliage.leaf_count(), resolution_px);
 }
 

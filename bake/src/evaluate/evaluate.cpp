@@ -8,7 +8,6 @@
 
 #include <tbb/global_control.h>
 #include <tbb/info.h>
-#include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -16,6 +15,7 @@
 #include "gltf_write.h"
 #include "image_measures.h"
 #include "leaf_quads.h"
+#include "parallel_for.h"
 #include "surface_distance.h"
 #include "thumbnail.h"
 
@@ -57,7 +57,7 @@ Result<Reference> make_reference(const Foliage& foliage, const std::vector<Mater
   for (const glm::dvec3& direction : evaluation_directions(kEvaluationCameraCount))
     reference.cameras.push_back(evaluation_camera(direction, sphere));
   reference.images.resize(reference.cameras.size());
-  tbb::parallel_for(std::size_t{0}, reference.cameras.size(), [&](std::size_t camera) {
+  parallel_for(reference.cameras.size(), [&](std::size_t camera) {
     reference.images[camera] = render_evaluation(reference.mesh, reference.looks, reference.cameras[camera], kEvaluationSizePx);
   });
   return reference;
@@ -65,7 +65,7 @@ Result<Reference> make_reference(const Foliage& foliage, const std::vector<Mater
 
 ImageSums image_sums(const Mesh& mesh, const Reference& reference) {
   std::vector<ImageSums> by_camera(reference.cameras.size());
-  tbb::parallel_for(std::size_t{0}, by_camera.size(), [&](std::size_t camera) {
+  parallel_for(by_camera.size(), [&](std::size_t camera) {
     by_camera[camera] =
         compare_images(render_evaluation(mesh, reference.looks, reference.cameras[camera], kEvaluationSizePx), reference.images[camera]);
   });

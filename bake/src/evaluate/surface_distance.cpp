@@ -5,9 +5,10 @@
 #include <limits>
 #include <numeric>
 
-#include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+
+#include "parallel_for.h"
 
 namespace coppice::bake {
 namespace {
@@ -51,7 +52,7 @@ struct Partial {
 Partial distances(const std::vector<glm::dvec3>& points, const TriangleTree& to) {
   constexpr std::size_t kBlock = 256;
   std::vector<Partial> blocks((points.size() + kBlock - 1) / kBlock);
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+  parallel_for(blocks.size(), [&](std::size_t block) {
     for (std::size_t i = block * kBlock; i < std::min(points.size(), (block + 1) * kBlock); ++i) {
       const double distance_m = std::sqrt(to.squared_distance(points[i]));
       blocks[block].max_m = std::max(blocks[block].max_m, distance_m);

@@ -5,9 +5,9 @@
 #include <span>
 
 #include <stb_image_write.h>
-#include <tbb/parallel_for.h>
 
 #include "image_measures.h"
+#include "parallel_for.h"
 
 namespace coppice::bake {
 namespace {
@@ -48,7 +48,7 @@ Result<ThumbnailView> thumbnail_view(const Mesh& source, const std::vector<Mater
 
 Result<std::vector<std::uint8_t>> render_thumbnail_png(const Mesh& mesh, const ThumbnailView& view) {
   std::vector<std::uint8_t> rgb(std::size_t{3} * kThumbnailSizePx * kThumbnailSizePx);
-  tbb::parallel_for(std::size_t{0}, view.looks.size(), [&](std::size_t channel) {
+  parallel_for(view.looks.size(), [&](std::size_t channel) {
     const std::uint32_t rendered_px = kSupersampling * kThumbnailSizePx;
     const EvaluationImage image = render_evaluation(mesh, view.looks[channel], view.camera, rendered_px);
     const std::vector<float> values = box_filtered(image.luminance, rendered_px, kSupersampling);

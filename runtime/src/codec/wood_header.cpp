@@ -55,7 +55,7 @@ class Cursor {
   bool failed_ = false;
 };
 
-Error bad_at(const Cursor& cursor, const char* what, std::string detail = {}) {
+Error bad_at(const Cursor& cursor, const char* what, const std::string& detail = {}) {
   return {Status::bad_file, what, Error::kNoOffset,
           "byte " + std::to_string(cursor.at()) + " of the chunk" + (detail.empty() ? "" : ", ") + detail};
 }

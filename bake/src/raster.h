@@ -22,7 +22,8 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kMaxResolutionPx = 2048;
 inline constexpr std::int32_t kSubpixels = 256;
-inline constexpr double kDepthSteps = 2147483648.0;  ///< 2^31: depths are 0 (nearest point of the sphere) to this (farthest)
+inline constexpr std::int32_t kHalfPixel = kSubpixels / 2;  ///< subpixels
+inline constexpr double kDepthSteps = 2147483648.0;         ///< 2^31: depths are 0 (nearest point of the sphere) to this (farthest)
 
 namespace detail {
 
@@ -93,7 +94,7 @@ struct DepthRow {
 
  private:
   [[nodiscard]] double unfloored(std::int32_t x) const {
-    const double dx = x * kSubpixels + kSubpixels / 2 - origin_x;
+    const double dx = x * kSubpixels + kHalfPixel - origin_x;
     // A sliver's slopes amplify rounding: no pixel of a triangle is outside its corners' depths.
     return std::clamp(origin + (row_offset + dx * per_x), low, high) + 0.5;
   }
@@ -138,14 +139,14 @@ class RasterTriangle {
 
   /// Weights of the triangle's corners at a pixel's centre; they sum to 1.
   [[nodiscard]] std::array<double, 3> weights(std::int32_t x, std::int32_t y) const {
-    const double dx = x * kSubpixels + kSubpixels / 2 - origin_x_, dy = y * kSubpixels + kSubpixels / 2 - origin_y_;
+    const double dx = x * kSubpixels + kHalfPixel - origin_x_, dy = y * kSubpixels + kHalfPixel - origin_y_;
     const double b = dx * weight_b_[0] + dy * weight_b_[1], c = dx * weight_c_[0] + dy * weight_c_[1];
     return {1.0 - b - c, b, c};
   }
 
   /// Depths along row y: functions of triangle and pixel only.
   [[nodiscard]] DepthRow depths(std::int32_t y) const {
-    const double dy = y * kSubpixels + kSubpixels / 2 - origin_y_;
+    const double dy = y * kSubpixels + kHalfPixel - origin_y_;
     return {origin_x_, origin_depth_, dy * depth_per_y_, depth_per_x_, depth_low_, depth_high_};
   }
   [[nodiscard]] std::uint32_t depth(std::int32_t x, std::int32_t y) const { return depths(y).at(x); }
@@ -175,8 +176,8 @@ class RasterTriangle {
     Edges left, right{{}, {kMaxResolutionPx, kMaxResolutionPx}};
   };
 
-  static std::int32_t first_center(std::int32_t subpixels) { return (subpixels + kSubpixels / 2 - 1) >> 8; }
-  static std::int32_t last_center(std::int32_t subpixels) { return (subpixels - kSubpixels / 2) >> 8; }
+  static std::int32_t first_center(std::int32_t subpixels) { return (subpixels + kHalfPixel - 1) >> 8; }
+  static std::int32_t last_center(std::int32_t subpixels) { return (subpixels - kHalfPixel) >> 8; }
 
   void set_edges(const std::array<ProjectedPoint, 3>& corner) {
     constexpr double kLevel = 1.0 / 1048576.0;
@@ -193,7 +194,7 @@ class RasterTriangle {
       side.denominator[slot] = dy == 0 ? kLevel : static_cast<double>((dy < 0 ? -dy : dy) * kSubpixels);
       side.reciprocal[slot] = 1.0 / side.denominator[slot];
       side.per_row[slot] = static_cast<double>(dx * kSubpixels);
-      side.constant[slot] = static_cast<double>(dx * (kSubpixels / 2 - from.y) - dy * (kSubpixels / 2 - from.x) - (top_left ? 0 : 1));
+      side.constant[slot] = static_cast<double>(dx * (kHalfPixel - from.y) - dy * (kHalfPixel - from.x) - (top_left ? 0 : 1));
     }
   }
 

@@ -65,8 +65,8 @@ class HookArray {
     HookArray array;
     array.allocator_ = allocator;
     if (count == 0) return array;
-    if (count > SIZE_MAX / sizeof(T)) return Error{Status::out_of_memory, "array too large"};
-    array.data_ = static_cast<T*>(allocator.allocate(allocator.user, count * sizeof(T), alignof(T)));
+    if (count > SIZE_MAX / kElementBytes) return Error{Status::out_of_memory, "array too large"};
+    array.data_ = static_cast<T*>(allocator.allocate(allocator.user, count * kElementBytes, alignof(T)));
     if (array.data_ == nullptr) return Error{Status::out_of_memory, "the allocator hook returned null"};
     array.size_ = count;
     std::uninitialized_value_construct_n(array.data_, count);
@@ -76,7 +76,7 @@ class HookArray {
   void reset() {
     if (data_ != nullptr) {
       std::destroy_n(data_, size_);
-      allocator_.free(allocator_.user, data_, size_ * sizeof(T));
+      allocator_.free(allocator_.user, data_, size_ * kElementBytes);
     }
     data_ = nullptr;
     size_ = 0;
@@ -85,7 +85,7 @@ class HookArray {
   [[nodiscard]] T* data() { return data_; }
   [[nodiscard]] const T* data() const { return data_; }
   [[nodiscard]] std::size_t size() const { return size_; }
-  [[nodiscard]] std::size_t bytes() const { return size_ * sizeof(T); }
+  [[nodiscard]] std::size_t bytes() const { return size_ * kElementBytes; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
   [[nodiscard]] std::span<T> span() { return {data_, size_}; }
   [[nodiscard]] std::span<const T> span() const { return {data_, size_}; }
@@ -93,6 +93,8 @@ class HookArray {
   const T& operator[](std::size_t i) const { return span()[i]; }
 
  private:
+  static constexpr std::size_t kElementBytes = sizeof(T);  // NOLINT(bugprone-sizeof-expression): T may be a pointer
+
   coppice_allocator allocator_{};
   T* data_ = nullptr;
   std::size_t size_ = 0;

@@ -5,15 +5,10 @@
 
 #include <glm/geometric.hpp>
 
+#include "srgb.h"
+
 namespace coppice::bake {
 namespace {
-
-float linear_from_srgb(float value) {
-  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
-}
-float srgb_from_linear(float value) {
-  return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f;
-}
 
 float luminance(const glm::vec3& linear) {
   return glm::dot(linear, glm::vec3(0.2126f, 0.7152f, 0.0722f));

@@ -139,20 +139,12 @@ bool LiveImage::is_hidden(const View& view, const ProjectedPair& pair) const {
   return true;
 }
 
-template <class Visit>
-void LiveImage::for_each_fragment(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
-  const Card& card = card_table_[leaf.card];
-  const std::int32_t width = view.projection.resolution_px;
-  rasterise_leaf(project(view.projection, leaf.quad), card, masks_[card.material], width,
-                 [&](const QuadFragment& f) { visit(static_cast<std::uint32_t>(f.y * width + f.x), make_fragment(f.depth, id)); });
-}
-
 LiveImage::LeafPixels LiveImage::pixels_of(const LiveLeaf& leaf) const {
   LeafPixels result;
   result.view_begin.reserve(view_count() + 1);
   result.view_begin.push_back(0);
   for (const View& view : views_) {
-    for_each_fragment(view, leaf, 0, [&](std::uint32_t pixel, LeafFragment) { result.pixels.push_back(pixel); });
+    for_each_fragment_of(view, leaf, 0, [&](std::uint32_t pixel, LeafFragment) { result.pixels.push_back(pixel); });
     result.view_begin.push_back(static_cast<std::uint32_t>(result.pixels.size()));
   }
   return result;
@@ -318,8 +310,8 @@ void LiveImage::apply(const LeafMerge& merge) {
     for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
       for (const std::uint32_t block : deltas.touched[scale]) accumulate(view.differences[scale][block], deltas.sums[scale][block]);
     for (const std::uint32_t removed : {merge.first, merge.second})
-      for_each_fragment(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
-    for_each_fragment(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
+      for_each_fragment_of(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
+    for_each_fragment_of(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
     for (const std::uint32_t tile : tiles) find_farthest(view, tile);
   });
   pixels_[merge.first] = pixels_[merge.second] = LeafPixels{};

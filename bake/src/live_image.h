@@ -146,7 +146,10 @@ class LiveImage {
   [[nodiscard]] bool is_hidden(const View& view, const ProjectedPair& pair) const;
   void find_farthest(View& view, std::uint32_t tile) const;
   template <class Visit>
-  void for_each_fragment(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const;
+  void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
+    const Card& card = card_table_[leaf.card];
+    for_each_fragment(view.projection, leaf.quad, card, masks_[card.material], id, visit);
+  }
   template <class Change>
   void release(std::uint32_t v, std::uint32_t first, std::uint32_t second, Change&& change) const;
   template <class Change>

@@ -71,14 +71,6 @@ std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
   return fragment == FragmentLists::kNothing ? background() : fragment_leaf(fragment);
 }
 
-template <class Visit>
-void LiveVisibility::for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
-  const Card& card = card_table_[leaf.card];
-  const std::int32_t width = view.projection.resolution_px;
-  rasterise_leaf(project(view.projection, leaf.quad), card, masks_[card.material], width,
-                 [&](const QuadFragment& f) { visit(static_cast<std::uint32_t>(f.y * width + f.x), make_fragment(f.depth, id)); });
-}
-
 void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
   owned.pixels.clear();
   owned.view_begin.assign(1, 0);

@@ -22,6 +22,15 @@ struct LiveLeaf {
   std::uint32_t card = 0;
 };
 
+/// visit(pixel, fragment) for every pixel that a leaf covers in a view, in front or not.
+template <class Visit>
+void for_each_fragment(const Projection& projection, const Quad& quad, const Card& card, const AlphaMask& mask, std::uint32_t id,
+                       Visit&& visit) {
+  const std::int32_t width = projection.resolution_px;
+  rasterise_leaf(project(projection, quad), card, mask, width,
+                 [&](const QuadFragment& f) { visit(static_cast<std::uint32_t>(f.y * width + f.x), make_fragment(f.depth, id)); });
+}
+
 /// Two live leaves and the one that takes their place.
 struct LeafMerge {
   std::uint32_t first = 0, second = 0;
@@ -89,7 +98,10 @@ class LiveVisibility {
   };
 
   template <class Visit>
-  void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const;
+  void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
+    const Card& card = card_table_[leaf.card];
+    for_each_fragment(view.projection, leaf.quad, card, masks_[card.material], id, visit);
+  }
   [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const;
   class ChangeWriter;
   void release(std::uint32_t v, const LeafMerge& merge, const OwnedPixels& owned, Scratch& scratch, ChangeWriter& writer) const;

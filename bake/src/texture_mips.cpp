@@ -6,17 +6,12 @@
 #include <cstring>
 
 #include "coppice/format.h"
+#include "srgb.h"
 
 namespace coppice::bake {
 
 namespace {
 
-float linear_from_srgb(float value) {
-  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
-}
-float srgb_from_linear(float value) {
-  return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f;
-}
 std::uint8_t byte_from_unit(float value) {
   return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
 }

@@ -2,20 +2,16 @@
 
 #include <cstdint>
 
+#include "seeded_random.h"
+
 namespace coppice::bake {
 
-/// SplitMix64 (Steele, Lea and Flood 2014): the same numbers on every compiler, which the standard library's distributions do not promise.
+/// What a plant grows by.
 class PlantRandom {
  public:
-  explicit PlantRandom(std::uint64_t seed) : state_(seed) {}
+  explicit PlantRandom(std::uint64_t seed) : random_(seed) {}
 
-  std::uint64_t bits() {
-    state_ += 0x9e3779b97f4a7c15u;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  }
+  std::uint64_t bits() { return random_.next(); }
 
   /// Uniform in [0, 1), 24 bits.
   float unit() { return static_cast<float>(bits() >> 40) * 0x1p-24f; }
@@ -25,7 +21,7 @@ class PlantRandom {
   PlantRandom fork() { return PlantRandom(bits()); }
 
  private:
-  std::uint64_t state_;
+  SeededRandom random_;
 };
 
 }  // namespace coppice::bake

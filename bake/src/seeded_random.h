@@ -4,7 +4,8 @@
 
 namespace coppice::bake {
 
-/// SplitMix64. The standard library's distributions differ between implementations; a figure must not.
+/// SplitMix64 (Steele, Lea and Flood 2014). The standard library's distributions differ between implementations; figures and plants must
+/// not.
 class SeededRandom {
  public:
   explicit SeededRandom(std::uint64_t seed) : state_(seed) {}

@@ -5,18 +5,16 @@
 #include <utility>
 
 #include "atomic_file.h"
-#include "bake.h"
+#include "bake_arguments.h"
 #include "commands.h"
 #include "progress_bar.h"
-#include "raster.h"
 
 namespace coppice::bake {
 namespace {
 
-struct BakeArguments {
+struct BakeCommand {
   std::filesystem::path input, output, report;
-  std::string leaf_material, metric = "default", background = "on";
-  BakeOptions options;
+  BakeArguments bake;
   bool quiet = false;
 };
 
@@ -42,12 +40,7 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
   };
 }
 
-int run(const BakeArguments& arguments) {
-  BakeOptions options = arguments.options;
-  options.metric = arguments.metric == "mi" ? Metric::mi : arguments.metric == "geometric" ? Metric::geometric : Metric::default_metric;
-  options.collapse.count_background = arguments.background == "on";
-  if (!arguments.leaf_material.empty()) options.import.leaf_material = arguments.leaf_material;
-
+int run(const BakeCommand& arguments) {
   for (const auto& [output, others] : {std::pair{arguments.output, std::vector{arguments.input, arguments.report}},
                                        std::pair{arguments.report, std::vector{arguments.input, arguments.output}}})
     if (const auto possible = check_output(output, others); !output.empty() && !possible) return report_failure(output, possible.error());
@@ -55,7 +48,7 @@ int run(const BakeArguments& arguments) {
   BakeReport report;
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
   const auto bytes = bake(
-      arguments.input, options, [&bar](const char* stage, double fraction) { bar.show(stage, fraction); }, report);
+      arguments.input, bake_options(arguments.bake), [&bar](const char* stage, double fraction) { bar.show(stage, fraction); }, report);
   bar.clear();
   if (!bytes) return report_failure(arguments.input, bytes.error());
   for (const std::string& warning : report.warnings)
@@ -78,8 +71,7 @@ int run(const BakeArguments& arguments) {
 }  // namespace
 
 void add_bake_command(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<BakeArguments>();
-  BakeOptions& options = arguments->options;
+  auto arguments = std::make_shared<BakeCommand>();
   CLI::App* command = app.add_subcommand("bake", "Turn a glTF plant into a .coppice file: every level of detail in one stream");
   command->footer(
       "Leaves are the connected pieces of the materials whose name says so (leaf, leaves, foliage, needle ... in several languages); "
@@ -89,33 +81,8 @@ void add_bake_command(CLI::App& app, int* exit_code) {
   command->add_option("-o,--output", arguments->output, "The .coppice file to write; appears whole or not at all")
       ->required()
       ->type_name("OUT.coppice");
-  command
-      ->add_option("--metric", arguments->metric,
-                   "What orders the collapses: default is the least error of the picture, which measures best; mi is the paper's viewpoint "
-                   "mutual information; geometric merges what is nearest and most alike, for comparison")
-      ->check(CLI::IsMember({"default", "mi", "geometric"}))
-      ->type_name("default|mi|geometric")
-      ->capture_default_str();
-  command
-      ->add_option("--views", options.view_count,
-                   "Viewpoints; 20 is the paper's dodecahedron. By default 20; 42 for the default metric, 32 of it for over 8,192 leaves")
-      ->check(CLI::Range(1u, kMaxViewCount))
-      ->type_name("N");
-  command->add_option("--resolution", options.collapse.resolution_px, "Side of an item buffer in pixels")
-      ->check(CLI::Range(16u, kMaxResolutionPx))
-      ->type_name("PX")
-      ->capture_default_str();
-  command->add_option("--background", arguments->background, "Count the background as one more outcome")
-      ->check(CLI::IsMember({"on", "off"}))
-      ->type_name("on|off")
-      ->capture_default_str();
-  command->add_option("--candidates", options.collapse.candidate_count, "The octree cell of candidates grows until it holds so many")
-      ->check(CLI::Range(1u, kMaxCandidateCount))
-      ->type_name("N")
-      ->capture_default_str();
-  command->add_option("--leaf-material", arguments->leaf_material, "Materials whose name this regular expression finds are leaves")
-      ->type_name("REGEX");
-  command->add_option("--threads", options.thread_count, "Worker threads; 0 for all. The result is the same for any number")
+  add_bake_options(*command, arguments->bake);
+  command->add_option("--threads", arguments->bake.options.thread_count, "Worker threads; 0 for all. The result is the same for any number")
       ->check(CLI::Range(0, 1024))
       ->type_name("N")
       ->capture_default_str();

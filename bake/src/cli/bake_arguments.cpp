@@ -1,0 +1,47 @@
+#include "bake_arguments.h"
+
+#include <CLI/CLI.hpp>
+
+#include "raster.h"
+
+namespace coppice::bake {
+
+void add_bake_options(CLI::App& command, BakeArguments& arguments) {
+  BakeOptions& options = arguments.options;
+  command
+      .add_option("--metric", arguments.metric,
+                  "What orders the collapses: default is the least error of the picture, which measures best; mi is the paper's viewpoint "
+                  "mutual information; geometric merges what is nearest and most alike, for comparison")
+      ->check(CLI::IsMember({"default", "mi", "geometric"}))
+      ->type_name("default|mi|geometric")
+      ->capture_default_str();
+  command
+      .add_option("--views", options.view_count,
+                  "Viewpoints; 20 is the paper's dodecahedron. By default 20; 42 for the default metric, 32 of it for over 8,192 leaves")
+      ->check(CLI::Range(1u, kMaxViewCount))
+      ->type_name("N");
+  command.add_option("--resolution", options.collapse.resolution_px, "Side of an item buffer in pixels")
+      ->check(CLI::Range(16u, kMaxResolutionPx))
+      ->type_name("PX")
+      ->capture_default_str();
+  command.add_option("--background", arguments.background, "Count the background as one more outcome")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->type_name("on|off")
+      ->capture_default_str();
+  command.add_option("--candidates", options.collapse.candidate_count, "The octree cell of candidates grows until it holds so many")
+      ->check(CLI::Range(1u, kMaxCandidateCount))
+      ->type_name("N")
+      ->capture_default_str();
+  command.add_option("--leaf-material", arguments.leaf_material, "Materials whose name this regular expression finds are leaves")
+      ->type_name("REGEX");
+}
+
+BakeOptions bake_options(const BakeArguments& arguments) {
+  BakeOptions options = arguments.options;
+  options.metric = arguments.metric == "mi" ? Metric::mi : arguments.metric == "geometric" ? Metric::geometric : Metric::default_metric;
+  options.collapse.count_background = arguments.background == "on";
+  if (!arguments.leaf_material.empty()) options.import.leaf_material = arguments.leaf_material;
+  return options;
+}
+
+}  // namespace coppice::bake

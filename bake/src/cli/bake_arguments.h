@@ -1,0 +1,27 @@
+#pragma once
+
+// The options of a bake that change its result, as `bake` and `bake-all` take them from the command line and a manifest from its entries.
+
+#include <string>
+
+#include "bake.h"
+
+namespace CLI {
+class App;
+}
+
+namespace coppice::bake {
+
+struct BakeArguments {
+  std::string leaf_material, metric = "default", background = "on";
+  BakeOptions options;  ///< what needs no translation
+};
+
+/// Adds an option to the command for each of them. What is not given when the command is parsed stays as it is in `arguments`, which must
+/// outlive the command.
+void add_bake_options(CLI::App& command, BakeArguments& arguments);
+
+/// What they ask for.
+BakeOptions bake_options(const BakeArguments& arguments);
+
+}  // namespace coppice::bake

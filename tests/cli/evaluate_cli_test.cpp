@@ -31,11 +31,38 @@ TEST(EvaluateCommand, WritesATableAndAFile) {
   EXPECT_EQ(parsed["methods"][0]["levels"][0]["leaves"], 77);
 }
 
+TEST(EvaluateCommand, ComparesWithTheMeshesAtAnySize) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "hazel.glb", json = folder / "hazel.json", html = folder / "hazel.html";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
+  const ProcessResult result = run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--levels", "1,.2", "--reference",
+                                                          "meshes", "--size", "64", "--json", json, "--html", html});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  for (const char* part : {"compared with its leaf meshes, 64 x 64 px", "level 1.000: 386 leaves", "rmse_64", "rmse_4"})
+    EXPECT_NE(result.out.find(part), std::string::npos) << part << "\n" << result.out;
+  const auto parsed = nlohmann::json::parse(std::ifstream(json));
+  EXPECT_EQ(parsed["reference"], "meshes");
+  EXPECT_EQ(parsed["size_px"], 64);
+  const auto& levels = parsed["methods"][0]["levels"];
+  EXPECT_GT(levels[0]["rmse_64"], 0.0) << "quads are not the leaves that they stand for";
+  EXPECT_LT(levels[0]["rmse_64"], levels[1]["rmse_64"]);
+  std::ifstream file(html, std::ios::binary);
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(page.find("\"reference\":\"meshes\""), std::string::npos);
+}
+
 TEST(EvaluateCommand, ErrorsAreOneLineAndUsageExitsWith2) {
   const TemporaryFolder folder;
   const fs::path plant = folder / "hazel.glb", json = folder / "hazel.json";
   ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
-  for (const auto& [option, value] : {std::pair{"--methods", "beauty"}, {"--levels", "1.5"}, {"--levels", "few"}, {"--levels", "0"}})
+  for (const auto& [option, value] : {std::pair{"--methods", "beauty"},
+                                      {"--levels", "1.5"},
+                                      {"--levels", "few"},
+                                      {"--levels", "0"},
+                                      {"--reference", "wood"},
+                                      {"--size", "100"},
+                                      {"--size", "0"},
+                                      {"--size", "wide"}})
     EXPECT_EQ(run_process(COPPICE_TOOL, {"evaluate", plant, option, value, "--json", json}).exit_code, 2) << option << " " << value;
   const ProcessResult missing = run_process(COPPICE_TOOL, {"evaluate", folder / "nowhere.glb", "--json", json});
   EXPECT_EQ(missing.exit_code, 1);

@@ -50,8 +50,8 @@ void write_table(const EvaluationReport& report) {
     for (const LevelMeasures& l : method.levels) {
       std::array<char, 256> line;
       const int length = std::snprintf(line.data(), line.size(), "%s,%g,%u,%u,%.3f,%.3f,%.3f,%.4f,%.4f,%.5f,%.5f\n",
-                                       std::string(method_name(method.method)).c_str(), l.fraction, l.leaves, l.triangles, l.rmse_256,
-                                       l.rmse_64, l.rmse_16, l.coverage, l.area_ratio, l.hausdorff, l.mean_distance);
+                                       std::string(method_name(method.method)).c_str(), l.fraction, l.leaves, l.triangles, l.rmse_full,
+                                       l.rmse_quarter, l.rmse_sixteenth, l.coverage, l.area_ratio, l.hausdorff, l.mean_distance);
       file.write(line.data(), length);
     }
 }
@@ -68,8 +68,9 @@ std::vector<LevelMeasures> read_default_rows(const std::string& plant) {
     std::istringstream cells(line.substr(8));
     LevelMeasures row;
     char comma = 0;
-    cells >> row.fraction >> comma >> row.leaves >> comma >> row.triangles >> comma >> row.rmse_256 >> comma >> row.rmse_64 >> comma >>
-        row.rmse_16 >> comma >> row.coverage >> comma >> row.area_ratio >> comma >> row.hausdorff >> comma >> row.mean_distance;
+    cells >> row.fraction >> comma >> row.leaves >> comma >> row.triangles >> comma >> row.rmse_full >> comma >> row.rmse_quarter >>
+        comma >> row.rmse_sixteenth >> comma >> row.coverage >> comma >> row.area_ratio >> comma >> row.hausdorff >> comma >>
+        row.mean_distance;
     EXPECT_FALSE(cells.fail()) << line;
     rows.push_back(row);
   }
@@ -106,9 +107,9 @@ TEST_P(Quality, DefaultIsAsGoodAsItsTable) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     SCOPED_TRACE("level " + std::to_string(rows[i].fraction));
     EXPECT_EQ(levels[i].leaves, rows[i].leaves);
-    EXPECT_LE(levels[i].rmse_256, rows[i].rmse_256 * (1 + kRelativeTolerance) + kRmseTolerance);
-    EXPECT_LE(levels[i].rmse_64, rows[i].rmse_64 * (1 + kRelativeTolerance) + kRmseTolerance);
-    EXPECT_LE(levels[i].rmse_16, rows[i].rmse_16 * (1 + 2 * kRelativeTolerance) + kRmseTolerance);
+    EXPECT_LE(levels[i].rmse_full, rows[i].rmse_full * (1 + kRelativeTolerance) + kRmseTolerance);
+    EXPECT_LE(levels[i].rmse_quarter, rows[i].rmse_quarter * (1 + kRelativeTolerance) + kRmseTolerance);
+    EXPECT_LE(levels[i].rmse_sixteenth, rows[i].rmse_sixteenth * (1 + 2 * kRelativeTolerance) + kRmseTolerance);
     EXPECT_LE(std::abs(levels[i].coverage - 1), std::abs(rows[i].coverage - 1) + kCoverageTolerance);
     EXPECT_LE(levels[i].hausdorff, rows[i].hausdorff * (1 + kHausdorffTolerance));
   }

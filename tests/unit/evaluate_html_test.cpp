@@ -20,8 +20,8 @@ LevelMeasures level(double fraction, double rmse_256, double rmse_16, double hau
   LevelMeasures made;
   made.fraction = fraction;
   made.leaves = static_cast<std::uint32_t>(1000 * fraction);
-  made.rmse_256 = rmse_256;
-  made.rmse_16 = rmse_16;
+  made.rmse_full = rmse_256;
+  made.rmse_sixteenth = rmse_16;
   made.hausdorff = hausdorff;
   made.coverage = 1.0 - fraction / 10;
   return made;

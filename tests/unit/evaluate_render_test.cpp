@@ -129,6 +129,40 @@ TEST(EvaluationRender, ColourIsTheMeanOfTheTexelsInLinearLight) {
   EXPECT_FALSE(surface_looks(materials, {{2, 1, {255}}}));
 }
 
+TEST(EvaluationRender, TexturesShowTheMeanOfWhatAPixelCovers) {
+  std::vector<Material> materials(1);
+  materials[0].image = 0;
+  materials[0].alpha_cutoff = 0.5f;
+  // White, a hole, black: a hole has no part in any mean.
+  const auto row = surface_looks(materials, {{3, 1, {255, 255, 255, 255, 255, 255, 255, 0, 0, 0, 0, 255}}}, SurfaceColour::textured);
+  ASSERT_TRUE(row) << row.error().message();
+  ASSERT_EQ((*row)[0].mips.size(), 3u);
+  const std::vector<float> none_is_halved{(*row)[0].mips[0].albedo[0], (*row)[0].mips[0].albedo[2]};
+  EXPECT_EQ(none_is_halved, (std::vector<float>{1.0f, 0.0f}));
+  EXPECT_EQ((*row)[0].mips[1].albedo, (std::vector<float>{1.0f, 0.0f}));
+  EXPECT_EQ((*row)[0].mips[2].albedo, (std::vector<float>{0.5f}));
+
+  Foliage foliage = test::plain_foliage({upright(-kHalfImage_m, -kHalfImage_m, kHalfImage_m, kHalfImage_m, 0)});
+  foliage.card_table[0].uv = {glm::vec2(0, 1), glm::vec2(1, 1), glm::vec2(1, 0), glm::vec2(0, 0)};
+  const EvaluationImage near = render_evaluation(foliage_mesh(foliage), *row, camera_from({0, 0, 1}), 48);
+  const float white = lambert_luminance(1.0, {0, 0, 1}), black = lambert_luminance(0.0, {0, 0, 1});
+  for (std::size_t pixel = 0; pixel < near.luminance.size(); ++pixel)
+    ASSERT_EQ(near.luminance[pixel], pixel % 48 < 16 ? white : pixel % 48 < 32 ? kEvaluationWhite : black) << pixel;
+
+  // A board of 64 x 64 squares, each a texel, drawn 16 px wide: level 2, and a level 2 texel holds as many white as black ones.
+  Image board{64, 64, {}};
+  for (std::size_t i = 0; i < 64 * 64; ++i) {
+    const auto value = static_cast<std::uint8_t>((i + i / 64) % 2 * 255);
+    board.rgba.insert(board.rgba.end(), {value, value, value, 255});
+  }
+  const auto looks = surface_looks(materials, {board}, SurfaceColour::textured);
+  const EvaluationImage far = render_evaluation(foliage_mesh(foliage), *looks, camera_from({0, 0, 1}), 16);
+  for (const float value : far.luminance) ASSERT_EQ(value, lambert_luminance(0.5, {0, 0, 1}));
+  const EvaluationImage full = render_evaluation(foliage_mesh(foliage), *looks, camera_from({0, 0, 1}), 64);
+  EXPECT_EQ(full.luminance[0], black);
+  EXPECT_EQ(full.luminance[1], white);
+}
+
 TEST(EvaluationDirections, AreUnitAndUniformAndAlwaysTheSame) {
   const std::vector<glm::dvec3> directions = evaluation_directions(8000);
   std::array<int, 8> octants{};

@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -7,6 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "evaluate.h"
+#include "evaluation_render.h"
+#include "gltf_write.h"
+#include "leaf_quads.h"
 #include "report.h"
 #include "test_foliage.h"
 
@@ -42,8 +46,8 @@ TEST(Evaluate, TheWholePlantHasNoError) {
     const LevelMeasures& level = method.levels.at(0);
     EXPECT_EQ(level.leaves, 60u);
     EXPECT_EQ(level.triangles, 120u);
-    EXPECT_EQ(level.rmse_256, 0.0) << method_name(method.method);
-    EXPECT_EQ(level.rmse_16, 0.0) << method_name(method.method);
+    EXPECT_EQ(level.rmse_full, 0.0) << method_name(method.method);
+    EXPECT_EQ(level.rmse_sixteenth, 0.0) << method_name(method.method);
     EXPECT_EQ(level.coverage, 1.0) << method_name(method.method);
     EXPECT_EQ(level.soft_iou, 1.0) << method_name(method.method);
     EXPECT_NEAR(level.area_ratio, 1.0, 1e-12) << method_name(method.method);
@@ -59,11 +63,11 @@ TEST(Evaluate, ErrorsGrowAsLeavesGo) {
   const EvaluationReport report = evaluate_crown(options, 200);
   const std::vector<LevelMeasures>& levels = report.methods.at(0).levels;
   for (std::size_t i = 0; i < 3; ++i) {
-    const double above = i == 0 ? 0.0 : levels[i - 1].rmse_256, mean_above = i == 0 ? 0.0 : levels[i - 1].mean_distance;
-    EXPECT_GT(levels[i].rmse_256, above);
+    const double above = i == 0 ? 0.0 : levels[i - 1].rmse_full, mean_above = i == 0 ? 0.0 : levels[i - 1].mean_distance;
+    EXPECT_GT(levels[i].rmse_full, above);
     EXPECT_GT(levels[i].mean_distance, mean_above);
-    EXPECT_LT(levels[i].rmse_64, levels[i].rmse_256);
-    EXPECT_LT(levels[i].rmse_16, levels[i].rmse_64);
+    EXPECT_LT(levels[i].rmse_quarter, levels[i].rmse_full);
+    EXPECT_LT(levels[i].rmse_sixteenth, levels[i].rmse_quarter);
   }
 }
 
@@ -74,6 +78,100 @@ TEST(Evaluate, FiguresDoNotDependOnThreads) {
   const std::string one = evaluation_json(evaluate_crown(options));
   options.thread_count = 2;
   EXPECT_EQ(evaluation_json(evaluate_crown(options)), one);
+}
+
+/// Black equilateral triangles, a leaf each, side by side and turned this way and that.
+Plant triangle_plant() {
+  Plant plant;
+  plant.name = "trefoil";
+  plant.materials = test::plain_materials();
+  plant.materials[0].base_color = {0, 0, 0, 1};
+  for (std::uint32_t leaf = 0; leaf < 4; ++leaf) {
+    const float angle = 0.7f * static_cast<float>(leaf);
+    const glm::vec3 corner(1.5f * static_cast<float>(leaf), 0, 0), along(std::cos(angle), 0, std::sin(angle));
+    plant.foliage.positions.insert(plant.foliage.positions.end(),
+                                   {corner, corner + along, corner + 0.5f * along + glm::vec3(0, std::sqrt(0.75f), 0)});
+    plant.foliage.indices.insert(plant.foliage.indices.end(), {3 * leaf, 3 * leaf + 1, 3 * leaf + 2});
+    plant.foliage.triangle_materials.push_back(0);
+    plant.leaves.push_back({leaf, 1});
+  }
+  plant.foliage.normals.assign(plant.foliage.positions.size(), glm::vec3(0, 0, 1));
+  plant.foliage.uvs.assign(plant.foliage.positions.size(), glm::vec2(0));
+  return plant;
+}
+
+/// Pixels that a mesh covers in the evaluation's pictures of `framed`.
+double covered_pixels(const Mesh& mesh, const Mesh& framed, const std::vector<Material>& materials) {
+  double count = 0.0;
+  for (const glm::dvec3& direction : evaluation_directions(kEvaluationCameraCount)) {
+    const EvaluationCamera camera = evaluation_camera(direction, evaluation_sphere(framed));
+    for (const std::uint8_t covered : render_evaluation(mesh, *surface_looks(materials, {}), camera, 256).coverage) count += covered;
+  }
+  return count;
+}
+
+TEST(Evaluate, AgainstMeshesTheQuadOfATriangleIsTwiceTooLarge) {
+  const Plant plant = triangle_plant();
+  EvaluateOptions options;
+  options.methods = {Method::geometric};
+  options.fractions = {1.0};
+  const auto by_quads = evaluate_plant(plant, options, {});
+  ASSERT_TRUE(by_quads) << by_quads.error().message();
+  EXPECT_EQ(by_quads->methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_EQ(by_quads->source_triangles, 8u);
+
+  options.reference = ReferenceKind::meshes;
+  const auto by_meshes = evaluate_plant(plant, options, {});
+  ASSERT_TRUE(by_meshes) << by_meshes.error().message();
+  EXPECT_EQ(by_meshes->source_triangles, 4u);
+  const LevelMeasures& level = by_meshes->methods[0].levels[0];
+  EXPECT_EQ(level.leaves, 4u);
+  // A rectangle on a side of a triangle and as high as it has twice its area, and each pixel that it adds is black instead of white.
+  EXPECT_NEAR(level.area_ratio, 2.0, 1e-5);
+  const double meshes = covered_pixels(plant.foliage, plant.foliage, plant.materials);
+  const double quads = covered_pixels(foliage_mesh(*fit_leaf_quads(plant)), plant.foliage, plant.materials);
+  EXPECT_GT(quads, 1.8 * meshes);
+  EXPECT_NEAR(level.coverage, quads / meshes, 1e-12);
+  EXPECT_NEAR(level.rmse_full, 255.0 * std::sqrt((quads - meshes) / (24.0 * 256.0 * 256.0)), 1e-6);
+}
+
+TEST(Evaluate, ALeafThatIsAQuadHasNoErrorAgainstItsMeshTextureIncluded) {
+  const Mesh mesh = foliage_mesh(
+      test::plain_foliage({test::rectangle({0, 0, 0}, {2, 0, 0}, {0, 1, 0}), test::rectangle({0, 2, 1}, {0, 0, 2}, {1, 0, 0})}));
+  Plant plant;
+  plant.foliage = mesh;
+  plant.leaves = {{0, 2}, {2, 2}};
+  plant.materials = test::plain_materials();
+  plant.materials[0].image = 0;
+  plant.images = {Image{2, 1, {255, 255, 255, 255, 40, 80, 20, 255}}};
+  EvaluateOptions options;
+  options.methods = {Method::geometric};
+  options.fractions = {1.0, 0.5};
+  options.reference = ReferenceKind::meshes;
+  const auto report = evaluate_plant(plant, options, {});
+  ASSERT_TRUE(report) << report.error().message();
+  EXPECT_EQ(report->methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_NEAR(report->methods[0].levels[0].hausdorff, 0.0, 1e-7);
+  EXPECT_GT(report->methods[0].levels[1].rmse_full, 10.0);
+}
+
+TEST(Evaluate, ErrorsOfFilteredPicturesOfTwoSizesAgree) {
+  EvaluateOptions options;
+  options.methods = {Method::stochastic};
+  options.fractions = {0.3};
+  const double at_256 = evaluate_crown(options).methods[0].levels[0].rmse_quarter;
+  options.size_px = 512;
+  const EvaluationReport report = evaluate_crown(options);
+  EXPECT_EQ(report.size_px, 512u);
+  EXPECT_EQ(rmse_names(512), (std::array<std::string, 3>{"rmse_512", "rmse_128", "rmse_32"}));
+  const LevelMeasures& level = report.methods[0].levels[0];
+  // Between the errors at 128 and at 32 px lies that at 64, which 256 px give.
+  EXPECT_LT(at_256, level.rmse_quarter);
+  EXPECT_GT(at_256, level.rmse_sixteenth);
+  const auto json = nlohmann::json::parse(evaluation_json(report));
+  EXPECT_EQ(json["methods"][0]["levels"][0]["rmse_512"], level.rmse_full);
+  EXPECT_FALSE(json["methods"][0]["levels"][0].contains("rmse_256"));
+  EXPECT_NE(evaluation_table(report).find("rmse_128"), std::string::npos);
 }
 
 TEST(Evaluate, RefusesWhatCannotBeMeasured) {
@@ -94,6 +192,14 @@ TEST(Evaluate, RefusesWhatCannotBeMeasured) {
   options.fractions = {};
   EXPECT_TRUE(refused(crown, options));
   options = {};
+  options.reference = ReferenceKind::meshes;
+  EXPECT_TRUE(refused(crown, options)) << "quads have no meshes";
+  for (const std::uint32_t size_px : {0u, 100u, 8192u}) {
+    options = {};
+    options.size_px = size_px;
+    EXPECT_TRUE(refused(crown, options)) << size_px;
+  }
+  options = {};
   options.methods = {};
   EXPECT_TRUE(refused(crown, options));
 }
@@ -103,9 +209,11 @@ TEST(EvaluationReport, JsonHasTheKeysOfTheContract) {
   options.methods = {Method::geometric, Method::meshopt_sloppy};
   options.fractions = {0.5, 0.1};
   const auto json = nlohmann::json::parse(evaluation_json(evaluate_crown(options)));
-  EXPECT_EQ(keys(json), (std::set<std::string>{"plant", "source_leaves", "methods"}));
+  EXPECT_EQ(keys(json), (std::set<std::string>{"plant", "source_leaves", "reference", "size_px", "methods"}));
   EXPECT_EQ(json["plant"], "crown");
   EXPECT_EQ(json["source_leaves"], 60);
+  EXPECT_EQ(json["reference"], "quads");
+  EXPECT_EQ(json["size_px"], 256);
   ASSERT_EQ(json["methods"].size(), 2u);
   EXPECT_EQ(json["methods"][1]["name"], "meshopt_sloppy");
   for (const auto& method : json["methods"]) {
@@ -125,8 +233,8 @@ TEST(EvaluationReport, TableMarksTheLeastErrorAndJsonHasNullForNoNumber) {
   report.source_leaves = 10;
   LevelMeasures good, bad;
   good.fraction = bad.fraction = 0.5;
-  good.rmse_256 = 12.5;
-  bad.rmse_256 = 40.25;
+  good.rmse_full = 12.5;
+  bad.rmse_full = 40.25;
   bad.hausdorff = std::numeric_limits<double>::infinity();
   report.methods = {{Method::mi, 1.0, {good}}, {Method::meshopt, 2.0, {bad}}};
   const std::string table = evaluation_table(report);

@@ -15,7 +15,7 @@ namespace {
 struct EvaluateArguments {
   std::filesystem::path input, json, html;
   std::vector<std::string> methods;
-  std::string leaf_material;
+  std::string leaf_material, reference = "quads";
   EvaluateOptions options;
 };
 
@@ -40,6 +40,7 @@ bool outputs_possible(const EvaluateArguments& arguments) {
 int run(const EvaluateArguments& arguments) {
   EvaluateOptions options = arguments.options;
   if (!arguments.leaf_material.empty()) options.import.leaf_material = arguments.leaf_material;
+  options.reference = arguments.reference == "meshes" ? ReferenceKind::meshes : ReferenceKind::quads;
   options.methods.clear();
   for (const std::string& name : arguments.methods) {
     const auto method = method_from_name(name);
@@ -77,20 +78,36 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
 
   CLI::App* command = app.add_subcommand("evaluate", "Measure what simplifying does to a plant, against other methods");
   command->footer(
-      "The reference is the plant's leaf quads, all of them. 24 cameras that no method has seen, 256 x 256 pixels, white background;\n"
-      "rmse_64 and rmse_16 are of the same pictures box-filtered: what a distant viewer sees. Distances are shares of the box diagonal.\n"
-      "The least error of a level is marked with *.\n"
-      "  coppice evaluate willow.glb --methods default,geometric --levels .4,.1 --html willow.html");
+      "The reference is the plant's leaf quads, all of them, or with --reference meshes its leaves as they were modelled, textures "
+      "included.\n"
+      "24 cameras that no method has seen, 256 x 256 pixels, white background; rmse_64 and rmse_16 are of the same pictures box-filtered: "
+      "what a\n"
+      "distant viewer sees. Pictures of another size give errors named after theirs: rmse_512, rmse_128, rmse_32. Distances are shares of "
+      "the box\ndiagonal. The least error of a level is marked with *.\n"
+      "  coppice evaluate willow.glb --methods default,geometric --levels .4,.1 --html willow.html\n"
+      "  coppice evaluate willow.glb --methods default --levels 1,.4 --reference meshes --size 512");
   command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb");
   command->add_option("--methods", arguments->methods, "Simplifiers to compare")
       ->delimiter(',')
       ->check(CLI::IsMember(names))
       ->type_name("A,B,...")
       ->capture_default_str();
-  command->add_option("--levels", arguments->options.fractions, "Levels of detail, as fractions of the leaves")
+  command->add_option("--levels", arguments->options.fractions, "Levels of detail, as fractions of the leaves; 1 is all of them")
       ->delimiter(',')
       ->check(CLI::Range(1e-9, 1.0))
       ->type_name("F,F,...")
+      ->capture_default_str();
+  command->add_option("--reference", arguments->reference, "Compare with the plant's leaf quads or with its leaf meshes")
+      ->check(CLI::IsMember({"quads", "meshes"}))
+      ->type_name("quads|meshes")
+      ->capture_default_str();
+  const CLI::Validator whole_steps(
+      [](std::string& text) { return std::stoul(text) % kEvaluationSizeStepPx == 0 ? "" : "it must be a multiple of 16"; }, "",
+      "multiple of 16");
+  command->add_option("--size", arguments->options.size_px, "Side of the pictures in pixels, a multiple of 16")
+      ->check(CLI::Range(kEvaluationSizeStepPx, kMaxEvaluationSizePx))
+      ->check(whole_steps)
+      ->type_name("PX")
       ->capture_default_str();
   command->add_option("--json", arguments->json, "Write the figures to this JSON file")->type_name("F.json");
   command

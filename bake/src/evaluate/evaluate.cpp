@@ -33,10 +33,16 @@ double box_diagonal_m(const Mesh& mesh) {
   return glm::distance(low, high);
 }
 
+/// What pictures and distances are compared with, and what it shows. Refers to what it is made of.
+struct ReferenceSurface {
+  const Mesh& mesh;
+  const std::vector<Material>& materials;
+  const std::vector<Image>& images;
+};
+
 /// The source, and everything about it that each comparison needs.
 struct Reference {
-  Mesh mesh;
-  std::vector<SurfaceLook> looks;
+  std::uint32_t size_px = 0;
   std::vector<EvaluationCamera> cameras;
   std::vector<EvaluationImage> images;  ///< by camera
   SurfaceSamples samples;
@@ -44,43 +50,46 @@ struct Reference {
   double area_m2 = 0.0, diagonal_m = 0.0;
 };
 
-Result<Reference> make_reference(const Foliage& foliage, const std::vector<Material>& materials, const std::vector<Image>& images) {
-  if (foliage.quads.empty()) return Error{Status::invalid_argument, "the plant has no leaves"};
-  Mesh mesh = foliage_mesh(foliage);
-  COPPICE_TRY(looks, surface_looks(materials, images));
+/// Simplifiers are judged by where they put leaves, pictures of the plant as modelled by what they show.
+SurfaceColour reference_colour(ReferenceKind reference) {
+  return reference == ReferenceKind::meshes ? SurfaceColour::textured : SurfaceColour::mean;
+}
+
+Result<Reference> make_reference(const ReferenceSurface& surface, const EvaluateOptions& options) {
+  const Mesh& mesh = surface.mesh;
+  if (mesh.positions.empty()) return Error{Status::invalid_argument, "the plant has no leaves"};
+  COPPICE_TRY(looks, surface_looks(surface.materials, surface.images, reference_colour(options.reference)));
   const double diagonal_m = box_diagonal_m(mesh), area_m2 = surface_area_m2(mesh);
   if (!std::isfinite(diagonal_m) || !(area_m2 > 0.0)) return Error{Status::invalid_argument, "the foliage has no area, or is not finite"};
   const Sphere sphere = evaluation_sphere(mesh);
-  Reference reference{std::move(mesh), std::move(looks), {}, {}, {}, TriangleTree({}), area_m2, diagonal_m};
-  reference.samples = sample_surface(reference.mesh, kSurfacePoints);
-  reference.tree = TriangleTree(reference.mesh);
+  Reference reference{options.size_px, {}, {}, sample_surface(mesh, kSurfacePoints), TriangleTree(mesh), area_m2, diagonal_m};
   for (const glm::dvec3& direction : evaluation_directions(kEvaluationCameraCount))
     reference.cameras.push_back(evaluation_camera(direction, sphere));
   reference.images.resize(reference.cameras.size());
   parallel_for(reference.cameras.size(), [&](std::size_t camera) {
-    reference.images[camera] = render_evaluation(reference.mesh, reference.looks, reference.cameras[camera], kEvaluationSizePx);
+    reference.images[camera] = render_evaluation(mesh, looks, reference.cameras[camera], options.size_px);
   });
   return reference;
 }
 
-ImageSums image_sums(const Mesh& mesh, const Reference& reference) {
+ImageSums image_sums(const Mesh& mesh, const std::vector<SurfaceLook>& looks, const Reference& reference) {
   std::vector<ImageSums> by_camera(reference.cameras.size());
   parallel_for(by_camera.size(), [&](std::size_t camera) {
     by_camera[camera] =
-        compare_images(render_evaluation(mesh, reference.looks, reference.cameras[camera], kEvaluationSizePx), reference.images[camera]);
+        compare_images(render_evaluation(mesh, looks, reference.cameras[camera], reference.size_px), reference.images[camera]);
   });
   ImageSums all;
   for (const ImageSums& sums : by_camera) all.add(sums);
   return all;
 }
 
-LevelMeasures measure(const Mesh& mesh, const Reference& reference) {
+LevelMeasures measure(const Mesh& mesh, const std::vector<SurfaceLook>& looks, const Reference& reference) {
   LevelMeasures level;
   level.triangles = static_cast<std::uint32_t>(mesh.triangle_materials.size());
-  const ImageSums sums = image_sums(mesh, reference);
-  level.rmse_256 = sums.rmse(0);
-  level.rmse_64 = sums.rmse(1);
-  level.rmse_16 = sums.rmse(2);
+  const ImageSums sums = image_sums(mesh, looks, reference);
+  level.rmse_full = sums.rmse(0);
+  level.rmse_quarter = sums.rmse(1);
+  level.rmse_sixteenth = sums.rmse(2);
   level.coverage = sums.coverage_ratio();
   level.soft_iou = sums.soft_iou();
   level.area_ratio = surface_area_m2(mesh) / reference.area_m2;
@@ -97,12 +106,16 @@ Result<void> check_options(const EvaluateOptions& options) {
   for (const double fraction : options.fractions)
     if (!(fraction > 0.0 && fraction <= 1.0))
       return Error{Status::invalid_argument, "a level is not a fraction above 0 and up to 1", Error::kNoOffset, std::to_string(fraction)};
+  if (options.size_px == 0 || options.size_px > kMaxEvaluationSizePx || options.size_px % kEvaluationSizeStepPx != 0)
+    return Error{Status::invalid_argument, "a picture size is not a multiple of 16 up to 4096", Error::kNoOffset,
+                 std::to_string(options.size_px)};
   return {};
 }
 
 /// What every method is measured with.
 struct Bench {
   const Reference& reference;
+  const std::vector<SurfaceLook>& looks;  ///< of the simplified plant's materials
   const std::vector<double>& fractions;
   const std::optional<ThumbnailView>& thumbnails;  ///< none: no pictures are kept
 };
@@ -122,7 +135,7 @@ Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input
   measures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     show(kSimplifyShare + (1.0 - kSimplifyShare) * static_cast<double>(i) / static_cast<double>(meshes.size()));
-    LevelMeasures level = measure(meshes[i], bench.reference);
+    LevelMeasures level = measure(meshes[i], bench.looks, bench.reference);
     level.fraction = bench.fractions[i];
     level.leaves = input.leaf_counts[i];
     if (bench.thumbnails) {
@@ -134,7 +147,55 @@ Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input
   return measures;
 }
 
+/// The pictures for a reader: of the reference now, and the view for those of the levels.
+Result<ThumbnailView> make_thumbnails(const ReferenceSurface& surface, const SimplifyInput& input, const EvaluateOptions& options,
+                                      EvaluationReport& report) {
+  const SurfaceColour colour = reference_colour(options.reference);
+  COPPICE_TRY(source_view, thumbnail_view(surface.mesh, surface.materials, surface.images, colour));
+  COPPICE_TRY(png, render_thumbnail_png(surface.mesh, source_view));
+  report.source_picture_png = std::move(png);
+  return thumbnail_view(surface.mesh, input.materials, input.images, colour);
+}
+
+/// input  without leaf counts
+Result<EvaluationReport> evaluate_against(const ReferenceSurface& surface, const std::string& plant, SimplifyInput input,
+                                          const EvaluateOptions& options, const EvaluateProgress& progress) {
+  const std::size_t threads = options.thread_count > 0 ? options.thread_count : static_cast<std::size_t>(tbb::info::default_concurrency());
+  const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism, threads);
+  COPPICE_TRY(reference, make_reference(surface, options));
+  COPPICE_TRY(looks, surface_looks(input.materials, input.images, reference_colour(options.reference)));
+  for (const double fraction : options.fractions) input.leaf_counts.push_back(level_leaves(input.foliage.leaf_count(), fraction));
+
+  EvaluationReport report;
+  report.plant = plant;
+  report.source_leaves = input.foliage.leaf_count();
+  report.reference = options.reference;
+  report.size_px = options.size_px;
+  report.source_triangles = static_cast<std::uint32_t>(surface.mesh.triangle_materials.size());
+  std::optional<ThumbnailView> thumbnails;
+  if (options.keep_pictures) {
+    COPPICE_TRY(view, make_thumbnails(surface, input, options, report));
+    thumbnails = std::move(view);
+  }
+  const Bench bench{reference, looks, options.fractions, thumbnails};
+  for (const Method method : options.methods) {
+    COPPICE_TRY(measures, evaluate_method(method, input, bench, progress));
+    report.methods.push_back(std::move(measures));
+  }
+  return report;
+}
+
 }  // namespace
+
+const char* reference_name(ReferenceKind reference) {
+  return reference == ReferenceKind::meshes ? "meshes" : "quads";
+}
+
+std::array<std::string, 3> rmse_names(std::uint32_t size_px) {
+  std::array<std::string, 3> names;
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = "rmse_" + std::to_string(size_px / ImageSums::kFactors[i]);
+  return names;
+}
 
 std::uint32_t level_leaves(std::uint32_t leaf_count, double fraction) {
   return std::max(1u, static_cast<std::uint32_t>(std::floor(fraction * leaf_count + 1e-6)));
@@ -144,28 +205,19 @@ Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliag
                                           const std::vector<Image>& images, const EvaluateOptions& options,
                                           const EvaluateProgress& progress) {
   COPPICE_CHECK(check_options(options));
-  const std::size_t threads = options.thread_count > 0 ? options.thread_count : static_cast<std::size_t>(tbb::info::default_concurrency());
-  const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism, threads);
-  COPPICE_TRY(reference, make_reference(foliage, materials, images));
-  SimplifyInput input{foliage, materials, images, {}};
-  for (const double fraction : options.fractions) input.leaf_counts.push_back(level_leaves(foliage.leaf_count(), fraction));
+  if (options.reference == ReferenceKind::meshes) return Error{Status::invalid_argument, "leaf quads alone have no meshes to compare with"};
+  const Mesh quads = foliage_mesh(foliage);
+  return evaluate_against(ReferenceSurface{quads, materials, images}, plant, SimplifyInput{foliage, materials, images, {}}, options,
+                          progress);
+}
 
-  EvaluationReport report;
-  report.plant = plant;
-  report.source_leaves = foliage.leaf_count();
-  report.source_triangles = static_cast<std::uint32_t>(reference.mesh.triangle_materials.size());
-  std::optional<ThumbnailView> thumbnails;
-  if (options.keep_pictures) {
-    COPPICE_TRY(view, thumbnail_view(reference.mesh, materials, images));
-    COPPICE_TRY(png, render_thumbnail_png(reference.mesh, view));
-    thumbnails = std::move(view);
-    report.source_picture_png = std::move(png);
-  }
-  const Bench bench{reference, options.fractions, thumbnails};
-  for (const Method method : options.methods) {
-    COPPICE_TRY(measures, evaluate_method(method, input, bench, progress));
-    report.methods.push_back(std::move(measures));
-  }
+Result<EvaluationReport> evaluate_plant(const Plant& plant, const EvaluateOptions& options, const EvaluateProgress& progress) {
+  COPPICE_CHECK(check_options(options));
+  COPPICE_TRY(foliage, fit_leaf_quads(plant));
+  const Mesh quads = options.reference == ReferenceKind::quads ? foliage_mesh(foliage) : Mesh{};
+  const ReferenceSurface surface{options.reference == ReferenceKind::quads ? quads : plant.foliage, plant.materials, plant.images};
+  COPPICE_TRY(report, evaluate_against(surface, plant.name, SimplifyInput{foliage, plant.materials, plant.images, {}}, options, progress));
+  report.warnings = plant.warnings;
   return report;
 }
 
@@ -173,10 +225,7 @@ Result<EvaluationReport> evaluate(const std::filesystem::path& input, const Eval
   COPPICE_CHECK(check_options(options));
   if (progress) progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
-  COPPICE_TRY(foliage, fit_leaf_quads(plant));
-  COPPICE_TRY(report, evaluate_foliage(plant.name, foliage, plant.materials, plant.images, options, progress));
-  report.warnings = plant.warnings;
-  return report;
+  return evaluate_plant(plant, options, progress);
 }
 
 }  // namespace coppice::bake

@@ -2,12 +2,14 @@
 
 // `coppice evaluate`: what each simplifier does to a plant, measured the same way for all.
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "evaluation_render.h"
 #include "import_gltf.h"
 #include "methods.h"
 #include "plant.h"
@@ -18,24 +20,38 @@ namespace coppice::bake {
 /// The paper's levels of detail.
 inline const std::vector<double> kEvaluationFractions = {0.8, 0.6, 0.4, 0.2, 0.1, 0.05, 0.025};
 
+/// What simplified plants are compared with.
+enum class ReferenceKind {
+  quads,   ///< the plant's leaf quads, all of them, each material in its mean colour: what the simplifiers start from
+  meshes,  ///< its leaves as they were modelled, with their textures: what a person sees
+};
+
+/// "quads", "meshes"
+const char* reference_name(ReferenceKind reference);
+
+/// Picture sides are whole multiples of this: the smallest picture is filtered from so many pixels each way.
+inline constexpr std::uint32_t kEvaluationSizeStepPx = 16;
+
 struct EvaluateOptions {
   std::vector<Method> methods{all_methods().begin(), all_methods().end()};
   std::vector<double> fractions = kEvaluationFractions;  ///< of the source leaves, in (0, 1]
-  std::uint32_t thread_count = 0;                        ///< 0: all
-  bool keep_pictures = false;                            ///< the report gets pictures for a reader: see thumbnail.h
+  ReferenceKind reference = ReferenceKind::quads;
+  std::uint32_t size_px = kEvaluationSizePx;  ///< side of the pictures, a multiple of kEvaluationSizeStepPx, at most kMaxEvaluationSizePx
+  std::uint32_t thread_count = 0;             ///< 0: all
+  bool keep_pictures = false;                 ///< the report gets pictures for a reader: see thumbnail.h
   ImportOptions import;
 };
 
-/// One method at one level. Reference: the source's leaf quads. Distances are infinite for a mesh without triangles.
+/// One method at one level, against EvaluationReport::reference. Distances are infinite for a mesh without triangles.
 struct LevelMeasures {
   double fraction = 0.0;
   std::uint32_t leaves = 0;               ///< asked for: level_leaves(N, fraction)
   std::uint32_t triangles = 0;            ///< got
-  double rmse_256 = 0.0;                  ///< luminance 0..255 over all pixels and cameras
-  double rmse_64 = 0.0;                   ///< of the same pictures box-filtered to 64 x 64
-  double rmse_16 = 0.0;                   ///< and to 16 x 16
+  double rmse_full = 0.0;                 ///< luminance 0..255 over all pixels and cameras, pictures of EvaluationReport::size_px
+  double rmse_quarter = 0.0;              ///< of the same pictures box-filtered by 4 both ways
+  double rmse_sixteenth = 0.0;            ///< and by 16
   double coverage = 0.0;                  ///< foliage pixels over the reference's
-  double soft_iou = 0.0;                  ///< of coverage box-filtered to 64 x 64
+  double soft_iou = 0.0;                  ///< of coverage box-filtered by 4 both ways
   double area_ratio = 0.0;                ///< surface over the reference's
   double hausdorff = 0.0;                 ///< largest distance of the surfaces, over the diagonal of the reference's box
   double mean_distance = 0.0;             ///< mean distance, over the same; of both directions the larger
@@ -51,11 +67,17 @@ struct MethodMeasures {
 struct EvaluationReport {
   std::string plant;
   std::uint32_t source_leaves = 0;
-  std::uint32_t source_triangles = 0;
+  ReferenceKind reference = ReferenceKind::quads;
+  std::uint32_t size_px = kEvaluationSizePx;
+  std::uint32_t source_triangles = 0;            ///< of the reference
   std::vector<std::uint8_t> source_picture_png;  ///< as LevelMeasures::picture_png
   std::vector<MethodMeasures> methods;
   std::vector<std::string> warnings;  ///< the importer's
 };
+
+/// The names of LevelMeasures::rmse_full, rmse_quarter and rmse_sixteenth in reports: "rmse_256", "rmse_64" and "rmse_16" for pictures of
+/// 256 px, "rmse_512", "rmse_128" and "rmse_32" for 512.
+std::array<std::string, 3> rmse_names(std::uint32_t size_px);
 
 /// Called from one thread with the running stage's name and its fraction in [0, 1].
 using EvaluateProgress = std::function<void(const char* stage, double fraction)>;
@@ -66,13 +88,16 @@ std::uint32_t level_leaves(std::uint32_t leaf_count, double fraction);
 /// Measures every method at every fraction. All figures but `seconds` are the same for any number of threads.
 /// plant     its name
 /// progress  may be empty
-/// errors    invalid_argument: no methods, no fractions, a fraction not in (0, 1], a plant whose foliage has no extent, what a method or
-///           surface_looks rejects
+/// errors    invalid_argument: no methods, no fractions, a fraction not in (0, 1], a picture size out of range, a foliage without extent,
+///           what a method or surface_looks rejects; meshes as the reference, which leaf quads are without
 Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliage& foliage, const std::vector<Material>& materials,
                                           const std::vector<Image>& images, const EvaluateOptions& options,
                                           const EvaluateProgress& progress);
 
-/// The same of a file, leaf quads fitted as by `coppice bake`. errors  also those of import_gltf and fit_leaf_quads
+/// The same of a plant, leaf quads fitted as by `coppice bake`. errors  those of fit_leaf_quads and the above, but for the last
+Result<EvaluationReport> evaluate_plant(const Plant& plant, const EvaluateOptions& options, const EvaluateProgress& progress);
+
+/// The same of a file. errors  also those of import_gltf
 Result<EvaluationReport> evaluate(const std::filesystem::path& input, const EvaluateOptions& options, const EvaluateProgress& progress);
 
 }  // namespace coppice::bake

@@ -38,7 +38,43 @@ double luminance(const glm::dvec3& linear) {
   return glm::dot(linear, glm::dvec3(0.2126, 0.7152, 0.0722));
 }
 
-Result<SurfaceLook> look_of(const Material& material, const std::vector<Image>& images) {
+/// Sums over texels that are no holes.
+struct AlbedoSums {
+  std::uint32_t width = 0, height = 0;
+  std::vector<double> sums;
+  std::vector<std::uint32_t> counts;
+};
+
+AlbedoMip mean_albedo(const AlbedoSums& level) {
+  AlbedoMip mip{level.width, std::vector<float>(level.sums.size(), 0.0f)};
+  for (std::size_t i = 0; i < level.sums.size(); ++i)
+    if (level.counts[i] > 0) mip.albedo[i] = static_cast<float>(level.sums[i] / level.counts[i]);
+  return mip;
+}
+
+AlbedoSums halved(const AlbedoSums& level) {
+  AlbedoSums half{(level.width + 1) / 2, (level.height + 1) / 2, {}, {}};
+  half.sums.resize(std::size_t{half.width} * half.height);
+  half.counts.resize(half.sums.size());
+  for (std::size_t y = 0; y < level.height; ++y)
+    for (std::size_t x = 0; x < level.width; ++x) {
+      const std::size_t to = y / 2 * half.width + x / 2, from = y * level.width + x;
+      half.sums[to] += level.sums[from];
+      half.counts[to] += level.counts[from];
+    }
+  return half;
+}
+
+std::vector<AlbedoMip> albedo_mips(AlbedoSums level) {
+  std::vector<AlbedoMip> mips{mean_albedo(level)};
+  while (level.width > 1 || level.height > 1) {
+    level = halved(level);
+    mips.push_back(mean_albedo(level));
+  }
+  return mips;
+}
+
+Result<SurfaceLook> look_of(const Material& material, const std::vector<Image>& images, SurfaceColour colour) {
   SurfaceLook look;
   const glm::dvec3 factor(material.base_color);
   look.albedo = luminance(factor);
@@ -57,6 +93,11 @@ Result<SurfaceLook> look_of(const Material& material, const std::vector<Image>& 
   if (masked) look.holes.resize(texel_count);
   look.width = image.width;
   look.height = image.height;
+  AlbedoSums texels{image.width, image.height, {}, {}};
+  if (colour == SurfaceColour::textured) {
+    texels.sums.resize(texel_count);
+    texels.counts.resize(texel_count);
+  }
   glm::dvec3 sum(0.0);
   std::size_t seen = 0;
   for (std::size_t i = 0; i < texel_count; ++i) {
@@ -64,20 +105,33 @@ Result<SurfaceLook> look_of(const Material& material, const std::vector<Image>& 
     const bool hole = masked && material.base_color.a * static_cast<float>(rgba[3]) / 255.0f < material.alpha_cutoff;
     if (masked) look.holes[i] = hole ? 1 : 0;
     if (hole) continue;
-    sum += glm::dvec3(linear_from_srgb(rgba[0]), linear_from_srgb(rgba[1]), linear_from_srgb(rgba[2]));
+    const glm::dvec3 linear(linear_from_srgb(rgba[0]), linear_from_srgb(rgba[1]), linear_from_srgb(rgba[2]));
+    sum += linear;
     ++seen;
+    if (texels.sums.empty()) continue;
+    texels.sums[i] = luminance(factor * linear);
+    texels.counts[i] = 1;
   }
   if (seen > 0) look.albedo = luminance(factor * sum / static_cast<double>(seen));
+  if (!texels.sums.empty()) look.mips = albedo_mips(std::move(texels));
   return look;
 }
 
-bool is_hole(const SurfaceLook& look, const glm::dvec2& uv) {
-  if (look.holes.empty()) return look.all_holes;
+struct Texel {
+  std::uint32_t x = 0, y = 0;
+};
+
+Texel nearest_texel(const SurfaceLook& look, const glm::dvec2& uv) {
   const auto texel = [](double coordinate, std::uint32_t size) {
     const double wrapped = coordinate - std::floor(coordinate);
     return std::min(static_cast<std::uint32_t>(wrapped * size), size - 1);
   };
-  return look.holes[std::size_t{texel(uv.y, look.height)} * look.width + texel(uv.x, look.width)] != 0;
+  return {texel(uv.x, look.width), texel(uv.y, look.height)};
+}
+
+double albedo_at(const SurfaceLook& look, Texel texel, std::uint32_t level) {
+  const AlbedoMip& mip = look.mips[level];
+  return double{mip.albedo[std::size_t{texel.y >> level} * mip.width + (texel.x >> level)]};
 }
 
 /// Pixels [first, last] of a row or column; empty when last < first.
@@ -90,6 +144,15 @@ struct RayTriangle {
   std::array<glm::dvec3, 3> edges{};  ///< b x c, c x a, a x b, of the sign that makes hits positive
   double determinant = 0.0;           ///< a . (b x c), positive; 0: seen edge-on or without area
   PixelRange columns, rows;
+  double doubled_area_px = 0.0;  ///< in the picture; 0 where a corner is not in front of the camera
+};
+
+/// How a triangle is coloured.
+struct TrianglePaint {
+  const SurfaceLook& look;
+  glm::dvec3 normal{0.0};   ///< unit, on the camera's side; 0 without area
+  float mean_value = 0.0f;  ///< luminance of the mean albedo
+  std::uint32_t mip_level = 0;
 };
 
 class Painter {
@@ -106,10 +169,10 @@ class Painter {
     const SurfaceLook& look = looks_[mesh_.triangle_materials[triangle]];
     const RayTriangle ray_triangle = prepare(indices);
     if (ray_triangle.determinant == 0.0 || look.all_holes) return;
-    const float value = shade(indices, look.albedo);
+    const glm::dvec3 normal = seen_normal(indices);
+    const TrianglePaint paint{look, normal, lambert_luminance(look.albedo, normal), mip_level(indices, look, ray_triangle)};
     for (std::int32_t y = ray_triangle.rows.first; y <= ray_triangle.rows.last; ++y)
-      for (std::int32_t x = ray_triangle.columns.first; x <= ray_triangle.columns.last; ++x)
-        draw_pixel(ray_triangle, indices, look, value, x, y);
+      for (std::int32_t x = ray_triangle.columns.first; x <= ray_triangle.columns.last; ++x) draw_pixel(ray_triangle, indices, paint, x, y);
   }
 
   EvaluationImage take() { return std::move(image_); }
@@ -141,14 +204,14 @@ class Painter {
     const double nearest = std::min({corners[0].z, corners[1].z, corners[2].z});
     // A corner beside or behind the camera projects to nowhere: any pixel may be hit.
     if (nearest < 1e-6 * glm::length(corners[0])) return;
-    glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-std::numeric_limits<double>::infinity());
+    std::array<glm::dvec2, 3> pixels{};
     const double half = 0.5 * size_px_;
-    for (const glm::dvec3& corner : corners) {
-      const double scale = half / (corner.z * camera_.tan_half_view);
-      const glm::dvec2 pixel(half + corner.x * scale - 0.5, half - corner.y * scale - 0.5);
-      low = glm::min(low, pixel);
-      high = glm::max(high, pixel);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double scale = half / (corners[i].z * camera_.tan_half_view);
+      pixels[i] = {half + corners[i].x * scale - 0.5, half - corners[i].y * scale - 0.5};
     }
+    const glm::dvec2 low = glm::min(glm::min(pixels[0], pixels[1]), pixels[2]), high = glm::max(glm::max(pixels[0], pixels[1]), pixels[2]);
+    triangle.doubled_area_px = doubled_area(pixels);
     const auto range = [&](double from, double to) {
       const double last = size_px_ - 1;
       return PixelRange{static_cast<std::int32_t>(std::ceil(std::clamp(from - kSlackPx, 0.0, last + 1))),
@@ -158,17 +221,32 @@ class Painter {
     triangle.rows = range(low.y, high.y);
   }
 
-  [[nodiscard]] float shade(const std::uint32_t* indices, double albedo) const {
+  static double doubled_area(const std::array<glm::dvec2, 3>& corners) {
+    const glm::dvec2 ab = corners[1] - corners[0], ac = corners[2] - corners[0];
+    return std::abs(ab.x * ac.y - ab.y * ac.x);
+  }
+
+  /// The level at which a texel is nearest to a pixel in size. One a triangle: over a leaf it does not change much.
+  [[nodiscard]] std::uint32_t mip_level(const std::uint32_t* indices, const SurfaceLook& look, const RayTriangle& triangle) const {
+    if (look.mips.empty() || triangle.doubled_area_px == 0.0) return 0;
+    const glm::dvec2 size(look.width, look.height);
+    const double area_texels = doubled_area(
+        {glm::dvec2(mesh_.uvs[indices[0]]) * size, glm::dvec2(mesh_.uvs[indices[1]]) * size, glm::dvec2(mesh_.uvs[indices[2]]) * size});
+    const double level = 0.5 * std::log2(std::max(1.0, area_texels / triangle.doubled_area_px));
+    return static_cast<std::uint32_t>(std::min(std::round(level), static_cast<double>(look.mips.size() - 1)));
+  }
+
+  [[nodiscard]] glm::dvec3 seen_normal(const std::uint32_t* indices) const {
     const glm::dvec3 a(mesh_.positions[indices[0]]), b(mesh_.positions[indices[1]]), c(mesh_.positions[indices[2]]);
     const glm::dvec3 across = glm::cross(b - a, c - a);
     const double length = glm::length(across);
-    if (length == 0.0) return lambert_luminance(albedo, glm::dvec3(0.0));
+    if (length == 0.0) return glm::dvec3(0.0);
     const double side = glm::dot(across, camera_.position - a) < 0.0 ? -1.0 : 1.0;
-    return lambert_luminance(albedo, across * (side / length));
+    return across * (side / length);
   }
 
-  void draw_pixel(const RayTriangle& triangle, const std::uint32_t* indices, const SurfaceLook& look, float value, std::int32_t x,
-                  std::int32_t y) {
+  void draw_pixel(const RayTriangle& triangle, const std::uint32_t* indices, const TrianglePaint& paint, std::int32_t x, std::int32_t y) {
+    const SurfaceLook& look = paint.look;
     const glm::dvec3 ray(ray_x(x), ray_y(y), 1.0);
     const double a = glm::dot(ray, triangle.edges[0]), b = glm::dot(ray, triangle.edges[1]), c = glm::dot(ray, triangle.edges[2]);
     const double sum = a + b + c;
@@ -176,10 +254,13 @@ class Painter {
     const double depth = triangle.determinant / sum;
     const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(size_px_) + static_cast<std::size_t>(x);
     if (!(depth < depths_[pixel])) return;
-    if (!look.holes.empty()) {
+    float value = paint.mean_value;
+    if (!look.holes.empty() || !look.mips.empty()) {
       const glm::dvec2 uv =
           (a * glm::dvec2(mesh_.uvs[indices[0]]) + b * glm::dvec2(mesh_.uvs[indices[1]]) + c * glm::dvec2(mesh_.uvs[indices[2]])) / sum;
-      if (is_hole(look, uv)) return;
+      const Texel texel = nearest_texel(look, uv);
+      if (!look.holes.empty() && look.holes[std::size_t{texel.y} * look.width + texel.x] != 0) return;
+      if (!look.mips.empty()) value = lambert_luminance(albedo_at(look, texel, paint.mip_level), paint.normal);
     }
     depths_[pixel] = depth;
     image_.luminance[pixel] = value;
@@ -232,10 +313,11 @@ EvaluationCamera evaluation_camera(const glm::dvec3& direction, const Sphere& sp
   return camera;
 }
 
-Result<std::vector<SurfaceLook>> surface_looks(const std::vector<Material>& materials, const std::vector<Image>& images) {
+Result<std::vector<SurfaceLook>> surface_looks(const std::vector<Material>& materials, const std::vector<Image>& images,
+                                               SurfaceColour colour) {
   std::vector<SurfaceLook> looks;
   for (const Material& material : materials) {
-    COPPICE_TRY(look, look_of(material, images));
+    COPPICE_TRY(look, look_of(material, images, colour));
     looks.push_back(std::move(look));
   }
   return looks;

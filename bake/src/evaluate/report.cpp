@@ -11,28 +11,32 @@
 namespace coppice::bake {
 namespace {
 
-nlohmann::ordered_json level_json(const LevelMeasures& level) {
-  return {{"fraction", level.fraction},          {"leaves", level.leaves},         {"triangles", level.triangles},
-          {"rmse_256", level.rmse_256},          {"rmse_64", level.rmse_64},       {"rmse_16", level.rmse_16},
-          {"coverage", level.coverage},          {"area_ratio", level.area_ratio}, {"hausdorff", level.hausdorff},
-          {"mean_distance", level.mean_distance}};
+nlohmann::ordered_json level_json(const LevelMeasures& level, const std::array<std::string, 3>& rmse) {
+  return {{"fraction", level.fraction},   {"leaves", level.leaves},
+          {"triangles", level.triangles}, {rmse[0], level.rmse_full},
+          {rmse[1], level.rmse_quarter},  {rmse[2], level.rmse_sixteenth},
+          {"coverage", level.coverage},   {"area_ratio", level.area_ratio},
+          {"hausdorff", level.hausdorff}, {"mean_distance", level.mean_distance}};
 }
 
 struct Column {
-  const char* title;
+  std::string title;
   double LevelMeasures::*value;
   int decimals;
   bool least_is_best;
 };
 
-constexpr std::array<Column, 8> kColumns{{{"rmse_256", &LevelMeasures::rmse_256, 2, true},
-                                          {"rmse_64", &LevelMeasures::rmse_64, 2, true},
-                                          {"rmse_16", &LevelMeasures::rmse_16, 2, true},
-                                          {"coverage", &LevelMeasures::coverage, 3, false},
-                                          {"soft IoU", &LevelMeasures::soft_iou, 3, false},
-                                          {"area", &LevelMeasures::area_ratio, 3, false},
-                                          {"hausdorff", &LevelMeasures::hausdorff, 4, true},
-                                          {"mean dist", &LevelMeasures::mean_distance, 5, true}}};
+std::array<Column, 8> columns(std::uint32_t size_px) {
+  const std::array<std::string, 3> rmse = rmse_names(size_px);
+  return {{{rmse[0], &LevelMeasures::rmse_full, 2, true},
+           {rmse[1], &LevelMeasures::rmse_quarter, 2, true},
+           {rmse[2], &LevelMeasures::rmse_sixteenth, 2, true},
+           {"coverage", &LevelMeasures::coverage, 3, false},
+           {"soft IoU", &LevelMeasures::soft_iou, 3, false},
+           {"area", &LevelMeasures::area_ratio, 3, false},
+           {"hausdorff", &LevelMeasures::hausdorff, 4, true},
+           {"mean dist", &LevelMeasures::mean_distance, 5, true}}};
+}
 
 std::string number(double value, int decimals) {
   char text[32];
@@ -54,12 +58,13 @@ std::string least(const EvaluationReport& report, std::size_t level, const Colum
 std::string level_block(const EvaluationReport& report, std::size_t level) {
   const LevelMeasures& first = report.methods.front().levels[level];
   std::string text = "\nlevel " + number(first.fraction, 3) + ": " + std::to_string(first.leaves) + " leaves\n  method          triangles";
-  for (const Column& column : kColumns) text += padded(column.title, 11);
+  const std::array<Column, 8> shown = columns(report.size_px);
+  for (const Column& column : shown) text += padded(column.title, 11);
   text += "\n";
   for (const MethodMeasures& method : report.methods) {
     const std::string name = method_name(method.method);
     text += "  " + name + padded(std::to_string(method.levels[level].triangles), 25 - name.size());
-    for (const Column& column : kColumns) {
+    for (const Column& column : shown) {
       const std::string value = number(method.levels[level].*column.value, column.decimals);
       text += padded(value, 10) + (column.least_is_best && value == least(report, level, column) ? "*" : " ");
     }
@@ -72,18 +77,25 @@ std::string level_block(const EvaluationReport& report, std::size_t level) {
 }  // namespace
 
 std::string evaluation_json(const EvaluationReport& report) {
+  const std::array<std::string, 3> rmse = rmse_names(report.size_px);
   nlohmann::ordered_json methods = nlohmann::ordered_json::array();
   for (const MethodMeasures& method : report.methods) {
     nlohmann::ordered_json levels = nlohmann::ordered_json::array();
-    for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level));
+    for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level, rmse));
     methods.push_back({{"name", method_name(method.method)}, {"levels", levels}});
   }
-  const nlohmann::ordered_json root = {{"plant", report.plant}, {"source_leaves", report.source_leaves}, {"methods", methods}};
+  const nlohmann::ordered_json root = {{"plant", report.plant},
+                                       {"source_leaves", report.source_leaves},
+                                       {"reference", reference_name(report.reference)},
+                                       {"size_px", report.size_px},
+                                       {"methods", methods}};
   return root.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string evaluation_table(const EvaluationReport& report) {
-  std::string text = report.plant + ": " + std::to_string(report.source_leaves) + " leaves\n";
+  const std::string size = std::to_string(report.size_px);
+  std::string text = report.plant + ": " + std::to_string(report.source_leaves) + " leaves; compared with its leaf " +
+                     reference_name(report.reference) + ", " + size + " x " + size + " px\n";
   if (report.methods.empty()) return text;
   for (std::size_t level = 0; level < report.methods.front().levels.size(); ++level) text += level_block(report, level);
   text += "\nseconds to simplify:";

@@ -1,6 +1,7 @@
 #include "report_headline.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <string_view>
@@ -9,17 +10,18 @@ namespace coppice::bake {
 namespace {
 
 struct Measure {
-  const char* where;
+  std::string where;
   double LevelMeasures::*value;
   const char* least;
   const char* lower;
 };
 
-constexpr Measure kMeasures[] = {
-    {"Seen close up (rmse_256)", &LevelMeasures::rmse_256, "the least error", "is better"},
-    {"Seen from afar (rmse_16)", &LevelMeasures::rmse_16, "the least error", "is better"},
-    {"On the surface (Hausdorff)", &LevelMeasures::hausdorff, "the smallest distance", "is nearer"},
-};
+std::array<Measure, 3> measures(std::uint32_t size_px) {
+  const std::array<std::string, 3> rmse = rmse_names(size_px);
+  return {{{"Seen close up (" + rmse[0] + ")", &LevelMeasures::rmse_full, "the least error", "is better"},
+           {"Seen from afar (" + rmse[2] + ")", &LevelMeasures::rmse_sixteenth, "the least error", "is better"},
+           {"On the surface (Hausdorff)", &LevelMeasures::hausdorff, "the smallest distance", "is nearer"}}};
+}
 
 std::string percent(double share) {
   char text[32];
@@ -96,7 +98,7 @@ std::string losses_text(const std::vector<Loss>& losses, const Measure& measure)
 
 std::string measure_sentence(const EvaluationReport& report, const MethodMeasures& subject, const Measure& measure) {
   const Standing result = standing(report, subject, measure);
-  const std::string start = std::string(measure.where) + ", " + method_name(subject.method);
+  const std::string start = measure.where + ", " + method_name(subject.method);
   if (result.won.empty()) return start + " never has " + measure.least + ": " + losses_text(result.lost, measure);
   const std::string low = whole_percent(result.least_margin), high = whole_percent(result.largest_margin);
   const std::string margin = (low == high ? low : low + " to " + high) + " below the next best";
@@ -135,7 +137,7 @@ std::vector<std::string> evaluation_headline(const EvaluationReport& report) {
   const MethodMeasures& subject = found != report.methods.end() ? *found : report.methods.front();
   std::vector<std::string> sentences;
   if (report.methods.size() > 1)
-    for (const Measure& measure : kMeasures) sentences.push_back(measure_sentence(report, subject, measure));
+    for (const Measure& measure : measures(report.size_px)) sentences.push_back(measure_sentence(report, subject, measure));
   sentences.push_back(coverage_sentence(subject));
   sentences.push_back(time_sentence(report, subject));
   return sentences;

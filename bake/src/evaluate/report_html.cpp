@@ -2,6 +2,7 @@
 
 #include "report_html.h"
 
+#include <array>
 #include <cmath>
 #include <span>
 #include <string_view>
@@ -33,30 +34,28 @@ nlohmann::ordered_json picture_json(const std::vector<std::uint8_t>& png) {
   return "data:image/png;base64," + base64(png);
 }
 
-nlohmann::ordered_json level_json(const LevelMeasures& level) {
-  return {{"fraction", level.fraction},
-          {"leaves", level.leaves},
-          {"triangles", level.triangles},
-          {"rmse_256", level.rmse_256},
-          {"rmse_64", level.rmse_64},
-          {"rmse_16", level.rmse_16},
-          {"coverage", level.coverage},
-          {"soft_iou", level.soft_iou},
-          {"area_ratio", level.area_ratio},
-          {"hausdorff", level.hausdorff},
-          {"mean_distance", level.mean_distance},
-          {"picture", picture_json(level.picture_png)}};
+nlohmann::ordered_json level_json(const LevelMeasures& level, const std::array<std::string, 3>& rmse) {
+  return {{"fraction", level.fraction},           {"leaves", level.leaves},
+          {"triangles", level.triangles},         {rmse[0], level.rmse_full},
+          {rmse[1], level.rmse_quarter},          {rmse[2], level.rmse_sixteenth},
+          {"coverage", level.coverage},           {"soft_iou", level.soft_iou},
+          {"area_ratio", level.area_ratio},       {"hausdorff", level.hausdorff},
+          {"mean_distance", level.mean_distance}, {"picture", picture_json(level.picture_png)}};
 }
 
 nlohmann::ordered_json report_json(const EvaluationReport& report) {
+  const std::array<std::string, 3> rmse = rmse_names(report.size_px);
   nlohmann::ordered_json methods = nlohmann::ordered_json::array();
   for (const MethodMeasures& method : report.methods) {
     nlohmann::ordered_json levels = nlohmann::ordered_json::array();
-    for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level));
+    for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level, rmse));
     methods.push_back({{"name", method_name(method.method)}, {"seconds", method.seconds}, {"levels", std::move(levels)}});
   }
   return {{"plant", report.plant},
           {"source_leaves", report.source_leaves},
+          {"reference", reference_name(report.reference)},
+          {"size_px", report.size_px},
+          {"rmse", rmse},
           {"source_triangles", report.source_triangles},
           {"source_picture", picture_json(report.source_picture_png)},
           {"headline", evaluation_headline(report)},

@@ -18,14 +18,15 @@ constexpr std::uint32_t kSupersampling = 2;
 constexpr std::array<float, 3> kLuminanceShares = {0.2126f, 0.7152f, 0.0722f};
 
 /// Looks whose luminance is one channel of the colour: the renderer then draws that channel.
-Result<std::vector<SurfaceLook>> channel_looks(std::vector<Material> materials, const std::vector<Image>& images, int channel) {
+Result<std::vector<SurfaceLook>> channel_looks(std::vector<Material> materials, const std::vector<Image>& images, SurfaceColour colour,
+                                               int channel) {
   for (Material& material : materials) {
     const float value = material.base_color[channel] / kLuminanceShares[static_cast<std::size_t>(channel)];
     const float alpha = material.base_color.a;
     material.base_color = {0.0f, 0.0f, 0.0f, alpha};
     material.base_color[channel] = value;
   }
-  return surface_looks(materials, images);
+  return surface_looks(materials, images, colour);
 }
 
 glm::dvec3 side_direction() {
@@ -36,11 +37,12 @@ glm::dvec3 side_direction() {
 
 }  // namespace
 
-Result<ThumbnailView> thumbnail_view(const Mesh& source, const std::vector<Material>& materials, const std::vector<Image>& images) {
+Result<ThumbnailView> thumbnail_view(const Mesh& source, const std::vector<Material>& materials, const std::vector<Image>& images,
+                                     SurfaceColour colour) {
   ThumbnailView view;
   view.camera = evaluation_camera(side_direction(), evaluation_sphere(source));
   for (int channel = 0; channel < 3; ++channel) {
-    COPPICE_TRY(looks, channel_looks(materials, images, channel));
+    COPPICE_TRY(looks, channel_looks(materials, images, colour, channel));
     view.looks[static_cast<std::size_t>(channel)] = std::move(looks);
   }
   return view;

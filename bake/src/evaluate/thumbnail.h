@@ -18,13 +18,14 @@ inline constexpr std::uint32_t kThumbnailSizePx = 256;
 /// What all pictures of one plant share.
 struct ThumbnailView {
   EvaluationCamera camera;
-  std::array<std::vector<SurfaceLook>, 3> looks;  ///< by red, green, blue: albedo is the mean colour's share of that channel
+  std::array<std::vector<SurfaceLook>, 3> looks;  ///< by red, green, blue: albedo is the colour's share of that channel
 };
 
 /// The evaluation's camera that looks most nearly from the side.
 /// source  holds the bounding sphere to frame
 /// errors  those of surface_looks
-Result<ThumbnailView> thumbnail_view(const Mesh& source, const std::vector<Material>& materials, const std::vector<Image>& images);
+Result<ThumbnailView> thumbnail_view(const Mesh& source, const std::vector<Material>& materials, const std::vector<Image>& images,
+                                     SurfaceColour colour = SurfaceColour::mean);
 
 /// A PNG file, RGB, kThumbnailSizePx square, white where nothing is.
 /// errors  internal: the picture cannot be encoded

@@ -3,18 +3,22 @@
 
 const data = JSON.parse(document.getElementById('data').textContent);
 
+// Names of the three image errors, and the sizes of their pictures.
+const rmse = data.rmse;
+const sizes = [1, 4, 16].map(factor => `${data.size_px / factor} x ${data.size_px / factor}`);
+
 // better: 'low' marks the least of a row, 'one' the nearest to 1, 'high' the greatest.
 const measures = [
-  {key: 'rmse_256', title: 'Image error close up', digits: 2, better: 'low', note: 'rmse_256: difference of 256 x 256 pictures. Lower is better.'},
-  {key: 'rmse_64', title: 'Image error farther away', digits: 2, better: 'low', note: 'rmse_64: the same pictures shrunk to 64 x 64. Lower is better.'},
-  {key: 'rmse_16', title: 'Image error in the distance', digits: 2, better: 'low', note: 'rmse_16: shrunk to 16 x 16, where only mass and tone count. Lower is better.'},
+  {key: rmse[0], title: 'Image error close up', digits: 2, better: 'low', note: `${rmse[0]}: difference of pictures ${sizes[0]}. Lower is better.`},
+  {key: rmse[1], title: 'Image error farther away', digits: 2, better: 'low', note: `${rmse[1]}: the same pictures shrunk to ${sizes[1]}. Lower is better.`},
+  {key: rmse[2], title: 'Image error in the distance', digits: 2, better: 'low', note: `${rmse[2]}: shrunk to ${sizes[2]}, where only mass and tone count. Lower is better.`},
   {key: 'hausdorff', title: 'Largest surface distance', digits: 4, better: 'low', note: 'Hausdorff: how far the farthest point has moved. Lower is better.'},
   {key: 'coverage', title: 'Coverage', digits: 3, better: 'one', note: 'Pixels that show foliage, over the source\'s. 1 keeps the crown as dense as it was.'},
   {key: 'mean_distance', title: 'Mean surface distance', digits: 5, better: 'low', note: 'How far the average point has moved. Lower is better.'},
-  {key: 'soft_iou', title: 'Overlap of silhouettes', digits: 3, better: 'high', note: 'Soft intersection over union of coverage at 64 x 64. Higher is better.'},
+  {key: 'soft_iou', title: 'Overlap of silhouettes', digits: 3, better: 'high', note: `Soft intersection over union of coverage at ${sizes[1]}. Higher is better.`},
   {key: 'area_ratio', title: 'Leaf area', digits: 3, better: 'one', note: 'Area of all leaves, over the source\'s.'},
 ];
-const chartKeys = ['rmse_256', 'rmse_64', 'rmse_16', 'hausdorff', 'coverage', 'mean_distance'];
+const chartKeys = [...rmse, 'hausdorff', 'coverage', 'mean_distance'];
 const measureOf = key => measures.find(measure => measure.key === key);
 
 const about = {

@@ -13,7 +13,11 @@ function makeText() {
   document.title = `${data.plant}: Coppice evaluation`;
   document.getElementById('plant').textContent = data.plant;
   document.getElementById('source').textContent =
-    `${count(data.source_leaves)} leaves, ${methods.length} ${methods.length === 1 ? 'method' : 'methods'}, ${levels.length} ${levels.length === 1 ? 'level' : 'levels'} of detail`;
+    `${count(data.source_leaves)} leaves, ${methods.length} ${methods.length === 1 ? 'method' : 'methods'}, ${levels.length} ${levels.length === 1 ? 'level' : 'levels'} of detail, compared with its leaf ${data.reference}`;
+  const meshes = data.reference === 'meshes';
+  document.getElementById('reference').textContent = meshes ? 'the source plant\'s leaves as they were modelled, with their textures' :
+    'the source plant\'s leaf quads, all of them';
+  document.getElementById('colours').textContent = meshes ? 'with textures' : 'each material in its mean colour';
   document.getElementById('headline').append(...data.headline.map(sentence => {
     const subject = sentence.search(/[,:]/);
     return element('li', {}, element('strong', {}, sentence.slice(0, subject)), sentence.slice(subject));

@@ -2,7 +2,7 @@
 // sizes at which errors are measured.
 
 const shown = {compare: 'methods', level: '', method: '0', mode: 'picture', size: '256'};
-const sizeMeasure = {256: 'rmse_256', 64: 'rmse_64', 16: 'rmse_16'};
+const sizeMeasure = {256: rmse[0], 64: rmse[1], 16: rmse[2]};
 
 function canvasOf(size) {
   const canvas = element('canvas', {width: size, height: size});

@@ -26,7 +26,7 @@ function sizeTable() {
 }
 
 function winnersTable() {
-  const keys = ['rmse_256', 'rmse_64', 'rmse_16', 'hausdorff', 'coverage'];
+  const keys = [...rmse, 'hausdorff', 'coverage'];
   const rows = keys.map(key => {
     const measure = measureOf(key);
     return element('tr', {}, element('th', {scope: 'row'}, measure.title, element('small', {}, key)), ...levels.map(level => {
@@ -41,8 +41,8 @@ function winnersTable() {
 function makeTables() {
   const show = key => document.getElementById('table').replaceChildren(figureTable(measureOf(key)));
   document.getElementById('table_controls').append(
-    choice('Measure', 'measure', measures.map(measure => [measure.key, measure.title]), 'rmse_256', show));
-  show('rmse_256');
+    choice('Measure', 'measure', measures.map(measure => [measure.key, measure.title]), rmse[0], show));
+  show(rmse[0]);
   document.getElementById('size_table').append(sizeTable());
   if (methods.length > 1) document.getElementById('winners').append(winnersTable());
 }

@@ -6,8 +6,12 @@
 
 #include <atomic>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstring>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 namespace coppice::bake {
@@ -52,6 +56,19 @@ std::filesystem::path temporary_path(const std::filesystem::path& target) {
   static std::atomic<unsigned> counter{0};
   const std::string name = "." + target.filename().string() + "." + std::to_string(::getpid()) + "." + std::to_string(counter++) + ".tmp";
   return target.parent_path() / name;
+}
+
+/// The process in a name made by temporary_path; 0 in any other name.
+pid_t temporary_process(const std::string& name) {
+  constexpr std::string_view kEnd = ".tmp";
+  if (!name.starts_with('.') || !name.ends_with(kEnd)) return 0;
+  const std::size_t counter_dot = name.rfind('.', name.size() - kEnd.size() - 1);
+  const std::size_t process_dot = counter_dot == std::string::npos || counter_dot == 0 ? counter_dot : name.rfind('.', counter_dot - 1);
+  if (process_dot == std::string::npos || process_dot == 0) return 0;
+  const std::string_view digits = std::string_view(name).substr(process_dot + 1, counter_dot - process_dot - 1);
+  pid_t process = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), process);
+  return error == std::errc() && end == digits.data() + digits.size() && process > 0 ? process : 0;
 }
 
 Result<void> write_all(int file, std::span<const std::uint8_t> bytes, const std::filesystem::path& target) {
@@ -105,6 +122,16 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::span<
   temporary.renamed = true;
   sync_folder(target.parent_path());
   return {};
+}
+
+void remove_abandoned_temporaries(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> abandoned;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const pid_t process = temporary_process(entry->path().filename().string());
+    if (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH) abandoned.push_back(entry->path());
+  }
+  for (const std::filesystem::path& file : abandoned) std::filesystem::remove(file, error);
 }
 
 Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path) {

@@ -15,6 +15,10 @@ namespace coppice::bake {
 /// thread  any; two writers of one path each write a whole file, the last one stays
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
+/// Removes what processes that were killed inside write_file_atomically left in a folder: temporary files whose process is no more.
+/// A folder that cannot be read has none.
+void remove_abandoned_temporaries(const std::filesystem::path& folder);
+
 /// The whole file.
 /// errors  io: names the path and the operating system's reason
 Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path);

@@ -104,7 +104,7 @@ std::vector<std::string> quick_bake(const fs::path& input, const fs::path& outpu
 TEST(CommandLine, HelpListsEveryCommandAndOption) {
   const ProcessResult help = coppice_tool({"--help"});
   EXPECT_EQ(help.exit_code, 0);
-  for (const char* command : {"plant", "bake", "inspect", "verify", "export"})
+  for (const char* command : {"plant", "bake", "bake-all", "inspect", "verify", "export"})
     EXPECT_NE(help.out.find(std::string("\n  ") + command), std::string::npos) << command;
 
   const std::vector<std::pair<std::string, std::vector<std::string>>> options = {
@@ -112,6 +112,7 @@ TEST(CommandLine, HelpListsEveryCommandAndOption) {
       {"bake",
        {"--output", "--metric", "--views", "--resolution", "--background", "--candidates", "--leaf-material", "--threads", "--report",
         "--quiet"}},
+      {"bake-all", {"--output", "--jobs", "--metric", "--views", "--leaf-material", "--report", "--quiet", ".coppice-cache"}},
       {"inspect", {"--json"}},
       {"verify", {"input"}},
       {"export", {"--leaves", "--part", "--output"}}};

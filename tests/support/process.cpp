@@ -12,6 +12,7 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 
 namespace coppice::test {
@@ -41,12 +42,17 @@ constexpr int kCannotStart = 127;
 int wait_for(pid_t child, const ProcessOptions& options) {
   int status = 0;
   const auto start = std::chrono::steady_clock::now();
-  bool killed = !options.kill_after;
+  bool killed = !options.kill_after && !options.kill_when_exists;
+  const auto is_time = [&] {
+    std::error_code error;
+    return (options.kill_after && std::chrono::steady_clock::now() - start >= *options.kill_after) ||
+           (options.kill_when_exists && std::filesystem::exists(*options.kill_when_exists, error));
+  };
   while (true) {
     const pid_t ended = ::waitpid(child, &status, killed ? 0 : WNOHANG);
     if (ended == child) return status;
     if (ended < 0 && errno != EINTR) throw std::runtime_error("waitpid failed");
-    if (!killed && std::chrono::steady_clock::now() - start >= *options.kill_after) {
+    if (!killed && is_time()) {
       ::kill(child, SIGKILL);
       killed = true;
     }

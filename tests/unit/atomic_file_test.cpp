@@ -115,5 +115,25 @@ TEST_F(AtomicFile, KilledWriterLeavesAWholeFile) {
   }
 }
 
+TEST_F(AtomicFile, WhatADeadProcessLeftIsRemovedAndNothingElse) {
+  const pid_t dead = ::fork();
+  if (dead == 0) ::_exit(0);
+  ASSERT_EQ(::waitpid(dead, nullptr, 0), dead);
+  const std::string number = std::to_string(dead);
+  const std::vector<std::string> kept = {".oak.coppice." + std::to_string(::getpid()) + ".0.tmp",  // being written
+                                         "oak.coppice",
+                                         "oak." + number + ".0.tmp",
+                                         ".oak.coppice." + number + ".0",
+                                         ".oak.tmp",
+                                         ".tmp",
+                                         ".oak.coppice.12a.0.tmp"};
+  for (const std::string& name : kept) ASSERT_TRUE(write_file_atomically(folder_ / name, filled(3, 1))) << name;
+  ASSERT_TRUE(write_file_atomically(folder_ / (".oak.coppice." + number + ".0.tmp"), filled(3, 1)));
+  remove_abandoned_temporaries(folder_);
+  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+  EXPECT_EQ(file_count(), kept.size());
+  remove_abandoned_temporaries(folder_ / "nowhere");
+}
+
 }  // namespace
 }  // namespace coppice::bake

@@ -14,7 +14,8 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  void show(const char* stage, double fraction);
+  /// note  shown behind the bar, cut to what fits
+  void show(const char* stage, double fraction, const std::string& note = {});
   /// Erases the line, so that what is printed next starts clean.
   void clear();
 

@@ -1,0 +1,344 @@
+#include "bake_batch.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <numeric>
+#include <set>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <tbb/info.h>
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "bake_cache.h"
+#include "bake_key.h"
+#include "job_processes.h"
+
+namespace coppice::bake {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What a bake needs, see DECISIONS.md.
+constexpr std::uint64_t kBaseMemoryBytes = 50'000'000;
+constexpr std::uint64_t kMemoryPerInputByte = 40;
+constexpr std::uint64_t kMemoryPerViewPixel = 60;
+
+Error io_error(const char* what, const fs::path& path, const std::error_code& reason) {
+  return Error{Status::io, what, Error::kNoOffset, path.string() + ": " + reason.message()};
+}
+
+bool is_plant_file(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return extension == ".glb" || extension == ".gltf";
+}
+
+std::uint64_t input_bytes(const BatchPlant& plant) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(plant.input, error);
+  return error ? 0 : bytes;
+}
+
+std::uint64_t memory_estimate_bytes(const BatchPlant& plant) {
+  const BakeOptions& options = plant.options;
+  const std::uint64_t views = options.view_count > 0 ? options.view_count : metric_view_count(options.metric, 0);
+  const std::uint64_t pixels = std::uint64_t{options.collapse.resolution_px} * options.collapse.resolution_px;
+  return kBaseMemoryBytes + kMemoryPerInputByte * input_bytes(plant) + kMemoryPerViewPixel * views * pixels;
+}
+
+/// "name value kB" in a file like /proc/meminfo; 0 where there is none.
+std::uint64_t free_memory_bytes() {
+  std::ifstream file("/proc/meminfo");
+  std::string name, unit;
+  std::uint64_t kilobytes = 0;
+  while (file >> name >> kilobytes) {
+    if (name == "MemAvailable:") return kilobytes * 1024;
+    std::getline(file, unit);
+  }
+  return 0;
+}
+
+std::uint32_t processor_count() {
+  return static_cast<std::uint32_t>(std::max(1, tbb::info::default_concurrency()));
+}
+
+/// Fraction of a whole bake, of a stage's own. The collapse takes nearly all of the time.
+double overall_fraction(std::string_view stage, double fraction) {
+  if (stage == "import") return 0.05 * fraction;
+  if (stage == "error table") return 0.93 + 0.05 * fraction;
+  if (stage == "pack") return 0.98 + 0.02 * fraction;
+  return 0.05 + 0.88 * fraction;
+}
+
+/// The output is `bytes`, written only if it is anything else.
+Result<void> publish(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
+  std::error_code error;
+  if (fs::is_regular_file(output, error)) {
+    const auto there = read_file(output);
+    if (there && *there == bytes) return {};
+  }
+  fs::create_directories(output.parent_path(), error);
+  if (error) return io_error("cannot make a folder", output.parent_path(), error);
+  return write_file_atomically(output, bytes);
+}
+
+Result<CachedBake> bake_into(const BatchPlant& plant, const fs::path& cache, const std::string& key, const StageProgress& progress) {
+  BakeReport report;
+  COPPICE_TRY(bytes, bake(plant.input, plant.options, progress, report));
+  COPPICE_TRY(key_after, bake_key(plant.input, plant.options));
+  if (key_after != key) return Error{Status::io, "the plant was changed while it was baked"};
+  CachedBake entry{std::move(bytes), report.source_leaves, report.sizes.foliage_bytes, std::move(report.warnings)};
+  COPPICE_CHECK(store_cached(cache, key, entry));
+  return entry;
+}
+
+Result<void> bake_or_load(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress, BatchResult& result) {
+  std::error_code error;
+  fs::create_directories(cache, error);
+  if (error) return io_error("cannot make the cache", cache, error);
+  COPPICE_TRY(key, bake_key(plant.input, plant.options));
+  result.key = key;
+  Result<CachedBake> entry = load_cached(cache, key);
+  result.outcome = BatchOutcome::cached;
+  std::vector<std::string> warnings;
+  if (!entry) {
+    if (entry.error().status == Status::bad_file) warnings.push_back(entry.error().message() + "; the plant was baked again");
+    entry = bake_into(plant, cache, key, progress);
+    result.outcome = BatchOutcome::baked;
+  }
+  if (!entry) return entry.error();
+  COPPICE_CHECK(publish(plant.output, entry->bytes));
+  result.source_leaves = entry->source_leaves;
+  result.file_bytes = entry->bytes.size();
+  result.foliage_bytes = entry->foliage_bytes;
+  result.warnings = std::move(warnings);
+  result.warnings.insert(result.warnings.end(), entry->warnings.begin(), entry->warnings.end());
+  return {};
+}
+
+/// A result on its way from the process that made it.
+std::string result_text(const BatchResult& result) {
+  const nlohmann::json json = {{"outcome", static_cast<int>(result.outcome)},
+                               {"error", result.error},
+                               {"key", result.key},
+                               {"source_leaves", result.source_leaves},
+                               {"file_bytes", result.file_bytes},
+                               {"foliage_bytes", result.foliage_bytes},
+                               {"seconds", result.seconds},
+                               {"warnings", result.warnings}};
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+BatchResult result_of(const std::string& text) {
+  const nlohmann::json json = nlohmann::json::parse(text);
+  BatchResult result;
+  result.outcome = static_cast<BatchOutcome>(json["outcome"].get<int>());
+  result.error = json["error"];
+  result.key = json["key"];
+  result.source_leaves = json["source_leaves"];
+  result.file_bytes = json["file_bytes"];
+  result.foliage_bytes = json["foliage_bytes"];
+  result.seconds = json["seconds"];
+  result.warnings = json["warnings"].get<std::vector<std::string>>();
+  return result;
+}
+
+/// Keeps other batches out of a cache for as long as it lives, or the process does. Processes that are forked off do not hold it.
+class CacheLock {
+ public:
+  static Result<CacheLock> take(const fs::path& cache) {
+    const fs::path path = cache / "lock";
+    CacheLock lock(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+    if (lock.file_ < 0) return io_error("cannot use the cache", path, std::error_code(errno, std::generic_category()));
+    struct flock whole {};
+    whole.l_type = F_WRLCK;
+    whole.l_whence = SEEK_SET;
+    if (::fcntl(lock.file_, F_SETLK, &whole) == 0) return lock;
+    return Error{Status::io, "another bake-all is writing to this folder", Error::kNoOffset, cache.string()};
+  }
+  CacheLock(CacheLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+  CacheLock& operator=(CacheLock&&) = delete;
+  ~CacheLock() {
+    if (file_ >= 0) ::close(file_);
+  }
+
+ private:
+  explicit CacheLock(int file) : file_(file) {}
+  int file_;
+};
+
+/// Where a batch is, as its jobs say.
+class BatchTracker {
+ public:
+  BatchTracker(const std::vector<BatchPlant>& plants, const std::function<void(const BatchStatus&)>& progress)
+      : plants_(plants), progress_(progress), fractions_(plants.size(), 0.0) {
+    for (const BatchPlant& plant : plants) weights_.push_back(1e5 + static_cast<double>(input_bytes(plant)));
+    status_.count = plants.size();
+    show();
+  }
+  void progressed(std::size_t plant, double fraction) {
+    running_.insert(plant);
+    fractions_[plant] = fraction;
+    show();
+  }
+  void ended(std::size_t plant) {
+    running_.erase(plant);
+    fractions_[plant] = 1.0;
+    ++status_.ended;
+    show();
+  }
+
+ private:
+  void show() {
+    const double all = std::accumulate(weights_.begin(), weights_.end(), 0.0);
+    status_.fraction = all > 0.0 ? std::inner_product(weights_.begin(), weights_.end(), fractions_.begin(), 0.0) / all : 1.0;
+    status_.running.clear();
+    for (const std::size_t plant : running_)
+      status_.running += (status_.running.empty() ? "" : ", ") + plants_[plant].input.stem().string();
+    if (progress_) progress_(status_);
+  }
+
+  const std::vector<BatchPlant>& plants_;
+  const std::function<void(const BatchStatus&)>& progress_;
+  std::vector<double> fractions_, weights_;
+  std::set<std::size_t> running_;
+  BatchStatus status_;
+};
+
+/// Plants by falling size of their input, so that no large one is left for the end; of equal ones the first first.
+std::vector<std::size_t> start_order(const std::vector<BatchPlant>& plants) {
+  std::vector<std::pair<std::uint64_t, std::size_t>> sized;
+  for (std::size_t i = 0; i < plants.size(); ++i) sized.emplace_back(input_bytes(plants[i]), i);
+  std::ranges::sort(sized, [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
+  std::vector<std::size_t> order;
+  for (const auto& [bytes, plant] : sized) order.push_back(plant);
+  return order;
+}
+
+Result<CacheLock> prepare_cache(const std::vector<BatchPlant>& plants, const fs::path& cache) {
+  std::error_code error;
+  fs::create_directories(cache, error);
+  if (error) return io_error("cannot make the cache", cache, error);
+  COPPICE_TRY(lock, CacheLock::take(cache));
+  std::set<fs::path> folders{cache};
+  for (const BatchPlant& plant : plants) folders.insert(plant.output.parent_path());
+  for (const fs::path& folder : folders) remove_abandoned_temporaries(folder);
+  return lock;
+}
+
+}  // namespace
+
+const char* outcome_name(BatchOutcome outcome) {
+  switch (outcome) {
+    case BatchOutcome::baked:
+      return "baked";
+    case BatchOutcome::cached:
+      return "cached";
+    case BatchOutcome::failed:
+      break;
+  }
+  return "failed";
+}
+
+Result<std::vector<BatchPlant>> plants_of_folder(const fs::path& folder, const fs::path& output_folder, const BakeOptions& options) {
+  std::error_code error;
+  std::vector<fs::path> files;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    std::error_code unreadable;
+    if (entry->is_regular_file(unreadable) && is_plant_file(entry->path())) files.push_back(entry->path());
+  }
+  if (error) return io_error("cannot read the folder", folder, error);
+  if (files.empty()) return Error{Status::invalid_argument, "no .glb or .gltf in the folder", Error::kNoOffset, folder.string()};
+  std::ranges::sort(files);
+  std::vector<BatchPlant> plants;
+  for (const fs::path& file : files) {
+    fs::path output = output_folder / file.lexically_relative(folder);
+    plants.push_back({file, output.replace_extension(".coppice"), options});
+  }
+  return plants;
+}
+
+Result<void> check_batch(const std::vector<BatchPlant>& plants) {
+  const auto canonical = [](const fs::path& path) {
+    std::error_code error;
+    const fs::path found = fs::weakly_canonical(path, error);
+    return error ? path.lexically_normal() : found;
+  };
+  std::map<fs::path, fs::path> input_of;
+  std::set<fs::path> inputs;
+  for (const BatchPlant& plant : plants) inputs.insert(canonical(plant.input));
+  for (const BatchPlant& plant : plants) {
+    const fs::path output = canonical(plant.output);
+    const auto [other, is_new] = input_of.try_emplace(output, plant.input);
+    if (!is_new)
+      return Error{Status::invalid_argument, "two plants have the same output", Error::kNoOffset,
+                   other->second.string() + " and " + plant.input.string() + ": " + plant.output.string()};
+    if (inputs.contains(output))
+      return Error{Status::invalid_argument, "would be overwritten: an output is one of the inputs", Error::kNoOffset,
+                   plant.output.string()};
+  }
+  return {};
+}
+
+BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  BatchResult result;
+  if (const auto done = bake_or_load(plant, cache, progress, result); !done) {
+    result.outcome = BatchOutcome::failed;
+    result.error = done.error().message();
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
+  std::vector<std::uint64_t> needs;
+  for (const BatchPlant& plant : plants) needs.push_back(memory_estimate_bytes(plant));
+  std::ranges::sort(needs, std::greater<>());
+  std::uint64_t left = free_memory_bytes() / 2;
+  std::uint32_t count = 0;
+  while (count < needs.size() && count < processor_count() && needs[count] <= left) left -= needs[count++];
+  return std::max(1u, count);
+}
+
+Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
+                                            const std::function<void(const BatchStatus&)>& progress) {
+  COPPICE_CHECK(check_batch(plants));
+  COPPICE_TRY(lock, prepare_cache(plants, options.cache));
+  const std::uint32_t wanted = options.job_count > 0 ? options.job_count : default_job_count(plants);
+  const std::uint32_t jobs = std::max(1u, std::min(wanted, static_cast<std::uint32_t>(plants.size())));
+  const std::uint32_t threads = (processor_count() + jobs - 1) / jobs;
+  const std::vector<std::size_t> order = start_order(plants);
+  BatchTracker tracker(plants, progress);
+  std::vector<BatchResult> results(plants.size());
+
+  JobCallbacks callbacks;
+  callbacks.run = [&](std::size_t job, const JobProgress& job_progress) {
+    BatchPlant plant = plants[order[job]];
+    if (plant.options.thread_count == 0) plant.options.thread_count = threads;
+    return result_text(
+        bake_cached(plant, options.cache, [&](const char* stage, double fraction) { job_progress(overall_fraction(stage, fraction)); }));
+  };
+  callbacks.progressed = [&](std::size_t job, double fraction) { tracker.progressed(order[job], fraction); };
+  callbacks.ended = [&](std::size_t job, const JobEnd& end) {
+    BatchResult& result = results[order[job]];
+    if (end.failure.empty()) result = result_of(end.result);
+    if (!end.failure.empty()) result.error = end.failure;
+    result.peak_rss_bytes = end.peak_rss_bytes;
+    tracker.ended(order[job]);
+  };
+  run_jobs(plants.size(), jobs, callbacks);
+  return results;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,77 @@
+#pragma once
+
+// Many plants in one go: what `coppice bake-all` does. Each is baked in a process of its own and kept under its key (bake_cache.h), so that
+// a plant that has not changed, or has changed back, is not baked again, and a batch that was killed goes on where it was.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bake.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+struct BatchPlant {
+  std::filesystem::path input;
+  std::filesystem::path output;  ///< folders that are missing are made
+  BakeOptions options;
+};
+
+/// Every .glb and .gltf below a folder, whatever the case of its extension, sorted by path. The output is as far below `output_folder`,
+/// with the extension .coppice. Links to folders are not followed.
+/// errors  io: the folder cannot be read; invalid_argument: there is none in it
+Result<std::vector<BatchPlant>> plants_of_folder(const std::filesystem::path& folder, const std::filesystem::path& output_folder,
+                                                 const BakeOptions& options);
+
+/// Refuses two plants with one output, and an output that is the input of any.
+/// errors  invalid_argument: names both
+Result<void> check_batch(const std::vector<BatchPlant>& plants);
+
+enum class BatchOutcome { baked, cached, failed };
+
+/// "baked", "cached", "failed"
+const char* outcome_name(BatchOutcome outcome);
+
+/// What became of one plant. What is not known of one that failed is 0 or empty.
+struct BatchResult {
+  BatchOutcome outcome = BatchOutcome::failed;
+  std::string error;  ///< one line; empty unless it failed
+  std::string key;    ///< bake_key
+  std::uint32_t source_leaves = 0;
+  std::uint64_t file_bytes = 0, foliage_bytes = 0;
+  double seconds = 0.0;  ///< wall time of this run
+  std::uint64_t peak_rss_bytes = 0;
+  std::vector<std::string> warnings;  ///< the importer's, those of a cached plant from when it was baked; and of a damaged cache
+};
+
+/// Bakes one plant, unless the cache has it, and sees to it that the output is the result: written atomically, left alone if it is that
+/// already. Does not throw for what is wrong with the plant.
+/// cache  folder; made if it is missing
+BatchResult bake_cached(const BatchPlant& plant, const std::filesystem::path& cache, const StageProgress& progress);
+
+struct BatchStatus {
+  std::size_t ended = 0, count = 0;  ///< plants
+  double fraction = 0.0;             ///< of all of it
+  std::string running;               ///< names, for a person
+};
+
+struct BatchOptions {
+  std::filesystem::path cache;  ///< folder; made if it is missing
+  std::uint32_t job_count = 0;  ///< plants at a time; 0: default_job_count. What is written does not depend on it
+};
+
+/// As many plants at a time as there are processors, or as half of the free memory holds by an estimate from the inputs' sizes, views and
+/// resolution, which DECISIONS.md has with what was measured; at least one.
+std::uint32_t default_job_count(const std::vector<BatchPlant>& plants);
+
+/// bake_cached for each, the largest inputs first. Results are in the order of the plants. A plant that fails, or whose process crashes or
+/// is killed, keeps none of the others from being baked. Plants without a thread_count of their own share the processors.
+/// errors  invalid_argument: see check_batch; io: the cache cannot be made, or another process is using it
+/// thread  the process must have no other threads (job_processes.h)
+Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
+                                            const std::function<void(const BatchStatus&)>& progress);
+
+}  // namespace coppice::bake

@@ -1,0 +1,71 @@
+#include "bake_cache.h"
+
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "checksum.h"
+
+namespace coppice::bake {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::filesystem::path bytes_path(const std::filesystem::path& folder, const std::string& key) {
+  return folder / (key + ".coppice");
+}
+
+std::filesystem::path record_path(const std::filesystem::path& folder, const std::string& key) {
+  return folder / (key + ".record");
+}
+
+std::string text_of(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string checksum_of(const CachedBake& entry, const Json& record) {
+  Checksum checksum;
+  checksum.add(entry.bytes);
+  checksum.add(text_of(record));
+  return checksum.text();
+}
+
+Json record_of(const CachedBake& entry) {
+  return {{"source_leaves", entry.source_leaves}, {"foliage_bytes", entry.foliage_bytes}, {"warnings", entry.warnings}};
+}
+
+/// Whether the text is the record of these bytes; fills in what it says of them.
+bool read_record(std::span<const std::uint8_t> text, CachedBake& entry) {
+  Json record = Json::parse(text.begin(), text.end(), nullptr, false);
+  if (!record.is_object() || !record.contains("checksum") || !record["checksum"].is_string()) return false;
+  const std::string expected = record["checksum"];
+  record.erase("checksum");
+  if (checksum_of(entry, record) != expected) return false;
+  entry.source_leaves = record["source_leaves"];
+  entry.foliage_bytes = record["foliage_bytes"];
+  entry.warnings = record["warnings"].get<std::vector<std::string>>();
+  return true;
+}
+
+}  // namespace
+
+Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key) {
+  COPPICE_TRY(record, read_file(record_path(folder, key)));
+  CachedBake entry;
+  COPPICE_TRY(bytes, read_file(bytes_path(folder, key)));
+  entry.bytes = std::move(bytes);
+  if (read_record(record, entry)) return entry;
+  // Not an entry any more: a bake that then fails must not leave it for the next to stumble over.
+  std::error_code ignored;
+  std::filesystem::remove(record_path(folder, key), ignored);
+  return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, bytes_path(folder, key).string()};
+}
+
+Result<void> store_cached(const std::filesystem::path& folder, const std::string& key, const CachedBake& entry) {
+  COPPICE_CHECK(write_file_atomically(bytes_path(folder, key), entry.bytes));
+  Json record = record_of(entry);
+  record["checksum"] = checksum_of(entry, record_of(entry));
+  const std::string text = text_of(record);
+  return write_file_atomically(record_path(folder, key), {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,119 @@
+#include "batch_manifest.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+
+namespace coppice::bake {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Error wrong(Status status, const char* what, const std::string& place, const std::string& detail = {}) {
+  return Error{status, what, Error::kNoOffset, detail.empty() ? place : place + ": " + detail};
+}
+
+std::string option_name(std::string key) {
+  std::ranges::replace(key, '_', '-');
+  return "--" + key;
+}
+
+/// "input, output, metric, views, ..."
+std::string known_keys(const CLI::App& parser) {
+  std::string text = "input, output";
+  for (const CLI::Option* option : parser.get_options()) {
+    std::string name = option->get_name().substr(2);
+    std::ranges::replace(name, '-', '_');
+    text += ", " + name;
+  }
+  return text;
+}
+
+/// As it would stand on the command line; nothing for an object, an array or null.
+std::optional<std::string> value_text(const Json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_structured() || value.is_null()) return {};
+  return value.dump();
+}
+
+/// The first line of what CLI11 says.
+std::string first_line(const std::string& text) {
+  return text.substr(0, text.find('\n'));
+}
+
+Result<BakeArguments> entry_arguments(const Json& entry, const std::string& place, const BakeArguments& defaults) {
+  BakeArguments arguments = defaults;
+  CLI::App parser;
+  parser.set_help_flag("");
+  add_bake_options(parser, arguments);
+  for (const auto& [key, value] : entry.items()) {
+    if (key == "input" || key == "output") continue;
+    const std::string here = place + "." + key;
+    if (parser.get_option_no_throw(option_name(key)) == nullptr || key.find('-') != std::string::npos)
+      return wrong(Status::invalid_argument, "no such key in a manifest", here, "there are " + known_keys(parser));
+    const auto text = value_text(value);
+    if (!text) return wrong(Status::invalid_argument, "neither a text, a number, true nor false", here);
+    try {
+      std::vector<std::string> words{option_name(key) + "=" + *text};
+      parser.parse(words);
+    } catch (const CLI::ParseError& error) {
+      return wrong(Status::invalid_argument, "not a value of this option", here, first_line(error.what()));
+    }
+  }
+  return arguments;
+}
+
+Result<std::string> text_member(const Json& entry, const char* key, const std::string& place) {
+  const auto found = entry.find(key);
+  if (found == entry.end()) return wrong(Status::bad_file, "a plant without this key", place + "." + key);
+  if (!found->is_string() || found->get_ref<const std::string&>().empty()) return wrong(Status::bad_file, "not a path", place + "." + key);
+  return found->get<std::string>();
+}
+
+bool stays_below(const std::filesystem::path& path) {
+  return path.is_relative() && path.has_filename() && *path.begin() != "..";
+}
+
+Result<BatchPlant> plant_of(const Json& entry, const std::string& place, const std::filesystem::path& input_folder,
+                            const std::filesystem::path& output_folder, const BakeArguments& defaults) {
+  if (!entry.is_object()) return wrong(Status::bad_file, "a plant of a manifest is not an object", place);
+  COPPICE_TRY(arguments, entry_arguments(entry, place, defaults));
+  COPPICE_TRY(input_text, text_member(entry, "input", place));
+  const std::filesystem::path input = std::filesystem::path(input_text).lexically_normal();
+  std::filesystem::path output = stays_below(input) ? input : input.filename();
+  output.replace_extension(".coppice");
+  if (entry.contains("output")) {
+    COPPICE_TRY(output_text, text_member(entry, "output", place));
+    output = std::filesystem::path(output_text).lexically_normal();
+    if (!stays_below(output)) return wrong(Status::invalid_argument, "not a file below the output folder", place + ".output", output_text);
+  }
+  return BatchPlant{input_folder / input, output_folder / output, bake_options(arguments)};
+}
+
+}  // namespace
+
+Result<std::vector<BatchPlant>> plants_of_manifest(const std::filesystem::path& manifest, const std::filesystem::path& output_folder,
+                                                   const BakeArguments& defaults) {
+  COPPICE_TRY(bytes, read_file(manifest));
+  Json root;
+  try {
+    root = Json::parse(bytes.begin(), bytes.end());
+  } catch (const Json::parse_error& error) {
+    return Error{Status::bad_file, "the manifest is not JSON", error.byte > 0 ? error.byte - 1 : 0};
+  }
+  if (!root.is_array() || root.empty()) return Error{Status::bad_file, "the manifest is not a list of plants"};
+  std::vector<BatchPlant> plants;
+  for (std::size_t i = 0; i < root.size(); ++i) {
+    COPPICE_TRY(plant, plant_of(root[i], "[" + std::to_string(i) + "]", manifest.parent_path(), output_folder, defaults));
+    plants.push_back(std::move(plant));
+  }
+  return plants;
+}
+
+}  // namespace coppice::bake

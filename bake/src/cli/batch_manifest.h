@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "bake_arguments.h"
+#include "bake_batch.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+/// The plants that a manifest of `coppice bake-all` lists: a JSON array of objects with "input", a path beside the manifest; "output", a
+/// path below output_folder (by default the input's, with the extension .coppice; its name alone where that is not below the manifest's
+/// folder); and any option that add_bake_options() declares, without its dashes and with _ for the others.
+/// defaults  for options that an entry does not give
+/// errors  `detail` names the place, as in "[2].metric". io; bad_file: not JSON, not such an array; invalid_argument: a key that is not
+///         known, a value that its option does not take, an output outside output_folder
+Result<std::vector<BatchPlant>> plants_of_manifest(const std::filesystem::path& manifest, const std::filesystem::path& output_folder,
+                                                   const BakeArguments& defaults);
+
+}  // namespace coppice::bake

@@ -1,0 +1,183 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "bake_arguments.h"
+#include "bake_batch.h"
+#include "batch_manifest.h"
+#include "commands.h"
+#include "progress_bar.h"
+
+namespace coppice::bake {
+namespace {
+
+struct BakeAllCommand {
+  std::filesystem::path input, output, report;
+  BakeArguments bake;
+  std::uint32_t job_count = 0;
+  bool quiet = false;
+};
+
+/// Everything about a batch that has ended.
+struct Batch {
+  std::filesystem::path output_folder;
+  std::vector<BatchPlant> plants;
+  std::vector<BatchResult> results;
+  std::uint32_t job_count = 0;
+  double seconds = 0.0;
+};
+
+std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
+  return static_cast<std::size_t>(std::ranges::count(batch.results, outcome, &BatchResult::outcome));
+}
+
+double bytes_per_leaf(const BatchResult& result) {
+  return result.source_leaves > 0 ? static_cast<double>(result.foliage_bytes) / result.source_leaves : 0.0;
+}
+
+nlohmann::ordered_json plant_json(const BatchPlant& plant, const BatchResult& result) {
+  nlohmann::ordered_json json = {
+      {"input", plant.input.string()}, {"output", plant.output.string()}, {"outcome", outcome_name(result.outcome)}};
+  if (result.outcome == BatchOutcome::failed)
+    json["error"] = result.error;
+  else
+    json.update({{"source_leaves", result.source_leaves},
+                 {"file_bytes", result.file_bytes},
+                 {"foliage_bytes", result.foliage_bytes},
+                 {"bytes_per_leaf", bytes_per_leaf(result)}});
+  json.update({{"key", result.key}, {"seconds", result.seconds}, {"peak_rss_bytes", result.peak_rss_bytes}, {"warnings", result.warnings}});
+  return json;
+}
+
+std::string batch_json(const Batch& batch) {
+  nlohmann::ordered_json plants = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) plants.push_back(plant_json(batch.plants[i], batch.results[i]));
+  const nlohmann::ordered_json root = {{"baked", count_of(batch, BatchOutcome::baked)},
+                                       {"cached", count_of(batch, BatchOutcome::cached)},
+                                       {"failed", count_of(batch, BatchOutcome::failed)},
+                                       {"seconds", batch.seconds},
+                                       {"jobs", batch.job_count},
+                                       {"plants", std::move(plants)}};
+  return root.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+/// "oaks/large" of OUT/oaks/large.coppice
+std::string plant_label(const Batch& batch, std::size_t plant) {
+  std::filesystem::path name = batch.plants[plant].output.lexically_relative(batch.output_folder);
+  return name.replace_extension().string();
+}
+
+void print_table(const Batch& batch) {
+  std::size_t width = 5;
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) width = std::max(width, plant_label(batch, i).size());
+  const int columns = static_cast<int>(width);
+  std::printf("%-*s %9s %10s %7s %8s\n", columns, "plant", "leaves", "bytes", "B/leaf", "seconds");
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) {
+    const BatchResult& result = batch.results[i];
+    const std::string label = plant_label(batch, i);
+    if (result.outcome == BatchOutcome::failed)
+      std::printf("%-*s %9s %10s %7s %8.1f  failed: %s\n", columns, label.c_str(), "-", "-", "-", result.seconds, result.error.c_str());
+    else
+      std::printf("%-*s %9u %10llu %7.1f %8.1f  %s\n", columns, label.c_str(), result.source_leaves,
+                  static_cast<unsigned long long>(result.file_bytes), bytes_per_leaf(result), result.seconds, outcome_name(result.outcome));
+  }
+  std::printf("%zu plants in %.1f s, %u at a time: %zu baked, %zu cached, %zu failed\n", batch.plants.size(), batch.seconds,
+              batch.job_count, count_of(batch, BatchOutcome::baked), count_of(batch, BatchOutcome::cached),
+              count_of(batch, BatchOutcome::failed));
+}
+
+Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
+  std::error_code error;
+  if (std::filesystem::is_directory(arguments.input, error))
+    return plants_of_folder(arguments.input, arguments.output, bake_options(arguments.bake));
+  return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
+}
+
+Result<void> check_report(const BakeAllCommand& arguments, const std::vector<BatchPlant>& plants) {
+  if (arguments.report.empty()) return {};
+  std::vector<std::filesystem::path> others{arguments.input};
+  for (const BatchPlant& plant : plants) {
+    others.push_back(plant.input);
+    others.push_back(plant.output);
+  }
+  return check_output(arguments.report, others);
+}
+
+Result<Batch> run_batch(const BakeAllCommand& arguments) {
+  COPPICE_TRY(plants, plants_of(arguments));
+  COPPICE_CHECK(check_batch(plants));
+  std::error_code error;
+  std::filesystem::create_directories(arguments.output, error);
+  if (error) return Error{Status::io, "cannot make the folder", Error::kNoOffset, arguments.output.string() + ": " + error.message()};
+  COPPICE_CHECK(check_report(arguments, plants));
+
+  Batch batch{arguments.output, std::move(plants), {}, 0, 0.0};
+  batch.job_count = arguments.job_count > 0 ? arguments.job_count : default_job_count(batch.plants);
+  ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
+  const auto start = std::chrono::steady_clock::now();
+  COPPICE_TRY(results, bake_batch(batch.plants, {arguments.output / ".coppice-cache", batch.job_count}, [&bar](const BatchStatus& status) {
+                bar.show("bake-all", status.fraction,
+                         std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
+              }));
+  batch.results = std::move(results);
+  batch.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return batch;
+}
+
+int run(const BakeAllCommand& arguments) {
+  const auto batch = run_batch(arguments);
+  if (!batch) return report_failure(arguments.input, batch.error());
+  for (std::size_t i = 0; i < batch->plants.size(); ++i)
+    for (const std::string& warning : batch->results[i].warnings)
+      std::fprintf(stderr, "coppice: warning: %s: %s\n", batch->plants[i].input.c_str(), warning.c_str());
+  if (!arguments.report.empty()) {
+    const std::string json = batch_json(*batch);
+    const auto written = write_file_atomically(arguments.report, {reinterpret_cast<const std::uint8_t*>(json.data()), json.size()});
+    if (!written) return report_failure(arguments.report, written.error());
+  }
+  if (!arguments.quiet) print_table(*batch);
+  int exit_code = 0;
+  for (std::size_t i = 0; i < batch->plants.size(); ++i)
+    if (batch->results[i].outcome == BatchOutcome::failed)
+      exit_code = report_failure(batch->plants[i].input, Error{Status::internal, "not baked", Error::kNoOffset, batch->results[i].error});
+  return exit_code;
+}
+
+}  // namespace
+
+void add_bake_all_command(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<BakeAllCommand>();
+  CLI::App* command = app.add_subcommand("bake-all", "Bake every plant of a folder or a list, those that have changed since the last time");
+  command->footer(
+      "A folder is searched with all folders in it for .glb and .gltf files; OUT gets the same folders. A list is a JSON file like\n"
+      "  [{\"input\": \"oak.glb\"},\n"
+      "   {\"input\": \"oak.glb\", \"output\": \"far/oak.coppice\", \"metric\": \"mi\", \"leaf_material\": \"^Leaves$\"}]\n"
+      "with paths beside it, and the options below, as keys with _ for -, for single plants; those of the command are for all others.\n"
+      "Results are kept in OUT/.coppice-cache, by input (with all files that it refers to), options and version of the baker: what is "
+      "there "
+      "is not\nbaked again. A run that was killed goes on when it is started again. The cache grows; it may be deleted at any time.\n"
+      "Exit code 1 if any plant failed; the others are baked all the same.\n"
+      "  coppice bake-all plants -o baked --report baked.json");
+  command->add_option("input", arguments->input, "A folder of plants, or a list of them")->required()->type_name("FOLDER|LIST.json");
+  command->add_option("-o,--output", arguments->output, "Folder for the .coppice files; made if it is missing")
+      ->required()
+      ->type_name("OUT");
+  command
+      ->add_option(
+          "--jobs", arguments->job_count,
+          "Plants at a time; 0 for as many as there are processors and as fit into half of the free memory. The result is the same "
+          "for any number")
+      ->check(CLI::Range(0u, 1024u))
+      ->type_name("N")
+      ->capture_default_str();
+  add_bake_options(*command, arguments->bake);
+  command->add_option("--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
+  command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
+  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,178 @@
+// A job talks to its parent through a pipe, in messages: a byte that says what follows, the length of that, and that. The parent reads
+// until the pipe ends, which it does when the job's process has, however that came about.
+
+#include "job_processes.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <vector>
+
+namespace coppice::bake {
+namespace {
+
+enum class Message : char { progress = 'p', result = 'r', failure = 'f' };
+
+struct MessageHead {
+  Message kind = Message::progress;
+  std::uint64_t bytes = 0;
+};
+
+void write_all(int file, const void* data, std::size_t count) {
+  const char* bytes = static_cast<const char*>(data);
+  while (count > 0) {
+    const ssize_t written = ::write(file, bytes, count);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) ::_exit(1);  // nobody listens
+    bytes += written;
+    count -= static_cast<std::size_t>(written);
+  }
+}
+
+void send(int file, Message kind, const void* data, std::size_t count) {
+  const char letter = static_cast<char>(kind);
+  const std::uint64_t length = count;
+  write_all(file, &letter, sizeof letter);
+  write_all(file, &length, sizeof length);
+  write_all(file, data, count);
+}
+
+/// Only steps that a bar would show: pipes are no place for millions of messages.
+class StepProgress {
+ public:
+  explicit StepProgress(int file) : file_(file) {}
+  void operator()(double fraction) {
+    if (fraction < sent_ + 0.002) return;
+    sent_ = fraction;
+    send(file_, Message::progress, &fraction, sizeof fraction);
+  }
+
+ private:
+  int file_;
+  double sent_ = 0.0;
+};
+
+/// The job's process. Leaves without the parent's exit handlers and buffers, which are copies here.
+[[noreturn]] void become_job(std::size_t job, pid_t parent, int file, const JobCallbacks& callbacks) {
+  static_cast<void>(::prctl(PR_SET_PDEATHSIG, SIGKILL));
+  if (::getppid() != parent) ::_exit(1);  // it died before that took effect
+  std::string failure;
+  try {
+    const std::string result = callbacks.run(job, StepProgress(file));
+    send(file, Message::result, result.data(), result.size());
+    ::_exit(0);
+  } catch (const std::bad_alloc&) {
+    failure = "out of memory";
+  } catch (const std::exception& error) {
+    failure = error.what();
+  }
+  send(file, Message::failure, failure.data(), failure.size());
+  ::_exit(0);
+}
+
+struct RunningJob {
+  std::size_t job = 0;
+  pid_t process = 0;
+  int file = -1;
+  std::string unread;  ///< bytes of messages that are not whole yet
+  JobEnd end{{}, "it ended without a result", 0};
+};
+
+/// Takes the messages that are whole off `running.unread`.
+void take_messages(RunningJob& running, const JobCallbacks& callbacks) {
+  constexpr std::size_t kHeadBytes = 1 + sizeof(std::uint64_t);
+  std::size_t at = 0;
+  while (running.unread.size() - at >= kHeadBytes) {
+    std::uint64_t bytes = 0;
+    std::memcpy(&bytes, running.unread.data() + at + 1, sizeof bytes);
+    if (running.unread.size() - at - kHeadBytes < bytes) break;
+    const auto kind = static_cast<Message>(running.unread[at]);
+    const std::string text = running.unread.substr(at + kHeadBytes, bytes);
+    at += kHeadBytes + bytes;
+    double fraction = 0.0;
+    if (kind == Message::result)
+      running.end = {text, {}, 0};
+    else if (kind == Message::failure)
+      running.end = {{}, text, 0};
+    else if (text.size() == sizeof fraction)
+      callbacks.progressed(running.job, (std::memcpy(&fraction, text.data(), sizeof fraction), fraction));
+  }
+  running.unread.erase(0, at);
+}
+
+/// False at the end of the pipe.
+bool read_some(RunningJob& running, const JobCallbacks& callbacks) {
+  char block[4096];
+  const ssize_t count = ::read(running.file, block, sizeof block);
+  if (count < 0) return errno == EINTR || errno == EAGAIN;
+  running.unread.append(block, static_cast<std::size_t>(count));
+  take_messages(running, callbacks);
+  return count > 0;
+}
+
+void finish(RunningJob& running, const JobCallbacks& callbacks) {
+  ::close(running.file);
+  int status = 0;
+  rusage usage{};
+  while (::wait4(running.process, &status, 0, &usage) < 0 && errno == EINTR) {
+  }
+  if (WIFSIGNALED(status)) running.end = {{}, std::string("ended by a signal: ") + ::strsignal(WTERMSIG(status)), 0};
+  running.end.peak_rss_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  callbacks.ended(running.job, std::move(running.end));
+}
+
+/// Where the system gives no process the job has ended.
+void start(std::size_t job, std::vector<RunningJob>& running, const JobCallbacks& callbacks) {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) {
+    callbacks.ended(job, {{}, std::string("no pipe: ") + std::strerror(errno), 0});
+    return;
+  }
+  const pid_t parent = ::getpid(), process = ::fork();
+  if (process == 0) {
+    ::close(ends[0]);
+    for (const RunningJob& other : running) ::close(other.file);
+    become_job(job, parent, ends[1], callbacks);
+  }
+  const int reason = errno;
+  ::close(ends[1]);
+  if (process < 0) {
+    ::close(ends[0]);
+    callbacks.ended(job, {{}, std::string("no process: ") + std::strerror(reason), 0});
+    return;
+  }
+  running.push_back({job, process, ends[0], {}});
+}
+
+}  // namespace
+
+void run_jobs(std::size_t count, std::size_t at_a_time, const JobCallbacks& callbacks) {
+  std::vector<RunningJob> running;
+  std::size_t next = 0;
+  while (next < count || !running.empty()) {
+    while (next < count && running.size() < at_a_time) start(next++, running, callbacks);
+    if (running.empty()) continue;
+    std::vector<pollfd> files;
+    for (const RunningJob& job : running) files.push_back({job.file, POLLIN, 0});
+    if (::poll(files.data(), files.size(), -1) < 0) continue;
+    for (std::size_t i = running.size(); i-- > 0;) {
+      if (files[i].revents == 0 || read_some(running[i], callbacks)) continue;
+      RunningJob ended = std::move(running[i]);
+      running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));
+      finish(ended, callbacks);
+    }
+  }
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,34 @@
+#pragma once
+
+// Jobs as processes of their own: one that crashes, or for which there is not enough memory, takes no other with it.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace coppice::bake {
+
+/// How a job ended.
+struct JobEnd {
+  std::string result;   ///< what it returned, when `failure` is empty
+  std::string failure;  ///< that it threw, or what ended its process
+  std::uint64_t peak_rss_bytes = 0;
+};
+
+/// Reports a fraction in [0, 1].
+using JobProgress = std::function<void(double fraction)>;
+
+struct JobCallbacks {
+  /// Runs in the job's own process, a copy of the caller's as it was when the job started.
+  std::function<std::string(std::size_t job, const JobProgress& progress)> run;
+  std::function<void(std::size_t job, double fraction)> progressed;
+  std::function<void(std::size_t job, JobEnd end)> ended;
+};
+
+/// Runs jobs 0 .. count - 1, started in this order, at most `at_a_time` >= 1 of them at once; back when all have ended. When the calling
+/// process dies, so do they. `progressed` and `ended` are called from the calling thread.
+/// thread  the process must have no other threads, TBB's included: only the calling one is copied
+void run_jobs(std::size_t count, std::size_t at_a_time, const JobCallbacks& callbacks);
+
+}  // namespace coppice::bake

@@ -1,0 +1,218 @@
+// coppice bake-all from outside.
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "gltf_builder.h"
+#include "process.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using coppice::test::ProcessOptions;
+using coppice::test::ProcessResult;
+using coppice::test::TemporaryFolder;
+
+ProcessResult coppice_tool(const std::vector<std::string>& arguments, const ProcessOptions& options = {}) {
+  return coppice::test::run_process(COPPICE_TOOL, arguments, options);
+}
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+/// Every .coppice below a folder outside its cache, by its path in it.
+std::map<std::string, std::string> outputs(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().lexically_relative(folder).string();
+    if (entry.is_regular_file() && name.rfind(".coppice-cache", 0) != 0) files[name] = read_text(entry.path());
+  }
+  return files;
+}
+
+const std::vector<std::string> kQuick = {"--views", "2", "--resolution", "16"};
+
+std::vector<std::string> bake_all(const fs::path& input, const fs::path& output, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments{"bake-all", input, "-o", output};
+  arguments.insert(arguments.end(), kQuick.begin(), kQuick.end());
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+class BakeAll : public testing::Test {
+ protected:
+  /// A hazel, a hazel of another seed in a folder, and the smallest plant.
+  void SetUp() override {
+    fs::create_directories(plants_ / "hedge");
+    ASSERT_EQ(coppice_tool({"plant", "corylus", "-o", plants_ / "hazel.glb"}).exit_code, 0);
+    ASSERT_EQ(coppice_tool({"plant", "corylus", "-o", plants_ / "hedge" / "hazel.glb", "--seed", "2"}).exit_code, 0);
+    coppice::test::write_file(plants_ / "small.glb", coppice::test::small_plant().glb());
+  }
+
+  TemporaryFolder folder_;
+  fs::path plants_ = folder_ / "plants", out_ = folder_ / "out";
+};
+
+TEST_F(BakeAll, ABadFileKeepsNoneOfTheOthersFromBeingBaked) {
+  write_text(plants_ / "letter.glb", "this is a letter, not a plant\n");
+  const fs::path report = folder_ / "report.json";
+  const ProcessResult first = coppice_tool(bake_all(plants_, out_, {"--report", report}));
+  EXPECT_EQ(first.exit_code, 1);
+  EXPECT_EQ(count_of(first.err, "\n"), 1u) << first.err;
+  EXPECT_NE(first.err.find("letter.glb"), std::string::npos) << first.err;
+  EXPECT_EQ(count_of(first.out, "  baked\n"), 3u) << first.out;
+  EXPECT_EQ(count_of(first.out, "  failed: "), 1u) << first.out;
+  EXPECT_NE(first.out.find("3 baked, 0 cached, 1 failed"), std::string::npos) << first.out;
+  std::vector<std::string> names;
+  for (const auto& [name, bytes] : outputs(out_)) names.push_back(name);
+  EXPECT_EQ(names, (std::vector<std::string>{"hazel.coppice", "hedge/hazel.coppice", "small.coppice"}));
+  for (const std::string& name : names) EXPECT_EQ(coppice_tool({"verify", out_ / name}).exit_code, 0) << name;
+
+  const auto json = nlohmann::json::parse(read_text(report));
+  EXPECT_EQ(json["baked"], 3);
+  EXPECT_EQ(json["failed"], 1);
+  ASSERT_EQ(json["plants"].size(), 4u);
+  EXPECT_EQ(json["plants"][0]["outcome"], "baked");
+  EXPECT_EQ(json["plants"][0]["source_leaves"], 386);
+  EXPECT_EQ(json["plants"][0]["file_bytes"], fs::file_size(out_ / "hazel.coppice"));
+  EXPECT_EQ(json["plants"][0]["key"].get<std::string>().size(), 32u);
+  EXPECT_GT(json["plants"][0]["bytes_per_leaf"], 4.0);
+  EXPECT_EQ(json["plants"][2]["outcome"], "failed");
+  EXPECT_NE(json["plants"][2]["error"], "");
+
+  const ProcessResult second = coppice_tool(bake_all(plants_, out_));
+  EXPECT_EQ(second.exit_code, 1) << "a plant that fails fails again";
+  EXPECT_NE(second.out.find("0 baked, 3 cached, 1 failed"), std::string::npos) << second.out;
+}
+
+TEST_F(BakeAll, ASecondRunBakesAndWritesNothing) {
+  ASSERT_EQ(coppice_tool(bake_all(plants_, out_)).exit_code, 0);
+  const auto bytes = outputs(out_);
+  const auto written = fs::last_write_time(out_ / "hazel.coppice");
+  const ProcessResult second = coppice_tool(bake_all(plants_, out_, {"--jobs", "3"}));
+  EXPECT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_NE(second.out.find("0 baked, 3 cached, 0 failed"), std::string::npos) << second.out;
+  EXPECT_EQ(fs::last_write_time(out_ / "hazel.coppice"), written);
+  EXPECT_TRUE(outputs(out_) == bytes);
+  const ProcessResult other = coppice_tool(bake_all(plants_, out_, {"--metric", "mi", "--quiet"}));
+  EXPECT_EQ(other.out + other.err, "");
+  EXPECT_TRUE(outputs(out_) != bytes);
+}
+
+TEST_F(BakeAll, TheBytesAreThoseOfASingleBakeForAnyNumberOfJobs) {
+  ASSERT_EQ(coppice_tool(bake_all(plants_, folder_ / "one", {"--jobs", "1"})).exit_code, 0);
+  ASSERT_EQ(coppice_tool(bake_all(plants_, folder_ / "two", {"--jobs", "2"})).exit_code, 0);
+  EXPECT_TRUE(outputs(folder_ / "one") == outputs(folder_ / "two"));
+  std::vector<std::string> single{"bake", plants_ / "hedge" / "hazel.glb", "-o", folder_ / "hazel.coppice", "--quiet"};
+  single.insert(single.end(), kQuick.begin(), kQuick.end());
+  ASSERT_EQ(coppice_tool(single).exit_code, 0);
+  EXPECT_TRUE(outputs(folder_ / "one")["hedge/hazel.coppice"] == read_text(folder_ / "hazel.coppice"));
+}
+
+TEST_F(BakeAll, AKilledRunGoesOnWhereItWas) {
+  // Of plants of one size the first is baked first; this one is, fast. The second takes seconds.
+  write_text(plants_ / "list.json", R"([{"input": "hazel.glb"},
+                                        {"input": "hazel.glb", "output": "slow.coppice", "resolution": 256, "views": 42}])");
+  const fs::path list = plants_ / "list.json", hazel = out_ / "hazel.coppice";
+  ProcessOptions options;
+  options.kill_when_exists = hazel;
+  const ProcessResult killed = coppice_tool(bake_all(list, out_, {"--jobs", "1"}), options);
+  ASSERT_EQ(killed.signal, SIGKILL) << killed.out << killed.err;
+  EXPECT_FALSE(fs::exists(out_ / "slow.coppice")) << "it was not killed in the middle";
+  EXPECT_EQ(coppice_tool({"verify", hazel}).exit_code, 0);
+  // What a write that was cut short leaves.
+  const fs::path abandoned = out_ / ".slow.coppice.999999999.0.tmp";
+  write_text(abandoned, "half");
+
+  const ProcessResult resumed = coppice_tool(bake_all(list, out_, {"--jobs", "1"}));
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_NE(resumed.out.find("1 baked, 1 cached, 0 failed"), std::string::npos) << resumed.out;
+  EXPECT_EQ(coppice_tool({"verify", out_ / "slow.coppice"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(abandoned));
+}
+
+TEST_F(BakeAll, AListGivesPlantsOptionsOfTheirOwn) {
+  write_text(plants_ / "list.json", R"([{"input": "hazel.glb", "metric": "geometric", "leaf_material": "^leaves$"},
+                                        {"input": "hedge/hazel.glb"},
+                                        {"input": "hazel.glb", "output": "far/hazel.coppice", "background": "off"}])");
+  const ProcessResult result = coppice_tool(bake_all(plants_ / "list.json", out_));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto files = outputs(out_);
+  ASSERT_EQ(files.size(), 3u);
+  const ProcessResult inspected = coppice_tool({"inspect", out_ / "hazel.coppice"});
+  EXPECT_NE(inspected.out.find("metric geometric"), std::string::npos) << inspected.out;
+  EXPECT_TRUE(files.count("far/hazel.coppice") == 1 && files.count("hedge/hazel.coppice") == 1);
+}
+
+TEST_F(BakeAll, AListThatIsWrongIsRefusedWithThePlace) {
+  const std::vector<std::pair<std::string, std::string>> lists = {
+      {R"([{"input": "hazel.glb", "metrik": "mi"}])", "[0].metrik"},
+      {R"([{"input": "hazel.glb"}, {"input": "small.glb", "metric": "beauty"}])", "[1].metric"},
+      {R"([{"input": "hazel.glb", "views": 0}])", "[0].views"},
+      {R"([{"input": "hazel.glb", "views": [20]}])", "[0].views"},
+      {R"([{"input": "hazel.glb", "help": true}])", "[0].help"},
+      {R"([{"input": "hazel.glb", "leaf-material": "x"}])", "[0].leaf-material"},
+      {R"([{"input": "hazel.glb", "output": "../hazel.coppice"}])", "[0].output"},
+      {R"([{"input": "hazel.glb", "output": "/tmp/hazel.coppice"}])", "[0].output"},
+      {R"([{"input": 7}])", "[0].input"},
+      {R"([{"metric": "mi"}])", "[0].input"},
+      {R"(["hazel.glb"])", "[0]"},
+      {R"([{"input": "hazel.glb"}, {"input": "hazel.glb", "metric": "mi"}])", "hazel.coppice"},
+      {R"([{"input": "hazel.glb",}])", "byte 23"},
+      {R"({"input": "hazel.glb"})", "not a list"},
+      {"[]", "not a list"},
+      {"", "byte 0"}};
+  for (const auto& [text, place] : lists) {
+    write_text(plants_ / "list.json", text);
+    const ProcessResult result = coppice_tool(bake_all(plants_ / "list.json", out_));
+    EXPECT_EQ(result.exit_code, 1) << text;
+    EXPECT_EQ(result.out, "") << text;
+    EXPECT_EQ(count_of(result.err, "\n"), 1u) << text << "\n" << result.err;
+    EXPECT_NE(result.err.find("list.json"), std::string::npos) << text << "\n" << result.err;
+    EXPECT_NE(result.err.find(place), std::string::npos) << text << "\n" << result.err;
+    EXPECT_FALSE(fs::exists(out_)) << text;
+  }
+}
+
+TEST_F(BakeAll, WhatCannotWorkIsRefusedBeforeTheWork) {
+  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+           {"bake-all", plants_}, {"bake-all", plants_, "-o", out_, "--jobs", "many"}, {"bake-all", plants_, "-o", out_, "--views", "0"}})
+    EXPECT_EQ(coppice_tool(arguments).exit_code, 2);
+  const fs::path empty = folder_ / "empty", file = plants_ / "small.glb";
+  fs::create_directory(empty);
+  for (const auto& arguments :
+       {bake_all(empty, out_), bake_all(folder_ / "nowhere", out_), bake_all(plants_, file), bake_all(plants_, out_, {"--report", file})}) {
+    const ProcessResult result = coppice_tool(arguments);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_EQ(count_of(result.err, "\n"), 1u) << result.err;
+  }
+  fs::copy(plants_ / "hazel.glb", plants_ / "hazel.gltf");
+  const ProcessResult colliding = coppice_tool(bake_all(plants_, out_));
+  EXPECT_EQ(colliding.exit_code, 1);
+  EXPECT_NE(colliding.err.find("hazel.gltf"), std::string::npos) << colliding.err;
+  EXPECT_EQ(fs::file_size(file), coppice::test::small_plant().glb().size());
+}
+
+}  // namespace

@@ -1,0 +1,187 @@
+// What makes two bakes the same, and the cache that relies on it.
+
+#include "bake_key.h"
+
+#include <functional>
+#include <map>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "atomic_file.h"
+#include "bake_cache.h"
+#include "checksum.h"
+#include "generate_plant.h"
+#include "gltf_builder.h"
+#include "gltf_write.h"
+#include "process.h"
+
+namespace coppice::bake {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string key_of(const fs::path& input, const BakeOptions& options = {}) {
+  const auto key = bake_key(input, options);
+  EXPECT_TRUE(key) << key.error().message();
+  return key ? *key : "";
+}
+
+/// A .gltf whose buffer and image are files beside it, one of them with a name that a URI cannot hold as it is.
+struct PlantOfFiles {
+  test::TemporaryFolder folder;
+  fs::path gltf = folder / "plant.gltf", buffer = folder / "leaves of it.bin", image = folder / "leaf.png";
+
+  PlantOfFiles() {
+    test::GltfBuilder builder = test::small_plant();
+    builder.json["images"] = {{{"uri", "leaf.png"}}};
+    builder.json["textures"] = {{{"source", 0}}};
+    test::write_file(gltf, builder.gltf_beside("leaves%20of%20it.bin"));
+    test::write_file(buffer, builder.bin);
+    test::write_file(image, test::png(2, 2, {10, 200, 10, 255}));
+  }
+};
+
+TEST(BakeKey, EveryFileTheInputRefersToCounts) {
+  const PlantOfFiles plant;
+  std::vector<fs::path> referred = referred_files(*read_file(plant.gltf), plant.folder.path());
+  EXPECT_EQ(referred, (std::vector<fs::path>{plant.image, plant.buffer}));
+  const std::string before = key_of(plant.gltf);
+  EXPECT_EQ(before.size(), 32u);
+  EXPECT_EQ(key_of(plant.gltf), before);
+  std::set<std::string> keys{before};
+  for (const fs::path& file : {plant.gltf, plant.buffer, plant.image}) {
+    const std::vector<std::uint8_t> bytes = *read_file(file);
+    std::vector<std::uint8_t> changed = bytes;
+    changed.back() = changed.back() == ' ' ? '\n' : ' ';
+    test::write_file(file, changed);
+    EXPECT_TRUE(keys.insert(key_of(plant.gltf)).second) << file << " changed";
+    test::write_file(file, bytes);
+    EXPECT_EQ(key_of(plant.gltf), before) << file << " changed back";
+  }
+  fs::remove(plant.image);
+  EXPECT_TRUE(keys.insert(key_of(plant.gltf)).second) << "the image is gone";
+  test::write_file(plant.image, std::vector<std::uint8_t>());
+  EXPECT_TRUE(keys.insert(key_of(plant.gltf)).second) << "the image is empty";
+}
+
+TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
+  const PlantOfFiles plant;
+  const std::vector<std::function<void(BakeOptions&)>> changes = {
+      [](BakeOptions&) {},
+      [](BakeOptions& options) { options.metric = Metric::mi; },
+      [](BakeOptions& options) { options.metric = Metric::geometric; },
+      [](BakeOptions& options) { options.view_count = 20; },
+      [](BakeOptions& options) { options.import.leaf_material = ""; },
+      [](BakeOptions& options) { options.import.leaf_material = "leaves"; },
+      [](BakeOptions& options) { options.collapse.resolution_px = 128; },
+      [](BakeOptions& options) { options.collapse.count_background = false; },
+      [](BakeOptions& options) { options.collapse.candidate_count = 9; },
+  };
+  std::set<std::string> keys;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    BakeOptions options;
+    changes[i](options);
+    EXPECT_TRUE(keys.insert(key_of(plant.gltf, options)).second) << "change " << i;
+  }
+  BakeOptions options;
+  options.thread_count = 7;
+  EXPECT_FALSE(keys.insert(key_of(plant.gltf, options)).second);
+  fs::copy(plant.gltf, plant.folder / "other.gltf");
+  EXPECT_TRUE(keys.insert(key_of(plant.folder / "other.gltf")).second) << "the file keeps the plant's name";
+}
+
+TEST(BakeKey, AnythingHasOneAndWhatCannotBeReadHasAnError) {
+  const test::TemporaryFolder folder;
+  const auto key_of_bytes = [&](const std::string& bytes) {
+    test::write_file(folder / "any.glb", std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
+    return key_of(folder / "any.glb");
+  };
+  std::set<std::string> keys;
+  const std::string cut_short("glTF\2\0\0\0\xff\xff\xff\xff\xff\xff\xff\xffJSON", 20);
+  for (const std::string& bytes : {std::string(), std::string("glTF"), cut_short, std::string("{"), std::string("[{\"uri\":\"any.glb\"}]"),
+                                   std::string("{\"uri\":7}")})
+    EXPECT_TRUE(keys.insert(key_of_bytes(bytes)).second) << bytes;
+  EXPECT_TRUE(keys.insert(key_of_bytes("{\"a\":{\"uri\":\"/dev/zero\"}}")).second) << "a device is not read";
+  EXPECT_FALSE(bake_key(folder / "nowhere.glb", {}));
+  EXPECT_FALSE(bake_key(folder.path(), {}));
+}
+
+TEST(Checksum, PartsDoNotRunIntoEachOther) {
+  Checksum one, other;
+  one.add("ab"), one.add("c");
+  other.add("a"), other.add("bc");
+  EXPECT_NE(one.text(), other.text());
+}
+
+TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
+  const std::map<Metric, std::string> expected = {{Metric::default_metric, "6f374db752b9dc4916a5b7cba27352bd"},
+                                                  {Metric::mi, "222700ad6d41757bddbe18ec6093ce4a"}};
+  const std::uint32_t expected_at_version = 1;
+
+  const test::TemporaryFolder folder;
+  const auto plant = generate_plant("corylus", 1);
+  ASSERT_TRUE(plant) << plant.error().message();
+  const fs::path input = folder / "corylus.glb";
+  ASSERT_TRUE(write_glb(input, {{"leaves", &plant->foliage}, {"wood", &plant->wood}}, plant->materials, plant->images));
+  for (const auto& [metric, checksum_text] : expected) {
+    BakeOptions options;
+    options.metric = metric;
+    options.view_count = 6;
+    options.collapse.resolution_px = 64;
+    BakeReport report;
+    const auto bytes = bake(
+        input, options, [](const char*, double) {}, report);
+    ASSERT_TRUE(bytes) << bytes.error().message();
+    Checksum checksum;
+    checksum.add(*bytes);
+    EXPECT_EQ(checksum.text(), checksum_text) << "A bake gives other bytes than at version " << expected_at_version
+                                              << " of the baker. If that is meant, raise kBakeVersion in bake_key.h, so that caches bake "
+                                                 "again, and put version and checksum here.";
+  }
+  EXPECT_EQ(kBakeVersion, expected_at_version) << "put the new version here";
+}
+
+CachedBake some_bake() {
+  return {{1, 2, 3, 4, 5}, 12, 3, {"a \"warning\"", "another\n"}};
+}
+
+TEST(BakeCache, GivesBackWhatItWasGiven) {
+  const test::TemporaryFolder folder;
+  EXPECT_EQ(load_cached(folder.path(), "abc").error().status, Status::io);
+  ASSERT_TRUE(store_cached(folder.path(), "abc", some_bake()));
+  const auto loaded = load_cached(folder.path(), "abc");
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  EXPECT_EQ(loaded->bytes, some_bake().bytes);
+  EXPECT_EQ(loaded->source_leaves, 12u);
+  EXPECT_EQ(loaded->foliage_bytes, 3u);
+  EXPECT_EQ(loaded->warnings, some_bake().warnings);
+  EXPECT_FALSE(load_cached(folder.path(), "abd"));
+}
+
+TEST(BakeCache, AnyChangeOfAnyByteIsNoticed) {
+  const test::TemporaryFolder folder;
+  ASSERT_TRUE(store_cached(folder.path(), "abc", some_bake()));
+  for (const char* name : {"abc.coppice", "abc.record"}) {
+    const std::vector<std::uint8_t> bytes = *read_file(folder / name), record = *read_file(folder / "abc.record");
+    for (std::size_t i = 0; i <= bytes.size(); ++i) {
+      std::vector<std::uint8_t> damaged = bytes;
+      if (i < bytes.size())
+        damaged[i] ^= 1;
+      else
+        damaged.pop_back();
+      test::write_file(folder / name, damaged);
+      const auto loaded = load_cached(folder.path(), "abc");
+      // Only the line's end may go missing from a record: it says nothing.
+      EXPECT_EQ(static_cast<bool>(loaded), i == bytes.size() && std::string(name) == "abc.record") << name << " byte " << i;
+      EXPECT_TRUE(loaded || loaded.error().status == Status::bad_file) << name << " byte " << i;
+      test::write_file(folder / "abc.record", record);
+    }
+    test::write_file(folder / name, bytes);
+  }
+  fs::remove(folder / "abc.coppice");
+  EXPECT_EQ(load_cached(folder.path(), "abc").error().status, Status::io);
+}
+
+}  // namespace
+}  // namespace coppice::bake

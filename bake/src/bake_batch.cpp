@@ -221,6 +221,7 @@ std::vector<std::size_t> start_order(const std::vector<BatchPlant>& plants) {
   for (std::size_t i = 0; i < plants.size(); ++i) sized.emplace_back(input_bytes(plants[i]), i);
   std::ranges::sort(sized, [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
   std::vector<std::size_t> order;
+  order.reserve(sized.size());
   for (const auto& [bytes, plant] : sized) order.push_back(plant);
   return order;
 }
@@ -303,6 +304,7 @@ BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const St
 
 std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
   std::vector<std::uint64_t> needs;
+  needs.reserve(plants.size());
   for (const BatchPlant& plant : plants) needs.push_back(memory_estimate_bytes(plant));
   std::ranges::sort(needs, std::greater<>());
   std::uint64_t left = free_memory_bytes() / 2;

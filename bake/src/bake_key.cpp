@@ -98,8 +98,7 @@ std::vector<std::filesystem::path> referred_files(std::span<const std::uint8_t> 
     }
   }
   std::ranges::sort(files);
-  const auto repeated = std::ranges::unique(files);
-  files.erase(repeated.begin(), repeated.end());
+  files.erase(std::unique(files.begin(), files.end()), files.end());
   return files;
 }
 

@@ -164,6 +164,7 @@ void run_jobs(std::size_t count, std::size_t at_a_time, const JobCallbacks& call
     while (next < count && running.size() < at_a_time) start(next++, running, callbacks);
     if (running.empty()) continue;
     std::vector<pollfd> files;
+    files.reserve(running.size());
     for (const RunningJob& job : running) files.push_back({job.file, POLLIN, 0});
     if (::poll(files.data(), files.size(), -1) < 0) continue;
     for (std::size_t i = running.size(); i-- > 0;) {

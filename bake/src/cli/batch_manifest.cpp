@@ -54,7 +54,7 @@ Result<BakeArguments> entry_arguments(const Json& entry, const std::string& plac
   add_bake_options(parser, arguments);
   for (const auto& [key, value] : entry.items()) {
     if (key == "input" || key == "output") continue;
-    const std::string here = place + "." + key;
+    const std::string here = std::string(place).append(".").append(key);
     if (parser.get_option_no_throw(option_name(key)) == nullptr || key.find('-') != std::string::npos)
       return wrong(Status::invalid_argument, "no such key in a manifest", here, "there are " + known_keys(parser));
     const auto text = value_text(value);

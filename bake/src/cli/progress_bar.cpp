@@ -46,13 +46,13 @@ void ProgressBar::show(const char* stage, double fraction, const std::string& no
   const double seconds = std::chrono::duration<double>(now - stage_start_).count();
   std::fprintf(stderr, "\r%-12s [%s] %3d%% %6.1f s %.*s\033[K", stage_.c_str(), bar.c_str(), static_cast<int>(clamped * 100.0), seconds,
                note_columns(), note.c_str());
-  std::fflush(stderr);
+  static_cast<void>(std::fflush(stderr));
 }
 
 void ProgressBar::clear() {
   if (!enabled_ || stage_.empty()) return;
   std::fprintf(stderr, "\r\033[K");
-  std::fflush(stderr);
+  static_cast<void>(std::fflush(stderr));
   stage_.clear();
 }
 

@@ -64,9 +64,10 @@ std::string options_text(const BakeOptions& options) {
   // Every member by name: one that is added later does not compile until it is written below, or shown to change nothing. Of an option
   // that is a path the file's bytes belong into bake_key.
   const auto& [metric, view_count, thread_count, import, collapse] = options;
-  const auto& [leaf_material] = import;
+  const auto& [leaf_material, wood_material, classes, require_leaves] = import;
   const auto& [resolution_px, count_background, candidate_count] = collapse;
-  static_cast<void>(thread_count);  // same bytes for any number
+  static_cast<void>(thread_count);    // same bytes for any number
+  static_cast<void>(require_leaves);  // without leaves there are no bytes
 
   std::string text;
   const auto line = [&text](const char* name, const std::string& value) { text += std::string(name) + " " + value + "\n"; };
@@ -76,6 +77,10 @@ std::string options_text(const BakeOptions& options) {
   line("background", count_background ? "on" : "off");
   line("candidates", std::to_string(candidate_count));
   if (leaf_material) line("leaf_material", *leaf_material);
+  if (wood_material) line("wood_material", *wood_material);
+  for (const ClassRule& rule : classes)
+    line("class", std::to_string(static_cast<int>(rule.part)) + " " + std::to_string(rule.min_triangles) + " " +
+                      std::to_string(rule.max_triangles) + " " + rule.material);
   return text;
 }
 

@@ -1,17 +1,15 @@
 #include "import_gltf.h"
 
 #include <algorithm>
-#include <array>
 #include <exception>
 #include <map>
 #include <new>
-#include <regex>
 #include <utility>
 
 #include <tiny_gltf.h>
 
-#include "components.h"
 #include "coppice/format.h"
+#include "find_leaves.h"
 #include "gltf_document.h"
 #include "gltf_materials.h"
 #include "gltf_scene.h"
@@ -20,26 +18,11 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::array<std::string_view, 16> kLeafNames{"leaf",  "leaves", "foliage", "foliole", "needle", "frond",  "feuille", "blatt",
-                                                      "blätt", "laub",   "nadel",   "hoja",    "folha",  "foglia", "foglie",  "blad"};
-// std::regex recurses once per character.
-constexpr std::size_t kMaxMatchedChars = 256;
 constexpr std::size_t kMaxWarnings = 32;
 // Nodes times primitives: a bound on work that a small file can ask for.
 constexpr std::size_t kMaxDraws = std::size_t{1} << 22;
 // One leaf of this many triangles is more likely a crown that is welded together.
 constexpr std::uint32_t kShellTriangles = 2000;
-
-std::string ascii_lower(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
-bool has_leaf_name(const std::string& name) {
-  const std::string lower = ascii_lower(name);
-  return std::any_of(kLeafNames.begin(), kLeafNames.end(), [&](std::string_view part) { return lower.find(part) != std::string::npos; });
-}
 
 /// A source material in use; numbers count the plant's materials in order of first use.
 struct UsedMaterials {
@@ -77,55 +60,86 @@ std::string name_list(const std::vector<Material>& materials) {
   return materials.size() > kMaxNames ? list + ", ..." : list;
 }
 
-/// [materials.size()] whether each is foliage; at least one is.
-Result<std::vector<bool>> find_leaf_materials(const std::vector<Material>& materials, const ImportOptions& options) {
-  std::vector<bool> is_leaf(materials.size(), false);
-  if (options.leaf_material) {
-    try {
-      const std::regex pattern(*options.leaf_material, std::regex::ECMAScript);
-      for (std::size_t i = 0; i < materials.size(); ++i)
-        is_leaf[i] = std::regex_search(materials[i].name.substr(0, kMaxMatchedChars), pattern);
-    } catch (const std::regex_error&) {
-      return Error{Status::invalid_argument, "--leaf-material is not a regular expression", Error::kNoOffset, *options.leaf_material};
-    }
-  } else {
-    for (std::size_t i = 0; i < materials.size(); ++i) is_leaf[i] = has_leaf_name(materials[i].name);
-  }
-  if (std::find(is_leaf.begin(), is_leaf.end(), true) != is_leaf.end()) return is_leaf;
-  return Error{Status::invalid_argument,
-               options.leaf_material ? "no leaves: --leaf-material matches none of the materials"
-                                     : "no leaves: no material has a leaf's name; choose with --leaf-material REGEX",
-               Error::kNoOffset, "the materials are " + name_list(materials)};
+/// All that the options say about materials, in the order in which it is weighed.
+std::vector<ClassRule> all_rules(const ImportOptions& options) {
+  std::vector<ClassRule> rules;
+  if (options.leaf_material) rules.push_back({.material = *options.leaf_material, .part = PlantPart::leaf, .source = "--leaf-material"});
+  if (options.wood_material) rules.push_back({.material = *options.wood_material, .part = PlantPart::wood, .source = "--wood-material"});
+  rules.insert(rules.end(), options.classes.begin(), options.classes.end());
+  return rules;
 }
 
-struct FoliageAndWood {
-  TriangleSoup foliage, wood;
-};
+Result<std::vector<std::vector<MaterialRule>>> material_rules(const std::vector<Material>& materials, const ImportOptions& options,
+                                                              std::vector<std::string>& warnings) {
+  COPPICE_TRY(rules, apply_class_rules(all_rules(options), materials, warnings));
+  if (!options.leaf_material) return rules;
+  bool matches = false;
+  for (auto& of_material : rules) {
+    matches = matches || (!of_material.empty() && of_material.front().source == "--leaf-material");
+    of_material.push_back({.part = PlantPart::wood, .source = "not in --leaf-material"});
+  }
+  if (matches) return rules;
+  return Error{Status::invalid_argument, "no leaves: --leaf-material matches none of the materials", Error::kNoOffset,
+               "the materials are " + name_list(materials)};
+}
 
-Result<FoliageAndWood> gather_triangles(const tinygltf::Model& model, const std::vector<MeshInstance>& instances, const UsedMaterials& used,
-                                        const std::vector<bool>& is_leaf, std::vector<std::string>& warnings) {
-  FoliageAndWood soups;
+Result<TriangleSoup> gather_triangles(const tinygltf::Model& model, const std::vector<MeshInstance>& instances, const UsedMaterials& used,
+                                      std::vector<std::string>& warnings) {
+  TriangleSoup soup;
   for (std::uint32_t i = 0; i < instances.size(); ++i) {
     const auto& primitives = model.meshes.at(instances[i].mesh).primitives;
     for (std::uint32_t p = 0; p < primitives.size(); ++p) {
       if (primitives[p].mode < TINYGLTF_MODE_TRIANGLES) continue;
       const std::uint32_t material = used.number_of.at(material_index(primitives[p]));
-      TriangleSoup& soup = is_leaf[material] ? soups.foliage : soups.wood;
       COPPICE_CHECK(append_primitive(model, instances[i], i, p, material, soup, warnings));
     }
   }
-  if (soups.wood.mesh.triangle_materials.size() > COPPICE_MAX_WOOD_TRIANGLES)
-    return Error{Status::unsupported, "more than 2^24 triangles of wood"};
-  return soups;
+  return soup;
+}
+
+/// One line for each material that has welded crowns or the like.
+void warn_of_shells(Plant& plant) {
+  for (std::size_t first = 0, last = 0; first < plant.classes.size(); first = last) {
+    std::uint32_t count = 0, largest = 0;
+    const std::uint32_t material = plant.classes[first].material;
+    for (; last < plant.classes.size() && plant.classes[last].material == material; ++last) {
+      if (!plant.classes[last].is_shell) continue;
+      count += plant.classes[last].piece_count;
+      largest = std::max(largest, plant.classes[last].triangle_count);
+    }
+    if (count == 0) continue;
+    plant.warnings.push_back("material '" + plant.materials[material].name.substr(0, 64) + "': " + std::to_string(count) +
+                             " welded pieces of up to " + std::to_string(largest) +
+                             " triangles cannot be split into leaves and are wood; --leaf-material makes each of them a leaf");
+  }
 }
 
 void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
   if (dropped_count > 0) plant.warnings.push_back(std::to_string(dropped_count) + " leaves without area dropped");
-  const auto largest = std::max_element(plant.leaves.begin(), plant.leaves.end(),
-                                        [](const LeafRange& a, const LeafRange& b) { return a.triangle_count < b.triangle_count; });
-  if (largest->triangle_count >= kShellTriangles)
+  warn_of_shells(plant);
+  const auto largest = std::ranges::max_element(plant.leaves, {}, &LeafRange::triangle_count);
+  if (largest != plant.leaves.end() && largest->triangle_count >= kShellTriangles)
     plant.warnings.push_back("a leaf has " + std::to_string(largest->triangle_count) +
                              " triangles: leaves that share vertices cannot be told apart");
+}
+
+/// Splits the soup into the plant's leaves and wood.
+Result<void> take_parts(TriangleSoup soup, const ImportOptions& options, Plant& plant) {
+  COPPICE_TRY(rules, material_rules(plant.materials, options, plant.warnings));
+  FoundParts found = find_leaves(std::move(soup), plant.materials, plant.images, rules);
+  if (found.wood.triangle_materials.size() > COPPICE_MAX_WOOD_TRIANGLES)
+    return Error{Status::unsupported, "more than 2^24 triangles of wood"};
+  plant.foliage = std::move(found.foliage);
+  plant.leaves = std::move(found.leaves);
+  plant.wood = std::move(found.wood);
+  plant.classes = std::move(found.classes);
+  warn_of_leaves(plant, found.dropped_leaf_count);
+  if (!plant.leaves.empty() || !options.require_leaves) return {};
+  if (found.dropped_leaf_count > 0)
+    return Error{Status::bad_file, "no leaves: the foliage has no area", Error::kNoOffset,
+                 std::to_string(found.dropped_leaf_count) + " degenerate leaves"};
+  return Error{Status::invalid_argument, "no leaves: nothing looks like one; see --dry-run, and choose with --leaf-material REGEX",
+               Error::kNoOffset, "the materials are " + name_list(plant.materials)};
 }
 
 /// A file's own names may hold control characters, which would split the line or reach the terminal.
@@ -147,19 +161,10 @@ Result<Plant> import_model(const tinygltf::Model& model, const ImportOptions& op
   COPPICE_TRY(instances, mesh_instances(model));
   COPPICE_TRY(used, used_materials(model, instances));
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
-  COPPICE_TRY(is_leaf, find_leaf_materials(plant.materials, options));
-  COPPICE_TRY(soups, gather_triangles(model, instances, used, is_leaf, plant.warnings));
-
-  plant.wood = compact(soups.wood.mesh);
-  soups.wood = {};
-  SplitFoliage foliage = split_leaves(std::move(soups.foliage));
-  if (foliage.leaves.empty())
-    return Error{Status::bad_file, "no leaves: the foliage has no area", Error::kNoOffset,
-                 std::to_string(foliage.dropped_leaf_count) + " degenerate leaves"};
-  plant.foliage = std::move(foliage.mesh);
-  plant.leaves = std::move(foliage.leaves);
-  warn_of_leaves(plant, foliage.dropped_leaf_count);
+  COPPICE_TRY(soup, gather_triangles(model, instances, used, plant.warnings));
+  // Images tell leaves by their colour and holes.
   plant.images = take_images(model, plant.materials, plant.warnings);
+  COPPICE_CHECK(take_parts(std::move(soup), options, plant));
   limit_warnings(plant.warnings);
   return plant;
 }
@@ -193,10 +198,6 @@ Result<Plant> import_guarded(const std::filesystem::path& path, const ImportOpti
 }
 
 }  // namespace
-
-std::span<const std::string_view> leaf_names() {
-  return kLeafNames;
-}
 
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options) {
   return import_guarded(path, options, [&] { return load_gltf(path); });

@@ -5,29 +5,35 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
+#include <vector>
 
+#include "class_rules.h"
 #include "plant.h"
 #include "result.h"
 
 namespace coppice::bake {
 
+/// What is not said is found out: find_leaves.h.
 struct ImportOptions {
-  /// ECMAScript regular expression, searched (not anchored, case matters) in material names; what matches is foliage.
-  /// Without it: names that contain one of leaf_names(), in any case.
+  /// ECMAScript regular expression, searched (not anchored, case matters) in material names: all that matches is leaves, whatever its
+  /// shape, and all else is wood, save what `classes` says of it.
   std::optional<std::string> leaf_material;
+  /// The same for wood; what matches neither is found out.
+  std::optional<std::string> wood_material;
+  /// Weighed after those two, first match first.
+  std::vector<ClassRule> classes;
+  /// A plant without a single leaf is an error unless this is off: for whoever wants to see why.
+  bool require_leaves = true;
 };
 
-/// Parts of material names that mean foliage, in several languages: "leaf", "leaves", "foliage", ...
-std::span<const std::string_view> leaf_names();
-
-/// Reads a glTF 2.0 .gltf or .glb: the default scene's triangles, node transforms applied. Foliage triangles are split into leaves:
-/// components connected through welded positions, within one node. Every other triangle is wood; points and lines are skipped. Materials
-/// and images are those in use. What was dropped or read differently from what the file asks for is told in Plant::warnings.
+/// Reads a glTF 2.0 .gltf or .glb: the default scene's triangles, node transforms applied, taken apart into leaves and wood
+/// (find_leaves.h); points and lines are skipped. Materials and images are those in use. What was dropped or read differently from what the
+/// file asks for is told in Plant::warnings.
 /// errors  `detail` begins with the file's name and names the place in it.
 ///         io: the file or one it refers to is unreadable; bad_file: not glTF, damaged, an index or accessor out of range, a position that
 ///         is not finite; unsupported: another glTF version, a required extension (named), more than a plant may have;
-///         invalid_argument: leaf_material is not a regular expression, or no material is foliage (the names are listed).
+///         invalid_argument: a pattern is not a regular expression, leaf_material matches nothing, or nothing looks like a leaf (the
+///         materials are listed).
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options);
 
 /// The same of bytes in memory. `path` names them in messages; the files they refer to are beside it.

@@ -12,6 +12,8 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include "piece_class.h"
+
 namespace coppice::bake {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
@@ -46,7 +48,7 @@ struct LeafRange {
   std::uint32_t triangle_count = 0;
 };
 
-/// One species as imported: leaves are connected components of the foliage mesh, wood is everything else.
+/// One species as imported: leaves are pieces of the foliage mesh (find_leaves.h), wood is everything else.
 struct Plant {
   std::string name;
   std::vector<Material> materials;
@@ -54,6 +56,7 @@ struct Plant {
   Mesh foliage;
   std::vector<LeafRange> leaves;      ///< in file order, tile the foliage triangles
   Mesh wood;                          ///< may be empty
+  std::vector<PieceClass> classes;    ///< what leaves and wood were told by, grouped by material
   std::vector<std::string> warnings;  ///< what was guessed or dropped, one line each, for a person
 };
 

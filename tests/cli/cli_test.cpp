@@ -110,8 +110,8 @@ TEST(CommandLine, HelpListsEveryCommandAndOption) {
   const std::vector<std::pair<std::string, std::vector<std::string>>> options = {
       {"plant", {"--output", "--seed", "corylus", "willow", "juniper"}},
       {"bake",
-       {"--output", "--metric", "--views", "--resolution", "--background", "--candidates", "--leaf-material", "--threads", "--report",
-        "--quiet"}},
+       {"--output", "--metric", "--views", "--resolution", "--background", "--candidates", "--leaf-material", "--wood-material",
+        "--classes", "--threads", "--report", "--dry-run", "--preview", "--quiet"}},
       {"bake-all", {"--output", "--jobs", "--metric", "--views", "--leaf-material", "--report", "--quiet", ".coppice-cache"}},
       {"inspect", {"--json"}},
       {"verify", {"input"}},
@@ -212,6 +212,52 @@ TEST(CommandLine, LeafMaterialThatMatchesNothingListsTheNames) {
   expect_one_line_error(result, baked().glb, "no such material");
   EXPECT_NE(result.err.find("leaves"), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("wood"), std::string::npos) << result.err;
+}
+
+TEST(CommandLine, DryRunTellsWhatWasFoundAndWritesNothing) {
+  const TemporaryFolder folder;
+  const fs::path output = folder / "out.coppice", preview = folder / "parts.png";
+  const ProcessResult result = coppice_tool({"bake", baked().glb, "-o", output, "--dry-run", "--preview", preview});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_FALSE(fs::exists(output));
+  for (const char* part : {"material", "triangles", "pieces", "classes", "becomes", "leaves", "wood", "386 x 32 triangles, 30 points",
+                           "name +3.0", "386 leaves of 12352 triangles; wood of 10358 triangles"})
+    EXPECT_NE(result.out.find(part), std::string::npos) << part << " is not in\n" << result.out;
+  const std::string png = read_bytes(preview);
+  EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
+  // Without -o too.
+  EXPECT_EQ(coppice_tool({"bake", baked().glb, "--dry-run"}).out, result.out);
+  EXPECT_EQ(coppice_tool({"bake", baked().glb}).exit_code, 2) << "neither an output nor a dry run";
+}
+
+TEST(CommandLine, ADryRunWithoutLeavesShowsTheTableAndFails) {
+  const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", "."});
+  EXPECT_NE(result.out.find("0 leaves"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("--wood-material"), std::string::npos) << result.out;
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_NE(result.err.find("no leaves"), std::string::npos) << result.err;
+}
+
+TEST(CommandLine, AClassesFileDecides) {
+  const TemporaryFolder folder;
+  const fs::path classes = folder / "classes.json";
+  const auto dry_run = [&](const std::string& text) {
+    write_bytes(classes, text);
+    return coppice_tool({"bake", baked().glb, "--dry-run", "--classes", classes});
+  };
+  // Petioles are the wood's pieces of three triangles.
+  const ProcessResult result = dry_run(R"({"classes": [{"material": "wood", "class": "drop", "max_triangles": 3}]})");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("386 leaves of 12352 triangles; wood of 9200 triangles"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("classes.json: classes[0]"), std::string::npos) << result.out;
+  for (const auto& [text, place] :
+       {std::pair{R"({"classes": [)", "byte"}, std::pair{R"({"classes": [{"material": "a"}]})", "classes[0].class"}}) {
+    const ProcessResult bad = dry_run(text);
+    expect_one_line_error(bad, classes, text);
+    EXPECT_NE(bad.err.find(place), std::string::npos) << bad.err;
+  }
 }
 
 TEST(CommandLine, BakeIsTheSameForAnyThreadCount) {

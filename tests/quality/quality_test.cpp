@@ -29,8 +29,7 @@ constexpr double kHausdorffTolerance = 0.15;  ///< relative; a single leaf decid
 
 struct QualityPlant {
   const char* name;
-  const char* file;           ///< third-party; nullptr: `coppice plant NAME`
-  const char* leaf_material;  ///< nullptr: as found
+  const char* file;  ///< third-party; nullptr: `coppice plant NAME`
 };
 
 std::string test_name(const testing::TestParamInfo<QualityPlant>& info) {
@@ -79,9 +78,7 @@ std::vector<LevelMeasures> read_default_rows(const std::string& plant) {
 
 Result<Plant> load(const QualityPlant& plant) {
   if (plant.file == nullptr) return generate_plant(plant.name, 1);
-  ImportOptions options;
-  if (plant.leaf_material != nullptr) options.leaf_material = plant.leaf_material;
-  return import_gltf(test::plants_folder() / plant.file, options);
+  return import_gltf(test::plants_folder() / plant.file, {});
 }
 
 class Quality : public testing::TestWithParam<QualityPlant> {};
@@ -115,15 +112,14 @@ TEST_P(Quality, DefaultIsAsGoodAsItsTable) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Plants, Quality,
-    testing::Values(QualityPlant{"corylus", nullptr, nullptr}, QualityPlant{"willow", nullptr, nullptr},
-                    QualityPlant{"juniper", nullptr, nullptr}, QualityPlant{"scopia_poplar", "scopia_poplar.glb", "Leaves"},
-                    QualityPlant{"eztree_oak_medium", "eztree_oak_medium.glb", nullptr},
-                    QualityPlant{"eztree_pine_large", "eztree_pine_large.glb", nullptr}, QualityPlant{"coffee", "coffee.glb", nullptr},
-                    QualityPlant{"scopia_bush", "scopia_bush.glb", nullptr}, QualityPlant{"scopia_bonsai", "scopia_bonsai.glb", "branch1"},
-                    QualityPlant{"scopia_coconut", "scopia_coconut.glb", nullptr}),
-    test_name);
+INSTANTIATE_TEST_SUITE_P(Plants, Quality,
+                         testing::Values(QualityPlant{"corylus", nullptr}, QualityPlant{"willow", nullptr},
+                                         QualityPlant{"juniper", nullptr}, QualityPlant{"scopia_poplar", "scopia_poplar.glb"},
+                                         QualityPlant{"eztree_oak_medium", "eztree_oak_medium.glb"},
+                                         QualityPlant{"eztree_pine_large", "eztree_pine_large.glb"}, QualityPlant{"coffee", "coffee.glb"},
+                                         QualityPlant{"scopia_bush", "scopia_bush.glb"}, QualityPlant{"scopia_bonsai", "scopia_bonsai.glb"},
+                                         QualityPlant{"scopia_coconut", "scopia_coconut.glb"}),
+                         test_name);
 
 }  // namespace
 }  // namespace coppice::bake

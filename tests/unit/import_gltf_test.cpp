@@ -280,6 +280,23 @@ TEST(ImportGltf, LeafNamesAndPattern) {
   EXPECT_EQ(swapped.wood.triangle_materials.size(), 2u);
 }
 
+TEST(ImportGltf, WoodPatternAndClasses) {
+  const Result<Plant> no_leaf = import_bytes(test::small_plant().glb(), {.wood_material = "^lea"});
+  ASSERT_FALSE(no_leaf);
+  EXPECT_NE(no_leaf.error().message().find("'leaves', 'bark'"), std::string::npos) << no_leaf.error().message();
+  const ClassRule bark_is_leaf{.material = "bark", .part = PlantPart::leaf, .source = "test"};
+  EXPECT_EQ(plant_of(test::small_plant(), {.wood_material = "^lea", .classes = {bark_is_leaf}}).leaves.size(), 1u);
+  EXPECT_EQ(plant_of(test::small_plant(), {.classes = {bark_is_leaf}}).leaves.size(), 2u) << "the other is found out";
+  const Plant shown = plant_of(test::small_plant(), {.wood_material = ".", .require_leaves = false});
+  EXPECT_TRUE(shown.leaves.empty());
+  EXPECT_EQ(shown.wood.triangle_materials.size(), 3u);
+  ASSERT_EQ(shown.classes.size(), 2u);
+  EXPECT_EQ(shown.classes[0].reason, "--wood-material");
+  const Plant typo = plant_of(test::small_plant(), {.wood_material = "brak"});
+  ASSERT_EQ(typo.warnings.size(), 1u);
+  EXPECT_NE(typo.warnings[0].find("'brak'"), std::string::npos) << typo.warnings[0];
+}
+
 TEST(ImportGltf, ScenesDecideWhatThereIs) {
   GltfBuilder builder = test::small_plant();
   builder.json["scenes"].push_back({{"nodes", {0}}});

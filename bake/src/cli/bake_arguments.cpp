@@ -1,6 +1,7 @@
 #include "bake_arguments.h"
 
 #include <CLI/CLI.hpp>
+#include <utility>
 
 #include "raster.h"
 
@@ -32,15 +33,15 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->check(CLI::Range(1u, kMaxCandidateCount))
       ->type_name("N")
       ->capture_default_str();
-  command.add_option("--leaf-material", arguments.leaf_material, "Materials whose name this regular expression finds are leaves")
-      ->type_name("REGEX");
+  add_class_options(command, arguments.classes);
 }
 
-BakeOptions bake_options(const BakeArguments& arguments) {
+Result<BakeOptions> bake_options(const BakeArguments& arguments) {
   BakeOptions options = arguments.options;
   options.metric = arguments.metric == "mi" ? Metric::mi : arguments.metric == "geometric" ? Metric::geometric : Metric::default_metric;
   options.collapse.count_background = arguments.background == "on";
-  if (!arguments.leaf_material.empty()) options.import.leaf_material = arguments.leaf_material;
+  COPPICE_TRY(import, import_options(arguments.classes));
+  options.import = std::move(import);
   return options;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "bake.h"
+#include "class_arguments.h"
 
 namespace CLI {  // NOLINT(readability-identifier-naming)
 class App;
@@ -13,7 +14,8 @@ class App;
 namespace coppice::bake {
 
 struct BakeArguments {
-  std::string leaf_material, metric = "default", background = "on";
+  std::string metric = "default", background = "on";
+  ClassArguments classes;
   BakeOptions options;  ///< what needs no translation
 };
 
@@ -21,7 +23,7 @@ struct BakeArguments {
 /// outlive the command.
 void add_bake_options(CLI::App& command, BakeArguments& arguments);
 
-/// What they ask for.
-BakeOptions bake_options(const BakeArguments& arguments);
+/// What they ask for. errors  those of import_options
+Result<BakeOptions> bake_options(const BakeArguments& arguments);
 
 }  // namespace coppice::bake

@@ -93,7 +93,8 @@ Result<BatchPlant> plant_of(const Json& entry, const std::string& place, const s
     output = std::filesystem::path(output_text).lexically_normal();
     if (!stays_below(output)) return wrong(Status::invalid_argument, "not a file below the output folder", place + ".output", output_text);
   }
-  return BatchPlant{input_folder / input, output_folder / output, bake_options(arguments)};
+  COPPICE_TRY(options, bake_options(arguments));
+  return BatchPlant{input_folder / input, output_folder / output, std::move(options)};
 }
 
 }  // namespace

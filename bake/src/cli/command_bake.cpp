@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -7,15 +8,17 @@
 #include "atomic_file.h"
 #include "bake_arguments.h"
 #include "commands.h"
+#include "leaf_preview.h"
+#include "parts_table.h"
 #include "progress_bar.h"
 
 namespace coppice::bake {
 namespace {
 
 struct BakeCommand {
-  std::filesystem::path input, output, report;
+  std::filesystem::path input, output, report, preview;
   BakeArguments bake;
-  bool quiet = false;
+  bool dry_run = false, quiet = false;
 };
 
 nlohmann::ordered_json report_json(const BakeReport& report) {
@@ -40,19 +43,60 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
   };
 }
 
+/// Prints why an output cannot be written.
+bool outputs_possible(const BakeCommand& arguments) {
+  const std::array outputs{arguments.output, arguments.report, arguments.preview};
+  for (const std::filesystem::path& output : outputs) {
+    if (output.empty()) continue;
+    std::vector<std::filesystem::path> others{arguments.input};
+    for (const std::filesystem::path& other : outputs)
+      if (&other != &output) others.push_back(other);
+    if (const auto possible = check_output(output, others); !possible) {
+      report_failure(output, possible.error());
+      return false;
+    }
+  }
+  return true;
+}
+
+void print_warnings(const BakeCommand& arguments, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) std::fprintf(stderr, "coppice: warning: %s: %s\n", arguments.input.c_str(), warning.c_str());
+}
+
+/// What the importer makes of the plant, as a table and a picture; nothing is baked.
+int look(const BakeCommand& arguments, ImportOptions options) {
+  // A plant in which no leaf was found is the one to look at.
+  options.require_leaves = false;
+  const auto plant = import_gltf(arguments.input, options);
+  if (!plant) return report_failure(arguments.input, plant.error());
+  if (!arguments.preview.empty()) {
+    const auto picture = render_leaf_preview_png(*plant);
+    if (!picture) return report_failure(arguments.preview, picture.error());
+    if (const auto written = write_file_atomically(arguments.preview, *picture); !written)
+      return report_failure(arguments.preview, written.error());
+  }
+  if (!arguments.dry_run) return 0;
+  if (!arguments.quiet) std::fputs(parts_table(*plant).c_str(), stdout);
+  print_warnings(arguments, plant->warnings);
+  if (!plant->leaves.empty()) return 0;
+  return report_failure(arguments.input,
+                        {Status::invalid_argument, "no leaves", Error::kNoOffset, "choose with --leaf-material REGEX or --classes F.json"});
+}
+
 int run(const BakeCommand& arguments) {
-  for (const auto& [output, others] : {std::pair{arguments.output, std::vector{arguments.input, arguments.report}},
-                                       std::pair{arguments.report, std::vector{arguments.input, arguments.output}}})
-    if (const auto possible = check_output(output, others); !output.empty() && !possible) return report_failure(output, possible.error());
+  if (!outputs_possible(arguments)) return 1;
+  const auto options = bake_options(arguments.bake);
+  if (!options) return report_failure(arguments.input, options.error());
+  if (arguments.dry_run || !arguments.preview.empty())
+    if (const int failed = look(arguments, options->import); failed != 0 || arguments.dry_run) return failed;
 
   BakeReport report;
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
-  const auto bytes = bake(
-      arguments.input, bake_options(arguments.bake), [&bar](const char* stage, double fraction) { bar.show(stage, fraction); }, report);
+  const auto show = [&bar](const char* stage, double fraction) { bar.show(stage, fraction); };
+  const auto bytes = bake(arguments.input, *options, show, report);
   bar.clear();
   if (!bytes) return report_failure(arguments.input, bytes.error());
-  for (const std::string& warning : report.warnings)
-    std::fprintf(stderr, "coppice: warning: %s: %s\n", arguments.input.c_str(), warning.c_str());
+  print_warnings(arguments, report.warnings);
 
   if (const auto written = write_file_atomically(arguments.output, *bytes); !written)
     return report_failure(arguments.output, written.error());
@@ -74,21 +118,27 @@ void add_bake_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<BakeCommand>();
   CLI::App* command = app.add_subcommand("bake", "Turn a glTF plant into a .coppice file: every level of detail in one stream");
   command->footer(
-      "Leaves are the connected pieces of the materials whose name says so (leaf, leaves, foliage, needle ... in several languages); "
-      "everything else is wood.\n--leaf-material names them yourself:\n"
+      "Leaves are found by material name, alpha mask, shape, repetition and colour; everything else is wood.\n"
+      "  coppice bake poplar.glb --dry-run --preview parts.png      what was found and why, nothing is baked\n"
       "  coppice bake poplar.glb -o poplar.coppice --leaf-material '^Leaves$'");
   command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb");
-  command->add_option("-o,--output", arguments->output, "The .coppice file to write; appears whole or not at all")
-      ->required()
-      ->type_name("OUT.coppice");
+  CLI::Option* output = command->add_option("-o,--output", arguments->output, "The .coppice file to write; appears whole or not at all");
+  output->type_name("OUT.coppice");
+  CLI::Option* dry_run = command->add_flag(
+      "--dry-run", arguments->dry_run, "Print what each material's pieces are taken for and why; bake nothing and write no .coppice file");
   add_bake_options(*command, arguments->bake);
   command->add_option("--threads", arguments->bake.options.thread_count, "Worker threads; 0 for all. The result is the same for any number")
       ->check(CLI::Range(0, 1024))
       ->type_name("N")
       ->capture_default_str();
   command->add_option("--report", arguments->report, "Write times, sizes and foliage information to this JSON file")->type_name("F.json");
+  command->add_option("--preview", arguments->preview, "Draw the plant with every leaf in a green of its own and wood in brown")
+      ->type_name("F.png");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
-  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+  command->callback([arguments, output, dry_run, exit_code] {
+    if (output->count() == 0 && dry_run->count() == 0) throw CLI::RequiredError("--output or --dry-run");
+    *exit_code = run(*arguments);
+  });
 }
 
 }  // namespace coppice::bake

@@ -92,8 +92,10 @@ void print_table(const Batch& batch) {
 
 Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
   std::error_code error;
-  if (std::filesystem::is_directory(arguments.input, error))
-    return plants_of_folder(arguments.input, arguments.output, bake_options(arguments.bake));
+  if (std::filesystem::is_directory(arguments.input, error)) {
+    COPPICE_TRY(options, bake_options(arguments.bake));
+    return plants_of_folder(arguments.input, arguments.output, options);
+  }
   return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
 }
 

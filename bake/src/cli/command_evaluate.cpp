@@ -1,8 +1,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <utility>
 
 #include "atomic_file.h"
+#include "class_arguments.h"
 #include "commands.h"
 #include "evaluate.h"
 #include "progress_bar.h"
@@ -15,7 +17,8 @@ namespace {
 struct EvaluateArguments {
   std::filesystem::path input, json, html;
   std::vector<std::string> methods;
-  std::string leaf_material, reference = "quads";
+  std::string reference = "quads";
+  ClassArguments classes;
   EvaluateOptions options;
 };
 
@@ -39,7 +42,9 @@ bool outputs_possible(const EvaluateArguments& arguments) {
 
 int run(const EvaluateArguments& arguments) {
   EvaluateOptions options = arguments.options;
-  if (!arguments.leaf_material.empty()) options.import.leaf_material = arguments.leaf_material;
+  auto import = import_options(arguments.classes);
+  if (!import) return report_failure(arguments.input, import.error());
+  options.import = *std::move(import);
   options.reference = arguments.reference == "meshes" ? ReferenceKind::meshes : ReferenceKind::quads;
   options.methods.clear();
   for (const std::string& name : arguments.methods) {
@@ -113,8 +118,7 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
   command
       ->add_option("--html", arguments->html, "Write a report with curves and pictures to this file; a browser opens it without a network")
       ->type_name("F.html");
-  command->add_option("--leaf-material", arguments->leaf_material, "Materials whose name this regular expression finds are leaves")
-      ->type_name("REGEX");
+  add_class_options(*command, arguments->classes);
   command->add_option("--threads", arguments->options.thread_count, "Worker threads; 0 for all. The figures are the same for any number")
       ->check(CLI::Range(0, 1024))
       ->type_name("N")

@@ -1,0 +1,259 @@
+#include "leaf_evidence.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "find_leaves.h"
+#include "material_words.h"
+#include "texture_mips.h"
+
+namespace coppice::bake {
+namespace {
+
+// A leaf is at least so flat, and a tube at most so; between them nothing is said.
+constexpr double kFlat = 0.75, kRound = 0.65;
+// Half way between a tube and a ball.
+constexpr double kBall = 0.45;
+// A class this large says what the leaves of its material look like.
+constexpr std::uint32_t kLeastCompany = 8;
+
+/// Straight from (x0, y0) to (x1, y1), level outside.
+double ramp(double x, double x0, double y0, double x1, double y1) {
+  return y0 + (y1 - y0) * std::clamp((x - x0) / (x1 - x0), 0.0, 1.0);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+bool has_holes(const Material& material, const std::vector<Image>& images) {
+  // Images saved with alpha for no reason have stray texels.
+  constexpr double kMostCovered = 0.98;
+  return material.alpha_cutoff > 0.0f && material.image != kNone &&
+         alpha_coverage(images[material.image], material.alpha_cutoff) < kMostCovered;
+}
+
+/// The texel at a coordinate, textures repeat.
+const std::uint8_t* texel_at(const Image& image, const glm::vec2& uv) {
+  const auto along = [](float coordinate, std::uint32_t size) {
+    const auto texel = static_cast<std::uint32_t>(glm::fract(coordinate) * static_cast<float>(size));
+    return std::min(texel, size - 1);
+  };
+  return &image.rgba[4 * (std::size_t{along(uv.y, image.height)} * image.width + along(uv.x, image.width))];
+}
+
+/// Mean linear colour of what is seen of some triangles, sampled; black where nothing is.
+glm::dvec3 mean_color(const Mesh& mesh, std::span<const std::uint32_t> triangles, const Material& material,
+                      const std::vector<Image>& images) {
+  const glm::dvec3 factor(material.base_color);
+  if (material.image == kNone) return factor;
+  constexpr std::array<std::array<float, 3>, 4> kSamples{
+      {{0.333f, 0.333f, 0.334f}, {0.6f, 0.2f, 0.2f}, {0.2f, 0.6f, 0.2f}, {0.2f, 0.2f, 0.6f}}};
+  const Image& image = images[material.image];
+  glm::dvec3 sum(0.0);
+  std::size_t count = 0;
+  for (const std::uint32_t t : triangles)
+    for (const auto& weights : kSamples) {
+      glm::vec2 uv(0.0f);
+      for (std::size_t k = 0; k < 3; ++k) uv += weights[k] * mesh.uvs[mesh.indices[3 * std::size_t{t} + k]];
+      const std::uint8_t* texel = texel_at(image, uv);
+      if (static_cast<float>(texel[3]) < material.alpha_cutoff * 255.0f) continue;
+      for (int c = 0; c < 3; ++c) sum[c] += std::pow(texel[c] / 255.0, 2.2);
+      ++count;
+    }
+  return count > 0 ? factor * sum / static_cast<double>(count) : glm::dvec3(0.0);
+}
+
+double colour_evidence(const glm::dvec3& linear) {
+  const double other = std::max(linear.r, linear.b);
+  if (linear.g > other) return ramp(linear.g / std::max(other, 1e-6), 1.0, 0.0, 1.25, 0.75);
+  const bool brown = linear.r > 1.1 * linear.g && linear.g > linear.b;
+  return brown ? -0.5 : 0.0;
+}
+
+double flatness_evidence(double flatness, bool holes) {
+  const double value = flatness < kFlat ? ramp(flatness, 0.6, -2.5, kFlat, 0.25) : ramp(flatness, kFlat, 0.25, 0.85, 1.25);
+  return holes ? std::max(value, -0.5) : value;
+}
+
+/// How many pieces of each material are about as large in triangles and length: steps of two.
+class Kin {
+ public:
+  explicit Kin(const std::vector<PieceClass>& classes) {
+    for (const PieceClass& each : classes) counts_[step_of(each)] += each.piece_count;
+  }
+
+  /// Of the pieces at most a step away in both.
+  [[nodiscard]] double count(const PieceClass& of) const {
+    const auto [material, triangles, length] = step_of(of);
+    std::uint64_t sum = 0;
+    for (int i = -1; i <= 1; ++i)
+      for (int k = -1; k <= 1; ++k) {
+        const auto found = counts_.find({material, triangles + i, length + k});
+        if (found != counts_.end()) sum += found->second;
+      }
+    return static_cast<double>(sum);
+  }
+
+ private:
+  using Step = std::tuple<std::uint32_t, int, int>;
+  static Step step_of(const PieceClass& of) {
+    return {of.material, std::ilogb(static_cast<double>(of.triangle_count)), std::ilogb(of.length_m)};
+  }
+  std::map<Step, std::uint64_t> counts_;
+};
+
+double repetition_evidence(const PieceClass& of, const Kin& kin) {
+  const double count = std::max(static_cast<double>(of.piece_count), 0.5 * kin.count(of));
+  return std::clamp(0.65 * std::log10(count), 0.0, 2.6);
+}
+
+/// The most repeated class of flat pieces of a material; none where nothing is repeated.
+std::optional<std::size_t> main_class(std::span<const PieceClass> of_material) {
+  for (std::size_t i = 0; i < of_material.size(); ++i)
+    if (of_material[i].piece_count >= kLeastCompany && of_material[i].flatness >= kFlat) return i;
+  return std::nullopt;
+}
+
+/// Beside leaves: what is round, or many times as long and of another shape.
+double company_evidence(const PieceClass& of, const PieceClass& leaves) {
+  constexpr double kOdd = -4.0;
+  if (of.piece_count >= leaves.piece_count) return 0.0;
+  const bool is_tube = of.flatness < kRound && of.elongation >= 3.0, is_ball = of.flatness < kBall;
+  const bool is_longer = of.length_m >= 4.0 * leaves.length_m && of.triangle_count > leaves.triangle_count &&
+                         (of.triangle_count >= 2 * leaves.triangle_count || of.elongation >= 3.0 * leaves.elongation);
+  const bool is_bulky = of.flatness < kFlat && of.triangle_count >= 8 * leaves.triangle_count && of.length_m >= 2.0 * leaves.length_m;
+  return is_tube || is_ball || is_longer || is_bulky ? kOdd : 0.0;
+}
+
+std::string number(const char* format, double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+std::string explain(const PieceClass& of) {
+  const LeafEvidence& evidence = of.evidence;
+  std::string text;
+  const auto add = [&](double value, const std::string& what) {
+    if (std::abs(value) >= 0.05) text += (text.empty() ? "" : ", ") + what + number(" %+.1f", value);
+  };
+  add(evidence.name, "name");
+  add(evidence.holes, "holes");
+  add(evidence.colour, evidence.colour > 0.0 ? "green" : "brown");
+  add(evidence.flatness, number("flat %.2f", of.flatness));
+  add(evidence.repetition, "repeated");
+  add(evidence.size, evidence.size > 0.0 ? "small" : "large");
+  add(evidence.company, "unlike the leaves beside it");
+  return text + number(" = %.1f", evidence.sum());
+}
+
+const MaterialRule* fitting_rule(const std::vector<MaterialRule>& rules, std::uint32_t triangle_count) {
+  const auto found = std::ranges::find_if(
+      rules, [&](const MaterialRule& rule) { return rule.min_triangles <= triangle_count && triangle_count <= rule.max_triangles; });
+  return found == rules.end() ? nullptr : &*found;
+}
+
+/// [class] some of its triangles.
+std::vector<std::vector<std::uint32_t>> sample_classes(const Pieces& pieces, const ClassedPieces& classed) {
+  // Enough for a mean colour.
+  constexpr std::size_t kMostTriangles = 256;
+  std::vector<std::vector<std::uint32_t>> samples(classed.classes.size());
+  for (std::size_t i = 0; i < pieces.ranges.size(); ++i) {
+    if (classed.class_of[i] == kNone) continue;
+    std::vector<std::uint32_t>& sample = samples[classed.class_of[i]];
+    const LeafRange& range = pieces.ranges[i];
+    for (std::uint32_t k = 0; k < range.triangle_count && sample.size() < kMostTriangles; ++k)
+      sample.push_back(pieces.triangles[range.first_triangle + k]);
+  }
+  return samples;
+}
+
+void judge(PieceClass& of, double extent_m) {
+  of.evidence.size = ramp(std::log(std::max(of.length_m, 1e-12) / std::max(extent_m, 1e-12)), std::log(0.15), 0.25, std::log(0.5), -2.0);
+  of.part = of.evidence.sum() >= kLeafScore ? PlantPart::leaf : PlantPart::wood;
+  of.is_shell =
+      of.part == PlantPart::wood && of.evidence.name + of.evidence.holes >= 1.0 && of.evidence.company == 0.0 && of.evidence.flatness < 0.0;
+  of.reason = explain(of);
+}
+
+}  // namespace
+
+ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::vector<PieceShape>& shapes,
+                           const std::vector<bool>& left_out) {
+  using Key = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
+  std::map<Key, std::vector<std::uint32_t>> members;
+  for (std::uint32_t i = 0; i < shapes.size(); ++i)
+    if (!left_out[i])
+      members[{mesh.triangle_materials[pieces.triangles[pieces.ranges[i].first_triangle]], pieces.ranges[i].triangle_count,
+               shapes[i].point_count}]
+          .push_back(i);
+  std::vector<std::pair<Key, std::vector<std::uint32_t>>> sorted(members.begin(), members.end());
+  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) {
+    return std::get<0>(a.first) != std::get<0>(b.first) ? std::get<0>(a.first) < std::get<0>(b.first) : a.second.size() > b.second.size();
+  });
+
+  ClassedPieces classed;
+  classed.class_of.assign(shapes.size(), kNone);
+  for (const auto& [key, of] : sorted) {
+    for (const std::uint32_t i : of) classed.class_of[i] = static_cast<std::uint32_t>(classed.classes.size());
+    const auto median_of = [&shapes, &list = of](const auto& value) {
+      std::vector<double> values;
+      for (const std::uint32_t i : list) values.push_back(value(shapes[i]));
+      return median(std::move(values));
+    };
+    PieceClass made;
+    std::tie(made.material, made.triangle_count, made.point_count) = key;
+    made.piece_count = static_cast<std::uint32_t>(of.size());
+    made.total_triangles = std::uint64_t{made.triangle_count} * made.piece_count;
+    made.length_m = median_of([](const PieceShape& shape) { return shape.length_m; });
+    made.elongation = median_of([](const PieceShape& shape) { return shape.length_m / std::max(shape.width_m, 1e-3 * shape.length_m); });
+    made.flatness = median_of([](const PieceShape& shape) { return shape.flatness; });
+    classed.classes.push_back(std::move(made));
+  }
+  return classed;
+}
+
+void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Material>& materials, const std::vector<Image>& images,
+                   const std::vector<std::vector<MaterialRule>>& rules, double extent_m, ClassedPieces& classed) {
+  std::vector<PieceClass>& classes = classed.classes;
+  const std::vector<std::vector<std::uint32_t>> samples = sample_classes(pieces, classed);
+  const Kin kin(classes);
+  for (std::size_t first = 0, last = 0; first < classes.size(); first = last) {
+    while (last < classes.size() && classes[last].material == classes[first].material) ++last;
+    const std::span<PieceClass> of_material(classes.data() + first, last - first);
+    const Material& material = materials[classes[first].material];
+    const double name = name_evidence(material.name);
+    const bool holes = has_holes(material, images);
+    const std::optional<std::size_t> leaves = main_class(of_material);
+    for (std::size_t i = 0; i < of_material.size(); ++i) {
+      PieceClass& of = of_material[i];
+      if (const MaterialRule* rule = fitting_rule(rules[of.material], of.triangle_count)) {
+        of.part = rule->part;
+        of.reason = rule->source;
+        continue;
+      }
+      of.evidence.name = name;
+      of.evidence.holes = holes ? 1.0 : 0.0;
+      of.evidence.colour = colour_evidence(mean_color(mesh, samples[first + i], material, images));
+      of.evidence.flatness = flatness_evidence(of.flatness, holes);
+      of.evidence.repetition = repetition_evidence(of, kin);
+      if (leaves && i != *leaves) of.evidence.company = company_evidence(of, of_material[*leaves]);
+      judge(of, extent_m);
+    }
+  }
+}
+
+}  // namespace coppice::bake

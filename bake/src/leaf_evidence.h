@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "class_rules.h"
+#include "leaf_pieces.h"
+#include "piece_shape.h"
+#include "plant.h"
+
+namespace coppice::bake {
+
+/// The classes of a soup's pieces.
+struct ClassedPieces {
+  std::vector<PieceClass> classes;      ///< by material, then most pieces first
+  std::vector<std::uint32_t> class_of;  ///< [piece count] kNone for pieces that are left out
+};
+
+/// Groups the pieces by material, triangle and point count.
+/// shapes    [pieces.ranges.size()]
+/// left_out  [pieces.ranges.size()]
+ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::vector<PieceShape>& shapes,
+                           const std::vector<bool>& left_out);
+
+/// Fills in evidence, part and reason of each class: see find_leaves.h.
+/// extent_m  diagonal of the plant's box
+void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Material>& materials, const std::vector<Image>& images,
+                   const std::vector<std::vector<MaterialRule>>& rules, double extent_m, ClassedPieces& classed);
+
+}  // namespace coppice::bake

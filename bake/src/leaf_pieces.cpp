@@ -1,0 +1,397 @@
+// Four partitions of the triangles, each found with union-find: by edge, by index, by both, by weld (see the header). All are refinements
+// of the last, so the choice is made within each welded piece on its own, with the counts of classes over the whole soup. Most welded
+// pieces are the same set in every partition; only the others cost anything.
+
+#include "leaf_pieces.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <map>
+#include <span>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "union_find.h"
+
+namespace coppice::bake {
+namespace {
+
+// So many alike are no accident.
+constexpr std::uint32_t kRepeated = 8;
+// A set is its parts when so much of it is parts of one class; the rest may be the rachis that bears them.
+constexpr double kAlikeShare = 0.6;
+// For leaves that share whole edges: stricter, because the edge speaks for one surface.
+constexpr double kSameShare = 0.99;
+
+/// Pieces that may be copies of each other.
+struct ClassKey {
+  std::uint32_t material = 0, triangle_count = 0, point_count = 0;
+  auto operator<=>(const ClassKey&) const = default;
+};
+
+/// How many sets of a class each partition has; `alone` are those that are the same in all.
+struct ClassCounts {
+  std::uint32_t alone = 0, welded = 0, both = 0, by_edge = 0, by_index = 0;
+};
+
+using TriangleList = std::span<const std::uint32_t>;
+
+/// Items grouped by key: groups in order of their first item, items in order within each.
+struct Groups {
+  std::vector<std::uint32_t> items;
+  std::vector<LeafRange> ranges;
+  [[nodiscard]] TriangleList of(std::size_t group) const {
+    return {items.data() + ranges[group].first_triangle, ranges[group].triangle_count};
+  }
+};
+
+/// set_of  any number below `set_limit` per item
+template <class SetOf>
+Groups group_by(TriangleList items, std::size_t set_limit, const SetOf& set_of) {
+  Groups groups;
+  std::vector<std::uint32_t> group_of(set_limit, kNone);
+  for (const std::uint32_t item : items) {
+    std::uint32_t& group = group_of[set_of(item)];
+    if (group == kNone) {
+      group = static_cast<std::uint32_t>(groups.ranges.size());
+      groups.ranges.emplace_back();
+    }
+    ++groups.ranges[group].triangle_count;
+  }
+  std::uint32_t first = 0;
+  for (LeafRange& range : groups.ranges) {
+    range.first_triangle = first;
+    first += std::exchange(range.triangle_count, 0);
+  }
+  groups.items.resize(items.size());
+  for (const std::uint32_t item : items) {
+    LeafRange& range = groups.ranges[group_of[set_of(item)]];
+    groups.items[range.first_triangle + range.triangle_count++] = item;
+  }
+  return groups;
+}
+
+/// The same for few items: no array as long as the soup.
+template <class SetOf>
+std::vector<std::vector<std::uint32_t>> part_by(TriangleList items, const SetOf& set_of) {
+  std::vector<std::vector<std::uint32_t>> parts;
+  std::unordered_map<std::uint32_t, std::size_t> part_of;
+  for (const std::uint32_t item : items) {
+    const auto [found, is_new] = part_of.try_emplace(set_of(item), parts.size());
+    if (is_new) parts.emplace_back();
+    parts[found->second].push_back(item);
+  }
+  return parts;
+}
+
+struct Edge {
+  std::uint32_t low = 0, high = 0, triangle = 0;
+  auto operator<=>(const Edge&) const = default;
+};
+
+struct SortedTriangle {
+  std::array<std::uint32_t, 3> corners{};
+  std::uint32_t triangle = 0;
+  auto operator<=>(const SortedTriangle&) const = default;
+};
+
+/// Corners as points: welded positions, apart for each material.
+class Points {
+ public:
+  Points(const Mesh& mesh, const std::vector<std::uint32_t>& welded) : corners_(mesh.indices.size()), count_(welded.size()) {
+    std::vector<std::uint32_t> material_of(welded.size(), kNone);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> others;
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      const std::uint32_t point = welded[mesh.indices[i]], material = mesh.triangle_materials[i / 3];
+      if (material_of[point] == kNone) material_of[point] = material;
+      if (material_of[point] == material) {
+        corners_[i] = point;
+        continue;
+      }
+      const auto [found, is_new] = others.try_emplace({point, material}, static_cast<std::uint32_t>(count_));
+      if (is_new) ++count_;
+      corners_[i] = found->second;
+    }
+  }
+
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] std::array<std::uint32_t, 3> of(std::size_t triangle) const {
+    return {corners_[3 * triangle], corners_[3 * triangle + 1], corners_[3 * triangle + 2]};
+  }
+  [[nodiscard]] bool is_collapsed(std::size_t triangle) const {
+    const auto [a, b, c] = of(triangle);
+    return a == b || b == c || c == a;
+  }
+
+ private:
+  std::vector<std::uint32_t> corners_;
+  std::size_t count_;
+};
+
+/// Joins triangles that are the same; returns those that are not a repetition of an earlier one.
+std::vector<std::uint32_t> join_repeated(const Points& points, TriangleList triangles, UnionFind& sets) {
+  std::vector<SortedTriangle> sorted;
+  sorted.reserve(triangles.size());
+  for (const std::uint32_t t : triangles) {
+    sorted.push_back({points.of(t), t});
+    std::ranges::sort(sorted.back().corners);
+  }
+  std::ranges::sort(sorted);
+  std::vector<std::uint32_t> distinct;
+  distinct.reserve(sorted.size());
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    if (i > 0 && sorted[i].corners == sorted[i - 1].corners)
+      sets.join(sorted[i].triangle, sorted[i - 1].triangle);
+    else
+      distinct.push_back(sorted[i].triangle);
+  }
+  return distinct;
+}
+
+/// Joins triangles across edges that have two of them. With three or more the surface branches: crossed cards, fins.
+void join_edges(const Points& points, TriangleList triangles, UnionFind& sets) {
+  std::vector<Edge> edges;
+  edges.reserve(3 * triangles.size());
+  for (const std::uint32_t t : triangles) {
+    const auto corners = points.of(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(corners[k], corners[(k + 1) % 3]);
+      edges.push_back({low, high, t});
+    }
+  }
+  std::ranges::sort(edges);
+  for (std::size_t first = 0, last = 0; first < edges.size(); first = last) {
+    while (last < edges.size() && edges[last].low == edges[first].low && edges[last].high == edges[first].high) ++last;
+    if (last - first == 2) sets.join(edges[first].triangle, edges[first + 1].triangle);
+  }
+}
+
+/// Joins triangles that have a corner of the same key.
+template <class KeyOf>
+void join_corners(TriangleList triangles, std::size_t key_count, const KeyOf& key_of, UnionFind& sets) {
+  std::vector<std::uint32_t> first(key_count, kNone);
+  for (const std::uint32_t t : triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& seen = first[key_of(t, k)];
+      if (seen == kNone)
+        seen = t;
+      else
+        sets.join(seen, t);
+    }
+}
+
+class Splitter {
+ public:
+  Splitter(const Mesh& mesh, const Points& points, TriangleList triangles)
+      : mesh_(mesh),
+        points_(points),
+        triangles_(triangles),
+        by_edge_(mesh.triangle_materials.size()),
+        by_index_(by_edge_),
+        both_(0),
+        welded_(0) {
+    const std::vector<std::uint32_t> distinct = join_repeated(points_, triangles_, by_edge_);
+    join_edges(points_, distinct, by_edge_);
+    const auto vertex = [&](std::size_t t, std::size_t k) { return mesh_.indices[3 * t + k]; };
+    join_corners(triangles_, mesh_.positions.size(), vertex, by_index_);
+    both_ = by_edge_;
+    join_corners(triangles_, mesh_.positions.size(), vertex, both_);
+    welded_ = both_;
+    join_corners(
+        triangles_, points_.count(), [&](std::size_t t, std::size_t k) { return points_.of(t)[k]; }, welded_);
+  }
+
+  /// [triangle count of the mesh] a number for the piece of each triangle; kNone for those that were not given.
+  std::vector<std::uint32_t> choose() {
+    const Groups whole = group_by(triangles_, mesh_.triangle_materials.size(), [&](std::uint32_t t) { return welded_.find(t); });
+    std::vector<std::size_t> mixed;
+    for (std::size_t i = 0; i < whole.ranges.size(); ++i)
+      if (!count_classes(whole.of(i))) mixed.push_back(i);
+    piece_of_.assign(mesh_.triangle_materials.size(), kNone);
+    for (const std::uint32_t t : triangles_) piece_of_[t] = welded_.find(t);
+    for (const std::size_t i : mixed) choose_within(whole.of(i));
+    return std::move(piece_of_);
+  }
+
+ private:
+  ClassKey class_of(TriangleList set) const {
+    std::vector<std::uint32_t> used;
+    used.reserve(3 * set.size());
+    for (const std::uint32_t t : set)
+      for (const std::uint32_t point : points_.of(t)) used.push_back(point);
+    std::ranges::sort(used);
+    const auto distinct = std::unique(used.begin(), used.end()) - used.begin();
+    return {mesh_.triangle_materials[set[0]], static_cast<std::uint32_t>(set.size()), static_cast<std::uint32_t>(distinct)};
+  }
+
+  bool is_one(TriangleList set, UnionFind& sets) const {
+    const std::uint32_t first = sets.find(set[0]);
+    return std::ranges::all_of(set, [&](std::uint32_t t) { return sets.find(t) == first; });
+  }
+
+  auto parts(TriangleList set, UnionFind& sets) const {
+    return part_by(set, [&](std::uint32_t t) { return sets.find(t); });
+  }
+
+  /// Counts a welded piece and its parts; whether it is the same in all partitions.
+  bool count_classes(TriangleList set) {
+    ClassCounts& counts = counts_[class_of(set)];
+    ++counts.welded;
+    if (is_one(set, by_edge_) && is_one(set, by_index_)) {
+      ++counts.alone, ++counts.both, ++counts.by_edge, ++counts.by_index;
+      return true;
+    }
+    for (const auto& part : parts(set, both_)) ++counts_[class_of(part)].both;
+    for (const auto& part : parts(set, by_edge_)) ++counts_[class_of(part)].by_edge;
+    for (const auto& part : parts(set, by_index_)) ++counts_[class_of(part)].by_index;
+    return false;
+  }
+
+  /// The class that most triangles of a set's parts have, how many parts that is, and their share of the set.
+  struct MainClass {
+    ClassKey key;
+    std::size_t part_count = 0;
+    double share = 0.0;
+  };
+  MainClass main_class(TriangleList set, const std::vector<std::vector<std::uint32_t>>& parts) const {
+    std::map<ClassKey, std::size_t> triangle_counts;
+    for (const auto& part : parts) triangle_counts[class_of(part)] += part.size();
+    const auto most = std::ranges::max_element(triangle_counts, {}, [](const auto& entry) { return entry.second; });
+    return {most->first, most->second / most->first.triangle_count, static_cast<double>(most->second) / static_cast<double>(set.size())};
+  }
+
+  void choose_within(TriangleList whole) {
+    const auto pieces = parts(whole, both_);
+    if (pieces.size() > 1 && is_one_shape(whole, pieces)) return;
+    for (const auto& piece : pieces) {
+      const auto edge_parts = parts(piece, by_edge_);
+      if (edge_parts.size() > 1 && !are_alike(piece, edge_parts))
+        assign(piece);
+      else
+        for (const auto& part : edge_parts) choose_by_index(part);
+    }
+  }
+
+  /// Whether parts that touch in points are one thing: only if it is repeated just so, and they are not alike.
+  bool is_one_shape(TriangleList whole, const std::vector<std::vector<std::uint32_t>>& parts) {
+    if (counts_[class_of(whole)].welded < kRepeated) return false;
+    const MainClass most = main_class(whole, parts);
+    const ClassCounts& counts = counts_[most.key];
+    // Single triangles are leaves only where others of them touch nothing.
+    const bool repeated = (most.key.triangle_count > 1 ? counts.both : counts.alone) >= kRepeated;
+    return !(repeated && most.part_count > 1 && most.share >= kAlikeShare);
+  }
+
+  bool are_alike(TriangleList piece, const std::vector<std::vector<std::uint32_t>>& parts) {
+    const MainClass most = main_class(piece, parts);
+    return most.part_count > 1 && most.share >= kAlikeShare && most.key.triangle_count > 1 && counts_[most.key].by_edge >= kRepeated;
+  }
+
+  void choose_by_index(TriangleList part) {
+    const auto index_parts = parts(part, by_index_);
+    if (index_parts.size() > 1) {
+      const MainClass most = main_class(part, index_parts);
+      const ClassCounts& counts = counts_[most.key];
+      if (most.share >= kSameShare && counts.alone >= kRepeated && 2 * counts.alone >= counts.by_index && !has_repeated_triangles(part)) {
+        for (const auto& index_part : index_parts) assign(index_part);
+        return;
+      }
+    }
+    assign(part);
+  }
+
+  /// A leaf modelled once per side has parts that are alike too.
+  bool has_repeated_triangles(TriangleList part) const {
+    std::vector<std::array<std::uint32_t, 3>> sorted;
+    for (const std::uint32_t t : part) {
+      sorted.push_back(points_.of(t));
+      std::ranges::sort(sorted.back());
+    }
+    std::ranges::sort(sorted);
+    return std::ranges::adjacent_find(sorted) != sorted.end();
+  }
+
+  void assign(TriangleList piece) {
+    for (const std::uint32_t t : piece) piece_of_[t] = piece[0];
+  }
+
+  const Mesh& mesh_;
+  const Points& points_;
+  TriangleList triangles_;
+  UnionFind by_edge_, by_index_, both_, welded_;
+  std::map<ClassKey, ClassCounts> counts_;
+  std::vector<std::uint32_t> piece_of_;
+};
+
+/// Files collapsed triangles with the piece they touch, or as loose.
+void file_collapsed(const Points& points, TriangleList collapsed, Pieces& pieces) {
+  std::vector<std::uint32_t> piece_at(points.count(), kNone);
+  for (std::size_t i = 0; i < pieces.ranges.size(); ++i)
+    for (std::uint32_t k = 0; k < pieces.ranges[i].triangle_count; ++k)
+      for (const std::uint32_t point : points.of(pieces.triangles[pieces.ranges[i].first_triangle + k]))
+        if (piece_at[point] == kNone) piece_at[point] = static_cast<std::uint32_t>(i);
+  std::map<std::uint32_t, std::uint32_t> number_at;
+  for (const std::uint32_t t : collapsed) {
+    const auto corners = points.of(t);
+    const auto touching = std::ranges::find_if(corners, [&](std::uint32_t point) { return piece_at[point] != kNone; });
+    if (touching != corners.end()) {
+      pieces.seams.push_back(t);
+      pieces.seam_pieces.push_back(piece_at[*touching]);
+      continue;
+    }
+    const auto [found, is_new] = number_at.try_emplace(*std::ranges::min_element(corners), pieces.loose_count);
+    if (is_new) ++pieces.loose_count;
+    pieces.loose.push_back(t);
+    pieces.loose_numbers.push_back(found->second);
+  }
+}
+
+}  // namespace
+
+Pieces split_pieces(const Mesh& mesh, const std::vector<std::uint32_t>& welded) {
+  const Points points(mesh, welded);
+  std::vector<std::uint32_t> whole, collapsed;
+  for (std::uint32_t t = 0; t < mesh.triangle_materials.size(); ++t) (points.is_collapsed(t) ? collapsed : whole).push_back(t);
+  Pieces pieces;
+  if (!whole.empty()) {
+    const std::vector<std::uint32_t> piece_of = Splitter(mesh, points, whole).choose();
+    Groups groups = group_by(whole, mesh.triangle_materials.size(), [&](std::uint32_t t) { return piece_of[t]; });
+    pieces.triangles = std::move(groups.items);
+    pieces.ranges = std::move(groups.ranges);
+  }
+  file_collapsed(points, collapsed, pieces);
+  return pieces;
+}
+
+std::vector<std::uint32_t> join_materials(const Mesh& mesh, const std::vector<std::uint32_t>& welded, const Pieces& pieces,
+                                          const std::vector<bool>& candidates) {
+  struct PieceEdge {
+    std::uint32_t low = 0, high = 0, piece = 0;
+    auto operator<=>(const PieceEdge&) const = default;
+  };
+  UnionFind sets(pieces.ranges.size());
+  std::vector<PieceEdge> edges;
+  const bool one_material =
+      std::ranges::adjacent_find(mesh.triangle_materials, std::ranges::not_equal_to{}) == mesh.triangle_materials.end();
+  for (std::uint32_t i = 0; i < pieces.ranges.size() && !one_material; ++i)
+    for (std::uint32_t k = 0; candidates[i] && k < pieces.ranges[i].triangle_count; ++k) {
+      const std::uint32_t* corners = &mesh.indices[3 * std::size_t{pieces.triangles[pieces.ranges[i].first_triangle + k]}];
+      for (std::size_t e = 0; e < 3; ++e) {
+        const auto [low, high] = std::minmax(welded[corners[e]], welded[corners[(e + 1) % 3]]);
+        edges.push_back({low, high, i});
+      }
+    }
+  std::ranges::sort(edges);
+  const auto material = [&](std::uint32_t piece) { return mesh.triangle_materials[pieces.triangles[pieces.ranges[piece].first_triangle]]; };
+  for (std::size_t i = 1; i < edges.size(); ++i) {
+    const PieceEdge &a = edges[i - 1], &b = edges[i];
+    if (a.low == b.low && a.high == b.high && material(a.piece) != material(b.piece)) sets.join(a.piece, b.piece);
+  }
+  std::vector<std::uint32_t> first(pieces.ranges.size());
+  for (std::uint32_t i = 0; i < first.size(); ++i) first[i] = sets.find(i);
+  return first;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "plant.h"
+
+namespace coppice::bake {
+
+/// What a piece of surface looks like, whatever its place and direction.
+struct PieceShape {
+  std::uint32_t point_count = 0;  ///< distinct positions
+  double length_m = 0.0;          ///< between two points about as far apart as any
+  double width_m = 0.0;           ///< twice the largest distance of a point from the line between those
+  double area_m2 = 0.0;           ///< of all triangles, both sides of a closed piece counted
+  /// How much of the surface looks one way, [1/3, 1]: the larger of two measures. The largest eigenvalue of the mean of n n^T over the
+  /// surface, n its unit normals, whichever side is out: a card 1, a closed lens above 0.8, a tube or two crossed cards 1/2, a ball 1/3.
+  /// And the length of the mean of n: a leaf folded by a right angle 0.7, a tube 0. 0 without area.
+  double flatness = 0.0;
+};
+
+/// positions, indices  as in Mesh; welded positions must be equal. triangles  numbers of the piece's triangles, at least one
+PieceShape measure_piece(const Mesh& mesh, std::span<const std::uint32_t> triangles);
+
+}  // namespace coppice::bake

@@ -1,0 +1,87 @@
+#include "class_rules.h"
+
+#include <gtest/gtest.h>
+
+namespace coppice::bake {
+namespace {
+
+TEST(ClassRules, ReadsAllKeys) {
+  const auto rules = parse_class_rules(R"({"classes": [
+    {"material": "^Leaves$", "class": "leaf", "min_triangles": 2, "max_triangles": 64},
+    {"material": "snow", "class": "drop"}, {"material": ".", "class": "wood"}]})",
+                                       "oak.json");
+  ASSERT_TRUE(rules) << rules.error().message();
+  ASSERT_EQ(rules->size(), 3u);
+  EXPECT_EQ((*rules)[0].material, "^Leaves$");
+  EXPECT_EQ((*rules)[0].part, PlantPart::leaf);
+  EXPECT_EQ((*rules)[0].min_triangles, 2u);
+  EXPECT_EQ((*rules)[0].max_triangles, 64u);
+  EXPECT_EQ((*rules)[1].part, PlantPart::dropped);
+  EXPECT_EQ((*rules)[1].min_triangles, 0u);
+  EXPECT_EQ((*rules)[1].max_triangles, 0xffffffffu);
+  EXPECT_EQ((*rules)[2].part, PlantPart::wood);
+  EXPECT_EQ((*rules)[2].source, "oak.json: classes[2]");
+}
+
+struct BadRules {
+  const char* text;
+  const char* place;
+};
+
+class BadRulesTest : public testing::TestWithParam<BadRules> {};
+
+TEST_P(BadRulesTest, NamesFileKeyAndPlace) {
+  const auto rules = parse_class_rules(GetParam().text, "oak.json");
+  ASSERT_FALSE(rules);
+  EXPECT_EQ(rules.error().status, Status::bad_file);
+  const std::string message = rules.error().message();
+  EXPECT_NE(message.find("oak.json"), std::string::npos) << message;
+  EXPECT_NE(message.find(GetParam().place), std::string::npos) << message;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    ClassRules, BadRulesTest,
+    testing::Values(BadRules{"", "byte 1"}, BadRules{R"({"classes": [}})", "byte 14"}, BadRules{"[]", "classes"}, BadRules{"{}", "classes"},
+                    BadRules{R"({"classes": {}})", "classes"}, BadRules{R"({"classes": [], "klass": 1})", "klass"},
+                    BadRules{R"({"classes": [1]})", "classes[0]"}, BadRules{R"({"classes": [{"class": "leaf"}]})", "classes[0].material"},
+                    BadRules{R"({"classes": [{"material": 1, "class": "leaf"}]})", "classes[0].material"},
+                    BadRules{R"({"classes": [{"material": "a"}]})", "classes[0].class"},
+                    BadRules{R"({"classes": [{"material": "a", "class": "twig"}]})", "'twig'"},
+                    BadRules{R"({"classes": [{"material": "a", "class": "leaf", "max": 1}]})", "classes[0].max"},
+                    BadRules{R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": -1}]})", "classes[0].max_triangles"},
+                    BadRules{R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": 4294967296}]})", "max_triangles"},
+                    BadRules{R"({"classes": [{"material": "a", "class": "leaf", "min_triangles": 3, "max_triangles": 2}]})",
+                             "classes[0]"}));
+
+std::vector<Material> materials_of(const std::vector<std::string>& names) {
+  std::vector<Material> materials(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) materials[i].name = names[i];
+  return materials;
+}
+
+TEST(ClassRules, ApplyInOrderToTheMaterialsTheyFind) {
+  const std::vector<ClassRule> rules{{.material = "leaf", .part = PlantPart::leaf, .source = "first"},
+                                     {.material = "^old", .part = PlantPart::dropped, .source = "second"},
+                                     {.material = "moss", .part = PlantPart::wood, .source = "third"}};
+  std::vector<std::string> warnings;
+  const auto applied = apply_class_rules(rules, materials_of({"old leaf", "bark", "young leaf"}), warnings);
+  ASSERT_TRUE(applied) << applied.error().message();
+  ASSERT_EQ(applied->size(), 3u);
+  ASSERT_EQ((*applied)[0].size(), 2u);
+  EXPECT_EQ((*applied)[0][0].source, "first");
+  EXPECT_EQ((*applied)[0][1].part, PlantPart::dropped);
+  EXPECT_TRUE((*applied)[1].empty());
+  EXPECT_EQ((*applied)[2].size(), 1u);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0], "third: no material matches 'moss'");
+}
+
+TEST(ClassRules, WhatIsNoRegularExpressionIsAnError) {
+  std::vector<std::string> warnings;
+  const auto applied = apply_class_rules(std::vector<ClassRule>{{.material = "((", .source = "oak.json: classes[4]"}}, {}, warnings);
+  ASSERT_FALSE(applied);
+  EXPECT_EQ(applied.error().message(), "not a regular expression: oak.json: classes[4]: ((");
+}
+
+}  // namespace
+}  // namespace coppice::bake

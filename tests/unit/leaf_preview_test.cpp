@@ -1,0 +1,80 @@
+#include "leaf_preview.h"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+#include <stb_image.h>
+
+namespace coppice::bake {
+namespace {
+
+struct Decoded {
+  int width = 0, height = 0;
+  std::unique_ptr<stbi_uc, void (*)(void*)> rgb{nullptr, stbi_image_free};
+  [[nodiscard]] const stbi_uc* at(int x, int y) const { return rgb.get() + 3 * (static_cast<std::ptrdiff_t>(y) * width + x); }
+};
+
+Decoded picture_of(const Plant& plant) {
+  const auto png = render_leaf_preview_png(plant);
+  Decoded decoded;
+  if (!png) {
+    ADD_FAILURE() << png.error().message();
+    return decoded;
+  }
+  int channels = 0;
+  decoded.rgb.reset(stbi_load_from_memory(png->data(), static_cast<int>(png->size()), &decoded.width, &decoded.height, &channels, 3));
+  return decoded;
+}
+
+Mesh square(float x) {
+  Mesh mesh;
+  mesh.positions = {{x, 0, 0}, {x + 1, 0, 0}, {x + 1, 1, 0}, {x, 1, 0}};
+  mesh.normals.assign(4, {0, 0, 1});
+  mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  mesh.indices = {0, 1, 2, 0, 2, 3};
+  mesh.triangle_materials = {0, 0};
+  return mesh;
+}
+
+/// A leaf on the left, wood on the right, seen from the front.
+Plant leaf_beside_wood() {
+  Plant plant;
+  plant.materials.resize(1);
+  plant.foliage = square(-1.0f);
+  plant.leaves = {{0, 2}};
+  plant.wood = square(0.0f);
+  return plant;
+}
+
+constexpr int kSide = kPreviewSizePx;
+
+TEST(LeafPreview, LeavesAreGreenWoodIsBrownNothingIsWhite) {
+  const Decoded picture = picture_of(leaf_beside_wood());
+  ASSERT_EQ(picture.width, 3 * kSide);
+  ASSERT_EQ(picture.height, kSide);
+  const stbi_uc *leaf = picture.at(kSide / 4, kSide / 2), *wood = picture.at(3 * kSide / 4, kSide / 2), *nothing = picture.at(2, 2);
+  EXPECT_GT(leaf[1], leaf[0]);
+  EXPECT_GT(leaf[1], leaf[2]);
+  EXPECT_GT(wood[0], wood[1]);
+  EXPECT_GT(wood[1], wood[2]);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(nothing[c], 255);
+}
+
+TEST(LeafPreview, MasksAreHoles) {
+  Plant plant = leaf_beside_wood();
+  plant.materials[0].image = 0;
+  plant.materials[0].alpha_cutoff = 0.5f;
+  plant.images = {{1, 2, {0, 0, 0, 255, 0, 0, 0, 0}}};
+  const Decoded picture = picture_of(plant);
+  // v is 0 at the lower edge, and row 0 of the image is opaque.
+  const stbi_uc *lower = picture.at(kSide / 4, kSide / 2 + kSide / 8), *upper = picture.at(kSide / 4, kSide / 2 - kSide / 8);
+  EXPECT_LT(lower[0], 255);
+  EXPECT_EQ(upper[0], 255);
+}
+
+TEST(LeafPreview, APlantWithoutAnythingIsWhite) {
+  EXPECT_EQ(picture_of({}).at(kSide / 2, kSide / 2)[0], 255);
+}
+
+}  // namespace
+}  // namespace coppice::bake

@@ -106,12 +106,12 @@ std::vector<std::uint32_t> measured_leaf_counts(std::uint32_t leaf_count) {
 }  // namespace
 
 std::vector<Viewpoint> error_table_viewpoints() {
-  static const glm::vec3 kAxis = glm::normalize(glm::vec3(0.36f, 0.48f, 0.80f));
+  const glm::vec3 axis = glm::normalize(glm::vec3(0.36f, 0.48f, 0.80f));
   constexpr float kCosine = 0.64f, kSine = 0.768375f;  // about 50 degrees
   std::vector<Viewpoint> views;
   for (const Viewpoint& view : *viewpoints(kViewCount)) {
     const glm::vec3& d = view.direction;
-    const glm::vec3 turned = d * kCosine + glm::cross(kAxis, d) * kSine + kAxis * (glm::dot(kAxis, d) * (1.0f - kCosine));
+    const glm::vec3 turned = d * kCosine + glm::cross(axis, d) * kSine + axis * (glm::dot(axis, d) * (1.0f - kCosine));
     views.push_back(viewpoint_towards(glm::normalize(turned)));
   }
   return views;

@@ -139,6 +139,8 @@ bool read_beside(std::vector<unsigned char>* bytes, std::string* error, const st
   return true;
 }
 
+// tinygltf says what the parameters are.
+// NOLINTNEXTLINE(readability-function-size)
 bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size, void*) {
   image->image.assign(bytes, bytes + std::max(size, 0));
   image->as_is = true;

@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include <glm/common.hpp>
+#include <glm/ext/vector_int3_sized.hpp>
 #include <glm/geometric.hpp>
 
 #include "union_find.h"
@@ -45,23 +46,19 @@ class Grid {
   void add(std::uint32_t i, std::uint32_t group, UnionFind& sets) {
     const glm::dvec3 scaled = (glm::dvec3(positions_[i]) - low_) / cell_m_;
     const double margin = 1.0 / kCellTolerances;
-    const glm::dvec3 from = glm::floor(scaled - margin), to = glm::floor(scaled + margin), own = glm::floor(scaled);
+    const glm::i64vec3 from(glm::floor(scaled - margin)), to(glm::floor(scaled + margin)), own(glm::floor(scaled));
     bool joined = false;
-    for (double x = from.x; x <= to.x; ++x)
-      for (double y = from.y; y <= to.y; ++y)
-        for (double z = from.z; z <= to.z; ++z) joined = join_cell(cell(x, y, z, group), i, sets) || joined;
+    for (std::int64_t x = from.x; x <= to.x; ++x)
+      for (std::int64_t y = from.y; y <= to.y; ++y)
+        for (std::int64_t z = from.z; z <= to.z; ++z) joined = join_cell({x, y, z, group}, i, sets) || joined;
     if (joined) return;
-    std::uint32_t& head = first_.try_emplace(cell(own.x, own.y, own.z, group), kEnd).first->second;
+    std::uint32_t& head = first_.try_emplace({own.x, own.y, own.z, group}, kEnd).first->second;
     next_[i] = head;
     head = i;
   }
 
  private:
   static constexpr std::uint32_t kEnd = std::numeric_limits<std::uint32_t>::max();
-
-  static Cell cell(double x, double y, double z, std::uint32_t group) {
-    return {static_cast<std::int64_t>(x), static_cast<std::int64_t>(y), static_cast<std::int64_t>(z), group};
-  }
 
   bool join_cell(const Cell& where, std::uint32_t i, UnionFind& sets) {
     const auto head = first_.find(where);

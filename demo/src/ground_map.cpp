@@ -85,7 +85,7 @@ Texture make_ground_detail(std::uint32_t seed) {
   constexpr std::int32_t kSide = 512;
   std::vector<float> blades(kSide * kSide);
   const auto at = [](std::int32_t x, std::int32_t z) {
-    return static_cast<std::size_t>((z + kSide) % kSide * kSide + (x + kSide) % kSide);
+    return static_cast<std::size_t>((z + kSide) % kSide) * kSide + static_cast<std::size_t>((x + kSide) % kSide);
   };
   for (std::int32_t z = 0; z < kSide; ++z)
     for (std::int32_t x = 0; x < kSide; ++x) {

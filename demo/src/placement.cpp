@@ -138,10 +138,11 @@ Planting plant_forest(std::span<const Species> species, std::uint32_t count, std
   Planting planting;
   // A saturated square would be a hedge: room for about twice as many.
   planting.half_extent_m = std::max(30.0f, 0.85f * std::sqrt(static_cast<float>(count) * mean_area_m2));
-  for (;; planting.half_extent_m *= 1.06f) {
+  for (;;) {
     planting.trail = make_trail(planting.half_extent_m, seed);
     planting.plants = throw_darts(species, count, seed, planting);
     if (planting.plants.size() == count) return planting;
+    planting.half_extent_m *= 1.06f;
   }
 }
 

@@ -83,7 +83,7 @@ TEST_F(AtomicFile, FailedWriteKeepsTheOldFile) {
   ASSERT_TRUE(write_file_atomically(folder_ / "plant.glb", filled(100, 1)));
   const pid_t child = ::fork();
   if (child == 0) {
-    std::signal(SIGXFSZ, SIG_IGN);
+    if (std::signal(SIGXFSZ, SIG_IGN) == SIG_ERR) ::_exit(9);
     const rlimit limit{4096, 4096};
     ::setrlimit(RLIMIT_FSIZE, &limit);
     ::_exit(write_file_atomically(folder_ / "plant.glb", filled(100000, 2)) ? 1 : 0);

@@ -181,7 +181,7 @@ std::int64_t naive_error(const Scene& scene, const std::vector<LiveLeaf>& source
       }
   }
   const std::vector<Shade> before = naive_blocks(scene, source, 0), after = naive_blocks(scene, leaves, 0);
-  const std::size_t pixels = before.size() / scene.views.size();
+  const std::size_t pixels = std::max<std::size_t>(before.size() / scene.views.size(), 1);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     std::int64_t excess = 0;
     for (std::size_t i = v * pixels; i < (v + 1) * pixels; ++i) excess += (after[i][3] - before[i][3]) / 255;
@@ -215,6 +215,7 @@ void expect_incremental_error_is_that_of_rendering_anew(const Scene& scene) {
     std::erase_if(ids, [&](std::uint32_t id) { return id == merge.first || id == merge.second; });
     ids.push_back(next++);
     std::vector<LiveLeaf> leaves;
+    leaves.reserve(ids.size());
     for (const std::uint32_t id : ids) leaves.push_back(image.leaf(id));
     ASSERT_EQ(image.error(), before + change) << ids.size() << " leaves left";
     ASSERT_EQ(image.error(), naive_error(scene, source, leaves)) << ids.size() << " leaves left";

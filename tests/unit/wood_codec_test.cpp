@@ -25,7 +25,7 @@ using Corner = std::array<float, 3>;
 /// Triangles as positions, each starting at its least corner, sorted: the same surface gives the same list.
 std::vector<std::array<Corner, 3>> surface(const std::vector<std::array<Corner, 3>>& triangles) {
   auto sorted = triangles;
-  for (auto& triangle : sorted) std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+  for (auto& triangle : sorted) std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
   std::ranges::sort(sorted);
   return sorted;
 }

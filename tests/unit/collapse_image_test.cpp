@@ -215,7 +215,6 @@ void expect_incremental_error_is_that_of_rendering_anew(const Scene& scene) {
     std::erase_if(ids, [&](std::uint32_t id) { return id == merge.first || id == merge.second; });
     ids.push_back(next++);
     std::vector<LiveLeaf> leaves;
-    leaves.reserve(ids.size());
     for (const std::uint32_t id : ids) leaves.push_back(image.leaf(id));
     ASSERT_EQ(image.error(), before + change) << ids.size() << " leaves left";
     ASSERT_EQ(image.error(), naive_error(scene, source, leaves)) << ids.size() << " leaves left";

@@ -100,7 +100,6 @@ std::vector<std::uint32_t> component_triangle_counts(const Mesh& mesh, float wel
   std::map<std::uint32_t, std::uint32_t> counts;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) ++counts[components.root(mesh.indices[i])];
   std::vector<std::uint32_t> out;
-  out.reserve(counts.size());
   for (const auto& [root, count] : counts) out.push_back(count);
   return out;
 }

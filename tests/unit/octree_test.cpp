@@ -17,7 +17,6 @@ using Ids = std::vector<std::uint32_t>;
 /// Small squares whose centroids are the given points, and two that pin the box to [0, 8]^3.
 Foliage at(const std::vector<glm::vec3>& points) {
   std::vector<Quad> quads;
-  quads.reserve(points.size() + 1);
   for (const glm::vec3& p : points) quads.push_back(Quad{p, p, p, p});
   quads.push_back(Quad{glm::vec3(0), glm::vec3(8), glm::vec3(0), glm::vec3(8)});
   return test::plain_foliage(quads);

@@ -162,8 +162,8 @@ std::vector<std::uint32_t> cut(std::span<const std::uint32_t> node_split, std::u
 
 TEST(SelectCut, OfFourLeavesByHand) {
   // Split 0: node 0 -> 1 2; split 1: node 2 -> 3 4; split 2: node 1 -> 5 6.
-  constexpr std::uint32_t none = lod::kCoppiceNoSplit;
-  const std::vector<std::uint32_t> node_split = {0, 2, 1, none, none, none, none};
+  constexpr std::uint32_t kLast = lod::kCoppiceNoSplit;
+  const std::vector<std::uint32_t> node_split = {0, 2, 1, kLast, kLast, kLast, kLast};
   EXPECT_EQ(cut(node_split, 1), (std::vector<std::uint32_t>{0}));
   EXPECT_EQ(cut(node_split, 2), (std::vector<std::uint32_t>{1, 2}));
   EXPECT_EQ(cut(node_split, 3), (std::vector<std::uint32_t>{1, 3, 4}));

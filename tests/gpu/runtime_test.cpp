@@ -179,7 +179,10 @@ TEST_F(RuntimeTest, InstancesComeMoveAndGo) {
   coppice_plant plant = 0;
   ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
   std::vector<coppice_placement> placements;
-  for (int i = 0; i < 200; ++i) placements.push_back(at(static_cast<float>(i % 20) - 10.0f, -static_cast<float>(i / 20)));
+  for (int i = 0; i < 200; ++i) {
+    const int row = i / 20, column = i % 20;
+    placements.push_back(at(static_cast<float>(column - 10), static_cast<float>(-row)));
+  }
   std::vector<coppice_instance> handles(placements.size());
   ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 200, handles.data()), COPPICE_OK);
   const coppice_view view = front_view();

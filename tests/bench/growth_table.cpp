@@ -84,7 +84,7 @@ int print_growth(const std::string& method, const std::vector<std::uint32_t>& le
     std::printf("%-8s %7u leaves %8.1f s wall %8.1f s of cores %9llu evaluations %9.0f evaluations per core second %7.0f MiB\n",
                 method.c_str(), leaf_count, cost.wall_seconds, cost.cpu_seconds, static_cast<unsigned long long>(cost.evaluations),
                 static_cast<double>(cost.evaluations) / cost.cpu_seconds, cost.peak_mib);
-    (void)std::fflush(stdout);
+    std::fflush(stdout);
     costs[leaf_count] = cost;
   }
   const auto few = costs.find(5000), many = costs.find(77000);

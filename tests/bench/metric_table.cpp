@@ -101,7 +101,7 @@ int print_plant(const std::string& name, const std::vector<std::string>& methods
       std::printf(" | %.1f %.1f %.1f %.2f", errors.rmse_256, errors.rmse_64, errors.rmse_16, errors.coverage);
     }
     std::printf("\n");
-    (void)std::fflush(stdout);
+    std::fflush(stdout);
   }
   return 0;
 }

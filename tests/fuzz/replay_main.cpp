@@ -22,7 +22,7 @@ bool replay(const std::filesystem::path& path) {
   const auto block = std::make_unique<std::uint8_t[]>(content.size());
   std::copy(content.begin(), content.end(), block.get());
   std::printf("%s: %zu bytes\n", path.c_str(), content.size());
-  (void)std::fflush(stdout);
+  std::fflush(stdout);
   LLVMFuzzerTestOneInput(block.get(), content.size());
   return true;
 }

@@ -46,6 +46,8 @@ std::string readable_bytes(std::uint64_t bytes) {
 
 }  // namespace coppice::bake
 
+// Memory that runs out before the first command may end the program.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   CLI::App app{
       "Coppice bakes plants for streaming level of detail.\n\n"

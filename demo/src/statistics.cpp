@@ -35,7 +35,7 @@ double mebibytes(std::uint64_t bytes) {
 
 }  // namespace
 
-FrameTimes summarize(std::vector<float> frame_ms) {
+FrameTimes summarize(const std::vector<float>& frame_ms) {
   FrameTimes times;
   times.median = nearest_rank(frame_ms, 0.5);
   times.p95 = nearest_rank(frame_ms, 0.95);

@@ -25,7 +25,7 @@ struct FrameTimes {
   float max = 0;
 };
 /// Percentiles by nearest rank; all 0 for no frames.
-FrameTimes summarize(std::vector<float> frame_ms);
+FrameTimes summarize(const std::vector<float>& frame_ms);
 
 std::string table(const Statistics& statistics);
 /// The keys are a contract, listed in the README.

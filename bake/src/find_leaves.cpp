@@ -49,6 +49,7 @@ std::vector<PlantPart> parts_without_area(const std::vector<PieceClass>& classes
   std::vector<std::uint32_t> leaf_counts(materials.size(), 0), other_counts(materials.size(), 0);
   for (const PieceClass& each : classes) (each.part == PlantPart::wood ? other_counts : leaf_counts)[each.material] += each.piece_count;
   std::vector<PlantPart> parts;
+  parts.reserve(materials.size());
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const bool unseen = leaf_counts[m] + other_counts[m] == 0;
     const bool foliage = !unseen            ? leaf_counts[m] > other_counts[m]
@@ -94,8 +95,8 @@ struct Finder {
     const std::vector<PieceShape> shapes = measure_pieces(mesh, pieces);
     // The square of the weld tolerance: less is a leaf that rounding made.
     const double tolerance_m = extent_m * static_cast<double>(kWeldTolerance);
-    std::vector<bool> left_out;
-    for (const PieceShape& shape : shapes) left_out.push_back(shape.area_m2 <= tolerance_m * tolerance_m);
+    std::vector<bool> left_out(shapes.size());
+    for (std::size_t i = 0; i < shapes.size(); ++i) left_out[i] = shapes[i].area_m2 <= tolerance_m * tolerance_m;
     classed = class_pieces(mesh, pieces, shapes, left_out);
     judge_classes(mesh, pieces, materials, images, rules, extent_m, classed);
     without_area = parts_without_area(classed.classes, materials, rules);

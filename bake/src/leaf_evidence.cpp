@@ -211,6 +211,7 @@ ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::ve
     for (const std::uint32_t i : of) classed.class_of[i] = static_cast<std::uint32_t>(classed.classes.size());
     const auto median_of = [&shapes, &list = of](const auto& value) {
       std::vector<double> values;
+      values.reserve(list.size());
       for (const std::uint32_t i : list) values.push_back(value(shapes[i]));
       return median(std::move(values));
     };

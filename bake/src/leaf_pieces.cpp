@@ -28,7 +28,9 @@ constexpr double kSameShare = 0.99;
 /// Pieces that may be copies of each other.
 struct ClassKey {
   std::uint32_t material = 0, triangle_count = 0, point_count = 0;
-  auto operator<=>(const ClassKey&) const = default;
+  bool operator<(const ClassKey& other) const {
+    return std::tie(material, triangle_count, point_count) < std::tie(other.material, other.triangle_count, other.point_count);
+  }
 };
 
 /// How many sets of a class each partition has; `alone` are those that are the same in all.
@@ -86,16 +88,19 @@ std::vector<std::vector<std::uint32_t>> part_by(TriangleList items, const SetOf&
   return parts;
 }
 
-struct Edge {
-  std::uint32_t low = 0, high = 0, triangle = 0;
-  auto operator<=>(const Edge&) const = default;
-};
+/// The two points of an edge, the smaller first, and whose edge it is: sorted, edges of one place are neighbours.
+using Edge = std::array<std::uint32_t, 3>;
 
-struct SortedTriangle {
-  std::array<std::uint32_t, 3> corners{};
-  std::uint32_t triangle = 0;
-  auto operator<=>(const SortedTriangle&) const = default;
-};
+Edge edge_between(std::uint32_t a, std::uint32_t b, std::uint32_t owner) {
+  return {std::min(a, b), std::max(a, b), owner};
+}
+
+bool same_place(const Edge& a, const Edge& b) {
+  return a[0] == b[0] && a[1] == b[1];
+}
+
+/// The three points of a triangle in rising order, and its number.
+using SortedTriangle = std::pair<std::array<std::uint32_t, 3>, std::uint32_t>;
 
 /// Corners as points: welded positions, apart for each material.
 class Points {
@@ -135,17 +140,17 @@ std::vector<std::uint32_t> join_repeated(const Points& points, TriangleList tria
   std::vector<SortedTriangle> sorted;
   sorted.reserve(triangles.size());
   for (const std::uint32_t t : triangles) {
-    sorted.push_back({points.of(t), t});
-    std::ranges::sort(sorted.back().corners);
+    sorted.emplace_back(points.of(t), t);
+    std::ranges::sort(sorted.back().first);
   }
   std::ranges::sort(sorted);
   std::vector<std::uint32_t> distinct;
   distinct.reserve(sorted.size());
   for (std::size_t i = 0; i < sorted.size(); ++i) {
-    if (i > 0 && sorted[i].corners == sorted[i - 1].corners)
-      sets.join(sorted[i].triangle, sorted[i - 1].triangle);
+    if (i > 0 && sorted[i].first == sorted[i - 1].first)
+      sets.join(sorted[i].second, sorted[i - 1].second);
     else
-      distinct.push_back(sorted[i].triangle);
+      distinct.push_back(sorted[i].second);
   }
   return distinct;
 }
@@ -156,15 +161,12 @@ void join_edges(const Points& points, TriangleList triangles, UnionFind& sets) {
   edges.reserve(3 * triangles.size());
   for (const std::uint32_t t : triangles) {
     const auto corners = points.of(t);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(corners[k], corners[(k + 1) % 3]);
-      edges.push_back({low, high, t});
-    }
+    for (std::size_t k = 0; k < 3; ++k) edges.push_back(edge_between(corners[k], corners[(k + 1) % 3], t));
   }
   std::ranges::sort(edges);
   for (std::size_t first = 0, last = 0; first < edges.size(); first = last) {
-    while (last < edges.size() && edges[last].low == edges[first].low && edges[last].high == edges[first].high) ++last;
-    if (last - first == 2) sets.join(edges[first].triangle, edges[first + 1].triangle);
+    while (last < edges.size() && same_place(edges[last], edges[first])) ++last;
+    if (last - first == 2) sets.join(edges[first][2], edges[first + 1][2]);
   }
 }
 
@@ -367,27 +369,20 @@ Pieces split_pieces(const Mesh& mesh, const std::vector<std::uint32_t>& welded) 
 
 std::vector<std::uint32_t> join_materials(const Mesh& mesh, const std::vector<std::uint32_t>& welded, const Pieces& pieces,
                                           const std::vector<bool>& candidates) {
-  struct PieceEdge {
-    std::uint32_t low = 0, high = 0, piece = 0;
-    auto operator<=>(const PieceEdge&) const = default;
-  };
   UnionFind sets(pieces.ranges.size());
-  std::vector<PieceEdge> edges;
+  std::vector<Edge> edges;
   const bool one_material =
       std::ranges::adjacent_find(mesh.triangle_materials, std::ranges::not_equal_to{}) == mesh.triangle_materials.end();
   for (std::uint32_t i = 0; i < pieces.ranges.size() && !one_material; ++i)
     for (std::uint32_t k = 0; candidates[i] && k < pieces.ranges[i].triangle_count; ++k) {
       const std::uint32_t* corners = &mesh.indices[3 * std::size_t{pieces.triangles[pieces.ranges[i].first_triangle + k]}];
-      for (std::size_t e = 0; e < 3; ++e) {
-        const auto [low, high] = std::minmax(welded[corners[e]], welded[corners[(e + 1) % 3]]);
-        edges.push_back({low, high, i});
-      }
+      for (std::size_t e = 0; e < 3; ++e) edges.push_back(edge_between(welded[corners[e]], welded[corners[(e + 1) % 3]], i));
     }
   std::ranges::sort(edges);
   const auto material = [&](std::uint32_t piece) { return mesh.triangle_materials[pieces.triangles[pieces.ranges[piece].first_triangle]]; };
   for (std::size_t i = 1; i < edges.size(); ++i) {
-    const PieceEdge &a = edges[i - 1], &b = edges[i];
-    if (a.low == b.low && a.high == b.high && material(a.piece) != material(b.piece)) sets.join(a.piece, b.piece);
+    const Edge &a = edges[i - 1], &b = edges[i];
+    if (same_place(a, b) && material(a[2]) != material(b[2])) sets.join(a[2], b[2]);
   }
   std::vector<std::uint32_t> first(pieces.ranges.size());
   for (std::uint32_t i = 0; i < first.size(); ++i) first[i] = sets.find(i);

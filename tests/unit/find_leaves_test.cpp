@@ -234,6 +234,7 @@ TEST(FindLeaves, AClosedLensIsOneLeaf) {
       // Each side has its own vertices, as where normals differ.
       const std::uint32_t top = builder.vertex(at(where, 0.05f, 0.0f) + side * normal);
       std::vector<std::uint32_t> corners;
+      corners.reserve(rim.size());
       for (const glm::vec3& point : rim) corners.push_back(builder.vertex(point));
       for (std::size_t k = 0; k < 4; ++k) builder.triangle(top, corners[k], corners[(k + 1) % 4]);
     }

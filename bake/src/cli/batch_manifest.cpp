@@ -93,6 +93,8 @@ Result<BatchPlant> plant_of(const Json& entry, const std::string& place, const s
     output = std::filesystem::path(output_text).lexically_normal();
     if (!stays_below(output)) return wrong(Status::invalid_argument, "not a file below the output folder", place + ".output", output_text);
   }
+  // Of the keys only these hold a path; like all in a manifest it is beside it, while that of the command is where the user is.
+  if (entry.contains("classes")) arguments.classes.classes = input_folder / arguments.classes.classes;
   COPPICE_TRY(options, bake_options(arguments));
   return BatchPlant{input_folder / input, output_folder / output, std::move(options)};
 }

@@ -155,8 +155,9 @@ TEST_F(BakeAll, AKilledRunGoesOnWhereItWas) {
 
 TEST_F(BakeAll, AListGivesPlantsOptionsOfTheirOwn) {
   write_text(plants_ / "list.json", R"([{"input": "hazel.glb", "metric": "geometric", "leaf_material": "^leaves$"},
-                                        {"input": "hedge/hazel.glb"},
+                                        {"input": "hedge/hazel.glb", "classes": "rules.json"},
                                         {"input": "hazel.glb", "output": "far/hazel.coppice", "background": "off"}])");
+  write_text(plants_ / "rules.json", R"({"classes": [{"material": "leaves", "class": "leaf"}]})");
   const ProcessResult result = coppice_tool(bake_all(plants_ / "list.json", out_));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const auto files = outputs(out_);

@@ -93,7 +93,8 @@ Result<void> visit_elements(const tinygltf::Model& model, int accessor_index, st
 template <class Vector>
 Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int accessor_index, int type) {
   const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
-  if (accessor.type != type) return bad(type == TINYGLTF_TYPE_VEC3 ? "not a VEC3" : "not a VEC2", accessor_index);
+  if (accessor.type != type)
+    return bad(type == TINYGLTF_TYPE_VEC2 ? "not a VEC2" : type == TINYGLTF_TYPE_VEC3 ? "not a VEC3" : "not a VEC4", accessor_index);
   if (accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
     return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor_index)};
   const std::size_t scalar_bytes = component_bytes(accessor.componentType);
@@ -114,6 +115,18 @@ Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int acces
 
 Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int accessor) {
   return read_vectors<glm::vec2>(model, accessor, TINYGLTF_TYPE_VEC2);
+}
+
+Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor) {
+  return read_vectors<glm::vec4>(model, accessor, TINYGLTF_TYPE_VEC4);
+}
+
+Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor) {
+  if (model.accessors.at(static_cast<std::size_t>(accessor)).type == TINYGLTF_TYPE_VEC4) return read_vec4(model, accessor);
+  COPPICE_TRY(rgb, read_vec3(model, accessor));
+  std::vector<glm::vec4> colors(rgb.size());
+  for (std::size_t i = 0; i < rgb.size(); ++i) colors[i] = glm::vec4(rgb[i], 1.0f);
+  return colors;
 }
 
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor_index) {

@@ -6,6 +6,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include "result.h"
 
@@ -21,6 +22,9 @@ namespace coppice::bake {
 
 Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int accessor);
 Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int accessor);
+Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor);
+/// A VEC4, or a VEC3 with 1 as its fourth: colours.
+Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor);
 /// Vertex indices, widened.
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor);
 

@@ -13,6 +13,8 @@
 #include <tiny_gltf.h>
 
 #include "atomic_file.h"
+#include "gltf_draco.h"
+#include "gltf_meshopt.h"
 #include "gltf_screen.h"
 
 namespace coppice::bake {
@@ -159,6 +161,9 @@ Error load_error(const tinygltf::Model& model, const ScreenedGltf& screened, con
   if (buffer < screened.buffer_bytes.size())
     return Error{Status::io, "cannot load a buffer", Error::kNoOffset,
                  "buffers[" + std::to_string(buffer) + "].uri: " + first_line(message)};
+  const std::size_t image = model.images.size();
+  if (message.starts_with("Failed to decode 'uri' for image"))
+    return Error{Status::bad_file, "not base64", Error::kNoOffset, "images[" + std::to_string(image) + "].uri"};
   return Error{Status::bad_file, "not a glTF that tinygltf can read", Error::kNoOffset, first_line(message)};
 }
 
@@ -202,7 +207,10 @@ Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const s
   std::optional<std::uint64_t> bin_bytes;
   if (parts.bin) bin_bytes = parts.bin->size();
   COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes));
-  return parse(parts, screened, folder.empty() ? "." : folder);
+  COPPICE_TRY(model, parse(parts, screened, folder.empty() ? "." : folder));
+  COPPICE_CHECK(decode_meshopt_views(*model, screened.meshopt_views));
+  COPPICE_CHECK(decode_draco_primitives(*model));
+  return model;
 }
 
 Result<ModelPointer> load_gltf(const std::filesystem::path& path) {

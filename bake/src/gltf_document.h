@@ -19,8 +19,8 @@ struct DeleteModel {
 using ModelPointer = std::unique_ptr<tinygltf::Model, DeleteModel>;
 
 /// Reads a .gltf with the files beside it, or a .glb. In the result every index is in range and every accessor lies within its buffer
-/// (gltf_screen.h). Images are the files' bytes, not decoded; an image file that is missing is empty.
-/// errors  io: the file, or one it refers to, cannot be read; bad_file, unsupported: `detail` names the place
+/// (gltf_screen.h); nothing is compressed any more (gltf_draco.h, gltf_meshopt.h). Images are the files' bytes, not decoded; an image file
+/// that is missing is empty. errors  io: the file, or one it refers to, cannot be read; bad_file, unsupported: `detail` names the place
 Result<ModelPointer> load_gltf(const std::filesystem::path& path);
 
 /// The same of bytes in memory; `folder` holds the files they refer to.

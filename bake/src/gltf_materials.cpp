@@ -40,13 +40,29 @@ void fold_alpha(Material& material, std::vector<std::string>& warnings) {
 /// The model's image behind a texture, kNone when there is none.
 std::uint32_t image_of(const tinygltf::Model& model, int texture) {
   if (texture < 0) return kNone;
-  const int source = model.textures.at(static_cast<std::size_t>(texture)).source;
-  return source < 0 ? kNone : static_cast<std::uint32_t>(source);
+  const tinygltf::Texture& found = model.textures.at(static_cast<std::size_t>(texture));
+  if (const auto webp = found.extensions.find("EXT_texture_webp"); webp != found.extensions.end() && webp->second.Has("source"))
+    return static_cast<std::uint32_t>(webp->second.Get("source").GetNumberAsInt());
+  return found.source < 0 ? kNone : static_cast<std::uint32_t>(found.source);
 }
 
-void warn_of_texture_transform(const tinygltf::Material& source, std::vector<std::string>& warnings) {
-  if (source.pbrMetallicRoughness.baseColorTexture.extensions.count("KHR_texture_transform") == 0) return;
-  warnings.push_back("material '" + source.name.substr(0, 64) + "': KHR_texture_transform is ignored");
+/// A texture whose only image is in a form we do not read.
+void warn_of_texture(const tinygltf::Model& model, int texture, std::vector<std::string>& warnings) {
+  if (texture < 0 || image_of(model, texture) != kNone) return;
+  std::string line = "textures[" + std::to_string(texture) + "] left out: it has no image";
+  for (const auto& [name, value] : model.textures.at(static_cast<std::size_t>(texture)).extensions)
+    line += ", " + name.substr(0, 64) + " is not read";
+  warnings.push_back(line);
+}
+
+double number_or(const tinygltf::Value& object, const std::string& name, double fallback) {
+  return object.Has(name) ? object.Get(name).GetNumberAsDouble() : fallback;
+}
+
+glm::dvec2 pair_or(const tinygltf::Value& object, const std::string& name, double fallback) {
+  if (!object.Has(name)) return glm::dvec2(fallback);
+  const tinygltf::Value& pair = object.Get(name);
+  return {pair.Get(0).GetNumberAsDouble(), pair.Get(1).GetNumberAsDouble()};
 }
 
 }  // namespace
@@ -68,16 +84,30 @@ Material convert_material(const tinygltf::Model& model, std::uint32_t index, std
   fold_alpha(material, warnings);
   material.roughness = clamped(pbr.roughnessFactor, 1.0f);
   material.double_sided = source.doubleSided;
-  warn_of_texture_transform(source, warnings);
+  warn_of_texture(model, pbr.baseColorTexture.index, warnings);
   return material;
 }
 
-std::uint32_t base_color_uv_set(const tinygltf::Model& model, std::uint32_t index) {
-  if (index == kNone) return 0;
-  return static_cast<std::uint32_t>(std::max(model.materials.at(index).pbrMetallicRoughness.baseColorTexture.texCoord, 0));
+BaseColorUvs base_color_uvs(const tinygltf::Model& model, std::uint32_t index) {
+  BaseColorUvs uvs;
+  if (index == kNone) return uvs;
+  const tinygltf::TextureInfo& info = model.materials.at(index).pbrMetallicRoughness.baseColorTexture;
+  uvs.set = static_cast<std::uint32_t>(std::max(info.texCoord, 0));
+  const auto transform = info.extensions.find("KHR_texture_transform");
+  if (transform == info.extensions.end()) return uvs;
+  const tinygltf::Value& members = transform->second;
+  if (members.Has("texCoord")) uvs.set = static_cast<std::uint32_t>(members.Get("texCoord").GetNumberAsInt());
+  const double angle_rad = number_or(members, "rotation", 0.0);
+  const glm::dvec2 scale = pair_or(members, "scale", 1.0);
+  uvs.is_transformed = true;
+  uvs.offset = pair_or(members, "offset", 0.0);
+  // Counter-clockwise as one looks at the image, v pointing down.
+  uvs.linear = glm::dmat2(scale.x * std::cos(angle_rad), -scale.x * std::sin(angle_rad), scale.y * std::sin(angle_rad),
+                          scale.y * std::cos(angle_rad));
+  return uvs;
 }
 
-std::vector<Image> take_images(const tinygltf::Model& model, std::vector<Material>& materials, std::vector<std::string>& warnings) {
+Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::vector<Material>& materials, std::vector<std::string>& warnings) {
   std::vector<Image> images;
   std::map<std::uint32_t, std::uint32_t> taken;  // model image -> index in `images`, kNone if undecodable
   for (Material& material : materials) {
@@ -85,13 +115,18 @@ std::vector<Image> take_images(const tinygltf::Model& model, std::vector<Materia
     const auto [found, is_new] = taken.try_emplace(material.image, kNone);
     if (is_new) {
       const tinygltf::Image& source = model.images.at(material.image);
+      const std::string place = "images[" + std::to_string(material.image) + "]";
+      if (source.image.empty() && !source.uri.empty() && !source.uri.starts_with("data:"))
+        return Error{Status::io, "image file cannot be read", Error::kNoOffset, place + ".uri: " + source.uri.substr(0, 256)};
       Result<Image> image = decode_image(source.image, kMaxImageSide_px);
+      if (!image && image.error().status != Status::unsupported)
+        return Error{image.error().status, image.error().what, Error::kNoOffset, place};
       if (image) {
         found->second = static_cast<std::uint32_t>(images.size());
         images.push_back(*std::move(image));
       } else {
         const std::string name = source.uri.empty() ? source.name : source.uri;
-        warnings.push_back("images[" + std::to_string(material.image) + "] '" + name.substr(0, 64) + "' left out: " + image.error().what);
+        warnings.push_back(place + " '" + name.substr(0, 64) + "' left out: " + image.error().what);
       }
     }
     material.image = found->second;

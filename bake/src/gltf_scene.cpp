@@ -1,31 +1,40 @@
 #include "gltf_scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <tiny_gltf.h>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "gltf_accessor.h"
+
 namespace coppice::bake {
 namespace {
+
+// A small file can place one list of instances under any number of nodes.
+constexpr std::size_t kMaxInstances = std::size_t{1} << 22;
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 
 glm::dvec3 vector_or(const std::vector<double>& values, double fallback) {
   return values.size() == 3 ? glm::dvec3(values[0], values[1], values[2]) : glm::dvec3(fallback);
 }
 
+glm::dmat4 from_parts(const glm::dvec3& translation, const glm::dquat& rotation, const glm::dvec3& scale) {
+  // Exporters round; a quaternion of length zero turns nothing.
+  glm::dmat4 transform = glm::dot(rotation, rotation) > 0.0 ? glm::mat4_cast(glm::normalize(rotation)) : glm::dmat4(1.0);
+  for (int axis = 0; axis < 3; ++axis) transform[axis] *= scale[axis];
+  transform[3] = glm::dvec4(translation, 1.0);
+  return transform;
+}
+
 glm::dmat4 local_transform(const tinygltf::Node& node) {
   if (node.matrix.size() == 16) return glm::make_mat4(node.matrix.data());
-  glm::dmat4 transform(1.0);
-  if (node.rotation.size() == 4) {
-    const glm::dquat rotation(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
-    // Exporters round; a quaternion of length zero turns nothing.
-    if (glm::dot(rotation, rotation) > 0.0) transform = glm::mat4_cast(glm::normalize(rotation));
-  }
-  const glm::dvec3 scale = vector_or(node.scale, 1.0);
-  for (int axis = 0; axis < 3; ++axis) transform[axis] *= scale[axis];
-  transform[3] = glm::dvec4(vector_or(node.translation, 0.0), 1.0);
-  return transform;
+  glm::dquat rotation(0.0, 0.0, 0.0, 0.0);
+  if (node.rotation.size() == 4) rotation = glm::dquat(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
+  return from_parts(vector_or(node.translation, 0.0), rotation, vector_or(node.scale, 1.0));
 }
 
 std::vector<int> root_nodes(const tinygltf::Model& model) {
@@ -46,16 +55,73 @@ bool is_finite(const glm::dmat4& transform) {
   return true;
 }
 
+std::string instancing_place(int node) {
+  return "nodes[" + std::to_string(node) + "].extensions." + kInstancing;
+}
+
+/// What EXT_mesh_gpu_instancing says of a node: one transform an instance. The attributes are of equal length (gltf_screen.h).
+Result<std::vector<glm::dmat4>> read_instances(const tinygltf::Model& model, const tinygltf::Value& extension) {
+  const tinygltf::Value& attributes = extension.Get("attributes");
+  const auto accessor = [&](const std::string& name) { return attributes.Has(name) ? attributes.Get(name).GetNumberAsInt() : -1; };
+  const int any = attributes.Get(attributes.Keys().front()).GetNumberAsInt();
+  const std::size_t count = model.accessors.at(static_cast<std::size_t>(any)).count;
+  if (count > kMaxInstances) return Error{Status::unsupported, "more than 2^22 instances"};
+  std::vector<glm::vec3> translations(count, glm::vec3(0.0f)), scales(count, glm::vec3(1.0f));
+  std::vector<glm::vec4> rotations(count, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f));
+  const auto read = [&](const std::string& name, const auto& read_values, auto& values) -> Result<void> {
+    if (accessor(name) < 0) return {};
+    COPPICE_TRY(found, read_values(model, accessor(name)));
+    values = std::move(found);
+    return {};
+  };
+  COPPICE_CHECK(read("TRANSLATION", read_vec3, translations));
+  COPPICE_CHECK(read("ROTATION", read_vec4, rotations));
+  COPPICE_CHECK(read("SCALE", read_vec3, scales));
+  std::vector<glm::dmat4> transforms;
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::dvec4 r(rotations[i]);
+    transforms.push_back(from_parts(glm::dvec3(translations[i]), glm::dquat(r.w, r.x, r.y, r.z), glm::dvec3(scales[i])));
+  }
+  return transforms;
+}
+
+/// Appends a node's mesh, once or as often as its instances say.
+Result<void> append_node(const tinygltf::Model& model, int node_index, const glm::dmat4& scene_from_node,
+                         std::vector<MeshInstance>& instances) {
+  const tinygltf::Node& node = model.nodes.at(static_cast<std::size_t>(node_index));
+  if (node.mesh < 0) return {};
+  std::vector<glm::dmat4> transforms{glm::dmat4(1.0)};
+  if (const auto extension = node.extensions.find(kInstancing); extension != node.extensions.end()) {
+    Result<std::vector<glm::dmat4>> read = read_instances(model, extension->second);
+    if (!read) {
+      Error error = read.error();
+      error.detail = error.detail.empty() ? instancing_place(node_index) : instancing_place(node_index) + ": " + error.detail;
+      return error;
+    }
+    transforms = *std::move(read);
+  }
+  if (transforms.size() > kMaxInstances - instances.size())
+    return Error{Status::unsupported, "more than 2^22 instances", Error::kNoOffset, "nodes[" + std::to_string(node_index) + "]"};
+  for (std::size_t i = 0; i < transforms.size(); ++i) {
+    const glm::dmat4 scene_from_mesh = scene_from_node * transforms[i];
+    if (!is_finite(scene_from_mesh))
+      return Error{Status::bad_file, "instance transform is not finite", Error::kNoOffset,
+                   instancing_place(node_index) + " instance " + std::to_string(i)};
+    instances.push_back({static_cast<std::uint32_t>(node_index), static_cast<std::uint32_t>(node.mesh), scene_from_mesh});
+  }
+  return {};
+}
+
 }  // namespace
 
-Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model) {
+Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, const glm::dmat4& scene_from_file) {
   struct Visit {
     int node;
     glm::dmat4 scene_from_parent;
   };
   std::vector<Visit> stack;
   const std::vector<int> roots = root_nodes(model);
-  for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({*root, glm::dmat4(1.0)});
+  for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({*root, scene_from_file});
 
   std::vector<MeshInstance> instances;
   while (!stack.empty()) {
@@ -65,8 +131,7 @@ Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model) {
     const glm::dmat4 scene_from_node = visit.scene_from_parent * local_transform(node);
     if (!is_finite(scene_from_node))
       return Error{Status::bad_file, "node transform is not finite", Error::kNoOffset, "nodes[" + std::to_string(visit.node) + "]"};
-    if (node.mesh >= 0)
-      instances.push_back({static_cast<std::uint32_t>(visit.node), static_cast<std::uint32_t>(node.mesh), scene_from_node});
+    COPPICE_CHECK(append_node(model, visit.node, scene_from_node, instances));
     for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) stack.push_back({*child, scene_from_node});
   }
   return instances;

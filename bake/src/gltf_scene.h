@@ -13,7 +13,7 @@ class Model;
 
 namespace coppice::bake {
 
-/// A mesh as a node places it.
+/// A mesh as a node places it; with EXT_mesh_gpu_instancing a node places it many times.
 struct MeshInstance {
   std::uint32_t node = 0;
   std::uint32_t mesh = 0;
@@ -21,8 +21,9 @@ struct MeshInstance {
 };
 
 /// The meshes of the default scene, else of the first, else (no scenes) of every root node; in depth-first order.
-/// model  from load_gltf: its nodes are trees
-/// errors  bad_file: a transform that is not finite, naming the node
-Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model);
+/// model            from load_gltf: its nodes are trees
+/// scene_from_file  what stands above the root nodes: the file's axes and unit
+/// errors  bad_file: a transform that is not finite, or instances that are not transforms, naming the node; unsupported: more than 2^22
+Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, const glm::dmat4& scene_from_file);
 
 }  // namespace coppice::bake

@@ -2,133 +2,23 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "gltf_draco.h"
+#include "gltf_json.h"
+#include "gltf_screen_extensions.h"
+
 namespace coppice::bake {
 namespace {
 
-using Json = nlohmann::json;
+using namespace gltf_json;
 
-// Deeper nesting than any glTF needs; tinygltf reads `extras` by recursion.
-constexpr std::size_t kMaxDepth = 64;
 // An accessor without a buffer view is all zeros, so no bytes of the file vouch for its length. Sparse accessors use them.
 constexpr std::uint64_t kMaxUnbackedCount = 1u << 20;
 // tinygltf keeps indices and sparse offsets in an int.
 constexpr std::uint64_t kMaxInt = 0x7fffffff;
-
-Error bad(const char* what, std::string place) {
-  return Error{Status::bad_file, what, Error::kNoOffset, std::move(place)};
-}
-
-std::string element(const std::string& place, std::size_t index) {
-  return place + "[" + std::to_string(index) + "]";
-}
-std::string member(const std::string& place, const char* name) {
-  return place.empty() ? name : place + "." + name;
-}
-
-Result<std::uint64_t> read_integer(const Json& object, const char* name, const std::string& place, std::uint64_t fallback) {
-  const auto found = object.find(name);
-  if (found == object.end()) return fallback;
-  if (!found->is_number_unsigned()) return bad("not a whole number of 0 or more", member(place, name));
-  const auto value = found->get<std::uint64_t>();
-  return value;
-}
-
-Result<std::uint64_t> require_integer(const Json& object, const char* name, const std::string& place) {
-  if (!object.contains(name)) return bad("missing member", member(place, name));
-  return read_integer(object, name, place, 0);
-}
-
-/// An absent index is fine; a present one must be below `limit`.
-Result<void> check_index(const Json& object, const char* name, const std::string& place, std::size_t limit) {
-  if (!object.contains(name)) return {};
-  COPPICE_TRY(index, read_integer(object, name, place, 0));
-  if (index < limit) return {};
-  return bad("index out of range", member(place, name) + " is " + std::to_string(index) + " of " + std::to_string(limit));
-}
-
-Result<std::uint64_t> require_index(const Json& object, const char* name, const std::string& place, std::size_t limit) {
-  COPPICE_TRY(index, require_integer(object, name, place));
-  COPPICE_CHECK(check_index(object, name, place, limit));
-  return index;
-}
-
-/// An absent array is fine; a present one holds exactly `length` finite numbers.
-Result<void> check_numbers(const Json& object, const char* name, const std::string& place, std::size_t length) {
-  const auto found = object.find(name);
-  if (found == object.end()) return {};
-  const auto is_finite_number = [](const Json& value) { return value.is_number() && std::isfinite(value.get<double>()); };
-  if (found->is_array() && found->size() == length && std::all_of(found->begin(), found->end(), is_finite_number)) return {};
-  return bad("wrong number or kind of components", member(place, name));
-}
-
-Result<void> check_indices(const Json& object, const char* name, const std::string& place, std::size_t limit) {
-  const auto found = object.find(name);
-  if (found == object.end()) return {};
-  if (!found->is_array()) return bad("not an array", member(place, name));
-  for (std::size_t i = 0; i < found->size(); ++i) {
-    const Json& value = (*found)[i];
-    const std::string where = element(member(place, name), i);
-    if (!value.is_number_unsigned()) return bad("not a whole number of 0 or more", where);
-    if (value.get<std::uint64_t>() >= limit)
-      return bad("index out of range", where + " is " + std::to_string(value.get<std::uint64_t>()) + " of " + std::to_string(limit));
-  }
-  return {};
-}
-
-/// Calls check(object, place) for every element of the array `name`; absent arrays are empty.
-template <class Check>
-Result<void> for_each_object(const Json& parent, const char* name, const std::string& place, const Check& check) {
-  const auto found = parent.find(name);
-  if (found == parent.end()) return {};
-  if (!found->is_array()) return bad("not an array", member(place, name));
-  for (std::size_t i = 0; i < found->size(); ++i) {
-    const std::string where = element(member(place, name), i);
-    if (!(*found)[i].is_object()) return bad("not an object", where);
-    COPPICE_CHECK(check((*found)[i], where));
-  }
-  return {};
-}
-
-Result<void> check_optional_object(const Json& parent, const char* name, const std::string& place) {
-  const auto found = parent.find(name);
-  if (found == parent.end() || found->is_object()) return {};
-  return bad("not an object", member(place, name));
-}
-
-Result<void> check_depth(std::string_view text) {
-  std::size_t depth = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > kMaxDepth) return Error{Status::bad_file, "JSON nested deeper than 64 levels", i};
-    } else if ((c == ']' || c == '}') && depth > 0) {
-      --depth;
-    }
-  }
-  return {};
-}
-
-Result<Json> parse_json(std::string_view text) {
-  COPPICE_CHECK(check_depth(text));
-  try {
-    return Json::parse(text.begin(), text.end());
-  } catch (const Json::parse_error& error) {
-    return Error{Status::bad_file, "not valid JSON", error.byte};
-  } catch (const Json::exception& error) {
-    return bad("not valid JSON", error.what());
-  }
-}
 
 std::size_t component_bytes(std::uint64_t component_type) {
   switch (component_type) {
@@ -174,19 +64,25 @@ class Screen {
   Result<void> check() {
     COPPICE_CHECK(check_asset());
     COPPICE_CHECK(check_required_extensions());
+    find_fallback_buffers();
     COPPICE_CHECK(
         for_each_object(root_, "buffers", "", [this](const Json& o, const std::string& place) { return check_buffer(o, place); }));
     COPPICE_CHECK(
         for_each_object(root_, "bufferViews", "", [this](const Json& o, const std::string& place) { return check_view(o, place); }));
     COPPICE_CHECK(
         for_each_object(root_, "accessors", "", [this](const Json& o, const std::string& place) { return check_accessor(o, place); }));
-    COPPICE_CHECK(check_materials());
+    COPPICE_CHECK(for_each_object(root_, "images", "", [this](const Json& o, const std::string& place) { return check_image(o, place); }));
+    COPPICE_CHECK(
+        for_each_object(root_, "textures", "", [this](const Json& o, const std::string& place) { return check_texture(o, place); }));
+    COPPICE_CHECK(
+        for_each_object(root_, "materials", "", [this](const Json& o, const std::string& place) { return check_material(o, place); }));
     COPPICE_CHECK(for_each_object(root_, "meshes", "", [this](const Json& o, const std::string& place) { return check_mesh(o, place); }));
     COPPICE_CHECK(for_each_object(root_, "nodes", "", [this](const Json& o, const std::string& place) { return check_node(o, place); }));
     COPPICE_CHECK(check_node_trees());
     return check_scenes();
   }
-  [[nodiscard]] const std::vector<std::uint64_t>& buffer_bytes() const { return buffer_bytes_; }
+  [[nodiscard]] const std::vector<ScreenedBuffer>& buffers() const { return buffers_; }
+  [[nodiscard]] const std::vector<MeshoptView>& meshopt_views() const { return meshopt_views_; }
 
  private:
   [[nodiscard]] std::size_t length(const char* name) const {
@@ -218,33 +114,54 @@ class Screen {
     return {};
   }
 
+  /// A fallback buffer says so, or has no bytes and is what compressed views put in their place. Nothing has been checked yet.
+  void find_fallback_buffers() {
+    is_fallback_.assign(length("buffers"), false);
+    for (std::size_t i = 0; i < is_fallback_.size(); ++i)
+      for (const char* name : kMeshoptExtensions)
+        if (const auto extension = find_extension(root_["buffers"][i], name, ""); extension && *extension != nullptr)
+          if (const auto flag = (*extension)->find("fallback"); flag != (*extension)->end() && *flag == true) is_fallback_[i] = true;
+    for (std::size_t i = 0; i < length("bufferViews"); ++i)
+      for (const char* name : kMeshoptExtensions) {
+        const Json& view = root_["bufferViews"][i];
+        if (const auto extension = find_extension(view, name, ""); !extension || *extension == nullptr) continue;
+        const auto buffer = read_integer(view, "buffer", "", is_fallback_.size());
+        if (!buffer || *buffer >= is_fallback_.size() || (*buffer == 0 && bin_chunk_bytes_)) continue;
+        if (!root_["buffers"][*buffer].contains("uri")) is_fallback_[*buffer] = true;
+      }
+  }
+
   Result<void> check_buffer(const Json& buffer, const std::string& place) {
     COPPICE_TRY(bytes, require_integer(buffer, "byteLength", place));
     if (bytes == 0) return bad("empty buffer", member(place, "byteLength"));
+    const bool is_fallback = is_fallback_[buffers_.size()];
     const auto uri = buffer.find("uri");
-    if (uri == buffer.end()) {
-      if (!bin_chunk_bytes_ || !buffer_bytes_.empty()) return bad("missing member", member(place, "uri"));
+    if (uri == buffer.end() && !is_fallback) {
+      if (!bin_chunk_bytes_ || !buffers_.empty()) return bad("missing member", member(place, "uri"));
       if (bytes > *bin_chunk_bytes_)
         return bad("buffer longer than the BIN chunk",
                    member(place, "byteLength") + " is " + std::to_string(bytes) + " of " + std::to_string(*bin_chunk_bytes_));
-    } else if (!uri->is_string()) {
+    } else if (uri != buffer.end() && !uri->is_string()) {
       return bad("not a string", member(place, "uri"));
     }
-    buffer_bytes_.push_back(bytes);
+    buffers_.push_back(ScreenedBuffer{bytes, is_fallback});
     return {};
   }
 
   Result<void> check_view(const Json& view, const std::string& place) {
-    COPPICE_TRY(buffer, require_index(view, "buffer", place, buffer_bytes_.size()));
+    COPPICE_TRY(buffer, require_index(view, "buffer", place, buffers_.size()));
     COPPICE_TRY(offset, read_integer(view, "byteOffset", place, 0));
     COPPICE_TRY(bytes, require_integer(view, "byteLength", place));
     COPPICE_TRY(stride, read_integer(view, "byteStride", place, 0));
-    const std::uint64_t buffer_bytes = buffer_bytes_[buffer];
+    const std::uint64_t buffer_bytes = buffers_[buffer].bytes;
     if (offset > buffer_bytes || bytes > buffer_bytes - offset)
       return bad("buffer view runs past the end of its buffer",
                  place + ": " + std::to_string(offset) + " + " + std::to_string(bytes) + " of " + std::to_string(buffer_bytes) + " bytes");
     if (bytes == 0) return bad("empty buffer view", member(place, "byteLength"));
     if (stride > 252 || stride % 4 != 0) return bad("stride not a multiple of 4 up to 252", member(place, "byteStride"));
+    COPPICE_TRY(meshopt, read_meshopt(view, place, views_.size(), buffers_));
+    if (meshopt) meshopt_views_.push_back(*meshopt);
+    if (!meshopt && buffers_[buffer].is_fallback) return bad("view of a fallback buffer is not compressed", member(place, "buffer"));
     views_.push_back(View{bytes, stride});
     return {};
   }
@@ -262,10 +179,8 @@ class Screen {
     COPPICE_TRY(offset, read_integer(accessor, "byteOffset", place, 0));
     COPPICE_CHECK(check_index(accessor, "bufferView", place, views_.size()));
     COPPICE_CHECK(check_sparse(accessor, place, count, element_bytes));
-    if (!accessor.contains("bufferView")) {
-      if (count <= kMaxUnbackedCount) return {};
-      return bad("accessor without a buffer view is too long", member(place, "count") + " is " + std::to_string(count));
-    }
+    counts_.push_back(count);
+    if (!accessor.contains("bufferView")) return {};
     return check_range(views_[accessor["bufferView"].get<std::size_t>()], count, element_bytes, offset, place);
   }
 
@@ -280,9 +195,8 @@ class Screen {
 
   Result<void> check_sparse(const Json& accessor, const std::string& accessor_place, std::uint64_t accessor_count,
                             std::uint64_t element_bytes) const {
-    COPPICE_CHECK(check_optional_object(accessor, "sparse", accessor_place));
-    const auto sparse = accessor.find("sparse");
-    if (sparse == accessor.end()) return {};
+    COPPICE_TRY(sparse, find_object(accessor, "sparse", accessor_place));
+    if (sparse == nullptr) return {};
     const std::string place = member(accessor_place, "sparse");
     COPPICE_TRY(count, require_integer(*sparse, "count", place));
     if (count == 0 || count > accessor_count) return bad("sparse count out of range", member(place, "count"));
@@ -306,28 +220,33 @@ class Screen {
     return {};
   }
 
-  Result<void> check_materials() const {
-    COPPICE_CHECK(for_each_object(root_, "images", "", [this](const Json& image, const std::string& place) {
-      if (image.contains("uri") == image.contains("bufferView")) return Result<void>(bad("needs either uri or bufferView", place));
-      if (image.contains("uri") && !image["uri"].is_string()) return Result<void>(bad("not a string", member(place, "uri")));
-      return check_index(image, "bufferView", place, views_.size());
-    }));
-    COPPICE_CHECK(for_each_object(root_, "textures", "", [this](const Json& texture, const std::string& place) {
-      return check_index(texture, "source", place, length("images"));
-    }));
-    return for_each_object(root_, "materials", "", [this](const Json& o, const std::string& place) { return check_material(o, place); });
+  /// For accessors that are read, at an index that has been checked: what nothing in the file holds must not be long.
+  [[nodiscard]] Result<void> check_backed(std::size_t accessor) const {
+    if (counts_[accessor] <= kMaxUnbackedCount || root_["accessors"][accessor].contains("bufferView")) return {};
+    return bad("accessor without a buffer view is too long",
+               member(element("accessors", accessor), "count") + " is " + std::to_string(counts_[accessor]));
+  }
+
+  Result<void> check_image(const Json& image, const std::string& place) const {
+    if (image.contains("uri") == image.contains("bufferView")) return bad("needs either uri or bufferView", place);
+    if (image.contains("uri") && !image["uri"].is_string()) return bad("not a string", member(place, "uri"));
+    return check_index(image, "bufferView", place, views_.size());
+  }
+
+  Result<void> check_texture(const Json& texture, const std::string& place) const {
+    COPPICE_CHECK(check_index(texture, "source", place, length("images")));
+    return check_webp(texture, place, length("images"));
   }
 
   Result<void> check_material(const Json& material, const std::string& place) const {
-    COPPICE_CHECK(check_optional_object(material, "pbrMetallicRoughness", place));
-    const auto pbr = material.find("pbrMetallicRoughness");
-    if (pbr == material.end()) return {};
+    COPPICE_TRY(pbr, find_object(material, "pbrMetallicRoughness", place));
+    if (pbr == nullptr) return {};
     const std::string where = member(place, "pbrMetallicRoughness");
     COPPICE_CHECK(check_numbers(*pbr, "baseColorFactor", where, 4));
-    COPPICE_CHECK(check_optional_object(*pbr, "baseColorTexture", where));
-    const auto texture = pbr->find("baseColorTexture");
-    if (texture == pbr->end()) return {};
-    return Result<void>(check_index(*texture, "index", member(where, "baseColorTexture"), length("textures")));
+    COPPICE_TRY(texture, find_object(*pbr, "baseColorTexture", where));
+    if (texture == nullptr) return {};
+    COPPICE_CHECK(check_index(*texture, "index", member(where, "baseColorTexture"), length("textures")));
+    return check_texture_transform(*texture, member(where, "baseColorTexture"));
   }
 
   Result<void> check_mesh(const Json& mesh, const std::string& place) const {
@@ -346,6 +265,12 @@ class Screen {
     for (const auto& attribute : attributes->items())
       COPPICE_CHECK(check_index(*attributes, attribute.key().c_str(), where, length("accessors")));
     if (mode >= 4 && !attributes->contains("POSITION")) return bad("triangles without positions", member(where, "POSITION"));
+    COPPICE_CHECK(check_draco(primitive, place, views_.size()));
+    // What Draco codes is not read from the accessors.
+    for (const auto& attribute : attributes->items())
+      if (!is_draco_attribute(primitive, attribute.key())) COPPICE_CHECK(check_backed(attribute.value().get<std::size_t>()));
+    if (primitive.contains("indices") && !is_draco_attribute(primitive, "POSITION"))
+      COPPICE_CHECK(check_backed(primitive["indices"].get<std::size_t>()));
     return {};
   }
 
@@ -355,7 +280,11 @@ class Screen {
     COPPICE_CHECK(check_numbers(node, "matrix", place, 16));
     COPPICE_CHECK(check_numbers(node, "translation", place, 3));
     COPPICE_CHECK(check_numbers(node, "rotation", place, 4));
-    return Result<void>(check_numbers(node, "scale", place, 3));
+    COPPICE_CHECK(check_numbers(node, "scale", place, 3));
+    COPPICE_CHECK(check_instancing(node, place, counts_));
+    if (const auto instancing = find_extension(node, "EXT_mesh_gpu_instancing", place); instancing && *instancing != nullptr)
+      for (const auto& attribute : (**instancing)["attributes"].items()) COPPICE_CHECK(check_backed(attribute.value().get<std::size_t>()));
+    return {};
   }
 
   /// Every node has at most one parent, and following parents ends: then a walk from any root ends too, and meets each node once.
@@ -399,27 +328,75 @@ class Screen {
 
   const Json& root_;
   std::optional<std::uint64_t> bin_chunk_bytes_;
-  std::vector<std::uint64_t> buffer_bytes_;
+  std::vector<bool> is_fallback_;  ///< [buffers]
+  std::vector<ScreenedBuffer> buffers_;
   std::vector<View> views_;
-  std::vector<std::size_t> parents_;  ///< the number of nodes for a root
+  std::vector<MeshoptView> meshopt_views_;
+  std::vector<std::uint64_t> counts_;  ///< of each accessor
+  std::vector<std::size_t> parents_;   ///< the number of nodes for a root
 };
+
+/// tinygltf knows a few media types only; what the bytes are is looked up in them.
+void normalise_data_uri(Json& object) {
+  constexpr std::string_view kMark = ";base64,";
+  constexpr std::size_t kMaxHeaderChars = 128;
+  const auto uri = object.find("uri");
+  if (uri == object.end()) return;
+  const auto& text = uri->get_ref<const std::string&>();
+  const std::size_t mark = text.find(kMark);
+  if (!text.starts_with("data:") || mark > kMaxHeaderChars) return;
+  *uri = "data:application/octet-stream;base64," + text.substr(mark + kMark.size());
+}
+
+/// Compressed views become views of their coded bytes, fallback buffers one byte that no view needs, and so on: what tinygltf takes.
+std::vector<std::uint64_t> rewrite(Json& root, const Screen& screen) {
+  for (const MeshoptView& view : screen.meshopt_views()) {
+    Json& target = root["bufferViews"][view.view];
+    const Json coded = target["extensions"][view.extension];
+    target["buffer"] = coded["buffer"];
+    target["byteOffset"] = coded.value("byteOffset", std::uint64_t{0});
+    target["byteLength"] = coded["byteLength"];
+  }
+  std::vector<std::uint64_t> buffer_bytes;
+  for (std::size_t i = 0; i < screen.buffers().size(); ++i) {
+    const ScreenedBuffer& buffer = screen.buffers()[i];
+    if (buffer.is_fallback) root["buffers"][i] = {{"byteLength", 1}, {"uri", "data:application/octet-stream;base64,AA=="}};
+    buffer_bytes.push_back(buffer.is_fallback ? 1 : buffer.bytes);
+  }
+  // Coded indices come with the coded attributes; tinygltf insists that indices have bytes.
+  if (const auto meshes = root.find("meshes"); meshes != root.end())
+    for (Json& mesh : *meshes)
+      if (const auto primitives = mesh.find("primitives"); primitives != mesh.end())
+        for (Json& primitive : *primitives)
+          if (is_draco_attribute(primitive, "POSITION")) primitive.erase("indices");
+  for (const char* name : {"buffers", "images"})
+    if (const auto objects = root.find(name); objects != root.end())
+      for (Json& object : *objects) normalise_data_uri(object);
+  for (const char* unread : {"animations", "skins", "cameras", "samplers", "extensions", "extras"}) root.erase(unread);
+  return buffer_bytes;
+}
 
 }  // namespace
 
 bool is_supported_extension(std::string_view name) {
-  // Quantised attributes are read like any others. Material extensions change shading that a baked plant does not keep, except for the one
-  // that moves the base colour elsewhere.
-  return name == "KHR_mesh_quantization" ||
-         (name.starts_with("KHR_materials_") && name != "KHR_materials_pbrSpecularGlossiness" && name != "KHR_materials_variants");
+  constexpr std::array<std::string_view, 9> kRead{"KHR_mesh_quantization",   "KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                                  "KHR_meshopt_compression", "EXT_mesh_gpu_instancing",    "KHR_texture_transform",
+                                                  "EXT_texture_webp",        "KHR_lights_punctual",        "KHR_xmp_json_ld"};
+  if (std::find(kRead.begin(), kRead.end(), name) != kRead.end()) return true;
+  // Material extensions change shading that a baked plant does not keep, except for the one that moves the base colour elsewhere.
+  return name.starts_with("KHR_materials_") && name != "KHR_materials_pbrSpecularGlossiness" && name != "KHR_materials_variants";
 }
 
 Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes) {
-  COPPICE_TRY(root, parse_json(json));
+  COPPICE_TRY(root, parse(json));
   if (!root.is_object()) return bad("not a JSON object", "the document");
   Screen screen(root, bin_chunk_bytes);
   COPPICE_CHECK(screen.check());
-  for (const char* unread : {"animations", "skins", "cameras", "samplers", "extensions", "extras"}) root.erase(unread);
-  return ScreenedGltf{root.dump(-1, ' ', false, Json::error_handler_t::replace), screen.buffer_bytes()};
+  ScreenedGltf screened;
+  screened.meshopt_views = screen.meshopt_views();
+  screened.buffer_bytes = rewrite(root, screen);
+  screened.json = root.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return screened;
 }
 
 }  // namespace coppice::bake

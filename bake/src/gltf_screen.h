@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "gltf_meshopt.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -14,6 +15,7 @@ namespace coppice::bake {
 struct ScreenedGltf {
   std::string json;
   std::vector<std::uint64_t> buffer_bytes;  ///< buffers[i].byteLength
+  std::vector<MeshoptView> meshopt_views;   ///< these views hold coded bytes; accessors lie within what they decode to
 };
 
 /// Checks everything about a glTF 2.0 document that can be checked without its bytes: types, required members, every index into another
@@ -24,7 +26,7 @@ struct ScreenedGltf {
 /// errors  bad_file: `detail` is the place, as in "accessors[3].count"; unsupported: another glTF version, or a required extension (named)
 Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes);
 
-/// Whether a material, required extensions and the like of this name can be read as if the extension were not there.
+/// Whether an extension is read, or changes nothing of what is read.
 bool is_supported_extension(std::string_view name);
 
 }  // namespace coppice::bake

@@ -1,10 +1,12 @@
 #include "gltf_triangles.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
 
 #include <tiny_gltf.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -37,6 +39,7 @@ struct RawPrimitive {
   std::vector<glm::vec3> positions;
   std::vector<glm::vec3> normals;  ///< empty when missing
   std::vector<glm::vec2> uvs;
+  std::vector<glm::vec4> colors;         ///< linear
   std::vector<std::uint32_t> triangles;  ///< 3 vertices each
 };
 
@@ -105,9 +108,13 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
                    accessor_place(position_accessor) + " element " + std::to_string(i)};
   const std::size_t count = raw.positions.size();
   const std::uint32_t material = primitive.material < 0 ? kNone : static_cast<std::uint32_t>(primitive.material);
-  const std::string uv_name = "TEXCOORD_" + std::to_string(base_color_uv_set(model, material));
+  const BaseColorUvs base_color = base_color_uvs(model, material);
+  const std::string uv_name = "TEXCOORD_" + std::to_string(base_color.set);
   COPPICE_CHECK(read_attribute(model, primitive, "NORMAL", count, read_vec3, raw.normals));
   COPPICE_CHECK(read_attribute(model, primitive, uv_name, count, read_vec2, raw.uvs));
+  COPPICE_CHECK(read_attribute(model, primitive, "COLOR_0", count, read_colors, raw.colors));
+  if (base_color.is_transformed)
+    for (glm::vec2& uv : raw.uvs) uv = glm::vec2(base_color.offset + base_color.linear * glm::dvec2(uv));
   COPPICE_TRY(order, vertex_order(model, primitive, count));
   raw.triangles = triangulate(primitive.mode, order);
   return raw;
@@ -128,6 +135,14 @@ std::vector<glm::vec3> summed_normals(const RawPrimitive& raw) {
 glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& fallback) {
   const double length = glm::length(v);
   return std::isfinite(length) && length > 0.0 ? glm::vec3(v / length) : fallback;
+}
+
+/// Colours are 0..1; what is not, or no number, is white.
+glm::vec4 usable_color(const glm::vec4& color) {
+  glm::vec4 usable(1.0f);
+  for (int c = 0; c < 4; ++c)
+    if (color[c] >= 0.0f && color[c] <= 1.0f) usable[c] = color[c];
+  return usable;
 }
 
 Result<void> append_positions(const RawPrimitive& raw, const MeshInstance& instance, Mesh& mesh) {
@@ -168,6 +183,28 @@ void append_uvs(const RawPrimitive& raw, const std::string& place, Mesh& mesh, s
   if (repaired_count > 0) warnings.push_back(place + ": " + std::to_string(repaired_count) + " texture coordinates not finite, read as 0");
 }
 
+void add_colors(const RawPrimitive& raw, std::size_t first_corner, std::uint32_t material, TriangleSoup& soup) {
+  if (soup.material_colors.size() <= material) soup.material_colors.resize(std::size_t{material} + 1);
+  ColorSum& sum = soup.material_colors[material];
+  const Mesh& mesh = soup.mesh;
+  for (std::size_t i = 0; i < raw.triangles.size(); i += 3) {
+    const glm::dvec3 a(mesh.positions[mesh.indices[first_corner + i]]);
+    const double area_m2 = 0.5 * glm::length(glm::cross(glm::dvec3(mesh.positions[mesh.indices[first_corner + i + 1]]) - a,
+                                                        glm::dvec3(mesh.positions[mesh.indices[first_corner + i + 2]]) - a));
+    glm::dvec4 color(1.0);
+    if (!raw.colors.empty()) {
+      color = glm::dvec4(0.0);
+      for (std::size_t k = 0; k < 3; ++k) color += glm::dvec4(usable_color(raw.colors[raw.triangles[i + k]])) / 3.0;
+    }
+    sum.color_area_m2 += area_m2 * color;
+    sum.area_m2 += area_m2;
+  }
+  for (const glm::vec4& color : raw.colors.empty() ? std::vector{glm::vec4(1.0f)} : raw.colors) {
+    sum.smallest = glm::min(sum.smallest, usable_color(color));
+    sum.largest = glm::max(sum.largest, usable_color(color));
+  }
+}
+
 Result<void> check_room(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const Mesh& mesh, const std::string& place) {
   const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
   const std::size_t vertices = count(attribute_accessor(primitive, "POSITION"));
@@ -201,12 +238,30 @@ Result<void> append_primitive(const tinygltf::Model& model, const MeshInstance& 
   append_normals(*raw, linear, mirrored, mesh);
   append_uvs(*raw, place, mesh, warnings);
   soup.vertex_instances.resize(mesh.positions.size(), instance_index);
+  const std::size_t first_corner = mesh.indices.size();
   for (std::size_t i = 0; i < raw->triangles.size(); i += 3) {
     const std::uint32_t a = raw->triangles[i], b = raw->triangles[i + 1], c = raw->triangles[i + 2];
     for (const std::uint32_t corner : {a, mirrored ? c : b, mirrored ? b : c}) mesh.indices.push_back(first_vertex + corner);
     mesh.triangle_materials.push_back(material);
   }
+  add_colors(*raw, first_corner, material, soup);
   return {};
+}
+
+void apply_vertex_colors(const TriangleSoup& soup, std::vector<Material>& materials, std::vector<std::string>& warnings) {
+  // What a person would call another colour.
+  constexpr float kVisibleDifference = 0.1f;
+  for (std::size_t m = 0; m < std::min(materials.size(), soup.material_colors.size()); ++m) {
+    const ColorSum& sum = soup.material_colors[m];
+    if (!(sum.area_m2 > 0.0)) continue;
+    const glm::dvec4 mean = sum.color_area_m2 / sum.area_m2;
+    const glm::vec4 spread = sum.largest - sum.smallest;
+    const std::string name = "material '" + materials[m].name.substr(0, 64) + "': ";
+    for (int c = 0; c < 3; ++c) materials[m].base_color[c] *= static_cast<float>(mean[c]);
+    if (std::max({spread.r, spread.g, spread.b}) > kVisibleDifference)
+      warnings.push_back(name + "its vertex colours differ; their mean is used");
+    if (spread.a > kVisibleDifference) warnings.push_back(name + "the alpha of its vertex colours is not used");
+  }
 }
 
 Mesh compact(const Mesh& mesh) {

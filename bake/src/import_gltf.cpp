@@ -1,6 +1,7 @@
 #include "import_gltf.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <map>
 #include <new>
@@ -156,14 +157,31 @@ void limit_warnings(std::vector<std::string>& warnings) {
   warnings.push_back("and " + std::to_string(more) + " more warnings");
 }
 
+/// (x, y, z) of a file with +Z up is (x, z, -y) of one with +Y up.
+Result<glm::dmat4> scene_from_file(const ImportOptions& options) {
+  const double unit_m = options.metres_per_unit;
+  if (!std::isfinite(unit_m) || unit_m <= 0.0)
+    return Error{Status::invalid_argument, "--unit is not a length", Error::kNoOffset, std::to_string(unit_m)};
+  glm::dmat4 transform(0.0);
+  transform[0][0] = unit_m;
+  const bool z_up = options.up == UpAxis::z;
+  transform[1][z_up ? 2 : 1] = z_up ? -unit_m : unit_m;
+  transform[2][z_up ? 1 : 2] = unit_m;
+  transform[3][3] = 1.0;
+  return transform;
+}
+
 Result<Plant> import_model(const tinygltf::Model& model, const ImportOptions& options) {
   Plant plant;
-  COPPICE_TRY(instances, mesh_instances(model));
+  COPPICE_TRY(transform, scene_from_file(options));
+  COPPICE_TRY(instances, mesh_instances(model, transform));
   COPPICE_TRY(used, used_materials(model, instances));
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
   COPPICE_TRY(soup, gather_triangles(model, instances, used, plant.warnings));
+  apply_vertex_colors(soup, plant.materials, plant.warnings);
   // Images tell leaves by their colour and holes.
-  plant.images = take_images(model, plant.materials, plant.warnings);
+  COPPICE_TRY(images, take_images(model, plant.materials, plant.warnings));
+  plant.images = std::move(images);
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
   limit_warnings(plant.warnings);
   return plant;

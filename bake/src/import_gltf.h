@@ -13,6 +13,9 @@
 
 namespace coppice::bake {
 
+/// The file's axis that points to the sky. glTF says +Y; exporters forget to turn what was modelled with +Z up.
+enum class UpAxis { y, z };
+
 /// What is not said is found out: find_leaves.h.
 struct ImportOptions {
   /// ECMAScript regular expression, searched (not anchored, case matters) in material names: all that matches is leaves, whatever its
@@ -24,16 +27,19 @@ struct ImportOptions {
   std::vector<ClassRule> classes;
   /// A plant without a single leaf is an error unless this is off: for whoever wants to see why.
   bool require_leaves = true;
+  UpAxis up = UpAxis::y;
+  double metres_per_unit = 1.0;  ///< glTF says metres; finite and > 0
 };
 
-/// Reads a glTF 2.0 .gltf or .glb: the default scene's triangles, node transforms applied, taken apart into leaves and wood
-/// (find_leaves.h); points and lines are skipped. Materials and images are those in use. What was dropped or read differently from what the
-/// file asks for is told in Plant::warnings.
-/// errors  `detail` begins with the file's name and names the place in it.
+/// Reads a glTF 2.0 .gltf or .glb: the default scene's triangles, node transforms and instances applied, in metres with +Y up, taken apart
+/// into leaves and wood (find_leaves.h); points and lines are skipped. Read with their extensions: KHR_draco_mesh_compression,
+/// EXT_meshopt_compression, KHR_mesh_quantization, EXT_mesh_gpu_instancing, KHR_texture_transform (baked into the uvs), EXT_texture_webp.
+/// Vertex colours tint their material (gltf_triangles.h). Materials and images are those in use. What was dropped or read differently from
+/// what the file asks for is told in Plant::warnings. errors  `detail` begins with the file's name and names the place in it.
 ///         io: the file or one it refers to is unreadable; bad_file: not glTF, damaged, an index or accessor out of range, a position that
 ///         is not finite; unsupported: another glTF version, a required extension (named), more than a plant may have;
-///         invalid_argument: a pattern is not a regular expression, leaf_material matches nothing, or nothing looks like a leaf (the
-///         materials are listed).
+///         invalid_argument: metres_per_unit is no length, a pattern is not a regular expression, leaf_material matches nothing, or nothing
+///         looks like a leaf (the materials are listed).
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options);
 
 /// The same of bytes in memory. `path` names them in messages; the files they refer to are beside it.

@@ -1,5 +1,5 @@
-// Runs a fuzz target on every file named, or in a folder named: the committed corpus in every ctest, without libFuzzer. A bad input
-// ends the process as it would under the fuzzer.
+// Runs a fuzz target on every file named, or in a folder named and those below it: the committed corpus in every ctest, without libFuzzer.
+// A bad input ends the process as it would under the fuzzer.
 
 #include <cstddef>
 #include <cstdint>
@@ -35,7 +35,9 @@ int main(int argc, char** argv) {
     const std::filesystem::path path = argv[i];
     std::vector<std::filesystem::path> files;
     if (std::filesystem::is_directory(path))
-      for (const auto& entry : std::filesystem::directory_iterator(path)) files.push_back(entry.path());
+      for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) {
+        if (entry.is_regular_file()) files.push_back(entry.path());
+      }
     else
       files.push_back(path);
     for (const auto& file : files) {

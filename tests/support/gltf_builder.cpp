@@ -97,6 +97,8 @@ nlohmann::json GltfBuilder::with_buffer(const std::optional<std::string>& uri) c
   if (document.contains("buffers")) return document;
   document["buffers"] = {{{"byteLength", bin.size()}}};
   if (uri) document["buffers"][0]["uri"] = *uri;
+  if (fallback_bytes > 0)
+    document["buffers"].push_back({{"byteLength", fallback_bytes}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
   return document;
 }
 

@@ -28,6 +28,8 @@ class GltfBuilder {
 
   nlohmann::json json;
   std::vector<std::uint8_t> bin;
+  /// Length of a second buffer that holds nothing and says so (EXT_meshopt_compression); 0 for none.
+  std::size_t fallback_bytes = 0;
 
   /// Appends bytes, aligned to four; returns the buffer view.
   int add_view(std::span<const std::uint8_t> bytes, int stride = 0);

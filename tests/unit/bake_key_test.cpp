@@ -78,6 +78,9 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
       [](BakeOptions& options) { options.import.classes = {{.material = "leaves"}}; },
       [](BakeOptions& options) { options.import.classes = {{.material = "leaves", .part = PlantPart::dropped}}; },
       [](BakeOptions& options) { options.import.classes = {{.material = "leaves", .max_triangles = 7}}; },
+      [](BakeOptions& options) { options.import.up = UpAxis::z; },
+      [](BakeOptions& options) { options.import.metres_per_unit = 1e-8; },
+      [](BakeOptions& options) { options.import.metres_per_unit = 2e-8; },
       [](BakeOptions& options) { options.collapse.resolution_px = 128; },
       [](BakeOptions& options) { options.collapse.count_background = false; },
       [](BakeOptions& options) { options.collapse.candidate_count = 9; },
@@ -121,7 +124,7 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
   const std::map<Metric, std::string> expected = {{Metric::default_metric, "6f374db752b9dc4916a5b7cba27352bd"},
                                                   {Metric::mi, "222700ad6d41757bddbe18ec6093ce4a"}};
-  const std::uint32_t expected_at_version = 2;
+  const std::uint32_t expected_at_version = 3;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

@@ -391,17 +391,18 @@ TEST(ImportGltf, WhatTheMaskHidesDoesNotBleedIntoTheColour) {
   EXPECT_NEAR(texel[3], 128, 2);
 }
 
-TEST(ImportGltf, ImageThatIsMissingOrDamagedIsAWarning) {
+TEST(ImportGltf, ImageInAnUnknownFormIsAWarningOneThatIsMissingAnError) {
   GltfBuilder builder = test::small_plant();
   builder.set_texture(0, std::vector<std::uint8_t>{1, 2, 3, 4});
-  Plant plant = plant_of(builder);
+  const Plant plant = plant_of(builder);
   EXPECT_EQ(plant.materials[0].image, kNone);
   ASSERT_EQ(plant.warnings.size(), 1u);
   EXPECT_NE(plant.warnings[0].find("images[0]"), std::string::npos) << plant.warnings[0];
   builder.json["images"][0] = {{"uri", "not_there.png"}};
-  plant = plant_of(builder);
-  ASSERT_EQ(plant.warnings.size(), 1u);
-  EXPECT_NE(plant.warnings[0].find("not_there.png"), std::string::npos) << plant.warnings[0];
+  const Result<Plant> missing = import_bytes(builder.glb());
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().status, Status::io);
+  EXPECT_NE(missing.error().message().find("images[0].uri: not_there.png"), std::string::npos) << missing.error().message();
 }
 
 TEST(ImportGltf, SameFileSamePlant) {

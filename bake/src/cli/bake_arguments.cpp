@@ -34,6 +34,7 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->type_name("N")
       ->capture_default_str();
   add_class_options(command, arguments.classes);
+  add_import_options(command, arguments.import);
 }
 
 Result<BakeOptions> bake_options(const BakeArguments& arguments) {
@@ -42,6 +43,7 @@ Result<BakeOptions> bake_options(const BakeArguments& arguments) {
   options.collapse.count_background = arguments.background == "on";
   COPPICE_TRY(import, import_options(arguments.classes));
   options.import = std::move(import);
+  apply_import_arguments(arguments.import, options.import);
   return options;
 }
 

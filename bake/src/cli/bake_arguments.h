@@ -6,6 +6,7 @@
 
 #include "bake.h"
 #include "class_arguments.h"
+#include "import_arguments.h"
 
 namespace CLI {  // NOLINT(readability-identifier-naming)
 class App;
@@ -16,6 +17,7 @@ namespace coppice::bake {
 struct BakeArguments {
   std::string metric = "default", background = "on";
   ClassArguments classes;
+  ImportArguments import;
   BakeOptions options;  ///< what needs no translation
 };
 

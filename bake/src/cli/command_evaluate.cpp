@@ -7,6 +7,7 @@
 #include "class_arguments.h"
 #include "commands.h"
 #include "evaluate.h"
+#include "import_arguments.h"
 #include "progress_bar.h"
 #include "report.h"
 #include "report_html.h"
@@ -19,6 +20,7 @@ struct EvaluateArguments {
   std::vector<std::string> methods;
   std::string reference = "quads";
   ClassArguments classes;
+  ImportArguments import;
   EvaluateOptions options;
 };
 
@@ -46,6 +48,7 @@ int run(const EvaluateArguments& arguments) {
   if (!import) return report_failure(arguments.input, import.error());
   options.import = *std::move(import);
   options.reference = arguments.reference == "meshes" ? ReferenceKind::meshes : ReferenceKind::quads;
+  apply_import_arguments(arguments.import, options.import);
   options.methods.clear();
   for (const std::string& name : arguments.methods) {
     const auto method = method_from_name(name);
@@ -119,6 +122,7 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       ->add_option("--html", arguments->html, "Write a report with curves and pictures to this file; a browser opens it without a network")
       ->type_name("F.html");
   add_class_options(*command, arguments->classes);
+  add_import_options(*command, arguments->import);
   command->add_option("--threads", arguments->options.thread_count, "Worker threads; 0 for all. The figures are the same for any number")
       ->check(CLI::Range(0, 1024))
       ->type_name("N")

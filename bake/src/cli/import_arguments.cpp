@@ -1,0 +1,52 @@
+#include "import_arguments.h"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <charconv>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace coppice::bake {
+namespace {
+
+// Nanometres to light seconds: what lies outside is a slip of the keyboard.
+constexpr double kMinUnit_m = 1e-9, kMaxUnit_m = 1e9;
+
+/// Metres in a unit by name, or in a factor; 0 where the text is neither.
+double metres_in(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, double>, 5> kUnits{
+      {{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}}};
+  for (const auto& [name, metres] : kUnits)
+    if (text == name) return metres;
+  double factor = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), factor);
+  const bool is_number = error == std::errc() && end == text.data() + text.size();
+  return is_number && factor >= kMinUnit_m && factor <= kMaxUnit_m ? factor : 0.0;
+}
+
+}  // namespace
+
+void add_import_options(CLI::App& command, ImportArguments& arguments) {
+  command.add_option("--up", arguments.up, "The file's axis that points to the sky; glTF says y, but not every exporter turns its z")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->type_name("y|z")
+      ->capture_default_str();
+  command
+      .add_option_function<std::string>(
+          "--unit",
+          [&arguments](const std::string& text) {
+            arguments.metres_per_unit = metres_in(text);
+            if (arguments.metres_per_unit == 0.0)
+              throw CLI::ValidationError("--unit", "not m, cm, mm, in, ft or a number of metres between 1e-9 and 1e9: " + text);
+          },
+          "The file's unit of length, by name or as a number of metres; glTF says m")
+      ->type_name("m|cm|mm|in|ft|FACTOR");
+}
+
+void apply_import_arguments(const ImportArguments& arguments, ImportOptions& options) {
+  options.up = arguments.up == "z" ? UpAxis::z : UpAxis::y;
+  options.metres_per_unit = arguments.metres_per_unit;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "import_gltf.h"
+
+namespace CLI {
+class App;
+}
+
+namespace coppice::bake {
+
+/// How a command's glTF input is to be read: --up and --unit.
+struct ImportArguments {
+  std::string up = "y";
+  double metres_per_unit = 1.0;
+};
+
+/// Adds the options to a command; `arguments` must outlive it.
+void add_import_options(CLI::App& command, ImportArguments& arguments);
+
+/// Copies what was chosen into `options`.
+void apply_import_arguments(const ImportArguments& arguments, ImportOptions& options);
+
+}  // namespace coppice::bake

@@ -1,0 +1,57 @@
+// tests/data/bad/gltf: files that are wrong in one way each, as make_gltf_files wrote them.
+
+#include "bad_gltf.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "import_gltf.h"
+
+namespace coppice::bake {
+namespace {
+
+const std::filesystem::path kFolder = COPPICE_BAD_GLTF;
+
+class BadGltfTest : public testing::TestWithParam<test::BadGltf> {};
+
+TEST_P(BadGltfTest, OneLineNamesFileFieldAndPlace) {
+  const std::filesystem::path path = kFolder / GetParam().file;
+  ASSERT_TRUE(std::filesystem::exists(path));
+  const Result<Plant> plant = import_gltf(path, {});
+  ASSERT_FALSE(plant);
+  const std::string message = plant.error().message();
+  EXPECT_NE(message.find(path.string()), std::string::npos) << message;
+  ASSERT_FALSE(GetParam().says.empty());
+  for (const std::string& part : GetParam().says)
+    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' not in: " << message;
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  EXPECT_LT(message.size(), 400u + path.string().size()) << message;
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, BadGltfTest, testing::ValuesIn(test::read_bad_gltf_list(kFolder / "expected.txt")),
+                         [](const testing::TestParamInfo<test::BadGltf>& bad) {
+                           std::string name = bad.param.file;
+                           std::replace(name.begin(), name.end(), '.', '_');
+                           return name;
+                         });
+
+TEST(BadGltf, FolderListAndGeneratorAgree) {
+  std::set<std::string> there, listed, generated;
+  for (const auto& entry : std::filesystem::directory_iterator(kFolder)) there.insert(entry.path().filename());
+  for (const test::BadGltf& bad : test::read_bad_gltf_list(kFolder / "expected.txt")) listed.insert(bad.file);
+  for (const test::BadGltf& bad : test::bad_gltf_files()) {
+    EXPECT_TRUE(generated.insert(bad.file).second) << bad.file << " twice";
+    EXPECT_FALSE(import_gltf_bytes(bad.bytes, kFolder / bad.file, {})) << bad.file;
+  }
+  there.erase("expected.txt");
+  EXPECT_EQ(there, listed);
+  EXPECT_EQ(listed, generated);
+  EXPECT_GE(listed.size(), 25u);
+}
+
+}  // namespace
+}  // namespace coppice::bake

@@ -1,0 +1,527 @@
+// The forms in which a glTF may hold its meshes, instances, colours and images: each must import as the plain form does.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <meshoptimizer.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "gltf_builder.h"
+#include "gltf_compress.h"
+#include "import_gltf.h"
+#include "plants_folder.h"
+#include "process.h"
+
+namespace coppice::bake {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+
+Plant plant_of(const GltfBuilder& builder, const ImportOptions& options = {}) {
+  Result<Plant> plant = import_gltf_bytes(builder.glb(), "plant.glb", options);
+  if (!plant) {
+    ADD_FAILURE() << plant.error().message();
+    return {};
+  }
+  return *std::move(plant);
+}
+
+glm::vec3 corner(const Mesh& mesh, std::size_t i) {
+  return mesh.positions.at(mesh.indices.at(i));
+}
+
+void expect_near(const glm::vec3& actual, const glm::vec3& expected, float tolerance = 1e-5f) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(actual[c], expected[c], tolerance) << "component " << c;
+}
+
+/// Corners of a mesh's triangles, each triangle from its smallest corner on, sorted: what is the same whatever the order.
+std::vector<std::array<std::array<float, 3>, 3>> sorted_triangles(const Mesh& mesh) {
+  std::vector<std::array<std::array<float, 3>, 3>> triangles;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    std::array<std::array<float, 3>, 3> triangle{};
+    for (std::size_t k = 0; k < 3; ++k) triangle[k] = {corner(mesh, i + k).x, corner(mesh, i + k).y, corner(mesh, i + k).z};
+    std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+    triangles.push_back(triangle);
+  }
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+/// A strip of `count` squares, each with four vertices of its own: `count` leaves.
+test::DracoMesh squares(std::uint32_t count) {
+  test::DracoMesh mesh;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto x = static_cast<float>(2 * i);
+    for (const glm::vec2 at : {glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 1), glm::vec2(0, 1)}) {
+      mesh.positions.push_back({x + at.x, at.y, 0.25f * x});
+      mesh.uvs.push_back(at);
+    }
+    mesh.triangles.push_back({4 * i, 4 * i + 1, 4 * i + 2});
+    mesh.triangles.push_back({4 * i, 4 * i + 2, 4 * i + 3});
+  }
+  return mesh;
+}
+
+std::vector<std::uint32_t> flat(const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  std::vector<std::uint32_t> indices;
+  for (const auto& triangle : triangles) indices.insert(indices.end(), triangle.begin(), triangle.end());
+  return indices;
+}
+
+/// The small plant with those leaves instead of its one, not compressed.
+GltfBuilder plain_plant(const test::DracoMesh& mesh) {
+  GltfBuilder builder = test::small_plant();
+  const int positions = builder.add_positions(mesh.positions), uvs = builder.add_uvs(mesh.uvs);
+  builder.json["meshes"][0]["primitives"][0]["attributes"] = {{"POSITION", positions}, {"TEXCOORD_0", uvs}};
+  builder.json["meshes"][0]["primitives"][0]["indices"] = builder.add_indices(flat(mesh.triangles));
+  return builder;
+}
+
+json& leaf_primitive(GltfBuilder& builder) {
+  return builder.json["meshes"][0]["primitives"][0];
+}
+
+/// plain_plant with accessors that hold nothing, and the mesh coded.
+GltfBuilder draco_plant(const test::DracoMesh& mesh) {
+  GltfBuilder builder = test::small_plant();
+  json& primitive = leaf_primitive(builder);
+  const auto add_empty = [&](int component, const char* type, std::size_t count) {
+    builder.json["accessors"].push_back({{"componentType", component}, {"type", type}, {"count", count}});
+    return builder.json["accessors"].size() - 1;
+  };
+  primitive["attributes"] = {{"POSITION", add_empty(test::kFloat, "VEC3", mesh.positions.size())}};
+  json ids{{"POSITION", 0}};
+  if (!mesh.uvs.empty()) {
+    primitive["attributes"]["TEXCOORD_0"] = add_empty(test::kFloat, "VEC2", mesh.positions.size());
+    ids["TEXCOORD_0"] = 1;
+  }
+  primitive["indices"] = add_empty(test::kUnsignedInt, "SCALAR", 3 * mesh.triangles.size());
+  test::add_draco(builder, primitive, test::encode_draco(mesh), ids);
+  return builder;
+}
+
+TEST(ImportDraco, BothMethodsGiveThePlainMesh) {
+  test::DracoMesh mesh = squares(50);
+  const Plant plain = plant_of(plain_plant(mesh));
+  for (const bool edgebreaker : {true, false}) {
+    mesh.edgebreaker = edgebreaker;
+    const Plant plant = plant_of(draco_plant(mesh));
+    ASSERT_EQ(plant.leaves.size(), 50u) << edgebreaker;
+    EXPECT_EQ(sorted_triangles(plant.foliage), sorted_triangles(plain.foliage)) << edgebreaker;
+    for (std::size_t i = 0; i < plant.foliage.positions.size(); ++i) {
+      const float x = plant.foliage.positions[i].x;
+      EXPECT_FLOAT_EQ(plant.foliage.uvs[i].x, std::fmod(x, 2.0f)) << x;
+    }
+    EXPECT_TRUE(plant.warnings.empty());
+  }
+}
+
+TEST(ImportDraco, QuantisedPositionsAreWithinAStep) {
+  test::DracoMesh mesh = squares(20);
+  mesh.position_bits = 12;
+  const Plant plant = plant_of(draco_plant(mesh));
+  ASSERT_EQ(plant.leaves.size(), 20u);
+  const float step_m = 39.0f / 4095.0f;
+  float largest = 0.0f;
+  for (const glm::vec3& position : plant.foliage.positions) largest = std::max(largest, position.x);
+  EXPECT_NEAR(largest, 39.0f, step_m);
+}
+
+TEST(ImportDraco, AttributesThatAreNotCodedAreReadFromTheirAccessors) {
+  test::DracoMesh mesh = squares(3);
+  const std::vector<glm::vec2> uvs = mesh.uvs;
+  mesh.uvs.clear();
+  mesh.edgebreaker = false;
+  GltfBuilder builder = draco_plant(mesh);
+  leaf_primitive(builder)["attributes"]["TEXCOORD_0"] = builder.add_uvs(uvs);
+  const Plant plant = plant_of(builder);
+  ASSERT_EQ(plant.foliage.uvs.size(), uvs.size());
+  EXPECT_EQ(std::count(plant.foliage.uvs.begin(), plant.foliage.uvs.end(), glm::vec2(1.0f, 1.0f)), 3);
+}
+
+TEST(ImportDraco, OneViewForTwoPrimitivesAndAStripBecomesTriangles) {
+  GltfBuilder builder = draco_plant(squares(4));
+  json second = leaf_primitive(builder);
+  second["material"] = 1;
+  second["mode"] = 5;
+  builder.json["meshes"][0]["primitives"].push_back(second);
+  const Plant plant = plant_of(builder);
+  EXPECT_EQ(plant.leaves.size(), 4u);
+  EXPECT_EQ(plant.wood.triangle_materials.size(), 8u + 1u);
+}
+
+TEST(ImportDraco, CountsOfCodedAccessorsAllocateNothing) {
+  GltfBuilder builder = draco_plant(squares(2));
+  for (std::size_t i = 3; i < builder.json["accessors"].size(); ++i) builder.json["accessors"][i]["count"] = 1000000000;
+  EXPECT_EQ(plant_of(builder).leaves.size(), 2u);
+}
+
+TEST(ImportDraco, ColoursKeepTheirNormalisation) {
+  test::DracoMesh mesh = squares(1);
+  mesh.colors.assign(4, {51, 102, 255, 255});
+  GltfBuilder builder = draco_plant(mesh);
+  builder.json["accessors"].push_back({{"componentType", test::kUnsignedByte}, {"type", "VEC4"}, {"count", 4}, {"normalized", true}});
+  leaf_primitive(builder)["attributes"]["COLOR_0"] = builder.json["accessors"].size() - 1;
+  leaf_primitive(builder)["extensions"]["KHR_draco_mesh_compression"]["attributes"]["COLOR_0"] = 2;
+  const Plant plant = plant_of(builder);
+  expect_near(glm::vec3(plant.materials.at(0).base_color), {0.2f, 0.4f, 1.0f});
+}
+
+/// Accessors of plain_plant: 3 positions, 4 uvs, 5 indices; the views have the same numbers.
+TEST(ImportMeshopt, EveryModeGivesThePlainMesh) {
+  const test::DracoMesh mesh = squares(300);
+  const GltfBuilder plain = plain_plant(mesh);
+  const auto expected = sorted_triangles(plant_of(plain).foliage);
+  for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
+    for (const char* mode : {"TRIANGLES", "INDICES"})
+      for (const bool is_short : {false, true}) {
+        GltfBuilder builder = plain;
+        int indices = 5;
+        if (is_short) {
+          const std::vector<std::uint32_t> wide = flat(mesh.triangles);
+          const int accessor = builder.add_indices(std::vector<std::uint16_t>(wide.begin(), wide.end()));
+          leaf_primitive(builder)["indices"] = accessor;
+          indices = builder.json["accessors"][static_cast<std::size_t>(accessor)]["bufferView"];
+        }
+        test::compress_view(builder, 3, {.stride = 12, .extension = extension});
+        test::compress_view(builder, 4, {.stride = 8, .extension = extension});
+        test::compress_view(builder, indices, {.mode = mode, .stride = is_short ? 2 : 4, .extension = extension});
+        const Plant plant = plant_of(builder);
+        EXPECT_EQ(plant.leaves.size(), 300u) << mode;
+        EXPECT_EQ(sorted_triangles(plant.foliage), expected) << mode << " " << is_short;
+        EXPECT_EQ(plant.foliage.uvs, plant_of(plain).foliage.uvs);
+      }
+}
+
+/// Wood of three vertices with an attribute in four numbers, coded by one of meshoptimizer's filters.
+GltfBuilder filtered(const std::string& attribute, const std::vector<std::uint8_t>& bytes, int stride, int component, bool normalized,
+                     const std::string& filter) {
+  GltfBuilder builder = test::small_plant();
+  const int view = builder.add_view(std::span<const std::uint8_t>(bytes), stride);
+  const int accessor = builder.add_accessor(view, component, "VEC3", 3, normalized);
+  builder.json["meshes"][1]["primitives"][0]["attributes"][attribute] = accessor;
+  test::compress_view(builder, view, {.filter = filter, .stride = stride});
+  return builder;
+}
+
+TEST(ImportMeshopt, OctahedralFilterGivesNormals) {
+  const std::vector<glm::vec4> normals{{0.0f, 0.6f, 0.8f, 0.0f}, {-1.0f, 0.0f, 0.0f, 0.0f}, {0.48f, -0.6f, -0.64f, 0.0f}};
+  for (const int stride : {4, 8}) {
+    std::vector<std::uint8_t> bytes(3 * static_cast<std::size_t>(stride));
+    meshopt_encodeFilterOct(bytes.data(), 3, static_cast<std::size_t>(stride), stride == 4 ? 8 : 16, &normals[0].x);
+    const GltfBuilder builder = filtered("NORMAL", bytes, stride, stride == 4 ? test::kByte : test::kShort, true, "OCTAHEDRAL");
+    const Mesh wood = plant_of(builder).wood;
+    for (std::size_t i = 0; i < 3; ++i) expect_near(wood.normals.at(i), glm::vec3(normals[i]), stride == 4 ? 0.02f : 1e-3f);
+  }
+}
+
+TEST(ImportMeshopt, ExponentialFilterGivesPositions) {
+  const std::vector<glm::vec3> positions{{0.0f, -1.0f, 0.0f}, {0.5f, -1.0f, 0.125f}, {0.0f, 0.0f, 1000.0f}};
+  std::vector<std::uint8_t> bytes(36);
+  meshopt_encodeFilterExp(bytes.data(), 3, 12, 23, &positions[0].x);
+  const Mesh wood = plant_of(filtered("POSITION", bytes, 12, test::kFloat, false, "EXPONENTIAL")).wood;
+  for (std::size_t i = 0; i < 3; ++i) expect_near(corner(wood, i), positions[i], 1e-3f);
+}
+
+TEST(ImportMeshopt, AFallbackBufferNeedsNoMarkAndItsFileIsNotRead) {
+  const test::TemporaryFolder folder;
+  GltfBuilder builder = plain_plant(squares(2));
+  test::compress_view(builder, 3, {.stride = 12});
+  builder.json["buffers"] = {{{"byteLength", builder.bin.size()}}, {{"byteLength", builder.fallback_bytes}}};
+  EXPECT_EQ(plant_of(builder).leaves.size(), 2u) << "no mark";
+  builder.json["buffers"][1]["uri"] = "not_there.bin";
+  EXPECT_FALSE(import_gltf_bytes(builder.glb(), folder / "plant.glb", {})) << "a buffer that is no fallback is read";
+  builder.json["buffers"][1]["extensions"]["EXT_meshopt_compression"]["fallback"] = true;
+  EXPECT_EQ(plant_of(builder).leaves.size(), 2u) << "marked";
+}
+
+TEST(ImportInstancing, EachInstanceIsALeafOfItsOwn) {
+  GltfBuilder builder = test::small_plant();
+  const float half = std::sqrt(0.5f);
+  const int translations = builder.add_positions({{10.0f, 0.0f, 0.0f}, {20.0f, 0.0f, 0.0f}, {30.0f, 1.0f, 2.0f}});
+  const int scales = builder.add_positions({{1.0f, 1.0f, 1.0f}, {2.0f, 3.0f, 1.0f}, {-1.0f, 1.0f, 1.0f}});
+  const int rotation_view = builder.add_view(std::vector<glm::vec4>{{0, 0, 0, 1}, {0, 0, 0, 1}, {0, half, 0, half}});
+  json& node = builder.json["nodes"][0];
+  json& attributes = node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+  attributes = {
+      {"TRANSLATION", translations}, {"SCALE", scales}, {"ROTATION", builder.add_accessor(rotation_view, test::kFloat, "VEC4", 3)}};
+  node["scale"] = {2, 2, 2};
+  builder.json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
+  Plant plant = plant_of(builder);
+  ASSERT_EQ(plant.leaves.size(), 3u);
+  // Corner 2 is (1, 1, 0): scaled, turned, moved by the instance, then by the node.
+  const auto third_corner = [&](std::size_t leaf) { return corner(plant.foliage, 3 * std::size_t{plant.leaves[leaf].first_triangle} + 2); };
+  expect_near(third_corner(0), {22.0f, 2.0f, 0.0f});
+  expect_near(third_corner(1), {44.0f, 6.0f, 0.0f});
+  // Mirrored: the winding is turned round, so that corner 2 of the triangle is vertex 1, (1, 0, 0).
+  expect_near(third_corner(2), {60.0f, 2.0f, 6.0f});
+
+  const int shorts = builder.add_view(std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 0, 32767, 0, 23170, 0, 23170});
+  attributes["ROTATION"] = builder.add_accessor(shorts, test::kShort, "VEC4", 3, true);
+  plant = plant_of(builder);
+  expect_near(third_corner(2), {60.0f, 2.0f, 6.0f}, 1e-3f);
+}
+
+TEST(ImportInstancing, QuaternionFilterAndAttributesOfOurOwn) {
+  GltfBuilder builder = test::small_plant();
+  const float half = std::sqrt(0.5f);
+  const std::vector<glm::vec4> rotations{{0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, half, half}};
+  std::vector<std::uint8_t> bytes(16);
+  meshopt_encodeFilterQuat(bytes.data(), 2, 8, 16, &rotations[0].x);
+  const int view = builder.add_view(std::span<const std::uint8_t>(bytes), 8);
+  test::compress_view(builder, view, {.filter = "QUATERNION", .stride = 8});
+  builder.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"ROTATION", builder.add_accessor(view, test::kShort, "VEC4", 2, true)},
+      {"_ID", builder.add_indices(std::vector<std::uint16_t>{7, 8})}};
+  const Plant plant = plant_of(builder);
+  ASSERT_EQ(plant.leaves.size(), 2u);
+  expect_near(corner(plant.foliage, 3 * std::size_t{plant.leaves[1].first_triangle} + 1), {0.0f, 1.0f, 0.0f}, 1e-3f);
+}
+
+/// Component type, normalised, and the raw value that stands for 1 or is 1.
+class QuantisationTest : public testing::TestWithParam<std::tuple<int, bool>> {};
+
+template <class T>
+std::vector<std::uint8_t> packed(const std::vector<double>& values, std::size_t per_vertex, bool normalized) {
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double scale = normalized ? static_cast<double>(std::numeric_limits<T>::max()) : 1.0;
+    const auto value = static_cast<T>(std::lround(values[i] * scale));
+    const auto* first = reinterpret_cast<const std::uint8_t*>(&value);
+    bytes.insert(bytes.end(), first, first + sizeof value);
+    if ((i + 1) % per_vertex == 0) bytes.resize((bytes.size() + 3) / 4 * 4);
+  }
+  return bytes;
+}
+
+std::vector<std::uint8_t> packed(int component, const std::vector<double>& values, std::size_t per_vertex, bool normalized) {
+  switch (component) {
+    case test::kByte:
+      return packed<std::int8_t>(values, per_vertex, normalized);
+    case test::kUnsignedByte:
+      return packed<std::uint8_t>(values, per_vertex, normalized);
+    case test::kShort:
+      return packed<std::int16_t>(values, per_vertex, normalized);
+    default:
+      return packed<std::uint16_t>(values, per_vertex, normalized);
+  }
+}
+
+TEST_P(QuantisationTest, PositionsAndTextureCoordinates) {
+  const auto [component, normalized] = GetParam();
+  GltfBuilder builder = test::small_plant();
+  builder.json["extensionsRequired"] = {"KHR_mesh_quantization"};
+  json& attributes = builder.json["meshes"][1]["primitives"][0]["attributes"];
+  const bool wide = component == test::kShort || component == test::kUnsignedShort;
+  const auto add = [&](const std::vector<double>& values, std::size_t per_vertex, const char* type) {
+    const int view = builder.add_view(packed(component, values, per_vertex, normalized), wide && per_vertex == 3 ? 8 : 4);
+    return builder.add_accessor(view, component, type, 3, normalized);
+  };
+  attributes["POSITION"] = add({0, 0, 0, 1, 0, 0, 0, 1, 1}, 3, "VEC3");
+  attributes["TEXCOORD_0"] = add({0, 1, 1, 1, 1, 0}, 2, "VEC2");
+  builder.json["nodes"][1]["scale"] = {5, 5, 5};
+  const Mesh wood = plant_of(builder).wood;
+  expect_near(corner(wood, 1), {5.0f, 0.0f, 0.0f});
+  expect_near(corner(wood, 2), {0.0f, 5.0f, 5.0f});
+  EXPECT_EQ(wood.uvs.at(0), glm::vec2(0.0f, 1.0f));
+  EXPECT_EQ(wood.uvs.at(2), glm::vec2(1.0f, 0.0f));
+}
+
+INSTANTIATE_TEST_SUITE_P(ImportQuantised, QuantisationTest, testing::Combine(testing::Values(5120, 5121, 5122, 5123), testing::Bool()));
+
+/// The uvs of a triangle's corners (0, 0), (1, 0), (0, 1) under a material whose texture is transformed.
+std::vector<glm::vec2> transformed_uvs(const json& transform) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(1, test::png(2, 2, {9, 9, 9, 255}));
+  builder.json["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] = transform;
+  builder.json["extensionsRequired"] = {"KHR_texture_transform"};
+  json& attributes = builder.json["meshes"][1]["primitives"][0]["attributes"];
+  attributes["TEXCOORD_0"] = builder.add_uvs({{0.0f, 0.0f}, {1.0f, 0.0f}, {0.0f, 1.0f}});
+  attributes["TEXCOORD_3"] = builder.add_uvs({{0.5f, 0.5f}, {0.5f, 0.5f}, {0.5f, 0.5f}});
+  const Plant plant = plant_of(builder);
+  EXPECT_TRUE(plant.warnings.empty());
+  return plant.wood.uvs;
+}
+
+void expect_uvs(const std::vector<glm::vec2>& actual, const std::vector<glm::vec2>& expected) {
+  ASSERT_EQ(actual.size(), expected.size());
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    EXPECT_NEAR(actual[i].x, expected[i].x, 1e-6f) << i;
+    EXPECT_NEAR(actual[i].y, expected[i].y, 1e-6f) << i;
+  }
+}
+
+TEST(ImportTextureTransform, IsBakedIntoTheUvs) {
+  expect_uvs(transformed_uvs(json::object()), {{0, 0}, {1, 0}, {0, 1}});
+  expect_uvs(transformed_uvs({{"offset", {0, 1}}, {"scale", {1, -1}}}), {{0, 1}, {1, 1}, {0, 0}});
+  // The extension's own example: the lower left quadrant of the image, turned by 90 degrees.
+  expect_uvs(transformed_uvs({{"offset", {0, 1}}, {"rotation", 1.57079632679}, {"scale", {0.5, 0.5}}}), {{0, 1}, {0, 0.5}, {0.5, 1}});
+  expect_uvs(transformed_uvs({{"texCoord", 3}, {"offset", {0.25, 0}}}), {{0.75, 0.5}, {0.75, 0.5}, {0.75, 0.5}});
+}
+
+TEST(ImportVertexColours, TintTheirMaterialByTheirMean) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"] = {1.0, 0.5, 1.0, 1.0};
+  json& attributes = builder.json["meshes"][1]["primitives"][0]["attributes"];
+  attributes["COLOR_0"] = builder.add_positions({{0.5f, 0.5f, 0.25f}, {0.5f, 0.5f, 0.25f}, {0.5f, 0.5f, 0.25f}});
+  Plant plant = plant_of(builder);
+  expect_near(glm::vec3(plant.materials.at(1).base_color), {0.5f, 0.25f, 0.25f});
+  EXPECT_EQ(plant.materials.at(0).base_color, glm::vec4(1.0f));
+  EXPECT_TRUE(plant.warnings.empty());
+
+  const int view = builder.add_view(std::vector<std::uint8_t>{255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 0});
+  attributes["COLOR_0"] = builder.add_accessor(view, test::kUnsignedByte, "VEC4", 3, true);
+  plant = plant_of(builder);
+  const float third = 1.0f / 3.0f;
+  expect_near(glm::vec3(plant.materials.at(1).base_color), {third, 0.5f * third, third});
+  ASSERT_EQ(plant.warnings.size(), 2u);
+  EXPECT_NE(plant.warnings[0].find("'bark': its vertex colours differ"), std::string::npos) << plant.warnings[0];
+  EXPECT_NE(plant.warnings[1].find("alpha"), std::string::npos) << plant.warnings[1];
+
+  // A second primitive of the same material, without colours and of the same area, is white.
+  json white = builder.json["meshes"][1]["primitives"][0];
+  white["attributes"].erase("COLOR_0");
+  builder.json["meshes"][1]["primitives"].push_back(white);
+  expect_near(glm::vec3(plant_of(builder).materials.at(1).base_color), {2 * third, third, 2 * third});
+}
+
+TEST(ImportImages, EmbeddedAndExternalInEveryForm) {
+  const test::TemporaryFolder folder;
+  const std::vector<std::uint8_t> green_png = test::png(4, 2, {10, 200, 30, 255}), green_webp = test::webp(4, 2, {10, 200, 30, 255});
+  test::write_file(folder / "a leaf.png", green_png);
+  test::write_file(folder / "leaf.webp", green_webp);
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, green_webp);
+  const json embedded = builder.json["images"][0];
+  for (const json& image : {embedded, json{{"uri", "a%20leaf.png"}}, json{{"uri", "leaf.webp"}},
+                            json{{"uri", "data:image/png;base64," + test::base64(green_png)}},
+                            json{{"uri", "data:image/webp;base64," + test::base64(green_webp)}}}) {
+    builder.json["images"][0] = image;
+    const Result<Plant> plant = import_gltf_bytes(builder.glb(), folder / "plant.glb", {});
+    ASSERT_TRUE(plant) << plant.error().message();
+    ASSERT_EQ(plant->images.size(), 1u) << image.dump().substr(0, 60);
+    EXPECT_EQ(plant->images[0].width, 4u);
+    const std::array<std::uint8_t, 4> texel{10, 200, 30, 255};
+    EXPECT_TRUE(std::equal(texel.begin(), texel.end(), plant->images[0].rgba.begin()));
+    EXPECT_TRUE(plant->warnings.empty());
+  }
+}
+
+TEST(ImportImages, WebpExtensionReplacesTheSource) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(2, 2, {255, 0, 0, 255}));
+  builder.json["images"].push_back({{"bufferView", builder.add_view(test::webp(3, 3, {0, 0, 255, 255}))}, {"mimeType", "image/webp"}});
+  builder.json["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = 1;
+  EXPECT_EQ(plant_of(builder).images.at(0).width, 3u);
+  builder.json["textures"][0].erase("source");
+  builder.json["extensionsRequired"] = {"EXT_texture_webp"};
+  EXPECT_EQ(plant_of(builder).images.at(0).width, 3u);
+}
+
+TEST(ImportImages, AFormThatIsNotReadIsAWarning) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(2, 2, {255, 0, 0, 255}));
+  builder.json["textures"][0] = {{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
+  const Plant plant = plant_of(builder);
+  EXPECT_EQ(plant.materials.at(0).image, kNone);
+  ASSERT_EQ(plant.warnings.size(), 1u);
+  EXPECT_NE(plant.warnings[0].find("KHR_texture_basisu is not read"), std::string::npos) << plant.warnings[0];
+}
+
+TEST(ImportForms, StripsAndFansWithoutIndices) {
+  const std::vector<glm::vec3> strip{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, fan{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  for (const auto& [mode, positions] : {std::pair{5, strip}, std::pair{6, fan}}) {
+    GltfBuilder builder = test::small_plant();
+    builder.json["nodes"][1]["mesh"] = builder.add_mesh({{"POSITION", builder.add_positions(positions)}}, std::nullopt, 1, mode);
+    const Mesh wood = plant_of(builder).wood;
+    ASSERT_EQ(wood.triangle_materials.size(), 2u) << mode;
+    for (std::size_t t = 0; t < 2; ++t) {
+      const glm::vec3 a = corner(wood, 3 * t);
+      expect_near(glm::cross(corner(wood, 3 * t + 1) - a, corner(wood, 3 * t + 2) - a), {0.0f, 0.0f, 1.0f});
+    }
+  }
+}
+
+TEST(ImportForms, SparseIndicesAndNormals) {
+  GltfBuilder builder = test::small_plant();
+  const int which = builder.add_view(std::vector<std::uint16_t>{5});
+  const int index = builder.add_view(std::vector<std::uint16_t>{1});
+  builder.json["accessors"][1]["sparse"] = {
+      {"count", 1}, {"indices", {{"bufferView", which}, {"componentType", test::kUnsignedShort}}}, {"values", {{"bufferView", index}}}};
+  const Plant plant = plant_of(builder);
+  expect_near(corner(plant.foliage, 5), {1.0f, 0.0f, 0.0f});
+}
+
+TEST(ImportOptions, UpAxisAndUnit) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["nodes"][0]["translation"] = {100, 200, 300};
+  Plant plant = plant_of(builder, {.up = UpAxis::z, .metres_per_unit = 0.01});
+  expect_near(corner(plant.foliage, 0), {1.0f, 3.0f, -2.0f});
+  // The leaf's front looked along +z of the file, which is now up.
+  expect_near(plant.foliage.normals.at(0), {0.0f, 1.0f, 0.0f});
+  plant = plant_of(builder, {.metres_per_unit = 0.0254});
+  expect_near(corner(plant.foliage, 0), {2.54f, 5.08f, 7.62f});
+  for (const double unit : {0.0, -1.0, std::nan(""), static_cast<double>(INFINITY)})
+    EXPECT_FALSE(import_gltf_bytes(builder.glb(), "plant.glb", {.metres_per_unit = unit})) << unit;
+}
+
+/// A third-party plant and the same plant compressed.
+struct CompressedPlant {
+  const char* plain;
+  const char* compressed;
+  const char* leaf_material;
+  double leaf_count;
+  double welded_leaves;
+};
+
+class CompressedPlantTest : public testing::TestWithParam<CompressedPlant> {};
+
+std::array<glm::vec3, 2> box_of(const Plant& plant) {
+  std::array<glm::vec3, 2> box{glm::vec3(INFINITY), glm::vec3(-INFINITY)};
+  for (const Mesh* mesh : {&plant.foliage, &plant.wood})
+    for (const glm::vec3& position : mesh->positions) box = {glm::min(box[0], position), glm::max(box[1], position)};
+  return box;
+}
+
+TEST_P(CompressedPlantTest, IsThePlainOne) {
+  const std::filesystem::path plain_path = test::plants_folder() / GetParam().plain;
+  const std::filesystem::path compressed_path = test::plants_folder() / GetParam().compressed;
+  for (const std::filesystem::path& path : {plain_path, compressed_path})
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent; set COPPICE_PLANTS to the folder of third-party plants";
+  const ImportOptions options{.leaf_material = GetParam().leaf_material};
+  const Result<Plant> plain = import_gltf(plain_path, options), compressed = import_gltf(compressed_path, options);
+  ASSERT_TRUE(plain) << plain.error().message();
+  ASSERT_TRUE(compressed) << compressed.error().message();
+  const double share = static_cast<double>(plain->leaves.size()) / GetParam().leaf_count;
+  EXPECT_NEAR(share, 1.0, 0.01) << plain->leaves.size();
+  // Quantisation may bring two leaves together that almost touched: one pair of the coconut's leaflets.
+  EXPECT_NEAR(static_cast<double>(compressed->leaves.size()), static_cast<double>(plain->leaves.size()), GetParam().welded_leaves);
+  EXPECT_EQ(compressed->images.size(), plain->images.size());
+  const auto expected = box_of(*plain), actual = box_of(*compressed);
+  // Both were quantised to 14 bits or finer.
+  const float step_m = glm::length(expected[1] - expected[0]) / 16384.0f;
+  for (std::size_t side = 0; side < 2; ++side) expect_near(actual[side], expected[side], step_m);
+  const auto triangles = static_cast<double>(plain->wood.triangle_materials.size());
+  EXPECT_NEAR(static_cast<double>(compressed->wood.triangle_materials.size()), triangles, 0.001 * triangles);
+}
+
+INSTANTIATE_TEST_SUITE_P(ThirdParty, CompressedPlantTest,
+                         testing::Values(CompressedPlant{"scopia_poplar.glb", "scopia_poplar.draco.glb", "^Leaves$", 5100, 0},
+                                         CompressedPlant{"scopia_coconut.glb", "scopia_coconut.meshopt.glb", "^Leaves$", 11245, 1}),
+                         [](const testing::TestParamInfo<CompressedPlant>& plant) {
+                           return plant.index == 0 ? std::string("PoplarDraco") : std::string("CoconutMeshopt");
+                         });
+
+}  // namespace
+}  // namespace coppice::bake

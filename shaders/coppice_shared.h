@@ -72,9 +72,10 @@ COPPICE_GPU_LAYOUT(Card, 36);
 struct Material {
   vec4 base_color;  // linear
   float alpha_cutoff;
-  uint texture;  // of the plant, or kNoTexture
+  uint texture;    // of the plant, or kNoTexture
+  float coverage;  // share of its cards that is no hole
 };
-COPPICE_GPU_LAYOUT(Material, 24);
+COPPICE_GPU_LAYOUT(Material, 28);
 
 struct WoodVertex {
   vec3 position;  // object space, m

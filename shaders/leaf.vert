@@ -15,8 +15,6 @@ layout(location = 0) out vec3 out_light;
 layout(location = 1) out float out_transmittance;
 layout(location = 2) out vec2 out_uv;
 layout(location = 3) flat out float out_alpha_cutoff;
-layout(location = 4) out vec2 out_place;             // in the quad: x -1 at the stalk, 1 at the tip; y across
-layout(location = 5) flat out float out_roundness;   // see leaf_roundness
 
 // No branch: some drivers load for both sides of one, so that every address computed here has to be readable.
 Node fetch_node(Plant plant, uint id) {
@@ -48,12 +46,14 @@ vec3 variation(uint slot, vec3 place_in_crown, uvec3 stalk) {
   return (1.0 + 0.16 * a + 0.30 * b) * vec3(1.0 + 0.16 * c, 1.0, 1.0 - 0.14 * c);
 }
 
-// A leaf without a texture is a rectangle; close by it gets the outline |y| <= 1 - |x|^(1/roundness). 0 is the rectangle, 0.5 a pointed
-// oval. Its share of the quad is 1 / (1 + roundness), and the quad is enlarged by as much, so that coverage does not depend on the distance.
-float leaf_roundness(vec3 stalk, vec3 tip, Instance instance) {
+// 0 for a leaf that shows its card's outline, 1 for one too small for it. No mip level keeps an outline of few pixels, so a small leaf is a
+// smaller quad of the same covered area, and has no holes.
+float outline_loss(vec3 corners[4], Instance instance) {
+  vec3 stalk = 0.5 * (corners[0] + corners[3]), tip = 0.5 * (corners[1] + corners[2]);
+  float width_m = distance(0.5 * (corners[0] + corners[1]), 0.5 * (corners[2] + corners[3]));
   float distance_m = max(distance(world_from_object(instance, 0.5 * (stalk + tip)), view.camera_position), view.near_m);
-  float length_px = instance.scale * distance(stalk, tip) * view.focal_px / distance_m;
-  return 0.5 * smoothstep(6.0, 16.0, length_px);
+  float thickness_px = instance.scale * min(distance(stalk, tip), width_m) * view.focal_px / distance_m;
+  return 1.0 - smoothstep(1.5, 5.0, thickness_px);
 }
 
 void main() {
@@ -67,8 +67,6 @@ void main() {
   out_transmittance = 1.0;
   out_uv = vec2(0.0);
   out_alpha_cutoff = 0.0;
-  out_place = vec2(corner == 1 || corner == 2 ? 1.0 : -1.0, corner < 2 ? -1.0 : 1.0);
-  out_roundness = 0.0;
   uint leaf_count = min(coppice_whole_leaf_count(cuts[slot]), plant.resident_leaf_count);
   if (!coppice_node_alive(id, node.split, leaf_count)) return;
 
@@ -79,8 +77,8 @@ void main() {
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = plant.box_min + plant.box_step * vec3(quantised_corner(node, i));
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  if (material.texture == kNoTexture) out_roundness = leaf_roundness(0.5 * (corners[0] + corners[3]), 0.5 * (corners[1] + corners[2]), instance);
-  vec3 object = middle + (corners[corner] - middle) * sqrt(1.0 + out_roundness);
+  float loss = outline_loss(corners, instance);
+  vec3 object = middle + (corners[corner] - middle) * mix(1.0, sqrt(material.coverage), loss);
   vec3 world = world_from_object(instance, object);
   gl_Position = view.clip_from_world * vec4(world, 1.0);
 
@@ -105,5 +103,5 @@ void main() {
   out_light = albedo * (direct + ambient);
   out_transmittance = transmittance(world);
   out_uv = card.uv[corner];
-  out_alpha_cutoff = material.alpha_cutoff;
+  out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);
 }

@@ -4,13 +4,12 @@
 // Leaves and wood: texture, alpha test, fog.
 // reads     view, the texture of the draw
 // writes    colour, linear
-// recorded by coppice::gpu::record_draw. Plain wood keeps early depth tests.
+// recorded by coppice::gpu::record_draw. What has no texture keeps early depth tests.
 
 #include "bindings.glsl"
 
 const uint kPlain = 0;
 const uint kTextured = 1;
-const uint kOutlined = 2;
 layout(constant_id = 0) const uint kKind = kTextured;  // gpu::FragmentKind
 
 layout(set = 1, binding = 0) uniform sampler2D base_color;
@@ -19,13 +18,10 @@ layout(location = 0) in vec3 in_light;
 layout(location = 1) in float in_transmittance;
 layout(location = 2) in vec2 in_uv;
 layout(location = 3) flat in float in_alpha_cutoff;
-layout(location = 4) in vec2 in_place;
-layout(location = 5) flat in float in_roundness;
 layout(location = 0) out vec4 out_color;
 
 void main() {
   vec3 color = in_light;
-  if (kKind == kOutlined && in_roundness > 0.0 && abs(in_place.y) > 1.0 - pow(abs(in_place.x), 1.0 / in_roundness)) discard;
   if (kKind == kTextured) {
     vec4 texel = texture(base_color, in_uv);
     if (texel.a < in_alpha_cutoff) discard;

@@ -15,8 +15,6 @@ layout(location = 0) out vec3 out_light;
 layout(location = 1) out float out_transmittance;
 layout(location = 2) out vec2 out_uv;
 layout(location = 3) flat out float out_alpha_cutoff;
-layout(location = 4) out vec2 out_place;
-layout(location = 5) flat out float out_roundness;
 
 vec3 octahedral_normal(uint packed) {
   vec2 e = unpackSnorm2x16(packed);
@@ -44,7 +42,5 @@ void main() {
   out_light = material.base_color.rgb * (direct + ambient);
   out_transmittance = transmittance(world);
   out_uv = vertex.uv;
-  out_place = vec2(0.0);
-  out_roundness = 0.0;
   out_alpha_cutoff = material.alpha_cutoff;
 }

@@ -10,7 +10,7 @@
 #include "collapse_image.h"
 #include "coppice/format.h"
 #include "error_table.h"
-#include "leaf_quads.h"
+#include "leaf_cards.h"
 #include "replay.h"
 #include "tree_order.h"
 #include "wood_lods.h"
@@ -78,7 +78,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
 
   progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
-  COPPICE_TRY(foliage, fit_leaf_quads(plant));
+  COPPICE_TRY(foliage, card_foliage(plant));
   COPPICE_TRY(views, viewpoints(options.view_count > 0 ? options.view_count : metric_view_count(options.metric, foliage.leaf_count())));
   report.source_leaves = foliage.leaf_count();
   report.warnings = plant.warnings;
@@ -105,6 +105,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
 
   progress("pack", 0.0);
   baked.wood = simplify_wood(plant.wood);
+  drop_unused_materials(baked);
   COPPICE_TRY(bytes, pack(baked, report.sizes));
   report.seconds.pack = watch.lap();
   report.seconds.total = total.lap();

@@ -26,28 +26,35 @@ bool has_area(const Mesh& mesh, const LeafRange& leaf) {
 
 }  // namespace
 
-Result<Foliage> fit_leaf_quads(const Plant& plant) {
+Result<std::vector<FittedLeaf>> fit_leaves(const Plant& plant) {
   for (std::size_t i = 0; i < plant.leaves.size(); ++i)
     if (!has_area(plant.foliage, plant.leaves[i]))
       return Error{Status::invalid_argument, "leaf without area", Error::kNoOffset, "leaf " + std::to_string(i)};
   const BranchDistance branch(plant);
-  Foliage foliage;
-  foliage.quads.resize(plant.leaves.size());
-  std::vector<Card> cards(plant.leaves.size());
+  std::vector<FittedLeaf> leaves(plant.leaves.size());
   // Each leaf writes its own slot: the result does not depend on who fits which.
   constexpr std::size_t kGrain = 64;
   parallel_for(
-      plant.leaves.size(),
-      [&](std::size_t i) {
-        const FittedLeaf fitted = fit_leaf(plant, plant.leaves[i], branch);
-        foliage.quads[i] = fitted.quad;
-        cards[i] = fitted.card;
-      },
-      kGrain);
-  SharedCards shared = share_cards(cards, plant.materials);
+      plant.leaves.size(), [&](std::size_t i) { leaves[i] = fit_leaf(plant, plant.leaves[i], branch); }, kGrain);
+  return leaves;
+}
+
+Foliage share_leaf_cards(const std::vector<FittedLeaf>& leaves, const std::vector<Material>& materials) {
+  Foliage foliage;
+  std::vector<Card> cards;
+  for (const FittedLeaf& leaf : leaves) {
+    foliage.quads.push_back(leaf.quad);
+    cards.push_back(leaf.card);
+  }
+  SharedCards shared = share_cards(cards, materials);
   foliage.card_table = std::move(shared.table);
   foliage.cards = std::move(shared.card_of);
   return foliage;
+}
+
+Result<Foliage> fit_leaf_quads(const Plant& plant) {
+  COPPICE_TRY(leaves, fit_leaves(plant));
+  return share_leaf_cards(leaves, plant.materials);
 }
 
 }  // namespace coppice::bake

@@ -50,9 +50,9 @@ struct BlockScale {
 
 /// What the error is made of. Weights were chosen on ten plants, see DECISIONS.md.
 struct ImageErrorOptions {
-  std::int64_t pixel_weight = 1;                                 ///< of the squared differences of single pixels; 0 .. 1024
-  std::vector<BlockScale> scales = {{3, 4}, {5, 64}};            ///< finest first; shifts 1 .. 5, weights 1 .. 1024
-  std::int64_t coverage_weight = 224;                            ///< of a view's covered area as one block; 0 .. 1024
+  std::int64_t pixel_weight = 3;                                 ///< of the squared differences of single pixels; 0 .. 1024
+  std::vector<BlockScale> scales = {{3, 8}, {5, 192}};           ///< finest first; shifts 1 .. 5, weights 1 .. 1024
+  std::int64_t coverage_weight = 672;                            ///< of a view's covered area as one block; 0 .. 1024
   std::array<std::int64_t, kImageChannels> weights{1, 1, 1, 1};  ///< of the channels' squared differences
   /// What no view shows, but some viewer may. Used by the collapse, not part of the picture's error.
   double mismatch_weight = 0.008;  ///< share of the views that are taken to show the pair, or its merged leaf, with nothing in front

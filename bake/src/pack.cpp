@@ -1,12 +1,14 @@
 #include "pack.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "page_encode.h"
 #include "quantised_tree.h"
 #include "texture_mips.h"
 #include "utf8.h"
+#include "visibility.h"
 #include "wood_encode.h"
 #include "writer.h"
 
@@ -31,13 +33,32 @@ void store_name(char (&target)[64], const std::string& name) {
   }
 }
 
-coppice_file_material file_material(const Material& material) {
+/// Share of a material's cards that is no hole; they count alike. 1 without cards or holes.
+float card_coverage(const std::vector<Card>& cards, std::uint32_t material, const AlphaMask& mask) {
+  constexpr std::uint32_t kPointsPerSide = 32;
+  std::uint64_t solid = 0, all = 0;
+  for (const Card& card : cards) {
+    if (card.material != material || mask.hole.empty()) continue;
+    for (std::uint32_t i = 0; i < kPointsPerSide * kPointsPerSide; ++i) {
+      const float x = (static_cast<float>(i % kPointsPerSide) + 0.5f) / kPointsPerSide;
+      const float y = (static_cast<float>(i / kPointsPerSide) + 0.5f) / kPointsPerSide;
+      const glm::vec2 uv = (1 - y) * ((1 - x) * card.uv[0] + x * card.uv[1]) + y * ((1 - x) * card.uv[3] + x * card.uv[2]);
+      if (!mask.is_hole(uv)) ++solid;
+      ++all;
+    }
+  }
+  return all == 0 ? 1.0f : static_cast<float>(solid) / static_cast<float>(all);
+}
+
+coppice_file_material file_material(const Material& material, float coverage) {
   coppice_file_material result{};
   for (int channel = 0; channel < 4; ++channel) result.base_color[channel] = std::clamp(material.base_color[channel], 0.0f, 1.0f);
   result.alpha_cutoff = std::clamp(material.alpha_cutoff, 0.0f, 1.0f);
   result.roughness = std::clamp(material.roughness, 0.0f, 1.0f);
   result.texture = material.image == kNone ? COPPICE_NO_TEXTURE : material.image;
   result.flags = material.double_sided ? COPPICE_MATERIAL_DOUBLE_SIDED : 0u;
+  if (coverage < 1.0f)
+    result.flags |= static_cast<std::uint32_t>(std::max(std::lround(255.0f * coverage), 1L)) << COPPICE_MATERIAL_COVERAGE_SHIFT;
   return result;
 }
 
@@ -111,7 +132,9 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   COPPICE_TRY(tree, quantise_tree(plant.tree));
   FileContents contents;
   fill_plant(plant, tree, contents.plant);
-  for (const Material& material : plant.materials) contents.materials.push_back(file_material(material));
+  COPPICE_TRY(masks, alpha_masks(plant.materials, plant.images));
+  for (std::uint32_t m = 0; m < plant.materials.size(); ++m)
+    contents.materials.push_back(file_material(plant.materials[m], card_coverage(plant.card_table, m, masks[m])));
   for (const Card& card : plant.card_table) contents.cards.push_back(file_card(card));
   for (const Tree::Node& node : plant.tree.nodes)
     if (node.card >= plant.card_table.size()) return Error{Status::invalid_argument, "pack: a node's card is not in the table"};

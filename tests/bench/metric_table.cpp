@@ -19,7 +19,7 @@
 #include "generate_plant.h"
 #include "held_out_error.h"
 #include "import_gltf.h"
-#include "leaf_quads.h"
+#include "leaf_cards.h"
 #include "tree_order.h"
 
 namespace coppice::bake {
@@ -74,7 +74,7 @@ Foliage stochastic_cut(const Foliage& source, std::uint32_t leaf_count) {
 int print_plant(const std::string& name, const std::vector<std::string>& methods, const ImageErrorOptions& image_options) {
   const auto plant = load(name);
   if (!plant) return std::fprintf(stderr, "%s\n", plant.error().message().c_str()), 1;
-  const auto foliage = fit_leaf_quads(*plant);
+  const auto foliage = card_foliage(*plant);
   if (!foliage) return std::fprintf(stderr, "%s\n", foliage.error().message().c_str()), 1;
   const test::HeldOutViews reference(*foliage, *plant);
   for (const std::string& method : methods) {

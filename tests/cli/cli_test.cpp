@@ -25,7 +25,7 @@
 
 #include "generate_plant.h"
 #include "import_gltf.h"
-#include "leaf_quads.h"
+#include "leaf_cards.h"
 #include "process.h"
 
 namespace {
@@ -385,7 +385,7 @@ TEST(CommandLine, ExportOfAllLeavesGivesTheSourceQuadsBack) {
   ASSERT_EQ(exported->foliage.positions.size(), 4u * 386u);
   const auto source = coppice::bake::import_gltf(baked().glb, {});
   ASSERT_TRUE(source) << source.error().message();
-  const auto foliage = coppice::bake::fit_leaf_quads(*source);
+  const auto foliage = coppice::bake::card_foliage(*source);
   ASSERT_TRUE(foliage) << foliage.error().message();
 
   glm::vec3 low = foliage->quads[0][0];

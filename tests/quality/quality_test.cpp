@@ -15,7 +15,7 @@
 
 #include "evaluate.h"
 #include "generate_plant.h"
-#include "leaf_quads.h"
+#include "leaf_cards.h"
 #include "plants_folder.h"
 
 namespace coppice::bake {
@@ -89,7 +89,7 @@ TEST_P(Quality, DefaultIsAsGoodAsItsTable) {
   }
   const auto plant = load(GetParam());
   ASSERT_TRUE(plant) << plant.error().message();
-  const auto foliage = fit_leaf_quads(*plant);
+  const auto foliage = card_foliage(*plant);
   ASSERT_TRUE(foliage) << foliage.error().message();
   const bool update = std::getenv("COPPICE_UPDATE_QUALITY") != nullptr;
   EvaluateOptions options;

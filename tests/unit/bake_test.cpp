@@ -10,7 +10,7 @@
 #include "generate_plant.h"
 #include "gltf_write.h"
 #include "inspect.h"
-#include "leaf_quads.h"
+#include "leaf_cards.h"
 #include "naive_collapse.h"
 #include "plants_folder.h"
 #include "process.h"
@@ -88,7 +88,7 @@ TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
 
     const auto plant = import_gltf(glb_, {});
     ASSERT_TRUE(plant) << plant.error().message();
-    const auto foliage = fit_leaf_quads(*plant);
+    const auto foliage = card_foliage(*plant);
     ASSERT_TRUE(foliage) << foliage.error().message();
     const test::NaiveScene scene{*foliage, *alpha_masks(plant->materials, plant->images), *viewpoints(20), options.collapse};
     const test::NaiveAreas areas = test::render_areas(scene, test::source_plant(scene));
@@ -118,7 +118,7 @@ TEST_F(BakeCorylus, MetricsOrderDifferentlyAndTheFileNamesThem) {
 TEST_F(BakeCorylus, AReplayedSequenceHasTheInformationOfTheCollapseThatFoundIt) {
   const auto plant = import_gltf(glb_, {});
   ASSERT_TRUE(plant) << plant.error().message();
-  const auto foliage = fit_leaf_quads(*plant);
+  const auto foliage = card_foliage(*plant);
   ASSERT_TRUE(foliage) << foliage.error().message();
   const std::vector<Viewpoint> views = *viewpoints(20);
   CollapseOptions options = quick_options(0).collapse;

@@ -8,7 +8,7 @@
 
 #include "generate_plant.h"
 #include "held_out_error.h"
-#include "leaf_quads.h"
+#include "leaf_cards.h"
 #include "leaf_shade.h"
 #include "test_foliage.h"
 #include "tree_order.h"
@@ -323,7 +323,7 @@ TEST(CollapseImage, OptionsOutOfRangeAreNamed) {
 TEST(CollapseImage, BeatsMutualInformationOnCorylusFromViewsThatNeitherSaw) {
   const auto plant = generate_plant("corylus", 1);
   ASSERT_TRUE(plant) << plant.error().message();
-  const auto foliage = fit_leaf_quads(*plant);
+  const auto foliage = card_foliage(*plant);
   ASSERT_TRUE(foliage) << foliage.error().message();
   Scene scene = scene_of(*foliage, 128);
   scene.materials = plant->materials;

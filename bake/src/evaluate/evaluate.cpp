@@ -14,7 +14,7 @@
 #include "evaluation_render.h"
 #include "gltf_write.h"
 #include "image_measures.h"
-#include "leaf_quads.h"
+#include "leaf_cards.h"
 #include "parallel_for.h"
 #include "surface_distance.h"
 #include "thumbnail.h"
@@ -211,9 +211,9 @@ Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliag
                           progress);
 }
 
-Result<EvaluationReport> evaluate_plant(const Plant& plant, const EvaluateOptions& options, const EvaluateProgress& progress) {
+Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& options, const EvaluateProgress& progress) {
   COPPICE_CHECK(check_options(options));
-  COPPICE_TRY(foliage, fit_leaf_quads(plant));
+  COPPICE_TRY(foliage, card_foliage(plant));
   const Mesh quads = options.reference == ReferenceKind::quads ? foliage_mesh(foliage) : Mesh{};
   const ReferenceSurface surface{options.reference == ReferenceKind::quads ? quads : plant.foliage, plant.materials, plant.images};
   COPPICE_TRY(report, evaluate_against(surface, plant.name, SimplifyInput{foliage, plant.materials, plant.images, {}}, options, progress));
@@ -225,7 +225,7 @@ Result<EvaluationReport> evaluate(const std::filesystem::path& input, const Eval
   COPPICE_CHECK(check_options(options));
   if (progress) progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
-  return evaluate_plant(plant, options, progress);
+  return evaluate_plant(std::move(plant), options, progress);
 }
 
 }  // namespace coppice::bake

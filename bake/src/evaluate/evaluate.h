@@ -94,8 +94,8 @@ Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliag
                                           const std::vector<Image>& images, const EvaluateOptions& options,
                                           const EvaluateProgress& progress);
 
-/// The same of a plant, leaf quads fitted as by `coppice bake`. errors  those of fit_leaf_quads and the above, but for the last
-Result<EvaluationReport> evaluate_plant(const Plant& plant, const EvaluateOptions& options, const EvaluateProgress& progress);
+/// The same of a plant, leaf quads and their cards as `coppice bake` makes them. errors  those of card_foliage and the above, but for the last
+Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& options, const EvaluateProgress& progress);
 
 /// The same of a file. errors  also those of import_gltf
 Result<EvaluationReport> evaluate(const std::filesystem::path& input, const EvaluateOptions& options, const EvaluateProgress& progress);

@@ -98,6 +98,9 @@ typedef struct coppice_file_plant {
 } coppice_file_plant;
 
 #define COPPICE_MATERIAL_DOUBLE_SIDED 1u
+/* Bits 8..15 of the flags: 255 times the share of the material's cards that is no hole; 0: not known, or no holes. */
+#define COPPICE_MATERIAL_COVERAGE_SHIFT 8u
+#define COPPICE_MATERIAL_COVERAGE_MASK 0xff00u
 
 typedef struct coppice_file_material {
   float base_color[4]; /* linear RGBA factor, multiplies the texture */

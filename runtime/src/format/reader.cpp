@@ -215,7 +215,7 @@ Result<void> read_materials(PlantFile& file, Bytes bytes) {
       return bad("material roughness", at + offsetof(coppice_file_material, roughness), "outside 0..1");
     if (material.texture != COPPICE_NO_TEXTURE && material.texture >= file.plant.texture_count)
       return bad("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
-    if ((material.flags & ~COPPICE_MATERIAL_DOUBLE_SIDED) != 0)
+    if ((material.flags & ~(COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_COVERAGE_MASK)) != 0)
       return bad("material flags", at + offsetof(coppice_file_material, flags), "an unknown flag is set");
   }
   return {};

@@ -98,7 +98,7 @@ Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, V
 }
 
 /// kKind of plant.frag.
-enum class FragmentKind : std::uint32_t { plain = 0, textured = 1, outlined = 2 };
+enum class FragmentKind : std::uint32_t { plain = 0, textured = 1 };
 
 struct DrawShaders {
   VkShaderModule vertex, fragment;
@@ -189,7 +189,7 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
     std::size_t vertex_module;
     FragmentKind kind;
   };
-  for (const Wanted& wanted : {Wanted{&passes.leaf[0], 1, FragmentKind::outlined}, Wanted{&passes.leaf[1], 1, FragmentKind::textured},
+  for (const Wanted& wanted : {Wanted{&passes.leaf[0], 1, FragmentKind::plain}, Wanted{&passes.leaf[1], 1, FragmentKind::textured},
                                Wanted{&passes.wood[0], 2, FragmentKind::plain}, Wanted{&passes.wood[1], 2, FragmentKind::textured}}) {
     const DrawShaders shaders{modules.modules[wanted.vertex_module], modules.modules[3], wanted.kind};
     COPPICE_TRY(pipeline, create_draw_pipeline(device, attachments, cache, passes.layout, shaders));

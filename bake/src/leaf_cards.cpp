@@ -1,0 +1,426 @@
+// Cards: what a quad shows in place of a leaf's mesh. Every leaf has its own rectangle, so in the rectangle's coordinates leaves of one
+// species are alike however they are turned, scaled or stretched. A small picture of each leaf in those coordinates is all that tells
+// leaves apart here; no mesh is compared with another.
+
+#include "leaf_cards.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "coppice/format.h"
+#include "leaf_quads.h"
+#include "parallel_for.h"
+#include "srgb.h"
+
+namespace coppice::bake {
+namespace {
+
+/// Sides of a picture, and of all of a material's together.
+constexpr std::uint32_t kMinCardSide_px = 64, kMaxCardSide_px = 256, kMaxAtlasSide_px = 512;
+constexpr std::uint32_t kCardSamples = 4;
+constexpr std::uint32_t kHoldSide_px = 64;
+constexpr std::uint32_t kSketchSide_px = 8;
+constexpr std::uint32_t kSketchSamples = 4;
+/// Root mean square difference of two sketches, 0..255, below which one picture does for both leaves.
+constexpr double kAlike = 16.0;
+constexpr int kRefinements = 4;
+/// A leaf that covers less of its quad has been fitted edge-on: a picture would lose it.
+constexpr float kLeastCoverage = 0.05f;
+constexpr float kCardCutoff = 0.5f;
+
+using Sketch = std::array<std::uint8_t, 4 * std::size_t{kSketchSide_px} * kSketchSide_px>;
+
+/// World to picture: column and row in samples, and height above the quad.
+struct PictureFrame {
+  glm::dvec3 origin{0.0}, column_per_m{0.0}, row_per_m{0.0}, normal{0.0};
+  [[nodiscard]] glm::dvec3 at(const glm::dvec3& point, double size) const {
+    const glm::dvec3 arm = point - origin;
+    return {glm::dot(arm, column_per_m) * size, glm::dot(arm, row_per_m) * size, glm::dot(arm, normal)};
+  }
+};
+
+PictureFrame picture_frame(const Quad& quad) {
+  const glm::dvec3 corner(quad[3]), x = glm::dvec3(quad[2]) - corner, y = glm::dvec3(quad[0]) - corner;
+  return {corner, x / glm::dot(x, x), y / glm::dot(y, y), glm::cross(y, x)};
+}
+
+/// The texel a uv falls on, nearest, wrapping: linear colour, and alpha.
+glm::vec4 texel_at(const Material& material, const std::vector<Image>& images, const glm::dvec2& uv) {
+  if (material.image == kNone) return material.base_color;
+  const Image& image = images[material.image];
+  const auto texel = [](double coordinate, std::uint32_t size) {
+    const double wrapped = coordinate - std::floor(coordinate);
+    return std::min(static_cast<std::uint32_t>(wrapped * size), size - 1);
+  };
+  const std::uint8_t* rgba = image.rgba.data() + 4 * (std::size_t{texel(uv.y, image.height)} * image.width + texel(uv.x, image.width));
+  const auto channel = [&](std::size_t i) { return static_cast<float>(rgba[i]) / 255.0f; };
+  return material.base_color *
+         glm::vec4(linear_from_srgb(channel(0)), linear_from_srgb(channel(1)), linear_from_srgb(channel(2)), channel(3));
+}
+
+/// The topmost texel at each sample of a picture; alpha is 0 where there is none.
+class LeafCanvas {
+ public:
+  LeafCanvas(const Plant& plant, const PictureFrame& frame, std::uint32_t size)
+      : plant_(plant),
+        frame_(frame),
+        size_(size),
+        heights_(std::size_t{size} * size, -std::numeric_limits<double>::infinity()),
+        texels_(heights_.size(), glm::vec4(0.0f)) {}
+
+  void draw(std::size_t triangle) {
+    const Mesh& mesh = plant_.foliage;
+    const std::uint32_t* indices = mesh.indices.data() + 3 * triangle;
+    std::array<glm::dvec3, 3> at;
+    for (std::size_t i = 0; i < 3; ++i) at[i] = frame_.at(glm::dvec3(mesh.positions[indices[i]]), size_);
+    const double area = cross(at[1] - at[0], at[2] - at[0]);
+    if (area == 0.0) return;
+    const auto [first_x, last_x] = range({at[0].x, at[1].x, at[2].x});
+    const auto [first_y, last_y] = range({at[0].y, at[1].y, at[2].y});
+    for (std::int32_t y = first_y; y <= last_y; ++y)
+      for (std::int32_t x = first_x; x <= last_x; ++x) {
+        const glm::dvec3 point(x + 0.5, y + 0.5, 0.0);
+        const glm::dvec3 weight =
+            glm::dvec3(cross(at[1] - point, at[2] - point), cross(at[2] - point, at[0] - point), cross(at[0] - point, at[1] - point)) /
+            area;
+        if (weight.x < 0.0 || weight.y < 0.0 || weight.z < 0.0) continue;
+        draw_sample(triangle, indices, weight, weight.x * at[0].z + weight.y * at[1].z + weight.z * at[2].z,
+                    static_cast<std::size_t>(y) * size_ + static_cast<std::size_t>(x));
+      }
+  }
+
+  [[nodiscard]] const glm::vec4& texel(std::uint32_t x, std::uint32_t y) const { return texels_[std::size_t{y} * size_ + x]; }
+
+ private:
+  static double cross(const glm::dvec3& a, const glm::dvec3& b) { return a.x * b.y - a.y * b.x; }
+
+  /// Samples whose centres lie between the least and the greatest of three coordinates.
+  [[nodiscard]] std::array<std::int32_t, 2> range(const std::array<double, 3>& values) const {
+    const auto [low, high] = std::minmax({values[0], values[1], values[2]});
+    const double last = static_cast<double>(size_) - 1.0;
+    return {static_cast<std::int32_t>(std::clamp(std::ceil(low - 0.5), 0.0, last + 1.0)),
+            static_cast<std::int32_t>(std::clamp(std::floor(high - 0.5), -1.0, last))};
+  }
+
+  void draw_sample(std::size_t triangle, const std::uint32_t* indices, const glm::dvec3& weight, double height, std::size_t sample) {
+    if (height <= heights_[sample]) return;
+    const Mesh& mesh = plant_.foliage;
+    const Material& material = plant_.materials[mesh.triangle_materials[triangle]];
+    const glm::dvec2 uv = weight.x * glm::dvec2(mesh.uvs[indices[0]]) + weight.y * glm::dvec2(mesh.uvs[indices[1]]) +
+                          weight.z * glm::dvec2(mesh.uvs[indices[2]]);
+    const glm::vec4 texel = texel_at(material, plant_.images, uv);
+    if (material.alpha_cutoff > 0.0f && texel.a < material.alpha_cutoff) return;
+    heights_[sample] = height;
+    texels_[sample] = glm::vec4(glm::vec3(texel), 1.0f);
+  }
+
+  const Plant& plant_;
+  PictureFrame frame_;
+  std::uint32_t size_;
+  std::vector<double> heights_;
+  std::vector<glm::vec4> texels_;
+};
+
+/// The part of the quad's rectangle between two points of its picture, which may lie outside of it.
+Quad crop(const Quad& quad, const glm::dvec2& low, const glm::dvec2& high) {
+  const glm::dvec3 corner(quad[3]), x = glm::dvec3(quad[2]) - corner, y = glm::dvec3(quad[0]) - corner;
+  const auto at = [&](double column, double row) { return glm::vec3(corner + column * x + row * y); };
+  return {at(low.x, high.y), at(high.x, high.y), at(high.x, low.y), at(low.x, low.y)};
+}
+
+/// The rectangle in the quad's plane, along the quad's sides, that holds all the leaf shows: a leaf may reach back beyond its stalk, and
+/// its texture may leave most of its mesh empty.
+Quad hold_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
+  const Mesh& mesh = plant.foliage;
+  const PictureFrame frame = picture_frame(quad);
+  glm::dvec2 low(std::numeric_limits<double>::max()), high(std::numeric_limits<double>::lowest());
+  bool is_masked = false;
+  for (std::size_t t = leaf.first_triangle; t < std::size_t{leaf.first_triangle} + leaf.triangle_count; ++t) {
+    const Material& material = plant.materials[mesh.triangle_materials[t]];
+    is_masked = is_masked || (material.alpha_cutoff > 0.0f && material.image != kNone);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::dvec2 at(frame.at(glm::dvec3(mesh.positions[mesh.indices[3 * t + k]]), 1.0));
+      low = glm::min(low, at);
+      high = glm::max(high, at);
+    }
+  }
+  const Quad held = crop(quad, low, high);
+  if (!is_masked) return held;
+  LeafCanvas canvas(plant, picture_frame(held), kHoldSide_px);
+  for (std::size_t t = 0; t < leaf.triangle_count; ++t) canvas.draw(leaf.first_triangle + t);
+  glm::uvec2 first(kHoldSide_px), last(0);
+  for (std::uint32_t y = 0; y < kHoldSide_px; ++y)
+    for (std::uint32_t x = 0; x < kHoldSide_px; ++x) {
+      if (canvas.texel(x, y).a == 0.0f) continue;
+      first = glm::min(first, glm::uvec2(x, y));
+      last = glm::max(last, glm::uvec2(x, y));
+    }
+  if (first.x > last.x) return held;
+  return crop(held, glm::dvec2(first) / double{kHoldSide_px}, glm::dvec2(last + 1u) / double{kHoldSide_px});
+}
+
+float coverage(const Sketch& sketch) {
+  std::uint32_t sum = 0;
+  for (std::size_t i = 3; i < sketch.size(); i += 4) sum += sketch[i];
+  return static_cast<float>(sum) / (255.0f * kSketchSide_px * kSketchSide_px);
+}
+
+Sketch sketch_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
+  const LeafPicture picture = draw_leaf(plant, leaf, quad, kSketchSide_px, kSketchSamples);
+  Sketch sketch{};
+  for (std::size_t i = 0; i < picture.texels.size(); ++i)
+    for (int c = 0; c < 4; ++c)
+      sketch[4 * i + static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(std::lround(255.0f * picture.texels[i][c]));
+  return sketch;
+}
+
+std::uint32_t squared_difference(const Sketch& a, const Sketch& b) {
+  std::uint32_t sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const int step = int{a[i]} - int{b[i]};
+    sum += static_cast<std::uint32_t>(step * step);
+  }
+  return sum;
+}
+
+/// Which of the sketches stand for the others.
+struct Clusters {
+  std::vector<std::size_t> medoids;        ///< into the sketches
+  std::vector<std::uint32_t> cluster_of;   ///< [sketch count] into medoids
+  std::vector<std::uint32_t> differences;  ///< [sketch count] to the medoid
+};
+
+void assign(const std::vector<Sketch>& sketches, Clusters& clusters) {
+  parallel_for(
+      sketches.size(),
+      [&](std::size_t i) {
+        clusters.differences[i] = std::numeric_limits<std::uint32_t>::max();
+        for (std::uint32_t m = 0; m < clusters.medoids.size(); ++m) {
+          const std::uint32_t difference = squared_difference(sketches[i], sketches[clusters.medoids[m]]);
+          if (difference >= clusters.differences[i]) continue;
+          clusters.differences[i] = difference;
+          clusters.cluster_of[i] = m;
+        }
+      },
+      256);
+}
+
+/// Of the members of a cluster, the sketch nearest their mean; the first of equals.
+std::size_t medoid(const std::vector<Sketch>& sketches, const Clusters& clusters, std::uint32_t cluster) {
+  std::array<std::uint64_t, Sketch{}.size()> sum{};
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < sketches.size(); ++i) {
+    if (clusters.cluster_of[i] != cluster) continue;
+    ++count;
+    for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += sketches[i][k];
+  }
+  Sketch mean{};
+  for (std::size_t k = 0; k < sum.size(); ++k) mean[k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
+  std::size_t best = clusters.medoids[cluster];
+  std::uint32_t least = std::numeric_limits<std::uint32_t>::max();
+  for (std::size_t i = 0; i < sketches.size(); ++i) {
+    if (clusters.cluster_of[i] != cluster) continue;
+    const std::uint32_t difference = squared_difference(sketches[i], mean);
+    if (difference >= least) continue;
+    least = difference;
+    best = i;
+  }
+  return best;
+}
+
+/// One cluster, then one more for the sketch least like its medoid until all are alike; then medoids move to the middle of their clusters.
+Clusters cluster_sketches(const std::vector<Sketch>& sketches) {
+  Clusters clusters{{0}, std::vector<std::uint32_t>(sketches.size(), 0), std::vector<std::uint32_t>(sketches.size(), 0)};
+  clusters.medoids[0] = medoid(sketches, clusters, 0);
+  assign(sketches, clusters);
+  const double alike = kAlike * kAlike * Sketch{}.size();
+  while (clusters.medoids.size() < kMaxPictures) {
+    const auto farthest = std::max_element(clusters.differences.begin(), clusters.differences.end());
+    if (*farthest < alike) break;
+    clusters.medoids.push_back(static_cast<std::size_t>(farthest - clusters.differences.begin()));
+    assign(sketches, clusters);
+  }
+  for (int round = 0; round < kRefinements && clusters.medoids.size() > 1; ++round) {
+    std::vector<std::size_t> moved;
+    for (std::uint32_t m = 0; m < clusters.medoids.size(); ++m) moved.push_back(medoid(sketches, clusters, m));
+    if (moved == clusters.medoids) break;
+    clusters.medoids = moved;
+    assign(sketches, clusters);
+  }
+  return clusters;
+}
+
+/// Whether the quad is the leaf: each corner one of its points.
+bool is_exact(const Mesh& mesh, const LeafRange& leaf, const Quad& quad) {
+  const auto first = mesh.indices.begin() + 3 * std::ptrdiff_t{leaf.first_triangle}, last = first + 3 * std::ptrdiff_t{leaf.triangle_count};
+  return std::ranges::all_of(quad, [&](const glm::vec3& corner) {
+    return std::any_of(first, last, [&](std::uint32_t vertex) { return mesh.positions[vertex] == corner; });
+  });
+}
+
+/// Square, of power-of-two tiles: no texel of a mip level that still has a texel per picture mixes two of them.
+struct Atlas {
+  std::uint32_t tiles_per_side = 1, tile_px = 0;
+  Image image;
+  [[nodiscard]] glm::uvec2 origin_px(std::uint32_t tile) const {
+    return tile_px * glm::uvec2(tile % tiles_per_side, tile / tiles_per_side);
+  }
+};
+
+/// source_px  how many texels long a leaf is in its own image
+Atlas make_atlas(std::uint32_t picture_count, std::uint32_t source_px) {
+  Atlas atlas;
+  while (atlas.tiles_per_side * atlas.tiles_per_side < picture_count) atlas.tiles_per_side *= 2;
+  const std::uint32_t most_px = std::min(kMaxCardSide_px, kMaxAtlasSide_px / atlas.tiles_per_side);
+  atlas.tile_px = std::clamp(std::bit_ceil(source_px), kMinCardSide_px, most_px);
+  const std::uint32_t side_px = atlas.tiles_per_side * atlas.tile_px;
+  atlas.image = {side_px, side_px, std::vector<std::uint8_t>(4 * std::size_t{side_px} * side_px, 0)};
+  return atlas;
+}
+
+/// The longer side of what the leaf shows of its material's image, px; kMinCardSide_px without an image.
+std::uint32_t source_side_px(const Plant& plant, const LeafRange& leaf, const Material& material) {
+  if (material.image == kNone) return kMinCardSide_px;
+  const Mesh& mesh = plant.foliage;
+  glm::vec2 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
+  for (std::size_t i = 0; i < 3 * std::size_t{leaf.triangle_count}; ++i) {
+    const glm::vec2& uv = mesh.uvs[mesh.indices[3 * std::size_t{leaf.first_triangle} + i]];
+    low = glm::min(low, uv);
+    high = glm::max(high, uv);
+  }
+  const Image& image = plant.images[material.image];
+  const glm::vec2 size_px = glm::clamp(high - low, 0.0f, 1.0f) * glm::vec2(image.width, image.height);
+  return static_cast<std::uint32_t>(std::ceil(std::max(size_px.x, size_px.y)));
+}
+
+/// A picture in sRGB, its colours as shares of `base_color`. Holes get the leaf's mean colour, for whoever filters without weighing by
+/// alpha.
+void paste(const LeafPicture& picture, const glm::vec4& base_color, std::uint32_t tile, Atlas& atlas) {
+  glm::vec4 sum(0.0f);
+  for (const glm::vec4& texel : picture.texels) sum += texel;
+  const glm::uvec2 origin = atlas.origin_px(tile);
+  for (std::uint32_t y = 0; y < picture.side_px; ++y)
+    for (std::uint32_t x = 0; x < picture.side_px; ++x) {
+      const glm::vec4& texel = picture.texels[std::size_t{y} * picture.side_px + x];
+      const glm::vec4 colour = texel.a > 0.0f ? texel / texel.a : sum / std::max(sum.a, 1e-6f);
+      std::uint8_t* rgba = atlas.image.rgba.data() + 4 * (std::size_t{origin.y + y} * atlas.image.width + origin.x + x);
+      for (int c = 0; c < 3; ++c) {
+        const float share = base_color[c] > 0.0f ? std::clamp(colour[c] / base_color[c], 0.0f, 1.0f) : 1.0f;
+        rgba[c] = static_cast<std::uint8_t>(std::lround(255.0f * srgb_from_linear(share)));
+      }
+      rgba[3] = static_cast<std::uint8_t>(std::lround(255.0f * texel.a));
+    }
+}
+
+/// The tile's uvs for the quad's corners, half a texel in, so that no filter reaches the neighbour.
+Card tile_card(std::uint32_t material, const Atlas& atlas, std::uint32_t tile) {
+  const glm::vec2 size(static_cast<float>(atlas.image.width));
+  const glm::vec2 low = (glm::vec2(atlas.origin_px(tile)) + 0.5f) / size;
+  const glm::vec2 high = (glm::vec2(atlas.origin_px(tile) + atlas.tile_px) - 0.5f) / size;
+  return {material, {{{low.x, high.y}, {high.x, high.y}, {high.x, low.y}, {low.x, low.y}}}};
+}
+
+/// The leaves of one material that pictures stand for.
+struct PicturedLeaves {
+  std::vector<std::size_t> leaves;
+  std::vector<Sketch> sketches;
+};
+
+void draw_material(Plant& plant, std::uint32_t material, const PicturedLeaves& pictured, std::span<FittedLeaf> fitted) {
+  const Clusters clusters = cluster_sketches(pictured.sketches);
+  Material card_material = plant.materials[material];
+  const std::size_t first = pictured.leaves[clusters.medoids[0]];
+  Atlas atlas = make_atlas(static_cast<std::uint32_t>(clusters.medoids.size()), source_side_px(plant, plant.leaves[first], card_material));
+  for (std::uint32_t tile = 0; tile < clusters.medoids.size(); ++tile) {
+    const std::size_t leaf = pictured.leaves[clusters.medoids[tile]];
+    paste(draw_leaf(plant, plant.leaves[leaf], fitted[leaf].quad, atlas.tile_px, kCardSamples), card_material.base_color, tile, atlas);
+  }
+  card_material.image = static_cast<std::uint32_t>(plant.images.size());
+  card_material.alpha_cutoff = kCardCutoff;
+  card_material.base_color.a = 1.0f;
+  const auto number = static_cast<std::uint32_t>(plant.materials.size());
+  for (std::size_t i = 0; i < pictured.leaves.size(); ++i)
+    fitted[pictured.leaves[i]].card = tile_card(number, atlas, clusters.cluster_of[i]);
+  plant.materials.push_back(std::move(card_material));
+  plant.images.push_back(std::move(atlas.image));
+}
+
+}  // namespace
+
+LeafPicture draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples) {
+  LeafCanvas canvas(plant, picture_frame(quad), side_px * samples);
+  for (std::size_t t = 0; t < leaf.triangle_count; ++t) canvas.draw(leaf.first_triangle + t);
+  LeafPicture picture{side_px, std::vector<glm::vec4>(std::size_t{side_px} * side_px, glm::vec4(0.0f))};
+  const float share = 1.0f / static_cast<float>(samples * samples);
+  for (std::uint32_t y = 0; y < side_px * samples; ++y)
+    for (std::uint32_t x = 0; x < side_px * samples; ++x)
+      picture.texels[std::size_t{y / samples} * side_px + x / samples] += share * canvas.texel(x, y);
+  return picture;
+}
+
+void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted) {
+  std::vector<Sketch> sketches(fitted.size());
+  std::vector<std::uint8_t> is_pictured(fitted.size(), 0);
+  parallel_for(
+      fitted.size(),
+      [&](std::size_t i) {
+        if (is_exact(plant.foliage, plant.leaves[i], fitted[i].quad)) return;
+        const Quad held = hold_leaf(plant, plant.leaves[i], fitted[i].quad);
+        sketches[i] = sketch_leaf(plant, plant.leaves[i], held);
+        if (coverage(sketches[i]) < kLeastCoverage) return;
+        fitted[i].quad = held;
+        is_pictured[i] = 1;
+      },
+      16);
+  std::vector<PicturedLeaves> by_material(plant.materials.size());
+  for (std::size_t i = 0; i < fitted.size(); ++i) {
+    if (is_pictured[i] == 0) continue;
+    by_material[fitted[i].card.material].leaves.push_back(i);
+    by_material[fitted[i].card.material].sketches.push_back(sketches[i]);
+  }
+  for (std::uint32_t m = 0; m < by_material.size(); ++m) {
+    if (by_material[m].leaves.empty()) continue;
+    if (plant.materials.size() >= COPPICE_MAX_MATERIALS || plant.images.size() >= COPPICE_MAX_TEXTURES) return;
+    draw_material(plant, m, by_material[m], fitted);
+  }
+}
+
+Result<Foliage> card_foliage(Plant& plant) {
+  COPPICE_TRY(fitted, fit_leaves(plant));
+  draw_leaf_cards(plant, fitted);
+  return share_leaf_cards(fitted, plant.materials);
+}
+
+void drop_unused_materials(BakedPlant& plant) {
+  std::vector<std::uint32_t> material_number(plant.materials.size(), kNone), image_number(plant.images.size(), kNone);
+  for (const Card& card : plant.card_table) material_number[card.material] = 0;
+  for (const Mesh& lod : plant.wood.lods)
+    for (const std::uint32_t material : lod.triangle_materials) material_number[material] = 0;
+  BakedPlant kept;
+  for (std::size_t m = 0; m < plant.materials.size(); ++m) {
+    if (material_number[m] == kNone) continue;
+    material_number[m] = static_cast<std::uint32_t>(kept.materials.size());
+    Material& material = kept.materials.emplace_back(std::move(plant.materials[m]));
+    if (material.image == kNone) continue;
+    std::uint32_t& image = image_number[material.image];
+    if (image == kNone) {
+      image = static_cast<std::uint32_t>(kept.images.size());
+      kept.images.push_back(std::move(plant.images[material.image]));
+    }
+    material.image = image;
+  }
+  for (Card& card : plant.card_table) card.material = material_number[card.material];
+  for (Mesh& lod : plant.wood.lods)
+    for (std::uint32_t& material : lod.triangle_materials) material = material_number[material];
+  plant.materials = std::move(kept.materials);
+  plant.images = std::move(kept.images);
+}
+
+}  // namespace coppice::bake

@@ -72,7 +72,7 @@ Foliage stochastic_cut(const Foliage& source, std::uint32_t leaf_count) {
 }
 
 int print_plant(const std::string& name, const std::vector<std::string>& methods, const ImageErrorOptions& image_options) {
-  const auto plant = load(name);
+  auto plant = load(name);
   if (!plant) return std::fprintf(stderr, "%s\n", plant.error().message().c_str()), 1;
   const auto foliage = card_foliage(*plant);
   if (!foliage) return std::fprintf(stderr, "%s\n", foliage.error().message().c_str()), 1;

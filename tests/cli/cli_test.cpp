@@ -383,7 +383,7 @@ TEST(CommandLine, ExportOfAllLeavesGivesTheSourceQuadsBack) {
   const auto exported = coppice::bake::import_gltf(cut, {});
   ASSERT_TRUE(exported) << exported.error().message();
   ASSERT_EQ(exported->foliage.positions.size(), 4u * 386u);
-  const auto source = coppice::bake::import_gltf(baked().glb, {});
+  auto source = coppice::bake::import_gltf(baked().glb, {});
   ASSERT_TRUE(source) << source.error().message();
   const auto foliage = coppice::bake::card_foliage(*source);
   ASSERT_TRUE(foliage) << foliage.error().message();

@@ -87,7 +87,7 @@ TEST_P(Quality, DefaultIsAsGoodAsItsTable) {
   if (GetParam().file != nullptr) {
     COPPICE_PLANT_OR_SKIP(path, GetParam().file);
   }
-  const auto plant = load(GetParam());
+  auto plant = load(GetParam());
   ASSERT_TRUE(plant) << plant.error().message();
   const auto foliage = card_foliage(*plant);
   ASSERT_TRUE(foliage) << foliage.error().message();

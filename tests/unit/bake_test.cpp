@@ -86,7 +86,7 @@ TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
     const auto bytes = bake(glb_, options, kNoProgress, report);
     ASSERT_TRUE(bytes) << bytes.error().message();
 
-    const auto plant = import_gltf(glb_, {});
+    auto plant = import_gltf(glb_, {});
     ASSERT_TRUE(plant) << plant.error().message();
     const auto foliage = card_foliage(*plant);
     ASSERT_TRUE(foliage) << foliage.error().message();
@@ -116,7 +116,7 @@ TEST_F(BakeCorylus, MetricsOrderDifferentlyAndTheFileNamesThem) {
 }
 
 TEST_F(BakeCorylus, AReplayedSequenceHasTheInformationOfTheCollapseThatFoundIt) {
-  const auto plant = import_gltf(glb_, {});
+  auto plant = import_gltf(glb_, {});
   ASSERT_TRUE(plant) << plant.error().message();
   const auto foliage = card_foliage(*plant);
   ASSERT_TRUE(foliage) << foliage.error().message();

@@ -122,9 +122,9 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 }
 
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
-  const std::map<Metric, std::string> expected = {{Metric::default_metric, "6f374db752b9dc4916a5b7cba27352bd"},
-                                                  {Metric::mi, "222700ad6d41757bddbe18ec6093ce4a"}};
-  const std::uint32_t expected_at_version = 3;
+  const std::map<Metric, std::string> expected = {{Metric::default_metric, "61520ef28636a36491bdf286c6ac0c18"},
+                                                  {Metric::mi, "9022015f1c13c9137b0a559bf224c6c8"}};
+  const std::uint32_t expected_at_version = 4;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

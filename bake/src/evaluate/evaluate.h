@@ -94,7 +94,8 @@ Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliag
                                           const std::vector<Image>& images, const EvaluateOptions& options,
                                           const EvaluateProgress& progress);
 
-/// The same of a plant, leaf quads and their cards as `coppice bake` makes them. errors  those of card_foliage and the above, but for the last
+/// The same of a plant, leaf quads and their cards as `coppice bake` makes them.
+/// errors  those of card_foliage and the above, but for the last
 Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& options, const EvaluateProgress& progress);
 
 /// The same of a file. errors  also those of import_gltf

@@ -174,9 +174,11 @@ Result<void> check_instancing(const Json& node, const std::string& place, std::s
       first_name = name;
       first_count = counts[accessor];
     }
-    if (counts[accessor] != first_count)
-      return bad("instance attributes of unequal length", attributes_place + ": " + name + " has " + std::to_string(counts[accessor]) +
-                                                              ", " + first_name + " " + std::to_string(first_count));
+    if (counts[accessor] == first_count) continue;
+    std::string detail = attributes_place;
+    detail.append(": ").append(name).append(" has ").append(std::to_string(counts[accessor]));
+    detail.append(", ").append(first_name).append(" ").append(std::to_string(first_count));
+    return bad("instance attributes of unequal length", detail);
   }
   return {};
 }

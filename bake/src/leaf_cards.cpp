@@ -221,6 +221,7 @@ std::size_t medoid(const std::vector<Sketch>& sketches, const Clusters& clusters
     ++count;
     for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += sketches[i][k];
   }
+  if (count == 0) return clusters.medoids[cluster];  // another medoid is the same sketch
   Sketch mean{};
   for (std::size_t k = 0; k < sum.size(); ++k) mean[k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
   std::size_t best = clusters.medoids[cluster];

@@ -39,13 +39,13 @@ float card_coverage(const std::vector<Card>& cards, std::uint32_t material, cons
   std::uint64_t solid = 0, all = 0;
   for (const Card& card : cards) {
     if (card.material != material || mask.hole.empty()) continue;
-    for (std::uint32_t i = 0; i < kPointsPerSide * kPointsPerSide; ++i) {
-      const float x = (static_cast<float>(i % kPointsPerSide) + 0.5f) / kPointsPerSide;
-      const float y = (static_cast<float>(i / kPointsPerSide) + 0.5f) / kPointsPerSide;
-      const glm::vec2 uv = (1 - y) * ((1 - x) * card.uv[0] + x * card.uv[1]) + y * ((1 - x) * card.uv[3] + x * card.uv[2]);
-      if (!mask.is_hole(uv)) ++solid;
-      ++all;
-    }
+    for (std::uint32_t row = 0; row < kPointsPerSide; ++row)
+      for (std::uint32_t column = 0; column < kPointsPerSide; ++column) {
+        const float x = (static_cast<float>(column) + 0.5f) / kPointsPerSide, y = (static_cast<float>(row) + 0.5f) / kPointsPerSide;
+        const glm::vec2 uv = (1 - y) * ((1 - x) * card.uv[0] + x * card.uv[1]) + y * ((1 - x) * card.uv[3] + x * card.uv[2]);
+        if (!mask.is_hole(uv)) ++solid;
+      }
+    all += kPointsPerSide * kPointsPerSide;
   }
   return all == 0 ? 1.0f : static_cast<float>(solid) / static_cast<float>(all);
 }

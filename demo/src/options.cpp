@@ -50,6 +50,7 @@ void declare(CLI::App& app, Options& options) {
       ->check(CLI::IsMember({"cut", "full"}))
       ->type_name("cut|full");
   app.add_option("--error-px", options.error_px, "Error threshold of the cut")->check(CLI::Range(0.01f, 1000.0f))->capture_default_str();
+  app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air")->check(CLI::Range(0.0f, 10.0f))->capture_default_str();
   app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB")
       ->check(CLI::Range(1u, 65536u))
       ->capture_default_str();

@@ -22,6 +22,7 @@ struct Options {
   std::string camera = "walk";  ///< walk, orbit or a keyframe file
   LodMode lod = LodMode::cut;
   float error_px = 2;
+  float fog = 1;  ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
   std::string stats;  ///< empty: none
   bool validation = false;

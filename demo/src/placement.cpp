@@ -127,9 +127,23 @@ std::vector<PlacedPlant> throw_darts(std::span<const Species> species, std::uint
   return plants;
 }
 
+/// The plant as it is but for a size that fits, in the middle.
+Planting plant_one(const Species& species, std::uint32_t seed) {
+  PlacedPlant plant;
+  plant.scale = fitting_scale(species.radius_m);
+  plant.crown_radius_m = kCrownShare * species.radius_m * plant.scale;
+  plant.tint = glm::vec3(1);
+  Planting planting;
+  planting.half_extent_m = 30;
+  planting.trail = make_trail(planting.half_extent_m, seed);
+  planting.plants = {plant};
+  return planting;
+}
+
 }  // namespace
 
 Planting plant_forest(std::span<const Species> species, std::uint32_t count, std::uint32_t seed) {
+  if (count == 1) return plant_one(species.front(), seed);
   float mean_area_m2 = 0;
   for (const Species& s : species) {
     const float spacing_m = 2 * kSpacingShare * kCrownShare * s.radius_m * fitting_scale(s.radius_m);

@@ -31,7 +31,7 @@ struct Planting {
 };
 
 /// Plants `count` instances: groves and clearings from noise, no two closer than their crowns allow, none on the trail.
-/// The square grows until they fit. Same arguments, same planting.
+/// The square grows until they fit. One plant stands in the middle, as it is. Same arguments, same planting.
 /// species  not empty
 Planting plant_forest(std::span<const Species> species, std::uint32_t count, std::uint32_t seed);
 

@@ -11,7 +11,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-Weather make_weather(float half_extent_m) {
+Weather make_weather(float half_extent_m, float fog) {
   Weather weather;
   weather.sun_direction = glm::normalize(glm::vec3(0.55f, 0.62f, -0.45f));
   weather.sun_color = glm::vec3(3.5f, 3.05f, 2.35f);
@@ -19,7 +19,7 @@ Weather make_weather(float half_extent_m) {
   weather.ground_color = glm::vec3(0.14f, 0.135f, 0.08f);
   weather.fog_color = glm::vec3(0.50f, 0.62f, 0.72f);
   // The far edge of the planting, seen from the near one, is nearly gone.
-  weather.fog_density = 0.52f / half_extent_m;
+  weather.fog_density = fog * 0.52f / half_extent_m;
   weather.exposure = 0.8f;
   return weather;
 }
@@ -27,7 +27,7 @@ Weather make_weather(float half_extent_m) {
 World make_world(const Forest& forest, const Options& options) {
   World world;
   world.planting = plant_forest(forest.species, options.count, options.seed);
-  world.weather = make_weather(world.planting.half_extent_m);
+  world.weather = make_weather(world.planting.half_extent_m, options.fog);
   world.terrain = make_terrain(world.planting.half_extent_m, options.seed);
   world.ground_map = make_ground_map(world.planting, world.weather.sun_direction, options.seed);
   return world;

@@ -36,6 +36,14 @@ TEST(Placement, AOneSpeciesForestHasThatSpeciesOnly) {
   EXPECT_TRUE(std::ranges::all_of(planting.plants, [](const PlacedPlant& plant) { return plant.species == 0; }));
 }
 
+TEST(Placement, OnePlantStandsInTheMiddleAsItIs) {
+  const Planting planting = plant_forest(std::vector<Species>{{3.0f}}, 1, 5);
+  ASSERT_EQ(planting.plants.size(), 1u);
+  EXPECT_EQ(planting.plants[0].position, glm::vec2(0));
+  EXPECT_EQ(planting.plants[0].scale, 1.0f);
+  EXPECT_EQ(planting.plants[0].tint, glm::vec3(1));
+}
+
 TEST(Placement, EverySpeciesGrows) {
   const Planting planting = plant_forest(kSpecies, 2000, 1);
   for (std::uint32_t s = 0; s < kSpecies.size(); ++s)

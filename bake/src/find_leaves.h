@@ -9,7 +9,8 @@
 //               (material_words.h)
 //   holes       +1 the material's alpha mask, or blending, cuts holes into its image
 //   colour      up to +0.75 green where the pieces show the image, -0.5 brown
-//   flatness    +1.25 flat or nearly so, falling to -2.5 for tubes and balls; only to -0.5 with holes, where cards may cross
+//   flatness    +1.25 flat or nearly so, +0.75 a sheet that is curled or twisted, falling to -2.5 for tubes and balls; only to -0.5 with
+//               holes, where cards may cross
 //   repetition  0.65 log10(n), at most 2.6, for n pieces of this class, or half the pieces of about this size
 //   size        +0.25 small against the plant, falling to -2 from half its extent
 //   company     -4 beside a larger class of flat pieces in the same material: tubes and balls among leaves, and what is many times as long

@@ -1,8 +1,11 @@
 #include "piece_shape.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include <glm/geometric.hpp>
@@ -22,19 +25,82 @@ double largest_eigenvalue(const glm::dmat3& m) {
   return mean + 2.0 * spread * std::cos(std::acos(std::clamp(half_determinant, -1.0, 1.0)) / 3.0);
 }
 
+bool is_before(const glm::vec3& a, const glm::vec3& b) {
+  return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+}
+
+/// In the order of is_before.
 std::vector<glm::vec3> distinct_points(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
   std::vector<glm::vec3> points;
   points.reserve(3 * triangles.size());
   for (const std::uint32_t t : triangles)
     for (std::size_t k = 0; k < 3; ++k) points.push_back(mesh.positions[mesh.indices[3 * std::size_t{t} + k]]);
-  const auto less = [](const glm::vec3& a, const glm::vec3& b) { return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z; };
-  std::sort(points.begin(), points.end(), less);
+  std::sort(points.begin(), points.end(), is_before);
   points.erase(std::unique(points.begin(), points.end()), points.end());
   return points;
 }
 
 glm::dvec3 farthest_from(const glm::dvec3& from, const std::vector<glm::vec3>& points) {
   return *std::ranges::max_element(points, {}, [&](const glm::vec3& point) { return glm::distance(from, glm::dvec3(point)); });
+}
+
+/// A triangle or an edge by its points, in rising order.
+template <std::size_t kCorners>
+using PointSet = std::array<std::uint32_t, kCorners>;
+
+/// The triangles as numbers of points, those that are the same in either winding once, without collapsed ones.
+std::vector<PointSet<3>> distinct_triangles(const Mesh& mesh, std::span<const std::uint32_t> triangles,
+                                            const std::vector<glm::vec3>& points) {
+  std::vector<PointSet<3>> distinct;
+  distinct.reserve(triangles.size());
+  for (const std::uint32_t t : triangles) {
+    PointSet<3> corners{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::vec3& position = mesh.positions[mesh.indices[3 * std::size_t{t} + k]];
+      corners[k] = static_cast<std::uint32_t>(std::lower_bound(points.begin(), points.end(), position, is_before) - points.begin());
+    }
+    std::ranges::sort(corners);
+    if (corners[0] != corners[1] && corners[1] != corners[2]) distinct.push_back(corners);
+  }
+  std::ranges::sort(distinct);
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  return distinct;
+}
+
+/// Each edge as often as triangles have it, equal ones together.
+std::vector<PointSet<2>> sorted_edges(const std::vector<PointSet<3>>& triangles) {
+  std::vector<PointSet<2>> edges;
+  edges.reserve(3 * triangles.size());
+  for (const auto& [a, b, c] : triangles) edges.insert(edges.end(), {{a, b}, {a, c}, {b, c}});
+  std::ranges::sort(edges);
+  return edges;
+}
+
+/// Square of the rim's length over the area of one side: what does not change when a sheet is bent. At least 4 pi for whatever can be
+/// rolled out flat without holes, 2 pi for half a ball; a tube that is closed at one end has (its girth / its length). 0 for what is no
+/// single sheet: closed surfaces, tubes, rings.
+double sheet_openness(const Mesh& mesh, std::span<const std::uint32_t> triangles, const std::vector<glm::vec3>& points) {
+  const std::vector<PointSet<3>> distinct = distinct_triangles(mesh, triangles, points);
+  const std::vector<PointSet<2>> edges = sorted_edges(distinct);
+  double rim_m = 0.0, area_m2 = 0.0;
+  std::size_t edge_count = 0;
+  for (std::size_t first = 0, last = 0; first < edges.size(); first = last) {
+    while (last < edges.size() && edges[last] == edges[first]) ++last;
+    ++edge_count;
+    if (last - first == 1) rim_m += glm::distance(glm::dvec3(points[edges[first][0]]), glm::dvec3(points[edges[first][1]]));
+  }
+  // Euler's characteristic of a sheet without holes is 1, of a tube 0.
+  if (points.size() + distinct.size() < edge_count + 1) return 0.0;
+  for (const auto& [a, b, c] : distinct)
+    area_m2 += 0.5 * glm::length(glm::cross(glm::dvec3(points[b] - points[a]), glm::dvec3(points[c] - points[a])));
+  return area_m2 > 0.0 ? rim_m * rim_m / area_m2 : 0.0;
+}
+
+/// As flat as a sheet counts, however it is bent.
+double bent_flatness(double openness) {
+  constexpr double kSheetFlatness = 0.8, kSheet = 4.0 * std::numbers::pi, kHalfBall = 2.0 * std::numbers::pi;
+  // Coarse triangles cut corners of a rim that is nearly a circle.
+  return kSheetFlatness * std::clamp((openness - kHalfBall) / (0.98 * kSheet - kHalfBall), 0.0, 1.0);
 }
 
 }  // namespace
@@ -64,7 +130,8 @@ PieceShape measure_piece(const Mesh& mesh, std::span<const std::uint32_t> triang
     normals += glm::outerProduct(doubled, doubled * (0.5 / length));
   }
   if (shape.area_m2 > 0.0)
-    shape.flatness = std::max(largest_eigenvalue(normals / shape.area_m2), std::min(0.6 * glm::length(doubled_sum) / shape.area_m2, 1.0));
+    shape.flatness = std::max({largest_eigenvalue(normals / shape.area_m2), std::min(0.6 * glm::length(doubled_sum) / shape.area_m2, 1.0),
+                               bent_flatness(sheet_openness(mesh, triangles, points))});
   return shape;
 }
 

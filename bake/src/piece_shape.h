@@ -13,9 +13,10 @@ struct PieceShape {
   double length_m = 0.0;          ///< between two points about as far apart as any
   double width_m = 0.0;           ///< twice the largest distance of a point from the line between those
   double area_m2 = 0.0;           ///< of all triangles, both sides of a closed piece counted
-  /// How much of the surface looks one way, [1/3, 1]: the larger of two measures. The largest eigenvalue of the mean of n n^T over the
+  /// How much the surface is a sheet, [1/3, 1]: the largest of three measures. The largest eigenvalue of the mean of n n^T over the
   /// surface, n its unit normals, whichever side is out: a card 1, a closed lens above 0.8, a tube or two crossed cards 1/2, a ball 1/3.
-  /// And the length of the mean of n: a leaf folded by a right angle 0.7, a tube 0. 0 without area.
+  /// The length of the mean of n: a leaf folded by a right angle 0.7, a tube 0. And 0.8 for what has a rim as long as that of a flat
+  /// sheet of its area, however it is curled or twisted; half a ball, tubes, rings and closed surfaces 0. 0 without area.
   double flatness = 0.0;
 };
 

@@ -385,6 +385,41 @@ TEST(FindLeaves, AFoldedLeafIsNoTube) {
   expect_leaves(find(builder, {""}), 100, 2);
 }
 
+/// A blade of two rows of quads that goes up, over and down again in half a circle.
+void add_blade(SoupBuilder& builder, const Place& where, float radius_m) {
+  constexpr int kSegments = 8;
+  const glm::vec3 up(0.0f, 1.0f, 0.0f), out = glm::normalize(where.along * glm::vec3(1.0f, 0.0f, 1.0f));
+  std::array<std::uint32_t, 3> before{};
+  for (int i = 0; i <= kSegments; ++i) {
+    const float angle = static_cast<float>(std::numbers::pi) * static_cast<float>(i) / kSegments;
+    const glm::vec3 middle = where.stalk + radius_m * ((1.0f - std::cos(angle)) * out + std::sin(angle) * up);
+    std::array<std::uint32_t, 3> now{};
+    for (std::size_t k = 0; k < 3; ++k) now[k] = builder.vertex(middle + 0.05f * radius_m * (static_cast<float>(k) - 1.0f) * where.across);
+    for (std::size_t k = 0; k < 2 && i > 0; ++k) {
+      builder.triangle(before[k], before[k + 1], now[k + 1]);
+      builder.triangle(before[k], now[k + 1], now[k]);
+    }
+    before = now;
+  }
+}
+
+TEST(FindLeaves, BladesThatHangOverAreLeaves) {
+  SoupBuilder builder;
+  add_trunk(builder);
+  builder.material = 1;
+  for (std::uint32_t i = 0; i < 60; ++i) add_blade(builder, place(i), 0.15f);
+  const FoundParts found = find(builder, {"Material.001", "Material.002"});
+  expect_leaves(found, 60, 32);
+  EXPECT_EQ(found.wood.triangle_materials.size(), 12u);
+}
+
+TEST(FindLeaves, LongBladesAmongMoreFlatLeavesAreLeaves) {
+  SoupBuilder builder;
+  for (std::uint32_t i = 0; i < 400; ++i) add_leaf(builder, place(i));
+  for (std::uint32_t i = 400; i < 440; ++i) add_blade(builder, place(i), 0.1f);
+  EXPECT_EQ(find(builder, {"Material"}).leaves.size(), 440u);
+}
+
 TEST(FindLeaves, RulesDecideBeforeEvidence) {
   SoupBuilder builder;
   add_trunk(builder);

@@ -317,8 +317,13 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(RealPlant{"scopia_poplar.glb", 5100, 0.8, 2.0}, RealPlant{"eztree_oak_medium.glb", 5320, 0.9999, 1.0001},
                     RealPlant{"eztree_pine_large.glb", 3600, 0.9999, 1.0001}, RealPlant{"eztree_oak_large_x16.glb", 77280, 0.9999, 1.0001},
                     RealPlant{"scopia_bush.glb", 3079, 0.4, 1.2}, RealPlant{"scopia_coconut.glb", 11245, 0.8, 2.2},
-                    RealPlant{"scopia_bonsai.glb", 2800, 0.8, 2.0}, RealPlant{"coffee.glb", 2179, 0.4, 1.2}),
-    [](const testing::TestParamInfo<RealPlant>& plant) { return std::filesystem::path(plant.param.file).stem().string(); });
+                    RealPlant{"scopia_bonsai.glb", 2800, 0.8, 2.0}, RealPlant{"coffee.glb", 2179, 0.4, 1.2},
+                    RealPlant{"scopia_poplar.draco.glb", 5100, 0.8, 2.0}, RealPlant{"scopia_coconut.meshopt.glb", 11245, 0.8, 2.2}),
+    [](const testing::TestParamInfo<RealPlant>& plant) {
+      std::string name = std::filesystem::path(plant.param.file).stem().string();
+      std::ranges::replace(name, '.', '_');
+      return name;
+    });
 
 }  // namespace
 }  // namespace coppice::bake

@@ -57,6 +57,63 @@ TEST(PieceShape, AnOpenTubeIsHalfFlatAndABallAThird) {
   EXPECT_NEAR(ball.length_m, 2.0, 1e-9);
 }
 
+/// A grid of columns x rows quads over [0, 1]^2, each point where `place` puts it.
+template <class Place>
+PieceShape measure_grid(std::uint32_t columns, std::uint32_t rows, bool two_sided, const Place& place) {
+  std::vector<glm::vec3> positions;
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t y = 0; y <= rows; ++y)
+    for (std::uint32_t x = 0; x <= columns; ++x) positions.push_back(place(double{1} * x / columns, double{1} * y / rows));
+  for (std::uint32_t y = 0; y < rows; ++y)
+    for (std::uint32_t x = 0; x < columns; ++x) {
+      const std::uint32_t a = y * (columns + 1) + x, b = a + 1, c = a + columns + 1, d = c + 1;
+      indices.insert(indices.end(), {a, b, d, a, d, c});
+      if (two_sided) indices.insert(indices.end(), {b, a, d, d, a, c});
+    }
+  return measure(positions, indices);
+}
+
+TEST(PieceShape, ABladeThatHangsOverIsASheet) {
+  const auto arch = [](double x, double y) { return glm::vec3(0.05 * x, std::sin(std::numbers::pi * y), -std::cos(std::numbers::pi * y)); };
+  EXPECT_NEAR(measure_grid(1, 16, false, arch).flatness, 0.8, 1e-9);
+  EXPECT_NEAR(measure_grid(2, 16, true, arch).flatness, 0.8, 1e-9);
+}
+
+TEST(PieceShape, ATwistedBladeIsASheet) {
+  const auto twist = [](double x, double y) {
+    const double angle = 2.0 * std::numbers::pi * y;
+    return glm::vec3((x - 0.5) * std::cos(angle), 6.0 * y, (x - 0.5) * std::sin(angle));
+  };
+  EXPECT_NEAR(measure_grid(2, 24, false, twist).flatness, 0.8, 1e-9);
+}
+
+TEST(PieceShape, ARodWithATipIsNoSheet) {
+  // Open below, closed above: a sheet by its topology, with a short rim.
+  const auto rod = [](double x, double y) {
+    const double angle = 2.0 * std::numbers::pi * std::floor(x * 8.0 + 0.5) / 8.0, radius = y > 0.99 ? 0.0 : 0.1;
+    return glm::vec3(radius * (x > 0.99 ? 1.0 : std::cos(angle)), 2.0 * y, radius * (x > 0.99 ? 0.0 : std::sin(angle)));
+  };
+  EXPECT_LT(measure_grid(8, 4, false, rod).flatness, 0.6);
+}
+
+TEST(PieceShape, AShortRingIsNoSheet) {
+  // Its two rims are longer than a sheet's.
+  const auto ring = [](double x, double y) {
+    const double angle = 2.0 * std::numbers::pi * x;
+    return glm::vec3(x > 0.99 ? 1.0 : std::cos(angle), 0.1 * y, x > 0.99 ? 0.0 : std::sin(angle));
+  };
+  EXPECT_NEAR(measure_grid(12, 1, false, ring).flatness, 0.5, 0.01);
+}
+
+TEST(PieceShape, ABowlIsNoSheet) {
+  const auto bowl = [](double x, double y) {
+    const double angle = 2.0 * std::numbers::pi * x, height = 0.5 * std::numbers::pi * y;
+    const double radius = y > 0.0 ? std::sin(height) : 0.0;
+    return glm::vec3(radius * (x > 0.99 ? 1.0 : std::cos(angle)), 1.0 - std::cos(height), radius * (x > 0.99 ? 0.0 : std::sin(angle)));
+  };
+  EXPECT_LT(measure_grid(24, 8, false, bowl).flatness, 0.65);
+}
+
 TEST(PieceShape, WhatHasNoArea) {
   const PieceShape line = measure({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {0, 1, 2});
   EXPECT_EQ(line.area_m2, 0.0);

@@ -106,7 +106,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   progress("pack", 0.0);
   baked.wood = simplify_wood(plant.wood);
   drop_unused_materials(baked);
-  COPPICE_TRY(bytes, pack(baked, report.sizes));
+  COPPICE_TRY(bytes, pack(baked, report.sizes, options.textures));
   report.seconds.pack = watch.lap();
   report.seconds.total = total.lap();
   report.peak_rss_bytes = peak_rss_bytes();

@@ -24,6 +24,7 @@ struct BakeOptions {
   std::uint32_t thread_count = 0;  ///< 0: all
   ImportOptions import;
   CollapseOptions collapse;
+  TextureCoding textures = TextureCoding::bc;
 };
 
 /// What `coppice bake --report` writes; times are wall seconds.

@@ -1,5 +1,6 @@
 #include "inspect.h"
 
+#include "block_texture.h"
 #include "layout.h"
 #include "pack.h"
 #include "reader.h"
@@ -23,13 +24,15 @@ std::vector<ChunkSummary> summarise_chunks(const PlantFile& file) {
 }
 
 Result<FileSummary::Texture> summarise_texture(const coppice_file_chunk& chunk, std::span<const std::uint8_t> bytes) {
-  const auto levels = read_texture(bytes.subspan(static_cast<std::size_t>(chunk.offset), static_cast<std::size_t>(chunk.bytes)));
-  if (!levels) {
-    Error error = levels.error();
+  const auto layout = read_texture(bytes.subspan(static_cast<std::size_t>(chunk.offset), static_cast<std::size_t>(chunk.bytes)));
+  if (!layout) {
+    Error error = layout.error();
     error.offset += chunk.offset;
     return error;
   }
-  return FileSummary::Texture{levels->front().width, levels->front().height, static_cast<std::uint32_t>(levels->size()), chunk.bytes};
+  const MipLevel& first = layout->levels.front();
+  return FileSummary::Texture{texture_format_name(layout->format), first.width, first.height,
+                              static_cast<std::uint32_t>(layout->levels.size()), chunk.bytes};
 }
 
 }  // namespace

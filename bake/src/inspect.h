@@ -34,6 +34,7 @@ struct FileSummary {
   };
   std::vector<Wood> wood;  ///< [lod], finest first
   struct Texture {
+    const char* format = "";  ///< "bc3" and the like
     std::uint32_t width = 0, height = 0, mip_count = 0;
     std::uint64_t bytes = 0;
   };

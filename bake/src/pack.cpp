@@ -6,7 +6,6 @@
 
 #include "page_encode.h"
 #include "quantised_tree.h"
-#include "texture_mips.h"
 #include "utf8.h"
 #include "visibility.h"
 #include "wood_encode.h"
@@ -100,9 +99,9 @@ Result<void> add_wood(const BakedPlant& plant, FileContents& contents) {
   return {};
 }
 
-Result<void> add_textures(const BakedPlant& plant, FileContents& contents) {
+Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileContents& contents) {
   for (std::size_t i = 0; i < plant.images.size(); ++i) {
-    COPPICE_TRY(texture, encode_texture(plant.images[i], cutoff_of_image(plant, i)));
+    COPPICE_TRY(texture, encode_texture(plant.images[i], cutoff_of_image(plant, i), coding));
     contents.textures.push_back(std::move(texture));
   }
   return {};
@@ -128,7 +127,7 @@ std::uint64_t total_bytes(const std::vector<std::vector<std::uint8_t>>& chunks) 
 
 }  // namespace
 
-Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes) {
+Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes, TextureCoding textures) {
   COPPICE_TRY(tree, quantise_tree(plant.tree));
   FileContents contents;
   fill_plant(plant, tree, contents.plant);
@@ -143,7 +142,7 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   contents.error_px = plant.errors.error_px;
   COPPICE_CHECK(add_pages(tree, contents));
   COPPICE_CHECK(add_wood(plant, contents));
-  COPPICE_CHECK(add_textures(plant, contents));
+  COPPICE_CHECK(add_textures(plant, textures, contents));
   COPPICE_TRY(file, write_file(contents));
   sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.wood), total_bytes(contents.textures)};
   return file;

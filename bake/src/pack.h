@@ -7,6 +7,7 @@
 
 #include "plant.h"
 #include "result.h"
+#include "texture_encode.h"
 
 namespace coppice::bake {
 
@@ -18,12 +19,12 @@ struct PackSizes {
   std::uint64_t texture_bytes = 0;
 };
 
-/// Serialises a baked plant as a .coppice file (format.h, FORMAT.md). A pure function: same plant, same bytes.
+/// Serialises a baked plant as a .coppice file (format.h, FORMAT.md). A pure function: same plant and coding, same bytes.
 /// errors  invalid_argument: a count over its format limit
-Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes);
+Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes, TextureCoding textures = TextureCoding::bc);
 
-/// The reverse, for tools and tests: positions come back quantised. Checks every invariant of FORMAT.md on the way.
-/// errors  bad_file, naming the field and the byte offset
+/// The reverse, for tools and tests: positions come back quantised, images as their textures' largest level shows them. Checks every
+/// invariant of FORMAT.md on the way. errors  bad_file, naming the field and the byte offset
 Result<BakedPlant> unpack(std::span<const std::uint8_t> file);
 
 }  // namespace coppice::bake

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "coppice/format.h"
 #include "srgb.h"
@@ -83,10 +82,6 @@ Image quantised(const FloatImage& image) {
   return result;
 }
 
-bool is_solid(std::uint8_t alpha, float alpha_cutoff) {
-  return static_cast<float>(alpha) / 255.0f >= alpha_cutoff;
-}
-
 using AlphaHistogram = std::array<std::uint64_t, 256>;
 
 double coverage_scaled(const AlphaHistogram& histogram, float scale, float alpha_cutoff) {
@@ -124,6 +119,10 @@ void preserve_coverage(Image& image, float alpha_cutoff, double target) {
 
 }  // namespace
 
+bool is_solid(std::uint8_t alpha, float alpha_cutoff) {
+  return static_cast<float>(alpha) / 255.0f >= alpha_cutoff;
+}
+
 double alpha_coverage(const Image& image, float alpha_cutoff) {
   AlphaHistogram histogram{};
   for (std::size_t i = 3; i < image.rgba.size(); i += 4) ++histogram[image.rgba[i]];
@@ -143,17 +142,6 @@ std::vector<Image> mip_levels(const Image& image, float alpha_cutoff) {
     if (alpha_cutoff > 0.0f && &level != &levels.front()) preserve_coverage(result.back(), alpha_cutoff, target);
   }
   return result;
-}
-
-Result<std::vector<std::uint8_t>> encode_texture(const Image& image, float alpha_cutoff) {
-  if (image.width == 0 || image.height == 0 || image.rgba.size() != std::size_t{image.width} * image.height * 4)
-    return Error{Status::invalid_argument, "texture: the image's bytes do not match its size"};
-  const std::vector<Image> levels = mip_levels(image, alpha_cutoff);
-  const coppice_file_texture header{levels[0].width, levels[0].height, static_cast<std::uint32_t>(levels.size()), 1};
-  std::vector<std::uint8_t> chunk(sizeof header);
-  std::memcpy(chunk.data(), &header, sizeof header);
-  for (const Image& level : levels) chunk.insert(chunk.end(), level.rgba.begin(), level.rgba.end());
-  return chunk;
 }
 
 }  // namespace coppice::bake

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "plant.h"
-#include "result.h"
 
 namespace coppice::bake {
 
@@ -19,8 +18,7 @@ std::vector<Image> mip_levels(const Image& image, float alpha_cutoff);
 /// Share of texels with alpha >= alpha_cutoff, in [0, 1].
 double alpha_coverage(const Image& image, float alpha_cutoff);
 
-/// A TEXTURE chunk.
-/// errors  invalid_argument: the image is empty or its bytes are not width * height * 4
-Result<std::vector<std::uint8_t>> encode_texture(const Image& image, float alpha_cutoff);
+/// Whether the alpha test keeps a texel.
+bool is_solid(std::uint8_t alpha, float alpha_cutoff);
 
 }  // namespace coppice::bake

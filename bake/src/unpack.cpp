@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <string>
 
+#include "block_texture.h"
 #include "layout.h"
 #include "pack.h"
 #include "page_codec.h"
@@ -118,11 +119,13 @@ Result<Mesh> read_wood(const PlantFile& file, Bytes bytes, std::uint32_t lod) {
 Result<Image> read_image(const PlantFile& file, Bytes bytes, std::uint32_t index) {
   const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_TEXTURE, index);
   COPPICE_TRY(content, chunk_bytes(chunk, bytes));
-  const auto levels = read_texture(content);
-  if (!levels) return in_chunk(levels.error(), chunk);
-  const MipLevel& level = levels->front();
-  const Bytes texels = content.subspan(static_cast<std::size_t>(level.offset), static_cast<std::size_t>(level.bytes));
-  return Image{level.width, level.height, {texels.begin(), texels.end()}};
+  const auto layout = read_texture(content);
+  if (!layout) return in_chunk(layout.error(), chunk);
+  const MipLevel& level = layout->levels.front();
+  Image image{level.width, level.height, std::vector<std::uint8_t>(std::size_t{level.width} * level.height * 4)};
+  decode_texture_level(layout->format, level,
+                       content.subspan(static_cast<std::size_t>(level.offset), static_cast<std::size_t>(level.bytes)), image.rgba);
+  return image;
 }
 
 void copy_tables(const PlantFile& file, BakedPlant& plant) {

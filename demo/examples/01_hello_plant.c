@@ -41,6 +41,7 @@ typedef struct Host {
   VkQueue queue;
   VkCommandPool pool;
   VkCommandBuffer commands;
+  VkBool32 texture_compression_bc;
 } Host;
 
 typedef struct Target {
@@ -59,9 +60,10 @@ static uint32_t graphics_family(VkPhysicalDevice physical) {
   return 0;
 }
 
-/* The features coppice_context_desc asks for. */
+/* The features coppice_context_desc asks for, and textureCompressionBC, which it can do without. */
 static void create_device(Host* host, uint32_t family) {
   const float priority = 1;
+  VkPhysicalDeviceFeatures available;
   VkPhysicalDeviceVulkan13Features v13 = {
       .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES, .synchronization2 = VK_TRUE, .dynamicRendering = VK_TRUE};
   VkPhysicalDeviceVulkan12Features v12 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
@@ -76,6 +78,9 @@ static void create_device(Host* host, uint32_t family) {
       .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, .pNext = &features, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue};
   features.features.multiDrawIndirect = VK_TRUE;
   features.features.drawIndirectFirstInstance = VK_TRUE;
+  vkGetPhysicalDeviceFeatures(host->physical, &available);
+  host->texture_compression_bc = available.textureCompressionBC;
+  features.features.textureCompressionBC = available.textureCompressionBC;
   REQUIRE_VK(vkCreateDevice(host->physical, &info, NULL, &host->device));
 }
 
@@ -254,6 +259,7 @@ static coppice_context* create_context(const Host* host) {
   desc.get_instance_proc_addr = vkGetInstanceProcAddr;
   desc.color_format = kColorFormat;
   desc.depth_format = kDepthFormat;
+  desc.texture_compression_bc = host->texture_compression_bc;
   desc.log.write = print_error;
   REQUIRE_COPPICE(coppice_context_create(&desc, &context));
   return context;

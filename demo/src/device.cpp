@@ -145,6 +145,7 @@ void require_features(const Features& has, Features& wants) {
   require(has.v13.dynamicRendering, wants.v13.dynamicRendering, "dynamicRendering");
   require(has.v13.synchronization2, wants.v13.synchronization2, "synchronization2");
   wants.core.features.samplerAnisotropy = has.core.features.samplerAnisotropy;
+  wants.core.features.textureCompressionBC = has.core.features.textureCompressionBC;
 }
 
 VkDevice create_device(VkPhysicalDevice physical, std::uint32_t family, bool swapchain) {
@@ -182,6 +183,9 @@ Device::Device(const DeviceOptions& options) {
   vkGetPhysicalDeviceProperties(physical, &properties);
   name = properties.deviceName;
   vkGetPhysicalDeviceMemoryProperties(physical, &memory);
+  VkPhysicalDeviceFeatures features;
+  vkGetPhysicalDeviceFeatures(physical, &features);
+  texture_compression_bc = features.textureCompressionBC == VK_TRUE;
   handle = create_device(physical, queue_family, options.swapchain);
   volkLoadDevice(handle);
   vkGetDeviceQueue(handle, queue_family, 0, &queue);

@@ -24,6 +24,7 @@ struct Device {
   VkQueue queue = VK_NULL_HANDLE;
   std::uint32_t queue_family = 0;
   std::string name;
+  bool texture_compression_bc = false;  ///< where there is one, it is enabled
   VkPhysicalDeviceMemoryProperties memory = {};
   std::atomic<std::uint32_t> messages = 0;  ///< validation warnings and errors so far
 

@@ -16,6 +16,7 @@ std::uint32_t generation_of(coppice_plant plant) {
 
 Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc) {
   COPPICE_TRY(device, gpu::open_device(desc.instance, desc.physical_device, desc.device, desc.get_instance_proc_addr));
+  device.block_textures = desc.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
   return gpu::Renderer::create({.device = device,
                                 .attachments = {.color_format = desc.color_format,
                                                 .depth_format = desc.depth_format,
@@ -38,7 +39,9 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->renderer_ = std::move(renderer);
   COPPICE_TRY(instances, gpu::InstanceTable::create(context->hooks_.hooks.allocator, desc.max_instances, desc.max_plants));
   context->instances_ = std::move(instances);
-  const StreamerOptions options{.gpu = {.page_bytes = gpu::kPageBytes, .wood_vertex_bytes = sizeof(gpu::WoodVertex)},
+  const StreamerOptions options{.gpu = {.page_bytes = gpu::kPageBytes,
+                                        .wood_vertex_bytes = sizeof(gpu::WoodVertex),
+                                        .block_textures = context->renderer_->block_textures()},
                                 .budget_bytes = desc.memory_budget_bytes,
                                 .max_plants = desc.max_plants};
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, options));

@@ -110,8 +110,8 @@ TEST(CommandLine, HelpListsEveryCommandAndOption) {
   const std::vector<std::pair<std::string, std::vector<std::string>>> options = {
       {"plant", {"--output", "--seed", "corylus", "willow", "juniper"}},
       {"bake",
-       {"--output", "--metric", "--views", "--resolution", "--background", "--candidates", "--leaf-material", "--wood-material",
-        "--classes", "--threads", "--report", "--dry-run", "--preview", "--quiet"}},
+       {"--output", "--metric", "--views", "--resolution", "--background", "--candidates", "--textures", "--leaf-material",
+        "--wood-material", "--classes", "--threads", "--report", "--dry-run", "--preview", "--quiet"}},
       {"bake-all", {"--output", "--jobs", "--metric", "--views", "--leaf-material", "--report", "--quiet", ".coppice-cache"}},
       {"inspect", {"--json"}},
       {"verify", {"input"}},
@@ -342,6 +342,29 @@ TEST(CommandLine, InspectJsonAgreesWithTheBake) {
   const auto parsed = nlohmann::json::parse(json.out);
   EXPECT_EQ(parsed["leaves"], 386) << json.out;
   EXPECT_EQ(parsed["file_bytes"], fs::file_size(baked().coppice)) << json.out;
+}
+
+TEST(CommandLine, TexturesAreStoredAsAskedFor) {
+  const TemporaryFolder folder;
+  const auto textures = [&](const fs::path& file) {
+    const ProcessResult json = coppice_tool({"inspect", file, "--json"});
+    EXPECT_EQ(json.exit_code, 0) << json.err;
+    return nlohmann::json::parse(json.out)["textures"];
+  };
+  const auto blocks = textures(baked().coppice);
+  ASSERT_FALSE(blocks.empty());
+  const fs::path file = folder / "plain.coppice";
+  const ProcessResult bake =
+      coppice_tool({"bake", baked().glb, "-o", file, "--textures", "rgba8", "--metric", "geometric", "--views", "4", "--resolution", "32"});
+  ASSERT_EQ(bake.exit_code, 0) << bake.err;
+  const auto plain = textures(file);
+  ASSERT_EQ(plain.size(), blocks.size());
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    EXPECT_TRUE(blocks[i]["format"] == "bc3" || blocks[i]["format"] == "bc1") << blocks[i];
+    EXPECT_EQ(plain[i]["format"], "rgba8");
+    EXPECT_GT(plain[i]["bytes"].get<int>(), 3 * blocks[i]["bytes"].get<int>());
+  }
+  EXPECT_EQ(coppice_tool({"bake", baked().glb, "-o", file, "--textures", "etc2"}).exit_code, 2);
 }
 
 TEST(CommandLine, ExportGivesExactlySoManyLeafQuads) {

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -19,11 +20,11 @@ namespace {
 
 constexpr std::uint32_t kSidePx = 128;
 
-std::string write_plant(const RandomPlantOptions& options, const char* name) {
+std::string write_plant(const RandomPlantOptions& options, const char* name, bake::TextureCoding textures = bake::TextureCoding::bc) {
   bake::BakedPlant plant = random_plant(options);
   plant.sphere = {glm::vec3(0.0f), 1.6f};
   bake::PackSizes sizes;
-  auto bytes = bake::pack(plant, sizes);
+  auto bytes = bake::pack(plant, sizes, textures);
   if (!bytes) throw std::runtime_error(bytes.error().message());
   const std::filesystem::path path = std::filesystem::temp_directory_path() / (std::string(name) + std::to_string(getpid()) + ".coppice");
   std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
@@ -261,6 +262,50 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
     EXPECT_EQ(stats().pages_loaded, settled.pages_loaded) << budget;
     EXPECT_LE(stats().memory_bytes, budget);
   }
+}
+
+/// The three ways a texture gets to the screen: as blocks, decoded from blocks, never compressed.
+TEST_F(RuntimeTest, BlockTexturesLookAlikeReadByTheGpuAndDecoded) {
+  if (!gpu().texture_compression_bc) GTEST_SKIP() << "the device has no textureCompressionBC";
+  struct Way {
+    bake::TextureCoding coding;
+    VkBool32 blocks_on_gpu;
+    Picture picture;
+    std::uint64_t bytes = 0;
+  };
+  std::array<Way, 3> ways{
+      {{bake::TextureCoding::bc, VK_TRUE, {}}, {bake::TextureCoding::bc, VK_FALSE, {}}, {bake::TextureCoding::rgba8, VK_TRUE, {}}}};
+  for (Way& way : ways) {
+    const std::string path = write_plant({.leaf_count = 600, .seed = 5, .texture_side = 501}, "painted", way.coding);
+    coppice_context_desc with = desc();
+    with.texture_compression_bc = way.blocks_on_gpu;
+    create(with);
+    coppice_plant plant = 0;
+    ASSERT_EQ(coppice_plant_open(context_, path.c_str(), &plant), COPPICE_OK) << log_;
+    const coppice_placement placement = at(0.0f, 0.0f);
+    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+    coppice_view view = front_view();
+    view.lod = COPPICE_LOD_FULL;
+    way.picture = settle(view);
+    way.bytes = stats().memory_bytes;
+    EXPECT_EQ(stats().pages_failed, 0u) << log_;
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    frame_number_ = 0;
+    std::filesystem::remove(path);
+  }
+  const auto mean_difference = [](const Picture& a, const Picture& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.rgba.size(); ++i) sum += std::abs(int{a.rgba[i]} - int{b.rgba[i]});
+    return sum / static_cast<double>(a.rgba.size());
+  };
+  ASSERT_GT(drawn_pixels(ways[0].picture), 500u);
+  EXPECT_LT(mean_difference(ways[0].picture, ways[1].picture), 0.05) << "decoders round differently, no more";
+  EXPECT_LT(mean_difference(ways[0].picture, ways[2].picture), 1.0);
+  EXPECT_GT(mean_difference(ways[0].picture, ways[2].picture), 0.0) << "nothing was compressed";
+  const std::uint64_t rgba_bytes = 501 * 501 * 4 * 4 / 3;
+  EXPECT_LT(ways[0].bytes + rgba_bytes / 2, ways[1].bytes);
+  EXPECT_NEAR(static_cast<double>(ways[1].bytes), static_cast<double>(ways[2].bytes), 100e3);
 }
 
 TEST_F(RuntimeTest, AFrameIsRecordedInOrder) {

@@ -198,8 +198,13 @@ void damage_chunks(Damage& damage, const Bytes& good) {
   damage.set("texture_width", "texture width", texture, std::uint32_t{0});
   damage.set("texture_height", "texture height", texture + 4, std::uint32_t{4097});
   damage.set("texture_mips", "texture mip_count", texture + 8, std::uint32_t{32});
-  damage.set("texture_format", "texture format", texture + 12, std::uint32_t{2});
-  damage.set_reported_at("texture_length", "texture length", texture, std::uint32_t{3}, texture + sizeof(coppice_file_texture));
+  damage.set("texture_format", "texture format", texture + 12, std::uint32_t{COPPICE_TEXTURE_BC1 + 1});
+  damage.set("texture_format_zero", "texture format", texture + 12, std::uint32_t{0});
+  const std::size_t texels = texture + sizeof(coppice_file_texture);
+  damage.set_reported_at("texture_length", "texture length", texture, std::uint32_t{5}, texels);
+  damage.set_reported_at("texture_too_many_blocks", "texture length", texture + 8, std::uint32_t{2}, texels);
+  damage.set_reported_at("texture_bc1_of_bc3_length", "texture length", texture + 12, std::uint32_t{COPPICE_TEXTURE_BC1}, texels);
+  damage.set_reported_at("texture_rgba8_of_bc3_length", "texture length", texture + 12, std::uint32_t{COPPICE_TEXTURE_RGBA8}, texels);
 }
 
 /// The file's only page with its splits changed, coded again: what no flipped bit gets past Draco.

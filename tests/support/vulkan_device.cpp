@@ -95,11 +95,12 @@ std::uint32_t graphics_and_compute_family(VkPhysicalDevice physical_device) {
 }
 
 /// What coppice_context_desc::device asks for and no more, so that a feature missing from that list shows under validation.
-/// Exceptions, for the tests themselves: occlusionQueryPrecise.
+/// Exceptions: occlusionQueryPrecise for the tests themselves; textureCompressionBC, which a context may be told of.
 VkDevice create_device(VulkanDevice& gpu) {
   VkPhysicalDeviceFeatures available{};
   vkGetPhysicalDeviceFeatures(gpu.physical_device, &available);
   gpu.occlusion_query_precise = available.occlusionQueryPrecise == VK_TRUE;
+  gpu.texture_compression_bc = available.textureCompressionBC == VK_TRUE;
 
   VkPhysicalDeviceVulkan13Features features13{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
   features13.dynamicRendering = VK_TRUE;
@@ -113,6 +114,7 @@ VkDevice create_device(VulkanDevice& gpu) {
   features.features.drawIndirectFirstInstance = VK_TRUE;
   features.features.samplerAnisotropy = available.samplerAnisotropy;
   features.features.occlusionQueryPrecise = available.occlusionQueryPrecise;
+  features.features.textureCompressionBC = available.textureCompressionBC;
 
   const float priority = 1.0f;
   VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};

@@ -35,6 +35,7 @@ struct VulkanDevice {
   std::string device_name;
   std::string driver_name;               ///< name and version, "llvmpipe Mesa 22.3.6 ..."
   bool occlusion_query_precise = false;  ///< enabled where there is one
+  bool texture_compression_bc = false;   ///< enabled where there is one
   VkPhysicalDeviceMemoryProperties memory{};
 
   VkCommandPool command_pool = VK_NULL_HANDLE;

@@ -146,6 +146,7 @@ int main(int argc, char** argv) {
   coppice_context_desc desc;
   coppice_context_desc_init(&desc);
   CHECK(desc.memory_budget_bytes == 256ull << 20);
+  CHECK(desc.texture_compression_bc == VK_FALSE);
   coppice_context* context = NULL;
   CHECK(coppice_context_create(&desc, &context) == COPPICE_ERROR_INVALID_ARGUMENT && context == NULL);
   desc.instance = gpu.instance;

@@ -194,6 +194,9 @@ TEST(Inspect, CountsChunksAndBytes) {
   EXPECT_EQ(summary->wood.size(), 2u);
   ASSERT_EQ(summary->textures.size(), 1u);
   EXPECT_EQ(summary->textures[0].mip_count, 4u);
+  EXPECT_STREQ(summary->textures[0].format, "bc3");
+  PackSizes plain_sizes;
+  EXPECT_STREQ(inspect(*pack(random_plant({.leaf_count = 6}), plain_sizes, TextureCoding::rgba8))->textures[0].format, "rgba8");
   std::uint64_t sum = 64;
   for (const ChunkSummary& chunk : summary->chunks) sum += chunk.bytes + 32 * chunk.count;
   EXPECT_EQ(sum, file.size());

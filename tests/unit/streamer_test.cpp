@@ -40,7 +40,8 @@ const std::vector<std::uint8_t>& small_plant_file() {
   return file;
 }
 
-constexpr GpuSizes kGpuSizes = {.page_bytes = 32768, .wood_vertex_bytes = 24, .wood_index_bytes = 4, .plant_bytes = 1000};
+constexpr GpuSizes kGpuSizes = {
+    .page_bytes = 32768, .wood_vertex_bytes = 24, .wood_index_bytes = 4, .plant_bytes = 1000, .block_textures = true};
 
 class StreamerTest : public testing::Test {
  protected:
@@ -351,7 +352,8 @@ TEST_F(StreamerTest, OverheadOfTheGpuSideCountsAndEvicts) {
 
 TEST_F(StreamerTest, NothingGoesForAChunkThatCouldNotComeInEvenThen) {
   bake::PackSizes sizes;
-  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 1024}), sizes);
+  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 1024}), sizes,
+                                   bake::TextureCoding::rgba8);
   start();
   std::vector<PlantDemand> demands;
   for (int i = 0; i < 44; ++i) {  // the first 16 are worth less than the texture, the others more
@@ -380,7 +382,8 @@ TEST_F(StreamerTest, NothingGoesForAChunkThatCouldNotComeInEvenThen) {
 
 TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
   bake::PackSizes sizes;
-  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 1024}), sizes);
+  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 1024}), sizes,
+                                   bake::TextureCoding::rgba8);
   start();
   std::vector<PlantDemand> demands;
   for (int i = 0; i < 40; ++i) {
@@ -596,6 +599,8 @@ TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
 /// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more.
 class FailingAllocator : public StreamerTest, public testing::WithParamInterface<bool> {
  protected:
+  FailingAllocator() { options.gpu.block_textures = false; }  // a job then allocates too
+
   /// False: the allocator got as far as failing.
   bool run(std::size_t fail_at) {
     test::FakeAllocator failing;

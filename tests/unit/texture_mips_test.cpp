@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "coppice/format.h"
-
 namespace coppice::bake {
 namespace {
 
@@ -95,17 +93,6 @@ TEST(MipLevels, PlainAveragingWouldLoseThinLeaves) {
   const auto levels = mip_levels(image, 0.5f);
   EXPECT_NEAR(alpha_coverage(levels[2], 0.5f), target, 0.1);
   for (const Image& level : levels) EXPECT_GT(alpha_coverage(level, 0.5f), 0.0) << level.width;
-}
-
-TEST(EncodeTexture, LaysLevelsOutTightly) {
-  const auto chunk = encode_texture(discs(8, 8, 3.0, {1, 2, 3}), 0.5f);
-  ASSERT_TRUE(chunk);
-  EXPECT_EQ(chunk->size(), sizeof(coppice_file_texture) + 4 * (64 + 16 + 4 + 1));
-}
-
-TEST(EncodeTexture, RefusesAnImageOfTheWrongLength) {
-  EXPECT_EQ(encode_texture(Image{2, 2, std::vector<std::uint8_t>(15)}, 0.0f).error().status, Status::invalid_argument);
-  EXPECT_EQ(encode_texture(Image{}, 0.0f).error().status, Status::invalid_argument);
 }
 
 }  // namespace

@@ -33,6 +33,13 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->check(CLI::Range(1u, kMaxCandidateCount))
       ->type_name("N")
       ->capture_default_str();
+  command
+      .add_option(
+          "--textures", arguments.textures,
+          "How textures are stored: bc is BC1 and BC3 blocks, which a GPU reads as they are; rgba8 takes four to eight times the bytes")
+      ->check(CLI::IsMember({"bc", "rgba8"}))
+      ->type_name("bc|rgba8")
+      ->capture_default_str();
   add_class_options(command, arguments.classes);
   add_import_options(command, arguments.import);
 }
@@ -41,6 +48,7 @@ Result<BakeOptions> bake_options(const BakeArguments& arguments) {
   BakeOptions options = arguments.options;
   options.metric = arguments.metric == "mi" ? Metric::mi : arguments.metric == "geometric" ? Metric::geometric : Metric::default_metric;
   options.collapse.count_background = arguments.background == "on";
+  options.textures = arguments.textures == "rgba8" ? TextureCoding::rgba8 : TextureCoding::bc;
   COPPICE_TRY(import, import_options(arguments.classes));
   options.import = std::move(import);
   apply_import_arguments(arguments.import, options.import);

@@ -15,7 +15,7 @@ class App;
 namespace coppice::bake {
 
 struct BakeArguments {
-  std::string metric = "default", background = "on";
+  std::string metric = "default", background = "on", textures = "bc";
   ClassArguments classes;
   ImportArguments import;
   BakeOptions options;  ///< what needs no translation

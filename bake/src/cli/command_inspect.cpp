@@ -48,8 +48,8 @@ void print_text(const FileSummary& file) {
                 readable_bytes(file.wood[lod].bytes).c_str());
   if (!file.wood.empty()) std::printf("\n");
   for (std::size_t texture = 0; texture < file.textures.size(); ++texture)
-    std::printf("texture %zu: %u x %u, %u mips, %s\n", texture, file.textures[texture].width, file.textures[texture].height,
-                file.textures[texture].mip_count, readable_bytes(file.textures[texture].bytes).c_str());
+    std::printf("texture %zu: %s, %u x %u, %u mips, %s\n", texture, file.textures[texture].format, file.textures[texture].width,
+                file.textures[texture].height, file.textures[texture].mip_count, readable_bytes(file.textures[texture].bytes).c_str());
   print_error_table(file);
 }
 
@@ -59,7 +59,11 @@ void print_json(const FileSummary& file) {
   for (const auto& chunk : file.chunks) chunks.push_back({{"kind", chunk.kind}, {"count", chunk.count}, {"bytes", chunk.bytes}});
   for (const auto& lod : file.wood) wood.push_back({{"vertices", lod.vertices}, {"triangles", lod.triangles}, {"bytes", lod.bytes}});
   for (const auto& texture : file.textures)
-    textures.push_back({{"width", texture.width}, {"height", texture.height}, {"mips", texture.mip_count}, {"bytes", texture.bytes}});
+    textures.push_back({{"format", texture.format},
+                        {"width", texture.width},
+                        {"height", texture.height},
+                        {"mips", texture.mip_count},
+                        {"bytes", texture.bytes}});
   const Json json = {
       {"name", file.name},
       {"version", file.version},

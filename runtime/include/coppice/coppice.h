@@ -132,6 +132,11 @@ typedef struct coppice_context_desc {
   coppice_jobs jobs;
   coppice_io io;
   coppice_log log;
+
+  /* VK_TRUE: `device` was created with the feature textureCompressionBC, so textures stay the BC1 and BC3 blocks they are in the file.
+   * Default VK_FALSE, always right: they are decoded to RGBA8 on jobs and take four to eight times the memory. Where the physical device
+   * lacks the feature it counts as VK_FALSE. */
+  VkBool32 texture_compression_bc;
 } coppice_context_desc;
 
 /* Fills every field with its default; device fields become null and must be set. desc must not be null. */
@@ -163,8 +168,9 @@ typedef struct coppice_plant_info {
 } coppice_plant_info;
 
 /* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for two reads, the header and
- * the front, so call it while loading or from a thread of your own with the context serialised. Finer detail streams in by itself.
- * COPPICE_ERROR_OUT_OF_MEMORY: where the log says that room is being made, try again in a few frames. */
+ * the front, and without texture_compression_bc for one of 16 bytes a texture, so call it while loading or from a thread of your own with
+ * the context serialised. Finer detail streams in by itself. COPPICE_ERROR_OUT_OF_MEMORY: where the log says that room is being made, try
+ * again in a few frames. */
 coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);
 
 /* Removes the plant and all its instances. GPU memory is freed once the GPU is done with it (see coppice_frame). */

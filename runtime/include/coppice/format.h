@@ -119,11 +119,20 @@ typedef struct coppice_file_card {
 /* ERRORS chunk: uint32_t leaf_counts[levels], ascending, first 1, last N; float sizes_px[sizes], ascending;
  * float error_px[levels][sizes], >= 0, non-increasing along a column. sizes_px is the projected diameter of the bounding sphere. */
 
+/* How a texture's texels are stored. Colour is in sRGB, alpha linear. Blocks are of 4 x 4 texels, the last ones of a row or column reach
+ * beyond the level where its side is no multiple of 4. */
+typedef enum coppice_texture_format {
+  COPPICE_TEXTURE_RGBA8 = 1, /* 4 bytes a texel */
+  COPPICE_TEXTURE_BC3 = 2,   /* 16 bytes a block */
+  COPPICE_TEXTURE_BC1 = 3,   /* 8 bytes a block, alpha is 1 */
+  COPPICE_TEXTURE_FORMAT_MAX_ENUM = 0x7fffffff
+} coppice_texture_format;
+
 typedef struct coppice_file_texture {
   uint32_t width;
   uint32_t height;
   uint32_t mip_count;
-  uint32_t format; /* 1: RGBA8, colour in sRGB, alpha linear */
+  uint32_t format; /* coppice_texture_format */
 } coppice_file_texture;
 
 #endif

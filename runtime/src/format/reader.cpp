@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "block_texture.h"
 #include "layout.h"
 #include "utf8.h"
 
@@ -341,24 +342,30 @@ std::uint32_t page_split_count(const coppice_file_plant& plant, std::uint32_t pa
   return std::min(COPPICE_PAGE_SPLITS, plant.leaf_count - 1 - first);
 }
 
-Result<std::vector<MipLevel>> read_texture(Bytes chunk) {
-  if (chunk.size() < sizeof(coppice_file_texture)) return bad("texture header", chunk.size(), "cut off");
-  const auto texture = copy_at<coppice_file_texture>(chunk, 0);
+Result<TextureLayout> read_texture_header(Bytes header, std::uint64_t chunk_bytes) {
+  if (header.size() < sizeof(coppice_file_texture)) return bad("texture header", header.size(), "cut off");
+  const auto texture = copy_at<coppice_file_texture>(header, 0);
   if (texture.width == 0 || texture.width > COPPICE_MAX_TEXTURE_SIDE) return bad("texture width", 0, std::to_string(texture.width));
   if (texture.height == 0 || texture.height > COPPICE_MAX_TEXTURE_SIDE) return bad("texture height", 4, std::to_string(texture.height));
   if (texture.mip_count == 0 || texture.mip_count > static_cast<std::uint32_t>(std::bit_width(std::max(texture.width, texture.height))))
     return bad("texture mip_count", 8, std::to_string(texture.mip_count));
-  if (texture.format != 1) return bad("texture format", 12, std::to_string(texture.format));
-  std::vector<MipLevel> levels;
+  if (texture.format < COPPICE_TEXTURE_RGBA8 || texture.format > COPPICE_TEXTURE_BC1)
+    return bad("texture format", 12, std::to_string(texture.format));
+  TextureLayout layout{texture.format, {}};
   std::uint64_t at = sizeof(coppice_file_texture);
   for (std::uint32_t level = 0; level < texture.mip_count; ++level) {
     const std::uint32_t width = std::max(1u, texture.width >> level), height = std::max(1u, texture.height >> level);
-    levels.push_back({width, height, at, std::uint64_t{width} * height * 4});
-    at += levels.back().bytes;
+    layout.levels.push_back({width, height, at, texture_level_bytes(texture.format, width, height)});
+    at += layout.levels.back().bytes;
   }
-  if (at != chunk.size())
-    return bad("texture length", sizeof(coppice_file_texture), "the mip levels need " + std::to_string(at) + " bytes");
-  return levels;
+  if (at != chunk_bytes)
+    return bad("texture length", sizeof(coppice_file_texture),
+               std::to_string(chunk_bytes) + " bytes, the header and the mip levels need " + std::to_string(at));
+  return layout;
+}
+
+Result<TextureLayout> read_texture(Bytes chunk) {
+  return read_texture_header(chunk, chunk.size());
 }
 
 }  // namespace coppice

@@ -48,8 +48,16 @@ struct MipLevel {
   std::uint64_t offset = 0, bytes = 0;
 };
 
-/// A TEXTURE chunk's mip levels, largest first. They are inside the chunk: sizes are checked.
-/// errors  bad_file: the field, offset from the start of the chunk
-Result<std::vector<MipLevel>> read_texture(std::span<const std::uint8_t> chunk);
+struct TextureLayout {
+  std::uint32_t format = COPPICE_TEXTURE_RGBA8;  ///< coppice_texture_format
+  std::vector<MipLevel> levels;                  ///< largest first
+};
+
+/// The layout of a TEXTURE chunk of `chunk_bytes`, of which `header` holds the first sizeof(coppice_file_texture) or more. Its levels are
+/// inside the chunk and fill it: sizes are checked. errors  bad_file: the field, offset from the start of the chunk
+Result<TextureLayout> read_texture_header(std::span<const std::uint8_t> header, std::uint64_t chunk_bytes);
+
+/// The same of a whole chunk.
+Result<TextureLayout> read_texture(std::span<const std::uint8_t> chunk);
 
 }  // namespace coppice

@@ -3,6 +3,8 @@
 #include <array>
 #include <string>
 
+#include "check.h"
+
 namespace coppice::gpu {
 namespace {
 
@@ -73,6 +75,11 @@ Result<void> back_buffer(Device& device, Buffer& buffer, bool addressable, Memor
   return {};
 }
 
+VkFormat vulkan_format(std::uint32_t texture_format) {
+  if (texture_format == COPPICE_TEXTURE_BC3) return VK_FORMAT_BC3_SRGB_BLOCK;
+  return texture_format == COPPICE_TEXTURE_BC1 ? VK_FORMAT_BC1_RGB_SRGB_BLOCK : VK_FORMAT_R8G8B8A8_SRGB;
+}
+
 Result<void> back_texture(Device& device, Texture& texture) {
   VkMemoryRequirements requirements{};
   device.vk.vkGetImageMemoryRequirements(device.device, texture.image, &requirements);
@@ -84,7 +91,7 @@ Result<void> back_texture(Device& device, Texture& texture) {
   const VkImageViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
                                    .image = texture.image,
                                    .viewType = VK_IMAGE_VIEW_TYPE_2D,
-                                   .format = VK_FORMAT_R8G8B8A8_SRGB,
+                                   .format = vulkan_format(texture.format),
                                    .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1}};
   if (const VkResult result = device.vk.vkCreateImageView(device.device, &info, nullptr, &texture.view); result != VK_SUCCESS)
     return vulkan_error(result, "vkCreateImageView");
@@ -125,6 +132,12 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
   return opened;
 }
 
+bool has_block_textures(const Device& device) {
+  VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
+  device.vk.vkGetPhysicalDeviceFeatures2(device.physical_device, &features);
+  return features.features.textureCompressionBC == VK_TRUE;
+}
+
 Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind) {
   if ((usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && size_bytes > device.max_storage_bytes)
     return Error{Status::unsupported, "storage buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};
@@ -146,16 +159,17 @@ void destroy_buffer(Device& device, Buffer& buffer) {
   buffer = {};
 }
 
-Result<Texture> create_texture(Device& device, std::uint32_t width, std::uint32_t height, std::uint32_t mip_count) {
+Result<Texture> create_texture(Device& device, const coppice_file_texture& wanted) {
+  COPPICE_ASSERT(wanted.format == COPPICE_TEXTURE_RGBA8 || device.block_textures);
   const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
                                .imageType = VK_IMAGE_TYPE_2D,
-                               .format = VK_FORMAT_R8G8B8A8_SRGB,
-                               .extent = {width, height, 1},
-                               .mipLevels = mip_count,
+                               .format = vulkan_format(wanted.format),
+                               .extent = {wanted.width, wanted.height, 1},
+                               .mipLevels = wanted.mip_count,
                                .arrayLayers = 1,
                                .samples = VK_SAMPLE_COUNT_1_BIT,
                                .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
-  Texture texture{.width = width, .height = height, .mip_count = mip_count};
+  Texture texture{.width = wanted.width, .height = wanted.height, .mip_count = wanted.mip_count, .format = wanted.format};
   if (const VkResult result = device.vk.vkCreateImage(device.device, &info, nullptr, &texture.image); result != VK_SUCCESS)
     return vulkan_error(result, "vkCreateImage");
   if (auto backed = back_texture(device, texture); !backed) {

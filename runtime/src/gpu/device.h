@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "coppice/format.h"
 #include "functions.h"
 #include "result.h"
 
@@ -17,12 +18,16 @@ struct Device {
   std::uint32_t max_draw_count = 0;     ///< of one indirect draw
   std::uint32_t max_group_count = 0;    ///< of one dispatch, in x
   std::uint64_t allocated_bytes = 0;    ///< of every vkAllocateMemory not yet freed
+  bool block_textures = false;          ///< textureCompressionBC is enabled; only the engine knows, so the caller says it
 };
 
 /// Loads the functions and checks that the physical device has the features of coppice_context_desc.device.
 /// errors  unsupported, naming every feature that is missing
 Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device, VkDevice device,
                            PFN_vkGetInstanceProcAddr get_instance_proc_addr);
+
+/// Whether the feature textureCompressionBC can have been enabled.
+bool has_block_textures(const Device& device);
 
 enum class MemoryKind : std::uint8_t {
   device,  ///< the GPU's own; written by copies
@@ -42,16 +47,19 @@ struct Buffer {
 Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind);
 void destroy_buffer(Device& device, Buffer& buffer);
 
-/// A sampled 2D image, RGBA8 sRGB.
+/// A sampled 2D image with colours in sRGB.
 struct Texture {
   VkImage image = VK_NULL_HANDLE;
   VkImageView view = VK_NULL_HANDLE;
   VkDeviceMemory memory = VK_NULL_HANDLE;
   std::uint64_t allocated_bytes = 0;
   std::uint32_t width = 0, height = 0, mip_count = 0;
+  std::uint32_t format = COPPICE_TEXTURE_RGBA8;  ///< coppice_texture_format
 };
 
-Result<Texture> create_texture(Device& device, std::uint32_t width, std::uint32_t height, std::uint32_t mip_count);
+/// wanted  its sides, mip_count and format; with a block format device.block_textures must be set
+/// errors  out_of_memory, device_lost
+Result<Texture> create_texture(Device& device, const coppice_file_texture& wanted);
 void destroy_texture(Device& device, Texture& texture);
 
 /// Status of a failed Vulkan call.

@@ -98,7 +98,7 @@ Result<void> Renderer::create_fixed_buffers() {
 }
 
 Result<void> Renderer::create_default_texture() {
-  COPPICE_TRY(texture, create_texture(device_, 1, 1, 1));
+  COPPICE_TRY(texture, create_texture(device_, {1, 1, 1, COPPICE_TEXTURE_RGBA8}));
   default_texture_ = texture;
   COPPICE_TRY(set, create_texture_set(device_, passes_, texture.view));
   default_set_ = set;

@@ -90,7 +90,8 @@ class Renderer {
   /// errors  out_of_memory: the chunk is not there. Splits it patched into other nodes may be: cuts of what is resident do not reach them
   Result<void> upload_page(const PageUpload& upload);
   Result<void> upload_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
-  /// bytes: a TEXTURE chunk. errors  bad_file: its size is not that of its mips; out_of_memory
+  /// bytes: a TEXTURE chunk. errors  bad_file: the field and its offset; unsupported: blocks, and the device does not take them;
+  /// out_of_memory
   Result<void> upload_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> bytes);
   /// The GPU must have finished the last frame that drew the chunk.
   void drop_page(std::uint32_t plant, std::uint32_t page);
@@ -109,6 +110,8 @@ class Renderer {
   /// Device memory allocated beyond what the caller counts for uploaded chunks, the next block of the page pool included. Taking a page
   /// slot never raises it.
   [[nodiscard]] std::uint64_t overhead_bytes() const;
+  /// Whether upload_texture takes BC1 and BC3.
+  [[nodiscard]] bool block_textures() const { return device_.block_textures; }
   [[nodiscard]] std::uint64_t upload_room_bytes() const { return staging_.free_bytes(); }
   /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.
   [[nodiscard]] VkBuffer cut_buffer() const { return fixed_.cuts.buffer; }
@@ -154,7 +157,7 @@ class Renderer {
     VkBuffer from;
     std::uint64_t offset;
     VkImage image;
-    std::uint32_t width, height, mip_count;
+    std::uint32_t width, height, mip_count, format;
   };
 
   explicit Renderer(const RendererDesc& desc);

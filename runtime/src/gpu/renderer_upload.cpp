@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "block_texture.h"
 #include "check.h"
 #include "convert.h"
 #include "renderer.h"
@@ -13,13 +14,6 @@ constexpr VkPipelineStageFlags2 kReadStages = VK_PIPELINE_STAGE_2_COMPUTE_SHADER
                                               VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT;
 constexpr VkAccessFlags2 kReads = VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_INDEX_READ_BIT |
                                   VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT;
-
-std::uint64_t mip_bytes(const coppice_file_texture& texture) {
-  std::uint64_t bytes = 0;
-  for (std::uint32_t mip = 0; mip < texture.mip_count; ++mip)
-    bytes += std::uint64_t{std::max(texture.width >> mip, 1u)} * std::max(texture.height >> mip, 1u) * 4;
-  return bytes;
-}
 
 VkImageMemoryBarrier2 layout_change(VkImage image, VkImageLayout from, VkImageLayout to) {
   const bool filling = to == VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
@@ -125,14 +119,12 @@ Result<void> Renderer::upload_wood(std::uint32_t plant_index, std::uint32_t lod,
 
 Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t index, std::span<const std::uint8_t> bytes) {
   PlantTexture& plant_texture = plants_[plant_index].textures[index];
+  COPPICE_TRY(layout, read_texture(bytes));
+  if (layout.format != COPPICE_TEXTURE_RGBA8 && !device_.block_textures)
+    return Error{Status::unsupported, "a texture in blocks, without textureCompressionBC"};
   coppice_file_texture header{};
-  if (bytes.size() < sizeof header) return Error{Status::bad_file, "texture chunk is shorter than its header"};
   std::memcpy(&header, bytes.data(), sizeof header);
-  const bool sane = header.width >= 1 && header.height >= 1 && header.width <= COPPICE_MAX_TEXTURE_SIDE &&
-                    header.height <= COPPICE_MAX_TEXTURE_SIDE && header.mip_count >= 1 && header.format == 1 &&
-                    std::max(header.width, header.height) >> (std::min(header.mip_count, 32u) - 1) != 0;
-  if (!sane || mip_bytes(header) != bytes.size() - sizeof header) return Error{Status::bad_file, "texture chunk disagrees with its header"};
-  COPPICE_TRY(texture, create_texture(device_, header.width, header.height, header.mip_count));
+  COPPICE_TRY(texture, create_texture(device_, header));
   auto set = create_texture_set(device_, passes_, texture.view);
   auto staged = set ? stage_texels(texture, bytes.subspan(sizeof header)) : Result<void>(set.error());
   if (!staged) {
@@ -148,7 +140,7 @@ Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t i
 Result<void> Renderer::stage_texels(const Texture& texture, std::span<const std::uint8_t> texels) {
   COPPICE_TRY(slice, stage(texels.size()));
   std::memcpy(slice.data, texels.data(), texels.size());
-  texture_copies_.push_back({slice.buffer, slice.offset, texture.image, texture.width, texture.height, texture.mip_count});
+  texture_copies_.push_back({slice.buffer, slice.offset, texture.image, texture.width, texture.height, texture.mip_count, texture.format});
   return {};
 }
 
@@ -326,7 +318,7 @@ void Renderer::record_texture_copies() {
       const std::uint32_t height = std::max(copy.height >> mip, 1u);
       regions.push_back(
           {.bufferOffset = offset, .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, mip, 0, 1}, .imageExtent = {width, height, 1}});
-      offset += std::uint64_t{width} * height * 4;
+      offset += texture_level_bytes(copy.format, width, height);
     }
     device_.vk.vkCmdCopyBufferToImage(upload_cmd_, copy.from, copy.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                                       static_cast<std::uint32_t>(regions.size()), regions.data());

@@ -5,6 +5,7 @@
 #include <limits>
 #include <new>
 
+#include "block_texture.h"
 #include "check.h"
 
 namespace coppice {
@@ -38,7 +39,8 @@ Result<void> allocate_arrays(PlantStream& plant) {
   COPPICE_CHECK(allocate_into(plant.pages, allocator, counts.page_count));
   COPPICE_CHECK(allocate_into(plant.page_quads, allocator, counts.page_count));
   COPPICE_CHECK(allocate_into(plant.wood, allocator, counts.wood_lod_count));
-  return allocate_into(plant.textures, allocator, counts.texture_count);
+  COPPICE_CHECK(allocate_into(plant.textures, allocator, counts.texture_count));
+  return allocate_into(plant.texture_uploads, allocator, counts.texture_count);
 }
 
 /// Finds every chunk in the file's table, which the reader has checked: each is there once.
@@ -59,6 +61,20 @@ void index_chunks(PlantStream& plant) {
   if (counts.wood_lod_count > 0) plant.chunk(ChunkKind::wood, counts.wood_lod_count - 1).pinned = true;
 }
 
+/// How long a texture is once decoded only its header says. One that is damaged counts as stored: decoding refuses it.
+Result<void> measure_textures(PlantStream& plant) {
+  for (std::uint32_t i = 0; i < plant.texture_uploads.size(); ++i) {
+    const coppice_file_chunk& entry = plant.file_chunk(plant.chunk(ChunkKind::texture, i));
+    plant.texture_uploads[i].bytes = entry.bytes;
+    std::array<std::uint8_t, sizeof(coppice_file_texture)> header{};
+    if (plant.gpu.block_textures || entry.bytes < header.size()) continue;
+    COPPICE_CHECK(read_now(plant.hooks.io, plant.io_file, entry.offset, header));
+    const auto layout = read_texture_header(header, entry.bytes);
+    if (layout && layout->format != COPPICE_TEXTURE_RGBA8) plant.texture_uploads[i] = {decoded_texture_bytes(*layout), true};
+  }
+  return {};
+}
+
 void fill_tables(PlantStream& plant) {
   const PlantFile& file = plant.file;
   plant.lod_words = pack_lod_table(file);
@@ -69,7 +85,7 @@ void fill_tables(PlantStream& plant) {
   plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + bytes_of(file.chunks) + bytes_of(file.materials) + bytes_of(file.cards) +
                      bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
                      bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() + plant.page_quads.bytes() +
-                     plant.wood.bytes() + plant.textures.bytes();
+                     plant.wood.bytes() + plant.textures.bytes() + plant.texture_uploads.bytes();
 }
 
 /// Marks one node as replaced by `split`. An entry that a page evicted since wrote is at least the split it names.
@@ -146,6 +162,7 @@ Result<void> read_plant_front(PlantStream& plant, HookBuffer& front) {
   plant.file = std::move(file);
   COPPICE_CHECK(allocate_arrays(plant));
   index_chunks(plant);
+  COPPICE_CHECK(measure_textures(plant));
   fill_tables(plant);
   const PlantWants nothing = {0, plant.file.plant.wood_lod_count, false};
   plant.wants = {nothing, nothing, nothing, 0};
@@ -167,7 +184,9 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
     bytes.gpu = vertices * plant.gpu.wood_vertex_bytes + indices * plant.gpu.wood_index_bytes;
     bytes.upload = vertices * sizeof(WoodVertex) + indices * sizeof(std::uint32_t);
   } else {
-    bytes.gpu = bytes.upload = std::exchange(bytes.work, 0);  // the file's bytes are what is uploaded
+    const TextureUpload& upload = plant.texture_uploads[chunk.id.index];
+    bytes.gpu = bytes.upload = upload.bytes;
+    if (!upload.decoded) bytes.work = 0;  // the file's bytes are what is uploaded
   }
   return bytes;
 }
@@ -244,6 +263,27 @@ Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
   return {};
 }
 
+namespace {
+
+Result<void> decode_texture_chunk(Transfer& transfer) {
+  const PlantStream& plant = *transfer.plant;
+  const TextureUpload& upload = plant.texture_uploads[transfer.chunk->id.index];
+  auto layout = read_texture(transfer.bytes.span());
+  if (!layout) {
+    Error error = layout.error();
+    error.offset += plant.file_chunk(*transfer.chunk).offset;
+    return error;
+  }
+  if (!upload.decoded) return {};
+  if (decoded_texture_bytes(*layout) != upload.bytes)
+    return Error{Status::bad_file, "texture header: not what it was when the plant was opened", plant.file_chunk(*transfer.chunk).offset};
+  COPPICE_CHECK(allocate_into(transfer.texels, plant.hooks.allocator, static_cast<std::size_t>(upload.bytes)));
+  decode_texture(*layout, transfer.bytes.span(), transfer.texels.span());
+  return {};
+}
+
+}  // namespace
+
 Result<void> decode_chunk(Transfer& transfer) {
   const PlantStream& plant = *transfer.plant;
   const Chunk& chunk = *transfer.chunk;
@@ -251,10 +291,7 @@ Result<void> decode_chunk(Transfer& transfer) {
   COPPICE_CHECK(check_chunk(plant.file_chunk(chunk), bytes));
   if (chunk.id.kind == ChunkKind::page)
     return decode_page(bytes, chunk.id.index * COPPICE_PAGE_SPLITS, plant.file.plant.card_count, transfer.quads, transfer.splits.span());
-  if (chunk.id.kind == ChunkKind::texture) {
-    if (auto levels = read_texture(bytes); !levels) return levels.error();
-    return {};
-  }
+  if (chunk.id.kind == ChunkKind::texture) return decode_texture_chunk(transfer);
   const std::uint32_t lod = chunk.id.index;
   COPPICE_TRY(wood, decode_wood(bytes, {plant.file.plant.wood_vertex_counts[lod], plant.file.plant.wood_triangle_counts[lod],
                                         plant.file.plant.material_count}));
@@ -268,7 +305,7 @@ Result<void> accept_decoded(PlantStream& plant, Transfer& transfer) {
   if (transfer.chunk->id.kind == ChunkKind::wood)
     plant.wood[index] = std::move(transfer.wood);
   else
-    plant.textures[index] = std::move(transfer.bytes);
+    plant.textures[index] = std::move(plant.texture_uploads[index].decoded ? transfer.texels : transfer.bytes);
   return {};
 }
 

@@ -34,6 +34,12 @@ struct ChunkBytes {
   [[nodiscard]] std::uint64_t total() const { return gpu + kept + upload + work; }
 };
 
+/// What is uploaded of a texture.
+struct TextureUpload {
+  std::uint64_t bytes = 0;
+  bool decoded = false;  ///< to RGBA8, by a job; else the chunk as stored
+};
+
 /// The finest wants of the last 8 to 16 frames: what a camera that comes and goes still counts as wanted.
 struct RecentWants {
   PlantWants now, current_window, last_window;
@@ -56,6 +62,7 @@ struct PlantStream {
   HookArray<QuantisedQuad*> page_quads;  ///< [page_count] pages[k].quads, for the codec; null while there are none
   HookArray<WoodMesh> wood;              ///< [wood_lod_count] while decoded
   HookArray<HookBuffer> textures;        ///< [texture_count] while decoded
+  HookArray<TextureUpload> texture_uploads;
   QuantisedQuad root_quad{};
   std::uint64_t base_bytes = 0;  ///< counted while open: tables and the arrays above
 
@@ -91,9 +98,8 @@ struct PlantStream {
 /// errors  io, bad_file, unsupported, out_of_memory; path is not in the message
 Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index);
 
-/// Reads and checks the front and fills in the tables; nothing is decoded.
-/// front   out: the file's first header.first_read_bytes
-/// errors  io, bad_file, unsupported, out_of_memory
+/// Reads and checks the front and fills in the tables; nothing is decoded. Where the GPU does not read blocks it reads the textures'
+/// headers too. front   out: the file's first header.first_read_bytes errors  io, bad_file, unsupported, out_of_memory
 Result<void> read_plant_front(PlantStream& plant, HookBuffer& front);
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);

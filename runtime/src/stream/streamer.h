@@ -33,6 +33,7 @@ struct GpuSizes {
   std::uint64_t wood_vertex_bytes = 0;  ///< per vertex of a wood LoD
   std::uint64_t wood_index_bytes = 4;
   std::uint64_t plant_bytes = 0;  ///< per open plant: tables, descriptors
+  bool block_textures = false;    ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
 };
 
 struct StreamerOptions {
@@ -64,7 +65,7 @@ struct DecodedChunk {
   // wood
   const WoodMesh* wood = nullptr;
 
-  // texture: the chunk as stored, checked: a coppice_file_texture and its mip levels
+  // texture: a coppice_file_texture and its mip levels, checked; the chunk as stored, or decoded to RGBA8 without GpuSizes::block_textures
   std::span<const std::uint8_t> texture;
 };
 

@@ -38,6 +38,7 @@ struct Transfer {
   HookArray<Split> splits;  ///< page: out of the job
   NodeQuads quads;          ///< page: the job adds the page's own
   WoodMesh wood;            ///< wood: out of the job
+  HookBuffer texels;        ///< texture that is decoded: out of the job, a TEXTURE chunk of RGBA8
   Result<void> outcome;     ///< of the job
   bool skipped = false;     ///< page: the one before it in the run failed, nothing was decoded
 

@@ -1,0 +1,136 @@
+#include "texture_encode.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "block_texture.h"
+#include "texture_mips.h"
+
+namespace coppice::bake {
+namespace {
+
+/// Leaves: ellipses of several sizes and angles, veined, with edges two texels soft, on transparent black.
+Image leaves(std::uint32_t width, std::uint32_t height) {
+  Image image{width, height, {}};
+  for (std::uint32_t y = 0; y < height; ++y)
+    for (std::uint32_t x = 0; x < width; ++x) {
+      const double cell = 40.0, u = std::fmod(x, cell) - 20.0, v = std::fmod(y, cell) - 20.0;
+      const double angle = std::floor(x / cell) * 0.7 + std::floor(y / cell) * 1.9;
+      const double along = u * std::cos(angle) + v * std::sin(angle), across = v * std::cos(angle) - u * std::sin(angle);
+      const double outside = std::hypot(along / 18.0, across / 7.0) * 7.0 - 7.0;
+      const double alpha = std::clamp(0.5 - outside / 2.0, 0.0, 1.0), vein = 0.5 + 0.5 * std::sin(3.0 * along + std::abs(across));
+      const std::array<double, 4> texel{50.0 + 30.0 * vein, 110.0 + 60.0 * vein, 30.0 + 10.0 * vein, 255.0 * alpha};
+      for (double value : texel) image.rgba.push_back(static_cast<std::uint8_t>(alpha > 0.0 ? std::lround(value) : 0));
+    }
+  return image;
+}
+
+Image opaque(Image image) {
+  for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
+  return image;
+}
+
+struct Decoded {
+  TextureLayout layout;
+  std::vector<Image> levels;
+};
+
+Decoded decoded(const std::vector<std::uint8_t>& chunk) {
+  Decoded result;
+  auto layout = read_texture(chunk);
+  if (!layout) throw std::runtime_error(layout.error().message());
+  result.layout = *layout;
+  for (const MipLevel& level : result.layout.levels) {
+    Image image{level.width, level.height, std::vector<std::uint8_t>(std::size_t{level.width} * level.height * 4)};
+    decode_texture_level(result.layout.format, level, std::span(chunk).subspan(level.offset, level.bytes), image.rgba);
+    result.levels.push_back(std::move(image));
+  }
+  return result;
+}
+
+/// Peak signal to noise of the colours of texels that are solid in both.
+double colour_psnr(const Image& a, const Image& b, float alpha_cutoff) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < a.rgba.size(); i += 4) {
+    if (!is_solid(a.rgba[i + 3], alpha_cutoff) || !is_solid(b.rgba[i + 3], alpha_cutoff)) continue;
+    for (std::size_t channel = 0; channel < 3; ++channel, ++count)
+      sum += std::pow(static_cast<double>(a.rgba[i + channel]) - b.rgba[i + channel], 2);
+  }
+  return count == 0.0 ? 0.0 : 10.0 * std::log10(255.0 * 255.0 * count / std::max(sum, 1e-9));
+}
+
+TEST(EncodeTexture, LaysLevelsOutTightly) {
+  const auto chunk = encode_texture(leaves(8, 8), 0.5f, TextureCoding::rgba8);
+  ASSERT_TRUE(chunk);
+  EXPECT_EQ(chunk->size(), sizeof(coppice_file_texture) + 4 * (64 + 16 + 4 + 1));
+  EXPECT_EQ(encode_texture(leaves(8, 8), 0.5f, TextureCoding::bc)->size(), sizeof(coppice_file_texture) + 16 * (4 + 1 + 1 + 1));
+  EXPECT_EQ(encode_texture(opaque(leaves(8, 8)), 0.5f, TextureCoding::bc)->size(), sizeof(coppice_file_texture) + 8 * (4 + 1 + 1 + 1));
+}
+
+TEST(EncodeTexture, AlphaIsStoredWhereItIsTested) {
+  const auto format = [](const Image& image, float cutoff) {
+    return decoded(*encode_texture(image, cutoff, TextureCoding::bc)).layout.format;
+  };
+  EXPECT_EQ(format(leaves(64, 64), 0.5f), std::uint32_t{COPPICE_TEXTURE_BC3});
+  EXPECT_EQ(format(leaves(64, 64), 0.0f), std::uint32_t{COPPICE_TEXTURE_BC1});
+  EXPECT_EQ(format(opaque(leaves(64, 64)), 0.5f), std::uint32_t{COPPICE_TEXTURE_BC1});
+}
+
+TEST(EncodeTexture, Rgba8IsTheMipLevels) {
+  const Image image = leaves(61, 34);
+  const Decoded stored = decoded(*encode_texture(image, 0.4f, TextureCoding::rgba8));
+  const std::vector<Image> levels = mip_levels(image, 0.4f);
+  ASSERT_EQ(stored.levels.size(), levels.size());
+  for (std::size_t i = 0; i < levels.size(); ++i) EXPECT_EQ(stored.levels[i].rgba, levels[i].rgba) << i;
+}
+
+/// Sides of every remainder by four, so that last blocks of all widths are met.
+TEST(EncodeTexture, NoTexelCrossesTheAlphaTest) {
+  for (const float cutoff : {0.1f, 0.33f, 0.5f, 128.0f / 255.0f, 0.75f, 1.0f})
+    for (const std::uint32_t width : {200u, 201u, 202u, 203u}) {
+      const Image image = leaves(width, 161);
+      const std::vector<Image> levels = mip_levels(image, cutoff);
+      const Decoded stored = decoded(*encode_texture(image, cutoff, TextureCoding::bc));
+      ASSERT_EQ(stored.layout.format, std::uint32_t{COPPICE_TEXTURE_BC3});
+      ASSERT_EQ(stored.levels.size(), levels.size());
+      for (std::size_t i = 0; i < levels.size(); ++i) {
+        ASSERT_GT(alpha_coverage(levels[i], cutoff), 0.0) << i;
+        ASSERT_EQ(alpha_coverage(stored.levels[i], cutoff), alpha_coverage(levels[i], cutoff)) << "level " << i << ", cutoff " << cutoff;
+      }
+    }
+}
+
+TEST(EncodeTexture, AlphasAndColoursStayNear) {
+  const Image image = leaves(203, 161);
+  const std::vector<Image> levels = mip_levels(image, 0.5f);
+  const Decoded masked = decoded(*encode_texture(image, 0.5f, TextureCoding::bc));
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_GT(colour_psnr(levels[i], masked.levels[i], 0.5f), 32.0) << i;
+  double worst = 0.0;
+  for (std::size_t i = 3; i < image.rgba.size(); i += 4)
+    worst = std::max(worst, std::abs(static_cast<double>(levels[0].rgba[i]) - masked.levels[0].rgba[i]));
+  EXPECT_LE(worst, 55.0) << "one and a half of the seven steps between 0 and 255";
+  const Image solid = opaque(image);
+  const Decoded plain = decoded(*encode_texture(solid, 0.0f, TextureCoding::bc));
+  EXPECT_GT(colour_psnr(solid, plain.levels[0], 0.5f), 32.0);
+  for (std::size_t i = 3; i < plain.levels[0].rgba.size(); i += 4) ASSERT_EQ(plain.levels[0].rgba[i], 255);
+}
+
+TEST(EncodeTexture, OneColourIsKeptToTheStepsOf565) {
+  Image image{4, 4, {}};
+  for (int i = 0; i < 16; ++i) image.rgba.insert(image.rgba.end(), {77, 133, 9, 255});
+  const Decoded stored = decoded(*encode_texture(image, 0.0f, TextureCoding::bc));
+  for (std::size_t i = 0; i < image.rgba.size(); ++i) ASSERT_NEAR(stored.levels[0].rgba[i], image.rgba[i], 2) << i;
+}
+
+TEST(EncodeTexture, RefusesAnImageOfTheWrongLength) {
+  for (const TextureCoding coding : {TextureCoding::bc, TextureCoding::rgba8}) {
+    EXPECT_EQ(encode_texture(Image{2, 2, std::vector<std::uint8_t>(15)}, 0.0f, coding).error().status, Status::invalid_argument);
+    EXPECT_EQ(encode_texture(Image{}, 0.0f, coding).error().status, Status::invalid_argument);
+  }
+}
+
+}  // namespace
+}  // namespace coppice::bake

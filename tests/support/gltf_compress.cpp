@@ -122,7 +122,7 @@ std::vector<std::uint8_t> webp(int width, int height, std::array<std::uint8_t, 4
   for (int i = 0; i < width * height; ++i) pixels.insert(pixels.end(), rgba.begin(), rgba.end());
   std::uint8_t* encoded = nullptr;
   const std::size_t bytes = WebPEncodeLosslessRGBA(pixels.data(), width, height, 4 * width, &encoded);
-  const std::vector<std::uint8_t> file(encoded, encoded + bytes);
+  std::vector<std::uint8_t> file(encoded, encoded + bytes);
   WebPFree(encoded);
   return file;
 }

@@ -319,7 +319,8 @@ std::vector<std::uint8_t> packed(int component, const std::vector<double>& value
 }
 
 TEST_P(QuantisationTest, PositionsAndTextureCoordinates) {
-  const auto [component, normalized] = GetParam();
+  const auto component = std::get<0>(GetParam());
+  const auto normalized = std::get<1>(GetParam());
   GltfBuilder builder = test::small_plant();
   builder.json["extensionsRequired"] = {"KHR_mesh_quantization"};
   json& attributes = builder.json["meshes"][1]["primitives"][0]["attributes"];

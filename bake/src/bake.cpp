@@ -6,6 +6,8 @@
 
 #include <chrono>
 
+#include <glm/common.hpp>
+
 #include "collapse_geometric.h"
 #include "collapse_image.h"
 #include "coppice/format.h"
@@ -51,6 +53,21 @@ Result<CollapseResult> collapse_by(const BakeOptions& options, const Foliage& fo
   return collapse_by_image_error(foliage, plant.materials, plant.images, views, options.collapse, ImageErrorOptions{}, progress);
 }
 
+/// The foliage of a plant that is all wood. A tree has at least one leaf: this one is a point in the middle of the wood, and never seen.
+Foliage bare_foliage(const Mesh& wood) {
+  glm::vec3 low = wood.positions.front(), high = low;
+  for (const glm::vec3& position : wood.positions) low = glm::min(low, position), high = glm::max(high, position);
+  Foliage foliage;
+  foliage.quads.emplace_back().fill(0.5f * (low + high));
+  foliage.cards.push_back(0);
+  foliage.card_table.push_back({.material = wood.triangle_materials.front(), .uv = {}});
+  return foliage;
+}
+
+Result<Foliage> foliage_of(Plant& plant) {
+  return plant.leaves.empty() ? bare_foliage(plant.wood) : card_foliage(plant);
+}
+
 std::uint32_t file_metric(Metric metric) {
   switch (metric) {
     case Metric::mi:
@@ -78,9 +95,9 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
 
   progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
-  COPPICE_TRY(foliage, card_foliage(plant));
+  COPPICE_TRY(foliage, foliage_of(plant));
   COPPICE_TRY(views, viewpoints(options.view_count > 0 ? options.view_count : metric_view_count(options.metric, foliage.leaf_count())));
-  report.source_leaves = foliage.leaf_count();
+  report.source_leaves = static_cast<std::uint32_t>(plant.leaves.size());
   report.warnings = plant.warnings;
   report.seconds.import = watch.lap();
 

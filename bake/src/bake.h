@@ -29,7 +29,7 @@ struct BakeOptions {
 
 /// What `coppice bake --report` writes; times are wall seconds.
 struct BakeReport {
-  std::uint32_t source_leaves = 0;
+  std::uint32_t source_leaves = 0;  ///< 0 of a plant that is all wood
   struct Seconds {
     double import = 0, visibility = 0, collapse = 0, error_table = 0, pack = 0, total = 0;
   } seconds;

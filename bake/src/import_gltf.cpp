@@ -124,6 +124,13 @@ void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
                              " triangles: leaves that share vertices cannot be told apart");
 }
 
+/// Whether a plant without leaves is one all the same: its crown is welded, or somebody has said of every material what it is.
+bool may_lack_leaves(const Plant& plant, const ImportOptions& options, const std::vector<std::vector<MaterialRule>>& rules) {
+  if (options.leaf_material || plant.wood.indices.empty()) return false;
+  return std::ranges::any_of(plant.classes, &PieceClass::is_shell) ||
+         std::ranges::none_of(plant.classes, [&](const PieceClass& each) { return rules[each.material].empty(); });
+}
+
 /// Splits the soup into the plant's leaves and wood.
 Result<void> take_parts(TriangleSoup soup, const ImportOptions& options, Plant& plant) {
   COPPICE_TRY(rules, material_rules(plant.materials, options, plant.warnings));
@@ -135,11 +142,15 @@ Result<void> take_parts(TriangleSoup soup, const ImportOptions& options, Plant& 
   plant.wood = std::move(found.wood);
   plant.classes = std::move(found.classes);
   warn_of_leaves(plant, found.dropped_leaf_count);
-  if (!plant.leaves.empty() || !options.require_leaves) return {};
+  if (!plant.leaves.empty()) return {};
+  const bool all_wood = found.dropped_leaf_count == 0 && may_lack_leaves(plant, options, rules);
+  if (all_wood) plant.warnings.emplace_back("no leaves: all of the plant is wood");
+  if (all_wood || !options.require_leaves) return {};
   if (found.dropped_leaf_count > 0)
     return Error{Status::bad_file, "no leaves: the foliage has no area", Error::kNoOffset,
                  std::to_string(found.dropped_leaf_count) + " degenerate leaves"};
-  return Error{Status::invalid_argument, "no leaves: nothing looks like one; see --dry-run, and choose with --leaf-material REGEX",
+  return Error{Status::invalid_argument,
+               "no leaves: nothing looks like one; see --dry-run, and choose with --leaf-material REGEX, or --wood-material . for all wood",
                Error::kNoOffset, "the materials are " + name_list(plant.materials)};
 }
 

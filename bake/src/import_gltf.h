@@ -25,7 +25,8 @@ struct ImportOptions {
   std::optional<std::string> wood_material;
   /// Weighed after those two, first match first.
   std::vector<ClassRule> classes;
-  /// A plant without a single leaf is an error unless this is off: for whoever wants to see why.
+  /// A plant without a single leaf is an error unless this is off: for whoever wants to see why. It is none, but a warning, where the
+  /// crown is a welded surface, and where `wood_material` and `classes` fit every material.
   bool require_leaves = true;
   UpAxis up = UpAxis::y;
   double metres_per_unit = 1.0;  ///< glTF says metres; finite and > 0

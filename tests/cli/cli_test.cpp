@@ -232,12 +232,19 @@ TEST(CommandLine, DryRunTellsWhatWasFoundAndWritesNothing) {
 }
 
 TEST(CommandLine, ADryRunWithoutLeavesShowsTheTableAndFails) {
-  const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", "."});
+  const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", "^leaves$"});
   EXPECT_NE(result.out.find("0 leaves"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("--wood-material"), std::string::npos) << result.out;
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   EXPECT_NE(result.err.find("no leaves"), std::string::npos) << result.err;
+}
+
+TEST(CommandLine, ADryRunOfAPlantThatIsAllWoodSucceeds) {
+  const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", "."});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("0 leaves"), std::string::npos) << result.out;
+  EXPECT_NE(result.err.find("warning"), std::string::npos) << result.err;
 }
 
 TEST(CommandLine, AClassesFileDecides) {

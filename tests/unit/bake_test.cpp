@@ -77,6 +77,25 @@ TEST_F(BakeCorylus, FileHoldsThePlantAndTheReportDescribesIt) {
   EXPECT_GT(report.source_information.bits, 0.0);
 }
 
+TEST_F(BakeCorylus, AllWoodIsAPlantToo) {
+  BakeOptions options = quick_options(2);
+  options.import.wood_material = ".";
+  BakeReport report;
+  const auto bytes = bake(glb_, options, kNoProgress, report);
+  ASSERT_TRUE(bytes) << bytes.error().message();
+  EXPECT_EQ(report.source_leaves, 0u);
+  const auto verified = verify(*bytes);
+  ASSERT_TRUE(verified) << verified.error().message();
+  const auto plant = unpack(*bytes);
+  ASSERT_TRUE(plant) << plant.error().message();
+  ASSERT_FALSE(plant->wood.lods.empty());
+  EXPECT_EQ(plant->wood.lods[0].triangle_materials.size(), 12352u + 10358u);
+  // One leaf that nobody sees stands in for them.
+  ASSERT_EQ(plant->tree.vertices.size(), 4u);
+  for (const glm::vec3& vertex : plant->tree.vertices) EXPECT_EQ(vertex, plant->tree.vertices[0]);
+  for (const float error_px : plant->errors.error_px) EXPECT_EQ(error_px, 0.0f);
+}
+
 TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
   BakeOptions options;
   options.metric = Metric::mi;

@@ -297,6 +297,32 @@ TEST(ImportGltf, WoodPatternAndClasses) {
   EXPECT_NE(typo.warnings[0].find("'brak'"), std::string::npos) << typo.warnings[0];
 }
 
+TEST(ImportGltf, APlantMayBeAllWoodWhereSomebodySaysSo) {
+  const Plant plant = plant_of(test::small_plant(), {.wood_material = "."});
+  EXPECT_TRUE(plant.leaves.empty());
+  EXPECT_EQ(plant.wood.triangle_materials.size(), 3u);
+  ASSERT_EQ(plant.warnings.size(), 1u);
+  EXPECT_NE(plant.warnings[0].find("no leaves"), std::string::npos) << plant.warnings[0];
+}
+
+TEST(ImportGltf, AWeldedCrownIsAPlantOfWood) {
+  test::GltfBuilder builder;
+  const int crown = builder.add_positions({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}});
+  const int indices =
+      builder.add_indices(std::vector<std::uint16_t>{0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5});
+  const int material = builder.add_material("leaves");
+  builder.add_node(builder.add_mesh({{"POSITION", crown}}, indices, material));
+  const Plant plant = plant_of(builder);
+  EXPECT_TRUE(plant.leaves.empty());
+  EXPECT_EQ(plant.wood.triangle_materials.size(), 8u);
+  ASSERT_EQ(plant.warnings.size(), 2u);
+  EXPECT_NE(plant.warnings[0].find("welded"), std::string::npos) << plant.warnings[0];
+  builder.json["materials"][0]["name"] = "paint";
+  const Result<Plant> unknown = import_bytes(builder.glb(), {});
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(unknown.error().message().find("--wood-material ."), std::string::npos) << unknown.error().message();
+}
+
 TEST(ImportGltf, ScenesDecideWhatThereIs) {
   GltfBuilder builder = test::small_plant();
   builder.json["scenes"].push_back({{"nodes", {0}}});

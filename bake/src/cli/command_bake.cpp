@@ -21,6 +21,10 @@ struct BakeCommand {
   bool dry_run = false, quiet = false;
 };
 
+double bytes_per_leaf(const BakeReport& report) {
+  return report.source_leaves > 0 ? static_cast<double>(report.sizes.foliage_bytes) / report.source_leaves : 0.0;
+}
+
 nlohmann::ordered_json report_json(const BakeReport& report) {
   const auto& seconds = report.seconds;
   nlohmann::ordered_json levels = nlohmann::ordered_json::array();
@@ -37,7 +41,7 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
       {"peak_rss_bytes", report.peak_rss_bytes},
       {"file_bytes", report.sizes.file_bytes},
       {"foliage_bytes", report.sizes.foliage_bytes},
-      {"bytes_per_leaf", static_cast<double>(report.sizes.foliage_bytes) / report.source_leaves},
+      {"bytes_per_leaf", bytes_per_leaf(report)},
       {"evaluations", report.evaluations},
       {"foliage_mi", {{"source", report.source_information.bits}, {"levels", levels}}},
   };
@@ -64,10 +68,11 @@ void print_warnings(const BakeCommand& arguments, const std::vector<std::string>
 }
 
 /// What the importer makes of the plant, as a table and a picture; nothing is baked.
-int look(const BakeCommand& arguments, ImportOptions options) {
+int look(const BakeCommand& arguments, const ImportOptions& options) {
   // A plant in which no leaf was found is the one to look at.
-  options.require_leaves = false;
-  const auto plant = import_gltf(arguments.input, options);
+  ImportOptions any_plant = options;
+  any_plant.require_leaves = false;
+  const auto plant = import_gltf(arguments.input, any_plant);
   if (!plant) return report_failure(arguments.input, plant.error());
   if (!arguments.preview.empty()) {
     const auto picture = render_leaf_preview_png(*plant);
@@ -79,8 +84,9 @@ int look(const BakeCommand& arguments, ImportOptions options) {
   if (!arguments.quiet) std::fputs(parts_table(*plant).c_str(), stdout);
   print_warnings(arguments, plant->warnings);
   if (!plant->leaves.empty()) return 0;
-  return report_failure(arguments.input,
-                        {Status::invalid_argument, "no leaves", Error::kNoOffset, "choose with --leaf-material REGEX or --classes F.json"});
+  // What a bake would say.
+  const auto bakeable = import_gltf(arguments.input, options);
+  return bakeable ? 0 : report_failure(arguments.input, bakeable.error());
 }
 
 int run(const BakeCommand& arguments) {
@@ -107,8 +113,7 @@ int run(const BakeCommand& arguments) {
   }
   if (!arguments.quiet)
     std::printf("%s: %u leaves, %s (foliage %.1f B/leaf), %.1f s\n", arguments.output.c_str(), report.source_leaves,
-                readable_bytes(report.sizes.file_bytes).c_str(), static_cast<double>(report.sizes.foliage_bytes) / report.source_leaves,
-                report.seconds.total);
+                readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report), report.seconds.total);
   return 0;
 }
 

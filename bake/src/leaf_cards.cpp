@@ -32,7 +32,7 @@ constexpr std::uint32_t kSketchSamples = 4;
 constexpr double kAlike = 16.0;
 constexpr int kRefinements = 4;
 /// A leaf that covers less of its quad has been fitted edge-on: a picture would lose it.
-constexpr float kLeastCoverage = 0.05f;
+constexpr float kLeastCoverage = 0.02f;
 constexpr float kCardCutoff = 0.5f;
 
 using Sketch = std::array<std::uint8_t, 4 * std::size_t{kSketchSide_px} * kSketchSide_px>;

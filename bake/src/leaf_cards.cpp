@@ -18,6 +18,7 @@
 #include "leaf_quads.h"
 #include "parallel_for.h"
 #include "srgb.h"
+#include "visibility.h"
 
 namespace coppice::bake {
 namespace {
@@ -55,11 +56,8 @@ PictureFrame picture_frame(const Quad& quad) {
 glm::vec4 texel_at(const Material& material, const std::vector<Image>& images, const glm::dvec2& uv) {
   if (material.image == kNone) return material.base_color;
   const Image& image = images[material.image];
-  const auto texel = [](double coordinate, std::uint32_t size) {
-    const double wrapped = coordinate - std::floor(coordinate);
-    return std::min(static_cast<std::uint32_t>(wrapped * size), size - 1);
-  };
-  const std::uint8_t* rgba = image.rgba.data() + 4 * (std::size_t{texel(uv.y, image.height)} * image.width + texel(uv.x, image.width));
+  const std::size_t texel = std::size_t{wrapped_texel(uv.y, image.height)} * image.width + wrapped_texel(uv.x, image.width);
+  const std::uint8_t* rgba = image.rgba.data() + 4 * texel;
   const auto channel = [&](std::size_t i) { return static_cast<float>(rgba[i]) / 255.0f; };
   return material.base_color *
          glm::vec4(linear_from_srgb(channel(0)), linear_from_srgb(channel(1)), linear_from_srgb(channel(2)), channel(3));

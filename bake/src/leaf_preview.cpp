@@ -13,6 +13,7 @@
 #include "parallel_for.h"
 #include "raster.h"
 #include "viewpoints.h"
+#include "visibility.h"
 
 namespace coppice::bake {
 namespace {
@@ -71,10 +72,7 @@ class Painter {
     const Image& image = plant_.images[material.image];
     glm::dvec2 uv(0.0);
     for (std::size_t k = 0; k < 3; ++k) uv += weights[k] * glm::dvec2(mesh.uvs[corners[k]]);
-    const auto texel = [](double coordinate, std::uint32_t size) {
-      return std::min(static_cast<std::uint32_t>(glm::fract(coordinate) * size), size - 1);
-    };
-    const std::size_t at = std::size_t{texel(uv.y, image.height)} * image.width + texel(uv.x, image.width);
+    const std::size_t at = std::size_t{wrapped_texel(uv.y, image.height)} * image.width + wrapped_texel(uv.x, image.width);
     return static_cast<float>(image.rgba[4 * at + 3]) < material.alpha_cutoff * 255.0f;
   }
 

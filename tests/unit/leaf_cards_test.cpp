@@ -12,16 +12,13 @@
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
 
+#include "leaf_meshes.h"
 #include "leaf_quads.h"
 
 namespace coppice::bake {
 namespace {
 
-struct LeafMesh {
-  std::vector<glm::vec3> positions;
-  std::vector<std::uint32_t> indices;
-  std::vector<glm::vec2> uvs = {};
-};
+using test::LeafMesh;
 
 /// Stalk at the origin, tip at (2, 0, 0), a kite of area 0.8: 0.5 to +y, 0.3 to -y at x = 1. The vertex on its midrib makes it no quad.
 LeafMesh kite() {
@@ -46,26 +43,8 @@ LeafMesh moved(LeafMesh mesh, const glm::mat4& matrix) {
 
 /// Leaves of material 0, green and without an image, and a twig of material 1 left of the origin.
 Plant plant_of(const std::vector<LeafMesh>& leaves) {
-  Plant plant;
-  plant.materials.resize(2);
+  Plant plant = test::plant_of_meshes(leaves);
   plant.materials[0].base_color = {0.1f, 0.4f, 0.1f, 1.0f};
-  Mesh& mesh = plant.foliage;
-  for (const LeafMesh& leaf : leaves) {
-    const auto first_vertex = static_cast<std::uint32_t>(mesh.positions.size());
-    plant.leaves.push_back(
-        {static_cast<std::uint32_t>(mesh.triangle_materials.size()), static_cast<std::uint32_t>(leaf.indices.size() / 3)});
-    mesh.positions.insert(mesh.positions.end(), leaf.positions.begin(), leaf.positions.end());
-    mesh.normals.resize(mesh.positions.size(), {0.0f, 0.0f, 1.0f});
-    mesh.uvs.insert(mesh.uvs.end(), leaf.uvs.begin(), leaf.uvs.end());
-    mesh.uvs.resize(mesh.positions.size(), {0.0f, 0.0f});
-    for (const std::uint32_t index : leaf.indices) mesh.indices.push_back(first_vertex + index);
-    mesh.triangle_materials.resize(mesh.indices.size() / 3, 0);
-  }
-  plant.wood.positions = {{-1.0f, 0.0f, 0.0f}, {-1.0f, 0.01f, 0.0f}, {-1.0f, 0.0f, 0.01f}};
-  plant.wood.normals.assign(3, {1.0f, 0.0f, 0.0f});
-  plant.wood.uvs.assign(3, {0.0f, 0.0f});
-  plant.wood.indices = {0, 1, 2};
-  plant.wood.triangle_materials = {1};
   return plant;
 }
 

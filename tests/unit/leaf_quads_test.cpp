@@ -17,39 +17,18 @@
 #include "coppice/format.h"
 #include "import_gltf.h"
 #include "leaf_fit.h"
+#include "leaf_meshes.h"
 
 namespace coppice::bake {
 namespace {
 
-struct LeafMesh {
-  std::vector<glm::vec3> positions;
-  std::vector<std::uint32_t> indices;
-  std::vector<glm::vec2> uvs = {};
-};
+using test::LeafMesh;
 
 /// A plant of these leaves, all of material 0, and a short upright twig of wood at `wood`.
 Plant plant_of(const std::vector<LeafMesh>& leaves, const glm::vec3& wood = {-1.0f, 0.0f, 0.0f}) {
-  Plant plant;
-  plant.materials.resize(2);
+  Plant plant = test::plant_of_meshes(leaves, wood);
   plant.materials[0].image = 0;
   plant.images.push_back({1, 1, {0, 255, 0, 255}});
-  Mesh& mesh = plant.foliage;
-  for (const LeafMesh& leaf : leaves) {
-    const auto first_vertex = static_cast<std::uint32_t>(mesh.positions.size());
-    plant.leaves.push_back(
-        {static_cast<std::uint32_t>(mesh.triangle_materials.size()), static_cast<std::uint32_t>(leaf.indices.size() / 3)});
-    mesh.positions.insert(mesh.positions.end(), leaf.positions.begin(), leaf.positions.end());
-    mesh.normals.resize(mesh.positions.size(), {0.0f, 0.0f, 1.0f});
-    mesh.uvs.insert(mesh.uvs.end(), leaf.uvs.begin(), leaf.uvs.end());
-    mesh.uvs.resize(mesh.positions.size(), {0.0f, 0.0f});
-    for (const std::uint32_t index : leaf.indices) mesh.indices.push_back(first_vertex + index);
-    mesh.triangle_materials.resize(mesh.indices.size() / 3, 0);
-  }
-  plant.wood.positions = {wood, wood + glm::vec3(0.0f, 0.01f, 0.0f), wood + glm::vec3(0.0f, 0.0f, 0.01f)};
-  plant.wood.normals.assign(3, {1.0f, 0.0f, 0.0f});
-  plant.wood.uvs.assign(3, {0.0f, 0.0f});
-  plant.wood.indices = {0, 1, 2};
-  plant.wood.triangle_materials = {1};
   return plant;
 }
 

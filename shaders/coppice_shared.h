@@ -72,10 +72,11 @@ COPPICE_GPU_LAYOUT(Card, 36);
 struct Material {
   vec4 base_color;  // linear
   float alpha_cutoff;
-  uint texture;    // of the plant, or kNoTexture
-  float coverage;  // share of its cards that is no hole
+  uint texture;         // of the plant, or kNoTexture
+  float coverage;       // share of its cards that is no hole
+  float crown_normals;  // how far its leaves' normals turn to the crown's
 };
-COPPICE_GPU_LAYOUT(Material, 28);
+COPPICE_GPU_LAYOUT(Material, 32);
 
 struct WoodVertex {
   vec3 position;  // object space, m

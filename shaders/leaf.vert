@@ -88,7 +88,7 @@ void main() {
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
   face = dot(face, face) > 1e-20 ? normalize(face) : outward;
   if (dot(face, outward) < 0.0) face = -face;
-  vec3 normal = rotate(instance.rotation, normalize(mix(face, outward, 0.55)));
+  vec3 normal = rotate(instance.rotation, normalize(mix(face, outward, material.crown_normals)));
 
   vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
   float sun = sun_through_crown(crown, object, sun_object);

@@ -115,6 +115,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   baked.card_table = std::move(foliage.card_table);
   baked.materials = std::move(plant.materials);
   baked.images = std::move(plant.images);
+  for (Material& material : baked.materials) material.crown_normals = options.crown_normals;
   baked.sphere = plant_sphere(foliage, plant.wood);
   COPPICE_TRY(errors, measure_error_table(baked, stage("error table")));
   baked.errors = std::move(errors);

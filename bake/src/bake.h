@@ -25,6 +25,7 @@ struct BakeOptions {
   ImportOptions import;
   CollapseOptions collapse;
   TextureCoding textures = TextureCoding::bc;
+  float crown_normals = kCrownNormals;  ///< of all leaves, 0..1: plant.h
 };
 
 /// What `coppice bake --report` writes; times are wall seconds.

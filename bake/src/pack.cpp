@@ -58,6 +58,9 @@ coppice_file_material file_material(const Material& material, float coverage) {
   result.flags = material.double_sided ? COPPICE_MATERIAL_DOUBLE_SIDED : 0u;
   if (coverage < 1.0f)
     result.flags |= static_cast<std::uint32_t>(std::max(std::lround(255.0f * coverage), 1L)) << COPPICE_MATERIAL_COVERAGE_SHIFT;
+  if (material.crown_normals != kCrownNormals)
+    result.flags |= (1u + static_cast<std::uint32_t>(std::lround(254.0f * std::clamp(material.crown_normals, 0.0f, 1.0f))))
+                    << COPPICE_MATERIAL_CROWN_NORMALS_SHIFT;
   return result;
 }
 

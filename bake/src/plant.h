@@ -12,11 +12,15 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include "coppice/format.h"
 #include "piece_class.h"
 
 namespace coppice::bake {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// How far the normals that light leaves turn to the crown's unless told otherwise.
+inline constexpr float kCrownNormals = COPPICE_CROWN_NORMALS_DEFAULT;
 
 /// RGBA8, rows top to bottom; colour in sRGB, alpha linear.
 struct Image {
@@ -31,6 +35,7 @@ struct Material {
   float alpha_cutoff = 0.0f;    ///< 0: opaque
   float roughness = 1.0f;
   bool double_sided = true;
+  float crown_normals = kCrownNormals;  ///< leaves: 0 are lit by their own normals, 1 by the crown's
 };
 
 /// An indexed triangle mesh; the attribute arrays have one entry per vertex.

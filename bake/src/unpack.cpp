@@ -137,6 +137,7 @@ void copy_tables(const PlantFile& file, BakedPlant& plant) {
     material.alpha_cutoff = source.alpha_cutoff;
     material.roughness = source.roughness;
     material.double_sided = (source.flags & COPPICE_MATERIAL_DOUBLE_SIDED) != 0;
+    material.crown_normals = material_crown_normals(source);
     plant.materials.push_back(std::move(material));
   }
   for (const coppice_file_card& source : file.cards) {

@@ -72,7 +72,8 @@ constexpr const char* kProbe = R"probe(
 )probe";
 
 fs::path chromium() {
-  std::istringstream folders(std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? std::string() : std::string(path));
   for (std::string folder; std::getline(folders, folder, ':');)
     if (fs::exists(fs::path(folder) / "chromium")) return fs::path(folder) / "chromium";
   return {};

@@ -66,7 +66,7 @@ void main() {
   put(instance.position); put(instance.scale); put(instance.rotation); put(instance.tint); put(instance.plant);
   put(card.material);
   for (int i = 0; i < 4; ++i) put(card.uv[i]);
-  put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.coverage);
+  put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.coverage); put(material.crown_normals);
   put(wood_vertex.position); put(wood_vertex.normal); put(wood_vertex.uv); put(wood_vertex.material);
   put_plant();
   put_view();

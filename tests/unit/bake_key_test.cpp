@@ -85,6 +85,7 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
       [](BakeOptions& options) { options.collapse.count_background = false; },
       [](BakeOptions& options) { options.collapse.candidate_count = 9; },
       [](BakeOptions& options) { options.textures = TextureCoding::rgba8; },
+      [](BakeOptions& options) { options.crown_normals = 0.0f; },
   };
   std::set<std::string> keys;
   for (std::size_t i = 0; i < changes.size(); ++i) {

@@ -158,6 +158,15 @@ TEST(Pack, NamesAreCutAtAWholeCharacter) {
   EXPECT_EQ(unpack(packed(plant))->name, "W\xc3\xa4lder?");
 }
 
+TEST(Pack, KeepsCrownNormals) {
+  BakedPlant plant = random_plant({.leaf_count = 3});
+  EXPECT_EQ(unpack(packed(plant))->materials[0].crown_normals, kCrownNormals);
+  for (const float share : {0.0f, 0.25f, 1.0f}) {
+    plant.materials[0].crown_normals = share;
+    EXPECT_NEAR(unpack(packed(plant))->materials[0].crown_normals, share, 0.5 / 254) << share;
+  }
+}
+
 TEST(Pack, RefusesWhatTheFormatCannotHold) {
   const auto refused = [](const BakedPlant& plant) {
     PackSizes sizes;

@@ -40,6 +40,12 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->check(CLI::IsMember({"bc", "rgba8"}))
       ->type_name("bc|rgba8")
       ->capture_default_str();
+  command
+      .add_option("--crown-normals", options.crown_normals,
+                  "How leaves are lit: 0 each by its own normal, 1 by that of the crown's round shape there, which is softer")
+      ->check(CLI::Range(0.0f, 1.0f))
+      ->type_name("SHARE")
+      ->capture_default_str();
   add_class_options(command, arguments.classes);
   add_import_options(command, arguments.import);
 }

@@ -101,6 +101,11 @@ typedef struct coppice_file_plant {
 /* Bits 8..15 of the flags: 255 times the share of the material's cards that is no hole; 0: not known, or no holes. */
 #define COPPICE_MATERIAL_COVERAGE_SHIFT 8u
 #define COPPICE_MATERIAL_COVERAGE_MASK 0xff00u
+/* Bits 16..23: 1 + 254 times how far the light's normals of the material's leaves turn from the leaf's own, 0, to those of the crown, 1,
+   an ellipsoid in the leaf box; 0: COPPICE_CROWN_NORMALS_DEFAULT. */
+#define COPPICE_MATERIAL_CROWN_NORMALS_SHIFT 16u
+#define COPPICE_MATERIAL_CROWN_NORMALS_MASK 0xff0000u
+#define COPPICE_CROWN_NORMALS_DEFAULT 0.55f
 
 typedef struct coppice_file_material {
   float base_color[4]; /* linear RGBA factor, multiplies the texture */

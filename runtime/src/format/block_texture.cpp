@@ -52,7 +52,7 @@ void decode_colours(Bytes bytes, bool four_always, Block& block) {
   } else {
     palette[2] = between(palette[0], palette[1], 1, 1);
   }
-  for (std::size_t i = 0; i < block.size(); ++i) block[i] = palette[bytes[4 + i / 4] >> 2 * (i % 4) & 3u];
+  for (std::size_t i = 0; i < block.size(); ++i) block[i] = palette[std::uint32_t{bytes[4 + i / 4]} >> 2 * (i % 4) & 3u];
 }
 
 /// bytes: 8

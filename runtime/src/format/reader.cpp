@@ -216,7 +216,8 @@ Result<void> read_materials(PlantFile& file, Bytes bytes) {
       return bad("material roughness", at + offsetof(coppice_file_material, roughness), "outside 0..1");
     if (material.texture != COPPICE_NO_TEXTURE && material.texture >= file.plant.texture_count)
       return bad("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
-    if ((material.flags & ~(COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_COVERAGE_MASK)) != 0)
+    constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_COVERAGE_MASK | COPPICE_MATERIAL_CROWN_NORMALS_MASK;
+    if ((material.flags & ~kKnown) != 0)
       return bad("material flags", at + offsetof(coppice_file_material, flags), "an unknown flag is set");
   }
   return {};
@@ -328,6 +329,11 @@ const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind k
   if (kind == COPPICE_CHUNK_PAGE && index < plant.page_count) position = index == 0 ? first_page : later_pages + index - 1;
   if (kind == COPPICE_CHUNK_TEXTURE && index < plant.texture_count) position = first_texture + index;
   return position && *position < file.chunks.size() ? &file.chunks[*position] : nullptr;
+}
+
+float material_crown_normals(const coppice_file_material& material) {
+  const std::uint32_t stored = (material.flags & COPPICE_MATERIAL_CROWN_NORMALS_MASK) >> COPPICE_MATERIAL_CROWN_NORMALS_SHIFT;
+  return stored > 0 ? static_cast<float>(stored - 1) / 254.0f : COPPICE_CROWN_NORMALS_DEFAULT;
 }
 
 Result<void> check_chunk(const coppice_file_chunk& chunk, Bytes bytes) {

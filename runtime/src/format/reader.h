@@ -34,6 +34,9 @@ Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t 
 /// The chunk table's entry, or null.
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index);
 
+/// How far the normals of a material's leaves turn to the crown's, 0..1.
+float material_crown_normals(const coppice_file_material& material);
+
 /// Checks that `bytes` are the chunk's: length and XXH3-64.
 /// errors  bad_file, with the chunk's kind, index and offset
 Result<void> check_chunk(const coppice_file_chunk& chunk, std::span<const std::uint8_t> bytes);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reader.h"
 #include "select.h"
 
 namespace coppice::gpu {
@@ -51,7 +52,8 @@ Material gpu_material(const coppice_file_material& material) {
   return {.base_color = {material.base_color[0], material.base_color[1], material.base_color[2], material.base_color[3]},
           .alpha_cutoff = material.alpha_cutoff,
           .texture = material.texture == COPPICE_NO_TEXTURE ? kNoTexture : material.texture,
-          .coverage = coverage > 0 ? static_cast<float>(coverage) / 255.0f : 1.0f};
+          .coverage = coverage > 0 ? static_cast<float>(coverage) / 255.0f : 1.0f,
+          .crown_normals = material_crown_normals(material)};
 }
 
 WoodVertex gpu_wood_vertex(const coppice::WoodVertex& vertex) {

@@ -23,6 +23,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Add
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CardArray { Card at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialArray { Material at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WoodVertexArray { WoodVertex at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafMeshVertexArray { LeafMeshVertex at[]; };
 
 #define COPPICE_TABLE_WORD(table, i) table_words[(table).first_word + (i)]
 #include "coppice_lod.h"

@@ -6,7 +6,8 @@
 //
 // A shader that includes this file defines first
 //     #define COPPICE_TABLE_WORD(table, i)  uint: word i of the plant's packed table, e.g. tables.words[(table).first_word + (i)]
-// The packed table is, in 32-bit words: uint leaf_counts[L] | float sizes_px[S] | float error_px[L][S] | uint wood_triangles[W].
+// The packed table is, in 32-bit words: uint leaf_counts[L] | float sizes_px[S] | float error_px[L][S] | uint wood_triangles[W] |
+// float leaf_mesh_error_px[S], 0 for a plant without leaf meshes.
 
 #ifndef COPPICE_LOD_H
 #define COPPICE_LOD_H
@@ -31,6 +32,9 @@ inline float log2(float x) {
 }
 inline float exp2(float x) {
   return std::exp2(x);
+}
+inline float sqrt(float x) {
+  return std::sqrt(x);
 }
 inline float ceil(float x) {
   return std::ceil(x);
@@ -84,6 +88,11 @@ COPPICE_FN float coppice_table_error_px(CoppiceTable table, uint level, uint i) 
 }
 COPPICE_FN uint coppice_table_wood_triangles(CoppiceTable table, uint lod) {
   return COPPICE_TABLE_WORD(table, table.level_count + table.size_count + table.level_count * table.size_count + lod);
+}
+
+COPPICE_FN float coppice_table_leaf_mesh_error_px(CoppiceTable table, uint i) {
+  return uintBitsToFloat(
+      COPPICE_TABLE_WORD(table, table.level_count + table.size_count + table.level_count * table.size_count + table.wood_lod_count + i));
 }
 
 /// Projected diameter, px, of a sphere of radius_m whose centre is distance_m from the eye. The distance, not the depth: turning the head
@@ -160,6 +169,28 @@ COPPICE_FN float coppice_leaf_count(CoppiceTable table, float size_px, float thr
 COPPICE_FN uint coppice_whole_leaf_count(float fractional) {
   float whole = ceil(fractional * 0.999999f);
   return whole > 1.0f ? uint(min(whole, 2147483648.0f)) : 1u;  // a NaN, from an error table that overflows, is 1
+}
+
+/// Error, px, of all quads against the leaf meshes; 0 where a plant has none. Beyond the table it grows with the size: the share of wrong
+/// pixels stays.
+COPPICE_FN float coppice_leaf_mesh_error_px(CoppiceTable table, float size_px) {
+  CoppiceColumn column = coppice_column(table, size_px);
+  float error = coppice_table_leaf_mesh_error_px(table, column.i);
+  if (column.t > 0.0f) error += (coppice_table_leaf_mesh_error_px(table, column.i + 1u) - error) * column.t;
+  return error * column.scale;
+}
+
+/// Whether quads would be too wrong for an instance: it is drawn with its leaf meshes, where they are resident.
+COPPICE_FN bool coppice_wants_leaf_meshes(CoppiceTable table, float size_px, float threshold_px) {
+  return coppice_leaf_mesh_error_px(table, size_px) > threshold_px;
+}
+
+/// What is left of the threshold for the cut of an instance that is near to being drawn with its leaf meshes. The table's errors are
+/// against all quads, whose own against the meshes adds to them as squares do; towards the size where meshes take over the cut becomes all
+/// quads, so that the picture then changes by no more than the threshold.
+COPPICE_FN float coppice_cut_threshold_px(CoppiceTable table, float size_px, float threshold_px) {
+  float error = coppice_leaf_mesh_error_px(table, size_px);
+  return sqrt(max(threshold_px * threshold_px - error * error, 0.0f));
 }
 
 /// Whether a node belongs to cut(leaf_count): it exists (id < 2m - 1) and none of the first m - 1 splits replaced it.

@@ -41,9 +41,10 @@ const uint kNoPlant = 0xffffffffu;
 const uint kNeverSplit = 0xffffffffu;
 const uint kNoTexture = 0xffffffffu;
 const uint kMaxWoodLods = 8;
+const uint kMaxLeafMeshes = 16;
 const uint kCullGroupSize = 64;
 // Words of the buffer of packed tables (see coppice_lod.h) that belong to one plant: 32 levels, 16 sizes, 8 wood LoDs.
-const uint kTableStride = 32 + 16 + 32 * 16 + 8;
+const uint kTableStride = 32 + 16 + 32 * 16 + 8 + 16;
 
 // A leaf quad. Corner i is (x, y, z), three unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
 struct Node {
@@ -86,6 +87,16 @@ struct WoodVertex {
 };
 COPPICE_GPU_LAYOUT(WoodVertex, 28);
 
+// A vertex of the leaves as they were modelled.
+struct LeafMeshVertex {
+  vec3 position;  // object space, m
+  uint normal;    // octahedral, two snorm16
+  vec2 uv;
+  uint stalk_xy;          // corner 0 of the leaf's quad, as in Node: x, y
+  uint stalk_z_material;  // z, low half; the material, high half
+};
+COPPICE_GPU_LAYOUT(LeafMeshVertex, 32);
+
 struct Plant {
   vec3 sphere_center;  // object space, m; leaves and wood
   float sphere_radius;
@@ -106,8 +117,12 @@ struct Plant {
   uint wood_lod_count;
   uint wood_resident_mask;  // bit i: LoD i can be drawn. 0 until the coarsest has been uploaded
   uint wood_index_counts[kMaxWoodLods];
+  uint leaf_mesh_count;         // chunks of leaf meshes; 0 unless all of them can be drawn
+  uint leaf_mesh_triangles;     // of all of them
+  uint leaf_mesh_command_base;  // chunk i's draw command is wood_commands[base + i]
+  uint leaf_mesh_list_base;     // in the wood list: instances that are drawn with leaf meshes
 };
-COPPICE_GPU_LAYOUT(Plant, 168);
+COPPICE_GPU_LAYOUT(Plant, 184);
 
 // What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0.
 struct View {
@@ -133,8 +148,10 @@ struct Counters {
   uint visible_instances;
   uint leaves[2];
   uint wood_triangles[2];
+  uint leaf_mesh_instances;
+  uint leaf_mesh_triangles[2];
 };
-COPPICE_GPU_LAYOUT(Counters, 20);
+COPPICE_GPU_LAYOUT(Counters, 32);
 
 // VkDrawIndexedIndirectCommand.
 struct DrawCommand {
@@ -151,7 +168,7 @@ COPPICE_GPU_LAYOUT(DrawCommand, 20);
 struct DrawPush {
   uint plant;
   uint texture;         // or kNoTexture
-  uvec2 wood_vertices;  // address of WoodVertex[]
+  uvec2 wood_vertices;  // address of WoodVertex[], of leaf meshes LeafMeshVertex[]
   uint wood_list_first;
 };
 COPPICE_GPU_LAYOUT(DrawPush, 20);

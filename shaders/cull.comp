@@ -29,6 +29,8 @@ void add_64(uint word, uint value) {
   // Two words because 64-bit atomics are an optional feature: the low word's wrap is the carry.
   if (word == 0) {
     if (atomicAdd(counters.leaves[0], value) > 0xffffffffu - value) atomicAdd(counters.leaves[1], 1);
+  } else if (word == 2) {
+    if (atomicAdd(counters.leaf_mesh_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.leaf_mesh_triangles[1], 1);
   } else {
     if (atomicAdd(counters.wood_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.wood_triangles[1], 1);
   }
@@ -56,6 +58,15 @@ void draw_wood(Plant plant, uint plant_index, uint slot, uint lod) {
   wood_list[plant.wood_list_base + lod * plant.wood_list_stride + place] = slot;
 }
 
+// Every chunk of the plant draws the same instances; the first one's count gives the place in their list.
+void draw_leaf_meshes(Plant plant, uint slot) {
+  uint place = atomicAdd(wood_commands[plant.leaf_mesh_command_base].instance_count, 1);
+  for (uint i = 1; i < plant.leaf_mesh_count; ++i) atomicAdd(wood_commands[plant.leaf_mesh_command_base + i].instance_count, 1);
+  wood_list[plant.leaf_mesh_list_base + place] = slot;
+  atomicAdd(counters.leaf_mesh_instances, 1);
+  add_64(2, plant.leaf_mesh_triangles);
+}
+
 void select(uint slot) {
   Instance instance = instances[slot];
   if (instance.plant == kNoPlant) return;
@@ -67,15 +78,21 @@ void select(uint slot) {
   float size_px = coppice_projected_size_px(distance(center, view.camera_position), radius, view.near_m, view.focal_px);
   float threshold_px = coppice_instance_threshold_px(view.error_px, slot);
 
+  bool has_meshes = plant.leaf_mesh_count > 0;
+  bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, size_px, threshold_px));
+  float cut_px = has_meshes && !meshes ? coppice_cut_threshold_px(table, size_px, threshold_px) : threshold_px;
   float resident = float(plant.resident_leaf_count);
-  float cut = view.lod_full != 0 ? resident : min(coppice_leaf_count(table, size_px, threshold_px), resident);
+  float cut = view.lod_full != 0 ? resident : min(coppice_leaf_count(table, size_px, cut_px), resident);
   cuts[slot] = cut;
   if (!sphere_in_view(center, radius)) return;
 
   uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
   atomicAdd(group_visible, 1);
-  add_64(0, leaf_count);
-  draw_leaves(plant, instance.plant, slot, leaf_count);
+  add_64(0, meshes ? plant.leaf_count : leaf_count);
+  if (meshes)
+    draw_leaf_meshes(plant, slot);
+  else
+    draw_leaves(plant, instance.plant, slot, leaf_count);
 
   if (plant.wood_resident_mask == 0) return;
   uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(table, size_px, threshold_px);

@@ -35,17 +35,6 @@ uvec3 quantised_corner(Node node, uint corner) {
   return q;
 }
 
-// Light and dark, warm and cool: a value that follows the place in the crown, so that it survives a change of cut.
-vec3 variation(uint slot, vec3 place_in_crown, uvec3 stalk) {
-  uvec3 cell = uvec3(ivec3(floor(place_in_crown * 4.0)) + 16);
-  uint tuft = coppice_hash(slot * 131071u + cell.x + cell.y * 64u + cell.z * 4096u);
-  uint leaf = coppice_hash(stalk.x + stalk.y * 16384u ^ stalk.z * 747796405u);
-  float a = float(tuft >> 16) / 65535.0 - 0.5;
-  float b = float(leaf >> 16) / 65535.0 - 0.5;
-  float c = float(leaf & 0xffffu) / 65535.0 - 0.5;
-  return (1.0 + 0.16 * a + 0.30 * b) * vec3(1.0 + 0.16 * c, 1.0, 1.0 - 0.14 * c);
-}
-
 // 0 for a leaf that shows its card's outline, 1 for one too small for it. No mip level keeps an outline of few pixels, so a small leaf is a
 // smaller quad of the same covered area, and has no holes.
 float outline_loss(vec3 corners[4], Instance instance) {
@@ -83,24 +72,9 @@ void main() {
   gl_Position = view.clip_from_world * vec4(world, 1.0);
 
   Crown crown = crown_of(plant);
-  vec3 outward = (middle - crown.center) / (crown.radii * crown.radii);
-  outward = normalize(outward + vec3(0.0, 1e-4, 0.0));
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
-  face = dot(face, face) > 1e-20 ? normalize(face) : outward;
-  if (dot(face, outward) < 0.0) face = -face;
-  vec3 normal = rotate(instance.rotation, normalize(mix(face, outward, material.crown_normals)));
-
-  vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
-  float sun = sun_through_crown(crown, object, sun_object);
-  float facing = dot(normal, view.sun_direction);
-  float front = max(0.0, 0.2 + 0.8 * facing);
-  float eye_side = dot(rotate(instance.rotation, face), view.camera_position - world) < 0.0 ? -1.0 : 1.0;
-  float through = max(0.0, -eye_side * dot(rotate(instance.rotation, face), view.sun_direction));
-  vec3 direct = view.sun_color * sun * (front + 0.45 * through * vec3(1.0, 1.15, 0.35));
-  vec3 ambient = ambient_light(normal) * sky_through_crown(crown, object);
-
-  vec3 albedo = material.base_color.rgb * instance.tint * variation(slot, (middle - crown.center) / crown.radii, quantised_corner(node, 0));
-  out_light = albedo * (direct + ambient);
+  vec3 albedo = material.base_color.rgb * instance.tint * variation(slot, crown, plant, quantised_corner(node, 0));
+  out_light = albedo * leaf_light(crown, instance, material.crown_normals, middle, object, face);
   out_transmittance = transmittance(world);
   out_uv = card.uv[corner];
   out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);

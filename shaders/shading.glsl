@@ -36,3 +36,45 @@ float sky_through_crown(Crown crown, vec3 p) {
   vec3 q = (p - crown.center) / crown.radii;
   return mix(0.35, 1.0, smoothstep(0.25, 1.15, length(q) + 0.35 * q.y));
 }
+
+// Light and dark, warm and cool: a value that follows the leaf's stalk (quantised in the leaf box), so that it survives a change of cut.
+vec3 variation(uint slot, Crown crown, Plant plant, uvec3 stalk) {
+  vec3 place_in_crown = (plant.box_min + plant.box_step * vec3(stalk) - crown.center) / crown.radii;
+  uvec3 cell = uvec3(ivec3(floor(place_in_crown * 4.0)) + 16);
+  uint tuft = coppice_hash(slot * 131071u + cell.x + cell.y * 64u + cell.z * 4096u);
+  uint leaf = coppice_hash(stalk.x + stalk.y * 16384u ^ stalk.z * 747796405u);
+  float a = float(tuft >> 16) / 65535.0 - 0.5;
+  float b = float(leaf >> 16) / 65535.0 - 0.5;
+  float c = float(leaf & 0xffffu) / 65535.0 - 0.5;
+  return (1.0 + 0.16 * a + 0.30 * b) * vec3(1.0 + 0.16 * c, 1.0, 1.0 - 0.14 * c);
+}
+
+// Light of a leaf at one of its vertices, two-sided, with the sun shining through. crown_normals: Material's. Object space: `middle` of the
+// leaf, or near it; the vertex; `face`, the leaf's normal there, of any length and either side.
+vec3 leaf_light(Crown crown, Instance instance, float crown_normals, vec3 middle, vec3 vertex, vec3 face) {
+  vec3 outward = (middle - crown.center) / (crown.radii * crown.radii);
+  outward = normalize(outward + vec3(0.0, 1e-4, 0.0));
+  face = dot(face, face) > 1e-20 ? normalize(face) : outward;
+  // The side that looks out of the crown; neither, little by little, where a leaf's curl passes from one to the other.
+  float side = clamp(4.0 * dot(face, outward), -1.0, 1.0);
+  vec3 normal = rotate(instance.rotation, normalize(mix(side * face, outward, max(crown_normals, 1e-3))));
+
+  vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
+  float sun = sun_through_crown(crown, vertex, sun_object);
+  float facing = dot(normal, view.sun_direction);
+  float front = max(0.0, 0.2 + 0.8 * facing);
+  vec3 world_face = rotate(instance.rotation, face);
+  float eye_side = dot(world_face, view.camera_position - world_from_object(instance, vertex)) < 0.0 ? -1.0 : 1.0;
+  float through = max(0.0, -eye_side * dot(world_face, view.sun_direction));
+  vec3 direct = view.sun_color * sun * (front + 0.45 * through * vec3(1.0, 1.15, 0.35));
+  return direct + ambient_light(normal) * sky_through_crown(crown, vertex);
+}
+
+// The inverse of convert.cpp's octahedral().
+vec3 octahedral_normal(uint packed) {
+  vec2 e = unpackSnorm2x16(packed);
+  vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+  float fold = max(-n.z, 0.0);
+  n.xy -= fold * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
+  return normalize(n);
+}

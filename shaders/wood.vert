@@ -16,14 +16,6 @@ layout(location = 1) out float out_transmittance;
 layout(location = 2) out vec2 out_uv;
 layout(location = 3) flat out float out_alpha_cutoff;
 
-vec3 octahedral_normal(uint packed) {
-  vec2 e = unpackSnorm2x16(packed);
-  vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
-  float fold = max(-n.z, 0.0);
-  n.xy -= fold * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
-  return normalize(n);
-}
-
 void main() {
   Plant plant = plants[push.plant];
   uint slot = wood_list[push.wood_list_first + gl_InstanceIndex];

@@ -13,6 +13,7 @@
 #include "coppice/format.h"
 #include "error_table.h"
 #include "leaf_cards.h"
+#include "leaf_mesh_parts.h"
 #include "replay.h"
 #include "tree_order.h"
 #include "wood_lods.h"
@@ -108,6 +109,11 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   report.source_information = collapse.source;
   report.level_information = collapse.levels;
 
+  KeptLeafMeshes kept = options.leaf_meshes ? keep_leaf_meshes(plant, foliage) : KeptLeafMeshes{{}, "not asked for", false};
+  if (kept.too_large) report.warnings.push_back("close up it is drawn with leaf quads: " + kept.note);
+  report.leaf_mesh_triangles = triangle_count(kept.meshes);
+  report.leaf_mesh_note = std::move(kept.note);
+
   BakedPlant baked;
   baked.name = plant.name;
   baked.metric = file_metric(options.metric);
@@ -116,9 +122,14 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   baked.materials = std::move(plant.materials);
   baked.images = std::move(plant.images);
   for (Material& material : baked.materials) material.crown_normals = options.crown_normals;
-  baked.sphere = plant_sphere(foliage, plant.wood);
+  baked.leaf_meshes = std::move(kept.meshes);
+  baked.sphere = plant_sphere(foliage, plant.wood, baked.leaf_meshes);
   COPPICE_TRY(errors, measure_error_table(baked, stage("error table")));
   baked.errors = std::move(errors);
+  if (!baked.leaf_meshes.parts.empty()) {
+    COPPICE_TRY(mesh_error_px, measure_leaf_mesh_error(baked));
+    baked.leaf_meshes.error_px = std::move(mesh_error_px);
+  }
   report.seconds.error_table = watch.lap();
 
   progress("pack", 0.0);

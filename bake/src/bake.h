@@ -26,6 +26,7 @@ struct BakeOptions {
   CollapseOptions collapse;
   TextureCoding textures = TextureCoding::bc;
   float crown_normals = kCrownNormals;  ///< of all leaves, 0..1: plant.h
+  bool leaf_meshes = true;              ///< keep the leaves as they were modelled, for close up
 };
 
 /// What `coppice bake --report` writes; times are wall seconds.
@@ -37,6 +38,8 @@ struct BakeReport {
   std::uint64_t peak_rss_bytes = 0;
   std::uint64_t evaluations = 0;
   PackSizes sizes;
+  std::uint32_t leaf_mesh_triangles = 0;
+  std::string leaf_mesh_note;  ///< why there are none
   FoliageInformation source_information;
   std::vector<FoliageInformation> level_information;
   std::vector<std::string> warnings;  ///< what the importer had to guess or drop, one line each

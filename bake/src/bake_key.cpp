@@ -64,7 +64,7 @@ Result<void> add_file(Checksum& checksum, const std::filesystem::path& path) {
 std::string options_text(const BakeOptions& options) {
   // Every member by name: one that is added later does not compile until it is written below, or shown to change nothing. Of an option
   // that is a path the file's bytes belong into bake_key.
-  const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals] = options;
+  const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes] = options;
   const auto& [leaf_material, wood_material, classes, require_leaves, up, metres_per_unit] = import;
   const auto& [resolution_px, count_background, candidate_count] = collapse;
   static_cast<void>(thread_count);    // same bytes for any number
@@ -79,6 +79,7 @@ std::string options_text(const BakeOptions& options) {
   line("candidates", std::to_string(candidate_count));
   line("textures", std::to_string(static_cast<int>(textures)));
   line("crown_normals", std::to_string(std::bit_cast<std::uint32_t>(crown_normals)));
+  line("leaf_meshes", leaf_meshes ? "on" : "off");
   if (leaf_material) line("leaf_material", *leaf_material);
   if (wood_material) line("wood_material", *wood_material);
   for (const ClassRule& rule : classes)

@@ -1,12 +1,14 @@
 #pragma once
 
+#include <vector>
+
 #include "collapse.h"
 #include "plant.h"
 
 namespace coppice::bake {
 
-/// Bounds of a plant: sphere about the centre of the box of leaf quads and wood.
-Sphere plant_sphere(const Foliage& foliage, const Mesh& wood);
+/// Bounds of a plant: sphere about the centre of the box of leaf quads, wood and leaf meshes.
+Sphere plant_sphere(const Foliage& foliage, const Mesh& wood, const LeafMeshes& leaf_meshes = {});
 
 /// The six viewpoints the table is measured from: spread over the sphere, and turned so that no set of viewpoints() holds one of them.
 std::vector<Viewpoint> error_table_viewpoints();
@@ -17,5 +19,11 @@ std::vector<Viewpoint> error_table_viewpoints();
 /// plant   tree, card_table, materials, images and sphere are read
 /// errors  invalid_argument: a material names an image that is not there
 Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFunction& progress);
+
+/// Error of all quads against the leaf meshes, px, at the table's sizes: the same views, light and unit, but both in the colours that their
+/// images show there, from the mip level whose texels are about a pixel. Made not falling by a running maximum from the smallest size up.
+/// plant   tree, card_table, materials, images, leaf_meshes (with parts) and sphere are read
+/// errors  invalid_argument: a material names an image that is not there
+Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant);
 
 }  // namespace coppice::bake

@@ -2,6 +2,7 @@
 
 #include "block_texture.h"
 #include "layout.h"
+#include "leaf_mesh_parts.h"
 #include "pack.h"
 #include "reader.h"
 
@@ -11,7 +12,7 @@ namespace {
 
 std::vector<ChunkSummary> summarise_chunks(const PlantFile& file) {
   std::vector<ChunkSummary> result;
-  for (std::uint32_t kind = COPPICE_CHUNK_PLANT; kind <= COPPICE_CHUNK_TEXTURE; ++kind) {
+  for (std::uint32_t kind = COPPICE_CHUNK_PLANT; kind <= COPPICE_CHUNK_LEAF_MESH; ++kind) {
     ChunkSummary summary{chunk_kind_name(kind), 0, 0};
     for (const coppice_file_chunk& chunk : file.chunks)
       if (chunk.kind == kind) {
@@ -57,6 +58,10 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
     COPPICE_TRY(summarised, summarise_texture(*find_chunk(file, COPPICE_CHUNK_TEXTURE, texture), bytes));
     summary.textures.push_back(summarised);
   }
+  for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh)
+    summary.leaf_meshes.push_back({file.leaf_meshes[mesh].vertex_count, file.leaf_meshes[mesh].triangle_count,
+                                   find_chunk(file, COPPICE_CHUNK_LEAF_MESH, mesh)->bytes});
+  summary.leaf_mesh_error_px = std::move(file.leaf_mesh_error_px);
   std::uint64_t page_bytes = 0;
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) page_bytes += find_chunk(file, COPPICE_CHUNK_PAGE, page)->bytes;
   summary.bytes_per_leaf = static_cast<double>(page_bytes) / summary.leaf_count;
@@ -74,6 +79,7 @@ Result<VerifyReport> verify(std::span<const std::uint8_t> bytes) {
   report.chunks_checked = static_cast<std::uint32_t>(file.chunks.size());
   report.splits_decoded = static_cast<std::uint32_t>(plant.tree.split_parent.size());
   for (const Mesh& lod : plant.wood.lods) report.wood_triangles_decoded += static_cast<std::uint32_t>(lod.triangle_materials.size());
+  report.leaf_mesh_triangles_decoded = triangle_count(plant.leaf_meshes);
   return report;
 }
 

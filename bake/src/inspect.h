@@ -43,6 +43,12 @@ struct FileSummary {
   std::vector<float> error_sizes_px;
   std::vector<float> error_px;  ///< [levels * sizes]
   double bytes_per_leaf = 0.0;  ///< page bytes over leaves
+  struct LeafMesh {
+    std::uint32_t vertices = 0, triangles = 0;
+    std::uint64_t bytes = 0;
+  };
+  std::vector<LeafMesh> leaf_meshes;      ///< one a chunk; none: nothing is finer than the quads
+  std::vector<float> leaf_mesh_error_px;  ///< [sizes] of all quads against them; empty without
 };
 
 /// Reads the front and the texture headers: cheap, and no proof that the rest is sound.
@@ -55,9 +61,10 @@ struct VerifyReport {
   std::uint32_t chunks_checked = 0;
   std::uint32_t splits_decoded = 0;
   std::uint32_t wood_triangles_decoded = 0;
+  std::uint32_t leaf_mesh_triangles_decoded = 0;
 };
 
-/// Every checksum, every page and wood LoD decoded, every invariant of FORMAT.md.
+/// Every checksum, every page, wood LoD and leaf mesh decoded, every invariant of FORMAT.md.
 /// errors  bad_file: the first thing wrong, its chunk and byte offset
 Result<VerifyReport> verify(std::span<const std::uint8_t> file);
 

@@ -402,6 +402,8 @@ void drop_unused_materials(BakedPlant& plant) {
   for (const Card& card : plant.card_table) material_number[card.material] = 0;
   for (const Mesh& lod : plant.wood.lods)
     for (const std::uint32_t material : lod.triangle_materials) material_number[material] = 0;
+  for (const LeafMeshPart& part : plant.leaf_meshes.parts)
+    for (const std::uint32_t material : part.mesh.triangle_materials) material_number[material] = 0;
   BakedPlant kept;
   for (std::size_t m = 0; m < plant.materials.size(); ++m) {
     if (material_number[m] == kNone) continue;
@@ -418,6 +420,8 @@ void drop_unused_materials(BakedPlant& plant) {
   for (Card& card : plant.card_table) card.material = material_number[card.material];
   for (Mesh& lod : plant.wood.lods)
     for (std::uint32_t& material : lod.triangle_materials) material = material_number[material];
+  for (LeafMeshPart& part : plant.leaf_meshes.parts)
+    for (std::uint32_t& material : part.mesh.triangle_materials) material = material_number[material];
   plant.materials = std::move(kept.materials);
   plant.images = std::move(kept.images);
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include <glm/common.hpp>
+
 #include "page_encode.h"
 #include "quantised_tree.h"
 #include "utf8.h"
@@ -49,13 +51,28 @@ float card_coverage(const std::vector<Card>& cards, std::uint32_t material, cons
   return all == 0 ? 1.0f : static_cast<float>(solid) / static_cast<float>(all);
 }
 
-coppice_file_material file_material(const Material& material, float coverage) {
+/// By material, whether nothing but leaf meshes shows it.
+std::vector<bool> leaf_mesh_materials(const BakedPlant& plant) {
+  std::vector<bool> of_meshes(plant.materials.size(), false);
+  const auto mark = [&](std::uint32_t material, bool value) {
+    if (material < of_meshes.size()) of_meshes[material] = value;  // one that is not there is refused later
+  };
+  for (const LeafMeshPart& part : plant.leaf_meshes.parts)
+    for (const std::uint32_t material : part.mesh.triangle_materials) mark(material, true);
+  for (const Card& card : plant.card_table) mark(card.material, false);
+  for (const Mesh& lod : plant.wood.lods)
+    for (const std::uint32_t material : lod.triangle_materials) mark(material, false);
+  return of_meshes;
+}
+
+coppice_file_material file_material(const Material& material, float coverage, bool leaf_mesh_only) {
   coppice_file_material result{};
   for (int channel = 0; channel < 4; ++channel) result.base_color[channel] = std::clamp(material.base_color[channel], 0.0f, 1.0f);
   result.alpha_cutoff = std::clamp(material.alpha_cutoff, 0.0f, 1.0f);
   result.roughness = std::clamp(material.roughness, 0.0f, 1.0f);
   result.texture = material.image == kNone ? COPPICE_NO_TEXTURE : material.image;
   result.flags = material.double_sided ? COPPICE_MATERIAL_DOUBLE_SIDED : 0u;
+  if (leaf_mesh_only) result.flags |= COPPICE_MATERIAL_LEAF_MESH_ONLY;
   if (coverage < 1.0f)
     result.flags |= static_cast<std::uint32_t>(std::max(std::lround(255.0f * coverage), 1L)) << COPPICE_MATERIAL_COVERAGE_SHIFT;
   if (material.crown_normals != kCrownNormals)
@@ -110,6 +127,34 @@ Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileCon
   return {};
 }
 
+/// As many bits as keep positions within the steps of the leaf quads on every axis: Draco's steps are those of the longest side.
+int position_bits(const Mesh& mesh, const QuantisationBox& box) {
+  glm::vec3 low = mesh.positions.front(), high = low;
+  for (const glm::vec3& position : mesh.positions) low = glm::min(low, position), high = glm::max(high, position);
+  const glm::vec3 extent = high - low, step_m = (box.max - box.min) / static_cast<float>(COPPICE_QUANTISED_MAX);
+  const float longest_m = std::max({extent.x, extent.y, extent.z});
+  int bits = 14;
+  constexpr int kMaxBits = 18;  // a plant that is flat has no steps across
+  for (int axis = 0; axis < 3; ++axis)
+    while (bits < kMaxBits && longest_m > step_m[axis] * static_cast<float>((1 << bits) - 1)) ++bits;
+  return bits;
+}
+
+Result<void> add_leaf_meshes(const BakedPlant& plant, const QuantisationBox& box, FileContents& contents) {
+  for (const LeafMeshPart& part : plant.leaf_meshes.parts) {
+    std::vector<QuantisedPoint> stalks;
+    for (const glm::vec3& stalk : part.stalks) stalks.push_back(quantise(box, stalk));
+    if (part.mesh.positions.empty()) continue;
+    COPPICE_TRY(coded,
+                encode_leaf_mesh(part.mesh, stalks, static_cast<std::uint32_t>(plant.materials.size()), position_bits(part.mesh, box)));
+    if (coded.bytes.empty()) continue;
+    contents.leaf_mesh_counts.push_back({coded.vertex_count, coded.triangle_count});
+    contents.leaf_meshes.push_back(std::move(coded.bytes));
+  }
+  if (!contents.leaf_meshes.empty()) contents.leaf_mesh_error_px = plant.leaf_meshes.error_px;
+  return {};
+}
+
 void fill_plant(const BakedPlant& plant, const QuantisedTree& tree, coppice_file_plant& target) {
   target.leaf_count = plant.tree.leaf_count();
   store(target.leaf_box_min, tree.box.min);
@@ -135,8 +180,9 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   FileContents contents;
   fill_plant(plant, tree, contents.plant);
   COPPICE_TRY(masks, alpha_masks(plant.materials, plant.images));
+  const std::vector<bool> of_meshes = leaf_mesh_materials(plant);
   for (std::uint32_t m = 0; m < plant.materials.size(); ++m)
-    contents.materials.push_back(file_material(plant.materials[m], card_coverage(plant.card_table, m, masks[m])));
+    contents.materials.push_back(file_material(plant.materials[m], card_coverage(plant.card_table, m, masks[m]), of_meshes[m]));
   for (const Card& card : plant.card_table) contents.cards.push_back(file_card(card));
   for (const Tree::Node& node : plant.tree.nodes)
     if (node.card >= plant.card_table.size()) return Error{Status::invalid_argument, "pack: a node's card is not in the table"};
@@ -146,8 +192,10 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   COPPICE_CHECK(add_pages(tree, contents));
   COPPICE_CHECK(add_wood(plant, contents));
   COPPICE_CHECK(add_textures(plant, textures, contents));
+  COPPICE_CHECK(add_leaf_meshes(plant, tree.box, contents));
   COPPICE_TRY(file, write_file(contents));
-  sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.wood), total_bytes(contents.textures)};
+  sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.wood), total_bytes(contents.textures),
+           total_bytes(contents.leaf_meshes)};
   return file;
 }
 

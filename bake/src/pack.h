@@ -17,6 +17,7 @@ struct PackSizes {
   std::uint64_t foliage_bytes = 0;  ///< all pages
   std::uint64_t wood_bytes = 0;
   std::uint64_t texture_bytes = 0;
+  std::uint64_t leaf_mesh_bytes = 0;  ///< without the textures that only they show
 };
 
 /// Serialises a baked plant as a .coppice file (format.h, FORMAT.md). A pure function: same plant and coding, same bytes.

@@ -120,6 +120,18 @@ struct WoodLods {
   std::vector<Mesh> lods;
 };
 
+/// Whole leaves as they were modelled: what one LEAF_MESH chunk holds.
+struct LeafMeshPart {
+  Mesh mesh;
+  std::vector<glm::vec3> stalks;  ///< [vertices] corner 0 of the quad of the vertex's leaf: leaves are told apart, and tinted, by it
+};
+
+/// The leaves as they were modelled, for close up; no parts where that is what the quads are.
+struct LeafMeshes {
+  std::vector<LeafMeshPart> parts;
+  std::vector<float> error_px;  ///< [sizes] of all quads against them, at ErrorTable::sizes_px; not falling
+};
+
 /// A bounding sphere about the centre of a bounding box.
 struct Sphere {
   glm::vec3 center{0.0f};
@@ -136,7 +148,8 @@ struct BakedPlant {
   std::vector<Image> images;
   ErrorTable errors;
   WoodLods wood;
-  Sphere sphere;  ///< bounds leaves and wood: what the error table's sizes measure, and what the runtime culls
+  LeafMeshes leaf_meshes;
+  Sphere sphere;  ///< bounds leaves, leaf meshes and wood: what the error table's sizes measure, and what the runtime culls
 };
 
 }  // namespace coppice::bake

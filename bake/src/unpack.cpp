@@ -93,27 +93,48 @@ Result<Tree> read_tree(const PlantFile& file, Bytes bytes) {
   return tree;
 }
 
-Result<Mesh> read_wood(const PlantFile& file, Bytes bytes, std::uint32_t lod) {
-  const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_WOOD, lod);
+Result<WoodMesh> read_mesh(const coppice_file_chunk& chunk, Bytes bytes, const WoodShape& shape) {
   COPPICE_TRY(content, chunk_bytes(chunk, bytes));
-  auto decoded =
-      decode_wood(content, {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], file.plant.material_count});
+  auto decoded = decode_wood(content, shape);
   if (!decoded) return in_chunk(decoded.error(), chunk);
+  return *std::move(decoded);
+}
+
+Result<Mesh> plain_mesh(const WoodMesh& decoded, const coppice_file_chunk& chunk) {
   Mesh mesh;
-  for (const WoodVertex& vertex : decoded->vertices) {
+  for (const WoodVertex& vertex : decoded.vertices) {
     mesh.positions.emplace_back(vertex.position[0], vertex.position[1], vertex.position[2]);
     mesh.normals.emplace_back(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
     mesh.uvs.emplace_back(vertex.uv[0], vertex.uv[1]);
   }
-  mesh.indices = std::move(decoded->indices);
+  mesh.indices = decoded.indices;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-    const std::uint32_t material = decoded->vertices[mesh.indices[i]].material;
+    const std::uint32_t material = decoded.vertices[mesh.indices[i]].material;
     for (std::size_t corner = 1; corner < 3; ++corner)
-      if (decoded->vertices[mesh.indices[i + corner]].material != material)
+      if (decoded.vertices[mesh.indices[i + corner]].material != material)
         return in_chunk({Status::bad_file, "wood material", Error::kNoOffset, "a triangle has two"}, chunk);
     mesh.triangle_materials.push_back(material);
   }
   return mesh;
+}
+
+Result<Mesh> read_wood(const PlantFile& file, Bytes bytes, std::uint32_t lod) {
+  const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_WOOD, lod);
+  COPPICE_TRY(decoded, read_mesh(chunk, bytes,
+                                 {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], file.plant.material_count}));
+  return plain_mesh(decoded, chunk);
+}
+
+Result<LeafMeshPart> read_leaf_mesh(const PlantFile& file, Bytes bytes, std::uint32_t index) {
+  const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_LEAF_MESH, index);
+  const auto [vertices, triangles] = file.leaf_meshes[index];
+  COPPICE_TRY(decoded, read_mesh(chunk, bytes, {vertices, triangles, file.plant.material_count, true}));
+  LeafMeshPart part;
+  COPPICE_TRY(mesh, plain_mesh(decoded, chunk));
+  part.mesh = std::move(mesh);
+  const QuantisationBox box{vec3_of(file.plant.leaf_box_min), vec3_of(file.plant.leaf_box_max)};
+  for (const WoodVertex& vertex : decoded.vertices) part.stalks.push_back(dequantise(box, vertex.stalk));
+  return part;
 }
 
 Result<Image> read_image(const PlantFile& file, Bytes bytes, std::uint32_t index) {
@@ -160,6 +181,7 @@ Result<void> check_sphere(const PlantFile& file, const BakedPlant& plant) {
   };
   bool holds = std::ranges::none_of(plant.tree.vertices, outside);
   for (const Mesh& lod : plant.wood.lods) holds = holds && std::ranges::none_of(lod.positions, outside);
+  for (const LeafMeshPart& part : plant.leaf_meshes.parts) holds = holds && std::ranges::none_of(part.mesh.positions, outside);
   if (!holds)
     return Error{Status::bad_file, "plant sphere",
                  chunk_of(file, COPPICE_CHUNK_PLANT, 0).offset + offsetof(coppice_file_plant, sphere_center), "does not hold every vertex"};
@@ -185,6 +207,11 @@ Result<BakedPlant> unpack(Bytes bytes) {
     COPPICE_TRY(image, read_image(file, bytes, texture));
     plant.images.push_back(std::move(image));
   }
+  for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh) {
+    COPPICE_TRY(part, read_leaf_mesh(file, bytes, mesh));
+    plant.leaf_meshes.parts.push_back(std::move(part));
+  }
+  plant.leaf_meshes.error_px = file.leaf_mesh_error_px;
   COPPICE_CHECK(check_sphere(file, plant));
   return plant;
 }

@@ -1,10 +1,12 @@
 #include "wood_encode.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
+#include <glm/common.hpp>
 
 #include "coppice/format.h"
 
@@ -54,7 +56,8 @@ int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco:
 }
 
 /// One point per corner; Draco then merges equal values and equal points, which recovers the connectivity.
-void fill(draco::Mesh& target, const Mesh& mesh) {
+/// stalks  empty for wood
+void fill(draco::Mesh& target, const Mesh& mesh, std::span<const QuantisedPoint> stalks) {
   std::vector<std::uint32_t> triangles;
   for (std::uint32_t triangle = 0; triangle < mesh.triangle_materials.size(); ++triangle)
     if (!is_degenerate(mesh, triangle)) triangles.push_back(triangle);
@@ -69,33 +72,49 @@ void fill(draco::Mesh& target, const Mesh& mesh) {
   add_attribute<float>(target, Attribute::TEX_COORD, draco::DT_FLOAT32, 2, [&](auto corner) { return mesh.uvs[vertex_of(corner)]; });
   add_attribute<std::uint8_t>(target, Attribute::GENERIC, draco::DT_UINT8, 1,
                               [&](auto corner) { return static_cast<std::uint8_t>(mesh.triangle_materials[triangles[corner / 3]]); });
+  if (!stalks.empty())
+    add_attribute<std::uint16_t>(target, Attribute::GENERIC, draco::DT_UINT16, 3, [&](auto corner) { return stalks[vertex_of(corner)]; });
   target.DeduplicateAttributeValues();
   target.DeduplicatePointIds();
 }
 
-Result<std::vector<std::uint8_t>> compress(const draco::Mesh& mesh) {
+struct AttributeBits {
+  int position = 14, normal = 10, uv = 12;
+};
+
+Result<std::vector<std::uint8_t>> compress(const draco::Mesh& mesh, const AttributeBits& bits) {
   draco::ExpertEncoder encoder(mesh);
   encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
   encoder.SetEncodingSubmethod(draco::MESH_EDGEBREAKER_STANDARD_ENCODING);
   encoder.SetSpeedOptions(3, 5);
-  encoder.SetAttributeQuantization(0, 14);
-  encoder.SetAttributeQuantization(1, 10);
-  encoder.SetAttributeQuantization(2, 12);
+  encoder.SetAttributeQuantization(0, bits.position);
+  encoder.SetAttributeQuantization(1, bits.normal);
+  encoder.SetAttributeQuantization(2, bits.uv);
   draco::EncoderBuffer buffer;
   if (const draco::Status status = encoder.EncodeToBuffer(&buffer); !status.ok())
     return Error{Status::internal, "wood encoder", Error::kNoOffset, status.error_msg_string()};
   return std::vector<std::uint8_t>(buffer.data(), buffer.data() + buffer.size());
 }
 
-}  // namespace
+/// Draco spreads its steps over the uvs that there are: so many bits more keep them at 1/4096 of the image.
+int extra_uv_bits(const Mesh& mesh) {
+  if (mesh.uvs.empty()) return 0;
+  glm::vec2 low = mesh.uvs.front(), high = low;
+  for (const glm::vec2& uv : mesh.uvs) low = glm::min(low, uv), high = glm::max(high, uv);
+  constexpr int kMaxExtraBits = 8;
+  int extra = 0;
+  while (extra < kMaxExtraBits && std::ldexp(1.0f, extra) < std::max(high.x - low.x, high.y - low.y)) ++extra;
+  return extra;
+}
 
-Result<EncodedWood> encode_wood(const Mesh& mesh, std::uint32_t material_count) {
+Result<EncodedWood> encode(const Mesh& mesh, std::span<const QuantisedPoint> stalks, std::uint32_t material_count,
+                           const AttributeBits& bits) {
   COPPICE_CHECK(check_mesh(mesh, material_count));
   draco::Mesh points;
-  fill(points, mesh);
+  fill(points, mesh, stalks);
   EncodedWood result;
   if (points.num_faces() == 0) return result;
-  COPPICE_TRY(bytes, compress(points));
+  COPPICE_TRY(bytes, compress(points, bits));
   result.bytes = std::move(bytes);
   // Draco may split vertices: only decoding tells the counts.
   draco::DecoderBuffer buffer;
@@ -106,6 +125,21 @@ Result<EncodedWood> encode_wood(const Mesh& mesh, std::uint32_t material_count) 
   result.vertex_count = decoded.value()->num_points();
   result.triangle_count = decoded.value()->num_faces();
   return result;
+}
+
+}  // namespace
+
+Result<EncodedWood> encode_wood(const Mesh& mesh, std::uint32_t material_count) {
+  return encode(mesh, {}, material_count, {});
+}
+
+Result<EncodedWood> encode_leaf_mesh(const Mesh& mesh, std::span<const QuantisedPoint> stalks, std::uint32_t material_count,
+                                     int position_bits) {
+  if (stalks.size() != mesh.positions.size()) return bad_mesh("leaf mesh: a stalk per vertex is missing");
+  AttributeBits bits;
+  bits.position = position_bits;
+  bits.uv += extra_uv_bits(mesh);
+  return encode(mesh, stalks, material_count, bits);
 }
 
 }  // namespace coppice::bake

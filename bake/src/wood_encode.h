@@ -1,14 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "plant.h"
 #include "result.h"
+#include "tree.h"
 
 namespace coppice::bake {
 
-/// A WOOD chunk and what it decodes to.
+/// A WOOD or LEAF_MESH chunk and what it decodes to.
 struct EncodedWood {
   std::vector<std::uint8_t> bytes;  ///< empty when no triangle is left
   std::uint32_t vertex_count = 0;
@@ -19,5 +21,11 @@ struct EncodedWood {
 /// are doubled where materials meet. Same mesh, same bytes. errors  invalid_argument: an index or material out of range, a number that is
 /// not finite; internal: Draco failed
 Result<EncodedWood> encode_wood(const Mesh& mesh, std::uint32_t material_count);
+
+/// Codes leaf meshes: as wood, with positions of `position_bits` (over the longest side of the mesh's box), uvs to 1/4096 of the image
+/// where they span no more than 256 of them, and the stalk of each vertex's leaf, exactly. stalks  [mesh.positions.size()]. errors  as
+/// encode_wood
+Result<EncodedWood> encode_leaf_mesh(const Mesh& mesh, std::span<const QuantisedPoint> stalks, std::uint32_t material_count,
+                                     int position_bits);
 
 }  // namespace coppice::bake

@@ -69,6 +69,8 @@ void sample_statistics(Session& session) {
   if (session.sampled_frame < session.first_measured || session.sampled_frame > session.last_measured) return;
   session.statistics.visible_instances.push_back(stats.visible_instance_count);
   session.statistics.drawn_leaves.push_back(stats.drawn_leaf_count);
+  session.statistics.leaf_mesh_instances.push_back(stats.leaf_mesh_instance_count);
+  session.statistics.leaf_mesh_triangles.push_back(stats.drawn_leaf_mesh_triangle_count);
 }
 
 coppice_view begin_plants(Session& session, const FrameView& view) {

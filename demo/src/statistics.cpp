@@ -57,6 +57,9 @@ std::string table(const Statistics& statistics) {
   text += line("plants               %u, visible %u (median)\n", last.instance_count, nearest_rank(statistics.visible_instances, 0.5));
   text += line("leaves               %llu drawn (median) of %llu in the scene (%.2f %%)\n", static_cast<unsigned long long>(leaves),
                static_cast<unsigned long long>(last.source_leaf_count), share);
+  text += line("close up             %u plants drawn with leaf meshes (median), %llu triangles\n",
+               nearest_rank(statistics.leaf_mesh_instances, 0.5),
+               static_cast<unsigned long long>(nearest_rank(statistics.leaf_mesh_triangles, 0.5)));
   text += line("memory               peak %.1f MiB of %.1f\n", mebibytes(last.memory_peak_bytes), mebibytes(last.memory_budget_bytes));
   text += line("pages                %llu loaded, %llu evicted, %llu failed\n", static_cast<unsigned long long>(last.pages_loaded),
                static_cast<unsigned long long>(last.pages_evicted), static_cast<unsigned long long>(last.pages_failed));
@@ -75,6 +78,8 @@ void write_json(const std::string& file, const Statistics& statistics) {
   json["visible_instances_median"] = nearest_rank(statistics.visible_instances, 0.5);
   json["source_leaves_in_scene"] = last.source_leaf_count;
   json["drawn_leaves_median"] = nearest_rank(statistics.drawn_leaves, 0.5);
+  json["leaf_mesh_instances_median"] = nearest_rank(statistics.leaf_mesh_instances, 0.5);
+  json["leaf_mesh_triangles_median"] = nearest_rank(statistics.leaf_mesh_triangles, 0.5);
   json["memory_budget_bytes"] = last.memory_budget_bytes;
   json["memory_peak_bytes"] = last.memory_peak_bytes;
   json["pages_loaded"] = last.pages_loaded;

@@ -12,9 +12,11 @@ namespace forest {
 struct Statistics {
   std::string device;
   std::vector<float> frame_ms;
-  std::vector<std::uint32_t> visible_instances;  ///< per frame
-  std::vector<std::uint64_t> drawn_leaves;       ///< per frame
-  coppice_stats last = {};                       ///< of the last frame
+  std::vector<std::uint32_t> visible_instances;    ///< per frame
+  std::vector<std::uint64_t> drawn_leaves;         ///< per frame
+  std::vector<std::uint32_t> leaf_mesh_instances;  ///< per frame
+  std::vector<std::uint64_t> leaf_mesh_triangles;  ///< per frame
+  coppice_stats last = {};                         ///< of the last frame
   std::uint32_t validation_messages = 0;
 };
 

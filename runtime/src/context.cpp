@@ -41,6 +41,7 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->instances_ = std::move(instances);
   const StreamerOptions options{.gpu = {.page_bytes = gpu::kPageBytes,
                                         .wood_vertex_bytes = sizeof(gpu::WoodVertex),
+                                        .leaf_mesh_vertex_bytes = sizeof(gpu::LeafMeshVertex),
                                         .block_textures = context->renderer_->block_textures()},
                                 .budget_bytes = desc.memory_budget_bytes,
                                 .max_plants = desc.max_plants};
@@ -133,11 +134,14 @@ void Context::drop_chunk(ChunkId id) {
       return renderer_->drop_wood(id.plant, id.index);
     case ChunkKind::texture:
       return renderer_->drop_texture(id.plant, id.index);
+    case ChunkKind::leaf_mesh:
+      return renderer_->drop_leaf_mesh(id.plant, id.index);
   }
 }
 
 Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
   if (chunk.id.kind == ChunkKind::wood) return renderer_->upload_wood(chunk.id.plant, chunk.id.index, *chunk.wood);
+  if (chunk.id.kind == ChunkKind::leaf_mesh) return renderer_->upload_leaf_mesh(chunk.id.plant, chunk.id.index, *chunk.wood);
   if (chunk.id.kind == ChunkKind::texture) return renderer_->upload_texture(chunk.id.plant, chunk.id.index, chunk.texture);
   patches_.clear();
   for (const SplitPatch& patch : chunk.patches) patches_.push_back({patch.node, patch.split});
@@ -167,7 +171,7 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant) {
     if (!plants_[plant].open) continue;
     const PlantState state = streamer_->state(plant);
-    residency_[plant] = {state.resident_leaf_count, state.resident_wood_mask};
+    residency_[plant] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
   }
   return renderer_->record_upload_end(instances_, residency_);
 }
@@ -187,6 +191,8 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.visible_instance_count = counts.visible_instances;
   stats.drawn_leaf_count = counts.leaves;
   stats.drawn_wood_triangle_count = counts.wood_triangles;
+  stats.leaf_mesh_instance_count = counts.leaf_mesh_instances;
+  stats.drawn_leaf_mesh_triangle_count = counts.leaf_mesh_triangles;
   stats.source_leaf_count = 0;
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
     if (plants_[plant].open)

@@ -139,6 +139,7 @@ TEST(CommandLine, UsageErrorsExitWith2) {
                                                        {"bake", "in.glb", "-o", out, "--unheard-of"},
                                                        {"export", "in.coppice", "-o", out},
                                                        {"export", "in.coppice", "-o", out, "--leaves", "0"},
+                                                       {"export", "in.coppice", "-o", out, "--leaves", "most"},
                                                        {"verify"},
                                                        {"inspect"}};
   for (const auto& arguments : cases) {
@@ -282,7 +283,10 @@ TEST(CommandLine, ReportHasTheKeysOfTheContract) {
     return names;
   };
   EXPECT_EQ(keys(report), (std::set<std::string>{"source_leaves", "seconds", "peak_rss_bytes", "file_bytes", "foliage_bytes",
-                                                 "bytes_per_leaf", "evaluations", "foliage_mi"}));
+                                                 "bytes_per_leaf", "leaf_meshes", "evaluations", "foliage_mi"}));
+  EXPECT_EQ(keys(report["leaf_meshes"]), (std::set<std::string>{"bytes", "triangles", "none_because"}));
+  EXPECT_GT(report["leaf_meshes"]["triangles"], 2 * 386);
+  EXPECT_GT(report["leaf_meshes"]["bytes"], 386);
   EXPECT_EQ(keys(report["seconds"]), (std::set<std::string>{"import", "visibility", "collapse", "error_table", "pack", "total"}));
   EXPECT_EQ(keys(report["foliage_mi"]), (std::set<std::string>{"source", "levels"}));
   EXPECT_EQ(report["source_leaves"], 386);
@@ -396,6 +400,27 @@ TEST(CommandLine, ExportGivesExactlySoManyLeafQuads) {
   const fs::path refused = folder / "refused.glb";
   expect_one_line_error(coppice_tool({"export", baked().coppice, "--leaves", "387", "-o", refused}), baked().coppice, "too many leaves");
   EXPECT_FALSE(fs::exists(refused));
+}
+
+TEST(CommandLine, LeafMeshesTravelThroughBakeAndExport) {
+  const TemporaryFolder folder;
+  const fs::path full = folder / "full.glb", plain = folder / "plain.coppice", quads = folder / "quads.glb";
+  ASSERT_EQ(coppice_tool({"export", baked().coppice, "--leaves", "full", "--part", "foliage", "-o", full}).exit_code, 0);
+  const auto source = coppice::bake::import_gltf(baked().glb, {}), exported = coppice::bake::import_gltf(full, {});
+  ASSERT_TRUE(source && exported);
+  EXPECT_EQ(exported->leaves.size(), 386u);
+  EXPECT_EQ(exported->foliage.indices.size(), source->foliage.indices.size());
+
+  const ProcessResult bake =
+      coppice_tool({"bake", baked().glb, "-o", plain, "--leaf-meshes", "off", "--metric", "geometric", "--views", "4"});
+  ASSERT_EQ(bake.exit_code, 0) << bake.err;
+  EXPECT_NE(bake.out.find("no leaf meshes"), std::string::npos) << bake.out;
+  const auto inspected = [&](const fs::path& file) { return nlohmann::json::parse(coppice_tool({"inspect", file, "--json"}).out); };
+  EXPECT_TRUE(inspected(plain)["leaf_meshes"].empty());
+  EXPECT_EQ(inspected(baked().coppice)["leaf_meshes"][0]["triangles"], source->foliage.indices.size() / 3);
+  EXPECT_EQ(inspected(baked().coppice)["leaf_mesh_error_px"].size(), 7u);
+  ASSERT_EQ(coppice_tool({"export", plain, "--leaves", "full", "--part", "foliage", "-o", quads}).exit_code, 0);
+  EXPECT_EQ(coppice::bake::import_gltf(quads, {})->foliage.indices.size(), 6u * 386u) << "all quads, where that is the finest";
 }
 
 /// The largest distance between corresponding corners along an axis, in units of the box's side along that axis.

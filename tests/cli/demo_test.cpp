@@ -95,6 +95,8 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
                                           "source_leaves_in_scene",
                                           "memory_budget_bytes",
                                           "drawn_leaves_median",
+                                          "leaf_mesh_instances_median",
+                                          "leaf_mesh_triangles_median",
                                           "memory_peak_bytes",
                                           "validation_messages"};
   EXPECT_EQ(keys, contract);

@@ -46,6 +46,9 @@ TEST(EvaluateCommand, ComparesWithTheMeshesAtAnySize) {
   const auto& levels = parsed["methods"][0]["levels"];
   EXPECT_GT(levels[0]["rmse_64"], 0.0) << "quads are not the leaves that they stand for";
   EXPECT_LT(levels[0]["rmse_64"], levels[1]["rmse_64"]);
+  EXPECT_EQ(parsed["stored"]["leaf_meshes"], true);
+  EXPECT_LT(parsed["stored"]["rmse_64"], 0.2 * levels[0]["rmse_64"].get<double>()) << "a file holds the leaves as they were modelled";
+  EXPECT_NE(result.out.find("finest level of a .coppice file: leaf meshes"), std::string::npos) << result.out;
   std::ifstream file(html, std::ios::binary);
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   EXPECT_NE(page.find("\"reference\":\"meshes\""), std::string::npos);

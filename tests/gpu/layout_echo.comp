@@ -15,6 +15,7 @@ layout(set = 0, binding = 0, scalar) readonly buffer Structs {
   Card card;
   Material material;
   WoodVertex wood_vertex;
+  LeafMeshVertex leaf_mesh_vertex;
   Plant plant;
   View view;
   Counters counters;
@@ -50,6 +51,7 @@ void put_plant() {
   put(plant.wood_list_base); put(plant.wood_list_stride);
   put(plant.wood_lod_count); put(plant.wood_resident_mask);
   for (uint i = 0; i < kMaxWoodLods; ++i) put(plant.wood_index_counts[i]);
+  put(plant.leaf_mesh_count); put(plant.leaf_mesh_triangles); put(plant.leaf_mesh_command_base); put(plant.leaf_mesh_list_base);
 }
 
 void put_view() {
@@ -68,11 +70,15 @@ void main() {
   for (int i = 0; i < 4; ++i) put(card.uv[i]);
   put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.coverage); put(material.crown_normals);
   put(wood_vertex.position); put(wood_vertex.normal); put(wood_vertex.uv); put(wood_vertex.material);
+  put(leaf_mesh_vertex.position); put(leaf_mesh_vertex.normal); put(leaf_mesh_vertex.uv);
+  put(leaf_mesh_vertex.stalk_xy); put(leaf_mesh_vertex.stalk_z_material);
   put_plant();
   put_view();
   put(counters.visible_instances);
   for (int i = 0; i < 2; ++i) put(counters.leaves[i]);
   for (int i = 0; i < 2; ++i) put(counters.wood_triangles[i]);
+  put(counters.leaf_mesh_instances);
+  for (int i = 0; i < 2; ++i) put(counters.leaf_mesh_triangles[i]);
   put(command.index_count); put(command.instance_count); put(command.first_index); put(command.vertex_offset); put(command.first_instance);
   put(push.plant); put(push.texture); put(push.wood_vertices); put(push.wood_list_first);
 }

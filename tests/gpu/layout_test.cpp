@@ -18,6 +18,7 @@ struct Structs {
   gpu::Card card;
   gpu::Material material;
   gpu::WoodVertex wood_vertex;
+  gpu::LeafMeshVertex leaf_mesh_vertex;
   gpu::Plant plant;
   gpu::View view;
   gpu::Counters counters;

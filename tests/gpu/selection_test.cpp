@@ -34,7 +34,7 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
   RendererScene scene(gpu(), 8192);
   std::vector<DecodedPlant> plants;
   for (std::uint32_t i = 0; i < 3; ++i) {
-    plants.push_back(decoded_plant(random_plant({.leaf_count = leaf_counts[i], .seed = i + 1})));
+    plants.push_back(decoded_plant(random_plant({.leaf_count = leaf_counts[i], .seed = i + 1, .leaf_mesh_count = i})));
     scene.place(scene.add_plant(plants[i]), scattered(2000, i));
   }
   coppice_view view = make_view({.eye_m = {0.0f, 0.5f, 0.0f}, .target_m = {1.0f, 0.5f, 1.0f}, .width_px = 64, .height_px = 64});
@@ -50,7 +50,9 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
     for (std::uint32_t slot = 0; slot < cuts.size(); ++slot) {
       const InstanceSphere& sphere = scene.instances().spheres()[slot];
       const DecodedPlant& plant = plants[sphere.plant];
-      const LodPlant lod_plant{.table = lod_table(plant.file, plant.lod_words), .resident_leaf_count = plant.file.plant.leaf_count};
+      const LodPlant lod_plant{.table = lod_table(plant.file, plant.lod_words),
+                               .resident_leaf_count = plant.file.plant.leaf_count,
+                               .leaf_meshes_resident = !plant.leaf_meshes.empty()};
       const float expected = select_lod(sphere, slot, lod_plant, lod).leaf_count;
       ASSERT_NEAR(cuts[slot], expected, 1e-3f * expected) << "slot " << slot << ", error_px " << error_px;
       distinct += expected > 1.5f && expected < static_cast<float>(plant.file.plant.leaf_count) - 0.5f;

@@ -162,7 +162,9 @@ void damage_plant(Damage& damage, const Bytes& good) {
   field("wood_triangles_per_byte", "plant wood_triangle_counts", offsetof(coppice_file_plant, wood_triangle_counts),
         COPPICE_MAX_WOOD_TRIANGLES);
   field("metric", "plant metric", offsetof(coppice_file_plant, metric), std::uint32_t{0});
-  field("plant_reserved", "plant reserved", offsetof(coppice_file_plant, reserved), std::uint32_t{1});
+  field("leaf_mesh_count_huge", "plant leaf_mesh_count", offsetof(coppice_file_plant, leaf_mesh_count), std::uint32_t{17});
+  damage.set_reported_at("leaf_mesh_count", "header chunk_count", plant + offsetof(coppice_file_plant, leaf_mesh_count), std::uint32_t{1},
+                         offsetof(coppice_file_header, chunk_count));
   field("name_not_utf8", "plant name", offsetof(coppice_file_plant, name), std::uint8_t{0xff});
   damage.set_reported_at("name_not_terminated", "plant name", plant + offsetof(coppice_file_plant, name) + 63, std::uint8_t{'x'},
                          plant + offsetof(coppice_file_plant, name));
@@ -174,7 +176,9 @@ void damage_tables(Damage& damage, const Bytes& good) {
   damage.set("alpha_cutoff", "material alpha_cutoff", materials + offsetof(coppice_file_material, alpha_cutoff), 1.5f);
   damage.set("roughness", "material roughness", materials + offsetof(coppice_file_material, roughness), std::uint32_t{0x7fc00000});
   damage.set("material_texture", "material texture", materials + offsetof(coppice_file_material, texture), std::uint32_t{1});
-  damage.set("material_flags", "material flags", materials + offsetof(coppice_file_material, flags), std::uint32_t{2});
+  damage.set("material_flags", "material flags", materials + offsetof(coppice_file_material, flags), std::uint32_t{4});
+  damage.set("material_of_no_leaf_mesh", "material flags", materials + offsetof(coppice_file_material, flags),
+             std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY});
   damage.set("card_material", "card material", cards, std::uint32_t{2});
   damage.set("card_uv", "card uv", cards + offsetof(coppice_file_card, uv), std::uint32_t{0x7f800000});
   const PlantFile front = front_of(good);
@@ -261,6 +265,30 @@ std::vector<BadFile> bad_files(const Bytes& good) {
   damage_tables(damage, good);
   damage_chunks(damage, good);
   damage_splits(damage, good);
+  return std::move(damage.files);
+}
+
+std::vector<BadFile> bad_leaf_mesh_files(const Bytes& good) {
+  Damage damage(good);
+  const std::size_t counts = chunk_offset(good, COPPICE_CHUNK_LEAF_MESHES), mesh = chunk_offset(good, COPPICE_CHUNK_LEAF_MESH, 1);
+  const std::size_t second = counts + sizeof(coppice_file_leaf_mesh), errors = second + sizeof(coppice_file_leaf_mesh);
+  damage.set("leaf_mesh_vertices", "leaf mesh vertex_count", second + offsetof(coppice_file_leaf_mesh, vertex_count), ~std::uint32_t{0});
+  damage.set("leaf_mesh_no_vertices", "leaf mesh vertex_count", second + offsetof(coppice_file_leaf_mesh, vertex_count), std::uint32_t{2});
+  damage.set("leaf_mesh_triangles", "leaf mesh triangle_count", second + offsetof(coppice_file_leaf_mesh, triangle_count),
+             COPPICE_MAX_LEAF_MESH_TRIANGLES + 1);
+  damage.set("leaf_mesh_triangles_per_byte", "leaf mesh triangle_count", second + offsetof(coppice_file_leaf_mesh, triangle_count),
+             COPPICE_MAX_LEAF_MESH_TRIANGLES);
+  damage.set("leaf_mesh_no_triangles", "leaf mesh triangle_count", second + offsetof(coppice_file_leaf_mesh, triangle_count),
+             std::uint32_t{0});
+  damage.set("leaf_mesh_error_nan", "leaf mesh error_px", errors, std::uint32_t{0x7fc00000});
+  damage.set("leaf_mesh_error_falls", "leaf mesh error_px", errors + 4, 0.0f);
+  damage.set_reported_at("leaf_mesh_checksum", "chunk checksum", mesh, std::uint8_t{1}, mesh, Checksums::stale);
+  damage.set_reported_at("leaf_mesh_header", "wood Draco header", mesh, std::uint8_t{'d'}, mesh);
+  damage.set_reported_at("leaf_mesh_other_count", "wood triangle count", second + offsetof(coppice_file_leaf_mesh, triangle_count),
+                         std::uint32_t{11}, mesh);
+  const std::size_t flags = chunk_offset(good, COPPICE_CHUNK_MATERIALS) + offsetof(coppice_file_material, flags);
+  damage.set_reported_at("card_of_leaf_mesh_material", "card material", flags, std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY},
+                         chunk_offset(good, COPPICE_CHUNK_CARDS));
   return std::move(damage.files);
 }
 

@@ -33,4 +33,7 @@ struct BadFile {
 /// four to 512 leaves, wood and a texture.
 std::vector<BadFile> bad_files(const Bytes& good);
 
+/// The same for leaf meshes, from a file that has two parts of them.
+std::vector<BadFile> bad_leaf_mesh_files(const Bytes& good);
+
 }  // namespace coppice::test

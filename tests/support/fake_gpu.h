@@ -19,7 +19,7 @@ namespace coppice::test {
 
 struct FakeGpuPlant {
   std::uint32_t pages = 0;  ///< uploaded and not evicted
-  std::set<std::uint32_t> wood, textures;
+  std::set<std::uint32_t> wood, textures, leaf_meshes;
   std::vector<std::uint32_t> node_split;  ///< grows with the pages
   std::vector<QuantisedQuad> quads;
   std::vector<std::uint8_t> cards;
@@ -63,7 +63,7 @@ class FakeGpu {
     evicted.push_back(id);
     FakeGpuPlant& plant = plants[id.plant];
     if (id.kind != ChunkKind::page) {
-      EXPECT_EQ((id.kind == ChunkKind::wood ? plant.wood : plant.textures).erase(id.index), 1u);
+      EXPECT_EQ(chunks_of(plant, id.kind).erase(id.index), 1u);
       return;
     }
     EXPECT_EQ(id.index + 1, plant.pages) << "only the last page may go";
@@ -72,15 +72,21 @@ class FakeGpu {
 
   void upload(const DecodedChunk& chunk) {
     FakeGpuPlant& plant = plants[chunk.id.plant];
-    if (chunk.id.kind == ChunkKind::wood) {
+    if (chunk.id.kind == ChunkKind::wood || chunk.id.kind == ChunkKind::leaf_mesh) {
       ASSERT_NE(chunk.wood, nullptr);
-      EXPECT_TRUE(plant.wood.insert(chunk.id.index).second);
+      EXPECT_FALSE(chunk.wood->indices.empty());
+      EXPECT_TRUE(chunks_of(plant, chunk.id.kind).insert(chunk.id.index).second);
     } else if (chunk.id.kind == ChunkKind::texture) {
       EXPECT_FALSE(chunk.texture.empty());
       EXPECT_TRUE(plant.textures.insert(chunk.id.index).second);
     } else {
       upload_page(plant, chunk);
     }
+  }
+
+  static std::set<std::uint32_t>& chunks_of(FakeGpuPlant& plant, ChunkKind kind) {
+    if (kind == ChunkKind::leaf_mesh) return plant.leaf_meshes;
+    return kind == ChunkKind::wood ? plant.wood : plant.textures;
   }
 
   static void upload_page(FakeGpuPlant& plant, const DecodedChunk& chunk) {

@@ -194,6 +194,38 @@ bake::Mesh tube(std::uint32_t sides, std::uint32_t rings, std::uint32_t material
   return mesh;
 }
 
+namespace {
+
+/// Adds a leaf: a flat pyramid over its quad.
+void add_leaf_mesh(bake::LeafMeshPart& part, const bake::Quad& quad, std::uint32_t material) {
+  const auto first = static_cast<std::uint32_t>(part.mesh.positions.size());
+  const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
+  const glm::vec3 normal = glm::normalize(across);
+  part.mesh.positions.insert(part.mesh.positions.end(), quad.begin(), quad.end());
+  part.mesh.positions.push_back(0.25f * (quad[0] + quad[1] + quad[2] + quad[3]) + 0.2f * std::sqrt(glm::length(across)) * normal);
+  part.mesh.uvs.insert(part.mesh.uvs.end(), {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5f, 0.5f}});
+  for (std::uint32_t corner = 0; corner < 5; ++corner) {
+    part.mesh.normals.push_back(normal);
+    part.stalks.push_back(quad[0]);
+  }
+  for (std::uint32_t side = 0; side < 4; ++side) {
+    part.mesh.indices.insert(part.mesh.indices.end(), {first + side, first + (side + 1) % 4, first + 4});
+    part.mesh.triangle_materials.push_back(material);
+  }
+}
+
+bake::LeafMeshes leaf_meshes_of(const bake::Foliage& foliage, std::uint32_t part_count, std::uint32_t material,
+                                const std::vector<float>& sizes_px) {
+  bake::LeafMeshes meshes;
+  meshes.parts.resize(part_count);
+  for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf)
+    add_leaf_mesh(meshes.parts[std::uint64_t{leaf} * part_count / foliage.leaf_count()], foliage.quads[leaf], material);
+  for (const float size_px : sizes_px) meshes.error_px.push_back(size_px / 200.0f);
+  return meshes;
+}
+
+}  // namespace
+
 bake::BakedPlant random_plant(const RandomPlantOptions& options) {
   Random random(options.seed + 77);
   const bake::Foliage foliage = random_foliage(options.leaf_count, options.seed, options.card_count);
@@ -207,10 +239,17 @@ bake::BakedPlant random_plant(const RandomPlantOptions& options) {
   plant.materials.push_back({"wood", glm::vec4(0.4f, 0.3f, 0.2f, 1.0f), bake::kNone, 0.0f, 0.9f, false});
   if (textured) plant.images.push_back(disc_image(options.texture_side, random));
   plant.errors = plausible_errors(options.leaf_count);
+  if (options.leaf_mesh_count > 0) {
+    plant.leaf_meshes = leaf_meshes_of(foliage, options.leaf_mesh_count, 2, plant.errors.sizes_px);
+    plant.materials.push_back({"leaf meshes", glm::vec4(1.0f), textured ? 1 : bake::kNone, textured ? 0.5f : 0.0f, 0.8f, true});
+    if (textured) plant.images.push_back(disc_image(options.texture_side, random));
+  }
   for (std::uint32_t lod = 0; lod < options.wood_lod_count; ++lod) plant.wood.lods.push_back(tube(lod == 0 ? 8 : 4, lod == 0 ? 6 : 3, 1));
   for (const glm::vec3& vertex : plant.tree.vertices) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
   for (const bake::Mesh& lod : plant.wood.lods)
     for (const glm::vec3& vertex : lod.positions) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
+  for (const bake::LeafMeshPart& part : plant.leaf_meshes.parts)
+    for (const glm::vec3& vertex : part.mesh.positions) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
   return plant;
 }
 

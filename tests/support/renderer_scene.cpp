@@ -54,7 +54,8 @@ WoodMesh wood_mesh(const bake::Mesh& mesh) {
     wood.vertices.push_back({{mesh.positions[i].x, mesh.positions[i].y, mesh.positions[i].z},
                              {mesh.normals[i].x, mesh.normals[i].y, mesh.normals[i].z},
                              {mesh.uvs[i].x, mesh.uvs[i].y},
-                             0});
+                             0,
+                             {}});
   for (std::size_t i = 0; i < mesh.indices.size(); ++i) wood.vertices[mesh.indices[i]].material = mesh.triangle_materials[i / 3];
   return wood;
 }
@@ -92,6 +93,10 @@ void fill_front(const bake::BakedPlant& baked, const Box& box, PlantFile& file) 
   file.error_leaf_counts = baked.errors.leaf_counts;
   file.error_sizes_px = baked.errors.sizes_px;
   file.error_px = baked.errors.error_px;
+  plant.leaf_mesh_count = static_cast<std::uint32_t>(baked.leaf_meshes.parts.size());
+  file.leaf_mesh_error_px = baked.leaf_meshes.error_px;
+  for (std::size_t lod = 0; lod < baked.wood.lods.size(); ++lod)
+    plant.wood_triangle_counts[lod] = static_cast<std::uint32_t>(baked.wood.lods[lod].triangle_materials.size());
 }
 
 }  // namespace
@@ -121,9 +126,11 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
     std::ranges::copy(image.rgba, chunk.begin() + sizeof header);
     plant.textures.push_back(std::move(chunk));
   }
+  for (const bake::LeafMeshPart& part : baked.leaf_meshes.parts) {
+    plant.leaf_meshes.push_back(wood_mesh(part.mesh));
+    for (std::size_t i = 0; i < part.stalks.size(); ++i) plant.leaf_meshes.back().vertices[i].stalk = quantise(part.stalks[i], box);
+  }
   plant.lod_words = pack_lod_table(plant.file);
-  for (std::uint32_t lod = 0; lod < plant.wood.size(); ++lod)  // no WOOD chunk to read the count from
-    plant.lod_words[plant.lod_words.size() - plant.wood.size() + lod] = static_cast<std::uint32_t>(plant.wood[lod].indices.size() / 3);
   return plant;
 }
 
@@ -209,6 +216,9 @@ void RendererScene::upload_plant(std::uint32_t index, const DecodedPlant& plant,
   }
   for (std::uint32_t texture = 0; texture < plant.textures.size(); ++texture)
     expect(renderer_->upload_texture(index, texture, plant.textures[texture]));
+  for (std::uint32_t mesh = 0; mesh < plant.leaf_meshes.size(); ++mesh)
+    expect(renderer_->upload_leaf_mesh(index, mesh, plant.leaf_meshes[mesh]));
+  residency_[index].leaf_meshes = !plant.leaf_meshes.empty();
 }
 
 void RendererScene::upload(VkCommandBuffer cmd) {

@@ -22,6 +22,7 @@ struct DecodedPlant {
   std::vector<std::uint32_t> node_split;  ///< [2N - 1]
   std::vector<WoodMesh> wood;
   std::vector<std::vector<std::uint8_t>> textures;  ///< TEXTURE chunks with one mip level each
+  std::vector<WoodMesh> leaf_meshes;
 };
 
 DecodedPlant decoded_plant(const bake::BakedPlant& baked);
@@ -49,7 +50,7 @@ class RendererScene {
  public:
   RendererScene(const VulkanDevice& gpu, std::uint32_t max_instances, const SceneOptions& options = {});
 
-  /// Uploads the first page_count pages (all of them if there are fewer), and all wood and textures unless page_count is 0.
+  /// Uploads the first page_count pages (all of them if there are fewer), and all wood, textures and leaf meshes unless page_count is 0.
   std::uint32_t add_plant(const DecodedPlant& plant, std::uint32_t page_count = 0xffffffffu);
   void place(std::uint32_t plant, const std::vector<coppice_placement>& placements);
   gpu::InstanceTable& instances() { return instances_; }

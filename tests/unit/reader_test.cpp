@@ -47,6 +47,11 @@ void write_bytes(const std::filesystem::path& path, const Bytes& bytes) {
   stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
+/// The same with leaf meshes.
+Bytes small_file_with_meshes() {
+  return packed({.leaf_count = 6, .texture_side = 4, .leaf_mesh_count = 2});
+}
+
 /// A copy in a heap block of exactly its size, so that a sanitizer sees a read past the end.
 Result<bake::BakedPlant> unpack_exact(const Bytes& bytes) {
   const auto block = std::make_unique<std::uint8_t[]>(bytes.size());
@@ -84,7 +89,8 @@ std::set<std::string> files_in(const std::filesystem::path& folder) {
 }
 
 TEST(BadFiles, EachIsRefusedForItsReasonAtItsPlace) {
-  const auto generated = test::bad_files(small_file());
+  auto generated = test::bad_files(small_file());
+  for (test::BadFile& bad : test::bad_leaf_mesh_files(small_file_with_meshes())) generated.push_back(std::move(bad));
   if (updating()) {
     std::filesystem::create_directories(kData / "bad");
     for (const std::string& name : files_in(kData / "bad")) std::filesystem::remove(kData / "bad" / (name + ".coppice"));
@@ -132,6 +138,14 @@ std::uint64_t digest(const bake::BakedPlant& plant) {
     add(lod.triangle_materials);
   }
   for (const bake::Image& image : plant.images) add(image.rgba);
+  for (const bake::LeafMeshPart& part : plant.leaf_meshes.parts) {
+    add(part.mesh.positions);
+    add(part.mesh.uvs);
+    add(part.mesh.indices);
+    add(part.mesh.triangle_materials);
+    add(part.stalks);
+  }
+  add(plant.leaf_meshes.error_px);
   return checksum(bytes);
 }
 
@@ -142,6 +156,7 @@ TEST(GoldenFiles, Version1IsReadForEver) {
       {"two_pages", {.leaf_count = 520, .card_count = 3, .wood_lod_count = 1, .texture_side = 0}},
       {"wood_and_texture", {.leaf_count = 12, .wood_lod_count = 3, .texture_side = 8}},
       {"block_texture", {.leaf_count = 8, .wood_lod_count = 0, .texture_side = 10}},
+      {"leaf_meshes", {.leaf_count = 9, .wood_lod_count = 1, .texture_side = 4, .leaf_mesh_count = 2}},
   };
   if (updating()) {
     std::filesystem::create_directories(folder);
@@ -163,7 +178,7 @@ TEST(GoldenFiles, Version1IsReadForEver) {
 }
 
 TEST(HostileFile, EveryTruncationIsRefused) {
-  const Bytes file = small_file();
+  const Bytes file = small_file_with_meshes();
   ASSERT_TRUE(unpack_exact(file));
   for (std::size_t length = 0; length < file.size(); ++length) {
     const auto plant = unpack_exact(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length)));
@@ -179,7 +194,7 @@ TEST(HostileFile, AnExtraByteIsRefused) {
 }
 
 TEST(HostileFile, EveryFlippedBitIsRefused) {
-  const Bytes file = small_file();
+  const Bytes file = small_file_with_meshes();
   for (std::size_t at = 0; at < file.size(); ++at)
     for (int bit = 0; bit < 8; ++bit) {
       Bytes damaged = file;
@@ -205,10 +220,15 @@ void expect_valid(const bake::BakedPlant& plant) {
   for (const bake::Card& card : plant.card_table) ASSERT_LT(card.material, plant.materials.size());
   for (const bake::Mesh& lod : plant.wood.lods)
     for (std::uint32_t index : lod.indices) ASSERT_LT(index, lod.positions.size());
+  for (const bake::LeafMeshPart& part : plant.leaf_meshes.parts) {
+    ASSERT_EQ(part.stalks.size(), part.mesh.positions.size());
+    for (std::uint32_t index : part.mesh.indices) ASSERT_LT(index, part.mesh.positions.size());
+    for (std::uint32_t material : part.mesh.triangle_materials) ASSERT_LT(material, plant.materials.size());
+  }
 }
 
 TEST(HostileFile, DamageBehindRightChecksumsGivesAnErrorOrAValidPlant) {
-  const Bytes file = small_file();
+  const Bytes file = small_file_with_meshes();
   for (std::size_t at = 0; at < file.size(); ++at)
     for (int mask : {0x01, 0x10, 0x80, 0xff}) {
       Bytes damaged = file;
@@ -226,7 +246,7 @@ TEST(Reader, TextIsNotAPlant) {
 }
 
 TEST(Reader, FindsEveryChunkOfTheTableAndNoOther) {
-  const Bytes file = packed({.leaf_count = 1200, .wood_lod_count = 3});
+  const Bytes file = packed({.leaf_count = 1200, .wood_lod_count = 3, .leaf_mesh_count = 2});
   const auto front = read_front(file, file.size());
   ASSERT_TRUE(front) << front.error().message();
   for (const coppice_file_chunk& chunk : front->chunks)
@@ -235,7 +255,9 @@ TEST(Reader, FindsEveryChunkOfTheTableAndNoOther) {
   EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_PLANT, 1), nullptr);
   EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_WOOD, 3), nullptr);
   EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_PAGE, 3), nullptr);
-  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_TEXTURE, 1), nullptr);
+  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_TEXTURE, 2), nullptr);
+  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_LEAF_MESH, 2), nullptr);
+  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_LEAF_MESHES, 1), nullptr);
 }
 
 TEST(Reader, SplitsFillPagesInOrder) {

@@ -105,6 +105,74 @@ TEST(LeafCount, KeepsTheThresholdItWasGiven) {
   EXPECT_FLOAT_EQ(error_px_at(t.table, 1000.0f, 8.0f), 0.5f);
 }
 
+/// The same with leaf meshes: quads err by 1 px at 8 px and 2 px at 32 px.
+struct TableWithMeshes : Table {
+  TableWithMeshes() {
+    file.leaf_mesh_error_px = {1.0f, 2.0f};
+    words = pack_lod_table(file);
+    table = lod_table(file, words);
+  }
+};
+
+TEST(LeafMeshes, ErrorIsTheTablesAndGrowsWithTheSizeBeyondIt) {
+  const TableWithMeshes t;
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 4.0f), 1.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 8.0f), 1.0f);
+  EXPECT_NEAR(lod::coppice_leaf_mesh_error_px(t.table, 16.0f), 1.5f, 1e-5f);
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 32.0f), 2.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 96.0f), 6.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(Table().table, 96.0f), 0.0f) << "without leaf meshes";
+  EXPECT_EQ(lod::coppice_table_wood_triangles(t.table, 3), 100u) << "in front of them in the table";
+}
+
+TEST(LeafMeshes, AreDrawnWhereQuadsErrByMoreThanTheThreshold) {
+  const TableWithMeshes t;
+  LodPlant plant{.table = t.table, .resident_leaf_count = 100, .resident_wood_mask = 0b1111, .leaf_meshes_resident = true};
+  const LodView view{.focal_px = 500.0f, .error_px = 4.0f};  // 4 px at a size of 64 px
+  const auto at_size = [&](float size_px) {
+    return select_lod({.center_m = {0.0f, 0.0f, 1000.0f / size_px}, .radius_m = 1.0f, .plant = 0}, 0, plant, view);
+  };
+  const float share = lod::coppice_instance_threshold_px(1.0f, 0);
+  EXPECT_TRUE(at_size(64.0f * share * 1.001f).leaf_meshes);
+  EXPECT_FALSE(at_size(64.0f * share * 0.999f).leaf_meshes);
+  plant.leaf_meshes_resident = false;
+  EXPECT_FALSE(at_size(1000.0f).leaf_meshes) << "quads until they are there";
+  EXPECT_EQ(at_size(1000.0f).leaf_count, 100.0f);
+}
+
+TEST(LeafMeshes, TheCutBecomesAllQuadsWhereMeshesTakeOver) {
+  TableWithMeshes t;
+  // All leaves have no error against themselves, as baked tables say.
+  t.file.error_px = {4.0f, 16.0f, 2.0f, 8.0f, 0.0f, 0.0f};
+  t.words = pack_lod_table(t.file);
+  t.table = lod_table(t.file, t.words);
+  LodPlant plant{.table = t.table, .resident_leaf_count = 100, .resident_wood_mask = 0b1111, .leaf_meshes_resident = true};
+  const LodView view{.focal_px = 500.0f, .error_px = 4.0f};
+  const auto at_size = [&](float size_px) {
+    return select_lod({.center_m = {0.0f, 0.0f, 1000.0f / size_px}, .radius_m = 1.0f, .plant = 0}, 0, plant, view);
+  };
+  const float threshold_px = lod::coppice_instance_threshold_px(4.0f, 0);
+  float last = 0.0f;
+  for (float size_px = 8.0f; size_px < 64.0f * threshold_px / 4.0f; size_px *= 1.01f) {
+    const InstanceLod lod = at_size(size_px);
+    ASSERT_FALSE(lod.leaf_meshes);
+    EXPECT_GE(lod.leaf_count, last * 0.99999f) << "detail grows with the size";
+    last = lod.leaf_count;
+    const float of_cut = error_px_at(t.table, lod.leaf_count, size_px), of_quads = lod::coppice_leaf_mesh_error_px(t.table, size_px);
+    EXPECT_LE(std::hypot(of_cut, of_quads), threshold_px * 1.001f) << size_px << " px";
+  }
+  EXPECT_GT(last, 90.0f);
+  plant.leaf_meshes_resident = false;
+  EXPECT_LT(at_size(32.0f * threshold_px / 2.0f).leaf_count, 90.0f) << "nothing takes over: the cut as the table has it";
+}
+
+TEST(LeafMeshes, FullDetailDrawsThem) {
+  const TableWithMeshes t;
+  const LodPlant plant{.table = t.table, .resident_leaf_count = 100, .resident_wood_mask = 0b1111, .leaf_meshes_resident = true};
+  const LodView view{.focal_px = 500.0f, .error_px = 4.0f, .full = true};
+  EXPECT_TRUE(select_lod({.center_m = {0.0f, 0.0f, 1000.0f}, .radius_m = 1.0f, .plant = 0}, 0, plant, view).leaf_meshes);
+}
+
 TEST(ProjectedSize, IsTheDiameterAtItsDistance) {
   EXPECT_FLOAT_EQ(lod::coppice_projected_size_px(10.0f, 1.0f, 0.1f, 500.0f), 100.0f);
   EXPECT_FLOAT_EQ(lod::coppice_projected_size_px(0.0f, 1.0f, 0.5f, 500.0f), 2000.0f);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "coppice/format.h"
 #include "random_tree.h"
@@ -122,6 +123,39 @@ TEST(WoodCodec, RefusesTrailingBytes) {
   auto wood = bake::encode_wood(stem(), 2);
   wood->bytes.push_back(0);
   EXPECT_STREQ(decode_wood(wood->bytes, shape_of(*wood)).error().what, "wood length");
+}
+
+TEST(LeafMeshCodec, StalksComeBackAndAreAskedFor) {
+  const bake::Mesh mesh = stem();
+  std::vector<QuantisedPoint> stalks;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) stalks.push_back({static_cast<std::uint16_t>(16383 - i / 9), 5, 16383});
+  const auto coded = bake::encode_leaf_mesh(mesh, stalks, 2, 15);
+  ASSERT_TRUE(coded) << coded.error().message();
+  WoodShape shape = shape_of(*coded);
+  EXPECT_STREQ(decode_wood(coded->bytes, shape).error().what, "wood attribute") << "wood has no stalks";
+  shape.has_stalks = true;
+  const auto decoded = decode_wood(coded->bytes, shape);
+  ASSERT_TRUE(decoded) << decoded.error().message();
+  std::set<QuantisedPoint> before(stalks.begin(), stalks.end()), after;
+  for (const WoodVertex& vertex : decoded->vertices) after.insert(vertex.stalk);
+  EXPECT_EQ(after, before);
+
+  const auto wood = bake::encode_wood(mesh, 2);
+  shape = shape_of(*wood);
+  shape.has_stalks = true;
+  EXPECT_STREQ(decode_wood(wood->bytes, shape).error().what, "wood attribute") << "leaf meshes have";
+}
+
+TEST(LeafMeshCodec, RefusesAStalkOutsideTheLeafBox) {
+  const bake::Mesh mesh = stem();
+  std::vector<QuantisedPoint> stalks(mesh.positions.size(), {0, 0, 0});
+  stalks[mesh.indices[0]] = {0, 16384, 0};
+  const auto coded = bake::encode_leaf_mesh(mesh, stalks, 2, 15);
+  WoodShape shape = shape_of(*coded);
+  shape.has_stalks = true;
+  EXPECT_STREQ(decode_wood(coded->bytes, shape).error().what, "leaf mesh stalk");
+  stalks.pop_back();
+  EXPECT_EQ(bake::encode_leaf_mesh(mesh, stalks, 2, 15).error().status, Status::invalid_argument);
 }
 
 void expect_valid(const WoodMesh& mesh, const WoodShape& shape) {

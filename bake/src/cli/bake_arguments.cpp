@@ -46,6 +46,12 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->check(CLI::Range(0.0f, 1.0f))
       ->type_name("SHARE")
       ->capture_default_str();
+  command
+      .add_option("--leaf-meshes", arguments.leaf_meshes,
+                  "Keep the leaves as they were modelled, to be drawn close up, where the error of their quads would be seen")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->type_name("on|off")
+      ->capture_default_str();
   add_class_options(command, arguments.classes);
   add_import_options(command, arguments.import);
 }
@@ -55,6 +61,7 @@ Result<BakeOptions> bake_options(const BakeArguments& arguments) {
   options.metric = arguments.metric == "mi" ? Metric::mi : arguments.metric == "geometric" ? Metric::geometric : Metric::default_metric;
   options.collapse.count_background = arguments.background == "on";
   options.textures = arguments.textures == "rgba8" ? TextureCoding::rgba8 : TextureCoding::bc;
+  options.leaf_meshes = arguments.leaf_meshes == "on";
   COPPICE_TRY(import, import_options(arguments.classes));
   options.import = std::move(import);
   apply_import_arguments(arguments.import, options.import);

@@ -15,7 +15,7 @@ class App;
 namespace coppice::bake {
 
 struct BakeArguments {
-  std::string metric = "default", background = "on", textures = "bc";
+  std::string metric = "default", background = "on", textures = "bc", leaf_meshes = "on";
   ClassArguments classes;
   ImportArguments import;
   BakeOptions options;  ///< what needs no translation

@@ -25,6 +25,11 @@ double bytes_per_leaf(const BakeReport& report) {
   return report.source_leaves > 0 ? static_cast<double>(report.sizes.foliage_bytes) / report.source_leaves : 0.0;
 }
 
+std::string leaf_mesh_text(const BakeReport& report) {
+  if (report.leaf_mesh_triangles == 0) return "no leaf meshes: " + report.leaf_mesh_note;
+  return "leaf meshes " + readable_bytes(report.sizes.leaf_mesh_bytes) + ", " + std::to_string(report.leaf_mesh_triangles) + " triangles";
+}
+
 nlohmann::ordered_json report_json(const BakeReport& report) {
   const auto& seconds = report.seconds;
   nlohmann::ordered_json levels = nlohmann::ordered_json::array();
@@ -42,6 +47,8 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
       {"file_bytes", report.sizes.file_bytes},
       {"foliage_bytes", report.sizes.foliage_bytes},
       {"bytes_per_leaf", bytes_per_leaf(report)},
+      {"leaf_meshes",
+       {{"bytes", report.sizes.leaf_mesh_bytes}, {"triangles", report.leaf_mesh_triangles}, {"none_because", report.leaf_mesh_note}}},
       {"evaluations", report.evaluations},
       {"foliage_mi", {{"source", report.source_information.bits}, {"levels", levels}}},
   };
@@ -112,8 +119,9 @@ int run(const BakeCommand& arguments) {
     if (!written) return report_failure(arguments.report, written.error());
   }
   if (!arguments.quiet)
-    std::printf("%s: %u leaves, %s (foliage %.1f B/leaf), %.1f s\n", arguments.output.c_str(), report.source_leaves,
-                readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report), report.seconds.total);
+    std::printf("%s: %u leaves, %s (foliage %.1f B/leaf; %s), %.1f s\n", arguments.output.c_str(), report.source_leaves,
+                readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report), leaf_mesh_text(report).c_str(),
+                report.seconds.total);
   return 0;
 }
 

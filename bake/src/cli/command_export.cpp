@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "coppice/format.h"
 #include "gltf_write.h"
+#include "leaf_mesh_parts.h"
 #include "pack.h"
 #include "tree_order.h"
 
@@ -14,7 +15,8 @@ namespace {
 
 struct ExportArguments {
   std::filesystem::path input, output;
-  std::uint32_t leaf_count = 0;
+  std::string leaves;            ///< a number, or "full"
+  std::uint32_t leaf_count = 0;  ///< 0 for "full"
   std::string part = "all";
 };
 
@@ -22,6 +24,14 @@ struct ExportArguments {
 void name_materials(BakedPlant& plant) {
   for (Material& material : plant.materials) material.name = "wood";
   for (const Card& card : plant.card_table) plant.materials[card.material].name = "leaves";
+  for (const LeafMeshPart& part : plant.leaf_meshes.parts)
+    for (const std::uint32_t material : part.mesh.triangle_materials) plant.materials[material].name = "leaves";
+}
+
+/// The cut asked for; "full" is the finest that the file holds.
+Mesh leaf_mesh(const BakedPlant& plant, std::uint32_t leaf_count) {
+  if (leaf_count == 0 && !plant.leaf_meshes.parts.empty()) return whole_leaf_mesh(plant.leaf_meshes);
+  return foliage_mesh(cut_foliage(plant.tree, plant.card_table, leaf_count == 0 ? plant.tree.leaf_count() : leaf_count));
 }
 
 int run(const ExportArguments& arguments) {
@@ -39,15 +49,19 @@ int run(const ExportArguments& arguments) {
   Mesh leaves;
   std::vector<GltfPart> parts;
   if (arguments.part != "wood") {
-    leaves = foliage_mesh(cut_foliage(plant->tree, plant->card_table, arguments.leaf_count));
+    leaves = leaf_mesh(*plant, arguments.leaf_count);
     parts.push_back({"leaves", &leaves});
   }
   if (arguments.part != "foliage" && !plant->wood.lods.empty()) parts.push_back({"wood", &plant->wood.lods.front()});
   if (parts.empty()) return report_failure(arguments.input, Error{Status::invalid_argument, "the plant has no wood to export"});
   const auto written = write_glb(arguments.output, parts, plant->materials, plant->images);
   if (!written) return report_failure(arguments.output, written.error());
-  std::printf("%s: %zu leaf quads, %zu wood triangles\n", arguments.output.c_str(), leaves.indices.size() / 6,
-              parts.empty() || parts.back().mesh == &leaves ? 0 : parts.back().mesh->indices.size() / 3);
+  const std::size_t wood_triangles = parts.back().mesh == &leaves ? 0 : parts.back().mesh->indices.size() / 3;
+  if (arguments.leaf_count == 0 && !plant->leaf_meshes.parts.empty() && !leaves.indices.empty())
+    std::printf("%s: leaf meshes of %zu triangles, %zu wood triangles\n", arguments.output.c_str(), leaves.indices.size() / 3,
+                wood_triangles);
+  else
+    std::printf("%s: %zu leaf quads, %zu wood triangles\n", arguments.output.c_str(), leaves.indices.size() / 6, wood_triangles);
   return 0;
 }
 
@@ -57,16 +71,23 @@ void add_export_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "Write one cut of a plant as plain glTF, for any engine");
   command->add_option("input", arguments->input, "A .coppice file")->required();
-  command->add_option("--leaves", arguments->leaf_count, "Leaf quads in the cut, 1 to the plant's leaf count; not needed for wood alone")
-      ->check(CLI::Range(1u, COPPICE_MAX_LEAVES))
-      ->type_name("M");
+  const CLI::Range counts(1u, COPPICE_MAX_LEAVES);
+  command
+      ->add_option(
+          "--leaves", arguments->leaves,
+          "Leaf quads in the cut, 1 to the plant's leaf count, or full: the leaves as they were modelled where the file holds them, "
+          "else all quads; not needed for wood alone")
+      ->check(counts | CLI::IsMember({"full"}))
+      ->type_name("M|full");
   command->add_option("--part", arguments->part, "foliage, wood (the finest) or all")
       ->check(CLI::IsMember({"foliage", "wood", "all"}))
       ->type_name("PART")
       ->capture_default_str();
   command->add_option("-o,--output", arguments->output, "The .glb to write")->required();
   command->callback([arguments, exit_code] {
-    if (arguments->part != "wood" && arguments->leaf_count == 0) throw CLI::RequiredError("--leaves");
+    if (arguments->part != "wood" && arguments->leaves.empty()) throw CLI::RequiredError("--leaves");
+    if (!arguments->leaves.empty() && arguments->leaves != "full")
+      arguments->leaf_count = static_cast<std::uint32_t>(std::stoul(arguments->leaves, nullptr, 0));
     *exit_code = run(*arguments);
   });
 }

@@ -34,6 +34,21 @@ void print_error_table(const FileSummary& file) {
       std::printf(" %8.2f", static_cast<double>(file.error_px[level * file.error_sizes_px.size() + size]));
     std::printf("\n");
   }
+  if (file.leaf_mesh_error_px.empty()) return;
+  std::printf("%10s", "as quads");
+  for (const float error : file.leaf_mesh_error_px) std::printf(" %8.2f", static_cast<double>(error));
+  std::printf("  all of them against the leaf meshes\n");
+}
+
+void print_leaf_meshes(const FileSummary& file) {
+  if (file.leaf_meshes.empty()) {
+    std::printf("no leaf meshes: nothing is finer than the quads\n");
+    return;
+  }
+  std::uint64_t vertices = 0, triangles = 0, bytes = 0;
+  for (const FileSummary::LeafMesh& mesh : file.leaf_meshes) vertices += mesh.vertices, triangles += mesh.triangles, bytes += mesh.bytes;
+  std::printf("leaf meshes: %zu chunks, %llu triangles, %llu vertices, %s\n", file.leaf_meshes.size(),
+              static_cast<unsigned long long>(triangles), static_cast<unsigned long long>(vertices), readable_bytes(bytes).c_str());
 }
 
 void print_text(const FileSummary& file) {
@@ -50,12 +65,15 @@ void print_text(const FileSummary& file) {
   for (std::size_t texture = 0; texture < file.textures.size(); ++texture)
     std::printf("texture %zu: %s, %u x %u, %u mips, %s\n", texture, file.textures[texture].format, file.textures[texture].width,
                 file.textures[texture].height, file.textures[texture].mip_count, readable_bytes(file.textures[texture].bytes).c_str());
+  print_leaf_meshes(file);
   print_error_table(file);
 }
 
 void print_json(const FileSummary& file) {
   using Json = nlohmann::ordered_json;
-  Json chunks = Json::array(), wood = Json::array(), textures = Json::array();
+  Json chunks = Json::array(), wood = Json::array(), textures = Json::array(), leaf_meshes = Json::array();
+  for (const auto& mesh : file.leaf_meshes)
+    leaf_meshes.push_back({{"vertices", mesh.vertices}, {"triangles", mesh.triangles}, {"bytes", mesh.bytes}});
   for (const auto& chunk : file.chunks) chunks.push_back({{"kind", chunk.kind}, {"count", chunk.count}, {"bytes", chunk.bytes}});
   for (const auto& lod : file.wood) wood.push_back({{"vertices", lod.vertices}, {"triangles", lod.triangles}, {"bytes", lod.bytes}});
   for (const auto& texture : file.textures)
@@ -78,6 +96,8 @@ void print_json(const FileSummary& file) {
       {"chunks", chunks},
       {"wood", wood},
       {"textures", textures},
+      {"leaf_meshes", leaf_meshes},
+      {"leaf_mesh_error_px", file.leaf_mesh_error_px},
       {"error_table", {{"leaves", file.error_leaf_counts}, {"sizes_px", file.error_sizes_px}, {"error_px", file.error_px}}},
   };
   std::printf("%s\n", json.dump(2).c_str());

@@ -14,8 +14,9 @@ int run(const std::filesystem::path& input) {
   if (!bytes) return report_failure(input, bytes.error());
   const auto report = verify(*bytes);
   if (!report) return report_failure(input, report.error());
-  std::printf("%s: ok: %u chunks, %u splits, %u wood triangles, %s\n", input.c_str(), report->chunks_checked, report->splits_decoded,
-              report->wood_triangles_decoded, readable_bytes(report->bytes_checked).c_str());
+  std::printf("%s: ok: %u chunks, %u splits, %u wood triangles, %u leaf mesh triangles, %s\n", input.c_str(), report->chunks_checked,
+              report->splits_decoded, report->wood_triangles_decoded, report->leaf_mesh_triangles_decoded,
+              readable_bytes(report->bytes_checked).c_str());
   return 0;
 }
 

@@ -16,6 +16,7 @@
 #include "image_measures.h"
 #include "leaf_cards.h"
 #include "parallel_for.h"
+#include "stored_level.h"
 #include "surface_distance.h"
 #include "thumbnail.h"
 
@@ -38,6 +39,7 @@ struct ReferenceSurface {
   const Mesh& mesh;
   const std::vector<Material>& materials;
   const std::vector<Image>& images;
+  const StoredLevel* stored = nullptr;  ///< to be compared with it too
 };
 
 /// The source, and everything about it that each comparison needs.
@@ -157,6 +159,15 @@ Result<ThumbnailView> make_thumbnails(const ReferenceSurface& surface, const Sim
   return thumbnail_view(surface.mesh, input.materials, input.images, colour);
 }
 
+Result<EvaluationReport::Stored> measure_stored(const StoredLevel& stored, std::uint32_t leaf_count, const Reference& reference,
+                                                const EvaluateOptions& options) {
+  COPPICE_TRY(looks, surface_looks(stored.materials, stored.images, reference_colour(options.reference)));
+  EvaluationReport::Stored measured{stored.is_leaf_meshes, measure(stored.mesh, looks, reference)};
+  measured.level.fraction = 1.0;
+  measured.level.leaves = leaf_count;
+  return measured;
+}
+
 /// input  without leaf counts
 Result<EvaluationReport> evaluate_against(const ReferenceSurface& surface, const std::string& plant, SimplifyInput input,
                                           const EvaluateOptions& options, const EvaluateProgress& progress) {
@@ -176,6 +187,10 @@ Result<EvaluationReport> evaluate_against(const ReferenceSurface& surface, const
   if (options.keep_pictures) {
     COPPICE_TRY(view, make_thumbnails(surface, input, options, report));
     thumbnails = std::move(view);
+  }
+  if (surface.stored != nullptr) {
+    COPPICE_TRY(stored, measure_stored(*surface.stored, report.source_leaves, reference, options));
+    report.stored = std::move(stored);
   }
   const Bench bench{reference, looks, options.fractions, thumbnails};
   for (const Method method : options.methods) {
@@ -207,15 +222,21 @@ Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliag
   COPPICE_CHECK(check_options(options));
   if (options.reference == ReferenceKind::meshes) return Error{Status::invalid_argument, "leaf quads alone have no meshes to compare with"};
   const Mesh quads = foliage_mesh(foliage);
-  return evaluate_against(ReferenceSurface{quads, materials, images}, plant, SimplifyInput{foliage, materials, images, {}}, options,
-                          progress);
+  return evaluate_against(ReferenceSurface{quads, materials, images, nullptr}, plant, SimplifyInput{foliage, materials, images, {}},
+                          options, progress);
 }
 
 Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& options, const EvaluateProgress& progress) {
   COPPICE_CHECK(check_options(options));
   COPPICE_TRY(foliage, card_foliage(plant));
-  const Mesh quads = options.reference == ReferenceKind::quads ? foliage_mesh(foliage) : Mesh{};
-  const ReferenceSurface surface{options.reference == ReferenceKind::quads ? quads : plant.foliage, plant.materials, plant.images};
+  const bool against_quads = options.reference == ReferenceKind::quads;
+  const Mesh quads = against_quads ? foliage_mesh(foliage) : Mesh{};
+  StoredLevel stored;
+  if (!against_quads) {
+    COPPICE_TRY(level, stored_finest_level(plant, foliage));
+    stored = std::move(level);
+  }
+  const ReferenceSurface surface{against_quads ? quads : plant.foliage, plant.materials, plant.images, against_quads ? nullptr : &stored};
   COPPICE_TRY(report, evaluate_against(surface, plant.name, SimplifyInput{foliage, plant.materials, plant.images, {}}, options, progress));
   report.warnings = plant.warnings;
   return report;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,12 @@ struct EvaluationReport {
   std::uint32_t source_triangles = 0;            ///< of the reference
   std::vector<std::uint8_t> source_picture_png;  ///< as LevelMeasures::picture_png
   std::vector<MethodMeasures> methods;
+  /// With meshes as the reference: the finest level as a .coppice file gives it back.
+  struct Stored {
+    bool is_leaf_meshes = false;  ///< else all quads, because that is what the leaves are
+    LevelMeasures level;
+  };
+  std::optional<Stored> stored;
   std::vector<std::string> warnings;  ///< the importer's
 };
 

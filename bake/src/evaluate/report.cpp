@@ -84,11 +84,15 @@ std::string evaluation_json(const EvaluationReport& report) {
     for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level, rmse));
     methods.push_back({{"name", method_name(method.method)}, {"levels", levels}});
   }
-  const nlohmann::ordered_json root = {{"plant", report.plant},
-                                       {"source_leaves", report.source_leaves},
-                                       {"reference", reference_name(report.reference)},
-                                       {"size_px", report.size_px},
-                                       {"methods", methods}};
+  nlohmann::ordered_json root = {{"plant", report.plant},
+                                 {"source_leaves", report.source_leaves},
+                                 {"reference", reference_name(report.reference)},
+                                 {"size_px", report.size_px},
+                                 {"methods", methods}};
+  if (report.stored) {
+    root["stored"] = level_json(report.stored->level, rmse);
+    root["stored"]["leaf_meshes"] = report.stored->is_leaf_meshes;
+  }
   return root.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
@@ -98,6 +102,15 @@ std::string evaluation_table(const EvaluationReport& report) {
                      reference_name(report.reference) + ", " + size + " x " + size + " px\n";
   if (report.methods.empty()) return text;
   for (std::size_t level = 0; level < report.methods.front().levels.size(); ++level) text += level_block(report, level);
+  if (report.stored) {
+    const LevelMeasures& level = report.stored->level;
+    text += "\nfinest level of a .coppice file: ";
+    text += report.stored->is_leaf_meshes ? "leaf meshes\n" : "all quads\n";
+    text += "  stored" + padded(std::to_string(level.triangles), 19);
+    for (const Column& column : columns(report.size_px)) text += padded(number(level.*column.value, column.decimals), 10) + " ";
+    while (text.back() == ' ') text.pop_back();
+    text += "\n";
+  }
   text += "\nseconds to simplify:";
   for (const MethodMeasures& method : report.methods)
     text += std::string(" ") + method_name(method.method) + " " + number(method.seconds, 1);

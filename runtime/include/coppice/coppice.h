@@ -199,7 +199,7 @@ coppice_status coppice_instances_remove(coppice_context* context, const coppice_
 
 typedef enum coppice_lod_mode {
   COPPICE_LOD_CUT = 0,  /* per instance, from the error table */
-  COPPICE_LOD_FULL = 1, /* every resident leaf of every instance: the reference picture */
+  COPPICE_LOD_FULL = 1, /* every resident leaf of every instance, as modelled where that is resident: the reference picture */
   COPPICE_LOD_MODE_MAX_ENUM = 0x7fffffff
 } coppice_lod_mode;
 
@@ -254,7 +254,7 @@ coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd
 typedef struct coppice_stats {
   uint32_t struct_size;
   uint32_t instance_count;
-  uint64_t gpu_frame_number; /* the frame the next three figures are of: the latest completed one */
+  uint64_t gpu_frame_number; /* the frame that figures of visible and drawn things are of: the latest completed one */
   uint32_t visible_instance_count;
   uint64_t drawn_leaf_count;
   uint64_t drawn_wood_triangle_count;
@@ -262,11 +262,13 @@ typedef struct coppice_stats {
   uint64_t memory_budget_bytes;
   uint64_t memory_bytes; /* in use now: GPU, staging and decoded pages */
   uint64_t memory_peak_bytes;
-  uint64_t pages_loaded; /* since creation; foliage pages, wood LoDs and textures, here and below */
+  uint64_t pages_loaded; /* since creation; foliage pages, wood LoDs, textures and leaf meshes, here and below */
   uint64_t pages_evicted;
   uint64_t pages_failed;
-  uint32_t pages_in_flight; /* reading or decoding */
-  uint32_t pages_wanted;    /* wanted by the view but not resident */
+  uint32_t pages_in_flight;          /* reading or decoding */
+  uint32_t pages_wanted;             /* wanted by the view but not resident */
+  uint32_t leaf_mesh_instance_count; /* visible instances that are drawn with their leaves as modelled, not as quads */
+  uint64_t drawn_leaf_mesh_triangle_count;
 } coppice_stats;
 void coppice_stats_init(coppice_stats* stats);
 coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);

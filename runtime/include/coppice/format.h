@@ -6,8 +6,9 @@
  * Little-endian; every struct below is stored as is, without padding. Offsets are from the start of the file. Lengths are in
  * metres, axes are glTF's (right-handed, +Y up).
  *
- *     header | chunk table | PLANT MATERIALS CARDS ERRORS | coarsest WOOD | PAGE 0 | TEXTURES | finer WOOD ... | PAGE 1 2 3 ...
- *     '------------------- first_read_bytes: all that a first picture needs ------'
+ *     header | chunk table | PLANT MATERIALS CARDS ERRORS (LEAF_MESHES) | coarsest WOOD | PAGE 0 |
+ *     '------------------- first_read_bytes: all that a first picture needs --------------------'
+ *                                                     TEXTURES | finer WOOD ... | PAGE 1 2 3 ... | (LEAF_MESH ...)
  */
 
 #include <stdint.h>
@@ -33,6 +34,8 @@
 #define COPPICE_MAX_ERROR_LEVELS 32u
 #define COPPICE_MAX_ERROR_SIZES 16u
 #define COPPICE_MAX_PAGE_BYTES 65536u
+#define COPPICE_MAX_LEAF_MESHES 16u
+#define COPPICE_MAX_LEAF_MESH_TRIANGLES (1u << 16) /* of one LEAF_MESH chunk; as many a byte as of wood */
 
 /* Bytes [0, 64). */
 typedef struct coppice_file_header {
@@ -47,13 +50,15 @@ typedef struct coppice_file_header {
 } coppice_file_header;
 
 typedef enum coppice_chunk_kind {
-  COPPICE_CHUNK_PLANT = 1,     /* one coppice_file_plant */
-  COPPICE_CHUNK_MATERIALS = 2, /* material_count coppice_file_material */
-  COPPICE_CHUNK_CARDS = 3,     /* card_count coppice_file_card */
-  COPPICE_CHUNK_ERRORS = 4,    /* the error table, see coppice_file_plant */
-  COPPICE_CHUNK_WOOD = 5,      /* index i: wood LoD i, 0 is the finest; a Draco triangle mesh */
-  COPPICE_CHUNK_PAGE = 6,      /* index k: foliage page k; a Draco point cloud, one point per split */
-  COPPICE_CHUNK_TEXTURE = 7,   /* index t: one coppice_file_texture and its mip levels, largest first, tightly packed */
+  COPPICE_CHUNK_PLANT = 1,       /* one coppice_file_plant */
+  COPPICE_CHUNK_MATERIALS = 2,   /* material_count coppice_file_material */
+  COPPICE_CHUNK_CARDS = 3,       /* card_count coppice_file_card */
+  COPPICE_CHUNK_ERRORS = 4,      /* the error table, see coppice_file_plant */
+  COPPICE_CHUNK_WOOD = 5,        /* index i: wood LoD i, 0 is the finest; a Draco triangle mesh */
+  COPPICE_CHUNK_PAGE = 6,        /* index k: foliage page k; a Draco point cloud, one point per split */
+  COPPICE_CHUNK_TEXTURE = 7,     /* index t: one coppice_file_texture and its mip levels, largest first, tightly packed */
+  COPPICE_CHUNK_LEAF_MESHES = 8, /* what the LEAF_MESH chunks hold, see coppice_file_leaf_mesh; only if there are any */
+  COPPICE_CHUNK_LEAF_MESH = 9,   /* index i: some of the leaves as they were modelled; a Draco triangle mesh */
   COPPICE_CHUNK_KIND_MAX_ENUM = 0x7fffffff
 } coppice_chunk_kind;
 
@@ -93,11 +98,13 @@ typedef struct coppice_file_plant {
   uint32_t wood_vertex_counts[COPPICE_MAX_WOOD_LODS];   /* <= 3 * triangles */
   uint32_t wood_triangle_counts[COPPICE_MAX_WOOD_LODS]; /* <= COPPICE_MAX_WOOD_TRIANGLES, non-increasing */
   uint32_t metric;                                      /* coppice_metric */
-  uint32_t reserved;                                    /* zero */
+  uint32_t leaf_mesh_count;                             /* LEAF_MESH chunks; 0: there is nothing finer than the quads */
   char name[64];                                        /* UTF-8, zero-terminated */
 } coppice_file_plant;
 
 #define COPPICE_MATERIAL_DOUBLE_SIDED 1u
+/* Only LEAF_MESH chunks show it. */
+#define COPPICE_MATERIAL_LEAF_MESH_ONLY 2u
 /* Bits 8..15 of the flags: 255 times the share of the material's cards that is no hole; 0: not known, or no holes. */
 #define COPPICE_MATERIAL_COVERAGE_SHIFT 8u
 #define COPPICE_MATERIAL_COVERAGE_MASK 0xff00u
@@ -123,6 +130,13 @@ typedef struct coppice_file_card {
 
 /* ERRORS chunk: uint32_t leaf_counts[levels], ascending, first 1, last N; float sizes_px[sizes], ascending;
  * float error_px[levels][sizes], >= 0, non-increasing along a column. sizes_px is the projected diameter of the bounding sphere. */
+
+/* LEAF_MESHES chunk: one of these per LEAF_MESH; float error_px[error_size_count], >= 0, not falling: the error of all leaf quads against
+ * the leaf meshes at the error table's sizes. */
+typedef struct coppice_file_leaf_mesh {
+  uint32_t vertex_count;   /* <= 3 * triangles */
+  uint32_t triangle_count; /* <= COPPICE_MAX_LEAF_MESH_TRIANGLES */
+} coppice_file_leaf_mesh;
 
 /* How a texture's texels are stored. Colour is in sRGB, alpha linear. Blocks are of 4 x 4 texels, the last ones of a row or column reach
  * beyond the level where its side is no multiple of 4. */

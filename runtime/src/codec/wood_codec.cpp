@@ -1,6 +1,6 @@
-// A wood LoD is a Draco edgebreaker mesh. The connectivity part of its stream states how many triangles and which attributes follow;
-// check_wood_header walks that far on its own and lets Draco see the stream only if it describes what FORMAT.md asks for, in the counts
-// the front of the file promised. What Draco allocates is then bounded by those counts.
+// A wood LoD is a Draco edgebreaker mesh, and so are leaf meshes, with one attribute more. The connectivity part of its stream states how
+// many triangles and which attributes follow; check_wood_header walks that far on its own and lets Draco see the stream only if it
+// describes what FORMAT.md asks for, in the counts the front of the file promised. What Draco allocates is then bounded by those counts.
 
 #include "wood_codec.h"
 
@@ -26,11 +26,14 @@ Error bad_wood(const char* what, std::string detail = {}) {
 /// An attribute with an entry for every point, or null.
 const draco::PointAttribute* find_attribute(const draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType data_type,
                                             std::uint8_t components) {
-  const draco::PointAttribute* attribute = mesh.GetNamedAttribute(type);
-  if (attribute == nullptr || attribute->data_type() != data_type || attribute->num_components() != components) return nullptr;
-  for (draco::PointIndex point(0); point < mesh.num_points(); ++point)
-    if (attribute->mapped_index(point) >= static_cast<std::uint32_t>(attribute->size())) return nullptr;
-  return attribute;
+  for (std::int32_t id = 0; id < mesh.num_attributes(); ++id) {
+    const draco::PointAttribute* attribute = mesh.attribute(id);
+    if (attribute->attribute_type() != type || attribute->data_type() != data_type || attribute->num_components() != components) continue;
+    for (draco::PointIndex point(0); point < mesh.num_points(); ++point)
+      if (attribute->mapped_index(point) >= static_cast<std::uint32_t>(attribute->size())) return nullptr;
+    return attribute;
+  }
+  return nullptr;
 }
 
 bool is_finite(const WoodVertex& vertex) {
@@ -46,7 +49,9 @@ Result<WoodMesh> copy_mesh(const draco::Mesh& mesh, const WoodShape& shape) {
   const auto* normals = find_attribute(mesh, draco::GeometryAttribute::NORMAL, draco::DT_FLOAT32, 3);
   const auto* uvs = find_attribute(mesh, draco::GeometryAttribute::TEX_COORD, draco::DT_FLOAT32, 2);
   const auto* materials = find_attribute(mesh, draco::GeometryAttribute::GENERIC, draco::DT_UINT8, 1);
-  if (positions == nullptr || normals == nullptr || uvs == nullptr || materials == nullptr) return bad_wood("wood attribute");
+  const auto* stalks = shape.has_stalks ? find_attribute(mesh, draco::GeometryAttribute::GENERIC, draco::DT_UINT16, 3) : nullptr;
+  if (positions == nullptr || normals == nullptr || uvs == nullptr || materials == nullptr || shape.has_stalks != (stalks != nullptr))
+    return bad_wood("wood attribute");
   WoodMesh result;
   result.vertices.resize(shape.vertex_count);
   for (draco::PointIndex point(0); point < mesh.num_points(); ++point) {
@@ -59,6 +64,9 @@ Result<WoodMesh> copy_mesh(const draco::Mesh& mesh, const WoodShape& shape) {
     vertex.material = material;
     if (material >= shape.material_count) return bad_wood("wood material", std::to_string(material));
     if (!is_finite(vertex)) return bad_wood("wood vertex", "not a finite number");
+    if (stalks != nullptr) stalks->GetMappedValue(point, vertex.stalk.data());
+    if (std::ranges::any_of(vertex.stalk, [](std::uint16_t q) { return q > COPPICE_QUANTISED_MAX; }))
+      return bad_wood("leaf mesh stalk", "outside the leaf box");
   }
   result.indices.reserve(std::size_t{shape.triangle_count} * 3);
   for (draco::FaceIndex face(0); face < mesh.num_faces(); ++face)

@@ -14,6 +14,8 @@ namespace coppice {
 
 namespace {
 
+constexpr std::uint32_t kMaxAttributes = 5;
+
 /// Reads forward; once past the end it stays failed and returns zeros.
 class Cursor {
  public:
@@ -73,7 +75,7 @@ Result<void> check_counts(Cursor& cursor, std::uint64_t byte_count, const WoodSh
     return bad_at(cursor, "wood triangle count", std::to_string(triangles));
   if (vertices > shape.vertex_count || symbols > triangles || split_symbols > symbols)
     return bad_at(cursor, "wood vertex count", std::to_string(vertices));
-  if (attribute_data_count > 4) return bad_at(cursor, "wood attribute count", std::to_string(attribute_data_count));
+  if (attribute_data_count > kMaxAttributes) return bad_at(cursor, "wood attribute count", std::to_string(attribute_data_count));
   return {};
 }
 
@@ -92,19 +94,20 @@ Result<void> skip_connectivity(Cursor& cursor, std::uint32_t attribute_data_coun
   return {};
 }
 
-/// Position of an attribute descriptor in FORMAT.md's list.
-std::optional<std::size_t> known_attribute(const std::array<std::uint8_t, 5>& descriptor, std::uint8_t& decoder) {
+/// Position of an attribute descriptor in FORMAT.md's list; the stalk, the last, is only for leaf meshes.
+std::optional<std::size_t> known_attribute(const std::array<std::uint8_t, 5>& descriptor, bool has_stalks, std::uint8_t& decoder) {
   struct Known {
     int type, data_type, components;
     std::uint8_t decoder;
   };
-  static constexpr std::array<Known, 4> kKnown = {{
+  static constexpr std::array<Known, kMaxAttributes> kKnown = {{
       {draco::GeometryAttribute::POSITION, draco::DT_FLOAT32, 3, draco_header::kQuantizationDecoder},
       {draco::GeometryAttribute::NORMAL, draco::DT_FLOAT32, 3, draco_header::kNormalsDecoder},
       {draco::GeometryAttribute::TEX_COORD, draco::DT_FLOAT32, 2, draco_header::kQuantizationDecoder},
       {draco::GeometryAttribute::GENERIC, draco::DT_UINT8, 1, draco_header::kIntegerDecoder},
+      {draco::GeometryAttribute::GENERIC, draco::DT_UINT16, 3, draco_header::kIntegerDecoder},
   }};
-  for (std::size_t i = 0; i < kKnown.size(); ++i) {
+  for (std::size_t i = 0; i < kKnown.size() - (has_stalks ? 0 : 1); ++i) {
     const auto expected = draco_header::attribute({kKnown[i].type, kKnown[i].data_type, kKnown[i].components, descriptor[4]});
     if (descriptor != expected) continue;
     decoder = kKnown[i].decoder;
@@ -114,14 +117,14 @@ std::optional<std::size_t> known_attribute(const std::array<std::uint8_t, 5>& de
 }
 
 /// One attribute decoder's attributes, each of which must be known and new.
-Result<void> check_attributes(Cursor& cursor, std::array<bool, 4>& seen) {
+Result<void> check_attributes(Cursor& cursor, bool has_stalks, std::array<bool, kMaxAttributes>& seen) {
   const std::uint64_t count = cursor.varint();
   if (count == 0 || count > seen.size()) return bad_at(cursor, "wood attribute count", std::to_string(count));
-  std::array<std::uint8_t, 4> decoders{};
+  std::array<std::uint8_t, kMaxAttributes> decoders{};
   for (std::size_t i = 0; i < count; ++i) {
     std::array<std::uint8_t, 5> descriptor{};
     for (std::uint8_t& byte : descriptor) byte = cursor.byte();
-    const auto known = known_attribute(descriptor, decoders[i]);
+    const auto known = known_attribute(descriptor, has_stalks, decoders[i]);
     if (!known || seen[*known]) return bad_at(cursor, "wood attribute");
     seen[*known] = true;
   }
@@ -138,10 +141,11 @@ Result<void> check_wood_header(std::span<const std::uint8_t> bytes, const WoodSh
   COPPICE_CHECK(check_counts(cursor, bytes.size(), shape, attribute_data_count));
   COPPICE_CHECK(skip_connectivity(cursor, attribute_data_count, shape.triangle_count));
   const std::uint32_t decoder_count = cursor.byte();
-  if (decoder_count == 0 || decoder_count > 4) return bad_at(cursor, "wood attribute count", std::to_string(decoder_count));
+  if (decoder_count == 0 || decoder_count > kMaxAttributes) return bad_at(cursor, "wood attribute count", std::to_string(decoder_count));
   cursor.skip(3 * decoder_count);  // which connectivity, element and traversal each uses
-  std::array<bool, 4> seen{};
-  for (std::uint32_t decoder = 0; decoder < decoder_count; ++decoder) COPPICE_CHECK(check_attributes(cursor, seen));
+  std::array<bool, kMaxAttributes> seen{};
+  seen.back() = !shape.has_stalks;
+  for (std::uint32_t decoder = 0; decoder < decoder_count; ++decoder) COPPICE_CHECK(check_attributes(cursor, shape.has_stalks, seen));
   if (cursor.failed() || !std::ranges::all_of(seen, [](bool found) { return found; }))
     return bad_at(cursor, "wood attribute", "one is missing");
   return {};

@@ -20,7 +20,8 @@ namespace coppice {
 
 static_assert(std::endian::native == std::endian::little, "the file is copied into structs as it is");
 static_assert(sizeof(coppice_file_header) == 64 && sizeof(coppice_file_chunk) == 32 && sizeof(coppice_file_plant) == 236 &&
-              sizeof(coppice_file_material) == 32 && sizeof(coppice_file_card) == 36 && sizeof(coppice_file_texture) == 16);
+              sizeof(coppice_file_material) == 32 && sizeof(coppice_file_card) == 36 && sizeof(coppice_file_texture) == 16 &&
+              sizeof(coppice_file_leaf_mesh) == 8);
 
 namespace {
 
@@ -85,6 +86,7 @@ Result<void> check_plant_counts(const coppice_file_plant& plant, std::uint64_t a
       {"plant wood_lod_count", plant.wood_lod_count, 0, COPPICE_MAX_WOOD_LODS, offsetof(coppice_file_plant, wood_lod_count)},
       {"plant error_level_count", plant.error_level_count, 1, COPPICE_MAX_ERROR_LEVELS, offsetof(coppice_file_plant, error_level_count)},
       {"plant error_size_count", plant.error_size_count, 1, COPPICE_MAX_ERROR_SIZES, offsetof(coppice_file_plant, error_size_count)},
+      {"plant leaf_mesh_count", plant.leaf_mesh_count, 0, COPPICE_MAX_LEAF_MESHES, offsetof(coppice_file_plant, leaf_mesh_count)},
   };
   for (const CountField& field : fields)
     if (field.value < field.least || field.value > field.most)
@@ -127,7 +129,6 @@ Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t a
   COPPICE_CHECK(check_wood_counts(plant, at));
   if (plant.metric < COPPICE_METRIC_MI || plant.metric > COPPICE_METRIC_IMAGE)
     return bad("plant metric", at + offsetof(coppice_file_plant, metric), std::to_string(plant.metric) + " is no metric");
-  if (plant.reserved != 0) return bad("plant reserved", at + offsetof(coppice_file_plant, reserved), "must be zero");
   std::uint8_t name[sizeof plant.name];
   std::memcpy(name, plant.name, sizeof name);
   if (!is_terminated_utf8(name)) return bad("plant name", at + offsetof(coppice_file_plant, name), "not zero-terminated UTF-8");
@@ -216,9 +217,12 @@ Result<void> read_materials(PlantFile& file, Bytes bytes) {
       return bad("material roughness", at + offsetof(coppice_file_material, roughness), "outside 0..1");
     if (material.texture != COPPICE_NO_TEXTURE && material.texture >= file.plant.texture_count)
       return bad("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
-    constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_COVERAGE_MASK | COPPICE_MATERIAL_CROWN_NORMALS_MASK;
+    constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_COVERAGE_MASK |
+                                     COPPICE_MATERIAL_CROWN_NORMALS_MASK;
     if ((material.flags & ~kKnown) != 0)
       return bad("material flags", at + offsetof(coppice_file_material, flags), "an unknown flag is set");
+    if ((material.flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0 && file.plant.leaf_mesh_count == 0)
+      return bad("material flags", at + offsetof(coppice_file_material, flags), "for leaf meshes, and there are none");
   }
   return {};
 }
@@ -229,6 +233,8 @@ Result<void> read_cards(PlantFile& file, Bytes bytes) {
   for (std::size_t i = 0; i < file.cards.size(); ++i) {
     const std::uint64_t at = file.chunks[2].offset + i * sizeof(coppice_file_card);
     if (file.cards[i].material >= file.plant.material_count) return bad("card material", at, "no such material");
+    if ((file.materials[file.cards[i].material].flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0)
+      return bad("card material", at, "one for leaf meshes only");
     for (const auto& uv : file.cards[i].uv)
       if (!all_finite(uv)) return bad("card uv", at + offsetof(coppice_file_card, uv), "not a finite number");
   }
@@ -266,6 +272,30 @@ Result<void> read_errors(PlantFile& file, Bytes bytes) {
   file.error_sizes_px = copy_array<float>(content, levels * 4, sizes);
   file.error_px = copy_array<float>(content, (levels + sizes) * 4, levels * sizes);
   return check_errors(file);
+}
+
+Result<void> read_leaf_meshes(PlantFile& file, Bytes bytes) {
+  const std::size_t count = file.plant.leaf_mesh_count, sizes = file.plant.error_size_count;
+  if (count == 0) return {};
+  COPPICE_TRY(content, front_chunk(file, bytes, 4, count * sizeof(coppice_file_leaf_mesh) + sizes * 4));
+  file.leaf_meshes = copy_array<coppice_file_leaf_mesh>(content, 0, count);
+  file.leaf_mesh_error_px = copy_array<float>(content, count * sizeof(coppice_file_leaf_mesh), sizes);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto [vertices, triangles] = file.leaf_meshes[i];
+    const std::uint64_t at = file.chunks[4].offset + i * sizeof(coppice_file_leaf_mesh);
+    const std::uint64_t stored_bytes = file.chunks[file.chunks.size() - count + i].bytes;
+    if (triangles == 0 || triangles > COPPICE_MAX_LEAF_MESH_TRIANGLES || triangles > COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE * stored_bytes)
+      return bad("leaf mesh triangle_count", at + offsetof(coppice_file_leaf_mesh, triangle_count), std::to_string(triangles));
+    if (vertices < 3 || vertices > 3 * triangles)
+      return bad("leaf mesh vertex_count", at + offsetof(coppice_file_leaf_mesh, vertex_count), std::to_string(vertices));
+  }
+  const std::uint64_t errors_at = file.chunks[4].offset + count * sizeof(coppice_file_leaf_mesh);
+  for (std::size_t i = 0; i < sizes; ++i) {
+    const float before = i == 0 ? 0.0f : file.leaf_mesh_error_px[i - 1];
+    if (!std::isfinite(file.leaf_mesh_error_px[i]) || !(file.leaf_mesh_error_px[i] >= before))
+      return bad("leaf mesh error_px", errors_at + i * 4, "not a finite number from 0 up, or falling");
+  }
+  return {};
 }
 
 }  // namespace
@@ -314,20 +344,24 @@ Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes) {
   COPPICE_CHECK(read_materials(file, bytes));
   COPPICE_CHECK(read_cards(file, bytes));
   COPPICE_CHECK(read_errors(file, bytes));
+  COPPICE_CHECK(read_leaf_meshes(file, bytes));
   return file;
 }
 
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index) {
   const coppice_file_plant& plant = file.plant;
-  const std::uint32_t first_wood = 4, first_page = first_wood + (plant.wood_lod_count > 0 ? 1u : 0u);
+  const std::uint32_t first_wood = plant.leaf_mesh_count > 0 ? 5 : 4, first_page = first_wood + (plant.wood_lod_count > 0 ? 1u : 0u);
   const std::uint32_t first_texture = first_read_chunk_count(plant), finer_wood = first_texture + plant.texture_count;
   const std::uint32_t later_pages = finer_wood + (plant.wood_lod_count > 0 ? plant.wood_lod_count - 1 : 0);
+  const std::uint32_t leaf_meshes = later_pages + (plant.page_count > 0 ? plant.page_count - 1 : 0);
   std::optional<std::uint32_t> position;
   if (kind >= COPPICE_CHUNK_PLANT && kind <= COPPICE_CHUNK_ERRORS && index == 0) position = static_cast<std::uint32_t>(kind) - 1;
   if (kind == COPPICE_CHUNK_WOOD && index < plant.wood_lod_count)
     position = index + 1 == plant.wood_lod_count ? first_wood : finer_wood + (plant.wood_lod_count - 2 - index);
   if (kind == COPPICE_CHUNK_PAGE && index < plant.page_count) position = index == 0 ? first_page : later_pages + index - 1;
   if (kind == COPPICE_CHUNK_TEXTURE && index < plant.texture_count) position = first_texture + index;
+  if (kind == COPPICE_CHUNK_LEAF_MESHES && plant.leaf_mesh_count > 0 && index == 0) position = 4;
+  if (kind == COPPICE_CHUNK_LEAF_MESH && index < plant.leaf_mesh_count) position = leaf_meshes + index;
   return position && *position < file.chunks.size() ? &file.chunks[*position] : nullptr;
 }
 

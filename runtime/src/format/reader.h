@@ -9,16 +9,18 @@
 
 namespace coppice {
 
-/// The front of a .coppice file, parsed and checked: everything but wood, textures and pages.
+/// The front of a .coppice file, parsed and checked: everything but wood, textures, pages and leaf meshes.
 struct PlantFile {
   coppice_file_header header{};
   std::vector<coppice_file_chunk> chunks;  ///< file order
   coppice_file_plant plant{};
   std::vector<coppice_file_material> materials;
   std::vector<coppice_file_card> cards;
-  std::vector<std::uint32_t> error_leaf_counts;  ///< [L] ascending
-  std::vector<float> error_sizes_px;             ///< [S] ascending
-  std::vector<float> error_px;                   ///< [L * S] row per level
+  std::vector<std::uint32_t> error_leaf_counts;     ///< [L] ascending
+  std::vector<float> error_sizes_px;                ///< [S] ascending
+  std::vector<float> error_px;                      ///< [L * S] row per level
+  std::vector<coppice_file_leaf_mesh> leaf_meshes;  ///< [leaf_mesh_count]
+  std::vector<float> leaf_mesh_error_px;            ///< [S] of all leaf quads against the leaf meshes; empty without those
 };
 
 /// Reads and checks bytes [0, 64): magic, version, checksum, sizes.
@@ -26,7 +28,7 @@ struct PlantFile {
 /// errors  bad_file, with the field and its byte offset; "version" for a .coppice file of another version
 Result<coppice_file_header> read_header(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);
 
-/// Parses the front. Of the chunks it checks those it parses; wood, pages and textures are checked by check_chunk.
+/// Parses the front. Of the chunks it checks those it parses; the others are checked by check_chunk.
 /// bytes  at least header.first_read_bytes long (a longer span, the whole file say, is fine)
 /// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree
 Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);

@@ -35,6 +35,7 @@ coppice_file_plant with_counts(const FileContents& contents) {
   plant.wood_lod_count = count(contents.wood);
   plant.error_level_count = count(contents.error_leaf_counts);
   plant.error_size_count = count(contents.error_sizes_px);
+  plant.leaf_mesh_count = count(contents.leaf_meshes);
   return plant;
 }
 
@@ -56,6 +57,11 @@ void append_chunk(Buffer& file, const FileContents& contents, const coppice_file
       return append(file, std::span(contents.pages[key.index]));
     case COPPICE_CHUNK_TEXTURE:
       return append(file, std::span(contents.textures[key.index]));
+    case COPPICE_CHUNK_LEAF_MESHES:
+      append(file, std::span(contents.leaf_mesh_counts));
+      return append(file, std::span(contents.leaf_mesh_error_px));
+    case COPPICE_CHUNK_LEAF_MESH:
+      return append(file, std::span(contents.leaf_meshes[key.index]));
     default:
       return;
   }

@@ -18,9 +18,12 @@ struct FileContents {
   std::vector<std::uint32_t> error_leaf_counts;
   std::vector<float> error_sizes_px;
   std::vector<float> error_px;
-  std::vector<std::vector<std::uint8_t>> wood;      ///< [lod] WOOD chunks, finest first
-  std::vector<std::vector<std::uint8_t>> pages;     ///< [page] PAGE chunks
-  std::vector<std::vector<std::uint8_t>> textures;  ///< [texture] TEXTURE chunks
+  std::vector<coppice_file_leaf_mesh> leaf_mesh_counts;  ///< [leaf mesh]
+  std::vector<float> leaf_mesh_error_px;                 ///< [size]; nothing without leaf meshes
+  std::vector<std::vector<std::uint8_t>> wood;           ///< [lod] WOOD chunks, finest first
+  std::vector<std::vector<std::uint8_t>> pages;          ///< [page] PAGE chunks
+  std::vector<std::vector<std::uint8_t>> textures;       ///< [texture] TEXTURE chunks
+  std::vector<std::vector<std::uint8_t>> leaf_meshes;    ///< [leaf mesh] LEAF_MESH chunks
 };
 
 /// The file: header, table, chunks in the order format.h draws. Same contents, same bytes.

@@ -9,6 +9,7 @@
 namespace coppice::gpu {
 
 static_assert(kNeverSplit == lod::kCoppiceNoSplit && kPageSplits == COPPICE_PAGE_SPLITS && kPageNodes == 2 * COPPICE_PAGE_SPLITS);
+static_assert(kMaxWoodLods == COPPICE_MAX_WOOD_LODS && kMaxLeafMeshes == COPPICE_MAX_LEAF_MESHES);
 namespace {
 
 std::uint32_t snorm16(float value) {
@@ -61,6 +62,14 @@ WoodVertex gpu_wood_vertex(const coppice::WoodVertex& vertex) {
           .normal = octahedral(vertex.normal),
           .uv = {vertex.uv[0], vertex.uv[1]},
           .material = vertex.material};
+}
+
+LeafMeshVertex gpu_leaf_mesh_vertex(const coppice::WoodVertex& vertex) {
+  return {.position = {vertex.position[0], vertex.position[1], vertex.position[2]},
+          .normal = octahedral(vertex.normal),
+          .uv = {vertex.uv[0], vertex.uv[1]},
+          .stalk_xy = vertex.stalk[0] | std::uint32_t{vertex.stalk[1]} << 16,
+          .stalk_z_material = vertex.stalk[2] | vertex.material << 16};
 }
 
 Plant gpu_plant(const coppice_file_plant& plant) {

@@ -13,6 +13,7 @@ Node gpu_node(const QuantisedQuad& quad, std::uint32_t card, std::uint32_t split
 Card gpu_card(const coppice_file_card& card);
 Material gpu_material(const coppice_file_material& material);
 WoodVertex gpu_wood_vertex(const coppice::WoodVertex& vertex);
+LeafMeshVertex gpu_leaf_mesh_vertex(const coppice::WoodVertex& vertex);
 
 /// Geometry, table sizes and the root; addresses, draws and residency stay zero.
 Plant gpu_plant(const coppice_file_plant& plant);

@@ -4,6 +4,7 @@
 
 #include "coppice_shared.h"
 #include "cull_comp.h"
+#include "leaf_mesh_vert.h"
 #include "leaf_vert.h"
 #include "plant_frag.h"
 #include "wood_vert.h"
@@ -65,7 +66,7 @@ Result<void> create_sampler(Device& device, Passes& passes) {
 /// Shader modules for the time their pipelines are created.
 struct Modules {
   Device& device;
-  std::array<VkShaderModule, 4> modules{};
+  std::array<VkShaderModule, 5> modules{};
 
   ~Modules() {
     for (VkShaderModule module : modules) device.vk.vkDestroyShaderModule(device.device, module, nullptr);
@@ -182,6 +183,7 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
   COPPICE_CHECK(modules.create(1, leaf_vert_spirv));
   COPPICE_CHECK(modules.create(2, wood_vert_spirv));
   COPPICE_CHECK(modules.create(3, plant_frag_spirv));
+  COPPICE_CHECK(modules.create(4, leaf_mesh_vert_spirv));
   COPPICE_TRY(cull, create_cull_pipeline(device, cache, passes.layout, modules.modules[0]));
   passes.cull = cull;
   struct Wanted {
@@ -189,8 +191,10 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
     std::size_t vertex_module;
     FragmentKind kind;
   };
-  for (const Wanted& wanted : {Wanted{&passes.leaf[0], 1, FragmentKind::plain}, Wanted{&passes.leaf[1], 1, FragmentKind::textured},
-                               Wanted{&passes.wood[0], 2, FragmentKind::plain}, Wanted{&passes.wood[1], 2, FragmentKind::textured}}) {
+  for (const Wanted& wanted :
+       {Wanted{&passes.leaf[0], 1, FragmentKind::plain}, Wanted{&passes.leaf[1], 1, FragmentKind::textured},
+        Wanted{&passes.wood[0], 2, FragmentKind::plain}, Wanted{&passes.wood[1], 2, FragmentKind::textured},
+        Wanted{&passes.leaf_mesh[0], 4, FragmentKind::plain}, Wanted{&passes.leaf_mesh[1], 4, FragmentKind::textured}}) {
     const DrawShaders shaders{modules.modules[wanted.vertex_module], modules.modules[3], wanted.kind};
     COPPICE_TRY(pipeline, create_draw_pipeline(device, attachments, cache, passes.layout, shaders));
     *wanted.pipeline = pipeline;
@@ -200,7 +204,8 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
 
 void destroy_passes(Device& device, Passes& passes) {
   const Functions& vk = device.vk;
-  for (VkPipeline pipeline : {passes.cull, passes.leaf[0], passes.leaf[1], passes.wood[0], passes.wood[1]})
+  for (VkPipeline pipeline :
+       {passes.cull, passes.leaf[0], passes.leaf[1], passes.wood[0], passes.wood[1], passes.leaf_mesh[0], passes.leaf_mesh[1]})
     vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   vk.vkDestroyPipelineLayout(device.device, passes.layout, nullptr);
   vk.vkDestroySampler(device.device, passes.sampler, nullptr);

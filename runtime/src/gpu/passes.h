@@ -23,8 +23,9 @@ struct Passes {
   VkSampler sampler = VK_NULL_HANDLE;
   VkPipelineLayout layout = VK_NULL_HANDLE;  ///< both sets and DrawPush; the cull pipeline uses set 0 of it
   VkPipeline cull = VK_NULL_HANDLE;
-  std::array<VkPipeline, 2> leaf{};  ///< [textured]
-  std::array<VkPipeline, 2> wood{};  ///< [textured]
+  std::array<VkPipeline, 2> leaf{};       ///< [textured]
+  std::array<VkPipeline, 2> wood{};       ///< [textured]
+  std::array<VkPipeline, 2> leaf_mesh{};  ///< [textured]
 };
 
 inline constexpr std::uint32_t kFrameBindingCount = 10;

@@ -32,7 +32,7 @@ Renderer::Renderer(const RendererDesc& desc) : device_(desc.device), desc_(desc)
   plants_.resize(desc.max_plants);
   records_.resize(desc.max_plants);
   plant_counts_.resize(desc.max_plants);
-  wood_templates_.resize(std::size_t{desc.max_plants} * kMaxWoodLods);
+  wood_templates_.resize(std::size_t{desc.max_plants} * (kMaxWoodLods + kMaxLeafMeshes));
   pages_.configure(pool_block_pages(desc.memory_budget_bytes));
 }
 
@@ -82,7 +82,8 @@ Result<void> Renderer::create_fixed_buffers() {
       {&fixed_.tables, plants * kTableStride * sizeof(std::uint32_t), kStorage},
       {&fixed_.cuts, instances * sizeof(float), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
       {&fixed_.leaf_counts, plants * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
-      {&fixed_.wood_commands, plants * kMaxWoodLods * sizeof(DrawCommand), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
+      {&fixed_.wood_commands, plants * (kMaxWoodLods + kMaxLeafMeshes) * sizeof(DrawCommand),
+       kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
       {&fixed_.counters, sizeof(Counters), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
       {&fixed_.indices, std::uint64_t{kNodesPerDraw} * 6 * sizeof(std::uint16_t),
        VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
@@ -138,7 +139,9 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
     counts_ = {.frame = frame,
                .visible_instances = sums.visible_instances,
                .leaves = sums.leaves[0] | std::uint64_t{sums.leaves[1]} << 32,
-               .wood_triangles = sums.wood_triangles[0] | std::uint64_t{sums.wood_triangles[1]} << 32};
+               .wood_triangles = sums.wood_triangles[0] | std::uint64_t{sums.wood_triangles[1]} << 32,
+               .leaf_mesh_instances = sums.leaf_mesh_instances,
+               .leaf_mesh_triangles = sums.leaf_mesh_triangles[0] | std::uint64_t{sums.leaf_mesh_triangles[1]} << 32};
   }
 }
 
@@ -160,6 +163,7 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std
   plant.record.pages = gpu_address(tables.address + plant.pages_offset);
   plant.page_slots.assign(file.plant.page_count, PagePool::kNoSlot);
   plant.textures.resize(file.plant.texture_count);
+  plant.leaf_mesh_count = file.plant.leaf_mesh_count;
 
   plant.pending_tables.resize(plant.pages_offset + pages_bytes);
   // A page that is not there points at something readable: a shader may load from it before it finds that it need not.
@@ -194,11 +198,13 @@ void Renderer::destroy_plant(PlantSlot& plant) {
       pages_.free(device_, slot);
       charged_bytes_ -= kPageBytes;
     }
-  for (WoodLod& lod : plant.wood) {
-    if (lod.buffer.buffer == VK_NULL_HANDLE) continue;
-    garbage_.retire(frame_, lod.buffer);
-    charged_bytes_ -= lod.charged_bytes;
-  }
+  const auto retire = [this](const MeshBuffer& mesh) {
+    if (mesh.buffer.buffer == VK_NULL_HANDLE) return;
+    garbage_.retire(frame_, mesh.buffer);
+    charged_bytes_ -= mesh.charged_bytes;
+  };
+  std::ranges::for_each(plant.wood, retire);
+  std::ranges::for_each(plant.leaf_meshes, retire);
   for (PlantTexture& texture : plant.textures) {
     if (texture.texture.image == VK_NULL_HANDLE) continue;
     garbage_.retire(frame_, texture.texture);
@@ -216,12 +222,19 @@ void Renderer::drop_page(std::uint32_t plant, std::uint32_t page) {
   charged_bytes_ -= kPageBytes;
 }
 
+void Renderer::drop_mesh(MeshBuffer& mesh) {
+  if (mesh.buffer.buffer == VK_NULL_HANDLE) return;
+  destroy_buffer(device_, mesh.buffer);
+  charged_bytes_ -= mesh.charged_bytes;
+  mesh = {};
+}
+
 void Renderer::drop_wood(std::uint32_t plant, std::uint32_t lod) {
-  WoodLod& wood = plants_[plant].wood[lod];
-  if (wood.buffer.buffer == VK_NULL_HANDLE) return;
-  destroy_buffer(device_, wood.buffer);
-  charged_bytes_ -= wood.charged_bytes;
-  wood = {};
+  drop_mesh(plants_[plant].wood[lod]);
+}
+
+void Renderer::drop_leaf_mesh(std::uint32_t plant, std::uint32_t index) {
+  drop_mesh(plants_[plant].leaf_meshes[index]);
 }
 
 void Renderer::hide_texture(std::uint32_t plant, std::uint32_t texture) {

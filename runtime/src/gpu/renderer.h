@@ -54,6 +54,7 @@ struct PageUpload {
 struct PlantResidency {
   std::uint32_t leaf_count = 1;
   std::uint32_t wood_mask = 0;
+  bool leaf_meshes = false;
 };
 
 /// Sums over the latest completed frame.
@@ -62,6 +63,8 @@ struct FrameCounts {
   std::uint32_t visible_instances = 0;
   std::uint64_t leaves = 0;
   std::uint64_t wood_triangles = 0;
+  std::uint32_t leaf_mesh_instances = 0;
+  std::uint64_t leaf_mesh_triangles = 0;
 };
 
 /// Device bytes of chunks, for the caller to reserve.
@@ -90,16 +93,19 @@ class Renderer {
   /// errors  out_of_memory: the chunk is not there. Splits it patched into other nodes may be: cuts of what is resident do not reach them
   Result<void> upload_page(const PageUpload& upload);
   Result<void> upload_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
+  Result<void> upload_leaf_mesh(std::uint32_t plant, std::uint32_t index, const WoodMesh& mesh);
   /// bytes: a TEXTURE chunk. errors  bad_file: the field and its offset; unsupported: blocks, and the device does not take them;
   /// out_of_memory
   Result<void> upload_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> bytes);
   /// The GPU must have finished the last frame that drew the chunk.
   void drop_page(std::uint32_t plant, std::uint32_t page);
   void drop_wood(std::uint32_t plant, std::uint32_t lod);
+  void drop_leaf_mesh(std::uint32_t plant, std::uint32_t index);
   void drop_texture(std::uint32_t plant, std::uint32_t texture);
   /// Stops drawing with the texture; drop_texture follows when the GPU is done.
   void hide_texture(std::uint32_t plant, std::uint32_t texture);
-  /// residency: [max_plants]. errors  out_of_memory: draws of this frame would not fit; the frame draws nothing
+  /// residency: [max_plants]; leaf_meshes only where all of them have been uploaded. errors  out_of_memory: draws of this frame would not
+  /// fit; the frame draws nothing
   Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
 
   /// lod: selection's view of `view`. Before / after: as coppice_record_cull.
@@ -117,9 +123,10 @@ class Renderer {
   [[nodiscard]] VkBuffer cut_buffer() const { return fixed_.cuts.buffer; }
 
  private:
-  struct WoodLod {
-    /// uint32 indices, then WoodVertex[]. In this order because lavapipe (Mesa 22.3) ignores the offset of vkCmdBindIndexBuffer in
-    /// indirect draws.
+  /// A wood LoD, or a chunk of leaf meshes.
+  struct MeshBuffer {
+    /// uint32 indices, then WoodVertex[] or LeafMeshVertex[]. In this order because lavapipe (Mesa 22.3) ignores the offset of
+    /// vkCmdBindIndexBuffer in indirect draws.
     Buffer buffer;
     uvec2 vertices{};
     std::uint32_t index_count = 0;
@@ -140,10 +147,18 @@ class Renderer {
     std::vector<std::uint32_t> page_slots;     ///< PagePool slot, or kNoSlot
     std::vector<std::uint32_t> leaf_textures;  ///< used by its cards, kNoTexture included; distinct
     std::vector<std::uint32_t> material_textures;
-    std::array<WoodLod, kMaxWoodLods> wood;
+    std::array<MeshBuffer, kMaxWoodLods> wood;
+    std::array<MeshBuffer, kMaxLeafMeshes> leaf_meshes;
+    std::uint32_t leaf_mesh_count = 0;
     std::vector<PlantTexture> textures;
     std::vector<std::uint8_t> pending_tables;  ///< contents of `tables`, until the next upload
     std::vector<std::uint32_t> pending_words;  ///< the packed table, until the next upload
+  };
+  enum class ChunkVertex : std::uint8_t { wood, leaf_mesh };
+  /// Where a mesh finds its instances and its command.
+  struct MeshDraw {
+    std::uint32_t list_first = 0, command = 0;
+    const std::array<VkPipeline, 2>* pipelines = nullptr;
   };
   /// Sized at creation.
   struct FixedBuffers {
@@ -172,16 +187,21 @@ class Renderer {
   Result<void> stage_plant_tables();
   Result<void> stage_instances(InstanceTable& instances);
   Result<void> stage_texels(const Texture& texture, std::span<const std::uint8_t> texels);
+  Result<MeshBuffer> stage_mesh(const PlantSlot& plant, const WoodMesh& mesh, ChunkVertex kind);
+  void drop_mesh(MeshBuffer& mesh);
   Result<void> stage_patches(PlantSlot& plant, std::span<const NodePatch> patches);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
   void limit_draws();
   void fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency);
+  void fill_leaf_meshes(std::uint32_t plant, bool resident);
   void record_buffer_copies(std::vector<Copy>& copies);
   void record_texture_copies();
   void update_buffer(VkCommandBuffer cmd, const Buffer& buffer, const void* data, std::uint64_t bytes) const;
   void record_readback(VkCommandBuffer cmd);
   void draw_leaves(VkCommandBuffer cmd, std::uint32_t plant) const;
   void draw_wood(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t lod) const;
+  void draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t index) const;
+  void draw_mesh(VkCommandBuffer cmd, std::uint32_t plant, const MeshBuffer& mesh, const MeshDraw& draw) const;
   void bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push, const std::array<VkPipeline, 2>& pipelines) const;
   void destroy_plant(PlantSlot& plant);
 

@@ -112,6 +112,8 @@ void Renderer::record_draw(VkCommandBuffer cmd, const coppice_view& view) const 
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
     for (std::uint32_t lod = 0; plant_counts_[plant] > 0 && lod < kMaxWoodLods; ++lod)
       if (records_[plant].wood_resident_mask >> lod & 1u) draw_wood(cmd, plant, lod);
+  for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
+    for (std::uint32_t i = 0; plant_counts_[plant] > 0 && i < records_[plant].leaf_mesh_count; ++i) draw_leaf_mesh(cmd, plant, i);
   vk.vkCmdBindIndexBuffer(cmd, fixed_.indices.buffer, 0, VK_INDEX_TYPE_UINT16);
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
     if (plant_counts_[plant] > 0) draw_leaves(cmd, plant);
@@ -139,19 +141,25 @@ void Renderer::draw_leaves(VkCommandBuffer cmd, std::uint32_t index) const {
 }
 
 void Renderer::draw_wood(VkCommandBuffer cmd, std::uint32_t index, std::uint32_t lod) const {
-  const PlantSlot& plant = plants_[index];
   const Plant& record = records_[index];
-  const WoodLod& wood = plant.wood[lod];
-  device_.vk.vkCmdBindIndexBuffer(cmd, wood.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
-  for (std::uint32_t texture : wood.textures) {
-    bind_draw(cmd, plant,
-              {.plant = index,
-               .texture = texture,
-               .wood_vertices = wood.vertices,
-               .wood_list_first = record.wood_list_base + lod * record.wood_list_stride},
-              passes_.wood);
-    device_.vk.vkCmdDrawIndexedIndirect(cmd, fixed_.wood_commands.buffer, (index * kMaxWoodLods + lod) * sizeof(DrawCommand), 1,
-                                        sizeof(DrawCommand));
+  draw_mesh(cmd, index, plants_[index].wood[lod],
+            {.list_first = record.wood_list_base + lod * record.wood_list_stride,
+             .command = index * kMaxWoodLods + lod,
+             .pipelines = &passes_.wood});
+}
+
+void Renderer::draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t index, std::uint32_t chunk) const {
+  const Plant& record = records_[index];
+  draw_mesh(cmd, index, plants_[index].leaf_meshes[chunk],
+            {.list_first = record.leaf_mesh_list_base, .command = record.leaf_mesh_command_base + chunk, .pipelines = &passes_.leaf_mesh});
+}
+
+void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuffer& mesh, const MeshDraw& draw) const {
+  device_.vk.vkCmdBindIndexBuffer(cmd, mesh.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
+  for (std::uint32_t texture : mesh.textures) {
+    bind_draw(cmd, plants_[index], {.plant = index, .texture = texture, .wood_vertices = mesh.vertices, .wood_list_first = draw.list_first},
+              *draw.pipelines);
+    device_.vk.vkCmdDrawIndexedIndirect(cmd, fixed_.wood_commands.buffer, draw.command * sizeof(DrawCommand), 1, sizeof(DrawCommand));
   }
 }
 

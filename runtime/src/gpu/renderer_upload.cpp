@@ -92,29 +92,54 @@ Result<void> Renderer::stage_patches(PlantSlot& plant, std::span<const NodePatch
 Result<void> Renderer::upload_wood(std::uint32_t plant_index, std::uint32_t lod, const WoodMesh& mesh) {
   PlantSlot& plant = plants_[plant_index];
   COPPICE_ASSERT(plant.used && plant.wood[lod].buffer.buffer == VK_NULL_HANDLE);
-  const std::uint64_t vertex_bytes = mesh.vertices.size() * sizeof(WoodVertex);
+  if (mesh.indices.empty()) return {};
+  COPPICE_TRY(wood, stage_mesh(plant, mesh, ChunkVertex::wood));
+  plant.wood[lod] = std::move(wood);
+  return {};
+}
+
+Result<void> Renderer::upload_leaf_mesh(std::uint32_t plant_index, std::uint32_t index, const WoodMesh& mesh) {
+  PlantSlot& plant = plants_[plant_index];
+  COPPICE_ASSERT(plant.used && index < plant.leaf_mesh_count && plant.leaf_meshes[index].buffer.buffer == VK_NULL_HANDLE);
+  COPPICE_TRY(leaves, stage_mesh(plant, mesh, ChunkVertex::leaf_mesh));
+  plant.leaf_meshes[index] = std::move(leaves);
+  return {};
+}
+
+namespace {
+
+template <class Vertex>
+void write_vertex(std::uint8_t* vertices, std::size_t i, const Vertex& vertex) {
+  std::memcpy(vertices + i * sizeof vertex, &vertex, sizeof vertex);
+}
+
+}  // namespace
+
+Result<Renderer::MeshBuffer> Renderer::stage_mesh(const PlantSlot& plant, const WoodMesh& mesh, ChunkVertex kind) {
+  const std::uint64_t vertex_bytes = mesh.vertices.size() * (kind == ChunkVertex::wood ? sizeof(WoodVertex) : sizeof(LeafMeshVertex));
   const std::uint64_t index_bytes = mesh.indices.size() * sizeof(std::uint32_t);
-  if (index_bytes == 0) return {};
   COPPICE_TRY(slice, stage(vertex_bytes + index_bytes));
   COPPICE_TRY(buffer, create_buffer(device_, vertex_bytes + index_bytes,
                                     VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT |
                                         VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
                                     MemoryKind::device));
-  WoodLod& wood = plant.wood[lod];
-  wood.buffer = buffer;
-  wood.vertices = gpu_address(buffer.address + index_bytes);
-  wood.index_count = static_cast<std::uint32_t>(mesh.indices.size());
-  wood.charged_bytes = vertex_bytes + index_bytes;
-  charged_bytes_ += wood.charged_bytes;
+  MeshBuffer staged;
+  staged.buffer = buffer;
+  staged.vertices = gpu_address(buffer.address + index_bytes);
+  staged.index_count = static_cast<std::uint32_t>(mesh.indices.size());
+  staged.charged_bytes = vertex_bytes + index_bytes;
+  charged_bytes_ += staged.charged_bytes;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    const WoodVertex vertex = gpu_wood_vertex(mesh.vertices[i]);
-    std::memcpy(slice.data + index_bytes + i * sizeof vertex, &vertex, sizeof vertex);
-    const std::uint32_t texture = plant.material_textures[vertex.material];
-    if (std::find(wood.textures.begin(), wood.textures.end(), texture) == wood.textures.end()) wood.textures.push_back(texture);
+    if (kind == ChunkVertex::wood)
+      write_vertex(slice.data + index_bytes, i, gpu_wood_vertex(mesh.vertices[i]));
+    else
+      write_vertex(slice.data + index_bytes, i, gpu_leaf_mesh_vertex(mesh.vertices[i]));
+    const std::uint32_t texture = plant.material_textures[mesh.vertices[i].material];
+    if (std::find(staged.textures.begin(), staged.textures.end(), texture) == staged.textures.end()) staged.textures.push_back(texture);
   }
   std::memcpy(slice.data, mesh.indices.data(), index_bytes);
   copies_.push_back({slice.buffer, buffer.buffer, {slice.offset, 0, vertex_bytes + index_bytes}});
-  return {};
+  return staged;
 }
 
 Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t index, std::span<const std::uint8_t> bytes) {
@@ -226,6 +251,19 @@ void Renderer::limit_draws() {
   }
 }
 
+void Renderer::fill_leaf_meshes(std::uint32_t index, bool resident) {
+  const PlantSlot& plant = plants_[index];
+  Plant& record = records_[index];
+  record.leaf_mesh_command_base = static_cast<std::uint32_t>(plants_.size()) * kMaxWoodLods + index * kMaxLeafMeshes;
+  record.leaf_mesh_count = resident ? plant.leaf_mesh_count : 0;
+  for (std::uint32_t i = 0; i < record.leaf_mesh_count; ++i) {
+    const MeshBuffer& mesh = plant.leaf_meshes[i];
+    COPPICE_ASSERT(mesh.index_count > 0);
+    record.leaf_mesh_triangles += mesh.index_count / 3;
+    wood_templates_[record.leaf_mesh_command_base + i] = {.index_count = mesh.index_count};
+  }
+}
+
 void Renderer::fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency) {
   for (std::uint32_t i = 0; i < plants_.size(); ++i) {
     const PlantSlot& plant = plants_[i];
@@ -235,11 +273,12 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
     Plant& record = records_[i];
     record.resident_leaf_count = std::max(residency[i].leaf_count, 1u);
     for (std::uint32_t lod = 0; lod < record.wood_lod_count; ++lod) {
-      const WoodLod& wood = plant.wood[lod];
+      const MeshBuffer& wood = plant.wood[lod];
       record.wood_index_counts[lod] = wood.index_count;
       if (wood.index_count > 0) record.wood_resident_mask |= residency[i].wood_mask & 1u << lod;
       wood_templates_[i * kMaxWoodLods + lod] = {.index_count = wood.index_count};
     }
+    fill_leaf_meshes(i, residency[i].leaf_meshes);
   }
   limit_draws();
   leaf_command_count_ = wood_list_count_ = 0;
@@ -252,7 +291,8 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
     record.wood_list_base = static_cast<std::uint32_t>(wood_list_count_);
     record.wood_list_stride = plant_counts_[i];
     leaf_command_count_ += record.leaf_command_capacity;
-    wood_list_count_ += std::uint64_t{plant_counts_[i]} * record.wood_lod_count;
+    record.leaf_mesh_list_base = static_cast<std::uint32_t>(wood_list_count_ + std::uint64_t{plant_counts_[i]} * record.wood_lod_count);
+    wood_list_count_ += std::uint64_t{plant_counts_[i]} * (record.wood_lod_count + (record.leaf_mesh_count > 0 ? 1 : 0));
   }
 }
 

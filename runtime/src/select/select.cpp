@@ -22,6 +22,8 @@ std::vector<std::uint32_t> pack_lod_table(const PlantFile& file) {
   for (float size : file.error_sizes_px) words.push_back(std::bit_cast<std::uint32_t>(size));
   for (float error : file.error_px) words.push_back(std::bit_cast<std::uint32_t>(error));
   words.insert(words.end(), file.plant.wood_triangle_counts, file.plant.wood_triangle_counts + file.plant.wood_lod_count);
+  for (float error : file.leaf_mesh_error_px) words.push_back(std::bit_cast<std::uint32_t>(error));
+  if (file.leaf_mesh_error_px.empty()) words.resize(words.size() + file.error_sizes_px.size(), 0);
   return words;
 }
 
@@ -40,7 +42,10 @@ InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t instance_in
   const float threshold_px = lod::coppice_instance_threshold_px(view.error_px, instance_index);
   const auto finest = static_cast<float>(plant.resident_leaf_count);
   InstanceLod result;
-  result.leaf_count = view.full ? finest : std::min(lod::coppice_leaf_count(plant.table, size_px, threshold_px), finest);
+  result.leaf_meshes = plant.leaf_meshes_resident && (view.full || lod::coppice_wants_leaf_meshes(plant.table, size_px, threshold_px));
+  const bool between = plant.leaf_meshes_resident && !result.leaf_meshes;
+  const float cut_px = between ? lod::coppice_cut_threshold_px(plant.table, size_px, threshold_px) : threshold_px;
+  result.leaf_count = view.full ? finest : std::min(lod::coppice_leaf_count(plant.table, size_px, cut_px), finest);
   if (plant.table.wood_lod_count == 0) return result;
   const std::uint32_t wanted = view.full ? 0 : lod::coppice_wood_lod(plant.table, size_px, threshold_px);
   result.wood_lod = lod::coppice_resident_wood_lod(plant.resident_wood_mask, wanted, plant.table.wood_lod_count);

@@ -19,7 +19,7 @@ struct LodView {
   float focal_px = 1.0f;         ///< half the image height times |clip_from_view[1][1]|
   float near_m = 0.1f;           ///< > 0; nearer counts as this near
   float error_px = 2.0f;         ///< threshold, > 0
-  bool full = false;             ///< COPPICE_LOD_FULL: every resident leaf and the finest wood
+  bool full = false;             ///< COPPICE_LOD_FULL: every resident leaf, as modelled where that is resident, and the finest wood
 };
 
 /// One instance's bounding sphere in world space.
@@ -36,15 +36,18 @@ struct LodPlant {
   lod::CoppiceTable table{};
   std::uint32_t resident_leaf_count = 1;  ///< cuts are clamped to it
   std::uint32_t resident_wood_mask = 0;   ///< bit i: wood LoD i can be drawn
+  bool leaf_meshes_resident = false;      ///< all of them
 };
 
 /// What an instance is drawn with.
 struct InstanceLod {
-  float leaf_count = 1.0f;                         ///< fractional m in [1, resident_leaf_count]
+  float leaf_count = 1.0f;                         ///< fractional m in [1, resident_leaf_count]; what is not drawn where meshes are
+  bool leaf_meshes = false;                        ///< drawn instead of quads
   std::uint32_t wood_lod = COPPICE_MAX_WOOD_LODS;  ///< table.wood_lod_count or more: no wood
 };
 
-/// A plant's packed table, as CPU and GPU read it through coppice_lod.h: leaf counts | sizes | errors | wood triangles, in 32-bit words.
+/// A plant's packed table, as CPU and GPU read it through coppice_lod.h: leaf counts | sizes | errors | wood triangles |
+/// leaf mesh errors, in 32-bit words.
 std::vector<std::uint32_t> pack_lod_table(const PlantFile& file);
 
 /// The table's view for the C++ side. words must stay alive; first_word is 0.

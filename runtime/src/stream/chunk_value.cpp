@@ -10,10 +10,17 @@ namespace {
 constexpr float kLeastGainPx = 1e-4f;
 /// Share of a plant's size that counts as wrong while a texture is missing.
 constexpr float kMissingTextureError = 0.25f;
+/// Leaf meshes are asked for where their quads' error is at this share of the threshold: they are there when it gets to all of it.
+constexpr float kLeafMeshHeadStart = 0.5f;
 
 /// The smallest threshold any instance may have.
 float least_threshold_px(const LodView& view) {
   return view.full ? 0.0f : view.error_px * (1.0f - lod::kCoppiceThresholdSpread);
+}
+
+/// The size, px, that stands for a bin's instances.
+float bin_size_px(const PlantDemand& demand, std::uint32_t bin) {
+  return bin + 1 < kSizeBinCount ? std::min(size_bin_px(bin), demand.max_size_px) : demand.max_size_px;
 }
 
 /// Sum over instances of how much the visible error falls. error_before/after: px, of a size in px.
@@ -23,7 +30,7 @@ float summed_gain_px(const PlantDemand& demand, float threshold_px, Before error
   for (std::uint32_t bin = 0; bin < kSizeBinCount; ++bin) {
     const float weight = demand.instances[bin];
     if (weight == 0.0f) continue;
-    const float size_px = bin + 1 < kSizeBinCount ? std::min(size_bin_px(bin), demand.max_size_px) : demand.max_size_px;
+    const float size_px = bin_size_px(demand, bin);
     const float fall = std::max(error_before(size_px), threshold_px) - std::max(error_after(size_px), threshold_px);
     gain += weight * std::max(fall, kLeastGainPx);
   }
@@ -34,6 +41,18 @@ float first_leaf_count(const ValuedPlant& plant, std::uint32_t page) {
   return static_cast<float>(std::min(std::uint64_t{page} * COPPICE_PAGE_SPLITS + 1, std::uint64_t{plant.leaf_count}));
 }
 
+/// Leaves of the finest cut that any instance asks for. Those drawn with leaf meshes ask for what they would show without.
+std::uint32_t wanted_leaf_count(const ValuedPlant& plant, const PlantDemand& demand, float threshold_px) {
+  float finest = lod::coppice_leaf_count(plant.table, demand.max_size_px, threshold_px);
+  for (std::uint32_t bin = 0; plant.leaf_meshes_resident && bin < kSizeBinCount; ++bin) {
+    const float size_px = bin_size_px(demand, bin);
+    if (demand.instances[bin] == 0.0f || lod::coppice_wants_leaf_meshes(plant.table, size_px, threshold_px)) continue;
+    const float cut_px = lod::coppice_cut_threshold_px(plant.table, size_px, threshold_px);
+    finest = std::max(finest, lod::coppice_leaf_count(plant.table, size_px, cut_px));
+  }
+  return lod::coppice_whole_leaf_count(finest);
+}
+
 }  // namespace
 
 PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view) {
@@ -41,14 +60,13 @@ PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, cons
   wants.finest_wood = plant.table.wood_lod_count;
   if (!(demand.max_size_px > 0.0f)) return wants;
   const float threshold_px = least_threshold_px(view);
-  const std::uint32_t leaves =
-      view.full ? plant.leaf_count
-                : std::min(lod::coppice_whole_leaf_count(lod::coppice_leaf_count(plant.table, demand.max_size_px, threshold_px)),
-                           plant.leaf_count);
+  const std::uint32_t leaves = view.full ? plant.leaf_count : std::min(wanted_leaf_count(plant, demand, threshold_px), plant.leaf_count);
   wants.page_count = (leaves - 1 + COPPICE_PAGE_SPLITS - 1) / COPPICE_PAGE_SPLITS;
   if (plant.table.wood_lod_count > 0)
     wants.finest_wood = view.full ? 0 : lod::coppice_wood_lod(plant.table, demand.max_size_px, threshold_px);
   wants.textures = true;
+  wants.leaf_meshes = plant.leaf_mesh_bytes > 0 &&
+                      (view.full || lod::coppice_wants_leaf_meshes(plant.table, demand.max_size_px, kLeafMeshHeadStart * threshold_px));
   return wants;
 }
 
@@ -83,6 +101,14 @@ float texture_value(const PlantWants& wants, const PlantDemand& demand, std::uin
   const float gain = summed_gain_px(
       demand, 0.0f, [](float size_px) { return kMissingTextureError * size_px; }, [](float) { return 0.0f; });
   return gain / static_cast<float>(std::max<std::uint64_t>(bytes, 1));
+}
+
+float leaf_mesh_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view) {
+  if (!wants.leaf_meshes) return 0.0f;
+  const float gain = summed_gain_px(
+      demand, least_threshold_px(view), [&](float size_px) { return lod::coppice_leaf_mesh_error_px(plant.table, size_px); },
+      [](float) { return 0.0f; });
+  return gain / static_cast<float>(std::max<std::uint64_t>(plant.leaf_mesh_bytes, 1));
 }
 
 }  // namespace coppice

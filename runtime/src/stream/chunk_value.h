@@ -9,11 +9,13 @@
 
 namespace coppice {
 
-/// A plant's fixed figures that values depend on.
+/// A plant's figures that values depend on; all but the last are fixed.
 struct ValuedPlant {
   lod::CoppiceTable table{};
   std::uint32_t leaf_count = 1;
-  std::uint64_t page_bytes = 1;  ///< memory a resident page takes
+  std::uint64_t page_bytes = 1;       ///< memory a resident page takes
+  std::uint64_t leaf_mesh_bytes = 0;  ///< of all leaf meshes together and the textures that only they show; 0: there are none
+  bool leaf_meshes_resident = false;
 };
 
 /// The finest detail a view asks of a plant.
@@ -21,6 +23,7 @@ struct PlantWants {
   std::uint32_t page_count = 0;   ///< pages [0, page_count)
   std::uint32_t finest_wood = 0;  ///< wood LoDs [finest_wood, table.wood_lod_count)
   bool textures = false;
+  bool leaf_meshes = false;  ///< and the textures that only they show
 };
 
 PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view);
@@ -35,5 +38,9 @@ float wood_value(const ValuedPlant& plant, const PlantWants& wants, const PlantD
 
 /// Value of a texture of `bytes`: without one every leaf of every instance is wrong.
 float texture_value(const PlantWants& wants, const PlantDemand& demand, std::uint64_t bytes);
+
+/// Value of each chunk of leaf meshes, and of a texture that only they show. Nothing is drawn before all are there, so all are worth the
+/// same: what they gain together, by their bytes together.
+float leaf_mesh_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view);
 
 }  // namespace coppice

@@ -16,7 +16,12 @@ constexpr std::uint32_t kWantWindowFrames = 8;
 constexpr std::size_t kHeaderBytes = sizeof(coppice_file_header);
 
 PlantWants finest(const PlantWants& a, const PlantWants& b) {
-  return {std::max(a.page_count, b.page_count), std::min(a.finest_wood, b.finest_wood), a.textures || b.textures};
+  return {std::max(a.page_count, b.page_count), std::min(a.finest_wood, b.finest_wood), a.textures || b.textures,
+          a.leaf_meshes || b.leaf_meshes};
+}
+
+PlantWants no_wants(const PlantStream& plant) {
+  return {.finest_wood = plant.file.plant.wood_lod_count};
 }
 
 template <class T>
@@ -29,17 +34,21 @@ bool streamed_chunk(const coppice_file_chunk& entry, ChunkKind& kind) {
   if (entry.kind == COPPICE_CHUNK_PAGE) kind = ChunkKind::page;
   if (entry.kind == COPPICE_CHUNK_WOOD) kind = ChunkKind::wood;
   if (entry.kind == COPPICE_CHUNK_TEXTURE) kind = ChunkKind::texture;
-  return entry.kind == COPPICE_CHUNK_PAGE || entry.kind == COPPICE_CHUNK_WOOD || entry.kind == COPPICE_CHUNK_TEXTURE;
+  if (entry.kind == COPPICE_CHUNK_LEAF_MESH) kind = ChunkKind::leaf_mesh;
+  return entry.kind == COPPICE_CHUNK_PAGE || entry.kind == COPPICE_CHUNK_WOOD || entry.kind == COPPICE_CHUNK_TEXTURE ||
+         entry.kind == COPPICE_CHUNK_LEAF_MESH;
 }
 
 Result<void> allocate_arrays(PlantStream& plant) {
   const coppice_file_plant& counts = plant.file.plant;
   const coppice_allocator& allocator = plant.hooks.allocator;
-  COPPICE_CHECK(allocate_into(plant.chunks, allocator, std::size_t{counts.page_count} + counts.wood_lod_count + counts.texture_count));
+  COPPICE_CHECK(allocate_into(plant.chunks, allocator,
+                              std::size_t{counts.page_count} + counts.wood_lod_count + counts.texture_count + counts.leaf_mesh_count));
   COPPICE_CHECK(allocate_into(plant.pages, allocator, counts.page_count));
   COPPICE_CHECK(allocate_into(plant.page_quads, allocator, counts.page_count));
   COPPICE_CHECK(allocate_into(plant.wood, allocator, counts.wood_lod_count));
   COPPICE_CHECK(allocate_into(plant.textures, allocator, counts.texture_count));
+  COPPICE_CHECK(allocate_into(plant.leaf_meshes, allocator, counts.leaf_mesh_count));
   return allocate_into(plant.texture_uploads, allocator, counts.texture_count);
 }
 
@@ -75,17 +84,29 @@ Result<void> measure_textures(PlantStream& plant) {
   return {};
 }
 
+/// A texture is for leaf meshes only if every material that shows it is.
+void mark_leaf_mesh_textures(PlantStream& plant) {
+  for (const bool only : {true, false})
+    for (const coppice_file_material& material : plant.file.materials)
+      if (material.texture != COPPICE_NO_TEXTURE && ((material.flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0) == only)
+        plant.texture_uploads[material.texture].leaf_mesh_only = only;
+}
+
 void fill_tables(PlantStream& plant) {
   const PlantFile& file = plant.file;
   plant.lod_words = pack_lod_table(file);
   plant.valued.table = lod_table(file, plant.lod_words);
   plant.valued.leaf_count = file.plant.leaf_count;
   plant.valued.page_bytes = plant.gpu.page_bytes + 2 * COPPICE_PAGE_SPLITS * (sizeof(QuantisedQuad) + sizeof(std::uint32_t));
+  if (file.plant.leaf_mesh_count > 0)
+    for (const Chunk& chunk : plant.chunks.span())
+      if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes += chunk_bytes(plant, chunk).gpu;
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.root_quad[corner].begin());
   plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + bytes_of(file.chunks) + bytes_of(file.materials) + bytes_of(file.cards) +
                      bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
                      bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() + plant.page_quads.bytes() +
-                     plant.wood.bytes() + plant.textures.bytes() + plant.texture_uploads.bytes();
+                     plant.wood.bytes() + plant.textures.bytes() + plant.texture_uploads.bytes() + plant.leaf_meshes.bytes() +
+                     bytes_of(file.leaf_meshes) + bytes_of(file.leaf_mesh_error_px);
 }
 
 /// Marks one node as replaced by `split`. An entry that a page evicted since wrote is at least the split it names.
@@ -133,7 +154,8 @@ PlantStream::~PlantStream() {
 
 Chunk& PlantStream::chunk(ChunkKind kind, std::uint32_t chunk_index) {
   const coppice_file_plant& counts = file.plant;
-  const std::array<std::uint32_t, 3> first = {0, counts.page_count, counts.page_count + counts.wood_lod_count};
+  const std::uint32_t first_texture = counts.page_count + counts.wood_lod_count;
+  const std::array<std::uint32_t, 4> first = {0, counts.page_count, first_texture, first_texture + counts.texture_count};
   return chunks[first[static_cast<std::size_t>(kind)] + chunk_index];
 }
 
@@ -163,8 +185,9 @@ Result<void> read_plant_front(PlantStream& plant, HookBuffer& front) {
   COPPICE_CHECK(allocate_arrays(plant));
   index_chunks(plant);
   COPPICE_CHECK(measure_textures(plant));
+  mark_leaf_mesh_textures(plant);
   fill_tables(plant);
-  const PlantWants nothing = {0, plant.file.plant.wood_lod_count, false};
+  const PlantWants nothing = no_wants(plant);
   plant.wants = {nothing, nothing, nothing, 0};
   return {};
 }
@@ -183,6 +206,11 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
     const std::uint64_t indices = 3 * std::uint64_t{plant.file.plant.wood_triangle_counts[chunk.id.index]};
     bytes.gpu = vertices * plant.gpu.wood_vertex_bytes + indices * plant.gpu.wood_index_bytes;
     bytes.upload = vertices * sizeof(WoodVertex) + indices * sizeof(std::uint32_t);
+  } else if (chunk.id.kind == ChunkKind::leaf_mesh) {
+    const auto [vertices, triangles] = plant.file.leaf_meshes[chunk.id.index];
+    const std::uint64_t indices = 3 * std::uint64_t{triangles};
+    bytes.gpu = vertices * plant.gpu.leaf_mesh_vertex_bytes + indices * plant.gpu.wood_index_bytes;
+    bytes.upload = vertices * sizeof(WoodVertex) + indices * sizeof(std::uint32_t);
   } else {
     const TextureUpload& upload = plant.texture_uploads[chunk.id.index];
     bytes.gpu = bytes.upload = upload.bytes;
@@ -190,6 +218,34 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
   }
   return bytes;
 }
+
+bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk) {
+  return chunk.id.kind == ChunkKind::leaf_mesh ||
+         (chunk.id.kind == ChunkKind::texture && plant.texture_uploads[chunk.id.index].leaf_mesh_only);
+}
+
+std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant) {
+  std::uint64_t bytes = 0;
+  for (const Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count))
+    if (chunk.residency == Residency::absent && in_leaf_mesh_set(plant, chunk)) bytes += chunk_bytes(plant, chunk).total();
+  return bytes;
+}
+
+bool leaf_meshes_resident(const PlantStream& plant) {
+  if (plant.file.plant.leaf_mesh_count == 0) return false;
+  return std::ranges::all_of(plant.chunks.span().subspan(plant.file.plant.page_count),
+                             [&](const Chunk& chunk) { return chunk.residency == Residency::resident || !in_leaf_mesh_set(plant, chunk); });
+}
+
+namespace {
+
+/// What is damaged will never be complete: the rest is not worth its memory.
+bool leaf_mesh_failed(const PlantStream& plant) {
+  return std::ranges::any_of(plant.chunks.span().subspan(plant.file.plant.page_count),
+                             [&](const Chunk& chunk) { return chunk.residency == Residency::failed && in_leaf_mesh_set(plant, chunk); });
+}
+
+}  // namespace
 
 float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view) {
   if (plant.closing) return 0.0f;
@@ -202,7 +258,10 @@ float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& v
     case ChunkKind::wood:
       return wood_value(plant.valued, wants, plant.demand, view, chunk.id.index, bytes.gpu);
     case ChunkKind::texture:
+      if (in_leaf_mesh_set(plant, chunk)) return leaf_mesh_value(plant.valued, wants, plant.demand, view);
       return texture_value(wants, plant.demand, bytes.gpu);
+    case ChunkKind::leaf_mesh:
+      return leaf_mesh_value(plant.valued, wants, plant.demand, view);
   }
   return 0.0f;
 }
@@ -210,10 +269,12 @@ float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& v
 void update_wants(PlantStream& plant, const PlantDemand& demand, const LodView* view) {
   RecentWants& wants = plant.wants;
   plant.demand = demand;
+  plant.valued.leaf_meshes_resident = leaf_meshes_resident(plant);
   if (view != nullptr && !plant.closing)
     wants.now = plant_wants(plant.valued, demand, *view);
   else
-    wants.now = {0, plant.file.plant.wood_lod_count, false};
+    wants.now = no_wants(plant);
+  wants.now.leaf_meshes = wants.now.leaf_meshes && !leaf_mesh_failed(plant);
   if (++wants.frames_in_window > kWantWindowFrames) {
     wants.last_window = wants.current_window;
     wants.current_window = wants.now;
@@ -224,14 +285,16 @@ void update_wants(PlantStream& plant, const PlantDemand& demand, const LodView* 
 
 namespace {
 
-bool wanted_by(const PlantWants& wants, const Chunk& chunk) {
+bool wanted_by(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk) {
   switch (chunk.id.kind) {
     case ChunkKind::page:
       return chunk.id.index < wants.page_count;
     case ChunkKind::wood:
       return chunk.id.index >= wants.finest_wood;
     case ChunkKind::texture:
-      return wants.textures;
+      return in_leaf_mesh_set(plant, chunk) ? wants.leaf_meshes : wants.textures;
+    case ChunkKind::leaf_mesh:
+      return wants.leaf_meshes;
   }
   return false;
 }
@@ -240,11 +303,11 @@ bool wanted_by(const PlantWants& wants, const Chunk& chunk) {
 
 // What is pinned is absent only where the device had no memory for it.
 bool wanted_now(const PlantStream& plant, const Chunk& chunk) {
-  return (chunk.pinned && !plant.closing) || wanted_by(plant.wants.now, chunk);
+  return (chunk.pinned && !plant.closing) || wanted_by(plant, plant.wants.now, chunk);
 }
 
 bool wanted_recently(const PlantStream& plant, const Chunk& chunk) {
-  return chunk.pinned || wanted_by(plant.wants.current_window, chunk) || wanted_by(plant.wants.last_window, chunk);
+  return chunk.pinned || wanted_by(plant, plant.wants.current_window, chunk) || wanted_by(plant, plant.wants.last_window, chunk);
 }
 
 Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
@@ -284,6 +347,16 @@ Result<void> decode_texture_chunk(Transfer& transfer) {
 
 }  // namespace
 
+namespace {
+
+WoodShape mesh_shape(const PlantFile& file, ChunkId id) {
+  if (id.kind == ChunkKind::leaf_mesh)
+    return {file.leaf_meshes[id.index].vertex_count, file.leaf_meshes[id.index].triangle_count, file.plant.material_count, true};
+  return {file.plant.wood_vertex_counts[id.index], file.plant.wood_triangle_counts[id.index], file.plant.material_count, false};
+}
+
+}  // namespace
+
 Result<void> decode_chunk(Transfer& transfer) {
   const PlantStream& plant = *transfer.plant;
   const Chunk& chunk = *transfer.chunk;
@@ -292,9 +365,7 @@ Result<void> decode_chunk(Transfer& transfer) {
   if (chunk.id.kind == ChunkKind::page)
     return decode_page(bytes, chunk.id.index * COPPICE_PAGE_SPLITS, plant.file.plant.card_count, transfer.quads, transfer.splits.span());
   if (chunk.id.kind == ChunkKind::texture) return decode_texture_chunk(transfer);
-  const std::uint32_t lod = chunk.id.index;
-  COPPICE_TRY(wood, decode_wood(bytes, {plant.file.plant.wood_vertex_counts[lod], plant.file.plant.wood_triangle_counts[lod],
-                                        plant.file.plant.material_count}));
+  COPPICE_TRY(wood, decode_wood(bytes, mesh_shape(plant.file, chunk.id)));
   transfer.wood = std::move(wood);
   return {};
 }
@@ -304,6 +375,8 @@ Result<void> accept_decoded(PlantStream& plant, Transfer& transfer) {
   const std::uint32_t index = transfer.chunk->id.index;
   if (transfer.chunk->id.kind == ChunkKind::wood)
     plant.wood[index] = std::move(transfer.wood);
+  else if (transfer.chunk->id.kind == ChunkKind::leaf_mesh)
+    plant.leaf_meshes[index] = std::move(transfer.wood);
   else
     plant.textures[index] = std::move(plant.texture_uploads[index].decoded ? transfer.texels : transfer.bytes);
   return {};
@@ -312,6 +385,16 @@ Result<void> accept_decoded(PlantStream& plant, Transfer& transfer) {
 void free_page(PlantStream& plant, std::uint32_t page) {
   plant.pages[page] = PageData{};
   plant.page_quads[page] = nullptr;
+}
+
+void free_decoded(PlantStream& plant, ChunkId id) {
+  COPPICE_ASSERT(id.kind != ChunkKind::page);
+  if (id.kind == ChunkKind::wood)
+    plant.wood[id.index] = WoodMesh{};
+  else if (id.kind == ChunkKind::leaf_mesh)
+    plant.leaf_meshes[id.index] = WoodMesh{};
+  else
+    plant.textures[id.index].reset();
 }
 
 }  // namespace coppice

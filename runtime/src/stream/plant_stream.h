@@ -37,7 +37,8 @@ struct ChunkBytes {
 /// What is uploaded of a texture.
 struct TextureUpload {
   std::uint64_t bytes = 0;
-  bool decoded = false;  ///< to RGBA8, by a job; else the chunk as stored
+  bool decoded = false;         ///< to RGBA8, by a job; else the chunk as stored
+  bool leaf_mesh_only = false;  ///< nothing but leaf meshes shows it
 };
 
 /// The finest wants of the last 8 to 16 frames: what a camera that comes and goes still counts as wanted.
@@ -57,12 +58,13 @@ struct PlantStream {
   std::vector<std::uint32_t> lod_words;
   ValuedPlant valued;
 
-  HookArray<Chunk> chunks;               ///< pages, then wood LoDs, then textures
+  HookArray<Chunk> chunks;               ///< pages, then wood LoDs, then textures, then leaf meshes
   HookArray<PageData> pages;             ///< [page_count]
   HookArray<QuantisedQuad*> page_quads;  ///< [page_count] pages[k].quads, for the codec; null while there are none
   HookArray<WoodMesh> wood;              ///< [wood_lod_count] while decoded
   HookArray<HookBuffer> textures;        ///< [texture_count] while decoded
   HookArray<TextureUpload> texture_uploads;
+  HookArray<WoodMesh> leaf_meshes;  ///< [leaf_mesh_count] while decoded
   QuantisedQuad root_quad{};
   std::uint64_t base_bytes = 0;  ///< counted while open: tables and the arrays above
 
@@ -104,11 +106,19 @@ Result<void> read_plant_front(PlantStream& plant, HookBuffer& front);
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);
 
+/// Whether the chunk is one of leaf meshes, or a texture that only they show: all of those are needed, or none.
+bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk);
+
+/// What is needed for the leaf meshes and is neither there nor on its way, bytes as in ChunkBytes::total().
+std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant);
+
 /// Value of a chunk under plant.demand and plant.wants.now; infinite for what is pinned.
 float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view);
 
 /// Rolls the window forward by one frame.
 void update_wants(PlantStream& plant, const PlantDemand& demand, const LodView* view);
+/// Whether the leaf meshes can be drawn.
+bool leaf_meshes_resident(const PlantStream& plant);
 bool wanted_now(const PlantStream& plant, const Chunk& chunk);
 bool wanted_recently(const PlantStream& plant, const Chunk& chunk);
 
@@ -124,5 +134,8 @@ Result<void> decode_chunk(Transfer& transfer);
 Result<void> accept_decoded(PlantStream& plant, Transfer& transfer);
 
 void free_page(PlantStream& plant, std::uint32_t page);
+
+/// Gives up what a decoded chunk that is no page holds in CPU memory.
+void free_decoded(PlantStream& plant, ChunkId id);
 
 }  // namespace coppice

@@ -41,7 +41,7 @@ const char* residency_name(Residency residency) {
 }
 
 const char* chunk_kind_name(ChunkKind kind) {
-  constexpr std::array<const char*, 3> kNames = {"page", "wood", "texture"};
+  constexpr std::array<const char*, 4> kNames = {"page", "wood", "texture", "leaf mesh"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

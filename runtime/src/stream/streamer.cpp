@@ -147,11 +147,10 @@ PlantState Streamer::state(std::uint32_t plant) const {
       std::min(std::uint64_t{of.resident_page_count} * COPPICE_PAGE_SPLITS + 1, std::uint64_t{of.file.plant.leaf_count}));
   for (const Chunk& chunk : of.chunks.span().subspan(of.file.plant.page_count)) {
     if (chunk.residency != Residency::resident) continue;
-    if (chunk.id.kind == ChunkKind::wood)
-      state.resident_wood_mask |= 1u << chunk.id.index;
-    else
-      ++state.resident_texture_count;
+    if (chunk.id.kind == ChunkKind::wood) state.resident_wood_mask |= 1u << chunk.id.index;
+    if (chunk.id.kind == ChunkKind::texture) ++state.resident_texture_count;
   }
+  state.leaf_meshes_resident = leaf_meshes_resident(of);
   return state;
 }
 
@@ -240,6 +239,8 @@ DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
     decoded.patches = data.patches.span().first(data.patch_count);
   } else if (chunk.id.kind == ChunkKind::wood) {
     decoded.wood = &plant.wood[chunk.id.index];
+  } else if (chunk.id.kind == ChunkKind::leaf_mesh) {
+    decoded.wood = &plant.leaf_meshes[chunk.id.index];
   } else {
     decoded.texture = plant.textures[chunk.id.index].span();
   }
@@ -283,10 +284,8 @@ void Streamer::uploaded(ChunkId id) {
     ++plant.resident_page_count;
     plant.pages[id.index].cards.reset();
     plant.pages[id.index].patches.reset();
-  } else if (id.kind == ChunkKind::wood) {
-    plant.wood[id.index] = WoodMesh{};
   } else {
-    plant.textures[id.index].reset();
+    free_decoded(plant, id);
   }
   COPPICE_ASSERT(advance(chunk, Residency::resident));
   const ChunkBytes bytes = chunk_bytes(plant, chunk);
@@ -313,8 +312,7 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
     plant.trim_needed = true;
     return;  // their memory goes in the next begin_frame: spans that were handed out stay valid until then
   }
-  if (id.kind == ChunkKind::wood) plant.wood[id.index] = WoodMesh{};
-  if (id.kind == ChunkKind::texture) plant.textures[id.index].reset();
+  free_decoded(plant, id);
   state_->set_counted(chunk, 0);
 }
 

@@ -31,7 +31,8 @@ namespace coppice {
 struct GpuSizes {
   std::uint64_t page_bytes = 0;         ///< one page slot, the same for every page
   std::uint64_t wood_vertex_bytes = 0;  ///< per vertex of a wood LoD
-  std::uint64_t wood_index_bytes = 4;
+  std::uint64_t wood_index_bytes = 4;   ///< of leaf meshes too
+  std::uint64_t leaf_mesh_vertex_bytes = 0;
   std::uint64_t plant_bytes = 0;  ///< per open plant: tables, descriptors
   bool block_textures = false;    ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
 };
@@ -62,7 +63,7 @@ struct DecodedChunk {
   /// cuts are clamped to the resident prefix, in which those splits have not happened.
   std::span<const SplitPatch> patches;
 
-  // wood
+  // wood, leaf mesh
   const WoodMesh* wood = nullptr;
 
   // texture: a coppice_file_texture and its mip levels, checked; the chunk as stored, or decoded to RGBA8 without GpuSizes::block_textures
@@ -75,6 +76,7 @@ struct PlantState {
   std::uint32_t resident_leaf_count = 1;  ///< finest cut
   std::uint32_t resident_wood_mask = 0;   ///< bit i: wood LoD i
   std::uint64_t resident_texture_count = 0;
+  bool leaf_meshes_resident = false;  ///< every one of them, and the textures that only they show
 };
 
 struct StreamFrame {
@@ -88,7 +90,7 @@ struct StreamStats {
   std::uint64_t budget_bytes = 0;
   std::uint64_t memory_bytes = 0;  ///< in use or reserved
   std::uint64_t memory_peak_bytes = 0;
-  std::uint64_t chunks_loaded = 0;  ///< became resident; pages, wood and textures
+  std::uint64_t chunks_loaded = 0;  ///< became resident; pages, wood, textures and leaf meshes
   std::uint64_t chunks_evicted = 0;
   std::uint64_t chunks_failed = 0;
   std::uint64_t reads_cancelled = 0;

@@ -167,10 +167,8 @@ void Streamer::State::evict(Chunk& chunk) {
     plant.decoded_page_count = chunk.id.index;
     plant.resident_page_count = std::min(plant.resident_page_count, plant.decoded_page_count);
     free_page(plant, chunk.id.index);
-  } else if (chunk.id.kind == ChunkKind::wood) {
-    plant.wood[chunk.id.index] = WoodMesh{};
   } else {
-    plant.textures[chunk.id.index].reset();
+    free_decoded(plant, chunk.id);
   }
   COPPICE_ASSERT(advance(chunk, uploaded ? Residency::evicting : Residency::absent));
   set_counted(chunk, uploaded ? gpu_bytes : 0);

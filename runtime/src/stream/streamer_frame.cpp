@@ -202,7 +202,9 @@ Room Streamer::State::issue(const Request& request) {
   Chunk& chunk = *request.chunk;
   if (frame_number < plant.retry_frame) return Room::none;
   const std::uint64_t bytes = chunk_bytes(plant, chunk).total();
-  if (const Room room = make_room(bytes, request); room != Room::now) return room;
+  // Some of the leaf meshes show nothing: they come once there is room for all of them.
+  const std::uint64_t needed_bytes = in_leaf_mesh_set(plant, chunk) ? missing_leaf_mesh_bytes(plant) : bytes;
+  if (const Room room = make_room(needed_bytes, request); room != Room::now) return room;
   // Room made since the request was gathered may have taken the page before it.
   if (chunk.id.kind == ChunkKind::page && chunk.id.index > plant.decoded_page_count &&
       !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1)))

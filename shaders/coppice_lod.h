@@ -193,6 +193,17 @@ COPPICE_FN float coppice_cut_threshold_px(CoppiceTable table, float size_px, flo
   return sqrt(max(threshold_px * threshold_px - error * error, 0.0f));
 }
 
+/// Rungs of the ladder of cuts that instances share where they are rasterised from lists: rung i holds about 2^(i / 3) leaves.
+COPPICE_CONST float kCoppiceRungsPerDoubling = 3.0f;
+COPPICE_FN uint coppice_ladder_leaf_count(uint rung) {
+  return uint(ceil(exp2(float(rung) / kCoppiceRungsPerDoubling) - 0.001f));
+}
+
+/// The lowest rung with at least a fractional m's leaves, give or take a thousandth. leaf_count >= 1
+COPPICE_FN uint coppice_ladder_level(float leaf_count) {
+  return uint(max(ceil(kCoppiceRungsPerDoubling * log2(max(leaf_count, 1.0f)) - 0.005f), 0.0f));
+}
+
 /// Whether a node belongs to cut(leaf_count): it exists (id < 2m - 1) and none of the first m - 1 splits replaced it.
 /// node_split  the split that replaces the node, kCoppiceNoSplit if none does or it is not resident
 COPPICE_FN bool coppice_node_alive(uint node, uint node_split, uint leaf_count) {

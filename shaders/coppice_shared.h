@@ -42,7 +42,7 @@ const uint kNeverSplit = 0xffffffffu;
 const uint kNoTexture = 0xffffffffu;
 const uint kMaxWoodLods = 8;
 const uint kMaxLeafMeshes = 16;
-const uint kCullGroupSize = 64;
+const uint kCullGroupSize = 32;
 // Words of the buffer of packed tables (see coppice_lod.h) that belong to one plant: 32 levels, 16 sizes, 8 wood LoDs.
 const uint kTableStride = 32 + 16 + 32 * 16 + 8 + 16;
 

@@ -7,8 +7,14 @@
 //           (leaf_counts, wood instance counts and counters start at zero)
 // dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::record_cull
 
+// COPPICE_RASTER is defined for the variant of the compute rasteriser: it looks at the blocks that leaf_blocks.comp found, one group each
+// (dispatch: indirect), skips what earlier rounds hide, and gives instances of small leaves to the rasteriser instead of the draws.
+
 #define COPPICE_CULL_ACCESS
 #include "bindings.glsl"
+#ifdef COPPICE_RASTER
+#include "raster.glsl"
+#endif
 
 layout(local_size_x = kCullGroupSize) in;
 
@@ -19,11 +25,13 @@ layout(set = 0, binding = 9, scalar) buffer CounterBuffer { Counters counters; }
 
 shared uint group_visible;
 
+#ifndef COPPICE_RASTER
 bool sphere_in_view(vec3 center, float radius) {
   for (int i = 0; i < 5; ++i)
     if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;
   return true;
 }
+#endif
 
 void add_64(uint word, uint value) {
   // Two words because 64-bit atomics are an optional feature: the low word's wrap is the carry.
@@ -67,6 +75,39 @@ void draw_leaf_meshes(Plant plant, uint slot) {
   add_64(2, plant.leaf_mesh_triangles);
 }
 
+#ifdef COPPICE_RASTER
+// An instance below this size shows no wood: its trunk is thinner than a pixel.
+const float kWoodless_px = 10.0;
+
+void append_item(uint item) {
+  uint place = atomicAdd(rounds[push.round].items.count, 1);
+  atomicMax(rounds[push.round].items.groups[0], min(place / push.lanes + 1, kMaxDispatchGroups));
+  items[place] = item;
+}
+
+// Whether the rasteriser takes the instance: its lists are there and its leaves are small.
+bool raster_instance(Instance instance, uint slot, float cut, float size_px, float distance_m, uint wood_lod) {
+  RasterPlant plant = raster_plants[instance.plant];
+  if (plant.level_count == 0) return false;
+  uint level = min(coppice_ladder_level(cut), plant.level_count - 1);
+  RasterList list = lists[instance.plant * kRasterLists + level];
+  float leaf_px = list.leaf_size_m * instance.scale * view.focal_px / max(distance_m, view.near_m);
+  if (leaf_px > push.split_px || isnan(leaf_px)) return false;
+  uint item = slot | level << kSlotBits;
+  if (list.leaf_count <= kTinyLeaves) {
+    uint place = atomicAdd(rounds[push.round].tiny.count, 1);
+    atomicMax(rounds[push.round].tiny.groups[0], min(place / push.lanes + 1, kMaxDispatchGroups));
+    tiny_items[place] = item;
+    add_64(0, list.leaf_count);
+  } else {
+    append_item(item);
+  }
+  if (wood_lod < kMaxWoodLods && (plant.wood_mask >> wood_lod & 1u) != 0 && size_px > kWoodless_px)
+    append_item(slot | (kRasterLevels + wood_lod) << kSlotBits);
+  return true;
+}
+#endif
+
 void select(uint slot) {
   Instance instance = instances[slot];
   if (instance.plant == kNoPlant) return;
@@ -75,7 +116,8 @@ void select(uint slot) {
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius = instance.scale * plant.sphere_radius;
   CoppiceTable table = CoppiceTable(instance.plant * kTableStride, plant.error_level_count, plant.error_size_count, plant.wood_lod_count);
-  float size_px = coppice_projected_size_px(distance(center, view.camera_position), radius, view.near_m, view.focal_px);
+  float distance_m = distance(center, view.camera_position);
+  float size_px = coppice_projected_size_px(distance_m, radius, view.near_m, view.focal_px);
   float threshold_px = coppice_instance_threshold_px(view.error_px, slot);
 
   bool has_meshes = plant.leaf_mesh_count > 0;
@@ -86,25 +128,45 @@ void select(uint slot) {
   cuts[slot] = cut;
   if (!sphere_in_view(center, radius)) return;
 
-  uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
+#ifdef COPPICE_RASTER
+  if (push.round > 0 && occluded(center, radius)) return;
+#endif
+
   atomicAdd(group_visible, 1);
+  uint wood_lod = kMaxWoodLods;
+  if (plant.wood_resident_mask != 0) {
+    uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(table, size_px, threshold_px);
+    wood_lod = coppice_resident_wood_lod(plant.wood_resident_mask, wanted, plant.wood_lod_count);
+  }
+#ifdef COPPICE_RASTER
+  // Leaves too small for the hardware are too small to be seen as modelled: the cut by the table alone.
+  float raster_cut = min(coppice_leaf_count(table, size_px, threshold_px), resident);
+  if (raster_instance(instance, slot, raster_cut, size_px, distance_m, wood_lod)) return;
+#endif
+  uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
   add_64(0, meshes ? plant.leaf_count : leaf_count);
   if (meshes)
     draw_leaf_meshes(plant, slot);
   else
     draw_leaves(plant, instance.plant, slot, leaf_count);
 
-  if (plant.wood_resident_mask == 0) return;
-  uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(table, size_px, threshold_px);
-  uint lod = coppice_resident_wood_lod(plant.wood_resident_mask, wanted, plant.wood_lod_count);
-  add_64(1, plant.wood_index_counts[lod] / 3);
-  draw_wood(plant, instance.plant, slot, lod);
+  if (wood_lod == kMaxWoodLods) return;
+  add_64(1, plant.wood_index_counts[wood_lod] / 3);
+  draw_wood(plant, instance.plant, slot, wood_lod);
 }
 
 void main() {
   if (gl_LocalInvocationIndex == 0) group_visible = 0;
   barrier();
+#ifdef COPPICE_RASTER
+  uint block_count = rounds[push.round].blocks.count;
+  for (uint i = gl_WorkGroupID.x; i < block_count; i += gl_NumWorkGroups.x) {
+    uint slot = visible_blocks[i] * kBlockSlots + gl_LocalInvocationIndex;
+    if (slot < view.instance_slot_count) select(slot);
+  }
+#else
   if (gl_GlobalInvocationID.x < view.instance_slot_count) select(gl_GlobalInvocationID.x);
+#endif
   barrier();
   if (gl_LocalInvocationIndex == 0 && group_visible > 0) atomicAdd(counters.visible_instances, group_visible);
 }

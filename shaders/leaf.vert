@@ -8,6 +8,7 @@
 
 #include "bindings.glsl"
 #include "shading.glsl"
+#include "leaf_shading.glsl"
 
 layout(push_constant, scalar) uniform Push { DrawPush push; };
 
@@ -23,26 +24,6 @@ Node fetch_node(Plant plant, uint id) {
   Node node = NodeArray(page).at[index % kPageNodes];
   if (id == 0) node = plant.root;
   return node;
-}
-
-uvec3 quantised_corner(Node node, uint corner) {
-  uint first = corner * 3;
-  uvec3 q;
-  for (uint axis = 0; axis < 3; ++axis) {
-    uint half_word = first + axis;
-    q[axis] = (node.corners[half_word >> 1] >> ((half_word & 1) * 16)) & 0xffffu;
-  }
-  return q;
-}
-
-// 0 for a leaf that shows its card's outline, 1 for one too small for it. No mip level keeps an outline of few pixels, so a small leaf is a
-// smaller quad of the same covered area, and has no holes.
-float outline_loss(vec3 corners[4], Instance instance) {
-  vec3 stalk = 0.5 * (corners[0] + corners[3]), tip = 0.5 * (corners[1] + corners[2]);
-  float width_m = distance(0.5 * (corners[0] + corners[1]), 0.5 * (corners[2] + corners[3]));
-  float distance_m = max(distance(world_from_object(instance, 0.5 * (stalk + tip)), view.camera_position), view.near_m);
-  float thickness_px = instance.scale * min(distance(stalk, tip), width_m) * view.focal_px / distance_m;
-  return 1.0 - smoothstep(1.5, 5.0, thickness_px);
 }
 
 void main() {
@@ -64,7 +45,7 @@ void main() {
   Material material = MaterialArray(plant.materials).at[card.material];
   if (material.texture != push.texture) return;
   vec3 corners[4];
-  for (uint i = 0; i < 4; ++i) corners[i] = plant.box_min + plant.box_step * vec3(quantised_corner(node, i));
+  for (uint i = 0; i < 4; ++i) corners[i] = plant.box_min + plant.box_step * quantised(node.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
   float loss = outline_loss(corners, instance);
   vec3 object = middle + (corners[corner] - middle) * mix(1.0, sqrt(material.coverage), loss);
@@ -73,7 +54,7 @@ void main() {
 
   Crown crown = crown_of(plant);
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
-  vec3 albedo = material.base_color.rgb * instance.tint * variation(slot, crown, plant, quantised_corner(node, 0));
+  vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, plant, uvec3(quantised(node.corners, 0)));
   out_light = albedo * leaf_light(crown, instance, material.crown_normals, middle, object, face);
   out_transmittance = transmittance(world);
   out_uv = card.uv[corner];

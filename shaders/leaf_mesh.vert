@@ -27,7 +27,7 @@ void main() {
 
   vec3 world = world_from_object(instance, vertex.position);
   Crown crown = crown_of(plant);
-  vec3 albedo = material.base_color.rgb * instance.tint * variation(slot, crown, plant, stalk);
+  vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, plant, stalk);
 
   gl_Position = material.texture == push.texture ? view.clip_from_world * vec4(world, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
   out_light = albedo * leaf_light(crown, instance, material.crown_normals, vertex.position, vertex.position, octahedral_normal(vertex.normal));

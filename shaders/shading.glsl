@@ -38,10 +38,10 @@ float sky_through_crown(Crown crown, vec3 p) {
 }
 
 // Light and dark, warm and cool: a value that follows the leaf's stalk (quantised in the leaf box), so that it survives a change of cut.
-vec3 variation(uint slot, Crown crown, Plant plant, uvec3 stalk) {
+vec3 variation(Crown crown, Plant plant, uvec3 stalk) {
   vec3 place_in_crown = (plant.box_min + plant.box_step * vec3(stalk) - crown.center) / crown.radii;
   uvec3 cell = uvec3(ivec3(floor(place_in_crown * 4.0)) + 16);
-  uint tuft = coppice_hash(slot * 131071u + cell.x + cell.y * 64u + cell.z * 4096u);
+  uint tuft = coppice_hash(cell.x + cell.y * 64u + cell.z * 4096u);
   uint leaf = coppice_hash(stalk.x + stalk.y * 16384u ^ stalk.z * 747796405u);
   float a = float(tuft >> 16) / 65535.0 - 0.5;
   float b = float(leaf >> 16) / 65535.0 - 0.5;

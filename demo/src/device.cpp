@@ -146,13 +146,16 @@ void require_features(const Features& has, Features& wants) {
   require(has.v13.synchronization2, wants.v13.synchronization2, "synchronization2");
   wants.core.features.samplerAnisotropy = has.core.features.samplerAnisotropy;
   wants.core.features.textureCompressionBC = has.core.features.textureCompressionBC;
+  wants.core.features.shaderInt64 = has.core.features.shaderInt64;
+  wants.v12.shaderBufferInt64Atomics = has.v12.shaderBufferInt64Atomics;
 }
 
-VkDevice create_device(VkPhysicalDevice physical, std::uint32_t family, bool swapchain) {
+VkDevice create_device(VkPhysicalDevice physical, std::uint32_t family, bool swapchain, bool& int64_atomics) {
   Features has;
   Features wants;
   vkGetPhysicalDeviceFeatures2(physical, &has.core);
   require_features(has, wants);
+  int64_atomics = wants.core.features.shaderInt64 && wants.v12.shaderBufferInt64Atomics;
   const float priority = 1;
   VkDeviceQueueCreateInfo queue = vk_struct<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
   queue.queueFamilyIndex = family;
@@ -186,7 +189,7 @@ Device::Device(const DeviceOptions& options) {
   VkPhysicalDeviceFeatures features;
   vkGetPhysicalDeviceFeatures(physical, &features);
   texture_compression_bc = features.textureCompressionBC == VK_TRUE;
-  handle = create_device(physical, queue_family, options.swapchain);
+  handle = create_device(physical, queue_family, options.swapchain, int64_atomics);
   volkLoadDevice(handle);
   vkGetDeviceQueue(handle, queue_family, 0, &queue);
 }

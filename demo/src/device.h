@@ -25,6 +25,7 @@ struct Device {
   std::uint32_t queue_family = 0;
   std::string name;
   bool texture_compression_bc = false;  ///< where there is one, it is enabled
+  bool int64_atomics = false;           ///< shaderInt64 and shaderBufferInt64Atomics, likewise
   VkPhysicalDeviceMemoryProperties memory = {};
   std::atomic<std::uint32_t> messages = 0;  ///< validation warnings and errors so far
 

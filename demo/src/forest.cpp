@@ -101,6 +101,9 @@ Forest open_forest(const Device& device, const std::vector<std::string>& files, 
   desc.color_format = Renderer::kSceneFormat;
   desc.depth_format = Renderer::kDepthFormat;
   desc.texture_compression_bc = device.texture_compression_bc ? VK_TRUE : VK_FALSE;
+  desc.compute_raster = options.path != LeafPath::hardware ? VK_TRUE : VK_FALSE;
+  desc.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;
+  desc.pass_times = options.pass_times ? VK_TRUE : VK_FALSE;
   desc.memory_budget_bytes = std::uint64_t{options.memory_mb} << 20;
   desc.max_instances = std::max(options.count, desc.max_instances);
   desc.max_plants = std::max(static_cast<std::uint32_t>(files.size()), desc.max_plants);

@@ -49,12 +49,21 @@ void declare(CLI::App& app, Options& options) {
          "cut: each plant by its size on screen. full: every leaf of every plant, the reference [cut]")
       ->check(CLI::IsMember({"cut", "full"}))
       ->type_name("cut|full");
+  app.add_option_function<std::string>(
+         "--path",
+         [&options](const std::string& path) {
+           options.path = path == "compute" ? LeafPath::compute : path == "hardware" ? LeafPath::hardware : LeafPath::automatic;
+         },
+         "Who draws small leaves: compute shaders, or triangles by the hardware. auto: compute where the device does [auto]")
+      ->check(CLI::IsMember({"auto", "compute", "hardware"}))
+      ->type_name("auto|compute|hardware");
   app.add_option("--error-px", options.error_px, "Error threshold of the cut")->check(CLI::Range(0.01f, 1000.0f))->capture_default_str();
   app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air")->check(CLI::Range(0.0f, 10.0f))->capture_default_str();
   app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB")
       ->check(CLI::Range(1u, 65536u))
       ->capture_default_str();
   app.add_option("--stats", options.stats, "Write statistics as JSON")->type_name("F.json");
+  app.add_flag("--pass-times", options.pass_times, "Measure the GPU's time by pass, which costs some of it");
   app.add_flag("--validation", options.validation, "Vulkan core and synchronization validation; messages are printed and counted");
 }
 

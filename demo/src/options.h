@@ -8,6 +8,8 @@
 namespace forest {
 
 enum class LodMode { cut, full };
+/// How small leaves are drawn. automatic: by compute shaders, and by the hardware where the library cannot.
+enum class LeafPath { automatic, compute, hardware };
 
 /// The command line of coppice-forest. Defaults are what `coppice-forest` alone does.
 struct Options {
@@ -21,10 +23,12 @@ struct Options {
   std::string screenshot;       ///< empty: none
   std::string camera = "walk";  ///< walk, orbit or a keyframe file
   LodMode lod = LodMode::cut;
+  LeafPath path = LeafPath::automatic;
   float error_px = 2;
   float fog = 1;  ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
   std::string stats;  ///< empty: none
+  bool pass_times = false;
   bool validation = false;
 };
 

@@ -243,13 +243,19 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
   record_barrier(commands, depth);
 
   const glm::mat4 clip_from_world = view.clip_from_view * view.view_from_world;
+  start_timer(renderer.timer.get(), commands, slot);
+  const auto stamp = [&](ScenePass pass) { stamp_pass(renderer.timer.get(), commands, slot, pass); };
   begin_pass(commands, renderer.scene, &renderer.depth);
   draw_plants();
+  stamp(ScenePass::plants);
   record_ground(renderer, commands, slot, clip_from_world);
+  stamp(ScenePass::ground);
   record_tufts(renderer, commands, slot, clip_from_world, view.eye);
+  stamp(ScenePass::tufts);
   bind(renderer, commands, slot, renderer.sky_pipeline);
   vkCmdDraw(commands, 3, 1, 0, 0);
   vkCmdEndRendering(commands);
+  stamp(ScenePass::sky);
 }
 
 void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const std::function<void()>& draw_overlay) {
@@ -261,6 +267,7 @@ void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t s
   vkCmdDraw(commands, 3, 1, 0, 0);
   draw_overlay();
   vkCmdEndRendering(commands);
+  stamp_pass(renderer.timer.get(), commands, slot, ScenePass::tone_map);
   record_barrier(commands, from_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
                                            VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL));
 }

@@ -2,12 +2,14 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 
 #include "camera.h"
 #include "device.h"
 #include "frame_uniforms.h"
 #include "frames.h"
 #include "ground_map.h"
+#include "pass_timer.h"
 #include "resources.h"
 #include "terrain.h"
 
@@ -63,6 +65,7 @@ struct Renderer {
   Handle<VkPipeline> tuft_pipeline;
   Handle<VkPipeline> sky_pipeline;
   Handle<VkPipeline> tone_map_pipeline;
+  std::unique_ptr<PassTimer> timer;  ///< null: passes are not measured
 
   Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, VkExtent2D extent);
 };

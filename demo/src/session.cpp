@@ -71,6 +71,11 @@ void sample_statistics(Session& session) {
   session.statistics.drawn_leaves.push_back(stats.drawn_leaf_count);
   session.statistics.leaf_mesh_instances.push_back(stats.leaf_mesh_instance_count);
   session.statistics.leaf_mesh_triangles.push_back(stats.drawn_leaf_mesh_triangle_count);
+  session.statistics.drawn_wood_triangles.push_back(stats.drawn_wood_triangle_count);
+  if (!session.renderer.timer) return;
+  auto times = std::begin(session.statistics.pass_ms);
+  for (const float ms : stats.pass_ms) (times++)->push_back(ms);
+  for (const float ms : session.renderer.timer->times) (times++)->push_back(ms);
 }
 
 coppice_view begin_plants(Session& session, const FrameView& view) {
@@ -133,6 +138,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
   add_instances(forest, world.planting, world.terrain);
   controls = {options.error_px, static_cast<int>(options.memory_mb), options.lod};
   statistics.device = device.name;
+  if (options.pass_times) renderer.timer = std::make_unique<PassTimer>(device);
 }
 
 Session::~Session() {

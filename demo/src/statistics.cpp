@@ -29,6 +29,9 @@ std::string line(const char* format, Values... values) {
   return text;
 }
 
+constexpr std::array kPassNames = {"upload", "cull", "raster", "tiles", "draw", "ground", "tufts", "sky", "tone_map"};
+static_assert(kPassNames.size() == std::tuple_size_v<decltype(Statistics::pass_ms)>);
+
 double mebibytes(std::uint64_t bytes) {
   return static_cast<double>(bytes) / (1 << 20);
 }
@@ -60,6 +63,14 @@ std::string table(const Statistics& statistics) {
   text += line("close up             %u plants drawn with leaf meshes (median), %llu triangles\n",
                nearest_rank(statistics.leaf_mesh_instances, 0.5),
                static_cast<unsigned long long>(nearest_rank(statistics.leaf_mesh_triangles, 0.5)));
+  text += line("wood                 %llu triangles drawn (median)\n",
+               static_cast<unsigned long long>(nearest_rank(statistics.drawn_wood_triangles, 0.5)));
+  if (!statistics.pass_ms[0].empty()) {
+    text += "passes, ms           ";
+    for (std::size_t i = 0; i < kPassNames.size(); ++i)
+      text += line("%s%s %.2f", i > 0 ? ", " : "", kPassNames[i], double{nearest_rank(statistics.pass_ms[i], 0.5)});
+    text += "\n";
+  }
   text += line("memory               peak %.1f MiB of %.1f\n", mebibytes(last.memory_peak_bytes), mebibytes(last.memory_budget_bytes));
   text += line("pages                %llu loaded, %llu evicted, %llu failed\n", static_cast<unsigned long long>(last.pages_loaded),
                static_cast<unsigned long long>(last.pages_evicted), static_cast<unsigned long long>(last.pages_failed));
@@ -80,6 +91,9 @@ void write_json(const std::string& file, const Statistics& statistics) {
   json["drawn_leaves_median"] = nearest_rank(statistics.drawn_leaves, 0.5);
   json["leaf_mesh_instances_median"] = nearest_rank(statistics.leaf_mesh_instances, 0.5);
   json["leaf_mesh_triangles_median"] = nearest_rank(statistics.leaf_mesh_triangles, 0.5);
+  json["drawn_wood_triangles_median"] = nearest_rank(statistics.drawn_wood_triangles, 0.5);
+  if (!statistics.pass_ms[0].empty())
+    for (std::size_t i = 0; i < kPassNames.size(); ++i) json["pass_ms"][kPassNames[i]] = nearest_rank(statistics.pass_ms[i], 0.5);
   json["memory_budget_bytes"] = last.memory_budget_bytes;
   json["memory_peak_bytes"] = last.memory_peak_bytes;
   json["pages_loaded"] = last.pages_loaded;

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include <coppice/coppice.h>
+
+#include "pass_timer.h"
 
 namespace forest {
 
@@ -12,11 +15,14 @@ namespace forest {
 struct Statistics {
   std::string device;
   std::vector<float> frame_ms;
-  std::vector<std::uint32_t> visible_instances;    ///< per frame
-  std::vector<std::uint64_t> drawn_leaves;         ///< per frame
-  std::vector<std::uint32_t> leaf_mesh_instances;  ///< per frame
-  std::vector<std::uint64_t> leaf_mesh_triangles;  ///< per frame
-  coppice_stats last = {};                         ///< of the last frame
+  std::vector<std::uint32_t> visible_instances;     ///< per frame
+  std::vector<std::uint64_t> drawn_leaves;          ///< per frame
+  std::vector<std::uint32_t> leaf_mesh_instances;   ///< per frame
+  std::vector<std::uint64_t> leaf_mesh_triangles;   ///< per frame
+  std::vector<std::uint64_t> drawn_wood_triangles;  ///< per frame
+  /// GPU time by pass, ms, per frame: the library's (coppice_pass), then the scene's (ScenePass). Empty unless measured.
+  std::array<std::vector<float>, COPPICE_PASS_COUNT + static_cast<std::size_t>(ScenePass::count)> pass_ms;
+  coppice_stats last = {};  ///< of the last frame
   std::uint32_t validation_messages = 0;
 };
 

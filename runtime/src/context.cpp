@@ -25,7 +25,10 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
                                 .pipeline_cache = desc.pipeline_cache,
                                 .memory_budget_bytes = desc.memory_budget_bytes,
                                 .max_instances = desc.max_instances,
-                                .max_plants = desc.max_plants});
+                                .max_plants = desc.max_plants,
+                                .compute_raster = desc.compute_raster == VK_TRUE,
+                                .int64_atomics = desc.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
+                                .pass_times = desc.pass_times == VK_TRUE});
 }
 
 }  // namespace
@@ -205,6 +208,8 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.pages_failed = streaming.chunks_failed;
   stats.pages_in_flight = streaming.chunks_in_flight;
   stats.pages_wanted = streaming.chunks_wanted;
+  static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
+  std::ranges::copy(renderer_->timer().pass_ms(), stats.pass_ms);
 }
 
 }  // namespace coppice

@@ -76,7 +76,7 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), cut_png = folder / "cut.png", full_png = folder / "full.png", json = folder / "stats.json";
   std::vector<std::string> arguments = headless_forest(plant, cut_png);
-  arguments.insert(arguments.end(), {"--stats", json});
+  arguments.insert(arguments.end(), {"--stats", json, "--pass-times"});
   const ProcessResult cut = run_process(COPPICE_FOREST, arguments);
   ASSERT_EQ(cut.exit_code, 0) << cut.err;
   EXPECT_NE(cut.out.find(cut_png.string()), std::string::npos) << cut.out;
@@ -97,6 +97,8 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
                                           "drawn_leaves_median",
                                           "leaf_mesh_instances_median",
                                           "leaf_mesh_triangles_median",
+                                          "drawn_wood_triangles_median",
+                                          "pass_ms",
                                           "memory_peak_bytes",
                                           "validation_messages"};
   EXPECT_EQ(keys, contract);
@@ -104,6 +106,8 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
   EXPECT_EQ(stats["source_leaves_in_scene"], 40 * 386);
   EXPECT_EQ(stats["validation_messages"], 0);
   EXPECT_GT(stats["visible_instances_median"], 0);
+  for (const char* pass : {"upload", "cull", "raster", "tiles", "draw", "ground", "tufts", "sky", "tone_map"})
+    EXPECT_GT(stats["pass_ms"][pass], 0) << pass;
   EXPECT_LE(stats["memory_peak_bytes"], stats["memory_budget_bytes"]);
 
   arguments = headless_forest(plant, full_png);

@@ -63,7 +63,7 @@ void print_log(void*, coppice_log_level level, const char* line) {
 
 using Context = std::unique_ptr<coppice_context, decltype(&coppice_context_destroy)>;
 
-Context create_context(const VulkanDevice& gpu) {
+Context create_context(const VulkanDevice& gpu, bool compute_raster) {
   coppice_context_desc desc;
   coppice_context_desc_init(&desc);
   desc.instance = gpu.instance;
@@ -74,6 +74,8 @@ Context create_context(const VulkanDevice& gpu) {
   desc.depth_format = kDepthFormat;
   desc.samples = VK_SAMPLE_COUNT_1_BIT;
   desc.max_instances = 16;
+  desc.compute_raster = compute_raster ? VK_TRUE : VK_FALSE;
+  desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
   desc.memory_budget_bytes = std::uint64_t{64} << 20;
   // Inline: what is resident in which frame does not depend on the machine.
   desc.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
@@ -200,7 +202,12 @@ class PlantGolden : public coppice::test::VulkanTest {
   void SetUp() override {
     VulkanTest::SetUp();
     file_ = bake_plant(folder_, "corylus");
-    context_ = create_context(gpu());
+    open(false);
+  }
+
+  void open(bool compute_raster) {
+    renderer_.reset();
+    context_ = create_context(gpu(), compute_raster);
     check(coppice_plant_open(context_.get(), file_.c_str(), &plant_), "coppice_plant_open");
     coppice_plant_info_init(&info_);
     check(coppice_plant_get_info(context_.get(), plant_, &info_), "coppice_plant_get_info");
@@ -248,6 +255,14 @@ TEST_F(PlantGolden, Cut) {
   }
   EXPECT_GE(leaves, 1u);
   EXPECT_LT(leaves, 386u) << "far away, not all of them";
+}
+
+TEST_F(PlantGolden, ComputeRaster) {
+  open(true);
+  for (const Case& c : kCases) {
+    const Picture picture = renderer_->draw(make_view(info_, c.distance, COPPICE_LOD_CUT));
+    coppice::test::expect_golden(std::string("corylus_raster_") + c.name, picture, {}, gpu().driver_name);
+  }
 }
 
 }  // namespace

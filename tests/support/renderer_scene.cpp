@@ -167,7 +167,9 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
                                             .attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT},
                                             .memory_budget_bytes = options.memory_budget_bytes,
                                             .max_instances = max_instances,
-                                            .max_plants = kMaxPlants}));
+                                            .max_plants = kMaxPlants,
+                                            .compute_raster = options.compute_raster,
+                                            .int64_atomics = options.int64_atomics && gpu.int64_atomics}));
   const coppice_allocator allocator{.user = nullptr,
                                     .allocate = [](void*, std::size_t bytes, std::size_t) { return std::malloc(bytes); },
                                     .free = [](void*, void* pointer, std::size_t) { std::free(pointer); }};

@@ -43,6 +43,8 @@ Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const s
 
 struct SceneOptions {
   std::uint64_t memory_budget_bytes = 64ull << 20;
+  bool compute_raster = false;
+  bool int64_atomics = true;                       ///< where the device has them
   PFN_vkAllocateMemory allocate_memory = nullptr;  ///< instead of the device's; frames may then fail
 };
 
@@ -53,8 +55,12 @@ class RendererScene {
   /// Uploads the first page_count pages (all of them if there are fewer), and all wood, textures and leaf meshes unless page_count is 0.
   std::uint32_t add_plant(const DecodedPlant& plant, std::uint32_t page_count = 0xffffffffu);
   void place(std::uint32_t plant, const std::vector<coppice_placement>& placements);
+  [[nodiscard]] gpu::Renderer& renderer() { return *renderer_; }
   gpu::InstanceTable& instances() { return instances_; }
   [[nodiscard]] const std::vector<gpu::PlantResidency>& residency() const { return residency_; }
+
+  /// As when pages have been evicted.
+  void set_resident_leaves(std::uint32_t plant, std::uint32_t leaf_count) { residency_[plant].leaf_count = leaf_count; }
 
   /// Whether record_upload_end failed in the last frame.
   [[nodiscard]] bool upload_failed() const { return upload_failed_; }

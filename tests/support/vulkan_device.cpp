@@ -95,10 +95,13 @@ std::uint32_t graphics_and_compute_family(VkPhysicalDevice physical_device) {
 }
 
 /// What coppice_context_desc::device asks for and no more, so that a feature missing from that list shows under validation.
-/// Exceptions: occlusionQueryPrecise for the tests themselves; textureCompressionBC, which a context may be told of.
+/// Exceptions: occlusionQueryPrecise for the tests themselves; textureCompressionBC and 64-bit atomics, which a context may be told of.
 VkDevice create_device(VulkanDevice& gpu) {
-  VkPhysicalDeviceFeatures available{};
-  vkGetPhysicalDeviceFeatures(gpu.physical_device, &available);
+  VkPhysicalDeviceVulkan12Features available12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
+  VkPhysicalDeviceFeatures2 available2{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &available12};
+  vkGetPhysicalDeviceFeatures2(gpu.physical_device, &available2);
+  const VkPhysicalDeviceFeatures& available = available2.features;
+  gpu.int64_atomics = available.shaderInt64 == VK_TRUE && available12.shaderBufferInt64Atomics == VK_TRUE;
   gpu.occlusion_query_precise = available.occlusionQueryPrecise == VK_TRUE;
   gpu.texture_compression_bc = available.textureCompressionBC == VK_TRUE;
 
@@ -109,12 +112,14 @@ VkDevice create_device(VulkanDevice& gpu) {
   features12.drawIndirectCount = VK_TRUE;
   features12.scalarBlockLayout = VK_TRUE;
   features12.bufferDeviceAddress = VK_TRUE;
+  features12.shaderBufferInt64Atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
   VkPhysicalDeviceFeatures2 features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &features12};
   features.features.multiDrawIndirect = VK_TRUE;
   features.features.drawIndirectFirstInstance = VK_TRUE;
   features.features.samplerAnisotropy = available.samplerAnisotropy;
   features.features.occlusionQueryPrecise = available.occlusionQueryPrecise;
   features.features.textureCompressionBC = available.textureCompressionBC;
+  features.features.shaderInt64 = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
 
   const float priority = 1.0f;
   VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};

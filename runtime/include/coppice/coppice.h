@@ -137,6 +137,17 @@ typedef struct coppice_context_desc {
    * Default VK_FALSE, always right: they are decoded to RGBA8 on jobs and take four to eight times the memory. Where the physical device
    * lacks the feature it counts as VK_FALSE. */
   VkBool32 texture_compression_bc;
+
+  /* VK_TRUE: leaves below about 12 px, and the wood between them, are rasterised by compute shaders in coppice_record_cull, and
+   * coppice_record_draw copies what they drew into the attachments, colour and depth, before it draws the rest. Instances are then culled
+   * in blocks of those that were added one after the other: add neighbours together. Takes 8 bytes a pixel of the largest view, and per
+   * plant about 140 bytes a leaf. Views with COPPICE_LOD_FULL or an oblique projection are drawn as with VK_FALSE. Default VK_FALSE. */
+  VkBool32 compute_raster;
+  /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
+   * go over all leaves twice. Where the physical device lacks a feature it counts as VK_FALSE. */
+  VkBool32 shader_int64_atomics;
+  /* VK_TRUE: coppice_stats.pass_ms is measured. Costs some hundredths of a millisecond a pass. Default VK_FALSE. */
+  VkBool32 pass_times;
 } coppice_context_desc;
 
 /* Fills every field with its default; device fields become null and must be set. desc must not be null. */
@@ -251,6 +262,16 @@ coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd
 
 /* ---- statistics ----------------------------------------------------------------------------------------------------------------- */
 
+/* What coppice_stats.pass_ms has the times of; coppice_record_draw is the engine's to measure. */
+typedef enum coppice_pass {
+  COPPICE_PASS_UPLOAD = 0,
+  COPPICE_PASS_CULL = 1,   /* blocks, instances, cuts, clusters */
+  COPPICE_PASS_RASTER = 2, /* leaves and wood by compute shaders */
+  COPPICE_PASS_TILES = 3,  /* depth of tiles, for occlusion */
+  COPPICE_PASS_COUNT = 4,
+  COPPICE_PASS_MAX_ENUM = 0x7fffffff
+} coppice_pass;
+
 typedef struct coppice_stats {
   uint32_t struct_size;
   uint32_t instance_count;
@@ -269,6 +290,7 @@ typedef struct coppice_stats {
   uint32_t pages_wanted;             /* wanted by the view but not resident */
   uint32_t leaf_mesh_instance_count; /* visible instances that are drawn with their leaves as modelled, not as quads */
   uint64_t drawn_leaf_mesh_triangle_count;
+  float pass_ms[COPPICE_PASS_COUNT]; /* GPU time of a recent frame; 0 without coppice_context_desc.pass_times */
 } coppice_stats;
 void coppice_stats_init(coppice_stats* stats);
 coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);

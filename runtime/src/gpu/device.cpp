@@ -138,6 +138,13 @@ bool has_block_textures(const Device& device) {
   return features.features.textureCompressionBC == VK_TRUE;
 }
 
+bool has_int64_atomics(const Device& device) {
+  VkPhysicalDeviceVulkan12Features vulkan12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
+  VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &vulkan12};
+  device.vk.vkGetPhysicalDeviceFeatures2(device.physical_device, &features);
+  return features.features.shaderInt64 == VK_TRUE && vulkan12.shaderBufferInt64Atomics == VK_TRUE;
+}
+
 Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind) {
   if ((usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && size_bytes > device.max_storage_bytes)
     return Error{Status::unsupported, "storage buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};

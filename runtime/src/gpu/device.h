@@ -29,6 +29,9 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
 /// Whether the feature textureCompressionBC can have been enabled.
 bool has_block_textures(const Device& device);
 
+/// Whether shaderInt64 and shaderBufferInt64Atomics can have been enabled.
+bool has_int64_atomics(const Device& device);
+
 enum class MemoryKind : std::uint8_t {
   device,  ///< the GPU's own; written by copies
   host,    ///< mapped and coherent: staging and read-back

@@ -10,6 +10,7 @@ namespace coppice::gpu {
   X(vkGetDeviceProcAddr)              \
   X(vkGetPhysicalDeviceFeatures2)     \
   X(vkGetPhysicalDeviceProperties)    \
+  X(vkGetPhysicalDeviceProperties2)   \
   X(vkGetPhysicalDeviceMemoryProperties)
 
 #define COPPICE_DEVICE_FUNCTIONS(X) \
@@ -23,14 +24,18 @@ namespace coppice::gpu {
   X(vkCmdCopyBuffer)                \
   X(vkCmdCopyBufferToImage)         \
   X(vkCmdDispatch)                  \
+  X(vkCmdDispatchIndirect)          \
+  X(vkCmdDraw)                      \
   X(vkCmdDrawIndexedIndirect)       \
   X(vkCmdDrawIndexedIndirectCount)  \
   X(vkCmdFillBuffer)                \
   X(vkCmdPipelineBarrier2)          \
   X(vkCmdPushConstants)             \
+  X(vkCmdResetQueryPool)            \
   X(vkCmdSetScissor)                \
   X(vkCmdSetViewport)               \
   X(vkCmdUpdateBuffer)              \
+  X(vkCmdWriteTimestamp2)           \
   X(vkCreateBuffer)                 \
   X(vkCreateComputePipelines)       \
   X(vkCreateDescriptorPool)         \
@@ -39,6 +44,7 @@ namespace coppice::gpu {
   X(vkCreateImage)                  \
   X(vkCreateImageView)              \
   X(vkCreatePipelineLayout)         \
+  X(vkCreateQueryPool)              \
   X(vkCreateSampler)                \
   X(vkCreateShaderModule)           \
   X(vkDestroyBuffer)                \
@@ -48,12 +54,14 @@ namespace coppice::gpu {
   X(vkDestroyImageView)             \
   X(vkDestroyPipeline)              \
   X(vkDestroyPipelineLayout)        \
+  X(vkDestroyQueryPool)             \
   X(vkDestroySampler)               \
   X(vkDestroyShaderModule)          \
   X(vkFreeMemory)                   \
   X(vkGetBufferDeviceAddress)       \
   X(vkGetBufferMemoryRequirements)  \
   X(vkGetImageMemoryRequirements)   \
+  X(vkGetQueryPoolResults)          \
   X(vkMapMemory)                    \
   X(vkUpdateDescriptorSets)
 

@@ -98,13 +98,7 @@ Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, V
   return pipeline;
 }
 
-/// kKind of plant.frag.
-enum class FragmentKind : std::uint32_t { plain = 0, textured = 1 };
-
-struct DrawShaders {
-  VkShaderModule vertex, fragment;
-  FragmentKind kind;
-};
+}  // namespace
 
 Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, VkPipelineLayout layout,
                                         const DrawShaders& shaders) {
@@ -155,6 +149,8 @@ Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& at
     return vulkan_error(result, "vkCreateGraphicsPipelines");
   return pipeline;
 }
+
+namespace {
 
 Result<DescriptorSet> allocate_set(Device& device, VkDescriptorSetLayout layout, VkDescriptorPoolSize size) {
   const VkDescriptorPoolCreateInfo pool_info{

@@ -34,6 +34,18 @@ inline constexpr std::uint32_t kFrameBindingCount = 10;
 Result<void> create_passes(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, Passes& passes);
 void destroy_passes(Device& device, Passes& passes);
 
+/// kKind of plant.frag.
+enum class FragmentKind : std::uint32_t { plain = 0, textured = 1 };
+
+struct DrawShaders {
+  VkShaderModule vertex, fragment;
+  FragmentKind kind;
+};
+
+/// Triangles on the attachments, depth tested and written; viewport and scissor are dynamic. errors  out_of_memory, internal
+Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, VkPipelineLayout layout,
+                                        const DrawShaders& shaders);
+
 struct DescriptorSet {
   VkDescriptorPool pool = VK_NULL_HANDLE;
   VkDescriptorSet set = VK_NULL_HANDLE;

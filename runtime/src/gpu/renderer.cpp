@@ -47,6 +47,16 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
   renderer->staging_ = std::move(staging);
   COPPICE_CHECK(renderer->create_fixed_buffers());
   COPPICE_CHECK(renderer->create_default_texture());
+  if (desc.pass_times) COPPICE_CHECK(renderer->timer_.create(renderer->device_));
+  if (!desc.compute_raster) return renderer;
+  COPPICE_TRY(raster, LeafRaster::create(renderer->device_, renderer->garbage_,
+                                         {.attachments = desc.attachments,
+                                          .pipeline_cache = desc.pipeline_cache,
+                                          .frame_set_layout = renderer->passes_.frame_set_layout,
+                                          .max_instances = desc.max_instances,
+                                          .max_plants = desc.max_plants,
+                                          .int64_atomics = desc.int64_atomics}));
+  renderer->raster_ = std::move(raster);
   return renderer;
 }
 
@@ -54,6 +64,8 @@ Renderer::~Renderer() {
   garbage_.collect(device_, ~std::uint64_t{0});
   for (PlantSlot& plant : plants_)
     if (plant.used) destroy_plant(plant);
+  raster_.reset();
+  timer_.destroy(device_);
   garbage_.collect(device_, ~std::uint64_t{0});
   pages_.destroy(device_);
   staging_.destroy(device_);
@@ -131,6 +143,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
   drawable_ = false;
   garbage_.collect(device_, completed_);
   staging_.recycle(completed_);
+  if (timer_.exists()) timer_.collect(device_, completed_);
   for (std::uint32_t slot = 0; slot < kReadbackSlots; ++slot) {
     const std::uint64_t frame = readback_frames_[slot];
     if (frame == 0 || frame > completed_ || frame < counts_.frame) continue;
@@ -183,12 +196,16 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std
     plant.material_textures.push_back(material.texture);
   }
   plant.pending_words.assign(lod_words.begin(), lod_words.end());
-  return {};
+  if (!raster_) return {};
+  auto added = raster_->plants().add_plant(index, file);
+  if (!added) destroy_plant(plant);
+  return added;
 }
 
 void Renderer::remove_plant(std::uint32_t index) {
   COPPICE_ASSERT(plants_[index].used);
   destroy_plant(plants_[index]);
+  if (raster_) raster_->plants().remove_plant(index, frame_);
 }
 
 void Renderer::destroy_plant(PlantSlot& plant) {
@@ -220,6 +237,7 @@ void Renderer::drop_page(std::uint32_t plant, std::uint32_t page) {
   pages_.free(device_, slot);
   slot = PagePool::kNoSlot;
   charged_bytes_ -= kPageBytes;
+  if (raster_) raster_->plants().drop_page(plant, page, frame_);
 }
 
 void Renderer::drop_mesh(MeshBuffer& mesh) {
@@ -231,6 +249,7 @@ void Renderer::drop_mesh(MeshBuffer& mesh) {
 
 void Renderer::drop_wood(std::uint32_t plant, std::uint32_t lod) {
   drop_mesh(plants_[plant].wood[lod]);
+  if (raster_) raster_->plants().drop_wood(plant, lod, frame_);
 }
 
 void Renderer::drop_leaf_mesh(std::uint32_t plant, std::uint32_t index) {
@@ -254,7 +273,8 @@ void Renderer::drop_texture(std::uint32_t plant, std::uint32_t texture) {
 // slot would cost a block more than what was reserved for it, and be evicted for that in the next frame, again and again.
 std::uint64_t Renderer::overhead_bytes() const {
   const std::uint64_t unaccounted = device_.allocated_bytes - std::min(device_.allocated_bytes, charged_bytes_);
-  return unaccounted + pages_.block_bytes() - std::min(pages_.slack_bytes(), pages_.block_bytes());
+  const std::uint64_t lists_bytes = raster_ ? raster_->plants().bytes() : 0;
+  return unaccounted + lists_bytes + pages_.block_bytes() - std::min(pages_.slack_bytes(), pages_.block_bytes());
 }
 
 }  // namespace coppice::gpu

@@ -15,7 +15,9 @@
 #include "coppice/coppice.h"
 #include "coppice_shared.h"
 #include "device.h"
+#include "gpu_timer.h"
 #include "instances.h"
+#include "leaf_raster.h"
 #include "passes.h"
 #include "reader.h"
 #include "resources.h"
@@ -33,6 +35,9 @@ struct RendererDesc {
   std::uint64_t memory_budget_bytes = 0;  ///< decides how large a block of the page pool is
   std::uint32_t max_instances = 0;
   std::uint32_t max_plants = 0;
+  bool compute_raster = false;  ///< small leaves by compute shaders, where the device does
+  bool int64_atomics = false;   ///< shaderInt64 and shaderBufferInt64Atomics are enabled
+  bool pass_times = false;
 };
 
 struct NodePatch {
@@ -119,6 +124,10 @@ class Renderer {
   /// Whether upload_texture takes BC1 and BC3.
   [[nodiscard]] bool block_textures() const { return device_.block_textures; }
   [[nodiscard]] std::uint64_t upload_room_bytes() const { return staging_.free_bytes(); }
+  /// Whether small leaves are drawn by compute shaders.
+  [[nodiscard]] bool has_raster() const { return raster_ != nullptr; }
+  /// All zero without RendererDesc::pass_times.
+  [[nodiscard]] const GpuTimer& timer() const { return timer_; }
   /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.
   [[nodiscard]] VkBuffer cut_buffer() const { return fixed_.cuts.buffer; }
 
@@ -186,6 +195,7 @@ class Renderer {
   Result<void> stage_once();
   Result<void> stage_plant_tables();
   Result<void> stage_instances(InstanceTable& instances);
+  Result<void> stage_raster();
   Result<void> stage_texels(const Texture& texture, std::span<const std::uint8_t> texels);
   Result<MeshBuffer> stage_mesh(const PlantSlot& plant, const WoodMesh& mesh, ChunkVertex kind);
   void drop_mesh(MeshBuffer& mesh);
@@ -216,6 +226,9 @@ class Renderer {
   DescriptorSet frame_set_;
   Texture default_texture_;  ///< 1 x 1 white, for textures not there yet
   DescriptorSet default_set_;
+  std::unique_ptr<LeafRaster> raster_;  ///< null: everything is drawn by the hardware
+  GpuTimer timer_;
+  bool rastered_ = false;  ///< the last record_cull left a picture to resolve
   std::vector<PlantSlot> plants_;
   std::vector<Plant> records_;               ///< as uploaded this frame
   std::vector<std::uint32_t> plant_counts_;  ///< instances per plant, this frame

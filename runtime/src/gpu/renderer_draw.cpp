@@ -74,18 +74,23 @@ void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const 
   update_buffer(cmd, fixed_.wood_commands, wood_templates_.data(), wood_templates_.size() * sizeof(DrawCommand));
   vk.vkCmdFillBuffer(cmd, fixed_.leaf_counts.buffer, 0, VK_WHOLE_SIZE, 0);
   vk.vkCmdFillBuffer(cmd, fixed_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
+  rastered_ = raster_ && raster_->begin_view(cmd, view, frame_);
   memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
                  VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
-  if (instance_slot_count_ > 0) {
+  if (rastered_) {
+    raster_->record(cmd, frame_set_.set, instance_slot_count_, timer_.exists() ? &timer_ : nullptr);
+  } else if (instance_slot_count_ > 0) {
     vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.cull);
     vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.layout, 0, 1, &frame_set_.set, 0, nullptr);
     vk.vkCmdDispatch(cmd, (instance_slot_count_ + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
   }
   memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT,
-                 VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+                 VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT |
+                     VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
   record_readback(cmd);
+  if (timer_.exists()) timer_.mark(device_, cmd, Pass::cull);
 }
 
 void Renderer::record_readback(VkCommandBuffer cmd) {
@@ -107,6 +112,7 @@ void Renderer::record_draw(VkCommandBuffer cmd, const coppice_view& view) const 
   const VkRect2D scissor{{0, 0}, {view.width_px, view.height_px}};
   vk.vkCmdSetViewport(cmd, 0, 1, &viewport);
   vk.vkCmdSetScissor(cmd, 0, 1, &scissor);
+  if (rastered_) raster_->record_resolve(cmd, frame_set_.set);
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 0, 1, &frame_set_.set, 0, nullptr);
   // Trunks first: they hide leaves behind them, and the depth test is cheaper than a leaf.
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)

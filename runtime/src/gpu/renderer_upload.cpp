@@ -68,6 +68,9 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
     std::memcpy(plant.pending_tables.data() + plant.pages_offset + upload.page * sizeof address, &address, sizeof address);
   plant.page_slots[upload.page] = slot;
   charged_bytes_ += kPageBytes;
+  if (!raster_) return {};
+  raster_->plants().add_page(upload.plant, upload.page, upload.quads, upload.cards, upload.node_split);
+  for (const NodePatch& patch : upload.patches) raster_->plants().patch_node(upload.plant, patch.node, patch.split);
   return {};
 }
 
@@ -95,6 +98,7 @@ Result<void> Renderer::upload_wood(std::uint32_t plant_index, std::uint32_t lod,
   if (mesh.indices.empty()) return {};
   COPPICE_TRY(wood, stage_mesh(plant, mesh, ChunkVertex::wood));
   plant.wood[lod] = std::move(wood);
+  if (raster_) raster_->plants().add_wood(plant_index, lod, mesh);
   return {};
 }
 
@@ -159,6 +163,7 @@ Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t i
   }
   plant_texture = {.texture = texture, .set = *set, .visible = true, .charged_bytes = bytes.size()};
   charged_bytes_ += bytes.size();
+  if (raster_) raster_->plants().add_texture(plant_index, index, bytes, frame_);
   return {};
 }
 
@@ -200,6 +205,12 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
   for (InstanceTable::Range range = instances.take_dirty(0); range.count > 0; range = instances.take_dirty(range.first + range.count)) {
     auto staged =
         stage_copy(slots.data() + range.first, range.count * sizeof(Instance), fixed_.instances.buffer, range.first * sizeof(Instance));
+    if (staged && raster_) {
+      static_assert(kDirtyBlockSlots % kBlockSlots == 0);
+      const auto blocks = LeafRaster::blocks_of(instances.spheres(), range.first, range.count);
+      staged = stage_copy(blocks.data(), blocks.size() * sizeof(InstanceBlock), raster_->block_buffer(),
+                          range.first / kBlockSlots * sizeof(InstanceBlock));
+    }
     if (staged) continue;
     instances.mark_dirty(range);
     return staged.error();
@@ -306,17 +317,34 @@ Result<void> Renderer::reserve_draws() {
   return frame_set_stale_ ? rebuild_frame_set() : Result<void>();
 }
 
+Result<void> Renderer::stage_raster() {
+  if (!raster_) return {};
+  std::vector<std::uint32_t> leaf_counts(plants_.size());
+  for (std::size_t i = 0; i < plants_.size(); ++i)
+    if (plants_[i].used) leaf_counts[i] = records_[i].resident_leaf_count;
+  raster_->plants().update(leaf_counts);
+  std::vector<RasterCopy>& copies = raster_->plants().copies();
+  while (!copies.empty()) {
+    const RasterCopy& copy = copies.back();
+    COPPICE_CHECK(stage_copy(copy.bytes.data(), copy.bytes.size(), copy.to, copy.offset));
+    copies.pop_back();
+  }
+  return {};
+}
+
 Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency) {
   COPPICE_CHECK(stage_once());
   COPPICE_CHECK(stage_plant_tables());
   COPPICE_CHECK(stage_instances(instances));
   fill_records(instances, residency);
+  COPPICE_CHECK(stage_raster());
   return reserve_draws();
 }
 
 Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency) {
   COPPICE_ASSERT(upload_cmd_ != VK_NULL_HANDLE && residency.size() == plants_.size());
   auto staged = stage_frame(instances, residency);
+  if (timer_.exists()) timer_.begin(device_, upload_cmd_, frame_, completed_);
   memory_barrier(device_, upload_cmd_, kReadStages | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
                  VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
   record_buffer_copies(copies_);
@@ -328,6 +356,7 @@ Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<con
   }
   record_texture_copies();
   memory_barrier(device_, upload_cmd_, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kReadStages, kReads);
+  if (timer_.exists()) timer_.mark(device_, upload_cmd_, Pass::upload);
   upload_cmd_ = VK_NULL_HANDLE;
   drawable_ = static_cast<bool>(staged);
   return staged;

@@ -1,0 +1,155 @@
+// A card is sampled at 32 x 32 points of the mip level in which its texture is about 128 px wide. A cell of the mask has 4 x 4 of them; the
+// fullest cells are set, as many as give the card's coverage, so that thin outlines do not vanish.
+
+#include "card_looks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "block_texture.h"
+#include "convert.h"
+
+namespace coppice::gpu {
+namespace {
+
+constexpr std::uint32_t kSampledSide_px = 128;
+constexpr std::uint32_t kCells = 8;
+constexpr std::uint32_t kSamplesPerCell = 4;
+constexpr std::uint32_t kSide = kCells * kSamplesPerCell;
+
+struct Texels {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+
+Texels sampled_level(const TextureLayout& layout, std::span<const std::uint8_t> chunk) {
+  const MipLevel* level = &layout.levels.front();
+  for (const MipLevel& smaller : layout.levels)
+    if (std::max(smaller.width, smaller.height) >= kSampledSide_px) level = &smaller;
+  Texels texels{level->width, level->height, {}};
+  texels.rgba.resize(std::size_t{4} * level->width * level->height);
+  decode_texture_level(layout.format, *level,
+                       chunk.subspan(static_cast<std::size_t>(level->offset), static_cast<std::size_t>(level->bytes)), texels.rgba);
+  return texels;
+}
+
+float linear(std::uint8_t srgb) {
+  const float value = static_cast<float>(srgb) / 255.0f;
+  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+}
+
+using Texel = std::array<float, 4>;  ///< linear colour, alpha; 0..1
+
+/// Between the four nearest texels, repeating, as the sampler does.
+Texel texel_at(const Texels& texels, float u, float v) {
+  const auto wrap = [](float at, std::uint32_t side) {
+    const auto whole = static_cast<std::int64_t>(std::floor(at));
+    const auto period = static_cast<std::int64_t>(side);
+    return static_cast<std::size_t>((whole % period + period) % period);
+  };
+  const float x = u * static_cast<float>(texels.width) - 0.5f, y = v * static_cast<float>(texels.height) - 0.5f;
+  const float right = x - std::floor(x), down = y - std::floor(y);
+  Texel sum{};
+  for (int corner = 0; corner < 4; ++corner) {
+    const int rows = corner / 2;
+    const float weight = (corner % 2 != 0 ? right : 1.0f - right) * (rows != 0 ? down : 1.0f - down);
+    const std::size_t column = wrap(x + static_cast<float>(corner % 2), texels.width);
+    const std::size_t row = wrap(y + static_cast<float>(rows), texels.height);
+    const std::uint8_t* texel = texels.rgba.data() + 4 * (row * texels.width + column);
+    for (std::size_t channel = 0; channel < 3; ++channel) sum[channel] += weight * linear(texel[channel]);
+    sum[3] += weight * static_cast<float>(texel[3]) / 255.0f;
+  }
+  return sum;
+}
+
+/// Texture coordinate at (s, t) of a card, linear on each of its two triangles as the hardware draws it.
+std::array<float, 2> card_uv(const coppice_file_card& card, float s, float t) {
+  std::array<float, 2> uv{};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const auto at = [&](std::size_t corner) { return card.uv[corner][axis]; };
+    uv[axis] = s >= t ? at(0) + s * (at(1) - at(0)) + t * (at(2) - at(1)) : at(0) + t * (at(3) - at(0)) + s * (at(2) - at(3));
+  }
+  return uv;
+}
+
+/// Sums over sampled texels that are no holes.
+struct Sums {
+  std::array<double, 3> color{};
+  std::uint32_t count = 0;
+
+  void add(const Texel& texel) {
+    for (std::size_t channel = 0; channel < 3; ++channel) color[channel] += static_cast<double>(texel[channel]);
+    ++count;
+  }
+  [[nodiscard]] vec3 times(const float base_color[4]) const {
+    if (count == 0) return {base_color[0], base_color[1], base_color[2]};
+    const auto mean = [&](std::size_t channel) { return static_cast<float>(color[channel] / count) * base_color[channel]; };
+    return {mean(0), mean(1), mean(2)};
+  }
+};
+
+void look_at_card(const coppice_file_card& card, const coppice_file_material& material, const Texels& texels, RasterCard& look) {
+  Sums sums;
+  std::array<std::uint32_t, kCells * kCells> covered{};
+  for (std::uint32_t y = 0; y < kSide; ++y)
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      const auto [u, v] = card_uv(card, (static_cast<float>(x) + 0.5f) / kSide, (static_cast<float>(y) + 0.5f) / kSide);
+      const Texel texel = texel_at(texels, u, v);
+      if (texel[3] < material.alpha_cutoff) continue;
+      sums.add(texel);
+      ++covered[y / kSamplesPerCell * kCells + x / kSamplesPerCell];
+    }
+  look.albedo = sums.times(material.base_color);
+  std::array<std::uint32_t, kCells * kCells> order{};
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, [&](auto a, auto b) { return covered[a] != covered[b] ? covered[a] > covered[b] : a < b; });
+  const std::uint32_t samples = kSamplesPerCell * kSamplesPerCell;
+  const std::uint32_t wanted = std::clamp((sums.count + samples / 2) / samples, 1u, kCells * kCells);
+  look.mask[0] = look.mask[1] = 0;
+  for (std::uint32_t i = 0; i < wanted; ++i) look.mask[order[i] / 32] |= 1u << order[i] % 32;
+}
+
+void look_at_material(const coppice_file_material& material, const Texels& texels, RasterCard& look) {
+  Sums sums;
+  for (std::size_t i = 0; i < texels.rgba.size(); i += 4) {
+    const std::uint8_t* texel = texels.rgba.data() + i;
+    if (static_cast<float>(texel[3]) >= 255.0f * material.alpha_cutoff)
+      sums.add({linear(texel[0]), linear(texel[1]), linear(texel[2]), 1.0f});
+  }
+  look.albedo = sums.times(material.base_color);
+}
+
+}  // namespace
+
+PlantLooks plain_looks(const PlantFile& file) {
+  PlantLooks plant{file.cards, file.materials, {}};
+  const auto add = [&](const coppice_file_material& material, float coverage) {
+    plant.looks.push_back({.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]},
+                           .coverage = coverage,
+                           .mask = {0xffffffffu, 0xffffffffu},
+                           .crown_normals = gpu_material(material).crown_normals});
+  };
+  for (const coppice_file_card& card : file.cards) add(file.materials[card.material], gpu_material(file.materials[card.material]).coverage);
+  for (const coppice_file_material& material : file.materials) add(material, 1.0f);
+  return plant;
+}
+
+bool take_texture(PlantLooks& plant, std::uint32_t texture, std::span<const std::uint8_t> chunk) {
+  const auto layout = read_texture(chunk);
+  if (!layout) return false;
+  const Texels texels = sampled_level(*layout, chunk);
+  bool on_card = false;
+  for (std::size_t i = 0; i < plant.cards.size(); ++i) {
+    const coppice_file_material& material = plant.materials[plant.cards[i].material];
+    if (material.texture != texture) continue;
+    look_at_card(plant.cards[i], material, texels, plant.looks[i]);
+    on_card = true;
+  }
+  for (std::size_t i = 0; i < plant.materials.size(); ++i)
+    if (plant.materials[i].texture == texture) look_at_material(plant.materials[i], texels, plant.looks[plant.cards.size() + i]);
+  return on_card;
+}
+
+}  // namespace coppice::gpu

@@ -1,0 +1,307 @@
+#include "leaf_lists.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "coppice_lod.h"
+
+namespace coppice::gpu {
+namespace {
+
+using Point = std::array<float, 3>;
+
+Point operator-(const Point& a, const Point& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+Point operator*(const Point& a, float factor) {
+  return {a[0] * factor, a[1] * factor, a[2] * factor};
+}
+Point operator+(const Point& a, const Point& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+float dot(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+float length(const Point& a) {
+  return std::sqrt(dot(a, a));
+}
+Point normalised(const Point& a) {
+  return a * (1.0f / length(a));
+}
+
+/// crown_of and sky_through_crown of shading.glsl.
+struct Crown {
+  Point center{}, radii{};
+
+  Crown(const vec3& box_min, const vec3& box_step) {
+    const Point low{box_min.x, box_min.y, box_min.z}, step{box_step.x, box_step.y, box_step.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float half = 0.5f * 16383.0f * step[axis];
+      center[axis] = low[axis] + half;
+      radii[axis] = std::max(half, 1e-3f);
+    }
+  }
+  /// -1..1 along each axis
+  [[nodiscard]] Point place(const Point& p) const {
+    return {(p[0] - center[0]) / radii[0], (p[1] - center[1]) / radii[1], (p[2] - center[2]) / radii[2]};
+  }
+  [[nodiscard]] float sky(const Point& p) const {
+    const Point q = place(p);
+    const float t = std::clamp((length(q) + 0.35f * q[1] - 0.25f) / (1.15f - 0.25f), 0.0f, 1.0f);
+    return 0.35f + 0.65f * t * t * (3.0f - 2.0f * t);
+  }
+};
+
+/// A leaf on its way into a list.
+struct Entry {
+  RasterLeaf leaf{};
+  std::array<Point, 4> corners{};  ///< object space, m
+  std::uint32_t place = 0;         ///< Morton code of its middle
+  std::uint32_t id = 0;            ///< breaks ties
+  std::uint32_t size_class = 0;    ///< leaves of one are clustered together
+  float size_m = 0;                ///< the longer diagonal
+  std::array<Point, 2> axis{};     ///< the longer of the lines that halve it
+  std::uint32_t grain_count = 1;   ///< splats along it
+  float grain_m = 0;
+  float area_m2 = 0;
+  // Of its splat.
+  Point normal{}, face{};
+  Point albedo{};
+  float covered_m2 = 0;
+  float sky = 0;
+};
+
+std::uint32_t spread_bits(std::uint32_t value) {
+  value = (value | value << 16) & 0x030000ffu;
+  value = (value | value << 8) & 0x0300f00fu;
+  value = (value | value << 4) & 0x030c30c3u;
+  return (value | value << 2) & 0x09249249u;
+}
+
+/// Into how many splats a leaf falls: as many as make them about twice as long as wide.
+void set_grains(Entry& entry) {
+  const auto& c = entry.corners;
+  const std::array<Point, 2> along{(c[0] + c[3]) * 0.5f, (c[1] + c[2]) * 0.5f}, across{(c[0] + c[1]) * 0.5f, (c[2] + c[3]) * 0.5f};
+  const float along_m = length(along[1] - along[0]), across_m = length(across[1] - across[0]);
+  entry.axis = along_m >= across_m ? along : across;
+  const float length_m = std::max(along_m, across_m);
+  if (entry.area_m2 > 0.0f) {
+    constexpr float kGrainAspect = 2.0f;  // a disc passes for a leaf up to three times as long as wide
+    const float aspect = length_m * length_m / entry.area_m2;
+    entry.grain_count = static_cast<std::uint32_t>(std::clamp(std::lround(aspect / kGrainAspect), 1L, static_cast<long>(kMaxGrains)));
+  }
+  entry.grain_m = length_m / static_cast<float>(entry.grain_count);
+  constexpr float kClassesPerDoubling = 2.0f;
+  if (entry.grain_m > 1e-6f)
+    entry.size_class =
+        static_cast<std::uint32_t>(std::clamp(64.0f + std::floor(kClassesPerDoubling * std::log2(entry.grain_m)), 0.0f, 127.0f));
+}
+
+/// corners: three numbers of at most `largest` each
+Entry make_entry(const std::array<std::array<std::uint32_t, 3>, 4>& quantised, std::uint32_t largest, const RasterList& box) {
+  Entry entry;
+  const Point low{box.box_min.x, box.box_min.y, box.box_min.z}, step{box.box_step.x, box.box_step.y, box.box_step.z};
+  for (std::uint32_t i = 0; i < 12; ++i) {
+    entry.leaf.corners[i / 2] |= quantised[i / 3][i % 3] << (i % 2 * 16);
+    entry.corners[i / 3][i % 3] = low[i % 3] + step[i % 3] * static_cast<float>(quantised[i / 3][i % 3]);
+  }
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t sum = quantised[0][axis] + quantised[1][axis] + quantised[2][axis] + quantised[3][axis];
+    entry.place |= spread_bits(std::min(sum * 256u / (largest + 1), 1023u)) << axis;
+  }
+  const Point one = entry.corners[2] - entry.corners[0], other = entry.corners[3] - entry.corners[1];
+  entry.size_m = std::max(length(one), length(other));
+  entry.area_m2 =
+      0.5f * (length(cross(entry.corners[1] - entry.corners[0], one)) + length(cross(one, entry.corners[3] - entry.corners[0])));
+  set_grains(entry);
+  return entry;
+}
+
+std::uint32_t snorm8(float value) {
+  return static_cast<std::uint32_t>(std::lround(std::clamp(value, -1.0f, 1.0f) * 127.0f)) & 0xffu;
+}
+
+/// Two snorm8: the octahedron's lower half is folded outwards.
+std::uint32_t octahedral(const Point& normal) {
+  const float sum = std::abs(normal[0]) + std::abs(normal[1]) + std::abs(normal[2]);
+  if (!(sum > 0.0f)) return 0;
+  Point n{normal[0] / sum, normal[1] / sum, normal[2] / sum};
+  if (n[2] < 0.0f) {
+    const float x = (1.0f - std::abs(n[1])) * (n[0] >= 0.0f ? 1.0f : -1.0f);
+    n[1] = (1.0f - std::abs(n[0])) * (n[1] >= 0.0f ? 1.0f : -1.0f);
+    n[0] = x;
+  }
+  return snorm8(n[0]) | snorm8(n[1]) << 8;
+}
+
+/// variation of shading.glsl.
+Point variation(const Point& place_in_crown, const std::array<std::uint32_t, 3>& stalk) {
+  const auto cell = [&](std::size_t axis) {
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(place_in_crown[axis] * 4.0f)) + 16);
+  };
+  const std::uint32_t tuft = lod::coppice_hash(cell(0) + cell(1) * 64u + cell(2) * 4096u);
+  const std::uint32_t leaf = lod::coppice_hash((stalk[0] + stalk[1] * 16384u) ^ (stalk[2] * 747796405u));
+  const float a = static_cast<float>(tuft >> 16) / 65535.0f - 0.5f;
+  const float b = static_cast<float>(leaf >> 16) / 65535.0f - 0.5f;
+  const float c = static_cast<float>(leaf & 0xffffu) / 65535.0f - 0.5f;
+  return Point{1.0f + 0.16f * c, 1.0f, 1.0f - 0.14f * c} * (1.0f + 0.16f * a + 0.30f * b);
+}
+
+/// The normal that leaf_light of shading.glsl has for it, and what its card says of it.
+void shade_leaf(Entry& entry, const Crown& crown, const RasterCard& look, const std::array<std::uint32_t, 3>& stalk) {
+  const Point middle = (entry.corners[0] + entry.corners[1] + entry.corners[2] + entry.corners[3]) * 0.25f;
+  Point outward = middle - crown.center;
+  for (std::size_t axis = 0; axis < 3; ++axis) outward[axis] /= crown.radii[axis] * crown.radii[axis];
+  outward = normalised(outward + Point{0.0f, 1e-4f, 0.0f});
+  Point face = cross(entry.corners[2] - entry.corners[0], entry.corners[3] - entry.corners[1]);
+  face = dot(face, face) > 1e-20f ? normalised(face) : outward;
+  entry.face = face;
+  const float side = std::clamp(4.0f * dot(face, outward), -1.0f, 1.0f), turned = std::max(look.crown_normals, 1e-3f);
+  entry.normal = normalised(face * (side * (1.0f - turned)) + outward * turned);
+  const Point varied = variation(crown.place(entry.corners[0]), stalk);
+  entry.albedo = {look.albedo.x * varied[0], look.albedo.y * varied[1], look.albedo.z * varied[2]};
+  entry.covered_m2 = entry.area_m2 * look.coverage;
+  entry.sky = crown.sky(middle);
+}
+
+/// grain: < entry.grain_count
+RasterSplat splat_of(const Entry& entry, std::uint32_t grain, const RasterList& list) {
+  const auto unorm8 = [](float value) { return static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f))); };
+  const Point low{list.box_min.x, list.box_min.y, list.box_min.z}, step{list.splat_step.x, list.splat_step.y, list.splat_step.z};
+  const float share = (static_cast<float>(grain) + 0.5f) / static_cast<float>(entry.grain_count);
+  const Point middle = entry.axis[0] + (entry.axis[1] - entry.axis[0]) * share;
+  const float side_m = std::sqrt(entry.covered_m2 / static_cast<float>(entry.grain_count));
+  std::array<std::uint32_t, 4> words{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (step[axis] > 0.0f)
+      words[axis] = static_cast<std::uint32_t>(std::clamp(std::lround((middle[axis] - low[axis]) / step[axis]), 0L, 65535L));
+  if (list.splat_size_m > 0.0f)
+    words[3] = static_cast<std::uint32_t>(std::clamp(std::lround(65535.0f * side_m / list.splat_size_m), 0L, 65535L));
+  RasterSplat splat{.xy = words[0] | words[1] << 16,
+                    .z_size = words[2] | words[3] << 16,
+                    .normals = octahedral(entry.normal) | octahedral(entry.face) << 16,
+                    .look = unorm8(entry.sky) << 24};
+  for (std::size_t channel = 0; channel < 3; ++channel)
+    splat.look |= unorm8(std::sqrt(entry.albedo[channel] / kMaxSplatAlbedo)) << (8 * channel);
+  return splat;
+}
+
+RasterCluster bound(std::span<const Entry> entries, std::uint32_t first_leaf) {
+  Point low = entries[0].corners[0], high = low;
+  for (const Entry& entry : entries)
+    for (const Point& corner : entry.corners)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], corner[axis]);
+        high[axis] = std::max(high[axis], corner[axis]);
+      }
+  const Point center{0.5f * (low[0] + high[0]), 0.5f * (low[1] + high[1]), 0.5f * (low[2] + high[2])};
+  RasterCluster cluster{
+      .center = {center[0], center[1], center[2]}, .first_leaf = first_leaf, .leaf_count = static_cast<std::uint32_t>(entries.size())};
+  for (const Entry& entry : entries) {
+    for (const Point& corner : entry.corners) cluster.radius_m = std::max(cluster.radius_m, length(corner - center));
+    cluster.grain_m = std::max(cluster.grain_m, entry.grain_m);
+    cluster.splat_count += entry.grain_count;
+  }
+  return cluster;
+}
+
+/// Sorts the entries and cuts them into clusters of equal size.
+BuiltList finish(std::vector<Entry>& entries, const RasterList& box, float largest) {
+  BuiltList list{.header = box};
+  for (auto [step, splat_step] :
+       {std::pair{box.box_step.x, &list.header.splat_step.x}, std::pair{box.box_step.y, &list.header.splat_step.y},
+        std::pair{box.box_step.z, &list.header.splat_step.z}})
+    *splat_step = step * largest / 65535.0f;
+  for (const Entry& entry : entries) list.header.splat_size_m = std::max(list.header.splat_size_m, std::sqrt(entry.covered_m2));
+  std::ranges::sort(entries, [](const Entry& a, const Entry& b) {
+    if (a.size_class != b.size_class) return a.size_class < b.size_class;
+    return a.place != b.place ? a.place < b.place : a.id < b.id;
+  });
+  const std::size_t count = (entries.size() + kClusterLeaves - 1) / kClusterLeaves;
+  double area_m2 = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t first = entries.size() * i / count, end = entries.size() * (i + 1) / count;
+    const std::span<Entry> members = std::span(entries).subspan(first, end - first);
+    std::ranges::sort(members, [](const Entry& a, const Entry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; });
+    list.clusters.push_back(bound(members, static_cast<std::uint32_t>(first)));
+    list.clusters.back().first_splat = static_cast<std::uint32_t>(list.splats.size());
+    for (const Entry& entry : members) {
+      list.leaves.push_back(entry.leaf);
+      for (std::uint32_t grain = 0; grain < entry.grain_count; ++grain) list.splats.push_back(splat_of(entry, grain, list.header));
+      area_m2 += static_cast<double>(entry.area_m2);
+    }
+  }
+  list.header.leaf_count = static_cast<std::uint32_t>(list.leaves.size());
+  list.header.cluster_count = static_cast<std::uint32_t>(list.clusters.size());
+  if (!entries.empty()) list.header.leaf_size_m = static_cast<float>(std::sqrt(area_m2 / static_cast<double>(entries.size())));
+  return list;
+}
+
+}  // namespace
+
+BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count) {
+  const RasterList box{.box_min = source.box_min, .box_step = source.box_step};
+  constexpr std::uint32_t kLargest = 16383;
+  const Crown crown(source.box_min, source.box_step);
+  std::vector<Entry> entries;
+  entries.reserve(leaf_count);
+  for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id) {
+    if (!lod::coppice_node_alive(id, source.node_split[id], leaf_count)) continue;
+    std::array<std::array<std::uint32_t, 3>, 4> quantised{};
+    for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(source.quads[id][corner], quantised[corner].begin());
+    Entry entry = make_entry(quantised, kLargest, box);
+    entry.id = id;
+    entry.leaf.look = source.cards[id];
+    shade_leaf(entry, crown, source.looks[source.cards[id]], quantised[0]);
+    entries.push_back(entry);
+  }
+  return finish(entries, box, kLargest);
+}
+
+BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
+  if (mesh.indices.empty()) return {};
+  constexpr std::uint32_t kLargest = 65535;
+  Point low = mesh.vertices[mesh.indices[0]].position, high = low;
+  for (const std::uint32_t index : mesh.indices)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], mesh.vertices[index].position[axis]);
+      high[axis] = std::max(high[axis], mesh.vertices[index].position[axis]);
+    }
+  const Crown crown(source.box_min, source.box_step);
+  const Point step{(high[0] - low[0]) / kLargest, (high[1] - low[1]) / kLargest, (high[2] - low[2]) / kLargest};
+  const RasterList box{.box_min = {low[0], low[1], low[2]}, .box_step = {step[0], step[1], step[2]}};
+  std::vector<Entry> entries;
+  entries.reserve(mesh.indices.size() / 3);
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    std::array<std::array<std::uint32_t, 3>, 4> quantised{};
+    Point normal{};
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      const coppice::WoodVertex& vertex = mesh.vertices[mesh.indices[i + std::min<std::size_t>(corner, 2)]];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (step[axis] > 0.0f)
+          quantised[corner][axis] = static_cast<std::uint32_t>(
+              std::clamp(std::lround((vertex.position[axis] - low[axis]) / step[axis]), 0L, static_cast<long>(kLargest)));
+        if (corner < 3) normal[axis] += vertex.normal[axis];
+      }
+    }
+    Entry entry = make_entry(quantised, kLargest, box);
+    entry.id = static_cast<std::uint32_t>(i / 3);
+    const std::uint32_t look = source.first_material + mesh.vertices[mesh.indices[i]].material;
+    entry.leaf.look = look | octahedral(normal) << 16;
+    entry.normal = normal;
+    const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
+    entry.face = dot(face, face) > 0.0f ? face : normal;
+    const RasterCard& card = source.looks[look];
+    entry.albedo = {card.albedo.x, card.albedo.y, card.albedo.z};
+    entry.covered_m2 = entry.area_m2;
+    entry.sky = crown.sky((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
+    entries.push_back(entry);
+  }
+  return finish(entries, box, kLargest);
+}
+
+}  // namespace coppice::gpu

@@ -1,0 +1,48 @@
+#pragma once
+
+// The lists the compute rasteriser draws from: one per rung of a ladder of cuts, shared by every instance that shows about so many leaves,
+// and one per wood LoD. A list holds the leaves of cut(m) and nothing else, neighbours together in clusters of kClusterLeaves that are
+// culled as one; inside a cluster the leaves are sorted by size, because invocations side by side take as long as the slowest.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "raster_shared.h"
+#include "tree.h"
+#include "wood_codec.h"
+
+namespace coppice::gpu {
+
+/// A list as it is copied to the device; the header's addresses are zero.
+struct BuiltList {
+  RasterList header{};
+  std::vector<RasterCluster> clusters;
+  std::vector<RasterLeaf> leaves;
+  std::vector<RasterSplat> splats;  ///< the same leaves
+};
+
+/// The nodes that are resident, and the box their corners are quantised in (object space, m).
+struct LeafSource {
+  std::span<const QuantisedQuad> quads;       ///< [2m - 1] or more
+  std::span<const std::uint8_t> cards;        ///< the same
+  std::span<const std::uint32_t> node_split;  ///< the same
+  std::span<const RasterCard> looks;          ///< of the cards
+  vec3 box_min{};
+  vec3 box_step{};
+};
+
+/// The leaves of cut(leaf_count). 1 <= leaf_count <= N
+BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count);
+
+/// The triangles of a wood LoD, quantised to 1/65535 of the mesh's box.
+/// looks  those of the cards, then those of the materials: first_material is the first of these. crown: the leaves' box
+struct WoodSource {
+  std::span<const RasterCard> looks;
+  std::uint32_t first_material = 0;
+  vec3 box_min{};
+  vec3 box_step{};
+};
+BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source);
+
+}  // namespace coppice::gpu

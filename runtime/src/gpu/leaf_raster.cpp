@@ -1,0 +1,404 @@
+// A frame in rounds, large instances first. In each round:
+//
+//     blocks of instances -> instances: cut, path -> clusters of their lists -> leaves to pixels -> leaves of many pixels
+//
+// and then the smallest depth of every 8, 32 and 128 px tile, by which the next round drops what cannot be seen. All counts stay on the
+// device: every pass but the first is dispatched indirectly.
+
+#include "leaf_raster.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <new>
+
+#include "cull_raster_comp.h"
+#include "leaf_blocks_comp.h"
+#include "leaf_expand_comp.h"
+#include "leaf_raster_comp.h"
+#include "leaf_raster_int64_comp.h"
+#include "leaf_splats_comp.h"
+#include "leaf_splats_int64_comp.h"
+#include "leaf_tiles_comp.h"
+#include "raster_resolve_frag.h"
+#include "raster_resolve_vert.h"
+
+namespace coppice::gpu {
+namespace {
+
+constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+constexpr std::uint32_t kBindingCount = 12;
+/// Instances whose leaves are larger on average, px, are drawn by the hardware: there the texture shows, and a leaf costs no more.
+constexpr float kSplit_px = 12.0f;
+
+/// Leaves no longer than this are drawn as splats.
+constexpr float kSplat_px = 4.0f;
+
+class ShaderModule {
+ public:
+  static Result<VkShaderModule> create(const Device& device, std::span<const std::uint32_t> words) {
+    const VkShaderModuleCreateInfo info{
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words.size_bytes(), .pCode = words.data()};
+    VkShaderModule module = VK_NULL_HANDLE;
+    if (const VkResult result = device.vk.vkCreateShaderModule(device.device, &info, nullptr, &module); result != VK_SUCCESS)
+      return vulkan_error(result, "vkCreateShaderModule");
+    return module;
+  }
+};
+
+/// Constants 0, 1 and 2 of the rasteriser's shaders.
+struct Constants {
+  std::uint32_t kind = 0;
+  std::uint32_t lanes = 8;
+  std::uint32_t pass = 0;
+};
+
+Result<VkPipeline> create_compute(const Device& device, VkPipelineCache cache, VkPipelineLayout layout,
+                                  std::span<const std::uint32_t> words, const Constants& constants) {
+  COPPICE_TRY(module, ShaderModule::create(device, words));
+  const std::array<VkSpecializationMapEntry, 3> entries{{{0, offsetof(Constants, kind), sizeof(std::uint32_t)},
+                                                         {1, offsetof(Constants, lanes), sizeof(std::uint32_t)},
+                                                         {2, offsetof(Constants, pass), sizeof(std::uint32_t)}}};
+  const VkSpecializationInfo special{static_cast<std::uint32_t>(entries.size()), entries.data(), sizeof constants, &constants};
+  const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                                         .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                                                   .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                                                   .module = module,
+                                                   .pName = "main",
+                                                   .pSpecializationInfo = &special},
+                                         .layout = layout};
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  const VkResult result = device.vk.vkCreateComputePipelines(device.device, cache, 1, &info, nullptr, &pipeline);
+  device.vk.vkDestroyShaderModule(device.device, module, nullptr);
+  if (result != VK_SUCCESS) return vulkan_error(result, "vkCreateComputePipelines");
+  return pipeline;
+}
+
+std::uint64_t tile_count(std::uint32_t width_px, std::uint32_t height_px) {
+  std::uint64_t count = 0;
+  for (std::uint32_t level = 0; level < kTileLevels; ++level) {
+    const std::uint64_t side = std::uint64_t{kTileSide_px} << (2 * level);
+    count += ((width_px + side - 1) / side) * ((height_px + side - 1) / side);
+  }
+  return count;
+}
+
+/// Depth as a function of w alone, which an oblique projection's is not.
+bool has_plain_depth(const coppice_view& view) {
+  return view.clip_from_view[2] == 0.0f && view.clip_from_view[6] == 0.0f && view.clip_from_view[11] == -1.0f;
+}
+
+bool is_reversed(VkCompareOp compare) {
+  return compare == VK_COMPARE_OP_GREATER || compare == VK_COMPARE_OP_GREATER_OR_EQUAL;
+}
+
+}  // namespace
+
+LeafRaster::LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc) : device_(device), garbage_(garbage), desc_(desc) {}
+
+Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& garbage, const RasterDesc& desc) {
+  VkPhysicalDeviceSubgroupProperties subgroup{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
+  VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &subgroup};
+  device.vk.vkGetPhysicalDeviceProperties2(device.physical_device, &properties);
+  if (desc.max_instances > kRasterMaxInstances)
+    return Error{Status::unsupported, "max_instances beyond what the compute rasteriser names", Error::kNoOffset,
+                 std::to_string(desc.max_instances)};
+  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBindingCount + kBindingCount)
+    return Error{Status::unsupported, "too few storage buffers in a stage for the compute rasteriser"};
+  std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, desc));
+  if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
+  raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
+  COPPICE_CHECK(raster->plants_.create(device, garbage, desc.max_plants));
+  COPPICE_CHECK(raster->create_layouts());
+  COPPICE_CHECK(raster->create_pipelines());
+  COPPICE_CHECK(raster->create_buffers());
+  return raster;
+}
+
+LeafRaster::~LeafRaster() {
+  const Functions& vk = device_.vk;
+  plants_.destroy();
+  for (VkPipeline pipeline :
+       {pipelines_.blocks, pipelines_.cull, pipelines_.expand, pipelines_.resolve, pipelines_.tiles[0], pipelines_.tiles[1]})
+    vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
+  for (const auto& pass : pipelines_.leaves)
+    for (VkPipeline pipeline : pass) vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
+  for (VkPipeline pipeline : pipelines_.splats) vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
+  vk.vkDestroyPipelineLayout(device_.device, pipelines_.layout, nullptr);
+  vk.vkDestroyDescriptorSetLayout(device_.device, pipelines_.set_layout, nullptr);
+  vk.vkDestroyDescriptorPool(device_.device, set_.pool, nullptr);
+  for (Buffer* buffer : {&buffers_.blocks, &buffers_.rounds, &buffers_.visible_blocks, &buffers_.items, &buffers_.tiny, &buffers_.work,
+                         &buffers_.splats, &buffers_.big, &buffers_.picture, &buffers_.tiles})
+    if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
+}
+
+Result<void> LeafRaster::create_layouts() {
+  std::array<VkDescriptorSetLayoutBinding, kBindingCount> bindings{};
+  for (std::uint32_t i = 0; i < kBindingCount; ++i)
+    bindings[i] = {.binding = i,
+                   .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                   .descriptorCount = 1,
+                   .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | (i == 0 ? VkShaderStageFlags{VK_SHADER_STAGE_FRAGMENT_BIT} : 0u)};
+  const VkDescriptorSetLayoutCreateInfo set_info{
+      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = kBindingCount, .pBindings = bindings.data()};
+  if (const VkResult result = device_.vk.vkCreateDescriptorSetLayout(device_.device, &set_info, nullptr, &pipelines_.set_layout);
+      result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateDescriptorSetLayout");
+  const std::array sets{desc_.frame_set_layout, pipelines_.set_layout};
+  const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, .size = sizeof(RasterPush)};
+  const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                        .setLayoutCount = static_cast<std::uint32_t>(sets.size()),
+                                        .pSetLayouts = sets.data(),
+                                        .pushConstantRangeCount = 1,
+                                        .pPushConstantRanges = &push};
+  if (const VkResult result = device_.vk.vkCreatePipelineLayout(device_.device, &info, nullptr, &pipelines_.layout); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreatePipelineLayout");
+  return {};
+}
+
+Result<void> LeafRaster::create_pipelines() {
+  struct Wanted {
+    VkPipeline* pipeline;
+    std::span<const std::uint32_t> words;
+    Constants constants;
+  };
+  std::vector<Wanted> wanted{{&pipelines_.blocks, leaf_blocks_comp_spirv, {}},
+                             {&pipelines_.cull, cull_raster_comp_spirv, {}},
+                             {&pipelines_.expand, leaf_expand_comp_spirv, {.lanes = lanes_}},
+                             {&pipelines_.tiles[0], leaf_tiles_comp_spirv, {.kind = 0, .lanes = lanes_}},
+                             {&pipelines_.tiles[1], leaf_tiles_comp_spirv, {.kind = 1, .lanes = lanes_}}};
+  const std::uint32_t pass_count = desc_.int64_atomics ? 1 : 2;
+  using Words = std::span<const std::uint32_t>;
+  const Words leaves = desc_.int64_atomics ? Words(leaf_raster_int64_comp_spirv) : Words(leaf_raster_comp_spirv);
+  const Words splats = desc_.int64_atomics ? Words(leaf_splats_int64_comp_spirv) : Words(leaf_splats_comp_spirv);
+  for (std::uint32_t pass = 0; pass < pass_count; ++pass) {
+    wanted.push_back({&pipelines_.splats[pass], splats, {.lanes = lanes_, .pass = pass}});
+    for (std::uint32_t source = 0; source < kSourceCount; ++source)
+      wanted.push_back({&pipelines_.leaves[pass][source], leaves, {.kind = source, .lanes = lanes_, .pass = pass}});
+  }
+  for (const Wanted& item : wanted) {
+    COPPICE_TRY(pipeline, create_compute(device_, desc_.pipeline_cache, pipelines_.layout, item.words, item.constants));
+    *item.pipeline = pipeline;
+  }
+  COPPICE_TRY(vertex, ShaderModule::create(device_, raster_resolve_vert_spirv));
+  auto fragment = ShaderModule::create(device_, raster_resolve_frag_spirv);
+  auto resolve = fragment ? create_draw_pipeline(device_, desc_.attachments, desc_.pipeline_cache, pipelines_.layout,
+                                                 {vertex, *fragment, FragmentKind::plain})
+                          : Result<VkPipeline>(fragment.error());
+  device_.vk.vkDestroyShaderModule(device_.device, vertex, nullptr);
+  if (fragment) device_.vk.vkDestroyShaderModule(device_.device, *fragment, nullptr);
+  if (!resolve) return resolve.error();
+  pipelines_.resolve = *resolve;
+  return {};
+}
+
+Result<void> LeafRaster::create_buffers() {
+  struct Wanted {
+    Buffer* buffer;
+    std::uint64_t bytes;
+    VkBufferUsageFlags usage = kStorage;
+  };
+  const std::uint64_t block_count = (std::uint64_t{desc_.max_instances} + kBlockSlots - 1) / kBlockSlots;
+  const Wanted wanted[] = {{&buffers_.blocks, block_count * sizeof(InstanceBlock)},
+                           {&buffers_.rounds, kRasterRounds * sizeof(RasterRound), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
+                           {&buffers_.visible_blocks, block_count * sizeof(std::uint32_t)},
+                           // Leaves and wood of each.
+                           {&buffers_.items, std::uint64_t{desc_.max_instances} * 2 * sizeof(std::uint32_t)},
+                           {&buffers_.tiny, std::uint64_t{desc_.max_instances} * sizeof(std::uint32_t)},
+                           {&buffers_.work, std::uint64_t{kWorkCapacity} * sizeof(uvec2)},
+                           {&buffers_.splats, std::uint64_t{kWorkCapacity} * sizeof(uvec2)},
+                           {&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2)}};
+  for (const Wanted& item : wanted) {
+    COPPICE_TRY(buffer, create_buffer(device_, item.bytes, item.usage, MemoryKind::device));
+    *item.buffer = buffer;
+  }
+  return {};
+}
+
+std::vector<InstanceBlock> LeafRaster::blocks_of(std::span<const InstanceSphere> slots, std::uint32_t first, std::uint32_t count) {
+  std::vector<InstanceBlock> blocks;
+  for (std::uint32_t from = first; from < first + count; from += kBlockSlots) {
+    const auto members = slots.subspan(from, std::min<std::size_t>(kBlockSlots, slots.size() - from));
+    std::array<float, 3> low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+    InstanceBlock block{.radius_m = -1.0f};
+    for (const InstanceSphere& sphere : members) {
+      if (sphere.plant == InstanceSphere::kNoPlant) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], sphere.center_m[axis] - sphere.radius_m);
+        high[axis] = std::max(high[axis], sphere.center_m[axis] + sphere.radius_m);
+      }
+      block.max_instance_radius_m = std::max(block.max_instance_radius_m, sphere.radius_m);
+    }
+    if (block.max_instance_radius_m > 0.0f) {
+      block.center = {0.5f * (low[0] + high[0]), 0.5f * (low[1] + high[1]), 0.5f * (low[2] + high[2])};
+      for (const InstanceSphere& sphere : members) {
+        if (sphere.plant == InstanceSphere::kNoPlant) continue;
+        const float x = sphere.center_m[0] - block.center.x, y = sphere.center_m[1] - block.center.y,
+                    z = sphere.center_m[2] - block.center.z;
+        block.radius_m = std::max(block.radius_m, std::sqrt(x * x + y * y + z * z) + sphere.radius_m);
+      }
+    }
+    blocks.push_back(block);
+  }
+  return blocks;
+}
+
+Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
+  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kBindingCount};
+  const VkDescriptorPoolCreateInfo pool_info{
+      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = 1, .pPoolSizes = &size};
+  DescriptorSet made;
+  if (const VkResult result = device_.vk.vkCreateDescriptorPool(device_.device, &pool_info, nullptr, &made.pool); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateDescriptorPool");
+  const VkDescriptorSetAllocateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                         .descriptorPool = made.pool,
+                                         .descriptorSetCount = 1,
+                                         .pSetLayouts = &pipelines_.set_layout};
+  if (const VkResult result = device_.vk.vkAllocateDescriptorSets(device_.device, &info, &made.set); result != VK_SUCCESS) {
+    device_.vk.vkDestroyDescriptorPool(device_.device, made.pool, nullptr);
+    return vulkan_error(result, "vkAllocateDescriptorSets");
+  }
+  const std::array<VkBuffer, kBindingCount> buffers{buffers_.picture.buffer, buffers_.blocks.buffer, plants_.lists(),
+                                                    plants_.plants(),        buffers_.rounds.buffer, buffers_.visible_blocks.buffer,
+                                                    buffers_.items.buffer,   buffers_.tiny.buffer,   buffers_.work.buffer,
+                                                    buffers_.big.buffer,     buffers_.tiles.buffer,  buffers_.splats.buffer};
+  std::array<VkDescriptorBufferInfo, kBindingCount> infos{};
+  std::array<VkWriteDescriptorSet, kBindingCount> writes{};
+  for (std::uint32_t i = 0; i < kBindingCount; ++i) {
+    infos[i] = {.buffer = buffers[i], .range = VK_WHOLE_SIZE};
+    writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                 .dstSet = made.set,
+                 .dstBinding = i,
+                 .descriptorCount = 1,
+                 .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                 .pBufferInfo = &infos[i]};
+  }
+  device_.vk.vkUpdateDescriptorSets(device_.device, kBindingCount, writes.data(), 0, nullptr);
+  if (set_.pool != VK_NULL_HANDLE) garbage_.retire(frame, set_.pool);
+  set_ = made;
+  return {};
+}
+
+Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t frame) {
+  const std::uint64_t picture_bytes = std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t);
+  const std::uint64_t tile_bytes = tile_count(view.width_px, view.height_px) * sizeof(std::uint32_t);
+  if (picture_bytes <= buffers_.picture.size_bytes && tile_bytes <= buffers_.tiles.size_bytes) return {};
+  COPPICE_TRY(picture, create_buffer(device_, std::max(picture_bytes, buffers_.picture.size_bytes), kStorage, MemoryKind::device));
+  auto tiles = create_buffer(device_, std::max(tile_bytes, buffers_.tiles.size_bytes), kStorage, MemoryKind::device);
+  if (!tiles) {
+    destroy_buffer(device_, picture);
+    return tiles.error();
+  }
+  for (const Buffer& old : {buffers_.picture, buffers_.tiles})
+    if (old.buffer != VK_NULL_HANDLE) garbage_.retire(frame, old);
+  buffers_.picture = picture;
+  buffers_.tiles = *tiles;
+  return rebuild_set(frame);
+}
+
+bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame) {
+  if (view.lod == COPPICE_LOD_FULL || !has_plain_depth(view) || !reserve_picture(view, frame)) return false;
+  const bool reversed = is_reversed(desc_.attachments.depth_compare);
+  push_ = {.round = 0,
+           .width_px = view.width_px,
+           .height_px = view.height_px,
+           // Depth is clip z over w, with z = -[10] w + [14].
+           .key_a = reversed ? -view.clip_from_view[10] : 1.0f + view.clip_from_view[10],
+           .key_b = reversed ? view.clip_from_view[14] : -view.clip_from_view[14],
+           .splat_px = kSplat_px,
+           .split_px = kSplit_px,
+           .reversed = reversed ? 1u : 0u,
+           .lanes = lanes_};
+  std::array<RasterRound, kRasterRounds> rounds{};
+  for (RasterRound& round : rounds)
+    for (RasterStage* stage : {&round.blocks, &round.items, &round.work, &round.splats, &round.big, &round.tiny})
+      stage->groups[1] = stage->groups[2] = 1;
+  device_.vk.vkCmdUpdateBuffer(cmd, buffers_.rounds.buffer, 0, sizeof rounds, rounds.data());
+  device_.vk.vkCmdFillBuffer(cmd, buffers_.picture.buffer, 0, std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t), 0);
+  device_.vk.vkCmdFillBuffer(cmd, buffers_.tiles.buffer, 0, VK_WHOLE_SIZE, 0);
+  return true;
+}
+
+void LeafRaster::bind(VkCommandBuffer cmd, VkPipeline pipeline) const {
+  device_.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
+}
+
+void LeafRaster::barrier(VkCommandBuffer cmd) const {
+  memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
+                 VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
+                 VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
+}
+
+void LeafRaster::dispatch_stage(VkCommandBuffer cmd, VkPipeline pipeline, std::uint32_t round, std::uint64_t stage_offset) const {
+  bind(cmd, pipeline);
+  device_.vk.vkCmdDispatchIndirect(cmd, buffers_.rounds.buffer, round * sizeof(RasterRound) + stage_offset);
+}
+
+void LeafRaster::record_leaves(VkCommandBuffer cmd, std::uint32_t round) const {
+  const std::uint32_t pass_count = desc_.int64_atomics ? 1 : 2;
+  for (std::uint32_t pass = 0; pass < pass_count; ++pass) {
+    const auto& leaves = pipelines_.leaves[pass];
+    if (pass > 0) barrier(cmd);
+    dispatch_stage(cmd, leaves[kTiny], round, offsetof(RasterRound, tiny));
+    dispatch_stage(cmd, pipelines_.splats[pass], round, offsetof(RasterRound, splats));
+    dispatch_stage(cmd, leaves[kClusters], round, offsetof(RasterRound, work));
+    // The first pass finds out which leaves are big.
+    if (pass == 0) barrier(cmd);
+    dispatch_stage(cmd, leaves[kBig], round, offsetof(RasterRound, big));
+  }
+}
+
+void LeafRaster::record_tiles(VkCommandBuffer cmd) const {
+  const std::uint64_t finest =
+      std::uint64_t{(push_.width_px + kTileSide_px - 1) / kTileSide_px} * ((push_.height_px + kTileSide_px - 1) / kTileSide_px);
+  const std::uint64_t others = tile_count(push_.width_px, push_.height_px) - finest;
+  bind(cmd, pipelines_.tiles[0]);
+  device_.vk.vkCmdDispatch(cmd, static_cast<std::uint32_t>((finest + lanes_ - 1) / lanes_), 1, 1);
+  barrier(cmd);
+  bind(cmd, pipelines_.tiles[1]);
+  device_.vk.vkCmdDispatch(cmd, static_cast<std::uint32_t>((others + lanes_ - 1) / lanes_), 1, 1);
+  barrier(cmd);
+}
+
+void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const {
+  const Functions& vk = device_.vk;
+  const auto mark = [&](Pass pass) {
+    if (timer != nullptr) timer->mark(device_, cmd, pass);
+  };
+  const std::array sets{frame_set, set_.set};
+  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.layout, 0, static_cast<std::uint32_t>(sets.size()),
+                             sets.data(), 0, nullptr);
+  const std::uint32_t block_count = (slot_count + kBlockSlots - 1) / kBlockSlots;
+  for (std::uint32_t round = 0; round < kRasterRounds && block_count > 0; ++round) {
+    RasterPush push = push_;
+    push.round = round;
+    vk.vkCmdPushConstants(cmd, pipelines_.layout, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
+    bind(cmd, pipelines_.blocks);
+    vk.vkCmdDispatch(cmd, (block_count + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
+    barrier(cmd);
+    dispatch_stage(cmd, pipelines_.cull, round, offsetof(RasterRound, blocks));
+    barrier(cmd);
+    dispatch_stage(cmd, pipelines_.expand, round, offsetof(RasterRound, items));
+    barrier(cmd);
+    mark(Pass::cull);
+    record_leaves(cmd, round);
+    barrier(cmd);
+    mark(Pass::raster);
+    if (round + 1 == kRasterRounds) break;
+    record_tiles(cmd);
+    mark(Pass::tiles);
+  }
+}
+
+void LeafRaster::record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set) const {
+  const Functions& vk = device_.vk;
+  const std::array sets{frame_set, set_.set};
+  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.resolve);
+  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.layout, 0, static_cast<std::uint32_t>(sets.size()),
+                             sets.data(), 0, nullptr);
+  vk.vkCmdPushConstants(cmd, pipelines_.layout, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push_, &push_);
+  vk.vkCmdDraw(cmd, 3, 1, 0, 0);
+}
+
+}  // namespace coppice::gpu

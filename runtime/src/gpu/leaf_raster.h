@@ -1,0 +1,98 @@
+#pragma once
+
+// The compute rasteriser: draws small leaves, and the wood between them, into a buffer of its own with atomics, and then that buffer into
+// the engine's attachments. What a frame records is in leaf_raster.cpp.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "coppice/coppice.h"
+#include "device.h"
+#include "gpu_timer.h"
+#include "instances.h"
+#include "passes.h"
+#include "raster_plants.h"
+#include "raster_shared.h"
+#include "resources.h"
+#include "result.h"
+
+namespace coppice::gpu {
+
+struct RasterDesc {
+  AttachmentDesc attachments;
+  VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
+  VkDescriptorSetLayout frame_set_layout = VK_NULL_HANDLE;
+  std::uint32_t max_instances = 0;
+  std::uint32_t max_plants = 0;
+  bool int64_atomics = false;  ///< shaderInt64 and shaderBufferInt64Atomics are enabled
+};
+
+class LeafRaster {
+ public:
+  /// device, garbage: outlive this object
+  /// errors  out_of_memory; unsupported: more than kRasterMaxInstances, or too few storage buffers in a stage
+  static Result<std::unique_ptr<LeafRaster>> create(Device& device, Garbage& garbage, const RasterDesc& desc);
+  /// The GPU must be done with everything.
+  ~LeafRaster();
+  LeafRaster(const LeafRaster&) = delete;
+  LeafRaster& operator=(const LeafRaster&) = delete;
+
+  RasterPlants& plants() { return plants_; }
+
+  /// Blocks of slots [first, first + count), to be copied to block_buffer() at the offset of block first / kBlockSlots.
+  static std::vector<InstanceBlock> blocks_of(std::span<const InstanceSphere> slots, std::uint32_t first, std::uint32_t count);
+  [[nodiscard]] VkBuffer block_buffer() const { return buffers_.blocks.buffer; }
+
+  /// Makes room for a view and records what its buffers start with; the caller's barrier makes it visible to compute shaders.
+  /// False: there is no memory for it, or it is not a view the rasteriser draws: record nothing more.
+  bool begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame);
+  /// before: begin_view, and all that culling reads. after: the picture, written by compute shaders.
+  /// timer: may be null
+  void record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const;
+  /// Inside dynamic rendering: the picture of the last begin_view into its attachments.
+  void record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set) const;
+
+ private:
+  /// Of leaf_raster.comp.
+  enum Source : std::uint32_t { kClusters, kTiny, kBig, kSourceCount };
+  struct Pipelines {
+    VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    VkPipeline blocks = VK_NULL_HANDLE, cull = VK_NULL_HANDLE, expand = VK_NULL_HANDLE, resolve = VK_NULL_HANDLE;
+    std::array<VkPipeline, 2> tiles{};  ///< the finest level, the others
+    // [pass]; the second only without 64-bit atomics
+    std::array<std::array<VkPipeline, kSourceCount>, 2> leaves{};
+    std::array<VkPipeline, 2> splats{};
+  };
+  struct Buffers {
+    Buffer blocks, rounds, visible_blocks, items, tiny, work, splats, big;  ///< sized at creation
+    Buffer picture, tiles;                                                  ///< by the view
+  };
+
+  LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc);
+  Result<void> create_layouts();
+  Result<void> create_pipelines();
+  Result<void> create_buffers();
+  Result<void> reserve_picture(const coppice_view& view, std::uint64_t frame);
+  Result<void> rebuild_set(std::uint64_t frame);
+  void bind(VkCommandBuffer cmd, VkPipeline pipeline) const;
+  void dispatch_stage(VkCommandBuffer cmd, VkPipeline pipeline, std::uint32_t round, std::uint64_t stage_offset) const;
+  void record_leaves(VkCommandBuffer cmd, std::uint32_t round) const;
+  void record_tiles(VkCommandBuffer cmd) const;
+  void barrier(VkCommandBuffer cmd) const;
+
+  Device& device_;
+  Garbage& garbage_;
+  RasterDesc desc_;
+  std::uint32_t lanes_ = 8;
+  Pipelines pipelines_;
+  Buffers buffers_;
+  DescriptorSet set_;
+  RasterPlants plants_;
+  RasterPush push_{};  ///< of the last view
+};
+
+}  // namespace coppice::gpu

@@ -1,0 +1,253 @@
+#include "raster_plants.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "check.h"
+#include "convert.h"
+#include "coppice_lod.h"
+
+namespace coppice::gpu {
+namespace {
+
+constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+constexpr VkBufferUsageFlags kAddressed = kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+
+/// Leaves that are sorted into lists in one frame, about 5 ms of a core; a list that has more is built all the same.
+constexpr std::uint64_t kLeavesPerFrame = 16384;
+
+template <class T>
+void append(std::vector<std::uint8_t>& bytes, const std::vector<T>& values) {
+  const std::size_t at = bytes.size();
+  bytes.resize(at + values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(bytes.data() + at, values.data(), values.size() * sizeof(T));
+}
+
+template <class T>
+std::vector<std::uint8_t> bytes_of(const std::vector<T>& values) {
+  std::vector<std::uint8_t> bytes;
+  append(bytes, values);
+  return bytes;
+}
+
+/// Leaves of a rung: the ladder's, but for the last one, which is the whole plant.
+std::uint32_t rung_leaf_count(std::uint32_t rung, std::uint32_t leaf_count) {
+  return std::min(lod::coppice_ladder_leaf_count(rung), leaf_count);
+}
+
+}  // namespace
+
+Result<void> RasterPlants::create(Device& device, Garbage& garbage, std::uint32_t max_plants) {
+  device_ = &device;
+  garbage_ = &garbage;
+  plants_.resize(max_plants);
+  COPPICE_TRY(lists, create_buffer(device, std::uint64_t{max_plants} * kRasterLists * sizeof(RasterList), kStorage, MemoryKind::device));
+  lists_ = lists;
+  COPPICE_TRY(plants, create_buffer(device, std::uint64_t{max_plants} * sizeof(RasterPlant), kStorage, MemoryKind::device));
+  plants_buffer_ = plants;
+  // Every record is written once, so that none is read as it was allocated.
+  for (PlantLists& plant : plants_) plant.changed = true;
+  return {};
+}
+
+void RasterPlants::destroy() {
+  if (device_ == nullptr) return;
+  for (PlantLists& plant : plants_) {
+    for (Batch& batch : plant.batches) destroy_buffer(*device_, batch.buffer);
+    for (Buffer& buffer : plant.wood)
+      if (buffer.buffer != VK_NULL_HANDLE) destroy_buffer(*device_, buffer);
+    if (plant.looks_buffer.buffer != VK_NULL_HANDLE) destroy_buffer(*device_, plant.looks_buffer);
+  }
+  plants_.clear();
+  for (Buffer* buffer : {&lists_, &plants_buffer_})
+    if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(*device_, *buffer);
+}
+
+Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file) {
+  PlantLists plant;
+  plant.looks = plain_looks(file);
+  COPPICE_TRY(looks, create_buffer(*device_, plant.looks.looks.size() * sizeof(RasterCard), kAddressed, MemoryKind::device));
+  const Plant converted = gpu_plant(file.plant);
+  plant.used = plant.changed = plant.looks_changed = true;
+  plant.leaf_count = file.plant.leaf_count;
+  plant.box_min = converted.box_min;
+  plant.box_step = converted.box_step;
+  plant.quads.resize(1);
+  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.quads[0][corner].begin());
+  plant.cards.push_back(static_cast<std::uint8_t>(file.plant.root_card));
+  plant.node_split.push_back(kNeverSplit);
+  plant.looks_buffer = looks;
+  plant.pending_wood.resize(kMaxWoodLods);
+  plant.wood.resize(kMaxWoodLods);
+  plant.headers.resize(kRasterLists);
+  plant.record.cards = gpu_address(looks.address);
+  plants_[index] = std::move(plant);
+  return {};
+}
+
+void RasterPlants::remove_plant(std::uint32_t index, std::uint64_t last_frame) {
+  PlantLists& plant = plants_[index];
+  if (!plant.used) return;
+  drop_rungs(plant, 0, last_frame);
+  for (const Buffer& buffer : plant.wood)
+    if (buffer.buffer != VK_NULL_HANDLE) retire(buffer, last_frame);
+  retire(plant.looks_buffer, last_frame);
+  plant = {};
+  plant.changed = true;
+}
+
+void RasterPlants::add_page(std::uint32_t index, std::uint32_t page, std::span<const QuantisedQuad> quads,
+                            std::span<const std::uint8_t> cards, std::span<const std::uint32_t> node_split) {
+  PlantLists& plant = plants_[index];
+  const std::size_t first = std::size_t{page} * kPageNodes + 1;
+  COPPICE_ASSERT(plant.used && plant.quads.size() >= first);
+  plant.quads.resize(first);
+  plant.cards.resize(first);
+  plant.node_split.resize(first);
+  plant.quads.insert(plant.quads.end(), quads.begin(), quads.end());
+  plant.cards.insert(plant.cards.end(), cards.begin(), cards.end());
+  plant.node_split.insert(plant.node_split.end(), node_split.begin(), node_split.end());
+}
+
+void RasterPlants::patch_node(std::uint32_t index, std::uint32_t node, std::uint32_t split) {
+  COPPICE_ASSERT(node < plants_[index].node_split.size());
+  plants_[index].node_split[node] = split;
+}
+
+void RasterPlants::drop_page(std::uint32_t index, std::uint32_t page, std::uint64_t last_frame) {
+  PlantLists& plant = plants_[index];
+  const std::size_t first = std::size_t{page} * kPageNodes + 1;
+  if (!plant.used || plant.quads.size() <= first) return;
+  drop_rungs(plant, page * kPageSplits + 1, last_frame);
+  plant.quads.resize(first);
+  plant.cards.resize(first);
+  plant.node_split.resize(first);
+}
+
+void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
+  PlantLists& plant = plants_[index];
+  plant.pending_wood[lod] =
+      build_wood_list(mesh, {plant.looks.looks, static_cast<std::uint32_t>(plant.looks.cards.size()), plant.box_min, plant.box_step});
+}
+
+void RasterPlants::drop_wood(std::uint32_t index, std::uint32_t lod, std::uint64_t last_frame) {
+  PlantLists& plant = plants_[index];
+  if (!plant.used) return;
+  plant.pending_wood[lod] = {};
+  if (plant.wood[lod].buffer == VK_NULL_HANDLE) return;
+  retire(plant.wood[lod], last_frame);
+  plant.wood[lod] = {};
+  plant.record.wood_mask &= ~(1u << lod);
+  plant.changed = true;
+}
+
+void RasterPlants::add_texture(std::uint32_t index, std::uint32_t texture, std::span<const std::uint8_t> chunk, std::uint64_t last_frame) {
+  PlantLists& plant = plants_[index];
+  plant.looks_changed = true;
+  if (take_texture(plant.looks, texture, chunk)) drop_rungs(plant, 0, last_frame);  // splats hold their colours
+}
+
+void RasterPlants::drop_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t last_frame) {
+  while (!plant.batches.empty() && plant.batches.back().finest_leaf_count > leaf_count) {
+    plant.record.level_count = plant.batches.back().first;
+    retire(plant.batches.back().buffer, last_frame);
+    plant.batches.pop_back();
+    plant.changed = true;
+  }
+}
+
+void RasterPlants::add_copy(VkBuffer to, std::uint64_t offset, std::vector<std::uint8_t> bytes) {
+  std::erase_if(copies_, [&](const RasterCopy& copy) { return copy.to == to && copy.offset == offset; });
+  copies_.push_back({to, offset, std::move(bytes)});
+}
+
+void RasterPlants::retire(const Buffer& buffer, std::uint64_t last_frame) {
+  std::erase_if(copies_, [&](const RasterCopy& copy) { return copy.to == buffer.buffer; });
+  garbage_->retire(last_frame, buffer);
+}
+
+/// One buffer for some lists: for each its clusters, its leaves, its splats.
+Result<Buffer> RasterPlants::upload(std::span<BuiltList> built, std::span<RasterList> headers) {
+  std::vector<std::uint8_t> bytes;
+  std::vector<std::uint64_t> offsets;
+  for (const BuiltList& list : built) {
+    offsets.push_back(bytes.size());
+    append(bytes, list.clusters);
+    offsets.push_back(bytes.size());
+    append(bytes, list.leaves);
+    offsets.push_back(bytes.size());
+    append(bytes, list.splats);
+  }
+  COPPICE_TRY(buffer, create_buffer(*device_, bytes.size(), kAddressed, MemoryKind::device));
+  for (std::size_t i = 0; i < built.size(); ++i) {
+    headers[i] = built[i].header;
+    headers[i].clusters = gpu_address(buffer.address + offsets[3 * i]);
+    headers[i].leaves = gpu_address(buffer.address + offsets[3 * i + 1]);
+    headers[i].splats = gpu_address(buffer.address + offsets[3 * i + 2]);
+  }
+  add_copy(buffer.buffer, 0, std::move(bytes));
+  return buffer;
+}
+
+void RasterPlants::build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance) {
+  const LeafSource source{plant.quads, plant.cards, plant.node_split, plant.looks.looks, plant.box_min, plant.box_step};
+  const auto present = static_cast<std::uint32_t>((plant.quads.size() + 1) / 2);
+  std::vector<BuiltList> built;
+  const std::uint32_t first = plant.record.level_count;
+  for (std::uint32_t rung = first; rung < kRasterLevels && allowance > 0; ++rung) {
+    const std::uint32_t wanted = rung_leaf_count(rung, plant.leaf_count);
+    if (wanted > std::min(leaf_count, present)) break;
+    if (rung > 0 && rung_leaf_count(rung - 1, plant.leaf_count) == plant.leaf_count) break;
+    built.push_back(build_leaf_list(source, wanted));
+    allowance -= std::min<std::uint64_t>(allowance, wanted);
+  }
+  if (built.empty()) return;
+  const auto count = static_cast<std::uint32_t>(built.size());
+  auto buffer = upload(built, std::span(plant.headers).subspan(first, count));
+  if (!buffer) return;
+  plant.batches.push_back({*buffer, first, count, built.back().header.leaf_count});
+  plant.record.level_count = first + count;
+  plant.changed = true;
+}
+
+void RasterPlants::build_wood(PlantLists& plant) {
+  for (std::uint32_t lod = 0; lod < kMaxWoodLods; ++lod) {
+    BuiltList& pending = plant.pending_wood[lod];
+    if (pending.leaves.empty()) continue;
+    auto buffer = upload(std::span(&pending, 1), std::span(plant.headers).subspan(kRasterLevels + lod, 1));
+    if (!buffer) continue;
+    plant.wood[lod] = *buffer;
+    plant.record.wood_mask |= 1u << lod;
+    plant.changed = true;
+    pending = {};
+  }
+}
+
+void RasterPlants::update(std::span<const std::uint32_t> leaf_counts) {
+  std::uint64_t allowance = kLeavesPerFrame;
+  for (std::size_t i = 0; i < plants_.size(); ++i) {
+    PlantLists& plant = plants_[i];
+    if (plant.used) {
+      build_rungs(plant, leaf_counts[i], allowance);
+      build_wood(plant);
+    }
+    if (plant.looks_changed) add_copy(plant.looks_buffer.buffer, 0, bytes_of(plant.looks.looks));
+    plant.looks_changed = false;
+    if (!plant.changed) continue;
+    add_copy(plants_buffer_.buffer, i * sizeof(RasterPlant), bytes_of(std::vector{plant.record}));
+    if (plant.used) add_copy(lists_.buffer, i * kRasterLists * sizeof(RasterList), bytes_of(plant.headers));
+    plant.changed = false;
+  }
+}
+
+std::size_t RasterPlants::bytes() const {
+  std::size_t sum = 0;
+  for (const PlantLists& plant : plants_) {
+    sum += plant.quads.capacity() * sizeof(QuantisedQuad) + plant.cards.capacity() + plant.node_split.capacity() * sizeof(std::uint32_t);
+    for (const BuiltList& list : plant.pending_wood)
+      sum += list.clusters.capacity() * sizeof(RasterCluster) + list.leaves.capacity() * (sizeof(RasterLeaf) + sizeof(RasterSplat));
+  }
+  return sum;
+}
+
+}  // namespace coppice::gpu

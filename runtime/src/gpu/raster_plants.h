@@ -1,0 +1,99 @@
+#pragma once
+
+// Which lists the compute rasteriser has of each plant, on the device and on the way there. Lists are built as pages arrive, a bounded
+// number of leaves a frame, and dropped with the pages they came from. Thread: externally serialised.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "card_looks.h"
+#include "device.h"
+#include "leaf_lists.h"
+#include "raster_shared.h"
+#include "reader.h"
+#include "resources.h"
+#include "result.h"
+
+namespace coppice::gpu {
+
+/// Bytes for the renderer to stage into a buffer.
+struct RasterCopy {
+  VkBuffer to = VK_NULL_HANDLE;
+  std::uint64_t offset = 0;
+  std::vector<std::uint8_t> bytes;
+};
+
+class RasterPlants {
+ public:
+  /// device, garbage: outlive this object. errors  out_of_memory
+  Result<void> create(Device& device, Garbage& garbage, std::uint32_t max_plants);
+  /// The GPU must be done with everything.
+  void destroy();
+
+  /// errors  out_of_memory
+  Result<void> add_plant(std::uint32_t plant, const PlantFile& file);
+  void remove_plant(std::uint32_t plant, std::uint64_t last_frame);
+  /// Nodes of a page: 2 * COPPICE_PAGE_SPLITS * page + 1 and on.
+  void add_page(std::uint32_t plant, std::uint32_t page, std::span<const QuantisedQuad> quads, std::span<const std::uint8_t> cards,
+                std::span<const std::uint32_t> node_split);
+  /// The split that replaces a node, known since a later page has come.
+  void patch_node(std::uint32_t plant, std::uint32_t node, std::uint32_t split);
+  void drop_page(std::uint32_t plant, std::uint32_t page, std::uint64_t last_frame);
+  void add_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
+  void drop_wood(std::uint32_t plant, std::uint32_t lod, std::uint64_t last_frame);
+  /// chunk: one that read_texture takes
+  void add_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> chunk, std::uint64_t last_frame);
+
+  /// Builds what is missing of cuts of up to leaf_counts[plant] leaves (0: none) and says in copies() what to copy for it. Where memory is
+  /// short lists stay away: coarser ones are drawn, or, without any, the hardware draws.
+  void update(std::span<const std::uint32_t> leaf_counts);
+  /// What has to reach the device before the next frame is drawn, each place once; the caller removes what it has staged.
+  std::vector<RasterCopy>& copies() { return copies_; }
+
+  [[nodiscard]] VkBuffer lists() const { return lists_.buffer; }
+  [[nodiscard]] VkBuffer plants() const { return plants_buffer_.buffer; }
+  /// CPU memory.
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  /// Lists that share a buffer; rungs [first, first + count) of the ladder.
+  struct Batch {
+    Buffer buffer;
+    std::uint32_t first = 0, count = 0;
+    std::uint32_t finest_leaf_count = 0;
+  };
+  struct PlantLists {
+    bool used = false;
+    bool changed = false;  ///< headers, to be copied
+    bool looks_changed = false;
+    std::uint32_t leaf_count = 0;  ///< of the whole plant
+    vec3 box_min{}, box_step{};
+    std::vector<QuantisedQuad> quads;  ///< nodes of the pages that are there, from node 0
+    std::vector<std::uint8_t> cards;
+    std::vector<std::uint32_t> node_split;
+    PlantLooks looks;
+    Buffer looks_buffer;
+    std::vector<Batch> batches;
+    std::vector<BuiltList> pending_wood;  ///< [kMaxWoodLods]; no leaves: nothing pending
+    std::vector<Buffer> wood;             ///< [kMaxWoodLods]
+    std::vector<RasterList> headers;      ///< [kRasterLists]
+    RasterPlant record{};
+  };
+
+  void add_copy(VkBuffer to, std::uint64_t offset, std::vector<std::uint8_t> bytes);
+  void retire(const Buffer& buffer, std::uint64_t last_frame);
+  Result<Buffer> upload(std::span<BuiltList> built, std::span<RasterList> headers);
+  void build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance);
+  void build_wood(PlantLists& plant);
+  void drop_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t last_frame);
+
+  Device* device_ = nullptr;
+  Garbage* garbage_ = nullptr;
+  std::vector<PlantLists> plants_;
+  std::vector<RasterCopy> copies_;
+  Buffer lists_;          ///< RasterList[max_plants * kRasterLists]
+  Buffer plants_buffer_;  ///< RasterPlant[max_plants]
+};
+
+}  // namespace coppice::gpu

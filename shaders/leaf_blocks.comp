@@ -1,0 +1,34 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// Blocks of instances that a round has to look at: those of its size on screen, in view, not hidden by earlier rounds.
+// reads     view, blocks, tiles
+// writes    visible_blocks and the round's blocks stage
+// dispatch  ceil(blocks / kCullGroupSize) groups; recorded by coppice::gpu::LeafRaster::record
+
+#include "bindings.glsl"
+#include "raster.glsl"
+
+layout(local_size_x = kCullGroupSize) in;
+
+// The round of a size on screen, as a share of the picture's height.
+uint round_of(float share) {
+  if (share > 0.55) return 0;
+  if (share > 0.22) return 1;
+  return share > 0.08 ? 2 : 3;
+}
+
+void main() {
+  uint index = gl_GlobalInvocationID.x;
+  if (index * kBlockSlots >= view.instance_slot_count) return;
+  InstanceBlock block = blocks[index];
+  if (block.radius_m < 0.0) return;
+  float nearest_m = distance(block.center, view.camera_position) - block.radius_m;
+  float size_px = coppice_projected_size_px(nearest_m, block.max_instance_radius_m, view.near_m, view.focal_px);
+  if (round_of(size_px / float(push.height_px)) != push.round) return;
+  if (!sphere_in_view(block.center, block.radius_m)) return;
+  if (push.round > 0 && occluded(block.center, block.radius_m)) return;
+  uint place = atomicAdd(rounds[push.round].blocks.count, 1);
+  atomicMax(rounds[push.round].blocks.groups[0], min(place + 1, kMaxDispatchGroups));
+  visible_blocks[place] = index;
+}

@@ -1,0 +1,21 @@
+// Leaf quads, for the vertex shader and the compute rasteriser alike. After bindings.glsl and shading.glsl.
+
+vec3 quantised(uint corners[6], uint corner) {
+  uint first = corner * 3;
+  uvec3 q;
+  for (uint axis = 0; axis < 3; ++axis) {
+    uint half_word = first + axis;
+    q[axis] = (corners[half_word >> 1] >> ((half_word & 1) * 16)) & 0xffffu;
+  }
+  return vec3(q);
+}
+
+// 0 for a leaf that shows its card's outline, 1 for one too small for it. No mip level keeps an outline of few pixels, so a small leaf is a
+// smaller quad of the same covered area, and has no holes.
+float outline_loss(vec3 corners[4], Instance instance) {
+  vec3 stalk = 0.5 * (corners[0] + corners[3]), tip = 0.5 * (corners[1] + corners[2]);
+  float width_m = distance(0.5 * (corners[0] + corners[1]), 0.5 * (corners[2] + corners[3]));
+  float distance_m = max(distance(world_from_object(instance, 0.5 * (stalk + tip)), view.camera_position), view.near_m);
+  float thickness_px = instance.scale * min(distance(stalk, tip), width_m) * view.focal_px / distance_m;
+  return 1.0 - smoothstep(1.5, 5.0, thickness_px);
+}

@@ -1,0 +1,47 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// The smallest depth key of each tile: 0 where a pixel of it shows no leaf.
+// reads     picture (level 0), tiles of level 0 (the others)
+// writes    tiles
+// dispatch  one invocation per tile of level 0, or of levels 1 and 2; recorded by coppice::gpu::LeafRaster::record
+
+#include "bindings.glsl"
+#include "raster.glsl"
+
+layout(local_size_x_id = 1) in;
+layout(constant_id = 0) const uint kFirstLevel = 0;
+
+uint smallest_of_picture(uvec2 tile) {
+  uvec2 low = tile * kTileSide_px;
+  uvec2 high = min(low + kTileSide_px, uvec2(push.width_px, push.height_px));
+  uint smallest = 0xffffffffu;
+  for (uint y = low.y; y < high.y; ++y)
+    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, picture[2 * (y * push.width_px + x) + 1]);
+  return smallest;
+}
+
+uint smallest_of_tiles(uvec2 tile, uint level) {
+  uvec3 finest = tile_level(0);
+  uint side = 1u << (2 * level);
+  uvec2 low = tile * side;
+  uvec2 high = min(low + side, finest.xy);
+  uint smallest = 0xffffffffu;
+  for (uint y = low.y; y < high.y; ++y)
+    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, tiles[y * finest.x + x]);
+  return smallest;
+}
+
+void main() {
+  uint index = gl_GlobalInvocationID.x;
+  for (uint level = kFirstLevel; level < (kFirstLevel == 0 ? 1 : kTileLevels); ++level) {
+    uvec3 size = tile_level(level);
+    uint count = size.x * size.y;
+    if (index < count) {
+      uvec2 tile = uvec2(index % size.x, index / size.x);
+      tiles[size.z + index] = level == 0 ? smallest_of_picture(tile) : smallest_of_tiles(tile, level);
+      return;
+    }
+    index -= count;
+  }
+}

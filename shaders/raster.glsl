@@ -1,0 +1,88 @@
+// Descriptor set 1 of the compute rasteriser, as gpu/leaf_raster.cpp writes it, and what its passes share. After bindings.glsl.
+// A pixel of the picture is two words: the leaf's radiance, then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the
+// larger one is the nearer leaf.
+
+#include "raster_shared.h"
+
+layout(set = 1, binding = 0, scalar) buffer PictureBuffer { uint picture[]; };
+layout(set = 1, binding = 1, scalar) readonly buffer BlockBuffer { InstanceBlock blocks[]; };
+layout(set = 1, binding = 2, scalar) readonly buffer ListBuffer { RasterList lists[]; };
+layout(set = 1, binding = 3, scalar) readonly buffer RasterPlantBuffer { RasterPlant raster_plants[]; };
+layout(set = 1, binding = 4, scalar) buffer RoundBuffer { RasterRound rounds[]; };
+layout(set = 1, binding = 5, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
+layout(set = 1, binding = 6, scalar) buffer ItemBuffer { uint items[]; };        // slot | list << kSlotBits
+layout(set = 1, binding = 7, scalar) buffer TinyBuffer { uint tiny_items[]; };   // the same
+layout(set = 1, binding = 8, scalar) buffer WorkBuffer { uvec2 work_items[]; };  // the same, cluster
+layout(set = 1, binding = 9, scalar) buffer BigBuffer { uvec2 big_items[]; };    // the same, leaf of the list
+layout(set = 1, binding = 11, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
+layout(set = 1, binding = 10, scalar) buffer TileBuffer { uint tiles[]; };       // the smallest key of each tile, level by level
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterLeafArray { RasterLeaf at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterSplatArray { RasterSplat at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterClusterArray { RasterCluster at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterCardArray { RasterCard at[]; };
+
+layout(push_constant, scalar) uniform Push { RasterPush push; };
+
+uint slot_of(uint item) { return item & (kRasterMaxInstances - 1u); }
+uint list_of(uint item) { return item >> kSlotBits; }
+
+// x: columns, y: rows, z: place of the level's first tile.
+uvec3 tile_level(uint level) {
+  uint first = 0;
+  uvec2 size = uvec2(0);
+  for (uint i = 0; i <= level; ++i) {
+    first += size.x * size.y;
+    uint shift = kTileShift + 2 * i;
+    size = (uvec2(push.width_px, push.height_px) + (1u << shift) - 1) >> shift;
+  }
+  return uvec3(size, first);
+}
+
+float depth_key(float inverse_w) { return max(push.key_a + push.key_b * inverse_w, 1e-30); }
+
+// (x * w, y * w, w) of a point in px, and of a direction.
+vec3 screen_point(vec3 world) {
+  vec4 clip = view.clip_from_world * vec4(world, 1.0);
+  return vec3(0.5 * vec2(push.width_px, push.height_px) * (clip.xy + clip.w), clip.w);
+}
+vec3 screen_direction(vec3 world) {
+  vec4 clip = view.clip_from_world * vec4(world, 0.0);
+  return vec3(0.5 * vec2(push.width_px, push.height_px) * (clip.xy + clip.w), clip.w);
+}
+
+// Whether earlier rounds hide a sphere: all tiles it may touch are covered nearer than its nearest point. False for what is large.
+bool occluded(vec3 center, float radius_m) {
+  vec3 middle = screen_point(center);
+  float nearest = middle.z - radius_m;
+  if (nearest <= view.near_m) return false;
+  // An ellipse on the screen: its long axis grows with the angle to the view's axis.
+  vec2 at = middle.xy / middle.z;
+  vec2 off = (at - 0.5 * vec2(push.width_px, push.height_px)) / view.focal_px;
+  float reach_px = radius_m * view.focal_px / nearest * sqrt(1.0 + dot(off, off)) + 1.0;
+  uint level = 0;
+  while (level + 1 < kTileLevels && 2.0 * reach_px > float(kTileSide_px << (2 * level))) ++level;
+  float side_px = float(kTileSide_px << (2 * level));
+  if (2.0 * reach_px > side_px) return false;
+  uvec3 tile = tile_level(level);
+  ivec2 last = ivec2(tile.xy) - 1;
+  ivec2 low = clamp(ivec2(floor((at - reach_px) / side_px)), ivec2(0), last);
+  ivec2 high = clamp(ivec2(floor((at + reach_px) / side_px)), ivec2(0), last);
+  uint farthest = min(min(tiles[tile.z + low.y * tile.x + low.x], tiles[tile.z + low.y * tile.x + high.x]),
+                      min(tiles[tile.z + high.y * tile.x + low.x], tiles[tile.z + high.y * tile.x + high.x]));
+  return floatBitsToUint(depth_key(1.0 / nearest)) < farthest;
+}
+
+bool sphere_in_view(vec3 center, float radius) {
+  for (int i = 0; i < 5; ++i)
+    if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;
+  return true;
+}
+
+// A unit vector from its place on the octahedron.
+vec3 unfold(vec2 e) {
+  vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+  float fold = max(-n.z, 0.0);
+  n.xy -= fold * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
+  return n * inversesqrt(dot(n, n));
+}

@@ -1,0 +1,26 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// What the compute rasteriser has drawn, as colour and depth of the engine's attachments.
+// reads     picture
+// writes    colour, linear; depth
+// recorded by coppice::gpu::LeafRaster::record_resolve
+
+#extension GL_EXT_scalar_block_layout : require
+#include "raster_shared.h"
+#include "radiance.glsl"
+
+layout(set = 1, binding = 0, scalar) readonly buffer PictureBuffer { uint picture[]; };
+layout(push_constant, scalar) uniform Push { RasterPush push; };
+
+layout(location = 0) out vec4 out_color;
+
+void main() {
+  uvec2 at = uvec2(gl_FragCoord.xy);
+  uint word = 2 * (at.y * push.width_px + at.x);
+  uint key = picture[word + 1];
+  if (key == 0) discard;
+  out_color = vec4(unpack_radiance(picture[word]), 1.0);
+  float depth = uintBitsToFloat(key);
+  gl_FragDepth = push.reversed != 0 ? depth : 1.0 - depth;
+}

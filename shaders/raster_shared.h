@@ -1,0 +1,133 @@
+#ifndef COPPICE_RASTER_SHARED_H
+#define COPPICE_RASTER_SHARED_H
+
+// The layout of what the compute rasteriser adds to coppice_shared.h; the same text compiles as GLSL and as C++.
+
+#include "coppice_shared.h"
+
+#ifdef __cplusplus
+namespace coppice::gpu {
+#endif
+
+// Instances of a block lie in consecutive slots; a block is culled before its instances are looked at.
+const uint kBlockSlots = kCullGroupSize;
+// A frame is rasterised in rounds, large instances first. What a round has covered hides blocks, instances and clusters of the next.
+const uint kRasterRounds = 4;
+// Leaf lists of a plant, one per rung of the ladder of cuts (leaf_lists.h), then one list per wood LoD.
+const uint kRasterLevels = 80;
+const uint kRasterLists = kRasterLevels + kMaxWoodLods;
+// Leaves (or wood triangles) of a list that are culled together.
+const uint kClusterLeaves = 64;
+// Instances of at most this many leaves are rasterised by one invocation, without clusters.
+const uint kTinyLeaves = 8;
+// A work item names its instance with the low bits and its list with the rest.
+const uint kSlotBits = 24;
+const uint kRasterMaxInstances = 1u << kSlotBits;
+const uint kWorkCapacity = 1u << 18;  // clusters in a round
+const uint kBigCapacity = 1u << 18;   // leaves in a round that a whole workgroup rasterises
+const uint kWorkPerGroup = 4;
+const uint kTileShift = 3;
+const uint kTileSide_px = 1u << kTileShift;
+const uint kTileLevels = 3;  // tiles of 8, 32 and 128 px
+const uint kMaxDispatchGroups = 16384;
+
+// The radius is negative where the block has no instance.
+struct InstanceBlock {
+  vec3 center;
+  float radius_m;
+  float max_instance_radius_m;
+};
+COPPICE_GPU_LAYOUT(InstanceBlock, 20);
+
+// A leaf quad or a wood triangle (corner 3 repeats corner 2): three unsigned 16-bit numbers a corner, packed as in Node.
+struct RasterLeaf {
+  uint corners[6];
+  uint look;  // bits 0..15: RasterCard of the plant; 16..31: normal of a wood triangle, octahedral, two snorm8
+};
+COPPICE_GPU_LAYOUT(RasterLeaf, 28);
+
+// A leaf of few pixels, or one of up to kMaxGrains equal parts along a long one: a place, an area and what its light needs.
+const uint kMaxGrains = 4;
+struct RasterSplat {
+  uint xy;       // place in the list's box, two unsigned 16-bit numbers of which 65535 is the far side
+  uint z_size;   // the third; and the side of the square of the covered area, 65535 is RasterList::splat_size_m
+  uint normals;  // the one it is lit with and its face's, octahedral, two snorm8 each
+  uint look;     // square roots of the albedo, 255 is kMaxSplatAlbedo; the share of the sky that it sees
+};
+COPPICE_GPU_LAYOUT(RasterSplat, 16);
+const float kMaxSplatAlbedo = 2.0f;
+
+struct RasterCluster {
+  vec3 center;  // object space, m
+  float radius_m;
+  uint first_leaf;
+  uint leaf_count;
+  uint first_splat;
+  uint splat_count;
+  float grain_m;  // the longest part of a leaf that one splat stands for
+};
+COPPICE_GPU_LAYOUT(RasterCluster, 36);
+
+// All leaves of one cut, or all triangles of one wood LoD. corner = box_min + box_step * q, object space, m.
+struct RasterList {
+  vec3 box_min;
+  uint leaf_count;
+  vec3 box_step;
+  uint cluster_count;
+  uvec2 leaves;       // address of RasterLeaf[leaf_count]
+  uvec2 splats;       // address of RasterSplat[]
+  uvec2 clusters;     // address of RasterCluster[cluster_count]
+  float leaf_size_m;  // side of the square of the mean leaf's area
+  float splat_size_m;
+  vec3 splat_step;  // place of a splat = box_min + splat_step * q
+};
+COPPICE_GPU_LAYOUT(RasterList, 76);
+
+// What a leaf shows from afar: its card's mean colour, and the card's outline in 8 x 8 cells, row by row from corner 0 (x towards
+// corner 1, y towards corner 3).
+struct RasterCard {
+  vec3 albedo;     // linear
+  float coverage;  // share that is no hole
+  uint mask[2];
+  float crown_normals;  // its material's
+};
+COPPICE_GPU_LAYOUT(RasterCard, 28);
+
+struct RasterPlant {
+  uvec2 cards;       // address of RasterCard[card count + material count]; the latter are for wood
+  uint level_count;  // lists [0, this) are there; 0: the plant is drawn by the hardware
+  uint wood_mask;    // bit i: list kRasterLevels + i is there
+};
+COPPICE_GPU_LAYOUT(RasterPlant, 16);
+
+// VkDispatchIndirectCommand and how much there is to do.
+struct RasterStage {
+  uint groups[3];
+  uint count;
+};
+COPPICE_GPU_LAYOUT(RasterStage, 16);
+
+struct RasterRound {
+  RasterStage blocks, items, work, splats, big, tiny;
+};
+COPPICE_GPU_LAYOUT(RasterRound, 96);
+
+// Push constants of every pass of the rasteriser. A depth key grows towards the eye: key_a + key_b / w, as the bits of a float above 0.
+struct RasterPush {
+  uint round;
+  uint width_px;
+  uint height_px;
+  float key_a;
+  float key_b;
+  float splat_px;  // clusters whose grain is no longer than this are drawn as splats
+  float split_px;  // instances whose leaves are larger on average are drawn by the hardware
+  uint reversed;   // 1: the depth attachment holds the key; 0: it holds 1 - key
+  uint lanes;      // invocations of a group, except where they are kCullGroupSize
+};
+COPPICE_GPU_LAYOUT(RasterPush, 36);
+
+#ifdef __cplusplus
+}  // namespace coppice::gpu
+#endif
+
+#endif

@@ -1,0 +1,21 @@
+// One pixel of the rasteriser's picture. After raster.glsl.
+// COPPICE_INT64 is defined for devices with 64-bit atomics. Without them everything is rasterised twice: first the depth key alone, then
+// the radiance where the key is still the leaf's.
+
+const uint kDepth = 0;
+const uint kRadiance = 1;
+layout(constant_id = 2) const uint kPass = kDepth;  // kDepth with COPPICE_INT64
+
+#ifdef COPPICE_INT64
+layout(set = 1, binding = 0, scalar) buffer PixelBuffer { uint64_t pixels[]; };
+#endif
+
+void write_pixel(uint pixel, float key, uint radiance) {
+  uint bits = floatBitsToUint(max(key, 1e-30));
+#ifdef COPPICE_INT64
+  atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(radiance));
+#else
+  if (kPass == kDepth) atomicMax(picture[2 * pixel + 1], bits);
+  else if (picture[2 * pixel + 1] == bits) picture[2 * pixel] = radiance;
+#endif
+}

@@ -1,0 +1,188 @@
+// The compute rasteriser against the hardware's picture of the same scene.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "convert.h"
+#include "golden.h"
+#include "leaf_lists.h"
+#include "random_tree.h"
+#include "renderer_scene.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 256;
+
+coppice_placement at(float x, float z, float scale = 1.0f) {
+  return {{x, 0.0f, z}, scale, {0.0f, 0.3894f, 0.0f, 0.9211f}, {1.0f, 1.0f, 1.0f}};
+}
+
+/// Every leaf, but as a cut: the rasteriser leaves COPPICE_LOD_FULL to the hardware.
+coppice_view front_view(float distance_m, std::uint32_t width_px = kSidePx) {
+  coppice_view view = make_view({.eye_m = {0.0f, 0.3f, distance_m}, .width_px = width_px, .height_px = kSidePx});
+  view.error_px = 1e-4f;
+  return view;
+}
+
+/// How far away the mean leaf is this wide.
+float distance_for(const DecodedPlant& plant, float leaf_px) {
+  const gpu::Plant record = gpu::gpu_plant(plant.file.plant);
+  const std::vector<gpu::RasterCard> looks(plant.file.cards.size());
+  const float leaf_m =
+      gpu::build_leaf_list({plant.quads, plant.cards, plant.node_split, looks, record.box_min, record.box_step}, record.leaf_count)
+          .header.leaf_size_m;
+  const coppice_view view = front_view(1.0f);
+  return leaf_m * 0.5f * static_cast<float>(kSidePx) * std::abs(view.clip_from_view[5]) / leaf_px;
+}
+
+struct Placed {
+  DecodedPlant plant;
+  std::vector<coppice_placement> placements;
+};
+
+RendererScene::Frame draw_scene(const VulkanDevice& gpu, const std::vector<Placed>& plants, const coppice_view& view,
+                                const SceneOptions& options) {
+  RendererScene scene(gpu, 4096, options);
+  for (const Placed& placed : plants) scene.place(scene.add_plant(placed.plant), placed.placements);
+  scene.draw(view);  // lists are built over some frames
+  return scene.draw(view);
+}
+
+struct Likeness {
+  double differing_share = 0;  ///< pixels of which a channel is off by more than 40
+  double coverage = 0;         ///< pixels drawn on, over the hardware's
+  double brightness = 0;       ///< mean over the drawn pixels, over the hardware's
+};
+
+bool drawn(const Picture& picture, std::size_t i) {
+  return picture.rgba[i] != 255 || picture.rgba[i + 1] != 255 || picture.rgba[i + 2] != 255;
+}
+
+Likeness compare(const Picture& actual, const Picture& expected) {
+  std::array<double, 2> pixels{}, sums{};
+  for (std::size_t i = 0; i < actual.rgba.size(); i += 4)
+    for (const auto& [picture, side] : {std::pair{&actual, 0u}, std::pair{&expected, 1u}})
+      if (drawn(*picture, i)) {
+        ++pixels[side];
+        sums[side] += picture->rgba[i] + picture->rgba[i + 1] + picture->rgba[i + 2];
+      }
+  return {.differing_share = compare_pictures(expected, actual, 40).differing_share,
+          .coverage = pixels[0] / pixels[1],
+          .brightness = sums[0] / pixels[0] / (sums[1] / pixels[1])};
+}
+
+class LeafRasterTest : public VulkanTest {
+ protected:
+  static RendererScene::Frame with_raster(const std::vector<Placed>& plants, const coppice_view& view) {
+    return draw_scene(gpu(), plants, view, {.compute_raster = true});
+  }
+  static RendererScene::Frame without(const std::vector<Placed>& plants, const coppice_view& view) {
+    return draw_scene(gpu(), plants, view, {});
+  }
+};
+
+TEST_F(LeafRasterTest, LeavesOfEightPixelsAreTheHardwares) {
+  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 400, .seed = 3, .texture_side = 0})), {at(0.0f, 0.0f)}}};
+  const coppice_view view = front_view(distance_for(plants[0].plant, 8.0f));
+  const RendererScene::Frame raster = with_raster(plants, view), hardware = without(plants, view);
+  EXPECT_LE(raster.counts.leaves, 400u) << "clusters outside the view are dropped";
+  // One light for a leaf instead of four corners', and a root's rounding in the packed colour.
+  EXPECT_FALSE(raster.picture.rgba == hardware.picture.rgba) << "the rasteriser has not drawn it";
+  const Likeness likeness = compare(raster.picture, hardware.picture);
+  EXPECT_LT(likeness.differing_share, 0.005);
+  EXPECT_NEAR(likeness.coverage, 1.0, 0.005);
+  EXPECT_NEAR(likeness.brightness, 1.0, 0.02);
+}
+
+TEST_F(LeafRasterTest, OutlinesOfCardsAreKept) {
+  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 400, .seed = 5})), {at(0.0f, 0.0f)}}};
+  const coppice_view view = front_view(distance_for(plants[0].plant, 10.0f));
+  const Likeness likeness = compare(with_raster(plants, view).picture, without(plants, view).picture);
+  EXPECT_NEAR(likeness.coverage, 1.0, 0.03);
+  EXPECT_NEAR(likeness.brightness, 1.0, 0.03);
+}
+
+TEST_F(LeafRasterTest, SplatsOfDistantLeavesCoverAndShineAlike) {
+  std::vector<coppice_placement> row;
+  for (int i = -6; i <= 6; ++i) row.push_back(at(2.2f * static_cast<float>(i), -0.5f * static_cast<float>(i)));
+  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0})), row}};
+  const coppice_view view = front_view(30.0f);
+  const Likeness likeness = compare(with_raster(plants, view).picture, without(plants, view).picture);
+  EXPECT_NEAR(likeness.coverage, 1.0, 0.06);
+  EXPECT_NEAR(likeness.brightness, 1.0, 0.05);
+}
+
+TEST_F(LeafRasterTest, DepthHoldsBetweenThePaths) {
+  // Large leaves, which the hardware draws, before and behind small ones.
+  DecodedPlant coarse = decoded_plant(random_plant({.leaf_count = 12, .seed = 8, .texture_side = 0}));
+  DecodedPlant fine = decoded_plant(random_plant({.leaf_count = 900, .seed = 9, .texture_side = 0}));
+  for (const float coarse_z : {-1.5f, 1.5f}) {
+    coppice_placement red = at(0.0f, coarse_z), blue = at(0.2f, 0.0f);
+    std::ranges::copy(std::array{1.0f, 0.1f, 0.1f}, red.tint);
+    std::ranges::copy(std::array{0.1f, 0.1f, 1.0f}, blue.tint);
+    const std::vector<Placed> plants{{coarse, {red}}, {fine, {blue}}};
+    const coppice_view view = front_view(6.0f);
+    const RendererScene::Frame raster = with_raster(plants, view), hardware = without(plants, view);
+    EXPECT_EQ(raster.counts.leaves, 912u);
+    EXPECT_LT(compare(raster.picture, hardware.picture).differing_share, 0.015) << coarse_z;
+  }
+}
+
+TEST_F(LeafRasterTest, WithoutWideAtomicsThePictureIsTheSame) {
+  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 3000, .seed = 3})), {at(0.0f, 0.0f), at(1.0f, -8.0f)}}};
+  for (const float distance_m : {4.0f, 30.0f}) {
+    const coppice_view view = front_view(distance_m);
+    const RendererScene::Frame wide = with_raster(plants, view);
+    const RendererScene::Frame narrow = draw_scene(gpu(), plants, view, {.compute_raster = true, .int64_atomics = false});
+    EXPECT_EQ(wide.counts.leaves, narrow.counts.leaves);
+    // Leaves at one depth to the last bit may come out in another order.
+    EXPECT_LT(compare_pictures(wide.picture, narrow.picture, 4).differing_share, 0.001) << distance_m;
+  }
+}
+
+TEST_F(LeafRasterTest, WhatIsHiddenIsNotRasterised) {
+  // A thicket before the eye, and a row of plants far behind it.
+  std::vector<coppice_placement> thicket, behind;
+  for (int i = 0; i < 32; ++i) {
+    const int column = i % 8, row = i / 8;
+    thicket.push_back(at(0.15f * static_cast<float>(column) - 0.5f, 0.15f * static_cast<float>(row)));
+  }
+  for (int i = 0; i < 32; ++i) behind.push_back(at(0.05f * static_cast<float>(i) - 0.8f, -60.0f));
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 2000, .seed = 3, .texture_side = 0}));
+  const coppice_view view = front_view(4.0f);
+  const RendererScene::Frame together = with_raster({{plant, thicket}, {plant, behind}}, view);
+  const RendererScene::Frame alone = with_raster({{plant, behind}}, view);
+  EXPECT_EQ(alone.counts.visible_instances, 32u);
+  EXPECT_EQ(together.counts.visible_instances, 32u) << "only the thicket";
+  const RendererScene::Frame hardware = without({{plant, thicket}, {plant, behind}}, view);
+  EXPECT_NEAR(compare(together.picture, hardware.picture).coverage, 1.0, 0.04);
+}
+
+TEST_F(LeafRasterTest, ListsComeAndGoWithPages) {
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0}));
+  RendererScene scene(gpu(), 64, {.compute_raster = true});
+  const std::uint32_t index = scene.add_plant(plant, 2);  // of six pages
+  scene.place(index, {at(0.0f, 0.0f)});
+  const coppice_view view = front_view(20.0f);
+  scene.draw(view);
+  EXPECT_EQ(scene.draw(view).counts.leaves, 1024u) << "the ladder's last rung below 1,025";
+  scene.renderer().drop_page(index, 1);
+  scene.set_resident_leaves(index, 513);
+  scene.draw(view);
+  EXPECT_EQ(scene.draw(view).counts.leaves, 512u);
+}
+
+TEST_F(LeafRasterTest, AViewMayGrow) {
+  RendererScene scene(gpu(), 64, {.compute_raster = true});
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 500, .seed = 3, .texture_side = 0}));
+  scene.place(scene.add_plant(plant), {at(0.0f, 0.0f)});
+  scene.draw(front_view(6.0f, 200));
+  const Picture small = scene.draw(front_view(6.0f, 200)).picture;
+  scene.draw(front_view(6.0f, 300));
+  EXPECT_TRUE(scene.draw(front_view(6.0f, 200)).picture.rgba == small.rgba);
+}
+
+}  // namespace
+}  // namespace coppice::test

@@ -1,0 +1,171 @@
+// The lists of the compute rasteriser: what they hold, and that what they say of it is true.
+
+#include "leaf_lists.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include <gtest/gtest.h>
+#include <glm/common.hpp>
+
+#include "coppice/format.h"
+#include "coppice_lod.h"
+#include "random_tree.h"
+
+namespace coppice::gpu {
+namespace {
+
+using Corners = std::array<std::uint32_t, 6>;
+
+/// A crown of 700 leaves in the box [-1, 1]^3, quantised as the runtime has it.
+struct Crown {
+  std::vector<QuantisedQuad> quads;
+  std::vector<std::uint8_t> cards;
+  std::vector<std::uint32_t> node_split;
+  std::vector<RasterCard> looks{{{0.2f, 0.4f, 0.1f}, 1.0f, {~0u, ~0u}, 0.5f}, {{0.3f, 0.3f, 0.1f}, 0.5f, {~0u, 0u}, 0.5f}};
+
+  Crown() {
+    const bake::BakedPlant plant = test::random_plant({.leaf_count = 700, .seed = 4});
+    glm::vec3 low(1e9f), high(-1e9f);
+    for (const glm::vec3& vertex : plant.tree.vertices) {
+      low = glm::min(low, vertex);
+      high = glm::max(high, vertex);
+    }
+    for (std::size_t id = 0; id < plant.tree.nodes.size(); ++id) {
+      QuantisedQuad quad{};
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        const glm::vec3 unit = (plant.tree.vertices[plant.tree.nodes[id].vertices[corner]] - low) / (high - low);
+        for (int axis = 0; axis < 3; ++axis)
+          quad[corner][static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(std::lround(unit[axis] * COPPICE_QUANTISED_MAX));
+      }
+      quads.push_back(quad);
+      cards.push_back(static_cast<std::uint8_t>(id % 2));
+      node_split.push_back(plant.tree.node_split[id]);
+    }
+  }
+  [[nodiscard]] LeafSource source() const {
+    constexpr float kStep = 2.0f / COPPICE_QUANTISED_MAX;
+    return {quads, cards, node_split, looks, {-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}};
+  }
+};
+
+Corners packed(const QuantisedQuad& quad) {
+  Corners words{};
+  for (std::uint32_t i = 0; i < 12; ++i) words[i / 2] |= std::uint32_t{quad[i / 3][i % 3]} << (i % 2 * 16);
+  return words;
+}
+
+Corners corners_of(const RasterLeaf& leaf) {
+  Corners words{};
+  std::ranges::copy(leaf.corners, words.begin());
+  return words;
+}
+
+std::array<float, 3> corner_m(const RasterList& list, const RasterLeaf& leaf, std::uint32_t corner) {
+  const std::array<float, 3> low{list.box_min.x, list.box_min.y, list.box_min.z}, step{list.box_step.x, list.box_step.y, list.box_step.z};
+  std::array<float, 3> at{};
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t half_word = corner * 3 + axis;
+    at[axis] = low[axis] + step[axis] * static_cast<float>(leaf.corners[half_word / 2] >> (half_word % 2 * 16) & 0xffffu);
+  }
+  return at;
+}
+
+TEST(LeafLists, HoldTheNodesOfTheCutAndNoOthers) {
+  const Crown crown;
+  for (const std::uint32_t leaf_count : {1u, 2u, 63u, 64u, 65u, 300u, 700u}) {
+    std::multiset<std::pair<Corners, std::uint32_t>> expected, actual;
+    for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id)
+      if (crown.node_split[id] >= leaf_count - 1) expected.insert({packed(crown.quads[id]), crown.cards[id]});
+    const BuiltList list = build_leaf_list(crown.source(), leaf_count);
+    for (const RasterLeaf& leaf : list.leaves) actual.insert({corners_of(leaf), leaf.look});
+    EXPECT_EQ(actual, expected) << leaf_count;
+    EXPECT_EQ(list.header.leaf_count, leaf_count);
+  }
+}
+
+TEST(LeafLists, ClustersPartTheLeavesAndBoundThem) {
+  const Crown crown;
+  const BuiltList list = build_leaf_list(crown.source(), 700);
+  EXPECT_EQ(list.header.cluster_count, list.clusters.size());
+  std::uint32_t leaves = 0, splats = 0;
+  for (const RasterCluster& cluster : list.clusters) {
+    EXPECT_EQ(cluster.first_leaf, leaves);
+    EXPECT_EQ(cluster.first_splat, splats);
+    EXPECT_LE(cluster.leaf_count, kClusterLeaves);
+    EXPECT_GE(cluster.splat_count, cluster.leaf_count);
+    EXPECT_LE(cluster.splat_count, cluster.leaf_count * kMaxGrains);
+    leaves += cluster.leaf_count;
+    splats += cluster.splat_count;
+    for (std::uint32_t i = cluster.first_leaf; i < leaves; ++i)
+      for (std::uint32_t corner = 0; corner < 4; ++corner) {
+        const auto at = corner_m(list.header, list.leaves[i], corner);
+        const float x = at[0] - cluster.center.x, y = at[1] - cluster.center.y, z = at[2] - cluster.center.z;
+        EXPECT_LE(std::sqrt(x * x + y * y + z * z), cluster.radius_m * 1.0001f);
+      }
+  }
+  EXPECT_EQ(leaves, list.leaves.size());
+  EXPECT_EQ(splats, list.splats.size());
+}
+
+TEST(LeafLists, SplatsCoverTheAreaOfTheirLeaves) {
+  const Crown crown;
+  const BuiltList list = build_leaf_list(crown.source(), 700);
+  double leaf_m2 = 0, splat_m2 = 0;
+  for (const RasterLeaf& leaf : list.leaves) {
+    std::array<std::array<float, 3>, 4> c{};
+    for (std::uint32_t i = 0; i < 4; ++i) c[i] = corner_m(list.header, leaf, i);
+    const auto area = [&](std::size_t a, std::size_t b) {
+      std::array<double, 3> u{}, v{};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        u[axis] = static_cast<double>(c[a][axis] - c[0][axis]);
+        v[axis] = static_cast<double>(c[b][axis] - c[0][axis]);
+      }
+      const double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
+      return 0.5 * std::sqrt(x * x + y * y + z * z);
+    };
+    leaf_m2 += (area(1, 2) + area(2, 3)) * static_cast<double>(crown.looks[leaf.look].coverage);
+  }
+  for (const RasterSplat& splat : list.splats) {
+    const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(list.header.splat_size_m);
+    splat_m2 += side_m * side_m;
+  }
+  EXPECT_NEAR(splat_m2, leaf_m2, 1e-3 * leaf_m2);
+}
+
+TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
+  WoodMesh mesh;
+  mesh.vertices = {
+      {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
+  mesh.indices = {0, 1, 2, 3, 0, 2};
+  const std::vector<RasterCard> looks(5, RasterCard{{0.1f, 0.1f, 0.1f}, 1.0f, {~0u, ~0u}, 0.5f});
+  const BuiltList list =
+      build_wood_list(mesh, {.looks = looks, .first_material = 3, .box_min = {-1, -1, -1}, .box_step = {1e-4f, 1e-4f, 1e-4f}});
+  ASSERT_EQ(list.leaves.size(), 2u);
+  std::map<std::uint32_t, RasterLeaf> by_look;
+  for (const RasterLeaf& leaf : list.leaves) by_look[leaf.look & 0xffffu] = leaf;
+  ASSERT_TRUE(by_look.contains(4) && by_look.contains(3));
+  EXPECT_EQ(by_look[4].look >> 16, 0u) << "straight up the octahedron is its middle";
+  const auto corner = corner_m(list.header, by_look[4], 2), repeated = corner_m(list.header, by_look[4], 3);
+  EXPECT_NEAR(corner[1], 2.0f, 1e-3f);
+  EXPECT_EQ(corner, repeated);
+  EXPECT_TRUE(build_wood_list({}, {}).leaves.empty());
+}
+
+TEST(LeafLists, TheLadderRisesAndItsRungsHoldWhatIsAskedFor) {
+  for (std::uint32_t leaves = 1; leaves < 200000; leaves += 1 + leaves / 7) {
+    const std::uint32_t rung = lod::coppice_ladder_level(static_cast<float>(leaves));
+    EXPECT_GE(static_cast<float>(lod::coppice_ladder_leaf_count(rung)) * 1.003f, static_cast<float>(leaves));
+    if (leaves > 16) {
+      EXPECT_LT(static_cast<float>(lod::coppice_ladder_leaf_count(rung)), 1.27f * static_cast<float>(leaves));
+    }
+    EXPECT_LE(lod::coppice_ladder_leaf_count(rung), lod::coppice_ladder_leaf_count(rung + 1));
+  }
+  EXPECT_EQ(lod::coppice_ladder_level(1.0f), 0u);
+  EXPECT_LT(lod::coppice_ladder_level(static_cast<float>(COPPICE_MAX_LEAVES)), kRasterLevels);
+}
+
+}  // namespace
+}  // namespace coppice::gpu

@@ -158,9 +158,11 @@ struct Squares {
   BakedPlant baked;
 
   Squares() {
-    for (int i = 0; i < 40; ++i)
+    for (int i = 0; i < 40; ++i) {
+      const int row = i / 8;
       add_leaf(plant, foliage,
-               square_at({static_cast<float>(i % 8) * 0.4f, static_cast<float>(i / 8) * 0.4f, 0.1f * static_cast<float>(i % 3)}, 0.1f), 2);
+               square_at({static_cast<float>(i % 8) * 0.4f, static_cast<float>(row) * 0.4f, 0.1f * static_cast<float>(i % 3)}, 0.1f), 2);
+    }
     CollapseSequence sequence;
     for (std::uint32_t i = 0; i < 39; ++i) sequence.merges.push_back({2 * i, 2 * i + 1, {0, 1, 2, 3}});
     baked.tree = build_tree(foliage, sequence);

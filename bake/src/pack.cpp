@@ -11,6 +11,7 @@
 #include "utf8.h"
 #include "visibility.h"
 #include "wood_encode.h"
+#include "wood_lods.h"
 #include "writer.h"
 
 namespace coppice::bake {
@@ -101,22 +102,58 @@ float cutoff_of_image(const BakedPlant& plant, std::size_t image) {
 Result<void> add_pages(const QuantisedTree& tree, FileContents& contents) {
   for (std::size_t first = 0; first < tree.splits.size(); first += COPPICE_PAGE_SPLITS) {
     const std::size_t count = std::min<std::size_t>(COPPICE_PAGE_SPLITS, tree.splits.size() - first);
-    COPPICE_TRY(page, encode_page(std::span(tree.splits).subspan(first, count), static_cast<std::uint32_t>(first), tree.quads));
+    const PageSource source{std::span(tree.splits).subspan(first, count), static_cast<std::uint32_t>(first), tree.nodes,
+                            tree.box.max - tree.box.min};
+    COPPICE_TRY(page, encode_page(source));
     contents.pages.push_back(std::move(page));
   }
   return {};
 }
 
+void set_wood(std::size_t lod, EncodedWood wood, FileContents& contents) {
+  contents.plant.wood_vertex_counts[lod] = wood.vertex_count;
+  contents.plant.wood_triangle_counts[lod] = wood.triangle_count;
+  contents.wood.resize(std::max(contents.wood.size(), lod + 1));
+  contents.wood[lod] = std::move(wood.bytes);
+}
+
+/// The first read, as far as it is known without the coarsest wood.
+std::uint64_t first_read_without_wood(const FileContents& contents, std::size_t texture_count) {
+  const std::size_t chunk_count = 5 + contents.pages.size() + COPPICE_MAX_WOOD_LODS + texture_count + contents.leaf_meshes.size();
+  const std::size_t error_count =
+      contents.error_leaf_counts.size() + contents.error_sizes_px.size() + contents.error_px.size() + contents.leaf_mesh_error_px.size();
+  return sizeof(coppice_file_header) + chunk_count * sizeof(coppice_file_chunk) + sizeof(coppice_file_plant) +
+         contents.materials.size() * sizeof(coppice_file_material) + contents.cards.size() * sizeof(coppice_file_card) +
+         contents.leaf_mesh_counts.size() * sizeof(coppice_file_leaf_mesh) + error_count * sizeof(float) +
+         (contents.pages.empty() ? 0 : contents.pages.front().size());
+}
+
+/// Wood that takes more than is left of the first read gets another LoD that does not, unless nothing can be had in so little.
+Result<void> fit_coarsest_wood(const BakedPlant& plant, Mesh coarsest, FileContents& contents) {
+  const std::uint64_t others = first_read_without_wood(contents, plant.images.size());
+  const std::size_t last = std::min<std::size_t>(contents.wood.size(), COPPICE_MAX_WOOD_LODS - 1);
+  while (others + contents.wood.back().size() > COPPICE_FIRST_READ_BYTES) {
+    Mesh halved = halve_wood(coarsest);
+    if (halved.indices.size() >= coarsest.indices.size()) break;
+    COPPICE_TRY(wood, encode_wood(halved, static_cast<std::uint32_t>(plant.materials.size())));
+    if (wood.bytes.empty()) break;
+    set_wood(last, std::move(wood), contents);
+    coarsest = std::move(halved);
+  }
+  return {};
+}
+
 Result<void> add_wood(const BakedPlant& plant, FileContents& contents) {
+  const Mesh* coarsest = nullptr;
   for (const Mesh& lod : plant.wood.lods) {
     COPPICE_TRY(wood, encode_wood(lod, static_cast<std::uint32_t>(plant.materials.size())));
     if (wood.bytes.empty()) continue;
     if (contents.wood.size() == COPPICE_MAX_WOOD_LODS) return Error{Status::invalid_argument, "pack: over COPPICE_MAX_WOOD_LODS"};
-    contents.plant.wood_vertex_counts[contents.wood.size()] = wood.vertex_count;
-    contents.plant.wood_triangle_counts[contents.wood.size()] = wood.triangle_count;
-    contents.wood.push_back(std::move(wood.bytes));
+    set_wood(contents.wood.size(), std::move(wood), contents);
+    coarsest = &lod;
   }
-  return {};
+  if (coarsest == nullptr) return {};
+  return fit_coarsest_wood(plant, *coarsest, contents);
 }
 
 Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileContents& contents) {
@@ -161,7 +198,7 @@ void fill_plant(const BakedPlant& plant, const QuantisedTree& tree, coppice_file
   store(target.leaf_box_max, tree.box.max);
   store(target.sphere_center, plant.sphere.center);
   target.sphere_radius = plant.sphere.radius;
-  for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(tree.quads[0][corner], target.root_quad[corner]);
+  for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(tree.nodes[0].corners[corner], target.root_quad[corner]);
   target.root_card = plant.tree.nodes[0].card;
   target.metric = plant.metric;
   store_name(target.name, plant.name);
@@ -190,9 +227,9 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   contents.error_sizes_px = plant.errors.sizes_px;
   contents.error_px = plant.errors.error_px;
   COPPICE_CHECK(add_pages(tree, contents));
-  COPPICE_CHECK(add_wood(plant, contents));
   COPPICE_CHECK(add_textures(plant, textures, contents));
   COPPICE_CHECK(add_leaf_meshes(plant, tree.box, contents));
+  COPPICE_CHECK(add_wood(plant, contents));  // last: it gets what the others leave of the first read
   COPPICE_TRY(file, write_file(contents));
   sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.wood), total_bytes(contents.textures),
            total_bytes(contents.leaf_meshes)};

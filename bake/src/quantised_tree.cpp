@@ -84,22 +84,22 @@ Result<QuantisedTree> quantise_tree(const Tree& tree) {
   QuantisedTree result;
   result.box = leaf_box(tree);
   for (const Tree::Node& node : tree.nodes) {
-    QuantisedQuad quad{};
-    for (std::size_t corner = 0; corner < 4; ++corner) quad[corner] = quantise(result.box, tree.vertices[node.vertices[corner]]);
-    result.quads.push_back(quad);
+    PageNode quantised{{}, node.card};
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      quantised.corners[corner] = quantise(result.box, tree.vertices[node.vertices[corner]]);
+    result.nodes.push_back(quantised);
   }
-  std::vector<bool> replaced(tree.nodes.size());
   for (std::uint32_t s = 0; s < tree.split_parent.size(); ++s) {
     const std::uint32_t parent = tree.split_parent[s];
-    if (parent > 2 * s || replaced[parent]) return bad_tree("tree: a split's parent is not alive", s);
-    replaced[parent] = true;
+    if (parent > 2 * s || result.nodes[parent].split != kNeverReplaced) return bad_tree("tree: a split's parent is not alive", s);
+    result.nodes[parent].split = s;
     COPPICE_TRY(parent_slots, find_slots(tree, s));
     Split split{parent, parent_slots, {}, {}};
     std::array<bool, 8> filled{};
     for (std::uint8_t slot : parent_slots) filled[slot] = true;
     std::size_t next = 0;
     for (std::size_t slot = 0; slot < 8; ++slot)
-      if (!filled[slot]) split.new_vertices[next++] = result.quads[2 * s + 1 + slot / 4][slot % 4];
+      if (!filled[slot]) split.new_vertices[next++] = result.nodes[2 * s + 1 + slot / 4].corners[slot % 4];
     for (std::uint32_t child = 0; child < 2; ++child) split.cards[child] = static_cast<std::uint8_t>(tree.nodes[2 * s + 1 + child].card);
     result.splits.push_back(split);
   }

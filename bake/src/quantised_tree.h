@@ -27,8 +27,8 @@ glm::vec3 dequantise(const QuantisationBox& box, const QuantisedPoint& point);
 /// A tree as the file stores it.
 struct QuantisedTree {
   QuantisationBox box;
-  std::vector<QuantisedQuad> quads;  ///< [2N - 1]
-  std::vector<Split> splits;         ///< [N - 1]
+  std::vector<PageNode> nodes;  ///< [2N - 1]
+  std::vector<Split> splits;    ///< [N - 1]
 };
 
 /// errors  invalid_argument: a parent's vertices are not four of its children's, arrays disagree, a split's parent is not alive, a

@@ -3,9 +3,9 @@
 #include <string>
 
 #include "block_texture.h"
+#include "decoded_pages.h"
 #include "layout.h"
 #include "pack.h"
-#include "page_codec.h"
 #include "quantised_tree.h"
 #include "reader.h"
 #include "wood_codec.h"
@@ -75,17 +75,16 @@ Result<void> apply_split(Tree& tree, const QuantisationBox& box, const Split& sp
 
 Result<Tree> read_tree(const PlantFile& file, Bytes bytes) {
   const QuantisationBox box{vec3_of(file.plant.leaf_box_min), vec3_of(file.plant.leaf_box_max)};
-  std::vector<QuantisedQuad> quads(1);
-  for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(file.plant.root_quad[corner], quads[0][corner].begin());
-  Tree tree = root_tree(file, box, quads[0]);
+  PageNode root{{}, file.plant.root_card};
+  for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(file.plant.root_quad[corner], root.corners[corner].begin());
+  Tree tree = root_tree(file, box, root.corners);
+  DecodedPages pages(root);
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) {
     const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_PAGE, page);
     COPPICE_TRY(content, chunk_bytes(chunk, bytes));
-    std::vector<Split> splits(page_split_count(file.plant, page));
-    quads.resize(quads.size() + 2 * splits.size());
-    if (auto decoded = decode_page(content, page * COPPICE_PAGE_SPLITS, file.plant.card_count, quads, splits); !decoded)
-      return in_chunk(decoded.error(), chunk);
-    for (const Split& split : splits)
+    const auto splits = pages.add(content, page_split_count(file.plant, page), file.plant.card_count, file.header.version);
+    if (!splits) return in_chunk(splits.error(), chunk);
+    for (const Split& split : *splits)
       if (auto applied = apply_split(tree, box, split); !applied) return in_chunk(applied.error(), chunk);
   }
   std::uint32_t next_source = 0;

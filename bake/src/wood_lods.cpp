@@ -188,6 +188,20 @@ Parts split_by_material(const Mesh& mesh) {
 
 }  // namespace
 
+Mesh halve_wood(const Mesh& wood) {
+  Parts parts = split_by_material(wood);
+  for (auto& [material, indices] : parts) {
+    const std::size_t target_count = std::max<std::size_t>(indices.size() / 6, 1);
+    Indices clustered(indices.size());
+    clustered.resize(meshopt_simplifySloppy(clustered.data(), indices.data(), indices.size(), &wood.positions[0].x, wood.positions.size(),
+                                            sizeof(glm::vec3), 3 * target_count, kAnyError, nullptr));
+    // Wood that is all crumbs may vanish in the clusters; the first of them stay.
+    if (clustered.empty()) clustered.assign(indices.begin(), indices.begin() + static_cast<std::ptrdiff_t>(3 * target_count));
+    indices = std::move(clustered);
+  }
+  return merge(wood, parts);
+}
+
 WoodLods simplify_wood(const Mesh& wood) {
   WoodLods chain;
   if (wood.indices.empty()) return chain;

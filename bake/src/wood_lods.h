@@ -10,4 +10,8 @@ namespace coppice::bake {
 /// those of the source. Empty wood gives no LoDs. Same wood, same LoDs.
 WoodLods simplify_wood(const Mesh& wood);
 
+/// The same wood in at most half the triangles, but at least one of each material: vertices are clustered, whatever becomes of the shape.
+/// For wood that simplify_wood cannot make as small as it must be.
+Mesh halve_wood(const Mesh& wood);
+
 }  // namespace coppice::bake

@@ -146,14 +146,7 @@ Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
   if (chunk.id.kind == ChunkKind::wood) return renderer_->upload_wood(chunk.id.plant, chunk.id.index, *chunk.wood);
   if (chunk.id.kind == ChunkKind::leaf_mesh) return renderer_->upload_leaf_mesh(chunk.id.plant, chunk.id.index, *chunk.wood);
   if (chunk.id.kind == ChunkKind::texture) return renderer_->upload_texture(chunk.id.plant, chunk.id.index, chunk.texture);
-  patches_.clear();
-  for (const SplitPatch& patch : chunk.patches) patches_.push_back({patch.node, patch.split});
-  return renderer_->upload_page({.plant = chunk.id.plant,
-                                 .page = chunk.id.index,
-                                 .quads = chunk.quads,
-                                 .cards = chunk.cards,
-                                 .node_split = chunk.node_split,
-                                 .patches = patches_});
+  return renderer_->upload_page({.plant = chunk.id.plant, .page = chunk.id.index, .nodes = chunk.nodes, .patches = chunk.patches});
 }
 
 void Context::upload_decoded() {

@@ -65,7 +65,6 @@ class Context {
   std::vector<PlantEntry> plants_;
   std::vector<PlantDemand> demands_;
   std::vector<gpu::PlantResidency> residency_;
-  std::vector<gpu::NodePatch> patches_;
   std::uint64_t frame_number_ = 0;
   Recording recording_ = Recording::none;
   std::unique_ptr<Streamer> streamer_;  ///< last: its destructor waits for jobs that use the rest

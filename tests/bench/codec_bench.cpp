@@ -3,6 +3,8 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <cstring>
+#include <memory>
 #include <string>
 
 #include "layout.h"
@@ -16,10 +18,6 @@
 namespace coppice {
 namespace {
 
-std::uint64_t hash_of(std::span<const QuantisedQuad> quads) {
-  return checksum(std::span(reinterpret_cast<const std::uint8_t*>(quads.data()), quads.size_bytes()));
-}
-
 struct Pages {
   bake::QuantisedTree tree;
   std::vector<std::vector<std::uint8_t>> pages;
@@ -31,28 +29,37 @@ Pages encode_pages(std::uint32_t leaf_count) {
   const std::span<const Split> splits = result.tree.splits;
   for (std::size_t first = 0; first < splits.size(); first += COPPICE_PAGE_SPLITS) {
     const auto page_splits = splits.subspan(first, std::min<std::size_t>(COPPICE_PAGE_SPLITS, splits.size() - first));
-    result.pages.push_back(*bake::encode_page(page_splits, static_cast<std::uint32_t>(first), result.tree.quads));
+    result.pages.push_back(
+        *bake::encode_page({page_splits, static_cast<std::uint32_t>(first), result.tree.nodes, result.tree.box.max - result.tree.box.min}));
     result.bytes += result.pages.back().size();
   }
   return result;
 }
 
+/// Corners and cards: what a page says of its nodes.
+std::uint64_t hash_of(std::span<const PageNode> nodes) {
+  std::vector<std::uint8_t> bytes(28 * nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) std::memcpy(bytes.data() + 28 * i, &nodes[i], 28);
+  return checksum(bytes);
+}
+
 void decode_pages(benchmark::State& state) {
   const Pages pages = encode_pages(static_cast<std::uint32_t>(state.range(0)));
-  std::vector<QuantisedQuad> quads(pages.tree.quads.size());
-  quads[0] = pages.tree.quads[0];
-  std::vector<Split> splits(COPPICE_PAGE_SPLITS);
+  std::vector<PageNode> nodes(pages.tree.nodes.size());
+  nodes[0] = pages.tree.nodes[0];
+  std::vector<PageNode*> places;
+  for (std::size_t page = 0; page < pages.pages.size(); ++page) places.push_back(nodes.data() + 1 + 2 * COPPICE_PAGE_SPLITS * page);
+  std::vector<SplitPatch> patches(COPPICE_PAGE_SPLITS);
+  const auto scratch = std::make_unique<PageScratch>();
   for (auto _ : state) {
-    for (std::size_t page = 0; page < pages.pages.size(); ++page) {
-      const std::size_t first = page * COPPICE_PAGE_SPLITS,
-                        count = std::min<std::size_t>(COPPICE_PAGE_SPLITS, pages.tree.splits.size() - first);
-      const auto known = std::span(quads).first(2 * (first + count) + 1);
-      if (auto decoded = decode_page(pages.pages[page], static_cast<std::uint32_t>(first), 2, known, std::span(splits).first(count));
-          !decoded)
+    for (std::uint32_t page = 0; page < pages.pages.size(); ++page) {
+      const auto count = std::min(COPPICE_PAGE_SPLITS, static_cast<std::uint32_t>(pages.tree.splits.size()) - page * COPPICE_PAGE_SPLITS);
+      const PageOutput out{{nodes.data(), std::span(places).first(page + 1)}, std::span(patches).first(count), {}};
+      if (auto decoded = decode_page(pages.pages[page], {COPPICE_FORMAT_VERSION, page, count, 2}, out, *scratch); !decoded)
         return state.SkipWithError(decoded.error().message().c_str());
     }
   }
-  if (hash_of(quads) != hash_of(pages.tree.quads)) state.SkipWithError("decoded quads differ from the encoded ones");
+  if (hash_of(nodes) != hash_of(pages.tree.nodes)) state.SkipWithError("decoded nodes differ from the encoded ones");
   state.counters["leaves/s"] = benchmark::Counter(static_cast<double>(state.range(0)), benchmark::Counter::kIsIterationInvariantRate);
   state.counters["bytes/leaf"] = static_cast<double>(pages.bytes) / static_cast<double>(state.range(0));
 }

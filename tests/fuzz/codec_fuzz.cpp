@@ -1,8 +1,9 @@
-// libFuzzer: the codecs alone, without a file around the chunk. Byte 0 picks the codec, bytes 1..4 the counts the front of a file would
-// state; the rest is the chunk.
+// libFuzzer: the codecs alone, without a file around the chunk. Byte 0 picks the codec (pages of version 1, wood, pages of
+// version 2), bytes 1..4 what the front of a file would state; the rest is the chunk.
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -15,20 +16,40 @@ namespace {
 
 constexpr std::uint32_t kCards = 3, kMaterials = 2;
 
-void fuzz_page(std::span<const std::uint8_t> bytes, std::uint32_t first_split, std::uint32_t split_count) {
-  std::vector<coppice::QuantisedQuad> quads(2 * (first_split + split_count) + 1);
-  for (std::size_t i = 0; i < quads.size(); ++i)
-    for (auto& corner : quads[i]) corner = {static_cast<std::uint16_t>(i * 37 % 16384), static_cast<std::uint16_t>(i * 11 % 16384), 16383};
+/// The bytes as the page of a plant whose earlier pages hold quads of some sort.
+void fuzz_page(std::uint32_t version, std::span<const std::uint8_t> bytes, std::uint32_t page, std::uint32_t split_count) {
+  coppice::PageNode root;
+  std::vector<std::vector<coppice::PageNode>> pages(page, std::vector<coppice::PageNode>(2 * COPPICE_PAGE_SPLITS));
+  std::uint32_t i = 0;
+  for (auto& earlier : pages)
+    for (coppice::PageNode& node : earlier)
+      for (auto& corner : node.corners) {
+        corner = {static_cast<std::uint16_t>(i * 37 % 16384), static_cast<std::uint16_t>(i * 11 % 16384), 16383};
+        ++i;
+      }
+  pages.emplace_back(2 * split_count);
+  std::vector<coppice::PageNode*> places;
+  for (auto& nodes : pages) places.push_back(nodes.data());
+  std::vector<coppice::SplitPatch> patches(split_count);
   std::vector<coppice::Split> splits(split_count);
-  if (!coppice::decode_page(bytes, first_split, kCards, quads, splits)) return;
-  for (std::size_t i = 0; i < splits.size(); ++i) {
+  const auto scratch = std::make_unique<coppice::PageScratch>();
+  const auto patch_count = coppice::decode_page(bytes, {version, page, split_count, kCards}, {{&root, places}, patches, splits}, *scratch);
+  if (!patch_count) return;
+  COPPICE_ASSERT(*patch_count <= split_count);
+  const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS;
+  for (i = 0; i < splits.size(); ++i) {
     COPPICE_ASSERT(splits[i].parent <= 2 * (first_split + i));
-    COPPICE_ASSERT(splits[i].cards[0] < kCards && splits[i].cards[1] < kCards);
     unsigned filled = 0;
     for (std::uint8_t slot : splits[i].parent_slots) filled |= 1u << slot;
     COPPICE_ASSERT(__builtin_popcount(filled) == 4 && filled < 256);
-    for (const auto& vertex : splits[i].new_vertices)
-      for (std::uint16_t coordinate : vertex) COPPICE_ASSERT(coordinate <= COPPICE_QUANTISED_MAX);
+    const coppice::PageNode& parent = coppice::NodePages{&root, places}[splits[i].parent];
+    const coppice::ChildQuads children = coppice::child_quads(parent.corners, splits[i]);
+    COPPICE_ASSERT(pages.back()[2 * i].corners == children.first && pages.back()[2 * i + 1].corners == children.second);
+  }
+  for (const coppice::PageNode& node : pages.back()) {
+    COPPICE_ASSERT(node.card < kCards);
+    for (const auto& corner : node.corners)
+      for (std::uint16_t coordinate : corner) COPPICE_ASSERT(coordinate <= COPPICE_QUANTISED_MAX);
   }
 }
 
@@ -46,9 +67,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size < 5) return 0;
   const std::span<const std::uint8_t> chunk(data + 5, size - 5);
   const std::uint32_t first = data[1] | std::uint32_t{data[2]} << 8, second = data[3] | std::uint32_t{data[4]} << 8;
-  if (data[0] % 2 == 0)
-    fuzz_page(chunk, first, second % COPPICE_PAGE_SPLITS + 1);
-  else
+  if (data[0] % 3 == 1)
     fuzz_wood(chunk, first, second);
+  else
+    fuzz_page(data[0] % 3 == 0 ? 1 : 2, chunk, first % 3, second % COPPICE_PAGE_SPLITS + 1);
   return 0;
 }

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <functional>
 
+#include "decoded_pages.h"
 #include "layout.h"
-#include "page_codec.h"
 #include "page_encode.h"
 #include "reader.h"
 #include "writer.h"
@@ -106,7 +106,8 @@ void damage_header(Damage& damage, const Bytes& good) {
   damage.truncate("front_cut", "header file_bytes", 100, offsetof(coppice_file_header, file_bytes));
   damage.truncate("last_byte_missing", "header file_bytes", good.size() - 1, offsetof(coppice_file_header, file_bytes));
   damage.set("magic", "magic", 0, std::uint8_t{'c'});
-  damage.set("version", "version", offsetof(coppice_file_header, version), std::uint32_t{2});
+  damage.set("version", "version", offsetof(coppice_file_header, version), std::uint32_t{COPPICE_FORMAT_VERSION + 1});
+  damage.set("version_zero", "version", offsetof(coppice_file_header, version), std::uint32_t{0});
   damage.set_reported_at("header_checksum", "header checksum", offsetof(coppice_file_header, reserved), std::uint8_t{1},
                          offsetof(coppice_file_header, header_checksum), Checksums::stale);
   damage.set("file_bytes", "header file_bytes", offsetof(coppice_file_header, file_bytes), ~std::uint64_t{0});
@@ -194,8 +195,10 @@ void damage_tables(Damage& damage, const Bytes& good) {
 void damage_chunks(Damage& damage, const Bytes& good) {
   const std::size_t page = chunk_offset(good, COPPICE_CHUNK_PAGE, 0), wood = chunk_offset(good, COPPICE_CHUNK_WOOD, 1);
   const std::size_t texture = chunk_offset(good, COPPICE_CHUNK_TEXTURE, 0);
-  damage.set_reported_at("page_point_count", "page Draco header", page + 11, std::uint32_t{0x7fffffff}, page);
-  damage.set_reported_at("page_attribute_count", "page Draco header", page + 16, std::uint8_t{200}, page);
+  damage.set_reported_at("page_split_count", "page split_count", page, std::uint16_t{0xffff}, page);
+  damage.set_reported_at("page_shape_count", "page shape_count", page + 2, std::uint8_t{4}, page);
+  damage.set_reported_at("page_reserved", "page reserved", page + 3, std::uint8_t{1}, page);
+  damage.set_reported_at("page_tables", "page tables", page + 13, std::uint8_t{0x80}, page);
   damage.set_reported_at("wood_header", "wood Draco header", wood, std::uint8_t{'d'}, wood);
   damage.set_reported_at("wood_traversal", "wood traversal", wood + 11, std::uint8_t{2}, wood);
   damage.set_reported_at("wood_triangles", "wood triangle count", wood + 13, std::uint8_t{1}, wood);
@@ -230,14 +233,16 @@ Bytes with_splits(const Bytes& good, std::uint32_t first_split, const std::funct
   for (std::uint32_t i = 0; i < front.plant.wood_lod_count; ++i) contents.wood.push_back(chunk_bytes(COPPICE_CHUNK_WOOD, i));
   for (std::uint32_t i = 0; i < front.plant.texture_count; ++i) contents.textures.push_back(chunk_bytes(COPPICE_CHUNK_TEXTURE, i));
 
-  std::vector<Split> splits(front.plant.leaf_count - 1);
-  std::vector<QuantisedQuad> quads(2 * splits.size() + 1);
+  PageNode root{{}, front.plant.root_card};
   for (std::size_t corner = 0; corner < 4; ++corner)
-    for (std::size_t axis = 0; axis < 3; ++axis) quads[0][corner][axis] = front.plant.root_quad[corner][axis];
-  if (!decode_page(chunk_bytes(COPPICE_CHUNK_PAGE, 0), 0, front.plant.card_count, quads, splits)) std::abort();
-  change(splits);
-  quads.resize(quads.size() + 2 * first_split);
-  contents.pages.push_back(*bake::encode_page(splits, first_split, quads));
+    for (std::size_t axis = 0; axis < 3; ++axis) root.corners[corner][axis] = front.plant.root_quad[corner][axis];
+  bake::DecodedPages pages(root);
+  auto splits = pages.add(chunk_bytes(COPPICE_CHUNK_PAGE, 0), front.plant.leaf_count - 1, front.plant.card_count);
+  if (!splits) std::abort();
+  change(*splits);
+  std::vector<PageNode> nodes = pages.nodes();
+  nodes.resize(nodes.size() + 2 * std::size_t{first_split});
+  contents.pages.push_back(*bake::encode_page({*splits, first_split, nodes}));
   return *write_file(contents);
 }
 
@@ -251,8 +256,8 @@ void damage_splits(Damage& damage, const Bytes& good) {
   add("parent_gone", "page parent", [](auto& splits) { splits[2].parent = splits[1].parent; });
   add(
       "parent_before_root", "page parent", [](auto&) {}, 3);
-  add("card_not_there", "page card", [](auto& splits) { splits[1].cards[1] = 7; });
-  add("vertex_outside", "page vertex", [](auto& splits) { splits[1].new_vertices[3][2] = 20000; });
+  add("card_not_there", "page tables", [](auto& splits) { splits[1].cards[1] = 7; });
+  add("vertex_outside", "page vertex", [](auto& splits) { splits[1].new_vertices[3][2] = COPPICE_QUANTISED_MAX + 1; });
 }
 
 }  // namespace

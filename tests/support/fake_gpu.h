@@ -20,9 +20,13 @@ namespace coppice::test {
 struct FakeGpuPlant {
   std::uint32_t pages = 0;  ///< uploaded and not evicted
   std::set<std::uint32_t> wood, textures, leaf_meshes;
-  std::vector<std::uint32_t> node_split;  ///< grows with the pages
-  std::vector<QuantisedQuad> quads;
-  std::vector<std::uint8_t> cards;
+  std::vector<PageNode> nodes;  ///< by id; grows with the pages
+
+  [[nodiscard]] std::vector<std::uint32_t> node_split() const {
+    std::vector<std::uint32_t> splits;
+    for (const PageNode& node : nodes) splits.push_back(node.split);
+    return splits;
+  }
 };
 
 class FakeGpu {
@@ -92,18 +96,11 @@ class FakeGpu {
   static void upload_page(FakeGpuPlant& plant, const DecodedChunk& chunk) {
     ASSERT_EQ(chunk.id.index, plant.pages) << "pages must come in order";
     ASSERT_EQ(chunk.first_node, 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1);
-    const std::size_t end = chunk.first_node + chunk.quads.size();
-    if (plant.node_split.size() < end) {
-      plant.node_split.resize(end, lod::kCoppiceNoSplit);
-      plant.quads.resize(end);
-      plant.cards.resize(end);
-    }
-    std::copy(chunk.node_split.begin(), chunk.node_split.end(), plant.node_split.begin() + chunk.first_node);
-    std::copy(chunk.quads.begin(), chunk.quads.end(), plant.quads.begin() + chunk.first_node);
-    std::copy(chunk.cards.begin(), chunk.cards.end(), plant.cards.begin() + chunk.first_node);
+    plant.nodes.resize(std::max(plant.nodes.size(), chunk.first_node + chunk.nodes.size()));
+    std::ranges::copy(chunk.nodes, plant.nodes.begin() + chunk.first_node);
     for (const SplitPatch& patch : chunk.patches) {
       ASSERT_LT(patch.node, chunk.first_node);
-      plant.node_split[patch.node] = patch.split;
+      plant.nodes[patch.node].split = patch.split;
     }
     ++plant.pages;
   }

@@ -106,15 +106,14 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   const Box box = leaf_box(baked.tree);
   fill_front(baked, box, plant.file);
   for (std::size_t id = 0; id < baked.tree.nodes.size(); ++id) {
-    QuantisedQuad quad;
+    PageNode node{{}, baked.tree.nodes[id].card, baked.tree.node_split[id]};
     for (std::size_t corner = 0; corner < 4; ++corner)
-      quad[corner] = quantise(baked.tree.vertices[baked.tree.nodes[id].vertices[corner]], box);
-    plant.quads.push_back(quad);
-    plant.cards.push_back(static_cast<std::uint8_t>(baked.tree.nodes[id].card));
-    plant.node_split.push_back(baked.tree.node_split[id]);
+      node.corners[corner] = quantise(baked.tree.vertices[baked.tree.nodes[id].vertices[corner]], box);
+    plant.nodes.push_back(node);
   }
-  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.quads[0][corner].begin(), 3, plant.file.plant.root_quad[corner]);
-  plant.file.plant.root_card = plant.cards[0];
+  const PageNode& root = plant.nodes[0];
+  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(root.corners[corner].begin(), 3, plant.file.plant.root_quad[corner]);
+  plant.file.plant.root_card = root.card;
   for (const bake::Mesh& lod : baked.wood.lods) {
     plant.wood.push_back(wood_mesh(lod));
     plant.file.chunks.push_back({.kind = COPPICE_CHUNK_WOOD, .index = static_cast<std::uint32_t>(plant.wood.size() - 1)});
@@ -190,25 +189,20 @@ void RendererScene::place(std::uint32_t plant, const std::vector<coppice_placeme
 }
 
 void RendererScene::upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count) {
-  std::vector<gpu::NodePatch> patches;
+  std::vector<SplitPatch> patches;
   for (std::uint32_t page = 0; page < page_count; ++page) {
     const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS;
     const std::uint32_t split_end = std::min(first_split + COPPICE_PAGE_SPLITS, plant.file.plant.leaf_count - 1);
     const std::uint32_t first = 2 * first_split + 1;
     const std::uint32_t count = 2 * (split_end - first_split);
     // As the streamer does: splits of later pages are not known yet, those of this page in earlier pages are patched.
-    std::vector<std::uint32_t> splits(plant.node_split.begin() + first, plant.node_split.begin() + first + count);
-    for (std::uint32_t& split : splits)
-      if (split >= split_end) split = lod::kCoppiceNoSplit;
+    std::vector<PageNode> nodes(plant.nodes.begin() + first, plant.nodes.begin() + first + count);
+    for (PageNode& node : nodes)
+      if (node.split >= split_end) node.split = kNeverReplaced;
     patches.clear();
     for (std::uint32_t node = 0; node < first; ++node)
-      if (plant.node_split[node] >= first_split && plant.node_split[node] < split_end) patches.push_back({node, plant.node_split[node]});
-    expect(renderer_->upload_page({.plant = index,
-                                   .page = page,
-                                   .quads = std::span(plant.quads).subspan(first, count),
-                                   .cards = std::span(plant.cards).subspan(first, count),
-                                   .node_split = splits,
-                                   .patches = patches}));
+      if (plant.nodes[node].split >= first_split && plant.nodes[node].split < split_end) patches.push_back({node, plant.nodes[node].split});
+    expect(renderer_->upload_page({.plant = index, .page = page, .nodes = nodes, .patches = patches}));
     residency_[index].leaf_count = split_end + 1;
   }
   if (page_count == 0) return;

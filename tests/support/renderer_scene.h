@@ -17,9 +17,7 @@ namespace coppice::test {
 struct DecodedPlant {
   PlantFile file;
   std::vector<std::uint32_t> lod_words;
-  std::vector<QuantisedQuad> quads;       ///< [2N - 1]
-  std::vector<std::uint8_t> cards;        ///< [2N - 1]
-  std::vector<std::uint32_t> node_split;  ///< [2N - 1]
+  std::vector<PageNode> nodes;  ///< [2N - 1]
   std::vector<WoodMesh> wood;
   std::vector<std::vector<std::uint8_t>> textures;  ///< TEXTURE chunks with one mip level each
   std::vector<WoodMesh> leaf_meshes;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "inspect.h"
@@ -34,6 +35,38 @@ std::vector<std::uint32_t> cut(const Tree& tree, std::uint32_t leaf_count) {
   for (std::uint32_t node = 0; node < 2 * leaf_count - 1; ++node)
     if (tree.node_split[node] == kNone || tree.node_split[node] >= leaf_count - 1) nodes.push_back(node);
   return nodes;
+}
+
+/// Loose triangles, which no simplifier can join.
+Mesh crumbs(std::uint32_t triangle_count) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < 3 * triangle_count; ++i) {
+    const auto angle = static_cast<float>(i) * 2.4f, height = static_cast<float>(i) / static_cast<float>(triangle_count);
+    mesh.positions.emplace_back(std::cos(angle) * height, height, std::sin(angle) * height);
+    mesh.normals.emplace_back(0.0f, 1.0f, 0.0f);
+    mesh.uvs.emplace_back(height, 0.5f);
+    mesh.indices.push_back(i);
+  }
+  mesh.triangle_materials.assign(triangle_count, 0);
+  return mesh;
+}
+
+TEST(Pack, TheFirstPictureIsOneReadOf64KiB) {
+  for (std::size_t lod_count : {std::size_t{1}, std::size_t{COPPICE_MAX_WOOD_LODS}}) {
+    BakedPlant plant = random_plant({.leaf_count = 3000, .card_count = 200});
+    plant.wood.lods.assign(lod_count, crumbs(20000));
+    plant.sphere.radius = 10.0f;
+    const auto file = packed(plant);
+    const auto front = read_front(file, file.size());
+    ASSERT_TRUE(front);
+    EXPECT_GT(find_chunk(*front, COPPICE_CHUNK_WOOD, 0)->bytes, 2 * COPPICE_FIRST_READ_BYTES) << "fits anyway: no test";
+    EXPECT_LE(front->header.first_read_bytes, COPPICE_FIRST_READ_BYTES);
+    const std::uint32_t coarsest = front->plant.wood_lod_count - 1;
+    EXPECT_EQ(coarsest, std::min<std::size_t>(lod_count, COPPICE_MAX_WOOD_LODS - 1));
+    EXPECT_EQ(front->plant.wood_triangle_counts[0], 20000u);
+    EXPECT_GT(front->plant.wood_triangle_counts[coarsest], 100u) << "coarser than need be";
+    EXPECT_TRUE(unpack(file));
+  }
 }
 
 TEST(Pack, RoundTripKeepsEveryNodeWithinHalfAStep) {

@@ -2,10 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <set>
 
+#include "decoded_pages.h"
 #include "page_encode.h"
-#include "page_layout.h"
+#include "page_shapes.h"
 #include "quantised_tree.h"
 #include "random_tree.h"
 
@@ -13,32 +18,26 @@ namespace coppice {
 namespace {
 
 using bake::QuantisedTree;
+using page_model::Point;
+using page_model::Rule;
 
-QuantisedTree quantised(std::uint32_t leaf_count, std::uint32_t seed = 1) {
-  return *bake::quantise_tree(test::random_tree(test::random_foliage(leaf_count, seed), seed));
+QuantisedTree quantised(std::uint32_t leaf_count, std::uint32_t seed = 1, std::uint32_t card_count = 2) {
+  return *bake::quantise_tree(test::random_tree(test::random_foliage(leaf_count, seed, card_count), seed));
 }
 
 std::uint32_t splits_in_page(const QuantisedTree& tree, std::uint32_t page) {
   return std::min(COPPICE_PAGE_SPLITS, static_cast<std::uint32_t>(tree.splits.size()) - page * COPPICE_PAGE_SPLITS);
 }
 
-std::vector<std::uint8_t> encoded(const QuantisedTree& tree, std::uint32_t page) {
+std::vector<std::uint8_t> encoded(const QuantisedTree& tree, std::uint32_t page = 0) {
   const std::uint32_t first = page * COPPICE_PAGE_SPLITS;
-  return *bake::encode_page(std::span(tree.splits).subspan(first, splits_in_page(tree, page)), first, tree.quads);
+  return *bake::encode_page(
+      {std::span(tree.splits).subspan(first, splits_in_page(tree, page)), first, tree.nodes, tree.box.max - tree.box.min});
 }
 
-struct DecodedPage {
-  std::vector<QuantisedQuad> quads;
-  std::vector<Split> splits;
-};
-
-Result<DecodedPage> decoded(const QuantisedTree& tree, std::uint32_t page, std::span<const std::uint8_t> bytes,
-                            std::uint32_t card_count = 2) {
-  const std::uint32_t first = page * COPPICE_PAGE_SPLITS, count = splits_in_page(tree, page);
-  DecodedPage result{{tree.quads.begin(), tree.quads.begin() + 2 * first + 1}, std::vector<Split>(count)};
-  result.quads.resize(2 * (first + count) + 1);
-  COPPICE_CHECK(decode_page(bytes, first, card_count, result.quads, result.splits));
-  return result;
+/// The tree's first page decoded from `bytes`.
+Result<std::vector<Split>> decoded(const QuantisedTree& tree, std::span<const std::uint8_t> bytes, std::uint32_t card_count = 2) {
+  return bake::DecodedPages(tree.nodes[0]).add(bytes, splits_in_page(tree, 0), card_count);
 }
 
 void expect_equal(const Split& a, const Split& b) {
@@ -48,74 +47,100 @@ void expect_equal(const Split& a, const Split& b) {
   EXPECT_EQ(a.cards, b.cards);
 }
 
-TEST(SlotRank, IsABijection) {
-  std::set<std::array<std::uint8_t, 4>> seen;
-  for (std::uint32_t set = 0; set < 70; ++set)
-    for (std::uint32_t order = 0; order < 24; ++order) {
-      const auto slots = page_layout::slots_of_rank({set, order});
-      for (std::uint8_t slot : slots) ASSERT_LT(slot, 8);
-      ASSERT_EQ(std::set<std::uint8_t>(slots.begin(), slots.end()).size(), 4u);
-      ASSERT_TRUE(seen.insert(slots).second);
-      const auto rank = page_layout::rank_of_slots(slots);
-      ASSERT_EQ(rank.set, set);
-      ASSERT_EQ(rank.order, order);
-    }
-}
-
-TEST(SlotRank, CountsFromTheFirstFour) {
-  EXPECT_EQ(page_layout::rank_of_slots({0, 1, 2, 3}).set, 0u);
-  EXPECT_EQ(page_layout::rank_of_slots({0, 1, 2, 3}).order, 0u);
-  EXPECT_EQ(page_layout::rank_of_slots({7, 6, 5, 4}).set, 69u);
-  EXPECT_EQ(page_layout::rank_of_slots({7, 6, 5, 4}).order, 23u);
-}
-
-TEST(PredictCorner, CompletesAParallelogram) {
-  page_layout::Slots slots;
-  slots.set(4, {100, 100, 100});
-  slots.set(5, {200, 100, 100});
-  slots.set(6, {250, 180, 90});
-  EXPECT_EQ(page_layout::predict_corner(slots, 7), (QuantisedPoint{150, 180, 90}));
-}
-
-TEST(PredictCorner, FallsBackStepByStep) {
-  page_layout::Slots slots;
-  slots.set(0, {400, 800, 0});
-  EXPECT_EQ(page_layout::predict_corner(slots, 4), (QuantisedPoint{400, 800, 0}));  // nothing of the child: the centre
-  EXPECT_EQ(page_layout::predict_corner(slots, 2), (QuantisedPoint{400, 800, 0}));  // the corner across
-  slots.set(5, {0, 0, 100});
-  EXPECT_EQ(page_layout::predict_corner(slots, 1), (QuantisedPoint{350, 700, 12}));  // a neighbour, a quarter towards (200, 400, 50)
-  slots.set(7, {100, 0, 101});
-  EXPECT_EQ(page_layout::predict_corner(slots, 4), (QuantisedPoint{50, 0, 100}));  // both neighbours: the middle
-}
-
-TEST(PredictCorner, StaysInTheBox) {
-  page_layout::Slots slots;
-  slots.set(0, {0, 16383, 5});
-  slots.set(1, {9000, 0, 5});
-  slots.set(2, {0, 16383, 5});
-  EXPECT_EQ(page_layout::predict_corner(slots, 3), (QuantisedPoint{0, 16383, 5}));
-}
-
-TEST(PageCodec, GivesBackEverySplitAndQuad) {
-  for (std::uint32_t leaf_count : {2u, 3u, 10u, 513u, 514u, 1500u}) {
-    const QuantisedTree tree = quantised(leaf_count);
-    for (std::uint32_t page = 0; page * COPPICE_PAGE_SPLITS < tree.splits.size(); ++page) {
-      const auto result = decoded(tree, page, encoded(tree, page));
-      ASSERT_TRUE(result) << leaf_count << " leaves, page " << page << ": " << result.error().message();
-      for (std::size_t i = 0; i < result->splits.size(); ++i) expect_equal(result->splits[i], tree.splits[page * COPPICE_PAGE_SPLITS + i]);
-      EXPECT_TRUE(std::equal(result->quads.begin(), result->quads.end(), tree.quads.begin()));
-    }
+// Everything a page says comes back, and its own nodes know what replaces them; that later pages replace a node is for the caller to note.
+void expect_round_trip(const QuantisedTree& tree, std::uint32_t card_count) {
+  bake::DecodedPages pages(tree.nodes[0]);
+  for (std::uint32_t page = 0; page * COPPICE_PAGE_SPLITS < tree.splits.size(); ++page) {
+    const auto splits = pages.add(encoded(tree, page), splits_in_page(tree, page), card_count);
+    ASSERT_TRUE(splits) << "page " << page << ": " << splits.error().message();
+    for (std::size_t i = 0; i < splits->size(); ++i) expect_equal((*splits)[i], tree.splits[page * COPPICE_PAGE_SPLITS + i]);
   }
+  const std::vector<PageNode> nodes = pages.nodes();
+  ASSERT_EQ(nodes.size(), tree.nodes.size());
+  for (std::size_t node = 1; node < nodes.size(); ++node) {
+    EXPECT_EQ(nodes[node].corners, tree.nodes[node].corners);
+    EXPECT_EQ(nodes[node].card, tree.nodes[node].card);
+    const bool same_page = (node - 1) / (2 * COPPICE_PAGE_SPLITS) == tree.nodes[node].split / COPPICE_PAGE_SPLITS;
+    EXPECT_EQ(nodes[node].split, same_page ? tree.nodes[node].split : kNeverReplaced);
+  }
+}
+
+TEST(PageCodec, GivesBackEverySplitAndNode) {
+  for (std::uint32_t leaf_count : {2u, 3u, 10u, 513u, 514u, 1500u}) expect_round_trip(quantised(leaf_count), 2);
+}
+
+TEST(PageCodec, GivesBackAnyNumberOfCards) {
+  for (std::uint32_t card_count : {1u, 17u, 256u}) expect_round_trip(quantised(700, 3, card_count), card_count);
+}
+
+/// Splits that no baker makes: corners anywhere in the box, slots in any order.
+QuantisedTree random_splits(std::uint32_t split_count, std::uint32_t seed) {
+  QuantisedTree tree{{glm::vec3(0.0f), glm::vec3(1.0f, 2.0f, 0.5f)}, {PageNode{}}, {}};
+  std::uint32_t state = seed;
+  const auto below = [&](std::uint32_t limit) {
+    state = state * 1664525u + 1013904223u;
+    return (state >> 8) % limit;
+  };
+  for (std::uint32_t s = 0; s < split_count; ++s) {
+    Split split;
+    do split.parent = below(2 * s + 1);
+    while (tree.nodes[split.parent].split != kNeverReplaced);
+    std::array<std::uint8_t, 8> slots = {0, 1, 2, 3, 4, 5, 6, 7};
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      std::swap(slots[i], slots[i + below(8 - i)]);
+      split.parent_slots[i] = slots[i];
+    }
+    for (auto& vertex : split.new_vertices)
+      for (std::uint16_t& coordinate : vertex)
+        coordinate = static_cast<std::uint16_t>(below(3) == 0 ? below(2) * COPPICE_QUANTISED_MAX : below(16384));
+    split.cards = {static_cast<std::uint8_t>(below(9)), static_cast<std::uint8_t>(below(9))};
+    const ChildQuads quads = child_quads(tree.nodes[split.parent].corners, split);
+    tree.nodes[split.parent].split = s;
+    tree.nodes.push_back({quads.first, split.cards[0]});
+    tree.nodes.push_back({quads.second, split.cards[1]});
+    tree.splits.push_back(split);
+  }
+  return tree;
+}
+
+TEST(PageCodec, GivesBackSplitsThatMakeNoSense) {
+  for (std::uint32_t seed = 1; seed < 6; ++seed) expect_round_trip(random_splits(600, seed), 9);
+}
+
+TEST(PageCodec, LeavesOfOneShapeTakeFewerBytes) {
+  QuantisedTree kites = random_splits(400, 1), scattered = kites;
+  for (Split& split : kites.splits) split.parent_slots = {0, 1, 2, 3};
+  scattered.splits = kites.splits;
+  const auto rebuild = [](QuantisedTree& tree, bool kite) {
+    std::uint32_t salt = 0;
+    for (std::uint32_t s = 0; s < tree.splits.size(); ++s) {
+      auto& v = tree.splits[s].new_vertices;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t corner = 1; corner < 3; ++corner)
+          v[corner][axis] = static_cast<std::uint16_t>((v[corner][axis] + 7 * v[0][axis]) / 8);
+        // corner 3 = corner 0 + (corner 2 - corner 1) / 2 for a kite, anywhere near for the others
+        const int fourth = v[0][axis] + (v[2][axis] - v[1][axis]) / 2 + (kite ? 0 : static_cast<int>(salt++ * 7919 % 2000) - 1000);
+        v[3][axis] = static_cast<std::uint16_t>(std::clamp(fourth, 0, 16383));
+      }
+      const ChildQuads quads = child_quads(tree.nodes[tree.splits[s].parent].corners, tree.splits[s]);
+      tree.nodes[2 * s + 1].corners = quads.first;
+      tree.nodes[2 * s + 2].corners = quads.second;
+    }
+  };
+  rebuild(kites, true);
+  rebuild(scattered, false);
+  expect_round_trip(kites, 9);
+  EXPECT_LT(encoded(kites).size() + std::size_t{400} * 2, encoded(scattered).size());
 }
 
 TEST(PageCodec, SameSplitsSameBytes) {
   const QuantisedTree tree = quantised(300);
-  EXPECT_EQ(encoded(tree, 0), encoded(tree, 0));
+  EXPECT_EQ(encoded(tree), encoded(tree));
 }
 
-void expect_valid(const DecodedPage& page) {
-  for (std::size_t i = 0; i < page.splits.size(); ++i) {
-    const Split& split = page.splits[i];
+void expect_valid(const std::vector<Split>& splits) {
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    const Split& split = splits[i];
     ASSERT_LE(split.parent, 2 * i);
     ASSERT_EQ(std::set<std::uint8_t>(split.parent_slots.begin(), split.parent_slots.end()).size(), 4u);
     for (std::uint8_t card : split.cards) ASSERT_LT(card, 2);
@@ -124,64 +149,154 @@ void expect_valid(const DecodedPage& page) {
   }
 }
 
-// The last attribute's bits have no length of their own: Draco reads zeros for those that are missing. check_chunk knows the length.
-TEST(PageCodec, ATruncatedPageGivesAnErrorOrValidSplits) {
+TEST(PageCodec, EveryTruncationIsRefused) {
   const QuantisedTree tree = quantised(40);
-  const auto page = encoded(tree, 0);
-  std::size_t refused = 0;
-  for (std::size_t length = 0; length < page.size(); ++length) {
-    const std::vector<std::uint8_t> exact(page.data(), page.data() + length);
-    const auto result = decoded(tree, 0, exact);
-    if (result) expect_valid(*result);
-    refused += result ? 0u : 1u;
-  }
-  EXPECT_GT(refused, page.size() * 9 / 10);
+  const auto page = encoded(tree);
+  for (std::size_t length = 0; length < page.size(); ++length)
+    EXPECT_FALSE(decoded(tree, std::vector<std::uint8_t>(page.data(), page.data() + length))) << length;
 }
 
 TEST(PageCodec, RefusesTrailingBytes) {
   const QuantisedTree tree = quantised(40);
-  auto page = encoded(tree, 0);
+  auto page = encoded(tree);
   page.push_back(0);
-  const auto result = decoded(tree, 0, page);
+  const auto result = decoded(tree, page);
   ASSERT_FALSE(result);
   EXPECT_STREQ(result.error().what, "page length");
 }
 
 TEST(PageCodec, AFlippedBitGivesAnErrorOrValidSplits) {
-  const QuantisedTree tree = quantised(40);
-  const auto page = encoded(tree, 0);
-  for (std::size_t at = 0; at < page.size(); ++at)
-    for (int bit = 0; bit < 8; ++bit) {
-      std::vector<std::uint8_t> bytes(page.begin(), page.end());
-      bytes[at] = static_cast<std::uint8_t>(bytes[at] ^ (1 << bit));
-      if (const auto result = decoded(tree, 0, bytes)) expect_valid(*result);
-    }
+  for (std::uint32_t leaf_count : {2u, 40u, 200u}) {
+    const QuantisedTree tree = quantised(leaf_count);
+    const auto page = encoded(tree);
+    for (std::size_t at = 0; at < page.size(); ++at)
+      for (int bit = 0; bit < 8; ++bit) {
+        std::vector<std::uint8_t> bytes(page.begin(), page.end());
+        bytes[at] = static_cast<std::uint8_t>(bytes[at] ^ (1 << bit));
+        if (const auto result = decoded(tree, bytes)) expect_valid(*result);
+      }
+  }
 }
 
 TEST(PageCodec, RefusesTheWrongSplitCount) {
   const QuantisedTree tree = quantised(40);
-  const auto page = encoded(tree, 0);
-  std::vector<QuantisedQuad> quads(2 * 38 + 1);
-  std::vector<Split> splits(38);
-  const auto result = decode_page(page, 0, 2, quads, splits);
+  const auto result = bake::DecodedPages(tree.nodes[0]).add(encoded(tree), 38, 2);
   ASSERT_FALSE(result);
-  EXPECT_STREQ(result.error().what, "page Draco header");
+  EXPECT_STREQ(result.error().what, "page split_count");
 }
 
 TEST(PageCodec, RefusesACardThatIsNotThere) {
-  const QuantisedTree tree = quantised(40);
-  const auto result = decoded(tree, 0, encoded(tree, 0), 1);
+  const QuantisedTree tree = quantised(40, 1, 4);
+  const auto result = decoded(tree, encoded(tree), 2);
   ASSERT_FALSE(result);
-  EXPECT_STREQ(result.error().what, "page card");
+  EXPECT_STREQ(result.error().what, "page tables");
+}
+
+TEST(PageCodec, RefusesAParentThatIsGone) {
+  QuantisedTree tree = quantised(40);
+  tree.splits[20].parent = tree.splits[10].parent;
+  const auto result = decoded(tree, encoded(tree));
+  ASSERT_FALSE(result);
+  EXPECT_STREQ(result.error().what, "page parent");
 }
 
 TEST(PageCodec, AsksForMatchingSpans) {
   const QuantisedTree tree = quantised(40);
-  std::vector<QuantisedQuad> quads(tree.quads.size() - 1);
-  std::vector<Split> splits(39);
-  const auto result = decode_page(encoded(tree, 0), 0, 2, quads, splits);
+  const auto page = encoded(tree);
+  PageScratch scratch;
+  std::vector<PageNode> nodes(78);
+  PageNode* place = nodes.data();
+  std::vector<SplitPatch> patches(38);
+  const auto result = decode_page(page, {COPPICE_FORMAT_VERSION, 0, 39, 2}, {{tree.nodes.data(), {&place, 1}}, patches, {}}, scratch);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().status, Status::invalid_argument);
+}
+
+TEST(Steps, FillEveryQuadFromWhatIsKnown) {
+  for (unsigned known = 0; known < 16; ++known) {
+    const page_model::Steps& steps = page_model::kSteps[known];
+    ASSERT_EQ(steps.count, 4u - static_cast<unsigned>(std::popcount(known)));
+    unsigned filled = known;
+    for (std::uint32_t s = 0; s < steps.count; ++s) {
+      const page_model::Step& step = steps.step[s];
+      EXPECT_EQ(filled >> step.corner & 1, 0u);
+      if (filled != 0) {
+        EXPECT_EQ(filled >> step.neighbour & 1, 1u);
+        EXPECT_EQ((step.corner + step.neighbour) % 2, 1);
+      }
+      if (step.rule == Rule::second) {
+        EXPECT_EQ(filled >> ((step.corner + 2) & 3) & 1, 1u);
+      }
+      if (step.rule == Rule::diagonal) {
+        EXPECT_EQ(filled >> ((step.corner + 3) & 3) & 1, 1u);
+      }
+      EXPECT_EQ(step.rule == Rule::fourth, std::popcount(filled) == 3);
+      filled |= 1u << step.corner;
+    }
+    EXPECT_EQ(filled, 15u);
+  }
+}
+
+TEST(Predict, KnownGuesses) {
+  page_model::PageHeader header;
+  header.shape_count = 2;
+  header.shapes[1] = {0, page_model::kShapeOne / 2};  // corner 3 halfway from corner 0 to corner 2
+  const page_model::Parent parent = page_model::parent_of({{{0, 0, 0}, {64, 0, 0}, {64, 64, 0}, {0, 64, 0}}});
+  EXPECT_EQ(parent.centre, (Point{32, 32, 0}));
+  const std::array<Point, 4> quad = {{{100, 100, 100}, {200, 100, 100}, {220, 180, 100}, {}}};
+  const page_model::Step fourth{Rule::fourth, 3, 0};
+  EXPECT_EQ(page_model::predict(header, 1, fourth, quad, parent), (Point{120, 180, 100}));
+  EXPECT_EQ(page_model::predict(header, 3, fourth, quad, parent), (Point{160, 140, 100}));
+  EXPECT_EQ(page_model::predict(header, 2, {Rule::first, 1, 0}, quad, parent), (Point{164, 100, 100}));  // parallel to the parent's side
+  // 5 / 64 of the way to the parent's corner (64, 0, 0), and 34 / 64 to its centre
+  EXPECT_EQ(page_model::predict(header, 0, {Rule::first, 1, 0}, quad, parent), (Point{61, 56, 39}));
+}
+
+TEST(SquareSide, IsSquareInThePlantNotInTheBox) {
+  page_model::PageHeader header;
+  header.axis_weights = {65535, 16384, 1000};  // y's steps are half as long as x's
+  const Point along{100, 0, 0};
+  EXPECT_EQ(page_model::square_axis(header, along), 0u);
+  EXPECT_EQ(page_model::square_coordinate(header, along, {0, 55, 7}, 0), 0);
+  const Point slanted{100, 100, 0};  // (100, 50) in the plant: square to (-50, 100), which is (-50, 200) here
+  EXPECT_EQ(page_model::square_axis(header, slanted), 0u);
+  EXPECT_EQ(page_model::square_coordinate(header, slanted, {0, 200, 0}, 0), -50);
+  EXPECT_EQ(page_model::square_axis(header, {0, 0, 0}), 3u);
+}
+
+TEST(Shapes, TheCommonOnesAreFound) {
+  std::vector<QuantisedQuad> quads;
+  for (std::uint16_t i = 0; i < 60; ++i) {
+    const auto x = static_cast<std::uint16_t>(100 * i);
+    quads.push_back({{{x, 0, 0}, {x, 400, 0}, {static_cast<std::uint16_t>(x + 200), 400, 0}, {static_cast<std::uint16_t>(x + 200), 0, 0}}});
+    if (i % 2 == 0) quads.back()[3] = {static_cast<std::uint16_t>(x + 100), 200, 0};  // halfway to corner 2
+  }
+  const auto shapes = bake::common_shapes(quads);
+  ASSERT_EQ(shapes.size(), 2u);
+  EXPECT_EQ(shapes[0], page_model::kParallelogram);
+  EXPECT_NEAR(shapes[1].a, 0, 1);
+  EXPECT_NEAR(shapes[1].b, page_model::kShapeOne / 2, 1);
+}
+
+// What the fuzz target starts from; COPPICE_UPDATE_GOLDEN=1 writes it anew.
+TEST(FuzzCorpus, HoldsPagesOfThisVersion) {
+  const std::filesystem::path folder = COPPICE_FUZZ_CORPUS;
+  constexpr std::uint32_t kPlainLeaves = 30, kShapedLeaves = 60;
+  const std::vector<std::pair<std::string, QuantisedTree>> trees = {{"modelled_page_plain", quantised(kPlainLeaves, 1, 3)},
+                                                                    {"modelled_page_random", random_splits(kShapedLeaves - 1, 1)}};
+  for (const auto& [name, tree] : trees) {
+    if (std::getenv("COPPICE_UPDATE_GOLDEN") != nullptr) {
+      const auto last_split = static_cast<char>(tree.splits.size() - 1);
+      std::ofstream stream(folder / name, std::ios::binary);
+      stream.write("\x02\x00\x00", 3).put(last_split).put(0);
+      const auto page = encoded(tree);
+      stream.write(reinterpret_cast<const char*>(page.data()), static_cast<std::streamsize>(page.size()));
+    }
+    std::ifstream stream(folder / name, std::ios::binary);
+    const std::vector<std::uint8_t> bytes(std::istreambuf_iterator<char>(stream), {});
+    ASSERT_GT(bytes.size(), 5u) << name;
+    EXPECT_TRUE(decoded(tree, std::span(bytes).subspan(5), 9)) << name;
+  }
 }
 
 }  // namespace

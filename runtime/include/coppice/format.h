@@ -1,7 +1,7 @@
 #ifndef COPPICE_FORMAT_H
 #define COPPICE_FORMAT_H
 
-/* The .coppice file, version 1: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
+/* The .coppice file, version 2: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
  *
  * Little-endian; every struct below is stored as is, without padding. Offsets are from the start of the file. Lengths are in
  * metres, axes are glTF's (right-handed, +Y up).
@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 #define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
-#define COPPICE_FORMAT_VERSION 1u
+#define COPPICE_FORMAT_VERSION 2u          /* written; read from 1 on */
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u
@@ -37,6 +37,9 @@
 #define COPPICE_MAX_LEAF_MESHES 16u
 #define COPPICE_MAX_LEAF_MESH_TRIANGLES (1u << 16) /* of one LEAF_MESH chunk; as many a byte as of wood */
 
+/* A writer keeps first_read_bytes to at most this, but for plants of some million leaves, whose chunk table alone is longer. */
+#define COPPICE_FIRST_READ_BYTES 65536u
+
 /* Bytes [0, 64). */
 typedef struct coppice_file_header {
   uint8_t magic[8];
@@ -55,7 +58,7 @@ typedef enum coppice_chunk_kind {
   COPPICE_CHUNK_CARDS = 3,       /* card_count coppice_file_card */
   COPPICE_CHUNK_ERRORS = 4,      /* the error table, see coppice_file_plant */
   COPPICE_CHUNK_WOOD = 5,        /* index i: wood LoD i, 0 is the finest; a Draco triangle mesh */
-  COPPICE_CHUNK_PAGE = 6,        /* index k: foliage page k; a Draco point cloud, one point per split */
+  COPPICE_CHUNK_PAGE = 6,        /* index k: foliage page k; its splits, entropy-coded */
   COPPICE_CHUNK_TEXTURE = 7,     /* index t: one coppice_file_texture and its mip levels, largest first, tightly packed */
   COPPICE_CHUNK_LEAF_MESHES = 8, /* what the LEAF_MESH chunks hold, see coppice_file_leaf_mesh; only if there are any */
   COPPICE_CHUNK_LEAF_MESH = 9,   /* index i: some of the leaves as they were modelled; a Draco triangle mesh */

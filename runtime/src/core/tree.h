@@ -9,6 +9,7 @@
 // eight child slots the parent's vertices fill. Slots 0..3 are the corners of child 2s+1, slots 4..7 those of child 2s+2.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace coppice {
@@ -18,6 +19,23 @@ using QuantisedPoint = std::array<std::uint16_t, 3>;
 /// A leaf quad's corners in ring order. Corner 0 and 3 are at the stalk end of a source leaf, 1 and 2 at its tip;
 /// the two triangles are (0, 1, 2) and (0, 2, 3).
 using QuantisedQuad = std::array<QuantisedPoint, 4>;
+
+/// PageNode::split of a node that nothing replaces, as far as is known.
+inline constexpr std::uint32_t kNeverReplaced = 0xffffffffu;
+
+/// A node as pages are decoded into: the bytes that go to the GPU (gpu::Node, which convert.cpp compares with this).
+struct PageNode {
+  QuantisedQuad corners{};
+  std::uint32_t card = 0;
+  std::uint32_t split = kNeverReplaced;  ///< that replaces this node
+};
+static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, split) == 28);
+
+/// A node whose split is known now that the page holding that split is there.
+struct SplitPatch {
+  std::uint32_t node = 0;
+  std::uint32_t split = 0;
+};
 
 /// One split as decoded from a page.
 struct Split {

@@ -308,9 +308,9 @@ Result<coppice_file_header> read_header(Bytes bytes, std::uint64_t file_bytes) {
   if (bytes.size() < sizeof(coppice_file_header)) return bad("header", bytes.size(), "the file is cut off");
   const auto header = copy_at<coppice_file_header>(bytes, 0);
   // The version before the checksum: a later version may put its checksum elsewhere.
-  if (header.version != COPPICE_FORMAT_VERSION)
+  if (header.version < 1 || header.version > COPPICE_FORMAT_VERSION)
     return bad("version", offsetof(coppice_file_header, version),
-               std::to_string(header.version) + "; this build reads " + std::to_string(COPPICE_FORMAT_VERSION));
+               std::to_string(header.version) + "; this build reads 1 to " + std::to_string(COPPICE_FORMAT_VERSION));
   if (checksum(bytes.first(offsetof(coppice_file_header, header_checksum))) != header.header_checksum)
     return bad("header checksum", offsetof(coppice_file_header, header_checksum), "the header's bytes do not match");
   if (header.file_bytes != file_bytes)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "reader.h"
 #include "select.h"
@@ -10,6 +11,11 @@ namespace coppice::gpu {
 
 static_assert(kNeverSplit == lod::kCoppiceNoSplit && kPageSplits == COPPICE_PAGE_SPLITS && kPageNodes == 2 * COPPICE_PAGE_SPLITS);
 static_assert(kMaxWoodLods == COPPICE_MAX_WOOD_LODS && kMaxLeafMeshes == COPPICE_MAX_LEAF_MESHES);
+// Pages are decoded straight into what the shaders read.
+static_assert(kNeverSplit == kNeverReplaced && sizeof(PageNode) == sizeof(Node) && sizeof(QuantisedQuad) == sizeof(Node::corners) &&
+              offsetof(Node, corners) == 0 && offsetof(PageNode, card) == offsetof(Node, card) &&
+              offsetof(PageNode, split) == offsetof(Node, split));
+
 namespace {
 
 std::uint32_t snorm16(float value) {

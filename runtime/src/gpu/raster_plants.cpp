@@ -96,17 +96,18 @@ void RasterPlants::remove_plant(std::uint32_t index, std::uint64_t last_frame) {
   plant.changed = true;
 }
 
-void RasterPlants::add_page(std::uint32_t index, std::uint32_t page, std::span<const QuantisedQuad> quads,
-                            std::span<const std::uint8_t> cards, std::span<const std::uint32_t> node_split) {
+void RasterPlants::add_page(std::uint32_t index, std::uint32_t page, std::span<const PageNode> nodes) {
   PlantLists& plant = plants_[index];
   const std::size_t first = std::size_t{page} * kPageNodes + 1;
   COPPICE_ASSERT(plant.used && plant.quads.size() >= first);
   plant.quads.resize(first);
   plant.cards.resize(first);
   plant.node_split.resize(first);
-  plant.quads.insert(plant.quads.end(), quads.begin(), quads.end());
-  plant.cards.insert(plant.cards.end(), cards.begin(), cards.end());
-  plant.node_split.insert(plant.node_split.end(), node_split.begin(), node_split.end());
+  for (const PageNode& node : nodes) {
+    plant.quads.push_back(node.corners);
+    plant.cards.push_back(static_cast<std::uint8_t>(node.card));
+    plant.node_split.push_back(node.split);
+  }
 }
 
 void RasterPlants::patch_node(std::uint32_t index, std::uint32_t node, std::uint32_t split) {

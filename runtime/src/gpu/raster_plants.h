@@ -35,8 +35,7 @@ class RasterPlants {
   Result<void> add_plant(std::uint32_t plant, const PlantFile& file);
   void remove_plant(std::uint32_t plant, std::uint64_t last_frame);
   /// Nodes of a page: 2 * COPPICE_PAGE_SPLITS * page + 1 and on.
-  void add_page(std::uint32_t plant, std::uint32_t page, std::span<const QuantisedQuad> quads, std::span<const std::uint8_t> cards,
-                std::span<const std::uint32_t> node_split);
+  void add_page(std::uint32_t plant, std::uint32_t page, std::span<const PageNode> nodes);
   /// The split that replaces a node, known since a later page has come.
   void patch_node(std::uint32_t plant, std::uint32_t node, std::uint32_t split);
   void drop_page(std::uint32_t plant, std::uint32_t page, std::uint64_t last_frame);

@@ -40,19 +40,12 @@ struct RendererDesc {
   bool pass_times = false;
 };
 
-struct NodePatch {
-  std::uint32_t node = 0;
-  std::uint32_t split = 0;
-};
-
 /// Nodes first_node .. of one page; see stream/streamer.h.
 struct PageUpload {
   std::uint32_t plant = 0;
   std::uint32_t page = 0;
-  std::span<const QuantisedQuad> quads;
-  std::span<const std::uint8_t> cards;
-  std::span<const std::uint32_t> node_split;
-  std::span<const NodePatch> patches;  ///< of node 0 and of pages that are resident
+  std::span<const PageNode> nodes;
+  std::span<const SplitPatch> patches;  ///< of node 0 and of pages that are resident
 };
 
 /// What may be drawn of a plant this frame.
@@ -199,7 +192,7 @@ class Renderer {
   Result<void> stage_texels(const Texture& texture, std::span<const std::uint8_t> texels);
   Result<MeshBuffer> stage_mesh(const PlantSlot& plant, const WoodMesh& mesh, ChunkVertex kind);
   void drop_mesh(MeshBuffer& mesh);
-  Result<void> stage_patches(PlantSlot& plant, std::span<const NodePatch> patches);
+  Result<void> stage_patches(PlantSlot& plant, std::span<const SplitPatch> patches);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
   void limit_draws();
   void fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency);

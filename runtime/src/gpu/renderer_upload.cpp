@@ -50,18 +50,15 @@ Result<void> Renderer::stage_copy(const void* data, std::uint64_t bytes, VkBuffe
 
 Result<void> Renderer::upload_page(const PageUpload& upload) {
   PlantSlot& plant = plants_[upload.plant];
-  COPPICE_ASSERT(plant.used && plant.page_slots[upload.page] == PagePool::kNoSlot && upload.quads.size() <= kPageNodes);
-  COPPICE_TRY(nodes, stage(upload.quads.size() * sizeof(Node)));
+  COPPICE_ASSERT(plant.used && plant.page_slots[upload.page] == PagePool::kNoSlot && upload.nodes.size() <= kPageNodes);
+  COPPICE_TRY(nodes, stage(upload.nodes.size_bytes()));
   COPPICE_TRY(entry, stage(sizeof(uvec2)));
   COPPICE_CHECK(stage_patches(plant, upload.patches));
   COPPICE_TRY(slot, pages_.allocate(device_));
-  for (std::size_t i = 0; i < upload.quads.size(); ++i) {
-    const Node node = gpu_node(upload.quads[i], upload.cards[i], upload.node_split[i]);
-    std::memcpy(nodes.data + i * sizeof node, &node, sizeof node);
-  }
+  std::memcpy(nodes.data, upload.nodes.data(), upload.nodes.size_bytes());  // the same layout: convert.cpp
   const uvec2 address = gpu_address(pages_.address(slot));
   std::memcpy(entry.data, &address, sizeof address);
-  copies_.push_back({nodes.buffer, pages_.buffer(slot), {nodes.offset, pages_.offset(slot), upload.quads.size() * sizeof(Node)}});
+  copies_.push_back({nodes.buffer, pages_.buffer(slot), {nodes.offset, pages_.offset(slot), upload.nodes.size_bytes()}});
   patches_.push_back({entry.buffer, plant.tables.buffer, {entry.offset, plant.pages_offset + upload.page * sizeof(uvec2), sizeof(uvec2)}});
   // Where the table itself has not gone up yet, a copy of it in a later frame must not undo the patch.
   if (!plant.pending_tables.empty())
@@ -69,16 +66,16 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
   plant.page_slots[upload.page] = slot;
   charged_bytes_ += kPageBytes;
   if (!raster_) return {};
-  raster_->plants().add_page(upload.plant, upload.page, upload.quads, upload.cards, upload.node_split);
-  for (const NodePatch& patch : upload.patches) raster_->plants().patch_node(upload.plant, patch.node, patch.split);
+  raster_->plants().add_page(upload.plant, upload.page, upload.nodes);
+  for (const SplitPatch& patch : upload.patches) raster_->plants().patch_node(upload.plant, patch.node, patch.split);
   return {};
 }
 
-Result<void> Renderer::stage_patches(PlantSlot& plant, std::span<const NodePatch> patches) {
+Result<void> Renderer::stage_patches(PlantSlot& plant, std::span<const SplitPatch> patches) {
   if (patches.empty()) return {};
   COPPICE_TRY(slice, stage(patches.size() * sizeof(std::uint32_t)));
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    const NodePatch& patch = patches[i];
+    const SplitPatch& patch = patches[i];
     std::memcpy(slice.data + i * sizeof(std::uint32_t), &patch.split, sizeof(std::uint32_t));
     if (patch.node == 0) {
       plant.record.root.split = patch.split;

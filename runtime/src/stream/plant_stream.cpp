@@ -45,7 +45,7 @@ Result<void> allocate_arrays(PlantStream& plant) {
   COPPICE_CHECK(allocate_into(plant.chunks, allocator,
                               std::size_t{counts.page_count} + counts.wood_lod_count + counts.texture_count + counts.leaf_mesh_count));
   COPPICE_CHECK(allocate_into(plant.pages, allocator, counts.page_count));
-  COPPICE_CHECK(allocate_into(plant.page_quads, allocator, counts.page_count));
+  COPPICE_CHECK(allocate_into(plant.page_nodes, allocator, counts.page_count));
   COPPICE_CHECK(allocate_into(plant.wood, allocator, counts.wood_lod_count));
   COPPICE_CHECK(allocate_into(plant.textures, allocator, counts.texture_count));
   COPPICE_CHECK(allocate_into(plant.leaf_meshes, allocator, counts.leaf_mesh_count));
@@ -97,14 +97,15 @@ void fill_tables(PlantStream& plant) {
   plant.lod_words = pack_lod_table(file);
   plant.valued.table = lod_table(file, plant.lod_words);
   plant.valued.leaf_count = file.plant.leaf_count;
-  plant.valued.page_bytes = plant.gpu.page_bytes + 2 * COPPICE_PAGE_SPLITS * (sizeof(QuantisedQuad) + sizeof(std::uint32_t));
+  plant.valued.page_bytes = plant.gpu.page_bytes + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
   if (file.plant.leaf_mesh_count > 0)
     for (const Chunk& chunk : plant.chunks.span())
       if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes += chunk_bytes(plant, chunk).gpu;
-  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.root_quad[corner].begin());
+  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.root.corners[corner].begin());
+  plant.root.card = file.plant.root_card;
   plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + bytes_of(file.chunks) + bytes_of(file.materials) + bytes_of(file.cards) +
                      bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
-                     bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() + plant.page_quads.bytes() +
+                     bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() + plant.page_nodes.bytes() +
                      plant.wood.bytes() + plant.textures.bytes() + plant.texture_uploads.bytes() + plant.leaf_meshes.bytes() +
                      bytes_of(file.leaf_meshes) + bytes_of(file.leaf_mesh_error_px);
 }
@@ -122,26 +123,13 @@ Error dead_parent(std::uint32_t split) {
 
 Result<void> accept_page(PlantStream& plant, const Transfer& transfer) {
   const std::uint32_t page = transfer.chunk->id.index;
-  const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS, first_node = 2 * first_split + 1;
   PageData& data = plant.pages[page];
-  std::ranges::fill(data.node_split.span(), lod::kCoppiceNoSplit);
-  data.patch_count = 0;
-  for (std::uint32_t i = 0; i < transfer.splits.size(); ++i) {
-    const Split& split = transfer.splits[i];
-    data.cards[2 * i] = split.cards[0];
-    data.cards[2 * i + 1] = split.cards[1];
-    if (split.parent >= first_node) {
-      if (!record_split(data.node_split[split.parent - first_node], first_split + i)) return dead_parent(first_split + i);
-      continue;
-    }
-    data.patches[data.patch_count++] = {split.parent, first_split + i};
-    if (split.parent == 0) {
-      if (first_split + i != 0) return dead_parent(first_split + i);
-      continue;
-    }
-    const std::uint32_t owner = (split.parent - 1) / (2 * COPPICE_PAGE_SPLITS);
-    std::uint32_t& node_split = plant.pages[owner].node_split[(split.parent - 1) % (2 * COPPICE_PAGE_SPLITS)];
-    if (!record_split(node_split, first_split + i)) return dead_parent(first_split + i);
+  data.patch_count = transfer.patch_count;
+  for (const SplitPatch& patch : data.patches.span().first(data.patch_count)) {
+    if (patch.node == 0) continue;  // the decoder has seen that only split 0 replaces it
+    const std::uint32_t owner = (patch.node - 1) / (2 * COPPICE_PAGE_SPLITS);
+    PageNode& node = plant.pages[owner].nodes[(patch.node - 1) % (2 * COPPICE_PAGE_SPLITS)];
+    if (!record_split(node.split, patch.split)) return dead_parent(patch.split);
   }
   return {};
 }
@@ -198,9 +186,9 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
   if (chunk.id.kind == ChunkKind::page) {
     const std::uint64_t splits = page_split_count(plant.file.plant, chunk.id.index);
     bytes.gpu = plant.gpu.page_bytes;
-    bytes.kept = 2 * splits * (sizeof(QuantisedQuad) + sizeof(std::uint32_t));
-    bytes.upload = splits * (2 * sizeof(std::uint8_t) + sizeof(SplitPatch));
-    bytes.work += splits * sizeof(Split);
+    bytes.kept = 2 * splits * sizeof(PageNode);
+    bytes.upload = splits * sizeof(SplitPatch);
+    bytes.work += sizeof(PageScratch);
   } else if (chunk.id.kind == ChunkKind::wood) {
     const std::uint64_t vertices = plant.file.plant.wood_vertex_counts[chunk.id.index];
     const std::uint64_t indices = 3 * std::uint64_t{plant.file.plant.wood_triangle_counts[chunk.id.index]};
@@ -315,18 +303,25 @@ Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
   const std::size_t splits = page_split_count(plant.file.plant, page);
   const coppice_allocator& allocator = plant.hooks.allocator;
   PageData data;
-  COPPICE_CHECK(allocate_into(data.quads, allocator, 2 * splits));
-  COPPICE_CHECK(allocate_into(data.node_split, allocator, 2 * splits));
-  COPPICE_CHECK(allocate_into(data.cards, allocator, 2 * splits));
+  COPPICE_CHECK(allocate_into(data.nodes, allocator, 2 * splits));
   COPPICE_CHECK(allocate_into(data.patches, allocator, splits));
-  COPPICE_CHECK(allocate_into(transfer.splits, allocator, splits));
+  COPPICE_CHECK(allocate_into(transfer.scratch, allocator, 1));
   plant.pages[page] = std::move(data);
-  plant.page_quads[page] = plant.pages[page].quads.data();
-  transfer.quads = {&plant.root_quad, std::span<QuantisedQuad* const>(plant.page_quads.data(), page + 1)};
+  plant.page_nodes[page] = plant.pages[page].nodes.data();
+  transfer.page = {{&plant.root, std::span<PageNode* const>(plant.page_nodes.data(), page + 1)}, plant.pages[page].patches.span(), {}};
   return {};
 }
 
 namespace {
+
+Result<void> decode_page_chunk(Transfer& transfer) {
+  const PlantFile& file = transfer.plant->file;
+  const std::uint32_t page = transfer.chunk->id.index;
+  const PageInfo info{file.header.version, page, page_split_count(file.plant, page), file.plant.card_count};
+  COPPICE_TRY(patch_count, decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0]));
+  transfer.patch_count = patch_count;
+  return {};
+}
 
 Result<void> decode_texture_chunk(Transfer& transfer) {
   const PlantStream& plant = *transfer.plant;
@@ -362,8 +357,7 @@ Result<void> decode_chunk(Transfer& transfer) {
   const Chunk& chunk = *transfer.chunk;
   const std::span<const std::uint8_t> bytes = transfer.bytes.span();
   COPPICE_CHECK(check_chunk(plant.file_chunk(chunk), bytes));
-  if (chunk.id.kind == ChunkKind::page)
-    return decode_page(bytes, chunk.id.index * COPPICE_PAGE_SPLITS, plant.file.plant.card_count, transfer.quads, transfer.splits.span());
+  if (chunk.id.kind == ChunkKind::page) return decode_page_chunk(transfer);
   if (chunk.id.kind == ChunkKind::texture) return decode_texture_chunk(transfer);
   COPPICE_TRY(wood, decode_wood(bytes, mesh_shape(plant.file, chunk.id)));
   transfer.wood = std::move(wood);
@@ -384,7 +378,7 @@ Result<void> accept_decoded(PlantStream& plant, Transfer& transfer) {
 
 void free_page(PlantStream& plant, std::uint32_t page) {
   plant.pages[page] = PageData{};
-  plant.page_quads[page] = nullptr;
+  plant.page_nodes[page] = nullptr;
 }
 
 void free_decoded(PlantStream& plant, ChunkId id) {

@@ -16,12 +16,10 @@
 
 namespace coppice {
 
-/// CPU memory of a foliage page. Children's corners are their parents', so quads and splits stay as long as the page does.
+/// CPU memory of a foliage page. Children's corners are their parents', so nodes stay as long as the page does.
 struct PageData {
-  HookArray<QuantisedQuad> quads;       ///< two per split
-  HookArray<std::uint32_t> node_split;  ///< of those nodes
-  HookArray<std::uint8_t> cards;        ///< until uploaded
-  HookArray<SplitPatch> patches;        ///< until uploaded; patch_count are used
+  HookArray<PageNode> nodes;      ///< two per split
+  HookArray<SplitPatch> patches;  ///< until uploaded; patch_count are used
   std::uint32_t patch_count = 0;
 };
 
@@ -58,19 +56,19 @@ struct PlantStream {
   std::vector<std::uint32_t> lod_words;
   ValuedPlant valued;
 
-  HookArray<Chunk> chunks;               ///< pages, then wood LoDs, then textures, then leaf meshes
-  HookArray<PageData> pages;             ///< [page_count]
-  HookArray<QuantisedQuad*> page_quads;  ///< [page_count] pages[k].quads, for the codec; null while there are none
-  HookArray<WoodMesh> wood;              ///< [wood_lod_count] while decoded
-  HookArray<HookBuffer> textures;        ///< [texture_count] while decoded
+  HookArray<Chunk> chunks;          ///< pages, then wood LoDs, then textures, then leaf meshes
+  HookArray<PageData> pages;        ///< [page_count]
+  HookArray<PageNode*> page_nodes;  ///< [page_count] pages[k].nodes, for the codec; null while there are none
+  HookArray<WoodMesh> wood;         ///< [wood_lod_count] while decoded
+  HookArray<HookBuffer> textures;   ///< [texture_count] while decoded
   HookArray<TextureUpload> texture_uploads;
   HookArray<WoodMesh> leaf_meshes;  ///< [leaf_mesh_count] while decoded
-  QuantisedQuad root_quad{};
+  PageNode root;
   std::uint64_t base_bytes = 0;  ///< counted while open: tables and the arrays above
 
   std::uint32_t decoded_page_count = 0;   ///< pages [0, this) are decoded or resident
   std::uint32_t resident_page_count = 0;  ///< pages [0, this) are resident
-  std::uint32_t decoding_page_count = 0;  ///< a job reads earlier pages' quads: no page may go
+  std::uint32_t decoding_page_count = 0;  ///< a job reads earlier pages' nodes: no page may go
   std::uint32_t transfer_count = 0;
   std::uint32_t evicting_count = 0;
   std::uint32_t victim_page_end = 0;  ///< while evictions are planned: pages from here on are chosen already
@@ -126,10 +124,10 @@ bool wanted_recently(const PlantStream& plant, const Chunk& chunk);
 /// errors  out_of_memory: nothing stays allocated
 Result<void> prepare_page(PlantStream& plant, Transfer& transfer);
 
-/// The work of a decode job: checks the chunk's bytes and decodes them. Any thread; reads the plant's file and earlier quads only.
+/// The work of a decode job: checks the chunk's bytes and decodes them. Any thread; reads the plant's file and earlier nodes only.
 Result<void> decode_chunk(Transfer& transfer);
 
-/// Takes over what the job made. Page: checks that parents are alive and fills in node_split, cards and patches.
+/// Takes over what the job made. Page: checks that parents in earlier pages are alive and marks them.
 /// errors  bad_file
 Result<void> accept_decoded(PlantStream& plant, Transfer& transfer);
 

@@ -233,9 +233,7 @@ DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
   if (chunk.id.kind == ChunkKind::page) {
     const PageData& data = plant.pages[chunk.id.index];
     decoded.first_node = 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1;
-    decoded.quads = data.quads.span();
-    decoded.cards = data.cards.span();
-    decoded.node_split = data.node_split.span();
+    decoded.nodes = data.nodes.span();
     decoded.patches = data.patches.span().first(data.patch_count);
   } else if (chunk.id.kind == ChunkKind::wood) {
     decoded.wood = &plant.wood[chunk.id.index];
@@ -282,7 +280,6 @@ void Streamer::uploaded(ChunkId id) {
   if (id.kind == ChunkKind::page) {
     COPPICE_ASSERT(id.index == plant.resident_page_count);
     ++plant.resident_page_count;
-    plant.pages[id.index].cards.reset();
     plant.pages[id.index].patches.reset();
   } else {
     free_decoded(plant, id);

@@ -44,21 +44,13 @@ struct StreamerOptions {
   std::uint32_t max_in_flight = 16;  ///< reads and decodes together
 };
 
-/// A node whose split is known now that the page holding that split is there.
-struct SplitPatch {
-  std::uint32_t node = 0;
-  std::uint32_t split = 0;
-};
-
 /// A chunk to upload. Spans and pointers stay valid until uploaded(), upload_failed() or the next begin_frame().
 struct DecodedChunk {
   ChunkId id;
 
-  // page: nodes first_node .. first_node + quads.size() - 1, one entry each
+  // page: nodes first_node .. first_node + nodes.size() - 1; their splits as far as known, also of later pages
   std::uint32_t first_node = 0;  ///< 2 * COPPICE_PAGE_SPLITS * index + 1
-  std::span<const QuantisedQuad> quads;
-  std::span<const std::uint8_t> cards;
-  std::span<const std::uint32_t> node_split;  ///< those known so far, also of later pages; lod::kCoppiceNoSplit: none
+  std::span<const PageNode> nodes;
   /// Nodes of earlier pages (node 0 included, in no page) that this page's splits replace. They need no undoing when this page is evicted:
   /// cuts are clamped to the resident prefix, in which those splits have not happened.
   std::span<const SplitPatch> patches;

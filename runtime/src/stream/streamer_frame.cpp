@@ -40,7 +40,7 @@ void Streamer::State::drop(Transfer& transfer) {
   free_transfer(transfer);
   COPPICE_ASSERT(advance(chunk, Residency::absent));
   plant.trim_needed = true;
-  if (chunk.id.kind != ChunkKind::page || plant.page_quads[chunk.id.index] == nullptr) set_counted(chunk, 0);
+  if (chunk.id.kind != ChunkKind::page || plant.page_nodes[chunk.id.index] == nullptr) set_counted(chunk, 0);
   trim(plant);
 }
 
@@ -55,7 +55,7 @@ void Streamer::State::fail(Transfer& transfer, const Error& error) {
   free_transfer(transfer);
   COPPICE_ASSERT(advance(chunk, Residency::failed));
   plant.trim_needed = true;
-  if (chunk.id.kind != ChunkKind::page || plant.page_quads[chunk.id.index] == nullptr) set_counted(chunk, 0);
+  if (chunk.id.kind != ChunkKind::page || plant.page_nodes[chunk.id.index] == nullptr) set_counted(chunk, 0);
   trim(plant);
 }
 
@@ -65,13 +65,13 @@ void Streamer::State::out_of_memory(PlantStream& plant, const Error& error) {
   plant.retry_frame = frame_number + kRetryFrames;
 }
 
-// A job that decodes a later page reads the quads of the earlier ones, so their memory goes only once no job runs for the plant.
+// A job that decodes a later page reads the nodes of the earlier ones, so their memory goes only once no job runs for the plant.
 void Streamer::State::trim(PlantStream& plant) {
   if (!plant.trim_needed || plant.decoding_page_count > 0) return;
   for (std::uint32_t page = plant.decoded_page_count; page < plant.file.plant.page_count; ++page) {
     Chunk& chunk = plant.chunk(ChunkKind::page, page);
     if (chunk.residency != Residency::absent && chunk.residency != Residency::failed) continue;
-    if (chunk.counted_bytes == 0 && plant.page_quads[page] == nullptr) continue;
+    if (chunk.counted_bytes == 0 && plant.page_nodes[page] == nullptr) continue;
     free_page(plant, page);
     set_counted(chunk, 0);
   }

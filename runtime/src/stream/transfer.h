@@ -35,12 +35,13 @@ struct Transfer {
   HookBuffer bytes;  ///< the chunk as stored
   std::int64_t bytes_read = 0;
 
-  HookArray<Split> splits;  ///< page: out of the job
-  NodeQuads quads;          ///< page: the job adds the page's own
-  WoodMesh wood;            ///< wood: out of the job
-  HookBuffer texels;        ///< texture that is decoded: out of the job, a TEXTURE chunk of RGBA8
-  Result<void> outcome;     ///< of the job
-  bool skipped = false;     ///< page: the one before it in the run failed, nothing was decoded
+  PageOutput page;                 ///< page: where the job decodes it to
+  std::uint32_t patch_count = 0;   ///< page: out of the job
+  HookArray<PageScratch> scratch;  ///< page: one
+  WoodMesh wood;                   ///< wood: out of the job
+  HookBuffer texels;               ///< texture that is decoded: out of the job, a TEXTURE chunk of RGBA8
+  Result<void> outcome;            ///< of the job
+  bool skipped = false;            ///< page: the one before it in the run failed, nothing was decoded
 
   Transfer* next_in_run = nullptr;  ///< pages one job decodes one after the other
   Transfer* next = nullptr;         ///< in the completion queue

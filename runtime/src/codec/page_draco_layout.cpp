@@ -1,8 +1,8 @@
-#include "page_layout.h"
+#include "page_draco_layout.h"
 
 #include <algorithm>
 
-namespace coppice::page_layout {
+namespace coppice::page_draco_layout {
 
 namespace {
 
@@ -54,28 +54,15 @@ QuantisedPoint predict_corner(const Slots& slots, std::size_t slot) {
   return {clamp_coordinate(centre[0]), clamp_coordinate(centre[1]), clamp_coordinate(centre[2])};
 }
 
-SlotRank rank_of_slots(const std::array<std::uint8_t, 4>& parent_slots) {
-  std::array<std::uint8_t, 4> sorted = parent_slots;
-  std::ranges::sort(sorted);
-  SlotRank rank{0, 0};
-  for (std::uint32_t i = 0; i < 4; ++i) rank.set += binomial(sorted[i], i + 1);
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    std::uint32_t smaller_later = 0;
-    for (std::uint32_t j = i + 1; j < 4; ++j) smaller_later += parent_slots[j] < parent_slots[i] ? 1u : 0u;
-    rank.order = rank.order * (4 - i) + smaller_later;
-  }
-  return rank;
-}
-
-std::array<std::uint8_t, 4> slots_of_rank(SlotRank rank) {
+std::array<std::uint8_t, 4> slots_of_rank(std::uint32_t set, std::uint32_t order) {
   std::array<std::uint8_t, 4> sorted{};
   for (std::uint32_t i = 4; i-- > 0;) {
     std::uint32_t slot = i;
-    while (binomial(slot + 1, i + 1) <= rank.set) ++slot;
-    rank.set -= binomial(slot, i + 1);
+    while (binomial(slot + 1, i + 1) <= set) ++slot;
+    set -= binomial(slot, i + 1);
     sorted[i] = static_cast<std::uint8_t>(slot);
   }
-  const std::array<std::uint32_t, 4> places = {rank.order / 6, rank.order / 2 % 3, rank.order % 2, 0};
+  const std::array<std::uint32_t, 4> places = {order / 6, order / 2 % 3, order % 2, 0};
   std::array<std::uint8_t, 4> parent_slots{};
   for (std::size_t i = 0; i < 4; ++i) {
     parent_slots[i] = sorted[places[i]];
@@ -84,4 +71,4 @@ std::array<std::uint8_t, 4> slots_of_rank(SlotRank rank) {
   return parent_slots;
 }
 
-}  // namespace coppice::page_layout
+}  // namespace coppice::page_draco_layout

@@ -1,0 +1,182 @@
+#pragma once
+
+// What the page encoder and decoder of version 2 agree on (FORMAT.md, section 9): the contexts symbols are coded in, the order in which a
+// quad's unknown corners are filled, and what is predicted for each. All of it is integers: any reader computes the same.
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "coppice/format.h"
+#include "symbol_coder.h"
+#include "tree.h"
+
+namespace coppice::page_model {
+
+using Point = std::array<std::int32_t, 3>;
+
+inline Point point_of(const QuantisedPoint& point) {
+  return {point[0], point[1], point[2]};
+}
+
+// A split's symbols, in this order; a context is a table of probabilities.
+enum Context : std::uint8_t {
+  kParent,    ///< bit length of 2s - parent
+  kChildren,  ///< bit i: parent corner i is a corner of the second child
+  kCorners1,  ///< which corners of a child are the parent's, by how many there are ...
+  kCorners2,  ///< ... and if two, by how far apart they are in the parent: three contexts
+  kCorners3 = kCorners2 + 3,
+  kCorners4,
+  kKind,              ///< how the child's new corners are predicted, and whether its card is new: five contexts, by how many it has
+  kCard = kKind + 5,  ///< a card that is not the parent's
+  kFreeSteps,         ///< bit lengths of residuals, by Step: five contexts for children of no known shape ...
+  kShapedPosition = kFreeSteps + 5,  ///< ... and these for the others
+  kShapedDiagonal,
+  kShapedFourth,
+  kNearFourth,  ///< 9 (x + 1) + 3 (y + 1) + z + 1 of a residual within -1..1, or kFar
+  kTurned,      ///< three contexts, by Side
+  kParallel = kTurned + 3,
+  kContextCount = kParallel + 3
+};
+enum Side : std::uint8_t { kFirstSide, kSecondSide, kSquareAxis };
+inline constexpr std::uint32_t kFar = 27;
+
+/// Symbols of each context; kCard's are the plant's cards.
+inline constexpr std::array<std::uint16_t, kContextCount> kAlphabet = {28, 16, 4,  12, 12, 12, 24, 24, 18, 18, 18, 18, 2,  256, 16,
+                                                                       16, 16, 16, 16, 16, 16, 16, 28, 16, 16, 16, 16, 16, 16};
+inline constexpr std::array<std::uint16_t, kContextCount> kFirstRange = [] {
+  std::array<std::uint16_t, kContextCount> first{};
+  for (std::size_t i = 1; i < first.size(); ++i) first[i] = static_cast<std::uint16_t>(first[i - 1] + kAlphabet[i - 1]);
+  return first;
+}();
+inline constexpr std::size_t kRangeCount = kFirstRange.back() + kAlphabet.back();
+
+/// How common each symbol is unless the page says otherwise, one hexadecimal digit a symbol (symbol_weight). Measured over the trees of 13
+/// plants.
+extern const std::array<const char*, kContextCount> kDefaultWeights;
+
+// Kinds of children: free, then for each shape (0: parallelogram) turned and parallel.
+inline constexpr std::uint32_t kFree = 0;
+inline constexpr std::uint32_t kMaxShapes = 4;
+constexpr std::uint32_t shape_of(std::uint32_t kind) {
+  return (kind - 1) / 2;
+}
+constexpr bool is_parallel(std::uint32_t kind) {
+  return kind != kFree && kind % 2 == 0;
+}
+
+/// Corner 3 is corner 0 + (a (corner 1 - corner 0) + b (corner 2 - corner 0)) / kShapeOne.
+struct Shape {
+  std::int16_t a = 0, b = 0;
+  bool operator==(const Shape&) const = default;
+};
+inline constexpr std::int32_t kShapeOne = 4096;
+inline constexpr Shape kParallelogram{-kShapeOne, kShapeOne};
+
+/// What a page states once.
+struct PageHeader {
+  std::uint32_t split_count = 0;
+  std::uint32_t shape_count = 1;
+  std::array<Shape, kMaxShapes> shapes{kParallelogram};
+  std::array<std::uint16_t, 3> axis_weights{};  ///< squared length of a step along each axis, to a common scale
+};
+
+// A corner that is filled in, by what is known of the quad by then.
+enum class Rule : std::uint8_t {
+  position,  ///< nothing
+  first,     ///< one neighbour
+  second,    ///< one neighbour, and the corner on its other side
+  diagonal,  ///< both neighbours
+  fourth,    ///< all others
+};
+struct Step {
+  Rule rule = Rule::position;
+  std::uint8_t corner = 0;
+  std::uint8_t neighbour = 0;  ///< a known one
+};
+struct Steps {
+  std::array<Step, 4> step{};
+  std::uint32_t count = 0;
+};
+
+constexpr Steps steps_from(unsigned known) {
+  Steps steps;
+  while (known != 15) {
+    Step& step = steps.step[steps.count++];
+    const int known_count = std::popcount(known);
+    const auto is_known = [&](unsigned corner) { return (known >> (corner & 3) & 1) != 0; };
+    unsigned corner = static_cast<unsigned>(std::countr_one(known));
+    if (known_count == 1) corner = (static_cast<unsigned>(std::countr_zero(known)) + 1) & 3;
+    step.neighbour = static_cast<std::uint8_t>((corner + (is_known(corner + 1) && known_count != 1 ? 1 : 3)) & 3);
+    if (known_count == 0) step.rule = Rule::position;
+    if (known_count == 1) step.rule = Rule::first;
+    if (known_count == 2) step.rule = is_known(corner + 1) && is_known(corner + 3) ? Rule::diagonal : Rule::second;
+    if (known_count == 3) step.rule = Rule::fourth;
+    step.corner = static_cast<std::uint8_t>(corner);
+    known |= 1u << corner;
+  }
+  return steps;
+}
+
+/// By which corners are known, bit i for corner i.
+inline constexpr std::array<Steps, 16> kSteps = [] {
+  std::array<Steps, 16> all{};
+  for (unsigned known = 0; known < 16; ++known) all[known] = steps_from(known);
+  return all;
+}();
+
+/// Bits set in each number of four bits: not every processor that this is compiled for counts them.
+inline constexpr std::array<std::uint8_t, 16> kBitCount = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+
+/// The four corners of a child that a symbol of kCorners1..4 stands for, relative to the first's: symbol % 6.
+inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kCornerOrders = {
+    {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 1, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {0, 3, 2, 1}}};
+
+/// A parent, and what is computed of it once.
+struct Parent {
+  std::array<Point, 4> corners{};
+  Point centre{};
+};
+inline Parent parent_of(const QuantisedQuad& quad) {
+  Parent parent;
+  for (std::size_t i = 0; i < 4; ++i) parent.corners[i] = point_of(quad[i]);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int32_t sum = parent.corners[0][axis] + parent.corners[1][axis] + parent.corners[2][axis] + parent.corners[3][axis];
+    parent.centre[axis] = (sum + 2) >> 2;
+  }
+  return parent;
+}
+
+inline Point difference(const Point& to, const Point& from) {
+  return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+}
+
+constexpr std::int32_t clamp_coordinate(std::int64_t value) {
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(value, 0, COPPICE_QUANTISED_MAX));
+}
+
+/// Where the corner of `step` is expected.
+/// quad  the corners known so far
+Point predict(const PageHeader& header, std::uint32_t kind, const Step& step, const std::array<Point, 4>& quad, const Parent& parent);
+
+/// The axis of a child's second side that being square to the first gives, or 3 if none is.
+/// along  the known side
+std::size_t square_axis(const PageHeader& header, const Point& along);
+
+/// That coordinate of the second side from its other two.
+std::int32_t square_coordinate(const PageHeader& header, const Point& along, const Point& side, std::size_t axis);
+
+}  // namespace coppice::page_model
+
+namespace coppice {
+
+/// What decoding a page needs for a while. Some 30 KiB: kept off the stacks of an engine's jobs.
+struct PageScratch {
+  std::array<SymbolTable, page_model::kContextCount> tables;
+  std::array<SymbolRange, page_model::kRangeCount> ranges;
+};
+
+}  // namespace coppice

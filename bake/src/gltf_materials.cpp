@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include <tiny_gltf.h>
 
 #include "image_decode.h"
+#include "normal_map.h"
 
 namespace coppice::bake {
 namespace {
@@ -65,6 +67,69 @@ glm::dvec2 pair_or(const tinygltf::Value& object, const std::string& name, doubl
   return {pair.Get(0).GetNumberAsDouble(), pair.Get(1).GetNumberAsDouble()};
 }
 
+/// Of a tinygltf::TextureInfo or NormalTextureInfo.
+template <class Info>
+TextureUvs uvs_of(const Info& info) {
+  TextureUvs uvs;
+  uvs.set = static_cast<std::uint32_t>(std::max(info.texCoord, 0));
+  const auto transform = info.extensions.find("KHR_texture_transform");
+  if (transform == info.extensions.end()) return uvs;
+  const tinygltf::Value& members = transform->second;
+  if (members.Has("texCoord")) uvs.set = static_cast<std::uint32_t>(members.Get("texCoord").GetNumberAsInt());
+  const double angle_rad = number_or(members, "rotation", 0.0);
+  const glm::dvec2 scale = pair_or(members, "scale", 1.0);
+  uvs.is_transformed = true;
+  uvs.offset = pair_or(members, "offset", 0.0);
+  // Counter-clockwise as one looks at the image, v pointing down.
+  uvs.linear = glm::dmat2(scale.x * std::cos(angle_rad), -scale.x * std::sin(angle_rad), scale.y * std::sin(angle_rad),
+                          scale.y * std::cos(angle_rad));
+  return uvs;
+}
+
+/// Decoded; nothing, with a warning, for an image in a form that is not read.
+Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint32_t index, std::uint32_t max_side_px,
+                                        std::vector<std::string>& warnings) {
+  const tinygltf::Image& source = model.images.at(index);
+  const std::string place = "images[" + std::to_string(index) + "]";
+  if (source.image.empty() && !source.uri.empty() && !source.uri.starts_with("data:"))
+    return Error{Status::io, "image file cannot be read", Error::kNoOffset, place + ".uri: " + source.uri.substr(0, 256)};
+  Result<Image> image = decode_image(source.image, max_side_px);
+  if (image) return std::optional<Image>(*std::move(image));
+  if (image.error().status != Status::unsupported) return Error{image.error().status, image.error().what, Error::kNoOffset, place};
+  const std::string name = source.uri.empty() ? source.name : source.uri;
+  warnings.push_back(place + " '" + name.substr(0, 64) + "' left out: " + image.error().what);
+  return std::optional<Image>();
+}
+
+/// glTF: normalize((texel * 2 - 1) * (scale, scale, 1)). Made smaller here: a decoder would mix texels as if they were colours.
+Image normal_map_from(Image image, float scale) {
+  image.is_normal_map = true;
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    const auto texel = std::span<std::uint8_t, 4>(image.rgba.data() + i, 4);
+    write_normal(normal_of(texel) * glm::vec3(scale, scale, 1.0f), texel);
+  }
+  std::vector<Image> levels = normal_map_levels(image);
+  const auto fits = [](const Image& level) { return std::max(level.width, level.height) <= kMaxImageSide_px; };
+  return std::move(*std::ranges::find_if(levels, fits));
+}
+
+/// Above 0.
+float normal_scale_of(const tinygltf::Material& source) {
+  const auto scale = static_cast<float>(source.normalTexture.scale);
+  return std::isfinite(scale) && scale > 0.0f ? scale : 1.0f;
+}
+
+/// kNone, with a warning, for one that would need texture coordinates of its own.
+std::uint32_t normal_map_of(const tinygltf::Model& model, const tinygltf::Material& source, std::vector<std::string>& warnings) {
+  const tinygltf::NormalTextureInfo& info = source.normalTexture;
+  const tinygltf::TextureInfo& color = source.pbrMetallicRoughness.baseColorTexture;
+  warn_of_texture(model, info.index, warnings);
+  const std::uint32_t image = image_of(model, info.index);
+  if (image == kNone || color.index < 0 || uvs_of(info) == uvs_of(color)) return image;
+  warnings.push_back("material '" + source.name.substr(0, 64) + "': its normal map is left out, it lies otherwise than the base colour");
+  return kNone;
+}
+
 }  // namespace
 
 Material convert_material(const tinygltf::Model& model, std::uint32_t index, std::vector<std::string>& warnings) {
@@ -84,52 +149,40 @@ Material convert_material(const tinygltf::Model& model, std::uint32_t index, std
   fold_alpha(material, warnings);
   material.roughness = clamped(pbr.roughnessFactor, 1.0f);
   material.double_sided = source.doubleSided;
+  material.normal_map = normal_map_of(model, source, warnings);
   warn_of_texture(model, pbr.baseColorTexture.index, warnings);
   return material;
 }
 
-BaseColorUvs base_color_uvs(const tinygltf::Model& model, std::uint32_t index) {
-  BaseColorUvs uvs;
-  if (index == kNone) return uvs;
-  const tinygltf::TextureInfo& info = model.materials.at(index).pbrMetallicRoughness.baseColorTexture;
-  uvs.set = static_cast<std::uint32_t>(std::max(info.texCoord, 0));
-  const auto transform = info.extensions.find("KHR_texture_transform");
-  if (transform == info.extensions.end()) return uvs;
-  const tinygltf::Value& members = transform->second;
-  if (members.Has("texCoord")) uvs.set = static_cast<std::uint32_t>(members.Get("texCoord").GetNumberAsInt());
-  const double angle_rad = number_or(members, "rotation", 0.0);
-  const glm::dvec2 scale = pair_or(members, "scale", 1.0);
-  uvs.is_transformed = true;
-  uvs.offset = pair_or(members, "offset", 0.0);
-  // Counter-clockwise as one looks at the image, v pointing down.
-  uvs.linear = glm::dmat2(scale.x * std::cos(angle_rad), -scale.x * std::sin(angle_rad), scale.y * std::sin(angle_rad),
-                          scale.y * std::cos(angle_rad));
-  return uvs;
+TextureUvs texture_uvs(const tinygltf::Model& model, std::uint32_t index) {
+  if (index == kNone) return {};
+  const tinygltf::Material& material = model.materials.at(index);
+  const tinygltf::TextureInfo& color = material.pbrMetallicRoughness.baseColorTexture;
+  return color.index < 0 ? uvs_of(material.normalTexture) : uvs_of(color);
 }
 
-Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::vector<Material>& materials, std::vector<std::string>& warnings) {
+Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<const std::uint32_t> sources,
+                                       std::vector<Material>& materials, std::vector<std::string>& warnings) {
+  // By model image, and by the scale of its normals; NaN-free, colours have scale 0.
+  std::map<std::pair<std::uint32_t, float>, std::uint32_t> taken;
   std::vector<Image> images;
-  std::map<std::uint32_t, std::uint32_t> taken;  // model image -> index in `images`, kNone if undecodable
-  for (Material& material : materials) {
-    if (material.image == kNone) continue;
-    const auto [found, is_new] = taken.try_emplace(material.image, kNone);
+  const auto take = [&](std::uint32_t& index, float normal_scale) -> Result<void> {
+    if (index == kNone) return {};
+    const auto [found, is_new] = taken.try_emplace({index, normal_scale}, kNone);
     if (is_new) {
-      const tinygltf::Image& source = model.images.at(material.image);
-      const std::string place = "images[" + std::to_string(material.image) + "]";
-      if (source.image.empty() && !source.uri.empty() && !source.uri.starts_with("data:"))
-        return Error{Status::io, "image file cannot be read", Error::kNoOffset, place + ".uri: " + source.uri.substr(0, 256)};
-      Result<Image> image = decode_image(source.image, kMaxImageSide_px);
-      if (!image && image.error().status != Status::unsupported)
-        return Error{image.error().status, image.error().what, Error::kNoOffset, place};
+      const bool is_normal_map = normal_scale > 0.0f;
+      COPPICE_TRY(image, read_image(model, index, is_normal_map ? COPPICE_MAX_TEXTURE_SIDE : kMaxImageSide_px, warnings));
       if (image) {
         found->second = static_cast<std::uint32_t>(images.size());
-        images.push_back(*std::move(image));
-      } else {
-        const std::string name = source.uri.empty() ? source.name : source.uri;
-        warnings.push_back(place + " '" + name.substr(0, 64) + "' left out: " + image.error().what);
+        images.push_back(is_normal_map ? normal_map_from(*std::move(image), normal_scale) : *std::move(image));
       }
     }
-    material.image = found->second;
+    index = found->second;
+    return {};
+  };
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    COPPICE_CHECK(take(materials[i].image, 0.0f));
+    if (materials[i].normal_map != kNone) COPPICE_CHECK(take(materials[i].normal_map, normal_scale_of(model.materials.at(sources[i]))));
   }
   return images;
 }

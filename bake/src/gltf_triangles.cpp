@@ -108,13 +108,13 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
                    accessor_place(position_accessor) + " element " + std::to_string(i)};
   const std::size_t count = raw.positions.size();
   const std::uint32_t material = primitive.material < 0 ? kNone : static_cast<std::uint32_t>(primitive.material);
-  const BaseColorUvs base_color = base_color_uvs(model, material);
-  const std::string uv_name = "TEXCOORD_" + std::to_string(base_color.set);
+  const TextureUvs texture = texture_uvs(model, material);
+  const std::string uv_name = "TEXCOORD_" + std::to_string(texture.set);
   COPPICE_CHECK(read_attribute(model, primitive, "NORMAL", count, read_vec3, raw.normals));
   COPPICE_CHECK(read_attribute(model, primitive, uv_name, count, read_vec2, raw.uvs));
   COPPICE_CHECK(read_attribute(model, primitive, "COLOR_0", count, read_colors, raw.colors));
-  if (base_color.is_transformed)
-    for (glm::vec2& uv : raw.uvs) uv = glm::vec2(base_color.offset + base_color.linear * glm::dvec2(uv));
+  if (texture.is_transformed)
+    for (glm::vec2& uv : raw.uvs) uv = glm::vec2(texture.offset + texture.linear * glm::dvec2(uv));
   COPPICE_TRY(order, vertex_order(model, primitive, count));
   raw.triangles = triangulate(primitive.mode, order);
   return raw;

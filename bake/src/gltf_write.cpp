@@ -124,6 +124,7 @@ void add_material(tinygltf::Model& model, const Material& material) {
   pbr.metallicFactor = 0.0;
   pbr.roughnessFactor = static_cast<double>(material.roughness);
   if (material.image != kNone) pbr.baseColorTexture.index = static_cast<int>(material.image);
+  if (material.normal_map != kNone) out.normalTexture.index = static_cast<int>(material.normal_map);
   model.materials.push_back(std::move(out));
 }
 

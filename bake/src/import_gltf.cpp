@@ -191,7 +191,7 @@ Result<Plant> import_model(const tinygltf::Model& model, const ImportOptions& op
   COPPICE_TRY(soup, gather_triangles(model, instances, used, plant.warnings));
   apply_vertex_colors(soup, plant.materials, plant.warnings);
   // Images tell leaves by their colour and holes.
-  COPPICE_TRY(images, take_images(model, plant.materials, plant.warnings));
+  COPPICE_TRY(images, take_images(model, used.sources, plant.materials, plant.warnings));
   plant.images = std::move(images);
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
   limit_warnings(plant.warnings);

@@ -344,6 +344,7 @@ void draw_material(Plant& plant, std::uint32_t material, const PicturedLeaves& p
   card_material.image = static_cast<std::uint32_t>(plant.images.size());
   card_material.alpha_cutoff = kCardCutoff;
   card_material.base_color.a = 1.0f;
+  card_material.normal_map = kNone;
   const auto number = static_cast<std::uint32_t>(plant.materials.size());
   for (std::size_t i = 0; i < pictured.leaves.size(); ++i)
     fitted[pictured.leaves[i]].card = tile_card(number, atlas, clusters.cluster_of[i]);
@@ -409,13 +410,15 @@ void drop_unused_materials(BakedPlant& plant) {
     if (material_number[m] == kNone) continue;
     material_number[m] = static_cast<std::uint32_t>(kept.materials.size());
     Material& material = kept.materials.emplace_back(std::move(plant.materials[m]));
-    if (material.image == kNone) continue;
-    std::uint32_t& image = image_number[material.image];
-    if (image == kNone) {
-      image = static_cast<std::uint32_t>(kept.images.size());
-      kept.images.push_back(std::move(plant.images[material.image]));
+    for (std::uint32_t* used : {&material.image, &material.normal_map}) {
+      if (*used == kNone) continue;
+      std::uint32_t& image = image_number[*used];
+      if (image == kNone) {
+        image = static_cast<std::uint32_t>(kept.images.size());
+        kept.images.push_back(std::move(plant.images[*used]));
+      }
+      *used = image;
     }
-    material.image = image;
   }
   for (Card& card : plant.card_table) card.material = material_number[card.material];
   for (Mesh& lod : plant.wood.lods)

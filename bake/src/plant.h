@@ -26,6 +26,8 @@ inline constexpr float kCrownNormals = COPPICE_CROWN_NORMALS_DEFAULT;
 struct Image {
   std::uint32_t width = 0, height = 0;
   std::vector<std::uint8_t> rgba;
+  /// A normal map instead: RGB is a unit vector, 0..255 for -1..1, x along u, y against v, z off the surface; alpha means nothing.
+  bool is_normal_map = false;
 };
 
 struct Material {
@@ -36,6 +38,7 @@ struct Material {
   float roughness = 1.0f;
   bool double_sided = true;
   float crown_normals = kCrownNormals;  ///< leaves: 0 are lit by their own normals, 1 by the crown's
+  std::uint32_t normal_map = kNone;     ///< image; wood and leaf meshes show it, quads are too small for it
 };
 
 /// An indexed triangle mesh; the attribute arrays have one entry per vertex.

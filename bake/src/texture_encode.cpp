@@ -16,6 +16,7 @@
 
 #include "block_texture.h"
 #include "coppice/format.h"
+#include "normal_map.h"
 #include "parallel_for.h"
 #include "texture_mips.h"
 
@@ -107,9 +108,16 @@ void encode_level(const Image& level, std::uint32_t format, float alpha_cutoff, 
 
 std::uint32_t format_of(const Image& image, float alpha_cutoff, TextureCoding coding) {
   if (coding == TextureCoding::rgba8) return COPPICE_TEXTURE_RGBA8;
+  if (image.is_normal_map) return COPPICE_TEXTURE_BC3;
   bool has_alpha = false;
   for (std::size_t i = 3; i < image.rgba.size(); i += 4) has_alpha = has_alpha || image.rgba[i] != 255;
   return has_alpha && alpha_cutoff > 0.0f ? COPPICE_TEXTURE_BC3 : COPPICE_TEXTURE_BC1;
+}
+
+std::vector<Image> stored_levels(const Image& normal_map) {
+  std::vector<Image> levels = normal_map_levels(normal_map);
+  for (Image& level : levels) level = stored_normal_map(level);
+  return levels;
 }
 
 }  // namespace
@@ -117,7 +125,7 @@ std::uint32_t format_of(const Image& image, float alpha_cutoff, TextureCoding co
 Result<std::vector<std::uint8_t>> encode_texture(const Image& image, float alpha_cutoff, TextureCoding coding) {
   if (image.width == 0 || image.height == 0 || image.rgba.size() != std::size_t{image.width} * image.height * 4)
     return Error{Status::invalid_argument, "texture: the image's bytes do not match its size"};
-  const std::vector<Image> levels = mip_levels(image, alpha_cutoff);
+  const std::vector<Image> levels = image.is_normal_map ? stored_levels(image) : mip_levels(image, alpha_cutoff);
   const coppice_file_texture header{levels[0].width, levels[0].height, static_cast<std::uint32_t>(levels.size()),
                                     format_of(image, alpha_cutoff, coding)};
   std::vector<std::uint8_t> chunk(sizeof header);

@@ -14,7 +14,8 @@ enum class TextureCoding : std::uint8_t {
   rgba8,  ///< as they are: four to eight times the bytes
 };
 
-/// A TEXTURE chunk: mip_levels(image, alpha_cutoff), coded. Same input, same bytes.
+/// A TEXTURE chunk: mip_levels(image, alpha_cutoff), coded; of a normal map normal_map_levels, as stored_normal_map. Same input, same
+/// bytes.
 ///
 /// With BC3 a texel stays on its side of alpha_cutoff, so that coverage is that of the mip levels, to the texel. What is not
 /// alpha-tested loses its alpha, which nothing reads.

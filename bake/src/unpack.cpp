@@ -5,6 +5,7 @@
 #include "block_texture.h"
 #include "decoded_pages.h"
 #include "layout.h"
+#include "normal_map.h"
 #include "pack.h"
 #include "quantised_tree.h"
 #include "reader.h"
@@ -148,12 +149,20 @@ Result<Image> read_image(const PlantFile& file, Bytes bytes, std::uint32_t index
   return image;
 }
 
+void restore_normal_maps(BakedPlant& plant) {
+  for (const Material& material : plant.materials)
+    if (material.normal_map != kNone && !plant.images[material.normal_map].is_normal_map)
+      plant.images[material.normal_map] = normal_map_from_stored(plant.images[material.normal_map]);
+}
+
 void copy_tables(const PlantFile& file, BakedPlant& plant) {
   for (const coppice_file_material& source : file.materials) {
     Material material;
     material.name = "material" + std::to_string(plant.materials.size());
     material.base_color = {source.base_color[0], source.base_color[1], source.base_color[2], source.base_color[3]};
-    material.image = source.texture == COPPICE_NO_TEXTURE ? kNone : source.texture;
+    const std::uint32_t texture = material_texture(source), normal_map = material_normal_map(source);
+    material.image = texture == COPPICE_NO_TEXTURE ? kNone : texture;
+    material.normal_map = normal_map == COPPICE_NO_TEXTURE ? kNone : normal_map;
     material.alpha_cutoff = source.alpha_cutoff;
     material.roughness = source.roughness;
     material.double_sided = (source.flags & COPPICE_MATERIAL_DOUBLE_SIDED) != 0;
@@ -211,6 +220,7 @@ Result<BakedPlant> unpack(Bytes bytes) {
     plant.leaf_meshes.parts.push_back(std::move(part));
   }
   plant.leaf_meshes.error_px = file.leaf_mesh_error_px;
+  restore_normal_maps(plant);
   COPPICE_CHECK(check_sphere(file, plant));
   return plant;
 }

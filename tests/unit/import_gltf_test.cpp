@@ -391,6 +391,37 @@ TEST(ImportGltf, MaterialsAreRead) {
   EXPECT_NE(plant.warnings[0].find("'bark' blends"), std::string::npos) << plant.warnings[0];
 }
 
+TEST(ImportGltf, NormalMapsAreReadWithTheirScale) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(1024, 1024, {204, 128, 230, 255}));  // (0.6, 0, 0.8)
+  builder.json["materials"][0]["normalTexture"] = {{"index", 0}};
+  builder.json["materials"][1]["normalTexture"] = {{"index", 0}, {"scale", 2.0}};
+  const Plant plant = plant_of(builder);
+  EXPECT_TRUE(plant.warnings.empty()) << plant.warnings[0];
+  ASSERT_EQ(plant.images.size(), 3u) << "a colour and two maps";
+  EXPECT_FALSE(plant.images.at(plant.materials.at(0).image).is_normal_map);
+  const auto first_texel = [&](std::size_t material) {
+    const Image& map = plant.images.at(plant.materials.at(material).normal_map);
+    EXPECT_TRUE(map.is_normal_map);
+    EXPECT_EQ(map.width, 512u);
+    return std::vector<std::uint8_t>(map.rgba.begin(), map.rgba.begin() + 4);
+  };
+  EXPECT_EQ(first_texel(0), (std::vector<std::uint8_t>{204, 128, 230, 255}));
+  const std::vector<std::uint8_t> scaled = first_texel(1);  // (1.2, 0, 0.8), made unit
+  EXPECT_NEAR(scaled[0], 127.5 * (1 + 1.2 / std::hypot(1.2, 0.8)), 1.5);
+  EXPECT_NEAR(scaled[2], 127.5 * (1 + 0.8 / std::hypot(1.2, 0.8)), 1.5);
+}
+
+TEST(ImportGltf, ANormalMapWithUvsOfItsOwnIsLeftOut) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(2, 2, {128, 128, 255, 255}));
+  builder.json["materials"][0]["normalTexture"] = {{"index", 0}, {"texCoord", 1}};
+  const Plant plant = plant_of(builder);
+  EXPECT_EQ(plant.materials.at(0).normal_map, kNone);
+  ASSERT_EQ(plant.warnings.size(), 1u);
+  EXPECT_NE(plant.warnings[0].find("normal map is left out"), std::string::npos) << plant.warnings[0];
+}
+
 TEST(ImportGltf, ImagesAreDecodedSharedAndLimitedTo512) {
   GltfBuilder builder = test::small_plant();
   builder.set_texture(0, test::png(1024, 256, {200, 100, 50, 128}));

@@ -200,6 +200,25 @@ TEST(Pack, KeepsCrownNormals) {
   }
 }
 
+TEST(Pack, KeepsNormalMaps) {
+  BakedPlant plant = random_plant({.leaf_count = 3});
+  Image map{4, 4, {}, true};
+  for (int i = 0; i < 16; ++i) map.rgba.insert(map.rgba.end(), {204, 128, 230, 255});
+  const auto number = static_cast<std::uint32_t>(plant.images.size());
+  plant.images.push_back(map);
+  plant.materials[0].normal_map = number;
+  plant.materials.push_back({.name = "bare", .normal_map = number});
+  const auto back = unpack(packed(plant));
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_EQ(back->materials[0].image, plant.materials[0].image);
+  EXPECT_EQ(back->materials[0].normal_map, number);
+  EXPECT_EQ(back->materials.back().image, kNone);
+  EXPECT_EQ(back->materials.back().normal_map, number);
+  EXPECT_TRUE(back->images[number].is_normal_map);
+  EXPECT_FALSE(back->images[0].is_normal_map);
+  for (std::size_t i = 0; i < map.rgba.size(); ++i) ASSERT_NEAR(back->images[number].rgba[i], map.rgba[i], 6) << i;
+}
+
 TEST(Pack, RefusesWhatTheFormatCannotHold) {
   const auto refused = [](const BakedPlant& plant) {
     PackSizes sizes;

@@ -121,7 +121,8 @@ typedef struct coppice_file_material {
   float base_color[4]; /* linear RGBA factor, multiplies the texture */
   float alpha_cutoff;  /* 0: opaque; otherwise texels of smaller alpha are holes */
   float roughness;     /* 0..1 */
-  uint32_t texture;    /* index of the base colour texture, or COPPICE_NO_TEXTURE */
+  uint32_t
+      texture; /* low half: index of the base colour texture, or ffff; high half: 1 + index of the normal map, or 0. ffffffff: neither */
   uint32_t flags;
 } coppice_file_material;
 

@@ -27,6 +27,9 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
+// Of coppice_file_material::texture.
+constexpr std::uint32_t kHalfBits = 16, kHalf = 0xffff;
+
 Error bad(const char* what, std::uint64_t offset, std::string detail = {}) {
   return Error{Status::bad_file, what, offset, std::move(detail)};
 }
@@ -215,8 +218,9 @@ Result<void> read_materials(PlantFile& file, Bytes bytes) {
       return bad("material alpha_cutoff", at + offsetof(coppice_file_material, alpha_cutoff), "outside 0..1");
     if (!in_unit_range(material.roughness))
       return bad("material roughness", at + offsetof(coppice_file_material, roughness), "outside 0..1");
-    if (material.texture != COPPICE_NO_TEXTURE && material.texture >= file.plant.texture_count)
-      return bad("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
+    for (const std::uint32_t texture : {material_texture(material), material_normal_map(material)})
+      if (texture != COPPICE_NO_TEXTURE && texture >= file.plant.texture_count)
+        return bad("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
     constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_COVERAGE_MASK |
                                      COPPICE_MATERIAL_CROWN_NORMALS_MASK;
     if ((material.flags & ~kKnown) != 0)
@@ -363,6 +367,21 @@ const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind k
   if (kind == COPPICE_CHUNK_LEAF_MESHES && plant.leaf_mesh_count > 0 && index == 0) position = 4;
   if (kind == COPPICE_CHUNK_LEAF_MESH && index < plant.leaf_mesh_count) position = leaf_meshes + index;
   return position && *position < file.chunks.size() ? &file.chunks[*position] : nullptr;
+}
+
+std::uint32_t material_texture(const coppice_file_material& material) {
+  const std::uint32_t stored = material.texture & kHalf;
+  return stored == kHalf ? COPPICE_NO_TEXTURE : stored;
+}
+
+std::uint32_t material_normal_map(const coppice_file_material& material) {
+  const std::uint32_t stored = material.texture >> kHalfBits;
+  return stored == 0 || stored == kHalf ? COPPICE_NO_TEXTURE : stored - 1;
+}
+
+std::uint32_t material_textures(std::uint32_t texture, std::uint32_t normal_map) {
+  if (normal_map == COPPICE_NO_TEXTURE) return texture;
+  return (texture & kHalf) | (normal_map + 1) << kHalfBits;
 }
 
 float material_crown_normals(const coppice_file_material& material) {

@@ -36,6 +36,12 @@ Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t 
 /// The chunk table's entry, or null.
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index);
 
+/// A material's base colour texture, and its normal map; COPPICE_NO_TEXTURE where it has none.
+std::uint32_t material_texture(const coppice_file_material& material);
+std::uint32_t material_normal_map(const coppice_file_material& material);
+/// What coppice_file_material holds for the two.
+std::uint32_t material_textures(std::uint32_t texture, std::uint32_t normal_map);
+
 /// How far the normals of a material's leaves turn to the crown's, 0..1.
 float material_crown_normals(const coppice_file_material& material);
 

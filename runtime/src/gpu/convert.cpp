@@ -55,10 +55,11 @@ Card gpu_card(const coppice_file_card& card) {
 }
 
 Material gpu_material(const coppice_file_material& material) {
+  const std::uint32_t texture = material_texture(material);
   const std::uint32_t coverage = material.flags >> COPPICE_MATERIAL_COVERAGE_SHIFT & 0xffu;
   return {.base_color = {material.base_color[0], material.base_color[1], material.base_color[2], material.base_color[3]},
           .alpha_cutoff = material.alpha_cutoff,
-          .texture = material.texture == COPPICE_NO_TEXTURE ? kNoTexture : material.texture,
+          .texture = texture == COPPICE_NO_TEXTURE ? kNoTexture : texture,
           .coverage = coverage > 0 ? static_cast<float>(coverage) / 255.0f : 1.0f,
           .crown_normals = material_crown_normals(material)};
 }

@@ -76,8 +76,9 @@ struct Material {
   uint texture;         // of the plant, or kNoTexture
   float coverage;       // share of its cards that is no hole
   float crown_normals;  // how far its leaves' normals turn to the crown's
+  uint normal_map;      // texture of the plant, or kNoTexture
 };
-COPPICE_GPU_LAYOUT(Material, 32);
+COPPICE_GPU_LAYOUT(Material, 36);
 
 struct WoodVertex {
   vec3 position;  // object space, m
@@ -170,8 +171,9 @@ struct DrawPush {
   uint texture;         // or kNoTexture
   uvec2 wood_vertices;  // address of WoodVertex[], of leaf meshes LeafMeshVertex[]
   uint wood_list_first;
+  uint normal_map;  // or kNoTexture; of wood and leaf meshes
 };
-COPPICE_GPU_LAYOUT(DrawPush, 20);
+COPPICE_GPU_LAYOUT(DrawPush, 24);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

@@ -8,9 +8,7 @@
 
 #include "bindings.glsl"
 
-const uint kPlain = 0;
-const uint kTextured = 1;
-layout(constant_id = 0) const uint kKind = kTextured;  // gpu::FragmentKind
+layout(constant_id = 0) const uint kTextured = 1;
 
 layout(set = 1, binding = 0) uniform sampler2D base_color;
 
@@ -22,7 +20,7 @@ layout(location = 0) out vec4 out_color;
 
 void main() {
   vec3 color = in_light;
-  if (kKind == kTextured) {
+  if (kTextured != 0) {
     vec4 texel = texture(base_color, in_uv);
     if (texel.a < in_alpha_cutoff) discard;
     color *= texel.rgb;

@@ -70,6 +70,14 @@ vec3 leaf_light(Crown crown, Instance instance, float crown_normals, vec3 middle
   return direct + ambient_light(normal) * sky_through_crown(crown, vertex);
 }
 
+// Light of wood at a point of it. Object space; normal: unit.
+vec3 wood_light(Crown crown, Instance instance, vec3 position, vec3 object_normal) {
+  vec3 normal = rotate(instance.rotation, object_normal);
+  vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
+  vec3 direct = view.sun_color * sun_through_crown(crown, position, sun_object) * max(0.0, dot(normal, view.sun_direction));
+  return direct + ambient_light(normal) * sky_through_crown(crown, position);
+}
+
 // The inverse of convert.cpp's octahedral().
 vec3 octahedral_normal(uint packed) {
   vec2 e = unpackSnorm2x16(packed);

@@ -400,14 +400,20 @@ Result<Foliage> card_foliage(Plant& plant) {
 
 void drop_unused_materials(BakedPlant& plant) {
   std::vector<std::uint32_t> material_number(plant.materials.size(), kNone), image_number(plant.images.size(), kNone);
+  std::vector<bool> is_on_mesh(plant.materials.size(), false);
+  const auto mark_mesh = [&](const Mesh& mesh) {
+    for (const std::uint32_t material : mesh.triangle_materials) {
+      material_number[material] = 0;
+      is_on_mesh[material] = true;
+    }
+  };
   for (const Card& card : plant.card_table) material_number[card.material] = 0;
-  for (const Mesh& lod : plant.wood.lods)
-    for (const std::uint32_t material : lod.triangle_materials) material_number[material] = 0;
-  for (const LeafMeshPart& part : plant.leaf_meshes.parts)
-    for (const std::uint32_t material : part.mesh.triangle_materials) material_number[material] = 0;
+  for (const Mesh& lod : plant.wood.lods) mark_mesh(lod);
+  for (const LeafMeshPart& part : plant.leaf_meshes.parts) mark_mesh(part.mesh);
   BakedPlant kept;
   for (std::size_t m = 0; m < plant.materials.size(); ++m) {
     if (material_number[m] == kNone) continue;
+    if (!is_on_mesh[m]) plant.materials[m].normal_map = kNone;
     material_number[m] = static_cast<std::uint32_t>(kept.materials.size());
     Material& material = kept.materials.emplace_back(std::move(plant.materials[m]));
     for (std::uint32_t* used : {&material.image, &material.normal_map}) {

@@ -68,7 +68,7 @@ void main() {
   put(instance.position); put(instance.scale); put(instance.rotation); put(instance.tint); put(instance.plant);
   put(card.material);
   for (int i = 0; i < 4; ++i) put(card.uv[i]);
-  put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.coverage); put(material.crown_normals);
+  put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.coverage); put(material.crown_normals); put(material.normal_map);
   put(wood_vertex.position); put(wood_vertex.normal); put(wood_vertex.uv); put(wood_vertex.material);
   put(leaf_mesh_vertex.position); put(leaf_mesh_vertex.normal); put(leaf_mesh_vertex.uv);
   put(leaf_mesh_vertex.stalk_xy); put(leaf_mesh_vertex.stalk_z_material);
@@ -80,5 +80,5 @@ void main() {
   put(counters.leaf_mesh_instances);
   for (int i = 0; i < 2; ++i) put(counters.leaf_mesh_triangles[i]);
   put(command.index_count); put(command.instance_count); put(command.first_index); put(command.vertex_offset); put(command.first_instance);
-  put(push.plant); put(push.texture); put(push.wood_vertices); put(push.wood_list_first);
+  put(push.plant); put(push.texture); put(push.wood_vertices); put(push.wood_list_first); put(push.normal_map);
 }

@@ -12,6 +12,7 @@
 #include <glm/vec3.hpp>
 
 #include "demand.h"
+#include "normal_map.h"
 
 namespace coppice::test {
 namespace {
@@ -80,8 +81,9 @@ void fill_front(const bake::BakedPlant& baked, const Box& box, PlantFile& file) 
     file.materials.push_back({{material.base_color.x, material.base_color.y, material.base_color.z, material.base_color.w},
                               material.alpha_cutoff,
                               material.roughness,
-                              material.image == bake::kNone ? COPPICE_NO_TEXTURE : material.image,
-                              0});
+                              material_textures(material.image == bake::kNone ? COPPICE_NO_TEXTURE : material.image,
+                                                material.normal_map == bake::kNone ? COPPICE_NO_TEXTURE : material.normal_map),
+                              material.crown_normals == 0.0f ? 1u << COPPICE_MATERIAL_CROWN_NORMALS_SHIFT : 0u});
   for (const bake::Card& card : baked.card_table) {
     coppice_file_card converted{.material = card.material, .uv = {}};
     for (std::size_t i = 0; i < 4; ++i) {
@@ -118,7 +120,8 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
     plant.wood.push_back(wood_mesh(lod));
     plant.file.chunks.push_back({.kind = COPPICE_CHUNK_WOOD, .index = static_cast<std::uint32_t>(plant.wood.size() - 1)});
   }
-  for (const bake::Image& image : baked.images) {
+  for (const bake::Image& baked_image : baked.images) {
+    const bake::Image image = baked_image.is_normal_map ? bake::stored_normal_map(baked_image) : baked_image;
     const coppice_file_texture header{image.width, image.height, 1, 1};
     std::vector<std::uint8_t> chunk(sizeof header + image.rgba.size());
     std::memcpy(chunk.data(), &header, sizeof header);

@@ -4,9 +4,12 @@
 
 #include "coppice_shared.h"
 #include "cull_comp.h"
+#include "leaf_mesh_relief_vert.h"
 #include "leaf_mesh_vert.h"
 #include "leaf_vert.h"
 #include "plant_frag.h"
+#include "relief_frag.h"
+#include "wood_relief_vert.h"
 #include "wood_vert.h"
 
 namespace coppice::gpu {
@@ -40,7 +43,7 @@ Result<void> create_layouts(Device& device, Passes& passes) {
   COPPICE_TRY(texture_layout, create_set_layout(device, std::span(&texture, 1)));
   passes.texture_set_layout = texture_layout;
 
-  const std::array sets{passes.frame_set_layout, passes.texture_set_layout};
+  const std::array sets{passes.frame_set_layout, passes.texture_set_layout, passes.texture_set_layout};
   const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_VERTEX_BIT, .size = sizeof(DrawPush)};
   const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
                                         .setLayoutCount = static_cast<std::uint32_t>(sets.size()),
@@ -66,7 +69,7 @@ Result<void> create_sampler(Device& device, Passes& passes) {
 /// Shader modules for the time their pipelines are created.
 struct Modules {
   Device& device;
-  std::array<VkShaderModule, 5> modules{};
+  std::array<VkShaderModule, 8> modules{};
 
   ~Modules() {
     for (VkShaderModule module : modules) device.vk.vkDestroyShaderModule(device.device, module, nullptr);
@@ -102,8 +105,12 @@ Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, V
 
 Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, VkPipelineLayout layout,
                                         const DrawShaders& shaders) {
-  const VkSpecializationMapEntry entry{.constantID = 0, .offset = 0, .size = sizeof(FragmentKind)};
-  const VkSpecializationInfo constants{.mapEntryCount = 1, .pMapEntries = &entry, .dataSize = sizeof(FragmentKind), .pData = &shaders.kind};
+  const std::array entries{VkSpecializationMapEntry{.constantID = 0, .offset = 0, .size = sizeof(std::uint32_t)},
+                           VkSpecializationMapEntry{.constantID = 1, .offset = sizeof(std::uint32_t), .size = sizeof(std::uint32_t)}};
+  const VkSpecializationInfo constants{.mapEntryCount = entries.size(),
+                                       .pMapEntries = entries.data(),
+                                       .dataSize = sizeof shaders.constants,
+                                       .pData = shaders.constants.data()};
   const std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, shaders.vertex),
                           stage(VK_SHADER_STAGE_FRAGMENT_BIT, shaders.fragment, &constants)};
   const VkPipelineVertexInputStateCreateInfo vertex_input{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
@@ -182,27 +189,29 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
   COPPICE_CHECK(modules.create(4, leaf_mesh_vert_spirv));
   COPPICE_TRY(cull, create_cull_pipeline(device, cache, passes.layout, modules.modules[0]));
   passes.cull = cull;
+  COPPICE_CHECK(modules.create(5, relief_frag_spirv));
+  COPPICE_CHECK(modules.create(6, wood_relief_vert_spirv));
+  COPPICE_CHECK(modules.create(7, leaf_mesh_relief_vert_spirv));
   struct Wanted {
-    VkPipeline* pipeline;
-    std::size_t vertex_module;
-    FragmentKind kind;
+    std::array<VkPipeline, 2>* pipelines;
+    std::size_t vertex, fragment;
+    std::uint32_t leaf;  ///< kLeaf of relief.frag
   };
-  for (const Wanted& wanted :
-       {Wanted{&passes.leaf[0], 1, FragmentKind::plain}, Wanted{&passes.leaf[1], 1, FragmentKind::textured},
-        Wanted{&passes.wood[0], 2, FragmentKind::plain}, Wanted{&passes.wood[1], 2, FragmentKind::textured},
-        Wanted{&passes.leaf_mesh[0], 4, FragmentKind::plain}, Wanted{&passes.leaf_mesh[1], 4, FragmentKind::textured}}) {
-    const DrawShaders shaders{modules.modules[wanted.vertex_module], modules.modules[3], wanted.kind};
-    COPPICE_TRY(pipeline, create_draw_pipeline(device, attachments, cache, passes.layout, shaders));
-    *wanted.pipeline = pipeline;
-  }
+  for (const Wanted& wanted : {Wanted{&passes.leaf, 1, 3, 1}, Wanted{&passes.wood.plain, 2, 3, 0}, Wanted{&passes.wood.relief, 6, 5, 0},
+                               Wanted{&passes.leaf_mesh.plain, 4, 3, 1}, Wanted{&passes.leaf_mesh.relief, 7, 5, 1}})
+    for (const std::uint32_t textured : {0u, 1u}) {
+      const DrawShaders shaders{modules.modules[wanted.vertex], modules.modules[wanted.fragment], {textured, wanted.leaf}};
+      COPPICE_TRY(pipeline, create_draw_pipeline(device, attachments, cache, passes.layout, shaders));
+      (*wanted.pipelines)[textured] = pipeline;
+    }
   return {};
 }
 
 void destroy_passes(Device& device, Passes& passes) {
   const Functions& vk = device.vk;
-  for (VkPipeline pipeline :
-       {passes.cull, passes.leaf[0], passes.leaf[1], passes.wood[0], passes.wood[1], passes.leaf_mesh[0], passes.leaf_mesh[1]})
-    vk.vkDestroyPipeline(device.device, pipeline, nullptr);
+  vk.vkDestroyPipeline(device.device, passes.cull, nullptr);
+  for (const auto& pipelines : {passes.leaf, passes.wood.plain, passes.wood.relief, passes.leaf_mesh.plain, passes.leaf_mesh.relief})
+    for (VkPipeline pipeline : pipelines) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   vk.vkDestroyPipelineLayout(device.device, passes.layout, nullptr);
   vk.vkDestroySampler(device.device, passes.sampler, nullptr);
   vk.vkDestroyDescriptorSetLayout(device.device, passes.frame_set_layout, nullptr);

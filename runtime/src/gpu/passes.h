@@ -16,16 +16,20 @@ struct AttachmentDesc {
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
 };
 
+/// What draws triangles; `relief` with a normal map.
+struct MeshPipelines {
+  std::array<VkPipeline, 2> plain{}, relief{};  ///< [textured]
+};
+
 /// Everything that is created once: layouts, sampler, pipelines.
 struct Passes {
   VkDescriptorSetLayout frame_set_layout = VK_NULL_HANDLE;    ///< set 0, the bindings of bindings.glsl and cull.comp
-  VkDescriptorSetLayout texture_set_layout = VK_NULL_HANDLE;  ///< set 1, one base colour texture
+  VkDescriptorSetLayout texture_set_layout = VK_NULL_HANDLE;  ///< set 1, the base colour texture, and set 2, the normal map
   VkSampler sampler = VK_NULL_HANDLE;
-  VkPipelineLayout layout = VK_NULL_HANDLE;  ///< both sets and DrawPush; the cull pipeline uses set 0 of it
+  VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the sets and DrawPush; the cull pipeline uses set 0 of it
   VkPipeline cull = VK_NULL_HANDLE;
-  std::array<VkPipeline, 2> leaf{};       ///< [textured]
-  std::array<VkPipeline, 2> wood{};       ///< [textured]
-  std::array<VkPipeline, 2> leaf_mesh{};  ///< [textured]
+  std::array<VkPipeline, 2> leaf{};  ///< [textured]
+  MeshPipelines wood, leaf_mesh;
 };
 
 inline constexpr std::uint32_t kFrameBindingCount = 10;
@@ -34,12 +38,9 @@ inline constexpr std::uint32_t kFrameBindingCount = 10;
 Result<void> create_passes(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, Passes& passes);
 void destroy_passes(Device& device, Passes& passes);
 
-/// kKind of plant.frag.
-enum class FragmentKind : std::uint32_t { plain = 0, textured = 1 };
-
 struct DrawShaders {
   VkShaderModule vertex, fragment;
-  FragmentKind kind;
+  std::array<std::uint32_t, 2> constants{};  ///< of the fragment shader, by id
 };
 
 /// Triangles on the attachments, depth tested and written; viewport and scissor are dynamic. errors  out_of_memory, internal

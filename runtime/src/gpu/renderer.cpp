@@ -193,7 +193,7 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std
     const Material material = gpu_material(file.materials[i]);
     std::copy_n(reinterpret_cast<const std::uint8_t*>(&material), sizeof material,
                 plant.pending_tables.data() + cards_bytes + i * sizeof material);
-    plant.material_textures.push_back(material.texture);
+    plant.material_textures.push_back({material.texture, material.normal_map});
   }
   plant.pending_words.assign(lod_words.begin(), lod_words.end());
   if (!raster_) return {};

@@ -126,6 +126,12 @@ class Renderer {
 
  private:
   /// A wood LoD, or a chunk of leaf meshes.
+  /// Of a material; kNoTexture where it has none.
+  struct SurfaceTextures {
+    std::uint32_t color = kNoTexture, normal_map = kNoTexture;
+
+    bool operator==(const SurfaceTextures&) const = default;
+  };
   struct MeshBuffer {
     /// uint32 indices, then WoodVertex[] or LeafMeshVertex[]. In this order because lavapipe (Mesa 22.3) ignores the offset of
     /// vkCmdBindIndexBuffer in indirect draws.
@@ -133,7 +139,7 @@ class Renderer {
     uvec2 vertices{};
     std::uint32_t index_count = 0;
     std::uint64_t charged_bytes = 0;
-    std::vector<std::uint32_t> textures;  ///< used by its vertices, kNoTexture included; distinct
+    std::vector<SurfaceTextures> textures;  ///< used by its vertices; distinct
   };
   struct PlantTexture {
     Texture texture;
@@ -148,7 +154,7 @@ class Renderer {
     std::uint64_t pages_offset = 0;
     std::vector<std::uint32_t> page_slots;     ///< PagePool slot, or kNoSlot
     std::vector<std::uint32_t> leaf_textures;  ///< used by its cards, kNoTexture included; distinct
-    std::vector<std::uint32_t> material_textures;
+    std::vector<SurfaceTextures> material_textures;
     std::array<MeshBuffer, kMaxWoodLods> wood;
     std::array<MeshBuffer, kMaxLeafMeshes> leaf_meshes;
     std::uint32_t leaf_mesh_count = 0;
@@ -160,7 +166,7 @@ class Renderer {
   /// Where a mesh finds its instances and its command.
   struct MeshDraw {
     std::uint32_t list_first = 0, command = 0;
-    const std::array<VkPipeline, 2>* pipelines = nullptr;
+    const MeshPipelines* pipelines = nullptr;
   };
   /// Sized at creation.
   struct FixedBuffers {

@@ -162,9 +162,20 @@ void Renderer::draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t index, std::uin
 
 void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuffer& mesh, const MeshDraw& draw) const {
   device_.vk.vkCmdBindIndexBuffer(cmd, mesh.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
-  for (std::uint32_t texture : mesh.textures) {
-    bind_draw(cmd, plants_[index], {.plant = index, .texture = texture, .wood_vertices = mesh.vertices, .wood_list_first = draw.list_first},
-              *draw.pipelines);
+  const PlantSlot& plant = plants_[index];
+  for (const SurfaceTextures& textures : mesh.textures) {
+    // What has its normal map on the way is drawn without for as long.
+    const bool relief = textures.normal_map != kNoTexture && plant.textures[textures.normal_map].visible;
+    if (relief)
+      device_.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 2, 1,
+                                         &plant.textures[textures.normal_map].set.set, 0, nullptr);
+    bind_draw(cmd, plant,
+              {.plant = index,
+               .texture = textures.color,
+               .wood_vertices = mesh.vertices,
+               .wood_list_first = draw.list_first,
+               .normal_map = textures.normal_map},
+              relief ? draw.pipelines->relief : draw.pipelines->plain);
     device_.vk.vkCmdDrawIndexedIndirect(cmd, fixed_.wood_commands.buffer, draw.command * sizeof(DrawCommand), 1, sizeof(DrawCommand));
   }
 }

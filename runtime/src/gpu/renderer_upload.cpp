@@ -135,8 +135,8 @@ Result<Renderer::MeshBuffer> Renderer::stage_mesh(const PlantSlot& plant, const 
       write_vertex(slice.data + index_bytes, i, gpu_wood_vertex(mesh.vertices[i]));
     else
       write_vertex(slice.data + index_bytes, i, gpu_leaf_mesh_vertex(mesh.vertices[i]));
-    const std::uint32_t texture = plant.material_textures[mesh.vertices[i].material];
-    if (std::find(staged.textures.begin(), staged.textures.end(), texture) == staged.textures.end()) staged.textures.push_back(texture);
+    const SurfaceTextures& textures = plant.material_textures[mesh.vertices[i].material];
+    if (std::ranges::find(staged.textures, textures) == staged.textures.end()) staged.textures.push_back(textures);
   }
   std::memcpy(slice.data, mesh.indices.data(), index_bytes);
   copies_.push_back({slice.buffer, buffer.buffer, {slice.offset, 0, vertex_bytes + index_bytes}});

@@ -88,8 +88,9 @@ Result<void> measure_textures(PlantStream& plant) {
 void mark_leaf_mesh_textures(PlantStream& plant) {
   for (const bool only : {true, false})
     for (const coppice_file_material& material : plant.file.materials)
-      if (material.texture != COPPICE_NO_TEXTURE && ((material.flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0) == only)
-        plant.texture_uploads[material.texture].leaf_mesh_only = only;
+      for (const std::uint32_t texture : {material_texture(material), material_normal_map(material)})
+        if (texture != COPPICE_NO_TEXTURE && ((material.flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0) == only)
+          plant.texture_uploads[texture].leaf_mesh_only = only;
 }
 
 void fill_tables(PlantStream& plant) {

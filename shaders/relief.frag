@@ -1,0 +1,59 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// Wood and leaf meshes with a normal map: what plant.frag draws, lit per fragment.
+// reads     view, instances, plants; materials by address; the draw's base colour texture and normal map
+// writes    colour, linear
+// recorded by coppice::gpu::record_draw
+
+#include "bindings.glsl"
+#include "shading.glsl"
+
+layout(constant_id = 0) const uint kTextured = 1;
+layout(constant_id = 1) const uint kLeaf = 0;  // else wood
+
+layout(set = 1, binding = 0) uniform sampler2D base_color;
+layout(set = 2, binding = 0) uniform sampler2D normal_map;
+
+layout(location = 0) in vec3 in_albedo;
+layout(location = 1) in float in_transmittance;
+layout(location = 2) in vec2 in_uv;
+layout(location = 3) flat in float in_alpha_cutoff;
+layout(location = 4) in vec3 in_position;
+layout(location = 5) in vec3 in_normal;
+layout(location = 6) flat in uvec2 in_slot_material;
+layout(location = 0) out vec4 out_color;
+
+// The normal map's vector in the frame of the texture coordinates, which derivatives give (Schueler, Normal Mapping Without Precomputed
+// Tangents, ShaderX 5). `y` of a map is against v. Any side of the surface, any direction of the framebuffer's axes.
+vec3 mapped_normal(vec3 normal) {
+  vec2 stored = 2.0 * texture(normal_map, in_uv).ag - 1.0;
+  vec3 position_x = dFdx(in_position), position_y = dFdy(in_position);
+  vec2 uv_x = dFdx(in_uv), uv_y = dFdy(in_uv);
+  vec3 across_y = cross(position_y, normal), across_x = cross(normal, position_x);
+  vec3 along_u = across_y * uv_x.x + across_x * uv_y.x;
+  vec3 along_v = across_y * uv_x.y + across_x * uv_y.y;
+  float longest = max(dot(along_u, along_u), dot(along_v, along_v));
+  if (longest < 1e-30) return normal;
+  float scale = sign(dot(position_x, across_y)) * inversesqrt(longest);
+  float out_of_surface = sqrt(max(0.0, 1.0 - dot(stored, stored)));
+  return normalize(scale * (along_u * stored.x - along_v * stored.y) + normal * out_of_surface);
+}
+
+void main() {
+  vec3 color = in_albedo;
+  if (kTextured != 0) {
+    vec4 texel = texture(base_color, in_uv);
+    if (texel.a < in_alpha_cutoff) discard;
+    color *= texel.rgb;
+  }
+  Instance instance = instances[in_slot_material.x];
+  Plant plant = plants[instance.plant];
+  Crown crown = crown_of(plant);
+  vec3 normal = mapped_normal(normalize(in_normal));
+  if (kLeaf != 0)
+    color *= leaf_light(crown, instance, MaterialArray(plant.materials).at[in_slot_material.y].crown_normals, in_position, in_position, normal);
+  else
+    color *= wood_light(crown, instance, in_position, normal);
+  out_color = vec4(mix(view.fog_color, color, in_transmittance), 1.0);
+}

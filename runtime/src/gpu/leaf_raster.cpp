@@ -183,8 +183,7 @@ Result<void> LeafRaster::create_pipelines() {
   }
   COPPICE_TRY(vertex, ShaderModule::create(device_, raster_resolve_vert_spirv));
   auto fragment = ShaderModule::create(device_, raster_resolve_frag_spirv);
-  auto resolve = fragment ? create_draw_pipeline(device_, desc_.attachments, desc_.pipeline_cache, pipelines_.layout,
-                                                 {vertex, *fragment})
+  auto resolve = fragment ? create_draw_pipeline(device_, desc_.attachments, desc_.pipeline_cache, pipelines_.layout, {vertex, *fragment})
                           : Result<VkPipeline>(fragment.error());
   device_.vk.vkDestroyShaderModule(device_.device, vertex, nullptr);
   if (fragment) device_.vk.vkDestroyShaderModule(device_.device, *fragment, nullptr);

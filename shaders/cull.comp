@@ -78,6 +78,8 @@ void draw_leaf_meshes(Plant plant, uint slot) {
 #ifdef COPPICE_RASTER
 // An instance below this size shows no wood: its trunk is thinner than a pixel.
 const float kWoodless_px = 10.0;
+// From this size on it is drawn by the hardware: the rasteriser lights whole triangles, which a trunk of many pixels shows.
+const float kFacetedWood_px = 400.0;
 
 void append_item(uint item) {
   uint place = atomicAdd(rounds[push.round].items.count, 1);
@@ -102,7 +104,7 @@ bool raster_instance(Instance instance, uint slot, float cut, float size_px, flo
   } else {
     append_item(item);
   }
-  if (wood_lod < kMaxWoodLods && (plant.wood_mask >> wood_lod & 1u) != 0 && size_px > kWoodless_px)
+  if (wood_lod < kMaxWoodLods && (plant.wood_mask >> wood_lod & 1u) != 0 && size_px > kWoodless_px && size_px < kFacetedWood_px)
     append_item(slot | (kRasterLevels + wood_lod) << kSlotBits);
   return true;
 }
@@ -141,14 +143,19 @@ void select(uint slot) {
 #ifdef COPPICE_RASTER
   // Leaves too small for the hardware are too small to be seen as modelled: the cut by the table alone.
   float raster_cut = min(coppice_leaf_count(table, size_px, threshold_px), resident);
-  if (raster_instance(instance, slot, raster_cut, size_px, distance_m, wood_lod)) return;
+  bool rasterised = raster_instance(instance, slot, raster_cut, size_px, distance_m, wood_lod);
+  if (rasterised && size_px < kFacetedWood_px) return;
+#else
+  const bool rasterised = false;
 #endif
-  uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
-  add_64(0, meshes ? plant.leaf_count : leaf_count);
-  if (meshes)
-    draw_leaf_meshes(plant, slot);
-  else
-    draw_leaves(plant, instance.plant, slot, leaf_count);
+  if (!rasterised) {
+    uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
+    add_64(0, meshes ? plant.leaf_count : leaf_count);
+    if (meshes)
+      draw_leaf_meshes(plant, slot);
+    else
+      draw_leaves(plant, instance.plant, slot, leaf_count);
+  }
 
   if (wood_lod == kMaxWoodLods) return;
   add_64(1, plant.wood_index_counts[wood_lod] / 3);

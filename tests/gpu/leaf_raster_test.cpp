@@ -30,16 +30,7 @@ coppice_view front_view(float distance_m, std::uint32_t width_px = kSidePx) {
 float distance_for(const DecodedPlant& plant, float leaf_px) {
   const gpu::Plant record = gpu::gpu_plant(plant.file.plant);
   const std::vector<gpu::RasterCard> looks(plant.file.cards.size());
-  std::vector<QuantisedQuad> quads;
-  std::vector<std::uint8_t> cards;
-  std::vector<std::uint32_t> node_split;
-  for (const PageNode& node : plant.nodes) {
-    quads.push_back(node.corners);
-    cards.push_back(static_cast<std::uint8_t>(node.card));
-    node_split.push_back(node.split);
-  }
-  const float leaf_m =
-      gpu::build_leaf_list({quads, cards, node_split, looks, record.box_min, record.box_step}, record.leaf_count).header.leaf_size_m;
+  const float leaf_m = gpu::build_leaf_list({plant.nodes, looks, record.box_min, record.box_step}, record.leaf_count).header.leaf_size_m;
   const coppice_view view = front_view(1.0f);
   return leaf_m * 0.5f * static_cast<float>(kSidePx) * std::abs(view.clip_from_view[5]) / leaf_px;
 }

@@ -21,9 +21,7 @@ using Corners = std::array<std::uint32_t, 6>;
 
 /// A crown of 700 leaves in the box [-1, 1]^3, quantised as the runtime has it.
 struct Crown {
-  std::vector<QuantisedQuad> quads;
-  std::vector<std::uint8_t> cards;
-  std::vector<std::uint32_t> node_split;
+  std::vector<PageNode> nodes;
   std::vector<RasterCard> looks{{{0.2f, 0.4f, 0.1f}, 1.0f, {~0u, ~0u}, 0.5f}, {{0.3f, 0.3f, 0.1f}, 0.5f, {~0u, 0u}, 0.5f}};
 
   Crown() {
@@ -40,14 +38,12 @@ struct Crown {
         for (int axis = 0; axis < 3; ++axis)
           quad[corner][static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(std::lround(unit[axis] * COPPICE_QUANTISED_MAX));
       }
-      quads.push_back(quad);
-      cards.push_back(static_cast<std::uint8_t>(id % 2));
-      node_split.push_back(plant.tree.node_split[id]);
+      nodes.push_back({quad, static_cast<std::uint32_t>(id % 2), plant.tree.node_split[id]});
     }
   }
   [[nodiscard]] LeafSource source() const {
     constexpr float kStep = 2.0f / COPPICE_QUANTISED_MAX;
-    return {quads, cards, node_split, looks, {-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}};
+    return {nodes, looks, {-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}};
   }
 };
 
@@ -78,7 +74,7 @@ TEST(LeafLists, HoldTheNodesOfTheCutAndNoOthers) {
   for (const std::uint32_t leaf_count : {1u, 2u, 63u, 64u, 65u, 300u, 700u}) {
     std::multiset<std::pair<Corners, std::uint32_t>> expected, actual;
     for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id)
-      if (crown.node_split[id] >= leaf_count - 1) expected.insert({packed(crown.quads[id]), crown.cards[id]});
+      if (crown.nodes[id].split >= leaf_count - 1) expected.insert({packed(crown.nodes[id].corners), crown.nodes[id].card});
     const BuiltList list = build_leaf_list(crown.source(), leaf_count);
     for (const RasterLeaf& leaf : list.leaves) actual.insert({corners_of(leaf), leaf.look});
     EXPECT_EQ(actual, expected) << leaf_count;

@@ -250,13 +250,14 @@ BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count) {
   std::vector<Entry> entries;
   entries.reserve(leaf_count);
   for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id) {
-    if (!lod::coppice_node_alive(id, source.node_split[id], leaf_count)) continue;
+    const PageNode& node = source.nodes[id];
+    if (!lod::coppice_node_alive(id, node.split, leaf_count)) continue;
     std::array<std::array<std::uint32_t, 3>, 4> quantised{};
-    for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(source.quads[id][corner], quantised[corner].begin());
+    for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(node.corners[corner], quantised[corner].begin());
     Entry entry = make_entry(quantised, kLargest, box);
     entry.id = id;
-    entry.leaf.look = source.cards[id];
-    shade_leaf(entry, crown, source.looks[source.cards[id]], quantised[0]);
+    entry.leaf.look = node.card;
+    shade_leaf(entry, crown, source.looks[node.card], quantised[0]);
     entries.push_back(entry);
   }
   return finish(entries, box, kLargest);

@@ -24,10 +24,8 @@ struct BuiltList {
 
 /// The nodes that are resident, and the box their corners are quantised in (object space, m).
 struct LeafSource {
-  std::span<const QuantisedQuad> quads;       ///< [2m - 1] or more
-  std::span<const std::uint8_t> cards;        ///< the same
-  std::span<const std::uint32_t> node_split;  ///< the same
-  std::span<const RasterCard> looks;          ///< of the cards
+  std::span<const PageNode> nodes;    ///< [2m - 1] or more
+  std::span<const RasterCard> looks;  ///< of the cards
   vec3 box_min{};
   vec3 box_step{};
 };

@@ -72,10 +72,9 @@ Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file)
   plant.leaf_count = file.plant.leaf_count;
   plant.box_min = converted.box_min;
   plant.box_step = converted.box_step;
-  plant.quads.resize(1);
-  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.quads[0][corner].begin());
-  plant.cards.push_back(static_cast<std::uint8_t>(file.plant.root_card));
-  plant.node_split.push_back(kNeverSplit);
+  PageNode& root = plant.nodes.emplace_back();
+  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, root.corners[corner].begin());
+  root.card = file.plant.root_card;
   plant.looks_buffer = looks;
   plant.pending_wood.resize(kMaxWoodLods);
   plant.wood.resize(kMaxWoodLods);
@@ -99,30 +98,22 @@ void RasterPlants::remove_plant(std::uint32_t index, std::uint64_t last_frame) {
 void RasterPlants::add_page(std::uint32_t index, std::uint32_t page, std::span<const PageNode> nodes) {
   PlantLists& plant = plants_[index];
   const std::size_t first = std::size_t{page} * kPageNodes + 1;
-  COPPICE_ASSERT(plant.used && plant.quads.size() >= first);
-  plant.quads.resize(first);
-  plant.cards.resize(first);
-  plant.node_split.resize(first);
-  for (const PageNode& node : nodes) {
-    plant.quads.push_back(node.corners);
-    plant.cards.push_back(static_cast<std::uint8_t>(node.card));
-    plant.node_split.push_back(node.split);
-  }
+  COPPICE_ASSERT(plant.used && plant.nodes.size() >= first);
+  plant.nodes.resize(first);
+  plant.nodes.insert(plant.nodes.end(), nodes.begin(), nodes.end());
 }
 
 void RasterPlants::patch_node(std::uint32_t index, std::uint32_t node, std::uint32_t split) {
-  COPPICE_ASSERT(node < plants_[index].node_split.size());
-  plants_[index].node_split[node] = split;
+  COPPICE_ASSERT(node < plants_[index].nodes.size());
+  plants_[index].nodes[node].split = split;
 }
 
 void RasterPlants::drop_page(std::uint32_t index, std::uint32_t page, std::uint64_t last_frame) {
   PlantLists& plant = plants_[index];
   const std::size_t first = std::size_t{page} * kPageNodes + 1;
-  if (!plant.used || plant.quads.size() <= first) return;
+  if (!plant.used || plant.nodes.size() <= first) return;
   drop_rungs(plant, page * kPageSplits + 1, last_frame);
-  plant.quads.resize(first);
-  plant.cards.resize(first);
-  plant.node_split.resize(first);
+  plant.nodes.resize(first);
 }
 
 void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
@@ -191,8 +182,8 @@ Result<Buffer> RasterPlants::upload(std::span<BuiltList> built, std::span<Raster
 }
 
 void RasterPlants::build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance) {
-  const LeafSource source{plant.quads, plant.cards, plant.node_split, plant.looks.looks, plant.box_min, plant.box_step};
-  const auto present = static_cast<std::uint32_t>((plant.quads.size() + 1) / 2);
+  const LeafSource source{plant.nodes, plant.looks.looks, plant.box_min, plant.box_step};
+  const auto present = static_cast<std::uint32_t>((plant.nodes.size() + 1) / 2);
   std::vector<BuiltList> built;
   const std::uint32_t first = plant.record.level_count;
   for (std::uint32_t rung = first; rung < kRasterLevels && allowance > 0; ++rung) {
@@ -244,7 +235,7 @@ void RasterPlants::update(std::span<const std::uint32_t> leaf_counts) {
 std::size_t RasterPlants::bytes() const {
   std::size_t sum = 0;
   for (const PlantLists& plant : plants_) {
-    sum += plant.quads.capacity() * sizeof(QuantisedQuad) + plant.cards.capacity() + plant.node_split.capacity() * sizeof(std::uint32_t);
+    sum += plant.nodes.capacity() * sizeof(PageNode);
     for (const BuiltList& list : plant.pending_wood)
       sum += list.clusters.capacity() * sizeof(RasterCluster) + list.leaves.capacity() * (sizeof(RasterLeaf) + sizeof(RasterSplat));
   }

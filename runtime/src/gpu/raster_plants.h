@@ -68,9 +68,7 @@ class RasterPlants {
     bool looks_changed = false;
     std::uint32_t leaf_count = 0;  ///< of the whole plant
     vec3 box_min{}, box_step{};
-    std::vector<QuantisedQuad> quads;  ///< nodes of the pages that are there, from node 0
-    std::vector<std::uint8_t> cards;
-    std::vector<std::uint32_t> node_split;
+    std::vector<PageNode> nodes;  ///< of the pages that are there, from node 0
     PlantLooks looks;
     Buffer looks_buffer;
     std::vector<Batch> batches;

@@ -108,9 +108,7 @@ Image normal_map_from(Image image, float scale) {
     const auto texel = std::span<std::uint8_t, 4>(image.rgba.data() + i, 4);
     write_normal(normal_of(texel) * glm::vec3(scale, scale, 1.0f), texel);
   }
-  std::vector<Image> levels = normal_map_levels(image);
-  const auto fits = [](const Image& level) { return std::max(level.width, level.height) <= kMaxImageSide_px; };
-  return std::move(*std::ranges::find_if(levels, fits));
+  return normal_map_within(std::move(image), kMaxImageSide_px);
 }
 
 /// Above 0.

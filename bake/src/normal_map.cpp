@@ -7,6 +7,7 @@
 
 #include "coppice/format.h"
 #include "srgb.h"
+#include "texture_mips.h"
 
 namespace coppice::bake {
 
@@ -24,15 +25,14 @@ Image blank_map(std::uint32_t width, std::uint32_t height) {
   return {width, height, std::vector<std::uint8_t>(std::size_t{width} * height * 4), true};
 }
 
-/// Texels of an odd side's last row or column count twice in none and once in one of the halves.
 Image halved(const Image& map) {
   Image half = blank_map(std::max(1u, map.width / 2), std::max(1u, map.height / 2));
   for (std::uint32_t y = 0; y < half.height; ++y)
     for (std::uint32_t x = 0; x < half.width; ++x) {
-      const std::uint32_t right = x + 1 == half.width ? map.width : 2 * x + 2, bottom = y + 1 == half.height ? map.height : 2 * y + 2;
+      const MipFootprint columns = mip_footprint(x, map.width), rows = mip_footprint(y, map.height);
       glm::vec3 sum(0.0f);
-      for (std::uint32_t row = 2 * y; row < bottom; ++row)
-        for (std::uint32_t column = 2 * x; column < right; ++column)
+      for (std::uint32_t row = rows.first; row < rows.last; ++row)
+        for (std::uint32_t column = columns.first; column < columns.last; ++column)
           sum += normal_of(std::span<const std::uint8_t, 4>(map.rgba.data() + 4 * (std::size_t{row} * map.width + column), 4));
       write_normal(sum, texel_of(half, std::size_t{y} * half.width + x));
     }
@@ -52,11 +52,14 @@ void write_normal(const glm::vec3& normal, std::span<std::uint8_t, 4> texel) {
   texel[3] = 255;
 }
 
+Image normal_map_within(Image map, std::uint32_t max_side_px) {
+  while (std::max(map.width, map.height) > max_side_px) map = halved(map);
+  return map;
+}
+
 std::vector<Image> normal_map_levels(const Image& map) {
-  std::vector<Image> levels = {map};
+  std::vector<Image> levels = {normal_map_within(map, COPPICE_MAX_TEXTURE_SIDE)};
   while (levels.back().width > 1 || levels.back().height > 1) levels.push_back(halved(levels.back()));
-  const auto fits = [](const Image& level) { return std::max(level.width, level.height) <= COPPICE_MAX_TEXTURE_SIDE; };
-  levels.erase(levels.begin(), std::ranges::find_if(levels, fits));
   return levels;
 }
 

@@ -17,6 +17,9 @@ glm::vec3 normal_of(std::span<const std::uint8_t, 4> texel);
 /// Writes the unit vector along `normal`, (0, 0, 1) where it has no direction or looks into the surface; alpha 255.
 void write_normal(const glm::vec3& normal, std::span<std::uint8_t, 4> texel);
 
+/// The map, or its first mip level that is no wider or higher than max_side_px, at least 1.
+Image normal_map_within(Image map, std::uint32_t max_side_px);
+
 /// An image and its mip levels down to 1 x 1, as mip_levels (texture_mips.h) makes them; each texel the direction of the sum of those it
 /// stands for.
 std::vector<Image> normal_map_levels(const Image& map);

@@ -34,20 +34,11 @@ FloatImage premultiplied(const Image& image) {
   return result;
 }
 
-/// Texels [first, last) of `size` under texel `index` of the next level; three where a side is odd, so that none is lost.
-struct Footprint {
-  std::uint32_t first, last;
-};
-Footprint footprint(std::uint32_t index, std::uint32_t size) {
-  const std::uint32_t half = std::max(1u, size / 2);
-  return {std::min(2 * index, size - 1), index + 1 == half ? size : 2 * index + 2};
-}
-
 FloatImage halved(const FloatImage& image) {
   FloatImage result{std::max(1u, image.width / 2), std::max(1u, image.height / 2), {}};
   for (std::uint32_t y = 0; y < result.height; ++y)
     for (std::uint32_t x = 0; x < result.width; ++x) {
-      const Footprint columns = footprint(x, image.width), rows = footprint(y, image.height);
+      const MipFootprint columns = mip_footprint(x, image.width), rows = mip_footprint(y, image.height);
       glm::vec4 sum(0.0f);
       for (std::uint32_t row = rows.first; row < rows.last; ++row)
         for (std::uint32_t column = columns.first; column < columns.last; ++column)
@@ -118,6 +109,11 @@ void preserve_coverage(Image& image, float alpha_cutoff, double target) {
 }
 
 }  // namespace
+
+MipFootprint mip_footprint(std::uint32_t index, std::uint32_t size) {
+  const std::uint32_t half = std::max(1u, size / 2);
+  return {std::min(2 * index, size - 1), index + 1 == half ? size : 2 * index + 2};
+}
 
 bool is_solid(std::uint8_t alpha, float alpha_cutoff) {
   return static_cast<float>(alpha) / 255.0f >= alpha_cutoff;

@@ -15,6 +15,12 @@ namespace coppice::bake {
 /// An image wider or higher than COPPICE_MAX_TEXTURE_SIDE starts at its first level that is not.
 std::vector<Image> mip_levels(const Image& image, float alpha_cutoff);
 
+/// Texels [first, last) of a level `size` wide or high under texel `index` of the next; three where a side is odd, so that none is lost.
+struct MipFootprint {
+  std::uint32_t first = 0, last = 0;
+};
+MipFootprint mip_footprint(std::uint32_t index, std::uint32_t size);
+
 /// Share of texels with alpha >= alpha_cutoff, in [0, 1].
 double alpha_coverage(const Image& image, float alpha_cutoff);
 

@@ -2,15 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <memory>
 #include <vector>
 
 #include "chunk_value.h"
-#include "fake_gpu.h"
-#include "fake_hooks.h"
 #include "pack.h"
 #include "random_tree.h"
-#include "streamer.h"
+#include "streamer_fixture.h"
 
 namespace coppice {
 namespace {
@@ -28,7 +25,7 @@ const std::vector<std::uint8_t>& plant_file() {
   return file;
 }
 
-class LeafMeshStream : public testing::Test {
+class LeafMeshStream : public test::StreamerFixture {
  protected:
   void SetUp() override {
     io.files["a"] = plant_file();
@@ -39,28 +36,8 @@ class LeafMeshStream : public testing::Test {
                    .leaf_mesh_vertex_bytes = 32,
                    .plant_bytes = 1000,
                    .block_textures = true};
-    auto created = Streamer::create({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, options);
-    ASSERT_TRUE(created) << created.error().message();
-    streamer = *std::move(created);
-    gpu = std::make_unique<test::FakeGpu>(*streamer);
+    start();
   }
-  std::uint32_t open(const char* path) {
-    auto plant = streamer->open_plant(path);
-    EXPECT_TRUE(plant) << plant.error().message();
-    return plant ? *plant : 0;
-  }
-  void frames(int count, std::vector<PlantDemand> demands) {
-    for (int i = 0; i < count; ++i) gpu->frame(view, demands);
-  }
-
-  test::FakeAllocator allocator;
-  test::FakeJobs jobs;
-  test::FakeIo io;
-  test::FakeLog log;
-  StreamerOptions options;
-  DemandView view;
-  std::unique_ptr<Streamer> streamer;
-  std::unique_ptr<test::FakeGpu> gpu;
 };
 
 TEST_F(LeafMeshStream, ComeBeforeTheirQuadsErrTooMuchAndNoSooner) {

@@ -13,10 +13,9 @@
 
 #include "chunk_value.h"
 #include "decoded_pages.h"
-#include "fake_gpu.h"
-#include "fake_hooks.h"
 #include "pack.h"
 #include "random_tree.h"
+#include "streamer_fixture.h"
 
 namespace coppice {
 namespace {
@@ -43,7 +42,7 @@ const std::vector<std::uint8_t>& small_plant_file() {
 constexpr GpuSizes kGpuSizes = {
     .page_bytes = 32768, .wood_vertex_bytes = 24, .wood_index_bytes = 4, .plant_bytes = 1000, .block_textures = true};
 
-class StreamerTest : public testing::Test {
+class StreamerTest : public test::StreamerFixture {
  protected:
   void SetUp() override {
     io.files["a"] = plant_file();
@@ -53,19 +52,8 @@ class StreamerTest : public testing::Test {
   }
 
   void start() {
-    auto created = Streamer::create({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, options);
-    ASSERT_TRUE(created) << created.error().message();
-    streamer = *std::move(created);
-    gpu = std::make_unique<test::FakeGpu>(*streamer);
+    StreamerFixture::start();
     empty_bytes = streamer->stats().memory_bytes;
-  }
-  std::uint32_t open(const char* path) {
-    auto plant = streamer->open_plant(path);
-    EXPECT_TRUE(plant) << plant.error().message();
-    return plant ? *plant : 0;
-  }
-  void frames(int count, std::vector<PlantDemand> demands) {
-    for (int i = 0; i < count; ++i) gpu->frame(view, demands);
   }
   [[nodiscard]] coppice_file_chunk page_chunk(std::uint32_t plant, std::uint32_t page) const {
     return *find_chunk(streamer->file(plant), COPPICE_CHUNK_PAGE, page);
@@ -73,14 +61,6 @@ class StreamerTest : public testing::Test {
   /// Reads of a chunk since the log was cleared.
   [[nodiscard]] std::ptrdiff_t reads_at(std::uint64_t offset) const { return std::ranges::count(io.log, offset, &test::FakeRead::offset); }
 
-  test::FakeAllocator allocator;
-  test::FakeJobs jobs;
-  test::FakeIo io;
-  test::FakeLog log;
-  StreamerOptions options;
-  DemandView view;
-  std::unique_ptr<Streamer> streamer;
-  std::unique_ptr<test::FakeGpu> gpu;
   std::uint64_t empty_bytes = 0;
 };
 

@@ -1,0 +1,45 @@
+#pragma once
+
+// A streamer whose every hook is a fake, and the GPU that follows it.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "fake_gpu.h"
+#include "fake_hooks.h"
+#include "streamer.h"
+
+namespace coppice::test {
+
+class StreamerFixture : public testing::Test {
+ protected:
+  /// With io.files and options as they are now.
+  void start() {
+    auto created = Streamer::create({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, options);
+    ASSERT_TRUE(created) << created.error().message();
+    streamer = *std::move(created);
+    gpu = std::make_unique<FakeGpu>(*streamer);
+  }
+  std::uint32_t open(const char* path) {
+    auto plant = streamer->open_plant(path);
+    EXPECT_TRUE(plant) << plant.error().message();
+    return plant ? *plant : 0;
+  }
+  void frames(int count, std::vector<PlantDemand> demands) {
+    for (int i = 0; i < count; ++i) gpu->frame(view, demands);
+  }
+
+  FakeAllocator allocator;
+  FakeJobs jobs;
+  FakeIo io;
+  FakeLog log;
+  StreamerOptions options;
+  DemandView view;
+  std::unique_ptr<Streamer> streamer;
+  std::unique_ptr<FakeGpu> gpu;
+};
+
+}  // namespace coppice::test

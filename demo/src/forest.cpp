@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <numeric>
 #include <system_error>
+#include <utility>
 
 #include <glm/gtc/type_ptr.hpp>
 
@@ -74,6 +76,17 @@ coppice_placement placement_of(const PlacedPlant& plant, const Terrain& terrain)
   return placement;
 }
 
+/// Place along a Z-shaped curve through the unit square: near in code, near in place.
+std::uint32_t morton_code(glm::vec2 place) {
+  const auto spread = [](float value) {
+    auto bits = static_cast<std::uint32_t>(std::clamp(value, 0.0f, 1.0f) * 65535);
+    for (const auto& [shift, mask] : {std::pair{8u, 0x00ff00ffu}, {4u, 0x0f0f0f0fu}, {2u, 0x33333333u}, {1u, 0x55555555u}})
+      bits = (bits | bits << shift) & mask;
+    return bits;
+  };
+  return spread(place.x) | spread(place.y) << 1;
+}
+
 }  // namespace
 
 std::vector<std::string> find_plants(const Options& options) {
@@ -119,11 +132,20 @@ Forest open_forest(const Device& device, const std::vector<std::string>& files, 
   return forest;
 }
 
+// Neighbours one after the other, so that what is out of view or far away is so in whole blocks.
 void add_instances(Forest& forest, const Planting& planting, const Terrain& terrain) {
-  for (std::uint32_t i = 0; i < forest.plants.size(); ++i) {
-    std::vector<coppice_placement> placements;
-    for (const PlacedPlant& plant : planting.plants)
-      if (plant.species == i) placements.push_back(placement_of(plant, terrain));
+  std::vector<std::uint32_t> order(planting.plants.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::vector<std::uint64_t> keys;
+  for (const PlacedPlant& plant : planting.plants)
+    keys.push_back(std::uint64_t{plant.species} << 32 |
+                   morton_code((plant.position + planting.half_extent_m) / (2 * planting.half_extent_m)));
+  std::ranges::sort(order, [&](auto a, auto b) { return keys[a] != keys[b] ? keys[a] < keys[b] : a < b; });
+  std::vector<coppice_placement> placements;
+  for (std::size_t next = 0, i = 0; i < forest.plants.size(); ++i) {
+    placements.clear();
+    for (; next < order.size() && planting.plants[order[next]].species == i; ++next)
+      placements.push_back(placement_of(planting.plants[order[next]], terrain));
     if (placements.empty()) continue;
     check(forest,
           coppice_instances_add(forest.context.get(), forest.plants[i], placements.data(), static_cast<std::uint32_t>(placements.size()),

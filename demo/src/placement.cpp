@@ -19,34 +19,97 @@ constexpr float kCrownShare = 0.62f;
 // Neighbours' crowns may interlock: stems this share of the summed crown radii apart.
 constexpr float kSpacingShare = 0.62f;
 
-/// Accepted plants by square cell, for neighbour queries.
-struct Occupancy {
-  float cell_m = 1;
-  int side = 1;
-  float half_extent_m = 0;
-  std::vector<std::vector<std::uint32_t>> cells;
+/// Accepted plants of crowns up to max_crown_m by square cell, for neighbour queries.
+class CrownGrid {
+ public:
+  CrownGrid(float half_extent_m, float max_crown_m) : half_extent_m_(half_extent_m), max_crown_m_(max_crown_m) {
+    constexpr float kMostCells = 2048;  // a side: enough for a few plants a cell, and 16 MB
+    cell_m_ = std::max(2 * kSpacingShare * max_crown_m, 2 * half_extent_m / kMostCells);
+    side_ = static_cast<int>(std::ceil(2 * half_extent_m / cell_m_)) + 1;
+    first_.assign(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_), kNone);
+  }
 
-  Occupancy(float half_extent, float reach_m)
-      : cell_m(reach_m), side(static_cast<int>(std::ceil(2 * half_extent / reach_m)) + 1), half_extent_m(half_extent) {
-    cells.resize(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+  void add(const PlacedPlant& plant) {
+    std::uint32_t& first = first_[index(cell_of(plant.position.x), cell_of(plant.position.y))];
+    stems_.push_back({plant.position, plant.crown_radius_m, first});
+    first = static_cast<std::uint32_t>(stems_.size() - 1);
   }
-  [[nodiscard]] int cell_of(float value) const { return std::clamp(static_cast<int>((value + half_extent_m) / cell_m), 0, side - 1); }
-  std::vector<std::uint32_t>& at(int x, int z) {
-    return cells[static_cast<std::size_t>(z) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x)];
+
+  [[nodiscard]] bool has_room(const PlacedPlant& candidate) const {
+    const float reach_m = kSpacingShare * (max_crown_m_ + candidate.crown_radius_m);
+    const glm::vec2 low = candidate.position - reach_m, high = candidate.position + reach_m;
+    for (int z = cell_of(low.y); z <= cell_of(high.y); ++z)
+      for (int x = cell_of(low.x); x <= cell_of(high.x); ++x)
+        for (std::uint32_t i = first_[index(x, z)]; i != kNone; i = stems_[i].next) {
+          const float spacing_m = kSpacingShare * (stems_[i].crown_radius_m + candidate.crown_radius_m);
+          if (glm::distance(stems_[i].position, candidate.position) < spacing_m) return false;
+        }
+    return true;
   }
+  [[nodiscard]] float max_crown_m() const { return max_crown_m_; }
+
+ private:
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+  struct Stem {
+    glm::vec2 position;
+    float crown_radius_m;
+    std::uint32_t next;  ///< in its cell
+  };
+
+  [[nodiscard]] int cell_of(float value) const { return std::clamp(static_cast<int>((value + half_extent_m_) / cell_m_), 0, side_ - 1); }
+  [[nodiscard]] std::size_t index(int x, int z) const {
+    return static_cast<std::size_t>(z) * static_cast<std::size_t>(side_) + static_cast<std::size_t>(x);
+  }
+
+  float half_extent_m_, max_crown_m_, cell_m_ = 1;
+  int side_ = 1;
+  std::vector<std::uint32_t> first_;  ///< per cell
+  std::vector<Stem> stems_;
 };
 
-bool has_room(Occupancy& occupancy, const std::vector<PlacedPlant>& plants, const PlacedPlant& candidate) {
-  const int cell_x = occupancy.cell_of(candidate.position.x);
-  const int cell_z = occupancy.cell_of(candidate.position.y);
-  for (int z = std::max(cell_z - 1, 0); z <= std::min(cell_z + 1, occupancy.side - 1); ++z)
-    for (int x = std::max(cell_x - 1, 0); x <= std::min(cell_x + 1, occupancy.side - 1); ++x)
-      for (std::uint32_t i : occupancy.at(x, z)) {
-        const float spacing_m = kSpacingShare * (plants[i].crown_radius_m + candidate.crown_radius_m);
-        if (glm::distance(plants[i].position, candidate.position) < spacing_m) return false;
-      }
-  return true;
-}
+/// Accepted plants in a grid per size of crown: a shrub's neighbours are found without looking at every shrub in a tree's reach.
+class Occupancy {
+ public:
+  Occupancy(float half_extent_m, float largest_crown_m, float smallest_crown_m) {
+    constexpr float kStep = 2.5f;
+    grids_.emplace_back(half_extent_m, largest_crown_m);
+    while (grids_.back().max_crown_m() > kStep * smallest_crown_m) grids_.emplace_back(half_extent_m, grids_.back().max_crown_m() / kStep);
+  }
+  void add(const PlacedPlant& plant) {
+    std::size_t grid = grids_.size() - 1;
+    while (grid > 0 && grids_[grid].max_crown_m() < plant.crown_radius_m) --grid;
+    grids_[grid].add(plant);
+  }
+  [[nodiscard]] bool has_room(const PlacedPlant& candidate) const {
+    return std::ranges::all_of(grids_, [&](const CrownGrid& grid) { return grid.has_room(candidate); });
+  }
+
+ private:
+  std::vector<CrownGrid> grids_;  ///< largest crowns first
+};
+
+/// Where the trail may be near, so that most plants need not ask how far it is.
+class TrailMap {
+ public:
+  TrailMap(const Trail& trail, float half_extent_m, float reach_m) : half_extent_m_(half_extent_m) {
+    const float cell_m = 2 * half_extent_m / kSide;
+    for (std::size_t i = 0; i < near_.size(); ++i) {
+      const glm::vec2 center = (glm::vec2(i % kSide, i / kSide) + 0.5f) * cell_m - half_extent_m;
+      near_[i] = distance_from(trail, center) < reach_m + cell_m;
+    }
+  }
+  [[nodiscard]] bool near(glm::vec2 at) const {
+    const auto cell = [&](float value) {
+      return std::min(static_cast<std::size_t>(std::max((value + half_extent_m_) / (2 * half_extent_m_) * kSide, 0.0f)), kSide - 1);
+    };
+    return near_[cell(at.y) * kSide + cell(at.x)];
+  }
+
+ private:
+  static constexpr std::size_t kSide = 256;
+  float half_extent_m_;
+  std::vector<bool> near_ = std::vector<bool>(kSide * kSide);
+};
 
 // Plants of a hand's or a cathedral's size are brought into a forest's range; within it the file's metres are kept.
 float fitting_scale(float radius_m) {
@@ -56,7 +119,9 @@ float fitting_scale(float radius_m) {
 }
 
 std::uint32_t choose_species(std::size_t species_count, glm::vec2 at, float dice, std::uint32_t seed) {
-  std::vector<float> share(species_count);
+  if (species_count == 1) return 0;
+  thread_local std::vector<float> share;
+  share.resize(species_count);
   for (std::size_t s = 0; s < species_count; ++s)
     share[s] = std::exp(2.2f * gradient_noise(at.x / 21, at.y / 21, seed + 211 + static_cast<std::uint32_t>(s)));
   float left = dice * std::accumulate(share.begin(), share.end(), 0.0f);
@@ -74,23 +139,55 @@ glm::vec3 choose_tint(glm::vec2 at, float dice, std::uint32_t seed) {
   return light * glm::vec3(1 + 0.22f * warm, 1, 1 - 0.28f * warm);
 }
 
-PlacedPlant make_candidate(std::span<const Species> species, int x, int z, glm::vec2 at, std::uint32_t seed) {
-  PlacedPlant plant;
-  plant.position = at;
-  plant.species = choose_species(species.size(), at, hash01(x, z, seed + 3), seed);
-  const float radius_m = species[plant.species].radius_m;
-  plant.scale = fitting_scale(radius_m) * (0.72f + 0.5f * hash01(x, z, seed + 4));
-  plant.crown_radius_m = kCrownShare * radius_m * plant.scale;
-  plant.yaw_rad = 2 * std::numbers::pi_v<float> * hash01(x, z, seed + 5);
-  plant.tint = choose_tint(at, hash01(x, z, seed + 6), seed);
-  return plant;
+// A slow field whose lows are clearings and whose highs are thickets.
+bool grows_here(glm::vec2 at, float dice, std::uint32_t seed) {
+  return dice < 0.8f + 1.6f * fractal_noise(at.x / 34, at.y / 34, 2, seed + 401);
 }
 
-// A slow field whose lows are clearings and whose highs are thickets.
-bool grows_here(const Trail& trail, const PlacedPlant& plant, float dice, std::uint32_t seed) {
-  const float density = 0.8f + 1.6f * fractal_noise(plant.position.x / 34, plant.position.y / 34, 2, seed + 401);
-  return dice < density && distance_from(trail, plant.position) > kTrailHalfWidth_m + 0.5f * plant.crown_radius_m;
-}
+/// The points of a jittered grid, and what would grow there if there were room.
+struct Candidates {
+  static constexpr std::uint16_t kUnknown = 0xffff, kNothing = 0xfffe;
+
+  std::span<const Species> species;
+  std::uint32_t seed = 0;
+  float step_m = 1, half_extent_m = 0;
+  int side = 0;
+  std::vector<std::uint16_t> kinds;  ///< per point: its species, kNothing in a clearing, or not asked yet
+
+  [[nodiscard]] std::vector<std::uint32_t> hashed_order() const {
+    std::vector<std::uint64_t> keys(kinds.size());
+    for (std::size_t i = 0; i < keys.size(); ++i) keys[i] = std::uint64_t{hash(static_cast<std::int32_t>(i), side, seed + 1)} << 32 | i;
+    std::ranges::sort(keys);
+    std::vector<std::uint32_t> order(keys.size());
+    std::ranges::transform(keys, order.begin(), [](std::uint64_t key) { return static_cast<std::uint32_t>(key); });
+    return order;
+  }
+
+  /// Without its tint, which few will need. False: nothing grows there.
+  bool make(std::uint32_t i, PlacedPlant& plant) {
+    if (kinds[i] == kNothing) return false;
+    const int x = static_cast<int>(i) % side;
+    const int z = static_cast<int>(i) / side;
+    const glm::vec2 jitter(hash01(x, z, seed + 7), hash01(x, z, seed + 8));
+    plant.position = step_m * (glm::vec2(x, z) + jitter) - half_extent_m;
+    if (kinds[i] == kUnknown)
+      kinds[i] = grows_here(plant.position, hash01(x, z, seed + 9), seed)
+                     ? static_cast<std::uint16_t>(choose_species(species.size(), plant.position, hash01(x, z, seed + 3), seed))
+                     : kNothing;
+    if (kinds[i] == kNothing) return false;
+    plant.species = kinds[i];
+    const float radius_m = species[plant.species].radius_m;
+    plant.scale = fitting_scale(radius_m) * (0.72f + 0.5f * hash01(x, z, seed + 4));
+    plant.crown_radius_m = kCrownShare * radius_m * plant.scale;
+    return true;
+  }
+  void finish(std::uint32_t i, PlacedPlant& plant) const {
+    const int x = static_cast<int>(i) % side;
+    const int z = static_cast<int>(i) / side;
+    plant.yaw_rad = 2 * std::numbers::pi_v<float> * hash01(x, z, seed + 5);
+    plant.tint = choose_tint(plant.position, hash01(x, z, seed + 6), seed);
+  }
+};
 
 enum class Sweep { trees, undergrowth };
 
@@ -101,27 +198,31 @@ std::vector<PlacedPlant> throw_darts(std::span<const Species> species, std::uint
     largest_m = std::max(largest_m, kCrownShare * s.radius_m * fitting_scale(s.radius_m));
     smallest_m = std::min(smallest_m, kCrownShare * s.radius_m * fitting_scale(s.radius_m));
   }
-  const float step_m = std::max(0.6f * smallest_m, 2 * square.half_extent_m / 1024);
-  const int side = static_cast<int>(2 * square.half_extent_m / step_m);
-  std::vector<std::uint32_t> order(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
-  std::iota(order.begin(), order.end(), 0u);
-  const auto key = [&](std::uint32_t i) { return hash(static_cast<std::int32_t>(i), side, seed + 1); };
-  std::ranges::sort(order, [&](auto a, auto b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
+  // Some nine darts a plant find room for all of them; a small forest can afford more.
+  const float most = std::max(1024.0f, 3 * std::sqrt(static_cast<float>(count)));
+  Candidates candidates{species, seed, std::max(0.6f * smallest_m, 2 * square.half_extent_m / most), square.half_extent_m, 0, {}};
+  candidates.side = static_cast<int>(2 * square.half_extent_m / candidates.step_m);
+  candidates.kinds.assign(static_cast<std::size_t>(candidates.side) * static_cast<std::size_t>(candidates.side), Candidates::kUnknown);
+  const std::vector<std::uint32_t> order = candidates.hashed_order();
 
-  Occupancy occupancy(square.half_extent_m, 2.5f * kSpacingShare * largest_m);
+  constexpr float kLargestScale = 0.72f + 0.5f, kSmallestScale = 0.72f;
+  Occupancy occupancy(square.half_extent_m, kLargestScale * largest_m, kSmallestScale * smallest_m);
+  const TrailMap trail(square.trail, square.half_extent_m, kTrailHalfWidth_m + 0.5f * kLargestScale * largest_m);
+  const auto on_trail = [&](const PlacedPlant& plant) {
+    return trail.near(plant.position) && distance_from(square.trail, plant.position) <= kTrailHalfWidth_m + 0.5f * plant.crown_radius_m;
+  };
   std::vector<PlacedPlant> plants;
+  plants.reserve(count);
   // Trees first, then what grows between them: in one sweep the many small plants would leave the few large ones no room.
   for (const Sweep sweep : {Sweep::trees, Sweep::undergrowth})
     for (std::uint32_t i : order) {
       if (plants.size() == (sweep == Sweep::trees ? count / 3 : count)) break;
-      const int x = static_cast<int>(i) % side;
-      const int z = static_cast<int>(i) / side;
-      const glm::vec2 jitter(hash01(x, z, seed + 7), hash01(x, z, seed + 8));
-      const glm::vec2 at = step_m * (glm::vec2(x, z) + jitter) - square.half_extent_m;
-      const PlacedPlant candidate = make_candidate(species, x, z, at, seed);
+      PlacedPlant candidate;
+      if (!candidates.make(i, candidate)) continue;
       if (sweep == Sweep::trees && candidate.crown_radius_m < 0.6f * largest_m) continue;
-      if (!grows_here(square.trail, candidate, hash01(x, z, seed + 9), seed) || !has_room(occupancy, plants, candidate)) continue;
-      occupancy.at(occupancy.cell_of(at.x), occupancy.cell_of(at.y)).push_back(static_cast<std::uint32_t>(plants.size()));
+      if (on_trail(candidate) || !occupancy.has_room(candidate)) continue;
+      candidates.finish(i, candidate);
+      occupancy.add(candidate);
       plants.push_back(candidate);
     }
   return plants;

@@ -115,7 +115,8 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   recording_ = Recording::begun;
   renderer_->begin_frame(frame.frame_number, frame.completed_number);
   streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes());
-  measure_demand(instances_.spheres(), view, demands_);
+  instances_.update_bounds();
+  measure_demand(instances_.blocks(), view, demands_);
   streamer_->begin_frame({frame.frame_number, frame.completed_number, &view, demands_});
 
   for (const ChunkId& id : streamer_->take_evicted())

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "chunk_value.h"
@@ -31,6 +32,18 @@ coppice_view view_from(std::array<float, 3> eye, float depth_scale, float depth_
 coppice_view reversed_infinite_view(std::array<float, 3> eye) {
   return view_from(eye, 0.0f, 0.5f);
 }
+
+/// Instances in blocks, as the instance table keeps them.
+struct Blocks {
+  std::vector<InstanceSphere> slots;
+  std::vector<InstanceBounds> bounds;
+
+  explicit Blocks(std::vector<InstanceSphere> instances) : slots(std::move(instances)) {
+    for (std::size_t first = 0; first < slots.size(); first += kInstanceBlockSlots)
+      bounds.push_back(instance_bounds(std::span(slots).subspan(first, std::min<std::size_t>(kInstanceBlockSlots, slots.size() - first))));
+  }
+  operator InstanceBlocks() const { return {slots, bounds}; }
+};
 
 TEST(DemandView, ReadsEyeFocalLengthAndNearPlane) {
   const auto view = demand_view(reversed_infinite_view({1, 2, 3}));
@@ -59,7 +72,7 @@ TEST(DemandView, FollowsARotatedCamera) {
   const auto view = demand_view(turned);
   ASSERT_TRUE(view);
   EXPECT_EQ(view->lod.eye_m, (std::array<float, 3>{4, 0, 0}));
-  const std::vector<InstanceSphere> instances = {{{14, 0, 0}, 1.0f, 0}, {{-6, 0, 0}, 1.0f, 1}};
+  const Blocks instances({{{14, 0, 0}, 1.0f, 0}, {{-6, 0, 0}, 1.0f, 1}});
   std::vector<PlantDemand> demands(2);
   measure_demand(instances, *view, demands);
   EXPECT_FLOAT_EQ(demands[0].max_size_px, 72.0f) << "ahead";
@@ -89,14 +102,14 @@ TEST(DemandView, RefusesWhatIsNoPerspectiveView) {
 TEST(Demand, SortsInstancesBySize) {
   const auto view = demand_view(reversed_infinite_view({}));
   ASSERT_TRUE(view);
-  const std::vector<InstanceSphere> instances = {
+  const Blocks instances({
       {{0, 0, -10}, 1.0f, 0},   // 72 px
       {{0, 0, -11}, 1.0f, 0},   // 65 px: the same bin, 64 to 90 px
       {{0, 0, -100}, 1.0f, 0},  // 7.2 px
       {},                       // a hole
       {{0, 0, -1e6f}, 1.0f, 1},
       {{0, 0, 0}, 1e6f, 1},
-  };
+  });
   std::vector<PlantDemand> demands(3);
   demands[2].max_size_px = 1.0f;  // from the frame before
   measure_demand(instances, *view, demands);
@@ -113,7 +126,7 @@ TEST(Demand, CountsWhatIsOutsideForLess) {
   const auto view = demand_view(reversed_infinite_view({}));
   ASSERT_TRUE(view);
   const auto weight = [&](std::array<float, 3> center) {
-    const std::vector<InstanceSphere> instances = {{center, 1.0f, 0}};
+    const Blocks instances({{center, 1.0f, 0}});
     std::vector<PlantDemand> demands(1);
     measure_demand(instances, *view, demands);
     return std::accumulate(demands[0].instances.begin(), demands[0].instances.end(), 0.0f);
@@ -125,6 +138,72 @@ TEST(Demand, CountsWhatIsOutsideForLess) {
   EXPECT_FLOAT_EQ(weight({0, 12, -10}), kOutsideWeight);
   EXPECT_FLOAT_EQ(weight({0, -12, -10}), kOutsideWeight);
   EXPECT_FLOAT_EQ(weight({0, 0, 10}), kOutsideWeight);
+}
+
+/// A square of plants of two species and different sizes, block after block; every seventh slot is a hole.
+std::vector<InstanceSphere> plantation(int side, float step_m, std::uint32_t plants_in_a_block) {
+  std::vector<InstanceSphere> instances;
+  for (int i = 0; i < side * side; ++i) {
+    const int block = i / static_cast<int>(kInstanceBlockSlots), place = i % static_cast<int>(kInstanceBlockSlots);
+    const int x = block % (side / 8) * 8 + place % 8, z = block / (side / 8) * 4 + place / 8;
+    const float radius_m = 1.0f + 0.2f * static_cast<float>(i % 5);
+    const auto plant = plants_in_a_block == 2 ? static_cast<std::uint32_t>(i % 2) : static_cast<std::uint32_t>(block % 2);
+    instances.push_back({{step_m * static_cast<float>(x), 0.0f, step_m * static_cast<float>(z)}, radius_m, plant});
+    if (i % 7 == 3) instances.back() = {};
+  }
+  return instances;
+}
+
+/// Every instance as a block of its own: nothing is taken together.
+std::vector<PlantDemand> demand_one_by_one(const std::vector<InstanceSphere>& instances, const DemandView& view) {
+  std::vector<PlantDemand> sums(2), demands(2);
+  for (const InstanceSphere& instance : instances) {
+    measure_demand(Blocks({instance}), view, demands);
+    for (std::size_t plant = 0; plant < sums.size(); ++plant) {
+      sums[plant].max_size_px = std::max(sums[plant].max_size_px, demands[plant].max_size_px);
+      for (std::size_t bin = 0; bin < kSizeBinCount; ++bin) sums[plant].instances[bin] += demands[plant].instances[bin];
+    }
+  }
+  return sums;
+}
+
+TEST(Demand, OfBlocksIsThatOfTheirInstancesGiveOrTakeABin) {
+  for (const std::uint32_t plants_in_a_block : {1u, 2u}) {
+    const std::vector<InstanceSphere> instances = plantation(96, 4.0f, plants_in_a_block);
+    for (const std::array<float, 3> eye : {std::array<float, 3>{190, 2, 190}, {190, 2, 500}, {190, 300, 2000}, {190, 2, -50}}) {
+      const auto view = demand_view(reversed_infinite_view(eye));
+      ASSERT_TRUE(view);
+      std::vector<PlantDemand> demands(2);
+      measure_demand(Blocks(instances), *view, demands);
+      const std::vector<PlantDemand> exact = demand_one_by_one(instances, *view);
+      for (std::size_t plant = 0; plant < 2; ++plant) {
+        SCOPED_TRACE(testing::Message() << plants_in_a_block << " plants a block, eye at " << eye[2] << ", plant " << plant);
+        EXPECT_GE(demands[plant].max_size_px, exact[plant].max_size_px) << "never taken for smaller";
+        EXPECT_LE(demands[plant].max_size_px, 1.2f * exact[plant].max_size_px);
+        float sum = 0.0f, exact_sum = 0.0f, moved = 0.0f;
+        for (std::size_t bin = 0; bin < kSizeBinCount; ++bin) {
+          sum += demands[plant].instances[bin];
+          exact_sum += exact[plant].instances[bin];
+          moved += std::abs(sum - exact_sum);  // earth mover's: instances times bins
+        }
+        EXPECT_NEAR(sum, exact_sum, 1e-3f * exact_sum) << "none is lost";
+        EXPECT_LE(moved, exact_sum) << "a bin each at most";
+      }
+    }
+  }
+}
+
+TEST(InstanceBounds, HoldEveryInstanceAndSkipHoles) {
+  const std::vector<InstanceSphere> slots = {{{0, 0, 0}, 1.0f, 3}, {}, {{10, 0, 0}, 3.0f, 3}};
+  const InstanceBounds bounds = instance_bounds(slots);
+  EXPECT_EQ(bounds.instance_count, 2u);
+  EXPECT_EQ(bounds.plant, 3u);
+  EXPECT_FLOAT_EQ(bounds.max_instance_radius_m, 3.0f);
+  EXPECT_FLOAT_EQ(bounds.mean_instance_radius_m, 2.0f);
+  EXPECT_FLOAT_EQ(bounds.center_m[0], 6.0f) << "half way from -1 to 13";
+  EXPECT_FLOAT_EQ(bounds.radius_m, 7.0f);
+  EXPECT_EQ(instance_bounds(std::vector<InstanceSphere>{{{0, 0, 0}, 1.0f, 3}, {{0, 0, 0}, 1.0f, 4}}).plant, InstanceBounds::kMixedPlants);
+  EXPECT_LT(instance_bounds(std::vector<InstanceSphere>(5)).radius_m, 0.0f);
 }
 
 /// One level table and two wood LoDs of 1600 and 100 triangles: errors size / 80 and size / 20.

@@ -23,16 +23,45 @@ vec3 rotate(const vec4& q, const vec3& v) {
 
 }  // namespace
 
+Result<DirtySlots> DirtySlots::create(const coppice_allocator& allocator, std::uint32_t slot_count) {
+  DirtySlots slots;
+  COPPICE_CHECK(allocate_into(slots.flags_, allocator, (slot_count + kDirtyBlockSlots - 1) / kDirtyBlockSlots));
+  return slots;
+}
+
+void DirtySlots::mark(SlotRange range) {
+  if (range.count == 0) return;
+  const std::uint32_t first = range.first / kDirtyBlockSlots, end = (range.first + range.count - 1) / kDirtyBlockSlots + 1;
+  std::ranges::fill(flags_.span().subspan(first, end - first), std::uint8_t{1});
+  first_ = std::min(first_, first);
+  end_ = std::max(end_, end);
+}
+
+SlotRange DirtySlots::take() {
+  while (first_ < end_ && flags_[first_] == 0) ++first_;
+  const std::uint32_t first = first_;
+  while (first_ < end_ && flags_[first_] != 0) flags_[first_++] = 0;
+  const SlotRange range{first * kDirtyBlockSlots, (first_ - first) * kDirtyBlockSlots};
+  if (first_ < end_) return range;
+  first_ = 0xffffffffu;
+  end_ = 0;
+  return range;
+}
+
 Result<InstanceTable> InstanceTable::create(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t max_plants) {
   InstanceTable table;
   COPPICE_TRY(instances, HookArray<Instance>::allocate(allocator, max_instances));
   COPPICE_TRY(spheres, HookArray<InstanceSphere>::allocate(allocator, max_instances));
   COPPICE_TRY(slots, HookArray<Slot>::allocate(allocator, max_instances));
-  COPPICE_TRY(dirty, HookArray<std::uint8_t>::allocate(allocator, (max_instances + kDirtyBlockSlots - 1) / kDirtyBlockSlots));
+  COPPICE_TRY(bounds, HookArray<InstanceBounds>::allocate(allocator, (max_instances + kInstanceBlockSlots - 1) / kInstanceBlockSlots));
+  COPPICE_TRY(dirty, DirtySlots::create(allocator, max_instances));
+  COPPICE_TRY(unbounded, DirtySlots::create(allocator, max_instances));
   table.instances_ = std::move(instances);
   table.spheres_ = std::move(spheres);
   table.slots_ = std::move(slots);
+  table.bounds_ = std::move(bounds);
   table.dirty_ = std::move(dirty);
+  table.unbounded_ = std::move(unbounded);
   table.plant_counts_.resize(max_plants);
   table.plant_spheres_.resize(max_plants);
   return table;
@@ -43,7 +72,7 @@ void InstanceTable::set_plant_sphere(std::uint32_t plant, const float center[3],
 }
 
 std::size_t InstanceTable::bytes() const {
-  return instances_.bytes() + spheres_.bytes() + slots_.bytes() + dirty_.bytes();
+  return instances_.bytes() + spheres_.bytes() + slots_.bytes() + bounds_.bytes() + dirty_.bytes() + unbounded_.bytes();
 }
 
 Result<void> InstanceTable::add(std::uint32_t plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles) {
@@ -83,18 +112,23 @@ void InstanceTable::remove_plant(std::uint32_t plant) {
     if (instances_[slot].plant == plant) remove_slot(slot);
 }
 
-InstanceTable::Range InstanceTable::take_dirty(std::uint32_t from) {
-  const std::uint32_t block_count = (slot_count_ + kDirtyBlockSlots - 1) / kDirtyBlockSlots;
-  std::uint32_t first = from / kDirtyBlockSlots;
-  while (first < block_count && dirty_[first] == 0) ++first;
-  std::uint32_t end = first;
-  while (end < block_count && dirty_[end] != 0) dirty_[end++] = 0;
-  const std::uint32_t first_slot = std::min(first * kDirtyBlockSlots, slot_count_);
-  return {first_slot, std::min(end * kDirtyBlockSlots, slot_count_) - first_slot};
+SlotRange InstanceTable::take_dirty() {
+  const SlotRange range = dirty_.take();
+  return {range.first, std::min(range.count, slot_count_ - std::min(range.first, slot_count_))};
 }
 
-void InstanceTable::mark_dirty(Range range) {
-  for (std::uint32_t slot = range.first; slot < range.first + range.count; slot += kDirtyBlockSlots) dirty_[slot / kDirtyBlockSlots] = 1;
+void InstanceTable::update_bounds() {
+  const std::span<const InstanceSphere> slots = spheres();
+  for (SlotRange range = unbounded_.take(); range.count > 0; range = unbounded_.take()) {
+    const std::uint32_t end = std::min(range.first + range.count, slot_count_);
+    for (std::uint32_t from = range.first; from < end; from += kInstanceBlockSlots)
+      bounds_[from / kInstanceBlockSlots] = instance_bounds(slots.subspan(from, std::min(kInstanceBlockSlots, end - from)));
+  }
+}
+
+void InstanceTable::mark_changed(std::uint32_t slot) {
+  dirty_.mark({slot, 1});
+  unbounded_.mark({slot, 1});
 }
 
 void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement) {
@@ -111,7 +145,7 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
   spheres_[slot] = {.center_m = {center.x + instance.position.x, center.y + instance.position.y, center.z + instance.position.z},
                     .radius_m = sphere.radius_m * placement.scale,
                     .plant = plant};
-  dirty_[slot / kDirtyBlockSlots] = 1;
+  mark_changed(slot);
 }
 
 void InstanceTable::remove_slot(std::uint32_t slot) {
@@ -122,7 +156,7 @@ void InstanceTable::remove_slot(std::uint32_t slot) {
   ++slots_[slot].generation;
   slots_[slot].next_free = first_free_;
   first_free_ = slot;
-  dirty_[slot / kDirtyBlockSlots] = 1;
+  mark_changed(slot);
 }
 
 }  // namespace coppice::gpu

@@ -9,6 +9,7 @@
 #include "coppice/coppice.h"
 #include "coppice_shared.h"
 #include "hooks.h"
+#include "instance_blocks.h"
 #include "result.h"
 #include "select.h"
 
@@ -16,6 +17,28 @@ namespace coppice::gpu {
 
 /// Slots whose change is uploaded together.
 inline constexpr std::uint32_t kDirtyBlockSlots = 64;
+
+/// A run of slots.
+struct SlotRange {
+  std::uint32_t first = 0, count = 0;
+};
+
+/// Which blocks of kDirtyBlockSlots slots have changed. Nothing is looked at between the first and the last of them but their flags, so
+/// that a frame without a change costs nothing.
+class DirtySlots {
+ public:
+  /// errors  out_of_memory: the allocator hook
+  static Result<DirtySlots> create(const coppice_allocator& allocator, std::uint32_t slot_count);
+
+  void mark(SlotRange range);
+  /// The first run of changed blocks, marked clean; empty when there is none. It may end behind the last slot used.
+  SlotRange take();
+  [[nodiscard]] std::size_t bytes() const { return flags_.bytes(); }
+
+ private:
+  HookArray<std::uint8_t> flags_;
+  std::uint32_t first_ = 0xffffffffu, end_ = 0;  ///< blocks outside are clean
+};
 
 class InstanceTable {
  public:
@@ -35,17 +58,20 @@ class InstanceTable {
 
   [[nodiscard]] std::span<const Instance> slots() const { return instances_.span().first(slot_count_); }
   [[nodiscard]] std::span<const InstanceSphere> spheres() const { return spheres_.span().first(slot_count_); }
+  /// Bounds as of the last update_bounds().
+  [[nodiscard]] InstanceBlocks blocks() const {
+    return {spheres(), bounds_.span().first((slot_count_ + kInstanceBlockSlots - 1) / kInstanceBlockSlots)};
+  }
+  /// Brings the bounds of blocks with changed instances up to date.
+  void update_bounds();
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] std::uint32_t plant_count(std::uint32_t plant) const { return plant_counts_[plant]; }
   [[nodiscard]] std::size_t bytes() const;
 
-  /// The next run of changed slots at or after `from`, marked clean; empty when there is none.
-  struct Range {
-    std::uint32_t first = 0, count = 0;
-  };
-  Range take_dirty(std::uint32_t from);
+  /// The first run of slots to upload, marked clean; empty when there is none.
+  SlotRange take_dirty();
   /// Undoes take_dirty for a range that could not be uploaded.
-  void mark_dirty(Range range);
+  void mark_dirty(SlotRange range) { dirty_.mark(range); }
 
  private:
   struct Slot {
@@ -59,11 +85,14 @@ class InstanceTable {
 
   void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement);
   void remove_slot(std::uint32_t slot);
+  void mark_changed(std::uint32_t slot);
 
   HookArray<Instance> instances_;
   HookArray<InstanceSphere> spheres_;
   HookArray<Slot> slots_;
-  HookArray<std::uint8_t> dirty_;  ///< per kDirtyBlockSlots slots
+  HookArray<InstanceBounds> bounds_;  ///< per kInstanceBlockSlots slots
+  DirtySlots dirty_;                  ///< since the last upload
+  DirtySlots unbounded_;              ///< since the last update_bounds()
   std::vector<std::uint32_t> plant_counts_;
   std::vector<Sphere> plant_spheres_;
   std::uint32_t slot_count_ = 0;  ///< slots ever used

@@ -215,32 +215,15 @@ Result<void> LeafRaster::create_buffers() {
   return {};
 }
 
-std::vector<InstanceBlock> LeafRaster::blocks_of(std::span<const InstanceSphere> slots, std::uint32_t first, std::uint32_t count) {
-  std::vector<InstanceBlock> blocks;
-  for (std::uint32_t from = first; from < first + count; from += kBlockSlots) {
-    const auto members = slots.subspan(from, std::min<std::size_t>(kBlockSlots, slots.size() - from));
-    std::array<float, 3> low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
-    InstanceBlock block{.radius_m = -1.0f};
-    for (const InstanceSphere& sphere : members) {
-      if (sphere.plant == InstanceSphere::kNoPlant) continue;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], sphere.center_m[axis] - sphere.radius_m);
-        high[axis] = std::max(high[axis], sphere.center_m[axis] + sphere.radius_m);
-      }
-      block.max_instance_radius_m = std::max(block.max_instance_radius_m, sphere.radius_m);
-    }
-    if (block.max_instance_radius_m > 0.0f) {
-      block.center = {0.5f * (low[0] + high[0]), 0.5f * (low[1] + high[1]), 0.5f * (low[2] + high[2])};
-      for (const InstanceSphere& sphere : members) {
-        if (sphere.plant == InstanceSphere::kNoPlant) continue;
-        const float x = sphere.center_m[0] - block.center.x, y = sphere.center_m[1] - block.center.y,
-                    z = sphere.center_m[2] - block.center.z;
-        block.radius_m = std::max(block.radius_m, std::sqrt(x * x + y * y + z * z) + sphere.radius_m);
-      }
-    }
-    blocks.push_back(block);
-  }
-  return blocks;
+std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks) {
+  static_assert(kBlockSlots == kInstanceBlockSlots);
+  std::vector<InstanceBlock> converted;
+  converted.reserve(blocks.size());
+  for (const InstanceBounds& block : blocks)
+    converted.push_back({.center = {block.center_m[0], block.center_m[1], block.center_m[2]},
+                         .radius_m = block.radius_m,
+                         .max_instance_radius_m = block.max_instance_radius_m});
+  return converted;
 }
 
 Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {

@@ -30,6 +30,8 @@ struct RasterDesc {
   bool int64_atomics = false;  ///< shaderInt64 and shaderBufferInt64Atomics are enabled
 };
 
+std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks);
+
 class LeafRaster {
  public:
   /// device, garbage: outlive this object
@@ -42,8 +44,7 @@ class LeafRaster {
 
   RasterPlants& plants() { return plants_; }
 
-  /// Blocks of slots [first, first + count), to be copied to block_buffer() at the offset of block first / kBlockSlots.
-  static std::vector<InstanceBlock> blocks_of(std::span<const InstanceSphere> slots, std::uint32_t first, std::uint32_t count);
+  /// InstanceBlock[]: gpu_blocks of the instance table's.
   [[nodiscard]] VkBuffer block_buffer() const { return buffers_.blocks.buffer; }
 
   /// Makes room for a view and records what its buffers start with; the caller's barrier makes it visible to compute shaders.

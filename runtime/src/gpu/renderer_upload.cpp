@@ -199,12 +199,14 @@ Result<void> Renderer::stage_plant_tables() {
 Result<void> Renderer::stage_instances(InstanceTable& instances) {
   const std::span<const Instance> slots = instances.slots();
   instance_slot_count_ = static_cast<std::uint32_t>(slots.size());
-  for (InstanceTable::Range range = instances.take_dirty(0); range.count > 0; range = instances.take_dirty(range.first + range.count)) {
+  instances.update_bounds();
+  for (SlotRange range = instances.take_dirty(); range.count > 0; range = instances.take_dirty()) {
     auto staged =
         stage_copy(slots.data() + range.first, range.count * sizeof(Instance), fixed_.instances.buffer, range.first * sizeof(Instance));
     if (staged && raster_) {
       static_assert(kDirtyBlockSlots % kBlockSlots == 0);
-      const auto blocks = LeafRaster::blocks_of(instances.spheres(), range.first, range.count);
+      const auto blocks =
+          gpu_blocks(instances.blocks().bounds.subspan(range.first / kBlockSlots, (range.count + kBlockSlots - 1) / kBlockSlots));
       staged = stage_copy(blocks.data(), blocks.size() * sizeof(InstanceBlock), raster_->block_buffer(),
                           range.first / kBlockSlots * sizeof(InstanceBlock));
     }

@@ -1,6 +1,7 @@
 #include "demand.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "check.h"
@@ -46,16 +47,71 @@ std::array<float, 3> eye_of(const float* view_from_world) {
   return eye;
 }
 
-bool in_view(const InstanceSphere& instance, const DemandView& view) {
-  return std::ranges::all_of(view.planes, [&](const Row& plane) {
-    return plane[0] * instance.center_m[0] + plane[1] * instance.center_m[1] + plane[2] * instance.center_m[2] + plane[3] >=
-           -instance.radius_m;
-  });
+enum class Side : std::uint8_t { in, across, out };
+
+/// On which side of the view's planes a sphere lies.
+Side side_of(const std::array<float, 3>& center_m, float radius_m, const DemandView& view) {
+  float nearest_m = INFINITY;
+  for (const Row& plane : view.planes)
+    nearest_m = std::min(nearest_m, plane[0] * center_m[0] + plane[1] * center_m[1] + plane[2] * center_m[2] + plane[3]);
+  if (nearest_m < -radius_m) return Side::out;
+  return nearest_m < radius_m ? Side::across : Side::in;
 }
 
+float distance_m(const std::array<float, 3>& a, const std::array<float, 3>& b) {
+  const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+  return std::sqrt(x * x + y * y + z * z);
+}
+
+/// floor(2 log2(size)), off the bits of a float: the exponent, and whether the mantissa is above that of the root of 2.
 std::uint32_t bin_of(float size_px) {
   if (!(size_px > 1.0f)) return 0;
-  return std::min(static_cast<std::uint32_t>(2.0f * std::log2(size_px)), kSizeBinCount - 1);
+  constexpr std::uint32_t kMantissaBits = 23, kExponentBias = 127, kMantissa = (1u << kMantissaBits) - 1;
+  const auto bits = std::bit_cast<std::uint32_t>(size_px);
+  const std::uint32_t half = (bits & kMantissa) >= (std::bit_cast<std::uint32_t>(1.41421356f) & kMantissa) ? 1 : 0;
+  return std::min(2 * ((bits >> kMantissaBits) - kExponentBias) + half, kSizeBinCount - 1);
+}
+
+/// How much of its size an instance on this side counts as, and how much it weighs.
+float size_share(Side side) {
+  return side == Side::out ? 0.5f : 1.0f;
+}
+float weight_of(Side side) {
+  return side == Side::out ? kOutsideWeight : 1.0f;
+}
+
+void count_instance(const InstanceSphere& instance, const DemandView& view, std::span<PlantDemand> demands) {
+  if (instance.plant == InstanceSphere::kNoPlant) return;
+  COPPICE_ASSERT(instance.plant < demands.size());
+  const LodView& camera = view.lod;
+  const Side side = side_of(instance.center_m, instance.radius_m, view);
+  const float size_px = size_share(side) * lod::coppice_projected_size_px(distance_m(instance.center_m, camera.eye_m), instance.radius_m,
+                                                                          camera.near_m, camera.focal_px);
+  PlantDemand& demand = demands[instance.plant];
+  demand.max_size_px = std::max(demand.max_size_px, size_px);
+  demand.instances[bin_of(size_px)] += weight_of(side);
+}
+
+/// A block counts as a whole from this many of its radii on: sizes within it then differ by less than a bin.
+constexpr float kFarRadii = 8.0f;
+
+void count_far_block(std::span<const InstanceSphere> members, const InstanceBounds& block, Side side, const DemandView& view,
+                     std::span<PlantDemand> demands) {
+  const LodView& camera = view.lod;
+  const float block_m = distance_m(block.center_m, camera.eye_m);
+  const auto count = [&](std::uint32_t plant, float mean_radius_m, float max_radius_m, std::uint32_t instance_count) {
+    COPPICE_ASSERT(plant < demands.size());
+    const auto size_px = [&](float radius_m, float at_m) {
+      return size_share(side) * lod::coppice_projected_size_px(at_m, radius_m, camera.near_m, camera.focal_px);
+    };
+    PlantDemand& demand = demands[plant];
+    demand.max_size_px = std::max(demand.max_size_px, size_px(max_radius_m, block_m - block.radius_m + max_radius_m));
+    demand.instances[bin_of(size_px(mean_radius_m, block_m))] += weight_of(side) * static_cast<float>(instance_count);
+  };
+  if (block.plant != InstanceBounds::kMixedPlants)
+    return count(block.plant, block.mean_instance_radius_m, block.max_instance_radius_m, block.instance_count);
+  for (const InstanceSphere& instance : members)
+    if (instance.plant != InstanceSphere::kNoPlant) count(instance.plant, instance.radius_m, instance.radius_m, 1);
 }
 
 }  // namespace
@@ -86,23 +142,19 @@ float size_bin_px(std::uint32_t bin) {
   return std::exp2(0.5f * static_cast<float>(bin + 1));
 }
 
-void measure_demand(std::span<const InstanceSphere> instances, const DemandView& view, std::span<PlantDemand> demands) {
+void measure_demand(const InstanceBlocks& instances, const DemandView& view, std::span<PlantDemand> demands) {
+  COPPICE_ASSERT(instances.bounds.size() * kInstanceBlockSlots >= instances.slots.size());
   std::ranges::fill(demands, PlantDemand{});
-  const LodView& camera = view.lod;
-  for (const InstanceSphere& instance : instances) {
-    if (instance.plant == InstanceSphere::kNoPlant) continue;
-    COPPICE_ASSERT(instance.plant < demands.size());
-    const float x = instance.center_m[0] - camera.eye_m[0], y = instance.center_m[1] - camera.eye_m[1],
-                z = instance.center_m[2] - camera.eye_m[2];
-    float size_px = lod::coppice_projected_size_px(std::sqrt(x * x + y * y + z * z), instance.radius_m, camera.near_m, camera.focal_px);
-    float weight = 1.0f;
-    if (!in_view(instance, view)) {
-      size_px *= 0.5f;
-      weight = kOutsideWeight;
-    }
-    PlantDemand& demand = demands[instance.plant];
-    demand.max_size_px = std::max(demand.max_size_px, size_px);
-    demand.instances[bin_of(size_px)] += weight;
+  for (std::size_t i = 0; i < instances.bounds.size(); ++i) {
+    const InstanceBounds& block = instances.bounds[i];
+    if (block.radius_m < 0.0f) continue;
+    const std::size_t first = i * kInstanceBlockSlots;
+    const auto members = instances.slots.subspan(first, std::min<std::size_t>(kInstanceBlockSlots, instances.slots.size() - first));
+    const Side side = side_of(block.center_m, block.radius_m, view);
+    if (side != Side::across && distance_m(block.center_m, view.lod.eye_m) > kFarRadii * block.radius_m)
+      count_far_block(members, block, side, view, demands);
+    else
+      for (const InstanceSphere& instance : members) count_instance(instance, view, demands);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "coppice/coppice.h"
+#include "instance_blocks.h"
 #include "select.h"
 
 namespace coppice {
@@ -36,7 +37,9 @@ Result<DemandView> demand_view(const coppice_view& view);
 /// Size, px, that stands for a bin: its upper end, so that no instance is taken for smaller than it is.
 float size_bin_px(std::uint32_t bin);
 
-/// Overwrites demands (indexed by InstanceSphere::plant). About 10 ns an instance.
-void measure_demand(std::span<const InstanceSphere> instances, const DemandView& view, std::span<PlantDemand> demands);
+/// Overwrites demands (indexed by InstanceSphere::plant). A block that is far away compared with its own size, and wholly in or out of
+/// view, counts as a whole: its instances all stand at its centre, for max_size_px at its nearest point, and where they are of one plant
+/// they are all of their mean radius. Other blocks' instances count one by one.
+void measure_demand(const InstanceBlocks& instances, const DemandView& view, std::span<PlantDemand> demands);
 
 }  // namespace coppice

@@ -1,0 +1,118 @@
+#include "instances.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "fake_hooks.h"
+
+namespace coppice::gpu {
+namespace {
+
+constexpr std::uint32_t kPlants = 4;
+
+InstanceTable make_table(std::uint32_t max_instances) {
+  static test::FakeAllocator allocator;
+  auto table = InstanceTable::create(allocator.hook(), max_instances, kPlants);
+  EXPECT_TRUE(table);
+  const float center[3] = {0, 1, 0};
+  for (std::uint32_t plant = 0; plant < kPlants; ++plant) table->set_plant_sphere(plant, center, 1.0f);
+  return *std::move(table);
+}
+
+coppice_placement placed_at(float x) {
+  coppice_placement placement{};
+  placement.position[0] = x;
+  placement.scale = 1.0f;
+  placement.rotation[3] = 1.0f;
+  return placement;
+}
+
+std::vector<coppice_instance> add_row(InstanceTable& table, std::uint32_t plant, std::size_t count) {
+  std::vector<coppice_placement> placements;
+  for (std::size_t i = 0; i < count; ++i) placements.push_back(placed_at(static_cast<float>(i)));
+  std::vector<coppice_instance> handles(count);
+  EXPECT_TRUE(table.add(plant, placements, handles));
+  return handles;
+}
+
+/// Every range to upload, in order.
+std::vector<std::array<std::uint32_t, 2>> take_all_dirty(InstanceTable& table) {
+  std::vector<std::array<std::uint32_t, 2>> ranges;
+  for (SlotRange range = table.take_dirty(); range.count > 0; range = table.take_dirty()) ranges.push_back({range.first, range.count});
+  return ranges;
+}
+
+using Ranges = std::vector<std::array<std::uint32_t, 2>>;
+
+TEST(Instances, WhatChangedIsUploadedOnce) {
+  InstanceTable table = make_table(1000);
+  EXPECT_EQ(take_all_dirty(table), Ranges{});
+  const auto handles = add_row(table, 0, 300);
+  EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 300}}));
+  EXPECT_EQ(take_all_dirty(table), Ranges{});
+  table.move(handles[70], placed_at(5));
+  table.move(handles[290], placed_at(5));
+  EXPECT_EQ(take_all_dirty(table), (Ranges{{64, 64}, {256, 44}}));
+  EXPECT_EQ(take_all_dirty(table), Ranges{});
+}
+
+TEST(Instances, AFailedUploadIsTakenAgain) {
+  InstanceTable table = make_table(1000);
+  const auto handles = add_row(table, 0, 300);
+  take_all_dirty(table);
+  table.move(handles[0], placed_at(5));
+  table.move(handles[299], placed_at(5));
+  const SlotRange first = table.take_dirty();
+  table.mark_dirty(first);
+  EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 64}, {256, 44}}));
+}
+
+TEST(Instances, BoundsFollowWhatMovesAndWhatGoes) {
+  InstanceTable table = make_table(100);
+  const auto handles = add_row(table, 2, 40);
+  table.update_bounds();
+  ASSERT_EQ(table.blocks().bounds.size(), 2u);
+  EXPECT_EQ(table.blocks().bounds[0].instance_count, kInstanceBlockSlots);
+  EXPECT_EQ(table.blocks().bounds[1].instance_count, 8u);
+  EXPECT_EQ(table.blocks().bounds[1].plant, 2u);
+  EXPECT_FLOAT_EQ(table.blocks().bounds[0].center_m[0], 15.5f) << "half way between 0 and 31";
+  table.move(handles[0], placed_at(-31));
+  table.update_bounds();
+  EXPECT_FLOAT_EQ(table.blocks().bounds[0].center_m[0], 0.0f);
+  EXPECT_FLOAT_EQ(table.blocks().bounds[0].radius_m, 32.0f);
+  for (std::size_t i = 32; i < 40; ++i) table.remove(handles[i]);
+  table.update_bounds();
+  EXPECT_LT(table.blocks().bounds[1].radius_m, 0.0f) << "empty";
+}
+
+TEST(Instances, MoreThanThereIsRoomForAreNotAdded) {
+  InstanceTable table = make_table(70);
+  add_row(table, 0, 60);
+  const std::vector<coppice_placement> eleven(11, placed_at(0));
+  const auto refused = table.add(1, eleven, {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().status, Status::out_of_memory);
+  EXPECT_EQ(table.count(), 60u);
+  EXPECT_EQ(table.plant_count(1), 0u);
+  EXPECT_TRUE(table.add(1, std::span(eleven).first(10), {}));
+}
+
+TEST(Instances, AHandleDiesWithItsInstance) {
+  InstanceTable table = make_table(70);
+  const auto handles = add_row(table, 0, 3);
+  table.remove(handles[1]);
+  EXPECT_FALSE(table.is_live(handles[1]));
+  EXPECT_TRUE(table.is_live(handles[2]));
+  const auto next = add_row(table, 1, 1);
+  EXPECT_NE(next[0], handles[1]) << "the slot's next instance has another handle";
+  EXPECT_FALSE(table.is_live(handles[1]));
+  table.remove_plant(0);
+  EXPECT_FALSE(table.is_live(handles[2]));
+  EXPECT_TRUE(table.is_live(next[0]));
+  EXPECT_EQ(table.count(), 1u);
+}
+
+}  // namespace
+}  // namespace coppice::gpu

@@ -105,6 +105,7 @@ struct Plant {
   uint leaf_count;
   vec3 box_step;
   uint resident_leaf_count;  // the finest cut the resident pages hold
+  uint quantised_max;        // largest coordinate: box_step * quantised_max is the leaf box
   Node root;
   uint error_level_count;
   uint error_size_count;
@@ -123,7 +124,7 @@ struct Plant {
   uint leaf_mesh_command_base;  // chunk i's draw command is wood_commands[base + i]
   uint leaf_mesh_list_base;     // in the wood list: instances that are drawn with leaf meshes
 };
-COPPICE_GPU_LAYOUT(Plant, 184);
+COPPICE_GPU_LAYOUT(Plant, 188);
 
 // What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0.
 struct View {

@@ -15,7 +15,7 @@ struct Crown {
 };
 
 Crown crown_of(Plant plant) {
-  vec3 half_box = 0.5 * float(16383) * plant.box_step;
+  vec3 half_box = 0.5 * float(plant.quantised_max) * plant.box_step;
   return Crown(plant.box_min + half_box, max(half_box, vec3(1e-3)));
 }
 

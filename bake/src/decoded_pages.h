@@ -12,7 +12,8 @@ namespace coppice::bake {
 
 class DecodedPages {
  public:
-  explicit DecodedPages(const PageNode& root) : root_(root) {}
+  explicit DecodedPages(const PageNode& root, std::uint32_t quantised_max = COPPICE_QUANTISED_MAX)
+      : root_(root), quantised_max_(quantised_max) {}
 
   /// Decodes the next page. errors  those of decode_page
   Result<std::vector<Split>> add(std::span<const std::uint8_t> bytes, std::uint32_t split_count, std::uint32_t card_count,
@@ -22,7 +23,8 @@ class DecodedPages {
     std::vector<SplitPatch> patches(split_count);
     std::vector<Split> splits(split_count);
     const auto page = static_cast<std::uint32_t>(pages_.size() - 1);
-    COPPICE_TRY(patch_count, decode_page(bytes, {version, page, split_count, card_count}, {{&root_, places_}, patches, splits}, scratch_));
+    COPPICE_TRY(patch_count, decode_page(bytes, {version, page, split_count, card_count, quantised_max_},
+                                         {{&root_, places_}, patches, splits}, scratch_));
     patch_count_ = patch_count;
     return splits;
   }
@@ -39,6 +41,7 @@ class DecodedPages {
 
  private:
   PageNode root_;
+  std::uint32_t quantised_max_;
   std::vector<std::vector<PageNode>> pages_;
   std::vector<PageNode*> places_;
   PageScratch scratch_{};

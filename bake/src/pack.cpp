@@ -105,7 +105,7 @@ Result<void> add_pages(const QuantisedTree& tree, FileContents& contents) {
   for (std::size_t first = 0; first < tree.splits.size(); first += COPPICE_PAGE_SPLITS) {
     const std::size_t count = std::min<std::size_t>(COPPICE_PAGE_SPLITS, tree.splits.size() - first);
     const PageSource source{std::span(tree.splits).subspan(first, count), static_cast<std::uint32_t>(first), tree.nodes,
-                            tree.box.max - tree.box.min};
+                            tree.box.max - tree.box.min, tree.box.steps};
     COPPICE_TRY(page, encode_page(source));
     contents.pages.push_back(std::move(page));
   }
@@ -170,7 +170,7 @@ Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileCon
 int position_bits(const Mesh& mesh, const QuantisationBox& box) {
   glm::vec3 low = mesh.positions.front(), high = low;
   for (const glm::vec3& position : mesh.positions) low = glm::min(low, position), high = glm::max(high, position);
-  const glm::vec3 extent = high - low, step_m = (box.max - box.min) / static_cast<float>(COPPICE_QUANTISED_MAX);
+  const glm::vec3 extent = high - low, step_m = (box.max - box.min) / static_cast<float>(box.steps);
   const float longest_m = std::max({extent.x, extent.y, extent.z});
   int bits = 14;
   constexpr int kMaxBits = 18;  // a plant that is flat has no steps across
@@ -194,6 +194,13 @@ Result<void> add_leaf_meshes(const BakedPlant& plant, const QuantisationBox& box
   return {};
 }
 
+/// Where quads are the finest there is, single texels are seen through them, and half a step of 14 bits is several.
+bool has_fine_positions(const BakedPlant& plant) {
+  return plant.leaf_meshes.parts.empty() && std::ranges::any_of(plant.card_table, [&](const Card& card) {
+           return card.material < plant.materials.size() && plant.materials[card.material].image != kNone;
+         });
+}
+
 void fill_plant(const BakedPlant& plant, const QuantisedTree& tree, coppice_file_plant& target) {
   target.leaf_count = plant.tree.leaf_count();
   store(target.leaf_box_min, tree.box.min);
@@ -203,6 +210,7 @@ void fill_plant(const BakedPlant& plant, const QuantisedTree& tree, coppice_file
   for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(tree.nodes[0].corners[corner], target.root_quad[corner]);
   target.root_card = plant.tree.nodes[0].card;
   target.metric = plant.metric;
+  target.fine_positions = tree.box.steps == COPPICE_FINE_QUANTISED_MAX ? 1 : 0;
   store_name(target.name, plant.name);
 }
 
@@ -215,7 +223,7 @@ std::uint64_t total_bytes(const std::vector<std::vector<std::uint8_t>>& chunks) 
 }  // namespace
 
 Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes, TextureCoding textures) {
-  COPPICE_TRY(tree, quantise_tree(plant.tree));
+  COPPICE_TRY(tree, quantise_tree(plant.tree, has_fine_positions(plant) ? COPPICE_FINE_QUANTISED_MAX : COPPICE_QUANTISED_MAX));
   FileContents contents;
   fill_plant(plant, tree, contents.plant);
   COPPICE_TRY(masks, alpha_masks(plant.materials, plant.images));

@@ -232,7 +232,7 @@ class Planner {
     const std::size_t axis = page_model::shape_of(kind) == 0 ? page_model::square_axis(header_, along) : 3;
     if (axis == 3) return code_values(residual, {free, free, free}, codes);
     const std::int32_t value = page_model::square_coordinate(header_, along, page_model::difference(corner, base), axis);
-    const std::int32_t off = corner[axis] - page_model::clamp_coordinate(base[axis] + value);
+    const std::int32_t off = corner[axis] - page_model::clamp_coordinate(header_, base[axis] + value);
     code_values({residual[(axis + 1) % 3], residual[(axis + 2) % 3], off}, {free, free, side + page_model::kSquareAxis}, codes);
   }
 
@@ -334,6 +334,7 @@ PageHeader header_of(const PageSource& source) {
   header.shape_count = static_cast<std::uint32_t>(shapes.size());
   std::ranges::copy(shapes, header.shapes.begin());
   header.axis_weights = axis_weights(source.box_extent);
+  header.quantised_max = static_cast<std::int32_t>(source.quantised_max);
   return header;
 }
 

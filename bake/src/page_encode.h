@@ -6,6 +6,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "coppice/format.h"
 #include "result.h"
 #include "tree.h"
 
@@ -16,6 +17,7 @@ struct PageSource {
   std::uint32_t first_split = 0;    ///< index of splits[0]
   std::span<const PageNode> nodes;  ///< [>= 2 * (first_split + splits.size()) + 1] by id: corners and cards of the parents
   glm::vec3 box_extent{1.0f};       ///< of the leaf box, m: what is square in the plant
+  std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< of the plant
 };
 
 /// A PAGE chunk: decode_page gives `splits` back exactly. Same arguments, same bytes.

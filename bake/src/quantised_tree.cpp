@@ -49,15 +49,15 @@ Result<std::array<std::uint8_t, 4>> find_slots(const Tree& tree, std::uint32_t s
 
 }  // namespace
 
-QuantisationBox leaf_box(const Tree& tree) {
+QuantisationBox leaf_box(const Tree& tree, std::uint32_t steps) {
   constexpr float kFar = std::numeric_limits<float>::max();
-  QuantisationBox box{glm::vec3(kFar), glm::vec3(-kFar)};
+  QuantisationBox box{glm::vec3(kFar), glm::vec3(-kFar), steps};
   for (const glm::vec3& vertex : tree.vertices)
     for (int axis = 0; axis < 3; ++axis) {
       box.min[axis] = std::min(box.min[axis], vertex[axis]);
       box.max[axis] = std::max(box.max[axis], vertex[axis]);
     }
-  return tree.vertices.empty() ? QuantisationBox{} : box;
+  return tree.vertices.empty() ? QuantisationBox{.steps = steps} : box;
 }
 
 QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point) {
@@ -65,7 +65,7 @@ QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point) {
   for (int axis = 0; axis < 3; ++axis) {
     const double extent = double{box.max[axis]} - double{box.min[axis]};
     const double share = extent > 0.0 ? (double{point[axis]} - double{box.min[axis]}) / extent : 0.0;
-    steps[static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0, 1.0) * COPPICE_QUANTISED_MAX));
+    steps[static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0, 1.0) * box.steps));
   }
   return steps;
 }
@@ -73,16 +73,16 @@ QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point) {
 glm::vec3 dequantise(const QuantisationBox& box, const QuantisedPoint& point) {
   glm::vec3 result(0.0f);
   for (int axis = 0; axis < 3; ++axis) {
-    const float share = static_cast<float>(point[static_cast<std::size_t>(axis)]) / static_cast<float>(COPPICE_QUANTISED_MAX);
+    const float share = static_cast<float>(point[static_cast<std::size_t>(axis)]) / static_cast<float>(box.steps);
     result[axis] = box.min[axis] + share * (box.max[axis] - box.min[axis]);
   }
   return result;
 }
 
-Result<QuantisedTree> quantise_tree(const Tree& tree) {
+Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps) {
   COPPICE_CHECK(check_shape(tree));
   QuantisedTree result;
-  result.box = leaf_box(tree);
+  result.box = leaf_box(tree, steps);
   for (const Tree::Node& node : tree.nodes) {
     PageNode quantised{{}, node.card};
     for (std::size_t corner = 0; corner < 4; ++corner)

@@ -10,15 +10,16 @@
 
 namespace coppice::bake {
 
-/// The box whose 16383 steps per axis are the file's coordinates.
+/// The box whose steps are the file's coordinates.
 struct QuantisationBox {
   glm::vec3 min{0.0f}, max{0.0f};
+  std::uint32_t steps = COPPICE_QUANTISED_MAX;  ///< along each axis
 };
 
 /// Box of all leaf vertices.
-QuantisationBox leaf_box(const Tree& tree);
+QuantisationBox leaf_box(const Tree& tree, std::uint32_t steps);
 
-/// Nearest step: off by at most half of (max - min) / COPPICE_QUANTISED_MAX, and by the rounding of float.
+/// Nearest step: off by at most half of (max - min) / steps, and by the rounding of float.
 QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point);
 
 /// The point a reader of the file computes.
@@ -33,6 +34,6 @@ struct QuantisedTree {
 
 /// errors  invalid_argument: a parent's vertices are not four of its children's, arrays disagree, a split's parent is not alive, a
 ///         vertex is not finite
-Result<QuantisedTree> quantise_tree(const Tree& tree);
+Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps = COPPICE_QUANTISED_MAX);
 
 }  // namespace coppice::bake

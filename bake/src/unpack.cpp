@@ -41,6 +41,10 @@ glm::vec3 vec3_of(const float (&values)[3]) {
   return {values[0], values[1], values[2]};
 }
 
+QuantisationBox quantisation_box(const coppice_file_plant& plant) {
+  return {vec3_of(plant.leaf_box_min), vec3_of(plant.leaf_box_max), quantised_max(plant)};
+}
+
 Tree root_tree(const PlantFile& file, const QuantisationBox& box, const QuantisedQuad& root) {
   Tree tree;
   for (const QuantisedPoint& corner : root) tree.vertices.push_back(dequantise(box, corner));
@@ -75,11 +79,11 @@ Result<void> apply_split(Tree& tree, const QuantisationBox& box, const Split& sp
 }
 
 Result<Tree> read_tree(const PlantFile& file, Bytes bytes) {
-  const QuantisationBox box{vec3_of(file.plant.leaf_box_min), vec3_of(file.plant.leaf_box_max)};
+  const QuantisationBox box = quantisation_box(file.plant);
   PageNode root{{}, file.plant.root_card};
   for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(file.plant.root_quad[corner], root.corners[corner].begin());
   Tree tree = root_tree(file, box, root.corners);
-  DecodedPages pages(root);
+  DecodedPages pages(root, box.steps);
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) {
     const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_PAGE, page);
     COPPICE_TRY(content, chunk_bytes(chunk, bytes));
@@ -132,7 +136,7 @@ Result<LeafMeshPart> read_leaf_mesh(const PlantFile& file, Bytes bytes, std::uin
   LeafMeshPart part;
   COPPICE_TRY(mesh, plain_mesh(decoded, chunk));
   part.mesh = std::move(mesh);
-  const QuantisationBox box{vec3_of(file.plant.leaf_box_min), vec3_of(file.plant.leaf_box_max)};
+  const QuantisationBox box = quantisation_box(file.plant);
   for (const WoodVertex& vertex : decoded.vertices) part.stalks.push_back(dequantise(box, vertex.stalk));
   return part;
 }

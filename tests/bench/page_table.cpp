@@ -29,7 +29,8 @@ Pages encode(const bake::QuantisedTree& tree) {
   Pages pages;
   for (std::uint32_t first = 0; first < tree.splits.size(); first += COPPICE_PAGE_SPLITS) {
     const std::uint32_t count = splits_in_page(tree, first / COPPICE_PAGE_SPLITS);
-    pages.push_back(*bake::encode_page({std::span(tree.splits).subspan(first, count), first, tree.nodes, tree.box.max - tree.box.min}));
+    pages.push_back(
+        *bake::encode_page({std::span(tree.splits).subspan(first, count), first, tree.nodes, tree.box.max - tree.box.min, tree.box.steps}));
   }
   return pages;
 }
@@ -50,7 +51,7 @@ bool decode(const bake::QuantisedTree& tree, const Pages& pages, std::vector<Pag
     const std::uint32_t count = splits_in_page(tree, page);
     const PageOutput out{{nodes.data(), std::span(places).first(page + 1)}, std::span(patches).first(count), {}};
     const auto start = std::chrono::steady_clock::now();
-    if (!decode_page(pages[page], {COPPICE_FORMAT_VERSION, page, count, COPPICE_MAX_CARDS}, out, scratch)) return false;
+    if (!decode_page(pages[page], {COPPICE_FORMAT_VERSION, page, count, COPPICE_MAX_CARDS, tree.box.steps}, out, scratch)) return false;
     best_s[page] = std::min(best_s[page], std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   return true;
@@ -81,7 +82,7 @@ bool print_row(const char* path) {
   double stored = 0.0;
   for (const coppice_file_chunk& chunk : front->chunks)
     if (chunk.kind == COPPICE_CHUNK_PAGE) stored += static_cast<double>(chunk.bytes);
-  const auto tree = bake::quantise_tree(plant->tree);
+  const auto tree = bake::quantise_tree(plant->tree, quantised_max(front->plant));
   if (!tree) return false;
   const Pages pages = encode(*tree);
   const auto speed = leaves_per_second(*tree, pages);

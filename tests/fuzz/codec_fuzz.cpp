@@ -18,6 +18,7 @@ constexpr std::uint32_t kCards = 3, kMaterials = 2;
 
 /// The bytes as the page of a plant whose earlier pages hold quads of some sort.
 void fuzz_page(std::uint32_t version, std::span<const std::uint8_t> bytes, std::uint32_t page, std::uint32_t split_count) {
+  const std::uint32_t largest = version == 2 && split_count % 2 == 0 ? COPPICE_FINE_QUANTISED_MAX : COPPICE_QUANTISED_MAX;
   coppice::PageNode root;
   std::vector<std::vector<coppice::PageNode>> pages(page, std::vector<coppice::PageNode>(2 * COPPICE_PAGE_SPLITS));
   std::uint32_t i = 0;
@@ -33,7 +34,8 @@ void fuzz_page(std::uint32_t version, std::span<const std::uint8_t> bytes, std::
   std::vector<coppice::SplitPatch> patches(split_count);
   std::vector<coppice::Split> splits(split_count);
   const auto scratch = std::make_unique<coppice::PageScratch>();
-  const auto patch_count = coppice::decode_page(bytes, {version, page, split_count, kCards}, {{&root, places}, patches, splits}, *scratch);
+  const coppice::PageInfo info{version, page, split_count, kCards, largest};
+  const auto patch_count = coppice::decode_page(bytes, info, {{&root, places}, patches, splits}, *scratch);
   if (!patch_count) return;
   COPPICE_ASSERT(*patch_count <= split_count);
   const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS;
@@ -49,7 +51,7 @@ void fuzz_page(std::uint32_t version, std::span<const std::uint8_t> bytes, std::
   for (const coppice::PageNode& node : pages.back()) {
     COPPICE_ASSERT(node.card < kCards);
     for (const auto& corner : node.corners)
-      for (std::uint16_t coordinate : corner) COPPICE_ASSERT(coordinate <= COPPICE_QUANTISED_MAX);
+      for (std::uint16_t coordinate : corner) COPPICE_ASSERT(coordinate <= largest);
   }
 }
 

@@ -43,7 +43,7 @@ void put(Node v) {
 void put_plant() {
   put(plant.sphere_center); put(plant.sphere_radius);
   put(plant.box_min); put(plant.leaf_count);
-  put(plant.box_step); put(plant.resident_leaf_count);
+  put(plant.box_step); put(plant.resident_leaf_count); put(plant.quantised_max);
   put(plant.root);
   put(plant.error_level_count); put(plant.error_size_count);
   put(plant.pages); put(plant.cards); put(plant.materials);

@@ -155,7 +155,8 @@ void damage_plant(Damage& damage, const Bytes& good) {
                          plant + offsetof(coppice_file_plant, sphere_center));
   damage.set_reported_at("sphere_small", "plant sphere", plant + offsetof(coppice_file_plant, sphere_radius), 0.25f,
                          plant + offsetof(coppice_file_plant, sphere_center));
-  field("root_quad", "plant root_quad", offsetof(coppice_file_plant, root_quad), std::uint16_t{16384});
+  field("root_quad", "plant root_quad", offsetof(coppice_file_plant, root_quad), std::uint16_t{32768});
+  field("fine_positions", "plant fine_positions", offsetof(coppice_file_plant, fine_positions), std::uint16_t{2});
   field("root_card", "plant root_card", offsetof(coppice_file_plant, root_card), std::uint32_t{2});
   field("wood_vertex_count", "plant wood_vertex_counts", offsetof(coppice_file_plant, wood_vertex_counts), ~std::uint32_t{0});
   field("wood_triangle_count", "plant wood_triangle_counts", offsetof(coppice_file_plant, wood_triangle_counts),
@@ -163,9 +164,7 @@ void damage_plant(Damage& damage, const Bytes& good) {
   field("wood_triangles_per_byte", "plant wood_triangle_counts", offsetof(coppice_file_plant, wood_triangle_counts),
         COPPICE_MAX_WOOD_TRIANGLES);
   field("metric", "plant metric", offsetof(coppice_file_plant, metric), std::uint32_t{0});
-  field("leaf_mesh_count_huge", "plant leaf_mesh_count", offsetof(coppice_file_plant, leaf_mesh_count), std::uint32_t{17});
-  damage.set_reported_at("leaf_mesh_count", "header chunk_count", plant + offsetof(coppice_file_plant, leaf_mesh_count), std::uint32_t{1},
-                         offsetof(coppice_file_header, chunk_count));
+  field("leaf_mesh_count_huge", "plant leaf_mesh_count", offsetof(coppice_file_plant, leaf_mesh_count), std::uint16_t{17});
   field("name_not_utf8", "plant name", offsetof(coppice_file_plant, name), std::uint8_t{0xff});
   damage.set_reported_at("name_not_terminated", "plant name", plant + offsetof(coppice_file_plant, name) + 63, std::uint8_t{'x'},
                          plant + offsetof(coppice_file_plant, name));
@@ -236,13 +235,14 @@ Bytes with_splits(const Bytes& good, std::uint32_t first_split, const std::funct
   PageNode root{{}, front.plant.root_card};
   for (std::size_t corner = 0; corner < 4; ++corner)
     for (std::size_t axis = 0; axis < 3; ++axis) root.corners[corner][axis] = front.plant.root_quad[corner][axis];
-  bake::DecodedPages pages(root);
+  const std::uint32_t largest = quantised_max(front.plant);
+  bake::DecodedPages pages(root, largest);
   auto splits = pages.add(chunk_bytes(COPPICE_CHUNK_PAGE, 0), front.plant.leaf_count - 1, front.plant.card_count);
   if (!splits) std::abort();
   change(*splits);
   std::vector<PageNode> nodes = pages.nodes();
   nodes.resize(nodes.size() + 2 * std::size_t{first_split});
-  contents.pages.push_back(*bake::encode_page({*splits, first_split, nodes}));
+  contents.pages.push_back(*bake::encode_page({*splits, first_split, nodes, glm::vec3(1.0f), largest}));
   return *write_file(contents);
 }
 
@@ -257,7 +257,7 @@ void damage_splits(Damage& damage, const Bytes& good) {
   add(
       "parent_before_root", "page parent", [](auto&) {}, 3);
   add("card_not_there", "page tables", [](auto& splits) { splits[1].cards[1] = 7; });
-  add("vertex_outside", "page vertex", [](auto& splits) { splits[1].new_vertices[3][2] = COPPICE_QUANTISED_MAX + 1; });
+  add("vertex_outside", "page vertex", [](auto& splits) { splits[1].new_vertices[3][2] = COPPICE_FINE_QUANTISED_MAX + 1; });
 }
 
 }  // namespace
@@ -277,6 +277,10 @@ std::vector<BadFile> bad_leaf_mesh_files(const Bytes& good) {
   Damage damage(good);
   const std::size_t counts = chunk_offset(good, COPPICE_CHUNK_LEAF_MESHES), mesh = chunk_offset(good, COPPICE_CHUNK_LEAF_MESH, 1);
   const std::size_t second = counts + sizeof(coppice_file_leaf_mesh), errors = second + sizeof(coppice_file_leaf_mesh);
+  const std::size_t plant = chunk_offset(good, COPPICE_CHUNK_PLANT);
+  damage.set_reported_at("leaf_mesh_count", "header chunk_count", plant + offsetof(coppice_file_plant, leaf_mesh_count), std::uint16_t{1},
+                         offsetof(coppice_file_header, chunk_count));
+  damage.set("fine_positions_with_meshes", "plant fine_positions", plant + offsetof(coppice_file_plant, fine_positions), std::uint16_t{1});
   damage.set("leaf_mesh_vertices", "leaf mesh vertex_count", second + offsetof(coppice_file_leaf_mesh, vertex_count), ~std::uint32_t{0});
   damage.set("leaf_mesh_no_vertices", "leaf mesh vertex_count", second + offsetof(coppice_file_leaf_mesh, vertex_count), std::uint32_t{2});
   damage.set("leaf_mesh_triangles", "leaf mesh triangle_count", second + offsetof(coppice_file_leaf_mesh, triangle_count),

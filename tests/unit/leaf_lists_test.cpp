@@ -43,7 +43,7 @@ struct Crown {
   }
   [[nodiscard]] LeafSource source() const {
     constexpr float kStep = 2.0f / COPPICE_QUANTISED_MAX;
-    return {nodes, looks, {-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}};
+    return {nodes, looks, {{-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}, COPPICE_QUANTISED_MAX}};
   }
 };
 
@@ -138,7 +138,7 @@ TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
   mesh.indices = {0, 1, 2, 3, 0, 2};
   const std::vector<RasterCard> looks(5, RasterCard{{0.1f, 0.1f, 0.1f}, 1.0f, {~0u, ~0u}, 0.5f});
   const BuiltList list =
-      build_wood_list(mesh, {.looks = looks, .first_material = 3, .box_min = {-1, -1, -1}, .box_step = {1e-4f, 1e-4f, 1e-4f}});
+      build_wood_list(mesh, {.looks = looks, .first_material = 3, .crown = {{-1, -1, -1}, {1e-4f, 1e-4f, 1e-4f}, COPPICE_QUANTISED_MAX}});
   ASSERT_EQ(list.leaves.size(), 2u);
   std::map<std::uint32_t, RasterLeaf> by_look;
   for (const RasterLeaf& leaf : list.leaves) by_look[leaf.look & 0xffffu] = leaf;

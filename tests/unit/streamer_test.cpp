@@ -122,7 +122,7 @@ TEST_F(StreamerTest, HandsOutWhatTheCodecDecodes) {
   const PlantFile& file = streamer->file(plant);
   PageNode root{{}, file.plant.root_card};
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, root.corners[corner].begin());
-  bake::DecodedPages pages(root);
+  bake::DecodedPages pages(root, quantised_max(file.plant));
   const test::FakeGpuPlant& uploaded = gpu->plants[plant];
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) {
     const coppice_file_chunk chunk = page_chunk(plant, page);

@@ -18,8 +18,10 @@
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u
-/* A quantised coordinate q in [0, COPPICE_QUANTISED_MAX] is box_min + q / COPPICE_QUANTISED_MAX * (box_max - box_min). */
+/* A quantised coordinate q in [0, max] is box_min + q / max * (box_max - box_min). max is this, or with
+ * coppice_file_plant.fine_positions COPPICE_FINE_QUANTISED_MAX. */
 #define COPPICE_QUANTISED_MAX 16383u
+#define COPPICE_FINE_QUANTISED_MAX 32767u
 #define COPPICE_NO_TEXTURE 0xffffffffu
 
 /* Limits a reader enforces before it believes a count. */
@@ -101,7 +103,8 @@ typedef struct coppice_file_plant {
   uint32_t wood_vertex_counts[COPPICE_MAX_WOOD_LODS];   /* <= 3 * triangles */
   uint32_t wood_triangle_counts[COPPICE_MAX_WOOD_LODS]; /* <= COPPICE_MAX_WOOD_TRIANGLES, non-increasing */
   uint32_t metric;                                      /* coppice_metric */
-  uint32_t leaf_mesh_count;                             /* LEAF_MESH chunks; 0: there is nothing finer than the quads */
+  uint16_t leaf_mesh_count;                             /* LEAF_MESH chunks; 0: there is nothing finer than the quads */
+  uint16_t fine_positions;                              /* 1: 15 bits instead of 14; only without leaf meshes */
   char name[64];                                        /* UTF-8, zero-terminated */
 } coppice_file_plant;
 

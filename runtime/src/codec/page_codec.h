@@ -27,8 +27,9 @@ struct NodePages {
 struct PageInfo {
   std::uint32_t version = COPPICE_FORMAT_VERSION;  ///< of the file: coppice_file_header::version
   std::uint32_t page = 0;
-  std::uint32_t split_count = 0;  ///< 1 to COPPICE_PAGE_SPLITS
-  std::uint32_t card_count = 0;   ///< of the plant
+  std::uint32_t split_count = 0;                        ///< 1 to COPPICE_PAGE_SPLITS
+  std::uint32_t card_count = 0;                         ///< of the plant
+  std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< of the plant; other than this not in version 1
 };
 
 /// Where a page is decoded to.

@@ -135,6 +135,7 @@ Result<PageSections> read_sections(Bytes bytes, const PageInfo& info, PageScratc
   PageSections sections;
   HeaderReader reader(bytes);
   COPPICE_CHECK(read_header(reader, info.split_count, sections.header));
+  sections.header.quantised_max = static_cast<std::int32_t>(info.quantised_max);
   COPPICE_CHECK(read_tables(reader, sections.header, info.card_count, scratch));
   if (!reader.has(2)) return bad_page("page word_count", reader.at());
   const std::size_t at = reader.at();
@@ -261,7 +262,7 @@ class PageDecoder {
       const Point guess = page_model::predict(header_, kind, step, child.corners, parent);
       read_corner(kind, step, guess, child.corners);
       for (std::int32_t coordinate : child.corners[step.corner])
-        inside = inside && static_cast<std::uint32_t>(coordinate) <= COPPICE_QUANTISED_MAX;
+        inside = inside && static_cast<std::uint32_t>(coordinate) <= static_cast<std::uint32_t>(header_.quantised_max);
     }
     return inside;
   }
@@ -314,7 +315,7 @@ class PageDecoder {
     residual[known.axis] = 0;
     read_values({a, b, c}, {first, second, known.axis}, residual, corner);
     const std::int32_t value = page_model::square_coordinate(header_, known.along, page_model::difference(corner, known.base), known.axis);
-    corner[known.axis] += page_model::clamp_coordinate(known.base[known.axis] + value);
+    corner[known.axis] += page_model::clamp_coordinate(header_, known.base[known.axis] + value);
   }
 
   /// guess + the three residuals, whose bit lengths are known.

@@ -1,6 +1,6 @@
 #pragma once
 
-// Pages of version 1 (FORMAT.md, section 13).
+// Pages of version 1 (FORMAT.md, section 14).
 
 #include "page_codec.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// How a split is stored in a page of version 1 (FORMAT.md, section 13). A split becomes kSplitValues non-negative integers, small where the
+// How a split is stored in a page of version 1 (FORMAT.md, section 14). A split becomes kSplitValues non-negative integers, small where the
 // data is regular, spread over a few Draco attributes so that values of like size share one entropy coder.
 
 #include <array>

@@ -25,7 +25,8 @@ std::int64_t rounded_quotient(std::int64_t n, std::int64_t d) {
   return n >= 0 ? n / d : -((-n + d - 1) / d);
 }
 
-Point fourth_of_shape(const Shape& shape, const std::array<Point, 4>& quad, std::size_t corner) {
+Point fourth_of_shape(const PageHeader& header, std::uint32_t kind, const std::array<Point, 4>& quad, std::size_t corner) {
+  const Shape& shape = header.shapes[shape_of(kind)];
   const std::array<std::int64_t, 4> factors = {std::int64_t{shape.a} + shape.b - kShapeOne, -shape.a, -shape.b, kShapeOne};
   Point guess = quad[(corner + 1) & 3];
   if (factors[corner] == 0) return guess;
@@ -33,14 +34,14 @@ Point fourth_of_shape(const Shape& shape, const std::array<Point, 4>& quad, std:
     std::int64_t sum = 0;
     for (std::size_t i = 0; i < 4; ++i)
       if (i != corner) sum -= factors[i] * quad[i][axis];
-    guess[axis] = clamp_coordinate(rounded_quotient(sum, factors[corner]));
+    guess[axis] = clamp_coordinate(header, rounded_quotient(sum, factors[corner]));
   }
   return guess;
 }
 
-Point parallelogram(const Point& one, const Point& other, const Point& across) {
+Point parallelogram(const PageHeader& header, const Point& one, const Point& other, const Point& across) {
   Point guess{};
-  for (std::size_t axis = 0; axis < 3; ++axis) guess[axis] = clamp_coordinate(one[axis] + other[axis] - across[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis) guess[axis] = clamp_coordinate(header, one[axis] + other[axis] - across[axis]);
   return guess;
 }
 
@@ -51,10 +52,10 @@ Point predict(const PageHeader& header, std::uint32_t kind, const Step& step, co
   const Point &own = parent.corners[corner], &across = quad[(corner + 2) & 3], &opposite = quad[(corner + 3) & 3];
   const bool by_side = step.rule == Rule::first || step.rule == Rule::second;
   if (kind != kFree && step.rule == Rule::fourth) {
-    const std::uint32_t shape = shape_of(kind);
-    return shape == 0 ? parallelogram(quad[(corner + 1) & 3], opposite, across) : fourth_of_shape(header.shapes[shape], quad, corner);
+    if (shape_of(kind) == 0) return parallelogram(header, quad[(corner + 1) & 3], opposite, across);
+    return fourth_of_shape(header, kind, quad, corner);
   }
-  if (is_parallel(kind) && by_side) return parallelogram(quad[step.neighbour], own, parent.corners[step.neighbour]);
+  if (is_parallel(kind) && by_side) return parallelogram(header, quad[step.neighbour], own, parent.corners[step.neighbour]);
   const Weights& weights = (kind == kFree ? kFreeWeights.data() : kShapedWeights.data())[static_cast<std::size_t>(step.rule)];
   const Point& base = step.rule == Rule::position ? parent.centre : quad[step.neighbour];
   const Point& other = step.rule == Rule::second ? across : opposite;
@@ -63,7 +64,7 @@ Point predict(const PageHeader& header, std::uint32_t kind, const Step& step, co
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int32_t sum = weights.other * (other[axis] - base[axis]) + weights.own * (own[axis] - base[axis]) +
                              weights.third * (third[axis] - base[axis]) + weights.centre * (parent.centre[axis] - base[axis]);
-    guess[axis] = clamp_coordinate(base[axis] + ((sum + 32) >> 6));
+    guess[axis] = clamp_coordinate(header, base[axis] + ((sum + 32) >> 6));
   }
   return guess;
 }

@@ -45,8 +45,8 @@ enum Side : std::uint8_t { kFirstSide, kSecondSide, kSquareAxis };
 inline constexpr std::uint32_t kFar = 27;
 
 /// Symbols of each context; kCard's are the plant's cards.
-inline constexpr std::array<std::uint16_t, kContextCount> kAlphabet = {28, 16, 4,  12, 12, 12, 24, 24, 18, 18, 18, 18, 2,  256, 16,
-                                                                       16, 16, 16, 16, 16, 16, 16, 28, 16, 16, 16, 16, 16, 16};
+inline constexpr std::array<std::uint16_t, kContextCount> kAlphabet = {28, 16, 4,  12, 12, 12, 24, 24, 18, 18, 18, 18, 2,  256, 17,
+                                                                       17, 17, 17, 17, 17, 17, 17, 28, 17, 17, 17, 17, 17, 17};
 inline constexpr std::array<std::uint16_t, kContextCount> kFirstRange = [] {
   std::array<std::uint16_t, kContextCount> first{};
   for (std::size_t i = 1; i < first.size(); ++i) first[i] = static_cast<std::uint16_t>(first[i - 1] + kAlphabet[i - 1]);
@@ -81,7 +81,8 @@ struct PageHeader {
   std::uint32_t split_count = 0;
   std::uint32_t shape_count = 1;
   std::array<Shape, kMaxShapes> shapes{kParallelogram};
-  std::array<std::uint16_t, 3> axis_weights{};  ///< squared length of a step along each axis, to a common scale
+  std::array<std::uint16_t, 3> axis_weights{};         ///< squared length of a step along each axis, to a common scale
+  std::int32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< the plant's; not in the page
 };
 
 // A corner that is filled in, by what is known of the quad by then.
@@ -154,8 +155,8 @@ inline Point difference(const Point& to, const Point& from) {
   return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
 }
 
-constexpr std::int32_t clamp_coordinate(std::int64_t value) {
-  return static_cast<std::int32_t>(std::clamp<std::int64_t>(value, 0, COPPICE_QUANTISED_MAX));
+inline std::int32_t clamp_coordinate(const PageHeader& header, std::int64_t value) {
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(value, 0, header.quantised_max));
 }
 
 /// Where the corner of `step` is expected.

@@ -116,7 +116,7 @@ Result<void> check_wood_counts(const coppice_file_plant& plant, std::uint64_t at
   return {};
 }
 
-Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t at) {
+Result<void> check_plant_values(const coppice_file_plant& plant, std::uint32_t version, std::uint64_t at) {
   for (int axis = 0; axis < 3; ++axis) {
     const float low = plant.leaf_box_min[axis], high = plant.leaf_box_max[axis];
     if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(high - low) || high < low)
@@ -126,10 +126,12 @@ Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t a
     return bad("plant sphere", at + offsetof(coppice_file_plant, sphere_center), "not a finite sphere");
   for (const auto& corner : plant.root_quad)
     for (std::uint16_t coordinate : corner)
-      if (coordinate > COPPICE_QUANTISED_MAX)
+      if (coordinate > quantised_max(plant))
         return bad("plant root_quad", at + offsetof(coppice_file_plant, root_quad), "outside the leaf box");
   if (plant.root_card >= plant.card_count) return bad("plant root_card", at + offsetof(coppice_file_plant, root_card), "no such card");
   COPPICE_CHECK(check_wood_counts(plant, at));
+  if (plant.fine_positions > (plant.leaf_mesh_count > 0 || version == 1 ? 0 : 1))
+    return bad("plant fine_positions", at + offsetof(coppice_file_plant, fine_positions), std::to_string(plant.fine_positions));
   if (plant.metric < COPPICE_METRIC_MI || plant.metric > COPPICE_METRIC_IMAGE)
     return bad("plant metric", at + offsetof(coppice_file_plant, metric), std::to_string(plant.metric) + " is no metric");
   std::uint8_t name[sizeof plant.name];
@@ -343,7 +345,7 @@ Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes) {
   COPPICE_TRY(content, front_chunk(file, bytes, 0, sizeof(coppice_file_plant)));
   file.plant = copy_at<coppice_file_plant>(content, 0);
   COPPICE_CHECK(check_plant_counts(file.plant, file.chunks[0].offset));
-  COPPICE_CHECK(check_plant_values(file.plant, file.chunks[0].offset));
+  COPPICE_CHECK(check_plant_values(file.plant, file.header.version, file.chunks[0].offset));
   COPPICE_CHECK(check_order(file));
   COPPICE_CHECK(read_materials(file, bytes));
   COPPICE_CHECK(read_cards(file, bytes));
@@ -367,6 +369,10 @@ const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind k
   if (kind == COPPICE_CHUNK_LEAF_MESHES && plant.leaf_mesh_count > 0 && index == 0) position = 4;
   if (kind == COPPICE_CHUNK_LEAF_MESH && index < plant.leaf_mesh_count) position = leaf_meshes + index;
   return position && *position < file.chunks.size() ? &file.chunks[*position] : nullptr;
+}
+
+std::uint32_t quantised_max(const coppice_file_plant& plant) {
+  return plant.fine_positions != 0 ? COPPICE_FINE_QUANTISED_MAX : COPPICE_QUANTISED_MAX;
 }
 
 std::uint32_t material_texture(const coppice_file_material& material) {

@@ -36,6 +36,9 @@ Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t 
 /// The chunk table's entry, or null.
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index);
 
+/// Largest coordinate of the plant's quantised positions.
+std::uint32_t quantised_max(const coppice_file_plant& plant);
+
 /// A material's base colour texture, and its normal map; COPPICE_NO_TEXTURE where it has none.
 std::uint32_t material_texture(const coppice_file_material& material);
 std::uint32_t material_normal_map(const coppice_file_material& material);

@@ -35,7 +35,7 @@ coppice_file_plant with_counts(const FileContents& contents) {
   plant.wood_lod_count = count(contents.wood);
   plant.error_level_count = count(contents.error_leaf_counts);
   plant.error_size_count = count(contents.error_sizes_px);
-  plant.leaf_mesh_count = count(contents.leaf_meshes);
+  plant.leaf_mesh_count = static_cast<std::uint16_t>(contents.leaf_meshes.size());
   return plant;
 }
 

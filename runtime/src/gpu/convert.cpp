@@ -85,9 +85,10 @@ Plant gpu_plant(const coppice_file_plant& plant) {
   converted.sphere_center = {plant.sphere_center[0], plant.sphere_center[1], plant.sphere_center[2]};
   converted.sphere_radius = plant.sphere_radius;
   converted.box_min = {plant.leaf_box_min[0], plant.leaf_box_min[1], plant.leaf_box_min[2]};
-  constexpr float kSteps = COPPICE_QUANTISED_MAX;
-  converted.box_step = {(plant.leaf_box_max[0] - plant.leaf_box_min[0]) / kSteps, (plant.leaf_box_max[1] - plant.leaf_box_min[1]) / kSteps,
-                        (plant.leaf_box_max[2] - plant.leaf_box_min[2]) / kSteps};
+  const auto steps = static_cast<float>(quantised_max(plant));
+  converted.box_step = {(plant.leaf_box_max[0] - plant.leaf_box_min[0]) / steps, (plant.leaf_box_max[1] - plant.leaf_box_min[1]) / steps,
+                        (plant.leaf_box_max[2] - plant.leaf_box_min[2]) / steps};
+  converted.quantised_max = quantised_max(plant);
   converted.leaf_count = plant.leaf_count;
   converted.resident_leaf_count = 1;
   QuantisedQuad root{};

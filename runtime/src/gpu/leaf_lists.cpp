@@ -37,10 +37,10 @@ Point normalised(const Point& a) {
 struct Crown {
   Point center{}, radii{};
 
-  Crown(const vec3& box_min, const vec3& box_step) {
-    const Point low{box_min.x, box_min.y, box_min.z}, step{box_step.x, box_step.y, box_step.z};
+  explicit Crown(const LeafBox& box) {
+    const Point low{box.min.x, box.min.y, box.min.z}, step{box.step.x, box.step.y, box.step.z};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float half = 0.5f * 16383.0f * step[axis];
+      const float half = 0.5f * static_cast<float>(box.largest) * step[axis];
       center[axis] = low[axis] + half;
       radii[axis] = std::max(half, 1e-3f);
     }
@@ -244,9 +244,8 @@ BuiltList finish(std::vector<Entry>& entries, const RasterList& box, float large
 }  // namespace
 
 BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count) {
-  const RasterList box{.box_min = source.box_min, .box_step = source.box_step};
-  constexpr std::uint32_t kLargest = 16383;
-  const Crown crown(source.box_min, source.box_step);
+  const RasterList box{.box_min = source.box.min, .box_step = source.box.step};
+  const Crown crown(source.box);
   std::vector<Entry> entries;
   entries.reserve(leaf_count);
   for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id) {
@@ -254,13 +253,13 @@ BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count) {
     if (!lod::coppice_node_alive(id, node.split, leaf_count)) continue;
     std::array<std::array<std::uint32_t, 3>, 4> quantised{};
     for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(node.corners[corner], quantised[corner].begin());
-    Entry entry = make_entry(quantised, kLargest, box);
+    Entry entry = make_entry(quantised, source.box.largest, box);
     entry.id = id;
     entry.leaf.look = node.card;
     shade_leaf(entry, crown, source.looks[node.card], quantised[0]);
     entries.push_back(entry);
   }
-  return finish(entries, box, kLargest);
+  return finish(entries, box, static_cast<float>(source.box.largest));
 }
 
 BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
@@ -272,7 +271,7 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
       low[axis] = std::min(low[axis], mesh.vertices[index].position[axis]);
       high[axis] = std::max(high[axis], mesh.vertices[index].position[axis]);
     }
-  const Crown crown(source.box_min, source.box_step);
+  const Crown crown(source.crown);
   const Point step{(high[0] - low[0]) / kLargest, (high[1] - low[1]) / kLargest, (high[2] - low[2]) / kLargest};
   const RasterList box{.box_min = {low[0], low[1], low[2]}, .box_step = {step[0], step[1], step[2]}};
   std::vector<Entry> entries;

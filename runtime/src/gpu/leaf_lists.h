@@ -22,12 +22,17 @@ struct BuiltList {
   std::vector<RasterSplat> splats;  ///< the same leaves
 };
 
-/// The nodes that are resident, and the box their corners are quantised in (object space, m).
+/// What leaf corners are quantised in: min + step * q, q <= largest. Object space, m.
+struct LeafBox {
+  vec3 min{}, step{};
+  std::uint32_t largest = 1;
+};
+
+/// The nodes that are resident.
 struct LeafSource {
   std::span<const PageNode> nodes;    ///< [2m - 1] or more
   std::span<const RasterCard> looks;  ///< of the cards
-  vec3 box_min{};
-  vec3 box_step{};
+  LeafBox box;
 };
 
 /// The leaves of cut(leaf_count). 1 <= leaf_count <= N
@@ -38,8 +43,7 @@ BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count);
 struct WoodSource {
   std::span<const RasterCard> looks;
   std::uint32_t first_material = 0;
-  vec3 box_min{};
-  vec3 box_step{};
+  LeafBox crown;
 };
 BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source);
 

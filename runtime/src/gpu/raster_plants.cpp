@@ -70,8 +70,7 @@ Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file)
   const Plant converted = gpu_plant(file.plant);
   plant.used = plant.changed = plant.looks_changed = true;
   plant.leaf_count = file.plant.leaf_count;
-  plant.box_min = converted.box_min;
-  plant.box_step = converted.box_step;
+  plant.box = {converted.box_min, converted.box_step, converted.quantised_max};
   PageNode& root = plant.nodes.emplace_back();
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, root.corners[corner].begin());
   root.card = file.plant.root_card;
@@ -118,8 +117,7 @@ void RasterPlants::drop_page(std::uint32_t index, std::uint32_t page, std::uint6
 
 void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
   PlantLists& plant = plants_[index];
-  plant.pending_wood[lod] =
-      build_wood_list(mesh, {plant.looks.looks, static_cast<std::uint32_t>(plant.looks.cards.size()), plant.box_min, plant.box_step});
+  plant.pending_wood[lod] = build_wood_list(mesh, {plant.looks.looks, static_cast<std::uint32_t>(plant.looks.cards.size()), plant.box});
 }
 
 void RasterPlants::drop_wood(std::uint32_t index, std::uint32_t lod, std::uint64_t last_frame) {
@@ -182,7 +180,7 @@ Result<Buffer> RasterPlants::upload(std::span<BuiltList> built, std::span<Raster
 }
 
 void RasterPlants::build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance) {
-  const LeafSource source{plant.nodes, plant.looks.looks, plant.box_min, plant.box_step};
+  const LeafSource source{plant.nodes, plant.looks.looks, plant.box};
   const auto present = static_cast<std::uint32_t>((plant.nodes.size() + 1) / 2);
   std::vector<BuiltList> built;
   const std::uint32_t first = plant.record.level_count;

@@ -67,7 +67,7 @@ class RasterPlants {
     bool changed = false;  ///< headers, to be copied
     bool looks_changed = false;
     std::uint32_t leaf_count = 0;  ///< of the whole plant
-    vec3 box_min{}, box_step{};
+    LeafBox box;
     std::vector<PageNode> nodes;  ///< of the pages that are there, from node 0
     PlantLooks looks;
     Buffer looks_buffer;

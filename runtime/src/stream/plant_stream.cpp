@@ -318,7 +318,7 @@ namespace {
 Result<void> decode_page_chunk(Transfer& transfer) {
   const PlantFile& file = transfer.plant->file;
   const std::uint32_t page = transfer.chunk->id.index;
-  const PageInfo info{file.header.version, page, page_split_count(file.plant, page), file.plant.card_count};
+  const PageInfo info{file.header.version, page, page_split_count(file.plant, page), file.plant.card_count, quantised_max(file.plant)};
   COPPICE_TRY(patch_count, decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0]));
   transfer.patch_count = patch_count;
   return {};

@@ -44,6 +44,7 @@ const char* desc_problem(const coppice_context_desc& desc) {
     return "color_format and depth_format must be set";
   if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples must be one VkSampleCountFlagBits";
   if (desc.memory_budget_bytes == 0) return "memory_budget_bytes must be above 0";
+  if (!(desc.streaming_ms > 0.0f)) return "streaming_ms must be above 0";
   if (desc.max_instances == 0 || desc.max_plants == 0 || desc.max_plants > 65536) return "max_instances or max_plants out of range";
   return nullptr;
 }
@@ -107,6 +108,7 @@ void coppice_context_desc_init(coppice_context_desc* desc) {
   desc->memory_budget_bytes = 256ull << 20;
   desc->max_instances = 131072;
   desc->max_plants = 64;
+  desc->streaming_ms = 1.0f;
 }
 
 coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context) {

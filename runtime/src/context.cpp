@@ -3,9 +3,17 @@
 #include <algorithm>
 #include <cstring>
 #include <new>
+#include <utility>
 
 namespace coppice {
 namespace {
+
+/// The compute rasteriser's lists of a page's leaves and of the cuts coarser than it, about; see coppice_context_desc.compute_raster.
+constexpr std::uint64_t kRasterListBytesPerPage = 140 * COPPICE_PAGE_SPLITS;
+
+std::uint64_t nanoseconds(float ms) {
+  return static_cast<std::uint64_t>(std::min(double{ms} * 1e6, 1e18));
+}
 
 std::uint32_t index_of(coppice_plant plant) {
   return static_cast<std::uint32_t>(plant & 0xffffffffu) - 1;
@@ -45,9 +53,12 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   const StreamerOptions options{.gpu = {.page_bytes = gpu::kPageBytes,
                                         .wood_vertex_bytes = sizeof(gpu::WoodVertex),
                                         .leaf_mesh_vertex_bytes = sizeof(gpu::LeafMeshVertex),
+                                        .page_list_bytes = context->renderer_->has_raster() ? kRasterListBytesPerPage : 0,
                                         .block_textures = context->renderer_->block_textures()},
                                 .budget_bytes = desc.memory_budget_bytes,
-                                .max_plants = desc.max_plants};
+                                .max_plants = desc.max_plants,
+                                .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
+  context->streaming_ns_ = options.hand_over_budget_ns;
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, options));
   context->streamer_ = std::move(streamer);
   context->plants_.resize(desc.max_plants);
@@ -151,7 +162,11 @@ Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
 }
 
 void Context::upload_decoded() {
+  const std::uint64_t start = now_ns(), spent = streamer_->hand_over_ns();
+  const std::uint64_t left = streaming_ns_ - std::min(streaming_ns_, spent);
+  bool first = true;
   for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->upload_room_bytes())) {
+    if (!std::exchange(first, false) && now_ns() - start >= left) break;  // the rest is handed out again
     const ChunkId id = chunk.id;
     if (!streamer_->awaits_upload(id)) continue;  // an earlier page of its plant failed
     if (auto uploaded = upload_chunk(chunk); uploaded)
@@ -202,6 +217,11 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.pages_failed = streaming.chunks_failed;
   stats.pages_in_flight = streaming.chunks_in_flight;
   stats.pages_wanted = streaming.chunks_wanted;
+  stats.threshold_px = streaming.threshold_px;
+  stats.pages_queued = streaming.chunks_queued;
+  stats.pages_cancelled = streaming.reads_cancelled;
+  stats.bytes_read = streaming.bytes_read;
+  stats.decode_ms = 1e-6 * static_cast<double>(streaming.decode_ns);
   static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
   std::ranges::copy(renderer_->timer().pass_ms(), stats.pass_ms);
 }

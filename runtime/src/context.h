@@ -67,6 +67,7 @@ class Context {
   std::vector<gpu::PlantResidency> residency_;
   std::uint64_t frame_number_ = 0;
   Recording recording_ = Recording::none;
+  std::uint64_t streaming_ns_ = 0;      ///< a frame's time for taking over chunks
   std::unique_ptr<Streamer> streamer_;  ///< last: its destructor waits for jobs that use the rest
 };
 

@@ -256,12 +256,31 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
     ASSERT_EQ(coppice_set_memory_budget(context_, budget), COPPICE_OK);
     for (int i = 0; i < 40; ++i) pump(view);
     const coppice_stats settled = stats();
-    EXPECT_GT(settled.pages_wanted, 0u) << "the budget is not tight: " << budget;
+    EXPECT_GT(settled.threshold_px, 0.0f) << "the budget is not tight: " << budget;
     for (int i = 0; i < 40; ++i) pump(view);
     EXPECT_EQ(stats().pages_evicted, settled.pages_evicted) << budget;
     EXPECT_EQ(stats().pages_loaded, settled.pages_loaded) << budget;
     EXPECT_LE(stats().memory_bytes, budget);
   }
+}
+
+TEST_F(RuntimeTest, WithNextToNoTimeAChunkAFrameIsUploaded) {
+  coppice_context_desc hurried = desc();
+  hurried.streaming_ms = 1e-6f;
+  create(hurried);
+  coppice_plant plant = 0;
+  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_placement placement = at(0.0f, 0.0f);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  coppice_view view = front_view();
+  view.lod = COPPICE_LOD_FULL;
+  std::uint64_t loaded = 0;
+  for (int i = 0; i < 100 && info(plant).resident_leaf_count < 3000; ++i) {
+    pump(view);
+    EXPECT_LE(stats().pages_loaded, loaded + 1);
+    loaded = stats().pages_loaded;
+  }
+  EXPECT_EQ(info(plant).resident_leaf_count, 3000u);
 }
 
 /// The three ways a texture gets to the screen: as blocks, decoded from blocks, never compressed.
@@ -334,6 +353,10 @@ TEST_F(RuntimeTest, WrongArgumentsAreRefused) {
   EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(context_, nullptr);
   EXPECT_NE(log_.find("color_format"), std::string::npos) << log_;
+  wrong = desc();
+  wrong.streaming_ms = 0.0f;
+  EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(log_.find("streaming_ms"), std::string::npos) << log_;
   wrong = desc();
   wrong.max_instances = 0xffffffffu;
   log_.clear();

@@ -148,6 +148,10 @@ typedef struct coppice_context_desc {
   VkBool32 shader_int64_atomics;
   /* VK_TRUE: coppice_stats.pass_ms is measured. Costs some hundredths of a millisecond a pass. Default VK_FALSE. */
   VkBool32 pass_times;
+
+  /* CPU time that coppice_frame_begin and coppice_record_upload together take a frame to take over what was read and decoded, and to copy
+   * it for the GPU, ms, > 0; at least one chunk is taken over and one copied, what is over waits for the next frame. Default 1. */
+  float streaming_ms;
 } coppice_context_desc;
 
 /* Fills every field with its default; device fields become null and must be set. desc must not be null. */
@@ -287,10 +291,16 @@ typedef struct coppice_stats {
   uint64_t pages_evicted;
   uint64_t pages_failed;
   uint32_t pages_in_flight;          /* reading or decoding */
-  uint32_t pages_wanted;             /* wanted by the view but not resident */
+  uint32_t pages_wanted;             /* wanted by the view at threshold_px but not resident */
   uint32_t leaf_mesh_instance_count; /* visible instances that are drawn with their leaves as modelled, not as quads */
   uint64_t drawn_leaf_mesh_triangle_count;
   float pass_ms[COPPICE_PASS_COUNT]; /* GPU time of a recent frame; 0 without coppice_context_desc.pass_times */
+  float threshold_px;                /* that decides what is loaded: the view's error_px, or higher where what that asks for does not fit
+                                        the memory budget; 0: every leaf */
+  uint32_t pages_queued;             /* of those wanted, not asked for yet */
+  uint64_t pages_cancelled;          /* since creation: reads whose chunk nothing wanted any more when they returned */
+  uint64_t bytes_read;               /* since creation, after opening */
+  double decode_ms;                  /* since creation, CPU time of decoding added up over all threads */
 } coppice_stats;
 void coppice_stats_init(coppice_stats* stats);
 coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);

@@ -10,6 +10,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <new>
 
 namespace coppice {
@@ -122,6 +123,12 @@ Result<HookSet> complete_hooks(const Hooks& wanted) {
   if (jobs == Given::none) set.hooks.jobs = {set.defaults.get(), submit_to_pool};
   if (io == Given::none) set.hooks.io = {set.defaults.get(), open_file, close_file, read_on_pool};
   return set;
+}
+
+std::uint64_t now_ns() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000u + static_cast<std::uint64_t>(time.tv_nsec);
 }
 
 void log_line(const coppice_log& log, coppice_log_level level, const char* format, ...) {

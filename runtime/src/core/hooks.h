@@ -39,6 +39,9 @@ struct HookSet {
 /// errors  invalid_argument: a hook set in part; out_of_memory: no thread can be started
 Result<HookSet> complete_hooks(const Hooks& given);
 
+/// A clock that never goes back, ns since some moment. Any thread.
+std::uint64_t now_ns();
+
 /// Writes one line to the log hook, if there is one. Any thread.
 void log_line(const coppice_log& log, coppice_log_level level, const char* format, ...) __attribute__((format(printf, 3, 4)));
 

@@ -42,9 +42,9 @@ float first_leaf_count(const ValuedPlant& plant, std::uint32_t page) {
 }
 
 /// Leaves of the finest cut that any instance asks for. Those drawn with leaf meshes ask for what they would show without.
-std::uint32_t wanted_leaf_count(const ValuedPlant& plant, const PlantDemand& demand, float threshold_px) {
+std::uint32_t wanted_leaf_count(const ValuedPlant& plant, const PlantDemand& demand, float threshold_px, bool leaf_meshes) {
   float finest = lod::coppice_leaf_count(plant.table, demand.max_size_px, threshold_px);
-  for (std::uint32_t bin = 0; plant.leaf_meshes_resident && bin < kSizeBinCount; ++bin) {
+  for (std::uint32_t bin = 0; leaf_meshes && bin < kSizeBinCount; ++bin) {
     const float size_px = bin_size_px(demand, bin);
     if (demand.instances[bin] == 0.0f || lod::coppice_wants_leaf_meshes(plant.table, size_px, threshold_px)) continue;
     const float cut_px = lod::coppice_cut_threshold_px(plant.table, size_px, threshold_px);
@@ -60,13 +60,14 @@ PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, cons
   wants.finest_wood = plant.table.wood_lod_count;
   if (!(demand.max_size_px > 0.0f)) return wants;
   const float threshold_px = least_threshold_px(view);
-  const std::uint32_t leaves = view.full ? plant.leaf_count : std::min(wanted_leaf_count(plant, demand, threshold_px), plant.leaf_count);
+  wants.leaf_meshes = plant.leaf_mesh_bytes > 0 &&
+                      (view.full || lod::coppice_wants_leaf_meshes(plant.table, demand.max_size_px, kLeafMeshHeadStart * threshold_px));
+  const std::uint32_t leaves =
+      view.full ? plant.leaf_count : std::min(wanted_leaf_count(plant, demand, threshold_px, wants.leaf_meshes), plant.leaf_count);
   wants.page_count = (leaves - 1 + COPPICE_PAGE_SPLITS - 1) / COPPICE_PAGE_SPLITS;
   if (plant.table.wood_lod_count > 0)
     wants.finest_wood = view.full ? 0 : lod::coppice_wood_lod(plant.table, demand.max_size_px, threshold_px);
   wants.textures = true;
-  wants.leaf_meshes = plant.leaf_mesh_bytes > 0 &&
-                      (view.full || lod::coppice_wants_leaf_meshes(plant.table, demand.max_size_px, kLeafMeshHeadStart * threshold_px));
   return wants;
 }
 

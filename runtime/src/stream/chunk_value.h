@@ -9,13 +9,12 @@
 
 namespace coppice {
 
-/// A plant's figures that values depend on; all but the last are fixed.
+/// A plant's figures that values depend on.
 struct ValuedPlant {
   lod::CoppiceTable table{};
   std::uint32_t leaf_count = 1;
   std::uint64_t page_bytes = 1;       ///< memory a resident page takes
-  std::uint64_t leaf_mesh_bytes = 0;  ///< of all leaf meshes together and the textures that only they show; 0: there are none
-  bool leaf_meshes_resident = false;
+  std::uint64_t leaf_mesh_bytes = 0;  ///< of all leaf meshes together and the textures that only they show; 0: none to be had
 };
 
 /// The finest detail a view asks of a plant.

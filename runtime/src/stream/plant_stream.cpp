@@ -15,15 +15,6 @@ namespace {
 constexpr std::uint32_t kWantWindowFrames = 8;
 constexpr std::size_t kHeaderBytes = sizeof(coppice_file_header);
 
-PlantWants finest(const PlantWants& a, const PlantWants& b) {
-  return {std::max(a.page_count, b.page_count), std::min(a.finest_wood, b.finest_wood), a.textures || b.textures,
-          a.leaf_meshes || b.leaf_meshes};
-}
-
-PlantWants no_wants(const PlantStream& plant) {
-  return {.finest_wood = plant.file.plant.wood_lod_count};
-}
-
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.size() * sizeof(T);
@@ -176,8 +167,9 @@ Result<void> read_plant_front(PlantStream& plant, HookBuffer& front) {
   COPPICE_CHECK(measure_textures(plant));
   mark_leaf_mesh_textures(plant);
   fill_tables(plant);
+  plant.loadable_page_count = plant.file.plant.page_count;
   const PlantWants nothing = no_wants(plant);
-  plant.wants = {nothing, nothing, nothing, 0};
+  plant.wants = {nothing, nothing, nothing};
   return {};
 }
 
@@ -226,20 +218,10 @@ bool leaf_meshes_resident(const PlantStream& plant) {
                              [&](const Chunk& chunk) { return chunk.residency == Residency::resident || !in_leaf_mesh_set(plant, chunk); });
 }
 
-namespace {
-
-/// What is damaged will never be complete: the rest is not worth its memory.
-bool leaf_mesh_failed(const PlantStream& plant) {
-  return std::ranges::any_of(plant.chunks.span().subspan(plant.file.plant.page_count),
-                             [&](const Chunk& chunk) { return chunk.residency == Residency::failed && in_leaf_mesh_set(plant, chunk); });
-}
-
-}  // namespace
-
 float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view) {
   if (plant.closing) return 0.0f;
   if (chunk.pinned) return std::numeric_limits<float>::infinity();
-  const PlantWants& wants = plant.wants.now;
+  const PlantWants& wants = plant.wants.unlimited;
   const ChunkBytes bytes = chunk_bytes(plant, chunk);
   switch (chunk.id.kind) {
     case ChunkKind::page:
@@ -255,21 +237,29 @@ float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& v
   return 0.0f;
 }
 
-void update_wants(PlantStream& plant, const PlantDemand& demand, const LodView* view) {
-  RecentWants& wants = plant.wants;
+void update_demand(PlantStream& plant, const PlantDemand& demand) {
   plant.demand = demand;
-  plant.valued.leaf_meshes_resident = leaf_meshes_resident(plant);
-  if (view != nullptr && !plant.closing)
-    wants.now = plant_wants(plant.valued, demand, *view);
-  else
-    wants.now = no_wants(plant);
-  wants.now.leaf_meshes = wants.now.leaf_meshes && !leaf_mesh_failed(plant);
-  if (++wants.frames_in_window > kWantWindowFrames) {
-    wants.last_window = wants.current_window;
-    wants.current_window = wants.now;
-    wants.frames_in_window = 1;
+  RecentSize& recent = plant.recent_size;
+  if (++recent.frames_in_window > kWantWindowFrames) {
+    recent.last_window_px = std::exchange(recent.current_window_px, 0.0f);
+    recent.frames_in_window = 1;
   }
-  wants.current_window = finest(wants.current_window, wants.now);
+  recent.current_window_px = std::max(recent.current_window_px, demand.max_size_px);
+}
+
+PlantWants no_wants(const PlantStream& plant) {
+  return {.finest_wood = plant.file.plant.wood_lod_count};
+}
+
+PlantWants wants_at(const PlantStream& plant, float max_size_px, const LodView& view) {
+  if (plant.closing) return no_wants(plant);
+  PlantDemand demand = plant.demand;
+  demand.max_size_px = max_size_px;
+  ValuedPlant valued = plant.valued;
+  if (!plant.leaf_meshes_affordable) valued.leaf_mesh_bytes = 0;
+  PlantWants wants = plant_wants(valued, demand, view);
+  wants.page_count = std::min(wants.page_count, plant.loadable_page_count);
+  return wants;
 }
 
 namespace {
@@ -281,7 +271,7 @@ bool wanted_by(const PlantStream& plant, const PlantWants& wants, const Chunk& c
     case ChunkKind::wood:
       return chunk.id.index >= wants.finest_wood;
     case ChunkKind::texture:
-      return in_leaf_mesh_set(plant, chunk) ? wants.leaf_meshes : wants.textures;
+      return in_leaf_mesh_set(plant, chunk) ? wants.leaf_meshes : wants.textures && chunk.affordable;
     case ChunkKind::leaf_mesh:
       return wants.leaf_meshes;
   }
@@ -290,13 +280,43 @@ bool wanted_by(const PlantStream& plant, const PlantWants& wants, const Chunk& c
 
 }  // namespace
 
+PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
+  PlannedBytes planned;
+  const std::uint32_t page_count = plant.file.plant.page_count;
+  if (wants.page_count > 1) planned.settled += (wants.page_count - 1) * (plant.valued.page_bytes + plant.gpu.page_list_bytes);
+  if (plant.decoded_page_count < wants.page_count) {
+    const ChunkBytes bytes = chunk_bytes(plant, plant.chunk(ChunkKind::page, plant.decoded_page_count));
+    planned.passing = bytes.upload + bytes.work;
+  }
+  std::uint64_t set_passing = 0;
+  for (const Chunk& chunk : plant.chunks.span().subspan(page_count)) {
+    if (chunk.pinned || chunk.residency == Residency::failed || !wanted_by(plant, wants, chunk)) continue;
+    const ChunkBytes bytes = chunk_bytes(plant, chunk);
+    planned.settled += bytes.gpu + bytes.kept;
+    if (chunk.residency == Residency::resident) continue;
+    const std::uint64_t passing = bytes.upload + bytes.work;
+    if (in_leaf_mesh_set(plant, chunk))
+      set_passing += passing;  // they are asked for together
+    else
+      planned.passing = std::max(planned.passing, passing);
+  }
+  planned.passing = std::max(planned.passing, set_passing);
+  return planned;
+}
+
+// What is damaged will never be complete: the other leaf meshes are not worth their memory.
+void give_up(PlantStream& plant, const Chunk& chunk) {
+  if (chunk.id.kind == ChunkKind::page) plant.loadable_page_count = std::min(plant.loadable_page_count, chunk.id.index);
+  if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes = 0;
+}
+
 // What is pinned is absent only where the device had no memory for it.
 bool wanted_now(const PlantStream& plant, const Chunk& chunk) {
   return (chunk.pinned && !plant.closing) || wanted_by(plant, plant.wants.now, chunk);
 }
 
 bool wanted_recently(const PlantStream& plant, const Chunk& chunk) {
-  return chunk.pinned || wanted_by(plant, plant.wants.current_window, chunk) || wanted_by(plant, plant.wants.last_window, chunk);
+  return chunk.pinned || wanted_by(plant, plant.wants.recent, chunk);
 }
 
 Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {

@@ -39,10 +39,24 @@ struct TextureUpload {
   bool leaf_mesh_only = false;  ///< nothing but leaf meshes shows it
 };
 
-/// The finest wants of the last 8 to 16 frames: what a camera that comes and goes still counts as wanted.
-struct RecentWants {
-  PlantWants now, current_window, last_window;
+/// The largest size of the last 8 to 16 frames: what a camera that comes and goes is still taken to look at.
+struct RecentSize {
+  float current_window_px = 0.0f, last_window_px = 0.0f;
   std::uint32_t frames_in_window = 0;
+  [[nodiscard]] float px() const { return current_window_px > last_window_px ? current_window_px : last_window_px; }
+};
+
+/// What a plant is asked for in a frame.
+struct FrameWants {
+  PlantWants unlimited;  ///< at the view's own threshold, were memory no matter: what values are of
+  PlantWants now;        ///< at the threshold in use: what is asked for
+  PlantWants recent;     ///< at the threshold in use, by the size of the last frames: what is kept
+};
+
+/// What wants come to.
+struct PlannedBytes {
+  std::uint64_t settled = 0;  ///< once everything is resident
+  std::uint64_t passing = 0;  ///< besides, while what takes most on its way is read and decoded
 };
 
 struct PlantStream {
@@ -75,8 +89,11 @@ struct PlantStream {
   bool trim_needed = false;           ///< pages past decoded_page_count hold memory
 
   PlantDemand demand;
-  RecentWants wants;
-  std::uint64_t retry_frame = 0;  ///< no requests before: the allocator hook or the device had nothing
+  RecentSize recent_size;
+  FrameWants wants;
+  std::uint32_t loadable_page_count = 0;  ///< pages before the first that failed
+  bool leaf_meshes_affordable = true;     ///< false where the budget is for what is worth more
+  std::uint64_t retry_frame = 0;          ///< no requests before: the allocator hook or the device had nothing
   bool closing = false;
   std::uint64_t close_frame = 0;      ///< first begin_frame that saw it closing
   std::uint64_t last_used_frame = 0;  ///< closing: last frame that may refer to the plant
@@ -110,11 +127,18 @@ bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk);
 /// What is needed for the leaf meshes and is neither there nor on its way, bytes as in ChunkBytes::total().
 std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant);
 
-/// Value of a chunk under plant.demand and plant.wants.now; infinite for what is pinned.
+/// Value of a chunk under plant.demand and plant.wants.unlimited; infinite for what is pinned.
 float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view);
 
-/// Rolls the window forward by one frame.
-void update_wants(PlantStream& plant, const PlantDemand& demand, const LodView* view);
+/// A new frame's demand.
+void update_demand(PlantStream& plant, const PlantDemand& demand);
+/// What a size asks of the plant; nothing of one that is closing.
+PlantWants wants_at(const PlantStream& plant, float max_size_px, const LodView& view);
+PlantWants no_wants(const PlantStream& plant);
+/// Of what is not pinned.
+PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants);
+/// A chunk that can never come: nothing that needs it is wanted any more.
+void give_up(PlantStream& plant, const Chunk& chunk);
 /// Whether the leaf meshes can be drawn.
 bool leaf_meshes_resident(const PlantStream& plant);
 bool wanted_now(const PlantStream& plant, const Chunk& chunk);

@@ -30,6 +30,7 @@ struct ChunkId {
 struct Chunk {
   ChunkId id;
   Residency residency = Residency::absent;
+  bool affordable = true;                  ///< a texture: false where the budget is for what is worth more
   bool pinned = false;                     ///< page 0 and the coarsest wood: never evicted while the plant is open
   std::uint32_t file_chunk = 0xffffffffu;  ///< index into PlantFile::chunks
   std::uint64_t counted_bytes = 0;         ///< what the budget counts for it now

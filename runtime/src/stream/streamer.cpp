@@ -176,16 +176,18 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   s.closed.begin();
   for (const auto& plant : s.plants.span()) {
     if (!plant) continue;
-    update_wants(*plant, plant->index < frame.demands.size() ? frame.demands[plant->index] : PlantDemand{}, s.has_view ? &s.view : nullptr);
+    update_demand(*plant, plant->index < frame.demands.size() ? frame.demands[plant->index] : PlantDemand{});
     s.trim(*plant);
   }
-  s.collect();
+  s.update_wants();
+  s.counters.hand_over_ns = 0;
+  s.collect_in_time(1);
   for (const auto& plant : s.plants.span())
     if (plant && plant->closing) s.advance_closing(*plant);
   s.enforce_budget();
   s.release_evicted();
   s.issue_requests();
-  s.collect();
+  s.collect_in_time(0);
   s.release_evicted();
   s.finish_closing();
 }
@@ -249,23 +251,31 @@ DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
 
 std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   State& s = *state_;
-  std::size_t count = 0;
-  std::uint64_t bytes = 0;
-  const auto offer = [&](const PlantStream& plant, const Chunk& chunk) {
-    if (chunk.residency != Residency::decoded || count == s.decoded.size()) return;
-    const std::uint64_t more = chunk_bytes(plant, chunk).gpu;
-    if (count > 0 && bytes + more > max_bytes) return;
-    bytes += more;
-    s.decoded[count++] = decoded_chunk(plant, chunk);
+  s.requests.clear();
+  const auto push = [&](PlantStream& plant, Chunk& chunk) {
+    if (chunk.residency != Residency::decoded) return;
+    s.requests.push_back({&plant, &chunk, s.value_of(plant, chunk)});
+    std::ranges::push_heap(s.requests, worth_less);
+  };
+  const auto push_page = [&](PlantStream& plant, std::uint32_t page) {
+    if (page < plant.decoded_page_count) push(plant, plant.chunk(ChunkKind::page, page));
   };
   for (const auto& plant : s.plants.span()) {
     if (!plant || plant->closing) continue;
-    for (const Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) offer(*plant, chunk);
-    for (std::uint32_t page = plant->resident_page_count; page < plant->decoded_page_count; ++page) {
-      const std::size_t before = count;
-      offer(*plant, plant->chunk(ChunkKind::page, page));
-      if (count == before) break;
-    }
+    push_page(*plant, plant->resident_page_count);
+    for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) push(*plant, chunk);
+  }
+  std::size_t count = 0;
+  std::uint64_t bytes = 0;
+  while (!s.requests.empty() && count < s.decoded.size()) {
+    std::ranges::pop_heap(s.requests, worth_less);
+    const Request offered = s.requests.back();
+    s.requests.pop_back();
+    const std::uint64_t more = chunk_bytes(*offered.plant, *offered.chunk).gpu;
+    if (count > 0 && bytes + more > max_bytes) continue;
+    bytes += more;
+    s.decoded[count++] = decoded_chunk(*offered.plant, *offered.chunk);
+    if (offered.chunk->id.kind == ChunkKind::page) push_page(*offered.plant, offered.chunk->id.index + 1);
   }
   return {s.decoded.data(), count};
 }
@@ -300,6 +310,7 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
     log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(id.kind), id.index,
              error.message().c_str());
     ++state_->counters.chunks_failed;
+    give_up(plant, chunk);
   }
   COPPICE_ASSERT(advance(chunk, transient ? Residency::absent : Residency::failed));
   if (id.kind == ChunkKind::page) {
@@ -313,24 +324,29 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
   state_->set_counted(chunk, 0);
 }
 
+std::uint64_t Streamer::hand_over_ns() const {
+  return state_->counters.hand_over_ns;
+}
+
 StreamStats Streamer::stats() const {
   const State& s = *state_;
   StreamStats stats = s.counters;
   stats.budget_bytes = s.budget_bytes;
   stats.memory_bytes = s.used_bytes;
   stats.memory_peak_bytes = s.peak_bytes;
+  stats.threshold_px = s.threshold_px(s.threshold_step);
   for (const auto& plant : s.plants.span()) {
     if (!plant) continue;
     stats.chunks_in_flight += plant->transfer_count;
     if (plant->closing) continue;
-    const std::uint32_t page_count = plant->file.plant.page_count;
-    for (std::uint32_t page = plant->resident_page_count; page < plant->wants.now.page_count; ++page) {
-      if (plant->chunk(ChunkKind::page, page).residency == Residency::failed) break;
+    const std::uint32_t wanted_pages = std::min(plant->wants.now.page_count, plant->loadable_page_count);
+    const auto count = [&](const Chunk& chunk) {
+      if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !wanted_now(*plant, chunk)) return;
       ++stats.chunks_wanted;
-    }
-    for (const Chunk& chunk : plant->chunks.span().subspan(page_count))
-      if (chunk.residency != Residency::resident && chunk.residency != Residency::failed && wanted_now(*plant, chunk))
-        ++stats.chunks_wanted;
+      if (chunk.residency == Residency::absent) ++stats.chunks_queued;
+    };
+    for (std::uint32_t page = plant->resident_page_count; page < wanted_pages; ++page) count(plant->chunk(ChunkKind::page, page));
+    for (const Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) count(chunk);
   }
   return stats;
 }

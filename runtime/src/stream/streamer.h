@@ -33,8 +33,9 @@ struct GpuSizes {
   std::uint64_t wood_vertex_bytes = 0;  ///< per vertex of a wood LoD
   std::uint64_t wood_index_bytes = 4;   ///< of leaf meshes too
   std::uint64_t leaf_mesh_vertex_bytes = 0;
-  std::uint64_t plant_bytes = 0;  ///< per open plant: tables, descriptors
-  bool block_textures = false;    ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
+  std::uint64_t plant_bytes = 0;      ///< per open plant: tables, descriptors
+  std::uint64_t page_list_bytes = 0;  ///< what comes on top of a page sooner or later, estimated; counted where it is: in the overhead
+  bool block_textures = false;        ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
 };
 
 struct StreamerOptions {
@@ -42,6 +43,9 @@ struct StreamerOptions {
   std::uint64_t budget_bytes = 256ull << 20;
   std::uint32_t max_plants = 64;
   std::uint32_t max_in_flight = 16;  ///< reads and decodes together
+  /// For taking over what was read and decoded, a frame; at least one is. What is over waits for the next frame.
+  std::uint64_t hand_over_budget_ns = UINT64_MAX;
+  std::uint64_t (*clock_ns)() = now_ns;
 };
 
 /// A chunk to upload. Spans and pointers stay valid until uploaded(), upload_failed() or the next begin_frame().
@@ -86,8 +90,13 @@ struct StreamStats {
   std::uint64_t chunks_evicted = 0;
   std::uint64_t chunks_failed = 0;
   std::uint64_t reads_cancelled = 0;
+  std::uint64_t bytes_read = 0;        ///< by reads that returned, failed ones too
+  std::uint64_t decode_ns = 0;         ///< of jobs that ended, added up
   std::uint32_t chunks_in_flight = 0;  ///< reading or decoding
-  std::uint32_t chunks_wanted = 0;     ///< wanted by the view, not resident
+  std::uint32_t chunks_queued = 0;     ///< of those wanted, not asked for yet
+  std::uint32_t chunks_wanted = 0;     ///< wanted by the view at the threshold in use, not resident
+  std::uint64_t hand_over_ns = 0;      ///< time that the last begin_frame took over what was read and decoded
+  float threshold_px = 0.0f;           ///< in use: the view's, or higher where what it wants does not fit the budget; 0: every leaf
 };
 
 /// Thread: externally serialised; const functions may overlap with each other. The hooks must outlive it.
@@ -129,8 +138,8 @@ class Streamer {
   [[nodiscard]] std::span<const ChunkId> take_released();
   [[nodiscard]] std::span<const std::uint32_t> take_closed_plants();
 
-  /// Chunks to upload, pages of a plant in order, at most about max_bytes of GPU memory but at least one chunk if there is one. What is not
-  /// confirmed with uploaded() is handed out again.
+  /// Chunks to upload, those that are worth most first and pages of a plant in order, at most about max_bytes of GPU memory but at least
+  /// one chunk if there is one. What is not confirmed with uploaded() is handed out again.
   [[nodiscard]] std::span<const DecodedChunk> take_decoded(std::uint64_t max_bytes);
   /// Whether a chunk of the last take_decoded still waits: the failure of a page takes the later ones of its plant along.
   [[nodiscard]] bool awaits_upload(ChunkId id) const;
@@ -141,6 +150,8 @@ class Streamer {
   void upload_failed(ChunkId id, const Error& error);
 
   [[nodiscard]] StreamStats stats() const;
+  /// StreamStats::hand_over_ns
+  [[nodiscard]] std::uint64_t hand_over_ns() const;
 
  private:
   struct State;

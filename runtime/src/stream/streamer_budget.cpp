@@ -12,8 +12,6 @@ namespace coppice {
 
 namespace {
 
-/// A victim must be worth this much less than what takes its place: small changes of the view must not swap chunks back and forth.
-constexpr float kExchangeMargin = 1.5f;
 constexpr std::size_t kMaxVictimsAtOnce = 64;
 
 bool holds_memory(const Chunk& chunk) {
@@ -59,57 +57,49 @@ float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
   return chunk.value;
 }
 
-bool Streamer::State::may_go(PlantStream& plant, Chunk& chunk, const Request* request, bool idle_only) {
-  if (chunk.pinned || chunk.victim || !holds_memory(chunk)) return false;
-  if (request == nullptr) return true;
-  const float worth = value_of(plant, chunk);
-  return worth > 0.0f ? worth * kExchangeMargin < request->value && !idle_only : !wanted_recently(plant, chunk);
+bool Streamer::State::may_go(const PlantStream& plant, const Chunk& chunk, Victims victims) {
+  return !chunk.pinned && !chunk.victim && holds_memory(chunk) && (victims == Victims::any || !wanted_recently(plant, chunk));
 }
 
-// The value they were requested for is the value of the pages before them too.
-bool Streamer::State::only_idle_pages(const PlantStream& plant) {
-  return plant.decoded_page_count < plant.file.plant.page_count &&
-         plant.chunk(ChunkKind::page, plant.decoded_page_count).residency == Residency::reading;
-}
-
-// Of a plant's pages only the last that is not chosen yet may go. And a page never makes room for a later one of its own plant.
-Chunk* Streamer::State::least_valuable_victim(const Request* request) {
+// Of a plant's pages only the last that is not chosen yet may go.
+Chunk* Streamer::State::least_valuable_victim(Victims victims) {
   Chunk* least = nullptr;
   float least_value = std::numeric_limits<float>::infinity();
-  const auto consider = [&](PlantStream& plant, Chunk& chunk, bool idle_only) {
-    if (!may_go(plant, chunk, request, idle_only)) return;
+  bool least_wanted = true;
+  const auto consider = [&](PlantStream& plant, Chunk& chunk) {
+    if (!may_go(plant, chunk, victims)) return;
+    const bool wanted = wanted_recently(plant, chunk);
     const float worth = value_of(plant, chunk);
-    if (!(worth < least_value)) return;
+    if (wanted != least_wanted ? wanted : !(worth < least_value)) return;
     least = &chunk;
     least_value = worth;
+    least_wanted = wanted;
   };
   for (const auto& plant : plants.span()) {
     if (!plant || plant->closing) continue;
-    const bool own = request != nullptr && request->plant == plant.get() && request->chunk->id.kind == ChunkKind::page;
-    if (plant->decoding_page_count == 0 && plant->victim_page_end > 0 && !own)
-      consider(*plant, plant->chunk(ChunkKind::page, plant->victim_page_end - 1), only_idle_pages(*plant));
-    for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i) consider(*plant, plant->chunks[i], false);
+    if (plant->decoding_page_count == 0 && plant->victim_page_end > 0)
+      consider(*plant, plant->chunk(ChunkKind::page, plant->victim_page_end - 1));
+    for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i) consider(*plant, plant->chunks[i]);
   }
   return least;
 }
 
-std::uint64_t Streamer::State::cheap_bytes(const Request& request) {
+std::uint64_t Streamer::State::idle_bytes() const {
   std::uint64_t bytes = 0;
   for (const auto& plant : plants.span()) {
     if (!plant || plant->closing) continue;
-    const bool own = request.plant == plant.get() && request.chunk->id.kind == ChunkKind::page;
-    for (std::uint32_t end = own || plant->decoding_page_count > 0 ? 0 : plant->victim_page_end; end > 0; --end) {
-      Chunk& page = plant->chunk(ChunkKind::page, end - 1);
-      if (!may_go(*plant, page, &request, only_idle_pages(*plant))) break;
+    for (std::uint32_t end = plant->decoding_page_count > 0 ? 0 : plant->victim_page_end; end > 0; --end) {
+      const Chunk& page = plant->chunk(ChunkKind::page, end - 1);
+      if (!may_go(*plant, page, Victims::idle)) break;
       bytes += page.counted_bytes;
     }
     for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i)
-      if (may_go(*plant, plant->chunks[i], &request, false)) bytes += plant->chunks[i].counted_bytes;
+      if (may_go(*plant, plant->chunks[i], Victims::idle)) bytes += plant->chunks[i].counted_bytes;
   }
   return bytes;
 }
 
-Room Streamer::State::make_room(std::uint64_t bytes, const Request& request) {
+Room Streamer::State::make_room(std::uint64_t bytes) {
   if (used_bytes + bytes <= limit_bytes()) return Room::now;
   if (floor_bytes() + bytes > limit_bytes()) return Room::none;
   std::uint64_t coming = evicting_bytes + cancelled_bytes;
@@ -118,7 +108,7 @@ Room Streamer::State::make_room(std::uint64_t bytes, const Request& request) {
   for (const auto& plant : plants.span())
     if (plant) plant->victim_page_end = plant->decoded_page_count;
   while (less(used_bytes, coming) + bytes > limit_bytes() && count < victims.size()) {
-    Chunk* victim = least_valuable_victim(&request);
+    Chunk* victim = least_valuable_victim(Victims::idle);
     if (victim == nullptr) break;
     victims[count++] = victim;
     victim->victim = true;
@@ -126,7 +116,7 @@ Room Streamer::State::make_room(std::uint64_t bytes, const Request& request) {
     if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
   }
   // Nothing goes for a newcomer that could not come in even then. Where it takes more victims than are chosen at once, the rest follows.
-  const std::uint64_t later = count == victims.size() ? cheap_bytes(request) : 0;
+  const std::uint64_t later = count == victims.size() ? idle_bytes() : 0;
   const bool enough = less(used_bytes, coming + later) + bytes <= limit_bytes();
   for (std::size_t i = 0; i < count; ++i) {
     victims[i]->victim = false;
@@ -151,7 +141,7 @@ void Streamer::State::enforce_budget() {
   for (const auto& plant : plants.span())
     if (plant) plant->victim_page_end = plant->decoded_page_count;
   while (less(used_bytes, evicting_bytes + cancelled_bytes) > limit_bytes() && !evicted.full()) {
-    Chunk* victim = least_valuable_victim(nullptr);
+    Chunk* victim = least_valuable_victim(Victims::any);
     if (victim == nullptr) break;
     if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
     evict(*victim);

@@ -12,11 +12,11 @@ namespace {
 
 constexpr std::uint64_t kRetryFrames = 30;
 
-bool by_value(const Request& a, const Request& b) {
-  if (a.value != b.value) return a.value < b.value;
-  if (a.plant != b.plant) return a.plant->index > b.plant->index;
-  if (a.chunk->id.kind != b.chunk->id.kind) return a.chunk->id.kind > b.chunk->id.kind;
-  return a.chunk->id.index > b.chunk->id.index;
+/// Appends a list of transfers to another, both linked by next.
+void append(Transfer*& list, Transfer* more) {
+  Transfer** end = &list;
+  while (*end != nullptr) end = &(*end)->next;
+  *end = more;
 }
 
 bool on_its_way(const Chunk& chunk) {
@@ -24,6 +24,13 @@ bool on_its_way(const Chunk& chunk) {
 }
 
 }  // namespace
+
+bool worth_less(const Request& a, const Request& b) {
+  if (a.value != b.value) return a.value < b.value;
+  if (a.plant != b.plant) return a.plant->index > b.plant->index;
+  if (a.chunk->id.kind != b.chunk->id.kind) return a.chunk->id.kind > b.chunk->id.kind;
+  return a.chunk->id.index > b.chunk->id.index;
+}
 
 void Streamer::State::free_transfer(Transfer& transfer) {
   if (transfer.cancelled) cancelled_bytes -= transfer.bytes.size();
@@ -52,6 +59,7 @@ void Streamer::State::fail(Transfer& transfer, const Error& error) {
   log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(chunk.id.kind), chunk.id.index,
            placed.message().c_str());
   ++counters.chunks_failed;
+  give_up(plant, chunk);
   free_transfer(transfer);
   COPPICE_ASSERT(advance(chunk, Residency::failed));
   plant.trim_needed = true;
@@ -86,23 +94,38 @@ bool Streamer::State::stale(const Transfer& transfer) const {
   return !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1));
 }
 
-void Streamer::State::collect() {
-  for (Transfer* transfer = completions.take_all(); transfer != nullptr; transfer = completions.take_all()) {
-    while (transfer != nullptr) {
-      Transfer* next = transfer->next;
-      if (transfer->stage == TransferStage::reading)
-        finish_read(*transfer);
+void Streamer::State::collect(std::uint32_t least) {
+  const auto in_time = [&] { return least > 0 || options.clock_ns() < hand_over_until; };
+  bool progress = true;
+  while (progress) {
+    progress = false;
+    append(finished, completions.take_all());
+    while (finished != nullptr && in_time()) {
+      Transfer& transfer = *finished;
+      finished = transfer.next;
+      if (least > 0) --least;
+      progress = true;
+      if (transfer.stage == TransferStage::reading)
+        finish_read(transfer);
       else
-        finish_decode(*transfer);
-      transfer = next;
+        finish_decode(transfer);
     }
     for (const auto& plant : plants.span())
       if (plant) start_page_runs(*plant);
   }
 }
 
+void Streamer::State::collect_in_time(std::uint32_t least) {
+  const std::uint64_t start = options.clock_ns();
+  const std::uint64_t left = options.hand_over_budget_ns - std::min(options.hand_over_budget_ns, counters.hand_over_ns);
+  hand_over_until = left < UINT64_MAX - start ? start + left : UINT64_MAX;
+  collect(least);
+  counters.hand_over_ns += options.clock_ns() - start;
+}
+
 void Streamer::State::finish_read(Transfer& transfer) {
   transfer.stage = TransferStage::read;
+  if (transfer.bytes_read > 0) counters.bytes_read += static_cast<std::uint64_t>(transfer.bytes_read);
   if (stale(transfer)) return drop(transfer);
   if (transfer.bytes_read != static_cast<std::int64_t>(transfer.bytes.size()))
     return fail(transfer, {Status::io, "read failed", Error::kNoOffset,
@@ -141,6 +164,7 @@ void Streamer::State::finish_decode(Transfer& transfer) {
   PlantStream& plant = *transfer.plant;
   Chunk& chunk = *transfer.chunk;
   const bool page = chunk.id.kind == ChunkKind::page;
+  counters.decode_ns += transfer.decode_ns;
   if (page) --plant.decoding_page_count;
   const bool in_order = !page || chunk.id.index == plant.decoded_page_count;
   if (transfer.skipped || !in_order || stale(transfer)) return drop(transfer);
@@ -160,7 +184,7 @@ void Streamer::State::finish_decode(Transfer& transfer) {
 void Streamer::State::push_request(PlantStream& plant, Chunk& chunk) {
   if (chunk.residency != Residency::absent || chunk.counted_bytes != 0 || !wanted_now(plant, chunk)) return;
   requests.push_back({&plant, &chunk, value_of(plant, chunk)});
-  std::ranges::push_heap(requests, by_value);
+  std::ranges::push_heap(requests, worth_less);
 }
 
 // The first page that is neither there nor on its way; none while that one has failed or is still leaving.
@@ -187,7 +211,7 @@ Transfer* Streamer::State::free_slot() {
 void Streamer::State::issue_requests() {
   gather_requests();
   while (!requests.empty() && free_slot() != nullptr) {
-    std::ranges::pop_heap(requests, by_value);
+    std::ranges::pop_heap(requests, worth_less);
     const Request request = requests.back();
     requests.pop_back();
     const Room room = issue(request);
@@ -204,7 +228,7 @@ Room Streamer::State::issue(const Request& request) {
   const std::uint64_t bytes = chunk_bytes(plant, chunk).total();
   // Some of the leaf meshes show nothing: they come once there is room for all of them.
   const std::uint64_t needed_bytes = in_leaf_mesh_set(plant, chunk) ? missing_leaf_mesh_bytes(plant) : bytes;
-  if (const Room room = make_room(needed_bytes, request); room != Room::now) return room;
+  if (const Room room = make_room(needed_bytes); room != Room::now) return room;
   // Room made since the request was gathered may have taken the page before it.
   if (chunk.id.kind == ChunkKind::page && chunk.id.index > plant.decoded_page_count &&
       !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1)))

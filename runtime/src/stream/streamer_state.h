@@ -1,7 +1,7 @@
 #pragma once
 
-// The streamer's insides, split over streamer.cpp (the interface), streamer_frame.cpp (progress of transfers, requests) and
-// streamer_budget.cpp (counting and evicting).
+// The streamer's insides, split over streamer.cpp (the interface), streamer_frame.cpp (progress of transfers, requests),
+// streamer_budget.cpp (counting and evicting) and streamer_threshold.cpp (what is wanted).
 
 #include <cstdint>
 #include <memory>
@@ -33,10 +33,21 @@ struct HandOut {
   }
 };
 
-/// A chunk that may be asked for, by value.
+/// A chunk that may be asked for, or uploaded.
 struct Request {
   PlantStream* plant = nullptr;
   Chunk* chunk = nullptr;
+  float value = 0.0f;
+};
+
+/// A strict order, by value.
+bool worth_less(const Request& a, const Request& b);
+
+/// What comes whole or not at all.
+struct Indivisible {
+  Chunk* chunk = nullptr;  ///< a texture, or any of the plant's leaf meshes for all of them
+  bool* affordable = nullptr;
+  std::uint64_t bytes = 0;
   float value = 0.0f;
 };
 
@@ -44,7 +55,7 @@ struct Request {
 enum class Room : std::uint8_t {
   now,
   soon,  ///< once the GPU, or a cancelled read, is done with what is on its way out
-  none,  ///< nothing there is worth clearly less
+  none,  ///< everything there is wanted
 };
 
 struct Streamer::State {
@@ -53,10 +64,15 @@ struct Streamer::State {
   HookArray<std::unique_ptr<PlantStream>> plants;  ///< [max_plants] null: free
   HookArray<Transfer> transfers;                   ///< [max_in_flight]
   CompletionQueue completions;
-  std::vector<Request> requests;  ///< scratch of a frame: at most a page, the wood LoDs and the textures of each plant
+  Transfer* finished = nullptr;       ///< out of `completions`, linked by next: what no frame has had time for yet
+  std::uint64_t hand_over_until = 0;  ///< on the clock; the frame's time for them ends here
+  std::vector<Request> requests;      ///< scratch, a heap by value: at most a page, the wood LoDs, textures and leaf meshes of each plant
+  std::vector<Indivisible> indivisible;  ///< scratch of a frame: at most the textures of each plant, and its leaf meshes
 
   LodView view;
   bool has_view = false;
+  bool all_affordable = true;
+  std::uint32_t threshold_step = 0;  ///< how far above the view's own the threshold in use is
   std::uint64_t frame_number = 0, last_frame_number = 0, completed_number = 0;
 
   std::uint64_t budget_bytes = 0, overhead_bytes = 0;
@@ -80,25 +96,38 @@ struct Streamer::State {
   [[nodiscard]] std::uint64_t limit_bytes() const;
   /// What no eviction frees: the open plants' tables and pinned chunks, the GPU side's overhead.
   [[nodiscard]] std::uint64_t floor_bytes() const;
-  /// Whether `bytes` more fit. If not, starts to evict what is worth clearly less than the request, provided that it then would fit.
-  Room make_room(std::uint64_t bytes, const Request& request);
+  /// Whether `bytes` more fit. If not, starts to evict what nothing wants, provided that they then would fit.
+  Room make_room(std::uint64_t bytes);
   /// Cancels and evicts, least value first, until the budget is kept.
   void enforce_budget();
   void evict(Chunk& chunk);
   void release_evicted();
-  /// Whether the chunk may go: for `request`, if it is worth clearly less; for null, anything that is not pinned.
-  /// idle_only  only if nothing wants it
-  bool may_go(PlantStream& plant, Chunk& chunk, const Request* request, bool idle_only);
-  /// Whether only idle pages of the plant may go, because later ones are on their way.
-  static bool only_idle_pages(const PlantStream& plant);
-  /// Null for `request`: whatever is worth least.
-  Chunk* least_valuable_victim(const Request* request);
-  /// What could go for the request in any number of frames.
-  std::uint64_t cheap_bytes(const Request& request);
+  /// What may go: idle, what nothing has wanted lately; any, all that is not pinned.
+  enum class Victims : std::uint8_t { idle, any };
+  static bool may_go(const PlantStream& plant, const Chunk& chunk, Victims victims);
+  /// What is idle goes before what is wanted, what is worth less before what is worth more.
+  Chunk* least_valuable_victim(Victims victims);
+  /// What is idle and could go in any number of frames.
+  [[nodiscard]] std::uint64_t idle_bytes() const;
   float value_of(PlantStream& plant, Chunk& chunk);
 
+  // streamer_threshold.cpp
+  [[nodiscard]] float threshold_px(std::uint32_t step) const;
+  [[nodiscard]] PlantWants wants_at_step(const PlantStream& plant, float max_size_px, std::uint32_t step) const;
+  /// What everything that a step asks for takes.
+  [[nodiscard]] std::uint64_t planned_bytes_at(std::uint32_t step) const;
+  /// What there is for it.
+  [[nodiscard]] std::uint64_t room_bytes() const;
+  void gather_indivisible();
+  /// Which textures and leaf meshes may be asked for. room: bytes, here and below
+  void choose_indivisible(std::uint64_t room);
+  void choose_threshold(std::uint64_t room);
+  void update_wants();
+
   // streamer_frame.cpp
-  void collect();
+  /// Takes over finished transfers until the frame's time for it is up; `least` of them in any case.
+  void collect_in_time(std::uint32_t least);
+  void collect(std::uint32_t least);
   void finish_read(Transfer& transfer);
   void finish_decode(Transfer& transfer);
   void start_page_runs(PlantStream& plant);

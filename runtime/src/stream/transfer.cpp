@@ -42,7 +42,9 @@ void run_decodes(void* argument) {
   for (auto* transfer = static_cast<Transfer*>(argument); transfer != nullptr;) {
     Transfer* next = transfer->next_in_run;  // once pushed, the transfer belongs to the frame's thread
     transfer->skipped = skip;
+    const std::uint64_t start = now_ns();
     if (!skip) transfer->outcome = decode_chunk(*transfer);
+    transfer->decode_ns = now_ns() - start;
     skip = skip || !transfer->outcome;
     transfer->queue->push(transfer);
     transfer = next;

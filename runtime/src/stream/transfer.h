@@ -41,6 +41,7 @@ struct Transfer {
   WoodMesh wood;                   ///< wood: out of the job
   HookBuffer texels;               ///< texture that is decoded: out of the job, a TEXTURE chunk of RGBA8
   Result<void> outcome;            ///< of the job
+  std::uint64_t decode_ns = 0;     ///< that it took
   bool skipped = false;            ///< page: the one before it in the run failed, nothing was decoded
 
   Transfer* next_in_run = nullptr;  ///< pages one job decodes one after the other

@@ -1,0 +1,149 @@
+// How coarse the view has to be for what it wants to fit the budget. Where everything fits, the threshold is the view's own. Where it does
+// not, the threshold rises for all plants alike until it does, so that the same error shows everywhere and what is asked for can be had:
+// no plant waits for room that another holds, and under a view that stands still nothing is loaded that would have to go again.
+//
+// The threshold moves in steps of 2 %: up in one frame as far as it must, down by a few steps a frame, and only while some room stays free.
+//
+// Textures and sets of leaf meshes come whole or not at all, and one of them may be larger than all the rest: no threshold that still shows
+// anything could make room for it. Where not everything fits they share three quarters of the room, what is worth most per byte first; the
+// threshold is for the rest.
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "streamer_state.h"
+
+namespace coppice {
+
+namespace {
+
+constexpr float kStepsPerDoubling = 32.0f;
+constexpr std::uint32_t kMaxSteps = 32 * 24;
+constexpr std::uint32_t kMaxStepsDown = 4;  ///< in a frame
+/// Step 1 of a view that asks for every leaf, whose own threshold is 0.
+constexpr float kFirstStepOfFullPx = 1.0f / 16.0f;
+/// Share of the room that must stay free where the threshold falls: the figures change a little from frame to frame.
+constexpr std::uint64_t kFreeShare = 16;
+/// What is there counts this much more than what might take its place: small changes of the view must not swap them back and forth.
+constexpr float kExchangeMargin = 1.5f;
+
+std::uint64_t comfortable_bytes(std::uint64_t room) {
+  return room - room / kFreeShare;
+}
+
+}  // namespace
+
+float Streamer::State::threshold_px(std::uint32_t step) const {
+  const float own_px = view.full ? 0.0f : view.error_px;
+  if (step == 0) return own_px;
+  const float first_px = view.full ? kFirstStepOfFullPx : own_px;
+  return first_px * std::exp2(static_cast<float>(step) / kStepsPerDoubling);
+}
+
+PlantWants Streamer::State::wants_at_step(const PlantStream& plant, float max_size_px, std::uint32_t step) const {
+  if (step == 0) return wants_at(plant, max_size_px, view);
+  LodView raised = view;
+  raised.error_px = threshold_px(step);
+  raised.full = false;
+  return wants_at(plant, max_size_px, raised);
+}
+
+std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
+  PlannedBytes sum;
+  for (const auto& plant : plants.span()) {
+    if (!plant || plant->closing || plant->recent_size.px() == 0.0f) continue;
+    const PlannedBytes planned = planned_bytes(*plant, wants_at_step(*plant, plant->recent_size.px(), step));
+    sum.settled += planned.settled;
+    sum.passing = std::max(sum.passing, planned.passing);
+  }
+  return sum.settled + sum.passing;
+}
+
+// Lists that the GPU side keeps of resident pages are in its overhead and would go with them.
+std::uint64_t Streamer::State::room_bytes() const {
+  std::uint64_t room = limit_bytes();
+  for (const auto& plant : plants.span())
+    if (plant && plant->resident_page_count > 1) room += (plant->resident_page_count - 1) * plant->gpu.page_list_bytes;
+  return room - std::min(room, floor_bytes());
+}
+
+void Streamer::State::gather_indivisible() {
+  indivisible.clear();
+  for (const auto& plant : plants.span()) {
+    if (!plant || plant->closing || plant->demand.max_size_px == 0.0f) continue;
+    const PlantWants& wants = plant->wants.unlimited;
+    std::uint64_t set_bytes = 0;
+    Chunk* of_set = nullptr;
+    for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) {
+      if (chunk.id.kind == ChunkKind::wood || chunk.residency == Residency::failed) continue;
+      const std::uint64_t bytes = chunk_bytes(*plant, chunk).gpu;
+      if (!in_leaf_mesh_set(*plant, chunk)) {
+        if (wants.textures) indivisible.push_back({&chunk, &chunk.affordable, bytes});
+        continue;
+      }
+      set_bytes += bytes;
+      of_set = &chunk;
+    }
+    if (wants.leaf_meshes) indivisible.push_back({of_set, &plant->leaf_meshes_affordable, set_bytes});
+  }
+}
+
+void Streamer::State::choose_indivisible(std::uint64_t room) {
+  gather_indivisible();
+  for (const Indivisible& item : indivisible) *item.affordable = true;
+  all_affordable = planned_bytes_at(0) <= (all_affordable ? room : comfortable_bytes(room));
+  if (all_affordable) return;
+  for (Indivisible& item : indivisible) {
+    item.value = value_of(*plants[item.chunk->id.plant], *item.chunk);
+    if (item.chunk->residency != Residency::absent) item.value *= kExchangeMargin;
+  }
+  std::uint64_t left = room / 4 * 3;
+  std::ranges::stable_sort(indivisible, std::greater{}, &Indivisible::value);
+  for (const Indivisible& item : indivisible) {
+    *item.affordable = item.bytes <= left;
+    if (*item.affordable) left -= item.bytes;
+  }
+}
+
+void Streamer::State::choose_threshold(std::uint64_t room) {
+  const std::uint64_t comfortable = comfortable_bytes(room);
+  if (planned_bytes_at(threshold_step) <= room) {
+    const auto fits_below = [&](std::uint32_t steps) {
+      return threshold_step >= steps && planned_bytes_at(threshold_step - steps) <= comfortable;
+    };
+    if (fits_below(1)) threshold_step -= fits_below(kMaxStepsDown) ? kMaxStepsDown : 1;
+    return;
+  }
+  std::uint32_t too_low = threshold_step, enough = threshold_step;
+  for (std::uint32_t stride = 1; enough < kMaxSteps; stride *= 2) {
+    too_low = enough;
+    enough = std::min(enough + stride, kMaxSteps);
+    if (planned_bytes_at(enough) <= comfortable) break;
+  }
+  while (enough - too_low > 1) {
+    const std::uint32_t middle = (too_low + enough) / 2;
+    (planned_bytes_at(middle) <= comfortable ? enough : too_low) = middle;
+  }
+  threshold_step = enough;
+}
+
+void Streamer::State::update_wants() {
+  for (const auto& plant : plants.span()) {
+    if (!plant) continue;
+    plant->leaf_meshes_affordable = true;
+    plant->wants.unlimited = has_view ? wants_at_step(*plant, plant->demand.max_size_px, 0) : no_wants(*plant);
+  }
+  if (has_view) {
+    const std::uint64_t room = room_bytes();
+    choose_indivisible(room);
+    choose_threshold(room);
+  }
+  for (const auto& plant : plants.span()) {
+    if (!plant) continue;
+    plant->wants.now = has_view ? wants_at_step(*plant, plant->demand.max_size_px, threshold_step) : no_wants(*plant);
+    plant->wants.recent = has_view ? wants_at_step(*plant, plant->recent_size.px(), threshold_step) : no_wants(*plant);
+  }
+}
+
+}  // namespace coppice

@@ -168,20 +168,6 @@ void limit_warnings(std::vector<std::string>& warnings) {
   warnings.push_back("and " + std::to_string(more) + " more warnings");
 }
 
-/// (x, y, z) of a file with +Z up is (x, z, -y) of one with +Y up.
-Result<glm::dmat4> scene_from_file(const ImportOptions& options) {
-  const double unit_m = options.metres_per_unit;
-  if (!std::isfinite(unit_m) || unit_m <= 0.0)
-    return Error{Status::invalid_argument, "--unit is not a length", Error::kNoOffset, std::to_string(unit_m)};
-  glm::dmat4 transform(0.0);
-  transform[0][0] = unit_m;
-  const bool z_up = options.up == UpAxis::z;
-  transform[1][z_up ? 2 : 1] = z_up ? -unit_m : unit_m;
-  transform[2][z_up ? 1 : 2] = unit_m;
-  transform[3][3] = 1.0;
-  return transform;
-}
-
 Result<Plant> import_model(const tinygltf::Model& model, const ImportOptions& options) {
   Plant plant;
   COPPICE_TRY(transform, scene_from_file(options));
@@ -227,6 +213,20 @@ Result<Plant> import_guarded(const std::filesystem::path& path, const ImportOpti
 }
 
 }  // namespace
+
+/// (x, y, z) of a file with +Z up is (x, z, -y) of one with +Y up.
+Result<glm::dmat4> scene_from_file(const ImportOptions& options) {
+  const double unit_m = options.metres_per_unit;
+  if (!std::isfinite(unit_m) || unit_m <= 0.0)
+    return Error{Status::invalid_argument, "--unit is not a length", Error::kNoOffset, std::to_string(unit_m)};
+  glm::dmat4 transform(0.0);
+  transform[0][0] = unit_m;
+  const bool z_up = options.up == UpAxis::z;
+  transform[1][z_up ? 2 : 1] = z_up ? -unit_m : unit_m;
+  transform[2][z_up ? 1 : 2] = unit_m;
+  transform[3][3] = 1.0;
+  return transform;
+}
 
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options) {
   return import_guarded(path, options, [&] { return load_gltf(path); });

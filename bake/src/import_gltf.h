@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/mat4x4.hpp>
+
 #include "class_rules.h"
 #include "plant.h"
 #include "result.h"
@@ -31,6 +33,9 @@ struct ImportOptions {
   UpAxis up = UpAxis::y;
   double metres_per_unit = 1.0;  ///< glTF says metres; finite and > 0
 };
+
+/// From the file's axes and unit to metres with +Y up. errors  invalid_argument: metres_per_unit is no length
+Result<glm::dmat4> scene_from_file(const ImportOptions& options);
 
 /// Reads a glTF 2.0 .gltf or .glb: the default scene's triangles, node transforms and instances applied, in metres with +Y up, taken apart
 /// into leaves and wood (find_leaves.h); points and lines are skipped. Read with their extensions: KHR_draco_mesh_compression,

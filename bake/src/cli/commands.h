@@ -22,6 +22,7 @@ void add_inspect_command(CLI::App& app, int* exit_code);
 void add_verify_command(CLI::App& app, int* exit_code);
 void add_export_command(CLI::App& app, int* exit_code);
 void add_evaluate_command(CLI::App& app, int* exit_code);
+void add_scene_command(CLI::App& app, int* exit_code);
 
 /// Prints "coppice: FILE: message" to stderr; returns 1, the exit code of every failure that is not a usage error.
 int report_failure(const std::filesystem::path& file, const Error& error);

@@ -69,6 +69,7 @@ int main(int argc, char** argv) {
   coppice::bake::add_verify_command(app, &exit_code);
   coppice::bake::add_export_command(app, &exit_code);
   coppice::bake::add_evaluate_command(app, &exit_code);
+  coppice::bake::add_scene_command(app, &exit_code);
 
   try {
     app.parse(argc, argv);

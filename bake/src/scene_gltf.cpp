@@ -1,0 +1,103 @@
+#include "scene_gltf.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <regex>
+
+#include <tiny_gltf.h>
+#include <glm/gtc/matrix_inverse.hpp>
+
+#include "gltf_document.h"
+#include "gltf_scene.h"
+
+namespace coppice::bake {
+namespace {
+
+std::string lower(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
+std::optional<std::size_t> find_species(const std::string& name, std::span<const std::string> species) {
+  static const std::regex appended("([._ -]?(lod)?[0-9]+)+$");
+  const std::string wanted = lower(name);
+  for (const std::string& form : {wanted, std::regex_replace(wanted, appended, "")}) {
+    const auto found = std::ranges::find(species, form);
+    if (!form.empty() && found != species.end()) return static_cast<std::size_t>(found - species.begin());
+  }
+  return {};
+}
+
+/// What a node's mesh stands for.
+struct NodePlant {
+  std::optional<std::size_t> species;
+  std::string name;
+  bool instanced = false;
+};
+
+NodePlant node_plant(const tinygltf::Model& model, const MeshInstance& instance, std::span<const std::string> species) {
+  const tinygltf::Node& node = model.nodes.at(instance.node);
+  const tinygltf::Mesh& mesh = model.meshes.at(instance.mesh);
+  NodePlant plant;
+  plant.instanced = node.extensions.contains("EXT_mesh_gpu_instancing");
+  plant.species = find_species(node.name, species);
+  if (!plant.species) plant.species = find_species(mesh.name, species);
+  plant.name = !node.name.empty() ? node.name : !mesh.name.empty() ? mesh.name : "nodes[" + std::to_string(instance.node) + "]";
+  return plant;
+}
+
+/// Upright, with one scale: what a scene can hold of a transform.
+void add_plant(GltfScene& scene, const glm::dmat4& world_from_plant, std::size_t species) {
+  const glm::dvec3 x(world_from_plant[0]), y(world_from_plant[1]), z(world_from_plant[2]);
+  const std::array<double, 3> lengths = {glm::length(x), glm::length(y), glm::length(z)};
+  const auto [least, most] = std::ranges::minmax(lengths);
+  const double scale = std::cbrt(lengths[0] * lengths[1] * lengths[2]);
+  if (most > 1.02 * least) ++scene.stretched_count;
+  constexpr double kLean = 0.9986;  // cos 3 degrees
+  if (scale > 0.0 && y.y < kLean * lengths[1]) ++scene.tilted_count;
+  ScenePlant plant;
+  for (int axis = 0; axis < 3; ++axis) plant.position_m[static_cast<std::size_t>(axis)] = static_cast<float>(world_from_plant[3][axis]);
+  plant.scale = static_cast<float>(scale);
+  plant.species = static_cast<std::uint16_t>(species);
+  const double turn = std::atan2(z.x, z.z) / (2.0 * std::numbers::pi);
+  plant.yaw = static_cast<std::uint16_t>(std::lround((turn - std::floor(turn)) * 65535.0));
+  scene.plants.push_back(plant);
+}
+
+}  // namespace
+
+std::string species_name(const std::filesystem::path& plant) {
+  return lower(plant.stem().string());
+}
+
+Result<GltfScene> read_gltf_scene(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options) {
+  COPPICE_TRY(model, load_gltf(path));
+  COPPICE_TRY(scene_from_units, scene_from_file(options));
+  COPPICE_TRY(instances, mesh_instances(*model, scene_from_units));
+  // The plants were baked with the same axes and unit.
+  const glm::dmat4 file_from_plant = glm::inverse(scene_from_units);
+  GltfScene scene;
+  std::map<std::string, std::size_t> missing;
+  std::map<std::uint32_t, NodePlant> nodes;
+  for (const MeshInstance& instance : instances) {
+    auto node = nodes.find(instance.node);
+    if (node == nodes.end()) node = nodes.emplace(instance.node, node_plant(*model, instance, species)).first;
+    const NodePlant& plant = node->second;
+    if (plant.species) {
+      add_plant(scene, instance.scene_from_mesh * file_from_plant, *plant.species);
+    } else if (plant.instanced) {
+      ++missing[plant.name];
+      ++scene.missing_count;
+    } else {
+      ++scene.other_count;
+    }
+  }
+  for (const auto& [name, count] : missing) scene.missing.push_back(name + " (" + std::to_string(count) + ")");
+  return scene;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,34 @@
+#pragma once
+
+// Plants of a glTF scene: nodes whose names are those of baked plants, instanced with EXT_mesh_gpu_instancing or one by one.
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "import_gltf.h"
+#include "result.h"
+#include "scene_write.h"
+
+namespace coppice::bake {
+
+struct GltfScene {
+  std::vector<ScenePlant> plants;
+  std::vector<std::string> missing;  ///< names of instanced meshes that no species has, sorted, with their number of instances
+  std::size_t missing_count = 0;     ///< instances of those
+  std::size_t other_count = 0;       ///< meshes that are neither a species' nor instanced: ground, rocks
+  std::size_t tilted_count = 0;      ///< plants that lean by more than 3 degrees; they stand upright in the scene
+  std::size_t stretched_count = 0;   ///< plants scaled by more than 2 % differently along their axes; they get the mean
+};
+
+/// species  names, as species_name gives them; a plant's species is its index
+/// options  axes and unit of the file
+/// errors  as load_gltf and mesh_instances
+Result<GltfScene> read_gltf_scene(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options);
+
+/// "trees/Oak.coppice" -> "oak". Node and mesh names are compared with it in lower case, as they are and then without what editors append:
+/// "Oak.001", "oak_LOD0".
+std::string species_name(const std::filesystem::path& plant);
+
+}  // namespace coppice::bake

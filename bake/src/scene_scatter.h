@@ -1,0 +1,45 @@
+#pragma once
+
+// Scatters plants over a square by density maps and a seed.
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "result.h"
+#include "scene_reader.h"
+#include "scene_write.h"
+
+namespace coppice::bake {
+
+/// A grey picture over the whole square: its first row is the far (-z) edge. White is dense, black is bare.
+struct DensityMap {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint8_t> grey;  ///< [width * height] row by row
+};
+
+/// A PNG, or what else decode_image reads; colours count by their luminance. errors  as decode_image
+Result<DensityMap> decode_density_map(std::span<const std::uint8_t> bytes);
+
+struct ScatterSpecies {
+  float sphere_radius_m = 1.0f;
+  const DensityMap* density = nullptr;  ///< null: as dense anywhere
+};
+
+struct ScatterOptions {
+  std::uint32_t seed = 1;
+  float size_m = 1000.0f;  ///< side of the square, whose middle is the origin
+  std::uint64_t count = 0;
+  float spacing = 0.3f;  ///< least distance of two stems as a share of their summed crown radii; 0: none
+  float scale_min = 0.75f, scale_max = 1.25f;
+};
+
+/// Exactly options.count plants, at height 0. Groves: where one species' noise is high it is likelier; clearings, only where no species has
+/// a map. Same arguments, same plants. Takes 32 bytes a plant. progress: called with the share done; may be empty
+/// errors  invalid_argument: they do not fit, every map is black, an option is out of range
+Result<std::vector<ScenePlant>> scatter_plants(std::span<const ScatterSpecies> species, const ScatterOptions& options,
+                                               const std::function<void(float)>& progress = {});
+
+}  // namespace coppice::bake

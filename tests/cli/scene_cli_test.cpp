@@ -1,0 +1,186 @@
+// `coppice scene` from outside: what it writes, what it says, exit codes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "gltf_builder.h"
+#include "golden.h"
+#include "pack.h"
+#include "process.h"
+#include "random_tree.h"
+#include "scene_reader.h"
+
+namespace coppice::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+ProcessResult scene(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "scene");
+  return run_process(COPPICE_TOOL, arguments);
+}
+
+void write_plant(const fs::path& path, std::uint32_t leaf_count) {
+  bake::PackSizes sizes;
+  fs::create_directories(path.parent_path());
+  ASSERT_TRUE(bake::write_file_atomically(path, *bake::pack(random_plant({.leaf_count = leaf_count}), sizes)));
+}
+
+struct Read {
+  SceneFile file;
+  std::vector<SceneInstance> instances;
+};
+
+Read read_scene(const fs::path& path) {
+  Read read;
+  const auto bytes = bake::read_file(path);
+  EXPECT_TRUE(bytes);
+  if (!bytes) return read;
+  auto file = read_scene_front(*bytes, bytes->size());
+  EXPECT_TRUE(file) << file.error().message();
+  if (!file) return read;
+  read.file = *std::move(file);
+  for (const SceneTile& tile : read.file.tiles) {
+    std::vector<SceneInstance> instances(tile.entry.instance_count);
+    EXPECT_TRUE(read_scene_tile(read.file, tile, std::span(*bytes).subspan(static_cast<std::size_t>(tile.offset), tile.bytes), instances));
+    read.instances.insert(read.instances.end(), instances.begin(), instances.end());
+  }
+  return read;
+}
+
+void expect_one_line_error(const ProcessResult& result, const std::string& says) {
+  EXPECT_EQ(result.exit_code, 1) << says;
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+  EXPECT_NE(result.err.find(says), std::string::npos) << result.err;
+}
+
+/// A folder with two plants.
+struct Plants {
+  TemporaryFolder folder;
+  fs::path baked = folder / "baked", oak = baked / "Oak.coppice", fern = baked / "fern.coppice", out = folder / "wood.forest";
+
+  Plants() {
+    write_plant(oak, 40);
+    write_plant(fern, 20);
+  }
+};
+
+TEST(SceneCommand, ScattersPlantsOfAFolder) {
+  const Plants plants;
+  const ProcessResult result = scene({"-o", plants.out, "--plants", plants.baked, "--size-m", "500", "--count", "9000", "--seed", "4"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("9000 plants"), std::string::npos) << result.out;
+  const Read read = read_scene(plants.out);
+  EXPECT_EQ(read.instances.size(), 9000u);
+  ASSERT_EQ(read.file.species.size(), 2u);
+  EXPECT_EQ(read.file.species[0].path, "baked/Oak.coppice");
+  EXPECT_EQ(read.file.species[1].path, "baked/fern.coppice");
+  const auto first = bake::read_file(plants.out);
+  ASSERT_EQ(scene({"-o", plants.out, "--plants", plants.baked, "--size-m", "500", "--count", "9000", "--seed", "4", "--quiet"}).out, "");
+  EXPECT_EQ(*first, *bake::read_file(plants.out)) << "the same again";
+}
+
+TEST(SceneCommand, ADensityMapSaysWhereAPlantGrows) {
+  const Plants plants;
+  const fs::path map = plants.folder / "fern.png";
+  Picture picture;
+  picture.width_px = 4;
+  picture.height_px = 1;
+  picture.rgba = {0, 0, 0, 255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255, 255};
+  write_png(map, picture);
+  const ProcessResult result = scene({"-o", plants.out, "--plants", plants.oak.string() + "," + plants.fern.string(), "--size-m", "400",
+                                      "--count", "500", "--spacing", "0", "--density", "fern=" + map.string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Read read = read_scene(plants.out);
+  ASSERT_EQ(read.file.species.size(), 1u) << "what has no map stays out";
+  EXPECT_EQ(read.file.species[0].path, "baked/fern.coppice");
+  for (const SceneInstance& instance : read.instances) EXPECT_GE(instance.position_m[0], 99.9f);
+}
+
+/// A level: three instances of a mesh, one plain node, and ground.
+GltfBuilder level() {
+  GltfBuilder builder;
+  const int triangle = builder.add_positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+  const int mesh = builder.add_mesh({{"POSITION", triangle}}, {}, builder.add_material("any"));
+  const int instanced = builder.add_node(mesh, {{"name", "OAK.012"}, {"translation", {100, 0, 0}}});
+  const int places = builder.add_positions({{0, 0, 0}, {10, 5, 0}, {0, 0, -20}});
+  const int scales = builder.add_positions({{1, 1, 1}, {2, 2, 2}, {1, 1, 1}});
+  builder.json["nodes"][static_cast<std::size_t>(instanced)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"TRANSLATION", places}, {"SCALE", scales}};
+  builder.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  const float half = std::sqrt(0.5f);
+  builder.add_node(mesh, {{"name", "fern_LOD0"}, {"translation", {1, 2, 3}}, {"rotation", {0, half, 0, half}}});
+  builder.add_node(mesh, {{"name", "ground"}});
+  return builder;
+}
+
+TEST(SceneCommand, TakesPlantsFromAGltfByName) {
+  const Plants plants;
+  const fs::path input = write_file(plants.folder / "level.glb", level().glb());
+  const ProcessResult result = scene({input, "-o", plants.out, "--plants", plants.baked});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("1 meshes left out"), std::string::npos) << result.err;
+  Read read = read_scene(plants.out);
+  ASSERT_EQ(read.instances.size(), 4u);
+  std::ranges::sort(read.instances, {}, [](const SceneInstance& instance) { return instance.position_m[0]; });
+  const SceneInstance& fern = read.instances[0];
+  EXPECT_EQ(read.file.species[fern.species].path, "baked/fern.coppice");
+  EXPECT_NEAR(fern.position_m[1], 2.0f, 1e-2f);
+  EXPECT_NEAR(fern.yaw_rad, 1.5708f, 0.02f);
+  const SceneInstance& large = read.instances[3];
+  EXPECT_EQ(read.file.species[large.species].path, "baked/Oak.coppice");
+  EXPECT_NEAR(large.position_m[0], 110.0f, 1e-2f);
+  EXPECT_NEAR(large.position_m[1], 5.0f, 1e-2f);
+  EXPECT_NEAR(large.scale, 2.0f, 0.02f);
+  EXPECT_EQ(large.tint, (std::array<float, 3>{1, 1, 1}));
+}
+
+TEST(SceneCommand, NamesWhatHasNoPlant) {
+  const Plants plants;
+  GltfBuilder builder = level();
+  builder.json["nodes"][0]["name"] = "Beech";
+  const fs::path input = write_file(plants.folder / "level.glb", builder.glb());
+  expect_one_line_error(scene({input, "-o", plants.out, "--plants", plants.baked}), "Beech (3); the plants are oak, fern");
+  EXPECT_FALSE(fs::exists(plants.out));
+  const ProcessResult skipped = scene({input, "-o", plants.out, "--plants", plants.baked, "--skip-missing"});
+  EXPECT_EQ(skipped.exit_code, 0) << skipped.err;
+  EXPECT_NE(skipped.err.find("3 instances left out"), std::string::npos) << skipped.err;
+  EXPECT_EQ(read_scene(plants.out).instances.size(), 1u);
+}
+
+TEST(SceneCommand, OneClearErrorForABadInput) {
+  const Plants plants;
+  const std::string out = plants.out;
+  const std::string baked = plants.baked;
+  expect_one_line_error(scene({"-o", out, "--plants", plants.folder / "none.coppice"}), "none.coppice");
+  const fs::path text = plants.folder / "text.coppice", empty = plants.folder / "empty";
+  fs::create_directories(empty);
+  std::ofstream(text) << "not a plant, but long enough to have a header of sixty-four bytes or more than that";
+  expect_one_line_error(scene({"-o", out, "--plants", text}), "text.coppice: magic");
+  expect_one_line_error(scene({"-o", out, "--plants", empty}), "empty: no .coppice file in the folder");
+  expect_one_line_error(scene({"-o", out, "--plants", baked, "--density", "elm=x.png"}), "oak, fern, not elm");
+  expect_one_line_error(scene({"-o", out, "--plants", baked, "--density", "oak"}), "NAME=MAP.png");
+  expect_one_line_error(scene({"-o", out, "--plants", baked, "--density", "oak=" + text.string()}), "text.coppice: ");
+  expect_one_line_error(scene({"-o", out, "--plants", baked, "--density", "oak=missing.png"}), "missing.png");
+  expect_one_line_error(scene({"-o", out, "--plants", baked, "--size-m", "2", "--count", "100000", "--spacing", "2"}), "fit");
+  expect_one_line_error(scene({plants.folder / "missing.glb", "-o", out, "--plants", baked}), "missing.glb");
+  expect_one_line_error(scene({"-o", plants.folder / "no" / "where.forest", "--plants", baked}), "where.forest");
+  EXPECT_EQ(scene({"-o", out}).exit_code, 2);
+  EXPECT_EQ(scene({"x.glb", "-o", out, "--plants", baked, "--count", "5"}).exit_code, 2) << "scattering needs no input";
+  const ProcessResult help = scene({"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  for (const char* option : {"--plants", "--count", "--size-m", "--seed", "--density", "--spacing", "--skip-missing", "--up", "--unit"})
+    EXPECT_NE(help.out.find(option), std::string::npos) << option;
+}
+
+}  // namespace
+}  // namespace coppice::test

@@ -1,0 +1,260 @@
+// The .forest file: writer and reader.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <tuple>
+
+#include "scene_file.h"
+#include "scene_reader.h"
+#include "scene_write.h"
+
+namespace coppice {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// From a heap block of exactly its size, so that a sanitizer sees a read past the end. Every tile is read.
+Result<std::vector<std::vector<SceneInstance>>> read_all(const Bytes& bytes, SceneFile* scene_out = nullptr) {
+  const auto block = std::make_unique<std::uint8_t[]>(bytes.size());
+  std::ranges::copy(bytes, block.get());
+  const std::span<const std::uint8_t> file(block.get(), bytes.size());
+  COPPICE_TRY(scene, read_scene_front(file, file.size()));
+  std::vector<std::vector<SceneInstance>> tiles;
+  for (const SceneTile& tile : scene.tiles) {
+    std::vector<SceneInstance> instances(tile.entry.instance_count);
+    COPPICE_CHECK(read_scene_tile(scene, tile, file.subspan(static_cast<std::size_t>(tile.offset), tile.bytes), instances));
+    tiles.push_back(std::move(instances));
+  }
+  if (scene_out != nullptr) *scene_out = std::move(scene);
+  return tiles;
+}
+
+TEST(SceneFile, HoldsEveryPlantOnceWithinHalfAStep) {
+  std::vector<bake::ScenePlant> plants = test::random_scene_plants(30000, 3000, 1);
+  SceneFile scene;
+  const auto tiles = read_all(test::random_scene(30000, 3000, 1), &scene);
+  ASSERT_TRUE(tiles) << tiles.error().message();
+  EXPECT_EQ(scene.header.instance_count, plants.size());
+  ASSERT_EQ(scene.species.size(), 2u);
+  EXPECT_EQ(scene.species[1].path, "trees/oak.coppice");
+  EXPECT_EQ(scene.species[1].sphere_radius_m, 4.0f);
+  EXPECT_EQ(scene.species[1].sphere_center, (std::array<float, 3>{0, 3, 0}));
+  // Each read plant is nearest to the one written: 30,000 on 3 km stand metres apart, a step of the root tile is 5 cm.
+  std::vector<bool> found(plants.size());
+  std::ranges::sort(plants, {}, [](const bake::ScenePlant& plant) { return plant.position_m[0]; });
+  for (std::size_t t = 0; t < tiles->size(); ++t) {
+    const coppice_scene_tile& entry = scene.tiles[t].entry;
+    const float step_m = std::max(entry.box_max[0] - entry.box_min[0], entry.box_max[2] - entry.box_min[2]) / 65535.0f;
+    for (const SceneInstance& instance : (*tiles)[t]) {
+      auto at =
+          std::ranges::lower_bound(plants, instance.position_m[0] - step_m, {}, [](const auto& plant) { return plant.position_m[0]; });
+      for (; at != plants.end() && std::abs(at->position_m[2] - instance.position_m[2]) > step_m; ++at) {
+      }
+      ASSERT_NE(at, plants.end());
+      EXPECT_NEAR(at->position_m[0], instance.position_m[0], 0.51f * step_m + 1e-4f);
+      EXPECT_NEAR(at->position_m[1], instance.position_m[1], 1e-3f);
+      EXPECT_EQ(at->species, instance.species);
+      const float scale_step = std::pow(entry.scale_max / entry.scale_min, 1.0f / 255.0f);
+      EXPECT_LE(instance.scale, at->scale * 1.0001f);
+      EXPECT_GE(instance.scale * scale_step, at->scale * 0.9999f);
+      const float turn = std::abs(instance.yaw_rad / (2 * std::numbers::pi_v<float>)-static_cast<float>(at->yaw) / 65536.0f);
+      EXPECT_LE(std::min(turn, 1 - turn), 0.5f / 256 + 1e-5f);
+      EXPECT_EQ(bake::pack_tint(instance.tint), at->tint);
+      const auto index = static_cast<std::size_t>(at - plants.begin());
+      EXPECT_FALSE(found[index]) << "twice";
+      found[index] = true;
+    }
+  }
+  EXPECT_EQ(std::ranges::count(found, true), 30000);
+}
+
+TEST(SceneFile, ATileHoldsTheLargestOfItsSquareAndSomeOfEveryPart) {
+  SceneFile scene;
+  const auto tiles = read_all(test::random_scene(30000, 3000, 2), &scene);
+  ASSERT_TRUE(tiles);
+  ASSERT_GT(scene.tiles.size(), 15u);
+  EXPECT_GT(scene.tiles[0].entry.instance_count, COPPICE_MAX_TILE_INSTANCES - 8) << "no cell of the grid is likely to be empty";
+  const auto radius_m = [&](const SceneInstance& instance) { return instance.scale * scene.species[instance.species].sphere_radius_m; };
+  for (std::size_t t = 0; t < scene.tiles.size(); ++t) {
+    const SceneTile& tile = scene.tiles[t];
+    float largest_m = 0.0f;
+    for (const SceneInstance& instance : (*tiles)[t]) {
+      largest_m = std::max(largest_m, radius_m(instance));
+      for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_GE(instance.position_m[2 * i], tile.square_min_m[i]);
+        EXPECT_LE(instance.position_m[2 * i], tile.square_min_m[i] + tile.square_side_m);
+      }
+    }
+    EXPECT_NEAR(largest_m, tile.entry.max_radius, 1e-2f * largest_m);
+    const auto children = static_cast<std::uint32_t>(std::popcount(tile.entry.child_mask));
+    for (std::uint32_t child = 0; child < children; ++child)
+      EXPECT_LE(scene.tiles[tile.entry.first_child + child].entry.max_radius, tile.entry.max_radius);
+  }
+  // 3,000 plants are larger than 4.4 m; the root has a thousand of them, and its other thousand stands all over the square.
+  std::array<int, 64> cells{};
+  for (const SceneInstance& instance : (*tiles)[0]) {
+    const auto cell = [](float at) { return static_cast<std::size_t>(std::clamp((at + 1500.0f) / 3000.0f * 8.0f, 0.0f, 7.0f)); };
+    ++cells[cell(instance.position_m[2]) * 8 + cell(instance.position_m[0])];
+  }
+  for (const int count : cells) EXPECT_GT(count, 10);
+}
+
+TEST(SceneFile, IsAFunctionOfItsPlantsWhateverTheirOrder) {
+  const std::vector<SceneSpecies> species = test::scene_species();
+  std::vector<bake::ScenePlant> plants = test::random_scene_plants(9000, 500, 3);
+  std::vector<bake::ScenePlant> reversed(plants.rbegin(), plants.rend());
+  EXPECT_EQ(*bake::encode_scene(species, plants), *bake::encode_scene(species, reversed));
+}
+
+TEST(SceneFile, OnePlantIsAScene) {
+  std::vector<bake::ScenePlant> plants(1);
+  plants[0].position_m = {-7.25f, 3.0f, 1e5f};
+  plants[0].scale = 2.0f;
+  const auto tiles = read_all(*bake::encode_scene(test::scene_species(), plants));
+  ASSERT_TRUE(tiles) << tiles.error().message();
+  EXPECT_EQ((*tiles)[0][0].position_m, plants[0].position_m);
+  EXPECT_EQ((*tiles)[0][0].scale, 2.0f);
+  EXPECT_EQ((*tiles)[0][0].tint, (std::array<float, 3>{1, 1, 1})) << "no tint is exactly none";
+}
+
+TEST(SceneFile, WhatIsNoSceneIsNotWritten) {
+  const auto species = test::scene_species();
+  const auto refusal = [&](std::vector<bake::ScenePlant> plants) {
+    const auto bytes = bake::encode_scene(species, plants);
+    return bytes ? std::string("written") : bytes.error().message();
+  };
+  EXPECT_NE(refusal({}).find("no plant"), std::string::npos);
+  std::vector<bake::ScenePlant> plants(3);
+  plants[1].species = 2;
+  EXPECT_NE(refusal(plants).find("plant 1"), std::string::npos);
+  plants[1] = {};
+  plants[2].position_m[0] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NE(refusal(plants).find("plant 2"), std::string::npos);
+  EXPECT_NE(refusal(std::vector<bake::ScenePlant>(60000)).find("too many plants in one place"), std::string::npos);
+}
+
+TEST(SceneFile, EveryTruncationIsRefused) {
+  const Bytes good = test::random_scene(40, 100, 4);
+  ASSERT_TRUE(read_all(good));
+  for (std::size_t n = 0; n < good.size(); ++n)
+    EXPECT_FALSE(read_all(Bytes(good.data(), good.data() + n))) << n << " of " << good.size() << " bytes accepted";
+  Bytes longer = good;
+  longer.push_back(0);
+  EXPECT_FALSE(read_all(longer));
+}
+
+TEST(SceneFile, EveryFlippedByteIsRefused) {
+  const Bytes good = test::random_scene(40, 100, 4);
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    Bytes flipped = good;
+    flipped[i] ^= 0xff;
+    const auto read = read_all(flipped);
+    ASSERT_FALSE(read) << "byte " << i << " of " << good.size();
+    EXPECT_NE(read.error().offset, Error::kNoOffset) << i;
+  }
+}
+
+TEST(SceneFile, EveryFlippedByteUnderRightChecksumsIsRefusedOrValid) {
+  const Bytes good = test::random_scene(5000, 100, 5);
+  const std::size_t front = static_cast<std::size_t>(scene_front_bytes(read_scene_front(good, good.size())->header));
+  int refused = 0;
+  for (std::size_t i = 0; i < front + 2 * sizeof(coppice_scene_instance); ++i)
+    for (const std::uint8_t flip : {std::uint8_t{0x80}, std::uint8_t{0xff}, std::uint8_t{0x01}}) {
+      Bytes flipped = good;
+      flipped[i] ^= flip;
+      test::fix_scene_checksums(flipped);
+      const auto read = read_all(flipped);
+      refused += read ? 0 : 1;
+      if (!read) continue;
+      for (const auto& tile : *read)
+        for (const SceneInstance& instance : tile)
+          ASSERT_TRUE(instance.species < 2 && instance.scale > 0.0f && std::isfinite(instance.scale) &&
+                      std::isfinite(instance.position_m[0]));
+    }
+  EXPECT_GT(refused, static_cast<int>(front)) << "a third of them at least";
+}
+
+/// One value changed under right checksums, and the error it must give.
+struct Damage {
+  const char* reason;
+  std::size_t at;
+  std::uint32_t value;
+};
+
+TEST(SceneFile, RefusalsNameTheFieldAndItsPlace) {
+  const Bytes good = test::random_scene(5000, 100, 6);
+  const auto header = read_scene_front(good, good.size())->header;
+  const std::size_t species = kSceneHeaderBytes;
+  const std::size_t tiles = static_cast<std::size_t>(scene_front_bytes(header)) - header.tile_count * sizeof(coppice_scene_tile);
+  const std::size_t first = static_cast<std::size_t>(scene_front_bytes(header));
+  const Damage damages[] = {
+      {"magic: not a .forest file", 0, 0x4c454c41},
+      {"version", offsetof(coppice_scene_header, version), 2},
+      {"species_count", offsetof(coppice_scene_header, species_count), 0},
+      {"tile_count", offsetof(coppice_scene_header, tile_count), 0xffffffff},
+      {"path_bytes", offsetof(coppice_scene_header, path_bytes), 1},
+      {"instance_count", offsetof(coppice_scene_header, instance_count), 0},
+      {"file_bytes", offsetof(coppice_scene_header, file_bytes), 1},
+      {"square_min", offsetof(coppice_scene_header, square_min), 0x7fc00000},
+      {"square_side", offsetof(coppice_scene_header, square_side), 0x80000000},
+      {"reserved", offsetof(coppice_scene_header, reserved), 1},
+      {"species path_offset", species, 1},
+      {"species path_bytes", species + offsetof(coppice_scene_species, path_bytes), 2000},
+      {"species sphere_center", species + offsetof(coppice_scene_species, sphere_center), 0x7f800000},
+      {"species sphere_radius", species + offsetof(coppice_scene_species, sphere_radius), 0},
+      {"tile box", tiles, 0x7f800000},
+      {"tile scale_min, scale_max", tiles + offsetof(coppice_scene_tile, scale_min), 0},
+      {"tile max_radius", tiles + offsetof(coppice_scene_tile, max_radius), 0x7fc00000},
+      {"tile instance_count", tiles + offsetof(coppice_scene_tile, instance_count), 0},
+      {"tile first_child", tiles + offsetof(coppice_scene_tile, first_child), 2},
+      {"tile child_mask", tiles + offsetof(coppice_scene_tile, child_mask), 0x1f},
+      {"tile max_radius: larger than its parent's", tiles + sizeof(coppice_scene_tile) + offsetof(coppice_scene_tile, max_radius),
+       0x447a0000},
+      {"instance species", first + offsetof(coppice_scene_instance, species), 7},
+  };
+  for (const Damage& damage : damages) {
+    Bytes bad = good;
+    std::memcpy(bad.data() + damage.at, &damage.value, sizeof damage.value);
+    test::fix_scene_checksums(bad);
+    const auto read = read_all(bad);
+    ASSERT_FALSE(read) << damage.reason;
+    EXPECT_STREQ(read.error().what, damage.reason);
+    EXPECT_EQ(read.error().status, Status::bad_file) << damage.reason;
+    EXPECT_NE(read.error().offset, Error::kNoOffset) << damage.reason;
+  }
+  Bytes absolute = good;
+  absolute[kSceneHeaderBytes + 2 * sizeof(coppice_scene_species)] = '/';
+  test::fix_scene_checksums(absolute);
+  EXPECT_STREQ(read_all(absolute).error().what, "species path: not relative");
+}
+
+TEST(SceneFile, Version1IsReadForEver) {
+  const std::filesystem::path path = std::filesystem::path(COPPICE_TEST_DATA) / "scene_v1" / "small.forest";
+  if (std::getenv("COPPICE_UPDATE_GOLDEN") != nullptr && !std::filesystem::exists(path)) {
+    const Bytes bytes = test::random_scene(60, 100, 7);
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  }
+  std::ifstream stream(path, std::ios::binary);
+  ASSERT_TRUE(stream) << path;
+  const Bytes bytes(std::istreambuf_iterator<char>(stream), {});
+  SceneFile scene;
+  const auto tiles = read_all(bytes, &scene);
+  ASSERT_TRUE(tiles) << tiles.error().message();
+  EXPECT_EQ(scene.species[0].path, "shrub.coppice");
+  ASSERT_EQ(tiles->size(), 1u);
+  EXPECT_EQ(tiles->front().size(), 60u);
+  EXPECT_EQ(bytes, test::random_scene(60, 100, 7)) << "the writer still writes it";
+}
+
+}  // namespace
+}  // namespace coppice

@@ -1,0 +1,78 @@
+// Plants scattered over a square by density maps and a seed.
+#include "scene_scatter.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace coppice::bake {
+namespace {
+
+bool same(const ScenePlant& a, const ScenePlant& b) {
+  return a.position_m == b.position_m && a.scale == b.scale && a.species == b.species && a.tint == b.tint && a.yaw == b.yaw;
+}
+
+TEST(Scatter, GivesExactlyTheCountInsideTheSquareAndIsAFunctionOfItsSeed) {
+  const std::vector<ScatterSpecies> species = {{2.0f, nullptr}, {4.0f, nullptr}};
+  const auto a = scatter_plants(species, {.seed = 3, .size_m = 800, .count = 12345});
+  ASSERT_TRUE(a) << a.error().message();
+  EXPECT_EQ(a->size(), 12345u);
+  for (const ScenePlant& plant : *a) {
+    EXPECT_LE(std::abs(plant.position_m[0]), 400.0f);
+    EXPECT_LE(std::abs(plant.position_m[2]), 400.0f);
+    EXPECT_EQ(plant.position_m[1], 0.0f);
+    EXPECT_GE(plant.scale, 0.75f);
+    EXPECT_LE(plant.scale, 1.25f);
+  }
+  for (std::uint16_t s = 0; s < 2; ++s) EXPECT_GT(std::ranges::count(*a, s, &ScenePlant::species), 2000) << s;
+  EXPECT_TRUE(std::ranges::equal(*a, *scatter_plants(species, {.seed = 3, .size_m = 800, .count = 12345}), same));
+  EXPECT_FALSE(std::ranges::equal(*a, *scatter_plants(species, {.seed = 4, .size_m = 800, .count = 12345}), same));
+}
+
+TEST(Scatter, KeepsItsSpacing) {
+  const std::vector<ScatterSpecies> species = {{1.0f, nullptr}, {5.0f, nullptr}};
+  const auto plants = scatter_plants(species, {.size_m = 120, .count = 1500, .spacing = 0.4f});
+  ASSERT_TRUE(plants) << plants.error().message();
+  for (std::size_t i = 0; i < plants->size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const ScenePlant &a = (*plants)[i], &b = (*plants)[j];
+      const float crowns_m = 0.62f * (a.scale * species[a.species].sphere_radius_m + b.scale * species[b.species].sphere_radius_m);
+      EXPECT_GE(std::hypot(a.position_m[0] - b.position_m[0], a.position_m[2] - b.position_m[2]), 0.399f * crowns_m) << i << " " << j;
+    }
+}
+
+TEST(Scatter, FollowsItsMaps) {
+  // West white, east black; and a map of one row of a quarter, whose north is the -z half.
+  const DensityMap west{2, 1, {255, 0}}, north{1, 2, {255, 51}};
+  const std::vector<ScatterSpecies> species = {{1.0f, &west}, {1.0f, &north}};
+  const auto plants = scatter_plants(species, {.size_m = 1000, .count = 20000, .spacing = 0.0f});
+  ASSERT_TRUE(plants) << plants.error().message();
+  std::size_t in_north = 0, of_north = 0;
+  for (const ScenePlant& plant : *plants) {
+    if (plant.species == 0) {
+      EXPECT_LE(plant.position_m[0], 0.0f);
+    } else {
+      ++of_north;
+      if (plant.position_m[2] < 0.0f) ++in_north;
+    }
+  }
+  EXPECT_NEAR(static_cast<double>(in_north) / static_cast<double>(of_north), 5.0 / 6.0, 0.05) << "five to one, but for the groves";
+}
+
+TEST(Scatter, SaysWhenTheyDoNotFit) {
+  const std::vector<ScatterSpecies> species = {{10.0f, nullptr}};
+  const auto crowded = scatter_plants(species, {.size_m = 50, .count = 1000, .spacing = 1.0f});
+  ASSERT_FALSE(crowded);
+  EXPECT_NE(crowded.error().message().find("of 1000 fit"), std::string::npos) << crowded.error().message();
+  const DensityMap black{1, 1, {0}};
+  const auto nowhere = scatter_plants(std::vector<ScatterSpecies>{{1.0f, &black}}, {.size_m = 50, .count = 10});
+  ASSERT_FALSE(nowhere);
+  EXPECT_NE(nowhere.error().message().find("black"), std::string::npos);
+  EXPECT_FALSE(scatter_plants(species, {.size_m = 50, .count = 0}));
+  EXPECT_FALSE(scatter_plants({}, {.size_m = 50, .count = 10}));
+}
+
+}  // namespace
+}  // namespace coppice::bake

@@ -126,7 +126,7 @@ void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
 
 /// Whether a plant without leaves is one all the same: its crown is welded, or somebody has said of every material what it is.
 bool may_lack_leaves(const Plant& plant, const ImportOptions& options, const std::vector<std::vector<MaterialRule>>& rules) {
-  if (options.leaf_material || plant.wood.indices.empty()) return false;
+  if (options.leaf_material || plant.wood.indices.empty() || plant.classes.empty()) return false;
   return std::ranges::any_of(plant.classes, &PieceClass::is_shell) ||
          std::ranges::none_of(plant.classes, [&](const PieceClass& each) { return rules[each.material].empty(); });
 }

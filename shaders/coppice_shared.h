@@ -152,8 +152,9 @@ struct Counters {
   uint wood_triangles[2];
   uint leaf_mesh_instances;
   uint leaf_mesh_triangles[2];
+  uint hardware_triangles[2];  // of leaves, leaf meshes and wood
 };
-COPPICE_GPU_LAYOUT(Counters, 32);
+COPPICE_GPU_LAYOUT(Counters, 40);
 
 // VkDrawIndexedIndirectCommand.
 struct DrawCommand {

@@ -39,6 +39,8 @@ void add_64(uint word, uint value) {
     if (atomicAdd(counters.leaves[0], value) > 0xffffffffu - value) atomicAdd(counters.leaves[1], 1);
   } else if (word == 2) {
     if (atomicAdd(counters.leaf_mesh_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.leaf_mesh_triangles[1], 1);
+  } else if (word == 3) {
+    if (atomicAdd(counters.hardware_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.hardware_triangles[1], 1);
   } else {
     if (atomicAdd(counters.wood_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.wood_triangles[1], 1);
   }
@@ -151,6 +153,7 @@ void select(uint slot) {
   if (!rasterised) {
     uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
     add_64(0, meshes ? plant.leaf_count : leaf_count);
+    add_64(3, meshes ? plant.leaf_mesh_triangles : 2 * leaf_count);
     if (meshes)
       draw_leaf_meshes(plant, slot);
     else
@@ -159,6 +162,7 @@ void select(uint slot) {
 
   if (wood_lod == kMaxWoodLods) return;
   add_64(1, plant.wood_index_counts[wood_lod] / 3);
+  add_64(3, plant.wood_index_counts[wood_lod] / 3);
   draw_wood(plant, instance.plant, slot, wood_lod);
 }
 

@@ -55,9 +55,11 @@ void run_headless(Session& session, const Options& options) {
   session.first_measured = session.ring.number + 1;
   session.last_measured = session.ring.number + frames;
   auto last = Clock::now();
+  float frame_ms = 0;
   for (std::uint32_t i = 0; i < frames; ++i) {
-    render_frame(session, path.pose(time_of(i)), static_cast<float>(time_of(i)), 0);
-    session.statistics.frame_ms.push_back(elapsed_ms(last));
+    render_frame(session, path.pose(time_of(i)), static_cast<float>(time_of(i)), frame_ms);
+    frame_ms = elapsed_ms(last);
+    session.statistics.frame_ms.push_back(frame_ms);
   }
   wait_for_frames(session.device, session.ring);
   const auto end_s = static_cast<float>(path.duration_s);

@@ -47,6 +47,7 @@ coppice_stats statistics_of(const Forest& forest);
 
 struct CutSettings {
   float error_px = 2;
+  std::uint32_t leaf_budget = 0;
   LodMode lod = LodMode::cut;
 };
 coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D extent, const CutSettings& settings);

@@ -25,7 +25,9 @@ struct Options {
   LodMode lod = LodMode::cut;
   LeafPath path = LeafPath::automatic;
   float error_px = 2;
-  float fog = 1;  ///< times the density that hides the far edge
+  std::uint32_t leaf_budget = 0;  ///< leaves a frame, see coppice_view; 0: none
+  float frame_ms = 0;             ///< what the leaf budget is changed to keep to; 0: it stays
+  float fog = 1;                  ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
   std::string stats;  ///< empty: none
   bool pass_times = false;

@@ -105,6 +105,7 @@ void show_statistics(const coppice_stats& stats) {
   const double share =
       stats.source_leaf_count ? 100.0 * static_cast<double>(stats.drawn_leaf_count) / static_cast<double>(stats.source_leaf_count) : 0;
   ImGui::Text("leaves   %llu drawn, %.2f %% of all", static_cast<unsigned long long>(stats.drawn_leaf_count), share);
+  ImGui::Text("error    %.2f px", static_cast<double>(stats.threshold_px));
   ImGui::Text("plants   %u visible of %u", stats.visible_instance_count, stats.instance_count);
   ImGui::Text("close    %u drawn with leaf meshes, %.2f M triangles", stats.leaf_mesh_instance_count,
               1e-6 * static_cast<double>(stats.drawn_leaf_mesh_triangle_count));
@@ -116,6 +117,8 @@ void show_statistics(const coppice_stats& stats) {
 
 void show_controls(Controls& controls) {
   ImGui::SliderFloat("error, px", &controls.error_px, 0.25f, 32, "%.2f", ImGuiSliderFlags_Logarithmic);
+  ImGui::SliderFloat("frame, ms (0: any)", &controls.frame_ms, 0, 200, "%.0f");
+  if (controls.leaf_budget > 0) ImGui::Text("leaf budget %.0f thousand", 1e-3 * static_cast<double>(controls.leaf_budget));
   ImGui::SliderInt("memory, MiB", &controls.memory_mb, 8, 1024, "%d", ImGuiSliderFlags_Logarithmic);
   if (ImGui::RadioButton("cut", controls.lod == LodMode::cut)) controls.lod = LodMode::cut;
   ImGui::SameLine();

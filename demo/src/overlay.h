@@ -14,6 +14,8 @@ namespace forest {
 /// What the sliders hold.
 struct Controls {
   float error_px = 2;
+  float frame_ms = 0;             ///< aim; 0: none
+  std::uint32_t leaf_budget = 0;  ///< of this frame
   int memory_mb = 256;
   LodMode lod = LodMode::cut;
 };

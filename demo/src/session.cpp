@@ -72,6 +72,7 @@ void sample_statistics(Session& session) {
   session.statistics.leaf_mesh_instances.push_back(stats.leaf_mesh_instance_count);
   session.statistics.leaf_mesh_triangles.push_back(stats.drawn_leaf_mesh_triangle_count);
   session.statistics.drawn_wood_triangles.push_back(stats.drawn_wood_triangle_count);
+  session.statistics.threshold_px.push_back(stats.threshold_px);
   if (!session.renderer.timer) return;
   auto times = std::begin(session.statistics.pass_ms);
   for (const float ms : stats.pass_ms) (times++)->push_back(ms);
@@ -79,8 +80,8 @@ void sample_statistics(Session& session) {
 }
 
 coppice_view begin_plants(Session& session, const FrameView& view) {
-  const coppice_view plant_view =
-      make_view(view, session.world.weather, session.renderer.picture.extent, {session.controls.error_px, session.controls.lod});
+  const coppice_view plant_view = make_view(view, session.world.weather, session.renderer.picture.extent,
+                                            {session.controls.error_px, session.controls.leaf_budget, session.controls.lod});
   coppice_frame frame;
   coppice_frame_init(&frame);
   frame.frame_number = session.ring.number;
@@ -100,6 +101,14 @@ void record_frame(Session& session, VkCommandBuffer commands, const FrameView& v
   record_tone_map(session.renderer, commands, slot, [&] {
     if (session.overlay) record_overlay(*session.overlay, commands, slot, session.renderer.picture.extent);
   });
+}
+
+void pace_frame(Session& session, float frame_ms) {
+  Controls& controls = session.controls;
+  if (controls.frame_ms != session.pace.aim_ms)
+    session.pace = make_pace(controls.frame_ms, controls.frame_ms > 0 ? controls.leaf_budget : 0);
+  const bool limited = session.statistics.last.threshold_px > 1.001f * controls.error_px;
+  controls.leaf_budget = next_budget(session.pace, frame_ms, limited);
 }
 
 void layout_controls(Session& session, float frame_ms) {
@@ -136,7 +145,12 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
       ring(create_frame_ring(device)),
       overlay(window ? std::make_unique<Overlay>(device, *window, Renderer::kPictureFormat) : nullptr) {
   add_instances(forest, world.planting, world.terrain);
-  controls = {options.error_px, static_cast<int>(options.memory_mb), options.lod};
+  pace = make_pace(options.frame_ms, options.leaf_budget);
+  controls = {.error_px = options.error_px,
+              .frame_ms = options.frame_ms,
+              .leaf_budget = static_cast<std::uint32_t>(pace.budget),
+              .memory_mb = static_cast<int>(options.memory_mb),
+              .lod = options.lod};
   statistics.device = device.name;
   if (options.pass_times) renderer.timer = std::make_unique<PassTimer>(device);
 }
@@ -152,6 +166,7 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   const VkExtent2D extent = session.renderer.picture.extent;
   const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
   const FrameView view{view_from_world(pose), clip_from_view(pose, aspect), pose.position, time_s};
+  pace_frame(session, frame_ms);
   const coppice_view plant_view = begin_plants(session, view);
   sample_statistics(session);
   if (session.overlay) layout_controls(session, frame_ms);
@@ -170,13 +185,15 @@ void settle(Session& session, const Pose& pose, float time_s) {
   constexpr int kQuietFrames = 4;
   auto last_progress = Clock::now();
   std::uint64_t loaded = 0;
+  float threshold_px = 0;
   for (int quiet_frames = 0; quiet_frames < kQuietFrames;) {
     render_frame(session, pose, time_s, 0);
     wait_for_frames(session.device, session.ring);
     const coppice_stats& stats = session.statistics.last;
     if (stats.pages_loaded != loaded) last_progress = Clock::now();
     loaded = stats.pages_loaded;
-    const bool done = stats.pages_wanted == 0 && stats.pages_in_flight == 0;
+    const bool done = stats.pages_wanted == 0 && stats.pages_in_flight == 0 && stats.threshold_px == threshold_px;
+    threshold_px = stats.threshold_px;
     quiet_frames = done || Clock::now() - last_progress > kPatience ? quiet_frames + 1 : 0;
   }
 }

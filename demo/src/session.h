@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "forest.h"
+#include "frame_pace.h"
 #include "overlay.h"
 #include "swapchain.h"
 
@@ -41,6 +42,7 @@ struct Session {
   FrameRing ring;
   std::unique_ptr<Overlay> overlay;  ///< null when headless
   Controls controls;
+  FramePace pace;
   Statistics statistics;
   std::uint64_t first_measured = 1;  ///< frames from this number on are in `statistics`
   std::uint64_t last_measured = std::numeric_limits<std::uint64_t>::max();
@@ -52,7 +54,8 @@ struct Session {
   ~Session();  ///< waits for the GPU
 };
 
-/// Records and submits one frame; presents it where there is a window. frame_ms is shown in the overlay.
+/// Records and submits one frame; presents it where there is a window. frame_ms: what the last one took, for the overlay and the leaf
+/// budget; 0 for neither
 void render_frame(Session& session, const Pose& pose, float time_s, float frame_ms);
 
 /// Renders the pose again and again until what it wants is resident, or until nothing has arrived for two seconds (the budget is full).

@@ -65,6 +65,7 @@ std::string table(const Statistics& statistics) {
                static_cast<unsigned long long>(nearest_rank(statistics.leaf_mesh_triangles, 0.5)));
   text += line("wood                 %llu triangles drawn (median)\n",
                static_cast<unsigned long long>(nearest_rank(statistics.drawn_wood_triangles, 0.5)));
+  text += line("error threshold      %.2f px (median)\n", double{nearest_rank(statistics.threshold_px, 0.5)});
   if (!statistics.pass_ms[0].empty()) {
     text += "passes, ms           ";
     for (std::size_t i = 0; i < kPassNames.size(); ++i)
@@ -92,6 +93,7 @@ void write_json(const std::string& file, const Statistics& statistics) {
   json["leaf_mesh_instances_median"] = nearest_rank(statistics.leaf_mesh_instances, 0.5);
   json["leaf_mesh_triangles_median"] = nearest_rank(statistics.leaf_mesh_triangles, 0.5);
   json["drawn_wood_triangles_median"] = nearest_rank(statistics.drawn_wood_triangles, 0.5);
+  json["threshold_px_median"] = nearest_rank(statistics.threshold_px, 0.5);
   if (!statistics.pass_ms[0].empty())
     for (std::size_t i = 0; i < kPassNames.size(); ++i) json["pass_ms"][kPassNames[i]] = nearest_rank(statistics.pass_ms[i], 0.5);
   json["memory_budget_bytes"] = last.memory_budget_bytes;

@@ -20,6 +20,7 @@ struct Statistics {
   std::vector<std::uint32_t> leaf_mesh_instances;   ///< per frame
   std::vector<std::uint64_t> leaf_mesh_triangles;   ///< per frame
   std::vector<std::uint64_t> drawn_wood_triangles;  ///< per frame
+  std::vector<float> threshold_px;                  ///< per frame
   /// GPU time by pass, ms, per frame: the library's (coppice_pass), then the scene's (ScenePass). Empty unless measured.
   std::array<std::vector<float>, COPPICE_PASS_COUNT + static_cast<std::size_t>(ScenePass::count)> pass_ms;
   coppice_stats last = {};  ///< of the last frame

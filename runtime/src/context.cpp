@@ -9,7 +9,7 @@ namespace coppice {
 namespace {
 
 /// The compute rasteriser's lists of a page's leaves and of the cuts coarser than it, about; see coppice_context_desc.compute_raster.
-constexpr std::uint64_t kRasterListBytesPerPage = 140 * COPPICE_PAGE_SPLITS;
+constexpr std::uint64_t kRasterListBytesPerPage = 180 * COPPICE_PAGE_SPLITS;
 
 std::uint64_t nanoseconds(float ms) {
   return static_cast<std::uint64_t>(std::min(double{ms} * 1e6, 1e18));
@@ -125,6 +125,10 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   frame_number_ = frame.frame_number;
   recording_ = Recording::begun;
   renderer_->begin_frame(frame.frame_number, frame.completed_number);
+  const gpu::FrameCounts& counts = renderer_->counts();
+  leaf_budget_.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
+  threshold_px_ = leaf_budget_.threshold_px(frame.frame_number, view.lod.error_px, view.lod.full ? 0 : frame.view->leaf_budget);
+  view.lod.error_px = threshold_px_;
   streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes());
   instances_.update_bounds();
   measure_demand(instances_.blocks(), view, demands_);
@@ -191,6 +195,7 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
 Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view) {
   COPPICE_TRY(demand, demand_view(view));
   recording_ = Recording::culled;
+  if (view.leaf_budget > 0) demand.lod.error_px = std::max(demand.lod.error_px, threshold_px_);
   renderer_->record_cull(cmd, view, demand.lod);
   return {};
 }

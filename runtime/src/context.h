@@ -12,6 +12,7 @@
 #include "demand.h"
 #include "hooks.h"
 #include "instances.h"
+#include "leaf_budget.h"
 #include "renderer.h"
 #include "result.h"
 #include "streamer.h"
@@ -65,6 +66,8 @@ class Context {
   std::vector<PlantEntry> plants_;
   std::vector<PlantDemand> demands_;
   std::vector<gpu::PlantResidency> residency_;
+  LeafBudget leaf_budget_;
+  float threshold_px_ = 0;  ///< of the frame
   std::uint64_t frame_number_ = 0;
   Recording recording_ = Recording::none;
   std::uint64_t streaming_ns_ = 0;      ///< a frame's time for taking over chunks

@@ -98,6 +98,7 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
                                           "leaf_mesh_instances_median",
                                           "leaf_mesh_triangles_median",
                                           "drawn_wood_triangles_median",
+                                          "threshold_px_median",
                                           "pass_ms",
                                           "memory_peak_bytes",
                                           "validation_messages"};

@@ -175,6 +175,38 @@ TEST_F(RuntimeTest, CutsFollowTheThreshold) {
   EXPECT_EQ(finer, 1u);
 }
 
+TEST_F(RuntimeTest, ALeafBudgetMakesAllPlantsCoarser) {
+  for (const VkBool32 compute_raster : {VK_FALSE, VK_TRUE}) {
+    coppice_context_desc with = desc();
+    with.compute_raster = compute_raster;
+    create(with);
+    coppice_plant plant = 0;
+    ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+    std::vector<coppice_placement> placements;
+    for (int i = 0; i < 60; ++i) placements.push_back(at(static_cast<float>(i % 6) - 2.5f, -0.5f * static_cast<float>(i)));
+    ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 60, nullptr), COPPICE_OK);
+    coppice_view view = front_view();
+    view.error_px = 0.5f;
+    settle(view);
+    const coppice_stats unlimited = stats();
+    EXPECT_EQ(unlimited.threshold_px, 0.5f);
+
+    view.leaf_budget = static_cast<std::uint32_t>(unlimited.drawn_leaf_count / 4);
+    for (int i = 0; i < 80; ++i) frame(view);
+    const coppice_stats limited = stats();
+    EXPECT_GT(limited.threshold_px, 0.5f);
+    EXPECT_LE(limited.drawn_leaf_count, view.leaf_budget);
+    EXPECT_GE(limited.visible_instance_count, unlimited.visible_instance_count / 2) << "occlusion changes, plants do not go";
+
+    view.leaf_budget = 0;
+    frame(view);
+    EXPECT_EQ(stats().threshold_px, 0.5f);
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    frame_number_ = 0;
+  }
+}
+
 TEST_F(RuntimeTest, InstancesComeMoveAndGo) {
   create(desc());
   coppice_plant plant = 0;

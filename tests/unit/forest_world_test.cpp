@@ -9,6 +9,7 @@
 
 #include "camera.h"
 #include "failure.h"
+#include "frame_pace.h"
 #include "placement.h"
 #include "terrain.h"
 #include "tufts.h"
@@ -17,6 +18,29 @@ namespace forest {
 namespace {
 
 const std::vector<Species> kSpecies = {{2.0f}, {4.5f}, {0.2f}};
+
+TEST(FramePace, KeepsToTheTimeItIsGiven) {
+  // Frames take 10 ms and 100 ns a leaf.
+  FramePace pace = make_pace(33, 0);
+  auto budget = static_cast<std::uint32_t>(pace.budget);
+  float last = pace.budget;
+  for (int i = 0; i < 400; ++i) {
+    budget = next_budget(pace, 10.0f + 1e-4f * static_cast<float>(budget), true);
+    EXPECT_NEAR(pace.budget / last, 1.0f, 0.051f) << i;
+    last = pace.budget;
+  }
+  EXPECT_NEAR(10.0f + 1e-4f * static_cast<float>(budget), 33.0f, 3.5f);
+  const FramePace at_rest = pace;
+  next_budget(pace, 31.0f, true);
+  EXPECT_EQ(pace.budget, at_rest.budget);
+}
+
+TEST(FramePace, DoesNotGrowWhereThatWouldChangeNothing) {
+  FramePace pace = make_pace(33, 100'000);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(next_budget(pace, 5, false), 100'000u);
+  FramePace none = make_pace(0, 0);
+  EXPECT_EQ(next_budget(none, 500, true), 0u);
+}
 
 TEST(Placement, PlantsExactlyTheCountInsideTheSquare) {
   for (std::uint32_t count : {1u, 7u, 2000u}) {

@@ -227,6 +227,10 @@ typedef struct coppice_view {
   uint32_t height_px;
   float error_px; /* error threshold, > 0; default 2. See "error table" in ARCHITECTURE.md for the unit */
   coppice_lod_mode lod;
+  /* How much a frame may draw, in leaves; 0: as much as error_px asks for, the default. The threshold rises above error_px, for all instances
+   * alike and little by little, until what is drawn fits: a wood triangle counts as a leaf, a triangle that the hardware draws as four more.
+   * It follows the counts of frames that the GPU has finished. Give a budget to one view of a frame; without COPPICE_LOD_CUT it is ignored. */
+  uint32_t leaf_budget;
 
   float sun_direction[3]; /* unit, towards the sun, world space */
   float sun_color[3];     /* linear radiance */
@@ -296,7 +300,7 @@ typedef struct coppice_stats {
   uint64_t drawn_leaf_mesh_triangle_count;
   float pass_ms[COPPICE_PASS_COUNT]; /* GPU time of a recent frame; 0 without coppice_context_desc.pass_times */
   float threshold_px;                /* that decides what is loaded: the view's error_px, or higher where what that asks for does not fit
-                                        the memory budget; 0: every leaf */
+                                        the leaf budget, and then it decides what is drawn too, or the memory budget; 0: every leaf */
   uint32_t pages_queued;             /* of those wanted, not asked for yet */
   uint64_t pages_cancelled;          /* since creation: reads whose chunk nothing wanted any more when they returned */
   uint64_t bytes_read;               /* since creation, after opening */

@@ -154,7 +154,8 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
                .leaves = sums.leaves[0] | std::uint64_t{sums.leaves[1]} << 32,
                .wood_triangles = sums.wood_triangles[0] | std::uint64_t{sums.wood_triangles[1]} << 32,
                .leaf_mesh_instances = sums.leaf_mesh_instances,
-               .leaf_mesh_triangles = sums.leaf_mesh_triangles[0] | std::uint64_t{sums.leaf_mesh_triangles[1]} << 32};
+               .leaf_mesh_triangles = sums.leaf_mesh_triangles[0] | std::uint64_t{sums.leaf_mesh_triangles[1]} << 32,
+               .hardware_triangles = sums.hardware_triangles[0] | std::uint64_t{sums.hardware_triangles[1]} << 32};
   }
 }
 

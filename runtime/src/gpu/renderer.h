@@ -63,6 +63,7 @@ struct FrameCounts {
   std::uint64_t wood_triangles = 0;
   std::uint32_t leaf_mesh_instances = 0;
   std::uint64_t leaf_mesh_triangles = 0;
+  std::uint64_t hardware_triangles = 0;  ///< of leaves, leaf meshes and wood
 };
 
 /// Device bytes of chunks, for the caller to reserve.

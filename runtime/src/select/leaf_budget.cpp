@@ -1,0 +1,52 @@
+#include "leaf_budget.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace coppice {
+namespace {
+
+// Measured on lavapipe; see DECISIONS.md. On other devices a budget is a number to tune all the same.
+constexpr double kHardwareTriangleLeaves = 4.0;
+/// Leaves fall about as the threshold's power of -1 to -2: less than the whole way at once, so that neither overshoots.
+constexpr float kGain = 0.6f;
+/// Octaves a frame. Up within some frames of meeting a thicket; down so slowly that no eye sees it.
+constexpr float kFastestRise = 0.25f;
+constexpr float kFastestFall = 0.04f;
+/// A thousand pixels: every plant is one leaf long before.
+constexpr float kHighestLog = 10.0f;
+/// What is aimed at from below.
+constexpr double kAim = 0.93;
+
+}  // namespace
+
+double work_in_leaves(const FrameWork& work) {
+  return static_cast<double>(work.leaves) + static_cast<double>(work.wood_triangles) +
+         kHardwareTriangleLeaves * static_cast<double>(work.hardware_triangles);
+}
+
+void LeafBudget::observe(const FrameWork& work) {
+  const Used& used = used_[work.frame % kHistory];
+  if (!active_ || work.frame <= observed_frame_ || used.frame != work.frame) return;
+  observed_frame_ = work.frame;
+  const double share = std::max(work_in_leaves(work) / static_cast<double>(budget_), 1.0 / 64.0);
+  log_target_ = used.log_threshold;
+  if (share > 1.0 || share < kRest) log_target_ += kGain * static_cast<float>(std::log2(share > 1.0 ? share : share / kAim));
+}
+
+float LeafBudget::threshold_px(std::uint64_t frame, float error_px, std::uint32_t budget) {
+  const float lowest_log = std::log2(error_px);
+  if (budget == 0) {
+    *this = {};
+    return error_px;
+  }
+  if (!active_) log_threshold_ = log_target_ = lowest_log;
+  active_ = true;
+  budget_ = budget;
+  log_target_ = std::clamp(log_target_, lowest_log, std::max(lowest_log, kHighestLog));
+  log_threshold_ = std::max(log_threshold_ + std::clamp(log_target_ - log_threshold_, -kFastestFall, kFastestRise), lowest_log);
+  used_[frame % kHistory] = {frame, log_threshold_};
+  return log_threshold_ > lowest_log ? std::exp2(log_threshold_) : error_px;
+}
+
+}  // namespace coppice

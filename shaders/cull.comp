@@ -89,6 +89,9 @@ void append_item(uint item) {
   items[place] = item;
 }
 
+// Room in the round's work lists for the clusters of a list.
+bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved, cluster_count) + cluster_count <= kWorkClusters; }
+
 // Whether the rasteriser takes the instance: its lists are there and its leaves are small.
 bool raster_instance(Instance instance, uint slot, float cut, float size_px, float distance_m, uint wood_lod) {
   RasterPlant plant = raster_plants[instance.plant];
@@ -97,16 +100,20 @@ bool raster_instance(Instance instance, uint slot, float cut, float size_px, flo
   RasterList list = lists[instance.plant * kRasterLists + level];
   float leaf_px = list.leaf_size_m * instance.scale * view.focal_px / max(distance_m, view.near_m);
   if (leaf_px > push.split_px || isnan(leaf_px)) return false;
+  if (!reserve(list.cluster_count) && level > kOneClusterLevel) {
+    level = kOneClusterLevel;
+    list = lists[instance.plant * kRasterLists + level];
+  }
   uint item = slot | level << kSlotBits;
-  if (list.leaf_count <= kTinyLeaves) {
-    uint place = atomicAdd(rounds[push.round].tiny.count, 1);
-    atomicMax(rounds[push.round].tiny.groups[0], min(place / push.lanes + 1, kMaxDispatchGroups));
-    tiny_items[place] = item;
+  // What is one cluster has been culled with the instance.
+  if (list.cluster_count == 1 && list.grain_m * instance.scale * view.focal_px < push.splat_px * max(distance_m, view.near_m)) {
+    append_splats(item, 0);
     add_64(0, list.leaf_count);
   } else {
     append_item(item);
   }
-  if (wood_lod < kMaxWoodLods && (plant.wood_mask >> wood_lod & 1u) != 0 && size_px > kWoodless_px && size_px < kFacetedWood_px)
+  if (wood_lod < kMaxWoodLods && (plant.wood_mask >> wood_lod & 1u) != 0 && size_px > kWoodless_px && size_px < kFacetedWood_px &&
+      reserve(lists[instance.plant * kRasterLists + kRasterLevels + wood_lod].cluster_count))
     append_item(slot | (kRasterLevels + wood_lod) << kSlotBits);
   return true;
 }

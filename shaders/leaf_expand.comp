@@ -37,15 +37,13 @@ void expand(uint item) {
     if (hidden) continue;
     float nearest_m = max(distance(center, view.camera_position) - radius_m, view.near_m);
     if (cluster.grain_m * instance.scale * view.focal_px < splat_px * nearest_m) {
-      uint place = atomicAdd(rounds[push.round].splats.count, 1);
-      if (place >= kWorkCapacity) break;
-      atomicMax(rounds[push.round].splats.groups[0], min(place / kWorkPerGroup + 1, kMaxDispatchGroups));
-      splat_items[place] = uvec2(item, i);
+      append_splats(item, i);
     } else {
       uint place = atomicAdd(rounds[push.round].work.count, 1);
-      if (place >= kWorkCapacity) break;
+      if (place >= push.work_capacity) break;
       atomicMax(rounds[push.round].work.groups[0], min(place / kWorkPerGroup + 1, kMaxDispatchGroups));
       work_items[place] = uvec2(item, i);
+      if (place == 0) wake_tiles();
     }
     drawn += cluster.leaf_count;
   }

@@ -2,11 +2,11 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Leaf quads and wood triangles to pixels of `picture`: coverage at pixel centres, depth, light once a leaf.
-// reads     view, instances, plants, lists, work; leaves and cards by address
+// reads     view, instances, plants, raster_plants, lists, work_items; clusters, leaves and cards by address
 // writes    picture; big_items and the round's big stage
 // dispatch  indirect, from the stage that kSource names; recorded by coppice::gpu::LeafRaster::record
 //
-// Clusters and tiny instances: one invocation a leaf, which walks the pixels of the leaf's rectangle. What covers many pixels goes to a list
+// Clusters: one invocation a leaf, which walks the pixels of the leaf's rectangle. What covers many pixels goes to a list
 // of its own, of which a whole group takes one leaf at a time, a row each invocation.
 
 #include "raster_extensions.glsl"
@@ -15,44 +15,37 @@
 #include "leaf_shading.glsl"
 #include "raster.glsl"
 #include "radiance.glsl"
+#include "raster_place.glsl"
 #include "write_pixel.glsl"
 
 const uint kClusters = 0;
-const uint kTiny = 1;
-const uint kBig = 2;
+const uint kBig = 1;
 layout(constant_id = 0) const uint kSource = kClusters;
 layout(local_size_x_id = 1) in;
 
 // A leaf whose rectangle holds more pixels is left to a whole group.
 const int kBigPixels = 400;
 
-// An instance's list, ready to be projected.
-struct Placed {
-  uint item;
-  Instance instance;
-  RasterList list;
-  uvec2 cards;
+// What the leaves of a cluster share.
+struct Shared {
+  Placed placed;
   Crown crown;
-  vec3 sun_object;
-  vec3 origin, x, y, z;  // (px * w, px * w, w) of the object's origin and of a metre along its axes
+  vec3 box_min, box_step, sun_color;
+  float px_per_m;  // on the screen, of a metre in object space
 };
 
-Placed place(uint item) {
-  Placed placed;
-  placed.item = item;
-  placed.instance = instances[slot_of(item)];
-  placed.list = lists[placed.instance.plant * kRasterLists + list_of(item)];
-  placed.cards = raster_plants[placed.instance.plant].cards;
-  placed.crown = crown_of(plants[placed.instance.plant]);
-  placed.sun_object = rotate(vec4(-placed.instance.rotation.xyz, placed.instance.rotation.w), view.sun_direction);
-  placed.origin = screen_point(placed.instance.position);
-  placed.x = screen_direction(rotate(placed.instance.rotation, vec3(placed.instance.scale, 0.0, 0.0)));
-  placed.y = screen_direction(rotate(placed.instance.rotation, vec3(0.0, placed.instance.scale, 0.0)));
-  placed.z = screen_direction(rotate(placed.instance.rotation, vec3(0.0, 0.0, placed.instance.scale)));
-  return placed;
+Shared share(uint item, RasterList list, vec3 cluster_center, uint card) {
+  Instance instance = instances[slot_of(item)];
+  Shared group;
+  group.placed = place(instance, list_of(item), list.box_min, list.box_step, cluster_center, card);
+  group.crown = crown_of(plants[instance.plant]);
+  group.box_min = list.box_min;
+  group.box_step = list.box_step;
+  group.sun_color = view.sun_color;
+  float distance_m = max(distance(world_from_object(instance, cluster_center), view.camera_position), view.near_m);
+  group.px_per_m = instance.scale * view.focal_px / distance_m;
+  return group;
 }
-
-bool is_wood(Placed placed) { return list_of(placed.item) >= kRasterLevels; }
 
 // One of a leaf's two triangles on the screen. Barycentric weights of its second and third corner are b.x + b.y * x + b.z * y.
 struct Triangle {
@@ -84,59 +77,40 @@ Triangle triangle_of(vec3 a, vec3 b, vec3 c) {
   return triangle;
 }
 
-vec3 wood_radiance(Placed placed, RasterLeaf leaf, vec3 middle, vec3 albedo) {
-  vec3 normal = rotate(placed.instance.rotation, unfold(unpackSnorm4x8(leaf.look >> 16).xy));
-  float sun = sun_through_crown(placed.crown, middle, placed.sun_object) * max(0.0, dot(normal, view.sun_direction));
-  return albedo * (view.sun_color * sun + ambient_light(normal) * sky_through_crown(placed.crown, middle));
-}
-
-vec3 leaf_radiance(Placed placed, RasterLeaf leaf, vec3 corners[4], vec3 middle, RasterCard card) {
-  Plant plant = plants[placed.instance.plant];
-  vec3 albedo = card.albedo * placed.instance.tint * variation(placed.crown, plant, uvec3(quantised(leaf.corners, 0)));
-  vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
-  return albedo * leaf_light(placed.crown, placed.instance, card.crown_normals, middle, middle, face);
-}
-
 // False where nothing of the leaf is on the screen, or a part of it lies too near.
-bool project(Placed placed, RasterLeaf leaf, out Drawn drawn) {
+bool project(Shared group, RasterLeaf leaf, out Drawn drawn) {
   vec3 corners[4];
-  for (uint i = 0; i < 4; ++i) corners[i] = placed.list.box_min + placed.list.box_step * quantised(leaf.corners, i);
+  for (uint i = 0; i < 4; ++i) corners[i] = quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  RasterCard card = RasterCardArray(placed.cards).at[leaf.look & 0xffffu];
-  bool outlined = is_wood(placed) || outline_loss(corners, placed.instance) < 0.5;
+  // Wood has no holes, and its triangles are no smaller from afar.
+  RasterCard card = RasterCardArray(group.placed.cards).at[leaf.card];
+  float along_m = length(group.box_step * (0.5 * (corners[1] + corners[2] - corners[0] - corners[3])));
+  float across_m = length(group.box_step * (0.5 * (corners[2] + corners[3] - corners[0] - corners[1])));
+  bool outlined = group.placed.wood || outline_loss(group.px_per_m * min(along_m, across_m)) < 0.5;
   float scale = outlined ? 1.0 : sqrt(card.coverage);
   drawn.mask = outlined ? uvec2(card.mask[0], card.mask[1]) : uvec2(0xffffffffu);
 
   vec3 at[4];
   float nearest = 1e30;
   for (uint i = 0; i < 4; ++i) {
-    vec3 object = middle + (corners[i] - middle) * scale;
-    vec3 projected = placed.origin + object.x * placed.x + object.y * placed.y + object.z * placed.z;
-    float inverse_w = 1.0 / projected.z;
-    at[i] = vec3(projected.xy * inverse_w, depth_key(inverse_w));
-    nearest = min(nearest, projected.z);
+    vec3 corner = projected(group.placed, middle + (corners[i] - middle) * scale);
+    float inverse_w = 1.0 / corner.z;
+    at[i] = vec3(corner.xy * inverse_w, depth_key(inverse_w));
+    nearest = min(nearest, corner.z);
   }
-  if (!(nearest > view.near_m)) return false;
   vec2 low = min(min(at[0].xy, at[1].xy), min(at[2].xy, at[3].xy));
   vec2 high = max(max(at[0].xy, at[1].xy), max(at[2].xy, at[3].xy));
   // Pixels whose centres are inside.
   vec2 size = vec2(push.width_px, push.height_px);
   drawn.low = ivec2(ceil(clamp(low, vec2(0.0), size) - 0.5));
   drawn.high = ivec2(floor(clamp(high, vec2(0.0), size) - 0.5)) + 1;
-  if (any(greaterThanEqual(drawn.low, drawn.high))) return false;
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
-  return true;
-}
-
-uint radiance_of(Placed placed, RasterLeaf leaf) {
-  vec3 corners[4];
-  for (uint i = 0; i < 4; ++i) corners[i] = placed.list.box_min + placed.list.box_step * quantised(leaf.corners, i);
-  vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  vec3 world = world_from_object(placed.instance, middle);
-  RasterCard card = RasterCardArray(placed.cards).at[leaf.look & 0xffffu];
-  vec3 color = is_wood(placed) ? wood_radiance(placed, leaf, middle, card.albedo) : leaf_radiance(placed, leaf, corners, middle, card);
-  return pack_radiance(mix(view.fog_color, color, transmittance(world)));
+  vec3 object = group.box_min + group.box_step * middle;
+  group.placed.sunlight = group.sun_color * sun_through_crown(group.crown, object, group.placed.sun);
+  vec4 folded = unpackSnorm4x8(leaf.normals);
+  drawn.radiance = placed_radiance(group.placed, unfold(folded.xy), unfold(folded.zw), leaf.look);
+  return nearest > group.placed.near_m && all(lessThan(drawn.low, drawn.high));
 }
 
 // Bit of the 8 x 8 mask. at: 0..1
@@ -182,19 +156,18 @@ ivec2 row_of(Drawn drawn, int row) {
 }
 
 // Loops end at the bottom here: software drivers go through a loop's body once more to find that no invocation is left in it.
-void raster_leaf(Placed placed, RasterLeaf leaf, uint index) {
+void raster_leaf(Shared group, RasterLeaf leaf, uvec2 name) {
   Drawn drawn;
-  bool seen = project(placed, leaf, drawn);
+  bool seen = project(group, leaf, drawn);
   ivec2 size = drawn.high - drawn.low;
   if (seen && size.x * size.y > kBigPixels) {
-    seen = false;
-    if (kPass != kRadiance) {
-      uint place = atomicAdd(rounds[push.round].big.count, 1);
+    uint place = kPass == kRadiance ? 0 : atomicAdd(rounds[push.round].big.count, 1);
+    if (kPass != kRadiance && place < kBigCapacity) {
       atomicMax(rounds[push.round].big.groups[0], min(place + 1, kMaxDispatchGroups));
-      if (place < kBigCapacity) big_items[place] = uvec2(placed.item, index);
+      big_items[place] = name;
     }
+    seen = place >= kBigCapacity;
   }
-  drawn.radiance = radiance_of(placed, leaf);
   ivec2 at = drawn.low;
   bool more = seen;
   do {
@@ -205,38 +178,34 @@ void raster_leaf(Placed placed, RasterLeaf leaf, uint index) {
   } while (more);
 }
 
+RasterList list_for(uint item) { return lists[instances[slot_of(item)].plant * kRasterLists + list_of(item)]; }
+
 void raster_clusters() {
-  uint count = min(rounds[push.round].work.count, kWorkCapacity);
+  uint count = min(rounds[push.round].work.count, push.work_capacity);
   for (uint i = gl_WorkGroupID.x * kWorkPerGroup; i < count; i += gl_NumWorkGroups.x * kWorkPerGroup)
     for (uint j = i; j < min(i + kWorkPerGroup, count); ++j) {
       uvec2 work = work_items[j];
-      Placed placed = place(work.x);
-      RasterCluster cluster = RasterClusterArray(placed.list.clusters).at[work.y];
+      RasterList list = list_for(work.x);
+      RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];
+      Shared group = share(work.x, list, cluster.center, cluster.card);
       uint leaf = gl_LocalInvocationIndex;
       do {
         uint index = cluster.first_leaf + leaf;
-        if (leaf < cluster.leaf_count) raster_leaf(placed, RasterLeafArray(placed.list.leaves).at[index], index);
+        if (leaf < cluster.leaf_count) raster_leaf(group, RasterLeafArray(list.leaves).at[index], uvec2(work.x, index));
         leaf += gl_WorkGroupSize.x;
       } while (leaf < cluster.leaf_count);
     }
 }
 
-void raster_tiny() {
-  uint count = rounds[push.round].tiny.count;
-  for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
-    Placed placed = place(tiny_items[i]);
-    for (uint leaf = 0; leaf < placed.list.leaf_count; ++leaf) raster_leaf(placed, RasterLeafArray(placed.list.leaves).at[leaf], leaf);
-  }
-}
-
 void raster_big() {
   uint count = min(rounds[push.round].big.count, kBigCapacity);
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    Placed placed = place(big_items[i].x);
-    RasterLeaf leaf = RasterLeafArray(placed.list.leaves).at[big_items[i].y];
+    uvec2 name = big_items[i];
+    RasterList list = list_for(name.x);
+    RasterLeaf leaf = RasterLeafArray(list.leaves).at[name.y];
+    vec3 corner = list.box_min + list.box_step * quantised(leaf.corners, 0);
     Drawn drawn;
-    if (!project(placed, leaf, drawn)) continue;
-    drawn.radiance = radiance_of(placed, leaf);
+    if (!project(share(name.x, list, corner, leaf.card), leaf, drawn)) continue;
     for (int y = drawn.low.y + int(gl_LocalInvocationIndex); y < drawn.high.y; y += int(gl_WorkGroupSize.x)) {
       ivec2 row = row_of(drawn, y);
       for (int x = row.x; x < row.y; ++x) shade_pixel(drawn, vec2(x, y) + 0.5, uint(y) * push.width_px + uint(x));
@@ -246,6 +215,5 @@ void raster_big() {
 
 void main() {
   if (kSource == kClusters) raster_clusters();
-  else if (kSource == kTiny) raster_tiny();
   else raster_big();
 }

@@ -12,10 +12,11 @@ vec3 quantised(uint corners[6], uint corner) {
 
 // 0 for a leaf that shows its card's outline, 1 for one too small for it. No mip level keeps an outline of few pixels, so a small leaf is a
 // smaller quad of the same covered area, and has no holes.
+float outline_loss(float thickness_px) { return 1.0 - smoothstep(1.5, 5.0, thickness_px); }
+
 float outline_loss(vec3 corners[4], Instance instance) {
   vec3 stalk = 0.5 * (corners[0] + corners[3]), tip = 0.5 * (corners[1] + corners[2]);
   float width_m = distance(0.5 * (corners[0] + corners[1]), 0.5 * (corners[2] + corners[3]));
   float distance_m = max(distance(world_from_object(instance, 0.5 * (stalk + tip)), view.camera_position), view.near_m);
-  float thickness_px = instance.scale * min(distance(stalk, tip), width_m) * view.focal_px / distance_m;
-  return 1.0 - smoothstep(1.5, 5.0, thickness_px);
+  return outline_loss(instance.scale * min(distance(stalk, tip), width_m) * view.focal_px / distance_m);
 }

@@ -4,7 +4,7 @@
 // The smallest depth key of each tile: 0 where a pixel of it shows no leaf.
 // reads     picture (level 0), tiles of level 0 (the others)
 // writes    tiles
-// dispatch  one invocation per tile of level 0, or of levels 1 and 2; recorded by coppice::gpu::LeafRaster::record
+// dispatch  indirect, one invocation per tile of level 0, or of levels 1 and 2; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
 #include "raster.glsl"
@@ -17,7 +17,7 @@ uint smallest_of_picture(uvec2 tile) {
   uvec2 high = min(low + kTileSide_px, uvec2(push.width_px, push.height_px));
   uint smallest = 0xffffffffu;
   for (uint y = low.y; y < high.y; ++y)
-    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, picture[2 * (y * push.width_px + x) + 1]);
+    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, texelFetch(picture_words, int(2 * (y * push.width_px + x) + 1)).x);
   return smallest;
 }
 

@@ -11,11 +11,13 @@ layout(set = 1, binding = 3, scalar) readonly buffer RasterPlantBuffer { RasterP
 layout(set = 1, binding = 4, scalar) buffer RoundBuffer { RasterRound rounds[]; };
 layout(set = 1, binding = 5, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
 layout(set = 1, binding = 6, scalar) buffer ItemBuffer { uint items[]; };        // slot | list << kSlotBits
-layout(set = 1, binding = 7, scalar) buffer TinyBuffer { uint tiny_items[]; };   // the same
-layout(set = 1, binding = 8, scalar) buffer WorkBuffer { uvec2 work_items[]; };  // the same, cluster
-layout(set = 1, binding = 9, scalar) buffer BigBuffer { uvec2 big_items[]; };    // the same, leaf of the list
-layout(set = 1, binding = 11, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
+layout(set = 1, binding = 7, scalar) buffer WorkBuffer { uvec2 work_items[]; };  // the same, cluster
+layout(set = 1, binding = 8, scalar) buffer BigBuffer { uvec2 big_items[]; };    // the same, leaf of the list
+layout(set = 1, binding = 9, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
 layout(set = 1, binding = 10, scalar) buffer TileBuffer { uint tiles[]; };       // the smallest key of each tile, level by level
+
+// The picture's words again, to be read without atomics: software drivers load a vector from texels, but word by word from buffers.
+layout(set = 1, binding = 11) uniform usamplerBuffer picture_words;
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterLeafArray { RasterLeaf at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterSplatArray { RasterSplat at[]; };
@@ -23,9 +25,6 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ras
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterCardArray { RasterCard at[]; };
 
 layout(push_constant, scalar) uniform Push { RasterPush push; };
-
-uint slot_of(uint item) { return item & (kRasterMaxInstances - 1u); }
-uint list_of(uint item) { return item >> kSlotBits; }
 
 // x: columns, y: rows, z: place of the level's first tile.
 uvec3 tile_level(uint level) {
@@ -38,6 +37,25 @@ uvec3 tile_level(uint level) {
   }
   return uvec3(size, first);
 }
+
+// The round draws something, so that its tiles are worth a look.
+void wake_tiles() {
+  uvec3 finest = tile_level(0), last = tile_level(kTileLevels - 1);
+  uint finest_count = finest.x * finest.y;
+  rounds[push.round].finest_tiles.groups[0] = (finest_count + push.lanes - 1) / push.lanes;
+  rounds[push.round].other_tiles.groups[0] = (last.z + last.x * last.y - finest_count + push.lanes - 1) / push.lanes;
+}
+
+void append_splats(uint item, uint cluster) {
+  uint place = atomicAdd(rounds[push.round].splats.count, 1);
+  if (place >= push.work_capacity) return;
+  atomicMax(rounds[push.round].splats.groups[0], min(place / push.lanes + 1, kMaxDispatchGroups));
+  splat_items[place] = uvec2(item, cluster);
+  if (place == 0) wake_tiles();
+}
+
+uint slot_of(uint item) { return item & (kRasterMaxInstances - 1u); }
+uint list_of(uint item) { return item >> kSlotBits; }
 
 float depth_key(float inverse_w) { return max(push.key_a + push.key_b * inverse_w, 1e-30); }
 

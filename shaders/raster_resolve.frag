@@ -10,17 +10,17 @@
 #include "raster_shared.h"
 #include "radiance.glsl"
 
-layout(set = 1, binding = 0, scalar) readonly buffer PictureBuffer { uint picture[]; };
+layout(set = 1, binding = 11) uniform usamplerBuffer picture_words;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 layout(location = 0) out vec4 out_color;
 
 void main() {
   uvec2 at = uvec2(gl_FragCoord.xy);
-  uint word = 2 * (at.y * push.width_px + at.x);
-  uint key = picture[word + 1];
+  int word = int(2 * (at.y * push.width_px + at.x));
+  uint key = texelFetch(picture_words, word + 1).x;
   if (key == 0) discard;
-  out_color = vec4(unpack_radiance(picture[word]), 1.0);
+  out_color = vec4(unpack_radiance(texelFetch(picture_words, word).x), 1.0);
   float depth = uintBitsToFloat(key);
   gl_FragDepth = push.reversed != 0 ? depth : 1.0 - depth;
 }

@@ -18,14 +18,14 @@ const uint kRasterLevels = 80;
 const uint kRasterLists = kRasterLevels + kMaxWoodLods;
 // Leaves (or wood triangles) of a list that are culled together.
 const uint kClusterLeaves = 64;
-// Instances of at most this many leaves are rasterised by one invocation, without clusters.
-const uint kTinyLeaves = 8;
 // A work item names its instance with the low bits and its list with the rest.
 const uint kSlotBits = 24;
 const uint kRasterMaxInstances = 1u << kSlotBits;
-const uint kWorkCapacity = 1u << 18;  // clusters in a round
+// Clusters in a round, before any is culled. Instances beyond are drawn with the rung of one cluster, for which there is room besides.
+const uint kWorkClusters = 1u << 19;
+const uint kOneClusterLevel = 18;     // kClusterLeaves leaves
 const uint kBigCapacity = 1u << 18;   // leaves in a round that a whole workgroup rasterises
-const uint kWorkPerGroup = 4;
+const uint kWorkPerGroup = 4;         // clusters of leaves that a workgroup takes one after the other
 const uint kTileShift = 3;
 const uint kTileSide_px = 1u << kTileShift;
 const uint kTileLevels = 3;  // tiles of 8, 32 and 128 px
@@ -42,9 +42,11 @@ COPPICE_GPU_LAYOUT(InstanceBlock, 20);
 // A leaf quad or a wood triangle (corner 3 repeats corner 2): three unsigned 16-bit numbers a corner, packed as in Node.
 struct RasterLeaf {
   uint corners[6];
-  uint look;  // bits 0..15: RasterCard of the plant; 16..31: normal of a wood triangle, octahedral, two snorm8
+  uint card;     // RasterCard of the plant
+  uint normals;  // as in RasterSplat
+  uint look;     // as in RasterSplat
 };
-COPPICE_GPU_LAYOUT(RasterLeaf, 28);
+COPPICE_GPU_LAYOUT(RasterLeaf, 36);
 
 // A leaf of few pixels, or one of up to kMaxGrains equal parts along a long one: a place, an area and what its light needs.
 const uint kMaxGrains = 4;
@@ -52,7 +54,7 @@ struct RasterSplat {
   uint xy;       // place in the list's box, two unsigned 16-bit numbers of which 65535 is the far side
   uint z_size;   // the third; and the side of the square of the covered area, 65535 is RasterList::splat_size_m
   uint normals;  // the one it is lit with and its face's, octahedral, two snorm8 each
-  uint look;     // square roots of the albedo, 255 is kMaxSplatAlbedo; the share of the sky that it sees
+  uint look;     // square roots of the albedo, 255 is kMaxSplatAlbedo, but of wood nothing; the share of the sky that it sees
 };
 COPPICE_GPU_LAYOUT(RasterSplat, 16);
 const float kMaxSplatAlbedo = 2.0f;
@@ -65,8 +67,9 @@ struct RasterCluster {
   uint first_splat;
   uint splat_count;
   float grain_m;  // the longest part of a leaf that one splat stands for
+  uint card;      // of wood: the RasterCard of all its triangles
 };
-COPPICE_GPU_LAYOUT(RasterCluster, 36);
+COPPICE_GPU_LAYOUT(RasterCluster, 40);
 
 // All leaves of one cut, or all triangles of one wood LoD. corner = box_min + box_step * q, object space, m.
 struct RasterList {
@@ -80,8 +83,9 @@ struct RasterList {
   float leaf_size_m;  // side of the square of the mean leaf's area
   float splat_size_m;
   vec3 splat_step;  // place of a splat = box_min + splat_step * q
+  float grain_m;    // the longest of its clusters'
 };
-COPPICE_GPU_LAYOUT(RasterList, 76);
+COPPICE_GPU_LAYOUT(RasterList, 80);
 
 // What a leaf shows from afar: its card's mean colour, and the card's outline in 8 x 8 cells, row by row from corner 0 (x towards
 // corner 1, y towards corner 3).
@@ -108,9 +112,11 @@ struct RasterStage {
 COPPICE_GPU_LAYOUT(RasterStage, 16);
 
 struct RasterRound {
-  RasterStage blocks, items, work, splats, big, tiny;
+  RasterStage blocks, items, work, splats, big;
+  RasterStage finest_tiles, other_tiles;  // no groups where the round draws nothing
+  uint reserved;                          // clusters of the instances so far
 };
-COPPICE_GPU_LAYOUT(RasterRound, 96);
+COPPICE_GPU_LAYOUT(RasterRound, 116);
 
 // Push constants of every pass of the rasteriser. A depth key grows towards the eye: key_a + key_b / w, as the bits of a float above 0.
 struct RasterPush {
@@ -123,8 +129,9 @@ struct RasterPush {
   float split_px;  // instances whose leaves are larger on average are drawn by the hardware
   uint reversed;   // 1: the depth attachment holds the key; 0: it holds 1 - key
   uint lanes;      // invocations of a group, except where they are kCullGroupSize
+  uint work_capacity;  // of work_items and of splat_items
 };
-COPPICE_GPU_LAYOUT(RasterPush, 36);
+COPPICE_GPU_LAYOUT(RasterPush, 40);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

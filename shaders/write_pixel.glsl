@@ -13,7 +13,8 @@ layout(set = 1, binding = 0, scalar) buffer PixelBuffer { uint64_t pixels[]; };
 void write_pixel(uint pixel, float key, uint radiance) {
   uint bits = floatBitsToUint(max(key, 1e-30));
 #ifdef COPPICE_INT64
-  atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(radiance));
+  // Most of what is drawn is hidden, and a load is cheaper than an atomic.
+  if (texelFetch(picture_words, int(2 * pixel + 1)).x <= bits) atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(radiance));
 #else
   if (kPass == kDepth) atomicMax(picture[2 * pixel + 1], bits);
   else if (picture[2 * pixel + 1] == bits) picture[2 * pixel] = radiance;

@@ -107,7 +107,7 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
   EXPECT_EQ(stats["source_leaves_in_scene"], 40 * 386);
   EXPECT_EQ(stats["validation_messages"], 0);
   EXPECT_GT(stats["visible_instances_median"], 0);
-  for (const char* pass : {"upload", "cull", "raster", "tiles", "draw", "ground", "tufts", "sky", "tone_map"})
+  for (const char* pass : {"upload", "cull", "splats", "leaves", "tiles", "draw", "ground", "tufts", "sky", "tone_map"})
     EXPECT_GT(stats["pass_ms"][pass], 0) << pass;
   EXPECT_LE(stats["memory_peak_bytes"], stats["memory_budget_bytes"]);
 

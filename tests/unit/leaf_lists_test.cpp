@@ -76,7 +76,7 @@ TEST(LeafLists, HoldTheNodesOfTheCutAndNoOthers) {
     for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id)
       if (crown.nodes[id].split >= leaf_count - 1) expected.insert({packed(crown.nodes[id].corners), crown.nodes[id].card});
     const BuiltList list = build_leaf_list(crown.source(), leaf_count);
-    for (const RasterLeaf& leaf : list.leaves) actual.insert({corners_of(leaf), leaf.look});
+    for (const RasterLeaf& leaf : list.leaves) actual.insert({corners_of(leaf), leaf.card});
     EXPECT_EQ(actual, expected) << leaf_count;
     EXPECT_EQ(list.header.leaf_count, leaf_count);
   }
@@ -122,7 +122,7 @@ TEST(LeafLists, SplatsCoverTheAreaOfTheirLeaves) {
       const double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
       return 0.5 * std::sqrt(x * x + y * y + z * z);
     };
-    leaf_m2 += (area(1, 2) + area(2, 3)) * static_cast<double>(crown.looks[leaf.look].coverage);
+    leaf_m2 += (area(1, 2) + area(2, 3)) * static_cast<double>(crown.looks[leaf.card].coverage);
   }
   for (const RasterSplat& splat : list.splats) {
     const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(list.header.splat_size_m);
@@ -136,14 +136,16 @@ TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
   mesh.vertices = {
       {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
   mesh.indices = {0, 1, 2, 3, 0, 2};
-  const std::vector<RasterCard> looks(5, RasterCard{{0.1f, 0.1f, 0.1f}, 1.0f, {~0u, ~0u}, 0.5f});
   const BuiltList list =
-      build_wood_list(mesh, {.looks = looks, .first_material = 3, .crown = {{-1, -1, -1}, {1e-4f, 1e-4f, 1e-4f}, COPPICE_QUANTISED_MAX}});
+      build_wood_list(mesh, {.first_material = 3, .crown = {{-1, -1, -1}, {1e-4f, 1e-4f, 1e-4f}, COPPICE_QUANTISED_MAX}});
   ASSERT_EQ(list.leaves.size(), 2u);
   std::map<std::uint32_t, RasterLeaf> by_look;
-  for (const RasterLeaf& leaf : list.leaves) by_look[leaf.look & 0xffffu] = leaf;
+  for (const RasterLeaf& leaf : list.leaves) by_look[leaf.card] = leaf;
   ASSERT_TRUE(by_look.contains(4) && by_look.contains(3));
-  EXPECT_EQ(by_look[4].look >> 16, 0u) << "straight up the octahedron is its middle";
+  std::set<std::uint32_t> cards;
+  for (const RasterCluster& cluster : list.clusters) cards.insert(cluster.card);
+  EXPECT_EQ(cards, (std::set<std::uint32_t>{3, 4})) << "clusters are of one material, whose colour is looked up: textures may come later";
+  EXPECT_EQ(by_look[4].normals & 0xffffu, 0u) << "straight up the octahedron is its middle";
   const auto corner = corner_m(list.header, by_look[4], 2), repeated = corner_m(list.header, by_look[4], 3);
   EXPECT_NEAR(corner[1], 2.0f, 1e-3f);
   EXPECT_EQ(corner, repeated);

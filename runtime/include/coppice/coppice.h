@@ -141,7 +141,7 @@ typedef struct coppice_context_desc {
   /* VK_TRUE: leaves below about 12 px, and the wood between them, are rasterised by compute shaders in coppice_record_cull, and
    * coppice_record_draw copies what they drew into the attachments, colour and depth, before it draws the rest. Instances are then culled
    * in blocks of those that were added one after the other: add neighbours together. Takes 8 bytes a pixel of the largest view, and per
-   * plant about 140 bytes a leaf. Views with COPPICE_LOD_FULL or an oblique projection are drawn as with VK_FALSE. Default VK_FALSE. */
+   * plant about 180 bytes a leaf. Views with COPPICE_LOD_FULL or an oblique projection are drawn as with VK_FALSE. Default VK_FALSE. */
   VkBool32 compute_raster;
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
    * go over all leaves twice. Where the physical device lacks a feature it counts as VK_FALSE. */
@@ -274,9 +274,10 @@ coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd
 typedef enum coppice_pass {
   COPPICE_PASS_UPLOAD = 0,
   COPPICE_PASS_CULL = 1,   /* blocks, instances, cuts, clusters */
-  COPPICE_PASS_RASTER = 2, /* leaves and wood by compute shaders */
-  COPPICE_PASS_TILES = 3,  /* depth of tiles, for occlusion */
-  COPPICE_PASS_COUNT = 4,
+  COPPICE_PASS_SPLATS = 2, /* leaves and wood of few pixels by compute shaders */
+  COPPICE_PASS_LEAVES = 3, /* larger ones, likewise */
+  COPPICE_PASS_TILES = 4,  /* depth of tiles, for occlusion */
+  COPPICE_PASS_COUNT = 5,
   COPPICE_PASS_MAX_ENUM = 0x7fffffff
 } coppice_pass;
 

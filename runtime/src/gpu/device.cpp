@@ -55,7 +55,8 @@ Result<VkDeviceMemory> allocate_memory(Device& device, const VkMemoryRequirement
   return memory;
 }
 
-Result<void> back_buffer(Device& device, Buffer& buffer, bool addressable, MemoryKind kind) {
+Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usage, MemoryKind kind) {
+  const bool addressable = (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0;
   VkMemoryRequirements requirements{};
   device.vk.vkGetBufferMemoryRequirements(device.device, buffer.buffer, &requirements);
   COPPICE_TRY(memory, allocate_memory(device, requirements, kind, addressable));
@@ -63,6 +64,12 @@ Result<void> back_buffer(Device& device, Buffer& buffer, bool addressable, Memor
   buffer.allocated_bytes = requirements.size;
   if (const VkResult result = device.vk.vkBindBufferMemory(device.device, buffer.buffer, memory, 0); result != VK_SUCCESS)
     return vulkan_error(result, "vkBindBufferMemory");
+  if (usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
+    const VkBufferViewCreateInfo info{
+        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = buffer.buffer, .format = VK_FORMAT_R32_UINT, .range = VK_WHOLE_SIZE};
+    if (const VkResult result = device.vk.vkCreateBufferView(device.device, &info, nullptr, &buffer.texels); result != VK_SUCCESS)
+      return vulkan_error(result, "vkCreateBufferView");
+  }
   if (addressable) {
     const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.buffer};
     buffer.address = device.vk.vkGetBufferDeviceAddress(device.device, &info);
@@ -127,6 +134,7 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
     return Error{Status::unsupported, "the device lacks features", Error::kNoOffset, missing};
   opened.max_storage_bytes = properties.limits.maxStorageBufferRange;
   opened.max_draw_count = properties.limits.maxDrawIndirectCount;
+  opened.max_texel_count = properties.limits.maxTexelBufferElements;
   opened.max_group_count = properties.limits.maxComputeWorkGroupCount[0];
   opened.vk.vkGetPhysicalDeviceMemoryProperties(physical_device, &opened.memory);
   return opened;
@@ -148,11 +156,13 @@ bool has_int64_atomics(const Device& device) {
 Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind) {
   if ((usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && size_bytes > device.max_storage_bytes)
     return Error{Status::unsupported, "storage buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};
+  if ((usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) && size_bytes / sizeof(std::uint32_t) > device.max_texel_count)
+    return Error{Status::unsupported, "texel buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};
   const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size_bytes, .usage = usage};
   Buffer buffer{.size_bytes = size_bytes};
   if (const VkResult result = device.vk.vkCreateBuffer(device.device, &info, nullptr, &buffer.buffer); result != VK_SUCCESS)
     return vulkan_error(result, "vkCreateBuffer");
-  if (auto backed = back_buffer(device, buffer, usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, kind); !backed) {
+  if (auto backed = back_buffer(device, buffer, usage, kind); !backed) {
     destroy_buffer(device, buffer);
     return backed.error();
   }
@@ -160,6 +170,7 @@ Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferU
 }
 
 void destroy_buffer(Device& device, Buffer& buffer) {
+  device.vk.vkDestroyBufferView(device.device, buffer.texels, nullptr);
   device.vk.vkDestroyBuffer(device.device, buffer.buffer, nullptr);
   device.vk.vkFreeMemory(device.device, buffer.memory, nullptr);
   device.allocated_bytes -= buffer.allocated_bytes;

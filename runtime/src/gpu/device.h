@@ -17,6 +17,7 @@ struct Device {
   std::uint64_t max_storage_bytes = 0;  ///< of one storage buffer binding
   std::uint32_t max_draw_count = 0;     ///< of one indirect draw
   std::uint32_t max_group_count = 0;    ///< of one dispatch, in x
+  std::uint64_t max_texel_count = 0;    ///< of one texel buffer view
   std::uint64_t allocated_bytes = 0;    ///< of every vkAllocateMemory not yet freed
   bool block_textures = false;          ///< textureCompressionBC is enabled; only the engine knows, so the caller says it
 };
@@ -40,13 +41,14 @@ enum class MemoryKind : std::uint8_t {
 struct Buffer {
   VkBuffer buffer = VK_NULL_HANDLE;
   VkDeviceMemory memory = VK_NULL_HANDLE;
-  std::uint64_t size_bytes = 0;       ///< as asked for
-  std::uint64_t allocated_bytes = 0;  ///< as taken from the heap
-  VkDeviceAddress address = 0;        ///< 0 unless created with SHADER_DEVICE_ADDRESS
-  std::uint8_t* mapped = nullptr;     ///< MemoryKind::host only
+  std::uint64_t size_bytes = 0;          ///< as asked for
+  std::uint64_t allocated_bytes = 0;     ///< as taken from the heap
+  VkDeviceAddress address = 0;           ///< 0 unless created with SHADER_DEVICE_ADDRESS
+  std::uint8_t* mapped = nullptr;        ///< MemoryKind::host only
+  VkBufferView texels = VK_NULL_HANDLE;  ///< all of it as R32_UINT; null unless created with UNIFORM_TEXEL_BUFFER
 };
 
-/// errors  out_of_memory; device_lost; unsupported: a storage buffer larger than the device binds
+/// errors  out_of_memory; device_lost; unsupported: a storage or texel buffer larger than the device binds
 Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind);
 void destroy_buffer(Device& device, Buffer& buffer);
 

@@ -37,6 +37,7 @@ namespace coppice::gpu {
   X(vkCmdUpdateBuffer)              \
   X(vkCmdWriteTimestamp2)           \
   X(vkCreateBuffer)                 \
+  X(vkCreateBufferView)             \
   X(vkCreateComputePipelines)       \
   X(vkCreateDescriptorPool)         \
   X(vkCreateDescriptorSetLayout)    \
@@ -48,6 +49,7 @@ namespace coppice::gpu {
   X(vkCreateSampler)                \
   X(vkCreateShaderModule)           \
   X(vkDestroyBuffer)                \
+  X(vkDestroyBufferView)            \
   X(vkDestroyDescriptorPool)        \
   X(vkDestroyDescriptorSetLayout)   \
   X(vkDestroyImage)                 \

@@ -11,7 +11,7 @@
 
 namespace coppice::gpu {
 
-enum class Pass : std::uint32_t { upload, cull, raster, tiles, count };
+enum class Pass : std::uint32_t { upload, cull, splats, leaves, tiles, count };
 
 class GpuTimer {
  public:

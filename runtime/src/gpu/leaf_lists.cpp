@@ -68,6 +68,7 @@ struct Entry {
   std::uint32_t grain_count = 1;   ///< splats along it
   float grain_m = 0;
   float area_m2 = 0;
+  bool is_wood = false;
   // Of its splat.
   Point normal{}, face{};
   Point albedo{};
@@ -168,9 +169,21 @@ void shade_leaf(Entry& entry, const Crown& crown, const RasterCard& look, const 
   entry.sky = crown.sky(middle);
 }
 
+std::uint32_t packed_normals(const Entry& entry) {
+  return octahedral(entry.normal) | octahedral(entry.face) << 16;
+}
+
+/// RasterSplat::look. The textures of wood may arrive later than it: its colour is looked up.
+std::uint32_t packed_look(const Entry& entry) {
+  const auto unorm8 = [](float value) { return static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f))); };
+  std::uint32_t look = unorm8(entry.sky) << 24;
+  if (entry.is_wood) return look;
+  for (std::size_t channel = 0; channel < 3; ++channel) look |= unorm8(std::sqrt(entry.albedo[channel] / kMaxSplatAlbedo)) << (8 * channel);
+  return look;
+}
+
 /// grain: < entry.grain_count
 RasterSplat splat_of(const Entry& entry, std::uint32_t grain, const RasterList& list) {
-  const auto unorm8 = [](float value) { return static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f))); };
   const Point low{list.box_min.x, list.box_min.y, list.box_min.z}, step{list.splat_step.x, list.splat_step.y, list.splat_step.z};
   const float share = (static_cast<float>(grain) + 0.5f) / static_cast<float>(entry.grain_count);
   const Point middle = entry.axis[0] + (entry.axis[1] - entry.axis[0]) * share;
@@ -181,13 +194,8 @@ RasterSplat splat_of(const Entry& entry, std::uint32_t grain, const RasterList& 
       words[axis] = static_cast<std::uint32_t>(std::clamp(std::lround((middle[axis] - low[axis]) / step[axis]), 0L, 65535L));
   if (list.splat_size_m > 0.0f)
     words[3] = static_cast<std::uint32_t>(std::clamp(std::lround(65535.0f * side_m / list.splat_size_m), 0L, 65535L));
-  RasterSplat splat{.xy = words[0] | words[1] << 16,
-                    .z_size = words[2] | words[3] << 16,
-                    .normals = octahedral(entry.normal) | octahedral(entry.face) << 16,
-                    .look = unorm8(entry.sky) << 24};
-  for (std::size_t channel = 0; channel < 3; ++channel)
-    splat.look |= unorm8(std::sqrt(entry.albedo[channel] / kMaxSplatAlbedo)) << (8 * channel);
-  return splat;
+  return {
+      .xy = words[0] | words[1] << 16, .z_size = words[2] | words[3] << 16, .normals = packed_normals(entry), .look = packed_look(entry)};
 }
 
 RasterCluster bound(std::span<const Entry> entries, std::uint32_t first_leaf) {
@@ -209,31 +217,49 @@ RasterCluster bound(std::span<const Entry> entries, std::uint32_t first_leaf) {
   return cluster;
 }
 
-/// Sorts the entries and cuts them into clusters of equal size.
+/// Appends the clusters of some entries, which it sorts.
+void add_clusters(BuiltList& list, std::span<Entry> entries) {
+  std::ranges::sort(entries, [](const Entry& a, const Entry& b) {
+    if (a.size_class != b.size_class) return a.size_class < b.size_class;
+    return a.place != b.place ? a.place < b.place : a.id < b.id;
+  });
+  const std::size_t count = (entries.size() + kClusterLeaves - 1) / kClusterLeaves;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t first = entries.size() * i / count, end = entries.size() * (i + 1) / count;
+    const std::span<Entry> members = entries.subspan(first, end - first);
+    std::ranges::sort(members, [](const Entry& a, const Entry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; });
+    RasterCluster cluster = bound(members, static_cast<std::uint32_t>(list.leaves.size()));
+    cluster.first_splat = static_cast<std::uint32_t>(list.splats.size());
+    cluster.card = members[0].leaf.card;
+    list.header.grain_m = std::max(list.header.grain_m, cluster.grain_m);
+    list.clusters.push_back(cluster);
+    for (const Entry& entry : members) {
+      list.leaves.push_back(entry.leaf);
+      list.leaves.back().normals = packed_normals(entry);
+      list.leaves.back().look = packed_look(entry);
+      for (std::uint32_t grain = 0; grain < entry.grain_count; ++grain) list.splats.push_back(splat_of(entry, grain, list.header));
+    }
+  }
+}
+
+/// Cuts the entries into clusters of about equal size; those of wood are of one material.
 BuiltList finish(std::vector<Entry>& entries, const RasterList& box, float largest) {
   BuiltList list{.header = box};
   for (auto [step, splat_step] :
        {std::pair{box.box_step.x, &list.header.splat_step.x}, std::pair{box.box_step.y, &list.header.splat_step.y},
         std::pair{box.box_step.z, &list.header.splat_step.z}})
     *splat_step = step * largest / 65535.0f;
-  for (const Entry& entry : entries) list.header.splat_size_m = std::max(list.header.splat_size_m, std::sqrt(entry.covered_m2));
-  std::ranges::sort(entries, [](const Entry& a, const Entry& b) {
-    if (a.size_class != b.size_class) return a.size_class < b.size_class;
-    return a.place != b.place ? a.place < b.place : a.id < b.id;
-  });
-  const std::size_t count = (entries.size() + kClusterLeaves - 1) / kClusterLeaves;
   double area_m2 = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t first = entries.size() * i / count, end = entries.size() * (i + 1) / count;
-    const std::span<Entry> members = std::span(entries).subspan(first, end - first);
-    std::ranges::sort(members, [](const Entry& a, const Entry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; });
-    list.clusters.push_back(bound(members, static_cast<std::uint32_t>(first)));
-    list.clusters.back().first_splat = static_cast<std::uint32_t>(list.splats.size());
-    for (const Entry& entry : members) {
-      list.leaves.push_back(entry.leaf);
-      for (std::uint32_t grain = 0; grain < entry.grain_count; ++grain) list.splats.push_back(splat_of(entry, grain, list.header));
-      area_m2 += static_cast<double>(entry.area_m2);
-    }
+  for (const Entry& entry : entries) {
+    list.header.splat_size_m = std::max(list.header.splat_size_m, std::sqrt(entry.covered_m2));
+    area_m2 += static_cast<double>(entry.area_m2);
+  }
+  const auto material = [](const Entry& entry) { return entry.is_wood ? entry.leaf.card : 0; };
+  std::ranges::stable_sort(entries, {}, material);
+  for (auto first = entries.begin(); first != entries.end();) {
+    const auto end = std::find_if(first, entries.end(), [&](const Entry& entry) { return material(entry) != material(*first); });
+    add_clusters(list, {first, end});
+    first = end;
   }
   list.header.leaf_count = static_cast<std::uint32_t>(list.leaves.size());
   list.header.cluster_count = static_cast<std::uint32_t>(list.clusters.size());
@@ -255,7 +281,7 @@ BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count) {
     for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(node.corners[corner], quantised[corner].begin());
     Entry entry = make_entry(quantised, source.box.largest, box);
     entry.id = id;
-    entry.leaf.look = node.card;
+    entry.leaf.card = node.card;
     shade_leaf(entry, crown, source.looks[node.card], quantised[0]);
     entries.push_back(entry);
   }
@@ -291,12 +317,11 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
     Entry entry = make_entry(quantised, kLargest, box);
     entry.id = static_cast<std::uint32_t>(i / 3);
     const std::uint32_t look = source.first_material + mesh.vertices[mesh.indices[i]].material;
-    entry.leaf.look = look | octahedral(normal) << 16;
+    entry.leaf.card = look;
     entry.normal = normal;
     const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
     entry.face = dot(face, face) > 0.0f ? face : normal;
-    const RasterCard& card = source.looks[look];
-    entry.albedo = {card.albedo.x, card.albedo.y, card.albedo.z};
+    entry.is_wood = true;
     entry.covered_m2 = entry.area_m2;
     entry.sky = crown.sky((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
     entries.push_back(entry);

@@ -39,9 +39,8 @@ struct LeafSource {
 BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count);
 
 /// The triangles of a wood LoD, quantised to 1/65535 of the mesh's box.
-/// looks  those of the cards, then those of the materials: first_material is the first of these. crown: the leaves' box
+/// first_material  among the plant's RasterCards. box: the leaves'
 struct WoodSource {
-  std::span<const RasterCard> looks;
   std::uint32_t first_material = 0;
   LeafBox crown;
 };

@@ -28,7 +28,9 @@ namespace coppice::gpu {
 namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-constexpr std::uint32_t kBindingCount = 12;
+constexpr std::uint32_t kStorageCount = 11;
+/// The picture's texels come after the storage buffers.
+constexpr std::uint32_t kBindingCount = kStorageCount + 1;
 /// Instances whose leaves are larger on average, px, are drawn by the hardware: there the texture shows, and a leaf costs no more.
 constexpr float kSplit_px = 12.0f;
 
@@ -104,7 +106,7 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   if (desc.max_instances > kRasterMaxInstances)
     return Error{Status::unsupported, "max_instances beyond what the compute rasteriser names", Error::kNoOffset,
                  std::to_string(desc.max_instances)};
-  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBindingCount + kBindingCount)
+  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBindingCount + kStorageCount)
     return Error{Status::unsupported, "too few storage buffers in a stage for the compute rasteriser"};
   std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, desc));
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
@@ -128,18 +130,19 @@ LeafRaster::~LeafRaster() {
   vk.vkDestroyPipelineLayout(device_.device, pipelines_.layout, nullptr);
   vk.vkDestroyDescriptorSetLayout(device_.device, pipelines_.set_layout, nullptr);
   vk.vkDestroyDescriptorPool(device_.device, set_.pool, nullptr);
-  for (Buffer* buffer : {&buffers_.blocks, &buffers_.rounds, &buffers_.visible_blocks, &buffers_.items, &buffers_.tiny, &buffers_.work,
-                         &buffers_.splats, &buffers_.big, &buffers_.picture, &buffers_.tiles})
+  for (Buffer* buffer : {&buffers_.blocks, &buffers_.rounds, &buffers_.visible_blocks, &buffers_.items, &buffers_.work, &buffers_.splats,
+                         &buffers_.big, &buffers_.picture, &buffers_.tiles})
     if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
 }
 
 Result<void> LeafRaster::create_layouts() {
   std::array<VkDescriptorSetLayoutBinding, kBindingCount> bindings{};
   for (std::uint32_t i = 0; i < kBindingCount; ++i)
-    bindings[i] = {.binding = i,
-                   .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                   .descriptorCount = 1,
-                   .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | (i == 0 ? VkShaderStageFlags{VK_SHADER_STAGE_FRAGMENT_BIT} : 0u)};
+    bindings[i] = {
+        .binding = i,
+        .descriptorType = i < kStorageCount ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER : VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER,
+        .descriptorCount = 1,
+        .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | (i == kStorageCount ? VkShaderStageFlags{VK_SHADER_STAGE_FRAGMENT_BIT} : 0u)};
   const VkDescriptorSetLayoutCreateInfo set_info{
       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = kBindingCount, .pBindings = bindings.data()};
   if (const VkResult result = device_.vk.vkCreateDescriptorSetLayout(device_.device, &set_info, nullptr, &pipelines_.set_layout);
@@ -204,9 +207,8 @@ Result<void> LeafRaster::create_buffers() {
                            {&buffers_.visible_blocks, block_count * sizeof(std::uint32_t)},
                            // Leaves and wood of each.
                            {&buffers_.items, std::uint64_t{desc_.max_instances} * 2 * sizeof(std::uint32_t)},
-                           {&buffers_.tiny, std::uint64_t{desc_.max_instances} * sizeof(std::uint32_t)},
-                           {&buffers_.work, std::uint64_t{kWorkCapacity} * sizeof(uvec2)},
-                           {&buffers_.splats, std::uint64_t{kWorkCapacity} * sizeof(uvec2)},
+                           {&buffers_.work, work_capacity() * sizeof(uvec2)},
+                           {&buffers_.splats, work_capacity() * sizeof(uvec2)},
                            {&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2)}};
   for (const Wanted& item : wanted) {
     COPPICE_TRY(buffer, create_buffer(device_, item.bytes, item.usage, MemoryKind::device));
@@ -227,9 +229,12 @@ std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks) {
 }
 
 Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
-  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kBindingCount};
-  const VkDescriptorPoolCreateInfo pool_info{
-      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = 1, .pPoolSizes = &size};
+  const std::array<VkDescriptorPoolSize, 2> sizes{
+      {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kStorageCount}, {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1}}};
+  const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                             .maxSets = 1,
+                                             .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
+                                             .pPoolSizes = sizes.data()};
   DescriptorSet made;
   if (const VkResult result = device_.vk.vkCreateDescriptorPool(device_.device, &pool_info, nullptr, &made.pool); result != VK_SUCCESS)
     return vulkan_error(result, "vkCreateDescriptorPool");
@@ -241,13 +246,13 @@ Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
     device_.vk.vkDestroyDescriptorPool(device_.device, made.pool, nullptr);
     return vulkan_error(result, "vkAllocateDescriptorSets");
   }
-  const std::array<VkBuffer, kBindingCount> buffers{buffers_.picture.buffer, buffers_.blocks.buffer, plants_.lists(),
+  const std::array<VkBuffer, kStorageCount> buffers{buffers_.picture.buffer, buffers_.blocks.buffer, plants_.lists(),
                                                     plants_.plants(),        buffers_.rounds.buffer, buffers_.visible_blocks.buffer,
-                                                    buffers_.items.buffer,   buffers_.tiny.buffer,   buffers_.work.buffer,
-                                                    buffers_.big.buffer,     buffers_.tiles.buffer,  buffers_.splats.buffer};
-  std::array<VkDescriptorBufferInfo, kBindingCount> infos{};
+                                                    buffers_.items.buffer,   buffers_.work.buffer,   buffers_.big.buffer,
+                                                    buffers_.splats.buffer,  buffers_.tiles.buffer};
+  std::array<VkDescriptorBufferInfo, kStorageCount> infos{};
   std::array<VkWriteDescriptorSet, kBindingCount> writes{};
-  for (std::uint32_t i = 0; i < kBindingCount; ++i) {
+  for (std::uint32_t i = 0; i < kStorageCount; ++i) {
     infos[i] = {.buffer = buffers[i], .range = VK_WHOLE_SIZE};
     writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
                  .dstSet = made.set,
@@ -256,6 +261,12 @@ Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
                  .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
                  .pBufferInfo = &infos[i]};
   }
+  writes[kStorageCount] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                           .dstSet = made.set,
+                           .dstBinding = kStorageCount,
+                           .descriptorCount = 1,
+                           .descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER,
+                           .pTexelBufferView = &buffers_.picture.texels};
   device_.vk.vkUpdateDescriptorSets(device_.device, kBindingCount, writes.data(), 0, nullptr);
   if (set_.pool != VK_NULL_HANDLE) garbage_.retire(frame, set_.pool);
   set_ = made;
@@ -266,7 +277,8 @@ Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t
   const std::uint64_t picture_bytes = std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t);
   const std::uint64_t tile_bytes = tile_count(view.width_px, view.height_px) * sizeof(std::uint32_t);
   if (picture_bytes <= buffers_.picture.size_bytes && tile_bytes <= buffers_.tiles.size_bytes) return {};
-  COPPICE_TRY(picture, create_buffer(device_, std::max(picture_bytes, buffers_.picture.size_bytes), kStorage, MemoryKind::device));
+  COPPICE_TRY(picture, create_buffer(device_, std::max(picture_bytes, buffers_.picture.size_bytes),
+                                     kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, MemoryKind::device));
   auto tiles = create_buffer(device_, std::max(tile_bytes, buffers_.tiles.size_bytes), kStorage, MemoryKind::device);
   if (!tiles) {
     destroy_buffer(device_, picture);
@@ -291,10 +303,12 @@ bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::
            .splat_px = kSplat_px,
            .split_px = kSplit_px,
            .reversed = reversed ? 1u : 0u,
-           .lanes = lanes_};
+           .lanes = lanes_,
+           .work_capacity = static_cast<std::uint32_t>(work_capacity())};
   std::array<RasterRound, kRasterRounds> rounds{};
   for (RasterRound& round : rounds)
-    for (RasterStage* stage : {&round.blocks, &round.items, &round.work, &round.splats, &round.big, &round.tiny})
+    for (RasterStage* stage :
+         {&round.blocks, &round.items, &round.work, &round.splats, &round.big, &round.finest_tiles, &round.other_tiles})
       stage->groups[1] = stage->groups[2] = 1;
   device_.vk.vkCmdUpdateBuffer(cmd, buffers_.rounds.buffer, 0, sizeof rounds, rounds.data());
   device_.vk.vkCmdFillBuffer(cmd, buffers_.picture.buffer, 0, std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t), 0);
@@ -309,7 +323,8 @@ void LeafRaster::bind(VkCommandBuffer cmd, VkPipeline pipeline) const {
 void LeafRaster::barrier(VkCommandBuffer cmd) const {
   memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
                  VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
-                 VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
+                 VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
+                     VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
 }
 
 void LeafRaster::dispatch_stage(VkCommandBuffer cmd, VkPipeline pipeline, std::uint32_t round, std::uint64_t stage_offset) const {
@@ -317,29 +332,25 @@ void LeafRaster::dispatch_stage(VkCommandBuffer cmd, VkPipeline pipeline, std::u
   device_.vk.vkCmdDispatchIndirect(cmd, buffers_.rounds.buffer, round * sizeof(RasterRound) + stage_offset);
 }
 
-void LeafRaster::record_leaves(VkCommandBuffer cmd, std::uint32_t round) const {
+void LeafRaster::record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTimer* timer) const {
   const std::uint32_t pass_count = desc_.int64_atomics ? 1 : 2;
   for (std::uint32_t pass = 0; pass < pass_count; ++pass) {
     const auto& leaves = pipelines_.leaves[pass];
     if (pass > 0) barrier(cmd);
-    dispatch_stage(cmd, leaves[kTiny], round, offsetof(RasterRound, tiny));
     dispatch_stage(cmd, pipelines_.splats[pass], round, offsetof(RasterRound, splats));
+    if (timer != nullptr) timer->mark(device_, cmd, Pass::splats);
     dispatch_stage(cmd, leaves[kClusters], round, offsetof(RasterRound, work));
     // The first pass finds out which leaves are big.
     if (pass == 0) barrier(cmd);
     dispatch_stage(cmd, leaves[kBig], round, offsetof(RasterRound, big));
+    if (timer != nullptr && pass + 1 < pass_count) timer->mark(device_, cmd, Pass::leaves);
   }
 }
 
-void LeafRaster::record_tiles(VkCommandBuffer cmd) const {
-  const std::uint64_t finest =
-      std::uint64_t{(push_.width_px + kTileSide_px - 1) / kTileSide_px} * ((push_.height_px + kTileSide_px - 1) / kTileSide_px);
-  const std::uint64_t others = tile_count(push_.width_px, push_.height_px) - finest;
-  bind(cmd, pipelines_.tiles[0]);
-  device_.vk.vkCmdDispatch(cmd, static_cast<std::uint32_t>((finest + lanes_ - 1) / lanes_), 1, 1);
+void LeafRaster::record_tiles(VkCommandBuffer cmd, std::uint32_t round) const {
+  dispatch_stage(cmd, pipelines_.tiles[0], round, offsetof(RasterRound, finest_tiles));
   barrier(cmd);
-  bind(cmd, pipelines_.tiles[1]);
-  device_.vk.vkCmdDispatch(cmd, static_cast<std::uint32_t>((others + lanes_ - 1) / lanes_), 1, 1);
+  dispatch_stage(cmd, pipelines_.tiles[1], round, offsetof(RasterRound, other_tiles));
   barrier(cmd);
 }
 
@@ -364,11 +375,11 @@ void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uin
     dispatch_stage(cmd, pipelines_.expand, round, offsetof(RasterRound, items));
     barrier(cmd);
     mark(Pass::cull);
-    record_leaves(cmd, round);
+    record_leaves(cmd, round, timer);
     barrier(cmd);
-    mark(Pass::raster);
+    mark(Pass::leaves);
     if (round + 1 == kRasterRounds) break;
-    record_tiles(cmd);
+    record_tiles(cmd, round);
     mark(Pass::tiles);
   }
 }

@@ -58,7 +58,7 @@ class LeafRaster {
 
  private:
   /// Of leaf_raster.comp.
-  enum Source : std::uint32_t { kClusters, kTiny, kBig, kSourceCount };
+  enum Source : std::uint32_t { kClusters, kBig, kSourceCount };
   struct Pipelines {
     VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
     VkPipelineLayout layout = VK_NULL_HANDLE;
@@ -69,11 +69,13 @@ class LeafRaster {
     std::array<VkPipeline, 2> splats{};
   };
   struct Buffers {
-    Buffer blocks, rounds, visible_blocks, items, tiny, work, splats, big;  ///< sized at creation
-    Buffer picture, tiles;                                                  ///< by the view
+    Buffer blocks, rounds, visible_blocks, items, work, splats, big;  ///< sized at creation
+    Buffer picture, tiles;                                            ///< by the view
   };
 
   LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc);
+  /// Of the lists of clusters.
+  [[nodiscard]] std::uint64_t work_capacity() const { return std::uint64_t{kWorkClusters} + desc_.max_instances; }
   Result<void> create_layouts();
   Result<void> create_pipelines();
   Result<void> create_buffers();
@@ -81,8 +83,8 @@ class LeafRaster {
   Result<void> rebuild_set(std::uint64_t frame);
   void bind(VkCommandBuffer cmd, VkPipeline pipeline) const;
   void dispatch_stage(VkCommandBuffer cmd, VkPipeline pipeline, std::uint32_t round, std::uint64_t stage_offset) const;
-  void record_leaves(VkCommandBuffer cmd, std::uint32_t round) const;
-  void record_tiles(VkCommandBuffer cmd) const;
+  void record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTimer* timer) const;
+  void record_tiles(VkCommandBuffer cmd, std::uint32_t round) const;
   void barrier(VkCommandBuffer cmd) const;
 
   Device& device_;

@@ -41,6 +41,8 @@ Result<void> RasterPlants::create(Device& device, Garbage& garbage, std::uint32_
   device_ = &device;
   garbage_ = &garbage;
   plants_.resize(max_plants);
+  static_assert(kRasterLevels > kOneClusterLevel);
+  COPPICE_ASSERT(lod::coppice_ladder_leaf_count(kOneClusterLevel) == kClusterLeaves);
   COPPICE_TRY(lists, create_buffer(device, std::uint64_t{max_plants} * kRasterLists * sizeof(RasterList), kStorage, MemoryKind::device));
   lists_ = lists;
   COPPICE_TRY(plants, create_buffer(device, std::uint64_t{max_plants} * sizeof(RasterPlant), kStorage, MemoryKind::device));
@@ -117,7 +119,7 @@ void RasterPlants::drop_page(std::uint32_t index, std::uint32_t page, std::uint6
 
 void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
   PlantLists& plant = plants_[index];
-  plant.pending_wood[lod] = build_wood_list(mesh, {plant.looks.looks, static_cast<std::uint32_t>(plant.looks.cards.size()), plant.box});
+  plant.pending_wood[lod] = build_wood_list(mesh, {static_cast<std::uint32_t>(plant.looks.cards.size()), plant.box});
 }
 
 void RasterPlants::drop_wood(std::uint32_t index, std::uint32_t lod, std::uint64_t last_frame) {

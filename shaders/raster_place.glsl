@@ -1,0 +1,57 @@
+// An instance's list on its way to the screen, and the light of what is in it. After bindings.glsl, shading.glsl, raster.glsl and
+// radiance.glsl. Loads are what software drivers spend most on, so that a leaf brings all its light needs in two words.
+
+// What the leaves of a cluster share; directions in object space.
+struct Placed {
+  vec3 origin, x, y, z;  // (px * w, px * w, w) of a place: origin + q.x * x + q.y * y + q.z * z
+  vec3 sun, up, eye;
+  vec3 sunlight;  // what reaches the cluster through the crown
+  vec3 tint;      // of wood: its albedo
+  float clear;    // share of light that fog lets through
+  bool wood;
+  uvec2 cards;
+  // The view's: loaded here once, not by every leaf.
+  vec3 sky_color, ground_color, fog_color;
+  float near_m;
+};
+
+// step: object space, m, of one in q
+// card: of wood
+Placed place(Instance instance, uint list, vec3 box_min, vec3 step, vec3 cluster_center, uint card) {
+  Plant plant = plants[instance.plant];
+  vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
+  Placed placed;
+  placed.wood = list >= kRasterLevels;
+  placed.cards = raster_plants[instance.plant].cards;
+  placed.origin = screen_point(world_from_object(instance, box_min));
+  placed.x = screen_direction(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)));
+  placed.y = screen_direction(rotate(instance.rotation, vec3(0.0, instance.scale * step.y, 0.0)));
+  placed.z = screen_direction(rotate(instance.rotation, vec3(0.0, 0.0, instance.scale * step.z)));
+  placed.sun = rotate(to_object, view.sun_direction);
+  placed.up = rotate(to_object, vec3(0.0, 1.0, 0.0));
+  vec3 world = world_from_object(instance, cluster_center);
+  placed.eye = rotate(to_object, normalize(view.camera_position - world));
+  placed.sunlight = view.sun_color * sun_through_crown(crown_of(plant), cluster_center, placed.sun);
+  placed.clear = transmittance(world);
+  placed.tint = instance.tint;
+  if (placed.wood) placed.tint = RasterCardArray(placed.cards).at[card].albedo;
+  placed.sky_color = view.sky_color;
+  placed.ground_color = view.ground_color;
+  placed.fog_color = view.fog_color;
+  placed.near_m = view.near_m;
+  return placed;
+}
+
+vec3 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + q.y * placed.y + q.z * placed.z; }
+
+// normal: the one it is lit with; face: its own. look: of a RasterSplat
+uint placed_radiance(Placed placed, vec3 normal, vec3 face, uint packed_look) {
+  vec4 look = unpackUnorm4x8(packed_look);
+  float facing = dot(normal, placed.sun);
+  float front = placed.wood ? max(0.0, facing) : max(0.0, 0.2 + 0.8 * facing);
+  float through = placed.wood ? 0.0 : max(0.0, -sign(dot(face, placed.eye)) * dot(face, placed.sun));
+  vec3 light = placed.sunlight * (front + 0.45 * through * vec3(1.0, 1.15, 0.35)) +
+               mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * dot(normal, placed.up)) * look.a;
+  vec3 albedo = placed.tint * (placed.wood ? vec3(1.0) : kMaxSplatAlbedo * look.rgb * look.rgb);
+  return pack_radiance(mix(placed.fog_color, albedo * light, placed.clear));
+}

@@ -19,6 +19,10 @@ void main() {
   color = mix(color, vec3(0.92, 0.92, 0.93), 0.7 * smoothstep(0.50, 0.78, cloud) * smoothstep(0.02, 0.25, up));
 
   float towards_sun = max(dot(direction, frame.sun_direction.xyz), 0.0);
-  color += frame.sun_color.rgb * (0.06 * pow(towards_sun, 24.0) * smoothstep(0.0, 0.3, up) + 6.0 * smoothstep(0.9994, 0.9998, towards_sun));
+  float glow = towards_sun * towards_sun * towards_sun;
+  glow *= glow;
+  glow *= glow;
+  glow *= glow;  // the 24th power
+  color += frame.sun_color.rgb * (0.06 * glow * smoothstep(0.0, 0.3, up) + 6.0 * smoothstep(0.9994, 0.9998, towards_sun));
   out_color = vec4(color, 1);
 }

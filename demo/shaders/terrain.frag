@@ -1,5 +1,5 @@
 #version 460
-// Forest floor: grass, litter below crowns, trodden earth, at three scales; writes linear radiance. Recorded by record_ground.
+// Forest floor: grass, litter below crowns, trodden earth, at two scales and the ground map's; writes linear radiance. Recorded by record_ground.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 
@@ -13,9 +13,8 @@ void main() {
   vec4 fine = texture(ground_detail, at / 2.7);
   // Turned and scaled by numbers without a common measure, so that the tile's repetition does not show.
   vec4 coarse = texture(ground_detail, mat2(0.81, 0.59, -0.59, 0.81) * at / 14.3);
-  float broad = texture(ground_detail, mat2(0.31, -0.95, 0.95, 0.31) * at / 83.0).y;
 
-  float lush = clamp(0.62 * state.w + 0.5 * (coarse.y - 0.5) + 0.7 * (broad - 0.5) + 0.2, 0.0, 1.0);
+  float lush = clamp(0.9 * state.w + 0.5 * (coarse.y - 0.5) + 0.06, 0.0, 1.0);
   vec3 grass = mix(vec3(0.098, 0.094, 0.034), vec3(0.036, 0.068, 0.014), lush);
   float litter = clamp(1.25 - 1.35 * state.z + 0.9 * (fine.y - 0.5) + 0.8 * (coarse.x - 0.5), 0.0, 1.0);
   vec3 leaves = mix(vec3(0.062, 0.038, 0.019), vec3(0.125, 0.078, 0.034), smoothstep(0.35, 0.75, fine.x));

@@ -1,13 +1,12 @@
 #version 460
-// Grass near the eye: one instance a tuft, three vertices a blade. Reads tufts; writes blade vertices. Recorded by record_tufts.
+// Grass near the eye: one instance a tuft, three vertices a blade, lit like the ground it stands on and from behind. Light is linear along
+// a blade, so that its vertices' is enough. Reads tufts; writes blade vertices. Recorded by record_tufts.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 
 layout(location = 0) in vec4 in_root;   // xyz world position, w height in m
-layout(location = 1) in vec2 in_style;  // x yaw, y tone 0..1
-layout(location = 0) out vec3 world_position;
-layout(location = 1) out float along;  // 0 at the root, 1 at the tip
-layout(location = 2) out float tone;
+layout(location = 1) in vec4 in_style;  // x yaw, y tone 0..1, z sunlight let through, w open sky
+layout(location = 0) out vec3 color;
 
 const float kGolden = 2.399963;
 
@@ -20,8 +19,12 @@ void main() {
   vec3 side = vec3(-lean.z, 0, lean.x) * (0.006 + 0.035 * height);
   float sway = 0.06 * sin(1.7 * frame.eye.w + in_root.x * 0.7 + in_root.z * 0.9 + float(blade));
   vec3 root = in_root.xyz + 0.05 * lean;
-  along = corner == 2 ? 1.0 : 0.0;
-  world_position = corner == 2 ? root + vec3(0, height, 0) + (0.45 + sway) * height * lean : root + (corner == 0 ? side : -side);
-  tone = in_style.y;
+  float along = corner == 2 ? 1.0 : 0.0;  // 0 at the root, 1 at the tip
+  vec3 world_position = corner == 2 ? root + vec3(0, height, 0) + (0.45 + sway) * height * lean : root + (corner == 0 ? side : -side);
+  vec3 albedo = mix(vec3(0.062, 0.112, 0.022), vec3(0.150, 0.146, 0.050), in_style.y * in_style.y);
+  float sunlit = mix(0.25 * in_style.z, in_style.z, along);
+  float sky = (0.25 + 0.75 * along) * (0.35 + 0.65 * in_style.w);
+  vec3 light = frame.sun_color.rgb * (0.62 * sunlit * frame.sun_direction.y) + ambient(vec3(0, 1, 0)) * sky;
+  color = fogged(albedo * light, world_position);
   gl_Position = frame.clip_from_world * vec4(world_position, 1);
 }

@@ -75,7 +75,7 @@ GroundMap make_ground_map(const Planting& planting, const glm::vec3& sun_directi
       map.texture.texels.push_back(to_byte(std::exp(-sun.values[z * kSide + x])));
       map.texture.texels.push_back(to_byte(1 - smooth(0.35f, 1.15f, frayed_m)));
       map.texture.texels.push_back(to_byte(std::exp(-sky.values[z * kSide + x])));
-      map.texture.texels.push_back(to_byte(0.5f + 0.6f * fractal_noise(at.x / 15, at.y / 15, 3, seed + 601)));
+      map.texture.texels.push_back(to_byte(0.5f + 0.75f * fractal_noise(at.x / 15, at.y / 15, 4, seed + 601)));
     }
   append_mips(map.texture);
   return map;

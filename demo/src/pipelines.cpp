@@ -137,7 +137,11 @@ Handle<VkSampler> create_sampler(const Device& device, VkSamplerAddressMode addr
   VkSamplerCreateInfo info = vk_struct<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
   info.magFilter = VK_FILTER_LINEAR;
   info.minFilter = VK_FILTER_LINEAR;
-  info.mipmapMode = VK_SAMPLER_MIPMAP_MODE_LINEAR;
+  // Where a processor samples, a second mip costs as much as the first.
+  VkPhysicalDeviceProperties properties;
+  vkGetPhysicalDeviceProperties(device.physical, &properties);
+  const bool software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  info.mipmapMode = software ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
   info.addressModeU = address_mode;
   info.addressModeV = address_mode;
   info.addressModeW = address_mode;

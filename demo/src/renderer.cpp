@@ -85,7 +85,7 @@ void create_ground_pipelines(Renderer& renderer) {
 
   const VkVertexInputBindingDescription instance{0, sizeof(Tuft), VK_VERTEX_INPUT_RATE_INSTANCE};
   const std::array<VkVertexInputAttributeDescription, 2> instance_attributes = {
-      {{0, 0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Tuft, root)}, {1, 0, VK_FORMAT_R32G32_SFLOAT, offsetof(Tuft, yaw_rad)}}};
+      {{0, 0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Tuft, root)}, {1, 0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Tuft, yaw_rad)}}};
   desc.vertex_spirv = tufts_vert_spirv;
   desc.fragment_spirv = tufts_frag_spirv;
   desc.bindings = {&instance, 1};

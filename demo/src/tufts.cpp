@@ -51,6 +51,8 @@ std::size_t gather_tufts(const Terrain& terrain, const GroundMap& map, const glm
       if (tuft.height_m < 0.035f || dice > 1.5f * growth) continue;
       tuft.yaw_rad = 6.2831853f * hash01(x, z, 5);
       tuft.tone = std::clamp(0.55f * hash01(x, z, 6) + 0.7f * (0.65f - state.w), 0.0f, 1.0f);
+      tuft.sunlight = state.x;
+      tuft.sky = state.z;
       out[count++] = tuft;
     }
   return count;

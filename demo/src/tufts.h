@@ -13,10 +13,11 @@ struct Tuft {
   glm::vec3 root;
   float height_m = 0;
   float yaw_rad = 0;
-  float tone = 0;  ///< 0 fresh, 1 dry
+  float tone = 0;               ///< 0 fresh, 1 dry
+  float sunlight = 1, sky = 1;  ///< shares that crowns let through
 };
 
-constexpr std::uint32_t kTuftVertices = 18;  ///< six blades
+constexpr std::uint32_t kTuftVertices = 15;  ///< five blades
 constexpr std::size_t kMaxTufts = 8192;
 
 /// The grass tufts near the eye and in view, from a hashed grid of the world: the same place always holds the same tuft.

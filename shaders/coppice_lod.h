@@ -204,6 +204,19 @@ COPPICE_FN uint coppice_ladder_level(float leaf_count) {
   return uint(max(ceil(kCoppiceRungsPerDoubling * log2(max(leaf_count, 1.0f)) - 0.005f), 0.0f));
 }
 
+/// Levels of a plant where it has few: all N leaves, a quarter of them, and so on.
+COPPICE_CONST uint kCoppiceDiscreteLevels = 7u;
+/// The fewest leaves among the discrete levels that are no fewer than a fractional m's. 1 <= leaf_count <= all
+COPPICE_FN float coppice_discrete_leaf_count(float leaf_count, uint all) {
+  float level_leaves = float(all);
+  for (uint level = 1u; level < kCoppiceDiscreteLevels; level = level + 1u) {
+    float coarser = ceil(0.25f * level_leaves);
+    if (coarser < leaf_count) return level_leaves;
+    level_leaves = coarser;
+  }
+  return level_leaves;
+}
+
 /// Whether a node belongs to cut(leaf_count): it exists (id < 2m - 1) and none of the first m - 1 splits replaced it.
 /// node_split  the split that replaces the node, kCoppiceNoSplit if none does or it is not resident
 COPPICE_FN bool coppice_node_alive(uint node, uint node_split, uint leaf_count) {

@@ -135,6 +135,7 @@ struct View {
   float focal_px;            // half the height of the picture in px, times clip_from_view[1][1]'s magnitude
   float near_m;              // nearer instances count as this far away
   uint lod_full;             // 1: every resident leaf
+  uint lod_discrete;         // 1: cuts are the discrete levels'
   uint instance_slot_count;  // slots [0, this) may hold instances
   float fog_density;
   vec3 sun_direction;
@@ -143,7 +144,7 @@ struct View {
   vec3 ground_color;
   vec3 fog_color;
 };
-COPPICE_GPU_LAYOUT(View, 240);
+COPPICE_GPU_LAYOUT(View, 244);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -135,7 +135,9 @@ void select(uint slot) {
   bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, size_px, threshold_px));
   float cut_px = has_meshes && !meshes ? coppice_cut_threshold_px(table, size_px, threshold_px) : threshold_px;
   float resident = float(plant.resident_leaf_count);
-  float cut = view.lod_full != 0 ? resident : min(coppice_leaf_count(table, size_px, cut_px), resident);
+  float cut = coppice_leaf_count(table, size_px, cut_px);
+  if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, plant.leaf_count);
+  cut = view.lod_full != 0 ? resident : min(cut, resident);
   cuts[slot] = cut;
   if (!sphere_in_view(center, radius)) return;
 

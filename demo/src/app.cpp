@@ -7,6 +7,7 @@
 #include <string>
 
 #include "camera.h"
+#include "compare.h"
 #include "session.h"
 #include "window.h"
 
@@ -99,7 +100,7 @@ void run_in_window(Session& session, const Options& options) {
 int run(const Options& requested) {
   Options options = requested;
   std::unique_ptr<Window> window;
-  if (!options.headless) {
+  if (!options.headless && options.compare.empty()) {
     std::string reason;
     window = open_window(options.width_px, options.height_px, reason);
     if (!window) {
@@ -109,6 +110,10 @@ int run(const Options& requested) {
   }
   Session session(options, std::move(window));
   describe(session);
+  if (!options.compare.empty()) {
+    compare_lods(session, make_path(options, session.world), options);
+    return 0;
+  }
   if (session.window)
     run_in_window(session, options);
   else

@@ -177,7 +177,9 @@ coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D
   result.height_px = extent.height;
   result.error_px = settings.error_px;
   result.leaf_budget = settings.leaf_budget;
-  result.lod = settings.lod == LodMode::full ? COPPICE_LOD_FULL : COPPICE_LOD_CUT;
+  result.lod = settings.lod == LodMode::full       ? COPPICE_LOD_FULL
+               : settings.lod == LodMode::discrete ? COPPICE_LOD_DISCRETE
+                                                   : COPPICE_LOD_CUT;
   const auto copy = [](float(&to)[3], const glm::vec3& from) { std::memcpy(to, &from, sizeof to); };
   copy(result.sun_direction, weather.sun_direction);
   copy(result.sun_color, weather.sun_color);

@@ -45,10 +45,15 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--screenshot", options.screenshot, "Write the last frame, once streaming has settled")->type_name("F.png");
   app.add_option("--camera", options.camera, kCamera)->type_name("walk|orbit|FILE")->capture_default_str();
   app.add_option_function<std::string>(
-         "--lod", [&options](const std::string& mode) { options.lod = mode == "full" ? LodMode::full : LodMode::cut; },
-         "cut: each plant by its size on screen. full: every leaf of every plant, the reference [cut]")
-      ->check(CLI::IsMember({"cut", "full"}))
-      ->type_name("cut|full");
+         "--lod",
+         [&options](const std::string& mode) {
+           options.lod = mode == "full" ? LodMode::full : mode == "discrete" ? LodMode::discrete : LodMode::cut;
+         },
+         "cut: each plant by its size on screen. discrete: the nearest finer of seven levels, drawn by the hardware, to compare with. "
+         "full: "
+         "every leaf of every plant, the reference [cut]")
+      ->check(CLI::IsMember({"cut", "discrete", "full"}))
+      ->type_name("cut|discrete|full");
   app.add_option_function<std::string>(
          "--path",
          [&options](const std::string& path) {
@@ -69,6 +74,10 @@ void declare(CLI::App& app, Options& options) {
       ->check(CLI::Range(1u, 65536u))
       ->capture_default_str();
   app.add_option("--stats", options.stats, "Write statistics as JSON")->type_name("F.json");
+  app.add_option("--compare", options.compare,
+                 "Run cut, discrete and full over the camera path (--frames poses) and write time, leaves and error against full as JSON, "
+                 "and a plot beside it, F.svg")
+      ->type_name("F.json");
   app.add_flag("--pass-times", options.pass_times, "Measure the GPU's time by pass, which costs some of it");
   app.add_flag("--validation", options.validation, "Vulkan core and synchronization validation; messages are printed and counted");
 }

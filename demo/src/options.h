@@ -7,7 +7,7 @@
 
 namespace forest {
 
-enum class LodMode { cut, full };
+enum class LodMode { cut, discrete, full };
 /// How small leaves are drawn. automatic: by compute shaders, and by the hardware where the library cannot.
 enum class LeafPath { automatic, compute, hardware };
 
@@ -29,7 +29,8 @@ struct Options {
   float frame_ms = 0;             ///< what the leaf budget is changed to keep to; 0: it stays
   float fog = 1;                  ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
-  std::string stats;  ///< empty: none
+  std::string stats;    ///< empty: none
+  std::string compare;  ///< where to write the comparison of LoD modes; empty: none
   bool pass_times = false;
   bool validation = false;
 };

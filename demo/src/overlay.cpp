@@ -122,6 +122,8 @@ void show_controls(Controls& controls) {
   ImGui::SliderInt("memory, MiB", &controls.memory_mb, 8, 1024, "%d", ImGuiSliderFlags_Logarithmic);
   if (ImGui::RadioButton("cut", controls.lod == LodMode::cut)) controls.lod = LodMode::cut;
   ImGui::SameLine();
+  if (ImGui::RadioButton("seven levels", controls.lod == LodMode::discrete)) controls.lod = LodMode::discrete;
+  ImGui::SameLine();
   if (ImGui::RadioButton("every leaf", controls.lod == LodMode::full)) controls.lod = LodMode::full;
 }
 

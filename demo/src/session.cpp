@@ -165,7 +165,9 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   if (session.screen) image = acquire(session, slot);
   const VkExtent2D extent = session.renderer.picture.extent;
   const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
-  const FrameView view{view_from_world(pose), clip_from_view(pose, aspect), pose.position, time_s};
+  FrameView view{view_from_world(pose), clip_from_view(pose, aspect), pose.position, time_s};
+  const glm::vec2 jitter = 2.0f * session.jitter_px / glm::vec2(extent.width, extent.height);
+  view.clip_from_view[2] -= glm::vec4(jitter, 0, 0);
   pace_frame(session, frame_ms);
   const coppice_view plant_view = begin_plants(session, view);
   sample_statistics(session);

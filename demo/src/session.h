@@ -43,6 +43,7 @@ struct Session {
   std::unique_ptr<Overlay> overlay;  ///< null when headless
   Controls controls;
   FramePace pace;
+  glm::vec2 jitter_px = {0, 0};  ///< moves the picture, for supersampling
   Statistics statistics;
   std::uint64_t first_measured = 1;  ///< frames from this number on are in `statistics`
   std::uint64_t last_measured = std::numeric_limits<std::uint64_t>::max();

@@ -127,8 +127,11 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   renderer_->begin_frame(frame.frame_number, frame.completed_number);
   const gpu::FrameCounts& counts = renderer_->counts();
   leaf_budget_.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
-  threshold_px_ = leaf_budget_.threshold_px(frame.frame_number, view.lod.error_px, view.lod.full ? 0 : frame.view->leaf_budget);
+  threshold_px_ =
+      leaf_budget_.threshold_px(frame.frame_number, view.lod.error_px, frame.view->lod == COPPICE_LOD_CUT ? frame.view->leaf_budget : 0);
   view.lod.error_px = threshold_px_;
+  // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
+  if (view.lod.discrete) view.lod.error_px *= 0.5f;
   streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes());
   instances_.update_bounds();
   measure_demand(instances_.blocks(), view, demands_);
@@ -195,7 +198,7 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
 Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view) {
   COPPICE_TRY(demand, demand_view(view));
   recording_ = Recording::culled;
-  if (view.leaf_budget > 0) demand.lod.error_px = std::max(demand.lod.error_px, threshold_px_);
+  if (view.leaf_budget > 0 && view.lod == COPPICE_LOD_CUT) demand.lod.error_px = std::max(demand.lod.error_px, threshold_px_);
   renderer_->record_cull(cmd, view, demand.lod);
   return {};
 }

@@ -58,7 +58,7 @@ void put_view() {
   put(view.clip_from_world);
   for (int i = 0; i < 5; ++i) put(view.planes[i]);
   put(view.camera_position); put(view.error_px);
-  put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.instance_slot_count);
+  put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.lod_discrete); put(view.instance_slot_count);
   put(view.fog_density);
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
 }

@@ -41,6 +41,7 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
   std::uint32_t distinct = 0;
   for (const float error_px : {0.05f, 0.5f, 2.0f, 20.0f}) {
     view.error_px = error_px;
+    view.lod = error_px == 0.5f ? COPPICE_LOD_DISCRETE : COPPICE_LOD_CUT;
     const std::vector<float> cuts = scene.select(view);
     const LodView lod = [&] {
       auto demand = demand_view(view);

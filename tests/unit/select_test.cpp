@@ -114,6 +114,15 @@ struct TableWithMeshes : Table {
   }
 };
 
+TEST(LeafCount, DiscreteLevelsAreQuartersAndNeverTooFew) {
+  EXPECT_EQ(lod::coppice_discrete_leaf_count(1000.0f, 1000), 1000.0f);
+  EXPECT_EQ(lod::coppice_discrete_leaf_count(250.5f, 1000), 1000.0f);
+  EXPECT_EQ(lod::coppice_discrete_leaf_count(250.0f, 1000), 250.0f);
+  EXPECT_EQ(lod::coppice_discrete_leaf_count(60.0f, 1000), 63.0f);
+  EXPECT_EQ(lod::coppice_discrete_leaf_count(1.0f, 1'000'000), 245.0f) << "the seventh is the coarsest";
+  EXPECT_EQ(lod::coppice_discrete_leaf_count(1.0f, 1), 1.0f);
+}
+
 TEST(LeafMeshes, ErrorIsTheTablesAndGrowsWithTheSizeBeyondIt) {
   const TableWithMeshes t;
   EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 4.0f), 1.0f);

@@ -215,6 +215,9 @@ coppice_status coppice_instances_remove(coppice_context* context, const coppice_
 typedef enum coppice_lod_mode {
   COPPICE_LOD_CUT = 0,  /* per instance, from the error table */
   COPPICE_LOD_FULL = 1, /* every resident leaf of every instance, as modelled where that is resident: the reference picture */
+  /* To compare with: seven cuts of a plant, each a quarter of the one before, as an engine with discrete levels would have them; an instance
+   * shows the coarsest that error_px allows. Drawn by the hardware, also with compute_raster. */
+  COPPICE_LOD_DISCRETE = 2,
   COPPICE_LOD_MODE_MAX_ENUM = 0x7fffffff
 } coppice_lod_mode;
 

@@ -292,7 +292,7 @@ Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t
 }
 
 bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame) {
-  if (view.lod == COPPICE_LOD_FULL || !has_plain_depth(view) || !reserve_picture(view, frame)) return false;
+  if (view.lod != COPPICE_LOD_CUT || !has_plain_depth(view) || !reserve_picture(view, frame)) return false;
   const bool reversed = is_reversed(desc_.attachments.depth_compare);
   push_ = {.round = 0,
            .width_px = view.width_px,

@@ -48,6 +48,7 @@ View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instan
   converted.focal_px = lod.focal_px;
   converted.near_m = lod.near_m;
   converted.lod_full = lod.full ? 1 : 0;
+  converted.lod_discrete = lod.discrete ? 1 : 0;
   converted.instance_slot_count = instance_slot_count;
   converted.fog_density = view.fog_density;
   converted.sun_direction = to_vec3(view.sun_direction);

@@ -19,6 +19,7 @@ struct LodView {
   float focal_px = 1.0f;         ///< half the image height times |clip_from_view[1][1]|
   float near_m = 0.1f;           ///< > 0; nearer counts as this near
   float error_px = 2.0f;         ///< threshold, > 0
+  bool discrete = false;         ///< COPPICE_LOD_DISCRETE: cuts are the discrete levels'
   bool full = false;             ///< COPPICE_LOD_FULL: every resident leaf, as modelled where that is resident, and the finest wood
 };
 

@@ -129,6 +129,7 @@ Result<DemandView> demand_view(const coppice_view& view) {
   result.lod.near_m = near_distance_m(view.clip_from_view);
   result.lod.error_px = view.error_px;
   result.lod.full = view.lod == COPPICE_LOD_FULL;
+  result.lod.discrete = view.lod == COPPICE_LOD_DISCRETE;
   if (!(result.lod.focal_px > 0.0f) || !std::isfinite(result.lod.near_m))
     return Error{Status::invalid_argument, "view: clip_from_view has no height or no near plane"};
   const Row x = product_row(view.clip_from_view, view.view_from_world, 0);

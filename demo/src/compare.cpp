@@ -1,0 +1,178 @@
+#include "compare.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include "failure.h"
+#include "session.h"
+
+namespace forest {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Luminance = std::vector<float>;  // [width * height], 0..255
+
+constexpr std::uint32_t kPoses = 3;
+constexpr std::uint32_t kTimedFrames = 4;  // at each pose
+constexpr int kSubsamples = 4;             // along each axis
+constexpr int kDollyFrames = 8;
+constexpr float kDollyStep_m = 0.05f;
+
+template <class T>
+T median(std::vector<T> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+Luminance luminance_of(const std::vector<std::uint8_t>& rgba) {
+  Luminance result(rgba.size() / 4);
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = 0.2126f * rgba[4 * i] + 0.7152f * rgba[4 * i + 1] + 0.0722f * rgba[4 * i + 2];
+  return result;
+}
+
+Luminance draw(Session& session, const Pose& pose) {
+  render_frame(session, pose, 0, 0);
+  wait_for_frames(session.device, session.ring);
+  return luminance_of(read_picture(session.renderer));
+}
+
+Luminance supersampled(Session& session, const Pose& pose) {
+  Luminance sum;
+  for (int y = 0; y < kSubsamples; ++y)
+    for (int x = 0; x < kSubsamples; ++x) {
+      session.jitter_px = (glm::vec2(x, y) + 0.5f) / static_cast<float>(kSubsamples) - 0.5f;
+      const Luminance sample = draw(session, pose);
+      sum.resize(sample.size());
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += sample[i] / (kSubsamples * kSubsamples);
+    }
+  session.jitter_px = {0, 0};
+  return sum;
+}
+
+double squared_difference(const Luminance& a, const Luminance& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += static_cast<double>(a[i] - b[i]) * static_cast<double>(a[i] - b[i]);
+  return sum / static_cast<double>(a.size());
+}
+
+/// Full detail's pictures, which the others are compared with.
+struct Reference {
+  std::vector<Luminance> pictures;  ///< of the poses, supersampled
+  std::vector<Luminance> dolly;     ///< of its frames
+};
+
+Pose moved(Pose pose, int frame) {
+  pose.position += forward(pose) * (kDollyStep_m * static_cast<float>(frame));
+  return pose;
+}
+
+/// What a pose shows and costs once all it wants is there.
+struct Samples {
+  std::vector<float> times_ms;
+  std::vector<std::uint64_t> leaves, wood_triangles, leaf_mesh_triangles;
+  std::vector<Luminance> pictures;
+};
+
+void visit(Session& session, const Pose& pose, std::uint32_t timed_frames, Samples& samples) {
+  settle(session, pose, 0);
+  for (std::uint32_t i = 0; i < timed_frames; ++i) {
+    const auto start = Clock::now();
+    render_frame(session, pose, 0, 0);
+    wait_for_frames(session.device, session.ring);
+    samples.times_ms.push_back(std::chrono::duration<float, std::milli>(Clock::now() - start).count());
+  }
+  samples.leaves.push_back(session.statistics.last.drawn_leaf_count);
+  samples.wood_triangles.push_back(session.statistics.last.drawn_wood_triangle_count);
+  samples.leaf_mesh_triangles.push_back(session.statistics.last.drawn_leaf_mesh_triangle_count);
+  samples.pictures.push_back(supersampled(session, pose));
+}
+
+void measure_error(const std::vector<Luminance>& pictures, const Reference& reference, ComparedMode& mode) {
+  double sum = 0;
+  for (std::size_t i = 0; i < pictures.size(); ++i) sum += squared_difference(pictures[i], reference.pictures[i]);
+  mode.rmse = static_cast<float>(std::sqrt(sum / static_cast<double>(pictures.size())));
+}
+
+void measure_popping(const std::vector<Luminance>& dolly, const Reference& reference, ComparedMode& mode) {
+  double sum = 0;
+  for (std::size_t frame = 1; frame < dolly.size(); ++frame) {
+    Luminance change(dolly[frame].size()), expected(change.size());
+    for (std::size_t i = 0; i < change.size(); ++i) {
+      change[i] = dolly[frame][i] - dolly[frame - 1][i];
+      expected[i] = reference.dolly[frame][i] - reference.dolly[frame - 1][i];
+    }
+    const double popping = std::sqrt(squared_difference(change, expected));
+    sum += popping;
+    mode.popping_max = std::max(mode.popping_max, static_cast<float>(popping));
+  }
+  mode.popping_mean = static_cast<float>(sum / static_cast<double>(dolly.size() - 1));
+}
+
+void measure(Session& session, const std::vector<Pose>& poses, Reference& reference, ComparedMode& mode) {
+  session.controls.lod = mode.lod;
+  session.controls.leaf_budget = 0;
+  session.pace = {};
+  if (mode.error_px > 0) session.controls.error_px = mode.error_px;
+  Samples samples;
+  for (const Pose& pose : poses) {
+    visit(session, pose, mode.lod == LodMode::full ? 1 : kTimedFrames, samples);
+    mode.memory_bytes = std::max(mode.memory_bytes, session.statistics.last.memory_bytes);
+  }
+  mode.frame_ms = median(samples.times_ms);
+  mode.leaves = median(samples.leaves);
+  mode.wood_triangles = median(samples.wood_triangles);
+  mode.leaf_mesh_triangles = median(samples.leaf_mesh_triangles);
+  const Pose& start = poses[poses.size() / 2];
+  settle(session, start, 0);
+  std::vector<Luminance> dolly;
+  for (int frame = 0; frame < kDollyFrames; ++frame) dolly.push_back(draw(session, moved(start, frame)));
+  if (mode.lod == LodMode::full) {
+    reference = {std::move(samples.pictures), std::move(dolly)};
+    return;
+  }
+  measure_error(samples.pictures, reference, mode);
+  measure_popping(dolly, reference, mode);
+}
+
+void write_text(const std::string& file, const std::string& text) {
+  std::ofstream stream(file);
+  stream << text;
+  if (!stream.flush()) throw Failure("cannot write " + file);
+}
+
+}  // namespace
+
+const char* mode_name(LodMode lod) {
+  return lod == LodMode::full ? "full" : lod == LodMode::discrete ? "discrete" : "cut";
+}
+
+void compare_lods(Session& session, const CameraPath& path, const Options& options) {
+  const std::uint32_t pose_count = options.frames.value_or(kPoses);
+  std::vector<Pose> poses;
+  for (std::uint32_t i = 0; i < pose_count; ++i) poses.push_back(path.pose(path.duration_s * (i + 0.5) / pose_count));
+  Comparison comparison{.device = session.device.name,
+                        .plants = static_cast<std::uint32_t>(session.world.planting.plants.size()),
+                        .width_px = session.renderer.picture.extent.width,
+                        .height_px = session.renderer.picture.extent.height,
+                        .poses = pose_count,
+                        .modes = {}};
+  Reference reference;
+  ComparedMode full{.lod = LodMode::full};
+  measure(session, poses, reference, full);
+  for (const LodMode lod : {LodMode::cut, LodMode::discrete})
+    for (const float factor : {1.0f, 2.0f, 4.0f}) {
+      ComparedMode mode{.lod = lod, .error_px = factor * options.error_px};
+      measure(session, poses, reference, mode);
+      comparison.modes.push_back(mode);
+    }
+  comparison.modes.push_back(full);
+  std::printf("%s", comparison_table(comparison).c_str());
+  const std::string stem = options.compare.ends_with(".json") ? options.compare.substr(0, options.compare.size() - 5) : options.compare;
+  write_text(options.compare, comparison_json(comparison));
+  write_text(stem + ".svg", comparison_svg(comparison));
+}
+
+}  // namespace forest

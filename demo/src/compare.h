@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "camera.h"
+#include "options.h"
+
+namespace forest {
+
+struct Session;
+
+/// One way of drawing the forest, over the same poses as the others.
+struct ComparedMode {
+  LodMode lod = LodMode::cut;
+  float error_px = 0;        ///< threshold; of full detail 0
+  float frame_ms = 0;        ///< median over the poses
+  std::uint64_t leaves = 0;  ///< medians
+  std::uint64_t wood_triangles = 0, leaf_mesh_triangles = 0;
+  std::uint64_t memory_bytes = 0;
+  /// Root mean square difference of luminance, 0..255, from full detail; both are means of 4 x 4 pictures moved by parts of a pixel, so
+  /// that it shows what the LoD does and not where samples fall.
+  float rmse = 0;
+  /// Root mean square, over the frames of a slow dolly, of what changes from frame to frame and does not in full detail; the largest of
+  /// those frames'.
+  float popping_mean = 0, popping_max = 0;
+};
+
+struct Comparison {
+  std::string device;
+  std::uint32_t plants = 0, width_px = 0, height_px = 0, poses = 0;
+  std::vector<ComparedMode> modes;  ///< full detail last
+};
+
+const char* mode_name(LodMode lod);
+
+/// Runs cuts and discrete levels at one, two and four times options.error_px, and full detail, over poses of the path; prints the table and
+/// writes options.compare and the plot. errors  Failure
+void compare_lods(Session& session, const CameraPath& path, const Options& options);
+
+// Of compare_report.cpp.
+std::string comparison_table(const Comparison& comparison);
+std::string comparison_json(const Comparison& comparison);
+/// Error against frame time, one line a mode; the time's axis is logarithmic.
+std::string comparison_svg(const Comparison& comparison);
+
+}  // namespace forest

@@ -204,6 +204,17 @@ COPPICE_FN uint coppice_ladder_level(float leaf_count) {
   return uint(max(ceil(kCoppiceRungsPerDoubling * log2(max(leaf_count, 1.0f)) - 0.005f), 0.0f));
 }
 
+/// How far, in rungs, the number of leaves wanted may leave a rung's range before another is taken: a third of 1/3 octave is 6 % of the
+/// leaves, about 3 % of the error.
+COPPICE_CONST float kCoppiceRungSlack = 0.25f;
+/// coppice_ladder_level, but the rung of the last frame where that is near enough, so that none is left and taken again by a step back and
+/// forth. last  any number: what is no rung is not kept
+COPPICE_FN uint coppice_kept_ladder_level(float leaf_count, uint last) {
+  float place = kCoppiceRungsPerDoubling * log2(max(leaf_count, 1.0f)) - 0.005f;
+  float from = float(last) - 1.0f - kCoppiceRungSlack, to = float(last) + kCoppiceRungSlack;
+  return place > from && place <= to ? last : coppice_ladder_level(leaf_count);
+}
+
 /// Levels of a plant where it has few: all N leaves, a quarter of them, and so on.
 COPPICE_CONST uint kCoppiceDiscreteLevels = 7u;
 /// The fewest leaves among the discrete levels that are no fewer than a fractional m's. 1 <= leaf_count <= all

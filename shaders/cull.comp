@@ -78,8 +78,8 @@ void draw_leaf_meshes(Plant plant, uint slot) {
 }
 
 #ifdef COPPICE_RASTER
-// An instance below this size shows no wood: its trunk is thinner than a pixel.
-const float kWoodless_px = 10.0;
+// An instance of fewer thresholds across shows no wood: at 10 px a trunk is thinner than a pixel, at 40 px it is a square of 5 px or so.
+const float kWoodlessThresholds = 5.0;
 // From this size on it is drawn by the hardware: the rasteriser lights whole triangles, which a trunk of many pixels shows.
 const float kFacetedWood_px = 400.0;
 
@@ -92,14 +92,22 @@ void append_item(uint item) {
 // Room in the round's work lists for the clusters of a list.
 bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved, cluster_count) + cluster_count <= kWorkClusters; }
 
-// Whether the rasteriser takes the instance: its lists are there and its leaves are small.
-bool raster_instance(Instance instance, uint slot, float cut, float size_px, float distance_m, uint wood_lod) {
+// Mean leaves of so many thresholds, up to so many times push.split_px, are still rasterised.
+const float kSplitThresholds = 6.0;
+const float kSplitFactor = 4.0;
+
+// Whether the rasteriser takes the instance's leaves: its lists are there and they are small.
+bool raster_leaves(Instance instance, uint slot, float cut, float distance_m) {
   RasterPlant plant = raster_plants[instance.plant];
   if (plant.level_count == 0) return false;
-  uint level = min(coppice_ladder_level(cut), plant.level_count - 1);
+  uint level = coppice_kept_ladder_level(cut, last_levels[slot]);
+  last_levels[slot] = level;
+  level = min(level, plant.level_count - 1);
   RasterList list = lists[instance.plant * kRasterLists + level];
   float leaf_px = list.leaf_size_m * instance.scale * view.focal_px / max(distance_m, view.near_m);
-  if (leaf_px > push.split_px || isnan(leaf_px)) return false;
+  // A raised threshold makes leaves larger everywhere; those of far plants have no texture to show for it.
+  float split_px = clamp(kSplitThresholds * view.error_px, push.split_px, kSplitFactor * push.split_px);
+  if (leaf_px > split_px || isnan(leaf_px)) return false;
   if (!reserve(list.cluster_count) && level > kOneClusterLevel) {
     level = kOneClusterLevel;
     list = lists[instance.plant * kRasterLists + level];
@@ -112,9 +120,15 @@ bool raster_instance(Instance instance, uint slot, float cut, float size_px, flo
   } else {
     append_item(item);
   }
-  if (wood_lod < kMaxWoodLods && (plant.wood_mask >> wood_lod & 1u) != 0 && size_px > kWoodless_px && size_px < kFacetedWood_px &&
-      reserve(lists[instance.plant * kRasterLists + kRasterLevels + wood_lod].cluster_count))
-    append_item(slot | (kRasterLevels + wood_lod) << kSlotBits);
+  return true;
+}
+
+// Whether the rasteriser takes the instance's wood, or leaves it out.
+bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) {
+  if (size_px >= kFacetedWood_px || wood_lod == kMaxWoodLods || (raster_plants[instance.plant].wood_mask >> wood_lod & 1u) == 0) return false;
+  uint list = kRasterLevels + wood_lod;
+  if (size_px > kWoodlessThresholds * view.error_px && reserve(lists[instance.plant * kRasterLists + list].cluster_count))
+    append_item(slot | list << kSlotBits);
   return true;
 }
 #endif
@@ -154,10 +168,10 @@ void select(uint slot) {
 #ifdef COPPICE_RASTER
   // Leaves too small for the hardware are too small to be seen as modelled: the cut by the table alone.
   float raster_cut = min(coppice_leaf_count(table, size_px, threshold_px), resident);
-  bool rasterised = raster_instance(instance, slot, raster_cut, size_px, distance_m, wood_lod);
-  if (rasterised && size_px < kFacetedWood_px) return;
+  bool rasterised = raster_leaves(instance, slot, raster_cut, distance_m);
+  bool wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
 #else
-  const bool rasterised = false;
+  const bool rasterised = false, wood_rasterised = false;
 #endif
   if (!rasterised) {
     uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
@@ -169,7 +183,7 @@ void select(uint slot) {
       draw_leaves(plant, instance.plant, slot, leaf_count);
   }
 
-  if (wood_lod == kMaxWoodLods) return;
+  if (wood_lod == kMaxWoodLods || wood_rasterised) return;
   add_64(1, plant.wood_index_counts[wood_lod] / 3);
   add_64(3, plant.wood_index_counts[wood_lod] / 3);
   draw_wood(plant, instance.plant, slot, wood_lod);

@@ -133,26 +133,41 @@ void shade_pixel(Drawn drawn, vec2 xy, uint pixel) {
   if (in_first || in_other) write_pixel(pixel, key, drawn.radiance);
 }
 
-// Pixels of a row where the weights of a triangle are not negative; x >= y: none.
-vec2 span_of(Triangle triangle, float y, float low, float high) {
-  vec3 weight[3] = {triangle.second, triangle.third, vec3(1.0, 0.0, 0.0) - triangle.second - triangle.third};
-  for (int i = 0; i < 3; ++i) {
-    float at_zero = weight[i].x + weight[i].z * y, slope = weight[i].y;
-    float root = -at_zero / slope;
-    if (slope > 0.0) low = max(low, root);
-    else if (slope < 0.0) high = min(high, root);
-    else if (at_zero < 0.0) high = low - 2.0;
-  }
-  return vec2(low, high);
+// Where a triangle's edges cross a row: at start + step * y. A `left` edge bounds the pixels inside from there on, another up to there.
+struct Edges {
+  vec3 start, step;
+  bvec3 left;
+};
+
+Edges edges_of(Triangle triangle) {
+  vec3 first = vec3(1.0, 0.0, 0.0) - triangle.second - triangle.third;
+  vec3 slope = vec3(triangle.second.y, triangle.third.y, first.y);
+  // An edge along the row bounds nothing, or all of it: it is crossed far away.
+  slope = mix(slope, vec3(1e-9), lessThan(abs(slope), vec3(1e-9)));
+  Edges edges;
+  edges.start = -vec3(triangle.second.x, triangle.third.x, first.x) / slope;
+  edges.step = -vec3(triangle.second.z, triangle.third.z, first.z) / slope;
+  edges.left = greaterThan(slope, vec3(0.0));
+  return edges;
 }
 
+vec2 span_of(Edges edges, float y) {
+  vec3 crossing = edges.start + edges.step * y;
+  vec3 low = mix(vec3(-1e9), crossing, edges.left), high = mix(crossing, vec3(1e9), edges.left);
+  return vec2(max(low.x, max(low.y, low.z)), min(high.x, min(high.y, high.z)));
+}
+
+struct Rows {
+  Edges first, other;
+};
+
 // Pixels [x, y) of row `row` that may be covered; shade_pixel decides, so that rounding here loses nothing.
-ivec2 row_of(Drawn drawn, int row) {
-  vec2 one = span_of(drawn.first, float(row) + 0.5, float(drawn.low.x), float(drawn.high.x));
-  vec2 other = span_of(drawn.other, float(row) + 0.5, float(drawn.low.x), float(drawn.high.x));
+ivec2 row_of(Rows rows, Drawn drawn, int row) {
+  vec2 one = span_of(rows.first, float(row) + 0.5), other = span_of(rows.other, float(row) + 0.5);
   bool any_one = one.x <= one.y, any_other = other.x <= other.y;
-  float low = min(any_one ? one.x : 1e9, any_other ? other.x : 1e9), high = max(any_one ? one.y : -1.0, any_other ? other.y : -1.0);
-  return ivec2(max(int(floor(low - 0.51)), drawn.low.x), min(int(ceil(high - 0.49)), drawn.high.x));
+  float low = min(any_one ? one.x : 1e9, any_other ? other.x : 1e9), high = max(any_one ? one.y : -1e9, any_other ? other.y : -1e9);
+  vec2 within = clamp(vec2(low - 0.51, high - 0.49), vec2(drawn.low.x), vec2(drawn.high.x));
+  return ivec2(floor(within.x), ceil(within.y));
 }
 
 // Loops end at the bottom here: software drivers go through a loop's body once more to find that no invocation is left in it.
@@ -168,13 +183,18 @@ void raster_leaf(Shared group, RasterLeaf leaf, uvec2 name) {
     }
     seen = place >= kBigCapacity;
   }
-  ivec2 at = drawn.low;
+  Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));
+  int y = drawn.low.y;
+  ivec2 row = row_of(rows, drawn, y);
   bool more = seen;
   do {
-    if (more) shade_pixel(drawn, vec2(at) + 0.5, uint(at.y) * push.width_px + uint(at.x));
-    ++at.x;
-    if (at.x >= drawn.high.x) at = ivec2(drawn.low.x, at.y + 1);
-    more = seen && at.y < drawn.high.y;
+    if (more && row.x < row.y) shade_pixel(drawn, vec2(row.x, y) + 0.5, uint(y) * push.width_px + uint(row.x));
+    ++row.x;
+    if (row.x >= row.y) {
+      ++y;
+      row = row_of(rows, drawn, y);
+    }
+    more = seen && y < drawn.high.y;
   } while (more);
 }
 
@@ -206,8 +226,9 @@ void raster_big() {
     vec3 corner = list.box_min + list.box_step * quantised(leaf.corners, 0);
     Drawn drawn;
     if (!project(share(name.x, list, corner, leaf.card), leaf, drawn)) continue;
+    Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));
     for (int y = drawn.low.y + int(gl_LocalInvocationIndex); y < drawn.high.y; y += int(gl_WorkGroupSize.x)) {
-      ivec2 row = row_of(drawn, y);
+      ivec2 row = row_of(rows, drawn, y);
       for (int x = row.x; x < row.y; ++x) shade_pixel(drawn, vec2(x, y) + 0.5, uint(y) * push.width_px + uint(x));
     }
   }

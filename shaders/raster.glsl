@@ -16,8 +16,9 @@ layout(set = 1, binding = 8, scalar) buffer BigBuffer { uvec2 big_items[]; };   
 layout(set = 1, binding = 9, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
 layout(set = 1, binding = 10, scalar) buffer TileBuffer { uint tiles[]; };       // the smallest key of each tile, level by level
 
+layout(set = 1, binding = 11, scalar) buffer LevelBuffer { uint last_levels[]; };  // of each instance slot
 // The picture's words again, to be read without atomics: software drivers load a vector from texels, but word by word from buffers.
-layout(set = 1, binding = 11) uniform usamplerBuffer picture_words;
+layout(set = 1, binding = 12) uniform usamplerBuffer picture_words;
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterLeafArray { RasterLeaf at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterSplatArray { RasterSplat at[]; };

@@ -10,7 +10,7 @@
 #include "raster_shared.h"
 #include "radiance.glsl"
 
-layout(set = 1, binding = 11) uniform usamplerBuffer picture_words;
+layout(set = 1, binding = 12) uniform usamplerBuffer picture_words;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 layout(location = 0) out vec4 out_color;

@@ -11,6 +11,9 @@ enum class LodMode { cut, discrete, full };
 /// How small leaves are drawn. automatic: by compute shaders, and by the hardware where the library cannot.
 enum class LeafPath { automatic, compute, hardware };
 
+/// What two cores that do a GPU's work draw in about as much time as everything else in a frame takes them.
+constexpr std::uint32_t kSoftwareLeafBudget = 300'000;
+
 /// The command line of coppice-forest. Defaults are what `coppice-forest` alone does.
 struct Options {
   std::vector<std::string> plants;  ///< .coppice files; empty: those of the default folders, see find_plants
@@ -25,9 +28,9 @@ struct Options {
   LodMode lod = LodMode::cut;
   LeafPath path = LeafPath::automatic;
   float error_px = 2;
-  std::uint32_t leaf_budget = 0;  ///< leaves a frame, see coppice_view; 0: none
-  float frame_ms = 0;             ///< what the leaf budget is changed to keep to; 0: it stays
-  float fog = 1;                  ///< times the density that hides the far edge
+  std::optional<std::uint32_t> leaf_budget;  ///< leaves a frame, see coppice_view; 0: none; absent: kSoftwareLeafBudget, or on a GPU none
+  float frame_ms = 0;                        ///< what the leaf budget is changed to keep to; 0: it stays
+  float fog = 1;                             ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
   std::string stats;    ///< empty: none
   std::string compare;  ///< where to write the comparison of LoD modes; empty: none

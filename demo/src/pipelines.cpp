@@ -138,10 +138,7 @@ Handle<VkSampler> create_sampler(const Device& device, VkSamplerAddressMode addr
   info.magFilter = VK_FILTER_LINEAR;
   info.minFilter = VK_FILTER_LINEAR;
   // Where a processor samples, a second mip costs as much as the first.
-  VkPhysicalDeviceProperties properties;
-  vkGetPhysicalDeviceProperties(device.physical, &properties);
-  const bool software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
-  info.mipmapMode = software ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
+  info.mipmapMode = device.software ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
   info.addressModeU = address_mode;
   info.addressModeV = address_mode;
   info.addressModeW = address_mode;

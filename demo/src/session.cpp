@@ -145,7 +145,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
       ring(create_frame_ring(device)),
       overlay(window ? std::make_unique<Overlay>(device, *window, Renderer::kPictureFormat) : nullptr) {
   add_instances(forest, world.planting, world.terrain);
-  pace = make_pace(options.frame_ms, options.leaf_budget);
+  pace = make_pace(options.frame_ms, options.leaf_budget.value_or(device.software ? kSoftwareLeafBudget : 0));
   controls = {.error_px = options.error_px,
               .frame_ms = options.frame_ms,
               .leaf_budget = static_cast<std::uint32_t>(pace.budget),

@@ -162,6 +162,12 @@ TEST(LeafLists, TheLadderRisesAndItsRungsHoldWhatIsAskedFor) {
     EXPECT_LE(lod::coppice_ladder_leaf_count(rung), lod::coppice_ladder_leaf_count(rung + 1));
   }
   EXPECT_EQ(lod::coppice_ladder_level(1.0f), 0u);
+  // 64 leaves are rung 18, which is for 51 to 64.
+  for (const float leaves : {51.0f, 60.0f, 64.0f}) EXPECT_EQ(lod::coppice_kept_ladder_level(leaves, 40), 18u) << leaves;
+  for (const float leaves : {49.0f, 60.0f, 67.0f}) EXPECT_EQ(lod::coppice_kept_ladder_level(leaves, 18), 18u) << leaves;
+  EXPECT_EQ(lod::coppice_kept_ladder_level(68.5f, 18), 19u);
+  EXPECT_EQ(lod::coppice_kept_ladder_level(47.0f, 18), 17u);
+  EXPECT_EQ(lod::coppice_kept_ladder_level(60.0f, ~0u), 18u);
   EXPECT_LT(lod::coppice_ladder_level(static_cast<float>(COPPICE_MAX_LEAVES)), kRasterLevels);
 }
 

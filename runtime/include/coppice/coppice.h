@@ -215,8 +215,8 @@ coppice_status coppice_instances_remove(coppice_context* context, const coppice_
 typedef enum coppice_lod_mode {
   COPPICE_LOD_CUT = 0,  /* per instance, from the error table */
   COPPICE_LOD_FULL = 1, /* every resident leaf of every instance, as modelled where that is resident: the reference picture */
-  /* To compare with: seven cuts of a plant, each a quarter of the one before, as an engine with discrete levels would have them; an instance
-   * shows the coarsest that error_px allows. Drawn by the hardware, also with compute_raster. */
+  /* To compare with: seven cuts of a plant, each a quarter of the one before, as an engine with discrete levels would have them; an
+   * instance shows the coarsest that error_px allows. Drawn by the hardware, also with compute_raster. */
   COPPICE_LOD_DISCRETE = 2,
   COPPICE_LOD_MODE_MAX_ENUM = 0x7fffffff
 } coppice_lod_mode;
@@ -230,9 +230,10 @@ typedef struct coppice_view {
   uint32_t height_px;
   float error_px; /* error threshold, > 0; default 2. See "error table" in ARCHITECTURE.md for the unit */
   coppice_lod_mode lod;
-  /* How much a frame may draw, in leaves; 0: as much as error_px asks for, the default. The threshold rises above error_px, for all instances
-   * alike and little by little, until what is drawn fits: a wood triangle counts as a leaf, a triangle that the hardware draws as four more.
-   * It follows the counts of frames that the GPU has finished. Give a budget to one view of a frame; without COPPICE_LOD_CUT it is ignored. */
+  /* How much a frame may draw, in leaves; 0: as much as error_px asks for, the default. The threshold rises above error_px, for all
+   * instances alike and little by little, to 32 px at most, until what is drawn fits: a wood triangle counts as a leaf, a triangle that the
+   * hardware draws as four more. It follows the counts of frames that the GPU has finished. Give a budget to one view of a frame; without
+   * COPPICE_LOD_CUT it is ignored. */
   uint32_t leaf_budget;
 
   float sun_direction[3]; /* unit, towards the sun, world space */

@@ -28,7 +28,7 @@ namespace coppice::gpu {
 namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-constexpr std::uint32_t kStorageCount = 11;
+constexpr std::uint32_t kStorageCount = 12;
 /// The picture's texels come after the storage buffers.
 constexpr std::uint32_t kBindingCount = kStorageCount + 1;
 /// Instances whose leaves are larger on average, px, are drawn by the hardware: there the texture shows, and a leaf costs no more.
@@ -131,7 +131,7 @@ LeafRaster::~LeafRaster() {
   vk.vkDestroyDescriptorSetLayout(device_.device, pipelines_.set_layout, nullptr);
   vk.vkDestroyDescriptorPool(device_.device, set_.pool, nullptr);
   for (Buffer* buffer : {&buffers_.blocks, &buffers_.rounds, &buffers_.visible_blocks, &buffers_.items, &buffers_.work, &buffers_.splats,
-                         &buffers_.big, &buffers_.picture, &buffers_.tiles})
+                         &buffers_.big, &buffers_.levels, &buffers_.picture, &buffers_.tiles})
     if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
 }
 
@@ -209,6 +209,7 @@ Result<void> LeafRaster::create_buffers() {
                            {&buffers_.items, std::uint64_t{desc_.max_instances} * 2 * sizeof(std::uint32_t)},
                            {&buffers_.work, work_capacity() * sizeof(uvec2)},
                            {&buffers_.splats, work_capacity() * sizeof(uvec2)},
+                           {&buffers_.levels, std::uint64_t{desc_.max_instances} * sizeof(std::uint32_t)},
                            {&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2)}};
   for (const Wanted& item : wanted) {
     COPPICE_TRY(buffer, create_buffer(device_, item.bytes, item.usage, MemoryKind::device));
@@ -249,7 +250,7 @@ Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
   const std::array<VkBuffer, kStorageCount> buffers{buffers_.picture.buffer, buffers_.blocks.buffer, plants_.lists(),
                                                     plants_.plants(),        buffers_.rounds.buffer, buffers_.visible_blocks.buffer,
                                                     buffers_.items.buffer,   buffers_.work.buffer,   buffers_.big.buffer,
-                                                    buffers_.splats.buffer,  buffers_.tiles.buffer};
+                                                    buffers_.splats.buffer,  buffers_.tiles.buffer,  buffers_.levels.buffer};
   std::array<VkDescriptorBufferInfo, kStorageCount> infos{};
   std::array<VkWriteDescriptorSet, kBindingCount> writes{};
   for (std::uint32_t i = 0; i < kStorageCount; ++i) {

@@ -69,8 +69,8 @@ class LeafRaster {
     std::array<VkPipeline, 2> splats{};
   };
   struct Buffers {
-    Buffer blocks, rounds, visible_blocks, items, work, splats, big;  ///< sized at creation
-    Buffer picture, tiles;                                            ///< by the view
+    Buffer blocks, rounds, visible_blocks, items, work, splats, big, levels;  ///< sized at creation
+    Buffer picture, tiles;                                                    ///< by the view
   };
 
   LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc);

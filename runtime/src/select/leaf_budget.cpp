@@ -13,8 +13,8 @@ constexpr float kGain = 0.6f;
 /// Octaves a frame. Up within some frames of meeting a thicket; down so slowly that no eye sees it.
 constexpr float kFastestRise = 0.25f;
 constexpr float kFastestFall = 0.04f;
-/// A thousand pixels: every plant is one leaf long before.
-constexpr float kHighestLog = 10.0f;
+/// 32 px. Beyond that little is saved, and nothing is like a plant.
+constexpr float kHighestLog = 5.0f;
 /// What is aimed at from below.
 constexpr double kAim = 0.93;
 

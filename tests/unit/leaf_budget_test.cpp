@@ -46,7 +46,7 @@ TEST(LeafBudget, WhatFitsIsDrawnAsAsked) {
 }
 
 TEST(LeafBudget, RisesUntilTheWorkFitsAndRests) {
-  for (const double power : {0.5, 1.0, 2.0})
+  for (const double power : {1.0, 1.5, 2.0})
     for (const std::uint64_t latency : {1u, 2u, 4u}) {
       const Walk result = walk(200, latency, kBudget, forest(12.0 * kBudget, power));
       for (std::size_t i = 150; i < 200; ++i) {

@@ -15,7 +15,7 @@ constexpr float kFastestRise = 0.25f;
 constexpr float kFastestFall = 0.04f;
 /// 32 px. Beyond that little is saved, and nothing is like a plant.
 constexpr float kHighestLog = 5.0f;
-/// What is aimed at from below.
+/// What is aimed at, from both sides: the budget itself would be reached only in the limit.
 constexpr double kAim = 0.93;
 
 }  // namespace
@@ -30,8 +30,9 @@ void LeafBudget::observe(const FrameWork& work) {
   if (!active_ || work.frame <= observed_frame_ || used.frame != work.frame) return;
   observed_frame_ = work.frame;
   const double share = std::max(work_in_leaves(work) / static_cast<double>(budget_), 1.0 / 64.0);
-  log_target_ = used.log_threshold;
-  if (share > 1.0 || share < kRest) log_target_ += kGain * static_cast<float>(std::log2(share > 1.0 ? share : share / kAim));
+  // What fits is left where it is now, not where it was when it was found to fit.
+  log_target_ = log_threshold_;
+  if (share > 1.0 || share < kRest) log_target_ = used.log_threshold + kGain * static_cast<float>(std::log2(share / kAim));
 }
 
 float LeafBudget::threshold_px(std::uint64_t frame, float error_px, std::uint32_t budget) {

@@ -59,6 +59,7 @@ void run_headless(Session& session, const Options& options) {
   float frame_ms = 0;
   for (std::uint32_t i = 0; i < frames; ++i) {
     render_frame(session, path.pose(time_of(i)), static_cast<float>(time_of(i)), frame_ms);
+    if (!options.record.empty()) record_picture(session, options.record, i);
     frame_ms = elapsed_ms(last);
     session.statistics.frame_ms.push_back(frame_ms);
   }
@@ -87,6 +88,7 @@ void run_in_window(Session& session, const Options& options) {
       if (path.loops && path_time_s >= path.duration_s) path_time_s = 0;
     }
     render_frame(session, pose, time_s, frame_ms);
+    if (!options.record.empty()) record_picture(session, options.record, frame);
     if (frame > 0) session.statistics.frame_ms.push_back(frame_ms);
     if (std::exchange(window.wants_picture, false)) save_picture(session, picture);
   }

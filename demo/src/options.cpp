@@ -74,6 +74,8 @@ void declare(CLI::App& app, Options& options) {
       ->check(CLI::Range(1u, 65536u))
       ->capture_default_str();
   app.add_option("--stats", options.stats, "Write statistics as JSON")->type_name("F.json");
+  app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
+      ->type_name("DIR");
   app.add_option("--compare", options.compare,
                  "Run cut, discrete and full over the camera path (--frames poses) and write time, leaves and error against full as JSON, "
                  "and a plot beside it, F.svg")

@@ -33,6 +33,7 @@ struct Options {
   float fog = 1;                             ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
   std::string stats;    ///< empty: none
+  std::string record;   ///< folder for every frame's picture; empty: none
   std::string compare;  ///< where to write the comparison of LoD modes; empty: none
   bool pass_times = false;
   bool validation = false;

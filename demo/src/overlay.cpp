@@ -115,6 +115,18 @@ void show_statistics(const coppice_stats& stats) {
               static_cast<unsigned long long>(stats.pages_evicted), stats.pages_wanted, stats.pages_in_flight);
 }
 
+// A bar a pass, the longest as wide as the panel's plot.
+void show_passes(const coppice_stats& stats, const SceneTimes& scene_times) {
+  std::array<float, kPassNames.size()> times_ms{};
+  std::ranges::copy(scene_times, std::ranges::copy(stats.pass_ms, times_ms.begin()).out);
+  const float longest_ms = std::max(*std::ranges::max_element(times_ms), 1e-3f);
+  for (std::size_t i = 0; i < times_ms.size(); ++i) {
+    char label[32];
+    std::snprintf(label, sizeof label, "%s %.2f ms", kPassNames[i], static_cast<double>(times_ms[i]));
+    ImGui::ProgressBar(times_ms[i] / longest_ms, {320, 0}, label);
+  }
+}
+
 void show_controls(Controls& controls) {
   ImGui::SliderFloat("error, px", &controls.error_px, 0.25f, 32, "%.2f", ImGuiSliderFlags_Logarithmic);
   ImGui::SliderFloat("frame, ms (0: any)", &controls.frame_ms, 0, 200, "%.0f");
@@ -147,8 +159,8 @@ Overlay::~Overlay() {
   ImGui::DestroyContext();
 }
 
-void layout_overlay(Overlay& overlay, const Window& window, const coppice_stats& stats, float frame_ms, Controls& controls) {
-  overlay.frame_ms[overlay.frame_index] = frame_ms;
+void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures& figures, Controls& controls) {
+  overlay.frame_ms[overlay.frame_index] = figures.frame_ms;
   overlay.frame_index = (overlay.frame_index + 1) % overlay.frame_ms.size();
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
@@ -157,10 +169,11 @@ void layout_overlay(Overlay& overlay, const Window& window, const coppice_stats&
     ImGui::Begin("Coppice", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
     const float slowest = *std::ranges::max_element(overlay.frame_ms);
     char label[48];
-    std::snprintf(label, sizeof label, "%.1f ms, worst %.1f", static_cast<double>(frame_ms), static_cast<double>(slowest));
+    std::snprintf(label, sizeof label, "%.1f ms, worst %.1f", static_cast<double>(figures.frame_ms), static_cast<double>(slowest));
     ImGui::PlotLines("##frame", overlay.frame_ms.data(), static_cast<int>(overlay.frame_ms.size()), static_cast<int>(overlay.frame_index),
                      label, 0, std::max(33.0f, slowest), {320, 56});
-    show_statistics(stats);
+    show_statistics(figures.stats);
+    if (figures.scene_times != nullptr) show_passes(figures.stats, *figures.scene_times);
     show_controls(controls);
     ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, P picture, Tab hides");
     ImGui::End();

@@ -42,8 +42,15 @@ struct Overlay {
   ~Overlay();
 };
 
+/// What the panel shows.
+struct OverlayFigures {
+  const coppice_stats& stats;
+  const SceneTimes* scene_times;  ///< null where passes are not measured
+  float frame_ms = 0;
+};
+
 /// Lays out this frame's panel and reads its sliders into `controls`.
-void layout_overlay(Overlay& overlay, const Window& window, const coppice_stats& stats, float frame_ms, Controls& controls);
+void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures& figures, Controls& controls);
 /// Draws what layout_overlay laid out. Inside rendering; binds its own pipeline.
 void record_overlay(Overlay& overlay, VkCommandBuffer commands, std::size_t slot, VkExtent2D extent);
 /// Whether the pointer is on the panel.

@@ -1,5 +1,6 @@
 #include "session.h"
 
+#include <array>
 #include <chrono>
 #include <cstdio>
 
@@ -79,6 +80,12 @@ void sample_statistics(Session& session) {
   for (const float ms : session.renderer.timer->times) (times++)->push_back(ms);
 }
 
+void write_picture(const Session& session, const std::string& file) {
+  wait_for_frames(session.device, session.ring);
+  const VkExtent2D extent = session.renderer.picture.extent;
+  write_png(file, extent.width, extent.height, read_picture(session.renderer));
+}
+
 coppice_view begin_plants(Session& session, const FrameView& view) {
   const coppice_view plant_view = make_view(view, session.world.weather, session.renderer.picture.extent,
                                             {session.controls.error_px, session.controls.leaf_budget, session.controls.lod});
@@ -113,7 +120,8 @@ void pace_frame(Session& session, float frame_ms) {
 
 void layout_controls(Session& session, float frame_ms) {
   const int memory_before_mb = session.controls.memory_mb;
-  layout_overlay(*session.overlay, *session.window, session.statistics.last, frame_ms, session.controls);
+  const SceneTimes* times = session.renderer.timer ? &session.renderer.timer->times : nullptr;
+  layout_overlay(*session.overlay, *session.window, {session.statistics.last, times, frame_ms}, session.controls);
   if (session.controls.memory_mb == memory_before_mb) return;
   const auto budget_bytes = static_cast<std::uint64_t>(session.controls.memory_mb) << 20;
   check(session.forest, coppice_set_memory_budget(session.forest.context.get(), budget_bytes), "coppice_set_memory_budget");
@@ -201,10 +209,14 @@ void settle(Session& session, const Pose& pose, float time_s) {
 }
 
 void save_picture(const Session& session, const std::string& file) {
-  wait_for_frames(session.device, session.ring);
-  const VkExtent2D extent = session.renderer.picture.extent;
-  write_png(file, extent.width, extent.height, read_picture(session.renderer));
+  write_picture(session, file);
   std::printf("picture              %s\n", file.c_str());
+}
+
+void record_picture(const Session& session, const std::string& folder, std::uint32_t number) {
+  std::array<char, 16> name{};
+  std::snprintf(name.data(), name.size(), "/%05u.png", number);
+  write_picture(session, folder + name.data());
 }
 
 }  // namespace forest

@@ -64,5 +64,7 @@ void settle(Session& session, const Pose& pose, float time_s);
 
 /// Waits for the frames and writes the picture. errors  Failure
 void save_picture(const Session& session, const std::string& file);
+/// Likewise, to DIR/number.png, and does not print where.
+void record_picture(const Session& session, const std::string& folder, std::uint32_t number);
 
 }  // namespace forest

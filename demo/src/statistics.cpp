@@ -29,9 +29,6 @@ std::string line(const char* format, Values... values) {
   return text;
 }
 
-constexpr std::array kPassNames = {"upload", "cull", "splats", "leaves", "tiles", "draw", "ground", "tufts", "sky", "tone_map"};
-static_assert(kPassNames.size() == std::tuple_size_v<decltype(Statistics::pass_ms)>);
-
 double mebibytes(std::uint64_t bytes) {
   return static_cast<double>(bytes) / (1 << 20);
 }

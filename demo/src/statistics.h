@@ -27,6 +27,10 @@ struct Statistics {
   std::uint32_t validation_messages = 0;
 };
 
+/// Of Statistics::pass_ms.
+constexpr std::array kPassNames = {"upload", "cull", "splats", "leaves", "tiles", "draw", "ground", "tufts", "sky", "tone_map"};
+static_assert(kPassNames.size() == std::tuple_size_v<decltype(Statistics::pass_ms)>);
+
 struct FrameTimes {
   float median = 0;
   float p95 = 0;

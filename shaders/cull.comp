@@ -133,6 +133,13 @@ bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) {
 }
 #endif
 
+// kMaxWoodLods where there is none to draw.
+uint wood_lod_of(Plant plant, CoppiceTable table, float size_px, float threshold_px) {
+  if (plant.wood_resident_mask == 0) return kMaxWoodLods;
+  uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(table, size_px, threshold_px);
+  return coppice_resident_wood_lod(plant.wood_resident_mask, wanted, plant.wood_lod_count);
+}
+
 void select(uint slot) {
   Instance instance = instances[slot];
   if (instance.plant == kNoPlant) return;
@@ -145,6 +152,20 @@ void select(uint slot) {
   float size_px = coppice_projected_size_px(distance_m, radius, view.near_m, view.focal_px);
   float threshold_px = coppice_instance_threshold_px(view.error_px, slot);
 
+#ifdef COPPICE_RASTER
+  if (!sphere_in_view(center, radius)) return;
+  if (push.round > 0 && occluded(center, radius)) return;
+  uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
+  // Leaves too small for the hardware are too small to be seen as modelled: the cut by the table alone.
+  float raster_cut = min(coppice_leaf_count(table, size_px, threshold_px), float(plant.resident_leaf_count));
+  bool rasterised = raster_leaves(instance, slot, raster_cut, distance_m);
+  bool wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
+  atomicAdd(group_visible, 1);
+  if (rasterised && wood_rasterised) return;
+#else
+  const bool rasterised = false, wood_rasterised = false;
+#endif
+
   bool has_meshes = plant.leaf_mesh_count > 0;
   bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, size_px, threshold_px));
   float cut_px = has_meshes && !meshes ? coppice_cut_threshold_px(table, size_px, threshold_px) : threshold_px;
@@ -153,25 +174,11 @@ void select(uint slot) {
   if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, plant.leaf_count);
   cut = view.lod_full != 0 ? resident : min(cut, resident);
   cuts[slot] = cut;
+
+#ifndef COPPICE_RASTER
   if (!sphere_in_view(center, radius)) return;
-
-#ifdef COPPICE_RASTER
-  if (push.round > 0 && occluded(center, radius)) return;
-#endif
-
   atomicAdd(group_visible, 1);
-  uint wood_lod = kMaxWoodLods;
-  if (plant.wood_resident_mask != 0) {
-    uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(table, size_px, threshold_px);
-    wood_lod = coppice_resident_wood_lod(plant.wood_resident_mask, wanted, plant.wood_lod_count);
-  }
-#ifdef COPPICE_RASTER
-  // Leaves too small for the hardware are too small to be seen as modelled: the cut by the table alone.
-  float raster_cut = min(coppice_leaf_count(table, size_px, threshold_px), resident);
-  bool rasterised = raster_leaves(instance, slot, raster_cut, distance_m);
-  bool wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
-#else
-  const bool rasterised = false, wood_rasterised = false;
+  uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
 #endif
   if (!rasterised) {
     uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
@@ -182,7 +189,6 @@ void select(uint slot) {
     else
       draw_leaves(plant, instance.plant, slot, leaf_count);
   }
-
   if (wood_lod == kMaxWoodLods || wood_rasterised) return;
   add_64(1, plant.wood_index_counts[wood_lod] / 3);
   add_64(3, plant.wood_index_counts[wood_lod] / 3);

@@ -23,9 +23,9 @@ const uint kSlotBits = 24;
 const uint kRasterMaxInstances = 1u << kSlotBits;
 // Clusters in a round, before any is culled. Instances beyond are drawn with the rung of one cluster, for which there is room besides.
 const uint kWorkClusters = 1u << 19;
-const uint kOneClusterLevel = 18;     // kClusterLeaves leaves
-const uint kBigCapacity = 1u << 18;   // leaves in a round that a whole workgroup rasterises
-const uint kWorkPerGroup = 4;         // clusters of leaves that a workgroup takes one after the other
+const uint kOneClusterLevel = 18;    // kClusterLeaves leaves
+const uint kBigCapacity = 1u << 18;  // leaves in a round that a whole workgroup rasterises
+const uint kWorkPerGroup = 4;        // clusters of leaves that a workgroup takes one after the other
 const uint kTileShift = 3;
 const uint kTileSide_px = 1u << kTileShift;
 const uint kTileLevels = 3;  // tiles of 8, 32 and 128 px
@@ -125,10 +125,10 @@ struct RasterPush {
   uint height_px;
   float key_a;
   float key_b;
-  float splat_px;  // clusters whose grain is no longer than this are drawn as splats
-  float split_px;  // instances whose leaves are larger on average are drawn by the hardware
-  uint reversed;   // 1: the depth attachment holds the key; 0: it holds 1 - key
-  uint lanes;      // invocations of a group, except where they are kCullGroupSize
+  float splat_px;      // clusters whose grain is no longer than this are drawn as splats
+  float split_px;      // instances whose leaves are larger on average are drawn by the hardware
+  uint reversed;       // 1: the depth attachment holds the key; 0: it holds 1 - key
+  uint lanes;          // invocations of a group, except where they are kCullGroupSize
   uint work_capacity;  // of work_items and of splat_items
 };
 COPPICE_GPU_LAYOUT(RasterPush, 40);

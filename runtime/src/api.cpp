@@ -187,6 +187,34 @@ coppice_status coppice_instances_remove(coppice_context* context, const coppice_
   return COPPICE_OK;
 }
 
+coppice_status coppice_scene_open(coppice_context* context, const char* path, coppice_scene* scene) {
+  if (context == nullptr || path == nullptr || scene == nullptr) return invalid(context, __func__, "path or scene is null");
+  *scene = 0;
+  if (context->context->has_scene()) return invalid(context, __func__, "a scene is open: close it first");
+  auto opened = context->context->open_scene(path);
+  if (!opened) return static_cast<coppice_status>(opened.error().status);  // the log has it, with the path
+  *scene = *opened;
+  return COPPICE_OK;
+}
+
+coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene) {
+  if (context == nullptr || !context->context->is_scene(scene)) return invalid(context, __func__, "scene is not open");
+  context->context->close_scene();
+  return COPPICE_OK;
+}
+
+void coppice_scene_info_init(coppice_scene_info* info) {
+  *info = {};
+  info->struct_size = sizeof *info;
+}
+
+coppice_status coppice_scene_get_info(const coppice_context* context, coppice_scene scene, coppice_scene_info* info) {
+  if (context == nullptr || !context->context->is_scene(scene)) return invalid(context, __func__, "scene is not open");
+  if (!has_size(info)) return invalid(context, __func__, "info is null or has a wrong struct_size");
+  context->context->fill_info(*info);
+  return COPPICE_OK;
+}
+
 void coppice_view_init(coppice_view* view) {
   *view = {};
   view->struct_size = sizeof *view;

@@ -1,6 +1,8 @@
 #include "context.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstring>
 #include <new>
 #include <utility>
@@ -118,6 +120,131 @@ Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice
   return instances_.add(index_of(plant), placements, handles);
 }
 
+Result<coppice_scene> Context::open_scene(const char* path) {
+  std::unique_ptr<Scene> scene(new (std::nothrow) Scene);
+  if (!scene) return Error{Status::out_of_memory, "scene"};
+  COPPICE_TRY(stream, SceneStream::open(hooks_.hooks, path, {}));
+  scene->stream = std::move(stream);
+  scene->tile_blocks.resize(scene->stream->file().tiles.size());
+  scene->plants.resize(scene->stream->file().species.size());
+  scene->handle = ++last_scene_;
+  scene_ = std::move(scene);
+  return scene_->handle;
+}
+
+void Context::close_scene() {
+  for (std::uint32_t tile = 0; tile < scene_->tile_blocks.size(); ++tile) remove_tile(tile);
+  for (const coppice_plant plant : scene_->plants)
+    if (is_open(plant)) close_plant(plant);
+  scene_.reset();
+}
+
+void Context::fill_info(coppice_scene_info& info) const {
+  const SceneFile& file = scene_->stream->file();
+  info.species_count = file.header.species_count;
+  info.tile_count = file.header.tile_count;
+  info.instance_count = file.header.instance_count;
+  info.file_bytes = file.header.file_bytes;
+  std::copy_n(file.header.square_min, 2, info.square_min);
+  info.square_side = file.header.square_side;
+  info.height_min = file.tiles[0].entry.box_min[1];
+  info.height_max = file.tiles[0].entry.box_max[1];
+  for (const SceneTile& tile : file.tiles) {
+    info.height_min = std::min(info.height_min, tile.entry.box_min[1]);
+    info.height_max = std::max(info.height_max, tile.entry.box_max[1]);
+  }
+}
+
+namespace {
+
+/// A tile that is larger than this when it comes grows up in so many frames, if no more than so many others do.
+constexpr float kGrowFrom_px = 3.0f;
+constexpr std::uint32_t kGrowFrames = 16, kMostGrowing = 16;
+/// A plant that found no memory is tried again so often, after so many frames each.
+constexpr std::uint32_t kSpeciesTries = 8;
+constexpr std::uint64_t kSpeciesRetryFrames = 30;
+/// Device memory that grows with an instance: draw commands, places in the lists of wood.
+constexpr std::uint64_t kInstanceGrowthBytes = 64;
+
+coppice_placement placement_of(const SceneInstance& instance) {
+  coppice_placement placement{};
+  std::ranges::copy(instance.position_m, placement.position);
+  placement.scale = instance.scale;
+  placement.rotation[1] = std::sin(0.5f * instance.yaw_rad);
+  placement.rotation[3] = std::cos(0.5f * instance.yaw_rad);
+  std::ranges::copy(instance.tint, placement.tint);
+  return placement;
+}
+
+}  // namespace
+
+void Context::stream_scene(const LodView& view) {
+  static_assert(kTileBlockInstances == gpu::kDirtyBlockSlots);
+  const std::uint64_t affordable = streamer_->stats().budget_bytes / 4 / (kInstanceGrowthBytes * kTileBlockInstances);
+  const std::uint32_t block_count = instances_.free_block_count() + scene_->block_count;
+  scene_->stream->begin_frame({view.eye_m, view.focal_px, view.near_m},
+                              static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)));
+  for (const std::uint32_t tile : scene_->stream->dropped()) remove_tile(tile);
+  grow_tiles();
+  // One of each at least; more while there is time. What is over waits for the next frame.
+  const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(streaming_ns_);
+  while (open_next_species() && std::chrono::steady_clock::now() < end) {
+  }
+  for (auto ready = scene_->stream->next_ready(); ready; ready = scene_->stream->next_ready()) {
+    place_tile(*ready);
+    if (std::chrono::steady_clock::now() >= end) break;
+  }
+}
+
+// It blocks for two reads and decodes what is pinned.
+bool Context::open_next_species() {
+  const auto wanted = scene_->stream->next_species();
+  if (!wanted || frame_number_ < scene_->species_frame) return false;
+  const auto plant = open_plant(wanted->path->c_str());
+  // Room may be on its way; the tiles that need the plant wait.
+  if (!plant && plant.error().status == Status::out_of_memory && ++scene_->species_tries < kSpeciesTries) {
+    scene_->species_frame = frame_number_ + kSpeciesRetryFrames;
+    return false;
+  }
+  scene_->species_tries = 0;
+  if (plant) scene_->plants[wanted->species] = *plant;
+  scene_->stream->species_opened(wanted->species, static_cast<bool>(plant));
+  return true;
+}
+
+void Context::place_tile(const ReadyTile& ready) {
+  scene_->placed.clear();
+  for (const SceneInstance& instance : ready.instances)
+    if (is_open(scene_->plants[instance.species]))
+      scene_->placed.push_back({placement_of(instance), index_of(scene_->plants[instance.species])});
+  std::vector<std::uint32_t>& blocks = scene_->tile_blocks[ready.tile];
+  if (!instances_.add_tile(scene_->placed, blocks)) return scene_->stream->refused(ready.tile);
+  scene_->block_count += static_cast<std::uint32_t>(blocks.size());
+  if (ready.size_px > kGrowFrom_px && scene_->growing.size() < kMostGrowing) {
+    instances_.scale_tile(blocks, 1.0f / static_cast<float>(kGrowFrames));
+    scene_->growing.push_back({ready.tile, 1});
+  }
+  scene_->stream->placed(ready.tile);
+}
+
+// Where the threshold is above some pixels, plants would pop up.
+void Context::grow_tiles() {
+  for (Scene::Growing& growing : scene_->growing) {
+    const auto share = static_cast<float>(growing.share);
+    instances_.scale_tile(scene_->tile_blocks[growing.tile], (share + 1.0f) / share);
+    ++growing.share;
+  }
+  std::erase_if(scene_->growing, [](const Scene::Growing& growing) { return growing.share == kGrowFrames; });
+}
+
+void Context::remove_tile(std::uint32_t tile) {
+  std::vector<std::uint32_t>& blocks = scene_->tile_blocks[tile];
+  std::erase_if(scene_->growing, [tile](const Scene::Growing& growing) { return growing.tile == tile; });
+  instances_.remove_tile(blocks);
+  scene_->block_count -= static_cast<std::uint32_t>(blocks.size());
+  blocks.clear();
+}
+
 Result<void> Context::begin_frame(const coppice_frame& frame) {
   if (frame.frame_number <= frame_number_ || frame.completed_number >= frame.frame_number)
     return Error{Status::invalid_argument, "coppice_frame.frame_number must grow and lie above completed_number"};
@@ -132,7 +259,8 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   view.lod.error_px = threshold_px_;
   // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
   if (view.lod.discrete) view.lod.error_px *= 0.5f;
-  streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes());
+  if (scene_) stream_scene(view.lod);
+  streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes() + (scene_ ? scene_->stream->bytes() : 0));
   instances_.update_bounds();
   measure_demand(instances_.blocks(), view, demands_);
   streamer_->begin_frame({frame.frame_number, frame.completed_number, &view, demands_});
@@ -230,6 +358,14 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.pages_cancelled = streaming.reads_cancelled;
   stats.bytes_read = streaming.bytes_read;
   stats.decode_ms = 1e-6 * static_cast<double>(streaming.decode_ns);
+  const SceneStats scene = scene_ ? scene_->stream->stats() : SceneStats{};
+  stats.scene_instance_count = scene.instance_count;
+  stats.scene_tile_count = scene.tile_count;
+  stats.scene_tiles_resident = scene.resident_tiles;
+  stats.scene_tiles_wanted = scene.wanted_tiles;
+  stats.scene_tiles_missing = scene.missing_tiles;
+  stats.scene_tiles_failed = static_cast<std::uint32_t>(scene.tiles_failed);
+  stats.scene_threshold_px = scene.threshold_px;
   static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
   std::ranges::copy(renderer_->timer().pass_ms(), stats.pass_ms);
 }

@@ -15,6 +15,7 @@
 #include "leaf_budget.h"
 #include "renderer.h"
 #include "result.h"
+#include "scene_stream.h"
 #include "streamer.h"
 
 namespace coppice {
@@ -32,6 +33,14 @@ class Context {
   /// plant: open, here and below
   void close_plant(coppice_plant plant);
   void fill_info(coppice_plant plant, coppice_plant_info& info) const;
+
+  /// has_scene(): false. errors  as coppice_scene_open, logged already
+  Result<coppice_scene> open_scene(const char* path);
+  [[nodiscard]] bool has_scene() const { return scene_ != nullptr; }
+  [[nodiscard]] bool is_scene(coppice_scene scene) const { return scene_ != nullptr && scene == scene_->handle; }
+  /// has_scene(), here and below
+  void close_scene();
+  void fill_info(coppice_scene_info& info) const;
 
   Result<void> add_instances(coppice_plant plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
   [[nodiscard]] gpu::InstanceTable& instances() { return instances_; }
@@ -55,7 +64,30 @@ class Context {
     bool on_gpu = false;  ///< in the renderer; outlives `open` until the GPU is done
   };
 
+  /// The open scene: its tiles' instances and its species' plants.
+  struct Scene {
+    coppice_scene handle = 0;
+    std::vector<std::vector<std::uint32_t>> tile_blocks;  ///< [tile] of the instance table
+    std::uint32_t block_count = 0;                        ///< of all of them
+    std::vector<coppice_plant> plants;                    ///< [species] 0: not open
+    /// Tiles whose plants are growing up, and their share of the full size in kGrowFrames-ths.
+    struct Growing {
+      std::uint32_t tile = 0, share = 1;
+    };
+    std::vector<Growing> growing;
+    std::uint64_t species_frame = 0;          ///< no plant is opened before
+    std::uint32_t species_tries = 0;          ///< of the next one
+    std::vector<gpu::PlacedInstance> placed;  ///< scratch
+    std::unique_ptr<SceneStream> stream;
+  };
+
   Context() = default;
+  void stream_scene(const LodView& view);
+  /// False: there is none to open now.
+  bool open_next_species();
+  void place_tile(const ReadyTile& ready);
+  void remove_tile(std::uint32_t tile);
+  void grow_tiles();
   void drop_chunk(ChunkId id);
   Result<void> upload_chunk(const DecodedChunk& chunk);
   void upload_decoded();
@@ -68,6 +100,8 @@ class Context {
   std::vector<gpu::PlantResidency> residency_;
   LeafBudget leaf_budget_;
   float threshold_px_ = 0;  ///< of the frame
+  std::unique_ptr<Scene> scene_;
+  coppice_scene last_scene_ = 0;
   std::uint64_t frame_number_ = 0;
   Recording recording_ = Recording::none;
   std::uint64_t streaming_ns_ = 0;      ///< a frame's time for taking over chunks

@@ -158,6 +158,12 @@ int main(int argc, char** argv) {
   CHECK(coppice_context_create(&desc, &context) == COPPICE_OK && context != NULL);
   CHECK(strcmp(coppice_status_text(COPPICE_OK), "success") == 0);
   use_plant(&gpu, context, argv[1]);
+  coppice_scene scene = 1;
+  CHECK(coppice_scene_open(context, "/nonexistent/a.forest", &scene) == COPPICE_ERROR_IO && scene == 0);
+  CHECK(coppice_scene_close(context, scene) == COPPICE_ERROR_INVALID_ARGUMENT);
+  coppice_scene_info scene_info;
+  coppice_scene_info_init(&scene_info);
+  CHECK(coppice_scene_get_info(context, scene, &scene_info) == COPPICE_ERROR_INVALID_ARGUMENT);
   coppice_context_destroy(context);
   coppice_context_destroy(NULL);
   close_gpu(&gpu);

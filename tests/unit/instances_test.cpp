@@ -114,5 +114,86 @@ TEST(Instances, AHandleDiesWithItsInstance) {
   EXPECT_EQ(table.count(), 1u);
 }
 
+std::vector<PlacedInstance> tile_of(std::size_t count, std::uint32_t plants) {
+  std::vector<PlacedInstance> instances;
+  for (std::uint32_t i = 0; i < count; ++i) instances.push_back({placed_at(static_cast<float>(i)), i % plants});
+  return instances;
+}
+
+TEST(Instances, ATileHasBlocksOfItsOwn) {
+  InstanceTable table = make_table(64 * 6);
+  const auto handles = add_row(table, 0, 10);
+  std::vector<std::uint32_t> blocks;
+  ASSERT_TRUE(table.add_tile(tile_of(130, 2), blocks));
+  EXPECT_EQ(blocks.size(), 3u);
+  EXPECT_EQ(table.free_block_count(), 2u);
+  EXPECT_EQ(table.count(), 140u);
+  EXPECT_EQ(table.plant_count(1), 65u);
+  const auto more = add_row(table, 3, 54);
+  for (const std::uint32_t block : blocks)
+    for (std::uint32_t slot = 64 * block; slot < 64 * block + 64 && slot < table.slots().size(); ++slot) {
+      EXPECT_NE(table.slots()[slot].plant, 3u) << "one by one fills its own block";
+      EXPECT_FALSE(table.is_live(std::uint64_t{slot} + 1)) << "no handle is an instance of a tile";
+    }
+  std::vector<std::uint32_t> refused;
+  const auto too_many = table.add_tile(tile_of(129, 1), refused);
+  ASSERT_FALSE(too_many);
+  EXPECT_EQ(too_many.error().status, Status::out_of_memory);
+  EXPECT_EQ(table.count(), 194u);
+  table.remove_tile(blocks);
+  EXPECT_EQ(table.count(), 64u);
+  EXPECT_EQ(table.plant_count(1), 0u);
+  EXPECT_EQ(table.free_block_count(), 5u);
+  for (const auto handle : handles) EXPECT_TRUE(table.is_live(handle));
+}
+
+TEST(Instances, BlocksThatEmptyServeTilesAndTheOtherWayRound) {
+  InstanceTable table = make_table(64 * 2 + 5);
+  for (int round = 0; round < 3; ++round) {
+    const auto handles = add_row(table, 0, 133);
+    EXPECT_EQ(table.free_block_count(), 0u);
+    EXPECT_FALSE(table.add(0, std::vector<coppice_placement>(1, placed_at(0)), {})) << "full";
+    for (const auto handle : handles) table.remove(handle);
+    EXPECT_EQ(table.free_block_count(), 2u) << "the short block is no tile's";
+    std::vector<std::uint32_t> first, second;
+    ASSERT_TRUE(table.add_tile(tile_of(64, 1), first));
+    ASSERT_TRUE(table.add_tile(tile_of(1, 1), second));
+    EXPECT_TRUE(table.add(1, std::vector<coppice_placement>(5, placed_at(0)), {}));
+    EXPECT_FALSE(table.add(1, std::vector<coppice_placement>(1, placed_at(0)), {}));
+    table.remove_plant(1);
+    table.remove_plant(0);
+    EXPECT_EQ(table.count(), 0u);
+    EXPECT_EQ(table.free_block_count(), 0u) << "a tile keeps its blocks until it goes";
+    table.remove_tile(first);
+    table.remove_tile(second);
+    EXPECT_EQ(table.free_block_count(), 2u);
+  }
+}
+
+TEST(Instances, ATileGrowsAboutItsPlantsFeet) {
+  InstanceTable table = make_table(64 * 2);
+  std::vector<std::uint32_t> blocks;
+  ASSERT_TRUE(table.add_tile(tile_of(3, 1), blocks));
+  take_all_dirty(table);
+  table.update_bounds();
+  table.scale_tile(blocks, 0.5f);
+  EXPECT_EQ(table.slots()[2].scale, 0.5f);
+  EXPECT_EQ(table.slots()[2].position.x, 2.0f);
+  EXPECT_EQ(table.spheres()[2].radius_m, 0.5f);
+  EXPECT_EQ(table.spheres()[2].center_m, (std::array<float, 3>{2.0f, 0.5f, 0.0f})) << "a metre above its foot, when grown";
+  EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 3}}));
+  table.update_bounds();
+  EXPECT_FLOAT_EQ(table.blocks().bounds[0].max_instance_radius_m, 0.5f);
+}
+
+TEST(Instances, SlotsOfATileThatAreNotUsedAreUploadedEmpty) {
+  InstanceTable table = make_table(64 * 4);
+  std::vector<std::uint32_t> first, second;
+  ASSERT_TRUE(table.add_tile(tile_of(10, 1), first));
+  ASSERT_TRUE(table.add_tile(tile_of(10, 1), second));
+  EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 74}}));
+  for (std::uint32_t slot = 10; slot < 64; ++slot) EXPECT_EQ(table.slots()[slot].plant, kNoPlant);
+}
+
 }  // namespace
 }  // namespace coppice::gpu

@@ -57,6 +57,7 @@ const char* coppice_status_text(coppice_status status);
 typedef struct coppice_context coppice_context;
 typedef uint64_t coppice_plant;    /* index + generation; 0 is never a plant */
 typedef uint64_t coppice_instance; /* index + generation; 0 is never an instance */
+typedef uint64_t coppice_scene;    /* generation; 0 is never a scene */
 
 /* ---- hooks ---------------------------------------------------------------------------------------------------------------------- */
 
@@ -79,10 +80,11 @@ typedef struct coppice_jobs {
   void (*submit)(void* user, void (*function)(void* argument), void* argument);
 } coppice_jobs;
 
-/* File access, called from the thread inside coppice_plant_open, coppice_frame_begin or coppice_context_destroy; a file is closed once
+/* File access, called from the thread inside coppice_plant_open, coppice_scene_open, coppice_scene_close, coppice_frame_begin or
+ * coppice_context_destroy; a file is closed once
  * nothing of a closed plant is under way. read must not block: it calls done(argument, bytes_read) once, from any thread, or inline.
- * bytes_read < bytes, or negative, means failure. `destination` stays valid until done is called. coppice_plant_open waits for its
- * reads: done must not depend on the calling thread going on. */
+ * bytes_read < bytes, or negative, means failure. `destination` stays valid until done is called. coppice_plant_open and
+ * coppice_scene_open wait for their reads: done must not depend on the calling thread going on. */
 typedef struct coppice_io {
   void* user;
   int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* a handle >= 0, or negative on failure */
@@ -210,6 +212,35 @@ coppice_status coppice_instances_add(coppice_context* context, coppice_plant pla
 coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement);
 coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
 
+/* ---- scenes ---------------------------------------------------------------------------------------------------------------------- */
+
+typedef struct coppice_scene_info {
+  uint32_t struct_size;
+  uint32_t species_count;
+  uint32_t tile_count;
+  uint64_t instance_count;
+  uint64_t file_bytes;
+  float square_min[2]; /* x and z of the square that the plants stand in, metres */
+  float square_side;
+  float height_min; /* of the plants' feet; the same where the ground is flat */
+  float height_max;
+} coppice_scene_info;
+
+/* Opens a .forest file (coppice scene makes them): reads and checks its front. Blocks for two reads. From then on coppice_frame_begin
+ * streams it: a tile's instances are there while its largest plant, at the tile's nearest point, is at least a threshold large on screen:
+ * 1 px, and evenly more where the tiles wanted do not fit into max_instances, or into a quarter of the memory budget. The plants that it
+ * names are opened as tiles with them arrive, as coppice_plant_open does, reads included, and count for max_plants; one that cannot be
+ * opened is left out and told to the log once. Placing tiles and opening plants takes about streaming_ms a frame, one of each at least. A
+ * context holds one scene. Plants and instances of the engine's own may stand beside it.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: a scene is open. COPPICE_ERROR_IO, COPPICE_ERROR_BAD_FILE, COPPICE_ERROR_OUT_OF_MEMORY */
+coppice_status coppice_scene_open(coppice_context* context, const char* path, coppice_scene* scene);
+
+/* Removes the scene's instances and closes its plants. Waits for reads of tiles that are under way. */
+coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene);
+
+void coppice_scene_info_init(coppice_scene_info* info);
+coppice_status coppice_scene_get_info(const coppice_context* context, coppice_scene scene, coppice_scene_info* info);
+
 /* ---- frame ---------------------------------------------------------------------------------------------------------------------- */
 
 typedef enum coppice_lod_mode {
@@ -310,6 +341,15 @@ typedef struct coppice_stats {
   uint64_t pages_cancelled;          /* since creation: reads whose chunk nothing wanted any more when they returned */
   uint64_t bytes_read;               /* since creation, after opening */
   double decode_ms;                  /* since creation, CPU time of decoding added up over all threads */
+
+  /* The open scene; all zero without one. */
+  uint64_t scene_instance_count; /* in the file; instance_count has those that are there */
+  uint32_t scene_tile_count;
+  uint32_t scene_tiles_resident;
+  uint32_t scene_tiles_wanted;  /* by the view, resident or not */
+  uint32_t scene_tiles_missing; /* wanted, not resident, and not given up as damaged */
+  uint32_t scene_tiles_failed;
+  float scene_threshold_px; /* above 1 where not all that is larger than a pixel fits */
 } coppice_stats;
 void coppice_stats_init(coppice_stats* stats);
 coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);

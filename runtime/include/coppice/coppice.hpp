@@ -64,6 +64,13 @@ class ContextHandle {
     return coppice_instances_remove(context_, instances.data(), static_cast<std::uint32_t>(instances.size()));
   }
 
+  [[nodiscard]] coppice_status open_scene(const char* path, coppice_scene& scene) { return coppice_scene_open(context_, path, &scene); }
+  [[nodiscard]] coppice_status close_scene(coppice_scene scene) { return coppice_scene_close(context_, scene); }
+  [[nodiscard]] coppice_status scene_info(coppice_scene scene, coppice_scene_info& info) const {
+    coppice_scene_info_init(&info);
+    return coppice_scene_get_info(context_, scene, &info);
+  }
+
   [[nodiscard]] coppice_status begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const coppice_view& view) {
     coppice_frame frame;
     coppice_frame_init(&frame);

@@ -1,13 +1,15 @@
 #include "instances.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 
 #include "check.h"
 
 namespace coppice::gpu {
 namespace {
 
-constexpr std::uint32_t kNoSlot = 0xffffffffu;
+static_assert(kDirtyBlockSlots == 64, "a bit of Block::used each");
 
 std::uint32_t slot_of(coppice_instance handle) {
   return static_cast<std::uint32_t>(handle & 0xffffffffu) - 1;
@@ -52,13 +54,21 @@ Result<InstanceTable> InstanceTable::create(const coppice_allocator& allocator, 
   InstanceTable table;
   COPPICE_TRY(instances, HookArray<Instance>::allocate(allocator, max_instances));
   COPPICE_TRY(spheres, HookArray<InstanceSphere>::allocate(allocator, max_instances));
-  COPPICE_TRY(slots, HookArray<Slot>::allocate(allocator, max_instances));
+  COPPICE_TRY(generations, HookArray<std::uint32_t>::allocate(allocator, max_instances));
+  const std::uint32_t block_count = (max_instances + kDirtyBlockSlots - 1) / kDirtyBlockSlots;
+  COPPICE_TRY(blocks, HookArray<Block>::allocate(allocator, block_count));
+  COPPICE_TRY(freed_blocks, HookArray<std::uint32_t>::allocate(allocator, block_count));
   COPPICE_TRY(bounds, HookArray<InstanceBounds>::allocate(allocator, (max_instances + kInstanceBlockSlots - 1) / kInstanceBlockSlots));
   COPPICE_TRY(dirty, DirtySlots::create(allocator, max_instances));
   COPPICE_TRY(unbounded, DirtySlots::create(allocator, max_instances));
   table.instances_ = std::move(instances);
   table.spheres_ = std::move(spheres);
-  table.slots_ = std::move(slots);
+  table.generations_ = std::move(generations);
+  table.blocks_ = std::move(blocks);
+  table.freed_blocks_ = std::move(freed_blocks);
+  for (Instance& instance : table.instances_.span()) instance.plant = kNoPlant;
+  if (const std::uint32_t rest = max_instances % kDirtyBlockSlots; rest > 0)
+    table.blocks_[block_count - 1].used = ~std::uint64_t{0} << rest;
   table.bounds_ = std::move(bounds);
   table.dirty_ = std::move(dirty);
   table.unbounded_ = std::move(unbounded);
@@ -72,29 +82,108 @@ void InstanceTable::set_plant_sphere(std::uint32_t plant, const float center[3],
 }
 
 std::size_t InstanceTable::bytes() const {
-  return instances_.bytes() + spheres_.bytes() + slots_.bytes() + bounds_.bytes() + dirty_.bytes() + unbounded_.bytes();
+  return instances_.bytes() + spheres_.bytes() + generations_.bytes() + blocks_.bytes() + freed_blocks_.bytes() + bounds_.bytes() +
+         dirty_.bytes() + unbounded_.bytes();
+}
+
+std::uint32_t InstanceTable::free_block_count() const {
+  // The last one only if it is whole: a tile's blocks are all alike.
+  const auto whole = static_cast<std::uint32_t>(instances_.size() / kDirtyBlockSlots);
+  return freed_block_count_ + (whole - std::min(whole, block_end_));
 }
 
 Result<void> InstanceTable::add(std::uint32_t plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles) {
-  if (placements.size() > instances_.size() - count_)
+  const std::size_t unused = instances_.size() - std::min<std::size_t>(instances_.size(), std::size_t{block_end_} * kDirtyBlockSlots);
+  if (placements.size() > std::size_t{free_slot_count_} + std::size_t{freed_block_count_} * kDirtyBlockSlots + unused)
     return Error{Status::out_of_memory, "more instances than max_instances", Error::kNoOffset, std::to_string(instances_.size())};
   for (std::size_t i = 0; i < placements.size(); ++i) {
-    std::uint32_t slot = first_free_;
-    if (slot != kNoSlot)
-      first_free_ = slots_[slot].next_free;
-    else
-      slot = slot_count_++;
+    const std::uint32_t slot = take_slot();
     write(slot, plant, placements[i]);
-    if (!handles.empty()) handles[i] = std::uint64_t{slots_[slot].generation} << 32 | (slot + 1);
+    if (!handles.empty()) handles[i] = std::uint64_t{generations_[slot]} << 32 | (slot + 1);
   }
-  count_ += static_cast<std::uint32_t>(placements.size());
-  plant_counts_[plant] += static_cast<std::uint32_t>(placements.size());
   return {};
+}
+
+Result<void> InstanceTable::add_tile(std::span<const PlacedInstance> instances, std::vector<std::uint32_t>& blocks) {
+  blocks.clear();
+  if ((instances.size() + kDirtyBlockSlots - 1) / kDirtyBlockSlots > free_block_count())
+    return Error{Status::out_of_memory, "more instances than max_instances", Error::kNoOffset, std::to_string(instances_.size())};
+  for (std::size_t first = 0; first < instances.size(); first += kDirtyBlockSlots) {
+    const auto members = instances.subspan(first, std::min<std::size_t>(kDirtyBlockSlots, instances.size() - first));
+    const std::uint32_t block = take_block();
+    blocks.push_back(block);
+    blocks_[block].tile = true;
+    for (std::uint32_t i = 0; i < members.size(); ++i) {
+      blocks_[block].used |= std::uint64_t{1} << i;
+      write(block * kDirtyBlockSlots + i, members[i].plant, members[i].placement);
+    }
+  }
+  return {};
+}
+
+void InstanceTable::scale_tile(std::span<const std::uint32_t> blocks, float factor) {
+  for (const std::uint32_t block : blocks) {
+    COPPICE_ASSERT(blocks_[block].tile);
+    for (std::uint64_t left = blocks_[block].used; left != 0; left &= left - 1) {
+      const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
+      Instance& instance = instances_[slot];
+      InstanceSphere& sphere = spheres_[slot];
+      const std::array<float, 3> foot_m = {instance.position.x, instance.position.y, instance.position.z};
+      instance.scale *= factor;
+      sphere.radius_m *= factor;
+      for (std::size_t axis = 0; axis < 3; ++axis) sphere.center_m[axis] = foot_m[axis] + factor * (sphere.center_m[axis] - foot_m[axis]);
+    }
+    mark_changed(block * kDirtyBlockSlots);
+  }
+}
+
+void InstanceTable::remove_tile(std::span<const std::uint32_t> blocks) {
+  for (const std::uint32_t block : blocks) {
+    COPPICE_ASSERT(blocks_[block].tile);
+    for (; blocks_[block].used != 0; blocks_[block].used &= blocks_[block].used - 1)
+      clear_slot(block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(blocks_[block].used)));
+    blocks_[block].tile = false;
+    freed_blocks_[freed_block_count_++] = block;
+  }
+}
+
+// The block that was freed last, so that what is uploaded and culled stays short.
+std::uint32_t InstanceTable::take_block() {
+  return freed_block_count_ > 0 ? freed_blocks_[--freed_block_count_] : block_end_++;
+}
+
+void InstanceTable::link(std::uint32_t block) {
+  blocks_[block].previous = kNoBlock;
+  blocks_[block].next = first_partial_;
+  if (first_partial_ != kNoBlock) blocks_[first_partial_].previous = block;
+  first_partial_ = block;
+}
+
+void InstanceTable::unlink(std::uint32_t block) {
+  const Block& linked = blocks_[block];
+  if (linked.previous != kNoBlock) blocks_[linked.previous].next = linked.next;
+  if (linked.next != kNoBlock) blocks_[linked.next].previous = linked.previous;
+  if (first_partial_ == block) first_partial_ = linked.next;
+}
+
+std::uint32_t InstanceTable::take_slot() {
+  if (first_partial_ == kNoBlock) {
+    const std::uint32_t block = take_block();
+    free_slot_count_ += static_cast<std::uint32_t>(std::popcount(~blocks_[block].used));
+    link(block);
+  }
+  const std::uint32_t block = first_partial_;
+  const auto place = static_cast<std::uint32_t>(std::countr_one(blocks_[block].used));
+  blocks_[block].used |= std::uint64_t{1} << place;
+  --free_slot_count_;
+  if (blocks_[block].used == ~std::uint64_t{0}) unlink(block);
+  return block * kDirtyBlockSlots + place;
 }
 
 bool InstanceTable::is_live(coppice_instance handle) const {
   const std::uint32_t slot = slot_of(handle);
-  return slot < slot_count_ && slots_[slot].generation == generation_of(handle) && instances_[slot].plant != kNoPlant;
+  return slot < slot_count_ && generations_[slot] == generation_of(handle) && instances_[slot].plant != kNoPlant &&
+         !blocks_[slot / kDirtyBlockSlots].tile;
 }
 
 void InstanceTable::move(coppice_instance handle, const coppice_placement& placement) {
@@ -133,6 +222,11 @@ void InstanceTable::mark_changed(std::uint32_t slot) {
 
 void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement) {
   Instance& instance = instances_[slot];
+  if (instance.plant == kNoPlant) {
+    ++count_;
+    ++plant_counts_[plant];
+    slot_count_ = std::max(slot_count_, slot + 1);
+  }
   instance.position = {placement.position[0], placement.position[1], placement.position[2]};
   instance.scale = placement.scale;
   instance.rotation = {placement.rotation[0], placement.rotation[1], placement.rotation[2], placement.rotation[3]};
@@ -148,15 +242,28 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
   mark_changed(slot);
 }
 
-void InstanceTable::remove_slot(std::uint32_t slot) {
+void InstanceTable::clear_slot(std::uint32_t slot) {
   --plant_counts_[instances_[slot].plant];
   --count_;
   instances_[slot].plant = kNoPlant;
   spheres_[slot].plant = InstanceSphere::kNoPlant;
-  ++slots_[slot].generation;
-  slots_[slot].next_free = first_free_;
-  first_free_ = slot;
+  ++generations_[slot];
   mark_changed(slot);
+}
+
+void InstanceTable::remove_slot(std::uint32_t slot) {
+  clear_slot(slot);
+  const std::uint32_t index = slot / kDirtyBlockSlots;
+  Block& block = blocks_[index];
+  const bool was_full = block.used == ~std::uint64_t{0};
+  block.used &= ~(std::uint64_t{1} << slot % kDirtyBlockSlots);
+  if (block.tile) return;  // remove_tile frees the block
+  ++free_slot_count_;
+  if (was_full) link(index);
+  if (block.used != 0) return;
+  unlink(index);
+  free_slot_count_ -= kDirtyBlockSlots;
+  freed_blocks_[freed_block_count_++] = index;
 }
 
 }  // namespace coppice::gpu

@@ -18,6 +18,12 @@ namespace coppice::gpu {
 /// Slots whose change is uploaded together.
 inline constexpr std::uint32_t kDirtyBlockSlots = 64;
 
+/// A plant's place and which it is.
+struct PlacedInstance {
+  coppice_placement placement{};
+  std::uint32_t plant = 0;
+};
+
 /// A run of slots.
 struct SlotRange {
   std::uint32_t first = 0, count = 0;
@@ -40,6 +46,8 @@ class DirtySlots {
   std::uint32_t first_ = 0xffffffffu, end_ = 0;  ///< blocks outside are clean
 };
 
+/// Slots are given out in blocks of kDirtyBlockSlots, which hold either instances that were added one by one, by handle, or those of one
+/// tile: what lies in a block is then near each other and comes and goes together. An empty block can become either.
 class InstanceTable {
  public:
   /// errors  out_of_memory: the allocator hook
@@ -48,8 +56,17 @@ class InstanceTable {
   /// Bounding sphere of a plant's model, object space; before its first instance.
   void set_plant_sphere(std::uint32_t plant, const float center[3], float radius_m);
 
-  /// placements  [n], checked by the caller. handles: [n] out, or empty. errors  out_of_memory: more than max_instances; none is added
+  /// placements  [n], checked by the caller. handles: [n] out, or empty. errors  out_of_memory: more than max_instances, or than tiles
+  /// leave room for; none is added
   Result<void> add(std::uint32_t plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
+  /// Adds instances that go together. blocks: out, what remove_tile takes: one for each kDirtyBlockSlots of them, or part of it
+  /// errors  out_of_memory: fewer free blocks; none is added
+  Result<void> add_tile(std::span<const PlacedInstance> instances, std::vector<std::uint32_t>& blocks);
+  /// Multiplies the scale of a tile's instances, about their feet.
+  void scale_tile(std::span<const std::uint32_t> blocks, float factor);
+  void remove_tile(std::span<const std::uint32_t> blocks);
+  [[nodiscard]] std::uint32_t free_block_count() const;
+  /// False for an instance of a tile: those have no handles.
   [[nodiscard]] bool is_live(coppice_instance handle) const;
   /// handle: a live one (asserted).
   void move(coppice_instance handle, const coppice_placement& placement);
@@ -74,30 +91,43 @@ class InstanceTable {
   void mark_dirty(SlotRange range) { dirty_.mark(range); }
 
  private:
-  struct Slot {
-    std::uint32_t generation = 0;
-    std::uint32_t next_free = 0;
+  struct Block {
+    std::uint64_t used = 0;  ///< bit per slot; slots that do not exist count as used
+    /// Of blocks that are not a tile's and have both used and free slots.
+    std::uint32_t previous = kNoBlock, next = kNoBlock;
+    bool tile = false;
   };
+  static constexpr std::uint32_t kNoBlock = 0xffffffffu;
   struct Sphere {
     float center[3] = {};
     float radius_m = 0;
   };
 
   void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement);
+  std::uint32_t take_slot();
+  std::uint32_t take_block();
+  void link(std::uint32_t block);
+  void unlink(std::uint32_t block);
+  void clear_slot(std::uint32_t slot);
   void remove_slot(std::uint32_t slot);
   void mark_changed(std::uint32_t slot);
 
   HookArray<Instance> instances_;
   HookArray<InstanceSphere> spheres_;
-  HookArray<Slot> slots_;
-  HookArray<InstanceBounds> bounds_;  ///< per kInstanceBlockSlots slots
-  DirtySlots dirty_;                  ///< since the last upload
-  DirtySlots unbounded_;              ///< since the last update_bounds()
+  HookArray<std::uint32_t> generations_;  ///< per slot
+  HookArray<Block> blocks_;
+  HookArray<std::uint32_t> freed_blocks_;  ///< [freed_block_count_] a stack of blocks that were used and are empty
+  HookArray<InstanceBounds> bounds_;       ///< per kInstanceBlockSlots slots
+  DirtySlots dirty_;                       ///< since the last upload
+  DirtySlots unbounded_;                   ///< since the last update_bounds()
   std::vector<std::uint32_t> plant_counts_;
   std::vector<Sphere> plant_spheres_;
   std::uint32_t slot_count_ = 0;  ///< slots ever used
   std::uint32_t count_ = 0;
-  std::uint32_t first_free_ = 0xffffffffu;
+  std::uint32_t freed_block_count_ = 0;
+  std::uint32_t block_end_ = 0;             ///< blocks from here on were never used
+  std::uint32_t first_partial_ = kNoBlock;  ///< list of blocks with free slots
+  std::uint32_t free_slot_count_ = 0;       ///< in that list
 };
 
 }  // namespace coppice::gpu

@@ -1,0 +1,447 @@
+#include "scene_stream.h"
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <cstdlib>
+#include <mutex>
+#include <new>
+
+#include "check.h"
+
+namespace coppice {
+namespace {
+
+/// Tiles that are there stay until they are this much smaller than what is wanted: a camera that comes and goes reads nothing.
+constexpr float kKeepShare = 0.8f;
+/// After the allocator hook had nothing, frames until the next try.
+constexpr std::uint64_t kRetryFrames = 60;
+
+enum class TileState : std::uint8_t {
+  absent,
+  reading,   ///< the I/O hook or a job has it
+  decoded,   ///< waits for its species, or for its turn
+  resident,  ///< its instances are placed
+  failed,    ///< reported once, never asked for again
+};
+
+enum class ReadStage : std::uint8_t { idle, reading, read, decoding, done };
+
+struct ReadQueue;
+
+/// A tile on its way. While a hook owns it, the frame's thread leaves it alone.
+struct Read {
+  ReadStage stage = ReadStage::idle;
+  ReadQueue* queue = nullptr;
+  const SceneFile* scene = nullptr;
+  std::uint32_t tile = 0;
+  HookBuffer bytes;
+  std::int64_t bytes_read = 0;
+  HookArray<SceneInstance> instances;
+  Result<void> outcome;
+  bool species_settled = false;  ///< all of its species are open or have failed
+  Read* next = nullptr;          ///< in the queue
+};
+
+/// What came back from hooks. push: any thread; the rest: the frame's thread.
+struct ReadQueue {
+  std::mutex mutex;
+  std::condition_variable all_back;
+  Read* first = nullptr;
+  std::uint32_t expected = 0;
+
+  void expect() {
+    const std::lock_guard lock(mutex);
+    ++expected;
+  }
+  // Notifies under the lock: the waiter may destroy the queue as soon as it can take it.
+  void push(Read* read) {
+    const std::lock_guard lock(mutex);
+    read->next = first;
+    first = read;
+    if (--expected == 0) all_back.notify_all();
+  }
+  Read* take_all() {
+    const std::lock_guard lock(mutex);
+    return std::exchange(first, nullptr);
+  }
+  void wait_for_all() {
+    std::unique_lock lock(mutex);
+    all_back.wait(lock, [this] { return expected == 0; });
+  }
+};
+
+void on_read(void* argument, std::int64_t bytes_read) {
+  auto* read = static_cast<Read*>(argument);
+  read->bytes_read = bytes_read;
+  read->queue->push(read);
+}
+
+void run_decode(void* argument) {
+  auto* read = static_cast<Read*>(argument);
+  read->outcome = read_scene_tile(*read->scene, read->scene->tiles[read->tile], read->bytes.span(), read->instances.span());
+  read->queue->push(read);
+}
+
+Error short_read(std::int64_t bytes_read, std::size_t wanted, std::uint64_t offset) {
+  return {Status::io, "read failed", offset, std::to_string(bytes_read) + " of " + std::to_string(wanted) + " bytes"};
+}
+
+/// Reads through the hook and waits.
+Result<void> read_now(const coppice_io& io, std::int64_t file, std::span<std::uint8_t> out) {
+  ReadQueue queue;
+  Read read;
+  read.queue = &queue;
+  queue.expect();
+  io.read(io.user, file, 0, out.data(), out.size(), on_read, &read);
+  queue.wait_for_all();
+  if (read.bytes_read == static_cast<std::int64_t>(out.size())) return {};
+  return short_read(read.bytes_read, out.size(), 0);
+}
+
+std::string folder_of(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? std::string() : path.substr(0, slash + 1);
+}
+
+struct SpeciesEntry {
+  SpeciesState state = SpeciesState::unknown;
+  std::string path;
+};
+
+}  // namespace
+
+struct SceneStream::State {
+  Hooks hooks;
+  SceneStreamOptions options;
+  std::string path;
+  std::int64_t io_file = -1;
+  SceneFile file;
+  HookArray<TileState> tiles;
+  HookArray<std::uint64_t> wanted_frame;  ///< [tile] the last frame that wanted it
+  HookArray<std::uint32_t> resident;      ///< [resident_count] in any order
+  std::uint32_t resident_count = 0;
+  std::vector<SpeciesEntry> species;
+  HookArray<Read> reads;
+  ReadQueue queue;
+  std::uint64_t frame = 0, retry_frame = 0;
+
+  std::vector<TileSize> sizes;     ///< scratch: tiles near the threshold, in this frame
+  std::vector<TileSize> requests;  ///< scratch: those to ask for
+  std::vector<TileSize> small;     ///< scratch: those to drop, by place in `resident`
+  std::vector<std::uint32_t> dropped;
+  std::uint32_t used_blocks = 0;  ///< of tiles that are on their way or resident
+  SceneEye eye;
+  float threshold_px = 0.0f;
+  SceneStats counters;
+
+  ~State() {
+    queue.wait_for_all();
+    if (io_file >= 0) hooks.io.close(hooks.io.user, io_file);
+  }
+
+  Read* idle_read();
+  void collect();
+  void finish(Read& read);
+  void fail(std::uint32_t tile, const Error& error);
+  void free_read(Read& read);
+  void give_up_tile(std::uint32_t tile);
+  void choose(std::uint32_t block_count);
+  void drop_small(float below_px, std::uint32_t most_blocks);
+  void request_tiles(std::uint32_t block_count);
+  bool start_tile(std::uint32_t tile);
+  bool settle_species(Read& read);
+  void out_of_memory(const Error& error);
+};
+
+SceneStream::SceneStream(std::unique_ptr<State> state) : state_(std::move(state)) {}
+SceneStream::~SceneStream() = default;
+
+namespace {
+
+Result<SceneFile> read_front_now(const Hooks& hooks, std::int64_t io_file, std::uint64_t file_bytes) {
+  std::array<std::uint8_t, kSceneHeaderBytes> header_bytes{};
+  if (file_bytes < header_bytes.size())
+    return Error{Status::bad_file, "header: the file is shorter than one", 0, std::to_string(file_bytes) + " bytes"};
+  COPPICE_CHECK(read_now(hooks.io, io_file, header_bytes));
+  COPPICE_TRY(header, read_scene_header(header_bytes, file_bytes));
+  COPPICE_TRY(front, HookBuffer::allocate(hooks.allocator, static_cast<std::size_t>(scene_front_bytes(header))));
+  COPPICE_CHECK(read_now(hooks.io, io_file, front.span()));
+  return read_scene_front(front.span(), file_bytes);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, const char* path, const SceneStreamOptions& options) {
+  COPPICE_ASSERT(options.least_px > 0.0f && options.max_in_flight > 0);
+  std::unique_ptr<State> state(new (std::nothrow) State);
+  if (!state) return Error{Status::out_of_memory, "scene"};
+  state->hooks = hooks;
+  state->options = options;
+  state->path = path;
+  const auto opened = [&]() -> Result<void> {
+    std::uint64_t file_bytes = 0;
+    state->io_file = hooks.io.open(hooks.io.user, path, &file_bytes);
+    if (state->io_file < 0) return Error{Status::io, "cannot open file"};
+    COPPICE_TRY(file, read_front_now(hooks, state->io_file, file_bytes));
+    state->file = std::move(file);
+    COPPICE_CHECK(allocate_into(state->tiles, hooks.allocator, state->file.tiles.size()));
+    COPPICE_CHECK(allocate_into(state->wanted_frame, hooks.allocator, state->file.tiles.size()));
+    COPPICE_CHECK(allocate_into(state->resident, hooks.allocator, state->file.tiles.size()));
+    return allocate_into(state->reads, hooks.allocator, options.max_in_flight);
+  }();
+  if (!opened) {
+    log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, opened.error().message().c_str());
+    return opened.error();
+  }
+  for (Read& read : state->reads.span()) {
+    read.queue = &state->queue;
+    read.scene = &state->file;
+  }
+  for (const SceneSpecies& species : state->file.species) state->species.push_back({SpeciesState::unknown, folder_of(path) + species.path});
+  state->counters.instance_count = state->file.header.instance_count;
+  state->counters.tile_count = state->file.header.tile_count;
+  state->threshold_px = options.least_px;
+  std::unique_ptr<SceneStream> stream(new (std::nothrow) SceneStream(std::move(state)));
+  if (!stream) return Error{Status::out_of_memory, "scene"};
+  return stream;
+}
+
+const SceneFile& SceneStream::file() const {
+  return state_->file;
+}
+
+void SceneStream::begin_frame(const SceneEye& eye, std::uint32_t block_count) {
+  State& s = *state_;
+  ++s.frame;
+  s.eye = eye;
+  s.dropped.clear();
+  s.collect();
+  s.choose(block_count);
+  s.collect();  // hooks that answer inline
+}
+
+Read* SceneStream::State::idle_read() {
+  const auto it = std::ranges::find(reads.span(), ReadStage::idle, &Read::stage);
+  return it == reads.span().end() ? nullptr : &*it;
+}
+
+void SceneStream::State::collect() {
+  for (Read* read = queue.take_all(); read != nullptr; read = queue.take_all())
+    while (read != nullptr) {
+      Read* next = read->next;
+      finish(*read);
+      read = next;
+    }
+}
+
+void SceneStream::State::free_read(Read& read) {
+  read.bytes = {};
+  read.instances = {};
+  read.outcome = {};
+  read.species_settled = false;
+  read.stage = ReadStage::idle;
+}
+
+void SceneStream::State::give_up_tile(std::uint32_t tile) {
+  tiles[tile] = TileState::absent;
+  used_blocks -= tile_blocks(file.tiles[tile]);
+}
+
+void SceneStream::State::fail(std::uint32_t tile, const Error& error) {
+  log_line(hooks.log, COPPICE_LOG_ERROR, "%s: tile %u: %s", path.c_str(), tile, error.message().c_str());
+  give_up_tile(tile);
+  tiles[tile] = TileState::failed;
+  ++counters.tiles_failed;
+}
+
+void SceneStream::State::out_of_memory(const Error& error) {
+  if (frame >= retry_frame) log_line(hooks.log, COPPICE_LOG_WARNING, "%s: %s; trying again later", path.c_str(), error.message().c_str());
+  retry_frame = frame + kRetryFrames;
+}
+
+void SceneStream::State::finish(Read& read) {
+  const SceneTile& tile = file.tiles[read.tile];
+  if (read.stage == ReadStage::reading) {
+    if (read.bytes_read != static_cast<std::int64_t>(read.bytes.size())) {
+      fail(read.tile, short_read(read.bytes_read, read.bytes.size(), tile.offset));
+      return free_read(read);
+    }
+    read.stage = ReadStage::decoding;
+    queue.expect();
+    hooks.jobs.submit(hooks.jobs.user, run_decode, &read);
+    return;
+  }
+  if (!read.outcome) {
+    fail(read.tile, read.outcome.error());
+    return free_read(read);
+  }
+  // No longer wanted by far: decoded for nothing.
+  if (tile_size_px(tile, eye) < kKeepShare * threshold_px) {
+    give_up_tile(read.tile);
+    return free_read(read);
+  }
+  read.bytes = {};
+  read.stage = ReadStage::done;
+  tiles[read.tile] = TileState::decoded;
+  for (const SceneInstance& instance : read.instances.span())
+    if (SpeciesEntry& entry = species[instance.species]; entry.state == SpeciesState::unknown) entry.state = SpeciesState::wanted;
+}
+
+// What is largest, as much as fits, largest first until reads run out.
+void SceneStream::State::choose(std::uint32_t block_count) {
+  gather_tiles(file, eye, options.least_px, sizes);
+  for (TileSize& size : sizes) size.kept = tiles[size.tile] != TileState::absent && tiles[size.tile] != TileState::failed;
+  threshold_px = fit_tiles(file, sizes, options.least_px, block_count);
+  for (const TileSize& size : sizes)
+    if (size.wanted) wanted_frame[size.tile] = frame;
+  drop_small(kKeepShare * threshold_px, 0);
+  if (used_blocks > block_count) drop_small(INFINITY, block_count);
+  request_tiles(block_count);
+}
+
+// Drops resident tiles that are smaller than below_px and not wanted, smallest first, until no more than most_blocks are used.
+void SceneStream::State::drop_small(float below_px, std::uint32_t most_blocks) {
+  small.clear();
+  for (std::uint32_t i = 0; i < resident_count; ++i)
+    if (const float px = tile_size_px(file.tiles[resident[i]], eye); px < below_px && wanted_frame[resident[i]] != frame)
+      small.push_back({.tile = i, .size_px = px});
+  std::ranges::sort(small, {}, &TileSize::size_px);
+  std::size_t count = 0;
+  for (; count < small.size() && used_blocks > most_blocks; ++count) {
+    const std::uint32_t tile = resident[small[count].tile];
+    give_up_tile(tile);
+    dropped.push_back(tile);
+    ++counters.tiles_dropped;
+  }
+  // From the back, so that what moves up to fill a hole is none of the dropped.
+  std::ranges::sort(small.begin(), small.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::tile);
+  for (std::size_t i = 0; i < count; ++i) resident[small[i].tile] = resident[--resident_count];
+}
+
+void SceneStream::State::request_tiles(std::uint32_t block_count) {
+  requests.clear();
+  counters.wanted_tiles = counters.missing_tiles = 0;
+  std::uint32_t missing_blocks = 0;
+  for (const TileSize& size : sizes) {
+    if (!size.wanted) continue;
+    ++counters.wanted_tiles;
+    if (tiles[size.tile] == TileState::resident || tiles[size.tile] == TileState::failed) continue;
+    ++counters.missing_tiles;
+    if (tiles[size.tile] != TileState::absent) continue;
+    requests.push_back(size);
+    missing_blocks += tile_blocks(file.tiles[size.tile]);
+  }
+  if (requests.empty() || frame < retry_frame) return;
+  // What is kept beyond the threshold makes way for what is wanted.
+  if (used_blocks + missing_blocks > block_count) drop_small(INFINITY, block_count - std::min(missing_blocks, block_count));
+  const std::size_t count = std::min<std::size_t>(requests.size(), reads.size());
+  std::ranges::partial_sort(requests, requests.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::size_px);
+  for (std::size_t i = 0; i < count && idle_read() != nullptr; ++i) {
+    if (used_blocks + tile_blocks(file.tiles[requests[i].tile]) > block_count) break;
+    if (!start_tile(requests[i].tile)) break;
+  }
+}
+
+bool SceneStream::State::start_tile(std::uint32_t index) {
+  const SceneTile& tile = file.tiles[index];
+  auto bytes = HookBuffer::allocate(hooks.allocator, tile.bytes);
+  auto instances = HookArray<SceneInstance>::allocate(hooks.allocator, tile.entry.instance_count);
+  if (!bytes || !instances) {
+    out_of_memory(bytes ? instances.error() : bytes.error());
+    return false;
+  }
+  Read& read = *idle_read();
+  read.tile = index;
+  read.bytes = *std::move(bytes);
+  read.instances = *std::move(instances);
+  read.stage = ReadStage::reading;
+  tiles[index] = TileState::reading;
+  used_blocks += tile_blocks(tile);
+  queue.expect();
+  hooks.io.read(hooks.io.user, io_file, tile.offset, read.bytes.data(), read.bytes.size(), on_read, &read);
+  return true;
+}
+
+std::span<const std::uint32_t> SceneStream::dropped() const {
+  return state_->dropped;
+}
+
+bool SceneStream::State::settle_species(Read& read) {
+  read.species_settled = read.species_settled || std::ranges::all_of(read.instances.span(), [this](const SceneInstance& instance) {
+                           const SpeciesState state = species[instance.species].state;
+                           return state == SpeciesState::open || state == SpeciesState::failed;
+                         });
+  return read.species_settled;
+}
+
+std::optional<ReadyTile> SceneStream::next_ready() {
+  State& s = *state_;
+  const Read* best = nullptr;
+  float best_px = 0.0f;
+  for (Read& read : s.reads.span()) {
+    if (read.stage != ReadStage::done) continue;
+    const float px = tile_size_px(s.file.tiles[read.tile], s.eye);
+    if ((best != nullptr && px <= best_px) || !s.settle_species(read)) continue;
+    best = &read;
+    best_px = px;
+  }
+  if (best == nullptr) return {};
+  return ReadyTile{best->tile, best_px, best->instances.span()};
+}
+
+namespace {
+
+Read& read_of(std::span<Read> reads, std::uint32_t tile) {
+  const auto it = std::ranges::find_if(reads, [&](const Read& read) { return read.stage == ReadStage::done && read.tile == tile; });
+  COPPICE_ASSERT(it != reads.end());
+  return *it;
+}
+
+}  // namespace
+
+void SceneStream::placed(std::uint32_t tile) {
+  State& s = *state_;
+  s.free_read(read_of(s.reads.span(), tile));
+  s.tiles[tile] = TileState::resident;
+  s.resident[s.resident_count++] = tile;
+  ++s.counters.tiles_loaded;
+}
+
+void SceneStream::refused(std::uint32_t tile) {
+  State& s = *state_;
+  s.free_read(read_of(s.reads.span(), tile));
+  s.give_up_tile(tile);
+  s.retry_frame = s.frame + kRetryFrames;
+}
+
+std::optional<WantedSpecies> SceneStream::next_species() {
+  for (std::uint32_t i = 0; i < state_->species.size(); ++i)
+    if (state_->species[i].state == SpeciesState::wanted) return WantedSpecies{i, &state_->species[i].path};
+  return {};
+}
+
+void SceneStream::species_opened(std::uint32_t species, bool success) {
+  state_->species[species].state = success ? SpeciesState::open : SpeciesState::failed;
+}
+
+SpeciesState SceneStream::species_state(std::uint32_t species) const {
+  return state_->species[species].state;
+}
+
+SceneStats SceneStream::stats() const {
+  SceneStats stats = state_->counters;
+  stats.resident_tiles = state_->resident_count;
+  stats.threshold_px = state_->threshold_px;
+  return stats;
+}
+
+std::uint64_t SceneStream::bytes() const {
+  const State& s = *state_;
+  std::uint64_t bytes = sizeof(State) + s.tiles.bytes() + s.wanted_frame.bytes() + s.resident.bytes() + s.reads.bytes() +
+                        s.file.tiles.capacity() * sizeof(SceneTile) + (s.sizes.capacity() + s.requests.capacity()) * sizeof(TileSize);
+  for (const Read& read : s.reads.span()) bytes += read.bytes.bytes() + read.instances.bytes();
+  return bytes;
+}
+
+}  // namespace coppice

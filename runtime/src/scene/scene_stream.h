@@ -1,0 +1,100 @@
+#pragma once
+
+// Keeps the tiles of a scene that a view wants in memory: reads them through the I/O hook, decodes them with the jobs hook and says which
+// instances come and go. It knows neither plants nor instance slots: its owner opens the species, places the instances and tells it.
+//
+// A frame, on the caller's thread:
+//   begin_frame    collects what was read and decoded, chooses tiles, starts reads. Never blocks
+//   dropped        remove these tiles' instances
+//   next_species   then species_opened(): open this plant
+//   next_ready     then placed() or refused(): add this tile's instances; all its species are open or have failed
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hooks.h"
+#include "scene_reader.h"
+#include "tile_selection.h"
+
+namespace coppice {
+
+struct SceneStreamOptions {
+  float least_px = 1.0f;             ///< tiles whose largest plant is smaller on screen are not wanted; > 0
+  std::uint32_t max_in_flight = 32;  ///< reads and decodes of tiles together
+};
+
+/// Tiles of a scene by what is with them, and sums since it was opened.
+struct SceneStats {
+  std::uint64_t instance_count = 0;  ///< in the file
+  std::uint32_t tile_count = 0;
+  std::uint32_t resident_tiles = 0;
+  std::uint32_t wanted_tiles = 0;   ///< by the view, resident or not
+  std::uint32_t missing_tiles = 0;  ///< wanted, not resident, not failed
+  float threshold_px = 0.0f;
+  std::uint64_t tiles_loaded = 0;
+  std::uint64_t tiles_dropped = 0;
+  std::uint64_t tiles_failed = 0;
+};
+
+/// A tile to place.
+struct ReadyTile {
+  std::uint32_t tile = 0;
+  float size_px = 0.0f;                      ///< tile_size_px
+  std::span<const SceneInstance> instances;  ///< until placed() or refused()
+};
+
+/// A plant to open.
+struct WantedSpecies {
+  std::uint32_t species = 0;
+  const std::string* path = nullptr;  ///< with the scene's folder
+};
+
+/// What has become of a species.
+enum class SpeciesState : std::uint8_t { unknown, wanted, open, failed };
+
+/// Thread: externally serialised; const functions may overlap with each other. The hooks must outlive it.
+class SceneStream {
+ public:
+  /// Opens the file, reads header and front through the I/O hook (blocks for that) and checks them.
+  /// errors  io, bad_file (one log line names file, field and byte), out_of_memory
+  static Result<std::unique_ptr<SceneStream>> open(const Hooks& hooks, const char* path, const SceneStreamOptions& options);
+  /// Waits for running reads and jobs, closes the file.
+  ~SceneStream();
+  SceneStream(const SceneStream&) = delete;
+  SceneStream& operator=(const SceneStream&) = delete;
+
+  [[nodiscard]] const SceneFile& file() const;
+
+  /// block_count  blocks of kTileBlockInstances slots that tiles may have, those that they have included
+  void begin_frame(const SceneEye& eye, std::uint32_t block_count);
+
+  /// Tiles that were placed and are not resident any more since the last begin_frame.
+  [[nodiscard]] std::span<const std::uint32_t> dropped() const;
+
+  /// The largest tile that is decoded and whose species are open or failed; none: nothing to place now.
+  [[nodiscard]] std::optional<ReadyTile> next_ready();
+  void placed(std::uint32_t tile);
+  /// There was no room; it is asked for again.
+  void refused(std::uint32_t tile);
+
+  [[nodiscard]] std::optional<WantedSpecies> next_species();
+  /// success: false, it is never asked for again and its instances are left out
+  void species_opened(std::uint32_t species, bool success);
+  [[nodiscard]] SpeciesState species_state(std::uint32_t species) const;
+
+  [[nodiscard]] SceneStats stats() const;
+  /// Memory that the scene takes beyond the instances.
+  [[nodiscard]] std::uint64_t bytes() const;
+
+ private:
+  struct State;
+  explicit SceneStream(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace coppice

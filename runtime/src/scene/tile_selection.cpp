@@ -1,0 +1,92 @@
+#include "tile_selection.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace coppice {
+namespace {
+
+/// Distance of a point from an interval.
+float gap(float at, float low, float high) {
+  return std::max({low - at, at - high, 0.0f});
+}
+
+float size_px(float radius_m, float distance_m, const SceneEye& eye) {
+  return 2.0f * radius_m * eye.focal_px / std::max(distance_m, eye.near_m);
+}
+
+/// No descendant of the tile is larger: they stand in its square and have no larger plants.
+float most_size_px(const SceneTile& tile, const SceneEye& eye) {
+  const float x = gap(eye.position_m[0], tile.square_min_m[0], tile.square_min_m[0] + tile.square_side_m);
+  const float z = gap(eye.position_m[2], tile.square_min_m[1], tile.square_min_m[1] + tile.square_side_m);
+  return size_px(tile.entry.max_radius, std::sqrt(x * x + z * z), eye);
+}
+
+// Sizes by the upper bits of a float: exponent and four bits of the mantissa.
+constexpr std::uint32_t kStepBits = 4, kMantissaBits = 23, kShift = kMantissaBits - kStepBits;
+constexpr std::uint32_t kBinCount = 64u << kStepBits;  // 64 octaves
+constexpr std::uint32_t kFirstBin = (127u - 32u) << kStepBits;
+
+std::uint32_t bin_of(float px) {
+  const std::uint32_t bin = std::bit_cast<std::uint32_t>(px) >> kShift;
+  return std::clamp(bin, kFirstBin, kFirstBin + kBinCount - 1) - kFirstBin;
+}
+float bin_start_px(std::uint32_t bin) {
+  return std::bit_cast<float>((bin + kFirstBin) << kShift);
+}
+
+}  // namespace
+
+float tile_size_px(const SceneTile& tile, const SceneEye& eye) {
+  float squared = 0.0f;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float distance = gap(eye.position_m[axis], tile.entry.box_min[axis], tile.entry.box_max[axis]);
+    squared += distance * distance;
+  }
+  return size_px(tile.entry.max_radius, std::sqrt(squared), eye);
+}
+
+void gather_tiles(const SceneFile& scene, const SceneEye& eye, float floor_px, std::vector<TileSize>& out) {
+  out.clear();
+  // Breadth first, as the tiles are: `visit` holds those whose parents may have children large enough.
+  thread_local std::vector<std::uint32_t> visit;
+  visit.assign(1, 0);
+  for (std::size_t i = 0; i < visit.size(); ++i) {
+    const SceneTile& tile = scene.tiles[visit[i]];
+    if (most_size_px(tile, eye) < floor_px) continue;
+    const float size = tile_size_px(tile, eye);
+    if (size >= floor_px) out.push_back({.tile = visit[i], .size_px = size});
+    const auto child_count = static_cast<std::uint32_t>(std::popcount(tile.entry.child_mask));
+    for (std::uint32_t child = 0; child < child_count; ++child) visit.push_back(tile.entry.first_child + child);
+  }
+}
+
+float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_px, std::uint32_t block_count) {
+  std::array<std::uint32_t, kBinCount> blocks{};
+  for (const TileSize& tile : tiles)
+    if (tile.size_px >= least_px) blocks[bin_of(tile.size_px)] += tile_blocks(scene.tiles[tile.tile]);
+  std::uint32_t room = block_count;
+  std::uint32_t bin = kBinCount;
+  while (bin > 0 && blocks[bin - 1] <= room) room -= blocks[--bin];
+  for (TileSize& tile : tiles) tile.wanted = tile.size_px >= least_px && bin_of(tile.size_px) >= bin;
+  if (bin == 0) return least_px;
+  // The step that fits in part. Where the eye is in many tiles at once, they are all of one size.
+  const std::uint32_t last = bin - 1;
+  thread_local std::vector<TileSize*> partial;
+  partial.clear();
+  for (TileSize& tile : tiles)
+    if (tile.size_px >= least_px && bin_of(tile.size_px) == last) partial.push_back(&tile);
+  std::ranges::sort(partial, [](const TileSize* a, const TileSize* b) {
+    if (a->kept != b->kept) return a->kept;
+    return a->size_px != b->size_px ? a->size_px > b->size_px : a->tile < b->tile;
+  });
+  for (TileSize* tile : partial) {
+    const std::uint32_t needed = tile_blocks(scene.tiles[tile->tile]);
+    tile->wanted = needed <= room;
+    if (tile->wanted) room -= needed;
+  }
+  return std::max(least_px, bin_start_px(last));
+}
+
+}  // namespace coppice

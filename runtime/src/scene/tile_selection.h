@@ -1,0 +1,47 @@
+#pragma once
+
+// Which tiles of a scene a view wants. Pure functions of the scene's front.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scene_reader.h"
+
+namespace coppice {
+
+/// The camera as tiles see it: it may look anywhere, so that turning the head loads nothing.
+struct SceneEye {
+  std::array<float, 3> position_m{};
+  float focal_px = 1.0f;  ///< half the image height times |clip_from_view[1][1]|
+  float near_m = 0.1f;    ///< nearer counts as this near
+};
+
+/// A tile, and the projected diameter of its largest plant if that stood at the tile's nearest point.
+struct TileSize {
+  std::uint32_t tile = 0;
+  float size_px = 0.0f;
+  bool kept = false;    ///< in: it is there, or on its way
+  bool wanted = false;  ///< out of fit_tiles
+};
+
+/// Instances are kept in blocks of this many.
+inline constexpr std::uint32_t kTileBlockInstances = 64;
+
+inline std::uint32_t tile_blocks(const SceneTile& tile) {
+  return (tile.entry.instance_count + kTileBlockInstances - 1) / kTileBlockInstances;
+}
+
+float tile_size_px(const SceneTile& tile, const SceneEye& eye);
+
+/// Every tile of at least floor_px, in the file's order. Costs what is near enough, not what the scene has.
+void gather_tiles(const SceneFile& scene, const SceneEye& eye, float floor_px, std::vector<TileSize>& out);
+
+/// Marks the largest tiles as wanted: all of least_px and more, if their blocks are no more than block_count; else those above a threshold
+/// that rises in steps of a sixteenth of an octave, and of the step in which they stop to fit as many as still do, kept ones first.
+/// tiles    from gather_tiles with floor_px <= least_px
+/// returns  the threshold: the start of the last step that is wanted, in whole or in part
+float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_px, std::uint32_t block_count);
+
+}  // namespace coppice

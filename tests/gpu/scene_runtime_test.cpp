@@ -1,0 +1,191 @@
+// A scene through coppice.h: its tiles stream in, are drawn and go, under core and synchronization validation.
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "coppice/coppice.h"
+#include "pack.h"
+#include "random_tree.h"
+#include "renderer_scene.h"
+#include "scene_write.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kPlants = 9000;
+constexpr float kSide_m = 900.0f;
+
+void write_bytes(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes) {
+  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+class SceneRuntimeTest : public VulkanTest {
+ protected:
+  void SetUp() override {
+    VulkanTest::SetUp();
+    folder_ = std::filesystem::temp_directory_path() / ("scene_runtime_test" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+    for (const std::uint32_t seed : {1u, 2u}) {
+      bake::BakedPlant plant = random_plant({.leaf_count = 600, .seed = seed});
+      plant.sphere = {glm::vec3(0.0f), 1.6f};
+      bake::PackSizes sizes;
+      write_bytes(folder_ / ("plant" + std::to_string(seed) + ".coppice"), *bake::pack(plant, sizes));
+    }
+    // A regular grid, the second plant in every other place.
+    std::vector<bake::ScenePlant> plants(kPlants);
+    constexpr std::uint32_t kRow = 95;
+    for (std::uint32_t i = 0; i < kPlants; ++i) {
+      const auto place = [](std::uint32_t step) { return kSide_m * ((static_cast<float>(step) + 0.5f) / kRow - 0.5f); };
+      plants[i].position_m = {place(i % kRow), 0.0f, place(i / kRow)};
+      plants[i].species = static_cast<std::uint16_t>(i % 2);
+    }
+    write_bytes(scene_path(), *bake::encode_scene(species({"plant1.coppice", "plant2.coppice"}), plants));
+    write_bytes(folder_ / "lost.forest", *bake::encode_scene(species({"plant1.coppice", "lost.coppice"}), plants));
+  }
+
+  void TearDown() override {
+    coppice_context_destroy(context_);
+    std::filesystem::remove_all(folder_);
+    VulkanTest::TearDown();
+  }
+
+  static std::vector<SceneSpecies> species(const std::vector<std::string>& paths) {
+    std::vector<SceneSpecies> all;
+    for (const std::string& path : paths) all.push_back({path, {0, 0, 0}, 1.6f});
+    return all;
+  }
+  [[nodiscard]] std::filesystem::path scene_path() const { return folder_ / "wood.forest"; }
+
+  void create(std::uint32_t max_instances, bool compute_raster) {
+    coppice_context_desc desc;
+    coppice_context_desc_init(&desc);
+    desc.instance = gpu().instance;
+    desc.physical_device = gpu().physical_device;
+    desc.device = gpu().device;
+    desc.get_instance_proc_addr = vkGetInstanceProcAddr;
+    desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+    desc.depth_format = VK_FORMAT_D32_SFLOAT;
+    desc.max_instances = max_instances;
+    desc.compute_raster = compute_raster ? VK_TRUE : VK_FALSE;
+    desc.log = {&log_, [](void* user, coppice_log_level, const char* line) { static_cast<std::string*>(user)->append(line).append("\n"); }};
+    ASSERT_EQ(coppice_context_create(&desc, &context_), COPPICE_OK) << log_;
+  }
+
+  coppice_stats frame(const coppice_view& view) {
+    coppice_frame frame;
+    coppice_frame_init(&frame);
+    frame.frame_number = ++frame_number_;
+    frame.completed_number = frame_number_ - 1;
+    frame.view = &view;
+    EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << log_;
+    draw_on_white(
+        gpu(), view,
+        [&](VkCommandBuffer cmd) {
+          EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_OK) << log_;
+          EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_OK) << log_;
+        },
+        [&](VkCommandBuffer cmd) { EXPECT_EQ(coppice_record_draw(context_, cmd, &view), COPPICE_OK) << log_; });
+    coppice_stats stats;
+    coppice_stats_init(&stats);
+    EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
+    return stats;
+  }
+
+  /// Frames until every tile wanted is there, and one more whose figures are of it.
+  coppice_stats settle(const coppice_view& view) {
+    coppice_stats stats{};
+    for (int i = 0; i < 300; ++i) {
+      stats = frame(view);
+      if (i > 2 && stats.scene_tiles_missing == 0 && stats.pages_wanted == 0 && stats.pages_in_flight == 0) break;
+      usleep(2000);
+    }
+    frame(view);
+    return frame(view);
+  }
+
+  static coppice_view view_from(float x, float height, float z) {
+    return make_view({.eye_m = {x, height, z}, .target_m = {x, height, z - 10.0f}, .width_px = 128, .height_px = 128});
+  }
+
+  coppice_context* context_ = nullptr;
+  coppice_scene scene_ = 0;
+  std::uint64_t frame_number_ = 0;
+  std::filesystem::path folder_;
+  std::string log_;
+};
+
+TEST_F(SceneRuntimeTest, TilesStreamInAreDrawnAndGo) {
+  create(16384, true);
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
+  coppice_scene_info info;
+  coppice_scene_info_init(&info);
+  ASSERT_EQ(coppice_scene_get_info(context_, scene_, &info), COPPICE_OK);
+  EXPECT_EQ(info.instance_count, kPlants);
+  EXPECT_EQ(info.species_count, 2u);
+  EXPECT_EQ(info.height_max, 0.0f);
+  const coppice_stats near = settle(view_from(0, 2, 0));
+  EXPECT_EQ(near.scene_threshold_px, 1.0f);
+  EXPECT_EQ(near.scene_instance_count, kPlants);
+  EXPECT_EQ(near.scene_tiles_resident, near.scene_tiles_wanted);
+  EXPECT_GT(near.instance_count, 1000u);
+  EXPECT_GT(near.visible_instance_count, 100u);
+  EXPECT_GE(near.drawn_leaf_count, near.visible_instance_count);
+  EXPECT_EQ(near.source_leaf_count, std::uint64_t{near.instance_count} * 600);
+  const coppice_stats far = settle(view_from(0, 2, 50000));
+  EXPECT_EQ(far.instance_count, 0u);
+  EXPECT_EQ(far.scene_tiles_resident, 0u);
+  EXPECT_EQ(settle(view_from(0, 2, 0)).instance_count, near.instance_count);
+  EXPECT_EQ(coppice_scene_close(context_, scene_), COPPICE_OK);
+  const coppice_stats closed = frame(view_from(0, 2, 0));
+  EXPECT_EQ(closed.instance_count, 0u);
+  EXPECT_EQ(closed.scene_tile_count, 0u);
+  frame(view_from(0, 2, 0));
+  EXPECT_EQ(coppice_scene_close(context_, scene_), COPPICE_ERROR_INVALID_ARGUMENT);
+}
+
+TEST_F(SceneRuntimeTest, WhereNotAllFitTheThresholdRises) {
+  create(3000, false);
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
+  const coppice_stats stats = settle(view_from(0, 2, 0));
+  EXPECT_GT(stats.scene_threshold_px, 1.0f);
+  EXPECT_LE(stats.instance_count, 3000u);
+  EXPECT_EQ(stats.scene_tiles_missing, 0u);
+  EXPECT_GT(stats.visible_instance_count, 0u);
+  EXPECT_EQ(log_, "");
+}
+
+TEST_F(SceneRuntimeTest, APlantThatIsNotThereIsLeftOut) {
+  create(16384, false);
+  ASSERT_EQ(coppice_scene_open(context_, (folder_ / "lost.forest").c_str(), &scene_), COPPICE_OK) << log_;
+  const coppice_stats stats = settle(view_from(0, 2, 0));
+  EXPECT_NE(log_.find("lost.coppice"), std::string::npos) << log_;
+  EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << log_;
+  EXPECT_EQ(stats.scene_tiles_missing, 0u);
+  EXPECT_GT(stats.visible_instance_count, 10u) << "the other one stands";
+}
+
+TEST_F(SceneRuntimeTest, WrongFilesAndASecondSceneAreRefused) {
+  create(1000, false);
+  EXPECT_EQ(coppice_scene_open(context_, (folder_ / "none.forest").c_str(), &scene_), COPPICE_ERROR_IO);
+  EXPECT_EQ(coppice_scene_open(context_, (folder_ / "plant1.coppice").c_str(), &scene_), COPPICE_ERROR_BAD_FILE);
+  EXPECT_NE(log_.find("plant1.coppice: magic: not a .forest file"), std::string::npos) << log_;
+  EXPECT_EQ(std::ranges::count(log_, '\n'), 2) << log_;
+  EXPECT_EQ(scene_, 0u);
+  EXPECT_EQ(coppice_scene_open(context_, nullptr, &scene_), COPPICE_ERROR_INVALID_ARGUMENT);
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
+  coppice_scene second = 7;
+  EXPECT_EQ(coppice_scene_open(context_, scene_path().c_str(), &second), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(second, 0u);
+  coppice_scene_info info{};
+  EXPECT_EQ(coppice_scene_get_info(context_, scene_, &info), COPPICE_ERROR_INVALID_ARGUMENT) << "struct_size";
+  frame(view_from(0, 2, 0));
+  EXPECT_EQ(coppice_scene_close(context_, scene_), COPPICE_OK) << "with reads under way";
+  EXPECT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
+}
+
+}  // namespace
+}  // namespace coppice::test

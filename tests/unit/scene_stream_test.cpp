@@ -1,0 +1,307 @@
+// Which tiles of a scene are wanted, and how they come and go.
+#include "scene_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "fake_hooks.h"
+#include "scene_file.h"
+#include "tile_selection.h"
+
+namespace coppice {
+namespace {
+
+constexpr float kSide_m = 4000.0f;
+constexpr std::size_t kPlants = 40000;
+
+const std::vector<std::uint8_t>& scene_bytes() {
+  static const std::vector<std::uint8_t> bytes = test::random_scene(kPlants, kSide_m, 11);
+  return bytes;
+}
+
+SceneEye eye_at(float x, float z) {
+  return {{x, 2.0f, z}, 600.0f, 0.1f};
+}
+
+TEST(TileSelection, FindsWhatAScanFinds) {
+  const auto scene = read_scene_front(scene_bytes(), scene_bytes().size());
+  ASSERT_TRUE(scene);
+  std::vector<TileSize> found;
+  for (const SceneEye& eye : {eye_at(0, 0), eye_at(1900, -1800), eye_at(9000, 0)})
+    for (const float floor_px : {0.5f, 2.0f, 8.0f, 64.0f}) {
+      gather_tiles(*scene, eye, floor_px, found);
+      std::vector<std::uint32_t> scan;
+      for (std::uint32_t tile = 0; tile < scene->tiles.size(); ++tile)
+        if (tile_size_px(scene->tiles[tile], eye) >= floor_px) scan.push_back(tile);
+      ASSERT_EQ(found.size(), scan.size()) << floor_px << " px";
+      for (std::size_t i = 0; i < scan.size(); ++i) EXPECT_EQ(found[i].tile, scan[i]);
+    }
+}
+
+TEST(TileSelection, SizeIsThatOfTheLargestPlantAtTheNearestPoint) {
+  SceneTile tile;
+  tile.entry.max_radius = 5.0f;
+  std::ranges::copy(std::array{0.0f, 0.0f, 0.0f}, tile.entry.box_min);
+  std::ranges::copy(std::array{100.0f, 0.0f, 100.0f}, tile.entry.box_max);
+  EXPECT_FLOAT_EQ(tile_size_px(tile, {{-300.0f, 0.0f, 50.0f}, 600.0f, 0.1f}), 20.0f);
+  EXPECT_FLOAT_EQ(tile_size_px(tile, {{-300.0f, 0.0f, 500.0f}, 600.0f, 0.1f}), 12.0f) << "500 m from its corner";
+  EXPECT_FLOAT_EQ(tile_size_px(tile, {{50.0f, 60.0f, 50.0f}, 600.0f, 0.1f}), 100.0f) << "above it";
+  EXPECT_FLOAT_EQ(tile_size_px(tile, {{50.0f, 0.0f, 50.0f}, 600.0f, 0.5f}), 12000.0f) << "inside: the near plane";
+}
+
+TEST(TileSelection, TheThresholdRisesUntilWhatIsWantedFits) {
+  const auto scene = read_scene_front(scene_bytes(), scene_bytes().size());
+  std::vector<TileSize> tiles;
+  gather_tiles(*scene, eye_at(100, 50), 1.0f, tiles);
+  std::uint32_t all_blocks = 0;
+  for (const TileSize& tile : tiles) all_blocks += tile_blocks(scene->tiles[tile.tile]);
+  EXPECT_EQ(fit_tiles(*scene, tiles, 1.0f, all_blocks), 1.0f);
+  EXPECT_TRUE(std::ranges::all_of(tiles, &TileSize::wanted));
+  float last_px = 1.0f;
+  for (std::uint32_t capacity = all_blocks - 1; capacity >= 32; capacity /= 2) {
+    const float px = fit_tiles(*scene, tiles, 1.0f, capacity);
+    std::uint32_t blocks = 0;
+    float least_px = INFINITY, most_left_out_px = 0.0f;
+    for (const TileSize& tile : tiles) {
+      if (tile.wanted) blocks += tile_blocks(scene->tiles[tile.tile]);
+      float& bound_px = tile.wanted ? least_px : most_left_out_px;
+      bound_px = tile.wanted ? std::min(bound_px, tile.size_px) : std::max(bound_px, tile.size_px);
+    }
+    EXPECT_LE(blocks, capacity);
+    EXPECT_GT(blocks + 32, capacity) << "another tile might have fitted";
+    EXPECT_GE(least_px, px);
+    EXPECT_LE(most_left_out_px, px * (1.0f + 1.0f / 16.0f)) << "none larger is left out";
+    EXPECT_GE(px, last_px);
+    last_px = px;
+  }
+  EXPECT_GT(fit_tiles(*scene, tiles, 1.0f, 0), 1.0f);
+  EXPECT_TRUE(std::ranges::none_of(tiles, &TileSize::wanted));
+}
+
+TEST(TileSelection, OfTilesOfOneSizeThoseThatAreThereStay) {
+  const auto scene = read_scene_front(scene_bytes(), scene_bytes().size());
+  std::vector<TileSize> tiles;
+  for (std::uint32_t tile = 0; tile < 5; ++tile) tiles.push_back({.tile = tile, .size_px = 100.0f, .kept = tile == 3});
+  fit_tiles(*scene, tiles, 1.0f, 64);
+  EXPECT_TRUE(tiles[3].wanted);
+  EXPECT_TRUE(tiles[0].wanted) << "then the first, which is spread over the whole scene";
+  EXPECT_FALSE(tiles[1].wanted || tiles[2].wanted || tiles[4].wanted);
+}
+
+/// A stream whose owner places everything and opens every species at once.
+struct Owner {
+  test::FakeAllocator allocator;
+  test::FakeJobs jobs;
+  test::FakeIo io;
+  test::FakeLog log;
+  std::unique_ptr<SceneStream> stream;
+  std::set<std::uint32_t> placed;
+  std::multiset<std::pair<float, float>> plants;  ///< x, z of what is there
+  std::vector<std::vector<SceneInstance>> of_tile;
+  std::uint32_t blocks = 0, most_blocks = 0;
+
+  explicit Owner(std::vector<std::uint8_t> bytes = scene_bytes(), std::uint32_t max_in_flight = 8) {
+    io.files["wood/a.forest"] = std::move(bytes);
+    open(max_in_flight);
+  }
+  void open(std::uint32_t max_in_flight) {
+    auto opened = SceneStream::open({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, "wood/a.forest",
+                                    {.least_px = 1.0f, .max_in_flight = max_in_flight});
+    if (!opened) return;
+    stream = *std::move(opened);
+    of_tile.resize(stream->file().tiles.size());
+  }
+
+  void frame(const SceneEye& eye, std::uint32_t block_count) {
+    stream->begin_frame(eye, block_count);
+    for (const std::uint32_t tile : stream->dropped()) {
+      EXPECT_EQ(placed.erase(tile), 1u) << "dropped what was not there";
+      blocks -= tile_blocks(stream->file().tiles[tile]);
+    }
+    while (const auto species = stream->next_species()) stream->species_opened(species->species, true);
+    while (const auto ready = stream->next_ready()) {
+      EXPECT_TRUE(placed.insert(ready->tile).second);
+      of_tile[ready->tile].assign(ready->instances.begin(), ready->instances.end());
+      blocks += tile_blocks(stream->file().tiles[ready->tile]);
+      stream->placed(ready->tile);
+    }
+    most_blocks = std::max(most_blocks, blocks);
+  }
+  void settle(const SceneEye& eye, std::uint32_t block_count) {
+    for (int i = 0; i < 100; ++i) frame(eye, block_count);
+  }
+  std::set<std::uint32_t> wanted(const SceneEye& eye) const {
+    std::set<std::uint32_t> tiles;
+    for (std::uint32_t tile = 0; tile < stream->file().tiles.size(); ++tile)
+      if (tile_size_px(stream->file().tiles[tile], eye) >= stream->stats().threshold_px) tiles.insert(tile);
+    return tiles;
+  }
+};
+
+constexpr std::uint32_t kPlenty = 100000;
+
+TEST(SceneStream, BringsWhatIsWantedAndDropsWhatIsNot) {
+  Owner owner;
+  ASSERT_NE(owner.stream, nullptr);
+  const SceneEye here = eye_at(0, 0), far = eye_at(60000, 0);
+  owner.settle(here, kPlenty);
+  EXPECT_EQ(owner.placed, owner.wanted(here));
+  EXPECT_EQ(owner.stream->stats().missing_tiles, 0u);
+  EXPECT_EQ(owner.stream->stats().threshold_px, 1.0f);
+  EXPECT_GT(owner.placed.size(), 20u);
+  owner.frame(far, kPlenty);
+  EXPECT_TRUE(owner.placed.empty());
+  EXPECT_TRUE(owner.log.lines.empty());
+}
+
+TEST(SceneStream, KeepsTheLargestWhereNotAllFit) {
+  Owner owner;
+  const SceneEye here = eye_at(200, 300);
+  constexpr std::uint32_t kFew = 120;  // of some 700
+  owner.settle(here, kFew);
+  const float threshold_px = owner.stream->stats().threshold_px;
+  EXPECT_GT(threshold_px, 1.0f);
+  EXPECT_LE(owner.most_blocks, kFew);
+  EXPECT_GT(owner.blocks + 32, kFew);
+  for (std::uint32_t tile = 0; tile < owner.of_tile.size(); ++tile) {
+    const float px = tile_size_px(owner.stream->file().tiles[tile], here);
+    EXPECT_TRUE(owner.placed.contains(tile) || px <= threshold_px * (1.0f + 1.0f / 16.0f)) << px;
+    EXPECT_TRUE(!owner.placed.contains(tile) || px >= threshold_px) << px;
+  }
+  for (int step = 0; step < 60; ++step) owner.frame(eye_at(200.0f + 40.0f * static_cast<float>(step), 300), kFew);
+  EXPECT_LE(owner.most_blocks, kFew) << "at no time";
+  owner.settle(here, kFew / 2);
+  EXPECT_EQ(owner.stream->stats().missing_tiles, 0u);
+  EXPECT_LE(owner.blocks, kFew / 2) << "less room: it gives way";
+}
+
+TEST(SceneStream, ACameraThatComesAndGoesReadsNothingNew) {
+  Owner owner;
+  const SceneEye a = eye_at(0, 0), b = eye_at(30, 0);
+  owner.settle(a, kPlenty);
+  owner.settle(b, kPlenty);
+  const std::size_t reads = owner.io.log.size();
+  for (int i = 0; i < 20; ++i) owner.frame(i % 2 == 0 ? a : b, kPlenty);
+  EXPECT_EQ(owner.io.log.size(), reads);
+}
+
+TEST(SceneStream, NothingBlocksAndNoMoreIsReadThanMayBe) {
+  Owner owner;
+  owner.io.deferred = owner.jobs.deferred = true;
+  const SceneEye here = eye_at(0, 0);
+  for (int i = 0; i < 5; ++i) owner.frame(here, kPlenty);
+  EXPECT_EQ(owner.io.waiting.size(), 8u);
+  EXPECT_TRUE(owner.placed.empty());
+  // The first asked for is the largest on screen.
+  const auto scene = owner.stream->file();
+  float largest_px = 0.0f;
+  for (const SceneTile& tile : scene.tiles) largest_px = std::max(largest_px, tile_size_px(tile, here));
+  const auto first = std::ranges::find(scene.tiles, owner.io.waiting.front().offset, &SceneTile::offset);
+  ASSERT_NE(first, scene.tiles.end());
+  EXPECT_EQ(tile_size_px(*first, here), largest_px);
+  owner.io.answer_all();
+  owner.frame(here, kPlenty);
+  EXPECT_EQ(owner.jobs.waiting.size(), 8u);
+  owner.jobs.run_all();
+  owner.frame(here, kPlenty);
+  EXPECT_EQ(owner.placed.size(), 8u);
+  // What is under way when the camera has gone is not placed.
+  owner.io.answer_all();
+  owner.frame(eye_at(60000, 0), kPlenty);
+  owner.jobs.run_all();
+  owner.frame(eye_at(60000, 0), kPlenty);
+  EXPECT_TRUE(owner.placed.empty());
+  owner.io.answer_all();
+  owner.jobs.run_all();
+}
+
+TEST(SceneStream, PlacesTheWholeScene) {
+  Owner owner;
+  for (const float x : {-1500.0f, 0.0f, 1500.0f})
+    for (const float z : {-1500.0f, 0.0f, 1500.0f}) owner.settle(eye_at(x, z), kPlenty);
+  std::size_t plants = 0;
+  for (const auto& tile : owner.of_tile) plants += tile.size();
+  EXPECT_EQ(plants, kPlants) << "each in one tile";
+}
+
+TEST(SceneStream, ADamagedTileIsToldOnceAndTheRestGoesOn) {
+  std::vector<std::uint8_t> bytes = scene_bytes();
+  const auto scene = read_scene_front(bytes, bytes.size());
+  const SceneEye here = eye_at(0, 0);
+  bytes[static_cast<std::size_t>(scene->tiles[0].offset) + 5] ^= 1;
+  Owner owner(bytes);
+  ASSERT_NE(owner.stream, nullptr);
+  owner.settle(here, kPlenty);
+  ASSERT_EQ(owner.log.lines.size(), 1u);
+  EXPECT_NE(owner.log.lines[0].find("wood/a.forest: tile 0: tile checksum"), std::string::npos) << owner.log.lines[0];
+  auto wanted = owner.wanted(here);
+  wanted.erase(0);
+  EXPECT_EQ(owner.placed, wanted);
+  EXPECT_EQ(owner.stream->stats().tiles_failed, 1u);
+  EXPECT_EQ(owner.stream->stats().missing_tiles, 0u);
+}
+
+TEST(SceneStream, AReadThatFailsIsToldOnce) {
+  Owner owner;
+  owner.io.fail_offset = owner.stream->file().tiles[0].offset;
+  owner.settle(eye_at(0, 0), kPlenty);
+  ASSERT_EQ(owner.log.lines.size(), 1u);
+  EXPECT_NE(owner.log.lines[0].find("read failed"), std::string::npos) << owner.log.lines[0];
+}
+
+TEST(SceneStream, ATileWaitsForItsSpecies) {
+  Owner owner;
+  const SceneEye here = eye_at(0, 0);
+  owner.stream->begin_frame(here, kPlenty);
+  owner.stream->begin_frame(here, kPlenty);
+  EXPECT_FALSE(owner.stream->next_ready());
+  const auto first = owner.stream->next_species();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(*first->path, "wood/shrub.coppice") << "beside the scene";
+  owner.stream->species_opened(0, true);
+  EXPECT_FALSE(owner.stream->next_ready()) << "the other one is in every tile";
+  EXPECT_EQ(owner.stream->next_species()->species, 1u);
+  owner.stream->species_opened(1, false);
+  EXPECT_EQ(owner.stream->species_state(1), SpeciesState::failed);
+  EXPECT_FALSE(owner.stream->next_species()) << "never again";
+  EXPECT_TRUE(owner.stream->next_ready());
+}
+
+TEST(SceneStream, AnAllocatorThatFailsIsSurvivedWithoutALeak) {
+  for (std::size_t n = 0;; ++n) {
+    Owner owner(std::vector<std::uint8_t>(scene_bytes().size()), 4);  // zeros: not opened
+    ASSERT_EQ(owner.stream, nullptr);
+    owner.log.lines.clear();
+    owner.io.files["wood/a.forest"] = scene_bytes();
+    const std::size_t before = owner.allocator.calls;
+    owner.allocator.fail_at = before + n;
+    owner.open(4);
+    if (owner.stream == nullptr) {
+      EXPECT_EQ(owner.log.lines.size(), 1u) << n;
+    } else {
+      owner.settle(eye_at(0, 0), kPlenty);
+      if (owner.allocator.calls <= owner.allocator.fail_at) break;  // nothing failed any more
+      EXPECT_EQ(owner.placed, owner.wanted(eye_at(0, 0))) << n << ": tried again later";
+    }
+    owner.stream.reset();
+    EXPECT_EQ(owner.allocator.live_count, 0u) << n;
+    EXPECT_EQ(owner.io.open_count, 0u) << n;
+    if (n > 20) n += 37;
+  }
+}
+
+TEST(SceneStream, WhatIsNoSceneIsRefused) {
+  Owner truncated(std::vector<std::uint8_t>(scene_bytes().begin(), scene_bytes().end() - 1));
+  EXPECT_EQ(truncated.stream, nullptr);
+  ASSERT_EQ(truncated.log.lines.size(), 1u);
+  EXPECT_NE(truncated.log.lines[0].find("file_bytes"), std::string::npos) << truncated.log.lines[0];
+  EXPECT_EQ(truncated.io.open_count, 0u) << "closed again";
+  Owner empty(std::vector<std::uint8_t>{});
+  EXPECT_EQ(empty.stream, nullptr);
+}
+
+}  // namespace
+}  // namespace coppice

@@ -21,6 +21,8 @@ constexpr std::uint32_t kHeadlessFrames = 120;
 // finished frames. They are drawn and not counted.
 constexpr std::uint32_t kWarmUpFrames = 4;
 
+constexpr float kWidestOrbit_m = 1000;
+
 float elapsed_ms(Clock::time_point& since) {
   const auto now = Clock::now();
   const float ms = std::chrono::duration<float, std::milli>(now - since).count();
@@ -30,11 +32,18 @@ float elapsed_ms(Clock::time_point& since) {
 
 CameraPath make_path(const Options& options, const World& world) {
   if (options.camera == "walk") return walk_path(world.planting.trail, world.terrain);
-  if (options.camera == "orbit") return orbit_path(world.planting.half_extent_m, world.terrain);
+  if (options.camera == "orbit") return orbit_path(std::min(world.planting.half_extent_m, kWidestOrbit_m), world.terrain);
   return path_from_file(options.camera, world.terrain);
 }
 
 void describe(const Session& session) {
+  if (session.forest.scene != 0) {
+    const coppice_scene_info& info = session.forest.scene_info;
+    std::printf("scene                %llu plants of %u species in %u tiles on %.0f x %.0f m\n",
+                static_cast<unsigned long long>(info.instance_count), info.species_count, info.tile_count, double{info.square_side},
+                double{info.square_side});
+    return;
+  }
   std::printf("forest               %zu plants of %zu species on %.0f x %.0f m\n", session.world.planting.plants.size(),
               session.forest.plants.size(), 2 * static_cast<double>(session.world.planting.half_extent_m),
               2 * static_cast<double>(session.world.planting.half_extent_m));
@@ -46,13 +55,38 @@ void report(Session& session, const Options& options) {
   if (!options.stats.empty()) write_json(options.stats, session.statistics);
 }
 
+float ms_since(Clock::time_point start) {
+  return std::chrono::duration<float, std::milli>(Clock::now() - start).count();
+}
+
+/// Until the GPU had drawn the first frame that shows a plant, ms; 0 if none of the first frames does.
+float first_picture_ms(Session& session, const Pose& pose, float time_s, Clock::time_point started) {
+  const int most_frames = session.forest.scene != 0 ? 200 : 4;  // of a scene the first tiles may show nothing
+  float last_ms = 0;
+  for (int i = 0; i < most_frames; ++i) {
+    render_frame(session, pose, time_s, 0);
+    wait_for_frames(session.device, session.ring);
+    // Its figures are of the frame before, which was finished when the last one was waited for.
+    if (session.statistics.last.visible_instance_count > 0) return last_ms;
+    last_ms = ms_since(started);
+  }
+  return 0;
+}
+
 // The frames are spread evenly over the path; the last one is its end, whatever their number.
-void run_headless(Session& session, const Options& options) {
+void run_headless(Session& session, const Options& options, Clock::time_point started) {
   const CameraPath path = make_path(options, session.world);
   const std::uint32_t frames = options.frames.value_or(kHeadlessFrames);
   const auto time_of = [&](std::uint32_t frame) { return frames > 1 ? path.duration_s * frame / (frames - 1) : path.duration_s; };
   session.first_measured = session.last_measured;
-  for (std::uint32_t i = 0; i < kWarmUpFrames; ++i) render_frame(session, path.pose(time_of(0)), static_cast<float>(time_of(0)), 0);
+  const Pose start = path.pose(time_of(0));
+  const auto start_s = static_cast<float>(time_of(0));
+  session.statistics.first_picture_ms = first_picture_ms(session, start, start_s, started);
+  if (session.forest.scene != 0) {
+    settle(session, start, start_s);
+    session.statistics.settled_ms = ms_since(started);
+  }
+  for (std::uint32_t i = 0; i < kWarmUpFrames; ++i) render_frame(session, start, start_s, 0);
   session.first_measured = session.ring.number + 1;
   session.last_measured = session.ring.number + frames;
   auto last = Clock::now();
@@ -110,6 +144,7 @@ int run(const Options& requested) {
       if (options.screenshot.empty()) options.screenshot = "forest.png";
     }
   }
+  const auto started = Clock::now();
   Session session(options, std::move(window));
   describe(session);
   if (!options.compare.empty()) {
@@ -119,7 +154,7 @@ int run(const Options& requested) {
   if (session.window)
     run_in_window(session, options);
   else
-    run_headless(session, options);
+    run_headless(session, options, started);
   report(session, options);
   return 0;
 }

@@ -18,7 +18,7 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kEyeHeight_m = 1.7f;
 constexpr float kWalkingPace_mps = 1.4f;
 constexpr float kNear_m = 0.1f;
-constexpr float kFar_m = 2000;
+constexpr float kFar_m = 40000;  // a scene is tens of kilometres wide; reversed depth does not mind
 
 struct Keyframe {
   double time_s = 0;

@@ -102,7 +102,11 @@ std::vector<std::string> find_plants(const Options& options) {
   return files;
 }
 
-Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options) {
+namespace {
+
+constexpr std::uint32_t kLeastInstances = 131072;
+
+Forest create_forest(const Device& device, const Options& options, std::uint32_t instances, std::size_t plants) {
   Forest forest;
   forest.last_error = std::make_unique<LastError>();
   coppice_context_desc desc;
@@ -118,17 +122,38 @@ Forest open_forest(const Device& device, const std::vector<std::string>& files, 
   desc.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;
   desc.pass_times = options.pass_times ? VK_TRUE : VK_FALSE;
   desc.memory_budget_bytes = std::uint64_t{options.memory_mb} << 20;
-  desc.max_instances = std::max(options.count, desc.max_instances);
-  desc.max_plants = std::max(static_cast<std::uint32_t>(files.size()), desc.max_plants);
+  desc.max_instances = instances;
+  desc.max_plants = std::max(static_cast<std::uint32_t>(plants), desc.max_plants);
   desc.log = {forest.last_error.get(), on_log};
   coppice_context* context = nullptr;
   const coppice_status status = coppice_context_create(&desc, &context);
   forest.context.reset(context);
   check(forest, status, "coppice_context_create");
+  return forest;
+}
+
+}  // namespace
+
+Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options) {
+  Forest forest = create_forest(device, options, std::max(options.count, kLeastInstances), files.size());
   for (const std::string& file : files) {
     forest.plants.push_back(open_plant(forest, file));
     forest.species.push_back(species_of(forest, forest.plants.back()));
   }
+  return forest;
+}
+
+Forest open_scene(const Device& device, const Options& options) {
+  Forest forest = create_forest(device, options, options.most_instances, 256);
+  const coppice_status status = coppice_scene_open(forest.context.get(), options.scene.c_str(), &forest.scene);
+  if (status != COPPICE_OK) {
+    std::error_code missing;
+    if (!std::filesystem::exists(options.scene, missing)) throw Failure(options.scene + ": no such file");
+    const std::lock_guard lock(forest.last_error->mutex);
+    throw Failure(forest.last_error->line.empty() ? options.scene + ": " + coppice_status_text(status) : forest.last_error->line);
+  }
+  coppice_scene_info_init(&forest.scene_info);
+  check(forest, coppice_scene_get_info(forest.context.get(), forest.scene, &forest.scene_info), "coppice_scene_get_info");
   return forest;
 }
 

@@ -31,6 +31,8 @@ struct Forest {
   std::unique_ptr<coppice_context, ContextDestroyer> context;
   std::vector<coppice_plant> plants;
   std::vector<Species> species;  ///< per plant
+  coppice_scene scene = 0;
+  coppice_scene_info scene_info{};  ///< of the scene, if there is one
 };
 
 /// The .coppice files to show: those of the command line, else every one in out/plants of the current folder, else every one in
@@ -39,6 +41,8 @@ std::vector<std::string> find_plants(const Options& options);
 
 /// errors  Failure: the device does not do, or a file cannot be opened (path and reason)
 Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options);
+/// The same with a scene instead. errors  Failure
+Forest open_scene(const Device& device, const Options& options);
 void add_instances(Forest& forest, const Planting& planting, const Terrain& terrain);
 
 /// Throws a Failure with the call's name and the last logged error unless the status is COPPICE_OK.

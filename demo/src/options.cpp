@@ -28,8 +28,16 @@ bool parse_size(const std::string& text, Options& options) {
 }
 
 void declare(CLI::App& app, Options& options) {
-  app.add_option("--plants", options.plants, kPlants)->delimiter(',')->type_name("A.coppice,...");
-  app.add_option("--count", options.count, "Plant instances")->check(CLI::Range(1u, 1000000u))->capture_default_str();
+  CLI::Option* plants = app.add_option("--plants", options.plants, kPlants)->delimiter(',')->type_name("A.coppice,...");
+  CLI::Option* count = app.add_option("--count", options.count, "Plant instances")->check(CLI::Range(1u, 1000000u))->capture_default_str();
+  CLI::Option* scene = app.add_option("--scene", options.scene, "Stream a scene that `coppice scene` made, on flat ground")
+                           ->excludes(plants)
+                           ->excludes(count)
+                           ->type_name("F.forest");
+  app.add_option("--most-instances", options.most_instances, "Most plants of the scene at a time; where more are near, far ones stay out")
+      ->check(CLI::Range(1u, 2000000u))
+      ->needs(scene)
+      ->capture_default_str();
   app.add_option("--seed", options.seed, "Another seed, another forest")->capture_default_str();
   app.add_option_function<std::string>(
          "--size",

@@ -16,7 +16,9 @@ constexpr std::uint32_t kSoftwareLeafBudget = 300'000;
 
 /// The command line of coppice-forest. Defaults are what `coppice-forest` alone does.
 struct Options {
-  std::vector<std::string> plants;  ///< .coppice files; empty: those of the default folders, see find_plants
+  std::vector<std::string> plants;        ///< .coppice files; empty: those of the default folders, see find_plants
+  std::string scene;                      ///< a .forest file; empty: `count` plants are placed
+  std::uint32_t most_instances = 262144;  ///< of a scene at a time
   std::uint32_t count = 2000;
   std::uint32_t seed = 1;
   std::uint32_t width_px = 1280;

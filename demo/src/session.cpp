@@ -1,7 +1,9 @@
 #include "session.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 
 #include "failure.h"
@@ -25,7 +27,24 @@ Weather make_weather(float half_extent_m, float fog) {
   return weather;
 }
 
+/// Flat ground under a scene, whose plants say where they stand, and a short walk in its middle.
+World make_scene_world(const Forest& forest, const Options& options) {
+  constexpr float kWalk_m = 150;
+  const coppice_scene_info& info = forest.scene_info;
+  World world;
+  float half_extent_m = 0;
+  for (const float corner : info.square_min)
+    half_extent_m = std::max({half_extent_m, std::abs(corner), std::abs(corner + info.square_side)});
+  world.planting.half_extent_m = std::max(half_extent_m, 30.0f);
+  world.planting.trail = make_trail(std::min(world.planting.half_extent_m, kWalk_m), options.seed);
+  world.weather = make_weather(world.planting.half_extent_m, options.fog);
+  world.terrain = make_flat_terrain(world.planting.half_extent_m, info.height_min);
+  world.ground_map = make_ground_map(world.planting, world.weather.sun_direction, options.seed);
+  return world;
+}
+
 World make_world(const Forest& forest, const Options& options) {
+  if (forest.scene != 0) return make_scene_world(forest, options);
   World world;
   world.planting = plant_forest(forest.species, options.count, options.seed);
   world.weather = make_weather(world.planting.half_extent_m, options.fog);
@@ -147,12 +166,12 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
     : window(std::move(window_in)),
       device(device_options(options, window.get())),
       screen(window ? std::make_unique<Screen>(device, *window) : nullptr),
-      forest(open_forest(device, find_plants(options), options)),
+      forest(options.scene.empty() ? open_forest(device, find_plants(options), options) : open_scene(device, options)),
       world(make_world(forest, options)),
       renderer(device, world.terrain, world.ground_map, world.weather, picture_extent(options, screen.get())),
       ring(create_frame_ring(device)),
       overlay(window ? std::make_unique<Overlay>(device, *window, Renderer::kPictureFormat) : nullptr) {
-  add_instances(forest, world.planting, world.terrain);
+  if (forest.scene == 0) add_instances(forest, world.planting, world.terrain);
   pace = make_pace(options.frame_ms, options.leaf_budget.value_or(device.software ? kSoftwareLeafBudget : 0));
   controls = {.error_px = options.error_px,
               .frame_ms = options.frame_ms,
@@ -200,9 +219,12 @@ void settle(Session& session, const Pose& pose, float time_s) {
     render_frame(session, pose, time_s, 0);
     wait_for_frames(session.device, session.ring);
     const coppice_stats& stats = session.statistics.last;
-    if (stats.pages_loaded != loaded) last_progress = Clock::now();
-    loaded = stats.pages_loaded;
-    const bool done = stats.pages_wanted == 0 && stats.pages_in_flight == 0 && stats.threshold_px == threshold_px;
+    if (const std::uint64_t now = stats.pages_loaded + stats.scene_tiles_resident; now != loaded) {
+      last_progress = Clock::now();
+      loaded = now;
+    }
+    const bool done =
+        stats.pages_wanted == 0 && stats.pages_in_flight == 0 && stats.scene_tiles_missing == 0 && stats.threshold_px == threshold_px;
     threshold_px = stats.threshold_px;
     quiet_frames = done || Clock::now() - last_progress > kPatience ? quiet_frames + 1 : 0;
   }

@@ -72,6 +72,11 @@ std::string table(const Statistics& statistics) {
   text += line("memory               peak %.1f MiB of %.1f\n", mebibytes(last.memory_peak_bytes), mebibytes(last.memory_budget_bytes));
   text += line("pages                %llu loaded, %llu evicted, %llu failed\n", static_cast<unsigned long long>(last.pages_loaded),
                static_cast<unsigned long long>(last.pages_evicted), static_cast<unsigned long long>(last.pages_failed));
+  if (last.scene_tile_count > 0)
+    text += line("scene                %u of %u tiles resident, %u missing, %u failed, threshold %.1f px; settled after %.0f ms\n",
+                 last.scene_tiles_resident, last.scene_tile_count, last.scene_tiles_missing, last.scene_tiles_failed,
+                 double{last.scene_threshold_px}, double{statistics.settled_ms});
+  if (statistics.first_picture_ms > 0) text += line("first picture        %.0f ms\n", double{statistics.first_picture_ms});
   text += line("validation messages  %u\n", statistics.validation_messages);
   return text;
 }
@@ -97,6 +102,12 @@ void write_json(const std::string& file, const Statistics& statistics) {
   json["memory_peak_bytes"] = last.memory_peak_bytes;
   json["pages_loaded"] = last.pages_loaded;
   json["pages_evicted"] = last.pages_evicted;
+  if (statistics.first_picture_ms > 0) json["first_picture_ms"] = statistics.first_picture_ms;
+  if (last.scene_tile_count > 0)
+    json["scene"] = {{"instances", last.scene_instance_count},      {"tiles", last.scene_tile_count},
+                     {"tiles_resident", last.scene_tiles_resident}, {"tiles_missing", last.scene_tiles_missing},
+                     {"tiles_failed", last.scene_tiles_failed},     {"threshold_px", last.scene_threshold_px},
+                     {"settled_ms", statistics.settled_ms}};
   json["validation_messages"] = statistics.validation_messages;
   std::error_code ignored;
   std::filesystem::create_directories(std::filesystem::path(file).parent_path(), ignored);

@@ -61,19 +61,32 @@ std::pair<std::size_t, float> locate(const std::vector<float>& axis, float value
 
 }  // namespace
 
-Terrain make_terrain(float half_extent_m, std::uint32_t seed) {
+namespace {
+
+/// height(x, z) in metres.
+template <class Height>
+Terrain make_grid(float half_extent_m, const Height& height) {
   Terrain terrain;
   terrain.axis = make_axis(half_extent_m);
   for (float z : terrain.axis)
     for (float x : terrain.axis) {
       constexpr float kStep_m = 0.5f;
-      const auto height = [&](float at_x, float at_z) { return height_m(at_x, at_z, half_extent_m, seed); };
       const glm::vec3 normal(height(x - kStep_m, z) - height(x + kStep_m, z), 2 * kStep_m, height(x, z - kStep_m) - height(x, z + kStep_m));
       terrain.vertices.push_back({{x, height(x, z), z}, glm::normalize(normal)});
     }
   for (std::uint32_t z = 0; z < kCells; z += kChunkCells)
     for (std::uint32_t x = 0; x < kCells; x += kChunkCells) terrain.chunks.push_back(append_chunk(terrain, x, z));
   return terrain;
+}
+
+}  // namespace
+
+Terrain make_terrain(float half_extent_m, std::uint32_t seed) {
+  return make_grid(half_extent_m, [&](float x, float z) { return height_m(x, z, half_extent_m, seed); });
+}
+
+Terrain make_flat_terrain(float half_extent_m, float height_m) {
+  return make_grid(half_extent_m, [&](float, float) { return height_m; });
 }
 
 float height_at(const Terrain& terrain, float x, float z) {

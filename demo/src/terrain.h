@@ -29,6 +29,8 @@ struct Terrain {
 
 /// half_extent_m  half the side of the planted square
 Terrain make_terrain(float half_extent_m, std::uint32_t seed);
+/// The same, level at this height.
+Terrain make_flat_terrain(float half_extent_m, float height_m);
 /// Height of the drawn triangles, so that what stands on the ground touches it. Points outside are clamped to the edge.
 float height_at(const Terrain& terrain, float x, float z);
 

@@ -86,6 +86,7 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
   std::set<std::string> keys;
   for (const auto& [key, value] : stats.items()) keys.insert(key);
   const std::set<std::string> contract = {"device",
+                                          "first_picture_ms",
                                           "frames",
                                           "frame_ms",
                                           "instances",
@@ -118,6 +119,34 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
   const Picture cut_picture = coppice::test::read_png(cut_png), full_picture = coppice::test::read_png(full_png);
   ASSERT_EQ(cut_picture.rgba.size(), full_picture.rgba.size());
   EXPECT_LT(rmse(cut_picture, full_picture), 25.0) << "of 255: the cut must look like the whole";
+}
+
+TEST(CoppiceForest, StreamsAScene) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder), scene = folder / "wood.forest", png = folder / "scene.png", json = folder / "stats.json";
+  const ProcessResult made = run_process(COPPICE_TOOL, {"scene", "-o", scene, "--plants", plant, "--size-m", "600", "--count", "20000"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const ProcessResult run = run_process(COPPICE_FOREST, {"--scene", scene, "--most-instances", "3000", "--size", "320x180", "--frames", "2",
+                                                         "--headless", "--validation", "--screenshot", png, "--stats", json});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("20000 plants of 1 species"), std::string::npos) << run.out;
+  std::ifstream file(json);
+  const auto stats = nlohmann::json::parse(file);
+  EXPECT_EQ(stats["validation_messages"], 0);
+  EXPECT_EQ(stats["scene"]["instances"], 20000);
+  EXPECT_EQ(stats["scene"]["tiles_missing"], 0);
+  EXPECT_GT(stats["scene"]["tiles_resident"], 0);
+  EXPECT_GT(stats["visible_instances_median"], 0);
+  EXPECT_GT(stats["first_picture_ms"], 0);
+  const Picture picture = coppice::test::read_png(png);
+  std::size_t green_count = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) green_count += is_green(&picture.rgba[i]);
+  EXPECT_GT(green_count, picture.rgba.size() / 4 / 50);
+
+  const ProcessResult missing = run_process(COPPICE_FOREST, {"--scene", "/nowhere/a.forest", "--headless"});
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_NE(missing.err.find("/nowhere/a.forest"), std::string::npos) << missing.err;
+  EXPECT_EQ(run_process(COPPICE_FOREST, {"--scene", scene, "--count", "5"}).exit_code, 2) << "either";
 }
 
 TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {

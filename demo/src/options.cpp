@@ -73,7 +73,7 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--error-px", options.error_px, "Error threshold of the cut")->check(CLI::Range(0.01f, 1000.0f))->capture_default_str();
   app.add_option(
       "--leaf-budget", options.leaf_budget,
-      "Leaves a frame may draw; the threshold rises until they fit. 0: as many as it asks for [300000 without a GPU, with one 0]");
+      "Leaves a frame may draw; the threshold rises until they fit. 0: as many as it asks for [1000000 without a GPU, with one 0]");
   app.add_option("--frame-ms", options.frame_ms, "Time of a frame, which the leaf budget is raised or lowered to keep. 0: it stays")
       ->check(CLI::Range(0.0f, 10000.0f))
       ->capture_default_str();

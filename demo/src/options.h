@@ -11,8 +11,8 @@ enum class LodMode { cut, discrete, full };
 /// How small leaves are drawn. automatic: by compute shaders, and by the hardware where the library cannot.
 enum class LeafPath { automatic, compute, hardware };
 
-/// What two cores that do a GPU's work draw in about as much time as everything else in a frame takes them.
-constexpr std::uint32_t kSoftwareLeafBudget = 300'000;
+/// Where a processor does the GPU's work. With less leaves get so large that their pixels cost what their number saves; see DECISIONS.md.
+constexpr std::uint32_t kSoftwareLeafBudget = 1'000'000;
 
 /// The command line of coppice-forest. Defaults are what `coppice-forest` alone does.
 struct Options {

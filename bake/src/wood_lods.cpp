@@ -24,16 +24,16 @@ namespace {
 // grid, which is the trunk (vertex clustering). So each LoD keeps the weightiest pieces and simplifies each by itself: twigs go first, the
 // trunk stays.
 
-constexpr std::size_t kMaxLods = 5;
+constexpr std::size_t kMaxLods = 7;
 constexpr std::size_t kReduction = 4;
 // Of a wood with fewer triangles than this no coarser LoD is made: there is nothing left to save.
 constexpr std::size_t kLeastTriangles = 96;
 // A prism of three sides.
 constexpr std::size_t kTubeTriangles = 6;
-// Edge collapse that leaves more than this many times what was asked for has stalled; clustering may take its place if it keeps this share
-// of the piece's area.
+// Edge collapse that leaves more than this many times what was asked for has stalled; the coarsest clustering that keeps this share of the
+// piece's area may take its place, if it leaves fewer.
 constexpr std::size_t kStalled = 2;
-constexpr double kLeastClusteredArea = 0.6;
+constexpr double kLeastClusteredArea = 0.45;
 // Pieces that will not go below their share may make a LoD this much larger than asked for; beyond that the lighter ones are left out.
 constexpr double kOverdraw = 1.25;
 // A LoD with more than this share of the one before is not worth its bytes.
@@ -125,10 +125,14 @@ Indices simplify_piece(const Piece& piece, std::size_t target_count) {
     Indices collapsed = collapse_edges(piece, target_count);
     if (!collapsed.empty()) simplified = std::move(collapsed);
   }
-  if (simplified.size() / 3 > kStalled * target_count) {
-    Indices clustered = cluster_vertices(piece, target_count);
-    if (!clustered.empty() && area_m2(piece.positions, clustered) >= kLeastClusteredArea * piece.area_m2) simplified = std::move(clustered);
-  }
+  const std::size_t collapsed_count = simplified.size() / 3;
+  if (collapsed_count > kStalled * target_count)
+    for (std::size_t count = target_count; count < collapsed_count; count *= 2) {
+      Indices clustered = cluster_vertices(piece, count);
+      if (clustered.empty() || area_m2(piece.positions, clustered) < kLeastClusteredArea * piece.area_m2) continue;
+      if (clustered.size() < simplified.size()) simplified = std::move(clustered);
+      break;
+    }
   for (std::uint32_t& index : simplified) index = piece.vertices[index];
   return simplified;
 }

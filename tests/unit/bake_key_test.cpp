@@ -127,7 +127,7 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
   const std::map<Metric, std::string> expected = {{Metric::default_metric, "104e206012596be1429e4bb7ef6eda30"},
                                                   {Metric::mi, "3d3a164471ddacca347071ae4c3f26fa"}};
-  const std::uint32_t expected_at_version = 8;
+  const std::uint32_t expected_at_version = 9;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

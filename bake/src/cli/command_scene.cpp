@@ -131,8 +131,8 @@ void warn(const std::filesystem::path& file, std::size_t count, const char* what
 }
 
 Result<std::vector<ScenePlant>> import(const SceneArguments& arguments, const std::vector<Species>& species) {
-  std::vector<std::string> names;
-  for (const Species& s : species) names.push_back(s.name);
+  std::vector<std::string> names(species.size());
+  std::ranges::transform(species, names.begin(), &Species::name);
   ImportOptions options;
   apply_import_arguments(arguments.import, options);
   COPPICE_TRY(scene, read_gltf_scene(arguments.input, names, options));

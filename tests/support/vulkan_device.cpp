@@ -33,14 +33,15 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
   return VK_FALSE;
 }
 
-VkInstance create_instance() {
+VkInstance create_instance(Validation validation) {
   if (volkInitialize() != VK_SUCCESS) throw std::runtime_error(std::string("no Vulkan loader") + kInstall);
 
   std::uint32_t count = 0;
   check_vk(vkEnumerateInstanceLayerProperties(&count, nullptr), "vkEnumerateInstanceLayerProperties");
   std::vector<VkLayerProperties> layers(count);
   check_vk(vkEnumerateInstanceLayerProperties(&count, layers.data()), "vkEnumerateInstanceLayerProperties");
-  if (std::ranges::none_of(layers, [](const auto& layer) { return std::strcmp(layer.layerName, kValidationLayer) == 0; }))
+  const bool on = validation == Validation::on;
+  if (on && std::ranges::none_of(layers, [](const auto& layer) { return std::strcmp(layer.layerName, kValidationLayer) == 0; }))
     throw std::runtime_error(std::string("no ") + kValidationLayer + kInstall);
 
   const VkValidationFeatureEnableEXT synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
@@ -50,9 +51,9 @@ VkInstance create_instance() {
   VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
   application.apiVersion = VK_API_VERSION_1_3;
   const std::array extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
-  VkInstanceCreateInfo info{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO, &features};
+  VkInstanceCreateInfo info{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO, on ? &features : nullptr};
   info.pApplicationInfo = &application;
-  info.enabledLayerCount = 1;
+  info.enabledLayerCount = on ? 1 : 0;
   info.ppEnabledLayerNames = &kValidationLayer;
   info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
   info.ppEnabledExtensionNames = extensions.data();
@@ -145,9 +146,9 @@ void name_device(VulkanDevice& gpu) {
   std::printf("Vulkan device: %s, driver: %s\n", gpu.device_name.c_str(), gpu.driver_name.c_str());
 }
 
-VulkanDevice open_device() {
+VulkanDevice open_device(Validation validation) {
   VulkanDevice gpu;
-  gpu.instance = create_instance();
+  gpu.instance = create_instance(validation);
   gpu.messenger = create_messenger(gpu.instance);
   gpu.physical_device = first_physical_device(gpu.instance);
   gpu.queue_family = graphics_and_compute_family(gpu.physical_device);
@@ -231,9 +232,9 @@ Buffer copy_back(const VulkanDevice& gpu, const Image& image, VkImageLayout layo
 
 }  // namespace
 
-const VulkanDevice& vulkan_device() {
+const VulkanDevice& vulkan_device(Validation validation) {
   VulkanDevice& gpu = device_storage();
-  if (gpu.device == VK_NULL_HANDLE) gpu = open_device();
+  if (gpu.device == VK_NULL_HANDLE) gpu = open_device(validation);
   return gpu;
 }
 

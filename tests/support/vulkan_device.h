@@ -43,8 +43,10 @@ struct VulkanDevice {
   VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
 };
 
-/// The process's device, created by the first call. Destroyed after the last test.
-const VulkanDevice& vulkan_device();
+enum class Validation { on, off };
+
+/// The process's device, created by the first call, which decides about validation (off: for timing). Destroyed after the last test.
+const VulkanDevice& vulkan_device(Validation validation = Validation::on);
 
 /// Validation warnings and errors since the last clear, oldest first. Thread-safe.
 std::vector<std::string> validation_messages();

@@ -1,0 +1,543 @@
+// A flight through a forest whose plants do not fit the memory budget, with every byte counted from outside: by the allocator hook and by
+// wrapped vkAllocateMemory and vkFreeMemory. Ends with 1 where the budget is exceeded in any frame, where a plant in view cannot be drawn
+// from the third frame on, or where a validation message comes; times are reported and never judged.
+//   stream_bench [options] A.coppice B.coppice ...     opened again and again until there are --species
+//   stream_bench [options] --bake FOLDER               built-in plants with different seeds; what is in the folder is not baked again
+//   stream_bench [options]                             random trees, made in a second or two
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "bake.h"
+#include "coppice/coppice.h"
+#include "generate_plant.h"
+#include "gltf_write.h"
+#include "pack.h"
+#include "random_tree.h"
+#include "renderer_scene.h"
+#include "vulkan_device.h"
+
+namespace {
+
+using namespace coppice;
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  std::vector<std::string> files;
+  std::string bake_folder, json;
+  std::uint32_t species = 42, leaves = 65000, instances = 4000, frames = 2000, width_px = 640, height_px = 360, pictures = 10;
+  std::uint64_t budget_bytes = 0;  ///< 0: a twentieth of what everything takes
+  float error_px = 2.0f, speed_m = 0.2f;
+  bool validation = false, raster = false;
+};
+
+// ---- counting -----------------------------------------------------------------------------------------------------------------------
+
+struct Counter {
+  std::atomic<std::uint64_t> live_bytes = 0;
+};
+
+Counter& host_counter() {
+  static Counter counter;
+  return counter;
+}
+Counter& device_counter() {
+  static Counter counter;
+  return counter;
+}
+
+coppice_allocator counting_allocator() {
+  return {nullptr,
+          [](void*, std::size_t bytes, std::size_t align) -> void* {
+            host_counter().live_bytes += bytes;
+            return std::aligned_alloc(align, (bytes + align - 1) / align * align);
+          },
+          [](void*, void* pointer, std::size_t bytes) {
+            host_counter().live_bytes -= bytes;
+            std::free(pointer);
+          }};
+}
+
+std::unordered_map<VkDeviceMemory, VkDeviceSize>& device_allocations() {
+  static std::unordered_map<VkDeviceMemory, VkDeviceSize> allocations;
+  return allocations;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL allocate_memory(VkDevice device, const VkMemoryAllocateInfo* info, const VkAllocationCallbacks* callbacks,
+                                               VkDeviceMemory* memory) {
+  const VkResult result = vkAllocateMemory(device, info, callbacks, memory);
+  if (result != VK_SUCCESS) return result;
+  device_allocations()[*memory] = info->allocationSize;
+  device_counter().live_bytes += info->allocationSize;
+  return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL free_memory(VkDevice device, VkDeviceMemory memory, const VkAllocationCallbacks* callbacks) {
+  if (memory != VK_NULL_HANDLE) device_counter().live_bytes -= device_allocations()[memory];
+  vkFreeMemory(device, memory, callbacks);
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_device_proc_addr(VkDevice device, const char* name) {
+  if (std::strcmp(name, "vkAllocateMemory") == 0) return reinterpret_cast<PFN_vkVoidFunction>(allocate_memory);
+  if (std::strcmp(name, "vkFreeMemory") == 0) return reinterpret_cast<PFN_vkVoidFunction>(free_memory);
+  return vkGetDeviceProcAddr(device, name);
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_instance_proc_addr(VkInstance instance, const char* name) {
+  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return reinterpret_cast<PFN_vkVoidFunction>(get_device_proc_addr);
+  return vkGetInstanceProcAddr(instance, name);
+}
+
+// ---- plants -------------------------------------------------------------------------------------------------------------------------
+
+template <class T>
+T expect(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message());
+  return *std::move(result);
+}
+
+void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
+  std::ofstream stream(path, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream.flush()) throw std::runtime_error("cannot write " + path.string());
+}
+
+std::vector<std::string> baked_plants(const std::filesystem::path& folder, std::uint32_t count) {
+  constexpr std::array kSpecies = {"willow", "corylus", "juniper"};
+  std::filesystem::create_directories(folder);
+  std::vector<std::string> files;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const char* species = kSpecies[i % kSpecies.size()];
+    const std::string stem = (folder / species).string() + "_" + std::to_string(i);
+    files.push_back(stem + ".coppice");
+    if (std::filesystem::exists(files.back())) continue;
+    const bake::Plant plant = expect(bake::generate_plant(species, i + 1));
+    const auto written = bake::write_glb(stem + ".glb", {{"leaves", &plant.foliage}, {"wood", &plant.wood}}, plant.materials, plant.images);
+    if (!written) throw std::runtime_error(written.error().message());
+    bake::BakeReport report;
+    const auto bytes = expect(bake::bake(
+        stem + ".glb", {}, [](const char*, double) {}, report));
+    const auto stored = bake::write_file_atomically(files.back(), bytes);
+    if (!stored) throw std::runtime_error(stored.error().message());
+    std::filesystem::remove(stem + ".glb");
+    std::printf("baked %s in %.1f s\n", files.back().c_str(), report.seconds.total);
+  }
+  return files;
+}
+
+std::vector<std::string> random_plants(const std::filesystem::path& folder, std::uint32_t count, std::uint32_t leaves) {
+  std::vector<std::string> files;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    bake::BakedPlant plant = test::random_plant({.leaf_count = leaves / 2 + leaves / 16 * (i % 17), .seed = i + 1, .texture_side = 64});
+    plant.sphere = {glm::vec3(0.0f), 1.6f};
+    bake::PackSizes sizes;
+    files.push_back((folder / (std::to_string(i) + ".coppice")).string());
+    write_file(files.back(), expect(bake::pack(plant, sizes)));
+  }
+  return files;
+}
+
+// ---- the flight ---------------------------------------------------------------------------------------------------------------------
+
+constexpr float kSpacing_m = 5.0f;
+
+std::uint32_t hashed(std::uint32_t x) {
+  x = (x ^ (x >> 16)) * 0x7feb352du;
+  x = (x ^ (x >> 15)) * 0x846ca68bu;
+  return x ^ (x >> 16);
+}
+
+/// Species stand in groves: eight kinds in each square of eight by eight plants.
+std::uint32_t species_at(std::uint32_t row, std::uint32_t column, std::uint32_t species_count) {
+  const std::uint32_t grove = hashed(row / 8 * 4099 + column / 8);
+  return (grove + hashed(row * 65537 + column) % 8) % species_count;
+}
+
+struct Forest {
+  std::uint32_t side = 0;
+  std::vector<coppice_plant> plants;
+  [[nodiscard]] float half_m() const { return 0.5f * kSpacing_m * static_cast<float>(side); }
+};
+
+/// The eye at a distance along a figure of eight.
+glm::vec3 eye_at(const Forest& forest, float along_m) {
+  const float turn = along_m / (5.0f * forest.half_m());
+  return {0.8f * forest.half_m() * std::sin(turn), 1.7f + std::sin(3.0f * turn), 0.8f * forest.half_m() * std::sin(2.0f * turn)};
+}
+
+coppice_view view_at(const Options& options, const Forest& forest, std::uint32_t frame) {
+  const float along_m = options.speed_m * static_cast<float>(frame);
+  coppice_view view = test::make_view({.eye_m = eye_at(forest, along_m),
+                                       .target_m = eye_at(forest, along_m + 3.0f),
+                                       .vertical_fov_radians = 1.05f,
+                                       .width_px = options.width_px,
+                                       .height_px = options.height_px});
+  view.error_px = options.error_px;
+  return view;
+}
+
+// ---- a run --------------------------------------------------------------------------------------------------------------------------
+
+struct Percentiles {
+  double p50 = 0, p99 = 0, max = 0;
+};
+
+Percentiles percentiles(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::ranges::sort(values);
+  const auto rank = [&](double share) { return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))]; };
+  return {rank(0.5), rank(0.99), values.back()};
+}
+
+struct Sample {
+  std::uint32_t frame = 0;
+  float threshold_px = 0;
+  std::uint32_t wanted = 0, in_flight = 0;
+  std::uint64_t memory_bytes = 0;
+};
+
+struct RunResult {
+  std::vector<double> begin_ms, record_ms, frame_ms;
+  std::vector<Sample> samples;
+  std::vector<test::Picture> pictures;
+  coppice_stats stats{};
+  double seconds = 0;
+  std::uint64_t counted_peak_bytes = 0, full_bytes = 0;
+  std::uint32_t frames_over_budget = 0, frames_with_missing_plants = 0;
+  std::optional<std::uint32_t> first_complete_frame, settled_frame;
+};
+
+class Run {
+ public:
+  Run(const Options& options, std::uint64_t budget_bytes) : options_(options), budget_bytes_(budget_bytes) {
+    const test::VulkanDevice& gpu = device();
+    coppice_context_desc desc;
+    coppice_context_desc_init(&desc);
+    desc.instance = gpu.instance;
+    desc.physical_device = gpu.physical_device;
+    desc.device = gpu.device;
+    desc.get_instance_proc_addr = get_instance_proc_addr;
+    desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+    desc.depth_format = VK_FORMAT_D32_SFLOAT;
+    desc.max_instances = std::max(options.instances, 1u);
+    desc.max_plants = options.species;
+    desc.memory_budget_bytes = budget_bytes;
+    desc.allocator = counting_allocator();
+    desc.texture_compression_bc = gpu.texture_compression_bc ? VK_TRUE : VK_FALSE;
+    desc.compute_raster = options.raster ? VK_TRUE : VK_FALSE;
+    desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
+    desc.log.write = [](void*, coppice_log_level level, const char* line) {
+      if (level != COPPICE_LOG_INFO) std::fprintf(stderr, "coppice: %s\n", line);
+    };
+    check(coppice_context_create(&desc, &context_), "coppice_context_create");
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+  ~Run() { coppice_context_destroy(context_); }
+
+  void plant(const std::vector<std::string>& files) {
+    forest_.side = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(options_.instances))));
+    for (std::uint32_t i = 0; i < options_.species; ++i) {
+      coppice_plant plant = 0;
+      check(coppice_plant_open(context_, files[i % files.size()].c_str(), &plant), "coppice_plant_open");
+      forest_.plants.push_back(plant);
+    }
+    std::vector<std::vector<coppice_placement>> placements(options_.species);
+    for (std::uint32_t i = 0; i < options_.instances; ++i) {
+      const std::uint32_t row = i / forest_.side, column = i % forest_.side, random = hashed(i);
+      const auto offset = [&](std::uint32_t cell, std::uint32_t bits) {
+        return (static_cast<float>(cell) + 0.8f * static_cast<float>(bits & 0xffffu) / 65536.0f) * kSpacing_m - forest_.half_m();
+      };
+      const float yaw = static_cast<float>(random % 6283u) * 0.0005f;
+      placements[species_at(row, column, options_.species)].push_back({{offset(column, random), 0.0f, offset(row, random >> 16)},
+                                                                       0.8f + 0.4f * static_cast<float>(random % 97u) / 97.0f,
+                                                                       {0.0f, std::sin(yaw), 0.0f, std::cos(yaw)},
+                                                                       {1.0f, 1.0f, 1.0f}});
+    }
+    for (std::uint32_t i = 0; i < options_.species; ++i)
+      check(coppice_instances_add(context_, forest_.plants[i], placements[i].data(), static_cast<std::uint32_t>(placements[i].size()),
+                                  nullptr),
+            "coppice_instances_add");
+  }
+
+  /// Everything resident: what the plants take when nothing is left out.
+  void load_all() {
+    coppice_view view = view_at(options_, forest_, 0);
+    view.lod = COPPICE_LOD_FULL;
+    frame(view, false, nullptr);
+    const std::uint64_t empty = stats().memory_bytes;
+    for (int i = 0; i < 20000; ++i) {
+      frame(view, false, nullptr);
+      const coppice_stats now = stats();
+      if (i > 3 && now.pages_wanted == 0 && now.pages_in_flight == 0) break;
+      if (now.pages_in_flight > 0) ::usleep(500);
+    }
+    result.full_bytes = stats().memory_bytes - empty;
+  }
+
+  void fly() {
+    const auto start = Clock::now();
+    const std::uint32_t step = std::max(options_.frames / std::max(options_.pictures, 1u), 1u);
+    for (std::uint32_t i = 0; i < options_.frames; ++i) {
+      const bool picture = options_.pictures > 0 && i % step == step - 1;
+      frame(view_at(options_, forest_, i), true, picture ? &result.pictures.emplace_back() : nullptr);
+      account(i);
+    }
+    result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    result.stats = stats();
+  }
+
+  RunResult result;
+
+ private:
+  const test::VulkanDevice& device() const {
+    return test::vulkan_device(options_.validation ? test::Validation::on : test::Validation::off);
+  }
+  static void check(coppice_status status, const char* call) {
+    if (status != COPPICE_OK) throw std::runtime_error(std::string(call) + ": " + coppice_status_text(status));
+  }
+  [[nodiscard]] coppice_stats stats() const {
+    coppice_stats stats;
+    coppice_stats_init(&stats);
+    check(coppice_get_stats(context_, &stats), "coppice_get_stats");
+    return stats;
+  }
+
+  /// How many plants cannot be drawn at all.
+  [[nodiscard]] std::uint32_t missing_plants() const {
+    std::uint32_t missing = 0;
+    for (const coppice_plant plant : forest_.plants) {
+      coppice_plant_info info;
+      coppice_plant_info_init(&info);
+      check(coppice_plant_get_info(context_, plant, &info), "coppice_plant_get_info");
+      missing += info.page_count > 0 && info.resident_page_count == 0;
+    }
+    return missing;
+  }
+
+  void account(std::uint32_t index) {
+    const std::uint64_t counted = host_counter().live_bytes + device_counter().live_bytes;
+    result.counted_peak_bytes = std::max(result.counted_peak_bytes, counted);
+    result.frames_over_budget += counted > budget_bytes_;
+    const bool complete = missing_plants() == 0;
+    if (complete && !result.first_complete_frame) result.first_complete_frame = index + 1;
+    result.frames_with_missing_plants += !complete;
+    const coppice_stats now = stats();
+    if (now.pages_wanted == 0 && !result.settled_frame && complete) result.settled_frame = index + 1;
+    if (index % std::max(options_.frames / 100, 1u) == 0)
+      result.samples.push_back({index, now.threshold_px, now.pages_wanted, now.pages_in_flight, now.memory_bytes});
+  }
+
+  void record(VkCommandBuffer cmd, const coppice_view& view) {
+    check(coppice_record_upload(context_, cmd), "coppice_record_upload");
+    check(coppice_record_cull(context_, cmd, &view), "coppice_record_cull");
+  }
+
+  void frame(const coppice_view& view, bool draw, test::Picture* picture) {
+    coppice_frame begun;
+    coppice_frame_init(&begun);
+    begun.frame_number = ++frame_number_;
+    begun.completed_number = frame_number_ - 1;
+    begun.view = &view;
+    const auto ms = [](Clock::time_point from) { return std::chrono::duration<double, std::milli>(Clock::now() - from).count(); };
+    const auto start = Clock::now();
+    check(coppice_frame_begin(context_, &begun), "coppice_frame_begin");
+    const double begin_ms = ms(start);
+    if (!draw) {
+      test::submit(device(), [&](VkCommandBuffer cmd) { record(cmd, view); });
+      return;
+    }
+    double record_ms = 0;
+    test::Picture drawn = test::draw_on_white(
+        device(), view,
+        [&](VkCommandBuffer cmd) {
+          const auto record_start = Clock::now();
+          record(cmd, view);
+          record_ms = ms(record_start);
+        },
+        [&](VkCommandBuffer cmd) { check(coppice_record_draw(context_, cmd, &view), "coppice_record_draw"); });
+    result.begin_ms.push_back(begin_ms);
+    result.record_ms.push_back(record_ms);
+    result.frame_ms.push_back(ms(start));
+    if (picture != nullptr) *picture = std::move(drawn);
+  }
+
+  const Options& options_;
+  std::uint64_t budget_bytes_;
+  coppice_context* context_ = nullptr;
+  Forest forest_;
+  std::uint64_t frame_number_ = 0;
+};
+
+// ---- the report ---------------------------------------------------------------------------------------------------------------------
+
+/// Of luminance, 0..255, over all pixels.
+double rmse(const test::Picture& a, const test::Picture& b) {
+  const auto luminance = [](const std::uint8_t* rgb) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; };
+  double sum = 0;
+  for (std::size_t i = 0; i < a.rgba.size(); i += 4) sum += std::pow(luminance(&a.rgba[i]) - luminance(&b.rgba[i]), 2.0);
+  return std::sqrt(sum / (static_cast<double>(a.rgba.size()) / 4.0));
+}
+
+nlohmann::ordered_json json_of(const Percentiles& p) {
+  return {{"p50", p.p50}, {"p99", p.p99}, {"max", p.max}};
+}
+
+nlohmann::ordered_json json_of(const RunResult& run) {
+  nlohmann::ordered_json json;
+  json["begin_ms"] = json_of(percentiles(run.begin_ms));
+  json["record_ms"] = json_of(percentiles(run.record_ms));
+  json["frame_ms"] = json_of(percentiles(run.frame_ms));
+  json["seconds"] = run.seconds;
+  json["counted_peak_bytes"] = run.counted_peak_bytes;
+  json["memory_peak_bytes"] = run.stats.memory_peak_bytes;
+  json["pages_loaded"] = run.stats.pages_loaded;
+  json["pages_evicted"] = run.stats.pages_evicted;
+  json["pages_cancelled"] = run.stats.pages_cancelled;
+  json["bytes_read"] = run.stats.bytes_read;
+  json["bytes_per_s"] = static_cast<double>(run.stats.bytes_read) / run.seconds;
+  json["decode_ms"] = run.stats.decode_ms;
+  if (run.first_complete_frame) json["first_complete_frame"] = *run.first_complete_frame;
+  if (run.settled_frame) json["settled_frame"] = *run.settled_frame;
+  json["frames_over_budget"] = run.frames_over_budget;
+  json["frames_with_missing_plants"] = run.frames_with_missing_plants;
+  for (const Sample& sample : run.samples)
+    json["samples"].push_back({{"frame", sample.frame},
+                               {"threshold_px", sample.threshold_px},
+                               {"pages_wanted", sample.wanted},
+                               {"pages_in_flight", sample.in_flight},
+                               {"memory_bytes", sample.memory_bytes}});
+  return json;
+}
+
+void print(const char* name, const RunResult& run) {
+  const Percentiles begin = percentiles(run.begin_ms), record = percentiles(run.record_ms), frame = percentiles(run.frame_ms);
+  std::printf("%s\n", name);
+  std::printf("  coppice_frame_begin  p50 %.3f ms, p99 %.3f, max %.3f\n", begin.p50, begin.p99, begin.max);
+  std::printf("  upload and cull      p50 %.3f ms, p99 %.3f, max %.3f\n", record.p50, record.p99, record.max);
+  std::printf("  frame                p50 %.2f ms, p99 %.2f, max %.2f\n", frame.p50, frame.p99, frame.max);
+  std::printf("  counted memory       peak %.2f MiB\n", static_cast<double>(run.counted_peak_bytes) / (1 << 20));
+  std::printf("  pages                %llu loaded, %llu evicted, %llu cancelled; %.1f MB/s read\n",
+              static_cast<unsigned long long>(run.stats.pages_loaded), static_cast<unsigned long long>(run.stats.pages_evicted),
+              static_cast<unsigned long long>(run.stats.pages_cancelled), 1e-6 * static_cast<double>(run.stats.bytes_read) / run.seconds);
+}
+
+int report(const Options& options, std::uint64_t budget_bytes, const RunResult& all, const RunResult& streamed) {
+  nlohmann::ordered_json json;
+  json["device"] = test::vulkan_device().device_name;
+  json["species"] = options.species;
+  json["instances"] = options.instances;
+  json["frames"] = options.frames;
+  json["error_px"] = options.error_px;
+  json["all_bytes"] = all.full_bytes;
+  json["budget_bytes"] = budget_bytes;
+  json["resident"] = json_of(all);
+  json["streamed"] = json_of(streamed);
+  print("everything resident", all);
+  print("streamed", streamed);
+  for (std::size_t i = 0; i < streamed.pictures.size(); ++i) json["rmse"].push_back(rmse(all.pictures[i], streamed.pictures[i]));
+  const std::uint32_t complete = streamed.first_complete_frame.value_or(options.frames + 1);
+  const auto highest = std::ranges::max_element(streamed.samples, {}, &Sample::threshold_px);
+  std::printf("budget %.2f MiB of %.2f: a %.1fth; threshold %.2f px, at most %.2f; every plant there from frame %u on\n",
+              static_cast<double>(budget_bytes) / (1 << 20), static_cast<double>(all.full_bytes) / (1 << 20),
+              static_cast<double>(all.full_bytes) / static_cast<double>(budget_bytes), static_cast<double>(options.error_px),
+              static_cast<double>(highest->threshold_px), complete);
+  if (json.contains("rmse")) std::printf("rmse of pictures against everything resident: %s\n", json["rmse"].dump().c_str());
+  if (!options.json.empty()) {
+    std::ofstream stream(options.json);
+    stream << json.dump(2) << '\n';
+    if (!stream.flush()) throw std::runtime_error("cannot write " + options.json);
+  }
+  const auto require = [](bool holds, const char* what) {
+    if (!holds) std::printf("FAILED: %s\n", what);
+    return holds;
+  };
+  bool good = require(streamed.frames_over_budget == 0, "the budget is exceeded");
+  good = require(complete <= 3, "a plant is not there by the third frame") && good;
+  good = require(streamed.frames_with_missing_plants + 1 <= complete, "a plant is gone again") && good;
+  good = require(highest->threshold_px > options.error_px, "the budget is not tight: nothing was tested") && good;
+  const auto messages = test::validation_messages();
+  for (const std::string& message : messages) std::printf("%s\n", message.c_str());
+  good = require(messages.empty(), "validation messages") && good;
+  return good ? 0 : 1;
+}
+
+/// For everything. What the library allocates at a time grows with its budget, so not more than that.
+constexpr std::uint64_t kEnoughBytes = 2ull << 30;
+
+int run(const Options& options) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("stream_bench_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  std::vector<std::string> files = options.files;
+  if (files.empty())
+    files = options.bake_folder.empty() ? random_plants(folder, options.species, options.leaves)
+                                        : baked_plants(options.bake_folder, options.species);
+  RunResult all;
+  {
+    Run resident(options, kEnoughBytes);
+    resident.plant(files);
+    resident.load_all();
+    resident.fly();
+    all = std::move(resident.result);
+  }
+  const std::uint64_t budget_bytes = options.budget_bytes != 0 ? options.budget_bytes : all.full_bytes / 20;
+  RunResult streamed;
+  {
+    Run tight(options, budget_bytes);
+    tight.plant(files);
+    tight.fly();
+    streamed = std::move(tight.result);
+  }
+  std::filesystem::remove_all(folder);
+  return report(options, budget_bytes, all, streamed);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("A flight through a forest that does not fit the memory budget", "stream_bench");
+  app.add_option("files", options.files, ".coppice files; default: random trees");
+  app.add_option("--bake", options.bake_folder, "Bake built-in plants into this folder, where they are not there yet");
+  app.add_option("--species", options.species)->check(CLI::Range(1u, 4096u))->capture_default_str();
+  app.add_option("--leaves", options.leaves, "Of a random tree, about")->check(CLI::Range(100u, 1000000u))->capture_default_str();
+  app.add_option("--instances", options.instances)->check(CLI::Range(1u, 1000000u))->capture_default_str();
+  app.add_option("--frames", options.frames)->check(CLI::Range(4u, 1000000u))->capture_default_str();
+  app.add_option("--width", options.width_px)->capture_default_str();
+  app.add_option("--height", options.height_px)->capture_default_str();
+  app.add_option("--budget", options.budget_bytes, "Bytes; default: a twentieth of what everything takes");
+  app.add_option("--error-px", options.error_px)->capture_default_str();
+  app.add_option("--speed", options.speed_m, "Metres a frame")->capture_default_str();
+  app.add_option("--pictures", options.pictures, "Pictures compared with everything resident")->capture_default_str();
+  app.add_option("--json", options.json, "Write the figures");
+  app.add_flag("--raster", options.raster, "Small leaves by compute shaders");
+  app.add_flag("--validation", options.validation);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return run(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "stream_bench: %s\n", error.what());
+    return 1;
+  }
+}

@@ -53,6 +53,7 @@ void report(Session& session, const Options& options) {
   session.statistics.validation_messages = session.device.messages;
   std::printf("%s", table(session.statistics).c_str());
   if (!options.stats.empty()) write_json(options.stats, session.statistics);
+  if (session.forest.trace) session.forest.trace->write(options.trace);
 }
 
 float ms_since(Clock::time_point start) {

@@ -125,6 +125,10 @@ Forest create_forest(const Device& device, const Options& options, std::uint32_t
   desc.max_instances = instances;
   desc.max_plants = std::max(static_cast<std::uint32_t>(plants), desc.max_plants);
   desc.log = {forest.last_error.get(), on_log};
+  if (!options.trace.empty()) {
+    forest.trace = std::make_unique<Trace>();
+    desc.trace = forest.trace->hook();
+  }
   coppice_context* context = nullptr;
   const coppice_status status = coppice_context_create(&desc, &context);
   forest.context.reset(context);
@@ -136,6 +140,7 @@ Forest create_forest(const Device& device, const Options& options, std::uint32_t
 
 Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options) {
   Forest forest = create_forest(device, options, std::max(options.count, kLeastInstances), files.size());
+  forest.files = files;
   for (const std::string& file : files) {
     forest.plants.push_back(open_plant(forest, file));
     forest.species.push_back(species_of(forest, forest.plants.back()));
@@ -177,6 +182,13 @@ void add_instances(Forest& forest, const Planting& planting, const Terrain& terr
                                 nullptr),
           "coppice_instances_add");
   }
+}
+
+void reload(Forest& forest, std::size_t plant) {
+  const coppice_status status = coppice_plant_reload(forest.context.get(), forest.plants[plant], nullptr);
+  if (status == COPPICE_OK) return;
+  const std::lock_guard lock(forest.last_error->mutex);
+  std::fprintf(stderr, "coppice-forest: %s; what was there stays\n", forest.last_error->line.c_str());
 }
 
 void check(const Forest& forest, coppice_status status, const char* call) {

@@ -88,6 +88,9 @@ void declare(CLI::App& app, Options& options) {
                  "Run cut, discrete and full over the camera path (--frames poses) and write time, leaves and error against full as JSON, "
                  "and a plot beside it, F.svg")
       ->type_name("F.json");
+  app.add_option("--trace", options.trace, "Write what streaming and recording did when, for chrome://tracing or ui.perfetto.dev")
+      ->type_name("F.json");
+  app.add_flag("--watch", options.watch, "Show plants anew when their files change");
   app.add_flag("--pass-times", options.pass_times, "Measure the GPU's time by pass, which costs some of it");
   app.add_flag("--validation", options.validation, "Vulkan core and synchronization validation; messages are printed and counted");
 }

@@ -37,6 +37,8 @@ struct Options {
   std::string stats;    ///< empty: none
   std::string record;   ///< folder for every frame's picture; empty: none
   std::string compare;  ///< where to write the comparison of LoD modes; empty: none
+  std::string trace;    ///< empty: none
+  bool watch = false;
   bool pass_times = false;
   bool validation = false;
 };

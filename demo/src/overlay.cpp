@@ -100,6 +100,25 @@ VkRect2D scissor_of(const ImVec4& rectangle, VkExtent2D extent) {
   return {from, {static_cast<std::uint32_t>(std::max(to.x - from.x, 0)), static_cast<std::uint32_t>(std::max(to.y - from.y, 0))}};
 }
 
+/// Means over about the last 30 frames.
+void update_rates(Overlay& overlay, const coppice_stats& stats, float frame_ms) {
+  constexpr float kNewest = 1.0f / 30;
+  if (frame_ms <= 0) return;
+  const auto mean = [&](float& of, double change) { of += kNewest * (static_cast<float>(change) / frame_ms - of); };
+  mean(overlay.bytes_per_ms, static_cast<double>(stats.bytes_read - overlay.bytes_read));
+  mean(overlay.decode_share, stats.decode_ms - overlay.decode_ms);
+  overlay.bytes_read = stats.bytes_read;
+  overlay.decode_ms = stats.decode_ms;
+}
+
+void show_streaming(const Overlay& overlay, const coppice_stats& stats) {
+  ImGui::Text("pages    %llu loaded, %llu evicted, %llu cancelled", static_cast<unsigned long long>(stats.pages_loaded),
+              static_cast<unsigned long long>(stats.pages_evicted), static_cast<unsigned long long>(stats.pages_cancelled));
+  ImGui::Text("         %u wanted, %u on their way, %u queued", stats.pages_wanted, stats.pages_in_flight, stats.pages_queued);
+  ImGui::Text("reading  %.1f MB/s, decoding on %.2f threads", 1e-3 * static_cast<double>(overlay.bytes_per_ms),
+              static_cast<double>(overlay.decode_share));
+}
+
 void show_statistics(const coppice_stats& stats) {
   constexpr double kMebibyte = 1 << 20;
   const double share =
@@ -111,8 +130,6 @@ void show_statistics(const coppice_stats& stats) {
               1e-6 * static_cast<double>(stats.drawn_leaf_mesh_triangle_count));
   ImGui::Text("memory   %.1f of %.0f MiB", static_cast<double>(stats.memory_bytes) / kMebibyte,
               static_cast<double>(stats.memory_budget_bytes) / kMebibyte);
-  ImGui::Text("pages    %llu loaded, %llu evicted, %u wanted, %u on their way", static_cast<unsigned long long>(stats.pages_loaded),
-              static_cast<unsigned long long>(stats.pages_evicted), stats.pages_wanted, stats.pages_in_flight);
 }
 
 // A bar a pass, the longest as wide as the panel's plot.
@@ -162,6 +179,7 @@ Overlay::~Overlay() {
 void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures& figures, Controls& controls) {
   overlay.frame_ms[overlay.frame_index] = figures.frame_ms;
   overlay.frame_index = (overlay.frame_index + 1) % overlay.frame_ms.size();
+  update_rates(overlay, figures.stats, figures.frame_ms);
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
   if (window.overlay_visible) {
@@ -174,6 +192,7 @@ void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures
                      label, 0, std::max(33.0f, slowest), {320, 56});
     show_statistics(figures.stats);
     if (figures.scene_times != nullptr) show_passes(figures.stats, *figures.scene_times);
+    show_streaming(overlay, figures.stats);
     show_controls(controls);
     ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, P picture, Tab hides");
     ImGui::End();

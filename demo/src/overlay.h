@@ -34,6 +34,9 @@ struct Overlay {
   std::array<Buffer, FrameRing::kSlots> geometry;  ///< vertices, then indices; grows as needed
   std::array<float, 120> frame_ms = {};            ///< a ring
   std::size_t frame_index = 0;
+  std::uint64_t bytes_read = 0;              ///< as of the frame before
+  double decode_ms = 0;                      ///< likewise
+  float bytes_per_ms = 0, decode_share = 0;  ///< of late; decode_share in threads
 
   /// color_format  of the attachment record_overlay draws to
   Overlay(const Device& device, const Window& window, VkFormat color_format);

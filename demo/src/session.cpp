@@ -82,8 +82,13 @@ std::uint32_t acquire(Session& session, const FrameSlot& slot) {
 
 // Figures arrive when the GPU has finished a frame, so a sample is of an earlier frame than the one being recorded.
 void sample_statistics(Session& session) {
-  session.statistics.last = statistics_of(session.forest);
-  const coppice_stats& stats = session.statistics.last;
+  Statistics& statistics = session.statistics;
+  statistics.last = statistics_of(session.forest);
+  const coppice_stats& stats = statistics.last;
+  statistics.seconds = std::chrono::duration<double>(Clock::now() - session.start).count();
+  statistics.max_threshold_px = std::max(statistics.max_threshold_px, stats.threshold_px);
+  statistics.max_pages_in_flight = std::max(statistics.max_pages_in_flight, stats.pages_in_flight);
+  statistics.max_pages_queued = std::max(statistics.max_pages_queued, stats.pages_queued);
   if (stats.gpu_frame_number == session.sampled_frame) return;
   session.sampled_frame = stats.gpu_frame_number;
   if (session.sampled_frame < session.first_measured || session.sampled_frame > session.last_measured) return;
@@ -103,6 +108,13 @@ void write_picture(const Session& session, const std::string& file) {
   wait_for_frames(session.device, session.ring);
   const VkExtent2D extent = session.renderer.picture.extent;
   write_png(file, extent.width, extent.height, read_picture(session.renderer));
+}
+
+// Half a second or so between looks, so that a file that is being written is left alone until it is whole.
+void reload_changed(Session& session) {
+  constexpr std::uint64_t kFramesBetweenLooks = 30;
+  if (!session.watch || session.ring.number % kFramesBetweenLooks != 0) return;
+  for (const std::size_t plant : changed_files(*session.watch)) reload(session.forest, plant);
 }
 
 coppice_view begin_plants(Session& session, const FrameView& view) {
@@ -179,6 +191,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
               .memory_mb = static_cast<int>(options.memory_mb),
               .lod = options.lod};
   statistics.device = device.name;
+  if (options.watch) watch = watch_files(forest.files);
   if (options.pass_times) renderer.timer = std::make_unique<PassTimer>(device);
 }
 
@@ -196,6 +209,7 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   const glm::vec2 jitter = 2.0f * session.jitter_px / glm::vec2(extent.width, extent.height);
   view.clip_from_view[2] -= glm::vec4(jitter, 0, 0);
   pace_frame(session, frame_ms);
+  reload_changed(session);
   const coppice_view plant_view = begin_plants(session, view);
   sample_statistics(session);
   if (session.overlay) layout_controls(session, frame_ms);

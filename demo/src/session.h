@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -8,6 +9,7 @@
 #include "frame_pace.h"
 #include "overlay.h"
 #include "swapchain.h"
+#include "watch.h"
 
 namespace forest {
 
@@ -44,7 +46,9 @@ struct Session {
   Controls controls;
   FramePace pace;
   glm::vec2 jitter_px = {0, 0};  ///< moves the picture, for supersampling
+  std::optional<Watch> watch;    ///< absent unless asked for
   Statistics statistics;
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   std::uint64_t first_measured = 1;  ///< frames from this number on are in `statistics`
   std::uint64_t last_measured = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t sampled_frame = 0;  ///< the last frame whose figures have been seen

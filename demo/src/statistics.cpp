@@ -33,6 +33,10 @@ double mebibytes(std::uint64_t bytes) {
   return static_cast<double>(bytes) / (1 << 20);
 }
 
+double bytes_per_s(const Statistics& statistics) {
+  return statistics.seconds > 0 ? static_cast<double>(statistics.last.bytes_read) / statistics.seconds : 0;
+}
+
 }  // namespace
 
 FrameTimes summarize(const std::vector<float>& frame_ms) {
@@ -70,13 +74,17 @@ std::string table(const Statistics& statistics) {
     text += "\n";
   }
   text += line("memory               peak %.1f MiB of %.1f\n", mebibytes(last.memory_peak_bytes), mebibytes(last.memory_budget_bytes));
-  text += line("pages                %llu loaded, %llu evicted, %llu failed\n", static_cast<unsigned long long>(last.pages_loaded),
-               static_cast<unsigned long long>(last.pages_evicted), static_cast<unsigned long long>(last.pages_failed));
   if (last.scene_tile_count > 0)
     text += line("scene                %u of %u tiles resident, %u missing, %u failed, threshold %.1f px; settled after %.0f ms\n",
                  last.scene_tiles_resident, last.scene_tile_count, last.scene_tiles_missing, last.scene_tiles_failed,
                  double{last.scene_threshold_px}, double{statistics.settled_ms});
   if (statistics.first_picture_ms > 0) text += line("first picture        %.0f ms\n", double{statistics.first_picture_ms});
+  text += line("pages                %llu loaded, %llu evicted, %llu cancelled, %llu failed\n",
+               static_cast<unsigned long long>(last.pages_loaded), static_cast<unsigned long long>(last.pages_evicted),
+               static_cast<unsigned long long>(last.pages_cancelled), static_cast<unsigned long long>(last.pages_failed));
+  text += line("streaming            threshold at most %.2f px; %.1f MB read, %.1f MB/s; %.0f ms of decoding\n",
+               double{statistics.max_threshold_px}, 1e-6 * static_cast<double>(last.bytes_read), 1e-6 * bytes_per_s(statistics),
+               last.decode_ms);
   text += line("validation messages  %u\n", statistics.validation_messages);
   return text;
 }
@@ -108,6 +116,13 @@ void write_json(const std::string& file, const Statistics& statistics) {
                      {"tiles_resident", last.scene_tiles_resident}, {"tiles_missing", last.scene_tiles_missing},
                      {"tiles_failed", last.scene_tiles_failed},     {"threshold_px", last.scene_threshold_px},
                      {"settled_ms", statistics.settled_ms}};
+  json["pages_cancelled"] = last.pages_cancelled;
+  json["pages_in_flight_max"] = statistics.max_pages_in_flight;
+  json["pages_queued_max"] = statistics.max_pages_queued;
+  json["bytes_read"] = last.bytes_read;
+  json["bytes_per_s"] = bytes_per_s(statistics);
+  json["decode_ms"] = last.decode_ms;
+  json["threshold_px_max"] = statistics.max_threshold_px;
   json["validation_messages"] = statistics.validation_messages;
   std::error_code ignored;
   std::filesystem::create_directories(std::filesystem::path(file).parent_path(), ignored);

@@ -27,6 +27,9 @@ struct Statistics {
   /// Headless, from the start of the program, device and pipelines included: until the GPU had drawn the first frame that shows a plant,
   /// and until all of a scene that the first view wants was there.
   float first_picture_ms = 0, settled_ms = 0;
+  double seconds = 0;  ///< from the start to `last`
+  float max_threshold_px = 0;
+  std::uint32_t max_pages_in_flight = 0, max_pages_queued = 0;
   std::uint32_t validation_messages = 0;
 };
 

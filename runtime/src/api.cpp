@@ -147,6 +147,12 @@ coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant
   return COPPICE_OK;
 }
 
+coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path) {
+  if (context == nullptr || !context->context->is_open(plant)) return invalid(context, __func__, "plant is not open");
+  const auto reloaded = context->context->reload_plant(plant, path);
+  return reloaded ? COPPICE_OK : static_cast<coppice_status>(reloaded.error().status);  // the log has it, with the path
+}
+
 void coppice_plant_info_init(coppice_plant_info* info) {
   *info = {};
   info->struct_size = sizeof *info;

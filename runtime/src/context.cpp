@@ -13,9 +13,31 @@ namespace {
 /// The compute rasteriser's lists of a page's leaves and of the cuts coarser than it, about; see coppice_context_desc.compute_raster.
 constexpr std::uint64_t kRasterListBytesPerPage = 180 * COPPICE_PAGE_SPLITS;
 
+/// Plants that may be reloaded at a time.
+constexpr std::uint32_t kReloadSlots = 4;
+/// How long a reload waits for as much of the new file as is wanted.
+constexpr std::uint64_t kReloadFrames = 120;
+
+/// How far ahead of the camera streaming looks: about what a read and a decode take when many wait.
+constexpr float kFramesAhead = 20.0f;
+
 std::uint64_t nanoseconds(float ms) {
   return static_cast<std::uint64_t>(std::min(double{ms} * 1e6, 1e18));
 }
+
+/// A call from its beginning to its end.
+class TraceScope {
+ public:
+  TraceScope(const coppice_trace& trace, coppice_trace_kind kind) : trace_(trace), kind_(kind), start_ns_(trace_start(trace)) {}
+  TraceScope(const TraceScope&) = delete;
+  TraceScope& operator=(const TraceScope&) = delete;
+  ~TraceScope() { trace_end(trace_, {kind_, nullptr, nullptr, 0, 0, start_ns_, 0}); }
+
+ private:
+  const coppice_trace& trace_;
+  coppice_trace_kind kind_;
+  std::uint64_t start_ns_;
+};
 
 std::uint32_t index_of(coppice_plant plant) {
   return static_cast<std::uint32_t>(plant & 0xffffffffu) - 1;
@@ -35,7 +57,7 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
                                 .pipeline_cache = desc.pipeline_cache,
                                 .memory_budget_bytes = desc.memory_budget_bytes,
                                 .max_instances = desc.max_instances,
-                                .max_plants = desc.max_plants,
+                                .max_plants = desc.max_plants + kReloadSlots,
                                 .compute_raster = desc.compute_raster == VK_TRUE,
                                 .int64_atomics = desc.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
                                 .pass_times = desc.pass_times == VK_TRUE});
@@ -46,11 +68,12 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
 Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& desc) {
   std::unique_ptr<Context> context(new (std::nothrow) Context);
   if (!context) return Error{Status::out_of_memory, "context"};
-  COPPICE_TRY(hooks, complete_hooks({desc.allocator, desc.jobs, desc.io, desc.log}));
+  const std::uint32_t slot_count = desc.max_plants + kReloadSlots;
+  COPPICE_TRY(hooks, complete_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
   context->hooks_ = std::move(hooks);
   COPPICE_TRY(renderer, create_renderer(desc));
   context->renderer_ = std::move(renderer);
-  COPPICE_TRY(instances, gpu::InstanceTable::create(context->hooks_.hooks.allocator, desc.max_instances, desc.max_plants));
+  COPPICE_TRY(instances, gpu::InstanceTable::create(context->hooks_.hooks.allocator, desc.max_instances, slot_count));
   context->instances_ = std::move(instances);
   const StreamerOptions options{.gpu = {.page_bytes = gpu::kPageBytes,
                                         .wood_vertex_bytes = sizeof(gpu::WoodVertex),
@@ -58,55 +81,104 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
                                         .page_list_bytes = context->renderer_->has_raster() ? kRasterListBytesPerPage : 0,
                                         .block_textures = context->renderer_->block_textures()},
                                 .budget_bytes = desc.memory_budget_bytes,
-                                .max_plants = desc.max_plants,
+                                .max_plants = slot_count,
                                 .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
   context->streaming_ns_ = options.hand_over_budget_ns;
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, options));
   context->streamer_ = std::move(streamer);
   context->plants_.resize(desc.max_plants);
-  context->demands_.resize(desc.max_plants);
-  context->residency_.resize(desc.max_plants);
+  context->slots_.resize(slot_count);
+  context->demands_.resize(slot_count);
+  context->demands_ahead_.resize(slot_count);
+  context->residency_.resize(slot_count);
   return context;
 }
 
-Result<coppice_plant> Context::open_plant(const char* path) {
-  COPPICE_TRY(index, streamer_->open_plant(path));
-  const PlantFile& file = streamer_->file(index);
-  if (auto added = renderer_->add_plant(index, file, streamer_->lod_words(index)); !added) {
+const Context::PlantEntry& Context::entry(coppice_plant plant) const {
+  return plants_[index_of(plant)];
+}
+
+Context::PlantEntry& Context::entry(coppice_plant plant) {
+  return plants_[index_of(plant)];
+}
+
+Result<std::uint32_t> Context::open_slot(const char* path) {
+  COPPICE_TRY(slot, streamer_->open_plant(path));
+  const PlantFile& file = streamer_->file(slot);
+  if (auto added = renderer_->add_plant(slot, file, streamer_->lod_words(slot)); !added) {
     log_line(log(), COPPICE_LOG_ERROR, "%s: %s", path, added.error().message().c_str());
-    streamer_->close_plant(index);
+    streamer_->close_plant(slot);
     return added.error();
   }
-  instances_.set_plant_sphere(index, file.plant.sphere_center, file.plant.sphere_radius);
-  PlantEntry& entry = plants_[index];
-  entry.open = true;
-  entry.on_gpu = true;
-  return std::uint64_t{entry.generation} << 32 | (index + 1);
+  instances_.set_plant_sphere(slot, file.plant.sphere_center, file.plant.sphere_radius);
+  slots_[slot] = {.open = true, .on_gpu = true};
+  return slot;
+}
+
+void Context::close_slot(std::uint32_t slot) {
+  instances_.remove_plant(slot);
+  streamer_->close_plant(slot);
+  slots_[slot].open = false;
+}
+
+Result<coppice_plant> Context::open_plant(const char* path) {
+  const auto free = std::ranges::find(plants_, false, &PlantEntry::open);
+  if (free == plants_.end()) {
+    log_line(log(), COPPICE_LOG_ERROR, "%s: max_plants are open", path);
+    return Error{Status::out_of_memory, "max_plants are open"};
+  }
+  COPPICE_TRY(slot, open_slot(path));
+  free->open = true;
+  free->slot = slot;
+  return std::uint64_t{free->generation} << 32 | static_cast<std::uint64_t>(free - plants_.begin() + 1);
 }
 
 bool Context::is_open(coppice_plant plant) const {
-  const std::uint32_t index = index_of(plant);
-  return index < plants_.size() && plants_[index].open && plants_[index].generation == generation_of(plant);
+  return index_of(plant) < plants_.size() && entry(plant).open && entry(plant).generation == generation_of(plant);
 }
 
 void Context::close_plant(coppice_plant plant) {
-  const std::uint32_t index = index_of(plant);
-  instances_.remove_plant(index);
-  streamer_->close_plant(index);
-  plants_[index].open = false;
-  ++plants_[index].generation;
+  PlantEntry& closing = entry(plant);
+  close_slot(closing.slot);
+  if (closing.next_slot != kNoSlot) close_slot(closing.next_slot);
+  closing = {.generation = closing.generation + 1};
+}
+
+Result<void> Context::reload_plant(coppice_plant plant, const char* path) {
+  PlantEntry& reloading = entry(plant);
+  const std::string own_path = streamer_->path(reloading.slot);
+  COPPICE_TRY(slot, open_slot(path != nullptr ? path : own_path.c_str()));
+  if (reloading.next_slot != kNoSlot) close_slot(reloading.next_slot);
+  reloading.next_slot = slot;
+  reloading.swap_frame = frame_number_ + kReloadFrames;
+  return {};
+}
+
+// What is pinned of the new file has to be there in any case: from then on it can be drawn.
+void Context::finish_reloads() {
+  for (PlantEntry& plant : plants_) {
+    if (!plant.open || plant.next_slot == kNoSlot) continue;
+    const PlantState state = streamer_->state(plant.next_slot);
+    const coppice_file_plant& counts = streamer_->file(plant.next_slot).plant;
+    const bool drawable =
+        (counts.page_count == 0 || state.resident_page_count > 0) && (counts.wood_lod_count == 0 || state.resident_wood_mask != 0);
+    if (!drawable || (!streamer_->is_settled(plant.next_slot) && frame_number_ < plant.swap_frame)) continue;
+    instances_.replace_plant(plant.slot, plant.next_slot);
+    close_slot(plant.slot);
+    plant.slot = std::exchange(plant.next_slot, kNoSlot);
+  }
 }
 
 void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
-  const std::uint32_t index = index_of(plant);
-  const PlantFile& file = streamer_->file(index);
-  const PlantState state = streamer_->state(index);
+  const std::uint32_t slot = entry(plant).slot;
+  const PlantFile& file = streamer_->file(slot);
+  const PlantState state = streamer_->state(slot);
   info.leaf_count = file.plant.leaf_count;
   info.resident_leaf_count = state.resident_leaf_count;
   info.page_count = file.plant.page_count;
   info.resident_page_count = state.resident_page_count;
   info.wood_lod_count = file.plant.wood_lod_count;
-  const std::span<const std::uint32_t> words = streamer_->lod_words(index);
+  const std::span<const std::uint32_t> words = streamer_->lod_words(slot);
   info.wood_triangle_count = file.plant.wood_lod_count == 0 ? 0 : lod::coppice_table_wood_triangles(lod_table(file, words), 0);
   std::copy_n(file.plant.sphere_center, 3, info.sphere_center);
   info.sphere_radius = file.plant.sphere_radius;
@@ -117,7 +189,7 @@ void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
 
 Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice_placement> placements,
                                     std::span<coppice_instance> handles) {
-  return instances_.add(index_of(plant), placements, handles);
+  return instances_.add(entry(plant).slot, placements, handles);
 }
 
 Result<coppice_scene> Context::open_scene(const char* path) {
@@ -216,7 +288,7 @@ void Context::place_tile(const ReadyTile& ready) {
   scene_->placed.clear();
   for (const SceneInstance& instance : ready.instances)
     if (is_open(scene_->plants[instance.species]))
-      scene_->placed.push_back({placement_of(instance), index_of(scene_->plants[instance.species])});
+      scene_->placed.push_back({placement_of(instance), entry(scene_->plants[instance.species]).slot});
   std::vector<std::uint32_t>& blocks = scene_->tile_blocks[ready.tile];
   if (!instances_.add_tile(scene_->placed, blocks)) return scene_->stream->refused(ready.tile);
   scene_->block_count += static_cast<std::uint32_t>(blocks.size());
@@ -246,6 +318,7 @@ void Context::remove_tile(std::uint32_t tile) {
 }
 
 Result<void> Context::begin_frame(const coppice_frame& frame) {
+  const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_FRAME_BEGIN);
   if (frame.frame_number <= frame_number_ || frame.completed_number >= frame.frame_number)
     return Error{Status::invalid_argument, "coppice_frame.frame_number must grow and lie above completed_number"};
   COPPICE_TRY(view, demand_view(*frame.view));
@@ -261,22 +334,33 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   if (view.lod.discrete) view.lod.error_px *= 0.5f;
   if (scene_) stream_scene(view.lod);
   streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes() + (scene_ ? scene_->stream->bytes() : 0));
+  finish_reloads();
   instances_.update_bounds();
   measure_demand(instances_.blocks(), view, demands_);
+  add_demand_ahead(view);
+  for (const PlantEntry& plant : plants_)
+    if (plant.open && plant.next_slot != kNoSlot) demands_[plant.next_slot] = demands_[plant.slot];
   streamer_->begin_frame({frame.frame_number, frame.completed_number, &view, demands_});
 
   for (const ChunkId& id : streamer_->take_evicted())
     if (id.kind == ChunkKind::texture) renderer_->hide_texture(id.plant, id.index);
   for (const ChunkId& id : streamer_->take_released()) drop_chunk(id);
   for (const std::uint32_t plant : streamer_->take_closed_plants()) {
-    if (plants_[plant].on_gpu) renderer_->remove_plant(plant);
-    plants_[plant].on_gpu = false;
+    if (slots_[plant].on_gpu) renderer_->remove_plant(plant);
+    slots_[plant].on_gpu = false;
   }
   return {};
 }
 
+void Context::add_demand_ahead(const DemandView& view) {
+  const std::array<float, 3> by_m = follow_eye(eye_motion_, view.lod.eye_m, kFramesAhead);
+  if (by_m == std::array<float, 3>{}) return;
+  measure_demand(instances_.blocks(), moved_view(view, by_m), demands_ahead_);
+  merge_demands(demands_, demands_ahead_);
+}
+
 void Context::drop_chunk(ChunkId id) {
-  if (!plants_[id.plant].on_gpu) return;
+  if (!slots_[id.plant].on_gpu) return;
   switch (id.kind) {
     case ChunkKind::page:
       return renderer_->drop_page(id.plant, id.index);
@@ -299,12 +383,17 @@ Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
 void Context::upload_decoded() {
   const std::uint64_t start = now_ns(), spent = streamer_->hand_over_ns();
   const std::uint64_t left = streaming_ns_ - std::min(streaming_ns_, spent);
+  const coppice_trace& trace = hooks_.hooks.trace;
   bool first = true;
   for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->upload_room_bytes())) {
     if (!std::exchange(first, false) && now_ns() - start >= left) break;  // the rest is handed out again
     const ChunkId id = chunk.id;
     if (!streamer_->awaits_upload(id)) continue;  // an earlier page of its plant failed
-    if (auto uploaded = upload_chunk(chunk); uploaded)
+    const std::uint64_t upload_start = trace_start(trace);
+    auto uploaded = upload_chunk(chunk);
+    trace_end(trace,
+              {COPPICE_TRACE_UPLOAD, streamer_->path(id.plant).c_str(), chunk_kind_name(id.kind), id.index, chunk.bytes, upload_start, 0});
+    if (uploaded)
       streamer_->uploaded(id);
     else
       streamer_->upload_failed(id, uploaded.error());
@@ -312,18 +401,25 @@ void Context::upload_decoded() {
 }
 
 Result<void> Context::record_upload(VkCommandBuffer cmd) {
+  const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_UPLOAD);
   recording_ = Recording::uploaded;
   renderer_->record_upload_begin(cmd);
   upload_decoded();
-  for (std::uint32_t plant = 0; plant < plants_.size(); ++plant) {
-    if (!plants_[plant].open) continue;
+  for (std::uint32_t plant = 0; plant < slots_.size(); ++plant) {
+    if (!slots_[plant].open) continue;
     const PlantState state = streamer_->state(plant);
     residency_[plant] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
   }
   return renderer_->record_upload_end(instances_, residency_);
 }
 
+void Context::record_draw(VkCommandBuffer cmd, const coppice_view& view) {
+  const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_DRAW);
+  renderer_->record_draw(cmd, view);
+}
+
 Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view) {
+  const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_CULL);
   COPPICE_TRY(demand, demand_view(view));
   recording_ = Recording::culled;
   if (view.leaf_budget > 0 && view.lod == COPPICE_LOD_CUT) demand.lod.error_px = std::max(demand.lod.error_px, threshold_px_);
@@ -342,8 +438,8 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.leaf_mesh_instance_count = counts.leaf_mesh_instances;
   stats.drawn_leaf_mesh_triangle_count = counts.leaf_mesh_triangles;
   stats.source_leaf_count = 0;
-  for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
-    if (plants_[plant].open)
+  for (std::uint32_t plant = 0; plant < slots_.size(); ++plant)
+    if (slots_[plant].open)
       stats.source_leaf_count += std::uint64_t{instances_.plant_count(plant)} * streamer_->file(plant).plant.leaf_count;
   stats.memory_budget_bytes = streaming.budget_bytes;
   stats.memory_bytes = streaming.memory_bytes;

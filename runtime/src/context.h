@@ -10,6 +10,7 @@
 
 #include "coppice/coppice.h"
 #include "demand.h"
+#include "eye_motion.h"
 #include "hooks.h"
 #include "instances.h"
 #include "leaf_budget.h"
@@ -32,6 +33,8 @@ class Context {
   [[nodiscard]] bool is_open(coppice_plant plant) const;
   /// plant: open, here and below
   void close_plant(coppice_plant plant);
+  /// path  null: the file that it was opened from. errors  as coppice_plant_reload, logged already
+  Result<void> reload_plant(coppice_plant plant, const char* path);
   void fill_info(coppice_plant plant, coppice_plant_info& info) const;
 
   /// has_scene(): false. errors  as coppice_scene_open, logged already
@@ -49,7 +52,7 @@ class Context {
   Result<void> begin_frame(const coppice_frame& frame);
   Result<void> record_upload(VkCommandBuffer cmd);
   Result<void> record_cull(VkCommandBuffer cmd, const coppice_view& view);
-  void record_draw(VkCommandBuffer cmd, const coppice_view& view) { renderer_->record_draw(cmd, view); }
+  void record_draw(VkCommandBuffer cmd, const coppice_view& view);
   /// How far the frame's recording has come: each step needs the one before it in the same frame.
   enum class Recording : std::uint8_t { none, begun, uploaded, culled };
   [[nodiscard]] Recording recording() const { return recording_; }
@@ -58,11 +61,20 @@ class Context {
   [[nodiscard]] const coppice_log& log() const { return hooks_.hooks.log; }
 
  private:
-  struct PlantEntry {
-    std::uint32_t generation = 0;
-    bool open = false;    ///< to the engine
+  /// An open file: an index of the streamer, the renderer and the instances.
+  struct PlantSlot {
+    bool open = false;
     bool on_gpu = false;  ///< in the renderer; outlives `open` until the GPU is done
   };
+  /// What the engine holds a handle of.
+  struct PlantEntry {
+    std::uint32_t generation = 0;
+    bool open = false;
+    std::uint32_t slot = 0;
+    std::uint32_t next_slot = kNoSlot;  ///< being reloaded into
+    std::uint64_t swap_frame = 0;       ///< reloading: from this frame on what is there of the new file has to do
+  };
+  static constexpr std::uint32_t kNoSlot = 0xffffffffu;
 
   /// The open scene: its tiles' instances and its species' plants.
   struct Scene {
@@ -88,6 +100,14 @@ class Context {
   void place_tile(const ReadyTile& ready);
   void remove_tile(std::uint32_t tile);
   void grow_tiles();
+  [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
+  [[nodiscard]] PlantEntry& entry(coppice_plant plant);
+  Result<std::uint32_t> open_slot(const char* path);
+  void close_slot(std::uint32_t slot);
+  /// Shows the new files of plants whose reload has come far enough.
+  void finish_reloads();
+  /// Adds to demands_ what the view will want if the camera goes on as it does.
+  void add_demand_ahead(const DemandView& view);
   void drop_chunk(ChunkId id);
   Result<void> upload_chunk(const DecodedChunk& chunk);
   void upload_decoded();
@@ -95,8 +115,10 @@ class Context {
   HookSet hooks_;
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
-  std::vector<PlantEntry> plants_;
-  std::vector<PlantDemand> demands_;
+  std::vector<PlantEntry> plants_;  ///< [max_plants]
+  std::vector<PlantSlot> slots_;    ///< [max_plants + kReloadSlots]
+  std::vector<PlantDemand> demands_, demands_ahead_;
+  EyeMotion eye_motion_;
   std::vector<gpu::PlantResidency> residency_;
   LeafBudget leaf_budget_;
   float threshold_px_ = 0;  ///< of the frame

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -102,11 +103,19 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
                                           "threshold_px_median",
                                           "pass_ms",
                                           "memory_peak_bytes",
+                                          "pages_cancelled",
+                                          "pages_in_flight_max",
+                                          "pages_queued_max",
+                                          "bytes_read",
+                                          "bytes_per_s",
+                                          "decode_ms",
+                                          "threshold_px_max",
                                           "validation_messages"};
   EXPECT_EQ(keys, contract);
   EXPECT_EQ(stats["instances"], 40);
   EXPECT_EQ(stats["source_leaves_in_scene"], 40 * 386);
   EXPECT_EQ(stats["validation_messages"], 0);
+  EXPECT_GE(stats["threshold_px_max"], stats["threshold_px_median"]);
   EXPECT_GT(stats["visible_instances_median"], 0);
   for (const char* pass : {"upload", "cull", "splats", "leaves", "tiles", "draw", "ground", "tufts", "sky", "tone_map"})
     EXPECT_GT(stats["pass_ms"][pass], 0) << pass;
@@ -147,6 +156,34 @@ TEST(CoppiceForest, StreamsAScene) {
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_NE(missing.err.find("/nowhere/a.forest"), std::string::npos) << missing.err;
   EXPECT_EQ(run_process(COPPICE_FOREST, {"--scene", scene, "--count", "5"}).exit_code, 2) << "either";
+}
+
+TEST(CoppiceForest, TracesReadsDecodesUploadsAndFrames) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder), json = folder / "trace.json";
+  std::vector<std::string> arguments = headless_forest(plant, folder / "cut.png");
+  arguments.insert(arguments.end(), {"--trace", json, "--watch"});
+  const ProcessResult result = run_process(COPPICE_FOREST, arguments);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::ifstream file(json);
+  const auto trace = nlohmann::json::parse(file);
+  std::map<std::string, int> counts;
+  std::map<int, double> open_reads;
+  for (const auto& event : trace["traceEvents"]) {
+    ++counts[event["cat"]];
+    EXPECT_GT(event["ts"], 0);
+    if (event["ph"] == "b") open_reads[event["id"]] = event["ts"];
+    EXPECT_TRUE(event["ph"] != "X" || event["dur"] >= 0);
+    if (event["ph"] != "e") continue;
+    ASSERT_TRUE(open_reads.contains(event["id"]));
+    EXPECT_GE(event["ts"], open_reads[event["id"]]);
+    open_reads.erase(event["id"]);
+  }
+  EXPECT_TRUE(open_reads.empty());
+  EXPECT_GE(counts["read"], 2) << "the texture, from the request to the bytes";
+  for (const char* kind : {"decode", "upload"}) EXPECT_GE(counts[kind], 1) << kind;
+  for (const char* call : {"coppice_frame_begin", "coppice_record_upload", "coppice_record_cull", "coppice_record_draw"})
+    EXPECT_GE(counts[call], 6) << call;
 }
 
 TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {

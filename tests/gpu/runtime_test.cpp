@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 #include "coppice/coppice.h"
 #include "pack.h"
@@ -268,6 +269,122 @@ TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
     EXPECT_GT(drawn_pixels(frame(view)), 100u);
     ASSERT_LE(stats().memory_bytes, small.memory_budget_bytes) << "frame " << i;
     usleep(1000);
+  }
+}
+
+TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {
+  create(desc());
+  coppice_plant plant = 0;
+  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_placement placements[2] = {at(0.0f, 0.0f), at(0.5f, 0.0f)};
+  coppice_instance instances[2] = {};
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements, 2, instances), COPPICE_OK);
+  coppice_view view = front_view();
+  view.lod = COPPICE_LOD_FULL;
+  settle(view);
+  ASSERT_EQ(info(plant).resident_leaf_count, 3000u);
+  for (const std::uint32_t leaf_count : {2000u, 4000u}) {
+    const std::string other = write_plant({.leaf_count = leaf_count, .seed = leaf_count}, "runtime_test_new");
+    std::filesystem::rename(other, plant_path_);
+    ASSERT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_OK) << log_;
+    for (int i = 0; i < 200 && info(plant).leaf_count != leaf_count; ++i) {
+      EXPECT_GT(drawn_pixels(frame(view)), 100u) << "a frame without the plant: " << i;
+      EXPECT_GE(info(plant).resident_leaf_count, 2000u) << "and it is fine all the time";
+    }
+    frame(view);
+    EXPECT_EQ(info(plant).leaf_count, leaf_count);
+    EXPECT_EQ(info(plant).resident_leaf_count, leaf_count);
+    EXPECT_GT(drawn_pixels(frame(view)), 100u);
+    EXPECT_EQ(stats().drawn_leaf_count, 2 * leaf_count);
+  }
+  EXPECT_EQ(stats().instance_count, 2u);
+  EXPECT_EQ(coppice_instance_move(context_, instances[1], &placements[0]), COPPICE_OK) << "handles are what they were";
+  ASSERT_EQ(coppice_instances_remove(context_, instances, 2), COPPICE_OK);
+  frame(view);
+  EXPECT_EQ(drawn_pixels(frame(view)), 0u);
+}
+
+TEST_F(RuntimeTest, AReloadThatFailsLeavesThePlantAsItWas) {
+  create(desc());
+  coppice_plant plant = 0;
+  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_placement placement = at(0.0f, 0.0f);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  const coppice_view view = front_view();
+  settle(view);
+  const std::string text = plant_path_ + ".text";
+  std::ofstream(text) << std::string(1000, 'x');
+  log_.clear();
+  EXPECT_EQ(coppice_plant_reload(context_, plant, text.c_str()), COPPICE_ERROR_BAD_FILE);
+  EXPECT_EQ(coppice_plant_reload(context_, plant, "/nonexistent/plant.coppice"), COPPICE_ERROR_IO);
+  EXPECT_EQ(std::ranges::count(log_, '\n'), 2) << log_;
+  EXPECT_EQ(coppice_plant_reload(context_, 0, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_GT(drawn_pixels(settle(view)), 100u);
+  EXPECT_EQ(info(plant).leaf_count, 3000u);
+  std::filesystem::remove(text);
+  // Closing in the middle of a reload gives back both.
+  ASSERT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(drawn_pixels(frame(view)), 0u);
+  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+}
+
+/// The n-th device allocation fails, n = 0, 1, 2 ... until none does.
+struct FailingDevice {
+  static inline std::uint32_t calls = 0, fail_at = 0;
+  static inline VkResult result = VK_SUCCESS;
+
+  static VKAPI_ATTR VkResult VKAPI_CALL allocate(VkDevice device, const VkMemoryAllocateInfo* info, const VkAllocationCallbacks* callbacks,
+                                                 VkDeviceMemory* memory) {
+    if (calls++ == fail_at) return result;
+    return vkAllocateMemory(device, info, callbacks, memory);
+  }
+  static VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
+    if (std::string_view(name) == "vkAllocateMemory") return reinterpret_cast<PFN_vkVoidFunction>(allocate);
+    return vkGetDeviceProcAddr(device, name);
+  }
+  static VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, const char* name) {
+    if (std::string_view(name) == "vkGetDeviceProcAddr") return reinterpret_cast<PFN_vkVoidFunction>(device_function);
+    return vkGetInstanceProcAddr(instance, name);
+  }
+};
+
+TEST_F(RuntimeTest, ADeviceThatRunsOutOrIsLostLeavesNothingBehind) {
+  coppice_context_desc failing = desc();
+  failing.get_instance_proc_addr = FailingDevice::instance_function;
+  for (const VkResult result : {VK_ERROR_OUT_OF_DEVICE_MEMORY, VK_ERROR_DEVICE_LOST}) {
+    FailingDevice::result = result;
+    const coppice_status expected = result == VK_ERROR_DEVICE_LOST ? COPPICE_ERROR_DEVICE_LOST : COPPICE_ERROR_OUT_OF_MEMORY;
+    std::uint32_t n = 0;
+    for (bool reached = true; reached; ++n) {
+      FailingDevice::calls = 0;
+      FailingDevice::fail_at = n;
+      const coppice_status created = coppice_context_create(&failing, &context_);
+      coppice_plant plant = 0;
+      if (created != COPPICE_OK) {
+        EXPECT_EQ(created, expected) << n << log_;
+        EXPECT_EQ(context_, nullptr);
+      } else if (coppice_plant_open(context_, plant_path_.c_str(), &plant) == COPPICE_OK) {
+        const coppice_placement placement = at(0.0f, 0.0f);
+        ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+        coppice_view view = front_view();
+        view.lod = COPPICE_LOD_FULL;
+        frame_number_ = 0;
+        for (int i = 0; i < 12; ++i) {
+          begin(view);
+          submit(gpu(), [&](VkCommandBuffer cmd) {
+            const bool uploaded = coppice_record_upload(context_, cmd) == COPPICE_OK;
+            EXPECT_TRUE(!uploaded || coppice_record_cull(context_, cmd, &view) == COPPICE_OK);
+          });
+          usleep(1000);
+        }
+      }
+      reached = FailingDevice::calls > n;
+      coppice_context_destroy(context_);
+      context_ = nullptr;
+    }
+    EXPECT_GT(n, 15u);
   }
 }
 

@@ -73,6 +73,9 @@ struct FakeRead {
   void* argument = nullptr;
 };
 
+/// What goes wrong with a read.
+enum class ReadFault : std::uint8_t { none, fails, comes_short, returns_wrong_bytes };
+
 /// Files by path. Reads are answered inline, or kept until answer_all().
 struct FakeIo {
   std::map<std::string, std::vector<std::uint8_t>> files;
@@ -83,6 +86,9 @@ struct FakeIo {
   std::vector<FakeRead> log;               ///< every read, in order
   std::uint64_t fail_offset = UINT64_MAX;  ///< a read from here fails
   std::int64_t failing_result = -1;
+  ReadFault fault = ReadFault::none;
+  std::size_t fault_at = 0;  ///< index of the read that goes wrong, in order of answers
+  std::size_t answered = 0;
 
   coppice_io hook() { return {this, open, close, read}; }
   void answer(const FakeRead& wanted) {
@@ -90,6 +96,10 @@ struct FakeIo {
     const std::vector<std::uint8_t>& file = files.at(handles.at(static_cast<std::size_t>(wanted.file)));
     const std::size_t there = wanted.offset > file.size() ? 0 : std::min<std::size_t>(wanted.bytes, file.size() - wanted.offset);
     if (there > 0) std::memcpy(wanted.destination, file.data() + wanted.offset, there);
+    const bool wrong = answered++ == fault_at;
+    if (wrong && fault == ReadFault::fails) return wanted.done(wanted.argument, -5);
+    if (wrong && fault == ReadFault::comes_short) return wanted.done(wanted.argument, static_cast<std::int64_t>(there / 2));
+    if (wrong && fault == ReadFault::returns_wrong_bytes) static_cast<std::uint8_t*>(wanted.destination)[there / 2] ^= 0x10;
     wanted.done(wanted.argument, static_cast<std::int64_t>(there));
   }
   void answer_all() {

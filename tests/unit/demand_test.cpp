@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "chunk_value.h"
+#include "eye_motion.h"
 
 namespace coppice {
 namespace {
@@ -120,6 +121,39 @@ TEST(Demand, SortsInstancesBySize) {
   EXPECT_FLOAT_EQ(demands[1].instances.front(), 1.0f);
   EXPECT_FLOAT_EQ(demands[1].instances.back(), 1.0f);
   EXPECT_FLOAT_EQ(demands[2].max_size_px, 0.0f);
+}
+
+TEST(EyeMotion, FollowsASteadyCameraAndNoOther) {
+  EyeMotion motion;
+  using Vector = std::array<float, 3>;
+  EXPECT_EQ(follow_eye(motion, {100, 0, 0}, 10.0f), Vector{}) << "one frame is no motion";
+  EXPECT_EQ(follow_eye(motion, {101, 0, 0}, 10.0f), Vector{}) << "nor are two: the first may have been a jump";
+  EXPECT_EQ(follow_eye(motion, {102, 0, 0}, 10.0f), (Vector{10, 0, 0}));
+  EXPECT_EQ(follow_eye(motion, {103, 0.125f, 0}, 8.0f), (Vector{8, 1, 0})) << "a gentle curve";
+  EXPECT_EQ(follow_eye(motion, {500, 0, 0}, 10.0f), Vector{}) << "a jump";
+  EXPECT_EQ(follow_eye(motion, {500, 0, 1}, 10.0f), Vector{});
+  EXPECT_EQ(follow_eye(motion, {500, 0, 1}, 10.0f), Vector{}) << "a stop";
+  EXPECT_EQ(follow_eye(motion, {500, 0, 1}, 10.0f), Vector{}) << "and rest";
+}
+
+TEST(EyeMotion, WhatWillComeIntoViewIsWanted) {
+  const auto view = demand_view(reversed_infinite_view({}));
+  ASSERT_TRUE(view);
+  const std::vector<InstanceSphere> instances = {{{0, 0, -110}, 1.0f, 0}, {{-5, 0, -8}, 1.0f, 1}};
+  std::vector<InstanceBounds> bounds = {instance_bounds(instances)};
+  std::vector<PlantDemand> now(2), ahead(2);
+  measure_demand({instances, bounds}, *view, now);
+  measure_demand({instances, bounds}, moved_view(*view, {10, 0, -10}), ahead);
+  const DemandView there = *demand_view(reversed_infinite_view({10, 0, -10}));
+  std::vector<PlantDemand> expected(2);
+  measure_demand({instances, bounds}, there, expected);
+  for (std::size_t plant = 0; plant < 2; ++plant) {
+    EXPECT_FLOAT_EQ(ahead[plant].max_size_px, expected[plant].max_size_px);
+    EXPECT_EQ(ahead[plant].instances, expected[plant].instances);
+  }
+  merge_demands(now, ahead);
+  EXPECT_FLOAT_EQ(now[0].max_size_px, expected[0].max_size_px) << "nearer then";
+  EXPECT_GT(now[1].max_size_px, expected[1].max_size_px) << "nearer now";
 }
 
 TEST(Demand, CountsWhatIsOutsideForLess) {

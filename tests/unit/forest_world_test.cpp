@@ -1,5 +1,6 @@
 // The demo's world: planting, ground, camera paths.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +14,28 @@
 #include "placement.h"
 #include "terrain.h"
 #include "tufts.h"
+#include "watch.h"
 
 namespace forest {
 namespace {
+
+TEST(Watch, SeesAChangedFileOnceAndOnlyWhenItIsWhole) {
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / ("watch_test_" + std::to_string(::getpid()));
+  const auto write = [&](const char* text) { std::ofstream(path) << text; };
+  write("one");
+  Watch watch = watch_files({path.string(), path.string() + ".missing"});
+  EXPECT_TRUE(changed_files(watch).empty());
+  write("three");
+  EXPECT_TRUE(changed_files(watch).empty()) << "it may still be being written";
+  EXPECT_EQ(changed_files(watch), std::vector<std::size_t>{0});
+  EXPECT_TRUE(changed_files(watch).empty());
+  std::filesystem::remove(path);
+  EXPECT_TRUE(changed_files(watch).empty()) << "a missing file has not changed";
+  write("seventeen");
+  EXPECT_TRUE(changed_files(watch).empty());
+  EXPECT_EQ(changed_files(watch), std::vector<std::size_t>{0});
+  std::filesystem::remove(path);
+}
 
 const std::vector<Species> kSpecies = {{2.0f}, {4.5f}, {0.2f}};
 

@@ -100,12 +100,12 @@ TEST(CompleteHooks, StartsNoThreadForAnEngineThatBringsItsOwn) {
   EXPECT_NE(set->hooks.allocator.allocate, nullptr);
 }
 
-class DefaultIo : public testing::Test {
+class DefaultIo : public testing::TestWithParam<Reading> {
  protected:
   void SetUp() override {
     path_ = std::filesystem::temp_directory_path() / ("coppice_hooks_test_" + std::to_string(::getpid()));
     std::ofstream(path_, std::ios::binary) << "0123456789";
-    auto set = complete_hooks({});
+    auto set = complete_hooks({}, GetParam());
     ASSERT_TRUE(set);
     set_ = *std::move(set);
   }
@@ -115,7 +115,7 @@ class DefaultIo : public testing::Test {
   HookSet set_;
 };
 
-TEST_F(DefaultIo, ReadsFromTheOffset) {
+TEST_P(DefaultIo, ReadsFromTheOffset) {
   const coppice_io& io = set_.hooks.io;
   std::uint64_t bytes = 0;
   const std::int64_t file = io.open(io.user, path_.c_str(), &bytes);
@@ -131,7 +131,7 @@ TEST_F(DefaultIo, ReadsFromTheOffset) {
   io.close(io.user, file);
 }
 
-TEST_F(DefaultIo, DoesNotOpenWhatIsNotAFile) {
+TEST_P(DefaultIo, DoesNotOpenWhatIsNotAFile) {
   const coppice_io& io = set_.hooks.io;
   std::uint64_t bytes = 0;
   EXPECT_LT(io.open(io.user, (path_.string() + ".missing").c_str(), &bytes), 0);
@@ -142,9 +142,9 @@ TEST_F(DefaultIo, DoesNotOpenWhatIsNotAFile) {
   std::filesystem::remove(fifo);
 }
 
-TEST_F(DefaultIo, AFailingAllocatorFailsTheRead) {
+TEST_P(DefaultIo, AFailingAllocatorFailsTheRead) {
   CountingAllocator allocator{.fail_at = 0};
-  auto set = complete_hooks({.allocator = allocator.hook()});
+  auto set = complete_hooks({.allocator = allocator.hook()}, GetParam());
   ASSERT_TRUE(set);
   const coppice_io& io = set->hooks.io;
   std::uint64_t bytes = 0;
@@ -154,6 +154,58 @@ TEST_F(DefaultIo, AFailingAllocatorFailsTheRead) {
   EXPECT_TRUE(read_now(io, file, 0, four));
   io.close(io.user, file);
   EXPECT_EQ(allocator.live_bytes, 0u);
+}
+
+TEST_P(DefaultIo, ReadsManyAtOnceAndNoneTwice) {
+  const std::string large = path_.string() + ".large";
+  std::string text(std::size_t{1} << 20, '\0');
+  for (std::size_t i = 0; i < text.size(); ++i) text[i] = static_cast<char>(i * i / 7 % 251);
+  std::ofstream(large, std::ios::binary) << text;
+  const coppice_io& io = set_.hooks.io;
+  std::uint64_t bytes = 0;
+  const std::int64_t file = io.open(io.user, large.c_str(), &bytes);
+  ASSERT_GE(file, 0);
+  struct Reads {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::size_t done = 0, whole = 0;
+  } reads;
+  constexpr std::size_t kReads = 600, kBytes = 1500;
+  std::string read(kReads * kBytes, '\0');
+  for (std::size_t i = 0; i < kReads; ++i)
+    io.read(
+        io.user, file, i * kBytes, read.data() + i * kBytes, kBytes,
+        [](void* argument, std::int64_t bytes_read) {
+          auto& all = *static_cast<Reads*>(argument);
+          const std::lock_guard lock(all.mutex);
+          ++all.done;
+          all.whole += bytes_read == static_cast<std::int64_t>(kBytes);
+          all.changed.notify_all();
+        },
+        &reads);
+  {
+    std::unique_lock lock(reads.mutex);
+    reads.changed.wait(lock, [&] { return reads.done >= kReads; });
+    EXPECT_EQ(reads.whole, kReads);
+  }
+  EXPECT_EQ(read, text.substr(0, read.size()));
+  io.close(io.user, file);
+  std::filesystem::remove(large);
+}
+
+INSTANTIATE_TEST_SUITE_P(Automatic, DefaultIo, testing::Values(Reading::automatic));
+INSTANTIATE_TEST_SUITE_P(ThreadPool, DefaultIo, testing::Values(Reading::thread_pool));
+
+TEST(CompleteHooks, ReadsByTheKernelWhereItCan) {
+  auto set = complete_hooks({});
+  ASSERT_TRUE(set);
+  EXPECT_EQ(set->defaults->uring != nullptr, bool(UringIo::create(set->hooks.allocator)));
+  auto by_pool = complete_hooks({}, Reading::thread_pool);
+  ASSERT_TRUE(by_pool);
+  EXPECT_EQ(by_pool->defaults->uring, nullptr);
+  auto own_jobs = complete_hooks({.jobs = {nullptr, [](void*, void (*function)(void*), void* argument) { function(argument); }}});
+  ASSERT_TRUE(own_jobs);
+  EXPECT_EQ(own_jobs->defaults->pool == nullptr, own_jobs->defaults->uring != nullptr) << "no thread that nobody needs";
 }
 
 TEST(Log, WritesOneFormattedLine) {

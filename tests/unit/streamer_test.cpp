@@ -809,12 +809,16 @@ TEST_F(StreamerTest, DestructionWaitsForReadsInFlight) {
 }
 
 /// The default hooks: real files, real threads. Run under the tsan preset too.
-TEST(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
+class StreamerThreads : public testing::TestWithParam<Reading> {};
+INSTANTIATE_TEST_SUITE_P(Automatic, StreamerThreads, testing::Values(Reading::automatic));
+INSTANTIATE_TEST_SUITE_P(ThreadPool, StreamerThreads, testing::Values(Reading::thread_pool));
+
+TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
   const std::filesystem::path path =
       std::filesystem::temp_directory_path() / ("coppice_streamer_test_" + std::to_string(::getpid()) + ".coppice");
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(plant_file().data()), static_cast<std::streamsize>(plant_file().size()));
-  auto set = complete_hooks({});
+  auto set = complete_hooks({}, GetParam());
   ASSERT_TRUE(set);
   for (int round = 0; round < 5; ++round) {
     auto streamer = Streamer::create(set->hooks, {.gpu = kGpuSizes, .max_in_flight = 6});

@@ -106,6 +106,34 @@ typedef struct coppice_log {
   void (*write)(void* user, coppice_log_level level, const char* line);
 } coppice_log;
 
+typedef enum coppice_trace_kind {
+  COPPICE_TRACE_READ = 0,        /* a chunk, from the request to the bytes: several at a time on one thread */
+  COPPICE_TRACE_DECODE = 1,      /* a chunk, on a job's thread */
+  COPPICE_TRACE_UPLOAD = 2,      /* a chunk, within COPPICE_TRACE_RECORD_UPLOAD */
+  COPPICE_TRACE_FRAME_BEGIN = 3, /* coppice_frame_begin, and so on */
+  COPPICE_TRACE_RECORD_UPLOAD = 4,
+  COPPICE_TRACE_RECORD_CULL = 5,
+  COPPICE_TRACE_RECORD_DRAW = 6,
+  COPPICE_TRACE_KIND_MAX_ENUM = 0x7fffffff
+} coppice_trace_kind;
+
+typedef struct coppice_trace_span {
+  coppice_trace_kind kind;
+  const char* path;  /* of the plant's file; null where it is about no chunk */
+  const char* chunk; /* page, wood, texture, leaf mesh; null likewise */
+  uint32_t index;    /* of the chunk among those of its kind */
+  uint64_t bytes;    /* in the file; of an upload, for the GPU */
+  uint64_t start_ns; /* CLOCK_MONOTONIC */
+  uint64_t end_ns;
+} coppice_trace_span;
+
+/* What the library spent time on, said when it ended and on the thread where it ended. `span` and its strings are valid during the call.
+ * Must not call back into Coppice. Without it no clock is read for it. */
+typedef struct coppice_trace {
+  void* user;
+  void (*span)(void* user, const coppice_trace_span* span);
+} coppice_trace;
+
 /* ---- context -------------------------------------------------------------------------------------------------------------------- */
 
 typedef struct coppice_context_desc {
@@ -129,11 +157,13 @@ typedef struct coppice_context_desc {
   uint32_t max_instances;       /* default 131072; the instance buffer is allocated at creation */
   uint32_t max_plants;          /* default 64 */
 
-  /* Each may be left at its default: malloc, a small thread pool, pread on that pool, nothing logged. */
+  /* Each may be left at its default: malloc, a small thread pool, io_uring (where the kernel has none, pread on that pool),
+   * nothing logged. */
   coppice_allocator allocator;
   coppice_jobs jobs;
   coppice_io io;
   coppice_log log;
+  coppice_trace trace; /* default none */
 
   /* VK_TRUE: `device` was created with the feature textureCompressionBC, so textures stay the BC1 and BC3 blocks they are in the file.
    * Default VK_FALSE, always right: they are decoded to RGBA8 on jobs and take four to eight times the memory. Where the physical device
@@ -192,6 +222,12 @@ coppice_status coppice_plant_open(coppice_context* context, const char* path, co
 
 /* Removes the plant and all its instances. GPU memory is freed once the GPU is done with it (see coppice_frame). */
 coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant);
+
+/* Shows what is in a file now: `path`, or where it is null the one that the plant was opened from. Reads the front of the file as
+ * coppice_plant_open does, with its errors; on an error everything stays as it was. Plant and instance handles stay valid, and what was
+ * there is drawn until as much of the new file is resident, at most two seconds of frames; until then the plant takes memory twice, and
+ * one of four places that a context has for this. A further reload replaces one that is under way. */
+coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path);
 
 void coppice_plant_info_init(coppice_plant_info* info);
 coppice_status coppice_plant_get_info(const coppice_context* context, coppice_plant plant, coppice_plant_info* info);

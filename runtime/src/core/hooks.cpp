@@ -42,6 +42,7 @@ std::int64_t open_file(void*, const char* path, std::uint64_t* file_bytes) {
     ::close(file);
     return -1;
   }
+  fcntl(file, F_SETFL, 0);  // io_uring would take O_NONBLOCK at its word
   *file_bytes = static_cast<std::uint64_t>(status.st_size);
   return file;
 }
@@ -93,6 +94,11 @@ void read_on_pool(void* user, std::int64_t file, std::uint64_t offset, void* des
   defaults.pool->submit(run_read, task);
 }
 
+void read_by_uring(void* user, std::int64_t file, std::uint64_t offset, void* destination, std::size_t bytes,
+                   void (*done)(void* argument, std::int64_t bytes_read), void* argument) {
+  defaults_of(user).uring->read({static_cast<int>(file), offset, destination, bytes, done, argument});
+}
+
 enum class Given { none, partly, all };
 
 template <class... Functions>
@@ -104,7 +110,7 @@ Given given(Functions... functions) {
 
 }  // namespace
 
-Result<HookSet> complete_hooks(const Hooks& wanted) {
+Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
   HookSet set;
   set.hooks = wanted;
   const Given allocator = given(wanted.allocator.allocate, wanted.allocator.free);
@@ -117,11 +123,16 @@ Result<HookSet> complete_hooks(const Hooks& wanted) {
 
   set.defaults.reset(new (std::nothrow) DefaultHooks);
   if (!set.defaults) return Error{Status::out_of_memory, "default hooks"};
-  COPPICE_TRY(pool, ThreadPool::create(0));
   set.defaults->allocator = set.hooks.allocator;
-  set.defaults->pool = std::move(pool);
+  if (io == Given::none && reading == Reading::automatic)
+    if (auto uring = UringIo::create(set.hooks.allocator)) set.defaults->uring = *std::move(uring);
+  const bool by_uring = set.defaults->uring != nullptr;
+  if (jobs == Given::none || (io == Given::none && !by_uring)) {
+    COPPICE_TRY(pool, ThreadPool::create(0));
+    set.defaults->pool = std::move(pool);
+  }
   if (jobs == Given::none) set.hooks.jobs = {set.defaults.get(), submit_to_pool};
-  if (io == Given::none) set.hooks.io = {set.defaults.get(), open_file, close_file, read_on_pool};
+  if (io == Given::none) set.hooks.io = {set.defaults.get(), open_file, close_file, by_uring ? read_by_uring : read_on_pool};
   return set;
 }
 

@@ -12,6 +12,7 @@
 #include "coppice/coppice.h"
 #include "result.h"
 #include "thread_pool.h"
+#include "uring_io.h"
 
 namespace coppice {
 
@@ -21,15 +22,21 @@ struct Hooks {
   coppice_jobs jobs{};
   coppice_io io{};
   coppice_log log{};
+  coppice_trace trace{};
 };
 
 /// What the default jobs and io hooks point at.
 struct DefaultHooks {
   coppice_allocator allocator{};
-  std::unique_ptr<ThreadPool> pool;
+  std::unique_ptr<ThreadPool> pool;  ///< null where the jobs hook is the engine's and the kernel reads
+  std::unique_ptr<UringIo> uring;    ///< null where the io hook is the engine's or the pool reads
 };
 
-/// Hooks with every gap filled: malloc, a thread pool of the context's own for jobs, pread on that pool for files; log stays as it is.
+/// Who reads files where the engine leaves that to us.
+enum class Reading : std::uint8_t { automatic, thread_pool };  ///< automatic: io_uring where the kernel has it
+
+/// Hooks with every gap filled: malloc, a thread pool of the context's own for jobs, io_uring for files, or where the kernel has none pread
+/// on that pool; log and trace stay as they are.
 struct HookSet {
   Hooks hooks;
   std::unique_ptr<DefaultHooks> defaults;  ///< null when the engine brought its own jobs and io. Must outlive every use of `hooks`
@@ -37,10 +44,22 @@ struct HookSet {
 
 /// A hook counts as given when all its function pointers are set; one that is set in part is an error.
 /// errors  invalid_argument: a hook set in part; out_of_memory: no thread can be started
-Result<HookSet> complete_hooks(const Hooks& given);
+Result<HookSet> complete_hooks(const Hooks& given, Reading reading = Reading::automatic);
 
 /// A clock that never goes back, ns since some moment. Any thread.
 std::uint64_t now_ns();
+
+/// The time, where somebody traces; else 0.
+inline std::uint64_t trace_start(const coppice_trace& trace) {
+  return trace.span != nullptr ? now_ns() : 0;
+}
+
+/// Ends a span that trace_start began, if somebody traces. span: without its end
+inline void trace_end(const coppice_trace& trace, coppice_trace_span span) {
+  if (trace.span == nullptr) return;
+  span.end_ns = now_ns();
+  trace.span(trace.user, &span);
+}
 
 /// Writes one line to the log hook, if there is one. Any thread.
 void log_line(const coppice_log& log, coppice_log_level level, const char* format, ...) __attribute__((format(printf, 3, 4)));

@@ -201,6 +201,20 @@ void InstanceTable::remove_plant(std::uint32_t plant) {
     if (instances_[slot].plant == plant) remove_slot(slot);
 }
 
+void InstanceTable::replace_plant(std::uint32_t from, std::uint32_t to) {
+  for (std::uint32_t slot = 0; slot < slot_count_ && plant_counts_[from] > 0; ++slot) {
+    const Instance& instance = instances_[slot];
+    if (instance.plant != from) continue;
+    write(slot, to,
+          {{instance.position.x, instance.position.y, instance.position.z},
+           instance.scale,
+           {instance.rotation.x, instance.rotation.y, instance.rotation.z, instance.rotation.w},
+           {instance.tint.x, instance.tint.y, instance.tint.z}});
+    --plant_counts_[from];
+    ++plant_counts_[to];
+  }
+}
+
 SlotRange InstanceTable::take_dirty() {
   const SlotRange range = dirty_.take();
   return {range.first, std::min(range.count, slot_count_ - std::min(range.first, slot_count_))};

@@ -72,6 +72,8 @@ class InstanceTable {
   void move(coppice_instance handle, const coppice_placement& placement);
   void remove(coppice_instance handle);
   void remove_plant(std::uint32_t plant);
+  /// All instances of `from` become instances of `to`, where they stand.
+  void replace_plant(std::uint32_t from, std::uint32_t to);
 
   [[nodiscard]] std::span<const Instance> slots() const { return instances_.span().first(slot_count_); }
   [[nodiscard]] std::span<const InstanceSphere> spheres() const { return spheres_.span().first(slot_count_); }

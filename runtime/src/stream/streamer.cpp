@@ -232,6 +232,7 @@ namespace {
 DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
   DecodedChunk decoded;
   decoded.id = chunk.id;
+  decoded.bytes = chunk_bytes(plant, chunk).gpu;
   if (chunk.id.kind == ChunkKind::page) {
     const PageData& data = plant.pages[chunk.id.index];
     decoded.first_node = 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1;
@@ -307,8 +308,10 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
   if (transient) {
     state_->out_of_memory(plant, error);
   } else {
-    log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(id.kind), id.index,
-             error.message().c_str());
+    const bool said = error.status == Status::device_lost && std::exchange(state_->device_lost, true);
+    if (!said)
+      log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(id.kind), id.index,
+               error.message().c_str());
     ++state_->counters.chunks_failed;
     give_up(plant, chunk);
   }
@@ -322,6 +325,35 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
   }
   free_decoded(plant, id);
   state_->set_counted(chunk, 0);
+}
+
+namespace {
+
+struct Missing {
+  std::uint32_t wanted = 0, queued = 0;
+};
+
+Missing missing_chunks(const PlantStream& plant) {
+  Missing missing;
+  const auto count = [&](const Chunk& chunk) {
+    if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !wanted_now(plant, chunk)) return;
+    ++missing.wanted;
+    if (chunk.residency == Residency::absent) ++missing.queued;
+  };
+  const std::uint32_t wanted_pages = std::min(plant.wants.now.page_count, plant.loadable_page_count);
+  for (std::uint32_t page = plant.resident_page_count; page < wanted_pages; ++page) count(plant.chunk(ChunkKind::page, page));
+  for (const Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count)) count(chunk);
+  return missing;
+}
+
+}  // namespace
+
+bool Streamer::is_settled(std::uint32_t plant) const {
+  return missing_chunks(state_->open_plant_at(plant)).wanted == 0;
+}
+
+const std::string& Streamer::path(std::uint32_t plant) const {
+  return state_->open_plant_at(plant).path;
 }
 
 std::uint64_t Streamer::hand_over_ns() const {
@@ -339,14 +371,9 @@ StreamStats Streamer::stats() const {
     if (!plant) continue;
     stats.chunks_in_flight += plant->transfer_count;
     if (plant->closing) continue;
-    const std::uint32_t wanted_pages = std::min(plant->wants.now.page_count, plant->loadable_page_count);
-    const auto count = [&](const Chunk& chunk) {
-      if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !wanted_now(*plant, chunk)) return;
-      ++stats.chunks_wanted;
-      if (chunk.residency == Residency::absent) ++stats.chunks_queued;
-    };
-    for (std::uint32_t page = plant->resident_page_count; page < wanted_pages; ++page) count(plant->chunk(ChunkKind::page, page));
-    for (const Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) count(chunk);
+    const Missing missing = missing_chunks(*plant);
+    stats.chunks_wanted += missing.wanted;
+    stats.chunks_queued += missing.queued;
   }
   return stats;
 }

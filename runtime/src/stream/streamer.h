@@ -51,6 +51,7 @@ struct StreamerOptions {
 /// A chunk to upload. Spans and pointers stay valid until uploaded(), upload_failed() or the next begin_frame().
 struct DecodedChunk {
   ChunkId id;
+  std::uint64_t bytes = 0;  ///< GPU memory
 
   // page: nodes first_node .. first_node + nodes.size() - 1; their splits as far as known, also of later pages
   std::uint32_t first_node = 0;  ///< 2 * COPPICE_PAGE_SPLITS * index + 1
@@ -124,6 +125,10 @@ class Streamer {
   /// The packed table of select.h, for the GPU to copy and for the CPU to select with.
   [[nodiscard]] std::span<const std::uint32_t> lod_words(std::uint32_t plant) const;
   [[nodiscard]] PlantState state(std::uint32_t plant) const;
+  /// Whether everything that the view wanted of the plant in the last begin_frame, and can be had, is resident.
+  [[nodiscard]] bool is_settled(std::uint32_t plant) const;
+  /// Of the plant's file.
+  [[nodiscard]] const std::string& path(std::uint32_t plant) const;
   [[nodiscard]] bool is_open(std::uint32_t plant) const;
 
   /// Takes effect in the next begin_frame. What open plants pin (page 0, coarsest wood, tables) stays even where it alone is over.

@@ -71,6 +71,7 @@ struct Streamer::State {
 
   LodView view;
   bool has_view = false;
+  bool device_lost = false;  ///< and said
   bool all_affordable = true;
   std::uint32_t threshold_step = 0;  ///< how far above the view's own the threshold in use is
   std::uint64_t frame_number = 0, last_frame_number = 0, completed_number = 0;

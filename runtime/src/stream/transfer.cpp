@@ -31,9 +31,16 @@ void CompletionQueue::wait_for_all() {
 
 namespace {
 
+void trace_transfer(const Transfer& transfer, coppice_trace_kind kind, std::uint64_t start_ns) {
+  const PlantStream& plant = *transfer.plant;
+  trace_end(plant.hooks.trace, {kind, plant.path.c_str(), chunk_kind_name(transfer.chunk->id.kind), transfer.chunk->id.index,
+                                plant.file_chunk(*transfer.chunk).bytes, start_ns, 0});
+}
+
 void on_read_done(void* argument, std::int64_t bytes_read) {
   auto* transfer = static_cast<Transfer*>(argument);
   transfer->bytes_read = bytes_read;
+  trace_transfer(*transfer, COPPICE_TRACE_READ, transfer->read_start_ns);
   transfer->queue->push(transfer);
 }
 
@@ -45,6 +52,7 @@ void run_decodes(void* argument) {
     const std::uint64_t start = now_ns();
     if (!skip) transfer->outcome = decode_chunk(*transfer);
     transfer->decode_ns = now_ns() - start;
+    if (!skip) trace_transfer(*transfer, COPPICE_TRACE_DECODE, start);
     skip = skip || !transfer->outcome;
     transfer->queue->push(transfer);
     transfer = next;
@@ -70,6 +78,7 @@ void on_blocking_read_done(void* argument, std::int64_t bytes_read) {
 
 void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std::uint64_t offset) {
   transfer.stage = TransferStage::reading;
+  transfer.read_start_ns = trace_start(transfer.plant->hooks.trace);
   transfer.queue->expect(1);
   io.read(io.user, file, offset, transfer.bytes.data(), transfer.bytes.size(), on_read_done, &transfer);
 }

@@ -32,7 +32,8 @@ struct Transfer {
   PlantStream* plant = nullptr;
   Chunk* chunk = nullptr;
 
-  HookBuffer bytes;  ///< the chunk as stored
+  HookBuffer bytes;                 ///< the chunk as stored
+  std::uint64_t read_start_ns = 0;  ///< where somebody traces
   std::int64_t bytes_read = 0;
 
   PageOutput page;                 ///< page: where the job decodes it to

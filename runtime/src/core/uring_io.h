@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "coppice/coppice.h"
+#include "result.h"
+
+namespace coppice {
+
+/// File reads through io_uring: the kernel's threads do them, one of ours waits for what is done.
+class UringIo {
+ public:
+  /// allocator  for a few bytes a read. errors  unsupported: the kernel has no io_uring, or does not allow it; out_of_memory
+  static Result<std::unique_ptr<UringIo>> create(const coppice_allocator& allocator);
+
+  /// Every read must be done.
+  ~UringIo();
+  UringIo(const UringIo&) = delete;
+  UringIo& operator=(const UringIo&) = delete;
+
+  struct Read {
+    int file = -1;  ///< not O_NONBLOCK
+    std::uint64_t offset = 0;
+    void* destination = nullptr;
+    std::size_t bytes = 0;
+    void (*done)(void* argument, std::int64_t bytes_read) = nullptr;  ///< fewer bytes only at the end of the file; negative on failure
+    void* argument = nullptr;
+  };
+  /// Does not wait for the file. done is called on the waiting thread, or inline where the allocator hook has nothing. Any thread.
+  void read(const Read& read);
+
+ private:
+  struct State;
+  explicit UringIo(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace coppice

@@ -1,0 +1,228 @@
+// Everything that can go wrong with files under the streamer, one thing at a time: the plant keeps its last good cut, one line says what
+// and where, other plants do not notice, and nothing is left behind.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "pack.h"
+#include "random_tree.h"
+#include "streamer_fixture.h"
+
+namespace coppice {
+namespace {
+
+using test::demand_of;
+using test::ReadFault;
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr GpuSizes kGpuSizes = {.page_bytes = 32768, .wood_vertex_bytes = 24, .wood_index_bytes = 4, .plant_bytes = 1000};
+constexpr std::uint32_t kLeaves = 3000, kChunks = 9;  // six pages, two wood LoDs, a texture
+
+Bytes plant_bytes(std::uint32_t seed) {
+  bake::PackSizes sizes;
+  return *bake::pack(test::random_plant({.leaf_count = kLeaves, .seed = seed}), sizes);
+}
+
+class StreamFault : public test::StreamerFixture {
+ protected:
+  void SetUp() override {
+    static const Bytes a = plant_bytes(5), b = plant_bytes(6);
+    io.files = {{"a", a}, {"b", b}};
+    options.gpu = kGpuSizes;
+  }
+  [[nodiscard]] const std::vector<PlantDemand>& both() const { return demands_; }
+  void expect_whole(std::uint32_t plant) {
+    const PlantState state = streamer->state(plant);
+    EXPECT_EQ(state.resident_leaf_count, kLeaves);
+    EXPECT_EQ(state.resident_wood_mask, 0b11u);
+    EXPECT_EQ(state.resident_texture_count, 1u);
+  }
+  void shut_down() {
+    gpu.reset();
+    streamer.reset();
+    EXPECT_EQ(allocator.live_bytes, 0u);
+    EXPECT_EQ(io.open_count, 0u);
+  }
+  [[nodiscard]] std::uint64_t offset_of(std::uint32_t plant, coppice_chunk_kind kind, std::uint32_t index) const {
+    return find_chunk(streamer->file(plant), kind, index)->offset;
+  }
+
+ private:
+  std::vector<PlantDemand> demands_ = {demand_of(5000.0f), demand_of(5000.0f)};
+};
+
+class NthRead : public StreamFault, public testing::WithParamInterface<ReadFault> {
+ protected:
+  /// False: no read was left to go wrong.
+  bool run(std::size_t n) {
+    log.lines.clear();
+    io.fault = GetParam();
+    io.fault_at = n;
+    io.answered = 0;
+    start();
+    const std::uint32_t a = open_again("a"), b = open_again("b");
+    const std::size_t failed_opens = log.lines.size();
+    EXPECT_LE(failed_opens, 1u) << n;
+    frames(40, both());
+    const std::uint64_t failed = streamer->stats().chunks_failed;
+    EXPECT_LE(failed, 1u) << n;
+    EXPECT_EQ(streamer->stats().chunks_wanted, 0u) << "what can never come is not waited for, read " << n;
+    EXPECT_EQ(log.lines.size(), failed_opens + failed) << "one line, read " << n;
+    if (failed > 0) expect_named(log.lines.back());
+    const std::uint32_t hurt = failed > 0 && log.lines.back().starts_with("b") ? b : a;
+    expect_whole(hurt == b ? a : b);
+    if (failed == 0) expect_whole(hurt);
+    EXPECT_GE(streamer->state(hurt).resident_leaf_count, COPPICE_PAGE_SPLITS + 1) << n;
+    const bool reached = io.answered > n;
+    shut_down();
+    return reached;
+  }
+  /// Opens; where that fails, again.
+  std::uint32_t open_again(const char* path) {
+    const auto plant = streamer->open_plant(path);
+    if (plant) return *plant;
+    EXPECT_TRUE(plant.error().status == Status::io || plant.error().status == Status::bad_file);
+    return open(path);
+  }
+  static void expect_named(const std::string& line) {
+    EXPECT_TRUE(line.starts_with("a: ") || line.starts_with("b: ")) << line;
+    EXPECT_NE(line.find("at byte "), std::string::npos) << line;
+  }
+};
+
+TEST_P(NthRead, CostsNoMoreThanWhatItWasOf) {
+  std::size_t n = 0;
+  while (run(n)) ++n;
+  EXPECT_GE(n, 2 * (2 + kChunks - 2));
+}
+INSTANTIATE_TEST_SUITE_P(Fails, NthRead, testing::Values(ReadFault::fails));
+INSTANTIATE_TEST_SUITE_P(ComesShort, NthRead, testing::Values(ReadFault::comes_short));
+INSTANTIATE_TEST_SUITE_P(ReturnsWrongBytes, NthRead, testing::Values(ReadFault::returns_wrong_bytes));
+
+TEST_F(StreamFault, AFileThatIsTruncatedWhileOpenKeepsItsLastGoodCut) {
+  start();
+  const std::uint32_t a = open("a"), b = open("b");
+  frames(3, {PlantDemand{}, PlantDemand{}});
+  io.files["a"].resize(offset_of(a, COPPICE_CHUNK_PAGE, 3) + 10);
+  frames(40, both());
+  EXPECT_EQ(streamer->state(a).resident_page_count, 3u);
+  expect_whole(b);
+  EXPECT_GE(log.lines.size(), 1u);
+  for (const std::string& line : log.lines) EXPECT_TRUE(line.starts_with("a: ")) << line;
+  const std::size_t lines = log.lines.size();
+  frames(100, both());
+  EXPECT_EQ(log.lines.size(), lines) << "said once";
+  shut_down();
+}
+
+TEST_F(StreamFault, AFileWhoseBytesAreReplacedWhileOpenKeepsWhatIsThere) {
+  start();
+  const std::uint32_t a = open("a"), b = open("b");
+  frames(3, {PlantDemand{}, PlantDemand{}});
+  io.files["a"] = io.files["b"];
+  frames(40, both());
+  EXPECT_EQ(streamer->state(a).resident_page_count, 1u);
+  expect_whole(b);
+  for (const std::string& line : log.lines) {
+    EXPECT_TRUE(line.starts_with("a: ")) << line;
+    EXPECT_NE(line.find("at byte "), std::string::npos) << line;
+  }
+  const std::size_t lines = log.lines.size();
+  EXPECT_GE(lines, 1u);
+  EXPECT_LE(lines, kChunks);
+  frames(100, both());
+  EXPECT_EQ(log.lines.size(), lines);
+  shut_down();
+}
+
+TEST_F(StreamFault, ALostDeviceIsSaidOnce) {
+  start();
+  open("a");
+  gpu->uploads = false;
+  frames(10, both());
+  std::size_t failed = 0;
+  for (int round = 0; round < 5; ++round) {
+    for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) {
+      if (!streamer->awaits_upload(chunk.id)) continue;
+      streamer->upload_failed(chunk.id, {Status::device_lost, "the device is gone"});
+      ++failed;
+    }
+    frames(5, both());
+  }
+  EXPECT_GT(failed, 2u);
+  EXPECT_EQ(log.lines.size(), 1u);
+  shut_down();
+}
+
+/// The default hooks on real files.
+class FileFault : public testing::TestWithParam<Reading> {
+ protected:
+  void SetUp() override {
+    path_ = std::filesystem::temp_directory_path() / ("coppice_stream_fault_" + std::to_string(::getpid()) + ".coppice");
+    write(path_, plant_bytes(5));
+    auto set = complete_hooks({.log = log_.hook()}, GetParam());
+    ASSERT_TRUE(set);
+    set_ = *std::move(set);
+    auto streamer = Streamer::create(set_.hooks, {.gpu = kGpuSizes});
+    ASSERT_TRUE(streamer);
+    streamer_ = *std::move(streamer);
+    gpu_ = std::make_unique<test::FakeGpu>(*streamer_);
+    auto plant = streamer_->open_plant(path_.c_str());
+    ASSERT_TRUE(plant);
+    plant_ = *plant;
+  }
+  void TearDown() override { std::filesystem::remove(path_); }
+
+  static void write(const std::filesystem::path& path, const Bytes& bytes) {
+    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  }
+  /// Frames until nothing is wanted.
+  void settle() {
+    const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
+    for (int i = 0; i < 2000; ++i) {
+      gpu_->frame(view_, demands);
+      if (i > 3 && streamer_->stats().chunks_wanted == 0 && streamer_->stats().chunks_in_flight == 0) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    ADD_FAILURE() << "still wanted: " << streamer_->stats().chunks_wanted;
+  }
+
+  std::filesystem::path path_;
+  test::FakeLog log_;
+  HookSet set_;
+  DemandView view_;
+  std::unique_ptr<Streamer> streamer_;
+  std::unique_ptr<test::FakeGpu> gpu_;
+  std::uint32_t plant_ = 0;
+};
+
+INSTANTIATE_TEST_SUITE_P(Automatic, FileFault, testing::Values(Reading::automatic));
+INSTANTIATE_TEST_SUITE_P(ThreadPool, FileFault, testing::Values(Reading::thread_pool));
+
+TEST_P(FileFault, ARenamedReplacementLeavesTheOpenFileAlone) {
+  const std::filesystem::path other = path_.string() + ".new";
+  write(other, plant_bytes(6));
+  std::filesystem::rename(other, path_);
+  settle();
+  EXPECT_EQ(streamer_->state(plant_).resident_leaf_count, kLeaves);
+  EXPECT_TRUE(log_.lines.empty()) << log_.lines.front();
+}
+
+TEST_P(FileFault, ATruncatedFileKeepsItsLastGoodCut) {
+  std::filesystem::resize_file(path_, find_chunk(streamer_->file(plant_), COPPICE_CHUNK_PAGE, 2)->offset + 1);
+  settle();
+  EXPECT_EQ(streamer_->state(plant_).resident_page_count, 2u);
+  ASSERT_FALSE(log_.lines.empty());
+  for (const std::string& line : log_.lines) EXPECT_NE(line.find("at byte "), std::string::npos) << line;
+}
+
+}  // namespace
+}  // namespace coppice

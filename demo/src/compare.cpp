@@ -29,7 +29,10 @@ T median(std::vector<T> values) {
 
 Luminance luminance_of(const std::vector<std::uint8_t>& rgba) {
   Luminance result(rgba.size() / 4);
-  for (std::size_t i = 0; i < result.size(); ++i) result[i] = 0.2126f * rgba[4 * i] + 0.7152f * rgba[4 * i + 1] + 0.0722f * rgba[4 * i + 2];
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const auto channel = [&](std::size_t c) { return static_cast<float>(rgba[4 * i + c]); };
+    result[i] = 0.2126f * channel(0) + 0.7152f * channel(1) + 0.0722f * channel(2);
+  }
   return result;
 }
 
@@ -128,6 +131,7 @@ void measure(Session& session, const std::vector<Pose>& poses, Reference& refere
   const Pose& start = poses[poses.size() / 2];
   settle(session, start, 0);
   std::vector<Luminance> dolly;
+  dolly.reserve(kDollyFrames);
   for (int frame = 0; frame < kDollyFrames; ++frame) dolly.push_back(draw(session, moved(start, frame)));
   if (mode.lod == LodMode::full) {
     reference = {std::move(samples.pictures), std::move(dolly)};

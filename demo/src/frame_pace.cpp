@@ -7,7 +7,7 @@ namespace {
 
 constexpr float kFirstBudget = 250'000;
 constexpr float kLeastBudget = 10'000;
-constexpr float kMostBudget = 100'000'000;
+constexpr float kMostBudget = 1e8f;
 // A budget takes some frames to show in their time.
 constexpr float kShareOfNewest = 0.15f;
 constexpr float kFastestFall = 0.95f;

@@ -118,7 +118,8 @@ void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView&
   uniforms.sky_color = {renderer.weather.sky_color, 0};
   uniforms.ground_color = {renderer.weather.ground_color, 0};
   uniforms.fog = {renderer.weather.fog_color, renderer.weather.fog_density};
-  uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, renderer.scene.extent.width, renderer.scene.extent.height};
+  const glm::vec2 extent_px(renderer.scene.extent.width, renderer.scene.extent.height);
+  uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, extent_px};
   std::memcpy(renderer.uniforms[slot].mapped, &uniforms, sizeof uniforms);
 }
 

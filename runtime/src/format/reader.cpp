@@ -13,6 +13,7 @@
 #include <string>
 
 #include "block_texture.h"
+#include "file_fields.h"
 #include "layout.h"
 #include "utf8.h"
 
@@ -29,18 +30,6 @@ using Bytes = std::span<const std::uint8_t>;
 
 // Of coppice_file_material::texture.
 constexpr std::uint32_t kHalfBits = 16, kHalf = 0xffff;
-
-Error bad(const char* what, std::uint64_t offset, std::string detail = {}) {
-  return Error{Status::bad_file, what, offset, std::move(detail)};
-}
-
-/// Copies a T; the caller has checked that it is there.
-template <class T>
-T copy_at(Bytes bytes, std::size_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof(T));
-  return value;
-}
 
 template <class T>
 std::vector<T> copy_array(Bytes bytes, std::size_t offset, std::size_t count) {
@@ -73,13 +62,6 @@ bool is_terminated_utf8(Bytes field) {
   return true;
 }
 
-/// A field of PLANT by its place, so that an error can name both.
-struct CountField {
-  const char* name;
-  std::uint32_t value, least, most;
-  std::size_t offset;
-};
-
 Result<void> check_plant_counts(const coppice_file_plant& plant, std::uint64_t at) {
   const CountField fields[] = {
       {"plant leaf_count", plant.leaf_count, 1, COPPICE_MAX_LEAVES, offsetof(coppice_file_plant, leaf_count)},
@@ -91,14 +73,11 @@ Result<void> check_plant_counts(const coppice_file_plant& plant, std::uint64_t a
       {"plant error_size_count", plant.error_size_count, 1, COPPICE_MAX_ERROR_SIZES, offsetof(coppice_file_plant, error_size_count)},
       {"plant leaf_mesh_count", plant.leaf_mesh_count, 0, COPPICE_MAX_LEAF_MESHES, offsetof(coppice_file_plant, leaf_mesh_count)},
   };
-  for (const CountField& field : fields)
-    if (field.value < field.least || field.value > field.most)
-      return bad(field.name, at + field.offset,
-                 std::to_string(field.value) + " is not in " + std::to_string(field.least) + ".." + std::to_string(field.most));
+  COPPICE_CHECK(check_count_fields(fields, at));
   const std::uint32_t page_count = (plant.leaf_count - 1 + COPPICE_PAGE_SPLITS - 1) / COPPICE_PAGE_SPLITS;
   if (plant.page_count != page_count)
-    return bad("plant page_count", at + offsetof(coppice_file_plant, page_count),
-               std::to_string(plant.page_count) + ", but leaf_count asks for " + std::to_string(page_count));
+    return bad_field("plant page_count", at + offsetof(coppice_file_plant, page_count),
+                     std::to_string(plant.page_count) + ", but leaf_count asks for " + std::to_string(page_count));
   return {};
 }
 
@@ -107,11 +86,13 @@ Result<void> check_wood_counts(const coppice_file_plant& plant, std::uint64_t at
     const std::uint32_t triangles = plant.wood_triangle_counts[lod], vertices = plant.wood_vertex_counts[lod];
     const std::uint64_t triangles_at = at + offsetof(coppice_file_plant, wood_triangle_counts) + lod * 4;
     const bool present = lod < plant.wood_lod_count;
-    if (present != (triangles > 0)) return bad("plant wood_triangle_counts", triangles_at, "a LoD has triangles, a missing one has none");
+    if (present != (triangles > 0))
+      return bad_field("plant wood_triangle_counts", triangles_at, "a LoD has triangles, a missing one has none");
     if (triangles > (lod == 0 ? COPPICE_MAX_WOOD_TRIANGLES : plant.wood_triangle_counts[lod - 1]))
-      return bad("plant wood_triangle_counts", triangles_at, "over the limit or over the finer LoD's");
+      return bad_field("plant wood_triangle_counts", triangles_at, "over the limit or over the finer LoD's");
     if (vertices > 3 * triangles || (present && vertices < 3))
-      return bad("plant wood_vertex_counts", at + offsetof(coppice_file_plant, wood_vertex_counts) + lod * 4, std::to_string(vertices));
+      return bad_field("plant wood_vertex_counts", at + offsetof(coppice_file_plant, wood_vertex_counts) + lod * 4,
+                       std::to_string(vertices));
   }
   return {};
 }
@@ -120,23 +101,24 @@ Result<void> check_plant_values(const coppice_file_plant& plant, std::uint32_t v
   for (int axis = 0; axis < 3; ++axis) {
     const float low = plant.leaf_box_min[axis], high = plant.leaf_box_max[axis];
     if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(high - low) || high < low)
-      return bad("plant leaf_box", at + offsetof(coppice_file_plant, leaf_box_min), "not a finite box");
+      return bad_field("plant leaf_box", at + offsetof(coppice_file_plant, leaf_box_min), "not a finite box");
   }
   if (!all_finite(plant.sphere_center) || !std::isfinite(plant.sphere_radius) || plant.sphere_radius < 0.0f)
-    return bad("plant sphere", at + offsetof(coppice_file_plant, sphere_center), "not a finite sphere");
+    return bad_field("plant sphere", at + offsetof(coppice_file_plant, sphere_center), "not a finite sphere");
   for (const auto& corner : plant.root_quad)
     for (std::uint16_t coordinate : corner)
       if (coordinate > quantised_max(plant))
-        return bad("plant root_quad", at + offsetof(coppice_file_plant, root_quad), "outside the leaf box");
-  if (plant.root_card >= plant.card_count) return bad("plant root_card", at + offsetof(coppice_file_plant, root_card), "no such card");
+        return bad_field("plant root_quad", at + offsetof(coppice_file_plant, root_quad), "outside the leaf box");
+  if (plant.root_card >= plant.card_count)
+    return bad_field("plant root_card", at + offsetof(coppice_file_plant, root_card), "no such card");
   COPPICE_CHECK(check_wood_counts(plant, at));
   if (plant.fine_positions > (plant.leaf_mesh_count > 0 || version == 1 ? 0 : 1))
-    return bad("plant fine_positions", at + offsetof(coppice_file_plant, fine_positions), std::to_string(plant.fine_positions));
+    return bad_field("plant fine_positions", at + offsetof(coppice_file_plant, fine_positions), std::to_string(plant.fine_positions));
   if (plant.metric < COPPICE_METRIC_MI || plant.metric > COPPICE_METRIC_IMAGE)
-    return bad("plant metric", at + offsetof(coppice_file_plant, metric), std::to_string(plant.metric) + " is no metric");
+    return bad_field("plant metric", at + offsetof(coppice_file_plant, metric), std::to_string(plant.metric) + " is no metric");
   std::uint8_t name[sizeof plant.name];
   std::memcpy(name, plant.name, sizeof name);
-  if (!is_terminated_utf8(name)) return bad("plant name", at + offsetof(coppice_file_plant, name), "not zero-terminated UTF-8");
+  if (!is_terminated_utf8(name)) return bad_field("plant name", at + offsetof(coppice_file_plant, name), "not zero-terminated UTF-8");
   return {};
 }
 
@@ -146,39 +128,40 @@ Result<void> check_tiling(std::span<const coppice_file_chunk> chunks, std::uint6
   for (std::size_t i = 0; i < chunks.size(); ++i) {
     const std::uint64_t entry = sizeof(coppice_file_header) + i * sizeof(coppice_file_chunk);
     if (chunks[i].offset != at)
-      return bad("chunk table offset", entry + offsetof(coppice_file_chunk, offset),
-                 std::to_string(chunks[i].offset) + " where the chunk before ends at " + std::to_string(at));
+      return bad_field("chunk table offset", entry + offsetof(coppice_file_chunk, offset),
+                       std::to_string(chunks[i].offset) + " where the chunk before ends at " + std::to_string(at));
     if (chunks[i].bytes == 0 || chunks[i].bytes > file_bytes - at)
-      return bad("chunk table bytes", entry + offsetof(coppice_file_chunk, bytes),
-                 std::to_string(chunks[i].bytes) + " with " + std::to_string(file_bytes - at) + " left in the file");
+      return bad_field("chunk table bytes", entry + offsetof(coppice_file_chunk, bytes),
+                       std::to_string(chunks[i].bytes) + " with " + std::to_string(file_bytes - at) + " left in the file");
     at += chunks[i].bytes;
   }
-  if (at != file_bytes) return bad("chunk table", sizeof(coppice_file_header), "bytes after the last chunk");
+  if (at != file_bytes) return bad_field("chunk table", sizeof(coppice_file_header), "bytes after the last chunk");
   return {};
 }
 
 Result<void> check_order(const PlantFile& file) {
   const std::vector<ChunkKey> order = chunk_order(file.plant);
   if (order.size() != file.chunks.size())
-    return bad("header chunk_count", offsetof(coppice_file_header, chunk_count),
-               std::to_string(file.chunks.size()) + ", but PLANT asks for " + std::to_string(order.size()));
+    return bad_field("header chunk_count", offsetof(coppice_file_header, chunk_count),
+                     std::to_string(file.chunks.size()) + ", but PLANT asks for " + std::to_string(order.size()));
   for (std::size_t i = 0; i < order.size(); ++i) {
     const coppice_file_chunk& chunk = file.chunks[i];
     const std::uint64_t entry = sizeof(coppice_file_header) + i * sizeof(coppice_file_chunk);
     const auto want = std::string(chunk_kind_name(order[i].kind)) + " " + std::to_string(order[i].index) + " expected";
-    if (chunk.kind != static_cast<std::uint32_t>(order[i].kind)) return bad("chunk table kind", entry, want);
-    if (chunk.index != order[i].index) return bad("chunk table index", entry + offsetof(coppice_file_chunk, index), want);
+    if (chunk.kind != static_cast<std::uint32_t>(order[i].kind)) return bad_field("chunk table kind", entry, want);
+    if (chunk.index != order[i].index) return bad_field("chunk table index", entry + offsetof(coppice_file_chunk, index), want);
     if (order[i].kind == COPPICE_CHUNK_WOOD &&
         file.plant.wood_triangle_counts[order[i].index] > COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE * chunk.bytes)
-      return bad("plant wood_triangle_counts",
-                 file.chunks[0].offset + offsetof(coppice_file_plant, wood_triangle_counts) + order[i].index * 4,
-                 "more than the WOOD chunk's length can hold");
+      return bad_field("plant wood_triangle_counts",
+                       file.chunks[0].offset + offsetof(coppice_file_plant, wood_triangle_counts) + order[i].index * 4,
+                       "more than the WOOD chunk's length can hold");
     if (order[i].kind == COPPICE_CHUNK_PAGE && chunk.bytes > COPPICE_MAX_PAGE_BYTES)
-      return bad("chunk table bytes", entry + offsetof(coppice_file_chunk, bytes), "a PAGE is longer than COPPICE_MAX_PAGE_BYTES");
+      return bad_field("chunk table bytes", entry + offsetof(coppice_file_chunk, bytes), "a PAGE is longer than COPPICE_MAX_PAGE_BYTES");
   }
   const coppice_file_chunk& last = file.chunks[first_read_chunk_count(file.plant) - 1];
   if (file.header.first_read_bytes != last.offset + last.bytes)
-    return bad("header first_read_bytes", offsetof(coppice_file_header, first_read_bytes), "not the end of the first picture's chunks");
+    return bad_field("header first_read_bytes", offsetof(coppice_file_header, first_read_bytes),
+                     "not the end of the first picture's chunks");
   return {};
 }
 
@@ -187,7 +170,7 @@ Result<std::vector<coppice_file_chunk>> read_table(const coppice_file_header& he
   const std::uint64_t table_bytes = std::uint64_t{header.chunk_count} * sizeof(coppice_file_chunk);
   const Bytes table = bytes.subspan(sizeof(coppice_file_header), static_cast<std::size_t>(table_bytes));
   if (checksum(table) != header.table_checksum)
-    return bad("chunk table checksum", offsetof(coppice_file_header, table_checksum), "the table's bytes do not match");
+    return bad_field("chunk table checksum", offsetof(coppice_file_header, table_checksum), "the table's bytes do not match");
   auto chunks = copy_array<coppice_file_chunk>(table, 0, header.chunk_count);
   COPPICE_CHECK(check_tiling(chunks, header.file_bytes));
   return chunks;
@@ -197,12 +180,12 @@ Result<std::vector<coppice_file_chunk>> read_table(const coppice_file_header& he
 Result<Bytes> front_chunk(const PlantFile& file, Bytes bytes, std::size_t position, std::uint64_t expected_bytes) {
   const coppice_file_chunk& chunk = file.chunks[position];
   if (chunk.bytes != expected_bytes)
-    return bad("chunk table bytes",
-               sizeof(coppice_file_header) + position * sizeof(coppice_file_chunk) + offsetof(coppice_file_chunk, bytes),
-               std::string(chunk_kind_name(chunk.kind)) + " has " + std::to_string(chunk.bytes) + " bytes, needs " +
-                   std::to_string(expected_bytes));
+    return bad_field("chunk table bytes",
+                     sizeof(coppice_file_header) + position * sizeof(coppice_file_chunk) + offsetof(coppice_file_chunk, bytes),
+                     std::string(chunk_kind_name(chunk.kind)) + " has " + std::to_string(chunk.bytes) + " bytes, needs " +
+                         std::to_string(expected_bytes));
   if (chunk.offset > bytes.size() || chunk.bytes > bytes.size() - chunk.offset)
-    return bad("first read", bytes.size(), std::string(chunk_kind_name(chunk.kind)) + " is cut off");
+    return bad_field("first read", bytes.size(), std::string(chunk_kind_name(chunk.kind)) + " is cut off");
   const Bytes content = bytes.subspan(static_cast<std::size_t>(chunk.offset), static_cast<std::size_t>(chunk.bytes));
   COPPICE_CHECK(check_chunk(chunk, content));
   return content;
@@ -215,20 +198,20 @@ Result<void> read_materials(PlantFile& file, Bytes bytes) {
     const coppice_file_material& material = file.materials[i];
     const std::uint64_t at = file.chunks[1].offset + i * sizeof(coppice_file_material);
     for (float channel : material.base_color)
-      if (!in_unit_range(channel)) return bad("material base_color", at, "outside 0..1");
+      if (!in_unit_range(channel)) return bad_field("material base_color", at, "outside 0..1");
     if (!in_unit_range(material.alpha_cutoff))
-      return bad("material alpha_cutoff", at + offsetof(coppice_file_material, alpha_cutoff), "outside 0..1");
+      return bad_field("material alpha_cutoff", at + offsetof(coppice_file_material, alpha_cutoff), "outside 0..1");
     if (!in_unit_range(material.roughness))
-      return bad("material roughness", at + offsetof(coppice_file_material, roughness), "outside 0..1");
+      return bad_field("material roughness", at + offsetof(coppice_file_material, roughness), "outside 0..1");
     for (const std::uint32_t texture : {material_texture(material), material_normal_map(material)})
       if (texture != COPPICE_NO_TEXTURE && texture >= file.plant.texture_count)
-        return bad("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
+        return bad_field("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
     constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_COVERAGE_MASK |
                                      COPPICE_MATERIAL_CROWN_NORMALS_MASK;
     if ((material.flags & ~kKnown) != 0)
-      return bad("material flags", at + offsetof(coppice_file_material, flags), "an unknown flag is set");
+      return bad_field("material flags", at + offsetof(coppice_file_material, flags), "an unknown flag is set");
     if ((material.flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0 && file.plant.leaf_mesh_count == 0)
-      return bad("material flags", at + offsetof(coppice_file_material, flags), "for leaf meshes, and there are none");
+      return bad_field("material flags", at + offsetof(coppice_file_material, flags), "for leaf meshes, and there are none");
   }
   return {};
 }
@@ -238,11 +221,11 @@ Result<void> read_cards(PlantFile& file, Bytes bytes) {
   file.cards = copy_array<coppice_file_card>(content, 0, file.plant.card_count);
   for (std::size_t i = 0; i < file.cards.size(); ++i) {
     const std::uint64_t at = file.chunks[2].offset + i * sizeof(coppice_file_card);
-    if (file.cards[i].material >= file.plant.material_count) return bad("card material", at, "no such material");
+    if (file.cards[i].material >= file.plant.material_count) return bad_field("card material", at, "no such material");
     if ((file.materials[file.cards[i].material].flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0)
-      return bad("card material", at, "one for leaf meshes only");
+      return bad_field("card material", at, "one for leaf meshes only");
     for (const auto& uv : file.cards[i].uv)
-      if (!all_finite(uv)) return bad("card uv", at + offsetof(coppice_file_card, uv), "not a finite number");
+      if (!all_finite(uv)) return bad_field("card uv", at + offsetof(coppice_file_card, uv), "not a finite number");
   }
   return {};
 }
@@ -251,22 +234,22 @@ Result<void> check_errors(const PlantFile& file) {
   const std::uint64_t at = file.chunks[3].offset;
   const std::vector<std::uint32_t>& counts = file.error_leaf_counts;
   for (std::size_t i = 1; i < counts.size(); ++i)
-    if (counts[i] <= counts[i - 1]) return bad("error table leaf_counts", at + i * 4, "not ascending");
+    if (counts[i] <= counts[i - 1]) return bad_field("error table leaf_counts", at + i * 4, "not ascending");
   if (counts.front() != 1 || counts.back() != file.plant.leaf_count)
-    return bad("error table leaf_counts", at, "must run from 1 to leaf_count");
+    return bad_field("error table leaf_counts", at, "must run from 1 to leaf_count");
   const std::uint64_t sizes_at = at + counts.size() * 4;
   for (std::size_t i = 0; i < file.error_sizes_px.size(); ++i) {
     const float before = i == 0 ? 0.0f : file.error_sizes_px[i - 1];
     if (!std::isfinite(file.error_sizes_px[i]) || !(file.error_sizes_px[i] > before))
-      return bad("error table sizes_px", sizes_at + i * 4, "not ascending from above 0");
+      return bad_field("error table sizes_px", sizes_at + i * 4, "not ascending from above 0");
   }
   const std::size_t columns = file.error_sizes_px.size();
   const std::uint64_t errors_at = sizes_at + columns * 4;
   for (std::size_t i = 0; i < file.error_px.size(); ++i) {
     if (!std::isfinite(file.error_px[i]) || file.error_px[i] < 0.0f)
-      return bad("error table error_px", errors_at + i * 4, "not a finite number from 0 up");
+      return bad_field("error table error_px", errors_at + i * 4, "not a finite number from 0 up");
     if (i >= columns && file.error_px[i] > file.error_px[i - columns])
-      return bad("error table error_px", errors_at + i * 4, "grows with the number of leaves");
+      return bad_field("error table error_px", errors_at + i * 4, "grows with the number of leaves");
   }
   return {};
 }
@@ -291,15 +274,15 @@ Result<void> read_leaf_meshes(PlantFile& file, Bytes bytes) {
     const std::uint64_t at = file.chunks[4].offset + i * sizeof(coppice_file_leaf_mesh);
     const std::uint64_t stored_bytes = file.chunks[file.chunks.size() - count + i].bytes;
     if (triangles == 0 || triangles > COPPICE_MAX_LEAF_MESH_TRIANGLES || triangles > COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE * stored_bytes)
-      return bad("leaf mesh triangle_count", at + offsetof(coppice_file_leaf_mesh, triangle_count), std::to_string(triangles));
+      return bad_field("leaf mesh triangle_count", at + offsetof(coppice_file_leaf_mesh, triangle_count), std::to_string(triangles));
     if (vertices < 3 || vertices > 3 * triangles)
-      return bad("leaf mesh vertex_count", at + offsetof(coppice_file_leaf_mesh, vertex_count), std::to_string(vertices));
+      return bad_field("leaf mesh vertex_count", at + offsetof(coppice_file_leaf_mesh, vertex_count), std::to_string(vertices));
   }
   const std::uint64_t errors_at = file.chunks[4].offset + count * sizeof(coppice_file_leaf_mesh);
   for (std::size_t i = 0; i < sizes; ++i) {
     const float before = i == 0 ? 0.0f : file.leaf_mesh_error_px[i - 1];
     if (!std::isfinite(file.leaf_mesh_error_px[i]) || !(file.leaf_mesh_error_px[i] >= before))
-      return bad("leaf mesh error_px", errors_at + i * 4, "not a finite number from 0 up, or falling");
+      return bad_field("leaf mesh error_px", errors_at + i * 4, "not a finite number from 0 up, or falling");
   }
   return {};
 }
@@ -310,25 +293,25 @@ Result<coppice_file_header> read_header(Bytes bytes, std::uint64_t file_bytes) {
   const Bytes magic = bytes.first(std::min(bytes.size(), sizeof coppice_file_header::magic));
   if (!std::equal(magic.begin(), magic.end(), COPPICE_FORMAT_MAGIC,
                   [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); }))
-    return bad("magic", 0, "not a .coppice file");
-  if (bytes.size() < sizeof(coppice_file_header)) return bad("header", bytes.size(), "the file is cut off");
+    return bad_field("magic", 0, "not a .coppice file");
+  if (bytes.size() < sizeof(coppice_file_header)) return bad_field("header", bytes.size(), "the file is cut off");
   const auto header = copy_at<coppice_file_header>(bytes, 0);
   // The version before the checksum: a later version may put its checksum elsewhere.
   if (header.version < 1 || header.version > COPPICE_FORMAT_VERSION)
-    return bad("version", offsetof(coppice_file_header, version),
-               std::to_string(header.version) + "; this build reads 1 to " + std::to_string(COPPICE_FORMAT_VERSION));
+    return bad_field("version", offsetof(coppice_file_header, version),
+                     std::to_string(header.version) + "; this build reads 1 to " + std::to_string(COPPICE_FORMAT_VERSION));
   if (checksum(bytes.first(offsetof(coppice_file_header, header_checksum))) != header.header_checksum)
-    return bad("header checksum", offsetof(coppice_file_header, header_checksum), "the header's bytes do not match");
+    return bad_field("header checksum", offsetof(coppice_file_header, header_checksum), "the header's bytes do not match");
   if (header.file_bytes != file_bytes)
-    return bad("header file_bytes", offsetof(coppice_file_header, file_bytes),
-               std::to_string(header.file_bytes) + ", but the file has " + std::to_string(file_bytes));
+    return bad_field("header file_bytes", offsetof(coppice_file_header, file_bytes),
+                     std::to_string(header.file_bytes) + ", but the file has " + std::to_string(file_bytes));
   if (header.reserved[0] != 0 || header.reserved[1] != 0)
-    return bad("header reserved", offsetof(coppice_file_header, reserved), "must be zero");
+    return bad_field("header reserved", offsetof(coppice_file_header, reserved), "must be zero");
   if (header.first_read_bytes > file_bytes)
-    return bad("header first_read_bytes", offsetof(coppice_file_header, first_read_bytes), "longer than the file");
+    return bad_field("header first_read_bytes", offsetof(coppice_file_header, first_read_bytes), "longer than the file");
   if (header.first_read_bytes < sizeof header ||
       header.chunk_count > (header.first_read_bytes - sizeof header) / sizeof(coppice_file_chunk))
-    return bad("header chunk_count", offsetof(coppice_file_header, chunk_count), "the chunk table does not fit in the first read");
+    return bad_field("header chunk_count", offsetof(coppice_file_header, chunk_count), "the chunk table does not fit in the first read");
   return header;
 }
 
@@ -336,11 +319,11 @@ Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes) {
   PlantFile file;
   COPPICE_TRY(header, read_header(bytes, file_bytes));
   file.header = header;
-  if (bytes.size() < header.first_read_bytes) return bad("first read", bytes.size(), "the file is cut off");
+  if (bytes.size() < header.first_read_bytes) return bad_field("first read", bytes.size(), "the file is cut off");
   bytes = bytes.first(static_cast<std::size_t>(header.first_read_bytes));
   COPPICE_TRY(chunks, read_table(header, bytes));
   if (chunks.size() < 4 || chunks[0].kind != COPPICE_CHUNK_PLANT)
-    return bad("chunk table kind", sizeof(coppice_file_header), "PLANT 0 expected");
+    return bad_field("chunk table kind", sizeof(coppice_file_header), "PLANT 0 expected");
   file.chunks = std::move(chunks);
   COPPICE_TRY(content, front_chunk(file, bytes, 0, sizeof(coppice_file_plant)));
   file.plant = copy_at<coppice_file_plant>(content, 0);
@@ -397,8 +380,8 @@ float material_crown_normals(const coppice_file_material& material) {
 
 Result<void> check_chunk(const coppice_file_chunk& chunk, Bytes bytes) {
   const auto name = [&] { return std::string(chunk_kind_name(chunk.kind)) + " " + std::to_string(chunk.index); };
-  if (bytes.size() != chunk.bytes) return bad("chunk length", chunk.offset, name() + " is cut off");
-  if (checksum(bytes) != chunk.checksum) return bad("chunk checksum", chunk.offset, name() + " is damaged");
+  if (bytes.size() != chunk.bytes) return bad_field("chunk length", chunk.offset, name() + " is cut off");
+  if (checksum(bytes) != chunk.checksum) return bad_field("chunk checksum", chunk.offset, name() + " is damaged");
   return {};
 }
 
@@ -408,14 +391,15 @@ std::uint32_t page_split_count(const coppice_file_plant& plant, std::uint32_t pa
 }
 
 Result<TextureLayout> read_texture_header(Bytes header, std::uint64_t chunk_bytes) {
-  if (header.size() < sizeof(coppice_file_texture)) return bad("texture header", header.size(), "cut off");
+  if (header.size() < sizeof(coppice_file_texture)) return bad_field("texture header", header.size(), "cut off");
   const auto texture = copy_at<coppice_file_texture>(header, 0);
-  if (texture.width == 0 || texture.width > COPPICE_MAX_TEXTURE_SIDE) return bad("texture width", 0, std::to_string(texture.width));
-  if (texture.height == 0 || texture.height > COPPICE_MAX_TEXTURE_SIDE) return bad("texture height", 4, std::to_string(texture.height));
+  if (texture.width == 0 || texture.width > COPPICE_MAX_TEXTURE_SIDE) return bad_field("texture width", 0, std::to_string(texture.width));
+  if (texture.height == 0 || texture.height > COPPICE_MAX_TEXTURE_SIDE)
+    return bad_field("texture height", 4, std::to_string(texture.height));
   if (texture.mip_count == 0 || texture.mip_count > static_cast<std::uint32_t>(std::bit_width(std::max(texture.width, texture.height))))
-    return bad("texture mip_count", 8, std::to_string(texture.mip_count));
+    return bad_field("texture mip_count", 8, std::to_string(texture.mip_count));
   if (texture.format < COPPICE_TEXTURE_RGBA8 || texture.format > COPPICE_TEXTURE_BC1)
-    return bad("texture format", 12, std::to_string(texture.format));
+    return bad_field("texture format", 12, std::to_string(texture.format));
   TextureLayout layout{texture.format, {}};
   std::uint64_t at = sizeof(coppice_file_texture);
   for (std::uint32_t level = 0; level < texture.mip_count; ++level) {
@@ -424,8 +408,8 @@ Result<TextureLayout> read_texture_header(Bytes header, std::uint64_t chunk_byte
     at += layout.levels.back().bytes;
   }
   if (at != chunk_bytes)
-    return bad("texture length", sizeof(coppice_file_texture),
-               std::to_string(chunk_bytes) + " bytes, the header and the mip levels need " + std::to_string(at));
+    return bad_field("texture length", sizeof(coppice_file_texture),
+                     std::to_string(chunk_bytes) + " bytes, the header and the mip levels need " + std::to_string(at));
   return layout;
 }
 

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "file_fields.h"
 #include "layout.h"
 #include "utf8.h"
 
@@ -27,40 +28,20 @@ using Bytes = std::span<const std::uint8_t>;
 constexpr float kMaxScale = 1e6f;         // of coppice_placement
 constexpr float kMaxCoordinate_m = 1e7f;  // beyond it a float's step is a metre
 
-Error bad(const char* what, std::uint64_t offset, std::string detail = {}) {
-  return Error{Status::bad_file, what, offset, std::move(detail)};
-}
-
-template <class T>
-T copy_at(Bytes bytes, std::uint64_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof(T));
-  return value;
-}
-
 bool in_range(float value, float least, float most) {
   return value >= least && value <= most;  // false for NaN
 }
 
 Result<void> check_counts(const coppice_scene_header& header) {
-  struct Field {
-    const char* name;
-    std::uint64_t value, least, most;
-    std::size_t offset;
-  };
   const std::uint64_t species = header.species_count;
-  const Field fields[] = {
+  const CountField fields[] = {
       {"species_count", species, 1, COPPICE_MAX_SCENE_SPECIES, offsetof(coppice_scene_header, species_count)},
       {"tile_count", header.tile_count, 1, COPPICE_MAX_SCENE_TILES, offsetof(coppice_scene_header, tile_count)},
       {"path_bytes", header.path_bytes, species, species * COPPICE_MAX_SCENE_PATH_BYTES, offsetof(coppice_scene_header, path_bytes)},
       {"instance_count", header.instance_count, header.tile_count, std::uint64_t{header.tile_count} * COPPICE_MAX_TILE_INSTANCES,
        offsetof(coppice_scene_header, instance_count)},
   };
-  for (const Field& field : fields)
-    if (field.value < field.least || field.value > field.most)
-      return bad(field.name, field.offset,
-                 std::to_string(field.value) + " is not in " + std::to_string(field.least) + ".." + std::to_string(field.most));
-  return {};
+  return check_count_fields(fields, 0);
 }
 
 Result<void> read_species(Bytes bytes, SceneFile& scene) {
@@ -69,21 +50,21 @@ Result<void> read_species(Bytes bytes, SceneFile& scene) {
   for (std::uint32_t i = 0; i < scene.header.species_count; ++i) {
     const std::uint64_t at = kSceneHeaderBytes + i * sizeof(coppice_scene_species);
     const auto entry = copy_at<coppice_scene_species>(bytes, at);
-    if (entry.path_offset != next_path) return bad("species path_offset", at, std::to_string(entry.path_offset));
+    if (entry.path_offset != next_path) return bad_field("species path_offset", at, std::to_string(entry.path_offset));
     if (entry.path_bytes == 0 || entry.path_bytes > COPPICE_MAX_SCENE_PATH_BYTES || entry.path_bytes > scene.header.path_bytes - next_path)
-      return bad("species path_bytes", at + offsetof(coppice_scene_species, path_bytes), std::to_string(entry.path_bytes));
+      return bad_field("species path_bytes", at + offsetof(coppice_scene_species, path_bytes), std::to_string(entry.path_bytes));
     const Bytes path = bytes.subspan(static_cast<std::size_t>(paths_at + next_path), entry.path_bytes);
     for (std::size_t byte = 0; byte < path.size();) {
       const std::size_t length = path[byte] == 0 ? 0 : utf8_sequence_length(path.subspan(byte));
-      if (length == 0) return bad("species path: not UTF-8", paths_at + next_path + byte);
+      if (length == 0) return bad_field("species path: not UTF-8", paths_at + next_path + byte);
       byte += length;
     }
-    if (path[0] == '/') return bad("species path: not relative", paths_at + next_path);
+    if (path[0] == '/') return bad_field("species path: not relative", paths_at + next_path);
     for (const float center : entry.sphere_center)
       if (!in_range(center, -kMaxCoordinate_m, kMaxCoordinate_m))
-        return bad("species sphere_center", at + offsetof(coppice_scene_species, sphere_center));
+        return bad_field("species sphere_center", at + offsetof(coppice_scene_species, sphere_center));
     if (!(entry.sphere_radius > 0.0f) || entry.sphere_radius > kMaxCoordinate_m)
-      return bad("species sphere_radius", at + offsetof(coppice_scene_species, sphere_radius));
+      return bad_field("species sphere_radius", at + offsetof(coppice_scene_species, sphere_radius));
     SceneSpecies species;
     species.path.assign(path.begin(), path.end());
     std::ranges::copy(entry.sphere_center, species.sphere_center.begin());
@@ -91,7 +72,8 @@ Result<void> read_species(Bytes bytes, SceneFile& scene) {
     scene.species.push_back(std::move(species));
     next_path += entry.path_bytes;
   }
-  if (next_path != scene.header.path_bytes) return bad("path_bytes", offsetof(coppice_scene_header, path_bytes), "more than the species'");
+  if (next_path != scene.header.path_bytes)
+    return bad_field("path_bytes", offsetof(coppice_scene_header, path_bytes), "more than the species'");
   return {};
 }
 
@@ -101,18 +83,18 @@ Result<void> check_tile(const SceneTile& tile, std::uint64_t at) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (!in_range(entry.box_min[axis], -kMaxCoordinate_m, kMaxCoordinate_m) ||
         !in_range(entry.box_max[axis], entry.box_min[axis], kMaxCoordinate_m))
-      return bad("tile box", at, "not a finite box");
+      return bad_field("tile box", at, "not a finite box");
   // Squares are halved in floats, level after level.
   const float slack_m = 1e-4f * tile.square_side_m + 1e-6f * (std::abs(tile.square_min_m[0]) + std::abs(tile.square_min_m[1]));
   for (std::size_t i = 0; i < 2; ++i)
     if (entry.box_min[2 * i] < tile.square_min_m[i] - slack_m || entry.box_max[2 * i] > tile.square_min_m[i] + tile.square_side_m + slack_m)
-      return bad("tile box", at, "outside the tile's square");
+      return bad_field("tile box", at, "outside the tile's square");
   if (!(entry.scale_min > 0.0f) || !in_range(entry.scale_max, entry.scale_min, kMaxScale))
-    return bad("tile scale_min, scale_max", at + offsetof(coppice_scene_tile, scale_min));
+    return bad_field("tile scale_min, scale_max", at + offsetof(coppice_scene_tile, scale_min));
   if (!(entry.max_radius > 0.0f) || !std::isfinite(entry.max_radius))
-    return bad("tile max_radius", at + offsetof(coppice_scene_tile, max_radius));
+    return bad_field("tile max_radius", at + offsetof(coppice_scene_tile, max_radius));
   if (entry.instance_count == 0 || entry.instance_count > COPPICE_MAX_TILE_INSTANCES)
-    return bad("tile instance_count", at + offsetof(coppice_scene_tile, instance_count), std::to_string(entry.instance_count));
+    return bad_field("tile instance_count", at + offsetof(coppice_scene_tile, instance_count), std::to_string(entry.instance_count));
   return {};
 }
 
@@ -122,11 +104,11 @@ Result<void> place_children(SceneFile& scene, std::uint32_t parent_index, std::u
   const SceneTile& parent = scene.tiles[parent_index];
   const coppice_scene_tile& entry = parent.entry;
   const auto child_count = static_cast<std::uint32_t>(std::popcount(entry.child_mask));
-  if (entry.child_mask > 0xf) return bad("tile child_mask", at + offsetof(coppice_scene_tile, child_mask));
+  if (entry.child_mask > 0xf) return bad_field("tile child_mask", at + offsetof(coppice_scene_tile, child_mask));
   if (entry.first_child != (child_count == 0 ? 0 : next_child) || child_count > scene.header.tile_count - next_child)
-    return bad("tile first_child", at + offsetof(coppice_scene_tile, first_child), std::to_string(entry.first_child));
+    return bad_field("tile first_child", at + offsetof(coppice_scene_tile, first_child), std::to_string(entry.first_child));
   if (child_count > 0 && level + 1 >= COPPICE_MAX_SCENE_LEVELS)
-    return bad("tile child_mask: too many levels", at + offsetof(coppice_scene_tile, child_mask));
+    return bad_field("tile child_mask: too many levels", at + offsetof(coppice_scene_tile, child_mask));
   const float side_m = 0.5f * parent.square_side_m;
   for (std::uint32_t quadrant = 0; quadrant < 4; ++quadrant) {
     if ((entry.child_mask >> quadrant & 1u) == 0) continue;
@@ -150,13 +132,13 @@ Result<void> read_tiles(Bytes bytes, SceneFile& scene) {
   std::uint32_t next_child = 1;
   std::uint64_t offset = front_bytes;
   for (std::uint32_t i = 0; i < tile_count; ++i) {
-    if (i >= next_child) return bad("tile_count: more tiles than the tree has", offsetof(coppice_scene_header, tile_count));
+    if (i >= next_child) return bad_field("tile_count: more tiles than the tree has", offsetof(coppice_scene_header, tile_count));
     const std::uint64_t at = tiles_at + i * sizeof(coppice_scene_tile);
     SceneTile& tile = scene.tiles[i];
     tile.entry = copy_at<coppice_scene_tile>(bytes, at);
     COPPICE_CHECK(check_tile(tile, at));
     if (tile.entry.max_radius > parent_radius_m[i])
-      return bad("tile max_radius: larger than its parent's", at + offsetof(coppice_scene_tile, max_radius));
+      return bad_field("tile max_radius: larger than its parent's", at + offsetof(coppice_scene_tile, max_radius));
     tile.offset = offset;
     tile.bytes = tile.entry.instance_count * static_cast<std::uint32_t>(sizeof(coppice_scene_instance));
     offset += tile.bytes;
@@ -168,7 +150,7 @@ Result<void> read_tiles(Bytes bytes, SceneFile& scene) {
     }
   }
   if (offset != scene.header.file_bytes)
-    return bad("instance_count: not the sum of the tiles'", offsetof(coppice_scene_header, instance_count));
+    return bad_field("instance_count: not the sum of the tiles'", offsetof(coppice_scene_header, instance_count));
   return {};
 }
 
@@ -176,25 +158,26 @@ Result<void> read_tiles(Bytes bytes, SceneFile& scene) {
 
 Result<coppice_scene_header> read_scene_header(Bytes bytes, std::uint64_t file_bytes) {
   if (bytes.size() < kSceneHeaderBytes || file_bytes < kSceneHeaderBytes)
-    return bad("header: the file is shorter than one", 0, std::to_string(std::min<std::uint64_t>(bytes.size(), file_bytes)) + " bytes");
+    return bad_field("header: the file is shorter than one", 0,
+                     std::to_string(std::min<std::uint64_t>(bytes.size(), file_bytes)) + " bytes");
   const auto header = copy_at<coppice_scene_header>(bytes, 0);
-  if (std::memcmp(header.magic, COPPICE_SCENE_MAGIC, sizeof header.magic) != 0) return bad("magic: not a .forest file", 0);
+  if (std::memcmp(header.magic, COPPICE_SCENE_MAGIC, sizeof header.magic) != 0) return bad_field("magic: not a .forest file", 0);
   if (header.version != COPPICE_SCENE_VERSION)
-    return bad("version", offsetof(coppice_scene_header, version),
-               std::to_string(header.version) + ", this build reads " + std::to_string(COPPICE_SCENE_VERSION));
+    return bad_field("version", offsetof(coppice_scene_header, version),
+                     std::to_string(header.version) + ", this build reads " + std::to_string(COPPICE_SCENE_VERSION));
   if (header.header_checksum != checksum(bytes.first(offsetof(coppice_scene_header, header_checksum))))
-    return bad("header_checksum", offsetof(coppice_scene_header, header_checksum));
+    return bad_field("header_checksum", offsetof(coppice_scene_header, header_checksum));
   COPPICE_CHECK(check_counts(header));
   if (header.file_bytes != file_bytes)
-    return bad("file_bytes", offsetof(coppice_scene_header, file_bytes),
-               std::to_string(header.file_bytes) + ", but the file has " + std::to_string(file_bytes));
+    return bad_field("file_bytes", offsetof(coppice_scene_header, file_bytes),
+                     std::to_string(header.file_bytes) + ", but the file has " + std::to_string(file_bytes));
   if (scene_front_bytes(header) + header.instance_count * sizeof(coppice_scene_instance) != file_bytes)
-    return bad("file_bytes: the counts do not add up to it", offsetof(coppice_scene_header, file_bytes));
+    return bad_field("file_bytes: the counts do not add up to it", offsetof(coppice_scene_header, file_bytes));
   for (const float min : header.square_min)
-    if (!in_range(min, -kMaxCoordinate_m, kMaxCoordinate_m)) return bad("square_min", offsetof(coppice_scene_header, square_min));
+    if (!in_range(min, -kMaxCoordinate_m, kMaxCoordinate_m)) return bad_field("square_min", offsetof(coppice_scene_header, square_min));
   if (!(header.square_side > 0.0f) || header.square_side > 2 * kMaxCoordinate_m)
-    return bad("square_side", offsetof(coppice_scene_header, square_side));
-  if (header.reserved != 0) return bad("reserved", offsetof(coppice_scene_header, reserved));
+    return bad_field("square_side", offsetof(coppice_scene_header, square_side));
+  if (header.reserved != 0) return bad_field("reserved", offsetof(coppice_scene_header, reserved));
   return header;
 }
 
@@ -208,25 +191,25 @@ Result<SceneFile> read_scene_front(Bytes bytes, std::uint64_t file_bytes) {
   COPPICE_TRY(header, read_scene_header(bytes, file_bytes));
   scene.header = header;
   const std::uint64_t front_bytes = scene_front_bytes(header);
-  if (bytes.size() < front_bytes) return bad("front: truncated", bytes.size());
+  if (bytes.size() < front_bytes) return bad_field("front: truncated", bytes.size());
   const Bytes front = bytes.first(static_cast<std::size_t>(front_bytes));
   if (header.front_checksum != checksum(front.subspan(kSceneHeaderBytes)))
-    return bad("front_checksum", offsetof(coppice_scene_header, front_checksum));
+    return bad_field("front_checksum", offsetof(coppice_scene_header, front_checksum));
   COPPICE_CHECK(read_species(front, scene));
   COPPICE_CHECK(read_tiles(front, scene));
   return scene;
 }
 
 Result<void> read_scene_tile(const SceneFile& scene, const SceneTile& tile, Bytes bytes, std::span<SceneInstance> out) {
-  if (bytes.size() != tile.bytes) return bad("tile: truncated", tile.offset + bytes.size());
-  if (tile.entry.checksum != checksum(bytes)) return bad("tile checksum", tile.offset);
+  if (bytes.size() != tile.bytes) return bad_field("tile: truncated", tile.offset + bytes.size());
+  if (tile.entry.checksum != checksum(bytes)) return bad_field("tile checksum", tile.offset);
   const coppice_scene_tile& entry = tile.entry;
   const float log_scales = std::log(entry.scale_max / entry.scale_min);
   for (std::uint32_t i = 0; i < entry.instance_count; ++i) {
     const auto stored = copy_at<coppice_scene_instance>(bytes, i * sizeof(coppice_scene_instance));
     const std::uint64_t at = tile.offset + i * sizeof(coppice_scene_instance);
     if (stored.species >= scene.species.size())
-      return bad("instance species", at + offsetof(coppice_scene_instance, species), std::to_string(stored.species));
+      return bad_field("instance species", at + offsetof(coppice_scene_instance, species), std::to_string(stored.species));
     SceneInstance& instance = out[i];
     instance.species = stored.species;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -238,7 +221,7 @@ Result<void> read_scene_tile(const SceneFile& scene, const SceneTile& tile, Byte
     instance.tint = {static_cast<float>(stored.tint & 31) / 16.0f, static_cast<float>(stored.tint >> 5 & 63) / 32.0f,
                      static_cast<float>(stored.tint >> 11) / 16.0f};
     if (instance.scale * scene.species[stored.species].sphere_radius_m > 1.001f * entry.max_radius)
-      return bad("instance scale: larger than the tile's max_radius", at + offsetof(coppice_scene_instance, scale));
+      return bad_field("instance scale: larger than the tile's max_radius", at + offsetof(coppice_scene_instance, scale));
   }
   return {};
 }

@@ -11,7 +11,8 @@
 #define COPPICE_CULL_ACCESS readonly
 #endif
 
-layout(set = 0, binding = 0, scalar) readonly buffer ViewBuffer { View view; };
+// A uniform buffer: software drivers load a word of it once for all invocations, one of a storage buffer once for each.
+layout(set = 0, binding = 0, scalar) uniform ViewBuffer { View view; };
 layout(set = 0, binding = 1, scalar) readonly buffer InstanceBuffer { Instance instances[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer PlantBuffer { Plant plants[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer TableBuffer { uint table_words[]; };

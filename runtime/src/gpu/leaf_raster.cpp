@@ -106,7 +106,7 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   if (desc.max_instances > kRasterMaxInstances)
     return Error{Status::unsupported, "max_instances beyond what the compute rasteriser names", Error::kNoOffset,
                  std::to_string(desc.max_instances)};
-  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBindingCount + kStorageCount)
+  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBindingCount - 1 + kStorageCount)
     return Error{Status::unsupported, "too few storage buffers in a stage for the compute rasteriser"};
   std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, desc));
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};

@@ -29,11 +29,16 @@ Result<VkDescriptorSetLayout> create_set_layout(Device& device, std::span<const 
 constexpr std::uint32_t kFirstCullBinding = 6;
 constexpr VkShaderStageFlags kAllStages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
+/// The view is a uniform buffer, all else storage buffers.
+VkDescriptorType frame_binding_type(std::uint32_t binding) {
+  return binding == 0 ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+}
+
 Result<void> create_layouts(Device& device, Passes& passes) {
   std::array<VkDescriptorSetLayoutBinding, kFrameBindingCount> frame{};
   for (std::uint32_t i = 0; i < kFrameBindingCount; ++i)
     frame[i] = {.binding = i,
-                .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                .descriptorType = frame_binding_type(i),
                 .descriptorCount = 1,
                 .stageFlags = i < kFirstCullBinding ? kAllStages : VkShaderStageFlags{VK_SHADER_STAGE_COMPUTE_BIT}};
   COPPICE_TRY(frame_layout, create_set_layout(device, frame));
@@ -159,9 +164,11 @@ Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& at
 
 namespace {
 
-Result<DescriptorSet> allocate_set(Device& device, VkDescriptorSetLayout layout, VkDescriptorPoolSize size) {
-  const VkDescriptorPoolCreateInfo pool_info{
-      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = 1, .pPoolSizes = &size};
+Result<DescriptorSet> allocate_set(Device& device, VkDescriptorSetLayout layout, std::span<const VkDescriptorPoolSize> sizes) {
+  const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                             .maxSets = 1,
+                                             .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
+                                             .pPoolSizes = sizes.data()};
   DescriptorSet allocated;
   if (const VkResult result = device.vk.vkCreateDescriptorPool(device.device, &pool_info, nullptr, &allocated.pool); result != VK_SUCCESS)
     return vulkan_error(result, "vkCreateDescriptorPool");
@@ -220,7 +227,9 @@ void destroy_passes(Device& device, Passes& passes) {
 }
 
 Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const std::array<VkBuffer, kFrameBindingCount>& buffers) {
-  COPPICE_TRY(allocated, allocate_set(device, passes.frame_set_layout, {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kFrameBindingCount}));
+  constexpr std::array<VkDescriptorPoolSize, 2> kSizes{
+      {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1}, {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kFrameBindingCount - 1}}};
+  COPPICE_TRY(allocated, allocate_set(device, passes.frame_set_layout, kSizes));
   std::array<VkDescriptorBufferInfo, kFrameBindingCount> infos{};
   std::array<VkWriteDescriptorSet, kFrameBindingCount> writes{};
   for (std::uint32_t i = 0; i < kFrameBindingCount; ++i) {
@@ -229,7 +238,7 @@ Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, con
                  .dstSet = allocated.set,
                  .dstBinding = i,
                  .descriptorCount = 1,
-                 .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                 .descriptorType = frame_binding_type(i),
                  .pBufferInfo = &infos[i]};
   }
   device.vk.vkUpdateDescriptorSets(device.device, kFrameBindingCount, writes.data(), 0, nullptr);
@@ -237,7 +246,8 @@ Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, con
 }
 
 Result<DescriptorSet> create_texture_set(Device& device, const Passes& passes, VkImageView view) {
-  COPPICE_TRY(allocated, allocate_set(device, passes.texture_set_layout, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1}));
+  constexpr VkDescriptorPoolSize kSize{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1};
+  COPPICE_TRY(allocated, allocate_set(device, passes.texture_set_layout, std::span(&kSize, 1)));
   const VkDescriptorImageInfo info{passes.sampler, view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
   const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
                                    .dstSet = allocated.set,

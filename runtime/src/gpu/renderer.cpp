@@ -88,7 +88,7 @@ Result<void> Renderer::create_fixed_buffers() {
   const std::uint64_t instances = desc_.max_instances;
   const std::uint64_t plants = desc_.max_plants;
   const Wanted wanted[] = {
-      {&fixed_.view, sizeof(View), kStorage},
+      {&fixed_.view, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
       {&fixed_.instances, instances * sizeof(Instance), kStorage},
       {&fixed_.plants, plants * sizeof(Plant), kStorage},
       {&fixed_.tables, plants * kTableStride * sizeof(std::uint32_t), kStorage},

@@ -77,7 +77,7 @@ void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const 
   vk.vkCmdFillBuffer(cmd, fixed_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
   rastered_ = raster_ && raster_->begin_view(cmd, view, frame_);
   memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
-                 VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+                 VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
   if (rastered_) {
     raster_->record(cmd, frame_set_.set, instance_slot_count_, timer_.exists() ? &timer_ : nullptr);
   } else if (instance_slot_count_ > 0) {

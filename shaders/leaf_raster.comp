@@ -170,7 +170,65 @@ ivec2 row_of(Rows rows, Drawn drawn, int row) {
   return ivec2(floor(within.x), ceil(within.y));
 }
 
+// Of the 8 rows and columns of a block, a bit each: x the upper four rows, y the others.
+const int kBlock_px = 8;
+
+// Four rows of a block from `y` on: the pixels whose centres a triangle holds. width: columns of the block that are on the screen
+uint four_rows(Edges edges, vec2 block, float y, float width) {
+  uint rows = 0;
+  for (uint row = 0; row < 4; ++row) {
+    vec2 span = span_of(edges, block.y + y + float(row) + 0.5) - block.x;
+    uvec2 at = uvec2(clamp(ceil(span - 0.5), 0.0, width));
+    rows |= ((0xffu << at.x) & ~(0xffu << at.y) & 0xffu) << (8 * row);
+  }
+  return rows;
+}
+
+uint next_bit(uvec2 bits) { return bits.x != 0 ? uint(findLSB(bits.x)) : 32u + uint(findLSB(bits.y)); }
+uvec2 without_next_bit(uvec2 bits) { return bits.x != 0 ? uvec2(bits.x & (bits.x - 1), bits.y) : uvec2(0, bits.y & (bits.y - 1)); }
+bool has_bit(uvec2 bits, uint bit) { return ((bit < 32 ? bits.x : bits.y) >> (bit & 31u) & 1u) != 0; }
+uvec2 without_bit(uvec2 bits, uint bit) {
+  uint one = ~(1u << (bit & 31u));
+  return bit < 32 ? uvec2(bits.x & one, bits.y) : uvec2(bits.x, bits.y & one);
+}
+vec2 center_of(vec2 block, uint bit) { return block + vec2(bit & 7u, bit >> 3) + 0.5; }
+
+// What one block of a leaf's rectangle shows. First where it is covered, by rows; then what the outline takes away; then pixels, so that
+// the dear part, the atomic, goes through nothing but pixels of the leaf.
 // Loops end at the bottom here: software drivers go through a loop's body once more to find that no invocation is left in it.
+void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
+  vec2 block = vec2(corner);
+  ivec2 size = clamp(drawn.high - corner, ivec2(0), ivec2(kBlock_px));
+  uvec2 inside = uvec2(size.y >= 4 ? 0xffffffffu : (1u << (8 * size.y)) - 1, size.y >= 8 ? 0xffffffffu : (1u << (8 * max(size.y - 4, 0))) - 1);
+  if (!seen) inside = uvec2(0);
+  float width = float(size.x);
+  uvec2 first = inside & uvec2(four_rows(edges.first, block, 0.0, width), four_rows(edges.first, block, 4.0, width));
+  uvec2 other = inside & uvec2(four_rows(edges.other, block, 0.0, width), four_rows(edges.other, block, 4.0, width));
+
+  bool solid = (drawn.mask.x & drawn.mask.y) == 0xffffffffu;
+  uvec2 left = solid ? uvec2(0) : first | other;
+  do {
+    uint bit = next_bit(left);
+    vec3 one = vec3(1.0, center_of(block, bit));
+    float b1 = dot(drawn.first.second, one), b2 = dot(drawn.first.third, one);
+    float c2 = dot(drawn.other.second, one), c3 = dot(drawn.other.third, one);
+    bool some = (left.x | left.y) != 0;
+    if (some && is_hole(drawn.mask, vec2(b1 + b2, b2))) first = without_bit(first, bit);
+    if (some && is_hole(drawn.mask, vec2(c2, c2 + c3))) other = without_bit(other, bit);
+    left = without_next_bit(left);
+  } while ((left.x | left.y) != 0);
+
+  left = first | other;
+  do {
+    uint bit = next_bit(left);
+    vec2 center = center_of(block, bit);
+    vec3 one = vec3(1.0, center);
+    precise float key = max(has_bit(first, bit) ? dot(drawn.first.key, one) : 0.0, has_bit(other, bit) ? dot(drawn.other.key, one) : 0.0);
+    if ((left.x | left.y) != 0) write_pixel(uint(center.y) * push.width_px + uint(center.x), key, drawn.radiance);
+    left = without_next_bit(left);
+  } while ((left.x | left.y) != 0);
+}
+
 void raster_leaf(Shared group, RasterLeaf leaf, uvec2 name) {
   Drawn drawn;
   bool seen = project(group, leaf, drawn);
@@ -183,18 +241,14 @@ void raster_leaf(Shared group, RasterLeaf leaf, uvec2 name) {
     }
     seen = place >= kBigCapacity;
   }
-  Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));
-  int y = drawn.low.y;
-  ivec2 row = row_of(rows, drawn, y);
+  Rows edges = Rows(edges_of(drawn.first), edges_of(drawn.other));
+  ivec2 corner = drawn.low;
   bool more = seen;
   do {
-    if (more && row.x < row.y) shade_pixel(drawn, vec2(row.x, y) + 0.5, uint(y) * push.width_px + uint(row.x));
-    ++row.x;
-    if (row.x >= row.y) {
-      ++y;
-      row = row_of(rows, drawn, y);
-    }
-    more = seen && y < drawn.high.y;
+    raster_block(drawn, edges, corner, more);
+    corner.x += kBlock_px;
+    if (corner.x >= drawn.high.x) corner = ivec2(drawn.low.x, corner.y + kBlock_px);
+    more = seen && corner.y < drawn.high.y;
   } while (more);
 }
 

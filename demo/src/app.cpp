@@ -94,14 +94,15 @@ void run_headless(Session& session, const Options& options, Clock::time_point st
   float frame_ms = 0;
   for (std::uint32_t i = 0; i < frames; ++i) {
     render_frame(session, path.pose(time_of(i)), static_cast<float>(time_of(i)), frame_ms);
-    if (!options.record.empty()) record_picture(session, options.record, i);
+    if (!options.record.empty()) record_picture(session, {path.pose(time_of(i)), static_cast<float>(time_of(i))}, options.record, i);
     frame_ms = elapsed_ms(last);
     session.statistics.frame_ms.push_back(frame_ms);
   }
   wait_for_frames(session.device, session.ring);
   const auto end_s = static_cast<float>(path.duration_s);
-  settle(session, path.pose(path.duration_s), end_s);
-  if (!options.screenshot.empty()) save_picture(session, options.screenshot);
+  const Pose end = path.pose(path.duration_s);
+  settle(session, end, end_s);
+  if (!options.screenshot.empty()) save_picture(session, {end, end_s}, options.screenshot);
 }
 
 void run_in_window(Session& session, const Options& options) {
@@ -122,14 +123,18 @@ void run_in_window(Session& session, const Options& options) {
       pose = path.pose(path_time_s);
       if (path.loops && path_time_s >= path.duration_s) path_time_s = 0;
     }
+    if (std::exchange(window.wants_temporal, false) && session.supersample == 1) {
+      wait_for_frames(session.device, session.ring);
+      set_temporal(session.renderer, !session.renderer.temporal);
+    }
     render_frame(session, pose, time_s, frame_ms);
-    if (!options.record.empty()) record_picture(session, options.record, frame);
+    if (!options.record.empty()) record_picture(session, {pose, time_s}, options.record, frame);
     if (frame > 0) session.statistics.frame_ms.push_back(frame_ms);
-    if (std::exchange(window.wants_picture, false)) save_picture(session, picture);
+    if (std::exchange(window.wants_picture, false)) save_picture(session, {pose, time_s}, picture);
   }
   if (options.screenshot.empty()) return;
   settle(session, pose, time_s);
-  save_picture(session, options.screenshot);
+  save_picture(session, {pose, time_s}, options.screenshot);
 }
 
 }  // namespace

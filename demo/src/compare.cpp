@@ -17,7 +17,7 @@ using Luminance = std::vector<float>;  // [width * height], 0..255
 
 constexpr std::uint32_t kPoses = 3;
 constexpr std::uint32_t kTimedFrames = 4;  // at each pose
-constexpr int kSubsamples = 4;             // along each axis
+constexpr std::uint32_t kSubsamples = 4;   // along each axis
 constexpr int kDollyFrames = 8;
 constexpr float kDollyStep_m = 0.05f;
 
@@ -27,7 +27,8 @@ T median(std::vector<T> values) {
   return values[values.size() / 2];
 }
 
-Luminance luminance_of(const std::vector<std::uint8_t>& rgba) {
+template <class T>
+Luminance luminance_of(const std::vector<T>& rgba) {
   Luminance result(rgba.size() / 4);
   for (std::size_t i = 0; i < result.size(); ++i) {
     const auto channel = [&](std::size_t c) { return static_cast<float>(rgba[4 * i + c]); };
@@ -43,16 +44,7 @@ Luminance draw(Session& session, const Pose& pose) {
 }
 
 Luminance supersampled(Session& session, const Pose& pose) {
-  Luminance sum;
-  for (int y = 0; y < kSubsamples; ++y)
-    for (int x = 0; x < kSubsamples; ++x) {
-      session.jitter_px = (glm::vec2(x, y) + 0.5f) / static_cast<float>(kSubsamples) - 0.5f;
-      const Luminance sample = draw(session, pose);
-      sum.resize(sample.size());
-      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += sample[i] / (kSubsamples * kSubsamples);
-    }
-  session.jitter_px = {0, 0};
-  return sum;
+  return luminance_of(supersampled_picture(session, {pose}, kSubsamples));
 }
 
 double squared_difference(const Luminance& a, const Luminance& b) {

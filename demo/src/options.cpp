@@ -7,7 +7,8 @@ namespace {
 
 constexpr const char* kAbout =
     "A forest of streamed plants. In the window: drag with the mouse to look, W A S D to walk, Q E down and up, Shift faster, R resumes\n"
-    "the camera path, P saves a picture, Tab hides the overlay, Escape closes. Without a display it renders headless.";
+    "the camera path, T switches temporal antialiasing, P saves a picture, Tab hides the overlay, Escape closes. Without a display it "
+    "renders headless.";
 
 constexpr const char* kPlants =
     "Baked plants, separated by commas. Default: every .coppice file of out/plants in the current folder, or of plants beside the "
@@ -84,9 +85,18 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--stats", options.stats, "Write statistics as JSON")->type_name("F.json");
   app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
       ->type_name("DIR");
+  CLI::Option* temporal = app.add_flag(
+      "--taa,!--no-taa", options.temporal,
+      "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [with a GPU on, without off]");
+  app.add_option("--supersample", options.supersample,
+                 "Pictures that are written are means of KxK frames moved by parts of a pixel, without temporal antialiasing")
+      ->check(CLI::Range(1u, 16u))
+      ->excludes(temporal)
+      ->type_name("K");
   app.add_option("--compare", options.compare,
                  "Run cut, discrete and full over the camera path (--frames poses) and write time, leaves and error against full as JSON, "
                  "and a plot beside it, F.svg")
+      ->excludes(temporal)
       ->type_name("F.json");
   app.add_option("--trace", options.trace, "Write what streaming and recording did when, for chrome://tracing or ui.perfetto.dev")
       ->type_name("F.json");

@@ -194,7 +194,7 @@ void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures
     if (figures.scene_times != nullptr) show_passes(figures.stats, *figures.scene_times);
     show_streaming(overlay, figures.stats);
     show_controls(controls);
-    ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, P picture, Tab hides");
+    ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, T antialiasing, P picture, Tab hides");
     ImGui::End();
   }
   ImGui::Render();

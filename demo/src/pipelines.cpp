@@ -40,7 +40,8 @@ struct FixedState {
       vk_struct<VkPipelineMultisampleStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO);
   VkPipelineDepthStencilStateCreateInfo depth =
       vk_struct<VkPipelineDepthStencilStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO);
-  VkPipelineColorBlendAttachmentState attachment{};
+  std::array<VkPipelineColorBlendAttachmentState, 2> attachments{};
+  std::array<VkFormat, 2> color_formats{};
   VkPipelineColorBlendStateCreateInfo blend =
       vk_struct<VkPipelineColorBlendStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO);
   std::array<VkDynamicState, 2> dynamic_states = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
@@ -64,22 +65,24 @@ struct FixedState {
     set_blend(desc.alpha_blend);
     dynamic.dynamicStateCount = static_cast<std::uint32_t>(dynamic_states.size());
     dynamic.pDynamicStates = dynamic_states.data();
-    rendering.colorAttachmentCount = 1;
-    rendering.pColorAttachmentFormats = &desc.color_format;
+    color_formats = {desc.color_format, desc.second_color_format};
+    rendering.colorAttachmentCount = blend.attachmentCount = desc.second_color_format != VK_FORMAT_UNDEFINED ? 2 : 1;
+    rendering.pColorAttachmentFormats = color_formats.data();
     rendering.depthAttachmentFormat = desc.depth_format;
   }
   FixedState(const FixedState&) = delete;
   FixedState& operator=(const FixedState&) = delete;
 
   void set_blend(bool alpha_blend) {
-    attachment.blendEnable = alpha_blend;
-    attachment.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
-    attachment.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
-    attachment.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
-    attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
-    attachment.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
-    blend.attachmentCount = 1;
-    blend.pAttachments = &attachment;
+    for (VkPipelineColorBlendAttachmentState& attachment : attachments) {
+      attachment.blendEnable = alpha_blend;
+      attachment.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+      attachment.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+      attachment.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+      attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+      attachment.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
+    }
+    blend.pAttachments = attachments.data();
   }
 };
 
@@ -108,8 +111,9 @@ Handle<VkPipeline> create_pipeline(const Device& device, const PipelineDesc& des
   return {device.handle, pipeline, vkDestroyPipeline};
 }
 
-Handle<VkPipelineLayout> create_pipeline_layout(const Device& device, VkDescriptorSetLayout set, std::uint32_t push_bytes) {
-  const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT, 0, push_bytes};
+Handle<VkPipelineLayout> create_pipeline_layout(const Device& device, VkDescriptorSetLayout set, std::uint32_t push_bytes,
+                                                VkShaderStageFlags push_stages) {
+  const VkPushConstantRange range{push_stages, 0, push_bytes};
   VkPipelineLayoutCreateInfo info = vk_struct<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
   info.setLayoutCount = 1;
   info.pSetLayouts = &set;
@@ -133,12 +137,12 @@ Handle<VkDescriptorSetLayout> create_set_layout(const Device& device, std::span<
   return {device.handle, layout, vkDestroyDescriptorSetLayout};
 }
 
-Handle<VkSampler> create_sampler(const Device& device, VkSamplerAddressMode address_mode) {
+Handle<VkSampler> create_sampler(const Device& device, VkSamplerAddressMode address_mode, VkFilter filter) {
   VkSamplerCreateInfo info = vk_struct<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
-  info.magFilter = VK_FILTER_LINEAR;
-  info.minFilter = VK_FILTER_LINEAR;
+  info.magFilter = filter;
+  info.minFilter = filter;
   // Where a processor samples, a second mip costs as much as the first.
-  info.mipmapMode = device.software ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
+  info.mipmapMode = device.software || filter == VK_FILTER_NEAREST ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
   info.addressModeU = address_mode;
   info.addressModeV = address_mode;
   info.addressModeW = address_mode;

@@ -123,16 +123,17 @@ void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView&
   std::memcpy(renderer.uniforms[slot].mapped, &uniforms, sizeof uniforms);
 }
 
-void begin_pass(VkCommandBuffer commands, const Image& color, const Image* depth) {
+void begin_pass(VkCommandBuffer commands, const Image& color, const Image* depth,
+                VkAttachmentLoadOp color_load = VK_ATTACHMENT_LOAD_OP_DONT_CARE) {
   VkRenderingAttachmentInfo color_info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
   color_info.imageView = color.view;
   color_info.imageLayout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
-  color_info.loadOp = VK_ATTACHMENT_LOAD_OP_DONT_CARE;  // every pass here covers every pixel
+  color_info.loadOp = color_load;
   color_info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
   VkRenderingAttachmentInfo depth_info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
   depth_info.imageLayout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
   depth_info.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;  // to 0: reversed depth's farthest
-  depth_info.storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE;
+  depth_info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
   if (depth) depth_info.imageView = depth->view;
   VkRenderingInfo info = vk_struct<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   info.renderArea = {{0, 0}, color.extent};
@@ -170,28 +171,14 @@ void record_tufts(const Renderer& renderer, VkCommandBuffer commands, std::size_
   vkCmdDraw(commands, kTuftVertices, static_cast<std::uint32_t>(count), 0, 0);
 }
 
-// An image about to be drawn to from scratch: its old content is dropped, earlier uses of it are waited for.
-ImageBarrier to_attachment(const Image& image, VkPipelineStageFlags2 last_stage, VkAccessFlags2 last_writes) {
-  ImageBarrier barrier;
-  barrier.image = image.image;
-  barrier.from_stage = last_stage;
-  barrier.from_access = last_writes;
-  barrier.to_stage = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
-  barrier.to_access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT;
-  barrier.to_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
-  return barrier;
-}
-
-ImageBarrier from_attachment(const Image& image, VkPipelineStageFlags2 stage, VkAccessFlags2 access, VkImageLayout layout) {
-  ImageBarrier barrier;
-  barrier.image = image.image;
-  barrier.from_stage = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+void record_over_picture(const Renderer& renderer, VkCommandBuffer commands, const std::function<void()>& draw) {
+  ImageBarrier barrier = to_attachment(renderer.picture, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT);
   barrier.from_access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT;
-  barrier.from_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
-  barrier.to_stage = stage;
-  barrier.to_access = access;
-  barrier.to_layout = layout;
-  return barrier;
+  barrier.from_layout = barrier.to_layout;
+  record_barrier(commands, barrier);
+  begin_pass(commands, renderer.picture, nullptr, VK_ATTACHMENT_LOAD_OP_LOAD);
+  draw();
+  vkCmdEndRendering(commands);
 }
 
 }  // namespace
@@ -222,22 +209,30 @@ void resize_renderer(Renderer& renderer, VkExtent2D extent) {
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   renderer.scene = create_image(renderer.device, desc);
   desc.format = Renderer::kDepthFormat;
-  desc.usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
+  desc.usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   renderer.depth = create_image(renderer.device, desc);
   desc.format = Renderer::kPictureFormat;
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
   renderer.picture = create_image(renderer.device, desc);
   for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
+  if (renderer.temporal) resize_temporal(*renderer.temporal, renderer.depth, Renderer::kPictureFormat);
+}
+
+void set_temporal(Renderer& renderer, bool on) {
+  if (on == (renderer.temporal != nullptr)) return;
+  renderer.temporal = on ? std::make_unique<Temporal>(renderer.device, Renderer::kPictureFormat) : nullptr;
+  if (on) resize_temporal(*renderer.temporal, renderer.depth, Renderer::kPictureFormat);
 }
 
 void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
                   const std::function<void()>& draw_plants) {
   write_uniforms(renderer, slot, view);
-  record_barrier(commands, to_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_NONE));
+  record_barrier(commands, to_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
   ImageBarrier depth;
   depth.image = renderer.depth.image;
   depth.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
-  depth.from_stage = depth.to_stage = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+  depth.to_stage = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+  depth.from_stage = depth.to_stage | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
   depth.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
   depth.to_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
   depth.to_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
@@ -259,16 +254,25 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
   stamp(ScenePass::sky);
 }
 
-void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const std::function<void()>& draw_overlay) {
+void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
+                     const std::function<void()>& draw_overlay) {
+  Temporal* temporal = renderer.temporal.get();
   record_barrier(commands, from_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                                            VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
-  record_barrier(commands, to_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_NONE));
-  begin_pass(commands, renderer.picture, nullptr);
+  const Image& toned = temporal ? temporal->toned : renderer.picture;
+  record_barrier(commands, to_attachment(toned, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
+  begin_pass(commands, toned, nullptr);
   bind(renderer, commands, slot, renderer.tone_map_pipeline);
   vkCmdDraw(commands, 3, 1, 0, 0);
-  draw_overlay();
+  if (!temporal) draw_overlay();
   vkCmdEndRendering(commands);
   stamp_pass(renderer.timer.get(), commands, slot, ScenePass::tone_map);
+  if (temporal) {
+    const TemporalView temporal_view{view.unmoved_clip_from_world, view.jitter_px, view.unchanged};
+    record_temporal(*temporal, commands, temporal_view, renderer.depth, renderer.picture);
+    record_over_picture(renderer, commands, draw_overlay);
+  }
+  stamp_pass(renderer.timer.get(), commands, slot, ScenePass::temporal);
   record_barrier(commands, from_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
                                            VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL));
 }

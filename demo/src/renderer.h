@@ -11,6 +11,7 @@
 #include "ground_map.h"
 #include "pass_timer.h"
 #include "resources.h"
+#include "temporal.h"
 #include "terrain.h"
 
 namespace forest {
@@ -28,9 +29,12 @@ struct Weather {
 
 struct FrameView {
   glm::mat4 view_from_world;
-  glm::mat4 clip_from_view;
+  glm::mat4 clip_from_view;  ///< moved by jitter_px
+  glm::mat4 unmoved_clip_from_world;
+  glm::vec2 jitter_px = {0, 0};
   glm::vec3 eye;
   float time_s = 0;
+  bool unchanged = false;  ///< nothing but the camera can have changed since the frame before
 };
 
 /// Ground, sky and tone mapping, and the images they and the plants draw to.
@@ -65,7 +69,8 @@ struct Renderer {
   Handle<VkPipeline> tuft_pipeline;
   Handle<VkPipeline> sky_pipeline;
   Handle<VkPipeline> tone_map_pipeline;
-  std::unique_ptr<PassTimer> timer;  ///< null: passes are not measured
+  std::unique_ptr<PassTimer> timer;    ///< null: passes are not measured
+  std::unique_ptr<Temporal> temporal;  ///< null: every frame is shown as it is
 
   Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, VkExtent2D extent);
 };
@@ -73,13 +78,18 @@ struct Renderer {
 /// Replaces the images. No frame may be in flight.
 void resize_renderer(Renderer& renderer, VkExtent2D extent);
 
+/// Switches temporal antialiasing on or off. No frame may be in flight.
+void set_temporal(Renderer& renderer, bool on);
+
 /// Records the scene pass: `draw_plants` first (it may change every binding), then ground, grass and sky.
 /// slot  FrameRing::slot_index() of the frame: its uniforms and tufts are overwritten
 void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
                   const std::function<void()>& draw_plants);
 
-/// Records tone mapping to `picture`, then `draw_overlay` on top of it.
-void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const std::function<void()>& draw_overlay);
+/// Records tone mapping and temporal antialiasing to `picture`, then `draw_overlay` on top of it.
+/// view  the one given to record_scene
+void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
+                     const std::function<void()>& draw_overlay);
 
 /// The picture of the latest frame as [width * height * 4] RGBA, top row first. No frame may be in flight.
 std::vector<std::uint8_t> read_picture(const Renderer& renderer);

@@ -176,4 +176,26 @@ void record_barrier(VkCommandBuffer commands, const ImageBarrier& barrier) {
   vkCmdPipelineBarrier2(commands, &dependency);
 }
 
+ImageBarrier to_attachment(const Image& image, VkPipelineStageFlags2 last_stage) {
+  ImageBarrier barrier;
+  barrier.image = image.image;
+  barrier.from_stage = last_stage;
+  barrier.to_stage = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+  barrier.to_access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT;
+  barrier.to_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  return barrier;
+}
+
+ImageBarrier from_attachment(const Image& image, VkPipelineStageFlags2 stage, VkAccessFlags2 access, VkImageLayout layout) {
+  ImageBarrier barrier;
+  barrier.image = image.image;
+  barrier.from_stage = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+  barrier.from_access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT;
+  barrier.from_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  barrier.to_stage = stage;
+  barrier.to_access = access;
+  barrier.to_layout = layout;
+  return barrier;
+}
+
 }  // namespace forest

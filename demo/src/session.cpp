@@ -104,10 +104,16 @@ void sample_statistics(Session& session) {
   for (const float ms : session.renderer.timer->times) (times++)->push_back(ms);
 }
 
-void write_picture(const Session& session, const std::string& file) {
-  wait_for_frames(session.device, session.ring);
+void write_picture(Session& session, const Shot& shot, const std::string& file) {
   const VkExtent2D extent = session.renderer.picture.extent;
-  write_png(file, extent.width, extent.height, read_picture(session.renderer));
+  wait_for_frames(session.device, session.ring);
+  std::vector<std::uint8_t> pixels;
+  if (session.supersample > 1)
+    for (const float value : supersampled_picture(session, shot, session.supersample))
+      pixels.push_back(static_cast<std::uint8_t>(std::lround(value)));
+  else
+    pixels = read_picture(session.renderer);
+  write_png(file, extent.width, extent.height, pixels);
 }
 
 // Half a second or so between looks, so that a file that is being written is left alone until it is whole.
@@ -136,9 +142,27 @@ void record_frame(Session& session, VkCommandBuffer commands, const FrameView& v
   const std::size_t slot = session.ring.slot_index();
   record_scene(session.renderer, commands, slot, view,
                [&] { check(session.forest, coppice_record_draw(context, commands, &plant_view), "coppice_record_draw"); });
-  record_tone_map(session.renderer, commands, slot, [&] {
+  record_tone_map(session.renderer, commands, slot, view, [&] {
     if (session.overlay) record_overlay(*session.overlay, commands, slot, session.renderer.picture.extent);
   });
+}
+
+/// Changes with whatever comes into the picture or leaves it.
+std::uint64_t arrivals_of(const coppice_stats& stats) {
+  return stats.pages_loaded + stats.pages_evicted + stats.scene_tiles_resident;
+}
+
+FrameView view_of(const Session& session, const Pose& pose, float time_s) {
+  const glm::vec2 extent_px(session.renderer.picture.extent.width, session.renderer.picture.extent.height);
+  FrameView view;
+  view.view_from_world = view_from_world(pose);
+  view.clip_from_view = clip_from_view(pose, extent_px.x / extent_px.y);
+  view.unmoved_clip_from_world = view.clip_from_view * view.view_from_world;
+  view.jitter_px = session.jitter_px + (session.renderer.temporal ? temporal_jitter_px(*session.renderer.temporal) : glm::vec2(0));
+  view.clip_from_view[2] -= glm::vec4(2.0f * view.jitter_px / extent_px, 0, 0);
+  view.eye = pose.position;
+  view.time_s = time_s;
+  return view;
 }
 
 void pace_frame(Session& session, float frame_ms) {
@@ -192,6 +216,8 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
               .lod = options.lod};
   statistics.device = device.name;
   if (options.watch) watch = watch_files(forest.files);
+  supersample = options.supersample;
+  set_temporal(renderer, options.temporal.value_or(!device.software && supersample == 1 && options.compare.empty()));
   if (options.pass_times) renderer.timer = std::make_unique<PassTimer>(device);
 }
 
@@ -204,14 +230,14 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   std::optional<std::uint32_t> image;
   if (session.screen) image = acquire(session, slot);
   const VkExtent2D extent = session.renderer.picture.extent;
-  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
-  FrameView view{view_from_world(pose), clip_from_view(pose, aspect), pose.position, time_s};
-  const glm::vec2 jitter = 2.0f * session.jitter_px / glm::vec2(extent.width, extent.height);
-  view.clip_from_view[2] -= glm::vec4(jitter, 0, 0);
+  FrameView view = view_of(session, pose, time_s);
   pace_frame(session, frame_ms);
   reload_changed(session);
   const coppice_view plant_view = begin_plants(session, view);
+  const std::uint64_t arrivals = arrivals_of(session.statistics.last);
+  const float threshold_px = session.statistics.last.threshold_px;
   sample_statistics(session);
+  view.unchanged = arrivals == arrivals_of(session.statistics.last) && threshold_px == session.statistics.last.threshold_px;
   if (session.overlay) layout_controls(session, frame_ms);
   record_frame(session, slot.commands, view, plant_view);
   if (!image) {
@@ -225,11 +251,11 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
 
 void settle(Session& session, const Pose& pose, float time_s) {
   constexpr auto kPatience = std::chrono::seconds(2);
-  constexpr int kQuietFrames = 4;
+  const int most_quiet_frames = session.renderer.temporal ? 16 : 4;
   auto last_progress = Clock::now();
   std::uint64_t loaded = 0;
   float threshold_px = 0;
-  for (int quiet_frames = 0; quiet_frames < kQuietFrames;) {
+  for (int quiet_frames = 0; quiet_frames < most_quiet_frames;) {
     render_frame(session, pose, time_s, 0);
     wait_for_frames(session.device, session.ring);
     const coppice_stats& stats = session.statistics.last;
@@ -244,15 +270,31 @@ void settle(Session& session, const Pose& pose, float time_s) {
   }
 }
 
-void save_picture(const Session& session, const std::string& file) {
-  write_picture(session, file);
+std::vector<float> supersampled_picture(Session& session, const Shot& shot, std::uint32_t side) {
+  std::vector<float> mean;
+  const auto samples = static_cast<float>(side * side);
+  for (std::uint32_t y = 0; y < side; ++y)
+    for (std::uint32_t x = 0; x < side; ++x) {
+      session.jitter_px = (glm::vec2(x, y) + 0.5f) / static_cast<float>(side) - 0.5f;
+      render_frame(session, shot.pose, shot.time_s, 0);
+      wait_for_frames(session.device, session.ring);
+      const std::vector<std::uint8_t> sample = read_picture(session.renderer);
+      mean.resize(sample.size());
+      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += static_cast<float>(sample[i]) / samples;
+    }
+  session.jitter_px = {0, 0};
+  return mean;
+}
+
+void save_picture(Session& session, const Shot& shot, const std::string& file) {
+  write_picture(session, shot, file);
   std::printf("picture              %s\n", file.c_str());
 }
 
-void record_picture(const Session& session, const std::string& folder, std::uint32_t number) {
+void record_picture(Session& session, const Shot& shot, const std::string& folder, std::uint32_t number) {
   std::array<char, 16> name{};
   std::snprintf(name.data(), name.size(), "/%05u.png", number);
-  write_picture(session, folder + name.data());
+  write_picture(session, shot, folder + name.data());
 }
 
 }  // namespace forest

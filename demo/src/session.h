@@ -45,8 +45,9 @@ struct Session {
   std::unique_ptr<Overlay> overlay;  ///< null when headless
   Controls controls;
   FramePace pace;
-  glm::vec2 jitter_px = {0, 0};  ///< moves the picture, for supersampling
-  std::optional<Watch> watch;    ///< absent unless asked for
+  glm::vec2 jitter_px = {0, 0};   ///< moves the picture, for supersampling
+  std::uint32_t supersample = 1;  ///< along each axis, of pictures that are written
+  std::optional<Watch> watch;     ///< absent unless asked for
   Statistics statistics;
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   std::uint64_t first_measured = 1;  ///< frames from this number on are in `statistics`
@@ -63,12 +64,20 @@ struct Session {
 /// budget; 0 for neither
 void render_frame(Session& session, const Pose& pose, float time_s, float frame_ms);
 
-/// Renders the pose again and again until what it wants is resident, or until nothing has arrived for two seconds (the budget is full).
+/// Renders the pose again and again until what it wants is resident, or until nothing has arrived for two seconds (the budget is full), and
+/// temporal antialiasing, if it is on, has 16 frames of that.
 void settle(Session& session, const Pose& pose, float time_s);
 
-/// Waits for the frames and writes the picture. errors  Failure
-void save_picture(const Session& session, const std::string& file);
+/// Where and when a picture is taken: what render_frame was last given.
+struct Shot {
+  const Pose& pose;
+  float time_s = 0;
+};
+/// The mean of side x side frames moved by parts of a pixel: [width * height * 4] RGBA, 0..255. Temporal antialiasing must be off.
+std::vector<float> supersampled_picture(Session& session, const Shot& shot, std::uint32_t side);
+/// Writes the picture, supersampled if the session says so. errors  Failure
+void save_picture(Session& session, const Shot& shot, const std::string& file);
 /// Likewise, to DIR/number.png, and does not print where.
-void record_picture(const Session& session, const std::string& folder, std::uint32_t number);
+void record_picture(Session& session, const Shot& shot, const std::string& folder, std::uint32_t number);
 
 }  // namespace forest

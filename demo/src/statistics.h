@@ -34,7 +34,7 @@ struct Statistics {
 };
 
 /// Of Statistics::pass_ms.
-constexpr std::array kPassNames = {"upload", "cull", "splats", "leaves", "tiles", "draw", "ground", "tufts", "sky", "tone_map"};
+constexpr std::array kPassNames = {"upload", "cull", "splats", "leaves", "tiles", "draw", "ground", "tufts", "sky", "tone_map", "temporal"};
 static_assert(kPassNames.size() == std::tuple_size_v<decltype(Statistics::pass_ms)>);
 
 struct FrameTimes {

@@ -186,6 +186,26 @@ TEST(CoppiceForest, TracesReadsDecodesUploadsAndFrames) {
     EXPECT_GE(counts[call], 6) << call;
 }
 
+TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder);
+  std::ofstream(folder / "still.txt") << "0 0 1.7 20 0 0\n";
+  const auto picture_with = [&](const std::string& name, const std::vector<std::string>& options) {
+    const fs::path png = folder / (name + ".png").c_str();
+    std::vector<std::string> arguments = headless_forest(plant, png);
+    arguments.insert(arguments.end(), {"--camera", folder / "still.txt"});
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ProcessResult result = run_process(COPPICE_FOREST, arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("validation messages  0"), std::string::npos) << result.out << result.err;
+    return coppice::test::read_png(png);
+  };
+  const Picture reference = picture_with("reference", {"--supersample", "8"}), four = picture_with("four", {"--supersample", "2"}),
+                one = picture_with("one", {"--no-taa"}), temporal = picture_with("temporal", {"--taa"});
+  EXPECT_LT(rmse(temporal, reference), 0.8 * rmse(four, reference));
+  EXPECT_LT(rmse(four, reference), 0.8 * rmse(one, reference)) << "else the pictures do not show what samples do";
+}
+
 TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {
   const ProcessResult missing = run_process(COPPICE_FOREST, {"--plants", "/nowhere/fern.coppice", "--headless"});
   EXPECT_EQ(missing.exit_code, 1);

@@ -11,7 +11,8 @@ namespace coppice {
 namespace {
 
 /// The compute rasteriser's lists of a page's leaves and of the cuts coarser than it, about; see coppice_context_desc.compute_raster.
-constexpr std::uint64_t kRasterListBytesPerPage = 180 * COPPICE_PAGE_SPLITS;
+constexpr std::uint64_t kRasterListBytesPerPage = 116 * COPPICE_PAGE_SPLITS;
+constexpr std::uint64_t kRasterListBytesPerTriangle = 60;
 
 /// Plants that may be reloaded at a time.
 constexpr std::uint32_t kReloadSlots = 4;
@@ -78,7 +79,10 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   const StreamerOptions options{.gpu = {.page_bytes = gpu::kPageBytes,
                                         .wood_vertex_bytes = sizeof(gpu::WoodVertex),
                                         .leaf_mesh_vertex_bytes = sizeof(gpu::LeafMeshVertex),
+                                        .opening_bytes = gpu::Renderer::kSmallBytes,
                                         .page_list_bytes = context->renderer_->has_raster() ? kRasterListBytesPerPage : 0,
+                                        .wood_list_triangle_bytes = context->renderer_->has_raster() ? kRasterListBytesPerTriangle : 0,
+                                        .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
                                         .block_textures = context->renderer_->block_textures()},
                                 .budget_bytes = desc.memory_budget_bytes,
                                 .max_plants = slot_count,
@@ -91,6 +95,7 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->demands_.resize(slot_count);
   context->demands_ahead_.resize(slot_count);
   context->residency_.resize(slot_count);
+  context->count_overhead();
   return context;
 }
 
@@ -112,6 +117,7 @@ Result<std::uint32_t> Context::open_slot(const char* path) {
   }
   instances_.set_plant_sphere(slot, file.plant.sphere_center, file.plant.sphere_radius);
   slots_[slot] = {.open = true, .on_gpu = true};
+  count_overhead();
   return slot;
 }
 
@@ -255,14 +261,22 @@ void Context::stream_scene(const LodView& view) {
   const std::uint64_t affordable = streamer_->stats().budget_bytes / 4 / (kInstanceGrowthBytes * kTileBlockInstances);
   const std::uint32_t block_count = instances_.free_block_count() + scene_->block_count;
   scene_->stream->begin_frame({view.eye_m, view.focal_px, view.near_m},
-                              static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)));
+                              {static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)), streamer_->free_bytes()});
+  count_overhead();
   for (const std::uint32_t tile : scene_->stream->dropped()) remove_tile(tile);
   grow_tiles();
+  scene_->growth_bytes = 0;
   // One of each at least; more while there is time. What is over waits for the next frame.
   const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(streaming_ns_);
   while (open_next_species() && std::chrono::steady_clock::now() < end) {
   }
   for (auto ready = scene_->stream->next_ready(); ready; ready = scene_->stream->next_ready()) {
+    // What draws them all grows with them: the streamer makes room for that, and the tile waits.
+    if (const std::uint64_t growth = renderer_->growth_bytes(instances_.count() + ready->instances.size());
+        growth > streamer_->free_bytes()) {
+      scene_->growth_bytes = growth;
+      break;
+    }
     place_tile(*ready);
     if (std::chrono::steady_clock::now() >= end) break;
   }
@@ -317,6 +331,16 @@ void Context::remove_tile(std::uint32_t tile) {
   blocks.clear();
 }
 
+void Context::count_overhead() {
+  streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes() + (scene_ ? scene_->stream->bytes() : 0));
+}
+
+// Between frames, and while one is recorded, memory is taken for what the engine does: what is free is looked at when it is taken.
+void Context::give_room() {
+  count_overhead();
+  renderer_->set_room(streamer_->free_bytes());
+}
+
 Result<void> Context::begin_frame(const coppice_frame& frame) {
   const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_FRAME_BEGIN);
   if (frame.frame_number <= frame_number_ || frame.completed_number >= frame.frame_number)
@@ -332,8 +356,9 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   view.lod.error_px = threshold_px_;
   // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
   if (view.lod.discrete) view.lod.error_px *= 0.5f;
+  streamer_->set_growth_bytes(renderer_->wanted_room_bytes(instances_, *frame.view) + (scene_ ? scene_->growth_bytes : 0));
+  count_overhead();
   if (scene_) stream_scene(view.lod);
-  streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes() + (scene_ ? scene_->stream->bytes() : 0));
   finish_reloads();
   instances_.update_bounds();
   measure_demand(instances_.blocks(), view, demands_);
@@ -342,8 +367,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
     if (plant.open && plant.next_slot != kNoSlot) demands_[plant.next_slot] = demands_[plant.slot];
   streamer_->begin_frame({frame.frame_number, frame.completed_number, &view, demands_});
 
-  for (const ChunkId& id : streamer_->take_evicted())
-    if (id.kind == ChunkKind::texture) renderer_->hide_texture(id.plant, id.index);
+  for (const ChunkId& id : streamer_->take_evicted()) hide_chunk(id);
   for (const ChunkId& id : streamer_->take_released()) drop_chunk(id);
   for (const std::uint32_t plant : streamer_->take_closed_plants()) {
     if (slots_[plant].on_gpu) renderer_->remove_plant(plant);
@@ -357,6 +381,11 @@ void Context::add_demand_ahead(const DemandView& view) {
   if (by_m == std::array<float, 3>{}) return;
   measure_demand(instances_.blocks(), moved_view(view, by_m), demands_ahead_);
   merge_demands(demands_, demands_ahead_);
+}
+
+void Context::hide_chunk(ChunkId id) {
+  if (id.kind == ChunkKind::texture) renderer_->hide_texture(id.plant, id.index);
+  if (id.kind == ChunkKind::page) renderer_->hide_page(id.plant, id.index);
 }
 
 void Context::drop_chunk(ChunkId id) {
@@ -388,7 +417,8 @@ void Context::upload_decoded() {
   for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->upload_room_bytes())) {
     if (!std::exchange(first, false) && now_ns() - start >= left) break;  // the rest is handed out again
     const ChunkId id = chunk.id;
-    if (!streamer_->awaits_upload(id)) continue;  // an earlier page of its plant failed
+    if (!streamer_->awaits_upload(id)) continue;                                                      // an earlier page of its plant failed
+    if (!renderer_->has_room(chunk.bytes, id.kind == ChunkKind::wood ? chunk.wood : nullptr)) break;  // room is being made
     const std::uint64_t upload_start = trace_start(trace);
     auto uploaded = upload_chunk(chunk);
     trace_end(trace,
@@ -403,6 +433,7 @@ void Context::upload_decoded() {
 Result<void> Context::record_upload(VkCommandBuffer cmd) {
   const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_UPLOAD);
   recording_ = Recording::uploaded;
+  give_room();
   renderer_->record_upload_begin(cmd);
   upload_decoded();
   for (std::uint32_t plant = 0; plant < slots_.size(); ++plant) {
@@ -410,7 +441,9 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
     const PlantState state = streamer_->state(plant);
     residency_[plant] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
   }
-  return renderer_->record_upload_end(instances_, residency_);
+  auto recorded = renderer_->record_upload_end(instances_, residency_);
+  count_overhead();
+  return recorded;
 }
 
 void Context::record_draw(VkCommandBuffer cmd, const coppice_view& view) {
@@ -423,7 +456,9 @@ Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view)
   COPPICE_TRY(demand, demand_view(view));
   recording_ = Recording::culled;
   if (view.leaf_budget > 0 && view.lod == COPPICE_LOD_CUT) demand.lod.error_px = std::max(demand.lod.error_px, threshold_px_);
+  give_room();
   renderer_->record_cull(cmd, view, demand.lod);
+  count_overhead();
   return {};
 }
 

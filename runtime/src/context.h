@@ -87,6 +87,7 @@ class Context {
       std::uint32_t tile = 0, share = 1;
     };
     std::vector<Growing> growing;
+    std::uint64_t growth_bytes = 0;           ///< what a tile waits for
     std::uint64_t species_frame = 0;          ///< no plant is opened before
     std::uint32_t species_tries = 0;          ///< of the next one
     std::vector<gpu::PlacedInstance> placed;  ///< scratch
@@ -108,6 +109,12 @@ class Context {
   void finish_reloads();
   /// Adds to demands_ what the view will want if the camera goes on as it does.
   void add_demand_ahead(const DemandView& view);
+  /// Tells the streamer what the rest of the context takes.
+  void count_overhead();
+  /// Before the renderer allocates: it may take what is free.
+  void give_room();
+  /// Nothing of the chunk may be looked at from here on; drop_chunk follows when the GPU is done with it.
+  void hide_chunk(ChunkId id);
   void drop_chunk(ChunkId id);
   Result<void> upload_chunk(const DecodedChunk& chunk);
   void upload_decoded();

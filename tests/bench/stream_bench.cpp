@@ -7,12 +7,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
@@ -20,7 +18,6 @@
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include <unistd.h>
@@ -31,6 +28,7 @@
 #include "atomic_file.h"
 #include "bake.h"
 #include "coppice/coppice.h"
+#include "counted_memory.h"
 #include "generate_plant.h"
 #include "gltf_write.h"
 #include "pack.h"
@@ -51,63 +49,6 @@ struct Options {
   float error_px = 2.0f, speed_m = 0.2f;
   bool validation = false, raster = false;
 };
-
-// ---- counting -----------------------------------------------------------------------------------------------------------------------
-
-struct Counter {
-  std::atomic<std::uint64_t> live_bytes = 0;
-};
-
-Counter& host_counter() {
-  static Counter counter;
-  return counter;
-}
-Counter& device_counter() {
-  static Counter counter;
-  return counter;
-}
-
-coppice_allocator counting_allocator() {
-  return {nullptr,
-          [](void*, std::size_t bytes, std::size_t align) -> void* {
-            host_counter().live_bytes += bytes;
-            return std::aligned_alloc(align, (bytes + align - 1) / align * align);
-          },
-          [](void*, void* pointer, std::size_t bytes) {
-            host_counter().live_bytes -= bytes;
-            std::free(pointer);
-          }};
-}
-
-std::unordered_map<VkDeviceMemory, VkDeviceSize>& device_allocations() {
-  static std::unordered_map<VkDeviceMemory, VkDeviceSize> allocations;
-  return allocations;
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL allocate_memory(VkDevice device, const VkMemoryAllocateInfo* info, const VkAllocationCallbacks* callbacks,
-                                               VkDeviceMemory* memory) {
-  const VkResult result = vkAllocateMemory(device, info, callbacks, memory);
-  if (result != VK_SUCCESS) return result;
-  device_allocations()[*memory] = info->allocationSize;
-  device_counter().live_bytes += info->allocationSize;
-  return result;
-}
-
-VKAPI_ATTR void VKAPI_CALL free_memory(VkDevice device, VkDeviceMemory memory, const VkAllocationCallbacks* callbacks) {
-  if (memory != VK_NULL_HANDLE) device_counter().live_bytes -= device_allocations()[memory];
-  vkFreeMemory(device, memory, callbacks);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_device_proc_addr(VkDevice device, const char* name) {
-  if (std::strcmp(name, "vkAllocateMemory") == 0) return reinterpret_cast<PFN_vkVoidFunction>(allocate_memory);
-  if (std::strcmp(name, "vkFreeMemory") == 0) return reinterpret_cast<PFN_vkVoidFunction>(free_memory);
-  return vkGetDeviceProcAddr(device, name);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_instance_proc_addr(VkInstance instance, const char* name) {
-  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return reinterpret_cast<PFN_vkVoidFunction>(get_device_proc_addr);
-  return vkGetInstanceProcAddr(instance, name);
-}
 
 // ---- plants -------------------------------------------------------------------------------------------------------------------------
 
@@ -237,13 +178,12 @@ class Run {
     desc.instance = gpu.instance;
     desc.physical_device = gpu.physical_device;
     desc.device = gpu.device;
-    desc.get_instance_proc_addr = get_instance_proc_addr;
     desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
     desc.depth_format = VK_FORMAT_D32_SFLOAT;
     desc.max_instances = std::max(options.instances, 1u);
     desc.max_plants = options.species;
     desc.memory_budget_bytes = budget_bytes;
-    desc.allocator = counting_allocator();
+    test::count_memory(desc);
     desc.texture_compression_bc = gpu.texture_compression_bc ? VK_TRUE : VK_FALSE;
     desc.compute_raster = options.raster ? VK_TRUE : VK_FALSE;
     desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
@@ -337,7 +277,7 @@ class Run {
   }
 
   void account(std::uint32_t index) {
-    const std::uint64_t counted = host_counter().live_bytes + device_counter().live_bytes;
+    const std::uint64_t counted = test::counted_bytes();
     result.counted_peak_bytes = std::max(result.counted_peak_bytes, counted);
     result.frames_over_budget += counted > budget_bytes_;
     const bool complete = missing_plants() == 0;

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "coppice/coppice.h"
+#include "counted_memory.h"
 #include "pack.h"
 #include "random_tree.h"
 #include "renderer_scene.h"
@@ -270,6 +271,48 @@ TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
     ASSERT_LE(stats().memory_bytes, small.memory_budget_bytes) << "frame " << i;
     usleep(1000);
   }
+}
+
+/// With lists, draw commands, a larger picture, plants and instances that come at any time: counted by who gives the memory.
+TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
+  const std::string large_path = write_plant({.leaf_count = 20000, .seed = 6}, "runtime_test_large");
+  coppice_context_desc tight = desc();
+  tight.compute_raster = VK_TRUE;
+  count_memory(tight);
+  create(tight);
+  const std::uint64_t budget_bytes = counted_bytes() + (6ull << 20);
+  ASSERT_EQ(coppice_set_memory_budget(context_, budget_bytes), COPPICE_OK);
+  struct Arrival {
+    int frame;
+    const std::string* path;
+    std::size_t count;
+  };
+  // One after the other; where there is no room yet, some frames later.
+  std::vector<Arrival> arrivals{{100, &plant_path_, 600}, {60, &large_path, 1}, {30, &plant_path_, 1}, {0, &large_path, 1}};
+  std::uint64_t most_bytes = 0;
+  for (int i = 0; i < 160; ++i) {
+    coppice_plant plant = 0;
+    if (!arrivals.empty() && i >= arrivals.back().frame &&
+        coppice_plant_open(context_, arrivals.back().path->c_str(), &plant) == COPPICE_OK) {
+      const std::vector<coppice_placement> placements(arrivals.back().count, at(static_cast<float>(arrivals.size()) - 2.5f, 0.0f));
+      const auto count = static_cast<std::uint32_t>(placements.size());
+      ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), count, nullptr), COPPICE_OK);
+      arrivals.pop_back();
+    }
+    coppice_view view = make_view(
+        {.eye_m = {0.0f, 0.3f, 4.0f + static_cast<float>(i % 40)}, .width_px = i < 80 ? kSidePx : 3 * kSidePx, .height_px = kSidePx});
+    view.error_px = 0.02f;
+    frame(view);
+    most_bytes = std::max(most_bytes, counted_bytes());
+    ASSERT_LE(counted_bytes(), budget_bytes) << "frame " << i;
+    ASSERT_LE(stats().memory_bytes, budget_bytes) << "frame " << i;
+    usleep(500);
+  }
+  EXPECT_TRUE(arrivals.empty()) << log_;
+  EXPECT_LE(stats().memory_peak_bytes, budget_bytes);
+  EXPECT_GT(most_bytes, budget_bytes - (2ull << 20)) << "the budget is not tight: nothing was tested";
+  EXPECT_GT(stats().pages_evicted, 0u);
+  std::filesystem::remove(large_path);
 }
 
 TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {

@@ -3,7 +3,9 @@
 // A renderer with plants in it and a camera, without files and without a streamer: what is resident is what the test uploads.
 
 #include <cstdint>
+#include <deque>
 #include <memory>
+#include <unordered_map>
 #include <vector>
 
 #include "picture.h"
@@ -79,6 +81,7 @@ class RendererScene {
   void upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count);
 
   const VulkanDevice& gpu_;
+  std::unordered_map<std::uint32_t, std::deque<std::vector<PageNode>>> page_nodes_;  ///< by plant; the renderer looks at them
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
   std::vector<gpu::PlantResidency> residency_;

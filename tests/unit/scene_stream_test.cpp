@@ -116,7 +116,7 @@ struct Owner {
   }
 
   void frame(const SceneEye& eye, std::uint32_t block_count) {
-    stream->begin_frame(eye, block_count);
+    stream->begin_frame(eye, {block_count});
     for (const std::uint32_t tile : stream->dropped()) {
       EXPECT_EQ(placed.erase(tile), 1u) << "dropped what was not there";
       blocks -= tile_blocks(stream->file().tiles[tile]);
@@ -255,8 +255,8 @@ TEST(SceneStream, AReadThatFailsIsToldOnce) {
 TEST(SceneStream, ATileWaitsForItsSpecies) {
   Owner owner;
   const SceneEye here = eye_at(0, 0);
-  owner.stream->begin_frame(here, kPlenty);
-  owner.stream->begin_frame(here, kPlenty);
+  owner.stream->begin_frame(here, {kPlenty});
+  owner.stream->begin_frame(here, {kPlenty});
   EXPECT_FALSE(owner.stream->next_ready());
   const auto first = owner.stream->next_species();
   ASSERT_TRUE(first);

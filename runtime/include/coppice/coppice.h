@@ -173,7 +173,7 @@ typedef struct coppice_context_desc {
   /* VK_TRUE: leaves below about 12 px, and the wood between them, are rasterised by compute shaders in coppice_record_cull, and
    * coppice_record_draw copies what they drew into the attachments, colour and depth, before it draws the rest. Instances are then culled
    * in blocks of those that were added one after the other: add neighbours together. Takes 8 bytes a pixel of the largest view, and per
-   * plant about 180 bytes a leaf. Views with COPPICE_LOD_FULL or an oblique projection are drawn as with VK_FALSE. Default VK_FALSE. */
+   * plant about 120 bytes a leaf. Views with COPPICE_LOD_FULL or an oblique projection are drawn as with VK_FALSE. Default VK_FALSE. */
   VkBool32 compute_raster;
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
    * go over all leaves twice. Where the physical device lacks a feature it counts as VK_FALSE. */

@@ -30,9 +30,14 @@ struct LeafBox {
 
 /// The nodes that are resident.
 struct LeafSource {
-  std::span<const PageNode> nodes;    ///< [2m - 1] or more
-  std::span<const RasterCard> looks;  ///< of the cards
+  PageNode root;
+  std::span<const std::span<const PageNode>> pages;  ///< kPageNodes nodes each, but for the last: nodes 1 .. 2m - 2 or more
+  std::span<const RasterCard> looks;                 ///< of the cards
   LeafBox box;
+
+  [[nodiscard]] const PageNode& node(std::uint32_t id) const {
+    return id == 0 ? root : pages[(id - 1) / kPageNodes][(id - 1) % kPageNodes];
+  }
 };
 
 /// The leaves of cut(leaf_count). 1 <= leaf_count <= N

@@ -91,6 +91,11 @@ bool has_plain_depth(const coppice_view& view) {
   return view.clip_from_view[2] == 0.0f && view.clip_from_view[6] == 0.0f && view.clip_from_view[11] == -1.0f;
 }
 
+/// Whether the rasteriser draws such a view.
+bool is_drawn(const coppice_view& view) {
+  return view.lod == COPPICE_LOD_CUT && has_plain_depth(view);
+}
+
 bool is_reversed(VkCompareOp compare) {
   return compare == VK_COMPARE_OP_GREATER || compare == VK_COMPARE_OP_GREATER_OR_EQUAL;
 }
@@ -274,13 +279,23 @@ Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
   return {};
 }
 
+LeafRaster::ViewBytes LeafRaster::view_bytes(const coppice_view& view) const {
+  const std::uint64_t picture = std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t);
+  const std::uint64_t tiles = tile_count(view.width_px, view.height_px) * sizeof(std::uint32_t);
+  return {std::max(picture, buffers_.picture.size_bytes), std::max(tiles, buffers_.tiles.size_bytes)};
+}
+
+std::uint64_t LeafRaster::wanted_bytes(const coppice_view& view) const {
+  const ViewBytes wanted = view_bytes(view);
+  const bool there = wanted.picture == buffers_.picture.size_bytes && wanted.tiles == buffers_.tiles.size_bytes;
+  return there || !is_drawn(view) ? 0 : wanted.picture + wanted.tiles;
+}
+
 Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t frame) {
-  const std::uint64_t picture_bytes = std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t);
-  const std::uint64_t tile_bytes = tile_count(view.width_px, view.height_px) * sizeof(std::uint32_t);
-  if (picture_bytes <= buffers_.picture.size_bytes && tile_bytes <= buffers_.tiles.size_bytes) return {};
-  COPPICE_TRY(picture, create_buffer(device_, std::max(picture_bytes, buffers_.picture.size_bytes),
-                                     kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, MemoryKind::device));
-  auto tiles = create_buffer(device_, std::max(tile_bytes, buffers_.tiles.size_bytes), kStorage, MemoryKind::device);
+  if (wanted_bytes(view) == 0) return {};
+  const ViewBytes wanted = view_bytes(view);
+  COPPICE_TRY(picture, create_buffer(device_, wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, MemoryKind::device));
+  auto tiles = create_buffer(device_, wanted.tiles, kStorage, MemoryKind::device);
   if (!tiles) {
     destroy_buffer(device_, picture);
     return tiles.error();
@@ -293,7 +308,7 @@ Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t
 }
 
 bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame) {
-  if (view.lod != COPPICE_LOD_CUT || !has_plain_depth(view) || !reserve_picture(view, frame)) return false;
+  if (!is_drawn(view) || !reserve_picture(view, frame)) return false;
   const bool reversed = is_reversed(desc_.attachments.depth_compare);
   push_ = {.round = 0,
            .width_px = view.width_px,

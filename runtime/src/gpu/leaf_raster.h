@@ -43,10 +43,13 @@ class LeafRaster {
   LeafRaster& operator=(const LeafRaster&) = delete;
 
   RasterPlants& plants() { return plants_; }
+  [[nodiscard]] const RasterPlants& plants() const { return plants_; }
 
   /// InstanceBlock[]: gpu_blocks of the instance table's.
   [[nodiscard]] VkBuffer block_buffer() const { return buffers_.blocks.buffer; }
 
+  /// What begin_view allocates for it.
+  [[nodiscard]] std::uint64_t wanted_bytes(const coppice_view& view) const;
   /// Makes room for a view and records what its buffers start with; the caller's barrier makes it visible to compute shaders.
   /// False: there is no memory for it, or it is not a view the rasteriser draws: record nothing more.
   bool begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame);
@@ -79,6 +82,11 @@ class LeafRaster {
   Result<void> create_layouts();
   Result<void> create_pipelines();
   Result<void> create_buffers();
+  struct ViewBytes {
+    std::uint64_t picture = 0, tiles = 0;
+  };
+  /// Of the buffers that a view needs, or of those that are there where they are larger.
+  [[nodiscard]] ViewBytes view_bytes(const coppice_view& view) const;
   Result<void> reserve_picture(const coppice_view& view, std::uint64_t frame);
   Result<void> rebuild_set(std::uint64_t frame);
   void bind(VkCommandBuffer cmd, VkPipeline pipeline) const;

@@ -30,6 +30,23 @@ std::vector<std::uint8_t> bytes_of(const std::vector<T>& values) {
   return bytes;
 }
 
+/// A list takes no more than this; most leaves are one splat of kMaxGrains.
+std::uint64_t most_list_bytes(std::uint64_t leaf_count) {
+  constexpr std::uint64_t kLeastClusterLeaves = 16;
+  return leaf_count * (sizeof(RasterLeaf) + kMaxGrains * sizeof(RasterSplat)) +
+         (leaf_count / kLeastClusterLeaves + 16) * sizeof(RasterCluster);
+}
+
+/// Takes a list's memory and the staging for it out of the room; false: it does not fit.
+bool take_room(RasterRoom& room, std::uint64_t bytes) {
+  const bool in_ring = bytes <= room.ring_bytes;
+  const std::uint64_t taken = in_ring ? bytes : 2 * bytes;
+  if (taken > room.device_bytes) return false;
+  room.device_bytes -= taken;
+  if (in_ring) room.ring_bytes -= bytes;
+  return true;
+}
+
 /// Leaves of a rung: the ladder's, but for the last one, which is the whole plant.
 std::uint32_t rung_leaf_count(std::uint32_t rung, std::uint32_t leaf_count) {
   return std::min(lod::coppice_ladder_leaf_count(rung), leaf_count);
@@ -73,9 +90,10 @@ Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file)
   plant.used = plant.changed = plant.looks_changed = true;
   plant.leaf_count = file.plant.leaf_count;
   plant.box = {converted.box_min, converted.box_step, converted.quantised_max};
-  PageNode& root = plant.nodes.emplace_back();
-  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, root.corners[corner].begin());
-  root.card = file.plant.root_card;
+  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.root.corners[corner].begin());
+  plant.root.card = file.plant.root_card;
+  if (file.plant.leaf_count > 1) plant.root.split = 0;
+  plant.pages.reserve(file.plant.page_count);
   plant.looks_buffer = looks;
   plant.pending_wood.resize(kMaxWoodLods);
   plant.wood.resize(kMaxWoodLods);
@@ -98,23 +116,25 @@ void RasterPlants::remove_plant(std::uint32_t index, std::uint64_t last_frame) {
 
 void RasterPlants::add_page(std::uint32_t index, std::uint32_t page, std::span<const PageNode> nodes) {
   PlantLists& plant = plants_[index];
-  const std::size_t first = std::size_t{page} * kPageNodes + 1;
-  COPPICE_ASSERT(plant.used && plant.nodes.size() >= first);
-  plant.nodes.resize(first);
-  plant.nodes.insert(plant.nodes.end(), nodes.begin(), nodes.end());
+  COPPICE_ASSERT(plant.used && plant.pages.size() >= page);
+  plant.pages.resize(page);
+  plant.pages.push_back(nodes);
 }
 
-void RasterPlants::patch_node(std::uint32_t index, std::uint32_t node, std::uint32_t split) {
-  COPPICE_ASSERT(node < plants_[index].nodes.size());
-  plants_[index].nodes[node].split = split;
+void RasterPlants::hide_page(std::uint32_t index, std::uint32_t page) {
+  PlantLists& plant = plants_[index];
+  if (page < plant.pages.size()) plant.pages.resize(page);
 }
 
 void RasterPlants::drop_page(std::uint32_t index, std::uint32_t page, std::uint64_t last_frame) {
   PlantLists& plant = plants_[index];
-  const std::size_t first = std::size_t{page} * kPageNodes + 1;
-  if (!plant.used || plant.nodes.size() <= first) return;
+  if (!plant.used) return;
+  hide_page(index, page);
   drop_rungs(plant, page * kPageSplits + 1, last_frame);
-  plant.nodes.resize(first);
+}
+
+std::uint64_t RasterPlants::wood_bytes(const WoodMesh& mesh) {
+  return 2 * most_list_bytes(mesh.indices.size() / 3);
 }
 
 void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
@@ -181,15 +201,22 @@ Result<Buffer> RasterPlants::upload(std::span<BuiltList> built, std::span<Raster
   return buffer;
 }
 
-void RasterPlants::build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance) {
-  const LeafSource source{plant.nodes, plant.looks.looks, plant.box};
-  const auto present = static_cast<std::uint32_t>((plant.nodes.size() + 1) / 2);
+void RasterPlants::build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance, RasterRoom& room) {
+  const LeafSource source{plant.root, plant.pages, plant.looks.looks, plant.box};
+  const auto last_page_splits = plant.pages.empty() ? 0 : static_cast<std::uint32_t>(plant.pages.back().size() / 2);
+  const std::uint32_t full_pages = static_cast<std::uint32_t>(std::max<std::size_t>(plant.pages.size(), 1)) - 1;
+  const std::uint32_t present = full_pages * kPageSplits + last_page_splits + 1;
   std::vector<BuiltList> built;
   const std::uint32_t first = plant.record.level_count;
   for (std::uint32_t rung = first; rung < kRasterLevels && allowance > 0; ++rung) {
     const std::uint32_t wanted = rung_leaf_count(rung, plant.leaf_count);
     if (wanted > std::min(leaf_count, present)) break;
     if (rung > 0 && rung_leaf_count(rung - 1, plant.leaf_count) == plant.leaf_count) break;
+    const std::uint64_t most_bytes = most_list_bytes(wanted);
+    if (!take_room(room, most_bytes)) {
+      lacking_bytes_ = std::max(lacking_bytes_, 2 * most_bytes);
+      break;
+    }
     built.push_back(build_leaf_list(source, wanted));
     allowance -= std::min<std::uint64_t>(allowance, wanted);
   }
@@ -215,12 +242,17 @@ void RasterPlants::build_wood(PlantLists& plant) {
   }
 }
 
-void RasterPlants::update(std::span<const std::uint32_t> leaf_counts) {
+std::uint64_t RasterPlants::wanted_bytes() const {
+  return std::max(lacking_bytes_, most_list_bytes(kLeavesPerFrame));
+}
+
+void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom room) {
   std::uint64_t allowance = kLeavesPerFrame;
+  lacking_bytes_ = 0;
   for (std::size_t i = 0; i < plants_.size(); ++i) {
     PlantLists& plant = plants_[i];
     if (plant.used) {
-      build_rungs(plant, leaf_counts[i], allowance);
+      build_rungs(plant, leaf_counts[i], allowance, room);
       build_wood(plant);
     }
     if (plant.looks_changed) add_copy(plant.looks_buffer.buffer, 0, bytes_of(plant.looks.looks));
@@ -235,7 +267,7 @@ void RasterPlants::update(std::span<const std::uint32_t> leaf_counts) {
 std::size_t RasterPlants::bytes() const {
   std::size_t sum = 0;
   for (const PlantLists& plant : plants_) {
-    sum += plant.nodes.capacity() * sizeof(PageNode);
+    sum += plant.pages.capacity() * sizeof(std::span<const PageNode>);
     for (const BuiltList& list : plant.pending_wood)
       sum += list.clusters.capacity() * sizeof(RasterCluster) + list.leaves.capacity() * (sizeof(RasterLeaf) + sizeof(RasterSplat));
   }

@@ -24,6 +24,12 @@ struct RasterCopy {
   std::vector<std::uint8_t> bytes;
 };
 
+/// What lists may take.
+struct RasterRoom {
+  std::uint64_t device_bytes = 0;
+  std::uint64_t ring_bytes = 0;  ///< of the staging ring; what does not fit there takes its bytes twice
+};
+
 class RasterPlants {
  public:
   /// device, garbage: outlive this object. errors  out_of_memory
@@ -34,11 +40,13 @@ class RasterPlants {
   /// errors  out_of_memory
   Result<void> add_plant(std::uint32_t plant, const PlantFile& file);
   void remove_plant(std::uint32_t plant, std::uint64_t last_frame);
-  /// Nodes of a page: 2 * COPPICE_PAGE_SPLITS * page + 1 and on.
+  /// nodes: 2 * COPPICE_PAGE_SPLITS * page + 1 and on. They are not copied: they stay where they are until hide_page.
   void add_page(std::uint32_t plant, std::uint32_t page, std::span<const PageNode> nodes);
-  /// The split that replaces a node, known since a later page has come.
-  void patch_node(std::uint32_t plant, std::uint32_t node, std::uint32_t split);
+  /// Does not look at the page's nodes from here on; its lists stay until drop_page.
+  void hide_page(std::uint32_t plant, std::uint32_t page);
   void drop_page(std::uint32_t plant, std::uint32_t page, std::uint64_t last_frame);
+  /// What add_wood takes until it is on the device, at most.
+  static std::uint64_t wood_bytes(const WoodMesh& mesh);
   void add_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
   void drop_wood(std::uint32_t plant, std::uint32_t lod, std::uint64_t last_frame);
   /// chunk: one that read_texture takes
@@ -46,7 +54,9 @@ class RasterPlants {
 
   /// Builds what is missing of cuts of up to leaf_counts[plant] leaves (0: none) and says in copies() what to copy for it. Where memory is
   /// short lists stay away: coarser ones are drawn, or, without any, the hardware draws.
-  void update(std::span<const std::uint32_t> leaf_counts);
+  void update(std::span<const std::uint32_t> leaf_counts, RasterRoom room);
+  /// Room for what the next update builds.
+  [[nodiscard]] std::uint64_t wanted_bytes() const;
   /// What has to reach the device before the next frame is drawn, each place once; the caller removes what it has staged.
   std::vector<RasterCopy>& copies() { return copies_; }
 
@@ -68,7 +78,8 @@ class RasterPlants {
     bool looks_changed = false;
     std::uint32_t leaf_count = 0;  ///< of the whole plant
     LeafBox box;
-    std::vector<PageNode> nodes;  ///< of the pages that are there, from node 0
+    PageNode root;
+    std::vector<std::span<const PageNode>> pages;  ///< that are there, from the first on
     PlantLooks looks;
     Buffer looks_buffer;
     std::vector<Batch> batches;
@@ -81,7 +92,7 @@ class RasterPlants {
   void add_copy(VkBuffer to, std::uint64_t offset, std::vector<std::uint8_t> bytes);
   void retire(const Buffer& buffer, std::uint64_t last_frame);
   Result<Buffer> upload(std::span<BuiltList> built, std::span<RasterList> headers);
-  void build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance);
+  void build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance, RasterRoom& room);
   void build_wood(PlantLists& plant);
   void drop_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t last_frame);
 
@@ -89,8 +100,9 @@ class RasterPlants {
   Garbage* garbage_ = nullptr;
   std::vector<PlantLists> plants_;
   std::vector<RasterCopy> copies_;
-  Buffer lists_;          ///< RasterList[max_plants * kRasterLists]
-  Buffer plants_buffer_;  ///< RasterPlant[max_plants]
+  std::uint64_t lacking_bytes_ = 0;  ///< what the largest list that found no room in the last update takes
+  Buffer lists_;                     ///< RasterList[max_plants * kRasterLists]
+  Buffer plants_buffer_;             ///< RasterPlant[max_plants]
 };
 
 }  // namespace coppice::gpu

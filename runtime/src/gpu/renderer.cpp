@@ -11,6 +11,10 @@ namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 constexpr std::uint64_t kStagingBytes = 8ull << 20;
+/// Kept free in the staging ring for what is no chunk: instances, tables, lists.
+constexpr std::uint64_t kFrameStagingBytes = 1ull << 19;
+/// The rasteriser's lists may grow by one part in this many of the budget in a frame, or more where one list is larger.
+constexpr std::uint64_t kListShare = 32;
 /// Devices promise 4,096 allocations; the pool takes at most about this many.
 constexpr std::uint64_t kMaxPoolBlocks = 256;
 
@@ -24,6 +28,10 @@ void add_distinct(std::vector<std::uint32_t>& values, std::uint32_t value) {
 
 std::uint64_t round_up_16(std::uint64_t bytes) {
   return (bytes + 15) / 16 * 16;
+}
+
+std::uint64_t with_margin(std::uint64_t bytes) {
+  return bytes + bytes / 4;
 }
 
 }  // namespace
@@ -119,6 +127,10 @@ Result<void> Renderer::create_default_texture() {
 }
 
 Result<void> Renderer::grow(Buffer& buffer, std::uint64_t bytes) {
+  if (bytes > room_bytes()) {
+    lacking_bytes_ = std::max(lacking_bytes_, bytes);
+    return Error{Status::out_of_memory, "memory budget: no room for draw commands now"};
+  }
   COPPICE_TRY(larger, create_buffer(device_, bytes, kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, MemoryKind::device));
   if (buffer.buffer != VK_NULL_HANDLE) garbage_.retire(frame_, buffer);
   buffer = larger;
@@ -141,6 +153,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
   frame_ = frame_number;
   completed_ = completed_number;
   drawable_ = false;
+  most_overhead_bytes_ = ~std::uint64_t{0};
   garbage_.collect(device_, completed_);
   staging_.recycle(completed_);
   if (timer_.exists()) timer_.collect(device_, completed_);
@@ -241,6 +254,10 @@ void Renderer::drop_page(std::uint32_t plant, std::uint32_t page) {
   if (raster_) raster_->plants().drop_page(plant, page, frame_);
 }
 
+void Renderer::hide_page(std::uint32_t plant, std::uint32_t page) {
+  if (raster_) raster_->plants().hide_page(plant, page);
+}
+
 void Renderer::drop_mesh(MeshBuffer& mesh) {
   if (mesh.buffer.buffer == VK_NULL_HANDLE) return;
   destroy_buffer(device_, mesh.buffer);
@@ -276,6 +293,46 @@ std::uint64_t Renderer::overhead_bytes() const {
   const std::uint64_t unaccounted = device_.allocated_bytes - std::min(device_.allocated_bytes, charged_bytes_);
   const std::uint64_t lists_bytes = raster_ ? raster_->plants().bytes() : 0;
   return unaccounted + lists_bytes + pages_.block_bytes() - std::min(pages_.slack_bytes(), pages_.block_bytes());
+}
+
+void Renderer::set_room(std::uint64_t bytes) {
+  const std::uint64_t now = overhead_bytes();
+  most_overhead_bytes_ = bytes < ~now ? now + bytes : ~std::uint64_t{0};
+}
+
+std::uint64_t Renderer::room_bytes() const {
+  return most_overhead_bytes_ - std::min(most_overhead_bytes_, overhead_bytes());
+}
+
+std::uint64_t Renderer::upload_room_bytes() const {
+  const std::uint64_t ring = staging_.room_bytes();
+  return ring - std::min(ring, kFrameStagingBytes);
+}
+
+bool Renderer::has_room(std::uint64_t bytes, const WoodMesh* wood) {
+  if (bytes <= kStagingSliceBytes && bytes > upload_room_bytes()) return false;
+  const std::uint64_t wanted = kSmallBytes + (wood != nullptr && raster_ ? RasterPlants::wood_bytes(*wood) : 0);
+  const bool fits = wanted <= room_bytes();
+  if (!fits) lacking_bytes_ = std::max(lacking_bytes_, wanted);
+  return fits;
+}
+
+std::uint64_t Renderer::growth_bytes(std::uint64_t instance_count) const {
+  const std::uint64_t commands = instance_count * sizeof(DrawCommand);
+  const std::uint64_t places = instance_count * (kMaxWoodLods + 1) * sizeof(std::uint32_t);
+  return (commands > leaf_commands_.size_bytes ? with_margin(commands) : 0) + (places > wood_list_.size_bytes ? with_margin(places) : 0);
+}
+
+std::uint64_t Renderer::wanted_room_bytes(const InstanceTable& instances, const coppice_view& view) const {
+  std::uint64_t wanted = kSmallBytes + growth_bytes(instances.count());
+  const std::uint64_t new_slots = instances.slots().size() - std::min<std::size_t>(instances.slots().size(), instance_slot_count_);
+  if (new_slots * sizeof(Instance) > kFrameStagingBytes) wanted += new_slots * (sizeof(Instance) + sizeof(InstanceBlock));
+  std::uint64_t lists = lacking_bytes_;
+  if (raster_) {
+    wanted += raster_->wanted_bytes(view);
+    lists = std::max(lists, std::min(raster_->plants().wanted_bytes(), desc_.memory_budget_bytes / kListShare));
+  }
+  return wanted + lists;
 }
 
 }  // namespace coppice::gpu

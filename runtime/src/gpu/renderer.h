@@ -90,6 +90,7 @@ class Renderer {
   /// before / after: as coppice_record_upload. queue: graphics.
   void record_upload_begin(VkCommandBuffer cmd);
   /// errors  out_of_memory: the chunk is not there. Splits it patched into other nodes may be: cuts of what is resident do not reach them
+  /// The nodes stay where they are until hide_page or drop_page.
   Result<void> upload_page(const PageUpload& upload);
   Result<void> upload_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
   Result<void> upload_leaf_mesh(std::uint32_t plant, std::uint32_t index, const WoodMesh& mesh);
@@ -103,6 +104,8 @@ class Renderer {
   void drop_texture(std::uint32_t plant, std::uint32_t texture);
   /// Stops drawing with the texture; drop_texture follows when the GPU is done.
   void hide_texture(std::uint32_t plant, std::uint32_t texture);
+  /// Does not look at the nodes that upload_page took any more; drop_page follows when the GPU is done.
+  void hide_page(std::uint32_t plant, std::uint32_t page);
   /// residency: [max_plants]; leaf_meshes only where all of them have been uploaded. errors  out_of_memory: draws of this frame would not
   /// fit; the frame draws nothing
   Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
@@ -117,7 +120,19 @@ class Renderer {
   [[nodiscard]] std::uint64_t overhead_bytes() const;
   /// Whether upload_texture takes BC1 and BC3.
   [[nodiscard]] bool block_textures() const { return device_.block_textures; }
-  [[nodiscard]] std::uint64_t upload_room_bytes() const { return staging_.free_bytes(); }
+  /// What overhead_bytes() may grow by from here on. What would take more waits, is drawn coarser or by the hardware. Unlimited at first.
+  void set_room(std::uint64_t bytes);
+  /// What the next frame's recording would like to take, beyond uploads.
+  [[nodiscard]] std::uint64_t wanted_room_bytes(const InstanceTable& instances, const coppice_view& view) const;
+  /// What growing to so many instances takes at once.
+  [[nodiscard]] std::uint64_t growth_bytes(std::uint64_t instance_count) const;
+  /// Whether there is room now for what comes with an upload of `bytes` for the GPU. wood: null, or what is uploaded
+  [[nodiscard]] bool has_room(std::uint64_t bytes, const WoodMesh* wood);
+  /// Room for what is not looked at singly: a plant's tables, what images and buffers are rounded up to.
+  static constexpr std::uint64_t kSmallBytes = 64ull << 10;
+  /// A chunk of more than this for the GPU is staged in a buffer of its own, which the caller has to count.
+  static constexpr std::uint64_t kStagingSliceBytes = Staging::kSliceBytes;
+  [[nodiscard]] std::uint64_t upload_room_bytes() const;
   /// Whether small leaves are drawn by compute shaders.
   [[nodiscard]] bool has_raster() const { return raster_ != nullptr; }
   /// All zero without RendererDesc::pass_times.
@@ -201,7 +216,9 @@ class Renderer {
   void drop_mesh(MeshBuffer& mesh);
   Result<void> stage_patches(PlantSlot& plant, std::span<const SplitPatch> patches);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
-  void limit_draws();
+  [[nodiscard]] std::uint64_t room_bytes() const;
+  void limit_draws(std::uint64_t share_bytes);
+  void place_draws();
   void fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency);
   void fill_leaf_meshes(std::uint32_t plant, bool resident);
   void record_buffer_copies(std::vector<Copy>& copies);
@@ -238,6 +255,8 @@ class Renderer {
   std::vector<Copy> copies_, patches_;  ///< patches overwrite parts of what the copies wrote, behind a barrier
   std::vector<TextureCopy> texture_copies_;
   std::uint64_t leaf_command_count_ = 0, wood_list_count_ = 0;
+  std::uint64_t most_overhead_bytes_ = ~std::uint64_t{0};  ///< set_room
+  std::uint64_t lacking_bytes_ = 0;                        ///< room that something has waited for since the last begin_frame
   std::uint64_t frame_ = 0, completed_ = 0;
   std::uint32_t instance_slot_count_ = 0;
   bool once_staged_ = false;         ///< index buffer and default texture

@@ -75,9 +75,10 @@ void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const 
   update_buffer(cmd, fixed_.wood_commands, wood_templates_.data(), wood_templates_.size() * sizeof(DrawCommand));
   vk.vkCmdFillBuffer(cmd, fixed_.leaf_counts.buffer, 0, VK_WHOLE_SIZE, 0);
   vk.vkCmdFillBuffer(cmd, fixed_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
-  rastered_ = raster_ && raster_->begin_view(cmd, view, frame_);
+  rastered_ = raster_ && raster_->wanted_bytes(view) <= room_bytes() && raster_->begin_view(cmd, view, frame_);
   memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
-                 VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+                 VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
+                     VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
   if (rastered_) {
     raster_->record(cmd, frame_set_.set, instance_slot_count_, timer_.exists() ? &timer_ : nullptr);
   } else if (instance_slot_count_ > 0) {

@@ -38,6 +38,10 @@ void Renderer::record_upload_begin(VkCommandBuffer cmd) {
 }
 
 Result<StagingSlice> Renderer::stage(std::uint64_t bytes) {
+  if (bytes <= kStagingSliceBytes && bytes > staging_.room_bytes() && bytes > room_bytes()) {
+    lacking_bytes_ = std::max(lacking_bytes_, bytes);
+    return Error{Status::out_of_memory, "memory budget: no room for staging now"};
+  }
   return staging_.allocate(device_, garbage_, frame_, bytes);
 }
 
@@ -67,7 +71,6 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
   charged_bytes_ += kPageBytes;
   if (!raster_) return {};
   raster_->plants().add_page(upload.plant, upload.page, upload.nodes);
-  for (const SplitPatch& patch : upload.patches) raster_->plants().patch_node(upload.plant, patch.node, patch.split);
   return {};
 }
 
@@ -236,7 +239,7 @@ std::uint32_t leaves_of(std::uint64_t draws) {
 
 // Every instance may draw its finest resident cut, so there is a command for each draw of each. Where those do not fit, the plants with the
 // most of them are drawn coarser; down to one draw an instance, which always fits.
-void Renderer::limit_draws() {
+void Renderer::limit_draws(std::uint64_t share_bytes) {
   const auto commands = [&](std::size_t i) { return plant_counts_[i] * draws_of(records_[i].resident_leaf_count); };
   const auto lower = [&](std::size_t i, std::uint64_t draws_each) {
     records_[i].resident_leaf_count = std::min(records_[i].resident_leaf_count, leaves_of(std::max<std::uint64_t>(draws_each, 1)));
@@ -247,7 +250,6 @@ void Renderer::limit_draws() {
     lower(i, device_.max_draw_count / plant_counts_[i]);
     sum += commands(i);
   }
-  const std::uint64_t share_bytes = std::min(desc_.memory_budget_bytes / kCommandShare, device_.max_storage_bytes);
   while (sum > share_bytes / sizeof(DrawCommand)) {
     std::size_t most = plants_.size();
     for (std::size_t i = 0; i < plants_.size(); ++i)
@@ -290,7 +292,9 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
     }
     fill_leaf_meshes(i, residency[i].leaf_meshes);
   }
-  limit_draws();
+}
+
+void Renderer::place_draws() {
   leaf_command_count_ = wood_list_count_ = 0;
   for (std::uint32_t i = 0; i < plants_.size(); ++i) {
     Plant& record = records_[i];
@@ -307,11 +311,21 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
 }
 
 Result<void> Renderer::reserve_draws() {
-  const std::uint64_t command_bytes = leaf_command_count_ * sizeof(DrawCommand);
+  const auto with_margin = [&](std::uint64_t bytes) {
+    const std::uint64_t more = std::max(bytes, std::min(bytes + bytes / 4, device_.max_storage_bytes));
+    return more <= room_bytes() ? more : bytes;
+  };
+  place_draws();
   const std::uint64_t list_bytes = wood_list_count_ * sizeof(std::uint32_t);
-  const auto with_margin = [&](std::uint64_t bytes) { return std::max(bytes, std::min(bytes + bytes / 4, device_.max_storage_bytes)); };
-  if (command_bytes > leaf_commands_.size_bytes) COPPICE_CHECK(grow(leaf_commands_, with_margin(command_bytes)));
   if (list_bytes > wood_list_.size_bytes) COPPICE_CHECK(grow(wood_list_, with_margin(list_bytes)));
+  const std::uint64_t wanted_bytes = leaf_command_count_ * sizeof(DrawCommand);
+  const std::uint64_t most_bytes = std::min(desc_.memory_budget_bytes / kCommandShare, device_.max_storage_bytes);
+  const std::uint64_t share_bytes = std::min(most_bytes, std::max(leaf_commands_.size_bytes, room_bytes()));
+  if (wanted_bytes > share_bytes && share_bytes < most_bytes) lacking_bytes_ = std::max(lacking_bytes_, std::min(wanted_bytes, most_bytes));
+  limit_draws(share_bytes);
+  place_draws();
+  const std::uint64_t command_bytes = leaf_command_count_ * sizeof(DrawCommand);
+  if (command_bytes > leaf_commands_.size_bytes) COPPICE_CHECK(grow(leaf_commands_, with_margin(command_bytes)));
   // Also what a growth left behind that failed half way in an earlier frame.
   return frame_set_stale_ ? rebuild_frame_set() : Result<void>();
 }
@@ -321,7 +335,8 @@ Result<void> Renderer::stage_raster() {
   std::vector<std::uint32_t> leaf_counts(plants_.size());
   for (std::size_t i = 0; i < plants_.size(); ++i)
     if (plants_[i].used) leaf_counts[i] = records_[i].resident_leaf_count;
-  raster_->plants().update(leaf_counts);
+  const std::uint64_t room = room_bytes();
+  raster_->plants().update(leaf_counts, {room - std::min(room, kSmallBytes), staging_.room_bytes()});
   std::vector<RasterCopy>& copies = raster_->plants().copies();
   while (!copies.empty()) {
     const RasterCopy& copy = copies.back();
@@ -336,8 +351,8 @@ Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const Pla
   COPPICE_CHECK(stage_plant_tables());
   COPPICE_CHECK(stage_instances(instances));
   fill_records(instances, residency);
-  COPPICE_CHECK(stage_raster());
-  return reserve_draws();
+  COPPICE_CHECK(reserve_draws());
+  return stage_raster();
 }
 
 Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency) {

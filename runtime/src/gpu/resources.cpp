@@ -1,5 +1,7 @@
 #include "resources.h"
 
+#include <algorithm>
+
 #include "coppice_shared.h"
 
 namespace coppice::gpu {
@@ -48,6 +50,15 @@ void Staging::recycle(std::uint64_t completed_frame) {
     tail_ = marks_.front().head;
     marks_.pop_front();
   }
+  if (marks_.empty()) head_ = tail_ = 0;
+}
+
+// Slices do not wrap: what is free is a run up to the ring's end and one from its start.
+std::uint64_t Staging::room_bytes() const {
+  const std::uint64_t capacity = ring_.size_bytes;
+  const std::uint64_t free = capacity - (head_ - tail_);
+  const std::uint64_t to_end = std::min(free, capacity - head_ % capacity);
+  return std::max(to_end, free - to_end);
 }
 
 void PagePool::destroy(Device& device) {

@@ -40,13 +40,17 @@ struct StagingSlice {
 /// or a large texture, not the steady state.
 class Staging {
  public:
+  /// There is a run of this in the ring while little of it is in use.
+  static constexpr std::uint64_t kSliceBytes = 3ull << 20;
+
   static Result<Staging> create(Device& device, std::uint64_t capacity_bytes);
   void destroy(Device& device);
 
   /// errors  out_of_memory
   Result<StagingSlice> allocate(Device& device, Garbage& garbage, std::uint64_t frame, std::uint64_t bytes);
   void recycle(std::uint64_t completed_frame);
-  [[nodiscard]] std::uint64_t free_bytes() const { return ring_.size_bytes - (head_ - tail_); }
+  /// Slices of together so many bytes come out of the ring.
+  [[nodiscard]] std::uint64_t room_bytes() const;
 
  private:
   struct Mark {

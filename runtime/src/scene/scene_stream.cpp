@@ -130,7 +130,8 @@ struct SceneStream::State {
   std::vector<TileSize> requests;  ///< scratch: those to ask for
   std::vector<TileSize> small;     ///< scratch: those to drop, by place in `resident`
   std::vector<std::uint32_t> dropped;
-  std::uint32_t used_blocks = 0;  ///< of tiles that are on their way or resident
+  std::uint64_t read_bytes_left = 0;  ///< of the frame
+  std::uint32_t used_blocks = 0;      ///< of tiles that are on their way or resident
   SceneEye eye;
   float threshold_px = 0.0f;
   SceneStats counters;
@@ -188,6 +189,8 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, const
     COPPICE_CHECK(allocate_into(state->tiles, hooks.allocator, state->file.tiles.size()));
     COPPICE_CHECK(allocate_into(state->wanted_frame, hooks.allocator, state->file.tiles.size()));
     COPPICE_CHECK(allocate_into(state->resident, hooks.allocator, state->file.tiles.size()));
+    // At their largest from the start, so that what the scene takes does not grow with the view.
+    for (std::vector<TileSize>* scratch : {&state->sizes, &state->requests, &state->small}) scratch->reserve(state->file.tiles.size());
     return allocate_into(state->reads, hooks.allocator, options.max_in_flight);
   }();
   if (!opened) {
@@ -211,13 +214,14 @@ const SceneFile& SceneStream::file() const {
   return state_->file;
 }
 
-void SceneStream::begin_frame(const SceneEye& eye, std::uint32_t block_count) {
+void SceneStream::begin_frame(const SceneEye& eye, const SceneLimits& limits) {
   State& s = *state_;
   ++s.frame;
   s.eye = eye;
   s.dropped.clear();
   s.collect();
-  s.choose(block_count);
+  s.read_bytes_left = limits.read_bytes;
+  s.choose(limits.block_count);
   s.collect();  // hooks that answer inline
 }
 
@@ -345,6 +349,8 @@ void SceneStream::State::request_tiles(std::uint32_t block_count) {
 
 bool SceneStream::State::start_tile(std::uint32_t index) {
   const SceneTile& tile = file.tiles[index];
+  const std::uint64_t wanted_bytes = tile.bytes + std::uint64_t{tile.entry.instance_count} * sizeof(SceneInstance);
+  if (wanted_bytes > read_bytes_left) return false;
   auto bytes = HookBuffer::allocate(hooks.allocator, tile.bytes);
   auto instances = HookArray<SceneInstance>::allocate(hooks.allocator, tile.entry.instance_count);
   if (!bytes || !instances) {
@@ -358,6 +364,7 @@ bool SceneStream::State::start_tile(std::uint32_t index) {
   read.stage = ReadStage::reading;
   tiles[index] = TileState::reading;
   used_blocks += tile_blocks(tile);
+  read_bytes_left -= wanted_bytes;
   queue.expect();
   hooks.io.read(hooks.io.user, io_file, tile.offset, read.bytes.data(), read.bytes.size(), on_read, &read);
   return true;
@@ -439,7 +446,8 @@ SceneStats SceneStream::stats() const {
 std::uint64_t SceneStream::bytes() const {
   const State& s = *state_;
   std::uint64_t bytes = sizeof(State) + s.tiles.bytes() + s.wanted_frame.bytes() + s.resident.bytes() + s.reads.bytes() +
-                        s.file.tiles.capacity() * sizeof(SceneTile) + (s.sizes.capacity() + s.requests.capacity()) * sizeof(TileSize);
+                        s.file.tiles.capacity() * sizeof(SceneTile) +
+                        (s.sizes.capacity() + s.requests.capacity() + s.small.capacity()) * sizeof(TileSize);
   for (const Read& read : s.reads.span()) bytes += read.bytes.bytes() + read.instances.bytes();
   return bytes;
 }

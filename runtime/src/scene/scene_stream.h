@@ -28,6 +28,12 @@ struct SceneStreamOptions {
   std::uint32_t max_in_flight = 32;  ///< reads and decodes of tiles together
 };
 
+/// What a frame may have.
+struct SceneLimits {
+  std::uint32_t block_count = 0;          ///< blocks of kTileBlockInstances slots for tiles, those that they have included
+  std::uint64_t read_bytes = UINT64_MAX;  ///< memory for reads and what is decoded of them, beside that which is in use
+};
+
 /// Tiles of a scene by what is with them, and sums since it was opened.
 struct SceneStats {
   std::uint64_t instance_count = 0;  ///< in the file
@@ -70,8 +76,7 @@ class SceneStream {
 
   [[nodiscard]] const SceneFile& file() const;
 
-  /// block_count  blocks of kTileBlockInstances slots that tiles may have, those that they have included
-  void begin_frame(const SceneEye& eye, std::uint32_t block_count);
+  void begin_frame(const SceneEye& eye, const SceneLimits& limits);
 
   /// Tiles that were placed and are not resident any more since the last begin_frame.
   [[nodiscard]] std::span<const std::uint32_t> dropped() const;

@@ -197,6 +197,7 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
     bytes.gpu = bytes.upload = upload.bytes;
     if (!upload.decoded) bytes.work = 0;  // the file's bytes are what is uploaded
   }
+  if (bytes.gpu > plant.gpu.most_staged_bytes) bytes.upload += bytes.gpu;
   return bytes;
 }
 
@@ -280,6 +281,11 @@ bool wanted_by(const PlantStream& plant, const PlantWants& wants, const Chunk& c
 
 }  // namespace
 
+std::uint64_t list_bytes(const PlantStream& plant, const Chunk& chunk) {
+  if (chunk.id.kind != ChunkKind::wood) return 0;
+  return plant.file.plant.wood_triangle_counts[chunk.id.index] * plant.gpu.wood_list_triangle_bytes;
+}
+
 PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
   PlannedBytes planned;
   const std::uint32_t page_count = plant.file.plant.page_count;
@@ -292,7 +298,7 @@ PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
   for (const Chunk& chunk : plant.chunks.span().subspan(page_count)) {
     if (chunk.pinned || chunk.residency == Residency::failed || !wanted_by(plant, wants, chunk)) continue;
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
-    planned.settled += bytes.gpu + bytes.kept;
+    planned.settled += bytes.gpu + bytes.kept + list_bytes(plant, chunk);
     if (chunk.residency == Residency::resident) continue;
     const std::uint64_t passing = bytes.upload + bytes.work;
     if (in_leaf_mesh_set(plant, chunk))

@@ -135,6 +135,8 @@ void update_demand(PlantStream& plant, const PlantDemand& demand);
 /// What a size asks of the plant; nothing of one that is closing.
 PlantWants wants_at(const PlantStream& plant, float max_size_px, const LodView& view);
 PlantWants no_wants(const PlantStream& plant);
+/// What the GPU side makes of a chunk that is no page, in its overhead.
+std::uint64_t list_bytes(const PlantStream& plant, const Chunk& chunk);
 /// Of what is not pinned.
 PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants);
 /// A chunk that can never come: nothing that needs it is wanted any more.

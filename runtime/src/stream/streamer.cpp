@@ -93,7 +93,7 @@ Result<std::unique_ptr<PlantStream>> Streamer::State::open(const char* path, std
   if (front_bytes > room) return hold_room(front_bytes);
   HookBuffer front;
   COPPICE_CHECK(read_plant_front(*plant, front));
-  std::uint64_t bytes = front.bytes() + plant->base_bytes;
+  std::uint64_t bytes = front.bytes() + plant->base_bytes + options.gpu.opening_bytes;
   for (const Chunk& chunk : plant->chunks.span())
     if (chunk.pinned) bytes += chunk_bytes(*plant, chunk).total();
   if (bytes > room) return hold_room(bytes);
@@ -161,6 +161,14 @@ void Streamer::set_memory_budget(std::uint64_t bytes) {
 void Streamer::set_overhead_bytes(std::uint64_t bytes) {
   state_->count_bytes(static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(state_->overhead_bytes));
   state_->overhead_bytes = bytes;
+}
+
+void Streamer::set_growth_bytes(std::uint64_t bytes) {
+  state_->growth_bytes = bytes;
+}
+
+std::uint64_t Streamer::free_bytes() const {
+  return state_->budget_bytes - std::min(state_->budget_bytes, state_->used_bytes);
 }
 
 void Streamer::begin_frame(const StreamFrame& frame) {

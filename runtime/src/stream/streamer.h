@@ -34,8 +34,11 @@ struct GpuSizes {
   std::uint64_t wood_index_bytes = 4;   ///< of leaf meshes too
   std::uint64_t leaf_mesh_vertex_bytes = 0;
   std::uint64_t plant_bytes = 0;      ///< per open plant: tables, descriptors
+  std::uint64_t opening_bytes = 0;    ///< must be free besides when a plant is opened; counted where it is: in the overhead
   std::uint64_t page_list_bytes = 0;  ///< what comes on top of a page sooner or later, estimated; counted where it is: in the overhead
-  bool block_textures = false;        ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
+  std::uint64_t wood_list_triangle_bytes = 0;    ///< likewise, per triangle of a wood LoD
+  std::uint64_t most_staged_bytes = UINT64_MAX;  ///< a chunk of more has a copy of itself on its way
+  bool block_textures = false;  ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
 };
 
 struct StreamerOptions {
@@ -135,6 +138,10 @@ class Streamer {
   void set_memory_budget(std::uint64_t bytes);
   /// Bytes the GPU side holds beyond GpuSizes: instance buffers, staging, slack of pools. May change from frame to frame.
   void set_overhead_bytes(std::uint64_t bytes);
+  /// How much the overhead may grow before the next begin_frame: what begin_frame tries to keep free beside all chunks.
+  void set_growth_bytes(std::uint64_t bytes);
+  /// What is free now.
+  [[nodiscard]] std::uint64_t free_bytes() const;
 
   void begin_frame(const StreamFrame& frame);
 

@@ -47,7 +47,7 @@ std::uint64_t Streamer::State::floor_bytes() const {
 }
 
 std::uint64_t Streamer::State::limit_bytes() const {
-  return frame_number <= held_until_frame ? less(budget_bytes, held_bytes) : budget_bytes;
+  return less(budget_bytes, growth_bytes + (frame_number <= held_until_frame ? held_bytes : 0));
 }
 
 float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {

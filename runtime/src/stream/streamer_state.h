@@ -76,7 +76,7 @@ struct Streamer::State {
   std::uint32_t threshold_step = 0;  ///< how far above the view's own the threshold in use is
   std::uint64_t frame_number = 0, last_frame_number = 0, completed_number = 0;
 
-  std::uint64_t budget_bytes = 0, overhead_bytes = 0;
+  std::uint64_t budget_bytes = 0, overhead_bytes = 0, growth_bytes = 0;
   std::uint64_t used_bytes = 0, peak_bytes = 0;
   std::uint64_t movable_bytes = 0;    ///< part of used_bytes: of chunks that are not pinned
   std::uint64_t evicting_bytes = 0;   ///< part of used_bytes: free once the GPU is done

@@ -63,8 +63,13 @@ std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
 // Lists that the GPU side keeps of resident pages are in its overhead and would go with them.
 std::uint64_t Streamer::State::room_bytes() const {
   std::uint64_t room = limit_bytes();
-  for (const auto& plant : plants.span())
-    if (plant && plant->resident_page_count > 1) room += (plant->resident_page_count - 1) * plant->gpu.page_list_bytes;
+  for (const auto& plant : plants.span()) {
+    if (!plant) continue;
+    if (plant->resident_page_count > 1) room += (plant->resident_page_count - 1) * plant->gpu.page_list_bytes;
+    for (std::uint32_t lod = 0; lod < plant->file.plant.wood_lod_count; ++lod)
+      if (const Chunk& chunk = plant->chunk(ChunkKind::wood, lod); !chunk.pinned && chunk.residency == Residency::resident)
+        room += list_bytes(*plant, chunk);
+  }
   return room - std::min(room, floor_bytes());
 }
 

@@ -1,0 +1,17 @@
+#pragma once
+
+// Counts from outside what a context takes: its allocator hook, and every vkAllocateMemory and vkFreeMemory.
+
+#include <cstdint>
+
+#include "coppice/coppice.h"
+
+namespace coppice::test {
+
+/// Sets the hooks that count in a desc. One context counts at a time.
+void count_memory(coppice_context_desc& desc);
+
+/// Host and device memory that is live, together.
+std::uint64_t counted_bytes();
+
+}  // namespace coppice::test

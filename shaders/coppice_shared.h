@@ -43,6 +43,12 @@ const uint kNoTexture = 0xffffffffu;
 const uint kMaxWoodLods = 8;
 const uint kMaxLeafMeshes = 16;
 const uint kCullGroupSize = 32;
+// A side of the grid of light in a crown, and what its words (gpu/crown_light.h) hold at most: optical depth, and slope over depth.
+const uint kCrownCells = 8;
+const float kMaxCrownDepth = 8.0f;
+const float kMaxCrownSlope = 2.0f;
+// How far a leaf that stands for a whole crown is open to the sky.
+const float kBulkSky = 0.8f;
 // Words of the buffer of packed tables (see coppice_lod.h) that belong to one plant: 32 levels, 16 sizes, 8 wood LoDs.
 const uint kTableStride = 32 + 16 + 32 * 16 + 8 + 16;
 
@@ -112,6 +118,7 @@ struct Plant {
   uvec2 pages;  // address of uvec2[page count]: the address of each resident page's slot
   uvec2 cards;
   uvec2 materials;
+  uvec2 crown_light;       // address of uint[kCrownCells^3]: x fastest, then y
   uint leaf_command_base;  // this plant's draw commands are [base, base + capacity)
   uint leaf_command_capacity;
   uint wood_list_base;  // LoD i's instances are [base + i * wood_list_stride, ...)
@@ -124,7 +131,7 @@ struct Plant {
   uint leaf_mesh_command_base;  // chunk i's draw command is wood_commands[base + i]
   uint leaf_mesh_list_base;     // in the wood list: instances that are drawn with leaf meshes
 };
-COPPICE_GPU_LAYOUT(Plant, 188);
+COPPICE_GPU_LAYOUT(Plant, 196);
 
 // What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0.
 struct View {

@@ -55,7 +55,9 @@ void main() {
   Crown crown = crown_of(plant);
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
   vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, plant, uvec3(quantised(node.corners, 0)));
-  out_light = albedo * leaf_light(crown, instance, material.crown_normals, middle, object, face);
+  float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
+  float bulk = leaf_bulk(plant, crown, size_m, float(leaf_count));
+  out_light = albedo * leaf_light(plant, crown, instance, LeafPlace(middle, object, face, material.crown_normals, bulk));
   out_transmittance = transmittance(world);
   out_uv = card.uv[corner];
   out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);

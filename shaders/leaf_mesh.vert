@@ -34,7 +34,7 @@ void main() {
   out_normal = normal;
   out_slot_material = uvec2(slot, material_index);
 #else
-  out_light = albedo * leaf_light(crown, instance, material.crown_normals, vertex.position, vertex.position, normal);
+  out_light = albedo * leaf_light(plant, crown, instance, LeafPlace(vertex.position, vertex.position, normal, material.crown_normals, 0.0));
 #endif
   out_transmittance = transmittance(world);
   out_uv = vertex.uv;

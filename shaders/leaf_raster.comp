@@ -29,20 +29,17 @@ const int kBigPixels = 400;
 // What the leaves of a cluster share.
 struct Shared {
   Placed placed;
-  Crown crown;
-  vec3 box_min, box_step, sun_color;
+  vec3 box_step, sun_color;
   float px_per_m;  // on the screen, of a metre in object space
 };
 
-Shared share(uint item, RasterList list, vec3 cluster_center, uint card) {
+Shared share(uint item, RasterList list, RasterCluster cluster) {
   Instance instance = instances[slot_of(item)];
   Shared group;
-  group.placed = place(instance, list_of(item), list.box_min, list.box_step, cluster_center, card);
-  group.crown = crown_of(plants[instance.plant]);
-  group.box_min = list.box_min;
+  group.placed = place(instance, list_of(item), list.box_min, list.box_step, cluster);
   group.box_step = list.box_step;
   group.sun_color = view.sun_color;
-  float distance_m = max(distance(world_from_object(instance, cluster_center), view.camera_position), view.near_m);
+  float distance_m = max(distance(world_from_object(instance, cluster.center), view.camera_position), view.near_m);
   group.px_per_m = instance.scale * view.focal_px / distance_m;
   return group;
 }
@@ -106,8 +103,7 @@ bool project(Shared group, RasterLeaf leaf, out Drawn drawn) {
   drawn.high = ivec2(floor(clamp(high, vec2(0.0), size) - 0.5)) + 1;
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
-  vec3 object = group.box_min + group.box_step * middle;
-  group.placed.sunlight = group.sun_color * sun_through_crown(group.crown, object, group.placed.sun);
+  group.placed.sunlight = group.sun_color * sun_through_crown(unpack_crown(leaf.crown), group.placed.sun, group.placed.eye, group.placed.bulk);
   vec4 folded = unpackSnorm4x8(leaf.normals);
   drawn.radiance = placed_radiance(group.placed, unfold(folded.xy), unfold(folded.zw), leaf.look);
   return nearest > group.placed.near_m && all(lessThan(drawn.low, drawn.high));
@@ -261,7 +257,7 @@ void raster_clusters() {
       uvec2 work = work_items[j];
       RasterList list = list_for(work.x);
       RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];
-      Shared group = share(work.x, list, cluster.center, cluster.card);
+      Shared group = share(work.x, list, cluster);
       uint leaf = gl_LocalInvocationIndex;
       do {
         uint index = cluster.first_leaf + leaf;
@@ -271,15 +267,28 @@ void raster_clusters() {
     }
 }
 
+// A cluster of one leaf, as far as `share` looks at it.
+RasterCluster cluster_of(uint item, RasterList list, RasterLeaf leaf) {
+  Plant plant = plants[instances[slot_of(item)].plant];
+  vec3 corners[4];
+  for (uint i = 0; i < 4; ++i) corners[i] = list.box_min + list.box_step * quantised(leaf.corners, i);
+  RasterCluster cluster;
+  cluster.center = corners[0];
+  cluster.card = leaf.card;
+  cluster.crown = leaf.crown;
+  float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
+  cluster.bulk = list_of(item) < kRasterLevels ? leaf_bulk(plant, crown_of(plant), size_m, float(list.leaf_count)) : 0.0;
+  return cluster;
+}
+
 void raster_big() {
   uint count = min(rounds[push.round].big.count, kBigCapacity);
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
     uvec2 name = big_items[i];
     RasterList list = list_for(name.x);
     RasterLeaf leaf = RasterLeafArray(list.leaves).at[name.y];
-    vec3 corner = list.box_min + list.box_step * quantised(leaf.corners, 0);
     Drawn drawn;
-    if (!project(share(name.x, list, corner, leaf.card), leaf, drawn)) continue;
+    if (!project(share(name.x, list, cluster_of(name.x, list, leaf)), leaf, drawn)) continue;
     Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));
     for (int y = drawn.low.y + int(gl_LocalInvocationIndex); y < drawn.high.y; y += int(gl_WorkGroupSize.x)) {
       ivec2 row = row_of(rows, drawn, y);

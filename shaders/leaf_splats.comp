@@ -53,7 +53,7 @@ void raster_cluster(uvec2 work) {
   Instance instance = instances[slot_of(work.x)];
   RasterList list = lists[instance.plant * kRasterLists + index];
   RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];
-  Placed placed = place(instance, index, list.box_min, list.splat_step, cluster.center, cluster.card);
+  Placed placed = place(instance, index, list.box_min, list.splat_step, cluster);
   float size_px = list.splat_size_m / 65535.0 * instance.scale * view.focal_px;
   uint splat = 0;
   do {

@@ -6,6 +6,8 @@ struct Placed {
   vec3 origin, x, y, z;  // (px * w, px * w, w) of a place: origin + q.x * x + q.y * y + q.z * z
   vec3 sun, up, eye;
   vec3 sunlight;  // what reaches the cluster through the crown
+  float bulk;     // leaf_bulk of its leaves
+  float bulk_front, bulk_up;  // in place of a normal's
   vec3 tint;      // of wood: its albedo
   float clear;    // share of light that fog lets through
   bool wood;
@@ -16,9 +18,7 @@ struct Placed {
 };
 
 // step: object space, m, of one in q
-// card: of wood
-Placed place(Instance instance, uint list, vec3 box_min, vec3 step, vec3 cluster_center, uint card) {
-  Plant plant = plants[instance.plant];
+Placed place(Instance instance, uint list, vec3 box_min, vec3 step, RasterCluster cluster) {
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   Placed placed;
   placed.wood = list >= kRasterLevels;
@@ -29,12 +29,15 @@ Placed place(Instance instance, uint list, vec3 box_min, vec3 step, vec3 cluster
   placed.z = screen_direction(rotate(instance.rotation, vec3(0.0, 0.0, instance.scale * step.z)));
   placed.sun = rotate(to_object, view.sun_direction);
   placed.up = rotate(to_object, vec3(0.0, 1.0, 0.0));
-  vec3 world = world_from_object(instance, cluster_center);
+  vec3 world = world_from_object(instance, cluster.center);
   placed.eye = rotate(to_object, normalize(view.camera_position - world));
-  placed.sunlight = view.sun_color * sun_through_crown(crown_of(plant), cluster_center, placed.sun);
+  placed.bulk = cluster.bulk;
+  placed.bulk_front = bulk_front(dot(placed.eye, placed.sun));
+  placed.bulk_up = 0.67 * dot(placed.eye, placed.up);
+  placed.sunlight = view.sun_color * sun_through_crown(unpack_crown(cluster.crown), placed.sun, placed.eye, cluster.bulk);
   placed.clear = transmittance(world);
   placed.tint = instance.tint;
-  if (placed.wood) placed.tint = RasterCardArray(placed.cards).at[card].albedo;
+  if (placed.wood) placed.tint = RasterCardArray(placed.cards).at[cluster.card].albedo;
   placed.sky_color = view.sky_color;
   placed.ground_color = view.ground_color;
   placed.fog_color = view.fog_color;
@@ -48,10 +51,10 @@ vec3 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + 
 uint placed_radiance(Placed placed, vec3 normal, vec3 face, uint packed_look) {
   vec4 look = unpackUnorm4x8(packed_look);
   float facing = dot(normal, placed.sun);
-  float front = placed.wood ? max(0.0, facing) : max(0.0, 0.2 + 0.8 * facing);
-  float through = placed.wood ? 0.0 : max(0.0, -sign(dot(face, placed.eye)) * dot(face, placed.sun));
+  float front = placed.wood ? max(0.0, facing) : mix(max(0.0, 0.2 + 0.8 * facing), placed.bulk_front, placed.bulk);
+  float through = placed.wood ? 0.0 : max(0.0, -sign(dot(face, placed.eye)) * dot(face, placed.sun)) * (1.0 - placed.bulk);
   vec3 light = placed.sunlight * (front + 0.45 * through * vec3(1.0, 1.15, 0.35)) +
-               mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * dot(normal, placed.up)) * look.a;
+               mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * mix(dot(normal, placed.up), placed.bulk_up, placed.bulk)) * look.a;
   vec3 albedo = placed.tint * (placed.wood ? vec3(1.0) : kMaxSplatAlbedo * look.rgb * look.rgb);
   return pack_radiance(mix(placed.fog_color, albedo * light, placed.clear));
 }

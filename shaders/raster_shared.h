@@ -45,8 +45,9 @@ struct RasterLeaf {
   uint card;     // RasterCard of the plant
   uint normals;  // as in RasterSplat
   uint look;     // as in RasterSplat
+  uint crown;    // unpack_crown: the light at its middle
 };
-COPPICE_GPU_LAYOUT(RasterLeaf, 36);
+COPPICE_GPU_LAYOUT(RasterLeaf, 40);
 
 // A leaf of few pixels, or one of up to kMaxGrains equal parts along a long one: a place, an area and what its light needs.
 const uint kMaxGrains = 4;
@@ -68,8 +69,10 @@ struct RasterCluster {
   uint splat_count;
   float grain_m;  // the longest part of a leaf that one splat stands for
   uint card;      // of wood: the RasterCard of all its triangles
+  uint crown;     // unpack_crown: the mean light of its leaves' middles
+  float bulk;     // how much of the crown one of its leaves stands for: leaf_light's
 };
-COPPICE_GPU_LAYOUT(RasterCluster, 40);
+COPPICE_GPU_LAYOUT(RasterCluster, 48);
 
 // All leaves of one cut, or all triangles of one wood LoD. corner = box_min + box_step * q, object space, m.
 struct RasterList {

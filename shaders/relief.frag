@@ -52,8 +52,10 @@ void main() {
   Crown crown = crown_of(plant);
   vec3 normal = mapped_normal(normalize(in_normal));
   if (kLeaf != 0)
-    color *= leaf_light(crown, instance, MaterialArray(plant.materials).at[in_slot_material.y].crown_normals, in_position, in_position, normal);
+    color *= leaf_light(plant, crown, instance,
+                        LeafPlace(in_position, in_position, normal,
+                                  MaterialArray(plant.materials).at[in_slot_material.y].crown_normals, 0.0));
   else
-    color *= wood_light(crown, instance, in_position, normal);
+    color *= wood_light(plant, crown, instance, in_position, normal);
   out_color = vec4(mix(view.fog_color, color, in_transmittance), 1.0);
 }

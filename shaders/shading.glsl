@@ -19,22 +19,58 @@ Crown crown_of(Plant plant) {
   return Crown(plant.box_min + half_box, max(half_box, vec3(1e-3)));
 }
 
-// Share of the sun that reaches a point through the foliage between it and the crown's surface. All in object space.
-float sun_through_crown(Crown crown, vec3 p, vec3 sun) {
-  vec3 q = (p - crown.center) / crown.radii;
-  vec3 d = sun / crown.radii;
-  float a = dot(d, d);
-  float b = dot(q, d);
-  float c = dot(q, q) - 1.0;
-  float way = (-b + sqrt(max(b * b - a * c, 0.0))) / a;   // to the far side, in object units
-  float depth = max(way, 0.0) * sqrt(a);                  // in radii: 0 on the lit side, 2 behind
-  return 0.18 + 0.82 * exp(-1.5 * depth);
+// Light at a place in a crown: gpu/crown_light.h.
+struct CrownSample {
+  float depth;  // optical, on average
+  vec3 slope;
+  float sky;
+};
+
+CrownSample unpack_crown(uint word) {
+  float root = float(word & 255u) * (1.0 / 255.0);
+  float depth = kMaxCrownDepth * root * root;
+  ivec3 slope = ivec3(bitfieldExtract(int(word), 8, 6), bitfieldExtract(int(word), 14, 6), bitfieldExtract(int(word), 20, 6));
+  return CrownSample(depth, kMaxCrownSlope / 31.0 * depth * vec3(slope), float(word >> 26) * (1.0 / 63.0));
 }
 
-// Share of the sky seen from inside the crown.
-float sky_through_crown(Crown crown, vec3 p) {
-  vec3 q = (p - crown.center) / crown.radii;
-  return mix(0.35, 1.0, smoothstep(0.25, 1.15, length(q) + 0.35 * q.y));
+CrownSample crown_light_at(Plant plant, Crown crown, vec3 p) {
+  vec3 at = clamp(((p - crown.center) / crown.radii * 0.5 + 0.5) * float(kCrownCells) - 0.5, vec3(0.0), vec3(kCrownCells - 1u));
+  uvec3 low = min(uvec3(at), uvec3(kCrownCells - 2u));
+  vec3 share = at - vec3(low);
+  CrownSample sum = CrownSample(0.0, vec3(0.0), 0.0);
+  for (uint i = 0; i < 8; ++i) {
+    uvec3 far = uvec3(i, i >> 1, i >> 2) & 1u;
+    vec3 weights = mix(1.0 - share, share, vec3(far));
+    uvec3 cell = low + far;
+    float weight = weights.x * weights.y * weights.z;
+    CrownSample corner = unpack_crown(WordArray(plant.crown_light).at[(cell.z * kCrownCells + cell.y) * kCrownCells + cell.x]);
+    sum.depth += weight * corner.depth;
+    sum.slope += weight * corner.slope;
+    sum.sky += weight * corner.sky;
+  }
+  return sum;
+}
+
+// How much of the crown a leaf stands for: 0 for one of the source, about 1 for the last one of a plant. size_m: its longer diagonal.
+float leaf_bulk(Plant plant, Crown crown, float size_m, float leaf_count) {
+  float radius_m = (crown.radii.x + crown.radii.y + crown.radii.z) / 3.0;
+  return (1.0 - leaf_count / float(plant.leaf_count)) * min(0.5 * size_m / radius_m, 1.0);
+}
+
+float leaf_sky(CrownSample light, float bulk) { return mix(light.sky, 1.0, kBulkSky * bulk); }
+
+// Of a leaf that stands for a crown: how bright a ball is, all of it that the eye sees, of leaves that turn outwards. cosine: of the angle
+// between eye and sun. The first term is close to Lambert's phase law, 0.85 (sin a + (pi - a) cos a) / pi.
+float bulk_front(float cosine) {
+  float lit = 0.5 + 0.5 * cosine;
+  return 0.53 * lit * sqrt(lit) + 0.15;
+}
+
+// Share of the sun that reaches a leaf or wood. What a leaf of some bulk stands for the eye sees from outside: it is lit as the crown's near
+// side is, where the way of light is short with the sun behind the eye, and all through the crown against it.
+float sun_through_crown(CrownSample light, vec3 sun, vec3 eye, float bulk) {
+  float depth = mix(max(light.depth + dot(light.slope, sun), 0.0), 2.0 * light.depth * max(0.0, -dot(eye, sun)), bulk);
+  return mix(0.05, 1.0, exp(-depth));
 }
 
 // Light and dark, warm and cool: a value that follows the leaf's stalk (quantised in the leaf box), so that it survives a change of cut.
@@ -49,33 +85,41 @@ vec3 variation(Crown crown, Plant plant, uvec3 stalk) {
   return (1.0 + 0.16 * a + 0.30 * b) * vec3(1.0 + 0.16 * c, 1.0, 1.0 - 0.14 * c);
 }
 
-// Light of a leaf at one of its vertices, two-sided, with the sun shining through. crown_normals: Material's. Object space: `middle` of the
-// leaf, or near it; the vertex; `face`, the leaf's normal there, of any length and either side.
-vec3 leaf_light(Crown crown, Instance instance, float crown_normals, vec3 middle, vec3 vertex, vec3 face) {
-  vec3 outward = (middle - crown.center) / (crown.radii * crown.radii);
+// A leaf, or a place on it. Object space.
+struct LeafPlace {
+  vec3 middle;  // of the leaf, or near it
+  vec3 vertex;
+  vec3 face;    // the leaf's normal there, of any length and either side
+  float crown_normals;  // Material's
+  float bulk;
+};
+
+// Light of a leaf at one of its vertices, two-sided, with the sun shining through.
+vec3 leaf_light(Plant plant, Crown crown, Instance instance, LeafPlace leaf) {
+  vec3 outward = (leaf.middle - crown.center) / (crown.radii * crown.radii);
   outward = normalize(outward + vec3(0.0, 1e-4, 0.0));
-  face = dot(face, face) > 1e-20 ? normalize(face) : outward;
+  vec3 face = dot(leaf.face, leaf.face) > 1e-20 ? normalize(leaf.face) : outward;
   // The side that looks out of the crown; neither, little by little, where a leaf's curl passes from one to the other.
   float side = clamp(4.0 * dot(face, outward), -1.0, 1.0);
-  vec3 normal = rotate(instance.rotation, normalize(mix(side * face, outward, max(crown_normals, 1e-3))));
+  vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
+  vec3 eye = rotate(to_object, normalize(view.camera_position - world_from_object(instance, leaf.vertex)));
+  vec3 normal = normalize(mix(side * face, outward, max(leaf.crown_normals, 1e-3)));
 
-  vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
-  float sun = sun_through_crown(crown, vertex, sun_object);
-  float facing = dot(normal, view.sun_direction);
-  float front = max(0.0, 0.2 + 0.8 * facing);
-  vec3 world_face = rotate(instance.rotation, face);
-  float eye_side = dot(world_face, view.camera_position - world_from_object(instance, vertex)) < 0.0 ? -1.0 : 1.0;
-  float through = max(0.0, -eye_side * dot(world_face, view.sun_direction));
+  vec3 sun_object = rotate(to_object, view.sun_direction);
+  CrownSample light = crown_light_at(plant, crown, leaf.middle);
+  float sun = sun_through_crown(light, sun_object, eye, leaf.bulk);
+  float front = mix(max(0.0, 0.2 + 0.8 * dot(normal, sun_object)), bulk_front(dot(eye, sun_object)), leaf.bulk);
+  float through = max(0.0, -sign(dot(face, eye)) * dot(face, sun_object)) * (1.0 - leaf.bulk);
   vec3 direct = view.sun_color * sun * (front + 0.45 * through * vec3(1.0, 1.15, 0.35));
-  return direct + ambient_light(normal) * sky_through_crown(crown, vertex);
+  return direct + ambient_light(rotate(instance.rotation, mix(normal, 0.67 * eye, leaf.bulk))) * leaf_sky(light, leaf.bulk);
 }
 
 // Light of wood at a point of it. Object space; normal: unit.
-vec3 wood_light(Crown crown, Instance instance, vec3 position, vec3 object_normal) {
-  vec3 normal = rotate(instance.rotation, object_normal);
+vec3 wood_light(Plant plant, Crown crown, Instance instance, vec3 position, vec3 object_normal) {
   vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
-  vec3 direct = view.sun_color * sun_through_crown(crown, position, sun_object) * max(0.0, dot(normal, view.sun_direction));
-  return direct + ambient_light(normal) * sky_through_crown(crown, position);
+  CrownSample light = crown_light_at(plant, crown, position);
+  vec3 direct = view.sun_color * sun_through_crown(light, sun_object, sun_object, 0.0) * max(0.0, dot(object_normal, sun_object));
+  return direct + ambient_light(rotate(instance.rotation, object_normal)) * light.sky;
 }
 
 // The inverse of convert.cpp's octahedral().

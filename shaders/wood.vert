@@ -29,7 +29,7 @@ void main() {
   out_normal = normal;
   out_slot_material = uvec2(slot, vertex.material);
 #else
-  out_light = material.base_color.rgb * wood_light(crown_of(plant), instance, vertex.position, normal);
+  out_light = material.base_color.rgb * wood_light(plant, crown_of(plant), instance, vertex.position, normal);
 #endif
   out_transmittance = transmittance(world);
   out_uv = vertex.uv;

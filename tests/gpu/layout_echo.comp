@@ -46,7 +46,7 @@ void put_plant() {
   put(plant.box_step); put(plant.resident_leaf_count); put(plant.quantised_max);
   put(plant.root);
   put(plant.error_level_count); put(plant.error_size_count);
-  put(plant.pages); put(plant.cards); put(plant.materials);
+  put(plant.pages); put(plant.cards); put(plant.materials); put(plant.crown_light);
   put(plant.leaf_command_base); put(plant.leaf_command_capacity);
   put(plant.wood_list_base); put(plant.wood_list_stride);
   put(plant.wood_lod_count); put(plant.wood_resident_mask);

@@ -33,7 +33,7 @@ float distance_for(const DecodedPlant& plant, float leaf_px) {
   const gpu::Plant record = gpu::gpu_plant(plant.file.plant);
   const std::vector<gpu::RasterCard> looks(plant.file.cards.size());
   const auto pages = page_spans(plant.nodes);
-  const gpu::LeafSource source{plant.nodes[0], pages, looks, {record.box_min, record.box_step}};
+  const gpu::LeafSource source{plant.nodes[0], pages, looks, gpu::leaf_box(record), {}};
   const float leaf_m = gpu::build_leaf_list(source, record.leaf_count).header.leaf_size_m;
   const coppice_view view = front_view(1.0f);
   return leaf_m * 0.5f * static_cast<float>(kSidePx) * std::abs(view.clip_from_view[5]) / leaf_px;
@@ -115,6 +115,37 @@ TEST_F(LeafRasterTest, SplatsOfDistantLeavesCoverAndShineAlike) {
   const Likeness likeness = compare(with_raster(plants, view).picture, without(plants, view).picture);
   EXPECT_NEAR(likeness.coverage, 1.0, 0.06);
   EXPECT_NEAR(likeness.brightness, 1.0, 0.05);
+}
+
+// The last leaf of a plant has one face, which the crown it stands for has not: it is lit by where the eye is.
+TEST_F(LeafRasterTest, ALeafForAWholeCrownIsBrightFromTheSunsSide) {
+  DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0}));
+  constexpr std::array<std::array<std::uint16_t, 2>, 4> kRing{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  const auto largest = static_cast<std::uint16_t>(quantised_max(plant.file.plant));
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    const std::array<std::uint16_t, 3> place{static_cast<std::uint16_t>(kRing[corner][0] * largest),
+                                             static_cast<std::uint16_t>(kRing[corner][1] * largest),
+                                             static_cast<std::uint16_t>(largest / 2)};
+    std::ranges::copy(place, plant.file.plant.root_quad[corner]);
+  }
+  coppice_placement tinted = at(0.0f, 0.0f);  // the scene's light is near white
+  std::ranges::fill(tinted.tint, 0.25f);
+  const std::vector<Placed> plants{{plant, {tinted}}};
+  const auto from = [&](float angle) {
+    coppice_view view =
+        make_view({.eye_m = {12.0f * std::sin(angle), 2.0f, 12.0f * std::cos(angle)}, .width_px = kSidePx, .height_px = kSidePx});
+    view.error_px = 1000.0f;
+    return view;
+  };
+  const float sun = std::atan2(0.5f, 0.6f);  // make_view's
+  const coppice_view lit = from(sun), dark = from(sun + 3.1416f);
+  const RendererScene::Frame raster = with_raster(plants, lit), hardware = without(plants, lit);
+  EXPECT_EQ(raster.counts.leaves, 1u);
+  EXPECT_NEAR(compare(raster.picture, hardware.picture).brightness, 1.0, 0.08);
+  EXPECT_NEAR(compare(with_raster(plants, dark).picture, without(plants, dark).picture).brightness, 1.0, 0.08);
+  const double contrast = compare(hardware.picture, without(plants, dark).picture).brightness;
+  EXPECT_GT(contrast, 1.3);
+  EXPECT_LT(contrast, 4.0);
 }
 
 TEST_F(LeafRasterTest, DepthHoldsBetweenThePaths) {

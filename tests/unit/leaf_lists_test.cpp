@@ -25,6 +25,7 @@ struct Crown {
   std::vector<PageNode> nodes;
   std::vector<std::span<const PageNode>> pages;
   std::vector<RasterCard> looks{{{0.2f, 0.4f, 0.1f}, 1.0f, {~0u, ~0u}, 0.5f}, {{0.3f, 0.3f, 0.1f}, 0.5f, {~0u, 0u}, 0.5f}};
+  CrownLight light;
 
   Crown() {
     const bake::BakedPlant plant = test::random_plant({.leaf_count = 700, .seed = 4});
@@ -43,11 +44,13 @@ struct Crown {
       nodes.push_back({quad, static_cast<std::uint32_t>(id % 2), plant.tree.node_split[id]});
     }
     pages = test::page_spans(nodes);
+    light = measure_crown({nodes, std::vector{1.0f, 0.5f}, box()}, 700);
   }
-  [[nodiscard]] LeafSource source() const {
+  static LeafBox box() {
     constexpr float kStep = 2.0f / COPPICE_QUANTISED_MAX;
-    return {nodes[0], pages, looks, {{-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}, COPPICE_QUANTISED_MAX}};
+    return {{-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}, COPPICE_QUANTISED_MAX};
   }
+  [[nodiscard]] LeafSource source() const { return {nodes[0], pages, looks, box(), light, 700}; }
 };
 
 Corners packed(const QuantisedQuad& quad) {
@@ -139,8 +142,7 @@ TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
   mesh.vertices = {
       {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
   mesh.indices = {0, 1, 2, 3, 0, 2};
-  const BuiltList list =
-      build_wood_list(mesh, {.first_material = 3, .crown = {{-1, -1, -1}, {1e-4f, 1e-4f, 1e-4f}, COPPICE_QUANTISED_MAX}});
+  const BuiltList list = build_wood_list(mesh, {.first_material = 3, .light = CrownLight{}});
   ASSERT_EQ(list.leaves.size(), 2u);
   std::map<std::uint32_t, RasterLeaf> by_look;
   for (const RasterLeaf& leaf : list.leaves) by_look[leaf.card] = leaf;
@@ -152,7 +154,7 @@ TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
   const auto corner = corner_m(list.header, by_look[4], 2), repeated = corner_m(list.header, by_look[4], 3);
   EXPECT_NEAR(corner[1], 2.0f, 1e-3f);
   EXPECT_EQ(corner, repeated);
-  EXPECT_TRUE(build_wood_list({}, {}).leaves.empty());
+  EXPECT_TRUE(build_wood_list({}, {.light = CrownLight{}}).leaves.empty());
 }
 
 TEST(LeafLists, TheLadderRisesAndItsRungsHoldWhatIsAskedFor) {

@@ -80,6 +80,16 @@ LeafMeshVertex gpu_leaf_mesh_vertex(const coppice::WoodVertex& vertex) {
           .stalk_z_material = vertex.stalk[2] | vertex.material << 16};
 }
 
+PageNode root_node(const coppice_file_plant& plant) {
+  PageNode root{.card = plant.root_card};
+  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.root_quad[corner], 3, root.corners[corner].begin());
+  return root;
+}
+
+LeafBox leaf_box(const Plant& plant) {
+  return {plant.box_min, plant.box_step, plant.quantised_max};
+}
+
 Plant gpu_plant(const coppice_file_plant& plant) {
   Plant converted{};
   converted.sphere_center = {plant.sphere_center[0], plant.sphere_center[1], plant.sphere_center[2]};
@@ -91,9 +101,8 @@ Plant gpu_plant(const coppice_file_plant& plant) {
   converted.quantised_max = quantised_max(plant);
   converted.leaf_count = plant.leaf_count;
   converted.resident_leaf_count = 1;
-  QuantisedQuad root{};
-  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.root_quad[corner], 3, root[corner].begin());
-  converted.root = gpu_node(root, plant.root_card, kNeverSplit);
+  const PageNode root = root_node(plant);
+  converted.root = gpu_node(root.corners, root.card, kNeverSplit);
   converted.error_level_count = plant.error_level_count;
   converted.error_size_count = plant.error_size_count;
   converted.wood_lod_count = plant.wood_lod_count;

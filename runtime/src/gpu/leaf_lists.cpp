@@ -33,7 +33,7 @@ Point normalised(const Point& a) {
   return a * (1.0f / length(a));
 }
 
-/// crown_of and sky_through_crown of shading.glsl.
+/// crown_of of shading.glsl.
 struct Crown {
   Point center{}, radii{};
 
@@ -48,11 +48,6 @@ struct Crown {
   /// -1..1 along each axis
   [[nodiscard]] Point place(const Point& p) const {
     return {(p[0] - center[0]) / radii[0], (p[1] - center[1]) / radii[1], (p[2] - center[2]) / radii[2]};
-  }
-  [[nodiscard]] float sky(const Point& p) const {
-    const Point q = place(p);
-    const float t = std::clamp((length(q) + 0.35f * q[1] - 0.25f) / (1.15f - 0.25f), 0.0f, 1.0f);
-    return 0.35f + 0.65f * t * t * (3.0f - 2.0f * t);
   }
 };
 
@@ -73,7 +68,8 @@ struct Entry {
   Point normal{}, face{};
   Point albedo{};
   float covered_m2 = 0;
-  float sky = 0;
+  CrownSample light;
+  float bulk = 0;
 };
 
 std::uint32_t spread_bits(std::uint32_t value) {
@@ -166,7 +162,15 @@ void shade_leaf(Entry& entry, const Crown& crown, const RasterCard& look, const 
   const Point varied = variation(crown.place(entry.corners[0]), stalk);
   entry.albedo = {look.albedo.x * varied[0], look.albedo.y * varied[1], look.albedo.z * varied[2]};
   entry.covered_m2 = entry.area_m2 * look.coverage;
-  entry.sky = crown.sky(middle);
+}
+
+/// crown_light_at, leaf_bulk and leaf_sky of shading.glsl.
+void set_light(Entry& entry, const LeafSource& source, const Crown& crown, std::uint32_t leaf_count) {
+  entry.light = source.light.at((entry.corners[0] + entry.corners[1] + entry.corners[2] + entry.corners[3]) * 0.25f);
+  const float radius_m = (crown.radii[0] + crown.radii[1] + crown.radii[2]) / 3.0f;
+  const float merged = 1.0f - static_cast<float>(leaf_count) / static_cast<float>(source.plant_leaf_count);
+  entry.bulk = merged * std::min(0.5f * entry.size_m / radius_m, 1.0f);
+  entry.light.sky += (1.0f - entry.light.sky) * kBulkSky * entry.bulk;
 }
 
 std::uint32_t packed_normals(const Entry& entry) {
@@ -176,7 +180,7 @@ std::uint32_t packed_normals(const Entry& entry) {
 /// RasterSplat::look. The textures of wood may arrive later than it: its colour is looked up.
 std::uint32_t packed_look(const Entry& entry) {
   const auto unorm8 = [](float value) { return static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f))); };
-  std::uint32_t look = unorm8(entry.sky) << 24;
+  std::uint32_t look = unorm8(entry.light.sky) << 24;
   if (entry.is_wood) return look;
   for (std::size_t channel = 0; channel < 3; ++channel) look |= unorm8(std::sqrt(entry.albedo[channel] / kMaxSplatAlbedo)) << (8 * channel);
   return look;
@@ -209,11 +213,17 @@ RasterCluster bound(std::span<const Entry> entries, std::uint32_t first_leaf) {
   const Point center{0.5f * (low[0] + high[0]), 0.5f * (low[1] + high[1]), 0.5f * (low[2] + high[2])};
   RasterCluster cluster{
       .center = {center[0], center[1], center[2]}, .first_leaf = first_leaf, .leaf_count = static_cast<std::uint32_t>(entries.size())};
+  CrownSample light;
   for (const Entry& entry : entries) {
     for (const Point& corner : entry.corners) cluster.radius_m = std::max(cluster.radius_m, length(corner - center));
     cluster.grain_m = std::max(cluster.grain_m, entry.grain_m);
     cluster.splat_count += entry.grain_count;
+    const float share = 1.0f / static_cast<float>(entries.size());
+    cluster.bulk += share * entry.bulk;
+    light.depth += share * entry.light.depth;
+    for (std::size_t axis = 0; axis < 3; ++axis) light.slope[axis] += share * entry.light.slope[axis];
   }
+  cluster.crown = pack_crown(light);
   return cluster;
 }
 
@@ -237,6 +247,7 @@ void add_clusters(BuiltList& list, std::span<Entry> entries) {
       list.leaves.push_back(entry.leaf);
       list.leaves.back().normals = packed_normals(entry);
       list.leaves.back().look = packed_look(entry);
+      list.leaves.back().crown = pack_crown(entry.light);
       for (std::uint32_t grain = 0; grain < entry.grain_count; ++grain) list.splats.push_back(splat_of(entry, grain, list.header));
     }
   }
@@ -283,6 +294,7 @@ BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count) {
     entry.id = id;
     entry.leaf.card = node.card;
     shade_leaf(entry, crown, source.looks[node.card], quantised[0]);
+    set_light(entry, source, crown, leaf_count);
     entries.push_back(entry);
   }
   return finish(entries, box, static_cast<float>(source.box.largest));
@@ -297,7 +309,6 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
       low[axis] = std::min(low[axis], mesh.vertices[index].position[axis]);
       high[axis] = std::max(high[axis], mesh.vertices[index].position[axis]);
     }
-  const Crown crown(source.crown);
   const Point step{(high[0] - low[0]) / kLargest, (high[1] - low[1]) / kLargest, (high[2] - low[2]) / kLargest};
   const RasterList box{.box_min = {low[0], low[1], low[2]}, .box_step = {step[0], step[1], step[2]}};
   std::vector<Entry> entries;
@@ -323,7 +334,7 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
     entry.face = dot(face, face) > 0.0f ? face : normal;
     entry.is_wood = true;
     entry.covered_m2 = entry.area_m2;
-    entry.sky = crown.sky((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
+    entry.light = source.light.at((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
     entries.push_back(entry);
   }
   return finish(entries, box, kLargest);

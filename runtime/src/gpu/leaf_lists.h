@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "crown_light.h"
 #include "raster_shared.h"
 #include "tree.h"
 #include "wood_codec.h"
@@ -22,18 +23,14 @@ struct BuiltList {
   std::vector<RasterSplat> splats;  ///< the same leaves
 };
 
-/// What leaf corners are quantised in: min + step * q, q <= largest. Object space, m.
-struct LeafBox {
-  vec3 min{}, step{};
-  std::uint32_t largest = 1;
-};
-
 /// The nodes that are resident.
 struct LeafSource {
   PageNode root;
   std::span<const std::span<const PageNode>> pages;  ///< kPageNodes nodes each, but for the last: nodes 1 .. 2m - 2 or more
   std::span<const RasterCard> looks;                 ///< of the cards
   LeafBox box;
+  const CrownLight& light;
+  std::uint32_t plant_leaf_count = 1;  ///< of the whole plant
 
   [[nodiscard]] const PageNode& node(std::uint32_t id) const {
     return id == 0 ? root : pages[(id - 1) / kPageNodes][(id - 1) % kPageNodes];
@@ -44,10 +41,9 @@ struct LeafSource {
 BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count);
 
 /// The triangles of a wood LoD, quantised to 1/65535 of the mesh's box.
-/// first_material  among the plant's RasterCards. box: the leaves'
 struct WoodSource {
-  std::uint32_t first_material = 0;
-  LeafBox crown;
+  std::uint32_t first_material = 0;  ///< among the plant's RasterCards
+  const CrownLight& light;
 };
 BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "check.h"
 #include "convert.h"
@@ -86,16 +87,16 @@ Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file)
   PlantLists plant;
   plant.looks = plain_looks(file);
   COPPICE_TRY(looks, create_buffer(*device_, plant.looks.looks.size() * sizeof(RasterCard), kAddressed, MemoryKind::device));
-  const Plant converted = gpu_plant(file.plant);
   plant.used = plant.changed = plant.looks_changed = true;
   plant.leaf_count = file.plant.leaf_count;
-  plant.box = {converted.box_min, converted.box_step, converted.quantised_max};
-  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.root.corners[corner].begin());
-  plant.root.card = file.plant.root_card;
+  plant.box = leaf_box(gpu_plant(file.plant));
+  plant.root = root_node(file.plant);
   if (file.plant.leaf_count > 1) plant.root.split = 0;
   plant.pages.reserve(file.plant.page_count);
   plant.looks_buffer = looks;
   plant.pending_wood.resize(kMaxWoodLods);
+  plant.unlit_wood.resize(kMaxWoodLods);
+  plant.lit = file.plant.page_count == 0;
   plant.wood.resize(kMaxWoodLods);
   plant.headers.resize(kRasterLists);
   plant.record.cards = gpu_address(looks.address);
@@ -139,13 +140,26 @@ std::uint64_t RasterPlants::wood_bytes(const WoodMesh& mesh) {
 
 void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
   PlantLists& plant = plants_[index];
-  plant.pending_wood[lod] = build_wood_list(mesh, {static_cast<std::uint32_t>(plant.looks.cards.size()), plant.box});
+  if (!plant.lit) {
+    plant.unlit_wood[lod] = mesh;
+    return;
+  }
+  plant.pending_wood[lod] = build_wood_list(mesh, {static_cast<std::uint32_t>(plant.looks.cards.size()), plant.light});
+}
+
+void RasterPlants::set_light(std::uint32_t index, CrownLight light) {
+  PlantLists& plant = plants_[index];
+  plant.light = std::move(light);
+  plant.lit = true;
+  for (std::uint32_t lod = 0; lod < kMaxWoodLods; ++lod)
+    if (!plant.unlit_wood[lod].indices.empty()) add_wood(index, lod, std::exchange(plant.unlit_wood[lod], {}));
 }
 
 void RasterPlants::drop_wood(std::uint32_t index, std::uint32_t lod, std::uint64_t last_frame) {
   PlantLists& plant = plants_[index];
   if (!plant.used) return;
   plant.pending_wood[lod] = {};
+  plant.unlit_wood[lod] = {};
   if (plant.wood[lod].buffer == VK_NULL_HANDLE) return;
   retire(plant.wood[lod], last_frame);
   plant.wood[lod] = {};
@@ -202,7 +216,7 @@ Result<Buffer> RasterPlants::upload(std::span<BuiltList> built, std::span<Raster
 }
 
 void RasterPlants::build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance, RasterRoom& room) {
-  const LeafSource source{plant.root, plant.pages, plant.looks.looks, plant.box};
+  const LeafSource source{plant.root, plant.pages, plant.looks.looks, plant.box, plant.light, plant.leaf_count};
   const auto last_page_splits = plant.pages.empty() ? 0 : static_cast<std::uint32_t>(plant.pages.back().size() / 2);
   const std::uint32_t full_pages = static_cast<std::uint32_t>(std::max<std::size_t>(plant.pages.size(), 1)) - 1;
   const std::uint32_t present = full_pages * kPageSplits + last_page_splits + 1;
@@ -267,7 +281,9 @@ void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom
 std::size_t RasterPlants::bytes() const {
   std::size_t sum = 0;
   for (const PlantLists& plant : plants_) {
-    sum += plant.pages.capacity() * sizeof(std::span<const PageNode>);
+    sum += plant.pages.capacity() * sizeof(std::span<const PageNode>) + plant.light.cells.capacity() * sizeof(CrownSample);
+    for (const WoodMesh& mesh : plant.unlit_wood)
+      sum += mesh.vertices.capacity() * sizeof(coppice::WoodVertex) + mesh.indices.capacity() * sizeof(std::uint32_t);
     for (const BuiltList& list : plant.pending_wood)
       sum += list.clusters.capacity() * sizeof(RasterCluster) + list.leaves.capacity() * (sizeof(RasterLeaf) + sizeof(RasterSplat));
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "card_looks.h"
+#include "crown_light.h"
 #include "device.h"
 #include "leaf_lists.h"
 #include "raster_shared.h"
@@ -44,6 +45,8 @@ class RasterPlants {
   void add_page(std::uint32_t plant, std::uint32_t page, std::span<const PageNode> nodes);
   /// Does not look at the page's nodes from here on; its lists stay until drop_page.
   void hide_page(std::uint32_t plant, std::uint32_t page);
+  /// Measured from page 0, before add_page has it. A plant without pages needs none.
+  void set_light(std::uint32_t plant, CrownLight light);
   void drop_page(std::uint32_t plant, std::uint32_t page, std::uint64_t last_frame);
   /// What add_wood takes until it is on the device, at most.
   static std::uint64_t wood_bytes(const WoodMesh& mesh);
@@ -78,6 +81,9 @@ class RasterPlants {
     bool looks_changed = false;
     std::uint32_t leaf_count = 0;  ///< of the whole plant
     LeafBox box;
+    CrownLight light;
+    bool lit = false;                  ///< light is what it stays
+    std::vector<WoodMesh> unlit_wood;  ///< [kMaxWoodLods]; what came before the light
     PageNode root;
     std::vector<std::span<const PageNode>> pages;  ///< that are there, from the first on
     PlantLooks looks;

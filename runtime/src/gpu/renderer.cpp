@@ -1,6 +1,7 @@
 #include "renderer.h"
 
 #include <algorithm>
+#include <cstring>
 #include <new>
 
 #include "check.h"
@@ -178,7 +179,9 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std
   const std::uint64_t cards_bytes = round_up_16(file.cards.size() * sizeof(Card));
   const std::uint64_t materials_bytes = round_up_16(file.materials.size() * sizeof(Material));
   const std::uint64_t pages_bytes = std::max<std::uint64_t>(file.plant.page_count, 1) * sizeof(uvec2);
-  COPPICE_TRY(tables, create_buffer(device_, std::max<std::uint64_t>(cards_bytes + materials_bytes + pages_bytes, sizeof(Node)),
+  const std::vector<std::uint32_t> unmeasured = pack_crown(CrownLight{});
+  const std::uint64_t crown_bytes = unmeasured.size() * sizeof(std::uint32_t);
+  COPPICE_TRY(tables, create_buffer(device_, cards_bytes + materials_bytes + pages_bytes + crown_bytes,
                                     kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, MemoryKind::device));
   plant = {};
   plant.used = true;
@@ -188,20 +191,27 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std
   plant.record.cards = gpu_address(tables.address);
   plant.record.materials = gpu_address(tables.address + cards_bytes);
   plant.record.pages = gpu_address(tables.address + plant.pages_offset);
+  plant.crown_offset = plant.pages_offset + pages_bytes;
+  plant.record.crown_light = gpu_address(tables.address + plant.crown_offset);
+  plant.root = root_node(file.plant);
+  plant.box = leaf_box(plant.record);
   plant.page_slots.assign(file.plant.page_count, PagePool::kNoSlot);
   plant.textures.resize(file.plant.texture_count);
   plant.leaf_mesh_count = file.plant.leaf_mesh_count;
 
-  plant.pending_tables.resize(plant.pages_offset + pages_bytes);
+  plant.pending_tables.resize(plant.crown_offset + crown_bytes);
+  std::memcpy(plant.pending_tables.data() + plant.crown_offset, unmeasured.data(), crown_bytes);
   // A page that is not there points at something readable: a shader may load from it before it finds that it need not.
-  for (std::uint64_t at = plant.pages_offset; at < plant.pending_tables.size(); at += sizeof(uvec2)) {
+  for (std::uint64_t at = plant.pages_offset; at < plant.crown_offset; at += sizeof(uvec2)) {
     const uvec2 readable = gpu_address(tables.address);
     std::copy_n(reinterpret_cast<const std::uint8_t*>(&readable), sizeof readable, plant.pending_tables.data() + at);
   }
   for (std::size_t i = 0; i < file.cards.size(); ++i) {
     const Card card = gpu_card(file.cards[i]);
     std::copy_n(reinterpret_cast<const std::uint8_t*>(&card), sizeof card, plant.pending_tables.data() + i * sizeof card);
-    add_distinct(plant.leaf_textures, gpu_material(file.materials[card.material]).texture);
+    const Material material = gpu_material(file.materials[card.material]);
+    add_distinct(plant.leaf_textures, material.texture);
+    plant.card_coverage.push_back(material.coverage);
   }
   for (std::size_t i = 0; i < file.materials.size(); ++i) {
     const Material material = gpu_material(file.materials[i]);

@@ -14,6 +14,7 @@
 
 #include "coppice/coppice.h"
 #include "coppice_shared.h"
+#include "crown_light.h"
 #include "device.h"
 #include "gpu_timer.h"
 #include "instances.h"
@@ -166,8 +167,12 @@ class Renderer {
   struct PlantSlot {
     bool used = false;
     Plant record{};
-    Buffer tables;  ///< cards, materials, page addresses
+    Buffer tables;  ///< cards, materials, page addresses, light in the crown
     std::uint64_t pages_offset = 0;
+    std::uint64_t crown_offset = 0;
+    PageNode root;
+    std::vector<float> card_coverage;
+    LeafBox box;
     std::vector<std::uint32_t> page_slots;     ///< PagePool slot, or kNoSlot
     std::vector<std::uint32_t> leaf_textures;  ///< used by its cards, kNoTexture included; distinct
     std::vector<SurfaceTextures> material_textures;
@@ -214,6 +219,7 @@ class Renderer {
   Result<void> stage_texels(const Texture& texture, std::span<const std::uint8_t> texels);
   Result<MeshBuffer> stage_mesh(const PlantSlot& plant, const WoodMesh& mesh, ChunkVertex kind);
   void drop_mesh(MeshBuffer& mesh);
+  Result<void> stage_crown_light(std::uint32_t plant, std::span<const PageNode> page_0);
   Result<void> stage_patches(PlantSlot& plant, std::span<const SplitPatch> patches);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
   [[nodiscard]] std::uint64_t room_bytes() const;

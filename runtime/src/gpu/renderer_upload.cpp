@@ -58,6 +58,7 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
   COPPICE_TRY(nodes, stage(upload.nodes.size_bytes()));
   COPPICE_TRY(entry, stage(sizeof(uvec2)));
   COPPICE_CHECK(stage_patches(plant, upload.patches));
+  if (upload.page == 0) COPPICE_CHECK(stage_crown_light(upload.plant, upload.nodes));
   COPPICE_TRY(slot, pages_.allocate(device_));
   std::memcpy(nodes.data, upload.nodes.data(), upload.nodes.size_bytes());  // the same layout: convert.cpp
   const uvec2 address = gpu_address(pages_.address(slot));
@@ -71,6 +72,23 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
   charged_bytes_ += kPageBytes;
   if (!raster_) return {};
   raster_->plants().add_page(upload.plant, upload.page, upload.nodes);
+  return {};
+}
+
+// Once page 0 is there it stays: what is measured from it need not change as finer leaves come and go.
+Result<void> Renderer::stage_crown_light(std::uint32_t index, std::span<const PageNode> page_0) {
+  PlantSlot& plant = plants_[index];
+  std::vector<PageNode> nodes{plant.root};
+  nodes[0].split = 0;
+  nodes.insert(nodes.end(), page_0.begin(), page_0.end());
+  CrownLight light = measure_crown({nodes, plant.card_coverage, plant.box}, static_cast<std::uint32_t>((nodes.size() + 1) / 2));
+  const std::vector<std::uint32_t> words = pack_crown(light);
+  const std::uint64_t bytes = words.size() * sizeof(std::uint32_t);
+  COPPICE_TRY(slice, stage(bytes));
+  std::memcpy(slice.data, words.data(), bytes);
+  patches_.push_back({slice.buffer, plant.tables.buffer, {slice.offset, plant.crown_offset, bytes}});
+  if (!plant.pending_tables.empty()) std::memcpy(plant.pending_tables.data() + plant.crown_offset, words.data(), bytes);
+  if (raster_) raster_->plants().set_light(index, std::move(light));
   return {};
 }
 

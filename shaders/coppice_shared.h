@@ -40,6 +40,13 @@ const uint kNodesPerDraw = 16384;
 const uint kNoPlant = 0xffffffffu;
 const uint kNeverSplit = 0xffffffffu;
 const uint kNoTexture = 0xffffffffu;
+// coppice_debug_view.
+const uint kDebugLod = 1;
+const uint kDebugPath = 2;
+const uint kDebugOverdraw = 3;
+const uint kDebugOcclusion = 4;
+const uint kDebugError = 5;
+const uint kDebugResidency = 6;
 const uint kMaxWoodLods = 8;
 const uint kMaxLeafMeshes = 16;
 const uint kCullGroupSize = 32;
@@ -150,8 +157,10 @@ struct View {
   vec3 sky_color;
   vec3 ground_color;
   vec3 fog_color;
+  uint debug_view;     // coppice_debug_view
+  uvec2 debug_colors;  // address of DebugColorArray: by instance slot, rgb, 8 bits each
 };
-COPPICE_GPU_LAYOUT(View, 244);
+COPPICE_GPU_LAYOUT(View, 256);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -16,7 +16,10 @@
 #include "raster.glsl"
 #endif
 
+#include "debug_view.glsl"
+
 layout(local_size_x = kCullGroupSize) in;
+layout(constant_id = 0) const uint kDebugged = 0;  // 1: with colours for view.debug_view
 
 layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
 layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
@@ -96,6 +99,11 @@ bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved,
 const float kSplitThresholds = 6.0;
 const float kSplitFactor = 4.0;
 
+uint raster_leaf_count(Instance instance, uint slot) {
+  uint level = min(last_levels[slot], raster_plants[instance.plant].level_count - 1);
+  return lists[instance.plant * kRasterLists + level].leaf_count;
+}
+
 // Whether the rasteriser takes the instance's leaves: its lists are there and they are small.
 bool raster_leaves(Instance instance, uint slot, float cut, float distance_m) {
   RasterPlant plant = raster_plants[instance.plant];
@@ -140,6 +148,40 @@ uint wood_lod_of(Plant plant, CoppiceTable table, float size_px, float threshold
   return coppice_resident_wood_lod(plant.wood_resident_mask, wanted, plant.wood_lod_count);
 }
 
+// E(m, size) of the table's levels about leaf_count, px.
+float drawn_error_px(CoppiceTable table, float leaf_count, float size_px) {
+  CoppiceColumn column = coppice_column(table, size_px);
+  uint level = 0;
+  while (level + 2 < table.level_count && float(coppice_table_leaf_count(table, level + 1)) <= leaf_count) ++level;
+  if (table.level_count < 2) return coppice_level_error_px(table, 0, column);
+  float low = log2(float(coppice_table_leaf_count(table, level))), high = log2(float(coppice_table_leaf_count(table, level + 1)));
+  float share = clamp((log2(leaf_count) - low) / max(high - low, 1e-6), 0.0, 1.0);
+  return mix(coppice_level_error_px(table, level, column), coppice_level_error_px(table, level + 1, column), share);
+}
+
+// How an instance's leaves are drawn.
+struct Shown {
+  bool rasterised, meshes;
+  float leaf_count, size_px;
+};
+
+void show_debug_color(uint slot, Plant plant, CoppiceTable table, Shown shown) {
+  vec3 color = kNotCounted;
+  float doublings = max(log2(float(plant.leaf_count)), 1e-6);
+  if (view.debug_view == kDebugLod) color = shown.meshes ? vec3(1.0) : ramp(log2(shown.leaf_count) / doublings);
+  if (view.debug_view == kDebugPath)
+    color = shown.rasterised ? vec3(0.1, 0.8, 0.1) : shown.meshes ? vec3(0.9, 0.1, 0.7) : vec3(1.0, 0.4, 0.05);
+#ifdef COPPICE_RASTER
+  if (view.debug_view == kDebugOcclusion && shown.rasterised) color = ramp(float(push.round) / float(kRasterRounds - 1));
+#endif
+  if (view.debug_view == kDebugError) {
+    float error_px = shown.meshes ? 0.0 : drawn_error_px(table, shown.leaf_count, shown.size_px);
+    color = ramp(log2(max(2.0 * error_px, 1.0)) / 6.0);
+  }
+  if (view.debug_view == kDebugResidency) color = ramp(1.0 - log2(float(plant.resident_leaf_count)) / doublings);
+  DebugColorArray(view.debug_colors).at[slot] = packUnorm4x8(vec4(color, 1.0));
+}
+
 void select(uint slot) {
   Instance instance = instances[slot];
   if (instance.plant == kNoPlant) return;
@@ -161,6 +203,8 @@ void select(uint slot) {
   bool rasterised = raster_leaves(instance, slot, raster_cut, distance_m);
   bool wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
   atomicAdd(group_visible, 1);
+  if (kDebugged != 0 && rasterised)
+    show_debug_color(slot, plant, table, Shown(true, false, float(raster_leaf_count(instance, slot)), size_px));
   if (rasterised && wood_rasterised) return;
 #else
   const bool rasterised = false, wood_rasterised = false;
@@ -180,6 +224,8 @@ void select(uint slot) {
   atomicAdd(group_visible, 1);
   uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
 #endif
+  if (kDebugged != 0 && !rasterised)
+    show_debug_color(slot, plant, table, Shown(false, meshes, float(min(coppice_whole_leaf_count(cut), plant.resident_leaf_count)), size_px));
   if (!rasterised) {
     uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
     add_64(0, meshes ? plant.leaf_count : leaf_count);

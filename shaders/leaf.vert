@@ -8,6 +8,7 @@
 
 #include "bindings.glsl"
 #include "shading.glsl"
+#include "debug_view.glsl"
 #include "leaf_shading.glsl"
 
 layout(push_constant, scalar) uniform Push { DrawPush push; };
@@ -61,4 +62,8 @@ void main() {
   out_transmittance = transmittance(world);
   out_uv = card.uv[corner];
   out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);
+  if (view.debug_view != 0) {
+    out_light = debug_color(slot);
+    out_transmittance = 1.0;
+  }
 }

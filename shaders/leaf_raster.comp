@@ -15,6 +15,7 @@
 #include "leaf_shading.glsl"
 #include "raster.glsl"
 #include "radiance.glsl"
+#include "debug_view.glsl"
 #include "raster_place.glsl"
 #include "write_pixel.glsl"
 
@@ -37,6 +38,7 @@ Shared share(uint item, RasterList list, RasterCluster cluster) {
   Instance instance = instances[slot_of(item)];
   Shared group;
   group.placed = place(instance, list_of(item), list.box_min, list.box_step, cluster);
+  show_debug(group.placed, slot_of(item));
   group.box_step = list.box_step;
   group.sun_color = view.sun_color;
   float distance_m = max(distance(world_from_object(instance, cluster.center), view.camera_position), view.near_m);

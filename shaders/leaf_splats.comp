@@ -15,6 +15,7 @@
 #include "shading.glsl"
 #include "raster.glsl"
 #include "radiance.glsl"
+#include "debug_view.glsl"
 #include "raster_place.glsl"
 #include "write_pixel.glsl"
 
@@ -54,6 +55,7 @@ void raster_cluster(uvec2 work) {
   RasterList list = lists[instance.plant * kRasterLists + index];
   RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];
   Placed placed = place(instance, index, list.box_min, list.splat_step, cluster);
+  show_debug(placed, slot_of(work.x));
   float size_px = list.splat_size_m / 65535.0 * instance.scale * view.focal_px;
   uint splat = 0;
   do {

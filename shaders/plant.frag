@@ -23,7 +23,7 @@ void main() {
   if (kTextured != 0) {
     vec4 texel = texture(base_color, in_uv);
     if (texel.a < in_alpha_cutoff) discard;
-    color *= texel.rgb;
+    if (view.debug_view == 0) color *= texel.rgb;
   }
   out_color = vec4(mix(view.fog_color, color, in_transmittance), 1.0);
 }

@@ -45,6 +45,13 @@ Placed place(Instance instance, uint list, vec3 box_min, vec3 step, RasterCluste
   return placed;
 }
 
+// Instead of light, where the view asks for it: fog that hides everything has its colour.
+void show_debug(inout Placed placed, uint slot) {
+  if (view.debug_view == 0) return;
+  placed.fog_color = debug_color(slot) * (placed.wood && view.debug_view == kDebugPath ? 0.3 : 1.0);
+  placed.clear = 0.0;
+}
+
 vec3 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + q.y * placed.y + q.z * placed.z; }
 
 // normal: the one it is lit with; face: its own. look: of a RasterSplat

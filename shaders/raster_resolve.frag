@@ -2,11 +2,12 @@
 #extension GL_GOOGLE_include_directive : require
 
 // What the compute rasteriser has drawn, as colour and depth of the engine's attachments.
-// reads     picture
+// reads     picture, view
 // writes    colour, linear; depth
 // recorded by coppice::gpu::LeafRaster::record_resolve
 
-#extension GL_EXT_scalar_block_layout : require
+#include "bindings.glsl"
+#include "debug_view.glsl"
 #include "raster_shared.h"
 #include "radiance.glsl"
 
@@ -20,7 +21,9 @@ void main() {
   int word = int(2 * (at.y * push.width_px + at.x));
   uint key = texelFetch(picture_words, word + 1).x;
   if (key == 0) discard;
-  out_color = vec4(unpack_radiance(texelFetch(picture_words, word).x), 1.0);
+  uint radiance = texelFetch(picture_words, word).x;
+  out_color = vec4(unpack_radiance(radiance), 1.0);
+  if (view.debug_view == kDebugOverdraw) out_color.rgb = ramp(log2(float(radiance)) / 5.0);
   float depth = uintBitsToFloat(key);
   gl_FragDepth = push.reversed != 0 ? depth : 1.0 - depth;
 }

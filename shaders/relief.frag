@@ -57,5 +57,6 @@ void main() {
                                   MaterialArray(plant.materials).at[in_slot_material.y].crown_normals, 0.0));
   else
     color *= wood_light(plant, crown, instance, in_position, normal);
+  if (view.debug_view != 0) color = in_albedo;
   out_color = vec4(mix(view.fog_color, color, in_transmittance), 1.0);
 }

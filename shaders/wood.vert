@@ -8,6 +8,7 @@
 
 #include "bindings.glsl"
 #include "shading.glsl"
+#include "debug_view.glsl"
 #include "surface_out.glsl"
 
 layout(push_constant, scalar) uniform Push { DrawPush push; };
@@ -34,4 +35,13 @@ void main() {
   out_transmittance = transmittance(world);
   out_uv = vertex.uv;
   out_alpha_cutoff = material.alpha_cutoff;
+  if (view.debug_view != 0) {
+    vec3 color = view.debug_view == kDebugPath ? kHardwareWood : view.debug_view == kDebugOverdraw ? kNotCounted : debug_color(slot);
+#ifdef COPPICE_RELIEF
+    out_albedo = color;
+#else
+    out_light = color;
+#endif
+    out_transmittance = 1.0;
+  }
 }

@@ -4,7 +4,8 @@
 
 const uint kDepth = 0;
 const uint kRadiance = 1;
-layout(constant_id = 2) const uint kPass = kDepth;  // kDepth with COPPICE_INT64
+const uint kCount = 2;  // for COPPICE_DEBUG_OVERDRAW: how often, instead of radiance
+layout(constant_id = 2) const uint kPass = kDepth;  // kDepth or kCount with COPPICE_INT64
 
 #ifdef COPPICE_INT64
 layout(set = 1, binding = 0, scalar) buffer PixelBuffer { uint64_t pixels[]; };
@@ -12,6 +13,11 @@ layout(set = 1, binding = 0, scalar) buffer PixelBuffer { uint64_t pixels[]; };
 
 void write_pixel(uint pixel, float key, uint radiance) {
   uint bits = floatBitsToUint(max(key, 1e-30));
+  if (kPass == kCount) {
+    atomicMax(picture[2 * pixel + 1], bits);
+    atomicAdd(picture[2 * pixel], 1);
+    return;
+  }
 #ifdef COPPICE_INT64
   // Most of what is drawn is hidden, and a load is cheaper than an atomic.
   if (texelFetch(picture_words, int(2 * pixel + 1)).x <= bits) atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(radiance));

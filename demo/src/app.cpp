@@ -123,6 +123,10 @@ void run_in_window(Session& session, const Options& options) {
       pose = path.pose(path_time_s);
       if (path.loops && path_time_s >= path.duration_s) path_time_s = 0;
     }
+    if (std::exchange(window.wants_next_view, false)) {
+      const auto next = static_cast<std::uint32_t>(session.controls.view) + 1;
+      session.controls.view = static_cast<DebugView>(next % static_cast<std::uint32_t>(DebugView::count));
+    }
     if (std::exchange(window.wants_temporal, false) && session.supersample == 1) {
       wait_for_frames(session.device, session.ring);
       set_temporal(session.renderer, !session.renderer.temporal);

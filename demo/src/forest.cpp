@@ -224,6 +224,7 @@ coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D
   copy(result.ground_color, weather.ground_color);
   copy(result.fog_color, weather.fog_color);
   result.fog_density = weather.fog_density;
+  result.debug_view = static_cast<coppice_debug_view>(settings.view);
   return result;
 }
 

@@ -59,6 +59,7 @@ struct CutSettings {
   float error_px = 2;
   std::uint32_t leaf_budget = 0;
   LodMode lod = LodMode::cut;
+  DebugView view = DebugView::none;
 };
 coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D extent, const CutSettings& settings);
 

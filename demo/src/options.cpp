@@ -1,5 +1,8 @@
 #include "options.h"
 
+#include <map>
+#include <string>
+
 #include <CLI/CLI.hpp>
 
 namespace forest {
@@ -7,7 +10,8 @@ namespace {
 
 constexpr const char* kAbout =
     "A forest of streamed plants. In the window: drag with the mouse to look, W A S D to walk, Q E down and up, Shift faster, R resumes\n"
-    "the camera path, T switches temporal antialiasing, P saves a picture, Tab hides the overlay, Escape closes. Without a display it "
+    "the camera path, T switches temporal antialiasing, V goes through the debug views, P saves a picture, Tab hides the overlay, Escape "
+    "closes. Without a display it "
     "renders headless.";
 
 constexpr const char* kPlants =
@@ -71,6 +75,14 @@ void declare(CLI::App& app, Options& options) {
          "Who draws small leaves: compute shaders, or triangles by the hardware. auto: compute where the device does [auto]")
       ->check(CLI::IsMember({"auto", "compute", "hardware"}))
       ->type_name("auto|compute|hardware");
+  const std::map<std::string, DebugView> views = {{"none", DebugView::none},           {"lod", DebugView::lod},
+                                                  {"path", DebugView::path},           {"overdraw", DebugView::overdraw},
+                                                  {"occlusion", DebugView::occlusion}, {"error", DebugView::error},
+                                                  {"residency", DebugView::residency}};
+  app.add_option("--view", options.view, "Colours that show what the library does; coppice_debug_view in coppice.h says what they mean")
+      ->transform(CLI::CheckedTransformer(views))
+      ->type_name("none|lod|path|overdraw|occlusion|error|residency")
+      ->default_str("none");
   app.add_option("--error-px", options.error_px, "Error threshold of the cut")->check(CLI::Range(0.01f, 1000.0f))->capture_default_str();
   app.add_option(
       "--leaf-budget", options.leaf_budget,

@@ -8,6 +8,8 @@
 namespace forest {
 
 enum class LodMode { cut, discrete, full };
+/// Colours instead of light: coppice_debug_view, in its order.
+enum class DebugView { none, lod, path, overdraw, occlusion, error, residency, count };
 /// How small leaves are drawn. automatic: by compute shaders, and by the hardware where the library cannot.
 enum class LeafPath { automatic, compute, hardware };
 
@@ -34,11 +36,12 @@ struct Options {
   float frame_ms = 0;                        ///< what the leaf budget is changed to keep to; 0: it stays
   float fog = 1;                             ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
-  std::string stats;              ///< empty: none
-  std::string record;             ///< folder for every frame's picture; empty: none
-  std::string compare;            ///< where to write the comparison of LoD modes; empty: none
-  std::string trace;              ///< empty: none
-  std::optional<bool> temporal;   ///< antialiasing; absent: where a GPU is
+  std::string stats;             ///< empty: none
+  std::string record;            ///< folder for every frame's picture; empty: none
+  std::string compare;           ///< where to write the comparison of LoD modes; empty: none
+  std::string trace;             ///< empty: none
+  std::optional<bool> temporal;  ///< antialiasing; absent: where a GPU is
+  DebugView view = DebugView::none;
   std::uint32_t supersample = 1;  ///< along each axis, of pictures that are written
   bool watch = false;
   bool pass_times = false;

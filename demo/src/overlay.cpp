@@ -154,6 +154,10 @@ void show_controls(Controls& controls) {
   if (ImGui::RadioButton("seven levels", controls.lod == LodMode::discrete)) controls.lod = LodMode::discrete;
   ImGui::SameLine();
   if (ImGui::RadioButton("every leaf", controls.lod == LodMode::full)) controls.lod = LodMode::full;
+  constexpr std::array kViews = {"light", "lod", "path", "overdraw", "occlusion", "error", "residency"};
+  static_assert(kViews.size() == static_cast<std::size_t>(DebugView::count));
+  auto view = static_cast<int>(controls.view);
+  if (ImGui::Combo("view", &view, kViews.data(), static_cast<int>(kViews.size()))) controls.view = static_cast<DebugView>(view);
 }
 
 }  // namespace
@@ -194,7 +198,7 @@ void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures
     if (figures.scene_times != nullptr) show_passes(figures.stats, *figures.scene_times);
     show_streaming(overlay, figures.stats);
     show_controls(controls);
-    ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, T antialiasing, P picture, Tab hides");
+    ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, T antialiasing, V views, P picture, Tab hides");
     ImGui::End();
   }
   ImGui::Render();

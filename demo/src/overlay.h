@@ -18,6 +18,7 @@ struct Controls {
   std::uint32_t leaf_budget = 0;  ///< of this frame
   int memory_mb = 256;
   LodMode lod = LodMode::cut;
+  DebugView view = DebugView::none;
 };
 
 /// ImGui in the window. Its own Vulkan backend calls exported vk* functions and wants a render pass, so the hundred lines that draw its

@@ -124,8 +124,9 @@ void reload_changed(Session& session) {
 }
 
 coppice_view begin_plants(Session& session, const FrameView& view) {
-  const coppice_view plant_view = make_view(view, session.world.weather, session.renderer.picture.extent,
-                                            {session.controls.error_px, session.controls.leaf_budget, session.controls.lod});
+  const coppice_view plant_view =
+      make_view(view, session.world.weather, session.renderer.picture.extent,
+                {session.controls.error_px, session.controls.leaf_budget, session.controls.lod, session.controls.view});
   coppice_frame frame;
   coppice_frame_init(&frame);
   frame.frame_number = session.ring.number;
@@ -213,7 +214,8 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
               .frame_ms = options.frame_ms,
               .leaf_budget = static_cast<std::uint32_t>(pace.budget),
               .memory_mb = static_cast<int>(options.memory_mb),
-              .lod = options.lod};
+              .lod = options.lod,
+              .view = options.view};
   statistics.device = device.name;
   if (options.watch) watch = watch_files(forest.files);
   supersample = options.supersample;

@@ -19,8 +19,9 @@ struct Window {
   std::span<const char* const> instance_extensions;
   bool steering = false;  ///< a person has taken the camera; R gives it back to the path
   bool overlay_visible = true;
-  bool wants_temporal = false;  ///< T was pressed: to be switched; whoever does so resets it
-  bool wants_picture = false;   ///< P was pressed; whoever saves the picture resets it
+  bool wants_next_view = false;  ///< V likewise
+  bool wants_temporal = false;   ///< T was pressed: to be switched; whoever does so resets it
+  bool wants_picture = false;    ///< P was pressed; whoever saves the picture resets it
   double last_x = 0;
   double last_y = 0;
 

@@ -60,6 +60,8 @@ const char* view_problem(const coppice_view* view) {
   if (!all_finite(view->view_from_world, 16) || !all_finite(view->clip_from_view, 16)) return "view has a matrix that is not finite";
   if (view->width_px == 0 || view->height_px == 0) return "view has no pixels";
   if (!(view->error_px > 0.0f)) return "view.error_px must be above 0";
+  if (view->debug_view < COPPICE_DEBUG_NONE || view->debug_view > COPPICE_DEBUG_RESIDENCY)
+    return "view.debug_view is not a coppice_debug_view";
   if (view->lod < COPPICE_LOD_CUT || view->lod > COPPICE_LOD_DISCRETE) return "view.lod is not a coppice_lod_mode";
   return nullptr;
 }

@@ -206,6 +206,34 @@ TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
   EXPECT_LT(rmse(four, reference), 0.8 * rmse(one, reference)) << "else the pictures do not show what samples do";
 }
 
+TEST(CoppiceForest, DebugViewsColourPlantsByWhatDrawsThem) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder), png = folder / "view.png";
+  // Colours of the path view, as they are after tone mapping: compute shaders' leaves, quads by the hardware.
+  const auto share_of = [&](const std::vector<std::string>& options, const auto& is_colour) {
+    std::vector<std::string> arguments = headless_forest(plant, png);
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ProcessResult result = run_process(COPPICE_FOREST, arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("validation messages  0"), std::string::npos) << result.out << result.err;
+    const Picture picture = coppice::test::read_png(png);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < picture.rgba.size(); i += 4) count += is_colour(&picture.rgba[i]);
+    return static_cast<double>(count) / static_cast<double>(picture.rgba.size() / 4);
+  };
+  const auto is_compute = [](const std::uint8_t* rgb) { return rgb[1] > 180 && rgb[0] < 120 && rgb[2] < 120; };
+  const auto is_hardware = [](const std::uint8_t* rgb) { return rgb[0] > 180 && rgb[1] > 120 && rgb[2] < 100; };
+  const auto is_blue = [](const std::uint8_t* rgb) { return rgb[2] > 180 && rgb[0] < 80 && rgb[1] < 80; };
+  EXPECT_GT(share_of({"--view", "path"}, is_compute), 0.02);
+  EXPECT_GT(share_of({"--view", "path", "--path", "hardware"}, is_hardware), 0.005);
+  EXPECT_LT(share_of({"--view", "none"}, is_compute), 0.001);
+  EXPECT_GT(share_of({"--view", "residency"}, is_blue), 0.02) << "everything is resident";
+  EXPECT_GT(share_of({"--view", "occlusion"}, is_blue), 0.02) << "the first round";
+  EXPECT_GT(share_of({"--view", "overdraw"}, is_blue), 0.005) << "leaves before nothing";
+  EXPECT_LT(share_of({"--view", "lod", "--lod", "full"}, is_blue), 0.001) << "every leaf";
+  EXPECT_LT(share_of({"--view", "error", "--error-px", "100"}, is_blue), 0.02) << "a large error";
+}
+
 TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {
   const ProcessResult missing = run_process(COPPICE_FOREST, {"--plants", "/nowhere/fern.coppice", "--headless"});
   EXPECT_EQ(missing.exit_code, 1);

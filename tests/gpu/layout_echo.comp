@@ -61,6 +61,7 @@ void put_view() {
   put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.lod_discrete); put(view.instance_slot_count);
   put(view.fog_density);
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
+  put(view.debug_view); put(view.debug_colors);
 }
 
 void main() {

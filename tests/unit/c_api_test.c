@@ -128,6 +128,13 @@ static void use_plant(const Gpu* gpu, coppice_context* context, const char* path
   CHECK(coppice_instances_remove(context, &instances[1], 1) == COPPICE_OK);
 
   coppice_view view = look_at_origin();
+  coppice_frame wrong;
+  coppice_frame_init(&wrong);
+  wrong.frame_number = 1;
+  wrong.view = &view;
+  view.debug_view = COPPICE_DEBUG_VIEW_MAX_ENUM;
+  CHECK(coppice_frame_begin(context, &wrong) == COPPICE_ERROR_INVALID_ARGUMENT);
+  view.debug_view = COPPICE_DEBUG_NONE;
   draw_frame(gpu, context, 1, &view);
   CHECK(coppice_set_memory_budget(context, 64ull << 20) == COPPICE_OK);
   draw_frame(gpu, context, 2, &view);

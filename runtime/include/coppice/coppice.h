@@ -288,6 +288,22 @@ typedef enum coppice_lod_mode {
   COPPICE_LOD_MODE_MAX_ENUM = 0x7fffffff
 } coppice_lod_mode;
 
+/* Colours that show what the library does, instead of light; fog and textures are left out, what the engine draws stays as it is.
+ * A ramp goes from blue by green to red. */
+typedef enum coppice_debug_view {
+  COPPICE_DEBUG_NONE = 0,
+  COPPICE_DEBUG_LOD = 1, /* leaves of an instance on a logarithmic ramp: blue one, red all; white leaf meshes */
+  COPPICE_DEBUG_PATH =
+      2, /* green: compute shaders, dark green: their wood; orange: quads by the hardware, magenta: leaf meshes, blue: wood */
+  COPPICE_DEBUG_OVERDRAW =
+      3, /* how often compute shaders drew a pixel: blue once, green 5 times, red 32; grey: by the hardware, not counted */
+  COPPICE_DEBUG_OCCLUSION =
+      4,                   /* the round that drew it: blue the first, which hides what later ones look at, red the last; grey: hardware */
+  COPPICE_DEBUG_ERROR = 5, /* error of an instance's cut at its size, logarithmic: blue 0.5 px and less, green 4, red 32 */
+  COPPICE_DEBUG_RESIDENCY = 6, /* leaves of the plant that are resident, logarithmic: blue all, red only one */
+  COPPICE_DEBUG_VIEW_MAX_ENUM = 0x7fffffff
+} coppice_debug_view;
+
 /* The camera and the light. The same view must be given to frame_begin, record_cull and record_draw of a frame. */
 typedef struct coppice_view {
   uint32_t struct_size;
@@ -308,7 +324,8 @@ typedef struct coppice_view {
   float sky_color[3];     /* linear ambient from above */
   float ground_color[3];  /* linear ambient from below */
   float fog_color[3];
-  float fog_density; /* 1/m; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
+  float fog_density;             /* 1/m; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
+  coppice_debug_view debug_view; /* default none */
 } coppice_view;
 void coppice_view_init(coppice_view* view);
 

@@ -49,6 +49,8 @@ class ShaderModule {
   }
 };
 
+constexpr std::size_t kCountPass = 2;  // kCount of write_pixel.glsl
+
 /// Constants 0, 1 and 2 of the rasteriser's shaders.
 struct Constants {
   std::uint32_t kind = 0;
@@ -126,8 +128,8 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
 LeafRaster::~LeafRaster() {
   const Functions& vk = device_.vk;
   plants_.destroy();
-  for (VkPipeline pipeline :
-       {pipelines_.blocks, pipelines_.cull, pipelines_.expand, pipelines_.resolve, pipelines_.tiles[0], pipelines_.tiles[1]})
+  for (VkPipeline pipeline : {pipelines_.blocks, pipelines_.cull[0], pipelines_.cull[1], pipelines_.expand, pipelines_.resolve,
+                              pipelines_.tiles[0], pipelines_.tiles[1]})
     vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
   for (const auto& pass : pipelines_.leaves)
     for (VkPipeline pipeline : pass) vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
@@ -172,15 +174,16 @@ Result<void> LeafRaster::create_pipelines() {
     Constants constants;
   };
   std::vector<Wanted> wanted{{&pipelines_.blocks, leaf_blocks_comp_spirv, {}},
-                             {&pipelines_.cull, cull_raster_comp_spirv, {}},
+                             {&pipelines_.cull[0], cull_raster_comp_spirv, {}},
+                             {&pipelines_.cull[1], cull_raster_comp_spirv, {.kind = 1}},
                              {&pipelines_.expand, leaf_expand_comp_spirv, {.lanes = lanes_}},
                              {&pipelines_.tiles[0], leaf_tiles_comp_spirv, {.kind = 0, .lanes = lanes_}},
                              {&pipelines_.tiles[1], leaf_tiles_comp_spirv, {.kind = 1, .lanes = lanes_}}};
-  const std::uint32_t pass_count = desc_.int64_atomics ? 1 : 2;
   using Words = std::span<const std::uint32_t>;
   const Words leaves = desc_.int64_atomics ? Words(leaf_raster_int64_comp_spirv) : Words(leaf_raster_comp_spirv);
   const Words splats = desc_.int64_atomics ? Words(leaf_splats_int64_comp_spirv) : Words(leaf_splats_comp_spirv);
-  for (std::uint32_t pass = 0; pass < pass_count; ++pass) {
+  for (std::uint32_t pass = 0; pass < pipelines_.splats.size(); ++pass) {
+    if (pass == 1 && desc_.int64_atomics) continue;
     wanted.push_back({&pipelines_.splats[pass], splats, {.lanes = lanes_, .pass = pass}});
     for (std::uint32_t source = 0; source < kSourceCount; ++source)
       wanted.push_back({&pipelines_.leaves[pass][source], leaves, {.kind = source, .lanes = lanes_, .pass = pass}});
@@ -310,6 +313,7 @@ Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t
 bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame) {
   if (!is_drawn(view) || !reserve_picture(view, frame)) return false;
   const bool reversed = is_reversed(desc_.attachments.depth_compare);
+  debug_view_ = view.debug_view;
   push_ = {.round = 0,
            .width_px = view.width_px,
            .height_px = view.height_px,
@@ -349,11 +353,13 @@ void LeafRaster::dispatch_stage(VkCommandBuffer cmd, VkPipeline pipeline, std::u
 }
 
 void LeafRaster::record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTimer* timer) const {
-  const std::uint32_t pass_count = desc_.int64_atomics ? 1 : 2;
+  const bool counted = debug_view_ == COPPICE_DEBUG_OVERDRAW;
+  const std::uint32_t pass_count = desc_.int64_atomics || counted ? 1 : 2;
   for (std::uint32_t pass = 0; pass < pass_count; ++pass) {
-    const auto& leaves = pipelines_.leaves[pass];
+    const std::size_t variant = counted ? kCountPass : pass;
+    const auto& leaves = pipelines_.leaves[variant];
     if (pass > 0) barrier(cmd);
-    dispatch_stage(cmd, pipelines_.splats[pass], round, offsetof(RasterRound, splats));
+    dispatch_stage(cmd, pipelines_.splats[variant], round, offsetof(RasterRound, splats));
     if (timer != nullptr) timer->mark(device_, cmd, Pass::splats);
     dispatch_stage(cmd, leaves[kClusters], round, offsetof(RasterRound, work));
     // The first pass finds out which leaves are big.
@@ -386,7 +392,7 @@ void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uin
     bind(cmd, pipelines_.blocks);
     vk.vkCmdDispatch(cmd, (block_count + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
     barrier(cmd);
-    dispatch_stage(cmd, pipelines_.cull, round, offsetof(RasterRound, blocks));
+    dispatch_stage(cmd, pipelines_.cull[debug_view_ != COPPICE_DEBUG_NONE ? 1 : 0], round, offsetof(RasterRound, blocks));
     barrier(cmd);
     dispatch_stage(cmd, pipelines_.expand, round, offsetof(RasterRound, items));
     barrier(cmd);

@@ -65,11 +65,12 @@ class LeafRaster {
   struct Pipelines {
     VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
     VkPipelineLayout layout = VK_NULL_HANDLE;
-    VkPipeline blocks = VK_NULL_HANDLE, cull = VK_NULL_HANDLE, expand = VK_NULL_HANDLE, resolve = VK_NULL_HANDLE;
+    VkPipeline blocks = VK_NULL_HANDLE, expand = VK_NULL_HANDLE, resolve = VK_NULL_HANDLE;
+    std::array<VkPipeline, 2> cull{};   ///< [with a debug view]
     std::array<VkPipeline, 2> tiles{};  ///< the finest level, the others
-    // [pass]; the second only without 64-bit atomics
-    std::array<std::array<VkPipeline, kSourceCount>, 2> leaves{};
-    std::array<VkPipeline, 2> splats{};
+    // [pass]; the second only without 64-bit atomics, the third counts for the debug view
+    std::array<std::array<VkPipeline, kSourceCount>, 3> leaves{};
+    std::array<VkPipeline, 3> splats{};
   };
   struct Buffers {
     Buffer blocks, rounds, visible_blocks, items, work, splats, big, levels;  ///< sized at creation
@@ -103,7 +104,8 @@ class LeafRaster {
   Buffers buffers_;
   DescriptorSet set_;
   RasterPlants plants_;
-  RasterPush push_{};  ///< of the last view
+  RasterPush push_{};                                   ///< of the last view
+  coppice_debug_view debug_view_ = COPPICE_DEBUG_NONE;  ///< likewise
 };
 
 }  // namespace coppice::gpu

@@ -97,9 +97,13 @@ VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits stage_bit, VkShaderM
           .pSpecializationInfo = constants};
 }
 
-Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, VkPipelineLayout layout, VkShaderModule module) {
-  const VkComputePipelineCreateInfo info{
-      .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO, .stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module), .layout = layout};
+Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, VkPipelineLayout layout, VkShaderModule module,
+                                        std::uint32_t debugged) {
+  const VkSpecializationMapEntry entry{.constantID = 0, .offset = 0, .size = sizeof debugged};
+  const VkSpecializationInfo constants{.mapEntryCount = 1, .pMapEntries = &entry, .dataSize = sizeof debugged, .pData = &debugged};
+  const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                                         .stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module, &constants),
+                                         .layout = layout};
   VkPipeline pipeline = VK_NULL_HANDLE;
   if (const VkResult result = device.vk.vkCreateComputePipelines(device.device, cache, 1, &info, nullptr, &pipeline); result != VK_SUCCESS)
     return vulkan_error(result, "vkCreateComputePipelines");
@@ -194,8 +198,10 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
   COPPICE_CHECK(modules.create(2, wood_vert_spirv));
   COPPICE_CHECK(modules.create(3, plant_frag_spirv));
   COPPICE_CHECK(modules.create(4, leaf_mesh_vert_spirv));
-  COPPICE_TRY(cull, create_cull_pipeline(device, cache, passes.layout, modules.modules[0]));
-  passes.cull = cull;
+  for (std::uint32_t debugged = 0; debugged < passes.cull.size(); ++debugged) {
+    COPPICE_TRY(cull, create_cull_pipeline(device, cache, passes.layout, modules.modules[0], debugged));
+    passes.cull[debugged] = cull;
+  }
   COPPICE_CHECK(modules.create(5, relief_frag_spirv));
   COPPICE_CHECK(modules.create(6, wood_relief_vert_spirv));
   COPPICE_CHECK(modules.create(7, leaf_mesh_relief_vert_spirv));
@@ -216,7 +222,7 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
 
 void destroy_passes(Device& device, Passes& passes) {
   const Functions& vk = device.vk;
-  vk.vkDestroyPipeline(device.device, passes.cull, nullptr);
+  for (VkPipeline pipeline : passes.cull) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   for (const auto& pipelines : {passes.leaf, passes.wood.plain, passes.wood.relief, passes.leaf_mesh.plain, passes.leaf_mesh.relief})
     for (VkPipeline pipeline : pipelines) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   vk.vkDestroyPipelineLayout(device.device, passes.layout, nullptr);

@@ -27,8 +27,8 @@ struct Passes {
   VkDescriptorSetLayout texture_set_layout = VK_NULL_HANDLE;  ///< set 1, the base colour texture, and set 2, the normal map
   VkSampler sampler = VK_NULL_HANDLE;
   VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the sets and DrawPush; the cull pipeline uses set 0 of it
-  VkPipeline cull = VK_NULL_HANDLE;
-  std::array<VkPipeline, 2> leaf{};  ///< [textured]
+  std::array<VkPipeline, 2> cull{};          ///< [with a debug view]
+  std::array<VkPipeline, 2> leaf{};          ///< [textured]
   MeshPipelines wood, leaf_mesh;
 };
 

@@ -78,8 +78,9 @@ Renderer::~Renderer() {
   garbage_.collect(device_, ~std::uint64_t{0});
   pages_.destroy(device_);
   staging_.destroy(device_);
-  for (Buffer* buffer : {&fixed_.view, &fixed_.instances, &fixed_.plants, &fixed_.tables, &fixed_.cuts, &fixed_.leaf_counts,
-                         &fixed_.wood_commands, &fixed_.counters, &fixed_.indices, &fixed_.readback, &leaf_commands_, &wood_list_})
+  for (Buffer* buffer :
+       {&fixed_.view, &fixed_.instances, &fixed_.plants, &fixed_.tables, &fixed_.cuts, &fixed_.leaf_counts, &fixed_.wood_commands,
+        &fixed_.counters, &fixed_.indices, &fixed_.readback, &fixed_.debug_colors, &leaf_commands_, &wood_list_})
     if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
   if (default_texture_.image != VK_NULL_HANDLE) destroy_texture(device_, default_texture_);
   device_.vk.vkDestroyDescriptorPool(device_.device, frame_set_.pool, nullptr);
@@ -109,6 +110,7 @@ Result<void> Renderer::create_fixed_buffers() {
       {&fixed_.indices, std::uint64_t{kNodesPerDraw} * 6 * sizeof(std::uint16_t),
        VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
       {&fixed_.readback, kReadbackSlots * sizeof(Counters), VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::host},
+      {&fixed_.debug_colors, instances * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT},
   };
   for (const Wanted& item : wanted) {
     COPPICE_TRY(buffer, create_buffer(device_, item.bytes, item.usage, item.kind));

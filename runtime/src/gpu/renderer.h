@@ -191,7 +191,7 @@ class Renderer {
   };
   /// Sized at creation.
   struct FixedBuffers {
-    Buffer view, instances, plants, tables, cuts, leaf_counts, wood_commands, counters, indices, readback;
+    Buffer view, instances, plants, tables, cuts, leaf_counts, wood_commands, counters, indices, readback, debug_colors;
   };
   struct Copy {
     VkBuffer from, to;

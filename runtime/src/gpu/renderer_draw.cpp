@@ -34,6 +34,10 @@ vec4 clip_plane(const mat4& clip_from_world, int row, float scale) {
   return {plane[0] * unit, plane[1] * unit, plane[2] * unit, plane[3] * unit};
 }
 
+static_assert(kDebugLod == COPPICE_DEBUG_LOD && kDebugPath == COPPICE_DEBUG_PATH && kDebugOverdraw == COPPICE_DEBUG_OVERDRAW);
+static_assert(kDebugOcclusion == COPPICE_DEBUG_OCCLUSION && kDebugError == COPPICE_DEBUG_ERROR);
+static_assert(kDebugResidency == COPPICE_DEBUG_RESIDENCY);
+
 View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instance_slot_count) {
   View converted{};
   converted.clip_from_world = multiply(view.clip_from_view, view.view_from_world);
@@ -56,6 +60,7 @@ View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instan
   converted.sky_color = to_vec3(view.sky_color);
   converted.ground_color = to_vec3(view.ground_color);
   converted.fog_color = to_vec3(view.fog_color);
+  converted.debug_view = static_cast<std::uint32_t>(view.debug_view);
   return converted;
 }
 
@@ -67,7 +72,8 @@ constexpr VkPipelineStageFlags2 kShaders =
 void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod) {
   if (!drawable_) return;
   const Functions& vk = device_.vk;
-  const View constants = gpu_view(view, lod, instance_slot_count_);
+  View constants = gpu_view(view, lod, instance_slot_count_);
+  constants.debug_colors = gpu_address(fixed_.debug_colors.address);
   memory_barrier(device_, cmd, kShaders | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT);
@@ -82,7 +88,7 @@ void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const 
   if (rastered_) {
     raster_->record(cmd, frame_set_.set, instance_slot_count_, timer_.exists() ? &timer_ : nullptr);
   } else if (instance_slot_count_ > 0) {
-    vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.cull);
+    vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.cull[view.debug_view != COPPICE_DEBUG_NONE ? 1 : 0]);
     vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.layout, 0, 1, &frame_set_.set, 0, nullptr);
     vk.vkCmdDispatch(cmd, (instance_slot_count_ + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
   }

@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "camera.h"
 #include "compare.h"
@@ -105,6 +107,31 @@ void run_headless(Session& session, const Options& options, Clock::time_point st
   if (!options.screenshot.empty()) save_picture(session, {end, end_s}, options.screenshot);
 }
 
+/// The camera's way, being written.
+struct Recording {
+  PathRecorder recorder;
+  float start_s = 0;
+};
+
+void obey_keys(Session& session, const Options& options, std::optional<Recording>& recording, float time_s) {
+  Window& window = *session.window;
+  if (std::exchange(window.wants_next_view, false)) {
+    const auto next = static_cast<std::uint32_t>(session.controls.view) + 1;
+    session.controls.view = static_cast<DebugView>(next % static_cast<std::uint32_t>(DebugView::count));
+  }
+  if (std::exchange(window.wants_temporal, false) && session.supersample == 1) {
+    wait_for_frames(session.device, session.ring);
+    set_temporal(session.renderer, !session.renderer.temporal);
+  }
+  if (!std::exchange(window.wants_recording, false)) return;
+  if (recording) {
+    std::printf("camera               %s\n", recording->recorder.file.c_str());
+    recording.reset();
+  } else {
+    recording = Recording{start_recording(options.camera_out), time_s};
+  }
+}
+
 void run_in_window(Session& session, const Options& options) {
   const CameraPath path = make_path(options, session.world);
   const std::string picture = options.screenshot.empty() ? "forest.png" : options.screenshot;
@@ -112,6 +139,7 @@ void run_in_window(Session& session, const Options& options) {
   Pose pose = path.pose(0);
   double path_time_s = 0;
   float time_s = 0;
+  std::optional<Recording> recording;
   auto last = Clock::now();
   for (std::uint32_t frame = 0; poll_window(window) && (!options.frames || frame < *options.frames); ++frame) {
     const float frame_ms = elapsed_ms(last);
@@ -123,14 +151,8 @@ void run_in_window(Session& session, const Options& options) {
       pose = path.pose(path_time_s);
       if (path.loops && path_time_s >= path.duration_s) path_time_s = 0;
     }
-    if (std::exchange(window.wants_next_view, false)) {
-      const auto next = static_cast<std::uint32_t>(session.controls.view) + 1;
-      session.controls.view = static_cast<DebugView>(next % static_cast<std::uint32_t>(DebugView::count));
-    }
-    if (std::exchange(window.wants_temporal, false) && session.supersample == 1) {
-      wait_for_frames(session.device, session.ring);
-      set_temporal(session.renderer, !session.renderer.temporal);
-    }
+    obey_keys(session, options, recording, time_s);
+    if (recording) record_pose(recording->recorder, static_cast<double>(time_s - recording->start_s), pose, session.world.terrain);
     render_frame(session, pose, time_s, frame_ms);
     if (!options.record.empty()) record_picture(session, {pose, time_s}, options.record, frame);
     if (frame > 0) session.statistics.frame_ms.push_back(frame_ms);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <sstream>
 #include <vector>
@@ -139,6 +138,27 @@ CameraPath path_from_file(const std::string& file, const Terrain& terrain) {
   path.duration_s = keys.back().time_s - keys.front().time_s;
   path.pose = [keys, &terrain](double time_s) { return pose_of(interpolate(keys, keys.front().time_s + time_s), terrain); };
   return path;
+}
+
+PathRecorder start_recording(const std::string& file) {
+  PathRecorder recorder;
+  recorder.file = file;
+  recorder.stream.open(file);
+  recorder.stream << "# time_s x_m height_m z_m yaw_deg pitch_deg fov_y_deg\n";
+  if (!recorder.stream) throw Failure("cannot write " + file);
+  return recorder;
+}
+
+void record_pose(PathRecorder& recorder, double time_s, const Pose& pose, const Terrain& terrain) {
+  constexpr double kBetween_s = 0.25;
+  if (time_s < recorder.next_s) return;
+  recorder.next_s = time_s + kBetween_s;
+  const float yaw_deg = glm::degrees(pose.yaw_rad);
+  recorder.yaw_deg = yaw_deg - 360 * std::round((yaw_deg - recorder.yaw_deg) / 360);
+  const glm::vec3& at = pose.position;
+  recorder.stream << time_s << ' ' << at.x << ' ' << at.y - height_at(terrain, at.x, at.z) << ' ' << at.z << ' ' << recorder.yaw_deg << ' '
+                  << glm::degrees(pose.pitch_rad) << ' ' << glm::degrees(pose.fov_y_rad) << '\n';
+  if (!recorder.stream.flush()) throw Failure("cannot write " + recorder.file);
 }
 
 glm::vec3 forward(const Pose& pose) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fstream>
 #include <functional>
 #include <string>
 
@@ -35,6 +36,18 @@ CameraPath orbit_path(float half_extent_m, const Terrain& terrain);
 /// Times ascend. height_m is above the ground below (x, z). Between keyframes everything is interpolated smoothly (Catmull-Rom).
 /// errors  Failure: unreadable, no keyframe, or a bad line (file:line and what is wrong)
 CameraPath path_from_file(const std::string& file, const Terrain& terrain);
+
+/// A camera's way on its way to a file that path_from_file reads.
+struct PathRecorder {
+  std::string file;
+  std::ofstream stream;
+  double next_s = 0;  ///< earlier poses are left out
+  float yaw_deg = 0;  ///< of the latest keyframe: the next one turns the shorter way
+};
+/// errors  Failure: the file cannot be written
+PathRecorder start_recording(const std::string& file);
+/// Adds a keyframe every quarter of a second. time_s: since the start, ascending. errors  Failure: the file cannot be written
+void record_pose(PathRecorder& recorder, double time_s, const Pose& pose, const Terrain& terrain);
 
 glm::vec3 forward(const Pose& pose);
 glm::mat4 view_from_world(const Pose& pose);

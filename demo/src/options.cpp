@@ -10,7 +10,8 @@ namespace {
 
 constexpr const char* kAbout =
     "A forest of streamed plants. In the window: drag with the mouse to look, W A S D to walk, Q E down and up, Shift faster, R resumes\n"
-    "the camera path, T switches temporal antialiasing, V goes through the debug views, P saves a picture, Tab hides the overlay, Escape "
+    "the camera path, T switches temporal antialiasing, V goes through the debug views, C starts and ends writing the camera's way to a "
+    "file, P saves a picture, Tab hides the overlay, Escape "
     "closes. Without a display it "
     "renders headless.";
 
@@ -57,6 +58,9 @@ void declare(CLI::App& app, Options& options) {
   app.add_flag("--headless", options.headless, "No window");
   app.add_option("--screenshot", options.screenshot, "Write the last frame, once streaming has settled")->type_name("F.png");
   app.add_option("--camera", options.camera, kCamera)->type_name("walk|orbit|FILE")->capture_default_str();
+  app.add_option("--camera-out", options.camera_out, "Where key C writes the camera's way, for --camera")
+      ->type_name("FILE")
+      ->capture_default_str();
   app.add_option_function<std::string>(
          "--lod",
          [&options](const std::string& mode) {

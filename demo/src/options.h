@@ -27,8 +27,9 @@ struct Options {
   std::uint32_t height_px = 720;
   std::optional<std::uint32_t> frames;  ///< absent: 120 headless, until closed in a window
   bool headless = false;
-  std::string screenshot;       ///< empty: none
-  std::string camera = "walk";  ///< walk, orbit or a keyframe file
+  std::string screenshot;                 ///< empty: none
+  std::string camera = "walk";            ///< walk, orbit or a keyframe file
+  std::string camera_out = "camera.txt";  ///< where the window writes the camera's way
   LodMode lod = LodMode::cut;
   LeafPath path = LeafPath::automatic;
   float error_px = 2;

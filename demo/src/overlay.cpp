@@ -198,7 +198,7 @@ void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures
     if (figures.scene_times != nullptr) show_passes(figures.stats, *figures.scene_times);
     show_streaming(overlay, figures.stats);
     show_controls(controls);
-    ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, T antialiasing, V views, P picture, Tab hides");
+    ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, T antialiasing, V views, C camera file, P picture, Tab hides");
     ImGui::End();
   }
   ImGui::Render();

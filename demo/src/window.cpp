@@ -16,6 +16,7 @@ void on_key(GLFWwindow* handle, int key, int, int action, int) {
   if (action != GLFW_PRESS) return;
   if (key == GLFW_KEY_ESCAPE) glfwSetWindowShouldClose(handle, GLFW_TRUE);
   if (key == GLFW_KEY_TAB) window.overlay_visible = !window.overlay_visible;
+  if (key == GLFW_KEY_C) window.wants_recording = true;
   if (key == GLFW_KEY_V) window.wants_next_view = true;
   if (key == GLFW_KEY_T) window.wants_temporal = true;
   if (key == GLFW_KEY_P) window.wants_picture = true;

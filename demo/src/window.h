@@ -21,6 +21,7 @@ struct Window {
   bool overlay_visible = true;
   bool wants_next_view = false;  ///< V likewise
   bool wants_temporal = false;   ///< T was pressed: to be switched; whoever does so resets it
+  bool wants_recording = false;  ///< C likewise: recording the camera's way
   bool wants_picture = false;    ///< P was pressed; whoever saves the picture resets it
   double last_x = 0;
   double last_y = 0;

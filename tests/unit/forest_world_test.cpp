@@ -180,7 +180,7 @@ TEST(Camera, TheWalkKeepsToTheTrailAtEyeHeightAndCloses) {
 
 /// A keyframe file that is removed with the test.
 struct KeyframeFile {
-  std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "forest_world_test.camera";
+  std::filesystem::path path = std::filesystem::path(testing::TempDir()) / ("forest_world_test_" + std::to_string(getpid()) + ".camera");
   explicit KeyframeFile(const std::string& text) { std::ofstream(path) << text; }
   ~KeyframeFile() { std::filesystem::remove(path); }
 };
@@ -198,6 +198,31 @@ TEST(Camera, KeyframesAreMetAtTheirTimes) {
   EXPECT_NEAR(second.position.x, 5, 1e-4);
   EXPECT_NEAR(glm::degrees(second.fov_y_rad), 30, 1e-3);
   EXPECT_NEAR(path.pose(100).position.x, 9, 1e-4) << "after the last keyframe";
+}
+
+TEST(Camera, AWayThatWasRecordedIsPlayed) {
+  const Terrain terrain = make_terrain(80, 1);
+  const KeyframeFile file("");
+  // Turns through 180 degrees, where a path's yaw jumps from one end of its range to the other.
+  const auto pose_at = [&](float t) {
+    Pose pose;
+    pose.position = {2 * t, height_at(terrain, 2 * t, -t) + 1.5f, -t};
+    pose.yaw_rad = std::remainder(3.0f + 0.2f * t, 2 * std::numbers::pi_v<float>);
+    pose.pitch_rad = -0.1f;
+    return pose;
+  };
+  PathRecorder recorder = start_recording(file.path.string());
+  for (int frame = 0; frame <= 120; ++frame) record_pose(recorder, frame / 60.0, pose_at(static_cast<float>(frame) / 60.0f), terrain);
+  recorder.stream.close();
+  const CameraPath path = path_from_file(file.path.string(), terrain);
+  EXPECT_NEAR(path.duration_s, 2, 0.3);
+  for (const float t : {0.5f, 1.1f, 1.6f}) {
+    const Pose expected = pose_at(t), played = path.pose(static_cast<double>(t));
+    EXPECT_LT(glm::distance(expected.position, played.position), 0.05f);
+    EXPECT_LT(glm::distance(forward(expected), forward(played)), 0.01f);
+    EXPECT_NEAR(expected.fov_y_rad, played.fov_y_rad, 1e-4);
+  }
+  EXPECT_THROW(static_cast<void>(start_recording("/nowhere/camera.txt")), Failure);
 }
 
 TEST(Camera, ABadKeyframeFileNamesItsLine) {

@@ -182,9 +182,14 @@ Device::Device(const DeviceOptions& options) {
   if (options.validation) messenger = create_messenger(instance, this);
   physical = choose_physical(instance);
   queue_family = *graphics_family(physical);
-  VkPhysicalDeviceProperties properties;
-  vkGetPhysicalDeviceProperties(physical, &properties);
+  VkPhysicalDeviceDriverProperties driver_info =
+      vk_struct<VkPhysicalDeviceDriverProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES);
+  VkPhysicalDeviceProperties2 properties2 = vk_struct<VkPhysicalDeviceProperties2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2);
+  properties2.pNext = &driver_info;
+  vkGetPhysicalDeviceProperties2(physical, &properties2);
+  const VkPhysicalDeviceProperties& properties = properties2.properties;
   name = properties.deviceName;
+  driver = std::string(driver_info.driverName) + " " + driver_info.driverInfo;
   software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
   vkGetPhysicalDeviceMemoryProperties(physical, &memory);
   VkPhysicalDeviceFeatures features;

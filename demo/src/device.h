@@ -24,6 +24,7 @@ struct Device {
   VkQueue queue = VK_NULL_HANDLE;
   std::uint32_t queue_family = 0;
   std::string name;
+  std::string driver;                   ///< its name and version
   bool software = false;                ///< a processor does the GPU's work
   bool texture_compression_bc = false;  ///< where there is one, it is enabled
   bool int64_atomics = false;           ///< shaderInt64 and shaderBufferInt64Atomics, likewise

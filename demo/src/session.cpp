@@ -217,6 +217,8 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
               .lod = options.lod,
               .view = options.view};
   statistics.device = device.name;
+  statistics.driver = device.driver;
+  statistics.software_device = device.software;
   if (options.watch) watch = watch_files(forest.files);
   supersample = options.supersample;
   set_temporal(renderer, options.temporal.value_or(!device.software && supersample == 1 && options.compare.empty()));

@@ -94,6 +94,8 @@ void write_json(const std::string& file, const Statistics& statistics) {
   const coppice_stats& last = statistics.last;
   nlohmann::ordered_json json;
   json["device"] = statistics.device;
+  json["driver"] = statistics.driver;
+  json["software_device"] = statistics.software_device;
   json["frames"] = statistics.frame_ms.size();
   json["frame_ms"] = {{"median", times.median}, {"p95", times.p95}, {"p99", times.p99}, {"max", times.max}};
   json["instances"] = last.instance_count;

@@ -13,7 +13,8 @@ namespace forest {
 
 /// What a run measures; the frames rendered only to let streaming settle are not in it.
 struct Statistics {
-  std::string device;
+  std::string device, driver;
+  bool software_device = false;  ///< a processor does the GPU's work
   std::vector<float> frame_ms;
   std::vector<std::uint32_t> visible_instances;     ///< per frame
   std::vector<std::uint64_t> drawn_leaves;          ///< per frame

@@ -87,6 +87,8 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
   std::set<std::string> keys;
   for (const auto& [key, value] : stats.items()) keys.insert(key);
   const std::set<std::string> contract = {"device",
+                                          "driver",
+                                          "software_device",
                                           "first_picture_ms",
                                           "frames",
                                           "frame_ms",

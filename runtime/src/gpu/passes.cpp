@@ -60,11 +60,19 @@ Result<void> create_layouts(Device& device, Passes& passes) {
   return {};
 }
 
+/// Where a processor does the GPU's work, mip levels do not blend: a second level's texels double what a fragment costs.
+VkSamplerMipmapMode mipmap_mode(const Device& device) {
+  VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
+  device.vk.vkGetPhysicalDeviceProperties2(device.physical_device, &properties);
+  const bool software = properties.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  return software ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
+}
+
 Result<void> create_sampler(Device& device, Passes& passes) {
   const VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
                                  .magFilter = VK_FILTER_LINEAR,
                                  .minFilter = VK_FILTER_LINEAR,
-                                 .mipmapMode = VK_SAMPLER_MIPMAP_MODE_LINEAR,
+                                 .mipmapMode = mipmap_mode(device),
                                  .maxLod = VK_LOD_CLAMP_NONE};
   if (const VkResult result = device.vk.vkCreateSampler(device.device, &info, nullptr, &passes.sampler); result != VK_SUCCESS)
     return vulkan_error(result, "vkCreateSampler");

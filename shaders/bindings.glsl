@@ -15,7 +15,8 @@
 layout(set = 0, binding = 0, scalar) uniform ViewBuffer { View view; };
 layout(set = 0, binding = 1, scalar) readonly buffer InstanceBuffer { Instance instances[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer PlantBuffer { Plant plants[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer TableBuffer { uint table_words[]; };
+// Texels: where software drivers load a storage buffer's words one invocation after the other, they gather those of texels.
+layout(set = 0, binding = 3) uniform usamplerBuffer table_words;
 layout(set = 0, binding = 4, scalar) COPPICE_CULL_ACCESS buffer CutBuffer { float cuts[]; };
 layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer { uint wood_list[]; };
 
@@ -28,7 +29,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Mat
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WoodVertexArray { WoodVertex at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafMeshVertexArray { LeafMeshVertex at[]; };
 
-#define COPPICE_TABLE_WORD(table, i) table_words[(table).first_word + (i)]
+#define COPPICE_TABLE_WORD(table, i) texelFetch(table_words, int((table).first_word + (i))).x
 #include "coppice_lod.h"
 
 vec3 rotate(vec4 quaternion, vec3 v) {

@@ -27,6 +27,7 @@ layout(set = 0, binding = 8, scalar) buffer WoodCommandBuffer { DrawCommand wood
 layout(set = 0, binding = 9, scalar) buffer CounterBuffer { Counters counters; };
 
 shared uint group_visible;
+shared uint group_leaves;  // of instances that go straight to the splats
 
 #ifndef COPPICE_RASTER
 bool sphere_in_view(vec3 center, float radius) {
@@ -86,13 +87,32 @@ const float kWoodlessThresholds = 5.0;
 // From this size on it is drawn by the hardware: the rasteriser lights whole triangles, which a trunk of many pixels shows.
 const float kFacetedWood_px = 400.0;
 
+// What select() wants of an invocation's instance, appended by main() for all of them together.
+const uint kNothing = 0xffffffffu;
+uint splat_item = kNothing, leaf_item = kNothing, wood_item = kNothing;
+uint visible_count = 0, leaf_sum = 0;
+
 void append_item(uint item) {
-  uint place = atomicAdd(rounds[push.round].items.count, 1);
-  atomicMax(rounds[push.round].items.groups[0], min(place / push.lanes + 1, kMaxDispatchGroups));
-  items[place] = item;
+  uvec4 which = subgroupBallot(item != kNothing);
+  uint count = subgroupBallotBitCount(which);
+  if (count == 0) return;
+  uint first = 0;
+  if (subgroupElect()) {
+    first = atomicAdd(rounds[push.round].items.count, count);
+    atomicMax(rounds[push.round].items.groups[0], min((first + count - 1) / push.lanes + 1, kMaxDispatchGroups));
+  }
+  uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
+  if (item != kNothing) items[place] = item;
 }
 
-// Room in the round's work lists for the clusters of a list.
+void append_items() {
+  append_splats(splat_item != kNothing, splat_item, 0);
+  append_item(leaf_item);
+  append_item(wood_item);
+  splat_item = leaf_item = wood_item = kNothing;
+}
+
+// Room in the round's work lists for the clusters of a list. For one of each instance there is room besides.
 bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved, cluster_count) + cluster_count <= kWorkClusters; }
 
 // Mean leaves of so many thresholds, up to so many times push.split_px, are still rasterised.
@@ -116,17 +136,17 @@ bool raster_leaves(Instance instance, uint slot, float cut, float distance_m) {
   // A raised threshold makes leaves larger everywhere; those of far plants have no texture to show for it.
   float split_px = clamp(kSplitThresholds * view.error_px, push.split_px, kSplitFactor * push.split_px);
   if (leaf_px > split_px || isnan(leaf_px)) return false;
-  if (!reserve(list.cluster_count) && level > kOneClusterLevel) {
+  if (list.cluster_count > 1 && level > kOneClusterLevel && !reserve(list.cluster_count)) {
     level = kOneClusterLevel;
     list = lists[instance.plant * kRasterLists + level];
   }
   uint item = slot | level << kSlotBits;
   // What is one cluster has been culled with the instance.
   if (list.cluster_count == 1 && list.grain_m * instance.scale * view.focal_px < push.splat_px * max(distance_m, view.near_m)) {
-    append_splats(item, 0);
-    add_64(0, list.leaf_count);
+    splat_item = item;
+    leaf_sum += list.leaf_count;
   } else {
-    append_item(item);
+    leaf_item = item;
   }
   return true;
 }
@@ -136,7 +156,7 @@ bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) {
   if (size_px >= kFacetedWood_px || wood_lod == kMaxWoodLods || (raster_plants[instance.plant].wood_mask >> wood_lod & 1u) == 0) return false;
   uint list = kRasterLevels + wood_lod;
   if (size_px > kWoodlessThresholds * view.error_px && reserve(lists[instance.plant * kRasterLists + list].cluster_count))
-    append_item(slot | list << kSlotBits);
+    wood_item = slot | list << kSlotBits;
   return true;
 }
 #endif
@@ -202,7 +222,7 @@ void select(uint slot) {
   float raster_cut = min(coppice_leaf_count(table, size_px, threshold_px), float(plant.resident_leaf_count));
   bool rasterised = raster_leaves(instance, slot, raster_cut, distance_m);
   bool wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
-  atomicAdd(group_visible, 1);
+  ++visible_count;
   if (kDebugged != 0 && rasterised)
     show_debug_color(slot, plant, table, Shown(true, false, float(raster_leaf_count(instance, slot)), size_px));
   if (rasterised && wood_rasterised) return;
@@ -242,17 +262,21 @@ void select(uint slot) {
 }
 
 void main() {
-  if (gl_LocalInvocationIndex == 0) group_visible = 0;
+  if (gl_LocalInvocationIndex == 0) group_visible = group_leaves = 0;
   barrier();
 #ifdef COPPICE_RASTER
   uint block_count = rounds[push.round].blocks.count;
   for (uint i = gl_WorkGroupID.x; i < block_count; i += gl_NumWorkGroups.x) {
     uint slot = visible_blocks[i] * kBlockSlots + gl_LocalInvocationIndex;
     if (slot < view.instance_slot_count) select(slot);
+    append_items();
   }
+  atomicAdd(group_visible, visible_count);
+  atomicAdd(group_leaves, leaf_sum);
 #else
   if (gl_GlobalInvocationID.x < view.instance_slot_count) select(gl_GlobalInvocationID.x);
 #endif
   barrier();
   if (gl_LocalInvocationIndex == 0 && group_visible > 0) atomicAdd(counters.visible_instances, group_visible);
+  if (gl_LocalInvocationIndex == 0 && group_leaves > 0) add_64(0, group_leaves);
 }

@@ -21,6 +21,20 @@ void add_count(uint word, uint value) {
   }
 }
 
+void append_leaves(bool some, uint item, uint cluster) {
+  uvec4 which = subgroupBallot(some);
+  uint count = subgroupBallotBitCount(which);
+  if (count == 0) return;
+  uint first = 0;
+  if (subgroupElect()) {
+    first = atomicAdd(rounds[push.round].work.count, count);
+    atomicMax(rounds[push.round].work.groups[0], min((min(first + count, push.work_capacity) - 1) / kWorkPerGroup + 1, kMaxDispatchGroups));
+    if (first == 0) wake_tiles();
+  }
+  uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
+  if (some && place < push.work_capacity) work_items[place] = uvec2(item, cluster);
+}
+
 void expand(uint item) {
   uint slot = slot_of(item);
   Instance instance = instances[slot];
@@ -32,20 +46,13 @@ void expand(uint item) {
     RasterCluster cluster = RasterClusterArray(list.clusters).at[i];
     vec3 center = world_from_object(instance, cluster.center);
     float radius_m = instance.scale * cluster.radius_m;
-    bool hidden = !sphere_in_view(center, radius_m);
-    if (!hidden && push.round > 0) hidden = occluded(center, radius_m);
-    if (hidden) continue;
+    bool seen = sphere_in_view(center, radius_m);
+    if (seen && push.round > 0) seen = !occluded(center, radius_m);
     float nearest_m = max(distance(center, view.camera_position) - radius_m, view.near_m);
-    if (cluster.grain_m * instance.scale * view.focal_px < splat_px * nearest_m) {
-      append_splats(item, i);
-    } else {
-      uint place = atomicAdd(rounds[push.round].work.count, 1);
-      if (place >= push.work_capacity) break;
-      atomicMax(rounds[push.round].work.groups[0], min(place / kWorkPerGroup + 1, kMaxDispatchGroups));
-      work_items[place] = uvec2(item, i);
-      if (place == 0) wake_tiles();
-    }
-    drawn += cluster.leaf_count;
+    bool small = cluster.grain_m * instance.scale * view.focal_px < splat_px * nearest_m;
+    append_splats(seen && small, item, i);
+    append_leaves(seen && !small, item, i);
+    if (seen) drawn += cluster.leaf_count;
   }
   if (drawn > 0) add_count(list_of(item) < kRasterLevels ? 0 : 1, drawn);
 }

@@ -2,6 +2,8 @@
 // A pixel of the picture is two words: the leaf's radiance, then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the
 // larger one is the nearer leaf.
 
+#extension GL_KHR_shader_subgroup_ballot : require
+
 #include "raster_shared.h"
 
 layout(set = 1, binding = 0, scalar) buffer PictureBuffer { uint picture[]; };
@@ -47,12 +49,20 @@ void wake_tiles() {
   rounds[push.round].other_tiles.groups[0] = (last.z + last.x * last.y - finest_count + push.lanes - 1) / push.lanes;
 }
 
-void append_splats(uint item, uint cluster) {
-  uint place = atomicAdd(rounds[push.round].splats.count, 1);
-  if (place >= push.work_capacity) return;
-  atomicMax(rounds[push.round].splats.groups[0], min(place / push.lanes + 1, kMaxDispatchGroups));
-  splat_items[place] = uvec2(item, cluster);
-  if (place == 0) wake_tiles();
+// Appending: an atomic takes places for all invocations of a subgroup that have something. One each, and cores wait for each other.
+// some: whether this invocation has
+void append_splats(bool some, uint item, uint cluster) {
+  uvec4 which = subgroupBallot(some);
+  uint count = subgroupBallotBitCount(which);
+  if (count == 0) return;
+  uint first = 0;
+  if (subgroupElect()) {
+    first = atomicAdd(rounds[push.round].splats.count, count);
+    atomicMax(rounds[push.round].splats.groups[0], min((min(first + count, push.work_capacity) - 1) / push.lanes + 1, kMaxDispatchGroups));
+    if (first == 0) wake_tiles();
+  }
+  uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
+  if (some && place < push.work_capacity) splat_items[place] = uvec2(item, cluster);
 }
 
 uint slot_of(uint item) { return item & (kRasterMaxInstances - 1u); }

@@ -113,8 +113,11 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   if (desc.max_instances > kRasterMaxInstances)
     return Error{Status::unsupported, "max_instances beyond what the compute rasteriser names", Error::kNoOffset,
                  std::to_string(desc.max_instances)};
-  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBindingCount - 1 + kStorageCount)
+  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBindingCount - 2 + kStorageCount)
     return Error{Status::unsupported, "too few storage buffers in a stage for the compute rasteriser"};
+  constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
+  if ((subgroup.supportedOperations & kNeeded) != kNeeded || !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
+    return Error{Status::unsupported, "no subgroup ballots for the compute rasteriser"};
   std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, desc));
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);

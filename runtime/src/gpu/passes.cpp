@@ -29,9 +29,11 @@ Result<VkDescriptorSetLayout> create_set_layout(Device& device, std::span<const 
 constexpr std::uint32_t kFirstCullBinding = 6;
 constexpr VkShaderStageFlags kAllStages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// The view is a uniform buffer, all else storage buffers.
+/// The view is a uniform buffer, the tables are texels, all else storage buffers.
+constexpr std::uint32_t kViewBinding = 0, kTableBinding = 3;
 VkDescriptorType frame_binding_type(std::uint32_t binding) {
-  return binding == 0 ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+  if (binding == kViewBinding) return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+  return binding == kTableBinding ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 }
 
 Result<void> create_layouts(Device& device, Passes& passes) {
@@ -240,20 +242,22 @@ void destroy_passes(Device& device, Passes& passes) {
   passes = {};
 }
 
-Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const std::array<VkBuffer, kFrameBindingCount>& buffers) {
-  constexpr std::array<VkDescriptorPoolSize, 2> kSizes{
-      {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1}, {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kFrameBindingCount - 1}}};
+Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const std::array<const Buffer*, kFrameBindingCount>& buffers) {
+  constexpr std::array<VkDescriptorPoolSize, 3> kSizes{{{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1},
+                                                        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1},
+                                                        {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kFrameBindingCount - 2}}};
   COPPICE_TRY(allocated, allocate_set(device, passes.frame_set_layout, kSizes));
   std::array<VkDescriptorBufferInfo, kFrameBindingCount> infos{};
   std::array<VkWriteDescriptorSet, kFrameBindingCount> writes{};
   for (std::uint32_t i = 0; i < kFrameBindingCount; ++i) {
-    infos[i] = {.buffer = buffers[i], .range = VK_WHOLE_SIZE};
+    infos[i] = {.buffer = buffers[i]->buffer, .range = VK_WHOLE_SIZE};
     writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
                  .dstSet = allocated.set,
                  .dstBinding = i,
                  .descriptorCount = 1,
                  .descriptorType = frame_binding_type(i),
-                 .pBufferInfo = &infos[i]};
+                 .pBufferInfo = &infos[i],
+                 .pTexelBufferView = &buffers[i]->texels};
   }
   device.vk.vkUpdateDescriptorSets(device.device, kFrameBindingCount, writes.data(), 0, nullptr);
   return allocated;

@@ -53,7 +53,7 @@ struct DescriptorSet {
 };
 
 /// A pool with one set 0, written. buffers: in binding order
-Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const std::array<VkBuffer, kFrameBindingCount>& buffers);
+Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const std::array<const Buffer*, kFrameBindingCount>& buffers);
 /// A pool with one set 1, written.
 Result<DescriptorSet> create_texture_set(Device& device, const Passes& passes, VkImageView view);
 

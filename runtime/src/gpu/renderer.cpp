@@ -101,7 +101,8 @@ Result<void> Renderer::create_fixed_buffers() {
       {&fixed_.view, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
       {&fixed_.instances, instances * sizeof(Instance), kStorage},
       {&fixed_.plants, plants * sizeof(Plant), kStorage},
-      {&fixed_.tables, plants * kTableStride * sizeof(std::uint32_t), kStorage},
+      {&fixed_.tables, plants * kTableStride * sizeof(std::uint32_t),
+       VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
       {&fixed_.cuts, instances * sizeof(float), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
       {&fixed_.leaf_counts, plants * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
       {&fixed_.wood_commands, plants * (kMaxWoodLods + kMaxLeafMeshes) * sizeof(DrawCommand),
@@ -143,9 +144,8 @@ Result<void> Renderer::grow(Buffer& buffer, std::uint64_t bytes) {
 
 Result<void> Renderer::rebuild_frame_set() {
   COPPICE_TRY(set, create_frame_set(device_, passes_,
-                                    {fixed_.view.buffer, fixed_.instances.buffer, fixed_.plants.buffer, fixed_.tables.buffer,
-                                     fixed_.cuts.buffer, wood_list_.buffer, leaf_commands_.buffer, fixed_.leaf_counts.buffer,
-                                     fixed_.wood_commands.buffer, fixed_.counters.buffer}));
+                                    {&fixed_.view, &fixed_.instances, &fixed_.plants, &fixed_.tables, &fixed_.cuts, &wood_list_,
+                                     &leaf_commands_, &fixed_.leaf_counts, &fixed_.wood_commands, &fixed_.counters}));
   if (frame_set_.pool != VK_NULL_HANDLE) garbage_.retire(frame_, frame_set_.pool);
   frame_set_ = set;
   frame_set_stale_ = false;

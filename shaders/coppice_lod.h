@@ -6,8 +6,8 @@
 //
 // A shader that includes this file defines first
 //     #define COPPICE_TABLE_WORD(table, i)  uint: word i of the plant's packed table, e.g. tables.words[(table).first_word + (i)]
-// The packed table is, in 32-bit words: uint leaf_counts[L] | float sizes_px[S] | float error_px[L][S] | uint wood_triangles[W] |
-// float leaf_mesh_error_px[S], 0 for a plant without leaf meshes.
+// The packed table is, in 32-bit words: uint leaf_counts[L] | float sizes_px[S] | float error_px[L][S] | float leaf_mesh_error_px[S], 0 for
+// a plant without leaf meshes | float wood_error_px[W][S].
 
 #ifndef COPPICE_LOD_H
 #define COPPICE_LOD_H
@@ -69,8 +69,8 @@ struct CoppiceTable {
 
 /// An instance's threshold differs from the global one by up to this share, so that a ring of plants does not switch in one frame.
 COPPICE_CONST float kCoppiceThresholdSpread = 0.06f;
-/// A wood triangle may cover about this many squares of the threshold: see coppice_wood_error_px.
-COPPICE_CONST float kCoppiceWoodTrianglesPerSquare = 0.25f;
+/// The share of an instance's threshold that its wood may take: half the squared error, so that a trunk does not break up before its crown.
+COPPICE_CONST float kCoppiceWoodThresholdShare = 0.7f;
 /// node_split of a node that is never split.
 COPPICE_CONST uint kCoppiceNoSplit = 0xffffffffu;
 
@@ -86,13 +86,12 @@ COPPICE_FN float coppice_table_size_px(CoppiceTable table, uint i) {
 COPPICE_FN float coppice_table_error_px(CoppiceTable table, uint level, uint i) {
   return uintBitsToFloat(COPPICE_TABLE_WORD(table, table.level_count + table.size_count + level * table.size_count + i));
 }
-COPPICE_FN uint coppice_table_wood_triangles(CoppiceTable table, uint lod) {
-  return COPPICE_TABLE_WORD(table, table.level_count + table.size_count + table.level_count * table.size_count + lod);
-}
-
 COPPICE_FN float coppice_table_leaf_mesh_error_px(CoppiceTable table, uint i) {
-  return uintBitsToFloat(
-      COPPICE_TABLE_WORD(table, table.level_count + table.size_count + table.level_count * table.size_count + table.wood_lod_count + i));
+  return uintBitsToFloat(COPPICE_TABLE_WORD(table, table.level_count + table.size_count + table.level_count * table.size_count + i));
+}
+COPPICE_FN float coppice_table_wood_error_px(CoppiceTable table, uint lod, uint i) {
+  uint levels = table.level_count + 2u + lod;
+  return uintBitsToFloat(COPPICE_TABLE_WORD(table, table.level_count + levels * table.size_count + i));
 }
 
 /// Projected diameter, px, of a sphere of radius_m whose centre is distance_m from the eye. The distance, not the depth: turning the head
@@ -234,17 +233,21 @@ COPPICE_FN bool coppice_node_alive(uint node, uint node_split, uint leaf_count) 
   return node < 2u * leaf_count - 1u && node_split >= leaf_count - 1u;
 }
 
-/// Error, px, of a wood LoD. Not measured yet: the side of a triangle when the LoD's triangles share out the sphere's square,
-/// size * sqrt(k / triangles), in the unit of the leaves' error, so that both follow one threshold.
+/// Error, px, of a wood LoD against the finest.
+COPPICE_FN float coppice_wood_lod_error_px(CoppiceTable table, uint lod, CoppiceColumn column) {
+  float error = coppice_table_wood_error_px(table, lod, column.i);
+  if (column.t > 0.0f) error += (coppice_table_wood_error_px(table, lod, column.i + 1u) - error) * column.t;
+  return error * column.scale;
+}
 COPPICE_FN float coppice_wood_error_px(CoppiceTable table, uint lod, float size_px) {
-  float triangles = max(float(coppice_table_wood_triangles(table, lod)), 1.0f);
-  return size_px * exp2(0.5f * log2(kCoppiceWoodTrianglesPerSquare / triangles));
+  return coppice_wood_lod_error_px(table, lod, coppice_column(table, size_px));
 }
 
-/// The coarsest wood LoD whose error is at most the threshold; 0, the finest, where there is none. wood_lod_count must be > 0.
+/// The coarsest wood LoD whose error is at most its share of the threshold; 0, the finest, where there is none. wood_lod_count must be > 0.
 COPPICE_FN uint coppice_wood_lod(CoppiceTable table, float size_px, float threshold_px) {
+  CoppiceColumn column = coppice_column(table, size_px);
   uint lod = table.wood_lod_count - 1u;
-  while (lod > 0u && coppice_wood_error_px(table, lod, size_px) > threshold_px) lod = lod - 1u;
+  while (lod > 0u && coppice_wood_lod_error_px(table, lod, column) > kCoppiceWoodThresholdShare * threshold_px) lod = lod - 1u;
   return lod;
 }
 

@@ -56,8 +56,8 @@ const float kMaxCrownDepth = 8.0f;
 const float kMaxCrownSlope = 2.0f;
 // How far a leaf that stands for a whole crown is open to the sky.
 const float kBulkSky = 0.8f;
-// Words of the buffer of packed tables (see coppice_lod.h) that belong to one plant: 32 levels, 16 sizes, 8 wood LoDs.
-const uint kTableStride = 32 + 16 + 32 * 16 + 8 + 16;
+// Words of the buffer of packed tables (see coppice_lod.h) that belong to one plant: 32 levels, 16 sizes, leaf meshes, 8 wood LoDs.
+const uint kTableStride = 32 + 16 + (32 + 1 + 8) * 16;
 
 // A leaf quad. Corner i is (x, y, z), three unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
 struct Node {

@@ -14,7 +14,9 @@
 #include "error_table.h"
 #include "leaf_cards.h"
 #include "leaf_mesh_parts.h"
+#include "mesh_error.h"
 #include "replay.h"
+#include "texture_regions.h"
 #include "tree_order.h"
 #include "wood_lods.h"
 
@@ -96,6 +98,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
 
   progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
+  cut_texture_regions(plant);
   COPPICE_TRY(foliage, foliage_of(plant));
   COPPICE_TRY(views, viewpoints(options.view_count > 0 ? options.view_count : metric_view_count(options.metric, foliage.leaf_count())));
   report.source_leaves = static_cast<std::uint32_t>(plant.leaves.size());

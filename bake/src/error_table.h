@@ -10,20 +10,11 @@ namespace coppice::bake {
 /// Bounds of a plant: sphere about the centre of the box of leaf quads, wood and leaf meshes.
 Sphere plant_sphere(const Foliage& foliage, const Mesh& wood, const LeafMeshes& leaf_meshes = {});
 
-/// The six viewpoints the table is measured from: spread over the sphere, and turned so that no set of viewpoints() holds one of them.
-std::vector<Viewpoint> error_table_viewpoints();
-
 /// Renders about 24 cuts of the tree and the source at 512 px from six viewpoints that the collapse did not use, box-filters both down to
 /// each size, and tabulates the error in pixels: size_px * rmse / 255 of luminance over the image (ARCHITECTURE.md, "Error
 /// table"). Made monotone by a running maximum from the finest level down. Parallel over views; the result does not depend on it.
 /// plant   tree, card_table, materials, images and sphere are read
 /// errors  invalid_argument: a material names an image that is not there
 Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFunction& progress);
-
-/// Error of all quads against the leaf meshes, px, at the table's sizes: the same views, light and unit, but both in the colours that their
-/// images show there, from the mip level whose texels are about a pixel. Made not falling by a running maximum from the smallest size up.
-/// plant   tree, card_table, materials, images, leaf_meshes (with parts) and sphere are read
-/// errors  invalid_argument: a material names an image that is not there
-Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant);
 
 }  // namespace coppice::bake

@@ -68,6 +68,7 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
   summary.error_leaf_counts = std::move(file.error_leaf_counts);
   summary.error_sizes_px = std::move(file.error_sizes_px);
   summary.error_px = std::move(file.error_px);
+  summary.wood_error_px = std::move(file.wood_error_px);
   return summary;
 }
 

@@ -48,6 +48,7 @@ struct FileSummary {
     std::uint64_t bytes = 0;
   };
   std::vector<LeafMesh> leaf_meshes;      ///< one a chunk; none: nothing is finer than the quads
+  std::vector<float> wood_error_px;       ///< [wood LoDs * sizes] of each against the finest
   std::vector<float> leaf_mesh_error_px;  ///< [sizes] of all quads against them; empty without
 };
 

@@ -6,6 +6,7 @@
 
 #include <glm/common.hpp>
 
+#include "mesh_error.h"
 #include "page_encode.h"
 #include "quantised_tree.h"
 #include "reader.h"
@@ -122,16 +123,18 @@ void set_wood(std::size_t lod, EncodedWood wood, FileContents& contents) {
 /// The first read, as far as it is known without the coarsest wood.
 std::uint64_t first_read_without_wood(const FileContents& contents, std::size_t texture_count) {
   const std::size_t chunk_count = 5 + contents.pages.size() + COPPICE_MAX_WOOD_LODS + texture_count + contents.leaf_meshes.size();
-  const std::size_t error_count =
-      contents.error_leaf_counts.size() + contents.error_sizes_px.size() + contents.error_px.size() + contents.leaf_mesh_error_px.size();
+  const std::size_t error_count = contents.error_leaf_counts.size() + contents.error_sizes_px.size() + contents.error_px.size() +
+                                  contents.leaf_mesh_error_px.size() + COPPICE_MAX_WOOD_LODS * contents.error_sizes_px.size();
   return sizeof(coppice_file_header) + chunk_count * sizeof(coppice_file_chunk) + sizeof(coppice_file_plant) +
          contents.materials.size() * sizeof(coppice_file_material) + contents.cards.size() * sizeof(coppice_file_card) +
          contents.leaf_mesh_counts.size() * sizeof(coppice_file_leaf_mesh) + error_count * sizeof(float) +
          (contents.pages.empty() ? 0 : contents.pages.front().size());
 }
 
-/// Wood that takes more than is left of the first read gets another LoD that does not, unless nothing can be had in so little.
-Result<void> fit_coarsest_wood(const BakedPlant& plant, Mesh coarsest, FileContents& contents) {
+/// Wood that takes more than is left of the first read gets another LoD that does not, unless nothing can be had in so little. Without
+/// triangles: none was needed.
+Result<Mesh> fit_coarsest_wood(const BakedPlant& plant, Mesh coarsest, FileContents& contents) {
+  Mesh fitted;
   const std::uint64_t others = first_read_without_wood(contents, plant.images.size());
   const std::size_t last = std::min<std::size_t>(contents.wood.size(), COPPICE_MAX_WOOD_LODS - 1);
   while (others + contents.wood.back().size() > COPPICE_FIRST_READ_BYTES) {
@@ -140,22 +143,33 @@ Result<void> fit_coarsest_wood(const BakedPlant& plant, Mesh coarsest, FileConte
     COPPICE_TRY(wood, encode_wood(halved, static_cast<std::uint32_t>(plant.materials.size())));
     if (wood.bytes.empty()) break;
     set_wood(last, std::move(wood), contents);
-    coarsest = std::move(halved);
+    coarsest = fitted = std::move(halved);
   }
-  return {};
+  return fitted;
 }
 
 Result<void> add_wood(const BakedPlant& plant, FileContents& contents) {
-  const Mesh* coarsest = nullptr;
+  std::vector<const Mesh*> lods;
   for (const Mesh& lod : plant.wood.lods) {
     COPPICE_TRY(wood, encode_wood(lod, static_cast<std::uint32_t>(plant.materials.size())));
     if (wood.bytes.empty()) continue;
     if (contents.wood.size() == COPPICE_MAX_WOOD_LODS) return Error{Status::invalid_argument, "pack: over COPPICE_MAX_WOOD_LODS"};
     set_wood(contents.wood.size(), std::move(wood), contents);
-    coarsest = &lod;
+    lods.push_back(&lod);
   }
-  if (coarsest == nullptr) return {};
-  return fit_coarsest_wood(plant, *coarsest, contents);
+  if (lods.empty()) return {};
+  COPPICE_TRY(fitted, fit_coarsest_wood(plant, *lods.back(), contents));
+  if (!fitted.indices.empty()) {
+    lods.resize(contents.wood.size() - 1);
+    lods.push_back(&fitted);
+  }
+  if (plant.wood.error_px.size() == lods.size() * plant.errors.sizes_px.size() && fitted.indices.empty()) {
+    contents.wood_error_px = plant.wood.error_px;
+    return {};
+  }
+  COPPICE_TRY(error_px, measure_wood_error(plant, lods));
+  contents.wood_error_px = std::move(error_px);
+  return {};
 }
 
 Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileContents& contents) {

@@ -121,6 +121,7 @@ struct ErrorTable {
 /// Wood, finest first.
 struct WoodLods {
   std::vector<Mesh> lods;
+  std::vector<float> error_px;  ///< [lods * sizes] of each against the finest, at ErrorTable::sizes_px; not falling down a column
 };
 
 /// Whole leaves as they were modelled: what one LEAF_MESH chunk holds.

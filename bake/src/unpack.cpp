@@ -215,6 +215,7 @@ Result<BakedPlant> unpack(Bytes bytes) {
     COPPICE_TRY(mesh, read_wood(file, bytes, lod));
     plant.wood.lods.push_back(std::move(mesh));
   }
+  plant.wood.error_px = file.wood_error_px;
   for (std::uint32_t texture = 0; texture < file.plant.texture_count; ++texture) {
     COPPICE_TRY(image, read_image(file, bytes, texture));
     plant.images.push_back(std::move(image));

@@ -33,7 +33,9 @@ constexpr std::size_t kTubeTriangles = 6;
 // Edge collapse that leaves more than this many times what was asked for has stalled; the coarsest clustering that keeps this share of the
 // piece's area may take its place, if it leaves fewer.
 constexpr std::size_t kStalled = 2;
-constexpr double kLeastClusteredArea = 0.45;
+constexpr double kLeastClusteredArea = 0.7;
+// A piece is squeezed to no less than this share of its length, so that its cells stay some vertices long.
+constexpr double kLeastSqueeze = 0.01;
 // Pieces that will not go below their share may make a LoD this much larger than asked for; beyond that the lighter ones are left out.
 constexpr double kOverdraw = 1.25;
 // A LoD with more than this share of the one before is not worth its bytes.
@@ -49,6 +51,7 @@ struct Piece {
   Indices vertices;                  ///< in the source mesh
   std::vector<glm::vec3> positions;  ///< of those
   Indices indices;                   ///< into `vertices`
+  std::vector<glm::vec3> squeezed;   ///< the positions, along the piece's length as much drawn together as it is longer than thick
   double area_m2 = 0.0;
   double weight = 0.0;  ///< how much it matters from afar: area times girth
   [[nodiscard]] std::size_t triangle_count() const { return indices.size() / 3; }
@@ -61,6 +64,57 @@ double area_m2(const std::vector<glm::vec3>& positions, const Indices& indices) 
     area += 0.5 * glm::length(glm::cross(b - a, c - a));
   }
   return area;
+}
+
+/// Where the piece's area is, how much of it, and how it spreads.
+struct Spread {
+  glm::dvec3 center{0.0};
+  glm::dvec3 along{0.0, 1.0, 0.0};  ///< the direction it spreads most in
+  double slenderness = 1.0;         ///< spread across, by spread along
+};
+
+Spread spread_of(const Piece& piece) {
+  std::vector<std::pair<glm::dvec3, double>> samples;  // centre and area of each triangle
+  Spread spread;
+  double area = 0.0;
+  for (std::size_t i = 0; i < piece.indices.size(); i += 3) {
+    const auto corner = [&](std::size_t k) { return glm::dvec3(piece.positions[piece.indices[i + k]]); };
+    const glm::dvec3 a = corner(0), b = corner(1), c = corner(2);
+    samples.emplace_back((a + b + c) / 3.0, 0.5 * glm::length(glm::cross(b - a, c - a)));
+    spread.center += samples.back().first * samples.back().second;
+    area += samples.back().second;
+  }
+  if (!(area > 0.0)) return spread;
+  spread.center /= area;
+  // Power iteration on the covariance, from a direction that no axis is across.
+  constexpr int kIterations = 50;
+  glm::dvec3 along = glm::normalize(glm::dvec3(0.3, 1.0, 0.2));
+  for (int i = 0; i < kIterations; ++i) {
+    glm::dvec3 next(0.0);
+    for (const auto& [point, weight] : samples) next += weight * glm::dot(point - spread.center, along) * (point - spread.center);
+    if (!(glm::length(next) > 0.0)) return spread;
+    along = glm::normalize(next);
+  }
+  double squares_along = 0.0, squares = 0.0;
+  for (const auto& [point, weight] : samples) {
+    const glm::dvec3 arm = point - spread.center;
+    squares += weight * glm::dot(arm, arm);
+    squares_along += weight * glm::dot(arm, along) * glm::dot(arm, along);
+  }
+  spread.along = along;
+  spread.slenderness = std::sqrt(std::max(squares - squares_along, 0.0) / (2.0 * squares_along));
+  return spread;
+}
+
+/// Cells of a clustering are cubes: in the plant's proportions they are longer than a trunk is thick long before they are as long as its
+/// sections. Squeezed, a tube of a few sections is a few cells.
+void squeeze(Piece& piece) {
+  const Spread spread = spread_of(piece);
+  const double factor = std::clamp(spread.slenderness, kLeastSqueeze, 1.0);
+  for (const glm::vec3& position : piece.positions) {
+    const glm::dvec3 arm = glm::dvec3(position) - spread.center;
+    piece.squeezed.emplace_back(arm + spread.along * (glm::dot(arm, spread.along) * (factor - 1.0)));
+  }
 }
 
 /// By area alone, the short pieces of coffee.glb's trunk come after its long thin boughs. The girth of a tube is its area by its length.
@@ -113,26 +167,28 @@ Indices collapse_edges(const Piece& piece, std::size_t target_count) {
 
 Indices cluster_vertices(const Piece& piece, std::size_t target_count) {
   Indices result(piece.indices.size());
-  result.resize(meshopt_simplifySloppy(result.data(), piece.indices.data(), piece.indices.size(), &piece.positions[0].x,
-                                       piece.positions.size(), sizeof(glm::vec3), 3 * target_count, kAnyError, nullptr));
+  result.resize(meshopt_simplifySloppy(result.data(), piece.indices.data(), piece.indices.size(), &piece.squeezed[0].x,
+                                       piece.squeezed.size(), sizeof(glm::vec3), 3 * target_count, kAnyError, nullptr));
   return result;
 }
 
 /// The piece's triangles, about target_count of them or as few as it can be had in, as vertices of the source. Never none.
-Indices simplify_piece(const Piece& piece, std::size_t target_count) {
+Indices simplify_piece(Piece& piece, std::size_t target_count) {
   Indices simplified = piece.indices;
   if (target_count < piece.triangle_count()) {
     Indices collapsed = collapse_edges(piece, target_count);
     if (!collapsed.empty()) simplified = std::move(collapsed);
   }
   const std::size_t collapsed_count = simplified.size() / 3;
-  if (collapsed_count > kStalled * target_count)
+  if (collapsed_count > kStalled * target_count) {
+    if (piece.squeezed.empty()) squeeze(piece);
     for (std::size_t count = target_count; count < collapsed_count; count *= 2) {
       Indices clustered = cluster_vertices(piece, count);
       if (clustered.empty() || area_m2(piece.positions, clustered) < kLeastClusteredArea * piece.area_m2) continue;
       if (clustered.size() < simplified.size()) simplified = std::move(clustered);
       break;
     }
+  }
   for (std::uint32_t& index : simplified) index = piece.vertices[index];
   return simplified;
 }
@@ -142,7 +198,7 @@ using Parts = std::map<std::uint32_t, Indices>;
 
 /// About target_count triangles: half of them for as many of the weightiest pieces as can be prisms, half shared among those by area. The
 /// weightiest piece of each material stays in any case.
-Parts simplify_pieces(const std::vector<Piece>& pieces, std::size_t target_count) {
+Parts simplify_pieces(std::vector<Piece>& pieces, std::size_t target_count) {
   const std::size_t kept_count = std::clamp<std::size_t>(target_count / (2 * kTubeTriangles), 1, pieces.size());
   double kept_m2 = 0.0;
   for (std::size_t i = 0; i < kept_count; ++i) kept_m2 += pieces[i].area_m2;
@@ -209,7 +265,7 @@ Mesh halve_wood(const Mesh& wood) {
 WoodLods simplify_wood(const Mesh& wood) {
   WoodLods chain;
   if (wood.indices.empty()) return chain;
-  const std::vector<Piece> pieces = split_pieces(wood);
+  std::vector<Piece> pieces = split_pieces(wood);
   chain.lods.push_back(merge(wood, split_by_material(wood)));
   std::size_t target_count = wood.triangle_materials.size() / kReduction;
   while (chain.lods.size() < kMaxLods && chain.lods.back().triangle_materials.size() > kLeastTriangles) {

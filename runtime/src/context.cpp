@@ -184,8 +184,7 @@ void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
   info.page_count = file.plant.page_count;
   info.resident_page_count = state.resident_page_count;
   info.wood_lod_count = file.plant.wood_lod_count;
-  const std::span<const std::uint32_t> words = streamer_->lod_words(slot);
-  info.wood_triangle_count = file.plant.wood_lod_count == 0 ? 0 : lod::coppice_table_wood_triangles(lod_table(file, words), 0);
+  info.wood_triangle_count = file.plant.wood_triangle_counts[0];
   std::copy_n(file.plant.sphere_center, 3, info.sphere_center);
   info.sphere_radius = file.plant.sphere_radius;
   info.file_bytes = file.header.file_bytes;

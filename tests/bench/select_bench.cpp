@@ -21,7 +21,8 @@ PlantFile table_file() {
   for (std::uint32_t m : file.error_leaf_counts)
     for (float size : file.error_sizes_px) file.error_px.push_back(0.4f * size / std::sqrt(static_cast<float>(m)));
   file.plant.wood_lod_count = 4;
-  for (std::uint32_t i = 0; i < 4; ++i) file.plant.wood_triangle_counts[i] = 20000u >> (2 * i);
+  for (std::uint32_t i = 0; i < 4; ++i)
+    for (const float size : file.error_sizes_px) file.wood_error_px.push_back(0.02f * static_cast<float>(i) * size);
   return file;
 }
 

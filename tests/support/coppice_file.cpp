@@ -189,6 +189,9 @@ void damage_tables(Damage& damage, const Bytes& good) {
   damage.set("error_sizes", "error table sizes_px", sizes, -1.0f);
   damage.set("error_negative", "error table error_px", values, -1.0f);
   damage.set("error_grows", "error table error_px", values + 4 * front.error_sizes_px.size(), 1e9f);
+  const std::size_t wood_values = values + 4 * front.error_px.size();
+  damage.set("wood_error_nan", "error table wood_error_px", wood_values, std::uint32_t{0x7fc00000});
+  damage.set("wood_error_falls", "error table wood_error_px", wood_values + 4 * front.error_sizes_px.size(), -1.0f);
 }
 
 void damage_chunks(Damage& damage, const Bytes& good) {
@@ -224,6 +227,7 @@ Bytes with_splits(const Bytes& good, std::uint32_t first_split, const std::funct
   contents.error_leaf_counts = front.error_leaf_counts;
   contents.error_sizes_px = front.error_sizes_px;
   contents.error_px = front.error_px;
+  contents.wood_error_px = front.wood_error_px;
   const auto chunk_bytes = [&](coppice_chunk_kind kind, std::uint32_t index) {
     const coppice_file_chunk& chunk = *find_chunk(front, kind, index);
     const auto first = good.begin() + static_cast<std::ptrdiff_t>(chunk.offset);

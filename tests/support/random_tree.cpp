@@ -244,7 +244,10 @@ bake::BakedPlant random_plant(const RandomPlantOptions& options) {
     plant.materials.push_back({"leaf meshes", glm::vec4(1.0f), textured ? 1 : bake::kNone, textured ? 0.5f : 0.0f, 0.8f, true});
     if (textured) plant.images.push_back(disc_image(options.texture_side, random));
   }
-  for (std::uint32_t lod = 0; lod < options.wood_lod_count; ++lod) plant.wood.lods.push_back(tube(lod == 0 ? 8 : 4, lod == 0 ? 6 : 3, 1));
+  for (std::uint32_t lod = 0; lod < options.wood_lod_count; ++lod) {
+    plant.wood.lods.push_back(tube(lod == 0 ? 8 : 4, lod == 0 ? 6 : 3, 1));
+    for (const float size_px : plant.errors.sizes_px) plant.wood.error_px.push_back(size_px * 0.05f * static_cast<float>(lod + 1));
+  }
   for (const glm::vec3& vertex : plant.tree.vertices) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
   for (const bake::Mesh& lod : plant.wood.lods)
     for (const glm::vec3& vertex : lod.positions) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));

@@ -97,6 +97,7 @@ void fill_front(const bake::BakedPlant& baked, const Box& box, PlantFile& file) 
   file.error_px = baked.errors.error_px;
   plant.leaf_mesh_count = static_cast<std::uint16_t>(baked.leaf_meshes.parts.size());
   file.leaf_mesh_error_px = baked.leaf_meshes.error_px;
+  file.wood_error_px = baked.wood.error_px;
   for (std::size_t lod = 0; lod < baked.wood.lods.size(); ++lod)
     plant.wood_triangle_counts[lod] = static_cast<std::uint32_t>(baked.wood.lods[lod].triangle_materials.size());
 }

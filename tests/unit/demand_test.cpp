@@ -249,11 +249,10 @@ struct Plant {
   Plant() {
     file.plant.leaf_count = 1;
     file.error_leaf_counts = {1};
-    file.error_sizes_px = {100.0f};
-    file.error_px = {0.0f};
+    file.error_sizes_px = {10.0f, 100.0f};
+    file.error_px = {0.0f, 0.0f};
     file.plant.wood_lod_count = 2;
-    file.plant.wood_triangle_counts[0] = 1600;
-    file.plant.wood_triangle_counts[1] = 100;
+    file.wood_error_px = {0.125f, 1.25f, 0.5f, 5.0f};
     words = pack_lod_table(file);
     valued = {lod_table(file, words), 1, 1};
   }
@@ -269,8 +268,8 @@ TEST(ChunkValue, OfWoodIsTheVisibleErrorItRemovesPerByte) {
   EXPECT_EQ(wants.finest_wood, 0u);
   // Errors 10 and 2.5 px, both above the threshold.
   EXPECT_NEAR(wood_value(plant.valued, wants, demand, view, 0, 1000), 3.0f * 7.5f / 1000.0f, 1e-5f);
-  demand.max_size_px = 30.0f;
-  EXPECT_EQ(plant_wants(plant.valued, demand, view).finest_wood, 1u) << "1.5 px is good enough";
+  demand.max_size_px = 15.0f;
+  EXPECT_EQ(plant_wants(plant.valued, demand, view).finest_wood, 1u) << "1.3 px is good enough";
   EXPECT_EQ(wood_value(plant.valued, plant_wants(plant.valued, demand, view), demand, view, 0, 1000), 0.0f);
 }
 

@@ -1,4 +1,5 @@
 #include "error_table.h"
+#include "error_image.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -46,7 +47,7 @@ TEST(ErrorTable, ErrorIsTheSideOfTheSquareOfWrongPixels) {
   ASSERT_EQ(table->leaf_counts, (std::vector<std::uint32_t>{1, 2}));
   ASSERT_EQ(table->sizes_px.back(), 512.0f);
 
-  const auto buffers = render_item_buffers(foliage, {{}}, {}, error_table_viewpoints(), 512);
+  const auto buffers = render_item_buffers(foliage, {{}}, {}, error_viewpoints(), 512);
   ASSERT_TRUE(buffers) << buffers.error().message();
   const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
   double mean_area = 0.0;
@@ -98,7 +99,7 @@ TEST(ErrorTable, HolesOfTheAlphaMaskAreNoError) {
 TEST(ErrorTable, IsMeasuredFromViewsThatNoCollapseUses) {
   for (std::uint32_t count = 1; count <= 128; ++count)
     for (const Viewpoint& used : *viewpoints(count))
-      for (const Viewpoint& measured : error_table_viewpoints())
+      for (const Viewpoint& measured : error_viewpoints())
         ASSERT_LT(glm::dot(used.direction, measured.direction), 0.999999f) << count << " views: within a twelfth of a degree";
 }
 

@@ -11,8 +11,10 @@
 #include <glm/common.hpp>
 
 #include "coppice/format.h"
+#include "error_image.h"
 #include "error_table.h"
 #include "leaf_cards.h"
+#include "mesh_error.h"
 #include "pack.h"
 #include "random_tree.h"
 #include "reader.h"
@@ -259,7 +261,7 @@ TEST(LeafMeshError, IsTheSideOfTheSquareOfWrongPixels) {
   const auto error_px = measure_leaf_mesh_error(baked);
   ASSERT_TRUE(error_px) << error_px.error().message();
 
-  const auto buffers = render_item_buffers(quads, {{}}, {}, error_table_viewpoints(), 512);
+  const auto buffers = render_item_buffers(quads, {{}}, {}, error_viewpoints(), 512);
   ASSERT_TRUE(buffers) << buffers.error().message();
   const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
   double mean_area = 0.0;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "error_image.h"
 #include "inspect.h"
 #include "quantised_tree.h"
 #include "random_tree.h"
@@ -55,6 +56,8 @@ TEST(Pack, TheFirstPictureIsOneReadOf64KiB) {
   for (std::size_t lod_count : {std::size_t{1}, std::size_t{COPPICE_MAX_WOOD_LODS}}) {
     BakedPlant plant = random_plant({.leaf_count = 3000, .card_count = 200});
     plant.wood.lods.assign(lod_count, crumbs(20000));
+    plant.errors.sizes_px.assign(kErrorSizesPx.begin(), kErrorSizesPx.end());  // errors of another LoD are measured there
+    plant.errors.error_px.assign(plant.errors.leaf_counts.size() * kErrorSizesPx.size(), 0.0f);
     plant.sphere.radius = 10.0f;
     const auto file = packed(plant);
     const auto front = read_front(file, file.size());

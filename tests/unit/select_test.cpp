@@ -24,8 +24,7 @@ struct Table {
     file.error_sizes_px = {8.0f, 32.0f};
     file.error_px = {4.0f, 16.0f, 2.0f, 8.0f, 0.5f, 2.0f};
     file.plant.wood_lod_count = 4;
-    const std::uint32_t triangles[] = {6400, 1600, 400, 100};
-    std::ranges::copy(triangles, file.plant.wood_triangle_counts);
+    file.wood_error_px = {0.0f, 0.0f, 0.1f, 0.4f, 0.2f, 0.8f, 0.4f, 1.6f};
     words = pack_lod_table(file);
     table = lod_table(file, words);
   }
@@ -131,7 +130,7 @@ TEST(LeafMeshes, ErrorIsTheTablesAndGrowsWithTheSizeBeyondIt) {
   EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 32.0f), 2.0f);
   EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 96.0f), 6.0f);
   EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(Table().table, 96.0f), 0.0f) << "without leaf meshes";
-  EXPECT_EQ(lod::coppice_table_wood_triangles(t.table, 3), 100u) << "in front of them in the table";
+  EXPECT_FLOAT_EQ(lod::coppice_table_wood_error_px(t.table, 3, 1), 1.6f) << "behind them in the table";
 }
 
 TEST(LeafMeshes, AreDrawnWhereQuadsErrByMoreThanTheThreshold) {
@@ -215,11 +214,13 @@ TEST(InstanceThreshold, SpreadsAFewPercentRoundTheGlobalOne) {
 
 TEST(WoodLod, IsTheCoarsestWithinTheThreshold) {
   const Table t;
-  // size * sqrt(0.25 / triangles) at 80 px: 0.5, 1, 2, 4.
+  // At 80 px, two and a half times the table's last size: 0, 1, 2, 4. At 16 px, half way between its sizes: 0.25.
   EXPECT_NEAR(lod::coppice_wood_error_px(t.table, 1, 80.0f), 1.0f, 1e-5f);
-  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 4.01f), 3u);
-  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 2.01f), 2u);
-  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 1.99f), 1u);
+  EXPECT_NEAR(lod::coppice_wood_error_px(t.table, 1, 16.0f), 0.25f, 1e-5f);
+  const float share = lod::kCoppiceWoodThresholdShare;
+  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 4.01f / share), 3u);
+  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 2.01f / share), 2u);
+  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 1.99f / share), 1u);
   EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 0.1f), 0u);
 }
 

@@ -26,6 +26,7 @@ FileContents contents() {
   result.error_leaf_counts = {1, 514};
   result.error_sizes_px = {64.0f};
   result.error_px = {2.0f, 0.0f};
+  result.wood_error_px = {0.0f, 1.0f};
   result.wood = {{1, 2, 3}, {4, 5}};
   result.pages = {{6, 7, 8, 9}, {10}};
   result.textures = {{11, 12}};
@@ -64,7 +65,7 @@ TEST(Writer, SameContentsSameBytes) {
 
 TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
   const auto file = *write_file(contents());
-  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 2, 0, 0, 0, 9, 0, 0, 0};
+  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 3, 0, 0, 0, 9, 0, 0, 0};
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), file.begin()));
 }
 

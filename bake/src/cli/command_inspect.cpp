@@ -34,6 +34,11 @@ void print_error_table(const FileSummary& file) {
       std::printf(" %8.2f", static_cast<double>(file.error_px[level * file.error_sizes_px.size() + size]));
     std::printf("\n");
   }
+  for (std::size_t i = 0; i < file.wood_error_px.size(); ++i) {
+    const std::size_t sizes = file.error_sizes_px.size();
+    if (i % sizes == 0) std::printf("%8s %zu", "wood", i / sizes);
+    std::printf(" %8.2f%s", static_cast<double>(file.wood_error_px[i]), i % sizes + 1 == sizes ? "\n" : "");
+  }
   if (file.leaf_mesh_error_px.empty()) return;
   std::printf("%10s", "as quads");
   for (const float error : file.leaf_mesh_error_px) std::printf(" %8.2f", static_cast<double>(error));
@@ -97,6 +102,7 @@ void print_json(const FileSummary& file) {
       {"wood", wood},
       {"textures", textures},
       {"leaf_meshes", leaf_meshes},
+      {"wood_error_px", file.wood_error_px},
       {"leaf_mesh_error_px", file.leaf_mesh_error_px},
       {"error_table", {{"leaves", file.error_leaf_counts}, {"sizes_px", file.error_sizes_px}, {"error_px", file.error_px}}},
   };

@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 #define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
-#define COPPICE_FORMAT_VERSION 2u          /* written; read from 1 on */
+#define COPPICE_FORMAT_VERSION 3u          /* written; read from 1 on */
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u
@@ -136,7 +136,9 @@ typedef struct coppice_file_card {
 } coppice_file_card;
 
 /* ERRORS chunk: uint32_t leaf_counts[levels], ascending, first 1, last N; float sizes_px[sizes], ascending;
- * float error_px[levels][sizes], >= 0, non-increasing along a column. sizes_px is the projected diameter of the bounding sphere. */
+ * float error_px[levels][sizes], >= 0, non-increasing along a column; from version 3 on float wood_error_px[wood_lod_count][sizes], >= 0,
+ * non-decreasing along a column: the error of each wood LoD against the finest. sizes_px is the projected diameter of the bounding
+ * sphere. */
 
 /* LEAF_MESHES chunk: one of these per LEAF_MESH; float error_px[error_size_count], >= 0, not falling: the error of all leaf quads against
  * the leaf meshes at the error table's sizes. */

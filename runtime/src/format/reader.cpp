@@ -251,16 +251,35 @@ Result<void> check_errors(const PlantFile& file) {
     if (i >= columns && file.error_px[i] > file.error_px[i - columns])
       return bad_field("error table error_px", errors_at + i * 4, "grows with the number of leaves");
   }
+  const std::uint64_t wood_at = errors_at + file.error_px.size() * 4;
+  for (std::size_t i = 0; i < file.wood_error_px.size(); ++i) {
+    const float finer = i < columns ? 0.0f : file.wood_error_px[i - columns];
+    if (!std::isfinite(file.wood_error_px[i]) || !(file.wood_error_px[i] >= finer))
+      return bad_field("error table wood_error_px", wood_at + i * 4, "not a finite number from the finer LoD's up");
+  }
   return {};
+}
+
+/// What version 2 assumed of wood: the error is the side of a triangle when a LoD's triangles share out the sphere's square, four to one.
+std::vector<float> assumed_wood_error_px(const PlantFile& file) {
+  std::vector<float> error_px;
+  for (std::uint32_t lod = 0; lod < file.plant.wood_lod_count; ++lod)
+    for (const float size_px : file.error_sizes_px)
+      error_px.push_back(size_px * std::sqrt(0.25f / static_cast<float>(file.plant.wood_triangle_counts[lod])));
+  return error_px;
 }
 
 Result<void> read_errors(PlantFile& file, Bytes bytes) {
   const std::size_t levels = file.plant.error_level_count, sizes = file.plant.error_size_count;
-  COPPICE_TRY(content, front_chunk(file, bytes, 3, (levels + sizes + levels * sizes) * 4));
+  const std::size_t wood_rows = file.header.version >= 3 ? file.plant.wood_lod_count : 0;
+  COPPICE_TRY(content, front_chunk(file, bytes, 3, (levels + (1 + levels + wood_rows) * sizes) * 4));
   file.error_leaf_counts = copy_array<std::uint32_t>(content, 0, levels);
   file.error_sizes_px = copy_array<float>(content, levels * 4, sizes);
   file.error_px = copy_array<float>(content, (levels + sizes) * 4, levels * sizes);
-  return check_errors(file);
+  file.wood_error_px = copy_array<float>(content, (levels + (1 + levels) * sizes) * 4, wood_rows * sizes);
+  COPPICE_CHECK(check_errors(file));
+  if (file.header.version < 3) file.wood_error_px = assumed_wood_error_px(file);
+  return {};
 }
 
 Result<void> read_leaf_meshes(PlantFile& file, Bytes bytes) {

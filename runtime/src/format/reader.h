@@ -20,6 +20,7 @@ struct PlantFile {
   std::vector<float> error_sizes_px;                ///< [S] ascending
   std::vector<float> error_px;                      ///< [L * S] row per level
   std::vector<coppice_file_leaf_mesh> leaf_meshes;  ///< [leaf_mesh_count]
+  std::vector<float> wood_error_px;                 ///< [W * S] of each wood LoD against the finest, row per LoD
   std::vector<float> leaf_mesh_error_px;            ///< [S] of all leaf quads against the leaf meshes; empty without those
 };
 

@@ -50,7 +50,8 @@ void append_chunk(Buffer& file, const FileContents& contents, const coppice_file
     case COPPICE_CHUNK_ERRORS:
       append(file, std::span(contents.error_leaf_counts));
       append(file, std::span(contents.error_sizes_px));
-      return append(file, std::span(contents.error_px));
+      append(file, std::span(contents.error_px));
+      return append(file, std::span(contents.wood_error_px));
     case COPPICE_CHUNK_WOOD:
       return append(file, std::span(contents.wood[key.index]));
     case COPPICE_CHUNK_PAGE:

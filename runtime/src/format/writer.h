@@ -19,6 +19,7 @@ struct FileContents {
   std::vector<float> error_sizes_px;
   std::vector<float> error_px;
   std::vector<coppice_file_leaf_mesh> leaf_mesh_counts;  ///< [leaf mesh]
+  std::vector<float> wood_error_px;                      ///< [wood LoD * size]
   std::vector<float> leaf_mesh_error_px;                 ///< [size]; nothing without leaf meshes
   std::vector<std::vector<std::uint8_t>> wood;           ///< [lod] WOOD chunks, finest first
   std::vector<std::vector<std::uint8_t>> pages;          ///< [page] PAGE chunks

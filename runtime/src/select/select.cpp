@@ -21,9 +21,9 @@ std::vector<std::uint32_t> pack_lod_table(const PlantFile& file) {
   std::vector<std::uint32_t> words(file.error_leaf_counts);
   for (float size : file.error_sizes_px) words.push_back(std::bit_cast<std::uint32_t>(size));
   for (float error : file.error_px) words.push_back(std::bit_cast<std::uint32_t>(error));
-  words.insert(words.end(), file.plant.wood_triangle_counts, file.plant.wood_triangle_counts + file.plant.wood_lod_count);
   for (float error : file.leaf_mesh_error_px) words.push_back(std::bit_cast<std::uint32_t>(error));
   if (file.leaf_mesh_error_px.empty()) words.resize(words.size() + file.error_sizes_px.size(), 0);
+  for (float error : file.wood_error_px) words.push_back(std::bit_cast<std::uint32_t>(error));
   return words;
 }
 

@@ -97,9 +97,9 @@ void fill_tables(PlantStream& plant) {
   plant.root.card = file.plant.root_card;
   plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + bytes_of(file.chunks) + bytes_of(file.materials) + bytes_of(file.cards) +
                      bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
-                     bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() + plant.page_nodes.bytes() +
-                     plant.wood.bytes() + plant.textures.bytes() + plant.texture_uploads.bytes() + plant.leaf_meshes.bytes() +
-                     bytes_of(file.leaf_meshes) + bytes_of(file.leaf_mesh_error_px);
+                     bytes_of(file.wood_error_px) + bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() +
+                     plant.page_nodes.bytes() + plant.wood.bytes() + plant.textures.bytes() + plant.texture_uploads.bytes() +
+                     plant.leaf_meshes.bytes() + bytes_of(file.leaf_meshes) + bytes_of(file.leaf_mesh_error_px);
 }
 
 /// Marks one node as replaced by `split`. An entry that a page evicted since wrote is at least the split it names.

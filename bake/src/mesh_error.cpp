@@ -1,0 +1,189 @@
+#include "mesh_error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include <glm/geometric.hpp>
+
+#include "error_image.h"
+#include "leaf_shade.h"
+#include "parallel_for.h"
+#include "srgb.h"
+#include "texture_mips.h"
+#include "tree_order.h"
+#include "visibility.h"
+
+namespace coppice::bake {
+namespace {
+
+/// An image's linear luminance at one mip level.
+struct LuminanceLevel {
+  std::uint32_t width = 0, height = 0;
+  std::vector<float> luminance;
+};
+
+/// What a material shows.
+struct Look {
+  float plain = 0.0f;                  ///< without an image
+  std::vector<LuminanceLevel> levels;  ///< times the base colour
+};
+
+Look look_of(const Material& material, const std::vector<Image>& images) {
+  constexpr glm::vec3 kLuminance(0.2126f, 0.7152f, 0.0722f);
+  Look look{glm::dot(glm::vec3(material.base_color), kLuminance), {}};
+  if (material.image == kNone) return look;
+  for (const Image& level : mip_levels(images[material.image], material.alpha_cutoff)) {
+    LuminanceLevel& of_level = look.levels.emplace_back(LuminanceLevel{level.width, level.height, {}});
+    for (std::size_t i = 0; i < level.rgba.size(); i += 4) {
+      const auto channel = [&](std::size_t c) { return linear_from_srgb(static_cast<float>(level.rgba[i + c]) / 255.0f); };
+      of_level.luminance.push_back(glm::dot(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color), kLuminance));
+    }
+  }
+  return look;
+}
+
+/// The mip level whose texels are about as large as pixels.
+std::size_t level_of(const Look& look, const std::array<ProjectedPoint, 3>& points, const std::array<glm::vec2, 3>& uvs) {
+  const glm::dvec2 ab(points[1].x - points[0].x, points[1].y - points[0].y), ac(points[2].x - points[0].x, points[2].y - points[0].y);
+  const double pixels = std::abs(ab.x * ac.y - ab.y * ac.x) / (double{kSubpixels} * kSubpixels);
+  const glm::dvec2 uv_ab(uvs[1] - uvs[0]), uv_ac(uvs[2] - uvs[0]);
+  const double texels = std::abs(uv_ab.x * uv_ac.y - uv_ab.y * uv_ac.x) * look.levels.front().width * look.levels.front().height;
+  if (!(texels > pixels) || !(pixels > 0.0)) return 0;
+  return std::min(static_cast<std::size_t>(std::lround(0.5 * std::log2(texels / pixels))), look.levels.size() - 1);
+}
+
+/// Draws triangles in the colours of their images.
+class TexturedCanvas {
+ public:
+  TexturedCanvas(const Projection& projection, const std::vector<Look>& looks, const std::vector<AlphaMask>& masks)
+      : projection_(projection), looks_(looks), masks_(masks), depths_(image.size(), 0xffffffffu) {}
+
+  void draw(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs, std::uint32_t material) {
+    static const glm::vec3 to_light = glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f));
+    const glm::vec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+    const float length = glm::length(normal);
+    const float cosine = length > 0.0f ? std::abs(glm::dot(normal, to_light)) / length : 0.0f;
+    const std::array points{project(projection_, corners[0]), project(projection_, corners[1]), project(projection_, corners[2])};
+    const RasterTriangle triangle(points[0], points[1], points[2]);
+    const Look& look = looks_[material];
+    const std::size_t level = look.levels.empty() ? 0 : level_of(look, points, uvs);
+    const int last_row = std::min(triangle.last_row(), static_cast<std::int32_t>(kErrorImagePx) - 1);
+    for (std::int32_t y = std::max(triangle.first_row(), 0); y <= last_row; ++y) {
+      const Span span = triangle.row(y, kErrorImagePx);
+      for (std::int32_t x = span.first; x <= span.last; ++x) {
+        const std::size_t pixel = static_cast<std::size_t>(y) * kErrorImagePx + static_cast<std::size_t>(x);
+        const std::uint32_t depth = triangle.depth(x, y);
+        if (depth >= depths_[pixel]) continue;
+        const std::array<double, 3> weight = triangle.weights(x, y);
+        const glm::dvec2 uv = glm::dvec2(uvs[0]) * weight[0] + glm::dvec2(uvs[1]) * weight[1] + glm::dvec2(uvs[2]) * weight[2];
+        if (masks_[material].is_hole(uv)) continue;
+        depths_[pixel] = depth;
+        image[pixel] = lambert_luminance(look.levels.empty() ? look.plain : luminance_at(look.levels[level], uv), cosine);
+      }
+    }
+  }
+
+  LuminanceImage image = LuminanceImage(std::size_t{kErrorImagePx} * kErrorImagePx, kWhiteLuminance);
+
+ private:
+  static float luminance_at(const LuminanceLevel& level, const glm::dvec2& uv) {
+    return level.luminance[std::size_t{wrapped_texel(uv.y, level.height)} * level.width + wrapped_texel(uv.x, level.width)];
+  }
+
+  const Projection& projection_;
+  const std::vector<Look>& looks_;
+  const std::vector<AlphaMask>& masks_;
+  std::vector<std::uint32_t> depths_;
+};
+
+void draw_quads(const BakedPlant& plant, std::span<const std::uint32_t> nodes, TexturedCanvas& canvas) {
+  for (const std::uint32_t node : nodes) {
+    const Quad quad = node_quad(plant.tree, node);
+    const Card& card = plant.card_table[plant.tree.nodes[node].card];
+    for (const std::size_t second : {std::size_t{1}, std::size_t{2}})
+      canvas.draw({quad[0], quad[second], quad[second + 1]}, {card.uv[0], card.uv[second], card.uv[second + 1]}, card.material);
+  }
+}
+
+void draw_mesh(const Mesh& mesh, TexturedCanvas& canvas) {
+  for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t) {
+    std::array<glm::vec3, 3> corners{};
+    std::array<glm::vec2, 3> uvs{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners[k] = mesh.positions[mesh.indices[3 * t + k]];
+      uvs[k] = mesh.uvs[mesh.indices[3 * t + k]];
+    }
+    canvas.draw(corners, uvs, mesh.triangle_materials[t]);
+  }
+}
+
+/// What drawing a plant's quads and some meshes takes.
+struct Scene {
+  std::vector<AlphaMask> masks;         ///< per material
+  std::vector<Look> looks;              ///< per material; only those shown
+  std::vector<Projection> projections;  ///< [kErrorViewCount]
+  std::vector<std::uint32_t> leaves;    ///< nodes of the finest cut
+};
+
+Result<Scene> make_scene(const BakedPlant& plant, std::span<const Mesh* const> meshes) {
+  Scene scene;
+  COPPICE_TRY(masks, alpha_masks(plant.materials, plant.images));
+  scene.masks = std::move(masks);
+  std::vector<bool> shown(plant.materials.size(), false);
+  for (const Card& card : plant.card_table) shown[card.material] = true;
+  for (const Mesh* mesh : meshes)
+    for (const std::uint32_t material : mesh->triangle_materials) shown[material] = true;
+  scene.looks.resize(plant.materials.size());
+  parallel_for(scene.looks.size(), [&](std::size_t material) {
+    if (shown[material]) scene.looks[material] = look_of(plant.materials[material], plant.images);
+  });
+  scene.projections = error_projections(plant.sphere);
+  scene.leaves = cut_nodes(plant.tree, plant.tree.leaf_count());
+  return scene;
+}
+
+}  // namespace
+
+Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant) {
+  std::vector<const Mesh*> parts;
+  for (const LeafMeshPart& part : plant.leaf_meshes.parts) parts.push_back(&part.mesh);
+  COPPICE_TRY(scene, make_scene(plant, parts));
+  std::array<SquaredErrors, kErrorViewCount> errors{};
+  parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
+    TexturedCanvas quads(scene.projections[view], scene.looks, scene.masks), meshes(quads);
+    draw_quads(plant, scene.leaves, quads);
+    for (const Mesh* part : parts) draw_mesh(*part, meshes);
+    errors[view] = squared_errors(meshes.image, quads.image);
+  });
+  std::vector<float> error_px;
+  for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size)
+    error_px.push_back(std::max(error_px_of(errors, size), error_px.empty() ? 0.0f : error_px.back()));
+  return error_px;
+}
+
+Result<std::vector<float>> measure_wood_error(const BakedPlant& plant, std::span<const Mesh* const> lods) {
+  if (!std::ranges::equal(plant.errors.sizes_px, kErrorSizesPx))
+    return Error{Status::invalid_argument, "wood error: the error table is not at the sizes that are measured"};
+  COPPICE_TRY(scene, make_scene(plant, lods));
+  std::vector<std::array<SquaredErrors, kErrorViewCount>> errors(lods.size());
+  parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
+    TexturedCanvas leaves(scene.projections[view], scene.looks, scene.masks);
+    draw_quads(plant, scene.leaves, leaves);
+    LuminanceImage finest;
+    for (std::size_t lod = 0; lod < lods.size(); ++lod) {
+      TexturedCanvas canvas(leaves);
+      draw_mesh(*lods[lod], canvas);
+      if (lod == 0) finest = canvas.image;
+      errors[lod][view] = squared_errors(finest, canvas.image);
+    }
+  });
+  std::vector<float> error_px;
+  for (std::size_t lod = 0; lod < lods.size(); ++lod)
+    for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size)
+      error_px.push_back(std::max(error_px_of(errors[lod], size), lod == 0 ? 0.0f : error_px[error_px.size() - kErrorSizesPx.size()]));
+  return error_px;
+}
+
+}  // namespace coppice::bake

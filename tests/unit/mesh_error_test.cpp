@@ -1,0 +1,85 @@
+#include "mesh_error.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "error_image.h"
+#include "random_tree.h"
+
+namespace coppice::bake {
+namespace {
+
+/// Black squares in a row, each `side` wide and facing +z.
+Mesh squares(int count, float side) {
+  Mesh mesh;
+  for (int i = 0; i < count; ++i) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    const float x = static_cast<float>(i) * 2.0f * side - 0.5f;
+    for (const auto& [dx, dy] : {std::pair{0.0f, 0.0f}, {side, 0.0f}, {side, side}, {0.0f, side}}) {
+      mesh.positions.emplace_back(x + dx, dy, 0.0f);
+      mesh.normals.emplace_back(0.0f, 0.0f, 1.0f);
+      mesh.uvs.emplace_back(0.0f);
+    }
+    for (const std::uint32_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) mesh.indices.push_back(first + corner);
+    mesh.triangle_materials.insert(mesh.triangle_materials.end(), 2, 0u);
+  }
+  return mesh;
+}
+
+/// Wood of black squares and one leaf too small to be seen.
+BakedPlant plant_of_wood() {
+  BakedPlant plant = test::random_plant({.leaf_count = 1, .wood_lod_count = 0, .texture_side = 0});
+  plant.materials[0].base_color = {0, 0, 0, 1};
+  for (glm::vec3& vertex : plant.tree.vertices) vertex = glm::vec3(0.0f);
+  plant.sphere = {glm::vec3(0.0f), 1.0f};
+  plant.errors.sizes_px.assign(kErrorSizesPx.begin(), kErrorSizesPx.end());
+  return plant;
+}
+
+TEST(WoodError, IsTheSideOfTheSquareOfPixelsThatAreMissing) {
+  const BakedPlant plant = plant_of_wood();
+  const Mesh all = squares(3, 0.2f), two = squares(2, 0.2f), one = squares(1, 0.2f);
+  const auto error_px = measure_wood_error(plant, std::array{&all, &two, &one});
+  ASSERT_TRUE(error_px) << error_px.error().message();
+  const std::size_t sizes = kErrorSizesPx.size(), last = sizes - 1;
+  ASSERT_EQ(error_px->size(), 3 * sizes);
+  for (std::size_t i = 0; i < sizes; ++i) EXPECT_EQ((*error_px)[i], 0.0f) << "the finest is what there is";
+  double mean_area = 0.0;  // of a square, over the views
+  for (const Viewpoint& view : error_viewpoints()) mean_area += std::abs(static_cast<double>(view.direction.z)) * 0.04 * 256 * 256 / 6.0;
+  EXPECT_NEAR((*error_px)[sizes + last], std::sqrt(mean_area), 0.05 * std::sqrt(mean_area));
+  EXPECT_NEAR((*error_px)[2 * sizes + last], std::sqrt(2.0 * mean_area), 0.05 * std::sqrt(2.0 * mean_area));
+}
+
+TEST(WoodError, DoesNotFallTowardsCoarserLods) {
+  const BakedPlant plant = plant_of_wood();
+  const Mesh all = squares(3, 0.2f), one = squares(1, 0.2f);
+  const auto error_px = measure_wood_error(plant, std::array{&all, &one, &all});
+  ASSERT_TRUE(error_px);
+  const std::size_t sizes = kErrorSizesPx.size();
+  for (std::size_t i = 0; i < sizes; ++i) EXPECT_EQ((*error_px)[2 * sizes + i], (*error_px)[sizes + i]);
+}
+
+TEST(WoodError, WhatLeavesHideDoesNotCount) {
+  BakedPlant plant = plant_of_wood();
+  const Mesh all = squares(3, 0.2f), one = squares(1, 0.2f);
+  const auto bare = measure_wood_error(plant, std::array{&all, &one});
+  // One leaf before all of it and one behind, seen from either side.
+  plant.tree.vertices = {{-2, -2, 0.001f}, {2, -2, 0.001f}, {2, 2, 0.001f}, {-2, 2, 0.001f}};
+  plant.tree.nodes[0].vertices = {0, 1, 2, 3};
+  const auto hidden = measure_wood_error(plant, std::array{&all, &one});
+  ASSERT_TRUE(bare && hidden);
+  EXPECT_LT(hidden->back(), 0.8f * bare->back()) << "half of the views have the leaf in front";
+}
+
+TEST(WoodError, OtherSizesAreRefused) {
+  BakedPlant plant = plant_of_wood();
+  plant.errors.sizes_px = {10.0f};
+  const Mesh one = squares(1, 0.2f);
+  EXPECT_FALSE(measure_wood_error(plant, std::array{&one}));
+}
+
+}  // namespace
+}  // namespace coppice::bake

@@ -195,7 +195,8 @@ void check(const Forest& forest, coppice_status status, const char* call) {
   if (status == COPPICE_OK) return;
   const std::lock_guard lock(forest.last_error->mutex);
   const std::string& line = forest.last_error->line;
-  throw Failure(std::string(call) + ": " + (line.empty() ? coppice_status_text(status) : line));
+  const char* advice = status == COPPICE_ERROR_OUT_OF_MEMORY ? "; --memory-mb gives it more" : "";
+  throw Failure(std::string(call) + ": " + (line.empty() ? coppice_status_text(status) : line) + advice);
 }
 
 coppice_stats statistics_of(const Forest& forest) {

@@ -95,9 +95,8 @@ void declare(CLI::App& app, Options& options) {
       ->check(CLI::Range(0.0f, 10000.0f))
       ->capture_default_str();
   app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air")->check(CLI::Range(0.0f, 10.0f))->capture_default_str();
-  app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB")
-      ->check(CLI::Range(1u, 65536u))
-      ->capture_default_str();
+  app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB [256, and one for every 8192 of --count]")
+      ->check(CLI::Range(1u, 65536u));
   app.add_option("--stats", options.stats, "Write statistics as JSON")->type_name("F.json");
   app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
       ->type_name("DIR");
@@ -129,6 +128,8 @@ ParsedOptions parse_options(int argc, char** argv) {
   declare(app, parsed.options);
   try {
     app.parse(argc, argv);
+    // An instance takes some 100 bytes of its own.
+    if (app.count("--memory-mb") == 0) parsed.options.memory_mb += parsed.options.count / 8192;
   } catch (const CLI::ParseError& error) {
     parsed.exit_code = app.exit(error) == 0 ? 0 : 2;
   }

@@ -69,8 +69,8 @@ struct CoppiceTable {
 
 /// An instance's threshold differs from the global one by up to this share, so that a ring of plants does not switch in one frame.
 COPPICE_CONST float kCoppiceThresholdSpread = 0.06f;
-/// The share of an instance's threshold that its wood may take: half the squared error, so that a trunk does not break up before its crown.
-COPPICE_CONST float kCoppiceWoodThresholdShare = 0.7f;
+/// Times an instance's threshold that its wood may be wrong by: its triangles cost as much as leaves, and the crown hides most of what they add.
+COPPICE_CONST float kCoppiceWoodThresholdShare = 3.0f;
 /// node_split of a node that is never split.
 COPPICE_CONST uint kCoppiceNoSplit = 0xffffffffu;
 
@@ -243,7 +243,7 @@ COPPICE_FN float coppice_wood_error_px(CoppiceTable table, uint lod, float size_
   return coppice_wood_lod_error_px(table, lod, coppice_column(table, size_px));
 }
 
-/// The coarsest wood LoD whose error is at most its share of the threshold; 0, the finest, where there is none. wood_lod_count must be > 0.
+/// The coarsest wood LoD whose error is at most kCoppiceWoodThresholdShare thresholds; 0, the finest, where there is none. wood_lod_count must be > 0.
 COPPICE_FN uint coppice_wood_lod(CoppiceTable table, float size_px, float threshold_px) {
   CoppiceColumn column = coppice_column(table, size_px);
   uint lod = table.wood_lod_count - 1u;

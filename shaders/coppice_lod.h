@@ -69,7 +69,8 @@ struct CoppiceTable {
 
 /// An instance's threshold differs from the global one by up to this share, so that a ring of plants does not switch in one frame.
 COPPICE_CONST float kCoppiceThresholdSpread = 0.06f;
-/// Times an instance's threshold that its wood may be wrong by: its triangles cost as much as leaves, and the crown hides most of what they add.
+/// Times an instance's threshold that its wood may be wrong by: its triangles cost as much as leaves, and the crown hides most of what they
+/// add.
 COPPICE_CONST float kCoppiceWoodThresholdShare = 3.0f;
 /// node_split of a node that is never split.
 COPPICE_CONST uint kCoppiceNoSplit = 0xffffffffu;
@@ -86,12 +87,12 @@ COPPICE_FN float coppice_table_size_px(CoppiceTable table, uint i) {
 COPPICE_FN float coppice_table_error_px(CoppiceTable table, uint level, uint i) {
   return uintBitsToFloat(COPPICE_TABLE_WORD(table, table.level_count + table.size_count + level * table.size_count + i));
 }
-COPPICE_FN float coppice_table_leaf_mesh_error_px(CoppiceTable table, uint i) {
-  return uintBitsToFloat(COPPICE_TABLE_WORD(table, table.level_count + table.size_count + table.level_count * table.size_count + i));
+/// The rows behind those of the levels, for coppice_level_error_px: of all quads against the leaf meshes, and of a wood LoD.
+COPPICE_FN uint coppice_leaf_mesh_row(CoppiceTable table) {
+  return table.level_count;
 }
-COPPICE_FN float coppice_table_wood_error_px(CoppiceTable table, uint lod, uint i) {
-  uint levels = table.level_count + 2u + lod;
-  return uintBitsToFloat(COPPICE_TABLE_WORD(table, table.level_count + levels * table.size_count + i));
+COPPICE_FN uint coppice_wood_row(CoppiceTable table, uint lod) {
+  return table.level_count + 1u + lod;
 }
 
 /// Projected diameter, px, of a sphere of radius_m whose centre is distance_m from the eye. The distance, not the depth: turning the head
@@ -130,7 +131,7 @@ COPPICE_FN CoppiceColumn coppice_column(CoppiceTable table, float size_px) {
   return column;
 }
 
-/// E(level's leaf count, size), px.
+/// E(level's leaf count, size), px; of a row behind the levels what that measures.
 COPPICE_FN float coppice_level_error_px(CoppiceTable table, uint level, CoppiceColumn column) {
   float error = coppice_table_error_px(table, level, column.i);
   if (column.t > 0.0f) error += (coppice_table_error_px(table, level, column.i + 1u) - error) * column.t;
@@ -173,10 +174,7 @@ COPPICE_FN uint coppice_whole_leaf_count(float fractional) {
 /// Error, px, of all quads against the leaf meshes; 0 where a plant has none. Beyond the table it grows with the size: the share of wrong
 /// pixels stays.
 COPPICE_FN float coppice_leaf_mesh_error_px(CoppiceTable table, float size_px) {
-  CoppiceColumn column = coppice_column(table, size_px);
-  float error = coppice_table_leaf_mesh_error_px(table, column.i);
-  if (column.t > 0.0f) error += (coppice_table_leaf_mesh_error_px(table, column.i + 1u) - error) * column.t;
-  return error * column.scale;
+  return coppice_level_error_px(table, coppice_leaf_mesh_row(table), coppice_column(table, size_px));
 }
 
 /// Whether quads would be too wrong for an instance: it is drawn with its leaf meshes, where they are resident.
@@ -234,20 +232,17 @@ COPPICE_FN bool coppice_node_alive(uint node, uint node_split, uint leaf_count) 
 }
 
 /// Error, px, of a wood LoD against the finest.
-COPPICE_FN float coppice_wood_lod_error_px(CoppiceTable table, uint lod, CoppiceColumn column) {
-  float error = coppice_table_wood_error_px(table, lod, column.i);
-  if (column.t > 0.0f) error += (coppice_table_wood_error_px(table, lod, column.i + 1u) - error) * column.t;
-  return error * column.scale;
-}
 COPPICE_FN float coppice_wood_error_px(CoppiceTable table, uint lod, float size_px) {
-  return coppice_wood_lod_error_px(table, lod, coppice_column(table, size_px));
+  return coppice_level_error_px(table, coppice_wood_row(table, lod), coppice_column(table, size_px));
 }
 
-/// The coarsest wood LoD whose error is at most kCoppiceWoodThresholdShare thresholds; 0, the finest, where there is none. wood_lod_count must be > 0.
+/// The coarsest wood LoD whose error is at most kCoppiceWoodThresholdShare thresholds; 0, the finest, where there is none. wood_lod_count
+/// must be > 0.
 COPPICE_FN uint coppice_wood_lod(CoppiceTable table, float size_px, float threshold_px) {
   CoppiceColumn column = coppice_column(table, size_px);
   uint lod = table.wood_lod_count - 1u;
-  while (lod > 0u && coppice_wood_lod_error_px(table, lod, column) > kCoppiceWoodThresholdShare * threshold_px) lod = lod - 1u;
+  while (lod > 0u && coppice_level_error_px(table, coppice_wood_row(table, lod), column) > kCoppiceWoodThresholdShare * threshold_px)
+    lod = lod - 1u;
   return lod;
 }
 

@@ -130,7 +130,7 @@ TEST(LeafMeshes, ErrorIsTheTablesAndGrowsWithTheSizeBeyondIt) {
   EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 32.0f), 2.0f);
   EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 96.0f), 6.0f);
   EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(Table().table, 96.0f), 0.0f) << "without leaf meshes";
-  EXPECT_FLOAT_EQ(lod::coppice_table_wood_error_px(t.table, 3, 1), 1.6f) << "behind them in the table";
+  EXPECT_FLOAT_EQ(lod::coppice_table_error_px(t.table, lod::coppice_wood_row(t.table, 3), 1), 1.6f) << "behind them in the table";
 }
 
 TEST(LeafMeshes, AreDrawnWhereQuadsErrByMoreThanTheThreshold) {

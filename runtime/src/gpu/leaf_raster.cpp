@@ -336,6 +336,9 @@ bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::
   device_.vk.vkCmdUpdateBuffer(cmd, buffers_.rounds.buffer, 0, sizeof rounds, rounds.data());
   device_.vk.vkCmdFillBuffer(cmd, buffers_.picture.buffer, 0, std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t), 0);
   device_.vk.vkCmdFillBuffer(cmd, buffers_.tiles.buffer, 0, VK_WHOLE_SIZE, 0);
+  // Before the first view no instance has a rung to keep; memory that is new may look as if.
+  if (!levels_known_) device_.vk.vkCmdFillBuffer(cmd, buffers_.levels.buffer, 0, VK_WHOLE_SIZE, ~0u);
+  levels_known_ = true;
   return true;
 }
 

@@ -99,6 +99,7 @@ class LeafRaster {
   Device& device_;
   Garbage& garbage_;
   RasterDesc desc_;
+  bool levels_known_ = false;  ///< buffers_.levels holds what a view has left there
   std::uint32_t lanes_ = 8;
   Pipelines pipelines_;
   Buffers buffers_;

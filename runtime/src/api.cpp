@@ -45,6 +45,7 @@ const char* desc_problem(const coppice_context_desc& desc) {
   if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples must be one VkSampleCountFlagBits";
   if (desc.memory_budget_bytes == 0) return "memory_budget_bytes must be above 0";
   if (!(desc.streaming_ms > 0.0f)) return "streaming_ms must be above 0";
+  if (!(desc.prefetch_frames >= 0.0f && std::isfinite(desc.prefetch_frames))) return "prefetch_frames must be finite and not below 0";
   if (desc.max_instances == 0 || desc.max_plants == 0 || desc.max_plants > 65536) return "max_instances or max_plants out of range";
   return nullptr;
 }
@@ -111,6 +112,7 @@ void coppice_context_desc_init(coppice_context_desc* desc) {
   desc->max_instances = 131072;
   desc->max_plants = 64;
   desc->streaming_ms = 1.0f;
+  desc->prefetch_frames = 20.0f;
 }
 
 coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context) {

@@ -19,9 +19,6 @@ constexpr std::uint32_t kReloadSlots = 4;
 /// How long a reload waits for as much of the new file as is wanted.
 constexpr std::uint64_t kReloadFrames = 120;
 
-/// How far ahead of the camera streaming looks: about what a read and a decode take when many wait.
-constexpr float kFramesAhead = 20.0f;
-
 std::uint64_t nanoseconds(float ms) {
   return static_cast<std::uint64_t>(std::min(double{ms} * 1e6, 1e18));
 }
@@ -88,6 +85,7 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
                                 .max_plants = slot_count,
                                 .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
   context->streaming_ns_ = options.hand_over_budget_ns;
+  context->prefetch_frames_ = desc.prefetch_frames;
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, options));
   context->streamer_ = std::move(streamer);
   context->plants_.resize(desc.max_plants);
@@ -109,16 +107,21 @@ Context::PlantEntry& Context::entry(coppice_plant plant) {
 
 Result<std::uint32_t> Context::open_slot(const char* path) {
   COPPICE_TRY(slot, streamer_->open_plant(path));
+  COPPICE_CHECK(show_slot(slot));
+  return slot;
+}
+
+Result<void> Context::show_slot(std::uint32_t slot) {
   const PlantFile& file = streamer_->file(slot);
   if (auto added = renderer_->add_plant(slot, file, streamer_->lod_words(slot)); !added) {
-    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", path, added.error().message().c_str());
+    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", streamer_->path(slot).c_str(), added.error().message().c_str());
     streamer_->close_plant(slot);
     return added.error();
   }
   instances_.set_plant_sphere(slot, file.plant.sphere_center, file.plant.sphere_radius);
   slots_[slot] = {.open = true, .on_gpu = true};
   count_overhead();
-  return slot;
+  return {};
 }
 
 void Context::close_slot(std::uint32_t slot) {
@@ -128,12 +131,21 @@ void Context::close_slot(std::uint32_t slot) {
 }
 
 Result<coppice_plant> Context::open_plant(const char* path) {
-  const auto free = std::ranges::find(plants_, false, &PlantEntry::open);
-  if (free == plants_.end()) {
+  if (std::ranges::find(plants_, false, &PlantEntry::open) == plants_.end()) {
     log_line(log(), COPPICE_LOG_ERROR, "%s: max_plants are open", path);
     return Error{Status::out_of_memory, "max_plants are open"};
   }
   COPPICE_TRY(slot, open_slot(path));
+  return take_entry(slot);
+}
+
+Result<coppice_plant> Context::take_entry(std::uint32_t slot) {
+  const auto free = std::ranges::find(plants_, false, &PlantEntry::open);
+  if (free == plants_.end()) {
+    log_line(log(), COPPICE_LOG_ERROR, "%s: max_plants are open", streamer_->path(slot).c_str());
+    close_slot(slot);
+    return Error{Status::out_of_memory, "max_plants are open"};
+  }
   free->open = true;
   free->slot = slot;
   return std::uint64_t{free->generation} << 32 | static_cast<std::uint64_t>(free - plants_.begin() + 1);
@@ -197,139 +209,6 @@ Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice
   return instances_.add(entry(plant).slot, placements, handles);
 }
 
-Result<coppice_scene> Context::open_scene(const char* path) {
-  std::unique_ptr<Scene> scene(new (std::nothrow) Scene);
-  if (!scene) return Error{Status::out_of_memory, "scene"};
-  COPPICE_TRY(stream, SceneStream::open(hooks_.hooks, path, {}));
-  scene->stream = std::move(stream);
-  scene->tile_blocks.resize(scene->stream->file().tiles.size());
-  scene->plants.resize(scene->stream->file().species.size());
-  scene->handle = ++last_scene_;
-  scene_ = std::move(scene);
-  return scene_->handle;
-}
-
-void Context::close_scene() {
-  for (std::uint32_t tile = 0; tile < scene_->tile_blocks.size(); ++tile) remove_tile(tile);
-  for (const coppice_plant plant : scene_->plants)
-    if (is_open(plant)) close_plant(plant);
-  scene_.reset();
-}
-
-void Context::fill_info(coppice_scene_info& info) const {
-  const SceneFile& file = scene_->stream->file();
-  info.species_count = file.header.species_count;
-  info.tile_count = file.header.tile_count;
-  info.instance_count = file.header.instance_count;
-  info.file_bytes = file.header.file_bytes;
-  std::copy_n(file.header.square_min, 2, info.square_min);
-  info.square_side = file.header.square_side;
-  info.height_min = file.tiles[0].entry.box_min[1];
-  info.height_max = file.tiles[0].entry.box_max[1];
-  for (const SceneTile& tile : file.tiles) {
-    info.height_min = std::min(info.height_min, tile.entry.box_min[1]);
-    info.height_max = std::max(info.height_max, tile.entry.box_max[1]);
-  }
-}
-
-namespace {
-
-/// A tile that is larger than this when it comes grows up in so many frames, if no more than so many others do.
-constexpr float kGrowFrom_px = 3.0f;
-constexpr std::uint32_t kGrowFrames = 16, kMostGrowing = 16;
-/// A plant that found no memory is tried again so often, after so many frames each.
-constexpr std::uint32_t kSpeciesTries = 8;
-constexpr std::uint64_t kSpeciesRetryFrames = 30;
-/// Device memory that grows with an instance: draw commands, places in the lists of wood.
-constexpr std::uint64_t kInstanceGrowthBytes = 64;
-
-coppice_placement placement_of(const SceneInstance& instance) {
-  coppice_placement placement{};
-  std::ranges::copy(instance.position_m, placement.position);
-  placement.scale = instance.scale;
-  placement.rotation[1] = std::sin(0.5f * instance.yaw_rad);
-  placement.rotation[3] = std::cos(0.5f * instance.yaw_rad);
-  std::ranges::copy(instance.tint, placement.tint);
-  return placement;
-}
-
-}  // namespace
-
-void Context::stream_scene(const LodView& view) {
-  static_assert(kTileBlockInstances == gpu::kDirtyBlockSlots);
-  const std::uint64_t affordable = streamer_->stats().budget_bytes / 4 / (kInstanceGrowthBytes * kTileBlockInstances);
-  const std::uint32_t block_count = instances_.free_block_count() + scene_->block_count;
-  scene_->stream->begin_frame({view.eye_m, view.focal_px, view.near_m},
-                              {static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)), streamer_->free_bytes()});
-  count_overhead();
-  for (const std::uint32_t tile : scene_->stream->dropped()) remove_tile(tile);
-  grow_tiles();
-  scene_->growth_bytes = 0;
-  // One of each at least; more while there is time. What is over waits for the next frame.
-  const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(streaming_ns_);
-  while (open_next_species() && std::chrono::steady_clock::now() < end) {
-  }
-  for (auto ready = scene_->stream->next_ready(); ready; ready = scene_->stream->next_ready()) {
-    // What draws them all grows with them: the streamer makes room for that, and the tile waits.
-    if (const std::uint64_t growth = renderer_->growth_bytes(instances_.count() + ready->instances.size());
-        growth > streamer_->free_bytes()) {
-      scene_->growth_bytes = growth;
-      break;
-    }
-    place_tile(*ready);
-    if (std::chrono::steady_clock::now() >= end) break;
-  }
-}
-
-// It blocks for two reads and decodes what is pinned.
-bool Context::open_next_species() {
-  const auto wanted = scene_->stream->next_species();
-  if (!wanted || frame_number_ < scene_->species_frame) return false;
-  const auto plant = open_plant(wanted->path->c_str());
-  // Room may be on its way; the tiles that need the plant wait.
-  if (!plant && plant.error().status == Status::out_of_memory && ++scene_->species_tries < kSpeciesTries) {
-    scene_->species_frame = frame_number_ + kSpeciesRetryFrames;
-    return false;
-  }
-  scene_->species_tries = 0;
-  if (plant) scene_->plants[wanted->species] = *plant;
-  scene_->stream->species_opened(wanted->species, static_cast<bool>(plant));
-  return true;
-}
-
-void Context::place_tile(const ReadyTile& ready) {
-  scene_->placed.clear();
-  for (const SceneInstance& instance : ready.instances)
-    if (is_open(scene_->plants[instance.species]))
-      scene_->placed.push_back({placement_of(instance), entry(scene_->plants[instance.species]).slot});
-  std::vector<std::uint32_t>& blocks = scene_->tile_blocks[ready.tile];
-  if (!instances_.add_tile(scene_->placed, blocks)) return scene_->stream->refused(ready.tile);
-  scene_->block_count += static_cast<std::uint32_t>(blocks.size());
-  if (ready.size_px > kGrowFrom_px && scene_->growing.size() < kMostGrowing) {
-    instances_.scale_tile(blocks, 1.0f / static_cast<float>(kGrowFrames));
-    scene_->growing.push_back({ready.tile, 1});
-  }
-  scene_->stream->placed(ready.tile);
-}
-
-// Where the threshold is above some pixels, plants would pop up.
-void Context::grow_tiles() {
-  for (Scene::Growing& growing : scene_->growing) {
-    const auto share = static_cast<float>(growing.share);
-    instances_.scale_tile(scene_->tile_blocks[growing.tile], (share + 1.0f) / share);
-    ++growing.share;
-  }
-  std::erase_if(scene_->growing, [](const Scene::Growing& growing) { return growing.share == kGrowFrames; });
-}
-
-void Context::remove_tile(std::uint32_t tile) {
-  std::vector<std::uint32_t>& blocks = scene_->tile_blocks[tile];
-  std::erase_if(scene_->growing, [tile](const Scene::Growing& growing) { return growing.tile == tile; });
-  instances_.remove_tile(blocks);
-  scene_->block_count -= static_cast<std::uint32_t>(blocks.size());
-  blocks.clear();
-}
-
 void Context::count_overhead() {
   streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes() + (scene_ ? scene_->stream->bytes() : 0));
 }
@@ -376,7 +255,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
 }
 
 void Context::add_demand_ahead(const DemandView& view) {
-  const std::array<float, 3> by_m = follow_eye(eye_motion_, view.lod.eye_m, kFramesAhead);
+  const std::array<float, 3> by_m = follow_eye(eye_motion_, view.lod.eye_m, prefetch_frames_);
   if (by_m == std::array<float, 3>{}) return;
   measure_demand(instances_.blocks(), moved_view(view, by_m), demands_ahead_);
   merge_demands(demands_, demands_ahead_);
@@ -414,7 +293,8 @@ void Context::upload_decoded() {
   const coppice_trace& trace = hooks_.hooks.trace;
   bool first = true;
   for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->upload_room_bytes())) {
-    if (!std::exchange(first, false) && now_ns() - start >= left) break;  // the rest is handed out again
+    // The rest is handed out again. What a plant cannot be drawn without comes first and in any case.
+    if (!std::exchange(first, false) && !chunk.pinned && now_ns() - start >= left) break;
     const ChunkId id = chunk.id;
     if (!streamer_->awaits_upload(id)) continue;                                                      // an earlier page of its plant failed
     if (!renderer_->has_room(chunk.bytes, id.kind == ChunkKind::wood ? chunk.wood : nullptr)) break;  // room is being made

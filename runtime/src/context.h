@@ -82,6 +82,10 @@ class Context {
     std::vector<std::vector<std::uint32_t>> tile_blocks;  ///< [tile] of the instance table
     std::uint32_t block_count = 0;                        ///< of all of them
     std::vector<coppice_plant> plants;                    ///< [species] 0: not open
+    struct Opening {
+      std::uint32_t species = 0, slot = 0;
+    };
+    std::vector<Opening> opening;
     /// Tiles whose plants are growing up, and their share of the full size in kGrowFrames-ths.
     struct Growing {
       std::uint32_t tile = 0, share = 1;
@@ -96,14 +100,19 @@ class Context {
 
   Context() = default;
   void stream_scene(const LodView& view);
-  /// False: there is none to open now.
+  /// Starts to open plants that are wanted and takes over one that is read. False: none is.
   bool open_next_species();
+  void finish_species(std::uint32_t species, const Result<coppice_plant>& plant);
   void place_tile(const ReadyTile& ready);
   void remove_tile(std::uint32_t tile);
   void grow_tiles();
   [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
   [[nodiscard]] PlantEntry& entry(coppice_plant plant);
   Result<std::uint32_t> open_slot(const char* path);
+  /// Gives what the streamer has opened to the renderer. errors  out_of_memory, logged; the slot is closed
+  Result<void> show_slot(std::uint32_t slot);
+  /// A handle for it. errors  out_of_memory: max_plants are open, logged; the slot is closed
+  Result<coppice_plant> take_entry(std::uint32_t slot);
   void close_slot(std::uint32_t slot);
   /// Shows the new files of plants whose reload has come far enough.
   void finish_reloads();
@@ -133,6 +142,7 @@ class Context {
   coppice_scene last_scene_ = 0;
   std::uint64_t frame_number_ = 0;
   Recording recording_ = Recording::none;
+  float prefetch_frames_ = 0;           ///< how far ahead of the camera streaming looks
   std::uint64_t streaming_ns_ = 0;      ///< a frame's time for taking over chunks
   std::unique_ptr<Streamer> streamer_;  ///< last: its destructor waits for jobs that use the rest
 };

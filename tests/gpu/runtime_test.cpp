@@ -550,6 +550,10 @@ TEST_F(RuntimeTest, WrongArgumentsAreRefused) {
   EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
   EXPECT_NE(log_.find("streaming_ms"), std::string::npos) << log_;
   wrong = desc();
+  wrong.prefetch_frames = -1.0f;
+  EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(log_.find("prefetch_frames"), std::string::npos) << log_;
+  wrong = desc();
   wrong.max_instances = 0xffffffffu;
   log_.clear();
   EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_UNSUPPORTED);

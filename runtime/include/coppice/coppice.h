@@ -182,8 +182,12 @@ typedef struct coppice_context_desc {
   VkBool32 pass_times;
 
   /* CPU time that coppice_frame_begin and coppice_record_upload together take a frame to take over what was read and decoded, and to copy
-   * it for the GPU, ms, > 0; at least one chunk is taken over and one copied, what is over waits for the next frame. Default 1. */
+   * it for the GPU, ms, > 0; at least one chunk is taken over and one copied, and what a plant cannot be drawn without; what is over waits
+   * for the next frame. Default 1. */
   float streaming_ms;
+  /* While the camera goes on steadily, what it will want so many frames on is streamed too. Finite, >= 0; 0: only what it wants now.
+   * Default 20, about what a read and a decode take when many wait. */
+  float prefetch_frames;
 } coppice_context_desc;
 
 /* Fills every field with its default; device fields become null and must be set. desc must not be null. */
@@ -265,7 +269,7 @@ typedef struct coppice_scene_info {
 /* Opens a .forest file (coppice scene makes them): reads and checks its front. Blocks for two reads. From then on coppice_frame_begin
  * streams it: a tile's instances are there while its largest plant, at the tile's nearest point, is at least a threshold large on screen:
  * 1 px, and evenly more where the tiles wanted do not fit into max_instances, or into a quarter of the memory budget. The plants that it
- * names are opened as tiles with them arrive, as coppice_plant_open does, reads included, and count for max_plants; one that cannot be
+ * names are opened as tiles with them arrive, without waiting for their reads, and count for max_plants; one that cannot be
  * opened is left out and told to the log once. Placing tiles and opening plants takes about streaming_ms a frame, one of each at least. A
  * context holds one scene. Plants and instances of the engine's own may stand beside it.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT: a scene is open. COPPICE_ERROR_IO, COPPICE_ERROR_BAD_FILE, COPPICE_ERROR_OUT_OF_MEMORY */

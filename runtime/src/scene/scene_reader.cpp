@@ -197,6 +197,12 @@ Result<SceneFile> read_scene_front(Bytes bytes, std::uint64_t file_bytes) {
     return bad_field("front_checksum", offsetof(coppice_scene_header, front_checksum));
   COPPICE_CHECK(read_species(front, scene));
   COPPICE_CHECK(read_tiles(front, scene));
+  scene.height_min_m = scene.tiles[0].entry.box_min[1];
+  scene.height_max_m = scene.tiles[0].entry.box_max[1];
+  for (const SceneTile& tile : scene.tiles) {
+    scene.height_min_m = std::min(scene.height_min_m, tile.entry.box_min[1]);
+    scene.height_max_m = std::max(scene.height_max_m, tile.entry.box_max[1]);
+  }
   return scene;
 }
 

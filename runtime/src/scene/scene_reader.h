@@ -31,6 +31,7 @@ struct SceneTile {
 struct SceneFile {
   coppice_scene_header header{};
   std::vector<SceneSpecies> species;
+  float height_min_m = 0.0f, height_max_m = 0.0f;  ///< of the plants' feet
   std::vector<SceneTile> tiles;  ///< breadth first: a tile's children are [first_child, first_child + popcount(child_mask))
 };
 

@@ -428,6 +428,14 @@ std::optional<WantedSpecies> SceneStream::next_species() {
   return {};
 }
 
+void SceneStream::species_opening(std::uint32_t species) {
+  state_->species[species].state = SpeciesState::opening;
+}
+
+void SceneStream::species_wanted(std::uint32_t species) {
+  state_->species[species].state = SpeciesState::wanted;
+}
+
 void SceneStream::species_opened(std::uint32_t species, bool success) {
   state_->species[species].state = success ? SpeciesState::open : SpeciesState::failed;
 }

@@ -61,7 +61,7 @@ struct WantedSpecies {
 };
 
 /// What has become of a species.
-enum class SpeciesState : std::uint8_t { unknown, wanted, open, failed };
+enum class SpeciesState : std::uint8_t { unknown, wanted, opening, open, failed };
 
 /// Thread: externally serialised; const functions may overlap with each other. The hooks must outlive it.
 class SceneStream {
@@ -88,6 +88,10 @@ class SceneStream {
   void refused(std::uint32_t tile);
 
   [[nodiscard]] std::optional<WantedSpecies> next_species();
+  /// It is being opened: next_species() names it no more, until species_opened() or species_wanted().
+  void species_opening(std::uint32_t species);
+  /// It could not be opened for now.
+  void species_wanted(std::uint32_t species);
   /// success: false, it is never asked for again and its instances are left out
   void species_opened(std::uint32_t species, bool success);
   [[nodiscard]] SpeciesState species_state(std::uint32_t species) const;

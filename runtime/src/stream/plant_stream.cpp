@@ -13,7 +13,6 @@ namespace coppice {
 namespace {
 
 constexpr std::uint32_t kWantWindowFrames = 8;
-constexpr std::size_t kHeaderBytes = sizeof(coppice_file_header);
 
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
@@ -61,20 +60,6 @@ void index_chunks(PlantStream& plant) {
   if (counts.wood_lod_count > 0) plant.chunk(ChunkKind::wood, counts.wood_lod_count - 1).pinned = true;
 }
 
-/// How long a texture is once decoded only its header says. One that is damaged counts as stored: decoding refuses it.
-Result<void> measure_textures(PlantStream& plant) {
-  for (std::uint32_t i = 0; i < plant.texture_uploads.size(); ++i) {
-    const coppice_file_chunk& entry = plant.file_chunk(plant.chunk(ChunkKind::texture, i));
-    plant.texture_uploads[i].bytes = entry.bytes;
-    std::array<std::uint8_t, sizeof(coppice_file_texture)> header{};
-    if (plant.gpu.block_textures || entry.bytes < header.size()) continue;
-    COPPICE_CHECK(read_now(plant.hooks.io, plant.io_file, entry.offset, header));
-    const auto layout = read_texture_header(header, entry.bytes);
-    if (layout && layout->format != COPPICE_TEXTURE_RGBA8) plant.texture_uploads[i] = {decoded_texture_bytes(*layout), true};
-  }
-  return {};
-}
-
 /// A texture is for leaf meshes only if every material that shows it is.
 void mark_leaf_mesh_textures(PlantStream& plant) {
   for (const bool only : {true, false})
@@ -90,9 +75,6 @@ void fill_tables(PlantStream& plant) {
   plant.valued.table = lod_table(file, plant.lod_words);
   plant.valued.leaf_count = file.plant.leaf_count;
   plant.valued.page_bytes = plant.gpu.page_bytes + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
-  if (file.plant.leaf_mesh_count > 0)
-    for (const Chunk& chunk : plant.chunks.span())
-      if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes += chunk_bytes(plant, chunk).gpu;
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.root.corners[corner].begin());
   plant.root.card = file.plant.root_card;
   plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + bytes_of(file.chunks) + bytes_of(file.materials) + bytes_of(file.cards) +
@@ -148,29 +130,39 @@ Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const G
   plant->path = path;
   plant->io_file = hooks.io.open(hooks.io.user, path, &plant->file_bytes);
   if (plant->io_file < 0) return Error{Status::io, "cannot open file"};
-  std::array<std::uint8_t, kHeaderBytes> bytes{};
-  if (plant->file_bytes < bytes.size())
+  if (plant->file_bytes < sizeof(coppice_file_header))
     return Error{Status::bad_file, "header: the file is shorter than one", 0, std::to_string(plant->file_bytes) + " bytes"};
-  COPPICE_CHECK(read_now(hooks.io, plant->io_file, 0, bytes));
-  COPPICE_TRY(header, read_header(bytes, plant->file_bytes));
-  plant->file.header = header;
   return plant;
 }
 
-Result<void> read_plant_front(PlantStream& plant, HookBuffer& front) {
-  COPPICE_CHECK(allocate_into(front, plant.hooks.allocator, static_cast<std::size_t>(plant.file.header.first_read_bytes)));
-  COPPICE_CHECK(read_now(plant.hooks.io, plant.io_file, 0, front.span()));
-  COPPICE_TRY(file, read_front(front.span(), plant.file_bytes));
+Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front) {
+  COPPICE_TRY(file, read_front(front, plant.file_bytes));
   plant.file = std::move(file);
   COPPICE_CHECK(allocate_arrays(plant));
   index_chunks(plant);
-  COPPICE_CHECK(measure_textures(plant));
+  for (std::uint32_t i = 0; i < plant.texture_uploads.size(); ++i)
+    plant.texture_uploads[i].bytes = plant.file_chunk(plant.chunk(ChunkKind::texture, i)).bytes;
   mark_leaf_mesh_textures(plant);
   fill_tables(plant);
   plant.loadable_page_count = plant.file.plant.page_count;
   const PlantWants nothing = no_wants(plant);
   plant.wants = {nothing, nothing, nothing};
   return {};
+}
+
+// One that is damaged counts as stored: decoding refuses it.
+void take_texture_header(PlantStream& plant, std::uint32_t texture, std::span<const std::uint8_t> header) {
+  const auto layout = read_texture_header(header, plant.file_chunk(plant.chunk(ChunkKind::texture, texture)).bytes);
+  if (!layout || layout->format == COPPICE_TEXTURE_RGBA8) return;
+  plant.texture_uploads[texture].bytes = decoded_texture_bytes(*layout);
+  plant.texture_uploads[texture].decoded = true;
+}
+
+void measure_leaf_meshes(PlantStream& plant) {
+  plant.valued.leaf_mesh_bytes = 0;
+  if (plant.file.plant.leaf_mesh_count == 0) return;
+  for (const Chunk& chunk : plant.chunks.span())
+    if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes += chunk_bytes(plant, chunk).gpu;
 }
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {

@@ -110,14 +110,18 @@ struct PlantStream {
   [[nodiscard]] const coppice_file_chunk& file_chunk(const Chunk& of) const { return file.chunks[of.file_chunk]; }
 };
 
-/// Opens the file and reads its header into file.header, nothing else.
+/// Opens the file; nothing is read.
 /// index   the plant's, for chunk ids
-/// errors  io, bad_file, unsupported, out_of_memory; path is not in the message
+/// errors  io, bad_file: shorter than a header, out_of_memory; path is not in the message
 Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index);
 
-/// Reads and checks the front and fills in the tables; nothing is decoded. Where the GPU does not read blocks it reads the textures'
-/// headers too. front   out: the file's first header.first_read_bytes errors  io, bad_file, unsupported, out_of_memory
-Result<void> read_plant_front(PlantStream& plant, HookBuffer& front);
+/// Checks the front and fills in the tables; nothing is decoded. file.header: read
+/// front   the file's first header.first_read_bytes. errors  bad_file, unsupported, out_of_memory
+Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front);
+/// How long a texture is once decoded only its header says. header: [sizeof(coppice_file_texture)], the start of the chunk
+void take_texture_header(PlantStream& plant, std::uint32_t texture, std::span<const std::uint8_t> header);
+/// Once the lengths of all textures are known.
+void measure_leaf_meshes(PlantStream& plant);
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);
 

@@ -43,7 +43,9 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, const Str
 
 // Reads that return may not start anything: only waiting is left to do.
 Streamer::~Streamer() {
-  if (state_) state_->completions.wait_for_all();
+  if (!state_) return;
+  state_->completions.wait_for_all();
+  state_->openings.clear();  // waits for their reads
 }
 
 PlantStream& Streamer::State::open_plant_at(std::uint32_t plant) const {
@@ -85,41 +87,114 @@ Error Streamer::State::hold_room(std::uint64_t bytes) {
           std::to_string(bytes)};
 }
 
-// Room is found before anything is decoded. Where there is none, begin_frame makes some: what it evicts now the GPU may still read.
-Result<std::unique_ptr<PlantStream>> Streamer::State::open(const char* path, std::uint32_t index) {
-  const std::uint64_t room = budget_bytes > used_bytes ? budget_bytes - used_bytes : 0;
-  COPPICE_TRY(plant, open_plant_file(hooks, options.gpu, path, index));
-  const std::uint64_t front_bytes = plant->file.header.first_read_bytes;
-  if (front_bytes > room) return hold_room(front_bytes);
-  HookBuffer front;
-  COPPICE_CHECK(read_plant_front(*plant, front));
-  std::uint64_t bytes = front.bytes() + plant->base_bytes + options.gpu.opening_bytes;
-  for (const Chunk& chunk : plant->chunks.span())
-    if (chunk.pinned) bytes += chunk_bytes(*plant, chunk).total();
-  if (bytes > room) return hold_room(bytes);
-  for (Chunk& chunk : plant->chunks.span())
-    if (chunk.pinned) COPPICE_CHECK(decode_pinned(*plant, chunk, front.span()));
+// Room is found before anything is read or decoded. Where there is none, begin_frame makes some: what it evicts now the GPU may still read.
+Result<void> Streamer::State::reserve_for(PlantOpening& opening, std::uint64_t bytes) {
+  if (used_bytes + bytes > budget_bytes) {
+    const std::uint64_t all_bytes = opening.reserved_bytes + bytes;
+    release(opening);
+    return hold_room(all_bytes);
+  }
+  count_bytes(static_cast<std::int64_t>(bytes));
+  opening.reserved_bytes += bytes;
+  return {};
+}
+
+void Streamer::State::release(PlantOpening& opening) {
+  count_bytes(-static_cast<std::int64_t>(std::exchange(opening.reserved_bytes, 0)));
+}
+
+Result<void> Streamer::State::advance_opening(PlantOpening& opening) {
+  PlantStream& plant = *opening.plant;
+  while (opening.step != PlantOpening::Step::read && opening.reads.back()) {
+    if (opening.step == PlantOpening::Step::header) {
+      COPPICE_CHECK(take_header(opening));
+      COPPICE_CHECK(reserve_for(opening, plant.file.header.first_read_bytes));
+      COPPICE_CHECK(start_front(opening));
+    } else if (opening.step == PlantOpening::Step::front) {
+      COPPICE_CHECK(take_front(opening));
+      COPPICE_CHECK(reserve_for(opening, plant.base_bytes));
+    } else {
+      COPPICE_CHECK(take_texture_headers(opening));
+    }
+  }
+  return {};
+}
+
+Result<void> Streamer::State::take_opened(PlantOpening& opening) {
+  PlantStream& plant = *opening.plant;
+  std::uint64_t pinned_bytes = options.gpu.opening_bytes;
+  for (const Chunk& chunk : plant.chunks.span())
+    if (chunk.pinned) pinned_bytes += chunk_bytes(plant, chunk).total();
+  COPPICE_CHECK(reserve_for(opening, pinned_bytes));
+  for (Chunk& chunk : plant.chunks.span())
+    if (chunk.pinned) COPPICE_CHECK(decode_pinned(plant, chunk, opening.front.span()));
   held_bytes = held_until_frame = 0;
-  return plant;
+  release(opening);
+  opening.front = {};
+  count_bytes(static_cast<std::int64_t>(plant.base_bytes));
+  for (Chunk& chunk : plant.chunks.span()) {
+    const ChunkBytes bytes = chunk_bytes(plant, chunk);
+    if (chunk.pinned) set_counted(chunk, bytes.gpu + bytes.kept + bytes.upload);
+  }
+  plants[plant.index] = std::move(opening.plant);
+  return {};
+}
+
+PlantOpening& Streamer::State::opening_at(std::uint32_t plant) const {
+  const auto it = std::ranges::find_if(openings, [plant](const auto& opening) { return opening->plant->index == plant; });
+  COPPICE_ASSERT(it != openings.end());
+  return **it;
+}
+
+Result<std::uint32_t> Streamer::State::start(const char* path) {
+  for (std::uint32_t index = 0; index < plants.size(); ++index) {
+    const bool taken =
+        plants[index] != nullptr || std::ranges::any_of(openings, [index](const auto& o) { return o->plant->index == index; });
+    if (taken) continue;
+    COPPICE_TRY(opening, start_opening(hooks, options.gpu, path, index));
+    openings.push_back(std::move(opening));
+    return index;
+  }
+  return Error{Status::out_of_memory, "max_plants are open"};
+}
+
+Result<std::uint32_t> Streamer::start_open(const char* path) {
+  auto started = state_->start(path);
+  if (!started) log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, started.error().message().c_str());
+  return started;
+}
+
+std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
+  State& s = *state_;
+  PlantOpening& opening = s.opening_at(plant);
+  Result<void> result = s.advance_opening(opening);
+  if (result && opening.step != PlantOpening::Step::read) return std::nullopt;
+  const std::string path = opening.plant->path;
+  if (result) result = s.take_opened(opening);
+  if (!result) {
+    log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", path.c_str(), result.error().message().c_str());
+    s.release(opening);
+  }
+  std::erase_if(s.openings, [&](const auto& other) { return other.get() == &opening; });
+  return result;
+}
+
+void Streamer::cancel_open(std::uint32_t plant) {
+  PlantOpening& opening = state_->opening_at(plant);
+  opening.reads.wait();
+  state_->release(opening);
+  std::erase_if(state_->openings, [&](const auto& other) { return other.get() == &opening; });
 }
 
 Result<std::uint32_t> Streamer::open_plant(const char* path) {
-  State& s = *state_;
-  const auto slot = std::ranges::find_if(s.plants.span(), [](const auto& plant) { return plant == nullptr; });
-  const auto index = static_cast<std::uint32_t>(slot - s.plants.span().begin());
-  auto opened = index < s.plants.size() ? s.open(path, index)
-                                        : Result<std::unique_ptr<PlantStream>>(Error{Status::out_of_memory, "max_plants are open"});
-  if (!opened) {
-    log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, opened.error().message().c_str());
-    return opened.error();
+  COPPICE_TRY(plant, start_open(path));
+  for (;;) {
+    state_->opening_at(plant).reads.wait();
+    if (auto finished = finish_open(plant); finished) {
+      if (!*finished) return finished->error();
+      return plant;
+    }
   }
-  PlantStream& plant = *(*slot = *std::move(opened));
-  s.count_bytes(static_cast<std::int64_t>(plant.base_bytes));
-  for (Chunk& chunk : plant.chunks.span()) {
-    const ChunkBytes bytes = chunk_bytes(plant, chunk);
-    if (chunk.pinned) s.set_counted(chunk, bytes.gpu + bytes.kept + bytes.upload);
-  }
-  return plant.index;
 }
 
 void Streamer::close_plant(std::uint32_t plant) {
@@ -241,6 +316,7 @@ DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
   DecodedChunk decoded;
   decoded.id = chunk.id;
   decoded.bytes = chunk_bytes(plant, chunk).gpu;
+  decoded.pinned = chunk.pinned;
   if (chunk.id.kind == ChunkKind::page) {
     const PageData& data = plant.pages[chunk.id.index];
     decoded.first_node = 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1;

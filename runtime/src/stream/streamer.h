@@ -15,6 +15,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -55,6 +56,7 @@ struct StreamerOptions {
 struct DecodedChunk {
   ChunkId id;
   std::uint64_t bytes = 0;  ///< GPU memory
+  bool pinned = false;      ///< the plant cannot be drawn without it
 
   // page: nodes first_node .. first_node + nodes.size() - 1; their splits as far as known, also of later pages
   std::uint32_t first_node = 0;  ///< 2 * COPPICE_PAGE_SPLITS * index + 1
@@ -118,6 +120,14 @@ class Streamer {
   /// come out of the next take_decoded(). Returns the plant's index, < max_plants. errors  io, bad_file (one log line names file, field and
   /// byte); out_of_memory: the hook, the budget, or max_plants are open
   Result<std::uint32_t> open_plant(const char* path);
+
+  /// The same without waiting, the index at once: finish_open says what has become of it. errors  as far as they are known at once, logged
+  Result<std::uint32_t> start_open(const char* path);
+  /// Nothing: reads are under way. Otherwise the plant is open, or it failed and its index is free again.
+  /// plant  of start_open, not finished (asserted), here and below. errors  as open_plant, logged
+  [[nodiscard]] std::optional<Result<void>> finish_open(std::uint32_t plant);
+  /// Waits for its reads.
+  void cancel_open(std::uint32_t plant);
 
   /// From now on the plant wants nothing. Its chunks come out of take_evicted and take_released, then its index out of take_closed_plants.
   /// plant  an open index (asserted)

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "plant_opening.h"
 #include "plant_stream.h"
 #include "streamer.h"
 
@@ -61,8 +62,9 @@ enum class Room : std::uint8_t {
 struct Streamer::State {
   Hooks hooks;
   StreamerOptions options;
-  HookArray<std::unique_ptr<PlantStream>> plants;  ///< [max_plants] null: free
-  HookArray<Transfer> transfers;                   ///< [max_in_flight]
+  HookArray<std::unique_ptr<PlantStream>> plants;       ///< [max_plants] null: free
+  std::vector<std::unique_ptr<PlantOpening>> openings;  ///< their indices are taken
+  HookArray<Transfer> transfers;                        ///< [max_in_flight]
   CompletionQueue completions;
   Transfer* finished = nullptr;       ///< out of `completions`, linked by next: what no frame has had time for yet
   std::uint64_t hand_over_until = 0;  ///< on the clock; the frame's time for them ends here
@@ -147,7 +149,15 @@ struct Streamer::State {
   Transfer* free_slot();
 
   // streamer.cpp
-  Result<std::unique_ptr<PlantStream>> open(const char* path, std::uint32_t index);
+  Result<std::uint32_t> start(const char* path);
+  /// As far as reads are back. errors  io, bad_file, unsupported, out_of_memory
+  Result<void> advance_opening(PlantOpening& opening);
+  /// Everything is read: decodes what is pinned; the plant is open then. errors  bad_file, out_of_memory
+  Result<void> take_opened(PlantOpening& opening);
+  /// errors  out_of_memory, as hold_room
+  Result<void> reserve_for(PlantOpening& opening, std::uint64_t bytes);
+  void release(PlantOpening& opening);
+  [[nodiscard]] PlantOpening& opening_at(std::uint32_t plant) const;
   /// Makes the next frames free `bytes` for the next open_plant, if they can; the error to report until then.
   Error hold_room(std::uint64_t bytes);
   void advance_closing(PlantStream& plant);

@@ -59,21 +59,6 @@ void run_decodes(void* argument) {
   }
 }
 
-struct BlockingRead {
-  std::mutex mutex;
-  std::condition_variable changed;
-  bool done = false;
-  std::int64_t bytes_read = 0;
-};
-
-void on_blocking_read_done(void* argument, std::int64_t bytes_read) {
-  auto* read = static_cast<BlockingRead*>(argument);
-  const std::lock_guard lock(read->mutex);
-  read->done = true;
-  read->bytes_read = bytes_read;
-  read->changed.notify_all();
-}
-
 }  // namespace
 
 void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std::uint64_t offset) {
@@ -93,13 +78,48 @@ void start_decode(Transfer& first, const coppice_jobs& jobs) {
   jobs.submit(jobs.user, run_decodes, &first);
 }
 
+void ReadGroup::start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++expected_;
+  }
+  Read& read = reads_.emplace_back(Read{this, offset, out.size(), 0});
+  io.read(io.user, file, offset, out.data(), out.size(), on_done, &read);
+}
+
+// Notifies under the lock: the waiter may destroy the group as soon as it can take it.
+void ReadGroup::on_done(void* argument, std::int64_t bytes_read) {
+  auto* read = static_cast<Read*>(argument);
+  ReadGroup& group = *read->group;
+  const std::lock_guard lock(group.mutex_);
+  read->bytes_read = bytes_read;
+  if (--group.expected_ == 0) group.all_back_.notify_all();
+}
+
+bool ReadGroup::back() const {
+  const std::lock_guard lock(mutex_);
+  return expected_ == 0;
+}
+
+void ReadGroup::wait() {
+  std::unique_lock lock(mutex_);
+  all_back_.wait(lock, [this] { return expected_ == 0; });
+}
+
+Result<void> ReadGroup::take() {
+  const std::deque<Read> reads = std::exchange(reads_, {});
+  for (const Read& read : reads)
+    if (read.bytes_read != static_cast<std::int64_t>(read.bytes))
+      return Error{Status::io, "read failed", read.offset,
+                   std::to_string(read.bytes_read) + " of " + std::to_string(read.bytes) + " bytes"};
+  return {};
+}
+
 Result<void> read_now(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
-  BlockingRead read;
-  io.read(io.user, file, offset, out.data(), out.size(), on_blocking_read_done, &read);
-  std::unique_lock lock(read.mutex);
-  read.changed.wait(lock, [&] { return read.done; });
-  if (read.bytes_read == static_cast<std::int64_t>(out.size())) return {};
-  return Error{Status::io, "read failed", offset, std::to_string(read.bytes_read) + " of " + std::to_string(out.size()) + " bytes"};
+  ReadGroup read;
+  read.start(io, file, offset, out);
+  read.wait();
+  return read.take();
 }
 
 }  // namespace coppice

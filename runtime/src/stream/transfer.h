@@ -4,6 +4,7 @@
 
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <mutex>
 #include <span>
 
@@ -73,6 +74,37 @@ void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std
 
 /// Hands a run of transfers (linked by next_in_run, stage read) to one job.
 void start_decode(Transfer& first, const coppice_jobs& jobs);
+
+/// Reads that are waited for together. Their ends come from any thread; the rest: the frame's thread.
+class ReadGroup {
+ public:
+  ReadGroup() = default;
+  ReadGroup(const ReadGroup&) = delete;
+  ReadGroup& operator=(const ReadGroup&) = delete;
+  ~ReadGroup() { wait(); }
+
+  /// out: stays where it is until the read is back
+  void start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
+  /// Whether every read has returned.
+  [[nodiscard]] bool back() const;
+  void wait();
+  /// back(): true; the group is empty afterwards. errors  io: fewer bytes than asked for
+  Result<void> take();
+
+ private:
+  struct Read {
+    ReadGroup* group = nullptr;
+    std::uint64_t offset = 0;
+    std::size_t bytes = 0;
+    std::int64_t bytes_read = 0;
+  };
+  static void on_done(void* argument, std::int64_t bytes_read);
+
+  std::deque<Read> reads_;  ///< stay where they are
+  mutable std::mutex mutex_;
+  std::condition_variable all_back_;
+  std::uint32_t expected_ = 0;
+};
 
 /// Reads through the hook and waits. Inline on the calling thread as far as the hook is.
 /// errors  io: fewer bytes than asked for

@@ -1,0 +1,164 @@
+// The scene's part of a context: tiles that come become instances, plants are opened for them.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <new>
+#include <utility>
+
+#include "context.h"
+
+namespace coppice {
+
+Result<coppice_scene> Context::open_scene(const char* path) {
+  std::unique_ptr<Scene> scene(new (std::nothrow) Scene);
+  if (!scene) return Error{Status::out_of_memory, "scene"};
+  COPPICE_TRY(stream, SceneStream::open(hooks_.hooks, path, {}));
+  scene->stream = std::move(stream);
+  scene->tile_blocks.resize(scene->stream->file().tiles.size());
+  scene->plants.resize(scene->stream->file().species.size());
+  scene->handle = ++last_scene_;
+  scene_ = std::move(scene);
+  return scene_->handle;
+}
+
+void Context::close_scene() {
+  for (std::uint32_t tile = 0; tile < scene_->tile_blocks.size(); ++tile) remove_tile(tile);
+  for (const Scene::Opening& opening : scene_->opening) streamer_->cancel_open(opening.slot);
+  for (const coppice_plant plant : scene_->plants)
+    if (is_open(plant)) close_plant(plant);
+  scene_.reset();
+}
+
+void Context::fill_info(coppice_scene_info& info) const {
+  const SceneFile& file = scene_->stream->file();
+  info.species_count = file.header.species_count;
+  info.tile_count = file.header.tile_count;
+  info.instance_count = file.header.instance_count;
+  info.file_bytes = file.header.file_bytes;
+  std::copy_n(file.header.square_min, 2, info.square_min);
+  info.square_side = file.header.square_side;
+  info.height_min = file.height_min_m;
+  info.height_max = file.height_max_m;
+}
+
+namespace {
+
+/// A tile that is larger than this when it comes grows up in so many frames, if no more than so many others do.
+constexpr float kGrowFrom_px = 3.0f;
+constexpr std::uint32_t kGrowFrames = 16, kMostGrowing = 16;
+/// A plant that found no memory is tried again so often, after so many frames each.
+constexpr std::uint32_t kSpeciesTries = 8;
+constexpr std::uint64_t kSpeciesRetryFrames = 30;
+/// Plants that are opened at a time.
+constexpr std::size_t kMostOpening = 8;
+/// Device memory that grows with an instance: draw commands, places in the lists of wood.
+constexpr std::uint64_t kInstanceGrowthBytes = 64;
+
+coppice_placement placement_of(const SceneInstance& instance) {
+  coppice_placement placement{};
+  std::ranges::copy(instance.position_m, placement.position);
+  placement.scale = instance.scale;
+  placement.rotation[1] = std::sin(0.5f * instance.yaw_rad);
+  placement.rotation[3] = std::cos(0.5f * instance.yaw_rad);
+  std::ranges::copy(instance.tint, placement.tint);
+  return placement;
+}
+
+}  // namespace
+
+void Context::stream_scene(const LodView& view) {
+  static_assert(kTileBlockInstances == gpu::kDirtyBlockSlots);
+  const std::uint64_t affordable = streamer_->stats().budget_bytes / 4 / (kInstanceGrowthBytes * kTileBlockInstances);
+  const std::uint32_t block_count = instances_.free_block_count() + scene_->block_count;
+  scene_->stream->begin_frame({view.eye_m, view.focal_px, view.near_m},
+                              {static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)), streamer_->free_bytes()});
+  count_overhead();
+  for (const std::uint32_t tile : scene_->stream->dropped()) remove_tile(tile);
+  grow_tiles();
+  scene_->growth_bytes = 0;
+  // One of each at least; more while there is time. What is over waits for the next frame.
+  const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(streaming_ns_);
+  while (open_next_species() && std::chrono::steady_clock::now() < end) {
+  }
+  for (auto ready = scene_->stream->next_ready(); ready; ready = scene_->stream->next_ready()) {
+    // What draws them all grows with them: the streamer makes room for that, and the tile waits.
+    if (const std::uint64_t growth = renderer_->growth_bytes(instances_.count() + ready->instances.size());
+        growth > streamer_->free_bytes()) {
+      scene_->growth_bytes = growth;
+      break;
+    }
+    place_tile(*ready);
+    if (std::chrono::steady_clock::now() >= end) break;
+  }
+}
+
+// Reads are under way in between; what is pinned is decoded here.
+bool Context::open_next_species() {
+  while (scene_->opening.size() < kMostOpening && frame_number_ >= scene_->species_frame) {
+    const auto wanted = scene_->stream->next_species();
+    if (!wanted) break;
+    scene_->stream->species_opening(wanted->species);
+    auto started = streamer_->start_open(wanted->path->c_str());
+    if (started)
+      scene_->opening.push_back({wanted->species, *started});
+    else
+      finish_species(wanted->species, started.error());
+  }
+  for (auto it = scene_->opening.begin(); it != scene_->opening.end(); ++it) {
+    const auto [species, slot] = *it;
+    const auto opened = streamer_->finish_open(slot);
+    if (!opened) continue;
+    scene_->opening.erase(it);
+    auto shown = *opened ? show_slot(slot) : Result<void>(opened->error());
+    finish_species(species, shown ? take_entry(slot) : Result<coppice_plant>(shown.error()));
+    return true;
+  }
+  return false;
+}
+
+// Where there was no memory room may be on its way; the tiles that need the plant wait.
+void Context::finish_species(std::uint32_t species, const Result<coppice_plant>& plant) {
+  if (!plant && plant.error().status == Status::out_of_memory && ++scene_->species_tries < kSpeciesTries) {
+    scene_->species_frame = frame_number_ + kSpeciesRetryFrames;
+    return scene_->stream->species_wanted(species);
+  }
+  scene_->species_tries = 0;
+  if (plant) scene_->plants[species] = *plant;
+  scene_->stream->species_opened(species, static_cast<bool>(plant));
+}
+
+void Context::place_tile(const ReadyTile& ready) {
+  scene_->placed.clear();
+  for (const SceneInstance& instance : ready.instances)
+    if (is_open(scene_->plants[instance.species]))
+      scene_->placed.push_back({placement_of(instance), entry(scene_->plants[instance.species]).slot});
+  std::vector<std::uint32_t>& blocks = scene_->tile_blocks[ready.tile];
+  if (!instances_.add_tile(scene_->placed, blocks)) return scene_->stream->refused(ready.tile);
+  scene_->block_count += static_cast<std::uint32_t>(blocks.size());
+  if (ready.size_px > kGrowFrom_px && scene_->growing.size() < kMostGrowing) {
+    instances_.scale_tile(blocks, 1.0f / static_cast<float>(kGrowFrames));
+    scene_->growing.push_back({ready.tile, 1});
+  }
+  scene_->stream->placed(ready.tile);
+}
+
+// Where the threshold is above some pixels, plants would pop up.
+void Context::grow_tiles() {
+  for (Scene::Growing& growing : scene_->growing) {
+    const auto share = static_cast<float>(growing.share);
+    instances_.scale_tile(scene_->tile_blocks[growing.tile], (share + 1.0f) / share);
+    ++growing.share;
+  }
+  std::erase_if(scene_->growing, [](const Scene::Growing& growing) { return growing.share == kGrowFrames; });
+}
+
+void Context::remove_tile(std::uint32_t tile) {
+  std::vector<std::uint32_t>& blocks = scene_->tile_blocks[tile];
+  std::erase_if(scene_->growing, [tile](const Scene::Growing& growing) { return growing.tile == tile; });
+  instances_.remove_tile(blocks);
+  scene_->block_count -= static_cast<std::uint32_t>(blocks.size());
+  blocks.clear();
+}
+
+}  // namespace coppice

@@ -47,6 +47,7 @@ const uint kDebugOverdraw = 3;
 const uint kDebugOcclusion = 4;
 const uint kDebugError = 5;
 const uint kDebugResidency = 6;
+const uint kMaxCascades = 3;
 const uint kMaxWoodLods = 8;
 const uint kMaxLeafMeshes = 16;
 const uint kCullGroupSize = 32;
@@ -157,10 +158,14 @@ struct View {
   vec3 sky_color;
   vec3 ground_color;
   vec3 fog_color;
-  uint debug_view;     // coppice_debug_view
-  uvec2 debug_colors;  // address of DebugColorArray: by instance slot, rgb, 8 bits each
+  uint debug_view;              // coppice_debug_view
+  uvec2 debug_colors;           // address of DebugColorArray: by instance slot, rgb, 8 bits each
+  uint is_shadow;               // 1: its picture is a shadow map
+  uint cascade_count;           // of shadow_maps
+  float depth_sign;             // 1: nearer is larger; -1: smaller
+  mat4 cascades[kMaxCascades];  // clip_from_world of each
 };
-COPPICE_GPU_LAYOUT(View, 256);
+COPPICE_GPU_LAYOUT(View, 460);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -129,7 +129,7 @@ bool raster_leaves(Instance instance, uint slot, float cut, float distance_m) {
   RasterPlant plant = raster_plants[instance.plant];
   if (plant.level_count == 0) return false;
   uint level = coppice_kept_ladder_level(cut, last_levels[slot]);
-  last_levels[slot] = level;
+  if (view.is_shadow == 0) last_levels[slot] = level;
   level = min(level, plant.level_count - 1);
   RasterList list = lists[instance.plant * kRasterLists + level];
   float leaf_px = list.leaf_size_m * instance.scale * view.focal_px / max(distance_m, view.near_m);

@@ -40,7 +40,8 @@ Shared share(uint item, RasterList list, RasterCluster cluster) {
   group.placed = place(instance, list_of(item), list.box_min, list.box_step, cluster);
   show_debug(group.placed, slot_of(item));
   group.box_step = list.box_step;
-  group.sun_color = view.sun_color;
+  // Shadows of other plants are soft enough to be the cluster's.
+  group.sun_color = view.sun_color * sun_past_others(instance, plants[instance.plant], world_from_object(instance, cluster.center));
   float distance_m = max(distance(world_from_object(instance, cluster.center), view.camera_position), view.near_m);
   group.px_per_m = instance.scale * view.focal_px / distance_m;
   return group;

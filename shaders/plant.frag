@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Leaves and wood: texture, alpha test, fog.
+// Leaves and wood: texture, alpha test, fog; with COPPICE_DEPTH, for shadow maps, no colour.
 // reads     view, the texture of the draw
 // writes    colour, linear
 // recorded by coppice::gpu::record_draw. What has no texture keeps early depth tests.
@@ -16,7 +16,9 @@ layout(location = 0) in vec3 in_light;
 layout(location = 1) in float in_transmittance;
 layout(location = 2) in vec2 in_uv;
 layout(location = 3) flat in float in_alpha_cutoff;
+#ifndef COPPICE_DEPTH
 layout(location = 0) out vec4 out_color;
+#endif
 
 void main() {
   vec3 color = in_light;
@@ -25,5 +27,7 @@ void main() {
     if (texel.a < in_alpha_cutoff) discard;
     if (view.debug_view == 0) color *= texel.rgb;
   }
+#ifndef COPPICE_DEPTH
   out_color = vec4(mix(view.fog_color, color, in_transmittance), 1.0);
+#endif
 }

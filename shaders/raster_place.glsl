@@ -34,7 +34,8 @@ Placed place(Instance instance, uint list, vec3 box_min, vec3 step, RasterCluste
   placed.bulk = cluster.bulk;
   placed.bulk_front = bulk_front(dot(placed.eye, placed.sun));
   placed.bulk_up = 0.67 * dot(placed.eye, placed.up);
-  placed.sunlight = view.sun_color * sun_through_crown(unpack_crown(cluster.crown), placed.sun, placed.eye, cluster.bulk);
+  placed.sunlight = view.sun_color * sun_past_others(instance, plants[instance.plant], world) *
+                    sun_through_crown(unpack_crown(cluster.crown), placed.sun, placed.eye, cluster.bulk);
   placed.clear = transmittance(world);
   placed.tint = instance.tint;
   if (placed.wood) placed.tint = RasterCardArray(placed.cards).at[cluster.card].albedo;

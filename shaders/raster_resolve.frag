@@ -3,7 +3,7 @@
 
 // What the compute rasteriser has drawn, as colour and depth of the engine's attachments.
 // reads     picture, view
-// writes    colour, linear; depth
+// writes    colour, linear, but with COPPICE_DEPTH; depth
 // recorded by coppice::gpu::LeafRaster::record_resolve
 
 #include "bindings.glsl"
@@ -14,16 +14,20 @@
 layout(set = 1, binding = 12) uniform usamplerBuffer picture_words;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
+#ifndef COPPICE_DEPTH
 layout(location = 0) out vec4 out_color;
+#endif
 
 void main() {
   uvec2 at = uvec2(gl_FragCoord.xy);
   int word = int(2 * (at.y * push.width_px + at.x));
   uint key = texelFetch(picture_words, word + 1).x;
   if (key == 0) discard;
+#ifndef COPPICE_DEPTH
   uint radiance = texelFetch(picture_words, word).x;
   out_color = vec4(unpack_radiance(radiance), 1.0);
   if (view.debug_view == kDebugOverdraw) out_color.rgb = ramp(log2(float(radiance)) / 5.0);
+#endif
   float depth = uintBitsToFloat(key);
   gl_FragDepth = push.reversed != 0 ? depth : 1.0 - depth;
 }

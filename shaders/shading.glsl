@@ -73,6 +73,38 @@ float sun_through_crown(CrownSample light, vec3 sun, vec3 eye, float bulk) {
   return mix(0.05, 1.0, exp(-depth));
 }
 
+// Share of the sun that a map lets through to a place in it; bilinear over the comparisons of four texels.
+float sun_in_map(sampler2D map, vec3 place) {
+  vec4 nearer = vec4(greaterThan(view.depth_sign * (textureGather(map, place.xy) - place.z), vec4(1e-5)));
+  vec2 share = fract(place.xy * vec2(textureSize(map, 0)) - 0.5);
+  return 1.0 - mix(mix(nearer.w, nearer.z, share.x), mix(nearer.x, nearer.y, share.x), share.y);
+}
+
+// x, y: place in a cascade's map; z: its depth there.
+vec3 place_in_cascade(uint cascade, vec3 world) {
+  vec4 clip = view.cascades[cascade] * vec4(world, 1.0);
+  return vec3(0.5 + 0.5 * clip.xy / clip.w, clip.z / clip.w);
+}
+bool is_in_map(vec3 place) { return all(lessThan(abs(place.xy - 0.5), vec2(0.49))); }
+
+// Share of the sun that other things than the plant itself let through to a place of it: what the maps hold where the sun's ray enters the
+// plant's sphere. Nothing can shade itself by rounding there, and the maps may show coarser cuts.
+float sun_past_others(Instance instance, Plant plant, vec3 world) {
+  if (view.cascade_count == 0) return 1.0;
+  vec3 off = world - world_from_object(instance, plant.sphere_center);
+  float radius_m = instance.scale * plant.sphere_radius;
+  float along = dot(off, view.sun_direction);
+  vec3 entry = world + view.sun_direction * max(sqrt(max(along * along - dot(off, off) + radius_m * radius_m, 0.0)) - along, 0.0);
+  vec3 place = place_in_cascade(0, entry);
+  if (is_in_map(place)) return sun_in_map(shadow_maps[0], place);
+  if (view.cascade_count == 1) return 1.0;
+  place = place_in_cascade(1, entry);
+  if (is_in_map(place)) return sun_in_map(shadow_maps[1], place);
+  if (view.cascade_count == 2) return 1.0;
+  place = place_in_cascade(2, entry);
+  return is_in_map(place) ? sun_in_map(shadow_maps[2], place) : 1.0;
+}
+
 // Light and dark, warm and cool: a value that follows the leaf's stalk (quantised in the leaf box), so that it survives a change of cut.
 vec3 variation(Crown crown, Plant plant, uvec3 stalk) {
   vec3 place_in_crown = (plant.box_min + plant.box_step * vec3(stalk) - crown.center) / crown.radii;
@@ -102,12 +134,13 @@ vec3 leaf_light(Plant plant, Crown crown, Instance instance, LeafPlace leaf) {
   // The side that looks out of the crown; neither, little by little, where a leaf's curl passes from one to the other.
   float side = clamp(4.0 * dot(face, outward), -1.0, 1.0);
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
-  vec3 eye = rotate(to_object, normalize(view.camera_position - world_from_object(instance, leaf.vertex)));
+  vec3 world = world_from_object(instance, leaf.vertex);
+  vec3 eye = rotate(to_object, normalize(view.camera_position - world));
   vec3 normal = normalize(mix(side * face, outward, max(leaf.crown_normals, 1e-3)));
 
   vec3 sun_object = rotate(to_object, view.sun_direction);
   CrownSample light = crown_light_at(plant, crown, leaf.middle);
-  float sun = sun_through_crown(light, sun_object, eye, leaf.bulk);
+  float sun = sun_through_crown(light, sun_object, eye, leaf.bulk) * sun_past_others(instance, plant, world);
   float front = mix(max(0.0, 0.2 + 0.8 * dot(normal, sun_object)), bulk_front(dot(eye, sun_object)), leaf.bulk);
   float through = max(0.0, -sign(dot(face, eye)) * dot(face, sun_object)) * (1.0 - leaf.bulk);
   vec3 direct = view.sun_color * sun * (front + 0.45 * through * vec3(1.0, 1.15, 0.35));
@@ -118,7 +151,8 @@ vec3 leaf_light(Plant plant, Crown crown, Instance instance, LeafPlace leaf) {
 vec3 wood_light(Plant plant, Crown crown, Instance instance, vec3 position, vec3 object_normal) {
   vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
   CrownSample light = crown_light_at(plant, crown, position);
-  vec3 direct = view.sun_color * sun_through_crown(light, sun_object, sun_object, 0.0) * max(0.0, dot(object_normal, sun_object));
+  float sun = sun_through_crown(light, sun_object, sun_object, 0.0) * sun_past_others(instance, plant, world_from_object(instance, position));
+  vec3 direct = view.sun_color * sun * max(0.0, dot(object_normal, sun_object));
   return direct + ambient_light(rotate(instance.rotation, object_normal)) * light.sky;
 }
 

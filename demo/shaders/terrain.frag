@@ -28,6 +28,7 @@ void main() {
   // Holes in the crowns: the smooth shade breaks into flecks of light.
   float flecks = smoothstep(0.36, 0.68, coarse.y * 0.6 + fine.y * 0.4);
   float sunlit = mix(state.x * state.x, 1.0, 0.55 * flecks * smoothstep(0.0, 0.5, state.x));
+  sunlit = sunlight(world_position, sunlit);
   float facing = max(dot(normal, frame.sun_direction.xyz), 0.0);
   vec3 light = frame.sun_color.rgb * facing * sunlit + ambient(normal) * (0.3 + 0.7 * state.z);
   out_color = vec4(fogged(albedo * light, world_position), 1);

@@ -22,7 +22,8 @@ void main() {
   float along = corner == 2 ? 1.0 : 0.0;  // 0 at the root, 1 at the tip
   vec3 world_position = corner == 2 ? root + vec3(0, height, 0) + (0.45 + sway) * height * lean : root + (corner == 0 ? side : -side);
   vec3 albedo = mix(vec3(0.062, 0.112, 0.022), vec3(0.150, 0.146, 0.050), in_style.y * in_style.y);
-  float sunlit = mix(0.25 * in_style.z, in_style.z, along);
+  float open = sunlight(in_root.xyz + vec3(0, height, 0), in_style.z);
+  float sunlit = mix(0.25 * open, open, along);
   float sky = (0.25 + 0.75 * along) * (0.35 + 0.65 * in_style.w);
   vec3 light = frame.sun_color.rgb * (0.62 * sunlit * frame.sun_direction.y) + ambient(vec3(0, 1, 0)) * sky;
   color = fogged(albedo * light, world_position);

@@ -100,6 +100,8 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--stats", options.stats, "Write statistics as JSON")->type_name("F.json");
   app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
       ->type_name("DIR");
+  app.add_flag("--shadows,!--no-shadows", options.shadows,
+               "Shadow maps: plants shade the ground and each other [with a GPU on, without off]");
   CLI::Option* temporal = app.add_flag(
       "--taa,!--no-taa", options.temporal,
       "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [with a GPU on, without off]");

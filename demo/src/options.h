@@ -43,6 +43,7 @@ struct Options {
   std::string trace;             ///< empty: none
   std::optional<bool> temporal;  ///< antialiasing; absent: where a GPU is
   DebugView view = DebugView::none;
+  std::optional<bool> shadows;    ///< shadow maps; absent: where a GPU is
   std::uint32_t supersample = 1;  ///< along each axis, of pictures that are written
   bool watch = false;
   bool pass_times = false;

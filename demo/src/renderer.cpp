@@ -18,8 +18,11 @@
 namespace forest {
 namespace {
 
-constexpr std::array kBindingTypes = {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER};
+constexpr std::array kBindingTypes = {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER,         VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER};
+constexpr std::uint32_t kImageCount = kBindingTypes.size() - 1;
 
 Image upload(const Device& device, const Texture& texture) {
   ImageDesc desc;
@@ -32,7 +35,7 @@ Image upload(const Device& device, const Texture& texture) {
 void allocate_sets(Renderer& renderer) {
   constexpr auto kSets = static_cast<std::uint32_t>(FrameRing::kSlots);
   const std::array<VkDescriptorPoolSize, 2> sizes = {
-      {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSets}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSets}}};
+      {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSets}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kImageCount * kSets}}};
   VkDescriptorPoolCreateInfo info = vk_struct<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
   info.maxSets = kSets;
   info.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
@@ -52,9 +55,17 @@ void allocate_sets(Renderer& renderer) {
 void write_set(const Renderer& renderer, std::size_t slot) {
   const VkDescriptorBufferInfo buffer{renderer.uniforms[slot].buffer, 0, sizeof(FrameUniforms)};
   constexpr VkImageLayout kRead = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-  const std::array<VkDescriptorImageInfo, 3> images = {{{renderer.clamp_sampler, renderer.ground_map_image.view, kRead},
-                                                        {renderer.repeat_sampler, renderer.ground_detail_image.view, kRead},
-                                                        {renderer.clamp_sampler, renderer.scene.view, kRead}}};
+  // Without shadow maps their bindings hold something that is there.
+  const auto map = [&](std::size_t cascade) -> VkImageView {
+    if (renderer.shadows) return renderer.shadows->cascades[cascade].map.view;
+    return renderer.ground_map_image.view;
+  };
+  const std::array<VkDescriptorImageInfo, kImageCount> images = {{{renderer.clamp_sampler, renderer.ground_map_image.view, kRead},
+                                                                  {renderer.repeat_sampler, renderer.ground_detail_image.view, kRead},
+                                                                  {renderer.clamp_sampler, renderer.scene.view, kRead},
+                                                                  {renderer.map_sampler, map(0), kRead},
+                                                                  {renderer.map_sampler, map(1), kRead},
+                                                                  {renderer.map_sampler, map(2), kRead}}};
   std::array<VkWriteDescriptorSet, kBindingTypes.size()> writes{};
   for (std::uint32_t i = 0; i < writes.size(); ++i) {
     writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
@@ -118,6 +129,9 @@ void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView&
   uniforms.sky_color = {renderer.weather.sky_color, 0};
   uniforms.ground_color = {renderer.weather.ground_color, 0};
   uniforms.fog = {renderer.weather.fog_color, renderer.weather.fog_density};
+  uniforms.shadow = {renderer.shadows ? Shadows::kCascades : 0, 0, 0, 0};
+  for (std::size_t i = 0; renderer.shadows && i < Shadows::kCascades; ++i)
+    uniforms.shadows[i] = renderer.shadows->cascades[i].clip_from_world;
   const glm::vec2 extent_px(renderer.scene.extent.width, renderer.scene.extent.height);
   uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, extent_px};
   std::memcpy(renderer.uniforms[slot].mapped, &uniforms, sizeof uniforms);
@@ -194,6 +208,7 @@ Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const Gro
   for (Buffer& buffer : tufts) buffer = create_host_buffer(device, kMaxTufts * sizeof(Tuft), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   repeat_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_REPEAT);
   clamp_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE);
+  map_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE, VK_FILTER_NEAREST);
   set_layout = create_set_layout(device, kBindingTypes);
   pipeline_layout = create_pipeline_layout(device, set_layout, 0);
   allocate_sets(*this);
@@ -222,6 +237,12 @@ void set_temporal(Renderer& renderer, bool on) {
   if (on == (renderer.temporal != nullptr)) return;
   renderer.temporal = on ? std::make_unique<Temporal>(renderer.device, Renderer::kPictureFormat) : nullptr;
   if (on) resize_temporal(*renderer.temporal, renderer.depth, Renderer::kPictureFormat);
+}
+
+void set_shadows(Renderer& renderer, bool on) {
+  if (on == (renderer.shadows != nullptr)) return;
+  renderer.shadows = on ? std::make_unique<Shadows>(renderer.device) : nullptr;
+  for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
 }
 
 void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,

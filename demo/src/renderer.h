@@ -11,6 +11,7 @@
 #include "ground_map.h"
 #include "pass_timer.h"
 #include "resources.h"
+#include "shadows.h"
 #include "temporal.h"
 #include "terrain.h"
 
@@ -61,6 +62,7 @@ struct Renderer {
 
   Handle<VkSampler> repeat_sampler;
   Handle<VkSampler> clamp_sampler;
+  Handle<VkSampler> map_sampler;  ///< texels of shadow maps as they are
   Handle<VkDescriptorSetLayout> set_layout;
   Handle<VkPipelineLayout> pipeline_layout;
   Handle<VkDescriptorPool> descriptor_pool;
@@ -70,6 +72,7 @@ struct Renderer {
   Handle<VkPipeline> sky_pipeline;
   Handle<VkPipeline> tone_map_pipeline;
   std::unique_ptr<PassTimer> timer;    ///< null: passes are not measured
+  std::unique_ptr<Shadows> shadows;    ///< null: the ground has what the ground map says
   std::unique_ptr<Temporal> temporal;  ///< null: every frame is shown as it is
 
   Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, VkExtent2D extent);
@@ -80,6 +83,9 @@ void resize_renderer(Renderer& renderer, VkExtent2D extent);
 
 /// Switches temporal antialiasing on or off. No frame may be in flight.
 void set_temporal(Renderer& renderer, bool on);
+
+/// Switches shadow maps on or off. No frame may be in flight.
+void set_shadows(Renderer& renderer, bool on);
 
 /// Records the scene pass: `draw_plants` first (it may change every binding), then ground, grass and sky.
 /// slot  FrameRing::slot_index() of the frame: its uniforms and tufts are overwritten

@@ -136,9 +136,26 @@ coppice_view begin_plants(Session& session, const FrameView& view) {
   return plant_view;
 }
 
-void record_frame(Session& session, VkCommandBuffer commands, const FrameView& view, const coppice_view& plant_view) {
+/// Changes with whatever comes into the picture or leaves it.
+std::uint64_t arrivals_of(const coppice_stats& stats) {
+  return stats.pages_loaded + stats.pages_evicted + stats.scene_tiles_resident;
+}
+
+void record_shadow_maps(Session& session, VkCommandBuffer commands, const FrameView& view, coppice_view& plant_view) {
+  coppice_context* context = session.forest.context.get();
+  const glm::vec3 forward = -glm::vec3(glm::transpose(view.view_from_world)[2]);
+  record_shadows(
+      *session.renderer.shadows, commands,
+      {context, &session.world.terrain, &plant_view, view.eye, forward, session.ring.number, arrivals_of(session.statistics.last)},
+      [&](const coppice_view& sun) { check(session.forest, coppice_record_cull(context, commands, &sun), "coppice_record_cull"); },
+      [&](const coppice_view& sun) { check(session.forest, coppice_record_draw(context, commands, &sun), "coppice_record_draw"); });
+  set_shadows(*session.renderer.shadows, plant_view);
+}
+
+void record_frame(Session& session, VkCommandBuffer commands, const FrameView& view, coppice_view plant_view) {
   coppice_context* context = session.forest.context.get();
   check(session.forest, coppice_record_upload(context, commands), "coppice_record_upload");
+  if (session.renderer.shadows) record_shadow_maps(session, commands, view, plant_view);
   check(session.forest, coppice_record_cull(context, commands, &plant_view), "coppice_record_cull");
   const std::size_t slot = session.ring.slot_index();
   record_scene(session.renderer, commands, slot, view,
@@ -146,11 +163,6 @@ void record_frame(Session& session, VkCommandBuffer commands, const FrameView& v
   record_tone_map(session.renderer, commands, slot, view, [&] {
     if (session.overlay) record_overlay(*session.overlay, commands, slot, session.renderer.picture.extent);
   });
-}
-
-/// Changes with whatever comes into the picture or leaves it.
-std::uint64_t arrivals_of(const coppice_stats& stats) {
-  return stats.pages_loaded + stats.pages_evicted + stats.scene_tiles_resident;
 }
 
 FrameView view_of(const Session& session, const Pose& pose, float time_s) {
@@ -221,6 +233,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
   statistics.software_device = device.software;
   if (options.watch) watch = watch_files(forest.files);
   supersample = options.supersample;
+  set_shadows(renderer, options.shadows.value_or(!device.software));
   set_temporal(renderer, options.temporal.value_or(!device.software && supersample == 1 && options.compare.empty()));
   if (options.pass_times) renderer.timer = std::make_unique<PassTimer>(device);
 }

@@ -5,6 +5,7 @@
 #include <new>
 
 #include "context.h"
+#include "sun_camera.h"
 
 struct coppice_context {
   std::unique_ptr<coppice::Context> context;
@@ -64,6 +65,11 @@ const char* view_problem(const coppice_view* view) {
   if (view->debug_view < COPPICE_DEBUG_NONE || view->debug_view > COPPICE_DEBUG_RESIDENCY)
     return "view.debug_view is not a coppice_debug_view";
   if (view->lod < COPPICE_LOD_CUT || view->lod > COPPICE_LOD_DISCRETE) return "view.lod is not a coppice_lod_mode";
+  if (view->kind != COPPICE_VIEW_CAMERA && view->kind != COPPICE_VIEW_SHADOW) return "view.kind is not a coppice_view_kind";
+  if (view->shadow_cascade_count > COPPICE_MAX_SHADOW_CASCADES) return "view.shadow_cascade_count is above COPPICE_MAX_SHADOW_CASCADES";
+  for (uint32_t i = 0; i < view->shadow_cascade_count; ++i)
+    if (view->shadow_cascades[i].image == VK_NULL_HANDLE || !all_finite(view->shadow_cascades[i].clip_from_world, 16))
+      return "view.shadow_cascades has an entry without an image, or a matrix that is not finite";
   return nullptr;
 }
 
@@ -239,6 +245,24 @@ void coppice_view_init(coppice_view* view) {
   }
 }
 
+coppice_status coppice_shadow_view(const coppice_context* context, const coppice_view* camera, const coppice_shadow_desc* desc,
+                                   coppice_view* shadow) {
+  if (context == nullptr || desc == nullptr || shadow == nullptr) return invalid(context, __func__, "desc or shadow is null");
+  if (const char* problem = view_problem(camera)) return invalid(context, __func__, problem);
+  if (!all_finite(desc->center, 3) || !(desc->radius_m > 0.0f) || !std::isfinite(desc->radius_m) || desc->size_px == 0)
+    return invalid(context, __func__, "desc has no size");
+  const coppice::SunSphere sphere{.center = {desc->center[0], desc->center[1], desc->center[2]}, .radius_m = desc->radius_m};
+  *shadow = *camera;
+  shadow->kind = COPPICE_VIEW_SHADOW;
+  shadow->lod = COPPICE_LOD_CUT;
+  shadow->debug_view = COPPICE_DEBUG_NONE;
+  shadow->leaf_budget = 0;
+  shadow->shadow_cascade_count = 0;
+  shadow->width_px = shadow->height_px = desc->size_px;
+  coppice::set_sun_camera(*shadow, sphere, context->context->reversed_depth());
+  return COPPICE_OK;
+}
+
 void coppice_frame_init(coppice_frame* frame) {
   *frame = {};
   frame->struct_size = sizeof *frame;
@@ -259,6 +283,8 @@ coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer c
 coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view) {
   if (context == nullptr || cmd == VK_NULL_HANDLE) return invalid(context, __func__, "cmd is null");
   if (const char* problem = view_problem(view)) return invalid(context, __func__, problem);
+  if (view->kind == COPPICE_VIEW_SHADOW && !context->context->has_shadow_views())
+    return invalid(context, __func__, "a shadow view without coppice_context_desc.shadow_format");
   if (context->context->recording() < Recording::uploaded)
     return invalid(context, __func__, "coppice_record_upload was not called for this frame");
   return finish(context, __func__, context->context->record_cull(cmd, *view));
@@ -267,6 +293,8 @@ coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd
 coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view) {
   if (context == nullptr || cmd == VK_NULL_HANDLE) return invalid(context, __func__, "cmd is null");
   if (const char* problem = view_problem(view)) return invalid(context, __func__, problem);
+  if (view->kind == COPPICE_VIEW_SHADOW && !context->context->has_shadow_views())
+    return invalid(context, __func__, "a shadow view without coppice_context_desc.shadow_format");
   if (context->context->recording() < Recording::culled)
     return invalid(context, __func__, "coppice_record_cull was not called for this frame");
   context->context->record_draw(cmd, *view);

@@ -57,6 +57,10 @@ class Context {
   enum class Recording : std::uint8_t { none, begun, uploaded, culled };
   [[nodiscard]] Recording recording() const { return recording_; }
 
+  /// Of coppice_context_desc.
+  [[nodiscard]] bool has_shadow_views() const { return renderer_->attachments().shadow_format != VK_FORMAT_UNDEFINED; }
+  [[nodiscard]] bool reversed_depth() const { return gpu::is_reversed(renderer_->attachments().depth_compare); }
+
   void fill_stats(coppice_stats& stats) const;
   [[nodiscard]] const coppice_log& log() const { return hooks_.hooks.log; }
 

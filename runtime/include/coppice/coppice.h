@@ -188,6 +188,10 @@ typedef struct coppice_context_desc {
   /* While the camera goes on steadily, what it will want so many frames on is streamed too. Finite, >= 0; 0: only what it wants now.
    * Default 20, about what a read and a decode take when many wait. */
   float prefetch_frames;
+
+  /* Of the depth attachment that coppice_record_draw draws shadow views to, without colour, one sample a pixel; compared as depth_compare
+   * says. Default VK_FORMAT_UNDEFINED: there are no shadow views, and nothing is created for them. */
+  VkFormat shadow_format;
 } coppice_context_desc;
 
 /* Fills every field with its default; device fields become null and must be set. desc must not be null. */
@@ -308,6 +312,22 @@ typedef enum coppice_debug_view {
   COPPICE_DEBUG_VIEW_MAX_ENUM = 0x7fffffff
 } coppice_debug_view;
 
+typedef enum coppice_view_kind {
+  COPPICE_VIEW_CAMERA = 0,
+  /* Depth alone, into an attachment of coppice_context_desc.shadow_format; in no statistics. coppice_shadow_view makes one. */
+  COPPICE_VIEW_SHADOW = 1,
+  COPPICE_VIEW_KIND_MAX_ENUM = 0x7fffffff
+} coppice_view_kind;
+
+#define COPPICE_MAX_SHADOW_CASCADES 3u
+
+/* A shadow map: depth as a view of COPPICE_VIEW_SHADOW, or the engine itself, has drawn it. */
+typedef struct coppice_shadow_cascade {
+  VkImageView
+      image; /* 2D, depth; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE, VERTEX and FRAGMENT_SHADER / SHADER_SAMPLED_READ */
+  float clip_from_world[16]; /* that it was drawn with */
+} coppice_shadow_cascade;
+
 /* The camera and the light. The same view must be given to frame_begin, record_cull and record_draw of a frame. */
 typedef struct coppice_view {
   uint32_t struct_size;
@@ -330,8 +350,30 @@ typedef struct coppice_view {
   float fog_color[3];
   float fog_density;             /* 1/m; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
   coppice_debug_view debug_view; /* default none */
+
+  coppice_view_kind kind;
+  /* What the sun does not reach: the first cascade that holds a place says. Plants look where the sun's ray enters the sphere about
+   * them, so that what shades them is other plants, terrain and buildings; how a crown shades itself Coppice knows without a map. 0, the
+   * default: all is in the sun. An image must live until the GPU has finished the frame. */
+  uint32_t shadow_cascade_count;
+  coppice_shadow_cascade shadow_cascades[COPPICE_MAX_SHADOW_CASCADES];
 } coppice_view;
 void coppice_view_init(coppice_view* view);
+
+/* A square of the sun's view that holds a sphere, and what stands between it and the sun for three radii more. */
+typedef struct coppice_shadow_desc {
+  float center[3]; /* world space, m */
+  float radius_m;  /* > 0 */
+  uint32_t size_px;
+} coppice_shadow_desc;
+
+/* Fills shadow, of kind COPPICE_VIEW_SHADOW: the sun of `camera` from 40 radii away, as perspective that is parallel to within 1.5
+ * degrees, since the compute rasteriser draws no other. Its error_px is the camera's, in px of the map, and may be raised; width_px /
+ * (2 radius_m) px are a metre. A centre that moves by whole steps of the map keeps edges of shadows still. Per cascade a frame:
+ * coppice_record_cull, then coppice_record_draw inside rendering to its depth, before the camera's.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT */
+coppice_status coppice_shadow_view(const coppice_context* context, const coppice_view* camera, const coppice_shadow_desc* desc,
+                                   coppice_view* shadow);
 
 typedef struct coppice_frame {
   uint32_t struct_size;

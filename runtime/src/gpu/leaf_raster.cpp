@@ -21,6 +21,7 @@
 #include "leaf_splats_comp.h"
 #include "leaf_splats_int64_comp.h"
 #include "leaf_tiles_comp.h"
+#include "raster_resolve_depth_frag.h"
 #include "raster_resolve_frag.h"
 #include "raster_resolve_vert.h"
 
@@ -98,10 +99,6 @@ bool is_drawn(const coppice_view& view) {
   return view.lod == COPPICE_LOD_CUT && has_plain_depth(view);
 }
 
-bool is_reversed(VkCompareOp compare) {
-  return compare == VK_COMPARE_OP_GREATER || compare == VK_COMPARE_OP_GREATER_OR_EQUAL;
-}
-
 }  // namespace
 
 LeafRaster::LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc) : device_(device), garbage_(garbage), desc_(desc) {}
@@ -132,7 +129,7 @@ LeafRaster::~LeafRaster() {
   const Functions& vk = device_.vk;
   plants_.destroy();
   for (VkPipeline pipeline : {pipelines_.blocks, pipelines_.cull[0], pipelines_.cull[1], pipelines_.expand, pipelines_.resolve,
-                              pipelines_.tiles[0], pipelines_.tiles[1]})
+                              pipelines_.resolve_shadow, pipelines_.tiles[0], pipelines_.tiles[1]})
     vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
   for (const auto& pass : pipelines_.leaves)
     for (VkPipeline pipeline : pass) vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
@@ -195,14 +192,21 @@ Result<void> LeafRaster::create_pipelines() {
     COPPICE_TRY(pipeline, create_compute(device_, desc_.pipeline_cache, pipelines_.layout, item.words, item.constants));
     *item.pipeline = pipeline;
   }
+  COPPICE_CHECK(create_resolve(desc_.attachments, raster_resolve_frag_spirv, pipelines_.resolve));
+  if (desc_.attachments.shadow_format == VK_FORMAT_UNDEFINED) return {};
+  return create_resolve(shadow_attachments(desc_.attachments), raster_resolve_depth_frag_spirv, pipelines_.resolve_shadow);
+}
+
+Result<void> LeafRaster::create_resolve(const AttachmentDesc& attachments, std::span<const std::uint32_t> fragment_words,
+                                        VkPipeline& resolve) {
   COPPICE_TRY(vertex, ShaderModule::create(device_, raster_resolve_vert_spirv));
-  auto fragment = ShaderModule::create(device_, raster_resolve_frag_spirv);
-  auto resolve = fragment ? create_draw_pipeline(device_, desc_.attachments, desc_.pipeline_cache, pipelines_.layout, {vertex, *fragment})
+  auto fragment = ShaderModule::create(device_, fragment_words);
+  auto created = fragment ? create_draw_pipeline(device_, attachments, desc_.pipeline_cache, pipelines_.layout, {vertex, *fragment})
                           : Result<VkPipeline>(fragment.error());
   device_.vk.vkDestroyShaderModule(device_.device, vertex, nullptr);
   if (fragment) device_.vk.vkDestroyShaderModule(device_.device, *fragment, nullptr);
-  if (!resolve) return resolve.error();
-  pipelines_.resolve = *resolve;
+  if (!created) return created.error();
+  resolve = *created;
   return {};
 }
 
@@ -412,10 +416,10 @@ void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uin
   }
 }
 
-void LeafRaster::record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set) const {
+void LeafRaster::record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set, coppice_view_kind kind) const {
   const Functions& vk = device_.vk;
   const std::array sets{frame_set, set_.set};
-  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.resolve);
+  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, kind == COPPICE_VIEW_SHADOW ? pipelines_.resolve_shadow : pipelines_.resolve);
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.layout, 0, static_cast<std::uint32_t>(sets.size()),
                              sets.data(), 0, nullptr);
   vk.vkCmdPushConstants(cmd, pipelines_.layout, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push_, &push_);

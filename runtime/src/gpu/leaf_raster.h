@@ -57,7 +57,7 @@ class LeafRaster {
   /// timer: may be null
   void record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const;
   /// Inside dynamic rendering: the picture of the last begin_view into its attachments.
-  void record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set) const;
+  void record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set, coppice_view_kind kind) const;
 
  private:
   /// Of leaf_raster.comp.
@@ -66,8 +66,9 @@ class LeafRaster {
     VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
     VkPipelineLayout layout = VK_NULL_HANDLE;
     VkPipeline blocks = VK_NULL_HANDLE, expand = VK_NULL_HANDLE, resolve = VK_NULL_HANDLE;
-    std::array<VkPipeline, 2> cull{};   ///< [with a debug view]
-    std::array<VkPipeline, 2> tiles{};  ///< the finest level, the others
+    VkPipeline resolve_shadow = VK_NULL_HANDLE;  ///< null where there are no shadow views
+    std::array<VkPipeline, 2> cull{};            ///< [with a debug view]
+    std::array<VkPipeline, 2> tiles{};           ///< the finest level, the others
     // [pass]; the second only without 64-bit atomics, the third counts for the debug view
     std::array<std::array<VkPipeline, kSourceCount>, 3> leaves{};
     std::array<VkPipeline, 3> splats{};
@@ -82,6 +83,7 @@ class LeafRaster {
   [[nodiscard]] std::uint64_t work_capacity() const { return std::uint64_t{kWorkClusters} + desc_.max_instances; }
   Result<void> create_layouts();
   Result<void> create_pipelines();
+  Result<void> create_resolve(const AttachmentDesc& attachments, std::span<const std::uint32_t> fragment_words, VkPipeline& resolve);
   Result<void> create_buffers();
   struct ViewBytes {
     std::uint64_t picture = 0, tiles = 0;

@@ -7,6 +7,7 @@
 #include "leaf_mesh_relief_vert.h"
 #include "leaf_mesh_vert.h"
 #include "leaf_vert.h"
+#include "plant_depth_frag.h"
 #include "plant_frag.h"
 #include "relief_frag.h"
 #include "wood_relief_vert.h"
@@ -37,12 +38,16 @@ VkDescriptorType frame_binding_type(std::uint32_t binding) {
 }
 
 Result<void> create_layouts(Device& device, Passes& passes) {
-  std::array<VkDescriptorSetLayoutBinding, kFrameBindingCount> frame{};
+  std::array<VkDescriptorSetLayoutBinding, kFrameBindingCount + 1> frame{};
   for (std::uint32_t i = 0; i < kFrameBindingCount; ++i)
     frame[i] = {.binding = i,
                 .descriptorType = frame_binding_type(i),
                 .descriptorCount = 1,
                 .stageFlags = i < kFirstCullBinding ? kAllStages : VkShaderStageFlags{VK_SHADER_STAGE_COMPUTE_BIT}};
+  frame[kFrameBindingCount] = {.binding = kFrameBindingCount,
+                               .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                               .descriptorCount = kMaxCascades,
+                               .stageFlags = kAllStages};
   COPPICE_TRY(frame_layout, create_set_layout(device, frame));
   passes.frame_set_layout = frame_layout;
   const VkDescriptorSetLayoutBinding texture{
@@ -70,13 +75,18 @@ VkSamplerMipmapMode mipmap_mode(const Device& device) {
   return software ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
 }
 
-Result<void> create_sampler(Device& device, Passes& passes) {
-  const VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
-                                 .magFilter = VK_FILTER_LINEAR,
-                                 .minFilter = VK_FILTER_LINEAR,
-                                 .mipmapMode = mipmap_mode(device),
-                                 .maxLod = VK_LOD_CLAMP_NONE};
+Result<void> create_samplers(Device& device, Passes& passes) {
+  VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
+                           .magFilter = VK_FILTER_LINEAR,
+                           .minFilter = VK_FILTER_LINEAR,
+                           .mipmapMode = mipmap_mode(device),
+                           .maxLod = VK_LOD_CLAMP_NONE};
   if (const VkResult result = device.vk.vkCreateSampler(device.device, &info, nullptr, &passes.sampler); result != VK_SUCCESS)
+    return vulkan_error(result, "vkCreateSampler");
+  info.magFilter = info.minFilter = VK_FILTER_NEAREST;
+  info.mipmapMode = VK_SAMPLER_MIPMAP_MODE_NEAREST;
+  info.addressModeU = info.addressModeV = info.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+  if (const VkResult result = device.vk.vkCreateSampler(device.device, &info, nullptr, &passes.map_sampler); result != VK_SUCCESS)
     return vulkan_error(result, "vkCreateSampler");
   return {};
 }
@@ -84,7 +94,7 @@ Result<void> create_sampler(Device& device, Passes& passes) {
 /// Shader modules for the time their pipelines are created.
 struct Modules {
   Device& device;
-  std::array<VkShaderModule, 8> modules{};
+  std::array<VkShaderModule, 9> modules{};
 
   ~Modules() {
     for (VkShaderModule module : modules) device.vk.vkDestroyShaderModule(device.device, module, nullptr);
@@ -122,8 +132,13 @@ Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, V
 
 }  // namespace
 
+AttachmentDesc shadow_attachments(const AttachmentDesc& attachments) {
+  return {.depth_format = attachments.shadow_format, .depth_compare = attachments.depth_compare};
+}
+
 Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, VkPipelineLayout layout,
                                         const DrawShaders& shaders) {
+  const std::uint32_t color_count = attachments.color_format != VK_FORMAT_UNDEFINED ? 1 : 0;
   const std::array entries{VkSpecializationMapEntry{.constantID = 0, .offset = 0, .size = sizeof(std::uint32_t)},
                            VkSpecializationMapEntry{.constantID = 1, .offset = sizeof(std::uint32_t), .size = sizeof(std::uint32_t)}};
   const VkSpecializationInfo constants{.mapEntryCount = entries.size(),
@@ -148,13 +163,13 @@ Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& at
   const VkPipelineColorBlendAttachmentState no_blend{.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT |
                                                                        VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT};
   const VkPipelineColorBlendStateCreateInfo blend{
-      .sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO, .attachmentCount = 1, .pAttachments = &no_blend};
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO, .attachmentCount = color_count, .pAttachments = &no_blend};
   const std::array dynamic_states{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
   const VkPipelineDynamicStateCreateInfo dynamic{.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,
                                                  .dynamicStateCount = static_cast<std::uint32_t>(dynamic_states.size()),
                                                  .pDynamicStates = dynamic_states.data()};
   const VkPipelineRenderingCreateInfo rendering{.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO,
-                                                .colorAttachmentCount = 1,
+                                                .colorAttachmentCount = color_count,
                                                 .pColorAttachmentFormats = &attachments.color_format,
                                                 .depthAttachmentFormat = attachments.depth_format};
   const VkGraphicsPipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,
@@ -201,7 +216,7 @@ Result<DescriptorSet> allocate_set(Device& device, VkDescriptorSetLayout layout,
 
 Result<void> create_passes(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, Passes& passes) {
   COPPICE_CHECK(create_layouts(device, passes));
-  COPPICE_CHECK(create_sampler(device, passes));
+  COPPICE_CHECK(create_samplers(device, passes));
   Modules modules{device};
   COPPICE_CHECK(modules.create(0, cull_comp_spirv));
   COPPICE_CHECK(modules.create(1, leaf_vert_spirv));
@@ -220,11 +235,21 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
     std::size_t vertex, fragment;
     std::uint32_t leaf;  ///< kLeaf of relief.frag
   };
-  for (const Wanted& wanted : {Wanted{&passes.leaf, 1, 3, 1}, Wanted{&passes.wood.plain, 2, 3, 0}, Wanted{&passes.wood.relief, 6, 5, 0},
-                               Wanted{&passes.leaf_mesh.plain, 4, 3, 1}, Wanted{&passes.leaf_mesh.relief, 7, 5, 1}})
+  for (const Wanted& wanted :
+       {Wanted{&passes.camera.leaf, 1, 3, 1}, Wanted{&passes.camera.wood.plain, 2, 3, 0}, Wanted{&passes.camera.wood.relief, 6, 5, 0},
+        Wanted{&passes.camera.leaf_mesh.plain, 4, 3, 1}, Wanted{&passes.camera.leaf_mesh.relief, 7, 5, 1}})
     for (const std::uint32_t textured : {0u, 1u}) {
       const DrawShaders shaders{modules.modules[wanted.vertex], modules.modules[wanted.fragment], {textured, wanted.leaf}};
       COPPICE_TRY(pipeline, create_draw_pipeline(device, attachments, cache, passes.layout, shaders));
+      (*wanted.pipelines)[textured] = pipeline;
+    }
+  if (attachments.shadow_format == VK_FORMAT_UNDEFINED) return {};
+  COPPICE_CHECK(modules.create(8, plant_depth_frag_spirv));
+  for (const Wanted& wanted :
+       {Wanted{&passes.shadow.leaf, 1, 8, 1}, Wanted{&passes.shadow.wood.plain, 2, 8, 0}, Wanted{&passes.shadow.leaf_mesh.plain, 4, 8, 1}})
+    for (const std::uint32_t textured : {0u, 1u}) {
+      const DrawShaders shaders{modules.modules[wanted.vertex], modules.modules[wanted.fragment], {textured, wanted.leaf}};
+      COPPICE_TRY(pipeline, create_draw_pipeline(device, shadow_attachments(attachments), cache, passes.layout, shaders));
       (*wanted.pipelines)[textured] = pipeline;
     }
   return {};
@@ -233,33 +258,44 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
 void destroy_passes(Device& device, Passes& passes) {
   const Functions& vk = device.vk;
   for (VkPipeline pipeline : passes.cull) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
-  for (const auto& pipelines : {passes.leaf, passes.wood.plain, passes.wood.relief, passes.leaf_mesh.plain, passes.leaf_mesh.relief})
-    for (VkPipeline pipeline : pipelines) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
+  for (const DrawPipelines& draw : {passes.camera, passes.shadow})
+    for (const auto& pipelines : {draw.leaf, draw.wood.plain, draw.wood.relief, draw.leaf_mesh.plain, draw.leaf_mesh.relief})
+      for (VkPipeline pipeline : pipelines) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   vk.vkDestroyPipelineLayout(device.device, passes.layout, nullptr);
   vk.vkDestroySampler(device.device, passes.sampler, nullptr);
+  vk.vkDestroySampler(device.device, passes.map_sampler, nullptr);
   vk.vkDestroyDescriptorSetLayout(device.device, passes.frame_set_layout, nullptr);
   vk.vkDestroyDescriptorSetLayout(device.device, passes.texture_set_layout, nullptr);
   passes = {};
 }
 
-Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const std::array<const Buffer*, kFrameBindingCount>& buffers) {
-  constexpr std::array<VkDescriptorPoolSize, 3> kSizes{{{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1},
+Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const FrameBindings& bindings) {
+  constexpr std::array<VkDescriptorPoolSize, 4> kSizes{{{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1},
                                                         {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1},
-                                                        {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kFrameBindingCount - 2}}};
+                                                        {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kFrameBindingCount - 2},
+                                                        {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kMaxCascades}}};
   COPPICE_TRY(allocated, allocate_set(device, passes.frame_set_layout, kSizes));
   std::array<VkDescriptorBufferInfo, kFrameBindingCount> infos{};
-  std::array<VkWriteDescriptorSet, kFrameBindingCount> writes{};
+  std::array<VkDescriptorImageInfo, kMaxCascades> maps{};
+  std::array<VkWriteDescriptorSet, kFrameBindingCount + 1> writes{};
   for (std::uint32_t i = 0; i < kFrameBindingCount; ++i) {
-    infos[i] = {.buffer = buffers[i]->buffer, .range = VK_WHOLE_SIZE};
+    infos[i] = {.buffer = bindings.buffers[i]->buffer, .range = VK_WHOLE_SIZE};
     writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
                  .dstSet = allocated.set,
                  .dstBinding = i,
                  .descriptorCount = 1,
                  .descriptorType = frame_binding_type(i),
                  .pBufferInfo = &infos[i],
-                 .pTexelBufferView = &buffers[i]->texels};
+                 .pTexelBufferView = &bindings.buffers[i]->texels};
   }
-  device.vk.vkUpdateDescriptorSets(device.device, kFrameBindingCount, writes.data(), 0, nullptr);
+  for (std::size_t i = 0; i < maps.size(); ++i) maps[i] = {passes.map_sampler, bindings.maps[i], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+  writes[kFrameBindingCount] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                .dstSet = allocated.set,
+                                .dstBinding = kFrameBindingCount,
+                                .descriptorCount = kMaxCascades,
+                                .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                .pImageInfo = maps.data()};
+  device.vk.vkUpdateDescriptorSets(device.device, static_cast<std::uint32_t>(writes.size()), writes.data(), 0, nullptr);
   return allocated;
 }
 

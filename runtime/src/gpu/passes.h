@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "coppice_shared.h"
 #include "device.h"
 #include "result.h"
 
@@ -14,11 +15,25 @@ struct AttachmentDesc {
   VkFormat depth_format = VK_FORMAT_UNDEFINED;
   VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
+  VkFormat shadow_format = VK_FORMAT_UNDEFINED;  ///< of shadow views' depth; undefined: there are none
 };
+
+/// Whether what is nearer has the larger depth.
+constexpr bool is_reversed(VkCompareOp compare) {
+  return compare == VK_COMPARE_OP_GREATER || compare == VK_COMPARE_OP_GREATER_OR_EQUAL;
+}
+/// What a shadow view is drawn to: no colour.
+AttachmentDesc shadow_attachments(const AttachmentDesc& attachments);
 
 /// What draws triangles; `relief` with a normal map.
 struct MeshPipelines {
   std::array<VkPipeline, 2> plain{}, relief{};  ///< [textured]
+};
+
+/// What draws a view.
+struct DrawPipelines {
+  std::array<VkPipeline, 2> leaf{};  ///< [textured]
+  MeshPipelines wood, leaf_mesh;
 };
 
 /// Everything that is created once: layouts, sampler, pipelines.
@@ -26,13 +41,14 @@ struct Passes {
   VkDescriptorSetLayout frame_set_layout = VK_NULL_HANDLE;    ///< set 0, the bindings of bindings.glsl and cull.comp
   VkDescriptorSetLayout texture_set_layout = VK_NULL_HANDLE;  ///< set 1, the base colour texture, and set 2, the normal map
   VkSampler sampler = VK_NULL_HANDLE;
+  VkSampler map_sampler = VK_NULL_HANDLE;    ///< texels of shadow maps as they are
   VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the sets and DrawPush; the cull pipeline uses set 0 of it
   std::array<VkPipeline, 2> cull{};          ///< [with a debug view]
-  std::array<VkPipeline, 2> leaf{};          ///< [textured]
-  MeshPipelines wood, leaf_mesh;
+  DrawPipelines camera;
+  DrawPipelines shadow;  ///< depth alone, without relief; null where there are no shadow views
 };
 
-inline constexpr std::uint32_t kFrameBindingCount = 10;
+inline constexpr std::uint32_t kFrameBindingCount = 10;  ///< buffers; the shadow maps come after them
 
 /// errors  out_of_memory; internal: the driver refuses a pipeline. What was created so far is in `passes`, to be destroyed in any case
 Result<void> create_passes(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, Passes& passes);
@@ -52,8 +68,12 @@ struct DescriptorSet {
   VkDescriptorSet set = VK_NULL_HANDLE;
 };
 
-/// A pool with one set 0, written. buffers: in binding order
-Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const std::array<const Buffer*, kFrameBindingCount>& buffers);
+/// A pool with one set 0, written.
+struct FrameBindings {
+  std::array<const Buffer*, kFrameBindingCount> buffers{};  ///< in binding order
+  std::array<VkImageView, kMaxCascades> maps{};
+};
+Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const FrameBindings& bindings);
 /// A pool with one set 1, written.
 Result<DescriptorSet> create_texture_set(Device& device, const Passes& passes, VkImageView view);
 

@@ -54,8 +54,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
   COPPICE_CHECK(create_passes(renderer->device_, desc.attachments, desc.pipeline_cache, renderer->passes_));
   COPPICE_TRY(staging, Staging::create(renderer->device_, kStagingBytes));
   renderer->staging_ = std::move(staging);
-  COPPICE_CHECK(renderer->create_fixed_buffers());
   COPPICE_CHECK(renderer->create_default_texture());
+  COPPICE_CHECK(renderer->create_fixed_buffers());
   if (desc.pass_times) COPPICE_CHECK(renderer->timer_.create(renderer->device_));
   if (!desc.compute_raster) return renderer;
   COPPICE_TRY(raster, LeafRaster::create(renderer->device_, renderer->garbage_,
@@ -84,6 +84,7 @@ Renderer::~Renderer() {
     if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
   if (default_texture_.image != VK_NULL_HANDLE) destroy_texture(device_, default_texture_);
   device_.vk.vkDestroyDescriptorPool(device_.device, frame_set_.pool, nullptr);
+  device_.vk.vkDestroyDescriptorPool(device_.device, shadowed_set_.pool, nullptr);
   device_.vk.vkDestroyDescriptorPool(device_.device, default_set_.pool, nullptr);
   destroy_passes(device_, passes_);
 }
@@ -142,14 +143,35 @@ Result<void> Renderer::grow(Buffer& buffer, std::uint64_t bytes) {
   return {};
 }
 
+FrameBindings Renderer::frame_bindings() const {
+  FrameBindings bindings{.buffers = {&fixed_.view, &fixed_.instances, &fixed_.plants, &fixed_.tables, &fixed_.cuts, &wood_list_,
+                                     &leaf_commands_, &fixed_.leaf_counts, &fixed_.wood_commands, &fixed_.counters}};
+  bindings.maps.fill(default_texture_.view);
+  return bindings;
+}
+
 Result<void> Renderer::rebuild_frame_set() {
-  COPPICE_TRY(set, create_frame_set(device_, passes_,
-                                    {&fixed_.view, &fixed_.instances, &fixed_.plants, &fixed_.tables, &fixed_.cuts, &wood_list_,
-                                     &leaf_commands_, &fixed_.leaf_counts, &fixed_.wood_commands, &fixed_.counters}));
-  if (frame_set_.pool != VK_NULL_HANDLE) garbage_.retire(frame_, frame_set_.pool);
+  COPPICE_TRY(set, create_frame_set(device_, passes_, frame_bindings()));
+  for (DescriptorSet* old : {&frame_set_, &shadowed_set_})
+    if (old->pool != VK_NULL_HANDLE) garbage_.retire(frame_, old->pool);
   frame_set_ = set;
+  shadowed_set_ = {};
   frame_set_stale_ = false;
   return {};
+}
+
+// Set 0 with the view's shadow maps; without them where memory is short.
+VkDescriptorSet Renderer::set_of(const coppice_view& view) {
+  if (view.shadow_cascade_count == 0) return frame_set_.set;
+  FrameBindings bindings = frame_bindings();
+  for (std::uint32_t i = 0; i < view.shadow_cascade_count; ++i) bindings.maps[i] = view.shadow_cascades[i].image;
+  if (shadowed_set_.pool != VK_NULL_HANDLE && bindings.maps == maps_) return shadowed_set_.set;
+  auto set = create_frame_set(device_, passes_, bindings);
+  if (!set) return frame_set_.set;
+  if (shadowed_set_.pool != VK_NULL_HANDLE) garbage_.retire(frame_, shadowed_set_.pool);
+  shadowed_set_ = *set;
+  maps_ = bindings.maps;
+  return shadowed_set_.set;
 }
 
 void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {

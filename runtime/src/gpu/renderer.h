@@ -116,6 +116,7 @@ class Renderer {
   void record_draw(VkCommandBuffer cmd, const coppice_view& view) const;
 
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }
+  [[nodiscard]] const AttachmentDesc& attachments() const { return desc_.attachments; }
   /// Device memory allocated beyond what the caller counts for uploaded chunks, the next block of the page pool included. Taking a page
   /// slot never raises it.
   [[nodiscard]] std::uint64_t overhead_bytes() const;
@@ -188,6 +189,7 @@ class Renderer {
   struct MeshDraw {
     std::uint32_t list_first = 0, command = 0;
     const MeshPipelines* pipelines = nullptr;
+    bool relief = true;  ///< normal maps are shown
   };
   /// Sized at creation.
   struct FixedBuffers {
@@ -208,6 +210,8 @@ class Renderer {
   Result<void> create_fixed_buffers();
   Result<void> create_default_texture();
   Result<void> rebuild_frame_set();
+  [[nodiscard]] FrameBindings frame_bindings() const;
+  VkDescriptorSet set_of(const coppice_view& view);
   Result<void> reserve_draws();
   Result<void> grow(Buffer& buffer, std::uint64_t bytes);
   Result<StagingSlice> stage(std::uint64_t bytes);
@@ -231,9 +235,9 @@ class Renderer {
   void record_texture_copies();
   void update_buffer(VkCommandBuffer cmd, const Buffer& buffer, const void* data, std::uint64_t bytes) const;
   void record_readback(VkCommandBuffer cmd);
-  void draw_leaves(VkCommandBuffer cmd, std::uint32_t plant) const;
-  void draw_wood(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t lod) const;
-  void draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t index) const;
+  void draw_leaves(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t plant) const;
+  void draw_wood(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t plant, std::uint32_t lod) const;
+  void draw_leaf_mesh(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t plant, std::uint32_t index) const;
   void draw_mesh(VkCommandBuffer cmd, std::uint32_t plant, const MeshBuffer& mesh, const MeshDraw& draw) const;
   void bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push, const std::array<VkPipeline, 2>& pipelines) const;
   void destroy_plant(PlantSlot& plant);
@@ -247,11 +251,14 @@ class Renderer {
   FixedBuffers fixed_;
   Buffer leaf_commands_, wood_list_;  ///< grow with instances and residency
   DescriptorSet frame_set_;
+  DescriptorSet shadowed_set_;  ///< the same with the maps of the last view that had any
+  std::array<VkImageView, kMaxCascades> maps_{};
   Texture default_texture_;  ///< 1 x 1 white, for textures not there yet
   DescriptorSet default_set_;
   std::unique_ptr<LeafRaster> raster_;  ///< null: everything is drawn by the hardware
   GpuTimer timer_;
-  bool rastered_ = false;  ///< the last record_cull left a picture to resolve
+  bool rastered_ = false;                      ///< the last record_cull left a picture to resolve
+  VkDescriptorSet view_set_ = VK_NULL_HANDLE;  ///< of the last record_cull
   std::vector<PlantSlot> plants_;
   std::vector<Plant> records_;               ///< as uploaded this frame
   std::vector<std::uint32_t> plant_counts_;  ///< instances per plant, this frame

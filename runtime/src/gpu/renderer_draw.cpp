@@ -38,7 +38,8 @@ static_assert(kDebugLod == COPPICE_DEBUG_LOD && kDebugPath == COPPICE_DEBUG_PATH
 static_assert(kDebugOcclusion == COPPICE_DEBUG_OCCLUSION && kDebugError == COPPICE_DEBUG_ERROR);
 static_assert(kDebugResidency == COPPICE_DEBUG_RESIDENCY);
 
-View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instance_slot_count) {
+/// reversed: depth is larger where it is nearer
+View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instance_slot_count, bool reversed) {
   View converted{};
   converted.clip_from_world = multiply(view.clip_from_view, view.view_from_world);
   // No far plane: its place depends on the depth convention, and fog hides what lies behind it. The fifth plane is the eye's.
@@ -61,6 +62,11 @@ View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instan
   converted.ground_color = to_vec3(view.ground_color);
   converted.fog_color = to_vec3(view.fog_color);
   converted.debug_view = static_cast<std::uint32_t>(view.debug_view);
+  converted.is_shadow = view.kind == COPPICE_VIEW_SHADOW ? 1 : 0;
+  converted.cascade_count = view.shadow_cascade_count;
+  converted.depth_sign = reversed ? 1.0f : -1.0f;
+  for (std::uint32_t i = 0; i < view.shadow_cascade_count; ++i)
+    std::copy_n(view.shadow_cascades[i].clip_from_world, 16, converted.cascades[i].column);
   return converted;
 }
 
@@ -72,7 +78,8 @@ constexpr VkPipelineStageFlags2 kShaders =
 void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod) {
   if (!drawable_) return;
   const Functions& vk = device_.vk;
-  View constants = gpu_view(view, lod, instance_slot_count_);
+  View constants = gpu_view(view, lod, instance_slot_count_, is_reversed(desc_.attachments.depth_compare));
+  view_set_ = set_of(view);
   constants.debug_colors = gpu_address(fixed_.debug_colors.address);
   memory_barrier(device_, cmd, kShaders | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
@@ -86,10 +93,10 @@ void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const 
                  VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
                      VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
   if (rastered_) {
-    raster_->record(cmd, frame_set_.set, instance_slot_count_, timer_.exists() ? &timer_ : nullptr);
+    raster_->record(cmd, view_set_, instance_slot_count_, timer_.exists() ? &timer_ : nullptr);
   } else if (instance_slot_count_ > 0) {
     vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.cull[view.debug_view != COPPICE_DEBUG_NONE ? 1 : 0]);
-    vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.layout, 0, 1, &frame_set_.set, 0, nullptr);
+    vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.layout, 0, 1, &view_set_, 0, nullptr);
     vk.vkCmdDispatch(cmd, (instance_slot_count_ + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
   }
   memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
@@ -98,7 +105,7 @@ void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const 
                      VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
                      VK_ACCESS_2_TRANSFER_READ_BIT);
-  record_readback(cmd);
+  if (view.kind == COPPICE_VIEW_CAMERA) record_readback(cmd);
   if (timer_.exists()) timer_.mark(device_, cmd, Pass::cull);
 }
 
@@ -121,17 +128,19 @@ void Renderer::record_draw(VkCommandBuffer cmd, const coppice_view& view) const 
   const VkRect2D scissor{{0, 0}, {view.width_px, view.height_px}};
   vk.vkCmdSetViewport(cmd, 0, 1, &viewport);
   vk.vkCmdSetScissor(cmd, 0, 1, &scissor);
-  if (rastered_) raster_->record_resolve(cmd, frame_set_.set);
-  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 0, 1, &frame_set_.set, 0, nullptr);
+  if (rastered_) raster_->record_resolve(cmd, view_set_, view.kind);
+  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 0, 1, &view_set_, 0, nullptr);
+  const DrawPipelines& pipelines = view.kind == COPPICE_VIEW_SHADOW ? passes_.shadow : passes_.camera;
   // Trunks first: they hide leaves behind them, and the depth test is cheaper than a leaf.
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
     for (std::uint32_t lod = 0; plant_counts_[plant] > 0 && lod < kMaxWoodLods; ++lod)
-      if (records_[plant].wood_resident_mask >> lod & 1u) draw_wood(cmd, plant, lod);
+      if (records_[plant].wood_resident_mask >> lod & 1u) draw_wood(cmd, pipelines, plant, lod);
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
-    for (std::uint32_t i = 0; plant_counts_[plant] > 0 && i < records_[plant].leaf_mesh_count; ++i) draw_leaf_mesh(cmd, plant, i);
+    for (std::uint32_t i = 0; plant_counts_[plant] > 0 && i < records_[plant].leaf_mesh_count; ++i)
+      draw_leaf_mesh(cmd, pipelines, plant, i);
   vk.vkCmdBindIndexBuffer(cmd, fixed_.indices.buffer, 0, VK_INDEX_TYPE_UINT16);
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
-    if (plant_counts_[plant] > 0) draw_leaves(cmd, plant);
+    if (plant_counts_[plant] > 0) draw_leaves(cmd, pipelines, plant);
 }
 
 void Renderer::bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push,
@@ -144,29 +153,33 @@ void Renderer::bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const Draw
   device_.vk.vkCmdPushConstants(cmd, passes_.layout, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof push, &push);
 }
 
-void Renderer::draw_leaves(VkCommandBuffer cmd, std::uint32_t index) const {
+void Renderer::draw_leaves(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t index) const {
   const PlantSlot& plant = plants_[index];
   const Plant& record = records_[index];
   for (std::uint32_t texture : plant.leaf_textures) {
-    bind_draw(cmd, plant, {.plant = index, .texture = texture}, passes_.leaf);
+    bind_draw(cmd, plant, {.plant = index, .texture = texture}, pipelines.leaf);
     device_.vk.vkCmdDrawIndexedIndirectCount(cmd, leaf_commands_.buffer, record.leaf_command_base * sizeof(DrawCommand),
                                              fixed_.leaf_counts.buffer, index * sizeof(std::uint32_t), record.leaf_command_capacity,
                                              sizeof(DrawCommand));
   }
 }
 
-void Renderer::draw_wood(VkCommandBuffer cmd, std::uint32_t index, std::uint32_t lod) const {
+void Renderer::draw_wood(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t index, std::uint32_t lod) const {
   const Plant& record = records_[index];
   draw_mesh(cmd, index, plants_[index].wood[lod],
             {.list_first = record.wood_list_base + lod * record.wood_list_stride,
              .command = index * kMaxWoodLods + lod,
-             .pipelines = &passes_.wood});
+             .pipelines = &pipelines.wood,
+             .relief = &pipelines != &passes_.shadow});
 }
 
-void Renderer::draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t index, std::uint32_t chunk) const {
+void Renderer::draw_leaf_mesh(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t index, std::uint32_t chunk) const {
   const Plant& record = records_[index];
   draw_mesh(cmd, index, plants_[index].leaf_meshes[chunk],
-            {.list_first = record.leaf_mesh_list_base, .command = record.leaf_mesh_command_base + chunk, .pipelines = &passes_.leaf_mesh});
+            {.list_first = record.leaf_mesh_list_base,
+             .command = record.leaf_mesh_command_base + chunk,
+             .pipelines = &pipelines.leaf_mesh,
+             .relief = &pipelines != &passes_.shadow});
 }
 
 void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuffer& mesh, const MeshDraw& draw) const {
@@ -174,7 +187,7 @@ void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuf
   const PlantSlot& plant = plants_[index];
   for (const SurfaceTextures& textures : mesh.textures) {
     // What has its normal map on the way is drawn without for as long.
-    const bool relief = textures.normal_map != kNoTexture && plant.textures[textures.normal_map].visible;
+    const bool relief = draw.relief && textures.normal_map != kNoTexture && plant.textures[textures.normal_map].visible;
     if (relief)
       device_.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 2, 1,
                                          &plant.textures[textures.normal_map].set.set, 0, nullptr);

@@ -1,0 +1,132 @@
+#include "shadows.h"
+
+#include <cstring>
+
+#include <glm/gtc/type_ptr.hpp>
+
+#include "failure.h"
+#include "vk_struct.h"
+
+namespace forest {
+namespace {
+
+constexpr std::array<float, Shadows::kCascades> kRadii_m{22, 100, 480};
+/// In pixels of the map: a shadow is soft, and seen from farther away than the map's pixels are fine.
+constexpr float kError_px = 3;
+constexpr std::uint64_t kFramesBetweenRefinements = 24;
+/// Steps in which a square follows the eye: a part of its radius, and whole pixels of the map.
+constexpr float kStepsPerRadius = 8;
+
+struct Due {
+  std::size_t cascade;
+  coppice_view view;
+  glm::vec3 center;
+};
+
+coppice_view sun_view(const ShadowFrame& frame, glm::vec3 center, float radius_m) {
+  const coppice_shadow_desc desc{{center.x, center.y, center.z}, radius_m, Shadows::kSize_px};
+  coppice_view view;
+  coppice_view_init(&view);
+  if (coppice_shadow_view(frame.context, frame.camera, &desc, &view) != COPPICE_OK) throw Failure("coppice_shadow_view failed");
+  view.error_px = kError_px;
+  return view;
+}
+
+/// The middle of a square before the eye, on the map's grid, so that edges of shadows do not crawl as it moves.
+glm::vec3 center_of(const ShadowFrame& frame, float radius_m) {
+  glm::vec3 ahead = frame.eye + 0.65f * radius_m * glm::vec3(frame.forward.x, 0, frame.forward.z);
+  ahead.y = height_at(*frame.terrain, ahead.x, ahead.z);
+  const glm::mat3 sun_from_world(glm::make_mat4(sun_view(frame, ahead, radius_m).view_from_world));
+  const float step_m = radius_m / kStepsPerRadius;
+  return glm::transpose(sun_from_world) * (glm::round(sun_from_world * ahead / step_m) * step_m);
+}
+
+std::optional<Due> due_cascade(const Shadows& shadows, const ShadowFrame& frame) {
+  for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
+    const Shadows::Cascade& cascade = shadows.cascades[i];
+    const glm::vec3 center = center_of(frame, cascade.radius_m);
+    const bool moved = cascade.drawn_frame == 0 || center != cascade.center;
+    const bool finer = cascade.drawn_arrivals != frame.arrivals && frame.number >= cascade.drawn_frame + kFramesBetweenRefinements;
+    if (moved || finer) return Due{i, sun_view(frame, center, cascade.radius_m), center};
+  }
+  return std::nullopt;
+}
+
+constexpr VkPipelineStageFlags2 kDepthTests = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+constexpr VkPipelineStageFlags2 kReaders =
+    VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
+
+void begin_map(VkCommandBuffer commands, const Image& map) {
+  ImageBarrier barrier;
+  barrier.image = map.image;
+  barrier.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
+  barrier.from_stage = kReaders;
+  barrier.to_stage = kDepthTests;
+  barrier.to_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
+  barrier.to_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  record_barrier(commands, barrier);
+  VkRenderingAttachmentInfo depth = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
+  depth.imageView = map.view;
+  depth.imageLayout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  depth.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;  // to 0: reversed depth's farthest
+  depth.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  VkRenderingInfo info = vk_struct<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
+  info.renderArea = {{0, 0}, map.extent};
+  info.layerCount = 1;
+  info.pDepthAttachment = &depth;
+  vkCmdBeginRendering(commands, &info);
+}
+
+void end_map(VkCommandBuffer commands, const Image& map) {
+  vkCmdEndRendering(commands);
+  ImageBarrier barrier;
+  barrier.image = map.image;
+  barrier.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
+  barrier.from_stage = kDepthTests;
+  barrier.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
+  barrier.from_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  barrier.to_stage = kReaders;
+  barrier.to_access = VK_ACCESS_2_SHADER_SAMPLED_READ_BIT;
+  barrier.to_layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+  record_barrier(commands, barrier);
+}
+
+}  // namespace
+
+Shadows::Shadows(const Device& device) {
+  ImageDesc desc;
+  desc.format = VK_FORMAT_D32_SFLOAT;
+  desc.extent = {kSize_px, kSize_px};
+  desc.usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
+  for (std::size_t i = 0; i < kCascades; ++i) {
+    cascades[i].map = create_image(device, desc);
+    cascades[i].radius_m = kRadii_m[i];
+  }
+}
+
+void record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFrame& frame,
+                    const std::function<void(const coppice_view&)>& cull, const std::function<void(const coppice_view&)>& draw) {
+  for (std::optional<Due> due = due_cascade(shadows, frame); due; due = due_cascade(shadows, frame)) {
+    Shadows::Cascade& cascade = shadows.cascades[due->cascade];
+    const bool first = cascade.drawn_frame == 0;
+    cull(due->view);
+    begin_map(commands, cascade.map);
+    draw(due->view);
+    end_map(commands, cascade.map);
+    cascade.center = due->center;
+    cascade.clip_from_world = glm::make_mat4(due->view.clip_from_view) * glm::make_mat4(due->view.view_from_world);
+    cascade.drawn_frame = frame.number;
+    cascade.drawn_arrivals = frame.arrivals;
+    if (!first) return;
+  }
+}
+
+void set_shadows(const Shadows& shadows, coppice_view& camera) {
+  camera.shadow_cascade_count = Shadows::kCascades;
+  for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
+    camera.shadow_cascades[i].image = shadows.cascades[i].map.view;
+    std::memcpy(camera.shadow_cascades[i].clip_from_world, glm::value_ptr(shadows.cascades[i].clip_from_world), sizeof(glm::mat4));
+  }
+}
+
+}  // namespace forest

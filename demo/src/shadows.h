@@ -1,0 +1,52 @@
+#pragma once
+
+#include <coppice/coppice.h>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include <glm/glm.hpp>
+
+#include "resources.h"
+#include "terrain.h"
+
+namespace forest {
+
+/// Shadow maps of the sun: squares about the ground before the eye, each several times as large as the one before. Plants stand still, so a
+/// map is drawn again only when its square has moved on, or plants have got finer: at most one a frame.
+struct Shadows {
+  static constexpr std::size_t kCascades = 3;
+  static constexpr std::uint32_t kSize_px = 1024;
+  struct Cascade {
+    Image map;
+    float radius_m = 0;
+    glm::vec3 center = {0, 0, 0};
+    glm::mat4 clip_from_world = glm::mat4(1);
+    std::uint64_t drawn_frame = 0;  ///< 0: not yet
+    std::uint64_t drawn_arrivals = 0;
+  };
+  std::array<Cascade, kCascades> cascades;
+
+  explicit Shadows(const Device& device);
+};
+
+struct ShadowFrame {
+  const coppice_context* context = nullptr;
+  const Terrain* terrain = nullptr;
+  const coppice_view* camera = nullptr;
+  glm::vec3 eye = {0, 0, 0};
+  glm::vec3 forward = {0, 0, -1};
+  std::uint64_t number = 1;
+  std::uint64_t arrivals = 0;  ///< changes with whatever has come or gone
+};
+
+/// Records the maps that are due. cull, draw: record a view's plants, outside and inside rendering
+void record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFrame& frame,
+                    const std::function<void(const coppice_view&)>& cull, const std::function<void(const coppice_view&)>& draw);
+
+/// Makes the view's plants receive the shadows.
+void set_shadows(const Shadows& shadows, coppice_view& camera);
+
+}  // namespace forest

@@ -1,0 +1,51 @@
+#include "sun_camera.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace coppice {
+namespace {
+
+using Vector = std::array<float, 3>;
+
+Vector cross(const Vector& a, const Vector& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+float dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+Vector normalised(const Vector& a) {
+  const float length = std::sqrt(dot(a, a));
+  return {a[0] / length, a[1] / length, a[2] / length};
+}
+
+}  // namespace
+
+void set_sun_camera(coppice_view& view, const SunSphere& sphere, bool reversed_depth) {
+  // Far enough to be about parallel, near enough for depth to keep millimetres.
+  constexpr float kRadiiAway = 40.0f, kRadiiBefore = 4.0f, kRadiiBehind = 2.0f;
+  const Vector sun = normalised({view.sun_direction[0], view.sun_direction[1], view.sun_direction[2]});
+  const Vector right = normalised(cross(std::abs(sun[1]) < 0.99f ? Vector{0, 1, 0} : Vector{1, 0, 0}, sun));
+  const Vector up = cross(sun, right);
+  const float distance_m = kRadiiAway * sphere.radius_m;
+  const std::array<Vector, 3> axes{right, up, sun};
+  std::fill_n(view.view_from_world, 16, 0.0f);
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) view.view_from_world[4 * column + row] = axes[row][column];
+    view.view_from_world[12 + row] = -dot(axes[row], sphere.center);
+  }
+  view.view_from_world[14] -= distance_m;
+  view.view_from_world[15] = 1.0f;
+
+  const float near_m = distance_m - kRadiiBefore * sphere.radius_m, far_m = distance_m + kRadiiBehind * sphere.radius_m;
+  const float focal = std::sqrt(kRadiiAway * kRadiiAway - 1.0f);  // the tangent cone's
+  const float scale = near_m / (far_m - near_m), offset = far_m * scale;
+  std::fill_n(view.clip_from_view, 16, 0.0f);
+  view.clip_from_view[0] = focal;
+  view.clip_from_view[5] = -focal;
+  view.clip_from_view[10] = reversed_depth ? scale : -(1.0f + scale);
+  view.clip_from_view[11] = -1.0f;
+  view.clip_from_view[14] = reversed_depth ? offset : -offset;
+}
+
+}  // namespace coppice

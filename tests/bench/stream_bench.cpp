@@ -28,6 +28,7 @@
 
 #include "atomic_file.h"
 #include "bake.h"
+#include "context_fixture.h"
 #include "coppice/coppice.h"
 #include "counted_memory.h"
 #include "generate_plant.h"
@@ -185,13 +186,7 @@ class Run {
  public:
   Run(const Options& options, const Streaming& streaming, std::uint64_t budget_bytes) : options_(options), budget_bytes_(budget_bytes) {
     const test::VulkanDevice& gpu = device();
-    coppice_context_desc desc;
-    coppice_context_desc_init(&desc);
-    desc.instance = gpu.instance;
-    desc.physical_device = gpu.physical_device;
-    desc.device = gpu.device;
-    desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
-    desc.depth_format = VK_FORMAT_D32_SFLOAT;
+    coppice_context_desc desc = test::context_desc(gpu);
     desc.max_instances = std::max(options.instances, 1u);
     desc.max_plants = options.species;
     desc.memory_budget_bytes = budget_bytes;

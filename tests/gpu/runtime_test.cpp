@@ -11,27 +11,14 @@
 #include <string>
 #include <string_view>
 
+#include "context_fixture.h"
 #include "coppice/coppice.h"
 #include "counted_memory.h"
-#include "pack.h"
-#include "random_tree.h"
-#include "renderer_scene.h"
 
 namespace coppice::test {
 namespace {
 
 constexpr std::uint32_t kSidePx = 128;
-
-std::string write_plant(const RandomPlantOptions& options, const char* name, bake::TextureCoding textures = bake::TextureCoding::bc) {
-  bake::BakedPlant plant = random_plant(options);
-  plant.sphere = {glm::vec3(0.0f), 1.6f};
-  bake::PackSizes sizes;
-  auto bytes = bake::pack(plant, sizes, textures);
-  if (!bytes) throw std::runtime_error(bytes.error().message());
-  const std::filesystem::path path = std::filesystem::temp_directory_path() / (std::string(name) + std::to_string(getpid()) + ".coppice");
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
-  return path.string();
-}
 
 coppice_placement at(float x, float z) {
   return {{x, 0.0f, z}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1.0f, 1.0f, 1.0f}};
@@ -48,101 +35,24 @@ std::size_t drawn_pixels(const Picture& picture) {
   return count;
 }
 
-class RuntimeTest : public VulkanTest {
+class RuntimeTest : public ContextTest {
  protected:
   void SetUp() override {
-    VulkanTest::SetUp();
-    plant_path_ = write_plant({.leaf_count = 3000, .seed = 5}, "runtime_test");
+    ContextTest::SetUp();
+    plant_path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "runtime_test");
   }
 
   void TearDown() override {
-    coppice_context_destroy(context_);
     std::filesystem::remove(plant_path_);
-    VulkanTest::TearDown();
+    ContextTest::TearDown();
   }
 
-  coppice_context_desc desc() {
-    coppice_context_desc desc;
-    coppice_context_desc_init(&desc);
-    desc.instance = gpu().instance;
-    desc.physical_device = gpu().physical_device;
-    desc.device = gpu().device;
-    desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-    desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
-    desc.depth_format = VK_FORMAT_D32_SFLOAT;
-    desc.max_instances = 4096;
-    desc.log = {&log_, [](void* user, coppice_log_level, const char* line) { static_cast<std::string*>(user)->append(line).append("\n"); }};
-    return desc;
-  }
-
-  void create(const coppice_context_desc& with) { ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_; }
-
-  void begin(const coppice_view& view) {
-    coppice_frame frame;
-    coppice_frame_init(&frame);
-    frame.frame_number = ++frame_number_;
-    frame.completed_number = frame_number_ - 1;
-    frame.view = &view;
-    EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << log_;
-  }
-
-  /// One frame on white, waited for.
-  Picture frame(const coppice_view& view) {
-    begin(view);
-    return draw_on_white(
-        gpu(), view,
-        [&](VkCommandBuffer cmd) {
-          EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_OK) << log_;
-          EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_OK) << log_;
-        },
-        [&](VkCommandBuffer cmd) { EXPECT_EQ(coppice_record_draw(context_, cmd, &view), COPPICE_OK) << log_; });
-  }
-
-  /// One frame of streaming: uploads and culls, draws nothing.
-  void pump(const coppice_view& view) {
-    begin(view);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_OK) << log_;
-      EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_OK) << log_;
-    });
-    usleep(1000);
-  }
-
-  coppice_stats stats() {
-    coppice_stats stats;
-    coppice_stats_init(&stats);
-    EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
-    return stats;
-  }
-
-  coppice_plant_info info(coppice_plant plant) {
-    coppice_plant_info info;
-    coppice_plant_info_init(&info);
-    EXPECT_EQ(coppice_plant_get_info(context_, plant, &info), COPPICE_OK) << log_;
-    return info;
-  }
-
-  /// Frames until nothing is wanted or under way.
-  Picture settle(const coppice_view& view) {
-    Picture picture;
-    for (int i = 0; i < 400; ++i) {
-      picture = frame(view);
-      const coppice_stats now = stats();
-      if (i > 2 && now.pages_wanted == 0 && now.pages_in_flight == 0) break;
-      usleep(2000);
-    }
-    return picture;
-  }
-
-  coppice_context* context_ = nullptr;
-  std::uint64_t frame_number_ = 0;
-  std::string plant_path_, log_;
+  std::string plant_path_;
 };
 
 TEST_F(RuntimeTest, StreamsInAndDraws) {
   create(desc());
-  coppice_plant plant = 0;
-  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
   ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK) << log_;
 
@@ -161,8 +71,7 @@ TEST_F(RuntimeTest, StreamsInAndDraws) {
 
 TEST_F(RuntimeTest, CutsFollowTheThreshold) {
   create(desc());
-  coppice_plant plant = 0;
-  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
   ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
   coppice_view view = front_view();
@@ -182,8 +91,7 @@ TEST_F(RuntimeTest, ALeafBudgetMakesAllPlantsCoarser) {
     coppice_context_desc with = desc();
     with.compute_raster = compute_raster;
     create(with);
-    coppice_plant plant = 0;
-    ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+    const coppice_plant plant = open(plant_path_);
     std::vector<coppice_placement> placements;
     for (int i = 0; i < 60; ++i) placements.push_back(at(static_cast<float>(i % 6) - 2.5f, -0.5f * static_cast<float>(i)));
     ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 60, nullptr), COPPICE_OK);
@@ -211,8 +119,7 @@ TEST_F(RuntimeTest, ALeafBudgetMakesAllPlantsCoarser) {
 
 TEST_F(RuntimeTest, InstancesComeMoveAndGo) {
   create(desc());
-  coppice_plant plant = 0;
-  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_plant plant = open(plant_path_);
   std::vector<coppice_placement> placements;
   for (int i = 0; i < 200; ++i) {
     const int row = i / 20, column = i % 20;
@@ -245,8 +152,7 @@ TEST_F(RuntimeTest, APlantCanBeClosedAndOpenedAgain) {
   const coppice_view view = front_view();
   const coppice_placement placement = at(0.0f, 0.0f);
   for (int round = 0; round < 3; ++round) {
-    coppice_plant plant = 0;
-    ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+    const coppice_plant plant = open(plant_path_);
     ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
     EXPECT_GT(drawn_pixels(settle(view)), 100u) << round;
     ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
@@ -260,8 +166,7 @@ TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
   coppice_context_desc small = desc();
   small.memory_budget_bytes = 11ull << 20;  // a little more than the fixed buffers
   create(small);
-  coppice_plant plant = 0;
-  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
   ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
   coppice_view view = front_view();
@@ -275,7 +180,7 @@ TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
 
 /// With lists, draw commands, a larger picture, plants and instances that come at any time: counted by who gives the memory.
 TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
-  const std::string large_path = write_plant({.leaf_count = 20000, .seed = 6}, "runtime_test_large");
+  const std::string large_path = temporary_plant({.leaf_count = 20000, .seed = 6}, "runtime_test_large");
   coppice_context_desc tight = desc();
   tight.compute_raster = VK_TRUE;
   count_memory(tight);
@@ -317,8 +222,7 @@ TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
 
 TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {
   create(desc());
-  coppice_plant plant = 0;
-  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_plant plant = open(plant_path_);
   const coppice_placement placements[2] = {at(0.0f, 0.0f), at(0.5f, 0.0f)};
   coppice_instance instances[2] = {};
   ASSERT_EQ(coppice_instances_add(context_, plant, placements, 2, instances), COPPICE_OK);
@@ -327,7 +231,7 @@ TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {
   settle(view);
   ASSERT_EQ(info(plant).resident_leaf_count, 3000u);
   for (const std::uint32_t leaf_count : {2000u, 4000u}) {
-    const std::string other = write_plant({.leaf_count = leaf_count, .seed = leaf_count}, "runtime_test_new");
+    const std::string other = temporary_plant({.leaf_count = leaf_count, .seed = leaf_count}, "runtime_test_new");
     std::filesystem::rename(other, plant_path_);
     ASSERT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_OK) << log_;
     for (int i = 0; i < 200 && info(plant).leaf_count != leaf_count; ++i) {
@@ -349,8 +253,7 @@ TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {
 
 TEST_F(RuntimeTest, AReloadThatFailsLeavesThePlantAsItWas) {
   create(desc());
-  coppice_plant plant = 0;
-  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
   ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
   const coppice_view view = front_view();
@@ -370,7 +273,7 @@ TEST_F(RuntimeTest, AReloadThatFailsLeavesThePlantAsItWas) {
   ASSERT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_OK) << log_;
   ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
   for (int i = 0; i < 5; ++i) EXPECT_EQ(drawn_pixels(frame(view)), 0u);
-  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  open(plant_path_);
 }
 
 /// The n-th device allocation fails, n = 0, 1, 2 ... until none does.
@@ -438,8 +341,7 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
   create(tight);
   const coppice_placement placement = at(0.0f, 0.0f);
   for (int i = 0; i < 6; ++i) {  // 36 pages; a block of the pool holds 16
-    coppice_plant plant = 0;
-    ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+    const coppice_plant plant = open(plant_path_);
     ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
   }
   coppice_view view = front_view();
@@ -460,8 +362,7 @@ TEST_F(RuntimeTest, WithNextToNoTimeAChunkAFrameIsUploadedAfterThePinnedOnes) {
   coppice_context_desc hurried = desc();
   hurried.streaming_ms = 1e-6f;
   create(hurried);
-  coppice_plant plant = 0;
-  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
+  const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
   ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
   coppice_view view = front_view();
@@ -489,12 +390,11 @@ TEST_F(RuntimeTest, BlockTexturesLookAlikeReadByTheGpuAndDecoded) {
   std::array<Way, 3> ways{
       {{bake::TextureCoding::bc, VK_TRUE, {}}, {bake::TextureCoding::bc, VK_FALSE, {}}, {bake::TextureCoding::rgba8, VK_TRUE, {}}}};
   for (Way& way : ways) {
-    const std::string path = write_plant({.leaf_count = 600, .seed = 5, .texture_side = 501}, "painted", way.coding);
+    const std::string path = temporary_plant({.leaf_count = 600, .seed = 5, .texture_side = 501}, "painted", way.coding);
     coppice_context_desc with = desc();
     with.texture_compression_bc = way.blocks_on_gpu;
     create(with);
-    coppice_plant plant = 0;
-    ASSERT_EQ(coppice_plant_open(context_, path.c_str(), &plant), COPPICE_OK) << log_;
+    const coppice_plant plant = open(path);
     const coppice_placement placement = at(0.0f, 0.0f);
     ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
     coppice_view view = front_view();

@@ -7,10 +7,8 @@
 #include <fstream>
 #include <string>
 
+#include "context_fixture.h"
 #include "coppice/coppice.h"
-#include "pack.h"
-#include "random_tree.h"
-#include "renderer_scene.h"
 #include "scene_write.h"
 
 namespace coppice::test {
@@ -23,18 +21,14 @@ void write_bytes(const std::filesystem::path& path, const std::vector<std::uint8
   std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-class SceneRuntimeTest : public VulkanTest {
+class SceneRuntimeTest : public ContextTest {
  protected:
   void SetUp() override {
-    VulkanTest::SetUp();
+    ContextTest::SetUp();
     folder_ = std::filesystem::temp_directory_path() / ("scene_runtime_test" + std::to_string(getpid()));
     std::filesystem::create_directories(folder_);
-    for (const std::uint32_t seed : {1u, 2u}) {
-      bake::BakedPlant plant = random_plant({.leaf_count = 600, .seed = seed});
-      plant.sphere = {glm::vec3(0.0f), 1.6f};
-      bake::PackSizes sizes;
-      write_bytes(folder_ / ("plant" + std::to_string(seed) + ".coppice"), *bake::pack(plant, sizes));
-    }
+    for (const std::uint32_t seed : {1u, 2u})
+      write_plant(folder_ / ("plant" + std::to_string(seed) + ".coppice"), {.leaf_count = 600, .seed = seed});
     // A regular grid, the second plant in every other place.
     std::vector<bake::ScenePlant> plants(kPlants);
     constexpr std::uint32_t kRow = 95;
@@ -48,9 +42,8 @@ class SceneRuntimeTest : public VulkanTest {
   }
 
   void TearDown() override {
-    coppice_context_destroy(context_);
     std::filesystem::remove_all(folder_);
-    VulkanTest::TearDown();
+    ContextTest::TearDown();
   }
 
   static std::vector<SceneSpecies> species(const std::vector<std::string>& paths) {
@@ -61,48 +54,20 @@ class SceneRuntimeTest : public VulkanTest {
   [[nodiscard]] std::filesystem::path scene_path() const { return folder_ / "wood.forest"; }
 
   void create(std::uint32_t max_instances, bool compute_raster) {
-    coppice_context_desc desc;
-    coppice_context_desc_init(&desc);
-    desc.instance = gpu().instance;
-    desc.physical_device = gpu().physical_device;
-    desc.device = gpu().device;
-    desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-    desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
-    desc.depth_format = VK_FORMAT_D32_SFLOAT;
-    desc.max_instances = max_instances;
-    desc.compute_raster = compute_raster ? VK_TRUE : VK_FALSE;
-    desc.log = {&log_, [](void* user, coppice_log_level, const char* line) { static_cast<std::string*>(user)->append(line).append("\n"); }};
-    ASSERT_EQ(coppice_context_create(&desc, &context_), COPPICE_OK) << log_;
+    coppice_context_desc with = desc();
+    with.max_instances = max_instances;
+    with.compute_raster = compute_raster ? VK_TRUE : VK_FALSE;
+    ContextTest::create(with);
   }
 
   coppice_stats frame(const coppice_view& view) {
-    coppice_frame frame;
-    coppice_frame_init(&frame);
-    frame.frame_number = ++frame_number_;
-    frame.completed_number = frame_number_ - 1;
-    frame.view = &view;
-    EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << log_;
-    draw_on_white(
-        gpu(), view,
-        [&](VkCommandBuffer cmd) {
-          EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_OK) << log_;
-          EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_OK) << log_;
-        },
-        [&](VkCommandBuffer cmd) { EXPECT_EQ(coppice_record_draw(context_, cmd, &view), COPPICE_OK) << log_; });
-    coppice_stats stats;
-    coppice_stats_init(&stats);
-    EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
-    return stats;
+    ContextTest::frame(view);
+    return stats();
   }
 
   /// Frames until every tile wanted is there, and one more whose figures are of it.
   coppice_stats settle(const coppice_view& view) {
-    coppice_stats stats{};
-    for (int i = 0; i < 300; ++i) {
-      stats = frame(view);
-      if (i > 2 && stats.scene_tiles_missing == 0 && stats.pages_wanted == 0 && stats.pages_in_flight == 0) break;
-      usleep(2000);
-    }
+    ContextTest::settle(view);
     frame(view);
     return frame(view);
   }
@@ -111,11 +76,8 @@ class SceneRuntimeTest : public VulkanTest {
     return make_view({.eye_m = {x, height, z}, .target_m = {x, height, z - 10.0f}, .width_px = 128, .height_px = 128});
   }
 
-  coppice_context* context_ = nullptr;
   coppice_scene scene_ = 0;
-  std::uint64_t frame_number_ = 0;
   std::filesystem::path folder_;
-  std::string log_;
 };
 
 TEST_F(SceneRuntimeTest, TilesStreamInAreDrawnAndGo) {

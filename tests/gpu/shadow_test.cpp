@@ -1,0 +1,188 @@
+// Shadow maps: what a view of the sun holds, and what it darkens, on both paths.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include "context_fixture.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kMapPx = 256;
+constexpr float kRadius_m = 12.0f;
+
+/// Three plants: one stands between the sun and the second, 8 m off; the third stands beside them, in the open.
+constexpr std::array<glm::vec3, 3> kPlaces{{{6.4f, 4.8f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -6.0f}}};
+constexpr std::array<float, 3> kSun{0.8f, 0.6f, 0.0f};
+
+/// From a side that the sun is on, so that what it does not reach is seen to be dark.
+coppice_view view_of(const glm::vec3& place) {
+  coppice_view view = make_view({.eye_m = place + glm::vec3(3.0f, -1.0f, 4.0f), .target_m = place, .width_px = 128, .height_px = 128});
+  std::ranges::copy(kSun, view.sun_direction);
+  view.error_px = 0.5f;
+  return view;
+}
+
+/// Sum of what is not white.
+double light_of(const Picture& picture) {
+  double light = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
+    if (picture.rgba[i] < 250 || picture.rgba[i + 1] < 250 || picture.rgba[i + 2] < 250)
+      light += picture.rgba[i] + picture.rgba[i + 1] + picture.rgba[i + 2];
+  return light;
+}
+
+struct Path {
+  const char* name;
+  VkBool32 compute_raster, int64_atomics;
+};
+
+class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> {
+ protected:
+  void SetUp() override {
+    ContextTest::SetUp();
+    path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "shadow_test");
+    coppice_context_desc with = desc();
+    with.shadow_format = VK_FORMAT_D32_SFLOAT;
+    with.compute_raster = GetParam().compute_raster;
+    with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
+    create(with);
+    plant_ = open(path_);
+  }
+  void TearDown() override {
+    std::filesystem::remove(path_);
+    ContextTest::TearDown();
+  }
+
+  void place(const glm::vec3& at) {
+    const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
+    ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, 1, nullptr), COPPICE_OK) << log_;
+  }
+
+  [[nodiscard]] coppice_view sun_view(const coppice_view& camera) const {
+    const coppice_shadow_desc desc{{0, 0, 0}, kRadius_m, kMapPx};
+    coppice_view sun;
+    coppice_view_init(&sun);
+    EXPECT_EQ(coppice_shadow_view(context_, &camera, &desc, &sun), COPPICE_OK) << log_;
+    return sun;
+  }
+
+  void record_map(VkCommandBuffer cmd, const coppice_view& sun) {
+    record_cull(cmd, sun);
+    change_layout(cmd, map_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                          .imageView = map_.view(),
+                                          .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                          .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+    const VkRenderingInfo rendering{
+        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = {{0, 0}, {kMapPx, kMapPx}}, .layerCount = 1, .pDepthAttachment = &depth};
+    vkCmdBeginRendering(cmd, &rendering);
+    record_draw(cmd, sun);
+    vkCmdEndRendering(cmd);
+    change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+  }
+
+  /// The light of a plant seen with the shadow map over that seen without.
+  double share_of_light(const glm::vec3& place) {
+    coppice_view camera = view_of(place);
+    settle(camera);
+    const double open = light_of(frame(camera));
+    const coppice_view sun = sun_view(camera);
+    const glm::mat4 clip_from_world = glm::make_mat4(sun.clip_from_view) * glm::make_mat4(sun.view_from_world);
+    camera.shadow_cascade_count = 1;
+    camera.shadow_cascades[0].image = map_.view();
+    std::copy_n(glm::value_ptr(clip_from_world), 16, camera.shadow_cascades[0].clip_from_world);
+    return light_of(frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); })) / open;
+  }
+
+  Image map_{gpu(),
+             {.width_px = kMapPx,
+              .height_px = kMapPx,
+              .format = VK_FORMAT_D32_SFLOAT,
+              .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}};
+  std::string path_;
+  coppice_plant plant_ = 0;
+};
+
+TEST_P(ShadowTest, APlantShadesWhatStandsBehindItAndNothingElse) {
+  for (const glm::vec3& at : kPlaces) place(at);
+  EXPECT_EQ(share_of_light(kPlaces[0]), 1.0) << "the plant that casts the shadow";
+  EXPECT_LT(share_of_light(kPlaces[1]), 0.8) << "the plant behind it";
+  EXPECT_EQ(share_of_light(kPlaces[2]), 1.0) << "the plant in the open";
+}
+
+TEST_P(ShadowTest, TheMapHoldsThePlantWhereItStands) {
+  place(kPlaces[0]);
+  const coppice_view camera = view_of(kPlaces[0]);
+  settle(camera);
+  const coppice_view sun = sun_view(camera);
+  frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); });
+  const std::vector<float> depth = read_depth(gpu(), map_, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+  // It stands on the ray to the sun from the map's middle, and it is about 3 m wide; the map is 24 m wide.
+  std::uint32_t inside = 0, outside = 0, off_depth = 0;
+  const glm::mat4 projection = glm::make_mat4(sun.clip_from_view);
+  for (std::uint32_t y = 0; y < kMapPx; ++y)
+    for (std::uint32_t x = 0; x < kMapPx; ++x) {
+      const float value = depth[y * kMapPx + x];
+      if (value == 0.0f) continue;
+      const float from_middle_m = 2.0f * kRadius_m / kMapPx * std::hypot(static_cast<float>(x) - 127.5f, static_cast<float>(y) - 127.5f);
+      ++(from_middle_m < 2.0f ? inside : outside);
+      const float from_sun_m = projection[3][2] / (value + projection[2][2]);
+      off_depth += std::abs(from_sun_m - (40.0f * kRadius_m - 8.0f)) > 2.0f;
+    }
+  EXPECT_GT(inside, 200u);
+  EXPECT_EQ(outside, 0u);
+  EXPECT_EQ(off_depth, 0u);
+}
+
+TEST_P(ShadowTest, AShadowViewIsInNoStatistics) {
+  for (const glm::vec3& at : kPlaces) place(at);
+  const coppice_view camera = view_of(kPlaces[1]);
+  settle(camera);
+  frame(camera);
+  const coppice_stats plain = stats();
+  const coppice_view sun = sun_view(camera);
+  for (int i = 0; i < 3; ++i) frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); });
+  EXPECT_EQ(stats().drawn_leaf_count, plain.drawn_leaf_count);
+  EXPECT_EQ(stats().visible_instance_count, plain.visible_instance_count);
+}
+
+INSTANTIATE_TEST_SUITE_P(Paths, ShadowTest,
+                         testing::Values(Path{"hardware", VK_FALSE, VK_FALSE}, Path{"compute", VK_TRUE, VK_TRUE},
+                                         Path{"compute_two_passes", VK_TRUE, VK_FALSE}),
+                         [](const auto& path) { return std::string(path.param.name); });
+
+class ShadowErrors : public ContextTest {};
+
+TEST_F(ShadowErrors, AShadowViewWithoutAFormatIsRefused) {
+  create(desc());
+  coppice_view view = view_of(kPlaces[1]);
+  view.kind = COPPICE_VIEW_SHADOW;
+  begin(view_of(kPlaces[1]));
+  submit(gpu(), [&](VkCommandBuffer cmd) {
+    record_upload(cmd);
+    EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_ERROR_INVALID_ARGUMENT);
+  });
+  EXPECT_NE(log_.find("shadow_format"), std::string::npos) << log_;
+}
+
+TEST_F(ShadowErrors, ACascadeWithoutAnImageIsRefused) {
+  create(desc());
+  coppice_view view = view_of(kPlaces[1]);
+  view.shadow_cascade_count = 1;
+  coppice_frame frame;
+  coppice_frame_init(&frame);
+  frame.frame_number = 1;
+  frame.view = &view;
+  EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(log_.find("shadow_cascades"), std::string::npos) << log_;
+}
+
+}  // namespace
+}  // namespace coppice::test

@@ -1,0 +1,149 @@
+#pragma once
+
+// The runtime through coppice.h on the tests' device, a frame at a time.
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+#include "coppice/coppice.h"
+#include "pack.h"
+#include "random_tree.h"
+#include "renderer_scene.h"
+#include "vulkan_device.h"
+
+namespace coppice::test {
+
+/// A random plant as a file.
+inline void write_plant(const std::filesystem::path& path, const RandomPlantOptions& options,
+                        bake::TextureCoding textures = bake::TextureCoding::bc) {
+  bake::BakedPlant plant = random_plant(options);
+  plant.sphere = {glm::vec3(0.0f), 1.6f};
+  bake::PackSizes sizes;
+  const auto bytes = bake::pack(plant, sizes, textures);
+  if (!bytes) throw std::runtime_error(bytes.error().message());
+  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
+}
+
+/// In the temporary folder; of this process.
+inline std::string temporary_plant(const RandomPlantOptions& options, const char* name,
+                                   bake::TextureCoding textures = bake::TextureCoding::bc) {
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / (std::string(name) + std::to_string(getpid()) + ".coppice");
+  write_plant(path, options, textures);
+  return path.string();
+}
+
+/// Defaults, the device and the formats of draw_on_white.
+inline coppice_context_desc context_desc(const VulkanDevice& gpu) {
+  coppice_context_desc desc;
+  coppice_context_desc_init(&desc);
+  desc.instance = gpu.instance;
+  desc.physical_device = gpu.physical_device;
+  desc.device = gpu.device;
+  desc.get_instance_proc_addr = vkGetInstanceProcAddr;
+  desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+  desc.depth_format = VK_FORMAT_D32_SFLOAT;
+  return desc;
+}
+
+class ContextTest : public VulkanTest {
+ protected:
+  void TearDown() override {
+    coppice_context_destroy(context_);
+    VulkanTest::TearDown();
+  }
+
+  coppice_context_desc desc() {
+    coppice_context_desc desc = context_desc(gpu());
+    desc.max_instances = 4096;
+    desc.log = {&log_, [](void* user, coppice_log_level, const char* line) { static_cast<std::string*>(user)->append(line).append("\n"); }};
+    return desc;
+  }
+
+  void create(const coppice_context_desc& with) { ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_; }
+
+  coppice_plant open(const std::string& path) {
+    coppice_plant plant = 0;
+    EXPECT_EQ(coppice_plant_open(context_, path.c_str(), &plant), COPPICE_OK) << log_;
+    return plant;
+  }
+
+  void begin(const coppice_view& view) {
+    coppice_frame frame;
+    coppice_frame_init(&frame);
+    frame.frame_number = ++frame_number_;
+    frame.completed_number = frame_number_ - 1;
+    frame.view = &view;
+    EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << log_;
+  }
+
+  void record_upload(VkCommandBuffer cmd) { EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_OK) << log_; }
+  void record_cull(VkCommandBuffer cmd, const coppice_view& view) {
+    EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_OK) << log_;
+  }
+  void record_draw(VkCommandBuffer cmd, const coppice_view& view) {
+    EXPECT_EQ(coppice_record_draw(context_, cmd, &view), COPPICE_OK) << log_;
+  }
+
+  /// One frame on white, waited for. before: recorded between the upload and the view's cull
+  Picture frame(const coppice_view& view, const std::function<void(VkCommandBuffer)>& before = {}) {
+    begin(view);
+    return draw_on_white(
+        gpu(), view,
+        [&](VkCommandBuffer cmd) {
+          record_upload(cmd);
+          if (before) before(cmd);
+          record_cull(cmd, view);
+        },
+        [&](VkCommandBuffer cmd) { record_draw(cmd, view); });
+  }
+
+  /// One frame of streaming: uploads and culls, draws nothing.
+  void pump(const coppice_view& view) {
+    begin(view);
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      record_upload(cmd);
+      record_cull(cmd, view);
+    });
+    usleep(1000);
+  }
+
+  coppice_stats stats() {
+    coppice_stats stats;
+    coppice_stats_init(&stats);
+    EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
+    return stats;
+  }
+
+  coppice_plant_info info(coppice_plant plant) {
+    coppice_plant_info info;
+    coppice_plant_info_init(&info);
+    EXPECT_EQ(coppice_plant_get_info(context_, plant, &info), COPPICE_OK) << log_;
+    return info;
+  }
+
+  /// Frames until nothing is wanted or under way.
+  Picture settle(const coppice_view& view) {
+    Picture picture;
+    for (int i = 0; i < 400; ++i) {
+      picture = frame(view);
+      const coppice_stats now = stats();
+      if (i > 2 && now.pages_wanted == 0 && now.pages_in_flight == 0 && now.scene_tiles_missing == 0) break;
+      usleep(2000);
+    }
+    return picture;
+  }
+
+  coppice_context* context_ = nullptr;
+  std::uint64_t frame_number_ = 0;
+  std::string log_;
+};
+
+}  // namespace coppice::test

@@ -53,10 +53,13 @@ Species species_of(const Forest& forest, coppice_plant plant) {
   check(forest, coppice_plant_get_info(forest.context.get(), plant, &info), "coppice_plant_get_info");
   Species species;
   species.radius_m = info.sphere_radius;
+  // Roots go below the origin, and a plant may hang over; one of which a quarter would be buried was not modelled to stand on its origin.
+  const float low_m = info.box_min[1], height_m = info.box_max[1] - low_m;
+  if (low_m < -0.25f * height_m) species.foot_m = low_m;
   return species;
 }
 
-coppice_placement placement_of(const PlacedPlant& plant, const Terrain& terrain) {
+coppice_placement placement_of(const PlacedPlant& plant, const Species& species, const Terrain& terrain) {
   coppice_placement placement{};
   // The lowest ground under the stem's foot, so that on a slope no root hangs in the air.
   const float foot_m = 0.06f * plant.crown_radius_m;
@@ -67,7 +70,7 @@ coppice_placement placement_of(const PlacedPlant& plant, const Terrain& terrain)
                          height_at(terrain, plant.position.x, plant.position.y + offset_m)});
   }
   placement.position[0] = plant.position.x;
-  placement.position[1] = ground_m - 0.02f;
+  placement.position[1] = ground_m - 0.02f - plant.scale * species.foot_m;
   placement.position[2] = plant.position.y;
   placement.scale = plant.scale;
   placement.rotation[1] = std::sin(0.5f * plant.yaw_rad);
@@ -176,7 +179,7 @@ void add_instances(Forest& forest, const Planting& planting, const Terrain& terr
   for (std::size_t next = 0, i = 0; i < forest.plants.size(); ++i) {
     placements.clear();
     for (; next < order.size() && planting.plants[order[next]].species == i; ++next)
-      placements.push_back(placement_of(planting.plants[order[next]], terrain));
+      placements.push_back(placement_of(planting.plants[order[next]], forest.species[i], terrain));
     if (placements.empty()) continue;
     check(forest,
           coppice_instances_add(forest.context.get(), forest.plants[i], placements.data(), static_cast<std::uint32_t>(placements.size()),

@@ -13,6 +13,7 @@ namespace forest {
 /// What placement must know of a plant, in its own units.
 struct Species {
   float radius_m = 1;  ///< of the bounding sphere
+  float foot_m = 0;    ///< height, in object space, of what stands on the ground
 };
 
 struct PlacedPlant {

@@ -200,6 +200,9 @@ void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
   info.wood_triangle_count = file.plant.wood_triangle_counts[0];
   std::copy_n(file.plant.sphere_center, 3, info.sphere_center);
   info.sphere_radius = file.plant.sphere_radius;
+  const PlantBox& box = streamer_->box(slot);
+  std::ranges::copy(box.low, info.box_min);
+  std::ranges::copy(box.high, info.box_max);
   info.file_bytes = file.header.file_bytes;
   static_assert(sizeof info.name == sizeof file.plant.name);
   std::memcpy(info.name, file.plant.name, sizeof info.name);
@@ -207,6 +210,9 @@ void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
 
 Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice_placement> placements,
                                     std::span<coppice_instance> handles) {
+  // What draws them grows with them in the next frame: where it could not, nothing at all would be drawn.
+  count_overhead();
+  COPPICE_CHECK(streamer_->make_room(renderer_->needed_room_bytes(instances_, placements.size())));
   return instances_.add(entry(plant).slot, placements, handles);
 }
 

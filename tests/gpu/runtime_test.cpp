@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+#include <glm/common.hpp>
+
 #include "context_fixture.h"
 #include "coppice/coppice.h"
 #include "counted_memory.h"
@@ -67,6 +69,22 @@ TEST_F(RuntimeTest, StreamsInAndDraws) {
   EXPECT_GT(stats().drawn_wood_triangle_count, 0u);
   EXPECT_LE(stats().memory_bytes, stats().memory_budget_bytes);
   EXPECT_GT(drawn_pixels(full), std::size_t{kSidePx} * kSidePx / 20);
+}
+
+TEST_F(RuntimeTest, TheBoxHoldsLeavesAndTheCoarsestWood) {
+  create(desc());
+  const coppice_plant_info now = info(open(plant_path_));
+  const bake::BakedPlant source = random_plant({.leaf_count = 3000, .seed = 5});
+  glm::vec3 low(INFINITY), high(-INFINITY);
+  for (const auto* points : {&source.tree.vertices, &source.wood.lods.back().positions})
+    for (const glm::vec3& point : *points) {
+      low = glm::min(low, point);
+      high = glm::max(high, point);
+    }
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(now.box_min[axis], low[axis], 1e-3f);
+    EXPECT_NEAR(now.box_max[axis], high[axis], 1e-3f);
+  }
 }
 
 TEST_F(RuntimeTest, CutsFollowTheThreshold) {
@@ -274,6 +292,33 @@ TEST_F(RuntimeTest, AReloadThatFailsLeavesThePlantAsItWas) {
   ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
   for (int i = 0; i < 5; ++i) EXPECT_EQ(drawn_pixels(frame(view)), 0u);
   open(plant_path_);
+}
+
+TEST_F(RuntimeTest, InstancesThatCouldNotBeDrawnAreRefusedAndTheOthersAreDrawn) {
+  coppice_context_desc with = desc();
+  with.max_instances = 400000;
+  create(with);
+  const coppice_plant plant = open(plant_path_);
+  std::vector<coppice_placement> placements(20000, at(0.0f, 400.0f));
+  placements[0] = at(0.0f, 0.0f);
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 20000, nullptr), COPPICE_OK) << log_;
+  coppice_view view = front_view();
+  view.lod = COPPICE_LOD_FULL;
+  settle(view);
+  const std::uint64_t budget = stats().memory_bytes + (4 << 20);
+  ASSERT_EQ(coppice_set_memory_budget(context_, budget), COPPICE_OK);
+  coppice_status status = COPPICE_OK;
+  for (int i = 0; i < 19 && status == COPPICE_OK; ++i) {
+    status = coppice_instances_add(context_, plant, placements.data(), 20000, nullptr);
+    EXPECT_GT(drawn_pixels(frame(view)), 100u) << i;
+    EXPECT_LE(stats().memory_bytes, budget) << i;
+  }
+  EXPECT_EQ(status, COPPICE_ERROR_OUT_OF_MEMORY);
+  EXPECT_NE(log_.find("memory budget"), std::string::npos) << log_;
+  const std::uint32_t count = stats().instance_count;
+  for (int i = 0; i < 20; ++i) EXPECT_GT(drawn_pixels(frame(view)), 100u) << i;
+  EXPECT_EQ(stats().instance_count, count);
+  EXPECT_LE(stats().memory_bytes, budget);
 }
 
 /// The n-th device allocation fails, n = 0, 1, 2 ... until none does.

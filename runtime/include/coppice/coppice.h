@@ -220,6 +220,7 @@ typedef struct coppice_plant_info {
   float sphere_radius;
   uint64_t file_bytes;
   char name[64];
+  float box_min[3], box_max[3]; /* object space, m; of leaves and the coarsest wood: finer ones may reach a little further */
 } coppice_plant_info;
 
 /* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for two reads, the header and
@@ -250,7 +251,8 @@ typedef struct coppice_placement {
   float tint[3];     /* multiplies leaf colour; 1 1 1 for none */
 } coppice_placement;
 
-/* Adds `count` instances of a plant. instances: [count] handles out, may be null. All or none are added. */
+/* Adds `count` instances of a plant. instances: [count] handles out, may be null. All or none are added. COPPICE_ERROR_OUT_OF_MEMORY: what
+ * draws them finds no room in the memory budget; where the log says that room is being made, try again in a few frames. */
 coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements, uint32_t count,
                                      coppice_instance* instances);
 coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement);

@@ -357,10 +357,15 @@ std::uint64_t Renderer::growth_bytes(std::uint64_t instance_count) const {
   return (commands > leaf_commands_.size_bytes ? with_margin(commands) : 0) + (places > wood_list_.size_bytes ? with_margin(places) : 0);
 }
 
+std::uint64_t Renderer::needed_room_bytes(const InstanceTable& instances, std::uint64_t added) const {
+  const std::uint64_t slots = instances.slots().size() + added;
+  const std::uint64_t new_slots = slots - std::min<std::uint64_t>(slots, instance_slot_count_);
+  const bool staged = new_slots * sizeof(Instance) > kFrameStagingBytes;
+  return kSmallBytes + growth_bytes(instances.count() + added) + (staged ? new_slots * (sizeof(Instance) + sizeof(InstanceBlock)) : 0);
+}
+
 std::uint64_t Renderer::wanted_room_bytes(const InstanceTable& instances, const coppice_view& view) const {
-  std::uint64_t wanted = kSmallBytes + growth_bytes(instances.count());
-  const std::uint64_t new_slots = instances.slots().size() - std::min<std::size_t>(instances.slots().size(), instance_slot_count_);
-  if (new_slots * sizeof(Instance) > kFrameStagingBytes) wanted += new_slots * (sizeof(Instance) + sizeof(InstanceBlock));
+  std::uint64_t wanted = needed_room_bytes(instances, 0);
   std::uint64_t lists = lacking_bytes_;
   if (raster_) {
     wanted += raster_->wanted_bytes(view);

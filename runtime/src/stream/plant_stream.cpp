@@ -158,6 +158,18 @@ void take_texture_header(PlantStream& plant, std::uint32_t texture, std::span<co
   plant.texture_uploads[texture].decoded = true;
 }
 
+void measure_box(PlantStream& plant) {
+  const coppice_file_plant& file = plant.file.plant;
+  std::copy_n(file.leaf_box_min, 3, plant.box.low.begin());
+  std::copy_n(file.leaf_box_max, 3, plant.box.high.begin());
+  if (file.wood_lod_count == 0) return;
+  for (const WoodVertex& vertex : plant.wood[file.wood_lod_count - 1].vertices)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      plant.box.low[axis] = std::min(plant.box.low[axis], vertex.position[axis]);
+      plant.box.high[axis] = std::max(plant.box.high[axis], vertex.position[axis]);
+    }
+}
+
 void measure_leaf_meshes(PlantStream& plant) {
   plant.valued.leaf_mesh_bytes = 0;
   if (plant.file.plant.leaf_mesh_count == 0) return;

@@ -69,6 +69,7 @@ struct PlantStream {
   PlantFile file;
   std::vector<std::uint32_t> lod_words;
   ValuedPlant valued;
+  PlantBox box;  ///< of the leaf box and the coarsest wood
 
   HookArray<Chunk> chunks;          ///< pages, then wood LoDs, then textures, then leaf meshes
   HookArray<PageData> pages;        ///< [page_count]
@@ -114,6 +115,9 @@ struct PlantStream {
 /// index   the plant's, for chunk ids
 /// errors  io, bad_file: shorter than a header, out_of_memory; path is not in the message
 Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index);
+
+/// Once the coarsest wood is decoded.
+void measure_box(PlantStream& plant);
 
 /// Checks the front and fills in the tables; nothing is decoded. file.header: read
 /// front   the file's first header.first_read_bytes. errors  bad_file, unsupported, out_of_memory

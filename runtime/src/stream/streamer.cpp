@@ -77,14 +77,13 @@ Result<void> decode_pinned(PlantStream& plant, Chunk& chunk, std::span<const std
 
 }  // namespace
 
-// Nothing is held for a plant that would not fit even if every chunk that may go were gone: it would only make the others coarse.
+// Nothing is held for what would not fit even if every chunk that may go were gone: it would only make the others coarse.
 Error Streamer::State::hold_room(std::uint64_t bytes) {
   const bool can_fit = floor_bytes() + bytes <= budget_bytes;
   held_bytes = can_fit ? bytes : 0;
   held_until_frame = can_fit ? frame_number + kHoldFrames : 0;
-  if (can_fit) return {Status::out_of_memory, "memory budget: no room for a plant now; some is being made, try again in a few frames"};
-  return {Status::out_of_memory, "memory budget: a plant needs more than all there is to free, bytes", Error::kNoOffset,
-          std::to_string(bytes)};
+  if (can_fit) return {Status::out_of_memory, "memory budget: no room now; some is being made, try again in a few frames"};
+  return {Status::out_of_memory, "memory budget: needs more than all there is to free, bytes", Error::kNoOffset, std::to_string(bytes)};
 }
 
 // Room is found before anything is read or decoded. Where there is none, begin_frame makes some: what it evicts now the GPU may still read.
@@ -128,6 +127,7 @@ Result<void> Streamer::State::take_opened(PlantOpening& opening) {
   COPPICE_CHECK(reserve_for(opening, pinned_bytes));
   for (Chunk& chunk : plant.chunks.span())
     if (chunk.pinned) COPPICE_CHECK(decode_pinned(plant, chunk, opening.front.span()));
+  measure_box(plant);
   held_bytes = held_until_frame = 0;
   release(opening);
   opening.front = {};
@@ -210,6 +210,10 @@ const PlantFile& Streamer::file(std::uint32_t plant) const {
   return state_->open_plant_at(plant).file;
 }
 
+const PlantBox& Streamer::box(std::uint32_t plant) const {
+  return state_->open_plant_at(plant).box;
+}
+
 std::span<const std::uint32_t> Streamer::lod_words(std::uint32_t plant) const {
   return state_->open_plant_at(plant).lod_words;
 }
@@ -240,6 +244,11 @@ void Streamer::set_overhead_bytes(std::uint64_t bytes) {
 
 void Streamer::set_growth_bytes(std::uint64_t bytes) {
   state_->growth_bytes = bytes;
+}
+
+Result<void> Streamer::make_room(std::uint64_t bytes) {
+  if (bytes <= free_bytes()) return {};
+  return state_->hold_room(bytes);
 }
 
 std::uint64_t Streamer::free_bytes() const {

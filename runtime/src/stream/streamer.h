@@ -13,6 +13,7 @@
 //
 // Foliage pages become and stay resident in order: whatever is resident is a prefix of the refinement, so a complete plant.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -70,6 +71,11 @@ struct DecodedChunk {
 
   // texture: a coppice_file_texture and its mip levels, checked; the chunk as stored, or decoded to RGBA8 without GpuSizes::block_textures
   std::span<const std::uint8_t> texture;
+};
+
+/// Object space, m.
+struct PlantBox {
+  std::array<float, 3> low{}, high{};
 };
 
 /// What can be drawn of a plant now.
@@ -135,6 +141,7 @@ class Streamer {
 
   /// plant  an open index (asserted); the reference stays valid until the plant comes out of take_closed_plants
   [[nodiscard]] const PlantFile& file(std::uint32_t plant) const;
+  [[nodiscard]] const PlantBox& box(std::uint32_t plant) const;
   /// The packed table of select.h, for the GPU to copy and for the CPU to select with.
   [[nodiscard]] std::span<const std::uint32_t> lod_words(std::uint32_t plant) const;
   [[nodiscard]] PlantState state(std::uint32_t plant) const;
@@ -150,6 +157,8 @@ class Streamer {
   void set_overhead_bytes(std::uint64_t bytes);
   /// How much the overhead may grow before the next begin_frame: what begin_frame tries to keep free beside all chunks.
   void set_growth_bytes(std::uint64_t bytes);
+  /// errors  out_of_memory: so much is not free; the next frames make it so, if that can be
+  Result<void> make_room(std::uint64_t bytes);
   /// What is free now.
   [[nodiscard]] std::uint64_t free_bytes() const;
 

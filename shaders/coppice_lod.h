@@ -165,6 +165,17 @@ COPPICE_FN float coppice_leaf_count(CoppiceTable table, float size_px, float thr
                float(coppice_table_leaf_count(table, high)));
 }
 
+/// Leaves that a small plant keeps, for each threshold that it is wide: its error is small because it is, and a crown of a leaf or two is
+/// seen to be smaller than the crown. Beyond the most the table asks for more by itself.
+COPPICE_CONST float kCoppiceLeavesPerThreshold = 2.0f;
+COPPICE_CONST float kCoppiceMostKeptLeaves = 32.0f;
+/// What is drawn of a plant of a size: coppice_leaf_count, but no fewer than small plants keep.
+COPPICE_FN float coppice_drawn_leaf_count(CoppiceTable table, float size_px, float threshold_px) {
+  float kept = min(kCoppiceLeavesPerThreshold * size_px, kCoppiceMostKeptLeaves * threshold_px) / max(threshold_px, 1e-6f);
+  kept = min(kept, float(coppice_table_leaf_count(table, table.level_count - 1u)));
+  return max(coppice_leaf_count(table, size_px, threshold_px), kept);
+}
+
 /// The whole cut that draws fractional m: its last split is under way. The slack keeps exp2(log2(n)) from costing a leaf.
 COPPICE_FN uint coppice_whole_leaf_count(float fractional) {
   float whole = ceil(fractional * 0.999999f);

@@ -219,7 +219,7 @@ void select(uint slot) {
   if (push.round > 0 && occluded(center, radius)) return;
   uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
   // Leaves too small for the hardware are too small to be seen as modelled: the cut by the table alone.
-  float raster_cut = min(coppice_leaf_count(table, size_px, threshold_px), float(plant.resident_leaf_count));
+  float raster_cut = min(coppice_drawn_leaf_count(table, size_px, threshold_px), float(plant.resident_leaf_count));
   bool rasterised = raster_leaves(instance, slot, raster_cut, distance_m);
   bool wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
   ++visible_count;
@@ -234,7 +234,7 @@ void select(uint slot) {
   bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, size_px, threshold_px));
   float cut_px = has_meshes && !meshes ? coppice_cut_threshold_px(table, size_px, threshold_px) : threshold_px;
   float resident = float(plant.resident_leaf_count);
-  float cut = coppice_leaf_count(table, size_px, cut_px);
+  float cut = coppice_drawn_leaf_count(table, size_px, cut_px);
   if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, plant.leaf_count);
   cut = view.lod_full != 0 ? resident : min(cut, resident);
   cuts[slot] = cut;

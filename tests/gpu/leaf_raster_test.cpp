@@ -217,7 +217,7 @@ TEST_F(LeafRasterTest, AStepBackAndForthChangesNothing) {
     const float distance_m = 15.0f * std::pow(1.03f, static_cast<float>(i));
     const auto leaves_at = [&](float factor) {
       coppice_view view = front_view(distance_m * factor);
-      view.error_px = 1.0f;
+      view.error_px = 0.3f;
       return scene.draw(view).counts.leaves;
     };
     leaves_at(1.005f);

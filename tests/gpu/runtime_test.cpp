@@ -94,7 +94,7 @@ TEST_F(RuntimeTest, CutsFollowTheThreshold) {
   ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
   coppice_view view = front_view();
   std::uint64_t finer = ~std::uint64_t{0};
-  for (const float error_px : {0.01f, 0.3f, 1.0f, 100.0f}) {
+  for (const float error_px : {0.01f, 0.3f, 1.0f, 1000.0f}) {
     view.error_px = error_px;
     settle(view);
     frame(view);

@@ -212,6 +212,19 @@ TEST(InstanceThreshold, SpreadsAFewPercentRoundTheGlobalOne) {
   EXPECT_GT(seen.size(), 990u);
 }
 
+TEST(DrawnLeafCount, KeepsSomeLeavesOfSmallPlantsAndIsTheTablesElsewhere) {
+  const Table t;
+  EXPECT_FLOAT_EQ(t.leaves(8.0f, 4.0f), 1.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, 8.0f, 4.0f), 4.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, 0.1f, 4.0f), 1.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, 1000.0f, 1000.0f), 2.0f);
+  for (const float size_px : {8.0f, 32.0f, 200.0f})
+    EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, size_px, 0.8f),
+                    std::max(t.leaves(size_px, 0.8f), std::min(2.5f * size_px, 32.0f)));
+  EXPECT_LE(lod::coppice_drawn_leaf_count(t.table, 1e6f, 1e6f), 100.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, 8.0f, 0.0f), 100.0f);
+}
+
 TEST(WoodLod, IsTheCoarsestWithinTheThreshold) {
   const Table t;
   // At 80 px, two and a half times the table's last size: 0, 1, 2, 4. At 16 px, half way between its sizes: 0.25.
@@ -298,7 +311,7 @@ TEST(SelectLods, AgreesWithTheFunctionsItIsMadeOf) {
     const InstanceSphere instance{{1, 2, 3.0f + 20.0f + 9.0f * static_cast<float>(i)}, 1.5f, 0};
     const float size_px = 2.0f * 1.5f * 600.0f / (20.0f + 9.0f * static_cast<float>(i));
     const float threshold_px = lod::coppice_instance_threshold_px(1.5f, i);
-    EXPECT_NEAR(select_lod(instance, i, plants[0], view).leaf_count, t.leaves(size_px, threshold_px), 1e-2f);
+    EXPECT_NEAR(select_lod(instance, i, plants[0], view).leaf_count, lod::coppice_drawn_leaf_count(t.table, size_px, threshold_px), 1e-2f);
   }
 }
 

@@ -45,7 +45,7 @@ InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t instance_in
   result.leaf_meshes = plant.leaf_meshes_resident && (view.full || lod::coppice_wants_leaf_meshes(plant.table, size_px, threshold_px));
   const bool between = plant.leaf_meshes_resident && !result.leaf_meshes;
   const float cut_px = between ? lod::coppice_cut_threshold_px(plant.table, size_px, threshold_px) : threshold_px;
-  float cut = lod::coppice_leaf_count(plant.table, size_px, cut_px);
+  float cut = lod::coppice_drawn_leaf_count(plant.table, size_px, cut_px);
   if (view.discrete) cut = lod::coppice_discrete_leaf_count(cut, lod::coppice_table_leaf_count(plant.table, plant.table.level_count - 1));
   result.leaf_count = view.full ? finest : std::min(cut, finest);
   if (plant.table.wood_lod_count == 0) return result;

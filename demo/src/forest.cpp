@@ -152,6 +152,17 @@ Forest open_forest(const Device& device, const std::vector<std::string>& files, 
   return forest;
 }
 
+namespace {
+
+coppice_scene_plant_info scene_plant(const Forest& forest, std::uint32_t species) {
+  coppice_scene_plant_info info;
+  coppice_scene_plant_info_init(&info);
+  check(forest, coppice_scene_get_plant(forest.context.get(), forest.scene, species, &info), "coppice_scene_get_plant");
+  return info;
+}
+
+}  // namespace
+
 Forest open_scene(const Device& device, const Options& options) {
   Forest forest = create_forest(device, options, options.most_instances, 256);
   const coppice_status status = coppice_scene_open(forest.context.get(), options.scene.c_str(), &forest.scene);
@@ -163,6 +174,8 @@ Forest open_scene(const Device& device, const Options& options) {
   }
   coppice_scene_info_init(&forest.scene_info);
   check(forest, coppice_scene_get_info(forest.context.get(), forest.scene, &forest.scene_info), "coppice_scene_get_info");
+  for (std::uint32_t species = 0; species < forest.scene_info.species_count; ++species)
+    forest.files.emplace_back(scene_plant(forest, species).path);
   return forest;
 }
 
@@ -188,8 +201,10 @@ void add_instances(Forest& forest, const Planting& planting, const Terrain& terr
   }
 }
 
-void reload(Forest& forest, std::size_t plant) {
-  const coppice_status status = coppice_plant_reload(forest.context.get(), forest.plants[plant], nullptr);
+void reload(Forest& forest, std::size_t file) {
+  const coppice_plant plant = forest.scene != 0 ? scene_plant(forest, static_cast<std::uint32_t>(file)).plant : forest.plants[file];
+  if (plant == 0) return;  // of a scene, and not opened yet
+  const coppice_status status = coppice_plant_reload(forest.context.get(), plant, nullptr);
   if (status == COPPICE_OK) return;
   const std::lock_guard lock(forest.last_error->mutex);
   std::fprintf(stderr, "coppice-forest: %s; what was there stays\n", forest.last_error->line.c_str());

@@ -28,7 +28,7 @@ struct ContextDestroyer {
 
 /// The Coppice context and its open plants.
 struct Forest {
-  std::vector<std::string> files;  ///< per plant; none of a scene
+  std::vector<std::string> files;  ///< per plant, of a scene per species
   std::unique_ptr<LastError> last_error;
   std::unique_ptr<Trace> trace;  ///< null unless asked for
   std::unique_ptr<coppice_context, ContextDestroyer> context;
@@ -48,8 +48,8 @@ Forest open_forest(const Device& device, const std::vector<std::string>& files, 
 Forest open_scene(const Device& device, const Options& options);
 void add_instances(Forest& forest, const Planting& planting, const Terrain& terrain);
 
-/// Shows a plant's file as it is now; where that cannot be read, says so and keeps what was there.
-void reload(Forest& forest, std::size_t plant);
+/// Shows files[file] as it is now; where that cannot be read, says so and keeps what was there.
+void reload(Forest& forest, std::size_t file);
 
 /// Throws a Failure with the call's name and the last logged error unless the status is COPPICE_OK.
 void check(const Forest& forest, coppice_status status, const char* call);

@@ -231,6 +231,19 @@ coppice_status coppice_scene_get_info(const coppice_context* context, coppice_sc
   return COPPICE_OK;
 }
 
+void coppice_scene_plant_info_init(coppice_scene_plant_info* info) {
+  *info = {};
+  info->struct_size = sizeof *info;
+}
+
+coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_scene scene, uint32_t species,
+                                       coppice_scene_plant_info* info) {
+  if (context == nullptr || !context->context->is_scene(scene)) return invalid(context, __func__, "scene is not open");
+  if (!has_size(info)) return invalid(context, __func__, "info is null or has a wrong struct_size");
+  if (!context->context->fill_info(species, *info)) return invalid(context, __func__, "species is none of the scene's");
+  return COPPICE_OK;
+}
+
 void coppice_view_init(coppice_view* view) {
   *view = {};
   view->struct_size = sizeof *view;

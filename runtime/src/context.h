@@ -44,6 +44,8 @@ class Context {
   /// has_scene(), here and below
   void close_scene();
   void fill_info(coppice_scene_info& info) const;
+  /// False: the scene has no such species.
+  bool fill_info(std::uint32_t species, coppice_scene_plant_info& info) const;
 
   Result<void> add_instances(coppice_plant plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
   [[nodiscard]] gpu::InstanceTable& instances() { return instances_; }

@@ -42,6 +42,13 @@ void Context::fill_info(coppice_scene_info& info) const {
   info.height_max = file.height_max_m;
 }
 
+bool Context::fill_info(std::uint32_t species, coppice_scene_plant_info& info) const {
+  if (species >= scene_->plants.size()) return false;
+  info.path = scene_->stream->species_path(species).c_str();
+  info.plant = is_open(scene_->plants[species]) ? scene_->plants[species] : 0;
+  return true;
+}
+
 namespace {
 
 /// A tile that is larger than this when it comes grows up in so many frames, if no more than so many others do.

@@ -131,10 +131,11 @@ struct Forest {
   [[nodiscard]] float half_m() const { return 0.5f * kSpacing_m * static_cast<float>(side); }
 };
 
-/// The eye at a distance along a figure of eight.
+/// The eye at a distance along a circle round the middle, so that about as much forest lies before it everywhere: what frames then differ
+/// by is streaming.
 glm::vec3 eye_at(const Forest& forest, float along_m) {
-  const float turn = along_m / (5.0f * forest.half_m());
-  return {0.8f * forest.half_m() * std::sin(turn), 1.7f + std::sin(3.0f * turn), 0.8f * forest.half_m() * std::sin(2.0f * turn)};
+  const float radius_m = 0.5f * forest.half_m(), turn = along_m / radius_m;
+  return {radius_m * std::sin(turn), 1.7f + 0.5f * std::sin(3.0f * turn), radius_m * std::cos(turn)};
 }
 
 coppice_view view_at(const Options& options, const Forest& forest, std::uint32_t frame) {

@@ -120,6 +120,27 @@ TEST_F(SceneRuntimeTest, WhereNotAllFitTheThresholdRises) {
   EXPECT_EQ(log_, "");
 }
 
+TEST_F(SceneRuntimeTest, APlantOfTheSceneIsReloadedWhereItStands) {
+  create(16384, true);
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
+  coppice_scene_plant_info plant;
+  coppice_scene_plant_info_init(&plant);
+  ASSERT_EQ(coppice_scene_get_plant(context_, scene_, 1, &plant), COPPICE_OK);
+  EXPECT_EQ(plant.path, folder_ / "plant2.coppice");
+  EXPECT_EQ(plant.plant, 0u) << "nothing has wanted it yet";
+  const coppice_stats before = settle(view_from(0, 2, 0));
+  ASSERT_EQ(coppice_scene_get_plant(context_, scene_, 1, &plant), COPPICE_OK);
+  ASSERT_NE(plant.plant, 0u);
+  write_plant(folder_ / "plant2.coppice", {.leaf_count = 900, .seed = 3});
+  ASSERT_EQ(coppice_plant_reload(context_, plant.plant, nullptr), COPPICE_OK) << log_;
+  coppice_stats after{};
+  for (int i = 0; i < 150; ++i) after = frame(view_from(0, 2, 0));
+  EXPECT_EQ(info(plant.plant).leaf_count, 900u);
+  EXPECT_EQ(after.instance_count, before.instance_count);
+  EXPECT_GT(after.source_leaf_count, before.source_leaf_count);
+  EXPECT_EQ(coppice_scene_get_plant(context_, scene_, 2, &plant), COPPICE_ERROR_INVALID_ARGUMENT);
+}
+
 TEST_F(SceneRuntimeTest, APlantThatIsNotThereIsLeftOut) {
   create(16384, false);
   ASSERT_EQ(coppice_scene_open(context_, (folder_ / "lost.forest").c_str(), &scene_), COPPICE_OK) << log_;

@@ -287,6 +287,17 @@ coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene
 void coppice_scene_info_init(coppice_scene_info* info);
 coppice_status coppice_scene_get_info(const coppice_context* context, coppice_scene scene, coppice_scene_info* info);
 
+/* One of the plants that a scene names. */
+typedef struct coppice_scene_plant_info {
+  uint32_t struct_size;
+  const char* path;    /* that it is opened by; valid while the scene is open */
+  coppice_plant plant; /* 0 while it is not open: no tile has wanted it yet, or it cannot be. May be reloaded; the scene closes it */
+} coppice_scene_plant_info;
+void coppice_scene_plant_info_init(coppice_scene_plant_info* info);
+/* species: < coppice_scene_info.species_count */
+coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_scene scene, uint32_t species,
+                                       coppice_scene_plant_info* info);
+
 /* ---- frame ---------------------------------------------------------------------------------------------------------------------- */
 
 typedef enum coppice_lod_mode {

@@ -66,6 +66,10 @@ class ContextHandle {
 
   [[nodiscard]] coppice_status open_scene(const char* path, coppice_scene& scene) { return coppice_scene_open(context_, path, &scene); }
   [[nodiscard]] coppice_status close_scene(coppice_scene scene) { return coppice_scene_close(context_, scene); }
+  [[nodiscard]] coppice_status scene_plant(coppice_scene scene, std::uint32_t species, coppice_scene_plant_info& info) const {
+    coppice_scene_plant_info_init(&info);
+    return coppice_scene_get_plant(context_, scene, species, &info);
+  }
   [[nodiscard]] coppice_status scene_info(coppice_scene scene, coppice_scene_info& info) const {
     coppice_scene_info_init(&info);
     return coppice_scene_get_info(context_, scene, &info);

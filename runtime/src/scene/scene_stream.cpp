@@ -440,6 +440,10 @@ void SceneStream::species_opened(std::uint32_t species, bool success) {
   state_->species[species].state = success ? SpeciesState::open : SpeciesState::failed;
 }
 
+const std::string& SceneStream::species_path(std::uint32_t species) const {
+  return state_->species[species].path;
+}
+
 SpeciesState SceneStream::species_state(std::uint32_t species) const {
   return state_->species[species].state;
 }

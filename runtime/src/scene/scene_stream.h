@@ -95,6 +95,8 @@ class SceneStream {
   /// success: false, it is never asked for again and its instances are left out
   void species_opened(std::uint32_t species, bool success);
   [[nodiscard]] SpeciesState species_state(std::uint32_t species) const;
+  /// With the scene's folder.
+  [[nodiscard]] const std::string& species_path(std::uint32_t species) const;
 
   [[nodiscard]] SceneStats stats() const;
   /// Memory that the scene takes beyond the instances.

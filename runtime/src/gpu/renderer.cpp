@@ -361,11 +361,11 @@ std::uint64_t Renderer::needed_room_bytes(const InstanceTable& instances, std::u
   const std::uint64_t slots = instances.slots().size() + added;
   const std::uint64_t new_slots = slots - std::min<std::uint64_t>(slots, instance_slot_count_);
   const bool staged = new_slots * sizeof(Instance) > kFrameStagingBytes;
-  return kSmallBytes + growth_bytes(instances.count() + added) + (staged ? new_slots * (sizeof(Instance) + sizeof(InstanceBlock)) : 0);
+  return growth_bytes(instances.count() + added) + (staged ? new_slots * (sizeof(Instance) + sizeof(InstanceBlock)) : 0);
 }
 
 std::uint64_t Renderer::wanted_room_bytes(const InstanceTable& instances, const coppice_view& view) const {
-  std::uint64_t wanted = needed_room_bytes(instances, 0);
+  std::uint64_t wanted = kSmallBytes + needed_room_bytes(instances, 0);
   std::uint64_t lists = lacking_bytes_;
   if (raster_) {
     wanted += raster_->wanted_bytes(view);

@@ -128,7 +128,7 @@ class Renderer {
   [[nodiscard]] std::uint64_t wanted_room_bytes(const InstanceTable& instances, const coppice_view& view) const;
   /// What growing to so many instances takes at once.
   [[nodiscard]] std::uint64_t growth_bytes(std::uint64_t instance_count) const;
-  /// What the next frame's recording cannot do without once so many are added.
+  /// What the next frame's recording cannot do without once so many are added; 0 where what there is holds them.
   [[nodiscard]] std::uint64_t needed_room_bytes(const InstanceTable& instances, std::uint64_t added) const;
   /// Whether there is room now for what comes with an upload of `bytes` for the GPU. wood: null, or what is uploaded
   [[nodiscard]] bool has_room(std::uint64_t bytes, const WoodMesh* wood);

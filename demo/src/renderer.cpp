@@ -249,14 +249,10 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
                   const std::function<void()>& draw_plants) {
   write_uniforms(renderer, slot, view);
   record_barrier(commands, to_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
-  ImageBarrier depth;
-  depth.image = renderer.depth.image;
-  depth.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
-  depth.to_stage = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
-  depth.from_stage = depth.to_stage | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
-  depth.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
-  depth.to_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
-  depth.to_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+  ImageBarrier depth =
+      to_depth_attachment(renderer.depth, VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT |
+                                              VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT);
+  depth.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;  // the last frame's, where nothing has sampled it since
   record_barrier(commands, depth);
 
   const glm::mat4 clip_from_world = view.clip_from_view * view.view_from_world;

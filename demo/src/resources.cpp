@@ -198,4 +198,24 @@ ImageBarrier from_attachment(const Image& image, VkPipelineStageFlags2 stage, Vk
   return barrier;
 }
 
+namespace {
+constexpr VkPipelineStageFlags2 kDepthTests = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+}  // namespace
+
+ImageBarrier to_depth_attachment(const Image& image, VkPipelineStageFlags2 last_stage) {
+  ImageBarrier barrier = to_attachment(image, last_stage);
+  barrier.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
+  barrier.to_stage = kDepthTests;
+  barrier.to_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
+  return barrier;
+}
+
+ImageBarrier from_depth_attachment(const Image& image, VkPipelineStageFlags2 stage) {
+  ImageBarrier barrier = from_attachment(image, stage, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+  barrier.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
+  barrier.from_stage = kDepthTests;
+  barrier.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
+  return barrier;
+}
+
 }  // namespace forest

@@ -57,5 +57,8 @@ void record_barrier(VkCommandBuffer commands, const ImageBarrier& barrier);
 ImageBarrier to_attachment(const Image& image, VkPipelineStageFlags2 last_stage);
 /// A colour image that has been drawn to and is next used in `stage`.
 ImageBarrier from_attachment(const Image& image, VkPipelineStageFlags2 stage, VkAccessFlags2 access, VkImageLayout layout);
+/// The same of a depth image; sampled afterwards.
+ImageBarrier to_depth_attachment(const Image& image, VkPipelineStageFlags2 last_stage);
+ImageBarrier from_depth_attachment(const Image& image, VkPipelineStageFlags2 stage);
 
 }  // namespace forest

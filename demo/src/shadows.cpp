@@ -52,19 +52,11 @@ std::optional<Due> due_cascade(const Shadows& shadows, const ShadowFrame& frame)
   return std::nullopt;
 }
 
-constexpr VkPipelineStageFlags2 kDepthTests = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
 constexpr VkPipelineStageFlags2 kReaders =
     VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
 
 void begin_map(VkCommandBuffer commands, const Image& map) {
-  ImageBarrier barrier;
-  barrier.image = map.image;
-  barrier.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
-  barrier.from_stage = kReaders;
-  barrier.to_stage = kDepthTests;
-  barrier.to_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
-  barrier.to_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
-  record_barrier(commands, barrier);
+  record_barrier(commands, to_depth_attachment(map, kReaders));
   VkRenderingAttachmentInfo depth = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
   depth.imageView = map.view;
   depth.imageLayout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
@@ -79,16 +71,7 @@ void begin_map(VkCommandBuffer commands, const Image& map) {
 
 void end_map(VkCommandBuffer commands, const Image& map) {
   vkCmdEndRendering(commands);
-  ImageBarrier barrier;
-  barrier.image = map.image;
-  barrier.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
-  barrier.from_stage = kDepthTests;
-  barrier.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
-  barrier.from_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
-  barrier.to_stage = kReaders;
-  barrier.to_access = VK_ACCESS_2_SHADER_SAMPLED_READ_BIT;
-  barrier.to_layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-  record_barrier(commands, barrier);
+  record_barrier(commands, from_depth_attachment(map, kReaders));
 }
 
 }  // namespace

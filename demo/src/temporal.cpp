@@ -70,19 +70,6 @@ void write_set(const Temporal& temporal, std::size_t written, const Image& depth
   }
 }
 
-ImageBarrier depth_to_sampled(const Image& depth) {
-  ImageBarrier barrier;
-  barrier.image = depth.image;
-  barrier.aspect = VK_IMAGE_ASPECT_DEPTH_BIT;
-  barrier.from_stage = VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
-  barrier.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
-  barrier.from_layout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
-  barrier.to_stage = VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
-  barrier.to_access = VK_ACCESS_2_SHADER_SAMPLED_READ_BIT;
-  barrier.to_layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-  return barrier;
-}
-
 VkRenderingAttachmentInfo attachment(const Image& image) {
   VkRenderingAttachmentInfo info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
   info.imageView = image.view;
@@ -165,7 +152,7 @@ void record_temporal(Temporal& temporal, VkCommandBuffer commands, const Tempora
   constexpr VkPipelineStageFlags2 kRead = VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
   constexpr VkImageLayout kReadLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
   record_barrier(commands, from_attachment(temporal.toned, kRead, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, kReadLayout));
-  record_barrier(commands, depth_to_sampled(depth));
+  record_barrier(commands, from_depth_attachment(depth, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
   record_barrier(commands, to_attachment(history, kRead));
   record_barrier(commands, to_attachment(picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
 

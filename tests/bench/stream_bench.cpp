@@ -28,7 +28,7 @@
 
 #include "atomic_file.h"
 #include "bake.h"
-#include "context_fixture.h"
+#include "context_desc.h"
 #include "coppice/coppice.h"
 #include "counted_memory.h"
 #include "generate_plant.h"

@@ -16,6 +16,7 @@
 
 #include "atomic_file.h"
 #include "bake.h"
+#include "context_desc.h"
 #include "generate_plant.h"
 #include "gltf_write.h"
 #include "golden.h"
@@ -64,15 +65,7 @@ void print_log(void*, coppice_log_level level, const char* line) {
 using Context = std::unique_ptr<coppice_context, decltype(&coppice_context_destroy)>;
 
 Context create_context(const VulkanDevice& gpu, bool compute_raster) {
-  coppice_context_desc desc;
-  coppice_context_desc_init(&desc);
-  desc.instance = gpu.instance;
-  desc.physical_device = gpu.physical_device;
-  desc.device = gpu.device;
-  desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-  desc.color_format = kColorFormat;
-  desc.depth_format = kDepthFormat;
-  desc.samples = VK_SAMPLE_COUNT_1_BIT;
+  coppice_context_desc desc = coppice::test::context_desc(gpu);
   desc.max_instances = 16;
   desc.compute_raster = compute_raster ? VK_TRUE : VK_FALSE;
   desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "context_desc.h"
 #include "coppice/coppice.h"
 #include "pack.h"
 #include "random_tree.h"
@@ -38,19 +39,6 @@ inline std::string temporary_plant(const RandomPlantOptions& options, const char
   const std::filesystem::path path = std::filesystem::temp_directory_path() / (std::string(name) + std::to_string(getpid()) + ".coppice");
   write_plant(path, options, textures);
   return path.string();
-}
-
-/// Defaults, the device and the formats of draw_on_white.
-inline coppice_context_desc context_desc(const VulkanDevice& gpu) {
-  coppice_context_desc desc;
-  coppice_context_desc_init(&desc);
-  desc.instance = gpu.instance;
-  desc.physical_device = gpu.physical_device;
-  desc.device = gpu.device;
-  desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-  desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
-  desc.depth_format = VK_FORMAT_D32_SFLOAT;
-  return desc;
 }
 
 class ContextTest : public VulkanTest {

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "coppice/coppice.h"
+#include "vulkan_device.h"
+
+namespace coppice::test {
+
+/// Defaults, the device and the formats of draw_on_white.
+inline coppice_context_desc context_desc(const VulkanDevice& gpu) {
+  coppice_context_desc desc;
+  coppice_context_desc_init(&desc);
+  desc.instance = gpu.instance;
+  desc.physical_device = gpu.physical_device;
+  desc.device = gpu.device;
+  desc.get_instance_proc_addr = vkGetInstanceProcAddr;
+  desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+  desc.depth_format = VK_FORMAT_D32_SFLOAT;
+  return desc;
+}
+
+}  // namespace coppice::test

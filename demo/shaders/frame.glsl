@@ -2,6 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame_uniforms.h"
 
+// Whether there are shadow maps. A constant: software drivers run both sides of a branch.
+layout(constant_id = 0) const bool kShadowMaps = false;
+
 layout(set = 0, binding = 0) uniform Frame { FrameUniforms frame; };
 layout(set = 0, binding = 1) uniform sampler2D ground_map;
 layout(set = 0, binding = 2) uniform sampler2D ground_detail;
@@ -10,10 +13,12 @@ layout(set = 0, binding = 4) uniform sampler2D shadow_map_0;
 layout(set = 0, binding = 5) uniform sampler2D shadow_map_1;
 layout(set = 0, binding = 6) uniform sampler2D shadow_map_2;
 
-vec3 fogged(vec3 color, vec3 position) {
+// 1: unobscured by fog.
+float transmittance(vec3 position) {
   float depth = frame.fog.w * distance(position, frame.eye.xyz);
-  return mix(frame.fog.rgb, color, exp(-depth * depth));
+  return exp(-depth * depth);
 }
+vec3 fogged(vec3 color, vec3 position) { return mix(frame.fog.rgb, color, transmittance(position)); }
 
 // x sunlight let through, y trodden, z open sky, w lushness; neutral values beyond the planted square.
 vec4 ground_state(vec2 at) {
@@ -44,7 +49,7 @@ bool is_in_map(vec3 place) { return all(lessThan(abs(place.xy - 0.5), vec2(0.49)
 
 // Share of the sun at a place that casts no shadow itself. unmapped: where there is no map
 float sunlight(vec3 world, float unmapped) {
-  if (frame.shadow.x == 0.0) return unmapped;
+  return unmapped;
   vec3 place = place_in_map(0, world);
   if (is_in_map(place)) return soft_sun_in_map(shadow_map_0, place);
   place = place_in_map(1, world);

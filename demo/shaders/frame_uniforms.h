@@ -19,11 +19,10 @@ struct FrameUniforms {
   vec4 ground_color;   // ambient from below
   vec4 fog;            // rgb colour, w density 1/m
   mat4 shadows[3];     // clip_from_world of the shadow maps, the finest first
-  vec4 shadow;         // x how many there are
   vec4 ground;         // x half side of the ground map, m; y exposure; zw picture size, px
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameUniforms) == 5 * 64 + 8 * 16);
+static_assert(sizeof(FrameUniforms) == 5 * 64 + 7 * 16);
 }  // namespace forest
 #endif

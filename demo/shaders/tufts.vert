@@ -1,12 +1,15 @@
 #version 460
 // Grass near the eye: one instance a tuft, three vertices a blade, lit like the ground it stands on and from behind. Light is linear along
-// a blade, so that its vertices' is enough. Reads tufts; writes blade vertices. Recorded by record_tufts.
+// a blade, so that its vertices' is enough; only shadow maps are looked up in the fragment shader, since some software drivers compile a
+// vertex shader that samples anew in every frame. Reads tufts; writes blade vertices. Recorded by record_tufts.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 
 layout(location = 0) in vec4 in_root;   // xyz world position, w height in m
 layout(location = 1) in vec4 in_style;  // x yaw, y tone 0..1, z sunlight let through, w open sky
-layout(location = 0) out vec3 color;
+layout(location = 0) out vec3 shaded;  // light of the sky, and fog
+layout(location = 1) out vec3 sunlit;  // light of the sun, where it gets here
+layout(location = 2) flat out vec4 open;  // xyz where the tuft sees the sun from, w share of it without maps
 
 const float kGolden = 2.399963;
 
@@ -22,10 +25,10 @@ void main() {
   float along = corner == 2 ? 1.0 : 0.0;  // 0 at the root, 1 at the tip
   vec3 world_position = corner == 2 ? root + vec3(0, height, 0) + (0.45 + sway) * height * lean : root + (corner == 0 ? side : -side);
   vec3 albedo = mix(vec3(0.062, 0.112, 0.022), vec3(0.150, 0.146, 0.050), in_style.y * in_style.y);
-  float open = sunlight(in_root.xyz + vec3(0, height, 0), in_style.z);
-  float sunlit = mix(0.25 * open, open, along);
   float sky = (0.25 + 0.75 * along) * (0.35 + 0.65 * in_style.w);
-  vec3 light = frame.sun_color.rgb * (0.62 * sunlit * frame.sun_direction.y) + ambient(vec3(0, 1, 0)) * sky;
-  color = fogged(albedo * light, world_position);
+  float clear = transmittance(world_position);
+  shaded = (1.0 - clear) * frame.fog.rgb + clear * albedo * ambient(vec3(0, 1, 0)) * sky;
+  sunlit = clear * albedo * frame.sun_color.rgb * (0.62 * frame.sun_direction.y * (0.25 + 0.75 * along));
+  open = vec4(in_root.xyz + vec3(0, height, 0), in_style.z);
   gl_Position = frame.clip_from_world * vec4(world_position, 1);
 }

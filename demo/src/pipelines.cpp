@@ -18,11 +18,12 @@ Handle<VkShaderModule> create_module(const Device& device, std::span<const std::
   return {device.handle, module, vkDestroyShaderModule};
 }
 
-VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits which, VkShaderModule module) {
+VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits which, VkShaderModule module, const VkSpecializationInfo* constants = nullptr) {
   VkPipelineShaderStageCreateInfo info = vk_struct<VkPipelineShaderStageCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO);
   info.stage = which;
   info.module = module;
   info.pName = "main";
+  info.pSpecializationInfo = constants;
   return info;
 }
 
@@ -91,7 +92,9 @@ struct FixedState {
 Handle<VkPipeline> create_pipeline(const Device& device, const PipelineDesc& desc) {
   const Handle<VkShaderModule> vertex = create_module(device, desc.vertex_spirv);
   const Handle<VkShaderModule> fragment = create_module(device, desc.fragment_spirv);
-  const std::array stages = {stage(VK_SHADER_STAGE_VERTEX_BIT, vertex), stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment)};
+  const VkSpecializationMapEntry entry{0, 0, sizeof desc.fragment_constant};
+  const VkSpecializationInfo constants{1, &entry, sizeof desc.fragment_constant, &desc.fragment_constant};
+  const std::array stages = {stage(VK_SHADER_STAGE_VERTEX_BIT, vertex), stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment, &constants)};
   const FixedState fixed(desc);
   VkGraphicsPipelineCreateInfo info = vk_struct<VkGraphicsPipelineCreateInfo>(VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO);
   info.pNext = &fixed.rendering;

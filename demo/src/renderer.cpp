@@ -84,6 +84,7 @@ void create_ground_pipelines(Renderer& renderer) {
   desc.layout = renderer.pipeline_layout;
   desc.color_format = Renderer::kSceneFormat;
   desc.depth_format = Renderer::kDepthFormat;
+  desc.fragment_constant = renderer.shadows != nullptr;  // kShadowMaps of frame.glsl
   const VkVertexInputBindingDescription vertex{0, sizeof(TerrainVertex), VK_VERTEX_INPUT_RATE_VERTEX};
   const std::array<VkVertexInputAttributeDescription, 2> vertex_attributes = {
       {{0, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(TerrainVertex, position)},
@@ -129,7 +130,6 @@ void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView&
   uniforms.sky_color = {renderer.weather.sky_color, 0};
   uniforms.ground_color = {renderer.weather.ground_color, 0};
   uniforms.fog = {renderer.weather.fog_color, renderer.weather.fog_density};
-  uniforms.shadow = {renderer.shadows ? Shadows::kCascades : 0, 0, 0, 0};
   for (std::size_t i = 0; renderer.shadows && i < Shadows::kCascades; ++i)
     uniforms.shadows[i] = renderer.shadows->cascades[i].clip_from_world;
   const glm::vec2 extent_px(renderer.scene.extent.width, renderer.scene.extent.height);
@@ -242,6 +242,7 @@ void set_temporal(Renderer& renderer, bool on) {
 void set_shadows(Renderer& renderer, bool on) {
   if (on == (renderer.shadows != nullptr)) return;
   renderer.shadows = on ? std::make_unique<Shadows>(renderer.device) : nullptr;
+  create_ground_pipelines(renderer);
   for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
 }
 

@@ -193,7 +193,7 @@ COPPICE_GPU_LAYOUT(DrawCommand, 20);
 struct DrawPush {
   uint plant;
   uint texture;         // or kNoTexture
-  uvec2 wood_vertices;  // address of WoodVertex[], of leaf meshes LeafMeshVertex[]
+  uvec2 vertices;       // address of WoodVertex[], of leaf meshes LeafMeshVertex[]; of leaves from lists the plant's RasterList[]
   uint wood_list_first;
   uint normal_map;  // or kNoTexture; of wood and leaf meshes
 };

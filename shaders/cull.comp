@@ -8,7 +8,7 @@
 // dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::record_cull
 
 // COPPICE_RASTER is defined for the variant of the compute rasteriser: it looks at the blocks that leaf_blocks.comp found, one group each
-// (dispatch: indirect), skips what earlier rounds hide, and gives instances of small leaves to the rasteriser instead of the draws.
+// (dispatch: indirect), skips what earlier rounds hide, and gives instances to the rasteriser instead of the draws: all but those drawn with leaf meshes.
 
 #define COPPICE_CULL_ACCESS
 #include "bindings.glsl"
@@ -115,27 +115,30 @@ void append_items() {
 // Room in the round's work lists for the clusters of a list. For one of each instance there is room besides.
 bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved, cluster_count) + cluster_count <= kWorkClusters; }
 
-// Mean leaves of so many thresholds, up to so many times push.split_px, are still rasterised.
-const float kSplitThresholds = 6.0;
-const float kSplitFactor = 4.0;
-
 uint raster_leaf_count(Instance instance, uint slot) {
   uint level = min(last_levels[slot], raster_plants[instance.plant].level_count - 1);
   return lists[instance.plant * kRasterLists + level].leaf_count;
 }
 
-// Whether the rasteriser takes the instance's leaves: its lists are there and they are small.
-bool raster_leaves(Instance instance, uint slot, float cut, float distance_m) {
-  RasterPlant plant = raster_plants[instance.plant];
-  if (plant.level_count == 0) return false;
-  uint level = coppice_kept_ladder_level(cut, last_levels[slot]);
-  if (view.is_shadow == 0) last_levels[slot] = level;
-  level = min(level, plant.level_count - 1);
-  RasterList list = lists[instance.plant * kRasterLists + level];
-  float leaf_px = list.leaf_size_m * instance.scale * view.focal_px / max(distance_m, view.near_m);
-  // A raised threshold makes leaves larger everywhere; those of far plants have no texture to show for it.
-  float split_px = clamp(kSplitThresholds * view.error_px, push.split_px, kSplitFactor * push.split_px);
-  if (leaf_px > split_px || isnan(leaf_px)) return false;
+// The rung an instance is drawn with, as far as there are lists.
+struct Rung {
+  uint level;
+  RasterList list;
+};
+
+Rung rung_of(Instance instance, uint slot, uint level_count, float cut) {
+  uint level = min(coppice_kept_ladder_level(cut, last_levels[slot]), max(level_count, 1) - 1);
+  return Rung(level, lists[instance.plant * kRasterLists + level]);
+}
+
+float leaf_px(Rung rung, Instance instance, float distance_m) {
+  return rung.list.leaf_size_m * instance.scale * view.focal_px / max(distance_m, view.near_m);
+}
+
+void raster_leaves(Instance instance, uint slot, Rung rung, float distance_m) {
+  if (view.is_shadow == 0) last_levels[slot] = rung.level;
+  uint level = rung.level;
+  RasterList list = rung.list;
   if (list.cluster_count > 1 && level > kOneClusterLevel && !reserve(list.cluster_count)) {
     level = kOneClusterLevel;
     list = lists[instance.plant * kRasterLists + level];
@@ -148,7 +151,6 @@ bool raster_leaves(Instance instance, uint slot, float cut, float distance_m) {
   } else {
     leaf_item = item;
   }
-  return true;
 }
 
 // Whether the rasteriser takes the instance's wood, or leaves it out.
@@ -190,7 +192,7 @@ void show_debug_color(uint slot, Plant plant, CoppiceTable table, Shown shown) {
   float doublings = max(log2(float(plant.leaf_count)), 1e-6);
   if (view.debug_view == kDebugLod) color = shown.meshes ? vec3(1.0) : ramp(log2(shown.leaf_count) / doublings);
   if (view.debug_view == kDebugPath)
-    color = shown.rasterised ? vec3(0.1, 0.8, 0.1) : shown.meshes ? vec3(0.9, 0.1, 0.7) : vec3(1.0, 0.4, 0.05);
+    color = shown.rasterised ? vec3(0.1, 0.8, 0.1) : shown.meshes ? vec3(0.9, 0.1, 0.7) : kHardwareLeaves;
 #ifdef COPPICE_RASTER
   if (view.debug_view == kDebugOcclusion && shown.rasterised) color = ramp(float(push.round) / float(kRasterRounds - 1));
 #endif
@@ -214,40 +216,44 @@ void select(uint slot) {
   float size_px = coppice_projected_size_px(distance_m, radius, view.near_m, view.focal_px);
   float threshold_px = coppice_instance_threshold_px(view.error_px, slot);
 
+  bool drawn_by_hardware = true, large = true;
+  bool wood_rasterised = false;
+  float resident = float(plant.resident_leaf_count);
+  float cut = coppice_drawn_leaf_count(table, size_px, threshold_px);
+
 #ifdef COPPICE_RASTER
   if (!sphere_in_view(center, radius)) return;
   if (push.round > 0 && occluded(center, radius)) return;
-  uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
-  // Leaves too small for the hardware are too small to be seen as modelled: the cut by the table alone.
-  float raster_cut = min(coppice_drawn_leaf_count(table, size_px, threshold_px), float(plant.resident_leaf_count));
-  bool rasterised = raster_leaves(instance, slot, raster_cut, distance_m);
-  bool wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
   ++visible_count;
-  if (kDebugged != 0 && rasterised)
-    show_debug_color(slot, plant, table, Shown(true, false, float(raster_leaf_count(instance, slot)), size_px));
-  if (rasterised && wood_rasterised) return;
-#else
-  const bool rasterised = false, wood_rasterised = false;
+  uint level_count = raster_plants[instance.plant].level_count;
+  Rung rung = rung_of(instance, slot, level_count, min(cut, resident));
+  large = level_count == 0 || leaf_px(rung, instance, distance_m) > hardware_leaf_px();
 #endif
 
-  bool has_meshes = plant.leaf_mesh_count > 0;
+  // Leaves too small for the hardware are too small to be seen as modelled: the cut by the table alone.
+  bool has_meshes = large && plant.leaf_mesh_count > 0;
   bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, size_px, threshold_px));
-  float cut_px = has_meshes && !meshes ? coppice_cut_threshold_px(table, size_px, threshold_px) : threshold_px;
-  float resident = float(plant.resident_leaf_count);
-  float cut = coppice_drawn_leaf_count(table, size_px, cut_px);
+  if (has_meshes && !meshes) cut = coppice_drawn_leaf_count(table, size_px, coppice_cut_threshold_px(table, size_px, threshold_px));
   if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, plant.leaf_count);
   cut = view.lod_full != 0 ? resident : min(cut, resident);
   cuts[slot] = cut;
+  uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
 
-#ifndef COPPICE_RASTER
+#ifdef COPPICE_RASTER
+  drawn_by_hardware = meshes || level_count == 0;
+  if (!drawn_by_hardware) raster_leaves(instance, slot, rung_of(instance, slot, level_count, cut), distance_m);
+  wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
+#else
   if (!sphere_in_view(center, radius)) return;
   atomicAdd(group_visible, 1);
-  uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
 #endif
-  if (kDebugged != 0 && !rasterised)
-    show_debug_color(slot, plant, table, Shown(false, meshes, float(min(coppice_whole_leaf_count(cut), plant.resident_leaf_count)), size_px));
-  if (!rasterised) {
-    uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
+
+  uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
+#ifdef COPPICE_RASTER
+  if (kDebugged != 0 && !drawn_by_hardware) leaf_count = raster_leaf_count(instance, slot);
+#endif
+  if (kDebugged != 0) show_debug_color(slot, plant, table, Shown(!drawn_by_hardware, meshes, float(leaf_count), size_px));
+  if (drawn_by_hardware) {
     add_64(0, meshes ? plant.leaf_count : leaf_count);
     add_64(3, meshes ? plant.leaf_mesh_triangles : 2 * leaf_count);
     if (meshes)

@@ -10,5 +10,6 @@ vec3 ramp(float share) {
 vec3 debug_color(uint slot) { return unpackUnorm4x8(DebugColorArray(view.debug_colors).at[slot]).rgb; }
 
 // What the hardware draws, where who draws a part of a plant counts and not how.
+const vec3 kHardwareLeaves = vec3(1.0, 0.4, 0.05);
 const vec3 kHardwareWood = vec3(0.1, 0.3, 0.9);
 const vec3 kNotCounted = vec3(0.15);

@@ -2,8 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 
 // From instances to the clusters of their lists that are in view and not hidden by earlier rounds; one invocation per instance and list.
-// reads     view, instances, items, lists, tiles; clusters by address
-// writes    work_items and splat_items, and the round's work and splats stages; counters
+// Those of large leaves are left to the hardware.
+// reads     view, instances, plants, items, lists, tiles; clusters by address
+// writes    work_items and splat_items, and the round's work and splats stages; draw commands of leaves; counters
 // dispatch  indirect, from the round's items stage; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
@@ -11,14 +12,18 @@
 
 layout(local_size_x_id = 1) in;
 
+layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
+layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
 layout(set = 0, binding = 9, scalar) buffer CounterBuffer { Counters counters; };
 
-void add_count(uint word, uint value) {
-  if (word == 0) {
-    if (atomicAdd(counters.leaves[0], value) > 0xffffffffu - value) atomicAdd(counters.leaves[1], 1);
-  } else {
-    if (atomicAdd(counters.wood_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.wood_triangles[1], 1);
-  }
+void count_leaves(uint value) {
+  if (value > 0 && atomicAdd(counters.leaves[0], value) > 0xffffffffu - value) atomicAdd(counters.leaves[1], 1);
+}
+void count_wood(uint value) {
+  if (value > 0 && atomicAdd(counters.wood_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.wood_triangles[1], 1);
+}
+void count_hardware(uint value) {
+  if (value > 0 && atomicAdd(counters.hardware_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.hardware_triangles[1], 1);
 }
 
 void append_leaves(bool some, uint item, uint cluster) {
@@ -35,13 +40,28 @@ void append_leaves(bool some, uint item, uint cluster) {
   if (some && place < push.work_capacity) work_items[place] = uvec2(item, cluster);
 }
 
+// False where the plant has no command left.
+bool draw_by_hardware(uint plant_index, uint item, RasterCluster cluster) {
+  Plant plant = plants[plant_index];
+  uint place = atomicAdd(leaf_counts[plant_index], 1);
+  if (place >= plant.leaf_command_capacity) {
+    atomicMin(leaf_counts[plant_index], plant.leaf_command_capacity);
+    return false;
+  }
+  leaf_commands[plant.leaf_command_base + place] =
+      DrawCommand(6 * cluster.leaf_count, 1, 0, int(4 * cluster.first_leaf), item);
+  return true;
+}
+
 void expand(uint item) {
   uint slot = slot_of(item);
   Instance instance = instances[slot];
   RasterList list = lists[instance.plant * kRasterLists + list_of(item)];
   // Discs leave gaps in a surface unless they are about a pixel.
-  float splat_px = list_of(item) < kRasterLevels ? push.splat_px : min(push.splat_px, 1.5);
-  uint drawn = 0;
+  bool leafy = list_of(item) < kRasterLevels;
+  float splat_px = leafy ? push.splat_px : min(push.splat_px, 1.5);
+  float split_px = hardware_leaf_px();
+  uint drawn = 0, by_hardware = 0;
   for (uint i = 0; i < list.cluster_count; ++i) {
     RasterCluster cluster = RasterClusterArray(list.clusters).at[i];
     vec3 center = world_from_object(instance, cluster.center);
@@ -49,12 +69,18 @@ void expand(uint item) {
     bool seen = sphere_in_view(center, radius_m);
     if (seen && push.round > 0) seen = !occluded(center, radius_m);
     float nearest_m = max(distance(center, view.camera_position) - radius_m, view.near_m);
-    bool small = cluster.grain_m * instance.scale * view.focal_px < splat_px * nearest_m;
-    append_splats(seen && small, item, i);
-    append_leaves(seen && !small, item, i);
+    float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
+    bool small = cluster.grain_m * object_px < splat_px * nearest_m;
+    bool large = seen && leafy && cluster.leaf_size_m * object_px > split_px * nearest_m;
+    if (large) large = draw_by_hardware(instance.plant, item, cluster);
+    append_splats(seen && small && !large, item, i);
+    append_leaves(seen && !small && !large, item, i);
     if (seen) drawn += cluster.leaf_count;
+    if (large) by_hardware += cluster.leaf_count;
   }
-  if (drawn > 0) add_count(list_of(item) < kRasterLevels ? 0 : 1, drawn);
+  count_leaves(leafy ? drawn : 0);
+  count_wood(leafy ? 0 : drawn);
+  count_hardware(2 * by_hardware);
 }
 
 void main() {

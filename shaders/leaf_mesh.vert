@@ -18,7 +18,7 @@ void main() {
   Plant plant = plants[push.plant];
   uint slot = wood_list[push.wood_list_first + gl_InstanceIndex];
   Instance instance = instances[slot];
-  LeafMeshVertex vertex = LeafMeshVertexArray(push.wood_vertices).at[gl_VertexIndex];
+  LeafMeshVertex vertex = LeafMeshVertexArray(push.vertices).at[gl_VertexIndex];
   uint material_index = vertex.stalk_z_material >> 16;
   Material material = MaterialArray(plant.materials).at[material_index];
   uvec3 stalk = uvec3(vertex.stalk_xy & 0xffffu, vertex.stalk_xy >> 16, vertex.stalk_z_material & 0xffffu);
@@ -35,7 +35,8 @@ void main() {
   out_normal = normal;
   out_slot_material = uvec2(slot, material_index);
 #else
-  out_light = albedo * leaf_light(plant, crown, instance, LeafPlace(vertex.position, vertex.position, normal, material.crown_normals, 0.0));
+  LeafPlace leaf = LeafPlace(vertex.position, vertex.position, normal, material.crown_normals, 0.0);
+  out_light = albedo * leaf_light(plant, crown, crown_light_at(plant, crown, vertex.position), instance, leaf);
 #endif
   out_transmittance = transmittance(world);
   out_uv = vertex.uv;

@@ -4,7 +4,7 @@
 
 #extension GL_KHR_shader_subgroup_ballot : require
 
-#include "raster_shared.h"
+#include "raster_items.glsl"
 
 layout(set = 1, binding = 0, scalar) buffer PictureBuffer { uint picture[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer BlockBuffer { InstanceBlock blocks[]; };
@@ -12,7 +12,7 @@ layout(set = 1, binding = 2, scalar) readonly buffer ListBuffer { RasterList lis
 layout(set = 1, binding = 3, scalar) readonly buffer RasterPlantBuffer { RasterPlant raster_plants[]; };
 layout(set = 1, binding = 4, scalar) buffer RoundBuffer { RasterRound rounds[]; };
 layout(set = 1, binding = 5, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
-layout(set = 1, binding = 6, scalar) buffer ItemBuffer { uint items[]; };        // slot | list << kSlotBits
+layout(set = 1, binding = 6, scalar) buffer ItemBuffer { uint items[]; };        // as slot_of and list_of take them
 layout(set = 1, binding = 7, scalar) buffer WorkBuffer { uvec2 work_items[]; };  // the same, cluster
 layout(set = 1, binding = 8, scalar) buffer BigBuffer { uvec2 big_items[]; };    // the same, leaf of the list
 layout(set = 1, binding = 9, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
@@ -22,7 +22,6 @@ layout(set = 1, binding = 11, scalar) buffer LevelBuffer { uint last_levels[]; }
 // The picture's words again, to be read without atomics: software drivers load a vector from texels, but word by word from buffers.
 layout(set = 1, binding = 12) uniform usamplerBuffer picture_words;
 
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterLeafArray { RasterLeaf at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterSplatArray { RasterSplat at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterClusterArray { RasterCluster at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterCardArray { RasterCard at[]; };
@@ -65,10 +64,14 @@ void append_splats(bool some, uint item, uint cluster) {
   if (some && place < push.work_capacity) splat_items[place] = uvec2(item, cluster);
 }
 
-uint slot_of(uint item) { return item & (kRasterMaxInstances - 1u); }
-uint list_of(uint item) { return item >> kSlotBits; }
-
 float depth_key(float inverse_w) { return max(push.key_a + push.key_b * inverse_w, 1e-30); }
+
+// Clusters whose leaves are larger on average, px, are drawn by the hardware, which shows their texture; in a shadow map none. A raised
+// threshold makes leaves larger everywhere; those of far plants have no texture to show for it.
+float hardware_leaf_px() {
+  const float kThresholds = 6.0, kMostFactor = 4.0;
+  return view.is_shadow != 0 ? 1e9 : clamp(kThresholds * view.error_px, push.split_px, kMostFactor * push.split_px);
+}
 
 // (x * w, y * w, w) of a point in px, and of a direction.
 vec3 screen_point(vec3 world) {

@@ -71,8 +71,9 @@ struct RasterCluster {
   uint card;      // of wood: the RasterCard of all its triangles
   uint crown;     // unpack_crown: the mean light of its leaves' middles
   float bulk;     // how much of the crown one of its leaves stands for: leaf_light's
+  float leaf_size_m;  // side of the square of the mean leaf's area
 };
-COPPICE_GPU_LAYOUT(RasterCluster, 48);
+COPPICE_GPU_LAYOUT(RasterCluster, 52);
 
 // All leaves of one cut, or all triangles of one wood LoD. corner = box_min + box_step * q, object space, m.
 struct RasterList {
@@ -129,7 +130,7 @@ struct RasterPush {
   float key_a;
   float key_b;
   float splat_px;      // clusters whose grain is no longer than this are drawn as splats
-  float split_px;      // instances whose leaves are larger on average are drawn by the hardware
+  float split_px;      // clusters whose leaves are larger on average are drawn by the hardware
   uint reversed;       // 1: the depth attachment holds the key; 0: it holds 1 - key
   uint lanes;          // invocations of a group, except where they are kCullGroupSize
   uint work_capacity;  // of work_items and of splat_items

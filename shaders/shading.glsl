@@ -127,7 +127,8 @@ struct LeafPlace {
 };
 
 // Light of a leaf at one of its vertices, two-sided, with the sun shining through.
-vec3 leaf_light(Plant plant, Crown crown, Instance instance, LeafPlace leaf) {
+// light: of its middle
+vec3 leaf_light(Plant plant, Crown crown, CrownSample light, Instance instance, LeafPlace leaf) {
   vec3 outward = (leaf.middle - crown.center) / (crown.radii * crown.radii);
   outward = normalize(outward + vec3(0.0, 1e-4, 0.0));
   vec3 face = dot(leaf.face, leaf.face) > 1e-20 ? normalize(leaf.face) : outward;
@@ -139,7 +140,6 @@ vec3 leaf_light(Plant plant, Crown crown, Instance instance, LeafPlace leaf) {
   vec3 normal = normalize(mix(side * face, outward, max(leaf.crown_normals, 1e-3)));
 
   vec3 sun_object = rotate(to_object, view.sun_direction);
-  CrownSample light = crown_light_at(plant, crown, leaf.middle);
   float sun = sun_through_crown(light, sun_object, eye, leaf.bulk) * sun_past_others(instance, plant, world);
   float front = mix(max(0.0, 0.2 + 0.8 * dot(normal, sun_object)), bulk_front(dot(eye, sun_object)), leaf.bulk);
   float through = max(0.0, -sign(dot(face, eye)) * dot(face, sun_object)) * (1.0 - leaf.bulk);

@@ -17,7 +17,7 @@ void main() {
   Plant plant = plants[push.plant];
   uint slot = wood_list[push.wood_list_first + gl_InstanceIndex];
   Instance instance = instances[slot];
-  WoodVertex vertex = WoodVertexArray(push.wood_vertices).at[gl_VertexIndex];
+  WoodVertex vertex = WoodVertexArray(push.vertices).at[gl_VertexIndex];
   Material material = MaterialArray(plant.materials).at[vertex.material];
 
   vec3 world = world_from_object(instance, vertex.position);

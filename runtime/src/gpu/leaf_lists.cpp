@@ -214,16 +214,19 @@ RasterCluster bound(std::span<const Entry> entries, std::uint32_t first_leaf) {
   RasterCluster cluster{
       .center = {center[0], center[1], center[2]}, .first_leaf = first_leaf, .leaf_count = static_cast<std::uint32_t>(entries.size())};
   CrownSample light;
+  float area_m2 = 0;
   for (const Entry& entry : entries) {
     for (const Point& corner : entry.corners) cluster.radius_m = std::max(cluster.radius_m, length(corner - center));
     cluster.grain_m = std::max(cluster.grain_m, entry.grain_m);
     cluster.splat_count += entry.grain_count;
     const float share = 1.0f / static_cast<float>(entries.size());
     cluster.bulk += share * entry.bulk;
+    area_m2 += share * entry.area_m2;
     light.depth += share * entry.light.depth;
     for (std::size_t axis = 0; axis < 3; ++axis) light.slope[axis] += share * entry.light.slope[axis];
   }
   cluster.crown = pack_crown(light);
+  cluster.leaf_size_m = std::sqrt(area_m2);
   return cluster;
 }
 

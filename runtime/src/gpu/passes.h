@@ -32,7 +32,8 @@ struct MeshPipelines {
 
 /// What draws a view.
 struct DrawPipelines {
-  std::array<VkPipeline, 2> leaf{};  ///< [textured]
+  std::array<VkPipeline, 2> leaf{};       ///< [textured]
+  std::array<VkPipeline, 2> leaf_list{};  ///< likewise; clusters of the compute rasteriser's lists
   MeshPipelines wood, leaf_mesh;
 };
 
@@ -45,7 +46,7 @@ struct Passes {
   VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the sets and DrawPush; the cull pipeline uses set 0 of it
   std::array<VkPipeline, 2> cull{};          ///< [with a debug view]
   DrawPipelines camera;
-  DrawPipelines shadow;  ///< depth alone, without relief; null where there are no shadow views
+  DrawPipelines shadow;  ///< depth alone, without relief and lists; null where there are no shadow views
 };
 
 inline constexpr std::uint32_t kFrameBindingCount = 10;  ///< buffers; the shadow maps come after them

@@ -61,7 +61,7 @@ Result<void> RasterPlants::create(Device& device, Garbage& garbage, std::uint32_
   plants_.resize(max_plants);
   static_assert(kRasterLevels > kOneClusterLevel);
   COPPICE_ASSERT(lod::coppice_ladder_leaf_count(kOneClusterLevel) == kClusterLeaves);
-  COPPICE_TRY(lists, create_buffer(device, std::uint64_t{max_plants} * kRasterLists * sizeof(RasterList), kStorage, MemoryKind::device));
+  COPPICE_TRY(lists, create_buffer(device, std::uint64_t{max_plants} * kRasterLists * sizeof(RasterList), kAddressed, MemoryKind::device));
   lists_ = lists;
   COPPICE_TRY(plants, create_buffer(device, std::uint64_t{max_plants} * sizeof(RasterPlant), kStorage, MemoryKind::device));
   plants_buffer_ = plants;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "card_looks.h"
+#include "convert.h"
 #include "crown_light.h"
 #include "device.h"
 #include "leaf_lists.h"
@@ -64,6 +65,12 @@ class RasterPlants {
   std::vector<RasterCopy>& copies() { return copies_; }
 
   [[nodiscard]] VkBuffer lists() const { return lists_.buffer; }
+  /// Of the plant's RasterList[kRasterLists].
+  [[nodiscard]] uvec2 lists_address(std::uint32_t plant) const {
+    return gpu_address(lists_.address + std::uint64_t{plant} * kRasterLists * sizeof(RasterList));
+  }
+  /// Whether the rasteriser draws the plant's leaves, as of the last update.
+  [[nodiscard]] bool has_lists(std::uint32_t plant) const { return plants_[plant].record.level_count > 0; }
   [[nodiscard]] VkBuffer plants() const { return plants_buffer_.buffer; }
   /// CPU memory.
   [[nodiscard]] std::size_t bytes() const;

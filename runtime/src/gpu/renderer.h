@@ -230,7 +230,7 @@ class Renderer {
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
   [[nodiscard]] std::uint64_t room_bytes() const;
   void limit_draws(std::uint64_t share_bytes);
-  void place_draws();
+  void place_draws(std::uint64_t chunk_draws);
   void fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency);
   void fill_leaf_meshes(std::uint32_t plant, bool resident);
   void record_buffer_copies(std::vector<Copy>& copies);

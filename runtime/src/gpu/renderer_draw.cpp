@@ -156,8 +156,12 @@ void Renderer::bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const Draw
 void Renderer::draw_leaves(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t index) const {
   const PlantSlot& plant = plants_[index];
   const Plant& record = records_[index];
+  // Commands are of nodes, or of clusters of the rasteriser's lists: cull.comp, leaf_expand.comp.
+  const bool listed = rastered_ && raster_->plants().has_lists(index);
+  if (listed && pipelines.leaf_list[0] == VK_NULL_HANDLE) return;
+  const uvec2 lists = listed ? raster_->plants().lists_address(index) : uvec2{};
   for (std::uint32_t texture : plant.leaf_textures) {
-    bind_draw(cmd, plant, {.plant = index, .texture = texture}, pipelines.leaf);
+    bind_draw(cmd, plant, {.plant = index, .texture = texture, .vertices = lists}, listed ? pipelines.leaf_list : pipelines.leaf);
     device_.vk.vkCmdDrawIndexedIndirectCount(cmd, leaf_commands_.buffer, record.leaf_command_base * sizeof(DrawCommand),
                                              fixed_.leaf_counts.buffer, index * sizeof(std::uint32_t), record.leaf_command_capacity,
                                              sizeof(DrawCommand));
@@ -194,7 +198,7 @@ void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuf
     bind_draw(cmd, plant,
               {.plant = index,
                .texture = textures.color,
-               .wood_vertices = mesh.vertices,
+               .vertices = mesh.vertices,
                .wood_list_first = draw.list_first,
                .normal_map = textures.normal_map},
               relief ? draw.pipelines->relief : draw.pipelines->plain);

@@ -244,6 +244,8 @@ namespace {
 
 /// Most of the memory budget that draw commands may take: one part in this many.
 constexpr std::uint64_t kCommandShare = 8;
+/// Clusters of large leaves that the hardware draws of a plant, at least; the rasteriser draws what is beyond.
+constexpr std::uint64_t kMostChunkDraws = 1024;
 
 /// Draws that hold a cut of this many leaves.
 std::uint64_t draws_of(std::uint32_t leaf_count) {
@@ -314,14 +316,16 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
   }
 }
 
-void Renderer::place_draws() {
+/// chunk_draws: commands a plant has at least
+void Renderer::place_draws(std::uint64_t chunk_draws) {
   leaf_command_count_ = wood_list_count_ = 0;
   for (std::uint32_t i = 0; i < plants_.size(); ++i) {
     Plant& record = records_[i];
     if (!plants_[i].used) continue;
     record.leaf_command_base = static_cast<std::uint32_t>(leaf_command_count_);
-    record.leaf_command_capacity = static_cast<std::uint32_t>(
-        std::min<std::uint64_t>(plant_counts_[i] * draws_of(record.resident_leaf_count), device_.max_draw_count));
+    const std::uint64_t commands = plant_counts_[i] * draws_of(record.resident_leaf_count);
+    const std::uint64_t most = std::min<std::uint64_t>(plant_counts_[i] > 0 ? std::max(commands, chunk_draws) : 0, device_.max_draw_count);
+    record.leaf_command_capacity = static_cast<std::uint32_t>(most);
     record.wood_list_base = static_cast<std::uint32_t>(wood_list_count_);
     record.wood_list_stride = plant_counts_[i];
     leaf_command_count_ += record.leaf_command_capacity;
@@ -335,15 +339,19 @@ Result<void> Renderer::reserve_draws() {
     const std::uint64_t more = std::max(bytes, std::min(bytes + bytes / 4, device_.max_storage_bytes));
     return more <= room_bytes() ? more : bytes;
   };
-  place_draws();
+  const std::uint64_t most_bytes = std::min(desc_.memory_budget_bytes / kCommandShare, device_.max_storage_bytes);
+  const auto drawn_plants = static_cast<std::uint64_t>(std::ranges::count_if(plant_counts_, [](std::uint32_t count) { return count > 0; }));
+  const std::uint64_t chunk_draws =
+      raster_ ? std::min(kMostChunkDraws, most_bytes / (2 * sizeof(DrawCommand) * std::max<std::uint64_t>(drawn_plants, 1))) : 0;
+  place_draws(chunk_draws);
   const std::uint64_t list_bytes = wood_list_count_ * sizeof(std::uint32_t);
   if (list_bytes > wood_list_.size_bytes) COPPICE_CHECK(grow(wood_list_, with_margin(list_bytes)));
   const std::uint64_t wanted_bytes = leaf_command_count_ * sizeof(DrawCommand);
-  const std::uint64_t most_bytes = std::min(desc_.memory_budget_bytes / kCommandShare, device_.max_storage_bytes);
   const std::uint64_t share_bytes = std::min(most_bytes, std::max(leaf_commands_.size_bytes, room_bytes()));
   if (wanted_bytes > share_bytes && share_bytes < most_bytes) lacking_bytes_ = std::max(lacking_bytes_, std::min(wanted_bytes, most_bytes));
   limit_draws(share_bytes);
-  place_draws();
+  place_draws(chunk_draws);
+  if (leaf_command_count_ * sizeof(DrawCommand) > share_bytes) place_draws(0);
   const std::uint64_t command_bytes = leaf_command_count_ * sizeof(DrawCommand);
   if (command_bytes > leaf_commands_.size_bytes) COPPICE_CHECK(grow(leaf_commands_, with_margin(command_bytes)));
   // Also what a growth left behind that failed half way in an earlier frame.

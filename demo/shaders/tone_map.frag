@@ -7,13 +7,12 @@
 layout(location = 0) in vec2 clip;
 layout(location = 0) out vec4 out_color;
 
-// Shoulder and toe of a film: about linear in the middle, contrast in the darks, highlights that never clip hard.
-vec3 film(vec3 x) {
-  return clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
-}
-
-vec3 encode_srgb(vec3 x) {
-  return mix(12.92 * x, 1.055 * pow(max(x, vec3(0.0031308)), vec3(1.0 / 2.4)) - 0.055, greaterThan(x, vec3(0.0031308)));
+// Shoulder and toe of a film: about linear in the middle, contrast in the darks, highlights that never clip hard. Narkowicz's fit of the
+// ACES curve and sRGB's encoding in one ratio of polynomials in the root, within 0.9 of 255 of both: software drivers take three times as
+// long for three powers.
+vec3 displayed(vec3 x) {
+  vec3 root = sqrt(x);
+  return clamp(root * (5.94607 * root - 0.10405) / (root * (5.96129 * root - 0.52916) + 1.0), 0.0, 1.0);
 }
 
 uint mixed(uvec2 pixel) {
@@ -25,5 +24,5 @@ uint mixed(uvec2 pixel) {
 void main() {
   vec3 color = texelFetch(scene_color, ivec2(gl_FragCoord.xy), 0).rgb * frame.ground.y;
   float noise = float(mixed(uvec2(gl_FragCoord.xy)) >> 8) / 16777216.0 - 0.5;
-  out_color = vec4(encode_srgb(film(color)) + noise / 255.0, 1);
+  out_color = vec4(displayed(color) + noise / 255.0, 1);
 }

@@ -237,10 +237,9 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
     std::size_t vertex, fragment;
     std::uint32_t leaf;  ///< kLeaf of relief.frag
   };
-  for (const Wanted& wanted :
-       {Wanted{&passes.camera.leaf, 1, 3, 1}, Wanted{&passes.camera.leaf_list, 9, 3, 1}, Wanted{&passes.camera.wood.plain, 2, 3, 0},
-        Wanted{&passes.camera.wood.relief, 6, 5, 0}, Wanted{&passes.camera.leaf_mesh.plain, 4, 3, 1},
-        Wanted{&passes.camera.leaf_mesh.relief, 7, 5, 1}})
+  for (const Wanted& wanted : {Wanted{&passes.camera.leaf, 1, 3, 1}, Wanted{&passes.camera.leaf_list, 9, 3, 1},
+                               Wanted{&passes.camera.wood.plain, 2, 3, 0}, Wanted{&passes.camera.wood.relief, 6, 5, 0},
+                               Wanted{&passes.camera.leaf_mesh.plain, 4, 3, 1}, Wanted{&passes.camera.leaf_mesh.relief, 7, 5, 1}})
     for (const std::uint32_t textured : {0u, 1u}) {
       const DrawShaders shaders{modules.modules[wanted.vertex], modules.modules[wanted.fragment], {textured, wanted.leaf}};
       COPPICE_TRY(pipeline, create_draw_pipeline(device, attachments, cache, passes.layout, shaders));
@@ -262,7 +261,8 @@ void destroy_passes(Device& device, Passes& passes) {
   const Functions& vk = device.vk;
   for (VkPipeline pipeline : passes.cull) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   for (const DrawPipelines& draw : {passes.camera, passes.shadow})
-    for (const auto& pipelines : {draw.leaf, draw.leaf_list, draw.wood.plain, draw.wood.relief, draw.leaf_mesh.plain, draw.leaf_mesh.relief})
+    for (const auto& pipelines :
+         {draw.leaf, draw.leaf_list, draw.wood.plain, draw.wood.relief, draw.leaf_mesh.plain, draw.leaf_mesh.relief})
       for (VkPipeline pipeline : pipelines) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   vk.vkDestroyPipelineLayout(device.device, passes.layout, nullptr);
   vk.vkDestroySampler(device.device, passes.sampler, nullptr);

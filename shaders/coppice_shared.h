@@ -192,8 +192,8 @@ COPPICE_GPU_LAYOUT(DrawCommand, 20);
 // material has another one collapse. Almost every plant has one leaf texture and one bark.
 struct DrawPush {
   uint plant;
-  uint texture;         // or kNoTexture
-  uvec2 vertices;       // address of WoodVertex[], of leaf meshes LeafMeshVertex[]; of leaves from lists the plant's RasterList[]
+  uint texture;    // or kNoTexture
+  uvec2 vertices;  // address of WoodVertex[], of leaf meshes LeafMeshVertex[]; of leaves from lists the plant's RasterList[]
   uint wood_list_first;
   uint normal_map;  // or kNoTexture; of wood and leaf meshes
 };

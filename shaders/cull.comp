@@ -8,7 +8,7 @@
 // dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::record_cull
 
 // COPPICE_RASTER is defined for the variant of the compute rasteriser: it looks at the blocks that leaf_blocks.comp found, one group each
-// (dispatch: indirect), skips what earlier rounds hide, and gives instances to the rasteriser instead of the draws: all but those drawn with leaf meshes.
+// (dispatch: indirect), skips what earlier rounds hide, and gives instances to the rasteriser instead of the draws: all but those of large leaf meshes.
 
 #define COPPICE_CULL_ACCESS
 #include "bindings.glsl"
@@ -153,6 +153,14 @@ void raster_leaves(Instance instance, uint slot, Rung rung, float distance_m) {
   }
 }
 
+// Whether the rasteriser takes the instance's leaf meshes.
+bool raster_meshes(Instance instance, uint slot) {
+  RasterPlant plant = raster_plants[instance.plant];
+  if (plant.mesh_count == 0 || !reserve(plant.mesh_clusters)) return false;
+  leaf_item = slot | kRasterMeshes << kSlotBits;
+  return true;
+}
+
 // Whether the rasteriser takes the instance's wood, or leaves it out.
 bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) {
   if (size_px >= kFacetedWood_px || wood_lod == kMaxWoodLods || (raster_plants[instance.plant].wood_mask >> wood_lod & 1u) == 0) return false;
@@ -230,9 +238,16 @@ void select(uint slot) {
   large = level_count == 0 || leaf_px(rung, instance, distance_m) > hardware_leaf_px();
 #endif
 
-  // Leaves too small for the hardware are too small to be seen as modelled: the cut by the table alone.
-  bool has_meshes = large && plant.leaf_mesh_count > 0;
+  bool has_meshes = plant.leaf_mesh_count > 0;
+#ifdef COPPICE_RASTER
+  // Without lists of them small leaves are not drawn as modelled: the cut by the table alone.
+  has_meshes = has_meshes && (large || raster_plants[instance.plant].mesh_count > 0);
+#endif
   bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, size_px, threshold_px));
+#ifdef COPPICE_RASTER
+  bool meshes_rasterised = meshes && !large && raster_meshes(instance, slot);
+  meshes = meshes && (large || meshes_rasterised);
+#endif
   if (has_meshes && !meshes) cut = coppice_drawn_leaf_count(table, size_px, coppice_cut_threshold_px(table, size_px, threshold_px));
   if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, plant.leaf_count);
   cut = view.lod_full != 0 ? resident : min(cut, resident);
@@ -240,8 +255,8 @@ void select(uint slot) {
   uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
 
 #ifdef COPPICE_RASTER
-  drawn_by_hardware = meshes || level_count == 0;
-  if (!drawn_by_hardware) raster_leaves(instance, slot, rung_of(instance, slot, level_count, cut), distance_m);
+  drawn_by_hardware = !meshes_rasterised && (meshes || level_count == 0);
+  if (!drawn_by_hardware && !meshes_rasterised) raster_leaves(instance, slot, rung_of(instance, slot, level_count, cut), distance_m);
   wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
 #else
   if (!sphere_in_view(center, radius)) return;
@@ -250,7 +265,11 @@ void select(uint slot) {
 
   uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
 #ifdef COPPICE_RASTER
-  if (kDebugged != 0 && !drawn_by_hardware) leaf_count = raster_leaf_count(instance, slot);
+  if (kDebugged != 0 && !drawn_by_hardware && !meshes) leaf_count = raster_leaf_count(instance, slot);
+  if (meshes_rasterised) {
+    leaf_sum += plant.leaf_count;
+    atomicAdd(counters.leaf_mesh_instances, 1);
+  }
 #endif
   if (kDebugged != 0) show_debug_color(slot, plant, table, Shown(!drawn_by_hardware, meshes, float(leaf_count), size_px));
   if (drawn_by_hardware) {

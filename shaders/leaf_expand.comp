@@ -22,6 +22,9 @@ void count_leaves(uint value) {
 void count_wood(uint value) {
   if (value > 0 && atomicAdd(counters.wood_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.wood_triangles[1], 1);
 }
+void count_leaf_mesh(uint value) {
+  if (value > 0 && atomicAdd(counters.leaf_mesh_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.leaf_mesh_triangles[1], 1);
+}
 void count_hardware(uint value) {
   if (value > 0 && atomicAdd(counters.hardware_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.hardware_triangles[1], 1);
 }
@@ -53,15 +56,15 @@ bool draw_by_hardware(uint plant_index, uint item, RasterCluster cluster) {
   return true;
 }
 
-void expand(uint item) {
-  uint slot = slot_of(item);
-  Instance instance = instances[slot];
+// What of a list is drawn: leaves or triangles, by the hardware of them.
+uvec2 expand_list(uint item, Instance instance) {
   RasterList list = lists[instance.plant * kRasterLists + list_of(item)];
+  bool quads = list_of(item) < kRasterLevels;
   // Discs leave gaps in a surface unless they are about a pixel.
-  bool leafy = list_of(item) < kRasterLevels;
-  float splat_px = leafy ? push.splat_px : min(push.splat_px, 1.5);
+  float splat_px = quads ? push.splat_px : min(push.splat_px, 1.5);
   float split_px = hardware_leaf_px();
-  uint drawn = 0, by_hardware = 0;
+  float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
+  uvec2 drawn = uvec2(0);
   for (uint i = 0; i < list.cluster_count; ++i) {
     RasterCluster cluster = RasterClusterArray(list.clusters).at[i];
     vec3 center = world_from_object(instance, cluster.center);
@@ -69,18 +72,27 @@ void expand(uint item) {
     bool seen = sphere_in_view(center, radius_m);
     if (seen && push.round > 0) seen = !occluded(center, radius_m);
     float nearest_m = max(distance(center, view.camera_position) - radius_m, view.near_m);
-    float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
     bool small = cluster.grain_m * object_px < splat_px * nearest_m;
-    bool large = seen && leafy && cluster.leaf_size_m * object_px > split_px * nearest_m;
+    bool large = seen && quads && cluster.leaf_size_m * object_px > split_px * nearest_m;
     if (large) large = draw_by_hardware(instance.plant, item, cluster);
     append_splats(seen && small && !large, item, i);
     append_leaves(seen && !small && !large, item, i);
-    if (seen) drawn += cluster.leaf_count;
-    if (large) by_hardware += cluster.leaf_count;
+    if (seen) drawn += uvec2(cluster.leaf_count, large ? cluster.leaf_count : 0);
   }
-  count_leaves(leafy ? drawn : 0);
-  count_wood(leafy ? 0 : drawn);
-  count_hardware(2 * by_hardware);
+  return drawn;
+}
+
+void expand(uint item) {
+  Instance instance = instances[slot_of(item)];
+  bool meshes = list_of(item) >= kRasterMeshes;
+  uint list_count = meshes ? raster_plants[instance.plant].mesh_count : 1;
+  uvec2 drawn = uvec2(0);
+  for (uint i = 0; i < list_count; ++i) drawn += expand_list(item + (i << kSlotBits), instance);
+  bool quads = list_of(item) < kRasterLevels;
+  count_leaves(quads ? drawn.x : 0);
+  count_leaf_mesh(meshes ? drawn.x : 0);
+  count_wood(quads || meshes ? 0 : drawn.x);
+  count_hardware(2 * drawn.y);
 }
 
 void main() {

@@ -21,7 +21,7 @@ struct Placed {
 Placed place(Instance instance, uint list, vec3 box_min, vec3 step, RasterCluster cluster) {
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   Placed placed;
-  placed.wood = list >= kRasterLevels;
+  placed.wood = list >= kRasterLevels && list < kRasterMeshes;
   placed.cards = raster_plants[instance.plant].cards;
   placed.origin = screen_point(world_from_object(instance, box_min));
   placed.x = screen_direction(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)));

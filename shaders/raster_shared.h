@@ -13,9 +13,10 @@ namespace coppice::gpu {
 const uint kBlockSlots = kCullGroupSize;
 // A frame is rasterised in rounds, large instances first. What a round has covered hides blocks, instances and clusters of the next.
 const uint kRasterRounds = 4;
-// Leaf lists of a plant, one per rung of the ladder of cuts (leaf_lists.h), then one list per wood LoD.
+// Leaf lists of a plant, one per rung of the ladder of cuts (leaf_lists.h), then one list per wood LoD, then one per chunk of leaf meshes.
 const uint kRasterLevels = 80;
-const uint kRasterLists = kRasterLevels + kMaxWoodLods;
+const uint kRasterMeshes = kRasterLevels + kMaxWoodLods;
+const uint kRasterLists = kRasterMeshes + kMaxLeafMeshes;
 // Leaves (or wood triangles) of a list that are culled together.
 const uint kClusterLeaves = 64;
 // A work item names its instance with the low bits and its list with the rest.
@@ -39,7 +40,8 @@ struct InstanceBlock {
 };
 COPPICE_GPU_LAYOUT(InstanceBlock, 20);
 
-// A leaf quad or a wood triangle (corner 3 repeats corner 2): three unsigned 16-bit numbers a corner, packed as in Node.
+// A leaf quad, or a triangle of wood or of a leaf mesh (corner 3 repeats corner 2): three unsigned 16-bit numbers a corner, packed as in
+// Node.
 struct RasterLeaf {
   uint corners[6];
   uint card;     // RasterCard of the plant
@@ -67,15 +69,15 @@ struct RasterCluster {
   uint leaf_count;
   uint first_splat;
   uint splat_count;
-  float grain_m;  // the longest part of a leaf that one splat stands for
-  uint card;      // of wood: the RasterCard of all its triangles
-  uint crown;     // unpack_crown: the mean light of its leaves' middles
-  float bulk;     // how much of the crown one of its leaves stands for: leaf_light's
+  float grain_m;      // the longest part of a leaf that one splat stands for
+  uint card;          // of wood: the RasterCard of all its triangles
+  uint crown;         // unpack_crown: the mean light of its leaves' middles
+  float bulk;         // how much of the crown one of its leaves stands for: leaf_light's
   float leaf_size_m;  // side of the square of the mean leaf's area
 };
 COPPICE_GPU_LAYOUT(RasterCluster, 52);
 
-// All leaves of one cut, or all triangles of one wood LoD. corner = box_min + box_step * q, object space, m.
+// All leaves of one cut, or all triangles of one wood LoD or chunk of leaf meshes. corner = box_min + box_step * q, object space, m.
 struct RasterList {
   vec3 box_min;
   uint leaf_count;
@@ -102,11 +104,13 @@ struct RasterCard {
 COPPICE_GPU_LAYOUT(RasterCard, 28);
 
 struct RasterPlant {
-  uvec2 cards;       // address of RasterCard[card count + material count]; the latter are for wood
-  uint level_count;  // lists [0, this) are there; 0: the plant is drawn by the hardware
-  uint wood_mask;    // bit i: list kRasterLevels + i is there
+  uvec2 cards;         // address of RasterCard[card count + material count]; the latter are for wood
+  uint level_count;    // lists [0, this) are there; 0: the plant is drawn by the hardware
+  uint wood_mask;      // bit i: list kRasterLevels + i is there
+  uint mesh_count;     // lists kRasterMeshes on are there; 0 unless all leaf meshes have theirs
+  uint mesh_clusters;  // of all of them
 };
-COPPICE_GPU_LAYOUT(RasterPlant, 16);
+COPPICE_GPU_LAYOUT(RasterPlant, 24);
 
 // VkDispatchIndirectCommand and how much there is to do.
 struct RasterStage {

@@ -149,6 +149,42 @@ TEST_F(LeafRasterTest, ALeafForAWholeCrownIsBrightFromTheSunsSide) {
   EXPECT_LT(contrast, 4.0);
 }
 
+TEST_F(LeafRasterTest, LeafMeshesOfFewPixelsAreRasterised) {
+  // In chunks, in another colour than the quads, so that the picture tells which was drawn.
+  bake::BakedPlant baked = random_plant({.leaf_count = 300, .seed = 4, .wood_lod_count = 0, .texture_side = 0, .leaf_mesh_count = 3});
+  baked.materials[0].base_color = {0.0f, 0.5f, 0.0f, 1.0f};
+  baked.materials.back().base_color = {0.5f, 0.0f, 0.0f, 1.0f};
+  const DecodedPlant plant = decoded_plant(baked);
+  const std::vector<Placed> plants{{plant, {at(0.0f, 0.0f)}}};
+  for (const float leaf_px : {3.0f, 7.0f}) {
+    const coppice_view view = front_view(distance_for(plant, leaf_px));
+    const RendererScene::Frame raster = with_raster(plants, view), hardware = without(plants, view);
+    EXPECT_EQ(raster.counts.leaf_mesh_instances, 1u);
+    EXPECT_EQ(raster.counts.leaves, 300u);
+    EXPECT_EQ(raster.counts.leaf_mesh_triangles, hardware.counts.leaf_mesh_triangles);
+    EXPECT_EQ(raster.counts.hardware_triangles, 0u) << "all of it by compute shaders";
+    const Likeness likeness = compare(raster.picture, hardware.picture);
+    EXPECT_NEAR(likeness.coverage, 1.0, 0.05) << leaf_px;
+    EXPECT_NEAR(likeness.brightness, 1.0, 0.1) << leaf_px;
+    EXPECT_LT(likeness.differing_share, 0.1) << leaf_px;
+  }
+}
+
+TEST_F(LeafRasterTest, WhatFindsNoDrawCommandIsRasterised) {
+  // All at one place, so that the picture is one plant's: more clusters of large leaves than a plant has commands.
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 2000, .seed = 6, .wood_lod_count = 0, .texture_side = 0}));
+  coppice_placement dark = at(0.0f, 0.0f);  // the scene's light is near white
+  std::ranges::fill(dark.tint, 0.25f);
+  const std::vector<Placed> one{{plant, {dark}}}, many{{plant, std::vector<coppice_placement>(120, dark)}};
+  const coppice_view view = front_view(distance_for(plant, 16.0f));
+  const RendererScene::Frame alone = with_raster(one, view), crowd = with_raster(many, view), hardware = without(one, view);
+  EXPECT_GT(alone.counts.hardware_triangles, alone.counts.leaves) << "most of it large";
+  EXPECT_EQ(crowd.counts.leaves, 120 * alone.counts.leaves);
+  EXPECT_LT(crowd.counts.hardware_triangles, 60 * alone.counts.hardware_triangles) << "commands run out";
+  EXPECT_NEAR(compare(alone.picture, hardware.picture).coverage, 1.0, 0.02);
+  EXPECT_NEAR(compare(crowd.picture, hardware.picture).coverage, 1.0, 0.02);
+}
+
 TEST_F(LeafRasterTest, DepthHoldsBetweenThePaths) {
   // Large leaves, which the hardware draws, before and behind small ones.
   DecodedPlant coarse = decoded_plant(random_plant({.leaf_count = 12, .seed = 8, .texture_side = 0}));

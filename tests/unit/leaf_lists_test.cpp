@@ -157,6 +157,46 @@ TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
   EXPECT_TRUE(build_wood_list({}, {.light = CrownLight{}}).leaves.empty());
 }
 
+/// Two triangles of a leaf, lit from above; u of their corners in [low, high].
+WoodMesh two_triangles(float low, float high) {
+  WoodMesh mesh;
+  for (const auto& [x, y] : {std::pair{0.0f, 0.0f}, std::pair{1.0f, 0.0f}, std::pair{0.0f, 2.0f}, std::pair{1.0f, 2.0f}})
+    mesh.vertices.push_back({{x, y, 0}, {0, 0, 1}, {x > 0 ? high : low, 0.5f}, 1});
+  mesh.indices = {0, 1, 2, 2, 1, 3};
+  return mesh;
+}
+
+/// One card and two materials; the left half of the second one's texture is white, the right half a hole.
+PlantLooks half_a_texture() {
+  PlantLooks plant;
+  plant.cards.resize(1);
+  plant.materials.resize(2);
+  plant.materials[0].texture = COPPICE_NO_TEXTURE;
+  plant.materials[1] = {.base_color = {0.25f, 0.5f, 0.125f, 1.0f}, .alpha_cutoff = 0.5f, .texture = 0};
+  plant.looks.resize(3);
+  plant.small.push_back({16, 1, {}});
+  for (int x = 0; x < 16; ++x)
+    plant.small[0].rgba.insert(plant.small[0].rgba.end(), {255, 255, 255, static_cast<std::uint8_t>(x < 8 ? 255 : 0)});
+  return plant;
+}
+
+TEST(LeafLists, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {
+  const PlantLooks looks = half_a_texture();
+  const CrownLight light;
+  const LeafMeshSource source{looks, Crown::box(), light};
+  const BuiltList list = build_leaf_mesh_list(two_triangles(0.1f, 0.4f), source);
+  ASSERT_EQ(list.leaves.size(), 2u);
+  EXPECT_EQ(list.header.cluster_count, 1u);
+  for (const RasterLeaf& leaf : list.leaves) {
+    EXPECT_EQ(leaf.card, 2u) << "the second material's";
+    const auto channel = [&](std::uint32_t i) { return static_cast<float>(leaf.look >> (8 * i) & 0xffu) / 255.0f; };
+    for (const auto& [i, albedo] : {std::pair{0u, 0.25f}, std::pair{1u, 0.5f}, std::pair{2u, 0.125f}})
+      EXPECT_NEAR(kMaxSplatAlbedo * channel(i) * channel(i) / albedo, 1.0f, 0.35f) << "but for the leaf's own variation";
+  }
+  EXPECT_TRUE(build_leaf_mesh_list(two_triangles(0.6f, 0.9f), source).leaves.empty()) << "nothing but hole";
+  EXPECT_TRUE(build_leaf_mesh_list(two_triangles(0.1f, 0.9f), source).leaves.empty()) << "the texture makes the outline";
+}
+
 TEST(LeafLists, TheLadderRisesAndItsRungsHoldWhatIsAskedFor) {
   for (std::uint32_t leaves = 1; leaves < 200000; leaves += 1 + leaves / 7) {
     const std::uint32_t rung = lod::coppice_ladder_level(static_cast<float>(leaves));

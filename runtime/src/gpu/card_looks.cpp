@@ -15,19 +15,16 @@ namespace coppice::gpu {
 namespace {
 
 constexpr std::uint32_t kSampledSide_px = 128;
+constexpr std::uint32_t kSmallSide_px = 64;
 constexpr std::uint32_t kCells = 8;
 constexpr std::uint32_t kSamplesPerCell = 4;
 constexpr std::uint32_t kSide = kCells * kSamplesPerCell;
 
-struct Texels {
-  std::uint32_t width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;
-};
-
-Texels sampled_level(const TextureLayout& layout, std::span<const std::uint8_t> chunk) {
+/// The smallest of at least this side.
+Texels level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk, std::uint32_t side_px) {
   const MipLevel* level = &layout.levels.front();
   for (const MipLevel& smaller : layout.levels)
-    if (std::max(smaller.width, smaller.height) >= kSampledSide_px) level = &smaller;
+    if (std::max(smaller.width, smaller.height) >= side_px) level = &smaller;
   Texels texels{level->width, level->height, {}};
   texels.rgba.resize(std::size_t{4} * level->width * level->height);
   decode_texture_level(layout.format, *level,
@@ -36,8 +33,15 @@ Texels sampled_level(const TextureLayout& layout, std::span<const std::uint8_t> 
 }
 
 float linear(std::uint8_t srgb) {
-  const float value = static_cast<float>(srgb) / 255.0f;
-  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+  static const std::array<float, 256> kTable = [] {
+    std::array<float, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      const float value = static_cast<float>(i) / 255.0f;
+      table[i] = value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+    }
+    return table;
+  }();
+  return kTable[srgb];
 }
 
 using Texel = std::array<float, 4>;  ///< linear colour, alpha; 0..1
@@ -123,8 +127,32 @@ void look_at_material(const coppice_file_material& material, const Texels& texel
 
 }  // namespace
 
+bool has_texels(const PlantLooks& plant, std::uint32_t material) {
+  const std::uint32_t texture = plant.materials[material].texture;
+  return texture >= plant.small.size() || !plant.small[texture].rgba.empty();
+}
+
+TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t index, const std::array<std::array<float, 2>, 3>& uv) {
+  const coppice_file_material& material = plant.materials[index];
+  TriangleLook look{.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]}};
+  if (material.texture >= plant.small.size()) return look;
+  constexpr std::array<std::array<float, 3>, 4> kPlaces{
+      {{0.3333f, 0.3333f, 0.3334f}, {0.6f, 0.2f, 0.2f}, {0.2f, 0.6f, 0.2f}, {0.2f, 0.2f, 0.6f}}};
+  Sums sums;
+  for (const auto& [a, b, c] : kPlaces) {
+    const auto at = [&](std::size_t axis) { return a * uv[0][axis] + b * uv[1][axis] + c * uv[2][axis]; };
+    const Texel texel = texel_at(plant.small[material.texture], at(0), at(1));
+    if (texel[3] >= material.alpha_cutoff) sums.add(texel);
+  }
+  const vec3 mean = sums.times(material.base_color);
+  look.albedo = {mean.x, mean.y, mean.z};
+  look.coverage = static_cast<float>(sums.count) / kPlaces.size();
+  return look;
+}
+
 PlantLooks plain_looks(const PlantFile& file) {
-  PlantLooks plant{file.cards, file.materials, {}};
+  PlantLooks plant{file.cards, file.materials, {}, {}};
+  if (file.plant.leaf_mesh_count > 0) plant.small.resize(file.plant.texture_count);
   const auto add = [&](const coppice_file_material& material, float coverage) {
     plant.looks.push_back({.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]},
                            .coverage = coverage,
@@ -139,7 +167,10 @@ PlantLooks plain_looks(const PlantFile& file) {
 bool take_texture(PlantLooks& plant, std::uint32_t texture, std::span<const std::uint8_t> chunk) {
   const auto layout = read_texture(chunk);
   if (!layout) return false;
-  const Texels texels = sampled_level(*layout, chunk);
+  const Texels texels = level_of(*layout, chunk, kSampledSide_px);
+  const auto shows = [&](const coppice_file_material& material) { return material.texture == texture; };
+  if (texture < plant.small.size() && std::ranges::any_of(plant.materials, shows))
+    plant.small[texture] = level_of(*layout, chunk, kSmallSide_px);
   bool on_card = false;
   for (std::size_t i = 0; i < plant.cards.size(); ++i) {
     const coppice_file_material& material = plant.materials[plant.cards[i].material];

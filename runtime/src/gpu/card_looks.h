@@ -2,6 +2,7 @@
 
 // What a card shows from afar, for the compute rasteriser: a mean colour, and an outline of 8 x 8 cells instead of a texture.
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,12 +12,30 @@
 
 namespace coppice::gpu {
 
+/// A mip level of a texture.
+struct Texels {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;  ///< sRGB
+};
+
 /// A plant's cards and what they look like. looks: those of the cards, then those of the materials (whole texture, no holes: for wood).
 struct PlantLooks {
   std::vector<coppice_file_card> cards;
   std::vector<coppice_file_material> materials;
   std::vector<RasterCard> looks;
+  std::vector<Texels> small;  ///< [textures] about 64 px, of those that were taken over where there are leaf meshes
 };
+
+/// What a triangle of a leaf mesh shows.
+struct TriangleLook {
+  std::array<float, 3> albedo{};
+  float coverage = 1;  ///< share of it that is no hole
+};
+
+/// uv: of its corners. The material's texture has been taken over, or there is none
+TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t material, const std::array<std::array<float, 2>, 3>& uv);
+/// Whether what triangle_look needs of the material is there.
+bool has_texels(const PlantLooks& plant, std::uint32_t material);
 
 /// While no texture is there: base colours, no holes but the coverage the file states.
 PlantLooks plain_looks(const PlantFile& file);

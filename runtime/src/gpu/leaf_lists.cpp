@@ -64,6 +64,7 @@ struct Entry {
   float grain_m = 0;
   float area_m2 = 0;
   bool is_wood = false;
+  std::uint32_t material = 0;  ///< of triangles: clusters are of one
   // Of its splat.
   Point normal{}, face{};
   Point albedo{};
@@ -148,17 +149,21 @@ Point variation(const Point& place_in_crown, const std::array<std::uint32_t, 3>&
   return Point{1.0f + 0.16f * c, 1.0f, 1.0f - 0.14f * c} * (1.0f + 0.16f * a + 0.30f * b);
 }
 
-/// The normal that leaf_light of shading.glsl has for it, and what its card says of it.
-void shade_leaf(Entry& entry, const Crown& crown, const RasterCard& look, const std::array<std::uint32_t, 3>& stalk) {
-  const Point middle = (entry.corners[0] + entry.corners[1] + entry.corners[2] + entry.corners[3]) * 0.25f;
+/// The normal that leaf_light of shading.glsl has for a place of a leaf. face: its own, or zero; becomes unit
+Point lit_normal(const Crown& crown, const Point& middle, Point& face, float crown_normals) {
   Point outward = middle - crown.center;
   for (std::size_t axis = 0; axis < 3; ++axis) outward[axis] /= crown.radii[axis] * crown.radii[axis];
   outward = normalised(outward + Point{0.0f, 1e-4f, 0.0f});
-  Point face = cross(entry.corners[2] - entry.corners[0], entry.corners[3] - entry.corners[1]);
   face = dot(face, face) > 1e-20f ? normalised(face) : outward;
-  entry.face = face;
-  const float side = std::clamp(4.0f * dot(face, outward), -1.0f, 1.0f), turned = std::max(look.crown_normals, 1e-3f);
-  entry.normal = normalised(face * (side * (1.0f - turned)) + outward * turned);
+  const float side = std::clamp(4.0f * dot(face, outward), -1.0f, 1.0f), turned = std::max(crown_normals, 1e-3f);
+  return normalised(face * (side * (1.0f - turned)) + outward * turned);
+}
+
+/// How it is lit, and what its card says of it.
+void shade_leaf(Entry& entry, const Crown& crown, const RasterCard& look, const std::array<std::uint32_t, 3>& stalk) {
+  const Point middle = (entry.corners[0] + entry.corners[1] + entry.corners[2] + entry.corners[3]) * 0.25f;
+  entry.face = cross(entry.corners[2] - entry.corners[0], entry.corners[3] - entry.corners[1]);
+  entry.normal = lit_normal(crown, middle, entry.face, look.crown_normals);
   const Point varied = variation(crown.place(entry.corners[0]), stalk);
   entry.albedo = {look.albedo.x * varied[0], look.albedo.y * varied[1], look.albedo.z * varied[2]};
   entry.covered_m2 = entry.area_m2 * look.coverage;
@@ -268,10 +273,9 @@ BuiltList finish(std::vector<Entry>& entries, const RasterList& box, float large
     list.header.splat_size_m = std::max(list.header.splat_size_m, std::sqrt(entry.covered_m2));
     area_m2 += static_cast<double>(entry.area_m2);
   }
-  const auto material = [](const Entry& entry) { return entry.is_wood ? entry.leaf.card : 0; };
-  std::ranges::stable_sort(entries, {}, material);
+  std::ranges::stable_sort(entries, {}, &Entry::material);
   for (auto first = entries.begin(); first != entries.end();) {
-    const auto end = std::find_if(first, entries.end(), [&](const Entry& entry) { return material(entry) != material(*first); });
+    const auto end = std::find_if(first, entries.end(), [&](const Entry& entry) { return entry.material != first->material; });
     add_clusters(list, {first, end});
     first = end;
   }
@@ -303,19 +307,26 @@ BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count) {
   return finish(entries, box, static_cast<float>(source.box.largest));
 }
 
-BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
-  if (mesh.indices.empty()) return {};
-  constexpr std::uint32_t kLargest = 65535;
+namespace {
+
+/// A mesh's triangles, without what lights them; their place in the box is quantised to 1/kLargest of it.
+struct Triangles {
+  static constexpr std::uint32_t kLargest = 65535;
+  RasterList box;
+  std::vector<Entry> entries;  ///< normal: the sum of its vertices'
+};
+
+Triangles triangles_of(const WoodMesh& mesh, std::uint32_t first_material, const CrownLight& light) {
   Point low = mesh.vertices[mesh.indices[0]].position, high = low;
   for (const std::uint32_t index : mesh.indices)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(low[axis], mesh.vertices[index].position[axis]);
       high[axis] = std::max(high[axis], mesh.vertices[index].position[axis]);
     }
+  constexpr std::uint32_t kLargest = Triangles::kLargest;
   const Point step{(high[0] - low[0]) / kLargest, (high[1] - low[1]) / kLargest, (high[2] - low[2]) / kLargest};
-  const RasterList box{.box_min = {low[0], low[1], low[2]}, .box_step = {step[0], step[1], step[2]}};
-  std::vector<Entry> entries;
-  entries.reserve(mesh.indices.size() / 3);
+  Triangles triangles{.box = {.box_min = {low[0], low[1], low[2]}, .box_step = {step[0], step[1], step[2]}}, .entries = {}};
+  triangles.entries.reserve(mesh.indices.size() / 3);
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
     std::array<std::array<std::uint32_t, 3>, 4> quantised{};
     Point normal{};
@@ -328,19 +339,59 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
         if (corner < 3) normal[axis] += vertex.normal[axis];
       }
     }
-    Entry entry = make_entry(quantised, kLargest, box);
+    Entry entry = make_entry(quantised, kLargest, triangles.box);
     entry.id = static_cast<std::uint32_t>(i / 3);
-    const std::uint32_t look = source.first_material + mesh.vertices[mesh.indices[i]].material;
-    entry.leaf.card = look;
+    entry.material = entry.leaf.card = first_material + mesh.vertices[mesh.indices[i]].material;
     entry.normal = normal;
-    const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
-    entry.face = dot(face, face) > 0.0f ? face : normal;
-    entry.is_wood = true;
     entry.covered_m2 = entry.area_m2;
-    entry.light = source.light.at((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
-    entries.push_back(entry);
+    entry.light = light.at((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
+    triangles.entries.push_back(entry);
   }
-  return finish(entries, box, kLargest);
+  return triangles;
+}
+
+}  // namespace
+
+BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
+  if (mesh.indices.empty()) return {};
+  Triangles triangles = triangles_of(mesh, source.first_material, source.light);
+  for (Entry& entry : triangles.entries) {
+    const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
+    entry.face = dot(face, face) > 0.0f ? face : entry.normal;
+    entry.is_wood = true;
+  }
+  return finish(triangles.entries, triangles.box, Triangles::kLargest);
+}
+
+BuiltList build_leaf_mesh_list(const WoodMesh& mesh, const LeafMeshSource& source) {
+  if (mesh.indices.empty()) return {};
+  const auto first_material = static_cast<std::uint32_t>(source.looks.cards.size());
+  Triangles triangles = triangles_of(mesh, first_material, source.light);
+  const Crown crown(source.box);
+  float area_m2 = 0, partial_m2 = 0;
+  const Point low{source.box.min.x, source.box.min.y, source.box.min.z}, step{source.box.step.x, source.box.step.y, source.box.step.z};
+  std::erase_if(triangles.entries, [&](Entry& entry) {
+    const auto vertex = [&](std::size_t corner) -> const coppice::WoodVertex& {
+      return mesh.vertices[mesh.indices[std::size_t{3} * entry.id + corner]];
+    };
+    const TriangleLook look = triangle_look(source.looks, vertex(0).material, {vertex(0).uv, vertex(1).uv, vertex(2).uv});
+    const std::array<std::uint16_t, 3>& stalk = vertex(0).stalk;
+    Point place{};
+    for (std::size_t axis = 0; axis < 3; ++axis) place[axis] = low[axis] + step[axis] * static_cast<float>(stalk[axis]);
+    const Point middle = (entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f);
+    entry.face = entry.normal;
+    entry.normal = lit_normal(crown, middle, entry.face, source.looks.looks[entry.material].crown_normals);
+    const Point varied = variation(crown.place(place), {stalk[0], stalk[1], stalk[2]});
+    entry.albedo = {look.albedo[0] * varied[0], look.albedo[1] * varied[1], look.albedo[2] * varied[2]};
+    entry.material = 0;
+    area_m2 += entry.area_m2;
+    if (look.coverage > 0.0f && look.coverage < 1.0f) partial_m2 += entry.area_m2;
+    return look.coverage < 0.5f;
+  });
+  // Triangles that do not follow the leaf's outline would be worse than its quad.
+  constexpr float kMostPartial = 0.2f;
+  if (partial_m2 > kMostPartial * area_m2) return {};
+  return finish(triangles.entries, triangles.box, Triangles::kLargest);
 }
 
 }  // namespace coppice::gpu

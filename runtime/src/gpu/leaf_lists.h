@@ -1,13 +1,15 @@
 #pragma once
 
 // The lists the compute rasteriser draws from: one per rung of a ladder of cuts, shared by every instance that shows about so many leaves,
-// and one per wood LoD. A list holds the leaves of cut(m) and nothing else, neighbours together in clusters of kClusterLeaves that are
-// culled as one; inside a cluster the leaves are sorted by size, because invocations side by side take as long as the slowest.
+// one per wood LoD and one per chunk of leaf meshes. A list holds the leaves of cut(m) and nothing else, neighbours together in clusters of
+// kClusterLeaves that are culled as one; inside a cluster the leaves are sorted by size, because invocations side by side take as long as
+// the slowest.
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "card_looks.h"
 #include "crown_light.h"
 #include "raster_shared.h"
 #include "tree.h"
@@ -46,5 +48,13 @@ struct WoodSource {
   const CrownLight& light;
 };
 BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source);
+
+/// The triangles of a chunk of leaf meshes, likewise; none where holes in their texture make the leaves' outline.
+struct LeafMeshSource {
+  const PlantLooks& looks;  ///< with what triangle_look needs of the mesh's materials
+  LeafBox box;
+  const CrownLight& light;
+};
+BuiltList build_leaf_mesh_list(const WoodMesh& mesh, const LeafMeshSource& source);
 
 }  // namespace coppice::gpu

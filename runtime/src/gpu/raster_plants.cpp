@@ -74,7 +74,7 @@ void RasterPlants::destroy() {
   if (device_ == nullptr) return;
   for (PlantLists& plant : plants_) {
     for (Batch& batch : plant.batches) destroy_buffer(*device_, batch.buffer);
-    for (Buffer& buffer : plant.wood)
+    for (Buffer& buffer : plant.meshes)
       if (buffer.buffer != VK_NULL_HANDLE) destroy_buffer(*device_, buffer);
     if (plant.looks_buffer.buffer != VK_NULL_HANDLE) destroy_buffer(*device_, plant.looks_buffer);
   }
@@ -94,10 +94,11 @@ Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file)
   if (file.plant.leaf_count > 1) plant.root.split = 0;
   plant.pages.reserve(file.plant.page_count);
   plant.looks_buffer = looks;
-  plant.pending_wood.resize(kMaxWoodLods);
-  plant.unlit_wood.resize(kMaxWoodLods);
+  plant.pending.resize(kMeshLists);
+  plant.waiting.resize(kMeshLists);
   plant.lit = file.plant.page_count == 0;
-  plant.wood.resize(kMaxWoodLods);
+  plant.meshes.resize(kMeshLists);
+  plant.leaf_mesh_count = file.plant.leaf_mesh_count;
   plant.headers.resize(kRasterLists);
   plant.record.cards = gpu_address(looks.address);
   plants_[index] = std::move(plant);
@@ -108,7 +109,7 @@ void RasterPlants::remove_plant(std::uint32_t index, std::uint64_t last_frame) {
   PlantLists& plant = plants_[index];
   if (!plant.used) return;
   drop_rungs(plant, 0, last_frame);
-  for (const Buffer& buffer : plant.wood)
+  for (const Buffer& buffer : plant.meshes)
     if (buffer.buffer != VK_NULL_HANDLE) retire(buffer, last_frame);
   retire(plant.looks_buffer, last_frame);
   plant = {};
@@ -138,32 +139,53 @@ std::uint64_t RasterPlants::wood_bytes(const WoodMesh& mesh) {
   return 2 * most_list_bytes(mesh.indices.size() / 3);
 }
 
+void RasterPlants::build_mesh_list(PlantLists& plant, std::uint32_t list, WoodMesh mesh) {
+  const bool leaves = list >= kMaxWoodLods;
+  const auto is_known = [&](const coppice::WoodVertex& vertex) { return has_texels(plant.looks, vertex.material); };
+  if (!plant.lit || (leaves && !std::ranges::all_of(mesh.vertices, is_known)))
+    plant.waiting[list] = std::move(mesh);
+  else if (leaves)
+    plant.pending[list] = build_leaf_mesh_list(mesh, {plant.looks, plant.box, plant.light});
+  else
+    plant.pending[list] = build_wood_list(mesh, {static_cast<std::uint32_t>(plant.looks.cards.size()), plant.light});
+}
+
+void RasterPlants::build_waiting(PlantLists& plant) {
+  for (std::uint32_t list = 0; list < kMeshLists; ++list)
+    if (!plant.waiting[list].indices.empty()) build_mesh_list(plant, list, std::exchange(plant.waiting[list], {}));
+}
+
 void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
-  PlantLists& plant = plants_[index];
-  if (!plant.lit) {
-    plant.unlit_wood[lod] = mesh;
-    return;
-  }
-  plant.pending_wood[lod] = build_wood_list(mesh, {static_cast<std::uint32_t>(plant.looks.cards.size()), plant.light});
+  build_mesh_list(plants_[index], lod, mesh);
+}
+
+void RasterPlants::add_leaf_mesh(std::uint32_t index, std::uint32_t chunk, const WoodMesh& mesh) {
+  build_mesh_list(plants_[index], kMaxWoodLods + chunk, mesh);
 }
 
 void RasterPlants::set_light(std::uint32_t index, CrownLight light) {
   PlantLists& plant = plants_[index];
   plant.light = std::move(light);
   plant.lit = true;
-  for (std::uint32_t lod = 0; lod < kMaxWoodLods; ++lod)
-    if (!plant.unlit_wood[lod].indices.empty()) add_wood(index, lod, std::exchange(plant.unlit_wood[lod], {}));
+  build_waiting(plant);
 }
 
 void RasterPlants::drop_wood(std::uint32_t index, std::uint32_t lod, std::uint64_t last_frame) {
+  drop_mesh_list(index, lod, last_frame);
+}
+
+void RasterPlants::drop_leaf_mesh(std::uint32_t index, std::uint32_t chunk, std::uint64_t last_frame) {
+  drop_mesh_list(index, kMaxWoodLods + chunk, last_frame);
+}
+
+void RasterPlants::drop_mesh_list(std::uint32_t index, std::uint32_t list, std::uint64_t last_frame) {
   PlantLists& plant = plants_[index];
   if (!plant.used) return;
-  plant.pending_wood[lod] = {};
-  plant.unlit_wood[lod] = {};
-  if (plant.wood[lod].buffer == VK_NULL_HANDLE) return;
-  retire(plant.wood[lod], last_frame);
-  plant.wood[lod] = {};
-  plant.record.wood_mask &= ~(1u << lod);
+  plant.pending[list] = {};
+  plant.waiting[list] = {};
+  if (plant.meshes[list].buffer == VK_NULL_HANDLE) return;
+  retire(plant.meshes[list], last_frame);
+  plant.meshes[list] = {};
   plant.changed = true;
 }
 
@@ -171,6 +193,7 @@ void RasterPlants::add_texture(std::uint32_t index, std::uint32_t texture, std::
   PlantLists& plant = plants_[index];
   plant.looks_changed = true;
   if (take_texture(plant.looks, texture, chunk)) drop_rungs(plant, 0, last_frame);  // splats hold their colours
+  build_waiting(plant);
 }
 
 void RasterPlants::drop_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t last_frame) {
@@ -243,16 +266,24 @@ void RasterPlants::build_rungs(PlantLists& plant, std::uint32_t leaf_count, std:
   plant.changed = true;
 }
 
-void RasterPlants::build_wood(PlantLists& plant) {
-  for (std::uint32_t lod = 0; lod < kMaxWoodLods; ++lod) {
-    BuiltList& pending = plant.pending_wood[lod];
+void RasterPlants::upload_mesh_lists(PlantLists& plant) {
+  for (std::uint32_t list = 0; list < kMeshLists; ++list) {
+    BuiltList& pending = plant.pending[list];
     if (pending.leaves.empty()) continue;
-    auto buffer = upload(std::span(&pending, 1), std::span(plant.headers).subspan(kRasterLevels + lod, 1));
+    auto buffer = upload(std::span(&pending, 1), std::span(plant.headers).subspan(kRasterLevels + list, 1));
     if (!buffer) continue;
-    plant.wood[lod] = *buffer;
-    plant.record.wood_mask |= 1u << lod;
+    plant.meshes[list] = *buffer;
     plant.changed = true;
     pending = {};
+  }
+  const auto is_there = [&](std::uint32_t list) { return plant.meshes[list].buffer != VK_NULL_HANDLE; };
+  plant.record.wood_mask = plant.record.mesh_clusters = 0;
+  for (std::uint32_t lod = 0; lod < kMaxWoodLods; ++lod)
+    if (is_there(lod)) plant.record.wood_mask |= 1u << lod;
+  plant.record.mesh_count = plant.leaf_mesh_count;
+  for (std::uint32_t chunk = 0; chunk < plant.leaf_mesh_count; ++chunk) {
+    plant.record.mesh_clusters += plant.headers[kRasterMeshes + chunk].cluster_count;
+    if (!is_there(kMaxWoodLods + chunk)) plant.record.mesh_count = 0;
   }
 }
 
@@ -267,7 +298,7 @@ void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom
     PlantLists& plant = plants_[i];
     if (plant.used) {
       build_rungs(plant, leaf_counts[i], allowance, room);
-      build_wood(plant);
+      upload_mesh_lists(plant);
     }
     if (plant.looks_changed) add_copy(plant.looks_buffer.buffer, 0, bytes_of(plant.looks.looks));
     plant.looks_changed = false;
@@ -282,9 +313,10 @@ std::size_t RasterPlants::bytes() const {
   std::size_t sum = 0;
   for (const PlantLists& plant : plants_) {
     sum += plant.pages.capacity() * sizeof(std::span<const PageNode>) + plant.light.cells.capacity() * sizeof(CrownSample);
-    for (const WoodMesh& mesh : plant.unlit_wood)
+    for (const Texels& texels : plant.looks.small) sum += texels.rgba.capacity();
+    for (const WoodMesh& mesh : plant.waiting)
       sum += mesh.vertices.capacity() * sizeof(coppice::WoodVertex) + mesh.indices.capacity() * sizeof(std::uint32_t);
-    for (const BuiltList& list : plant.pending_wood)
+    for (const BuiltList& list : plant.pending)
       sum += list.clusters.capacity() * sizeof(RasterCluster) + list.leaves.capacity() * (sizeof(RasterLeaf) + sizeof(RasterSplat));
   }
   return sum;

@@ -53,6 +53,8 @@ class RasterPlants {
   static std::uint64_t wood_bytes(const WoodMesh& mesh);
   void add_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
   void drop_wood(std::uint32_t plant, std::uint32_t lod, std::uint64_t last_frame);
+  void add_leaf_mesh(std::uint32_t plant, std::uint32_t chunk, const WoodMesh& mesh);
+  void drop_leaf_mesh(std::uint32_t plant, std::uint32_t chunk, std::uint64_t last_frame);
   /// chunk: one that read_texture takes
   void add_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> chunk, std::uint64_t last_frame);
 
@@ -76,6 +78,7 @@ class RasterPlants {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
+  static constexpr std::uint32_t kMeshLists = kRasterLists - kRasterLevels;
   /// Lists that share a buffer; rungs [first, first + count) of the ladder.
   struct Batch {
     Buffer buffer;
@@ -89,16 +92,18 @@ class RasterPlants {
     std::uint32_t leaf_count = 0;  ///< of the whole plant
     LeafBox box;
     CrownLight light;
-    bool lit = false;                  ///< light is what it stays
-    std::vector<WoodMesh> unlit_wood;  ///< [kMaxWoodLods]; what came before the light
+    bool lit = false;               ///< light is what it stays
+    std::vector<WoodMesh> waiting;  ///< [kMeshLists]; what came before the light, or before its textures
     PageNode root;
     std::vector<std::span<const PageNode>> pages;  ///< that are there, from the first on
     PlantLooks looks;
     Buffer looks_buffer;
     std::vector<Batch> batches;
-    std::vector<BuiltList> pending_wood;  ///< [kMaxWoodLods]; no leaves: nothing pending
-    std::vector<Buffer> wood;             ///< [kMaxWoodLods]
-    std::vector<RasterList> headers;      ///< [kRasterLists]
+    /// Of wood LoDs, then of chunks of leaf meshes: lists kRasterLevels on.
+    std::vector<BuiltList> pending;  ///< [kMeshLists]; no leaves: nothing pending
+    std::vector<Buffer> meshes;      ///< [kMeshLists]
+    std::uint32_t leaf_mesh_count = 0;
+    std::vector<RasterList> headers;  ///< [kRasterLists]
     RasterPlant record{};
   };
 
@@ -106,7 +111,10 @@ class RasterPlants {
   void retire(const Buffer& buffer, std::uint64_t last_frame);
   Result<Buffer> upload(std::span<BuiltList> built, std::span<RasterList> headers);
   void build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance, RasterRoom& room);
-  void build_wood(PlantLists& plant);
+  static void build_mesh_list(PlantLists& plant, std::uint32_t list, WoodMesh mesh);
+  static void build_waiting(PlantLists& plant);
+  void upload_mesh_lists(PlantLists& plant);
+  void drop_mesh_list(std::uint32_t plant, std::uint32_t list, std::uint64_t last_frame);
   void drop_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t last_frame);
 
   Device* device_ = nullptr;

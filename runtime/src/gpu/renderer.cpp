@@ -306,6 +306,7 @@ void Renderer::drop_wood(std::uint32_t plant, std::uint32_t lod) {
 
 void Renderer::drop_leaf_mesh(std::uint32_t plant, std::uint32_t index) {
   drop_mesh(plants_[plant].leaf_meshes[index]);
+  if (raster_) raster_->plants().drop_leaf_mesh(plant, index, frame_);
 }
 
 void Renderer::hide_texture(std::uint32_t plant, std::uint32_t texture) {

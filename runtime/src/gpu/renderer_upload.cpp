@@ -127,6 +127,7 @@ Result<void> Renderer::upload_leaf_mesh(std::uint32_t plant_index, std::uint32_t
   COPPICE_ASSERT(plant.used && index < plant.leaf_mesh_count && plant.leaf_meshes[index].buffer.buffer == VK_NULL_HANDLE);
   COPPICE_TRY(leaves, stage_mesh(plant, mesh, ChunkVertex::leaf_mesh));
   plant.leaf_meshes[index] = std::move(leaves);
+  if (raster_ && RasterPlants::wood_bytes(mesh) <= room_bytes()) raster_->plants().add_leaf_mesh(plant_index, index, mesh);
   return {};
 }
 

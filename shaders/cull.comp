@@ -27,15 +27,7 @@ layout(set = 0, binding = 8, scalar) buffer WoodCommandBuffer { DrawCommand wood
 layout(set = 0, binding = 9, scalar) buffer CounterBuffer { Counters counters; };
 
 shared uint group_visible;
-shared uint group_leaves;  // of instances that go straight to the splats
-
-#ifndef COPPICE_RASTER
-bool sphere_in_view(vec3 center, float radius) {
-  for (int i = 0; i < 5; ++i)
-    if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;
-  return true;
-}
-#endif
+shared uint group_leaves;
 
 void add_64(uint word, uint value) {
   // Two words because 64-bit atomics are an optional feature: the low word's wrap is the carry.
@@ -81,6 +73,10 @@ void draw_leaf_meshes(Plant plant, uint slot) {
   add_64(2, plant.leaf_mesh_triangles);
 }
 
+// Of an invocation; main() adds them up for its group.
+uint visible_count = 0;
+uint leaf_sum = 0;  // of instances that leaf_expand.comp does not count
+
 #ifdef COPPICE_RASTER
 // An instance of fewer thresholds across shows no wood: at 10 px a trunk is thinner than a pixel, at 40 px it is a square of 5 px or so.
 const float kWoodlessThresholds = 5.0;
@@ -90,7 +86,6 @@ const float kFacetedWood_px = 400.0;
 // What select() wants of an invocation's instance, appended by main() for all of them together.
 const uint kNothing = 0xffffffffu;
 uint splat_item = kNothing, leaf_item = kNothing, wood_item = kNothing;
-uint visible_count = 0, leaf_sum = 0;
 
 void append_item(uint item) {
   uvec4 which = subgroupBallot(item != kNothing);
@@ -115,33 +110,33 @@ void append_items() {
 // Room in the round's work lists for the clusters of a list. For one of each instance there is room besides.
 bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved, cluster_count) + cluster_count <= kWorkClusters; }
 
-uint raster_leaf_count(Instance instance, uint slot) {
-  uint level = min(last_levels[slot], raster_plants[instance.plant].level_count - 1);
-  return lists[instance.plant * kRasterLists + level].leaf_count;
-}
+bool is_seen(vec3 center, float radius) { return sphere_in_view(center, radius) && (push.round == 0 || !occluded(center, radius)); }
+
+// Whether there are lists of the plant's leaves, and of its leaf meshes.
+bool has_lists(Instance instance) { return raster_plants[instance.plant].level_count > 0; }
+bool has_mesh_lists(Instance instance) { return raster_plants[instance.plant].mesh_count > 0; }
 
 // The rung an instance is drawn with, as far as there are lists.
-struct Rung {
-  uint level;
-  RasterList list;
-};
+uint level_of(Instance instance, uint slot, float cut) {
+  return min(coppice_kept_ladder_level(cut, last_levels[slot]), max(raster_plants[instance.plant].level_count, 1) - 1);
+}
+RasterList level_list(Instance instance, uint level) { return lists[instance.plant * kRasterLists + level]; }
 
-Rung rung_of(Instance instance, uint slot, uint level_count, float cut) {
-  uint level = min(coppice_kept_ladder_level(cut, last_levels[slot]), max(level_count, 1) - 1);
-  return Rung(level, lists[instance.plant * kRasterLists + level]);
+uint raster_leaf_count(Instance instance, uint slot, float cut) { return level_list(instance, level_of(instance, slot, cut)).leaf_count; }
+
+// Whether the leaves of a cut are too small for the hardware, on average.
+bool has_small_leaves(Instance instance, uint slot, float cut, float distance_m) {
+  float leaf_size_m = level_list(instance, level_of(instance, slot, cut)).leaf_size_m;
+  return has_lists(instance) && leaf_size_m * instance.scale * view.focal_px <= hardware_leaf_px() * max(distance_m, view.near_m);
 }
 
-float leaf_px(Rung rung, Instance instance, float distance_m) {
-  return rung.list.leaf_size_m * instance.scale * view.focal_px / max(distance_m, view.near_m);
-}
-
-void raster_leaves(Instance instance, uint slot, Rung rung, float distance_m) {
-  if (view.is_shadow == 0) last_levels[slot] = rung.level;
-  uint level = rung.level;
-  RasterList list = rung.list;
+void raster_leaves(Instance instance, uint slot, float cut, float distance_m) {
+  uint level = level_of(instance, slot, cut);
+  if (view.is_shadow == 0) last_levels[slot] = level;
+  RasterList list = level_list(instance, level);
   if (list.cluster_count > 1 && level > kOneClusterLevel && !reserve(list.cluster_count)) {
     level = kOneClusterLevel;
-    list = lists[instance.plant * kRasterLists + level];
+    list = level_list(instance, level);
   }
   uint item = slot | level << kSlotBits;
   // What is one cluster has been culled with the instance.
@@ -154,10 +149,11 @@ void raster_leaves(Instance instance, uint slot, Rung rung, float distance_m) {
 }
 
 // Whether the rasteriser takes the instance's leaf meshes.
-bool raster_meshes(Instance instance, uint slot) {
-  RasterPlant plant = raster_plants[instance.plant];
-  if (plant.mesh_count == 0 || !reserve(plant.mesh_clusters)) return false;
+bool raster_meshes(Instance instance, uint slot, Plant plant) {
+  if (!has_mesh_lists(instance) || !reserve(raster_plants[instance.plant].mesh_clusters)) return false;
   leaf_item = slot | kRasterMeshes << kSlotBits;
+  leaf_sum += plant.leaf_count;
+  atomicAdd(counters.leaf_mesh_instances, 1);
   return true;
 }
 
@@ -169,6 +165,20 @@ bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) {
     wood_item = slot | list << kSlotBits;
   return true;
 }
+#else
+// The hardware draws everything.
+bool is_seen(vec3 center, float radius) {
+  for (int i = 0; i < 5; ++i)
+    if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;
+  return true;
+}
+bool has_lists(Instance instance) { return false; }
+bool has_mesh_lists(Instance instance) { return false; }
+bool has_small_leaves(Instance instance, uint slot, float cut, float distance_m) { return false; }
+uint raster_leaf_count(Instance instance, uint slot, float cut) { return 0; }
+void raster_leaves(Instance instance, uint slot, float cut, float distance_m) {}
+bool raster_meshes(Instance instance, uint slot, Plant plant) { return false; }
+bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) { return false; }
 #endif
 
 // kMaxWoodLods where there is none to draw.
@@ -224,61 +234,44 @@ void select(uint slot) {
   float size_px = coppice_projected_size_px(distance_m, radius, view.near_m, view.focal_px);
   float threshold_px = coppice_instance_threshold_px(view.error_px, slot);
 
-  bool drawn_by_hardware = true, large = true;
-  bool wood_rasterised = false;
+  bool seen = is_seen(center, radius);
+#ifdef COPPICE_RASTER
+  if (!seen) return;  // the other variant says what the cut would be
+#endif
+
   float resident = float(plant.resident_leaf_count);
   float cut = coppice_drawn_leaf_count(table, size_px, threshold_px);
-
-#ifdef COPPICE_RASTER
-  if (!sphere_in_view(center, radius)) return;
-  if (push.round > 0 && occluded(center, radius)) return;
-  ++visible_count;
-  uint level_count = raster_plants[instance.plant].level_count;
-  Rung rung = rung_of(instance, slot, level_count, min(cut, resident));
-  large = level_count == 0 || leaf_px(rung, instance, distance_m) > hardware_leaf_px();
-#endif
-
-  bool has_meshes = plant.leaf_mesh_count > 0;
-#ifdef COPPICE_RASTER
-  // Without lists of them small leaves are not drawn as modelled: the cut by the table alone.
-  has_meshes = has_meshes && (large || raster_plants[instance.plant].mesh_count > 0);
-#endif
+  bool small = has_small_leaves(instance, slot, min(cut, resident), distance_m);
+  // Small leaves are drawn as modelled only where there are lists of that.
+  bool has_meshes = plant.leaf_mesh_count > 0 && (!small || has_mesh_lists(instance));
   bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, size_px, threshold_px));
-#ifdef COPPICE_RASTER
-  bool meshes_rasterised = meshes && !large && raster_meshes(instance, slot);
-  meshes = meshes && (large || meshes_rasterised);
-#endif
   if (has_meshes && !meshes) cut = coppice_drawn_leaf_count(table, size_px, coppice_cut_threshold_px(table, size_px, threshold_px));
   if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, plant.leaf_count);
   cut = view.lod_full != 0 ? resident : min(cut, resident);
   cuts[slot] = cut;
-  uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
+  if (!seen) return;
 
-#ifdef COPPICE_RASTER
-  drawn_by_hardware = !meshes_rasterised && (meshes || level_count == 0);
-  if (!drawn_by_hardware && !meshes_rasterised) raster_leaves(instance, slot, rung_of(instance, slot, level_count, cut), distance_m);
-  wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
-#else
-  if (!sphere_in_view(center, radius)) return;
-  atomicAdd(group_visible, 1);
-#endif
+  ++visible_count;
+  uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
+  bool meshes_rasterised = meshes && small && raster_meshes(instance, slot, plant);
+  if (small && !meshes_rasterised) meshes = false;
+  bool quads_rasterised = !meshes && has_lists(instance);
+  if (quads_rasterised) raster_leaves(instance, slot, cut, distance_m);
+  bool wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
 
   uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
-#ifdef COPPICE_RASTER
-  if (kDebugged != 0 && !drawn_by_hardware && !meshes) leaf_count = raster_leaf_count(instance, slot);
-  if (meshes_rasterised) {
-    leaf_sum += plant.leaf_count;
-    atomicAdd(counters.leaf_mesh_instances, 1);
+  if (kDebugged != 0) {
+    uint shown_count = quads_rasterised ? raster_leaf_count(instance, slot, cut) : leaf_count;
+    show_debug_color(slot, plant, table, Shown(quads_rasterised || meshes_rasterised, meshes, float(shown_count), size_px));
   }
-#endif
-  if (kDebugged != 0) show_debug_color(slot, plant, table, Shown(!drawn_by_hardware, meshes, float(leaf_count), size_px));
-  if (drawn_by_hardware) {
-    add_64(0, meshes ? plant.leaf_count : leaf_count);
-    add_64(3, meshes ? plant.leaf_mesh_triangles : 2 * leaf_count);
-    if (meshes)
-      draw_leaf_meshes(plant, slot);
-    else
-      draw_leaves(plant, instance.plant, slot, leaf_count);
+  if (meshes && !meshes_rasterised) {
+    add_64(0, plant.leaf_count);
+    add_64(3, plant.leaf_mesh_triangles);
+    draw_leaf_meshes(plant, slot);
+  } else if (!meshes && !quads_rasterised) {
+    add_64(0, leaf_count);
+    add_64(3, 2 * leaf_count);
+    draw_leaves(plant, instance.plant, slot, leaf_count);
   }
   if (wood_lod == kMaxWoodLods || wood_rasterised) return;
   add_64(1, plant.wood_index_counts[wood_lod] / 3);
@@ -296,11 +289,11 @@ void main() {
     if (slot < view.instance_slot_count) select(slot);
     append_items();
   }
-  atomicAdd(group_visible, visible_count);
-  atomicAdd(group_leaves, leaf_sum);
 #else
   if (gl_GlobalInvocationID.x < view.instance_slot_count) select(gl_GlobalInvocationID.x);
 #endif
+  atomicAdd(group_visible, visible_count);
+  atomicAdd(group_leaves, leaf_sum);
   barrier();
   if (gl_LocalInvocationIndex == 0 && group_visible > 0) atomicAdd(counters.visible_instances, group_visible);
   if (gl_LocalInvocationIndex == 0 && group_leaves > 0) add_64(0, group_leaves);

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame_uniforms.h"
 
-// Whether there are shadow maps. A constant: software drivers run both sides of a branch.
-layout(constant_id = 0) const bool kShadowMaps = false;
+// Shadow maps: 0 none, 1 looked at once, 2 with soft edges. A constant: software drivers run both sides of a branch.
+layout(constant_id = 0) const uint kShadowMaps = 0;
 
 layout(set = 0, binding = 0) uniform Frame { FrameUniforms frame; };
 layout(set = 0, binding = 1) uniform sampler2D ground_map;
@@ -36,6 +36,7 @@ float sun_in_map(sampler2D map, vec3 place) {
 
 // Four of them about a place: edges of one and a half texels.
 float soft_sun_in_map(sampler2D map, vec3 place) {
+  if (kShadowMaps == 1) return sun_in_map(map, place);
   vec2 texel = 0.75 / vec2(textureSize(map, 0));
   return 0.25 * (sun_in_map(map, place + vec3(texel, 0.0)) + sun_in_map(map, place - vec3(texel, 0.0)) +
                  sun_in_map(map, place + vec3(texel.x, -texel.y, 0.0)) + sun_in_map(map, place - vec3(texel.x, -texel.y, 0.0)));
@@ -49,7 +50,7 @@ bool is_in_map(vec3 place) { return all(lessThan(abs(place.xy - 0.5), vec2(0.49)
 
 // Share of the sun at a place that casts no shadow itself. unmapped: where there is no map
 float sunlight(vec3 world, float unmapped) {
-  return unmapped;
+  if (kShadowMaps == 0) return unmapped;
   vec3 place = place_in_map(0, world);
   if (is_in_map(place)) return soft_sun_in_map(shadow_map_0, place);
   place = place_in_map(1, world);

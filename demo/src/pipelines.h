@@ -17,7 +17,7 @@ struct PipelineDesc {
   VkFormat depth_format = VK_FORMAT_UNDEFINED;         ///< undefined: no depth test
   bool depth_write = true;                             ///< the test is reversed depth, GREATER_OR_EQUAL
   bool alpha_blend = false;
-  VkBool32 fragment_constant = VK_FALSE;  ///< constant 0 of the fragment shader, where it has one
+  std::uint32_t fragment_constant = 0;  ///< constant 0 of the fragment shader, where it has one
   std::span<const VkVertexInputBindingDescription> bindings;
   std::span<const VkVertexInputAttributeDescription> attributes;
 };

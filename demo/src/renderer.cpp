@@ -84,7 +84,7 @@ void create_ground_pipelines(Renderer& renderer) {
   desc.layout = renderer.pipeline_layout;
   desc.color_format = Renderer::kSceneFormat;
   desc.depth_format = Renderer::kDepthFormat;
-  desc.fragment_constant = renderer.shadows != nullptr;  // kShadowMaps of frame.glsl
+  if (renderer.shadows) desc.fragment_constant = renderer.device.software ? 1 : 2;  // kShadowMaps of frame.glsl
   const VkVertexInputBindingDescription vertex{0, sizeof(TerrainVertex), VK_VERTEX_INPUT_RATE_VERTEX};
   const std::array<VkVertexInputAttributeDescription, 2> vertex_attributes = {
       {{0, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(TerrainVertex, position)},

@@ -208,6 +208,29 @@ TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
   EXPECT_LT(rmse(four, reference), 0.8 * rmse(one, reference)) << "else the pictures do not show what samples do";
 }
 
+TEST(CoppiceForest, PlantsCastShadowsOnTheGround) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder);
+  std::ofstream(folder / "still.txt") << "0 0 6 8 0 -35\n";
+  const auto picture_with = [&](const std::string& option) {
+    const fs::path png = folder / (option + ".png").c_str();
+    std::vector<std::string> arguments = headless_forest(plant, png);
+    arguments.insert(arguments.end(), {"--camera", folder / "still.txt", option});
+    const ProcessResult result = run_process(COPPICE_FOREST, arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("validation messages  0"), std::string::npos) << result.out << result.err;
+    return coppice::test::read_png(png);
+  };
+  const Picture with = picture_with("--shadows"), without = picture_with("--no-shadows");
+  ASSERT_EQ(with.rgba.size(), without.rgba.size());
+  // Plants shade themselves alike with maps and without; what gets darker is ground.
+  std::size_t darker = 0;
+  for (std::size_t i = 0; i < with.rgba.size(); i += 4)
+    darker += with.rgba[i] + 25 < without.rgba[i] && with.rgba[i + 1] + 25 < without.rgba[i + 1];
+  EXPECT_GT(darker, with.rgba.size() / 4 / 400);
+  EXPECT_LT(darker, with.rgba.size() / 4 / 4);
+}
+
 TEST(CoppiceForest, DebugViewsColourPlantsByWhatDrawsThem) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), png = folder / "view.png";

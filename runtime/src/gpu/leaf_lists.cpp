@@ -207,10 +207,10 @@ RasterSplat splat_of(const Entry& entry, std::uint32_t grain, const RasterList& 
       .xy = words[0] | words[1] << 16, .z_size = words[2] | words[3] << 16, .normals = packed_normals(entry), .look = packed_look(entry)};
 }
 
-RasterCluster bound(std::span<const Entry> entries, std::uint32_t first_leaf) {
-  Point low = entries[0].corners[0], high = low;
-  for (const Entry& entry : entries)
-    for (const Point& corner : entry.corners)
+RasterCluster bound(std::span<const Entry* const> entries, std::uint32_t first_leaf) {
+  Point low = entries[0]->corners[0], high = low;
+  for (const Entry* entry : entries)
+    for (const Point& corner : entry->corners)
       for (std::size_t axis = 0; axis < 3; ++axis) {
         low[axis] = std::min(low[axis], corner[axis]);
         high[axis] = std::max(high[axis], corner[axis]);
@@ -220,49 +220,54 @@ RasterCluster bound(std::span<const Entry> entries, std::uint32_t first_leaf) {
       .center = {center[0], center[1], center[2]}, .first_leaf = first_leaf, .leaf_count = static_cast<std::uint32_t>(entries.size())};
   CrownSample light;
   float area_m2 = 0;
-  for (const Entry& entry : entries) {
-    for (const Point& corner : entry.corners) cluster.radius_m = std::max(cluster.radius_m, length(corner - center));
-    cluster.grain_m = std::max(cluster.grain_m, entry.grain_m);
-    cluster.splat_count += entry.grain_count;
+  for (const Entry* entry : entries) {
+    for (const Point& corner : entry->corners) cluster.radius_m = std::max(cluster.radius_m, length(corner - center));
+    cluster.grain_m = std::max(cluster.grain_m, entry->grain_m);
+    cluster.splat_count += entry->grain_count;
     const float share = 1.0f / static_cast<float>(entries.size());
-    cluster.bulk += share * entry.bulk;
-    area_m2 += share * entry.area_m2;
-    light.depth += share * entry.light.depth;
-    for (std::size_t axis = 0; axis < 3; ++axis) light.slope[axis] += share * entry.light.slope[axis];
+    cluster.bulk += share * entry->bulk;
+    area_m2 += share * entry->area_m2;
+    light.depth += share * entry->light.depth;
+    for (std::size_t axis = 0; axis < 3; ++axis) light.slope[axis] += share * entry->light.slope[axis];
   }
   cluster.crown = pack_crown(light);
   cluster.leaf_size_m = std::sqrt(area_m2);
   return cluster;
 }
 
-/// Appends the clusters of some entries, which it sorts.
-void add_clusters(BuiltList& list, std::span<Entry> entries) {
-  std::ranges::sort(entries, [](const Entry& a, const Entry& b) {
-    if (a.size_class != b.size_class) return a.size_class < b.size_class;
-    return a.place != b.place ? a.place < b.place : a.id < b.id;
-  });
-  const std::size_t count = (entries.size() + kClusterLeaves - 1) / kClusterLeaves;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t first = entries.size() * i / count, end = entries.size() * (i + 1) / count;
-    const std::span<Entry> members = entries.subspan(first, end - first);
-    std::ranges::sort(members, [](const Entry& a, const Entry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; });
-    RasterCluster cluster = bound(members, static_cast<std::uint32_t>(list.leaves.size()));
-    cluster.first_splat = static_cast<std::uint32_t>(list.splats.size());
-    cluster.card = members[0].leaf.card;
-    list.header.grain_m = std::max(list.header.grain_m, cluster.grain_m);
-    list.clusters.push_back(cluster);
-    for (const Entry& entry : members) {
-      list.leaves.push_back(entry.leaf);
-      list.leaves.back().normals = packed_normals(entry);
-      list.leaves.back().look = packed_look(entry);
-      list.leaves.back().crown = pack_crown(entry.light);
-      for (std::uint32_t grain = 0; grain < entry.grain_count; ++grain) list.splats.push_back(splat_of(entry, grain, list.header));
-    }
+/// Appends a cluster. Its leaves are sorted by size: invocations side by side take as long as the slowest.
+void add_cluster(BuiltList& list, std::span<const Entry*> members) {
+  std::ranges::sort(members, [](const Entry* a, const Entry* b) { return a->size_m != b->size_m ? a->size_m > b->size_m : a->id < b->id; });
+  RasterCluster cluster = bound(members, static_cast<std::uint32_t>(list.leaves.size()));
+  cluster.first_splat = static_cast<std::uint32_t>(list.splats.size());
+  cluster.card = members[0]->leaf.card;
+  list.header.grain_m = std::max(list.header.grain_m, cluster.grain_m);
+  list.clusters.push_back(cluster);
+  for (const Entry* entry : members) {
+    list.leaves.push_back(entry->leaf);
+    list.leaves.back().normals = packed_normals(*entry);
+    list.leaves.back().look = packed_look(*entry);
+    list.leaves.back().crown = pack_crown(entry->light);
+    for (std::uint32_t grain = 0; grain < entry->grain_count; ++grain) list.splats.push_back(splat_of(*entry, grain, list.header));
   }
 }
 
+/// The order of leaves that clusters are cut from: neighbours of a material and a size side by side.
+struct Place {
+  std::array<std::uint32_t, 4> key{};  ///< material, size class, place, id
+  const Entry* entry = nullptr;
+};
+
+std::vector<Place> places_of(std::span<const Entry> entries) {
+  std::vector<Place> places;
+  places.reserve(entries.size());
+  for (const Entry& entry : entries) places.push_back({{entry.material, entry.size_class, entry.place, entry.id}, &entry});
+  std::ranges::sort(places, {}, &Place::key);
+  return places;
+}
+
 /// Cuts the entries into clusters of about equal size; those of wood are of one material.
-BuiltList finish(std::vector<Entry>& entries, const RasterList& box, float largest) {
+BuiltList finish(std::span<const Entry> entries, const RasterList& box, float largest) {
   BuiltList list{.header = box};
   for (auto [step, splat_step] :
        {std::pair{box.box_step.x, &list.header.splat_step.x}, std::pair{box.box_step.y, &list.header.splat_step.y},
@@ -273,10 +278,17 @@ BuiltList finish(std::vector<Entry>& entries, const RasterList& box, float large
     list.header.splat_size_m = std::max(list.header.splat_size_m, std::sqrt(entry.covered_m2));
     area_m2 += static_cast<double>(entry.area_m2);
   }
-  std::ranges::stable_sort(entries, {}, &Entry::material);
-  for (auto first = entries.begin(); first != entries.end();) {
-    const auto end = std::find_if(first, entries.end(), [&](const Entry& entry) { return entry.material != first->material; });
-    add_clusters(list, {first, end});
+  const std::vector<Place> places = places_of(entries);
+  list.leaves.reserve(entries.size());
+  for (auto first = places.begin(); first != places.end();) {
+    const auto end = std::find_if(first, places.end(), [&](const Place& place) { return place.key[0] != first->key[0]; });
+    const auto leaves = static_cast<std::size_t>(end - first), count = (leaves + kClusterLeaves - 1) / kClusterLeaves;
+    for (std::size_t i = 0; i < count; ++i) {
+      std::vector<const Entry*> members;
+      for (std::size_t at = leaves * i / count; at < leaves * (i + 1) / count; ++at)
+        members.push_back((first + static_cast<std::ptrdiff_t>(at))->entry);
+      add_cluster(list, members);
+    }
     first = end;
   }
   list.header.leaf_count = static_cast<std::uint32_t>(list.leaves.size());

@@ -8,8 +8,8 @@ layout(location = 0) in vec2 clip;
 layout(location = 0) out vec4 out_color;
 
 // Shoulder and toe of a film: about linear in the middle, contrast in the darks, highlights that never clip hard. Narkowicz's fit of the
-// ACES curve and sRGB's encoding in one ratio of polynomials in the root, within 0.9 of 255 of both: software drivers take three times as
-// long for three powers.
+// ACES curve and sRGB's encoding in one ratio of polynomials in the root, within 0.9 of 255 of both: three powers would be half of the
+// pass on a software driver.
 vec3 displayed(vec3 x) {
   vec3 root = sqrt(x);
   return clamp(root * (5.94607 * root - 0.10405) / (root * (5.96129 * root - 0.52916) + 1.0), 0.0, 1.0);

@@ -139,28 +139,40 @@ std::uint64_t RasterPlants::wood_bytes(const WoodMesh& mesh) {
   return 2 * most_list_bytes(mesh.indices.size() / 3);
 }
 
-void RasterPlants::build_mesh_list(PlantLists& plant, std::uint32_t list, WoodMesh mesh) {
-  const bool leaves = list >= kMaxWoodLods;
+bool RasterPlants::is_ready(const PlantLists& plant, std::uint32_t list, const WoodMesh& mesh) {
   const auto is_known = [&](const coppice::WoodVertex& vertex) { return has_texels(plant.looks, vertex.material); };
-  if (!plant.lit || (leaves && !std::ranges::all_of(mesh.vertices, is_known)))
-    plant.waiting[list] = std::move(mesh);
-  else if (leaves)
-    plant.pending[list] = build_leaf_mesh_list(mesh, {plant.looks, plant.box, plant.light});
-  else
+  return plant.lit && (list < kMaxWoodLods || std::ranges::all_of(mesh.vertices, is_known));
+}
+
+void RasterPlants::build_mesh_list(PlantLists& plant, std::uint32_t list, const WoodMesh& mesh) {
+  if (list < kMaxWoodLods)
     plant.pending[list] = build_wood_list(mesh, {static_cast<std::uint32_t>(plant.looks.cards.size()), plant.light});
+  else
+    plant.pending[list] = build_leaf_mesh_list(mesh, {plant.looks, plant.box, plant.light});
+}
+
+void RasterPlants::add_mesh(PlantLists& plant, std::uint32_t list, const WoodMesh& mesh) {
+  if (is_ready(plant, list, mesh))
+    build_mesh_list(plant, list, mesh);
+  else
+    plant.waiting[list] = mesh;
 }
 
 void RasterPlants::build_waiting(PlantLists& plant) {
-  for (std::uint32_t list = 0; list < kMeshLists; ++list)
-    if (!plant.waiting[list].indices.empty()) build_mesh_list(plant, list, std::exchange(plant.waiting[list], {}));
+  for (std::uint32_t list = 0; list < kMeshLists; ++list) {
+    WoodMesh& mesh = plant.waiting[list];
+    if (mesh.indices.empty() || !is_ready(plant, list, mesh)) continue;
+    build_mesh_list(plant, list, mesh);
+    mesh = {};
+  }
 }
 
 void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
-  build_mesh_list(plants_[index], lod, mesh);
+  add_mesh(plants_[index], lod, mesh);
 }
 
 void RasterPlants::add_leaf_mesh(std::uint32_t index, std::uint32_t chunk, const WoodMesh& mesh) {
-  build_mesh_list(plants_[index], kMaxWoodLods + chunk, mesh);
+  add_mesh(plants_[index], kMaxWoodLods + chunk, mesh);
 }
 
 void RasterPlants::set_light(std::uint32_t index, CrownLight light) {
@@ -266,10 +278,16 @@ void RasterPlants::build_rungs(PlantLists& plant, std::uint32_t leaf_count, std:
   plant.changed = true;
 }
 
-void RasterPlants::upload_mesh_lists(PlantLists& plant) {
+void RasterPlants::upload_mesh_lists(PlantLists& plant, RasterRoom& room) {
   for (std::uint32_t list = 0; list < kMeshLists; ++list) {
     BuiltList& pending = plant.pending[list];
     if (pending.leaves.empty()) continue;
+    // Wood has had its room kept since it was uploaded; leaf meshes wait for theirs.
+    const std::uint64_t bytes = most_list_bytes(pending.leaves.size());
+    if (list >= kMaxWoodLods && !take_room(room, bytes)) {
+      lacking_bytes_ = std::max(lacking_bytes_, 2 * bytes);
+      continue;
+    }
     auto buffer = upload(std::span(&pending, 1), std::span(plant.headers).subspan(kRasterLevels + list, 1));
     if (!buffer) continue;
     plant.meshes[list] = *buffer;
@@ -298,7 +316,7 @@ void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom
     PlantLists& plant = plants_[i];
     if (plant.used) {
       build_rungs(plant, leaf_counts[i], allowance, room);
-      upload_mesh_lists(plant);
+      upload_mesh_lists(plant, room);
     }
     if (plant.looks_changed) add_copy(plant.looks_buffer.buffer, 0, bytes_of(plant.looks.looks));
     plant.looks_changed = false;

@@ -111,9 +111,11 @@ class RasterPlants {
   void retire(const Buffer& buffer, std::uint64_t last_frame);
   Result<Buffer> upload(std::span<BuiltList> built, std::span<RasterList> headers);
   void build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance, RasterRoom& room);
-  static void build_mesh_list(PlantLists& plant, std::uint32_t list, WoodMesh mesh);
+  static bool is_ready(const PlantLists& plant, std::uint32_t list, const WoodMesh& mesh);
+  static void build_mesh_list(PlantLists& plant, std::uint32_t list, const WoodMesh& mesh);
+  static void add_mesh(PlantLists& plant, std::uint32_t list, const WoodMesh& mesh);
   static void build_waiting(PlantLists& plant);
-  void upload_mesh_lists(PlantLists& plant);
+  void upload_mesh_lists(PlantLists& plant, RasterRoom& room);
   void drop_mesh_list(std::uint32_t plant, std::uint32_t list, std::uint64_t last_frame);
   void drop_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t last_frame);
 

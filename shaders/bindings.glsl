@@ -40,3 +40,9 @@ vec3 rotate(vec4 quaternion, vec3 v) {
 }
 
 vec3 world_from_object(Instance instance, vec3 p) { return instance.position + rotate(instance.rotation, instance.scale * p); }
+
+bool sphere_in_view(vec3 center, float radius) {
+  for (int i = 0; i < 5; ++i)
+    if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;
+  return true;
+}

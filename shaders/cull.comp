@@ -8,7 +8,8 @@
 // dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::record_cull
 
 // COPPICE_RASTER is defined for the variant of the compute rasteriser: it looks at the blocks that leaf_blocks.comp found, one group each
-// (dispatch: indirect), skips what earlier rounds hide, and gives instances to the rasteriser instead of the draws: all but those of large leaf meshes.
+// (dispatch: indirect), skips what earlier rounds hide, and gives instances to the rasteriser instead of the draws: all but those of large
+// leaf meshes.
 
 #define COPPICE_CULL_ACCESS
 #include "bindings.glsl"
@@ -16,6 +17,7 @@
 #include "raster.glsl"
 #endif
 
+#include "counters.glsl"
 #include "debug_view.glsl"
 
 layout(local_size_x = kCullGroupSize) in;
@@ -24,23 +26,9 @@ layout(constant_id = 0) const uint kDebugged = 0;  // 1: with colours for view.d
 layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
 layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
 layout(set = 0, binding = 8, scalar) buffer WoodCommandBuffer { DrawCommand wood_commands[]; };
-layout(set = 0, binding = 9, scalar) buffer CounterBuffer { Counters counters; };
 
 shared uint group_visible;
 shared uint group_leaves;
-
-void add_64(uint word, uint value) {
-  // Two words because 64-bit atomics are an optional feature: the low word's wrap is the carry.
-  if (word == 0) {
-    if (atomicAdd(counters.leaves[0], value) > 0xffffffffu - value) atomicAdd(counters.leaves[1], 1);
-  } else if (word == 2) {
-    if (atomicAdd(counters.leaf_mesh_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.leaf_mesh_triangles[1], 1);
-  } else if (word == 3) {
-    if (atomicAdd(counters.hardware_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.hardware_triangles[1], 1);
-  } else {
-    if (atomicAdd(counters.wood_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.wood_triangles[1], 1);
-  }
-}
 
 void draw_leaves(Plant plant, uint plant_index, uint slot, uint leaf_count) {
   uint node_count = 2 * leaf_count - 1;
@@ -70,7 +58,7 @@ void draw_leaf_meshes(Plant plant, uint slot) {
   for (uint i = 1; i < plant.leaf_mesh_count; ++i) atomicAdd(wood_commands[plant.leaf_mesh_command_base + i].instance_count, 1);
   wood_list[plant.leaf_mesh_list_base + place] = slot;
   atomicAdd(counters.leaf_mesh_instances, 1);
-  add_64(2, plant.leaf_mesh_triangles);
+  COPPICE_COUNT(leaf_mesh_triangles, plant.leaf_mesh_triangles)
 }
 
 // Of an invocation; main() adds them up for its group.
@@ -167,11 +155,7 @@ bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) {
 }
 #else
 // The hardware draws everything.
-bool is_seen(vec3 center, float radius) {
-  for (int i = 0; i < 5; ++i)
-    if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;
-  return true;
-}
+bool is_seen(vec3 center, float radius) { return sphere_in_view(center, radius); }
 bool has_lists(Instance instance) { return false; }
 bool has_mesh_lists(Instance instance) { return false; }
 bool has_small_leaves(Instance instance, uint slot, float cut, float distance_m) { return false; }
@@ -265,17 +249,17 @@ void select(uint slot) {
     show_debug_color(slot, plant, table, Shown(quads_rasterised || meshes_rasterised, meshes, float(shown_count), size_px));
   }
   if (meshes && !meshes_rasterised) {
-    add_64(0, plant.leaf_count);
-    add_64(3, plant.leaf_mesh_triangles);
+    COPPICE_COUNT(leaves, plant.leaf_count)
+    COPPICE_COUNT(hardware_triangles, plant.leaf_mesh_triangles)
     draw_leaf_meshes(plant, slot);
   } else if (!meshes && !quads_rasterised) {
-    add_64(0, leaf_count);
-    add_64(3, 2 * leaf_count);
+    COPPICE_COUNT(leaves, leaf_count)
+    COPPICE_COUNT(hardware_triangles, 2 * leaf_count)
     draw_leaves(plant, instance.plant, slot, leaf_count);
   }
   if (wood_lod == kMaxWoodLods || wood_rasterised) return;
-  add_64(1, plant.wood_index_counts[wood_lod] / 3);
-  add_64(3, plant.wood_index_counts[wood_lod] / 3);
+  COPPICE_COUNT(wood_triangles, plant.wood_index_counts[wood_lod] / 3)
+  COPPICE_COUNT(hardware_triangles, plant.wood_index_counts[wood_lod] / 3)
   draw_wood(plant, instance.plant, slot, wood_lod);
 }
 
@@ -296,5 +280,5 @@ void main() {
   atomicAdd(group_leaves, leaf_sum);
   barrier();
   if (gl_LocalInvocationIndex == 0 && group_visible > 0) atomicAdd(counters.visible_instances, group_visible);
-  if (gl_LocalInvocationIndex == 0 && group_leaves > 0) add_64(0, group_leaves);
+  if (gl_LocalInvocationIndex == 0) COPPICE_COUNT(leaves, group_leaves)
 }

@@ -9,25 +9,12 @@
 
 #include "bindings.glsl"
 #include "raster.glsl"
+#include "counters.glsl"
 
 layout(local_size_x_id = 1) in;
 
 layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
 layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
-layout(set = 0, binding = 9, scalar) buffer CounterBuffer { Counters counters; };
-
-void count_leaves(uint value) {
-  if (value > 0 && atomicAdd(counters.leaves[0], value) > 0xffffffffu - value) atomicAdd(counters.leaves[1], 1);
-}
-void count_wood(uint value) {
-  if (value > 0 && atomicAdd(counters.wood_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.wood_triangles[1], 1);
-}
-void count_leaf_mesh(uint value) {
-  if (value > 0 && atomicAdd(counters.leaf_mesh_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.leaf_mesh_triangles[1], 1);
-}
-void count_hardware(uint value) {
-  if (value > 0 && atomicAdd(counters.hardware_triangles[0], value) > 0xffffffffu - value) atomicAdd(counters.hardware_triangles[1], 1);
-}
 
 void append_leaves(bool some, uint item, uint cluster) {
   uvec4 which = subgroupBallot(some);
@@ -89,10 +76,10 @@ void expand(uint item) {
   uvec2 drawn = uvec2(0);
   for (uint i = 0; i < list_count; ++i) drawn += expand_list(item + (i << kSlotBits), instance);
   bool quads = list_of(item) < kRasterLevels;
-  count_leaves(quads ? drawn.x : 0);
-  count_leaf_mesh(meshes ? drawn.x : 0);
-  count_wood(quads || meshes ? 0 : drawn.x);
-  count_hardware(2 * drawn.y);
+  if (quads) COPPICE_COUNT(leaves, drawn.x)
+  else if (meshes) COPPICE_COUNT(leaf_mesh_triangles, drawn.x)
+  else COPPICE_COUNT(wood_triangles, drawn.x)
+  COPPICE_COUNT(hardware_triangles, 2 * drawn.y)
 }
 
 void main() {

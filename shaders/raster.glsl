@@ -105,12 +105,6 @@ bool occluded(vec3 center, float radius_m) {
   return floatBitsToUint(depth_key(1.0 / nearest)) < farthest;
 }
 
-bool sphere_in_view(vec3 center, float radius) {
-  for (int i = 0; i < 5; ++i)
-    if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;
-  return true;
-}
-
 // A unit vector from its place on the octahedron.
 vec3 unfold(vec2 e) {
   vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));

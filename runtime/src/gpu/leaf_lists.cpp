@@ -64,7 +64,6 @@ struct Entry {
   float grain_m = 0;
   float area_m2 = 0;
   bool is_wood = false;
-  std::uint32_t material = 0;  ///< of triangles: clusters are of one
   // Of its splat.
   Point normal{}, face{};
   Point albedo{};
@@ -252,16 +251,17 @@ void add_cluster(BuiltList& list, std::span<const Entry*> members) {
   }
 }
 
-/// The order of leaves that clusters are cut from: neighbours of a material and a size side by side.
+/// The order of leaves that clusters are cut from: neighbours of a size, of wood also of a material, side by side.
 struct Place {
-  std::array<std::uint32_t, 4> key{};  ///< material, size class, place, id
+  std::array<std::uint32_t, 4> key{};  ///< of wood its card, size class, place, id
   const Entry* entry = nullptr;
 };
 
 std::vector<Place> places_of(std::span<const Entry> entries) {
   std::vector<Place> places;
   places.reserve(entries.size());
-  for (const Entry& entry : entries) places.push_back({{entry.material, entry.size_class, entry.place, entry.id}, &entry});
+  for (const Entry& entry : entries)
+    places.push_back({{entry.is_wood ? entry.leaf.card : 0, entry.size_class, entry.place, entry.id}, &entry});
   std::ranges::sort(places, {}, &Place::key);
   return places;
 }
@@ -353,7 +353,7 @@ Triangles triangles_of(const WoodMesh& mesh, std::uint32_t first_material, const
     }
     Entry entry = make_entry(quantised, kLargest, triangles.box);
     entry.id = static_cast<std::uint32_t>(i / 3);
-    entry.material = entry.leaf.card = first_material + mesh.vertices[mesh.indices[i]].material;
+    entry.leaf.card = first_material + mesh.vertices[mesh.indices[i]].material;
     entry.normal = normal;
     entry.covered_m2 = entry.area_m2;
     entry.light = light.at((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
@@ -392,10 +392,9 @@ BuiltList build_leaf_mesh_list(const WoodMesh& mesh, const LeafMeshSource& sourc
     for (std::size_t axis = 0; axis < 3; ++axis) place[axis] = low[axis] + step[axis] * static_cast<float>(stalk[axis]);
     const Point middle = (entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f);
     entry.face = entry.normal;
-    entry.normal = lit_normal(crown, middle, entry.face, source.looks.looks[entry.material].crown_normals);
+    entry.normal = lit_normal(crown, middle, entry.face, source.looks.looks[entry.leaf.card].crown_normals);
     const Point varied = variation(crown.place(place), {stalk[0], stalk[1], stalk[2]});
     entry.albedo = {look.albedo[0] * varied[0], look.albedo[1] * varied[1], look.albedo[2] * varied[2]};
-    entry.material = 0;
     area_m2 += entry.area_m2;
     if (look.coverage > 0.0f && look.coverage < 1.0f) partial_m2 += entry.area_m2;
     return look.coverage < 0.5f;

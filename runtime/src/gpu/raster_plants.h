@@ -49,7 +49,7 @@ class RasterPlants {
   /// Measured from page 0, before add_page has it. A plant without pages needs none.
   void set_light(std::uint32_t plant, CrownLight light);
   void drop_page(std::uint32_t plant, std::uint32_t page, std::uint64_t last_frame);
-  /// What add_wood takes until it is on the device, at most.
+  /// What add_wood or add_leaf_mesh takes until it is on the device, at most.
   static std::uint64_t wood_bytes(const WoodMesh& mesh);
   void add_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
   void drop_wood(std::uint32_t plant, std::uint32_t lod, std::uint64_t last_frame);

@@ -44,7 +44,7 @@ std::uint32_t generation_of(coppice_plant plant) {
   return static_cast<std::uint32_t>(plant >> 32);
 }
 
-Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc) {
+Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc, const coppice_jobs& jobs) {
   COPPICE_TRY(device, gpu::open_device(desc.instance, desc.physical_device, desc.device, desc.get_instance_proc_addr));
   device.block_textures = desc.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
   return gpu::Renderer::create({.device = device,
@@ -59,7 +59,8 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
                                 .max_plants = desc.max_plants + kReloadSlots,
                                 .compute_raster = desc.compute_raster == VK_TRUE,
                                 .int64_atomics = desc.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
-                                .pass_times = desc.pass_times == VK_TRUE});
+                                .pass_times = desc.pass_times == VK_TRUE,
+                                .jobs = jobs});
 }
 
 }  // namespace
@@ -70,7 +71,7 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   const std::uint32_t slot_count = desc.max_plants + kReloadSlots;
   COPPICE_TRY(hooks, complete_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
   context->hooks_ = std::move(hooks);
-  COPPICE_TRY(renderer, create_renderer(desc));
+  COPPICE_TRY(renderer, create_renderer(desc, context->hooks_.hooks.jobs));
   context->renderer_ = std::move(renderer);
   COPPICE_TRY(instances, gpu::InstanceTable::create(context->hooks_.hooks.allocator, desc.max_instances, slot_count));
   context->instances_ = std::move(instances);
@@ -368,7 +369,7 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.pages_loaded = streaming.chunks_loaded;
   stats.pages_evicted = streaming.chunks_evicted;
   stats.pages_failed = streaming.chunks_failed;
-  stats.pages_in_flight = streaming.chunks_in_flight;
+  stats.pages_in_flight = streaming.chunks_in_flight + renderer_->lists_in_flight();
   stats.pages_wanted = streaming.chunks_wanted;
   stats.threshold_px = streaming.threshold_px;
   stats.pages_queued = streaming.chunks_queued;

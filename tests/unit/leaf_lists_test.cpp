@@ -12,7 +12,6 @@
 
 #include "coppice/format.h"
 #include "coppice_lod.h"
-#include "page_spans.h"
 #include "random_tree.h"
 
 namespace coppice::gpu {
@@ -23,7 +22,6 @@ using Corners = std::array<std::uint32_t, 6>;
 /// A crown of 700 leaves in the box [-1, 1]^3, quantised as the runtime has it.
 struct Crown {
   std::vector<PageNode> nodes;
-  std::vector<std::span<const PageNode>> pages;
   std::vector<RasterCard> looks{{{0.2f, 0.4f, 0.1f}, 1.0f, {~0u, ~0u}, 0.5f}, {{0.3f, 0.3f, 0.1f}, 0.5f, {~0u, 0u}, 0.5f}};
   CrownLight light;
 
@@ -43,14 +41,13 @@ struct Crown {
       }
       nodes.push_back({quad, static_cast<std::uint32_t>(id % 2), plant.tree.node_split[id]});
     }
-    pages = test::page_spans(nodes);
     light = measure_crown({nodes, std::vector{1.0f, 0.5f}, box()}, 700);
   }
   static LeafBox box() {
     constexpr float kStep = 2.0f / COPPICE_QUANTISED_MAX;
     return {{-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}, COPPICE_QUANTISED_MAX};
   }
-  [[nodiscard]] LeafSource source() const { return {nodes[0], pages, looks, box(), light, 700}; }
+  [[nodiscard]] LeafSource source() const { return {nodes, looks, box(), light, 700}; }
 };
 
 Corners packed(const QuantisedQuad& quad) {

@@ -72,9 +72,10 @@ typedef struct coppice_allocator {
   void (*free)(void* user, void* pointer, size_t bytes);
 } coppice_allocator;
 
-/* Where decoding runs. submit is called from the thread inside coppice_frame_begin; it may run `function(argument)` on any thread, or
- * inline before it returns (tests do: deterministic). Every submitted function must run before the context is destroyed:
- * coppice_context_destroy waits for them. May not call back into Coppice other than through `function`. */
+/* Where decoding runs, and the sorting of leaves for compute_raster. submit is called from the thread inside coppice_frame_begin or
+ * coppice_record_upload; it may run `function(argument)` on any thread, or inline before it returns (tests do: deterministic). Every
+ * submitted function must run before the context is destroyed: coppice_context_destroy waits for them. May not call back into Coppice
+ * other than through `function`. */
 typedef struct coppice_jobs {
   void* user;
   void (*submit)(void* user, void (*function)(void* argument), void* argument);
@@ -442,7 +443,7 @@ typedef struct coppice_stats {
   uint64_t pages_loaded; /* since creation; foliage pages, wood LoDs, textures and leaf meshes, here and below */
   uint64_t pages_evicted;
   uint64_t pages_failed;
-  uint32_t pages_in_flight;          /* reading or decoding */
+  uint32_t pages_in_flight;          /* reading, decoding or being sorted for compute_raster */
   uint32_t pages_wanted;             /* wanted by the view at threshold_px but not resident */
   uint32_t leaf_mesh_instance_count; /* visible instances that are drawn with their leaves as modelled, not as quads */
   uint64_t drawn_leaf_mesh_triangle_count;

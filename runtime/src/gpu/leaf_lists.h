@@ -25,18 +25,13 @@ struct BuiltList {
   std::vector<RasterSplat> splats;  ///< the same leaves
 };
 
-/// The nodes that are resident.
+/// What a cut is built from.
 struct LeafSource {
-  PageNode root;
-  std::span<const std::span<const PageNode>> pages;  ///< kPageNodes nodes each, but for the last: nodes 1 .. 2m - 2 or more
-  std::span<const RasterCard> looks;                 ///< of the cards
+  std::span<const PageNode> nodes;    ///< from node 0 on, those of the cut or more
+  std::span<const RasterCard> looks;  ///< of the cards
   LeafBox box;
   const CrownLight& light;
   std::uint32_t plant_leaf_count = 1;  ///< of the whole plant
-
-  [[nodiscard]] const PageNode& node(std::uint32_t id) const {
-    return id == 0 ? root : pages[(id - 1) / kPageNodes][(id - 1) % kPageNodes];
-  }
 };
 
 /// The leaves of cut(leaf_count). 1 <= leaf_count <= N

@@ -118,7 +118,7 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, desc));
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
-  COPPICE_CHECK(raster->plants_.create(device, garbage, desc.max_plants));
+  COPPICE_CHECK(raster->plants_.create(device, garbage, desc.max_plants, desc.jobs));
   COPPICE_CHECK(raster->create_layouts());
   COPPICE_CHECK(raster->create_pipelines());
   COPPICE_CHECK(raster->create_buffers());

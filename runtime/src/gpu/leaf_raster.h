@@ -28,6 +28,7 @@ struct RasterDesc {
   std::uint32_t max_instances = 0;
   std::uint32_t max_plants = 0;
   bool int64_atomics = false;  ///< shaderInt64 and shaderBufferInt64Atomics are enabled
+  coppice_jobs jobs{};         ///< as RasterPlants::create has them
 };
 
 std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks);

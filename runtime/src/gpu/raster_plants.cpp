@@ -14,20 +14,16 @@ namespace {
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 constexpr VkBufferUsageFlags kAddressed = kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
 
-/// Leaves that are sorted into lists in one frame, about 5 ms of a core; a list that has more is built all the same.
-constexpr std::uint64_t kLeavesPerFrame = 16384;
-
-template <class T>
-void append(std::vector<std::uint8_t>& bytes, const std::vector<T>& values) {
-  const std::size_t at = bytes.size();
-  bytes.resize(at + values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(bytes.data() + at, values.data(), values.size() * sizeof(T));
-}
+/// Leaves that one job sorts into lists, about 7 ms of a core; a list that has more is built all the same.
+constexpr std::uint64_t kLeavesPerJob = 16384;
+/// Lists of no more leaves are built by the frame's thread, so that a plant is never without; and so many leaves of them in a frame.
+constexpr std::uint32_t kLeavesAtOnce = 128;
+constexpr std::uint64_t kLeavesPerFrame = 8192;
 
 template <class T>
 std::vector<std::uint8_t> bytes_of(const std::vector<T>& values) {
-  std::vector<std::uint8_t> bytes;
-  append(bytes, values);
+  std::vector<std::uint8_t> bytes(values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
   return bytes;
 }
 
@@ -38,14 +34,21 @@ std::uint64_t most_list_bytes(std::uint64_t leaf_count) {
          (leaf_count / kLeastClusterLeaves + 16) * sizeof(RasterCluster);
 }
 
-/// Takes a list's memory and the staging for it out of the room; false: it does not fit.
-bool take_room(RasterRoom& room, std::uint64_t bytes) {
-  const bool in_ring = bytes <= room.ring_bytes;
-  const std::uint64_t taken = in_ring ? bytes : 2 * bytes;
-  if (taken > room.device_bytes) return false;
-  room.device_bytes -= taken;
-  if (in_ring) room.ring_bytes -= bytes;
-  return true;
+std::uint32_t triangle_count(const WoodMesh& mesh) {
+  return static_cast<std::uint32_t>(mesh.indices.size() / 3);
+}
+
+std::uint64_t mesh_bytes(const WoodMesh& mesh) {
+  return mesh.vertices.size() * sizeof(coppice::WoodVertex) + mesh.indices.size() * sizeof(std::uint32_t);
+}
+
+std::uint64_t node_count(std::uint32_t leaf_count) {
+  return leaf_count > 0 ? 2 * std::uint64_t{leaf_count} - 1 : 0;
+}
+
+/// What a list's memory and the staging for it take of the room.
+std::uint64_t device_bytes(const RasterRoom& room, std::uint64_t list_bytes) {
+  return list_bytes <= room.ring_bytes ? list_bytes : 2 * list_bytes;
 }
 
 /// Leaves of a rung: the ladder's, but for the last one, which is the whole plant.
@@ -53,11 +56,29 @@ std::uint32_t rung_leaf_count(std::uint32_t rung, std::uint32_t leaf_count) {
   return std::min(lod::coppice_ladder_leaf_count(rung), leaf_count);
 }
 
+/// Of the finest cut that the pages hold.
+std::uint32_t present_leaf_count(std::span<const std::span<const PageNode>> pages) {
+  if (pages.empty()) return 1;
+  return static_cast<std::uint32_t>((pages.size() - 1) * kPageSplits + pages.back().size() / 2 + 1);
+}
+
+std::vector<PageNode> copy_nodes(const PageNode& root, std::span<const std::span<const PageNode>> pages, std::uint64_t count) {
+  std::vector<PageNode> nodes;
+  nodes.reserve(count);
+  nodes.push_back(root);
+  for (const std::span<const PageNode> page : pages) {
+    const std::size_t of_page = std::min<std::uint64_t>(count - nodes.size(), page.size());
+    nodes.insert(nodes.end(), page.begin(), page.begin() + static_cast<std::ptrdiff_t>(of_page));
+  }
+  return nodes;
+}
+
 }  // namespace
 
-Result<void> RasterPlants::create(Device& device, Garbage& garbage, std::uint32_t max_plants) {
+Result<void> RasterPlants::create(Device& device, Garbage& garbage, std::uint32_t max_plants, const coppice_jobs& jobs) {
   device_ = &device;
   garbage_ = &garbage;
+  jobs_ = jobs;
   plants_.resize(max_plants);
   static_assert(kRasterLevels > kOneClusterLevel);
   COPPICE_ASSERT(lod::coppice_ladder_leaf_count(kOneClusterLevel) == kClusterLeaves);
@@ -74,8 +95,8 @@ void RasterPlants::destroy() {
   if (device_ == nullptr) return;
   for (PlantLists& plant : plants_) {
     for (Batch& batch : plant.batches) destroy_buffer(*device_, batch.buffer);
-    for (Buffer& buffer : plant.meshes)
-      if (buffer.buffer != VK_NULL_HANDLE) destroy_buffer(*device_, buffer);
+    for (MeshList& mesh : plant.meshes)
+      if (mesh.buffer.buffer != VK_NULL_HANDLE) destroy_buffer(*device_, mesh.buffer);
     if (plant.looks_buffer.buffer != VK_NULL_HANDLE) destroy_buffer(*device_, plant.looks_buffer);
   }
   plants_.clear();
@@ -85,22 +106,21 @@ void RasterPlants::destroy() {
 
 Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file) {
   PlantLists plant;
-  plant.looks = plain_looks(file);
-  COPPICE_TRY(looks, create_buffer(*device_, plant.looks.looks.size() * sizeof(RasterCard), kAddressed, MemoryKind::device));
+  const auto looks = std::make_shared<PlantLooks>(plain_looks(file));
+  COPPICE_TRY(buffer, create_buffer(*device_, looks->looks.size() * sizeof(RasterCard), kAddressed, MemoryKind::device));
   plant.used = plant.changed = plant.looks_changed = true;
-  plant.leaf_count = file.plant.leaf_count;
-  plant.box = leaf_box(gpu_plant(file.plant));
+  plant.generation = ++last_generation_;
+  plant.source = {looks, std::make_shared<CrownLight>(), leaf_box(gpu_plant(file.plant)), file.plant.leaf_count};
+  plant.lit = file.plant.page_count == 0;
+  plant.texture_taken.resize(file.plant.texture_count);
   plant.root = root_node(file.plant);
   if (file.plant.leaf_count > 1) plant.root.split = 0;
   plant.pages.reserve(file.plant.page_count);
-  plant.looks_buffer = looks;
-  plant.pending.resize(kMeshLists);
-  plant.waiting.resize(kMeshLists);
-  plant.lit = file.plant.page_count == 0;
+  plant.looks_buffer = buffer;
   plant.meshes.resize(kMeshLists);
   plant.leaf_mesh_count = file.plant.leaf_mesh_count;
   plant.headers.resize(kRasterLists);
-  plant.record.cards = gpu_address(looks.address);
+  plant.record.cards = gpu_address(buffer.address);
   plants_[index] = std::move(plant);
   return {};
 }
@@ -109,8 +129,8 @@ void RasterPlants::remove_plant(std::uint32_t index, std::uint64_t last_frame) {
   PlantLists& plant = plants_[index];
   if (!plant.used) return;
   drop_rungs(plant, 0, last_frame);
-  for (const Buffer& buffer : plant.meshes)
-    if (buffer.buffer != VK_NULL_HANDLE) retire(buffer, last_frame);
+  for (const MeshList& mesh : plant.meshes)
+    if (mesh.buffer.buffer != VK_NULL_HANDLE) retire(mesh.buffer, last_frame);
   retire(plant.looks_buffer, last_frame);
   plant = {};
   plant.changed = true;
@@ -136,50 +156,21 @@ void RasterPlants::drop_page(std::uint32_t index, std::uint32_t page, std::uint6
 }
 
 std::uint64_t RasterPlants::wood_bytes(const WoodMesh& mesh) {
-  return 2 * most_list_bytes(mesh.indices.size() / 3);
-}
-
-bool RasterPlants::is_ready(const PlantLists& plant, std::uint32_t list, const WoodMesh& mesh) {
-  const auto is_known = [&](const coppice::WoodVertex& vertex) { return has_texels(plant.looks, vertex.material); };
-  return plant.lit && (list < kMaxWoodLods || std::ranges::all_of(mesh.vertices, is_known));
-}
-
-void RasterPlants::build_mesh_list(PlantLists& plant, std::uint32_t list, const WoodMesh& mesh) {
-  if (list < kMaxWoodLods)
-    plant.pending[list] = build_wood_list(mesh, {static_cast<std::uint32_t>(plant.looks.cards.size()), plant.light});
-  else
-    plant.pending[list] = build_leaf_mesh_list(mesh, {plant.looks, plant.box, plant.light});
-}
-
-void RasterPlants::add_mesh(PlantLists& plant, std::uint32_t list, const WoodMesh& mesh) {
-  if (is_ready(plant, list, mesh))
-    build_mesh_list(plant, list, mesh);
-  else
-    plant.waiting[list] = mesh;
-}
-
-void RasterPlants::build_waiting(PlantLists& plant) {
-  for (std::uint32_t list = 0; list < kMeshLists; ++list) {
-    WoodMesh& mesh = plant.waiting[list];
-    if (mesh.indices.empty() || !is_ready(plant, list, mesh)) continue;
-    build_mesh_list(plant, list, mesh);
-    mesh = {};
-  }
+  return mesh_bytes(mesh) + most_list_bytes(triangle_count(mesh));
 }
 
 void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
-  add_mesh(plants_[index], lod, mesh);
+  plants_[index].meshes[lod].waiting = mesh;
 }
 
 void RasterPlants::add_leaf_mesh(std::uint32_t index, std::uint32_t chunk, const WoodMesh& mesh) {
-  add_mesh(plants_[index], kMaxWoodLods + chunk, mesh);
+  plants_[index].meshes[kMaxWoodLods + chunk].waiting = mesh;
 }
 
 void RasterPlants::set_light(std::uint32_t index, CrownLight light) {
   PlantLists& plant = plants_[index];
-  plant.light = std::move(light);
+  plant.source.light = std::make_shared<CrownLight>(std::move(light));
   plant.lit = true;
-  build_waiting(plant);
 }
 
 void RasterPlants::drop_wood(std::uint32_t index, std::uint32_t lod, std::uint64_t last_frame) {
@@ -193,19 +184,19 @@ void RasterPlants::drop_leaf_mesh(std::uint32_t index, std::uint32_t chunk, std:
 void RasterPlants::drop_mesh_list(std::uint32_t index, std::uint32_t list, std::uint64_t last_frame) {
   PlantLists& plant = plants_[index];
   if (!plant.used) return;
-  plant.pending[list] = {};
-  plant.waiting[list] = {};
-  if (plant.meshes[list].buffer == VK_NULL_HANDLE) return;
-  retire(plant.meshes[list], last_frame);
-  plant.meshes[list] = {};
+  const MeshList dropped = std::exchange(plant.meshes[list], {});
+  if (dropped.buffer.buffer == VK_NULL_HANDLE) return;
+  retire(dropped.buffer, last_frame);
   plant.changed = true;
 }
 
-void RasterPlants::add_texture(std::uint32_t index, std::uint32_t texture, std::span<const std::uint8_t> chunk, std::uint64_t last_frame) {
+void RasterPlants::add_texture(std::uint32_t index, std::uint32_t texture, std::span<const std::uint8_t> chunk) {
   PlantLists& plant = plants_[index];
-  plant.looks_changed = true;
-  if (take_texture(plant.looks, texture, chunk)) drop_rungs(plant, 0, last_frame);  // splats hold their colours
-  build_waiting(plant);
+  if (plant.texture_taken[texture]) return;
+  auto looks = std::make_shared<PlantLooks>(*plant.source.looks);
+  if (take_texture(*looks, texture, chunk)) ++plant.looks_version;
+  plant.source.looks = std::move(looks);
+  plant.texture_taken[texture] = plant.looks_changed = true;
 }
 
 void RasterPlants::drop_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t last_frame) {
@@ -227,74 +218,159 @@ void RasterPlants::retire(const Buffer& buffer, std::uint64_t last_frame) {
   garbage_->retire(last_frame, buffer);
 }
 
-/// One buffer for some lists: for each its clusters, its leaves, its splats.
-Result<Buffer> RasterPlants::upload(std::span<BuiltList> built, std::span<RasterList> headers) {
-  std::vector<std::uint8_t> bytes;
-  std::vector<std::uint64_t> offsets;
-  for (const BuiltList& list : built) {
-    offsets.push_back(bytes.size());
-    append(bytes, list.clusters);
-    offsets.push_back(bytes.size());
-    append(bytes, list.leaves);
-    offsets.push_back(bytes.size());
-    append(bytes, list.splats);
+ListBuild RasterPlants::new_build(const PlantLists& plant, std::uint32_t index, std::uint32_t first) {
+  ListBuild build;
+  build.plant = index;
+  build.generation = plant.generation;
+  build.looks_version = plant.looks_version;
+  build.first = first;
+  build.source = plant.source;
+  return build;
+}
+
+/// Keeps kept_bytes of the room for a list that takes up to list_bytes once it is built; false: there is not enough for it.
+bool RasterPlants::keep_room(RasterRoom& room, std::uint64_t kept_bytes, std::uint64_t list_bytes) {
+  const std::uint64_t wanted = std::max(kept_bytes, device_bytes(room, list_bytes));
+  if (wanted > room.device_bytes) {
+    lacking_bytes_ = std::max(lacking_bytes_, kept_bytes + 2 * list_bytes);
+    return false;
   }
-  COPPICE_TRY(buffer, create_buffer(*device_, bytes.size(), kAddressed, MemoryKind::device));
-  for (std::size_t i = 0; i < built.size(); ++i) {
-    headers[i] = built[i].header;
-    headers[i].clusters = gpu_address(buffer.address + offsets[3 * i]);
-    headers[i].leaves = gpu_address(buffer.address + offsets[3 * i + 1]);
-    headers[i].splats = gpu_address(buffer.address + offsets[3 * i + 2]);
+  room.device_bytes -= kept_bytes;
+  return true;
+}
+
+/// Cuts that are missing, or whose colours have changed.
+void RasterPlants::gather_cuts(std::uint32_t index, std::uint32_t leaf_count, Allowance& allowance, std::vector<ListBuild>& builds) {
+  PlantLists& plant = plants_[index];
+  const std::uint32_t all = plant.source.leaf_count, most = std::min(leaf_count, present_leaf_count(plant.pages));
+  // Rungs [first, end), as far as they may be built; no fewer than `least`.
+  const auto gather_rungs = [&](std::uint32_t first, std::uint32_t end, std::uint32_t least) {
+    ListBuild build = new_build(plant, index, first);
+    std::uint32_t finest = 0;
+    for (std::uint32_t rung = first; rung < end && (allowance.leaves > 0 || rung < first + least); ++rung) {
+      const std::uint32_t wanted = rung_leaf_count(rung, all);
+      if (wanted > std::min(most, allowance.most_leaves)) break;
+      if (rung > 0 && rung_leaf_count(rung - 1, all) == all) break;
+      const std::uint64_t node_bytes = (node_count(wanted) - node_count(finest)) * sizeof(PageNode);
+      if (!keep_room(allowance.room, most_list_bytes(wanted) + node_bytes, most_list_bytes(wanted))) break;
+      build.kept_bytes += most_list_bytes(wanted) + node_bytes;
+      build.leaf_counts.push_back(wanted);
+      finest = wanted;
+      allowance.leaves -= std::min<std::uint64_t>(allowance.leaves, wanted);
+    }
+    if (build.leaf_counts.size() < std::max(least, 1u)) return;
+    build.nodes = copy_nodes(plant.root, plant.pages, node_count(finest));
+    plant.cuts_building = true;
+    builds.push_back(std::move(build));
+  };
+  for (const Batch& batch : plant.batches)
+    if (batch.looks_version != plant.looks_version && allowance.leaves > 0)
+      gather_rungs(batch.first, batch.first + batch.count, batch.count);
+  gather_rungs(plant.record.level_count, kRasterLevels, 1);
+}
+
+void RasterPlants::gather_meshes(std::uint32_t index, Allowance& allowance, std::vector<ListBuild>& builds) {
+  PlantLists& plant = plants_[index];
+  for (std::uint32_t list = 0; list < kMeshLists && allowance.leaves > 0; ++list) {
+    MeshList& mesh = plant.meshes[list];
+    const std::uint32_t triangles = triangle_count(mesh.waiting);
+    if (triangles == 0 || triangles > allowance.most_leaves) continue;
+    const bool is_wood = list < kMaxWoodLods;
+    const auto is_known = [&](const coppice::WoodVertex& vertex) { return has_texels(*plant.source.looks, vertex.material); };
+    if (!is_wood && !std::ranges::all_of(mesh.waiting.vertices, is_known)) continue;
+    // Wood has had its room kept since it was uploaded; leaf meshes wait for theirs.
+    if (!is_wood && !keep_room(allowance.room, most_list_bytes(triangles), most_list_bytes(triangles))) continue;
+    ListBuild& build = builds.emplace_back(new_build(plant, index, kRasterLevels + list));
+    build.kept_bytes = wood_bytes(mesh.waiting);
+    build.mesh = std::exchange(mesh.waiting, {});
+    mesh.building = true;
+    allowance.leaves -= std::min<std::uint64_t>(allowance.leaves, triangles);
   }
-  add_copy(buffer.buffer, 0, std::move(bytes));
+}
+
+std::vector<ListBuild> RasterPlants::gather(std::span<const std::uint32_t> leaf_counts, Allowance allowance) {
+  std::vector<ListBuild> builds;
+  for (std::uint32_t i = 0; i < plants_.size(); ++i) {
+    if (!plants_[i].used || !plants_[i].lit) continue;
+    if (!plants_[i].cuts_building) gather_cuts(i, leaf_counts[i], allowance, builds);
+    gather_meshes(i, allowance, builds);
+  }
+  return builds;
+}
+
+Result<Buffer> RasterPlants::upload(ListBuild& build, std::span<RasterList> headers) {
+  COPPICE_TRY(buffer, create_buffer(*device_, build.bytes.size(), kAddressed, MemoryKind::device));
+  for (std::size_t i = 0; i < build.headers.size(); ++i) {
+    const auto& [clusters, leaves, splats] = build.addresses[i];
+    headers[i] = build.headers[i];
+    headers[i].clusters = gpu_address(buffer.address + clusters);
+    headers[i].leaves = gpu_address(buffer.address + leaves);
+    headers[i].splats = gpu_address(buffer.address + splats);
+  }
+  add_copy(buffer.buffer, 0, std::move(build.bytes));
   return buffer;
 }
 
-void RasterPlants::build_rungs(PlantLists& plant, std::uint32_t leaf_count, std::uint64_t& allowance, RasterRoom& room) {
-  const LeafSource source{plant.root, plant.pages, plant.looks.looks, plant.box, plant.light, plant.leaf_count};
-  const auto last_page_splits = plant.pages.empty() ? 0 : static_cast<std::uint32_t>(plant.pages.back().size() / 2);
-  const std::uint32_t full_pages = static_cast<std::uint32_t>(std::max<std::size_t>(plant.pages.size(), 1)) - 1;
-  const std::uint32_t present = full_pages * kPageSplits + last_page_splits + 1;
-  std::vector<BuiltList> built;
-  const std::uint32_t first = plant.record.level_count;
-  for (std::uint32_t rung = first; rung < kRasterLevels && allowance > 0; ++rung) {
-    const std::uint32_t wanted = rung_leaf_count(rung, plant.leaf_count);
-    if (wanted > std::min(leaf_count, present)) break;
-    if (rung > 0 && rung_leaf_count(rung - 1, plant.leaf_count) == plant.leaf_count) break;
-    const std::uint64_t most_bytes = most_list_bytes(wanted);
-    if (!take_room(room, most_bytes)) {
-      lacking_bytes_ = std::max(lacking_bytes_, 2 * most_bytes);
-      break;
-    }
-    built.push_back(build_leaf_list(source, wanted));
-    allowance -= std::min<std::uint64_t>(allowance, wanted);
+/// Takes a list's memory and the staging for it out of the room.
+bool RasterPlants::take_room(RasterRoom& room, std::uint64_t list_bytes) {
+  const std::uint64_t taken = device_bytes(room, list_bytes);
+  if (taken > room.device_bytes) {
+    lacking_bytes_ = std::max(lacking_bytes_, 2 * list_bytes);
+    return false;
   }
-  if (built.empty()) return;
-  const auto count = static_cast<std::uint32_t>(built.size());
-  auto buffer = upload(built, std::span(plant.headers).subspan(first, count));
+  room.device_bytes -= taken;
+  room.ring_bytes -= std::min(room.ring_bytes, taken == list_bytes ? list_bytes : 0);
+  return true;
+}
+
+// Pages may have gone in the meantime, and with them the lists that these would follow on.
+void RasterPlants::take_cuts(PlantLists& plant, ListBuild& build, RasterRoom& room, std::uint64_t frame) {
+  plant.cuts_building = false;
+  const auto count = static_cast<std::uint32_t>(build.leaf_counts.size());
+  const auto old =
+      std::ranges::find_if(plant.batches, [&](const Batch& batch) { return batch.first == build.first && batch.count == count; });
+  const bool follows = build.first == plant.record.level_count && build.leaf_counts.back() <= present_leaf_count(plant.pages);
+  if ((old == plant.batches.end() && !follows) || !take_room(room, build.bytes.size())) return;
+  auto buffer = upload(build, std::span(plant.headers).subspan(build.first, count));
   if (!buffer) return;
-  plant.batches.push_back({*buffer, first, count, built.back().header.leaf_count});
-  plant.record.level_count = first + count;
+  const Batch batch{*buffer, build.first, count, build.leaf_counts.back(), build.looks_version};
+  plant.changed = true;
+  if (old != plant.batches.end()) {
+    retire(old->buffer, frame);
+    *old = batch;
+    return;
+  }
+  plant.batches.push_back(batch);
+  plant.record.level_count = build.first + count;
+}
+
+void RasterPlants::take_mesh(PlantLists& plant, ListBuild& build, RasterRoom& room) {
+  MeshList& mesh = plant.meshes[build.first - kRasterLevels];
+  if (!std::exchange(mesh.building, false) || build.headers.empty()) return;
+  const bool has_room = take_room(room, build.bytes.size()) || build.first < kRasterMeshes;
+  auto buffer = has_room ? upload(build, std::span(plant.headers).subspan(build.first, 1))
+                         : Result<Buffer>(Error{Status::out_of_memory, "memory budget: no room for lists"});
+  if (!buffer) {
+    mesh.waiting = std::move(build.mesh);
+    return;
+  }
+  mesh.buffer = *buffer;
   plant.changed = true;
 }
 
-void RasterPlants::upload_mesh_lists(PlantLists& plant, RasterRoom& room) {
-  for (std::uint32_t list = 0; list < kMeshLists; ++list) {
-    BuiltList& pending = plant.pending[list];
-    if (pending.leaves.empty()) continue;
-    // Wood has had its room kept since it was uploaded; leaf meshes wait for theirs.
-    const std::uint64_t bytes = most_list_bytes(pending.leaves.size());
-    if (list >= kMaxWoodLods && !take_room(room, bytes)) {
-      lacking_bytes_ = std::max(lacking_bytes_, 2 * bytes);
-      continue;
-    }
-    auto buffer = upload(std::span(&pending, 1), std::span(plant.headers).subspan(kRasterLevels + list, 1));
-    if (!buffer) continue;
-    plant.meshes[list] = *buffer;
-    plant.changed = true;
-    pending = {};
+void RasterPlants::take_over(std::vector<ListBuild> builds, RasterRoom& room, std::uint64_t frame) {
+  for (ListBuild& build : builds) {
+    PlantLists& plant = plants_[build.plant];
+    if (!plant.used || plant.generation != build.generation) continue;
+    if (build.leaf_counts.empty())
+      take_mesh(plant, build, room);
+    else
+      take_cuts(plant, build, room, frame);
   }
-  const auto is_there = [&](std::uint32_t list) { return plant.meshes[list].buffer != VK_NULL_HANDLE; };
+}
+
+void RasterPlants::fill_mesh_record(PlantLists& plant) {
+  const auto is_there = [&](std::uint32_t list) { return plant.meshes[list].buffer.buffer != VK_NULL_HANDLE; };
   plant.record.wood_mask = plant.record.mesh_clusters = 0;
   for (std::uint32_t lod = 0; lod < kMaxWoodLods; ++lod)
     if (is_there(lod)) plant.record.wood_mask |= 1u << lod;
@@ -306,21 +382,28 @@ void RasterPlants::upload_mesh_lists(PlantLists& plant, RasterRoom& room) {
 }
 
 std::uint64_t RasterPlants::wanted_bytes() const {
-  return std::max(lacking_bytes_, most_list_bytes(kLeavesPerFrame));
+  return std::max(lacking_bytes_, most_list_bytes(kLeavesPerJob));
 }
 
-void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom room) {
-  std::uint64_t allowance = kLeavesPerFrame;
+void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom room, std::uint64_t frame) {
   lacking_bytes_ = 0;
+  const std::uint64_t kept_bytes = job_.kept_bytes();
+  std::vector<ListBuild> built = job_.take();
+  if (!job_.idle()) room.device_bytes -= std::min(room.device_bytes, kept_bytes);
+  take_over(std::move(built), room, frame);
+  std::vector<ListBuild> small = gather(leaf_counts, {kLeavesAtOnce, kLeavesPerFrame, room});
+  std::ranges::for_each(small, build_lists);
+  take_over(std::move(small), room, frame);
+  if (job_.idle()) {
+    job_.start(gather(leaf_counts, {~0u, kLeavesPerJob, room}), jobs_);
+    take_over(job_.take(), room, frame);  // of a hook that runs jobs inline
+  }
   for (std::size_t i = 0; i < plants_.size(); ++i) {
     PlantLists& plant = plants_[i];
-    if (plant.used) {
-      build_rungs(plant, leaf_counts[i], allowance, room);
-      upload_mesh_lists(plant, room);
-    }
-    if (plant.looks_changed) add_copy(plant.looks_buffer.buffer, 0, bytes_of(plant.looks.looks));
+    if (plant.looks_changed) add_copy(plant.looks_buffer.buffer, 0, bytes_of(plant.source.looks->looks));
     plant.looks_changed = false;
     if (!plant.changed) continue;
+    if (plant.used) fill_mesh_record(plant);
     add_copy(plants_buffer_.buffer, i * sizeof(RasterPlant), bytes_of(std::vector{plant.record}));
     if (plant.used) add_copy(lists_.buffer, i * kRasterLists * sizeof(RasterList), bytes_of(plant.headers));
     plant.changed = false;
@@ -328,14 +411,15 @@ void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom
 }
 
 std::size_t RasterPlants::bytes() const {
-  std::size_t sum = 0;
+  std::size_t sum = job_.kept_bytes();
   for (const PlantLists& plant : plants_) {
-    sum += plant.pages.capacity() * sizeof(std::span<const PageNode>) + plant.light.cells.capacity() * sizeof(CrownSample);
-    for (const Texels& texels : plant.looks.small) sum += texels.rgba.capacity();
-    for (const WoodMesh& mesh : plant.waiting)
-      sum += mesh.vertices.capacity() * sizeof(coppice::WoodVertex) + mesh.indices.capacity() * sizeof(std::uint32_t);
-    for (const BuiltList& list : plant.pending)
-      sum += list.clusters.capacity() * sizeof(RasterCluster) + list.leaves.capacity() * (sizeof(RasterLeaf) + sizeof(RasterSplat));
+    if (!plant.used) continue;
+    sum += plant.pages.capacity() * sizeof(std::span<const PageNode>) + plant.source.light->cells.capacity() * sizeof(CrownSample);
+    for (const Texels& texels : plant.source.looks->small) sum += texels.rgba.capacity();
+    for (std::uint32_t list = 0; list < kMeshLists; ++list) {
+      const WoodMesh& mesh = plant.meshes[list].waiting;
+      if (!mesh.indices.empty()) sum += list < kMaxWoodLods ? wood_bytes(mesh) : mesh_bytes(mesh);
+    }
   }
   return sum;
 }

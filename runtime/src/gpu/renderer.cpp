@@ -64,7 +64,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
                                           .frame_set_layout = renderer->passes_.frame_set_layout,
                                           .max_instances = desc.max_instances,
                                           .max_plants = desc.max_plants,
-                                          .int64_atomics = desc.int64_atomics}));
+                                          .int64_atomics = desc.int64_atomics,
+                                          .jobs = desc.jobs}));
   renderer->raster_ = std::move(raster);
   return renderer;
 }

@@ -39,6 +39,7 @@ struct RendererDesc {
   bool compute_raster = false;  ///< small leaves by compute shaders, where the device does
   bool int64_atomics = false;   ///< shaderInt64 and shaderBufferInt64Atomics are enabled
   bool pass_times = false;
+  coppice_jobs jobs{};  ///< where the rasteriser's lists are built; without a hook, inside record_upload_end
 };
 
 /// Nodes first_node .. of one page; see stream/streamer.h.
@@ -139,6 +140,8 @@ class Renderer {
   [[nodiscard]] std::uint64_t upload_room_bytes() const;
   /// Whether small leaves are drawn by compute shaders.
   [[nodiscard]] bool has_raster() const { return raster_ != nullptr; }
+  /// Of the rasteriser, being built.
+  [[nodiscard]] std::uint32_t lists_in_flight() const { return raster_ ? raster_->plants().lists_in_flight() : 0; }
   /// All zero without RendererDesc::pass_times.
   [[nodiscard]] const GpuTimer& timer() const { return timer_; }
   /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.

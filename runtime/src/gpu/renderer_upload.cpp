@@ -184,7 +184,7 @@ Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t i
   }
   plant_texture = {.texture = texture, .set = *set, .visible = true, .charged_bytes = bytes.size()};
   charged_bytes_ += bytes.size();
-  if (raster_) raster_->plants().add_texture(plant_index, index, bytes, frame_);
+  if (raster_) raster_->plants().add_texture(plant_index, index, bytes);
   return {};
 }
 
@@ -364,9 +364,10 @@ Result<void> Renderer::stage_raster() {
   std::vector<std::uint32_t> leaf_counts(plants_.size());
   for (std::size_t i = 0; i < plants_.size(); ++i)
     if (plants_[i].used) leaf_counts[i] = records_[i].resident_leaf_count;
-  const std::uint64_t room = room_bytes();
-  raster_->plants().update(leaf_counts, {room - std::min(room, kSmallBytes), staging_.room_bytes()});
-  std::vector<RasterCopy>& copies = raster_->plants().copies();
+  RasterPlants& plants = raster_->plants();
+  const std::uint64_t taken = overhead_bytes() - plants.kept_bytes() + kSmallBytes;
+  plants.update(leaf_counts, {most_overhead_bytes_ - std::min(most_overhead_bytes_, taken), staging_.room_bytes()}, frame_);
+  std::vector<RasterCopy>& copies = plants.copies();
   while (!copies.empty()) {
     const RasterCopy& copy = copies.back();
     COPPICE_CHECK(stage_copy(copy.bytes.data(), copy.bytes.size(), copy.to, copy.offset));

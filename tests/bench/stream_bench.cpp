@@ -132,10 +132,15 @@ struct Forest {
 };
 
 /// The eye at a distance along a circle round the middle, so that about as much forest lies before it everywhere: what frames then differ
-/// by is streaming.
+/// by is streaming. For the same reason it follows a ride, in which no plant stands.
 glm::vec3 eye_at(const Forest& forest, float along_m) {
   const float radius_m = 0.5f * forest.half_m(), turn = along_m / radius_m;
   return {radius_m * std::sin(turn), 1.7f + 0.5f * std::sin(3.0f * turn), radius_m * std::cos(turn)};
+}
+
+bool in_ride(const Forest& forest, const coppice_placement& placement) {
+  constexpr float kHalfWidth_m = 3.0f;
+  return std::abs(std::hypot(placement.position[0], placement.position[2]) - 0.5f * forest.half_m()) < kHalfWidth_m;
 }
 
 coppice_view view_at(const Options& options, const Forest& forest, std::uint32_t frame) {
@@ -222,10 +227,11 @@ class Run {
         return (static_cast<float>(cell) + 0.8f * static_cast<float>(bits & 0xffffu) / 65536.0f) * kSpacing_m - forest_.half_m();
       };
       const float yaw = static_cast<float>(random % 6283u) * 0.0005f;
-      placements[species_at(row, column, options_.species)].push_back({{offset(column, random), 0.0f, offset(row, random >> 16)},
-                                                                       0.8f + 0.4f * static_cast<float>(random % 97u) / 97.0f,
-                                                                       {0.0f, std::sin(yaw), 0.0f, std::cos(yaw)},
-                                                                       {1.0f, 1.0f, 1.0f}});
+      const coppice_placement placement{{offset(column, random), 0.0f, offset(row, random >> 16)},
+                                        0.8f + 0.4f * static_cast<float>(random % 97u) / 97.0f,
+                                        {0.0f, std::sin(yaw), 0.0f, std::cos(yaw)},
+                                        {1.0f, 1.0f, 1.0f}};
+      if (!in_ride(forest_, placement)) placements[species_at(row, column, options_.species)].push_back(placement);
     }
     for (std::uint32_t i = 0; i < options_.species; ++i)
       check(coppice_instances_add(context_, forest_.plants[i], placements[i].data(), static_cast<std::uint32_t>(placements[i].size()),

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <set>
 
@@ -12,6 +13,8 @@
 
 #include "coppice/format.h"
 #include "coppice_lod.h"
+#include "hooks.h"
+#include "list_build.h"
 #include "random_tree.h"
 
 namespace coppice::gpu {
@@ -82,6 +85,47 @@ TEST(LeafLists, HoldTheNodesOfTheCutAndNoOthers) {
     for (const RasterLeaf& leaf : list.leaves) actual.insert({corners_of(leaf), leaf.card});
     EXPECT_EQ(actual, expected) << leaf_count;
     EXPECT_EQ(list.header.leaf_count, leaf_count);
+  }
+}
+
+/// As RasterPlants asks for them.
+ListBuild build_of(const Crown& crown, std::vector<std::uint32_t> leaf_counts) {
+  ListBuild build;
+  build.source = {.looks = std::make_shared<PlantLooks>(PlantLooks{{}, {}, crown.looks, {}}),
+                  .light = std::make_shared<CrownLight>(crown.light),
+                  .box = Crown::box(),
+                  .leaf_count = 700};
+  build.nodes.assign(crown.nodes.begin(), crown.nodes.begin() + 2 * static_cast<std::ptrdiff_t>(leaf_counts.back()) - 1);
+  build.leaf_counts = std::move(leaf_counts);
+  build.kept_bytes = 1000;
+  return build;
+}
+
+TEST(LeafLists, AJobOfAnotherThreadBuildsTheSame) {
+  const Crown crown;
+  const auto hooks = complete_hooks({});
+  ASSERT_TRUE(hooks);
+  for (int round = 0; round < 20; ++round) {
+    ListJob job;
+    job.start({build_of(crown, {1, 64, 300}), build_of(crown, {700})}, hooks->hooks.jobs);
+    if (round % 4 == 0) continue;  // nobody takes it: the destructor waits
+    std::vector<ListBuild> builds;
+    while (builds.empty()) {
+      EXPECT_FALSE(job.idle());
+      EXPECT_EQ(job.kept_bytes(), 2000u);
+      builds = job.take();
+    }
+    EXPECT_TRUE(job.idle());
+    EXPECT_EQ(job.kept_bytes(), 0u);
+    ASSERT_EQ(builds.size(), 2u);
+    ASSERT_EQ(builds[0].headers.size(), 3u);
+    const BuiltList expected = build_leaf_list(crown.source(), 300);
+    const auto& [clusters, leaves, splats] = builds[0].addresses[2];
+    EXPECT_EQ(builds[0].headers[2].leaf_count, 300u);
+    EXPECT_EQ(std::memcmp(builds[0].bytes.data() + clusters, expected.clusters.data(), leaves - clusters), 0);
+    EXPECT_EQ(std::memcmp(builds[0].bytes.data() + leaves, expected.leaves.data(), splats - leaves), 0);
+    EXPECT_EQ(builds[0].bytes.size() - splats, expected.splats.size() * sizeof(RasterSplat));
+    EXPECT_EQ(builds[1].headers[0].leaf_count, 700u);
   }
 }
 

@@ -107,8 +107,6 @@ std::vector<std::string> find_plants(const Options& options) {
 
 namespace {
 
-constexpr std::uint32_t kLeastInstances = 131072;
-
 Forest create_forest(const Device& device, const Options& options, std::uint32_t instances, std::size_t plants) {
   Forest forest;
   forest.last_error = std::make_unique<LastError>();
@@ -143,7 +141,7 @@ Forest create_forest(const Device& device, const Options& options, std::uint32_t
 }  // namespace
 
 Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options) {
-  Forest forest = create_forest(device, options, std::max(options.count, kLeastInstances), files.size());
+  Forest forest = create_forest(device, options, options.count, files.size());
   forest.files = files;
   for (const std::string& file : files) {
     forest.plants.push_back(open_plant(forest, file));

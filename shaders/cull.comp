@@ -68,6 +68,8 @@ uint leaf_sum = 0;  // of instances that leaf_expand.comp does not count
 #ifdef COPPICE_RASTER
 // An instance of fewer thresholds across shows no wood: at 10 px a trunk is thinner than a pixel, at 40 px it is a square of 5 px or so.
 const float kWoodlessThresholds = 5.0;
+// Leaf meshes with holes are the hardware's from this share of what other leaves are.
+const float kHoledShare = 0.6;
 // From this size on it is drawn by the hardware: the rasteriser lights whole triangles, which a trunk of many pixels shows.
 const float kFacetedWood_px = 400.0;
 
@@ -115,7 +117,10 @@ uint raster_leaf_count(Instance instance, uint slot, float cut) { return level_l
 // Whether the leaves of a cut are too small for the hardware, on average.
 bool has_small_leaves(Instance instance, uint slot, float cut, float distance_m) {
   float leaf_size_m = level_list(instance, level_of(instance, slot, cut)).leaf_size_m;
-  return has_lists(instance) && leaf_size_m * instance.scale * view.focal_px <= hardware_leaf_px() * max(distance_m, view.near_m);
+  float split_px = hardware_leaf_px();
+  // Leaf meshes without lists have holes for an outline, of which the rasteriser's quads show the least.
+  if (plants[instance.plant].leaf_mesh_count > 0 && !has_mesh_lists(instance)) split_px *= kHoledShare;
+  return has_lists(instance) && leaf_size_m * instance.scale * view.focal_px <= split_px * max(distance_m, view.near_m);
 }
 
 void raster_leaves(Instance instance, uint slot, float cut, float distance_m) {

@@ -181,17 +181,16 @@ class ShownTexels {
     const glm::dvec2 high = glm::ceil(glm::max(glm::max(points[0], points[1]), points[2]) + kMargin);
     const glm::dvec2 extent = high - low;
     if (!(extent.x < 2.0 * side_.x && extent.y < 2.0 * side_.y)) return shown_.assign(shown_.size(), 1);
-    for (double y = low.y; y < high.y; y += 1.0)
-      for (double x = low.x; x < high.x; x += 1.0)
-        if (is_near({x + 0.5, y + 0.5}, points)) shown_[wrapped(y, side_.y) * side_.x + wrapped(x, side_.x)] = 1;
+    const glm::i64vec2 first(low), last(high);
+    for (std::int64_t y = first.y; y < last.y; ++y)
+      for (std::int64_t x = first.x; x < last.x; ++x)
+        if (is_near(glm::dvec2(x, y) + 0.5, points)) shown_[wrapped(y, side_.y) * side_.x + wrapped(x, side_.x)] = 1;
   }
   [[nodiscard]] bool all() const { return std::ranges::count(shown_, 0) == 0; }
   [[nodiscard]] bool at(std::size_t texel) const { return shown_[texel] != 0; }
 
  private:
-  static std::size_t wrapped(double texel, std::uint32_t side) {
-    return static_cast<std::size_t>(texel - std::floor(texel / side) * side) % side;
-  }
+  static std::size_t wrapped(std::int64_t texel, std::int64_t side) { return static_cast<std::size_t>((texel % side + side) % side); }
   /// Within a texel of the triangle, or a little more at its corners.
   static bool is_near(const glm::dvec2& point, const std::array<glm::dvec2, 3>& points) {
     const glm::dvec2 ab = points[1] - points[0], ac = points[2] - points[0];

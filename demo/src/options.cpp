@@ -33,7 +33,8 @@ bool parse_size(const std::string& text, Options& options) {
          options.width_px <= kLargestSide_px && options.height_px <= kLargestSide_px;
 }
 
-void declare(CLI::App& app, Options& options) {
+void declare_forest(CLI::App& app, Options& options) {
+  app.option_defaults()->group("The forest");
   CLI::Option* plants = app.add_option("--plants", options.plants, kPlants)->delimiter(',')->type_name("A.coppice,...");
   CLI::Option* count = app.add_option("--count", options.count, "Plant instances")->check(CLI::Range(1u, 1000000u))->capture_default_str();
   CLI::Option* scene = app.add_option("--scene", options.scene, "Stream a scene that `coppice scene` made, on flat ground")
@@ -45,6 +46,13 @@ void declare(CLI::App& app, Options& options) {
       ->needs(scene)
       ->capture_default_str();
   app.add_option("--seed", options.seed, "Another seed, another forest")->capture_default_str();
+  app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB [256, and one for every 8192 of --count]")
+      ->check(CLI::Range(1u, 65536u));
+  app.add_flag("--watch", options.watch, "Show plants anew when their files change");
+}
+
+void declare_pictures(CLI::App& app, Options& options) {
+  app.option_defaults()->group("Camera and pictures");
   app.add_option_function<std::string>(
          "--size",
          [&options](const std::string& text) {
@@ -61,14 +69,30 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--camera-out", options.camera_out, "Where key C writes the camera's way, for --camera")
       ->type_name("FILE")
       ->capture_default_str();
+  app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
+      ->type_name("DIR");
+  app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air")->check(CLI::Range(0.0f, 10.0f))->capture_default_str();
+  app.add_flag("--shadows,!--no-shadows", options.shadows,
+               "Shadow maps: plants shade the ground and each other [with a GPU on, without off]");
+  CLI::Option* temporal = app.add_flag(
+      "--taa,!--no-taa", options.temporal,
+      "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [with a GPU on, without off]");
+  app.add_option("--supersample", options.supersample,
+                 "Pictures that are written are means of KxK frames moved by parts of a pixel, without temporal antialiasing")
+      ->check(CLI::Range(1u, 16u))
+      ->excludes(temporal)
+      ->type_name("K");
+}
+
+void declare_detail(CLI::App& app, Options& options) {
+  app.option_defaults()->group("Level of detail");
   app.add_option_function<std::string>(
          "--lod",
          [&options](const std::string& mode) {
            options.lod = mode == "full" ? LodMode::full : mode == "discrete" ? LodMode::discrete : LodMode::cut;
          },
          "cut: each plant by its size on screen. discrete: the nearest finer of seven levels, drawn by the hardware, to compare with. "
-         "full: "
-         "every leaf of every plant, the reference [cut]")
+         "full: every leaf of every plant, the reference [cut]")
       ->check(CLI::IsMember({"cut", "discrete", "full"}))
       ->type_name("cut|discrete|full");
   app.add_option_function<std::string>(
@@ -94,30 +118,18 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--frame-ms", options.frame_ms, "Time of a frame, which the leaf budget is raised or lowered to keep. 0: it stays")
       ->check(CLI::Range(0.0f, 10000.0f))
       ->capture_default_str();
-  app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air")->check(CLI::Range(0.0f, 10.0f))->capture_default_str();
-  app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB [256, and one for every 8192 of --count]")
-      ->check(CLI::Range(1u, 65536u));
+}
+
+void declare_figures(CLI::App& app, Options& options) {
+  app.option_defaults()->group("Figures");
   app.add_option("--stats", options.stats, "Write statistics as JSON")->type_name("F.json");
-  app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
-      ->type_name("DIR");
-  app.add_flag("--shadows,!--no-shadows", options.shadows,
-               "Shadow maps: plants shade the ground and each other [with a GPU on, without off]");
-  CLI::Option* temporal = app.add_flag(
-      "--taa,!--no-taa", options.temporal,
-      "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [with a GPU on, without off]");
-  app.add_option("--supersample", options.supersample,
-                 "Pictures that are written are means of KxK frames moved by parts of a pixel, without temporal antialiasing")
-      ->check(CLI::Range(1u, 16u))
-      ->excludes(temporal)
-      ->type_name("K");
   app.add_option("--compare", options.compare,
                  "Run cut, discrete and full over the camera path (--frames poses) and write time, leaves and error against full as JSON, "
                  "and a plot beside it, F.svg")
-      ->excludes(temporal)
+      ->excludes("--taa")
       ->type_name("F.json");
   app.add_option("--trace", options.trace, "Write what streaming and recording did when, for chrome://tracing or ui.perfetto.dev")
       ->type_name("F.json");
-  app.add_flag("--watch", options.watch, "Show plants anew when their files change");
   app.add_flag("--pass-times", options.pass_times, "Measure the GPU's time by pass, which costs some of it");
   app.add_flag("--validation", options.validation, "Vulkan core and synchronization validation; messages are printed and counted");
 }
@@ -127,7 +139,10 @@ void declare(CLI::App& app, Options& options) {
 ParsedOptions parse_options(int argc, char** argv) {
   ParsedOptions parsed;
   CLI::App app(kAbout, "coppice-forest");
-  declare(app, parsed.options);
+  declare_forest(app, parsed.options);
+  declare_pictures(app, parsed.options);
+  declare_detail(app, parsed.options);
+  declare_figures(app, parsed.options);
   try {
     app.parse(argc, argv);
     // An instance takes some 100 bytes of its own.

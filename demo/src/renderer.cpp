@@ -132,7 +132,7 @@ void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView&
   uniforms.fog = {renderer.weather.fog_color, renderer.weather.fog_density};
   for (std::size_t i = 0; renderer.shadows && i < Shadows::kCascades; ++i)
     uniforms.shadows[i] = renderer.shadows->cascades[i].clip_from_world;
-  const glm::vec2 extent_px(renderer.scene.extent.width, renderer.scene.extent.height);
+  const glm::vec2 extent_px(glm::uvec2(renderer.scene.extent.width, renderer.scene.extent.height));
   uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, extent_px};
   std::memcpy(renderer.uniforms[slot].mapped, &uniforms, sizeof uniforms);
 }

@@ -33,15 +33,15 @@ Texels level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk
 }
 
 float linear(std::uint8_t srgb) {
-  static const std::array<float, 256> kTable = [] {
-    std::array<float, 256> table{};
-    for (std::size_t i = 0; i < table.size(); ++i) {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> values{};
+    for (std::size_t i = 0; i < values.size(); ++i) {
       const float value = static_cast<float>(i) / 255.0f;
-      table[i] = value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+      values[i] = value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
     }
-    return table;
+    return values;
   }();
-  return kTable[srgb];
+  return table[srgb];
 }
 
 using Texel = std::array<float, 4>;  ///< linear colour, alpha; 0..1
@@ -139,8 +139,8 @@ TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t index, const s
   constexpr std::array<std::array<float, 3>, 4> kPlaces{
       {{0.3333f, 0.3333f, 0.3334f}, {0.6f, 0.2f, 0.2f}, {0.2f, 0.6f, 0.2f}, {0.2f, 0.2f, 0.6f}}};
   Sums sums;
-  for (const auto& [a, b, c] : kPlaces) {
-    const auto at = [&](std::size_t axis) { return a * uv[0][axis] + b * uv[1][axis] + c * uv[2][axis]; };
+  for (const std::array<float, 3>& place : kPlaces) {
+    const auto at = [&](std::size_t axis) { return place[0] * uv[0][axis] + place[1] * uv[1][axis] + place[2] * uv[2][axis]; };
     const Texel texel = texel_at(plant.small[material.texture], at(0), at(1));
     if (texel[3] >= material.alpha_cutoff) sums.add(texel);
   }

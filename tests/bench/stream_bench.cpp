@@ -135,7 +135,7 @@ struct Forest {
 /// by is streaming. For the same reason it follows a ride, in which no plant stands.
 glm::vec3 eye_at(const Forest& forest, float along_m) {
   const float radius_m = 0.5f * forest.half_m(), turn = along_m / radius_m;
-  return {radius_m * std::sin(turn), 1.7f + 0.5f * std::sin(3.0f * turn), radius_m * std::cos(turn)};
+  return {radius_m * std::sin(turn), 6.0f + 0.5f * std::sin(3.0f * turn), radius_m * std::cos(turn)};
 }
 
 bool in_ride(const Forest& forest, const coppice_placement& placement) {

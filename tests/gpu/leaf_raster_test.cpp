@@ -8,6 +8,7 @@
 #include "convert.h"
 #include "golden.h"
 #include "leaf_lists.h"
+#include "page_spans.h"
 #include "random_tree.h"
 #include "renderer_scene.h"
 
@@ -31,7 +32,8 @@ coppice_view front_view(float distance_m, std::uint32_t width_px = kSidePx) {
 float distance_for(const DecodedPlant& plant, float leaf_px) {
   const gpu::Plant record = gpu::gpu_plant(plant.file.plant);
   const std::vector<gpu::RasterCard> looks(plant.file.cards.size());
-  const gpu::LeafSource source{plant.nodes, looks, gpu::leaf_box(record), {}};
+  const auto pages = page_spans(plant.nodes);
+  const gpu::LeafSource source{plant.nodes[0], pages, looks, gpu::leaf_box(record), {}};
   const float leaf_m = gpu::build_leaf_list(source, record.leaf_count).header.leaf_size_m;
   const coppice_view view = front_view(1.0f);
   return leaf_m * 0.5f * static_cast<float>(kSidePx) * std::abs(view.clip_from_view[5]) / leaf_px;

@@ -206,7 +206,7 @@ void RendererScene::upload_plant(std::uint32_t index, const DecodedPlant& plant,
     patches.clear();
     for (std::uint32_t node = 0; node < first; ++node)
       if (plant.nodes[node].split >= first_split && plant.nodes[node].split < split_end) patches.push_back({node, plant.nodes[node].split});
-    expect(renderer_->upload_page({.plant = index, .page = page, .nodes = nodes, .patches = patches}));
+    expect(renderer_->upload_page({.plant = index, .page = page, .nodes = {nodes, nullptr}, .patches = patches}));
     for (const SplitPatch& patch : patches)
       if (patch.node > 0) page_nodes_[index][(patch.node - 1) / gpu::kPageNodes][(patch.node - 1) % gpu::kPageNodes].split = patch.split;
     residency_[index].leaf_count = split_end + 1;

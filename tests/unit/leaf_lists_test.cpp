@@ -15,6 +15,7 @@
 #include "coppice_lod.h"
 #include "hooks.h"
 #include "list_build.h"
+#include "page_spans.h"
 #include "random_tree.h"
 
 namespace coppice::gpu {
@@ -25,6 +26,7 @@ using Corners = std::array<std::uint32_t, 6>;
 /// A crown of 700 leaves in the box [-1, 1]^3, quantised as the runtime has it.
 struct Crown {
   std::vector<PageNode> nodes;
+  std::vector<SharedNodes> pages;
   std::vector<RasterCard> looks{{{0.2f, 0.4f, 0.1f}, 1.0f, {~0u, ~0u}, 0.5f}, {{0.3f, 0.3f, 0.1f}, 0.5f, {~0u, 0u}, 0.5f}};
   CrownLight light;
 
@@ -44,13 +46,14 @@ struct Crown {
       }
       nodes.push_back({quad, static_cast<std::uint32_t>(id % 2), plant.tree.node_split[id]});
     }
+    pages = test::page_spans(nodes);
     light = measure_crown({nodes, std::vector{1.0f, 0.5f}, box()}, 700);
   }
   static LeafBox box() {
     constexpr float kStep = 2.0f / COPPICE_QUANTISED_MAX;
     return {{-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}, COPPICE_QUANTISED_MAX};
   }
-  [[nodiscard]] LeafSource source() const { return {nodes, looks, box(), light, 700}; }
+  [[nodiscard]] LeafSource source() const { return {nodes[0], pages, looks, box(), light, 700}; }
 };
 
 Corners packed(const QuantisedQuad& quad) {
@@ -95,7 +98,8 @@ ListBuild build_of(const Crown& crown, std::vector<std::uint32_t> leaf_counts) {
                   .light = std::make_shared<CrownLight>(crown.light),
                   .box = Crown::box(),
                   .leaf_count = 700};
-  build.nodes.assign(crown.nodes.begin(), crown.nodes.begin() + 2 * static_cast<std::ptrdiff_t>(leaf_counts.back()) - 1);
+  build.root = crown.nodes[0];
+  build.pages = crown.pages;
   build.leaf_counts = std::move(leaf_counts);
   build.kept_bytes = 1000;
   return build;

@@ -1,6 +1,7 @@
 #include "thread_pool.h"
 
 #include <pthread.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <array>
@@ -61,6 +62,9 @@ Result<std::unique_ptr<ThreadPool>> ThreadPool::create(std::uint32_t thread_coun
   State& shared = *pool->state_;
   while (shared.thread_count < std::min(thread_count, kMaxThreads)) {
     const auto entry = [](void* argument) -> void* {
+      // Woken, it does not push the thread that submits off its core.
+      const sched_param param{};
+      pthread_setschedparam(pthread_self(), SCHED_BATCH, &param);
       static_cast<State*>(argument)->run();
       return nullptr;
     };

@@ -9,8 +9,11 @@
 // eight child slots the parent's vertices fill. Slots 0..3 are the corners of child 2s+1, slots 4..7 those of child 2s+2.
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
 
 namespace coppice {
 
@@ -30,6 +33,19 @@ struct PageNode {
   std::uint32_t split = kNeverReplaced;  ///< that replaces this node
 };
 static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, split) == 28);
+
+/// Nodes of a page that others may go on reading once it has been evicted. What a later page's splits replace is all that changes in them:
+/// one thread learns it while others read.
+struct SharedNodes {
+  std::span<const PageNode> nodes;
+  std::shared_ptr<const void> owner;  ///< null: they stay where they are
+};
+inline void learn_split(PageNode& node, std::uint32_t split) {
+  std::atomic_ref(node.split).store(split, std::memory_order_relaxed);
+}
+inline std::uint32_t known_split(const PageNode& node) {
+  return std::atomic_ref(const_cast<std::uint32_t&>(node.split)).load(std::memory_order_relaxed);
+}
 
 /// A node whose split is known now that the page holding that split is there.
 struct SplitPatch {

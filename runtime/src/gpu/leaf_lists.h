@@ -27,11 +27,16 @@ struct BuiltList {
 
 /// What a cut is built from.
 struct LeafSource {
-  std::span<const PageNode> nodes;    ///< from node 0 on, those of the cut or more
-  std::span<const RasterCard> looks;  ///< of the cards
+  PageNode root;
+  std::span<const SharedNodes> pages;  ///< kPageNodes nodes each, but for the last: nodes 1 .. 2m - 2 or more
+  std::span<const RasterCard> looks;   ///< of the cards
   LeafBox box;
   const CrownLight& light;
   std::uint32_t plant_leaf_count = 1;  ///< of the whole plant
+
+  [[nodiscard]] const PageNode& node(std::uint32_t id) const {
+    return id == 0 ? root : pages[(id - 1) / kPageNodes].nodes[(id - 1) % kPageNodes];
+  }
 };
 
 /// The leaves of cut(leaf_count). 1 <= leaf_count <= N

@@ -37,7 +37,7 @@ BuiltList build_mesh_list(const ListBuild& build) {
 void build_lists(ListBuild& build) {
   const auto& [looks, light, box, leaf_count] = build.source;
   for (const std::uint32_t count : build.leaf_counts)
-    add_list(build, build_leaf_list({build.nodes, looks->looks, box, *light, leaf_count}, count));
+    add_list(build, build_leaf_list({build.root, build.pages, looks->looks, box, *light, leaf_count}, count));
   if (!build.leaf_counts.empty()) return;
   const BuiltList list = build_mesh_list(build);
   if (!list.leaves.empty()) add_list(build, list);

@@ -1,7 +1,7 @@
 #pragma once
 
-// Lists of the compute rasteriser on their way: copies of all that they are built from, so that a job may build them while chunks come
-// and go, and the job itself.
+// Lists of the compute rasteriser on their way: a hold on all that they are built from, so that a job may build them while chunks come and
+// go, and the job itself.
 
 #include <array>
 #include <condition_variable>
@@ -36,7 +36,8 @@ struct ListBuild {
   std::uint32_t first = 0;  ///< of the plant's lists
   ListSource source;
   std::vector<std::uint32_t> leaf_counts;  ///< of the cuts, growing; none: a mesh
-  std::vector<PageNode> nodes;             ///< [2 leaf_counts.back() - 1]
+  PageNode root;
+  std::vector<SharedNodes> pages;  ///< those of the finest
   WoodMesh mesh;
   std::uint64_t kept_bytes = 0;  ///< CPU memory it takes until its lists are on the device, at most
 

@@ -18,7 +18,7 @@ constexpr VkBufferUsageFlags kAddressed = kStorage | VK_BUFFER_USAGE_SHADER_DEVI
 constexpr std::uint64_t kLeavesPerJob = 16384;
 /// Lists of no more leaves are built by the frame's thread, so that a plant is never without; and so many leaves of them in a frame.
 constexpr std::uint32_t kLeavesAtOnce = 128;
-constexpr std::uint64_t kLeavesPerFrame = 8192;
+constexpr std::uint64_t kLeavesPerFrame = 4096;
 
 template <class T>
 std::vector<std::uint8_t> bytes_of(const std::vector<T>& values) {
@@ -42,8 +42,9 @@ std::uint64_t mesh_bytes(const WoodMesh& mesh) {
   return mesh.vertices.size() * sizeof(coppice::WoodVertex) + mesh.indices.size() * sizeof(std::uint32_t);
 }
 
-std::uint64_t node_count(std::uint32_t leaf_count) {
-  return leaf_count > 0 ? 2 * std::uint64_t{leaf_count} - 1 : 0;
+/// That a cut is in.
+std::uint64_t page_count(std::uint32_t leaf_count) {
+  return leaf_count > 0 ? (std::uint64_t{leaf_count} - 1 + kPageSplits - 1) / kPageSplits : 0;
 }
 
 /// What a list's memory and the staging for it take of the room.
@@ -57,20 +58,9 @@ std::uint32_t rung_leaf_count(std::uint32_t rung, std::uint32_t leaf_count) {
 }
 
 /// Of the finest cut that the pages hold.
-std::uint32_t present_leaf_count(std::span<const std::span<const PageNode>> pages) {
+std::uint32_t present_leaf_count(std::span<const SharedNodes> pages) {
   if (pages.empty()) return 1;
-  return static_cast<std::uint32_t>((pages.size() - 1) * kPageSplits + pages.back().size() / 2 + 1);
-}
-
-std::vector<PageNode> copy_nodes(const PageNode& root, std::span<const std::span<const PageNode>> pages, std::uint64_t count) {
-  std::vector<PageNode> nodes;
-  nodes.reserve(count);
-  nodes.push_back(root);
-  for (const std::span<const PageNode> page : pages) {
-    const std::size_t of_page = std::min<std::uint64_t>(count - nodes.size(), page.size());
-    nodes.insert(nodes.end(), page.begin(), page.begin() + static_cast<std::ptrdiff_t>(of_page));
-  }
-  return nodes;
+  return static_cast<std::uint32_t>((pages.size() - 1) * kPageSplits + pages.back().nodes.size() / 2 + 1);
 }
 
 }  // namespace
@@ -136,11 +126,11 @@ void RasterPlants::remove_plant(std::uint32_t index, std::uint64_t last_frame) {
   plant.changed = true;
 }
 
-void RasterPlants::add_page(std::uint32_t index, std::uint32_t page, std::span<const PageNode> nodes) {
+void RasterPlants::add_page(std::uint32_t index, std::uint32_t page, SharedNodes nodes) {
   PlantLists& plant = plants_[index];
   COPPICE_ASSERT(plant.used && plant.pages.size() >= page);
   plant.pages.resize(page);
-  plant.pages.push_back(nodes);
+  plant.pages.push_back(std::move(nodes));
 }
 
 void RasterPlants::hide_page(std::uint32_t index, std::uint32_t page) {
@@ -251,7 +241,8 @@ void RasterPlants::gather_cuts(std::uint32_t index, std::uint32_t leaf_count, Al
       const std::uint32_t wanted = rung_leaf_count(rung, all);
       if (wanted > std::min(most, allowance.most_leaves)) break;
       if (rung > 0 && rung_leaf_count(rung - 1, all) == all) break;
-      const std::uint64_t node_bytes = (node_count(wanted) - node_count(finest)) * sizeof(PageNode);
+      // Counted here too: pages may be evicted while the job still holds their nodes.
+      const std::uint64_t node_bytes = (page_count(wanted) - page_count(finest)) * kPageNodes * sizeof(PageNode);
       if (!keep_room(allowance.room, most_list_bytes(wanted) + node_bytes, most_list_bytes(wanted))) break;
       build.kept_bytes += most_list_bytes(wanted) + node_bytes;
       build.leaf_counts.push_back(wanted);
@@ -259,7 +250,8 @@ void RasterPlants::gather_cuts(std::uint32_t index, std::uint32_t leaf_count, Al
       allowance.leaves -= std::min<std::uint64_t>(allowance.leaves, wanted);
     }
     if (build.leaf_counts.size() < std::max(least, 1u)) return;
-    build.nodes = copy_nodes(plant.root, plant.pages, node_count(finest));
+    build.root = plant.root;
+    build.pages.assign(plant.pages.begin(), plant.pages.begin() + static_cast<std::ptrdiff_t>(page_count(finest)));
     plant.cuts_building = true;
     builds.push_back(std::move(build));
   };
@@ -414,7 +406,7 @@ std::size_t RasterPlants::bytes() const {
   std::size_t sum = job_.kept_bytes();
   for (const PlantLists& plant : plants_) {
     if (!plant.used) continue;
-    sum += plant.pages.capacity() * sizeof(std::span<const PageNode>) + plant.source.light->cells.capacity() * sizeof(CrownSample);
+    sum += plant.pages.capacity() * sizeof(SharedNodes) + plant.source.light->cells.capacity() * sizeof(CrownSample);
     for (const Texels& texels : plant.source.looks->small) sum += texels.rgba.capacity();
     for (std::uint32_t list = 0; list < kMeshLists; ++list) {
       const WoodMesh& mesh = plant.meshes[list].waiting;

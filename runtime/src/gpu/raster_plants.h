@@ -44,9 +44,9 @@ class RasterPlants {
   /// errors  out_of_memory
   Result<void> add_plant(std::uint32_t plant, const PlantFile& file);
   void remove_plant(std::uint32_t plant, std::uint64_t last_frame);
-  /// nodes: 2 * COPPICE_PAGE_SPLITS * page + 1 and on. They stay where they are until hide_page.
-  void add_page(std::uint32_t plant, std::uint32_t page, std::span<const PageNode> nodes);
-  /// Does not look at the page's nodes from here on; its lists stay until drop_page.
+  /// nodes: 2 * COPPICE_PAGE_SPLITS * page + 1 and on; held until hide_page, or until a job is done with them
+  void add_page(std::uint32_t plant, std::uint32_t page, SharedNodes nodes);
+  /// Its lists stay until drop_page.
   void hide_page(std::uint32_t plant, std::uint32_t page);
   /// Measured from page 0, before add_page has it. A plant without pages needs none.
   void set_light(std::uint32_t plant, CrownLight light);
@@ -110,7 +110,7 @@ class RasterPlants {
     std::uint32_t looks_version = 0;  ///< grows as cards change theirs
     std::vector<bool> texture_taken;  ///< [textures] into the looks
     PageNode root;
-    std::vector<std::span<const PageNode>> pages;  ///< that are there, from the first on
+    std::vector<SharedNodes> pages;  ///< that are there, from the first on
     Buffer looks_buffer;
     std::vector<Batch> batches;
     bool cuts_building = false;

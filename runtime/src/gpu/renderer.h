@@ -46,7 +46,7 @@ struct RendererDesc {
 struct PageUpload {
   std::uint32_t plant = 0;
   std::uint32_t page = 0;
-  std::span<const PageNode> nodes;
+  SharedNodes nodes;
   std::span<const SplitPatch> patches;  ///< of node 0 and of pages that are resident
 };
 
@@ -92,7 +92,6 @@ class Renderer {
   /// before / after: as coppice_record_upload. queue: graphics.
   void record_upload_begin(VkCommandBuffer cmd);
   /// errors  out_of_memory: the chunk is not there. Splits it patched into other nodes may be: cuts of what is resident do not reach them
-  /// The nodes stay where they are until hide_page or drop_page.
   Result<void> upload_page(const PageUpload& upload);
   Result<void> upload_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
   Result<void> upload_leaf_mesh(std::uint32_t plant, std::uint32_t index, const WoodMesh& mesh);
@@ -106,7 +105,7 @@ class Renderer {
   void drop_texture(std::uint32_t plant, std::uint32_t texture);
   /// Stops drawing with the texture; drop_texture follows when the GPU is done.
   void hide_texture(std::uint32_t plant, std::uint32_t texture);
-  /// Does not look at the nodes that upload_page took any more; drop_page follows when the GPU is done.
+  /// Gives up the nodes that upload_page took, but for a job under way; drop_page follows when the GPU is done.
   void hide_page(std::uint32_t plant, std::uint32_t page);
   /// residency: [max_plants]; leaf_meshes only where all of them have been uploaded. errors  out_of_memory: draws of this frame would not
   /// fit; the frame draws nothing

@@ -56,16 +56,17 @@ Result<void> Renderer::stage_copy(const void* data, std::uint64_t bytes, VkBuffe
 
 Result<void> Renderer::upload_page(const PageUpload& upload) {
   PlantSlot& plant = plants_[upload.plant];
-  COPPICE_ASSERT(plant.used && plant.page_slots[upload.page] == PagePool::kNoSlot && upload.nodes.size() <= kPageNodes);
-  COPPICE_TRY(nodes, stage(upload.nodes.size_bytes()));
+  const std::span<const PageNode> page_nodes = upload.nodes.nodes;
+  COPPICE_ASSERT(plant.used && plant.page_slots[upload.page] == PagePool::kNoSlot && page_nodes.size() <= kPageNodes);
+  COPPICE_TRY(nodes, stage(page_nodes.size_bytes()));
   COPPICE_TRY(entry, stage(sizeof(uvec2)));
   COPPICE_CHECK(stage_patches(plant, upload.patches));
-  if (upload.page == 0) COPPICE_CHECK(stage_crown_light(upload.plant, upload.nodes));
+  if (upload.page == 0) COPPICE_CHECK(stage_crown_light(upload.plant, page_nodes));
   COPPICE_TRY(slot, pages_.allocate(device_));
-  std::memcpy(nodes.data, upload.nodes.data(), upload.nodes.size_bytes());  // the same layout: convert.cpp
+  std::memcpy(nodes.data, page_nodes.data(), page_nodes.size_bytes());  // the same layout: convert.cpp
   const uvec2 address = gpu_address(pages_.address(slot));
   std::memcpy(entry.data, &address, sizeof address);
-  copies_.push_back({nodes.buffer, pages_.buffer(slot), {nodes.offset, pages_.offset(slot), upload.nodes.size_bytes()}});
+  copies_.push_back({nodes.buffer, pages_.buffer(slot), {nodes.offset, pages_.offset(slot), page_nodes.size_bytes()}});
   patches_.push_back({entry.buffer, plant.tables.buffer, {entry.offset, plant.pages_offset + upload.page * sizeof(uvec2), sizeof(uvec2)}});
   // Where the table itself has not gone up yet, a copy of it in a later frame must not undo the patch.
   if (!plant.pending_tables.empty())

@@ -85,9 +85,9 @@ void fill_tables(PlantStream& plant) {
 }
 
 /// Marks one node as replaced by `split`. An entry that a page evicted since wrote is at least the split it names.
-bool record_split(std::uint32_t& node_split, std::uint32_t split) {
-  if (node_split < split) return false;
-  node_split = split;
+bool record_split(PageNode& node, std::uint32_t split) {
+  if (node.split < split) return false;
+  learn_split(node, split);
   return true;
 }
 
@@ -102,8 +102,8 @@ Result<void> accept_page(PlantStream& plant, const Transfer& transfer) {
   for (const SplitPatch& patch : data.patches.span().first(data.patch_count)) {
     if (patch.node == 0) continue;  // the decoder has seen that only split 0 replaces it
     const std::uint32_t owner = (patch.node - 1) / (2 * COPPICE_PAGE_SPLITS);
-    PageNode& node = plant.pages[owner].nodes[(patch.node - 1) % (2 * COPPICE_PAGE_SPLITS)];
-    if (!record_split(node.split, patch.split)) return dead_parent(patch.split);
+    PageNode& node = (*plant.pages[owner].nodes)[(patch.node - 1) % (2 * COPPICE_PAGE_SPLITS)];
+    if (!record_split(node, patch.split)) return dead_parent(patch.split);
   }
   return {};
 }
@@ -334,11 +334,12 @@ Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
   const std::size_t splits = page_split_count(plant.file.plant, page);
   const coppice_allocator& allocator = plant.hooks.allocator;
   PageData data;
-  COPPICE_CHECK(allocate_into(data.nodes, allocator, 2 * splits));
+  data.nodes = std::make_shared<HookArray<PageNode>>();
+  COPPICE_CHECK(allocate_into(*data.nodes, allocator, 2 * splits));
   COPPICE_CHECK(allocate_into(data.patches, allocator, splits));
   COPPICE_CHECK(allocate_into(transfer.scratch, allocator, 1));
   plant.pages[page] = std::move(data);
-  plant.page_nodes[page] = plant.pages[page].nodes.data();
+  plant.page_nodes[page] = plant.pages[page].nodes->data();
   transfer.page = {{&plant.root, std::span<PageNode* const>(plant.page_nodes.data(), page + 1)}, plant.pages[page].patches.span(), {}};
   return {};
 }

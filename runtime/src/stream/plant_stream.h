@@ -18,8 +18,8 @@ namespace coppice {
 
 /// CPU memory of a foliage page. Children's corners are their parents', so nodes stay as long as the page does.
 struct PageData {
-  HookArray<PageNode> nodes;      ///< two per split
-  HookArray<SplitPatch> patches;  ///< until uploaded; patch_count are used
+  std::shared_ptr<HookArray<PageNode>> nodes;  ///< two per split; null while there are none
+  HookArray<SplitPatch> patches;               ///< until uploaded; patch_count are used
   std::uint32_t patch_count = 0;
 };
 

@@ -329,7 +329,7 @@ DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
   if (chunk.id.kind == ChunkKind::page) {
     const PageData& data = plant.pages[chunk.id.index];
     decoded.first_node = 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1;
-    decoded.nodes = data.nodes.span();
+    decoded.nodes = {data.nodes->span(), data.nodes};
     decoded.patches = data.patches.span().first(data.patch_count);
   } else if (chunk.id.kind == ChunkKind::wood) {
     decoded.wood = &plant.wood[chunk.id.index];

@@ -59,9 +59,9 @@ struct DecodedChunk {
   std::uint64_t bytes = 0;  ///< GPU memory
   bool pinned = false;      ///< the plant cannot be drawn without it
 
-  // page: nodes first_node .. first_node + nodes.size() - 1; their splits as far as known, also of later pages
+  // page: nodes first_node .. first_node + nodes.nodes.size() - 1; their splits as far as known, also of later pages
   std::uint32_t first_node = 0;  ///< 2 * COPPICE_PAGE_SPLITS * index + 1
-  std::span<const PageNode> nodes;
+  SharedNodes nodes;
   /// Nodes of earlier pages (node 0 included, in no page) that this page's splits replace. They need no undoing when this page is evicted:
   /// cuts are clamped to the resident prefix, in which those splits have not happened.
   std::span<const SplitPatch> patches;

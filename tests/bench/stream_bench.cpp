@@ -132,7 +132,7 @@ struct Forest {
 };
 
 /// The eye at a distance along a circle round the middle, so that about as much forest lies before it everywhere: what frames then differ
-/// by is streaming. For the same reason it follows a ride, in which no plant stands.
+/// by is streaming. For the same reason it flies above the crowns, along a ride in which no plant stands.
 glm::vec3 eye_at(const Forest& forest, float along_m) {
   const float radius_m = 0.5f * forest.half_m(), turn = along_m / radius_m;
   return {radius_m * std::sin(turn), 6.0f + 0.5f * std::sin(3.0f * turn), radius_m * std::cos(turn)};

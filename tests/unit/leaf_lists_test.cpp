@@ -113,7 +113,7 @@ TEST(LeafLists, AJobOfAnotherThreadBuildsTheSame) {
     ListJob job;
     job.start({build_of(crown, {1, 64, 300}), build_of(crown, {700})}, hooks->hooks.jobs);
     for (PageNode& node : crown.nodes) learn_split(node, node.split);  // as when a later page arrives
-    if (round % 4 == 0) continue;  // nobody takes it: the destructor waits
+    if (round % 4 == 0) continue;                                      // nobody takes it: the destructor waits
     std::vector<ListBuild> builds;
     while (builds.empty()) {
       EXPECT_FALSE(job.idle());
@@ -241,6 +241,37 @@ TEST(LeafLists, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {
   }
   EXPECT_TRUE(build_leaf_mesh_list(two_triangles(0.6f, 0.9f), source).leaves.empty()) << "nothing but hole";
   EXPECT_TRUE(build_leaf_mesh_list(two_triangles(0.1f, 0.9f), source).leaves.empty()) << "the texture makes the outline";
+}
+
+/// Shadows of other plants are a cluster's: they would cut a leaf in two.
+TEST(LeafLists, TrianglesOfALeafAreOfOneCluster) {
+  const PlantLooks looks = half_a_texture();
+  const CrownLight light;
+  for (const std::uint32_t triangles : {2u, 12u, 33u, 64u, 100u}) {
+    // Leaf `i` at x = i, its triangles of different sizes and anywhere in the file.
+    constexpr std::uint32_t kLeaves = 50;
+    WoodMesh mesh;
+    for (std::uint32_t triangle = 0; triangle < triangles; ++triangle)
+      for (std::uint32_t leaf = 0; leaf < kLeaves; ++leaf) {
+        const auto x = static_cast<float>(leaf), size = 0.05f + 0.5f * static_cast<float>(triangle % 7);
+        const auto stalk = static_cast<std::uint16_t>(300 * leaf);
+        for (const auto& [dx, y] : {std::pair{0.0f, 0.0f}, std::pair{0.3f, 0.0f}, std::pair{0.0f, size}}) {
+          mesh.indices.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
+          mesh.vertices.push_back({{x + dx, y, 0}, {0, 0, 1}, {0.1f, 0.5f}, 1, {stalk, 0, 0}});
+        }
+      }
+    const BuiltList list = build_leaf_mesh_list(mesh, {looks, Crown::box(), light});
+    ASSERT_EQ(list.leaves.size(), std::size_t{kLeaves} * triangles);
+    std::uint32_t split = 0;
+    for (const RasterCluster& cluster : list.clusters) {
+      EXPECT_LE(cluster.leaf_count, kClusterLeaves);
+      std::map<int, std::uint32_t> members;
+      for (std::uint32_t i = 0; i < cluster.leaf_count; ++i)
+        ++members[static_cast<int>(corner_m(list.header, list.leaves[cluster.first_leaf + i], 0)[0] + 0.1f)];
+      for (const auto& [leaf, count] : members) split += count != triangles;
+    }
+    EXPECT_EQ(split, triangles <= kClusterLeaves ? 0u : 2 * kLeaves) << triangles;
+  }
 }
 
 TEST(LeafLists, TheLadderRisesAndItsRungsHoldWhatIsAskedFor) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "coppice_lod.h"
 
@@ -57,6 +58,7 @@ struct Entry {
   std::array<Point, 4> corners{};  ///< object space, m
   std::uint32_t place = 0;         ///< Morton code of its middle
   std::uint32_t id = 0;            ///< breaks ties
+  std::uint32_t group = 0;         ///< of a leaf: its triangles have ids side by side, and the same size class and place
   std::uint32_t size_class = 0;    ///< leaves of one are clustered together
   float size_m = 0;                ///< the longer diagonal
   std::array<Point, 2> axis{};     ///< the longer of the lines that halve it
@@ -266,7 +268,33 @@ std::vector<Place> places_of(std::span<const Entry> entries) {
   return places;
 }
 
-/// Cuts the entries into clusters of about equal size; those of wood are of one material.
+/// Where clusters end: of about equal size; where leaves are several triangles, of as many whole leaves as there is room for. What of a
+/// leaf were in two clusters would show it, as shadows of other plants are a cluster's.
+std::vector<std::size_t> cluster_ends(std::span<const Place> places) {
+  const auto same_leaf = [&](std::size_t at) { return places[at].entry->group == places[at - 1].entry->group; };
+  std::vector<std::size_t> ends;
+  bool split_leaves = false;
+  for (std::size_t at = 1; at < places.size() && !split_leaves; ++at) split_leaves = same_leaf(at);
+  if (!split_leaves) {
+    const std::size_t count = (places.size() + kClusterLeaves - 1) / kClusterLeaves;
+    for (std::size_t i = 1; i <= count; ++i) ends.push_back(places.size() * i / count);
+    return ends;
+  }
+  std::size_t start = 0, leaf_start = 0;
+  for (std::size_t at = 1; at <= places.size(); ++at) {
+    if (at < places.size() && same_leaf(at)) {
+      if (at - start < kClusterLeaves) continue;
+      if (leaf_start == start) leaf_start = at;  // larger than a cluster
+      ends.push_back(start = leaf_start);
+      continue;
+    }
+    leaf_start = at;
+    if (at - start == kClusterLeaves || at == places.size()) ends.push_back(start = at);
+  }
+  return ends;
+}
+
+/// Cuts the entries into clusters; those of wood are of one material.
 BuiltList finish(std::span<const Entry> entries, const RasterList& box, float largest) {
   BuiltList list{.header = box};
   for (auto [step, splat_step] :
@@ -282,12 +310,13 @@ BuiltList finish(std::span<const Entry> entries, const RasterList& box, float la
   list.leaves.reserve(entries.size());
   for (auto first = places.begin(); first != places.end();) {
     const auto end = std::find_if(first, places.end(), [&](const Place& place) { return place.key[0] != first->key[0]; });
-    const auto leaves = static_cast<std::size_t>(end - first), count = (leaves + kClusterLeaves - 1) / kClusterLeaves;
-    for (std::size_t i = 0; i < count; ++i) {
+    const std::span<const Place> run(first, end);
+    std::size_t start = 0;
+    for (const std::size_t cluster_end : cluster_ends(run)) {
       std::vector<const Entry*> members;
-      for (std::size_t at = leaves * i / count; at < leaves * (i + 1) / count; ++at)
-        members.push_back((first + static_cast<std::ptrdiff_t>(at))->entry);
+      for (const Place& place : run.subspan(start, cluster_end - start)) members.push_back(place.entry);
       add_cluster(list, members);
+      start = cluster_end;
     }
     first = end;
   }
@@ -310,7 +339,7 @@ BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count) {
     std::array<std::array<std::uint32_t, 3>, 4> quantised{};
     for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(node.corners[corner], quantised[corner].begin());
     Entry entry = make_entry(quantised, source.box.largest, box);
-    entry.id = id;
+    entry.id = entry.group = id;
     entry.leaf.card = node.card;
     shade_leaf(entry, crown, source.looks[node.card], quantised[0]);
     set_light(entry, source, crown, leaf_count);
@@ -352,7 +381,7 @@ Triangles triangles_of(const WoodMesh& mesh, std::uint32_t first_material, const
       }
     }
     Entry entry = make_entry(quantised, kLargest, triangles.box);
-    entry.id = static_cast<std::uint32_t>(i / 3);
+    entry.id = entry.group = static_cast<std::uint32_t>(i / 3);
     entry.leaf.card = first_material + mesh.vertices[mesh.indices[i]].material;
     entry.normal = normal;
     entry.covered_m2 = entry.area_m2;
@@ -374,6 +403,29 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
   }
   return finish(triangles.entries, triangles.box, Triangles::kLargest);
 }
+
+namespace {
+
+/// The triangles of a leaf, which share a stalk, next to each other and alike in what clusters are made by.
+void gather_leaves(const WoodMesh& mesh, std::vector<Entry>& triangles) {
+  std::map<QuantisedPoint, std::vector<Entry>> leaves;
+  for (const Entry& triangle : triangles) leaves[mesh.vertices[mesh.indices[std::size_t{3} * triangle.id]].stalk].push_back(triangle);
+  triangles.clear();
+  std::uint32_t group = 0;
+  for (auto& [stalk, members] : leaves) {
+    const auto largest = std::ranges::max_element(members, {}, &Entry::size_class);
+    for (Entry& triangle : members) {
+      triangle.size_class = largest->size_class;
+      triangle.place = members.front().place;
+      triangle.group = group;
+      triangle.id = static_cast<std::uint32_t>(triangles.size());
+      triangles.push_back(triangle);
+    }
+    ++group;
+  }
+}
+
+}  // namespace
 
 BuiltList build_leaf_mesh_list(const WoodMesh& mesh, const LeafMeshSource& source) {
   if (mesh.indices.empty()) return {};
@@ -402,6 +454,7 @@ BuiltList build_leaf_mesh_list(const WoodMesh& mesh, const LeafMeshSource& sourc
   // Triangles that do not follow the leaf's outline would be worse than its quad.
   constexpr float kMostPartial = 0.2f;
   if (partial_m2 > kMostPartial * area_m2) return {};
+  gather_leaves(mesh, triangles.entries);
   return finish(triangles.entries, triangles.box, Triangles::kLargest);
 }
 

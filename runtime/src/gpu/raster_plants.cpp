@@ -154,7 +154,10 @@ void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMe
 }
 
 void RasterPlants::add_leaf_mesh(std::uint32_t index, std::uint32_t chunk, const WoodMesh& mesh) {
-  plants_[index].meshes[kMaxWoodLods + chunk].waiting = mesh;
+  MeshList& list = plants_[index].meshes[kMaxWoodLods + chunk];
+  list.waiting = mesh;
+  for (const coppice::WoodVertex& vertex : mesh.vertices)
+    if (std::ranges::find(list.materials, vertex.material) == list.materials.end()) list.materials.push_back(vertex.material);
 }
 
 void RasterPlants::set_light(std::uint32_t index, CrownLight light) {
@@ -268,8 +271,7 @@ void RasterPlants::gather_meshes(std::uint32_t index, Allowance& allowance, std:
     const std::uint32_t triangles = triangle_count(mesh.waiting);
     if (triangles == 0 || triangles > allowance.most_leaves) continue;
     const bool is_wood = list < kMaxWoodLods;
-    const auto is_known = [&](const coppice::WoodVertex& vertex) { return has_texels(*plant.source.looks, vertex.material); };
-    if (!is_wood && !std::ranges::all_of(mesh.waiting.vertices, is_known)) continue;
+    if (!std::ranges::all_of(mesh.materials, [&](std::uint32_t material) { return has_texels(*plant.source.looks, material); })) continue;
     // Wood has had its room kept since it was uploaded; leaf meshes wait for theirs.
     if (!is_wood && !keep_room(allowance.room, most_list_bytes(triangles), most_list_bytes(triangles))) continue;
     ListBuild& build = builds.emplace_back(new_build(plant, index, kRasterLevels + list));

@@ -96,7 +96,8 @@ class RasterPlants {
   };
   /// A wood LoD or a chunk of leaf meshes: list kRasterLevels on.
   struct MeshList {
-    WoodMesh waiting;  ///< for the light, its textures, room or a job
+    WoodMesh waiting;                      ///< for the light, its textures, room or a job
+    std::vector<std::uint32_t> materials;  ///< whose textures it waits for; distinct
     bool building = false;
     Buffer buffer;
   };

@@ -1,4 +1,4 @@
-// The rasteriser's list of every leaf of a plant, built anew: what a page that arrives costs the engine's thread.
+// The rasteriser's list of every leaf of a plant, built anew: what a page that arrives costs a job.
 
 #include <benchmark/benchmark.h>
 

@@ -58,7 +58,7 @@ struct Entry {
   std::array<Point, 4> corners{};  ///< object space, m
   std::uint32_t place = 0;         ///< Morton code of its middle
   std::uint32_t id = 0;            ///< breaks ties
-  std::uint32_t group = 0;         ///< of a leaf: its triangles have ids side by side, and the same size class and place
+  std::uint32_t group = 0;         ///< the first id of its leaf, whose triangles have the same size class and place
   std::uint32_t size_class = 0;    ///< leaves of one are clustered together
   float size_m = 0;                ///< the longer diagonal
   std::array<Point, 2> axis{};     ///< the longer of the lines that halve it
@@ -255,7 +255,7 @@ void add_cluster(BuiltList& list, std::span<const Entry*> members) {
 
 /// The order of leaves that clusters are cut from: neighbours of a size, of wood also of a material, side by side.
 struct Place {
-  std::array<std::uint32_t, 4> key{};  ///< of wood its card, size class, place, id
+  std::array<std::uint32_t, 4> key{};  ///< of wood its card, size class, place, group
   const Entry* entry = nullptr;
 };
 
@@ -263,8 +263,8 @@ std::vector<Place> places_of(std::span<const Entry> entries) {
   std::vector<Place> places;
   places.reserve(entries.size());
   for (const Entry& entry : entries)
-    places.push_back({{entry.is_wood ? entry.leaf.card : 0, entry.size_class, entry.place, entry.id}, &entry});
-  std::ranges::sort(places, {}, &Place::key);
+    places.push_back({{entry.is_wood ? entry.leaf.card : 0, entry.size_class, entry.place, entry.group}, &entry});
+  std::ranges::stable_sort(places, {}, &Place::key);  // a leaf's by id, as they came
   return places;
 }
 
@@ -406,23 +406,17 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
 
 namespace {
 
-/// The triangles of a leaf, which share a stalk, next to each other and alike in what clusters are made by.
-void gather_leaves(const WoodMesh& mesh, std::vector<Entry>& triangles) {
-  std::map<QuantisedPoint, std::vector<Entry>> leaves;
-  for (const Entry& triangle : triangles) leaves[mesh.vertices[mesh.indices[std::size_t{3} * triangle.id]].stalk].push_back(triangle);
-  triangles.clear();
-  std::uint32_t group = 0;
-  for (auto& [stalk, members] : leaves) {
-    const auto largest = std::ranges::max_element(members, {}, &Entry::size_class);
-    for (Entry& triangle : members) {
-      triangle.size_class = largest->size_class;
-      triangle.place = members.front().place;
-      triangle.group = group;
-      triangle.id = static_cast<std::uint32_t>(triangles.size());
-      triangles.push_back(triangle);
-    }
-    ++group;
+/// Makes the triangles of a leaf, which share a stalk, alike in what clusters are made by.
+void gather_leaves(const WoodMesh& mesh, std::span<Entry> triangles) {
+  const auto stalk_of = [&](const Entry& triangle) { return mesh.vertices[mesh.indices[std::size_t{3} * triangle.id]].stalk; };
+  std::map<QuantisedPoint, Entry*> leaves;  // their first triangles
+  for (Entry& triangle : triangles) {
+    Entry& first = *leaves.try_emplace(stalk_of(triangle), &triangle).first->second;
+    triangle.group = first.id;
+    triangle.place = first.place;
+    first.size_class = std::max(first.size_class, triangle.size_class);
   }
+  for (Entry& triangle : triangles) triangle.size_class = leaves.at(stalk_of(triangle))->size_class;
 }
 
 }  // namespace

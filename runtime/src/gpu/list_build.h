@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "card_looks.h"
@@ -39,7 +40,7 @@ struct ListBuild {
   PageNode root;
   std::vector<SharedNodes> pages;  ///< those of the finest
   WoodMesh mesh;
-  std::uint64_t kept_bytes = 0;  ///< CPU memory it takes until its lists are on the device, at most
+  std::uint64_t kept_bytes = 0;  ///< CPU memory it takes until its lists are on the device, at most; without pages
 
   // Out of build_lists.
   std::vector<RasterList> headers;                      ///< [leaf_counts], or of the mesh; none where its triangles are not to be drawn
@@ -66,7 +67,8 @@ class ListJob {
   /// Nothing runs and nothing waits to be taken.
   [[nodiscard]] bool idle() const { return builds_.empty(); }
   [[nodiscard]] std::uint64_t kept_bytes() const { return kept_bytes_; }
-  [[nodiscard]] std::size_t build_count() const { return builds_.size(); }
+  /// While it runs, nothing but what they are built from may be looked at.
+  [[nodiscard]] std::span<const ListBuild> builds() const { return builds_; }
 
  private:
   static void run(void* job);

@@ -43,8 +43,8 @@ std::uint64_t mesh_bytes(const WoodMesh& mesh) {
 }
 
 /// That a cut is in.
-std::uint64_t page_count(std::uint32_t leaf_count) {
-  return leaf_count > 0 ? (std::uint64_t{leaf_count} - 1 + kPageSplits - 1) / kPageSplits : 0;
+std::uint32_t page_count(std::uint32_t leaf_count) {
+  return (leaf_count - 1 + kPageSplits - 1) / kPageSplits;
 }
 
 /// What a list's memory and the staging for it take of the room.
@@ -156,8 +156,7 @@ void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMe
 void RasterPlants::add_leaf_mesh(std::uint32_t index, std::uint32_t chunk, const WoodMesh& mesh) {
   MeshList& list = plants_[index].meshes[kMaxWoodLods + chunk];
   list.waiting = mesh;
-  for (const coppice::WoodVertex& vertex : mesh.vertices)
-    if (std::ranges::find(list.materials, vertex.material) == list.materials.end()) list.materials.push_back(vertex.material);
+  for (const coppice::WoodVertex& vertex : mesh.vertices) list.materials.insert(vertex.material);
 }
 
 void RasterPlants::set_light(std::uint32_t index, CrownLight light) {
@@ -221,42 +220,30 @@ ListBuild RasterPlants::new_build(const PlantLists& plant, std::uint32_t index, 
   return build;
 }
 
-/// Keeps kept_bytes of the room for a list that takes up to list_bytes once it is built; false: there is not enough for it.
-bool RasterPlants::keep_room(RasterRoom& room, std::uint64_t kept_bytes, std::uint64_t list_bytes) {
-  const std::uint64_t wanted = std::max(kept_bytes, device_bytes(room, list_bytes));
-  if (wanted > room.device_bytes) {
-    lacking_bytes_ = std::max(lacking_bytes_, kept_bytes + 2 * list_bytes);
-    return false;
-  }
-  room.device_bytes -= kept_bytes;
-  return true;
-}
-
 /// Cuts that are missing, or whose colours have changed.
 void RasterPlants::gather_cuts(std::uint32_t index, std::uint32_t leaf_count, Allowance& allowance, std::vector<ListBuild>& builds) {
   PlantLists& plant = plants_[index];
   const std::uint32_t all = plant.source.leaf_count, most = std::min(leaf_count, present_leaf_count(plant.pages));
   // Rungs [first, end), as far as they may be built; no fewer than `least`.
   const auto gather_rungs = [&](std::uint32_t first, std::uint32_t end, std::uint32_t least) {
-    ListBuild build = new_build(plant, index, first);
-    std::uint32_t finest = 0;
+    std::vector<std::uint32_t> wanted_counts;
+    std::uint64_t kept_bytes = 0;
     for (std::uint32_t rung = first; rung < end && (allowance.leaves > 0 || rung < first + least); ++rung) {
       const std::uint32_t wanted = rung_leaf_count(rung, all);
       if (wanted > std::min(most, allowance.most_leaves)) break;
       if (rung > 0 && rung_leaf_count(rung - 1, all) == all) break;
-      // Counted here too: pages may be evicted while the job still holds their nodes.
-      const std::uint64_t node_bytes = (page_count(wanted) - page_count(finest)) * kPageNodes * sizeof(PageNode);
-      if (!keep_room(allowance.room, most_list_bytes(wanted) + node_bytes, most_list_bytes(wanted))) break;
-      build.kept_bytes += most_list_bytes(wanted) + node_bytes;
-      build.leaf_counts.push_back(wanted);
-      finest = wanted;
+      if (!take_room(allowance.room, most_list_bytes(wanted))) break;
+      kept_bytes += most_list_bytes(wanted);
+      wanted_counts.push_back(wanted);
       allowance.leaves -= std::min<std::uint64_t>(allowance.leaves, wanted);
     }
-    if (build.leaf_counts.size() < std::max(least, 1u)) return;
+    if (wanted_counts.size() < least) return;
+    ListBuild& build = builds.emplace_back(new_build(plant, index, first));
+    build.leaf_counts = std::move(wanted_counts);
+    build.kept_bytes = kept_bytes;
     build.root = plant.root;
-    build.pages.assign(plant.pages.begin(), plant.pages.begin() + static_cast<std::ptrdiff_t>(page_count(finest)));
+    build.pages.assign(plant.pages.begin(), plant.pages.begin() + static_cast<std::ptrdiff_t>(page_count(build.leaf_counts.back())));
     plant.cuts_building = true;
-    builds.push_back(std::move(build));
   };
   for (const Batch& batch : plant.batches)
     if (batch.looks_version != plant.looks_version && allowance.leaves > 0)
@@ -273,7 +260,7 @@ void RasterPlants::gather_meshes(std::uint32_t index, Allowance& allowance, std:
     const bool is_wood = list < kMaxWoodLods;
     if (!std::ranges::all_of(mesh.materials, [&](std::uint32_t material) { return has_texels(*plant.source.looks, material); })) continue;
     // Wood has had its room kept since it was uploaded; leaf meshes wait for theirs.
-    if (!is_wood && !keep_room(allowance.room, most_list_bytes(triangles), most_list_bytes(triangles))) continue;
+    if (!is_wood && !take_room(allowance.room, most_list_bytes(triangles))) continue;
     ListBuild& build = builds.emplace_back(new_build(plant, index, kRasterLevels + list));
     build.kept_bytes = wood_bytes(mesh.waiting);
     build.mesh = std::exchange(mesh.waiting, {});
@@ -406,6 +393,12 @@ void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom
 
 std::size_t RasterPlants::bytes() const {
   std::size_t sum = job_.kept_bytes();
+  // Pages that have been evicted while the job holds them; the others are counted where they are kept.
+  for (const ListBuild& build : job_.builds())
+    for (std::size_t page = 0; page < build.pages.size(); ++page) {
+      const std::vector<SharedNodes>& there = plants_[build.plant].pages;
+      if (page >= there.size() || there[page].owner != build.pages[page].owner) sum += build.pages[page].nodes.size_bytes();
+    }
   for (const PlantLists& plant : plants_) {
     if (!plant.used) continue;
     sum += plant.pages.capacity() * sizeof(SharedNodes) + plant.source.light->cells.capacity() * sizeof(CrownSample);

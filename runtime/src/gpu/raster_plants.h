@@ -4,6 +4,7 @@
 // a time of a bounded number of leaves, and dropped with the pages they came from. Thread: externally serialised.
 
 #include <cstdint>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -65,10 +66,10 @@ class RasterPlants {
   /// lists stay away: coarser ones are drawn, or, without any, the hardware draws.
   /// frame: the one being recorded
   void update(std::span<const std::uint32_t> leaf_counts, RasterRoom room, std::uint64_t frame);
-  /// What the job of the last update keeps, in bytes().
+  /// What is kept for lists of the job of the last update, in bytes().
   [[nodiscard]] std::uint64_t kept_bytes() const { return job_.kept_bytes(); }
   /// Buffers of lists that a job builds; once 0 after an update, later updates with the same leaf counts and no more room add nothing.
-  [[nodiscard]] std::uint32_t lists_in_flight() const { return static_cast<std::uint32_t>(job_.build_count()); }
+  [[nodiscard]] std::uint32_t lists_in_flight() const { return static_cast<std::uint32_t>(job_.builds().size()); }
   /// Room for what the next update builds.
   [[nodiscard]] std::uint64_t wanted_bytes() const;
   /// What has to reach the device before the next frame is drawn, each place once; the caller removes what it has staged.
@@ -96,8 +97,8 @@ class RasterPlants {
   };
   /// A wood LoD or a chunk of leaf meshes: list kRasterLevels on.
   struct MeshList {
-    WoodMesh waiting;                      ///< for the light, its textures, room or a job
-    std::vector<std::uint32_t> materials;  ///< whose textures it waits for; distinct
+    WoodMesh waiting;                   ///< for the light, its textures, room or a job
+    std::set<std::uint32_t> materials;  ///< whose textures it waits for
     bool building = false;
     Buffer buffer;
   };
@@ -130,7 +131,6 @@ class RasterPlants {
   void add_copy(VkBuffer to, std::uint64_t offset, std::vector<std::uint8_t> bytes);
   void retire(const Buffer& buffer, std::uint64_t last_frame);
   Result<Buffer> upload(ListBuild& build, std::span<RasterList> headers);
-  bool keep_room(RasterRoom& room, std::uint64_t kept_bytes, std::uint64_t list_bytes);
   bool take_room(RasterRoom& room, std::uint64_t list_bytes);
   [[nodiscard]] static ListBuild new_build(const PlantLists& plant, std::uint32_t index, std::uint32_t first);
   std::vector<ListBuild> gather(std::span<const std::uint32_t> leaf_counts, Allowance allowance);

@@ -70,7 +70,8 @@ uint leaf_sum = 0;  // of instances that leaf_expand.comp does not count
 const float kWoodlessThresholds = 5.0;
 // Leaf meshes with holes are the hardware's from this share of what other leaves are.
 const float kHoledShare = 0.6;
-// From this size on it is drawn by the hardware: the rasteriser lights whole triangles, which a trunk of many pixels shows.
+// From this size on it is drawn by the hardware, but in shadow maps: the rasteriser lights whole triangles, which a trunk of many pixels
+// shows.
 const float kFacetedWood_px = 400.0;
 
 // What select() wants of an invocation's instance, appended by main() for all of them together.
@@ -152,7 +153,8 @@ bool raster_meshes(Instance instance, uint slot, Plant plant) {
 
 // Whether the rasteriser takes the instance's wood, or leaves it out.
 bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) {
-  if (size_px >= kFacetedWood_px || wood_lod == kMaxWoodLods || (raster_plants[instance.plant].wood_mask >> wood_lod & 1u) == 0) return false;
+  bool faceted = view.is_shadow == 0 && size_px >= kFacetedWood_px;
+  if (faceted || wood_lod == kMaxWoodLods || (raster_plants[instance.plant].wood_mask >> wood_lod & 1u) == 0) return false;
   uint list = kRasterLevels + wood_lod;
   if (size_px > kWoodlessThresholds * view.error_px && reserve(lists[instance.plant * kRasterLists + list].cluster_count))
     wood_item = slot | list << kSlotBits;
@@ -231,8 +233,8 @@ void select(uint slot) {
   float resident = float(plant.resident_leaf_count);
   float cut = coppice_drawn_leaf_count(table, size_px, threshold_px);
   bool small = has_small_leaves(instance, slot, min(cut, resident), distance_m);
-  // Small leaves are drawn as modelled only where there are lists of that.
-  bool has_meshes = plant.leaf_mesh_count > 0 && (!small || has_mesh_lists(instance));
+  // Small leaves are drawn as modelled only where there are lists of that, and none are for what they cast a shadow on.
+  bool has_meshes = view.is_shadow == 0 && plant.leaf_mesh_count > 0 && (!small || has_mesh_lists(instance));
   bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, size_px, threshold_px));
   if (has_meshes && !meshes) cut = coppice_drawn_leaf_count(table, size_px, coppice_cut_threshold_px(table, size_px, threshold_px));
   if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, plant.leaf_count);

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// From instances to the clusters of their lists that are in view and not hidden by earlier rounds; one invocation per instance and list.
-// Those of large leaves are left to the hardware.
+// From instances to the clusters of their lists that are in view and not hidden by earlier rounds; an invocation takes a short list, a
+// subgroup together a long one. Clusters of large leaves are left to the hardware.
 // reads     view, instances, plants, items, lists, tiles; clusters by address
 // writes    work_items and splat_items, and the round's work and splats stages; draw commands of leaves; counters
 // dispatch  indirect, from the round's items stage; recorded by coppice::gpu::LeafRaster::record
@@ -15,6 +15,17 @@ layout(local_size_x_id = 1) in;
 
 layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
 layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
+
+// An item of more clusters is a whole subgroup's.
+const uint kOwnClusters = 8;
+
+bool is_mesh(uint item) { return list_of(item) >= kRasterMeshes; }
+RasterList list_for(Instance instance, uint item) { return lists[instance.plant * kRasterLists + list_of(item)]; }
+uint list_count(Instance instance, uint item) { return is_mesh(item) ? raster_plants[instance.plant].mesh_count : 1; }
+uint cluster_count(uint item) {
+  Instance instance = instances[slot_of(item)];
+  return is_mesh(item) ? raster_plants[instance.plant].mesh_clusters : list_for(instance, item).cluster_count;
+}
 
 void append_leaves(bool some, uint item, uint cluster) {
   uvec4 which = subgroupBallot(some);
@@ -43,16 +54,18 @@ bool draw_by_hardware(uint plant_index, uint item, RasterCluster cluster) {
   return true;
 }
 
-// What of a list is drawn: leaves or triangles, by the hardware of them.
-uvec2 expand_list(uint item, Instance instance) {
-  RasterList list = lists[instance.plant * kRasterLists + list_of(item)];
+// Of an invocation's part of an item: leaves or triangles, by the hardware of them.
+uvec2 drawn;
+
+// Every step-th cluster of a list.
+void expand_list(uint item, Instance instance, uint first, uint step) {
+  RasterList list = list_for(instance, item);
   bool quads = list_of(item) < kRasterLevels;
   // Discs leave gaps in a surface unless they are about a pixel.
   float splat_px = quads ? push.splat_px : min(push.splat_px, 1.5);
   float split_px = hardware_leaf_px();
   float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
-  uvec2 drawn = uvec2(0);
-  for (uint i = 0; i < list.cluster_count; ++i) {
+  for (uint i = first; i < list.cluster_count; i += step) {
     RasterCluster cluster = RasterClusterArray(list.clusters).at[i];
     vec3 center = world_from_object(instance, cluster.center);
     float radius_m = instance.scale * cluster.radius_m;
@@ -66,23 +79,39 @@ uvec2 expand_list(uint item, Instance instance) {
     append_leaves(seen && !small && !large, item, i);
     if (seen) drawn += uvec2(cluster.leaf_count, large ? cluster.leaf_count : 0);
   }
-  return drawn;
 }
 
-void expand(uint item) {
+void expand(uint item, uint first, uint step) {
   Instance instance = instances[slot_of(item)];
-  bool meshes = list_of(item) >= kRasterMeshes;
-  uint list_count = meshes ? raster_plants[instance.plant].mesh_count : 1;
-  uvec2 drawn = uvec2(0);
-  for (uint i = 0; i < list_count; ++i) drawn += expand_list(item + (i << kSlotBits), instance);
-  bool quads = list_of(item) < kRasterLevels;
-  if (quads) COPPICE_COUNT(leaves, drawn.x)
-  else if (meshes) COPPICE_COUNT(leaf_mesh_triangles, drawn.x)
+  drawn = uvec2(0);
+  for (uint i = 0; i < list_count(instance, item); ++i) expand_list(item + (i << kSlotBits), instance, first, step);
+  if (list_of(item) < kRasterLevels) COPPICE_COUNT(leaves, drawn.x)
+  else if (is_mesh(item)) COPPICE_COUNT(leaf_mesh_triangles, drawn.x)
   else COPPICE_COUNT(wood_triangles, drawn.x)
   COPPICE_COUNT(hardware_triangles, 2 * drawn.y)
 }
 
 void main() {
   uint count = rounds[push.round].items.count;
-  for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) expand(items[i]);
+  uvec4 all = subgroupBallot(true);
+  for (uint i = gl_WorkGroupID.x * gl_WorkGroupSize.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+    bool some = i + gl_LocalInvocationIndex < count;
+    uint item = some ? items[i + gl_LocalInvocationIndex] : 0;
+    bool is_long = some && cluster_count(item) > kOwnClusters;
+    // First each invocation its own short item, then one long item after the other, its clusters side by side.
+    uvec4 left = subgroupBallot(is_long);
+    some = some && !is_long;
+    uint mine = item, first = 0, step = 1;
+    bool more;
+    do {
+      if (some) expand(mine, first, step);
+      more = any(notEqual(left, uvec4(0)));
+      uint owner = more ? subgroupBallotFindLSB(left) : 0;
+      left[owner >> 5] &= ~(1u << (owner & 31u));
+      mine = subgroupBroadcast(item, owner);
+      some = true;
+      first = subgroupBallotExclusiveBitCount(all);
+      step = subgroupBallotBitCount(all);
+    } while (more);
+  }
 }

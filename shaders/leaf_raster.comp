@@ -30,7 +30,7 @@ const int kBigPixels = 400;
 // What the leaves of a cluster share.
 struct Shared {
   Placed placed;
-  vec3 box_step, sun_color;
+  vec3 box_step;
   float px_per_m;  // on the screen, of a metre in object space
 };
 
@@ -40,8 +40,6 @@ Shared share(uint item, RasterList list, RasterCluster cluster) {
   group.placed = place(instance, list_of(item), list.box_min, list.box_step, cluster);
   show_debug(group.placed, slot_of(item));
   group.box_step = list.box_step;
-  // Shadows of other plants are soft enough to be the cluster's.
-  group.sun_color = view.sun_color * sun_past_others(instance, plants[instance.plant], world_from_object(instance, cluster.center));
   float distance_m = max(distance(world_from_object(instance, cluster.center), view.camera_position), view.near_m);
   group.px_per_m = instance.scale * view.focal_px / distance_m;
   return group;
@@ -106,7 +104,8 @@ bool project(Shared group, RasterLeaf leaf, out Drawn drawn) {
   drawn.high = ivec2(floor(clamp(high, vec2(0.0), size) - 0.5)) + 1;
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
-  group.placed.sunlight = group.sun_color * sun_through_crown(unpack_crown(leaf.crown), group.placed.sun, group.placed.eye, group.placed.bulk);
+  group.placed.sunlight =
+      group.placed.sun_color * sun_through_crown(unpack_crown(leaf.crown), group.placed.sun, group.placed.eye, group.placed.bulk);
   vec4 folded = unpackSnorm4x8(leaf.normals);
   drawn.radiance = placed_radiance(group.placed, unfold(folded.xy), unfold(folded.zw), leaf.look);
   return nearest > group.placed.near_m && all(lessThan(drawn.low, drawn.high));

@@ -5,7 +5,8 @@
 struct Placed {
   vec3 origin, x, y, z;  // (px * w, px * w, w) of a place: origin + q.x * x + q.y * y + q.z * z
   vec3 sun, up, eye;
-  vec3 sunlight;  // what reaches the cluster through the crown
+  vec3 sun_color;  // that other plants let through
+  vec3 sunlight;   // what of it reaches the cluster through the crown
   float bulk;     // leaf_bulk of its leaves
   float bulk_front, bulk_up;  // in place of a normal's
   vec3 tint;      // of wood: its albedo
@@ -34,8 +35,9 @@ Placed place(Instance instance, uint list, vec3 box_min, vec3 step, RasterCluste
   placed.bulk = cluster.bulk;
   placed.bulk_front = bulk_front(dot(placed.eye, placed.sun));
   placed.bulk_up = 0.67 * dot(placed.eye, placed.up);
-  placed.sunlight = view.sun_color * sun_past_others(instance, plants[instance.plant], world) *
-                    sun_through_crown(unpack_crown(cluster.crown), placed.sun, placed.eye, cluster.bulk);
+  // Shadows of other plants are soft enough to be the cluster's.
+  placed.sun_color = view.sun_color * sun_past_others(instance, plants[instance.plant], world);
+  placed.sunlight = placed.sun_color * sun_through_crown(unpack_crown(cluster.crown), placed.sun, placed.eye, cluster.bulk);
   placed.clear = transmittance(world);
   placed.tint = instance.tint;
   if (placed.wood) placed.tint = RasterCardArray(placed.cards).at[cluster.card].albedo;

@@ -19,15 +19,18 @@ layout(push_constant) uniform Push {
 } push;
 
 void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
   ivec2 last = textureSize(toned, 0) - 1;
+  ivec2 at = min(ivec2(gl_FragCoord.xy), last);  // a quad at the far edge may reach beyond it
   vec3 now = texelFetch(toned, at, 0).rgb;
   vec3 sum = now, squares = now * now;
+  // Of the four neighbours two are in the same quad of fragments, whose differences are there without looking.
+  ivec2 outwards = 2 * (at & 1) - 1;
+  vec3 nears[4] = {now - float(outwards.x) * dFdxFine(now), now - float(outwards.y) * dFdyFine(now),
+                   texelFetch(toned, clamp(at + ivec2(outwards.x, 0), ivec2(0), last), 0).rgb,
+                   texelFetch(toned, clamp(at + ivec2(0, outwards.y), ivec2(0), last), 0).rgb};
   for (int i = 0; i < 4; ++i) {
-    ivec2 side = i < 2 ? ivec2(2 * i - 1, 0) : ivec2(0, 2 * i - 5);
-    vec3 near = texelFetch(toned, clamp(at + side, ivec2(0), last), 0).rgb;
-    sum += near;
-    squares += near * near;
+    sum += nears[i];
+    squares += nears[i] * nears[i];
   }
   vec3 middle = sum / 5.0;
   vec3 reach = push.spread * sqrt(max(squares / 5.0 - middle * middle, vec3(0.0)));

@@ -16,6 +16,7 @@ constexpr float kError_px = 3;
 constexpr std::uint64_t kFramesBetweenRefinements = 24;
 /// Steps in which a square follows the eye: a part of its radius, and whole pixels of the map.
 constexpr float kStepsPerRadius = 8;
+constexpr float kNeverDrawn = 1e30f;
 
 struct Due {
   std::size_t cascade;
@@ -41,15 +42,21 @@ glm::vec3 center_of(const ShadowFrame& frame, float radius_m) {
   return glm::transpose(sun_from_world) * (glm::round(sun_from_world * ahead / step_m) * step_m);
 }
 
+/// The one that is farthest behind, in its radii: a fast eye must not keep the larger ones waiting.
 std::optional<Due> due_cascade(const Shadows& shadows, const ShadowFrame& frame) {
+  std::optional<Due> due;
+  float most = -1;
   for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
     const Shadows::Cascade& cascade = shadows.cascades[i];
     const glm::vec3 center = center_of(frame, cascade.radius_m);
-    const bool moved = cascade.drawn_frame == 0 || center != cascade.center;
+    const bool first = cascade.drawn_frame == 0;
     const bool finer = cascade.drawn_arrivals != frame.arrivals && frame.number >= cascade.drawn_frame + kFramesBetweenRefinements;
-    if (moved || finer) return Due{i, sun_view(frame, center, cascade.radius_m), center};
+    const float behind = first ? kNeverDrawn : glm::distance(center, cascade.center) / cascade.radius_m;
+    if ((behind == 0 && !finer) || behind <= most) continue;
+    most = behind;
+    due = Due{i, sun_view(frame, center, cascade.radius_m), center};
   }
-  return std::nullopt;
+  return due;
 }
 
 constexpr VkPipelineStageFlags2 kReaders =

@@ -30,9 +30,11 @@ struct Push {
 
 /// The i-th point of the van der Corput sequence, in [0, 1).
 float radical_inverse(std::uint32_t i, std::uint32_t base) {
-  float value = 0;
-  for (float digit = 1 / static_cast<float>(base); i > 0; i /= base, digit /= static_cast<float>(base))
+  float value = 0, digit = 1;
+  for (; i > 0; i /= base) {
+    digit /= static_cast<float>(base);
     value += digit * static_cast<float>(i % base);
+  }
   return value;
 }
 
@@ -83,7 +85,7 @@ VkRenderingAttachmentInfo attachment(const Image& image) {
 Push advance(Temporal& temporal, const TemporalView& view, VkExtent2D extent) {
   const bool still = view.unchanged && view.clip_from_world == temporal.clip_from_world;
   Push push{};
-  push.moved_by = 2.0f * view.jitter_px / glm::vec2(extent.width, extent.height);
+  push.moved_by = 2.0f * view.jitter_px / glm::vec2(static_cast<float>(extent.width), static_cast<float>(extent.height));
   // In double precision: it is near the identity, and what it is made of is kilometres large.
   glm::dmat4 moved(1);
   moved[3][0] = static_cast<double>(push.moved_by.x);

@@ -54,17 +54,15 @@ bool draw_by_hardware(uint plant_index, uint item, RasterCluster cluster) {
   return true;
 }
 
-// Of an invocation's part of an item: leaves or triangles, by the hardware of them.
-uvec2 drawn;
-
-// Every step-th cluster of a list.
-void expand_list(uint item, Instance instance, uint first, uint step) {
+// Every step-th cluster of a list. What of them is drawn: leaves or triangles, by the hardware of them.
+uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
   RasterList list = list_for(instance, item);
   bool quads = list_of(item) < kRasterLevels;
   // Discs leave gaps in a surface unless they are about a pixel.
   float splat_px = quads ? push.splat_px : min(push.splat_px, 1.5);
   float split_px = hardware_leaf_px();
   float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
+  uvec2 drawn = uvec2(0);
   for (uint i = first; i < list.cluster_count; i += step) {
     RasterCluster cluster = RasterClusterArray(list.clusters).at[i];
     vec3 center = world_from_object(instance, cluster.center);
@@ -79,12 +77,13 @@ void expand_list(uint item, Instance instance, uint first, uint step) {
     append_leaves(seen && !small && !large, item, i);
     if (seen) drawn += uvec2(cluster.leaf_count, large ? cluster.leaf_count : 0);
   }
+  return drawn;
 }
 
 void expand(uint item, uint first, uint step) {
   Instance instance = instances[slot_of(item)];
-  drawn = uvec2(0);
-  for (uint i = 0; i < list_count(instance, item); ++i) expand_list(item + (i << kSlotBits), instance, first, step);
+  uvec2 drawn = uvec2(0);
+  for (uint i = 0; i < list_count(instance, item); ++i) drawn += expand_list(item + (i << kSlotBits), instance, first, step);
   if (list_of(item) < kRasterLevels) COPPICE_COUNT(leaves, drawn.x)
   else if (is_mesh(item)) COPPICE_COUNT(leaf_mesh_triangles, drawn.x)
   else COPPICE_COUNT(wood_triangles, drawn.x)

@@ -247,8 +247,7 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
     }
   if (attachments.shadow_format == VK_FORMAT_UNDEFINED) return {};
   COPPICE_CHECK(modules.create(8, plant_depth_frag_spirv));
-  for (const Wanted& wanted :
-       {Wanted{&passes.shadow.leaf, 1, 8, 1}, Wanted{&passes.shadow.wood.plain, 2, 8, 0}, Wanted{&passes.shadow.leaf_mesh.plain, 4, 8, 1}})
+  for (const Wanted& wanted : {Wanted{&passes.shadow.leaf, 1, 8, 1}, Wanted{&passes.shadow.wood.plain, 2, 8, 0}})
     for (const std::uint32_t textured : {0u, 1u}) {
       const DrawShaders shaders{modules.modules[wanted.vertex], modules.modules[wanted.fragment], {textured, wanted.leaf}};
       COPPICE_TRY(pipeline, create_draw_pipeline(device, shadow_attachments(attachments), cache, passes.layout, shaders));

@@ -241,7 +241,7 @@ class Renderer {
   void record_readback(VkCommandBuffer cmd);
   void draw_leaves(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t plant) const;
   void draw_wood(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t plant, std::uint32_t lod) const;
-  void draw_leaf_mesh(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t plant, std::uint32_t index) const;
+  void draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t index) const;
   void draw_mesh(VkCommandBuffer cmd, std::uint32_t plant, const MeshBuffer& mesh, const MeshDraw& draw) const;
   void bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push, const std::array<VkPipeline, 2>& pipelines) const;
   void destroy_plant(PlantSlot& plant);

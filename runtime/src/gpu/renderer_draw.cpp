@@ -135,9 +135,8 @@ void Renderer::record_draw(VkCommandBuffer cmd, const coppice_view& view) const 
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
     for (std::uint32_t lod = 0; plant_counts_[plant] > 0 && lod < kMaxWoodLods; ++lod)
       if (records_[plant].wood_resident_mask >> lod & 1u) draw_wood(cmd, pipelines, plant, lod);
-  for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
-    for (std::uint32_t i = 0; plant_counts_[plant] > 0 && i < records_[plant].leaf_mesh_count; ++i)
-      draw_leaf_mesh(cmd, pipelines, plant, i);
+  for (std::uint32_t plant = 0; view.kind == COPPICE_VIEW_CAMERA && plant < plants_.size(); ++plant)
+    for (std::uint32_t i = 0; plant_counts_[plant] > 0 && i < records_[plant].leaf_mesh_count; ++i) draw_leaf_mesh(cmd, plant, i);
   vk.vkCmdBindIndexBuffer(cmd, fixed_.indices.buffer, 0, VK_INDEX_TYPE_UINT16);
   for (std::uint32_t plant = 0; plant < plants_.size(); ++plant)
     if (plant_counts_[plant] > 0) draw_leaves(cmd, pipelines, plant);
@@ -177,13 +176,11 @@ void Renderer::draw_wood(VkCommandBuffer cmd, const DrawPipelines& pipelines, st
              .relief = &pipelines != &passes_.shadow});
 }
 
-void Renderer::draw_leaf_mesh(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t index, std::uint32_t chunk) const {
+void Renderer::draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t index, std::uint32_t chunk) const {
   const Plant& record = records_[index];
-  draw_mesh(cmd, index, plants_[index].leaf_meshes[chunk],
-            {.list_first = record.leaf_mesh_list_base,
-             .command = record.leaf_mesh_command_base + chunk,
-             .pipelines = &pipelines.leaf_mesh,
-             .relief = &pipelines != &passes_.shadow});
+  draw_mesh(
+      cmd, index, plants_[index].leaf_meshes[chunk],
+      {.list_first = record.leaf_mesh_list_base, .command = record.leaf_mesh_command_base + chunk, .pipelines = &passes_.camera.leaf_mesh});
 }
 
 void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuffer& mesh, const MeshDraw& draw) const {

@@ -20,7 +20,6 @@ layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]
 const uint kOwnClusters = 8;
 
 bool is_mesh(uint item) { return list_of(item) >= kRasterMeshes; }
-RasterList list_for(Instance instance, uint item) { return lists[instance.plant * kRasterLists + list_of(item)]; }
 uint list_count(Instance instance, uint item) { return is_mesh(item) ? raster_plants[instance.plant].mesh_count : 1; }
 uint cluster_count(uint item) {
   Instance instance = instances[slot_of(item)];

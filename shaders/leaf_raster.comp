@@ -250,14 +250,12 @@ void raster_leaf(Shared group, RasterLeaf leaf, uvec2 name) {
   } while (more);
 }
 
-RasterList list_for(uint item) { return lists[instances[slot_of(item)].plant * kRasterLists + list_of(item)]; }
-
 void raster_clusters() {
   uint count = min(rounds[push.round].work.count, push.work_capacity);
   for (uint i = gl_WorkGroupID.x * kWorkPerGroup; i < count; i += gl_NumWorkGroups.x * kWorkPerGroup)
     for (uint j = i; j < min(i + kWorkPerGroup, count); ++j) {
       uvec2 work = work_items[j];
-      RasterList list = list_for(work.x);
+      RasterList list = list_for(instances[slot_of(work.x)], work.x);
       RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];
       Shared group = share(work.x, list, cluster);
       uint leaf = gl_LocalInvocationIndex;
@@ -287,7 +285,7 @@ void raster_big() {
   uint count = min(rounds[push.round].big.count, kBigCapacity);
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
     uvec2 name = big_items[i];
-    RasterList list = list_for(name.x);
+    RasterList list = list_for(instances[slot_of(name.x)], name.x);
     RasterLeaf leaf = RasterLeafArray(list.leaves).at[name.y];
     Drawn drawn;
     if (!project(share(name.x, list, cluster_of(name.x, list, leaf)), leaf, drawn)) continue;

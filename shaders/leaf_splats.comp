@@ -50,11 +50,10 @@ void raster_splat(Placed placed, RasterSplat splat, float size_px) {
 }
 
 void raster_cluster(uvec2 work) {
-  uint index = list_of(work.x);
   Instance instance = instances[slot_of(work.x)];
-  RasterList list = lists[instance.plant * kRasterLists + index];
+  RasterList list = list_for(instance, work.x);
   RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];
-  Placed placed = place(instance, index, list.box_min, list.splat_step, cluster);
+  Placed placed = place(instance, list_of(work.x), list.box_min, list.splat_step, cluster);
   show_debug(placed, slot_of(work.x));
   float size_px = list.splat_size_m / 65535.0 * instance.scale * view.focal_px;
   uint splat = 0;

@@ -28,6 +28,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ras
 
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
+// The list that an item of the instance names.
+RasterList list_for(Instance instance, uint item) { return lists[instance.plant * kRasterLists + list_of(item)]; }
+
 // x: columns, y: rows, z: place of the level's first tile.
 uvec3 tile_level(uint level) {
   uint first = 0;

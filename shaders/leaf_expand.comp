@@ -33,7 +33,7 @@ void append_leaves(bool some, uint item, uint cluster) {
   uint first = 0;
   if (subgroupElect()) {
     first = atomicAdd(rounds[push.round].work.count, count);
-    atomicMax(rounds[push.round].work.groups[0], min((min(first + count, push.work_capacity) - 1) / kWorkPerGroup + 1, kMaxDispatchGroups));
+    atomicMax(rounds[push.round].work.groups[0], min((min(first + count, push.work_capacity) - 1) / push.leaf_clusters + 1, kMaxDispatchGroups));
     if (first == 0) wake_tiles();
   }
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);

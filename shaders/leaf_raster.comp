@@ -23,9 +23,7 @@ const uint kClusters = 0;
 const uint kBig = 1;
 layout(constant_id = 0) const uint kSource = kClusters;
 layout(local_size_x_id = 1) in;
-
-// A leaf whose rectangle holds more pixels is left to a whole group.
-const int kBigPixels = 400;
+layout(constant_id = 3) const int kBigPixels = 400;  // a leaf whose rectangle holds more pixels is left to a whole group
 
 // What the leaves of a cluster share.
 struct Shared {
@@ -252,8 +250,8 @@ void raster_leaf(Shared group, RasterLeaf leaf, uvec2 name) {
 
 void raster_clusters() {
   uint count = min(rounds[push.round].work.count, push.work_capacity);
-  for (uint i = gl_WorkGroupID.x * kWorkPerGroup; i < count; i += gl_NumWorkGroups.x * kWorkPerGroup)
-    for (uint j = i; j < min(i + kWorkPerGroup, count); ++j) {
+  for (uint i = gl_WorkGroupID.x * push.leaf_clusters; i < count; i += gl_NumWorkGroups.x * push.leaf_clusters)
+    for (uint j = i; j < min(i + push.leaf_clusters, count); ++j) {
       uvec2 work = work_items[j];
       RasterList list = list_for(instances[slot_of(work.x)], work.x);
       RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];

@@ -7,8 +7,8 @@
 // writes    picture
 // dispatch  indirect, from the round's splats stage; recorded by coppice::gpu::LeafRaster::record
 //
-// One invocation a cluster. A cluster a group, its splats side by side, would load what they share once for every invocation: as many
-// loads as the splats themselves.
+// kClusterLanes invocations take a cluster. Software drivers load what its splats share once for every invocation, as many loads as the
+// splats themselves, and are fastest with one; where neighbours' loads become one, they are to be neighbours in memory.
 
 #include "raster_extensions.glsl"
 #include "bindings.glsl"
@@ -20,6 +20,7 @@
 #include "write_pixel.glsl"
 
 layout(local_size_x_id = 1) in;
+layout(constant_id = 3) const uint kClusterLanes = 1;
 
 // size_px: of a splat of size 1, times w
 void raster_splat(Placed placed, RasterSplat splat, float size_px) {
@@ -49,21 +50,23 @@ void raster_splat(Placed placed, RasterSplat splat, float size_px) {
   } while (more);
 }
 
-void raster_cluster(uvec2 work) {
+void raster_cluster(uvec2 work, uint lane) {
   Instance instance = instances[slot_of(work.x)];
   RasterList list = list_for(instance, work.x);
   RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];
   Placed placed = place(instance, list_of(work.x), list.box_min, list.splat_step, cluster);
   show_debug(placed, slot_of(work.x));
   float size_px = list.splat_size_m / 65535.0 * instance.scale * view.focal_px;
-  uint splat = 0;
+  uint splat = lane;
   do {
-    raster_splat(placed, RasterSplatArray(list.splats).at[cluster.first_splat + splat], size_px);
-    ++splat;
+    if (kClusterLanes == 1 || splat < cluster.splat_count)
+      raster_splat(placed, RasterSplatArray(list.splats).at[cluster.first_splat + splat], size_px);
+    splat += kClusterLanes;
   } while (splat < cluster.splat_count);
 }
 
 void main() {
   uint count = min(rounds[push.round].splats.count, push.work_capacity);
-  for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) raster_cluster(splat_items[i]);
+  uint step = gl_NumWorkGroups.x * gl_WorkGroupSize.x / kClusterLanes;
+  for (uint i = gl_GlobalInvocationID.x / kClusterLanes; i < count; i += step) raster_cluster(splat_items[i], gl_LocalInvocationIndex % kClusterLanes);
 }

@@ -60,7 +60,7 @@ void append_splats(bool some, uint item, uint cluster) {
   uint first = 0;
   if (subgroupElect()) {
     first = atomicAdd(rounds[push.round].splats.count, count);
-    atomicMax(rounds[push.round].splats.groups[0], min((min(first + count, push.work_capacity) - 1) / push.lanes + 1, kMaxDispatchGroups));
+    atomicMax(rounds[push.round].splats.groups[0], min((min(first + count, push.work_capacity) - 1) / push.splat_clusters + 1, kMaxDispatchGroups));
     if (first == 0) wake_tiles();
   }
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);

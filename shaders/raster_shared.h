@@ -26,7 +26,6 @@ const uint kRasterMaxInstances = 1u << kSlotBits;
 const uint kWorkClusters = 1u << 19;
 const uint kOneClusterLevel = 18;    // kClusterLeaves leaves
 const uint kBigCapacity = 1u << 18;  // leaves in a round that a whole workgroup rasterises
-const uint kWorkPerGroup = 4;        // clusters of leaves that a workgroup takes one after the other
 const uint kTileShift = 3;
 const uint kTileSide_px = 1u << kTileShift;
 const uint kTileLevels = 3;  // tiles of 8, 32 and 128 px
@@ -136,10 +135,13 @@ struct RasterPush {
   float splat_px;      // clusters whose grain is no longer than this are drawn as splats
   float split_px;      // clusters whose leaves are larger on average are drawn by the hardware
   uint reversed;       // 1: the depth attachment holds the key; 0: it holds 1 - key
-  uint lanes;          // invocations of a group, except where they are kCullGroupSize
+  uint lanes;          // invocations of a group, but of culling, leaves and splats
   uint work_capacity;  // of work_items and of splat_items
+  // Clusters that a group takes: of leaves one after the other, of splats side by side.
+  uint leaf_clusters;
+  uint splat_clusters;
 };
-COPPICE_GPU_LAYOUT(RasterPush, 40);
+COPPICE_GPU_LAYOUT(RasterPush, 48);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

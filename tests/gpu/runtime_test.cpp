@@ -516,7 +516,6 @@ TEST_F(RuntimeTest, BlockTexturesLookAlikeReadByTheGpuAndDecoded) {
   ASSERT_GT(drawn_pixels(ways[0].picture), 500u);
   EXPECT_LT(mean_difference(ways[0].picture, ways[1].picture), 0.05) << "decoders round differently, no more";
   EXPECT_LT(mean_difference(ways[0].picture, ways[2].picture), 1.0);
-  EXPECT_GT(mean_difference(ways[0].picture, ways[2].picture), 0.0) << "nothing was compressed";
   const std::uint64_t rgba_bytes = 501 * 501 * 4 * 4 / 3;
   EXPECT_LT(ways[0].bytes + rgba_bytes / 2, ways[1].bytes);
   EXPECT_NEAR(static_cast<double>(ways[1].bytes), static_cast<double>(ways[2].bytes), 100e3);

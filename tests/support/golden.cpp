@@ -47,6 +47,14 @@ std::string first_line(const std::filesystem::path& path) {
   return line;
 }
 
+/// Another make of GPU covers other pixels of a leaf's edge: 0.47 % of them where lavapipe's and NVIDIA's pictures of hazel are compared.
+constexpr double kOtherDriverShare = 0.01;
+
+/// By the driver's name, whatever its version.
+bool is_same_driver(const std::string& a, const std::string& b) {
+  return a.substr(0, a.find(' ')) == b.substr(0, b.find(' '));
+}
+
 void report_failure(const std::string& name, const PictureDifference& difference, const Picture& picture, const std::string& drivers) {
   const std::filesystem::path folder = COPPICE_GOLDEN_OUTPUT;
   std::filesystem::create_directories(folder);
@@ -116,9 +124,12 @@ void expect_golden(const std::string& name, const Picture& picture, const Golden
     ADD_FAILURE() << "no golden image " << png.string() << ": run once with COPPICE_UPDATE_GOLDEN=1 and look at it";
     return;
   }
-  const PictureDifference difference = compare_pictures(read_png(png), picture, tolerance.channel_delta);
-  if (!within(difference, tolerance))
-    report_failure(name, difference, picture, "golden drawn by " + first_line(driver_file) + "\nthis one by     " + driver);
+  const std::string golden_driver = first_line(driver_file);
+  GoldenTolerance allowed = tolerance;
+  if (!is_same_driver(golden_driver, driver)) allowed.differing_share = std::max(allowed.differing_share, kOtherDriverShare);
+  const PictureDifference difference = compare_pictures(read_png(png), picture, allowed.channel_delta);
+  if (!within(difference, allowed))
+    report_failure(name, difference, picture, "golden drawn by " + golden_driver + "\nthis one by     " + driver);
 }
 
 }  // namespace coppice::test

@@ -172,7 +172,8 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
                                             .max_instances = max_instances,
                                             .max_plants = kMaxPlants,
                                             .compute_raster = options.compute_raster,
-                                            .int64_atomics = options.int64_atomics && gpu.int64_atomics}));
+                                            .int64_atomics = options.int64_atomics && gpu.int64_atomics,
+                                            .many_lanes = options.many_lanes}));
   const coppice_allocator allocator{.user = nullptr,
                                     .allocate = [](void*, std::size_t bytes, std::size_t) { return std::malloc(bytes); },
                                     .free = [](void*, void* pointer, std::size_t) { std::free(pointer); }};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -45,6 +46,7 @@ struct SceneOptions {
   std::uint64_t memory_budget_bytes = 64ull << 20;
   bool compute_raster = false;
   bool int64_atomics = true;                       ///< where the device has them
+  std::optional<bool> many_lanes;                  ///< RendererDesc's
   PFN_vkAllocateMemory allocate_memory = nullptr;  ///< instead of the device's; frames may then fail
 };
 

@@ -52,19 +52,28 @@ class ShaderModule {
 
 constexpr std::size_t kCountPass = 2;  // kCount of write_pixel.glsl
 
-/// Constants 0, 1 and 2 of the rasteriser's shaders.
+/// Constants 0 to 3 of the rasteriser's shaders.
 struct Constants {
   std::uint32_t kind = 0;
   std::uint32_t lanes = 8;
   std::uint32_t pass = 0;
+  std::uint32_t share = 0;  ///< kClusterLanes of leaf_splats.comp, kBigPixels of leaf_raster.comp
 };
+
+/// A software driver pays for each group, and for each load of an invocation: few groups, and what is shared loaded once. Where hundreds
+/// of invocations hide each other's loads, work is spread as far as it goes. (DECISIONS: a GPU's shape)
+constexpr RasterShape kFewLanes{
+    .leaf_lanes = 8, .leaf_clusters = 4, .big_pixels = 400, .big_lanes = 8, .splat_lanes = 8, .cluster_lanes = 1};
+constexpr RasterShape kManyLanes{
+    .leaf_lanes = 64, .leaf_clusters = 1, .big_pixels = 128, .big_lanes = 32, .splat_lanes = 64, .cluster_lanes = 32};
 
 Result<VkPipeline> create_compute(const Device& device, VkPipelineCache cache, VkPipelineLayout layout,
                                   std::span<const std::uint32_t> words, const Constants& constants) {
   COPPICE_TRY(module, ShaderModule::create(device, words));
-  const std::array<VkSpecializationMapEntry, 3> entries{{{0, offsetof(Constants, kind), sizeof(std::uint32_t)},
+  const std::array<VkSpecializationMapEntry, 4> entries{{{0, offsetof(Constants, kind), sizeof(std::uint32_t)},
                                                          {1, offsetof(Constants, lanes), sizeof(std::uint32_t)},
-                                                         {2, offsetof(Constants, pass), sizeof(std::uint32_t)}}};
+                                                         {2, offsetof(Constants, pass), sizeof(std::uint32_t)},
+                                                         {3, offsetof(Constants, share), sizeof(std::uint32_t)}}};
   const VkSpecializationInfo special{static_cast<std::uint32_t>(entries.size()), entries.data(), sizeof constants, &constants};
   const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
                                          .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
@@ -118,6 +127,7 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, desc));
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
+  raster->shape_ = desc.many_lanes.value_or(subgroup.subgroupSize > kFewLanes.leaf_lanes) ? kManyLanes : kFewLanes;
   COPPICE_CHECK(raster->plants_.create(device, garbage, desc.max_plants, desc.jobs));
   COPPICE_CHECK(raster->create_layouts());
   COPPICE_CHECK(raster->create_pipelines());
@@ -184,9 +194,12 @@ Result<void> LeafRaster::create_pipelines() {
   const Words splats = desc_.int64_atomics ? Words(leaf_splats_int64_comp_spirv) : Words(leaf_splats_comp_spirv);
   for (std::uint32_t pass = 0; pass < pipelines_.splats.size(); ++pass) {
     if (pass == 1 && desc_.int64_atomics) continue;
-    wanted.push_back({&pipelines_.splats[pass], splats, {.lanes = lanes_, .pass = pass}});
+    wanted.push_back({&pipelines_.splats[pass], splats, {.lanes = shape_.splat_lanes, .pass = pass, .share = shape_.cluster_lanes}});
     for (std::uint32_t source = 0; source < kSourceCount; ++source)
-      wanted.push_back({&pipelines_.leaves[pass][source], leaves, {.kind = source, .lanes = lanes_, .pass = pass}});
+      wanted.push_back(
+          {&pipelines_.leaves[pass][source],
+           leaves,
+           {.kind = source, .lanes = source == kBig ? shape_.big_lanes : shape_.leaf_lanes, .pass = pass, .share = shape_.big_pixels}});
   }
   for (const Wanted& item : wanted) {
     COPPICE_TRY(pipeline, create_compute(device_, desc_.pipeline_cache, pipelines_.layout, item.words, item.constants));
@@ -331,7 +344,9 @@ bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::
            .split_px = kSplit_px,
            .reversed = reversed ? 1u : 0u,
            .lanes = lanes_,
-           .work_capacity = static_cast<std::uint32_t>(work_capacity())};
+           .work_capacity = static_cast<std::uint32_t>(work_capacity()),
+           .leaf_clusters = shape_.leaf_clusters,
+           .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes};
   std::array<RasterRound, kRasterRounds> rounds{};
   for (RasterRound& round : rounds)
     for (RasterStage* stage :

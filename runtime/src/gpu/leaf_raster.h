@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,8 +28,19 @@ struct RasterDesc {
   VkDescriptorSetLayout frame_set_layout = VK_NULL_HANDLE;
   std::uint32_t max_instances = 0;
   std::uint32_t max_plants = 0;
-  bool int64_atomics = false;  ///< shaderInt64 and shaderBufferInt64Atomics are enabled
-  coppice_jobs jobs{};         ///< as RasterPlants::create has them
+  bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
+  std::optional<bool> many_lanes;  ///< work is spread as for wide subgroups; without a value: by the device's
+  coppice_jobs jobs{};             ///< as RasterPlants::create has them
+};
+
+/// How leaves and splats are spread over invocations.
+struct RasterShape {
+  std::uint32_t leaf_lanes = 0;     ///< of a group that goes through clusters of leaves
+  std::uint32_t leaf_clusters = 0;  ///< that it takes one after the other
+  std::uint32_t big_pixels = 0;     ///< a leaf whose rectangle holds more is a whole group's
+  std::uint32_t big_lanes = 0;      ///< of that group
+  std::uint32_t splat_lanes = 0;    ///< of a group that goes through clusters of splats
+  std::uint32_t cluster_lanes = 0;  ///< of them, so many share a cluster
 };
 
 std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks);
@@ -104,6 +116,7 @@ class LeafRaster {
   RasterDesc desc_;
   bool levels_known_ = false;  ///< buffers_.levels holds what a view has left there
   std::uint32_t lanes_ = 8;
+  RasterShape shape_{};
   Pipelines pipelines_;
   Buffers buffers_;
   DescriptorSet set_;

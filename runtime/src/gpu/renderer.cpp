@@ -51,6 +51,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
   if (desc.max_instances > std::uint64_t{renderer->device_.max_group_count} * kCullGroupSize)
     return Error{Status::unsupported, "max_instances beyond what the device culls in one dispatch", Error::kNoOffset,
                  std::to_string(desc.max_instances)};
+  if (std::uint64_t{desc.max_instances} * sizeof(Instance) > renderer->device_.max_storage_bytes)
+    return Error{Status::unsupported, "max_instances beyond what a storage buffer of the device holds", Error::kNoOffset,
+                 std::to_string(desc.max_instances)};
   COPPICE_CHECK(create_passes(renderer->device_, desc.attachments, desc.pipeline_cache, renderer->passes_));
   COPPICE_TRY(staging, Staging::create(renderer->device_, kStagingBytes));
   renderer->staging_ = std::move(staging);
@@ -65,6 +68,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
                                           .max_instances = desc.max_instances,
                                           .max_plants = desc.max_plants,
                                           .int64_atomics = desc.int64_atomics,
+                                          .many_lanes = desc.many_lanes,
                                           .jobs = desc.jobs}));
   renderer->raster_ = std::move(raster);
   return renderer;

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,8 +37,9 @@ struct RendererDesc {
   std::uint64_t memory_budget_bytes = 0;  ///< decides how large a block of the page pool is
   std::uint32_t max_instances = 0;
   std::uint32_t max_plants = 0;
-  bool compute_raster = false;  ///< small leaves by compute shaders, where the device does
-  bool int64_atomics = false;   ///< shaderInt64 and shaderBufferInt64Atomics are enabled
+  bool compute_raster = false;     ///< small leaves by compute shaders, where the device does
+  bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
+  std::optional<bool> many_lanes;  ///< RasterDesc's
   bool pass_times = false;
   coppice_jobs jobs{};  ///< where the rasteriser's lists are built; without a hook, inside record_upload_end
 };

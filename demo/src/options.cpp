@@ -33,6 +33,12 @@ bool parse_size(const std::string& text, Options& options) {
          options.width_px <= kLargestSide_px && options.height_px <= kLargestSide_px;
 }
 
+/// names: "--on,!--off". What is not given keeps its value, or none: add_flag takes an optional<bool> for a number and makes it 0.
+CLI::Option* add_switch(CLI::App& app, const std::string& names, std::optional<bool>& value, const std::string& help) {
+  return app.add_flag_function(
+      names, [&value](std::int64_t count) { value = count > 0; }, help);
+}
+
 void declare_forest(CLI::App& app, Options& options) {
   app.option_defaults()->group("The forest");
   CLI::Option* plants = app.add_option("--plants", options.plants, kPlants)->delimiter(',')->type_name("A.coppice,...");
@@ -72,10 +78,10 @@ void declare_pictures(CLI::App& app, Options& options) {
   app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
       ->type_name("DIR");
   app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air")->check(CLI::Range(0.0f, 10.0f))->capture_default_str();
-  app.add_flag("--shadows,!--no-shadows", options.shadows,
-               "Shadow maps: plants shade the ground and each other [with a GPU on, without off]");
-  CLI::Option* temporal = app.add_flag(
-      "--taa,!--no-taa", options.temporal,
+  add_switch(app, "--shadows,!--no-shadows", options.shadows,
+             "Shadow maps: plants shade the ground and each other [with a GPU on, without off]");
+  CLI::Option* temporal = add_switch(
+      app, "--taa,!--no-taa", options.temporal,
       "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [with a GPU on, without off]");
   app.add_option("--supersample", options.supersample,
                  "Pictures that are written are means of KxK frames moved by parts of a pixel, without temporal antialiasing")

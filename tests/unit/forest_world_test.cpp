@@ -11,6 +11,7 @@
 #include "camera.h"
 #include "failure.h"
 #include "frame_pace.h"
+#include "options.h"
 #include "placement.h"
 #include "terrain.h"
 #include "tufts.h"
@@ -18,6 +19,25 @@
 
 namespace forest {
 namespace {
+
+Options parsed(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "coppice-forest");
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  const ParsedOptions parsed = parse_options(static_cast<int>(argv.size()), argv.data());
+  EXPECT_FALSE(parsed.exit_code);
+  return parsed.options;
+}
+
+TEST(Options, WhatIsNotSaidIsLeftToTheDevice) {
+  const Options said_nothing = parsed({});
+  EXPECT_FALSE(said_nothing.shadows.has_value());
+  EXPECT_FALSE(said_nothing.temporal.has_value());
+  EXPECT_FALSE(said_nothing.leaf_budget.has_value());
+  EXPECT_FALSE(said_nothing.frames.has_value());
+  EXPECT_EQ(parsed({"--taa", "--no-shadows"}).temporal, true);
+  EXPECT_EQ(parsed({"--taa", "--no-shadows"}).shadows, false);
+}
 
 TEST(Watch, SeesAChangedFileOnceAndOnlyWhenItIsWhole) {
   const std::filesystem::path path = std::filesystem::temp_directory_path() / ("watch_test_" + std::to_string(::getpid()));

@@ -85,7 +85,7 @@ void append_item(uint item) {
   uint first = 0;
   if (subgroupElect()) {
     first = atomicAdd(rounds[push.round].items.count, count);
-    atomicMax(rounds[push.round].items.groups[0], min((first + count - 1) / push.lanes + 1, kMaxDispatchGroups));
+    atomicMax(rounds[push.round].items.groups[0], min((first + count - 1) / push.expand_items + 1, kMaxDispatchGroups));
   }
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
   if (item != kNothing) items[place] = item;

@@ -1,8 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// From instances to the clusters of their lists that are in view and not hidden by earlier rounds; an invocation takes a short list, a
-// subgroup together a long one. Clusters of large leaves are left to the hardware.
+// From instances to the clusters of their lists that are in view and not hidden by earlier rounds. Clusters of large leaves are left to
+// the hardware. kTogether: a group takes one list after the other, its clusters side by side. Otherwise an invocation takes a short list,
+// and a subgroup together a long one.
 // reads     view, instances, plants, items, lists, tiles; clusters by address
 // writes    work_items and splat_items, and the round's work and splats stages; draw commands of leaves; counters
 // dispatch  indirect, from the round's items stage; recorded by coppice::gpu::LeafRaster::record
@@ -12,6 +13,7 @@
 #include "counters.glsl"
 
 layout(local_size_x_id = 1) in;
+layout(constant_id = 0) const uint kTogether = 0;
 
 layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
 layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
@@ -79,18 +81,38 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
   return drawn;
 }
 
+// What an invocation has drawn: leaves, triangles of leaf meshes and of wood, and of all that triangles by the hardware.
+uvec4 drawn_sum = uvec4(0);
+
 void expand(uint item, uint first, uint step) {
   Instance instance = instances[slot_of(item)];
   uvec2 drawn = uvec2(0);
   for (uint i = 0; i < list_count(instance, item); ++i) drawn += expand_list(item + (i << kSlotBits), instance, first, step);
-  if (list_of(item) < kRasterLevels) COPPICE_COUNT(leaves, drawn.x)
-  else if (is_mesh(item)) COPPICE_COUNT(leaf_mesh_triangles, drawn.x)
-  else COPPICE_COUNT(wood_triangles, drawn.x)
-  COPPICE_COUNT(hardware_triangles, 2 * drawn.y)
+  uint kind = list_of(item) < kRasterLevels ? 0 : is_mesh(item) ? 1 : 2;
+  drawn_sum[kind] += drawn.x;
+  drawn_sum.w += 2 * drawn.y;
 }
 
-void main() {
-  uint count = rounds[push.round].items.count;
+void add_to_counters(uvec4 sum) {
+  COPPICE_COUNT(leaves, sum.x)
+  COPPICE_COUNT(leaf_mesh_triangles, sum.y)
+  COPPICE_COUNT(wood_triangles, sum.z)
+  COPPICE_COUNT(hardware_triangles, sum.w)
+}
+
+shared uint group_sum[4];
+
+void expand_together(uint count) {
+  if (gl_LocalInvocationIndex < 4) group_sum[gl_LocalInvocationIndex] = 0;
+  barrier();
+  for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) expand(items[i], gl_LocalInvocationIndex, gl_WorkGroupSize.x);
+  for (uint i = 0; i < 4; ++i)
+    if (drawn_sum[i] > 0) atomicAdd(group_sum[i], drawn_sum[i]);
+  barrier();
+  if (gl_LocalInvocationIndex == 0) add_to_counters(uvec4(group_sum[0], group_sum[1], group_sum[2], group_sum[3]));
+}
+
+void expand_each(uint count) {
   uvec4 all = subgroupBallot(true);
   for (uint i = gl_WorkGroupID.x * gl_WorkGroupSize.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
     bool some = i + gl_LocalInvocationIndex < count;
@@ -112,4 +134,11 @@ void main() {
       step = subgroupBallotBitCount(all);
     } while (more);
   }
+  add_to_counters(drawn_sum);
+}
+
+void main() {
+  uint count = rounds[push.round].items.count;
+  if (kTogether != 0) expand_together(count);
+  else expand_each(count);
 }

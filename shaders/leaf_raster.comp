@@ -7,7 +7,7 @@
 // dispatch  indirect, from the stage that kSource names; recorded by coppice::gpu::LeafRaster::record
 //
 // Clusters: one invocation a leaf, which walks the pixels of the leaf's rectangle. What covers many pixels goes to a list
-// of its own, of which a whole group takes one leaf at a time, a row each invocation.
+// of its own, of which a whole group takes one leaf at a time: a row each invocation, or eight of a wide group.
 
 #include "raster_extensions.glsl"
 #include "bindings.glsl"
@@ -288,9 +288,10 @@ void raster_big() {
     Drawn drawn;
     if (!project(share(name.x, list, cluster_of(name.x, list, leaf)), leaf, drawn)) continue;
     Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));
-    for (int y = drawn.low.y + int(gl_LocalInvocationIndex); y < drawn.high.y; y += int(gl_WorkGroupSize.x)) {
+    int row_lanes = gl_WorkGroupSize.x < 32 ? 1 : 8, lane = int(gl_LocalInvocationIndex);
+    for (int y = drawn.low.y + lane / row_lanes; y < drawn.high.y; y += int(gl_WorkGroupSize.x) / row_lanes) {
       ivec2 row = row_of(rows, drawn, y);
-      for (int x = row.x; x < row.y; ++x) shade_pixel(drawn, vec2(x, y) + 0.5, uint(y) * push.width_px + uint(x));
+      for (int x = row.x + lane % row_lanes; x < row.y; x += row_lanes) shade_pixel(drawn, vec2(x, y) + 0.5, uint(y) * push.width_px + uint(x));
     }
   }
 }

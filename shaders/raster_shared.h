@@ -137,11 +137,12 @@ struct RasterPush {
   uint reversed;       // 1: the depth attachment holds the key; 0: it holds 1 - key
   uint lanes;          // invocations of a group, but of culling, leaves and splats
   uint work_capacity;  // of work_items and of splat_items
-  // Clusters that a group takes: of leaves one after the other, of splats side by side.
+  // What a group takes at a time: items of leaf_expand.comp; clusters of leaves, one after the other; clusters of splats, side by side.
+  uint expand_items;
   uint leaf_clusters;
   uint splat_clusters;
 };
-COPPICE_GPU_LAYOUT(RasterPush, 48);
+COPPICE_GPU_LAYOUT(RasterPush, 52);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

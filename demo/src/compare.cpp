@@ -16,8 +16,10 @@ using Clock = std::chrono::steady_clock;
 using Luminance = std::vector<float>;  // [width * height], 0..255
 
 constexpr std::uint32_t kPoses = 3;
-constexpr std::uint32_t kTimedFrames = 4;  // at each pose
-constexpr std::uint32_t kSubsamples = 4;   // along each axis
+// At each pose: at least so many frames, and so long, one after the other as a game draws them.
+constexpr std::uint32_t kTimedFrames = 4;
+constexpr float kTimed_ms = 250;
+constexpr std::uint32_t kSubsamples = 4;  // along each axis
 constexpr int kDollyFrames = 8;
 constexpr float kDollyStep_m = 0.05f;
 
@@ -66,19 +68,22 @@ Pose moved(Pose pose, int frame) {
 
 /// What a pose shows and costs once all it wants is there.
 struct Samples {
-  std::vector<float> times_ms;
+  std::vector<float> times_ms;  ///< a frame, at each pose
   std::vector<std::uint64_t> leaves, wood_triangles, leaf_mesh_triangles;
   std::vector<Luminance> pictures;
 };
 
-void visit(Session& session, const Pose& pose, std::uint32_t timed_frames, Samples& samples) {
+void visit(Session& session, const Pose& pose, std::uint32_t least_frames, Samples& samples) {
   settle(session, pose, 0);
-  for (std::uint32_t i = 0; i < timed_frames; ++i) {
-    const auto start = Clock::now();
+  const auto start = Clock::now();
+  const auto elapsed_ms = [&] { return std::chrono::duration<float, std::milli>(Clock::now() - start).count(); };
+  std::uint32_t frames = 0;
+  do {
     render_frame(session, pose, 0, 0);
-    wait_for_frames(session.device, session.ring);
-    samples.times_ms.push_back(std::chrono::duration<float, std::milli>(Clock::now() - start).count());
-  }
+    ++frames;
+  } while (frames < least_frames || elapsed_ms() < kTimed_ms);
+  wait_for_frames(session.device, session.ring);
+  samples.times_ms.push_back(elapsed_ms() / static_cast<float>(frames));
   samples.leaves.push_back(session.statistics.last.drawn_leaf_count);
   samples.wood_triangles.push_back(session.statistics.last.drawn_wood_triangle_count);
   samples.leaf_mesh_triangles.push_back(session.statistics.last.drawn_leaf_mesh_triangle_count);

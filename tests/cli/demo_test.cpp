@@ -237,6 +237,7 @@ TEST(CoppiceForest, DebugViewsColourPlantsByWhatDrawsThem) {
   // Colours of the path view, as they are after tone mapping: compute shaders' leaves, quads by the hardware.
   const auto share_of = [&](const std::vector<std::string>& options, const auto& is_colour) {
     std::vector<std::string> arguments = headless_forest(plant, png);
+    arguments.insert(arguments.end(), {"--no-taa", "--no-shadows"});  // colours as they are, on any device
     arguments.insert(arguments.end(), options.begin(), options.end());
     const ProcessResult result = run_process(COPPICE_FOREST, arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;

@@ -289,7 +289,7 @@ TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
   }
   EXPECT_TRUE(arrivals.empty()) << log_;
   EXPECT_LE(stats().memory_peak_bytes, budget_bytes);
-  EXPECT_GT(most_bytes, budget_bytes - (2ull << 20)) << "the budget is not tight: nothing was tested";
+  EXPECT_GT(most_bytes, budget_bytes - (3ull << 20)) << "the budget is not tight: nothing was tested";
   EXPECT_GT(stats().pages_evicted, 0u);
   std::filesystem::remove(large_path);
 }

@@ -63,9 +63,14 @@ struct Constants {
 /// A software driver pays for each group, and for each load of an invocation: few groups, and what is shared loaded once. Where hundreds
 /// of invocations hide each other's loads, work is spread as far as it goes. (DECISIONS: a GPU's shape)
 constexpr RasterShape kFewLanes{
-    .leaf_lanes = 8, .leaf_clusters = 4, .big_pixels = 400, .big_lanes = 8, .splat_lanes = 8, .cluster_lanes = 1};
-constexpr RasterShape kManyLanes{
-    .leaf_lanes = 64, .leaf_clusters = 1, .big_pixels = 128, .big_lanes = 32, .splat_lanes = 64, .cluster_lanes = 32};
+    .expand_together = false, .leaf_lanes = 8, .leaf_clusters = 4, .big_pixels = 400, .big_lanes = 8, .splat_lanes = 8, .cluster_lanes = 1};
+constexpr RasterShape kManyLanes{.expand_together = true,
+                                 .leaf_lanes = 64,
+                                 .leaf_clusters = 1,
+                                 .big_pixels = 128,
+                                 .big_lanes = 64,
+                                 .splat_lanes = 64,
+                                 .cluster_lanes = 32};
 
 Result<VkPipeline> create_compute(const Device& device, VkPipelineCache cache, VkPipelineLayout layout,
                                   std::span<const std::uint32_t> words, const Constants& constants) {
@@ -186,7 +191,7 @@ Result<void> LeafRaster::create_pipelines() {
   std::vector<Wanted> wanted{{&pipelines_.blocks, leaf_blocks_comp_spirv, {}},
                              {&pipelines_.cull[0], cull_raster_comp_spirv, {}},
                              {&pipelines_.cull[1], cull_raster_comp_spirv, {.kind = 1}},
-                             {&pipelines_.expand, leaf_expand_comp_spirv, {.lanes = lanes_}},
+                             {&pipelines_.expand, leaf_expand_comp_spirv, {.kind = shape_.expand_together ? 1u : 0u, .lanes = lanes_}},
                              {&pipelines_.tiles[0], leaf_tiles_comp_spirv, {.kind = 0, .lanes = lanes_}},
                              {&pipelines_.tiles[1], leaf_tiles_comp_spirv, {.kind = 1, .lanes = lanes_}}};
   using Words = std::span<const std::uint32_t>;
@@ -345,6 +350,7 @@ bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::
            .reversed = reversed ? 1u : 0u,
            .lanes = lanes_,
            .work_capacity = static_cast<std::uint32_t>(work_capacity()),
+           .expand_items = shape_.expand_together ? 1 : lanes_,
            .leaf_clusters = shape_.leaf_clusters,
            .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes};
   std::array<RasterRound, kRasterRounds> rounds{};

@@ -35,6 +35,7 @@ struct RasterDesc {
 
 /// How leaves and splats are spread over invocations.
 struct RasterShape {
+  bool expand_together = false;     ///< kTogether of leaf_expand.comp
   std::uint32_t leaf_lanes = 0;     ///< of a group that goes through clusters of leaves
   std::uint32_t leaf_clusters = 0;  ///< that it takes one after the other
   std::uint32_t big_pixels = 0;     ///< a leaf whose rectangle holds more is a whole group's

@@ -36,9 +36,10 @@ TEST(ShareOut, KnownShares) {
 TEST(ShareOut, CoversEverythingWithEverySymbolThatCounts) {
   std::mt19937 random(1);
   for (int round = 0; round < 300; ++round) {
-    std::vector<std::uint8_t> digits(1 + random() % 256);
-    for (std::uint8_t& digit : digits) digit = static_cast<std::uint8_t>(random() % 3 == 0 ? 0 : random() % kWeightDigits);
-    digits.back() = 1;
+    std::vector<std::uint8_t> digits;
+    for (std::size_t i = random() % 256; i > 0; --i)
+      digits.push_back(static_cast<std::uint8_t>(random() % 3 == 0 ? 0 : random() % kWeightDigits));
+    digits.push_back(1);
     std::vector<SymbolRange> ranges(digits.size());
     share_out(digits, ranges);
     std::uint32_t at = 0;

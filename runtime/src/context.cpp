@@ -93,7 +93,6 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->plants_.resize(desc.max_plants);
   context->slots_.resize(slot_count);
   context->demands_.resize(slot_count);
-  context->demands_ahead_.resize(slot_count);
   context->residency_.resize(slot_count);
   context->count_overhead();
   return context;
@@ -248,7 +247,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   finish_reloads();
   instances_.update_bounds();
   measure_demand(instances_.blocks(), view, demands_);
-  add_demand_ahead(view);
+  add_demand_ahead(demand_ahead_, instances_.blocks(), view, prefetch_frames_, demands_);
   for (const PlantEntry& plant : plants_)
     if (plant.open && plant.next_slot != kNoSlot) demands_[plant.next_slot] = demands_[plant.slot];
   streamer_->begin_frame({frame.frame_number, frame.completed_number, &view, demands_});
@@ -260,13 +259,6 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
     slots_[plant].on_gpu = false;
   }
   return {};
-}
-
-void Context::add_demand_ahead(const DemandView& view) {
-  const std::array<float, 3> by_m = follow_eye(eye_motion_, view.lod.eye_m, prefetch_frames_);
-  if (by_m == std::array<float, 3>{}) return;
-  measure_demand(instances_.blocks(), moved_view(view, by_m), demands_ahead_);
-  merge_demands(demands_, demands_ahead_);
 }
 
 void Context::hide_chunk(ChunkId id) {

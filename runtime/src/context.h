@@ -123,7 +123,6 @@ class Context {
   /// Shows the new files of plants whose reload has come far enough.
   void finish_reloads();
   /// Adds to demands_ what the view will want if the camera goes on as it does.
-  void add_demand_ahead(const DemandView& view);
   /// Tells the streamer what the rest of the context takes.
   void count_overhead();
   /// Before the renderer allocates: it may take what is free.
@@ -139,8 +138,8 @@ class Context {
   gpu::InstanceTable instances_;
   std::vector<PlantEntry> plants_;  ///< [max_plants]
   std::vector<PlantSlot> slots_;    ///< [max_plants + kReloadSlots]
-  std::vector<PlantDemand> demands_, demands_ahead_;
-  EyeMotion eye_motion_;
+  std::vector<PlantDemand> demands_;
+  DemandAhead demand_ahead_;
   std::vector<gpu::PlantResidency> residency_;
   LeafBudget leaf_budget_;
   float threshold_px_ = 0;  ///< of the frame

@@ -156,6 +156,38 @@ TEST(EyeMotion, WhatWillComeIntoViewIsWanted) {
   EXPECT_GT(now[1].max_size_px, expected[1].max_size_px) << "nearer now";
 }
 
+TEST(EyeMotion, OfALargeSceneAPartIsMeasuredInEachFrame) {
+  constexpr std::size_t kBlocks = 2 * kAheadBlocks + 1;  // three parts
+  std::vector<InstanceSphere> instances(kBlocks * kInstanceBlockSlots, {{0, 0, 0}, 0.0f, InstanceSphere::kNoPlant});
+  std::vector<InstanceBounds> bounds;
+  for (std::size_t i = 0; i < kBlocks; ++i) {
+    instances[i * kInstanceBlockSlots] = {{static_cast<float>(i % 64) - 32, 0, -static_cast<float>(i / 64)}, 0.5f, i % 2 ? 1u : 0u};
+    bounds.push_back(instance_bounds(std::span(instances).subspan(i * kInstanceBlockSlots, kInstanceBlockSlots)));
+  }
+  const InstanceBlocks blocks{instances, bounds};
+  const auto measured_at = [&](float z) {
+    std::vector<PlantDemand> demands(2);
+    measure_demand(blocks, *demand_view(reversed_infinite_view({0, 0, z})), demands);
+    return demands;
+  };
+  DemandAhead ahead;
+  for (int frame = 1; frame <= 7; ++frame) {
+    const float z = 100.0f - static_cast<float>(frame);
+    std::vector<PlantDemand> demands = measured_at(z), expected = demands;
+    add_demand_ahead(ahead, blocks, *demand_view(reversed_infinite_view({0, 0, z})), 20.0f, demands);
+    // Two frames say where the eye goes, three measure: then there is what an eye of the third sees, 20 frames and the parts' on.
+    if (frame >= 5) merge_demands(expected, measured_at(100.0f - 3.0f - 23.0f));
+    for (std::size_t plant = 0; plant < 2; ++plant) {
+      EXPECT_FLOAT_EQ(demands[plant].max_size_px, expected[plant].max_size_px) << frame;
+      for (std::size_t bin = 0; bin < kSizeBinCount; ++bin)
+        EXPECT_NEAR(demands[plant].instances[bin], expected[plant].instances[bin], 1.0f) << frame;
+    }
+  }
+  std::vector<PlantDemand> demands = measured_at(93.0f);
+  add_demand_ahead(ahead, blocks, *demand_view(reversed_infinite_view({0, 0, 93.0f})), 20.0f, demands);
+  EXPECT_EQ(demands[0].instances, measured_at(93.0f)[0].instances) << "who stands still wants what is in view";
+}
+
 TEST(Demand, CountsWhatIsOutsideForLess) {
   const auto view = demand_view(reversed_infinite_view({}));
   ASSERT_TRUE(view);

@@ -144,9 +144,14 @@ float size_bin_px(std::uint32_t bin) {
 }
 
 void measure_demand(const InstanceBlocks& instances, const DemandView& view, std::span<PlantDemand> demands) {
-  COPPICE_ASSERT(instances.bounds.size() * kInstanceBlockSlots >= instances.slots.size());
   std::ranges::fill(demands, PlantDemand{});
-  for (std::size_t i = 0; i < instances.bounds.size(); ++i) {
+  add_demand(instances, 0, instances.bounds.size(), view, demands);
+}
+
+void add_demand(const InstanceBlocks& instances, std::size_t first_block, std::size_t end_block, const DemandView& view,
+                std::span<PlantDemand> demands) {
+  COPPICE_ASSERT(instances.bounds.size() * kInstanceBlockSlots >= instances.slots.size());
+  for (std::size_t i = first_block; i < std::min(end_block, instances.bounds.size()); ++i) {
     const InstanceBounds& block = instances.bounds[i];
     if (block.radius_m < 0.0f) continue;
     const std::size_t first = i * kInstanceBlockSlots;

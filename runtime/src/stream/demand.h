@@ -42,4 +42,8 @@ float size_bin_px(std::uint32_t bin);
 /// they are all of their mean radius. Other blocks' instances count one by one.
 void measure_demand(const InstanceBlocks& instances, const DemandView& view, std::span<PlantDemand> demands);
 
+/// The same of blocks [first_block, end_block) alone, on top of what demands holds. end_block may lie beyond the last.
+void add_demand(const InstanceBlocks& instances, std::size_t first_block, std::size_t end_block, const DemandView& view,
+                std::span<PlantDemand> demands);
+
 }  // namespace coppice

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "check.h"
 
@@ -49,6 +50,32 @@ void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> 
     for (std::uint32_t bin = 0; bin < kSizeBinCount; ++bin)
       demands[i].instances[bin] = std::max(demands[i].instances[bin], others[i].instances[bin]);
   }
+}
+
+void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const DemandView& view, float frames,
+                      std::span<PlantDemand> demands) {
+  const std::size_t blocks = instances.bounds.size();
+  const std::size_t parts = std::clamp<std::size_t>((blocks + kAheadBlocks - 1) / kAheadBlocks, 1, kMostAheadParts);
+  // It is done parts - 1 frames after its view, and of use for as many frames as the next one takes.
+  const float age = 1.5f * static_cast<float>(parts - 1);
+  const Vector by_m = follow_eye(ahead.motion, view.lod.eye_m, frames > 0.0f ? frames + age : 0.0f);
+  if (by_m == Vector{}) {
+    ahead.part = 0;
+    ahead.known = false;
+    return;
+  }
+  if (ahead.part == 0) {
+    ahead.view = moved_view(view, by_m);
+    ahead.measured.assign(demands.size(), {});
+  }
+  const std::size_t share = (blocks + parts - 1) / parts;
+  add_demand(instances, ahead.part * share, (ahead.part + 1) * share, ahead.view, ahead.measured);
+  if (++ahead.part >= parts) {
+    std::swap(ahead.measured, ahead.finished);
+    ahead.part = 0;
+    ahead.known = true;
+  }
+  if (ahead.known) merge_demands(demands, ahead.finished);
 }
 
 }  // namespace coppice

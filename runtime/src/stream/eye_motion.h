@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "demand.h"
 
@@ -25,5 +26,23 @@ DemandView moved_view(const DemandView& view, const std::array<float, 3>& by_m);
 
 /// Raises each demand to what another view wants of the plant, where that is more. Both by plant index, of equal length (asserted).
 void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> others);
+
+/// What the camera will want if it goes on as it does. A large scene is measured over some frames, a part of its blocks in each.
+struct DemandAhead {
+  EyeMotion motion;
+  DemandView view;                    ///< of the measurement under way
+  std::size_t part = 0;               ///< of its parts, the next
+  std::vector<PlantDemand> measured;  ///< by the parts so far
+  std::vector<PlantDemand> finished;  ///< by the measurement before
+  bool known = false;                 ///< there is one since the camera last started, turned or jumped
+};
+
+/// A part has about so many blocks, or more where there would be too many parts.
+inline constexpr std::size_t kAheadBlocks = 4096;
+inline constexpr std::size_t kMostAheadParts = 8;
+
+/// Takes in a frame's view, goes on measuring what it will want in about `frames` frames, and raises demands (by plant index) to that.
+void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const DemandView& view, float frames,
+                      std::span<PlantDemand> demands);
 
 }  // namespace coppice

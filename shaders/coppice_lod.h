@@ -105,10 +105,12 @@ COPPICE_FN float coppice_projected_size_px(float distance_m, float radius_m, flo
 
 /// Position of a size among the table's: i + t stands for a share t, in log size, of the way from sizes[i] to sizes[i + 1].
 /// `scale` multiplies the error: 1 inside the table; above it the error grows as the size does. Below it the first column holds.
+/// Looked for once an instance: what an error or a cut is asked for takes it instead of a size.
 struct CoppiceColumn {
   uint i;
   float t;
   float scale;
+  float size_px;
 };
 
 COPPICE_FN CoppiceColumn coppice_column(CoppiceTable table, float size_px) {
@@ -116,6 +118,7 @@ COPPICE_FN CoppiceColumn coppice_column(CoppiceTable table, float size_px) {
   column.i = 0u;
   column.t = 0.0f;
   column.scale = 1.0f;
+  column.size_px = size_px;
   uint last = table.size_count - 1u;
   float largest_px = coppice_table_size_px(table, last);
   if (size_px >= largest_px) {
@@ -138,9 +141,8 @@ COPPICE_FN float coppice_level_error_px(CoppiceTable table, uint level, CoppiceC
   return error * column.scale;
 }
 
-/// The smallest fractional m in [1, N] with E(m, size_px) <= threshold_px; N where there is none. Between two levels E is linear in log m.
-COPPICE_FN float coppice_leaf_count(CoppiceTable table, float size_px, float threshold_px) {
-  CoppiceColumn column = coppice_column(table, size_px);
+/// The smallest fractional m in [1, N] with E(m, size) <= threshold_px; N where there is none. Between two levels E is linear in log m.
+COPPICE_FN float coppice_leaf_count(CoppiceTable table, CoppiceColumn column, float threshold_px) {
   uint low = 0u;  // error above the threshold
   float low_error = coppice_level_error_px(table, low, column);
   if (low_error <= threshold_px) return float(coppice_table_leaf_count(table, low));
@@ -170,10 +172,10 @@ COPPICE_FN float coppice_leaf_count(CoppiceTable table, float size_px, float thr
 COPPICE_CONST float kCoppiceLeavesPerThreshold = 2.0f;
 COPPICE_CONST float kCoppiceMostKeptLeaves = 32.0f;
 /// What is drawn of a plant of a size: coppice_leaf_count, but no fewer than small plants keep.
-COPPICE_FN float coppice_drawn_leaf_count(CoppiceTable table, float size_px, float threshold_px) {
-  float kept = min(kCoppiceLeavesPerThreshold * size_px, kCoppiceMostKeptLeaves * threshold_px) / max(threshold_px, 1e-6f);
+COPPICE_FN float coppice_drawn_leaf_count(CoppiceTable table, CoppiceColumn column, float threshold_px) {
+  float kept = min(kCoppiceLeavesPerThreshold * column.size_px, kCoppiceMostKeptLeaves * threshold_px) / max(threshold_px, 1e-6f);
   kept = min(kept, float(coppice_table_leaf_count(table, table.level_count - 1u)));
-  return max(coppice_leaf_count(table, size_px, threshold_px), kept);
+  return max(coppice_leaf_count(table, column, threshold_px), kept);
 }
 
 /// The whole cut that draws fractional m: its last split is under way. The slack keeps exp2(log2(n)) from costing a leaf.
@@ -184,20 +186,20 @@ COPPICE_FN uint coppice_whole_leaf_count(float fractional) {
 
 /// Error, px, of all quads against the leaf meshes; 0 where a plant has none. Beyond the table it grows with the size: the share of wrong
 /// pixels stays.
-COPPICE_FN float coppice_leaf_mesh_error_px(CoppiceTable table, float size_px) {
-  return coppice_level_error_px(table, coppice_leaf_mesh_row(table), coppice_column(table, size_px));
+COPPICE_FN float coppice_leaf_mesh_error_px(CoppiceTable table, CoppiceColumn column) {
+  return coppice_level_error_px(table, coppice_leaf_mesh_row(table), column);
 }
 
 /// Whether quads would be too wrong for an instance: it is drawn with its leaf meshes, where they are resident.
-COPPICE_FN bool coppice_wants_leaf_meshes(CoppiceTable table, float size_px, float threshold_px) {
-  return coppice_leaf_mesh_error_px(table, size_px) > threshold_px;
+COPPICE_FN bool coppice_wants_leaf_meshes(CoppiceTable table, CoppiceColumn column, float threshold_px) {
+  return coppice_leaf_mesh_error_px(table, column) > threshold_px;
 }
 
 /// What is left of the threshold for the cut of an instance that is near to being drawn with its leaf meshes. The table's errors are
 /// against all quads, whose own against the meshes adds to them as squares do; towards the size where meshes take over the cut becomes all
 /// quads, so that the picture then changes by no more than the threshold.
-COPPICE_FN float coppice_cut_threshold_px(CoppiceTable table, float size_px, float threshold_px) {
-  float error = coppice_leaf_mesh_error_px(table, size_px);
+COPPICE_FN float coppice_cut_threshold_px(CoppiceTable table, CoppiceColumn column, float threshold_px) {
+  float error = coppice_leaf_mesh_error_px(table, column);
   return sqrt(max(threshold_px * threshold_px - error * error, 0.0f));
 }
 
@@ -243,16 +245,15 @@ COPPICE_FN bool coppice_node_alive(uint node, uint node_split, uint leaf_count) 
 }
 
 /// Error, px, of a wood LoD against the finest.
-COPPICE_FN float coppice_wood_error_px(CoppiceTable table, uint lod, float size_px) {
-  return coppice_level_error_px(table, coppice_wood_row(table, lod), coppice_column(table, size_px));
+COPPICE_FN float coppice_wood_error_px(CoppiceTable table, uint lod, CoppiceColumn column) {
+  return coppice_level_error_px(table, coppice_wood_row(table, lod), column);
 }
 
 /// The coarsest wood LoD whose error is at most kCoppiceWoodThresholdShare thresholds; 0, the finest, where there is none. wood_lod_count
 /// must be > 0.
-COPPICE_FN uint coppice_wood_lod(CoppiceTable table, float size_px, float threshold_px) {
-  CoppiceColumn column = coppice_column(table, size_px);
+COPPICE_FN uint coppice_wood_lod(CoppiceTable table, CoppiceColumn column, float threshold_px) {
   uint lod = table.wood_lod_count - 1u;
-  while (lod > 0u && coppice_level_error_px(table, coppice_wood_row(table, lod), column) > kCoppiceWoodThresholdShare * threshold_px)
+  while (lod > 0u && coppice_wood_error_px(table, lod, column) > kCoppiceWoodThresholdShare * threshold_px)
     lod = lod - 1u;
   return lod;
 }

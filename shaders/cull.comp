@@ -173,15 +173,14 @@ bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) { r
 #endif
 
 // kMaxWoodLods where there is none to draw.
-uint wood_lod_of(Plant plant, CoppiceTable table, float size_px, float threshold_px) {
+uint wood_lod_of(Plant plant, CoppiceTable table, CoppiceColumn column, float threshold_px) {
   if (plant.wood_resident_mask == 0) return kMaxWoodLods;
-  uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(table, size_px, threshold_px);
+  uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(table, column, threshold_px);
   return coppice_resident_wood_lod(plant.wood_resident_mask, wanted, plant.wood_lod_count);
 }
 
 // E(m, size) of the table's levels about leaf_count, px.
-float drawn_error_px(CoppiceTable table, float leaf_count, float size_px) {
-  CoppiceColumn column = coppice_column(table, size_px);
+float drawn_error_px(CoppiceTable table, float leaf_count, CoppiceColumn column) {
   uint level = 0;
   while (level + 2 < table.level_count && float(coppice_table_leaf_count(table, level + 1)) <= leaf_count) ++level;
   if (table.level_count < 2) return coppice_level_error_px(table, 0, column);
@@ -193,7 +192,8 @@ float drawn_error_px(CoppiceTable table, float leaf_count, float size_px) {
 // How an instance's leaves are drawn.
 struct Shown {
   bool rasterised, meshes;
-  float leaf_count, size_px;
+  float leaf_count;
+  CoppiceColumn column;
 };
 
 void show_debug_color(uint slot, Plant plant, CoppiceTable table, Shown shown) {
@@ -206,7 +206,7 @@ void show_debug_color(uint slot, Plant plant, CoppiceTable table, Shown shown) {
   if (view.debug_view == kDebugOcclusion && shown.rasterised) color = ramp(float(push.round) / float(kRasterRounds - 1));
 #endif
   if (view.debug_view == kDebugError) {
-    float error_px = shown.meshes ? 0.0 : drawn_error_px(table, shown.leaf_count, shown.size_px);
+    float error_px = shown.meshes ? 0.0 : drawn_error_px(table, shown.leaf_count, shown.column);
     color = ramp(log2(max(2.0 * error_px, 1.0)) / 6.0);
   }
   if (view.debug_view == kDebugResidency) color = ramp(1.0 - log2(float(plant.resident_leaf_count)) / doublings);
@@ -231,19 +231,20 @@ void select(uint slot) {
 #endif
 
   float resident = float(plant.resident_leaf_count);
-  float cut = coppice_drawn_leaf_count(table, size_px, threshold_px);
+  CoppiceColumn column = coppice_column(table, size_px);
+  float cut = coppice_drawn_leaf_count(table, column, threshold_px);
   bool small = has_small_leaves(instance, slot, min(cut, resident), distance_m);
   // Small leaves are drawn as modelled only where there are lists of that, and none are for what they cast a shadow on.
   bool has_meshes = view.is_shadow == 0 && plant.leaf_mesh_count > 0 && (!small || has_mesh_lists(instance));
-  bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, size_px, threshold_px));
-  if (has_meshes && !meshes) cut = coppice_drawn_leaf_count(table, size_px, coppice_cut_threshold_px(table, size_px, threshold_px));
+  bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, column, threshold_px));
+  if (has_meshes && !meshes) cut = coppice_drawn_leaf_count(table, column, coppice_cut_threshold_px(table, column, threshold_px));
   if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, plant.leaf_count);
   cut = view.lod_full != 0 ? resident : min(cut, resident);
   cuts[slot] = cut;
   if (!seen) return;
 
   ++visible_count;
-  uint wood_lod = wood_lod_of(plant, table, size_px, threshold_px);
+  uint wood_lod = wood_lod_of(plant, table, column, threshold_px);
   bool meshes_rasterised = meshes && small && raster_meshes(instance, slot, plant);
   if (small && !meshes_rasterised) meshes = false;
   bool quads_rasterised = !meshes && has_lists(instance);
@@ -253,7 +254,7 @@ void select(uint slot) {
   uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
   if (kDebugged != 0) {
     uint shown_count = quads_rasterised ? raster_leaf_count(instance, slot, cut) : leaf_count;
-    show_debug_color(slot, plant, table, Shown(quads_rasterised || meshes_rasterised, meshes, float(shown_count), size_px));
+    show_debug_color(slot, plant, table, Shown(quads_rasterised || meshes_rasterised, meshes, float(shown_count), column));
   }
   if (meshes && !meshes_rasterised) {
     COPPICE_COUNT(leaves, plant.leaf_count)

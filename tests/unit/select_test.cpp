@@ -28,7 +28,10 @@ struct Table {
     words = pack_lod_table(file);
     table = lod_table(file, words);
   }
-  [[nodiscard]] float leaves(float size_px, float threshold_px) const { return lod::coppice_leaf_count(table, size_px, threshold_px); }
+  [[nodiscard]] float leaves(float size_px, float threshold_px) const {
+    return lod::coppice_leaf_count(table, column(size_px), threshold_px);
+  }
+  [[nodiscard]] lod::CoppiceColumn column(float size_px) const { return lod::coppice_column(table, size_px); }
 };
 
 TEST(LeafCount, HitsLevelsExactly) {
@@ -82,11 +85,11 @@ TEST(LeafCount, GrowsWithSizeAndFallsWithThreshold) {
   for (float threshold = 0.25f; threshold < 20.0f; threshold *= 1.3f) {
     float last = 0.0f;
     for (float size = 1.0f; size < 3000.0f; size *= 1.07f) {
-      const float leaves = lod::coppice_leaf_count(table, size, threshold);
+      const float leaves = lod::coppice_leaf_count(table, lod::coppice_column(table, size), threshold);
       EXPECT_GE(leaves, 1.0f);
       EXPECT_LE(leaves, 700.0f);
       EXPECT_GE(leaves, last * 0.99999f) << size << " px at " << threshold;
-      EXPECT_LE(lod::coppice_leaf_count(table, size, threshold * 1.2f), leaves * 1.00001f);
+      EXPECT_LE(lod::coppice_leaf_count(table, lod::coppice_column(table, size), threshold * 1.2f), leaves * 1.00001f);
       last = leaves;
     }
   }
@@ -124,12 +127,12 @@ TEST(LeafCount, DiscreteLevelsAreQuartersAndNeverTooFew) {
 
 TEST(LeafMeshes, ErrorIsTheTablesAndGrowsWithTheSizeBeyondIt) {
   const TableWithMeshes t;
-  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 4.0f), 1.0f);
-  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 8.0f), 1.0f);
-  EXPECT_NEAR(lod::coppice_leaf_mesh_error_px(t.table, 16.0f), 1.5f, 1e-5f);
-  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 32.0f), 2.0f);
-  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, 96.0f), 6.0f);
-  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(Table().table, 96.0f), 0.0f) << "without leaf meshes";
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, t.column(4.0f)), 1.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, t.column(8.0f)), 1.0f);
+  EXPECT_NEAR(lod::coppice_leaf_mesh_error_px(t.table, t.column(16.0f)), 1.5f, 1e-5f);
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, t.column(32.0f)), 2.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(t.table, t.column(96.0f)), 6.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_leaf_mesh_error_px(Table().table, Table().column(96.0f)), 0.0f) << "without leaf meshes";
   EXPECT_FLOAT_EQ(lod::coppice_table_error_px(t.table, lod::coppice_wood_row(t.table, 3), 1), 1.6f) << "behind them in the table";
 }
 
@@ -166,7 +169,8 @@ TEST(LeafMeshes, TheCutBecomesAllQuadsWhereMeshesTakeOver) {
     ASSERT_FALSE(lod.leaf_meshes);
     EXPECT_GE(lod.leaf_count, last * 0.99999f) << "detail grows with the size";
     last = lod.leaf_count;
-    const float of_cut = error_px_at(t.table, lod.leaf_count, size_px), of_quads = lod::coppice_leaf_mesh_error_px(t.table, size_px);
+    const float of_cut = error_px_at(t.table, lod.leaf_count, size_px),
+                of_quads = lod::coppice_leaf_mesh_error_px(t.table, t.column(size_px));
     EXPECT_LE(std::hypot(of_cut, of_quads), threshold_px * 1.001f) << size_px << " px";
   }
   EXPECT_GT(last, 90.0f);
@@ -215,26 +219,26 @@ TEST(InstanceThreshold, SpreadsAFewPercentRoundTheGlobalOne) {
 TEST(DrawnLeafCount, KeepsSomeLeavesOfSmallPlantsAndIsTheTablesElsewhere) {
   const Table t;
   EXPECT_FLOAT_EQ(t.leaves(8.0f, 4.0f), 1.0f);
-  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, 8.0f, 4.0f), 4.0f);
-  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, 0.1f, 4.0f), 1.0f);
-  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, 1000.0f, 1000.0f), 2.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, t.column(8.0f), 4.0f), 4.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, t.column(0.1f), 4.0f), 1.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, t.column(1000.0f), 1000.0f), 2.0f);
   for (const float size_px : {8.0f, 32.0f, 200.0f})
-    EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, size_px, 0.8f),
+    EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, t.column(size_px), 0.8f),
                     std::max(t.leaves(size_px, 0.8f), std::min(2.5f * size_px, 32.0f)));
-  EXPECT_LE(lod::coppice_drawn_leaf_count(t.table, 1e6f, 1e6f), 100.0f);
-  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, 8.0f, 0.0f), 100.0f);
+  EXPECT_LE(lod::coppice_drawn_leaf_count(t.table, t.column(1e6f), 1e6f), 100.0f);
+  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, t.column(8.0f), 0.0f), 100.0f);
 }
 
 TEST(WoodLod, IsTheCoarsestWithinTheThreshold) {
   const Table t;
   // At 80 px, two and a half times the table's last size: 0, 1, 2, 4. At 16 px, half way between its sizes: 0.25.
-  EXPECT_NEAR(lod::coppice_wood_error_px(t.table, 1, 80.0f), 1.0f, 1e-5f);
-  EXPECT_NEAR(lod::coppice_wood_error_px(t.table, 1, 16.0f), 0.25f, 1e-5f);
+  EXPECT_NEAR(lod::coppice_wood_error_px(t.table, 1, t.column(80.0f)), 1.0f, 1e-5f);
+  EXPECT_NEAR(lod::coppice_wood_error_px(t.table, 1, t.column(16.0f)), 0.25f, 1e-5f);
   const float share = lod::kCoppiceWoodThresholdShare;
-  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 4.01f / share), 3u);
-  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 2.01f / share), 2u);
-  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 1.99f / share), 1u);
-  EXPECT_EQ(lod::coppice_wood_lod(t.table, 80.0f, 0.1f), 0u);
+  EXPECT_EQ(lod::coppice_wood_lod(t.table, t.column(80.0f), 4.01f / share), 3u);
+  EXPECT_EQ(lod::coppice_wood_lod(t.table, t.column(80.0f), 2.01f / share), 2u);
+  EXPECT_EQ(lod::coppice_wood_lod(t.table, t.column(80.0f), 1.99f / share), 1u);
+  EXPECT_EQ(lod::coppice_wood_lod(t.table, t.column(80.0f), 0.1f), 0u);
 }
 
 TEST(WoodLod, FallsBackToCoarserThenFiner) {
@@ -311,7 +315,8 @@ TEST(SelectLods, AgreesWithTheFunctionsItIsMadeOf) {
     const InstanceSphere instance{{1, 2, 3.0f + 20.0f + 9.0f * static_cast<float>(i)}, 1.5f, 0};
     const float size_px = 2.0f * 1.5f * 600.0f / (20.0f + 9.0f * static_cast<float>(i));
     const float threshold_px = lod::coppice_instance_threshold_px(1.5f, i);
-    EXPECT_NEAR(select_lod(instance, i, plants[0], view).leaf_count, lod::coppice_drawn_leaf_count(t.table, size_px, threshold_px), 1e-2f);
+    EXPECT_NEAR(select_lod(instance, i, plants[0], view).leaf_count,
+                lod::coppice_drawn_leaf_count(t.table, t.column(size_px), threshold_px), 1e-2f);
   }
 }
 

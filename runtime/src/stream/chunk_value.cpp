@@ -41,14 +41,18 @@ float first_leaf_count(const ValuedPlant& plant, std::uint32_t page) {
   return static_cast<float>(std::min(std::uint64_t{page} * COPPICE_PAGE_SPLITS + 1, std::uint64_t{plant.leaf_count}));
 }
 
+lod::CoppiceColumn column_of(const ValuedPlant& plant, float size_px) {
+  return lod::coppice_column(plant.table, size_px);
+}
+
 /// Leaves of the finest cut that any instance asks for. Those drawn with leaf meshes ask for what they would show without.
 std::uint32_t wanted_leaf_count(const ValuedPlant& plant, const PlantDemand& demand, float threshold_px, bool leaf_meshes) {
-  float finest = lod::coppice_leaf_count(plant.table, demand.max_size_px, threshold_px);
+  float finest = lod::coppice_leaf_count(plant.table, column_of(plant, demand.max_size_px), threshold_px);
   for (std::uint32_t bin = 0; leaf_meshes && bin < kSizeBinCount; ++bin) {
-    const float size_px = bin_size_px(demand, bin);
-    if (demand.instances[bin] == 0.0f || lod::coppice_wants_leaf_meshes(plant.table, size_px, threshold_px)) continue;
-    const float cut_px = lod::coppice_cut_threshold_px(plant.table, size_px, threshold_px);
-    finest = std::max(finest, lod::coppice_leaf_count(plant.table, size_px, cut_px));
+    const lod::CoppiceColumn column = column_of(plant, bin_size_px(demand, bin));
+    if (demand.instances[bin] == 0.0f || lod::coppice_wants_leaf_meshes(plant.table, column, threshold_px)) continue;
+    const float cut_px = lod::coppice_cut_threshold_px(plant.table, column, threshold_px);
+    finest = std::max(finest, lod::coppice_leaf_count(plant.table, column, cut_px));
   }
   return lod::coppice_whole_leaf_count(finest);
 }
@@ -60,13 +64,14 @@ PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, cons
   wants.finest_wood = plant.table.wood_lod_count;
   if (!(demand.max_size_px > 0.0f)) return wants;
   const float threshold_px = least_threshold_px(view);
-  wants.leaf_meshes = plant.leaf_mesh_bytes > 0 &&
-                      (view.full || lod::coppice_wants_leaf_meshes(plant.table, demand.max_size_px, kLeafMeshHeadStart * threshold_px));
+  wants.leaf_meshes =
+      plant.leaf_mesh_bytes > 0 &&
+      (view.full || lod::coppice_wants_leaf_meshes(plant.table, column_of(plant, demand.max_size_px), kLeafMeshHeadStart * threshold_px));
   const std::uint32_t leaves =
       view.full ? plant.leaf_count : std::min(wanted_leaf_count(plant, demand, threshold_px, wants.leaf_meshes), plant.leaf_count);
   wants.page_count = (leaves - 1 + COPPICE_PAGE_SPLITS - 1) / COPPICE_PAGE_SPLITS;
   if (plant.table.wood_lod_count > 0)
-    wants.finest_wood = view.full ? 0 : lod::coppice_wood_lod(plant.table, demand.max_size_px, threshold_px);
+    wants.finest_wood = view.full ? 0 : lod::coppice_wood_lod(plant.table, column_of(plant, demand.max_size_px), threshold_px);
   wants.textures = true;
   return wants;
 }
@@ -92,8 +97,8 @@ float wood_value(const ValuedPlant& plant, const PlantWants& wants, const PlantD
   const bool coarsest = lod + 1 == plant.table.wood_lod_count;
   const float gain = summed_gain_px(
       demand, least_threshold_px(view),
-      [&](float size_px) { return coarsest ? size_px : lod::coppice_wood_error_px(plant.table, lod + 1, size_px); },
-      [&](float size_px) { return lod::coppice_wood_error_px(plant.table, lod, size_px); });
+      [&](float size_px) { return coarsest ? size_px : lod::coppice_wood_error_px(plant.table, lod + 1, column_of(plant, size_px)); },
+      [&](float size_px) { return lod::coppice_wood_error_px(plant.table, lod, column_of(plant, size_px)); });
   return gain / static_cast<float>(std::max<std::uint64_t>(bytes, 1));
 }
 
@@ -107,8 +112,8 @@ float texture_value(const PlantWants& wants, const PlantDemand& demand, std::uin
 float leaf_mesh_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view) {
   if (!wants.leaf_meshes) return 0.0f;
   const float gain = summed_gain_px(
-      demand, least_threshold_px(view), [&](float size_px) { return lod::coppice_leaf_mesh_error_px(plant.table, size_px); },
-      [](float) { return 0.0f; });
+      demand, least_threshold_px(view),
+      [&](float size_px) { return lod::coppice_leaf_mesh_error_px(plant.table, column_of(plant, size_px)); }, [](float) { return 0.0f; });
   return gain / static_cast<float>(std::max<std::uint64_t>(plant.leaf_mesh_bytes, 1));
 }
 

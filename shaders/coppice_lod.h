@@ -253,8 +253,7 @@ COPPICE_FN float coppice_wood_error_px(CoppiceTable table, uint lod, CoppiceColu
 /// must be > 0.
 COPPICE_FN uint coppice_wood_lod(CoppiceTable table, CoppiceColumn column, float threshold_px) {
   uint lod = table.wood_lod_count - 1u;
-  while (lod > 0u && coppice_wood_error_px(table, lod, column) > kCoppiceWoodThresholdShare * threshold_px)
-    lod = lod - 1u;
+  while (lod > 0u && coppice_wood_error_px(table, lod, column) > kCoppiceWoodThresholdShare * threshold_px) lod = lod - 1u;
   return lod;
 }
 

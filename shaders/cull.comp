@@ -8,8 +8,8 @@
 // dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::record_cull
 
 // COPPICE_RASTER is defined for the variant of the compute rasteriser: it looks at the blocks that leaf_blocks.comp found, one group each
-// (dispatch: indirect), skips what earlier rounds hide, and gives instances to the rasteriser instead of the draws: all but those of large
-// leaf meshes.
+// (dispatch: indirect), skips what earlier rounds hide, and names what is to be drawn of each instance: lists of the rasteriser in items,
+// what the hardware draws from the end of items backwards.
 
 #define COPPICE_CULL_ACCESS
 #include "bindings.glsl"
@@ -19,47 +19,13 @@
 
 #include "counters.glsl"
 #include "debug_view.glsl"
+#include "hardware_draws.glsl"
 
 layout(local_size_x = kCullGroupSize) in;
 layout(constant_id = 0) const uint kDebugged = 0;  // 1: with colours for view.debug_view
 
-layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
-layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
-layout(set = 0, binding = 8, scalar) buffer WoodCommandBuffer { DrawCommand wood_commands[]; };
-
 shared uint group_visible;
 shared uint group_leaves;
-
-void draw_leaves(Plant plant, uint plant_index, uint slot, uint leaf_count) {
-  uint node_count = 2 * leaf_count - 1;
-  uint draw_count = (node_count + kNodesPerDraw - 1) / kNodesPerDraw;
-  uint first = atomicAdd(leaf_counts[plant_index], draw_count);
-  // The count must not pass what the device draws at once; what took a place below the capacity keeps it.
-  if (first + draw_count > plant.leaf_command_capacity) atomicMin(leaf_counts[plant_index], plant.leaf_command_capacity);
-  for (uint i = 0; i < draw_count && first + i < plant.leaf_command_capacity; ++i) {
-    DrawCommand command;
-    command.index_count = 6 * min(node_count - i * kNodesPerDraw, kNodesPerDraw);
-    command.instance_count = 1;
-    command.first_index = 0;
-    command.vertex_offset = int(4 * i * kNodesPerDraw);
-    command.first_instance = slot;
-    leaf_commands[plant.leaf_command_base + first + i] = command;
-  }
-}
-
-void draw_wood(Plant plant, uint plant_index, uint slot, uint lod) {
-  uint place = atomicAdd(wood_commands[plant_index * kMaxWoodLods + lod].instance_count, 1);
-  wood_list[plant.wood_list_base + lod * plant.wood_list_stride + place] = slot;
-}
-
-// Every chunk of the plant draws the same instances; the first one's count gives the place in their list.
-void draw_leaf_meshes(Plant plant, uint slot) {
-  uint place = atomicAdd(wood_commands[plant.leaf_mesh_command_base].instance_count, 1);
-  for (uint i = 1; i < plant.leaf_mesh_count; ++i) atomicAdd(wood_commands[plant.leaf_mesh_command_base + i].instance_count, 1);
-  wood_list[plant.leaf_mesh_list_base + place] = slot;
-  atomicAdd(counters.leaf_mesh_instances, 1);
-  COPPICE_COUNT(leaf_mesh_triangles, plant.leaf_mesh_triangles)
-}
 
 // Of an invocation; main() adds them up for its group.
 uint visible_count = 0;
@@ -160,8 +126,16 @@ bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) {
     wood_item = slot | list << kSlotBits;
   return true;
 }
+
+// Few instances are: their draws are hardware_draws.comp's, as software drivers would run this for all.
+void draw_by_hardware(HardwareDraws draws, Plant plant, uint leaf_count) {
+  uint place = atomicAdd(rounds[0].draws.count, 1);
+  atomicMax(rounds[0].draws.groups[0], min(place / push.lanes + 1, kMaxDispatchGroups));
+  items[items.length() - 1 - place] = packed(draws);
+}
 #else
 // The hardware draws everything.
+void draw_by_hardware(HardwareDraws draws, Plant plant, uint leaf_count) { draw_instance(draws, plant, instances[draws.slot].plant, leaf_count); }
 bool is_seen(vec3 center, float radius) { return sphere_in_view(center, radius); }
 bool has_lists(Instance instance) { return false; }
 bool has_mesh_lists(Instance instance) { return false; }
@@ -256,19 +230,9 @@ void select(uint slot) {
     uint shown_count = quads_rasterised ? raster_leaf_count(instance, slot, cut) : leaf_count;
     show_debug_color(slot, plant, table, Shown(quads_rasterised || meshes_rasterised, meshes, float(shown_count), column));
   }
-  if (meshes && !meshes_rasterised) {
-    COPPICE_COUNT(leaves, plant.leaf_count)
-    COPPICE_COUNT(hardware_triangles, plant.leaf_mesh_triangles)
-    draw_leaf_meshes(plant, slot);
-  } else if (!meshes && !quads_rasterised) {
-    COPPICE_COUNT(leaves, leaf_count)
-    COPPICE_COUNT(hardware_triangles, 2 * leaf_count)
-    draw_leaves(plant, instance.plant, slot, leaf_count);
-  }
-  if (wood_lod == kMaxWoodLods || wood_rasterised) return;
-  COPPICE_COUNT(wood_triangles, plant.wood_index_counts[wood_lod] / 3)
-  COPPICE_COUNT(hardware_triangles, plant.wood_index_counts[wood_lod] / 3)
-  draw_wood(plant, instance.plant, slot, wood_lod);
+  uint leaves = meshes_rasterised || quads_rasterised ? kDrawsNoLeaves : meshes ? kDrawsMeshes : kDrawsQuads;
+  uint wood = wood_rasterised ? kMaxWoodLods : wood_lod;
+  if (leaves != kDrawsNoLeaves || wood != kMaxWoodLods) draw_by_hardware(HardwareDraws(slot, leaves, wood), plant, leaf_count);
 }
 
 void main() {

@@ -35,7 +35,8 @@ void append_leaves(bool some, uint item, uint cluster) {
   uint first = 0;
   if (subgroupElect()) {
     first = atomicAdd(rounds[push.round].work.count, count);
-    atomicMax(rounds[push.round].work.groups[0], min((min(first + count, push.work_capacity) - 1) / push.leaf_clusters + 1, kMaxDispatchGroups));
+    uint end = min(first + count, push.work_capacity);
+    atomicMax(rounds[push.round].work.groups[0], min((end - 1) / push.leaf_clusters + 1, kMaxDispatchGroups));
     if (first == 0) wake_tiles();
   }
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);

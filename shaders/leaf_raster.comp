@@ -23,7 +23,8 @@ const uint kClusters = 0;
 const uint kBig = 1;
 layout(constant_id = 0) const uint kSource = kClusters;
 layout(local_size_x_id = 1) in;
-layout(constant_id = 3) const int kBigPixels = 400;  // a leaf whose rectangle holds more pixels is left to a whole group
+layout(constant_id = 4) const int kBigPixels = 400;  // a leaf whose rectangle holds more pixels is left to a whole group
+layout(constant_id = 5) const int kRowLanes = 1;     // invocations of that group that share a row of pixels
 
 // What the leaves of a cluster share.
 struct Shared {
@@ -230,7 +231,10 @@ void raster_leaf(Shared group, RasterLeaf leaf, uvec2 name) {
   bool seen = project(group, leaf, drawn);
   ivec2 size = drawn.high - drawn.low;
   if (seen && size.x * size.y > kBigPixels) {
-    uint place = kPass == kRadiance ? 0 : atomicAdd(rounds[push.round].big.count, 1);
+    // Where some found no place, the second pass draws all of them here: whose depth it is says what is seen.
+    uint place = kPass != kRadiance                              ? atomicAdd(rounds[push.round].big.count, 1)
+                 : rounds[push.round].big.count > kBigCapacity ? kBigCapacity
+                                                               : 0;
     if (kPass != kRadiance && place < kBigCapacity) {
       atomicMax(rounds[push.round].big.groups[0], min(place + 1, kMaxDispatchGroups));
       big_items[place] = name;
@@ -288,10 +292,11 @@ void raster_big() {
     Drawn drawn;
     if (!project(share(name.x, list, cluster_of(name.x, list, leaf)), leaf, drawn)) continue;
     Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));
-    int row_lanes = gl_WorkGroupSize.x < 32 ? 1 : 8, lane = int(gl_LocalInvocationIndex);
-    for (int y = drawn.low.y + lane / row_lanes; y < drawn.high.y; y += int(gl_WorkGroupSize.x) / row_lanes) {
+    int lane = int(gl_LocalInvocationIndex);
+    for (int y = drawn.low.y + lane / kRowLanes; y < drawn.high.y; y += int(gl_WorkGroupSize.x) / kRowLanes) {
       ivec2 row = row_of(rows, drawn, y);
-      for (int x = row.x + lane % row_lanes; x < row.y; x += row_lanes) shade_pixel(drawn, vec2(x, y) + 0.5, uint(y) * push.width_px + uint(x));
+      for (int x = row.x + lane % kRowLanes; x < row.y; x += kRowLanes)
+        shade_pixel(drawn, vec2(x, y) + 0.5, uint(y) * push.width_px + uint(x));
     }
   }
 }

@@ -12,7 +12,7 @@ layout(set = 1, binding = 2, scalar) readonly buffer ListBuffer { RasterList lis
 layout(set = 1, binding = 3, scalar) readonly buffer RasterPlantBuffer { RasterPlant raster_plants[]; };
 layout(set = 1, binding = 4, scalar) buffer RoundBuffer { RasterRound rounds[]; };
 layout(set = 1, binding = 5, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
-layout(set = 1, binding = 6, scalar) buffer ItemBuffer { uint items[]; };        // as slot_of and list_of take them
+layout(set = 1, binding = 6, scalar) buffer ItemBuffer { uint items[]; };        // as slot_of and list_of take them; from the end: HardwareDraws of all rounds
 layout(set = 1, binding = 7, scalar) buffer WorkBuffer { uvec2 work_items[]; };  // the same, cluster
 layout(set = 1, binding = 8, scalar) buffer BigBuffer { uvec2 big_items[]; };    // the same, leaf of the list
 layout(set = 1, binding = 9, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
@@ -60,7 +60,8 @@ void append_splats(bool some, uint item, uint cluster) {
   uint first = 0;
   if (subgroupElect()) {
     first = atomicAdd(rounds[push.round].splats.count, count);
-    atomicMax(rounds[push.round].splats.groups[0], min((min(first + count, push.work_capacity) - 1) / push.splat_clusters + 1, kMaxDispatchGroups));
+    uint end = min(first + count, push.work_capacity);
+    atomicMax(rounds[push.round].splats.groups[0], min((end - 1) / push.splat_clusters + 1, kMaxDispatchGroups));
     if (first == 0) wake_tiles();
   }
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);

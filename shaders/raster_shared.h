@@ -121,9 +121,10 @@ COPPICE_GPU_LAYOUT(RasterStage, 16);
 struct RasterRound {
   RasterStage blocks, items, work, splats, big;
   RasterStage finest_tiles, other_tiles;  // no groups where the round draws nothing
+  RasterStage draws;                      // of round 0 alone: instances of all rounds that the hardware draws
   uint reserved;                          // clusters of the instances so far
 };
-COPPICE_GPU_LAYOUT(RasterRound, 116);
+COPPICE_GPU_LAYOUT(RasterRound, 132);
 
 // Push constants of every pass of the rasteriser. A depth key grows towards the eye: key_a + key_b / w, as the bits of a float above 0.
 struct RasterPush {
@@ -135,7 +136,7 @@ struct RasterPush {
   float splat_px;      // clusters whose grain is no longer than this are drawn as splats
   float split_px;      // clusters whose leaves are larger on average are drawn by the hardware
   uint reversed;       // 1: the depth attachment holds the key; 0: it holds 1 - key
-  uint lanes;          // invocations of a group, but of culling, leaves and splats
+  uint lanes;          // invocations of a group of leaf_expand.comp, leaf_tiles.comp and hardware_draws.comp
   uint work_capacity;  // of work_items and of splat_items
   // What a group takes at a time: items of leaf_expand.comp; clusters of leaves, one after the other; clusters of splats, side by side.
   uint expand_items;

@@ -19,12 +19,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::uint32_t kHeadlessFrames = 120;
-// Pipelines and caches meet their first use in these, and the frames in flight fill up, so that a frame's time is the interval between
-// finished frames. They are drawn and not counted.
-constexpr std::uint32_t kWarmUpFrames = 4;
-// A GPU that has idled runs at a fraction of its clock: for so long it has work before frames count.
-constexpr float kGpuWakes_ms = 1000;
-
 constexpr float kWidestOrbit_m = 1000;
 
 float elapsed_ms(Clock::time_point& since) {
@@ -76,12 +70,6 @@ float first_picture_ms(Session& session, const Pose& pose, float time_s, Clock::
     last_ms = ms_since(started);
   }
   return 0;
-}
-
-void warm_up(Session& session, const Pose& pose, float time_s) {
-  const auto start = Clock::now();
-  const float least_ms = session.device.software ? 0 : kGpuWakes_ms;
-  for (std::uint32_t i = 0; i < kWarmUpFrames || ms_since(start) < least_ms; ++i) render_frame(session, pose, time_s, 0);
 }
 
 // The frames are spread evenly over the path; the last one is its end, whatever their number.

@@ -75,6 +75,7 @@ struct Samples {
 
 void visit(Session& session, const Pose& pose, std::uint32_t least_frames, Samples& samples) {
   settle(session, pose, 0);
+  if (least_frames > 1) warm_up(session, pose, 0);
   const auto start = Clock::now();
   const auto elapsed_ms = [&] { return std::chrono::duration<float, std::milli>(Clock::now() - start).count(); };
   std::uint32_t frames = 0;

@@ -93,6 +93,8 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->plants_.resize(desc.max_plants);
   context->slots_.resize(slot_count);
   context->demands_.resize(slot_count);
+  context->demand_ahead_.measured.resize(slot_count);
+  context->demand_ahead_.finished.resize(slot_count);
   context->residency_.resize(slot_count);
   context->count_overhead();
   return context;
@@ -128,6 +130,7 @@ Result<void> Context::show_slot(std::uint32_t slot) {
 void Context::close_slot(std::uint32_t slot) {
   instances_.remove_plant(slot);
   streamer_->close_plant(slot);
+  forget_demand(demand_ahead_);
   slots_[slot].open = false;
 }
 

@@ -122,7 +122,6 @@ class Context {
   void close_slot(std::uint32_t slot);
   /// Shows the new files of plants whose reload has come far enough.
   void finish_reloads();
-  /// Adds to demands_ what the view will want if the camera goes on as it does.
   /// Tells the streamer what the rest of the context takes.
   void count_overhead();
   /// Before the renderer allocates: it may take what is free.

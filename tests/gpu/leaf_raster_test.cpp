@@ -213,18 +213,24 @@ TEST_F(LeafRasterTest, WithoutWideAtomicsThePictureIsTheSame) {
   }
 }
 
-/// However wide the device's subgroups are, both ways to spread the work are seen. 2 m: leaves of more pixels than an invocation takes.
+/// However many lanes the device has, both ways to spread the work are seen. Nearest: leaves of 11 px, some of more pixels than an
+/// invocation takes; farthest: splats.
 TEST_F(LeafRasterTest, FewLanesAndManyDrawTheSame) {
-  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 3000, .seed = 3})), {at(0.0f, 0.0f), at(1.0f, -8.0f)}}};
-  for (const auto& [distance_m, int64_atomics] : {std::pair{2.0f, true}, std::pair{30.0f, false}}) {
-    const coppice_view view = front_view(distance_m);
-    SceneOptions options{.compute_raster = true, .int64_atomics = int64_atomics, .many_lanes = false};
-    const RendererScene::Frame few = draw_scene(gpu(), plants, view, options);
-    options.many_lanes = true;
-    const RendererScene::Frame many = draw_scene(gpu(), plants, view, options);
-    EXPECT_EQ(few.counts.leaves, many.counts.leaves);
-    EXPECT_LT(compare_pictures(few.picture, many.picture, 4).differing_share, 0.001) << distance_m;
-  }
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 3000, .seed = 3}));
+  const std::vector<Placed> plants{{plant, {at(0.0f, 0.0f), at(1.0f, -8.0f)}}};
+  for (const bool int64_atomics : {true, false})
+    for (const float distance_m : {distance_for(plant, 11.0f), 30.0f}) {
+      const coppice_view view = front_view(distance_m);
+      SceneOptions options{.compute_raster = true, .int64_atomics = int64_atomics, .many_lanes = false};
+      const RendererScene::Frame few = draw_scene(gpu(), plants, view, options);
+      options.many_lanes = true;
+      const RendererScene::Frame many = draw_scene(gpu(), plants, view, options);
+      EXPECT_GT(few.counts.leaves, 0u);
+      EXPECT_LT(few.counts.hardware_triangles, few.counts.leaves) << "mostly rasterised";
+      EXPECT_EQ(few.counts.leaves, many.counts.leaves);
+      EXPECT_EQ(few.counts.hardware_triangles, many.counts.hardware_triangles);
+      EXPECT_LT(compare_pictures(few.picture, many.picture, 4).differing_share, 0.001) << distance_m;
+    }
 }
 
 TEST_F(LeafRasterTest, WhatIsHiddenIsNotRasterised) {

@@ -49,6 +49,16 @@ std::string first_line(const std::filesystem::path& path) {
 
 /// Another make of GPU covers other pixels of a leaf's edge: 0.47 % of them where lavapipe's and NVIDIA's pictures of hazel are compared.
 constexpr double kOtherDriverShare = 0.01;
+/// Of what a golden image shows the picture shows as much, give or take this share: a plant of few pixels must not be missed.
+constexpr double kShownTolerance = 0.2;
+
+/// Share of the pixels that differ from the first one, the background.
+double shown_share(const Picture& picture) {
+  std::size_t shown = 0;
+  const std::size_t count = picture.rgba.size() / 4;
+  for (std::size_t i = 0; i < count; ++i) shown += pixel_delta(&picture.rgba[0], &picture.rgba[4 * i]) > 0;
+  return static_cast<double>(shown) / static_cast<double>(count);
+}
 
 /// By the driver's name, whatever its version.
 bool is_same_driver(const std::string& a, const std::string& b) {
@@ -125,9 +135,12 @@ void expect_golden(const std::string& name, const Picture& picture, const Golden
     return;
   }
   const std::string golden_driver = first_line(driver_file);
+  ASSERT_FALSE(golden_driver.empty()) << "cannot read " << driver_file;
+  const Picture golden = read_png(png);
   GoldenTolerance allowed = tolerance;
   if (!is_same_driver(golden_driver, driver)) allowed.differing_share = std::max(allowed.differing_share, kOtherDriverShare);
-  const PictureDifference difference = compare_pictures(read_png(png), picture, allowed.channel_delta);
+  const PictureDifference difference = compare_pictures(golden, picture, allowed.channel_delta);
+  EXPECT_NEAR(shown_share(picture), shown_share(golden), kShownTolerance * shown_share(golden)) << name;
   if (!within(difference, allowed))
     report_failure(name, difference, picture, "golden drawn by " + golden_driver + "\nthis one by     " + driver);
 }

@@ -17,7 +17,7 @@ namespace coppice::test {
 
 /// A pixel differs when one of its channels is further from the golden's than channel_delta; so many pixels may differ, and none by more
 /// than largest_delta. The defaults allow another compiler's rounding of the same driver, and an edge pixel here and there; another driver
-/// is allowed 1 % of the pixels.
+/// is allowed 1 % of the pixels. Either shows as many pixels that are not background, within 20 %.
 struct GoldenTolerance {
   std::uint32_t channel_delta = 4;  ///< 0..255
   double differing_share = 0.002;   ///< of all pixels

@@ -170,22 +170,39 @@ TEST(EyeMotion, OfALargeSceneAPartIsMeasuredInEachFrame) {
     measure_demand(blocks, *demand_view(reversed_infinite_view({0, 0, z})), demands);
     return demands;
   };
-  DemandAhead ahead;
-  for (int frame = 1; frame <= 7; ++frame) {
-    const float z = 100.0f - static_cast<float>(frame);
-    std::vector<PlantDemand> demands = measured_at(z), expected = demands;
+  DemandAhead ahead{.measured = std::vector<PlantDemand>(2), .finished = std::vector<PlantDemand>(2)};
+  const auto add_ahead = [&](float z) {
+    std::vector<PlantDemand> demands = measured_at(z);
     add_demand_ahead(ahead, blocks, *demand_view(reversed_infinite_view({0, 0, z})), 20.0f, demands);
-    // Two frames say where the eye goes, three measure: then there is what an eye of the third sees, 20 frames and the parts' on.
-    if (frame >= 5) merge_demands(expected, measured_at(100.0f - 3.0f - 23.0f));
+    return demands;
+  };
+  const auto expect_same = [](const std::vector<PlantDemand>& demands, const std::vector<PlantDemand>& expected, int frame) {
     for (std::size_t plant = 0; plant < 2; ++plant) {
       EXPECT_FLOAT_EQ(demands[plant].max_size_px, expected[plant].max_size_px) << frame;
       for (std::size_t bin = 0; bin < kSizeBinCount; ++bin)
         EXPECT_NEAR(demands[plant].instances[bin], expected[plant].instances[bin], 1.0f) << frame;
     }
+  };
+  float z = 100.0f;
+  const auto with_ahead = [&](float from_z) {
+    std::vector<PlantDemand> expected = measured_at(z);
+    merge_demands(expected, measured_at(from_z - 23.0f));
+    return expected;
+  };
+  // Two frames say where the eye goes, three measure: then there is what an eye of the third sees, 20 frames and the parts' on.
+  for (int frame = 1; frame <= 9; ++frame) {
+    z -= 1.0f;
+    expect_same(add_ahead(z), frame < 5 ? measured_at(z) : with_ahead(frame < 8 ? 97.0f : 94.0f), frame);
   }
-  std::vector<PlantDemand> demands = measured_at(93.0f);
-  add_demand_ahead(ahead, blocks, *demand_view(reversed_infinite_view({0, 0, 93.0f})), 20.0f, demands);
-  EXPECT_EQ(demands[0].instances, measured_at(93.0f)[0].instances) << "who stands still wants what is in view";
+  // A frame of half another's length more: the measurement goes on, and ends with frame 11.
+  z -= 1.5f;
+  expect_same(add_ahead(z), with_ahead(94.0f), 10);
+  z -= 1.0f;
+  expect_same(add_ahead(z), with_ahead(91.0f), 11);
+  for (int frame = 12; frame <= 15; ++frame) {
+    const std::vector<PlantDemand> demands = add_ahead(z);
+    if (frame == 15) expect_same(demands, measured_at(z), frame);  // who stands still wants what is in view
+  }
 }
 
 TEST(Demand, CountsWhatIsOutsideForLess) {

@@ -14,6 +14,7 @@
 #include <new>
 
 #include "cull_raster_comp.h"
+#include "hardware_draws_comp.h"
 #include "leaf_blocks_comp.h"
 #include "leaf_expand_comp.h"
 #include "leaf_raster_comp.h"
@@ -52,33 +53,44 @@ class ShaderModule {
 
 constexpr std::size_t kCountPass = 2;  // kCount of write_pixel.glsl
 
-/// Constants 0 to 3 of the rasteriser's shaders.
+/// Constants 0 to 5 of the rasteriser's shaders.
 struct Constants {
   std::uint32_t kind = 0;
   std::uint32_t lanes = 8;
   std::uint32_t pass = 0;
-  std::uint32_t share = 0;  ///< kClusterLanes of leaf_splats.comp, kBigPixels of leaf_raster.comp
+  std::uint32_t cluster_lanes = 1;
+  std::uint32_t big_pixels = 400;
+  std::uint32_t row_lanes = 1;
 };
 
 /// A software driver pays for each group, and for each load of an invocation: few groups, and what is shared loaded once. Where hundreds
-/// of invocations hide each other's loads, work is spread as far as it goes. (DECISIONS: a GPU's shape)
-constexpr RasterShape kFewLanes{
-    .expand_together = false, .leaf_lanes = 8, .leaf_clusters = 4, .big_pixels = 400, .big_lanes = 8, .splat_lanes = 8, .cluster_lanes = 1};
+/// of invocations hide each other's loads, work is spread as far as it goes. (DECISIONS: what a real GPU showed)
+constexpr RasterShape kFewLanes{.expand_together = false,
+                                .leaf_lanes = 8,
+                                .leaf_clusters = 4,
+                                .big_pixels = 400,
+                                .big_lanes = 8,
+                                .row_lanes = 1,
+                                .splat_lanes = 8,
+                                .cluster_lanes = 1};
 constexpr RasterShape kManyLanes{.expand_together = true,
                                  .leaf_lanes = 64,
                                  .leaf_clusters = 1,
                                  .big_pixels = 128,
                                  .big_lanes = 64,
+                                 .row_lanes = 8,
                                  .splat_lanes = 64,
                                  .cluster_lanes = 32};
 
 Result<VkPipeline> create_compute(const Device& device, VkPipelineCache cache, VkPipelineLayout layout,
                                   std::span<const std::uint32_t> words, const Constants& constants) {
   COPPICE_TRY(module, ShaderModule::create(device, words));
-  const std::array<VkSpecializationMapEntry, 4> entries{{{0, offsetof(Constants, kind), sizeof(std::uint32_t)},
+  const std::array<VkSpecializationMapEntry, 6> entries{{{0, offsetof(Constants, kind), sizeof(std::uint32_t)},
                                                          {1, offsetof(Constants, lanes), sizeof(std::uint32_t)},
                                                          {2, offsetof(Constants, pass), sizeof(std::uint32_t)},
-                                                         {3, offsetof(Constants, share), sizeof(std::uint32_t)}}};
+                                                         {3, offsetof(Constants, cluster_lanes), sizeof(std::uint32_t)},
+                                                         {4, offsetof(Constants, big_pixels), sizeof(std::uint32_t)},
+                                                         {5, offsetof(Constants, row_lanes), sizeof(std::uint32_t)}}};
   const VkSpecializationInfo special{static_cast<std::uint32_t>(entries.size()), entries.data(), sizeof constants, &constants};
   const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
                                          .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
@@ -132,7 +144,7 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, desc));
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
-  raster->shape_ = desc.many_lanes.value_or(subgroup.subgroupSize > kFewLanes.leaf_lanes) ? kManyLanes : kFewLanes;
+  raster->shape_ = desc.many_lanes.value_or(properties.properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU) ? kManyLanes : kFewLanes;
   COPPICE_CHECK(raster->plants_.create(device, garbage, desc.max_plants, desc.jobs));
   COPPICE_CHECK(raster->create_layouts());
   COPPICE_CHECK(raster->create_pipelines());
@@ -143,8 +155,8 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
 LeafRaster::~LeafRaster() {
   const Functions& vk = device_.vk;
   plants_.destroy();
-  for (VkPipeline pipeline : {pipelines_.blocks, pipelines_.cull[0], pipelines_.cull[1], pipelines_.expand, pipelines_.resolve,
-                              pipelines_.resolve_shadow, pipelines_.tiles[0], pipelines_.tiles[1]})
+  for (VkPipeline pipeline : {pipelines_.blocks, pipelines_.cull[0], pipelines_.cull[1], pipelines_.draws, pipelines_.expand,
+                              pipelines_.resolve, pipelines_.resolve_shadow, pipelines_.tiles[0], pipelines_.tiles[1]})
     vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
   for (const auto& pass : pipelines_.leaves)
     for (VkPipeline pipeline : pass) vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
@@ -191,6 +203,7 @@ Result<void> LeafRaster::create_pipelines() {
   std::vector<Wanted> wanted{{&pipelines_.blocks, leaf_blocks_comp_spirv, {}},
                              {&pipelines_.cull[0], cull_raster_comp_spirv, {}},
                              {&pipelines_.cull[1], cull_raster_comp_spirv, {.kind = 1}},
+                             {&pipelines_.draws, hardware_draws_comp_spirv, {.lanes = lanes_}},
                              {&pipelines_.expand, leaf_expand_comp_spirv, {.kind = shape_.expand_together ? 1u : 0u, .lanes = lanes_}},
                              {&pipelines_.tiles[0], leaf_tiles_comp_spirv, {.kind = 0, .lanes = lanes_}},
                              {&pipelines_.tiles[1], leaf_tiles_comp_spirv, {.kind = 1, .lanes = lanes_}}};
@@ -199,12 +212,16 @@ Result<void> LeafRaster::create_pipelines() {
   const Words splats = desc_.int64_atomics ? Words(leaf_splats_int64_comp_spirv) : Words(leaf_splats_comp_spirv);
   for (std::uint32_t pass = 0; pass < pipelines_.splats.size(); ++pass) {
     if (pass == 1 && desc_.int64_atomics) continue;
-    wanted.push_back({&pipelines_.splats[pass], splats, {.lanes = shape_.splat_lanes, .pass = pass, .share = shape_.cluster_lanes}});
+    wanted.push_back(
+        {&pipelines_.splats[pass], splats, {.lanes = shape_.splat_lanes, .pass = pass, .cluster_lanes = shape_.cluster_lanes}});
     for (std::uint32_t source = 0; source < kSourceCount; ++source)
-      wanted.push_back(
-          {&pipelines_.leaves[pass][source],
-           leaves,
-           {.kind = source, .lanes = source == kBig ? shape_.big_lanes : shape_.leaf_lanes, .pass = pass, .share = shape_.big_pixels}});
+      wanted.push_back({&pipelines_.leaves[pass][source],
+                        leaves,
+                        {.kind = source,
+                         .lanes = source == kBig ? shape_.big_lanes : shape_.leaf_lanes,
+                         .pass = pass,
+                         .big_pixels = shape_.big_pixels,
+                         .row_lanes = shape_.row_lanes}});
   }
   for (const Wanted& item : wanted) {
     COPPICE_TRY(pipeline, create_compute(device_, desc_.pipeline_cache, pipelines_.layout, item.words, item.constants));
@@ -238,7 +255,7 @@ Result<void> LeafRaster::create_buffers() {
   const Wanted wanted[] = {{&buffers_.blocks, block_count * sizeof(InstanceBlock)},
                            {&buffers_.rounds, kRasterRounds * sizeof(RasterRound), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
                            {&buffers_.visible_blocks, block_count * sizeof(std::uint32_t)},
-                           // Leaves and wood of each.
+                           // Leaves and wood of each, by the rasteriser or the hardware.
                            {&buffers_.items, std::uint64_t{desc_.max_instances} * 2 * sizeof(std::uint32_t)},
                            {&buffers_.work, work_capacity() * sizeof(uvec2)},
                            {&buffers_.splats, work_capacity() * sizeof(uvec2)},
@@ -356,7 +373,7 @@ bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::
   std::array<RasterRound, kRasterRounds> rounds{};
   for (RasterRound& round : rounds)
     for (RasterStage* stage :
-         {&round.blocks, &round.items, &round.work, &round.splats, &round.big, &round.finest_tiles, &round.other_tiles})
+         {&round.blocks, &round.items, &round.work, &round.splats, &round.big, &round.finest_tiles, &round.other_tiles, &round.draws})
       stage->groups[1] = stage->groups[2] = 1;
   device_.vk.vkCmdUpdateBuffer(cmd, buffers_.rounds.buffer, 0, sizeof rounds, rounds.data());
   device_.vk.vkCmdFillBuffer(cmd, buffers_.picture.buffer, 0, std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t), 0);
@@ -416,7 +433,8 @@ void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uin
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.layout, 0, static_cast<std::uint32_t>(sets.size()),
                              sets.data(), 0, nullptr);
   const std::uint32_t block_count = (slot_count + kBlockSlots - 1) / kBlockSlots;
-  for (std::uint32_t round = 0; round < kRasterRounds && block_count > 0; ++round) {
+  if (block_count == 0) return;
+  for (std::uint32_t round = 0; round < kRasterRounds; ++round) {
     RasterPush push = push_;
     push.round = round;
     vk.vkCmdPushConstants(cmd, pipelines_.layout, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
@@ -435,6 +453,7 @@ void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uin
     record_tiles(cmd, round);
     mark(Pass::tiles);
   }
+  dispatch_stage(cmd, pipelines_.draws, 0, offsetof(RasterRound, draws));
 }
 
 void LeafRaster::record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set, coppice_view_kind kind) const {

@@ -29,7 +29,7 @@ struct RasterDesc {
   std::uint32_t max_instances = 0;
   std::uint32_t max_plants = 0;
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
-  std::optional<bool> many_lanes;  ///< work is spread as for wide subgroups; without a value: by the device's
+  std::optional<bool> many_lanes;  ///< work is spread over many invocations; without a value: unless a processor runs them
   coppice_jobs jobs{};             ///< as RasterPlants::create has them
 };
 
@@ -40,6 +40,7 @@ struct RasterShape {
   std::uint32_t leaf_clusters = 0;  ///< that it takes one after the other
   std::uint32_t big_pixels = 0;     ///< a leaf whose rectangle holds more is a whole group's
   std::uint32_t big_lanes = 0;      ///< of that group
+  std::uint32_t row_lanes = 0;      ///< of them, so many share a row of pixels
   std::uint32_t splat_lanes = 0;    ///< of a group that goes through clusters of splats
   std::uint32_t cluster_lanes = 0;  ///< of them, so many share a cluster
 };
@@ -79,7 +80,7 @@ class LeafRaster {
   struct Pipelines {
     VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
     VkPipelineLayout layout = VK_NULL_HANDLE;
-    VkPipeline blocks = VK_NULL_HANDLE, expand = VK_NULL_HANDLE, resolve = VK_NULL_HANDLE;
+    VkPipeline blocks = VK_NULL_HANDLE, draws = VK_NULL_HANDLE, expand = VK_NULL_HANDLE, resolve = VK_NULL_HANDLE;
     VkPipeline resolve_shadow = VK_NULL_HANDLE;  ///< null where there are no shadow views
     std::array<VkPipeline, 2> cull{};            ///< [with a debug view]
     std::array<VkPipeline, 2> tiles{};           ///< the finest level, the others

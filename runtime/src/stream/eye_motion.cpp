@@ -54,28 +54,35 @@ void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> 
 
 void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const DemandView& view, float frames,
                       std::span<PlantDemand> demands) {
+  COPPICE_ASSERT(ahead.measured.size() == demands.size());
   const std::size_t blocks = instances.bounds.size();
-  const std::size_t parts = std::clamp<std::size_t>((blocks + kAheadBlocks - 1) / kAheadBlocks, 1, kMostAheadParts);
+  const std::size_t part_blocks = std::max(kAheadBlocks, (blocks + kMostAheadParts - 1) / kMostAheadParts);
+  const std::size_t parts = std::max<std::size_t>((blocks + part_blocks - 1) / part_blocks, 1);
   // It is done parts - 1 frames after its view, and of use for as many frames as the next one takes.
   const float age = 1.5f * static_cast<float>(parts - 1);
   const Vector by_m = follow_eye(ahead.motion, view.lod.eye_m, frames > 0.0f ? frames + age : 0.0f);
-  if (by_m == Vector{}) {
-    ahead.part = 0;
-    ahead.known = false;
-    return;
-  }
-  if (ahead.part == 0) {
+  const bool steady = by_m != Vector{};
+  ahead.unsteady_frames = steady ? 0 : ahead.unsteady_frames + 1;
+  if (ahead.unsteady_frames > kHitchFrames) return forget_demand(ahead);
+  if (steady && ahead.next_block == 0) {
     ahead.view = moved_view(view, by_m);
-    ahead.measured.assign(demands.size(), {});
+    std::ranges::fill(ahead.measured, PlantDemand{});
   }
-  const std::size_t share = (blocks + parts - 1) / parts;
-  add_demand(instances, ahead.part * share, (ahead.part + 1) * share, ahead.view, ahead.measured);
-  if (++ahead.part >= parts) {
+  if (steady || ahead.next_block > 0) {
+    add_demand(instances, ahead.next_block, ahead.next_block + part_blocks, ahead.view, ahead.measured);
+    ahead.next_block += part_blocks;
+  }
+  if (ahead.next_block > 0 && ahead.next_block >= blocks) {
     std::swap(ahead.measured, ahead.finished);
-    ahead.part = 0;
+    ahead.next_block = 0;
     ahead.known = true;
   }
   if (ahead.known) merge_demands(demands, ahead.finished);
+}
+
+void forget_demand(DemandAhead& ahead) {
+  ahead.next_block = 0;
+  ahead.known = false;
 }
 
 }  // namespace coppice

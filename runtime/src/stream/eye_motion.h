@@ -30,19 +30,25 @@ void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> 
 /// What the camera will want if it goes on as it does. A large scene is measured over some frames, a part of its blocks in each.
 struct DemandAhead {
   EyeMotion motion;
+  std::uint32_t unsteady_frames = 0;  ///< since the camera last went on as it did
   DemandView view;                    ///< of the measurement under way
-  std::size_t part = 0;               ///< of its parts, the next
-  std::vector<PlantDemand> measured;  ///< by the parts so far
-  std::vector<PlantDemand> finished;  ///< by the measurement before
-  bool known = false;                 ///< there is one since the camera last started, turned or jumped
+  std::size_t next_block = 0;         ///< it goes on with; 0: none is under way
+  std::vector<PlantDemand> measured;  ///< by it so far; as long as the demands
+  std::vector<PlantDemand> finished;  ///< by the one before, likewise
+  bool known = false;                 ///< there is one before
 };
 
-/// A part has about so many blocks, or more where there would be too many parts.
+/// Blocks that a frame measures: so many, or more where there would be more than kMostAheadParts parts.
 inline constexpr std::size_t kAheadBlocks = 4096;
 inline constexpr std::size_t kMostAheadParts = 8;
+/// A frame that takes longer than its neighbours is a step that differs from both; a camera that has stopped or turned goes on differing.
+inline constexpr std::uint32_t kHitchFrames = 2;
 
 /// Takes in a frame's view, goes on measuring what it will want in about `frames` frames, and raises demands (by plant index) to that.
 void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const DemandView& view, float frames,
                       std::span<PlantDemand> demands);
+
+/// Drops what has been measured, whose plant indices may mean others now.
+void forget_demand(DemandAhead& ahead);
 
 }  // namespace coppice

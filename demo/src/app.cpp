@@ -54,10 +54,6 @@ void report(Session& session, const Options& options) {
   if (session.forest.trace) session.forest.trace->write(options.trace);
 }
 
-float ms_since(Clock::time_point start) {
-  return std::chrono::duration<float, std::milli>(Clock::now() - start).count();
-}
-
 /// Until the GPU had drawn the first frame that shows a plant, ms; 0 if none of the first frames does.
 float first_picture_ms(Session& session, const Pose& pose, float time_s, Clock::time_point started) {
   const int most_frames = session.forest.scene != 0 ? 200 : 4;  // of a scene the first tiles may show nothing

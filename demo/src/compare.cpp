@@ -77,14 +77,13 @@ void visit(Session& session, const Pose& pose, std::uint32_t least_frames, Sampl
   settle(session, pose, 0);
   if (least_frames > 1) warm_up(session, pose, 0);
   const auto start = Clock::now();
-  const auto elapsed_ms = [&] { return std::chrono::duration<float, std::milli>(Clock::now() - start).count(); };
   std::uint32_t frames = 0;
   do {
     render_frame(session, pose, 0, 0);
     ++frames;
-  } while (frames < least_frames || elapsed_ms() < kTimed_ms);
+  } while (frames < least_frames || ms_since(start) < kTimed_ms);
   wait_for_frames(session.device, session.ring);
-  samples.times_ms.push_back(elapsed_ms() / static_cast<float>(frames));
+  samples.times_ms.push_back(ms_since(start) / static_cast<float>(frames));
   samples.leaves.push_back(session.statistics.last.drawn_leaf_count);
   samples.wood_triangles.push_back(session.statistics.last.drawn_wood_triangle_count);
   samples.leaf_mesh_triangles.push_back(session.statistics.last.drawn_leaf_mesh_triangle_count);

@@ -266,13 +266,16 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   if (!present_image(session.device, session.screen->swapchain, *image)) recreate_swapchain(session);
 }
 
+float ms_since(Clock::time_point start) {
+  return std::chrono::duration<float, std::milli>(Clock::now() - start).count();
+}
+
 void warm_up(Session& session, const Pose& pose, float time_s) {
   constexpr std::uint32_t kFrames = 4;
   constexpr float kGpuWakes_ms = 1000;
   const auto start = Clock::now();
   const float least_ms = session.device.software ? 0 : kGpuWakes_ms;
-  const auto ms = [&] { return std::chrono::duration<float, std::milli>(Clock::now() - start).count(); };
-  for (std::uint32_t i = 0; i < kFrames || ms() < least_ms; ++i) render_frame(session, pose, time_s, 0);
+  for (std::uint32_t i = 0; i < kFrames || ms_since(start) < least_ms; ++i) render_frame(session, pose, time_s, 0);
 }
 
 void settle(Session& session, const Pose& pose, float time_s) {

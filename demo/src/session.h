@@ -68,6 +68,8 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
 /// temporal antialiasing, if it is on, has 16 frames of that.
 void settle(Session& session, const Pose& pose, float time_s);
 
+float ms_since(std::chrono::steady_clock::time_point start);
+
 /// Before frames are timed: pipelines and caches meet their first use, and the frames in flight fill up, so that a frame's time is the
 /// interval between finished frames. A GPU that has idled runs at a fraction of its clock: it has work for a second.
 void warm_up(Session& session, const Pose& pose, float time_s);

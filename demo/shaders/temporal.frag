@@ -1,6 +1,7 @@
 #version 460
 // Temporal antialiasing. Every frame is drawn moved by part of a pixel; here it is blended into the mean of the frames before it, which is
 // looked up where this pixel's surface was then, and drawn towards the colours around the pixel where it shows what is no longer there.
+// Frames that are smaller than the picture have one sample for several pixels: it counts for each by how near to its middle it lies.
 // Reads toned and depth texel by texel, history filtered; writes the new history and the picture. Recorded by record_temporal.
 
 layout(location = 0) in vec2 clip;
@@ -18,16 +19,41 @@ layout(push_constant) uniform Push {
   float spread;           // standard deviations about the mean of a pixel's surroundings that history may differ by
 } push;
 
+// Frames are smaller than the picture.
+layout(constant_id = 0) const uint kEnlarges = 0;
+// About a sample that lies this far from a pixel's middle, picture's px, says little of it.
+const float kReach_px = 0.5;
+
+struct Sampled {
+  ivec2 at;      // texel of the frame
+  vec2 clip;     // where, in the frame's clip space
+  float weight;  // of it, for this pixel: 1 is the mean
+};
+
+// The frame's sample that is nearest to the pixel.
+Sampled nearest_sample(vec2 size) {
+  if (kEnlarges == 0) return Sampled(min(ivec2(gl_FragCoord.xy), ivec2(size) - 1), clip, 1.0);  // a quad at the far edge may reach beyond it
+  vec2 place = (0.5 + 0.5 * (clip + push.moved_by)) * size;
+  ivec2 at = clamp(ivec2(place), ivec2(0), ivec2(size) - 1);
+  vec2 pixels = vec2(textureSize(history, 0)) / size;  // of the picture, a sample
+  vec2 away_px = (vec2(at) + 0.5 - place) * pixels;
+  float weight = pixels.x * pixels.y * exp(-0.5 * dot(away_px, away_px) / (kReach_px * kReach_px));
+  return Sampled(at, 2.0 * (vec2(at) + 0.5) / size - 1.0, weight);
+}
+
 void main() {
   ivec2 last = textureSize(toned, 0) - 1;
-  ivec2 at = min(ivec2(gl_FragCoord.xy), last);  // a quad at the far edge may reach beyond it
+  Sampled sampled = nearest_sample(vec2(last + 1));
+  ivec2 at = sampled.at;
   vec3 now = texelFetch(toned, at, 0).rgb;
   vec3 sum = now, squares = now * now;
-  // Of the four neighbours two are in the same quad of fragments, whose differences are there without looking.
-  ivec2 outwards = 2 * (at & 1) - 1;
-  vec3 nears[4] = {now - float(outwards.x) * dFdxFine(now), now - float(outwards.y) * dFdyFine(now),
-                   texelFetch(toned, clamp(at + ivec2(outwards.x, 0), ivec2(0), last), 0).rgb,
-                   texelFetch(toned, clamp(at + ivec2(0, outwards.y), ivec2(0), last), 0).rgb};
+  vec3 nears[4];
+  // Of the four neighbours two are in the same quad of fragments, whose differences are there without looking, where a quad is of four texels.
+  ivec2 outwards = kEnlarges == 0 ? 2 * (at & 1) - 1 : ivec2(1);
+  nears[0] = kEnlarges == 0 ? now - float(outwards.x) * dFdxFine(now) : texelFetch(toned, ivec2(max(at.x - 1, 0), at.y), 0).rgb;
+  nears[1] = kEnlarges == 0 ? now - float(outwards.y) * dFdyFine(now) : texelFetch(toned, ivec2(at.x, max(at.y - 1, 0)), 0).rgb;
+  nears[2] = texelFetch(toned, clamp(at + ivec2(outwards.x, 0), ivec2(0), last), 0).rgb;
+  nears[3] = texelFetch(toned, clamp(at + ivec2(0, outwards.y), ivec2(0), last), 0).rgb;
   for (int i = 0; i < 4; ++i) {
     sum += nears[i];
     squares += nears[i] * nears[i];
@@ -35,11 +61,11 @@ void main() {
   vec3 middle = sum / 5.0;
   vec3 reach = push.spread * sqrt(max(squares / 5.0 - middle * middle, vec3(0.0)));
 
-  vec4 before = push.before_from_clip * vec4(clip, texelFetch(depth, at, 0).x, 1.0);
-  vec2 was = before.xy / before.w + push.moved_by;
+  vec4 before = push.before_from_clip * vec4(sampled.clip, texelFetch(depth, at, 0).x, 1.0);
+  vec2 was = before.xy / before.w + push.moved_by + (clip - sampled.clip);
   vec3 past = clamp(texture(history, 0.5 * was + 0.5).rgb, middle - reach, middle + reach);
   bool seen = all(lessThan(abs(was), vec2(1.0))) && push.newest < 1.0;  // else the history may hold anything
-  vec3 mean = seen ? mix(past, now, push.newest) : now;
+  vec3 mean = seen ? mix(past, now, min(push.newest * sampled.weight, 1.0)) : now;
   out_history = vec4(mean, 1.0);
   out_picture = vec4(mean, 1.0);
 }

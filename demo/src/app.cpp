@@ -49,6 +49,11 @@ void describe(const Session& session) {
 
 void report(Session& session, const Options& options) {
   session.statistics.validation_messages = session.device.messages;
+  const Renderer& renderer = session.renderer;
+  session.statistics.picture_px = {renderer.picture.extent.width, renderer.picture.extent.height};
+  session.statistics.drawn_px = {renderer.scene.extent.width, renderer.scene.extent.height};
+  session.statistics.shadow_maps = renderer.shadows != nullptr;
+  session.statistics.temporal = renderer.temporal != nullptr;
   std::printf("%s", table(session.statistics).c_str());
   if (!options.stats.empty()) write_json(options.stats, session.statistics);
   if (session.forest.trace) session.forest.trace->write(options.trace);

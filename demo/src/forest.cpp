@@ -118,7 +118,7 @@ Forest create_forest(const Device& device, const Options& options, std::uint32_t
   desc.get_instance_proc_addr = vkGetInstanceProcAddr;
   desc.color_format = Renderer::kSceneFormat;
   desc.depth_format = Renderer::kDepthFormat;
-  if (options.shadows.value_or(!device.software)) desc.shadow_format = Renderer::kDepthFormat;
+  if (options.shadows) desc.shadow_format = Renderer::kDepthFormat;
   desc.texture_compression_bc = device.texture_compression_bc ? VK_TRUE : VK_FALSE;
   desc.compute_raster = options.path != LeafPath::hardware ? VK_TRUE : VK_FALSE;
   desc.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;

@@ -66,6 +66,11 @@ void declare_pictures(CLI::App& app, Options& options) {
          },
          "Picture size in pixels [1280x720]")
       ->type_name("WxH");
+  app.add_option(
+         "--render-scale", options.render_scale,
+         "Draw with this share of the picture's width and height, and enlarge; with --taa detail comes back over frames [1; without a "
+         "GPU and with --taa 0.5]")
+      ->check(CLI::Range(0.25f, 1.0f));
   app.add_option("--frames", options.frames,
                  "Frames to render, spread evenly over the camera path when headless [120; in a window: endless]")
       ->check(CLI::Range(1u, 10000000u));
@@ -78,11 +83,10 @@ void declare_pictures(CLI::App& app, Options& options) {
   app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
       ->type_name("DIR");
   app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air")->check(CLI::Range(0.0f, 10.0f))->capture_default_str();
-  add_switch(app, "--shadows,!--no-shadows", options.shadows,
-             "Shadow maps: plants shade the ground and each other [with a GPU on, without off]");
-  CLI::Option* temporal = add_switch(
-      app, "--taa,!--no-taa", options.temporal,
-      "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [with a GPU on, without off]");
+  app.add_flag("--shadows,!--no-shadows", options.shadows, "Shadow maps: plants shade the ground and each other [on]");
+  CLI::Option* temporal = add_switch(app, "--taa,!--no-taa", options.temporal,
+                                     "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [on, "
+                                     "unless --supersample or --compare is given]");
   app.add_option("--supersample", options.supersample,
                  "Pictures that are written are means of KxK frames moved by parts of a pixel, without temporal antialiasing")
       ->check(CLI::Range(1u, 16u))

@@ -15,6 +15,8 @@ enum class LeafPath { automatic, compute, hardware };
 
 /// Where a processor does the GPU's work. With less leaves get so large that their pixels cost what their number saves; see DECISIONS.md.
 constexpr std::uint32_t kSoftwareLeafBudget = 1'000'000;
+/// Likewise; temporal antialiasing brings the detail back.
+constexpr float kSoftwareRenderScale = 0.5f;
 
 /// The command line of coppice-forest. Defaults are what `coppice-forest` alone does.
 struct Options {
@@ -25,6 +27,7 @@ struct Options {
   std::uint32_t seed = 1;
   std::uint32_t width_px = 1280;
   std::uint32_t height_px = 720;
+  std::optional<float> render_scale;    ///< of what is drawn against the picture, along each axis; absent: 1, or kSoftwareRenderScale
   std::optional<std::uint32_t> frames;  ///< absent: 120 headless, until closed in a window
   bool headless = false;
   std::string screenshot;                 ///< empty: none
@@ -41,9 +44,9 @@ struct Options {
   std::string record;            ///< folder for every frame's picture; empty: none
   std::string compare;           ///< where to write the comparison of LoD modes; empty: none
   std::string trace;             ///< empty: none
-  std::optional<bool> temporal;  ///< antialiasing; absent: where a GPU is
+  std::optional<bool> temporal;  ///< antialiasing; absent: unless frames are to be seen one by one
   DebugView view = DebugView::none;
-  std::optional<bool> shadows;    ///< shadow maps; absent: where a GPU is
+  bool shadows = true;            ///< shadow maps
   std::uint32_t supersample = 1;  ///< along each axis, of pictures that are written
   bool watch = false;
   bool pass_times = false;

@@ -1,8 +1,11 @@
 #include "renderer.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 
+#include "enlarge_frag.h"
 #include "failure.h"
 #include "fullscreen_vert.h"
 #include "pipelines.h"
@@ -21,7 +24,7 @@ namespace {
 constexpr std::array kBindingTypes = {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER,         VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
                                       VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
                                       VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER};
+                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER};
 constexpr std::uint32_t kImageCount = kBindingTypes.size() - 1;
 
 Image upload(const Device& device, const Texture& texture) {
@@ -60,12 +63,14 @@ void write_set(const Renderer& renderer, std::size_t slot) {
     if (renderer.shadows) return renderer.shadows->cascades[cascade].map.view;
     return renderer.ground_map_image.view;
   };
+  const Image& enlarged = renderer.toned.view ? renderer.toned : renderer.scene;
   const std::array<VkDescriptorImageInfo, kImageCount> images = {{{renderer.clamp_sampler, renderer.ground_map_image.view, kRead},
                                                                   {renderer.repeat_sampler, renderer.ground_detail_image.view, kRead},
                                                                   {renderer.clamp_sampler, renderer.scene.view, kRead},
                                                                   {renderer.map_sampler, map(0), kRead},
                                                                   {renderer.map_sampler, map(1), kRead},
-                                                                  {renderer.map_sampler, map(2), kRead}}};
+                                                                  {renderer.map_sampler, map(2), kRead},
+                                                                  {renderer.clamp_sampler, enlarged.view, kRead}}};
   std::array<VkWriteDescriptorSet, kBindingTypes.size()> writes{};
   for (std::uint32_t i = 0; i < writes.size(); ++i) {
     writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
@@ -118,6 +123,8 @@ void create_screen_pipelines(Renderer& renderer) {
   desc.color_format = Renderer::kPictureFormat;
   desc.depth_format = VK_FORMAT_UNDEFINED;
   renderer.tone_map_pipeline = create_pipeline(renderer.device, desc);
+  desc.fragment_spirv = enlarge_frag_spirv;
+  renderer.enlarge_pipeline = create_pipeline(renderer.device, desc);
 }
 
 void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView& view) {
@@ -158,14 +165,14 @@ void begin_pass(VkCommandBuffer commands, const Image& color, const Image* depth
   vkCmdBeginRendering(commands, &info);
 }
 
-void bind(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, VkPipeline pipeline) {
+void bind(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, VkPipeline pipeline, VkExtent2D extent) {
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, renderer.pipeline_layout, 0, 1, &renderer.sets[slot], 0, nullptr);
-  record_viewport(commands, renderer.scene.extent);
+  record_viewport(commands, extent);
 }
 
 void record_ground(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const glm::mat4& clip_from_world) {
-  bind(renderer, commands, slot, renderer.ground_pipeline);
+  bind(renderer, commands, slot, renderer.ground_pipeline, renderer.scene.extent);
   const VkDeviceSize offset = 0;
   vkCmdBindVertexBuffers(commands, 0, 1, renderer.ground_vertices.buffer.address(), &offset);
   vkCmdBindIndexBuffer(commands, renderer.ground_indices.buffer, 0, VK_INDEX_TYPE_UINT32);
@@ -179,7 +186,7 @@ void record_tufts(const Renderer& renderer, VkCommandBuffer commands, std::size_
   const std::size_t count = gather_tufts(renderer.terrain, renderer.ground_map, clip_from_world, eye, tufts);
   std::memcpy(renderer.tufts[slot].mapped, tufts.data(), count * sizeof(Tuft));
   if (count == 0) return;
-  bind(renderer, commands, slot, renderer.tuft_pipeline);
+  bind(renderer, commands, slot, renderer.tuft_pipeline, renderer.scene.extent);
   const VkDeviceSize offset = 0;
   vkCmdBindVertexBuffers(commands, 0, 1, renderer.tufts[slot].buffer.address(), &offset);
   vkCmdDraw(commands, kTuftVertices, static_cast<std::uint32_t>(count), 0, 0);
@@ -195,11 +202,36 @@ void record_over_picture(const Renderer& renderer, VkCommandBuffer commands, con
   vkCmdEndRendering(commands);
 }
 
+std::uint32_t scaled(const Renderer& renderer, std::uint32_t side_px) {
+  return std::max(1u, static_cast<std::uint32_t>(std::lround(renderer.scale * static_cast<float>(side_px))));
+}
+
+/// After `scene`, `picture` or `temporal` has changed.
+void resize_toned(Renderer& renderer) {
+  ImageDesc desc;
+  desc.extent = renderer.scene.extent;
+  desc.format = Renderer::kPictureFormat;
+  desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
+  renderer.toned = renderer.temporal || renderer.scale < 1 ? create_image(renderer.device, desc) : Image();
+  for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
+  if (renderer.temporal) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth, renderer.picture.extent);
+}
+
+void record_enlarge(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot) {
+  record_barrier(commands, from_attachment(renderer.toned, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
+                                           VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
+  record_barrier(commands, to_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
+  begin_pass(commands, renderer.picture, nullptr);
+  bind(renderer, commands, slot, renderer.enlarge_pipeline, renderer.picture.extent);
+  vkCmdDraw(commands, 3, 1, 0, 0);
+  vkCmdEndRendering(commands);
+}
+
 }  // namespace
 
 Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const GroundMap& ground_map_in, const Weather& weather_in,
-                   VkExtent2D extent)
-    : device(device_in), terrain(terrain_in), ground_map(ground_map_in), weather(weather_in) {
+                   VkExtent2D extent, float scale_in)
+    : device(device_in), terrain(terrain_in), ground_map(ground_map_in), weather(weather_in), scale(scale_in) {
   ground_vertices = create_device_buffer(device, std::as_bytes(std::span(terrain.vertices)), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   ground_indices = create_device_buffer(device, std::as_bytes(std::span(terrain.indices)), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   ground_map_image = upload(device, ground_map.texture);
@@ -219,29 +251,29 @@ Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const Gro
 
 void resize_renderer(Renderer& renderer, VkExtent2D extent) {
   ImageDesc desc;
-  desc.extent = extent;
+  desc.extent = {scaled(renderer, extent.width), scaled(renderer, extent.height)};
   desc.format = Renderer::kSceneFormat;
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   renderer.scene = create_image(renderer.device, desc);
   desc.format = Renderer::kDepthFormat;
   desc.usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   renderer.depth = create_image(renderer.device, desc);
+  desc.extent = extent;
   desc.format = Renderer::kPictureFormat;
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
   renderer.picture = create_image(renderer.device, desc);
-  for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
-  if (renderer.temporal) resize_temporal(*renderer.temporal, renderer.depth, Renderer::kPictureFormat);
+  resize_toned(renderer);
 }
 
 void set_temporal(Renderer& renderer, bool on) {
   if (on == (renderer.temporal != nullptr)) return;
-  renderer.temporal = on ? std::make_unique<Temporal>(renderer.device, Renderer::kPictureFormat) : nullptr;
-  if (on) resize_temporal(*renderer.temporal, renderer.depth, Renderer::kPictureFormat);
+  renderer.temporal = on ? std::make_unique<Temporal>(renderer.device, Renderer::kPictureFormat, renderer.scale < 1) : nullptr;
+  resize_toned(renderer);
 }
 
 void set_shadows(Renderer& renderer, bool on) {
   if (on == (renderer.shadows != nullptr)) return;
-  renderer.shadows = on ? std::make_unique<Shadows>(renderer.device) : nullptr;
+  renderer.shadows = on ? std::make_unique<Shadows>(renderer.device, scaled(renderer, Shadows::kSize_px)) : nullptr;
   create_ground_pipelines(renderer);
   for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
 }
@@ -266,7 +298,7 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
   stamp(ScenePass::ground);
   record_tufts(renderer, commands, slot, clip_from_world, view.eye);
   stamp(ScenePass::tufts);
-  bind(renderer, commands, slot, renderer.sky_pipeline);
+  bind(renderer, commands, slot, renderer.sky_pipeline, renderer.scene.extent);
   vkCmdDraw(commands, 3, 1, 0, 0);
   vkCmdEndRendering(commands);
   stamp(ScenePass::sky);
@@ -274,22 +306,24 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
 
 void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
                      const std::function<void()>& draw_overlay) {
-  Temporal* temporal = renderer.temporal.get();
   record_barrier(commands, from_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                                            VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
-  const Image& toned = temporal ? temporal->toned : renderer.picture;
+  const bool last = !renderer.toned.view;
+  const Image& toned = last ? renderer.picture : renderer.toned;
   record_barrier(commands, to_attachment(toned, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
   begin_pass(commands, toned, nullptr);
-  bind(renderer, commands, slot, renderer.tone_map_pipeline);
+  bind(renderer, commands, slot, renderer.tone_map_pipeline, toned.extent);
   vkCmdDraw(commands, 3, 1, 0, 0);
-  if (!temporal) draw_overlay();
+  if (last) draw_overlay();
   vkCmdEndRendering(commands);
   stamp_pass(renderer.timer.get(), commands, slot, ScenePass::tone_map);
-  if (temporal) {
+  if (renderer.temporal) {
     const TemporalView temporal_view{view.unmoved_clip_from_world, view.jitter_px, view.unchanged};
-    record_temporal(*temporal, commands, temporal_view, renderer.depth, renderer.picture);
-    record_over_picture(renderer, commands, draw_overlay);
+    record_temporal(*renderer.temporal, commands, temporal_view, renderer.toned, renderer.depth, renderer.picture);
+  } else if (!last) {
+    record_enlarge(renderer, commands, slot);
   }
+  if (!last) record_over_picture(renderer, commands, draw_overlay);
   stamp_pass(renderer.timer.get(), commands, slot, ScenePass::temporal);
   record_barrier(commands, from_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
                                            VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL));

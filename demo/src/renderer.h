@@ -49,8 +49,11 @@ struct Renderer {
   const GroundMap& ground_map;
   Weather weather;
 
-  Image scene;    ///< linear radiance
-  Image depth;    ///< reversed
+  float scale;  ///< of what is drawn against what is shown, along each axis; 1 or less
+
+  Image scene;    ///< linear radiance, at `scale`
+  Image depth;    ///< reversed, at `scale`
+  Image toned;    ///< display values at `scale`, before they are blended over time or enlarged; none where nothing is
   Image picture;  ///< what is shown and saved; in TRANSFER_SRC layout after record_tone_map
 
   Buffer ground_vertices;
@@ -71,11 +74,14 @@ struct Renderer {
   Handle<VkPipeline> tuft_pipeline;
   Handle<VkPipeline> sky_pipeline;
   Handle<VkPipeline> tone_map_pipeline;
+  Handle<VkPipeline> enlarge_pipeline;
   std::unique_ptr<PassTimer> timer;    ///< null: passes are not measured
   std::unique_ptr<Shadows> shadows;    ///< null: the ground has what the ground map says
   std::unique_ptr<Temporal> temporal;  ///< null: every frame is shown as it is
 
-  Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, VkExtent2D extent);
+  /// extent  of `picture`
+  Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, VkExtent2D extent,
+           float scale);
 };
 
 /// Replaces the images. No frame may be in flight.
@@ -92,7 +98,7 @@ void set_shadows(Renderer& renderer, bool on);
 void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
                   const std::function<void()>& draw_plants);
 
-/// Records tone mapping and temporal antialiasing to `picture`, then `draw_overlay` on top of it.
+/// Records tone mapping and temporal antialiasing or enlarging to `picture`, then `draw_overlay` on top of it.
 /// view  the one given to record_scene
 void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
                      const std::function<void()>& draw_overlay);

@@ -65,6 +65,14 @@ VkExtent2D picture_extent(const Options& options, const Screen* screen) {
   return screen ? screen->swapchain.extent : VkExtent2D{options.width_px, options.height_px};
 }
 
+bool blends_frames(const Options& options) {
+  return options.temporal.value_or(options.supersample == 1 && options.compare.empty());
+}
+
+float render_scale(const Options& options, const Device& device) {
+  return options.render_scale.value_or(device.software && blends_frames(options) ? kSoftwareRenderScale : 1.0f);
+}
+
 void recreate_swapchain(Session& session) {
   wait_for_frames(session.device, session.ring);
   Screen& screen = *session.screen;
@@ -125,7 +133,7 @@ void reload_changed(Session& session) {
 
 coppice_view begin_plants(Session& session, const FrameView& view) {
   const coppice_view plant_view =
-      make_view(view, session.world.weather, session.renderer.picture.extent,
+      make_view(view, session.world.weather, session.renderer.scene.extent,
                 {session.controls.error_px, session.controls.leaf_budget, session.controls.lod, session.controls.view});
   coppice_frame frame;
   coppice_frame_init(&frame);
@@ -141,21 +149,23 @@ std::uint64_t arrivals_of(const coppice_stats& stats) {
   return stats.pages_loaded + stats.pages_evicted + stats.scene_tiles_resident;
 }
 
-void record_shadow_maps(Session& session, VkCommandBuffer commands, const FrameView& view, coppice_view& plant_view) {
+/// Whether a map was drawn.
+bool record_shadow_maps(Session& session, VkCommandBuffer commands, const FrameView& view, coppice_view& plant_view) {
   coppice_context* context = session.forest.context.get();
   const glm::vec3 forward = -glm::vec3(glm::transpose(view.view_from_world)[2]);
-  record_shadows(
+  const bool drawn = record_shadows(
       *session.renderer.shadows, commands,
       {context, &session.world.terrain, &plant_view, view.eye, forward, session.ring.number, arrivals_of(session.statistics.last)},
       [&](const coppice_view& sun) { check(session.forest, coppice_record_cull(context, commands, &sun), "coppice_record_cull"); },
       [&](const coppice_view& sun) { check(session.forest, coppice_record_draw(context, commands, &sun), "coppice_record_draw"); });
   set_shadows(*session.renderer.shadows, plant_view);
+  return drawn;
 }
 
-void record_frame(Session& session, VkCommandBuffer commands, const FrameView& view, coppice_view plant_view) {
+void record_frame(Session& session, VkCommandBuffer commands, FrameView view, coppice_view plant_view) {
   coppice_context* context = session.forest.context.get();
   check(session.forest, coppice_record_upload(context, commands), "coppice_record_upload");
-  if (session.renderer.shadows) record_shadow_maps(session, commands, view, plant_view);
+  if (session.renderer.shadows && record_shadow_maps(session, commands, view, plant_view)) view.unchanged = false;
   check(session.forest, coppice_record_cull(context, commands, &plant_view), "coppice_record_cull");
   const std::size_t slot = session.ring.slot_index();
   record_scene(session.renderer, commands, slot, view,
@@ -166,7 +176,7 @@ void record_frame(Session& session, VkCommandBuffer commands, const FrameView& v
 }
 
 FrameView view_of(const Session& session, const Pose& pose, float time_s) {
-  const glm::vec2 extent_px(session.renderer.picture.extent.width, session.renderer.picture.extent.height);
+  const glm::vec2 extent_px(session.renderer.scene.extent.width, session.renderer.scene.extent.height);
   FrameView view;
   view.view_from_world = view_from_world(pose);
   view.clip_from_view = clip_from_view(pose, extent_px.x / extent_px.y);
@@ -217,7 +227,8 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
       screen(window ? std::make_unique<Screen>(device, *window) : nullptr),
       forest(options.scene.empty() ? open_forest(device, find_plants(options), options) : open_scene(device, options)),
       world(make_world(forest, options)),
-      renderer(device, world.terrain, world.ground_map, world.weather, picture_extent(options, screen.get())),
+      renderer(device, world.terrain, world.ground_map, world.weather, picture_extent(options, screen.get()),
+               render_scale(options, device)),
       ring(create_frame_ring(device)),
       overlay(window ? std::make_unique<Overlay>(device, *window, Renderer::kPictureFormat) : nullptr) {
   if (forest.scene == 0) add_instances(forest, world.planting, world.terrain);
@@ -233,8 +244,8 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
   statistics.software_device = device.software;
   if (options.watch) watch = watch_files(forest.files);
   supersample = options.supersample;
-  set_shadows(renderer, options.shadows.value_or(!device.software));
-  set_temporal(renderer, options.temporal.value_or(!device.software && supersample == 1 && options.compare.empty()));
+  set_shadows(renderer, options.shadows);
+  set_temporal(renderer, blends_frames(options));
   if (options.pass_times) renderer.timer = std::make_unique<PassTimer>(device);
 }
 

@@ -24,8 +24,8 @@ struct Due {
   glm::vec3 center;
 };
 
-coppice_view sun_view(const ShadowFrame& frame, glm::vec3 center, float radius_m) {
-  const coppice_shadow_desc desc{{center.x, center.y, center.z}, radius_m, Shadows::kSize_px};
+coppice_view sun_view(const ShadowFrame& frame, glm::vec3 center, const Shadows::Cascade& cascade) {
+  const coppice_shadow_desc desc{{center.x, center.y, center.z}, cascade.radius_m, cascade.map.extent.width};
   coppice_view view;
   coppice_view_init(&view);
   if (coppice_shadow_view(frame.context, frame.camera, &desc, &view) != COPPICE_OK) throw Failure("coppice_shadow_view failed");
@@ -34,11 +34,11 @@ coppice_view sun_view(const ShadowFrame& frame, glm::vec3 center, float radius_m
 }
 
 /// The middle of a square before the eye, on the map's grid, so that edges of shadows do not crawl as it moves.
-glm::vec3 center_of(const ShadowFrame& frame, float radius_m) {
-  glm::vec3 ahead = frame.eye + 0.65f * radius_m * glm::vec3(frame.forward.x, 0, frame.forward.z);
+glm::vec3 center_of(const ShadowFrame& frame, const Shadows::Cascade& cascade) {
+  glm::vec3 ahead = frame.eye + 0.65f * cascade.radius_m * glm::vec3(frame.forward.x, 0, frame.forward.z);
   ahead.y = height_at(*frame.terrain, ahead.x, ahead.z);
-  const glm::mat3 sun_from_world(glm::make_mat4(sun_view(frame, ahead, radius_m).view_from_world));
-  const float step_m = radius_m / kStepsPerRadius;
+  const glm::mat3 sun_from_world(glm::make_mat4(sun_view(frame, ahead, cascade).view_from_world));
+  const float step_m = cascade.radius_m / kStepsPerRadius;
   return glm::transpose(sun_from_world) * (glm::round(sun_from_world * ahead / step_m) * step_m);
 }
 
@@ -48,13 +48,13 @@ std::optional<Due> due_cascade(const Shadows& shadows, const ShadowFrame& frame)
   float most = -1;
   for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
     const Shadows::Cascade& cascade = shadows.cascades[i];
-    const glm::vec3 center = center_of(frame, cascade.radius_m);
+    const glm::vec3 center = center_of(frame, cascade);
     const bool first = cascade.drawn_frame == 0;
     const bool finer = cascade.drawn_arrivals != frame.arrivals && frame.number >= cascade.drawn_frame + kFramesBetweenRefinements;
     const float behind = first ? kNeverDrawn : glm::distance(center, cascade.center) / cascade.radius_m;
     if ((behind == 0 && !finer) || behind <= most) continue;
     most = behind;
-    due = Due{i, sun_view(frame, center, cascade.radius_m), center};
+    due = Due{i, sun_view(frame, center, cascade), center};
   }
   return due;
 }
@@ -83,10 +83,10 @@ void end_map(VkCommandBuffer commands, const Image& map) {
 
 }  // namespace
 
-Shadows::Shadows(const Device& device) {
+Shadows::Shadows(const Device& device, std::uint32_t size_px) {
   ImageDesc desc;
   desc.format = VK_FORMAT_D32_SFLOAT;
-  desc.extent = {kSize_px, kSize_px};
+  desc.extent = {size_px, size_px};
   desc.usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   for (std::size_t i = 0; i < kCascades; ++i) {
     cascades[i].map = create_image(device, desc);
@@ -94,9 +94,11 @@ Shadows::Shadows(const Device& device) {
   }
 }
 
-void record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFrame& frame,
+bool record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFrame& frame,
                     const std::function<void(const coppice_view&)>& cull, const std::function<void(const coppice_view&)>& draw) {
+  bool any = false;
   for (std::optional<Due> due = due_cascade(shadows, frame); due; due = due_cascade(shadows, frame)) {
+    any = true;
     Shadows::Cascade& cascade = shadows.cascades[due->cascade];
     const bool first = cascade.drawn_frame == 0;
     cull(due->view);
@@ -107,8 +109,9 @@ void record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFram
     cascade.clip_from_world = glm::make_mat4(due->view.clip_from_view) * glm::make_mat4(due->view.view_from_world);
     cascade.drawn_frame = frame.number;
     cascade.drawn_arrivals = frame.arrivals;
-    if (!first) return;
+    if (!first) break;
   }
+  return any;
 }
 
 void set_shadows(const Shadows& shadows, coppice_view& camera) {

@@ -18,7 +18,7 @@ namespace forest {
 /// map is drawn again only when its square has moved on, or plants have got finer: at most one a frame.
 struct Shadows {
   static constexpr std::size_t kCascades = 3;
-  static constexpr std::uint32_t kSize_px = 1024;
+  static constexpr std::uint32_t kSize_px = 1024;  ///< of a map, for a picture drawn at full size
   struct Cascade {
     Image map;
     float radius_m = 0;
@@ -29,7 +29,7 @@ struct Shadows {
   };
   std::array<Cascade, kCascades> cascades;
 
-  explicit Shadows(const Device& device);
+  Shadows(const Device& device, std::uint32_t size_px);
 };
 
 struct ShadowFrame {
@@ -42,8 +42,8 @@ struct ShadowFrame {
   std::uint64_t arrivals = 0;  ///< changes with whatever has come or gone
 };
 
-/// Records the maps that are due. cull, draw: record a view's plants, outside and inside rendering
-void record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFrame& frame,
+/// Records the maps that are due, and says whether any was. cull, draw: record a view's plants, outside and inside rendering
+bool record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFrame& frame,
                     const std::function<void(const coppice_view&)>& cull, const std::function<void(const coppice_view&)>& draw);
 
 /// Makes the view's plants receive the shadows.

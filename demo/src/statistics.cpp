@@ -55,6 +55,9 @@ std::string table(const Statistics& statistics) {
   const double share = last.source_leaf_count ? 100 * static_cast<double>(leaves) / static_cast<double>(last.source_leaf_count) : 0;
   std::string text;
   text += line("device               %s\n", statistics.device.c_str());
+  text += line("picture              %u x %u, drawn at %u x %u, %s shadow maps, %s temporal antialiasing\n", statistics.picture_px[0],
+               statistics.picture_px[1], statistics.drawn_px[0], statistics.drawn_px[1], statistics.shadow_maps ? "with" : "without",
+               statistics.temporal ? "with" : "without");
   text += line("frames               %zu\n", statistics.frame_ms.size());
   text += line("frame time           median %.1f ms, p95 %.1f, p99 %.1f, max %.1f\n", double{times.median}, double{times.p95},
                double{times.p99}, double{times.max});
@@ -96,6 +99,10 @@ void write_json(const std::string& file, const Statistics& statistics) {
   json["device"] = statistics.device;
   json["driver"] = statistics.driver;
   json["software_device"] = statistics.software_device;
+  json["picture_px"] = statistics.picture_px;
+  json["drawn_px"] = statistics.drawn_px;
+  json["shadow_maps"] = statistics.shadow_maps;
+  json["temporal"] = statistics.temporal;
   json["frames"] = statistics.frame_ms.size();
   json["frame_ms"] = {{"median", times.median}, {"p95", times.p95}, {"p99", times.p99}, {"max", times.max}};
   json["instances"] = last.instance_count;

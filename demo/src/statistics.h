@@ -14,7 +14,9 @@ namespace forest {
 /// What a run measures; the frames rendered only to let streaming settle are not in it.
 struct Statistics {
   std::string device, driver;
-  bool software_device = false;  ///< a processor does the GPU's work
+  bool software_device = false;                                 ///< a processor does the GPU's work
+  std::array<std::uint32_t, 2> picture_px = {}, drawn_px = {};  ///< width and height of the picture, and of what is enlarged to it
+  bool shadow_maps = false, temporal = false;                   ///< at the end of the run
   std::vector<float> frame_ms;
   std::vector<std::uint32_t> visible_instances;     ///< per frame
   std::vector<std::uint64_t> drawn_leaves;          ///< per frame

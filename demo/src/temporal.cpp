@@ -56,9 +56,9 @@ void allocate_sets(Temporal& temporal) {
   check(vkAllocateDescriptorSets(temporal.device.handle, &allocation, temporal.sets.data()), "vkAllocateDescriptorSets");
 }
 
-void write_set(const Temporal& temporal, std::size_t written, const Image& depth) {
+void write_set(const Temporal& temporal, std::size_t written, const Image& toned, const Image& depth) {
   constexpr VkImageLayout kRead = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-  const std::array<VkDescriptorImageInfo, 3> images = {{{temporal.texel_sampler, temporal.toned.view, kRead},
+  const std::array<VkDescriptorImageInfo, 3> images = {{{temporal.texel_sampler, toned.view, kRead},
                                                         {temporal.texel_sampler, depth.view, kRead},
                                                         {temporal.sampler, temporal.history[1 - written].view, kRead}}};
   VkWriteDescriptorSet write = vk_struct<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
@@ -104,7 +104,7 @@ Push advance(Temporal& temporal, const TemporalView& view, VkExtent2D extent) {
 
 }  // namespace
 
-Temporal::Temporal(const Device& device_in, VkFormat picture_format) : device(device_in) {
+Temporal::Temporal(const Device& device_in, VkFormat picture_format, bool enlarges) : device(device_in) {
   sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE);
   texel_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE, VK_FILTER_NEAREST);  // depth need not be filterable
   constexpr VkDescriptorType kSampled = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
@@ -117,18 +117,17 @@ Temporal::Temporal(const Device& device_in, VkFormat picture_format) : device(de
   desc.fragment_spirv = temporal_frag_spirv;
   desc.color_format = kHistoryFormat;
   desc.second_color_format = picture_format;
+  desc.fragment_constant = enlarges ? 1 : 0;
   pipeline = create_pipeline(device, desc);
 }
 
-void resize_temporal(Temporal& temporal, const Image& depth, VkFormat picture_format) {
+void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth, VkExtent2D picture_extent) {
   ImageDesc desc;
-  desc.extent = depth.extent;
+  desc.extent = picture_extent;
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
-  desc.format = picture_format;
-  temporal.toned = create_image(temporal.device, desc);
   desc.format = Temporal::kHistoryFormat;
   for (Image& image : temporal.history) image = create_image(temporal.device, desc);
-  for (std::size_t i = 0; i < temporal.sets.size(); ++i) write_set(temporal, i, depth);
+  for (std::size_t i = 0; i < temporal.sets.size(); ++i) write_set(temporal, i, toned, depth);
   temporal.averaged = 0;
   submit_and_wait(temporal.device, [&](VkCommandBuffer commands) {
     for (const Image& image : temporal.history) {
@@ -147,13 +146,14 @@ glm::vec2 temporal_jitter_px(const Temporal& temporal) {
   return glm::vec2(radical_inverse(point, 2), radical_inverse(point, 3)) - 0.5f;
 }
 
-void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const Image& depth, const Image& picture) {
-  const Push push = advance(temporal, view, picture.extent);
+void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const Image& toned, const Image& depth,
+                     const Image& picture) {
+  const Push push = advance(temporal, view, toned.extent);
   temporal.written = 1 - temporal.written;
   const Image& history = temporal.history[temporal.written];
   constexpr VkPipelineStageFlags2 kRead = VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
   constexpr VkImageLayout kReadLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-  record_barrier(commands, from_attachment(temporal.toned, kRead, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, kReadLayout));
+  record_barrier(commands, from_attachment(toned, kRead, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, kReadLayout));
   record_barrier(commands, from_depth_attachment(depth, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
   record_barrier(commands, to_attachment(history, kRead));
   record_barrier(commands, to_attachment(picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));

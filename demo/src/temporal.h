@@ -9,8 +9,9 @@
 
 namespace forest {
 
-/// Temporal antialiasing. Frames are drawn moved by parts of a pixel, tone-mapped to `toned`, and averaged: over the frames of a camera
-/// that stands still as they are, of one that moves by looking up where each pixel's surface was in the frame before.
+/// Temporal antialiasing. Frames are drawn moved by parts of a pixel, tone-mapped, and averaged: over the frames of a camera that stands
+/// still as they are, of one that moves by looking up where each pixel's surface was in the frame before. Frames may be smaller than the
+/// picture: a pixel then takes from each as much as that frame's nearest sample is near to its middle.
 struct Temporal {
   static constexpr VkFormat kHistoryFormat = VK_FORMAT_R16G16B16A16_SFLOAT;  // display values: a mean of 32 frames needs more than 8 bits
 
@@ -22,7 +23,6 @@ struct Temporal {
   Handle<VkPipeline> pipeline;
   std::array<VkDescriptorSet, 2> sets = {};  ///< [i] reads history[1 - i]
 
-  Image toned;                   ///< this frame alone, display values
   std::array<Image, 2> history;  ///< read and written in turn
   std::size_t written = 0;       ///< of history, by the latest frame
 
@@ -32,23 +32,27 @@ struct Temporal {
   glm::mat4 clip_from_world = glm::mat4(1);  ///< of the latest frame, not moved
 
   /// picture_format  of the image record_temporal writes
-  Temporal(const Device& device, VkFormat picture_format);
+  /// enlarges        frames are smaller than the picture
+  Temporal(const Device& device, VkFormat picture_format, bool enlarges);
 };
 
-/// Replaces the images. `depth`, with VK_IMAGE_USAGE_SAMPLED_BIT, is what record_temporal will read. No frame may be in flight.
-void resize_temporal(Temporal& temporal, const Image& depth, VkFormat picture_format);
+/// Replaces the history. `toned` and `depth`, both with VK_IMAGE_USAGE_SAMPLED_BIT, are what record_temporal will read. No frame may be in
+/// flight.
+void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth, VkExtent2D picture_extent);
 
-/// By how much to move the next frame, px, each within half a pixel: 64 points that cover the pixel evenly, and so do 16 of them in a row.
+/// By how much to move the next frame, px of it, each within half a pixel: 64 points that cover the pixel evenly, and so do 16 of them in a
+/// row.
 glm::vec2 temporal_jitter_px(const Temporal& temporal);
 
 struct TemporalView {
-  glm::mat4 clip_from_world;  ///< not moved
-  glm::vec2 jitter_px = {0, 0};
-  bool unchanged = false;  ///< nothing but the camera can have changed since the frame before
+  glm::mat4 clip_from_world;     ///< not moved
+  glm::vec2 jitter_px = {0, 0};  ///< of the frame
+  bool unchanged = false;        ///< nothing but the camera can have changed since the frame before
 };
 
-/// Records the blend of `toned` into the history and `picture`. All images in the layout of attachments, before and after, but `depth`,
-/// which is left to be read by fragment shaders.
-void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const Image& depth, const Image& picture);
+/// Records the blend of `toned`, this frame alone in display values, into the history and `picture`. All images in the layout of
+/// attachments, before and after, but `depth`, which is left to be read by fragment shaders.
+void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const Image& toned, const Image& depth,
+                     const Image& picture);
 
 }  // namespace forest

@@ -92,6 +92,10 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
                                           "first_picture_ms",
                                           "frames",
                                           "frame_ms",
+                                          "picture_px",
+                                          "drawn_px",
+                                          "shadow_maps",
+                                          "temporal",
                                           "instances",
                                           "pages_loaded",
                                           "visible_instances_median",
@@ -195,7 +199,7 @@ TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
   const auto picture_with = [&](const std::string& name, const std::vector<std::string>& options) {
     const fs::path png = folder / (name + ".png").c_str();
     std::vector<std::string> arguments = headless_forest(plant, png);
-    arguments.insert(arguments.end(), {"--camera", folder / "still.txt"});
+    arguments.insert(arguments.end(), {"--camera", folder / "still.txt", "--no-shadows"});
     arguments.insert(arguments.end(), options.begin(), options.end());
     const ProcessResult result = run_process(COPPICE_FOREST, arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -203,9 +207,14 @@ TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
     return coppice::test::read_png(png);
   };
   const Picture reference = picture_with("reference", {"--supersample", "8"}), four = picture_with("four", {"--supersample", "2"}),
-                one = picture_with("one", {"--no-taa"}), temporal = picture_with("temporal", {"--taa"});
+                one = picture_with("one", {"--no-taa"}), temporal = picture_with("temporal", {"--taa", "--render-scale", "1"});
   EXPECT_LT(rmse(temporal, reference), 0.8 * rmse(four, reference));
   EXPECT_LT(rmse(four, reference), 0.8 * rmse(one, reference)) << "else the pictures do not show what samples do";
+  // A quarter of the pixels, enlarged: what one frame lacks comes back over several. The threshold is in pixels that are drawn.
+  const Picture small = picture_with("small", {"--no-taa", "--render-scale", "0.5", "--error-px", "1"}),
+                enlarged = picture_with("enlarged", {"--taa", "--render-scale", "0.5", "--error-px", "1"});
+  EXPECT_LT(rmse(enlarged, reference), 0.7 * rmse(small, reference));
+  EXPECT_LT(rmse(enlarged, reference), 0.9 * rmse(one, reference));
 }
 
 TEST(CoppiceForest, PlantsCastShadowsOnTheGround) {

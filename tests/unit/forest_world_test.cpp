@@ -31,12 +31,13 @@ Options parsed(std::vector<std::string> arguments) {
 
 TEST(Options, WhatIsNotSaidIsLeftToTheDevice) {
   const Options said_nothing = parsed({});
-  EXPECT_FALSE(said_nothing.shadows.has_value());
+  EXPECT_FALSE(said_nothing.render_scale.has_value());
   EXPECT_FALSE(said_nothing.temporal.has_value());
   EXPECT_FALSE(said_nothing.leaf_budget.has_value());
   EXPECT_FALSE(said_nothing.frames.has_value());
   EXPECT_EQ(parsed({"--taa", "--no-shadows"}).temporal, true);
-  EXPECT_EQ(parsed({"--taa", "--no-shadows"}).shadows, false);
+  EXPECT_TRUE(said_nothing.shadows);
+  EXPECT_FALSE(parsed({"--taa", "--no-shadows"}).shadows);
 }
 
 TEST(Watch, SeesAChangedFileOnceAndOnlyWhenItIsWhole) {

@@ -240,7 +240,7 @@ void main() {
   barrier();
 #ifdef COPPICE_RASTER
   uint block_count = rounds[push.round].blocks.count;
-  for (uint i = gl_WorkGroupID.x; i < block_count; i += gl_NumWorkGroups.x) {
+  for (uint i = group_index(); i < block_count; i += gl_NumWorkGroups.x) {
     uint slot = visible_blocks[i] * kBlockSlots + gl_LocalInvocationIndex;
     if (slot < view.instance_slot_count) select(slot);
     append_items();

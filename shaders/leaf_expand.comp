@@ -115,7 +115,7 @@ void expand_together(uint count) {
 
 void expand_each(uint count) {
   uvec4 all = subgroupBallot(true);
-  for (uint i = gl_WorkGroupID.x * gl_WorkGroupSize.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+  for (uint i = group_index() * gl_WorkGroupSize.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
     bool some = i + gl_LocalInvocationIndex < count;
     uint item = some ? items[i + gl_LocalInvocationIndex] : 0;
     bool is_long = some && cluster_count(item) > kOwnClusters;

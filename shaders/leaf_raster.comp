@@ -254,7 +254,7 @@ void raster_leaf(Shared group, RasterLeaf leaf, uvec2 name) {
 
 void raster_clusters() {
   uint count = min(rounds[push.round].work.count, push.work_capacity);
-  for (uint i = gl_WorkGroupID.x * push.leaf_clusters; i < count; i += gl_NumWorkGroups.x * push.leaf_clusters)
+  for (uint i = group_index() * push.leaf_clusters; i < count; i += gl_NumWorkGroups.x * push.leaf_clusters)
     for (uint j = i; j < min(i + push.leaf_clusters, count); ++j) {
       uvec2 work = work_items[j];
       RasterList list = list_for(instances[slot_of(work.x)], work.x);
@@ -285,7 +285,7 @@ RasterCluster cluster_of(uint item, RasterList list, RasterLeaf leaf) {
 
 void raster_big() {
   uint count = min(rounds[push.round].big.count, kBigCapacity);
-  for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
+  for (uint i = group_index(); i < count; i += gl_NumWorkGroups.x) {
     uvec2 name = big_items[i];
     RasterList list = list_for(instances[slot_of(name.x)], name.x);
     RasterLeaf leaf = RasterLeafArray(list.leaves).at[name.y];

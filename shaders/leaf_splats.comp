@@ -68,6 +68,6 @@ void raster_cluster(uvec2 work, uint lane) {
 void main() {
   uint count = min(rounds[push.round].splats.count, push.work_capacity);
   uint step = gl_NumWorkGroups.x * gl_WorkGroupSize.x / kClusterLanes;
-  for (uint i = gl_GlobalInvocationID.x / kClusterLanes; i < count; i += step)
+  for (uint i = (group_index() * gl_WorkGroupSize.x + gl_LocalInvocationIndex) / kClusterLanes; i < count; i += step)
     raster_cluster(splat_items[i], gl_LocalInvocationIndex % kClusterLanes);
 }

@@ -68,6 +68,13 @@ void append_splats(bool some, uint item, uint cluster) {
   if (some && place < push.work_capacity) splat_items[place] = uvec2(item, cluster);
 }
 
+// A number for each group. Software drivers give each core one stretch of groups after the other: this way all of them get some of every
+// part of a list, whose beginning is often the larger work.
+uint group_index() {
+  uint half_count = (gl_NumWorkGroups.x + 1) / 2;
+  return gl_WorkGroupID.x < half_count ? 2 * gl_WorkGroupID.x : 2 * (gl_WorkGroupID.x - half_count) + 1;
+}
+
 float depth_key(float inverse_w) { return max(push.key_a + push.key_b * inverse_w, 1e-30); }
 
 // Clusters whose leaves are larger on average, px, are drawn by the hardware, which shows their texture; in a shadow map none. A raised

@@ -12,7 +12,7 @@ layout(set = 0, binding = 3) uniform sampler2D scene_color;
 layout(set = 0, binding = 4) uniform sampler2D shadow_map_0;
 layout(set = 0, binding = 5) uniform sampler2D shadow_map_1;
 layout(set = 0, binding = 6) uniform sampler2D shadow_map_2;
-layout(set = 0, binding = 7) uniform sampler2D toned;
+layout(set = 0, binding = 7) uniform sampler2D blended;
 
 // 1: unobscured by fog.
 float transmittance(vec3 position) {

@@ -19,7 +19,7 @@ struct FrameUniforms {
   vec4 ground_color;   // ambient from below
   vec4 fog;            // rgb colour, w density 1/m
   mat4 shadows[3];     // clip_from_world of the shadow maps, the finest first
-  vec4 ground;         // x half side of the ground map, m; y exposure; zw picture size, px
+  vec4 ground;         // x half side of the ground map, m; y exposure; zw size of what is enlarged to the picture, px
 };
 
 #ifdef __cplusplus

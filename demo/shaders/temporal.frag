@@ -15,6 +15,9 @@ layout(set = 0, binding = 2) uniform sampler2D history;
 layout(push_constant) uniform Push {
   mat4 before_from_clip;  // clip space of the frame before, not moved, from this frame's, moved
   vec2 moved_by;          // by how much this frame was moved, clip space
+  vec2 drawn_px;          // what of toned and depth this frame is, from the first texel on
+  vec2 blends_px;         // what of the new history and the picture is written
+  vec2 past_px;           // what of history was
   float newest;           // weight of this frame
   float spread;           // standard deviations about the mean of a pixel's surroundings that history may differ by
 } push;
@@ -35,15 +38,15 @@ Sampled nearest_sample(vec2 size) {
   if (kEnlarges == 0) return Sampled(min(ivec2(gl_FragCoord.xy), ivec2(size) - 1), clip, 1.0);  // a quad at the far edge may reach beyond it
   vec2 place = (0.5 + 0.5 * (clip + push.moved_by)) * size;
   ivec2 at = clamp(ivec2(place), ivec2(0), ivec2(size) - 1);
-  vec2 pixels = vec2(textureSize(history, 0)) / size;  // of the picture, a sample
+  vec2 pixels = push.blends_px / size;  // of the picture, a sample
   vec2 away_px = (vec2(at) + 0.5 - place) * pixels;
   float weight = pixels.x * pixels.y * exp(-0.5 * dot(away_px, away_px) / (kReach_px * kReach_px));
   return Sampled(at, 2.0 * (vec2(at) + 0.5) / size - 1.0, weight);
 }
 
 void main() {
-  ivec2 last = textureSize(toned, 0) - 1;
-  Sampled sampled = nearest_sample(vec2(last + 1));
+  ivec2 last = ivec2(push.drawn_px) - 1;
+  Sampled sampled = nearest_sample(push.drawn_px);
   ivec2 at = sampled.at;
   vec3 now = texelFetch(toned, at, 0).rgb;
   vec3 sum = now, squares = now * now;
@@ -63,7 +66,11 @@ void main() {
 
   vec4 before = push.before_from_clip * vec4(sampled.clip, texelFetch(depth, at, 0).x, 1.0);
   vec2 was = before.xy / before.w + push.moved_by + (clip - sampled.clip);
-  vec3 past = clamp(texture(history, 0.5 * was + 0.5).rgb, middle - reach, middle + reach);
+  vec2 past_place = clamp((0.5 * was + 0.5) * push.past_px, vec2(0.5), push.past_px - 0.5) / vec2(textureSize(history, 0));
+  // Along the line to the mean: channel by channel, colours would come up that neither has.
+  vec3 off = texture(history, past_place).rgb - middle;
+  vec3 share = reach / max(abs(off), vec3(1e-5));
+  vec3 past = middle + off * min(min(share.r, min(share.g, share.b)), 1.0);
   bool seen = all(lessThan(abs(was), vec2(1.0))) && push.newest < 1.0;  // else the history may hold anything
   vec3 mean = seen ? mix(past, now, min(push.newest * sampled.weight, 1.0)) : now;
   out_history = vec4(mean, 1.0);

@@ -51,7 +51,7 @@ void report(Session& session, const Options& options) {
   session.statistics.validation_messages = session.device.messages;
   const Renderer& renderer = session.renderer;
   session.statistics.picture_px = {renderer.picture.extent.width, renderer.picture.extent.height};
-  session.statistics.drawn_px = {renderer.scene.extent.width, renderer.scene.extent.height};
+  session.statistics.drawn_px = {renderer.drawn.width, renderer.drawn.height};
   session.statistics.shadow_maps = renderer.shadows != nullptr;
   session.statistics.temporal = renderer.temporal != nullptr;
   std::printf("%s", table(session.statistics).c_str());

@@ -1,20 +1,24 @@
 #pragma once
 
-#include <cstdint>
-
 namespace forest {
 
-/// The leaf budget that keeps a frame's time near an aim.
+/// What keeps a frame's time near an aim: how many of the picture's pixels are drawn, and where that is not enough how many leaves.
 struct FramePace {
-  float aim_ms = 0;   ///< 0: the budget stays as it is
-  float budget = 0;   ///< leaves
-  float mean_ms = 0;  ///< of the last frames, the newest weigh most; 0: none yet
+  float aim_ms = 0;    ///< 0: all stays as it is
+  float scale = 1;     ///< share of the picture's width and height that is drawn
+  bool scales = true;  ///< whether `scale` may change
+  float budget = 0;    ///< leaves; 0: any number
+  float mean_ms = 0;   ///< of the last frames, the newest weigh most; 0: none yet
 };
 
-/// A pace that starts from `leaf_budget`, or where that is 0 from what a machine of some years draws in 33 ms.
-FramePace make_pace(float aim_ms, std::uint32_t leaf_budget);
-/// Takes a frame's time and returns the next one's budget. It moves by a few per cent a frame, down faster than up, and not at all within
-/// a tenth below the aim. limited: the budget is what the threshold waits for; otherwise more of it would change nothing.
-std::uint32_t next_budget(FramePace& pace, float frame_ms, bool limited);
+/// Fewer pixels than this share squared show no forest any more.
+constexpr float kLeastScale = 0.25f;
+
+/// Takes a frame's time, ms. Scale and budget move by a few per cent a frame, down faster than up, and not at all within a tenth below the
+/// aim. limited: the budget is what the threshold waits for; otherwise more of it would change nothing.
+void keep_pace(FramePace& pace, float frame_ms, bool limited);
+
+/// `scale` in steps, so that images are not of a new size in every frame.
+float stepped_scale(const FramePace& pace);
 
 }  // namespace forest

@@ -125,9 +125,11 @@ void declare_detail(CLI::App& app, Options& options) {
   app.add_option(
       "--leaf-budget", options.leaf_budget,
       "Leaves a frame may draw; the threshold rises until they fit. 0: as many as it asks for [1000000 without a GPU, with one 0]");
-  app.add_option("--frame-ms", options.frame_ms, "Time of a frame, which the leaf budget is raised or lowered to keep. 0: it stays")
-      ->check(CLI::Range(0.0f, 10000.0f))
-      ->capture_default_str();
+  app.add_option(
+         "--frame-ms", options.frame_ms,
+         "Time of a frame, to keep which the render scale, unless it is given, goes down to a quarter, and then the leaf budget. 0: both "
+         "stay [0; in a window without a GPU 33]")
+      ->check(CLI::Range(0.0f, 10000.0f));
 }
 
 void declare_figures(CLI::App& app, Options& options) {

@@ -17,6 +17,8 @@ enum class LeafPath { automatic, compute, hardware };
 constexpr std::uint32_t kSoftwareLeafBudget = 1'000'000;
 /// Likewise; temporal antialiasing brings the detail back.
 constexpr float kSoftwareRenderScale = 0.5f;
+/// Likewise, in a window.
+constexpr float kSoftwareFrame_ms = 33;
 
 /// The command line of coppice-forest. Defaults are what `coppice-forest` alone does.
 struct Options {
@@ -37,7 +39,7 @@ struct Options {
   LeafPath path = LeafPath::automatic;
   float error_px = 2;
   std::optional<std::uint32_t> leaf_budget;  ///< leaves a frame, see coppice_view; 0: none; absent: kSoftwareLeafBudget, or on a GPU none
-  float frame_ms = 0;                        ///< what the leaf budget is changed to keep to; 0: it stays
+  std::optional<float> frame_ms;             ///< what FramePace keeps to; 0: nothing; absent: that, or in a window kSoftwareFrame_ms
   float fog = 1;                             ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
   std::string stats;             ///< empty: none

@@ -51,6 +51,7 @@ struct OverlayFigures {
   const coppice_stats& stats;
   const SceneTimes* scene_times;  ///< null where passes are not measured
   float frame_ms = 0;
+  VkExtent2D drawn = {};  ///< of the picture
 };
 
 /// Lays out this frame's panel and reads its sliders into `controls`.

@@ -63,14 +63,13 @@ void write_set(const Renderer& renderer, std::size_t slot) {
     if (renderer.shadows) return renderer.shadows->cascades[cascade].map.view;
     return renderer.ground_map_image.view;
   };
-  const Image& enlarged = renderer.toned.view ? renderer.toned : renderer.scene;
   const std::array<VkDescriptorImageInfo, kImageCount> images = {{{renderer.clamp_sampler, renderer.ground_map_image.view, kRead},
                                                                   {renderer.repeat_sampler, renderer.ground_detail_image.view, kRead},
                                                                   {renderer.clamp_sampler, renderer.scene.view, kRead},
                                                                   {renderer.map_sampler, map(0), kRead},
                                                                   {renderer.map_sampler, map(1), kRead},
                                                                   {renderer.map_sampler, map(2), kRead},
-                                                                  {renderer.clamp_sampler, enlarged.view, kRead}}};
+                                                                  {renderer.clamp_sampler, renderer.blended.view, kRead}}};
   std::array<VkWriteDescriptorSet, kBindingTypes.size()> writes{};
   for (std::uint32_t i = 0; i < writes.size(); ++i) {
     writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
@@ -139,12 +138,12 @@ void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView&
   uniforms.fog = {renderer.weather.fog_color, renderer.weather.fog_density};
   for (std::size_t i = 0; renderer.shadows && i < Shadows::kCascades; ++i)
     uniforms.shadows[i] = renderer.shadows->cascades[i].clip_from_world;
-  const glm::vec2 extent_px(glm::uvec2(renderer.scene.extent.width, renderer.scene.extent.height));
-  uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, extent_px};
+  const glm::vec2 blends_px(glm::uvec2(renderer.blends.width, renderer.blends.height));
+  uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, blends_px};
   std::memcpy(renderer.uniforms[slot].mapped, &uniforms, sizeof uniforms);
 }
 
-void begin_pass(VkCommandBuffer commands, const Image& color, const Image* depth,
+void begin_pass(VkCommandBuffer commands, VkExtent2D extent, const Image& color, const Image* depth,
                 VkAttachmentLoadOp color_load = VK_ATTACHMENT_LOAD_OP_DONT_CARE) {
   VkRenderingAttachmentInfo color_info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
   color_info.imageView = color.view;
@@ -157,7 +156,7 @@ void begin_pass(VkCommandBuffer commands, const Image& color, const Image* depth
   depth_info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
   if (depth) depth_info.imageView = depth->view;
   VkRenderingInfo info = vk_struct<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
-  info.renderArea = {{0, 0}, color.extent};
+  info.renderArea = {{0, 0}, extent};
   info.layerCount = 1;
   info.colorAttachmentCount = 1;
   info.pColorAttachments = &color_info;
@@ -172,7 +171,7 @@ void bind(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, 
 }
 
 void record_ground(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const glm::mat4& clip_from_world) {
-  bind(renderer, commands, slot, renderer.ground_pipeline, renderer.scene.extent);
+  bind(renderer, commands, slot, renderer.ground_pipeline, renderer.drawn);
   const VkDeviceSize offset = 0;
   vkCmdBindVertexBuffers(commands, 0, 1, renderer.ground_vertices.buffer.address(), &offset);
   vkCmdBindIndexBuffer(commands, renderer.ground_indices.buffer, 0, VK_INDEX_TYPE_UINT32);
@@ -186,7 +185,7 @@ void record_tufts(const Renderer& renderer, VkCommandBuffer commands, std::size_
   const std::size_t count = gather_tufts(renderer.terrain, renderer.ground_map, clip_from_world, eye, tufts);
   std::memcpy(renderer.tufts[slot].mapped, tufts.data(), count * sizeof(Tuft));
   if (count == 0) return;
-  bind(renderer, commands, slot, renderer.tuft_pipeline, renderer.scene.extent);
+  bind(renderer, commands, slot, renderer.tuft_pipeline, renderer.drawn);
   const VkDeviceSize offset = 0;
   vkCmdBindVertexBuffers(commands, 0, 1, renderer.tufts[slot].buffer.address(), &offset);
   vkCmdDraw(commands, kTuftVertices, static_cast<std::uint32_t>(count), 0, 0);
@@ -197,31 +196,16 @@ void record_over_picture(const Renderer& renderer, VkCommandBuffer commands, con
   barrier.from_access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT;
   barrier.from_layout = barrier.to_layout;
   record_barrier(commands, barrier);
-  begin_pass(commands, renderer.picture, nullptr, VK_ATTACHMENT_LOAD_OP_LOAD);
+  begin_pass(commands, renderer.picture.extent, renderer.picture, nullptr, VK_ATTACHMENT_LOAD_OP_LOAD);
   draw();
   vkCmdEndRendering(commands);
 }
 
-std::uint32_t scaled(const Renderer& renderer, std::uint32_t side_px) {
-  return std::max(1u, static_cast<std::uint32_t>(std::lround(renderer.scale * static_cast<float>(side_px))));
-}
-
-/// After `scene`, `picture` or `temporal` has changed.
-void resize_toned(Renderer& renderer) {
-  ImageDesc desc;
-  desc.extent = renderer.scene.extent;
-  desc.format = Renderer::kPictureFormat;
-  desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
-  renderer.toned = renderer.temporal || renderer.scale < 1 ? create_image(renderer.device, desc) : Image();
-  for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
-  if (renderer.temporal) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth, renderer.picture.extent);
-}
-
 void record_enlarge(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot) {
-  record_barrier(commands, from_attachment(renderer.toned, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
+  record_barrier(commands, from_attachment(renderer.blended, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                                            VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
   record_barrier(commands, to_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
-  begin_pass(commands, renderer.picture, nullptr);
+  begin_pass(commands, renderer.picture.extent, renderer.picture, nullptr);
   bind(renderer, commands, slot, renderer.enlarge_pipeline, renderer.picture.extent);
   vkCmdDraw(commands, 3, 1, 0, 0);
   vkCmdEndRendering(commands);
@@ -230,8 +214,8 @@ void record_enlarge(const Renderer& renderer, VkCommandBuffer commands, std::siz
 }  // namespace
 
 Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const GroundMap& ground_map_in, const Weather& weather_in,
-                   VkExtent2D extent, float scale_in)
-    : device(device_in), terrain(terrain_in), ground_map(ground_map_in), weather(weather_in), scale(scale_in) {
+                   VkExtent2D extent)
+    : device(device_in), terrain(terrain_in), ground_map(ground_map_in), weather(weather_in) {
   ground_vertices = create_device_buffer(device, std::as_bytes(std::span(terrain.vertices)), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   ground_indices = create_device_buffer(device, std::as_bytes(std::span(terrain.indices)), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   ground_map_image = upload(device, ground_map.texture);
@@ -251,29 +235,46 @@ Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const Gro
 
 void resize_renderer(Renderer& renderer, VkExtent2D extent) {
   ImageDesc desc;
-  desc.extent = {scaled(renderer, extent.width), scaled(renderer, extent.height)};
+  desc.extent = extent;
   desc.format = Renderer::kSceneFormat;
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   renderer.scene = create_image(renderer.device, desc);
   desc.format = Renderer::kDepthFormat;
   desc.usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   renderer.depth = create_image(renderer.device, desc);
-  desc.extent = extent;
   desc.format = Renderer::kPictureFormat;
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
   renderer.picture = create_image(renderer.device, desc);
-  resize_toned(renderer);
+  desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
+  renderer.toned = create_image(renderer.device, desc);
+  renderer.blended = create_image(renderer.device, desc);
+  renderer.drawn = renderer.blends = extent;
+  for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
+  if (renderer.temporal) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth);
+}
+
+void set_scale(Renderer& renderer, float scale) {
+  constexpr float kFewSamples = 0.4f;
+  const VkExtent2D picture = renderer.picture.extent;
+  const auto scaled = [&](float share) {
+    const auto side = [&](std::uint32_t px) {
+      return std::max(1u, static_cast<std::uint32_t>(std::lround(share * static_cast<float>(px))));
+    };
+    return VkExtent2D{side(picture.width), side(picture.height)};
+  };
+  renderer.drawn = scaled(scale);
+  // Blending costs the same whatever is drawn, and few samples fill few pixels.
+  renderer.blends = !renderer.temporal ? renderer.drawn : scaled(scale <= kFewSamples ? 0.5f : 1.0f);
 }
 
 void set_temporal(Renderer& renderer, bool on) {
   if (on == (renderer.temporal != nullptr)) return;
-  renderer.temporal = on ? std::make_unique<Temporal>(renderer.device, Renderer::kPictureFormat, renderer.scale < 1) : nullptr;
-  resize_toned(renderer);
+  renderer.temporal = on ? std::make_unique<Temporal>(renderer.device, Renderer::kPictureFormat) : nullptr;
+  if (on) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth);
 }
 
-void set_shadows(Renderer& renderer, bool on) {
-  if (on == (renderer.shadows != nullptr)) return;
-  renderer.shadows = on ? std::make_unique<Shadows>(renderer.device, scaled(renderer, Shadows::kSize_px)) : nullptr;
+void set_shadows(Renderer& renderer, std::uint32_t size_px) {
+  renderer.shadows = size_px > 0 ? std::make_unique<Shadows>(renderer.device, size_px) : nullptr;
   create_ground_pipelines(renderer);
   for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
 }
@@ -291,14 +292,14 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
   const glm::mat4 clip_from_world = view.clip_from_view * view.view_from_world;
   start_timer(renderer.timer.get(), commands, slot);
   const auto stamp = [&](ScenePass pass) { stamp_pass(renderer.timer.get(), commands, slot, pass); };
-  begin_pass(commands, renderer.scene, &renderer.depth);
+  begin_pass(commands, renderer.drawn, renderer.scene, &renderer.depth);
   draw_plants();
   stamp(ScenePass::plants);
   record_ground(renderer, commands, slot, clip_from_world);
   stamp(ScenePass::ground);
   record_tufts(renderer, commands, slot, clip_from_world, view.eye);
   stamp(ScenePass::tufts);
-  bind(renderer, commands, slot, renderer.sky_pipeline, renderer.scene.extent);
+  bind(renderer, commands, slot, renderer.sky_pipeline, renderer.drawn);
   vkCmdDraw(commands, 3, 1, 0, 0);
   vkCmdEndRendering(commands);
   stamp(ScenePass::sky);
@@ -308,22 +309,21 @@ void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t s
                      const std::function<void()>& draw_overlay) {
   record_barrier(commands, from_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                                            VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
-  const bool last = !renderer.toned.view;
-  const Image& toned = last ? renderer.picture : renderer.toned;
+  const bool enlarges = !same_extent(renderer.blends, renderer.picture.extent);
+  const Image& blended = enlarges ? renderer.blended : renderer.picture;
+  const Image& toned = renderer.temporal ? renderer.toned : blended;
   record_barrier(commands, to_attachment(toned, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
-  begin_pass(commands, toned, nullptr);
-  bind(renderer, commands, slot, renderer.tone_map_pipeline, toned.extent);
+  begin_pass(commands, renderer.drawn, toned, nullptr);
+  bind(renderer, commands, slot, renderer.tone_map_pipeline, renderer.drawn);
   vkCmdDraw(commands, 3, 1, 0, 0);
-  if (last) draw_overlay();
   vkCmdEndRendering(commands);
   stamp_pass(renderer.timer.get(), commands, slot, ScenePass::tone_map);
   if (renderer.temporal) {
-    const TemporalView temporal_view{view.unmoved_clip_from_world, view.jitter_px, view.unchanged};
-    record_temporal(*renderer.temporal, commands, temporal_view, renderer.toned, renderer.depth, renderer.picture);
-  } else if (!last) {
-    record_enlarge(renderer, commands, slot);
+    const TemporalView temporal_view{view.unmoved_clip_from_world, view.jitter_px, renderer.drawn, renderer.blends, view.unchanged};
+    record_temporal(*renderer.temporal, commands, temporal_view, toned, renderer.depth, blended);
   }
-  if (!last) record_over_picture(renderer, commands, draw_overlay);
+  if (enlarges) record_enlarge(renderer, commands, slot);
+  record_over_picture(renderer, commands, draw_overlay);
   stamp_pass(renderer.timer.get(), commands, slot, ScenePass::temporal);
   record_barrier(commands, from_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
                                            VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL));

@@ -49,11 +49,13 @@ struct Renderer {
   const GroundMap& ground_map;
   Weather weather;
 
-  float scale;  ///< of what is drawn against what is shown, along each axis; 1 or less
-
-  Image scene;    ///< linear radiance, at `scale`
-  Image depth;    ///< reversed, at `scale`
-  Image toned;    ///< display values at `scale`, before they are blended over time or enlarged; none where nothing is
+  /// What frames are drawn to of `scene`, `depth` and `toned`, and what of `blended` is blended over time, from their first pixel on. What
+  /// is less than the picture is enlarged to it.
+  VkExtent2D drawn = {}, blends = {};
+  Image scene;    ///< linear radiance
+  Image depth;    ///< reversed
+  Image toned;    ///< display values before they are blended over time
+  Image blended;  ///< display values before they are enlarged
   Image picture;  ///< what is shown and saved; in TRANSFER_SRC layout after record_tone_map
 
   Buffer ground_vertices;
@@ -79,19 +81,21 @@ struct Renderer {
   std::unique_ptr<Shadows> shadows;    ///< null: the ground has what the ground map says
   std::unique_ptr<Temporal> temporal;  ///< null: every frame is shown as it is
 
-  /// extent  of `picture`
-  Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, VkExtent2D extent,
-           float scale);
+  /// extent  of all images
+  Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, VkExtent2D extent);
 };
 
-/// Replaces the images. No frame may be in flight.
+/// Replaces the images, and draws to all of them. No frame may be in flight.
 void resize_renderer(Renderer& renderer, VkExtent2D extent);
+
+/// From the next frame on draws to a share of the images' width and height, above 0 and up to 1.
+void set_scale(Renderer& renderer, float scale);
 
 /// Switches temporal antialiasing on or off. No frame may be in flight.
 void set_temporal(Renderer& renderer, bool on);
 
-/// Switches shadow maps on or off. No frame may be in flight.
-void set_shadows(Renderer& renderer, bool on);
+/// Switches shadow maps on, or off with a size of 0. No frame may be in flight.
+void set_shadows(Renderer& renderer, std::uint32_t size_px);
 
 /// Records the scene pass: `draw_plants` first (it may change every binding), then ground, grass and sky.
 /// slot  FrameRing::slot_index() of the frame: its uniforms and tufts are overwritten

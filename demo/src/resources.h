@@ -25,6 +25,10 @@ struct Image {
   std::uint32_t mip_count = 1;
 };
 
+inline bool same_extent(VkExtent2D a, VkExtent2D b) {
+  return a.width == b.width && a.height == b.height;
+}
+
 struct ImageDesc {
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkExtent2D extent = {};

@@ -69,8 +69,14 @@ bool blends_frames(const Options& options) {
   return options.temporal.value_or(options.supersample == 1 && options.compare.empty());
 }
 
-float render_scale(const Options& options, const Device& device) {
-  return options.render_scale.value_or(device.software && blends_frames(options) ? kSoftwareRenderScale : 1.0f);
+FramePace first_pace(const Options& options, const Device& device, bool in_window) {
+  const bool software = device.software;
+  FramePace pace;
+  pace.aim_ms = options.frame_ms.value_or(software && in_window ? kSoftwareFrame_ms : 0.0f);
+  pace.scale = options.render_scale.value_or(software && blends_frames(options) ? kSoftwareRenderScale : 1.0f);
+  pace.scales = !options.render_scale;
+  pace.budget = static_cast<float>(options.leaf_budget.value_or(software ? kSoftwareLeafBudget : 0));
+  return pace;
 }
 
 void recreate_swapchain(Session& session) {
@@ -133,7 +139,7 @@ void reload_changed(Session& session) {
 
 coppice_view begin_plants(Session& session, const FrameView& view) {
   const coppice_view plant_view =
-      make_view(view, session.world.weather, session.renderer.scene.extent,
+      make_view(view, session.world.weather, session.renderer.drawn,
                 {session.controls.error_px, session.controls.leaf_budget, session.controls.lod, session.controls.view});
   coppice_frame frame;
   coppice_frame_init(&frame);
@@ -176,7 +182,7 @@ void record_frame(Session& session, VkCommandBuffer commands, FrameView view, co
 }
 
 FrameView view_of(const Session& session, const Pose& pose, float time_s) {
-  const glm::vec2 extent_px(session.renderer.scene.extent.width, session.renderer.scene.extent.height);
+  const glm::vec2 extent_px(session.renderer.drawn.width, session.renderer.drawn.height);
   FrameView view;
   view.view_from_world = view_from_world(pose);
   view.clip_from_view = clip_from_view(pose, extent_px.x / extent_px.y);
@@ -190,16 +196,17 @@ FrameView view_of(const Session& session, const Pose& pose, float time_s) {
 
 void pace_frame(Session& session, float frame_ms) {
   Controls& controls = session.controls;
-  if (controls.frame_ms != session.pace.aim_ms)
-    session.pace = make_pace(controls.frame_ms, controls.frame_ms > 0 ? controls.leaf_budget : 0);
+  session.pace.aim_ms = controls.frame_ms;
   const bool limited = session.statistics.last.threshold_px > 1.001f * controls.error_px;
-  controls.leaf_budget = next_budget(session.pace, frame_ms, limited);
+  keep_pace(session.pace, frame_ms, limited);
+  controls.leaf_budget = static_cast<std::uint32_t>(session.pace.budget);
+  set_scale(session.renderer, stepped_scale(session.pace));
 }
 
 void layout_controls(Session& session, float frame_ms) {
   const int memory_before_mb = session.controls.memory_mb;
   const SceneTimes* times = session.renderer.timer ? &session.renderer.timer->times : nullptr;
-  layout_overlay(*session.overlay, *session.window, {session.statistics.last, times, frame_ms}, session.controls);
+  layout_overlay(*session.overlay, *session.window, {session.statistics.last, times, frame_ms, session.renderer.drawn}, session.controls);
   if (session.controls.memory_mb == memory_before_mb) return;
   const auto budget_bytes = static_cast<std::uint64_t>(session.controls.memory_mb) << 20;
   check(session.forest, coppice_set_memory_budget(session.forest.context.get(), budget_bytes), "coppice_set_memory_budget");
@@ -227,14 +234,13 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
       screen(window ? std::make_unique<Screen>(device, *window) : nullptr),
       forest(options.scene.empty() ? open_forest(device, find_plants(options), options) : open_scene(device, options)),
       world(make_world(forest, options)),
-      renderer(device, world.terrain, world.ground_map, world.weather, picture_extent(options, screen.get()),
-               render_scale(options, device)),
+      renderer(device, world.terrain, world.ground_map, world.weather, picture_extent(options, screen.get())),
       ring(create_frame_ring(device)),
       overlay(window ? std::make_unique<Overlay>(device, *window, Renderer::kPictureFormat) : nullptr) {
   if (forest.scene == 0) add_instances(forest, world.planting, world.terrain);
-  pace = make_pace(options.frame_ms, options.leaf_budget.value_or(device.software ? kSoftwareLeafBudget : 0));
+  pace = first_pace(options, device, window != nullptr);
   controls = {.error_px = options.error_px,
-              .frame_ms = options.frame_ms,
+              .frame_ms = pace.aim_ms,
               .leaf_budget = static_cast<std::uint32_t>(pace.budget),
               .memory_mb = static_cast<int>(options.memory_mb),
               .lod = options.lod,
@@ -244,7 +250,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
   statistics.software_device = device.software;
   if (options.watch) watch = watch_files(forest.files);
   supersample = options.supersample;
-  set_shadows(renderer, options.shadows);
+  if (options.shadows) set_shadows(renderer, static_cast<std::uint32_t>(std::lround(pace.scale * static_cast<float>(Shadows::kSize_px))));
   set_temporal(renderer, blends_frames(options));
   if (options.pass_times) renderer.timer = std::make_unique<PassTimer>(device);
 }
@@ -258,8 +264,8 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   std::optional<std::uint32_t> image;
   if (session.screen) image = acquire(session, slot);
   const VkExtent2D extent = session.renderer.picture.extent;
-  FrameView view = view_of(session, pose, time_s);
   pace_frame(session, frame_ms);
+  FrameView view = view_of(session, pose, time_s);
   reload_changed(session);
   const coppice_view plant_view = begin_plants(session, view);
   const std::uint64_t arrivals = arrivals_of(session.statistics.last);

@@ -1,6 +1,7 @@
 #include "temporal.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "failure.h"
 #include "fullscreen_vert.h"
@@ -24,6 +25,7 @@ constexpr float kAnySpread = 1e4f;
 struct Push {
   glm::mat4 before_from_clip;
   glm::vec2 moved_by;
+  glm::vec2 drawn_px, blends_px, past_px;
   float newest;
   float spread;
 };
@@ -82,10 +84,14 @@ VkRenderingAttachmentInfo attachment(const Image& image) {
 }
 
 /// What the shader needs to know; the frame's place among those averaged goes on with it.
-Push advance(Temporal& temporal, const TemporalView& view, VkExtent2D extent) {
+Push advance(Temporal& temporal, const TemporalView& view) {
   const bool still = view.unchanged && view.clip_from_world == temporal.clip_from_world;
   Push push{};
-  push.moved_by = 2.0f * view.jitter_px / glm::vec2(static_cast<float>(extent.width), static_cast<float>(extent.height));
+  const auto size_px = [](VkExtent2D extent) { return glm::vec2(glm::uvec2(extent.width, extent.height)); };
+  push.drawn_px = size_px(view.drawn);
+  push.blends_px = size_px(view.blends);
+  push.past_px = size_px(std::exchange(temporal.written_to, view.blends));
+  push.moved_by = 2.0f * view.jitter_px / push.drawn_px;
   // In double precision: it is near the identity, and what it is made of is kilometres large.
   glm::dmat4 moved(1);
   moved[3][0] = static_cast<double>(push.moved_by.x);
@@ -104,7 +110,7 @@ Push advance(Temporal& temporal, const TemporalView& view, VkExtent2D extent) {
 
 }  // namespace
 
-Temporal::Temporal(const Device& device_in, VkFormat picture_format, bool enlarges) : device(device_in) {
+Temporal::Temporal(const Device& device_in, VkFormat blended_format) : device(device_in) {
   sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE);
   texel_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE, VK_FILTER_NEAREST);  // depth need not be filterable
   constexpr VkDescriptorType kSampled = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
@@ -116,14 +122,15 @@ Temporal::Temporal(const Device& device_in, VkFormat picture_format, bool enlarg
   desc.vertex_spirv = fullscreen_vert_spirv;
   desc.fragment_spirv = temporal_frag_spirv;
   desc.color_format = kHistoryFormat;
-  desc.second_color_format = picture_format;
-  desc.fragment_constant = enlarges ? 1 : 0;
+  desc.second_color_format = blended_format;
   pipeline = create_pipeline(device, desc);
+  desc.fragment_constant = 1;  // kEnlarges
+  enlarging_pipeline = create_pipeline(device, desc);
 }
 
-void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth, VkExtent2D picture_extent) {
+void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth) {
   ImageDesc desc;
-  desc.extent = picture_extent;
+  desc.extent = toned.extent;
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   desc.format = Temporal::kHistoryFormat;
   for (Image& image : temporal.history) image = create_image(temporal.device, desc);
@@ -147,8 +154,9 @@ glm::vec2 temporal_jitter_px(const Temporal& temporal) {
 }
 
 void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const Image& toned, const Image& depth,
-                     const Image& picture) {
-  const Push push = advance(temporal, view, toned.extent);
+                     const Image& blended) {
+  const Push push = advance(temporal, view);
+  const bool enlarges = !same_extent(view.drawn, view.blends);
   temporal.written = 1 - temporal.written;
   const Image& history = temporal.history[temporal.written];
   constexpr VkPipelineStageFlags2 kRead = VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
@@ -156,20 +164,20 @@ void record_temporal(Temporal& temporal, VkCommandBuffer commands, const Tempora
   record_barrier(commands, from_attachment(toned, kRead, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, kReadLayout));
   record_barrier(commands, from_depth_attachment(depth, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
   record_barrier(commands, to_attachment(history, kRead));
-  record_barrier(commands, to_attachment(picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
+  record_barrier(commands, to_attachment(blended, kRead | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
 
-  const std::array attachments = {attachment(history), attachment(picture)};
+  const std::array attachments = {attachment(history), attachment(blended)};
   VkRenderingInfo info = vk_struct<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
-  info.renderArea = {{0, 0}, picture.extent};
+  info.renderArea = {{0, 0}, view.blends};
   info.layerCount = 1;
   info.colorAttachmentCount = static_cast<std::uint32_t>(attachments.size());
   info.pColorAttachments = attachments.data();
   vkCmdBeginRendering(commands, &info);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, temporal.pipeline);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, enlarges ? temporal.enlarging_pipeline : temporal.pipeline);
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, temporal.pipeline_layout, 0, 1, &temporal.sets[temporal.written], 0,
                           nullptr);
   vkCmdPushConstants(commands, temporal.pipeline_layout, VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
-  record_viewport(commands, picture.extent);
+  record_viewport(commands, view.blends);
   vkCmdDraw(commands, 3, 1, 0, 0);
   vkCmdEndRendering(commands);
   record_barrier(commands, from_attachment(history, kRead, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, kReadLayout));

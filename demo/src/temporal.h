@@ -20,25 +20,25 @@ struct Temporal {
   Handle<VkDescriptorSetLayout> set_layout;
   Handle<VkPipelineLayout> pipeline_layout;
   Handle<VkDescriptorPool> descriptor_pool;
-  Handle<VkPipeline> pipeline;
+  Handle<VkPipeline> pipeline, enlarging_pipeline;
   std::array<VkDescriptorSet, 2> sets = {};  ///< [i] reads history[1 - i]
 
   std::array<Image, 2> history;  ///< read and written in turn
   std::size_t written = 0;       ///< of history, by the latest frame
+  VkExtent2D written_to = {};    ///< what of that image
 
   std::uint32_t frame = 0;                   ///< since the start
   float averaged = 0;                        ///< frames in the history; 0: nothing is
   bool moving = false;                       ///< the latest frame differs from the one before
   glm::mat4 clip_from_world = glm::mat4(1);  ///< of the latest frame, not moved
 
-  /// picture_format  of the image record_temporal writes
-  /// enlarges        frames are smaller than the picture
-  Temporal(const Device& device, VkFormat picture_format, bool enlarges);
+  /// blended_format  of the image record_temporal writes
+  Temporal(const Device& device, VkFormat blended_format);
 };
 
-/// Replaces the history. `toned` and `depth`, both with VK_IMAGE_USAGE_SAMPLED_BIT, are what record_temporal will read. No frame may be in
-/// flight.
-void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth, VkExtent2D picture_extent);
+/// Replaces the history. `toned` and `depth`, both with VK_IMAGE_USAGE_SAMPLED_BIT, are what record_temporal will read, as large as the
+/// picture. No frame may be in flight.
+void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth);
 
 /// By how much to move the next frame, px of it, each within half a pixel: 64 points that cover the pixel evenly, and so do 16 of them in a
 /// row.
@@ -47,12 +47,14 @@ glm::vec2 temporal_jitter_px(const Temporal& temporal);
 struct TemporalView {
   glm::mat4 clip_from_world;     ///< not moved
   glm::vec2 jitter_px = {0, 0};  ///< of the frame
+  VkExtent2D drawn = {};         ///< what of `toned` and `depth` the frame is
+  VkExtent2D blends = {};        ///< what of `blended` it is blended to
   bool unchanged = false;        ///< nothing but the camera can have changed since the frame before
 };
 
-/// Records the blend of `toned`, this frame alone in display values, into the history and `picture`. All images in the layout of
+/// Records the blend of `toned`, this frame alone in display values, into the history and `blended`. All images in the layout of
 /// attachments, before and after, but `depth`, which is left to be read by fragment shaders.
 void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const Image& toned, const Image& depth,
-                     const Image& picture);
+                     const Image& blended);
 
 }  // namespace forest

@@ -60,27 +60,62 @@ TEST(Watch, SeesAChangedFileOnceAndOnlyWhenItIsWhole) {
 
 const std::vector<Species> kSpecies = {{2.0f}, {4.5f}, {0.2f}};
 
-TEST(FramePace, KeepsToTheTimeItIsGiven) {
+TEST(FramePace, MovesByLittleAndRestsNearTheAim) {
   // Frames take 10 ms and 100 ns a leaf.
-  FramePace pace = make_pace(33, 0);
-  auto budget = static_cast<std::uint32_t>(pace.budget);
-  float last = pace.budget;
+  FramePace pace{.aim_ms = 33, .scales = false};
   for (int i = 0; i < 400; ++i) {
-    budget = next_budget(pace, 10.0f + 1e-4f * static_cast<float>(budget), true);
-    EXPECT_NEAR(pace.budget / last, 1.0f, 0.051f) << i;
-    last = pace.budget;
+    const float last = pace.budget;
+    keep_pace(pace, 10.0f + 1e-4f * last, true);
+    EXPECT_NEAR(pace.budget / (i > 0 ? last : pace.budget), 1.0f, 0.051f) << i;
   }
-  EXPECT_NEAR(10.0f + 1e-4f * static_cast<float>(budget), 33.0f, 3.5f);
-  const FramePace at_rest = pace;
-  next_budget(pace, 31.0f, true);
-  EXPECT_EQ(pace.budget, at_rest.budget);
+  EXPECT_NEAR(10.0f + 1e-4f * pace.budget, 33.0f, 3.5f);
+  const float at_rest = pace.budget;
+  keep_pace(pace, 31.0f, true);
+  EXPECT_EQ(pace.budget, at_rest);
 }
 
 TEST(FramePace, DoesNotGrowWhereThatWouldChangeNothing) {
-  FramePace pace = make_pace(33, 100'000);
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(next_budget(pace, 5, false), 100'000u);
-  FramePace none = make_pace(0, 0);
-  EXPECT_EQ(next_budget(none, 500, true), 0u);
+  const FramePace pace{.aim_ms = 33, .scales = false, .budget = 100'000};
+  FramePace fast = pace;
+  for (int i = 0; i < 100; ++i) keep_pace(fast, 5, false);
+  EXPECT_EQ(fast.budget, pace.budget);
+}
+
+/// A machine whose frames take so long: some of it for pixels, some for leaves.
+float frame_ms_of(const FramePace& pace) {
+  const float leaves = pace.budget > 0 ? pace.budget : 4e6f;
+  return 6 + 120 * pace.scale * pace.scale + 2e-5f * leaves;
+}
+
+FramePace paced(FramePace pace, bool limited) {
+  for (int frame = 0; frame < 1000; ++frame) keep_pace(pace, frame_ms_of(pace), limited);
+  return pace;
+}
+
+TEST(FramePace, DrawsFewerPixelsAndOnlyThenFewerLeaves) {
+  const FramePace slow = paced({.aim_ms = 60, .budget = 1e6f}, false);
+  EXPECT_LE(frame_ms_of(slow), 60);
+  EXPECT_GT(frame_ms_of(slow), 45);
+  EXPECT_GT(slow.scale, kLeastScale);
+  EXPECT_EQ(slow.budget, 1e6f);
+
+  const FramePace slower = paced({.aim_ms = 20, .budget = 1e6f}, true);
+  EXPECT_LE(frame_ms_of(slower), 20);
+  EXPECT_EQ(slower.scale, kLeastScale);
+  EXPECT_LT(slower.budget, 1e6f);
+  FramePace again = slower;
+  again.aim_ms = 1000;
+  EXPECT_EQ(paced(again, false).scale, 1) << "it comes back";
+}
+
+TEST(FramePace, KeepsWhatWasAskedFor) {
+  const FramePace still = paced({.scale = 0.4f, .budget = 5}, true);
+  EXPECT_EQ(still.scale, 0.4f);
+  EXPECT_EQ(still.budget, 5);
+  const FramePace leaves = paced({.aim_ms = 60, .scale = 0.5f, .scales = false}, true);
+  EXPECT_EQ(leaves.scale, 0.5f);
+  EXPECT_LE(frame_ms_of(leaves), 60);
+  EXPECT_EQ(stepped_scale(leaves), 0.5f);
 }
 
 TEST(Placement, PlantsExactlyTheCountInsideTheSquare) {

@@ -182,13 +182,14 @@ void record_frame(Session& session, VkCommandBuffer commands, FrameView view, co
 }
 
 FrameView view_of(const Session& session, const Pose& pose, float time_s) {
-  const glm::vec2 extent_px(session.renderer.drawn.width, session.renderer.drawn.height);
+  const VkExtent2D picture = session.renderer.picture.extent;
+  const glm::vec2 drawn_px(session.renderer.drawn.width, session.renderer.drawn.height);
   FrameView view;
   view.view_from_world = view_from_world(pose);
-  view.clip_from_view = clip_from_view(pose, extent_px.x / extent_px.y);
+  view.clip_from_view = clip_from_view(pose, static_cast<float>(picture.width) / static_cast<float>(picture.height));
   view.unmoved_clip_from_world = view.clip_from_view * view.view_from_world;
   view.jitter_px = session.jitter_px + (session.renderer.temporal ? temporal_jitter_px(*session.renderer.temporal) : glm::vec2(0));
-  view.clip_from_view[2] -= glm::vec4(2.0f * view.jitter_px / extent_px, 0, 0);
+  view.clip_from_view[2] -= glm::vec4(2.0f * view.jitter_px / drawn_px, 0, 0);
   view.eye = pose.position;
   view.time_s = time_s;
   return view;

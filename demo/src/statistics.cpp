@@ -55,7 +55,7 @@ std::string table(const Statistics& statistics) {
   const double share = last.source_leaf_count ? 100 * static_cast<double>(leaves) / static_cast<double>(last.source_leaf_count) : 0;
   std::string text;
   text += line("device               %s\n", statistics.device.c_str());
-  text += line("picture              %u x %u, drawn at %u x %u, %s shadow maps, %s temporal antialiasing\n", statistics.picture_px[0],
+  text += line("frame size           %u x %u, drawn at %u x %u, %s shadow maps, %s temporal antialiasing\n", statistics.picture_px[0],
                statistics.picture_px[1], statistics.drawn_px[0], statistics.drawn_px[1], statistics.shadow_maps ? "with" : "without",
                statistics.temporal ? "with" : "without");
   text += line("frames               %zu\n", statistics.frame_ms.size());

@@ -170,13 +170,14 @@ COPPICE_GPU_LAYOUT(View, 460);
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {
   uint visible_instances;
+  uint occluded_instances;  // in view, but hidden
   uint leaves[2];
   uint wood_triangles[2];
   uint leaf_mesh_instances;
   uint leaf_mesh_triangles[2];
   uint hardware_triangles[2];  // of leaves, leaf meshes and wood
 };
-COPPICE_GPU_LAYOUT(Counters, 40);
+COPPICE_GPU_LAYOUT(Counters, 44);
 
 // VkDrawIndexedIndirectCommand.
 struct DrawCommand {

@@ -25,10 +25,12 @@ layout(local_size_x = kCullGroupSize) in;
 layout(constant_id = 0) const uint kDebugged = 0;  // 1: with colours for view.debug_view
 
 shared uint group_visible;
+shared uint group_occluded;
 shared uint group_leaves;
 
 // Of an invocation; main() adds them up for its group.
 uint visible_count = 0;
+uint occluded_count = 0;
 uint leaf_sum = 0;  // of instances that leaf_expand.comp does not count
 
 #ifdef COPPICE_RASTER
@@ -67,7 +69,7 @@ void append_items() {
 // Room in the round's work lists for the clusters of a list. For one of each instance there is room besides.
 bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved, cluster_count) + cluster_count <= kWorkClusters; }
 
-bool is_seen(vec3 center, float radius) { return sphere_in_view(center, radius) && (push.round == 0 || !occluded(center, radius)); }
+bool is_hidden(vec3 center, float radius) { return push.round > 0 && occluded(center, radius); }
 
 // Whether there are lists of the plant's leaves, and of its leaf meshes.
 bool has_lists(Instance instance) { return raster_plants[instance.plant].level_count > 0; }
@@ -136,7 +138,7 @@ void draw_by_hardware(HardwareDraws draws, Plant plant, uint leaf_count) {
 #else
 // The hardware draws everything.
 void draw_by_hardware(HardwareDraws draws, Plant plant, uint leaf_count) { draw_instance(draws, plant, instances[draws.slot].plant, leaf_count); }
-bool is_seen(vec3 center, float radius) { return sphere_in_view(center, radius); }
+bool is_hidden(vec3 center, float radius) { return false; }
 bool has_lists(Instance instance) { return false; }
 bool has_mesh_lists(Instance instance) { return false; }
 bool has_small_leaves(Instance instance, uint slot, float cut, float distance_m) { return false; }
@@ -199,7 +201,9 @@ void select(uint slot) {
   float size_px = coppice_projected_size_px(distance_m, radius, view.near_m, view.focal_px);
   float threshold_px = coppice_instance_threshold_px(view.error_px, slot);
 
-  bool seen = is_seen(center, radius);
+  bool in_view = sphere_in_view(center, radius);
+  bool seen = in_view && !is_hidden(center, radius);
+  if (in_view && !seen) ++occluded_count;
 #ifdef COPPICE_RASTER
   if (!seen) return;  // the other variant says what the cut would be
 #endif
@@ -236,7 +240,7 @@ void select(uint slot) {
 }
 
 void main() {
-  if (gl_LocalInvocationIndex == 0) group_visible = group_leaves = 0;
+  if (gl_LocalInvocationIndex == 0) group_visible = group_occluded = group_leaves = 0;
   barrier();
 #ifdef COPPICE_RASTER
   uint block_count = rounds[push.round].blocks.count;
@@ -249,8 +253,10 @@ void main() {
   if (gl_GlobalInvocationID.x < view.instance_slot_count) select(gl_GlobalInvocationID.x);
 #endif
   atomicAdd(group_visible, visible_count);
+  atomicAdd(group_occluded, occluded_count);
   atomicAdd(group_leaves, leaf_sum);
   barrier();
   if (gl_LocalInvocationIndex == 0 && group_visible > 0) atomicAdd(counters.visible_instances, group_visible);
+  if (gl_LocalInvocationIndex == 0 && group_occluded > 0) atomicAdd(counters.occluded_instances, group_occluded);
   if (gl_LocalInvocationIndex == 0) COPPICE_COUNT(leaves, group_leaves)
 }

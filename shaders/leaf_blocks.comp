@@ -3,11 +3,12 @@
 
 // Blocks of instances that a round has to look at: those of its size on screen, in view, not hidden by earlier rounds.
 // reads     view, blocks, tiles
-// writes    visible_blocks and the round's blocks stage
+// writes    visible_blocks and the round's blocks stage; counters
 // dispatch  ceil(blocks / kCullGroupSize) groups; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
 #include "raster.glsl"
+#include "counters.glsl"
 
 layout(local_size_x = kCullGroupSize) in;
 
@@ -27,7 +28,10 @@ void main() {
   float size_px = coppice_projected_size_px(nearest_m, block.max_instance_radius_m, view.near_m, view.focal_px);
   if (round_of(size_px / float(push.height_px)) != push.round) return;
   if (!sphere_in_view(block.center, block.radius_m)) return;
-  if (push.round > 0 && occluded(block.center, block.radius_m)) return;
+  if (push.round > 0 && occluded(block.center, block.radius_m)) {
+    atomicAdd(counters.occluded_instances, block.instance_count);
+    return;
+  }
   uint place = atomicAdd(rounds[push.round].blocks.count, 1);
   atomicMax(rounds[push.round].blocks.groups[0], min(place + 1, kMaxDispatchGroups));
   visible_blocks[place] = index;

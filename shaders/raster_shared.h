@@ -36,8 +36,9 @@ struct InstanceBlock {
   vec3 center;
   float radius_m;
   float max_instance_radius_m;
+  uint instance_count;
 };
-COPPICE_GPU_LAYOUT(InstanceBlock, 20);
+COPPICE_GPU_LAYOUT(InstanceBlock, 24);
 
 // A leaf quad, or a triangle of wood or of a leaf mesh (corner 3 repeats corner 2): three unsigned 16-bit numbers a corner, packed as in
 // Node.

@@ -125,7 +125,7 @@ void show_statistics(const coppice_stats& stats) {
       stats.source_leaf_count ? 100.0 * static_cast<double>(stats.drawn_leaf_count) / static_cast<double>(stats.source_leaf_count) : 0;
   ImGui::Text("leaves   %llu drawn, %.2f %% of all", static_cast<unsigned long long>(stats.drawn_leaf_count), share);
   ImGui::Text("error    %.2f px", static_cast<double>(stats.threshold_px));
-  ImGui::Text("plants   %u visible of %u", stats.visible_instance_count, stats.instance_count);
+  ImGui::Text("plants   %u visible, %u hidden, of %u", stats.visible_instance_count, stats.occluded_instance_count, stats.instance_count);
   ImGui::Text("close    %u drawn with leaf meshes, %.2f M triangles", stats.leaf_mesh_instance_count,
               1e-6 * static_cast<double>(stats.drawn_leaf_mesh_triangle_count));
   ImGui::Text("memory   %.1f of %.0f MiB", static_cast<double>(stats.memory_bytes) / kMebibyte,

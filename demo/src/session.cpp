@@ -107,6 +107,9 @@ void sample_statistics(Session& session) {
   session.sampled_frame = stats.gpu_frame_number;
   if (session.sampled_frame < session.first_measured || session.sampled_frame > session.last_measured) return;
   session.statistics.visible_instances.push_back(stats.visible_instance_count);
+  session.statistics.occluded_instances.push_back(stats.occluded_instance_count);
+  session.statistics.culled_instances.push_back(
+      stats.instance_count - std::min(stats.instance_count, stats.visible_instance_count + stats.occluded_instance_count));
   session.statistics.drawn_leaves.push_back(stats.drawn_leaf_count);
   session.statistics.leaf_mesh_instances.push_back(stats.leaf_mesh_instance_count);
   session.statistics.leaf_mesh_triangles.push_back(stats.drawn_leaf_mesh_triangle_count);

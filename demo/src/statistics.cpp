@@ -61,7 +61,9 @@ std::string table(const Statistics& statistics) {
   text += line("frames               %zu\n", statistics.frame_ms.size());
   text += line("frame time           median %.1f ms, p95 %.1f, p99 %.1f, max %.1f\n", double{times.median}, double{times.p95},
                double{times.p99}, double{times.max});
-  text += line("plants               %u, visible %u (median)\n", last.instance_count, nearest_rank(statistics.visible_instances, 0.5));
+  text += line("plants               %u: %u visible, %u hidden by others, %u out of view (medians)\n", last.instance_count,
+               nearest_rank(statistics.visible_instances, 0.5), nearest_rank(statistics.occluded_instances, 0.5),
+               nearest_rank(statistics.culled_instances, 0.5));
   text += line("leaves               %llu drawn (median) of %llu in the scene (%.2f %%)\n", static_cast<unsigned long long>(leaves),
                static_cast<unsigned long long>(last.source_leaf_count), share);
   text += line("close up             %u plants drawn with leaf meshes (median), %llu triangles\n",
@@ -107,6 +109,8 @@ void write_json(const std::string& file, const Statistics& statistics) {
   json["frame_ms"] = {{"median", times.median}, {"p95", times.p95}, {"p99", times.p99}, {"max", times.max}};
   json["instances"] = last.instance_count;
   json["visible_instances_median"] = nearest_rank(statistics.visible_instances, 0.5);
+  json["occluded_instances_median"] = nearest_rank(statistics.occluded_instances, 0.5);
+  json["culled_instances_median"] = nearest_rank(statistics.culled_instances, 0.5);
   json["source_leaves_in_scene"] = last.source_leaf_count;
   json["drawn_leaves_median"] = nearest_rank(statistics.drawn_leaves, 0.5);
   json["leaf_mesh_instances_median"] = nearest_rank(statistics.leaf_mesh_instances, 0.5);

@@ -18,7 +18,8 @@ struct Statistics {
   std::array<std::uint32_t, 2> picture_px = {}, drawn_px = {};  ///< width and height of the picture, and of what is enlarged to it
   bool shadow_maps = false, temporal = false;                   ///< at the end of the run
   std::vector<float> frame_ms;
-  std::vector<std::uint32_t> visible_instances;     ///< per frame
+  /// Per frame: drawn, in view but hidden, outside the view.
+  std::vector<std::uint32_t> visible_instances, occluded_instances, culled_instances;
   std::vector<std::uint64_t> drawn_leaves;          ///< per frame
   std::vector<std::uint32_t> leaf_mesh_instances;   ///< per frame
   std::vector<std::uint64_t> leaf_mesh_triangles;   ///< per frame

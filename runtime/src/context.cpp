@@ -350,6 +350,7 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.instance_count = instances_.count();
   stats.gpu_frame_number = counts.frame;
   stats.visible_instance_count = counts.visible_instances;
+  stats.occluded_instance_count = counts.occluded_instances;
   stats.drawn_leaf_count = counts.leaves;
   stats.drawn_wood_triangle_count = counts.wood_triangles;
   stats.leaf_mesh_instance_count = counts.leaf_mesh_instances;

@@ -99,6 +99,8 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
                                           "instances",
                                           "pages_loaded",
                                           "visible_instances_median",
+                                          "occluded_instances_median",
+                                          "culled_instances_median",
                                           "pages_evicted",
                                           "source_leaves_in_scene",
                                           "memory_budget_bytes",

@@ -77,7 +77,7 @@ void main() {
   put(leaf_mesh_vertex.stalk_xy); put(leaf_mesh_vertex.stalk_z_material);
   put_plant();
   put_view();
-  put(counters.visible_instances);
+  put(counters.visible_instances); put(counters.occluded_instances);
   for (int i = 0; i < 2; ++i) put(counters.leaves[i]);
   for (int i = 0; i < 2; ++i) put(counters.wood_triangles[i]);
   put(counters.leaf_mesh_instances);

@@ -247,6 +247,8 @@ TEST_F(LeafRasterTest, WhatIsHiddenIsNotRasterised) {
   const RendererScene::Frame alone = with_raster({{plant, behind}}, view);
   EXPECT_EQ(alone.counts.visible_instances, 32u);
   EXPECT_EQ(together.counts.visible_instances, 32u) << "only the thicket";
+  EXPECT_EQ(alone.counts.occluded_instances, 0u);
+  EXPECT_EQ(together.counts.occluded_instances, 32u);
   const RendererScene::Frame hardware = without({{plant, thicket}, {plant, behind}}, view);
   EXPECT_NEAR(compare(together.picture, hardware.picture).coverage, 1.0, 0.04);
 }

@@ -434,6 +434,7 @@ typedef struct coppice_stats {
   uint32_t instance_count;
   uint64_t gpu_frame_number; /* the frame that figures of visible and drawn things are of: the latest completed one */
   uint32_t visible_instance_count;
+  uint32_t occluded_instance_count; /* in view, but hidden by others: with compute_raster; the rest is outside the view */
   uint64_t drawn_leaf_count;
   uint64_t drawn_wood_triangle_count;
   uint64_t source_leaf_count; /* sum over all instances */

@@ -275,7 +275,8 @@ std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks) {
   for (const InstanceBounds& block : blocks)
     converted.push_back({.center = {block.center_m[0], block.center_m[1], block.center_m[2]},
                          .radius_m = block.radius_m,
-                         .max_instance_radius_m = block.max_instance_radius_m});
+                         .max_instance_radius_m = block.max_instance_radius_m,
+                         .instance_count = block.instance_count});
   return converted;
 }
 

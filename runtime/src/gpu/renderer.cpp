@@ -194,6 +194,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
     std::copy_n(fixed_.readback.mapped + slot * sizeof(Counters), sizeof(Counters), reinterpret_cast<std::uint8_t*>(&sums));
     counts_ = {.frame = frame,
                .visible_instances = sums.visible_instances,
+               .occluded_instances = sums.occluded_instances,
                .leaves = sums.leaves[0] | std::uint64_t{sums.leaves[1]} << 32,
                .wood_triangles = sums.wood_triangles[0] | std::uint64_t{sums.wood_triangles[1]} << 32,
                .leaf_mesh_instances = sums.leaf_mesh_instances,

@@ -63,6 +63,7 @@ struct PlantResidency {
 struct FrameCounts {
   std::uint64_t frame = 0;
   std::uint32_t visible_instances = 0;
+  std::uint32_t occluded_instances = 0;  ///< in view, but hidden
   std::uint64_t leaves = 0;
   std::uint64_t wood_triangles = 0;
   std::uint32_t leaf_mesh_instances = 0;

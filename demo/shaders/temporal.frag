@@ -34,7 +34,8 @@ struct Sampled {
 };
 
 // The frame's sample that is nearest to the pixel.
-Sampled nearest_sample(vec2 size) {
+Sampled nearest_sample() {
+  vec2 size = push.drawn_px;
   if (kEnlarges == 0) return Sampled(min(ivec2(gl_FragCoord.xy), ivec2(size) - 1), clip, 1.0);  // a quad at the far edge may reach beyond it
   vec2 place = (0.5 + 0.5 * (clip + push.moved_by)) * size;
   ivec2 at = clamp(ivec2(place), ivec2(0), ivec2(size) - 1);
@@ -44,19 +45,19 @@ Sampled nearest_sample(vec2 size) {
   return Sampled(at, 2.0 * (vec2(at) + 0.5) / size - 1.0, weight);
 }
 
+vec3 toned_at(ivec2 at) { return texelFetch(toned, clamp(at, ivec2(0), ivec2(push.drawn_px) - 1), 0).rgb; }
+
 void main() {
-  ivec2 last = ivec2(push.drawn_px) - 1;
-  Sampled sampled = nearest_sample(push.drawn_px);
+  Sampled sampled = nearest_sample();
   ivec2 at = sampled.at;
   vec3 now = texelFetch(toned, at, 0).rgb;
   vec3 sum = now, squares = now * now;
-  vec3 nears[4];
   // Of the four neighbours two are in the same quad of fragments, whose differences are there without looking, where a quad is of four texels.
-  ivec2 outwards = kEnlarges == 0 ? 2 * (at & 1) - 1 : ivec2(1);
-  nears[0] = kEnlarges == 0 ? now - float(outwards.x) * dFdxFine(now) : texelFetch(toned, ivec2(max(at.x - 1, 0), at.y), 0).rgb;
-  nears[1] = kEnlarges == 0 ? now - float(outwards.y) * dFdyFine(now) : texelFetch(toned, ivec2(at.x, max(at.y - 1, 0)), 0).rgb;
-  nears[2] = texelFetch(toned, clamp(at + ivec2(outwards.x, 0), ivec2(0), last), 0).rgb;
-  nears[3] = texelFetch(toned, clamp(at + ivec2(0, outwards.y), ivec2(0), last), 0).rgb;
+  ivec2 outwards = 2 * (at & 1) - 1;
+  ivec2 sideways = ivec2(outwards.x, 0), upwards = ivec2(0, outwards.y);
+  bool quad = kEnlarges == 0;
+  vec3 nears[4] = {quad ? now - float(outwards.x) * dFdxFine(now) : toned_at(at - sideways), toned_at(at + sideways),
+                   quad ? now - float(outwards.y) * dFdyFine(now) : toned_at(at - upwards), toned_at(at + upwards)};
   for (int i = 0; i < 4; ++i) {
     sum += nears[i];
     squares += nears[i] * nears[i];

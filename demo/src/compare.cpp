@@ -113,7 +113,8 @@ void measure_popping(const std::vector<Luminance>& dolly, const Reference& refer
 
 void measure(Session& session, const std::vector<Pose>& poses, Reference& reference, ComparedMode& mode) {
   session.controls.lod = mode.lod;
-  session.controls.frame_ms = session.pace.budget = 0;
+  session.controls.frame_ms = 0;
+  session.pace.budget = 0;
   if (mode.error_px > 0) session.controls.error_px = mode.error_px;
   Samples samples;
   for (const Pose& pose : poses) {

@@ -144,11 +144,11 @@ void show_passes(const coppice_stats& stats, const SceneTimes& scene_times) {
   }
 }
 
-void show_controls(Controls& controls, VkExtent2D drawn) {
+void show_controls(Controls& controls, const OverlayFigures& figures) {
   ImGui::SliderFloat("error, px", &controls.error_px, 0.25f, 32, "%.2f", ImGuiSliderFlags_Logarithmic);
   ImGui::SliderFloat("frame, ms (0: any)", &controls.frame_ms, 0, 200, "%.0f");
-  ImGui::Text("drawn at %u x %u", drawn.width, drawn.height);
-  if (controls.leaf_budget > 0) ImGui::Text("leaf budget %.0f thousand", 1e-3 * static_cast<double>(controls.leaf_budget));
+  ImGui::Text("drawn at %u x %u", figures.drawn.width, figures.drawn.height);
+  if (figures.leaf_budget > 0) ImGui::Text("leaf budget %.0f thousand", 1e-3 * static_cast<double>(figures.leaf_budget));
   ImGui::SliderInt("memory, MiB", &controls.memory_mb, 8, 1024, "%d", ImGuiSliderFlags_Logarithmic);
   if (ImGui::RadioButton("cut", controls.lod == LodMode::cut)) controls.lod = LodMode::cut;
   ImGui::SameLine();
@@ -198,7 +198,7 @@ void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures
     show_statistics(figures.stats);
     if (figures.scene_times != nullptr) show_passes(figures.stats, *figures.scene_times);
     show_streaming(overlay, figures.stats);
-    show_controls(controls, figures.drawn);
+    show_controls(controls, figures);
     ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, T antialiasing, V views, C camera file, P picture, Tab hides");
     ImGui::End();
   }

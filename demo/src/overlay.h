@@ -14,8 +14,7 @@ namespace forest {
 /// What the sliders hold.
 struct Controls {
   float error_px = 2;
-  float frame_ms = 0;             ///< aim; 0: none
-  std::uint32_t leaf_budget = 0;  ///< of this frame
+  float frame_ms = 0;  ///< aim; 0: none
   int memory_mb = 256;
   LodMode lod = LodMode::cut;
   DebugView view = DebugView::none;
@@ -52,6 +51,7 @@ struct OverlayFigures {
   const SceneTimes* scene_times;  ///< null where passes are not measured
   float frame_ms = 0;
   VkExtent2D drawn = {};  ///< of the picture
+  float leaf_budget = 0;  ///< 0: none
 };
 
 /// Lays out this frame's panel and reads its sliders into `controls`.

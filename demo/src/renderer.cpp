@@ -1,7 +1,5 @@
 #include "renderer.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstring>
 
@@ -138,8 +136,7 @@ void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView&
   uniforms.fog = {renderer.weather.fog_color, renderer.weather.fog_density};
   for (std::size_t i = 0; renderer.shadows && i < Shadows::kCascades; ++i)
     uniforms.shadows[i] = renderer.shadows->cascades[i].clip_from_world;
-  const glm::vec2 blends_px(glm::uvec2(renderer.blends.width, renderer.blends.height));
-  uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, blends_px};
+  uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, size_px(renderer.blends)};
   std::memcpy(renderer.uniforms[slot].mapped, &uniforms, sizeof uniforms);
 }
 
@@ -201,14 +198,19 @@ void record_over_picture(const Renderer& renderer, VkCommandBuffer commands, con
   vkCmdEndRendering(commands);
 }
 
+void record_screen_pass(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, VkPipeline pipeline, const Image& target,
+                        VkExtent2D extent) {
+  begin_pass(commands, extent, target, nullptr);
+  bind(renderer, commands, slot, pipeline, extent);
+  vkCmdDraw(commands, 3, 1, 0, 0);
+  vkCmdEndRendering(commands);
+}
+
 void record_enlarge(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot) {
   record_barrier(commands, from_attachment(renderer.blended, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                                            VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
   record_barrier(commands, to_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
-  begin_pass(commands, renderer.picture.extent, renderer.picture, nullptr);
-  bind(renderer, commands, slot, renderer.enlarge_pipeline, renderer.picture.extent);
-  vkCmdDraw(commands, 3, 1, 0, 0);
-  vkCmdEndRendering(commands);
+  record_screen_pass(renderer, commands, slot, renderer.enlarge_pipeline, renderer.picture, renderer.picture.extent);
 }
 
 }  // namespace
@@ -255,12 +257,9 @@ void resize_renderer(Renderer& renderer, VkExtent2D extent) {
 
 void set_scale(Renderer& renderer, float scale) {
   constexpr float kFewSamples = 0.4f;
-  const VkExtent2D picture = renderer.picture.extent;
   const auto scaled = [&](float share) {
-    const auto side = [&](std::uint32_t px) {
-      return std::max(1u, static_cast<std::uint32_t>(std::lround(share * static_cast<float>(px))));
-    };
-    return VkExtent2D{side(picture.width), side(picture.height)};
+    const glm::uvec2 px = glm::max(glm::round(share * size_px(renderer.picture.extent)), 1.0f);
+    return VkExtent2D{px.x, px.y};
   };
   renderer.drawn = scaled(scale);
   // Blending costs the same whatever is drawn, and few samples fill few pixels.
@@ -313,17 +312,14 @@ void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t s
   const Image& blended = enlarges ? renderer.blended : renderer.picture;
   const Image& toned = renderer.temporal ? renderer.toned : blended;
   record_barrier(commands, to_attachment(toned, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
-  begin_pass(commands, renderer.drawn, toned, nullptr);
-  bind(renderer, commands, slot, renderer.tone_map_pipeline, renderer.drawn);
-  vkCmdDraw(commands, 3, 1, 0, 0);
-  vkCmdEndRendering(commands);
+  record_screen_pass(renderer, commands, slot, renderer.tone_map_pipeline, toned, renderer.drawn);
   stamp_pass(renderer.timer.get(), commands, slot, ScenePass::tone_map);
   if (renderer.temporal) {
     const TemporalView temporal_view{view.unmoved_clip_from_world, view.jitter_px, renderer.drawn, renderer.blends, view.unchanged};
     record_temporal(*renderer.temporal, commands, temporal_view, toned, renderer.depth, blended);
   }
   if (enlarges) record_enlarge(renderer, commands, slot);
-  record_over_picture(renderer, commands, draw_overlay);
+  if (draw_overlay) record_over_picture(renderer, commands, draw_overlay);
   stamp_pass(renderer.timer.get(), commands, slot, ScenePass::temporal);
   record_barrier(commands, from_attachment(renderer.picture, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
                                            VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL));

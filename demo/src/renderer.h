@@ -103,7 +103,8 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
                   const std::function<void()>& draw_plants);
 
 /// Records tone mapping and temporal antialiasing or enlarging to `picture`, then `draw_overlay` on top of it.
-/// view  the one given to record_scene
+/// view          the one given to record_scene
+/// draw_overlay  may be empty
 void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
                      const std::function<void()>& draw_overlay);
 

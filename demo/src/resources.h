@@ -4,6 +4,8 @@
 #include <functional>
 #include <span>
 
+#include <glm/glm.hpp>
+
 #include "device.h"
 #include "handle.h"
 
@@ -27,6 +29,10 @@ struct Image {
 
 inline bool same_extent(VkExtent2D a, VkExtent2D b) {
   return a.width == b.width && a.height == b.height;
+}
+
+inline glm::vec2 size_px(VkExtent2D extent) {
+  return {static_cast<float>(extent.width), static_cast<float>(extent.height)};
 }
 
 struct ImageDesc {

@@ -143,7 +143,7 @@ void reload_changed(Session& session) {
 coppice_view begin_plants(Session& session, const FrameView& view) {
   const coppice_view plant_view =
       make_view(view, session.world.weather, session.renderer.drawn,
-                {session.controls.error_px, session.controls.leaf_budget, session.controls.lod, session.controls.view});
+                {session.controls.error_px, static_cast<std::uint32_t>(session.pace.budget), session.controls.lod, session.controls.view});
   coppice_frame frame;
   coppice_frame_init(&frame);
   frame.frame_number = session.ring.number;
@@ -179,17 +179,16 @@ void record_frame(Session& session, VkCommandBuffer commands, FrameView view, co
   const std::size_t slot = session.ring.slot_index();
   record_scene(session.renderer, commands, slot, view,
                [&] { check(session.forest, coppice_record_draw(context, commands, &plant_view), "coppice_record_draw"); });
-  record_tone_map(session.renderer, commands, slot, view, [&] {
-    if (session.overlay) record_overlay(*session.overlay, commands, slot, session.renderer.picture.extent);
-  });
+  std::function<void()> draw_overlay;
+  if (session.overlay) draw_overlay = [&] { record_overlay(*session.overlay, commands, slot, session.renderer.picture.extent); };
+  record_tone_map(session.renderer, commands, slot, view, draw_overlay);
 }
 
 FrameView view_of(const Session& session, const Pose& pose, float time_s) {
-  const VkExtent2D picture = session.renderer.picture.extent;
-  const glm::vec2 drawn_px(session.renderer.drawn.width, session.renderer.drawn.height);
+  const glm::vec2 picture_px = size_px(session.renderer.picture.extent), drawn_px = size_px(session.renderer.drawn);
   FrameView view;
   view.view_from_world = view_from_world(pose);
-  view.clip_from_view = clip_from_view(pose, static_cast<float>(picture.width) / static_cast<float>(picture.height));
+  view.clip_from_view = clip_from_view(pose, picture_px.x / picture_px.y);
   view.unmoved_clip_from_world = view.clip_from_view * view.view_from_world;
   view.jitter_px = session.jitter_px + (session.renderer.temporal ? temporal_jitter_px(*session.renderer.temporal) : glm::vec2(0));
   view.clip_from_view[2] -= glm::vec4(2.0f * view.jitter_px / drawn_px, 0, 0);
@@ -203,14 +202,14 @@ void pace_frame(Session& session, float frame_ms) {
   session.pace.aim_ms = controls.frame_ms;
   const bool limited = session.statistics.last.threshold_px > 1.001f * controls.error_px;
   keep_pace(session.pace, frame_ms, limited);
-  controls.leaf_budget = static_cast<std::uint32_t>(session.pace.budget);
   set_scale(session.renderer, stepped_scale(session.pace));
 }
 
 void layout_controls(Session& session, float frame_ms) {
   const int memory_before_mb = session.controls.memory_mb;
   const SceneTimes* times = session.renderer.timer ? &session.renderer.timer->times : nullptr;
-  layout_overlay(*session.overlay, *session.window, {session.statistics.last, times, frame_ms, session.renderer.drawn}, session.controls);
+  layout_overlay(*session.overlay, *session.window, {session.statistics.last, times, frame_ms, session.renderer.drawn, session.pace.budget},
+                 session.controls);
   if (session.controls.memory_mb == memory_before_mb) return;
   const auto budget_bytes = static_cast<std::uint64_t>(session.controls.memory_mb) << 20;
   check(session.forest, coppice_set_memory_budget(session.forest.context.get(), budget_bytes), "coppice_set_memory_budget");
@@ -245,7 +244,6 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
   pace = first_pace(options, device, window != nullptr);
   controls = {.error_px = options.error_px,
               .frame_ms = pace.aim_ms,
-              .leaf_budget = static_cast<std::uint32_t>(pace.budget),
               .memory_mb = static_cast<int>(options.memory_mb),
               .lod = options.lod,
               .view = options.view};

@@ -87,7 +87,6 @@ VkRenderingAttachmentInfo attachment(const Image& image) {
 Push advance(Temporal& temporal, const TemporalView& view) {
   const bool still = view.unchanged && view.clip_from_world == temporal.clip_from_world;
   Push push{};
-  const auto size_px = [](VkExtent2D extent) { return glm::vec2(glm::uvec2(extent.width, extent.height)); };
   push.drawn_px = size_px(view.drawn);
   push.blends_px = size_px(view.blends);
   push.past_px = size_px(std::exchange(temporal.written_to, view.blends));

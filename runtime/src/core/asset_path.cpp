@@ -1,0 +1,35 @@
+#include "asset_path.h"
+
+#include <algorithm>
+#include <string>
+#include <system_error>
+
+namespace coppice {
+
+namespace {
+
+Error refused(Status status, const char* what, const std::filesystem::path& name, const std::string& reason = {}) {
+  return Error{status, what, Error::kNoOffset, reason.empty() ? name.string() : name.string() + ": " + reason};
+}
+
+}  // namespace
+
+bool stays_inside(std::string_view name) {
+  const std::filesystem::path path = std::filesystem::path(name).lexically_normal();
+  return path.is_relative() && !path.empty() && *path.begin() != "..";
+}
+
+Result<std::filesystem::path> resolve_inside(const std::filesystem::path& folder, const std::filesystem::path& name) {
+  constexpr const char* kOutside = "outside the asset's folder";
+  if (!stays_inside(name.native())) return refused(Status::invalid_argument, kOutside, name);
+  std::error_code error;
+  const std::filesystem::path root = std::filesystem::canonical(folder.empty() ? "." : folder, error);
+  if (error) return refused(Status::io, "cannot open folder", folder, error.message());
+  std::filesystem::path file = std::filesystem::canonical(root / name, error);
+  if (error) return refused(Status::io, "cannot open file", name, error.message());
+  if (std::ranges::mismatch(root, file).in1 != root.end())
+    return refused(Status::invalid_argument, kOutside, name, "it is " + file.string());
+  return file;
+}
+
+}  // namespace coppice

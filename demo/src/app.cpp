@@ -10,6 +10,8 @@
 
 #include "camera.h"
 #include "compare.h"
+#include "failure.h"
+#include "output.h"
 #include "session.h"
 #include "window.h"
 
@@ -49,6 +51,7 @@ void describe(const Session& session) {
 
 void report(Session& session, const Options& options) {
   session.statistics.validation_messages = session.device.messages;
+  session.statistics.errors = session.forest.log->error_count;
   const Renderer& renderer = session.renderer;
   session.statistics.picture_px = {renderer.picture.extent.width, renderer.picture.extent.height};
   session.statistics.drawn_px = {renderer.drawn.width, renderer.drawn.height};
@@ -129,6 +132,15 @@ void obey_keys(Session& session, const Options& options, std::optional<Recording
   }
 }
 
+/// A full disk is no reason to close the window.
+void save_picture_or_say(Session& session, const Shot& shot, const std::string& file) {
+  try {
+    save_picture(session, shot, file);
+  } catch (const Failure& failure) {
+    std::fprintf(stderr, "coppice-forest: %s\n", failure.what());
+  }
+}
+
 void run_in_window(Session& session, const Options& options) {
   const CameraPath path = make_path(options, session.world);
   const std::string picture = options.screenshot.empty() ? "forest.png" : options.screenshot;
@@ -153,17 +165,34 @@ void run_in_window(Session& session, const Options& options) {
     render_frame(session, pose, time_s, frame_ms);
     if (!options.record.empty()) record_picture(session, {pose, time_s}, options.record, frame);
     if (frame > 0) session.statistics.frame_ms.push_back(frame_ms);
-    if (std::exchange(window.wants_picture, false)) save_picture(session, {pose, time_s}, picture);
+    if (std::exchange(window.wants_picture, false)) save_picture_or_say(session, {pose, time_s}, picture);
   }
   if (options.screenshot.empty()) return;
   settle(session, pose, time_s);
   save_picture(session, {pose, time_s}, options.screenshot);
 }
 
+void check_outputs(const Options& options) {
+  const std::pair<const char*, const std::string&> outputs[] = {
+      {"--screenshot", options.screenshot}, {"--stats", options.stats}, {"--compare", options.compare}, {"--trace", options.trace}};
+  for (const auto& [option, file] : outputs)
+    if (!file.empty()) check_output(option, file);
+  if (!options.record.empty()) check_output("--record", options.record + "/00000.png");
+}
+
+/// A picture that lacks something is no success, unless the user says so.
+int exit_code_of(Session& session, const Options& options) {
+  say_waiting(*session.forest.log);
+  if (session.window || session.forest.log->error_count == 0 || options.ignore_errors) return 0;
+  std::fprintf(stderr, "coppice-forest: what the lines above name is missing or coarse (--ignore-errors: exit with 0 all the same)\n");
+  return 1;
+}
+
 }  // namespace
 
 int run(const Options& requested) {
   Options options = requested;
+  check_outputs(options);
   std::unique_ptr<Window> window;
   if (!options.headless && options.compare.empty()) {
     std::string reason;
@@ -178,14 +207,14 @@ int run(const Options& requested) {
   describe(session);
   if (!options.compare.empty()) {
     compare_lods(session, make_path(options, session.world), options);
-    return 0;
+    return exit_code_of(session, options);
   }
   if (session.window)
     run_in_window(session, options);
   else
     run_headless(session, options, started);
   report(session, options);
-  return 0;
+  return exit_code_of(session, options);
 }
 
 }  // namespace forest

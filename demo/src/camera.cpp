@@ -1,9 +1,13 @@
 #include "camera.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <numbers>
 #include <sstream>
+#include <system_error>
 #include <vector>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -122,8 +126,11 @@ CameraPath orbit_path(float half_extent_m, const Terrain& terrain) {
 }
 
 CameraPath path_from_file(const std::string& file, const Terrain& terrain) {
+  std::error_code absent;
+  if (std::filesystem::exists(file, absent) && !std::filesystem::is_regular_file(file, absent))
+    throw Failure("--camera: " + file + " is not a plain file");
   std::ifstream stream(file);
-  if (!stream) throw Failure("--camera: cannot read " + file);
+  if (!stream) throw Failure("--camera: cannot read " + file + ": " + std::strerror(errno));
   std::vector<Keyframe> keys;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {

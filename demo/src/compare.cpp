@@ -4,9 +4,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
-#include "failure.h"
+#include "output.h"
 #include "session.h"
 
 namespace forest {
@@ -138,12 +137,6 @@ void measure(Session& session, const std::vector<Pose>& poses, Reference& refere
   measure_popping(dolly, reference, mode);
 }
 
-void write_text(const std::string& file, const std::string& text) {
-  std::ofstream stream(file);
-  stream << text;
-  if (!stream.flush()) throw Failure("cannot write " + file);
-}
-
 }  // namespace
 
 const char* mode_name(LodMode lod) {
@@ -172,8 +165,8 @@ void compare_lods(Session& session, const CameraPath& path, const Options& optio
   comparison.modes.push_back(full);
   std::printf("%s", comparison_table(comparison).c_str());
   const std::string stem = options.compare.ends_with(".json") ? options.compare.substr(0, options.compare.size() - 5) : options.compare;
-  write_text(options.compare, comparison_json(comparison));
-  write_text(stem + ".svg", comparison_svg(comparison));
+  write_output(options.compare, comparison_json(comparison));
+  write_output(stem + ".svg", comparison_svg(comparison));
 }
 
 }  // namespace forest

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <optional>
 #include <vector>
@@ -20,6 +21,16 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
   ++static_cast<Device*>(user)->messages;
   std::fprintf(stderr, "validation: %s\n", data->pMessage);
   return VK_FALSE;
+}
+
+/// The loader is there, and no driver is.
+std::string no_driver() {
+  std::string text = "no Vulkan driver";
+  for (const char* variable : {"VK_DRIVER_FILES", "VK_ICD_FILENAMES"})
+    if (const char* value = std::getenv(variable)) text += std::string(" in ") + variable + "=" + value;
+  return text +
+         ": install your graphics card's, or one that draws on the processor (on Debian, apt install mesa-vulkan-drivers); where one is "
+         "installed in an unusual place, VK_DRIVER_FILES names its .json file";
 }
 
 bool has_layer(const char* name) {
@@ -54,7 +65,9 @@ VkInstance create_instance(const DeviceOptions& options) {
   info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
   info.ppEnabledExtensionNames = extensions.data();
   VkInstance instance = VK_NULL_HANDLE;
-  check(vkCreateInstance(&info, nullptr, &instance), "vkCreateInstance");
+  const VkResult created = vkCreateInstance(&info, nullptr, &instance);
+  if (created == VK_ERROR_INCOMPATIBLE_DRIVER) throw Failure(no_driver());
+  check(created, "vkCreateInstance");
   return instance;
 }
 

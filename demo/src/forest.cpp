@@ -17,15 +17,10 @@
 namespace forest {
 namespace {
 
-void on_log(void* user, coppice_log_level level, const char* line) {
-  if (level == COPPICE_LOG_INFO) return;
-  if (level == COPPICE_LOG_WARNING) {
-    std::fprintf(stderr, "coppice: %s\n", line);
-    return;
-  }
-  auto& last = *static_cast<LastError*>(user);
-  const std::lock_guard lock(last.mutex);
-  last.line = line;
+/// Why a call failed: what the library logged, which names the file or the call; else `about` and the status.
+std::string reason_of(const Forest& forest, coppice_status status, const std::string& about) {
+  const std::string logged = take_reason(*forest.log);
+  return logged.empty() ? about + ": " + coppice_status_text(status) : logged;
 }
 
 std::vector<std::string> plants_in(const std::filesystem::path& folder) {
@@ -42,9 +37,8 @@ coppice_plant open_plant(const Forest& forest, const std::string& file) {
   const coppice_status status = coppice_plant_open(forest.context.get(), file.c_str(), &plant);
   if (status == COPPICE_OK) return plant;
   std::error_code missing;
-  if (!std::filesystem::exists(file, missing)) throw Failure(file + ": no such file");
-  const std::lock_guard lock(forest.last_error->mutex);
-  throw Failure(file + ": " + (forest.last_error->line.empty() ? coppice_status_text(status) : forest.last_error->line));
+  const std::string reason = reason_of(forest, status, file);
+  throw Failure(std::filesystem::exists(file, missing) ? reason : file + ": no such file");
 }
 
 Species species_of(const Forest& forest, coppice_plant plant) {
@@ -109,7 +103,7 @@ namespace {
 
 Forest create_forest(const Device& device, const Options& options, std::uint32_t instances, std::size_t plants) {
   Forest forest;
-  forest.last_error = std::make_unique<LastError>();
+  forest.log = std::make_unique<Log>();
   coppice_context_desc desc;
   coppice_context_desc_init(&desc);
   desc.instance = device.instance;
@@ -126,7 +120,7 @@ Forest create_forest(const Device& device, const Options& options, std::uint32_t
   desc.memory_budget_bytes = std::uint64_t{options.memory_mb} << 20;
   desc.max_instances = instances;
   desc.max_plants = std::max(static_cast<std::uint32_t>(plants), desc.max_plants);
-  desc.log = {forest.last_error.get(), on_log};
+  desc.log = hook_of(*forest.log);
   if (!options.trace.empty()) {
     forest.trace = std::make_unique<Trace>();
     desc.trace = forest.trace->hook();
@@ -166,9 +160,8 @@ Forest open_scene(const Device& device, const Options& options) {
   const coppice_status status = coppice_scene_open(forest.context.get(), options.scene.c_str(), &forest.scene);
   if (status != COPPICE_OK) {
     std::error_code missing;
-    if (!std::filesystem::exists(options.scene, missing)) throw Failure(options.scene + ": no such file");
-    const std::lock_guard lock(forest.last_error->mutex);
-    throw Failure(forest.last_error->line.empty() ? options.scene + ": " + coppice_status_text(status) : forest.last_error->line);
+    const std::string reason = reason_of(forest, status, options.scene);
+    throw Failure(std::filesystem::exists(options.scene, missing) ? reason : options.scene + ": no such file");
   }
   coppice_scene_info_init(&forest.scene_info);
   check(forest, coppice_scene_get_info(forest.context.get(), forest.scene, &forest.scene_info), "coppice_scene_get_info");
@@ -204,16 +197,13 @@ void reload(Forest& forest, std::size_t file) {
   if (plant == 0) return;  // of a scene, and not opened yet
   const coppice_status status = coppice_plant_reload(forest.context.get(), plant, nullptr);
   if (status == COPPICE_OK) return;
-  const std::lock_guard lock(forest.last_error->mutex);
-  std::fprintf(stderr, "coppice-forest: %s; what was there stays\n", forest.last_error->line.c_str());
+  std::fprintf(stderr, "coppice-forest: %s; what was there stays\n", reason_of(forest, status, forest.files[file]).c_str());
 }
 
 void check(const Forest& forest, coppice_status status, const char* call) {
   if (status == COPPICE_OK) return;
-  const std::lock_guard lock(forest.last_error->mutex);
-  const std::string& line = forest.last_error->line;
   const char* advice = status == COPPICE_ERROR_OUT_OF_MEMORY ? "; --memory-mb gives it more" : "";
-  throw Failure(std::string(call) + ": " + (line.empty() ? coppice_status_text(status) : line) + advice);
+  throw Failure(reason_of(forest, status, call) + advice);
 }
 
 coppice_stats statistics_of(const Forest& forest) {

@@ -4,23 +4,17 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "device.h"
+#include "log.h"
 #include "options.h"
 #include "placement.h"
 #include "renderer.h"
 #include "trace.h"
 
 namespace forest {
-
-/// The last error line Coppice logged; any thread may write it.
-struct LastError {
-  std::mutex mutex;
-  std::string line;
-};
 
 struct ContextDestroyer {
   void operator()(coppice_context* context) const { coppice_context_destroy(context); }
@@ -29,7 +23,7 @@ struct ContextDestroyer {
 /// The Coppice context and its open plants.
 struct Forest {
   std::vector<std::string> files;  ///< per plant, of a scene per species
-  std::unique_ptr<LastError> last_error;
+  std::unique_ptr<Log> log;
   std::unique_ptr<Trace> trace;  ///< null unless asked for
   std::unique_ptr<coppice_context, ContextDestroyer> context;
   std::vector<coppice_plant> plants;
@@ -51,7 +45,7 @@ void add_instances(Forest& forest, const Planting& planting, const Terrain& terr
 /// Shows files[file] as it is now; where that cannot be read, says so and keeps what was there.
 void reload(Forest& forest, std::size_t file);
 
-/// Throws a Failure with the call's name and the last logged error unless the status is COPPICE_OK.
+/// Throws a Failure with the reason that the library logged, or the call's name, unless the status is COPPICE_OK.
 void check(const Forest& forest, coppice_status status, const char* call);
 coppice_stats statistics_of(const Forest& forest);
 

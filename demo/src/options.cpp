@@ -55,6 +55,8 @@ void declare_forest(CLI::App& app, Options& options) {
   app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB [256, and one for every 8192 of --count]")
       ->check(CLI::Range(1u, 65536u));
   app.add_flag("--watch", options.watch, "Show plants anew when their files change");
+  app.add_flag("--ignore-errors", options.ignore_errors,
+               "Exit with 0 although something could not be read; errors are printed all the same. Without it a headless run exits with 1");
 }
 
 void declare_pictures(CLI::App& app, Options& options) {

@@ -1,13 +1,14 @@
 #include "png.h"
 
-#include <filesystem>
-#include <system_error>
+#include <cstdlib>
+#include <memory>
+#include <new>
 #include <vector>
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb_image_write.h>
 
-#include "failure.h"
+#include "output.h"
 
 namespace forest {
 
@@ -15,10 +16,12 @@ void write_png(const std::string& file, std::uint32_t width, std::uint32_t heigh
   std::vector<std::uint8_t> rgb(std::size_t{width} * height * 3);
   for (std::size_t i = 0; i < std::size_t{width} * height; ++i)
     for (std::size_t channel = 0; channel < 3; ++channel) rgb[3 * i + channel] = rgba[4 * i + channel];
-  std::error_code ignored;  // a folder that cannot be made shows as a file that cannot be written
-  std::filesystem::create_directories(std::filesystem::path(file).parent_path(), ignored);
   const auto w = static_cast<int>(width);
-  if (!stbi_write_png(file.c_str(), w, static_cast<int>(height), 3, rgb.data(), 3 * w)) throw Failure("cannot write " + file);
+  int bytes = 0;
+  const std::unique_ptr<unsigned char, void (*)(void*)> png(
+      stbi_write_png_to_mem(rgb.data(), 3 * w, w, static_cast<int>(height), 3, &bytes), std::free);
+  if (!png) throw std::bad_alloc();
+  write_output(file, {reinterpret_cast<const char*>(png.get()), static_cast<std::size_t>(bytes)});
 }
 
 }  // namespace forest

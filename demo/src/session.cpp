@@ -262,6 +262,7 @@ Session::~Session() {
 }
 
 void render_frame(Session& session, const Pose& pose, float time_s, float frame_ms) {
+  say_waiting(*session.forest.log);
   FrameSlot& slot = begin_frame(session.device, session.ring);
   std::optional<std::uint32_t> image;
   if (session.screen) image = acquire(session, slot);

@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
 
 #include <nlohmann/json.hpp>
 
-#include "failure.h"
+#include "output.h"
 
 namespace forest {
 namespace {
@@ -90,6 +87,7 @@ std::string table(const Statistics& statistics) {
   text += line("streaming            threshold at most %.2f px; %.1f MB read, %.1f MB/s; %.0f ms of decoding\n",
                double{statistics.max_threshold_px}, 1e-6 * static_cast<double>(last.bytes_read), 1e-6 * bytes_per_s(statistics),
                last.decode_ms);
+  text += line("errors               %u\n", statistics.errors);
   text += line("validation messages  %u\n", statistics.validation_messages);
   return text;
 }
@@ -136,12 +134,9 @@ void write_json(const std::string& file, const Statistics& statistics) {
   json["bytes_per_s"] = bytes_per_s(statistics);
   json["decode_ms"] = last.decode_ms;
   json["threshold_px_max"] = statistics.max_threshold_px;
+  json["errors"] = statistics.errors;
   json["validation_messages"] = statistics.validation_messages;
-  std::error_code ignored;
-  std::filesystem::create_directories(std::filesystem::path(file).parent_path(), ignored);
-  std::ofstream stream(file);
-  stream << json.dump(2) << '\n';
-  if (!stream.flush()) throw Failure("cannot write " + file);
+  write_output(file, json.dump(2) + '\n');
 }
 
 }  // namespace forest

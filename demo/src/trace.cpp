@@ -2,17 +2,19 @@
 
 #include <array>
 #include <filesystem>
-#include <fstream>
 
 #include <nlohmann/json.hpp>
 
-#include "failure.h"
+#include "output.h"
 
 namespace forest {
 namespace {
 
 constexpr std::array kKindNames = {
     "read", "decode", "upload", "coppice_frame_begin", "coppice_record_upload", "coppice_record_cull", "coppice_record_draw"};
+
+// A path's bytes need not be UTF-8.
+constexpr auto kReplaceBytes = nlohmann::ordered_json::error_handler_t::replace;
 
 double microseconds(std::uint64_t ns) {
   return 1e-3 * static_cast<double>(ns);
@@ -55,9 +57,9 @@ void Trace::write(const std::string& file) {
     event["ts"] = microseconds(span.end_ns);
     events.push_back(event);
   }
-  std::ofstream stream(file);
-  stream << nlohmann::ordered_json{{"displayTimeUnit", "ms"}, {"traceEvents", std::move(events)}}.dump() << '\n';
-  if (!stream.flush()) throw Failure("cannot write " + file);
+  write_output(
+      file,
+      nlohmann::ordered_json{{"displayTimeUnit", "ms"}, {"traceEvents", std::move(events)}}.dump(-1, ' ', false, kReplaceBytes) + '\n');
 }
 
 }  // namespace forest

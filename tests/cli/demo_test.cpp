@@ -12,26 +12,18 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "baked_corylus.h"
 #include "golden.h"
 #include "process.h"
 
 namespace {
 
 namespace fs = std::filesystem;
+using coppice::test::bake_corylus;
 using coppice::test::Picture;
 using coppice::test::ProcessResult;
 using coppice::test::run_process;
 using coppice::test::TemporaryFolder;
-
-/// Corylus, baked small: quick, and looks are judged elsewhere.
-fs::path bake_corylus(const TemporaryFolder& folder) {
-  const std::string glb = folder / "corylus.glb", coppice = folder / "corylus.coppice";
-  const ProcessResult grown = run_process(COPPICE_TOOL, {"plant", "corylus", "-o", glb});
-  EXPECT_EQ(grown.exit_code, 0) << grown.err;
-  const ProcessResult baked = run_process(COPPICE_TOOL, {"bake", glb, "-o", coppice, "--resolution", "64", "--quiet"});
-  EXPECT_EQ(baked.exit_code, 0) << baked.err;
-  return coppice;
-}
 
 std::vector<std::string> headless_forest(const fs::path& plant, const fs::path& picture) {
   return {"--plants", plant, "--count", "40", "--size", "320x180", "--frames", "2", "--headless", "--validation", "--screenshot", picture};

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "masked_leaf.frag.h"
-#include "masked_leaf.vert.h"
+#include "masked_leaf_frag.h"
+#include "masked_leaf_vert.h"
 
 namespace coppice::test {
 namespace {
@@ -125,8 +125,8 @@ Pipelines create_pipelines(const VulkanDevice& gpu) {
   layout.pushConstantRangeCount = 1;
   layout.pPushConstantRanges = &range;
   check_vk(vkCreatePipelineLayout(gpu.device, &layout, nullptr, &pipelines.layout), "vkCreatePipelineLayout");
-  const Shaders shaders{create_shader_module(gpu, masked_leaf_vert, sizeof masked_leaf_vert),
-                        create_shader_module(gpu, masked_leaf_frag, sizeof masked_leaf_frag)};
+  const Shaders shaders{create_shader_module(gpu, masked_leaf_vert_spirv, sizeof masked_leaf_vert_spirv),
+                        create_shader_module(gpu, masked_leaf_frag_spirv, sizeof masked_leaf_frag_spirv)};
   pipelines.fill_depth = create_pipeline(gpu, pipelines.layout, shaders, VK_TRUE);
   pipelines.count_equal = create_pipeline(gpu, pipelines.layout, shaders, VK_FALSE);
   vkDestroyShaderModule(gpu.device, shaders.vertex, nullptr);

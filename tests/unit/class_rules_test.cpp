@@ -24,6 +24,7 @@ TEST(ClassRules, ReadsAllKeys) {
 }
 
 struct BadRules {
+  const char* name;
   const char* text;
   const char* place;
 };
@@ -41,17 +42,20 @@ TEST_P(BadRulesTest, NamesFileKeyAndPlace) {
 
 INSTANTIATE_TEST_SUITE_P(
     ClassRules, BadRulesTest,
-    testing::Values(BadRules{"", "byte 1"}, BadRules{R"({"classes": [}})", "byte 14"}, BadRules{"[]", "classes"}, BadRules{"{}", "classes"},
-                    BadRules{R"({"classes": {}})", "classes"}, BadRules{R"({"classes": [], "klass": 1})", "klass"},
-                    BadRules{R"({"classes": [1]})", "classes[0]"}, BadRules{R"({"classes": [{"class": "leaf"}]})", "classes[0].material"},
-                    BadRules{R"({"classes": [{"material": 1, "class": "leaf"}]})", "classes[0].material"},
-                    BadRules{R"({"classes": [{"material": "a"}]})", "classes[0].class"},
-                    BadRules{R"({"classes": [{"material": "a", "class": "twig"}]})", "'twig'"},
-                    BadRules{R"({"classes": [{"material": "a", "class": "leaf", "max": 1}]})", "classes[0].max"},
-                    BadRules{R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": -1}]})", "classes[0].max_triangles"},
-                    BadRules{R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": 4294967296}]})", "max_triangles"},
-                    BadRules{R"({"classes": [{"material": "a", "class": "leaf", "min_triangles": 3, "max_triangles": 2}]})",
-                             "classes[0]"}));
+    testing::Values(
+        BadRules{"NoBytes", "", "byte 1"}, BadRules{"NoEnd", R"({"classes": [}})", "byte 14"}, BadRules{"AnArray", "[]", "classes"},
+        BadRules{"NoClasses", "{}", "classes"}, BadRules{"ClassesIsAnObject", R"({"classes": {}})", "classes"},
+        BadRules{"UnknownKey", R"({"classes": [], "klass": 1})", "klass"}, BadRules{"ARuleIsANumber", R"({"classes": [1]})", "classes[0]"},
+        BadRules{"NoMaterial", R"({"classes": [{"class": "leaf"}]})", "classes[0].material"},
+        BadRules{"MaterialIsANumber", R"({"classes": [{"material": 1, "class": "leaf"}]})", "classes[0].material"},
+        BadRules{"NoClass", R"({"classes": [{"material": "a"}]})", "classes[0].class"},
+        BadRules{"UnknownClass", R"({"classes": [{"material": "a", "class": "twig"}]})", "'twig'"},
+        BadRules{"UnknownKeyOfARule", R"({"classes": [{"material": "a", "class": "leaf", "max": 1}]})", "classes[0].max"},
+        BadRules{"NegativeCount", R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": -1}]})", "classes[0].max_triangles"},
+        BadRules{"CountTooLarge", R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": 4294967296}]})", "max_triangles"},
+        BadRules{"MinAboveMax", R"({"classes": [{"material": "a", "class": "leaf", "min_triangles": 3, "max_triangles": 2}]})",
+                 "classes[0]"}),
+    [](const auto& bad) { return std::string(bad.param.name); });
 
 std::vector<Material> materials_of(const std::vector<std::string>& names) {
   std::vector<Material> materials(names.size());

@@ -339,7 +339,14 @@ TEST_P(QuantisationTest, PositionsAndTextureCoordinates) {
   EXPECT_EQ(wood.uvs.at(2), glm::vec2(1.0f, 0.0f));
 }
 
-INSTANTIATE_TEST_SUITE_P(ImportQuantised, QuantisationTest, testing::Combine(testing::Values(5120, 5121, 5122, 5123), testing::Bool()));
+std::string quantisation_name(const testing::TestParamInfo<std::tuple<int, bool>>& kind) {
+  constexpr const char* kNames[] = {"byte", "unsigned_byte", "short", "unsigned_short"};
+  return std::string(kNames[std::get<0>(kind.param) - test::kByte]) + (std::get<1>(kind.param) ? "_normalised" : "");
+}
+INSTANTIATE_TEST_SUITE_P(ImportQuantised, QuantisationTest,
+                         testing::Combine(testing::Values<int>(test::kByte, test::kUnsignedByte, test::kShort, test::kUnsignedShort),
+                                          testing::Bool()),
+                         quantisation_name);
 
 /// The uvs of a triangle's corners (0, 0), (1, 0), (0, 1) under a material whose texture is transformed.
 std::vector<glm::vec2> transformed_uvs(const json& transform) {

@@ -338,7 +338,7 @@ TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
   }
   EXPECT_LE(streamer->stats().memory_peak_bytes, budget);
 }
-INSTANTIATE_TEST_SUITE_P(GpuFramesBehind, TightBudget, testing::Values(0, 3));
+INSTANTIATE_TEST_SUITE_P(GpuFramesBehind, TightBudget, testing::Values(0, 3), testing::PrintToStringParamName());
 
 /// 24 plants of 40 pages, seen at 150 to 6,000 px by 1 to 500 instances, in a twentieth of the memory that they want.
 class ATwentieth : public StreamerTest {

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace forest {
+
+/// Refuses a file that cannot be written, before there is anything to write. Makes its folder; leaves a file that is there as it is.
+/// option  names it in the error: "--stats"
+/// errors  Failure with the system's reason
+void check_output(const char* option, const std::string& file);
+
+/// Writes the file whole, making its folder; a file that could not be finished is removed.
+/// errors  Failure with the system's reason
+void write_output(const std::string& file, std::string_view bytes);
+
+}  // namespace forest

@@ -1,0 +1,111 @@
+// What coppice-forest says, and how it exits, when something is missing, damaged or cannot be written.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "baked_corylus.h"
+#include "process.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using coppice::test::bake_corylus;
+using coppice::test::ProcessResult;
+using coppice::test::run_process;
+using coppice::test::TemporaryFolder;
+
+std::vector<std::string> small_forest(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"--size", "160x90", "--frames", "2", "--headless", "--no-shadows", "--no-taa"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+/// Through a shell, for what is set round a program: variables, where its output goes.
+ProcessResult run_in_shell(const std::string& before, const std::vector<std::string>& arguments, const std::string& after) {
+  std::string line = before + " " + COPPICE_FOREST;
+  for (const std::string& argument : arguments) line += " '" + argument + "'";
+  return run_process("/bin/sh", {"-c", line + " " + after});
+}
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+std::size_t line_count(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count(text, '\n'));
+}
+
+TEST(CoppiceForestErrors, ASpeciesThatIsNotThereIsSaidOnceAndFailsTheRun) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder), scene = folder / "wood.forest", json = folder / "stats.json";
+  const ProcessResult made = run_process(COPPICE_TOOL, {"scene", "-o", scene, "--plants", plant, "--size-m", "200", "--count", "500"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  fs::remove(plant);
+  const ProcessResult run = run_process(COPPICE_FOREST, small_forest({"--scene", scene, "--stats", json}));
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_EQ(count_of(run.err, "corylus.coppice"), 1u) << run.err;
+  EXPECT_NE(run.err.find("--ignore-errors"), std::string::npos) << run.err;
+  std::ifstream file(json);
+  EXPECT_EQ(nlohmann::json::parse(file)["errors"], 1);
+  EXPECT_EQ(run_process(COPPICE_FOREST, small_forest({"--scene", scene, "--ignore-errors"})).exit_code, 0);
+}
+
+TEST(CoppiceForestErrors, ADamagedPageIsSaidOnceAndFailsTheRun) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder, {"--leaf-meshes", "off"});
+  std::fstream file(plant, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(-1, std::ios::end);  // the finest of what streams
+  file.put('\x55');
+  file.close();
+  const ProcessResult run = run_process(COPPICE_FOREST, small_forest({"--plants", plant, "--count", "5", "--error-px", "0.01"}));
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_EQ(count_of(run.err, "corylus.coppice"), 1u) << run.err;
+  EXPECT_EQ(line_count(run.err), 2u) << run.err;
+}
+
+TEST(CoppiceForestErrors, OutputsThatCannotBeWrittenAreRefusedFirst) {
+  const TemporaryFolder folder;
+  for (const char* option : {"--screenshot", "--stats", "--trace", "--compare", "--record"}) {
+    const ProcessResult run = run_process(COPPICE_FOREST, {"--headless", "--plants", "/nowhere.coppice", option, "/dev/null/picture"});
+    EXPECT_EQ(run.exit_code, 1) << option;
+    EXPECT_NE(run.err.find(std::string(option) + ": cannot write /dev/null/picture"), std::string::npos) << run.err;
+    EXPECT_EQ(run.err.find("nowhere"), std::string::npos) << "before anything is opened: " << run.err;
+    EXPECT_EQ(line_count(run.err), 1u) << run.err;
+  }
+}
+
+TEST(CoppiceForestErrors, OutputsThatFillTheDiskAndCamerasThatAreNoFilesFailTheRun) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder);
+  for (const char* option : {"--screenshot", "--stats", "--trace"}) {
+    const ProcessResult run = run_process(COPPICE_FOREST, small_forest({"--plants", plant, "--count", "5", option, "/dev/full"}));
+    EXPECT_EQ(run.exit_code, 1) << option;
+    EXPECT_NE(run.err.find("cannot write /dev/full: No space left on device"), std::string::npos) << run.err;
+  }
+  const ProcessResult table = run_in_shell("", small_forest({"--plants", plant, "--count", "5"}), "> /dev/full");
+  EXPECT_EQ(table.exit_code, 1);
+  EXPECT_NE(table.err.find("No space left on device"), std::string::npos) << table.err;
+  EXPECT_EQ(run_in_shell("", {"--help"}, "> /dev/full").exit_code, 1);
+
+  const ProcessResult camera = run_process(COPPICE_FOREST, small_forest({"--plants", plant, "--count", "5", "--camera", folder.path()}));
+  EXPECT_EQ(camera.exit_code, 1);
+  EXPECT_NE(camera.err.find("not a plain file"), std::string::npos) << camera.err;
+}
+
+TEST(CoppiceForestErrors, WithoutADriverItSaysWhatToInstallOrSet) {
+  const ProcessResult run =
+      run_in_shell("VK_DRIVER_FILES=/nowhere.json VK_ICD_FILENAMES=/nowhere.json", {"--headless", "--plants", "x.coppice"}, "");
+  EXPECT_EQ(run.exit_code, 1);
+  for (const char* part : {"no Vulkan driver", "VK_DRIVER_FILES=/nowhere.json", "mesa-vulkan-drivers"})
+    EXPECT_NE(run.err.find(part), std::string::npos) << part << " in: " << run.err;
+}
+
+}  // namespace

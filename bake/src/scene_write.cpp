@@ -188,6 +188,9 @@ coppice_scene_tile encode_tile(const Tile& tile, std::span<const SceneSpecies> s
   return entry;
 }
 
+/// So that no tile's scales are further apart than COPPICE_MAX_SCENE_SCALE_RATIO.
+constexpr float kLeastScale = 1e-23f;
+
 Result<void> check_input(std::span<const SceneSpecies> species, std::span<const ScenePlant> plants) {
   if (plants.empty()) return Error{Status::invalid_argument, "scene: no plant"};
   if (species.empty() || species.size() > COPPICE_MAX_SCENE_SPECIES)
@@ -200,7 +203,7 @@ Result<void> check_input(std::span<const SceneSpecies> species, std::span<const 
   }
   for (const ScenePlant& plant : plants) {
     const bool finite = std::ranges::all_of(plant.position_m, [](float at) { return std::abs(at) <= 5e6f; });
-    if (!finite || plant.species >= species.size() || !(plant.scale > 0.0f) || plant.scale > 1e6f)
+    if (!finite || plant.species >= species.size() || !(plant.scale >= kLeastScale && plant.scale <= COPPICE_MAX_SCENE_SCALE))
       return Error{Status::invalid_argument, "scene: a plant's place, species or scale is out of range", Error::kNoOffset,
                    "plant " + std::to_string(&plant - plants.data())};
   }

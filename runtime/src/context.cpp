@@ -86,6 +86,8 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
                                 .budget_bytes = desc.memory_budget_bytes,
                                 .max_plants = slot_count,
                                 .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
+  context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == VK_TRUE, context->hooks_.real_files};
+  context->max_instances_ = desc.max_instances;
   context->streaming_ns_ = options.hand_over_budget_ns;
   context->prefetch_frames_ = desc.prefetch_frames;
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, options));
@@ -110,14 +112,16 @@ Context::PlantEntry& Context::entry(coppice_plant plant) {
 
 Result<std::uint32_t> Context::open_slot(const char* path) {
   COPPICE_TRY(slot, streamer_->open_plant(path));
-  COPPICE_CHECK(show_slot(slot));
+  if (const auto shown = show_slot(slot); !shown) {
+    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", path, shown.error().message().c_str());
+    return shown.error();
+  }
   return slot;
 }
 
 Result<void> Context::show_slot(std::uint32_t slot) {
   const PlantFile& file = streamer_->file(slot);
   if (auto added = renderer_->add_plant(slot, file, streamer_->lod_words(slot)); !added) {
-    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", streamer_->path(slot).c_str(), added.error().message().c_str());
     streamer_->close_plant(slot);
     return added.error();
   }
@@ -146,7 +150,6 @@ Result<coppice_plant> Context::open_plant(const char* path) {
 Result<coppice_plant> Context::take_entry(std::uint32_t slot) {
   const auto free = std::ranges::find(plants_, false, &PlantEntry::open);
   if (free == plants_.end()) {
-    log_line(log(), COPPICE_LOG_ERROR, "%s: max_plants are open", streamer_->path(slot).c_str());
     close_slot(slot);
     return Error{Status::out_of_memory, "max_plants are open"};
   }
@@ -220,7 +223,7 @@ Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice
 }
 
 void Context::count_overhead() {
-  streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes() + (scene_ ? scene_->stream->bytes() : 0));
+  streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes() + (scene_ ? scene_->bytes() : 0));
 }
 
 // Between frames, and while one is recorded, memory is taken for what the engine does: what is free is looked at when it is taken.
@@ -379,6 +382,7 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.scene_tiles_wanted = scene.wanted_tiles;
   stats.scene_tiles_missing = scene.missing_tiles;
   stats.scene_tiles_failed = static_cast<std::uint32_t>(scene.tiles_failed);
+  stats.scene_species_failed = scene.species_failed;
   stats.scene_threshold_px = scene.threshold_px;
   static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
   std::ranges::copy(renderer_->timer().pass_ms(), stats.pass_ms);

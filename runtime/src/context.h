@@ -85,9 +85,11 @@ class Context {
   /// The open scene: its tiles' instances and its species' plants.
   struct Scene {
     coppice_scene handle = 0;
-    std::vector<std::vector<std::uint32_t>> tile_blocks;  ///< [tile] of the instance table
-    std::uint32_t block_count = 0;                        ///< of all of them
-    std::vector<coppice_plant> plants;                    ///< [species] 0: not open
+    // A tile's blocks of the instance table are a list.
+    HookArray<std::uint32_t> first_block;  ///< [tile] plus one; 0: none
+    HookArray<std::uint32_t> next_block;   ///< [block] plus one; 0: the last
+    std::uint32_t block_count = 0;         ///< of all tiles
+    HookArray<coppice_plant> plants;       ///< [species] 0: not open
     struct Opening {
       std::uint32_t species = 0, slot = 0;
     };
@@ -100,8 +102,10 @@ class Context {
     std::uint64_t growth_bytes = 0;           ///< what a tile waits for
     std::uint64_t species_frame = 0;          ///< no plant is opened before
     std::uint32_t species_tries = 0;          ///< of the next one
-    std::vector<gpu::PlacedInstance> placed;  ///< scratch
+    std::vector<gpu::PlacedInstance> placed;  ///< scratch: at most a tile's
+    std::vector<std::uint32_t> blocks;        ///< scratch: at most a tile's
     std::unique_ptr<SceneStream> stream;
+    [[nodiscard]] std::uint64_t bytes() const { return stream->bytes() + first_block.bytes() + next_block.bytes() + plants.bytes(); }
   };
 
   Context() = default;
@@ -110,14 +114,16 @@ class Context {
   bool open_next_species();
   void finish_species(std::uint32_t species, const Result<coppice_plant>& plant);
   void place_tile(const ReadyTile& ready);
+  /// Into Scene::blocks.
+  std::span<const std::uint32_t> blocks_of(std::uint32_t tile);
   void remove_tile(std::uint32_t tile);
   void grow_tiles();
   [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
   [[nodiscard]] PlantEntry& entry(coppice_plant plant);
   Result<std::uint32_t> open_slot(const char* path);
-  /// Gives what the streamer has opened to the renderer. errors  out_of_memory, logged; the slot is closed
+  /// Gives what the streamer has opened to the renderer. errors  out_of_memory; not logged, the slot is closed
   Result<void> show_slot(std::uint32_t slot);
-  /// A handle for it. errors  out_of_memory: max_plants are open, logged; the slot is closed
+  /// A handle for it. errors  out_of_memory: max_plants are open; not logged, the slot is closed
   Result<coppice_plant> take_entry(std::uint32_t slot);
   void close_slot(std::uint32_t slot);
   /// Shows the new files of plants whose reload has come far enough.
@@ -133,6 +139,7 @@ class Context {
   void upload_decoded();
 
   HookSet hooks_;
+  AssetFolder scene_plants_;  ///< where plants of scenes may be
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
   std::vector<PlantEntry> plants_;  ///< [max_plants]
@@ -144,6 +151,7 @@ class Context {
   float threshold_px_ = 0;  ///< of the frame
   std::unique_ptr<Scene> scene_;
   coppice_scene last_scene_ = 0;
+  std::uint32_t max_instances_ = 0;
   std::uint64_t frame_number_ = 0;
   Recording recording_ = Recording::none;
   float prefetch_frames_ = 0;           ///< how far ahead of the camera streaming looks

@@ -13,17 +13,25 @@ namespace coppice {
 Result<coppice_scene> Context::open_scene(const char* path) {
   std::unique_ptr<Scene> scene(new (std::nothrow) Scene);
   if (!scene) return Error{Status::out_of_memory, "scene"};
-  COPPICE_TRY(stream, SceneStream::open(hooks_.hooks, path, {}));
+  COPPICE_TRY(stream, SceneStream::open(hooks_.hooks, path, {.plants = scene_plants_}));
   scene->stream = std::move(stream);
-  scene->tile_blocks.resize(scene->stream->file().tiles.size());
-  scene->plants.resize(scene->stream->file().species.size());
+  const auto allocated = [&]() -> Result<void> {
+    const coppice_allocator& allocator = hooks_.hooks.allocator;
+    COPPICE_CHECK(allocate_into(scene->first_block, allocator, scene->stream->file().tiles.size()));
+    COPPICE_CHECK(allocate_into(scene->next_block, allocator, (max_instances_ + kTileBlockInstances - 1) / kTileBlockInstances));
+    return allocate_into(scene->plants, allocator, scene->stream->file().species.size());
+  }();
+  if (!allocated) {
+    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", path, allocated.error().message().c_str());
+    return allocated.error();
+  }
   scene->handle = ++last_scene_;
   scene_ = std::move(scene);
   return scene_->handle;
 }
 
 void Context::close_scene() {
-  for (std::uint32_t tile = 0; tile < scene_->tile_blocks.size(); ++tile) remove_tile(tile);
+  for (std::uint32_t tile = 0; tile < scene_->first_block.size(); ++tile) remove_tile(tile);
   for (const Scene::Opening& opening : scene_->opening) streamer_->cancel_open(opening.slot);
   for (const coppice_plant plant : scene_->plants)
     if (is_open(plant)) close_plant(plant);
@@ -44,7 +52,7 @@ void Context::fill_info(coppice_scene_info& info) const {
 
 bool Context::fill_info(std::uint32_t species, coppice_scene_plant_info& info) const {
   if (species >= scene_->plants.size()) return false;
-  info.path = scene_->stream->species_path(species).c_str();
+  info.path = scene_->stream->species_path(species);
   info.plant = is_open(scene_->plants[species]) ? scene_->plants[species] : 0;
   return true;
 }
@@ -106,7 +114,7 @@ bool Context::open_next_species() {
     const auto wanted = scene_->stream->next_species();
     if (!wanted) break;
     scene_->stream->species_opening(wanted->species);
-    auto started = streamer_->start_open(wanted->path->c_str());
+    auto started = streamer_->start_open(wanted->path);
     if (started)
       scene_->opening.push_back({wanted->species, *started});
     else
@@ -124,14 +132,17 @@ bool Context::open_next_species() {
   return false;
 }
 
-// Where there was no memory room may be on its way; the tiles that need the plant wait.
+// Where there was no memory room may be on its way; the tiles that need the plant wait. Only what it comes to is said.
 void Context::finish_species(std::uint32_t species, const Result<coppice_plant>& plant) {
   if (!plant && plant.error().status == Status::out_of_memory && ++scene_->species_tries < kSpeciesTries) {
     scene_->species_frame = frame_number_ + kSpeciesRetryFrames;
     return scene_->stream->species_wanted(species);
   }
   scene_->species_tries = 0;
-  if (plant) scene_->plants[species] = *plant;
+  if (plant)
+    scene_->plants[species] = *plant;
+  else
+    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", scene_->stream->species_path(species), plant.error().message().c_str());
   scene_->stream->species_opened(species, static_cast<bool>(plant));
 }
 
@@ -140,9 +151,10 @@ void Context::place_tile(const ReadyTile& ready) {
   for (const SceneInstance& instance : ready.instances)
     if (is_open(scene_->plants[instance.species]))
       scene_->placed.push_back({placement_of(instance), entry(scene_->plants[instance.species]).slot});
-  std::vector<std::uint32_t>& blocks = scene_->tile_blocks[ready.tile];
+  std::vector<std::uint32_t>& blocks = scene_->blocks;
   if (!instances_.add_tile(scene_->placed, blocks)) return scene_->stream->refused(ready.tile);
   scene_->block_count += static_cast<std::uint32_t>(blocks.size());
+  for (const std::uint32_t block : blocks) scene_->next_block[block] = std::exchange(scene_->first_block[ready.tile], block + 1);
   if (ready.size_px > kGrowFrom_px && scene_->growing.size() < kMostGrowing) {
     instances_.scale_tile(blocks, 1.0f / static_cast<float>(kGrowFrames));
     scene_->growing.push_back({ready.tile, 1});
@@ -150,22 +162,28 @@ void Context::place_tile(const ReadyTile& ready) {
   scene_->stream->placed(ready.tile);
 }
 
+std::span<const std::uint32_t> Context::blocks_of(std::uint32_t tile) {
+  scene_->blocks.clear();
+  for (std::uint32_t next = scene_->first_block[tile]; next != 0; next = scene_->next_block[next - 1]) scene_->blocks.push_back(next - 1);
+  return scene_->blocks;
+}
+
 // Where the threshold is above some pixels, plants would pop up.
 void Context::grow_tiles() {
   for (Scene::Growing& growing : scene_->growing) {
     const auto share = static_cast<float>(growing.share);
-    instances_.scale_tile(scene_->tile_blocks[growing.tile], (share + 1.0f) / share);
+    instances_.scale_tile(blocks_of(growing.tile), (share + 1.0f) / share);
     ++growing.share;
   }
   std::erase_if(scene_->growing, [](const Scene::Growing& growing) { return growing.share == kGrowFrames; });
 }
 
 void Context::remove_tile(std::uint32_t tile) {
-  std::vector<std::uint32_t>& blocks = scene_->tile_blocks[tile];
+  const std::span<const std::uint32_t> blocks = blocks_of(tile);
   std::erase_if(scene_->growing, [tile](const Scene::Growing& growing) { return growing.tile == tile; });
   instances_.remove_tile(blocks);
   scene_->block_count -= static_cast<std::uint32_t>(blocks.size());
-  blocks.clear();
+  scene_->first_block[tile] = 0;
 }
 
 }  // namespace coppice

@@ -3,6 +3,8 @@
 // Hooks for tests: files in memory, jobs and reads that run inline or when the test says so, an allocator that counts and can fail.
 
 #include <algorithm>
+#include <atomic>
+#include <cerrno>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -73,6 +75,12 @@ struct FakeRead {
   void* argument = nullptr;
 };
 
+/// Goes on by a second whenever it is read: no test has to sit through the pauses between the tries of a read.
+inline std::uint64_t hurried_clock_ns() {
+  static std::atomic<std::uint64_t> now = 0;
+  return now += 1'000'000'000;
+}
+
 /// What goes wrong with a read.
 enum class ReadFault : std::uint8_t { none, fails, comes_short, returns_wrong_bytes };
 
@@ -87,7 +95,8 @@ struct FakeIo {
   std::uint64_t fail_offset = UINT64_MAX;  ///< a read from here fails
   std::int64_t failing_result = -1;
   ReadFault fault = ReadFault::none;
-  std::size_t fault_at = 0;  ///< index of the read that goes wrong, in order of answers
+  std::size_t fault_at = 0;     ///< index of the read that goes wrong, in order of answers
+  std::size_t fault_tries = 1;  ///< how often that place goes wrong
   std::size_t answered = 0;
 
   coppice_io hook() { return {this, open, close, read}; }
@@ -96,8 +105,8 @@ struct FakeIo {
     const std::vector<std::uint8_t>& file = files.at(handles.at(static_cast<std::size_t>(wanted.file)));
     const std::size_t there = wanted.offset > file.size() ? 0 : std::min<std::size_t>(wanted.bytes, file.size() - wanted.offset);
     if (there > 0) std::memcpy(wanted.destination, file.data() + wanted.offset, there);
-    const bool wrong = answered++ == fault_at;
-    if (wrong && fault == ReadFault::fails) return wanted.done(wanted.argument, -5);
+    const bool wrong = goes_wrong(wanted);
+    if (wrong && fault == ReadFault::fails) return wanted.done(wanted.argument, -EIO);
     if (wrong && fault == ReadFault::comes_short) return wanted.done(wanted.argument, static_cast<std::int64_t>(there / 2));
     if (wrong && fault == ReadFault::returns_wrong_bytes) static_cast<std::uint8_t*>(wanted.destination)[there / 2] ^= 0x10;
     wanted.done(wanted.argument, static_cast<std::int64_t>(there));
@@ -111,9 +120,21 @@ struct FakeIo {
   }
 
  private:
+  FakeRead faulty_;
+  std::size_t tries_left_ = 0;
+
+  bool goes_wrong(const FakeRead& wanted) {
+    if (answered++ == fault_at) {
+      faulty_ = wanted;
+      tries_left_ = fault_tries;
+    }
+    if (tries_left_ == 0 || wanted.file != faulty_.file || wanted.offset != faulty_.offset || wanted.bytes != faulty_.bytes) return false;
+    --tries_left_;
+    return true;
+  }
   static std::int64_t open(void* user, const char* path, std::uint64_t* file_bytes) {
     auto* self = static_cast<FakeIo*>(user);
-    if (!self->files.contains(path)) return -1;
+    if (!self->files.contains(path)) return -ENOENT;
     *file_bytes = self->files.at(path).size();
     self->handles.push_back(path);
     ++self->open_count;

@@ -16,6 +16,7 @@ namespace coppice::test {
 
 class StreamerFixture : public testing::Test {
  protected:
+  StreamerFixture() { options.clock_ns = hurried_clock_ns; }
   /// With io.files and options as they are now.
   void start() {
     auto created = Streamer::create({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, options);

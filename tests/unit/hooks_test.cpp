@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <condition_variable>
 #include <cstdlib>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <mutex>
 #include <string>
 
+#include "io_result.h"
 #include "transfer.h"
 
 namespace coppice {
@@ -134,11 +136,12 @@ TEST_P(DefaultIo, ReadsFromTheOffset) {
 TEST_P(DefaultIo, DoesNotOpenWhatIsNotAFile) {
   const coppice_io& io = set_.hooks.io;
   std::uint64_t bytes = 0;
-  EXPECT_LT(io.open(io.user, (path_.string() + ".missing").c_str(), &bytes), 0);
-  EXPECT_LT(io.open(io.user, std::filesystem::temp_directory_path().c_str(), &bytes), 0);
+  EXPECT_EQ(io.open(io.user, (path_.string() + ".missing").c_str(), &bytes), -ENOENT);
+  EXPECT_EQ(io.open(io.user, std::filesystem::temp_directory_path().c_str(), &bytes), -EISDIR);
   const std::string fifo = path_.string() + ".fifo";
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
-  EXPECT_LT(io.open(io.user, fifo.c_str(), &bytes), 0) << "and does not wait for a writer";
+  EXPECT_EQ(io.open(io.user, fifo.c_str(), &bytes), -EINVAL) << "and does not wait for a writer";
+  EXPECT_EQ(io.open(io.user, "/dev/zero", &bytes), -EINVAL);
   std::filesystem::remove(fifo);
 }
 
@@ -150,7 +153,7 @@ TEST_P(DefaultIo, AFailingAllocatorFailsTheRead) {
   std::uint64_t bytes = 0;
   const std::int64_t file = io.open(io.user, path_.c_str(), &bytes);
   std::array<std::uint8_t, 4> four{};
-  EXPECT_FALSE(read_now(io, file, 0, four));
+  EXPECT_EQ(read_now(io, file, 0, four).error().status, Status::out_of_memory);
   EXPECT_TRUE(read_now(io, file, 0, four));
   io.close(io.user, file);
   EXPECT_EQ(allocator.live_bytes, 0u);
@@ -214,6 +217,35 @@ TEST(Log, WritesOneFormattedLine) {
   log_line(log, COPPICE_LOG_WARNING, "%s: page %u", "oak", 3u);
   EXPECT_EQ(line, "oak: page 3");
   log_line({}, COPPICE_LOG_ERROR, "nobody listens");
+}
+
+TEST(Log, ALineIsOneLineAndTellsATerminalNothing) {
+  std::string line;
+  const coppice_log log{&line, [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
+  log_line(log, COPPICE_LOG_ERROR, "%s: page %u", "oak\n\x1b[2J", 3u);
+  EXPECT_EQ(line, "oak\\x0A\\x1B[2J: page 3");
+  log_line(log, COPPICE_LOG_ERROR, "%s: reason", std::string(4000, 'x').c_str());
+  EXPECT_EQ(line.size(), 4008u) << "a long path leaves room for what is wrong";
+}
+
+TEST(IoResult, SaysTheSystemsReason) {
+  EXPECT_EQ(open_error(-ENOENT).message(), "cannot open file: No such file or directory");
+  EXPECT_EQ(open_error(-EACCES).message(), "cannot open file: Permission denied");
+  EXPECT_EQ(open_error(-EISDIR).message(), "cannot open file: Is a directory");
+  EXPECT_EQ(open_error(-EINVAL).message(), "cannot open file: not a regular file");
+  EXPECT_EQ(open_error(-1).message(), "cannot open file") << "a hook that knows no more";
+  EXPECT_EQ(open_error(INT64_MIN).message(), "cannot open file");
+  EXPECT_EQ(read_error(-EIO, 8, 4096).message(), "read failed: Input/output error (at byte 4096)");
+  EXPECT_EQ(read_error(3, 8, 4096).message(), "read failed: 3 of 8 bytes (at byte 4096)");
+  EXPECT_EQ(read_error(-ENOMEM, 8, 0).status, Status::out_of_memory);
+}
+
+TEST(IoResult, AReadIsTriedAFewTimesWithGrowingPauses) {
+  ReadRetry retry;
+  std::vector<std::uint64_t> pauses_ms;
+  while (retry.pause(1'000'000)) pauses_ms.push_back(retry.again_ns / 1'000'000 - 1);
+  EXPECT_EQ(pauses_ms, (std::vector<std::uint64_t>{50, 200, 800}));
+  EXPECT_EQ(retry.failed_tries, kReadTries);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <memory>
 #include <numbers>
 #include <tuple>
+#include <utility>
 
 #include "scene_file.h"
 #include "scene_reader.h"
@@ -235,6 +236,67 @@ TEST(SceneFile, RefusalsNameTheFieldAndItsPlace) {
   absolute[kSceneHeaderBytes + 2 * sizeof(coppice_scene_species)] = '/';
   test::fix_scene_checksums(absolute);
   EXPECT_STREQ(read_all(absolute).error().what, "species path: not relative");
+}
+
+// Each is in range; their ratio is infinite, and an instance of scale 0 would stand at NaN.
+TEST(SceneFile, ScalesThatAreTooFarApartAreRefused) {
+  const Bytes good = test::random_scene(60, 100, 7);
+  const std::size_t tile =
+      static_cast<std::size_t>(scene_front_bytes(read_scene_front(good, good.size())->header)) - sizeof(coppice_scene_tile);
+  const auto with_scales = [&](float scale_min, float scale_max) {
+    Bytes bytes = good;
+    for (std::size_t instance = tile + sizeof(coppice_scene_tile); instance < bytes.size(); instance += sizeof(coppice_scene_instance))
+      bytes[instance + offsetof(coppice_scene_instance, scale)] = 0;
+    std::memcpy(bytes.data() + tile + offsetof(coppice_scene_tile, scale_min), &scale_min, sizeof scale_min);
+    std::memcpy(bytes.data() + tile + offsetof(coppice_scene_tile, scale_max), &scale_max, sizeof scale_max);
+    test::fix_scene_checksums(bytes);
+    return bytes;
+  };
+  for (const float scale_min : {1e-45f, 1e-38f, 1e-33f}) {
+    const auto read = read_all(with_scales(scale_min, 1e6f));
+    ASSERT_FALSE(read) << scale_min;
+    EXPECT_STREQ(read.error().what, "tile scale_min, scale_max: too far apart");
+    EXPECT_EQ(read.error().offset, tile + offsetof(coppice_scene_tile, scale_min));
+  }
+  for (const auto& [scale_min, scale_max] : {std::pair{1e-23f, 1e6f}, std::pair{1e-45f, 1e-44f}}) {
+    const auto read = read_all(with_scales(scale_min, scale_max));
+    ASSERT_TRUE(read) << read.error().message();
+    for (const SceneInstance& instance : read->front()) ASSERT_GT(instance.scale, 0.0f);
+  }
+}
+
+// One float of the front at a time is NaN, under right checksums.
+TEST(SceneFile, NoFloatMayBeNaN) {
+  const Bytes good = test::random_scene(60, 100, 7);
+  const auto nan_at = [&](std::size_t at) {
+    Bytes bytes = good;
+    const float value = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+    test::fix_scene_checksums(bytes);
+    return bytes;
+  };
+  const std::size_t tile =
+      static_cast<std::size_t>(scene_front_bytes(read_scene_front(good, good.size())->header)) - sizeof(coppice_scene_tile);
+  std::vector<std::size_t> floats;
+  for (std::size_t i = 0; i < 3; ++i) floats.push_back(offsetof(coppice_scene_header, square_min) + 4 * i);
+  for (std::size_t species = 0; species < 2; ++species)
+    for (std::size_t i = 0; i < 4; ++i)
+      floats.push_back(kSceneHeaderBytes + species * sizeof(coppice_scene_species) + offsetof(coppice_scene_species, sphere_center) +
+                       4 * i);
+  for (std::size_t i = 0; i < 9; ++i) floats.push_back(tile + 4 * i);
+  for (const std::size_t at : floats) EXPECT_FALSE(read_all(nan_at(at))) << "byte " << at;
+}
+
+TEST(SceneFile, WhatTheReaderRefusesIsNotWritten) {
+  std::vector<bake::ScenePlant> plants(2);
+  plants[0].scale = 1e-24f;
+  EXPECT_FALSE(bake::encode_scene(test::scene_species(), plants));
+  plants[0].scale = 1e-23f;
+  plants[1].scale = 1e6f;
+  const auto bytes = bake::encode_scene(test::scene_species(), plants);
+  ASSERT_TRUE(bytes);
+  const auto read = read_all(*bytes);
+  EXPECT_TRUE(read) << read.error().message();
 }
 
 TEST(SceneFile, Version1IsReadForEver) {

@@ -3,11 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "fake_hooks.h"
+#include "io_result.h"
 #include "scene_file.h"
 #include "tile_selection.h"
 
@@ -26,13 +31,24 @@ SceneEye eye_at(float x, float z) {
   return {{x, 2.0f, z}, 600.0f, 0.1f};
 }
 
+std::vector<TileSize> gather(const SceneFile& scene, const SceneEye& eye, float floor_px) {
+  std::vector<std::uint32_t> scratch(scene.tiles.size());
+  std::vector<TileSize> found(scene.tiles.size());
+  found.resize(gather_tiles(scene, eye, floor_px, scratch, found));
+  return found;
+}
+
+float fit(const SceneFile& scene, std::vector<TileSize>& tiles, float least_px, std::uint32_t block_count) {
+  std::vector<std::uint32_t> scratch(tiles.size());
+  return fit_tiles(scene, tiles, least_px, block_count, scratch);
+}
+
 TEST(TileSelection, FindsWhatAScanFinds) {
   const auto scene = read_scene_front(scene_bytes(), scene_bytes().size());
   ASSERT_TRUE(scene);
-  std::vector<TileSize> found;
   for (const SceneEye& eye : {eye_at(0, 0), eye_at(1900, -1800), eye_at(9000, 0)})
     for (const float floor_px : {0.5f, 2.0f, 8.0f, 64.0f}) {
-      gather_tiles(*scene, eye, floor_px, found);
+      const std::vector<TileSize> found = gather(*scene, eye, floor_px);
       std::vector<std::uint32_t> scan;
       for (std::uint32_t tile = 0; tile < scene->tiles.size(); ++tile)
         if (tile_size_px(scene->tiles[tile], eye) >= floor_px) scan.push_back(tile);
@@ -54,15 +70,14 @@ TEST(TileSelection, SizeIsThatOfTheLargestPlantAtTheNearestPoint) {
 
 TEST(TileSelection, TheThresholdRisesUntilWhatIsWantedFits) {
   const auto scene = read_scene_front(scene_bytes(), scene_bytes().size());
-  std::vector<TileSize> tiles;
-  gather_tiles(*scene, eye_at(100, 50), 1.0f, tiles);
+  std::vector<TileSize> tiles = gather(*scene, eye_at(100, 50), 1.0f);
   std::uint32_t all_blocks = 0;
   for (const TileSize& tile : tiles) all_blocks += tile_blocks(scene->tiles[tile.tile]);
-  EXPECT_EQ(fit_tiles(*scene, tiles, 1.0f, all_blocks), 1.0f);
+  EXPECT_EQ(fit(*scene, tiles, 1.0f, all_blocks), 1.0f);
   EXPECT_TRUE(std::ranges::all_of(tiles, &TileSize::wanted));
   float last_px = 1.0f;
   for (std::uint32_t capacity = all_blocks - 1; capacity >= 32; capacity /= 2) {
-    const float px = fit_tiles(*scene, tiles, 1.0f, capacity);
+    const float px = fit(*scene, tiles, 1.0f, capacity);
     std::uint32_t blocks = 0;
     float least_px = INFINITY, most_left_out_px = 0.0f;
     for (const TileSize& tile : tiles) {
@@ -77,7 +92,7 @@ TEST(TileSelection, TheThresholdRisesUntilWhatIsWantedFits) {
     EXPECT_GE(px, last_px);
     last_px = px;
   }
-  EXPECT_GT(fit_tiles(*scene, tiles, 1.0f, 0), 1.0f);
+  EXPECT_GT(fit(*scene, tiles, 1.0f, 0), 1.0f);
   EXPECT_TRUE(std::ranges::none_of(tiles, &TileSize::wanted));
 }
 
@@ -85,7 +100,7 @@ TEST(TileSelection, OfTilesOfOneSizeThoseThatAreThereStay) {
   const auto scene = read_scene_front(scene_bytes(), scene_bytes().size());
   std::vector<TileSize> tiles;
   for (std::uint32_t tile = 0; tile < 5; ++tile) tiles.push_back({.tile = tile, .size_px = 100.0f, .kept = tile == 3});
-  fit_tiles(*scene, tiles, 1.0f, 64);
+  fit(*scene, tiles, 1.0f, 64);
   EXPECT_TRUE(tiles[3].wanted);
   EXPECT_TRUE(tiles[0].wanted) << "then the first, which is spread over the whole scene";
   EXPECT_FALSE(tiles[1].wanted || tiles[2].wanted || tiles[4].wanted);
@@ -102,14 +117,16 @@ struct Owner {
   std::multiset<std::pair<float, float>> plants;  ///< x, z of what is there
   std::vector<std::vector<SceneInstance>> of_tile;
   std::uint32_t blocks = 0, most_blocks = 0;
+  AssetFolder plants_folder;
 
   explicit Owner(std::vector<std::uint8_t> bytes = scene_bytes(), std::uint32_t max_in_flight = 8) {
     io.files["wood/a.forest"] = std::move(bytes);
     open(max_in_flight);
   }
   void open(std::uint32_t max_in_flight) {
-    auto opened = SceneStream::open({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, "wood/a.forest",
-                                    {.least_px = 1.0f, .max_in_flight = max_in_flight});
+    auto opened =
+        SceneStream::open({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, "wood/a.forest",
+                          {.least_px = 1.0f, .max_in_flight = max_in_flight, .plants = plants_folder, .clock_ns = test::hurried_clock_ns});
     if (!opened) return;
     stream = *std::move(opened);
     of_tile.resize(stream->file().tiles.size());
@@ -196,7 +213,7 @@ TEST(SceneStream, NothingBlocksAndNoMoreIsReadThanMayBe) {
   EXPECT_EQ(owner.io.waiting.size(), 8u);
   EXPECT_TRUE(owner.placed.empty());
   // The first asked for is the largest on screen.
-  const auto scene = owner.stream->file();
+  const SceneFile& scene = owner.stream->file();
   float largest_px = 0.0f;
   for (const SceneTile& tile : scene.tiles) largest_px = std::max(largest_px, tile_size_px(tile, here));
   const auto first = std::ranges::find(scene.tiles, owner.io.waiting.front().offset, &SceneTile::offset);
@@ -247,9 +264,123 @@ TEST(SceneStream, ADamagedTileIsToldOnceAndTheRestGoesOn) {
 TEST(SceneStream, AReadThatFailsIsToldOnce) {
   Owner owner;
   owner.io.fail_offset = owner.stream->file().tiles[0].offset;
+  owner.io.failing_result = -EIO;
+  owner.io.log.clear();
   owner.settle(eye_at(0, 0), kPlenty);
   ASSERT_EQ(owner.log.lines.size(), 1u);
-  EXPECT_NE(owner.log.lines[0].find("read failed"), std::string::npos) << owner.log.lines[0];
+  EXPECT_EQ(owner.log.lines[0],
+            "wood/a.forest: tile 0: read failed: Input/output error (at byte " + std::to_string(owner.io.fail_offset) + ")");
+  EXPECT_EQ(std::ranges::count(owner.io.log, owner.io.fail_offset, &test::FakeRead::offset), std::ptrdiff_t{kReadTries});
+  EXPECT_EQ(owner.stream->stats().tiles_failed, 1u);
+}
+
+TEST(SceneStream, EveryReadMayFailAFewTimes) {
+  const SceneEye here = eye_at(0, 0);
+  for (const test::ReadFault fault : {test::ReadFault::fails, test::ReadFault::comes_short})
+    for (std::size_t n = 0;; n += n < 4 ? 1 : 7) {
+      Owner owner(std::vector<std::uint8_t>{});
+      owner.io.files["wood/a.forest"] = scene_bytes();
+      owner.io.fault = fault;
+      owner.io.fault_at = n;
+      owner.io.fault_tries = kReadTries - 1;
+      owner.log.lines.clear();
+      owner.open(8);
+      ASSERT_NE(owner.stream, nullptr) << n;
+      owner.settle(here, kPlenty);
+      EXPECT_TRUE(owner.log.lines.empty()) << n << ": " << owner.log.lines[0];
+      EXPECT_EQ(owner.placed, owner.wanted(here)) << n;
+      const bool reached = owner.io.answered > n;
+      owner.stream.reset();
+      EXPECT_EQ(owner.allocator.live_count, 0u) << n;
+      if (!reached) break;
+    }
+}
+
+TEST(SceneStream, ATileWhoseReadIsPausedIsForgottenWhenTheCameraGoes) {
+  Owner owner;
+  static std::uint64_t now_ns;
+  now_ns = 1;
+  owner.stream.reset();
+  owner.stream = *SceneStream::open({owner.allocator.hook(), owner.jobs.hook(), owner.io.hook(), owner.log.hook()}, "wood/a.forest",
+                                    {.max_in_flight = 8, .clock_ns = [] { return now_ns; }});
+  owner.io.fail_offset = owner.stream->file().tiles[0].offset;
+  owner.settle(eye_at(0, 0), kPlenty);
+  EXPECT_EQ(owner.stream->stats().missing_tiles, 1u) << "it is waited for";
+  owner.settle(eye_at(60000, 0), kPlenty);
+  owner.io.fail_offset = UINT64_MAX;
+  owner.settle(eye_at(0, 0), kPlenty);
+  EXPECT_EQ(owner.placed, owner.wanted(eye_at(0, 0))) << "asked for anew, though the clock stands still";
+  EXPECT_TRUE(owner.log.lines.empty());
+}
+
+/// A scene of two plants, one of them at `path`.
+std::vector<std::uint8_t> scene_with(const std::string& path) {
+  std::vector<SceneSpecies> species = test::scene_species();
+  species[1].path = path;
+  std::vector<bake::ScenePlant> plants = test::random_scene_plants(200, 100, 3);
+  return *bake::encode_scene(species, plants);
+}
+
+TEST(SceneStream, APlantOutsideTheFolderIsLeftOutAndSaidOnce) {
+  for (const char* path : {"../oak.coppice", "../../../etc/passwd", "trees/../../oak.coppice"}) {
+    Owner owner(scene_with(path));
+    ASSERT_NE(owner.stream, nullptr);
+    owner.settle(eye_at(0, 0), kPlenty);
+    EXPECT_EQ(owner.stream->species_state(1), SpeciesState::failed) << path;
+    EXPECT_EQ(owner.stream->stats().species_failed, 1u);
+    EXPECT_EQ(owner.stream->stats().missing_tiles, 0u) << "the others come";
+    ASSERT_EQ(owner.log.lines.size(), 1u) << path;
+    EXPECT_EQ(owner.log.lines[0].find("wood/a.forest: plant 1: outside the asset's folder: " + std::string(path) + "; asset_root"), 0u)
+        << owner.log.lines[0];
+  }
+}
+
+TEST(SceneStream, AnAssetRootAndAPermissionLetPlantsBeElsewhere) {
+  for (const AssetFolder& folder : {AssetFolder{.root = "."}, AssetFolder{.root = "wood/.."}, AssetFolder{.allow_outside = true}}) {
+    Owner owner(std::vector<std::uint8_t>{});
+    owner.log.lines.clear();
+    owner.io.files["wood/a.forest"] = scene_with("../oak.coppice");
+    owner.plants_folder = folder;
+    owner.open(8);
+    owner.settle(eye_at(0, 0), kPlenty);
+    EXPECT_EQ(owner.stream->species_state(1), SpeciesState::open) << folder.root;
+    EXPECT_TRUE(owner.log.lines.empty());
+  }
+  EXPECT_FALSE(check_species_path({.root = "wood/plants"}, "wood/a.forest", "oak.coppice"));
+  EXPECT_TRUE(check_species_path({.root = "wood/plants"}, "wood/a.forest", "plants/oak.coppice"));
+  EXPECT_FALSE(check_species_path({.root = "/assets"}, "wood/a.forest", "oak.coppice")) << "the letters do not say where that is";
+}
+
+TEST(SceneStream, ANameCannotForgeALine) {
+  Owner owner(scene_with("../oak\n\x1b[31mall is well"));
+  owner.settle(eye_at(0, 0), kPlenty);
+  ASSERT_EQ(owner.log.lines.size(), 1u);
+  EXPECT_NE(owner.log.lines[0].find("../oak\\x0A\\x1B[31mall is well"), std::string::npos) << owner.log.lines[0];
+}
+
+TEST(SpeciesPath, FollowsLinksOfRealFiles) {
+  namespace fs = std::filesystem;
+  const fs::path base = fs::temp_directory_path() / ("species_path_test_" + std::to_string(::getpid()));
+  fs::create_directories(base / "scene");
+  std::ofstream(base / "scene/in.coppice") << "in";
+  std::ofstream(base / "out.coppice") << "out";
+  fs::create_symlink("../out.coppice", base / "scene/link.coppice");
+  fs::create_directory_symlink("scene", base / "alias");
+  const std::string scene = (base / "scene/a.forest").string(), alias = (base / "alias/a.forest").string();
+  EXPECT_TRUE(check_species_path({.real_files = true}, scene, "in.coppice"));
+  EXPECT_TRUE(check_species_path({.real_files = true}, alias, "in.coppice"));
+  EXPECT_EQ(check_species_path({.real_files = true}, scene, "link.coppice").error().status, Status::invalid_argument);
+  EXPECT_TRUE(check_species_path({}, scene, "link.coppice")) << "a hook's own paths";
+  EXPECT_TRUE(check_species_path({.allow_outside = true, .real_files = true}, scene, "link.coppice"));
+  const AssetFolder whole{.root = base.string(), .real_files = true};
+  EXPECT_TRUE(check_species_path(whole, alias, "../out.coppice"));
+  EXPECT_TRUE(check_species_path(whole, scene, "link.coppice"));
+  EXPECT_FALSE(check_species_path(whole, scene, "../../out.coppice"));
+  EXPECT_FALSE(check_species_path({.root = (base / "scene").string(), .real_files = true}, scene, "link.coppice"));
+  const auto missing = check_species_path({.real_files = true}, scene, "none.coppice");
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().message(), "cannot open file: none.coppice: No such file or directory");
+  fs::remove_all(base);
 }
 
 TEST(SceneStream, ATileWaitsForItsSpecies) {
@@ -260,7 +391,7 @@ TEST(SceneStream, ATileWaitsForItsSpecies) {
   EXPECT_FALSE(owner.stream->next_ready());
   const auto first = owner.stream->next_species();
   ASSERT_TRUE(first);
-  EXPECT_EQ(*first->path, "wood/shrub.coppice") << "beside the scene";
+  EXPECT_STREQ(first->path, "wood/shrub.coppice") << "beside the scene";
   owner.stream->species_opened(0, true);
   EXPECT_FALSE(owner.stream->next_ready()) << "the other one is in every tile";
   EXPECT_EQ(owner.stream->next_species()->species, 1u);

@@ -61,9 +61,10 @@ typedef uint64_t coppice_scene;    /* generation; 0 is never a scene */
 
 /* ---- hooks ---------------------------------------------------------------------------------------------------------------------- */
 
-/* Memory for what grows with plants, pages and instances: chunks as read and as decoded, instances, the streamer's tables. Not through
- * it, and not counted by the budget: Draco's scratch while a chunk is decoded, decoded wood until its upload, a plant's parsed header and
- * tables, the context itself. Called from any thread that runs a job or
+/* Memory for what grows with plants, pages, instances and scenes: chunks as read and as decoded, instances, the streamer's tables, a
+ * plant's table of chunks, a scene's tiles and species. Not through it, and not counted by the budget: Draco's scratch while a chunk is
+ * decoded and decoded wood until its upload, both bounded by the chunk's counts and COPPICE_ERROR_OUT_OF_MEMORY where malloc has nothing;
+ * the rest of a plant's parsed header and tables, some 100 KB at most; the context itself. Called from any thread that runs a job or
  * calls the context. Must return memory aligned to `align` (a power of two) or null, which makes the operation fail with
  * COPPICE_ERROR_OUT_OF_MEMORY. Must not call back into Coppice. Must outlive the context. */
 typedef struct coppice_allocator {
@@ -85,10 +86,13 @@ typedef struct coppice_jobs {
  * coppice_context_destroy; a file is closed once
  * nothing of a closed plant is under way. read must not block: it calls done(argument, bytes_read) once, from any thread, or inline.
  * bytes_read < bytes, or negative, means failure. `destination` stays valid until done is called. coppice_plant_open and
- * coppice_scene_open wait for their reads: done must not depend on the calling thread going on. */
+ * coppice_scene_open wait for their reads: done must not depend on the calling thread going on.
+ * What is negative is the reason as -errno, which the log spells out, or -1 where there is none to give; -EINVAL of open: not a regular
+ * file. A read that failed, or came short, is tried again after 50, 200 and 800 ms before what it was of counts as failed; frames go on
+ * meanwhile. */
 typedef struct coppice_io {
   void* user;
-  int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* a handle >= 0, or negative on failure */
+  int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* a handle >= 0, or -errno */
   void (*close)(void* user, int64_t file);
   void (*read)(void* user, int64_t file, uint64_t offset, void* destination, size_t bytes, void (*done)(void* argument, int64_t bytes_read),
                void* argument);
@@ -101,7 +105,8 @@ typedef enum coppice_log_level {
   COPPICE_LOG_LEVEL_MAX_ENUM = 0x7fffffff
 } coppice_log_level;
 
-/* One line without a newline, valid during the call. Called from any thread. */
+/* One line without a newline or any other control character, valid during the call. Each thing that fails is one line, which names the
+ * file, the field or chunk, its byte and the system's reason as far as they are known. Called from any thread. */
 typedef struct coppice_log {
   void* user;
   void (*write)(void* user, coppice_log_level level, const char* line);
@@ -193,6 +198,13 @@ typedef struct coppice_context_desc {
   /* Of the depth attachment that coppice_record_draw draws shadow views to, without colour, one sample a pixel; compared as depth_compare
    * says. Default VK_FORMAT_UNDEFINED: there are no shadow views, and nothing is created for them. */
   VkFormat shadow_format;
+
+  /* Where the plants that a scene names may be: in this folder or below it. Copied. Default null: in the folder of the scene, or below
+   * it. A plant elsewhere is left out as one that cannot be opened is. With the default io hook symbolic links are followed first; with one
+   * of your own the path decides by its letters, and where links lead is the hook's to know. */
+  const char* asset_root;
+  /* VK_TRUE: a scene's plants may be anywhere. For scenes that you trust: one that a stranger made may name any file. Default VK_FALSE. */
+  VkBool32 allow_outside;
 } coppice_context_desc;
 
 /* Fills every field with its default; device fields become null and must be set. desc must not be null. */
@@ -277,9 +289,10 @@ typedef struct coppice_scene_info {
  * streams it: a tile's instances are there while its largest plant, at the tile's nearest point, is at least a threshold large on screen:
  * 1 px, and evenly more where the tiles wanted do not fit into max_instances, or into a quarter of the memory budget. The plants that it
  * names are opened as tiles with them arrive, without waiting for their reads, and count for max_plants; one that cannot be
- * opened is left out and told to the log once. Placing tiles and opening plants takes about streaming_ms a frame, one of each at least. A
- * context holds one scene. Plants and instances of the engine's own may stand beside it.
- * errors: COPPICE_ERROR_INVALID_ARGUMENT: a scene is open. COPPICE_ERROR_IO, COPPICE_ERROR_BAD_FILE, COPPICE_ERROR_OUT_OF_MEMORY */
+ * opened, or is not where coppice_context_desc.asset_root allows, is left out, told to the log once and counted in scene_species_failed.
+ * Placing tiles and opening plants takes about streaming_ms a frame, one of each at least. A context holds one scene. Plants and instances
+ * of the engine's own may stand beside it. errors: COPPICE_ERROR_INVALID_ARGUMENT: a scene is open. COPPICE_ERROR_IO,
+ * COPPICE_ERROR_BAD_FILE, COPPICE_ERROR_OUT_OF_MEMORY */
 coppice_status coppice_scene_open(coppice_context* context, const char* path, coppice_scene* scene);
 
 /* Removes the scene's instances and closes its plants. Waits for reads of tiles that are under way. */
@@ -463,7 +476,8 @@ typedef struct coppice_stats {
   uint32_t scene_tiles_wanted;  /* by the view, resident or not */
   uint32_t scene_tiles_missing; /* wanted, not resident, and not given up as damaged */
   uint32_t scene_tiles_failed;
-  float scene_threshold_px; /* above 1 where not all that is larger than a pixel fits */
+  uint32_t scene_species_failed; /* plants that it names, but that could not be opened or may not be: their instances are left out */
+  float scene_threshold_px;      /* above 1 where not all that is larger than a pixel fits */
 } coppice_stats;
 void coppice_stats_init(coppice_stats* stats);
 coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);

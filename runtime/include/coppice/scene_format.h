@@ -20,6 +20,8 @@
 #define COPPICE_MAX_SCENE_TILES (1u << 20)
 #define COPPICE_MAX_SCENE_LEVELS 24u
 #define COPPICE_MAX_TILE_INSTANCES 2048u
+#define COPPICE_MAX_SCENE_SCALE 1e6f
+#define COPPICE_MAX_SCENE_SCALE_RATIO 1e30f /* of a tile's largest scale to its smallest */
 
 /* Bytes [0, 72). */
 typedef struct coppice_scene_header {
@@ -50,8 +52,8 @@ typedef struct coppice_scene_species {
 typedef struct coppice_scene_tile {
   float box_min[3]; /* of its instances' positions, inside the tile's square */
   float box_max[3];
-  float scale_min; /* of its instances */
-  float scale_max;
+  float scale_min;         /* of its instances, > 0 */
+  float scale_max;         /* at most COPPICE_MAX_SCENE_SCALE, and COPPICE_MAX_SCENE_SCALE_RATIO times scale_min */
   float max_radius;        /* largest sphere_radius * scale of its instances; no child has a larger one */
   uint32_t instance_count; /* 1 .. COPPICE_MAX_TILE_INSTANCES */
   uint32_t first_child;    /* 0 without children */

@@ -8,6 +8,8 @@ namespace coppice {
 
 namespace {
 
+constexpr const char* kOutside = "outside the asset's folder";
+
 Error refused(Status status, const char* what, const std::filesystem::path& name, const std::string& reason = {}) {
   return Error{status, what, Error::kNoOffset, reason.empty() ? name.string() : name.string() + ": " + reason};
 }
@@ -20,12 +22,16 @@ bool stays_inside(std::string_view name) {
 }
 
 Result<std::filesystem::path> resolve_inside(const std::filesystem::path& folder, const std::filesystem::path& name) {
-  constexpr const char* kOutside = "outside the asset's folder";
   if (!stays_inside(name.native())) return refused(Status::invalid_argument, kOutside, name);
+  return resolve_below(folder, folder / name, name);
+}
+
+Result<std::filesystem::path> resolve_below(const std::filesystem::path& folder, const std::filesystem::path& path,
+                                            const std::filesystem::path& name) {
   std::error_code error;
   const std::filesystem::path root = std::filesystem::canonical(folder.empty() ? "." : folder, error);
   if (error) return refused(Status::io, "cannot open folder", folder, error.message());
-  std::filesystem::path file = std::filesystem::canonical(root / name, error);
+  std::filesystem::path file = std::filesystem::canonical(path, error);
   if (error) return refused(Status::io, "cannot open file", name, error.message());
   if (std::ranges::mismatch(root, file).in1 != root.end())
     return refused(Status::invalid_argument, kOutside, name, "it is " + file.string());

@@ -16,4 +16,8 @@ bool stays_inside(std::string_view name);
 /// errors  invalid_argument: outside the folder; io: no such file, or the system's reason. `detail` has the name
 Result<std::filesystem::path> resolve_inside(const std::filesystem::path& folder, const std::filesystem::path& name);
 
+/// The same of a path that is not relative to `folder`. name: what errors call it
+Result<std::filesystem::path> resolve_below(const std::filesystem::path& folder, const std::filesystem::path& path,
+                                            const std::filesystem::path& name);
+
 }  // namespace coppice

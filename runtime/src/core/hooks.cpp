@@ -13,6 +13,8 @@
 #include <ctime>
 #include <new>
 
+#include "printable.h"
+
 namespace coppice {
 
 namespace {
@@ -36,11 +38,12 @@ void submit_to_pool(void* user, void (*function)(void* argument), void* argument
 
 std::int64_t open_file(void*, const char* path, std::uint64_t* file_bytes) {
   const int file = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a FIFO would wait for its writer
-  if (file < 0) return -1;
+  if (file < 0) return -errno;
   struct stat status {};
-  if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
+  const int unknown = fstat(file, &status) != 0 ? errno : 0;
+  if (unknown != 0 || !S_ISREG(status.st_mode)) {
     ::close(file);
-    return -1;
+    return -(unknown != 0 ? unknown : S_ISDIR(status.st_mode) ? EISDIR : EINVAL);
   }
   fcntl(file, F_SETFL, 0);  // io_uring would take O_NONBLOCK at its word
   *file_bytes = static_cast<std::uint64_t>(status.st_size);
@@ -61,14 +64,14 @@ struct ReadTask {
   void* argument = nullptr;
 };
 
-/// Bytes read, fewer at the end of the file; negative on failure.
+/// Bytes read, fewer at the end of the file; -errno on failure.
 std::int64_t read_all(const ReadTask& task) {
   std::size_t at = 0;
   while (at < task.bytes) {
     const ssize_t got =
         pread(task.file, static_cast<std::uint8_t*>(task.destination) + at, task.bytes - at, static_cast<off_t>(task.offset + at));
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return -1;
+    if (got < 0) return -errno;
     if (got == 0) break;
     at += static_cast<std::size_t>(got);
   }
@@ -87,7 +90,7 @@ void read_on_pool(void* user, std::int64_t file, std::uint64_t offset, void* des
   DefaultHooks& defaults = defaults_of(user);
   void* memory = defaults.allocator.allocate(defaults.allocator.user, sizeof(ReadTask), alignof(ReadTask));
   if (memory == nullptr) {
-    done(argument, -1);
+    done(argument, -ENOMEM);
     return;
   }
   auto* task = new (memory) ReadTask{defaults.allocator, static_cast<int>(file), offset, destination, bytes, done, argument};
@@ -98,6 +101,9 @@ void read_by_uring(void* user, std::int64_t file, std::uint64_t offset, void* de
                    void (*done)(void* argument, std::int64_t bytes_read), void* argument) {
   defaults_of(user).uring->read({static_cast<int>(file), offset, destination, bytes, done, argument});
 }
+
+/// The longest path that Linux opens, and what is said of it.
+constexpr std::size_t kMaxLineBytes = 4096 + 512;
 
 enum class Given { none, partly, all };
 
@@ -110,6 +116,10 @@ Given given(Functions... functions) {
 
 }  // namespace
 
+coppice_allocator default_allocator() {
+  return {nullptr, allocate_with_malloc, free_with_malloc};
+}
+
 Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
   HookSet set;
   set.hooks = wanted;
@@ -118,7 +128,7 @@ Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
   const Given jobs = given(wanted.jobs.submit);
   if (allocator == Given::partly) return Error{Status::invalid_argument, "allocator hook: one of allocate, free is null"};
   if (io == Given::partly) return Error{Status::invalid_argument, "io hook: one of open, close, read is null"};
-  if (allocator == Given::none) set.hooks.allocator = {nullptr, allocate_with_malloc, free_with_malloc};
+  if (allocator == Given::none) set.hooks.allocator = default_allocator();
   if (io == Given::all && jobs == Given::all) return set;
 
   set.defaults.reset(new (std::nothrow) DefaultHooks);
@@ -132,6 +142,7 @@ Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
     set.defaults->pool = std::move(pool);
   }
   if (jobs == Given::none) set.hooks.jobs = {set.defaults.get(), submit_to_pool};
+  set.real_files = io == Given::none;
   if (io == Given::none) set.hooks.io = {set.defaults.get(), open_file, close_file, by_uring ? read_by_uring : read_on_pool};
   return set;
 }
@@ -144,12 +155,13 @@ std::uint64_t now_ns() {
 
 void log_line(const coppice_log& log, coppice_log_level level, const char* format, ...) {
   if (log.write == nullptr) return;
-  std::array<char, 512> line{};
+  std::array<char, kMaxLineBytes> line{};
   va_list arguments;
   va_start(arguments, format);
   std::vsnprintf(line.data(), line.size(), format, arguments);
   va_end(arguments);
-  log.write(log.user, level, line.data());
+  if (is_printable(line.data())) return log.write(log.user, level, line.data());
+  log.write(log.user, level, printable(line.data()).c_str());
 }
 
 }  // namespace coppice

@@ -39,11 +39,15 @@ enum class Reading : std::uint8_t { automatic, thread_pool };  ///< automatic: i
 /// on that pool; log and trace stay as they are.
 struct HookSet {
   Hooks hooks;
+  bool real_files = false;                 ///< the io hook is ours: paths are the file system's
   std::unique_ptr<DefaultHooks> defaults;  ///< null when the engine brought its own jobs and io. Must outlive every use of `hooks`
 };
 
+/// malloc.
+coppice_allocator default_allocator();
+
 /// A hook counts as given when all its function pointers are set; one that is set in part is an error.
-/// errors  invalid_argument: a hook set in part; out_of_memory: no thread can be started
+/// errors  invalid_argument: a hook set in part; out_of_memory: no thread can be started, with the system's reason
 Result<HookSet> complete_hooks(const Hooks& given, Reading reading = Reading::automatic);
 
 /// A clock that never goes back, ns since some moment. Any thread.
@@ -61,7 +65,7 @@ inline void trace_end(const coppice_trace& trace, coppice_trace_span span) {
   trace.span(trace.user, &span);
 }
 
-/// Writes one line to the log hook, if there is one. Any thread.
+/// Writes one line to the log hook, if there is one, as printable() makes it: paths come from files. Any thread.
 void log_line(const coppice_log& log, coppice_log_level level, const char* format, ...) __attribute__((format(printf, 3, 4)));
 
 /// An array from the allocator hook, whose length may come from a file: allocation fails with a status instead of aborting.
@@ -109,6 +113,11 @@ class HookArray {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::size_t bytes() const { return size_ * kElementBytes; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
+  T* begin() { return data_; }
+  T* end() { return data_ + size_; }
+  const T* begin() const { return data_; }
+  const T* end() const { return data_ + size_; }
+  const T& back() const { return span().back(); }
   [[nodiscard]] std::span<T> span() { return {data_, size_}; }
   [[nodiscard]] std::span<const T> span() const { return {data_, size_}; }
   T& operator[](std::size_t i) { return span()[i]; }

@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <new>
+#include <system_error>
 #include <thread>
 
 namespace coppice {
@@ -60,6 +61,7 @@ Result<std::unique_ptr<ThreadPool>> ThreadPool::create(std::uint32_t thread_coun
   std::unique_ptr<ThreadPool> pool(new (std::nothrow) ThreadPool(std::move(state)));
   if (!pool) return Error{Status::out_of_memory, "thread pool"};
   State& shared = *pool->state_;
+  int error = 0;
   while (shared.thread_count < std::min(thread_count, kMaxThreads)) {
     const auto entry = [](void* argument) -> void* {
       // Woken, it does not push the thread that submits off its core.
@@ -68,10 +70,13 @@ Result<std::unique_ptr<ThreadPool>> ThreadPool::create(std::uint32_t thread_coun
       static_cast<State*>(argument)->run();
       return nullptr;
     };
-    if (pthread_create(&shared.threads[shared.thread_count], nullptr, entry, &shared) != 0) break;
+    error = pthread_create(&shared.threads[shared.thread_count], nullptr, entry, &shared);
+    if (error != 0) break;
     ++shared.thread_count;
   }
-  if (shared.thread_count == 0) return Error{Status::out_of_memory, "thread pool: no thread could be started"};
+  if (shared.thread_count == 0)
+    return Error{Status::out_of_memory, "thread pool: no thread could be started", Error::kNoOffset,
+                 std::generic_category().message(error) + "; allow more (ulimit -u), or set the jobs and io hooks"};
   return pool;
 }
 

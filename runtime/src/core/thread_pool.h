@@ -11,7 +11,7 @@ namespace coppice {
 class ThreadPool {
  public:
   /// thread_count  0: one fewer than the machine has, at least 1, at most 4, so that the engine keeps its cores
-  /// errors  out_of_memory: no thread can be started
+  /// errors  out_of_memory: no thread can be started, with the system's reason
   static Result<std::unique_ptr<ThreadPool>> create(std::uint32_t thread_count);
 
   /// Runs what is still queued, then joins.

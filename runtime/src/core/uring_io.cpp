@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <mutex>
 #include <new>
+#include <system_error>
 
 namespace coppice {
 
@@ -79,8 +80,7 @@ struct UringIo::State {
 
   void take(Task* task, int result) {
     if (result > 0) task->bytes_read += static_cast<std::size_t>(result);
-    const bool again = result == -EAGAIN || result == -EINTR;
-    if (again || (result > 0 && task->bytes_read < task->read.bytes)) return submit(task);
+    if (result == -EINTR || (result > 0 && task->bytes_read < task->read.bytes)) return submit(task);
     const Task done = *task;
     allocator.free(allocator.user, task, sizeof(Task));
     done.read.done(done.read.argument, result < 0 ? result : static_cast<std::int64_t>(done.bytes_read));
@@ -107,8 +107,8 @@ Result<std::unique_ptr<UringIo>> UringIo::create(const coppice_allocator& alloca
     static_cast<State*>(argument)->run();
     return nullptr;
   };
-  if (pthread_create(&state->thread, nullptr, entry, state.get()) != 0)
-    return Error{Status::out_of_memory, "io_uring: no thread could be started"};
+  if (const int error = pthread_create(&state->thread, nullptr, entry, state.get()); error != 0)
+    return Error{Status::out_of_memory, "io_uring: no thread could be started", Error::kNoOffset, std::generic_category().message(error)};
   state->thread_made = true;
   std::unique_ptr<UringIo> io(new (std::nothrow) UringIo(std::move(state)));
   if (!io) return Error{Status::out_of_memory, "io_uring"};
@@ -118,7 +118,7 @@ Result<std::unique_ptr<UringIo>> UringIo::create(const coppice_allocator& alloca
 void UringIo::read(const Read& read) {
   const coppice_allocator& allocator = state_->allocator;
   void* memory = allocator.allocate(allocator.user, sizeof(Task), alignof(Task));
-  if (memory == nullptr) return read.done(read.argument, -1);
+  if (memory == nullptr) return read.done(read.argument, -ENOMEM);
   state_->submit(new (memory) Task{read, 0});
 }
 

@@ -25,7 +25,7 @@ class UringIo {
     std::uint64_t offset = 0;
     void* destination = nullptr;
     std::size_t bytes = 0;
-    void (*done)(void* argument, std::int64_t bytes_read) = nullptr;  ///< fewer bytes only at the end of the file; negative on failure
+    void (*done)(void* argument, std::int64_t bytes_read) = nullptr;  ///< fewer bytes only at the end of the file; -errno on failure
     void* argument = nullptr;
   };
   /// Does not wait for the file. done is called on the waiting thread, or inline where the allocator hook has nothing. Any thread.

@@ -2,18 +2,54 @@
 
 #include <xxhash.h>
 
+#include <array>
+
 namespace coppice {
 
+namespace {
+
+/// Chunks of one kind that follow each other.
+struct Run {
+  coppice_chunk_kind kind;
+  std::uint32_t count, first;
+  bool falling = false;  ///< indices go down
+};
+
+std::array<Run, 11> chunk_runs(const coppice_file_plant& plant) {
+  const std::uint32_t lods = plant.wood_lod_count, pages = plant.page_count;
+  const auto one = [](std::uint32_t count) { return count > 0 ? 1u : 0u; };
+  const auto rest = [](std::uint32_t count) { return count > 0 ? count - 1 : 0u; };
+  return {{{COPPICE_CHUNK_PLANT, 1, 0},
+           {COPPICE_CHUNK_MATERIALS, 1, 0},
+           {COPPICE_CHUNK_CARDS, 1, 0},
+           {COPPICE_CHUNK_ERRORS, 1, 0},
+           {COPPICE_CHUNK_LEAF_MESHES, one(plant.leaf_mesh_count), 0},
+           {COPPICE_CHUNK_WOOD, one(lods), rest(lods)},
+           {COPPICE_CHUNK_PAGE, one(pages), 0},
+           {COPPICE_CHUNK_TEXTURE, plant.texture_count, 0},
+           {COPPICE_CHUNK_WOOD, rest(lods), rest(rest(lods)), true},
+           {COPPICE_CHUNK_PAGE, rest(pages), 1},
+           {COPPICE_CHUNK_LEAF_MESH, plant.leaf_mesh_count, 0}}};
+}
+
+}  // namespace
+
+std::uint32_t chunk_count(const coppice_file_plant& plant) {
+  std::uint32_t count = 0;
+  for (const Run& run : chunk_runs(plant)) count += run.count;
+  return count;
+}
+
+ChunkKey chunk_at(const coppice_file_plant& plant, std::uint32_t position) {
+  const std::array<Run, 11> runs = chunk_runs(plant);
+  const Run* run = runs.data();
+  for (; position >= run->count; ++run) position -= run->count;
+  return {run->kind, run->falling ? run->first - position : run->first + position};
+}
+
 std::vector<ChunkKey> chunk_order(const coppice_file_plant& plant) {
-  std::vector<ChunkKey> order = {
-      {COPPICE_CHUNK_PLANT, 0}, {COPPICE_CHUNK_MATERIALS, 0}, {COPPICE_CHUNK_CARDS, 0}, {COPPICE_CHUNK_ERRORS, 0}};
-  if (plant.leaf_mesh_count > 0) order.push_back({COPPICE_CHUNK_LEAF_MESHES, 0});
-  if (plant.wood_lod_count > 0) order.push_back({COPPICE_CHUNK_WOOD, plant.wood_lod_count - 1});
-  if (plant.page_count > 0) order.push_back({COPPICE_CHUNK_PAGE, 0});
-  for (std::uint32_t texture = 0; texture < plant.texture_count; ++texture) order.push_back({COPPICE_CHUNK_TEXTURE, texture});
-  for (std::uint32_t lod = plant.wood_lod_count; lod-- > 1;) order.push_back({COPPICE_CHUNK_WOOD, lod - 1});
-  for (std::uint32_t page = 1; page < plant.page_count; ++page) order.push_back({COPPICE_CHUNK_PAGE, page});
-  for (std::uint32_t mesh = 0; mesh < plant.leaf_mesh_count; ++mesh) order.push_back({COPPICE_CHUNK_LEAF_MESH, mesh});
+  std::vector<ChunkKey> order(chunk_count(plant));
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = chunk_at(plant, i);
   return order;
 }
 

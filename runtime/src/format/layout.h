@@ -15,7 +15,13 @@ struct ChunkKey {
   std::uint32_t index;
 };
 
-/// Chunks in file order. The counts of `plant` must be within their limits.
+// The counts of `plant` must be within their limits, here and below.
+
+/// Chunks that a file has.
+std::uint32_t chunk_count(const coppice_file_plant& plant);
+/// The chunk at a position in file order. position: < chunk_count
+ChunkKey chunk_at(const coppice_file_plant& plant, std::uint32_t position);
+/// All of them.
 std::vector<ChunkKey> chunk_order(const coppice_file_plant& plant);
 
 /// Chunks in the first read, counted from the start of chunk_order().

@@ -100,10 +100,10 @@ Result<void> check_wood_counts(const coppice_file_plant& plant, std::uint64_t at
 Result<void> check_plant_values(const coppice_file_plant& plant, std::uint32_t version, std::uint64_t at) {
   for (int axis = 0; axis < 3; ++axis) {
     const float low = plant.leaf_box_min[axis], high = plant.leaf_box_max[axis];
-    if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(high - low) || high < low)
+    if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(high - low) || !(high >= low))
       return bad_field("plant leaf_box", at + offsetof(coppice_file_plant, leaf_box_min), "not a finite box");
   }
-  if (!all_finite(plant.sphere_center) || !std::isfinite(plant.sphere_radius) || plant.sphere_radius < 0.0f)
+  if (!all_finite(plant.sphere_center) || !std::isfinite(plant.sphere_radius) || !(plant.sphere_radius >= 0.0f))
     return bad_field("plant sphere", at + offsetof(coppice_file_plant, sphere_center), "not a finite sphere");
   for (const auto& corner : plant.root_quad)
     for (std::uint16_t coordinate : corner)
@@ -140,22 +140,22 @@ Result<void> check_tiling(std::span<const coppice_file_chunk> chunks, std::uint6
 }
 
 Result<void> check_order(const PlantFile& file) {
-  const std::vector<ChunkKey> order = chunk_order(file.plant);
-  if (order.size() != file.chunks.size())
+  const std::uint32_t count = chunk_count(file.plant);
+  if (count != file.chunks.size())
     return bad_field("header chunk_count", offsetof(coppice_file_header, chunk_count),
-                     std::to_string(file.chunks.size()) + ", but PLANT asks for " + std::to_string(order.size()));
-  for (std::size_t i = 0; i < order.size(); ++i) {
+                     std::to_string(file.chunks.size()) + ", but PLANT asks for " + std::to_string(count));
+  for (std::uint32_t i = 0; i < count; ++i) {
     const coppice_file_chunk& chunk = file.chunks[i];
+    const ChunkKey key = chunk_at(file.plant, i);
     const std::uint64_t entry = sizeof(coppice_file_header) + i * sizeof(coppice_file_chunk);
-    const auto want = std::string(chunk_kind_name(order[i].kind)) + " " + std::to_string(order[i].index) + " expected";
-    if (chunk.kind != static_cast<std::uint32_t>(order[i].kind)) return bad_field("chunk table kind", entry, want);
-    if (chunk.index != order[i].index) return bad_field("chunk table index", entry + offsetof(coppice_file_chunk, index), want);
-    if (order[i].kind == COPPICE_CHUNK_WOOD &&
-        file.plant.wood_triangle_counts[order[i].index] > COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE * chunk.bytes)
+    const auto want = [&] { return std::string(chunk_kind_name(key.kind)) + " " + std::to_string(key.index) + " expected"; };
+    if (chunk.kind != static_cast<std::uint32_t>(key.kind)) return bad_field("chunk table kind", entry, want());
+    if (chunk.index != key.index) return bad_field("chunk table index", entry + offsetof(coppice_file_chunk, index), want());
+    if (key.kind == COPPICE_CHUNK_WOOD && file.plant.wood_triangle_counts[key.index] > COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE * chunk.bytes)
       return bad_field("plant wood_triangle_counts",
-                       file.chunks[0].offset + offsetof(coppice_file_plant, wood_triangle_counts) + order[i].index * 4,
+                       file.chunks[0].offset + offsetof(coppice_file_plant, wood_triangle_counts) + key.index * 4,
                        "more than the WOOD chunk's length can hold");
-    if (order[i].kind == COPPICE_CHUNK_PAGE && chunk.bytes > COPPICE_MAX_PAGE_BYTES)
+    if (key.kind == COPPICE_CHUNK_PAGE && chunk.bytes > COPPICE_MAX_PAGE_BYTES)
       return bad_field("chunk table bytes", entry + offsetof(coppice_file_chunk, bytes), "a PAGE is longer than COPPICE_MAX_PAGE_BYTES");
   }
   const coppice_file_chunk& last = file.chunks[first_read_chunk_count(file.plant) - 1];
@@ -166,13 +166,14 @@ Result<void> check_order(const PlantFile& file) {
 }
 
 /// The table's bytes, checked against the header; then the entries.
-Result<std::vector<coppice_file_chunk>> read_table(const coppice_file_header& header, Bytes bytes) {
+Result<HookArray<coppice_file_chunk>> read_table(const coppice_file_header& header, Bytes bytes, const coppice_allocator& allocator) {
   const std::uint64_t table_bytes = std::uint64_t{header.chunk_count} * sizeof(coppice_file_chunk);
   const Bytes table = bytes.subspan(sizeof(coppice_file_header), static_cast<std::size_t>(table_bytes));
   if (checksum(table) != header.table_checksum)
     return bad_field("chunk table checksum", offsetof(coppice_file_header, table_checksum), "the table's bytes do not match");
-  auto chunks = copy_array<coppice_file_chunk>(table, 0, header.chunk_count);
-  COPPICE_CHECK(check_tiling(chunks, header.file_bytes));
+  COPPICE_TRY(chunks, HookArray<coppice_file_chunk>::allocate(allocator, header.chunk_count));
+  if (header.chunk_count > 0) std::memcpy(chunks.data(), table.data(), chunks.bytes());
+  COPPICE_CHECK(check_tiling(chunks.span(), header.file_bytes));
   return chunks;
 }
 
@@ -246,9 +247,9 @@ Result<void> check_errors(const PlantFile& file) {
   const std::size_t columns = file.error_sizes_px.size();
   const std::uint64_t errors_at = sizes_at + columns * 4;
   for (std::size_t i = 0; i < file.error_px.size(); ++i) {
-    if (!std::isfinite(file.error_px[i]) || file.error_px[i] < 0.0f)
+    if (!std::isfinite(file.error_px[i]) || !(file.error_px[i] >= 0.0f))
       return bad_field("error table error_px", errors_at + i * 4, "not a finite number from 0 up");
-    if (i >= columns && file.error_px[i] > file.error_px[i - columns])
+    if (i >= columns && !(file.error_px[i] <= file.error_px[i - columns]))
       return bad_field("error table error_px", errors_at + i * 4, "grows with the number of leaves");
   }
   const std::uint64_t wood_at = errors_at + file.error_px.size() * 4;
@@ -334,13 +335,13 @@ Result<coppice_file_header> read_header(Bytes bytes, std::uint64_t file_bytes) {
   return header;
 }
 
-Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes) {
+Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes, const coppice_allocator& allocator) {
   PlantFile file;
   COPPICE_TRY(header, read_header(bytes, file_bytes));
   file.header = header;
   if (bytes.size() < header.first_read_bytes) return bad_field("first read", bytes.size(), "the file is cut off");
   bytes = bytes.first(static_cast<std::size_t>(header.first_read_bytes));
-  COPPICE_TRY(chunks, read_table(header, bytes));
+  COPPICE_TRY(chunks, read_table(header, bytes, allocator));
   if (chunks.size() < 4 || chunks[0].kind != COPPICE_CHUNK_PLANT)
     return bad_field("chunk table kind", sizeof(coppice_file_header), "PLANT 0 expected");
   file.chunks = std::move(chunks);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "coppice/format.h"
+#include "hooks.h"
 #include "result.h"
 
 namespace coppice {
@@ -12,7 +13,7 @@ namespace coppice {
 /// The front of a .coppice file, parsed and checked: everything but wood, textures, pages and leaf meshes.
 struct PlantFile {
   coppice_file_header header{};
-  std::vector<coppice_file_chunk> chunks;  ///< file order
+  HookArray<coppice_file_chunk> chunks;  ///< file order
   coppice_file_plant plant{};
   std::vector<coppice_file_material> materials;
   std::vector<coppice_file_card> cards;
@@ -31,8 +32,10 @@ Result<coppice_file_header> read_header(std::span<const std::uint8_t> bytes, std
 
 /// Parses the front. Of the chunks it checks those it parses; the others are checked by check_chunk.
 /// bytes  at least header.first_read_bytes long (a longer span, the whole file say, is fine)
-/// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree
-Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);
+/// allocator  for the chunk table, which grows with the plant; the rest is bounded by the format's limits
+/// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree; out_of_memory
+Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes,
+                             const coppice_allocator& allocator = default_allocator());
 
 /// The chunk table's entry, or null.
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index);

@@ -1,6 +1,7 @@
 // Nothing in the file is believed before it is checked: the header by its checksum and the file's real size, which its counts must add up
 // to, so that no allocation is larger than the file; the tree by its order, which leaves no freedom (each tile but the root is the child of
-// exactly one earlier tile); tiles by their checksums and the range of every field. Structs are copied out, never cast.
+// exactly one earlier tile); tiles by their checksums and the range of every field. A comparison of floats says what is allowed and is
+// negated, so that NaN is refused; and so are values that are in range but whose ratio is not. Structs are copied out, never cast.
 
 #include "scene_reader.h"
 
@@ -25,7 +26,6 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr float kMaxScale = 1e6f;         // of coppice_placement
 constexpr float kMaxCoordinate_m = 1e7f;  // beyond it a float's step is a metre
 
 bool in_range(float value, float least, float most) {
@@ -44,7 +44,9 @@ Result<void> check_counts(const coppice_scene_header& header) {
   return check_count_fields(fields, 0);
 }
 
-Result<void> read_species(Bytes bytes, SceneFile& scene) {
+Result<void> read_species(Bytes bytes, const coppice_allocator& allocator, SceneFile& scene) {
+  COPPICE_CHECK(allocate_into(scene.species, allocator, scene.header.species_count));
+  COPPICE_CHECK(allocate_into(scene.paths, allocator, scene.header.path_bytes));
   const std::uint64_t paths_at = kSceneHeaderBytes + std::uint64_t{scene.header.species_count} * sizeof(coppice_scene_species);
   std::uint32_t next_path = 0;
   for (std::uint32_t i = 0; i < scene.header.species_count; ++i) {
@@ -63,13 +65,14 @@ Result<void> read_species(Bytes bytes, SceneFile& scene) {
     for (const float center : entry.sphere_center)
       if (!in_range(center, -kMaxCoordinate_m, kMaxCoordinate_m))
         return bad_field("species sphere_center", at + offsetof(coppice_scene_species, sphere_center));
-    if (!(entry.sphere_radius > 0.0f) || entry.sphere_radius > kMaxCoordinate_m)
+    if (!(entry.sphere_radius > 0.0f && entry.sphere_radius <= kMaxCoordinate_m))
       return bad_field("species sphere_radius", at + offsetof(coppice_scene_species, sphere_radius));
-    SceneSpecies species;
-    species.path.assign(path.begin(), path.end());
+    char* const text = scene.paths.data() + next_path;
+    std::memcpy(text, path.data(), path.size());
+    SceneFileSpecies& species = scene.species[i];
+    species.path = {text, path.size()};
     std::ranges::copy(entry.sphere_center, species.sphere_center.begin());
     species.sphere_radius_m = entry.sphere_radius;
-    scene.species.push_back(std::move(species));
     next_path += entry.path_bytes;
   }
   if (next_path != scene.header.path_bytes)
@@ -87,10 +90,13 @@ Result<void> check_tile(const SceneTile& tile, std::uint64_t at) {
   // Squares are halved in floats, level after level.
   const float slack_m = 1e-4f * tile.square_side_m + 1e-6f * (std::abs(tile.square_min_m[0]) + std::abs(tile.square_min_m[1]));
   for (std::size_t i = 0; i < 2; ++i)
-    if (entry.box_min[2 * i] < tile.square_min_m[i] - slack_m || entry.box_max[2 * i] > tile.square_min_m[i] + tile.square_side_m + slack_m)
+    if (!(entry.box_min[2 * i] >= tile.square_min_m[i] - slack_m &&
+          entry.box_max[2 * i] <= tile.square_min_m[i] + tile.square_side_m + slack_m))
       return bad_field("tile box", at, "outside the tile's square");
-  if (!(entry.scale_min > 0.0f) || !in_range(entry.scale_max, entry.scale_min, kMaxScale))
+  if (!(entry.scale_min > 0.0f) || !in_range(entry.scale_max, entry.scale_min, COPPICE_MAX_SCENE_SCALE))
     return bad_field("tile scale_min, scale_max", at + offsetof(coppice_scene_tile, scale_min));
+  if (!(entry.scale_max / entry.scale_min <= COPPICE_MAX_SCENE_SCALE_RATIO))
+    return bad_field("tile scale_min, scale_max: too far apart", at + offsetof(coppice_scene_tile, scale_min));
   if (!(entry.max_radius > 0.0f) || !std::isfinite(entry.max_radius))
     return bad_field("tile max_radius", at + offsetof(coppice_scene_tile, max_radius));
   if (entry.instance_count == 0 || entry.instance_count > COPPICE_MAX_TILE_INSTANCES)
@@ -98,21 +104,22 @@ Result<void> check_tile(const SceneTile& tile, std::uint64_t at) {
   return {};
 }
 
-/// Gives a tile's children their squares.
-Result<void> place_children(SceneFile& scene, std::uint32_t parent_index, std::uint32_t level, std::uint32_t& next_child,
-                            std::uint64_t at) {
+/// Gives a tile's children their squares and levels, and until they are read themselves their parent's max_radius.
+Result<void> place_children(SceneFile& scene, std::uint32_t parent_index, std::uint32_t& next_child, std::uint64_t at) {
   const SceneTile& parent = scene.tiles[parent_index];
   const coppice_scene_tile& entry = parent.entry;
   const auto child_count = static_cast<std::uint32_t>(std::popcount(entry.child_mask));
   if (entry.child_mask > 0xf) return bad_field("tile child_mask", at + offsetof(coppice_scene_tile, child_mask));
   if (entry.first_child != (child_count == 0 ? 0 : next_child) || child_count > scene.header.tile_count - next_child)
     return bad_field("tile first_child", at + offsetof(coppice_scene_tile, first_child), std::to_string(entry.first_child));
-  if (child_count > 0 && level + 1 >= COPPICE_MAX_SCENE_LEVELS)
+  if (child_count > 0 && parent.level + 1 >= COPPICE_MAX_SCENE_LEVELS)
     return bad_field("tile child_mask: too many levels", at + offsetof(coppice_scene_tile, child_mask));
   const float side_m = 0.5f * parent.square_side_m;
   for (std::uint32_t quadrant = 0; quadrant < 4; ++quadrant) {
     if ((entry.child_mask >> quadrant & 1u) == 0) continue;
     SceneTile& child = scene.tiles[next_child++];
+    child.level = parent.level + 1;
+    child.entry.max_radius = entry.max_radius;
     child.square_side_m = side_m;
     child.square_min_m = {parent.square_min_m[0] + ((quadrant & 1u) != 0 ? side_m : 0.0f),
                           parent.square_min_m[1] + ((quadrant & 2u) != 0 ? side_m : 0.0f)};
@@ -120,34 +127,29 @@ Result<void> place_children(SceneFile& scene, std::uint32_t parent_index, std::u
   return {};
 }
 
-Result<void> read_tiles(Bytes bytes, SceneFile& scene) {
+Result<void> read_tiles(Bytes bytes, const coppice_allocator& allocator, SceneFile& scene) {
   const std::uint32_t tile_count = scene.header.tile_count;
   const std::uint64_t front_bytes = scene_front_bytes(scene.header);
   const std::uint64_t tiles_at = front_bytes - tile_count * sizeof(coppice_scene_tile);
-  scene.tiles.resize(tile_count);
+  COPPICE_CHECK(allocate_into(scene.tiles, allocator, tile_count));
   scene.tiles[0].square_min_m = {scene.header.square_min[0], scene.header.square_min[1]};
   scene.tiles[0].square_side_m = scene.header.square_side;
-  std::vector<std::uint8_t> levels(tile_count);
-  std::vector<float> parent_radius_m(tile_count, INFINITY);
+  scene.tiles[0].entry.max_radius = INFINITY;
   std::uint32_t next_child = 1;
   std::uint64_t offset = front_bytes;
   for (std::uint32_t i = 0; i < tile_count; ++i) {
     if (i >= next_child) return bad_field("tile_count: more tiles than the tree has", offsetof(coppice_scene_header, tile_count));
     const std::uint64_t at = tiles_at + i * sizeof(coppice_scene_tile);
     SceneTile& tile = scene.tiles[i];
+    const float parent_radius_m = tile.entry.max_radius;
     tile.entry = copy_at<coppice_scene_tile>(bytes, at);
     COPPICE_CHECK(check_tile(tile, at));
-    if (tile.entry.max_radius > parent_radius_m[i])
+    if (!(tile.entry.max_radius <= parent_radius_m))
       return bad_field("tile max_radius: larger than its parent's", at + offsetof(coppice_scene_tile, max_radius));
     tile.offset = offset;
     tile.bytes = tile.entry.instance_count * static_cast<std::uint32_t>(sizeof(coppice_scene_instance));
     offset += tile.bytes;
-    const std::uint32_t first_child = next_child;
-    COPPICE_CHECK(place_children(scene, i, levels[i], next_child, at));
-    for (std::uint32_t child = first_child; child < next_child; ++child) {
-      levels[child] = static_cast<std::uint8_t>(levels[i] + 1);
-      parent_radius_m[child] = tile.entry.max_radius;
-    }
+    COPPICE_CHECK(place_children(scene, i, next_child, at));
   }
   if (offset != scene.header.file_bytes)
     return bad_field("instance_count: not the sum of the tiles'", offsetof(coppice_scene_header, instance_count));
@@ -175,7 +177,7 @@ Result<coppice_scene_header> read_scene_header(Bytes bytes, std::uint64_t file_b
     return bad_field("file_bytes: the counts do not add up to it", offsetof(coppice_scene_header, file_bytes));
   for (const float min : header.square_min)
     if (!in_range(min, -kMaxCoordinate_m, kMaxCoordinate_m)) return bad_field("square_min", offsetof(coppice_scene_header, square_min));
-  if (!(header.square_side > 0.0f) || header.square_side > 2 * kMaxCoordinate_m)
+  if (!(header.square_side > 0.0f && header.square_side <= 2 * kMaxCoordinate_m))
     return bad_field("square_side", offsetof(coppice_scene_header, square_side));
   if (header.reserved != 0) return bad_field("reserved", offsetof(coppice_scene_header, reserved));
   return header;
@@ -186,7 +188,7 @@ std::uint64_t scene_front_bytes(const coppice_scene_header& header) {
          std::uint64_t{header.tile_count} * sizeof(coppice_scene_tile);
 }
 
-Result<SceneFile> read_scene_front(Bytes bytes, std::uint64_t file_bytes) {
+Result<SceneFile> read_scene_front(Bytes bytes, std::uint64_t file_bytes, const coppice_allocator& allocator) {
   SceneFile scene;
   COPPICE_TRY(header, read_scene_header(bytes, file_bytes));
   scene.header = header;
@@ -195,8 +197,8 @@ Result<SceneFile> read_scene_front(Bytes bytes, std::uint64_t file_bytes) {
   const Bytes front = bytes.first(static_cast<std::size_t>(front_bytes));
   if (header.front_checksum != checksum(front.subspan(kSceneHeaderBytes)))
     return bad_field("front_checksum", offsetof(coppice_scene_header, front_checksum));
-  COPPICE_CHECK(read_species(front, scene));
-  COPPICE_CHECK(read_tiles(front, scene));
+  COPPICE_CHECK(read_species(front, allocator, scene));
+  COPPICE_CHECK(read_tiles(front, allocator, scene));
   scene.height_min_m = scene.tiles[0].entry.box_min[1];
   scene.height_max_m = scene.tiles[0].entry.box_max[1];
   for (const SceneTile& tile : scene.tiles) {
@@ -226,7 +228,7 @@ Result<void> read_scene_tile(const SceneFile& scene, const SceneTile& tile, Byte
     instance.yaw_rad = static_cast<float>(stored.yaw) * (2.0f * std::numbers::pi_v<float> / 256.0f);
     instance.tint = {static_cast<float>(stored.tint & 31) / 16.0f, static_cast<float>(stored.tint >> 5 & 63) / 32.0f,
                      static_cast<float>(stored.tint >> 11) / 16.0f};
-    if (instance.scale * scene.species[stored.species].sphere_radius_m > 1.001f * entry.max_radius)
+    if (!(instance.scale * scene.species[stored.species].sphere_radius_m <= 1.001f * entry.max_radius))
       return bad_field("instance scale: larger than the tile's max_radius", at + offsetof(coppice_scene_instance, scale));
   }
   return {};

@@ -6,15 +6,24 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "coppice/scene_format.h"
+#include "hooks.h"
 #include "result.h"
 
 namespace coppice {
 
+/// A species for a writer.
 struct SceneSpecies {
   std::string path;  ///< relative to the scene's folder
+  std::array<float, 3> sphere_center{};
+  float sphere_radius_m = 1.0f;
+};
+
+/// The same as read.
+struct SceneFileSpecies {
+  std::string_view path;  ///< into SceneFile::paths
   std::array<float, 3> sphere_center{};
   float sphere_radius_m = 1.0f;
 };
@@ -25,14 +34,16 @@ struct SceneTile {
   float square_side_m = 0.0f;
   std::uint64_t offset = 0;  ///< of its instances in the file
   std::uint32_t bytes = 0;   ///< of them
+  std::uint32_t level = 0;   ///< 0: the root
 };
 
 /// The front of a .forest file, parsed and checked: everything but the instances.
 struct SceneFile {
   coppice_scene_header header{};
-  std::vector<SceneSpecies> species;
+  HookArray<char> paths;  ///< all of them, one after the other
+  HookArray<SceneFileSpecies> species;
   float height_min_m = 0.0f, height_max_m = 0.0f;  ///< of the plants' feet
-  std::vector<SceneTile> tiles;  ///< breadth first: a tile's children are [first_child, first_child + popcount(child_mask))
+  HookArray<SceneTile> tiles;  ///< breadth first: a tile's children are [first_child, first_child + popcount(child_mask))
 };
 
 struct SceneInstance {
@@ -54,8 +65,9 @@ Result<coppice_scene_header> read_scene_header(std::span<const std::uint8_t> byt
 /// Length of the front.
 std::uint64_t scene_front_bytes(const coppice_scene_header& header);
 
-/// Parses the front. bytes: at least scene_front_bytes long. errors  bad_file, with the field and its byte offset
-Result<SceneFile> read_scene_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes);
+/// Parses the front. bytes: at least scene_front_bytes long. errors  bad_file, with the field and its byte offset; out_of_memory
+Result<SceneFile> read_scene_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes,
+                                   const coppice_allocator& allocator = default_allocator());
 
 /// Parses a tile's instances.
 /// bytes  [tile.bytes] of the file at tile.offset. out: [tile.entry.instance_count]

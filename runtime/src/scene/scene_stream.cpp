@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <condition_variable>
-#include <cstdlib>
 #include <mutex>
 #include <new>
+#include <string_view>
 
 #include "check.h"
+#include "io_result.h"
 
 namespace coppice {
 namespace {
@@ -25,7 +26,13 @@ enum class TileState : std::uint8_t {
   failed,    ///< reported once, never asked for again
 };
 
-enum class ReadStage : std::uint8_t { idle, reading, read, decoding, done };
+enum class ReadStage : std::uint8_t {
+  idle,
+  reading,
+  paused,  ///< the read failed and is tried again
+  decoding,
+  done,
+};
 
 struct ReadQueue;
 
@@ -37,6 +44,7 @@ struct Read {
   std::uint32_t tile = 0;
   HookBuffer bytes;
   std::int64_t bytes_read = 0;
+  ReadRetry retry;
   HookArray<SceneInstance> instances;
   Result<void> outcome;
   bool species_settled = false;  ///< all of its species are open or have failed
@@ -83,30 +91,42 @@ void run_decode(void* argument) {
   read->queue->push(read);
 }
 
-Error short_read(std::int64_t bytes_read, std::size_t wanted, std::uint64_t offset) {
-  return {Status::io, "read failed", offset, std::to_string(bytes_read) + " of " + std::to_string(wanted) + " bytes"};
-}
-
-/// Reads through the hook and waits.
-Result<void> read_now(const coppice_io& io, std::int64_t file, std::span<std::uint8_t> out) {
+/// Reads the start of the file through the hook and waits, also for further tries.
+Result<void> read_now(const coppice_io& io, std::int64_t file, std::span<std::uint8_t> out, std::uint64_t (*clock_ns)()) {
   ReadQueue queue;
   Read read;
   read.queue = &queue;
-  queue.expect();
-  io.read(io.user, file, 0, out.data(), out.size(), on_read, &read);
-  queue.wait_for_all();
-  if (read.bytes_read == static_cast<std::int64_t>(out.size())) return {};
-  return short_read(read.bytes_read, out.size(), 0);
+  for (;;) {
+    queue.expect();
+    io.read(io.user, file, 0, out.data(), out.size(), on_read, &read);
+    queue.wait_for_all();
+    queue.take_all();
+    if (read.bytes_read == static_cast<std::int64_t>(out.size())) return {};
+    if (!read.retry.pause(clock_ns())) return read_error(read.bytes_read, out.size(), 0);
+    wait_until(clock_ns, read.retry.again_ns);
+  }
 }
 
-std::string folder_of(const std::string& path) {
+std::string_view folder_of(std::string_view path) {
   const std::size_t slash = path.rfind('/');
-  return slash == std::string::npos ? std::string() : path.substr(0, slash + 1);
+  return slash == std::string_view::npos ? std::string_view() : path.substr(0, slash + 1);
 }
 
 struct SpeciesEntry {
   SpeciesState state = SpeciesState::unknown;
-  std::string path;
+  const char* path = nullptr;  ///< with the scene's folder, into species_paths
+};
+
+/// A list with as much room as it will ever need.
+template <class T>
+struct Bounded {
+  HookArray<T> items;
+  std::size_t count = 0;
+
+  void clear() { count = 0; }
+  void push_back(const T& item) { items[count++] = item; }
+  [[nodiscard]] std::span<T> span() { return items.span().first(count); }
+  [[nodiscard]] std::span<const T> span() const { return items.span().first(count); }
 };
 
 }  // namespace
@@ -121,15 +141,18 @@ struct SceneStream::State {
   HookArray<std::uint64_t> wanted_frame;  ///< [tile] the last frame that wanted it
   HookArray<std::uint32_t> resident;      ///< [resident_count] in any order
   std::uint32_t resident_count = 0;
-  std::vector<SpeciesEntry> species;
+  HookArray<SpeciesEntry> species;
+  HookArray<char> species_paths;  ///< zero-terminated
   HookArray<Read> reads;
   ReadQueue queue;
   std::uint64_t frame = 0, retry_frame = 0;
 
-  std::vector<TileSize> sizes;     ///< scratch: tiles near the threshold, in this frame
-  std::vector<TileSize> requests;  ///< scratch: those to ask for
-  std::vector<TileSize> small;     ///< scratch: those to drop, by place in `resident`
-  std::vector<std::uint32_t> dropped;
+  // At their largest from the start, so that what the scene takes does not grow with the view.
+  Bounded<TileSize> sizes;                ///< scratch: tiles near the threshold, in this frame
+  Bounded<TileSize> requests;             ///< scratch: those to ask for
+  Bounded<TileSize> small;                ///< scratch: those to drop, by place in `resident`
+  HookArray<std::uint32_t> tile_scratch;  ///< [tile]
+  Bounded<std::uint32_t> dropped;
   std::uint64_t read_bytes_left = 0;  ///< of the frame
   std::uint32_t used_blocks = 0;      ///< of tiles that are on their way or resident
   SceneEye eye;
@@ -141,7 +164,12 @@ struct SceneStream::State {
     if (io_file >= 0) hooks.io.close(hooks.io.user, io_file);
   }
 
+  Result<void> allocate();
+  Result<void> name_species();
   Read* idle_read();
+  void retry_reads();
+  void start_read(Read& read);
+  void fail_read(Read& read);
   void collect();
   void finish(Read& read);
   void fail(std::uint32_t tile, const Error& error);
@@ -160,18 +188,44 @@ SceneStream::~SceneStream() = default;
 
 namespace {
 
-Result<SceneFile> read_front_now(const Hooks& hooks, std::int64_t io_file, std::uint64_t file_bytes) {
+Result<SceneFile> read_front_now(const Hooks& hooks, std::int64_t io_file, std::uint64_t file_bytes, std::uint64_t (*clock_ns)()) {
   std::array<std::uint8_t, kSceneHeaderBytes> header_bytes{};
   if (file_bytes < header_bytes.size())
     return Error{Status::bad_file, "header: the file is shorter than one", 0, std::to_string(file_bytes) + " bytes"};
-  COPPICE_CHECK(read_now(hooks.io, io_file, header_bytes));
+  COPPICE_CHECK(read_now(hooks.io, io_file, header_bytes, clock_ns));
   COPPICE_TRY(header, read_scene_header(header_bytes, file_bytes));
   COPPICE_TRY(front, HookBuffer::allocate(hooks.allocator, static_cast<std::size_t>(scene_front_bytes(header))));
-  COPPICE_CHECK(read_now(hooks.io, io_file, front.span()));
-  return read_scene_front(front.span(), file_bytes);
+  COPPICE_CHECK(read_now(hooks.io, io_file, front.span(), clock_ns));
+  return read_scene_front(front.span(), file_bytes, hooks.allocator);
 }
 
 }  // namespace
+
+Result<void> SceneStream::State::allocate() {
+  const std::size_t tile_count = file.tiles.size();
+  COPPICE_CHECK(allocate_into(tiles, hooks.allocator, tile_count));
+  COPPICE_CHECK(allocate_into(wanted_frame, hooks.allocator, tile_count));
+  COPPICE_CHECK(allocate_into(resident, hooks.allocator, tile_count));
+  COPPICE_CHECK(allocate_into(tile_scratch, hooks.allocator, tile_count));
+  COPPICE_CHECK(allocate_into(dropped.items, hooks.allocator, tile_count));
+  for (Bounded<TileSize>* scratch : {&sizes, &requests, &small}) COPPICE_CHECK(allocate_into(scratch->items, hooks.allocator, tile_count));
+  COPPICE_CHECK(name_species());
+  return allocate_into(reads, hooks.allocator, options.max_in_flight);
+}
+
+Result<void> SceneStream::State::name_species() {
+  const std::string_view folder = folder_of(path);
+  COPPICE_CHECK(allocate_into(species, hooks.allocator, file.species.size()));
+  COPPICE_CHECK(allocate_into(species_paths, hooks.allocator, file.paths.size() + file.species.size() * (folder.size() + 1)));
+  char* text = species_paths.data();
+  for (std::size_t i = 0; i < species.size(); ++i) {
+    species[i].path = text;
+    text = std::ranges::copy(folder, text).out;
+    text = std::ranges::copy(file.species[i].path, text).out;
+    *text++ = 0;
+  }
+  return {};
+}
 
 Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, const char* path, const SceneStreamOptions& options) {
   COPPICE_ASSERT(options.least_px > 0.0f && options.max_in_flight > 0);
@@ -183,15 +237,10 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, const
   const auto opened = [&]() -> Result<void> {
     std::uint64_t file_bytes = 0;
     state->io_file = hooks.io.open(hooks.io.user, path, &file_bytes);
-    if (state->io_file < 0) return Error{Status::io, "cannot open file"};
-    COPPICE_TRY(file, read_front_now(hooks, state->io_file, file_bytes));
+    if (state->io_file < 0) return open_error(state->io_file);
+    COPPICE_TRY(file, read_front_now(hooks, state->io_file, file_bytes, options.clock_ns));
     state->file = std::move(file);
-    COPPICE_CHECK(allocate_into(state->tiles, hooks.allocator, state->file.tiles.size()));
-    COPPICE_CHECK(allocate_into(state->wanted_frame, hooks.allocator, state->file.tiles.size()));
-    COPPICE_CHECK(allocate_into(state->resident, hooks.allocator, state->file.tiles.size()));
-    // At their largest from the start, so that what the scene takes does not grow with the view.
-    for (std::vector<TileSize>* scratch : {&state->sizes, &state->requests, &state->small}) scratch->reserve(state->file.tiles.size());
-    return allocate_into(state->reads, hooks.allocator, options.max_in_flight);
+    return state->allocate();
   }();
   if (!opened) {
     log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, opened.error().message().c_str());
@@ -201,7 +250,6 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, const
     read.queue = &state->queue;
     read.scene = &state->file;
   }
-  for (const SceneSpecies& species : state->file.species) state->species.push_back({SpeciesState::unknown, folder_of(path) + species.path});
   state->counters.instance_count = state->file.header.instance_count;
   state->counters.tile_count = state->file.header.tile_count;
   state->threshold_px = options.least_px;
@@ -220,6 +268,7 @@ void SceneStream::begin_frame(const SceneEye& eye, const SceneLimits& limits) {
   s.eye = eye;
   s.dropped.clear();
   s.collect();
+  s.retry_reads();
   s.read_bytes_left = limits.read_bytes;
   s.choose(limits.block_count);
   s.collect();  // hooks that answer inline
@@ -243,8 +292,42 @@ void SceneStream::State::free_read(Read& read) {
   read.bytes = {};
   read.instances = {};
   read.outcome = {};
+  read.retry = {};
   read.species_settled = false;
   read.stage = ReadStage::idle;
+}
+
+void SceneStream::State::start_read(Read& read) {
+  read.stage = ReadStage::reading;
+  queue.expect();
+  hooks.io.read(hooks.io.user, io_file, file.tiles[read.tile].offset, read.bytes.data(), read.bytes.size(), on_read, &read);
+}
+
+void SceneStream::State::retry_reads() {
+  for (Read& read : reads.span()) {
+    if (read.stage != ReadStage::paused) continue;
+    if (tile_size_px(file.tiles[read.tile], eye) < kKeepShare * threshold_px) {
+      give_up_tile(read.tile);
+      free_read(read);
+    } else if (options.clock_ns() >= read.retry.again_ns) {
+      start_read(read);
+    }
+  }
+}
+
+// A lack of memory passes; anything else is tried a few times.
+void SceneStream::State::fail_read(Read& read) {
+  const Error error = read_error(read.bytes_read, read.bytes.size(), file.tiles[read.tile].offset);
+  if (error.status == Status::out_of_memory) {
+    out_of_memory(error);
+    give_up_tile(read.tile);
+  } else if (read.retry.pause(options.clock_ns())) {
+    read.stage = ReadStage::paused;
+    return;
+  } else {
+    fail(read.tile, error);
+  }
+  free_read(read);
 }
 
 void SceneStream::State::give_up_tile(std::uint32_t tile) {
@@ -267,10 +350,7 @@ void SceneStream::State::out_of_memory(const Error& error) {
 void SceneStream::State::finish(Read& read) {
   const SceneTile& tile = file.tiles[read.tile];
   if (read.stage == ReadStage::reading) {
-    if (read.bytes_read != static_cast<std::int64_t>(read.bytes.size())) {
-      fail(read.tile, short_read(read.bytes_read, read.bytes.size(), tile.offset));
-      return free_read(read);
-    }
+    if (read.bytes_read != static_cast<std::int64_t>(read.bytes.size())) return fail_read(read);
     read.stage = ReadStage::decoding;
     queue.expect();
     hooks.jobs.submit(hooks.jobs.user, run_decode, &read);
@@ -294,10 +374,10 @@ void SceneStream::State::finish(Read& read) {
 
 // What is largest, as much as fits, largest first until reads run out.
 void SceneStream::State::choose(std::uint32_t block_count) {
-  gather_tiles(file, eye, options.least_px, sizes);
-  for (TileSize& size : sizes) size.kept = tiles[size.tile] != TileState::absent && tiles[size.tile] != TileState::failed;
-  threshold_px = fit_tiles(file, sizes, options.least_px, block_count);
-  for (const TileSize& size : sizes)
+  sizes.count = gather_tiles(file, eye, options.least_px, tile_scratch.span(), sizes.items.span());
+  for (TileSize& size : sizes.span()) size.kept = tiles[size.tile] != TileState::absent && tiles[size.tile] != TileState::failed;
+  threshold_px = fit_tiles(file, sizes.span(), options.least_px, block_count, tile_scratch.span());
+  for (const TileSize& size : sizes.span())
     if (size.wanted) wanted_frame[size.tile] = frame;
   drop_small(kKeepShare * threshold_px, 0);
   if (used_blocks > block_count) drop_small(INFINITY, block_count);
@@ -310,24 +390,25 @@ void SceneStream::State::drop_small(float below_px, std::uint32_t most_blocks) {
   for (std::uint32_t i = 0; i < resident_count; ++i)
     if (const float px = tile_size_px(file.tiles[resident[i]], eye); px < below_px && wanted_frame[resident[i]] != frame)
       small.push_back({.tile = i, .size_px = px});
-  std::ranges::sort(small, {}, &TileSize::size_px);
+  const std::span<TileSize> leaving = small.span();
+  std::ranges::sort(leaving, {}, &TileSize::size_px);
   std::size_t count = 0;
-  for (; count < small.size() && used_blocks > most_blocks; ++count) {
-    const std::uint32_t tile = resident[small[count].tile];
+  for (; count < leaving.size() && used_blocks > most_blocks; ++count) {
+    const std::uint32_t tile = resident[leaving[count].tile];
     give_up_tile(tile);
     dropped.push_back(tile);
     ++counters.tiles_dropped;
   }
   // From the back, so that what moves up to fill a hole is none of the dropped.
-  std::ranges::sort(small.begin(), small.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::tile);
-  for (std::size_t i = 0; i < count; ++i) resident[small[i].tile] = resident[--resident_count];
+  std::ranges::sort(leaving.first(count), std::greater{}, &TileSize::tile);
+  for (std::size_t i = 0; i < count; ++i) resident[leaving[i].tile] = resident[--resident_count];
 }
 
 void SceneStream::State::request_tiles(std::uint32_t block_count) {
   requests.clear();
   counters.wanted_tiles = counters.missing_tiles = 0;
   std::uint32_t missing_blocks = 0;
-  for (const TileSize& size : sizes) {
+  for (const TileSize& size : sizes.span()) {
     if (!size.wanted) continue;
     ++counters.wanted_tiles;
     if (tiles[size.tile] == TileState::resident || tiles[size.tile] == TileState::failed) continue;
@@ -336,14 +417,15 @@ void SceneStream::State::request_tiles(std::uint32_t block_count) {
     requests.push_back(size);
     missing_blocks += tile_blocks(file.tiles[size.tile]);
   }
-  if (requests.empty() || frame < retry_frame) return;
+  const std::span<TileSize> wanted = requests.span();
+  if (wanted.empty() || frame < retry_frame) return;
   // What is kept beyond the threshold makes way for what is wanted.
   if (used_blocks + missing_blocks > block_count) drop_small(INFINITY, block_count - std::min(missing_blocks, block_count));
-  const std::size_t count = std::min<std::size_t>(requests.size(), reads.size());
-  std::ranges::partial_sort(requests, requests.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::size_px);
+  const std::size_t count = std::min<std::size_t>(wanted.size(), reads.size());
+  std::ranges::partial_sort(wanted, wanted.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::size_px);
   for (std::size_t i = 0; i < count && idle_read() != nullptr; ++i) {
-    if (used_blocks + tile_blocks(file.tiles[requests[i].tile]) > block_count) break;
-    if (!start_tile(requests[i].tile)) break;
+    if (used_blocks + tile_blocks(file.tiles[wanted[i].tile]) > block_count) break;
+    if (!start_tile(wanted[i].tile)) break;
   }
 }
 
@@ -361,17 +443,15 @@ bool SceneStream::State::start_tile(std::uint32_t index) {
   read.tile = index;
   read.bytes = *std::move(bytes);
   read.instances = *std::move(instances);
-  read.stage = ReadStage::reading;
   tiles[index] = TileState::reading;
   used_blocks += tile_blocks(tile);
   read_bytes_left -= wanted_bytes;
-  queue.expect();
-  hooks.io.read(hooks.io.user, io_file, tile.offset, read.bytes.data(), read.bytes.size(), on_read, &read);
+  start_read(read);
   return true;
 }
 
 std::span<const std::uint32_t> SceneStream::dropped() const {
-  return state_->dropped;
+  return state_->dropped.span();
 }
 
 bool SceneStream::State::settle_species(Read& read) {
@@ -423,8 +503,16 @@ void SceneStream::refused(std::uint32_t tile) {
 }
 
 std::optional<WantedSpecies> SceneStream::next_species() {
-  for (std::uint32_t i = 0; i < state_->species.size(); ++i)
-    if (state_->species[i].state == SpeciesState::wanted) return WantedSpecies{i, &state_->species[i].path};
+  State& s = *state_;
+  for (std::uint32_t i = 0; i < s.species.size(); ++i) {
+    if (s.species[i].state != SpeciesState::wanted) continue;
+    const auto allowed = check_species_path(s.options.plants, s.path, s.file.species[i].path);
+    if (allowed) return WantedSpecies{i, s.species[i].path};
+    const bool outside = allowed.error().status == Status::invalid_argument;
+    log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: plant %u: %s%s", s.path.c_str(), i, allowed.error().message().c_str(),
+             outside ? "; asset_root and allow_outside of the context say what is allowed" : "");
+    species_opened(i, false);
+  }
   return {};
 }
 
@@ -437,10 +525,11 @@ void SceneStream::species_wanted(std::uint32_t species) {
 }
 
 void SceneStream::species_opened(std::uint32_t species, bool success) {
+  if (!success) ++state_->counters.species_failed;
   state_->species[species].state = success ? SpeciesState::open : SpeciesState::failed;
 }
 
-const std::string& SceneStream::species_path(std::uint32_t species) const {
+const char* SceneStream::species_path(std::uint32_t species) const {
   return state_->species[species].path;
 }
 
@@ -458,8 +547,9 @@ SceneStats SceneStream::stats() const {
 std::uint64_t SceneStream::bytes() const {
   const State& s = *state_;
   std::uint64_t bytes = sizeof(State) + s.tiles.bytes() + s.wanted_frame.bytes() + s.resident.bytes() + s.reads.bytes() +
-                        s.file.tiles.capacity() * sizeof(SceneTile) +
-                        (s.sizes.capacity() + s.requests.capacity() + s.small.capacity()) * sizeof(TileSize);
+                        s.file.tiles.bytes() + s.file.species.bytes() + s.file.paths.bytes() + s.species.bytes() + s.species_paths.bytes() +
+                        s.tile_scratch.bytes() + s.sizes.items.bytes() + s.requests.items.bytes() + s.small.items.bytes() +
+                        s.dropped.items.bytes();
   for (const Read& read : s.reads.span()) bytes += read.bytes.bytes() + read.instances.bytes();
   return bytes;
 }

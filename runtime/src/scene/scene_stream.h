@@ -15,10 +15,10 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "hooks.h"
 #include "scene_reader.h"
+#include "species_path.h"
 #include "tile_selection.h"
 
 namespace coppice {
@@ -26,6 +26,8 @@ namespace coppice {
 struct SceneStreamOptions {
   float least_px = 1.0f;             ///< tiles whose largest plant is smaller on screen are not wanted; > 0
   std::uint32_t max_in_flight = 32;  ///< reads and decodes of tiles together
+  AssetFolder plants;                ///< where they may be
+  std::uint64_t (*clock_ns)() = now_ns;
 };
 
 /// What a frame may have.
@@ -45,6 +47,7 @@ struct SceneStats {
   std::uint64_t tiles_loaded = 0;
   std::uint64_t tiles_dropped = 0;
   std::uint64_t tiles_failed = 0;
+  std::uint32_t species_failed = 0;  ///< of those that a tile has wanted
 };
 
 /// A tile to place.
@@ -57,7 +60,7 @@ struct ReadyTile {
 /// A plant to open.
 struct WantedSpecies {
   std::uint32_t species = 0;
-  const std::string* path = nullptr;  ///< with the scene's folder
+  const char* path = nullptr;  ///< with the scene's folder
 };
 
 /// What has become of a species.
@@ -67,7 +70,7 @@ enum class SpeciesState : std::uint8_t { unknown, wanted, opening, open, failed 
 class SceneStream {
  public:
   /// Opens the file, reads header and front through the I/O hook (blocks for that) and checks them.
-  /// errors  io, bad_file (one log line names file, field and byte), out_of_memory
+  /// A read that fails is tried again as ReadRetry says. errors  io, bad_file (one log line names file, field and byte), out_of_memory
   static Result<std::unique_ptr<SceneStream>> open(const Hooks& hooks, const char* path, const SceneStreamOptions& options);
   /// Waits for running reads and jobs, closes the file.
   ~SceneStream();
@@ -87,6 +90,7 @@ class SceneStream {
   /// There was no room; it is asked for again.
   void refused(std::uint32_t tile);
 
+  /// A plant to open. One that is not where it may be has failed instead, with a line to the log.
   [[nodiscard]] std::optional<WantedSpecies> next_species();
   /// It is being opened: next_species() names it no more, until species_opened() or species_wanted().
   void species_opening(std::uint32_t species);
@@ -96,7 +100,7 @@ class SceneStream {
   void species_opened(std::uint32_t species, bool success);
   [[nodiscard]] SpeciesState species_state(std::uint32_t species) const;
   /// With the scene's folder.
-  [[nodiscard]] const std::string& species_path(std::uint32_t species) const;
+  [[nodiscard]] const char* species_path(std::uint32_t species) const;
 
   [[nodiscard]] SceneStats stats() const;
   /// Memory that the scene takes beyond the instances.

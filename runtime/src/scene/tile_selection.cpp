@@ -47,22 +47,24 @@ float tile_size_px(const SceneTile& tile, const SceneEye& eye) {
   return size_px(tile.entry.max_radius, std::sqrt(squared), eye);
 }
 
-void gather_tiles(const SceneFile& scene, const SceneEye& eye, float floor_px, std::vector<TileSize>& out) {
-  out.clear();
-  // Breadth first, as the tiles are: `visit` holds those whose parents may have children large enough.
-  thread_local std::vector<std::uint32_t> visit;
-  visit.assign(1, 0);
-  for (std::size_t i = 0; i < visit.size(); ++i) {
-    const SceneTile& tile = scene.tiles[visit[i]];
+std::size_t gather_tiles(const SceneFile& scene, const SceneEye& eye, float floor_px, std::span<std::uint32_t> scratch,
+                         std::span<TileSize> out) {
+  std::size_t found = 0, visit_count = 1;
+  // Breadth first, as the tiles are: scratch holds those whose parents may have children large enough.
+  scratch[0] = 0;
+  for (std::size_t i = 0; i < visit_count; ++i) {
+    const SceneTile& tile = scene.tiles[scratch[i]];
     if (most_size_px(tile, eye) < floor_px) continue;
     const float size = tile_size_px(tile, eye);
-    if (size >= floor_px) out.push_back({.tile = visit[i], .size_px = size});
+    if (size >= floor_px) out[found++] = {.tile = scratch[i], .size_px = size};
     const auto child_count = static_cast<std::uint32_t>(std::popcount(tile.entry.child_mask));
-    for (std::uint32_t child = 0; child < child_count; ++child) visit.push_back(tile.entry.first_child + child);
+    for (std::uint32_t child = 0; child < child_count; ++child) scratch[visit_count++] = tile.entry.first_child + child;
   }
+  return found;
 }
 
-float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_px, std::uint32_t block_count) {
+float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_px, std::uint32_t block_count,
+                std::span<std::uint32_t> scratch) {
   std::array<std::uint32_t, kBinCount> blocks{};
   for (const TileSize& tile : tiles)
     if (tile.size_px >= least_px) blocks[bin_of(tile.size_px)] += tile_blocks(scene.tiles[tile.tile]);
@@ -73,18 +75,19 @@ float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_p
   if (bin == 0) return least_px;
   // The step that fits in part. Where the eye is in many tiles at once, they are all of one size.
   const std::uint32_t last = bin - 1;
-  thread_local std::vector<TileSize*> partial;
-  partial.clear();
-  for (TileSize& tile : tiles)
-    if (tile.size_px >= least_px && bin_of(tile.size_px) == last) partial.push_back(&tile);
-  std::ranges::sort(partial, [](const TileSize* a, const TileSize* b) {
-    if (a->kept != b->kept) return a->kept;
-    return a->size_px != b->size_px ? a->size_px > b->size_px : a->tile < b->tile;
+  std::size_t partial_count = 0;
+  for (std::uint32_t i = 0; i < tiles.size(); ++i)
+    if (tiles[i].size_px >= least_px && bin_of(tiles[i].size_px) == last) scratch[partial_count++] = i;
+  const std::span<std::uint32_t> partial = scratch.first(partial_count);
+  std::ranges::sort(partial, [&](std::uint32_t i, std::uint32_t j) {
+    const TileSize &a = tiles[i], &b = tiles[j];
+    if (a.kept != b.kept) return a.kept;
+    return a.size_px != b.size_px ? a.size_px > b.size_px : a.tile < b.tile;
   });
-  for (TileSize* tile : partial) {
-    const std::uint32_t needed = tile_blocks(scene.tiles[tile->tile]);
-    tile->wanted = needed <= room;
-    if (tile->wanted) room -= needed;
+  for (const std::uint32_t i : partial) {
+    const std::uint32_t needed = tile_blocks(scene.tiles[tiles[i].tile]);
+    tiles[i].wanted = needed <= room;
+    if (tiles[i].wanted) room -= needed;
   }
   return std::max(least_px, bin_start_px(last));
 }

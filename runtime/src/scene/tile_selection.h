@@ -3,9 +3,9 @@
 // Which tiles of a scene a view wants. Pure functions of the scene's front.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "scene_reader.h"
 
@@ -36,12 +36,16 @@ inline std::uint32_t tile_blocks(const SceneTile& tile) {
 float tile_size_px(const SceneTile& tile, const SceneEye& eye);
 
 /// Every tile of at least floor_px, in the file's order. Costs what is near enough, not what the scene has.
-void gather_tiles(const SceneFile& scene, const SceneEye& eye, float floor_px, std::vector<TileSize>& out);
+/// scratch, out  [tile count], any value. returns  how many are in `out`
+std::size_t gather_tiles(const SceneFile& scene, const SceneEye& eye, float floor_px, std::span<std::uint32_t> scratch,
+                         std::span<TileSize> out);
 
 /// Marks the largest tiles as wanted: all of least_px and more, if their blocks are no more than block_count; else those above a threshold
 /// that rises in steps of a sixteenth of an octave, and of the step in which they stop to fit as many as still do, kept ones first.
 /// tiles    from gather_tiles with floor_px <= least_px
+/// scratch  [tiles], any value
 /// returns  the threshold: the start of the last step that is wanted, in whole or in part
-float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_px, std::uint32_t block_count);
+float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_px, std::uint32_t block_count,
+                std::span<std::uint32_t> scratch);
 
 }  // namespace coppice

@@ -11,6 +11,18 @@ Result<std::unique_ptr<PlantOpening>> start_opening(const Hooks& hooks, const Gp
   return opening;
 }
 
+bool repeat_reads(PlantOpening& opening, std::uint64_t (*clock_ns)()) {
+  if (opening.reads.whole()) {
+    opening.retry = {};
+    return false;
+  }
+  if (opening.retry.again_ns == 0) return opening.retry.pause(clock_ns());
+  if (clock_ns() < opening.retry.again_ns) return true;
+  opening.retry.again_ns = 0;
+  opening.reads.repeat_failed(opening.plant->hooks.io, opening.plant->io_file);
+  return true;
+}
+
 Result<void> take_header(PlantOpening& opening) {
   COPPICE_CHECK(opening.reads.take());
   COPPICE_TRY(header, read_header(opening.header, opening.plant->file_bytes));

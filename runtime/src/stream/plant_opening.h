@@ -25,11 +25,15 @@ struct PlantOpening {
   HookBuffer front;
   std::vector<TextureHeader> texture_headers;
   std::uint64_t reserved_bytes = 0;  ///< counted for it until it is open
+  ReadRetry retry;                   ///< of the step's reads
   ReadGroup reads;                   ///< last: its destructor waits for reads into the rest
 };
 
 /// Opens the file and starts to read its header. errors  as open_plant_file
 Result<std::unique_ptr<PlantOpening>> start_opening(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index);
+
+/// Whether reads of the step have failed and are tried again, at once or after a pause. opening.reads is back.
+bool repeat_reads(PlantOpening& opening, std::uint64_t (*clock_ns)());
 
 // Each takes what was read: opening.reads is back. errors  io, bad_file, unsupported, out_of_memory; path is not in the message
 

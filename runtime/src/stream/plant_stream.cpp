@@ -77,7 +77,7 @@ void fill_tables(PlantStream& plant) {
   plant.valued.page_bytes = plant.gpu.page_bytes + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.root.corners[corner].begin());
   plant.root.card = file.plant.root_card;
-  plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + bytes_of(file.chunks) + bytes_of(file.materials) + bytes_of(file.cards) +
+  plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + file.chunks.bytes() + bytes_of(file.materials) + bytes_of(file.cards) +
                      bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
                      bytes_of(file.wood_error_px) + bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() +
                      plant.page_nodes.bytes() + plant.wood.bytes() + plant.textures.bytes() + plant.texture_uploads.bytes() +
@@ -129,14 +129,14 @@ Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const G
   plant->index = index;
   plant->path = path;
   plant->io_file = hooks.io.open(hooks.io.user, path, &plant->file_bytes);
-  if (plant->io_file < 0) return Error{Status::io, "cannot open file"};
+  if (plant->io_file < 0) return open_error(plant->io_file);
   if (plant->file_bytes < sizeof(coppice_file_header))
     return Error{Status::bad_file, "header: the file is shorter than one", 0, std::to_string(plant->file_bytes) + " bytes"};
   return plant;
 }
 
 Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front) {
-  COPPICE_TRY(file, read_front(front, plant.file_bytes));
+  COPPICE_TRY(file, read_front(front, plant.file_bytes, plant.hooks.allocator));
   plant.file = std::move(file);
   COPPICE_CHECK(allocate_arrays(plant));
   index_chunks(plant);

@@ -7,12 +7,12 @@ namespace coppice {
 /// Where a chunk is between the file and the GPU. The table of allowed steps is in residency.cpp and in ARCHITECTURE.md.
 enum class Residency : std::uint8_t {
   absent,    ///< only in the file
-  reading,   ///< the I/O hook has it, or it waits for its predecessor
+  reading,   ///< the I/O hook has it, or it waits for its predecessor or for another try of a read that failed
   decoding,  ///< a job has it
   decoded,   ///< in CPU memory, for the GPU side to upload
   resident,  ///< the GPU side has confirmed the upload
   evicting,  ///< no longer drawn, but frames the GPU has not finished may still read it
-  failed,    ///< damaged or unreadable: reported once, never asked for again
+  failed,    ///< damaged, or not readable in kReadTries tries: reported once, never asked for again
 };
 inline constexpr std::uint32_t kResidencyCount = 7;
 

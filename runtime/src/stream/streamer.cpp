@@ -105,6 +105,7 @@ void Streamer::State::release(PlantOpening& opening) {
 Result<void> Streamer::State::advance_opening(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
   while (opening.step != PlantOpening::Step::read && opening.reads.back()) {
+    if (repeat_reads(opening, options.clock_ns)) return {};
     if (opening.step == PlantOpening::Step::header) {
       COPPICE_CHECK(take_header(opening));
       COPPICE_CHECK(reserve_for(opening, plant.file.header.first_read_bytes));
@@ -159,9 +160,7 @@ Result<std::uint32_t> Streamer::State::start(const char* path) {
 }
 
 Result<std::uint32_t> Streamer::start_open(const char* path) {
-  auto started = state_->start(path);
-  if (!started) log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, started.error().message().c_str());
-  return started;
+  return state_->start(path);
 }
 
 std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
@@ -169,12 +168,8 @@ std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
   PlantOpening& opening = s.opening_at(plant);
   Result<void> result = s.advance_opening(opening);
   if (result && opening.step != PlantOpening::Step::read) return std::nullopt;
-  const std::string path = opening.plant->path;
   if (result) result = s.take_opened(opening);
-  if (!result) {
-    log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", path.c_str(), result.error().message().c_str());
-    s.release(opening);
-  }
+  if (!result) s.release(opening);
   std::erase_if(s.openings, [&](const auto& other) { return other.get() == &opening; });
   return result;
 }
@@ -187,13 +182,20 @@ void Streamer::cancel_open(std::uint32_t plant) {
 }
 
 Result<std::uint32_t> Streamer::open_plant(const char* path) {
-  COPPICE_TRY(plant, start_open(path));
+  const auto failed = [&](const Error& error) {
+    log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, error.message().c_str());
+    return error;
+  };
+  const auto plant = start_open(path);
+  if (!plant) return failed(plant.error());
   for (;;) {
-    state_->opening_at(plant).reads.wait();
-    if (auto finished = finish_open(plant); finished) {
-      if (!*finished) return finished->error();
+    PlantOpening& opening = state_->opening_at(*plant);
+    opening.reads.wait();
+    if (auto finished = finish_open(*plant); finished) {
+      if (!*finished) return failed(finished->error());
       return plant;
     }
+    wait_until(state_->options.clock_ns, opening.retry.again_ns);
   }
 }
 
@@ -273,6 +275,7 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   }
   s.update_wants();
   s.counters.hand_over_ns = 0;
+  s.retry_reads();
   s.collect_in_time(1);
   for (const auto& plant : s.plants.span())
     if (plant && plant->closing) s.advance_closing(*plant);

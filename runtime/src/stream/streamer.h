@@ -50,7 +50,7 @@ struct StreamerOptions {
   std::uint32_t max_in_flight = 16;  ///< reads and decodes together
   /// For taking over what was read and decoded, a frame; at least one is. What is over waits for the next frame.
   std::uint64_t hand_over_budget_ns = UINT64_MAX;
-  std::uint64_t (*clock_ns)() = now_ns;
+  std::uint64_t (*clock_ns)() = now_ns;  ///< also for the pauses of ReadRetry
 };
 
 /// A chunk to upload. Spans and pointers stay valid until uploaded(), upload_failed() or the next begin_frame().
@@ -122,15 +122,16 @@ class Streamer {
   Streamer(const Streamer&) = delete;
   Streamer& operator=(const Streamer&) = delete;
 
-  /// Opens a file, reads its front through the I/O hook (blocks for that), checks it and decodes page 0 and the coarsest wood inline; they
-  /// come out of the next take_decoded(). Returns the plant's index, < max_plants. errors  io, bad_file (one log line names file, field and
-  /// byte); out_of_memory: the hook, the budget, or max_plants are open
+  /// Opens a file, reads its front through the I/O hook (blocks for that, and for further tries where a read fails), checks it and decodes
+  /// page 0 and the coarsest wood inline; they come out of the next take_decoded(). Returns the plant's index, < max_plants. errors  io,
+  /// bad_file (one log line names file, field and byte); out_of_memory: the hook, the budget, or max_plants are open
   Result<std::uint32_t> open_plant(const char* path);
 
-  /// The same without waiting, the index at once: finish_open says what has become of it. errors  as far as they are known at once, logged
+  /// The same without waiting, the index at once: finish_open says what has become of it. errors  as far as they are known at once; not
+  /// logged
   Result<std::uint32_t> start_open(const char* path);
   /// Nothing: reads are under way. Otherwise the plant is open, or it failed and its index is free again.
-  /// plant  of start_open, not finished (asserted), here and below. errors  as open_plant, logged
+  /// plant  of start_open, not finished (asserted), here and below. errors  as open_plant; not logged
   [[nodiscard]] std::optional<Result<void>> finish_open(std::uint32_t plant);
   /// Waits for its reads.
   void cancel_open(std::uint32_t plant);

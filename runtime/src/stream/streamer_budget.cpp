@@ -130,7 +130,7 @@ void Streamer::State::enforce_budget() {
   if (less(used_bytes, evicting_bytes + cancelled_bytes) <= limit_bytes()) return;
   for (Transfer& transfer : transfers.span()) {
     if (transfer.stage == TransferStage::idle || transfer.stage == TransferStage::decoding || transfer.cancelled) continue;
-    if (transfer.stage == TransferStage::read) {
+    if (transfer.stage == TransferStage::read || transfer.stage == TransferStage::paused) {
       drop(transfer);
       continue;
     }

@@ -127,12 +127,32 @@ void Streamer::State::finish_read(Transfer& transfer) {
   transfer.stage = TransferStage::read;
   if (transfer.bytes_read > 0) counters.bytes_read += static_cast<std::uint64_t>(transfer.bytes_read);
   if (stale(transfer)) return drop(transfer);
-  if (transfer.bytes_read != static_cast<std::int64_t>(transfer.bytes.size()))
-    return fail(transfer, {Status::io, "read failed", Error::kNoOffset,
-                           std::to_string(transfer.bytes_read) + " of " + std::to_string(transfer.bytes.size()) + " bytes"});
+  if (transfer.bytes_read != static_cast<std::int64_t>(transfer.bytes.size())) return fail_read(transfer);
   if (transfer.chunk->id.kind == ChunkKind::page) return;  // start_page_runs, once the page before it is on its way
   COPPICE_ASSERT(advance(*transfer.chunk, Residency::decoding));
   start_decode(transfer, hooks.jobs);
+}
+
+// A lack of memory passes; anything else is tried a few times. The chunk stays on its way, so that what follows it need not be read again.
+void Streamer::State::fail_read(Transfer& transfer) {
+  PlantStream& plant = *transfer.plant;
+  const Error error = read_error(transfer.bytes_read, transfer.bytes.size(), plant.file_chunk(*transfer.chunk).offset);
+  if (error.status == Status::out_of_memory) {
+    out_of_memory(plant, error);
+    return drop(transfer);
+  }
+  if (!transfer.retry.pause(options.clock_ns())) return fail(transfer, error);
+  transfer.stage = TransferStage::paused;
+}
+
+void Streamer::State::retry_reads() {
+  for (Transfer& transfer : transfers.span()) {
+    if (transfer.stage != TransferStage::paused) continue;
+    if (stale(transfer))
+      drop(transfer);
+    else if (options.clock_ns() >= transfer.retry.again_ns)
+      start_read(transfer, hooks.io, transfer.plant->io_file, transfer.plant->file_chunk(*transfer.chunk).offset);
+  }
 }
 
 // One job decodes all pages that are read and follow on: otherwise a plant would gain one page a frame at most.

@@ -132,6 +132,10 @@ struct Streamer::State {
   void collect_in_time(std::uint32_t least);
   void collect(std::uint32_t least);
   void finish_read(Transfer& transfer);
+  /// The read did not give all its bytes: it is tried again, or the chunk has failed.
+  void fail_read(Transfer& transfer);
+  /// Starts again reads whose pause is over.
+  void retry_reads();
   void finish_decode(Transfer& transfer);
   void start_page_runs(PlantStream& plant);
   void drop(Transfer& transfer);

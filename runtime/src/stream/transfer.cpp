@@ -1,5 +1,7 @@
 #include "transfer.h"
 
+#include <algorithm>
+
 #include "plant_stream.h"
 
 namespace coppice {
@@ -79,12 +81,15 @@ void start_decode(Transfer& first, const coppice_jobs& jobs) {
 }
 
 void ReadGroup::start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
+  issue(reads_.emplace_back(Read{this, offset, out, 0}), io, file);
+}
+
+void ReadGroup::issue(Read& read, const coppice_io& io, std::int64_t file) {
   {
     const std::lock_guard lock(mutex_);
     ++expected_;
   }
-  Read& read = reads_.emplace_back(Read{this, offset, out.size(), 0});
-  io.read(io.user, file, offset, out.data(), out.size(), on_done, &read);
+  io.read(io.user, file, read.offset, read.out.data(), read.out.size(), on_done, &read);
 }
 
 // Notifies under the lock: the waiter may destroy the group as soon as it can take it.
@@ -106,12 +111,19 @@ void ReadGroup::wait() {
   all_back_.wait(lock, [this] { return expected_ == 0; });
 }
 
+bool ReadGroup::whole() const {
+  return std::ranges::all_of(reads_, &Read::whole);
+}
+
+void ReadGroup::repeat_failed(const coppice_io& io, std::int64_t file) {
+  for (Read& read : reads_)
+    if (!read.whole()) issue(read, io, file);
+}
+
 Result<void> ReadGroup::take() {
   const std::deque<Read> reads = std::exchange(reads_, {});
   for (const Read& read : reads)
-    if (read.bytes_read != static_cast<std::int64_t>(read.bytes))
-      return Error{Status::io, "read failed", read.offset,
-                   std::to_string(read.bytes_read) + " of " + std::to_string(read.bytes) + " bytes"};
+    if (!read.whole()) return read_error(read.bytes_read, read.out.size(), read.offset);
   return {};
 }
 

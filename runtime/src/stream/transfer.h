@@ -9,6 +9,7 @@
 #include <span>
 
 #include "hooks.h"
+#include "io_result.h"
 #include "page_codec.h"
 #include "residency.h"
 #include "wood_codec.h"
@@ -21,6 +22,7 @@ struct PlantStream;
 enum class TransferStage : std::uint8_t {
   idle,      ///< free
   reading,   ///< the I/O hook owns it
+  paused,    ///< the read failed and is tried again
   read,      ///< bytes are there; a page waits for its predecessor
   decoding,  ///< a job owns it
 };
@@ -36,6 +38,7 @@ struct Transfer {
   HookBuffer bytes;                 ///< the chunk as stored
   std::uint64_t read_start_ns = 0;  ///< where somebody traces
   std::int64_t bytes_read = 0;
+  ReadRetry retry;
 
   PageOutput page;                 ///< page: where the job decodes it to
   std::uint32_t patch_count = 0;   ///< page: out of the job
@@ -88,16 +91,22 @@ class ReadGroup {
   /// Whether every read has returned.
   [[nodiscard]] bool back() const;
   void wait();
-  /// back(): true; the group is empty afterwards. errors  io: fewer bytes than asked for
+  /// Whether every read gave all its bytes. back(): true, here and below
+  [[nodiscard]] bool whole() const;
+  /// Starts again those that did not.
+  void repeat_failed(const coppice_io& io, std::int64_t file);
+  /// The group is empty afterwards. errors  as read_error
   Result<void> take();
 
  private:
   struct Read {
     ReadGroup* group = nullptr;
     std::uint64_t offset = 0;
-    std::size_t bytes = 0;
+    std::span<std::uint8_t> out;
     std::int64_t bytes_read = 0;
+    [[nodiscard]] bool whole() const { return bytes_read == static_cast<std::int64_t>(out.size()); }
   };
+  void issue(Read& read, const coppice_io& io, std::int64_t file);
   static void on_done(void* argument, std::int64_t bytes_read);
 
   std::deque<Read> reads_;  ///< stay where they are
@@ -106,8 +115,7 @@ class ReadGroup {
   std::uint32_t expected_ = 0;
 };
 
-/// Reads through the hook and waits. Inline on the calling thread as far as the hook is.
-/// errors  io: fewer bytes than asked for
+/// Reads through the hook and waits, once. Inline on the calling thread as far as the hook is. errors  as read_error
 Result<void> read_now(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
 
 }  // namespace coppice

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "context.h"
+#include "handle.h"
 
 namespace coppice {
 
@@ -17,7 +18,7 @@ Result<coppice_scene> Context::open_scene(const char* path) {
   scene->stream = std::move(stream);
   scene->tile_blocks.resize(scene->stream->file().tiles.size());
   scene->plants.resize(scene->stream->file().species.size());
-  scene->handle = ++last_scene_;
+  scene->handle = pack_handle({HandleKind::scene, tag_, ++scene_generation_, 0});
   scene_ = std::move(scene);
   return scene_->handle;
 }

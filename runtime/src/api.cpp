@@ -1,9 +1,10 @@
 // The C API: checks what the engine passes, translates, forwards. No logic.
 
-#include <cmath>
 #include <memory>
 #include <new>
+#include <string>
 
+#include "api_checks.h"
 #include "context.h"
 #include "sun_camera.h"
 
@@ -14,6 +15,7 @@ struct coppice_context {
 namespace {
 
 using coppice::Error;
+using coppice::HandleKind;
 using Recording = coppice::Context::Recording;
 using coppice::Result;
 using coppice::Status;
@@ -23,67 +25,54 @@ coppice_status fail(const coppice_log& log, const char* function, const Error& e
   return static_cast<coppice_status>(error.status);
 }
 
-coppice_status invalid(const coppice_context* context, const char* function, const char* what) {
-  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
-  return fail(context->context->log(), function, {Status::invalid_argument, what});
+coppice_status invalid(const coppice_context& context, const char* function, const std::string& problem) {
+  coppice::log_line(context.context->log(), COPPICE_LOG_ERROR, "%s: %s", function, problem.c_str());
+  return COPPICE_ERROR_INVALID_ARGUMENT;
 }
 
-coppice_status finish(const coppice_context* context, const char* function, const Result<void>& result) {
-  return result ? COPPICE_OK : fail(context->context->log(), function, result.error());
+coppice_status finish(const coppice_context& context, const char* function, const Result<void>& result) {
+  return result ? COPPICE_OK : fail(context.context->log(), function, result.error());
 }
 
-template <class T>
-bool has_size(const T* argument) {
-  return argument != nullptr && argument->struct_size == sizeof(T);
+/// Once a device is lost it stays so. The log has heard when.
+bool is_lost(const coppice_context& context) {
+  return !context.context->device_state();
 }
 
-const char* desc_problem(const coppice_context_desc& desc) {
-  if (desc.instance == VK_NULL_HANDLE || desc.physical_device == VK_NULL_HANDLE || desc.device == VK_NULL_HANDLE)
-    return "instance, physical_device and device must be set";
-  if (desc.get_instance_proc_addr == nullptr) return "get_instance_proc_addr must be set";
-  if (desc.color_format == VK_FORMAT_UNDEFINED || desc.depth_format == VK_FORMAT_UNDEFINED)
-    return "color_format and depth_format must be set";
-  if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples must be one VkSampleCountFlagBits";
-  if (desc.memory_budget_bytes == 0) return "memory_budget_bytes must be above 0";
-  if (!(desc.streaming_ms > 0.0f)) return "streaming_ms must be above 0";
-  if (!(desc.prefetch_frames >= 0.0f && std::isfinite(desc.prefetch_frames))) return "prefetch_frames must be finite and not below 0";
-  if (desc.max_instances == 0 || desc.max_plants == 0 || desc.max_plants > 65536) return "max_instances or max_plants out of range";
-  return nullptr;
+coppice::ViewLimits view_limits(const coppice_context& context) {
+  const coppice::gpu::Device& device = context.context->device();
+  return {device.max_view_width, device.max_view_height, context.context->has_shadow_views()};
 }
 
-bool all_finite(const float* values, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i)
-    if (!std::isfinite(values[i])) return false;
-  return true;
+std::string plant_problem(const coppice_context& context, coppice_plant plant) {
+  if (context.context->is_open(plant)) return {};
+  const std::string problem = coppice::handle_problem(plant, HandleKind::plant, context.context->tag());
+  return "plant " + (problem.empty() ? "has been closed" : problem);
 }
 
-const char* view_problem(const coppice_view* view) {
-  if (!has_size(view)) return "view is null or has a wrong struct_size";
-  if (!all_finite(view->view_from_world, 16) || !all_finite(view->clip_from_view, 16)) return "view has a matrix that is not finite";
-  if (view->width_px == 0 || view->height_px == 0) return "view has no pixels";
-  if (!(view->error_px > 0.0f)) return "view.error_px must be above 0";
-  if (view->debug_view < COPPICE_DEBUG_NONE || view->debug_view > COPPICE_DEBUG_RESIDENCY)
-    return "view.debug_view is not a coppice_debug_view";
-  if (view->lod < COPPICE_LOD_CUT || view->lod > COPPICE_LOD_DISCRETE) return "view.lod is not a coppice_lod_mode";
-  if (view->kind != COPPICE_VIEW_CAMERA && view->kind != COPPICE_VIEW_SHADOW) return "view.kind is not a coppice_view_kind";
-  if (view->shadow_cascade_count > COPPICE_MAX_SHADOW_CASCADES) return "view.shadow_cascade_count is above COPPICE_MAX_SHADOW_CASCADES";
-  for (uint32_t i = 0; i < view->shadow_cascade_count; ++i)
-    if (view->shadow_cascades[i].image == VK_NULL_HANDLE || !all_finite(view->shadow_cascades[i].clip_from_world, 16))
-      return "view.shadow_cascades has an entry without an image, or a matrix that is not finite";
-  return nullptr;
+/// name  of the argument
+std::string instance_problem(const coppice_context& context, coppice_instance instance, const std::string& name) {
+  if (context.context->instances().is_live(instance)) return {};
+  const std::string problem = coppice::handle_problem(instance, HandleKind::instance, context.context->tag());
+  return name + " " + (problem.empty() ? "has been removed" : problem);
 }
 
-/// What lies beyond is a mistake, and would overflow what is computed from it.
-constexpr float kMaxScale = 1e6f;
+std::string scene_problem(const coppice_context& context, coppice_scene scene) {
+  if (context.context->is_scene(scene)) return {};
+  const std::string problem = coppice::handle_problem(scene, HandleKind::scene, context.context->tag());
+  return "scene " + (problem.empty() ? "has been closed" : problem);
+}
 
-bool is_placement(const coppice_placement& placement) {
-  const float* q = placement.rotation;
-  const float length_squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-  return all_finite(placement.position, 3) && all_finite(placement.tint, 3) && placement.scale > 0.0f && placement.scale <= kMaxScale &&
-         std::abs(length_squared - 1.0f) < 0.01f;
+/// What recording culls and draws have in common, behind the step that comes before.
+std::string record_problem(const coppice_context& context, VkCommandBuffer cmd, const coppice_view* view) {
+  return cmd == VK_NULL_HANDLE ? "cmd is null" : coppice::view_problem(view, view_limits(context));
 }
 
 }  // namespace
+
+/// Returns the status of a call whose argument has a problem.
+#define COPPICE_REFUSE_IF(expression) \
+  if (const std::string coppice_problem = (expression); !coppice_problem.empty()) return invalid(*context, __func__, coppice_problem)
 
 const char* coppice_status_text(coppice_status status) {
   switch (status) {
@@ -110,6 +99,7 @@ const char* coppice_status_text(coppice_status status) {
 }
 
 void coppice_context_desc_init(coppice_context_desc* desc) {
+  if (desc == nullptr) return;
   *desc = {};
   desc->struct_size = sizeof *desc;
   desc->depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
@@ -124,12 +114,16 @@ void coppice_context_desc_init(coppice_context_desc* desc) {
 coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context) {
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
   *context = nullptr;
-  if (!has_size(desc)) return COPPICE_ERROR_INVALID_ARGUMENT;
-  if (const char* problem = desc_problem(*desc)) return fail(desc->log, __func__, {Status::invalid_argument, problem});
+  // Of a desc of another size the log's place is not known.
+  if (!coppice::struct_problem(desc, "desc").empty()) return COPPICE_ERROR_INVALID_ARGUMENT;
+  if (const std::string problem = coppice::desc_problem(*desc); !problem.empty()) {
+    coppice::log_line(desc->log, COPPICE_LOG_ERROR, "%s: desc.%s", __func__, problem.c_str());
+    return COPPICE_ERROR_INVALID_ARGUMENT;
+  }
   auto created = coppice::Context::create(*desc);
   if (!created) return fail(desc->log, __func__, created.error());
   *context = new (std::nothrow) coppice_context{*std::move(created)};
-  return *context != nullptr ? COPPICE_OK : COPPICE_ERROR_OUT_OF_MEMORY;
+  return *context != nullptr ? COPPICE_OK : fail(desc->log, __func__, {Status::out_of_memory, "context"});
 }
 
 void coppice_context_destroy(coppice_context* context) {
@@ -137,14 +131,15 @@ void coppice_context_destroy(coppice_context* context) {
 }
 
 coppice_status coppice_set_memory_budget(coppice_context* context, uint64_t bytes) {
-  if (context == nullptr || bytes == 0) return invalid(context, __func__, "bytes must be above 0");
-  context->context->set_memory_budget(bytes);
-  return COPPICE_OK;
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  return finish(*context, __func__, context->context->set_memory_budget(bytes));
 }
 
 coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant) {
-  if (context == nullptr || path == nullptr || plant == nullptr) return invalid(context, __func__, "path or plant is null");
-  *plant = 0;
+  if (plant != nullptr) *plant = 0;
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(path == nullptr ? "path is null" : plant == nullptr ? "plant is null" : "");
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
   auto opened = context->context->open_plant(path);
   if (!opened) return static_cast<coppice_status>(opened.error().status);  // the log has it, with the path
   *plant = *opened;
@@ -152,61 +147,75 @@ coppice_status coppice_plant_open(coppice_context* context, const char* path, co
 }
 
 coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant) {
-  if (context == nullptr || !context->context->is_open(plant)) return invalid(context, __func__, "plant is not open");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(plant_problem(*context, plant));
   context->context->close_plant(plant);
   return COPPICE_OK;
 }
 
 coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path) {
-  if (context == nullptr || !context->context->is_open(plant)) return invalid(context, __func__, "plant is not open");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(plant_problem(*context, plant));
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
   const auto reloaded = context->context->reload_plant(plant, path);
   return reloaded ? COPPICE_OK : static_cast<coppice_status>(reloaded.error().status);  // the log has it, with the path
 }
 
 void coppice_plant_info_init(coppice_plant_info* info) {
+  if (info == nullptr) return;
   *info = {};
   info->struct_size = sizeof *info;
 }
 
 coppice_status coppice_plant_get_info(const coppice_context* context, coppice_plant plant, coppice_plant_info* info) {
-  if (context == nullptr || !context->context->is_open(plant)) return invalid(context, __func__, "plant is not open");
-  if (!has_size(info)) return invalid(context, __func__, "info is null or has a wrong struct_size");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(plant_problem(*context, plant));
+  COPPICE_REFUSE_IF(coppice::struct_problem(info, "info"));
   context->context->fill_info(plant, *info);
   return COPPICE_OK;
 }
 
 coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements, uint32_t count,
                                      coppice_instance* instances) {
-  if (context == nullptr || !context->context->is_open(plant)) return invalid(context, __func__, "plant is not open");
-  if (placements == nullptr && count > 0) return invalid(context, __func__, "placements is null");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(plant_problem(*context, plant));
+  COPPICE_REFUSE_IF(placements == nullptr && count > 0 ? "placements is null" : "");
   for (uint32_t i = 0; i < count; ++i)
-    if (!is_placement(placements[i]))
-      return invalid(context, __func__, "a placement is not finite, not scaled above 0 or not a unit quaternion");
+    if (const std::string problem = coppice::placement_problem(placements[i]); !problem.empty())
+      return invalid(*context, __func__, "placements[" + std::to_string(i) + "]." + problem + "; none was added");
   const std::span<coppice_instance> handles(instances, instances != nullptr ? count : 0);
-  return finish(context, __func__, context->context->add_instances(plant, {placements, count}, handles));
+  return finish(*context, __func__, context->context->add_instances(plant, {placements, count}, handles));
 }
 
 coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement) {
-  if (context == nullptr || !context->context->instances().is_live(instance)) return invalid(context, __func__, "no such instance");
-  if (placement == nullptr || !is_placement(*placement)) return invalid(context, __func__, "placement is null or not valid");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(instance_problem(*context, instance, "instance"));
+  COPPICE_REFUSE_IF(placement == nullptr ? "placement is null" : "");
+  if (const std::string problem = coppice::placement_problem(*placement); !problem.empty())
+    return invalid(*context, __func__, "placement." + problem);
   context->context->instances().move(instance, *placement);
   return COPPICE_OK;
 }
 
 coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count) {
-  if (context == nullptr || (instances == nullptr && count > 0)) return invalid(context, __func__, "instances is null");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(instances == nullptr && count > 0 ? "instances is null" : "");
   // A handle given twice is removed once. What is not live is refused before anything is removed.
   for (uint32_t i = 0; i < count; ++i)
-    if (!context->context->instances().is_live(instances[i])) return invalid(context, __func__, "no such instance; none was removed");
+    if (!context->context->instances().is_live(instances[i]))
+      return invalid(*context, __func__,
+                     instance_problem(*context, instances[i], "instances[" + std::to_string(i) + "]") + "; none was removed");
   for (uint32_t i = 0; i < count; ++i)
     if (context->context->instances().is_live(instances[i])) context->context->instances().remove(instances[i]);
   return COPPICE_OK;
 }
 
 coppice_status coppice_scene_open(coppice_context* context, const char* path, coppice_scene* scene) {
-  if (context == nullptr || path == nullptr || scene == nullptr) return invalid(context, __func__, "path or scene is null");
-  *scene = 0;
-  if (context->context->has_scene()) return invalid(context, __func__, "a scene is open: close it first");
+  if (scene != nullptr) *scene = 0;
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(path == nullptr ? "path is null" : scene == nullptr ? "scene is null" : "");
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
+  COPPICE_REFUSE_IF(context->context->has_scene() ? "a scene is open: close it first" : "");
   auto opened = context->context->open_scene(path);
   if (!opened) return static_cast<coppice_status>(opened.error().status);  // the log has it, with the path
   *scene = *opened;
@@ -214,37 +223,43 @@ coppice_status coppice_scene_open(coppice_context* context, const char* path, co
 }
 
 coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene) {
-  if (context == nullptr || !context->context->is_scene(scene)) return invalid(context, __func__, "scene is not open");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(scene_problem(*context, scene));
   context->context->close_scene();
   return COPPICE_OK;
 }
 
 void coppice_scene_info_init(coppice_scene_info* info) {
+  if (info == nullptr) return;
   *info = {};
   info->struct_size = sizeof *info;
 }
 
 coppice_status coppice_scene_get_info(const coppice_context* context, coppice_scene scene, coppice_scene_info* info) {
-  if (context == nullptr || !context->context->is_scene(scene)) return invalid(context, __func__, "scene is not open");
-  if (!has_size(info)) return invalid(context, __func__, "info is null or has a wrong struct_size");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(scene_problem(*context, scene));
+  COPPICE_REFUSE_IF(coppice::struct_problem(info, "info"));
   context->context->fill_info(*info);
   return COPPICE_OK;
 }
 
 void coppice_scene_plant_info_init(coppice_scene_plant_info* info) {
+  if (info == nullptr) return;
   *info = {};
   info->struct_size = sizeof *info;
 }
 
 coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_scene scene, uint32_t species,
                                        coppice_scene_plant_info* info) {
-  if (context == nullptr || !context->context->is_scene(scene)) return invalid(context, __func__, "scene is not open");
-  if (!has_size(info)) return invalid(context, __func__, "info is null or has a wrong struct_size");
-  if (!context->context->fill_info(species, *info)) return invalid(context, __func__, "species is none of the scene's");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(scene_problem(*context, scene));
+  COPPICE_REFUSE_IF(coppice::struct_problem(info, "info"));
+  COPPICE_REFUSE_IF(context->context->fill_info(species, *info) ? "" : "species " + std::to_string(species) + " is none of the scene's");
   return COPPICE_OK;
 }
 
 void coppice_view_init(coppice_view* view) {
+  if (view == nullptr) return;
   *view = {};
   view->struct_size = sizeof *view;
   view->error_px = 2.0f;
@@ -260,10 +275,10 @@ void coppice_view_init(coppice_view* view) {
 
 coppice_status coppice_shadow_view(const coppice_context* context, const coppice_view* camera, const coppice_shadow_desc* desc,
                                    coppice_view* shadow) {
-  if (context == nullptr || desc == nullptr || shadow == nullptr) return invalid(context, __func__, "desc or shadow is null");
-  if (const char* problem = view_problem(camera)) return invalid(context, __func__, problem);
-  if (!all_finite(desc->center, 3) || !(desc->radius_m > 0.0f) || !std::isfinite(desc->radius_m) || desc->size_px == 0)
-    return invalid(context, __func__, "desc has no size");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(desc == nullptr ? "desc is null" : shadow == nullptr ? "shadow is null" : "");
+  COPPICE_REFUSE_IF(coppice::view_problem(camera, view_limits(*context)));
+  COPPICE_REFUSE_IF(coppice::shadow_problem(*desc, view_limits(*context)));
   const coppice::SunSphere sphere{.center = {desc->center[0], desc->center[1], desc->center[2]}, .radius_m = desc->radius_m};
   *shadow = *camera;
   shadow->kind = COPPICE_VIEW_SHADOW;
@@ -277,50 +292,53 @@ coppice_status coppice_shadow_view(const coppice_context* context, const coppice
 }
 
 void coppice_frame_init(coppice_frame* frame) {
+  if (frame == nullptr) return;
   *frame = {};
   frame->struct_size = sizeof *frame;
 }
 
 coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame) {
-  if (context == nullptr || !has_size(frame)) return invalid(context, __func__, "frame is null or has a wrong struct_size");
-  if (const char* problem = view_problem(frame->view)) return invalid(context, __func__, problem);
-  return finish(context, __func__, context->context->begin_frame(*frame));
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(coppice::struct_problem(frame, "frame"));
+  COPPICE_REFUSE_IF(coppice::view_problem(frame->view, view_limits(*context)));
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
+  return finish(*context, __func__, context->context->begin_frame(*frame));
 }
 
 coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd) {
-  if (context == nullptr || cmd == VK_NULL_HANDLE) return invalid(context, __func__, "cmd is null");
-  if (context->context->recording() != Recording::begun) return invalid(context, __func__, "not the first call since coppice_frame_begin");
-  return finish(context, __func__, context->context->record_upload(cmd));
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(cmd == VK_NULL_HANDLE ? "cmd is null" : "");
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
+  COPPICE_REFUSE_IF(context->context->recording() != Recording::begun ? "not the first call since coppice_frame_begin" : "");
+  return finish(*context, __func__, context->context->record_upload(cmd));
 }
 
 coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view) {
-  if (context == nullptr || cmd == VK_NULL_HANDLE) return invalid(context, __func__, "cmd is null");
-  if (const char* problem = view_problem(view)) return invalid(context, __func__, problem);
-  if (view->kind == COPPICE_VIEW_SHADOW && !context->context->has_shadow_views())
-    return invalid(context, __func__, "a shadow view without coppice_context_desc.shadow_format");
-  if (context->context->recording() < Recording::uploaded)
-    return invalid(context, __func__, "coppice_record_upload was not called for this frame");
-  return finish(context, __func__, context->context->record_cull(cmd, *view));
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(record_problem(*context, cmd, view));
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
+  COPPICE_REFUSE_IF(context->context->recording() < Recording::uploaded ? "coppice_record_upload was not called for this frame" : "");
+  return finish(*context, __func__, context->context->record_cull(cmd, *view));
 }
 
 coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view) {
-  if (context == nullptr || cmd == VK_NULL_HANDLE) return invalid(context, __func__, "cmd is null");
-  if (const char* problem = view_problem(view)) return invalid(context, __func__, problem);
-  if (view->kind == COPPICE_VIEW_SHADOW && !context->context->has_shadow_views())
-    return invalid(context, __func__, "a shadow view without coppice_context_desc.shadow_format");
-  if (context->context->recording() < Recording::culled)
-    return invalid(context, __func__, "coppice_record_cull was not called for this frame");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(record_problem(*context, cmd, view));
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
+  COPPICE_REFUSE_IF(context->context->recording() < Recording::culled ? "coppice_record_cull was not called for this frame" : "");
   context->context->record_draw(cmd, *view);
   return COPPICE_OK;
 }
 
 void coppice_stats_init(coppice_stats* stats) {
+  if (stats == nullptr) return;
   *stats = {};
   stats->struct_size = sizeof *stats;
 }
 
 coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats) {
-  if (context == nullptr || !has_size(stats)) return invalid(context, __func__, "stats is null or has a wrong struct_size");
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(coppice::struct_problem(stats, "stats"));
   context->context->fill_stats(*stats);
   return COPPICE_OK;
 }

@@ -1,11 +1,15 @@
 #include "context.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <new>
 #include <utility>
+
+#include "handle.h"
 
 namespace coppice {
 namespace {
@@ -38,21 +42,27 @@ class TraceScope {
 };
 
 std::uint32_t index_of(coppice_plant plant) {
-  return static_cast<std::uint32_t>(plant & 0xffffffffu) - 1;
+  return unpack_handle(plant).index;
 }
-std::uint32_t generation_of(coppice_plant plant) {
-  return static_cast<std::uint32_t>(plant >> 32);
+
+/// The only thing that contexts of a process share: without it their handles could not be told apart.
+std::uint32_t next_tag() {
+  static std::atomic<std::uint32_t> created{0};
+  return 1 + created.fetch_add(1, std::memory_order_relaxed) % ((1u << kHandleContextBits) - 1);
 }
 
 Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc, const coppice_jobs& jobs) {
   COPPICE_TRY(device, gpu::open_device(desc.instance, desc.physical_device, desc.device, desc.get_instance_proc_addr));
   device.block_textures = desc.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
+  device.log = desc.log;
+  const gpu::AttachmentDesc attachments{.color_format = desc.color_format,
+                                        .depth_format = desc.depth_format,
+                                        .depth_compare = desc.depth_compare,
+                                        .samples = desc.samples,
+                                        .shadow_format = desc.shadow_format};
+  COPPICE_CHECK(gpu::check_attachments(device, attachments));
   return gpu::Renderer::create({.device = device,
-                                .attachments = {.color_format = desc.color_format,
-                                                .depth_format = desc.depth_format,
-                                                .depth_compare = desc.depth_compare,
-                                                .samples = desc.samples,
-                                                .shadow_format = desc.shadow_format},
+                                .attachments = attachments,
                                 .pipeline_cache = desc.pipeline_cache,
                                 .memory_budget_bytes = desc.memory_budget_bytes,
                                 .max_instances = desc.max_instances,
@@ -69,11 +79,12 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   std::unique_ptr<Context> context(new (std::nothrow) Context);
   if (!context) return Error{Status::out_of_memory, "context"};
   const std::uint32_t slot_count = desc.max_plants + kReloadSlots;
+  context->tag_ = next_tag();
   COPPICE_TRY(hooks, complete_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
   context->hooks_ = std::move(hooks);
   COPPICE_TRY(renderer, create_renderer(desc, context->hooks_.hooks.jobs));
   context->renderer_ = std::move(renderer);
-  COPPICE_TRY(instances, gpu::InstanceTable::create(context->hooks_.hooks.allocator, desc.max_instances, slot_count));
+  COPPICE_TRY(instances, gpu::InstanceTable::create(context->hooks_.hooks.allocator, desc.max_instances, slot_count, context->tag_));
   context->instances_ = std::move(instances);
   const StreamerOptions options{.gpu = {.page_bytes = gpu::kPageBytes,
                                         .wood_vertex_bytes = sizeof(gpu::WoodVertex),
@@ -99,7 +110,27 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->demand_ahead_.finished.resize(slot_count);
   context->residency_.resize(slot_count);
   context->count_overhead();
+  context->least_budget_bytes_ = context->renderer_->least_budget_bytes(context->streamer_->stats().memory_bytes);
+  COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
   return context;
+}
+
+Result<void> Context::check_budget(std::uint64_t bytes) const {
+  if (bytes >= least_budget_bytes_) return {};
+  constexpr double kMiB = 1 << 20;
+  char detail[200];
+  std::snprintf(detail, sizeof detail,
+                "%.1f MiB is below the %.1f MiB (%llu bytes) that this context takes before any plant: raise it, or lower max_instances or "
+                "max_plants",
+                static_cast<double>(bytes) / kMiB, std::ceil(10 * static_cast<double>(least_budget_bytes_) / kMiB) / 10,
+                static_cast<unsigned long long>(least_budget_bytes_));
+  return Error{Status::invalid_argument, "memory budget", Error::kNoOffset, detail};
+}
+
+Result<void> Context::set_memory_budget(std::uint64_t bytes) {
+  COPPICE_CHECK(check_budget(bytes));
+  streamer_->set_memory_budget(bytes);
+  return {};
 }
 
 const Context::PlantEntry& Context::entry(coppice_plant plant) const {
@@ -155,11 +186,12 @@ Result<coppice_plant> Context::take_entry(std::uint32_t slot) {
   }
   free->open = true;
   free->slot = slot;
-  return std::uint64_t{free->generation} << 32 | static_cast<std::uint64_t>(free - plants_.begin() + 1);
+  return pack_handle({HandleKind::plant, tag_, free->generation, static_cast<std::uint32_t>(free - plants_.begin())});
 }
 
 bool Context::is_open(coppice_plant plant) const {
-  return index_of(plant) < plants_.size() && entry(plant).open && entry(plant).generation == generation_of(plant);
+  const std::uint32_t index = index_of(plant);
+  return index < plants_.size() && plants_[index].open && plant == pack_handle({HandleKind::plant, tag_, plants_[index].generation, index});
 }
 
 void Context::close_plant(coppice_plant plant) {
@@ -232,12 +264,25 @@ void Context::give_room() {
   renderer_->set_room(streamer_->free_bytes());
 }
 
+Result<void> Context::check_numbers(const coppice_frame& frame) const {
+  const auto wrong = [](const char* what, std::uint64_t number, std::uint64_t other) {
+    return Error{Status::invalid_argument, what, Error::kNoOffset, std::to_string(number) + " and " + std::to_string(other)};
+  };
+  if (frame.frame_number <= frame_number_)
+    return wrong("frame.frame_number does not grow: it and the one before", frame.frame_number, frame_number_);
+  if (frame.completed_number >= frame.frame_number)
+    return wrong("frame.completed_number is not below frame.frame_number", frame.completed_number, frame.frame_number);
+  if (frame.completed_number < completed_number_)
+    return wrong("frame.completed_number falls: it and the one before", frame.completed_number, completed_number_);
+  return {};
+}
+
 Result<void> Context::begin_frame(const coppice_frame& frame) {
   const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_FRAME_BEGIN);
-  if (frame.frame_number <= frame_number_ || frame.completed_number >= frame.frame_number)
-    return Error{Status::invalid_argument, "coppice_frame.frame_number must grow and lie above completed_number"};
+  COPPICE_CHECK(check_numbers(frame));
   COPPICE_TRY(view, demand_view(*frame.view));
   frame_number_ = frame.frame_number;
+  completed_number_ = frame.completed_number;
   recording_ = Recording::begun;
   renderer_->begin_frame(frame.frame_number, frame.completed_number);
   const gpu::FrameCounts& counts = renderer_->counts();
@@ -264,7 +309,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
     if (slots_[plant].on_gpu) renderer_->remove_plant(plant);
     slots_[plant].on_gpu = false;
   }
-  return {};
+  return device_state();
 }
 
 void Context::hide_chunk(ChunkId id) {
@@ -293,7 +338,7 @@ Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
   return renderer_->upload_page({.plant = chunk.id.plant, .page = chunk.id.index, .nodes = chunk.nodes, .patches = chunk.patches});
 }
 
-void Context::upload_decoded() {
+Result<void> Context::upload_decoded() {
   const std::uint64_t start = now_ns(), spent = streamer_->hand_over_ns();
   const std::uint64_t left = streaming_ns_ - std::min(streaming_ns_, spent);
   const coppice_trace& trace = hooks_.hooks.trace;
@@ -308,11 +353,13 @@ void Context::upload_decoded() {
     auto uploaded = upload_chunk(chunk);
     trace_end(trace,
               {COPPICE_TRACE_UPLOAD, streamer_->path(id.plant).c_str(), chunk_kind_name(id.kind), id.index, chunk.bytes, upload_start, 0});
+    COPPICE_CHECK(device_state());
     if (uploaded)
       streamer_->uploaded(id);
     else
       streamer_->upload_failed(id, uploaded.error());
   }
+  return {};
 }
 
 Result<void> Context::record_upload(VkCommandBuffer cmd) {
@@ -320,7 +367,7 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
   recording_ = Recording::uploaded;
   give_room();
   renderer_->record_upload_begin(cmd);
-  upload_decoded();
+  COPPICE_CHECK(upload_decoded());
   for (std::uint32_t plant = 0; plant < slots_.size(); ++plant) {
     if (!slots_[plant].open) continue;
     const PlantState state = streamer_->state(plant);
@@ -328,10 +375,11 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
   }
   auto recorded = renderer_->record_upload_end(instances_, residency_);
   count_overhead();
+  COPPICE_CHECK(device_state());
   return recorded;
 }
 
-void Context::record_draw(VkCommandBuffer cmd, const coppice_view& view) {
+void Context::record_draw(VkCommandBuffer cmd, const coppice_view& view) const {
   const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_DRAW);
   renderer_->record_draw(cmd, view);
 }
@@ -344,7 +392,7 @@ Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view)
   give_room();
   renderer_->record_cull(cmd, view, demand.lod);
   count_overhead();
-  return {};
+  return device_state();
 }
 
 void Context::fill_stats(coppice_stats& stats) const {

@@ -23,10 +23,18 @@ namespace coppice {
 
 class Context {
  public:
-  /// desc  checked. errors  unsupported, out_of_memory, invalid_argument: a hook set in part
+  /// desc  checked. errors  unsupported, out_of_memory, device_lost; invalid_argument: a hook set in part, an attachment's format, a
+  /// budget below what the context takes
   static Result<std::unique_ptr<Context>> create(const coppice_context_desc& desc);
 
-  void set_memory_budget(std::uint64_t bytes) { streamer_->set_memory_budget(bytes); }
+  /// Of its handles, 1 and on; contexts that are created 4,095 after each other share one.
+  [[nodiscard]] std::uint32_t tag() const { return tag_; }
+  /// errors  device_lost: a Vulkan call said so, now or earlier. Then nothing more may be recorded
+  [[nodiscard]] Result<void> device_state() const { return renderer_->device_state(); }
+  [[nodiscard]] const gpu::Device& device() const { return renderer_->device(); }
+
+  /// errors  invalid_argument: less than the context took when it was created
+  Result<void> set_memory_budget(std::uint64_t bytes);
 
   /// errors  as coppice_plant_open, logged already
   Result<coppice_plant> open_plant(const char* path);
@@ -50,11 +58,11 @@ class Context {
   Result<void> add_instances(coppice_plant plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
   [[nodiscard]] gpu::InstanceTable& instances() { return instances_; }
 
-  /// errors  invalid_argument: not a perspective view, or a frame number that does not grow
+  /// errors  device_lost, here and below; invalid_argument: not a perspective view, or frame numbers that do not grow
   Result<void> begin_frame(const coppice_frame& frame);
   Result<void> record_upload(VkCommandBuffer cmd);
   Result<void> record_cull(VkCommandBuffer cmd, const coppice_view& view);
-  void record_draw(VkCommandBuffer cmd, const coppice_view& view);
+  void record_draw(VkCommandBuffer cmd, const coppice_view& view) const;
   /// How far the frame's recording has come: each step needs the one before it in the same frame.
   enum class Recording : std::uint8_t { none, begun, uploaded, culled };
   [[nodiscard]] Recording recording() const { return recording_; }
@@ -136,7 +144,11 @@ class Context {
   void hide_chunk(ChunkId id);
   void drop_chunk(ChunkId id);
   Result<void> upload_chunk(const DecodedChunk& chunk);
-  void upload_decoded();
+  Result<void> upload_decoded();
+  /// errors  invalid_argument: frame_number or completed_number
+  [[nodiscard]] Result<void> check_numbers(const coppice_frame& frame) const;
+  /// What it takes before any plant. errors  invalid_argument: the budget is below it
+  [[nodiscard]] Result<void> check_budget(std::uint64_t bytes) const;
 
   HookSet hooks_;
   AssetFolder scene_plants_;  ///< where plants of scenes may be
@@ -150,9 +162,11 @@ class Context {
   LeafBudget leaf_budget_;
   float threshold_px_ = 0;  ///< of the frame
   std::unique_ptr<Scene> scene_;
-  coppice_scene last_scene_ = 0;
+  std::uint32_t scene_generation_ = 0;
   std::uint32_t max_instances_ = 0;
-  std::uint64_t frame_number_ = 0;
+  std::uint32_t tag_ = 0;
+  std::uint64_t least_budget_bytes_ = 0;
+  std::uint64_t frame_number_ = 0, completed_number_ = 0;
   Recording recording_ = Recording::none;
   float prefetch_frames_ = 0;           ///< how far ahead of the camera streaming looks
   std::uint64_t streaming_ns_ = 0;      ///< a frame's time for taking over chunks

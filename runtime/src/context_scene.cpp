@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "context.h"
+#include "handle.h"
 
 namespace coppice {
 
@@ -25,7 +26,7 @@ Result<coppice_scene> Context::open_scene(const char* path) {
     log_line(log(), COPPICE_LOG_ERROR, "%s: %s", path, allocated.error().message().c_str());
     return allocated.error();
   }
-  scene->handle = ++last_scene_;
+  scene->handle = pack_handle({HandleKind::scene, tag_, ++scene_generation_, 0});
   scene_ = std::move(scene);
   return scene_->handle;
 }

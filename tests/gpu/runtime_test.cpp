@@ -556,7 +556,7 @@ TEST_F(RuntimeTest, WrongArgumentsAreRefused) {
   EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
   EXPECT_NE(log_.find("prefetch_frames"), std::string::npos) << log_;
   wrong = desc();
-  wrong.max_instances = 0xffffffffu;
+  wrong.max_instances = (1u << 28) - 1;
   log_.clear();
   EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_UNSUPPORTED);
   EXPECT_NE(log_.find("max_instances"), std::string::npos) << log_;

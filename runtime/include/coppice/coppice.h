@@ -22,8 +22,14 @@
  * Threads: distinct contexts are independent. Calls on one context are externally serialised; functions that take a const context may
  * overlap with each other. Hooks are called from the threads their comments name.
  *
- * Errors: every function that can fail returns a coppice_status, also in release builds; the log hook gets one line with the detail.
- * Nothing throws across this header. Structs start with struct_size so that they can grow: set it with the *_init function.
+ * Errors: every function that can fail returns a coppice_status, also in release builds; the log hook gets one line with the detail: the
+ * field and its index, "placements[3].position[0] is not finite". What is refused changes nothing. A null context, or a null pointer where
+ * none is allowed, is COPPICE_ERROR_INVALID_ARGUMENT. Nothing throws across this header. Structs start with struct_size so that they can
+ * grow: set it with the *_init function, which does nothing for a null pointer.
+ *
+ * A lost device: the call in which Vulkan said so returns COPPICE_ERROR_DEVICE_LOST and writes a line; from then on so does, without a
+ * line, every function that opens, reloads, begins a frame or records. Plants and instances can still be closed and removed, and the
+ * context destroyed. What the engine learns from its own submits Coppice does not hear of: destroy the context then as well.
  */
 
 #include <stddef.h>
@@ -55,9 +61,13 @@ typedef enum coppice_status {
 const char* coppice_status_text(coppice_status status);
 
 typedef struct coppice_context coppice_context;
-typedef uint64_t coppice_plant;    /* index + generation; 0 is never a plant */
-typedef uint64_t coppice_instance; /* index + generation; 0 is never an instance */
-typedef uint64_t coppice_scene;    /* generation; 0 is never a scene */
+/* Handles are 64 bits, from the highest: 2 of the kind (1 a plant, 2 an instance, 3 a scene), 12 of the context, 22 of a generation, 28 of
+ * an index. So one of another kind, of another context or of something that has gone is refused with COPPICE_ERROR_INVALID_ARGUMENT. Two
+ * contexts are told apart unless 4,095 others are created in between; a slot's generations repeat after four million uses. 0 is never a
+ * handle. Nothing else may be concluded from the bits. */
+typedef uint64_t coppice_plant;
+typedef uint64_t coppice_instance;
+typedef uint64_t coppice_scene;
 
 /* ---- hooks ---------------------------------------------------------------------------------------------------------------------- */
 
@@ -153,15 +163,16 @@ typedef struct coppice_context_desc {
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
   VkPipelineCache pipeline_cache; /* may be null */
 
-  VkFormat color_format;     /* of the attachment coppice_record_draw draws to; shaded colour is linear */
-  VkFormat depth_format;     /* depth alone: no stencil attachment may be bound while drawing */
-  VkCompareOp depth_compare; /* default VK_COMPARE_OP_GREATER_OR_EQUAL: reversed depth */
+  VkFormat color_format;     /* of the attachment coppice_record_draw draws to, no integers; shaded colour is linear */
+  VkFormat depth_format;     /* with depth; no stencil attachment may be bound while drawing */
+  VkCompareOp depth_compare; /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
   VkSampleCountFlagBits samples;
 
   uint64_t memory_budget_bytes; /* GPU buffers and images, staging, decoded pages, tables; see coppice_allocator for what is
-                                   not counted. Default 256 MiB */
-  uint32_t max_instances;       /* default 131072; the instance buffer is allocated at creation */
-  uint32_t max_plants;          /* default 64 */
+                                   not counted. Default 256 MiB. Below what the context takes before any plant the context is not created,
+                                   and the log names the least */
+  uint32_t max_instances;       /* default 131072, 1 to 268,435,455; the instance buffer is allocated at creation */
+  uint32_t max_plants;          /* default 64, 1 to 65536 */
 
   /* Each may be left at its default: malloc, a small thread pool, io_uring (where the kernel has none, pread on that pool),
    * nothing logged. */
@@ -189,9 +200,9 @@ typedef struct coppice_context_desc {
 
   /* CPU time that coppice_frame_begin and coppice_record_upload together take a frame to take over what was read and decoded, and to copy
    * it for the GPU, ms, > 0; at least one chunk is taken over and one copied, and what a plant cannot be drawn without; what is over waits
-   * for the next frame. Default 1. */
+   * for the next frame. Default 1; infinite: no limit. */
   float streaming_ms;
-  /* While the camera goes on steadily, what it will want so many frames on is streamed too. Finite, >= 0; 0: only what it wants now.
+  /* While the camera goes on steadily, what it will want so many frames on is streamed too. 0 to 1000; 0: only what it wants now.
    * Default 20, about what a read and a decode take when many wait. */
   float prefetch_frames;
 
@@ -207,16 +218,19 @@ typedef struct coppice_context_desc {
   VkBool32 allow_outside;
 } coppice_context_desc;
 
-/* Fills every field with its default; device fields become null and must be set. desc must not be null. */
+/* Fills every field with its default; device fields become null and must be set. Flags are VK_TRUE or VK_FALSE, no other value. */
 void coppice_context_desc_init(coppice_context_desc* desc);
 
-/* Creates pipelines and the fixed buffers. Cost: tens of milliseconds. On error *context is null. */
+/* Creates pipelines and the fixed buffers. Cost: tens of milliseconds. On error *context is null.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: a field of desc, which the log names, but for a wrong struct_size: then the log's place in desc
+ * is not known. COPPICE_ERROR_UNSUPPORTED, COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
 coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context);
 
 /* The GPU must have finished every command buffer Coppice recorded into. Waits for running jobs and reads. Null is allowed. */
 void coppice_context_destroy(coppice_context* context);
 
-/* May be called at any time; takes effect by evicting within the next coppice_frame_begin. */
+/* May be called at any time; takes effect by evicting within the next coppice_frame_begin.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: below what the context took before any plant */
 coppice_status coppice_set_memory_budget(coppice_context* context, uint64_t bytes);
 
 /* ---- plants --------------------------------------------------------------------------------------------------------------------- */
@@ -258,10 +272,10 @@ coppice_status coppice_plant_get_info(const coppice_context* context, coppice_pl
 
 /* Where one plant stands. world = position + rotation * (scale * object). */
 typedef struct coppice_placement {
-  float position[3]; /* metres */
-  float scale;       /* > 0, at most 1e6 */
-  float rotation[4]; /* unit quaternion x y z w */
-  float tint[3];     /* multiplies leaf colour; 1 1 1 for none */
+  float position[3]; /* metres, within 1e9 of 0 */
+  float scale;       /* 1e-6 to 1e6 */
+  float rotation[4]; /* unit quaternion x y z w, to within half a per cent */
+  float tint[3];     /* multiplies leaf colour, 0 to 1e6; 1 1 1 for none */
 } coppice_placement;
 
 /* Adds `count` instances of a plant. instances: [count] handles out, may be null. All or none are added. COPPICE_ERROR_OUT_OF_MEMORY: what
@@ -352,17 +366,17 @@ typedef enum coppice_view_kind {
 typedef struct coppice_shadow_cascade {
   VkImageView
       image; /* 2D, depth; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE, VERTEX and FRAGMENT_SHADER / SHADER_SAMPLED_READ */
-  float clip_from_world[16]; /* that it was drawn with */
+  float clip_from_world[16]; /* that it was drawn with; has an inverse */
 } coppice_shadow_cascade;
 
 /* The camera and the light. The same view must be given to frame_begin, record_cull and record_draw of a frame. */
 typedef struct coppice_view {
   uint32_t struct_size;
-  float view_from_world[16];
-  float clip_from_view[16];
-  uint32_t width_px;
+  float view_from_world[16]; /* a rotation, perhaps mirrored, and a translation of at most 1e10 m an axis */
+  float clip_from_view[16];  /* a perspective that looks down -z: its last row is 0 0 -1 0. May be oblique */
+  uint32_t width_px;         /* 1 to what the device draws */
   uint32_t height_px;
-  float error_px; /* error threshold, > 0; default 2. See "error table" in ARCHITECTURE.md for the unit */
+  float error_px; /* error threshold, > 0, at most 1e6; default 2. See "error table" in ARCHITECTURE.md for the unit */
   coppice_lod_mode lod;
   /* How much a frame may draw, in leaves; 0: as much as error_px asks for, the default. The threshold rises above error_px, for all
    * instances alike and little by little, to 32 px at most, until what is drawn fits: a wood triangle counts as a leaf, a triangle that the
@@ -371,11 +385,11 @@ typedef struct coppice_view {
   uint32_t leaf_budget;
 
   float sun_direction[3]; /* unit, towards the sun, world space */
-  float sun_color[3];     /* linear radiance */
+  float sun_color[3];     /* linear radiance; 0 to 1e9, here and below */
   float sky_color[3];     /* linear ambient from above */
   float ground_color[3];  /* linear ambient from below */
   float fog_color[3];
-  float fog_density;             /* 1/m; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
+  float fog_density;             /* 1/m, 0 to 1e6; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
   coppice_debug_view debug_view; /* default none */
 
   coppice_view_kind kind;
@@ -389,9 +403,9 @@ void coppice_view_init(coppice_view* view);
 
 /* A square of the sun's view that holds a sphere, and what stands between it and the sun for three radii more. */
 typedef struct coppice_shadow_desc {
-  float center[3]; /* world space, m */
-  float radius_m;  /* > 0 */
-  uint32_t size_px;
+  float center[3];  /* world space, m, within 1e9 of 0 */
+  float radius_m;   /* 1e-6 to 1e8 */
+  uint32_t size_px; /* 1 to what the device draws */
 } coppice_shadow_desc;
 
 /* Fills shadow, of kind COPPICE_VIEW_SHADOW: the sun of `camera` from 40 radii away, as perspective that is parallel to within 1.5
@@ -405,22 +419,25 @@ coppice_status coppice_shadow_view(const coppice_context* context, const coppice
 typedef struct coppice_frame {
   uint32_t struct_size;
   uint64_t frame_number;     /* of the frame about to be recorded; grows by at least 1 each call, first is >= 1 */
-  uint64_t completed_number; /* the GPU has finished every frame up to this one; 0 for none yet */
+  uint64_t completed_number; /* the GPU has finished every frame up to this one; 0 for none yet. Below frame_number, and never falls */
   const coppice_view* view;
 } coppice_frame;
 void coppice_frame_init(coppice_frame* frame);
 
-/* Collects finished reads and decodes, decides what to load and evict for frame->view, starts reads and jobs. Never blocks. */
+/* Collects finished reads and decodes, decides what to load and evict for frame->view, starts reads and jobs. Never blocks.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST */
 coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame);
 
 /* Records copies of changed instances and newly decoded pages.
  * before: coppice_frame_begin, once for each call. after: everything visible to coppice_record_cull and _draw. queue: graphics.
- * errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY: nothing is drawn in
- * this frame; the commands must be submitted all the same, and the next frame tries again. */
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY, or
+ * COPPICE_ERROR_INTERNAL where the driver fails otherwise: nothing is drawn in this frame; the commands must be submitted all the same, and
+ * the next frame tries again. COPPICE_ERROR_DEVICE_LOST */
 coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd);
 
 /* Records culling and cut selection for every instance. Outside a render pass. queue: graphics.
- * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT.
+ * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT. Where the compute rasteriser's picture or a view's
+ * shadow maps find no memory the frame goes on without, and the log says so once. COPPICE_ERROR_DEVICE_LOST
  * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
 coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view);
 

@@ -2,11 +2,34 @@
 
 #include <array>
 #include <string>
+#include <string_view>
 
 #include "check.h"
+#include "hooks.h"
 
 namespace coppice::gpu {
 namespace {
+
+struct Meaning {
+  VkResult result;
+  Status status;
+  const char* name;
+};
+constexpr std::array kMeanings{
+    Meaning{VK_ERROR_OUT_OF_HOST_MEMORY, Status::out_of_memory, "VK_ERROR_OUT_OF_HOST_MEMORY"},
+    Meaning{VK_ERROR_OUT_OF_DEVICE_MEMORY, Status::out_of_memory, "VK_ERROR_OUT_OF_DEVICE_MEMORY"},
+    Meaning{VK_ERROR_TOO_MANY_OBJECTS, Status::out_of_memory, "VK_ERROR_TOO_MANY_OBJECTS"},
+    Meaning{VK_ERROR_MEMORY_MAP_FAILED, Status::out_of_memory, "VK_ERROR_MEMORY_MAP_FAILED"},
+    Meaning{VK_ERROR_OUT_OF_POOL_MEMORY, Status::out_of_memory, "VK_ERROR_OUT_OF_POOL_MEMORY"},
+    Meaning{VK_ERROR_FRAGMENTED_POOL, Status::out_of_memory, "VK_ERROR_FRAGMENTED_POOL"},
+    Meaning{VK_ERROR_FRAGMENTATION, Status::out_of_memory, "VK_ERROR_FRAGMENTATION"},
+    Meaning{VK_ERROR_DEVICE_LOST, Status::device_lost, "VK_ERROR_DEVICE_LOST"},
+    Meaning{VK_ERROR_FORMAT_NOT_SUPPORTED, Status::unsupported, "VK_ERROR_FORMAT_NOT_SUPPORTED"},
+    Meaning{VK_ERROR_FEATURE_NOT_PRESENT, Status::unsupported, "VK_ERROR_FEATURE_NOT_PRESENT"},
+    Meaning{VK_ERROR_EXTENSION_NOT_PRESENT, Status::unsupported, "VK_ERROR_EXTENSION_NOT_PRESENT"},
+    Meaning{VK_ERROR_INITIALIZATION_FAILED, Status::internal, "VK_ERROR_INITIALIZATION_FAILED"},
+    Meaning{VK_ERROR_UNKNOWN, Status::internal, "VK_ERROR_UNKNOWN"},
+};
 
 std::string missing_features(const Functions& vk, VkPhysicalDevice physical_device) {
   VkPhysicalDeviceVulkan13Features vulkan13{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
@@ -49,8 +72,7 @@ Result<VkDeviceMemory> allocate_memory(Device& device, const VkMemoryRequirement
                                   .allocationSize = requirements.size,
                                   .memoryTypeIndex = type};
   VkDeviceMemory memory = VK_NULL_HANDLE;
-  if (const VkResult result = device.vk.vkAllocateMemory(device.device, &info, nullptr, &memory); result != VK_SUCCESS)
-    return vulkan_error(result, "vkAllocateMemory");
+  COPPICE_CHECK(check(device, device.vk.vkAllocateMemory(device.device, &info, nullptr, &memory), "vkAllocateMemory"));
   device.allocated_bytes += requirements.size;
   return memory;
 }
@@ -62,13 +84,12 @@ Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usag
   COPPICE_TRY(memory, allocate_memory(device, requirements, kind, addressable));
   buffer.memory = memory;
   buffer.allocated_bytes = requirements.size;
-  if (const VkResult result = device.vk.vkBindBufferMemory(device.device, buffer.buffer, memory, 0); result != VK_SUCCESS)
-    return vulkan_error(result, "vkBindBufferMemory");
+  COPPICE_CHECK(check(device, device.vk.vkBindBufferMemory(device.device, buffer.buffer, memory, 0), "vkBindBufferMemory"));
   if (usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
     const VkBufferViewCreateInfo info{
         .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = buffer.buffer, .format = VK_FORMAT_R32_UINT, .range = VK_WHOLE_SIZE};
-    if (const VkResult result = device.vk.vkCreateBufferView(device.device, &info, nullptr, &buffer.texels); result != VK_SUCCESS)
-      return vulkan_error(result, "vkCreateBufferView");
+    COPPICE_CHECK(check_created(device, device.vk.vkCreateBufferView(device.device, &info, nullptr, &buffer.texels), "vkCreateBufferView",
+                                buffer.texels));
   }
   if (addressable) {
     const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.buffer};
@@ -76,8 +97,7 @@ Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usag
   }
   if (kind == MemoryKind::device) return {};
   void* mapped = nullptr;
-  if (const VkResult result = device.vk.vkMapMemory(device.device, memory, 0, VK_WHOLE_SIZE, 0, &mapped); result != VK_SUCCESS)
-    return vulkan_error(result, "vkMapMemory");
+  COPPICE_CHECK(check(device, device.vk.vkMapMemory(device.device, memory, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory"));
   buffer.mapped = static_cast<std::uint8_t*>(mapped);
   return {};
 }
@@ -93,33 +113,38 @@ Result<void> back_texture(Device& device, Texture& texture) {
   COPPICE_TRY(memory, allocate_memory(device, requirements, MemoryKind::device, false));
   texture.memory = memory;
   texture.allocated_bytes = requirements.size;
-  if (const VkResult result = device.vk.vkBindImageMemory(device.device, texture.image, memory, 0); result != VK_SUCCESS)
-    return vulkan_error(result, "vkBindImageMemory");
+  COPPICE_CHECK(check(device, device.vk.vkBindImageMemory(device.device, texture.image, memory, 0), "vkBindImageMemory"));
   const VkImageViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
                                    .image = texture.image,
                                    .viewType = VK_IMAGE_VIEW_TYPE_2D,
                                    .format = vulkan_format(texture.format),
                                    .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1}};
-  if (const VkResult result = device.vk.vkCreateImageView(device.device, &info, nullptr, &texture.view); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateImageView");
+  COPPICE_CHECK(
+      check_created(device, device.vk.vkCreateImageView(device.device, &info, nullptr, &texture.view), "vkCreateImageView", texture.view));
   return {};
 }
 
 }  // namespace
 
-Error vulkan_error(VkResult result, const char* what) {
-  const std::string detail = "VkResult " + std::to_string(result);
-  switch (result) {
-    case VK_ERROR_OUT_OF_HOST_MEMORY:
-    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
-    case VK_ERROR_TOO_MANY_OBJECTS:
-    case VK_ERROR_OUT_OF_POOL_MEMORY:
-      return Error{Status::out_of_memory, what, Error::kNoOffset, detail};
-    case VK_ERROR_DEVICE_LOST:
-      return Error{Status::device_lost, what, Error::kNoOffset, detail};
-    default:
-      return Error{Status::internal, what, Error::kNoOffset, detail};
-  }
+Result<void> check(Device& device, VkResult result, const char* call) {
+  if (result == VK_SUCCESS) return {};
+  if (result == VK_ERROR_DEVICE_LOST) device.lost_call = call;
+  for (const Meaning& meaning : kMeanings)
+    if (meaning.result == result) return Error{meaning.status, call, Error::kNoOffset, meaning.name};
+  return Error{Status::internal, call, Error::kNoOffset, "VkResult " + std::to_string(result)};
+}
+
+Result<void> check_alive(const Device& device) {
+  if (device.lost_call == nullptr) return {};
+  return Error{Status::device_lost, device.lost_call, Error::kNoOffset,
+               "VK_ERROR_DEVICE_LOST; destroy the context, then create it again on a new device"};
+}
+
+void go_on_without(Device& device, const Error& error, const char* instead) {
+  if (error.status == Status::device_lost) return;
+  if (device.warned_call != nullptr && std::string_view(device.warned_call) == error.what) return;
+  device.warned_call = error.what;
+  log_line(device.log, COPPICE_LOG_WARNING, "%s; %s", error.message().c_str(), instead);
 }
 
 Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device, VkDevice device,
@@ -136,6 +161,9 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
   opened.max_draw_count = properties.limits.maxDrawIndirectCount;
   opened.max_texel_count = properties.limits.maxTexelBufferElements;
   opened.max_group_count = properties.limits.maxComputeWorkGroupCount[0];
+  opened.max_view_width = properties.limits.maxViewportDimensions[0];
+  opened.max_view_height = properties.limits.maxViewportDimensions[1];
+  opened.sample_counts = properties.limits.framebufferColorSampleCounts & properties.limits.framebufferDepthSampleCounts;
   opened.vk.vkGetPhysicalDeviceMemoryProperties(physical_device, &opened.memory);
   return opened;
 }
@@ -160,8 +188,7 @@ Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferU
     return Error{Status::unsupported, "texel buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};
   const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size_bytes, .usage = usage};
   Buffer buffer{.size_bytes = size_bytes};
-  if (const VkResult result = device.vk.vkCreateBuffer(device.device, &info, nullptr, &buffer.buffer); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateBuffer");
+  COPPICE_CHECK(check(device, device.vk.vkCreateBuffer(device.device, &info, nullptr, &buffer.buffer), "vkCreateBuffer"));
   if (auto backed = back_buffer(device, buffer, usage, kind); !backed) {
     destroy_buffer(device, buffer);
     return backed.error();
@@ -188,8 +215,7 @@ Result<Texture> create_texture(Device& device, const coppice_file_texture& wante
                                .samples = VK_SAMPLE_COUNT_1_BIT,
                                .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
   Texture texture{.width = wanted.width, .height = wanted.height, .mip_count = wanted.mip_count, .format = wanted.format};
-  if (const VkResult result = device.vk.vkCreateImage(device.device, &info, nullptr, &texture.image); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateImage");
+  COPPICE_CHECK(check(device, device.vk.vkCreateImage(device.device, &info, nullptr, &texture.image), "vkCreateImage"));
   if (auto backed = back_texture(device, texture); !backed) {
     destroy_texture(device, texture);
     return backed.error();

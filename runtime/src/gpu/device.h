@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "coppice/coppice.h"
 #include "coppice/format.h"
 #include "functions.h"
 #include "result.h"
@@ -14,12 +15,17 @@ struct Device {
   VkPhysicalDevice physical_device = VK_NULL_HANDLE;
   VkDevice device = VK_NULL_HANDLE;
   VkPhysicalDeviceMemoryProperties memory{};
-  std::uint64_t max_storage_bytes = 0;  ///< of one storage buffer binding
-  std::uint32_t max_draw_count = 0;     ///< of one indirect draw
-  std::uint32_t max_group_count = 0;    ///< of one dispatch, in x
-  std::uint64_t max_texel_count = 0;    ///< of one texel buffer view
-  std::uint64_t allocated_bytes = 0;    ///< of every vkAllocateMemory not yet freed
-  bool block_textures = false;          ///< textureCompressionBC is enabled; only the engine knows, so the caller says it
+  std::uint64_t max_storage_bytes = 0;                    ///< of one storage buffer binding
+  std::uint32_t max_draw_count = 0;                       ///< of one indirect draw
+  std::uint32_t max_group_count = 0;                      ///< of one dispatch, in x
+  std::uint64_t max_texel_count = 0;                      ///< of one texel buffer view
+  std::uint64_t allocated_bytes = 0;                      ///< of every vkAllocateMemory not yet freed
+  bool block_textures = false;                            ///< textureCompressionBC is enabled; only the engine knows, so the caller says it
+  std::uint32_t max_view_width = 0, max_view_height = 0;  ///< of a viewport
+  VkSampleCountFlags sample_counts = 0;                   ///< of attachments for colour and depth
+  coppice_log log{};                                      ///< hears of what the frame goes on without
+  const char* lost_call = nullptr;                        ///< that returned VK_ERROR_DEVICE_LOST; null while the device lives
+  const char* warned_call = nullptr;                      ///< that a line was last written about
 };
 
 /// Loads the functions and checks that the physical device has the features of coppice_context_desc.device.
@@ -67,8 +73,23 @@ struct Texture {
 Result<Texture> create_texture(Device& device, const coppice_file_texture& wanted);
 void destroy_texture(Device& device, Texture& texture);
 
-/// Status of a failed Vulkan call.
-[[nodiscard]] Error vulkan_error(VkResult result, const char* what);
+/// What a Vulkan call returned: the one place where a VkResult becomes a Status. A loss is kept in device.lost_call.
+/// call  static storage, its name. errors  out_of_memory, device_lost, unsupported; internal: all else but VK_SUCCESS
+[[nodiscard]] Result<void> check(Device& device, VkResult result, const char* call);
+
+/// The same for a call that creates `handle`, which is null if it failed: Vulkan leaves it undefined.
+template <class Handle>
+[[nodiscard]] Result<void> check_created(Device& device, VkResult result, const char* call, Handle& handle) {
+  if (result != VK_SUCCESS) handle = VK_NULL_HANDLE;
+  return check(device, result, call);
+}
+
+/// errors  device_lost: a call said so, now or earlier
+[[nodiscard]] Result<void> check_alive(const Device& device);
+
+/// Tells the log that a frame goes on without something, once until another call fails. A lost device is the caller's to return.
+/// instead  what happens: "drawn without shadows"
+void go_on_without(Device& device, const Error& error, const char* instead);
 
 /// Records one global memory barrier.
 void memory_barrier(const Device& device, VkCommandBuffer cmd, VkPipelineStageFlags2 source_stages, VkAccessFlags2 source_access,

@@ -6,11 +6,12 @@
 
 namespace coppice::gpu {
 
-#define COPPICE_INSTANCE_FUNCTIONS(X) \
-  X(vkGetDeviceProcAddr)              \
-  X(vkGetPhysicalDeviceFeatures2)     \
-  X(vkGetPhysicalDeviceProperties)    \
-  X(vkGetPhysicalDeviceProperties2)   \
+#define COPPICE_INSTANCE_FUNCTIONS(X)    \
+  X(vkGetDeviceProcAddr)                 \
+  X(vkGetPhysicalDeviceFeatures2)        \
+  X(vkGetPhysicalDeviceFormatProperties) \
+  X(vkGetPhysicalDeviceProperties)       \
+  X(vkGetPhysicalDeviceProperties2)      \
   X(vkGetPhysicalDeviceMemoryProperties)
 
 #define COPPICE_DEVICE_FUNCTIONS(X) \

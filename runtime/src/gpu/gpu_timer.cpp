@@ -10,8 +10,7 @@ Result<void> GpuTimer::create(Device& device) {
   tick_ns_ = properties.limits.timestampPeriod;
   const VkQueryPoolCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = kSlots * kMarks};
-  if (const VkResult result = device.vk.vkCreateQueryPool(device.device, &info, nullptr, &pool_); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateQueryPool");
+  COPPICE_CHECK(check_created(device, device.vk.vkCreateQueryPool(device.device, &info, nullptr, &pool_), "vkCreateQueryPool", pool_));
   return {};
 }
 
@@ -45,16 +44,19 @@ void GpuTimer::mark(const Device& device, VkCommandBuffer cmd, Pass pass) {
   stamp(device, cmd);
 }
 
-void GpuTimer::collect(const Device& device, std::uint64_t completed_frame) {
+void GpuTimer::collect(Device& device, std::uint64_t completed_frame) {
   const Slot* newest = nullptr;
   for (const Slot& slot : slots_)
     if (slot.frame != 0 && slot.frame <= completed_frame && (newest == nullptr || slot.frame > newest->frame)) newest = &slot;
   if (newest == nullptr || newest->mark_count < 2) return;
   std::array<std::uint64_t, kMarks> ticks{};
   const auto first = static_cast<std::uint32_t>(newest - slots_.data()) * kMarks;
-  if (device.vk.vkGetQueryPoolResults(device.device, pool_, first, newest->mark_count, newest->mark_count * sizeof ticks[0], ticks.data(),
-                                      sizeof ticks[0], VK_QUERY_RESULT_64_BIT) != VK_SUCCESS)
-    return;
+  const VkResult result =
+      device.vk.vkGetQueryPoolResults(device.device, pool_, first, newest->mark_count, newest->mark_count * sizeof ticks[0], ticks.data(),
+                                      sizeof ticks[0], VK_QUERY_RESULT_64_BIT);
+  if (result == VK_NOT_READY) return;
+  if (auto read = check(device, result, "vkGetQueryPoolResults"); !read)
+    return go_on_without(device, read.error(), "pass_ms stays as it was");
   pass_ms_ = {};
   for (std::uint32_t i = 1; i < newest->mark_count; ++i)
     pass_ms_[static_cast<std::size_t>(newest->passes[i])] += static_cast<float>(ticks[i] - ticks[i - 1]) * tick_ns_ * 1e-6f;

@@ -24,8 +24,8 @@ class GpuTimer {
   void begin(const Device& device, VkCommandBuffer cmd, std::uint64_t frame, std::uint64_t completed_frame);
   /// The time since the last mark, or since begin, was spent on `pass`.
   void mark(const Device& device, VkCommandBuffer cmd, Pass pass);
-  /// Reads the newest completed frame's.
-  void collect(const Device& device, std::uint64_t completed_frame);
+  /// Reads the newest completed frame's; where that fails the times stay what they were.
+  void collect(Device& device, std::uint64_t completed_frame);
 
   /// Milliseconds of each pass in that frame; 0 until there is one.
   [[nodiscard]] const std::array<float, static_cast<std::size_t>(Pass::count)>& pass_ms() const { return pass_ms_; }

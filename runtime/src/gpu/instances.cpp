@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "check.h"
+#include "handle.h"
 
 namespace coppice::gpu {
 namespace {
@@ -12,10 +13,7 @@ namespace {
 static_assert(kDirtyBlockSlots == 64, "a bit of Block::used each");
 
 std::uint32_t slot_of(coppice_instance handle) {
-  return static_cast<std::uint32_t>(handle & 0xffffffffu) - 1;
-}
-std::uint32_t generation_of(coppice_instance handle) {
-  return static_cast<std::uint32_t>(handle >> 32);
+  return unpack_handle(handle).index;
 }
 
 vec3 rotate(const vec4& q, const vec3& v) {
@@ -50,8 +48,10 @@ SlotRange DirtySlots::take() {
   return range;
 }
 
-Result<InstanceTable> InstanceTable::create(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t max_plants) {
+Result<InstanceTable> InstanceTable::create(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t max_plants,
+                                            std::uint32_t context_tag) {
   InstanceTable table;
+  table.context_tag_ = context_tag;
   COPPICE_TRY(instances, HookArray<Instance>::allocate(allocator, max_instances));
   COPPICE_TRY(spheres, HookArray<InstanceSphere>::allocate(allocator, max_instances));
   COPPICE_TRY(generations, HookArray<std::uint32_t>::allocate(allocator, max_instances));
@@ -99,7 +99,7 @@ Result<void> InstanceTable::add(std::uint32_t plant, std::span<const coppice_pla
   for (std::size_t i = 0; i < placements.size(); ++i) {
     const std::uint32_t slot = take_slot();
     write(slot, plant, placements[i]);
-    if (!handles.empty()) handles[i] = std::uint64_t{generations_[slot]} << 32 | (slot + 1);
+    if (!handles.empty()) handles[i] = handle_of(slot);
   }
   return {};
 }
@@ -180,10 +180,13 @@ std::uint32_t InstanceTable::take_slot() {
   return block * kDirtyBlockSlots + place;
 }
 
+coppice_instance InstanceTable::handle_of(std::uint32_t slot) const {
+  return pack_handle({HandleKind::instance, context_tag_, generations_[slot], slot});
+}
+
 bool InstanceTable::is_live(coppice_instance handle) const {
   const std::uint32_t slot = slot_of(handle);
-  return slot < slot_count_ && generations_[slot] == generation_of(handle) && instances_[slot].plant != kNoPlant &&
-         !blocks_[slot / kDirtyBlockSlots].tile;
+  return slot < slot_count_ && handle == handle_of(slot) && instances_[slot].plant != kNoPlant && !blocks_[slot / kDirtyBlockSlots].tile;
 }
 
 void InstanceTable::move(coppice_instance handle, const coppice_placement& placement) {

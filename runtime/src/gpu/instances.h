@@ -50,8 +50,9 @@ class DirtySlots {
 /// tile: what lies in a block is then near each other and comes and goes together. An empty block can become either.
 class InstanceTable {
  public:
-  /// errors  out_of_memory: the allocator hook
-  static Result<InstanceTable> create(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t max_plants);
+  /// max_instances: <= kMaxHandleIndex. context_tag: of its handles. errors  out_of_memory: the allocator hook
+  static Result<InstanceTable> create(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t max_plants,
+                                      std::uint32_t context_tag = 0);
 
   /// Bounding sphere of a plant's model, object space; before its first instance.
   void set_plant_sphere(std::uint32_t plant, const float center[3], float radius_m);
@@ -106,6 +107,7 @@ class InstanceTable {
   };
 
   void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement);
+  [[nodiscard]] coppice_instance handle_of(std::uint32_t slot) const;
   std::uint32_t take_slot();
   std::uint32_t take_block();
   void link(std::uint32_t block);
@@ -124,6 +126,7 @@ class InstanceTable {
   DirtySlots unbounded_;                   ///< since the last update_bounds()
   std::vector<std::uint32_t> plant_counts_;
   std::vector<Sphere> plant_spheres_;
+  std::uint32_t context_tag_ = 0;
   std::uint32_t slot_count_ = 0;  ///< slots ever used
   std::uint32_t count_ = 0;
   std::uint32_t freed_block_count_ = 0;

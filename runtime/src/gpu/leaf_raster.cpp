@@ -41,12 +41,11 @@ constexpr float kSplat_px = 4.0f;
 
 class ShaderModule {
  public:
-  static Result<VkShaderModule> create(const Device& device, std::span<const std::uint32_t> words) {
+  static Result<VkShaderModule> create(Device& device, std::span<const std::uint32_t> words) {
     const VkShaderModuleCreateInfo info{
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words.size_bytes(), .pCode = words.data()};
     VkShaderModule module = VK_NULL_HANDLE;
-    if (const VkResult result = device.vk.vkCreateShaderModule(device.device, &info, nullptr, &module); result != VK_SUCCESS)
-      return vulkan_error(result, "vkCreateShaderModule");
+    COPPICE_CHECK(check(device, device.vk.vkCreateShaderModule(device.device, &info, nullptr, &module), "vkCreateShaderModule"));
     return module;
   }
 };
@@ -82,8 +81,8 @@ constexpr RasterShape kManyLanes{.expand_together = true,
                                  .splat_lanes = 64,
                                  .cluster_lanes = 32};
 
-Result<VkPipeline> create_compute(const Device& device, VkPipelineCache cache, VkPipelineLayout layout,
-                                  std::span<const std::uint32_t> words, const Constants& constants) {
+Result<VkPipeline> create_compute(Device& device, VkPipelineCache cache, VkPipelineLayout layout, std::span<const std::uint32_t> words,
+                                  const Constants& constants) {
   COPPICE_TRY(module, ShaderModule::create(device, words));
   const std::array<VkSpecializationMapEntry, 6> entries{{{0, offsetof(Constants, kind), sizeof(std::uint32_t)},
                                                          {1, offsetof(Constants, lanes), sizeof(std::uint32_t)},
@@ -102,7 +101,7 @@ Result<VkPipeline> create_compute(const Device& device, VkPipelineCache cache, V
   VkPipeline pipeline = VK_NULL_HANDLE;
   const VkResult result = device.vk.vkCreateComputePipelines(device.device, cache, 1, &info, nullptr, &pipeline);
   device.vk.vkDestroyShaderModule(device.device, module, nullptr);
-  if (result != VK_SUCCESS) return vulkan_error(result, "vkCreateComputePipelines");
+  COPPICE_CHECK(check(device, result, "vkCreateComputePipelines"));
   return pipeline;
 }
 
@@ -179,9 +178,8 @@ Result<void> LeafRaster::create_layouts() {
         .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | (i == kStorageCount ? VkShaderStageFlags{VK_SHADER_STAGE_FRAGMENT_BIT} : 0u)};
   const VkDescriptorSetLayoutCreateInfo set_info{
       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = kBindingCount, .pBindings = bindings.data()};
-  if (const VkResult result = device_.vk.vkCreateDescriptorSetLayout(device_.device, &set_info, nullptr, &pipelines_.set_layout);
-      result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateDescriptorSetLayout");
+  COPPICE_CHECK(check_created(device_, device_.vk.vkCreateDescriptorSetLayout(device_.device, &set_info, nullptr, &pipelines_.set_layout),
+                              "vkCreateDescriptorSetLayout", pipelines_.set_layout));
   const std::array sets{desc_.frame_set_layout, pipelines_.set_layout};
   const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, .size = sizeof(RasterPush)};
   const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
@@ -189,8 +187,8 @@ Result<void> LeafRaster::create_layouts() {
                                         .pSetLayouts = sets.data(),
                                         .pushConstantRangeCount = 1,
                                         .pPushConstantRanges = &push};
-  if (const VkResult result = device_.vk.vkCreatePipelineLayout(device_.device, &info, nullptr, &pipelines_.layout); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreatePipelineLayout");
+  COPPICE_CHECK(check_created(device_, device_.vk.vkCreatePipelineLayout(device_.device, &info, nullptr, &pipelines_.layout),
+                              "vkCreatePipelineLayout", pipelines_.layout));
   return {};
 }
 
@@ -288,15 +286,16 @@ Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
                                              .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
                                              .pPoolSizes = sizes.data()};
   DescriptorSet made;
-  if (const VkResult result = device_.vk.vkCreateDescriptorPool(device_.device, &pool_info, nullptr, &made.pool); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateDescriptorPool");
+  COPPICE_CHECK(
+      check(device_, device_.vk.vkCreateDescriptorPool(device_.device, &pool_info, nullptr, &made.pool), "vkCreateDescriptorPool"));
   const VkDescriptorSetAllocateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
                                          .descriptorPool = made.pool,
                                          .descriptorSetCount = 1,
                                          .pSetLayouts = &pipelines_.set_layout};
-  if (const VkResult result = device_.vk.vkAllocateDescriptorSets(device_.device, &info, &made.set); result != VK_SUCCESS) {
+  auto set = check(device_, device_.vk.vkAllocateDescriptorSets(device_.device, &info, &made.set), "vkAllocateDescriptorSets");
+  if (!set) {
     device_.vk.vkDestroyDescriptorPool(device_.device, made.pool, nullptr);
-    return vulkan_error(result, "vkAllocateDescriptorSets");
+    return set.error();
   }
   const std::array<VkBuffer, kStorageCount> buffers{buffers_.picture.buffer, buffers_.blocks.buffer, plants_.lists(),
                                                     plants_.plants(),        buffers_.rounds.buffer, buffers_.visible_blocks.buffer,
@@ -322,6 +321,7 @@ Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
   device_.vk.vkUpdateDescriptorSets(device_.device, kBindingCount, writes.data(), 0, nullptr);
   if (set_.pool != VK_NULL_HANDLE) garbage_.retire(frame, set_.pool);
   set_ = made;
+  set_stale_ = false;
   return {};
 }
 
@@ -350,11 +350,19 @@ Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t
     if (old.buffer != VK_NULL_HANDLE) garbage_.retire(frame, old);
   buffers_.picture = picture;
   buffers_.tiles = *tiles;
-  return rebuild_set(frame);
+  set_stale_ = true;
+  return {};
 }
 
 bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame) {
-  if (!is_drawn(view) || !reserve_picture(view, frame)) return false;
+  if (!is_drawn(view)) return false;
+  auto reserved = reserve_picture(view, frame);
+  // Also after a picture whose set could not be made in an earlier frame.
+  if (reserved && set_stale_) reserved = rebuild_set(frame);
+  if (!reserved) {
+    go_on_without(device_, reserved.error(), "what the compute shaders would draw is drawn by the hardware");
+    return false;
+  }
   const bool reversed = is_reversed(desc_.attachments.depth_compare);
   debug_view_ = view.debug_view;
   push_ = {.round = 0,

@@ -122,6 +122,7 @@ class LeafRaster {
   Pipelines pipelines_;
   Buffers buffers_;
   DescriptorSet set_;
+  bool set_stale_ = false;  ///< a buffer of it has been replaced
   RasterPlants plants_;
   RasterPush push_{};                                   ///< of the last view
   coppice_debug_view debug_view_ = COPPICE_DEBUG_NONE;  ///< likewise

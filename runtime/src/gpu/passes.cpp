@@ -22,8 +22,8 @@ Result<VkDescriptorSetLayout> create_set_layout(Device& device, std::span<const 
                                              .bindingCount = static_cast<std::uint32_t>(bindings.size()),
                                              .pBindings = bindings.data()};
   VkDescriptorSetLayout layout = VK_NULL_HANDLE;
-  if (const VkResult result = device.vk.vkCreateDescriptorSetLayout(device.device, &info, nullptr, &layout); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateDescriptorSetLayout");
+  COPPICE_CHECK(
+      check(device, device.vk.vkCreateDescriptorSetLayout(device.device, &info, nullptr, &layout), "vkCreateDescriptorSetLayout"));
   return layout;
 }
 
@@ -63,8 +63,8 @@ Result<void> create_layouts(Device& device, Passes& passes) {
                                         .pSetLayouts = sets.data(),
                                         .pushConstantRangeCount = 1,
                                         .pPushConstantRanges = &push};
-  if (const VkResult result = device.vk.vkCreatePipelineLayout(device.device, &info, nullptr, &passes.layout); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreatePipelineLayout");
+  COPPICE_CHECK(check_created(device, device.vk.vkCreatePipelineLayout(device.device, &info, nullptr, &passes.layout),
+                              "vkCreatePipelineLayout", passes.layout));
   return {};
 }
 
@@ -82,13 +82,13 @@ Result<void> create_samplers(Device& device, Passes& passes) {
                            .minFilter = VK_FILTER_LINEAR,
                            .mipmapMode = mipmap_mode(device),
                            .maxLod = VK_LOD_CLAMP_NONE};
-  if (const VkResult result = device.vk.vkCreateSampler(device.device, &info, nullptr, &passes.sampler); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateSampler");
+  COPPICE_CHECK(
+      check_created(device, device.vk.vkCreateSampler(device.device, &info, nullptr, &passes.sampler), "vkCreateSampler", passes.sampler));
   info.magFilter = info.minFilter = VK_FILTER_NEAREST;
   info.mipmapMode = VK_SAMPLER_MIPMAP_MODE_NEAREST;
   info.addressModeU = info.addressModeV = info.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
-  if (const VkResult result = device.vk.vkCreateSampler(device.device, &info, nullptr, &passes.map_sampler); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateSampler");
+  COPPICE_CHECK(check_created(device, device.vk.vkCreateSampler(device.device, &info, nullptr, &passes.map_sampler), "vkCreateSampler",
+                              passes.map_sampler));
   return {};
 }
 
@@ -103,8 +103,8 @@ struct Modules {
   Result<void> create(std::size_t index, std::span<const std::uint32_t> words) {
     const VkShaderModuleCreateInfo info{
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words.size_bytes(), .pCode = words.data()};
-    if (const VkResult result = device.vk.vkCreateShaderModule(device.device, &info, nullptr, &modules[index]); result != VK_SUCCESS)
-      return vulkan_error(result, "vkCreateShaderModule");
+    COPPICE_CHECK(check_created(device, device.vk.vkCreateShaderModule(device.device, &info, nullptr, &modules[index]),
+                                "vkCreateShaderModule", modules[index]));
     return {};
   }
 };
@@ -126,8 +126,8 @@ Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, V
                                          .stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module, &constants),
                                          .layout = layout};
   VkPipeline pipeline = VK_NULL_HANDLE;
-  if (const VkResult result = device.vk.vkCreateComputePipelines(device.device, cache, 1, &info, nullptr, &pipeline); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateComputePipelines");
+  COPPICE_CHECK(
+      check(device, device.vk.vkCreateComputePipelines(device.device, cache, 1, &info, nullptr, &pipeline), "vkCreateComputePipelines"));
   return pipeline;
 }
 
@@ -187,8 +187,8 @@ Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& at
                                           .pDynamicState = &dynamic,
                                           .layout = layout};
   VkPipeline pipeline = VK_NULL_HANDLE;
-  if (const VkResult result = device.vk.vkCreateGraphicsPipelines(device.device, cache, 1, &info, nullptr, &pipeline); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateGraphicsPipelines");
+  COPPICE_CHECK(
+      check(device, device.vk.vkCreateGraphicsPipelines(device.device, cache, 1, &info, nullptr, &pipeline), "vkCreateGraphicsPipelines"));
   return pipeline;
 }
 
@@ -200,15 +200,16 @@ Result<DescriptorSet> allocate_set(Device& device, VkDescriptorSetLayout layout,
                                              .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
                                              .pPoolSizes = sizes.data()};
   DescriptorSet allocated;
-  if (const VkResult result = device.vk.vkCreateDescriptorPool(device.device, &pool_info, nullptr, &allocated.pool); result != VK_SUCCESS)
-    return vulkan_error(result, "vkCreateDescriptorPool");
+  COPPICE_CHECK(
+      check(device, device.vk.vkCreateDescriptorPool(device.device, &pool_info, nullptr, &allocated.pool), "vkCreateDescriptorPool"));
   const VkDescriptorSetAllocateInfo set_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
                                              .descriptorPool = allocated.pool,
                                              .descriptorSetCount = 1,
                                              .pSetLayouts = &layout};
-  if (const VkResult result = device.vk.vkAllocateDescriptorSets(device.device, &set_info, &allocated.set); result != VK_SUCCESS) {
+  auto set = check(device, device.vk.vkAllocateDescriptorSets(device.device, &set_info, &allocated.set), "vkAllocateDescriptorSets");
+  if (!set) {
     device.vk.vkDestroyDescriptorPool(device.device, allocated.pool, nullptr);
-    return vulkan_error(result, "vkAllocateDescriptorSets");
+    return set.error();
   }
   return allocated;
 }

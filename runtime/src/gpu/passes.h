@@ -37,6 +37,10 @@ struct DrawPipelines {
   MeshPipelines wood, leaf_mesh;
 };
 
+/// Whether pipelines for these attachments can work, by field of coppice_context_desc.
+/// errors  invalid_argument: an integer colour format, a depth format without depth; unsupported: this device does not do it
+Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments);
+
 /// Everything that is created once: layouts, sampler, pipelines.
 struct Passes {
   VkDescriptorSetLayout frame_set_layout = VK_NULL_HANDLE;    ///< set 0, the bindings of bindings.glsl and cull.comp

@@ -313,7 +313,7 @@ void RasterPlants::take_cuts(PlantLists& plant, ListBuild& build, RasterRoom& ro
   const bool follows = build.first == plant.record.level_count && build.leaf_counts.back() <= present_leaf_count(plant.pages);
   if ((old == plant.batches.end() && !follows) || !take_room(room, build.bytes.size())) return;
   auto buffer = upload(build, std::span(plant.headers).subspan(build.first, count));
-  if (!buffer) return;
+  if (!buffer) return go_on_without(*device_, buffer.error(), "leaves are drawn coarser, or by the hardware");
   const Batch batch{*buffer, build.first, count, build.leaf_counts.back(), build.looks_version};
   plant.changed = true;
   if (old != plant.batches.end()) {
@@ -328,12 +328,14 @@ void RasterPlants::take_cuts(PlantLists& plant, ListBuild& build, RasterRoom& ro
 void RasterPlants::take_mesh(PlantLists& plant, ListBuild& build, RasterRoom& room) {
   MeshList& mesh = plant.meshes[build.first - kRasterLevels];
   if (!std::exchange(mesh.building, false) || build.headers.empty()) return;
-  const bool has_room = take_room(room, build.bytes.size()) || build.first < kRasterMeshes;
-  auto buffer = has_room ? upload(build, std::span(plant.headers).subspan(build.first, 1))
-                         : Result<Buffer>(Error{Status::out_of_memory, "memory budget: no room for lists"});
-  if (!buffer) {
+  if (!take_room(room, build.bytes.size()) && build.first >= kRasterMeshes) {
     mesh.waiting = std::move(build.mesh);
     return;
+  }
+  auto buffer = upload(build, std::span(plant.headers).subspan(build.first, 1));
+  if (!buffer) {
+    mesh.waiting = std::move(build.mesh);
+    return go_on_without(*device_, buffer.error(), "wood and leaf meshes are drawn by the hardware");
   }
   mesh.buffer = *buffer;
   plant.changed = true;

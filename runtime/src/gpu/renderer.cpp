@@ -172,7 +172,10 @@ VkDescriptorSet Renderer::set_of(const coppice_view& view) {
   for (std::uint32_t i = 0; i < view.shadow_cascade_count; ++i) bindings.maps[i] = view.shadow_cascades[i].image;
   if (shadowed_set_.pool != VK_NULL_HANDLE && bindings.maps == maps_) return shadowed_set_.set;
   auto set = create_frame_set(device_, passes_, bindings);
-  if (!set) return frame_set_.set;
+  if (!set) {
+    go_on_without(device_, set.error(), "drawn without shadows");
+    return frame_set_.set;
+  }
   if (shadowed_set_.pool != VK_NULL_HANDLE) garbage_.retire(frame_, shadowed_set_.pool);
   shadowed_set_ = *set;
   maps_ = bindings.maps;
@@ -334,6 +337,14 @@ std::uint64_t Renderer::overhead_bytes() const {
   const std::uint64_t unaccounted = device_.allocated_bytes - std::min(device_.allocated_bytes, charged_bytes_);
   const std::uint64_t lists_bytes = raster_ ? raster_->plants().bytes() : 0;
   return unaccounted + lists_bytes + pages_.block_bytes() - std::min(pages_.slack_bytes(), pages_.block_bytes());
+}
+
+// A larger budget has larger blocks of pages.
+std::uint64_t Renderer::least_budget_bytes(std::uint64_t taken_bytes) const {
+  const std::uint64_t without_block = taken_bytes - pages_.block_bytes();
+  std::uint64_t least = 0;
+  for (std::uint64_t next = taken_bytes; next != least; next = without_block + pool_block_pages(least) * kPageBytes) least = next;
+  return least;
 }
 
 void Renderer::set_room(std::uint64_t bytes) {

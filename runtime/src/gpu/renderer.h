@@ -123,6 +123,11 @@ class Renderer {
   /// Device memory allocated beyond what the caller counts for uploaded chunks, the next block of the page pool included. Taking a page
   /// slot never raises it.
   [[nodiscard]] std::uint64_t overhead_bytes() const;
+  /// The least memory budget that holds what takes taken_bytes now, before any plant; overhead_bytes() is part of them.
+  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t taken_bytes) const;
+  /// errors  device_lost: a Vulkan call said so, now or earlier; nothing that is recorded from then on draws
+  [[nodiscard]] Result<void> device_state() const { return check_alive(device_); }
+  [[nodiscard]] const Device& device() const { return device_; }
   /// Whether upload_texture takes BC1 and BC3.
   [[nodiscard]] bool block_textures() const { return device_.block_textures; }
   /// What overhead_bytes() may grow by from here on. What would take more waits, is drawn coarser or by the hardware. Unlimited at first.

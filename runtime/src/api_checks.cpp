@@ -1,0 +1,201 @@
+#include "api_checks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <span>
+#include <utility>
+
+namespace coppice {
+namespace {
+
+// What lies beyond these is a mistake, and would overflow what is computed from it.
+constexpr float kMaxPosition_m = 1e9f;
+constexpr float kMaxEye_m = 1e10f;  // a sun camera stands 40 radii away
+constexpr float kMinRadius_m = 1e-6f, kMaxRadius_m = 1e8f;
+constexpr float kMinScale = 1e-6f, kMaxScale = 1e6f;
+constexpr float kMaxTint = 1e6f;
+constexpr float kMaxRadiance = 1e9f;
+constexpr float kMaxFogDensity = 1e6f;
+constexpr float kMaxMatrix = 1e10f;
+constexpr float kMinFocal = 1e-6f, kMaxFocal = 1e6f;  // of clip_from_view
+constexpr float kMaxError_px = 1e6f;
+constexpr float kMaxPrefetchFrames = 1000.0f;
+constexpr std::uint32_t kMaxPlants = 65536;
+/// Of squared lengths and products of axes that should be 1 or 0.
+constexpr float kUnitTolerance = 0.01f;
+
+/// Numbers of a struct that share a range.
+struct Field {
+  const char* name;
+  std::span<const float> values;
+  float least, most;
+};
+
+std::string numbered(const Field& field, std::size_t index) {
+  return field.values.size() == 1 ? field.name : std::string(field.name) + "[" + std::to_string(index) + "]";
+}
+
+std::string range_problem(const Field& field) {
+  for (std::size_t i = 0; i < field.values.size(); ++i) {
+    const float value = field.values[i];
+    if (value >= field.least && value <= field.most) continue;
+    if (!std::isfinite(value)) return numbered(field, i) + " is not finite";
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), " is %g: outside %g to %g", static_cast<double>(value), static_cast<double>(field.least),
+                  static_cast<double>(field.most));
+    return numbered(field, i) + text.data();
+  }
+  return {};
+}
+
+template <std::size_t count>
+std::string range_problem(const Field (&fields)[count]) {
+  for (const Field& field : fields)
+    if (std::string problem = range_problem(field); !problem.empty()) return problem;
+  return {};
+}
+
+bool is_unit(std::span<const float> values) {
+  float sum = 0;
+  for (const float value : values) sum += value * value;
+  return std::abs(sum - 1.0f) < kUnitTolerance;
+}
+
+/// Rotation, perhaps mirrored, and translation alone. m: finite, column-major
+bool is_rigid(std::span<const float, 16> m) {
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = a; b < 3; ++b) {
+      float product = 0;
+      for (std::size_t row = 0; row < 3; ++row) product += m[4 * a + row] * m[4 * b + row];
+      if (!(std::abs(product - (a == b ? 1.0f : 0.0f)) < kUnitTolerance)) return false;
+    }
+  return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
+}
+
+/// By the 2 x 2 minors of the first and the last two columns.
+double determinant(std::span<const float, 16> m) {
+  const auto minor = [&](std::size_t column, std::size_t a, std::size_t b) {
+    return double{m[4 * column + a]} * m[4 * column + 4 + b] - double{m[4 * column + b]} * m[4 * column + 4 + a];
+  };
+  return minor(0, 0, 1) * minor(2, 2, 3) - minor(0, 0, 2) * minor(2, 1, 3) + minor(0, 0, 3) * minor(2, 1, 2) +
+         minor(0, 1, 2) * minor(2, 0, 3) - minor(0, 1, 3) * minor(2, 0, 2) + minor(0, 2, 3) * minor(2, 0, 1);
+}
+
+std::string projection_problem(std::span<const float, 16> m) {
+  if (m[3] != 0.0f || m[7] != 0.0f || !(m[11] < 0.0f) || m[15] != 0.0f)
+    return "clip_from_view is not a perspective projection that looks down -z: its last row must be 0 0 -1 0";
+  for (const std::size_t i : {std::size_t{0}, std::size_t{5}})
+    if (!(std::abs(m[i]) >= kMinFocal && std::abs(m[i]) <= kMaxFocal))
+      return "clip_from_view[" + std::to_string(i) + "] is a scale outside 1e-6 to 1e6";
+  if (determinant(m) == 0.0) return "clip_from_view has no inverse";
+  return {};
+}
+
+std::string cascade_problem(const coppice_shadow_cascade& cascade) {
+  if (cascade.image == VK_NULL_HANDLE) return "image is null";
+  if (std::string problem = range_problem({"clip_from_world", cascade.clip_from_world, -kMaxMatrix, kMaxMatrix}); !problem.empty())
+    return problem;
+  return determinant(cascade.clip_from_world) == 0.0 ? "clip_from_world has no inverse" : "";
+}
+
+std::string size_problem(const char* name, std::uint32_t value, std::uint32_t most) {
+  if (value >= 1 && value <= most) return {};
+  return std::string(name) + " is " + std::to_string(value) + ": outside 1 to " + std::to_string(most);
+}
+
+template <class... Problems>
+std::string first_of(Problems... problems) {
+  std::string first;
+  const auto take = [&](std::string& problem) {
+    if (first.empty()) first = std::move(problem);
+  };
+  (take(problems), ...);
+  return first;
+}
+
+std::string flag_problem(const char* name, VkBool32 value) {
+  return value == VK_TRUE || value == VK_FALSE ? "" : std::string(name) + " is neither VK_TRUE nor VK_FALSE";
+}
+
+}  // namespace
+
+std::string desc_problem(const coppice_context_desc& desc) {
+  if (desc.instance == VK_NULL_HANDLE) return "instance is null";
+  if (desc.physical_device == VK_NULL_HANDLE) return "physical_device is null";
+  if (desc.device == VK_NULL_HANDLE) return "device is null";
+  if (desc.get_instance_proc_addr == nullptr) return "get_instance_proc_addr is null";
+  if (desc.color_format == VK_FORMAT_UNDEFINED) return "color_format is not set";
+  if (desc.depth_format == VK_FORMAT_UNDEFINED) return "depth_format is not set";
+  if (desc.depth_compare != VK_COMPARE_OP_LESS && desc.depth_compare != VK_COMPARE_OP_LESS_OR_EQUAL &&
+      desc.depth_compare != VK_COMPARE_OP_GREATER && desc.depth_compare != VK_COMPARE_OP_GREATER_OR_EQUAL)
+    return "depth_compare is none of LESS, LESS_OR_EQUAL, GREATER and GREATER_OR_EQUAL";
+  if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples is not one VkSampleCountFlagBits";
+  if (desc.memory_budget_bytes == 0) return "memory_budget_bytes is 0";
+  if (!(desc.streaming_ms > 0.0f)) return "streaming_ms is not above 0";
+  return first_of(range_problem({"prefetch_frames", {&desc.prefetch_frames, 1}, 0.0f, kMaxPrefetchFrames}),
+                  size_problem("max_instances", desc.max_instances, kMaxHandleIndex),
+                  size_problem("max_plants", desc.max_plants, kMaxPlants),
+                  flag_problem("texture_compression_bc", desc.texture_compression_bc), flag_problem("compute_raster", desc.compute_raster),
+                  flag_problem("shader_int64_atomics", desc.shader_int64_atomics), flag_problem("pass_times", desc.pass_times));
+}
+
+std::string view_problem(const coppice_view* view, const ViewLimits& limits) {
+  if (std::string problem = struct_problem(view, "view"); !problem.empty()) return problem;
+  const Field fields[] = {{"view_from_world", view->view_from_world, -kMaxEye_m, kMaxEye_m},
+                          {"clip_from_view", view->clip_from_view, -kMaxMatrix, kMaxMatrix},
+                          {"error_px", {&view->error_px, 1}, std::numeric_limits<float>::min(), kMaxError_px},
+                          {"sun_direction", view->sun_direction, -2.0f, 2.0f},
+                          {"sun_color", view->sun_color, 0.0f, kMaxRadiance},
+                          {"sky_color", view->sky_color, 0.0f, kMaxRadiance},
+                          {"ground_color", view->ground_color, 0.0f, kMaxRadiance},
+                          {"fog_color", view->fog_color, 0.0f, kMaxRadiance},
+                          {"fog_density", {&view->fog_density, 1}, 0.0f, kMaxFogDensity}};
+  const auto say = [](const std::string& problem) { return "view." + problem; };
+  if (const std::string problem = first_of(range_problem(fields), size_problem("width_px", view->width_px, limits.max_width_px),
+                                           size_problem("height_px", view->height_px, limits.max_height_px));
+      !problem.empty())
+    return say(problem);
+  if (!is_rigid(view->view_from_world)) return say("view_from_world is not a rotation and a translation");
+  if (const std::string problem = projection_problem(view->clip_from_view); !problem.empty()) return say(problem);
+  if (!is_unit(view->sun_direction)) return say("sun_direction is not of unit length");
+  if (view->lod < COPPICE_LOD_CUT || view->lod > COPPICE_LOD_DISCRETE) return say("lod is not a coppice_lod_mode");
+  if (view->debug_view < COPPICE_DEBUG_NONE || view->debug_view > COPPICE_DEBUG_RESIDENCY)
+    return say("debug_view is not a coppice_debug_view");
+  if (view->kind != COPPICE_VIEW_CAMERA && view->kind != COPPICE_VIEW_SHADOW) return say("kind is not a coppice_view_kind");
+  if (view->kind == COPPICE_VIEW_SHADOW && !limits.shadow_views)
+    return say("kind is COPPICE_VIEW_SHADOW, without coppice_context_desc.shadow_format");
+  if (view->shadow_cascade_count > COPPICE_MAX_SHADOW_CASCADES) return say("shadow_cascade_count is above COPPICE_MAX_SHADOW_CASCADES");
+  for (std::uint32_t i = 0; i < view->shadow_cascade_count; ++i)
+    if (const std::string problem = cascade_problem(view->shadow_cascades[i]); !problem.empty())
+      return say("shadow_cascades[" + std::to_string(i) + "]." + problem);
+  return {};
+}
+
+std::string shadow_problem(const coppice_shadow_desc& desc, const ViewLimits& limits) {
+  const Field fields[] = {{"desc.center", desc.center, -kMaxPosition_m, kMaxPosition_m},
+                          {"desc.radius_m", {&desc.radius_m, 1}, kMinRadius_m, kMaxRadius_m}};
+  return first_of(range_problem(fields), size_problem("desc.size_px", desc.size_px, std::min(limits.max_width_px, limits.max_height_px)));
+}
+
+std::string placement_problem(const coppice_placement& placement) {
+  const Field fields[] = {{"position", placement.position, -kMaxPosition_m, kMaxPosition_m},
+                          {"scale", {&placement.scale, 1}, kMinScale, kMaxScale},
+                          {"rotation", placement.rotation, -2.0f, 2.0f},
+                          {"tint", placement.tint, 0.0f, kMaxTint}};
+  if (std::string problem = range_problem(fields); !problem.empty()) return problem;
+  return is_unit(placement.rotation) ? "" : "rotation is not a unit quaternion";
+}
+
+std::string handle_problem(std::uint64_t handle, HandleKind kind, std::uint32_t context_tag) {
+  if (handle == 0) return "is 0";
+  const Handle said = unpack_handle(handle);
+  constexpr std::array kNames{"no kind of handle", "a plant's handle", "an instance's handle", "a scene's handle"};
+  if (said.kind != kind)
+    return std::string("is ") + kNames[static_cast<std::size_t>(said.kind)] + ", not " + kNames[static_cast<std::size_t>(kind)];
+  return said.context == context_tag ? "" : "is a handle of another context";
+}
+
+}  // namespace coppice

@@ -1,0 +1,51 @@
+#pragma once
+
+// Handles as the engine holds them: 64 bits that say what they name and whose they are, so that one that is stale, of another kind or of
+// another context is told from one that is good. From the highest bit: 2 of the kind, 12 of the context, 22 of the generation, 28 of the
+// index. 0 is never a handle.
+
+#include <cstdint>
+
+namespace coppice {
+
+enum class HandleKind : std::uint8_t { none = 0, plant = 1, instance = 2, scene = 3 };
+
+inline constexpr std::uint32_t kHandleIndexBits = 28, kHandleGenerationBits = 22, kHandleContextBits = 12;
+inline constexpr std::uint32_t kMaxHandleIndex = (1u << kHandleIndexBits) - 1;
+
+/// Generations and contexts are taken modulo what fits.
+struct Handle {
+  HandleKind kind = HandleKind::none;
+  std::uint32_t context = 0;
+  std::uint32_t generation = 0;
+  std::uint32_t index = 0;  ///< <= kMaxHandleIndex
+
+  bool operator==(const Handle&) const = default;
+};
+
+constexpr std::uint64_t low_bits(std::uint64_t value, std::uint32_t count) {
+  return value & ((std::uint64_t{1} << count) - 1);
+}
+
+constexpr std::uint64_t pack_handle(const Handle& handle) {
+  std::uint64_t packed = static_cast<std::uint64_t>(handle.kind);
+  packed = packed << kHandleContextBits | low_bits(handle.context, kHandleContextBits);
+  packed = packed << kHandleGenerationBits | low_bits(handle.generation, kHandleGenerationBits);
+  return packed << kHandleIndexBits | low_bits(handle.index, kHandleIndexBits);
+}
+
+/// Any 64 bits: what they say. pack_handle(unpack_handle(x)) == x.
+constexpr Handle unpack_handle(std::uint64_t packed) {
+  Handle handle;
+  handle.index = static_cast<std::uint32_t>(low_bits(packed, kHandleIndexBits));
+  packed >>= kHandleIndexBits;
+  handle.generation = static_cast<std::uint32_t>(low_bits(packed, kHandleGenerationBits));
+  packed >>= kHandleGenerationBits;
+  handle.context = static_cast<std::uint32_t>(low_bits(packed, kHandleContextBits));
+  handle.kind = static_cast<HandleKind>(packed >> kHandleContextBits);
+  return handle;
+}
+
+static_assert(2 + kHandleContextBits + kHandleGenerationBits + kHandleIndexBits == 64);
+
+}  // namespace coppice

@@ -1,0 +1,91 @@
+// What an engine says about its attachments, held against what pipelines can draw to and what the device does.
+
+#include <string>
+
+#include "passes.h"
+
+namespace coppice::gpu {
+namespace {
+
+/// Fragment shaders write floats, which such an attachment cannot take.
+bool is_integer(VkFormat format) {
+  switch (format) {
+#define COPPICE_INTEGERS(name)  \
+  case VK_FORMAT_##name##_UINT: \
+  case VK_FORMAT_##name##_SINT:
+#define COPPICE_PACKED_INTEGERS(name)  \
+  case VK_FORMAT_##name##_UINT_PACK32: \
+  case VK_FORMAT_##name##_SINT_PACK32:
+    COPPICE_INTEGERS(R8)
+    COPPICE_INTEGERS(R8G8)
+    COPPICE_INTEGERS(R8G8B8)
+    COPPICE_INTEGERS(B8G8R8)
+    COPPICE_INTEGERS(R8G8B8A8)
+    COPPICE_INTEGERS(B8G8R8A8)
+    COPPICE_PACKED_INTEGERS(A8B8G8R8)
+    COPPICE_PACKED_INTEGERS(A2R10G10B10)
+    COPPICE_PACKED_INTEGERS(A2B10G10R10)
+    COPPICE_INTEGERS(R16)
+    COPPICE_INTEGERS(R16G16)
+    COPPICE_INTEGERS(R16G16B16)
+    COPPICE_INTEGERS(R16G16B16A16)
+    COPPICE_INTEGERS(R32)
+    COPPICE_INTEGERS(R32G32)
+    COPPICE_INTEGERS(R32G32B32)
+    COPPICE_INTEGERS(R32G32B32A32)
+    COPPICE_INTEGERS(R64)
+    COPPICE_INTEGERS(R64G64)
+    COPPICE_INTEGERS(R64G64B64)
+    COPPICE_INTEGERS(R64G64B64A64)
+#undef COPPICE_INTEGERS
+#undef COPPICE_PACKED_INTEGERS
+    return true;
+    default:
+      return false;
+  }
+}
+
+bool has_depth(VkFormat format) {
+  return format == VK_FORMAT_D16_UNORM || format == VK_FORMAT_X8_D24_UNORM_PACK32 || format == VK_FORMAT_D32_SFLOAT ||
+         format == VK_FORMAT_D16_UNORM_S8_UINT || format == VK_FORMAT_D24_UNORM_S8_UINT || format == VK_FORMAT_D32_SFLOAT_S8_UINT;
+}
+
+std::string number(VkFormat format) {
+  return "VkFormat " + std::to_string(format);
+}
+
+bool has_feature(const Device& device, VkFormat format, VkFormatFeatureFlags feature) {
+  VkFormatProperties properties{};
+  device.vk.vkGetPhysicalDeviceFormatProperties(device.physical_device, format, &properties);
+  return (properties.optimalTilingFeatures & feature) != 0;
+}
+
+Result<void> check_depth(const Device& device, VkFormat format, const char* no_depth, const char* unsupported) {
+  if (!has_depth(format)) return Error{Status::invalid_argument, no_depth, Error::kNoOffset, number(format)};
+  if (!has_feature(device, format, VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT))
+    return Error{Status::unsupported, unsupported, Error::kNoOffset, number(format)};
+  return {};
+}
+
+}  // namespace
+
+Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments) {
+  const VkFormat color = attachments.color_format;
+  if (is_integer(color))
+    return Error{Status::invalid_argument, "color_format is an integer format, and colours are floats", Error::kNoOffset, number(color)};
+  if (has_depth(color) || color == VK_FORMAT_S8_UINT)
+    return Error{Status::invalid_argument, "color_format is a format of depth or stencil", Error::kNoOffset, number(color)};
+  if (!has_feature(device, color, VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT))
+    return Error{Status::unsupported, "color_format is none that this device draws colour to", Error::kNoOffset, number(color)};
+  COPPICE_CHECK(check_depth(device, attachments.depth_format, "depth_format is not a format of depth",
+                            "depth_format is none that this device draws depth to"));
+  if (attachments.shadow_format != VK_FORMAT_UNDEFINED)
+    COPPICE_CHECK(check_depth(device, attachments.shadow_format, "shadow_format is not a format of depth",
+                              "shadow_format is none that this device draws depth to"));
+  if ((device.sample_counts & static_cast<VkSampleCountFlags>(attachments.samples)) == 0)
+    return Error{Status::unsupported, "samples is more than this device draws colour and depth with", Error::kNoOffset,
+                 std::to_string(attachments.samples)};
+  return {};
+}
+
+}  // namespace coppice::gpu

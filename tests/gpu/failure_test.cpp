@@ -1,0 +1,384 @@
+// The n-th call of every hook, and of every Vulkan function that can fail, fails: while a context is created, while a plant is opened, and
+// while frames are recorded. The status says which, what is optional is gone without, and nothing is left behind.
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <iterator>
+#include <optional>
+#include <string>
+
+#include <glm/glm.hpp>
+
+#include "context_fixture.h"
+#include "failing_device.h"
+#include "fake_hooks.h"
+#include "functions.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 32, kMapPx = 32;
+constexpr int kFrames = 60;
+constexpr const char* kPath = "plant.coppice";
+
+/// What a run's calls returned.
+struct Outcome {
+  coppice_status created = COPPICE_OK, opened = COPPICE_OK;
+  std::vector<coppice_status> frames;  ///< the first of a frame's calls that failed, or COPPICE_OK
+  coppice_stats stats{};               ///< of the last frame
+};
+
+/// Files, jobs and memory that the test holds, so that every run makes the same calls in the same order.
+class FailureTest : public ContextTest {
+ protected:
+  void SetUp() override {
+    ContextTest::SetUp();
+    const std::string path = temporary_plant({.leaf_count = 1300, .seed = 5, .leaf_mesh_count = 2}, "failure_test");
+    std::ifstream file(path, std::ios::binary);
+    plant_bytes_.assign(std::istreambuf_iterator<char>(file), {});
+    std::filesystem::remove(path);
+    reset_device_faults();
+  }
+
+  /// Everything that creates something is on.
+  coppice_context_desc full_desc() {
+    coppice_context_desc full = desc();
+    full.compute_raster = VK_TRUE;
+    full.shader_int64_atomics = gpu().int64_atomics ? VK_TRUE : VK_FALSE;
+    full.shadow_format = VK_FORMAT_D32_SFLOAT;
+    full.pass_times = VK_TRUE;
+    full.max_instances = 256;
+    full.max_plants = 4;
+    full.streaming_ms = 1000.0f;
+    full.allocator = memory_.hook();
+    full.jobs = jobs_.hook();
+    full.io = io_.hook();
+    fail_with_device_faults(full);
+    return full;
+  }
+
+  /// A context from its creation to its end. Where a call fails the run goes on as an engine would that does not give up.
+  Outcome run() {
+    io_.files = {{kPath, plant_bytes_}};
+    io_.handles.clear();
+    io_.log.clear();
+    log_.clear();
+    frame_number_ = 0;
+    Outcome outcome;
+    const coppice_context_desc full = full_desc();
+    outcome.created = coppice_context_create(&full, &context_);
+    if (outcome.created == COPPICE_OK) run_frames(outcome);
+    EXPECT_EQ(outcome.created == COPPICE_OK, context_ != nullptr);
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    EXPECT_EQ(memory_.live_count, 0u) << "memory of the allocator hook is left";
+    EXPECT_EQ(io_.open_count, 0u) << "files are left open";
+    EXPECT_EQ(device_faults().live_objects, 0) << "Vulkan objects are left";
+    EXPECT_EQ(validation_messages(), std::vector<std::string>{});
+    return outcome;
+  }
+
+  FakeAllocator memory_;
+  FakeJobs jobs_;
+  FakeIo io_;
+  std::vector<std::uint8_t> plant_bytes_;
+
+ private:
+  void run_frames(Outcome& outcome) {
+    coppice_plant plant = 0;
+    outcome.opened = coppice_plant_open(context_, kPath, &plant);
+    EXPECT_EQ(outcome.opened == COPPICE_OK, plant != 0);
+    add_instance(plant);
+    for (int i = 0; i < kFrames; ++i) {
+      // A plant that could not be opened or reloaded is tried again.
+      if (plant == 0 && i % 20 == 10 && coppice_plant_open(context_, kPath, &plant) == COPPICE_OK) add_instance(plant);
+      if (plant != 0 && i == 15) (void)coppice_plant_reload(context_, plant, nullptr);
+      outcome.frames.push_back(record_frame(i < 8 ? kSidePx : 2 * kSidePx));
+    }
+    coppice_stats_init(&outcome.stats);
+    EXPECT_EQ(coppice_get_stats(context_, &outcome.stats), COPPICE_OK);
+  }
+
+  void add_instance(coppice_plant plant) {
+    const coppice_placement placement{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
+    if (plant != 0) {
+      EXPECT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK) << log_;
+    }
+  }
+
+  coppice_status record_frame(std::uint32_t side_px) {
+    coppice_view view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = side_px, .height_px = side_px});
+    view.error_px = 0.01f;
+    coppice_frame frame;
+    coppice_frame_init(&frame);
+    frame.frame_number = ++frame_number_;
+    frame.completed_number = frame_number_ - 1;
+    frame.view = &view;
+    coppice_status status = coppice_frame_begin(context_, &frame);
+    coppice_view sun;
+    coppice_view_init(&sun);
+    const coppice_shadow_desc square{{0, 0, 0}, 3.0f, kMapPx};
+    EXPECT_EQ(coppice_shadow_view(context_, &view, &square, &sun), COPPICE_OK) << log_;
+    const auto note = [&](coppice_status next) {
+      if (status == COPPICE_OK) status = next;
+    };
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      if (status == COPPICE_OK || status != COPPICE_ERROR_DEVICE_LOST) note(coppice_record_upload(context_, cmd));
+      note(coppice_record_cull(context_, cmd, &sun));
+      draw(cmd, sun, nullptr, map_);
+      change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+      view.shadow_cascade_count = 1;
+      view.shadow_cascades[0].image = map_.view();
+      set_clip_from_world(sun, view.shadow_cascades[0]);
+      note(coppice_record_cull(context_, cmd, &view));
+      draw(cmd, view, &color_, depth_);
+    });
+    return status;
+  }
+
+  static void set_clip_from_world(const coppice_view& sun, coppice_shadow_cascade& cascade) {
+    for (std::size_t column = 0; column < 4; ++column)
+      for (std::size_t row = 0; row < 4; ++row) {
+        float& sum = cascade.clip_from_world[4 * column + row] = 0;
+        for (std::size_t k = 0; k < 4; ++k) sum += sun.clip_from_view[4 * k + row] * sun.view_from_world[4 * column + k];
+      }
+  }
+
+  void draw(VkCommandBuffer cmd, const coppice_view& view, const Image* color, const Image& depth) {
+    if (color != nullptr) change_layout(cmd, *color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+    change_layout(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    const VkRenderingAttachmentInfo color_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                                     .imageView = color != nullptr ? color->view() : VkImageView{},
+                                                     .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                                     .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+    const VkRenderingAttachmentInfo depth_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                                     .imageView = depth.view(),
+                                                     .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                                     .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                    .renderArea = {{0, 0}, {view.width_px, view.height_px}},
+                                    .layerCount = 1,
+                                    .colorAttachmentCount = color != nullptr ? 1u : 0u,
+                                    .pColorAttachments = &color_attachment,
+                                    .pDepthAttachment = &depth_attachment};
+    vkCmdBeginRendering(cmd, &rendering);
+    (void)coppice_record_draw(context_, cmd, &view);
+    vkCmdEndRendering(cmd);
+  }
+
+  Image color_{gpu(), {2 * kSidePx, 2 * kSidePx, VK_FORMAT_R8G8B8A8_SRGB, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT}};
+  Image depth_{gpu(), {2 * kSidePx, 2 * kSidePx, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT}};
+  Image map_{gpu(), {kMapPx, kMapPx, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT}};
+};
+
+/// All of a context's calls, then every `step`-th.
+std::vector<std::uint64_t> failing_calls(std::uint64_t of_creation, std::uint64_t all, std::uint64_t step) {
+  std::vector<std::uint64_t> calls;
+  for (std::uint64_t n = 0; n < all; n += n < of_creation ? 1 : step) calls.push_back(n);
+  return calls;
+}
+
+/// Nothing but success and what the fault means.
+void expect_statuses(const Outcome& outcome, coppice_status expected) {
+  for (const coppice_status status : {outcome.created, outcome.opened})
+    EXPECT_TRUE(status == COPPICE_OK || status == expected) << coppice_status_text(status);
+  for (std::size_t i = 0; i < outcome.frames.size(); ++i)
+    EXPECT_TRUE(outcome.frames[i] == COPPICE_OK || outcome.frames[i] == expected)
+        << "frame " << i << ": " << coppice_status_text(outcome.frames[i]);
+}
+
+class VulkanFailureTest : public FailureTest {
+ protected:
+  /// Without a fault: how many calls a run makes, and those of the creation.
+  void SetUp() override {
+    FailureTest::SetUp();
+    coppice_context_desc full = full_desc();
+    ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    creation_calls_ = device_faults().calls;
+    reset_device_faults();
+    const Outcome clean = run();
+    all_calls_ = device_faults().calls;
+    EXPECT_EQ(clean.created, COPPICE_OK) << log_;
+    expect_statuses(clean, COPPICE_OK);
+    EXPECT_EQ(log_, "");
+    leaves_ = clean.stats.drawn_leaf_count;
+    EXPECT_GT(clean.stats.leaf_mesh_instance_count + leaves_, 0u);
+    ASSERT_GT(creation_calls_, 100u);
+    ASSERT_GT(all_calls_, creation_calls_ + 30) << "frames create nothing: nothing was tested";
+  }
+
+  /// The n-th call returns `result`.
+  Outcome run_with(std::uint64_t n, VkResult result) {
+    reset_device_faults();
+    device_faults().fail_at = n;
+    device_faults().result = result;
+    const Outcome outcome = run();
+    EXPECT_NE(device_faults().failed_call, "") << "call " << n << " was not reached";
+    EXPECT_NE(log_, "") << "a failure that nobody is told of";
+    return outcome;
+  }
+
+  std::uint64_t creation_calls_ = 0, all_calls_ = 0, leaves_ = 0;
+};
+
+TEST_F(VulkanFailureTest, OutOfMemoryIsSaidAndGoneWithout) {
+  for (const std::uint64_t n : failing_calls(creation_calls_, all_calls_, 1)) {
+    const Outcome outcome = run_with(n, n % 2 == 0 ? VK_ERROR_OUT_OF_DEVICE_MEMORY : VK_ERROR_OUT_OF_HOST_MEMORY);
+    SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
+    expect_statuses(outcome, COPPICE_ERROR_OUT_OF_MEMORY);
+    if (n < creation_calls_) {
+      EXPECT_EQ(outcome.created, COPPICE_ERROR_OUT_OF_MEMORY);
+    } else {
+      ASSERT_EQ(outcome.created, COPPICE_OK);
+      EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
+      EXPECT_EQ(outcome.stats.drawn_leaf_count, leaves_) << "what failed once is there in the end";
+    }
+    if (HasFailure()) return;
+  }
+}
+
+TEST_F(VulkanFailureTest, AnUnknownErrorEndsNoMoreThanWhatItIsAbout) {
+  for (const std::uint64_t n : failing_calls(creation_calls_, all_calls_, 3)) {
+    const Outcome outcome = run_with(n, VK_ERROR_UNKNOWN);
+    SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
+    expect_statuses(outcome, COPPICE_ERROR_INTERNAL);
+    if (n < creation_calls_)
+      EXPECT_EQ(outcome.created, COPPICE_ERROR_INTERNAL);
+    else
+      EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
+    if (HasFailure()) return;
+  }
+}
+
+TEST_F(VulkanFailureTest, ALostDeviceIsSaidAndStaysLost) {
+  for (const std::uint64_t n : failing_calls(creation_calls_, all_calls_, 2)) {
+    const Outcome outcome = run_with(n, VK_ERROR_DEVICE_LOST);
+    SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
+    expect_statuses(outcome, COPPICE_ERROR_DEVICE_LOST);
+    EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << "said once";
+    EXPECT_NE(log_.find(device_faults().failed_call + ": VK_ERROR_DEVICE_LOST"), std::string::npos);
+    if (n < creation_calls_) {
+      EXPECT_EQ(outcome.created, COPPICE_ERROR_DEVICE_LOST);
+    } else {
+      ASSERT_EQ(outcome.frames.size(), static_cast<std::size_t>(kFrames));
+      const auto lost = std::ranges::find(outcome.frames, COPPICE_ERROR_DEVICE_LOST);
+      EXPECT_NE(lost, outcome.frames.end());
+      EXPECT_TRUE(std::all_of(lost, outcome.frames.end(), [](coppice_status status) { return status == COPPICE_ERROR_DEVICE_LOST; }));
+    }
+    if (HasFailure()) return;
+  }
+}
+
+/// From the n-th allocation on there is no memory at all.
+TEST_F(VulkanFailureTest, FramesGoOnWithoutAnyMoreMemory) {
+  for (const std::uint64_t n : failing_calls(0, all_calls_, 11)) {
+    if (n < creation_calls_) continue;
+    device_faults().for_good = true;
+    reset_device_faults();
+    device_faults().for_good = true;
+    device_faults().fail_at = n;
+    device_faults().result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    const Outcome outcome = run();
+    SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
+    expect_statuses(outcome, COPPICE_ERROR_OUT_OF_MEMORY);
+    if (HasFailure()) return;
+  }
+}
+
+TEST_F(VulkanFailureTest, AFunctionThatTheLoaderLacksIsNamed) {
+  for (const char* name : {
+#define COPPICE_NAME(name) #name,
+           COPPICE_INSTANCE_FUNCTIONS(COPPICE_NAME) COPPICE_DEVICE_FUNCTIONS(COPPICE_NAME)
+#undef COPPICE_NAME
+       }) {
+    reset_device_faults();
+    device_faults().missing = name;
+    EXPECT_EQ(run().created, COPPICE_ERROR_UNSUPPORTED) << name;
+    EXPECT_NE(log_.find(name), std::string::npos) << log_;
+  }
+}
+
+TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
+  coppice_context_desc full = full_desc();
+  ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+  coppice_context_destroy(context_);
+  context_ = nullptr;
+  const std::size_t of_creation = memory_.calls;
+  memory_.calls = 0;
+  const std::uint64_t leaves = run().stats.drawn_leaf_count;
+  const std::size_t all = memory_.calls;
+  ASSERT_GT(of_creation, 5u);
+  ASSERT_GT(all, of_creation + 20);
+  for (const std::uint64_t n : failing_calls(of_creation, all, std::max<std::size_t>((all - of_creation) / 40, 1))) {
+    memory_.calls = 0;
+    memory_.fail_at = n;
+    const Outcome outcome = run();
+    SCOPED_TRACE(std::to_string(n) + " of " + std::to_string(all) + "\n" + log_);
+    expect_statuses(outcome, COPPICE_ERROR_OUT_OF_MEMORY);
+    if (n < of_creation) {
+      EXPECT_EQ(outcome.created, COPPICE_ERROR_OUT_OF_MEMORY);
+    } else {
+      EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
+      EXPECT_EQ(outcome.stats.drawn_leaf_count, leaves) << "what failed once is there in the end";
+    }
+    EXPECT_NE(log_, "");
+    if (HasFailure()) return;
+  }
+}
+
+TEST_F(FailureTest, EveryReadFailsComesShortOrIsWrong) {
+  (void)run();
+  const std::size_t reads = io_.answered;
+  ASSERT_GT(reads, 4u);
+  for (const ReadFault fault : {ReadFault::fails, ReadFault::comes_short, ReadFault::returns_wrong_bytes})
+    for (std::size_t n = 0; n < reads; ++n) {
+      io_.fault = fault;
+      io_.fault_at = n;
+      io_.answered = 0;
+      const Outcome outcome = run();
+      SCOPED_TRACE("read " + std::to_string(n) + "\n" + log_);
+      EXPECT_EQ(outcome.created, COPPICE_OK);
+      EXPECT_TRUE(outcome.opened == COPPICE_OK || outcome.opened == COPPICE_ERROR_IO || outcome.opened == COPPICE_ERROR_BAD_FILE);
+      expect_statuses({.frames = outcome.frames}, COPPICE_OK);
+      if (HasFailure()) return;
+    }
+}
+
+TEST_F(FailureTest, AFileThatCannotBeOpenedIsAnError) {
+  coppice_context_desc full = full_desc();
+  ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+  coppice_plant plant = 1;
+  EXPECT_EQ(coppice_plant_open(context_, "no such file", &plant), COPPICE_ERROR_IO) << "a negative handle";
+  EXPECT_EQ(plant, 0u);
+  EXPECT_NE(log_.find("no such file"), std::string::npos) << log_;
+}
+
+/// Jobs that run late, and reads that are answered late, when the context is destroyed at the latest.
+TEST_F(FailureTest, AHookIsGivenAsAWholeOrNotAtAll) {
+  const auto refused = [&](const std::function<void(coppice_context_desc&)>& take_away, const char* name) {
+    coppice_context_desc partly = full_desc();
+    take_away(partly);
+    log_.clear();
+    EXPECT_EQ(coppice_context_create(&partly, &context_), COPPICE_ERROR_INVALID_ARGUMENT) << name;
+    EXPECT_EQ(context_, nullptr);
+    EXPECT_NE(log_.find(name), std::string::npos) << log_;
+  };
+  refused([](coppice_context_desc& partly) { partly.allocator.allocate = nullptr; }, "allocator");
+  refused([](coppice_context_desc& partly) { partly.allocator.free = nullptr; }, "allocator");
+  refused([](coppice_context_desc& partly) { partly.io.open = nullptr; }, "io");
+  refused([](coppice_context_desc& partly) { partly.io.close = nullptr; }, "io");
+  refused([](coppice_context_desc& partly) { partly.io.read = nullptr; }, "io");
+  // Without a jobs hook, a log and a trace there are the defaults.
+  coppice_context_desc bare = full_desc();
+  bare.jobs = {};
+  bare.log = {};
+  ASSERT_EQ(coppice_context_create(&bare, &context_), COPPICE_OK);
+}
+
+}  // namespace
+}  // namespace coppice::test

@@ -1,0 +1,153 @@
+#include "failing_device.h"
+
+#include <cstring>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "vulkan_device.h"
+
+namespace coppice::test {
+namespace {
+
+/// Whether the call that is made now fails.
+bool fails(const char* call) {
+  DeviceFaults& faults = device_faults();
+  const std::uint64_t index = faults.calls++;
+  const bool failing = index == faults.fail_at || (faults.for_good && index > faults.fail_at);
+  if (failing && faults.failed_call.empty()) faults.failed_call = call;
+  return failing;
+}
+
+/// What a call that failed leaves behind is undefined: here it is something that must not be touched.
+template <class Out>
+void poison(Out* out) {
+  std::memset(static_cast<void*>(out), 0xcd, sizeof *out);
+}
+
+/// A call that returns a VkResult; `real` is volk's pointer.
+template <auto& real, class Function>
+struct Call;
+template <auto& real, class... Arguments>
+struct Call<real, VkResult(VKAPI_PTR*)(Arguments...)> {
+  static inline const char* name = "";
+
+  /// Creates what its last argument points to.
+  static VKAPI_ATTR VkResult VKAPI_CALL create(Arguments... arguments) {
+    auto* out = last(arguments...);
+    if (fails(name)) {
+      poison(out);
+      return device_faults().result;
+    }
+    const VkResult result = real(arguments...);
+    if (result == VK_SUCCESS) ++device_faults().live_objects;
+    return result;
+  }
+  /// The same without a destruction of its own.
+  static VKAPI_ATTR VkResult VKAPI_CALL fill(Arguments... arguments) {
+    if (fails(name)) {
+      poison(last(arguments...));
+      return device_faults().result;
+    }
+    return real(arguments...);
+  }
+  static VKAPI_ATTR VkResult VKAPI_CALL plain(Arguments... arguments) { return fails(name) ? device_faults().result : real(arguments...); }
+
+ private:
+  template <class First, class... Rest>
+  static auto last(First first, Rest... rest) {
+    if constexpr (sizeof...(rest) == 0)
+      return first;
+    else
+      return last(rest...);
+  }
+};
+
+/// vkDestroy* and vkFreeMemory.
+template <auto& real, class Function>
+struct Destruction;
+template <auto& real, class Object>
+struct Destruction<real, void(VKAPI_PTR*)(VkDevice, Object, const VkAllocationCallbacks*)> {
+  static VKAPI_ATTR void VKAPI_CALL call(VkDevice device, Object object, const VkAllocationCallbacks* callbacks) {
+    if (object != VK_NULL_HANDLE) --device_faults().live_objects;
+    real(device, object, callbacks);
+  }
+};
+
+template <class Pointer>
+PFN_vkVoidFunction untyped(Pointer* pointer) {
+  return reinterpret_cast<PFN_vkVoidFunction>(pointer);
+}
+
+PFN_vkVoidFunction replacement(std::string_view wanted) {
+#define COPPICE_CALL(function, how)                      \
+  if (wanted == #function) {                             \
+    using Replaced = Call<function, decltype(function)>; \
+    Replaced::name = #function;                          \
+    return untyped(Replaced::how);                       \
+  }
+#define COPPICE_DESTRUCTION(function) \
+  if (wanted == #function) return untyped(Destruction<function, decltype(function)>::call);
+  COPPICE_CALL(vkAllocateMemory, create)
+  COPPICE_CALL(vkCreateBuffer, create)
+  COPPICE_CALL(vkCreateBufferView, create)
+  COPPICE_CALL(vkCreateComputePipelines, create)
+  COPPICE_CALL(vkCreateDescriptorPool, create)
+  COPPICE_CALL(vkCreateDescriptorSetLayout, create)
+  COPPICE_CALL(vkCreateGraphicsPipelines, create)
+  COPPICE_CALL(vkCreateImage, create)
+  COPPICE_CALL(vkCreateImageView, create)
+  COPPICE_CALL(vkCreatePipelineLayout, create)
+  COPPICE_CALL(vkCreateQueryPool, create)
+  COPPICE_CALL(vkCreateSampler, create)
+  COPPICE_CALL(vkCreateShaderModule, create)
+  COPPICE_CALL(vkAllocateDescriptorSets, fill)
+  COPPICE_CALL(vkMapMemory, fill)
+  COPPICE_CALL(vkBindBufferMemory, plain)
+  COPPICE_CALL(vkBindImageMemory, plain)
+  COPPICE_CALL(vkGetQueryPoolResults, plain)
+  COPPICE_DESTRUCTION(vkDestroyBuffer)
+  COPPICE_DESTRUCTION(vkDestroyBufferView)
+  COPPICE_DESTRUCTION(vkDestroyDescriptorPool)
+  COPPICE_DESTRUCTION(vkDestroyDescriptorSetLayout)
+  COPPICE_DESTRUCTION(vkDestroyImage)
+  COPPICE_DESTRUCTION(vkDestroyImageView)
+  COPPICE_DESTRUCTION(vkDestroyPipeline)
+  COPPICE_DESTRUCTION(vkDestroyPipelineLayout)
+  COPPICE_DESTRUCTION(vkDestroyQueryPool)
+  COPPICE_DESTRUCTION(vkDestroySampler)
+  COPPICE_DESTRUCTION(vkDestroyShaderModule)
+  COPPICE_DESTRUCTION(vkFreeMemory)
+#undef COPPICE_CALL
+#undef COPPICE_DESTRUCTION
+  return nullptr;
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_device_proc_addr(VkDevice device, const char* name) {
+  if (device_faults().missing == name) return nullptr;
+  if (const PFN_vkVoidFunction replaced = replacement(name); replaced != nullptr) return replaced;
+  return vkGetDeviceProcAddr(device, name);
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_instance_proc_addr(VkInstance instance, const char* name) {
+  if (device_faults().missing == name) return nullptr;
+  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return untyped(get_device_proc_addr);
+  return vkGetInstanceProcAddr(instance, name);
+}
+
+}  // namespace
+
+DeviceFaults& device_faults() {
+  static DeviceFaults faults;
+  return faults;
+}
+
+void reset_device_faults() {
+  device_faults() = {.live_objects = device_faults().live_objects};
+}
+
+void fail_with_device_faults(coppice_context_desc& desc) {
+  desc.get_instance_proc_addr = get_instance_proc_addr;
+}
+
+}  // namespace coppice::test

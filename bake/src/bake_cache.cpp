@@ -1,5 +1,8 @@
 #include "bake_cache.h"
 
+#include <algorithm>
+#include <limits>
+
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
@@ -40,9 +43,15 @@ bool read_record(std::span<const std::uint8_t> text, CachedBake& entry) {
   const std::string expected = record["checksum"];
   record.erase("checksum");
   if (checksum_of(entry, record) != expected) return false;
-  entry.source_leaves = record["source_leaves"];
-  entry.foliage_bytes = record["foliage_bytes"];
-  entry.warnings = record["warnings"].get<std::vector<std::string>>();
+  // The checksum says that somebody wrote it, not that it was this program.
+  const Json leaves = record.value("source_leaves", Json()), bytes = record.value("foliage_bytes", Json());
+  const Json warnings = record.value("warnings", Json());
+  if (!leaves.is_number_unsigned() || leaves.get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max()) return false;
+  if (!bytes.is_number_unsigned() || !warnings.is_array()) return false;
+  if (!std::ranges::all_of(warnings, [](const Json& warning) { return warning.is_string(); })) return false;
+  entry.source_leaves = leaves.get<std::uint32_t>();
+  entry.foliage_bytes = bytes.get<std::uint64_t>();
+  entry.warnings = warnings.get<std::vector<std::string>>();
   return true;
 }
 

@@ -14,12 +14,16 @@
 namespace {
 
 void check_instance(const coppice::SceneFile& scene, const coppice::SceneTile& tile, const coppice::SceneInstance& instance) {
+  const coppice_scene_tile& entry = tile.entry;
   COPPICE_ASSERT(instance.species < scene.species.size());
-  COPPICE_ASSERT(instance.scale > 0.0f && std::isfinite(instance.scale) && std::isfinite(instance.yaw_rad));
+  COPPICE_ASSERT(std::isfinite(instance.scale) && instance.scale >= 0.999f * entry.scale_min && instance.scale <= 1.001f * entry.scale_max);
+  COPPICE_ASSERT(instance.scale > 0.0f && std::isfinite(instance.scale * scene.species[instance.species].sphere_radius_m));
+  COPPICE_ASSERT(instance.yaw_rad >= 0.0f && instance.yaw_rad < 6.2832f);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     COPPICE_ASSERT(std::isfinite(instance.position_m[axis]) && instance.tint[axis] >= 0.0f && instance.tint[axis] < 2.0f);
-    COPPICE_ASSERT(std::abs(instance.position_m[axis] - tile.entry.box_min[axis]) <=
-                   1.0001f * (tile.entry.box_max[axis] - tile.entry.box_min[axis]) + 1e-6f * std::abs(tile.entry.box_min[axis]));
+    const float slack_m = 1e-6f * (std::abs(entry.box_min[axis]) + std::abs(entry.box_max[axis]));
+    COPPICE_ASSERT(instance.position_m[axis] >= entry.box_min[axis] - slack_m);
+    COPPICE_ASSERT(instance.position_m[axis] <= entry.box_max[axis] + slack_m);
   }
 }
 

@@ -1,0 +1,431 @@
+// Section 9 of FORMAT.md: pages of versions 2 and 3.
+
+#include <algorithm>
+#include <optional>
+#include <string_view>
+
+#include "naive_reader.h"
+
+namespace coppice::test {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+using Wide = std::int64_t;
+
+constexpr std::size_t kContexts = 29;
+constexpr std::uint32_t kPageSplits = 512;
+
+constexpr std::array<std::uint32_t, 16> kWeights = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192};
+
+constexpr std::array<std::string_view, kContexts> kUsualDigits = {"e175689bcdeffea9971111111111",
+                                                                  "d79c95ecbc4aeccf",
+                                                                  "fede",
+                                                                  "f7996c969a6c",
+                                                                  "8f88d56765c4",
+                                                                  "b9fb5bb6ce5c",
+                                                                  "fc9d4885757953243664889a",
+                                                                  "f12111111125111111111116",
+                                                                  "b7fed8621123111211",
+                                                                  "fcfdca612143212121",
+                                                                  "fafcc8134124411221",
+                                                                  "f4d611611121112111",
+                                                                  "f2",
+                                                                  "1",
+                                                                  "112468aceffeb621",
+                                                                  "1123579bdeffc941",
+                                                                  "112368acdffec841",
+                                                                  "1122479bdeffda31",
+                                                                  "112468acdffec951",
+                                                                  "33579bceffec7111",
+                                                                  "24469bdefeec6111",
+                                                                  "eceffdecbba82111",
+                                                                  "3737b73737b7bfb7b73747b7373e",
+                                                                  "22468acdeffd8111",
+                                                                  "22468acefffc6111",
+                                                                  "fcd9544321111111",
+                                                                  "fdddcdefffed6221",
+                                                                  "ecefdcbedb9a5211",
+                                                                  "fcd8763111111111"};
+
+/// floor(a / b), b > 0.
+Wide floor_div(Wide a, Wide b) {
+  const Wide quotient = a / b;
+  return quotient * b > a ? quotient - 1 : quotient;
+}
+
+/// `a div b`: the nearest integer, of two the larger.
+Wide nearest_div(Wide a, Wide b) {
+  if (b < 0) {
+    a = -a;
+    b = -b;
+  }
+  return floor_div(2 * a + b, 2 * b);
+}
+
+/// [v]
+Wide in_64ths(Wide value) {
+  return floor_div(value + 32, 64);
+}
+
+struct Shape {
+  Wide a = -4096, b = 4096;
+};
+
+struct Range {
+  std::uint32_t start = 0, size = 0;
+};
+
+std::vector<Range> ranges_of(const std::vector<std::uint32_t>& digits) {
+  std::uint32_t sum = 0, above = 0;
+  for (const std::uint32_t digit : digits) {
+    sum += kWeights[digit];
+    above += digit > 0 ? 1 : 0;
+  }
+  naive_must(sum > 0, "a context without symbols");
+  std::vector<Range> ranges(digits.size());
+  std::uint32_t used = 0;
+  std::size_t largest = 0;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    const std::uint32_t weight = kWeights[digits[i]];
+    if (weight > 0) ranges[i].size = 1 + weight * (1024 - above) / sum;
+    used += ranges[i].size;
+    if (weight > kWeights[digits[largest]]) largest = i;
+  }
+  ranges[largest].size += 1024 - used;
+  for (std::size_t i = 1; i < ranges.size(); ++i) ranges[i].start = ranges[i - 1].start + ranges[i - 1].size;
+  return ranges;
+}
+
+/// What is before the splits, and the two streams that they are read from.
+class PageStream {
+ public:
+  PageStream(Bytes page, std::uint32_t split_count, std::uint32_t card_count) {
+    NaiveBytes bytes(page);
+    naive_must(bytes.u16() == split_count, "split_count");
+    const std::uint32_t more_shapes = bytes.u8();
+    naive_must(more_shapes <= 3, "shape_count");
+    naive_must(bytes.u8() == 0, "page reserved");
+    for (Wide& weight : axis_weights) weight = bytes.u16();
+    for (std::uint32_t i = 0; i < more_shapes; ++i) {
+      Shape& shape = shapes.emplace_back();
+      shape.a = bytes.i16();
+      shape.b = bytes.i16();
+    }
+    read_tables(bytes, card_count);
+    const std::uint32_t word_count = bytes.u16();
+    naive_must(word_count >= 4, "word_count");
+    for (std::uint32_t i = 0; i < word_count; ++i) words_.push_back(bytes.u16());
+    x_ = words_[0] | words_[1] << 16;
+    y_ = words_[2] | words_[3] << 16;
+    plain_ = bytes.rest();
+  }
+
+  std::array<Wide, 3> axis_weights{};
+  std::vector<Shape> shapes = {{}};
+
+  std::uint32_t symbol(std::size_t context) {
+    const std::vector<Range>& ranges = ranges_[context];
+    const std::uint32_t place = x_ % 1024;
+    std::uint32_t symbol = 0;
+    while (place < ranges[symbol].start || place >= ranges[symbol].start + ranges[symbol].size) ++symbol;
+    x_ = ranges[symbol].size * (x_ / 1024) + place - ranges[symbol].start;
+    if (x_ < 65536) {
+      naive_must(next_word_ < words_.size(), "the symbols end early");
+      x_ = 65536 * x_ + words_[next_word_++];
+    }
+    std::swap(x_, y_);
+    return symbol;
+  }
+
+  Wide number(std::uint32_t length) {
+    if (length == 0) return 0;
+    Wide value = 0;
+    for (std::uint32_t i = 0; i + 1 < length; ++i, ++bits_read_) {
+      naive_must(bits_read_ / 8 < plain_.size(), "the plain bits end early");
+      value |= Wide{plain_[bits_read_ / 8] >> bits_read_ % 8 & 1} << i;
+    }
+    return (Wide{1} << (length - 1)) + value;
+  }
+
+  Wide residual(std::uint32_t length) {
+    const Wide value = number(length);
+    return value % 2 == 0 ? value / 2 : -(value + 1) / 2;
+  }
+
+  /// After the last split.
+  void check_end() const {
+    naive_must(next_word_ == words_.size(), "symbols are left over");
+    naive_must(x_ == 65536 && y_ == 65536, "the symbols' states");
+    naive_must(plain_.size() == std::max<std::size_t>((bits_read_ + 7) / 8, 8), "the length of the plain bits");
+  }
+
+ private:
+  [[nodiscard]] std::size_t alphabet(std::size_t context, std::uint32_t card_count) const {
+    constexpr std::array<std::size_t, 8> kFirst = {28, 16, 4, 12, 12, 12, 24, 24};
+    if (context < 8) return kFirst[context];
+    if (context < 12) return 2 * (1 + 2 * shapes.size());
+    if (context == 12) return 2;
+    if (context == 13) return card_count;
+    return context == 22 ? 28 : 17;
+  }
+
+  static std::vector<std::uint32_t> stored_digits(NaiveBytes& bytes, std::size_t most) {
+    const std::size_t count = std::size_t{bytes.u8()} + 1;
+    naive_must(count <= most, "more digits than the alphabet has");
+    std::vector<std::uint32_t> digits;
+    while (digits.size() < count) {
+      const std::uint32_t two = bytes.u8();
+      digits.push_back(two % 16);
+      if (digits.size() < count)
+        digits.push_back(two / 16);
+      else
+        naive_must(two / 16 == 0, "an unused half byte");
+    }
+    naive_must(digits.back() != 0, "the last digit is 0");
+    return digits;
+  }
+
+  static std::vector<std::uint32_t> usual_digits(std::size_t context, std::size_t most) {
+    std::vector<std::uint32_t> digits;
+    for (const char c : kUsualDigits[context].substr(0, most))
+      digits.push_back(static_cast<std::uint32_t>(c <= '9' ? c - '0' : c - 'a' + 10));
+    return digits;
+  }
+
+  void read_tables(NaiveBytes& bytes, std::uint32_t card_count) {
+    const std::uint32_t stored = bytes.u32();
+    naive_must(stored >> kContexts == 0, "stored_tables");
+    for (std::size_t context = 0; context < kContexts; ++context) {
+      const std::size_t most = alphabet(context, card_count);
+      ranges_[context] = ranges_of((stored >> context & 1) != 0 ? stored_digits(bytes, most) : usual_digits(context, most));
+    }
+  }
+
+  std::array<std::vector<Range>, kContexts> ranges_;
+  std::vector<std::uint32_t> words_;
+  std::size_t next_word_ = 4;
+  std::uint32_t x_ = 0, y_ = 0;
+  Bytes plain_;
+  std::size_t bits_read_ = 0;
+};
+
+enum class Kind : std::uint8_t { free, turned, parallel };
+enum class Rule : std::uint8_t { position, first, second, diagonal, fourth };
+
+/// The corners of one child.
+class ChildCorners {
+ public:
+  ChildCorners(PageStream& stream, const NaiveQuad& parent, std::uint32_t kind, Wide largest)
+      : stream_(stream), parent_(parent), shape_((kind + 1) / 2 - (kind > 0 ? 1 : 0)), largest_(largest) {
+    kind_ = kind == 0 ? Kind::free : kind % 2 == 1 ? Kind::turned : Kind::parallel;
+    for (std::size_t a = 0; a < 3; ++a) middle_[a] = floor_div(parent[0][a] + parent[1][a] + parent[2][a] + parent[3][a] + 2, 4);
+  }
+
+  NaiveQuad fill(const std::array<std::optional<NaivePoint>, 4>& known) {
+    known_ = known;
+    while (known_count() < 4) fill_next();
+    return {*known_[0], *known_[1], *known_[2], *known_[3]};
+  }
+
+ private:
+  [[nodiscard]] std::size_t known_count() const {
+    return static_cast<std::size_t>(std::ranges::count_if(known_, [](const auto& corner) { return corner.has_value(); }));
+  }
+  [[nodiscard]] const NaivePoint& q(std::size_t corner) const { return *known_[corner % 4]; }
+
+  void fill_next() {
+    const std::size_t count = known_count();
+    std::size_t t = 0;
+    if (count == 1) {
+      while (!known_[t]) ++t;
+      t = (t + 1) % 4;
+    } else {
+      while (known_[t]) ++t;
+    }
+    t_ = t;
+    n_ = count > 1 && known_[(t + 1) % 4] ? (t + 1) % 4 : (t + 3) % 4;
+    constexpr std::array<Rule, 4> kRules = {Rule::position, Rule::first, Rule::second, Rule::fourth};
+    rule_ = count == 2 && known_[(t + 1) % 4] && known_[(t + 3) % 4] ? Rule::diagonal : kRules[count];
+    const NaivePoint corner = decode();
+    for (const Wide coordinate : corner) naive_must(coordinate >= 0 && coordinate <= largest_, "a corner is outside the leaf box");
+    known_[t] = corner;
+  }
+
+  [[nodiscard]] std::size_t context() const {
+    if (kind_ == Kind::free) return 14 + static_cast<std::size_t>(rule_);
+    if (rule_ == Rule::position) return 19;
+    if (rule_ == Rule::diagonal) return 20;
+    if (rule_ == Rule::fourth) return 21;
+    return (kind_ == Kind::turned ? 23u : 26u) + (rule_ == Rule::second ? 1u : 0u);
+  }
+
+  [[nodiscard]] Wide clamped(Wide value) const { return std::clamp<Wide>(value, 0, largest_); }
+
+  /// The guess on one axis, from the table.
+  [[nodiscard]] Wide guess(std::size_t a) const {
+    const Wide pt = parent_[t_][a], m = middle_[a];
+    if (rule_ == Rule::position) return clamped(m + in_64ths((kind_ == Kind::free ? 12 : 38) * (pt - m)));
+    if (rule_ == Rule::fourth && kind_ != Kind::free) return clamped(fourth_of_shape(a));
+    const Wide qn = q(n_)[a], pn = parent_[n_][a];
+    if (kind_ == Kind::parallel && rule_ != Rule::diagonal) return clamped(qn + pt - pn);
+    const bool is_free = kind_ == Kind::free;
+    Wide sum = 0;
+    if (rule_ == Rule::first) {
+      sum = is_free ? 5 * (pt - qn) + 34 * (m - qn) : 23 * (pt - qn) - 7 * (pn - qn) + 22 * (m - qn);
+    } else if (rule_ == Rule::second) {
+      const Wide across = q(t_ + 2)[a] - qn;
+      sum = is_free ? -18 * across + 8 * (pt - qn) - 2 * (pn - qn) + 55 * (m - qn)
+                    : -28 * across + 6 * (pt - qn) - 7 * (pn - qn) + 58 * (m - qn);
+    } else if (rule_ == Rule::diagonal) {
+      const Wide before = q(t_ + 3)[a] - qn;
+      sum = is_free ? 8 * before + 6 * (pt - qn) + 41 * (m - qn) : 27 * before + 46 * (pt - qn) - 37 * (m - qn);
+    } else {
+      sum = 17 * (q(t_ + 3)[a] - qn) + 8 * (pt - qn) - 24 * (q(t_ + 2)[a] - qn) + 39 * (m - qn);
+    }
+    return clamped(qn + in_64ths(sum));
+  }
+
+  [[nodiscard]] Wide fourth_of_shape(std::size_t a) const {
+    if (shape_ == 0) return q(t_ + 1)[a] + q(t_ + 3)[a] - q(t_ + 2)[a];
+    const Shape& shape = stream_.shapes[shape_];
+    const std::array<Wide, 4> f = {shape.a + shape.b - 4096, -shape.a, -shape.b, 4096};
+    if (f[t_] == 0) return q(t_ + 1)[a];
+    Wide sum = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      if (i != t_) sum += f[i] * q(i)[a];
+    return nearest_div(-sum, f[t_]);
+  }
+
+  NaivePoint decode() {
+    if (rule_ == Rule::fourth && kind_ != Kind::free) return decode_fourth_of_shape();
+    if (rule_ == Rule::second && kind_ != Kind::free && shape_ == 0) {
+      const auto product = [&](std::size_t a) { return std::abs(q(t_ + 2)[a] - q(n_)[a]) * stream_.axis_weights[a]; };
+      std::size_t m = 0;
+      for (std::size_t a = 1; a < 3; ++a)
+        if (product(a) > product(m)) m = a;
+      if (product(m) != 0) return decode_square(m);
+    }
+    return decode_residuals(context());
+  }
+
+  NaivePoint decode_residuals(std::size_t context) {
+    std::array<std::uint32_t, 3> lengths;
+    for (std::uint32_t& length : lengths) length = stream_.symbol(context);
+    NaivePoint corner;
+    for (std::size_t a = 0; a < 3; ++a) corner[a] = guess(a) + stream_.residual(lengths[a]);
+    return corner;
+  }
+
+  NaivePoint decode_fourth_of_shape() {
+    const Wide symbol = stream_.symbol(22);
+    if (symbol == 27) return decode_residuals(21);
+    return {guess(0) + symbol / 9 - 1, guess(1) + symbol / 3 % 3 - 1, guess(2) + symbol % 3 - 1};
+  }
+
+  /// The axis m follows from the others, for leaves are square.
+  NaivePoint decode_square(std::size_t m) {
+    const std::array<std::size_t, 3> axes = {(m + 1) % 3, (m + 2) % 3, m};
+    const std::size_t last = kind_ == Kind::turned ? 25 : 28;
+    std::array<std::uint32_t, 3> lengths;
+    for (std::size_t i = 0; i < 3; ++i) lengths[i] = stream_.symbol(i < 2 ? context() : last);
+    NaivePoint corner{};
+    Wide sum = 0;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const std::size_t a = axes[i];
+      corner[a] = guess(a) + stream_.residual(lengths[i]);
+      sum += (q(t_ + 2)[a] - q(n_)[a]) * (corner[a] - q(n_)[a]) * stream_.axis_weights[a];
+    }
+    const Wide g = nearest_div(-sum, (q(t_ + 2)[m] - q(n_)[m]) * stream_.axis_weights[m]);
+    corner[m] = clamped(q(n_)[m] + std::clamp<Wide>(g, -32768, 32768)) + stream_.residual(lengths[2]);
+    return corner;
+  }
+
+  PageStream& stream_;
+  const NaiveQuad& parent_;
+  std::size_t shape_;
+  Wide largest_;
+  Kind kind_ = Kind::free;
+  NaivePoint middle_{};
+  std::array<std::optional<NaivePoint>, 4> known_;
+  std::size_t t_ = 0, n_ = 0;
+  Rule rule_ = Rule::position;
+};
+
+/// Step 3: which corners of the child the parent's `corners`, ascending, are.
+std::array<std::size_t, 4> own_corners(PageStream& stream, const std::vector<std::size_t>& corners) {
+  const std::size_t i1 = corners[0];
+  if (corners.size() == 1) return {(i1 + stream.symbol(2)) % 4};
+  std::size_t t = 0, d = 0, e = 0;
+  if (corners.size() == 2) {
+    const std::size_t symbol = stream.symbol(2 + corners[1] - i1);
+    t = symbol / 3;
+    d = symbol % 3 + 1;
+  } else {
+    const std::size_t symbol = stream.symbol(corners.size() == 3 ? 6 : 7);
+    t = symbol / 6;
+    d = symbol % 6 / 2 + 1;
+    e = symbol % 2;
+  }
+  std::array<std::size_t, 4> own{(i1 + t) % 4, (i1 + t + d) % 4};
+  std::vector<std::size_t> left;
+  for (std::size_t step = 1; step < 4; ++step)
+    if (step != d) left.push_back((own[0] + step) % 4);
+  own[2] = left[e];
+  own[3] = left[1 - e];
+  return own;
+}
+
+void read_split(PageStream& stream, std::uint32_t s, NaivePlant& plant, std::vector<bool>& alive) {
+  const Wide back = stream.number(stream.symbol(0));
+  naive_must(back <= 2 * Wide{s}, "parent");
+  NaiveSplit split;
+  split.parent = static_cast<std::uint32_t>(2 * Wide{s} - back);
+  naive_must(alive[split.parent], "the parent is not alive");
+  const NaiveNode parent = plant.nodes[split.parent];
+  const std::uint32_t children_of = stream.symbol(1);
+  std::array<std::array<std::optional<NaivePoint>, 4>, 2> known;
+  std::array<std::size_t, 2> counts{};
+  for (std::size_t child = 0; child < 2; ++child) {
+    std::vector<std::size_t> corners;
+    for (std::size_t i = 0; i < 4; ++i)
+      if ((children_of >> i & 1) == child) corners.push_back(i);
+    counts[child] = corners.size();
+    if (corners.empty()) continue;
+    const auto own = own_corners(stream, corners);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      known[child][own[i]] = parent.corners[corners[i]];
+      split.parent_slots[corners[i]] = static_cast<std::uint32_t>(4 * child + own[i]);
+    }
+  }
+  std::array<NaiveNode, 2> children;
+  const std::size_t fuller = counts[1] > counts[0] ? 1 : 0;
+  for (const std::size_t child : {fuller, 1 - fuller}) {
+    const std::uint32_t symbol = stream.symbol(8 + counts[child]);
+    children[child].card = symbol % 2 == 1 ? stream.symbol(13) : parent.card;
+    ChildCorners corners(stream, parent.corners, symbol / 2, plant.largest);
+    children[child].corners = corners.fill(known[child]);
+  }
+  add_naive_split(plant, alive, split, children);
+}
+
+}  // namespace
+
+void add_naive_split(NaivePlant& plant, std::vector<bool>& alive, const NaiveSplit& split, const std::array<NaiveNode, 2>& children) {
+  alive[split.parent] = false;
+  for (const NaiveNode& child : children) {
+    alive[plant.nodes.size()] = true;
+    plant.nodes.push_back(child);
+  }
+  plant.splits.push_back(split);
+}
+
+void read_naive_page(std::span<const std::uint8_t> bytes, NaivePlant& plant, std::vector<bool>& alive) {
+  const auto first = static_cast<std::uint32_t>(plant.splits.size());
+  const std::uint32_t count = std::min(kPageSplits, plant.leaf_count - 1 - first);
+  if (plant.version == 1) return read_naive_draco_page(bytes, count, plant, alive);
+  PageStream stream(bytes, count, static_cast<std::uint32_t>(plant.cards.size()));
+  for (std::uint32_t i = 0; i < count; ++i) read_split(stream, first + i, plant, alive);
+  stream.check_end();
+}
+
+}  // namespace coppice::test

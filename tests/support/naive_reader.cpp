@@ -1,0 +1,412 @@
+// Sections 1 to 8, 11 and 12 of FORMAT.md.
+
+#include "naive_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include <xxhash.h>
+
+namespace coppice::test {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr std::uint32_t kPlant = 1, kMaterials = 2, kCards = 3, kErrors = 4, kWood = 5, kPage = 6, kTexture = 7, kLeafMeshes = 8,
+                        kLeafMesh = 9;
+constexpr std::uint64_t kHeaderBytes = 64, kEntryBytes = 32;
+constexpr std::uint32_t kPageSplits = 512;
+
+struct Header {
+  std::uint32_t chunk_count = 0;
+  std::uint64_t table_checksum = 0;
+};
+
+/// Section 2, but for what the chunks say.
+Header read_header(Bytes file, NaivePlant& plant) {
+  naive_must(file.size() >= kHeaderBytes, "shorter than a header");
+  NaiveBytes bytes(file);
+  constexpr std::array<std::uint8_t, 8> kMagic = {0x43, 0x4f, 0x50, 0x50, 0x49, 0x43, 0x45, 0x1a};
+  naive_must(std::ranges::equal(bytes.take(8), kMagic), "magic");
+  Header header;
+  plant.version = bytes.u32();
+  naive_must(plant.version >= 1 && plant.version <= 3, "version");
+  header.chunk_count = bytes.u32();
+  const std::uint64_t file_bytes = bytes.u64();
+  plant.first_read_bytes = bytes.u64();
+  header.table_checksum = bytes.u64();
+  naive_must(bytes.u64() == 0 && bytes.u64() == 0, "reserved");
+  naive_must(bytes.u64() == XXH3_64bits(file.data(), 56), "header_checksum");
+  naive_must(file_bytes == file.size(), "file_bytes");
+  naive_must(plant.first_read_bytes <= file_bytes, "first_read_bytes beyond the file");
+  naive_must(kHeaderBytes + kEntryBytes * header.chunk_count <= plant.first_read_bytes, "chunk_count");
+  return header;
+}
+
+/// Section 3, and the checksums of all chunks.
+void read_table(Bytes file, const Header& header, NaivePlant& plant) {
+  const Bytes table = file.subspan(kHeaderBytes, kEntryBytes * header.chunk_count);
+  naive_must(header.table_checksum == XXH3_64bits(table.data(), table.size()), "table_checksum");
+  NaiveBytes bytes(table);
+  std::uint64_t next = kHeaderBytes + table.size();
+  while (bytes.left() > 0) {
+    NaiveChunk chunk;
+    chunk.kind = bytes.u32();
+    chunk.index = bytes.u32();
+    chunk.offset = bytes.u64();
+    chunk.bytes = bytes.u64();
+    naive_must(chunk.offset == next, "a chunk does not start where the one before ends");
+    naive_must(chunk.bytes > 0 && chunk.bytes <= file.size() - next, "a chunk is empty or runs past the end");
+    naive_must(chunk.kind != kPage || chunk.bytes <= 65536, "a page is too long");
+    naive_must(bytes.u64() == XXH3_64bits(file.data() + chunk.offset, chunk.bytes), "a chunk's checksum");
+    next += chunk.bytes;
+    plant.chunks.push_back(chunk);
+  }
+  naive_must(next == file.size(), "the last chunk does not end with the file");
+}
+
+NaiveBytes chunk_of(Bytes file, const NaivePlant& plant, std::uint32_t kind, std::uint32_t index) {
+  for (const NaiveChunk& chunk : plant.chunks)
+    if (chunk.kind == kind && chunk.index == index) return NaiveBytes(file.subspan(chunk.offset, chunk.bytes));
+  throw NaiveRefusal("a chunk is missing");
+}
+
+std::uint64_t bytes_of(Bytes file, const NaivePlant& plant, std::uint32_t kind, std::uint32_t index) {
+  return chunk_of(file, plant, kind, index).left();
+}
+
+bool is_finite(std::span<const float> values) {
+  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
+}
+
+template <std::size_t count>
+std::array<float, count> floats(NaiveBytes& bytes) {
+  std::array<float, count> values;
+  for (float& value : values) value = bytes.f32();
+  return values;
+}
+
+std::vector<float> floats(NaiveBytes& bytes, std::size_t count) {
+  std::vector<float> values(count);
+  for (float& value : values) value = bytes.f32();
+  return values;
+}
+
+/// Well-formed as Unicode has it: no surrogates, nothing longer than it need be.
+bool is_utf8(const std::string& text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const std::size_t more = lead < 0x80 ? 0 : lead >> 5 == 6 ? 1 : lead >> 4 == 14 ? 2 : lead >> 3 == 30 ? 3 : 4;
+    if (more == 4 || i + more >= text.size()) return false;
+    std::uint32_t code = more == 0 ? lead : lead & (0x3fu >> more);
+    for (std::size_t k = 1; k <= more; ++k) {
+      const auto next = static_cast<unsigned char>(text[i + k]);
+      if (next >> 6 != 2) return false;
+      code = code << 6 | (next & 0x3fu);
+    }
+    constexpr std::array<std::uint32_t, 4> kLeast = {0, 0x80, 0x800, 0x10000};
+    if (code < kLeast[more] || code > 0x10ffff || (code >= 0xd800 && code <= 0xdfff)) return false;
+    i += more + 1;
+  }
+  return true;
+}
+
+std::string read_name(NaiveBytes& bytes) {
+  const Bytes stored = bytes.take(64);
+  const auto end = std::ranges::find(stored, std::uint8_t{0});
+  naive_must(end != stored.end(), "name: no zero");
+  naive_must(std::all_of(end, stored.end(), [](std::uint8_t byte) { return byte == 0; }), "name: bytes after the zero");
+  std::string name(stored.begin(), end);
+  naive_must(is_utf8(name), "name: not UTF-8");
+  return name;
+}
+
+struct Counts {
+  std::uint32_t materials = 0, cards = 0, levels = 0, sizes = 0;
+};
+
+void read_box_and_sphere(NaiveBytes& bytes, NaivePlant& plant) {
+  plant.leaf_box_min = floats<3>(bytes);
+  plant.leaf_box_max = floats<3>(bytes);
+  naive_must(is_finite(plant.leaf_box_min) && is_finite(plant.leaf_box_max), "leaf_box");
+  for (std::size_t a = 0; a < 3; ++a)
+    naive_must(plant.leaf_box_max[a] >= plant.leaf_box_min[a] && std::isfinite(plant.leaf_box_max[a] - plant.leaf_box_min[a]), "leaf_box");
+  plant.sphere_center = floats<3>(bytes);
+  plant.sphere_radius = bytes.f32();
+  naive_must(is_finite(plant.sphere_center) && std::isfinite(plant.sphere_radius) && plant.sphere_radius >= 0, "sphere");
+}
+
+/// Section 4 by itself.
+Counts read_plant(NaiveBytes bytes, NaivePlant& plant) {
+  naive_must(bytes.left() == 236, "PLANT's length");
+  Counts counts;
+  plant.leaf_count = bytes.u32();
+  naive_must(plant.leaf_count >= 1 && plant.leaf_count <= 1u << 26, "leaf_count");
+  plant.page_count = bytes.u32();
+  naive_must(plant.page_count == (plant.leaf_count - 1 + kPageSplits - 1) / kPageSplits, "page_count");
+  counts.materials = bytes.u32();
+  counts.cards = bytes.u32();
+  plant.texture_count = bytes.u32();
+  plant.wood_lod_count = bytes.u32();
+  counts.levels = bytes.u32();
+  counts.sizes = bytes.u32();
+  naive_must(counts.materials >= 1 && counts.materials <= 256 && counts.cards >= 1 && counts.cards <= 256, "material_count, card_count");
+  naive_must(plant.texture_count <= 256 && plant.wood_lod_count <= 8, "texture_count, wood_lod_count");
+  naive_must(counts.levels >= 1 && counts.levels <= 32 && counts.sizes >= 1 && counts.sizes <= 16, "error table's counts");
+  read_box_and_sphere(bytes, plant);
+  NaiveNode root;
+  for (NaivePoint& corner : root.corners)
+    for (std::int64_t& coordinate : corner) coordinate = bytes.u16();
+  root.card = bytes.u32();
+  naive_must(root.card < counts.cards, "root_card");
+  for (std::uint32_t& count : plant.wood_vertex_counts) count = bytes.u32();
+  for (std::uint32_t& count : plant.wood_triangle_counts) count = bytes.u32();
+  plant.metric = bytes.u32();
+  naive_must(plant.metric >= 1 && plant.metric <= 3, "metric");
+  plant.leaf_mesh_count = bytes.u16();
+  naive_must(plant.leaf_mesh_count <= 16, "leaf_mesh_count");
+  const std::uint32_t fine = bytes.u16();
+  naive_must(fine <= 1 && !(fine == 1 && (plant.leaf_mesh_count > 0 || plant.version == 1)), "fine_positions");
+  plant.largest = fine == 1 ? 32767 : 16383;
+  for (const NaivePoint& corner : root.corners)
+    for (const std::int64_t coordinate : corner) naive_must(coordinate <= plant.largest, "root_quad");
+  plant.name = read_name(bytes);
+  plant.nodes.push_back(root);
+  return counts;
+}
+
+/// Sections 1 and 2: the order of the chunks, and where the first read ends.
+void check_order(const NaivePlant& plant) {
+  std::vector<std::array<std::uint32_t, 2>> order = {{kPlant, 0}, {kMaterials, 0}, {kCards, 0}, {kErrors, 0}};
+  if (plant.leaf_mesh_count > 0) order.push_back({kLeafMeshes, 0});
+  if (plant.wood_lod_count > 0) order.push_back({kWood, plant.wood_lod_count - 1});
+  if (plant.page_count > 0) order.push_back({kPage, 0});
+  const std::size_t first_read = order.size();
+  for (std::uint32_t t = 0; t < plant.texture_count; ++t) order.push_back({kTexture, t});
+  for (std::uint32_t i = plant.wood_lod_count; i-- > 0;)
+    if (i + 1 < plant.wood_lod_count) order.push_back({kWood, i});
+  for (std::uint32_t k = 1; k < plant.page_count; ++k) order.push_back({kPage, k});
+  for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i) order.push_back({kLeafMesh, i});
+  naive_must(order.size() == plant.chunks.size(), "chunk_count");
+  for (std::size_t i = 0; i < order.size(); ++i)
+    naive_must(plant.chunks[i].kind == order[i][0] && plant.chunks[i].index == order[i][1], "a chunk's kind or index");
+  const NaiveChunk& last = plant.chunks[first_read - 1];
+  naive_must(last.offset + last.bytes == plant.first_read_bytes, "first_read_bytes");
+}
+
+void check_wood_counts(Bytes file, const NaivePlant& plant) {
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const std::uint64_t vertices = plant.wood_vertex_counts[i], triangles = plant.wood_triangle_counts[i];
+    if (i >= plant.wood_lod_count) {
+      naive_must(vertices == 0 && triangles == 0, "wood counts beyond the last LoD");
+      continue;
+    }
+    naive_must(triangles >= 1 && triangles <= 1u << 24 && triangles <= 8 * bytes_of(file, plant, kWood, i), "wood_triangle_counts");
+    naive_must(i == 0 || triangles <= plant.wood_triangle_counts[i - 1], "wood_triangle_counts: more than the finer LoD's");
+    naive_must(vertices >= 3 && vertices <= 3 * triangles, "wood_vertex_counts");
+  }
+}
+
+bool is_share(float value) {
+  return value >= 0.0f && value <= 1.0f;
+}
+
+void read_materials(NaiveBytes bytes, std::size_t count, NaivePlant& plant) {
+  naive_must(bytes.left() == 32 * count, "MATERIALS' length");
+  for (std::size_t i = 0; i < count; ++i) {
+    NaiveMaterial material;
+    material.base_color = floats<4>(bytes);
+    material.alpha_cutoff = bytes.f32();
+    material.roughness = bytes.f32();
+    material.texture = bytes.u16();
+    material.normal_map = bytes.u16();
+    material.flags = bytes.u32();
+    naive_must(std::ranges::all_of(material.base_color, is_share), "base_color");
+    naive_must(is_share(material.alpha_cutoff) && is_share(material.roughness), "alpha_cutoff, roughness");
+    naive_must(material.texture < plant.texture_count || material.texture == 0xffff, "material texture");
+    naive_must(material.normal_map <= plant.texture_count || (material.normal_map == 0xffff && material.texture == 0xffff), "normal_map");
+    naive_must((material.flags & ~0xffff03u) == 0, "flags");
+    naive_must((material.flags & 2) == 0 || plant.leaf_mesh_count > 0, "flags: leaf meshes alone, of which there is none");
+    plant.materials.push_back(material);
+  }
+}
+
+void read_cards(NaiveBytes bytes, std::size_t count, NaivePlant& plant) {
+  naive_must(bytes.left() == 36 * count, "CARDS' length");
+  for (std::size_t i = 0; i < count; ++i) {
+    NaiveCard card;
+    card.material = bytes.u32();
+    card.uv = floats<8>(bytes);
+    naive_must(card.material < plant.materials.size() && (plant.materials[card.material].flags & 2) == 0, "card material");
+    naive_must(is_finite(card.uv), "card uv");
+    plant.cards.push_back(card);
+  }
+}
+
+/// Rows of errors; down a column they do not grow (falling) or do not fall.
+void check_errors(const std::vector<float>& rows, std::size_t sizes, bool falling) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    naive_must(std::isfinite(rows[i]) && rows[i] >= 0, "an error is negative or not finite");
+    if (i < sizes) continue;
+    naive_must(falling ? rows[i] <= rows[i - sizes] : rows[i] >= rows[i - sizes], "the order of errors in a column");
+  }
+}
+
+void read_errors(NaiveBytes bytes, const Counts& counts, NaivePlant& plant) {
+  const std::size_t levels = counts.levels, sizes = counts.sizes, wood = plant.version >= 3 ? plant.wood_lod_count : 0;
+  naive_must(bytes.left() == 4 * (levels + sizes + levels * sizes + wood * sizes), "ERRORS' length");
+  for (std::size_t i = 0; i < levels; ++i) {
+    plant.error_leaf_counts.push_back(bytes.u32());
+    naive_must(i == 0 || plant.error_leaf_counts[i] > plant.error_leaf_counts[i - 1], "leaf_counts");
+  }
+  naive_must(plant.error_leaf_counts.front() == 1 && plant.error_leaf_counts.back() == plant.leaf_count, "leaf_counts");
+  plant.error_sizes_px = floats(bytes, sizes);
+  for (std::size_t i = 0; i < sizes; ++i) {
+    const float size = plant.error_sizes_px[i];
+    naive_must(std::isfinite(size) && size > (i == 0 ? 0.0f : plant.error_sizes_px[i - 1]), "sizes_px");
+  }
+  plant.error_px = floats(bytes, levels * sizes);
+  check_errors(plant.error_px, sizes, true);
+  plant.wood_error_px = floats(bytes, wood * sizes);
+  check_errors(plant.wood_error_px, sizes, false);
+}
+
+void read_leaf_mesh_counts(Bytes file, const Counts& counts, NaivePlant& plant) {
+  if (plant.leaf_mesh_count == 0) return;
+  NaiveBytes bytes = chunk_of(file, plant, kLeafMeshes, 0);
+  naive_must(bytes.left() == std::size_t{8} * plant.leaf_mesh_count + std::size_t{4} * counts.sizes, "LEAF_MESHES' length");
+  for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i) {
+    const std::uint64_t vertices = bytes.u32(), triangles = bytes.u32();
+    naive_must(triangles >= 1 && triangles <= 65536 && triangles <= 8 * bytes_of(file, plant, kLeafMesh, i), "leaf mesh triangle_count");
+    naive_must(vertices >= 3 && vertices <= 3 * triangles, "leaf mesh vertex_count");
+    plant.leaf_mesh_vertex_counts.push_back(static_cast<std::uint32_t>(vertices));
+    plant.leaf_mesh_triangle_counts.push_back(static_cast<std::uint32_t>(triangles));
+  }
+  plant.leaf_mesh_error_px = floats(bytes, counts.sizes);
+  float last = 0.0f;
+  for (const float error : plant.leaf_mesh_error_px) {
+    naive_must(std::isfinite(error) && error >= last, "leaf mesh error_px");
+    last = error;
+  }
+}
+
+/// Section 11.
+NaiveTexture read_texture(NaiveBytes bytes) {
+  NaiveTexture texture;
+  texture.width = bytes.u32();
+  texture.height = bytes.u32();
+  texture.mip_count = bytes.u32();
+  texture.format = bytes.u32();
+  naive_must(texture.width >= 1 && texture.width <= 4096 && texture.height >= 1 && texture.height <= 4096, "texture width, height");
+  std::uint32_t most = 1;
+  for (std::uint32_t side = std::max(texture.width, texture.height); side > 1; side /= 2) ++most;
+  naive_must(texture.mip_count >= 1 && texture.mip_count <= most, "texture mip_count");
+  naive_must(texture.format >= 1 && texture.format <= 3, "texture format");
+  std::size_t expected = 0;
+  std::size_t width = texture.width, height = texture.height;
+  for (std::uint32_t level = 0; level < texture.mip_count; ++level) {
+    const std::size_t blocks = (width + 3) / 4 * ((height + 3) / 4);
+    expected += texture.format == 1 ? 4 * width * height : texture.format == 2 ? 16 * blocks : 8 * blocks;
+    width = std::max<std::size_t>(width / 2, 1);
+    height = std::max<std::size_t>(height / 2, 1);
+  }
+  naive_must(bytes.left() == expected, "texture length");
+  const Bytes levels = bytes.rest();
+  texture.levels.assign(levels.begin(), levels.end());
+  return texture;
+}
+
+/// Section 4: the sphere holds every vertex.
+void check_sphere(const NaivePlant& plant) {
+  double longest = 2.0 * plant.sphere_radius;
+  for (std::size_t a = 0; a < 3; ++a) longest = std::max(longest, double{plant.leaf_box_max[a]} - plant.leaf_box_min[a]);
+  const double most = plant.sphere_radius + 1e-4 * longest;
+  const auto check = [&](const std::array<double, 3>& point) {
+    double squared = 0;
+    for (std::size_t a = 0; a < 3; ++a) squared += (point[a] - plant.sphere_center[a]) * (point[a] - plant.sphere_center[a]);
+    naive_must(std::sqrt(squared) <= most, "sphere: a vertex is outside");
+  };
+  for (const NaiveNode& node : plant.nodes)
+    for (const NaivePoint& corner : node.corners) {
+      std::array<double, 3> point;
+      for (std::size_t a = 0; a < 3; ++a)
+        point[a] = plant.leaf_box_min[a] +
+                   static_cast<double>(corner[a]) / plant.largest * (double{plant.leaf_box_max[a]} - plant.leaf_box_min[a]);
+      check(point);
+    }
+  for (const auto* meshes : {&plant.wood, &plant.leaf_meshes})
+    for (const NaiveMesh& mesh : *meshes)
+      for (const NaiveVertex& vertex : mesh.corners) check({vertex.position[0], vertex.position[1], vertex.position[2]});
+}
+
+void read_meshes(Bytes file, NaivePlant& plant) {
+  for (std::uint32_t i = 0; i < plant.wood_lod_count; ++i) {
+    const Bytes chunk = chunk_of(file, plant, kWood, i).rest();
+    plant.wood.push_back(read_naive_mesh(chunk, plant.wood_vertex_counts[i], plant.wood_triangle_counts[i], false, plant.materials.size()));
+    for (const NaiveVertex& vertex : plant.wood.back().corners)
+      naive_must((plant.materials[vertex.material].flags & 2) == 0, "wood of a material that only leaf meshes show");
+  }
+  for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i) {
+    const Bytes chunk = chunk_of(file, plant, kLeafMesh, i).rest();
+    plant.leaf_meshes.push_back(
+        read_naive_mesh(chunk, plant.leaf_mesh_vertex_counts[i], plant.leaf_mesh_triangle_counts[i], true, plant.materials.size()));
+  }
+}
+
+void read_file(Bytes file, NaivePlant& plant) {
+  const Header header = read_header(file, plant);
+  read_table(file, header, plant);
+  const Counts counts = read_plant(chunk_of(file, plant, kPlant, 0), plant);
+  check_order(plant);
+  check_wood_counts(file, plant);
+  read_materials(chunk_of(file, plant, kMaterials, 0), counts.materials, plant);
+  read_cards(chunk_of(file, plant, kCards, 0), counts.cards, plant);
+  read_errors(chunk_of(file, plant, kErrors, 0), counts, plant);
+  read_leaf_mesh_counts(file, counts, plant);
+  std::vector<bool> alive(2 * std::size_t{plant.leaf_count} - 1);
+  alive[0] = true;
+  for (std::uint32_t k = 0; k < plant.page_count; ++k) read_naive_page(chunk_of(file, plant, kPage, k).rest(), plant, alive);
+  for (std::uint32_t t = 0; t < plant.texture_count; ++t) plant.textures.push_back(read_texture(chunk_of(file, plant, kTexture, t)));
+  read_meshes(file, plant);
+  check_sphere(plant);
+}
+
+}  // namespace
+
+std::span<const std::uint8_t> NaiveBytes::take(std::size_t byte_count) {
+  naive_must(byte_count <= left(), "it ends early");
+  at_ += byte_count;
+  return bytes_.subspan(at_ - byte_count, byte_count);
+}
+
+std::uint64_t NaiveBytes::number(std::size_t byte_count) {
+  const auto bytes = take(byte_count);
+  std::uint64_t value = 0;
+  for (std::size_t i = byte_count; i-- > 0;) value = value << 8 | bytes[i];
+  return value;
+}
+
+std::int64_t NaiveBytes::i16() {
+  const std::int64_t value = u16();
+  return value < 32768 ? value : value - 65536;
+}
+
+float NaiveBytes::f32() {
+  const std::uint32_t bits = u32();
+  float value;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+NaiveReading read_naively(std::span<const std::uint8_t> file) {
+  NaiveReading reading;
+  try {
+    read_file(file, reading.plant);
+  } catch (const NaiveRefusal& refusal) {
+    reading.refusal = refusal.what();
+  }
+  return reading;
+}
+
+}  // namespace coppice::test

@@ -1,0 +1,134 @@
+#pragma once
+
+// A second reader of .coppice files, written from FORMAT.md alone: no code or layout of the product's is used. It reads a whole file, as
+// plainly as it can, and is slow. What it and the product's reader disagree about is wrong in one of them, or in FORMAT.md.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace coppice::test {
+
+/// Why a file is refused. Thrown inside; read_naively() does not let it out.
+struct NaiveRefusal : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct NaiveChunk {
+  std::uint32_t kind = 0, index = 0;
+  std::uint64_t offset = 0, bytes = 0;
+};
+
+struct NaiveMaterial {
+  std::array<float, 4> base_color{};
+  float alpha_cutoff = 0, roughness = 0;
+  std::uint32_t texture = 0, normal_map = 0;  ///< as stored
+  std::uint32_t flags = 0;
+};
+
+struct NaiveCard {
+  std::uint32_t material = 0;
+  std::array<float, 8> uv{};
+};
+
+using NaivePoint = std::array<std::int64_t, 3>;
+using NaiveQuad = std::array<NaivePoint, 4>;
+
+struct NaiveNode {
+  NaiveQuad corners{};
+  std::uint32_t card = 0;
+};
+
+struct NaiveSplit {
+  std::uint32_t parent = 0;
+  std::array<std::uint32_t, 4> parent_slots{};
+};
+
+struct NaiveVertex {
+  std::array<float, 3> position{}, normal{};
+  std::array<float, 2> uv{};
+  std::uint32_t material = 0;
+  std::array<std::uint32_t, 3> stalk{};
+};
+
+/// A WOOD or a LEAF_MESH: three corners a triangle, each with its vertex.
+struct NaiveMesh {
+  std::uint32_t vertex_count = 0;
+  std::vector<NaiveVertex> corners;
+};
+
+struct NaiveTexture {
+  std::uint32_t width = 0, height = 0, mip_count = 0, format = 0;
+  std::vector<std::uint8_t> levels;
+};
+
+struct NaivePlant {
+  std::uint32_t version = 0;
+  std::uint64_t first_read_bytes = 0;
+  std::vector<NaiveChunk> chunks;
+  std::uint32_t leaf_count = 0, page_count = 0, texture_count = 0, wood_lod_count = 0, metric = 0, leaf_mesh_count = 0;
+  std::uint32_t largest = 16383;  ///< of a quantised coordinate
+  std::array<float, 3> leaf_box_min{}, leaf_box_max{}, sphere_center{};
+  float sphere_radius = 0;
+  std::array<std::uint32_t, 8> wood_vertex_counts{}, wood_triangle_counts{};
+  std::string name;
+  std::vector<NaiveMaterial> materials;
+  std::vector<NaiveCard> cards;
+  std::vector<std::uint32_t> error_leaf_counts;
+  std::vector<float> error_sizes_px, error_px, wood_error_px, leaf_mesh_error_px;
+  std::vector<std::uint32_t> leaf_mesh_vertex_counts, leaf_mesh_triangle_counts;
+  std::vector<NaiveNode> nodes;  ///< [2N - 1]
+  std::vector<NaiveSplit> splits;
+  std::vector<NaiveMesh> wood, leaf_meshes;
+  std::vector<NaiveTexture> textures;
+};
+
+/// A refusal, empty for a file that is right; what is in `plant` is then all of it.
+struct NaiveReading {
+  std::string refusal;
+  NaivePlant plant;
+};
+
+NaiveReading read_naively(std::span<const std::uint8_t> file);
+
+// The parts, for naive_reader.cpp.
+
+inline void naive_must(bool holds, const char* what) {
+  if (!holds) throw NaiveRefusal(what);
+}
+
+/// Little-endian values, one after another; refuses to read past the end.
+class NaiveBytes {
+ public:
+  explicit NaiveBytes(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  std::uint64_t number(std::size_t byte_count);
+  std::uint32_t u8() { return static_cast<std::uint32_t>(number(1)); }
+  std::uint32_t u16() { return static_cast<std::uint32_t>(number(2)); }
+  std::uint32_t u32() { return static_cast<std::uint32_t>(number(4)); }
+  std::uint64_t u64() { return number(8); }
+  std::int64_t i16();
+  float f32();
+  [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
+  std::span<const std::uint8_t> rest() { return take(left()); }
+  std::span<const std::uint8_t> take(std::size_t byte_count);
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+  std::size_t at_ = 0;
+};
+
+/// Sections 9 and 14: the next page's splits; appends to the plant's nodes and splits. `alive` [2N - 1]: nodes that no split has replaced.
+void read_naive_page(std::span<const std::uint8_t> bytes, NaivePlant& plant, std::vector<bool>& alive);
+/// What both kinds of page do with a split.
+void add_naive_split(NaivePlant& plant, std::vector<bool>& alive, const NaiveSplit& split, const std::array<NaiveNode, 2>& children);
+/// A page of version 1.
+void read_naive_draco_page(std::span<const std::uint8_t> bytes, std::uint32_t split_count, NaivePlant& plant, std::vector<bool>& alive);
+/// Sections 10 and 12.
+NaiveMesh read_naive_mesh(std::span<const std::uint8_t> bytes, std::uint32_t vertex_count, std::uint32_t triangle_count, bool has_stalks,
+                          std::size_t material_count);
+
+}  // namespace coppice::test

@@ -1,0 +1,270 @@
+// The product's reader against a second one that was written from FORMAT.md alone: both take the same files, and read the same from them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "coppice_file.h"
+#include "decoded_pages.h"
+#include "inspect.h"
+#include "naive_reader.h"
+#include "pack.h"
+#include "random_tree.h"
+#include "reader.h"
+#include "wood_codec.h"
+
+namespace coppice {
+namespace {
+
+using test::Bytes;
+using test::NaivePlant;
+
+struct NamedFile {
+  std::string name;
+  Bytes bytes;
+};
+
+std::vector<NamedFile> files_below(const std::filesystem::path& folder) {
+  std::vector<NamedFile> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".coppice") continue;
+    std::ifstream stream(entry.path(), std::ios::binary);
+    files.push_back({entry.path().lexically_relative(folder).string(), Bytes(std::istreambuf_iterator<char>(stream), {})});
+  }
+  std::ranges::sort(files, {}, &NamedFile::name);
+  return files;
+}
+
+/// Files of this version with all that a file can have, each small.
+std::vector<NamedFile> made_files() {
+  std::vector<NamedFile> files;
+  bake::PackSizes sizes;
+  const auto add = [&](const char* name, const test::RandomPlantOptions& options) {
+    files.push_back({name, *bake::pack(test::random_plant(options), sizes)});
+  };
+  add("one_leaf", {.leaf_count = 1, .seed = 3, .wood_lod_count = 0, .texture_side = 0});
+  add("many_cards", {.leaf_count = 60, .seed = 4, .card_count = 9, .wood_lod_count = 1, .texture_side = 2});
+  add("leaf_meshes", {.leaf_count = 40, .seed = 5, .wood_lod_count = 3, .texture_side = 4, .leaf_mesh_count = 2});
+  add("three_pages", {.leaf_count = 1200, .seed = 6, .wood_lod_count = 0, .texture_side = 0});
+  return files;
+}
+
+Bytes chunk_bytes(const Bytes& file, const PlantFile& front, coppice_chunk_kind kind, std::uint32_t index) {
+  const coppice_file_chunk& chunk = *find_chunk(front, kind, index);
+  const auto first = file.begin() + static_cast<std::ptrdiff_t>(chunk.offset);
+  return Bytes(first, first + static_cast<std::ptrdiff_t>(chunk.bytes));
+}
+
+template <class T, class U>
+bool same_bits(const T& a, const U& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+}
+
+void expect_same_front(const PlantFile& front, const NaivePlant& naive) {
+  const coppice_file_plant& plant = front.plant;
+  EXPECT_EQ(front.header.version, naive.version);
+  ASSERT_EQ(front.chunks.size(), naive.chunks.size());
+  for (std::size_t i = 0; i < naive.chunks.size(); ++i) {
+    EXPECT_EQ(front.chunks[i].kind, naive.chunks[i].kind);
+    EXPECT_EQ(front.chunks[i].offset, naive.chunks[i].offset);
+    EXPECT_EQ(front.chunks[i].bytes, naive.chunks[i].bytes);
+  }
+  EXPECT_EQ(plant.leaf_count, naive.leaf_count);
+  EXPECT_EQ(plant.metric, naive.metric);
+  EXPECT_EQ(quantised_max(plant), naive.largest);
+  EXPECT_EQ(plant.name, naive.name);
+  EXPECT_TRUE(std::ranges::equal(plant.leaf_box_min, naive.leaf_box_min) && std::ranges::equal(plant.leaf_box_max, naive.leaf_box_max));
+  EXPECT_TRUE(std::ranges::equal(plant.sphere_center, naive.sphere_center) && plant.sphere_radius == naive.sphere_radius);
+  EXPECT_TRUE(std::ranges::equal(plant.wood_vertex_counts, naive.wood_vertex_counts));
+  EXPECT_TRUE(std::ranges::equal(plant.wood_triangle_counts, naive.wood_triangle_counts));
+  EXPECT_TRUE(same_bits(front.error_leaf_counts, naive.error_leaf_counts) && same_bits(front.error_sizes_px, naive.error_sizes_px));
+  EXPECT_TRUE(same_bits(front.error_px, naive.error_px));
+  EXPECT_TRUE(same_bits(front.leaf_mesh_error_px, naive.leaf_mesh_error_px));
+  EXPECT_TRUE(naive.version < 3 || same_bits(front.wood_error_px, naive.wood_error_px));
+}
+
+void expect_same_materials(const PlantFile& front, const NaivePlant& naive) {
+  ASSERT_EQ(front.materials.size(), naive.materials.size());
+  for (std::size_t i = 0; i < naive.materials.size(); ++i) {
+    const coppice_file_material& material = front.materials[i];
+    const test::NaiveMaterial& other = naive.materials[i];
+    EXPECT_TRUE(std::ranges::equal(material.base_color, other.base_color));
+    EXPECT_EQ(material.alpha_cutoff, other.alpha_cutoff);
+    EXPECT_EQ(material.roughness, other.roughness);
+    EXPECT_EQ(material.flags, other.flags);
+    EXPECT_EQ(material_texture(material), other.texture == 0xffff ? COPPICE_NO_TEXTURE : other.texture);
+    const bool has_normals = other.normal_map != 0 && other.normal_map != 0xffff;
+    EXPECT_EQ(material_normal_map(material), has_normals ? other.normal_map - 1 : COPPICE_NO_TEXTURE);
+  }
+  ASSERT_EQ(front.cards.size(), naive.cards.size());
+  for (std::size_t i = 0; i < naive.cards.size(); ++i) {
+    EXPECT_EQ(front.cards[i].material, naive.cards[i].material);
+    EXPECT_EQ(std::memcmp(front.cards[i].uv, naive.cards[i].uv.data(), sizeof front.cards[i].uv), 0);
+  }
+}
+
+void expect_same_tree(const Bytes& file, const PlantFile& front, const NaivePlant& naive) {
+  const auto quad_of = [](const test::NaiveNode& node) {
+    QuantisedQuad quad{};
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) quad[i][axis] = static_cast<std::uint16_t>(node.corners[i][axis]);
+    return quad;
+  };
+  bake::DecodedPages pages(PageNode{quad_of(naive.nodes[0]), naive.nodes[0].card}, quantised_max(front.plant));
+  std::size_t first = 0;
+  for (std::uint32_t page = 0; page < front.plant.page_count; ++page) {
+    const auto splits = pages.add(chunk_bytes(file, front, COPPICE_CHUNK_PAGE, page), page_split_count(front.plant, page),
+                                  front.plant.card_count, front.header.version);
+    ASSERT_TRUE(splits) << splits.error().message();
+    for (std::size_t i = 0; i < splits->size(); ++i) {
+      EXPECT_EQ((*splits)[i].parent, naive.splits[first + i].parent);
+      EXPECT_TRUE(std::ranges::equal((*splits)[i].parent_slots, naive.splits[first + i].parent_slots)) << first + i;
+    }
+    first += splits->size();
+  }
+  const std::vector<PageNode> nodes = pages.nodes();
+  ASSERT_EQ(nodes.size(), naive.nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    EXPECT_EQ(nodes[i].corners, quad_of(naive.nodes[i])) << i;
+    EXPECT_EQ(nodes[i].card, naive.nodes[i].card) << i;
+  }
+}
+
+void expect_same_mesh(const Bytes& chunk, const WoodShape& shape, const test::NaiveMesh& naive) {
+  const auto mesh = decode_wood(chunk, shape);
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_EQ(mesh->vertices.size(), naive.vertex_count);
+  ASSERT_EQ(mesh->indices.size(), naive.corners.size());
+  for (std::size_t i = 0; i < naive.corners.size(); ++i) {
+    const WoodVertex& vertex = mesh->vertices[mesh->indices[i]];
+    const test::NaiveVertex& other = naive.corners[i];
+    EXPECT_EQ(vertex.position, other.position);
+    EXPECT_EQ(vertex.normal, other.normal);
+    EXPECT_EQ(vertex.uv, other.uv);
+    EXPECT_EQ(vertex.material, other.material);
+    EXPECT_TRUE(std::ranges::equal(vertex.stalk, other.stalk));
+  }
+}
+
+void expect_same_meshes(const Bytes& file, const PlantFile& front, const NaivePlant& naive) {
+  const auto materials = static_cast<std::uint32_t>(front.materials.size());
+  ASSERT_EQ(naive.wood.size(), front.plant.wood_lod_count);
+  for (std::uint32_t i = 0; i < front.plant.wood_lod_count; ++i)
+    expect_same_mesh(chunk_bytes(file, front, COPPICE_CHUNK_WOOD, i),
+                     {front.plant.wood_vertex_counts[i], front.plant.wood_triangle_counts[i], materials}, naive.wood[i]);
+  ASSERT_EQ(naive.leaf_meshes.size(), front.leaf_meshes.size());
+  for (std::uint32_t i = 0; i < front.leaf_meshes.size(); ++i)
+    expect_same_mesh(chunk_bytes(file, front, COPPICE_CHUNK_LEAF_MESH, i),
+                     {front.leaf_meshes[i].vertex_count, front.leaf_meshes[i].triangle_count, materials, true}, naive.leaf_meshes[i]);
+}
+
+void expect_same_textures(const Bytes& file, const PlantFile& front, const NaivePlant& naive) {
+  ASSERT_EQ(naive.textures.size(), front.plant.texture_count);
+  for (std::uint32_t t = 0; t < front.plant.texture_count; ++t) {
+    const Bytes chunk = chunk_bytes(file, front, COPPICE_CHUNK_TEXTURE, t);
+    const auto layout = read_texture(chunk);
+    ASSERT_TRUE(layout);
+    const test::NaiveTexture& other = naive.textures[t];
+    EXPECT_EQ(layout->format, other.format);
+    ASSERT_EQ(layout->levels.size(), other.mip_count);
+    EXPECT_EQ(layout->levels[0].width, other.width);
+    EXPECT_EQ(layout->levels[0].height, other.height);
+    const auto& last = layout->levels.back();
+    EXPECT_EQ(last.offset + last.bytes - layout->levels[0].offset, other.levels.size());
+    EXPECT_TRUE(
+        std::equal(other.levels.begin(), other.levels.end(), chunk.begin() + static_cast<std::ptrdiff_t>(layout->levels[0].offset)));
+  }
+}
+
+/// Both take it or both refuse it. Returns whether they take it.
+bool expect_agreement(const std::string& name, const Bytes& file) {
+  const auto product = bake::unpack(file);
+  const test::NaiveReading naive = test::read_naively(file);
+  EXPECT_EQ(bool(product), naive.refusal.empty()) << name << "\nproduct: " << (product ? "takes it" : product.error().message())
+                                                  << "\nnaive reader: " << (naive.refusal.empty() ? "takes it" : naive.refusal);
+  return product && naive.refusal.empty();
+}
+
+void expect_same(const std::string& name, const Bytes& file) {
+  SCOPED_TRACE(name);
+  if (!expect_agreement(name, file)) return;
+  const NaivePlant naive = test::read_naively(file).plant;
+  const auto front = read_front(file, file.size());
+  ASSERT_TRUE(front);
+  expect_same_front(*front, naive);
+  expect_same_materials(*front, naive);
+  expect_same_tree(file, *front, naive);
+  expect_same_meshes(file, *front, naive);
+  expect_same_textures(file, *front, naive);
+}
+
+/// Flips a bit, sets a byte, or swaps in another of the file's, at a place in each stretch of `stride` bytes.
+void expect_agreement_on_mutants(const NamedFile& file, std::size_t stride, std::uint32_t seed) {
+  std::minstd_rand random(seed);
+  std::uint32_t taken = 0, count = 0;
+  for (std::size_t first = 0; first < file.bytes.size(); first += stride) {
+    const std::size_t at = std::min(first + random() % stride, file.bytes.size() - 1);
+    Bytes mutant = file.bytes;
+    constexpr std::array<std::uint8_t, 6> kValues = {0, 1, 0x3f, 0x7f, 0x80, 0xff};
+    switch (random() % 4) {
+      case 0:
+        mutant[at] = kValues[random() % kValues.size()];
+        break;
+      case 1:
+        mutant[at] = mutant[random() % mutant.size()];
+        break;
+      default:
+        mutant[at] = static_cast<std::uint8_t>(mutant[at] ^ 1u << random() % 8);
+    }
+    const bool repaired = random() % 8 != 0;
+    if (repaired) test::fix_checksums(mutant);
+    const std::string name =
+        file.name + ", byte " + std::to_string(at) + " is " + std::to_string(mutant[at]) + (repaired ? ", repaired" : "");
+    if (repaired && random() % 8 == 0)
+      expect_same(name, mutant);
+    else
+      taken += expect_agreement(name, mutant) ? 1u : 0u;
+    ++count;
+    if (testing::Test::HasFailure()) return;
+  }
+  EXPECT_GT(count, 20u);
+  EXPECT_GT(taken, 0u) << "no mutant gets past the checks";
+}
+
+TEST(NaiveReader, ReadsTheSameFromEveryTestFile) {
+  const std::vector<NamedFile> files = files_below(COPPICE_TEST_DATA);
+  EXPECT_GT(files.size(), 80u);
+  for (const NamedFile& file : files) expect_same(file.name, file.bytes);
+}
+
+TEST(NaiveReader, ReadsTheSameFromNewFiles) {
+  for (const NamedFile& file : made_files()) expect_same(file.name, file.bytes);
+}
+
+TEST(NaiveReader, RefusesTheSameTruncations) {
+  for (const NamedFile& file : made_files()) {
+    const std::size_t step = file.bytes.size() / 50 + 1;
+    for (std::size_t bytes = 0; bytes < file.bytes.size(); bytes += step)
+      EXPECT_FALSE(expect_agreement(file.name, Bytes(file.bytes.begin(), file.bytes.begin() + static_cast<std::ptrdiff_t>(bytes))));
+  }
+}
+
+TEST(NaiveReader, AgreesOnMutantsOfNewFiles) {
+  for (const NamedFile& file : made_files()) expect_agreement_on_mutants(file, file.bytes.size() > 5000 ? 40 : 2, 1);
+}
+
+TEST(NaiveReader, AgreesOnMutantsOfOldFiles) {
+  for (const char* version : {"v1", "v2", "v3"})
+    for (const NamedFile& file : files_below(std::filesystem::path(COPPICE_TEST_DATA) / version))
+      expect_agreement_on_mutants(file, file.bytes.size() > 5000 ? 40 : 2, 2);
+}
+
+}  // namespace
+}  // namespace coppice

@@ -216,5 +216,14 @@ TEST(Log, WritesOneFormattedLine) {
   log_line({}, COPPICE_LOG_ERROR, "nobody listens");
 }
 
+TEST(LogLine, IsFitForATerminal) {
+  std::string line;
+  const coppice_log log{&line, [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
+  log_line(log, COPPICE_LOG_ERROR, "%s: %s", "oak\x1b[31m\n.coppice", "gone");
+  EXPECT_EQ(line, "oak\\x1b[31m\\x0a.coppice: gone");
+  log_line(log, COPPICE_LOG_ERROR, "%s: gone", "\xc3\xa9rable.coppice");
+  EXPECT_EQ(line, "\xc3\xa9rable.coppice: gone");
+}
+
 }  // namespace
 }  // namespace coppice

@@ -13,6 +13,8 @@
 #include <ctime>
 #include <new>
 
+#include "printable.h"
+
 namespace coppice {
 
 namespace {
@@ -149,7 +151,11 @@ void log_line(const coppice_log& log, coppice_log_level level, const char* forma
   va_start(arguments, format);
   std::vsnprintf(line.data(), line.size(), format, arguments);
   va_end(arguments);
-  log.write(log.user, level, line.data());
+  // The one place where all that may quote a file's names or an error passes: an engine prints it on a terminal.
+  if (is_printable(line.data()))
+    log.write(log.user, level, line.data());
+  else
+    log.write(log.user, level, printable(line.data()).c_str());
 }
 
 }  // namespace coppice

@@ -11,16 +11,24 @@ namespace coppice::bake {
 
 /// Writes a temporary file beside `path`, flushes it to disk and renames it over `path`: a reader, or a killed process, never meets half a
 /// file. On failure the temporary file is removed and what was at `path` stays. A symbolic link is followed, not replaced.
-/// errors  io: names the path and the operating system's reason; `path` is a folder, a device or a pipe
+/// errors  io: names the path and the operating system's reason; `path` is empty, a folder, a device or a pipe
 /// thread  any; two writers of one path each write a whole file, the last one stays
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
-/// Removes what processes that were killed inside write_file_atomically left in a folder: temporary files whose process is no more.
-/// A folder that cannot be read has none.
-void remove_abandoned_temporaries(const std::filesystem::path& folder);
+/// Tries whether write_file_atomically can write there, by making the temporary file, and removes abandoned ones beside it
+/// (temporary_file.h). Leaves what is at `path` alone.
+/// errors  those of write_file_atomically that can be known before
+Result<void> try_writing(const std::filesystem::path& path);
 
-/// The whole file.
-/// errors  io: names the path and the operating system's reason
-Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path);
+/// All bytes to an open file. name: for the error
+/// errors  io: the name and the operating system's reason
+Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, const std::filesystem::path& name);
+
+inline constexpr std::uint64_t kWholeFile = ~std::uint64_t{0};
+
+/// A regular file, or its first `most_bytes`. Nothing else is waited for or read without end: pipes, devices and folders are refused, and
+/// no more is read than the file's size was when it was opened.
+/// errors  io: names the path and the operating system's reason, or that it is not a plain file; out_of_memory
+Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t most_bytes = kWholeFile);
 
 }  // namespace coppice::bake

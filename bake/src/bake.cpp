@@ -15,6 +15,7 @@
 #include "leaf_cards.h"
 #include "leaf_mesh_parts.h"
 #include "mesh_error.h"
+#include "printable.h"
 #include "replay.h"
 #include "texture_regions.h"
 #include "tree_order.h"
@@ -118,7 +119,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   report.leaf_mesh_note = std::move(kept.note);
 
   BakedPlant baked;
-  baked.name = plant.name;
+  baked.name = printable(plant.name);  // what verify() asks for
   baked.metric = file_metric(options.metric);
   baked.tree = build_tree(foliage, collapse.sequence);
   baked.card_table = std::move(foliage.card_table);

@@ -22,6 +22,7 @@
 #include "bake_cache.h"
 #include "bake_key.h"
 #include "job_processes.h"
+#include "temporary_file.h"
 
 namespace coppice::bake {
 namespace {
@@ -87,9 +88,15 @@ Result<void> publish(const fs::path& output, const std::vector<std::uint8_t>& by
     const auto there = read_file(output);
     if (there && *there == bytes) return {};
   }
+  return write_file_atomically(output, bytes);
+}
+
+/// Makes the output's folder, and sees before the bake whether it can be written.
+Result<void> prepare_output(const fs::path& output) {
+  std::error_code error;
   fs::create_directories(output.parent_path(), error);
   if (error) return io_error("cannot make a folder", output.parent_path(), error);
-  return write_file_atomically(output, bytes);
+  return try_writing(output);
 }
 
 Result<CachedBake> bake_into(const BatchPlant& plant, const fs::path& cache, const std::string& key, const StageProgress& progress) {
@@ -106,6 +113,7 @@ Result<void> bake_or_load(const BatchPlant& plant, const fs::path& cache, const 
   std::error_code error;
   fs::create_directories(cache, error);
   if (error) return io_error("cannot make the cache", cache, error);
+  COPPICE_CHECK(prepare_output(plant.output));
   COPPICE_TRY(key, bake_key(plant.input, plant.options));
   result.key = key;
   Result<CachedBake> entry = load_cached(cache, key);
@@ -296,7 +304,7 @@ BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const St
   BatchResult result;
   if (const auto done = bake_or_load(plant, cache, progress, result); !done) {
     result.outcome = BatchOutcome::failed;
-    result.error = done.error().message();
+    result.error = done.error().status == Status::out_of_memory ? "out of memory" : done.error().message();
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

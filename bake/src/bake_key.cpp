@@ -114,9 +114,6 @@ std::vector<std::filesystem::path> referred_files(std::span<const std::uint8_t> 
 }
 
 Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptions& options) {
-  std::error_code error;
-  if (std::filesystem::exists(input, error) && !std::filesystem::is_regular_file(input, error))
-    return Error{Status::io, "cannot read", Error::kNoOffset, input.string() + ": not a plain file"};
   COPPICE_TRY(bytes, read_file(input));
   Checksum checksum;
   checksum.add("baker " + std::to_string(kBakeVersion) + " format " + std::to_string(COPPICE_FORMAT_VERSION));

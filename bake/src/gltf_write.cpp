@@ -171,6 +171,8 @@ Result<std::vector<std::uint8_t>> serialise(const tinygltf::Model& model) {
   tinygltf::TinyGLTF writer;
   std::ostringstream stream;
   if (!writer.WriteGltfSceneToStream(&model, stream, false, true)) return Error{Status::internal, "glTF cannot be serialised"};
+  // A stream that finds no memory throws nothing: it stops.
+  if (!stream.good()) return Error{Status::out_of_memory, "glTF"};
   const std::string text = std::move(stream).str();
   return std::vector<std::uint8_t>(text.begin(), text.end());
 }

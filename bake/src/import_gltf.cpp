@@ -15,6 +15,7 @@
 #include "gltf_materials.h"
 #include "gltf_scene.h"
 #include "gltf_triangles.h"
+#include "printable.h"
 
 namespace coppice::bake {
 namespace {
@@ -154,14 +155,8 @@ Result<void> take_parts(TriangleSoup soup, const ImportOptions& options, Plant& 
                Error::kNoOffset, "the materials are " + name_list(plant.materials)};
 }
 
-/// A file's own names may hold control characters, which would split the line or reach the terminal.
-void replace_control_characters(std::string& line) {
-  for (char& c : line)
-    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
-}
-
 void limit_warnings(std::vector<std::string>& warnings) {
-  for (std::string& warning : warnings) replace_control_characters(warning);
+  for (std::string& warning : warnings) warning = printable(warning);  // it may quote the file's own names
   if (warnings.size() <= kMaxWarnings) return;
   const std::size_t more = warnings.size() - kMaxWarnings;
   warnings.resize(kMaxWarnings);
@@ -188,7 +183,7 @@ Result<Plant> import_model(const tinygltf::Model& model, const ImportOptions& op
 Error named(Error error, const std::filesystem::path& path) {
   const std::string name = path.string();
   if (!error.detail.starts_with(name)) error.detail = error.detail.empty() ? name : name + ": " + error.detail;
-  replace_control_characters(error.detail);
+  error.detail = printable(error.detail);
   return error;
 }
 

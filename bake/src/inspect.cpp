@@ -1,9 +1,12 @@
 #include "inspect.h"
 
+#include <cstddef>
+
 #include "block_texture.h"
 #include "layout.h"
 #include "leaf_mesh_parts.h"
 #include "pack.h"
+#include "printable.h"
 #include "reader.h"
 
 namespace coppice::bake {
@@ -75,6 +78,9 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
 Result<VerifyReport> verify(std::span<const std::uint8_t> bytes) {
   COPPICE_TRY(plant, unpack(bytes));
   COPPICE_TRY(file, read_front(bytes, bytes.size()));
+  if (!is_printable(plant.name))
+    return Error{Status::bad_file, "plant name: control characters",
+                 find_chunk(file, COPPICE_CHUNK_PLANT, 0)->offset + offsetof(coppice_file_plant, name), plant.name};
   VerifyReport report;
   report.bytes_checked = bytes.size();
   report.chunks_checked = static_cast<std::uint32_t>(file.chunks.size());

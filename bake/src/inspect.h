@@ -65,7 +65,7 @@ struct VerifyReport {
   std::uint32_t leaf_mesh_triangles_decoded = 0;
 };
 
-/// Every checksum, every page, wood LoD and leaf mesh decoded, every invariant of FORMAT.md.
+/// Every checksum, every page, wood LoD and leaf mesh decoded, every invariant of FORMAT.md, and a name that is_printable.
 /// errors  bad_file: the first thing wrong, its chunk and byte offset
 Result<VerifyReport> verify(std::span<const std::uint8_t> file);
 

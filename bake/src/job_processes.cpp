@@ -19,8 +19,12 @@
 #include <new>
 #include <vector>
 
+#include "temporary_file.h"
+
 namespace coppice::bake {
 namespace {
+
+constexpr int kOutOfMemoryExit = 70;  // no other way out of a job has this code
 
 enum class Message : char { progress = 'p', result = 'r', failure = 'f' };
 
@@ -65,7 +69,13 @@ class StepProgress {
 
 /// The job's process. Leaves without the parent's exit handlers and buffers, which are copies here.
 [[noreturn]] void become_job(std::size_t job, pid_t parent, int file, const JobCallbacks& callbacks) {
-  static_cast<void>(::prctl(PR_SET_PDEATHSIG, SIGKILL));
+  std::set_new_handler([] {
+    remove_own_temporaries();
+    ::_exit(kOutOfMemoryExit);
+  });
+  // When the parent dies so does this, and leaves no temporary file.
+  static_cast<void>(::signal(SIGTERM, end_by_signal));
+  static_cast<void>(::prctl(PR_SET_PDEATHSIG, SIGTERM));
   if (::getppid() != parent) ::_exit(1);  // it died before that took effect
   std::string failure;
   try {
@@ -73,7 +83,7 @@ class StepProgress {
     send(file, Message::result, result.data(), result.size());
     ::_exit(0);
   } catch (const std::bad_alloc&) {
-    failure = "out of memory";
+    ::_exit(kOutOfMemoryExit);
   } catch (const std::exception& error) {
     failure = error.what();
   }
@@ -127,6 +137,7 @@ void finish(RunningJob& running, const JobCallbacks& callbacks) {
   rusage usage{};
   while (::wait4(running.process, &status, 0, &usage) < 0 && errno == EINTR) {
   }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemoryExit) running.end = {{}, "out of memory", 0};
   if (WIFSIGNALED(status)) running.end = {{}, std::string("ended by a signal: ") + ::strsignal(WTERMSIG(status)), 0};
   running.end.peak_rss_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
   callbacks.ended(running.job, std::move(running.end));

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <span>
 
+#include "printable.h"
+
 namespace coppice::bake {
 namespace {
 
@@ -52,14 +54,22 @@ std::string class_line(const PieceClass& each) {
   const std::string shape = each.triangle_count == 0 ? "without area"
                                                      : "x " + std::to_string(each.triangle_count) + " triangles, " +
                                                            std::to_string(each.point_count) + " points, " + line("%.3g m", each.length_m);
-  return line("  %9u %-40s %-8s %s\n", each.piece_count, shape.c_str(), part_name(each), each.reason.c_str());
+  return line("  %9u %-40s %-8s %s\n", each.piece_count, shape.c_str(), part_name(each), printable(each.reason).c_str());
+}
+
+/// As much of a name, as it may be printed, as `bytes` hold: no character is cut in two.
+std::string printable_front(const std::string& name, std::size_t bytes) {
+  std::string front = printable(name);
+  if (front.size() <= bytes) return front;
+  while (bytes > 0 && (static_cast<unsigned char>(front[bytes]) & 0xc0u) == 0x80u) --bytes;
+  return front.substr(0, bytes);
 }
 
 /// One material: its line and its largest classes, those of leaves and those of the rest each by number.
 std::string material_lines(const std::string& name, std::span<const PieceClass> classes) {
   std::uint64_t triangles = 0, pieces = 0;
   for (const PieceClass& each : classes) triangles += each.total_triangles, pieces += each.piece_count;
-  const std::string shown = name.empty() ? "(unnamed)" : name.substr(0, 32);
+  const std::string shown = name.empty() ? "(unnamed)" : printable_front(name, 32);
   std::string text = line("%-32s %10llu %9llu %8zu  %s\n", shown.c_str(), static_cast<unsigned long long>(triangles),
                           static_cast<unsigned long long>(pieces), classes.size(), becomes(classes).c_str());
   for (const PieceClass& each : classes.first(std::min(classes.size(), kMostClasses))) text += class_line(each);

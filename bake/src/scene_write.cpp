@@ -13,6 +13,7 @@
 #include <tuple>
 
 #include "layout.h"
+#include "printable.h"
 
 namespace coppice::bake {
 namespace {
@@ -198,6 +199,8 @@ Result<void> check_input(std::span<const SceneSpecies> species, std::span<const 
   for (const SceneSpecies& entry : species) {
     if (entry.path.empty() || entry.path.size() > COPPICE_MAX_SCENE_PATH_BYTES || entry.path[0] == '/')
       return Error{Status::invalid_argument, "scene: a species' path must be relative and not too long", Error::kNoOffset, entry.path};
+    if (!is_printable(entry.path))
+      return Error{Status::invalid_argument, "scene: control characters in a species' path", Error::kNoOffset, entry.path};
     if (!(entry.sphere_radius_m > 0.0f) || !std::isfinite(entry.sphere_radius_m))
       return Error{Status::invalid_argument, "scene: a species has no size", Error::kNoOffset, entry.path};
   }

@@ -21,7 +21,7 @@ namespace {
 constexpr int kCannotStart = 127;
 
 /// Runs in the child, between fork and exec: only calls that are safe there.
-[[noreturn]] void become(char* const* argv, const char* out, const char* err, const ProcessOptions& options) {
+[[noreturn]] void become(char* const* argv, char* const* environment, const char* out, const char* err, const ProcessOptions& options) {
   constexpr int kCreate = O_WRONLY | O_CREAT | O_TRUNC;
   const int in_file = ::open("/dev/null", O_RDONLY);
   const int out_file = ::open(out, kCreate, 0600);
@@ -34,7 +34,7 @@ constexpr int kCannotStart = 127;
     const rlimit limit{*options.largest_file_bytes, *options.largest_file_bytes};
     ::setrlimit(RLIMIT_FSIZE, &limit);
   }
-  ::execv(argv[0], argv);
+  ::execve(argv[0], argv, environment);
   ::_exit(kCannotStart);
 }
 
@@ -60,6 +60,15 @@ int wait_for(pid_t child, const ProcessOptions& options) {
   }
 }
 
+/// As exec takes them: valid as long as `texts` is.
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> list;
+  list.reserve(texts.size() + 1);
+  for (std::string& text : texts) list.push_back(text.data());
+  list.push_back(nullptr);
+  return list;
+}
+
 std::string read_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
@@ -69,24 +78,24 @@ std::string read_text(const std::filesystem::path& path) {
 
 ProcessResult run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments, const ProcessOptions& options) {
   const TemporaryFolder folder;
-  const std::string out = folder / "out";
+  const std::string out = options.out.value_or(folder / "out");
   const std::string err = folder / "err";
   std::vector<std::string> words{program.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+  const std::vector<char*> argv = pointers(words);
+  std::vector<std::string> variables = options.environment;
+  for (char** variable = environ; *variable != nullptr; ++variable) variables.emplace_back(*variable);
+  const std::vector<char*> environment = pointers(variables);
 
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("fork failed");
-  if (child == 0) become(argv.data(), out.c_str(), err.c_str(), options);
+  if (child == 0) become(argv.data(), environment.data(), out.c_str(), err.c_str(), options);
   const int status = wait_for(child, options);
 
   ProcessResult result;
   if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
-  result.out = read_text(out);
+  if (!options.out) result.out = read_text(out);
   result.err = read_text(err);
   if (result.exit_code == kCannotStart) throw std::runtime_error("cannot start " + program.string());
   return result;

@@ -19,7 +19,9 @@ struct ProcessResult {
 struct ProcessOptions {
   std::optional<std::chrono::milliseconds> kill_after;    ///< SIGKILL once it has run so long
   std::optional<std::filesystem::path> kill_when_exists;  ///< SIGKILL once this file is there
-  std::optional<std::uint64_t> largest_file_bytes;        ///< a write beyond this ends it with SIGXFSZ
+  std::optional<std::uint64_t> largest_file_bytes;        ///< a write beyond this fails, or ends it with SIGXFSZ
+  std::optional<std::filesystem::path> out;               ///< where standard output goes, instead of into the result
+  std::vector<std::string> environment;                   ///< NAME=VALUE, beside those of this process
 };
 
 /// Runs a program to its end and collects what it prints. Standard input is empty; no shell is involved.

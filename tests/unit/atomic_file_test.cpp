@@ -1,5 +1,7 @@
 #include "atomic_file.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -12,6 +14,8 @@
 #include <thread>
 
 #include <gtest/gtest.h>
+
+#include "temporary_file.h"
 
 namespace coppice::bake {
 namespace {
@@ -73,9 +77,70 @@ TEST_F(AtomicFile, SymbolicLinkIsFollowed) {
   EXPECT_EQ(*read_file(folder_ / "target"), filled(5, 2));
 }
 
-TEST_F(AtomicFile, ReadingAMissingFileOrAFolderFails) {
-  EXPECT_EQ(read_file(folder_ / "none").error().status, Status::io);
-  EXPECT_EQ(read_file(folder_).error().status, Status::io);
+TEST_F(AtomicFile, ReadingAnythingButAFileFailsAtOnceWithTheReason) {
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  fs::create_symlink("/dev/zero", folder_ / "zero");
+  const std::pair<const char*, const char*> cases[] = {
+      {"none", "none: No such file or directory"}, {"", "Is a directory"}, {"pipe", "pipe: not a plain file"}, {"zero", "zero: not a plain file"}};
+  for (const auto& [name, reason] : cases) {
+    const auto read = read_file(folder_ / name);
+    ASSERT_FALSE(read) << name;
+    EXPECT_EQ(read.error().status, Status::io) << name;
+    EXPECT_NE(read.error().message().find(reason), std::string::npos) << read.error().message();
+  }
+}
+
+TEST_F(AtomicFile, TheFrontOfAFileIsReadAlone) {
+  ASSERT_TRUE(write_file_atomically(folder_ / "buffer.bin", filled(100000, 7)));
+  EXPECT_EQ(*read_file(folder_ / "buffer.bin", 36), filled(36, 7));
+  EXPECT_TRUE(read_file(folder_ / "buffer.bin", 0)->empty());
+  EXPECT_EQ(read_file(folder_ / "buffer.bin", 200000)->size(), 100000u);
+  // 8 TB that are not there, but for the front.
+  ASSERT_EQ(::truncate((folder_ / "buffer.bin").c_str(), off_t{1} << 43), 0);
+  EXPECT_EQ(*read_file(folder_ / "buffer.bin", 36), filled(36, 7));
+}
+
+TEST_F(AtomicFile, TryingToWriteChangesNothingAndFindsWhatWouldFail) {
+  EXPECT_TRUE(try_writing(folder_ / "new.coppice"));
+  EXPECT_EQ(file_count(), 0u);
+  ASSERT_TRUE(write_file_atomically(folder_ / "old.coppice", filled(3, 1)));
+  EXPECT_TRUE(try_writing(folder_ / "old.coppice"));
+  EXPECT_EQ(*read_file(folder_ / "old.coppice"), filled(3, 1));
+  const std::pair<fs::path, const char*> cases[] = {{"", "no name"},
+                                                    {folder_, "Is a directory"},
+                                                    {folder_ / "new/", "Is a directory"},
+                                                    {folder_ / "none" / "x", "No such file or directory"},
+                                                    {folder_ / "old.coppice" / "x", "Not a directory"},
+                                                    {folder_ / std::string(256, 'n'), "File name too long"},
+                                                    {"/dev/null", "not a plain file"},
+                                                    {"/proc/x", "/proc/x: "}};
+  for (const auto& [path, reason] : cases) {
+    const auto tried = try_writing(path);
+    ASSERT_FALSE(tried) << path;
+    EXPECT_EQ(tried.error().status, Status::io) << path;
+    EXPECT_NE(tried.error().message().find(reason), std::string::npos) << tried.error().message();
+    EXPECT_FALSE(write_file_atomically(path, filled(3, 1))) << path;
+  }
+  EXPECT_TRUE(write_file_atomically(folder_ / std::string(255, 'n'), filled(3, 1))) << "as long as a name may be";
+  EXPECT_EQ(file_count(), 2u);
+}
+
+TEST_F(AtomicFile, ASignalRemovesTheTemporaryFileOfItsOwnProcess) {
+  auto of_parent = TemporaryFile::create_beside(folder_ / "parent");
+  ASSERT_TRUE(of_parent);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    auto file = TemporaryFile::create_beside(folder_ / "child");
+    if (!file || std::signal(SIGTERM, end_by_signal) == SIG_ERR) ::_exit(9);
+    static_cast<void>(std::raise(SIGTERM));
+    ::_exit(8);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM);
+  EXPECT_EQ(file_count(), 1u) << "the parent's stays, the child's goes";
+  ASSERT_TRUE(of_parent->publish());
+  EXPECT_TRUE(fs::exists(folder_ / "parent"));
 }
 
 // A write that fails half way (here: the process's file size limit, like a full disk) leaves the old file and no temporary one.
@@ -120,16 +185,22 @@ TEST_F(AtomicFile, WhatADeadProcessLeftIsRemovedAndNothingElse) {
   if (dead == 0) ::_exit(0);
   ASSERT_EQ(::waitpid(dead, nullptr, 0), dead);
   const std::string number = std::to_string(dead);
-  const std::vector<std::string> kept = {".oak.coppice." + std::to_string(::getpid()) + ".0.tmp",  // being written
+  const std::vector<std::string> kept = {".coppice-" + std::to_string(::getpid()) + "-0.tmp",  // being written
                                          "oak.coppice",
-                                         "oak." + number + ".0.tmp",
-                                         ".oak.coppice." + number + ".0",
-                                         ".oak.tmp",
-                                         ".tmp",
-                                         ".oak.coppice.12a.0.tmp"};
+                                         "coppice-" + number + "-0.tmp",
+                                         ".oak-" + number + "-0.tmp",
+                                         ".coppice-" + number + "-0",
+                                         ".coppice-" + number + ".tmp",
+                                         ".coppice-.tmp",
+                                         ".coppice-12a-0.tmp",
+                                         ".coppice-" + number + "-7.tmp"};
   for (const std::string& name : kept) ASSERT_TRUE(write_file_atomically(folder_ / name, filled(3, 1))) << name;
-  ASSERT_TRUE(write_file_atomically(folder_ / (".oak.coppice." + number + ".0.tmp"), filled(3, 1)));
+  // One that somebody holds, whose process has a number in another container only.
+  const int held = ::open((folder_ / kept.back()).c_str(), O_RDONLY | O_CLOEXEC);
+  ASSERT_EQ(::flock(held, LOCK_EX), 0);
+  ASSERT_TRUE(write_file_atomically(folder_ / (".coppice-" + number + "-0.tmp"), filled(3, 1)));
   remove_abandoned_temporaries(folder_);
+  ::close(held);
   for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder_ / name)) << name;
   EXPECT_EQ(file_count(), kept.size());
   remove_abandoned_temporaries(folder_ / "nowhere");

@@ -223,7 +223,7 @@ TEST(Log, ALineIsOneLineAndTellsATerminalNothing) {
   std::string line;
   const coppice_log log{&line, [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
   log_line(log, COPPICE_LOG_ERROR, "%s: page %u", "oak\n\x1b[2J", 3u);
-  EXPECT_EQ(line, "oak\\x0A\\x1B[2J: page 3");
+  EXPECT_EQ(line, "oak\\x0a\\x1b[2J: page 3");
   log_line(log, COPPICE_LOG_ERROR, "%s: reason", std::string(4000, 'x').c_str());
   EXPECT_EQ(line.size(), 4008u) << "a long path leaves room for what is wrong";
 }
@@ -246,6 +246,15 @@ TEST(IoResult, AReadIsTriedAFewTimesWithGrowingPauses) {
   while (retry.pause(1'000'000)) pauses_ms.push_back(retry.again_ns / 1'000'000 - 1);
   EXPECT_EQ(pauses_ms, (std::vector<std::uint64_t>{50, 200, 800}));
   EXPECT_EQ(retry.failed_tries, kReadTries);
+}
+
+TEST(LogLine, IsFitForATerminal) {
+  std::string line;
+  const coppice_log log{&line, [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
+  log_line(log, COPPICE_LOG_ERROR, "%s: %s", "oak\x1b[31m\n.coppice", "gone");
+  EXPECT_EQ(line, "oak\\x1b[31m\\x0a.coppice: gone");
+  log_line(log, COPPICE_LOG_ERROR, "%s: gone", "\xc3\xa9rable.coppice");
+  EXPECT_EQ(line, "\xc3\xa9rable.coppice: gone");
 }
 
 }  // namespace

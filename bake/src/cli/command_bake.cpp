@@ -5,11 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "atomic_file.h"
 #include "bake_arguments.h"
 #include "commands.h"
 #include "leaf_preview.h"
+#include "output.h"
 #include "parts_table.h"
+#include "printable.h"
 #include "progress_bar.h"
 
 namespace coppice::bake {
@@ -62,7 +63,8 @@ bool outputs_possible(const BakeCommand& arguments) {
     std::vector<std::filesystem::path> others{arguments.input};
     for (const std::filesystem::path& other : outputs)
       if (&other != &output) others.push_back(other);
-    if (const auto possible = check_output(output, others); !possible) {
+    const Content content = &output == &outputs[1] ? Content::text : Content::binary;
+    if (const auto possible = check_output(output, others, content); !possible) {
       report_failure(output, possible.error());
       return false;
     }
@@ -70,8 +72,10 @@ bool outputs_possible(const BakeCommand& arguments) {
   return true;
 }
 
-void print_warnings(const BakeCommand& arguments, const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) std::fprintf(stderr, "coppice: warning: %s: %s\n", arguments.input.c_str(), warning.c_str());
+/// Whether something else goes to the standard output, or it was asked for.
+bool is_quiet(const BakeCommand& arguments) {
+  return arguments.quiet || is_standard_output(arguments.output) || is_standard_output(arguments.report) ||
+         is_standard_output(arguments.preview);
 }
 
 /// What the importer makes of the plant, as a table and a picture; nothing is baked.
@@ -84,12 +88,11 @@ int look(const BakeCommand& arguments, const ImportOptions& options) {
   if (!arguments.preview.empty()) {
     const auto picture = render_leaf_preview_png(*plant);
     if (!picture) return report_failure(arguments.preview, picture.error());
-    if (const auto written = write_file_atomically(arguments.preview, *picture); !written)
-      return report_failure(arguments.preview, written.error());
+    if (const auto written = write_output(arguments.preview, *picture); !written) return report_failure(arguments.preview, written.error());
   }
   if (!arguments.dry_run) return 0;
-  if (!arguments.quiet) std::fputs(parts_table(*plant).c_str(), stdout);
-  print_warnings(arguments, plant->warnings);
+  if (!is_quiet(arguments)) std::fputs(parts_table(*plant).c_str(), stdout);
+  print_warnings(arguments.input, plant->warnings);
   if (!plant->leaves.empty()) return 0;
   // What a bake would say.
   const auto bakeable = import_gltf(arguments.input, options);
@@ -109,18 +112,16 @@ int run(const BakeCommand& arguments) {
   const auto bytes = bake(arguments.input, *options, show, report);
   bar.clear();
   if (!bytes) return report_failure(arguments.input, bytes.error());
-  print_warnings(arguments, report.warnings);
+  print_warnings(arguments.input, report.warnings);
 
-  if (const auto written = write_file_atomically(arguments.output, *bytes); !written)
-    return report_failure(arguments.output, written.error());
+  if (const auto written = write_output(arguments.output, *bytes); !written) return report_failure(arguments.output, written.error());
   if (!arguments.report.empty()) {
-    const std::string json = report_json(report).dump(2) + "\n";
-    const auto written = write_file_atomically(arguments.report, {reinterpret_cast<const std::uint8_t*>(json.data()), json.size()});
-    if (!written) return report_failure(arguments.report, written.error());
+    const std::string json = report_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    if (const auto written = write_output(arguments.report, json); !written) return report_failure(arguments.report, written.error());
   }
-  if (!arguments.quiet)
-    std::printf("%s: %u leaves, %s (foliage %.1f B/leaf; %s), %.1f s\n", arguments.output.c_str(), report.source_leaves,
-                readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report), leaf_mesh_text(report).c_str(),
+  if (!is_quiet(arguments))
+    std::printf("%s: %u leaves, %s (foliage %.1f B/leaf; %s), %.1f s\n", shown(arguments.output).c_str(), report.source_leaves,
+                readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report), printable(leaf_mesh_text(report)).c_str(),
                 report.seconds.total);
   return 0;
 }
@@ -135,7 +136,8 @@ void add_bake_command(CLI::App& app, int* exit_code) {
       "  coppice bake poplar.glb --dry-run --preview parts.png      what was found and why, nothing is baked\n"
       "  coppice bake poplar.glb -o poplar.coppice --leaf-material '^Leaves$'");
   command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb");
-  CLI::Option* output = command->add_option("-o,--output", arguments->output, "The .coppice file to write; appears whole or not at all");
+  CLI::Option* output = add_output_option(*command, "-o,--output", arguments->output,
+                                          "The .coppice file to write, which appears whole or not at all; - for the standard output");
   output->type_name("OUT.coppice");
   CLI::Option* dry_run = command->add_flag(
       "--dry-run", arguments->dry_run, "Print what each material's pieces are taken for and why; bake nothing and write no .coppice file");
@@ -144,8 +146,8 @@ void add_bake_command(CLI::App& app, int* exit_code) {
       ->check(CLI::Range(0, 1024))
       ->type_name("N")
       ->capture_default_str();
-  command->add_option("--report", arguments->report, "Write times, sizes and foliage information to this JSON file")->type_name("F.json");
-  command->add_option("--preview", arguments->preview, "Draw the plant with every leaf in a green of its own and wood in brown")
+  add_output_option(*command, "--report", arguments->report, "Write times, sizes and foliage information to this JSON file")->type_name("F.json");
+  add_output_option(*command, "--preview", arguments->preview, "Draw the plant with every leaf in a green of its own and wood in brown")
       ->type_name("F.png");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, output, dry_run, exit_code] {

@@ -5,11 +5,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
 #include "bake_arguments.h"
 #include "bake_batch.h"
 #include "batch_manifest.h"
 #include "commands.h"
+#include "output.h"
 #include "progress_bar.h"
 
 namespace coppice::bake {
@@ -68,7 +68,7 @@ std::string batch_json(const Batch& batch) {
 /// "oaks/large" of OUT/oaks/large.coppice
 std::string plant_label(const Batch& batch, std::size_t plant) {
   std::filesystem::path name = batch.plants[plant].output.lexically_relative(batch.output_folder);
-  return name.replace_extension().string();
+  return shown(name.replace_extension());
 }
 
 void print_table(const Batch& batch) {
@@ -80,7 +80,7 @@ void print_table(const Batch& batch) {
     const BatchResult& result = batch.results[i];
     const std::string label = plant_label(batch, i);
     if (result.outcome == BatchOutcome::failed)
-      std::printf("%-*s %9s %10s %7s %8.1f  failed: %s\n", columns, label.c_str(), "-", "-", "-", result.seconds, result.error.c_str());
+      std::printf("%-*s %9s %10s %7s %8.1f  failed\n", columns, label.c_str(), "-", "-", "-", result.seconds);  // stderr says why
     else
       std::printf("%-*s %9u %10llu %7.1f %8.1f  %s\n", columns, label.c_str(), result.source_leaves,
                   static_cast<unsigned long long>(result.file_bytes), bytes_per_leaf(result), result.seconds, outcome_name(result.outcome));
@@ -106,10 +106,11 @@ Result<void> check_report(const BakeAllCommand& arguments, const std::vector<Bat
     others.push_back(plant.input);
     others.push_back(plant.output);
   }
-  return check_output(arguments.report, others);
+  return check_output(arguments.report, others, Content::text);
 }
 
 Result<Batch> run_batch(const BakeAllCommand& arguments) {
+  COPPICE_CHECK(refuse_standard_output(arguments.output, "the output is a folder"));
   COPPICE_TRY(plants, plants_of(arguments));
   COPPICE_CHECK(check_batch(plants));
   std::error_code error;
@@ -134,14 +135,11 @@ int run(const BakeAllCommand& arguments) {
   const auto batch = run_batch(arguments);
   if (!batch) return report_failure(arguments.input, batch.error());
   for (std::size_t i = 0; i < batch->plants.size(); ++i)
-    for (const std::string& warning : batch->results[i].warnings)
-      std::fprintf(stderr, "coppice: warning: %s: %s\n", batch->plants[i].input.c_str(), warning.c_str());
-  if (!arguments.report.empty()) {
-    const std::string json = batch_json(*batch);
-    const auto written = write_file_atomically(arguments.report, {reinterpret_cast<const std::uint8_t*>(json.data()), json.size()});
-    if (!written) return report_failure(arguments.report, written.error());
-  }
-  if (!arguments.quiet) print_table(*batch);
+    print_warnings(batch->plants[i].input, batch->results[i].warnings);
+  if (!arguments.report.empty())
+    if (const auto written = write_output(arguments.report, batch_json(*batch)); !written)
+      return report_failure(arguments.report, written.error());
+  if (!arguments.quiet && !is_standard_output(arguments.report)) print_table(*batch);
   int exit_code = 0;
   for (std::size_t i = 0; i < batch->plants.size(); ++i)
     if (batch->results[i].outcome == BatchOutcome::failed)
@@ -165,7 +163,7 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       "Exit code 1 if any plant failed; the others are baked all the same.\n"
       "  coppice bake-all plants -o baked --report baked.json");
   command->add_option("input", arguments->input, "A folder of plants, or a list of them")->required()->type_name("FOLDER|LIST.json");
-  command->add_option("-o,--output", arguments->output, "Folder for the .coppice files; made if it is missing")
+  add_output_option(*command, "-o,--output", arguments->output, "Folder for the .coppice files; made if it is missing")
       ->required()
       ->type_name("OUT");
   command
@@ -177,7 +175,7 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       ->type_name("N")
       ->capture_default_str();
   add_bake_options(*command, arguments->bake);
-  command->add_option("--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
+  add_output_option(*command, "--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
 }

@@ -3,11 +3,11 @@
 #include <memory>
 #include <utility>
 
-#include "atomic_file.h"
 #include "class_arguments.h"
 #include "commands.h"
 #include "evaluate.h"
 #include "import_arguments.h"
+#include "output.h"
 #include "progress_bar.h"
 #include "report.h"
 #include "report_html.h"
@@ -24,17 +24,13 @@ struct EvaluateArguments {
   EvaluateOptions options;
 };
 
-Result<void> write_text(const std::filesystem::path& path, const std::string& text) {
-  return write_file_atomically(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-}
-
 /// Prints why an output cannot be written.
 bool outputs_possible(const EvaluateArguments& arguments) {
   const std::pair<const std::filesystem::path&, const std::filesystem::path&> outputs[] = {{arguments.json, arguments.html},
                                                                                            {arguments.html, arguments.json}};
   for (const auto& [output, other] : outputs) {
     if (output.empty()) continue;
-    if (const auto possible = check_output(output, {arguments.input, other}); !possible) {
+    if (const auto possible = check_output(output, {arguments.input, other}, Content::text); !possible) {
       report_failure(output, possible.error());
       return false;
     }
@@ -63,16 +59,15 @@ int run(const EvaluateArguments& arguments) {
   const auto report = evaluate(arguments.input, options, [&bar](const char* stage, double fraction) { bar.show(stage, fraction); });
   bar.clear();
   if (!report) return report_failure(arguments.input, report.error());
-  for (const std::string& warning : report->warnings)
-    std::fprintf(stderr, "coppice: warning: %s: %s\n", arguments.input.c_str(), warning.c_str());
+  print_warnings(arguments.input, report->warnings);
 
   if (!arguments.json.empty())
-    if (const auto written = write_text(arguments.json, evaluation_json(*report)); !written)
+    if (const auto written = write_output(arguments.json, evaluation_json(*report)); !written)
       return report_failure(arguments.json, written.error());
   if (!arguments.html.empty())
-    if (const auto written = write_text(arguments.html, evaluation_html(*report)); !written)
+    if (const auto written = write_output(arguments.html, evaluation_html(*report)); !written)
       return report_failure(arguments.html, written.error());
-  std::fputs(evaluation_table(*report).c_str(), stdout);
+  if (!is_standard_output(arguments.json) && !is_standard_output(arguments.html)) std::fputs(evaluation_table(*report).c_str(), stdout);
   return 0;
 }
 
@@ -117,9 +112,9 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       ->check(whole_steps)
       ->type_name("PX")
       ->capture_default_str();
-  command->add_option("--json", arguments->json, "Write the figures to this JSON file")->type_name("F.json");
-  command
-      ->add_option("--html", arguments->html, "Write a report with curves and pictures to this file; a browser opens it without a network")
+  add_output_option(*command, "--json", arguments->json, "Write the figures to this JSON file; - for the standard output")->type_name("F.json");
+  add_output_option(*command, "--html", arguments->html,
+                    "Write a report with curves and pictures to this file; a browser opens it without a network")
       ->type_name("F.html");
   add_class_options(*command, arguments->classes);
   add_import_options(*command, arguments->import);

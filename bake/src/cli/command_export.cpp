@@ -7,6 +7,7 @@
 #include "coppice/format.h"
 #include "gltf_write.h"
 #include "leaf_mesh_parts.h"
+#include "output.h"
 #include "pack.h"
 #include "tree_order.h"
 
@@ -54,14 +55,16 @@ int run(const ExportArguments& arguments) {
   }
   if (arguments.part != "foliage" && !plant->wood.lods.empty()) parts.push_back({"wood", &plant->wood.lods.front()});
   if (parts.empty()) return report_failure(arguments.input, Error{Status::invalid_argument, "the plant has no wood to export"});
-  const auto written = write_glb(arguments.output, parts, plant->materials, plant->images);
-  if (!written) return report_failure(arguments.output, written.error());
+  const auto glb = encode_glb(parts, plant->materials, plant->images);
+  if (!glb) return report_failure(arguments.output, glb.error());
+  if (const auto written = write_output(arguments.output, *glb); !written) return report_failure(arguments.output, written.error());
+  if (is_standard_output(arguments.output)) return 0;
   const std::size_t wood_triangles = parts.back().mesh == &leaves ? 0 : parts.back().mesh->indices.size() / 3;
   if (arguments.leaf_count == 0 && !plant->leaf_meshes.parts.empty() && !leaves.indices.empty())
-    std::printf("%s: leaf meshes of %zu triangles, %zu wood triangles\n", arguments.output.c_str(), leaves.indices.size() / 3,
+    std::printf("%s: leaf meshes of %zu triangles, %zu wood triangles\n", shown(arguments.output).c_str(), leaves.indices.size() / 3,
                 wood_triangles);
   else
-    std::printf("%s: %zu leaf quads, %zu wood triangles\n", arguments.output.c_str(), leaves.indices.size() / 6, wood_triangles);
+    std::printf("%s: %zu leaf quads, %zu wood triangles\n", shown(arguments.output).c_str(), leaves.indices.size() / 6, wood_triangles);
   return 0;
 }
 
@@ -83,7 +86,7 @@ void add_export_command(CLI::App& app, int* exit_code) {
       ->check(CLI::IsMember({"foliage", "wood", "all"}))
       ->type_name("PART")
       ->capture_default_str();
-  command->add_option("-o,--output", arguments->output, "The .glb to write")->required();
+  add_output_option(*command, "-o,--output", arguments->output, "The .glb to write; - for the standard output")->required();
   command->callback([arguments, exit_code] {
     if (arguments->part != "wood" && arguments->leaves.empty()) throw CLI::RequiredError("--leaves");
     if (!arguments->leaves.empty() && arguments->leaves != "full")

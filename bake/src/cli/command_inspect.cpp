@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "coppice/format.h"
 #include "inspect.h"
+#include "printable.h"
 
 namespace coppice::bake {
 namespace {
@@ -57,7 +58,7 @@ void print_leaf_meshes(const FileSummary& file) {
 }
 
 void print_text(const FileSummary& file) {
-  std::printf("%s: %u leaves, metric %s, format version %u\n", file.name.c_str(), file.leaf_count, metric_name(file.metric), file.version);
+  std::printf("%s: %u leaves, metric %s, format version %u\n", printable(file.name).c_str(), file.leaf_count, metric_name(file.metric), file.version);
   std::printf("%s in all, %s for a first picture, foliage %.1f B/leaf\n\n", readable_bytes(file.file_bytes).c_str(),
               readable_bytes(file.first_read_bytes).c_str(), file.bytes_per_leaf);
   std::printf("%-10s %6s %12s\n", "chunks", "count", "bytes");
@@ -106,7 +107,7 @@ void print_json(const FileSummary& file) {
       {"leaf_mesh_error_px", file.leaf_mesh_error_px},
       {"error_table", {{"leaves", file.error_leaf_counts}, {"sizes_px", file.error_sizes_px}, {"error_px", file.error_px}}},
   };
-  std::printf("%s\n", json.dump(2).c_str());
+  std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "commands.h"
 #include "generate_plant.h"
 #include "gltf_write.h"
+#include "output.h"
 
 namespace coppice::bake {
 namespace {
@@ -16,11 +17,14 @@ struct PlantArguments {
 };
 
 int run(const PlantArguments& arguments) {
+  if (const auto possible = check_output(arguments.output, {}); !possible) return report_failure(arguments.output, possible.error());
   const auto plant = generate_plant(arguments.species, arguments.seed);
   if (!plant) return report_failure(arguments.species, plant.error());
-  const auto written = write_glb(arguments.output, {{"leaves", &plant->foliage}, {"wood", &plant->wood}}, plant->materials, plant->images);
-  if (!written) return report_failure(arguments.output, written.error());
-  std::printf("%s: %s, %zu leaves of %zu triangles, %zu wood triangles\n", arguments.output.c_str(), arguments.species.c_str(),
+  const auto bytes = encode_glb({{"leaves", &plant->foliage}, {"wood", &plant->wood}}, plant->materials, plant->images);
+  if (!bytes) return report_failure(arguments.output, bytes.error());
+  if (const auto written = write_output(arguments.output, *bytes); !written) return report_failure(arguments.output, written.error());
+  if (is_standard_output(arguments.output)) return 0;
+  std::printf("%s: %s, %zu leaves of %zu triangles, %zu wood triangles\n", shown(arguments.output).c_str(), arguments.species.c_str(),
               plant->leaves.size(), plant->foliage.indices.size() / 3 / plant->leaves.size(), plant->wood.indices.size() / 3);
   return 0;
 }
@@ -35,7 +39,7 @@ void add_plant_command(CLI::App& app, int* exit_code) {
   command->add_option("species", arguments->species, "corylus, willow or juniper")
       ->required()
       ->check(CLI::IsMember({"corylus", "willow", "juniper"}));
-  command->add_option("-o,--output", arguments->output, "The .glb to write")->required();
+  add_output_option(*command, "-o,--output", arguments->output, "The .glb to write; - for the standard output")->required();
   command->add_option("--seed", arguments->seed, "Same seed, same plant")->capture_default_str();
   command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
 }

@@ -9,6 +9,8 @@
 #include "atomic_file.h"
 #include "commands.h"
 #include "import_arguments.h"
+#include "output.h"
+#include "printable.h"
 #include "progress_bar.h"
 #include "reader.h"
 #include "scene_gltf.h"
@@ -48,9 +50,10 @@ Result<std::vector<std::filesystem::path>> plant_files(const std::vector<std::st
       continue;
     }
     std::vector<std::filesystem::path> found;
-    for (const auto& entry : std::filesystem::directory_iterator(argument, error))
-      if (entry.path().extension() == ".coppice") found.push_back(entry.path());
     at_fault = argument;
+    for (std::filesystem::directory_iterator entry(argument, error), end; !error && entry != end; entry.increment(error))
+      if (entry->path().extension() == ".coppice") found.push_back(entry->path());
+    if (error) return Error{Status::io, "cannot read the folder", Error::kNoOffset, error.message()};
     if (found.empty()) return wrong("no .coppice file in the folder", {});
     std::ranges::sort(found);
     files.insert(files.end(), found.begin(), found.end());
@@ -127,7 +130,7 @@ std::string joined(const std::vector<std::string>& texts) {
 }
 
 void warn(const std::filesystem::path& file, std::size_t count, const char* what) {
-  if (count > 0) std::fprintf(stderr, "coppice: warning: %s: %zu %s\n", file.c_str(), count, what);
+  if (count > 0) std::fprintf(stderr, "coppice: warning: %s: %zu %s\n", shown(file).c_str(), count, what);
 }
 
 Result<std::vector<ScenePlant>> import(const SceneArguments& arguments, const std::vector<Species>& species) {
@@ -162,6 +165,7 @@ std::vector<SceneSpecies> used_species(std::vector<Species>& species, std::vecto
 
 Result<SceneStatistics> make_scene(const SceneArguments& arguments, std::vector<Species>& species, std::filesystem::path& at_fault) {
   at_fault = arguments.output;
+  COPPICE_CHECK(refuse_standard_output(arguments.output, "a scene names its plants by paths from its own folder"));
   COPPICE_CHECK(check_output(arguments.output, {arguments.input}));
   COPPICE_TRY(opened, open_all_species(arguments, at_fault));
   species = std::move(opened);
@@ -182,11 +186,11 @@ int run(const SceneArguments& arguments) {
   const auto statistics = make_scene(arguments, species, at_fault);
   if (!statistics) return report_failure(at_fault, statistics.error());
   if (arguments.quiet) return 0;
-  std::printf("%s: %llu plants in %u tiles, %u levels, %s\n", arguments.output.c_str(),
+  std::printf("%s: %llu plants in %u tiles, %u levels, %s\n", shown(arguments.output).c_str(),
               static_cast<unsigned long long>(statistics->plant_count), statistics->tile_count, statistics->level_count,
               readable_bytes(statistics->file_bytes).c_str());
   for (const Species& s : species)
-    std::printf("  %-24s %10llu  %s\n", s.name.c_str(), static_cast<unsigned long long>(s.count), s.entry.path.c_str());
+    std::printf("  %-24s %10llu  %s\n", printable(s.name).c_str(), static_cast<unsigned long long>(s.count), shown(s.entry.path).c_str());
   return 0;
 }
 
@@ -210,7 +214,7 @@ void add_scene_command(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand("scene", "Make a .forest: where plants stand, scattered by a seed and maps or from a glTF scene");
   command->footer(kFooter);
   CLI::Option* input = command->add_option("input", arguments->input, "A glTF scene; without it plants are scattered")->type_name("IN.glb");
-  command->add_option("-o,--output", arguments->output, "The .forest to write")->required()->type_name("F.forest");
+  add_output_option(*command, "-o,--output", arguments->output, "The .forest to write")->required()->type_name("F.forest");
   command->add_option("--plants", arguments->plants, "Baked plants, and folders of them, separated by commas")
       ->required()
       ->delimiter(',')

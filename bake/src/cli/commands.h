@@ -24,13 +24,12 @@ void add_export_command(CLI::App& app, int* exit_code);
 void add_evaluate_command(CLI::App& app, int* exit_code);
 void add_scene_command(CLI::App& app, int* exit_code);
 
-/// Prints "coppice: FILE: message" to stderr; returns 1, the exit code of every failure that is not a usage error.
+/// Prints "coppice: FILE: message" to stderr, or "coppice: out of memory"; returns 1, the exit code of every failure that is not a usage
+/// error.
 int report_failure(const std::filesystem::path& file, const Error& error);
 
-/// Refuses, before any work is done, an output that is one of the other files of the command or whose folder cannot be written to.
-/// others  empty paths are skipped
-/// errors  invalid_argument, io; name the path
-Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others);
+/// Prints each as "coppice: warning: FILE: warning" to stderr.
+void print_warnings(const std::filesystem::path& file, const std::vector<std::string>& warnings);
 
 /// 1234567 -> "1.2 MB".
 std::string readable_bytes(std::uint64_t bytes);

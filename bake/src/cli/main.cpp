@@ -1,37 +1,31 @@
 // The coppice command-line tool. One sub-command = one file in this folder.
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <new>
 
 #include "commands.h"
 #include "coppice/coppice.h"
+#include "endings.h"
+#include "output.h"
+#include "printable.h"
 
 namespace coppice::bake {
 
 int report_failure(const std::filesystem::path& file, const Error& error) {
   const std::string message = error.message();
-  if (message.find(file.string()) != std::string::npos)
-    std::fprintf(stderr, "coppice: %s\n", message.c_str());
+  if (error.status == Status::out_of_memory)
+    std::fprintf(stderr, "coppice: out of memory\n");
+  else if (message.find(file.string()) != std::string::npos)
+    std::fprintf(stderr, "coppice: %s\n", printable(message).c_str());
   else
-    std::fprintf(stderr, "coppice: %s: %s\n", file.c_str(), message.c_str());
+    std::fprintf(stderr, "coppice: %s: %s\n", shown(file).c_str(), printable(message).c_str());
   return 1;
 }
 
-Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others) {
-  std::error_code absent;
-  for (const std::filesystem::path& other : others)
-    if (!other.empty() && (output.lexically_normal() == other.lexically_normal() || std::filesystem::equivalent(output, other, absent)))
-      return Error{Status::invalid_argument, "would be overwritten: another file of this command has the same path", Error::kNoOffset,
-                   output.string()};
-  const std::filesystem::path folder = output.has_parent_path() ? output.parent_path() : std::filesystem::path(".");
-  if (access(folder.c_str(), W_OK) != 0)
-    return Error{Status::io, "cannot be written", Error::kNoOffset, output.string() + ": " + std::strerror(errno)};
-  return {};
+void print_warnings(const std::filesystem::path& file, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings)
+    std::fprintf(stderr, "coppice: warning: %s: %s\n", shown(file).c_str(), printable(warning).c_str());
 }
 
 std::string readable_bytes(std::uint64_t bytes) {
@@ -49,6 +43,7 @@ std::string readable_bytes(std::uint64_t bytes) {
 // Memory that runs out before the first command may end the program.
 // NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
+  coppice::bake::install_endings();
   CLI::App app{
       "Coppice bakes plants for streaming level of detail.\n\n"
       "A first session:\n"
@@ -60,6 +55,10 @@ int main(int argc, char** argv) {
                                         std::to_string(COPPICE_VERSION_PATCH));
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
+  // What is wrong with an argument quotes it.
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return coppice::printable(error.what()) + "\nRun with --help for more information.\n";
+  });
 
   int exit_code = 0;
   coppice::bake::add_plant_command(app, &exit_code);
@@ -74,16 +73,15 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
-    return app.exit(success);  // --help, --version
+    exit_code = app.exit(success);  // --help, --version
   } catch (const CLI::ParseError& error) {
     app.exit(error);
-    return 2;
+    exit_code = 2;
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "coppice: out of memory\n");
-    return 1;
+    coppice::bake::end_out_of_memory();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "coppice: %s\n", error.what());
-    return 1;
+    std::fprintf(stderr, "coppice: %s\n", coppice::printable(error.what()).c_str());
+    exit_code = 1;
   }
-  return exit_code;
+  return coppice::bake::finish_standard_output(exit_code);
 }

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "printable.h"
+
 namespace coppice::bake {
 namespace {
 
@@ -45,7 +47,7 @@ void ProgressBar::show(const char* stage, double fraction, const std::string& no
       std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(kBarCells - filled), '.');
   const double seconds = std::chrono::duration<double>(now - stage_start_).count();
   std::fprintf(stderr, "\r%-12s [%s] %3d%% %6.1f s %.*s\033[K", stage_.c_str(), bar.c_str(), static_cast<int>(clamped * 100.0), seconds,
-               note_columns(), note.c_str());
+               note_columns(), printable(note).c_str());
   static_cast<void>(std::fflush(stderr));
 }
 

@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "printable.h"
+
 namespace coppice::bake {
 namespace {
 
@@ -98,7 +100,7 @@ std::string evaluation_json(const EvaluationReport& report) {
 
 std::string evaluation_table(const EvaluationReport& report) {
   const std::string size = std::to_string(report.size_px);
-  std::string text = report.plant + ": " + std::to_string(report.source_leaves) + " leaves; compared with its leaf " +
+  std::string text = printable(report.plant) + ": " + std::to_string(report.source_leaves) + " leaves; compared with its leaf " +
                      reference_name(report.reference) + ", " + size + " x " + size + " px\n";
   if (report.methods.empty()) return text;
   for (std::size_t level = 0; level < report.methods.front().levels.size(); ++level) text += level_block(report, level);

@@ -160,8 +160,11 @@ void log_line(const coppice_log& log, coppice_log_level level, const char* forma
   va_start(arguments, format);
   std::vsnprintf(line.data(), line.size(), format, arguments);
   va_end(arguments);
-  if (is_printable(line.data())) return log.write(log.user, level, line.data());
-  log.write(log.user, level, printable(line.data()).c_str());
+  // The one place where all that may quote a file's names or an error passes: an engine prints it on a terminal.
+  if (is_printable(line.data()))
+    log.write(log.user, level, line.data());
+  else
+    log.write(log.user, level, printable(line.data()).c_str());
 }
 
 }  // namespace coppice

@@ -1,0 +1,15 @@
+#pragma once
+
+// How the program ends when a command cannot: out of memory, by a signal, by an exception that nobody may catch. In each case temporary
+// files go first.
+
+namespace coppice::bake {
+
+/// To be called first of all. From then on an allocation that fails ends the program with "coppice: out of memory" and exit code 1, in
+/// whatever library it was asked for by `new`; signals that end it remove its temporary files.
+void install_endings();
+
+/// Says that memory has run out and ends the program. Allocates nothing.
+[[noreturn]] void end_out_of_memory() noexcept;
+
+}  // namespace coppice::bake

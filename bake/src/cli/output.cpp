@@ -1,0 +1,82 @@
+#include "output.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <iostream>
+#include <system_error>
+
+#include "atomic_file.h"
+#include "printable.h"
+
+namespace coppice::bake {
+namespace {
+
+constexpr const char* kStandardOutput = "the standard output";
+
+Error refused(const char* what, const std::filesystem::path& output) {
+  return Error{Status::invalid_argument, what, Error::kNoOffset, output.string()};
+}
+
+bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code absent;
+  return a.lexically_normal() == b.lexically_normal() || std::filesystem::equivalent(a, b, absent);
+}
+
+}  // namespace
+
+std::string shown(const std::filesystem::path& path) {
+  return printable(path.native());
+}
+
+bool is_standard_output(const std::filesystem::path& output) {
+  return output == "-";
+}
+
+CLI::Option* add_output_option(CLI::App& command, const std::string& names, std::filesystem::path& path, const std::string& help) {
+  const CLI::Validator named([](std::string& text) { return std::string(text.empty() ? "an output needs a name" : ""); }, "");
+  return command.add_option(names, path, help)->check(named);
+}
+
+Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others, Content content) {
+  for (const std::filesystem::path& other : others) {
+    if (other.empty() || !is_same_file(output, other)) continue;
+    if (is_standard_output(output)) return refused("two outputs cannot both be the standard output", output);
+    return refused("would be overwritten: another file of this command has the same path", output);
+  }
+  if (!is_standard_output(output)) return try_writing(output);
+  if (content == Content::binary && ::isatty(STDOUT_FILENO) == 1)
+    return refused("the standard output is a terminal: name a file, or send it to a program", output);
+  return {};
+}
+
+Result<void> refuse_standard_output(const std::filesystem::path& output, const char* why) {
+  if (is_standard_output(output)) return Error{Status::invalid_argument, "not to the standard output", Error::kNoOffset, why};
+  return {};
+}
+
+Result<void> write_output(const std::filesystem::path& output, std::span<const std::uint8_t> bytes) {
+  return is_standard_output(output) ? write_all(STDOUT_FILENO, bytes, kStandardOutput) : write_file_atomically(output, bytes);
+}
+
+Result<void> write_output(const std::filesystem::path& output, const std::string& text) {
+  return write_output(output, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+int finish_standard_output(int exit_code) {
+  std::cout.flush();
+  errno = 0;
+  bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();
+  const int reason = errno;
+  // Network file systems say only here that there was no room.
+  written = ::close(STDOUT_FILENO) == 0 && written;
+  if (written || exit_code != 0) return exit_code;
+  const int why = reason != 0 ? reason : errno;
+  std::fprintf(stderr, "coppice: cannot write: %s: %s\n", kStandardOutput, why != 0 ? std::strerror(why) : "an earlier write failed");
+  return 1;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,50 @@
+#pragma once
+
+// What a command reads paths for and writes: files that are tried before the work, the standard output, text that is fit for a terminal.
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "result.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace coppice::bake {
+
+/// A path as it may be printed: core/printable.h.
+std::string shown(const std::filesystem::path& path);
+
+/// Whether the output is "-", the standard output. It then gets nothing else.
+bool is_standard_output(const std::filesystem::path& output);
+
+/// Adds an option that takes the path of an output; an empty one is a usage error.
+CLI::Option* add_output_option(CLI::App& command, const std::string& names, std::filesystem::path& path, const std::string& help);
+
+enum class Content : std::uint8_t { binary, text };
+
+/// Refuses, before any work is done, an output that is one of the other files of the command, or that cannot be written: the temporary file
+/// that will become it is made and removed. Temporary files that killed processes left beside it go too.
+/// others   empty paths are skipped
+/// content  what "-" will get: binary is not for terminals
+/// errors   invalid_argument, io; name the path
+Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others,
+                          Content content = Content::binary);
+
+/// Refuses "-" for a command that cannot write there. why: the rest of the line. errors  invalid_argument
+Result<void> refuse_standard_output(const std::filesystem::path& output, const char* why);
+
+/// Writes a file, whole or not at all, or to the standard output. errors  io
+Result<void> write_output(const std::filesystem::path& output, std::span<const std::uint8_t> bytes);
+Result<void> write_output(const std::filesystem::path& output, const std::string& text);
+
+/// Flushes and closes the standard output. What could not be written there makes of a success a failure, with a line that says so.
+/// returns the exit code
+int finish_standard_output(int exit_code);
+
+}  // namespace coppice::bake

@@ -1,0 +1,168 @@
+#include "temporary_file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <climits>
+#include <csignal>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace coppice::bake {
+namespace {
+
+/// A path where a signal handler finds it. A process has few temporary files at a time; one too many is not in the table.
+struct Slot {
+  std::atomic<pid_t> owner{0};  ///< 0: free; kFilling; else the process whose file it is
+  std::array<char, PATH_MAX> path{};
+};
+
+constexpr pid_t kFilling = -1;
+constexpr std::size_t kNoSlot = ~std::size_t{0};
+
+// Read by signal handlers, and destroyed by nobody.
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
+constinit std::array<Slot, 16> slots{};
+static_assert(std::atomic<pid_t>::is_always_lock_free, "signal handlers read it");
+
+std::size_t take_slot(const std::string& path) {
+  if (path.size() >= PATH_MAX) return kNoSlot;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    pid_t free = 0;
+    if (!slots[i].owner.compare_exchange_strong(free, kFilling)) continue;
+    std::memcpy(slots[i].path.data(), path.c_str(), path.size() + 1);
+    slots[i].owner.store(::getpid());
+    return i;
+  }
+  return kNoSlot;
+}
+
+void free_slot(std::size_t slot) {
+  if (slot != kNoSlot) slots[slot].owner.store(0);
+}
+
+// No other program's files start so, and no target's name is so long that there is no room for it.
+constexpr std::string_view kStart = ".coppice-";
+constexpr std::string_view kEnd = ".tmp";
+
+/// ".coppice-PROCESS-NUMBER.tmp": unique among the files this and other processes write now; O_EXCL catches what a killed one left.
+std::filesystem::path temporary_path(const std::filesystem::path& target) {
+  static std::atomic<unsigned> counter{0};
+  std::string name(kStart);
+  name.append(std::to_string(::getpid())).append("-").append(std::to_string(counter++)).append(kEnd);
+  return target.parent_path() / name;
+}
+
+/// The process in a name made by temporary_path; 0 in any other name.
+pid_t temporary_process(std::string_view name) {
+  if (!name.starts_with(kStart) || !name.ends_with(kEnd)) return 0;
+  const char* const last = name.data() + name.size() - kEnd.size();
+  pid_t process = 0;
+  unsigned number = 0;
+  const auto [dash, bad_process] = std::from_chars(name.data() + kStart.size(), last, process);
+  if (bad_process != std::errc() || process <= 0 || dash == last || *dash != '-') return 0;
+  const auto [end, bad_number] = std::from_chars(dash + 1, last, number);
+  return bad_number == std::errc() && end == last ? process : 0;
+}
+
+/// Whether the file's process is no more: neither here, nor, as far as the lock that it holds tells, in another container or machine that
+/// sees this folder.
+bool is_abandoned(const std::filesystem::path& path) {
+  const pid_t process = temporary_process(path.filename().native());
+  if (process == 0 || ::kill(process, 0) == 0 || errno != ESRCH) return false;
+  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+  if (file < 0) return false;
+  const bool unheld = ::flock(file, LOCK_EX | LOCK_NB) == 0;
+  ::close(file);
+  return unheld;
+}
+
+/// A rename survives a power cut only once the folder itself is on disk. Some file systems cannot sync folders; the file is whole either
+/// way.
+void sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
+Error system_error(const char* what, const std::filesystem::path& path, int reason) {
+  return Error{reason == ENOMEM ? Status::out_of_memory : Status::io, what, Error::kNoOffset, path.string() + ": " + std::strerror(reason)};
+}
+
+TemporaryFile::TemporaryFile(std::filesystem::path target, std::filesystem::path path, std::size_t slot)
+    : target_(std::move(target)), path_(std::move(path)), slot_(slot) {}
+
+TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
+    : target_(std::move(other.target_)),
+      path_(std::move(other.path_)),
+      slot_(std::exchange(other.slot_, kNoSlot)),
+      descriptor_(std::exchange(other.descriptor_, -1)) {
+  other.path_.clear();
+}
+
+TemporaryFile::~TemporaryFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!path_.empty()) ::unlink(path_.c_str());
+  free_slot(slot_);
+}
+
+Result<TemporaryFile> TemporaryFile::create_beside(const std::filesystem::path& target) {
+  while (true) {
+    std::filesystem::path path = temporary_path(target);
+    const std::size_t slot = take_slot(path.native());  // before there is a file: a signal may come between
+    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor >= 0) {
+      TemporaryFile file(target, std::move(path), slot);
+      file.descriptor_ = descriptor;
+      ::flock(descriptor, LOCK_EX | LOCK_NB);  // is_abandoned; where a file system has no locks, the process's number has to do
+      return file;
+    }
+    const int reason = errno;
+    free_slot(slot);
+    if (reason != EEXIST) return system_error("cannot write", target, reason);
+  }
+}
+
+Result<void> TemporaryFile::publish() {
+  if (::fsync(descriptor_) != 0) return system_error("cannot write", target_, errno);
+  // Network file systems say only here that there was no room.
+  if (::close(std::exchange(descriptor_, -1)) != 0) return system_error("cannot write", target_, errno);
+  if (::rename(path_.c_str(), target_.c_str()) != 0) return system_error("cannot write", target_, errno);
+  path_.clear();
+  sync_folder(target_.parent_path());
+  return {};
+}
+
+void remove_own_temporaries() noexcept {
+  const pid_t self = ::getpid();
+  for (const Slot& slot : slots)
+    if (slot.owner.load() == self) ::unlink(slot.path.data());
+}
+
+void end_by_signal(int signal) noexcept {
+  remove_own_temporaries();
+  static_cast<void>(::signal(signal, SIG_DFL));
+  static_cast<void>(::raise(signal));
+}
+
+void remove_abandoned_temporaries(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> abandoned;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (is_abandoned(entry->path())) abandoned.push_back(entry->path());
+  for (const std::filesystem::path& file : abandoned) std::filesystem::remove(file, error);
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,257 @@
+// The coppice program among files, names and streams that mean it ill: pipes and devices as input, full disks, names full of escapes,
+// outputs that cannot be written, signals, threads that cannot be started.
+#include <gtest/gtest.h>
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "atomic_file.h"
+#include "gltf_builder.h"
+#include "pack.h"
+#include "printable.h"
+#include "process.h"
+#include "random_tree.h"
+
+namespace coppice::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+
+ProcessResult tool(const Words& arguments, ProcessOptions options = {}) {
+  options.kill_after = std::chrono::seconds(60);  // what hangs fails
+  return run_process(COPPICE_TOOL, arguments, options);
+}
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string joined(const Words& arguments) {
+  std::string line = "coppice";
+  for (const std::string& word : arguments) line += " " + printable(word);
+  return line;
+}
+
+void expect_one_line_error(const ProcessResult& result, const std::string& says, const std::string& about) {
+  EXPECT_EQ(result.signal, 0) << about;
+  EXPECT_EQ(result.exit_code, 1) << about << "\n" << result.err;
+  EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << about << "\n" << result.err;
+  EXPECT_NE(result.err.find(says), std::string::npos) << about << " does not say " << says << "\n" << result.err;
+}
+
+/// Inputs of every kind, and a folder for outputs.
+class CommandTrust : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(out_);
+    write_file(plants_ / "small.glb", small_plant().glb());
+    bake::PackSizes sizes;
+    write_file(oak_, *bake::pack(random_plant({.leaf_count = 40}), sizes));
+  }
+
+  /// Every command that has an output, with a quick job.
+  [[nodiscard]] std::vector<Words> writers(const fs::path& output) const {
+    return {{"plant", "corylus", "-o", output},
+            {"bake", small_, "-o", output, "--views", "2", "--resolution", "16"},
+            {"bake", small_, "--dry-run", "--preview", output},
+            {"export", oak_, "--leaves", "9", "-o", output},
+            {"evaluate", small_, "--methods", "default", "--levels", "1", "--size", "32", "--json", output},
+            {"evaluate", small_, "--methods", "default", "--levels", "1", "--size", "32", "--html", output},
+            {"scene", "-o", output, "--plants", oak_, "--count", "10", "--size-m", "100"}};
+  }
+
+  [[nodiscard]] std::vector<std::string> files_in(const fs::path& folder) const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename());
+    std::ranges::sort(names);
+    return names;
+  }
+
+  TemporaryFolder folder_;
+  fs::path plants_ = make(folder_ / "plants"), small_ = plants_ / "small.glb", oak_ = folder_ / "oak.coppice", out_ = folder_ / "out";
+
+ private:
+  static fs::path make(const fs::path& folder) {
+    fs::create_directories(folder);
+    return folder;
+  }
+};
+
+TEST_F(CommandTrust, OnlyRegularFilesAreRead) {
+  const fs::path pipe = folder_ / "pipe", out = out_ / "x.coppice";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const fs::path& input : {pipe, fs::path("/dev/zero"), fs::path("/dev/tty"), out_})
+    for (const Words& arguments :
+         {Words{"inspect", input}, Words{"verify", input}, Words{"bake", input, "-o", out}, Words{"bake", small_, "-o", out, "--classes", input},
+          Words{"export", input, "--leaves", "1", "-o", out}, Words{"evaluate", input}, Words{"scene", input, "-o", out, "--plants", oak_},
+          Words{"scene", "-o", out, "--plants", oak_, "--density", "oak=" + input.string()}})
+      expect_one_line_error(tool(arguments), input.filename(), joined(arguments));
+  for (const fs::path& input : {pipe, fs::path("/dev/zero")}) {
+    expect_one_line_error(tool({"inspect", input}), "not a plain file", input);
+    expect_one_line_error(tool({"bake-all", input, "-o", out_ / "all"}), "not a plain file", input);
+    expect_one_line_error(tool({"scene", "-o", out, "--plants", input}), "not a plain file", input);
+  }
+  expect_one_line_error(tool({"inspect", folder_ / "none"}), "none: No such file or directory", "missing");
+  EXPECT_TRUE(files_in(out_).empty());
+}
+
+TEST_F(CommandTrust, AFullDiskBehindTheStandardOutputIsAnError) {
+  ProcessOptions full;
+  full.out = "/dev/full";
+  std::vector<Words> all = writers(out_ / "x.out");
+  std::erase_if(all, [](const Words& arguments) { return arguments[0] == "evaluate"; });
+  for (const Words& arguments :
+       {Words{"--help"}, Words{"--version"}, Words{"bake", "--help"}, Words{"inspect", oak_}, Words{"inspect", oak_, "--json"},
+        Words{"verify", oak_}, Words{"bake-all", plants_, "-o", out_ / "all", "--views", "2", "--resolution", "16"},
+        Words{"plant", "corylus", "-o", "-"}, Words{"export", oak_, "--leaves", "full", "-o", "-"}, Words{"bake", small_, "--dry-run"},
+        Words{"evaluate", small_, "--methods", "default", "--levels", "1", "--size", "32"}})
+    all.push_back(arguments);
+  for (const Words& arguments : all) expect_one_line_error(tool(arguments, full), "No space left on device", joined(arguments));
+}
+
+TEST_F(CommandTrust, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
+  const fs::path missing = folder_ / "missing.glb";
+  const fs::path bad[] = {out_, out_ / "none" / "x.out", out_ / std::string(256, 'n'), "/dev/null", "/proc/x.out", out_ / "new/"};
+  for (const fs::path& output : bad)
+    for (Words arguments : writers(output)) {
+      // An input that is not there would be the error, were it looked at first.
+      for (std::string& word : arguments)
+        if (word == small_ || word == oak_) word = missing;
+      const ProcessResult result = tool(arguments);
+      expect_one_line_error(result, output, joined(arguments));
+      EXPECT_EQ(result.err.find("missing"), std::string::npos) << joined(arguments) << "\n" << result.err;
+    }
+  for (const Words& arguments : writers("")) EXPECT_EQ(tool(arguments).exit_code, 2) << joined(arguments);
+  EXPECT_TRUE(files_in(out_).empty());
+}
+
+TEST_F(CommandTrust, ABatchRefusesSuchOutputsPlantByPlant) {
+  const fs::path taken = out_ / "small.coppice";
+  fs::create_directories(taken);
+  const ProcessResult result = tool({"bake-all", plants_, "-o", out_, "--views", "2", "--resolution", "16"});
+  expect_one_line_error(result, "small.coppice: Is a directory", "bake-all");
+  EXPECT_NE(result.out.find("  failed\n"), std::string::npos) << result.out;
+  EXPECT_EQ(files_in(out_ / ".coppice-cache"), (std::vector<std::string>{"lock"})) << "it was baked";
+}
+
+TEST_F(CommandTrust, ANameAsLongAsTheSystemTakesIsWritten) {
+  const fs::path output = out_ / (std::string(247, 'n') + ".coppice");
+  EXPECT_EQ(tool({"bake", small_, "-o", output, "--views", "2", "--resolution", "16"}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(output));
+}
+
+TEST_F(CommandTrust, ADashIsTheStandardOutput) {
+  const fs::path file = out_ / "x.out";
+  for (const bool to_file : {true, false}) {
+    const std::string output = to_file ? file.string() : "-";
+    for (const Words& arguments : writers(output)) {
+      if (arguments[0] == "scene" || (arguments[0] == "evaluate" && !to_file)) continue;
+      const ProcessResult result = tool(arguments);
+      ASSERT_EQ(result.exit_code, 0) << joined(arguments) << "\n" << result.err;
+      if (!to_file) continue;
+      Words piped = arguments;
+      std::ranges::replace(piped, output, "-");
+      EXPECT_TRUE(tool(piped).out == read_text(file)) << joined(piped);
+    }
+  }
+  expect_one_line_error(tool({"bake", small_, "-o", "-", "--report", "-"}), "standard output", "two");
+  expect_one_line_error(tool({"scene", "-o", "-", "--plants", oak_}), "standard output", "scene");
+  expect_one_line_error(tool({"bake-all", plants_, "-o", "-"}), "standard output", "bake-all");
+  const ProcessResult report = tool({"bake-all", plants_, "-o", out_, "--views", "2", "--resolution", "16", "--report", "-"});
+  EXPECT_EQ(report.out.substr(0, 1) + report.out.substr(report.out.size() - 2), "{}\n") << report.out;
+}
+
+TEST_F(CommandTrust, NothingThatATerminalObeysIsPrinted) {
+  const std::string evil = "\x1b]0;x\x07\n\xc2\x9b" "31m";
+  GltfBuilder builder = small_plant();
+  builder.json["materials"][0]["name"] = "leaves" + evil;
+  builder.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 9;
+  const fs::path glb = write_file(plants_ / ("oak" + evil + ".glb"), small_plant().glb());
+  const fs::path named = write_file(plants_ / "named.glb", builder.glb()), baked = out_ / ("oak" + evil + ".coppice");
+  const Words quick = {"--views", "2", "--resolution", "16"};
+  const auto with_quick = [&](Words arguments) {
+    arguments.insert(arguments.end(), quick.begin(), quick.end());
+    return arguments;
+  };
+  for (const Words& arguments :
+       {with_quick({"bake", glb, "-o", baked}), Words{"inspect", baked}, Words{"inspect", baked, "--json"}, Words{"verify", baked},
+        Words{"export", baked, "--leaves", "full", "-o", out_ / ("x" + evil)}, Words{"bake", named, "--dry-run"},
+        Words{"bake", glb, "--dry-run"}, Words{"bake", glb, "--dry-run", "--leaf-material", evil}, Words{"plant", evil, "-o", "x"},
+        Words{"plant", "corylus", "-o", out_ / ("p" + evil)}, Words{evil}, Words{"verify", baked, "--" + evil}, Words{"verify", glb},
+        Words{"evaluate", glb, "--methods", "default", "--levels", "1", "--size", "32"}, Words{"inspect", out_ / evil},
+        Words{"scene", "-o", out_ / ("s" + evil), "--plants", baked, "--count", "9"},
+        Words{"scene", "-o", out_ / ("s" + evil), "--plants", oak_, "--density", evil + "=x"},
+        with_quick({"bake-all", plants_, "-o", out_ / ("all" + evil)})}) {
+    const ProcessResult result = tool(arguments);
+    EXPECT_EQ(result.signal, 0) << joined(arguments);
+    std::string text = result.out + result.err;
+    EXPECT_NE(text, "") << joined(arguments);
+    std::erase(text, '\n');
+    EXPECT_EQ(printable(text), text) << joined(arguments);
+  }
+  EXPECT_EQ(tool({"verify", baked}).exit_code, 0) << "what is baked is what verify takes";
+}
+
+/// What a killed process leaves, in the name of one that cannot be.
+fs::path abandoned_file(const fs::path& folder) {
+  return write_file(folder / ".coppice-999999999-0.tmp", std::vector<std::uint8_t>(9));
+}
+
+TEST_F(CommandTrust, EveryCommandRemovesWhatAKilledOneLeft) {
+  for (const Words& arguments : writers(out_ / "x.out")) {
+    const fs::path abandoned = abandoned_file(out_);
+    EXPECT_EQ(tool(arguments).exit_code, 0) << joined(arguments);
+    EXPECT_FALSE(fs::exists(abandoned)) << joined(arguments);
+  }
+}
+
+TEST_F(CommandTrust, AFileThatGetsTooLargeIsAnErrorWithoutATemporaryFile) {
+  ProcessOptions small_files;
+  small_files.largest_file_bytes = 512;
+  small_files.out = "/dev/null";
+  for (const Words& arguments : writers(out_ / "x.out")) {
+    if (arguments[0] == "scene") continue;  // its file is smaller than that
+    const ProcessResult result = tool(arguments, small_files);
+    expect_one_line_error(result, "File too large", joined(arguments));
+    EXPECT_TRUE(files_in(out_).empty()) << joined(arguments);
+  }
+}
+
+TEST_F(CommandTrust, ASignalInTheMiddleOfAWriteLeavesNothing) {
+  const auto expect_clean_end = [this](const Words& arguments, int signal) {
+    ProcessOptions options;
+    options.environment = {std::string("LD_PRELOAD=") + COPPICE_FAIL_MALLOC_LIBRARY, "COPPICE_SIGNAL_IN_FSYNC=" + std::to_string(signal)};
+    const ProcessResult result = tool(arguments, options);
+    EXPECT_EQ(result.signal, signal) << joined(arguments) << "\n" << result.err;
+    EXPECT_TRUE(files_in(out_).empty()) << joined(arguments) << ", signal " << signal;
+  };
+  for (const Words& arguments : writers(out_ / "x.out")) expect_clean_end(arguments, SIGTERM);
+  for (const int signal : {SIGHUP, SIGINT, SIGQUIT, SIGPIPE, SIGXCPU}) expect_clean_end({"plant", "corylus", "-o", out_ / "x.glb"}, signal);
+}
+
+TEST_F(CommandTrust, AThreadThatCannotBeStartedIsNoReasonToFailOrIsSaid) {
+  for (const int nth : {1, 2}) {
+    ProcessOptions options;
+    options.environment = {std::string("LD_PRELOAD=") + COPPICE_FAIL_MALLOC_LIBRARY, "COPPICE_FAIL_THREAD=" + std::to_string(nth)};
+    const fs::path output = out_ / "x.coppice";
+    const Words arguments = {"bake", small_, "-o", output, "--threads", "4", "--views", "20", "--resolution", "64"};
+    const ProcessResult result = tool(arguments, options);
+    if (result.exit_code == 0) continue;
+    expect_one_line_error(result, "cannot start a thread", joined(arguments));
+    EXPECT_TRUE(files_in(out_).empty());
+  }
+}
+
+}  // namespace
+}  // namespace coppice::test

@@ -118,6 +118,7 @@ Forest create_forest(const Device& device, const Options& options, std::uint32_t
   desc.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;
   desc.pass_times = options.pass_times ? VK_TRUE : VK_FALSE;
   desc.memory_budget_bytes = std::uint64_t{options.memory_mb} << 20;
+  desc.allow_outside = options.allow_outside ? VK_TRUE : VK_FALSE;
   desc.max_instances = instances;
   desc.max_plants = std::max(static_cast<std::uint32_t>(plants), desc.max_plants);
   desc.log = hook_of(*forest.log);

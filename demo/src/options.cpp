@@ -51,6 +51,8 @@ void declare_forest(CLI::App& app, Options& options) {
       ->check(CLI::Range(1u, 2000000u))
       ->needs(scene)
       ->capture_default_str();
+  app.add_flag("--allow-outside", options.allow_outside, "Plants of the scene may be outside its folder; for scenes that you trust")
+      ->needs(scene);
   app.add_option("--seed", options.seed, "Another seed, another forest")->capture_default_str();
   app.add_option("--memory-mb", options.memory_mb, "Memory budget of the plants, MiB [256, and one for every 8192 of --count]")
       ->check(CLI::Range(1u, 65536u));

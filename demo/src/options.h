@@ -51,6 +51,7 @@ struct Options {
   bool shadows = true;            ///< shadow maps
   std::uint32_t supersample = 1;  ///< along each axis, of pictures that are written
   bool watch = false;
+  bool allow_outside = false;  ///< plants of a scene may be outside its folder
   bool ignore_errors = false;  ///< headless: exit with 0 although something could not be read
   bool pass_times = false;
   bool validation = false;

@@ -125,8 +125,8 @@ void write_json(const std::string& file, const Statistics& statistics) {
   if (last.scene_tile_count > 0)
     json["scene"] = {{"instances", last.scene_instance_count},      {"tiles", last.scene_tile_count},
                      {"tiles_resident", last.scene_tiles_resident}, {"tiles_missing", last.scene_tiles_missing},
-                     {"tiles_failed", last.scene_tiles_failed},     {"threshold_px", last.scene_threshold_px},
-                     {"settled_ms", statistics.settled_ms}};
+                     {"tiles_failed", last.scene_tiles_failed},     {"species_failed", last.scene_species_failed},
+                     {"threshold_px", last.scene_threshold_px},     {"settled_ms", statistics.settled_ms}};
   json["pages_cancelled"] = last.pages_cancelled;
   json["pages_in_flight_max"] = statistics.max_pages_in_flight;
   json["pages_queued_max"] = statistics.max_pages_queued;

@@ -58,6 +58,23 @@ TEST(CoppiceForestErrors, ASpeciesThatIsNotThereIsSaidOnceAndFailsTheRun) {
   EXPECT_EQ(run_process(COPPICE_FOREST, small_forest({"--scene", scene, "--ignore-errors"})).exit_code, 0);
 }
 
+TEST(CoppiceForestErrors, ASpeciesOutsideTheScenesFolderIsLeftOutUnlessAllowed) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder), scene = folder / "wood.forest", inner = folder / "inner";
+  const ProcessResult made = run_process(COPPICE_TOOL, {"scene", "-o", scene, "--plants", plant, "--size-m", "200", "--count", "500"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  fs::create_directory(inner);
+  fs::rename(scene, inner / "wood.forest");
+  fs::create_symlink(plant, inner / "corylus.coppice");
+  const fs::path json = folder / "stats.json";
+  const ProcessResult run = run_process(COPPICE_FOREST, small_forest({"--scene", inner / "wood.forest", "--stats", json}));
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_EQ(count_of(run.err, "outside"), 1u) << run.err;
+  std::ifstream file(json);
+  EXPECT_EQ(nlohmann::json::parse(file)["scene"]["species_failed"], 1);
+  EXPECT_EQ(run_process(COPPICE_FOREST, small_forest({"--scene", inner / "wood.forest", "--allow-outside"})).exit_code, 0);
+}
+
 TEST(CoppiceForestErrors, ADamagedPageIsSaidOnceAndFailsTheRun) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder, {"--leaf-meshes", "off"});

@@ -223,7 +223,7 @@ TEST(Log, ALineIsOneLineAndTellsATerminalNothing) {
   std::string line;
   const coppice_log log{&line, [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
   log_line(log, COPPICE_LOG_ERROR, "%s: page %u", "oak\n\x1b[2J", 3u);
-  EXPECT_EQ(line, "oak\\x0A\\x1B[2J: page 3");
+  EXPECT_EQ(line, "oak\\x0a\\x1b[2J: page 3");
   log_line(log, COPPICE_LOG_ERROR, "%s: reason", std::string(4000, 'x').c_str());
   EXPECT_EQ(line.size(), 4008u) << "a long path leaves room for what is wrong";
 }

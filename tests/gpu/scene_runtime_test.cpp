@@ -1,5 +1,6 @@
 // A scene through coppice.h: its tiles stream in, are drawn and go, under core and synchronization validation.
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -148,7 +149,44 @@ TEST_F(SceneRuntimeTest, APlantThatIsNotThereIsLeftOut) {
   EXPECT_NE(log_.find("lost.coppice"), std::string::npos) << log_;
   EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << log_;
   EXPECT_EQ(stats.scene_tiles_missing, 0u);
+  EXPECT_EQ(stats.scene_species_failed, 1u);
   EXPECT_GT(stats.visible_instance_count, 10u) << "the other one stands";
+}
+
+TEST_F(SceneRuntimeTest, WhatIsNoPlantOrNotInTheFolderIsLeftOutEachWithALine) {
+  std::filesystem::create_directories(folder_ / "scenes");
+  ASSERT_EQ(mkfifo((folder_ / "scenes/fifo.coppice").c_str(), 0600), 0);
+  std::filesystem::create_symlink("../plant2.coppice", folder_ / "scenes/link.coppice");
+  std::filesystem::copy_file(folder_ / "plant1.coppice", folder_ / "scenes/plant1.coppice");
+  const std::filesystem::path scene = folder_ / "scenes/wood.forest";
+  std::vector<bake::ScenePlant> plants(400);
+  for (std::uint32_t i = 0; i < plants.size(); ++i) {
+    plants[i].position_m = {static_cast<float>(i % 20), 0.0f, -static_cast<float>(i) / 20.0f};
+    plants[i].species = static_cast<std::uint16_t>(i % 4);
+  }
+  write_bytes(scene, *bake::encode_scene(species({"plant1.coppice", "fifo.coppice", "../plant1.coppice", "link.coppice"}), plants));
+  const std::string root = folder_.string();
+  struct Case {
+    const char* asset_root;
+    VkBool32 allow_outside;
+    std::uint32_t failed;
+  };
+  for (const Case& allowed : {Case{nullptr, VK_FALSE, 3}, Case{root.c_str(), VK_FALSE, 1}, Case{nullptr, VK_TRUE, 1}}) {
+    log_.clear();
+    coppice_context_desc with = desc();
+    with.asset_root = allowed.asset_root;
+    with.allow_outside = allowed.allow_outside;
+    ContextTest::create(with);
+    ASSERT_EQ(coppice_scene_open(context_, scene.c_str(), &scene_), COPPICE_OK) << log_;
+    const coppice_stats stats = settle(view_from(10, 2, 5));
+    EXPECT_EQ(stats.scene_species_failed, allowed.failed) << log_;
+    EXPECT_EQ(stats.instance_count, 100 * (4 - allowed.failed)) << log_;
+    EXPECT_EQ(std::ranges::count(log_, '\n'), static_cast<std::ptrdiff_t>(allowed.failed)) << log_;
+    EXPECT_NE(log_.find("fifo.coppice: cannot open file: not a regular file"), std::string::npos) << log_;
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    frame_number_ = 0;
+  }
 }
 
 TEST_F(SceneRuntimeTest, WrongFilesAndASecondSceneAreRefused) {

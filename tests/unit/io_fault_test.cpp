@@ -124,7 +124,8 @@ class IoFault : public testing::TestWithParam<Reading> {
 
  private:
   static void stream(Streamer& streamer, test::FakeGpu& gpu, SceneStream& scene, Outcome& outcome) {
-    const DemandView view;
+    DemandView view;
+    view.lod.full = true;
     const std::vector<PlantDemand> demands = {test::demand_of(5000.0f)};
     for (int i = 0; i < 4000; ++i) {
       gpu.frame(view, demands);
@@ -141,11 +142,8 @@ class IoFault : public testing::TestWithParam<Reading> {
   }
 };
 
-void PrintTo(const Reading& reading, std::ostream* out) {
-  *out << (reading == Reading::automatic ? "automatic" : "thread pool");
-}
-INSTANTIATE_TEST_SUITE_P(Automatic, IoFault, testing::Values(Reading::automatic));
-INSTANTIATE_TEST_SUITE_P(ThreadPool, IoFault, testing::Values(Reading::thread_pool));
+INSTANTIATE_TEST_SUITE_P(Default, IoFault, testing::Values(Reading::automatic, Reading::thread_pool),
+                         [](const auto& reading) { return std::string(reading.param == Reading::automatic ? "Automatic" : "ThreadPool"); });
 
 TEST_P(IoFault, AnErrorOfTheNthReadIsTriedAgain) {
   for (std::size_t n = 0;; ++n) {

@@ -355,7 +355,7 @@ TEST(SceneStream, ANameCannotForgeALine) {
   Owner owner(scene_with("../oak\n\x1b[31mall is well"));
   owner.settle(eye_at(0, 0), kPlenty);
   ASSERT_EQ(owner.log.lines.size(), 1u);
-  EXPECT_NE(owner.log.lines[0].find("../oak\\x0A\\x1B[31mall is well"), std::string::npos) << owner.log.lines[0];
+  EXPECT_NE(owner.log.lines[0].find("../oak\\x0a\\x1b[31mall is well"), std::string::npos) << owner.log.lines[0];
 }
 
 TEST(SpeciesPath, FollowsLinksOfRealFiles) {

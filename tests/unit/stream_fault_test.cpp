@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "io_result.h"
 #include "pack.h"
 #include "random_tree.h"
 #include "streamer_fixture.h"
@@ -154,7 +155,7 @@ TEST_F(PausedRead, IsTriedAgainAfterGrowingPauses) {
   EXPECT_EQ(tries(), 1);
   EXPECT_EQ(streamer->state(plant).resident_page_count, 2u) << "frames go on with what is there";
   std::ptrdiff_t tried = 1;
-  for (const std::uint64_t pause_ms : {50, 200, 800}) {
+  for (const std::uint64_t pause_ms : {50u, 200u, 800u}) {
     wait_ms(pause_ms - 1);
     EXPECT_EQ(tries(), tried) << pause_ms;
     EXPECT_TRUE(log.lines.empty());

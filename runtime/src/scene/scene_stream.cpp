@@ -7,6 +7,7 @@
 #include <new>
 #include <string_view>
 
+#include "bounded_list.h"
 #include "check.h"
 #include "io_result.h"
 
@@ -117,18 +118,6 @@ struct SpeciesEntry {
   const char* path = nullptr;  ///< with the scene's folder, into species_paths
 };
 
-/// A list with as much room as it will ever need.
-template <class T>
-struct Bounded {
-  HookArray<T> items;
-  std::size_t count = 0;
-
-  void clear() { count = 0; }
-  void push_back(const T& item) { items[count++] = item; }
-  [[nodiscard]] std::span<T> span() { return items.span().first(count); }
-  [[nodiscard]] std::span<const T> span() const { return items.span().first(count); }
-};
-
 }  // namespace
 
 struct SceneStream::State {
@@ -148,11 +137,11 @@ struct SceneStream::State {
   std::uint64_t frame = 0, retry_frame = 0;
 
   // At their largest from the start, so that what the scene takes does not grow with the view.
-  Bounded<TileSize> sizes;                ///< scratch: tiles near the threshold, in this frame
-  Bounded<TileSize> requests;             ///< scratch: those to ask for
-  Bounded<TileSize> small;                ///< scratch: those to drop, by place in `resident`
+  BoundedList<TileSize> sizes;            ///< scratch: tiles near the threshold, in this frame
+  BoundedList<TileSize> requests;         ///< scratch: those to ask for
+  BoundedList<TileSize> small;            ///< scratch: those to drop, by place in `resident`
   HookArray<std::uint32_t> tile_scratch;  ///< [tile]
-  Bounded<std::uint32_t> dropped;
+  BoundedList<std::uint32_t> dropped;
   std::uint64_t read_bytes_left = 0;  ///< of the frame
   std::uint32_t used_blocks = 0;      ///< of tiles that are on their way or resident
   SceneEye eye;
@@ -207,8 +196,8 @@ Result<void> SceneStream::State::allocate() {
   COPPICE_CHECK(allocate_into(wanted_frame, hooks.allocator, tile_count));
   COPPICE_CHECK(allocate_into(resident, hooks.allocator, tile_count));
   COPPICE_CHECK(allocate_into(tile_scratch, hooks.allocator, tile_count));
-  COPPICE_CHECK(allocate_into(dropped.items, hooks.allocator, tile_count));
-  for (Bounded<TileSize>* scratch : {&sizes, &requests, &small}) COPPICE_CHECK(allocate_into(scratch->items, hooks.allocator, tile_count));
+  COPPICE_CHECK(dropped.make_room(hooks.allocator, tile_count));
+  for (BoundedList<TileSize>* scratch : {&sizes, &requests, &small}) COPPICE_CHECK(scratch->make_room(hooks.allocator, tile_count));
   COPPICE_CHECK(name_species());
   return allocate_into(reads, hooks.allocator, options.max_in_flight);
 }

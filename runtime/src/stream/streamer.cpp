@@ -120,8 +120,18 @@ Result<void> Streamer::State::advance_opening(PlantOpening& opening) {
   return {};
 }
 
+Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
+  const auto most_requests = [](const PlantStream& of) { return of.chunks.size() - of.file.plant.page_count + 1; };
+  std::size_t count = most_requests(plant);
+  for (const auto& open : plants.span())
+    if (open) count += most_requests(*open);
+  COPPICE_CHECK(requests.make_room(hooks.allocator, count));
+  return indivisible.make_room(hooks.allocator, count);
+}
+
 Result<void> Streamer::State::take_opened(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
+  COPPICE_CHECK(make_list_room(plant));
   std::uint64_t pinned_bytes = options.gpu.opening_bytes;
   for (const Chunk& chunk : plant.chunks.span())
     if (chunk.pinned) pinned_bytes += chunk_bytes(plant, chunk).total();
@@ -352,7 +362,7 @@ std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   const auto push = [&](PlantStream& plant, Chunk& chunk) {
     if (chunk.residency != Residency::decoded) return;
     s.requests.push_back({&plant, &chunk, s.value_of(plant, chunk)});
-    std::ranges::push_heap(s.requests, worth_less);
+    std::ranges::push_heap(s.requests.span(), worth_less);
   };
   const auto push_page = [&](PlantStream& plant, std::uint32_t page) {
     if (page < plant.decoded_page_count) push(plant, plant.chunk(ChunkKind::page, page));
@@ -365,9 +375,8 @@ std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   std::size_t count = 0;
   std::uint64_t bytes = 0;
   while (!s.requests.empty() && count < s.decoded.size()) {
-    std::ranges::pop_heap(s.requests, worth_less);
-    const Request offered = s.requests.back();
-    s.requests.pop_back();
+    std::ranges::pop_heap(s.requests.span(), worth_less);
+    const Request offered = s.requests.pop_back();
     const std::uint64_t more = chunk_bytes(*offered.plant, *offered.chunk).gpu;
     if (count > 0 && bytes + more > max_bytes) continue;
     bytes += more;

@@ -204,7 +204,7 @@ void Streamer::State::finish_decode(Transfer& transfer) {
 void Streamer::State::push_request(PlantStream& plant, Chunk& chunk) {
   if (chunk.residency != Residency::absent || chunk.counted_bytes != 0 || !wanted_now(plant, chunk)) return;
   requests.push_back({&plant, &chunk, value_of(plant, chunk)});
-  std::ranges::push_heap(requests, worth_less);
+  std::ranges::push_heap(requests.span(), worth_less);
 }
 
 // The first page that is neither there nor on its way; none while that one has failed or is still leaving.
@@ -231,9 +231,8 @@ Transfer* Streamer::State::free_slot() {
 void Streamer::State::issue_requests() {
   gather_requests();
   while (!requests.empty() && free_slot() != nullptr) {
-    std::ranges::pop_heap(requests, worth_less);
-    const Request request = requests.back();
-    requests.pop_back();
+    std::ranges::pop_heap(requests.span(), worth_less);
+    const Request request = requests.pop_back();
     const Room room = issue(request);
     // What is worth less must not take the room that is being made.
     if (room == Room::soon) break;

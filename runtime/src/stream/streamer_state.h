@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "bounded_list.h"
 #include "plant_opening.h"
 #include "plant_stream.h"
 #include "streamer.h"
@@ -68,8 +69,8 @@ struct Streamer::State {
   CompletionQueue completions;
   Transfer* finished = nullptr;       ///< out of `completions`, linked by next: what no frame has had time for yet
   std::uint64_t hand_over_until = 0;  ///< on the clock; the frame's time for them ends here
-  std::vector<Request> requests;      ///< scratch, a heap by value: at most a page, the wood LoDs, textures and leaf meshes of each plant
-  std::vector<Indivisible> indivisible;  ///< scratch of a frame: at most the textures of each plant, and its leaf meshes
+  BoundedList<Request> requests;      ///< scratch, a heap by value: at most a page, the wood LoDs, textures and leaf meshes of each plant
+  BoundedList<Indivisible> indivisible;  ///< scratch of a frame: at most the textures of each plant, and its leaf meshes
 
   LodView view;
   bool has_view = false;
@@ -161,6 +162,8 @@ struct Streamer::State {
   /// errors  out_of_memory, as hold_room
   Result<void> reserve_for(PlantOpening& opening, std::uint64_t bytes);
   void release(PlantOpening& opening);
+  /// Room in the scratch lists for the open plants and one more. errors  out_of_memory
+  Result<void> make_list_room(const PlantStream& plant);
   [[nodiscard]] PlantOpening& opening_at(std::uint32_t plant) const;
   /// Makes the next frames free `bytes` for the next open_plant, if they can; the error to report until then.
   Error hold_room(std::uint64_t bytes);

@@ -96,16 +96,17 @@ void Streamer::State::gather_indivisible() {
 
 void Streamer::State::choose_indivisible(std::uint64_t room) {
   gather_indivisible();
-  for (const Indivisible& item : indivisible) *item.affordable = true;
+  const std::span<Indivisible> items = indivisible.span();
+  for (const Indivisible& item : items) *item.affordable = true;
   all_affordable = planned_bytes_at(0) <= (all_affordable ? room : comfortable_bytes(room));
   if (all_affordable) return;
-  for (Indivisible& item : indivisible) {
+  for (Indivisible& item : items) {
     item.value = value_of(*plants[item.chunk->id.plant], *item.chunk);
     if (item.chunk->residency != Residency::absent) item.value *= kExchangeMargin;
   }
   std::uint64_t left = room / 4 * 3;
-  std::ranges::stable_sort(indivisible, std::greater{}, &Indivisible::value);
-  for (const Indivisible& item : indivisible) {
+  std::ranges::stable_sort(items, std::greater{}, &Indivisible::value);
+  for (const Indivisible& item : items) {
     *item.affordable = item.bytes <= left;
     if (*item.affordable) left -= item.bytes;
   }

@@ -412,31 +412,34 @@ TEST_F(ArgumentsTest, AHandleIsGoodInItsContextForItsKind) {
 
 /// The number that a context is refused with is the least that it is made with.
 TEST_F(ArgumentsTest, ABudgetBelowWhatAContextTakesIsRefusedWithWhatItNeeds) {
-  for (const VkBool32 compute_raster : {VK_FALSE, VK_TRUE})
-    for (const std::uint32_t max_instances : {4096u, 2000000u}) {
-      coppice_context_desc with = desc();
-      with.compute_raster = compute_raster;
-      with.max_instances = max_instances;
-      with.memory_budget_bytes = 1u << 20;
-      log_.clear();
-      ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
-      unsigned long long least = 0;
-      const std::size_t at = log_.find("MiB (");
-      ASSERT_NE(at, std::string::npos) << log_;
-      ASSERT_EQ(std::sscanf(log_.c_str() + at, "MiB (%llu bytes)", &least), 1) << log_;
-      log_.clear();
-      with.memory_budget_bytes = least - 1;
-      expect_refused(coppice_context_create(&with, &context_), "(" + std::to_string(least) + " bytes)");
-      with.memory_budget_bytes = least;
-      create(with);
-      EXPECT_LE(stats().memory_bytes, least);
-      expect_refused(coppice_set_memory_budget(context_, least - 1), std::to_string(least));
-      expect_refused(coppice_set_memory_budget(context_, 0), std::to_string(least));
-      EXPECT_EQ(coppice_set_memory_budget(context_, least), COPPICE_OK);
-      EXPECT_EQ(stats().memory_budget_bytes, least);
-      coppice_context_destroy(context_);
-      context_ = nullptr;
-    }
+  struct Size {
+    VkBool32 compute_raster;
+    std::uint32_t max_instances;
+  };
+  for (const auto [compute_raster, max_instances] : {Size{VK_TRUE, 4096}, Size{VK_FALSE, 2000000}}) {
+    coppice_context_desc with = desc();
+    with.compute_raster = compute_raster;
+    with.max_instances = max_instances;
+    with.memory_budget_bytes = 1u << 20;
+    log_.clear();
+    ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+    unsigned long long least = 0;
+    const std::size_t at = log_.find("MiB (");
+    ASSERT_NE(at, std::string::npos) << log_;
+    ASSERT_EQ(std::sscanf(log_.c_str() + at, "MiB (%llu bytes)", &least), 1) << log_;
+    log_.clear();
+    with.memory_budget_bytes = least - 1;
+    expect_refused(coppice_context_create(&with, &context_), "(" + std::to_string(least) + " bytes)");
+    with.memory_budget_bytes = least;
+    create(with);
+    EXPECT_LE(stats().memory_bytes, least);
+    expect_refused(coppice_set_memory_budget(context_, least - 1), std::to_string(least));
+    expect_refused(coppice_set_memory_budget(context_, 0), std::to_string(least));
+    EXPECT_EQ(coppice_set_memory_budget(context_, least), COPPICE_OK);
+    EXPECT_EQ(stats().memory_budget_bytes, least);
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+  }
 }
 
 }  // namespace

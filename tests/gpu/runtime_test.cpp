@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <string_view>
 
 #include <glm/common.hpp>
 
@@ -375,64 +374,6 @@ TEST_F(RuntimeTest, InstancesThatCouldNotBeDrawnAreRefusedAndTheOthersAreDrawn) 
   for (int i = 0; i < 20; ++i) EXPECT_GT(drawn_pixels(frame(view)), 100u) << i;
   EXPECT_EQ(stats().instance_count, count);
   EXPECT_LE(stats().memory_bytes, budget);
-}
-
-/// The n-th device allocation fails, n = 0, 1, 2 ... until none does.
-struct FailingDevice {
-  static inline std::uint32_t calls = 0, fail_at = 0;
-  static inline VkResult result = VK_SUCCESS;
-
-  static VKAPI_ATTR VkResult VKAPI_CALL allocate(VkDevice device, const VkMemoryAllocateInfo* info, const VkAllocationCallbacks* callbacks,
-                                                 VkDeviceMemory* memory) {
-    if (calls++ == fail_at) return result;
-    return vkAllocateMemory(device, info, callbacks, memory);
-  }
-  static VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
-    if (std::string_view(name) == "vkAllocateMemory") return reinterpret_cast<PFN_vkVoidFunction>(allocate);
-    return vkGetDeviceProcAddr(device, name);
-  }
-  static VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, const char* name) {
-    if (std::string_view(name) == "vkGetDeviceProcAddr") return reinterpret_cast<PFN_vkVoidFunction>(device_function);
-    return vkGetInstanceProcAddr(instance, name);
-  }
-};
-
-TEST_F(RuntimeTest, ADeviceThatRunsOutOrIsLostLeavesNothingBehind) {
-  coppice_context_desc failing = desc();
-  failing.get_instance_proc_addr = FailingDevice::instance_function;
-  for (const VkResult result : {VK_ERROR_OUT_OF_DEVICE_MEMORY, VK_ERROR_DEVICE_LOST}) {
-    FailingDevice::result = result;
-    const coppice_status expected = result == VK_ERROR_DEVICE_LOST ? COPPICE_ERROR_DEVICE_LOST : COPPICE_ERROR_OUT_OF_MEMORY;
-    std::uint32_t n = 0;
-    for (bool reached = true; reached; ++n) {
-      FailingDevice::calls = 0;
-      FailingDevice::fail_at = n;
-      const coppice_status created = coppice_context_create(&failing, &context_);
-      coppice_plant plant = 0;
-      if (created != COPPICE_OK) {
-        EXPECT_EQ(created, expected) << n << log_;
-        EXPECT_EQ(context_, nullptr);
-      } else if (coppice_plant_open(context_, plant_path_.c_str(), &plant) == COPPICE_OK) {
-        const coppice_placement placement = at(0.0f, 0.0f);
-        ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
-        coppice_view view = front_view();
-        view.lod = COPPICE_LOD_FULL;
-        frame_number_ = 0;
-        for (int i = 0; i < 12; ++i) {
-          begin(view);
-          submit(gpu(), [&](VkCommandBuffer cmd) {
-            const bool uploaded = coppice_record_upload(context_, cmd) == COPPICE_OK;
-            EXPECT_TRUE(!uploaded || coppice_record_cull(context_, cmd, &view) == COPPICE_OK);
-          });
-          usleep(1000);
-        }
-      }
-      reached = FailingDevice::calls > n;
-      coppice_context_destroy(context_);
-      context_ = nullptr;
-    }
-    EXPECT_GT(n, 15u);
-  }
 }
 
 /// Wherever the budget runs out within a block of the page pool, a camera that stands still comes to rest.

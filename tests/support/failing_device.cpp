@@ -4,6 +4,7 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "vulkan_device.h"
 
@@ -63,6 +64,38 @@ struct Call<real, VkResult(VKAPI_PTR*)(Arguments...)> {
   }
 };
 
+struct SharedPipelines {
+  std::vector<VkPipeline> pipelines;
+  std::size_t next = 0;  ///< of the context that is being created
+};
+
+SharedPipelines& shared_pipelines() {
+  static SharedPipelines shared;
+  return shared;
+}
+
+template <auto& real, class Info>
+VKAPI_ATTR VkResult VKAPI_CALL create_pipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count, const Info* infos,
+                                                const VkAllocationCallbacks* callbacks, VkPipeline* out) {
+  if (fails(std::is_same_v<Info, VkComputePipelineCreateInfo> ? "vkCreateComputePipelines" : "vkCreateGraphicsPipelines")) {
+    poison(out);
+    return device_faults().result;
+  }
+  SharedPipelines& shared = shared_pipelines();
+  if (shared.next == shared.pipelines.size()) {
+    const VkResult result = real(device, cache, count, infos, callbacks, out);
+    if (result != VK_SUCCESS) return result;
+    shared.pipelines.push_back(*out);
+  }
+  *out = shared.pipelines[shared.next++];
+  ++device_faults().live_objects;
+  return VK_SUCCESS;
+}
+
+VKAPI_ATTR void VKAPI_CALL destroy_pipeline(VkDevice, VkPipeline pipeline, const VkAllocationCallbacks*) {
+  if (pipeline != VK_NULL_HANDLE) --device_faults().live_objects;
+}
+
 /// vkDestroy* and vkFreeMemory.
 template <auto& real, class Function>
 struct Destruction;
@@ -88,13 +121,14 @@ PFN_vkVoidFunction replacement(std::string_view wanted) {
   }
 #define COPPICE_DESTRUCTION(function) \
   if (wanted == #function) return untyped(Destruction<function, decltype(function)>::call);
+  if (wanted == "vkCreateComputePipelines") return untyped(create_pipelines<vkCreateComputePipelines, VkComputePipelineCreateInfo>);
+  if (wanted == "vkCreateGraphicsPipelines") return untyped(create_pipelines<vkCreateGraphicsPipelines, VkGraphicsPipelineCreateInfo>);
+  if (wanted == "vkDestroyPipeline") return untyped(destroy_pipeline);
   COPPICE_CALL(vkAllocateMemory, create)
   COPPICE_CALL(vkCreateBuffer, create)
   COPPICE_CALL(vkCreateBufferView, create)
-  COPPICE_CALL(vkCreateComputePipelines, create)
   COPPICE_CALL(vkCreateDescriptorPool, create)
   COPPICE_CALL(vkCreateDescriptorSetLayout, create)
-  COPPICE_CALL(vkCreateGraphicsPipelines, create)
   COPPICE_CALL(vkCreateImage, create)
   COPPICE_CALL(vkCreateImageView, create)
   COPPICE_CALL(vkCreatePipelineLayout, create)
@@ -112,7 +146,6 @@ PFN_vkVoidFunction replacement(std::string_view wanted) {
   COPPICE_DESTRUCTION(vkDestroyDescriptorSetLayout)
   COPPICE_DESTRUCTION(vkDestroyImage)
   COPPICE_DESTRUCTION(vkDestroyImageView)
-  COPPICE_DESTRUCTION(vkDestroyPipeline)
   COPPICE_DESTRUCTION(vkDestroyPipelineLayout)
   COPPICE_DESTRUCTION(vkDestroyQueryPool)
   COPPICE_DESTRUCTION(vkDestroySampler)
@@ -144,6 +177,15 @@ DeviceFaults& device_faults() {
 
 void reset_device_faults() {
   device_faults() = {.live_objects = device_faults().live_objects};
+}
+
+void share_pipelines() {
+  shared_pipelines().next = 0;
+}
+
+void destroy_shared_pipelines() {
+  for (const VkPipeline pipeline : std::exchange(shared_pipelines(), {}).pipelines)
+    vkDestroyPipeline(vulkan_device().device, pipeline, nullptr);
 }
 
 void fail_with_device_faults(coppice_context_desc& desc) {

@@ -23,9 +23,15 @@ struct DeviceFaults {
   std::string missing;            ///< name of a function that the loader does not have
 };
 
-/// Starts anew, but for live_objects.
 DeviceFaults& device_faults();
+/// Starts anew, but for live_objects.
 void reset_device_faults();
+
+/// Contexts with like descs make their pipelines in one order, and a software driver takes most of a run's time to compile them: the n-th
+/// pipeline of a context is that of the first context, but in name. Call before a context is created, whose desc must be like all others'.
+void share_pipelines();
+/// Before the device goes.
+void destroy_shared_pipelines();
 
 /// Sends the context's Vulkan calls through the faults.
 void fail_with_device_faults(coppice_context_desc& desc);

@@ -42,13 +42,14 @@ bool read_record(std::span<const std::uint8_t> text, CachedBake& entry) {
   if (!record.is_object() || !record.contains("checksum") || !record["checksum"].is_string()) return false;
   const std::string expected = record["checksum"];
   record.erase("checksum");
-  if (checksum_of(entry, record) != expected) return false;
-  // The checksum says that somebody wrote it, not that it was this program.
-  const Json leaves = record.value("source_leaves", Json()), bytes = record.value("foliage_bytes", Json());
-  const Json warnings = record.value("warnings", Json());
+  // Its form first: writing it out for the checksum recurses, which a record of ours does not.
+  for (const char* key : {"source_leaves", "foliage_bytes", "warnings"})
+    if (!record.contains(key) || record.size() != 3) return false;
+  const Json &leaves = record["source_leaves"], &bytes = record["foliage_bytes"], &warnings = record["warnings"];
   if (!leaves.is_number_unsigned() || leaves.get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max()) return false;
   if (!bytes.is_number_unsigned() || !warnings.is_array()) return false;
   if (!std::ranges::all_of(warnings, [](const Json& warning) { return warning.is_string(); })) return false;
+  if (checksum_of(entry, record) != expected) return false;
   entry.source_leaves = leaves.get<std::uint32_t>();
   entry.foliage_bytes = bytes.get<std::uint64_t>();
   entry.warnings = warnings.get<std::vector<std::string>>();

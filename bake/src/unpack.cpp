@@ -183,13 +183,15 @@ void copy_tables(const PlantFile& file, BakedPlant& plant) {
 
 /// Culling trusts the sphere: every vertex is inside, but for quantisation and rounding.
 Result<void> check_sphere(const PlantFile& file, const BakedPlant& plant) {
-  const glm::vec3 extent = vec3_of(file.plant.leaf_box_max) - vec3_of(file.plant.leaf_box_min);
+  // In doubles: the squares of what is finite stay so.
+  const glm::dvec3 extent = vec3_of(file.plant.leaf_box_max) - vec3_of(file.plant.leaf_box_min);
+  const glm::dvec3 center = plant.sphere.center;
   // Half a step of 14 bits on each axis, of the leaf box or of the wood's, which is inside the sphere: under 1e-4 of either.
-  const float slack = 1e-4f * std::max({extent.x, extent.y, extent.z, 2.0f * plant.sphere.radius});
+  const double radius = plant.sphere.radius;
+  const double most = radius + 1e-4 * std::max({extent.x, extent.y, extent.z, 2.0 * radius});
   const auto outside = [&](const glm::vec3& point) {
-    const glm::vec3 offset = point - plant.sphere.center;
-    return !(offset.x * offset.x + offset.y * offset.y + offset.z * offset.z <=
-             (plant.sphere.radius + slack) * (plant.sphere.radius + slack));
+    const glm::dvec3 offset = glm::dvec3(point) - center;
+    return !(offset.x * offset.x + offset.y * offset.y + offset.z * offset.z <= most * most);
   };
   bool holds = std::ranges::none_of(plant.tree.vertices, outside);
   for (const Mesh& lod : plant.wood.lods) holds = holds && std::ranges::none_of(lod.positions, outside);

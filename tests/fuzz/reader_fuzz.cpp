@@ -1,13 +1,16 @@
-// libFuzzer: any bytes, with their checksums made right, are refused or unpack to a valid plant. The checks trap, so that a wrong answer
-// is found like a crash.
+// libFuzzer: any bytes, with their checksums made right, are refused or unpack to a valid plant, and a second reader, of FORMAT.md alone,
+// takes and refuses the same. The checks trap, so that a wrong answer is found like a crash.
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <string>
 #include <vector>
 
 #include "check.h"
 #include "coppice_file.h"
 #include "inspect.h"
+#include "naive_reader.h"
 #include "pack.h"
 
 namespace {
@@ -48,5 +51,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } else {
     COPPICE_ASSERT(plant.error().offset != coppice::Error::kNoOffset);
   }
+  const std::string refusal = coppice::test::read_naively(file).refusal;
+  if (bool(plant) != refusal.empty())
+    std::fprintf(stderr, "the reader: %s\nthe naive reader: %s\n", plant ? "takes it" : plant.error().message().c_str(), refusal.c_str());
+  COPPICE_ASSERT(bool(plant) == refusal.empty());
   return 0;
 }

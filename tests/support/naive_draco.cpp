@@ -164,6 +164,72 @@ NaiveVertex vertex_at(const MeshAttributes& attributes, draco::PointIndex point,
   return vertex;
 }
 
+/// Draco's varint.
+std::uint64_t number(NaiveBytes& bytes) {
+  std::uint64_t value = 0;
+  for (unsigned shift = 0; shift < 64; shift += 7) {
+    const std::uint64_t next = bytes.u8();
+    value |= (next & 0x7f) << shift;
+    if (next < 0x80) return value;
+  }
+  throw NaiveRefusal("a number that does not end");
+}
+
+/// What one attribute of the table looks like in the chunk: type, data type, components, normalised; and its coding.
+struct KnownAttribute {
+  std::array<std::uint8_t, 4> descriptor;
+  std::uint32_t coding;
+};
+constexpr std::array<KnownAttribute, 5> kKnownAttributes = {
+    {{{0, 9, 3, 0}, 2}, {{1, 9, 3, 0}, 3}, {{3, 9, 2, 0}, 2}, {{4, 2, 1, 0}, 1}, {{4, 4, 3, 0}, 1}}};
+
+/// The attributes of each decoder, as stated before the coded data.
+void check_stated_attributes(NaiveBytes& bytes, bool has_stalks) {
+  const std::size_t expected = has_stalks ? 5 : 4;
+  std::array<bool, 5> seen{};
+  const std::uint32_t decoder_count = bytes.u8();
+  naive_must(decoder_count >= 1 && decoder_count <= 5, "attribute decoders");
+  bytes.take(std::size_t{3} * decoder_count);
+  for (std::uint32_t decoder = 0; decoder < decoder_count; ++decoder) {
+    const std::uint64_t count = number(bytes);
+    naive_must(count >= 1 && count <= 5, "a decoder's attributes");
+    std::vector<std::uint32_t> codings;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const Bytes descriptor = bytes.take(4);
+      bytes.u8();
+      const auto known = std::find_if(kKnownAttributes.begin(), kKnownAttributes.begin() + static_cast<std::ptrdiff_t>(expected),
+                                      [&](const KnownAttribute& a) { return std::ranges::equal(a.descriptor, descriptor); });
+      const auto index = static_cast<std::size_t>(known - kKnownAttributes.begin());
+      naive_must(index < expected && !seen[index], "an attribute that is none of the table's, or twice");
+      seen[index] = true;
+      codings.push_back(known->coding);
+    }
+    for (const std::uint32_t coding : codings) naive_must(bytes.u8() == coding, "an attribute's coding");
+  }
+  for (std::size_t i = 0; i < expected; ++i) naive_must(seen[i], "an attribute is missing");
+}
+
+/// What a mesh states before its coded data, of which only the lengths are looked at.
+void check_mesh_head(Bytes mesh, std::uint32_t vertex_count, std::uint32_t triangle_count, bool has_stalks) {
+  constexpr std::array<std::uint8_t, 12> kHead = {0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1, 0, 0, 0};
+  NaiveBytes bytes(mesh);
+  naive_must(std::ranges::equal(bytes.take(kHead.size()), kHead), "the mesh's Draco header");
+  naive_must(number(bytes) <= vertex_count, "vertices as coded");
+  naive_must(number(bytes) == triangle_count, "triangles");
+  const std::uint32_t attribute_data = bytes.u8();
+  naive_must(attribute_data <= 5, "attribute data");
+  const std::uint64_t symbols = number(bytes), split_symbols = number(bytes), split_events = number(bytes);
+  naive_must(symbols <= triangle_count && split_symbols <= symbols && split_events <= triangle_count, "symbols or split events");
+  for (std::uint64_t i = 0; i < 2 * split_events; ++i) number(bytes);
+  bytes.take(static_cast<std::size_t>((split_events + 7) / 8));
+  bytes.take(static_cast<std::size_t>(number(bytes)));
+  for (std::uint32_t i = 0; i < 1 + attribute_data; ++i) {
+    bytes.u8();
+    bytes.take(static_cast<std::size_t>(number(bytes)));
+  }
+  check_stated_attributes(bytes, has_stalks);
+}
+
 }  // namespace
 
 void read_naive_draco_page(Bytes bytes, std::uint32_t split_count, NaivePlant& plant, std::vector<bool>& alive) {
@@ -190,8 +256,7 @@ void read_naive_draco_page(Bytes bytes, std::uint32_t split_count, NaivePlant& p
 
 NaiveMesh read_naive_mesh(Bytes bytes, std::uint32_t vertex_count, std::uint32_t triangle_count, bool has_stalks,
                           std::size_t material_count) {
-  constexpr std::array<std::uint8_t, 12> kHead = {0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1, 0, 0, 0};
-  naive_must(bytes.size() > kHead.size() && std::equal(kHead.begin(), kHead.end(), bytes.begin()), "the mesh's Draco header");
+  check_mesh_head(bytes, vertex_count, triangle_count, has_stalks);
   draco::DecoderBuffer buffer = buffer_of(bytes);
   auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
   naive_must(decoded.ok(), "Draco refuses the mesh");

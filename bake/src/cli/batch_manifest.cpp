@@ -109,6 +109,8 @@ Result<std::vector<BatchPlant>> plants_of_manifest(const std::filesystem::path& 
     root = Json::parse(bytes.begin(), bytes.end());
   } catch (const Json::parse_error& error) {
     return Error{Status::bad_file, "the manifest is not JSON", error.byte > 0 ? error.byte - 1 : 0};
+  } catch (const Json::exception& error) {  // a number that no type holds
+    return Error{Status::bad_file, "the manifest is not JSON", Error::kNoOffset, error.what()};
   }
   if (!root.is_array() || root.empty()) return Error{Status::bad_file, "the manifest is not a list of plants"};
   std::vector<BatchPlant> plants;

@@ -41,9 +41,13 @@ Result<void> start_front(PlantOpening& opening) {
 Result<void> take_front(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
   COPPICE_CHECK(opening.reads.take());
-  COPPICE_CHECK(take_front(plant, opening.front.span()));
+  return take_front(plant, opening.front.span());
+}
+
+void start_texture_headers(PlantOpening& opening) {
+  PlantStream& plant = *opening.plant;
   opening.step = PlantOpening::Step::textures;
-  if (plant.gpu.block_textures) return {};
+  if (plant.gpu.block_textures) return;
   opening.texture_headers.reserve(plant.texture_uploads.size());
   for (std::uint32_t i = 0; i < plant.texture_uploads.size(); ++i) {
     const coppice_file_chunk& entry = plant.file_chunk(plant.chunk(ChunkKind::texture, i));
@@ -52,7 +56,6 @@ Result<void> take_front(PlantOpening& opening) {
     header.texture = i;
     opening.reads.start(plant.hooks.io, plant.io_file, entry.offset, header.bytes);
   }
-  return {};
 }
 
 Result<void> take_texture_headers(PlantOpening& opening) {

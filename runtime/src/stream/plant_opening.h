@@ -41,8 +41,10 @@ bool repeat_reads(PlantOpening& opening, std::uint64_t (*clock_ns)());
 Result<void> take_header(PlantOpening& opening);
 /// After take_header.
 Result<void> start_front(PlantOpening& opening);
-/// step: front. Fills in the plant's tables and starts the textures' headers, if any are needed.
+/// step: front. Fills in the plant's tables.
 Result<void> take_front(PlantOpening& opening);
+/// After take_front and all that can fail: whoever ends an opening waits for its reads. Reads the textures' headers, if any are needed.
+void start_texture_headers(PlantOpening& opening);
 /// step: textures; after it everything is read.
 Result<void> take_texture_headers(PlantOpening& opening);
 

@@ -113,6 +113,7 @@ Result<void> Streamer::State::advance_opening(PlantOpening& opening) {
     } else if (opening.step == PlantOpening::Step::front) {
       COPPICE_CHECK(take_front(opening));
       COPPICE_CHECK(reserve_for(opening, plant.base_bytes));
+      start_texture_headers(opening);
     } else {
       COPPICE_CHECK(take_texture_headers(opening));
     }

@@ -10,6 +10,7 @@
 #include <tiny_gltf.h>
 
 #include "coppice/format.h"
+#include "failure_text.h"
 #include "find_leaves.h"
 #include "gltf_document.h"
 #include "gltf_materials.h"
@@ -203,7 +204,7 @@ Result<Plant> import_guarded(const std::filesystem::path& path, const ImportOpti
   } catch (const std::bad_alloc&) {
     return named(Error{Status::out_of_memory, "out of memory"}, path);
   } catch (const std::exception& error) {
-    return named(Error{Status::internal, "import failed", Error::kNoOffset, error.what()}, path);
+    return named(Error{Status::internal, "import failed", Error::kNoOffset, failure_text(error)}, path);
   }
 }
 

@@ -19,6 +19,7 @@
 #include <new>
 #include <vector>
 
+#include "failure_text.h"
 #include "temporary_file.h"
 
 namespace coppice::bake {
@@ -85,7 +86,7 @@ class StepProgress {
   } catch (const std::bad_alloc&) {
     ::_exit(kOutOfMemoryExit);
   } catch (const std::exception& error) {
-    failure = error.what();
+    failure = failure_text(error);
   }
   send(file, Message::failure, failure.data(), failure.size());
   ::_exit(0);

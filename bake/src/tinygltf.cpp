@@ -23,4 +23,8 @@ static void* resized(void* block, std::size_t old_bytes, std::size_t new_bytes) 
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define TINYGLTF_IMPLEMENTATION
+// The casts round its allocations are stb's.
+#pragma GCC diagnostic ignored "-Wold-style-cast"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wsign-conversion"
 #include <tiny_gltf.h>

@@ -45,8 +45,8 @@ const std::vector<Command>& commands() {
       {"plant", {"plant", "corylus", "-o", "OUT/plant.glb"}},
       {"bake", {"bake", "IN/small.glb", "-o", "OUT/small.coppice", "--views", "2", "--resolution", "16", "--threads", "1"}},
       {"bake_report",
-       {"bake", "IN/small.glb", "-o", "OUT/small.coppice", "--metric", "mi", "--views", "2", "--resolution", "16", "--threads", "2", "--report",
-        "OUT/small.json"}},
+       {"bake", "IN/small.glb", "-o", "OUT/small.coppice", "--metric", "mi", "--views", "2", "--resolution", "16", "--threads", "2",
+        "--report", "OUT/small.json"}},
       {"dry_run", {"bake", "IN/small.glb", "--dry-run", "--preview", "OUT/small.png"}},
       {"bake_all", {"bake-all", "IN/plants", "-o", "OUT/baked", "--views", "2", "--resolution", "16", "--jobs", "1"}},
       {"inspect", {"inspect", "IN/oak.coppice"}},
@@ -55,7 +55,8 @@ const std::vector<Command>& commands() {
       {"verify_scene", {"verify", "IN/oaks.forest"}},
       {"export", {"export", "IN/oak.coppice", "--leaves", "full", "-o", "OUT/oak.glb"}},
       {"evaluate",
-       {"evaluate", "IN/small.glb", "--methods", "default", "--levels", ".5", "--size", "32", "--threads", "1", "--html", "OUT/small.html"}},
+       {"evaluate", "IN/small.glb", "--methods", "default", "--levels", ".5", "--size", "32", "--threads", "1", "--html",
+        "OUT/small.html"}},
       {"scene", {"scene", "-o", "IN/made.forest", "--plants", "IN/oak.coppice", "--count", "3000", "--size-m", "400"}},
   };
   return all;
@@ -65,14 +66,16 @@ class OutOfMemory : public testing::TestWithParam<Command> {
  protected:
   void SetUp() override {
     fs::create_directories(in_ / "plants");
-    write_file(in_ / "small.glb", small_plant().glb());
-    write_file(in_ / "plants" / "small.glb", small_plant().glb());
+    GltfBuilder small = small_plant();
+    small.set_texture(0, striped_png(16, {20, 140, 30, 255}, {30, 160, 40, 255}));
+    write_file(in_ / "small.glb", small.glb());
+    write_file(in_ / "plants" / "small.glb", small.glb());
     bake::PackSizes sizes;
     const auto oak = bake::pack(random_plant({.leaf_count = 700, .leaf_mesh_count = 2}), sizes);
     ASSERT_TRUE(oak);
     write_file(in_ / "oak.coppice", *oak);
-    const ProcessResult scene =
-        run_process(COPPICE_TOOL, {"scene", "-o", in_ / "oaks.forest", "--plants", in_ / "oak.coppice", "--count", "3000", "--size-m", "400"});
+    const ProcessResult scene = run_process(
+        COPPICE_TOOL, {"scene", "-o", in_ / "oaks.forest", "--plants", in_ / "oak.coppice", "--count", "3000", "--size-m", "400"});
     ASSERT_EQ(scene.exit_code, 0) << scene.err;
   }
 
@@ -106,7 +109,8 @@ class OutOfMemory : public testing::TestWithParam<Command> {
 
   /// Seconds, and with them sizes of reports, are not the same twice.
   static bool is_same_output(const std::string& name, const std::string& a, const std::string& b) {
-    if (name.ends_with(".json") || name.ends_with(".html")) return a.size() + 200 > b.size() && b.size() + 200 > a.size() && a.back() == b.back();
+    if (name.ends_with(".json") || name.ends_with(".html"))
+      return a.size() + 200 > b.size() && b.size() + 200 > a.size() && a.back() == b.back();
     return a == b;
   }
 
@@ -149,16 +153,18 @@ TEST_P(OutOfMemory, EndsWithoutHalfAFile) {
         ++refused;
         EXPECT_NE(result.err.find("out of memory"), std::string::npos) << place << "\n" << result.err;
         EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << place << "\n" << result.err;
-        for (const auto& [name, bytes] : files) EXPECT_TRUE(GetParam().arguments[0] == "bake-all") << place << ": " << name << " was written";
+        for (const auto& [name, bytes] : files)
+          EXPECT_TRUE(GetParam().arguments[0] == "bake-all") << place << ": " << name << " was written";
       }
     }
   EXPECT_GT(refused, 0u);
   RecordProperty("allocations", std::to_string(count));
-  std::printf("%s: %llu allocations, %zu runs done, %zu out of memory\n", GetParam().name, static_cast<unsigned long long>(count), done, refused);
+  std::printf("%s: %llu allocations, %zu runs done, %zu out of memory\n", GetParam().name, static_cast<unsigned long long>(count), done,
+              refused);
 }
 
 INSTANTIATE_TEST_SUITE_P(Commands, OutOfMemory, testing::ValuesIn(commands()),
-                         [](const testing::TestParamInfo<Command>& info) { return std::string(info.param.name); });
+                         [](const testing::TestParamInfo<Command>& command) { return std::string(command.param.name); });
 
 }  // namespace
 }  // namespace coppice::test

@@ -80,8 +80,10 @@ TEST_F(AtomicFile, SymbolicLinkIsFollowed) {
 TEST_F(AtomicFile, ReadingAnythingButAFileFailsAtOnceWithTheReason) {
   ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   fs::create_symlink("/dev/zero", folder_ / "zero");
-  const std::pair<const char*, const char*> cases[] = {
-      {"none", "none: No such file or directory"}, {"", "Is a directory"}, {"pipe", "pipe: not a plain file"}, {"zero", "zero: not a plain file"}};
+  const std::pair<const char*, const char*> cases[] = {{"none", "none: No such file or directory"},
+                                                       {"", "Is a directory"},
+                                                       {"pipe", "pipe: not a plain file"},
+                                                       {"zero", "zero: not a plain file"}};
   for (const auto& [name, reason] : cases) {
     const auto read = read_file(folder_ / name);
     ASSERT_FALSE(read) << name;

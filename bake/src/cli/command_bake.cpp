@@ -146,7 +146,8 @@ void add_bake_command(CLI::App& app, int* exit_code) {
       ->check(CLI::Range(0, 1024))
       ->type_name("N")
       ->capture_default_str();
-  add_output_option(*command, "--report", arguments->report, "Write times, sizes and foliage information to this JSON file")->type_name("F.json");
+  add_output_option(*command, "--report", arguments->report, "Write times, sizes and foliage information to this JSON file")
+      ->type_name("F.json");
   add_output_option(*command, "--preview", arguments->preview, "Draw the plant with every leaf in a green of its own and wood in brown")
       ->type_name("F.png");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");

@@ -134,8 +134,7 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
 int run(const BakeAllCommand& arguments) {
   const auto batch = run_batch(arguments);
   if (!batch) return report_failure(arguments.input, batch.error());
-  for (std::size_t i = 0; i < batch->plants.size(); ++i)
-    print_warnings(batch->plants[i].input, batch->results[i].warnings);
+  for (std::size_t i = 0; i < batch->plants.size(); ++i) print_warnings(batch->plants[i].input, batch->results[i].warnings);
   if (!arguments.report.empty())
     if (const auto written = write_output(arguments.report, batch_json(*batch)); !written)
       return report_failure(arguments.report, written.error());

@@ -112,7 +112,8 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       ->check(whole_steps)
       ->type_name("PX")
       ->capture_default_str();
-  add_output_option(*command, "--json", arguments->json, "Write the figures to this JSON file; - for the standard output")->type_name("F.json");
+  add_output_option(*command, "--json", arguments->json, "Write the figures to this JSON file; - for the standard output")
+      ->type_name("F.json");
   add_output_option(*command, "--html", arguments->html,
                     "Write a report with curves and pictures to this file; a browser opens it without a network")
       ->type_name("F.html");

@@ -58,7 +58,8 @@ void print_leaf_meshes(const FileSummary& file) {
 }
 
 void print_text(const FileSummary& file) {
-  std::printf("%s: %u leaves, metric %s, format version %u\n", printable(file.name).c_str(), file.leaf_count, metric_name(file.metric), file.version);
+  std::printf("%s: %u leaves, metric %s, format version %u\n", printable(file.name).c_str(), file.leaf_count, metric_name(file.metric),
+              file.version);
   std::printf("%s in all, %s for a first picture, foliage %.1f B/leaf\n\n", readable_bytes(file.file_bytes).c_str(),
               readable_bytes(file.first_read_bytes).c_str(), file.bytes_per_leaf);
   std::printf("%-10s %6s %12s\n", "chunks", "count", "bytes");

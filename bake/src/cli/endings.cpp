@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include <new>
 #include <string_view>
 
+#include "failure_text.h"
 #include "printable.h"
 #include "temporary_file.h"
 
@@ -43,7 +45,7 @@ void clean_up_on(int signal) {
   } catch (const std::bad_alloc&) {
     end_out_of_memory();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "coppice: %s\n", printable(error.what()).c_str());
+    std::fprintf(stderr, "coppice: %s\n", printable(failure_text(error)).c_str());
   } catch (...) {
     std::fprintf(stderr, "coppice: unknown exception\n");
   }
@@ -51,9 +53,20 @@ void clean_up_on(int signal) {
   ::_exit(1);
 }
 
+void install_first() {
+  std::set_new_handler(end_out_of_memory);
+  std::set_terminate(end_by_exception);
+}
+
+// Before the constructors of all libraries, which allocate too.
+[[gnu::section(".preinit_array"), gnu::used]] void (*const first_of_all)() = install_first;
+
 }  // namespace
 
 void end_out_of_memory() noexcept {
+  // Of threads that come here at the same time one has the word.
+  static std::atomic_flag ending = ATOMIC_FLAG_INIT;
+  while (ending.test_and_set()) ::pause();
   remove_own_temporaries();
   constexpr std::string_view kLine = "coppice: out of memory\n";
   const ssize_t ignored = ::write(STDERR_FILENO, kLine.data(), kLine.size());
@@ -62,8 +75,6 @@ void end_out_of_memory() noexcept {
 }
 
 void install_endings() {
-  std::set_new_handler(end_out_of_memory);
-  std::set_terminate(end_by_exception);
   open_standard_streams();
   // Beyond a limit of the file's size a write fails with its reason, which says more than this signal.
   static_cast<void>(::signal(SIGXFSZ, SIG_IGN));

@@ -5,8 +5,8 @@
 
 namespace coppice::bake {
 
-/// To be called first of all. From then on an allocation that fails ends the program with "coppice: out of memory" and exit code 1, in
-/// whatever library it was asked for by `new`; signals that end it remove its temporary files.
+/// To be called first of all: from then on signals that end the program remove its temporary files. Linking this file is enough for the
+/// rest: an allocation by `new` that fails, in whatever library, ends the program with "coppice: out of memory" and exit code 1.
 void install_endings();
 
 /// Says that memory has run out and ends the program. Allocates nothing.

@@ -3,10 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <new>
+#include <sstream>
 
 #include "commands.h"
 #include "coppice/coppice.h"
 #include "endings.h"
+#include "failure_text.h"
 #include "output.h"
 #include "printable.h"
 
@@ -73,14 +75,16 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
-    exit_code = app.exit(success);  // --help, --version
+    std::ostringstream text;  // --help, --version
+    exit_code = app.exit(success, text, text);
+    std::fputs(text.str().c_str(), stdout);
   } catch (const CLI::ParseError& error) {
     app.exit(error);
     exit_code = 2;
   } catch (const std::bad_alloc&) {
     coppice::bake::end_out_of_memory();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "coppice: %s\n", coppice::printable(error.what()).c_str());
+    std::fprintf(stderr, "coppice: %s\n", coppice::printable(coppice::bake::failure_text(error)).c_str());
     exit_code = 1;
   }
   return coppice::bake::finish_standard_output(exit_code);

@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <iostream>
 #include <system_error>
 
 #include "atomic_file.h"
@@ -67,9 +66,8 @@ Result<void> write_output(const std::filesystem::path& output, const std::string
 }
 
 int finish_standard_output(int exit_code) {
-  std::cout.flush();
   errno = 0;
-  bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();
+  bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
   const int reason = errno;
   // Network file systems say only here that there was no room.
   written = ::close(STDOUT_FILENO) == 0 && written;

@@ -18,7 +18,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 
 /// The scene was chosen by the sphere that a plant had when it was written. One that has changed since comes too early or too late.
-Result<void> check_sphere(const SceneSpecies& species, const coppice_file_plant& plant) {
+Result<void> check_sphere(const SceneFileSpecies& species, const coppice_file_plant& plant) {
   const float slack_m = 0.01f * species.sphere_radius_m;
   float offset_m = 0.0f;
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -28,7 +28,7 @@ Result<void> check_sphere(const SceneSpecies& species, const coppice_file_plant&
                "radius " + std::to_string(plant.sphere_radius) + " m, in the scene " + std::to_string(species.sphere_radius_m) + " m"};
 }
 
-Result<void> check_species(const SceneSpecies& species, const std::filesystem::path& folder, OutsideFiles outside) {
+Result<void> check_species(const SceneFileSpecies& species, const std::filesystem::path& folder, OutsideFiles outside) {
   if (!is_printable(species.path)) return Error{Status::bad_file, "control characters in its path"};
   std::filesystem::path path = folder / species.path;
   if (outside == OutsideFiles::refused) {
@@ -42,7 +42,7 @@ Result<void> check_species(const SceneSpecies& species, const std::filesystem::p
 }
 
 /// "species 3, oaks/large.coppice: ..."
-Error about_species(std::uint32_t index, const SceneSpecies& species, const Error& error) {
+Error about_species(std::uint32_t index, const SceneFileSpecies& species, const Error& error) {
   return Error{error.status, "a species of the scene", Error::kNoOffset,
                std::to_string(index) + ", " + species.path + ": " + error.message()};
 }
@@ -61,7 +61,7 @@ SceneVerifyReport verify_scene(Bytes file, const std::filesystem::path& folder, 
     report.errors.push_back(scene.error());
     return report;
   }
-  for (const SceneSpecies& species : scene->species) {
+  for (const SceneFileSpecies& species : scene->species) {
     if (const auto checked = check_species(species, folder, outside); !checked)
       report.errors.push_back(about_species(report.species_checked, species, checked.error()));
     ++report.species_checked;

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <charconv>
@@ -134,7 +135,7 @@ void remove_abandoned_temporaries(const std::filesystem::path& folder) {
   for (const std::filesystem::path& file : abandoned) std::filesystem::remove(file, error);
 }
 
-Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path) {
+Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t max_bytes) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.number() < 0) return io_error("cannot read", path, errno);
   struct stat status {};
@@ -143,11 +144,13 @@ Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path) {
   // The size is a hint: pipes have none, and a file may grow while it is read.
   constexpr std::size_t kBlockBytes = 1 << 16;
   std::vector<std::uint8_t> bytes;
-  bytes.reserve(S_ISREG(status.st_mode) ? static_cast<std::size_t>(status.st_size) + kBlockBytes : kBlockBytes);
+  const std::uint64_t expected_bytes = S_ISREG(status.st_mode) ? static_cast<std::uint64_t>(status.st_size) : 0;
+  bytes.reserve(static_cast<std::size_t>(std::min(expected_bytes, max_bytes)) + kBlockBytes);
   while (true) {
     const std::size_t end = bytes.size();
-    bytes.resize(end + kBlockBytes);
-    const ssize_t count = ::read(file.number(), bytes.data() + end, kBlockBytes);
+    const auto block_bytes = static_cast<std::size_t>(std::min<std::uint64_t>(kBlockBytes, max_bytes - end));
+    bytes.resize(end + block_bytes);
+    const ssize_t count = ::read(file.number(), bytes.data() + end, block_bytes);
     bytes.resize(end + static_cast<std::size_t>(count > 0 ? count : 0));
     if (count == 0) return bytes;
     if (count < 0 && errno != EINTR) return io_error("cannot read", path, errno);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -19,8 +20,9 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::span<
 /// A folder that cannot be read has none.
 void remove_abandoned_temporaries(const std::filesystem::path& folder);
 
-/// The whole file.
+/// The whole file, or its first `max_bytes`: no more is read.
 /// errors  io: names the path and the operating system's reason
-Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path);
+Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path,
+                                            std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max());
 
 }  // namespace coppice::bake

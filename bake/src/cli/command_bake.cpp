@@ -9,6 +9,7 @@
 #include "bake_arguments.h"
 #include "commands.h"
 #include "leaf_preview.h"
+#include "limit_arguments.h"
 #include "parts_table.h"
 #include "progress_bar.h"
 
@@ -18,6 +19,7 @@ namespace {
 struct BakeCommand {
   std::filesystem::path input, output, report, preview;
   BakeArguments bake;
+  LimitArguments limits;
   bool dry_run = false, quiet = false;
 };
 
@@ -144,13 +146,15 @@ void add_bake_command(CLI::App& app, int* exit_code) {
       ->check(CLI::Range(0, 1024))
       ->type_name("N")
       ->capture_default_str();
+  add_limit_options(*command, arguments->limits);
   command->add_option("--report", arguments->report, "Write times, sizes and foliage information to this JSON file")->type_name("F.json");
   command->add_option("--preview", arguments->preview, "Draw the plant with every leaf in a green of its own and wood in brown")
       ->type_name("F.png");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, output, dry_run, exit_code] {
     if (output->count() == 0 && dry_run->count() == 0) throw CLI::RequiredError("--output or --dry-run");
-    *exit_code = run(*arguments);
+    *exit_code = run_limited(arguments->limits, arguments->input, {arguments->output, arguments->report, arguments->preview},
+                             [&] { return run(*arguments); });
   });
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "asset_path.h"
 #include "atomic_file.h"
 #include "commands.h"
 #include "import_arguments.h"
@@ -64,6 +65,8 @@ Result<Species> open_species(const std::filesystem::path& file, const std::files
   std::error_code error;
   const std::filesystem::path relative = std::filesystem::relative(file, scene_folder, error);
   if (error || relative.empty()) return wrong("no relative path from the scene to the plant", file.string());
+  if (!allow_outside && !stays_inside(relative.native()))
+    return wrong("a plant outside the scene's folder, where it is not read: move it there, or give --allow-outside", relative.string());
   Species species{species_name(file), {relative.generic_string(), {}, front.plant.sphere_radius}, 0};
   std::ranges::copy(front.plant.sphere_center, species.entry.sphere_center.begin());
   return species;
@@ -75,7 +78,7 @@ Result<std::vector<Species>> open_all_species(const SceneArguments& arguments, s
   std::vector<Species> all;
   for (const std::filesystem::path& file : files) {
     at_fault = file;
-    COPPICE_TRY(species, open_species(file, folder));
+    COPPICE_TRY(species, open_species(file, folder, arguments.import.allow_outside));
     if (std::ranges::find(all, species.name, &Species::name) != all.end()) return wrong("two plants of one name", species.name);
     all.push_back(std::move(species));
   }
@@ -173,6 +176,9 @@ Result<SceneStatistics> make_scene(const SceneArguments& arguments, std::vector<
   SceneStatistics statistics;
   COPPICE_TRY(bytes, encode_scene(used, plants, &statistics, [&bar](float share) { bar.show("tiles", share); }));
   COPPICE_CHECK(write_file_atomically(arguments.output, bytes));
+  const auto is_outside = [](const SceneSpecies& plant) { return !stays_inside(plant.path); };
+  warn(arguments.output, static_cast<std::size_t>(std::ranges::count_if(used, is_outside)),
+       "plants lie outside its folder: they are read only where the host allows that");
   return statistics;
 }
 
@@ -200,7 +206,7 @@ constexpr const char* kFooter =
     "one,\n"
     "with EXT_mesh_gpu_instancing as many as it has instances:\n"
     "  coppice scene level.glb -o level.forest --plants baked\n"
-    "Plants are named in the scene by paths relative to it: move them together.";
+    "Plants are named in the scene by paths relative to it, and lie in its folder or below: move them together.";
 
 }  // namespace
 

@@ -10,11 +10,12 @@
 
 #include "commands.h"
 #include "coppice/coppice.h"
+#include "job_processes.h"
 
 namespace coppice::bake {
 
 int report_failure(const std::filesystem::path& file, const Error& error) {
-  const std::string message = error.message();
+  const std::string message = error.message() + (error.status == Status::out_of_memory ? memory_limit_hint() : "");
   if (message.find(file.string()) != std::string::npos)
     std::fprintf(stderr, "coppice: %s\n", message.c_str());
   else

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "asset_path.h"
+#include "printable.h"
 
 namespace coppice::bake {
 namespace {
@@ -73,7 +74,7 @@ Result<std::filesystem::path> resolve_reference(const std::filesystem::path& fol
                                                 OutsideFiles outside) {
   constexpr std::size_t kShownChars = 256;
   const auto error = [&](Status status, const char* what, const std::string& reason = {}) {
-    const std::string named = place + ": " + std::string(uri.substr(0, kShownChars));
+    const std::string named = place + ": " + printable(uri.substr(0, kShownChars));
     return Error{status, what, Error::kNoOffset, reason.empty() ? named : named + ": " + reason};
   };
   const std::string decoded = percent_decoded(uri);

@@ -75,7 +75,15 @@ unsigned started_components(const jpeg_decompress_struct& info) {
   return components;
 }
 
-/// All scans of a picture that has several. A component without one would come out grey.
+/// Whether the scans of a progressive picture have brought every bit of every coefficient.
+bool is_refined(const jpeg_decompress_struct& info) {
+  for (int component = 0; component < info.num_components; ++component)
+    for (const int missing_bits : info.coef_bits[component])
+      if (missing_bits != 0) return false;
+  return true;
+}
+
+/// All scans of a picture that has several. A component without one would come out grey, one without its last coarse.
 void read_scans(JpegReader& reader) {
   unsigned components = started_components(reader.info);
   for (int scan_count = 1;;) {
@@ -86,6 +94,7 @@ void read_scans(JpegReader& reader) {
     components |= started_components(reader.info);
   }
   if (components != (1u << reader.info.num_components) - 1) fail_with(reader, "a component has no scan");
+  if (reader.info.progressive_mode != FALSE && !is_refined(reader.info)) fail_with(reader, "the last scans are missing");
 }
 
 /// rgba  [height][width][4]; with four components they are those
@@ -134,6 +143,7 @@ Error error_of(const JpegReader& reader) {
     case JERR_INPUT_EMPTY:
     case JERR_INPUT_EOF:
     case JERR_NO_IMAGE:
+    case JERR_SOF_NO_SOS:
     case JWRN_HIT_MARKER:
     case JWRN_JPEG_EOF:
       return error(Status::bad_file, kImageEndsEarly);

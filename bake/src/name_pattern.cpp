@@ -5,6 +5,8 @@
 
 #include <re2/re2.h>
 
+#include "printable.h"
+
 namespace coppice::bake {
 namespace {
 
@@ -26,7 +28,7 @@ Result<NamePattern> NamePattern::compile(std::string_view text, const std::strin
   options.set_log_errors(false);
   auto pattern = std::make_unique<re2::RE2>(piece(text), options);
   if (pattern->ok()) return NamePattern(std::move(pattern));
-  std::string shown(text.substr(0, kShownChars));
+  std::string shown = printable(text.substr(0, kShownChars));
   if (text.size() > kShownChars) shown += "...";
   // RE2 quotes the part that it did not take, which may be all of the text.
   const std::string& reason = pattern->error();

@@ -91,6 +91,7 @@ TEST(GltfReferences, AnImageFileThatIsTooLargeIsNotRead) {
   Folders folders;
   folders.builder.set_texture(0, test::png(2, 2, {10, 200, 30, 255}));
   folders.builder.json["images"] = {{{"uri", "large.png"}}};
+  test::write_file(folders.plant / "leaf s.bin", folders.builder.bin);
   test::write_file(folders.plant / "large.png", test::png(2, 2, {10, 200, 30, 255}));
   fs::resize_file(folders.plant / "large.png", std::uintmax_t{20} << 30);
   const auto plant = folders.import_buffer("leaf%20s.bin");

@@ -16,9 +16,12 @@
 namespace coppice::bake {
 namespace {
 
+using test::encode_jpeg;
+using test::encode_png_form;
 using test::ImageBytes;
 using test::JpegForm;
 using test::PngForm;
+using test::with_png_chunk;
 
 constexpr std::uint32_t kAnySide = 16384;
 
@@ -102,14 +105,11 @@ TEST(ImageDecode, EveryTruncationIsAnError) {
 TEST(ImageDecode, AJpegThatEndsEarlyWithAMarkerIsAnErrorToo) {
   for (const bool progressive : {false, true}) {
     const ImageBytes file = encode_jpeg({.width = 64, .height = 64, .progressive = progressive});
-    std::size_t accepted = 0;
     for (std::size_t n = 20; n + 2 < file.size(); ++n) {
       ImageBytes cut = first(file, n);
       cut.insert(cut.end(), {0xff, 0xd9});
-      if (decode(cut)) ++accepted;
+      EXPECT_FALSE(decode(cut)) << n << " of " << file.size() << (progressive ? ", progressive" : "");
     }
-    // The scans of a progressive picture refine it: one that ends after a whole scan, each component having begun, is a picture.
-    EXPECT_LE(accepted, progressive ? 9u : 0u);
   }
 }
 
@@ -128,7 +128,6 @@ TEST(ImageDecode, SameBytesSamePixelsAndDamageNeverMore) {
 }
 
 TEST(ImageDecode, EveryDamagedByteOfAPngIsAnError) {
-  // Each is under a checksum, but for the bytes that the checksum is of no chunk's: none.
   const ImageBytes file = encode_png_form(gradient(8, 6, false));
   for (std::size_t n = 8; n < file.size(); ++n) {
     ImageBytes damaged = file;
@@ -193,9 +192,8 @@ TEST(ImageDecode, JpegFormsGiveTheirColours) {
 }
 
 TEST(ImageDecode, AJpegOfWhichAComponentIsMissingIsAnError) {
-  // The first scan of a progressive picture holds all three; baseline ones may come one by one. Cut after the first.
   ImageBytes file = encode_jpeg({.width = 8, .height = 8, .components = 1});
-  // A frame of two components, of which the scan has the first.
+  // A frame of three components, of which the scan has the first.
   for (std::size_t at = 2; at + 1 < file.size(); ++at) {
     if (file[at] != 0xff || file[at + 1] != 0xc0) continue;
     const ImageBytes second_and_third{2, 0x11, 0, 3, 0x11, 0};
@@ -211,7 +209,7 @@ TEST(ImageDecode, AJpegTooShortForItsHeaderIsAnErrorBeforeItIsDecoded) {
   ImageBytes file = encode_jpeg({.components = 1});
   for (std::size_t at = 2; at + 8 < file.size(); ++at)
     if (file[at] == 0xff && file[at + 1] == 0xc0) {
-      file[at + 5] = file[at + 7] = 0x20;
+      file[at + 5] = file[at + 7] = 0x1f;
       break;
     }
   expect_error(file, Status::bad_file, "so few bytes cannot hold its pixels");

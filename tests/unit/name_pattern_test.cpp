@@ -44,7 +44,7 @@ TEST(NamePattern, APatternOfManyBracketsIsAnErrorOrAPattern) {
     EXPECT_LT(pattern.error().message().size(), 300u) << bracket;
   }
   const auto nested = NamePattern::compile(std::string(20000, '(') + "a" + std::string(20000, ')'), "--leaf-material");
-  if (nested) EXPECT_TRUE(nested->is_in("a"));
+  EXPECT_TRUE(!nested || nested->is_in("a"));
   EXPECT_FALSE(NamePattern::compile("((a{1,900}){1,900}){1,900}", "--leaf-material"));
 }
 

@@ -10,6 +10,7 @@
 #include "atomic_file.h"
 #include "commands.h"
 #include "import_arguments.h"
+#include "limit_arguments.h"
 #include "progress_bar.h"
 #include "reader.h"
 #include "scene_gltf.h"
@@ -23,6 +24,7 @@ struct SceneArguments {
   std::filesystem::path input, output;
   std::vector<std::string> plants, densities;
   ImportArguments import;
+  LimitArguments limits;
   ScatterOptions scatter;
   bool skip_missing = false, quiet = false;
 };
@@ -59,7 +61,7 @@ Result<std::vector<std::filesystem::path>> plant_files(const std::vector<std::st
   return files;
 }
 
-Result<Species> open_species(const std::filesystem::path& file, const std::filesystem::path& scene_folder) {
+Result<Species> open_species(const std::filesystem::path& file, const std::filesystem::path& scene_folder, bool allow_outside) {
   COPPICE_TRY(bytes, read_file(file));
   COPPICE_TRY(front, read_front(bytes, bytes.size()));
   std::error_code error;
@@ -238,7 +240,10 @@ void add_scene_command(CLI::App& app, int* exit_code) {
   command->add_flag("--skip-missing", arguments->skip_missing, "Leave out instanced meshes that no plant is named like")->needs(input);
   add_import_options(*command, arguments->import);
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
-  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+  add_limit_options(*command, arguments->limits);
+  command->callback([arguments, exit_code] {
+    *exit_code = run_limited(arguments->limits, arguments->output, {arguments->output}, [&] { return run(*arguments); });
+  });
 }
 
 }  // namespace coppice::bake

@@ -234,14 +234,18 @@ std::vector<std::size_t> start_order(const std::vector<BatchPlant>& plants) {
   return order;
 }
 
+void remove_temporaries(const std::vector<BatchPlant>& plants, const fs::path& cache) {
+  std::set<fs::path> folders{cache};
+  for (const BatchPlant& plant : plants) folders.insert(plant.output.parent_path());
+  for (const fs::path& folder : folders) remove_abandoned_temporaries(folder);
+}
+
 Result<CacheLock> prepare_cache(const std::vector<BatchPlant>& plants, const fs::path& cache) {
   std::error_code error;
   fs::create_directories(cache, error);
   if (error) return io_error("cannot make the cache", cache, error);
   COPPICE_TRY(lock, CacheLock::take(cache));
-  std::set<fs::path> folders{cache};
-  for (const BatchPlant& plant : plants) folders.insert(plant.output.parent_path());
-  for (const fs::path& folder : folders) remove_abandoned_temporaries(folder);
+  remove_temporaries(plants, cache);
   return lock;
 }
 
@@ -304,7 +308,8 @@ BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const St
   BatchResult result;
   if (const auto done = bake_or_load(plant, cache, progress, result); !done) {
     result.outcome = BatchOutcome::failed;
-    result.error = done.error().status == Status::out_of_memory ? "out of memory" : done.error().message();
+    const Error& error = done.error();
+    result.error = error.status == Status::out_of_memory ? "out of memory" + memory_limit_hint() : error.message();
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
@@ -347,7 +352,9 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
     result.peak_rss_bytes = end.peak_rss_bytes;
     tracker.ended(order[job]);
   };
-  run_jobs(plants.size(), jobs, callbacks);
+  run_jobs(plants.size(), jobs, callbacks, options.limits);
+  // A job that was killed may have been writing.
+  remove_temporaries(plants, options.cache);
   return results;
 }
 

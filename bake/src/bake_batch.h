@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bake.h"
+#include "job_processes.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -61,6 +62,7 @@ struct BatchStatus {
 struct BatchOptions {
   std::filesystem::path cache;  ///< folder; made if it is missing
   std::uint32_t job_count = 0;  ///< plants at a time; 0: default_job_count. What is written does not depend on it
+  JobLimits limits;             ///< of each plant
 };
 
 /// As many plants at a time as there are processors, or as half of the free memory holds by an estimate from the inputs' sizes, views and

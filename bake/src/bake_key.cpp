@@ -27,36 +27,14 @@ std::string_view json_text(std::span<const std::uint8_t> gltf) {
   return text.substr(kJsonStart, bytes);
 }
 
-std::optional<unsigned> hex_digit(char c) {
-  if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
-  const char lower = static_cast<char>(c | 0x20);
-  if (lower >= 'a' && lower <= 'f') return static_cast<unsigned>(lower - 'a' + 10);
-  return {};
-}
-
-/// "a%20b" -> "a b"
-std::string percent_decoded(std::string_view uri) {
-  std::string text;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    const auto high = uri[i] == '%' && i + 2 < uri.size() ? hex_digit(uri[i + 1]) : std::nullopt;
-    const auto low = high ? hex_digit(uri[i + 2]) : std::nullopt;
-    text += low ? static_cast<char>(*high * 16 + *low) : uri[i];
-    if (low) i += 2;
-  }
-  return text;
-}
-
-/// Adds a file as it is, or that there is none. A pipe or device is nothing that a glTF can be in.
-Result<void> add_file(Checksum& checksum, const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    checksum.add("missing");
-    return {};
-  }
-  COPPICE_TRY(bytes, read_file(path));
-  checksum.add("file");
-  checksum.add(bytes);
-  return {};
+/// As much of a file as a bake reads; nothing where there is none.
+Result<std::optional<std::vector<std::uint8_t>>> state_of(const GltfReference& reference, const std::filesystem::path& folder,
+                                                          OutsideFiles outside) {
+  const auto file = resolve_reference(folder, reference.uri, reference.place(), outside);
+  if (!file && file.error().status != Status::io) return file.error();
+  if (!file) return std::optional<std::vector<std::uint8_t>>();
+  COPPICE_TRY(bytes, read_file(*file, reference.used_bytes));
+  return std::optional<std::vector<std::uint8_t>>(std::move(bytes));
 }
 
 }  // namespace
@@ -65,10 +43,11 @@ std::string options_text(const BakeOptions& options) {
   // Every member by name: one that is added later does not compile until it is written below, or shown to change nothing. Of an option
   // that is a path the file's bytes belong into bake_key.
   const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes] = options;
-  const auto& [leaf_material, wood_material, classes, require_leaves, up, metres_per_unit] = import;
+  const auto& [leaf_material, wood_material, classes, require_leaves, up, metres_per_unit, outside_files] = import;
   const auto& [resolution_px, count_background, candidate_count] = collapse;
   static_cast<void>(thread_count);    // same bytes for any number
   static_cast<void>(require_leaves);  // without leaves there are no bytes
+  static_cast<void>(outside_files);   // nor with a file that is refused
 
   std::string text;
   const auto line = [&text](const char* name, const std::string& value) { text += std::string(name) + " " + value + "\n"; };
@@ -90,27 +69,11 @@ std::string options_text(const BakeOptions& options) {
   return text;
 }
 
-std::vector<std::filesystem::path> referred_files(std::span<const std::uint8_t> gltf, const std::filesystem::path& folder) {
+std::vector<GltfReference> referred_files(std::span<const std::uint8_t> gltf) {
   std::string_view text = json_text(gltf);
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  const nlohmann::json root = nlohmann::json::parse(text, nullptr, false);
-  std::vector<std::filesystem::path> files;
-  std::vector<const nlohmann::json*> open{&root};
-  while (!open.empty()) {
-    const nlohmann::json& value = *open.back();
-    open.pop_back();
-    if (!value.is_structured()) continue;
-    for (const auto& item : value.items()) {
-      open.push_back(&item.value());
-      if (!value.is_object() || item.key() != "uri" || !item.value().is_string()) continue;
-      const auto& uri = item.value().get_ref<const std::string&>();
-      if (!uri.starts_with("data:")) files.push_back(folder / percent_decoded(uri));
-    }
-  }
-  std::ranges::sort(files);
-  files.erase(std::unique(files.begin(), files.end()), files.end());
-  return files;
+  return find_references(nlohmann::json::parse(text, nullptr, false));
 }
 
 Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptions& options) {
@@ -120,10 +83,11 @@ Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptio
   checksum.add(options_text(options));
   checksum.add(input.filename().string());
   checksum.add(bytes);
-  const std::filesystem::path folder = input.parent_path();
-  for (const std::filesystem::path& file : referred_files(bytes, folder)) {
-    checksum.add(file.lexically_relative(folder).string());
-    COPPICE_CHECK(add_file(checksum, file));
+  for (const GltfReference& reference : referred_files(bytes)) {
+    checksum.add(percent_decoded(reference.uri));
+    COPPICE_TRY(state, state_of(reference, input.parent_path(), options.import.outside_files));
+    checksum.add(state.has_value() ? "file" : "missing");
+    if (state) checksum.add(*state);
   }
   return checksum.text();
 }

@@ -15,19 +15,18 @@ namespace coppice::bake {
 
 /// To be raised with every change after which some input and options give other bytes: files baked before are then baked again. A test
 /// compares a bake with what it was at this version.
-inline constexpr std::uint32_t kBakeVersion = 10;
+inline constexpr std::uint32_t kBakeVersion = 11;
 
 /// XXH3-128 in 32 hexadecimal digits of all that a bake's bytes depend on: the input's name (which the file keeps), its bytes, the names
 /// and bytes of the files it refers to, options_text(), kBakeVersion and the file format's version. A file referred to that is missing
 /// counts as missing.
-/// errors  io: the input, or a file it refers to, is there and unreadable
+/// errors  io: the input, or a file it refers to, is there and unreadable; those of resolve_reference for a file outside the folder
 Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptions& options);
 
 /// Every option that can change the result, one line each: "metric 1\n". thread_count is none of them.
 std::string options_text(const BakeOptions& options);
 
-/// The files that a .gltf or .glb names ("uri", wherever it stands, unless it holds the data itself), as paths below `folder`, sorted, each
-/// once. Empty for what is not glTF.
-std::vector<std::filesystem::path> referred_files(std::span<const std::uint8_t> gltf, const std::filesystem::path& folder);
+/// The files that a .gltf or .glb names. Empty for what is not glTF.
+std::vector<GltfReference> referred_files(std::span<const std::uint8_t> gltf);
 
 }  // namespace coppice::bake

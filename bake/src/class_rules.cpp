@@ -4,18 +4,16 @@
 #include <array>
 #include <cstddef>
 #include <optional>
-#include <regex>
 #include <utility>
 
 #include <nlohmann/json.hpp>
+
+#include "name_pattern.h"
 
 namespace coppice::bake {
 namespace {
 
 using nlohmann::json;
-
-// std::regex recurses once per character.
-constexpr std::size_t kMaxMatchedChars = 256;
 
 Error bad_value(const char* what, const std::string& place) {
   return Error{Status::bad_file, what, Error::kNoOffset, place};
@@ -63,14 +61,6 @@ Result<ClassRule> read_rule(const json& entry, const std::string& place) {
   return rule;
 }
 
-Result<std::regex> compile(const ClassRule& rule) {
-  try {
-    return std::regex(rule.material, std::regex::ECMAScript);
-  } catch (const std::regex_error&) {
-    return Error{Status::invalid_argument, "not a regular expression", Error::kNoOffset, rule.source + ": " + rule.material};
-  }
-}
-
 }  // namespace
 
 Result<std::vector<ClassRule>> parse_class_rules(std::string_view text, const std::string& name) {
@@ -100,14 +90,10 @@ Result<std::vector<std::vector<MaterialRule>>> apply_class_rules(std::span<const
                                                                  std::vector<std::string>& warnings) {
   std::vector<std::vector<MaterialRule>> applied(materials.size());
   for (const ClassRule& rule : rules) {
-    COPPICE_TRY(pattern, compile(rule));
+    COPPICE_TRY(pattern, NamePattern::compile(rule.material, rule.source));
     bool applies = false;
     for (std::size_t m = 0; m < materials.size(); ++m) {
-      try {
-        if (!std::regex_search(materials[m].name.substr(0, kMaxMatchedChars), pattern)) continue;
-      } catch (const std::regex_error&) {
-        return Error{Status::invalid_argument, "a regular expression is too complex", Error::kNoOffset, rule.source + ": " + rule.material};
-      }
+      if (!pattern.is_in(materials[m].name)) continue;
       applies = true;
       applied[m].push_back({rule.part, rule.min_triangles, rule.max_triangles, rule.source});
     }

@@ -16,7 +16,7 @@ namespace coppice::bake {
 
 /// Pieces of the materials whose name `material` is found in are `part`, if they have so many triangles.
 struct ClassRule {
-  std::string material = {};  ///< ECMAScript regular expression, searched (not anchored, case matters)
+  std::string material = {};  ///< regular expression (name_pattern.h), searched (not anchored, case matters)
   PlantPart part = PlantPart::leaf;
   std::uint32_t min_triangles = 0;
   std::uint32_t max_triangles = std::numeric_limits<std::uint32_t>::max();

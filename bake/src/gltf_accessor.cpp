@@ -19,13 +19,6 @@ std::size_t component_bytes(int component_type) {
   return static_cast<std::size_t>(std::max(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_type)), 0));
 }
 
-/// The bytes of a buffer view from `offset` on.
-std::span<const unsigned char> view_bytes(const tinygltf::Model& model, int view_index, std::size_t offset) {
-  const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(view_index));
-  const std::span<const unsigned char> buffer(model.buffers.at(static_cast<std::size_t>(view.buffer)).data);
-  return buffer.subspan(view.byteOffset, view.byteLength).subspan(offset);
-}
-
 template <class T>
 T load(const unsigned char* bytes) {
   T value;
@@ -108,6 +101,12 @@ Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int acces
 }
 
 }  // namespace
+
+std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view_index, std::size_t offset) {
+  const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(view_index));
+  const std::span<const std::uint8_t> buffer(model.buffers.at(static_cast<std::size_t>(view.buffer)).data);
+  return buffer.subspan(view.byteOffset, view.byteLength).subspan(offset);
+}
 
 Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int accessor) {
   return read_vectors<glm::vec3>(model, accessor, TINYGLTF_TYPE_VEC3);

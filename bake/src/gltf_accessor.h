@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,9 @@ Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int acces
 Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor);
 /// Vertex indices, widened.
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor);
+
+/// The bytes of a buffer view from `offset` on, which is in range.
+std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view, std::size_t offset);
 
 /// "accessors[3]", for messages.
 std::string accessor_place(int accessor);

@@ -22,6 +22,8 @@ namespace {
 
 constexpr std::size_t kGlbHeaderBytes = 12;
 constexpr std::size_t kChunkHeaderBytes = 8;
+// What the header of a .glb can say of itself.
+constexpr std::uint64_t kMaxFileBytes = 0xffffffff;
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a;
 constexpr std::uint32_t kBinChunk = 0x004e4942;
 
@@ -111,40 +113,41 @@ std::vector<std::uint8_t> assemble_glb(std::string_view json, std::span<const st
 
 /// What the file callbacks need to know of the load in progress.
 struct LoadState {
-  std::filesystem::path folder;
+  std::vector<std::filesystem::path> buffer_files;  ///< empty paths for buffers that are in the document
   const tinygltf::Model* model = nullptr;
   const std::vector<std::uint64_t>* buffer_bytes = nullptr;
+
+  /// tinygltf loads the buffers first and in order.
+  [[nodiscard]] std::size_t next_buffer() const { return model->buffers.size(); }
 };
 
-/// tinygltf also looks in the working directory; a glTF's files are beside it. Pipes and devices are not files to wait for.
-bool is_file_beside(const std::string& name, void* user) {
+/// tinygltf looks for a file under several names; which one it is has been found out. Images are read when they are used.
+bool is_buffer_file(const std::string&, void* user) {
   const auto& state = *static_cast<const LoadState*>(user);
-  std::error_code error;
-  return name.starts_with(state.folder.string()) && std::filesystem::is_regular_file(name, error);
+  return state.next_buffer() < state.buffer_files.size();
 }
 
 std::string keep_name(const std::string& name, void*) {
   return name;
 }
 
-/// Buffers come first and in order. A file may be longer than the buffer it holds; tinygltf insists on equality.
-bool read_beside(std::vector<unsigned char>* bytes, std::string* error, const std::string& name, void* user) {
+/// A file may be longer than the buffer it holds; tinygltf insists on equality.
+bool read_buffer(std::vector<unsigned char>* bytes, std::string* error, const std::string&, void* user) {
   const auto& state = *static_cast<const LoadState*>(user);
-  Result<std::vector<std::uint8_t>> file = read_file(name);
+  Result<std::vector<std::uint8_t>> file = read_file(state.buffer_files[state.next_buffer()], (*state.buffer_bytes)[state.next_buffer()]);
   if (!file) {
     *error = file.error().message();
     return false;
   }
   *bytes = *std::move(file);
-  const std::size_t buffer = state.model->buffers.size();
-  if (buffer < state.buffer_bytes->size()) bytes->resize(std::min<std::size_t>(bytes->size(), (*state.buffer_bytes)[buffer]));
   return true;
 }
 
 // tinygltf says what the parameters are.
 // NOLINTNEXTLINE(readability-function-size)
 bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size, void*) {
-  image->image.assign(bytes, bytes + std::max(size, 0));
+  // What is in a buffer stays there: any number of images may share a view.
+  if (image->bufferView < 0) image->image.assign(bytes, bytes + std::max(size, 0));
   image->as_is = true;
   return true;
 }
@@ -167,21 +170,36 @@ Error load_error(const tinygltf::Model& model, const ScreenedGltf& screened, con
   return Error{Status::bad_file, "not a glTF that tinygltf can read", Error::kNoOffset, first_line(message)};
 }
 
-Result<ModelPointer> parse(const Parts& parts, const ScreenedGltf& screened, const std::filesystem::path& folder) {
+/// The files of the buffers; those of images are only looked at.
+Result<std::vector<std::filesystem::path>> find_files(const ScreenedGltf& screened, const std::filesystem::path& folder,
+                                                      OutsideFiles outside) {
+  std::vector<std::filesystem::path> buffer_files(screened.buffer_bytes.size());
+  for (const GltfReference& reference : screened.references) {
+    const std::string place = reference.place();
+    const auto file = resolve_reference(folder, reference.uri, place, outside);
+    // A missing image is an error only where it is used.
+    if (!file && (reference.is_buffer || file.error().status != Status::io)) return file.error();
+    if (reference.is_buffer) buffer_files[reference.index] = *file;
+  }
+  return buffer_files;
+}
+
+Result<ModelPointer> parse(const Parts& parts, const ScreenedGltf& screened, const std::filesystem::path& folder, OutsideFiles outside) {
   ModelPointer model(new tinygltf::Model);
-  LoadState state{folder, model.get(), &screened.buffer_bytes};
+  COPPICE_TRY(buffer_files, find_files(screened, folder, outside));
+  LoadState state{std::move(buffer_files), model.get(), &screened.buffer_bytes};
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(keep_encoded, nullptr);
-  loader.SetFsCallbacks({is_file_beside, keep_name, read_beside, nullptr, &state});
+  loader.SetFsCallbacks({is_buffer_file, keep_name, read_buffer, nullptr, &state});
   std::string message, warning;
   bool loaded = false;
   try {
     if (parts.bin) {
       const std::vector<std::uint8_t> glb = assemble_glb(screened.json, *parts.bin);
-      if (glb.size() > 0xffffffffu) return bad("GLB over 4 GiB");
+      if (glb.size() > kMaxFileBytes) return bad("GLB over 4 GiB");
       loaded = loader.LoadBinaryFromMemory(model.get(), &message, &warning, glb.data(), static_cast<unsigned>(glb.size()), folder.string());
     } else {
-      if (screened.json.size() > 0xffffffffu) return bad("JSON over 4 GiB");
+      if (screened.json.size() > kMaxFileBytes) return bad("JSON over 4 GiB");
       loaded = loader.LoadASCIIFromString(model.get(), &message, &warning, screened.json.data(),
                                           static_cast<unsigned>(screened.json.size()), folder.string());
     }
@@ -202,23 +220,25 @@ void DeleteModel::operator()(tinygltf::Model* model) const {
   delete model;
 }
 
-Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder) {
+Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder, OutsideFiles outside) {
   COPPICE_TRY(parts, split(file));
   std::optional<std::uint64_t> bin_bytes;
   if (parts.bin) bin_bytes = parts.bin->size();
   COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes));
-  COPPICE_TRY(model, parse(parts, screened, folder.empty() ? "." : folder));
+  COPPICE_TRY(model, parse(parts, screened, folder.empty() ? "." : folder, outside));
   COPPICE_CHECK(decode_meshopt_views(*model, screened.meshopt_views));
   COPPICE_CHECK(decode_draco_primitives(*model));
   return model;
 }
 
-Result<ModelPointer> load_gltf(const std::filesystem::path& path) {
+Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside) {
   std::error_code error;
   if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
     return Error{Status::io, "cannot read", Error::kNoOffset, "not a plain file"};
+  if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxFileBytes)
+    return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};
   COPPICE_TRY(file, read_file(path));
-  return load_gltf_bytes(file, path.parent_path());
+  return load_gltf_bytes(file, path.parent_path(), outside);
 }
 
 }  // namespace coppice::bake

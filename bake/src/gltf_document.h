@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "gltf_references.h"
 #include "result.h"
 
 namespace tinygltf {
@@ -19,11 +20,14 @@ struct DeleteModel {
 using ModelPointer = std::unique_ptr<tinygltf::Model, DeleteModel>;
 
 /// Reads a .gltf with the files beside it, or a .glb. In the result every index is in range and every accessor lies within its buffer
-/// (gltf_screen.h); nothing is compressed any more (gltf_draco.h, gltf_meshopt.h). Images are the files' bytes, not decoded; an image file
-/// that is missing is empty. errors  io: the file, or one it refers to, cannot be read; bad_file, unsupported: `detail` names the place
-Result<ModelPointer> load_gltf(const std::filesystem::path& path);
+/// (gltf_screen.h); nothing is compressed any more (gltf_draco.h, gltf_meshopt.h). Of images only those
+/// that are data URIs hold their bytes, not decoded; the others have a view or a file, which is in the folder or `outside` is allowed.
+/// errors  io: the file, or a buffer's, cannot be read; bad_file, unsupported: `detail` names the place; invalid_argument: see
+///         resolve_reference
+Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside = OutsideFiles::refused);
 
 /// The same of bytes in memory; `folder` holds the files they refer to.
-Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder);
+Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder,
+                                     OutsideFiles outside = OutsideFiles::refused);
 
 }  // namespace coppice::bake

@@ -4,10 +4,13 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <system_error>
 #include <utility>
 
 #include <tiny_gltf.h>
 
+#include "atomic_file.h"
+#include "gltf_accessor.h"
 #include "image_decode.h"
 #include "normal_map.h"
 
@@ -86,18 +89,36 @@ TextureUvs uvs_of(const Info& info) {
   return uvs;
 }
 
+Result<std::vector<std::uint8_t>> read_image_file(const std::string& uri, const std::string& place, const ImageFolder& folder) {
+  COPPICE_TRY(file, resolve_reference(folder.path, uri, place, folder.outside));
+  std::error_code error;
+  if (const auto bytes = std::filesystem::file_size(file, error); !error && bytes > kMaxImageFileBytes)
+    return Error{Status::unsupported, "image file over 1 GiB", Error::kNoOffset, place + ": " + uri.substr(0, 256)};
+  return read_file(file);
+}
+
 /// Decoded; nothing, with a warning, for an image in a form that is not read.
 Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint32_t index, std::uint32_t max_side_px,
-                                        std::vector<std::string>& warnings) {
+                                        const ImageFolder& folder, std::vector<std::string>& warnings) {
   const tinygltf::Image& source = model.images.at(index);
   const std::string place = "images[" + std::to_string(index) + "]";
-  if (source.image.empty() && !source.uri.empty() && !source.uri.starts_with("data:"))
-    return Error{Status::io, "image file cannot be read", Error::kNoOffset, place + ".uri: " + source.uri.substr(0, 256)};
-  Result<Image> image = decode_image(source.image, max_side_px);
+  std::vector<std::uint8_t> file;
+  std::span<const std::uint8_t> bytes = source.image;
+  if (source.bufferView >= 0) {
+    bytes = view_bytes(model, source.bufferView, 0);
+  } else if (!source.uri.empty() && !source.uri.starts_with("data:")) {
+    COPPICE_TRY(read, read_image_file(source.uri, place + ".uri", folder));
+    file = std::move(read);
+    bytes = file;
+  }
+  Result<Image> image = decode_image(bytes, max_side_px);
   if (image) return std::optional<Image>(*std::move(image));
-  if (image.error().status != Status::unsupported) return Error{image.error().status, image.error().what, Error::kNoOffset, place};
   const std::string name = source.uri.empty() ? source.name : source.uri;
-  warnings.push_back(place + " '" + name.substr(0, 64) + "' left out: " + image.error().what);
+  const std::string named = name.empty() ? place : place + " '" + name.substr(0, 64) + "'";
+  const Error& error = image.error();
+  if (error.status != Status::unsupported)
+    return Error{error.status, error.what, Error::kNoOffset, error.detail.empty() ? named : named + ": " + error.detail};
+  warnings.push_back(named + " left out: " + error.message());
   return std::optional<Image>();
 }
 
@@ -160,7 +181,7 @@ TextureUvs texture_uvs(const tinygltf::Model& model, std::uint32_t index) {
 }
 
 Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<const std::uint32_t> sources,
-                                       std::vector<Material>& materials, std::vector<std::string>& warnings) {
+                                       std::vector<Material>& materials, const ImageFolder& folder, std::vector<std::string>& warnings) {
   // By model image, and by the scale of its normals; NaN-free, colours have scale 0.
   std::map<std::pair<std::uint32_t, float>, std::uint32_t> taken;
   std::vector<Image> images;
@@ -169,7 +190,7 @@ Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<c
     const auto [found, is_new] = taken.try_emplace({index, normal_scale}, kNone);
     if (is_new) {
       const bool is_normal_map = normal_scale > 0.0f;
-      COPPICE_TRY(image, read_image(model, index, is_normal_map ? COPPICE_MAX_TEXTURE_SIDE : kMaxImageSide_px, warnings));
+      COPPICE_TRY(image, read_image(model, index, is_normal_map ? COPPICE_MAX_TEXTURE_SIDE : kMaxImageSide_px, folder, warnings));
       if (image) {
         found->second = static_cast<std::uint32_t>(images.size());
         images.push_back(is_normal_map ? normal_map_from(*std::move(image), normal_scale) : *std::move(image));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include <glm/mat2x2.hpp>
 #include <glm/vec2.hpp>
 
+#include "gltf_references.h"
 #include "plant.h"
 #include "result.h"
 
@@ -37,11 +39,18 @@ struct TextureUvs {
 /// Those of the base colour, or without one of the normal map.
 TextureUvs texture_uvs(const tinygltf::Model& model, std::uint32_t index);
 
+/// Where the files of images are.
+struct ImageFolder {
+  std::filesystem::path path;
+  OutsideFiles outside = OutsideFiles::refused;
+};
+
 /// Decodes the images that the materials use and renumbers them. An image in a form that is not read is left out, with a warning. A normal
 /// map is made of unit vectors, its material's scale applied.
-/// errors  io: the image's file is missing; bad_file: the image is damaged. A leaf without its mask would bake as a rectangle
+/// errors  io: the image's file is missing; bad_file: the image is damaged or ends early (a leaf without its mask would bake as a
+///         rectangle); unsupported: a file over 1 GiB; invalid_argument: see resolve_reference
 /// sources  [materials.size()] their indices in the model
 Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<const std::uint32_t> sources,
-                                       std::vector<Material>& materials, std::vector<std::string>& warnings);
+                                       std::vector<Material>& materials, const ImageFolder& folder, std::vector<std::string>& warnings);
 
 }  // namespace coppice::bake

@@ -59,13 +59,19 @@ std::string instancing_place(int node) {
   return "nodes[" + std::to_string(node) + "].extensions." + kInstancing;
 }
 
-/// What EXT_mesh_gpu_instancing says of a node: one transform an instance. The attributes are of equal length (gltf_screen.h).
-Result<std::vector<glm::dmat4>> read_instances(const tinygltf::Model& model, const tinygltf::Value& extension) {
+/// How often a node places its mesh. The attributes of its instances are of equal length (gltf_screen.h).
+std::size_t instance_count(const tinygltf::Model& model, const tinygltf::Node& node) {
+  const auto extension = node.extensions.find(kInstancing);
+  if (extension == node.extensions.end()) return 1;
+  const tinygltf::Value& attributes = extension->second.Get("attributes");
+  const int any = attributes.Get(attributes.Keys().front()).GetNumberAsInt();
+  return model.accessors.at(static_cast<std::size_t>(any)).count;
+}
+
+/// What EXT_mesh_gpu_instancing says of a node: one transform an instance.
+Result<std::vector<glm::dmat4>> read_instances(const tinygltf::Model& model, const tinygltf::Value& extension, std::size_t count) {
   const tinygltf::Value& attributes = extension.Get("attributes");
   const auto accessor = [&](const std::string& name) { return attributes.Has(name) ? attributes.Get(name).GetNumberAsInt() : -1; };
-  const int any = attributes.Get(attributes.Keys().front()).GetNumberAsInt();
-  const std::size_t count = model.accessors.at(static_cast<std::size_t>(any)).count;
-  if (count > kMaxInstances) return Error{Status::unsupported, "more than 2^22 instances"};
   std::vector<glm::vec3> translations(count, glm::vec3(0.0f)), scales(count, glm::vec3(1.0f));
   std::vector<glm::vec4> rotations(count, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f));
   const auto read = [&](const std::string& name, const auto& read_values, auto& values) -> Result<void> {
@@ -92,7 +98,7 @@ Result<void> append_node(const tinygltf::Model& model, int node_index, const glm
   if (node.mesh < 0) return {};
   std::vector<glm::dmat4> transforms{glm::dmat4(1.0)};
   if (const auto extension = node.extensions.find(kInstancing); extension != node.extensions.end()) {
-    Result<std::vector<glm::dmat4>> read = read_instances(model, extension->second);
+    Result<std::vector<glm::dmat4>> read = read_instances(model, extension->second, instance_count(model, node));
     if (!read) {
       Error error = read.error();
       error.detail = error.detail.empty() ? instancing_place(node_index) : instancing_place(node_index) + ": " + error.detail;
@@ -100,8 +106,6 @@ Result<void> append_node(const tinygltf::Model& model, int node_index, const glm
     }
     transforms = *std::move(read);
   }
-  if (transforms.size() > kMaxInstances - instances.size())
-    return Error{Status::unsupported, "more than 2^22 instances", Error::kNoOffset, "nodes[" + std::to_string(node_index) + "]"};
   for (std::size_t i = 0; i < transforms.size(); ++i) {
     const glm::dmat4 scene_from_mesh = scene_from_node * transforms[i];
     if (!is_finite(scene_from_mesh))
@@ -114,7 +118,26 @@ Result<void> append_node(const tinygltf::Model& model, int node_index, const glm
 
 }  // namespace
 
+Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model) {
+  std::vector<std::uint64_t> counts(model.meshes.size(), 0);
+  std::uint64_t total = 0;
+  for (std::vector<int> stack = root_nodes(model); !stack.empty();) {
+    const int index = stack.back();
+    stack.pop_back();
+    const tinygltf::Node& node = model.nodes.at(static_cast<std::size_t>(index));
+    stack.insert(stack.end(), node.children.begin(), node.children.end());
+    if (node.mesh < 0) continue;
+    const std::uint64_t count = instance_count(model, node);
+    if (count > kMaxInstances - total)
+      return Error{Status::unsupported, "more than 2^22 instances", Error::kNoOffset, "nodes[" + std::to_string(index) + "]"};
+    total += count;
+    counts.at(static_cast<std::size_t>(node.mesh)) += count;
+  }
+  return counts;
+}
+
 Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, const glm::dmat4& scene_from_file) {
+  COPPICE_CHECK(mesh_instance_counts(model));
   struct Visit {
     int node;
     glm::dmat4 scene_from_parent;

@@ -20,6 +20,10 @@ struct MeshInstance {
   glm::dmat4 scene_from_mesh{1.0};
 };
 
+/// [meshes] How often each mesh of the default scene stands in it, by the document alone: nothing is allocated for each instance.
+/// errors  unsupported: more than 2^22 instances, naming the node
+Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model);
+
 /// The meshes of the default scene, else of the first, else (no scenes) of every root node; in depth-first order.
 /// model            from load_gltf: its nodes are trees
 /// scene_from_file  what stands above the root nodes: the file's axes and unit

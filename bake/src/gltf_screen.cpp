@@ -20,6 +20,22 @@ constexpr std::uint64_t kMaxUnbackedCount = 1u << 20;
 // tinygltf keeps indices and sparse offsets in an int.
 constexpr std::uint64_t kMaxInt = 0x7fffffff;
 
+/// An element of a few bytes becomes up to 2 kB in tinygltf's model. These bounds keep that below 130 MB an array.
+struct ArrayLimit {
+  const char* name;
+  std::size_t most;
+};
+constexpr std::size_t kMaxElements = std::size_t{1} << 18, kMaxLargeElements = std::size_t{1} << 16;
+constexpr std::array<ArrayLimit, 9> kArrayLimits{{{"nodes", kMaxElements},
+                                                  {"meshes", kMaxElements},
+                                                  {"accessors", kMaxElements},
+                                                  {"bufferViews", kMaxElements},
+                                                  {"buffers", kMaxLargeElements},
+                                                  {"images", kMaxLargeElements},
+                                                  {"textures", kMaxLargeElements},
+                                                  {"materials", kMaxLargeElements},
+                                                  {"scenes", kMaxLargeElements}}};
+
 std::size_t component_bytes(std::uint64_t component_type) {
   switch (component_type) {
     case 5120:  // byte, unsigned byte
@@ -64,6 +80,7 @@ class Screen {
   Result<void> check() {
     COPPICE_CHECK(check_asset());
     COPPICE_CHECK(check_required_extensions());
+    COPPICE_CHECK(check_lengths());
     find_fallback_buffers();
     COPPICE_CHECK(
         for_each_object(root_, "buffers", "", [this](const Json& o, const std::string& place) { return check_buffer(o, place); }));
@@ -111,6 +128,15 @@ class Screen {
         return Error{Status::unsupported, "required extension not supported", Error::kNoOffset,
                      "extensionsRequired: " + text.substr(0, 80)};
     }
+    return {};
+  }
+
+  Result<void> check_lengths() const {
+    for (const ArrayLimit& limit : kArrayLimits)
+      if (length(limit.name) > limit.most)
+        return Error{Status::unsupported, "too many elements", Error::kNoOffset,
+                     std::string(limit.name) + " has " + std::to_string(length(limit.name)) + ", at most " + std::to_string(limit.most) +
+                         " are read; instances take EXT_mesh_gpu_instancing"};
     return {};
   }
 
@@ -348,6 +374,20 @@ void normalise_data_uri(Json& object) {
   *uri = "data:application/octet-stream;base64," + text.substr(mark + kMark.size());
 }
 
+/// tinygltf keeps every value of `extras` and of extensions, at 152 bytes each.
+void drop_unread_values(Json& value) {
+  constexpr std::array<std::string_view, 6> kRead{"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression",
+                                                  "EXT_mesh_gpu_instancing",    "KHR_texture_transform",   "EXT_texture_webp"};
+  if (value.is_object()) {
+    value.erase("extras");
+    if (const auto extensions = value.find("extensions"); extensions != value.end() && extensions->is_object())
+      for (const auto& extension : extensions->items())
+        if (std::find(kRead.begin(), kRead.end(), extension.key()) == kRead.end()) extension.value() = Json::object();
+  }
+  if (value.is_structured())
+    for (Json& inner : value) drop_unread_values(inner);
+}
+
 /// Compressed views become views of their coded bytes, fallback buffers one byte that no view needs, and so on: what tinygltf takes.
 std::vector<std::uint64_t> rewrite(Json& root, const Screen& screen) {
   for (const MeshoptView& view : screen.meshopt_views()) {
@@ -372,7 +412,8 @@ std::vector<std::uint64_t> rewrite(Json& root, const Screen& screen) {
   for (const char* name : {"buffers", "images"})
     if (const auto objects = root.find(name); objects != root.end())
       for (Json& object : *objects) normalise_data_uri(object);
-  for (const char* unread : {"animations", "skins", "cameras", "samplers", "extensions", "extras"}) root.erase(unread);
+  for (const char* unread : {"animations", "skins", "cameras", "samplers", "extensions"}) root.erase(unread);
+  drop_unread_values(root);
   return buffer_bytes;
 }
 
@@ -395,6 +436,7 @@ Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint6
   ScreenedGltf screened;
   screened.meshopt_views = screen.meshopt_views();
   screened.buffer_bytes = rewrite(root, screen);
+  screened.references = find_references(root);
   screened.json = root.dump(-1, ' ', false, Json::error_handler_t::replace);
   return screened;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gltf_meshopt.h"
+#include "gltf_references.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -15,6 +16,7 @@ namespace coppice::bake {
 struct ScreenedGltf {
   std::string json;
   std::vector<std::uint64_t> buffer_bytes;  ///< buffers[i].byteLength
+  std::vector<GltfReference> references;    ///< the files of its buffers and images
   std::vector<MeshoptView> meshopt_views;   ///< these views hold coded bytes; accessors lie within what they decode to
 };
 
@@ -23,7 +25,8 @@ struct ScreenedGltf {
 /// result, believes all of these.
 /// json             the text of a .gltf, or the JSON chunk of a .glb
 /// bin_chunk_bytes  length of the .glb's BIN chunk; nothing for a .gltf or a .glb without one
-/// errors  bad_file: `detail` is the place, as in "accessors[3].count"; unsupported: another glTF version, or a required extension (named)
+/// errors  bad_file: `detail` is the place, as in "accessors[3].count"; unsupported: another glTF version, a required extension (named), or
+///         more of anything than is read
 Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes);
 
 /// Whether an extension is read, or changes nothing of what is read.

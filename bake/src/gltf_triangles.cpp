@@ -23,8 +23,8 @@ constexpr std::size_t kMaxTriangles = std::size_t{1} << 25;
 // So that squared areas still fit a float; no plant is this far from its origin in any unit.
 constexpr double kMaxCoordinate_m = 1e8;
 
-std::string primitive_place(const MeshInstance& instance, std::uint32_t primitive) {
-  return "meshes[" + std::to_string(instance.mesh) + "].primitives[" + std::to_string(primitive) + "]";
+std::string primitive_place(std::size_t mesh, std::size_t primitive) {
+  return "meshes[" + std::to_string(mesh) + "].primitives[" + std::to_string(primitive) + "]";
 }
 
 bool is_finite(const glm::vec3& v) {
@@ -205,26 +205,45 @@ void add_colors(const RawPrimitive& raw, std::size_t first_corner, std::uint32_t
   }
 }
 
-Result<void> check_room(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const Mesh& mesh, const std::string& place) {
+struct PrimitiveSize {
+  std::uint64_t vertices = 0, triangles = 0;
+};
+
+PrimitiveSize size_of(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
   const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
-  const std::size_t vertices = count(attribute_accessor(primitive, "POSITION"));
-  const std::size_t corners = primitive.indices < 0 ? vertices : count(primitive.indices);
+  const std::uint64_t vertices = count(attribute_accessor(primitive, "POSITION"));
+  const std::uint64_t corners = primitive.indices < 0 ? vertices : count(primitive.indices);
   // A strip makes one triangle of each index.
-  const std::size_t triangles = primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners;
-  if (vertices <= kMaxVertices - mesh.positions.size() && triangles <= kMaxTriangles - mesh.triangle_materials.size()) return {};
-  return Error{Status::unsupported, "more than 2^26 vertices or 2^25 triangles", Error::kNoOffset, place};
+  return {vertices, primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners};
 }
 
 }  // namespace
+
+Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uint64_t> instance_counts) {
+  std::uint64_t vertices = 0, triangles = 0;
+  for (std::size_t m = 0; m < instance_counts.size(); ++m)
+    for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
+      const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
+      if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;
+      // Both factors are far below 2^32, by gltf_screen.h and mesh_instance_counts.
+      const PrimitiveSize size = size_of(model, primitive);
+      vertices += instance_counts[m] * size.vertices;
+      triangles += instance_counts[m] * size.triangles;
+      if (vertices <= kMaxVertices && triangles <= kMaxTriangles) continue;
+      return Error{Status::unsupported, "more than 2^26 vertices or 2^25 triangles", Error::kNoOffset,
+                   primitive_place(m, p) + ": " + std::to_string(instance_counts[m]) + " times " + std::to_string(size.triangles) +
+                       " triangles, all together " + std::to_string(triangles)};
+    }
+  return {};
+}
 
 Result<void> append_primitive(const tinygltf::Model& model, const MeshInstance& instance, std::uint32_t instance_index,
                               std::uint32_t primitive_index, std::uint32_t material, TriangleSoup& soup,
                               std::vector<std::string>& warnings) {
   const tinygltf::Primitive& primitive = model.meshes.at(instance.mesh).primitives.at(primitive_index);
   if (primitive.mode < TINYGLTF_MODE_TRIANGLES) return {};
-  const std::string place = primitive_place(instance, primitive_index);
+  const std::string place = primitive_place(instance.mesh, primitive_index);
   Mesh& mesh = soup.mesh;
-  COPPICE_CHECK(check_room(model, primitive, mesh, place));
   Result<RawPrimitive> raw = read_primitive(model, primitive);
   if (!raw) {
     Error error = raw.error();

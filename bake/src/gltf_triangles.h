@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,11 @@ struct TriangleSoup {
   std::vector<std::uint32_t> vertex_instances;
   std::vector<ColorSum> material_colors;  ///< by material number; short where the last ones have no triangle
 };
+
+/// Whether the document asks for more triangles or vertices than a plant may have; nothing is read or allocated.
+/// instance_counts  [meshes] of mesh_instance_counts
+/// errors  unsupported: names the primitive that is too much
+Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uint64_t> instance_counts);
 
 /// Appends one primitive of a mesh as `instance` number `instance_index` places it: triangles, strips and fans; points and lines have
 /// nothing to append. A transform that mirrors turns the winding round, so that fronts stay fronts. Missing normals are the area-weighted

@@ -1,22 +1,24 @@
 #include "image_decode.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstring>
-#include <limits>
-#include <memory>
+#include <string_view>
 
 #define STB_IMAGE_RESIZE_IMPLEMENTATION
 #define STB_IMAGE_RESIZE_STATIC
-#include <stb_image.h>
 #include <stb_image_resize.h>
 #include <webp/decode.h>
+
+#include "image_limits.h"
+#include "jpeg_decode.h"
+#include "png_decode.h"
 
 namespace coppice::bake {
 namespace {
 
-constexpr int kMaxSourceSide = 16384;
-constexpr std::int64_t kMaxSourcePixels = std::int64_t{1} << 26;
+using namespace std::string_view_literals;
 
 Error bad(const char* what) {
   return Error{Status::bad_file, what};
@@ -25,44 +27,51 @@ Error unsupported(const char* what) {
   return Error{Status::unsupported, what};
 }
 
-bool is_too_large(int width, int height) {
-  return width < 1 || height < 1 || width > kMaxSourceSide || height > kMaxSourceSide || std::int64_t{width} * height > kMaxSourcePixels;
+/// The first bytes of a file, '?' for any.
+bool starts_like(std::string_view file, std::string_view start) {
+  const auto fits = [](char byte, char wanted) { return byte == wanted || wanted == '?'; };
+  return std::equal(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(std::min(file.size(), start.size())), start.begin(), fits);
 }
 
-bool is_webp(std::span<const std::uint8_t> bytes) {
-  return bytes.size() >= 12 && std::memcmp(bytes.data(), "RIFF", 4) == 0 && std::memcmp(bytes.data() + 8, "WEBP", 4) == 0;
+Error webp_error(VP8StatusCode status) {
+  if (status == VP8_STATUS_OUT_OF_MEMORY) return Error{Status::out_of_memory, "out of memory"};
+  return bad(status == VP8_STATUS_NOT_ENOUGH_DATA || status == VP8_STATUS_SUSPENDED ? kImageEndsEarly : kImageDamaged);
 }
 
 Result<Image> decode_webp(std::span<const std::uint8_t> bytes) {
-  WebPBitstreamFeatures features;
-  if (WebPGetFeatures(bytes.data(), bytes.size(), &features) != VP8_STATUS_OK) return bad("damaged image");
-  if (features.has_animation != 0) return unsupported("animated image");
-  if (is_too_large(features.width, features.height)) return unsupported("image too large");
+  constexpr std::size_t kRiffHeadBytes = 8;
+  std::uint32_t riff_bytes = 0;
+  std::memcpy(&riff_bytes, bytes.data() + 4, sizeof riff_bytes);
+  if (riff_bytes > bytes.size() - kRiffHeadBytes) return bad(kImageEndsEarly);
+  WebPDecoderConfig config;
+  if (WebPInitDecoderConfig(&config) == 0) return Error{Status::internal, "libwebp of another version"};
+  if (const VP8StatusCode status = WebPGetFeatures(bytes.data(), bytes.size(), &config.input); status != VP8_STATUS_OK)
+    return webp_error(status);
+  if (config.input.has_animation != 0) return unsupported("animated image");
+  if (config.input.width < 1 || config.input.height < 1) return bad(kImageDamaged);
   Image image;
-  image.width = static_cast<std::uint32_t>(features.width);
-  image.height = static_cast<std::uint32_t>(features.height);
+  image.width = static_cast<std::uint32_t>(config.input.width);
+  image.height = static_cast<std::uint32_t>(config.input.height);
+  if (is_too_large(image.width, image.height)) return unsupported(kImageTooLarge);
   image.rgba.resize(std::size_t{image.width} * image.height * 4);
-  if (WebPDecodeRGBAInto(bytes.data(), bytes.size(), image.rgba.data(), image.rgba.size(), features.width * 4) == nullptr)
-    return bad("damaged image");
+  config.output.colorspace = MODE_RGBA;
+  config.output.is_external_memory = 1;
+  config.output.u.RGBA = {image.rgba.data(), config.input.width * 4, image.rgba.size()};
+  if (const VP8StatusCode status = WebPDecode(bytes.data(), bytes.size(), &config); status != VP8_STATUS_OK) return webp_error(status);
   return image;
 }
 
-struct FreePixels {
-  void operator()(stbi_uc* pixels) const { stbi_image_free(pixels); }
-};
-
-Result<Image> decode_with_stb(std::span<const std::uint8_t> bytes) {
-  const int byte_count = static_cast<int>(bytes.size());
-  int width = 0, height = 0, channels = 0;
-  if (stbi_info_from_memory(bytes.data(), byte_count, &width, &height, &channels) == 0) return unsupported("not a PNG, JPEG or WebP image");
-  if (is_too_large(width, height)) return unsupported("image too large");
-  const std::unique_ptr<stbi_uc, FreePixels> pixels(stbi_load_from_memory(bytes.data(), byte_count, &width, &height, &channels, 4));
-  if (!pixels) return bad("damaged image");
-  Image image;
-  image.width = static_cast<std::uint32_t>(width);
-  image.height = static_cast<std::uint32_t>(height);
-  image.rgba.assign(pixels.get(), pixels.get() + std::size_t{image.width} * image.height * 4);
-  return image;
+Result<Image> decode_any(std::span<const std::uint8_t> bytes) {
+  struct Format {
+    std::string_view start;
+    Result<Image> (*decode)(std::span<const std::uint8_t>);
+  };
+  constexpr std::array<Format, 3> kFormats{
+      {{"\x89PNG\r\n\x1a\n"sv, decode_png}, {"\xff\xd8\xff"sv, decode_jpeg}, {"RIFF????WEBP"sv, decode_webp}}};
+  const std::string_view file(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  for (const Format& format : kFormats)
+    if (starts_like(file, format.start)) return file.size() < format.start.size() ? bad(kImageEndsEarly) : format.decode(bytes);
+  return unsupported("not a PNG, JPEG or WebP image");
 }
 
 int scaled(int side, int longer_side, std::uint32_t max_side_px) {
@@ -73,8 +82,7 @@ int scaled(int side, int longer_side, std::uint32_t max_side_px) {
 }  // namespace
 
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, std::uint32_t max_side_px) {
-  if (bytes.empty() || bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return unsupported("no image data");
-  COPPICE_TRY(source, is_webp(bytes) ? decode_webp(bytes) : decode_with_stb(bytes));
+  COPPICE_TRY(source, decode_any(bytes));
   const std::uint32_t longer_side = std::max(source.width, source.height);
   if (longer_side <= max_side_px) return source;
 

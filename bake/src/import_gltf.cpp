@@ -164,16 +164,18 @@ void limit_warnings(std::vector<std::string>& warnings) {
   warnings.push_back("and " + std::to_string(more) + " more warnings");
 }
 
-Result<Plant> import_model(const tinygltf::Model& model, const ImportOptions& options) {
+Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::path& folder, const ImportOptions& options) {
   Plant plant;
   COPPICE_TRY(transform, scene_from_file(options));
+  COPPICE_TRY(counts, mesh_instance_counts(model));
+  COPPICE_CHECK(check_totals(model, counts));
   COPPICE_TRY(instances, mesh_instances(model, transform));
   COPPICE_TRY(used, used_materials(model, instances));
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
   COPPICE_TRY(soup, gather_triangles(model, instances, used, plant.warnings));
   apply_vertex_colors(soup, plant.materials, plant.warnings);
   // Images tell leaves by their colour and holes.
-  COPPICE_TRY(images, take_images(model, used.sources, plant.materials, plant.warnings));
+  COPPICE_TRY(images, take_images(model, used.sources, plant.materials, ImageFolder{folder, options.outside_files}, plant.warnings));
   plant.images = std::move(images);
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
   limit_warnings(plant.warnings);
@@ -194,7 +196,7 @@ Result<Plant> import_guarded(const std::filesystem::path& path, const ImportOpti
   try {
     const auto import = [&]() -> Result<Plant> {
       COPPICE_TRY(model, load());
-      COPPICE_TRY(plant, import_model(*model, options));
+      COPPICE_TRY(plant, import_model(*model, path.parent_path(), options));
       plant.name = path.stem().string();
       return plant;
     };
@@ -225,11 +227,11 @@ Result<glm::dmat4> scene_from_file(const ImportOptions& options) {
 }
 
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options) {
-  return import_guarded(path, options, [&] { return load_gltf(path); });
+  return import_guarded(path, options, [&] { return load_gltf(path, options.outside_files); });
 }
 
 Result<Plant> import_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& path, const ImportOptions& options) {
-  return import_guarded(path, options, [&] { return load_gltf_bytes(file, path.parent_path()); });
+  return import_guarded(path, options, [&] { return load_gltf_bytes(file, path.parent_path(), options.outside_files); });
 }
 
 }  // namespace coppice::bake

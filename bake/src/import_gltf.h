@@ -10,6 +10,7 @@
 #include <glm/mat4x4.hpp>
 
 #include "class_rules.h"
+#include "gltf_references.h"
 #include "plant.h"
 #include "result.h"
 
@@ -20,7 +21,7 @@ enum class UpAxis { y, z };
 
 /// What is not said is found out: find_leaves.h.
 struct ImportOptions {
-  /// ECMAScript regular expression, searched (not anchored, case matters) in material names: all that matches is leaves, whatever its
+  /// Regular expression (name_pattern.h), searched (not anchored, case matters) in material names: all that matches is leaves, whatever its
   /// shape, and all else is wood, save what `classes` says of it.
   std::optional<std::string> leaf_material;
   /// The same for wood; what matches neither is found out.
@@ -32,6 +33,8 @@ struct ImportOptions {
   bool require_leaves = true;
   UpAxis up = UpAxis::y;
   double metres_per_unit = 1.0;  ///< glTF says metres; finite and > 0
+  /// Whether buffers and images may be files outside the glTF's folder.
+  OutsideFiles outside_files = OutsideFiles::refused;
 };
 
 /// From the file's axes and unit to metres with +Y up. errors  invalid_argument: metres_per_unit is no length
@@ -44,8 +47,8 @@ Result<glm::dmat4> scene_from_file(const ImportOptions& options);
 /// what the file asks for is told in Plant::warnings. errors  `detail` begins with the file's name and names the place in it.
 ///         io: the file or one it refers to is unreadable; bad_file: not glTF, damaged, an index or accessor out of range, a position that
 ///         is not finite; unsupported: another glTF version, a required extension (named), more than a plant may have;
-///         invalid_argument: metres_per_unit is no length, a pattern is not a regular expression, leaf_material matches nothing, or nothing
-///         looks like a leaf (the materials are listed).
+///         invalid_argument: a file outside the glTF's folder, unless that is allowed, metres_per_unit is no length, a pattern is not a
+///         regular expression, leaf_material matches nothing, or nothing looks like a leaf (the materials are listed).
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options);
 
 /// The same of bytes in memory. `path` names them in messages; the files they refer to are beside it.

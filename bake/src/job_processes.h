@@ -26,9 +26,19 @@ struct JobCallbacks {
   std::function<void(std::size_t job, JobEnd end)> ended;
 };
 
+/// What each job's process may take; 0 for no limit.
+struct JobLimits {
+  std::uint64_t memory_bytes = 0;  ///< of data, in the sense of RLIMIT_DATA: heap and stacks
+  double seconds = 0.0;            ///< from the start of the job
+};
+
+/// In a job whose memory is limited, what to add to a message that it ran out; empty elsewhere.
+std::string memory_limit_hint();
+
 /// Runs jobs 0 .. count - 1, started in this order, at most `at_a_time` >= 1 of them at once; back when all have ended. When the calling
-/// process dies, so do they. `progressed` and `ended` are called from the calling thread.
+/// process dies, so do they. A job that reaches a limit fails, wherever it is, and `failure` names the option to raise (--max-memory-mb,
+/// --max-seconds). `progressed` and `ended` are called from the calling thread.
 /// thread  the process must have no other threads, TBB's included: only the calling one is copied
-void run_jobs(std::size_t count, std::size_t at_a_time, const JobCallbacks& callbacks);
+void run_jobs(std::size_t count, std::size_t at_a_time, const JobCallbacks& callbacks, const JobLimits& limits = {});
 
 }  // namespace coppice::bake

@@ -5,13 +5,13 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <regex>
 
 #include <tiny_gltf.h>
 #include <glm/gtc/matrix_inverse.hpp>
 
 #include "gltf_document.h"
 #include "gltf_scene.h"
+#include "name_pattern.h"
 
 namespace coppice::bake {
 namespace {
@@ -23,9 +23,9 @@ std::string lower(std::string text) {
 }
 
 std::optional<std::size_t> find_species(const std::string& name, std::span<const std::string> species) {
-  static const std::regex appended("([._ -]?(lod)?[0-9]+)+$");
+  static const NamePattern appended = *NamePattern::compile("([._ -]?(lod)?[0-9]+)+$", "");
   const std::string wanted = lower(name);
-  for (const std::string& form : {wanted, std::regex_replace(wanted, appended, "")}) {
+  for (const std::string& form : {wanted, appended.without(wanted)}) {
     const auto found = std::ranges::find(species, form);
     if (!form.empty() && found != species.end()) return static_cast<std::size_t>(found - species.begin());
   }
@@ -75,7 +75,7 @@ std::string species_name(const std::filesystem::path& plant) {
 }
 
 Result<GltfScene> read_gltf_scene(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options) {
-  COPPICE_TRY(model, load_gltf(path));
+  COPPICE_TRY(model, load_gltf(path, options.outside_files));
   COPPICE_TRY(scene_from_units, scene_from_file(options));
   COPPICE_TRY(instances, mesh_instances(*model, scene_from_units));
   // The plants were baked with the same axes and unit.

@@ -1,26 +1,23 @@
-// The one translation unit that compiles tinygltf and stb's image reader and writer; everyone else includes their headers only. Compiled
-// here rather than taken from the packaged shared library, so that what we are built with is what we were tested with.
+// The one translation unit that compiles tinygltf and stb's image writer; everyone else includes their headers only. tinygltf is built
+// without an image reader: image_decode.h is ours. Compiled here rather than taken from the packaged shared library, so that what we are
+// built with is what we were tested with.
 
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <new>
 
-// stb takes its memory by `new`, so that memory which runs out ends here as it does everywhere. Left to malloc, its writer goes on with a
-// null pointer, and its reader calls the image damaged.
+// stb takes its memory by `new`, so that memory which runs out ends here as it does everywhere. Left to malloc, it goes on with a null
+// pointer.
 static void* resized(void* block, std::size_t old_bytes, std::size_t new_bytes) {
   void* const larger = ::operator new(new_bytes);
   if (block != nullptr) std::memcpy(larger, block, std::min(old_bytes, new_bytes));
   ::operator delete(block);
   return larger;
 }
-#define STBI_MALLOC(bytes) ::operator new(bytes)
-#define STBI_REALLOC_SIZED(block, old_bytes, new_bytes) resized(block, old_bytes, new_bytes)
-#define STBI_FREE(block) ::operator delete(block)
 #define STBIW_MALLOC(bytes) ::operator new(bytes)
 #define STBIW_REALLOC_SIZED(block, old_bytes, new_bytes) resized(block, old_bytes, new_bytes)
 #define STBIW_FREE(block) ::operator delete(block)
-#define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define TINYGLTF_IMPLEMENTATION
 // The casts round its allocations are stb's.

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "encoded_images.h"
 #include "gltf_builder.h"
 #include "gltf_compress.h"
 
@@ -83,7 +84,7 @@ void add_buffers(Collection& files) {
         },
         std::move(says));
   };
-  buffer("buffer_missing", 96, "not_there.bin", {"cannot load a buffer", "buffers[0].uri", "not_there.bin"});
+  buffer("buffer_missing", 96, "not_there.bin", {"cannot read file", "buffers[0].uri: not_there.bin", "No such file or directory"});
   buffer("buffer_short", 96, "data:application/octet-stream;base64,AAAA", {"cannot load a buffer", "buffers[0].uri"});
   buffer("buffer_not_base64", 96, "data:application/octet-stream;base64,!!!!", {"cannot load a buffer", "buffers[0].uri"});
   buffer("buffer_of_nothing", 0, "x.bin", {"empty buffer", "buffers[0].byteLength"});
@@ -109,12 +110,32 @@ void add_buffers(Collection& files) {
                       j["textures"] = {{{"source", 0}}};
                       j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
                     },
-                    {"image file cannot be read", "images[0].uri: not_there.png"});
+                    {"cannot read file", "images[0].uri: not_there.png", "No such file or directory"});
+  for (const auto& [name, uri] : std::initializer_list<std::pair<std::string, std::string>>{{"absolute", "/etc/passwd"},
+                                                                                            {"above", "../../../../../../../../etc/passwd"},
+                                                                                            {"escaped", "..%2f..%2fexpected.txt"},
+                                                                                            {"scheme", "file:///etc/passwd"}}) {
+    buffer("buffer_outside_" + name, 96, uri, {"outside the glTF's folder", "--allow-outside", "buffers[0].uri: " + uri});
+    files.change_json("image_outside_" + name,
+                      [path = uri](json& j) {
+                        j["images"] = {{{"uri", path}}};
+                      },
+                      {"outside the glTF's folder", "--allow-outside", "images[0].uri: " + uri});
+  }
   files.change("image_cut",
                [](GltfBuilder& builder) {
                  Bytes image = png(16, 16, {10, 200, 30, 255});
                  image.resize(image.size() - 20);
                  builder.set_texture(0, image);
+               },
+               {"image ends early", "images[0]"});
+  files.change("image_without_scan", [](GltfBuilder& builder) { builder.set_texture(0, jpeg_without_scan()); },
+               {"image ends early", "images[0]"});
+  files.change("image_inflating",
+               [](GltfBuilder& builder) {
+                 const Bytes large =
+                     encode_png_form({.width = 8192, .height = 8192, .bit_depth = 1, .color_type = 0, .rows = Bytes(8192 * 1024)});
+                 builder.set_texture(0, with_png_chunk(large, "IHDR", 0, {0, 0, 0, 1, 0, 0, 0, 1}));
                },
                {"damaged image", "images[0]"});
 }

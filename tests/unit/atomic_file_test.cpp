@@ -145,6 +145,16 @@ TEST_F(AtomicFile, ASignalRemovesTheTemporaryFileOfItsOwnProcess) {
   EXPECT_TRUE(fs::exists(folder_ / "parent"));
 }
 
+TEST_F(AtomicFile, ReadingStopsWhereItIsTold) {
+  ASSERT_TRUE(write_file_atomically(folder_ / "long", filled(200000, 3)));
+  EXPECT_EQ(*read_file(folder_ / "long", 70000), filled(70000, 3));
+  EXPECT_EQ(*read_file(folder_ / "long", 0), filled(0, 3));
+  EXPECT_EQ(*read_file(folder_ / "long", 200000), filled(200000, 3));
+  EXPECT_EQ(*read_file(folder_ / "long", 300000), filled(200000, 3));
+  fs::resize_file(folder_ / "long", std::uintmax_t{20} << 30);
+  EXPECT_EQ(*read_file(folder_ / "long", 70000), filled(70000, 3));
+}
+
 // A write that fails half way (here: the process's file size limit, like a full disk) leaves the old file and no temporary one.
 TEST_F(AtomicFile, FailedWriteKeepsTheOldFile) {
   ASSERT_TRUE(write_file_atomically(folder_ / "plant.glb", filled(100, 1)));

@@ -49,6 +49,22 @@ TEST(RunJobs, OneThatFailsTakesNoOtherWithIt) {
   EXPECT_GT(ends[0].peak_rss_bytes, 100'000u);
 }
 
+TEST(RunJobs, OneThatTakesTooLongIsEnded) {
+  std::vector<JobEnd> ends(3);
+  JobCallbacks callbacks;
+  callbacks.run = [](std::size_t job, const JobProgress&) -> std::string {
+    for (volatile bool busy = job == 1; busy;) {
+    }
+    return "done";
+  };
+  callbacks.progressed = [](std::size_t, double) {};
+  callbacks.ended = [&](std::size_t job, const JobEnd& end) { ends[job] = end; };
+  run_jobs(3, 2, callbacks, {.memory_bytes = 0, .seconds = 2.5});
+  EXPECT_EQ(ends[0].result, "done");
+  EXPECT_EQ(ends[1].failure, "it takes more than the 2.5 s of --max-seconds; raise that");
+  EXPECT_EQ(ends[2].result, "done") << "the time of each job is its own";
+}
+
 TEST(RunJobs, NoMoreAtATimeThanAsked) {
   const test::TemporaryFolder folder;
   std::size_t most = 0;

@@ -44,8 +44,11 @@ struct PlantOfFiles {
 
 TEST(BakeKey, EveryFileTheInputRefersToCounts) {
   const PlantOfFiles plant;
-  std::vector<fs::path> referred = referred_files(*read_file(plant.gltf), plant.folder.path());
-  EXPECT_EQ(referred, (std::vector<fs::path>{plant.image, plant.buffer}));
+  const std::vector<GltfReference> referred = referred_files(*read_file(plant.gltf));
+  ASSERT_EQ(referred.size(), 2u);
+  EXPECT_EQ(referred[0].place(), "buffers[0].uri");
+  EXPECT_EQ(percent_decoded(referred[0].uri), plant.buffer.filename());
+  EXPECT_EQ(referred[1].place(), "images[0].uri");
   const std::string before = key_of(plant.gltf);
   EXPECT_EQ(before.size(), 32u);
   EXPECT_EQ(key_of(plant.gltf), before);
@@ -101,6 +104,30 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
   EXPECT_TRUE(keys.insert(key_of(plant.folder / "other.gltf")).second) << "the file keeps the plant's name";
 }
 
+TEST(BakeKey, OfALargeFileOnlyWhatTheBufferTakesIsRead) {
+  const PlantOfFiles plant;
+  const std::string before = key_of(plant.gltf);
+  fs::resize_file(plant.buffer, std::uintmax_t{20} << 30);  // takes no room on the disk; read whole it would not fit the memory
+  EXPECT_EQ(key_of(plant.gltf), before);
+}
+
+TEST(BakeKey, AFileOutsideTheFolderHasAnErrorUnlessItIsAllowed) {
+  const PlantOfFiles plant;
+  const fs::path inner = plant.folder / "inner";
+  fs::create_directories(inner);
+  fs::copy(plant.gltf, inner / "plant.gltf");
+  fs::copy(plant.buffer, inner / plant.buffer.filename());
+  fs::create_symlink(plant.image, inner / "leaf.png");
+  const auto key = bake_key(inner / "plant.gltf", {});
+  ASSERT_FALSE(key) << "nothing outside is read";
+  EXPECT_EQ(key.error().status, Status::invalid_argument);
+  EXPECT_NE(key.error().message().find("images[0].uri: leaf.png"), std::string::npos) << key.error().message();
+  EXPECT_NE(key.error().message().find("--allow-outside"), std::string::npos) << key.error().message();
+  BakeOptions options;
+  options.import.outside_files = OutsideFiles::allowed;
+  EXPECT_EQ(key_of(inner / "plant.gltf", options), key_of(plant.gltf));
+}
+
 TEST(BakeKey, AnythingHasOneAndWhatCannotBeReadHasAnError) {
   const test::TemporaryFolder folder;
   const auto key_of_bytes = [&](const std::string& bytes) {
@@ -127,7 +154,7 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
   const std::map<Metric, std::string> expected = {{Metric::default_metric, "92cfc63e24828ce42f23f11847a0243d"},
                                                   {Metric::mi, "fec9d1bce0b616ac2c3b32d0a2a8d392"}};
-  const std::uint32_t expected_at_version = 10;
+  const std::uint32_t expected_at_version = 11;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

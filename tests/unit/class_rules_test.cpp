@@ -84,7 +84,7 @@ TEST(ClassRules, WhatIsNoRegularExpressionIsAnError) {
   std::vector<std::string> warnings;
   const auto applied = apply_class_rules(std::vector<ClassRule>{{.material = "((", .source = "oak.json: classes[4]"}}, {}, warnings);
   ASSERT_FALSE(applied);
-  EXPECT_EQ(applied.error().message(), "not a regular expression: oak.json: classes[4]: ((");
+  EXPECT_EQ(applied.error().message(), "not a regular expression: oak.json: classes[4]: ((: missing )");
 }
 
 }  // namespace

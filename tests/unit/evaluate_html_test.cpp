@@ -5,10 +5,10 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <stb_image.h>
 #include <nlohmann/json.hpp>
 
 #include "evaluate.h"
+#include "image_decode.h"
 #include "report_headline.h"
 #include "report_html.h"
 #include "test_foliage.h"
@@ -122,17 +122,10 @@ TEST(EvaluationHtml, LoadsNothing) {
   EXPECT_NE(page.find("Permission is hereby granted"), std::string::npos) << "the library's licence";
 }
 
-struct Decoded {
-  int width = 0, height = 0, channels = 0;
-  std::vector<std::uint8_t> rgb;
-};
-
-Decoded decode(const std::vector<std::uint8_t>& png) {
-  Decoded image;
-  stbi_uc* pixels = stbi_load_from_memory(png.data(), static_cast<int>(png.size()), &image.width, &image.height, &image.channels, 0);
-  if (pixels != nullptr) image.rgb.assign(pixels, pixels + image.width * image.height * image.channels);
-  stbi_image_free(pixels);
-  return image;
+Image decode(const std::vector<std::uint8_t>& png) {
+  const auto image = decode_image(png, 4096);
+  EXPECT_TRUE(image) << image.error().message();
+  return image ? *image : Image{};
 }
 
 TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
@@ -151,15 +144,14 @@ TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
   EXPECT_EQ(with->source_picture_png, with->methods[0].levels[0].picture_png) << "all leaves are the source";
   EXPECT_NE(with->source_picture_png, with->methods[0].levels[1].picture_png);
 
-  const Decoded image = decode(with->source_picture_png);
-  ASSERT_EQ(image.width, 256);
-  ASSERT_EQ(image.height, 256);
-  ASSERT_EQ(image.channels, 3);
-  EXPECT_EQ((std::vector<std::uint8_t>(image.rgb.begin(), image.rgb.begin() + 3)), (std::vector<std::uint8_t>{255, 255, 255}));
+  const Image image = decode(with->source_picture_png);
+  ASSERT_EQ(image.width, 256u);
+  ASSERT_EQ(image.height, 256u);
+  EXPECT_EQ((std::vector<std::uint8_t>(image.rgba.begin(), image.rgba.begin() + 4)), (std::vector<std::uint8_t>{255, 255, 255, 255}));
   std::size_t green = 0;
-  for (std::size_t i = 0; i < image.rgb.size(); i += 3)
-    if (image.rgb[i + 1] > image.rgb[i] && image.rgb[i] > image.rgb[i + 2]) ++green;
-  EXPECT_GT(green, image.rgb.size() / 3 / 10);
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4)
+    if (image.rgba[i + 1] > image.rgba[i] && image.rgba[i] > image.rgba[i + 2]) ++green;
+  EXPECT_GT(green, image.rgba.size() / 4 / 10);
 }
 
 }  // namespace

@@ -10,7 +10,9 @@
 
 #include <gtest/gtest.h>
 
+#include "encoded_images.h"
 #include "gltf_builder.h"
+#include "gltf_screen.h"
 #include "import_gltf.h"
 #include "process.h"
 
@@ -86,8 +88,19 @@ std::vector<BadJson> bad_json() {
        [](json& j) {
          j["buffers"] = {{{"byteLength", 96}, {"uri", "/dev/zero"}}};
        },
-       {"buffers[0].uri", "/dev/zero"},
-       Status::io},
+       {"buffers[0].uri", "/dev/zero", "--allow-outside"},
+       Status::invalid_argument},
+      {"ImageOutsideFolder",
+       [](json& j) {
+         j["images"] = {{{"uri", "..%2f..%2fleaf.png"}}};
+       },
+       {"images[0].uri", "..%2f..%2fleaf.png", "--allow-outside"},
+       Status::invalid_argument},
+      {"ImageUriWithNul",
+       [](json& j) {
+         j["images"] = {{{"uri", "leaf.png%00"}}};
+       },
+       {"images[0].uri"}},
       {"BufferDataUriNotBase64",
        [](json& j) {
          j["buffers"] = {{{"byteLength", 96}, {"uri", "data:application/octet-stream;base64,!!!!"}}};
@@ -318,6 +331,71 @@ TEST(ImportGltfBad, ASmallFileThatAsksForBillionsOfTriangles) {
   for (int i = 0; i < 4000; ++i) builder.json["meshes"].back()["primitives"].push_back(primitive);
   for (int i = 0; i < 4000; ++i) builder.add_node(2);
   expect_error(builder.glb(), Status::unsupported, {"more than"});
+}
+
+TEST(ImportGltfBad, TooManyTrianglesAreRefusedBeforeAnyIsRead) {
+  // Read, the positions would be an error: one is not a number.
+  const std::vector<glm::vec3> positions(3000, glm::vec3(std::nanf(""), 0.0f, 0.0f));
+  GltfBuilder shared = test::small_plant();
+  shared.add_mesh({{"POSITION", shared.add_positions(positions)}}, std::nullopt, 1);
+  for (int i = 0; i < 50000; ++i) shared.add_node(2);
+  expect_error(shared.glb(), Status::unsupported, {"more than 2^26 vertices", "meshes[2].primitives[0]", "50000 times 1000 triangles"});
+
+  GltfBuilder instanced = test::small_plant();
+  instanced.add_mesh({{"POSITION", instanced.add_positions(positions)}}, std::nullopt, 1);
+  const int node = instanced.add_node(2);
+  const int places = instanced.add_positions(std::vector<glm::vec3>(50000, glm::vec3(1.0f)));
+  instanced.json["nodes"][static_cast<std::size_t>(node)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
+  expect_error(instanced.glb(), Status::unsupported, {"more than 2^26 vertices", "meshes[2].primitives[0]", "50000 times 1000 triangles"});
+
+  for (int i = 0; i < 100; ++i)
+    instanced.add_node(0, {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}}}});
+  expect_error(instanced.glb(), Status::unsupported, {"more than 2^22 instances", "nodes["});
+}
+
+TEST(ImportGltfBad, TooManyElementsAreRefusedBeforeTheyAreRead) {
+  for (const char* name : {"nodes", "meshes", "materials", "images"}) {
+    GltfBuilder builder = test::small_plant();
+    for (int i = 0; i < 300000; ++i) builder.json[name].push_back(json::object());
+    expect_error(builder.glb(), Status::unsupported, {"too many elements", std::string(name) + " has 3000"});
+  }
+}
+
+TEST(ImportGltfBad, WhatIsNotReadTakesNoPlace) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["nodes"][0]["extras"]["list"] = std::vector<int>(1000, 7);
+  builder.json["materials"][0]["extensions"]["KHR_materials_sheen"]["list"] = std::vector<int>(1000, 7);
+  const auto screened = screen_gltf(builder.json.dump(), std::nullopt);
+  EXPECT_FALSE(screened) << "it has no buffer";
+  const Bytes text = builder.gltf();
+  const auto complete = screen_gltf({reinterpret_cast<const char*>(text.data()), text.size()}, std::nullopt);
+  ASSERT_TRUE(complete) << complete.error().message();
+  EXPECT_EQ(complete->json.find("7,7"), std::string::npos);
+  EXPECT_NE(complete->json.find("KHR_materials_sheen"), std::string::npos) << "its name is told in warnings";
+}
+
+TEST(ImportGltfBad, ImagesThatEndEarlyAreErrors) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::jpeg_without_scan());
+  expect_error(builder.glb(), Status::bad_file, {"image ends early", "images[0]"});
+  const Bytes good = test::png(3, 3, {10, 200, 30, 255});
+  for (std::size_t n = 1; n < good.size(); ++n) {
+    GltfBuilder cut = test::small_plant();
+    cut.set_texture(0, Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(n)));
+    expect_error(cut.glb(), Status::bad_file, {"images[0]"});
+  }
+}
+
+TEST(ImportGltfBad, ImagesInOtherFormsAreLeftOut) {
+  for (const Bytes& image : {test::empty_pnm(), test::empty_tga()}) {
+    GltfBuilder builder = test::small_plant();
+    builder.set_texture(0, image);
+    const auto plant = import_bytes(builder.glb());
+    ASSERT_TRUE(plant) << plant.error().message();
+    EXPECT_TRUE(plant->images.empty()) << "nothing was decoded";
+    ASSERT_EQ(plant->warnings.size(), 1u);
+    EXPECT_NE(plant->warnings[0].find("images[0] left out: not a PNG, JPEG or WebP image"), std::string::npos) << plant->warnings[0];
+  }
 }
 
 TEST(ImportGltfBad, ChainOfManyNodes) {

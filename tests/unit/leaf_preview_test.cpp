@@ -1,29 +1,25 @@
 #include "leaf_preview.h"
 
-#include <memory>
-
 #include <gtest/gtest.h>
-#include <stb_image.h>
+
+#include "image_decode.h"
 
 namespace coppice::bake {
 namespace {
 
+constexpr std::uint32_t kSide = kPreviewSizePx;
+
 struct Decoded {
-  int width = 0, height = 0;
-  std::unique_ptr<stbi_uc, void (*)(void*)> rgb{nullptr, stbi_image_free};
-  [[nodiscard]] const stbi_uc* at(int x, int y) const { return rgb.get() + 3 * (static_cast<std::ptrdiff_t>(y) * width + x); }
+  Image image;
+  [[nodiscard]] const std::uint8_t* at(std::uint32_t x, std::uint32_t y) const { return &image.rgba.at(4 * (y * image.width + x)); }
 };
 
 Decoded picture_of(const Plant& plant) {
   const auto png = render_leaf_preview_png(plant);
-  Decoded decoded;
-  if (!png) {
-    ADD_FAILURE() << png.error().message();
-    return decoded;
-  }
-  int channels = 0;
-  decoded.rgb.reset(stbi_load_from_memory(png->data(), static_cast<int>(png->size()), &decoded.width, &decoded.height, &channels, 3));
-  return decoded;
+  EXPECT_TRUE(png) << png.error().message();
+  const auto image = decode_image(png ? *png : std::vector<std::uint8_t>(), 3 * kSide);
+  EXPECT_TRUE(image) << image.error().message();
+  return {image ? *image : Image{}};
 }
 
 Mesh square(float x) {
@@ -46,13 +42,11 @@ Plant leaf_beside_wood() {
   return plant;
 }
 
-constexpr int kSide = kPreviewSizePx;
-
 TEST(LeafPreview, LeavesAreGreenWoodIsBrownNothingIsWhite) {
   const Decoded picture = picture_of(leaf_beside_wood());
-  ASSERT_EQ(picture.width, 3 * kSide);
-  ASSERT_EQ(picture.height, kSide);
-  const stbi_uc *leaf = picture.at(kSide / 4, kSide / 2), *wood = picture.at(3 * kSide / 4, kSide / 2), *nothing = picture.at(2, 2);
+  ASSERT_EQ(picture.image.width, 3 * kSide);
+  ASSERT_EQ(picture.image.height, kSide);
+  const std::uint8_t *leaf = picture.at(kSide / 4, kSide / 2), *wood = picture.at(3 * kSide / 4, kSide / 2), *nothing = picture.at(2, 2);
   EXPECT_GT(leaf[1], leaf[0]);
   EXPECT_GT(leaf[1], leaf[2]);
   EXPECT_GT(wood[0], wood[1]);
@@ -67,7 +61,7 @@ TEST(LeafPreview, MasksAreHoles) {
   plant.images = {{1, 2, {0, 0, 0, 255, 0, 0, 0, 0}}};
   const Decoded picture = picture_of(plant);
   // v is 0 at the lower edge, and row 0 of the image is opaque.
-  const stbi_uc *lower = picture.at(kSide / 4, kSide / 2 + kSide / 8), *upper = picture.at(kSide / 4, kSide / 2 - kSide / 8);
+  const std::uint8_t *lower = picture.at(kSide / 4, kSide / 2 + kSide / 8), *upper = picture.at(kSide / 4, kSide / 2 - kSide / 8);
   EXPECT_LT(lower[0], 255);
   EXPECT_EQ(upper[0], 255);
 }

@@ -8,6 +8,7 @@
 #include "bake_arguments.h"
 #include "commands.h"
 #include "leaf_preview.h"
+#include "limit_arguments.h"
 #include "output.h"
 #include "parts_table.h"
 #include "printable.h"
@@ -19,6 +20,7 @@ namespace {
 struct BakeCommand {
   std::filesystem::path input, output, report, preview;
   BakeArguments bake;
+  LimitArguments limits;
   bool dry_run = false, quiet = false;
 };
 
@@ -146,6 +148,7 @@ void add_bake_command(CLI::App& app, int* exit_code) {
       ->check(CLI::Range(0, 1024))
       ->type_name("N")
       ->capture_default_str();
+  add_limit_options(*command, arguments->limits);
   add_output_option(*command, "--report", arguments->report, "Write times, sizes and foliage information to this JSON file")
       ->type_name("F.json");
   add_output_option(*command, "--preview", arguments->preview, "Draw the plant with every leaf in a green of its own and wood in brown")
@@ -153,7 +156,8 @@ void add_bake_command(CLI::App& app, int* exit_code) {
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, output, dry_run, exit_code] {
     if (output->count() == 0 && dry_run->count() == 0) throw CLI::RequiredError("--output or --dry-run");
-    *exit_code = run(*arguments);
+    *exit_code = run_limited(arguments->limits, arguments->input, {arguments->output, arguments->report, arguments->preview},
+                             [&] { return run(*arguments); });
   });
 }
 

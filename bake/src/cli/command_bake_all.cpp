@@ -9,6 +9,7 @@
 #include "bake_batch.h"
 #include "batch_manifest.h"
 #include "commands.h"
+#include "limit_arguments.h"
 #include "output.h"
 #include "progress_bar.h"
 
@@ -18,6 +19,7 @@ namespace {
 struct BakeAllCommand {
   std::filesystem::path input, output, report;
   BakeArguments bake;
+  LimitArguments limits;
   std::uint32_t job_count = 0;
   bool quiet = false;
 };
@@ -122,7 +124,8 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
   batch.job_count = arguments.job_count > 0 ? arguments.job_count : default_job_count(batch.plants);
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
   const auto start = std::chrono::steady_clock::now();
-  COPPICE_TRY(results, bake_batch(batch.plants, {arguments.output / ".coppice-cache", batch.job_count}, [&bar](const BatchStatus& status) {
+  const BatchOptions options{arguments.output / ".coppice-cache", batch.job_count, job_limits(arguments.limits)};
+  COPPICE_TRY(results, bake_batch(batch.plants, options, [&bar](const BatchStatus& status) {
                 bar.show("bake-all", status.fraction,
                          std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
               }));
@@ -174,6 +177,7 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       ->type_name("N")
       ->capture_default_str();
   add_bake_options(*command, arguments->bake);
+  add_limit_options(*command, arguments->limits);
   add_output_option(*command, "--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, exit_code] { *exit_code = run(*arguments); });

@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "evaluate.h"
 #include "import_arguments.h"
+#include "limit_arguments.h"
 #include "output.h"
 #include "progress_bar.h"
 #include "report.h"
@@ -21,6 +22,7 @@ struct EvaluateArguments {
   std::string reference = "quads";
   ClassArguments classes;
   ImportArguments import;
+  LimitArguments limits;
   EvaluateOptions options;
 };
 
@@ -123,7 +125,10 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       ->check(CLI::Range(0, 1024))
       ->type_name("N")
       ->capture_default_str();
-  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+  add_limit_options(*command, arguments->limits);
+  command->callback([arguments, exit_code] {
+    *exit_code = run_limited(arguments->limits, arguments->input, {arguments->json, arguments->html}, [&] { return run(*arguments); });
+  });
 }
 
 }  // namespace coppice::bake

@@ -6,9 +6,11 @@
 #include <memory>
 #include <optional>
 
+#include "asset_path.h"
 #include "atomic_file.h"
 #include "commands.h"
 #include "import_arguments.h"
+#include "limit_arguments.h"
 #include "output.h"
 #include "printable.h"
 #include "progress_bar.h"
@@ -24,6 +26,7 @@ struct SceneArguments {
   std::filesystem::path input, output;
   std::vector<std::string> plants, densities;
   ImportArguments import;
+  LimitArguments limits;
   ScatterOptions scatter;
   bool skip_missing = false, quiet = false;
 };
@@ -61,12 +64,14 @@ Result<std::vector<std::filesystem::path>> plant_files(const std::vector<std::st
   return files;
 }
 
-Result<Species> open_species(const std::filesystem::path& file, const std::filesystem::path& scene_folder) {
+Result<Species> open_species(const std::filesystem::path& file, const std::filesystem::path& scene_folder, bool allow_outside) {
   COPPICE_TRY(bytes, read_file(file));
   COPPICE_TRY(front, read_front(bytes, bytes.size()));
   std::error_code error;
   const std::filesystem::path relative = std::filesystem::relative(file, scene_folder, error);
   if (error || relative.empty()) return wrong("no relative path from the scene to the plant", file.string());
+  if (!allow_outside && !stays_inside(relative.native()))
+    return wrong("a plant outside the scene's folder, where it is not read: move it there, or give --allow-outside", relative.string());
   Species species{species_name(file), {relative.generic_string(), {}, front.plant.sphere_radius}, 0};
   std::ranges::copy(front.plant.sphere_center, species.entry.sphere_center.begin());
   return species;
@@ -78,7 +83,7 @@ Result<std::vector<Species>> open_all_species(const SceneArguments& arguments, s
   std::vector<Species> all;
   for (const std::filesystem::path& file : files) {
     at_fault = file;
-    COPPICE_TRY(species, open_species(file, folder));
+    COPPICE_TRY(species, open_species(file, folder, arguments.import.allow_outside));
     if (std::ranges::find(all, species.name, &Species::name) != all.end()) return wrong("two plants of one name", species.name);
     all.push_back(std::move(species));
   }
@@ -177,6 +182,9 @@ Result<SceneStatistics> make_scene(const SceneArguments& arguments, std::vector<
   SceneStatistics statistics;
   COPPICE_TRY(bytes, encode_scene(used, plants, &statistics, [&bar](float share) { bar.show("tiles", share); }));
   COPPICE_CHECK(write_file_atomically(arguments.output, bytes));
+  const auto is_outside = [](const SceneSpecies& plant) { return !stays_inside(plant.path); };
+  warn(arguments.output, static_cast<std::size_t>(std::ranges::count_if(used, is_outside)),
+       "plants lie outside its folder: they are read only where the host allows that");
   return statistics;
 }
 
@@ -204,7 +212,7 @@ constexpr const char* kFooter =
     "one,\n"
     "with EXT_mesh_gpu_instancing as many as it has instances:\n"
     "  coppice scene level.glb -o level.forest --plants baked\n"
-    "Plants are named in the scene by paths relative to it: move them together.";
+    "Plants are named in the scene by paths relative to it, and lie in its folder or below: move them together.";
 
 }  // namespace
 
@@ -236,7 +244,10 @@ void add_scene_command(CLI::App& app, int* exit_code) {
   command->add_flag("--skip-missing", arguments->skip_missing, "Leave out instanced meshes that no plant is named like")->needs(input);
   add_import_options(*command, arguments->import);
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
-  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+  add_limit_options(*command, arguments->limits);
+  command->callback([arguments, exit_code] {
+    *exit_code = run_limited(arguments->limits, arguments->output, {arguments->output}, [&] { return run(*arguments); });
+  });
 }
 
 }  // namespace coppice::bake

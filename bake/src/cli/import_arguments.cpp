@@ -42,11 +42,14 @@ void add_import_options(CLI::App& command, ImportArguments& arguments) {
           },
           "The file's unit of length, by name or as a number of metres; glTF says m")
       ->type_name("m|cm|mm|in|ft|FACTOR");
+  command.add_flag("--allow-outside", arguments.allow_outside,
+                   "Read files outside the input's folder where it names any; a scene may name plants outside its own");
 }
 
 void apply_import_arguments(const ImportArguments& arguments, ImportOptions& options) {
   options.up = arguments.up == "z" ? UpAxis::z : UpAxis::y;
   options.metres_per_unit = arguments.metres_per_unit;
+  options.outside_files = arguments.allow_outside ? OutsideFiles::allowed : OutsideFiles::refused;
 }
 
 }  // namespace coppice::bake

@@ -10,10 +10,11 @@ class App;
 
 namespace coppice::bake {
 
-/// How a command's glTF input is to be read: --up and --unit.
+/// How a command's glTF input is to be read: --up, --unit and --allow-outside.
 struct ImportArguments {
   std::string up = "y";
   double metres_per_unit = 1.0;
+  bool allow_outside = false;
 };
 
 /// Adds the options to a command; `arguments` must outlive it.

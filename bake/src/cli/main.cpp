@@ -9,6 +9,7 @@
 #include "coppice/coppice.h"
 #include "endings.h"
 #include "failure_text.h"
+#include "job_processes.h"
 #include "output.h"
 #include "printable.h"
 
@@ -17,7 +18,7 @@ namespace coppice::bake {
 int report_failure(const std::filesystem::path& file, const Error& error) {
   const std::string message = error.message();
   if (error.status == Status::out_of_memory)
-    std::fprintf(stderr, "coppice: out of memory\n");
+    std::fprintf(stderr, "coppice: out of memory%s\n", memory_limit_hint().c_str());
   else if (message.find(file.string()) != std::string::npos)
     std::fprintf(stderr, "coppice: %s\n", printable(message).c_str());
   else

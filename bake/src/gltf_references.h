@@ -1,0 +1,49 @@
+#pragma once
+
+// The files that a glTF names: its buffers and images. Whoever made the glTF chose the names, so they reach no file outside its folder
+// unless that is allowed.
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "result.h"
+
+namespace coppice::bake {
+
+/// Whether a glTF may name files outside its folder.
+enum class OutsideFiles { refused, allowed };
+
+/// A larger image file is not read: an image of as many pixels as are decoded takes less, in any form.
+inline constexpr std::uint64_t kMaxImageFileBytes = std::uint64_t{1} << 30;
+
+/// "a%20b" -> "a b"
+std::string percent_decoded(std::string_view uri);
+
+/// A buffer or image of a document that is a file.
+struct GltfReference {
+  bool is_buffer = false;
+  std::size_t index = 0;
+  std::string uri;
+  std::uint64_t used_bytes = 0;  ///< of the file at most: the buffer's byteLength, kMaxImageFileBytes
+
+  /// "buffers[0].uri"
+  [[nodiscard]] std::string place() const;
+};
+
+/// Buffers, then images, in their order. What is of the wrong type is left out.
+std::vector<GltfReference> find_references(const nlohmann::json& document);
+
+/// The plain file that `uri` means in a glTF of `folder`, symlinks followed.
+/// place   of the URI, for messages: "buffers[0].uri"
+/// errors  `detail` is place and URI. invalid_argument: it is outside the folder, and that is refused; bad_file: no name of a file;
+///         io: no such file, not a plain one, or the system's reason
+Result<std::filesystem::path> resolve_reference(const std::filesystem::path& folder, std::string_view uri, const std::string& place,
+                                                OutsideFiles outside);
+
+}  // namespace coppice::bake

@@ -1,0 +1,60 @@
+#include "name_pattern.h"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace coppice::bake {
+namespace {
+
+bool matches(const std::string& pattern, const std::string& name) {
+  const auto compiled = NamePattern::compile(pattern, "--leaf-material");
+  EXPECT_TRUE(compiled) << compiled.error().message();
+  return compiled && compiled->is_in(name);
+}
+
+TEST(NamePattern, IsSearchedNotAnchoredAndCaseMatters) {
+  EXPECT_TRUE(matches("eav", "Leaves"));
+  EXPECT_FALSE(matches("leav", "Leaves"));
+  EXPECT_TRUE(matches("(?i)leav", "Leaves"));
+  EXPECT_FALSE(matches("^eav", "Leaves"));
+  EXPECT_TRUE(matches("^(Leaves|Needles)[0-9]*$", "Needles07"));
+  EXPECT_TRUE(matches("\\bleaf\\b", "a leaf here"));
+  EXPECT_TRUE(matches("bl.tter", "a bl\xc3\xa4tter"));
+  EXPECT_TRUE(matches(".", "x"));
+  EXPECT_FALSE(matches(".", ""));
+  EXPECT_TRUE(matches("", ""));
+}
+
+TEST(NamePattern, ANameOfAnyLengthTakesNoStack) {
+  EXPECT_FALSE(matches("(a|b)*c", std::string(1'000'000, 'a')));
+  EXPECT_TRUE(matches("(a|b)*c", std::string(1'000'000, 'a') + "c"));
+  const auto appended = NamePattern::compile("([._ -]?(lod)?[0-9]+)+$", "");
+  ASSERT_TRUE(appended);
+  EXPECT_EQ(appended->without("oak_lod0.012"), "oak");
+  EXPECT_EQ(appended->without("oak" + std::string(1'000'000, '1')), "oak");
+}
+
+TEST(NamePattern, APatternOfManyBracketsIsAnErrorOrAPattern) {
+  for (const std::string bracket : {"(", "[", "(?:", "(a|", "((a*)*"}) {
+    std::string text;
+    for (int i = 0; i < 20000; ++i) text += bracket;
+    const auto pattern = NamePattern::compile(text, "--leaf-material");
+    ASSERT_FALSE(pattern) << bracket;
+    EXPECT_LT(pattern.error().message().size(), 300u) << bracket;
+  }
+  const auto nested = NamePattern::compile(std::string(20000, '(') + "a" + std::string(20000, ')'), "--leaf-material");
+  EXPECT_TRUE(!nested || nested->is_in("a"));
+  EXPECT_FALSE(NamePattern::compile("((a{1,900}){1,900}){1,900}", "--leaf-material"));
+}
+
+TEST(NamePattern, AnErrorNamesSourcePatternAndReason) {
+  const auto reason = [](const std::string& text) { return NamePattern::compile(text, "oak.json: classes[4]").error().message(); };
+  EXPECT_EQ(reason("(("), "not a regular expression: oak.json: classes[4]: ((: missing )");
+  EXPECT_EQ(reason("a**"), "not a regular expression: oak.json: classes[4]: a**: bad repetition operator");
+  EXPECT_EQ(reason("(?=a)b"), "not a regular expression: oak.json: classes[4]: (?=a)b: invalid perl operator");
+  EXPECT_EQ(reason("(a)\\1"), "not a regular expression: oak.json: classes[4]: (a)\\1: invalid escape sequence");
+}
+
+}  // namespace
+}  // namespace coppice::bake

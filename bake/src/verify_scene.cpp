@@ -44,7 +44,7 @@ Result<void> check_species(const SceneFileSpecies& species, const std::filesyste
 /// "species 3, oaks/large.coppice: ..."
 Error about_species(std::uint32_t index, const SceneFileSpecies& species, const Error& error) {
   return Error{error.status, "a species of the scene", Error::kNoOffset,
-               std::to_string(index) + ", " + species.path + ": " + error.message()};
+               std::to_string(index) + ", " + std::string(species.path) + ": " + error.message()};
 }
 
 }  // namespace

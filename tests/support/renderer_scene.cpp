@@ -118,8 +118,6 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(root.corners[corner].begin(), 3, plant.file.plant.root_quad[corner]);
   plant.file.plant.root_card = root.card;
   for (const bake::Mesh& lod : baked.wood.lods) plant.wood.push_back(wood_mesh(lod));
-  plant.file.chunks = *HookArray<coppice_file_chunk>::allocate(default_allocator(), plant.wood.size());
-  for (std::uint32_t lod = 0; lod < plant.wood.size(); ++lod) plant.file.chunks[lod] = {.kind = COPPICE_CHUNK_WOOD, .index = lod};
   for (const bake::Image& baked_image : baked.images) {
     const bake::Image image = baked_image.is_normal_map ? bake::stored_normal_map(baked_image) : baked_image;
     const coppice_file_texture header{image.width, image.height, 1, 1};

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "picture.h"
@@ -16,9 +17,32 @@
 
 namespace coppice::test {
 
+/// A front that can be copied: without its chunk table, which the renderer does not look at.
+struct DecodedFront : PlantFile {
+  DecodedFront() = default;
+  DecodedFront(const DecodedFront& other)
+      : PlantFile{other.header,
+                  {},
+                  other.plant,
+                  other.materials,
+                  other.cards,
+                  other.error_leaf_counts,
+                  other.error_sizes_px,
+                  other.error_px,
+                  other.leaf_meshes,
+                  other.wood_error_px,
+                  other.leaf_mesh_error_px} {}
+  DecodedFront(DecodedFront&&) = default;
+  DecodedFront& operator=(DecodedFront other) {
+    PlantFile::operator=(std::move(other));
+    return *this;
+  }
+  ~DecodedFront() = default;
+};
+
 /// A baked plant as the runtime would have decoded it.
 struct DecodedPlant {
-  PlantFile file;
+  DecodedFront file;
   std::vector<std::uint32_t> lod_words;
   std::vector<PageNode> nodes;  ///< [2N - 1]
   std::vector<WoodMesh> wood;

@@ -85,7 +85,12 @@ class NthRead : public StreamFault, public testing::WithParamInterface<FaultyRea
     frames(60, both());
     const std::uint64_t failed = streamer->stats().chunks_failed;
     const bool reached = io.answered > n;
-    EXPECT_EQ(failed + failed_opens, reached && GetParam().is_lasting() ? 1u : 0u) << n;
+    const std::uint64_t expected = reached && GetParam().is_lasting() ? 1 : 0;
+    // A texture's header is read once more with its chunk: there a wrong byte costs nothing.
+    if (GetParam().fault == ReadFault::returns_wrong_bytes)
+      EXPECT_LE(failed + failed_opens, expected) << n;
+    else
+      EXPECT_EQ(failed + failed_opens, expected) << n;
     EXPECT_EQ(streamer->stats().chunks_wanted, 0u) << "what can never come is not waited for, read " << n;
     EXPECT_EQ(log.lines.size(), failed_opens + failed) << "one line, read " << n;
     if (failed > 0) expect_named(log.lines.back());

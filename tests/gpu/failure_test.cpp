@@ -6,7 +6,8 @@
 #include <filesystem>
 #include <functional>
 #include <iterator>
-#include <optional>
+#include <map>
+#include <span>
 #include <string>
 
 #include <glm/glm.hpp>
@@ -178,11 +179,20 @@ class FailureTest : public ContextTest {
   Image map_{gpu(), {kMapPx, kMapPx, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT}};
 };
 
-/// All of a context's calls, then every `step`-th; or all of them where the environment has COPPICE_EVERY_CALL, some minutes.
-std::vector<std::uint64_t> failing_calls(std::uint64_t of_creation, std::uint64_t all, std::uint64_t step) {
+/// Of frames too, not one in some: takes minutes more.
+bool is_every_call_wanted() {
+  return std::getenv("COPPICE_EVERY_CALL") != nullptr;
+}
+
+/// All of a context's calls, then about `most_each` of each function.
+std::vector<std::uint64_t> failing_calls(std::span<const std::string> names, std::uint64_t of_creation, std::uint64_t most_each) {
+  std::map<std::string, std::uint64_t> counts, met;
+  for (const std::string& name : names.subspan(of_creation)) ++counts[name];
   std::vector<std::uint64_t> calls;
-  if (std::getenv("COPPICE_EVERY_CALL") != nullptr) step = 1;
-  for (std::uint64_t n = 0; n < all; n += n < of_creation ? 1 : step) calls.push_back(n);
+  for (std::uint64_t n = 0; n < names.size(); ++n) {
+    const std::uint64_t step = is_every_call_wanted() ? 1 : std::max<std::uint64_t>(counts[names[n]] / most_each, 1);
+    if (n < of_creation || met[names[n]]++ % step == 0) calls.push_back(n);
+  }
   return calls;
 }
 
@@ -204,18 +214,17 @@ class VulkanFailureTest : public FailureTest {
     ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
     coppice_context_destroy(context_);
     context_ = nullptr;
-    creation_calls_ = device_faults().calls;
+    creation_calls_ = device_faults().calls.size();
     reset_device_faults();
     const Outcome clean = run();
-    all_calls_ = device_faults().calls;
-    RecordProperty("calls", std::to_string(creation_calls_) + " of " + std::to_string(all_calls_));
+    calls_ = device_faults().calls;
     EXPECT_EQ(clean.created, COPPICE_OK) << log_;
     expect_statuses(clean, COPPICE_OK);
     EXPECT_EQ(log_, "");
     leaves_ = clean.stats.drawn_leaf_count;
     EXPECT_GT(clean.stats.leaf_mesh_instance_count + leaves_, 0u);
     ASSERT_GT(creation_calls_, 100u);
-    ASSERT_GT(all_calls_, creation_calls_ + 30) << "frames create nothing: nothing was tested";
+    ASSERT_GT(calls_.size(), creation_calls_ + 30) << "frames create nothing: nothing was tested";
   }
 
   /// The n-th call returns `result`.
@@ -229,11 +238,12 @@ class VulkanFailureTest : public FailureTest {
     return outcome;
   }
 
-  std::uint64_t creation_calls_ = 0, all_calls_ = 0, leaves_ = 0;
+  std::vector<std::string> calls_;  ///< of a run without a fault
+  std::uint64_t creation_calls_ = 0, leaves_ = 0;
 };
 
 TEST_F(VulkanFailureTest, OutOfMemoryIsSaidAndGoneWithout) {
-  for (const std::uint64_t n : failing_calls(creation_calls_, all_calls_, 5)) {
+  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, 8)) {
     const Outcome outcome = run_with(n, n % 2 == 0 ? VK_ERROR_OUT_OF_DEVICE_MEMORY : VK_ERROR_OUT_OF_HOST_MEMORY);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_OUT_OF_MEMORY);
@@ -249,7 +259,7 @@ TEST_F(VulkanFailureTest, OutOfMemoryIsSaidAndGoneWithout) {
 }
 
 TEST_F(VulkanFailureTest, AnUnknownErrorEndsNoMoreThanWhatItIsAbout) {
-  for (const std::uint64_t n : failing_calls(creation_calls_, all_calls_, 13)) {
+  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, 2)) {
     const Outcome outcome = run_with(n, VK_ERROR_UNKNOWN);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_INTERNAL);
@@ -262,7 +272,7 @@ TEST_F(VulkanFailureTest, AnUnknownErrorEndsNoMoreThanWhatItIsAbout) {
 }
 
 TEST_F(VulkanFailureTest, ALostDeviceIsSaidAndStaysLost) {
-  for (const std::uint64_t n : failing_calls(creation_calls_, all_calls_, 7)) {
+  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, 4)) {
     const Outcome outcome = run_with(n, VK_ERROR_DEVICE_LOST);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_DEVICE_LOST);
@@ -282,8 +292,7 @@ TEST_F(VulkanFailureTest, ALostDeviceIsSaidAndStaysLost) {
 
 /// From the n-th allocation on there is no memory at all.
 TEST_F(VulkanFailureTest, FramesGoOnWithoutAnyMoreMemory) {
-  for (const std::uint64_t n : failing_calls(0, all_calls_, 23)) {
-    if (n < creation_calls_) continue;
+  for (std::uint64_t n = creation_calls_; n < calls_.size(); n += is_every_call_wanted() ? 3u : 23u) {
     reset_device_faults();
     device_faults().for_good = true;
     device_faults().fail_at = n;
@@ -319,7 +328,8 @@ TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
   const std::size_t all = memory_.calls;
   ASSERT_GT(of_creation, 5u);
   ASSERT_GT(all, of_creation + 20);
-  for (const std::uint64_t n : failing_calls(of_creation, all, std::max<std::size_t>((all - of_creation) / 20, 1))) {
+  const std::size_t step = is_every_call_wanted() ? 1 : std::max<std::size_t>((all - of_creation) / 20, 1);
+  for (std::size_t n = 0; n < all; n += n < of_creation ? 1 : step) {
     memory_.calls = 0;
     memory_.fail_at = n;
     const Outcome outcome = run();

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "context_fixture.h"
 #include "coppice/coppice.h"
@@ -204,6 +205,11 @@ TEST_F(SceneRuntimeTest, WrongFilesAndASecondSceneAreRefused) {
   coppice_scene_info info{};
   EXPECT_EQ(coppice_scene_get_info(context_, scene_, &info), COPPICE_ERROR_INVALID_ARGUMENT) << "struct_size";
   frame(view_from(0, 2, 0));
+  coppice_context* const other = std::exchange(context_, nullptr);
+  create(1000, false);
+  EXPECT_EQ(coppice_scene_close(context_, scene_), COPPICE_ERROR_INVALID_ARGUMENT) << "a scene of another context";
+  EXPECT_NE(log_.find("scene is a handle of another context"), std::string::npos) << log_;
+  coppice_context_destroy(std::exchange(context_, other));
   EXPECT_EQ(coppice_scene_close(context_, scene_), COPPICE_OK) << "with reads under way";
   EXPECT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
 }

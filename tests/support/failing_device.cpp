@@ -14,7 +14,8 @@ namespace {
 /// Whether the call that is made now fails.
 bool fails(const char* call) {
   DeviceFaults& faults = device_faults();
-  const std::uint64_t index = faults.calls++;
+  const std::uint64_t index = faults.calls.size();
+  faults.calls.emplace_back(call);
   const bool failing = index == faults.fail_at || (faults.for_good && index > faults.fail_at);
   if (failing && faults.failed_call.empty()) faults.failed_call = call;
   return failing;

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "coppice/coppice.h"
 
@@ -14,7 +15,7 @@ namespace coppice::test {
 struct DeviceFaults {
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
 
-  std::uint64_t calls = 0;         ///< that could have failed
+  std::vector<std::string> calls;  ///< names of those that could have failed, in order
   std::uint64_t fail_at = kNever;  ///< index of the call that returns `result`
   bool for_good = false;           ///< and all calls behind it
   VkResult result = VK_SUCCESS;

@@ -17,8 +17,8 @@ namespace {
 const std::filesystem::path kOutputs = "/nowhere/out";
 
 void check_plant(const coppice::bake::BatchPlant& plant) {
-  const std::string below = plant.output.lexically_relative(kOutputs).string();
-  COPPICE_ASSERT(!below.empty() && below != "." && !below.starts_with(".."));
+  const std::filesystem::path below = plant.output.lexically_relative(kOutputs);
+  COPPICE_ASSERT(!below.empty() && below != "." && *below.begin() != "..");
   COPPICE_ASSERT(plant.output.has_filename() && !plant.input.empty());
   COPPICE_ASSERT(std::isfinite(plant.options.import.metres_per_unit));
   COPPICE_ASSERT(!coppice::bake::options_text(plant.options).empty());

@@ -61,6 +61,7 @@ class Script {
 class World {
  public:
   explicit World(Script script) : script_(script) {
+    clock_now_ns = 1'000'000'000;  // the same for every script
     static const auto kFiles = plant_files();
     io_.files = kFiles;
     io_.deferred = true;  // hands reads to us

@@ -207,6 +207,9 @@ Result<void> read_materials(PlantFile& file, Bytes bytes) {
     for (const std::uint32_t texture : {material_texture(material), material_normal_map(material)})
       if (texture != COPPICE_NO_TEXTURE && texture >= file.plant.texture_count)
         return bad_field("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
+    // All ones stand for neither of the two, not for one.
+    if (material.texture >> kHalfBits == kHalf && material.texture != COPPICE_NO_TEXTURE)
+      return bad_field("material texture", at + offsetof(coppice_file_material, texture), "no such normal map");
     constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_COVERAGE_MASK |
                                      COPPICE_MATERIAL_CROWN_NORMALS_MASK;
     if ((material.flags & ~kKnown) != 0)

@@ -3,6 +3,7 @@
 // glTF files that are wrong in one way each, and what the importer has to say of them.
 
 #include <cstdint>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,11 @@ struct BadGltf {
   std::vector<std::uint8_t> bytes;
   std::vector<std::string> says;  ///< parts of the message: what is wrong, and where
 };
+
+/// For GoogleTest, which would print the struct's bytes, padding included. NOLINTNEXTLINE(readability-identifier-naming)
+inline void PrintTo(const BadGltf& bad, std::ostream* out) {
+  *out << bad.file;
+}
 
 /// In order of their names, which are unique.
 std::vector<BadGltf> bad_gltf_files();

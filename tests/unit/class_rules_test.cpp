@@ -29,6 +29,11 @@ struct BadRules {
   const char* place;
 };
 
+// For GoogleTest. NOLINTNEXTLINE(readability-identifier-naming)
+void PrintTo(const BadRules& rules, std::ostream* out) {
+  *out << "'" << rules.text << "'";
+}
+
 class BadRulesTest : public testing::TestWithParam<BadRules> {};
 
 TEST_P(BadRulesTest, NamesFileKeyAndPlace) {

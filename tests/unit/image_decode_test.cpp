@@ -162,7 +162,7 @@ TEST(ImageDecode, AnInterlacedPngIsTheSamePicture) {
     EXPECT_EQ(decoded(encode_png_form(gradient(depth, type, true))).rgba, decoded(encode_png_form(gradient(depth, type, false))).rgba);
 }
 
-TEST(ImageDecode, AnInflatingPngIsAnErrorBeforeItIsInflated) {
+TEST(ImageDecode, AnInflatingPngIsAnErrorAndTakesNoMemory) {
   // 8 MB of pixels behind a header of one pixel.
   const ImageBytes file =
       encode_png_form({.width = 8192, .height = 8192, .bit_depth = 1, .color_type = 0, .rows = ImageBytes(8192 * 1024)});

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,11 @@ struct BadJson {
   std::vector<std::string> parts;
   Status status = Status::bad_file;
 };
+
+// For GoogleTest. NOLINTNEXTLINE(readability-identifier-naming)
+void PrintTo(const BadJson& bad, std::ostream* out) {
+  *out << bad.name;
+}
 
 // A table. NOLINTNEXTLINE(readability-function-size)
 std::vector<BadJson> bad_json() {

@@ -493,6 +493,11 @@ struct CompressedPlant {
   double welded_leaves;
 };
 
+// For GoogleTest. NOLINTNEXTLINE(readability-identifier-naming)
+void PrintTo(const CompressedPlant& plant, std::ostream* out) {
+  *out << plant.compressed;
+}
+
 class CompressedPlantTest : public testing::TestWithParam<CompressedPlant> {};
 
 std::array<glm::vec3, 2> box_of(const Plant& plant) {

@@ -15,7 +15,7 @@ struct Pieces {
   std::vector<std::uint32_t> loose;          ///< collapsed triangles (two corners in one place) that touch no piece
   std::vector<std::uint32_t> loose_numbers;  ///< [loose.size()] those of one number lie together
   std::uint32_t loose_count = 0;             ///< numbers given
-  std::vector<std::uint32_t> seams;          ///< collapsed triangles that touch a piece
+  std::vector<std::uint32_t> seams;          ///< collapsed triangles, and pieces without area, that touch a piece
   std::vector<std::uint32_t> seam_pieces;    ///< [seams.size()] which
 };
 

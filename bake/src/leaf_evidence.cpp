@@ -139,10 +139,11 @@ double repetition_evidence(const PieceClass& of, const Kin& kin) {
   return std::clamp(0.65 * std::log10(count), 0.0, 2.6);
 }
 
-/// The most repeated class of flat pieces of a material; none where nothing is repeated.
+/// The most repeated class of flat pieces of a material, or else of pieces that are not round; none where nothing is repeated.
 std::optional<std::size_t> main_class(std::span<const PieceClass> of_material) {
-  for (std::size_t i = 0; i < of_material.size(); ++i)
-    if (of_material[i].piece_count >= kLeastCompany && of_material[i].flatness >= kFlat) return i;
+  for (const double least : {kFlat, kRound})
+    for (std::size_t i = 0; i < of_material.size(); ++i)
+      if (of_material[i].piece_count >= kLeastCompany && of_material[i].flatness >= least) return i;
   return std::nullopt;
 }
 
@@ -151,7 +152,7 @@ double company_evidence(const PieceClass& of, const PieceClass& leaves) {
   // The last has all that speaks for leaves, but for its form.
   constexpr double kOdd = -4.0, kSlender = -8.0;
   if (of.piece_count >= leaves.piece_count) return 0.0;
-  const bool is_slender = of.length_m >= 2.0 * leaves.length_m && of.slenderness >= 6.0 * leaves.slenderness && of.slenderness >= 15.0;
+  const bool is_slender = of.length_m >= 2.0 * leaves.length_m && of.slenderness >= 4.0 * leaves.slenderness && of.slenderness >= 15.0;
   if (is_slender) return kSlender;
   const bool is_tube = of.flatness < kRound && of.elongation >= 3.0, is_ball = of.flatness < kBall;
   const bool is_longer = of.length_m >= 4.0 * leaves.length_m && of.triangle_count > leaves.triangle_count &&

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
 #include <cstddef>
 #include <map>
 #include <numbers>
@@ -101,6 +102,7 @@ class LobeJoiner {
     table_ = find_kinds(mesh_, pieces_);
     find_contacts(meetings);
     join_partners();
+    join_complements();
     join_strips();
     join_fans(meetings);
     for (std::uint32_t& piece : piece_of_)
@@ -169,39 +171,59 @@ class LobeJoiner {
 
   using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-  /// One of each: contacts of different kinds. Those of different topology are counted as such, because a leaf's own form may have a kind
-  /// for every place on an instanced twig. First by what touches where, then without it.
+  /// Pieces of one kind, or of all kinds of one topology.
+  struct Group {
+    bool is_kind = false;
+    std::uint32_t number = 0;
+    auto operator<=>(const Group&) const = default;
+  };
+  [[nodiscard]] std::uint32_t count(const Group& group) const {
+    return group.is_kind ? table_.kinds[group.number].count : table_.topology_counts[group.number];
+  }
+
+  /// What touches what, and where.
+  struct Sort {
+    Group a, b;
+    std::vector<std::uint32_t> points_a, points_b;
+    auto operator<=>(const Sort&) const = default;
+  };
+  using Sorts = std::map<Sort, Pairs>;
+
+  static void add(Sorts& sorts, const Contact& contact, const Group& a, const Group& b, bool with_points) {
+    const bool swapped = b < a;
+    Sort sort{swapped ? b : a, swapped ? a : b, {}, {}};
+    if (with_points) sort.points_a = swapped ? contact.points_b : contact.points_a;
+    if (with_points) sort.points_b = swapped ? contact.points_a : contact.points_b;
+    sorts[sort].emplace_back(swapped ? contact.b : contact.a, swapped ? contact.a : contact.b);
+  }
+
+  /// One of each: contacts of different kinds. Of different topologies, all pieces of one must take part: a leaf may have a kind for each
+  /// place on an instanced twig, and so may the twig. First by what touches where, then without it.
   void join_partners() {
-    struct Sort {
-      bool by_kind = false;
-      std::uint32_t a = 0, b = 0;
-      std::vector<std::uint32_t> points_a, points_b;
-      bool operator<(const Sort& other) const {
-        return std::tie(by_kind, a, b, points_a, points_b) < std::tie(other.by_kind, other.a, other.b, other.points_a, other.points_b);
-      }
-    };
     for (const bool with_points : {true, false}) {
-      std::map<Sort, Pairs> sorts;
+      Sorts sorts;
       for (const Contact& contact : contacts_) {
         const NumberedPiece &first = pieces_[contact.a], &second = pieces_[contact.b];
         if (first.kind == second.kind) continue;
-        const bool by_kind = first.topology == second.topology;
-        Sort sort{by_kind, by_kind ? first.kind : first.topology, by_kind ? second.kind : second.topology, {}, {}};
-        if (with_points) sort.points_a = contact.points_a, sort.points_b = contact.points_b;
-        const bool swapped = sort.a > sort.b;
-        if (swapped) std::swap(sort.a, sort.b), std::swap(sort.points_a, sort.points_b);
-        sorts[sort].emplace_back(swapped ? contact.b : contact.a, swapped ? contact.a : contact.b);
+        const Group kind_a{true, first.kind}, kind_b{true, second.kind}, all_a{false, first.topology}, all_b{false, second.topology};
+        if (first.topology == second.topology) {
+          add(sorts, contact, kind_a, kind_b, with_points);
+          continue;
+        }
+        add(sorts, contact, all_a, all_b, with_points);
+        add(sorts, contact, all_a, kind_b, with_points);
+        add(sorts, contact, kind_a, all_b, with_points);
       }
       for (const auto& [sort, pairs] : sorts) {
-        const auto count = [&, by_kind = sort.by_kind](std::uint32_t of) {
-          return by_kind ? table_.kinds[of].count : table_.topology_counts[of];
-        };
-        join_if_partners(pairs, count(sort.a), count(sort.b));
+        // What is known to touch in one place may touch by chance in others.
+        if (partners_.contains({sort.a, sort.b}) && !with_points) continue;
+        if (join_if_partners(pairs, count(sort.a), count(sort.b))) partners_.insert({sort.a, sort.b});
       }
     }
   }
 
-  void join_if_partners(Pairs pairs, std::uint32_t count_a, std::uint32_t count_b) {
+  /// Whether it did.
+  bool join_if_partners(Pairs pairs, std::uint32_t count_a, std::uint32_t count_b) {
     if (count_a > count_b) {
       std::swap(count_a, count_b);
       for (auto& [a, b] : pairs) std::swap(a, b);
@@ -209,14 +231,51 @@ class LobeJoiner {
     const double ratio = static_cast<double>(count_b) / static_cast<double>(count_a);
     const auto each = static_cast<std::uint32_t>(std::lround(ratio));
     if (count_a < kRepeated || each > 2 || std::abs(ratio - each) > 0.1 * each || !may_be_one(pairs[0].first, pairs[0].second, each))
-      return;
+      return false;
     std::unordered_map<std::uint32_t, std::uint32_t> degree_a, degree_b;
     for (const auto& [a, b] : pairs) ++degree_a[a], ++degree_b[b];
     const auto have = [](const auto& degrees, std::uint32_t degree) {
       return static_cast<double>(std::ranges::count_if(degrees, [&](const auto& entry) { return entry.second == degree; }));
     };
-    if (have(degree_b, 1) < kNearlyAll * count_b || have(degree_a, each) < kNearlyAll * count_a) return;
-    join_nearest(pairs);
+    for (const std::uint32_t degree : {1u, 2u}) {
+      if (have(degree_b, degree) < kNearlyAll * count_b || have(degree_a, each * degree) < kNearlyAll * count_a) continue;
+      // Two and two at one point touch crosswise.
+      if (degree == 2)
+        std::erase_if(pairs, [&](const auto& pair) { return degree_b[pair.second] != 2 || degree_a[pair.first] != 2 * each; });
+      degree == 2 ? join_all(pairs) : join_nearest(pairs);
+      return true;
+    }
+    return false;
+  }
+
+  void join_all(const Pairs& pairs) {
+    for (const auto& [a, b] : pairs) unite(a, b);
+  }
+
+  /// One lobe may come in several kinds, one for each leaf of an instanced twig: each touches just one of a third kind, which has one of
+  /// them.
+  void join_complements() {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Pairs> sorts;
+    for (const Contact& contact : contacts_) {
+      const NumberedPiece &first = pieces_[contact.a], &second = pieces_[contact.b];
+      if (first.kind == second.kind || first.topology != second.topology) continue;
+      sorts[{first.kind, second.kind}].emplace_back(contact.a, contact.b);
+      sorts[{second.kind, first.kind}].emplace_back(contact.b, contact.a);
+    }
+    std::vector<Pairs> complements(table_.kinds.size());
+    std::vector<std::uint32_t> counts(table_.kinds.size(), 0);
+    for (const auto& [sort, pairs] : sorts) {
+      const auto& [of, other] = sort;
+      if (partners_.contains({{true, std::min(of, other)}, {true, std::max(of, other)}})) continue;
+      std::set<std::uint32_t> others;
+      for (const auto& [a, b] : pairs) others.insert(b);
+      const std::uint32_t count = table_.kinds[other].count;
+      if (count > table_.kinds[of].count || static_cast<double>(others.size()) < kNearlyAll * count) continue;
+      counts[of] += count;
+      complements[of].insert(complements[of].end(), pairs.begin(), pairs.end());
+    }
+    for (std::uint32_t kind = 0; kind < complements.size(); ++kind)
+      if (!complements[kind].empty()) join_if_partners(complements[kind], table_.kinds[kind].count, counts[kind]);
   }
 
   /// Joins each second piece with the one first piece that is nearest in the file.
@@ -230,12 +289,11 @@ class LobeJoiner {
 
   /// A sheet is no part of a tube, nor a blade of its stalk; two that are alike stand beside a third of their size.
   [[nodiscard]] bool may_be_one(std::uint32_t a, std::uint32_t b, std::uint32_t each) const {
-    constexpr double kRound = 0.65, kSlender = 4.0, kAboutAsLong = 3.0;
+    constexpr double kRound = 0.65, kSlender = 2.5, kAboutAsLong = 3.0;
     const PieceKind &first = kind_of(a), &second = kind_of(b);
     if ((first.flatness < kRound) != (second.flatness < kRound)) return false;
     if (std::max(first.elongation, second.elongation) > kSlender * std::min(first.elongation, second.elongation)) return false;
-    return each == 1 || (first.triangle_count == second.triangle_count && first.point_count == second.point_count &&
-                         std::max(first.length_m, second.length_m) <= kAboutAsLong * std::min(first.length_m, second.length_m));
+    return each == 1 || std::max(first.length_m, second.length_m) <= kAboutAsLong * std::min(first.length_m, second.length_m);
   }
 
   /// Copies side by side, or end to end if slender: of one topology if all are so, else of one kind.
@@ -360,6 +418,7 @@ class LobeJoiner {
   std::vector<std::uint32_t> number_of_;  ///< [triangle count] of the piece with this first triangle, kNone if it is not looked at
   KindTable table_;
   std::vector<Contact> contacts_;
+  std::set<std::pair<Group, Group>> partners_;  ///< what was joined, the smaller first
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <span>
 #include <tuple>
 #include <unordered_map>
@@ -253,14 +254,26 @@ class Splitter {
     }
   }
 
-  /// Whether parts that touch in points are one thing: only if it is repeated just so, and they are not alike.
+  /// Whether parts that touch in points are one thing: only if it is repeated just so, they are not alike, and it is not made of things
+  /// that are repeated within it, as a twig with its leaves is.
   bool is_one_shape(TriangleList whole, const std::vector<std::vector<std::uint32_t>>& parts) {
-    if (counts_[class_of(whole)].welded < kRepeated) return false;
+    if (counts_[class_of(whole)].welded < kRepeated || has_many_of_each(whole, parts)) return false;
     const MainClass most = main_class(whole, parts);
     const ClassCounts& counts = counts_[most.key];
     // Single triangles are leaves only where others of them touch nothing.
     const bool repeated = (most.key.triangle_count > 1 ? counts.both : counts.alone) >= kRepeated;
     return !(repeated && most.part_count > 1 && most.share >= kAlikeShare);
+  }
+
+  bool has_many_of_each(TriangleList whole, const std::vector<std::vector<std::uint32_t>>& parts) const {
+    constexpr std::size_t kMany = 4;
+    constexpr double kShare = 0.4;
+    std::map<ClassKey, std::vector<std::size_t>> sizes;
+    for (const auto& part : parts) sizes[class_of(part)].push_back(part.size());
+    std::size_t covered = 0;
+    for (const auto& [key, of] : sizes)
+      if (of.size() >= kMany && key.triangle_count > 1) covered += std::accumulate(of.begin(), of.end(), std::size_t{0});
+    return static_cast<double>(covered) >= kShare * static_cast<double>(whole.size());
   }
 
   bool are_alike(TriangleList piece, const std::vector<std::vector<std::uint32_t>>& parts) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <map>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include <glm/common.hpp>
@@ -109,6 +110,52 @@ float extent(const Features& image_part) {
   return std::min(sides.x, sides.y) > 1e-4f ? std::max(sides.x, sides.y) : 0.0f;
 }
 
+/// Numbers the points by how far they are from the others, and sorts the triangles: for copies whose triangles come in any order.
+void renumber_by_form(const Mesh& mesh, NumberedPiece& piece) {
+  const std::size_t count = piece.vertices.size();
+  std::vector<std::pair<double, std::uint32_t>> order;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    double sum = 0.0;
+    for (std::uint32_t k = 0; k < count; ++k)
+      sum += static_cast<double>(glm::distance(mesh.positions[piece.vertices[i]], mesh.positions[piece.vertices[k]]));
+    order.emplace_back(sum, i);
+  }
+  std::ranges::sort(order);
+  std::vector<std::uint32_t> new_number(count);
+  NumberedPiece sorted = piece;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    new_number[order[i].second] = i;
+    sorted.points[i] = piece.points[order[i].second];
+    sorted.vertices[i] = piece.vertices[order[i].second];
+  }
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (std::size_t t = 0; t < piece.corners.size(); t += 3) {
+    triangles.push_back({new_number[piece.corners[t]], new_number[piece.corners[t + 1]], new_number[piece.corners[t + 2]]});
+    std::ranges::sort(triangles.back());
+  }
+  std::ranges::sort(triangles);
+  sorted.corners.clear();
+  for (const auto& triangle : triangles) sorted.corners.insert(sorted.corners.end(), triangle.begin(), triangle.end());
+  piece = std::move(sorted);
+}
+
+using Size = std::array<std::size_t, 3>;
+Size size_of(const Mesh& mesh, const NumberedPiece& piece) {
+  return {mesh.triangle_materials[piece.first_triangle], piece.corners.size(), piece.points.size()};
+}
+
+/// Renumbers pieces of the sizes that come in many orders.
+void undo_reordering(const Mesh& mesh, std::vector<NumberedPiece>& pieces) {
+  constexpr std::size_t kMostOrders = 6;
+  std::map<Size, std::set<std::vector<std::uint32_t>>> orders;
+  for (const NumberedPiece& piece : pieces) {
+    auto& of = orders[size_of(mesh, piece)];
+    if (of.size() <= kMostOrders) of.insert(piece.corners);
+  }
+  for (NumberedPiece& piece : pieces)
+    if (orders[size_of(mesh, piece)].size() > kMostOrders) renumber_by_form(mesh, piece);
+}
+
 /// Numbers topologies; [topology] its pieces.
 std::vector<std::vector<std::uint32_t>> number_topologies(const Mesh& mesh, std::vector<NumberedPiece>& pieces) {
   std::map<std::pair<std::uint32_t, std::vector<std::uint32_t>>, std::uint32_t> numbers;
@@ -207,6 +254,7 @@ NumberedPiece number_piece(const Mesh& mesh, const Points& points, std::span<con
 }
 
 KindTable find_kinds(const Mesh& mesh, std::vector<NumberedPiece>& pieces) {
+  undo_reordering(mesh, pieces);
   KindTable table;
   for (const auto& members : number_topologies(mesh, pieces)) {
     table.topology_counts.push_back(static_cast<std::uint32_t>(members.size()));

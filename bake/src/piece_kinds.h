@@ -40,7 +40,8 @@ struct KindTable {
   std::vector<std::uint32_t> topology_counts;  ///< pieces of each topology
 };
 
-/// Finds out which pieces are copies and fills in their topology and kind.
+/// Finds out which pieces are copies and fills in their topology and kind. Where the triangles of equally large pieces come in many orders,
+/// points are numbered anew, by their places.
 KindTable find_kinds(const Mesh& mesh, std::vector<NumberedPiece>& pieces);
 
 }  // namespace coppice::bake

@@ -23,17 +23,31 @@ struct Piece {
   std::uint32_t material = 0, owner = 0, number = 0;  ///< owner: pieces of one share vertices, if they are to; number: within the owner
 };
 
-using Outline = std::vector<glm::dvec3>;  ///< x along the leaf, y across it
+struct Outline {
+  std::vector<glm::dvec3> points;  ///< x along the leaf, y across it
+  std::vector<glm::dvec2> uvs;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
 
-/// Point i of a strip of three triangles: at the stalk, then left and right in turns, the tip last.
-Outline lobe_outline(double length, double width, double direction, double skew) {
-  const std::array<glm::dvec2, 5> strip{{{0.0, 0.0}, {0.3, 0.5}, {0.4 + skew, -0.5}, {0.75, 0.3}, {1.0, 0.0}}};
-  Outline outline;
-  for (const glm::dvec2& point : strip) {
-    const double x = point.x * length, y = point.y * width;
-    outline.emplace_back(std::cos(direction) * x - std::sin(direction) * y, std::sin(direction) * x + std::cos(direction) * y, 0.0);
+/// A lobe along x from the origin; point 0 is at the stalk, 1 left, 2 right, 4 the tip.
+Outline lobe_outline(LobeShape shape, double length, double width, double skew) {
+  Outline lobe;
+  if (shape == LobeShape::pyramid) {
+    lobe.points = {{0.0, 0.0, 0.0}, {0.45, 0.5, 0.0}, {0.5 + skew, -0.5, 0.0}, {0.5, 0.0, 0.15}, {1.0, 0.0, 0.0}};
+    lobe.triangles = {{0, 2, 1}, {1, 2, 4}, {0, 3, 2}, {2, 3, 4}, {4, 3, 1}, {1, 3, 0}};
+  } else {
+    lobe.points = {{0.0, 0.0, 0.0}, {0.3, 0.5, 0.0}, {0.4 + skew, -0.5, 0.0}, {0.75, 0.3, 0.0}, {1.0, 0.0, 0.0}};
+    lobe.triangles = {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}};
   }
-  return outline;
+  if (shape == LobeShape::unlike) {
+    lobe.points.emplace_back(0.8, -0.3, 0.0);
+    lobe.triangles.push_back({2, 4, 5});
+  }
+  for (glm::dvec3& point : lobe.points) {
+    lobe.uvs.emplace_back(point.x, point.y);
+    point *= glm::dvec3(length, width, length);
+  }
+  return lobe;
 }
 
 /// The lobes of a leaf of length 1 whose stalk is the origin.
@@ -42,21 +56,25 @@ std::vector<Outline> leaf_outlines(const LobedPlant& plant) {
   const double middle = 0.5 * (plant.lobe_count - 1.0);
   const bool is_row = plant.form == LobeForm::equal && plant.contact != LobeContact::stalk;
   for (std::uint32_t k = 0; k < plant.lobe_count; ++k) {
-    const double side = k - middle, beside = std::abs(side);
-    const double length = plant.form == LobeForm::equal ? 1.0 : 1.0 - 0.17 * beside,
-                 width = plant.form == LobeForm::equal ? 0.3 : 0.3 + 0.06 * beside;
-    Outline lobe = lobe_outline(length, width, is_row ? 0.0 : -0.7 * side, plant.form == LobeForm::own ? 0.08 * k : 0.0);
-    if (plant.form == LobeForm::mirrored && side > 0.0) {
-      lobe = lobe_outline(length, width, -0.7 * beside, 0.0);
-      for (glm::dvec3& point : lobe) point.y = -point.y;
+    const double side = k - middle, beside = plant.form == LobeForm::equal ? 0.0 : std::abs(side);
+    const bool is_plain = plant.shape == LobeShape::unlike && std::abs(side) > 0.6;
+    Outline lobe = lobe_outline(is_plain ? LobeShape::strip : plant.shape, 1.0 - 0.17 * beside, 0.3 + 0.06 * beside,
+                                plant.form == LobeForm::own ? 0.08 * k : 0.0);
+    const double direction = is_row ? 0.0 : -plant.step * side;
+    for (glm::dvec3& point : lobe.points) {
+      if (plant.form == LobeForm::mirrored && side > 0.0) point.y = -point.y;
+      const glm::dvec3 raised(std::cos(plant.cone) * point.x, point.y, point.z + std::sin(plant.cone) * point.x);
+      point = {std::cos(direction) * raised.x - std::sin(direction) * raised.y,
+               std::sin(direction) * raised.x + std::cos(direction) * raised.y, raised.z};
     }
-    if (plant.form == LobeForm::mirrored && side < 0.0) lobe = lobe_outline(length, width, -0.7 * beside, 0.0);
+    auto& points = lobe.points;
     if (k > 0 && plant.contact == LobeContact::corner) {
-      const glm::dvec3 shift = lobes.back()[2] - lobe[1];
-      for (glm::dvec3& point : lobe) point += shift;
+      const glm::dvec3 shift = lobes.back().points[2] - points[1];
+      for (glm::dvec3& point : points) point += shift;
     }
-    if (k > 0 && plant.contact == LobeContact::two_points) lobe[3] = lobes.back()[2];
-    if (k > 0 && plant.contact == LobeContact::edge) lobe[1] = lobes.back()[2];
+    if (k > 0 && plant.contact == LobeContact::two_points) points[3] = lobes.back().points[2];
+    if (k > 0 && plant.contact == LobeContact::edge) points[1] = lobes.back().points[2];
+    for (std::size_t i = 0; i < points.size() && !plant.are_leaves; ++i) lobe.uvs[i] = points[i];
     lobes.push_back(std::move(lobe));
   }
   return lobes;
@@ -87,15 +105,15 @@ class Grower {
   }
 
  private:
-  double between(double low, double high) { return low + (high - low) * random_.uniform(); }
+  static double between(double low, double high, SeededRandom& random) { return low + (high - low) * random.uniform(); }
 
-  glm::dvec3 direction() {
-    const double y = between(-1.0, 1.0), turn = between(0.0, 2.0 * std::numbers::pi), r = std::sqrt(1.0 - y * y);
+  static glm::dvec3 direction(SeededRandom& random) {
+    const double y = between(-1.0, 1.0, random), turn = between(0.0, 2.0 * std::numbers::pi, random), r = std::sqrt(1.0 - y * y);
     return {r * std::cos(turn), y, r * std::sin(turn)};
   }
 
-  glm::dmat3 rotation() {
-    const glm::dvec3 x = direction(), z = glm::normalize(glm::cross(x, direction()));
+  static glm::dmat3 rotation(SeededRandom& random) {
+    const glm::dvec3 x = direction(random), z = glm::normalize(glm::cross(x, direction(random)));
     return {x, glm::cross(z, x), z};
   }
 
@@ -106,8 +124,10 @@ class Grower {
   /// A new twig in the crown: where its six leaves are, and its pieces if it has any.
   void start_twig() {
     ++owner_;
-    const glm::dvec3 from = glm::dvec3(0.0, 3.5, 0.0) + 1.5 * std::cbrt(random_.uniform()) * direction();
-    const glm::dmat3 turn = rotation();
+    leaf_random_ = SeededRandom(plant_.instanced_twigs ? 7 : random_.next());
+    const glm::dvec3 from = glm::dvec3(0.0, 3.5, 0.0) + 1.5 * std::cbrt(random_.uniform()) * direction(random_);
+    const glm::dmat3 turn = rotation(random_);
+    twig_turn_ = turn;
     joints_.clear();
     for (int i = 0; i < 6; ++i) joints_.push_back(from + turn * glm::dvec3(0.08 * i, 0.012 * (i % 2), 0.008 * (i % 3)));
     for (std::uint32_t i = 0; i < 5 && plant_.twigs != TwigForm::none; ++i) add_segment(i, turn);
@@ -142,18 +162,20 @@ class Grower {
 
   void add_leaf(std::uint32_t leaf, std::uint32_t joint) {
     ++owner_;
-    const double size_m = between(0.07, 0.12), bend = plant_.bend * between(-1.0, 1.0);
-    const glm::dmat3 turn = rotation();
-    const glm::dvec3 gap = plant_.twigs_bear ? glm::dvec3(0.0) : 0.02 * direction();
+    SeededRandom& random = leaf_random_;
+    const double size_m = between(0.07, 0.12, random), bend = plant_.bend * between(-1.0, 1.0, random);
+    const glm::dmat3 turn = twig_turn_ * rotation(random);
+    const glm::dvec3 gap = plant_.twigs_bear ? glm::dvec3(0.0) : twig_turn_ * (0.02 * direction(random));
     std::vector<Piece> lobes;
     for (const Outline& outline : leaf_outlines(plant_)) {
       Piece lobe;
-      for (const glm::dvec3& point : outline) {
-        const glm::dvec3 bent(point.x, point.y, 0.5 * bend * point.x * point.x);
+      for (std::size_t i = 0; i < outline.points.size(); ++i) {
+        const glm::dvec3& point = outline.points[i];
+        const glm::dvec3 bent(point.x, point.y, point.z + 0.5 * bend * point.x * point.x);
         lobe.points.push_back(rounded(joints_[joint] + gap + size_m * (turn * bent)));
-        lobe.uvs.push_back(plant_.has_uvs ? glm::vec2(0.1 + 0.4 * point.x, 0.4 + 0.2 * point.y) : glm::vec2(0.0f));
+        lobe.uvs.push_back(plant_.has_uvs ? glm::vec2(0.1 + 0.4 * outline.uvs[i].x, 0.4 + 0.2 * outline.uvs[i].y) : glm::vec2(0.0f));
       }
-      lobe.triangles = {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}};
+      lobe.triangles = outline.triangles;
       lobe.owner = owner_;
       lobe.number = static_cast<std::uint32_t>(lobes.size());
       lobes.push_back(std::move(lobe));
@@ -163,6 +185,7 @@ class Grower {
     for (Piece& lobe : lobes) {
       add_degenerate(lobe);
       add_back(lobe);
+      if (plant_.shuffled_triangles) shuffle(lobe.triangles);
       pieces_.push_back(std::move(lobe));
     }
   }
@@ -205,10 +228,14 @@ class Grower {
     }
   }
 
+  template <class T>
+  void shuffle(std::vector<T>& items) {
+    for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random_.below(static_cast<std::uint32_t>(i))]);
+  }
+
   void order_pieces() {
     if (plant_.order == LobeOrder::by_lobe) std::ranges::stable_sort(pieces_, {}, &Piece::number);
-    if (plant_.order == LobeOrder::shuffled)
-      for (std::size_t i = pieces_.size(); i > 1; --i) std::swap(pieces_[i - 1], pieces_[random_.below(static_cast<std::uint32_t>(i))]);
+    if (plant_.order == LobeOrder::shuffled) shuffle(pieces_);
   }
 
   /// An upright tube, open.
@@ -300,7 +327,8 @@ class Grower {
   }
 
   LobedPlant plant_;
-  SeededRandom random_;
+  SeededRandom random_, leaf_random_{0};
+  glm::dmat3 twig_turn_{1.0};
   std::vector<Piece> pieces_;
   std::vector<glm::dvec3> joints_;
   glm::vec3 tip_before_{0.0f};
@@ -373,6 +401,55 @@ std::vector<LobedPlant> lobed_plants() {
        .touching = 0.07},
       {.name = "FacettedPot", .contact = edge, .pot = PotForm::facets},
       {.name = "FacettedPotWithoutNames", .contact = edge, .pot = PotForm::facets, .has_names = false},
+      {.name = "Pyramids", .shape = LobeShape::pyramid},
+      {.name = "PyramidsOnTwigs", .twigs = TwigForm::prisms, .twigs_bear = true, .shape = LobeShape::pyramid, .instanced_twigs = true},
+      {.name = "PyramidsEdge", .lobe_count = 5, .contact = edge, .shape = LobeShape::pyramid},
+      {.name = "PyramidsTwoPoints", .lobe_count = 2, .contact = two_points, .twigs = TwigForm::strips, .shape = LobeShape::pyramid},
+      {.name = "PyramidsMirrored", .form = LobeForm::mirrored, .order = O::by_lobe, .shape = LobeShape::pyramid},
+      {.name = "UnlikeLobes", .sides = S::both, .twigs = TwigForm::strips, .twigs_bear = true, .shape = LobeShape::unlike},
+      {.name = "UnlikeLobesInstanced",
+       .sides = S::both,
+       .twigs = TwigForm::prisms,
+       .twigs_bear = true,
+       .shape = LobeShape::unlike,
+       .instanced_twigs = true},
+      {.name = "UnlikeLobesTouching", .lobe_count = 5, .shape = LobeShape::unlike, .touching = 0.2},
+      {.name = "InstancedStripTwigs",
+       .sides = S::both,
+       .twigs = TwigForm::strips,
+       .twigs_bear = true,
+       .instanced_twigs = true,
+       .bend = 0.4},
+      {.name = "InstancedPrismTwigs", .sides = S::both, .twigs = TwigForm::prisms, .instanced_twigs = true, .bend = 0.8},
+      {.name = "ShuffledTriangles", .sides = S::both, .shuffled_triangles = true},
+      {.name = "WhorlsAreLeaves", .form = LobeForm::equal, .sides = S::both, .are_leaves = true, .step = 2.1, .cone = 0.5},
+      {.name = "FlatWhorlsAreLeaves", .form = LobeForm::equal, .are_leaves = true, .step = 2.0944},
+      {.name = "PairsAreLeaves", .lobe_count = 2, .form = LobeForm::equal, .are_leaves = true, .step = 2.6, .cone = 0.4},
+      {.name = "MirroredPairsAreLeaves", .lobe_count = 2, .form = LobeForm::mirrored, .are_leaves = true, .step = 2.6, .cone = 0.4},
+      {.name = "PairsOnTwigsAreLeaves",
+       .lobe_count = 2,
+       .form = LobeForm::equal,
+       .twigs = TwigForm::strips,
+       .twigs_bear = true,
+       .instanced_twigs = true,
+       .are_leaves = true,
+       .step = 2.6},
+      {.name = "LeafletsAreLeaves", .lobe_count = 5, .form = LobeForm::equal, .has_uvs = true, .are_leaves = true, .step = 0.8},
+      {.name = "DroopingLeafletsAreLeaves",
+       .lobe_count = 5,
+       .form = LobeForm::equal,
+       .are_leaves = true,
+       .step = 0.8,
+       .cone = -0.4,
+       .bend = 0.3},
+      {.name = "LeavesOnTwigs", .lobe_count = 1, .sides = S::both, .twigs = TwigForm::strips, .twigs_bear = true, .instanced_twigs = true},
+      {.name = "BentLeavesOnTwigs",
+       .lobe_count = 1,
+       .sides = S::both,
+       .twigs = TwigForm::strips,
+       .twigs_bear = true,
+       .instanced_twigs = true,
+       .bend = 0.8},
       {.name = "Rounded", .sides = S::both, .twigs = TwigForm::strips, .twigs_bear = true, .step_m = 1e-4},
   };
   std::uint32_t seed = 1;

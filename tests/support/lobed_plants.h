@@ -13,6 +13,8 @@ namespace coppice::bake::test {
 enum class LobeContact { stalk, corner, two_points, edge };
 /// Lobes differ; those left and right of the middle mirror each other; all are equal.
 enum class LobeForm { own, mirrored, equal };
+/// A strip of three triangles; a closed pyramid of six over a flat rhomb; four triangles in the middle, strips beside it.
+enum class LobeShape { strip, pyramid, unlike };
 enum class LobeSides { one, both, repeated, both_with_own_vertices };
 enum class LobeVertices { per_lobe, per_leaf, per_triangle };
 enum class LobeOrder { consecutive, by_lobe, shuffled, interleaved };
@@ -36,11 +38,18 @@ struct LobedPlant {
   Degenerate degenerate = Degenerate::none;
   bool has_uvs = false;
   bool has_names = true;
-  double bend = 0.0;               ///< of each leaf by its own amount, up to so many radians over its length
-  double touching = 0.0;           ///< share of leaves whose tip is a point of the leaf before
-  double step_m = 0.0;             ///< positions are rounded to multiples
+  LobeShape shape = LobeShape::strip;
+  bool instanced_twigs = false;  ///< all twigs are alike: leaves, their sizes, bends and directions
+  bool shuffled_triangles = false;
+  bool are_leaves = false;  ///< each lobe is a leaf of its own, with all of the image: whorls, pairs, compound leaves. Equal or mirrored
+  double step = 0.7;        ///< angle between neighbouring lobes, rad
+  double cone = 0.0;        ///< angle of the lobes to their common plane, rad
+  double bend = 0.0;        ///< of each leaf by its own amount, up to so many radians over its length
+  double touching = 0.0;    ///< share of leaves whose tip is a point of the leaf before
+  double step_m = 0.0;      ///< positions are rounded to multiples
   std::uint32_t leaf_count = 900;  ///< a multiple of 6
   std::uint32_t seed = 1;
+  [[nodiscard]] std::uint32_t true_leaf_count() const { return are_leaves ? leaf_count * lobe_count : leaf_count; }
 };
 
 struct GrownPlant {

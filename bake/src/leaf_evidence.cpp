@@ -139,12 +139,17 @@ double repetition_evidence(const PieceClass& of, const Kin& kin) {
   return std::clamp(0.65 * std::log10(count), 0.0, 2.6);
 }
 
-/// The most repeated class of flat pieces of a material, or else of pieces that are not round; none where nothing is repeated.
+/// The most repeated class of flat pieces of a material, or one of pieces that are not round and twice as many; none where nothing is
+/// repeated.
 std::optional<std::size_t> main_class(std::span<const PieceClass> of_material) {
-  for (const double least : {kFlat, kRound})
-    for (std::size_t i = 0; i < of_material.size(); ++i)
-      if (of_material[i].piece_count >= kLeastCompany && of_material[i].flatness >= least) return i;
-  return std::nullopt;
+  std::optional<std::size_t> first;
+  for (std::size_t i = 0; i < of_material.size(); ++i) {
+    const PieceClass& each = of_material[i];
+    if (each.piece_count < kLeastCompany || each.flatness < kRound) continue;
+    if (!first) first = i;
+    if (each.flatness >= kFlat) return of_material[*first].piece_count >= 2 * each.piece_count ? first : i;
+  }
+  return first;
 }
 
 /// Beside leaves: what is round, or many times as long and of another shape, or longer and much more slender.
@@ -152,7 +157,7 @@ double company_evidence(const PieceClass& of, const PieceClass& leaves) {
   // The last has all that speaks for leaves, but for its form.
   constexpr double kOdd = -4.0, kSlender = -8.0;
   if (of.piece_count >= leaves.piece_count) return 0.0;
-  const bool is_slender = of.length_m >= 2.0 * leaves.length_m && of.slenderness >= 4.0 * leaves.slenderness && of.slenderness >= 15.0;
+  const bool is_slender = of.length_m >= 1.5 * leaves.length_m && of.slenderness >= 4.0 * leaves.slenderness && of.slenderness >= 15.0;
   if (is_slender) return kSlender;
   const bool is_tube = of.flatness < kRound && of.elongation >= 3.0, is_ball = of.flatness < kBall;
   const bool is_longer = of.length_m >= 4.0 * leaves.length_m && of.triangle_count > leaves.triangle_count &&
@@ -216,13 +221,17 @@ void judge(PieceClass& of, double extent_m) {
 void judge_what_is_below(std::vector<PieceClass>& classes, double extent_m) {
   constexpr double kBelow = -2.5;
   constexpr std::uint64_t kFewer = 10;
-  const auto count = [](const PieceClass& each) { return each.part == PlantPart::leaf ? each.piece_count : 0; };
-  const auto leaves = std::ranges::max_element(classes, {}, count);
-  if (leaves == classes.end() || leaves->part != PlantPart::leaf) return;
+  std::map<std::uint32_t, std::uint64_t> leaf_counts;
+  const PieceClass* leaves = nullptr;
+  for (const PieceClass& each : classes) {
+    if (each.part != PlantPart::leaf) continue;
+    leaf_counts[each.material] += each.piece_count;
+    if (!leaves || each.piece_count > leaves->piece_count) leaves = &each;
+  }
   for (PieceClass& of : classes) {
-    const bool only_form = of.evidence.name <= 0.0 && of.evidence.holes <= 0.0 && of.evidence.colour <= 0.0 && of.evidence.sum() != 0.0;
-    if (of.part != PlantPart::leaf || !only_form || of.material == leaves->material) continue;
-    if (kFewer * of.piece_count > leaves->piece_count || of.high_m >= leaves->low_m) continue;
+    if (of.part != PlantPart::leaf || of.material == leaves->material || of.evidence.sum() == 0.0) continue;
+    const bool only_form = of.evidence.name <= 0.0 && of.evidence.holes <= 0.0 && of.evidence.colour <= 0.0;
+    if (!only_form || kFewer * of.piece_count > leaf_counts[leaves->material] || of.high_m >= leaves->low_m) continue;
     of.evidence.company += kBelow;
     judge(of, extent_m);
   }

@@ -1,6 +1,7 @@
 // Four partitions of the triangles, each found with union-find: by edge, by index, by both, by weld (see the header). All are refinements
 // of the last, so the choice is made within each welded piece on its own, with the counts of classes over the whole soup. Most welded
-// pieces are the same set in every partition; only the others cost anything.
+// pieces are the same set in every partition; only the others cost anything. What comes apart so and is one leaf all the same is joined
+// afterwards (leaf_lobes.h).
 
 #include "leaf_pieces.h"
 

@@ -93,10 +93,11 @@ struct Finder {
   void judge_pieces() {
     const double extent_m = box_diagonal_m(mesh);
     const std::vector<PieceShape> shapes = measure_pieces(mesh, pieces);
-    // The square of the weld tolerance: less is a leaf that rounding made.
+    // No wider than the weld tolerance: rounding made it, or it fills a T-junction.
     const double tolerance_m = extent_m * static_cast<double>(kWeldTolerance);
     std::vector<bool> left_out(shapes.size());
-    for (std::size_t i = 0; i < shapes.size(); ++i) left_out[i] = shapes[i].area_m2 <= tolerance_m * tolerance_m;
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+      left_out[i] = shapes[i].area_m2 <= tolerance_m * std::max(tolerance_m, shapes[i].length_m);
     classed = class_pieces(mesh, pieces, shapes, left_out);
     judge_classes(mesh, pieces, materials, images, rules, extent_m, classed);
     without_area = parts_without_area(classed.classes, materials, rules);

@@ -14,7 +14,8 @@
 //   repetition  0.65 log10(n), at most 2.6, for n pieces of this class, or half the pieces of about this size
 //   size        +0.25 small against the plant, falling to -2 from half its extent
 //   company     -4 beside a larger class of flat pieces in the same material: tubes and balls among leaves, and what is many times as long
-//               (twigs, rachises, fruit)
+//               (twigs, rachises, fruit); -8 for what is longer and much more slender than they (twigs of strips). -2.5 in another
+//               material, below all leaves and fewer than a tenth of them, where neither name, holes nor green speak for it (pots)
 
 #include <cstdint>
 #include <string>

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -32,10 +33,28 @@ double ramp(double x, double x0, double y0, double x1, double y1) {
   return y0 + (y1 - y0) * std::clamp((x - x0) / (x1 - x0), 0.0, 1.0);
 }
 
+/// The value that so large a share of them is below.
+double quantile(std::vector<double> values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return quantile(std::move(values), 0.5);
+}
+
+/// Lowest and highest point of a piece, m.
+std::pair<double, double> heights_of(const Mesh& mesh, const Pieces& pieces, std::uint32_t piece) {
+  const LeafRange& range = pieces.ranges[piece];
+  std::pair<double, double> heights{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (std::uint32_t i = 0; i < range.triangle_count; ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = mesh.indices[3 * std::size_t{pieces.triangles[range.first_triangle + i]} + k];
+      const auto y = static_cast<double>(mesh.positions[vertex].y);
+      heights = {std::min(heights.first, y), std::max(heights.second, y)};
+    }
+  return heights;
 }
 
 bool has_holes(const Material& material, const std::vector<Image>& images) {
@@ -120,17 +139,26 @@ double repetition_evidence(const PieceClass& of, const Kin& kin) {
   return std::clamp(0.65 * std::log10(count), 0.0, 2.6);
 }
 
-/// The most repeated class of flat pieces of a material; none where nothing is repeated.
+/// The most repeated class of flat pieces of a material, or one of pieces that are not round and twice as many; none where nothing is
+/// repeated.
 std::optional<std::size_t> main_class(std::span<const PieceClass> of_material) {
-  for (std::size_t i = 0; i < of_material.size(); ++i)
-    if (of_material[i].piece_count >= kLeastCompany && of_material[i].flatness >= kFlat) return i;
-  return std::nullopt;
+  std::optional<std::size_t> first;
+  for (std::size_t i = 0; i < of_material.size(); ++i) {
+    const PieceClass& each = of_material[i];
+    if (each.piece_count < kLeastCompany || each.flatness < kRound) continue;
+    if (!first) first = i;
+    if (each.flatness >= kFlat) return of_material[*first].piece_count >= 2 * each.piece_count ? first : i;
+  }
+  return first;
 }
 
-/// Beside leaves: what is round, or many times as long and of another shape.
+/// Beside leaves: what is round, or many times as long and of another shape, or longer and much more slender.
 double company_evidence(const PieceClass& of, const PieceClass& leaves) {
-  constexpr double kOdd = -4.0;
+  // The last has all that speaks for leaves, but for its form.
+  constexpr double kOdd = -4.0, kSlender = -8.0;
   if (of.piece_count >= leaves.piece_count) return 0.0;
+  const bool is_slender = of.length_m >= 1.5 * leaves.length_m && of.slenderness >= 4.0 * leaves.slenderness && of.slenderness >= 15.0;
+  if (is_slender) return kSlender;
   const bool is_tube = of.flatness < kRound && of.elongation >= 3.0, is_ball = of.flatness < kBall;
   const bool is_longer = of.length_m >= 4.0 * leaves.length_m && of.triangle_count > leaves.triangle_count &&
                          (of.triangle_count >= 2 * leaves.triangle_count || of.elongation >= 3.0 * leaves.elongation);
@@ -189,6 +217,26 @@ void judge(PieceClass& of, double extent_m) {
   of.reason = explain(of);
 }
 
+/// What stands below all leaves, and nothing but its form speaks for it: plates and gravel of a pot.
+void judge_what_is_below(std::vector<PieceClass>& classes, double extent_m) {
+  constexpr double kBelow = -2.5;
+  constexpr std::uint64_t kFewer = 10;
+  std::map<std::uint32_t, std::uint64_t> leaf_counts;
+  const PieceClass* leaves = nullptr;
+  for (const PieceClass& each : classes) {
+    if (each.part != PlantPart::leaf) continue;
+    leaf_counts[each.material] += each.piece_count;
+    if (!leaves || each.piece_count > leaves->piece_count) leaves = &each;
+  }
+  for (PieceClass& of : classes) {
+    if (of.part != PlantPart::leaf || of.material == leaves->material || of.evidence.sum() == 0.0) continue;
+    const bool only_form = of.evidence.name <= 0.0 && of.evidence.holes <= 0.0 && of.evidence.colour <= 0.0;
+    if (!only_form || kFewer * of.piece_count > leaf_counts[leaves->material] || of.high_m >= leaves->low_m) continue;
+    of.evidence.company += kBelow;
+    judge(of, extent_m);
+  }
+}
+
 }  // namespace
 
 ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::vector<PieceShape>& shapes,
@@ -222,6 +270,15 @@ ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::ve
     made.length_m = median_of([](const PieceShape& shape) { return shape.length_m; });
     made.elongation = median_of([](const PieceShape& shape) { return shape.length_m / std::max(shape.width_m, 1e-3 * shape.length_m); });
     made.flatness = median_of([](const PieceShape& shape) { return shape.flatness; });
+    made.slenderness = median_of([](const PieceShape& shape) { return shape.length_m * shape.length_m / shape.area_m2; });
+    std::vector<double> lows, highs;
+    for (const std::uint32_t i : of) {
+      const auto [low_m, high_m] = heights_of(mesh, pieces, i);
+      lows.push_back(low_m);
+      highs.push_back(high_m);
+    }
+    made.low_m = quantile(std::move(lows), 0.02);
+    made.high_m = quantile(std::move(highs), 0.98);
     classed.classes.push_back(std::move(made));
   }
   return classed;
@@ -255,6 +312,7 @@ void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Mat
       judge(of, extent_m);
     }
   }
+  judge_what_is_below(classes, extent_m);
 }
 
 }  // namespace coppice::bake

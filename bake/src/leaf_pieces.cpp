@@ -1,25 +1,29 @@
 // Four partitions of the triangles, each found with union-find: by edge, by index, by both, by weld (see the header). All are refinements
 // of the last, so the choice is made within each welded piece on its own, with the counts of classes over the whole soup. Most welded
-// pieces are the same set in every partition; only the others cost anything.
+// pieces are the same set in every partition; only the others cost anything. What comes apart so and is one leaf all the same is joined
+// afterwards (leaf_lobes.h).
 
 #include "leaf_pieces.h"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <iterator>
 #include <map>
+#include <numeric>
 #include <span>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 
+#include "leaf_lobes.h"
+#include "piece_kinds.h"
+#include "piece_points.h"
 #include "union_find.h"
 
 namespace coppice::bake {
 namespace {
 
-// So many alike are no accident.
-constexpr std::uint32_t kRepeated = 8;
 // A set is its parts when so much of it is parts of one class; the rest may be the rachis that bears them.
 constexpr double kAlikeShare = 0.6;
 // For leaves that share whole edges: stricter, because the edge speaks for one surface.
@@ -102,39 +106,6 @@ bool same_place(const Edge& a, const Edge& b) {
 /// The three points of a triangle in rising order, and its number.
 using SortedTriangle = std::pair<std::array<std::uint32_t, 3>, std::uint32_t>;
 
-/// Corners as points: welded positions, apart for each material.
-class Points {
- public:
-  Points(const Mesh& mesh, const std::vector<std::uint32_t>& welded) : corners_(mesh.indices.size()), count_(welded.size()) {
-    std::vector<std::uint32_t> material_of(welded.size(), kNone);
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> others;
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      const std::uint32_t point = welded[mesh.indices[i]], material = mesh.triangle_materials[i / 3];
-      if (material_of[point] == kNone) material_of[point] = material;
-      if (material_of[point] == material) {
-        corners_[i] = point;
-        continue;
-      }
-      const auto [found, is_new] = others.try_emplace({point, material}, static_cast<std::uint32_t>(count_));
-      if (is_new) ++count_;
-      corners_[i] = found->second;
-    }
-  }
-
-  [[nodiscard]] std::size_t count() const { return count_; }
-  [[nodiscard]] std::array<std::uint32_t, 3> of(std::size_t triangle) const {
-    return {corners_[3 * triangle], corners_[3 * triangle + 1], corners_[3 * triangle + 2]};
-  }
-  [[nodiscard]] bool is_collapsed(std::size_t triangle) const {
-    const auto [a, b, c] = of(triangle);
-    return a == b || b == c || c == a;
-  }
-
- private:
-  std::vector<std::uint32_t> corners_;
-  std::size_t count_;
-};
-
 /// Joins triangles that are the same; returns those that are not a repetition of an earlier one.
 std::vector<std::uint32_t> join_repeated(const Points& points, TriangleList triangles, UnionFind& sets) {
   std::vector<SortedTriangle> sorted;
@@ -155,7 +126,8 @@ std::vector<std::uint32_t> join_repeated(const Points& points, TriangleList tria
   return distinct;
 }
 
-/// Joins triangles across edges that have two of them. With three or more the surface branches: crossed cards, fins.
+/// Joins triangles across edges that have two of them. With three or more the surface branches: crossed cards, fins. Triangles without
+/// area do not count: they belong to whatever they lie on.
 void join_edges(const Points& points, TriangleList triangles, UnionFind& sets) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
@@ -164,9 +136,12 @@ void join_edges(const Points& points, TriangleList triangles, UnionFind& sets) {
     for (std::size_t k = 0; k < 3; ++k) edges.push_back(edge_between(corners[k], corners[(k + 1) % 3], t));
   }
   std::ranges::sort(edges);
-  for (std::size_t first = 0, last = 0; first < edges.size(); first = last) {
-    while (last < edges.size() && same_place(edges[last], edges[first])) ++last;
-    if (last - first == 2) sets.join(edges[first][2], edges[first + 1][2]);
+  for (auto first = edges.begin(), last = first; first != edges.end(); first = last) {
+    last = std::find_if(first, edges.end(), [&](const Edge& edge) { return !same_place(edge, *first); });
+    const auto thin = std::stable_partition(first, last, [&](const Edge& edge) { return points.has_area(edge[2]); });
+    if (thin - first > 2) continue;
+    if (thin - first == 2) sets.join(first[0][2], first[1][2]);
+    for (auto edge = thin; edge != last; ++edge) sets.join((*first)[2], (*edge)[2]);
   }
 }
 
@@ -218,14 +193,18 @@ class Splitter {
   }
 
  private:
+  /// Of the triangles that have area, unless none has.
   ClassKey class_of(TriangleList set) const {
     std::vector<std::uint32_t> used;
     used.reserve(3 * set.size());
+    const bool has_area = std::ranges::any_of(set, [&](std::uint32_t t) { return points_.has_area(t); });
     for (const std::uint32_t t : set)
-      for (const std::uint32_t point : points_.of(t)) used.push_back(point);
+      if (points_.has_area(t) || !has_area)
+        for (const std::uint32_t point : points_.of(t)) used.push_back(point);
+    const auto triangle_count = static_cast<std::uint32_t>(used.size() / 3);
     std::ranges::sort(used);
     const auto distinct = std::unique(used.begin(), used.end()) - used.begin();
-    return {mesh_.triangle_materials[set[0]], static_cast<std::uint32_t>(set.size()), static_cast<std::uint32_t>(distinct)};
+    return {mesh_.triangle_materials[set[0]], triangle_count, static_cast<std::uint32_t>(distinct)};
   }
 
   bool is_one(TriangleList set, UnionFind& sets) const {
@@ -276,14 +255,26 @@ class Splitter {
     }
   }
 
-  /// Whether parts that touch in points are one thing: only if it is repeated just so, and they are not alike.
+  /// Whether parts that touch in points are one thing: only if it is repeated just so, they are not alike, and it is not made of things
+  /// that are repeated within it, as a twig with its leaves is.
   bool is_one_shape(TriangleList whole, const std::vector<std::vector<std::uint32_t>>& parts) {
-    if (counts_[class_of(whole)].welded < kRepeated) return false;
+    if (counts_[class_of(whole)].welded < kRepeated || has_many_of_each(whole, parts)) return false;
     const MainClass most = main_class(whole, parts);
     const ClassCounts& counts = counts_[most.key];
     // Single triangles are leaves only where others of them touch nothing.
     const bool repeated = (most.key.triangle_count > 1 ? counts.both : counts.alone) >= kRepeated;
     return !(repeated && most.part_count > 1 && most.share >= kAlikeShare);
+  }
+
+  bool has_many_of_each(TriangleList whole, const std::vector<std::vector<std::uint32_t>>& parts) const {
+    constexpr std::size_t kMany = 4;
+    constexpr double kShare = 0.4;
+    std::map<ClassKey, std::vector<std::size_t>> sizes;
+    for (const auto& part : parts) sizes[class_of(part)].push_back(part.size());
+    std::size_t covered = 0;
+    for (const auto& [key, of] : sizes)
+      if (of.size() >= kMany && key.triangle_count > 1) covered += std::accumulate(of.begin(), of.end(), std::size_t{0});
+    return static_cast<double>(covered) >= kShare * static_cast<double>(whole.size());
   }
 
   bool are_alike(TriangleList piece, const std::vector<std::vector<std::uint32_t>>& parts) {
@@ -327,6 +318,24 @@ class Splitter {
   std::vector<std::uint32_t> piece_of_;
 };
 
+/// Moves pieces without area that touch one that has some to the collapsed triangles.
+void take_thin_pieces(const Points& points, std::vector<std::uint32_t>& piece_of, std::vector<std::uint32_t>& whole,
+                      std::vector<std::uint32_t>& collapsed) {
+  std::vector<bool> has_area(piece_of.size(), false), seen(points.count(), false), touches(piece_of.size(), false);
+  for (const std::uint32_t t : whole)
+    if (points.has_area(t)) has_area[piece_of[t]] = true;
+  for (const std::uint32_t t : whole)
+    if (has_area[piece_of[t]])
+      for (const std::uint32_t point : points.of(t)) seen[point] = true;
+  for (const std::uint32_t t : whole)
+    for (const std::uint32_t point : points.of(t))
+      if (seen[point]) touches[piece_of[t]] = true;
+  const auto is_seam = [&](std::uint32_t t) { return !has_area[piece_of[t]] && touches[piece_of[t]]; };
+  std::ranges::copy_if(whole, std::back_inserter(collapsed), is_seam);
+  std::ranges::sort(collapsed);
+  std::erase_if(whole, is_seam);
+}
+
 /// Files collapsed triangles with the piece they touch, or as loose.
 void file_collapsed(const Points& points, TriangleList collapsed, Pieces& pieces) {
   std::vector<std::uint32_t> piece_at(points.count(), kNone);
@@ -358,7 +367,9 @@ Pieces split_pieces(const Mesh& mesh, const std::vector<std::uint32_t>& welded) 
   for (std::uint32_t t = 0; t < mesh.triangle_materials.size(); ++t) (points.is_collapsed(t) ? collapsed : whole).push_back(t);
   Pieces pieces;
   if (!whole.empty()) {
-    const std::vector<std::uint32_t> piece_of = Splitter(mesh, points, whole).choose();
+    std::vector<std::uint32_t> piece_of = Splitter(mesh, points, whole).choose();
+    join_lobes(mesh, points, piece_of);
+    take_thin_pieces(points, piece_of, whole, collapsed);
     Groups groups = group_by(whole, mesh.triangle_materials.size(), [&](std::uint32_t t) { return piece_of[t]; });
     pieces.triangles = std::move(groups.items);
     pieces.ranges = std::move(groups.ranges);

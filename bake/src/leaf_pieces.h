@@ -15,7 +15,7 @@ struct Pieces {
   std::vector<std::uint32_t> loose;          ///< collapsed triangles (two corners in one place) that touch no piece
   std::vector<std::uint32_t> loose_numbers;  ///< [loose.size()] those of one number lie together
   std::uint32_t loose_count = 0;             ///< numbers given
-  std::vector<std::uint32_t> seams;          ///< collapsed triangles that touch a piece
+  std::vector<std::uint32_t> seams;          ///< collapsed triangles, and pieces without area, that touch a piece
   std::vector<std::uint32_t> seam_pieces;    ///< [seams.size()] which
 };
 
@@ -25,10 +25,13 @@ struct Pieces {
 /// has two triangles, or are the same triangle, in either winding; *by index* when they share a vertex; *by weld* when they share a welded
 /// position. Connecting by index alone splits leaves at texture seams, by weld alone joins leaves that touch. Repetition decides, where
 /// they differ; a class is the pieces with equal numbers of triangles and points:
-/// - a welded piece that is repeated as it is (8 times) and whose parts are not alike is one piece; else its parts by edge and index are;
+/// - a welded piece that is repeated as it is (8 times) and whose parts are not alike is one piece, unless most of it is several of each
+///   part, as in a twig with its leaves; else its parts by edge and index are;
 /// - such a part falls apart by edge when its parts are alike and repeated: leaves whose shared vertex was merged when they were exported;
 /// - a part by edge falls apart by index when that gives a class most of whose members touch nothing: leaves that share an edge with their
 ///   neighbours here and there.
+/// Of the pieces that still touch, those are joined that are lobes of one leaf or segments of one twig: leaf_lobes.h. Pieces without area
+/// are seams of what they touch.
 /// welded  from weld(): per vertex the vertex it is one with
 Pieces split_pieces(const Mesh& mesh, const std::vector<std::uint32_t>& welded);
 

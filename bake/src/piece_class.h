@@ -21,6 +21,8 @@ struct PieceClass {
   std::uint32_t piece_count = 0;
   std::uint64_t total_triangles = 0;
   double length_m = 0.0, elongation = 0.0, flatness = 0.0;  ///< medians; see piece_shape.h, elongation is length over width
+  double slenderness = 0.0;                                 ///< median of length^2 over area: bends do not change it much
+  double low_m = 0.0, high_m = 0.0;                         ///< heights: 2 % of the pieces reach below low_m, and above high_m
   LeafEvidence evidence;                                    ///< 0 where a rule decided
   PlantPart part = PlantPart::wood;
   bool is_shell = false;  ///< its material speaks for leaves, but it cannot be split into them

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <string>
 #include <thread>
 #include <vector>
@@ -86,6 +87,26 @@ namespace {
 const std::string kPlant = std::string(COPPICE_TEST_DATA) + "/v3/two_pages.coppice";
 const std::string kScene = std::string(COPPICE_TEST_DATA) + "/scene_v1/small.forest";
 
+/// Any thread; the n-th allocation has nothing.
+struct NthAllocator {
+  std::atomic<std::size_t> calls = 0, live = 0;
+  std::size_t fail_at = SIZE_MAX;
+
+  coppice_allocator hook() {
+    return {this,
+            [](void* user, std::size_t bytes, std::size_t align) -> void* {
+              auto* self = static_cast<NthAllocator*>(user);
+              if (self->calls++ == self->fail_at) return nullptr;
+              ++self->live;
+              return std::aligned_alloc(align, (bytes + align - 1) / align * align);
+            },
+            [](void* user, void* pointer, std::size_t) {
+              --static_cast<NthAllocator*>(user)->live;
+              std::free(pointer);
+            }};
+  }
+};
+
 class IoFault : public testing::TestWithParam<Reading> {
  protected:
   void TearDown() override { set_fault(Fault::none, 0, 0); }
@@ -102,13 +123,18 @@ class IoFault : public testing::TestWithParam<Reading> {
     std::uint32_t resident_pages = 0, resident_tiles = 0;
     std::vector<std::string> lines;
   };
-  static Outcome run() {
+  static Outcome run(const coppice_allocator& allocator = {}) {
     Outcome outcome;
     test::FakeLog log;
-    auto set = complete_hooks({.log = log.hook()}, GetParam());
+    auto set = complete_hooks({.allocator = allocator, .log = log.hook()}, GetParam());
     EXPECT_TRUE(set) << set.error().message();
     {
-      auto streamer = *Streamer::create(set->hooks, {.gpu = {.page_bytes = 32768, .wood_vertex_bytes = 24, .block_textures = true}});
+      auto created = Streamer::create(set->hooks, {.gpu = {.page_bytes = 32768, .wood_vertex_bytes = 24, .block_textures = true}});
+      if (!created) {
+        EXPECT_EQ(created.error().status, Status::out_of_memory);
+        return outcome;
+      }
+      const auto streamer = *std::move(created);
       test::FakeGpu gpu(*streamer);
       const auto plant = streamer->open_plant(kPlant.c_str());
       auto scene = SceneStream::open(set->hooks, kScene.c_str(), {});
@@ -157,6 +183,26 @@ TEST_P(IoFault, AnErrorOfTheNthReadIsTriedAgain) {
     if (faults.reads <= n) break;
     ASSERT_LT(n, 100u);
   }
+}
+
+TEST_P(IoFault, TheNthAllocationThatFailsCostsNothingThatCouldComeLater) {
+  std::size_t opened = 0;
+  for (std::size_t n = 0;; ++n) {
+    NthAllocator allocator;
+    allocator.fail_at = n;
+    const Outcome outcome = run(allocator.hook());
+    EXPECT_EQ(allocator.live, 0u) << n << ": a leak";
+    EXPECT_EQ(outcome.failed, 0u) << n << ": a lack of memory is no damage";
+    if (outcome.opened) {
+      ++opened;
+      EXPECT_EQ(outcome.resident_pages, 2u) << n;
+      EXPECT_EQ(outcome.resident_tiles, 1u) << n;
+    }
+    EXPECT_LE(outcome.lines.size(), 1u) << n << ": " << outcome.lines[1];
+    if (allocator.calls <= n) break;
+    ASSERT_LT(n, 500u);
+  }
+  EXPECT_GT(opened, 5u) << "those of reads and pages among them";
 }
 
 TEST_P(IoFault, EveryReadThatComesShortIsReadToItsEnd) {

@@ -251,7 +251,8 @@ typedef struct coppice_plant_info {
 } coppice_plant_info;
 
 /* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for two reads, the header and
- * the front, and without texture_compression_bc for one of 16 bytes a texture, so call it while loading or from a thread of your own with
+ * the front, and without texture_compression_bc for one of 16 bytes a texture, and for the further tries of one that fails (see
+ * coppice_io), so call it while loading or from a thread of your own with
  * the context serialised. Finer detail streams in by itself. COPPICE_ERROR_OUT_OF_MEMORY: where the log says that room is being made, try
  * again in a few frames. */
 coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);

@@ -184,14 +184,19 @@ bool is_every_call_wanted() {
   return std::getenv("COPPICE_EVERY_CALL") != nullptr;
 }
 
-/// All of a context's calls, then about `most_each` of each function.
-std::vector<std::uint64_t> failing_calls(std::span<const std::string> names, std::uint64_t of_creation, std::uint64_t most_each) {
+/// Which calls fail: each creation_step-th of a context's creation, then about most_each of each function.
+struct Choice {
+  std::uint64_t creation_step = 1, most_each = 1;
+};
+
+std::vector<std::uint64_t> failing_calls(std::span<const std::string> names, std::uint64_t of_creation, const Choice& choice) {
   std::map<std::string, std::uint64_t> counts, met;
   for (const std::string& name : names.subspan(of_creation)) ++counts[name];
   std::vector<std::uint64_t> calls;
   for (std::uint64_t n = 0; n < names.size(); ++n) {
-    const std::uint64_t step = is_every_call_wanted() ? 1 : std::max<std::uint64_t>(counts[names[n]] / most_each, 1);
-    if (n < of_creation || met[names[n]]++ % step == 0) calls.push_back(n);
+    const std::uint64_t step = is_every_call_wanted() ? 1 : std::max<std::uint64_t>(counts[names[n]] / choice.most_each, 1);
+    const std::uint64_t creation_step = is_every_call_wanted() ? 1 : choice.creation_step;
+    if (n < of_creation ? n % creation_step == 0 : met[names[n]]++ % step == 0) calls.push_back(n);
   }
   return calls;
 }
@@ -243,7 +248,7 @@ class VulkanFailureTest : public FailureTest {
 };
 
 TEST_F(VulkanFailureTest, OutOfMemoryIsSaidAndGoneWithout) {
-  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, 8)) {
+  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, {.creation_step = 1, .most_each = 8})) {
     const Outcome outcome = run_with(n, n % 2 == 0 ? VK_ERROR_OUT_OF_DEVICE_MEMORY : VK_ERROR_OUT_OF_HOST_MEMORY);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_OUT_OF_MEMORY);
@@ -259,7 +264,7 @@ TEST_F(VulkanFailureTest, OutOfMemoryIsSaidAndGoneWithout) {
 }
 
 TEST_F(VulkanFailureTest, AnUnknownErrorEndsNoMoreThanWhatItIsAbout) {
-  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, 2)) {
+  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, {.creation_step = 5, .most_each = 1})) {
     const Outcome outcome = run_with(n, VK_ERROR_UNKNOWN);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_INTERNAL);
@@ -272,7 +277,7 @@ TEST_F(VulkanFailureTest, AnUnknownErrorEndsNoMoreThanWhatItIsAbout) {
 }
 
 TEST_F(VulkanFailureTest, ALostDeviceIsSaidAndStaysLost) {
-  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, 4)) {
+  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, {.creation_step = 4, .most_each = 3})) {
     const Outcome outcome = run_with(n, VK_ERROR_DEVICE_LOST);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_DEVICE_LOST);
@@ -328,7 +333,7 @@ TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
   const std::size_t all = memory_.calls;
   ASSERT_GT(of_creation, 5u);
   ASSERT_GT(all, of_creation + 20);
-  const std::size_t step = is_every_call_wanted() ? 1 : std::max<std::size_t>((all - of_creation) / 20, 1);
+  const std::size_t step = is_every_call_wanted() ? 1 : std::max<std::size_t>((all - of_creation) / 12, 1);
   for (std::size_t n = 0; n < all; n += n < of_creation ? 1 : step) {
     memory_.calls = 0;
     memory_.fail_at = n;

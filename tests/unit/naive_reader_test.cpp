@@ -257,13 +257,13 @@ TEST(NaiveReader, RefusesTheSameTruncations) {
 }
 
 TEST(NaiveReader, AgreesOnMutantsOfNewFiles) {
-  for (const NamedFile& file : made_files()) expect_agreement_on_mutants(file, file.bytes.size() > 5000 ? 40 : 2, 1);
+  for (const NamedFile& file : made_files()) expect_agreement_on_mutants(file, file.bytes.size() > 5000 ? 40 : 3, 1);
 }
 
 TEST(NaiveReader, AgreesOnMutantsOfOldFiles) {
   for (const char* version : {"v1", "v2", "v3"})
     for (const NamedFile& file : files_below(std::filesystem::path(COPPICE_TEST_DATA) / version))
-      expect_agreement_on_mutants(file, file.bytes.size() > 5000 ? 40 : 2, 2);
+      expect_agreement_on_mutants(file, file.bytes.size() > 5000 ? 40 : 3, 2);
 }
 
 }  // namespace

@@ -120,6 +120,16 @@ TEST_F(CommandTrust, AFullDiskBehindTheStandardOutputIsAnError) {
   for (const Words& arguments : all) expect_one_line_error(tool(arguments, full), "No space left on device", joined(arguments));
 }
 
+TEST_F(CommandTrust, AStandardOutputThatIsClosedTakesNothingAndSpoilsNothing) {
+  const auto closed = [](const std::string& arguments) {
+    return run_process("/bin/sh", {"-c", std::string("exec '") + COPPICE_TOOL + "' " + arguments + " >&-"});
+  };
+  expect_one_line_error(closed("verify '" + oak_.string() + "'"), "Bad file descriptor", "verify");
+  const fs::path file = out_ / "x.glb";
+  expect_one_line_error(closed("plant corylus -o '" + file.string() + "'"), "Bad file descriptor", "plant");
+  EXPECT_EQ(read_text(file).substr(0, 4), "glTF");
+}
+
 TEST_F(CommandTrust, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
   const fs::path missing = folder_ / "missing.glb";
   const fs::path bad[] = {out_, out_ / "none" / "x.out", out_ / std::string(256, 'n'), "/dev/null", "/proc/x.out", out_ / "new/"};
@@ -134,6 +144,36 @@ TEST_F(CommandTrust, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
     }
   for (const Words& arguments : writers("")) EXPECT_EQ(tool(arguments).exit_code, 2) << joined(arguments);
   EXPECT_TRUE(files_in(out_).empty());
+}
+
+TEST_F(CommandTrust, VerifyTakesScenesByWhatIsInThem) {
+  const fs::path scene = folder_ / "wood.forest", moved = out_ / "no_name";
+  ASSERT_EQ(tool({"scene", "-o", scene, "--plants", oak_, "--count", "3000", "--size-m", "300"}).exit_code, 0);
+  const ProcessResult good = tool({"verify", scene});
+  EXPECT_EQ(good.exit_code, 0) << good.err;
+  EXPECT_NE(good.out.find("ok: 3000 plants"), std::string::npos) << good.out;
+  std::string bytes = read_text(scene);
+  bytes[bytes.size() - 3] ^= 1;
+  write_file(moved, std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
+  const ProcessResult bad = tool({"verify", moved});
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_EQ(bad.out, "");
+  EXPECT_EQ(std::ranges::count(bad.err, '\n'), 2) << bad.err;
+  EXPECT_NE(bad.err.find("oak.coppice: No such file or directory"), std::string::npos) << bad.err;
+  EXPECT_NE(bad.err.find("no_name: tile checksum"), std::string::npos) << bad.err;
+}
+
+TEST_F(CommandTrust, NoInputIsOverwritten) {
+  const fs::path rules = out_ / "rules.json", map = out_ / "map.png";
+  for (const fs::path& file : {rules, map}) write_file(file, std::vector<std::uint8_t>(9));
+  for (const auto& [input, arguments] : {std::pair{rules, Words{"bake", small_, "-o", rules, "--classes", rules}},
+                                         std::pair{rules, Words{"evaluate", small_, "--json", rules, "--classes", rules}},
+                                         std::pair{oak_, Words{"scene", "-o", oak_, "--plants", oak_}},
+                                         std::pair{map, Words{"scene", "-o", map, "--plants", oak_, "--density", "oak=" + map.string()}}}) {
+    const std::string before = read_text(input);
+    expect_one_line_error(tool(arguments), "would be overwritten", joined(arguments));
+    EXPECT_EQ(read_text(input), before);
+  }
 }
 
 TEST_F(CommandTrust, ABatchRefusesSuchOutputsPlantByPlant) {

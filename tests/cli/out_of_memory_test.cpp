@@ -1,6 +1,6 @@
 // Every sub-command with one allocation that fails, at many different places: it does its work whole, or says that memory has run out and
 // writes nothing. fail_malloc.c is preloaded for that. By default a few dozen places a command; with COPPICE_EVERY_ALLOCATION=1 each of the
-// first 2,000 and then steps of 5 %, which takes about an hour.
+// first 2,000 and then steps of 5 %, which takes half an hour.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -62,7 +62,7 @@ bool outputs_possible(const BakeCommand& arguments) {
   const std::array outputs{arguments.output, arguments.report, arguments.preview};
   for (const std::filesystem::path& output : outputs) {
     if (output.empty()) continue;
-    std::vector<std::filesystem::path> others{arguments.input};
+    std::vector<std::filesystem::path> others{arguments.input, arguments.bake.classes.classes};
     for (const std::filesystem::path& other : outputs)
       if (&other != &output) others.push_back(other);
     const Content content = &output == &outputs[1] ? Content::text : Content::binary;

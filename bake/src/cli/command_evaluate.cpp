@@ -32,7 +32,7 @@ bool outputs_possible(const EvaluateArguments& arguments) {
                                                                                            {arguments.html, arguments.json}};
   for (const auto& [output, other] : outputs) {
     if (output.empty()) continue;
-    if (const auto possible = check_output(output, {arguments.input, other}, Content::text); !possible) {
+    if (const auto possible = check_output(output, {arguments.input, arguments.classes.classes, other}, Content::text); !possible) {
       report_failure(output, possible.error());
       return false;
     }
@@ -41,6 +41,7 @@ bool outputs_possible(const EvaluateArguments& arguments) {
 }
 
 int run(const EvaluateArguments& arguments) {
+  if (!outputs_possible(arguments)) return 1;
   EvaluateOptions options = arguments.options;
   auto import = import_options(arguments.classes);
   if (!import) return report_failure(arguments.input, import.error());
@@ -54,7 +55,6 @@ int run(const EvaluateArguments& arguments) {
     options.methods.push_back(*method);
   }
 
-  if (!outputs_possible(arguments)) return 1;
   options.keep_pictures = !arguments.html.empty();
 
   ProgressBar bar(ProgressBar::Visibility::on_terminal);

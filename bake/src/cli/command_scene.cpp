@@ -171,7 +171,10 @@ std::vector<SceneSpecies> used_species(std::vector<Species>& species, std::vecto
 Result<SceneStatistics> make_scene(const SceneArguments& arguments, std::vector<Species>& species, std::filesystem::path& at_fault) {
   at_fault = arguments.output;
   COPPICE_CHECK(refuse_standard_output(arguments.output, "a scene names its plants by paths from its own folder"));
-  COPPICE_CHECK(check_output(arguments.output, {arguments.input}));
+  std::vector<std::filesystem::path> inputs{arguments.input};
+  inputs.insert(inputs.end(), arguments.plants.begin(), arguments.plants.end());
+  for (const std::string& density : arguments.densities) inputs.emplace_back(density.substr(density.find('=') + 1));
+  COPPICE_CHECK(check_output(arguments.output, inputs));
   COPPICE_TRY(opened, open_all_species(arguments, at_fault));
   species = std::move(opened);
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);

@@ -222,7 +222,8 @@ class LobeJoiner {
     }
   }
 
-  /// Whether it did.
+  /// Joins the pairs if nearly all of both groups have just one partner in the other, or two; or one group is twice as many. Whether it
+  /// did.
   bool join_if_partners(Pairs pairs, std::uint32_t count_a, std::uint32_t count_b) {
     if (count_a > count_b) {
       std::swap(count_a, count_b);
@@ -239,17 +240,15 @@ class LobeJoiner {
     };
     for (const std::uint32_t degree : {1u, 2u}) {
       if (have(degree_b, degree) < kNearlyAll * count_b || have(degree_a, each * degree) < kNearlyAll * count_a) continue;
-      // Two and two at one point touch crosswise.
-      if (degree == 2)
-        std::erase_if(pairs, [&](const auto& pair) { return degree_b[pair.second] != 2 || degree_a[pair.first] != 2 * each; });
-      degree == 2 ? join_all(pairs) : join_nearest(pairs);
+      if (degree == 1) {
+        join_nearest(pairs);
+      } else {  // two and two at one point touch crosswise
+        for (const auto& [a, b] : pairs)
+          if (degree_a[a] == each * degree && degree_b[b] == degree) unite(a, b);
+      }
       return true;
     }
     return false;
-  }
-
-  void join_all(const Pairs& pairs) {
-    for (const auto& [a, b] : pairs) unite(a, b);
   }
 
   /// One lobe may come in several kinds, one for each leaf of an instanced twig: each touches just one of a third kind, which has one of

@@ -8,8 +8,6 @@
 #include <cerrno>
 #include <system_error>
 
-#include "temporary_file.h"
-
 namespace coppice::bake {
 namespace {
 
@@ -66,20 +64,15 @@ Result<std::vector<std::uint8_t>> read_open_file(int descriptor, const std::file
 
 }  // namespace
 
-Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, const std::filesystem::path& name) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return system_error("cannot write", name, errno);
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return {};
+Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
+  COPPICE_TRY(target, resolve_target(path));
+  COPPICE_TRY(file, TemporaryFile::create_beside(target));
+  COPPICE_CHECK(file.write(bytes));
+  return file;
 }
 
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
-  COPPICE_TRY(target, resolve_target(path));
-  COPPICE_TRY(file, TemporaryFile::create_beside(target));
-  COPPICE_CHECK(write_all(file.descriptor(), bytes, path));
+  COPPICE_TRY(file, stage_file(path, bytes));
   return file.publish();
 }
 

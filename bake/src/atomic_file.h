@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "result.h"
+#include "temporary_file.h"
 
 namespace coppice::bake {
 
@@ -16,14 +17,14 @@ namespace coppice::bake {
 /// thread  any; two writers of one path each write a whole file, the last one stays
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
+/// The first half of it: the temporary file, with all its bytes on disk. publish() is the second. For files that belong together.
+/// errors  those of write_file_atomically
+Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+
 /// Tries whether write_file_atomically can write there, by making the temporary file, and removes abandoned ones beside it
 /// (temporary_file.h). Leaves what is at `path` alone.
 /// errors  those of write_file_atomically that can be known before
 Result<void> try_writing(const std::filesystem::path& path);
-
-/// All bytes to an open file. name: for the error
-/// errors  io: the name and the operating system's reason
-Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, const std::filesystem::path& name);
 
 inline constexpr std::uint64_t kWholeFile = ~std::uint64_t{0};
 

@@ -89,7 +89,7 @@ bool is_abandoned(const std::filesystem::path& path) {
 /// A rename survives a power cut only once the folder itself is on disk. Some file systems cannot sync folders; the file is whole either
 /// way.
 void sync_folder(const std::filesystem::path& folder) {
-  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
   ::fsync(descriptor);
   ::close(descriptor);
@@ -101,11 +101,22 @@ Error system_error(const char* what, const std::filesystem::path& path, int reas
   return Error{reason == ENOMEM ? Status::out_of_memory : Status::io, what, Error::kNoOffset, path.string() + ": " + std::strerror(reason)};
 }
 
+Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, const std::filesystem::path& name) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return system_error("cannot write", name, errno);
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return {};
+}
+
 TemporaryFile::TemporaryFile(std::filesystem::path target, std::filesystem::path path, std::size_t slot)
-    : target_(std::move(target)), path_(std::move(path)), slot_(slot) {}
+    : target_(std::move(target)), folder_(target_.has_parent_path() ? target_.parent_path() : "."), path_(std::move(path)), slot_(slot) {}
 
 TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
     : target_(std::move(other.target_)),
+      folder_(std::move(other.folder_)),
       path_(std::move(other.path_)),
       slot_(std::exchange(other.slot_, kNoSlot)),
       descriptor_(std::exchange(other.descriptor_, -1)) {
@@ -135,13 +146,18 @@ Result<TemporaryFile> TemporaryFile::create_beside(const std::filesystem::path& 
   }
 }
 
-Result<void> TemporaryFile::publish() {
+Result<void> TemporaryFile::write(std::span<const std::uint8_t> bytes) {
+  COPPICE_CHECK(write_all(descriptor_, bytes, target_));
   if (::fsync(descriptor_) != 0) return system_error("cannot write", target_, errno);
   // Network file systems say only here that there was no room.
   if (::close(std::exchange(descriptor_, -1)) != 0) return system_error("cannot write", target_, errno);
+  return {};
+}
+
+Result<void> TemporaryFile::publish() {
   if (::rename(path_.c_str(), target_.c_str()) != 0) return system_error("cannot write", target_, errno);
   path_.clear();
-  sync_folder(target_.parent_path());
+  sync_folder(folder_);
   return {};
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <span>
 
 #include "result.h"
 
@@ -18,21 +20,25 @@ class TemporaryFile {
   TemporaryFile& operator=(TemporaryFile&&) = delete;
   ~TemporaryFile();
 
-  /// Open for writing.
-  [[nodiscard]] int descriptor() const { return descriptor_; }
-  /// Flushes it to disk and renames it over the target. errors  io, as create_beside
+  /// All that it will hold, flushed to disk. errors  io, as create_beside
+  Result<void> write(std::span<const std::uint8_t> bytes);
+  /// Renames it over the target. Allocates nothing unless that fails. errors  io, as create_beside
   Result<void> publish();
 
  private:
   TemporaryFile(std::filesystem::path target, std::filesystem::path path, std::size_t slot);
 
-  std::filesystem::path target_, path_;
+  std::filesystem::path target_, folder_, path_;
   std::size_t slot_;  ///< where remove_own_temporaries finds it
   int descriptor_ = -1;
 };
 
 /// The operating system's reason for what failed, about a path. errors  out_of_memory for ENOMEM, else io
 Error system_error(const char* what, const std::filesystem::path& path, int reason);
+
+/// All bytes to an open file. name: for the error
+/// errors  io: the name and the operating system's reason
+Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, const std::filesystem::path& name);
 
 /// Removes the temporary files that this process has now. Those of a process that it was forked from stay.
 /// thread  any; async-signal-safe

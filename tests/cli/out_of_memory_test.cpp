@@ -125,6 +125,8 @@ std::vector<std::uint64_t> places(std::uint64_t count) {
   std::vector<std::uint64_t> list;
   const std::uint64_t dense = all ? 2000 : 4;
   for (std::uint64_t n = 1; n <= count; n += n < dense ? 1 : std::max<std::uint64_t>(1, all ? n / 20 : n / 2)) list.push_back(n);
+  // Where outputs get their names and the last line is printed.
+  for (std::uint64_t n = count - std::min<std::uint64_t>(count, all ? 200 : 6); n < count; ++n) list.push_back(n + 1);
   return list;
 }
 

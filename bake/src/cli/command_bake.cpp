@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <array>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -74,12 +73,6 @@ bool outputs_possible(const BakeCommand& arguments) {
   return true;
 }
 
-/// Whether something else goes to the standard output, or it was asked for.
-bool is_quiet(const BakeCommand& arguments) {
-  return arguments.quiet || is_standard_output(arguments.output) || is_standard_output(arguments.report) ||
-         is_standard_output(arguments.preview);
-}
-
 /// What the importer makes of the plant, as a table and a picture; nothing is baked.
 int look(const BakeCommand& arguments, const ImportOptions& options) {
   // A plant in which no leaf was found is the one to look at.
@@ -87,13 +80,14 @@ int look(const BakeCommand& arguments, const ImportOptions& options) {
   any_plant.require_leaves = false;
   const auto plant = import_gltf(arguments.input, any_plant);
   if (!plant) return report_failure(arguments.input, plant.error());
+  const std::string table = arguments.dry_run && !arguments.quiet ? parts_table(*plant) : "";
+  std::vector<std::uint8_t> png;
   if (!arguments.preview.empty()) {
-    const auto picture = render_leaf_preview_png(*plant);
+    auto picture = render_leaf_preview_png(*plant);
     if (!picture) return report_failure(arguments.preview, picture.error());
-    if (const auto written = write_output(arguments.preview, *picture); !written) return report_failure(arguments.preview, written.error());
+    png = *std::move(picture);
   }
-  if (!arguments.dry_run) return 0;
-  if (!is_quiet(arguments)) std::fputs(parts_table(*plant).c_str(), stdout);
+  if (const int failed = write_outputs({{arguments.preview, png}}, table); failed != 0 || !arguments.dry_run) return failed;
   print_warnings(arguments.input, plant->warnings);
   if (!plant->leaves.empty()) return 0;
   // What a bake would say.
@@ -116,16 +110,13 @@ int run(const BakeCommand& arguments) {
   if (!bytes) return report_failure(arguments.input, bytes.error());
   print_warnings(arguments.input, report.warnings);
 
-  if (const auto written = write_output(arguments.output, *bytes); !written) return report_failure(arguments.output, written.error());
-  if (!arguments.report.empty()) {
-    const std::string json = report_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-    if (const auto written = write_output(arguments.report, json); !written) return report_failure(arguments.report, written.error());
-  }
-  if (!is_quiet(arguments))
-    std::printf("%s: %u leaves, %s (foliage %.1f B/leaf; %s), %.1f s\n", shown(arguments.output).c_str(), report.source_leaves,
-                readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report), printable(leaf_mesh_text(report)).c_str(),
-                report.seconds.total);
-  return 0;
+  const std::string json = report_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  const std::string line = formatted("%s: %u leaves, %s (foliage %.1f B/leaf; %s), %.1f s\n", shown(arguments.output).c_str(),
+                                     report.source_leaves, readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report),
+                                     printable(leaf_mesh_text(report)).c_str(), report.seconds.total);
+  // A preview on the standard output has it to itself.
+  const bool is_quiet = arguments.quiet || is_standard_output(arguments.preview);
+  return write_outputs({{arguments.output, *bytes}, {arguments.report, bytes_of(json)}}, is_quiet ? "" : line);
 }
 
 }  // namespace

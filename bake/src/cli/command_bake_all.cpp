@@ -138,9 +138,8 @@ int run(const BakeAllCommand& arguments) {
   const auto batch = run_batch(arguments);
   if (!batch) return report_failure(arguments.input, batch.error());
   for (std::size_t i = 0; i < batch->plants.size(); ++i) print_warnings(batch->plants[i].input, batch->results[i].warnings);
-  if (!arguments.report.empty())
-    if (const auto written = write_output(arguments.report, batch_json(*batch)); !written)
-      return report_failure(arguments.report, written.error());
+  const std::string json = batch_json(*batch);
+  if (const int failed = write_outputs({{arguments.report, bytes_of(json)}}, ""); failed != 0) return failed;
   if (!arguments.quiet && !is_standard_output(arguments.report)) print_table(*batch);
   int exit_code = 0;
   for (std::size_t i = 0; i < batch->plants.size(); ++i)

@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -63,14 +62,9 @@ int run(const EvaluateArguments& arguments) {
   if (!report) return report_failure(arguments.input, report.error());
   print_warnings(arguments.input, report->warnings);
 
-  if (!arguments.json.empty())
-    if (const auto written = write_output(arguments.json, evaluation_json(*report)); !written)
-      return report_failure(arguments.json, written.error());
-  if (!arguments.html.empty())
-    if (const auto written = write_output(arguments.html, evaluation_html(*report)); !written)
-      return report_failure(arguments.html, written.error());
-  if (!is_standard_output(arguments.json) && !is_standard_output(arguments.html)) std::fputs(evaluation_table(*report).c_str(), stdout);
-  return 0;
+  const std::string json = evaluation_json(*report), table = evaluation_table(*report);
+  const std::string html = arguments.html.empty() ? "" : evaluation_html(*report);
+  return write_outputs({{arguments.json, bytes_of(json)}, {arguments.html, bytes_of(html)}}, table);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 
 #include "atomic_file.h"
@@ -57,15 +56,12 @@ int run(const ExportArguments& arguments) {
   if (parts.empty()) return report_failure(arguments.input, Error{Status::invalid_argument, "the plant has no wood to export"});
   const auto glb = encode_glb(parts, plant->materials, plant->images);
   if (!glb) return report_failure(arguments.output, glb.error());
-  if (const auto written = write_output(arguments.output, *glb); !written) return report_failure(arguments.output, written.error());
-  if (is_standard_output(arguments.output)) return 0;
   const std::size_t wood_triangles = parts.back().mesh == &leaves ? 0 : parts.back().mesh->indices.size() / 3;
-  if (arguments.leaf_count == 0 && !plant->leaf_meshes.parts.empty() && !leaves.indices.empty())
-    std::printf("%s: leaf meshes of %zu triangles, %zu wood triangles\n", shown(arguments.output).c_str(), leaves.indices.size() / 3,
-                wood_triangles);
-  else
-    std::printf("%s: %zu leaf quads, %zu wood triangles\n", shown(arguments.output).c_str(), leaves.indices.size() / 6, wood_triangles);
-  return 0;
+  const bool as_modelled = arguments.leaf_count == 0 && !plant->leaf_meshes.parts.empty() && !leaves.indices.empty();
+  return write_outputs(
+      {{arguments.output, *glb}},
+      formatted(as_modelled ? "%s: leaf meshes of %zu triangles, %zu wood triangles\n" : "%s: %zu leaf quads, %zu wood triangles\n",
+                shown(arguments.output).c_str(), leaves.indices.size() / (as_modelled ? 3 : 6), wood_triangles));
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 
 #include "commands.h"
@@ -22,11 +21,10 @@ int run(const PlantArguments& arguments) {
   if (!plant) return report_failure(arguments.species, plant.error());
   const auto bytes = encode_glb({{"leaves", &plant->foliage}, {"wood", &plant->wood}}, plant->materials, plant->images);
   if (!bytes) return report_failure(arguments.output, bytes.error());
-  if (const auto written = write_output(arguments.output, *bytes); !written) return report_failure(arguments.output, written.error());
-  if (is_standard_output(arguments.output)) return 0;
-  std::printf("%s: %s, %zu leaves of %zu triangles, %zu wood triangles\n", shown(arguments.output).c_str(), arguments.species.c_str(),
-              plant->leaves.size(), plant->foliage.indices.size() / 3 / plant->leaves.size(), plant->wood.indices.size() / 3);
-  return 0;
+  return write_outputs(
+      {{arguments.output, *bytes}},
+      formatted("%s: %s, %zu leaves of %zu triangles, %zu wood triangles\n", shown(arguments.output).c_str(), arguments.species.c_str(),
+                plant->leaves.size(), plant->foliage.indices.size() / 3 / plant->leaves.size(), plant->wood.indices.size() / 3));
 }
 
 }  // namespace

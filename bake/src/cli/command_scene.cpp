@@ -168,7 +168,12 @@ std::vector<SceneSpecies> used_species(std::vector<Species>& species, std::vecto
   return used;
 }
 
-Result<SceneStatistics> make_scene(const SceneArguments& arguments, std::vector<Species>& species, std::filesystem::path& at_fault) {
+struct MadeScene {
+  SceneStatistics statistics;
+  std::vector<std::uint8_t> bytes;
+};
+
+Result<MadeScene> make_scene(const SceneArguments& arguments, std::vector<Species>& species, std::filesystem::path& at_fault) {
   at_fault = arguments.output;
   COPPICE_CHECK(refuse_standard_output(arguments.output, "a scene names its plants by paths from its own folder"));
   std::vector<std::filesystem::path> inputs{arguments.input};
@@ -182,27 +187,27 @@ Result<SceneStatistics> make_scene(const SceneArguments& arguments, std::vector<
   COPPICE_TRY(plants, arguments.input.empty() ? scatter(arguments, species, bar, at_fault) : import(arguments, species));
   at_fault = arguments.output;
   const std::vector<SceneSpecies> used = used_species(species, plants);
-  SceneStatistics statistics;
-  COPPICE_TRY(bytes, encode_scene(used, plants, &statistics, [&bar](float share) { bar.show("tiles", share); }));
-  COPPICE_CHECK(write_file_atomically(arguments.output, bytes));
+  MadeScene made;
+  COPPICE_TRY(bytes, encode_scene(used, plants, &made.statistics, [&bar](float share) { bar.show("tiles", share); }));
+  made.bytes = std::move(bytes);
   const auto is_outside = [](const SceneSpecies& plant) { return !stays_inside(plant.path); };
   warn(arguments.output, static_cast<std::size_t>(std::ranges::count_if(used, is_outside)),
        "plants lie outside its folder: they are read only where the host allows that");
-  return statistics;
+  return made;
 }
 
 int run(const SceneArguments& arguments) {
   std::vector<Species> species;
   std::filesystem::path at_fault;
-  const auto statistics = make_scene(arguments, species, at_fault);
-  if (!statistics) return report_failure(at_fault, statistics.error());
-  if (arguments.quiet) return 0;
-  std::printf("%s: %llu plants in %u tiles, %u levels, %s\n", shown(arguments.output).c_str(),
-              static_cast<unsigned long long>(statistics->plant_count), statistics->tile_count, statistics->level_count,
-              readable_bytes(statistics->file_bytes).c_str());
+  const auto made = make_scene(arguments, species, at_fault);
+  if (!made) return report_failure(at_fault, made.error());
+  std::string text = formatted("%s: %llu plants in %u tiles, %u levels, %s\n", shown(arguments.output).c_str(),
+                               static_cast<unsigned long long>(made->statistics.plant_count), made->statistics.tile_count,
+                               made->statistics.level_count, readable_bytes(made->statistics.file_bytes).c_str());
   for (const Species& s : species)
-    std::printf("  %-24s %10llu  %s\n", printable(s.name).c_str(), static_cast<unsigned long long>(s.count), shown(s.entry.path).c_str());
-  return 0;
+    text +=
+        formatted("  %-24s %10llu  %s\n", printable(s.name).c_str(), static_cast<unsigned long long>(s.count), shown(s.entry.path).c_str());
+  return write_outputs({{arguments.output, made->bytes}}, arguments.quiet ? "" : text);
 }
 
 constexpr const char* kFooter =

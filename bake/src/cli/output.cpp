@@ -3,12 +3,15 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
+#include <cstdarg>
 #include <cstdio>
 #include <cstring>
 #include <system_error>
 
 #include "atomic_file.h"
+#include "commands.h"
 #include "printable.h"
 
 namespace coppice::bake {
@@ -57,12 +60,42 @@ Result<void> refuse_standard_output(const std::filesystem::path& output, const c
   return {};
 }
 
-Result<void> write_output(const std::filesystem::path& output, std::span<const std::uint8_t> bytes) {
-  return is_standard_output(output) ? write_all(STDOUT_FILENO, bytes, kStandardOutput) : write_file_atomically(output, bytes);
+std::span<const std::uint8_t> bytes_of(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-Result<void> write_output(const std::filesystem::path& output, const std::string& text) {
-  return write_output(output, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+std::string formatted(const char* format, ...) {
+  va_list arguments, again;
+  va_start(arguments, format);
+  va_copy(again, arguments);
+  std::string text(static_cast<std::size_t>(std::max(0, std::vsnprintf(nullptr, 0, format, arguments))), ' ');
+  static_cast<void>(std::vsnprintf(text.data(), text.size() + 1, format, again));
+  va_end(again);
+  va_end(arguments);
+  return text;
+}
+
+int write_outputs(const std::vector<Output>& outputs, const std::string& text) {
+  std::vector<TemporaryFile> files;
+  files.reserve(outputs.size());
+  const Output* standard_output = nullptr;
+  for (const Output& output : outputs) {
+    if (output.path.empty()) continue;
+    if (is_standard_output(output.path)) {
+      standard_output = &output;
+      continue;
+    }
+    Result<TemporaryFile> file = stage_file(output.path, output.bytes);
+    if (!file) return report_failure(output.path, file.error());
+    files.push_back(*std::move(file));
+  }
+  if (standard_output != nullptr)
+    if (const auto written = write_all(STDOUT_FILENO, standard_output->bytes, kStandardOutput); !written)
+      return report_failure(standard_output->path, written.error());
+  for (TemporaryFile& file : files)
+    if (const auto published = file.publish(); !published) return report_failure({}, published.error());
+  if (standard_output == nullptr) std::fputs(text.c_str(), stdout);
+  return 0;
 }
 
 int finish_standard_output(int exit_code) {

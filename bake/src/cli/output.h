@@ -39,9 +39,19 @@ Result<void> check_output(const std::filesystem::path& output, const std::vector
 /// Refuses "-" for a command that cannot write there. why: the rest of the line. errors  invalid_argument
 Result<void> refuse_standard_output(const std::filesystem::path& output, const char* why);
 
-/// Writes a file, whole or not at all, or to the standard output. errors  io
-Result<void> write_output(const std::filesystem::path& output, std::span<const std::uint8_t> bytes);
-Result<void> write_output(const std::filesystem::path& output, const std::string& text);
+struct Output {
+  std::filesystem::path path;  ///< empty: not asked for
+  std::span<const std::uint8_t> bytes;
+};
+
+std::span<const std::uint8_t> bytes_of(const std::string& text);
+
+/// As printf makes it. What a command says of its work is made before its outputs are written, after which nothing is allocated.
+std::string formatted(const char* format, ...) __attribute__((format(printf, 1, 2)));
+
+/// Writes all outputs, or none: the first becomes a file when all are on disk as temporary files. Then prints `text` to the standard
+/// output, unless that is an output. Says what fails. returns the exit code
+int write_outputs(const std::vector<Output>& outputs, const std::string& text);
 
 /// Flushes and closes the standard output. What could not be written there makes of a success a failure, with a line that says so.
 /// returns the exit code

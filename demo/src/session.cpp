@@ -212,7 +212,8 @@ void layout_controls(Session& session, float frame_ms) {
                  session.controls);
   if (session.controls.memory_mb == memory_before_mb) return;
   const auto budget_bytes = static_cast<std::uint64_t>(session.controls.memory_mb) << 20;
-  check(session.forest, coppice_set_memory_budget(session.forest.context.get(), budget_bytes), "coppice_set_memory_budget");
+  // Less than the context takes before any plant is refused: the slider goes back.
+  if (coppice_set_memory_budget(session.forest.context.get(), budget_bytes) != COPPICE_OK) session.controls.memory_mb = memory_before_mb;
 }
 
 }  // namespace

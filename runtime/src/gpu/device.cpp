@@ -1,5 +1,6 @@
 #include "device.h"
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <string_view>
@@ -142,8 +143,8 @@ Result<void> check_alive(const Device& device) {
 
 void go_on_without(Device& device, const Error& error, const char* instead) {
   if (error.status == Status::device_lost) return;
-  if (device.warned_call != nullptr && std::string_view(device.warned_call) == error.what) return;
-  device.warned_call = error.what;
+  if (std::ranges::find(device.warned_calls, std::string_view(error.what)) != device.warned_calls.end()) return;
+  device.warned_calls.emplace_back(error.what);
   log_line(device.log, COPPICE_LOG_WARNING, "%s; %s", error.message().c_str(), instead);
 }
 

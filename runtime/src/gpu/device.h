@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
+#include <vector>
 
 #include "coppice/coppice.h"
 #include "coppice/format.h"
@@ -25,7 +27,7 @@ struct Device {
   VkSampleCountFlags sample_counts = 0;                   ///< of attachments for colour and depth
   coppice_log log{};                                      ///< hears of what the frame goes on without
   const char* lost_call = nullptr;                        ///< that returned VK_ERROR_DEVICE_LOST; null while the device lives
-  const char* warned_call = nullptr;                      ///< that a line was last written about
+  std::vector<std::string_view> warned_calls;             ///< names of those that a line has been written about
 };
 
 /// Loads the functions and checks that the physical device has the features of coppice_context_desc.device.
@@ -87,7 +89,7 @@ template <class Handle>
 /// errors  device_lost: a call said so, now or earlier
 [[nodiscard]] Result<void> check_alive(const Device& device);
 
-/// Tells the log that a frame goes on without something, once until another call fails. A lost device is the caller's to return.
+/// Tells the log that a frame goes on without something, once for each call that fails. A lost device is the caller's to return.
 /// instead  what happens: "drawn without shadows"
 void go_on_without(Device& device, const Error& error, const char* instead);
 

@@ -233,8 +233,6 @@ Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const s
 
 Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside) {
   std::error_code error;
-  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
-    return Error{Status::io, "cannot read", Error::kNoOffset, "not a plain file"};
   if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxFileBytes)
     return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};
   COPPICE_TRY(file, read_file(path));

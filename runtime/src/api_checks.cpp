@@ -139,7 +139,8 @@ std::string desc_problem(const coppice_context_desc& desc) {
                   size_problem("max_instances", desc.max_instances, kMaxHandleIndex),
                   size_problem("max_plants", desc.max_plants, kMaxPlants),
                   flag_problem("texture_compression_bc", desc.texture_compression_bc), flag_problem("compute_raster", desc.compute_raster),
-                  flag_problem("shader_int64_atomics", desc.shader_int64_atomics), flag_problem("pass_times", desc.pass_times));
+                  flag_problem("shader_int64_atomics", desc.shader_int64_atomics), flag_problem("pass_times", desc.pass_times),
+                  flag_problem("allow_outside", desc.allow_outside));
 }
 
 std::string view_problem(const coppice_view* view, const ViewLimits& limits) {

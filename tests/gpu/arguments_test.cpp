@@ -167,6 +167,7 @@ std::vector<Wrong<coppice_context_desc>> wrong_descs() {
       {"texture_compression_bc", [](auto& d) { d.texture_compression_bc = 2; }},
       {"compute_raster", [](auto& d) { d.compute_raster = 0xffffffffu; }},
       {"shader_int64_atomics", [](auto& d) { d.shader_int64_atomics = 7; }},
+      {"allow_outside", [](auto& d) { d.allow_outside = 2; }},
       {"pass_times", [](auto& d) { d.pass_times = 2; }},
   };
   // Attachments that no pipeline of ours can draw to.

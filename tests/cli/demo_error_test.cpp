@@ -69,7 +69,7 @@ TEST(CoppiceForestErrors, ASpeciesOutsideTheScenesFolderIsLeftOutUnlessAllowed) 
   const fs::path json = folder / "stats.json";
   const ProcessResult run = run_process(COPPICE_FOREST, small_forest({"--scene", inner / "wood.forest", "--stats", json}));
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_EQ(count_of(run.err, "outside"), 1u) << run.err;
+  EXPECT_EQ(count_of(run.err, "outside the asset's folder"), 1u) << run.err;
   std::ifstream file(json);
   EXPECT_EQ(nlohmann::json::parse(file)["scene"]["species_failed"], 1);
   EXPECT_EQ(run_process(COPPICE_FOREST, small_forest({"--scene", inner / "wood.forest", "--allow-outside"})).exit_code, 0);

@@ -110,6 +110,7 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
                                           "bytes_per_s",
                                           "decode_ms",
                                           "threshold_px_max",
+                                          "errors",
                                           "validation_messages"};
   EXPECT_EQ(keys, contract);
   EXPECT_EQ(stats["instances"], 40);

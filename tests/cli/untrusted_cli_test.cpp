@@ -141,7 +141,7 @@ TEST(OutsideFiles, ASceneKeepsItsPlantsInItsFolder) {
   allowing.emplace_back("--allow-outside");
   const ProcessResult allowed = run_process(COPPICE_TOOL, allowing);
   EXPECT_EQ(allowed.exit_code, 0) << allowed.err;
-  EXPECT_NE(allowed.err.find("1 plants lie outside its folder"), std::string::npos) << allowed.err;
+  EXPECT_NE(allowed.err.find("1 species from outside its folder"), std::string::npos) << allowed.err;
   // By what it is, not by its name.
   fs::create_symlink("../oak.coppice", scenes / "oak.coppice");
   std::vector<std::string> linked = command;

@@ -11,10 +11,10 @@
 #include <string>
 
 #include <gtest/gtest.h>
-#include <tiny_gltf.h>
 #include <glm/geometric.hpp>
 
 #include "gltf_write.h"
+#include "parse_glb.h"
 
 namespace coppice::bake {
 namespace {
@@ -278,11 +278,7 @@ TEST_P(GeneratePlant, SameSeedSameBytesAndAnotherSeedAnotherPlant) {
 
 TEST_P(GeneratePlant, GlbHoldsTheWholePlant) {
   const std::vector<std::uint8_t> bytes = glb_of(plant_);
-  tinygltf::TinyGLTF loader;
-  tinygltf::Model model;
-  std::string error, warning;
-  ASSERT_TRUE(loader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), static_cast<unsigned>(bytes.size()))) << error;
-  EXPECT_TRUE(warning.empty()) << warning;
+  const tinygltf::Model model = test::parse_glb(bytes);
   ASSERT_EQ(model.materials.size(), 2u);
   EXPECT_EQ(model.materials[0].name, "leaves");
   EXPECT_EQ(model.materials[1].name, "wood");

@@ -352,7 +352,12 @@ TEST(SceneStream, AnAssetRootAndAPermissionLetPlantsBeElsewhere) {
 }
 
 TEST(SceneStream, ANameCannotForgeALine) {
-  Owner owner(scene_with("../oak\n\x1b[31mall is well"));
+  const std::string placeholder(23, '@');
+  const std::string forged = "../oak\n\x1b[31mall is well";
+  std::vector<std::uint8_t> scene = scene_with(placeholder);  // the writer refuses it
+  std::ranges::copy(forged, std::ranges::search(scene, placeholder).begin());
+  test::fix_scene_checksums(scene);
+  Owner owner(scene);
   owner.settle(eye_at(0, 0), kPlenty);
   ASSERT_EQ(owner.log.lines.size(), 1u);
   EXPECT_NE(owner.log.lines[0].find("../oak\\x0a\\x1b[31mall is well"), std::string::npos) << owner.log.lines[0];

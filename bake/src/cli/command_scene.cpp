@@ -171,6 +171,7 @@ std::vector<SceneSpecies> used_species(std::vector<Species>& species, std::vecto
 struct MadeScene {
   SceneStatistics statistics;
   std::vector<std::uint8_t> bytes;
+  std::size_t outside_count = 0;  ///< species outside the scene's folder
 };
 
 Result<MadeScene> make_scene(const SceneArguments& arguments, std::vector<Species>& species, std::filesystem::path& at_fault) {
@@ -191,8 +192,7 @@ Result<MadeScene> make_scene(const SceneArguments& arguments, std::vector<Specie
   COPPICE_TRY(bytes, encode_scene(used, plants, &made.statistics, [&bar](float share) { bar.show("tiles", share); }));
   made.bytes = std::move(bytes);
   const auto is_outside = [](const SceneSpecies& plant) { return !stays_inside(plant.path); };
-  warn(arguments.output, static_cast<std::size_t>(std::ranges::count_if(used, is_outside)),
-       "plants lie outside its folder: they are read only where the host allows that");
+  made.outside_count = static_cast<std::size_t>(std::ranges::count_if(used, is_outside));
   return made;
 }
 
@@ -207,7 +207,9 @@ int run(const SceneArguments& arguments) {
   for (const Species& s : species)
     text +=
         formatted("  %-24s %10llu  %s\n", printable(s.name).c_str(), static_cast<unsigned long long>(s.count), shown(s.entry.path).c_str());
-  return write_outputs({{arguments.output, made->bytes}}, arguments.quiet ? "" : text);
+  const int exit_code = write_outputs({{arguments.output, made->bytes}}, arguments.quiet ? "" : text);
+  if (exit_code == 0) warn(arguments.output, made->outside_count, "species from outside its folder: read only where the host allows that");
+  return exit_code;
 }
 
 constexpr const char* kFooter =

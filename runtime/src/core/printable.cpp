@@ -10,13 +10,6 @@ namespace coppice {
 
 namespace {
 
-std::uint32_t code_point(std::span<const std::uint8_t> sequence) {
-  if (sequence.size() == 1) return sequence[0];
-  std::uint32_t code = sequence[0] & (0x7fu >> sequence.size());
-  for (const std::uint8_t byte : sequence.subspan(1)) code = code << 6 | (byte & 0x3fu);
-  return code;
-}
-
 bool is_control(std::uint32_t code) {
   struct Range {
     std::uint32_t first, last;
@@ -27,10 +20,8 @@ bool is_control(std::uint32_t code) {
   return std::ranges::any_of(kRanges, [code](const Range& range) { return code >= range.first && code <= range.last; });
 }
 
-/// Bytes of the printable character at the front of `text`; 0 if there is none.
-std::size_t printable_length(std::span<const std::uint8_t> text) {
-  const std::size_t length = utf8_sequence_length(text);
-  return length == 0 || is_control(code_point(text.first(length))) ? 0 : length;
+bool is_shown(const Utf8Character& character) {
+  return character.length > 0 && !is_control(character.code);
 }
 
 std::span<const std::uint8_t> as_bytes(std::string_view text) {
@@ -45,18 +36,18 @@ std::string printable(std::string_view text) {
   std::string shown;
   shown.reserve(text.size());
   for (std::size_t at = 0; at < bytes.size();) {
-    const std::size_t kept = printable_length(bytes.subspan(at));
-    shown.append(text.substr(at, kept));
-    if (kept == 0) {
-      const std::size_t hidden = std::max<std::size_t>(utf8_sequence_length(bytes.subspan(at)), 1);
-      for (const std::uint8_t byte : bytes.subspan(at, hidden)) {
+    const Utf8Character character = utf8_character(bytes.subspan(at));
+    const std::size_t length = std::max<std::size_t>(character.length, 1);
+    if (is_shown(character)) {
+      shown.append(text.substr(at, length));
+    } else {
+      for (const std::uint8_t byte : bytes.subspan(at, length)) {
         shown += "\\x";
         shown += kDigits[byte >> 4];
         shown += kDigits[byte & 15];
       }
-      at += hidden;
     }
-    at += kept;
+    at += length;
   }
   return shown;
 }
@@ -64,9 +55,9 @@ std::string printable(std::string_view text) {
 bool is_printable(std::string_view text) {
   const auto bytes = as_bytes(text);
   for (std::size_t at = 0; at < bytes.size();) {
-    const std::size_t length = printable_length(bytes.subspan(at));
-    if (length == 0) return false;
-    at += length;
+    const Utf8Character character = utf8_character(bytes.subspan(at));
+    if (!is_shown(character)) return false;
+    at += character.length;
   }
   return true;
 }

@@ -33,6 +33,14 @@ ProcessResult run_in_shell(const std::string& before, const std::vector<std::str
   return run_process("/bin/sh", {"-c", line + " " + after});
 }
 
+/// A scene of the plant, in its folder.
+fs::path scene_of(const fs::path& plant, const TemporaryFolder& folder) {
+  const fs::path scene = folder / "wood.forest";
+  const ProcessResult made = run_process(COPPICE_TOOL, {"scene", "-o", scene, "--plants", plant, "--size-m", "200", "--count", "500"});
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  return scene;
+}
+
 std::size_t count_of(const std::string& text, const std::string& part) {
   std::size_t count = 0;
   for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
@@ -45,9 +53,7 @@ std::size_t line_count(const std::string& text) {
 
 TEST(CoppiceForestErrors, ASpeciesThatIsNotThereIsSaidOnceAndFailsTheRun) {
   const TemporaryFolder folder;
-  const fs::path plant = bake_corylus(folder), scene = folder / "wood.forest", json = folder / "stats.json";
-  const ProcessResult made = run_process(COPPICE_TOOL, {"scene", "-o", scene, "--plants", plant, "--size-m", "200", "--count", "500"});
-  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const fs::path plant = bake_corylus(folder), scene = scene_of(plant, folder), json = folder / "stats.json";
   fs::remove(plant);
   const ProcessResult run = run_process(COPPICE_FOREST, small_forest({"--scene", scene, "--stats", json}));
   EXPECT_EQ(run.exit_code, 1);
@@ -60,9 +66,7 @@ TEST(CoppiceForestErrors, ASpeciesThatIsNotThereIsSaidOnceAndFailsTheRun) {
 
 TEST(CoppiceForestErrors, ASpeciesOutsideTheScenesFolderIsLeftOutUnlessAllowed) {
   const TemporaryFolder folder;
-  const fs::path plant = bake_corylus(folder), scene = folder / "wood.forest", inner = folder / "inner";
-  const ProcessResult made = run_process(COPPICE_TOOL, {"scene", "-o", scene, "--plants", plant, "--size-m", "200", "--count", "500"});
-  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const fs::path plant = bake_corylus(folder), scene = scene_of(plant, folder), inner = folder / "inner";
   fs::create_directory(inner);
   fs::rename(scene, inner / "wood.forest");
   fs::create_symlink(plant, inner / "corylus.coppice");

@@ -79,7 +79,7 @@ Result<Species> open_species(const std::filesystem::path& file, const std::files
 
 Result<std::vector<Species>> open_all_species(const SceneArguments& arguments, std::filesystem::path& at_fault) {
   COPPICE_TRY(files, plant_files(arguments.plants, at_fault));
-  const std::filesystem::path folder = arguments.output.has_parent_path() ? arguments.output.parent_path() : ".";
+  const std::filesystem::path folder = folder_of(arguments.output);
   std::vector<Species> all;
   for (const std::filesystem::path& file : files) {
     at_fault = file;

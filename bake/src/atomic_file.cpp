@@ -76,6 +76,14 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::span<
   return file.publish();
 }
 
+Result<void> make_folder_of(const std::filesystem::path& path) {
+  if (!path.has_parent_path()) return {};
+  std::error_code error;
+  std::filesystem::create_directories(path.parent_path(), error);
+  if (error) return system_error("cannot make the folder of", path, error.value());
+  return {};
+}
+
 Result<void> try_writing(const std::filesystem::path& path) {
   COPPICE_TRY(target, resolve_target(path));
   remove_abandoned_temporaries(folder_of(target));

@@ -21,6 +21,9 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::span<
 /// errors  those of write_file_atomically
 Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
+/// Makes the folder that `path` is to be in, and those above it, where they are missing. errors  io
+Result<void> make_folder_of(const std::filesystem::path& path);
+
 /// Tries whether write_file_atomically can write there, by making the temporary file, and removes abandoned ones beside it
 /// (temporary_file.h). Leaves what is at `path` alone.
 /// errors  those of write_file_atomically that can be known before

@@ -38,12 +38,6 @@ Error io_error(const char* what, const fs::path& path, const std::error_code& re
   return Error{Status::io, what, Error::kNoOffset, path.string() + ": " + reason.message()};
 }
 
-bool is_plant_file(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return extension == ".glb" || extension == ".gltf";
-}
-
 std::uint64_t input_bytes(const BatchPlant& plant) {
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(plant.input, error);
@@ -93,9 +87,7 @@ Result<void> publish(const fs::path& output, const std::vector<std::uint8_t>& by
 
 /// Makes the output's folder, and sees before the bake whether it can be written.
 Result<void> prepare_output(const fs::path& output) {
-  std::error_code error;
-  fs::create_directories(output.parent_path(), error);
-  if (error) return io_error("cannot make a folder", output.parent_path(), error);
+  COPPICE_CHECK(make_folder_of(output));
   return try_writing(output);
 }
 
@@ -113,7 +105,9 @@ Result<void> bake_or_load(const BatchPlant& plant, const fs::path& cache, const 
   std::error_code error;
   fs::create_directories(cache, error);
   if (error) return io_error("cannot make the cache", cache, error);
-  COPPICE_CHECK(prepare_output(plant.output));
+  if (!plant.output.empty()) {
+    COPPICE_CHECK(prepare_output(plant.output));
+  }
   COPPICE_TRY(key, bake_key(plant.input, plant.options));
   result.key = key;
   Result<CachedBake> entry = load_cached(cache, key);
@@ -125,7 +119,9 @@ Result<void> bake_or_load(const BatchPlant& plant, const fs::path& cache, const 
     result.outcome = BatchOutcome::baked;
   }
   if (!entry) return entry.error();
-  COPPICE_CHECK(publish(plant.output, entry->bytes));
+  if (!plant.output.empty()) {
+    COPPICE_CHECK(publish(plant.output, entry->bytes));
+  }
   result.source_leaves = entry->source_leaves;
   result.file_bytes = entry->bytes.size();
   result.foliage_bytes = entry->foliage_bytes;
@@ -261,6 +257,12 @@ const char* outcome_name(BatchOutcome outcome) {
       break;
   }
   return "failed";
+}
+
+bool is_plant_file(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return extension == ".glb" || extension == ".gltf";
 }
 
 Result<std::vector<BatchPlant>> plants_of_folder(const fs::path& folder, const fs::path& output_folder, const BakeOptions& options) {

@@ -17,7 +17,7 @@ namespace coppice::bake {
 
 struct BatchPlant {
   std::filesystem::path input;
-  std::filesystem::path output;  ///< folders that are missing are made
+  std::filesystem::path output;  ///< folders that are missing are made; empty: for bake_cached, in the cache alone
   BakeOptions options;
 };
 
@@ -26,6 +26,9 @@ struct BatchPlant {
 /// errors  io: the folder cannot be read; invalid_argument: there is none in it
 Result<std::vector<BatchPlant>> plants_of_folder(const std::filesystem::path& folder, const std::filesystem::path& output_folder,
                                                  const BakeOptions& options);
+
+/// Whether the name ends as a glTF file's does, .glb or .gltf, whatever the case.
+bool is_plant_file(const std::filesystem::path& path);
 
 /// Refuses two plants with one output, and an output that is the input of any.
 /// errors  invalid_argument: names both

@@ -13,10 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::filesystem::path bytes_path(const std::filesystem::path& folder, const std::string& key) {
-  return folder / (key + ".coppice");
-}
-
 std::filesystem::path record_path(const std::filesystem::path& folder, const std::string& key) {
   return folder / (key + ".record");
 }
@@ -58,20 +54,24 @@ bool read_record(std::span<const std::uint8_t> text, CachedBake& entry) {
 
 }  // namespace
 
+std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key) {
+  return folder / (key + ".coppice");
+}
+
 Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key) {
   COPPICE_TRY(record, read_file(record_path(folder, key)));
   CachedBake entry;
-  COPPICE_TRY(bytes, read_file(bytes_path(folder, key)));
+  COPPICE_TRY(bytes, read_file(cached_file(folder, key)));
   entry.bytes = std::move(bytes);
   if (read_record(record, entry)) return entry;
   // Not an entry any more: a bake that then fails must not leave it for the next to stumble over.
   std::error_code ignored;
   std::filesystem::remove(record_path(folder, key), ignored);
-  return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, bytes_path(folder, key).string()};
+  return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, cached_file(folder, key).string()};
 }
 
 Result<void> store_cached(const std::filesystem::path& folder, const std::string& key, const CachedBake& entry) {
-  COPPICE_CHECK(write_file_atomically(bytes_path(folder, key), entry.bytes));
+  COPPICE_CHECK(write_file_atomically(cached_file(folder, key), entry.bytes));
   Json record = record_of(entry);
   record["checksum"] = checksum_of(entry, record_of(entry));
   const std::string text = text_of(record);

@@ -19,6 +19,9 @@ struct CachedBake {
   std::vector<std::string> warnings;  ///< the importer's
 };
 
+/// The .coppice file of an entry.
+std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key);
+
 /// key  as of bake_key
 /// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged, and no entry any more
 Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key);

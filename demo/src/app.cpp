@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,10 +31,29 @@ float elapsed_ms(Clock::time_point& since) {
   return ms;
 }
 
-CameraPath make_path(const Options& options, const World& world) {
+CameraPath make_path(const Options& options, const Session& session) {
+  const World& world = session.world;
   if (options.camera == "walk") return walk_path(world.planting.trail, world.terrain);
   if (options.camera == "orbit") return orbit_path(std::min(world.planting.half_extent_m, kWidestOrbit_m), world.terrain);
+  const VkExtent2D extent = session.renderer.picture.extent;
+  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+  const Box box = box_of(session.forest, world.planting, world.terrain);
+  if (options.camera == "turntable") return turntable_path(box, aspect, world.terrain);
+  if (options.camera == "front") return front_path(box, aspect, world.terrain);
+  if (options.camera == "top") return top_path(box, aspect, world.terrain);
   return path_from_file(options.camera, world.terrain);
+}
+
+/// Sizes are the file's, but for plants too small or too large to stand in one forest: of those it is said.
+void describe_scaled(const Session& session) {
+  for (std::size_t i = 0; i < session.forest.species.size(); ++i) {
+    const Species& species = session.forest.species[i];
+    const float scale = fitting_scale(species.radius_m);
+    if (scale == 1) continue;
+    const double height_m = double{species.box_max.y} - double{species.box_min.y};
+    std::printf("scaled               %s: %.*f m high in the file, here %s%.1f m\n", session.forest.files[i].c_str(), height_m < 1 ? 4 : 1,
+                height_m, session.world.planting.plants.size() > 1 ? "about " : "", height_m * double{scale});
+  }
 }
 
 void describe(const Session& session) {
@@ -47,6 +67,7 @@ void describe(const Session& session) {
   std::printf("forest               %zu plants of %zu species on %.0f x %.0f m\n", session.world.planting.plants.size(),
               session.forest.plants.size(), 2 * static_cast<double>(session.world.planting.half_extent_m),
               2 * static_cast<double>(session.world.planting.half_extent_m));
+  describe_scaled(session);
 }
 
 void report(Session& session, const Options& options) {
@@ -78,7 +99,7 @@ float first_picture_ms(Session& session, const Pose& pose, float time_s, Clock::
 
 // The frames are spread evenly over the path; the last one is its end, whatever their number.
 void run_headless(Session& session, const Options& options, Clock::time_point started) {
-  const CameraPath path = make_path(options, session.world);
+  const CameraPath path = make_path(options, session);
   const std::uint32_t frames = options.frames.value_or(kHeadlessFrames);
   const auto time_of = [&](std::uint32_t frame) { return frames > 1 ? path.duration_s * frame / (frames - 1) : path.duration_s; };
   session.first_measured = session.last_measured;
@@ -126,9 +147,11 @@ void obey_keys(Session& session, const Options& options, std::optional<Recording
   if (!std::exchange(window.wants_recording, false)) return;
   if (recording) {
     std::printf("camera               %s\n", recording->recorder.file.c_str());
+    show_message(*session.overlay, "the camera's way is in " + recording->recorder.file);
     recording.reset();
   } else {
     recording = Recording{start_recording(options.camera_out), time_s};
+    show_message(*session.overlay, "writing the camera's way to " + options.camera_out + " until C is pressed again");
   }
 }
 
@@ -136,21 +159,26 @@ void obey_keys(Session& session, const Options& options, std::optional<Recording
 void save_picture_or_say(Session& session, const Shot& shot, const std::string& file) {
   try {
     save_picture(session, shot, file);
+    std::fflush(stdout);
+    show_message(*session.overlay, "picture: " + file);
   } catch (const Failure& failure) {
     std::fprintf(stderr, "coppice-forest: %s\n", failure.what());
+    show_message(*session.overlay, failure.what());
   }
 }
 
 void run_in_window(Session& session, const Options& options) {
-  const CameraPath path = make_path(options, session.world);
-  const std::string picture = options.screenshot.empty() ? "forest.png" : options.screenshot;
+  CameraPath path = make_path(options, session);
+  VkExtent2D extent = session.renderer.picture.extent;
+  const std::string picture = std::filesystem::absolute(options.screenshot.empty() ? "forest.png" : options.screenshot).string();
   Window& window = *session.window;
   Pose pose = path.pose(0);
   double path_time_s = 0;
   float time_s = 0;
   std::optional<Recording> recording;
   auto last = Clock::now();
-  for (std::uint32_t frame = 0; poll_window(window) && (!options.frames || frame < *options.frames); ++frame) {
+  for (std::uint32_t frame = 0; next_frame(window) && (!options.frames || frame < *options.frames); ++frame) {
+    if (std::exchange(window.was_hidden, false)) last = Clock::now();
     const float frame_ms = elapsed_ms(last);
     const float dt_s = std::min(0.001f * frame_ms, 0.25f);
     time_s += dt_s;
@@ -163,6 +191,10 @@ void run_in_window(Session& session, const Options& options) {
     obey_keys(session, options, recording, time_s);
     if (recording) record_pose(recording->recorder, static_cast<double>(time_s - recording->start_s), pose, session.world.terrain);
     render_frame(session, pose, time_s, frame_ms);
+    if (!same_size(extent, session.renderer.picture.extent)) {
+      extent = session.renderer.picture.extent;
+      path = make_path(options, session);
+    }
     if (!options.record.empty()) record_picture(session, {pose, time_s}, options.record, frame);
     if (frame > 0) session.statistics.frame_ms.push_back(frame_ms);
     if (std::exchange(window.wants_picture, false)) save_picture_or_say(session, {pose, time_s}, picture);
@@ -206,7 +238,7 @@ int run(const Options& requested) {
   Session session(options, std::move(window));
   describe(session);
   if (!options.compare.empty()) {
-    compare_lods(session, make_path(options, session.world), options);
+    compare_lods(session, make_path(options, session), options);
     return exit_code_of(session, options);
   }
   if (session.window)

@@ -89,6 +89,48 @@ Keyframe parse_keyframe(const std::string& line, const std::string& place) {
   return key;
 }
 
+/// How far from the box's middle the camera must be to see all of it, with some room round it.
+float framing_distance_m(const Box& box, const Pose& pose, float aspect) {
+  constexpr float kFilled = 0.95f;  // of the picture's width or height
+  const float up_share = kFilled * std::tan(0.5f * pose.fov_y_rad), right_share = up_share * aspect;
+  const glm::vec3 ahead = forward(pose), side = right(pose), up = glm::cross(side, ahead);
+  const glm::vec3 half = 0.5f * (box.max - box.min);
+  float distance_m = 2 * kNear_m;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::vec3 at = half * glm::vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    const float farther_m = std::max(std::abs(glm::dot(at, side)) / right_share, std::abs(glm::dot(at, up)) / up_share);
+    distance_m = std::max(distance_m, farther_m - glm::dot(at, ahead));
+  }
+  return distance_m;
+}
+
+/// Looks at the box's middle from so far; from higher up where that would be in the ground.
+Pose facing(const Box& box, Pose pose, float distance_m, const Terrain& terrain) {
+  constexpr float kAboveGround_m = 0.3f;
+  const glm::vec3 middle = 0.5f * (box.min + box.max);
+  pose.position = middle - distance_m * forward(pose);
+  const float least_m = height_at(terrain, pose.position.x, pose.position.z) + kAboveGround_m;
+  if (pose.position.y >= least_m) return pose;
+  pose.position.y = least_m;
+  pose.pitch_rad =
+      std::atan2(middle.y - least_m, glm::distance(glm::vec2(middle.x, middle.z), glm::vec2(pose.position.x, pose.position.z)));
+  return pose;
+}
+
+Pose turned(float yaw_rad, float pitch_rad) {
+  Pose pose;
+  pose.yaw_rad = yaw_rad;
+  pose.pitch_rad = pitch_rad;
+  pose.fov_y_rad = 0.6f;  // narrower than a walker's: what is near does not grow out of proportion
+  return pose;
+}
+
+CameraPath still_path(const Box& box, const Pose& direction, float aspect, const Terrain& terrain) {
+  CameraPath path;
+  path.pose = [pose = facing(box, direction, framing_distance_m(box, direction, aspect), terrain)](double) { return pose; };
+  return path;
+}
+
 }  // namespace
 
 CameraPath walk_path(const Trail& trail, const Terrain& terrain) {
@@ -127,6 +169,29 @@ CameraPath orbit_path(float half_extent_m, const Terrain& terrain) {
     return pose;
   };
   return path;
+}
+
+CameraPath turntable_path(const Box& box, float aspect, const Terrain& terrain) {
+  constexpr float kPitch_rad = -0.15f;
+  constexpr int kSteps = 64;
+  float distance_m = 0;
+  for (int step = 0; step < kSteps; ++step)
+    distance_m = std::max(distance_m, framing_distance_m(box, turned(2 * kPi * static_cast<float>(step) / kSteps, kPitch_rad), aspect));
+  CameraPath path;
+  path.loops = true;
+  path.duration_s = 20;
+  path.pose = [box, distance_m, &terrain, total_s = path.duration_s](double time_s) {
+    return facing(box, turned(static_cast<float>(2 * kPi * time_s / total_s), kPitch_rad), distance_m, terrain);
+  };
+  return path;
+}
+
+CameraPath front_path(const Box& box, float aspect, const Terrain& terrain) {
+  return still_path(box, turned(0, 0), aspect, terrain);
+}
+
+CameraPath top_path(const Box& box, float aspect, const Terrain& terrain) {
+  return still_path(box, turned(0, -0.5f * kPi), aspect, terrain);
 }
 
 CameraPath path_from_file(const std::string& file, const Terrain& terrain) {
@@ -177,9 +242,14 @@ glm::vec3 forward(const Pose& pose) {
   return {-std::sin(pose.yaw_rad) * flat, std::sin(pose.pitch_rad), -std::cos(pose.yaw_rad) * flat};
 }
 
+glm::vec3 right(const Pose& pose) {
+  return {std::cos(pose.yaw_rad), 0, -std::sin(pose.yaw_rad)};
+}
+
 glm::mat4 view_from_world(const Pose& pose) {
-  // Turned first, then moved: far from the origin the eye plus a step rounds to straight up, which has no side.
-  return glm::translate(glm::lookAt(glm::vec3(0), forward(pose), glm::vec3(0, 1, 0)), -pose.position);
+  // By angles and not by a point to look at: straight down has a right side too.
+  const glm::mat4 pitched = glm::rotate(glm::mat4(1), -pose.pitch_rad, glm::vec3(1, 0, 0));
+  return glm::translate(glm::rotate(pitched, -pose.yaw_rad, glm::vec3(0, 1, 0)), -pose.position);
 }
 
 glm::mat4 clip_from_view(const Pose& pose, float aspect) {

@@ -19,6 +19,11 @@ struct Pose {
   float fov_y_rad = 1.05f;
 };
 
+/// What a camera is to show: world space, metres.
+struct Box {
+  glm::vec3 min, max;
+};
+
 struct CameraPath {
   double duration_s = 1;
   bool loops = false;                ///< the end joins the beginning
@@ -29,6 +34,11 @@ struct CameraPath {
 CameraPath walk_path(const Trail& trail, const Terrain& terrain);
 /// Round the planted square, above the crowns, looking down into it.
 CameraPath orbit_path(float half_extent_m, const Terrain& terrain);
+/// Round the box, from a little above, with all of it in the picture at any time. aspect: of the picture, its width over its height.
+CameraPath turntable_path(const Box& box, float aspect, const Terrain& terrain);
+/// The camera stands still and sees all of the box: from its front, which in glTF is +Z, or from above, with -Z at the picture's top.
+CameraPath front_path(const Box& box, float aspect, const Terrain& terrain);
+CameraPath top_path(const Box& box, float aspect, const Terrain& terrain);
 /// Keyframes from a text file, one a line, `#` starts a comment:
 ///
 ///     time_s  x_m  height_m  z_m  yaw_deg  pitch_deg  [fov_y_deg]
@@ -50,6 +60,8 @@ PathRecorder start_recording(const std::string& file);
 void record_pose(PathRecorder& recorder, double time_s, const Pose& pose, const Terrain& terrain);
 
 glm::vec3 forward(const Pose& pose);
+/// Unit and level, whatever the pitch.
+glm::vec3 right(const Pose& pose);
 glm::mat4 view_from_world(const Pose& pose);
 /// Vulkan clip space, reversed depth: 1 at the near plane, 0 at the far plane.
 glm::mat4 clip_from_view(const Pose& pose, float aspect);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -23,13 +24,32 @@ std::string reason_of(const Forest& forest, coppice_status status, const std::st
   return logged.empty() ? about + ": " + coppice_status_text(status) : logged;
 }
 
+/// By name; none where there is no such folder.
 std::vector<std::string> plants_in(const std::filesystem::path& folder) {
   std::vector<std::string> files;
-  std::error_code missing;  // no such folder: no plants
+  std::error_code missing;
   for (const auto& entry : std::filesystem::directory_iterator(folder, missing))
     if (entry.path().extension() == ".coppice") files.push_back(entry.path().string());
   std::ranges::sort(files);
   return files;
+}
+
+/// The plants of a folder, or the file itself. What a person takes for a baked plant gets a line that says what to do with it.
+std::vector<std::string> plants_at(const std::string& path) {
+  std::error_code missing;
+  if (std::filesystem::is_directory(path, missing)) {
+    std::vector<std::string> files = plants_in(path);
+    if (files.empty())
+      throw Failure(path + ": no .coppice file in it. coppice bake-all " + path + " -o baked bakes the plants of a folder");
+    return files;
+  }
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  if (extension == ".glb" || extension == ".gltf")
+    throw Failure(path + ": not baked yet. coppice view " + path + " bakes and shows it; to keep the result: coppice bake " + path +
+                  " -o " + std::filesystem::path(path).stem().string() + ".coppice");
+  if (extension == ".forest") throw Failure(path + ": a scene. coppice-forest --scene " + path + " shows it");
+  return {path};
 }
 
 coppice_plant open_plant(const Forest& forest, const std::string& file) {
@@ -47,6 +67,8 @@ Species species_of(const Forest& forest, coppice_plant plant) {
   check(forest, coppice_plant_get_info(forest.context.get(), plant, &info), "coppice_plant_get_info");
   Species species;
   species.radius_m = info.sphere_radius;
+  std::memcpy(&species.box_min, info.box_min, sizeof species.box_min);
+  std::memcpy(&species.box_max, info.box_max, sizeof species.box_max);
   // Roots go below the origin, and a plant may hang over; one of which a quarter would be buried was not modelled to stand on its origin.
   const float low_m = info.box_min[1], height_m = info.box_max[1] - low_m;
   if (low_m < -0.25f * height_m) species.foot_m = low_m;
@@ -87,8 +109,12 @@ std::uint32_t morton_code(glm::vec2 place) {
 }  // namespace
 
 std::vector<std::string> find_plants(const Options& options) {
-  if (!options.plants.empty()) return options.plants;
-  std::vector<std::string> files = plants_in("out/plants");
+  std::vector<std::string> files;
+  for (const std::string& path : options.plants) {
+    const std::vector<std::string> found = plants_at(path);
+    files.insert(files.end(), found.begin(), found.end());
+  }
+  if (files.empty()) files = plants_in("out/plants");
   std::error_code missing;
   const std::filesystem::path executable = std::filesystem::read_symlink("/proc/self/exe", missing);
   if (files.empty() && !missing) files = plants_in(executable.parent_path() / "plants");
@@ -191,6 +217,19 @@ void add_instances(Forest& forest, const Planting& planting, const Terrain& terr
                                 nullptr),
           "coppice_instances_add");
   }
+}
+
+Box box_of(const Forest& forest, const Planting& planting, const Terrain& terrain) {
+  if (planting.plants.size() == 1) {
+    const PlacedPlant& plant = planting.plants.front();
+    const Species& species = forest.species[plant.species];
+    glm::vec3 origin;
+    std::memcpy(&origin, placement_of(plant, species, terrain).position, sizeof origin);
+    return {origin + plant.scale * species.box_min, origin + plant.scale * species.box_max};
+  }
+  constexpr float kWidest_m = 1000, kTall_m = 20;  // what is beyond the haze; a tree
+  const float half_m = std::min(planting.half_extent_m, kWidest_m), ground_m = height_at(terrain, 0, 0);
+  return {{-half_m, ground_m, -half_m}, {half_m, ground_m + kTall_m, half_m}};
 }
 
 void reload(Forest& forest, std::size_t file) {

@@ -32,8 +32,9 @@ struct Forest {
   coppice_scene_info scene_info{};  ///< of the scene, if there is one
 };
 
-/// The .coppice files to show: those of the command line, else every one in out/plants of the current folder, else every one in
-/// `plants` beside the executable, by name. errors  Failure that says how to bake some: none found
+/// The .coppice files to show: those of the command line, of folders by name; else every one in out/plants of the current folder, else
+/// every one in `plants` beside the executable, by name. errors  Failure that says how to bake some: none found, or a plant that is not
+/// baked
 std::vector<std::string> find_plants(const Options& options);
 
 /// errors  Failure: the device does not do, or a file cannot be opened (path and reason)
@@ -41,6 +42,9 @@ Forest open_forest(const Device& device, const std::vector<std::string>& files, 
 /// The same with a scene instead. errors  Failure
 Forest open_scene(const Device& device, const Options& options);
 void add_instances(Forest& forest, const Planting& planting, const Terrain& terrain);
+
+/// What a camera that shows all is to see: the plant where there is one, else the square that they stand in.
+Box box_of(const Forest& forest, const Planting& planting, const Terrain& terrain);
 
 /// Shows files[file] as it is now; where that cannot be read, says so and keeps what was there.
 void reload(Forest& forest, std::size_t file);

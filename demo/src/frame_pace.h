@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 namespace forest {
 
 /// What keeps a frame's time near an aim: how many of the picture's pixels are drawn, and where that is not enough how many leaves.
@@ -17,6 +19,13 @@ constexpr float kLeastScale = 0.25f;
 /// Takes a frame's time, ms. Scale and budget move by a few per cent a frame, down faster than up, and not at all within a tenth below the
 /// aim. limited: the budget is what the threshold waits for; otherwise more of it would change nothing.
 void keep_pace(FramePace& pace, float frame_ms, bool limited);
+
+/// When the next frame may start, so that there is at most one every `period`: a period after `last`, the start of the one before, or now
+/// where that is later.
+template <class Time, class Duration>
+Time next_start(Time last, Time now, Duration period) {
+  return std::max(last + period, now);
+}
 
 /// `scale` in steps, so that images are not of a new size in every frame.
 float stepped_scale(const FramePace& pace);

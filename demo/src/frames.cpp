@@ -79,6 +79,7 @@ void submit_frame(const Device& device, FrameRing& ring, VkSemaphore present_fro
   submit.signalSemaphoreInfoCount = present_to ? 2 : 1;
   submit.pSignalSemaphoreInfos = signals.data();
   check(vkQueueSubmit2(device.queue, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit2");
+  ring.submitted = ring.number;
 }
 
 std::uint64_t completed_frame(const Device& device, const FrameRing& ring) {
@@ -88,7 +89,7 @@ std::uint64_t completed_frame(const Device& device, const FrameRing& ring) {
 }
 
 void wait_for_frames(const Device& device, const FrameRing& ring) {
-  wait_for(device, ring, ring.number);
+  wait_for(device, ring, ring.submitted);
 }
 
 }  // namespace forest

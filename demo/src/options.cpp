@@ -1,27 +1,31 @@
 #include "options.h"
 
+#include <cstdio>
+#include <filesystem>
 #include <map>
 #include <string>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
+
+#include "command_line.h"
 
 namespace forest {
 namespace {
 
 constexpr const char* kAbout =
-    "A forest of streamed plants. In the window: drag with the mouse to look, W A S D to walk, Q E down and up, Shift faster, R resumes\n"
-    "the camera path, T switches temporal antialiasing, V goes through the debug views, C starts and ends writing the camera's way to a "
-    "file, P saves a picture, Tab hides the overlay, Escape "
-    "closes. Without a display it "
-    "renders headless.";
+    "A forest of streamed plants, or one of them: coppice-forest PLANT.coppice turns the camera round it. Without a display it renders "
+    "headless.";
+
+constexpr const char* kPlant = "A baked plant, to be looked at alone (--count 1), or a folder of them for a forest";
 
 constexpr const char* kPlants =
-    "Baked plants, separated by commas. Default: every .coppice file of out/plants in the current folder, or of plants beside the "
-    "executable";
+    "Baked plants and folders of them, separated by commas [every .coppice file of out/plants in the current folder, or of plants beside "
+    "the executable]";
 
 constexpr const char* kCamera =
-    "walk, orbit, or a file of keyframes: time_s x_m height_m z_m yaw_deg pitch_deg [fov_y_deg] a line, # starts a comment, height above "
-    "the ground";
+    "Round the plant, before it or above it; through the forest or round it; or along keyframes of a file: time_s x_m height_m z_m yaw_deg "
+    "pitch_deg [fov_y_deg] a line, # starts a comment, height above the ground [walk; of one plant turntable]";
 
 constexpr std::uint32_t kLargestSide_px = 16384;
 
@@ -41,9 +45,11 @@ CLI::Option* add_switch(CLI::App& app, const std::string& names, std::optional<b
 
 void declare_forest(CLI::App& app, Options& options) {
   app.option_defaults()->group("The forest");
-  CLI::Option* plants = app.add_option("--plants", options.plants, kPlants)->delimiter(',')->type_name("A.coppice,...");
+  CLI::Option* plant = app.add_option("PLANT", options.plants, kPlant)->expected(1)->type_name("");
+  CLI::Option* plants = app.add_option("--plants", options.plants, kPlants)->delimiter(',')->excludes(plant)->type_name("A.coppice,...");
   CLI::Option* count = app.add_option("--count", options.count, "Plant instances")->check(CLI::Range(1u, 1000000u))->capture_default_str();
   CLI::Option* scene = app.add_option("--scene", options.scene, "Stream a scene that `coppice scene` made, on flat ground")
+                           ->excludes(plant)
                            ->excludes(plants)
                            ->excludes(count)
                            ->type_name("F.forest");
@@ -80,13 +86,13 @@ void declare_pictures(CLI::App& app, Options& options) {
       ->check(CLI::Range(1u, 10000000u));
   app.add_flag("--headless", options.headless, "No window");
   app.add_option("--screenshot", options.screenshot, "Write the last frame, once streaming has settled")->type_name("F.png");
-  app.add_option("--camera", options.camera, kCamera)->type_name("walk|orbit|FILE")->capture_default_str();
+  app.add_option("--camera", options.camera, kCamera)->type_name("turntable|front|top|walk|orbit|FILE");
   app.add_option("--camera-out", options.camera_out, "Where key C writes the camera's way, for --camera")
       ->type_name("FILE")
       ->capture_default_str();
   app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
       ->type_name("DIR");
-  app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air")->check(CLI::Range(0.0f, 10.0f))->capture_default_str();
+  app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air [1; of one plant 0]")->check(CLI::Range(0.0f, 10.0f));
   app.add_flag("--shadows,!--no-shadows", options.shadows, "Shadow maps: plants shade the ground and each other [on]");
   CLI::Option* temporal = add_switch(app, "--taa,!--no-taa", options.temporal,
                                      "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [on, "
@@ -150,21 +156,50 @@ void declare_figures(CLI::App& app, Options& options) {
   app.add_flag("--validation", options.validation, "Vulkan core and synchronization validation; messages are printed and counted");
 }
 
+/// Values of options that depend on others.
+void choose_defaults(const CLI::App& app, Options& options) {
+  std::error_code absent;
+  if (app.count("PLANT") > 0 && app.count("--count") == 0 && !std::filesystem::is_directory(options.plants.front(), absent))
+    options.count = 1;
+  const bool one_plant = options.count == 1 && options.scene.empty();
+  if (options.camera.empty()) options.camera = one_plant ? "turntable" : "walk";
+  if (one_plant && app.count("--fog") == 0) options.fog = 0;
+  // An instance takes some 100 bytes of its own.
+  if (app.count("--memory-mb") == 0) options.memory_mb += options.count / 8192;
+}
+
+/// The keys of the window, below the options.
+std::string key_table() {
+  std::string text = "Keys in the window:";
+  for (const WindowKey& key : kWindowKeys) {
+    std::array<char, 100> line{};
+    std::snprintf(line.data(), line.size(), "\n  %-32s%s", key.key, key.what);
+    text += line.data();
+  }
+  return text;
+}
+
 }  // namespace
 
 ParsedOptions parse_options(int argc, char** argv) {
   ParsedOptions parsed;
   CLI::App app(kAbout, "coppice-forest");
+  app.formatter(coppice::command_line::help_format());
+  app.footer(key_table());
   declare_forest(app, parsed.options);
   declare_pictures(app, parsed.options);
   declare_detail(app, parsed.options);
   declare_figures(app, parsed.options);
   try {
     app.parse(argc, argv);
-    // An instance takes some 100 bytes of its own.
-    if (app.count("--memory-mb") == 0) parsed.options.memory_mb += parsed.options.count / 8192;
+    choose_defaults(app, parsed.options);
   } catch (const CLI::ParseError& error) {
-    parsed.exit_code = app.exit(error) == 0 ? 0 : 2;
+    const std::string unknown = coppice::command_line::unknown_word(app, {argv + 1, argv + argc});
+    if (error.get_exit_code() != 0 && !unknown.empty())
+      std::fprintf(stderr, "%s\n", unknown.c_str());
+    else
+      app.exit(error);
+    parsed.exit_code = error.get_exit_code() == 0 ? 0 : 2;
   }
   return parsed;
 }

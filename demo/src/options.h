@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -20,9 +21,27 @@ constexpr float kSoftwareRenderScale = 0.5f;
 /// Likewise, in a window.
 constexpr float kSoftwareFrame_ms = 33;
 
+/// What a key does in the window: for the help of the command line and of the window, and demo/README.md.
+struct WindowKey {
+  const char *key, *what;
+};
+inline constexpr std::array kWindowKeys = {WindowKey{"drag", "look around"},
+                                           WindowKey{"W A S D", "go forwards, left, back, right"},
+                                           WindowKey{"Q E", "go down, up"},
+                                           WindowKey{"Shift", "with those: five times as fast"},
+                                           WindowKey{"R", "back to the camera's path"},
+                                           WindowKey{"P", "save a picture"},
+                                           WindowKey{"C", "start or end writing the camera's way to a file"},
+                                           WindowKey{"T", "temporal antialiasing on or off"},
+                                           WindowKey{"V", "next debug view"},
+                                           WindowKey{"H", "show or hide these keys"},
+                                           WindowKey{"Tab", "show one line, everything, nothing"},
+                                           WindowKey{"F11", "full screen on or off"},
+                                           WindowKey{"Escape", "close"}};
+
 /// The command line of coppice-forest. Defaults are what `coppice-forest` alone does.
 struct Options {
-  std::vector<std::string> plants;        ///< .coppice files; empty: those of the default folders, see find_plants
+  std::vector<std::string> plants;        ///< .coppice files and folders of them; empty: those of the default folders, see find_plants
   std::string scene;                      ///< a .forest file; empty: `count` plants are placed
   std::uint32_t most_instances = 262144;  ///< of a scene at a time
   std::uint32_t count = 2000;
@@ -33,7 +52,7 @@ struct Options {
   std::optional<std::uint32_t> frames;  ///< absent: 120 headless, until closed in a window
   bool headless = false;
   std::string screenshot;                 ///< empty: none
-  std::string camera = "walk";            ///< walk, orbit or a keyframe file
+  std::string camera;                     ///< turntable, front, top, walk, orbit or a keyframe file
   std::string camera_out = "camera.txt";  ///< where the window writes the camera's way
   LodMode lod = LodMode::cut;
   LeafPath path = LeafPath::automatic;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -13,5 +15,8 @@ void check_output(const char* option, const std::string& file);
 /// Writes the file whole, making its folder; a file that could not be finished is removed.
 /// errors  Failure with the system's reason
 void write_output(const std::string& file, std::string_view bytes);
+
+/// Writes 8-bit RGB as PNG. rgba: [width * height * 4] row-major, top row first; alpha is dropped. errors  those of write_output
+void write_png(const std::string& file, std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgba);
 
 }  // namespace forest

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdio>
 #include <cstring>
+#include <numeric>
+#include <utility>
 
 #include <backends/imgui_impl_glfw.h>
 #include <imgui.h>
@@ -161,6 +164,61 @@ void show_controls(Controls& controls, const OverlayFigures& figures) {
   if (ImGui::Combo("view", &view, kViews.data(), static_cast<int>(kViews.size()))) controls.view = static_cast<DebugView>(view);
 }
 
+constexpr float kMargin = 12;
+constexpr ImGuiWindowFlags kLabel = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs |
+                                    ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing;
+
+/// Of the next window: as large as what it shows, but not larger than the picture; what does not fit is scrolled to.
+void keep_inside(const ImVec2& display) {
+  const ImVec2 most{std::max(display.x - 2 * kMargin, 1.0f), std::max(display.y - 2 * kMargin, 1.0f)};
+  ImGui::SetNextWindowSizeConstraints({0, 0}, most);
+}
+
+/// Text without a frame to grab, broken where the picture ends.
+void show_label(const char* name, const std::string& text, float display_width) {
+  ImGui::SetNextWindowBgAlpha(0.5f);
+  ImGui::Begin(name, nullptr, kLabel);
+  ImGui::PushTextWrapPos(std::max(display_width - 3 * kMargin, 1.0f));
+  ImGui::TextUnformatted(text.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::End();
+}
+
+void show_line(const Overlay& overlay, const OverlayFigures& figures, const ImVec2& display) {
+  const auto drawn = static_cast<std::ptrdiff_t>(std::min(overlay.frame_count, overlay.frame_ms.size()));
+  const float mean_ms = std::accumulate(overlay.frame_ms.begin(), overlay.frame_ms.begin() + drawn, 0.0f) / static_cast<float>(drawn);
+  char text[128];
+  std::snprintf(text, sizeof text, "%.0f frames/s   %llu leaves   error %.2f px   H: keys, Tab: more",
+                1000 / std::max(1e-3, double{mean_ms}), static_cast<unsigned long long>(figures.stats.drawn_leaf_count),
+                double{figures.stats.threshold_px});
+  ImGui::SetNextWindowPos({kMargin, kMargin});
+  show_label("line", text, display.x);
+}
+
+void show_help(const ImVec2& display) {
+  keep_inside(display);
+  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::Begin("Keys", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse);
+  for (const WindowKey& key : kWindowKeys) ImGui::Text("%-10s %s", key.key, key.what);
+  ImGui::End();
+}
+
+void show_panel(Overlay& overlay, const OverlayFigures& figures, Controls& controls, const ImVec2& display) {
+  keep_inside(display);
+  ImGui::SetNextWindowPos({kMargin, kMargin}, ImGuiCond_FirstUseEver);
+  ImGui::Begin("Coppice", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
+  const float slowest = *std::ranges::max_element(overlay.frame_ms);
+  char label[48];
+  std::snprintf(label, sizeof label, "%.1f ms, worst %.1f", static_cast<double>(figures.frame_ms), static_cast<double>(slowest));
+  ImGui::PlotLines("##frame", overlay.frame_ms.data(), static_cast<int>(overlay.frame_ms.size()),
+                   static_cast<int>(overlay.frame_count % overlay.frame_ms.size()), label, 0, std::max(33.0f, slowest), {320, 56});
+  show_statistics(figures.stats);
+  if (figures.scene_times != nullptr) show_passes(figures.stats, *figures.scene_times);
+  show_streaming(overlay, figures.stats);
+  show_controls(controls, figures);
+  ImGui::End();
+}
+
 }  // namespace
 
 Overlay::Overlay(const Device& device_in, const Window& window, VkFormat color_format) : device(device_in) {
@@ -181,26 +239,28 @@ Overlay::~Overlay() {
   ImGui::DestroyContext();
 }
 
+void show_message(Overlay& overlay, std::string text) {
+  constexpr float kShown_ms = 5000;
+  overlay.message = std::move(text);
+  overlay.message_left_ms = kShown_ms;
+}
+
 void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures& figures, Controls& controls) {
-  overlay.frame_ms[overlay.frame_index] = figures.frame_ms;
-  overlay.frame_index = (overlay.frame_index + 1) % overlay.frame_ms.size();
+  if (figures.frame_ms > 0) overlay.frame_ms[overlay.frame_count++ % overlay.frame_ms.size()] = figures.frame_ms;
+  constexpr float kMostOfAFrame_ms = 250;  // what was said during a long frame is to be seen all the same
+  overlay.message_left_ms -= std::min(figures.frame_ms, kMostOfAFrame_ms);
   update_rates(overlay, figures.stats, figures.frame_ms);
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
-  if (window.overlay_visible) {
-    ImGui::SetNextWindowPos({12, 12}, ImGuiCond_FirstUseEver);
-    ImGui::Begin("Coppice", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
-    const float slowest = *std::ranges::max_element(overlay.frame_ms);
-    char label[48];
-    std::snprintf(label, sizeof label, "%.1f ms, worst %.1f", static_cast<double>(figures.frame_ms), static_cast<double>(slowest));
-    ImGui::PlotLines("##frame", overlay.frame_ms.data(), static_cast<int>(overlay.frame_ms.size()), static_cast<int>(overlay.frame_index),
-                     label, 0, std::max(33.0f, slowest), {320, 56});
-    show_statistics(figures.stats);
-    if (figures.scene_times != nullptr) show_passes(figures.stats, *figures.scene_times);
-    show_streaming(overlay, figures.stats);
-    show_controls(controls, figures);
-    ImGui::TextUnformatted("drag to look, W A S D Q E to move, R path, T antialiasing, V views, C camera file, P picture, Tab hides");
-    ImGui::End();
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  if (!overlay.hidden) {
+    if (window.overlay == OverlayDetail::line && overlay.frame_count > 0) show_line(overlay, figures, display);
+    if (window.overlay == OverlayDetail::all) show_panel(overlay, figures, controls, display);
+    if (window.help_visible) show_help(display);
+    if (overlay.message_left_ms > 0) {
+      ImGui::SetNextWindowPos({kMargin, display.y - kMargin}, ImGuiCond_Always, {0, 1});
+      show_label("message", overlay.message, display.x);
+    }
   }
   ImGui::Render();
 }

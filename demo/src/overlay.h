@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 
 #include "frames.h"
 #include "options.h"
@@ -33,10 +34,13 @@ struct Overlay {
   Handle<VkPipeline> pipeline;
   std::array<Buffer, FrameRing::kSlots> geometry;  ///< vertices, then indices; grows as needed
   std::array<float, 120> frame_ms = {};            ///< a ring
-  std::size_t frame_index = 0;
-  std::uint64_t bytes_read = 0;              ///< as of the frame before
-  double decode_ms = 0;                      ///< likewise
-  float bytes_per_ms = 0, decode_share = 0;  ///< of late; decode_share in threads
+  std::size_t frame_count = 0;                     ///< that went into it
+  std::uint64_t bytes_read = 0;                    ///< as of the frame before
+  double decode_ms = 0;                            ///< likewise
+  float bytes_per_ms = 0, decode_share = 0;        ///< of late; decode_share in threads
+  bool hidden = false;                             ///< whatever the window asks for: for pictures that are saved
+  std::string message;                             ///< what has just been done
+  float message_left_ms = 0;                       ///< for so long it is shown
 
   /// color_format  of the attachment record_overlay draws to
   Overlay(const Device& device, const Window& window, VkFormat color_format);
@@ -54,7 +58,10 @@ struct OverlayFigures {
   float leaf_budget = 0;  ///< 0: none
 };
 
-/// Lays out this frame's panel and reads its sliders into `controls`.
+/// Shows a line at the picture's lower edge for some seconds.
+void show_message(Overlay& overlay, std::string text);
+
+/// Lays out this frame's panels, of which none reaches beyond the window, and reads the sliders into `controls`.
 void layout_overlay(Overlay& overlay, const Window& window, const OverlayFigures& figures, Controls& controls);
 /// Draws what layout_overlay laid out. Inside rendering; binds its own pipeline.
 void record_overlay(Overlay& overlay, VkCommandBuffer commands, std::size_t slot, VkExtent2D extent);

@@ -111,13 +111,6 @@ class TrailMap {
   std::vector<bool> near_ = std::vector<bool>(kSide * kSide);
 };
 
-// Plants of a hand's or a cathedral's size are brought into a forest's range; within it the file's metres are kept.
-float fitting_scale(float radius_m) {
-  constexpr float kSmallest_m = 0.9f;
-  constexpr float kLargest_m = 9;
-  return std::clamp(radius_m, kSmallest_m, kLargest_m) / radius_m;
-}
-
 std::uint32_t choose_species(std::size_t species_count, glm::vec2 at, float dice, std::uint32_t seed) {
   if (species_count == 1) return 0;
   thread_local std::vector<float> share;
@@ -242,6 +235,12 @@ Planting plant_one(const Species& species, std::uint32_t seed) {
 }
 
 }  // namespace
+
+float fitting_scale(float radius_m) {
+  constexpr float kSmallest_m = 0.9f;
+  constexpr float kLargest_m = 9;
+  return std::clamp(radius_m, kSmallest_m, kLargest_m) / radius_m;
+}
 
 Planting plant_forest(std::span<const Species> species, std::uint32_t count, std::uint32_t seed) {
   if (count == 1) return plant_one(species.front(), seed);

@@ -12,8 +12,9 @@ namespace forest {
 
 /// What placement must know of a plant, in its own units.
 struct Species {
-  float radius_m = 1;  ///< of the bounding sphere
-  float foot_m = 0;    ///< height, in object space, of what stands on the ground
+  float radius_m = 1;                                         ///< of the bounding sphere
+  float foot_m = 0;                                           ///< height, in object space, of what stands on the ground
+  glm::vec3 box_min = glm::vec3(-1), box_max = glm::vec3(1);  ///< of what is drawn
 };
 
 struct PlacedPlant {
@@ -31,8 +32,12 @@ struct Planting {
   std::vector<PlacedPlant> plants;  ///< exactly the count asked for
 };
 
+/// What the forest multiplies the size of a plant with whose bounding sphere has this radius: a plant of a hand's or a cathedral's size is
+/// brought into a forest's range; within it the file's metres are kept.
+float fitting_scale(float radius_m);
+
 /// Plants `count` instances: groves and clearings from noise, no two closer than their crowns allow, none on the trail.
-/// The square grows until they fit. One plant stands in the middle, as it is. Same arguments, same planting.
+/// The square grows until they fit. One plant stands in the middle, unturned and untinted. Same arguments, same planting.
 /// species  not empty
 Planting plant_forest(std::span<const Species> species, std::uint32_t count, std::uint32_t seed);
 

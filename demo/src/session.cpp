@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "failure.h"
-#include "png.h"
+#include "output.h"
 
 namespace forest {
 namespace {
@@ -82,12 +82,14 @@ FramePace first_pace(const Options& options, const Device& device, bool in_windo
 void recreate_swapchain(Session& session) {
   wait_for_frames(session.device, session.ring);
   Screen& screen = *session.screen;
-  screen.swapchain = create_swapchain(session.device, screen.surface, framebuffer_size(*session.window), std::move(screen.swapchain));
+  screen.window_size = framebuffer_size(*session.window);
+  screen.swapchain = create_swapchain(session.device, screen.surface, screen.window_size, std::move(screen.swapchain));
   resize_renderer(session.renderer, screen.swapchain.extent);
 }
 
-// Resizes until an image fits the window.
+// Resizes until an image fits the window. Not every driver says when one does not: some scale it.
 std::uint32_t acquire(Session& session, const FrameSlot& slot) {
+  if (!same_size(framebuffer_size(*session.window), session.screen->window_size)) recreate_swapchain(session);
   for (;;) {
     if (const auto index = acquire_image(session.device, session.screen->swapchain, slot.acquired)) return *index;
     recreate_swapchain(session);
@@ -120,6 +122,19 @@ void sample_statistics(Session& session) {
   for (const float ms : stats.pass_ms) (times++)->push_back(ms);
   for (const float ms : session.renderer.timer->times) (times++)->push_back(ms);
 }
+
+/// Frames without the overlay, for as long as it lives.
+struct Unveiled {
+  Overlay* overlay;
+  explicit Unveiled(Overlay* overlay_in) : overlay(overlay_in) {
+    if (overlay) overlay->hidden = true;
+  }
+  Unveiled(const Unveiled&) = delete;
+  Unveiled& operator=(const Unveiled&) = delete;
+  ~Unveiled() {
+    if (overlay) overlay->hidden = false;
+  }
+};
 
 void write_picture(Session& session, const Shot& shot, const std::string& file) {
   const VkExtent2D extent = session.renderer.picture.extent;
@@ -199,7 +214,9 @@ FrameView view_of(const Session& session, const Pose& pose, float time_s) {
 
 void pace_frame(Session& session, float frame_ms) {
   Controls& controls = session.controls;
-  session.pace.aim_ms = controls.frame_ms;
+  // Less than the display's time of a frame cannot be had.
+  const float least_ms = session.window && controls.frame_ms > 0 ? session.window->display_frame_ms : 0;
+  session.pace.aim_ms = std::max(controls.frame_ms, least_ms);
   const bool limited = session.statistics.last.threshold_px > 1.001f * controls.error_px;
   keep_pace(session.pace, frame_ms, limited);
   set_scale(session.renderer, stepped_scale(session.pace));
@@ -218,9 +235,10 @@ void layout_controls(Session& session, float frame_ms) {
 
 }  // namespace
 
-Screen::Screen(const Device& device_in, const Window& window) : device(device_in), surface(create_surface(window, device.instance)) {
+Screen::Screen(const Device& device_in, const Window& window)
+    : device(device_in), surface(create_surface(window, device.instance)), window_size(framebuffer_size(window)) {
   try {
-    swapchain = create_swapchain(device, surface, framebuffer_size(window), {});
+    swapchain = create_swapchain(device, surface, window_size, {});
   } catch (const Failure&) {
     vkDestroySurfaceKHR(device.instance, surface, nullptr);
     throw;
@@ -337,6 +355,8 @@ std::vector<float> supersampled_picture(Session& session, const Shot& shot, std:
 }
 
 void save_picture(Session& session, const Shot& shot, const std::string& file) {
+  const Unveiled unveiled(session.overlay.get());
+  if (session.overlay) render_frame(session, shot.pose, shot.time_s, 0);
   write_picture(session, shot, file);
   std::printf("picture              %s\n", file.c_str());
 }

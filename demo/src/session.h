@@ -25,6 +25,7 @@ struct World {
 struct Screen {
   const Device& device;
   VkSurfaceKHR surface = VK_NULL_HANDLE;
+  VkExtent2D window_size = {};  ///< the framebuffer's, when the swapchain was made
   Swapchain swapchain;
 
   Screen(const Device& device, const Window& window);
@@ -81,7 +82,7 @@ struct Shot {
 };
 /// The mean of side x side frames moved by parts of a pixel: [width * height * 4] RGBA, 0..255. Temporal antialiasing must be off.
 std::vector<float> supersampled_picture(Session& session, const Shot& shot, std::uint32_t side);
-/// Writes the picture, supersampled if the session says so. errors  Failure
+/// Writes the picture without the overlay, supersampled if the session says so. errors  Failure
 void save_picture(Session& session, const Shot& shot, const std::string& file);
 /// Likewise, to DIR/number.png, and does not print where.
 void record_picture(Session& session, const Shot& shot, const std::string& folder, std::uint32_t number);

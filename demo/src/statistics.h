@@ -52,7 +52,7 @@ struct FrameTimes {
 FrameTimes summarize(const std::vector<float>& frame_ms);
 
 std::string table(const Statistics& statistics);
-/// The keys are a contract, listed in the README.
+/// The keys are a contract, listed in demo/README.md.
 /// errors  Failure: the file cannot be written
 void write_json(const std::string& file, const Statistics& statistics);
 

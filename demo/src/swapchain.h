@@ -17,6 +17,10 @@ struct Swapchain {
   std::vector<Handle<VkSemaphore>> rendered;  ///< per image: the blit is done, it may be shown
 };
 
+inline bool same_size(VkExtent2D a, VkExtent2D b) {
+  return a.width == b.width && a.height == b.height;
+}
+
 /// size  the framebuffer's, used where the surface leaves the choice. The GPU must not use the images of `old` any more.
 /// errors  Failure: the queue cannot present to the surface, or it offers no 8-bit UNORM format
 Swapchain create_swapchain(const Device& device, VkSurfaceKHR surface, VkExtent2D size, Swapchain old);

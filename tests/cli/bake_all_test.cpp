@@ -75,6 +75,13 @@ class BakeAll : public testing::Test {
   fs::path plants_ = folder_ / "plants", out_ = folder_ / "out";
 };
 
+TEST_F(BakeAll, TakesOnePlantToo) {
+  const ProcessResult result = coppice_tool(bake_all(plants_ / "small.glb", out_));
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(outputs(out_).size(), 1u);
+  EXPECT_TRUE(fs::exists(out_ / "small.coppice"));
+}
+
 TEST_F(BakeAll, ABadFileKeepsNoneOfTheOthersFromBeingBaked) {
   write_text(plants_ / "letter.glb", "this is a letter, not a plant\n");
   const fs::path report = folder_ / "report.json";

@@ -1,4 +1,4 @@
-// The coppice program from outside: help, exit codes, what it leaves on disk. The contract is README.md's command line section.
+// The coppice program from outside: help, exit codes, what it leaves on disk. The keys of reports are those of bake/README.md.
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -14,6 +14,7 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -104,7 +105,7 @@ std::vector<std::string> quick_bake(const fs::path& input, const fs::path& outpu
 TEST(CommandLine, HelpListsEveryCommandAndOption) {
   const ProcessResult help = coppice_tool({"--help"});
   EXPECT_EQ(help.exit_code, 0);
-  for (const char* command : {"plant", "bake", "bake-all", "inspect", "verify", "export"})
+  for (const char* command : {"plant", "bake", "bake-all", "inspect", "verify", "export", "view"})
     EXPECT_NE(help.out.find(std::string("\n  ") + command), std::string::npos) << command;
 
   const std::vector<std::pair<std::string, std::vector<std::string>>> options = {
@@ -124,11 +125,44 @@ TEST(CommandLine, HelpListsEveryCommandAndOption) {
   }
 }
 
+/// Of `coppice`, and of each of its commands.
+std::vector<std::vector<std::string>> all_helps() {
+  std::vector<std::vector<std::string>> helps{{"--help"}};
+  for (const char* command : {"plant", "bake", "bake-all", "inspect", "verify", "export", "evaluate", "scene", "view"})
+    helps.push_back({command, "--help"});
+  return helps;
+}
+
+TEST(CommandLine, HelpFitsAHundredColumnsAndHasRangesInWords) {
+  for (const auto& arguments : all_helps()) {
+    const std::string help = coppice_tool(arguments).out;
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+    EXPECT_EQ(help.find(" in ["), std::string::npos) << help;
+  }
+  EXPECT_NE(coppice_tool({"bake", "--help"}).out.find("from 0 to 1024"), std::string::npos);
+}
+
+TEST(CommandLine, SlipsOfTheKeyboardAreNamedWithWhatWasMeant) {
+  const ProcessResult bare = coppice_tool({});
+  EXPECT_EQ(bare.exit_code, 0);
+  EXPECT_EQ(bare.out, coppice_tool({"--help"}).out);
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"bakee", "x.glb"}, "coppice: no command bakee: did you mean bake?\n"},
+      {{"bake", "x.glb", "-o", "y.coppice", "--metrics", "mi"}, "coppice bake: no option --metrics: did you mean --metric?\n"},
+      {{"verify", "x.forest", "--alow-outside"}, "coppice verify: no option --alow-outside: did you mean --allow-outside?\n"},
+      {{"verify", "x.forest", "--swift"}, "coppice verify: no option --swift\n"}};
+  for (const auto& [arguments, line] : cases) {
+    const ProcessResult result = coppice_tool(arguments);
+    EXPECT_EQ(result.exit_code, 2) << line;
+    EXPECT_EQ(result.err.substr(0, line.size()), line);
+  }
+}
+
 TEST(CommandLine, UsageErrorsExitWith2) {
   const TemporaryFolder folder;
   const std::string out = folder / "out";
-  const std::vector<std::vector<std::string>> cases = {{},
-                                                       {"grow"},
+  const std::vector<std::vector<std::string>> cases = {{"grow"},
                                                        {"plant", "oak", "-o", out},
                                                        {"plant", "corylus"},
                                                        {"bake", "in.glb"},
@@ -203,7 +237,8 @@ TEST(CommandLine, BakeRefusesWhatIsNoPlant) {
   }
   const fs::path missing = folder / "missing.glb";
   expect_one_line_error(coppice_tool({"bake", missing, "-o", folder / "fresh.coppice"}), missing, "missing");
-  const fs::path nowhere = folder / "no/such/folder.coppice";
+  const fs::path nowhere = missing / "out.coppice";
+  write_bytes(missing, "a file, not a folder");
   expect_one_line_error(coppice_tool(quick_bake(baked().glb, nowhere)), nowhere, "no folder for the output");
 }
 
@@ -304,6 +339,17 @@ TEST(CommandLine, ReportHasTheKeysOfTheContract) {
     sum += report["seconds"][stage].get<double>();
   }
   EXPECT_LE(sum, report["seconds"]["total"].get<double>() + 1e-3);
+}
+
+TEST(CommandLine, BakeMakesTheFoldersOfItsOutputs) {
+  const TemporaryFolder folder;
+  const fs::path output = folder / "new/folder/x.coppice", report = folder / "reports/x.json";
+  std::vector<std::string> arguments = quick_bake(baked().glb, output);
+  arguments.insert(arguments.end(), {"--report", report});
+  const ProcessResult result = coppice_tool(arguments);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(output));
+  EXPECT_TRUE(fs::exists(report));
 }
 
 TEST(CommandLine, QuietPrintsNothing) {
@@ -477,9 +523,9 @@ TEST(CommandLine, AnOutputThatIsAnotherFileOfTheCommandIsRefused) {
   EXPECT_FALSE(fs::exists(output));
 }
 
-TEST(CommandLine, AnOutputFolderThatIsNotThereIsNoticedBeforeTheWork) {
+TEST(CommandLine, AnOutputFolderThatCannotBeMadeIsNoticedBeforeTheWork) {
   const TemporaryFolder folder;
-  const fs::path plant = folder / "juniper.glb", output = folder / "nowhere" / "juniper.coppice";
+  const fs::path plant = folder / "juniper.glb", output = plant / "juniper.coppice";
   ASSERT_EQ(coppice_tool({"plant", "juniper", "-o", plant}).exit_code, 0);
   ProcessOptions options;
   options.kill_after = std::chrono::seconds(2);  // a bake takes longer

@@ -79,6 +79,21 @@ TEST(CoppiceForestErrors, ASpeciesOutsideTheScenesFolderIsLeftOutUnlessAllowed) 
   EXPECT_EQ(run_process(COPPICE_FOREST, small_forest({"--scene", inner / "wood.forest", "--allow-outside"})).exit_code, 0);
 }
 
+TEST(CoppiceForestErrors, APlantThatIsNotBakedIsToldHowToBakeIt) {
+  const TemporaryFolder folder;
+  for (const auto& [path, advice] : {std::pair<std::string, std::string>{"oak.GLB", "coppice view oak.GLB"},
+                                     {"oak.glb", "coppice bake oak.glb -o oak.coppice"},
+                                     {"wood.forest", "coppice-forest --scene wood.forest"},
+                                     {folder.path(), "coppice bake-all " + folder.path().string()}})
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--plants", path}, {path}}) {
+      std::vector<std::string> all = small_forest(arguments);
+      const ProcessResult run = run_process(COPPICE_FOREST, all);
+      EXPECT_EQ(run.exit_code, 1) << path;
+      EXPECT_EQ(line_count(run.err), 1u) << run.err;
+      EXPECT_NE(run.err.find(advice), std::string::npos) << run.err;
+    }
+}
+
 TEST(CoppiceForestErrors, ADamagedPageIsSaidOnceAndFailsTheRun) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder, {"--leaf-meshes", "off"});

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -129,6 +130,72 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
   const Picture cut_picture = coppice::test::read_png(cut_png), full_picture = coppice::test::read_png(full_png);
   ASSERT_EQ(cut_picture.rgba.size(), full_picture.rgba.size());
   EXPECT_LT(rmse(cut_picture, full_picture), 25.0) << "of 255: the cut must look like the whole";
+}
+
+TEST(CoppiceForest, OnePlantIsInEveryPictureOfItsTurn) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder), frames = folder / "frames", png = folder / "last.png";
+  for (const char* camera : {"turntable", "front", "top"}) {
+    std::vector<std::string> arguments{plant,      "--headless",   "--size",   "160x160", "--frames",     "5",
+                                       "--no-taa", "--no-shadows", "--record", frames,    "--screenshot", png};
+    if (std::string(camera) != "turntable") arguments.insert(arguments.end(), {"--camera", camera});
+    const ProcessResult run = run_process(COPPICE_FOREST, arguments);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_NE(run.out.find("1 plants of 1 species"), std::string::npos) << run.out;
+    for (const char* name : {"00000.png", "00001.png", "00002.png", "00003.png", "00004.png"}) {
+      const Picture picture = coppice::test::read_png(frames / name);
+      // Its middle third is leaves, or what shows between them.
+      std::size_t dark_count = 0;
+      for (std::uint32_t y = 53; y < 107; ++y)
+        for (std::uint32_t x = 53; x < 107; ++x) {
+          const std::uint8_t* rgb = &picture.rgba[4 * (y * picture.width_px + x)];
+          dark_count += rgb[2] < 110 && is_green(rgb);
+        }
+      EXPECT_GT(dark_count, 54u * 54u / 4) << camera << " " << name;
+    }
+  }
+}
+
+TEST(CoppiceForest, TakesAFolderOfPlantsAndSaysWhichItScales) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder, {"--unit", "cm"});
+  fs::rename(bake_corylus(folder), folder / "a_hazel.coppice");
+  bake_corylus(folder, {"--unit", "cm"});
+  const ProcessResult run =
+      run_process(COPPICE_FOREST, {"--plants", folder.path(), "--headless", "--count", "20", "--size", "64x64", "--frames", "1"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("20 plants of 2 species"), std::string::npos) << run.out;
+  const std::size_t scaled = run.out.find("scaled ");
+  ASSERT_NE(scaled, std::string::npos) << run.out;
+  EXPECT_EQ(run.out.find("scaled ", scaled + 1), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find(plant.string() + ": 0.0", scaled), std::string::npos) << run.out;
+}
+
+TEST(CoppiceView, BakesOnceAndShowsThePlant) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "hazel.glb", png = folder / "hazel.png";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
+  const coppice::test::ProcessOptions options{.environment = {"XDG_CACHE_HOME=" + folder.path().string()}};
+  const std::vector<std::string> view{"view",         plant, "--resolution", "64",       "--headless", "--camera", "front",
+                                      "--screenshot", png,   "--",           "--frames", "1",          "--size",   "64x48"};
+  const ProcessResult first = run_process(COPPICE_TOOL, view, options);
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_NE(first.out.find("hazel.glb: baked as " + (folder / "coppice").string()), std::string::npos) << first.out;
+  EXPECT_EQ(coppice::test::read_png(png).width_px, 64u);
+  const ProcessResult second = run_process(COPPICE_TOOL, view, options);
+  EXPECT_NE(second.out.find("hazel.glb: cached as "), std::string::npos) << second.out;
+}
+
+TEST(CoppiceView, SaysWhatIsMissing) {
+  const TemporaryFolder folder;
+  const fs::path alone = folder / "coppice";
+  fs::copy(COPPICE_TOOL, alone);
+  const ProcessResult viewer = run_process(alone, {"view", "x.glb"}, {.environment = {"PATH=/nowhere"}});
+  EXPECT_EQ(viewer.exit_code, 1);
+  EXPECT_NE(viewer.err.find("coppice-forest is neither beside this program nor in a folder of PATH"), std::string::npos) << viewer.err;
+  const ProcessResult plant = run_process(COPPICE_TOOL, {"view", folder / "x.glb"});
+  EXPECT_EQ(plant.exit_code, 1);
+  EXPECT_NE(plant.err.find("x.glb"), std::string::npos) << plant.err;
 }
 
 TEST(CoppiceForest, StreamsAScene) {
@@ -269,6 +336,14 @@ TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_NE(missing.err.find("/nowhere/fern.coppice"), std::string::npos) << missing.err;
   EXPECT_EQ(run_process(COPPICE_FOREST, {"--size", "wide"}).exit_code, 2);
+  const ProcessResult slip = run_process(COPPICE_FOREST, {"--screenshoot", "x.png"});
+  EXPECT_EQ(slip.exit_code, 2);
+  EXPECT_NE(slip.err.find("no option --screenshoot: did you mean --screenshot?"), std::string::npos) << slip.err;
+  const ProcessResult help = run_process(COPPICE_FOREST, {"--help"});
+  std::istringstream lines(help.out);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  EXPECT_EQ(help.out.find(" in ["), std::string::npos) << help.out;
+  EXPECT_NE(help.out.find("F11"), std::string::npos) << help.out;
   EXPECT_EQ(run_process(COPPICE_FOREST, {"--help"}).exit_code, 0);
 }
 

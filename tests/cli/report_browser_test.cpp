@@ -1,7 +1,6 @@
 // The report of `coppice evaluate --html` in headless Chromium. A probe is appended to a copy of the page; it waits until the page is
 // drawn, uses its controls and writes what it finds as JSON into the document, which Chromium prints. Anything on the console fails.
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -16,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using coppice::test::ProcessResult;
+using coppice::test::program_on_path;
 using coppice::test::run_process;
 using coppice::test::TemporaryFolder;
 
@@ -71,14 +71,6 @@ constexpr const char* kProbe = R"probe(
 </script>
 )probe";
 
-fs::path chromium() {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path == nullptr ? std::string() : std::string(path));
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (fs::exists(fs::path(folder) / "chromium")) return fs::path(folder) / "chromium";
-  return {};
-}
-
 enum class Scheme { dark, light };  // Blink's numbers
 
 /// Chromium's clock jumps from timer to timer, while pictures are decoded in real time: this is 10,000 rounds of the probe's waiting. On a
@@ -92,8 +84,9 @@ struct Visit {
 };
 
 Visit visit(const fs::path& page, const fs::path& profile, int width_px, Scheme scheme, int virtual_milliseconds = kVirtualMilliseconds) {
-  const ProcessResult result = run_process(
-      chromium(), {"--headless", "--no-sandbox", "--disable-gpu", "--user-data-dir=" + profile.string(),
+  const ProcessResult result =
+      run_process(program_on_path("chromium"),
+                  {"--headless", "--no-sandbox", "--disable-gpu", "--user-data-dir=" + profile.string(),
                    "--window-size=" + std::to_string(width_px) + ",900",
                    "--blink-settings=preferredColorScheme=" + std::to_string(static_cast<int>(scheme)), "--enable-logging=stderr",
                    "--virtual-time-budget=" + std::to_string(virtual_milliseconds), "--dump-dom", "file://" + page.string()});
@@ -117,7 +110,8 @@ nlohmann::json probe_result(const Visit& visit) {
 class Report : public testing::Test {
  protected:
   void SetUp() override {
-    if (chromium().empty()) GTEST_SKIP() << "chromium is not installed (third_party/install does that): the report is not opened";
+    if (program_on_path("chromium").empty())
+      GTEST_SKIP() << "chromium is not installed (third_party/install does that): the report is not opened";
     const fs::path plant = folder_ / "hazel.glb", html = folder_ / "hazel.html";
     ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
     const ProcessResult result =

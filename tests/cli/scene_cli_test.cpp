@@ -89,6 +89,23 @@ TEST(SceneCommand, ScattersPlantsOfAFolder) {
   EXPECT_EQ(*first, *bake::read_file(plants.out)) << "the same again";
 }
 
+TEST(SceneCommand, InspectShowsWhatAForestHolds) {
+  const Plants plants;
+  ASSERT_EQ(scene({"-o", plants.out, "--plants", plants.baked, "--size-m", "500", "--count", "900"}).exit_code, 0);
+  const ProcessResult text = run_process(COPPICE_TOOL, {"inspect", plants.out});
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  for (const char* part : {"wood.forest: 900 plants of 2 species", "500 m x 500 m", "baked/Oak.coppice", "baked/fern.coppice"})
+    EXPECT_NE(text.out.find(part), std::string::npos) << part << " is not in\n" << text.out;
+  const ProcessResult json = run_process(COPPICE_TOOL, {"inspect", plants.out, "--json"});
+  const auto parsed = nlohmann::json::parse(json.out);
+  EXPECT_EQ(parsed["plants"], 900);
+  EXPECT_EQ(parsed["file_bytes"], fs::file_size(plants.out));
+  EXPECT_EQ(parsed["species"].size(), 2u);
+  const auto bytes = bake::read_file(plants.out);
+  std::ofstream(plants.out, std::ios::binary).write(reinterpret_cast<const char*>(bytes->data()), 40);
+  expect_one_line_error(run_process(COPPICE_TOOL, {"inspect", plants.out}), "wood.forest");
+}
+
 TEST(SceneCommand, ADensityMapSaysWhereAPlantGrows) {
   const Plants plants;
   const fs::path map = plants.folder / "fern.png";

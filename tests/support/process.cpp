@@ -11,9 +11,11 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 namespace coppice::test {
 namespace {
@@ -74,23 +76,34 @@ std::string read_text(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-}  // namespace
-
-ProcessResult run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments, const ProcessOptions& options) {
-  const TemporaryFolder folder;
-  const std::string out = options.out.value_or(folder / "out");
-  const std::string err = folder / "err";
+/// Starts the program; what it prints goes to the files.
+pid_t start(const std::filesystem::path& program, const std::vector<std::string>& arguments, const ProcessOptions& options,
+            const std::string& out, const std::string& err) {
   std::vector<std::string> words{program.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   const std::vector<char*> argv = pointers(words);
   std::vector<std::string> variables = options.environment;
   for (char** variable = environ; *variable != nullptr; ++variable) variables.emplace_back(*variable);
   const std::vector<char*> environment = pointers(variables);
-
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("fork failed");
   if (child == 0) become(argv.data(), environment.data(), out.c_str(), err.c_str(), options);
-  const int status = wait_for(child, options);
+  return child;
+}
+
+std::filesystem::path make_temporary_folder() {
+  std::string name = (std::filesystem::temp_directory_path() / "coppice-test-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a temporary folder: " + std::string(std::strerror(errno)));
+  return name;
+}
+
+}  // namespace
+
+ProcessResult run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments, const ProcessOptions& options) {
+  const TemporaryFolder folder;
+  const std::string out = options.out.value_or(folder / "out");
+  const std::string err = folder / "err";
+  const int status = wait_for(start(program, arguments, options, out, err), options);
 
   ProcessResult result;
   if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
@@ -101,11 +114,43 @@ ProcessResult run_process(const std::filesystem::path& program, const std::vecto
   return result;
 }
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "coppice-test-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a temporary folder: " + std::string(std::strerror(errno)));
-  path_ = name;
+BackgroundProcess::BackgroundProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                                     const ProcessOptions& options)
+    : folder_(make_temporary_folder()) {
+  child_ = start(program, arguments, options, folder_ / "out", folder_ / "err");
 }
+
+BackgroundProcess::~BackgroundProcess() {
+  if (child_ > 0) {
+    ::kill(child_, SIGTERM);
+    wait();
+  }
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+std::string BackgroundProcess::out() const {
+  return read_text(folder_ / "out");
+}
+
+std::string BackgroundProcess::err() const {
+  return read_text(folder_ / "err");
+}
+
+int BackgroundProcess::wait() {
+  const int status = wait_for(std::exchange(child_, -1), {});
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+std::filesystem::path program_on_path(const std::string& name) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (std::filesystem::exists(std::filesystem::path(folder) / name)) return std::filesystem::path(folder) / name;
+  return {};
+}
+
+TemporaryFolder::TemporaryFolder() : path_(make_temporary_folder()) {}
 
 TemporaryFolder::~TemporaryFolder() {
   std::error_code ignored;  // a leftover folder in /tmp is no reason to fail

@@ -30,6 +30,27 @@ struct ProcessOptions {
 ProcessResult run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                           const ProcessOptions& options = {});
 
+/// A program that runs beside the test; ended by the destructor. What it prints can be read while it runs.
+class BackgroundProcess {
+ public:
+  /// As run_process.
+  BackgroundProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, const ProcessOptions& options = {});
+  ~BackgroundProcess();
+  BackgroundProcess(const BackgroundProcess&) = delete;
+  BackgroundProcess& operator=(const BackgroundProcess&) = delete;
+  [[nodiscard]] std::string out() const;
+  [[nodiscard]] std::string err() const;
+  /// Waits for its end. returns the exit code, -1 when a signal ended it
+  int wait();
+
+ private:
+  std::filesystem::path folder_;
+  int child_ = -1;
+};
+
+/// The program in the first folder of PATH that has it; empty: in none.
+std::filesystem::path program_on_path(const std::string& name);
+
 /// A folder of its own below the system's temporary one, removed with everything in it by the destructor.
 class TemporaryFolder {
  public:

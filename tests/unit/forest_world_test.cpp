@@ -40,6 +40,28 @@ TEST(Options, WhatIsNotSaidIsLeftToTheDevice) {
   EXPECT_FALSE(parsed({"--taa", "--no-shadows"}).shadows);
 }
 
+TEST(Options, OnePlantIsLookedAtFromAllSides) {
+  const Options one = parsed({"oak.coppice"});
+  EXPECT_EQ(one.plants, std::vector<std::string>{"oak.coppice"});
+  EXPECT_EQ(one.count, 1u);
+  EXPECT_EQ(one.camera, "turntable");
+  EXPECT_EQ(one.fog, 0);
+  EXPECT_EQ(parsed({"--count", "1"}).camera, "turntable");
+  const Options forest = parsed({"oak.coppice", "--count", "50", "--fog", "2"});
+  EXPECT_EQ(forest.count, 50u);
+  EXPECT_EQ(forest.camera, "walk");
+  EXPECT_EQ(forest.fog, 2);
+  EXPECT_EQ(parsed({testing::TempDir()}).count, Options{}.count) << "a folder is a forest";
+  EXPECT_EQ(parsed({"oak.coppice", "--camera", "top"}).camera, "top");
+}
+
+TEST(Options, TheReadmeListsTheKeysOfTheWindow) {
+  std::ifstream file(DEMO_README);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  for (const WindowKey& key : kWindowKeys)
+    EXPECT_NE(text.find(std::string("| ") + key.key + " | " + key.what + " |"), std::string::npos) << key.key;
+}
+
 TEST(Watch, SeesAChangedFileOnceAndOnlyWhenItIsWhole) {
   const std::filesystem::path path = std::filesystem::temp_directory_path() / ("watch_test_" + std::to_string(::getpid()));
   const auto write = [&](const char* text) { std::ofstream(path) << text; };
@@ -116,6 +138,11 @@ TEST(FramePace, KeepsWhatWasAskedFor) {
   EXPECT_EQ(leaves.scale, 0.5f);
   EXPECT_LE(frame_ms_of(leaves), 60);
   EXPECT_EQ(stepped_scale(leaves), 0.5f);
+}
+
+TEST(FramePace, AFrameStartsAPeriodAfterTheLastOrAtOnce) {
+  EXPECT_EQ(next_start(100, 103, 16), 116);
+  EXPECT_EQ(next_start(100, 130, 16), 130) << "a late frame is not made up for";
 }
 
 TEST(Placement, PlantsExactlyTheCountInsideTheSquare) {
@@ -220,6 +247,47 @@ TEST(Camera, ClipSpaceIsReversedAndPointsDown) {
   EXPECT_LT(nearer, 1);
   EXPECT_LT(project(pose.position + glm::vec3(0, 1, -10)).y, 0) << "up is -y in Vulkan's clip space";
   EXPECT_GT(project(pose.position + glm::vec3(1, 0, -10)).x, 0);
+}
+
+/// How far the box reaches in the picture, of 1 at its edge; 9 where a corner is behind the camera.
+float reach_of(const Box& box, const Pose& pose, float aspect) {
+  float reach = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::vec3 at(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y, corner & 4 ? box.max.z : box.min.z);
+    const glm::vec4 clip = clip_from_view(pose, aspect) * view_from_world(pose) * glm::vec4(at, 1);
+    reach = std::max({reach, std::abs(clip.x / clip.w), std::abs(clip.y / clip.w), clip.w > 0 ? 0 : 9.0f});
+  }
+  return reach;
+}
+
+TEST(Camera, OnePlantFillsThePictureAndIsAllInIt) {
+  const Terrain terrain = make_terrain(30, 1);
+  const Box tall{{-1, 0, -2}, {3, 12, 1}}, flat{{-4, 0, -4}, {4, 0.3f, 4}}, point{{0, 1, 0}, {0, 1, 0}};
+  for (const Box& box : {tall, flat, point})
+    for (const float aspect : {0.5f, 1.0f, 2.4f}) {
+      float most = 0;
+      const CameraPath turn = turntable_path(box, aspect, terrain);
+      for (double time_s = 0; time_s < turn.duration_s; time_s += 0.37) most = std::max(most, reach_of(box, turn.pose(time_s), aspect));
+      EXPECT_LT(most, 1) << aspect;
+      EXPECT_LT(glm::distance(turn.pose(0).position, turn.pose(turn.duration_s).position), 1e-3f);
+      const float front = reach_of(box, front_path(box, aspect, terrain).pose(0), aspect);
+      const float top = reach_of(box, top_path(box, aspect, terrain).pose(0), aspect);
+      EXPECT_LT(front, 1) << aspect;
+      EXPECT_LT(top, 1) << aspect;
+      if (box.min == box.max) continue;
+      EXPECT_GT(most, 0.7f) << aspect;
+      EXPECT_GT(front, 0.7f) << aspect;
+      EXPECT_GT(top, 0.7f) << aspect;
+    }
+}
+
+TEST(Camera, TopLooksStraightDownWithTheFrontBelow) {
+  const Terrain terrain = make_terrain(30, 1);
+  const Box box{{-1, 0, -1}, {1, 2, 1}};
+  const Pose pose = top_path(box, 1, terrain).pose(0);
+  const glm::vec4 front = clip_from_view(pose, 1) * view_from_world(pose) * glm::vec4(0, 2, 1, 1);
+  EXPECT_GT(front.y / front.w, 0.1f) << "+Z at the lower edge";
+  EXPECT_NEAR(front.x, 0, 1e-4f);
 }
 
 TEST(Camera, TheWalkKeepsToTheTrailAtEyeHeightAndCloses) {

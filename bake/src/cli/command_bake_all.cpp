@@ -98,6 +98,11 @@ Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
     COPPICE_TRY(options, bake_options(arguments.bake));
     return plants_of_folder(arguments.input, arguments.output, options);
   }
+  if (is_plant_file(arguments.input)) {
+    COPPICE_TRY(options, bake_options(arguments.bake));
+    const std::filesystem::path name = arguments.input.stem() += ".coppice";
+    return std::vector{BatchPlant{arguments.input, arguments.output / name, std::move(options)}};
+  }
   return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
 }
 
@@ -157,13 +162,14 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       "A folder is searched with all folders in it for .glb and .gltf files; OUT gets the same folders. A list is a JSON file like\n"
       "  [{\"input\": \"oak.glb\"},\n"
       "   {\"input\": \"oak.glb\", \"output\": \"far/oak.coppice\", \"metric\": \"mi\", \"leaf_material\": \"^Leaves$\"}]\n"
-      "with paths beside it, and the options below, as keys with _ for -, for single plants; those of the command are for all others.\n"
+      "with paths beside it, and the options above, as keys with _ for -, for single plants; those of the command are for all others.\n"
       "Results are kept in OUT/.coppice-cache, by input (with all files that it refers to), options and version of the baker: what is "
-      "there "
-      "is not\nbaked again. A run that was killed goes on when it is started again. The cache grows; it may be deleted at any time.\n"
+      "there is not baked again. A run that was killed goes on when it is started again. The cache grows; it may be deleted at any time.\n"
       "Exit code 1 if any plant failed; the others are baked all the same.\n"
       "  coppice bake-all plants -o baked --report baked.json");
-  command->add_option("input", arguments->input, "A folder of plants, or a list of them")->required()->type_name("FOLDER|LIST.json");
+  command->add_option("input", arguments->input, "A folder of plants, a list of them, or one")
+      ->required()
+      ->type_name("FOLDER|LIST.json|IN.glb");
   add_output_option(*command, "-o,--output", arguments->output, "Folder for the .coppice files; made if it is missing")
       ->required()
       ->type_name("OUT");

@@ -80,9 +80,8 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       "The reference is the plant's leaf quads, all of them, or with --reference meshes its leaves as they were modelled, textures "
       "included.\n"
       "24 cameras that no method has seen, 256 x 256 pixels, white background; rmse_64 and rmse_16 are of the same pictures box-filtered: "
-      "what a\n"
-      "distant viewer sees. Pictures of another size give errors named after theirs: rmse_512, rmse_128, rmse_32. Distances are shares of "
-      "the box\ndiagonal. The least error of a level is marked with *.\n"
+      "what a distant viewer sees. Pictures of another size give errors named after theirs: rmse_512, rmse_128, rmse_32. Distances are "
+      "shares of the box diagonal. The least error of a level is marked with *.\n"
       "  coppice evaluate willow.glb --methods default,geometric --levels .4,.1 --html willow.html\n"
       "  coppice evaluate willow.glb --methods default --levels 1,.4 --reference meshes --size 512");
   command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb");

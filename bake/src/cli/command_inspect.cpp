@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -7,10 +8,18 @@
 #include "commands.h"
 #include "coppice/format.h"
 #include "inspect.h"
+#include "output.h"
 #include "printable.h"
+#include "scene_reader.h"
+#include "verify_scene.h"
 
 namespace coppice::bake {
 namespace {
+
+struct InspectArguments {
+  std::filesystem::path input;
+  bool json = false;
+};
 
 const char* metric_name(std::uint32_t metric) {
   switch (metric) {
@@ -111,31 +120,76 @@ void print_json(const FileSummary& file) {
   std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
+std::uint32_t level_count(const SceneFile& scene) {
+  std::uint32_t count = 0;
+  for (const SceneTile& tile : scene.tiles) count = std::max(count, tile.level + 1);
+  return count;
+}
+
+void print_scene_text(const InspectArguments& arguments, const SceneFile& scene) {
+  std::printf("%s: %llu plants of %zu species, format version %u, %s\n", shown(arguments.input).c_str(),
+              static_cast<unsigned long long>(scene.header.instance_count), scene.species.size(), scene.header.version,
+              readable_bytes(scene.header.file_bytes).c_str());
+  const SceneTile& root = scene.tiles[0];
+  std::printf("%.0f m x %.0f m from x %.0f, z %.0f; feet %.1f m to %.1f m high; %zu tiles in %u levels\n\n", double{root.square_side_m},
+              double{root.square_side_m}, double{root.square_min_m[0]}, double{root.square_min_m[1]}, double{scene.height_min_m},
+              double{scene.height_max_m}, scene.tiles.size(), level_count(scene));
+  std::printf("%10s  %s\n", "radius, m", "species");
+  for (const SceneFileSpecies& species : scene.species)
+    std::printf("%10.2f  %s\n", double{species.sphere_radius_m}, printable(species.path).c_str());
+}
+
+void print_scene_json(const SceneFile& scene) {
+  using Json = nlohmann::ordered_json;
+  Json species = Json::array();
+  for (const SceneFileSpecies& one : scene.species)
+    species.push_back({{"path", std::string(one.path)}, {"sphere_radius_m", one.sphere_radius_m}});
+  const Json json = {{"version", scene.header.version},
+                     {"plants", scene.header.instance_count},
+                     {"file_bytes", scene.header.file_bytes},
+                     {"square_min_m", scene.tiles[0].square_min_m},
+                     {"square_side_m", scene.tiles[0].square_side_m},
+                     {"height_min_m", scene.height_min_m},
+                     {"height_max_m", scene.height_max_m},
+                     {"tiles", scene.tiles.size()},
+                     {"levels", level_count(scene)},
+                     {"species", species}};
+  std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+}
+
+int run_scene(const InspectArguments& arguments, std::span<const std::uint8_t> bytes) {
+  const auto scene = read_scene_front(bytes, bytes.size());
+  if (!scene) return report_failure(arguments.input, scene.error());
+  if (arguments.json)
+    print_scene_json(*scene);
+  else
+    print_scene_text(arguments, *scene);
+  return 0;
+}
+
+int run(const InspectArguments& arguments) {
+  const auto bytes = read_file(arguments.input);
+  if (!bytes) return report_failure(arguments.input, bytes.error());
+  if (is_scene(*bytes)) return run_scene(arguments, *bytes);
+  const auto summary = inspect(*bytes);
+  if (!summary) return report_failure(arguments.input, summary.error());
+  if (arguments.json)
+    print_json(*summary);
+  else
+    print_text(*summary);
+  return 0;
+}
+
 }  // namespace
 
 void add_inspect_command(CLI::App& app, int* exit_code) {
-  struct Arguments {
-    std::filesystem::path input;
-    bool json = false;
-  };
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("inspect", "Show what is inside a .coppice file: sizes per kind of chunk, wood LoDs, error table");
-  command->add_option("input", arguments->input, "A .coppice file")->required();
+  auto arguments = std::make_shared<InspectArguments>();
+  CLI::App* command = app.add_subcommand(
+      "inspect",
+      "Show what is inside a .coppice file: sizes per kind of chunk, wood LoDs, error table; or a .forest file: plants, tiles, species");
+  command->add_option("input", arguments->input, "A .coppice or a .forest file")->required();
   command->add_flag("--json", arguments->json, "As JSON");
-  command->callback([arguments, exit_code] {
-    const auto bytes = read_file(arguments->input);
-    if (!bytes) {
-      *exit_code = report_failure(arguments->input, bytes.error());
-      return;
-    }
-    const auto summary = inspect(*bytes);
-    if (!summary)
-      *exit_code = report_failure(arguments->input, summary.error());
-    else if (arguments->json)
-      print_json(*summary);
-    else
-      print_text(*summary);
-  });
+  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
 }
 
 }  // namespace coppice::bake

@@ -23,6 +23,7 @@ void add_verify_command(CLI::App& app, int* exit_code);
 void add_export_command(CLI::App& app, int* exit_code);
 void add_evaluate_command(CLI::App& app, int* exit_code);
 void add_scene_command(CLI::App& app, int* exit_code);
+void add_view_command(CLI::App& app, int* exit_code);
 
 /// Prints "coppice: FILE: message" to stderr, or "coppice: out of memory"; returns 1, the exit code of every failure that is not a usage
 /// error.

@@ -5,6 +5,7 @@
 #include <new>
 #include <sstream>
 
+#include "command_line.h"
 #include "commands.h"
 #include "coppice/coppice.h"
 #include "endings.h"
@@ -53,11 +54,14 @@ int main(int argc, char** argv) {
       "  coppice plant willow -o willow.glb         grow a plant, or bring your own .glb\n"
       "  coppice bake willow.glb -o willow.coppice  order its leaves for every level of detail\n"
       "  coppice inspect willow.coppice             see what is inside\n"
-      "  coppice-forest --plants willow.coppice     walk through it\n"};
+      "  coppice-forest willow.coppice              look at it; with --count 2000, a forest of it\n"
+      "or, for a first look at any plant, the last three in one:\n"
+      "  coppice view willow.glb\n",
+      "coppice"};
   app.set_version_flag("--version", std::to_string(COPPICE_VERSION_MAJOR) + "." + std::to_string(COPPICE_VERSION_MINOR) + "." +
                                         std::to_string(COPPICE_VERSION_PATCH));
   app.require_subcommand(1);
-  app.get_formatter()->column_width(34);
+  app.formatter(coppice::command_line::help_format());
   // What is wrong with an argument quotes it.
   app.failure_message([](const CLI::App*, const CLI::Error& error) {
     return coppice::printable(error.what()) + "\nRun with --help for more information.\n";
@@ -72,15 +76,21 @@ int main(int argc, char** argv) {
   coppice::bake::add_export_command(app, &exit_code);
   coppice::bake::add_evaluate_command(app, &exit_code);
   coppice::bake::add_scene_command(app, &exit_code);
+  coppice::bake::add_view_command(app, &exit_code);
 
   try {
+    if (argc == 1) throw CLI::CallForHelp();
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
     std::ostringstream text;  // --help, --version
     exit_code = app.exit(success, text, text);
     std::fputs(text.str().c_str(), stdout);
   } catch (const CLI::ParseError& error) {
-    app.exit(error);
+    const std::string unknown = coppice::command_line::unknown_word(app, {argv + 1, argv + argc});
+    if (unknown.empty())
+      app.exit(error);
+    else
+      std::fprintf(stderr, "%s\nRun with --help for more information.\n", coppice::printable(unknown).c_str());
     exit_code = 2;
   } catch (const std::bad_alloc&) {
     coppice::bake::end_out_of_memory();

@@ -49,7 +49,10 @@ Result<void> check_output(const std::filesystem::path& output, const std::vector
     if (is_standard_output(output)) return refused("two outputs cannot both be the standard output", output);
     return refused("would be overwritten: another file of this command has the same path", output);
   }
-  if (!is_standard_output(output)) return try_writing(output);
+  if (!is_standard_output(output)) {
+    COPPICE_CHECK(make_folder_of(output));
+    return try_writing(output);
+  }
   if (content == Content::binary && ::isatty(STDOUT_FILENO) == 1)
     return refused("the standard output is a terminal: name a file, or send it to a program", output);
   return {};

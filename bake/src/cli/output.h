@@ -28,11 +28,10 @@ CLI::Option* add_output_option(CLI::App& command, const std::string& names, std:
 
 enum class Content : std::uint8_t { binary, text };
 
-/// Refuses, before any work is done, an output that is one of the other files of the command, or that cannot be written: the temporary file
-/// that will become it is made and removed. Temporary files that killed processes left beside it go too.
-/// others   empty paths are skipped
-/// content  what "-" will get: binary is not for terminals
-/// errors   invalid_argument, io; name the path
+/// Refuses, before any work is done, an output that is one of the other files of the command, or that cannot be written: folders that are
+/// missing are made, and the temporary file that will become the output is made and removed. Temporary files that killed processes left
+/// beside it go too. others   empty paths are skipped content  what "-" will get: binary is not for terminals errors   invalid_argument,
+/// io; name the path
 Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others,
                           Content content = Content::binary);
 

@@ -1,0 +1,233 @@
+// coppice-forest in a window, of an X server without a screen: what keys and sizes do, and where the overlay is. Needs Xvfb and xdotool.
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "baked_corylus.h"
+#include "golden.h"
+#include "process.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using coppice::test::BackgroundProcess;
+using coppice::test::bake_corylus;
+using coppice::test::Picture;
+using coppice::test::program_on_path;
+using coppice::test::run_process;
+using coppice::test::TemporaryFolder;
+
+constexpr std::uint32_t kScreenWidth = 1000, kScreenHeight = 800;
+
+/// Frames that differ by the overlay alone, however busy the machine is.
+const std::vector<std::string> kStill{"--no-taa", "--no-shadows", "--render-scale", "1", "--frame-ms", "0"};
+
+/// False if it has not come true after a minute: a busy machine draws a frame in a second.
+bool comes_true(const std::function<bool()>& condition) {
+  for (int tries = 0; tries < 1200; ++tries) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  return false;
+}
+
+void wait_half_a_second() {
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+}
+
+/// A picture whose file is whole.
+std::unique_ptr<Picture> picture_in(const fs::path& file) {
+  try {
+    return std::make_unique<Picture>(coppice::test::read_png(file));
+  } catch (const std::exception&) {
+    return nullptr;
+  }
+}
+
+std::size_t files_in(const fs::path& folder) {
+  std::error_code absent;
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder, absent), fs::directory_iterator()));
+}
+
+/// Pixels of `shown` that the overlay has made otherwise than in `plain`.
+struct Overlaid {
+  double share = 0;  ///< of the picture
+  std::uint32_t left = ~0u, top = ~0u, right = 0, bottom = 0;
+};
+
+Overlaid overlaid(const Picture& plain, const Picture& shown) {
+  constexpr int kDifference = 40;
+  Overlaid found;
+  if (plain.rgba.size() != shown.rgba.size()) return found;
+  for (std::uint32_t i = 0; i < plain.width_px * plain.height_px; ++i) {
+    int most = 0;
+    for (std::size_t c = 0; c < 3; ++c) most = std::max(most, std::abs(plain.rgba[4 * i + c] - shown.rgba[4 * i + c]));
+    if (most < kDifference) continue;
+    found.share += 1.0 / (plain.width_px * plain.height_px);
+    found.left = std::min(found.left, i % plain.width_px);
+    found.right = std::max(found.right, i % plain.width_px);
+    found.top = std::min(found.top, i / plain.width_px);
+    found.bottom = std::max(found.bottom, i / plain.width_px);
+  }
+  return found;
+}
+
+/// The demo in a window of an X server of its own.
+class ForestWindow : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (program_on_path("Xvfb").empty() || program_on_path("xdotool").empty())
+      GTEST_SKIP() << "Xvfb or xdotool is not installed (Debian: xvfb, xdotool): no window is opened";
+    plant_ = bake_corylus(folder_);
+    server_ = std::make_unique<BackgroundProcess>(
+        program_on_path("Xvfb"), std::vector<std::string>{"-displayfd", "1", "-nolisten", "tcp", "-screen", "0",
+                                                          std::to_string(kScreenWidth) + "x" + std::to_string(kScreenHeight) + "x24"});
+    ASSERT_TRUE(comes_true([&] { return server_->out().ends_with("\n"); })) << server_->err();
+    options_.environment = {"DISPLAY=:" + server_->out().substr(0, server_->out().size() - 1), "WAYLAND_DISPLAY="};
+  }
+
+  void open(const std::string& size, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{plant_, "--size", size, "--camera", "front", "--record", frames(), "--screenshot", saved()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    forest_ = std::make_unique<BackgroundProcess>(COPPICE_FOREST, arguments, options_);
+    ASSERT_TRUE(comes_true([&] { return files_in(frames()) > 0; })) << forest_->out() << forest_->err();
+    window_ = xdo({"search", "--sync", "--name", "Coppice forest"});
+    window_ = window_.substr(0, window_.find('\n'));
+    xdo({"windowfocus", "--sync", window_});
+  }
+
+  std::string xdo(const std::vector<std::string>& arguments) {
+    const auto result = run_process(program_on_path("xdotool"), arguments, options_);
+    EXPECT_EQ(result.exit_code, 0) << arguments.front() << ": " << result.err;
+    return result.out;
+  }
+
+  void press(const std::string& key) {
+    xdo({"key", key});
+    wait_for_frames(2);
+  }
+
+  void wait_for_frames(std::size_t count) {
+    const std::size_t before = files_in(frames());
+    EXPECT_TRUE(comes_true([&] { return files_in(frames()) > before + count; })) << forest_->err();
+  }
+
+  /// Of the window as it is, with the overlay.
+  Picture shown() {
+    const std::size_t count = files_in(frames());  // the last one may not be whole
+    char name[16];
+    std::snprintf(name, sizeof name, "%05zu.png", count - 2);
+    return coppice::test::read_png(frames() / name);
+  }
+
+  /// Key P: without the overlay.
+  Picture picture() {
+    fs::remove(saved());
+    xdo({"key", "p"});
+    std::unique_ptr<Picture> picture;
+    EXPECT_TRUE(comes_true([&] { return (picture = picture_in(saved())) != nullptr; })) << forest_->err();
+    return picture ? *picture : Picture{};
+  }
+
+  bool shows_size(std::uint32_t width, std::uint32_t height) {
+    return comes_true([&] {
+      const Picture now = shown();
+      return now.width_px == width && now.height_px == height;
+    });
+  }
+
+  /// Escape; a picture of the last frame is saved before it ends.
+  void close() {
+    xdo({"key", "Escape"});
+    EXPECT_EQ(forest_->wait(), 0) << forest_->err();
+  }
+
+  [[nodiscard]] fs::path frames() const { return folder_ / "frames"; }
+  [[nodiscard]] fs::path saved() const { return folder_ / "saved.png"; }
+
+  TemporaryFolder folder_;
+  fs::path plant_;
+  coppice::test::ProcessOptions options_;
+  std::unique_ptr<BackgroundProcess> server_, forest_;
+  std::string window_;
+};
+
+TEST_F(ForestWindow, FollowsItsSizeAndFillsTheScreen) {
+  open("360x240", {"--validation"});
+  EXPECT_EQ(picture().width_px, 360u);
+  xdo({"windowsize", "--sync", window_, "300", "200"});
+  EXPECT_TRUE(shows_size(300, 200)) << shown().width_px << " x " << shown().height_px;
+  const Picture smaller = picture();
+  EXPECT_EQ(smaller.width_px, 300u);
+  EXPECT_EQ(smaller.height_px, 200u);
+  press("F11");
+  EXPECT_TRUE(shows_size(kScreenWidth, kScreenHeight)) << shown().width_px << " x " << shown().height_px;
+  press("F11");
+  EXPECT_TRUE(shows_size(300, 200)) << shown().width_px << " x " << shown().height_px;
+  close();
+  EXPECT_NE(forest_->out().find("validation messages  0"), std::string::npos) << forest_->out() << forest_->err();
+}
+
+TEST_F(ForestWindow, TheOverlayIsALineUnlessMoreIsAskedForAndStaysInside) {
+  open("320x240", kStill);
+  wait_for_frames(10);  // until all of the plant is there
+  const Picture plain = picture();
+  const auto now = [&] { return overlaid(plain, shown()); };
+  Overlaid line;
+  EXPECT_TRUE(comes_true([&] { return (line = now()).bottom < plain.height_px / 4; })) << "once what P said has gone";
+  EXPECT_GT(line.share, 0.005);
+  EXPECT_LT(line.share, 0.15);
+  press("h");
+  const Overlaid help = now();
+  EXPECT_GT(help.share, 2 * line.share);
+  press("h");
+  press("Tab");
+  const Overlaid all = now();
+  EXPECT_GT(all.share, 0.3);
+  for (const Overlaid& panel : {line, help, all}) {
+    EXPECT_GE(panel.left, 4u);
+    EXPECT_GE(panel.top, 4u);
+    EXPECT_LT(panel.right, plain.width_px - 4);
+    EXPECT_LT(panel.bottom, plain.height_px - 4);
+  }
+  press("Tab");
+  EXPECT_LT(now().share, 0.002) << "nothing";
+}
+
+TEST_F(ForestWindow, SaysWhereAPictureWentAndPicturesHaveNoOverlay) {
+  open("320x240", kStill);
+  wait_for_frames(10);
+  press("Tab");
+  press("Tab");
+  const Picture plain = picture();
+  ASSERT_TRUE(comes_true([&] { return forest_->out().find(saved().string()) != std::string::npos; })) << forest_->out();
+  wait_for_frames(2);
+  const Overlaid message = overlaid(plain, shown());
+  EXPECT_GT(message.share, 0.002) << "in the window too";
+  EXPECT_GT(message.top, plain.height_px / 2);
+  press("Tab");
+  EXPECT_LT(overlaid(plain, picture()).share, 0.002);
+}
+
+TEST_F(ForestWindow, DrawsNothingWhileItIsHidden) {
+  open("160x120");
+  xdo({"windowunmap", "--sync", window_});
+  wait_half_a_second();
+  const std::size_t before = files_in(frames());
+  wait_half_a_second();
+  wait_half_a_second();
+  EXPECT_EQ(files_in(frames()), before);
+  xdo({"windowmap", "--sync", window_});
+  wait_for_frames(3);
+}
+
+}  // namespace

@@ -30,9 +30,9 @@ struct LooksCase {
   /// The plant as the fault would show it. Its full detail must not pass for the plant.
   std::function<GltfBuilder()> defect;
   bake::BakeOptions bake = {};
-  glm::vec3 from{0.6f, 0.25f, 1.0f};                 ///< where the camera is, seen from the plant
-  std::vector<float> sizes_px{800, 240, 80, 27, 9};  ///< of the plant's bounding sphere, across: five distances
-  float defect_size_px = 80;                         ///< at which the defect is compared
+  glm::vec3 from{0.6f, 0.25f, 1.0f};                   ///< where the camera is, seen from the plant
+  std::vector<float> sizes_px{480, 240, 120, 60, 30};  ///< of the plant's bounding sphere, across: five distances
+  float defect_size_px = 120;                          ///< of those, the one at which the defect is compared
 };
 
 /// Draws a case's plant at every size on both paths and compares with full detail on the hardware path.

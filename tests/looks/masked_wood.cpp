@@ -49,7 +49,7 @@ GltfBuilder tree(const Tree& wanted) {
     }
   }
   add_shape(builder, cards, twigs, "twigs");
-  add_shape(builder, crown_of_cards(60, 4), leaves, "crown");
+  add_shape(builder, crown_of_cards(40, 4), leaves, "crown");
   return builder;
 }
 

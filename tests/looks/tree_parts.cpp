@@ -43,7 +43,7 @@ Shape crown_of_cards(std::uint32_t count, std::uint32_t seed) {
     const glm::vec3 middle = glm::vec3(0, 2.6f, 0) + 1.2f * in_ball();
     const glm::vec3 up = glm::normalize(in_ball());
     const glm::vec3 right = glm::normalize(glm::cross(up, glm::vec3(up.y, up.z + 0.1f, -up.x)));
-    add_card(leaves, middle - 0.08f * right, 0.16f * right, 0.24f * up);
+    add_card(leaves, middle - 0.13f * right, 0.26f * right, 0.39f * up);
   }
   return leaves;
 }

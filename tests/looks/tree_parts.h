@@ -13,7 +13,7 @@ namespace coppice::test {
 /// A trunk of 3 m with six branches.
 Shape bare_tree();
 
-/// Cards of 16 x 24 cm, evenly in a crown of 2.4 m about 2.6 m up, in every direction.
+/// Cards of 26 x 39 cm, evenly in a crown of 2.4 m about 2.6 m up, in every direction.
 Shape crown_of_cards(std::uint32_t count, std::uint32_t seed);
 
 /// An oval green leaf with a midrib; the rest is a hole, as green as the leaf.

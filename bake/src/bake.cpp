@@ -14,6 +14,7 @@
 #include "error_table.h"
 #include "leaf_cards.h"
 #include "leaf_mesh_parts.h"
+#include "material_split.h"
 #include "mesh_error.h"
 #include "printable.h"
 #include "replay.h"
@@ -99,6 +100,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
 
   progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
+  split_materials(plant);
   cut_texture_regions(plant);
   COPPICE_TRY(foliage, foliage_of(plant));
   COPPICE_TRY(views, viewpoints(options.view_count > 0 ? options.view_count : metric_view_count(options.metric, foliage.leaf_count())));

@@ -125,6 +125,7 @@ struct Finder {
   void append_triangle(std::uint32_t triangle, Mesh& to) const {
     for (std::size_t k = 0; k < 3; ++k) to.indices.push_back(mesh.indices[3 * std::size_t{triangle} + k]);
     to.triangle_materials.push_back(mesh.triangle_materials[triangle]);
+    if (!mesh.triangle_tints.empty()) to.triangle_tints.push_back(mesh.triangle_tints[triangle]);
   }
 
   void take_wood(FoundParts& found) const {

@@ -19,5 +19,6 @@ inline bool is_too_large(std::uint64_t width, std::uint64_t height) {
 inline constexpr const char* kImageEndsEarly = "image ends early";
 inline constexpr const char* kImageDamaged = "damaged image";
 inline constexpr const char* kImageTooLarge = "image too large";
+inline constexpr const char* kKtxImage = "KTX2 is not read; `gltf-transform ktxdecompress in.glb out.glb` makes PNG of it";
 
 }  // namespace coppice::bake

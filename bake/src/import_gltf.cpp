@@ -17,6 +17,7 @@
 #include "gltf_scene.h"
 #include "gltf_triangles.h"
 #include "printable.h"
+#include "vertex_colors.h"
 
 namespace coppice::bake {
 namespace {

@@ -43,7 +43,7 @@ Result<glm::dmat4> scene_from_file(const ImportOptions& options);
 /// Reads a glTF 2.0 .gltf or .glb: the default scene's triangles, node transforms and instances applied, in metres with +Y up, taken apart
 /// into leaves and wood (find_leaves.h); points and lines are skipped. Read with their extensions: KHR_draco_mesh_compression,
 /// EXT_meshopt_compression, KHR_mesh_quantization, EXT_mesh_gpu_instancing, KHR_texture_transform (baked into the uvs), EXT_texture_webp.
-/// Vertex colours tint their material (gltf_triangles.h). Materials and images are those in use. What was dropped or read differently from
+/// Vertex colours tint their material and its triangles (vertex_colors.h). Materials and images are those in use. What was dropped or read differently from
 /// what the file asks for is told in Plant::warnings. errors  `detail` begins with the file's name and names the place in it.
 ///         io: the file or one it refers to is unreadable; bad_file: not glTF, damaged, an index or accessor out of range, a position that
 ///         is not finite; unsupported: another glTF version, a required extension (named), more than a plant may have;

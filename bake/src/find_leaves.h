@@ -18,7 +18,7 @@
 //               (twigs, rachises, fruit); -8 for what is longer and much more slender than they (twigs of strips). -2.5 in another
 //               material, below all leaves and fewer than a tenth of them, where neither name, holes nor green speak for it (pots)
 //
-// Bodies (bulk of piece_shape.h from 0.1), as blobs of a crown are, are wood all the same where there are less than a hundred of about a
+// Bodies (bulk of piece_shape.h from 0.1, flatness below 0.75), as blobs of a crown are, are wood all the same where there are less than a hundred of about a
 // size.
 //
 // Where no class is leaves, sheets are: flat and no part of a body, three or more in a material, or one that has holes or a name that

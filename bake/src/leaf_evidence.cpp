@@ -322,7 +322,7 @@ void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Mat
       of.evidence.repetition = repetition_evidence(count);
       if (leaves && i != *leaves) of.evidence.company = company_evidence(of, of_material[*leaves]);
       judge(of, extent_m);
-      if (classed.bulks[first + i] >= kBody && count < kMany && of.part == PlantPart::leaf) take_for_body(of);
+      if (of.part == PlantPart::leaf && of.flatness < kFlat && classed.bulks[first + i] >= kBody && count < kMany) take_for_body(of);
     }
   }
   judge_what_is_below(classes, extent_m);

@@ -120,18 +120,17 @@ void warn_of_shells(Plant& plant) {
 
 void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
   if (dropped_count > 0) plant.warnings.push_back(std::to_string(dropped_count) + " leaves without area dropped");
+  if (plant.leaves.empty()) {
+    const bool was_guessed = std::ranges::any_of(plant.classes, [](const PieceClass& each) { return each.evidence.sum() != 0.0; });
+    plant.warnings.emplace_back(std::string("no leaves: all of the plant is wood") +
+                                (was_guessed ? "; --leaf-material REGEX makes leaves of a material's pieces" : ""));
+    return;
+  }
   warn_of_shells(plant);
   const auto largest = std::ranges::max_element(plant.leaves, {}, &LeafRange::triangle_count);
-  if (largest != plant.leaves.end() && largest->triangle_count >= kShellTriangles)
+  if (largest->triangle_count >= kShellTriangles)
     plant.warnings.push_back("a leaf has " + std::to_string(largest->triangle_count) +
                              " triangles: leaves that share vertices cannot be told apart");
-}
-
-/// Whether a plant without leaves is one all the same: its crown is welded, or somebody has said of every material what it is.
-bool may_lack_leaves(const Plant& plant, const ImportOptions& options, const std::vector<std::vector<MaterialRule>>& rules) {
-  if (options.leaf_material || plant.wood.indices.empty() || plant.classes.empty()) return false;
-  return std::ranges::any_of(plant.classes, &PieceClass::is_shell) ||
-         std::ranges::none_of(plant.classes, [&](const PieceClass& each) { return rules[each.material].empty(); });
 }
 
 /// Splits the soup into the plant's leaves and wood.
@@ -140,21 +139,16 @@ Result<void> take_parts(TriangleSoup soup, const ImportOptions& options, Plant& 
   FoundParts found = find_leaves(std::move(soup), plant.materials, plant.images, rules);
   if (found.wood.triangle_materials.size() > COPPICE_MAX_WOOD_TRIANGLES)
     return Error{Status::unsupported, "more than 2^24 triangles of wood"};
+  const auto is_kept = [](const PieceClass& each) { return each.part != PlantPart::dropped; };
+  if (std::ranges::none_of(found.classes, is_kept))
+    return Error{Status::bad_file, "no leaves and no wood: all is dropped or without area", Error::kNoOffset,
+                 "the materials are " + name_list(plant.materials)};
   plant.foliage = std::move(found.foliage);
   plant.leaves = std::move(found.leaves);
   plant.wood = std::move(found.wood);
   plant.classes = std::move(found.classes);
   warn_of_leaves(plant, found.dropped_leaf_count);
-  if (!plant.leaves.empty()) return {};
-  const bool all_wood = found.dropped_leaf_count == 0 && may_lack_leaves(plant, options, rules);
-  if (all_wood) plant.warnings.emplace_back("no leaves: all of the plant is wood");
-  if (all_wood || !options.require_leaves) return {};
-  if (found.dropped_leaf_count > 0)
-    return Error{Status::bad_file, "no leaves: the foliage has no area", Error::kNoOffset,
-                 std::to_string(found.dropped_leaf_count) + " degenerate leaves"};
-  return Error{Status::invalid_argument,
-               "no leaves: nothing looks like one; see --dry-run, and choose with --leaf-material REGEX, or --wood-material . for all wood",
-               Error::kNoOffset, "the materials are " + name_list(plant.materials)};
+  return {};
 }
 
 void limit_warnings(std::vector<std::string>& warnings) {

@@ -1,5 +1,6 @@
 #include "inspect.h"
 
+#include <algorithm>
 #include <cstddef>
 
 #include "block_texture.h"
@@ -39,6 +40,11 @@ Result<FileSummary::Texture> summarise_texture(const coppice_file_chunk& chunk, 
                               static_cast<std::uint32_t>(layout->levels.size()), chunk.bytes};
 }
 
+bool is_all_wood(const coppice_file_plant& plant) {
+  const auto is_first_corner = [&](const auto& corner) { return std::ranges::equal(corner, plant.root_quad[0]); };
+  return plant.leaf_count == 1 && plant.wood_lod_count > 0 && std::ranges::all_of(plant.root_quad, is_first_corner);
+}
+
 }  // namespace
 
 Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
@@ -49,7 +55,7 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
   summary.metric = file.plant.metric;
   summary.file_bytes = file.header.file_bytes;
   summary.first_read_bytes = file.header.first_read_bytes;
-  summary.leaf_count = file.plant.leaf_count;
+  summary.leaf_count = is_all_wood(file.plant) ? 0 : file.plant.leaf_count;
   summary.page_count = file.plant.page_count;
   summary.material_count = file.plant.material_count;
   summary.card_count = file.plant.card_count;
@@ -67,7 +73,7 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
   summary.leaf_mesh_error_px = std::move(file.leaf_mesh_error_px);
   std::uint64_t page_bytes = 0;
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) page_bytes += find_chunk(file, COPPICE_CHUNK_PAGE, page)->bytes;
-  summary.bytes_per_leaf = static_cast<double>(page_bytes) / summary.leaf_count;
+  summary.bytes_per_leaf = summary.leaf_count > 0 ? static_cast<double>(page_bytes) / summary.leaf_count : 0.0;
   summary.error_leaf_counts = std::move(file.error_leaf_counts);
   summary.error_sizes_px = std::move(file.error_sizes_px);
   summary.error_px = std::move(file.error_px);

@@ -23,7 +23,7 @@ struct FileSummary {
   std::uint32_t metric = 0;  ///< coppice_metric
   std::uint64_t file_bytes = 0;
   std::uint64_t first_read_bytes = 0;
-  std::uint32_t leaf_count = 0;
+  std::uint32_t leaf_count = 0;  ///< 0 of a plant that is all wood, which the file has as one leaf of no size
   std::uint32_t page_count = 0;
   std::uint32_t material_count = 0;
   std::uint32_t card_count = 0;
@@ -42,7 +42,7 @@ struct FileSummary {
   std::vector<std::uint32_t> error_leaf_counts;  ///< levels the error table measured
   std::vector<float> error_sizes_px;
   std::vector<float> error_px;  ///< [levels * sizes]
-  double bytes_per_leaf = 0.0;  ///< page bytes over leaves
+  double bytes_per_leaf = 0.0;  ///< page bytes over leaves; 0 without
   struct LeafMesh {
     std::uint32_t vertices = 0, triangles = 0;
     std::uint64_t bytes = 0;

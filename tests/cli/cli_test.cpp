@@ -267,20 +267,34 @@ TEST(CommandLine, DryRunTellsWhatWasFoundAndWritesNothing) {
   EXPECT_EQ(coppice_tool({"bake", baked().glb}).exit_code, 2) << "neither an output nor a dry run";
 }
 
-TEST(CommandLine, ADryRunWithoutLeavesShowsTheTableAndFails) {
-  const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", "^leaves$"});
-  EXPECT_NE(result.out.find("0 leaves"), std::string::npos) << result.out;
-  EXPECT_NE(result.out.find("--wood-material"), std::string::npos) << result.out;
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-  EXPECT_NE(result.err.find("no leaves"), std::string::npos) << result.err;
+TEST(CommandLine, ADryRunOfAPlantWithoutLeavesWarnsOnce) {
+  for (const char* wood : {".", "^leaves$"}) {
+    const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", wood});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("0 leaves"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("--wood-material"), std::string::npos) << result.out;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_NE(result.err.find("no leaves: all of the plant is wood"), std::string::npos) << result.err;
+  }
 }
 
-TEST(CommandLine, ADryRunOfAPlantThatIsAllWoodSucceeds) {
-  const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", "."});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_NE(result.out.find("0 leaves"), std::string::npos) << result.out;
-  EXPECT_NE(result.err.find("warning"), std::string::npos) << result.err;
+TEST(CommandLine, EveryCommandTakesAPlantWithoutLeaves) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "wood.coppice", exported = folder / "wood.glb";
+  std::vector<std::string> bake = quick_bake(baked().glb, plant);
+  bake.insert(bake.end(), {"--wood-material", "."});
+  const ProcessResult made = coppice_tool(bake);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(std::count(made.err.begin(), made.err.end(), '\n'), 1) << made.err;
+  EXPECT_NE(made.out.find(": 0 leaves, "), std::string::npos) << made.out;
+  EXPECT_EQ(coppice_tool({"verify", plant}).exit_code, 0);
+  EXPECT_NE(coppice_tool({"inspect", plant}).out.find(": 0 leaves, "), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(coppice_tool({"inspect", plant, "--json"}).out)["leaves"], 0);
+  // Exported and baked again it is all wood still.
+  ASSERT_EQ(coppice_tool({"export", plant, "--leaves", "full", "-o", exported}).exit_code, 0);
+  EXPECT_NE(coppice_tool({"bake", exported, "--dry-run"}).out.find("0 leaves of 0 triangles; wood of 22710 triangles"), std::string::npos);
+  expect_one_line_error(coppice_tool({"export", plant, "--part", "foliage", "--leaves", "full", "-o", exported}), plant, "no leaves");
+  expect_one_line_error(coppice_tool({"evaluate", exported, "--methods", "geometric"}), exported, "nothing to simplify");
 }
 
 TEST(CommandLine, AClassesFileDecides) {

@@ -322,9 +322,9 @@ TEST(ImportGltfBad, LeafPattern) {
   expect_error(test::small_plant().glb(), Status::invalid_argument, {"--leaf-material", "'leaves'", "'bark'"}, {.leaf_material = "pear"});
 }
 
-TEST(ImportGltfBad, FoliageWithoutArea) {
+TEST(ImportGltfBad, NothingHasArea) {
   GltfBuilder builder = test::small_plant();
-  builder.json["nodes"][0]["scale"] = {0, 0, 0};
+  for (const std::size_t node : {0, 1}) builder.json["nodes"][node]["scale"] = {0, 0, 0};
   expect_error(builder.glb(), Status::bad_file, {"no leaves"});
 }
 

@@ -75,10 +75,7 @@ bool outputs_possible(const BakeCommand& arguments) {
 
 /// What the importer makes of the plant, as a table and a picture; nothing is baked.
 int look(const BakeCommand& arguments, const ImportOptions& options) {
-  // A plant in which no leaf was found is the one to look at.
-  ImportOptions any_plant = options;
-  any_plant.require_leaves = false;
-  const auto plant = import_gltf(arguments.input, any_plant);
+  const auto plant = import_gltf(arguments.input, options);
   if (!plant) return report_failure(arguments.input, plant.error());
   const std::string table = arguments.dry_run && !arguments.quiet ? parts_table(*plant) : "";
   std::vector<std::uint8_t> png;
@@ -89,10 +86,7 @@ int look(const BakeCommand& arguments, const ImportOptions& options) {
   }
   if (const int failed = write_outputs({{arguments.preview, png}}, table); failed != 0 || !arguments.dry_run) return failed;
   print_warnings(arguments.input, plant->warnings);
-  if (!plant->leaves.empty()) return 0;
-  // What a bake would say.
-  const auto bakeable = import_gltf(arguments.input, options);
-  return bakeable ? 0 : report_failure(arguments.input, bakeable.error());
+  return 0;
 }
 
 int run(const BakeCommand& arguments) {

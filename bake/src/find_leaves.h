@@ -18,8 +18,8 @@
 //               (twigs, rachises, fruit); -8 for what is longer and much more slender than they (twigs of strips). -2.5 in another
 //               material, below all leaves and fewer than a tenth of them, where neither name, holes nor green speak for it (pots)
 //
-// Bodies (bulk of piece_shape.h from 0.1, flatness below 0.75), as blobs of a crown are, are wood all the same where there are less than a hundred of about a
-// size.
+// Bodies (bulk of piece_shape.h from 0.2, flatness below 0.75), as blobs of a crown are, are wood all the same where there are less than a
+// hundred of about a size.
 //
 // Where no class is leaves, sheets are: flat and no part of a body, three or more in a material, or one that has holes or a name that
 // speaks for leaves; never where the name speaks for wood. So are blades of grass, petals and fronds, which may be as large as their plant.

@@ -26,7 +26,7 @@ constexpr double kFlat = 0.75, kRound = 0.65;
 // Half way between a tube and a ball.
 constexpr double kBall = 0.45;
 // Of this bulk (piece_shape.h) a piece is a body: a blob of a crown, a cone, a cactus.
-constexpr double kBody = 0.1;
+constexpr double kBody = 0.2;
 // A class this large says what the leaves of its material look like.
 constexpr std::uint32_t kLeastCompany = 8;
 

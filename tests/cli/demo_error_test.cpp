@@ -86,8 +86,7 @@ TEST(CoppiceForestErrors, APlantThatIsNotBakedIsToldHowToBakeIt) {
                                      {"wood.forest", "coppice-forest --scene wood.forest"},
                                      {folder.path(), "coppice bake-all " + folder.path().string()}})
     for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--plants", path}, {path}}) {
-      std::vector<std::string> all = small_forest(arguments);
-      const ProcessResult run = run_process(COPPICE_FOREST, all);
+      const ProcessResult run = run_process(COPPICE_FOREST, small_forest(arguments));
       EXPECT_EQ(run.exit_code, 1) << path;
       EXPECT_EQ(line_count(run.err), 1u) << run.err;
       EXPECT_NE(run.err.find(advice), std::string::npos) << run.err;

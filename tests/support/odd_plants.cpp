@@ -42,13 +42,29 @@ OddPlant blob_shrub() {
   return grow.facets().take();
 }
 
-OddPlant cone_conifer(const std::string& name, const std::string& material) {
+OddPlant cone_conifer(const std::string& name, const std::string& material, bool is_open = false) {
   Grower grow(name, 0);
   grow.paint("", kBrown).rod({0, 0, 0}, {0, 1.0f, 0}, 0.1f, 6);
   grow.paint(material, kGreen);
   for (std::uint32_t i = 0; i < 4; ++i) {
-    const float low = 0.6f + 0.6f * static_cast<float>(i);
-    grow.cone({0, low, 0}, {0, low + 1.0f, 0}, 0.9f - 0.18f * static_cast<float>(i), 8);
+    const glm::vec3 low(0, 0.6f + 0.6f * static_cast<float>(i), 0);
+    const float radius_m = 0.9f - 0.18f * static_cast<float>(i);
+    if (is_open)
+      grow.lathe({low, low + kUp}, {radius_m, 0.0f}, 8);
+    else
+      grow.cone(low, low + kUp, radius_m, 8);
+  }
+  return grow.facets().take();
+}
+
+/// Half balls, open below.
+OddPlant dome_tree() {
+  Grower grow("tree_of_open_domes", 0);
+  grow.paint("", kBrown).rod({0, 0, 0}, {0, 1.2f, 0}, 0.12f, 6);
+  grow.paint("Leaves", kGreen);
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    const glm::vec3 at = (i == 0 ? 0.0f : 0.6f) * round_about(kGoldenAngle * static_cast<float>(i), 0.0f) + 1.2f * kUp;
+    grow.lathe({at, at + 0.35f * kUp, at + 0.6f * kUp, at + 0.7f * kUp}, {0.7f, 0.6f, 0.35f, 0.0f}, 10);
   }
   return grow.facets().take();
 }
@@ -119,9 +135,9 @@ OddPlant log(const std::string& name, const glm::vec3& to, float radius_m) {
 
 // ---- Rosettes
 
-/// Of thick leaves: long ones are flat enough for leaves, short ones are bodies.
+/// Of closed leaves, a third as thick as wide.
 OddPlant succulent(const std::string& name, std::uint32_t count, float length_m, float width_m) {
-  Grower grow(name, length_m > 5.0f * width_m ? count : 0);
+  Grower grow(name, count);
   grow.paint("", kGreen);
   for (std::uint32_t i = 0; i < count; ++i) {
     const float share = static_cast<float>(i) / static_cast<float>(count);
@@ -148,6 +164,20 @@ OddPlant rosette(const std::string& name, const std::vector<std::uint32_t>& segm
     blade.length_m *= grow.between(0.7f, 1.0f);
     blade.segment_count = segment_counts[i];
     grow.blade(blade, own_vertices ? std::array{kNone, kNone} : std::array{ring[i], ring[(i + 1) % count]});
+  }
+  return grow.take();
+}
+
+/// Every blade is one triangle, or two back to back.
+OddPlant triangle_grass(const std::string& name, bool has_backs) {
+  Grower grow(name, 20);
+  grow.paint("grass", kGreen);
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    const glm::vec3 foot = 0.03f * std::sqrt(static_cast<float>(i)) * round_about(kGoldenAngle * static_cast<float>(i), 0.0f);
+    const glm::vec3 out = round_about(kGoldenAngle * static_cast<float>(i), 2.0f), across = 0.015f * any_across(out);
+    const std::uint32_t a = grow.vertex(foot - across), b = grow.vertex(foot + across), tip = grow.vertex(foot + 0.4f * out);
+    grow.triangle(a, b, tip);
+    if (has_backs) grow.triangle(b, a, tip);
   }
   return grow.take();
 }
@@ -371,6 +401,8 @@ std::vector<OddPlant> odd_plants() {
           blob_shrub(),
           cone_conifer("conifer_of_cones", "Leaves"),
           cone_conifer("conifer_of_cones_unnamed", ""),
+          cone_conifer("conifer_of_open_cones", "Leaves", true),
+          dome_tree(),
           cactus("cactus", Spines::none),
           cactus("cactus_with_spine_cards", Spines::cards),
           cactus("cactus_with_spine_cones", Spines::cones),
@@ -389,6 +421,8 @@ std::vector<OddPlant> odd_plants() {
           rosette("grass_of_unlike_blades", {2, 3, 4, 3, 2, 5, 4, 3, 2}, grass, true),
           rosette("grass_of_unlike_blades_and_shared_roots", {2, 3, 4, 3, 2, 5, 4, 3, 2}, grass, false),
           rosette("grass_of_five_blades", std::vector<std::uint32_t>(5, 4), grass, true),
+          triangle_grass("grass_of_triangles", false),
+          triangle_grass("grass_of_triangles_with_backs", true),
           crossed_grass(),
           fern("fern_of_strips", Fronds::strips),
           fern("fern_of_leaflets", Fronds::leaflets),

@@ -17,7 +17,7 @@ struct OddPlant {
   std::uint32_t leaf_count = 0;  ///< that a person would count; 0 where all of it is wood
 };
 
-/// About forty of them, 0.3 to 5 m high. Most materials have no name that helps, none an image.
+/// More than forty of them, 0.3 to 5 m high. Most materials have no name that helps, none an image.
 std::vector<OddPlant> odd_plants();
 
 /// As a binary glTF file.

@@ -76,8 +76,9 @@ struct RasterCluster {
   uint crown;         // unpack_crown: the mean light of its leaves' middles
   float bulk;         // how much of the crown one of its leaves stands for: leaf_light's
   float leaf_size_m;  // side of the square of the mean leaf's area
+  uint is_surface;    // 1: of triangles without holes, between which discs would leave gaps
 };
-COPPICE_GPU_LAYOUT(RasterCluster, 52);
+COPPICE_GPU_LAYOUT(RasterCluster, 56);
 
 // All leaves of one cut, or all triangles of one wood LoD or chunk of leaf meshes. corner = box_min + box_step * q, object space, m.
 struct RasterList {
@@ -92,8 +93,9 @@ struct RasterList {
   float splat_size_m;
   vec3 splat_step;  // place of a splat = box_min + splat_step * q
   float grain_m;    // the longest of its clusters'
+  float holed_m;    // of wood: the longest of those with holes
 };
-COPPICE_GPU_LAYOUT(RasterList, 80);
+COPPICE_GPU_LAYOUT(RasterList, 84);
 
 // What a leaf shows from afar: its card's mean colour, and the card's outline in 8 x 8 cells, row by row from corner 0 (x towards
 // corner 1, y towards corner 3).

@@ -139,7 +139,8 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   report.seconds.error_table = watch.lap();
 
   progress("pack", 0.0);
-  baked.wood = simplify_wood(plant.wood);
+  COPPICE_TRY(wood, choose_wood_lods(baked, wood_levels(plant.wood)));
+  baked.wood = std::move(wood);
   drop_unused_materials(baked);
   COPPICE_TRY(bytes, pack(baked, report.sizes, options.textures));
   report.seconds.pack = watch.lap();

@@ -15,6 +15,7 @@
 #include "leaf_cards.h"
 #include "leaf_mesh_parts.h"
 #include "mesh_error.h"
+#include "plant_size.h"
 #include "printable.h"
 #include "replay.h"
 #include "texture_regions.h"
@@ -103,6 +104,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   COPPICE_TRY(foliage, foliage_of(plant));
   COPPICE_TRY(views, viewpoints(options.view_count > 0 ? options.view_count : metric_view_count(options.metric, foliage.leaf_count())));
   report.source_leaves = static_cast<std::uint32_t>(plant.leaves.size());
+  report.size_m = plant_size_m(plant);
   report.warnings = plant.warnings;
   report.seconds.import = watch.lap();
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -32,6 +33,7 @@ struct BakeOptions {
 /// What `coppice bake --report` writes; times are wall seconds.
 struct BakeReport {
   std::uint32_t source_leaves = 0;  ///< 0 of a plant that is all wood
+  std::array<double, 3> size_m{};   ///< width, height, depth
   struct Seconds {
     double import = 0, visibility = 0, collapse = 0, error_table = 0, pack = 0, total = 0;
   } seconds;

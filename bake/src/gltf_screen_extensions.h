@@ -15,6 +15,9 @@
 
 namespace coppice::bake {
 
+/// Of a node: the nodes that show it coarser.
+inline constexpr const char* kLevelsExtension = "MSFT_lod";
+
 /// A buffer, as far as the document tells.
 struct ScreenedBuffer {
   std::uint64_t bytes = 0;

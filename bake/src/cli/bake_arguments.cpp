@@ -54,6 +54,7 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->capture_default_str();
   add_class_options(command, arguments.classes);
   add_import_options(command, arguments.import);
+  add_plant_options(command, arguments.import);
 }
 
 Result<BakeOptions> bake_options(const BakeArguments& arguments) {

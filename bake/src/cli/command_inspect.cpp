@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "coppice/format.h"
 #include "inspect.h"
+#include "plant_size.h"
 #include "printable.h"
 
 namespace coppice::bake {
@@ -60,6 +61,7 @@ void print_leaf_meshes(const FileSummary& file) {
 void print_text(const FileSummary& file) {
   std::printf("%s: %u leaves, metric %s, format version %u\n", printable(file.name).c_str(), file.leaf_count, metric_name(file.metric),
               file.version);
+  std::printf("%s\n", size_text(file.size_m).c_str());
   std::printf("%s in all, %s for a first picture, foliage %.1f B/leaf\n\n", readable_bytes(file.file_bytes).c_str(),
               readable_bytes(file.first_read_bytes).c_str(), file.bytes_per_leaf);
   std::printf("%-10s %6s %12s\n", "chunks", "count", "bytes");
@@ -94,6 +96,7 @@ void print_json(const FileSummary& file) {
       {"version", file.version},
       {"metric", metric_name(file.metric)},
       {"leaves", file.leaf_count},
+      {"size_m", file.size_m},
       {"pages", file.page_count},
       {"materials", file.material_count},
       {"cards", file.card_count},

@@ -198,10 +198,6 @@ void leave_msft_levels(const tinygltf::Model& model, const GltfNodes& scene, Lef
   for (const std::uint32_t item : coarser) leave(left, item, LeftReason::coarser_level, by[scene.items[item].position]);
 }
 
-bool is_masked(const tinygltf::Model& model, std::uint32_t material) {
-  return material != kNone && model.materials.at(material).alphaMode != "OPAQUE";
-}
-
 }  // namespace
 
 std::vector<std::uint32_t> taken_items(const LeftOut& left) {
@@ -270,6 +266,10 @@ void leave_named_billboards(const GltfNodes& scene, LeftOut& left) {
     if (!alone && (!covers(beside, box, kSamePlace) || triangles_of(scene, items) > kFewTriangles * items.size())) continue;
     for (const std::uint32_t item : items) leave(left, item, LeftReason::billboard, by);
   }
+}
+
+bool is_masked(const tinygltf::Model& model, std::uint32_t material) {
+  return material != kNone && model.materials.at(material).alphaMode != "OPAQUE";
 }
 
 bool is_billboard_shaped(const tinygltf::Model& model, const NodeItem& item) {

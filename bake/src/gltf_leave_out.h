@@ -30,6 +30,9 @@ void leave_collision_shapes(const GltfNodes& scene, LeftOut& left);
 void leave_coarser_levels(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left);
 void leave_named_billboards(const GltfNodes& scene, LeftOut& left);
 
+/// Whether a material, which may be kNone, has holes or is blended.
+bool is_masked(const tinygltf::Model& model, std::uint32_t material);
+
 /// Whether an item is a few large masked triangles: a billboard by its shape, if a plant stands where it does.
 bool is_billboard_shaped(const tinygltf::Model& model, const NodeItem& item);
 /// Of `items`, which are one plant, leaves out those that is_billboard_shaped if the rest is as large as they are and has leaves of its

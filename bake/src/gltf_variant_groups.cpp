@@ -95,7 +95,8 @@ bool names_tell(const std::vector<NodeGroup>& groups) {
 /// What a group's materials say it is.
 struct GroupMaterials {
   std::set<std::uint32_t> materials;
-  bool leaf = false, wood = false;
+  bool leaf = false, wood = false;  ///< by their names
+  bool masked = false;
 };
 GroupMaterials materials_of(const tinygltf::Model& model, const GltfNodes& scene, const NodeGroup& group) {
   GroupMaterials all;
@@ -105,6 +106,7 @@ GroupMaterials materials_of(const tinygltf::Model& model, const GltfNodes& scene
       const double evidence = material == kNone ? 0.0 : name_evidence(model.materials[material].name);
       all.leaf = all.leaf || evidence > 0.0;
       all.wood = all.wood || evidence < 0.0;
+      all.masked = all.masked || is_masked(model, material);
     }
   return all;
 }
@@ -149,9 +151,10 @@ bool on_one_ground(const std::vector<NodeGroup>& groups) {
 /// How two groups stand to each other.
 enum class Standing { apart, same_spot, together };
 
-/// A group's crown and foot.
+/// A group's crown and foot, and the origin of its first node.
 struct Stand {
   NodeBox box, base;
+  glm::dvec2 origin{0.0};
 };
 
 /// Whether a crown is about over its foot: stems of one plant that spring from one spot lean out of it.
@@ -173,8 +176,21 @@ Standing standing(const Stand& a, const Stand& b) {
   }();
   if (least_share <= kMostOverlap && glm::length(a.box.centre() - b.box.centre()) >= kLeastDistance * height) return Standing::apart;
   const double reach = 0.25 * (a.base.width() + b.base.width()) + 0.01 * height;
-  if (glm::length(a.base.centre() - b.base.centre()) <= reach && is_upright(a) && is_upright(b)) return Standing::same_spot;
+  // Variants at one origin have it in common; what was moved next to something has not.
+  const bool one_foot = glm::length(a.base.centre() - b.base.centre()) <= reach && glm::length(a.origin - b.origin) <= 0.02 * height;
+  if (one_foot && is_upright(a) && is_upright(b)) return Standing::same_spot;
   return Standing::together;
+}
+
+/// Whether all groups stand so far from each other that nobody would call them stems, or flowers, of one plant.
+bool are_far_apart(const std::vector<NodeGroup>& groups) {
+  constexpr double kLeastDistance = 0.4;  // heights
+  for (std::size_t i = 0; i < groups.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (glm::length(groups[i].box.centre() - groups[k].box.centre()) <
+          kLeastDistance * 0.5 * (groups[i].box.height() + groups[k].box.height()))
+        return false;
+  return true;
 }
 
 /// Whether the boxes' plans are a hand's breadth apart, all of them.
@@ -207,7 +223,10 @@ bool are_in_row(const std::vector<NodeGroup>& groups) {
 bool stand_like_variants(const tinygltf::Model& model, const GltfNodes& scene, const std::vector<NodeGroup>& groups,
                          const std::vector<GroupMaterials>& materials) {
   std::vector<Stand> stands;
-  for (const NodeGroup& group : groups) stands.push_back({group.box, base_of(model, scene, group.items)});
+  for (const NodeGroup& group : groups) {
+    const glm::dvec4& origin = scene.items[group.items.front()].placed.front().scene_from_mesh[3];
+    stands.push_back({group.box, base_of(model, scene, group.items), {origin.x, origin.z}});
+  }
   bool any_same_spot = false;
   for (std::size_t i = 0; i < stands.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
@@ -215,10 +234,16 @@ bool stand_like_variants(const tinygltf::Model& model, const GltfNodes& scene, c
       if (how == Standing::together) return false;
       any_same_spot = any_same_spot || how == Standing::same_spot;
     }
+  // A pot stands where its plant does.
+  const auto has_leaves = [](const GroupMaterials& each) { return each.leaf || each.masked; };
+  const auto leafy_count = std::ranges::count_if(materials, has_leaves);
+  if (any_same_spot && leafy_count > 0 && leafy_count < std::ssize(materials)) return false;
   if (names_tell(groups)) return true;
   // Rings of leaves round one spot, or blades side by side, are of one material.
   const bool mixed = std::ranges::all_of(materials, [](const GroupMaterials& each) { return each.materials.size() >= 2; });
-  if (any_same_spot) return mixed;
+  const auto has_first_materials = [&](const GroupMaterials& each) { return each.materials == materials.front().materials; };
+  if (any_same_spot) return mixed && (leafy_count > 0 || std::ranges::all_of(materials, has_first_materials));
+  if (!are_far_apart(groups)) return false;
   const bool in_row = are_in_row(groups), clear = are_all_clear(groups);
   const bool parts = std::ranges::any_of(groups, [](const NodeGroup& group) { return name_evidence(group.name) != 0.0; });
   return mixed ? in_row || clear : in_row && clear && !parts;

@@ -33,7 +33,7 @@ struct Folder {
   TemporaryFolder folder;
   fs::path input = write_file(folder / "oak.glb", oaks().file.glb());
 
-  [[nodiscard]] std::set<std::string> baked(const fs::path& below) const {
+  [[nodiscard]] std::set<std::string> baked(const char* below) const {
     std::set<std::string> names;
     for (const auto& entry : fs::directory_iterator(folder / below))
       if (entry.path().extension() == ".coppice") names.insert(entry.path().filename().string());

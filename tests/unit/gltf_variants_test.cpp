@@ -352,6 +352,29 @@ std::vector<Case> whole_plants() {
                      p.part("foliage", crown_part(200, 5, 1));
                    },
                    1, 200, 0});
+  cases.push_back({"pot_and_plant_of_two_materials_each",
+                   [](Pack& p) {
+                     p.part("Plant_1", {{"clay", post(0.4f, 0.4f)}, {"soil", plate(0.3f)}});
+                     p.part("Plant_2", {{"stem", post(1, 0.03f)}, {"leaf", leaves(80, {0, 0.6f, 0}, {0.4f, 0.5f, 0.4f}, 0.1f, 1)}});
+                   },
+                   1, 80, 0});
+  cases.push_back({"bush_of_three_bushes",
+                   [](Pack& p) {
+                     for (int i = 0; i < 3; ++i)
+                       p.part("Bush_" + std::to_string(i), crown_part(60, 2, static_cast<std::uint64_t>(i)),
+                              {0.15f * static_cast<float>(i), 0, 0.1f * static_cast<float>(i % 2)});
+                   },
+                   1, 180, 0});
+  cases.push_back({"tulips",
+                   [](Pack& p) {
+                     for (int i = 0; i < 5; ++i) {
+                       const float angle = 1.3f * static_cast<float>(i);
+                       p.part("Object_" + std::to_string(i),
+                              {{"green", post(0.4f, 0.02f)}, {"leaf", leaves(12, {0, 0.2f, 0}, {0.03f, 0.2f, 0.03f}, 0.03f, 2)}},
+                              {0.12f * std::cos(angle), 0, 0.12f * std::sin(angle)});
+                     }
+                   },
+                   1, 60, 0});
   cases.push_back({"trunk_in_colours",
                    [](Pack& p) {
                      p.part("birch_trunk_col", trunk_part(5));

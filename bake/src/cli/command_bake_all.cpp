@@ -98,7 +98,7 @@ Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
     COPPICE_TRY(options, bake_options(arguments.bake));
     COPPICE_TRY(plants, plants_of_folder(arguments.input, arguments.output, options));
     for (BatchPlant& plant : plants) plant.all_variants = arguments.bake.import.all_variants;
-    return std::move(plants);
+    return plants;
   }
   return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
 }

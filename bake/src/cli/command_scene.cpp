@@ -141,7 +141,7 @@ Result<std::vector<ScenePlant>> scatter(const SceneArguments& arguments, const s
   COPPICE_TRY(plants, scatter_plants(scattered, arguments.scatter, [&bar](float share) { bar.show("scatter", share); }));
   bar.clear();
   warn_of_shares(arguments, scattered, plants);
-  return std::move(plants);
+  return plants;
 }
 
 std::string joined(const std::vector<std::string>& texts) {

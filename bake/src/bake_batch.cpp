@@ -283,6 +283,41 @@ Result<std::vector<BatchPlant>> plants_of_folder(const fs::path& folder, const f
   return plants;
 }
 
+std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, const JobLimits& limits) {
+  std::vector<FileContents> contents(plants.size());
+  std::vector<std::size_t> jobs;
+  for (std::size_t i = 0; i < plants.size(); ++i)
+    if (plants[i].all_variants) jobs.push_back(i);
+  JobCallbacks callbacks;
+  callbacks.run = [&](std::size_t job, const JobProgress&) {
+    nlohmann::json names = nlohmann::json::array();
+    const auto read = read_contents(plants[jobs[job]].input, plants[jobs[job]].options.import);
+    if (read)
+      for (const FileContents::Variant& variant : read->variants) names.push_back(variant.name);
+    return names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  };
+  callbacks.progressed = [](std::size_t, double) {};
+  callbacks.ended = [&](std::size_t job, const JobEnd& end) {
+    if (!end.failure.empty()) return;
+    for (const nlohmann::json& name : nlohmann::json::parse(end.result)) contents[jobs[job]].variants.push_back({name, 0, {}});
+  };
+  run_jobs(jobs.size(), processor_count(), callbacks, limits);
+  std::vector<BatchPlant> expanded;
+  for (std::size_t i = 0; i < plants.size(); ++i) {
+    if (contents[i].variants.empty()) {
+      expanded.push_back(plants[i]);
+      continue;
+    }
+    const std::vector<fs::path> outputs = variant_outputs(plants[i].output, contents[i]);
+    for (std::size_t variant = 0; variant < outputs.size(); ++variant) {
+      BatchPlant& plant = expanded.emplace_back(plants[i]);
+      plant.output = outputs[variant];
+      plant.options.import.plant.variant = static_cast<std::uint32_t>(variant + 1);
+    }
+  }
+  return expanded;
+}
+
 Result<void> check_batch(const std::vector<BatchPlant>& plants) {
   const auto canonical = [](const fs::path& path) {
     std::error_code error;

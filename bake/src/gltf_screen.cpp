@@ -315,6 +315,8 @@ class Screen {
     COPPICE_CHECK(check_numbers(node, "rotation", place, 4));
     COPPICE_CHECK(check_numbers(node, "scale", place, 3));
     COPPICE_CHECK(check_instancing(node, place, counts_));
+    COPPICE_TRY(levels, find_extension(node, kLevelsExtension, place));
+    if (levels != nullptr) COPPICE_CHECK(check_indices(*levels, "ids", extension_place(place, kLevelsExtension), length("nodes")));
     if (const auto instancing = find_extension(node, "EXT_mesh_gpu_instancing", place); instancing && *instancing != nullptr)
       for (const auto& attribute : (**instancing)["attributes"].items()) COPPICE_CHECK(check_backed(attribute.value().get<std::size_t>()));
     return {};
@@ -383,8 +385,9 @@ void normalise_data_uri(Json& object) {
 
 /// tinygltf keeps every value of `extras` and of extensions, at 152 bytes each.
 void drop_unread_values(Json& value) {
-  constexpr std::array<std::string_view, 6> kRead{"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression",
-                                                  "EXT_mesh_gpu_instancing",    "KHR_texture_transform",   "EXT_texture_webp"};
+  constexpr std::array<std::string_view, 7> kRead{
+      "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing",
+      "KHR_texture_transform",      "EXT_texture_webp",        kLevelsExtension};
   if (value.is_object()) {
     value.erase("extras");
     if (const auto extensions = value.find("extensions"); extensions != value.end() && extensions->is_object())

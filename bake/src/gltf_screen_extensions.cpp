@@ -84,6 +84,7 @@ constexpr std::array<ExtensionRule, 17> kRules{
      {"EXT_meshopt_compression", "read"},
      {"KHR_meshopt_compression", "read, without the filter COLOR"},
      {"EXT_mesh_gpu_instancing", "read"},
+     {kLevelsExtension, "read: the finest level is baked"},
      {"KHR_texture_transform", "read, of base colours and normal maps"},
      {"EXT_texture_webp", "read"},
      {"KHR_texture_basisu", "not read: the texture's PNG or JPEG `source` is used; a file that requires it and has none is refused"},

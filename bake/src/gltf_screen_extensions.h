@@ -27,6 +27,9 @@ std::span<const ExtensionRule> extension_rules();
 /// Whether an extension is read, or changes nothing of what is read.
 bool is_supported_extension(std::string_view name);
 
+/// Of a node: the nodes that show it coarser.
+inline constexpr const char* kLevelsExtension = "MSFT_lod";
+
 /// A buffer, as far as the document tells.
 struct ScreenedBuffer {
   std::uint64_t bytes = 0;

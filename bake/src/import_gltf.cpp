@@ -16,6 +16,7 @@
 #include "gltf_materials.h"
 #include "gltf_scene.h"
 #include "gltf_triangles.h"
+#include "plant_size.h"
 #include "printable.h"
 #include "vertex_colors.h"
 
@@ -164,7 +165,10 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   COPPICE_TRY(transform, scene_from_file(options));
   COPPICE_TRY(counts, mesh_instance_counts(model));
   COPPICE_CHECK(check_totals(model, counts));
-  COPPICE_TRY(instances, mesh_instances(model, transform));
+  COPPICE_TRY(all_instances, mesh_instances(model, transform));
+  COPPICE_TRY(chosen, choose_plant(model, std::move(all_instances), options.plant));
+  const std::vector<MeshInstance>& instances = chosen.instances;
+  if (std::string line = contents_line(chosen.contents); !line.empty()) plant.warnings.push_back(std::move(line));
   COPPICE_TRY(used, used_materials(model, instances));
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
   COPPICE_TRY(soup, gather_triangles(model, instances, used, plant.warnings));
@@ -173,6 +177,8 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   COPPICE_TRY(images, take_images(model, used.sources, plant.materials, ImageFolder{folder, options.outside_files}, plant.warnings));
   plant.images = std::move(images);
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
+  if (std::string warning = size_warning(plant_size_m(plant), options.metres_per_unit); !warning.empty())
+    plant.warnings.push_back(std::move(warning));
   limit_warnings(plant.warnings);
   return plant;
 }
@@ -185,24 +191,28 @@ Error named(Error error, const std::filesystem::path& path) {
   return error;
 }
 
-/// Runs an import to its end, whatever tinygltf, the standard library or memory do on the way.
-template <class Load>
-Result<Plant> import_guarded(const std::filesystem::path& path, const ImportOptions& options, const Load& load) {
+/// Runs `read` to its end, whatever tinygltf, the standard library or memory do on the way.
+template <class Value, class Read>
+Result<Value> guarded(const std::filesystem::path& path, const Read& read) {
   try {
-    const auto import = [&]() -> Result<Plant> {
-      COPPICE_TRY(model, load());
-      COPPICE_TRY(plant, import_model(*model, path.parent_path(), options));
-      plant.name = path.stem().string();
-      return plant;
-    };
-    Result<Plant> plant = import();
-    if (!plant) return named(plant.error(), path);
-    return plant;
+    Result<Value> value = read();
+    if (!value) return named(value.error(), path);
+    return value;
   } catch (const std::bad_alloc&) {
     return named(Error{Status::out_of_memory, "out of memory"}, path);
   } catch (const std::exception& error) {
     return named(Error{Status::internal, "import failed", Error::kNoOffset, failure_text(error)}, path);
   }
+}
+
+template <class Load>
+Result<Plant> import_guarded(const std::filesystem::path& path, const ImportOptions& options, const Load& load) {
+  return guarded<Plant>(path, [&]() -> Result<Plant> {
+    COPPICE_TRY(model, load());
+    COPPICE_TRY(plant, import_model(*model, path.parent_path(), options));
+    plant.name = path.stem().string();
+    return plant;
+  });
 }
 
 }  // namespace
@@ -223,6 +233,16 @@ Result<glm::dmat4> scene_from_file(const ImportOptions& options) {
 
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options) {
   return import_guarded(path, options, [&] { return load_gltf(path, options.outside_files); });
+}
+
+Result<FileContents> read_contents(const std::filesystem::path& path, const ImportOptions& options) {
+  return guarded<FileContents>(path, [&]() -> Result<FileContents> {
+    COPPICE_TRY(model, load_gltf(path, options.outside_files));
+    COPPICE_TRY(transform, scene_from_file(options));
+    COPPICE_TRY(instances, mesh_instances(*model, transform));
+    COPPICE_TRY(chosen, choose_plant(*model, std::move(instances), options.plant));
+    return std::move(chosen.contents);
+  });
 }
 
 Result<Plant> import_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& path, const ImportOptions& options) {

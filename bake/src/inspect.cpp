@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include <glm/common.hpp>
+
 #include "block_texture.h"
 #include "layout.h"
 #include "leaf_mesh_parts.h"
@@ -45,6 +47,17 @@ bool is_all_wood(const coppice_file_plant& plant) {
   return plant.leaf_count == 1 && plant.wood_lod_count > 0 && std::ranges::all_of(plant.root_quad, is_first_corner);
 }
 
+/// Of the leaves, if there are any, and the finest wood.
+Result<std::array<double, 3>> measure(const PlantFile& file, std::span<const std::uint8_t> bytes) {
+  glm::dvec3 low(0.0), high(0.0);
+  for (int axis = 0; axis < 3; ++axis) low[axis] = file.plant.leaf_box_min[axis], high[axis] = file.plant.leaf_box_max[axis];
+  if (file.plant.wood_lod_count > 0) {
+    COPPICE_TRY(wood, unpack_wood(file, bytes, 0));
+    for (const glm::vec3& position : wood.positions) low = glm::min(low, glm::dvec3(position)), high = glm::max(high, glm::dvec3(position));
+  }
+  return std::array<double, 3>{high.x - low.x, high.y - low.y, high.z - low.z};
+}
+
 }  // namespace
 
 Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
@@ -70,6 +83,8 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
   for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh)
     summary.leaf_meshes.push_back({file.leaf_meshes[mesh].vertex_count, file.leaf_meshes[mesh].triangle_count,
                                    find_chunk(file, COPPICE_CHUNK_LEAF_MESH, mesh)->bytes});
+  COPPICE_TRY(size_m, measure(file, bytes));
+  summary.size_m = size_m;
   summary.leaf_mesh_error_px = std::move(file.leaf_mesh_error_px);
   std::uint64_t page_bytes = 0;
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) page_bytes += find_chunk(file, COPPICE_CHUNK_PAGE, page)->bytes;

@@ -112,7 +112,7 @@ TEST(CommandLine, HelpListsEveryCommandAndOption) {
       {"plant", {"--output", "--seed", "corylus", "willow", "juniper"}},
       {"bake",
        {"--output", "--metric", "--views", "--resolution", "--background", "--candidates", "--textures", "--leaf-material",
-        "--wood-material", "--classes", "--threads", "--report", "--dry-run", "--preview", "--quiet"}},
+        "--wood-material", "--classes", "--node", "--variant", "--threads", "--report", "--dry-run", "--preview", "--quiet"}},
       {"bake-all", {"--output", "--jobs", "--metric", "--views", "--leaf-material", "--report", "--quiet", ".coppice-cache"}},
       {"inspect", {"--json"}},
       {"verify", {"input"}},
@@ -331,7 +331,7 @@ TEST(CommandLine, ReportHasTheKeysOfTheContract) {
     for (const auto& item : object.items()) names.insert(item.key());
     return names;
   };
-  EXPECT_EQ(keys(report), (std::set<std::string>{"source_leaves", "seconds", "peak_rss_bytes", "file_bytes", "foliage_bytes",
+  EXPECT_EQ(keys(report), (std::set<std::string>{"source_leaves", "size_m", "seconds", "peak_rss_bytes", "file_bytes", "foliage_bytes",
                                                  "bytes_per_leaf", "leaf_meshes", "evaluations", "foliage_mi"}));
   EXPECT_EQ(keys(report["leaf_meshes"]), (std::set<std::string>{"bytes", "triangles", "none_because"}));
   EXPECT_GT(report["leaf_meshes"]["triangles"], 2 * 386);
@@ -412,6 +412,8 @@ TEST(CommandLine, InspectJsonAgreesWithTheBake) {
   EXPECT_EQ(json.exit_code, 0) << json.err;
   const auto parsed = nlohmann::json::parse(json.out);
   EXPECT_EQ(parsed["leaves"], 386) << json.out;
+  EXPECT_NE(text.out.find(" m high, "), std::string::npos) << text.out;
+  EXPECT_NEAR(parsed["size_m"][1].get<double>(), nlohmann::json::parse(read_bytes(baked().report))["size_m"][1].get<double>(), 0.05);
   EXPECT_EQ(parsed["file_bytes"], fs::file_size(baked().coppice)) << json.out;
 }
 

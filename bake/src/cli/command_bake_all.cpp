@@ -136,7 +136,9 @@ Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
   std::error_code error;
   if (std::filesystem::is_directory(arguments.input, error)) {
     COPPICE_TRY(options, bake_options(arguments.bake));
-    return plants_of_folder(arguments.input, arguments.output, options);
+    COPPICE_TRY(plants, plants_of_folder(arguments.input, arguments.output, options));
+    for (BatchPlant& plant : plants) plant.all_variants = arguments.bake.import.all_variants;
+    return plants;
   }
   if (is_plant_file(arguments.input)) {
     COPPICE_TRY(options, bake_options(arguments.bake));
@@ -158,14 +160,15 @@ Result<void> check_report(const BakeAllCommand& arguments, const std::vector<Bat
 
 Result<Batch> run_batch(const BakeAllCommand& arguments) {
   COPPICE_CHECK(refuse_standard_output(arguments.output, "the output is a folder"));
-  COPPICE_TRY(plants, plants_of(arguments));
+  COPPICE_TRY(files, plants_of(arguments));
+  const std::vector<BatchPlant> plants = expand_variants(files, job_limits(arguments.limits));
   COPPICE_CHECK(check_batch(plants));
   std::error_code error;
   std::filesystem::create_directories(arguments.output, error);
   if (error) return Error{Status::io, "cannot make the folder", Error::kNoOffset, arguments.output.string() + ": " + error.message()};
   COPPICE_CHECK(check_report(arguments, plants));
 
-  Batch batch{arguments.output, std::move(plants), {}, 0, 0.0};
+  Batch batch{arguments.output, plants, {}, 0, 0.0};
   batch.job_count = arguments.job_count > 0 ? arguments.job_count : default_job_count(batch.plants);
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
   const auto start = std::chrono::steady_clock::now();

@@ -78,7 +78,7 @@ Result<void> check_meshopt_bytes(const MeshoptView& view, const Json& extension,
   return {};
 }
 
-constexpr std::array<ExtensionRule, 17> kRules{
+constexpr std::array<ExtensionRule, 18> kRules{
     {{"KHR_mesh_quantization", "read"},
      {"KHR_draco_mesh_compression", "read"},
      {"EXT_meshopt_compression", "read"},

@@ -46,8 +46,8 @@ Result<ChosenNodes> choose_plant(const tinygltf::Model& model, std::vector<MeshI
 /// One line that says what is taken and what is left; empty where all is.
 std::string contents_line(const FileContents& contents);
 
-/// [variants] Where each goes if the file's one plant would go to `output`: "oaks.coppice" becomes "oaks_large.coppice", or "oaks_B.coppice"
-/// for 'Oaks_B'. What is no letter, digit, "-" or "." of a name becomes "_"; all are different.
+/// [variants] Where each goes if the file's one plant would go to `output`: "oaks.coppice" becomes "oaks_large.coppice", or
+/// "oaks_B.coppice" for 'Oaks_B'. What is no letter, digit, "-" or "." of a name becomes "_"; all are different.
 std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& output, const FileContents& contents);
 
 /// A line for each variant and for what else is left out; empty where all is taken.

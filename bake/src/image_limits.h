@@ -6,7 +6,8 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kMaxSourceSide_px = 16384;
 #ifdef COPPICE_BUILD_FUZZ
-inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1} << 20;  // 2^26 take a minute with sanitizers: the search would count a hang
+inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1}
+                                                  << 20;  // 2^26 take a minute with sanitizers: the search would count a hang
 #else
 inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1} << 26;
 #endif

@@ -359,7 +359,8 @@ void file_collapsed(const Points& points, TriangleList collapsed, Pieces& pieces
   }
 }
 
-/// piece_of(points, triangles): [triangle count] the first triangle of each triangle's piece, kNone for what is not in `triangles`
+/// piece_of_triangles(points, triangles): [triangle count] the first triangle of each triangle's piece, kNone for what is not in
+/// `triangles`
 template <class PieceOf>
 Pieces split_with(const Mesh& mesh, const std::vector<std::uint32_t>& welded, const PieceOf& piece_of_triangles) {
   const Points points(mesh, welded);

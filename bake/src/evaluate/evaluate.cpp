@@ -59,8 +59,7 @@ SurfaceColour reference_colour(ReferenceKind reference) {
 
 Result<Reference> make_reference(const ReferenceSurface& surface, const EvaluateOptions& options) {
   const Mesh& mesh = surface.mesh;
-  if (mesh.positions.empty())
-    return Error{Status::invalid_argument, "the plant has no leaves: there is nothing that simplifying them could change"};
+  if (mesh.positions.empty()) return Error{Status::invalid_argument, "the plant has no leaves: there is nothing to simplify"};
   COPPICE_TRY(looks, surface_looks(surface.materials, surface.images, reference_colour(options.reference)));
   const double diagonal_m = box_diagonal_m(mesh), area_m2 = surface_area_m2(mesh);
   if (!std::isfinite(diagonal_m) || !(area_m2 > 0.0)) return Error{Status::invalid_argument, "the foliage has no area, or is not finite"};

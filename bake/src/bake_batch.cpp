@@ -21,6 +21,7 @@
 #include "atomic_file.h"
 #include "bake_cache.h"
 #include "bake_key.h"
+#include "gltf_document.h"
 #include "job_processes.h"
 #include "temporary_file.h"
 
@@ -268,12 +269,16 @@ bool is_plant_file(const fs::path& path) {
 Result<std::vector<BatchPlant>> plants_of_folder(const fs::path& folder, const fs::path& output_folder, const BakeOptions& options) {
   std::error_code error;
   std::vector<fs::path> files;
+  std::string advice;  // for one in another format
   for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     std::error_code unreadable;
     if (entry->is_regular_file(unreadable) && is_plant_file(entry->path())) files.push_back(entry->path());
+    if (advice.empty()) advice = conversion_advice(entry->path());
   }
   if (error) return io_error("cannot read the folder", folder, error);
-  if (files.empty()) return Error{Status::invalid_argument, "no .glb or .gltf in the folder", Error::kNoOffset, folder.string()};
+  if (files.empty())
+    return Error{Status::invalid_argument, "no .glb or .gltf in the folder", Error::kNoOffset,
+                 folder.string() + (advice.empty() ? "" : ": " + advice)};
   std::ranges::sort(files);
   std::vector<BatchPlant> plants;
   for (const fs::path& file : files) {

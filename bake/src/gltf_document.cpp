@@ -230,8 +230,9 @@ constexpr std::array<OtherFormat, 9> kOtherFormats{{{".obj", "wm.obj_import"},
                                                     {".abc", "wm.alembic_import"},
                                                     {".blend", "wm.open_mainfile"}}};
 
-/// How to make a glTF of a file in another format, told by its name; empty if it is none of those.
-std::string conversion(const std::filesystem::path& path) {
+}  // namespace
+
+std::string conversion_advice(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   for (const OtherFormat& format : kOtherFormats)
@@ -242,8 +243,6 @@ std::string conversion(const std::filesystem::path& path) {
              path.stem().string() + ".glb')\"";
   return {};
 }
-
-}  // namespace
 
 void DeleteModel::operator()(tinygltf::Model* model) const {
   delete model;
@@ -265,7 +264,7 @@ Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles o
   if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxFileBytes)
     return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};
   COPPICE_TRY(file, read_file(path));
-  if (const std::string how = conversion(path); !how.empty())
+  if (const std::string how = conversion_advice(path); !how.empty())
     return Error{Status::unsupported, "not a glTF", Error::kNoOffset, path.string() + ": " + how};
   return load_gltf_bytes(file, path.parent_path(), outside);
 }

@@ -21,12 +21,14 @@ struct WeighedTexel {
   float color_weight = 0.0f;
   float alpha = 0.0f;  ///< times shown
   float shown = 0.0f;
+  float count = 1.0f;  ///< of level 0's texels
 
   void add(const WeighedTexel& other) {
     color += other.color;
     color_weight += other.color_weight;
     alpha += other.alpha;
     shown += other.shown;
+    count += other.count;
   }
 };
 
@@ -60,6 +62,7 @@ WeighedImage halved(const WeighedImage& image) {
     for (std::uint32_t x = 0; x < result.width; ++x) {
       const MipFootprint columns = mip_footprint(x, image.width), rows = mip_footprint(y, image.height);
       WeighedTexel& sum = result.texels[std::size_t{y} * result.width + x];
+      sum.count = 0.0f;
       for (std::uint32_t row = rows.first; row < rows.last; ++row)
         for (std::uint32_t column = columns.first; column < columns.last; ++column)
           sum.add(image.texels[std::size_t{row} * image.width + column]);
@@ -105,7 +108,7 @@ Image quantised(const WeighedImage& image) {
   for (const WeighedTexel& texel : image.texels) {
     for (int channel = 0; channel < 3; ++channel) result.rgba.push_back(byte_from_unit(srgb_from_linear(texel.color[channel])));
     result.rgba.push_back(byte_from_unit(texel.alpha));
-    result.shown.push_back(texel.shown);
+    result.shown.push_back(texel.shown / texel.count);
   }
   return result;
 }

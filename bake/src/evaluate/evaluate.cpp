@@ -15,6 +15,7 @@
 #include "gltf_write.h"
 #include "image_measures.h"
 #include "leaf_cards.h"
+#include "material_split.h"
 #include "parallel_for.h"
 #include "stored_level.h"
 #include "surface_distance.h"
@@ -246,6 +247,7 @@ Result<EvaluationReport> evaluate(const std::filesystem::path& input, const Eval
   COPPICE_CHECK(check_options(options));
   if (progress) progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
+  split_materials(plant);  // as the baker does: leaves have the colours of their vertices
   return evaluate_plant(std::move(plant), options, progress);
 }
 

@@ -17,7 +17,7 @@ GltfBuilder tree(std::uint32_t leaf_count) {
 
 INSTANTIATE_TEST_SUITE_P(LeafCards, LooksTest,
                          testing::Values(LooksCase{
-                             .name = "leaf_cards", .plant = [] { return tree(300); }, .defect = [] { return tree(220); }}),
+                             .name = "leaf_cards", .plant = [] { return tree(220); }, .defect = [] { return tree(150); }}),
                          looks_name);
 
 }  // namespace

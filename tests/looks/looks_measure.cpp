@@ -87,9 +87,10 @@ LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& p
       ++result.blocks;
       wrong += is_color_off(expected, block_mean(picture, x, y));
     }
-  if (result.blocks == 0) throw std::runtime_error("no block of the reference is a quarter plant");
-  result.wrong_blocks = static_cast<double>(wrong) / result.blocks;
-  result.coverage = covered_px(picture) / covered_px(reference);
+  if (result.blocks > 0) result.wrong_blocks = static_cast<double>(wrong) / result.blocks;
+  const double expected_px = covered_px(reference);
+  if (expected_px == 0.0) throw std::runtime_error("the reference shows no plant");
+  result.coverage = covered_px(picture) / expected_px;
   result.largest_piece = largest_piece(picture);
   result.reference_largest_piece = largest_piece(reference);
   return result;

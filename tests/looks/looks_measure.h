@@ -22,13 +22,13 @@ struct MeanPicture {
 
 struct LooksDifference {
   std::uint32_t blocks = 0;  ///< of 8 x 8 px that are at least a quarter plant in the reference
-  double wrong_blocks = 0;   ///< share of them whose mean is off by more than 6 % of 255 in a channel
+  double wrong_blocks = 0;   ///< share of them whose mean is off by more than 6 % of 255 in a channel; 0 of none
   double coverage = 0;       ///< what the plant covers, by what it covers in the reference
   double largest_piece = 0;  ///< share of the plant that its largest 8-connected piece holds
   double reference_largest_piece = 0;
 };
 
-/// Pictures of the same size.
+/// Pictures of the same size, of which the reference shows something; else throws std::runtime_error.
 LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& picture);
 
 /// At most 5 % of the blocks are wrong, and neither coverage nor largest piece is off by more than 5 %.

@@ -94,6 +94,15 @@ TEST(LooksMeasure, PiecesTouchAtCorners) {
   EXPECT_DOUBLE_EQ(compare_looks(steps, steps).largest_piece, 1.0);
 }
 
+TEST(LooksMeasure, AThinPlantHasNoBlocks) {
+  const auto stem = [](std::uint32_t height_px) {
+    return picture_of([=](std::uint32_t x, std::uint32_t y) { return x == 30 && y < height_px ? kBrown : kNothing; });
+  };
+  EXPECT_EQ(compare_looks(stem(60), stem(60)).blocks, 0u);
+  EXPECT_TRUE(looks_alike(compare_looks(stem(60), stem(58))));
+  EXPECT_FALSE(looks_alike(compare_looks(stem(60), stem(50))));
+}
+
 TEST(LooksMeasure, NothingToCompareIsAnError) {
   const MeanPicture nothing = picture_of([](std::uint32_t, std::uint32_t) { return kNothing; });
   EXPECT_THROW((void)compare_looks(nothing, nothing), std::runtime_error);

@@ -20,8 +20,8 @@ constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 // A lens of 60 degrees on 1280 x 720 has 623; a longer one shows the plant as it is from farther away, with less perspective.
 constexpr float kFocalPx = 1200.0f;
 constexpr std::uint32_t kFrames = 16;
-// Neither a plant's colour nor the sky's; its alpha is 0, that of all that is drawn 1.
-constexpr VkClearColorValue kBackground{{0.25f, 0.12f, 0.35f, 0.0f}};
+// Between what is lit and what is shaded, as a meadow is; its alpha is 0, that of all that is drawn 1.
+constexpr VkClearColorValue kBackground{{0.2f, 0.2f, 0.2f, 0.0f}};
 
 void check(coppice_status status, const char* call) {
   if (status != COPPICE_OK) throw std::runtime_error(std::string(call) + ": " + coppice_status_text(status));

@@ -15,6 +15,11 @@ std::uint8_t byte_of(float value) {
   return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0f, 255.0f)));
 }
 
+/// stalk: the middle of the card's lower edge. right, up: unit
+void add_leaf(Shape& leaves, const glm::vec3& stalk, const glm::vec3& right, const glm::vec3& up) {
+  add_card(leaves, stalk - 0.12f * right, 0.24f * right, 0.36f * up);
+}
+
 }  // namespace
 
 Shape bare_tree() {
@@ -24,7 +29,7 @@ Shape bare_tree() {
     const float angle = 1.9f * static_cast<float>(i), height_m = 1.5f + 0.22f * static_cast<float>(i);
     const glm::vec3 from(0, height_m, 0), out(std::cos(angle), 0.8f, std::sin(angle));
     add_tube(wood,
-             {.from = from, .to = from + 0.9f * out, .from_radius_m = 0.06f, .to_radius_m = 0.02f, .sides = 7, .uvs = {{0, 0}, {1, 3}}});
+             {.from = from, .to = from + 0.9f * out, .from_radius_m = 0.1f, .to_radius_m = 0.05f, .sides = 7, .uvs = {{0, 0}, {1, 3}}});
   }
   return wood;
 }
@@ -43,7 +48,17 @@ Shape crown_of_cards(std::uint32_t count, std::uint32_t seed) {
     const glm::vec3 middle = glm::vec3(0, 2.6f, 0) + 1.2f * in_ball();
     const glm::vec3 up = glm::normalize(in_ball());
     const glm::vec3 right = glm::normalize(glm::cross(up, glm::vec3(up.y, up.z + 0.1f, -up.x)));
-    add_card(leaves, middle - 0.13f * right, 0.26f * right, 0.39f * up);
+    add_leaf(leaves, middle, right, up);
+  }
+  return leaves;
+}
+
+Shape leaves_up_a_stem(std::uint32_t count, float low_m, float high_m) {
+  Shape leaves;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float share = static_cast<float>(i) / static_cast<float>(count), angle = 2.4f * static_cast<float>(i);
+    const glm::vec3 up = glm::normalize(glm::vec3(std::cos(angle), 0.5f, std::sin(angle)));
+    add_leaf(leaves, {0, low_m + share * (high_m - low_m), 0}, {-std::sin(angle), 0, std::cos(angle)}, up);
   }
   return leaves;
 }

@@ -160,10 +160,10 @@ CoarseChange coarse_change(const LuminanceImage& finest, const LuminanceImage& o
   return change;
 }
 
-/// What the share that is changed counts as, px. At three thresholds of 2 px a twentieth of a plant of 60 px and more may change; of a
+/// What the share that is changed counts as, px. At three thresholds of 2 px a sixteenth of a plant of 64 px and more may change; of a
 /// smaller one more, as fewer see it.
 float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uint32_t size_px) {
-  constexpr double kErrorPerPx = 2.0;
+  constexpr double kErrorPerPx = 1.5;
   constexpr std::uint32_t kLargest_px = 64;
   CoarseChange sum;
   for (const CoarseChange& view : views) sum.changed += view.changed, sum.plant += view.plant;

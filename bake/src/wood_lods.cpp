@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -282,6 +283,24 @@ std::vector<std::size_t> deal_out(const std::vector<Candidate>& candidates, std:
   return std::move(deal.chosen);
 }
 
+/// The stand-in nearest to a piece that may take its area, among some on either side of it along the curve; kNone where there is none.
+/// stand_ins  by curve rank
+std::size_t nearest_taker(const std::vector<Candidate>& candidates, std::span<const std::size_t> stand_ins, const WoodPiece& piece,
+                          const auto& may_take) {
+  constexpr std::ptrdiff_t kLookedAt = 24;
+  const auto rank_of = [&](std::size_t i) { return candidates[i].piece.curve_rank; };
+  const auto middle = std::ranges::lower_bound(stand_ins, piece.curve_rank, {}, rank_of);
+  const auto first = middle - std::min(kLookedAt, middle - stand_ins.begin());
+  const auto last = middle + std::min(kLookedAt, stand_ins.end() - middle);
+  std::size_t nearest = kNone;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (auto it = first; it != last; ++it) {
+    const double distance_m = glm::distance(candidates[*it].piece.center, piece.center);
+    if (distance_m < nearest_m && may_take(*it)) nearest = *it, nearest_m = distance_m;
+  }
+  return nearest;
+}
+
 /// What each piece's stand-in is to have of projected area, m2: its own, and what the pieces that are left out near it had.
 /// pixel_m  width to which it may grow in any case; 0: what is left out is given to none
 std::vector<double> stand_in_areas(const std::vector<Candidate>& candidates, const std::vector<std::size_t>& chosen, double pixel_m) {
@@ -291,19 +310,16 @@ std::vector<double> stand_in_areas(const std::vector<Candidate>& candidates, con
     areas_m2.push_back(candidates[i].piece.projected_m2);
     if (candidates[i].choices[chosen[i]].kind == Choice::Kind::stand_in) stand_ins.push_back(i);
   }
+  std::ranges::sort(stand_ins, {}, [&](std::size_t i) { return candidates[i].piece.curve_rank; });
   for (std::size_t i = 0; i < candidates.size() && pixel_m > 0.0; ++i) {
     const WoodPiece& piece = candidates[i].piece;
     if (candidates[i].choices[chosen[i]].kind != Choice::Kind::nothing) continue;
-    std::size_t nearest = kNone;
-    double nearest_m = std::numeric_limits<double>::infinity();
-    for (const std::size_t k : stand_ins) {
+    const std::size_t taker = nearest_taker(candidates, stand_ins, piece, [&](std::size_t k) {
       const WoodPiece& other = candidates[k].piece;
-      if (other.material != piece.material || piece.girth_m() < kLeastGirthShare * other.girth_m()) continue;
-      if (areas_m2[k] + piece.projected_m2 > std::max(kMostGrowth, pixel_m / other.girth_m()) * other.projected_m2) continue;
-      const double distance_m = glm::distance(other.center, piece.center);
-      if (distance_m < nearest_m) nearest = k, nearest_m = distance_m;
-    }
-    if (nearest != kNone) areas_m2[nearest] += piece.projected_m2;
+      return other.material == piece.material && piece.girth_m() >= kLeastGirthShare * other.girth_m() &&
+             areas_m2[k] + piece.projected_m2 <= std::max(kMostGrowth, pixel_m / other.girth_m()) * other.projected_m2;
+    });
+    if (taker != kNone) areas_m2[taker] += piece.projected_m2;
   }
   return areas_m2;
 }

@@ -180,7 +180,7 @@ std::vector<WoodPiece> join_tubes(std::vector<WoodPiece> pieces) {
   const std::vector<TubeEnd> ends = tube_ends(pieces);
   double most_girth_m = 0.0;
   for (const TubeEnd& end : ends) most_girth_m = std::max(most_girth_m, end.girth_m);
-  constexpr std::size_t kMostLookedAt = 4096;  // of a wood that is all one pile of sticks
+  constexpr std::size_t kMostLookedAt = 512;  // of a wood that is all one pile of sticks
   std::vector<std::tuple<double, std::size_t, std::size_t>> meetings;
   for (std::size_t i = 0; i < ends.size(); ++i)
     for (std::size_t k = i + 1; k < std::min(ends.size(), i + kMostLookedAt) && ends[k].at.x - ends[i].at.x < most_girth_m; ++k)
@@ -223,23 +223,21 @@ std::uint32_t morton_code(const glm::dvec3& place) {
   return code;
 }
 
+/// Ranks in the order of their reversed bits are scattered: any first of them are spread over all.
 std::uint32_t reversed_bits(std::uint32_t value) {
   std::uint32_t reversed = 0;
   for (int bit = 0; bit < 32; ++bit) reversed |= (value >> bit & 1u) << (31 - bit);
   return reversed;
 }
 
-/// For each piece its place in an order whose every beginning is spread over the plant: the ranks along a curve, their bits reversed.
-std::vector<std::uint32_t> scattered_ranks(const std::vector<WoodPiece>& pieces) {
+void set_curve_ranks(std::vector<WoodPiece>& pieces) {
   glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (const WoodPiece& piece : pieces) low = glm::min(low, piece.center), high = glm::max(high, piece.center);
   const double side_m = std::max({high.x - low.x, high.y - low.y, high.z - low.z, std::numeric_limits<double>::min()});
   std::vector<std::pair<std::uint32_t, std::uint32_t>> along;
   for (std::uint32_t i = 0; i < pieces.size(); ++i) along.emplace_back(morton_code((pieces[i].center - low) / side_m), i);
   std::ranges::sort(along);
-  std::vector<std::uint32_t> ranks(pieces.size());
-  for (std::uint32_t i = 0; i < along.size(); ++i) ranks[along[i].second] = reversed_bits(i);
-  return ranks;
+  for (std::uint32_t rank = 0; rank < along.size(); ++rank) pieces[along[rank].second].curve_rank = rank;
 }
 
 }  // namespace
@@ -274,12 +272,13 @@ std::vector<AreaSample> area_samples(const WoodPiece& piece, double spacing_m) {
 
 std::vector<WoodPiece> split_wood(const Mesh& wood) {
   std::vector<WoodPiece> pieces = join_tubes(connected_pieces(wood));
-  const std::vector<std::uint32_t> ranks = scattered_ranks(pieces);
+  set_curve_ranks(pieces);
   std::vector<std::tuple<int, std::uint32_t, std::uint32_t>> order;
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {
     constexpr int kWeightless = -100000;
     const double weight = pieces[i].weight();
-    order.emplace_back(weight > 0.0 ? -static_cast<int>(std::floor(std::log2(weight))) : -kWeightless, ranks[i], i);
+    order.emplace_back(weight > 0.0 ? -static_cast<int>(std::floor(std::log2(weight))) : -kWeightless, reversed_bits(pieces[i].curve_rank),
+                       i);
   }
   std::ranges::sort(order);
   std::vector<WoodPiece> sorted;

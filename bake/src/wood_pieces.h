@@ -18,6 +18,7 @@ struct WoodPiece {
   std::vector<glm::vec3> positions;     ///< of those
   std::vector<std::uint32_t> indices;   ///< into `vertices`
   std::size_t part_count = 1;           ///< connected pieces that it was made of
+  std::uint32_t curve_rank = 0;         ///< along a curve through all pieces: those of near ranks are mostly near
   // Its shape from afar.
   glm::dvec3 center{0.0};
   std::array<glm::dvec3, 3> axes{glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0), glm::dvec3(0, 0, 1)};  ///< unit; the first is its length's

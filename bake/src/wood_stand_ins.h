@@ -10,9 +10,9 @@ namespace coppice::bake {
 /// A body of few triangles in a piece's place. Its projected area, mean over all directions, is what is asked for, so that a piece thinner
 /// than a pixel keeps its part of the picture.
 struct StandIn {
-  /// Of a line that follows the piece, with as many knots between; 0: a spindle with the piece's three axes instead.
+  /// Of the line that follows the piece. 0: no line, but a spindle with the piece's three axes.
   std::uint32_t sections = 1;
-  /// 2: a strip, twice as wide where the eye sees its face as none where it sees its edge; else a tube of so many sides, open at its ends.
+  /// 2: a flat strip, of which the eye sees more or less as it is turned. 3 and more: a tube of so many sides, open at its ends.
   std::uint32_t sides = 2;
   [[nodiscard]] std::uint32_t triangle_count() const { return sides == 2 ? 2 * sections : 2 * sides * (sections > 0 ? sections : 1); }
 };

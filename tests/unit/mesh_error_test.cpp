@@ -50,7 +50,8 @@ TEST(WoodError, IsTheSideOfTheSquareOfPixelsThatAreMissing) {
   double mean_area = 0.0;  // of a square, over the views
   for (const Viewpoint& view : error_viewpoints()) mean_area += std::abs(static_cast<double>(view.direction.z)) * 0.04 * 256 * 256 / 6.0;
   EXPECT_NEAR((*error_px)[sizes + last], std::sqrt(mean_area), 0.05 * std::sqrt(mean_area));
-  EXPECT_NEAR((*error_px)[2 * sizes + last], std::sqrt(2.0 * mean_area), 0.05 * std::sqrt(2.0 * mean_area));
+  EXPECT_GT(96.0 * 2.0 / 3.0, std::sqrt(2.0 * mean_area)) << "two thirds of the plant count more than their pixels";
+  EXPECT_NEAR((*error_px)[2 * sizes + last], 96.0 * 2.0 / 3.0, 0.5);
 }
 
 TEST(WoodError, DoesNotFallTowardsCoarserLods) {
@@ -91,7 +92,7 @@ TEST(WoodError, AThinStemThatIsMissingCounts) {
   ASSERT_TRUE(error_px);
   const std::size_t sizes = kErrorSizesPx.size(), at_64_px = 3;
   const double stem = 0.95 * 0.01, square = 0.45 * 0.45;
-  EXPECT_NEAR((*error_px)[sizes + at_64_px], 128.0 * stem / (stem + square), 1.0) << "what it is of the plant counts, in all parts of it";
+  EXPECT_NEAR((*error_px)[sizes + at_64_px], 96.0 * stem / (stem + square), 1.0) << "what it is of the plant counts, in all parts of it";
   EXPECT_LT((*error_px)[sizes], (*error_px)[sizes + at_64_px] / 7.0) << "less where the plant is small";
 }
 

@@ -81,6 +81,9 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
       [](BakeOptions& options) { options.import.classes = {{.material = "leaves"}}; },
       [](BakeOptions& options) { options.import.classes = {{.material = "leaves", .part = PlantPart::dropped}}; },
       [](BakeOptions& options) { options.import.classes = {{.material = "leaves", .max_triangles = 7}}; },
+      [](BakeOptions& options) { options.import.plant.node = "oak_LOD1"; },
+      [](BakeOptions& options) { options.import.plant.variant = 2; },
+      [](BakeOptions& options) { options.import.plant.whole = true; },
       [](BakeOptions& options) { options.import.up = UpAxis::z; },
       [](BakeOptions& options) { options.import.metres_per_unit = 1e-8; },
       [](BakeOptions& options) { options.import.metres_per_unit = 2e-8; },
@@ -154,7 +157,7 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
   const std::map<Metric, std::string> expected = {{Metric::default_metric, "92cfc63e24828ce42f23f11847a0243d"},
                                                   {Metric::mi, "fec9d1bce0b616ac2c3b32d0a2a8d392"}};
-  const std::uint32_t expected_at_version = 11;
+  const std::uint32_t expected_at_version = 12;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

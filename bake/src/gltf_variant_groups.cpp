@@ -102,7 +102,7 @@ GroupMaterials materials_of(const tinygltf::Model& model, const GltfNodes& scene
   GroupMaterials all;
   for (const std::uint32_t item : group.items)
     for (const std::uint32_t material : scene.items[item].materials) {
-      all.materials.insert(material);
+      if (!all.materials.insert(material).second) continue;
       const double evidence = material == kNone ? 0.0 : name_evidence(model.materials[material].name);
       all.leaf = all.leaf || evidence > 0.0;
       all.wood = all.wood || evidence < 0.0;
@@ -303,7 +303,7 @@ std::vector<NodeGroup> grouped_by_ground(const std::vector<NodeGroup>& units) {
 
 /// Without what is no plant by itself: flat ground, and billboards that stand alone.
 std::vector<NodeGroup> possible_plants(const tinygltf::Model& model, const GltfNodes& scene, std::vector<NodeGroup> units) {
-  constexpr double kFlat = 0.03;
+  constexpr double kFlat = 0.03, kBoard = 0.25;  // of the tallest; leaves are quads, too, but small
   double tallest = 0.0;
   for (const NodeGroup& unit : units) tallest = std::max(tallest, unit.box.height());
   const auto is_flat = [&](const NodeGroup& unit) {
@@ -315,7 +315,8 @@ std::vector<NodeGroup> possible_plants(const tinygltf::Model& model, const GltfN
     return unit.box.height() <= kFlat * tallest && std::ranges::count_if(units, stands_on) >= 2;
   };
   const auto is_board = [&](const NodeGroup& unit) {
-    return std::ranges::all_of(unit.items, [&](std::uint32_t item) { return is_billboard_shaped(model, scene.items[item]); });
+    const auto is_shaped = [&](std::uint32_t item) { return is_billboard_shaped(model, scene.items[item]); };
+    return unit.box.height() >= kBoard * tallest && std::ranges::all_of(unit.items, is_shaped);
   };
   std::vector<NodeGroup> plants;
   for (const NodeGroup& unit : units)

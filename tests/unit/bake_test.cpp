@@ -118,6 +118,41 @@ TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
   }
 }
 
+/// `count` squares of `side_m`, as far apart as a box of 4 m allows.
+Foliage squares(std::uint32_t count, float side_m) {
+  Foliage foliage;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const glm::vec3 corner(static_cast<float>(i % 5), static_cast<float>(i / 5 % 5), static_cast<float>(i / 25 % 5));
+    foliage.quads.push_back(
+        {corner, corner + glm::vec3(side_m, 0, 0), corner + glm::vec3(side_m, side_m, 0), corner + glm::vec3(0, side_m, 0)});
+    foliage.cards.push_back(0);
+  }
+  foliage.card_table.push_back({});
+  return foliage;
+}
+
+TEST(BoundedResolution, IsLessOnlyWhereLeavesOverlapDeeply) {
+  EXPECT_EQ(bounded_resolution_px(squares(5000, 0.2f), 256), 256u);
+  EXPECT_EQ(bounded_resolution_px(squares(300, 0.5f), 256), 256u);
+  const std::uint32_t deep = bounded_resolution_px(squares(300, 3.0f), 256);
+  EXPECT_LT(deep, 200u);
+  EXPECT_GT(deep, 96u);
+  EXPECT_EQ(bounded_resolution_px(squares(300, 3.0f), 512) / 2, deep);
+  EXPECT_EQ(bounded_resolution_px(squares(30000, 4.0f), 256), 96u) << "not less than 3/8";
+  EXPECT_EQ(bounded_resolution_px(squares(1, 0.0f), 256), 256u);
+}
+
+TEST(BoundedResolution, LeavesRealPlantsAlone) {
+  for (const char* name : {"scopia_bonsai.glb", "eztree_oak_medium.glb", "eztree_oak_large_x16.glb", "scopia_bush.glb", "coffee.glb"}) {
+    COPPICE_PLANT_OR_SKIP(path, name);
+    auto plant = import_gltf(path, {});
+    ASSERT_TRUE(plant) << plant.error().message();
+    const auto foliage = card_foliage(*plant);
+    ASSERT_TRUE(foliage);
+    EXPECT_EQ(bounded_resolution_px(*foliage, 256), 256u) << name;
+  }
+}
+
 TEST_F(BakeCorylus, MetricsOrderDifferentlyAndTheFileNamesThem) {
   std::vector<BakedPlant> plants;
   for (const Metric metric : {Metric::default_metric, Metric::mi, Metric::geometric}) {

@@ -365,6 +365,19 @@ std::vector<Case> whole_plants() {
                               {0.15f * static_cast<float>(i), 0, 0.1f * static_cast<float>(i % 2)});
                    },
                    1, 180, 0});
+  cases.push_back({"two_trunks_and_a_node_for_each_leaf",
+                   [](Pack& p) {
+                     p.part("elm_1", {{"bark", post(3, 0.2f)}});
+                     p.part("elm_2", {{"bark", post(3, 0.2f)}}, {1.5f, 0, 0});
+                     for (int i = 0; i < 60; ++i) {
+                       const float angle = 2.4f * static_cast<float>(i);
+                       Shape leaf;
+                       leaf.add_quad({glm::vec3(0), {0.2f, 0, 0}, {0.2f, 0.2f, 0.001f * static_cast<float>(i)}, {0, 0.2f, 0}});
+                       p.part("Plane." + std::to_string(i), {{"leaf", leaf}},
+                              {0.7f + std::cos(angle), 1.5f + 0.03f * static_cast<float>(i), std::sin(angle)});
+                     }
+                   },
+                   1, 60, 0});
   cases.push_back({"tulips",
                    [](Pack& p) {
                      for (int i = 0; i < 5; ++i) {

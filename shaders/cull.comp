@@ -119,13 +119,15 @@ bool raster_meshes(Instance instance, uint slot, Plant plant) {
   return true;
 }
 
-// Whether the rasteriser takes the instance's wood, or leaves it out.
-bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) {
+// Whether the rasteriser takes the instance's wood, or leaves it out. nearest_m: to the nearest it may be
+bool raster_wood(Instance instance, uint slot, float size_px, float nearest_m, uint wood_lod) {
   bool faceted = view.is_shadow == 0 && size_px >= kFacetedWood_px;
   if (faceted || wood_lod == kMaxWoodLods || (raster_plants[instance.plant].wood_mask >> wood_lod & 1u) == 0) return false;
-  uint list = kRasterLevels + wood_lod;
-  if (size_px > kWoodlessThresholds * view.error_px && reserve(lists[instance.plant * kRasterLists + list].cluster_count))
-    wood_item = slot | list << kSlotBits;
+  uint index = kRasterLevels + wood_lod;
+  RasterList list = level_list(instance, index);
+  // The rasteriser knows how much of a triangle its texture covers, not where: no more than a splat shows.
+  if (list.holed_m * instance.scale * view.focal_px >= push.splat_px * max(nearest_m, view.near_m)) return false;
+  if (size_px > kWoodlessThresholds * view.error_px && reserve(list.cluster_count)) wood_item = slot | index << kSlotBits;
   return true;
 }
 
@@ -145,7 +147,7 @@ bool has_small_leaves(Instance instance, uint slot, float cut, float distance_m)
 uint raster_leaf_count(Instance instance, uint slot, float cut) { return 0; }
 void raster_leaves(Instance instance, uint slot, float cut, float distance_m) {}
 bool raster_meshes(Instance instance, uint slot, Plant plant) { return false; }
-bool raster_wood(Instance instance, uint slot, float size_px, uint wood_lod) { return false; }
+bool raster_wood(Instance instance, uint slot, float size_px, float nearest_m, uint wood_lod) { return false; }
 #endif
 
 // kMaxWoodLods where there is none to draw.
@@ -227,7 +229,7 @@ void select(uint slot) {
   if (small && !meshes_rasterised) meshes = false;
   bool quads_rasterised = !meshes && has_lists(instance);
   if (quads_rasterised) raster_leaves(instance, slot, cut, distance_m);
-  bool wood_rasterised = raster_wood(instance, slot, size_px, wood_lod);
+  bool wood_rasterised = raster_wood(instance, slot, size_px, distance_m - radius, wood_lod);
 
   uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
   if (kDebugged != 0) {

@@ -60,8 +60,6 @@ bool draw_by_hardware(uint plant_index, uint item, RasterCluster cluster) {
 uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
   RasterList list = list_for(instance, item);
   bool quads = list_of(item) < kRasterLevels;
-  // Discs leave gaps in a surface unless they are about a pixel.
-  float splat_px = quads ? push.splat_px : min(push.splat_px, 1.5);
   float split_px = hardware_leaf_px();
   float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
   uvec2 drawn = uvec2(0);
@@ -72,6 +70,8 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
     bool seen = sphere_in_view(center, radius_m);
     if (seen && push.round > 0) seen = !occluded(center, radius_m);
     float nearest_m = max(distance(center, view.camera_position) - radius_m, view.near_m);
+    // Discs leave gaps in a surface unless they are about a pixel.
+    float splat_px = cluster.is_surface != 0 ? min(push.splat_px, 1.5) : push.splat_px;
     bool small = cluster.grain_m * object_px < splat_px * nearest_m;
     bool large = seen && quads && cluster.leaf_size_m * object_px > split_px * nearest_m;
     if (large) large = draw_by_hardware(instance.plant, item, cluster);

@@ -57,10 +57,12 @@ struct RasterSplat {
   uint xy;       // place in the list's box, two unsigned 16-bit numbers of which 65535 is the far side
   uint z_size;   // the third; and the side of the square of the covered area, 65535 is RasterList::splat_size_m
   uint normals;  // the one it is lit with and its face's, octahedral, two snorm8 each
-  uint look;     // square roots of the albedo, 255 is kMaxSplatAlbedo, but of wood nothing; the share of the sky that it sees
+  uint look;     // square roots of the albedo, 255 is kMaxSplatAlbedo, but of wood kSplatClosed; the share of the sky that it sees
 };
 COPPICE_GPU_LAYOUT(RasterSplat, 16);
 const float kMaxSplatAlbedo = 2.0f;
+// Of a closed surface, whose far side is hidden by its near one: two discs side by side in a pixel would each take their share of it.
+const uint kSplatClosed = 1u;
 
 struct RasterCluster {
   vec3 center;  // object space, m
@@ -74,8 +76,9 @@ struct RasterCluster {
   uint crown;         // unpack_crown: the mean light of its leaves' middles
   float bulk;         // how much of the crown one of its leaves stands for: leaf_light's
   float leaf_size_m;  // side of the square of the mean leaf's area
+  uint is_surface;    // 1: of triangles without holes, between which discs would leave gaps
 };
-COPPICE_GPU_LAYOUT(RasterCluster, 52);
+COPPICE_GPU_LAYOUT(RasterCluster, 56);
 
 // All leaves of one cut, or all triangles of one wood LoD or chunk of leaf meshes. corner = box_min + box_step * q, object space, m.
 struct RasterList {
@@ -90,8 +93,9 @@ struct RasterList {
   float splat_size_m;
   vec3 splat_step;  // place of a splat = box_min + splat_step * q
   float grain_m;    // the longest of its clusters'
+  float holed_m;    // of wood: the longest of those with holes
 };
-COPPICE_GPU_LAYOUT(RasterList, 80);
+COPPICE_GPU_LAYOUT(RasterList, 84);
 
 // What a leaf shows from afar: its card's mean colour, and the card's outline in 8 x 8 cells, row by row from corner 0 (x towards
 // corner 1, y towards corner 3).

@@ -86,7 +86,7 @@ Result<void> make_folder_of(const std::filesystem::path& path) {
 
 Result<void> try_writing(const std::filesystem::path& path) {
   COPPICE_TRY(target, resolve_target(path));
-  remove_abandoned_temporaries(target.has_parent_path() ? target.parent_path() : ".");
+  remove_abandoned_temporaries(folder_of(target));
   COPPICE_CHECK(TemporaryFile::create_beside(target));
   return {};
 }

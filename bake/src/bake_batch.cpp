@@ -21,6 +21,7 @@
 #include "atomic_file.h"
 #include "bake_cache.h"
 #include "bake_key.h"
+#include "gltf_document.h"
 #include "job_processes.h"
 #include "temporary_file.h"
 
@@ -268,12 +269,16 @@ bool is_plant_file(const fs::path& path) {
 Result<std::vector<BatchPlant>> plants_of_folder(const fs::path& folder, const fs::path& output_folder, const BakeOptions& options) {
   std::error_code error;
   std::vector<fs::path> files;
+  std::string advice;  // for one in another format
   for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     std::error_code unreadable;
     if (entry->is_regular_file(unreadable) && is_plant_file(entry->path())) files.push_back(entry->path());
+    if (advice.empty()) advice = conversion_advice(entry->path());
   }
   if (error) return io_error("cannot read the folder", folder, error);
-  if (files.empty()) return Error{Status::invalid_argument, "no .glb or .gltf in the folder", Error::kNoOffset, folder.string()};
+  if (files.empty())
+    return Error{Status::invalid_argument, "no .glb or .gltf in the folder", Error::kNoOffset,
+                 folder.string() + (advice.empty() ? "" : ": " + advice)};
   std::ranges::sort(files);
   std::vector<BatchPlant> plants;
   for (const fs::path& file : files) {
@@ -281,6 +286,41 @@ Result<std::vector<BatchPlant>> plants_of_folder(const fs::path& folder, const f
     plants.push_back({file, output.replace_extension(".coppice"), options});
   }
   return plants;
+}
+
+std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, const JobLimits& limits) {
+  std::vector<FileContents> contents(plants.size());
+  std::vector<std::size_t> jobs;
+  for (std::size_t i = 0; i < plants.size(); ++i)
+    if (plants[i].all_variants) jobs.push_back(i);
+  JobCallbacks callbacks;
+  callbacks.run = [&](std::size_t job, const JobProgress&) {
+    nlohmann::json names = nlohmann::json::array();
+    const auto read = read_contents(plants[jobs[job]].input, plants[jobs[job]].options.import);
+    if (read)
+      for (const FileContents::Variant& variant : read->variants) names.push_back(variant.name);
+    return names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  };
+  callbacks.progressed = [](std::size_t, double) {};
+  callbacks.ended = [&](std::size_t job, const JobEnd& end) {
+    if (!end.failure.empty()) return;
+    for (const nlohmann::json& name : nlohmann::json::parse(end.result)) contents[jobs[job]].variants.push_back({name, 0, {}});
+  };
+  run_jobs(jobs.size(), processor_count(), callbacks, limits);
+  std::vector<BatchPlant> expanded;
+  for (std::size_t i = 0; i < plants.size(); ++i) {
+    if (contents[i].variants.empty()) {
+      expanded.push_back(plants[i]);
+      continue;
+    }
+    const std::vector<fs::path> outputs = variant_outputs(plants[i].output, contents[i]);
+    for (std::size_t variant = 0; variant < outputs.size(); ++variant) {
+      BatchPlant& plant = expanded.emplace_back(plants[i]);
+      plant.output = outputs[variant];
+      plant.options.import.plant.variant = static_cast<std::uint32_t>(variant + 1);
+    }
+  }
+  return expanded;
 }
 
 Result<void> check_batch(const std::vector<BatchPlant>& plants) {

@@ -43,11 +43,11 @@ std::string options_text(const BakeOptions& options) {
   // Every member by name: one that is added later does not compile until it is written below, or shown to change nothing. Of an option
   // that is a path the file's bytes belong into bake_key.
   const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes] = options;
-  const auto& [leaf_material, wood_material, classes, require_leaves, up, metres_per_unit, outside_files] = import;
+  const auto& [leaf_material, wood_material, classes, up, metres_per_unit, plant, outside_files] = import;
+  const auto& [node, variant, whole] = plant;
   const auto& [resolution_px, count_background, candidate_count] = collapse;
-  static_cast<void>(thread_count);    // same bytes for any number
-  static_cast<void>(require_leaves);  // without leaves there are no bytes
-  static_cast<void>(outside_files);   // nor with a file that is refused
+  static_cast<void>(thread_count);   // same bytes for any number
+  static_cast<void>(outside_files);  // nor with a file that is refused
 
   std::string text;
   const auto line = [&text](const char* name, const std::string& value) { text += std::string(name) + " " + value + "\n"; };
@@ -64,6 +64,8 @@ std::string options_text(const BakeOptions& options) {
   for (const ClassRule& rule : classes)
     line("class", std::to_string(static_cast<int>(rule.part)) + " " + std::to_string(rule.min_triangles) + " " +
                       std::to_string(rule.max_triangles) + " " + rule.material);
+  if (node) line("node", *node);
+  line("variant", whole ? "whole" : std::to_string(variant));
   line("up", up == UpAxis::z ? "z" : "y");
   line("unit", std::to_string(std::bit_cast<std::uint64_t>(metres_per_unit)));
   return text;

@@ -49,6 +49,11 @@ std::vector<Projection> error_projections(const Sphere& sphere) {
   return projections;
 }
 
+LuminanceImage coarse_image(LuminanceImage image) {
+  for (std::uint32_t size_px = kErrorImagePx; size_px > 8; size_px /= 2) image = halve(image, size_px);
+  return image;
+}
+
 SquaredErrors squared_errors(const LuminanceImage& source, const LuminanceImage& other) {
   // Box filtering is linear: the difference of filtered images is the filtered difference.
   LuminanceImage difference(source.size());

@@ -26,6 +26,9 @@ std::vector<Viewpoint> error_viewpoints();
 /// The sphere from those, filling the image.
 std::vector<Projection> error_projections(const Sphere& sphere);
 
+/// The image box-filtered down to 8 x 8.
+LuminanceImage coarse_image(LuminanceImage image);
+
 /// Both images box-filtered down to each size.
 SquaredErrors squared_errors(const LuminanceImage& source, const LuminanceImage& other);
 

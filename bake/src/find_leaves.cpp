@@ -90,6 +90,23 @@ struct Finder {
     for (std::size_t i = 0; i < welded.size(); ++i) mesh.positions[i] = source_positions[welded[i]];
   }
 
+  [[nodiscard]] bool has_leaves() const {
+    return std::ranges::any_of(classed.classes, [](const PieceClass& each) { return each.part == PlantPart::leaf; });
+  }
+
+  /// Takes sheets for leaves where nothing else is one; if there are none, those that grow out of common points.
+  void look_for_sheets() {
+    if (judge_sheets(classed)) return;
+    Pieces whole = std::exchange(pieces, split_surfaces(mesh, welded));
+    if (pieces.ranges.size() > whole.ranges.size()) {
+      ClassedPieces before = classed;
+      judge_pieces();
+      if (has_leaves() || judge_sheets(classed)) return;
+      classed = std::move(before);
+    }
+    pieces = std::move(whole);
+  }
+
   void judge_pieces() {
     const double extent_m = box_diagonal_m(mesh);
     const std::vector<PieceShape> shapes = measure_pieces(mesh, pieces);
@@ -100,7 +117,6 @@ struct Finder {
       left_out[i] = shapes[i].area_m2 <= tolerance_m * std::max(tolerance_m, shapes[i].length_m);
     classed = class_pieces(mesh, pieces, shapes, left_out);
     judge_classes(mesh, pieces, materials, images, rules, extent_m, classed);
-    without_area = parts_without_area(classed.classes, materials, rules);
   }
 
   void take_leaves(FoundParts& found) const {
@@ -125,6 +141,7 @@ struct Finder {
   void append_triangle(std::uint32_t triangle, Mesh& to) const {
     for (std::size_t k = 0; k < 3; ++k) to.indices.push_back(mesh.indices[3 * std::size_t{triangle} + k]);
     to.triangle_materials.push_back(mesh.triangle_materials[triangle]);
+    if (!mesh.triangle_tints.empty()) to.triangle_tints.push_back(mesh.triangle_tints[triangle]);
   }
 
   void take_wood(FoundParts& found) const {
@@ -174,6 +191,8 @@ FoundParts find_leaves(TriangleSoup soup, const std::vector<Material>& materials
   finder.weld_positions(soup.vertex_instances);
   finder.pieces = split_pieces(finder.mesh, finder.welded);
   finder.judge_pieces();
+  if (!finder.has_leaves()) finder.look_for_sheets();
+  finder.without_area = parts_without_area(finder.classed.classes, materials, rules);
   FoundParts found;
   finder.take_leaves(found);
   finder.take_wood(found);

@@ -1,6 +1,8 @@
 #include "gltf_document.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -214,7 +216,33 @@ Result<ModelPointer> parse(const Parts& parts, const ScreenedGltf& screened, con
   return model;
 }
 
+/// Formats that Blender reads, with the operator that does it.
+struct OtherFormat {
+  std::string_view extension, import;
+};
+constexpr std::array<OtherFormat, 9> kOtherFormats{{{".obj", "wm.obj_import"},
+                                                    {".fbx", "import_scene.fbx"},
+                                                    {".usd", "wm.usd_import"},
+                                                    {".usda", "wm.usd_import"},
+                                                    {".usdc", "wm.usd_import"},
+                                                    {".usdz", "wm.usd_import"},
+                                                    {".dae", "wm.collada_import"},
+                                                    {".abc", "wm.alembic_import"},
+                                                    {".blend", "wm.open_mainfile"}}};
+
 }  // namespace
+
+std::string conversion_advice(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const OtherFormat& format : kOtherFormats)
+    if (extension == format.extension)
+      return "convert with: blender --background --factory-startup --python-expr \"import bpy; bpy.ops.wm.read_homefile(use_empty=True); "
+             "bpy.ops." +
+             std::string(format.import) + "(filepath='" + path.filename().string() + "'); bpy.ops.export_scene.gltf(filepath='" +
+             path.stem().string() + ".glb')\"";
+  return {};
+}
 
 void DeleteModel::operator()(tinygltf::Model* model) const {
   delete model;
@@ -236,6 +264,8 @@ Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles o
   if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxFileBytes)
     return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};
   COPPICE_TRY(file, read_file(path));
+  if (const std::string how = conversion_advice(path); !how.empty())
+    return Error{Status::unsupported, "not a glTF", Error::kNoOffset, path.string() + ": " + how};
   return load_gltf_bytes(file, path.parent_path(), outside);
 }
 

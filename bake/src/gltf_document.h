@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "gltf_references.h"
 #include "result.h"
@@ -18,6 +19,9 @@ struct DeleteModel {
   void operator()(tinygltf::Model* model) const;
 };
 using ModelPointer = std::unique_ptr<tinygltf::Model, DeleteModel>;
+
+/// How to make a glTF of a file in another format, told by its name: Blender's command line. Empty if it is none that Blender reads.
+std::string conversion_advice(const std::filesystem::path& path);
 
 /// Reads a .gltf with the files beside it, or a .glb. In the result every index is in range and every accessor lies within its buffer
 /// (gltf_screen.h); nothing is compressed any more (gltf_draco.h, gltf_meshopt.h). Of images only those

@@ -12,6 +12,7 @@
 #include "atomic_file.h"
 #include "gltf_accessor.h"
 #include "image_decode.h"
+#include "image_limits.h"
 #include "normal_map.h"
 
 namespace coppice::bake {
@@ -56,7 +57,7 @@ void warn_of_texture(const tinygltf::Model& model, int texture, std::vector<std:
   if (texture < 0 || image_of(model, texture) != kNone) return;
   std::string line = "textures[" + std::to_string(texture) + "] left out: it has no image";
   for (const auto& [name, value] : model.textures.at(static_cast<std::size_t>(texture)).extensions)
-    line += ", " + name.substr(0, 64) + " is not read";
+    line += ", " + (name == "KHR_texture_basisu" ? std::string(kKtxImage) : name.substr(0, 64) + " is not read");
   warnings.push_back(line);
 }
 
@@ -97,9 +98,16 @@ Result<std::vector<std::uint8_t>> read_image_file(const std::string& uri, const 
   return read_file(file);
 }
 
+/// What a material takes an image for.
+struct ImageUse {
+  enum Kind : std::uint8_t { masked_color, color, normals } kind = color;
+  float normal_scale = 0.0f;  ///< of normals
+  auto operator<=>(const ImageUse&) const = default;
+};
+
 /// Decoded; nothing, with a warning, for an image in a form that is not read.
-Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint32_t index, std::uint32_t max_side_px,
-                                        const ImageFolder& folder, std::vector<std::string>& warnings) {
+Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint32_t index, ImageUse use, const ImageFolder& folder,
+                                        std::vector<std::string>& warnings) {
   const tinygltf::Image& source = model.images.at(index);
   const std::string place = "images[" + std::to_string(index) + "]";
   std::vector<std::uint8_t> file;
@@ -111,7 +119,8 @@ Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint3
     file = std::move(read);
     bytes = file;
   }
-  Result<Image> image = decode_image(bytes, max_side_px);
+  Result<Image> image = decode_image(bytes, use.kind == ImageUse::normals ? COPPICE_MAX_TEXTURE_SIDE : kMaxImageSide_px,
+                                     use.kind == ImageUse::masked_color ? ImageAlpha::mask : ImageAlpha::ignored);
   if (image) return std::optional<Image>(*std::move(image));
   const std::string name = source.uri.empty() ? source.name : source.uri;
   const std::string named = name.empty() ? place : place + " '" + name.substr(0, 64) + "'";
@@ -130,6 +139,16 @@ Image normal_map_from(Image image, float scale) {
     write_normal(normal_of(texel) * glm::vec3(scale, scale, 1.0f), texel);
   }
   return normal_map_within(std::move(image), kMaxImageSide_px);
+}
+
+/// Its number; that of an equal image, if there is one: most images that are taken with and without a mask have no holes.
+std::uint32_t add_image(Image image, std::vector<Image>& images) {
+  const auto equal = std::ranges::find_if(images, [&](const Image& other) {
+    return other.width == image.width && other.is_normal_map == image.is_normal_map && other.rgba == image.rgba;
+  });
+  const auto number = static_cast<std::uint32_t>(equal - images.begin());
+  if (equal == images.end()) images.push_back(std::move(image));
+  return number;
 }
 
 /// Above 0.
@@ -182,26 +201,24 @@ TextureUvs texture_uvs(const tinygltf::Model& model, std::uint32_t index) {
 
 Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<const std::uint32_t> sources,
                                        std::vector<Material>& materials, const ImageFolder& folder, std::vector<std::string>& warnings) {
-  // By model image, and by the scale of its normals; NaN-free, colours have scale 0.
-  std::map<std::pair<std::uint32_t, float>, std::uint32_t> taken;
+  std::map<std::pair<std::uint32_t, ImageUse>, std::uint32_t> taken;
   std::vector<Image> images;
-  const auto take = [&](std::uint32_t& index, float normal_scale) -> Result<void> {
+  const auto take = [&](std::uint32_t& index, ImageUse use) -> Result<void> {
     if (index == kNone) return {};
-    const auto [found, is_new] = taken.try_emplace({index, normal_scale}, kNone);
+    const auto [found, is_new] = taken.try_emplace({index, use}, kNone);
     if (is_new) {
-      const bool is_normal_map = normal_scale > 0.0f;
-      COPPICE_TRY(image, read_image(model, index, is_normal_map ? COPPICE_MAX_TEXTURE_SIDE : kMaxImageSide_px, folder, warnings));
-      if (image) {
-        found->second = static_cast<std::uint32_t>(images.size());
-        images.push_back(is_normal_map ? normal_map_from(*std::move(image), normal_scale) : *std::move(image));
-      }
+      COPPICE_TRY(image, read_image(model, index, use, folder, warnings));
+      if (image)
+        found->second =
+            add_image(use.kind == ImageUse::normals ? normal_map_from(*std::move(image), use.normal_scale) : *std::move(image), images);
     }
     index = found->second;
     return {};
   };
   for (std::size_t i = 0; i < materials.size(); ++i) {
-    COPPICE_CHECK(take(materials[i].image, 0.0f));
-    if (materials[i].normal_map != kNone) COPPICE_CHECK(take(materials[i].normal_map, normal_scale_of(model.materials.at(sources[i]))));
+    COPPICE_CHECK(take(materials[i].image, {materials[i].alpha_cutoff > 0.0f ? ImageUse::masked_color : ImageUse::color}));
+    if (materials[i].normal_map != kNone)
+      COPPICE_CHECK(take(materials[i].normal_map, {ImageUse::normals, normal_scale_of(model.materials.at(sources[i]))}));
   }
   return images;
 }

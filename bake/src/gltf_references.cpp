@@ -6,7 +6,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "asset_path.h"
 #include "printable.h"
 
 namespace coppice::bake {
@@ -26,13 +25,6 @@ std::string_view without_file_scheme(std::string_view name) {
   name.remove_prefix(kScheme.size());
   if (name.starts_with(kNoHost)) name.remove_prefix(kNoHost.size());
   return name;
-}
-
-Result<std::filesystem::path> resolve_anywhere(const std::filesystem::path& folder, const std::filesystem::path& name) {
-  std::error_code error;
-  std::filesystem::path file = std::filesystem::canonical(folder / name, error);
-  if (error) return Error{Status::io, "cannot open file", Error::kNoOffset, name.string() + ": " + error.message()};
-  return file;
 }
 
 }  // namespace
@@ -73,20 +65,20 @@ std::vector<GltfReference> find_references(const nlohmann::json& document) {
 Result<std::filesystem::path> resolve_reference(const std::filesystem::path& folder, std::string_view uri, const std::string& place,
                                                 OutsideFiles outside) {
   constexpr std::size_t kShownChars = 256;
-  const auto error = [&](Status status, const char* what, const std::string& reason = {}) {
-    const std::string named = place + ": " + printable(uri.substr(0, kShownChars));
-    return Error{status, what, Error::kNoOffset, reason.empty() ? named : named + ": " + reason};
-  };
+  const std::string shown = place + ": " + printable(uri.substr(0, kShownChars));
   const std::string decoded = percent_decoded(uri);
   const std::string_view name = without_file_scheme(decoded);
-  if (name.empty() || name.find('\0') != std::string_view::npos) return error(Status::bad_file, "not the name of a file");
-  const auto file = outside == OutsideFiles::refused ? resolve_inside(folder, name) : resolve_anywhere(folder, name);
-  if (!file && file.error().status == Status::invalid_argument)
-    return error(Status::invalid_argument, "names a file outside the glTF's folder, which takes --allow-outside");
-  // resolve_inside ends with the system's reason.
-  if (!file) return error(file.error().status, "cannot read file", file.error().detail.substr(file.error().detail.rfind(": ") + 2));
+  if (name.empty() || name.find('\0') != std::string_view::npos)
+    return Error{Status::bad_file, "not the name of a file", Error::kNoOffset, shown};
+  const Error is_outside{Status::invalid_argument, "names a file outside the glTF's folder, which takes --allow-outside", Error::kNoOffset,
+                         shown};
+  const bool may_leave = outside == OutsideFiles::allowed;
+  if (!may_leave && !stays_inside(name)) return is_outside;
+  auto file = resolve_below(may_leave ? "/" : folder, folder / name, shown);
+  if (!file) return file.error().status == Status::invalid_argument ? is_outside : file.error();
   std::error_code unreadable;
-  if (!std::filesystem::is_regular_file(*file, unreadable)) return error(Status::io, "cannot read file", "not a plain file");
+  if (!std::filesystem::is_regular_file(*file, unreadable))
+    return Error{Status::io, "cannot open file", Error::kNoOffset, shown + ": not a plain file"};
   return file;
 }
 

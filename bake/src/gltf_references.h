@@ -12,12 +12,10 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "asset_path.h"
 #include "result.h"
 
 namespace coppice::bake {
-
-/// Whether a glTF may name files outside its folder.
-enum class OutsideFiles { refused, allowed };
 
 /// A larger image file is not read: an image of as many pixels as are decoded takes less, in any form.
 inline constexpr std::uint64_t kMaxImageFileBytes = std::uint64_t{1} << 30;

@@ -118,6 +118,20 @@ Result<void> append_node(const tinygltf::Model& model, int node_index, const glm
 
 }  // namespace
 
+std::vector<SceneNode> scene_nodes(const tinygltf::Model& model) {
+  std::vector<SceneNode> nodes, stack;
+  const std::vector<int> roots = root_nodes(model);
+  for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({static_cast<std::uint32_t>(*root)});
+  while (!stack.empty()) {
+    const auto position = static_cast<std::uint32_t>(nodes.size());
+    nodes.push_back(stack.back());
+    stack.pop_back();
+    const std::vector<int>& children = model.nodes.at(nodes.back().node).children;
+    for (auto child = children.rbegin(); child != children.rend(); ++child) stack.push_back({static_cast<std::uint32_t>(*child), position});
+  }
+  return nodes;
+}
+
 Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model) {
   std::vector<std::uint64_t> counts(model.meshes.size(), 0);
   std::uint64_t total = 0;
@@ -138,24 +152,16 @@ Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& m
 
 Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, const glm::dmat4& scene_from_file) {
   COPPICE_CHECK(mesh_instance_counts(model));
-  struct Visit {
-    int node;
-    glm::dmat4 scene_from_parent;
-  };
-  std::vector<Visit> stack;
-  const std::vector<int> roots = root_nodes(model);
-  for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({*root, scene_from_file});
-
+  const std::vector<SceneNode> nodes = scene_nodes(model);
+  std::vector<glm::dmat4> scene_from_node;
+  scene_from_node.reserve(nodes.size());
   std::vector<MeshInstance> instances;
-  while (!stack.empty()) {
-    const Visit visit = stack.back();
-    stack.pop_back();
-    const tinygltf::Node& node = model.nodes.at(static_cast<std::size_t>(visit.node));
-    const glm::dmat4 scene_from_node = visit.scene_from_parent * local_transform(node);
-    if (!is_finite(scene_from_node))
-      return Error{Status::bad_file, "node transform is not finite", Error::kNoOffset, "nodes[" + std::to_string(visit.node) + "]"};
-    COPPICE_CHECK(append_node(model, visit.node, scene_from_node, instances));
-    for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) stack.push_back({*child, scene_from_node});
+  for (const SceneNode& each : nodes) {
+    const glm::dmat4& scene_from_parent = each.parent < scene_from_node.size() ? scene_from_node[each.parent] : scene_from_file;
+    scene_from_node.push_back(scene_from_parent * local_transform(model.nodes.at(each.node)));
+    if (!is_finite(scene_from_node.back()))
+      return Error{Status::bad_file, "node transform is not finite", Error::kNoOffset, "nodes[" + std::to_string(each.node) + "]"};
+    COPPICE_CHECK(append_node(model, static_cast<int>(each.node), scene_from_node.back(), instances));
   }
   return instances;
 }

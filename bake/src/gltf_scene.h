@@ -20,12 +20,22 @@ struct MeshInstance {
   glm::dmat4 scene_from_mesh{1.0};
 };
 
+/// A node of the default scene, and where its parent stands in the list.
+struct SceneNode {
+  std::uint32_t node = 0;
+  std::uint32_t parent = 0xffffffffu;  ///< 0xffffffff for a root
+};
+
+/// The nodes of the default scene, else of the first, else (no scenes) all of them; depth-first, parents before children.
+/// model  from load_gltf: its nodes are trees
+std::vector<SceneNode> scene_nodes(const tinygltf::Model& model);
+
 /// [meshes] How often each mesh of the default scene stands in it, by the document alone: nothing is allocated for each instance.
 /// errors  unsupported: more than 2^22 instances, naming the node
 Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model);
 
-/// The meshes of the default scene, else of the first, else (no scenes) of every root node; in depth-first order.
-/// model            from load_gltf: its nodes are trees
+/// The meshes of scene_nodes, in their order.
+/// model            from load_gltf
 /// scene_from_file  what stands above the root nodes: the file's axes and unit
 /// errors  bad_file: a transform that is not finite, or instances that are not transforms, naming the node; unsupported: more than 2^22
 Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, const glm::dmat4& scene_from_file);

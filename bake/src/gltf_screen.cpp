@@ -131,6 +131,11 @@ class Screen {
     return {};
   }
 
+  [[nodiscard]] bool is_required(std::string_view extension) const {
+    const auto required = root_.find("extensionsRequired");
+    return required != root_.end() && std::ranges::find(*required, extension) != required->end();
+  }
+
   Result<void> check_lengths() const {
     for (const ArrayLimit& limit : kArrayLimits)
       if (length(limit.name) > limit.most)
@@ -261,10 +266,12 @@ class Screen {
 
   Result<void> check_texture(const Json& texture, const std::string& place) const {
     COPPICE_CHECK(check_index(texture, "source", place, length("images")));
+    if (is_required("KHR_texture_basisu")) COPPICE_CHECK(check_basisu_fallback(texture, place));
     return check_webp(texture, place, length("images"));
   }
 
   Result<void> check_material(const Json& material, const std::string& place) const {
+    COPPICE_CHECK(check_specular_glossiness(material, place, length("textures")));
     COPPICE_TRY(pbr, find_object(material, "pbrMetallicRoughness", place));
     if (pbr == nullptr) return {};
     const std::string where = member(place, "pbrMetallicRoughness");
@@ -308,6 +315,8 @@ class Screen {
     COPPICE_CHECK(check_numbers(node, "rotation", place, 4));
     COPPICE_CHECK(check_numbers(node, "scale", place, 3));
     COPPICE_CHECK(check_instancing(node, place, counts_));
+    COPPICE_TRY(levels, find_extension(node, kLevelsExtension, place));
+    if (levels != nullptr) COPPICE_CHECK(check_indices(*levels, "ids", extension_place(place, kLevelsExtension), length("nodes")));
     if (const auto instancing = find_extension(node, "EXT_mesh_gpu_instancing", place); instancing && *instancing != nullptr)
       for (const auto& attribute : (**instancing)["attributes"].items()) COPPICE_CHECK(check_backed(attribute.value().get<std::size_t>()));
     return {};
@@ -376,8 +385,9 @@ void normalise_data_uri(Json& object) {
 
 /// tinygltf keeps every value of `extras` and of extensions, at 152 bytes each.
 void drop_unread_values(Json& value) {
-  constexpr std::array<std::string_view, 6> kRead{"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression",
-                                                  "EXT_mesh_gpu_instancing",    "KHR_texture_transform",   "EXT_texture_webp"};
+  constexpr std::array<std::string_view, 7> kRead{
+      "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing",
+      "KHR_texture_transform",      "EXT_texture_webp",        kLevelsExtension};
   if (value.is_object()) {
     value.erase("extras");
     if (const auto extensions = value.find("extensions"); extensions != value.end() && extensions->is_object())
@@ -412,21 +422,14 @@ std::vector<std::uint64_t> rewrite(Json& root, const Screen& screen) {
   for (const char* name : {"buffers", "images"})
     if (const auto objects = root.find(name); objects != root.end())
       for (Json& object : *objects) normalise_data_uri(object);
+  if (const auto materials = root.find("materials"); materials != root.end())
+    for (Json& material : *materials) take_specular_glossiness(material);
   for (const char* unread : {"animations", "skins", "cameras", "samplers", "extensions"}) root.erase(unread);
   drop_unread_values(root);
   return buffer_bytes;
 }
 
 }  // namespace
-
-bool is_supported_extension(std::string_view name) {
-  constexpr std::array<std::string_view, 9> kRead{"KHR_mesh_quantization",   "KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                                  "KHR_meshopt_compression", "EXT_mesh_gpu_instancing",    "KHR_texture_transform",
-                                                  "EXT_texture_webp",        "KHR_lights_punctual",        "KHR_xmp_json_ld"};
-  if (std::find(kRead.begin(), kRead.end(), name) != kRead.end()) return true;
-  // Material extensions change shading that a baked plant does not keep, except for the one that moves the base colour elsewhere.
-  return name.starts_with("KHR_materials_") && name != "KHR_materials_pbrSpecularGlossiness" && name != "KHR_materials_variants";
-}
 
 Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes) {
   COPPICE_TRY(root, parse(json));

@@ -29,7 +29,4 @@ struct ScreenedGltf {
 ///         more of anything than is read
 Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes);
 
-/// Whether an extension is read, or changes nothing of what is read.
-bool is_supported_extension(std::string_view name);
-
 }  // namespace coppice::bake

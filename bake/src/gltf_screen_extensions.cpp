@@ -1,5 +1,6 @@
 #include "gltf_screen_extensions.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <utility>
@@ -8,6 +9,7 @@
 
 #include "gltf_draco.h"
 #include "gltf_json.h"
+#include "image_limits.h"
 
 namespace coppice::bake {
 namespace {
@@ -18,6 +20,7 @@ using Filter = MeshoptView::Filter;
 
 /// tinygltf keeps whole numbers in an int; Draco's ids are 32 bits.
 constexpr std::uint64_t kMaxId = 0x7fffffff;
+constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 
 template <class Value, std::size_t N>
 Result<Value> read_choice(const Json& object, const char* name, const std::string& place,
@@ -75,7 +78,37 @@ Result<void> check_meshopt_bytes(const MeshoptView& view, const Json& extension,
   return {};
 }
 
+constexpr std::array<ExtensionRule, 18> kRules{
+    {{"KHR_mesh_quantization", "read"},
+     {"KHR_draco_mesh_compression", "read"},
+     {"EXT_meshopt_compression", "read"},
+     {"KHR_meshopt_compression", "read, without the filter COLOR"},
+     {"EXT_mesh_gpu_instancing", "read"},
+     {kLevelsExtension, "read: the finest level is baked"},
+     {"KHR_texture_transform", "read, of base colours and normal maps"},
+     {"EXT_texture_webp", "read"},
+     {"KHR_texture_basisu", "not read: the texture's PNG or JPEG `source` is used; a file that requires it and has none is refused"},
+     {"KHR_materials_pbrSpecularGlossiness", "read: diffuse is the base colour, roughness is 1 - glossiness"},
+     {"KHR_materials_variants", "ignored: primitives have the materials that they name"},
+     {"KHR_materials_unlit", "ignored: lit like any other"},
+     {"KHR_materials_emissive_strength", "ignored, as is all emission"},
+     {"KHR_materials_diffuse_transmission", "ignored: the runtime decides how leaves let light through"},
+     {"KHR_materials_transmission", "ignored: opaque"},
+     {"KHR_materials_*", "ignored: they change highlights that a baked plant does not have"},
+     {"KHR_lights_punctual", "ignored"},
+     {"KHR_xmp_json_ld", "ignored"}}};
+
 }  // namespace
+
+std::span<const ExtensionRule> extension_rules() {
+  return kRules;
+}
+
+bool is_supported_extension(std::string_view name) {
+  return std::ranges::any_of(kRules, [&](const ExtensionRule& rule) {
+    return rule.name.ends_with('*') ? name.starts_with(rule.name.substr(0, rule.name.size() - 1)) : name == rule.name;
+  });
+}
 
 Result<void> check_draco(const Json& primitive, const std::string& place, std::size_t view_count) {
   COPPICE_TRY(extension, find_extension(primitive, kDracoExtension, place));
@@ -155,6 +188,36 @@ Result<void> check_webp(const Json& texture, const std::string& place, std::size
   COPPICE_TRY(extension, find_extension(texture, kName, place));
   if (extension == nullptr) return {};
   return check_index(*extension, "source", extension_place(place, kName), image_count);
+}
+
+Result<void> check_basisu_fallback(const Json& texture, const std::string& place) {
+  COPPICE_TRY(basisu, find_extension(texture, "KHR_texture_basisu", place));
+  COPPICE_TRY(webp, find_extension(texture, "EXT_texture_webp", place));
+  if (basisu == nullptr || webp != nullptr || texture.contains("source")) return {};
+  return Error{Status::unsupported, kKtxImage, Error::kNoOffset, extension_place(place, "KHR_texture_basisu")};
+}
+
+Result<void> check_specular_glossiness(const Json& material, const std::string& place, std::size_t texture_count) {
+  COPPICE_TRY(extension, find_extension(material, kSpecularGlossiness, place));
+  if (extension == nullptr) return {};
+  const std::string where = extension_place(place, kSpecularGlossiness);
+  COPPICE_CHECK(check_numbers(*extension, "diffuseFactor", where, 4));
+  const auto glossiness = extension->find("glossinessFactor");
+  if (glossiness != extension->end() && !glossiness->is_number()) return bad("not a number", member(where, "glossinessFactor"));
+  COPPICE_TRY(texture, find_object(*extension, "diffuseTexture", where));
+  if (texture == nullptr) return {};
+  COPPICE_CHECK(check_index(*texture, "index", member(where, "diffuseTexture"), texture_count));
+  return check_texture_transform(*texture, member(where, "diffuseTexture"));
+}
+
+void take_specular_glossiness(Json& material) {
+  const auto extensions = material.find("extensions");
+  if (extensions == material.end() || !extensions->contains(kSpecularGlossiness)) return;
+  const Json& extension = (*extensions)[kSpecularGlossiness];
+  Json pbr = {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0 - extension.value("glossinessFactor", 1.0)}};
+  if (extension.contains("diffuseFactor")) pbr["baseColorFactor"] = extension["diffuseFactor"];
+  if (extension.contains("diffuseTexture")) pbr["baseColorTexture"] = extension["diffuseTexture"];
+  material["pbrMetallicRoughness"] = std::move(pbr);
 }
 
 Result<void> check_instancing(const Json& node, const std::string& place, std::span<const std::uint64_t> counts) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -14,6 +15,20 @@
 #include "result.h"
 
 namespace coppice::bake {
+
+/// How an extension is treated. bake/README.md has the same table.
+struct ExtensionRule {
+  std::string_view name;  ///< a family of them where it ends in '*'
+  std::string_view treatment;
+};
+/// Of every extension that a document may require; the first that fits counts.
+std::span<const ExtensionRule> extension_rules();
+
+/// Whether an extension is read, or changes nothing of what is read.
+bool is_supported_extension(std::string_view name);
+
+/// Of a node: the nodes that show it coarser.
+inline constexpr const char* kLevelsExtension = "MSFT_lod";
 
 /// A buffer, as far as the document tells.
 struct ScreenedBuffer {
@@ -37,6 +52,15 @@ Result<void> check_texture_transform(const nlohmann::json& texture_info, const s
 
 /// EXT_texture_webp of a texture.
 Result<void> check_webp(const nlohmann::json& texture, const std::string& place, std::size_t image_count);
+
+/// KHR_texture_basisu of a texture, which is not read: whether there is an image that is read in its stead.
+/// errors  unsupported: there is none; the error says how to convert the file
+Result<void> check_basisu_fallback(const nlohmann::json& texture, const std::string& place);
+
+/// KHR_materials_pbrSpecularGlossiness of a material.
+Result<void> check_specular_glossiness(const nlohmann::json& material, const std::string& place, std::size_t texture_count);
+/// What has been checked as pbrMetallicRoughness: diffuse is the base colour, and as rough as it is not glossy.
+void take_specular_glossiness(nlohmann::json& material);
 
 /// EXT_mesh_gpu_instancing of a node. counts  elements of each accessor
 Result<void> check_instancing(const nlohmann::json& node, const std::string& place, std::span<const std::uint64_t> counts);

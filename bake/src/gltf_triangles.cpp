@@ -13,6 +13,7 @@
 
 #include "gltf_accessor.h"
 #include "gltf_materials.h"
+#include "vertex_colors.h"
 
 namespace coppice::bake {
 namespace {
@@ -183,26 +184,12 @@ void append_uvs(const RawPrimitive& raw, const std::string& place, Mesh& mesh, s
   if (repaired_count > 0) warnings.push_back(place + ": " + std::to_string(repaired_count) + " texture coordinates not finite, read as 0");
 }
 
-void add_colors(const RawPrimitive& raw, std::size_t first_corner, std::uint32_t material, TriangleSoup& soup) {
-  if (soup.material_colors.size() <= material) soup.material_colors.resize(std::size_t{material} + 1);
-  ColorSum& sum = soup.material_colors[material];
-  const Mesh& mesh = soup.mesh;
-  for (std::size_t i = 0; i < raw.triangles.size(); i += 3) {
-    const glm::dvec3 a(mesh.positions[mesh.indices[first_corner + i]]);
-    const double area_m2 = 0.5 * glm::length(glm::cross(glm::dvec3(mesh.positions[mesh.indices[first_corner + i + 1]]) - a,
-                                                        glm::dvec3(mesh.positions[mesh.indices[first_corner + i + 2]]) - a));
-    glm::dvec4 color(1.0);
-    if (!raw.colors.empty()) {
-      color = glm::dvec4(0.0);
-      for (std::size_t k = 0; k < 3; ++k) color += glm::dvec4(usable_color(raw.colors[raw.triangles[i + k]])) / 3.0;
-    }
-    sum.color_area_m2 += area_m2 * color;
-    sum.area_m2 += area_m2;
-  }
-  for (const glm::vec4& color : raw.colors.empty() ? std::vector{glm::vec4(1.0f)} : raw.colors) {
-    sum.smallest = glm::min(sum.smallest, usable_color(color));
-    sum.largest = glm::max(sum.largest, usable_color(color));
-  }
+/// Vertices before the first primitive that has colours are white.
+void append_colors(const RawPrimitive& raw, TriangleSoup& soup) {
+  if (raw.colors.empty() && soup.vertex_colors.empty()) return;
+  soup.vertex_colors.resize(soup.mesh.positions.size() - raw.positions.size(), glm::vec4(1.0f));
+  for (const glm::vec4& color : raw.colors) soup.vertex_colors.push_back(usable_color(color));
+  soup.vertex_colors.resize(soup.mesh.positions.size(), glm::vec4(1.0f));
 }
 
 struct PrimitiveSize {
@@ -257,30 +244,14 @@ Result<void> append_primitive(const tinygltf::Model& model, const MeshInstance& 
   append_normals(*raw, linear, mirrored, mesh);
   append_uvs(*raw, place, mesh, warnings);
   soup.vertex_instances.resize(mesh.positions.size(), instance_index);
-  const std::size_t first_corner = mesh.indices.size();
   for (std::size_t i = 0; i < raw->triangles.size(); i += 3) {
     const std::uint32_t a = raw->triangles[i], b = raw->triangles[i + 1], c = raw->triangles[i + 2];
     for (const std::uint32_t corner : {a, mirrored ? c : b, mirrored ? b : c}) mesh.indices.push_back(first_vertex + corner);
     mesh.triangle_materials.push_back(material);
   }
-  add_colors(*raw, first_corner, material, soup);
+  append_colors(*raw, soup);
+  if (!raw->colors.empty() && names_wind(model.meshes.at(instance.mesh).name)) soup.wind_materials.insert(material);
   return {};
-}
-
-void apply_vertex_colors(const TriangleSoup& soup, std::vector<Material>& materials, std::vector<std::string>& warnings) {
-  // What a person would call another colour.
-  constexpr float kVisibleDifference = 0.1f;
-  for (std::size_t m = 0; m < std::min(materials.size(), soup.material_colors.size()); ++m) {
-    const ColorSum& sum = soup.material_colors[m];
-    if (!(sum.area_m2 > 0.0)) continue;
-    const glm::dvec4 mean = sum.color_area_m2 / sum.area_m2;
-    const glm::vec4 spread = sum.largest - sum.smallest;
-    const std::string name = "material '" + materials[m].name.substr(0, 64) + "': ";
-    for (int c = 0; c < 3; ++c) materials[m].base_color[c] *= static_cast<float>(mean[c]);
-    if (std::max({spread.r, spread.g, spread.b}) > kVisibleDifference)
-      warnings.push_back(name + "its vertex colours differ; their mean is used");
-    if (spread.a > kVisibleDifference) warnings.push_back(name + "the alpha of its vertex colours is not used");
-  }
 }
 
 Mesh compact(const Mesh& mesh) {
@@ -297,6 +268,7 @@ Mesh compact(const Mesh& mesh) {
     compacted.indices.push_back(new_index[index]);
   }
   compacted.triangle_materials = mesh.triangle_materials;
+  compacted.triangle_tints = mesh.triangle_tints;
   return compacted;
 }
 

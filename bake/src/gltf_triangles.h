@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,18 +14,12 @@
 
 namespace coppice::bake {
 
-/// COLOR_0 over the triangles of a material, linear, weighted by area; white where a primitive has none.
-struct ColorSum {
-  glm::dvec4 color_area_m2{0.0};
-  double area_m2 = 0.0;
-  glm::vec4 smallest{1.0f}, largest{0.0f};  ///< of any vertex
-};
-
 /// Triangles in scene space, one material number each, and for every vertex the mesh instance it came from.
 struct TriangleSoup {
   Mesh mesh;
   std::vector<std::uint32_t> vertex_instances;
-  std::vector<ColorSum> material_colors;  ///< by material number; short where the last ones have no triangle
+  std::vector<glm::vec4> vertex_colors;    ///< [vertices] linear, 0..1; white where a primitive has none; empty where none has any
+  std::set<std::uint32_t> wind_materials;  ///< of coloured meshes that are called after wind (vertex_colors.h)
 };
 
 /// Whether the document asks for more triangles or vertices than a plant may have; nothing is read or allocated.
@@ -41,10 +36,6 @@ Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uin
 Result<void> append_primitive(const tinygltf::Model& model, const MeshInstance& instance, std::uint32_t instance_index,
                               std::uint32_t primitive_index, std::uint32_t material, TriangleSoup& soup,
                               std::vector<std::string>& warnings);
-
-/// Multiplies materials by the mean of their vertex colours, the simplest honest place for them while a plant's vertices have none: a leaf
-/// quad could not show them anyway. Warns where the mean stands for different colours, and of alpha, which is not used.
-void apply_vertex_colors(const TriangleSoup& soup, std::vector<Material>& materials, std::vector<std::string>& warnings);
 
 /// Drops vertices that no triangle uses and numbers the rest in order of first use.
 Mesh compact(const Mesh& mesh);

@@ -71,6 +71,7 @@ Result<Image> decode_any(std::span<const std::uint8_t> bytes) {
   const std::string_view file(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   for (const Format& format : kFormats)
     if (starts_like(file, format.start)) return file.size() < format.start.size() ? bad(kImageEndsEarly) : format.decode(bytes);
+  if (starts_like(file, "\xabKTX ")) return unsupported(kKtxImage);
   return unsupported("not a PNG, JPEG or WebP image");
 }
 
@@ -81,8 +82,9 @@ int scaled(int side, int longer_side, std::uint32_t max_side_px) {
 
 }  // namespace
 
-Result<Image> decode_image(std::span<const std::uint8_t> bytes, std::uint32_t max_side_px) {
+Result<Image> decode_image(std::span<const std::uint8_t> bytes, std::uint32_t max_side_px, ImageAlpha alpha) {
   COPPICE_TRY(source, decode_any(bytes));
+  for (std::size_t i = 3; i < source.rgba.size() && alpha == ImageAlpha::ignored; i += 4) source.rgba[i] = 255;
   const std::uint32_t longer_side = std::max(source.width, source.height);
   if (longer_side <= max_side_px) return source;
 

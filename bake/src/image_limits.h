@@ -6,7 +6,8 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kMaxSourceSide_px = 16384;
 #ifdef COPPICE_BUILD_FUZZ
-inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1} << 20;  // 2^26 take a minute with sanitizers: the search would count a hang
+inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1}
+                                                  << 20;  // 2^26 take a minute with sanitizers: the search would count a hang
 #else
 inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1} << 26;
 #endif
@@ -19,5 +20,6 @@ inline bool is_too_large(std::uint64_t width, std::uint64_t height) {
 inline constexpr const char* kImageEndsEarly = "image ends early";
 inline constexpr const char* kImageDamaged = "damaged image";
 inline constexpr const char* kImageTooLarge = "image too large";
+inline constexpr const char* kKtxImage = "KTX2 is not read; `gltf-transform ktxdecompress in.glb out.glb` makes PNG of it";
 
 }  // namespace coppice::bake

@@ -16,7 +16,9 @@
 #include "gltf_materials.h"
 #include "gltf_scene.h"
 #include "gltf_triangles.h"
+#include "plant_size.h"
 #include "printable.h"
+#include "vertex_colors.h"
 
 namespace coppice::bake {
 namespace {
@@ -119,18 +121,17 @@ void warn_of_shells(Plant& plant) {
 
 void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
   if (dropped_count > 0) plant.warnings.push_back(std::to_string(dropped_count) + " leaves without area dropped");
+  if (plant.leaves.empty()) {
+    const bool was_guessed = std::ranges::any_of(plant.classes, [](const PieceClass& each) { return each.evidence.sum() != 0.0; });
+    plant.warnings.emplace_back(std::string("no leaves: all of the plant is wood") +
+                                (was_guessed ? "; --leaf-material REGEX makes leaves of a material's pieces" : ""));
+    return;
+  }
   warn_of_shells(plant);
   const auto largest = std::ranges::max_element(plant.leaves, {}, &LeafRange::triangle_count);
-  if (largest != plant.leaves.end() && largest->triangle_count >= kShellTriangles)
+  if (largest->triangle_count >= kShellTriangles)
     plant.warnings.push_back("a leaf has " + std::to_string(largest->triangle_count) +
                              " triangles: leaves that share vertices cannot be told apart");
-}
-
-/// Whether a plant without leaves is one all the same: its crown is welded, or somebody has said of every material what it is.
-bool may_lack_leaves(const Plant& plant, const ImportOptions& options, const std::vector<std::vector<MaterialRule>>& rules) {
-  if (options.leaf_material || plant.wood.indices.empty() || plant.classes.empty()) return false;
-  return std::ranges::any_of(plant.classes, &PieceClass::is_shell) ||
-         std::ranges::none_of(plant.classes, [&](const PieceClass& each) { return rules[each.material].empty(); });
 }
 
 /// Splits the soup into the plant's leaves and wood.
@@ -139,21 +140,16 @@ Result<void> take_parts(TriangleSoup soup, const ImportOptions& options, Plant& 
   FoundParts found = find_leaves(std::move(soup), plant.materials, plant.images, rules);
   if (found.wood.triangle_materials.size() > COPPICE_MAX_WOOD_TRIANGLES)
     return Error{Status::unsupported, "more than 2^24 triangles of wood"};
+  const auto is_kept = [](const PieceClass& each) { return each.part != PlantPart::dropped; };
+  if (std::ranges::none_of(found.classes, is_kept))
+    return Error{Status::bad_file, "no leaves and no wood: all is dropped or without area", Error::kNoOffset,
+                 "the materials are " + name_list(plant.materials)};
   plant.foliage = std::move(found.foliage);
   plant.leaves = std::move(found.leaves);
   plant.wood = std::move(found.wood);
   plant.classes = std::move(found.classes);
   warn_of_leaves(plant, found.dropped_leaf_count);
-  if (!plant.leaves.empty()) return {};
-  const bool all_wood = found.dropped_leaf_count == 0 && may_lack_leaves(plant, options, rules);
-  if (all_wood) plant.warnings.emplace_back("no leaves: all of the plant is wood");
-  if (all_wood || !options.require_leaves) return {};
-  if (found.dropped_leaf_count > 0)
-    return Error{Status::bad_file, "no leaves: the foliage has no area", Error::kNoOffset,
-                 std::to_string(found.dropped_leaf_count) + " degenerate leaves"};
-  return Error{Status::invalid_argument,
-               "no leaves: nothing looks like one; see --dry-run, and choose with --leaf-material REGEX, or --wood-material . for all wood",
-               Error::kNoOffset, "the materials are " + name_list(plant.materials)};
+  return {};
 }
 
 void limit_warnings(std::vector<std::string>& warnings) {
@@ -169,7 +165,10 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   COPPICE_TRY(transform, scene_from_file(options));
   COPPICE_TRY(counts, mesh_instance_counts(model));
   COPPICE_CHECK(check_totals(model, counts));
-  COPPICE_TRY(instances, mesh_instances(model, transform));
+  COPPICE_TRY(all_instances, mesh_instances(model, transform));
+  COPPICE_TRY(chosen, choose_plant(model, std::move(all_instances), options.plant));
+  const std::vector<MeshInstance>& instances = chosen.instances;
+  if (std::string line = contents_line(chosen.contents); !line.empty()) plant.warnings.push_back(std::move(line));
   COPPICE_TRY(used, used_materials(model, instances));
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
   COPPICE_TRY(soup, gather_triangles(model, instances, used, plant.warnings));
@@ -178,6 +177,8 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   COPPICE_TRY(images, take_images(model, used.sources, plant.materials, ImageFolder{folder, options.outside_files}, plant.warnings));
   plant.images = std::move(images);
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
+  if (std::string warning = size_warning(plant_size_m(plant), options.metres_per_unit); !warning.empty())
+    plant.warnings.push_back(std::move(warning));
   limit_warnings(plant.warnings);
   return plant;
 }
@@ -190,24 +191,28 @@ Error named(Error error, const std::filesystem::path& path) {
   return error;
 }
 
-/// Runs an import to its end, whatever tinygltf, the standard library or memory do on the way.
-template <class Load>
-Result<Plant> import_guarded(const std::filesystem::path& path, const ImportOptions& options, const Load& load) {
+/// Runs `read` to its end, whatever tinygltf, the standard library or memory do on the way.
+template <class Value, class Read>
+Result<Value> guarded(const std::filesystem::path& path, const Read& read) {
   try {
-    const auto import = [&]() -> Result<Plant> {
-      COPPICE_TRY(model, load());
-      COPPICE_TRY(plant, import_model(*model, path.parent_path(), options));
-      plant.name = path.stem().string();
-      return plant;
-    };
-    Result<Plant> plant = import();
-    if (!plant) return named(plant.error(), path);
-    return plant;
+    Result<Value> value = read();
+    if (!value) return named(value.error(), path);
+    return value;
   } catch (const std::bad_alloc&) {
     return named(Error{Status::out_of_memory, "out of memory"}, path);
   } catch (const std::exception& error) {
     return named(Error{Status::internal, "import failed", Error::kNoOffset, failure_text(error)}, path);
   }
+}
+
+template <class Load>
+Result<Plant> import_guarded(const std::filesystem::path& path, const ImportOptions& options, const Load& load) {
+  return guarded<Plant>(path, [&]() -> Result<Plant> {
+    COPPICE_TRY(model, load());
+    COPPICE_TRY(plant, import_model(*model, path.parent_path(), options));
+    plant.name = path.stem().string();
+    return plant;
+  });
 }
 
 }  // namespace
@@ -228,6 +233,16 @@ Result<glm::dmat4> scene_from_file(const ImportOptions& options) {
 
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options) {
   return import_guarded(path, options, [&] { return load_gltf(path, options.outside_files); });
+}
+
+Result<FileContents> read_contents(const std::filesystem::path& path, const ImportOptions& options) {
+  return guarded<FileContents>(path, [&]() -> Result<FileContents> {
+    COPPICE_TRY(model, load_gltf(path, options.outside_files));
+    COPPICE_TRY(transform, scene_from_file(options));
+    COPPICE_TRY(instances, mesh_instances(*model, transform));
+    COPPICE_TRY(chosen, choose_plant(*model, std::move(instances), options.plant));
+    return std::move(chosen.contents);
+  });
 }
 
 Result<Plant> import_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& path, const ImportOptions& options) {

@@ -11,6 +11,7 @@
 
 #include "class_rules.h"
 #include "gltf_references.h"
+#include "gltf_variants.h"
 #include "plant.h"
 #include "result.h"
 
@@ -28,11 +29,10 @@ struct ImportOptions {
   std::optional<std::string> wood_material;
   /// Weighed after those two, first match first.
   std::vector<ClassRule> classes;
-  /// A plant without a single leaf is an error unless this is off: for whoever wants to see why. It is none, but a warning, where the
-  /// crown is a welded surface, and where `wood_material` and `classes` fit every material.
-  bool require_leaves = true;
   UpAxis up = UpAxis::y;
   double metres_per_unit = 1.0;  ///< glTF says metres; finite and > 0
+  /// Of a file that holds several plants, or one several times.
+  PlantChoice plant;
   /// Whether buffers and images may be files outside the glTF's folder.
   OutsideFiles outside_files = OutsideFiles::refused;
 };
@@ -41,17 +41,20 @@ struct ImportOptions {
 Result<glm::dmat4> scene_from_file(const ImportOptions& options);
 
 /// Reads a glTF 2.0 .gltf or .glb: the default scene's triangles, node transforms and instances applied, in metres with +Y up, taken apart
-/// into leaves and wood (find_leaves.h); points and lines are skipped. Read with their extensions: KHR_draco_mesh_compression,
-/// EXT_meshopt_compression, KHR_mesh_quantization, EXT_mesh_gpu_instancing, KHR_texture_transform (baked into the uvs), EXT_texture_webp.
-/// Vertex colours tint their material (gltf_triangles.h). Materials and images are those in use. What was dropped or read differently from
-/// what the file asks for is told in Plant::warnings. errors  `detail` begins with the file's name and names the place in it.
+/// into leaves and wood (find_leaves.h), either of which may be none; points and lines are skipped. Of a pack one plant is taken
+/// (gltf_variants.h). Extensions are treated as extension_rules() says. Vertex colours tint their material and its triangles
+/// (vertex_colors.h). Materials and images are those in use. What was dropped or read differently from what the file asks for is told in
+/// Plant::warnings. errors  `detail` begins with the file's name and names the place in it.
 ///         io: the file or one it refers to is unreadable; bad_file: not glTF, damaged, an index or accessor out of range, a position that
 ///         is not finite; unsupported: another glTF version, a required extension (named), more than a plant may have;
 ///         invalid_argument: a file outside the glTF's folder, unless that is allowed, metres_per_unit is no length, a pattern is not a
-///         regular expression, leaf_material matches nothing, or nothing looks like a leaf (the materials are listed).
+///         regular expression, or leaf_material matches nothing (the materials are listed).
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options);
 
-/// The same of bytes in memory. `path` names them in messages; the files they refer to are beside it.
+/// What the file holds, without reading more of it than choose_plant needs. errors  as import_gltf
+Result<FileContents> read_contents(const std::filesystem::path& path, const ImportOptions& options);
+
+/// The same as import_gltf of bytes in memory. `path` names them in messages; the files they refer to are beside it.
 Result<Plant> import_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& path, const ImportOptions& options);
 
 }  // namespace coppice::bake

@@ -1,6 +1,9 @@
 #include "inspect.h"
 
+#include <algorithm>
 #include <cstddef>
+
+#include <glm/common.hpp>
 
 #include "block_texture.h"
 #include "layout.h"
@@ -39,6 +42,22 @@ Result<FileSummary::Texture> summarise_texture(const coppice_file_chunk& chunk, 
                               static_cast<std::uint32_t>(layout->levels.size()), chunk.bytes};
 }
 
+bool is_all_wood(const coppice_file_plant& plant) {
+  const auto is_first_corner = [&](const auto& corner) { return std::ranges::equal(corner, plant.root_quad[0]); };
+  return plant.leaf_count == 1 && plant.wood_lod_count > 0 && std::ranges::all_of(plant.root_quad, is_first_corner);
+}
+
+/// Of the leaves, if there are any, and the finest wood.
+Result<std::array<double, 3>> measure(const PlantFile& file, std::span<const std::uint8_t> bytes) {
+  glm::dvec3 low(0.0), high(0.0);
+  for (int axis = 0; axis < 3; ++axis) low[axis] = file.plant.leaf_box_min[axis], high[axis] = file.plant.leaf_box_max[axis];
+  if (file.plant.wood_lod_count > 0) {
+    COPPICE_TRY(wood, unpack_wood(file, bytes, 0));
+    for (const glm::vec3& position : wood.positions) low = glm::min(low, glm::dvec3(position)), high = glm::max(high, glm::dvec3(position));
+  }
+  return std::array<double, 3>{high.x - low.x, high.y - low.y, high.z - low.z};
+}
+
 }  // namespace
 
 Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
@@ -49,7 +68,7 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
   summary.metric = file.plant.metric;
   summary.file_bytes = file.header.file_bytes;
   summary.first_read_bytes = file.header.first_read_bytes;
-  summary.leaf_count = file.plant.leaf_count;
+  summary.leaf_count = is_all_wood(file.plant) ? 0 : file.plant.leaf_count;
   summary.page_count = file.plant.page_count;
   summary.material_count = file.plant.material_count;
   summary.card_count = file.plant.card_count;
@@ -64,10 +83,12 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
   for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh)
     summary.leaf_meshes.push_back({file.leaf_meshes[mesh].vertex_count, file.leaf_meshes[mesh].triangle_count,
                                    find_chunk(file, COPPICE_CHUNK_LEAF_MESH, mesh)->bytes});
+  COPPICE_TRY(size_m, measure(file, bytes));
+  summary.size_m = size_m;
   summary.leaf_mesh_error_px = std::move(file.leaf_mesh_error_px);
   std::uint64_t page_bytes = 0;
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) page_bytes += find_chunk(file, COPPICE_CHUNK_PAGE, page)->bytes;
-  summary.bytes_per_leaf = static_cast<double>(page_bytes) / summary.leaf_count;
+  summary.bytes_per_leaf = summary.leaf_count > 0 ? static_cast<double>(page_bytes) / summary.leaf_count : 0.0;
   summary.error_leaf_counts = std::move(file.error_leaf_counts);
   summary.error_sizes_px = std::move(file.error_sizes_px);
   summary.error_px = std::move(file.error_px);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -23,7 +24,7 @@ struct FileSummary {
   std::uint32_t metric = 0;  ///< coppice_metric
   std::uint64_t file_bytes = 0;
   std::uint64_t first_read_bytes = 0;
-  std::uint32_t leaf_count = 0;
+  std::uint32_t leaf_count = 0;  ///< 0 of a plant that is all wood, which the file has as one leaf of no size
   std::uint32_t page_count = 0;
   std::uint32_t material_count = 0;
   std::uint32_t card_count = 0;
@@ -41,8 +42,9 @@ struct FileSummary {
   std::vector<Texture> textures;
   std::vector<std::uint32_t> error_leaf_counts;  ///< levels the error table measured
   std::vector<float> error_sizes_px;
-  std::vector<float> error_px;  ///< [levels * sizes]
-  double bytes_per_leaf = 0.0;  ///< page bytes over leaves
+  std::vector<float> error_px;     ///< [levels * sizes]
+  double bytes_per_leaf = 0.0;     ///< page bytes over leaves; 0 without
+  std::array<double, 3> size_m{};  ///< width, height and depth of the leaves' box and the finest wood
   struct LeafMesh {
     std::uint32_t vertices = 0, triangles = 0;
     std::uint64_t bytes = 0;
@@ -52,7 +54,7 @@ struct FileSummary {
   std::vector<float> leaf_mesh_error_px;  ///< [sizes] of all quads against them; empty without
 };
 
-/// Reads the front and the texture headers: cheap, and no proof that the rest is sound.
+/// Reads the front, the texture headers and the finest wood: cheap, and no proof that the rest is sound.
 /// errors  as read_front and read_texture
 Result<FileSummary> inspect(std::span<const std::uint8_t> file);
 

@@ -25,6 +25,8 @@ namespace {
 constexpr double kFlat = 0.75, kRound = 0.65;
 // Half way between a tube and a ball.
 constexpr double kBall = 0.45;
+// Of this bulk (piece_shape.h) a piece is a body: a blob of a crown, a cone, a cactus.
+constexpr double kBody = 0.2;
 // A class this large says what the leaves of its material look like.
 constexpr std::uint32_t kLeastCompany = 8;
 
@@ -134,8 +136,7 @@ class Kin {
   std::map<Step, std::uint64_t> counts_;
 };
 
-double repetition_evidence(const PieceClass& of, const Kin& kin) {
-  const double count = std::max(static_cast<double>(of.piece_count), 0.5 * kin.count(of));
+double repetition_evidence(double count) {
   return std::clamp(0.65 * std::log10(count), 0.0, 2.6);
 }
 
@@ -217,6 +218,13 @@ void judge(PieceClass& of, double extent_m) {
   of.reason = explain(of);
 }
 
+/// A quad would not show it.
+void take_for_body(PieceClass& of) {
+  of.part = PlantPart::wood;
+  of.is_shell = true;
+  of.reason += ", but a body";
+}
+
 /// What stands below all leaves, and nothing but its form speaks for it: plates and gravel of a pot.
 void judge_what_is_below(std::vector<PieceClass>& classes, double extent_m) {
   constexpr double kBelow = -2.5;
@@ -279,6 +287,7 @@ ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::ve
     }
     made.low_m = quantile(std::move(lows), 0.02);
     made.high_m = quantile(std::move(highs), 0.98);
+    classed.bulks.push_back(median_of([](const PieceShape& shape) { return shape.bulk; }));
     classed.classes.push_back(std::move(made));
   }
   return classed;
@@ -286,6 +295,8 @@ ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::ve
 
 void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Material>& materials, const std::vector<Image>& images,
                    const std::vector<std::vector<MaterialRule>>& rules, double extent_m, ClassedPieces& classed) {
+  // Nobody looks at one of so many bodies.
+  constexpr double kMany = 100.0;
   std::vector<PieceClass>& classes = classed.classes;
   const std::vector<std::vector<std::uint32_t>> samples = sample_classes(pieces, classed);
   const Kin kin(classes);
@@ -307,12 +318,37 @@ void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Mat
       of.evidence.holes = holes ? 1.0 : 0.0;
       of.evidence.colour = colour_evidence(mean_color(mesh, samples[first + i], material, images));
       of.evidence.flatness = flatness_evidence(of.flatness, holes);
-      of.evidence.repetition = repetition_evidence(of, kin);
+      const double count = std::max(static_cast<double>(of.piece_count), 0.5 * kin.count(of));
+      of.evidence.repetition = repetition_evidence(count);
       if (leaves && i != *leaves) of.evidence.company = company_evidence(of, of_material[*leaves]);
       judge(of, extent_m);
+      if (of.part == PlantPart::leaf && of.flatness < kFlat && classed.bulks[first + i] >= kBody && count < kMany) take_for_body(of);
     }
   }
   judge_what_is_below(classes, extent_m);
+}
+
+bool judge_sheets(ClassedPieces& classed) {
+  // Fewer are a label or the ground, unless they have holes or a name that says what they are.
+  constexpr std::uint64_t kSeveral = 3;
+  constexpr double kFoliage = 2.0;
+  const auto is_sheet = [&](std::size_t i) {
+    const PieceClass& of = classed.classes[i];
+    const LeafEvidence& evidence = of.evidence;  // 0 where a rule decided
+    return of.part == PlantPart::wood && evidence.flatness > 0.0 && evidence.name >= 0.0 && classed.bulks[i] < kBody;
+  };
+  std::map<std::uint32_t, std::uint64_t> sheet_counts;
+  for (std::size_t i = 0; i < classed.classes.size(); ++i)
+    if (is_sheet(i)) sheet_counts[classed.classes[i].material] += classed.classes[i].piece_count;
+  bool any = false;
+  for (std::size_t i = 0; i < classed.classes.size(); ++i) {
+    PieceClass& of = classed.classes[i];
+    if (!is_sheet(i) || (sheet_counts[of.material] < kSeveral && of.evidence.name < kFoliage && of.evidence.holes <= 0.0)) continue;
+    of.part = PlantPart::leaf;
+    of.reason = "a sheet, and nothing is more like a leaf: " + of.reason;
+    any = true;
+  }
+  return any;
 }
 
 }  // namespace coppice::bake

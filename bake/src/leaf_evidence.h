@@ -15,6 +15,7 @@ namespace coppice::bake {
 /// The classes of a soup's pieces.
 struct ClassedPieces {
   std::vector<PieceClass> classes;      ///< by material, then most pieces first
+  std::vector<double> bulks;            ///< [class count] medians; see piece_shape.h
   std::vector<std::uint32_t> class_of;  ///< [piece count] kNone for pieces that are left out
 };
 
@@ -28,5 +29,9 @@ ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::ve
 /// extent_m  diagonal of the plant's box
 void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Material>& materials, const std::vector<Image>& images,
                    const std::vector<std::vector<MaterialRule>>& rules, double extent_m, ClassedPieces& classed);
+
+/// For a plant in which nothing is a leaf: makes leaves of the sheets that judge_classes() found too few, too large or too plain, if there
+/// are any; see find_leaves.h. Returns whether there are.
+bool judge_sheets(ClassedPieces& classed);
 
 }  // namespace coppice::bake

@@ -359,16 +359,16 @@ void file_collapsed(const Points& points, TriangleList collapsed, Pieces& pieces
   }
 }
 
-}  // namespace
-
-Pieces split_pieces(const Mesh& mesh, const std::vector<std::uint32_t>& welded) {
+/// piece_of_triangles(points, triangles): [triangle count] the first triangle of each triangle's piece, kNone for what is not in
+/// `triangles`
+template <class PieceOf>
+Pieces split_with(const Mesh& mesh, const std::vector<std::uint32_t>& welded, const PieceOf& piece_of_triangles) {
   const Points points(mesh, welded);
   std::vector<std::uint32_t> whole, collapsed;
   for (std::uint32_t t = 0; t < mesh.triangle_materials.size(); ++t) (points.is_collapsed(t) ? collapsed : whole).push_back(t);
   Pieces pieces;
   if (!whole.empty()) {
-    std::vector<std::uint32_t> piece_of = Splitter(mesh, points, whole).choose();
-    join_lobes(mesh, points, piece_of);
+    std::vector<std::uint32_t> piece_of = piece_of_triangles(points, TriangleList(whole));
     take_thin_pieces(points, piece_of, whole, collapsed);
     Groups groups = group_by(whole, mesh.triangle_materials.size(), [&](std::uint32_t t) { return piece_of[t]; });
     pieces.triangles = std::move(groups.items);
@@ -376,6 +376,26 @@ Pieces split_pieces(const Mesh& mesh, const std::vector<std::uint32_t>& welded) 
   }
   file_collapsed(points, collapsed, pieces);
   return pieces;
+}
+
+}  // namespace
+
+Pieces split_pieces(const Mesh& mesh, const std::vector<std::uint32_t>& welded) {
+  return split_with(mesh, welded, [&](const Points& points, TriangleList whole) {
+    std::vector<std::uint32_t> piece_of = Splitter(mesh, points, whole).choose();
+    join_lobes(mesh, points, piece_of);
+    return piece_of;
+  });
+}
+
+Pieces split_surfaces(const Mesh& mesh, const std::vector<std::uint32_t>& welded) {
+  return split_with(mesh, welded, [&](const Points& points, TriangleList whole) {
+    UnionFind by_edge(mesh.triangle_materials.size());
+    join_edges(points, join_repeated(points, whole, by_edge), by_edge);
+    std::vector<std::uint32_t> piece_of(mesh.triangle_materials.size(), kNone);
+    for (const std::uint32_t t : whole) piece_of[t] = by_edge.find(t);
+    return piece_of;
+  });
 }
 
 std::vector<std::uint32_t> join_materials(const Mesh& mesh, const std::vector<std::uint32_t>& welded, const Pieces& pieces,

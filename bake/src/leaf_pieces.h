@@ -35,6 +35,9 @@ struct Pieces {
 /// welded  from weld(): per vertex the vertex it is one with
 Pieces split_pieces(const Mesh& mesh, const std::vector<std::uint32_t>& welded);
 
+/// The same, each piece of one surface: what connects by edge. Blades that grow out of common points come apart, and so do lobes of a leaf.
+Pieces split_surfaces(const Mesh& mesh, const std::vector<std::uint32_t>& welded);
+
 /// Which pieces of different materials are one leaf, because they share an edge or a whole triangle: blade and midrib, front and back.
 /// candidates  [pieces.ranges.size()] whether the piece takes part
 /// returns [pieces.ranges.size()] the smallest piece it is one with

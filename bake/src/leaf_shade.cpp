@@ -19,16 +19,16 @@ float luminance(const glm::vec3& linear) {
 float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {
   if (material.image == kNone) return luminance(glm::vec3(material.base_color));
   const Image& image = images[material.image];
-  double sum = 0.0;
-  std::size_t count = 0;
+  double sum = 0.0, weights = 0.0;
   for (std::size_t texel = 0; texel * 4 < image.rgba.size(); ++texel) {
     if (!mask.hole.empty() && mask.hole[texel] != 0) continue;
     const std::uint8_t* rgba = image.rgba.data() + texel * 4;
     const auto channel = [&](std::size_t i) { return linear_from_srgb(static_cast<float>(rgba[i]) / 255.0f); };
-    sum += luminance(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color));
-    ++count;
+    const double weight = image.shown.empty() ? 1.0 : static_cast<double>(image.shown[texel]);
+    sum += weight * static_cast<double>(luminance(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color)));
+    weights += weight;
   }
-  return count == 0 ? 0.0f : static_cast<float>(sum / static_cast<double>(count));
+  return weights > 0.0 ? static_cast<float>(sum / weights) : 0.0f;
 }
 
 float shaded_luminance(const Quad& quad, float albedo, const glm::vec3& to_light) {

@@ -10,6 +10,7 @@ namespace coppice::bake {
 enum class WordKind {
   leaf,    ///< foliage: "leaf", "needle", "Blatt", ...
   flower,  ///< thin like leaves and drawn like them, but not always cards: "petal", ...
+  plant,   ///< all of a plant that is mostly leaves, often with its stems: "bush", "hedge", "reed", ...
   twig,    ///< bears leaves; cards of whole twigs are called so too: "branch", "Zweig", ...
   other,   ///< never foliage: bark, trunk, roots, pots, soil, snow, fruit, ...
 };
@@ -26,7 +27,8 @@ struct MaterialWord {
 /// Greek, Chinese, Japanese and Korean.
 std::span<const MaterialWord> material_words();
 
-/// The sum over the kinds of words that are in the name of what each is worth; a kind counts once. In any case of Latin, Greek and Cyrillic
+/// The sum over the kinds of words that are in the name of what each is worth; a kind counts once, a plant's only
+/// where the others come to nothing. In any case of Latin, Greek and Cyrillic
 /// letters. Of a long name the first 256 bytes count.
 /// returns  0 for a name that says nothing; above 0 speaks for leaves, below for wood; in [-4, 4]
 double name_evidence(std::string_view name);

@@ -144,6 +144,72 @@ Result<Scene> make_scene(const BakedPlant& plant, std::span<const Mesh* const> m
   return scene;
 }
 
+/// Sums over the parts of a coarse picture.
+struct CoarseChange {
+  double changed = 0.0;  ///< by a LoD
+  double plant = 0.0;    ///< by the finest, from white
+};
+
+CoarseChange coarse_change(const LuminanceImage& finest, const LuminanceImage& other) {
+  const LuminanceImage before = coarse_image(finest), after = coarse_image(other);
+  CoarseChange change;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    change.changed += std::abs(double{before[i]} - double{after[i]});
+    change.plant += double{kWhiteLuminance} - double{before[i]};
+  }
+  return change;
+}
+
+/// What the share that is changed counts as, px. At three thresholds of 2 px a twentieth of a plant of 60 px and more may change; of a
+/// smaller one more, as fewer see it.
+float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uint32_t size_px) {
+  constexpr double kErrorPerPx = 2.0;
+  constexpr std::uint32_t kLargest_px = 64;
+  CoarseChange sum;
+  for (const CoarseChange& view : views) sum.changed += view.changed, sum.plant += view.plant;
+  return sum.plant > 0.0 ? static_cast<float>(kErrorPerPx * std::min(size_px, kLargest_px) * sum.changed / sum.plant) : 0.0f;
+}
+
+using ErrorRow = std::array<float, kErrorSizesPx.size()>;
+
+/// The error of each mesh by itself.
+Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span<const Mesh* const> lods) {
+  if (!std::ranges::equal(plant.errors.sizes_px, kErrorSizesPx))
+    return Error{Status::invalid_argument, "wood error: the error table is not at the sizes that are measured"};
+  COPPICE_TRY(scene, make_scene(plant, lods));
+  std::vector<std::array<SquaredErrors, kErrorViewCount>> errors(lods.size());
+  std::vector<std::array<CoarseChange, kErrorViewCount>> changes(lods.size());
+  parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
+    TexturedCanvas leaves(scene.projections[view], scene.looks, scene.masks);
+    draw_quads(plant, scene.leaves, leaves);
+    LuminanceImage finest;
+    for (std::size_t lod = 0; lod < lods.size(); ++lod) {
+      TexturedCanvas canvas(leaves);
+      draw_mesh(*lods[lod], canvas);
+      if (lod == 0) finest = canvas.image;
+      errors[lod][view] = squared_errors(finest, canvas.image);
+      changes[lod][view] = coarse_change(finest, canvas.image);
+    }
+  });
+  std::vector<ErrorRow> rows(lods.size());
+  for (std::size_t lod = 0; lod < lods.size(); ++lod)
+    for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size)
+      rows[lod][size] = std::max(error_px_of(errors[lod], size), change_px(changes[lod], kErrorSizesPx[size]));
+  return rows;
+}
+
+/// Appends a row that does not fall below the last one.
+void append_row(const ErrorRow& row, std::vector<float>& error_px) {
+  for (const float own_px : row)
+    error_px.push_back(std::max(own_px, error_px.size() < row.size() ? 0.0f : error_px[error_px.size() - row.size()]));
+}
+
+double summed_logarithms(const ErrorRow& row) {
+  double sum = 0.0;
+  for (const float error_px : row) sum += std::log(std::max(double{error_px}, 1e-6));
+  return sum;
+}
+
 }  // namespace
 
 Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant) {
@@ -164,26 +230,29 @@ Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant) {
 }
 
 Result<std::vector<float>> measure_wood_error(const BakedPlant& plant, std::span<const Mesh* const> lods) {
-  if (!std::ranges::equal(plant.errors.sizes_px, kErrorSizesPx))
-    return Error{Status::invalid_argument, "wood error: the error table is not at the sizes that are measured"};
-  COPPICE_TRY(scene, make_scene(plant, lods));
-  std::vector<std::array<SquaredErrors, kErrorViewCount>> errors(lods.size());
-  parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
-    TexturedCanvas leaves(scene.projections[view], scene.looks, scene.masks);
-    draw_quads(plant, scene.leaves, leaves);
-    LuminanceImage finest;
-    for (std::size_t lod = 0; lod < lods.size(); ++lod) {
-      TexturedCanvas canvas(leaves);
-      draw_mesh(*lods[lod], canvas);
-      if (lod == 0) finest = canvas.image;
-      errors[lod][view] = squared_errors(finest, canvas.image);
-    }
-  });
+  COPPICE_TRY(rows, own_wood_errors(plant, lods));
   std::vector<float> error_px;
-  for (std::size_t lod = 0; lod < lods.size(); ++lod)
-    for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size)
-      error_px.push_back(std::max(error_px_of(errors[lod], size), lod == 0 ? 0.0f : error_px[error_px.size() - kErrorSizesPx.size()]));
+  for (const ErrorRow& row : rows) append_row(row, error_px);
   return error_px;
+}
+
+Result<WoodLods> choose_wood_lods(const BakedPlant& plant, std::vector<WoodLevel> levels) {
+  WoodLods chosen;
+  std::vector<const Mesh*> meshes;
+  for (const WoodLevel& level : levels)
+    for (const Mesh& mesh : level) meshes.push_back(&mesh);
+  if (meshes.empty()) return chosen;
+  COPPICE_TRY(rows, own_wood_errors(plant, meshes));
+  std::size_t first = 0;
+  for (WoodLevel& level : levels) {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < level.size(); ++i)
+      if (summed_logarithms(rows[first + i]) < summed_logarithms(rows[first + best])) best = i;
+    append_row(rows[first + best], chosen.error_px);
+    first += level.size();
+    chosen.lods.push_back(std::move(level[best]));
+  }
+  return chosen;
 }
 
 }  // namespace coppice::bake

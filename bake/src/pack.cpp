@@ -73,8 +73,8 @@ coppice_file_material file_material(const Material& material, float coverage, bo
   for (int channel = 0; channel < 4; ++channel) result.base_color[channel] = std::clamp(material.base_color[channel], 0.0f, 1.0f);
   result.alpha_cutoff = std::clamp(material.alpha_cutoff, 0.0f, 1.0f);
   result.roughness = std::clamp(material.roughness, 0.0f, 1.0f);
-  result.texture = material_textures(material.image == kNone ? COPPICE_NO_TEXTURE : material.image,
-                                     material.normal_map == kNone ? COPPICE_NO_TEXTURE : material.normal_map);
+  set_material_textures(result, material.image == kNone ? COPPICE_NO_TEXTURE : material.image,
+                        material.normal_map == kNone ? COPPICE_NO_TEXTURE : material.normal_map);
   result.flags = material.double_sided ? COPPICE_MATERIAL_DOUBLE_SIDED : 0u;
   if (leaf_mesh_only) result.flags |= COPPICE_MATERIAL_LEAF_MESH_ONLY;
   if (coverage < 1.0f)

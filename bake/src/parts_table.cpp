@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <span>
 
+#include "plant_size.h"
 #include "printable.h"
 
 namespace coppice::bake {
@@ -89,8 +90,9 @@ std::string parts_table(const Plant& plant) {
     while (last < all.size() && all[last].material == all[first].material) ++last;
     text += material_lines(plant.materials[all[first].material].name, all.subspan(first, last - first));
   }
-  return text + line("%zu leaves of %zu triangles; wood of %zu triangles\n", plant.leaves.size(), plant.foliage.triangle_materials.size(),
-                     plant.wood.triangle_materials.size());
+  text += line("%zu leaves of %zu triangles; wood of %zu triangles\n", plant.leaves.size(), plant.foliage.triangle_materials.size(),
+               plant.wood.triangle_materials.size());
+  return text + size_text(plant_size_m(plant)) + "\n";
 }
 
 }  // namespace coppice::bake

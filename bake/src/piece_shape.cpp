@@ -76,31 +76,47 @@ std::vector<PointSet<2>> sorted_edges(const std::vector<PointSet<3>>& triangles)
   return edges;
 }
 
-/// Square of the rim's length over the area of one side: what does not change when a sheet is bent. At least 4 pi for whatever can be
-/// rolled out flat without holes, 2 pi for half a ball; a tube that is closed at one end has (its girth / its length). 0 for what is no
-/// single sheet: closed surfaces, tubes, rings.
-double sheet_openness(const Mesh& mesh, std::span<const std::uint32_t> triangles, const std::vector<glm::vec3>& points) {
+/// Where a surface ends: edges of one triangle.
+struct Rim {
+  double length_m = 0.0, area_m2 = 0.0;  ///< area: of one side
+  bool is_sheet = false;                 ///< no tube or ring: a sheet without holes, or closed
+  /// Square of the rim's length over the area: what does not change when a sheet is bent. At least 4 pi for whatever can be rolled out
+  /// flat without holes, 2 pi for half a ball; a tube that is closed at one end has (its girth / its length).
+  [[nodiscard]] double openness() const { return area_m2 > 0.0 ? length_m * length_m / area_m2 : 0.0; }
+};
+
+Rim measure_rim(const Mesh& mesh, std::span<const std::uint32_t> triangles, const std::vector<glm::vec3>& points) {
   const std::vector<PointSet<3>> distinct = distinct_triangles(mesh, triangles, points);
   const std::vector<PointSet<2>> edges = sorted_edges(distinct);
-  double rim_m = 0.0, area_m2 = 0.0;
+  Rim rim;
   std::size_t edge_count = 0;
   for (std::size_t first = 0, last = 0; first < edges.size(); first = last) {
     while (last < edges.size() && edges[last] == edges[first]) ++last;
     ++edge_count;
-    if (last - first == 1) rim_m += glm::distance(glm::dvec3(points[edges[first][0]]), glm::dvec3(points[edges[first][1]]));
+    if (last - first == 1) rim.length_m += glm::distance(glm::dvec3(points[edges[first][0]]), glm::dvec3(points[edges[first][1]]));
   }
-  // Euler's characteristic of a sheet without holes is 1, of a tube 0.
-  if (points.size() + distinct.size() < edge_count + 1) return 0.0;
   for (const auto& [a, b, c] : distinct)
-    area_m2 += 0.5 * glm::length(glm::cross(glm::dvec3(points[b] - points[a]), glm::dvec3(points[c] - points[a])));
-  return area_m2 > 0.0 ? rim_m * rim_m / area_m2 : 0.0;
+    rim.area_m2 += 0.5 * glm::length(glm::cross(glm::dvec3(points[b] - points[a]), glm::dvec3(points[c] - points[a])));
+  // Euler's characteristic of a sheet without holes is 1, of a tube 0.
+  rim.is_sheet = points.size() + distinct.size() >= edge_count + 1;
+  return rim;
 }
+
+constexpr double kHalfBall = 2.0 * std::numbers::pi;
 
 /// As flat as a sheet counts, however it is bent.
 double bent_flatness(double openness) {
-  constexpr double kSheetFlatness = 0.8, kSheet = 4.0 * std::numbers::pi, kHalfBall = 2.0 * std::numbers::pi;
+  constexpr double kSheetFlatness = 0.8, kSheet = 4.0 * std::numbers::pi;
   // Coarse triangles cut corners of a rim that is nearly a circle.
   return kSheetFlatness * std::clamp((openness - kHalfBall) / (0.98 * kSheet - kHalfBall), 0.0, 1.0);
+}
+
+/// area_m2  of all triangles
+double bulk_of(const Rim& rim, double volume_m3, double area_m2) {
+  constexpr double kOpen = 1.5 * kHalfBall;
+  if (rim.openness() >= kOpen) return 0.0;
+  const double cubed_m6 = area_m2 * area_m2 * area_m2;
+  return cubed_m6 > 0.0 ? std::min(36.0 * std::numbers::pi * volume_m3 * volume_m3 / cubed_m6, 1.0) : 0.0;
 }
 
 }  // namespace
@@ -111,12 +127,15 @@ PieceShape measure_piece(const Mesh& mesh, std::span<const std::uint32_t> triang
   shape.point_count = static_cast<std::uint32_t>(points.size());
   glm::dvec3 sum(0.0);
   for (const glm::vec3& point : points) sum += glm::dvec3(point);
-  const glm::dvec3 one_end = farthest_from(sum / static_cast<double>(points.size()), points), other_end = farthest_from(one_end, points);
+  const glm::dvec3 middle = sum / static_cast<double>(points.size());
+  const glm::dvec3 one_end = farthest_from(middle, points), other_end = farthest_from(one_end, points);
   shape.length_m = glm::distance(one_end, other_end);
   for (const glm::vec3& point : points)
     shape.width_m = std::max(shape.width_m, 2.0 * glm::length(glm::cross(glm::dvec3(point) - one_end, other_end - one_end)));
   shape.width_m = shape.length_m > 0.0 ? shape.width_m / shape.length_m : 0.0;
 
+  const Rim rim = measure_rim(mesh, triangles, points);
+  double volume_m3 = 0.0;
   glm::dmat3 normals(0.0);
   glm::dvec3 doubled_sum(0.0);
   for (const std::uint32_t t : triangles) {
@@ -126,12 +145,14 @@ PieceShape measure_piece(const Mesh& mesh, std::span<const std::uint32_t> triang
     const double length = glm::length(doubled);
     if (length == 0.0) continue;
     shape.area_m2 += 0.5 * length;
+    volume_m3 += glm::dot(a - middle, doubled) / 6.0;
     doubled_sum += doubled;
     normals += glm::outerProduct(doubled, doubled * (0.5 / length));
   }
   if (shape.area_m2 > 0.0)
     shape.flatness = std::max({largest_eigenvalue(normals / shape.area_m2), std::min(0.6 * glm::length(doubled_sum) / shape.area_m2, 1.0),
-                               bent_flatness(sheet_openness(mesh, triangles, points))});
+                               bent_flatness(rim.is_sheet ? rim.openness() : 0.0)});
+  shape.bulk = bulk_of(rim, volume_m3, shape.area_m2);
   return shape;
 }
 

@@ -18,6 +18,10 @@ struct PieceShape {
   /// The length of the mean of n: a leaf folded by a right angle 0.7, a tube 0. And 0.8 for what has a rim as long as that of a flat
   /// sheet of its area, however it is curled or twisted; half a ball, tubes, rings and closed surfaces 0. 0 without area.
   double flatness = 0.0;
+  /// How much a closed piece is a body, [0, 1]: 36 pi volume^2 / area^3. A ball 1, a cube 0.52, a cone as high as wide 0.47, a leaf a third
+  /// as thick as wide below 0.1, a closed lens 0.01. 0 for what is open, but for a rim of which the square is less than
+  /// 3 pi of the area: half a ball counts as closed.
+  double bulk = 0.0;
 };
 
 /// positions, indices  as in Mesh; welded positions must be equal. triangles  numbers of the piece's triangles, at least one

@@ -28,6 +28,8 @@ struct Image {
   std::vector<std::uint8_t> rgba;
   /// A normal map instead: RGB is a unit vector, 0..255 for -1..1, x along u, y against v, z off the surface; alpha means nothing.
   bool is_normal_map = false;
+  /// How much of the plant's surface shows each texel, relative (measure_shown_texels); empty: all alike.
+  std::vector<float> shown = {};
 };
 
 struct Material {
@@ -48,6 +50,7 @@ struct Mesh {
   std::vector<glm::vec2> uvs;                     ///< (0, 0) where the source has none
   std::vector<std::uint32_t> indices;             ///< 3 per triangle
   std::vector<std::uint32_t> triangle_materials;  ///< 1 per triangle
+  std::vector<glm::vec3> triangle_tints = {};     ///< 1 per triangle, a linear factor of the material's colour; empty: none
 };
 
 /// A leaf as a run of the foliage mesh's triangles.

@@ -1,15 +1,20 @@
 #include "scene_gltf.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 
 #include <tiny_gltf.h>
 #include <glm/gtc/matrix_inverse.hpp>
 
 #include "gltf_document.h"
+#include "gltf_leave_out.h"
+#include "gltf_node_names.h"
 #include "gltf_scene.h"
 #include "name_pattern.h"
 
@@ -32,22 +37,70 @@ std::optional<std::size_t> find_species(const std::string& name, std::span<const
   return {};
 }
 
+/// The species whose words are those of `stem`, which is of a NodeName, but for numbers at its end.
+std::optional<std::size_t> find_stem(std::string stem, std::span<const std::string> species) {
+  const auto joined = [](const std::string& name) {
+    std::string text;
+    for (const std::string& word : name_words(name)) text += (text.empty() ? "" : " ") + word;
+    return text;
+  };
+  while (true) {
+    const auto found = std::ranges::find(species, stem, joined);
+    if (found != species.end()) return static_cast<std::size_t>(found - species.begin());
+    const std::size_t last = stem.rfind(' ');
+    if (last == std::string::npos || !std::isdigit(static_cast<unsigned char>(stem.back()))) return {};
+    stem.resize(last);
+  }
+}
+
 /// What a node's mesh stands for.
 struct NodePlant {
   std::optional<std::size_t> species;
   std::string name;
   bool instanced = false;
+  NodeRole role = NodeRole::shape;
+  std::uint32_t level = 0;
 };
+
+/// Coarser than any level that a name tells: a billboard, what MSFT_lod names.
+constexpr std::uint32_t kCoarsest = 1000;
 
 NodePlant node_plant(const tinygltf::Model& model, const MeshInstance& instance, std::span<const std::string> species) {
   const tinygltf::Node& node = model.nodes.at(instance.node);
   const tinygltf::Mesh& mesh = model.meshes.at(instance.mesh);
   NodePlant plant;
   plant.instanced = node.extensions.contains("EXT_mesh_gpu_instancing");
-  plant.species = find_species(node.name, species);
-  if (!plant.species) plant.species = find_species(mesh.name, species);
   plant.name = !node.name.empty() ? node.name : !mesh.name.empty() ? mesh.name : "nodes[" + std::to_string(instance.node) + "]";
+  for (const std::string& name : {node.name, mesh.name}) {
+    if (plant.species) break;
+    const NodeName read = read_node_name(name);
+    plant.species = find_species(name, species);
+    plant.level = read.level.value_or(0);
+    // "oak_billboard", unless a plant is called so.
+    if (plant.species || read.role == NodeRole::shape) continue;
+    plant.species = find_stem(read.stem, species);
+    plant.role = read.role;
+    plant.level = kCoarsest;
+  }
   return plant;
+}
+
+/// [model's nodes] whether MSFT_lod says that the node, or one above it, is a coarser level.
+std::vector<bool> msft_coarser(const tinygltf::Model& model) {
+  const std::set<std::uint32_t> named = msft_coarser_nodes(model);
+  std::vector<bool> coarser(model.nodes.size());
+  const std::vector<SceneNode> nodes = scene_nodes(model);
+  for (const SceneNode& each : nodes)
+    coarser[each.node] = named.contains(each.node) || (each.parent < nodes.size() && coarser[nodes[each.parent].node]);
+  return coarser;
+}
+
+/// A species and where, to a centimetre.
+using SpeciesPlace = std::array<std::int64_t, 4>;
+SpeciesPlace place_of(const NodePlant& plant, const glm::dmat4& world_from_plant) {
+  SpeciesPlace place{static_cast<std::int64_t>(*plant.species)};
+  for (int axis = 0; axis < 3; ++axis) place[static_cast<std::size_t>(axis) + 1] = std::llround(100.0 * world_from_plant[3][axis]);
+  return place;
 }
 
 /// Upright, with one scale: what a scene can hold of a transform.
@@ -80,14 +133,27 @@ Result<GltfScene> read_gltf_scene(const std::filesystem::path& path, std::span<c
   COPPICE_TRY(instances, mesh_instances(*model, scene_from_units));
   // The plants were baked with the same axes and unit.
   const glm::dmat4 file_from_plant = glm::inverse(scene_from_units);
-  GltfScene scene;
-  std::map<std::string, std::size_t> missing;
+  const std::vector<bool> coarser = msft_coarser(*model);
   std::map<std::uint32_t, NodePlant> nodes;
+  std::map<SpeciesPlace, std::uint32_t> finest;
   for (const MeshInstance& instance : instances) {
     auto node = nodes.find(instance.node);
-    if (node == nodes.end()) node = nodes.emplace(instance.node, node_plant(*model, instance, species)).first;
-    const NodePlant& plant = node->second;
-    if (plant.species) {
+    if (node == nodes.end()) {
+      node = nodes.emplace(instance.node, node_plant(*model, instance, species)).first;
+      if (coarser[instance.node]) node->second.level = kCoarsest;
+    }
+    if (!node->second.species || node->second.role != NodeRole::shape) continue;
+    const auto [found, is_new] = finest.try_emplace(place_of(node->second, instance.scene_from_mesh), node->second.level);
+    if (!is_new) found->second = std::min(found->second, node->second.level);
+  }
+  GltfScene scene;
+  std::map<std::string, std::size_t> missing;
+  for (const MeshInstance& instance : instances) {
+    const NodePlant& plant = nodes.at(instance.node);
+    const auto here = plant.species ? finest.find(place_of(plant, instance.scene_from_mesh)) : finest.end();
+    if (here != finest.end() && (here->second < plant.level || plant.role != NodeRole::shape)) {
+      ++scene.coarser_count;
+    } else if (plant.species && plant.role == NodeRole::shape) {
       add_plant(scene, instance.scene_from_mesh * file_from_plant, *plant.species);
     } else if (plant.instanced) {
       ++missing[plant.name];

@@ -18,6 +18,7 @@ struct GltfScene {
   std::vector<std::string> missing;  ///< names of instanced meshes that no species has, sorted, with their number of instances
   std::size_t missing_count = 0;     ///< instances of those
   std::size_t other_count = 0;       ///< meshes that are neither a species' nor instanced: ground, rocks
+  std::size_t coarser_count = 0;     ///< coarser levels, billboards and collision shapes of a plant that stands in the same place
   std::size_t tilted_count = 0;      ///< plants that lean by more than 3 degrees; they stand upright in the scene
   std::size_t stretched_count = 0;   ///< plants scaled by more than 2 % differently along their axes; they get the mean
 };
@@ -28,7 +29,7 @@ struct GltfScene {
 Result<GltfScene> read_gltf_scene(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options);
 
 /// "trees/Oak.coppice" -> "oak". Node and mesh names are compared with it in lower case, as they are and then without what editors append:
-/// "Oak.001", "oak_LOD0".
+/// "Oak.001", "oak_LOD0". Of several levels in one place the finest is a plant; a level that stands alone is one too.
 std::string species_name(const std::filesystem::path& plant);
 
 }  // namespace coppice::bake

@@ -1,12 +1,16 @@
-// The square is cut into plots of some hundred plants each, visited along a Z-shaped curve. A plot's share of the plants is its share of
-// the density, summed up exactly; within it places are drawn at random and kept by their density, and if they are far enough from what
-// stands there. What finds no room in a plot is left to the next ones, and at the end to a second round.
+// Each species has its share of the plants, and those with the widest crowns are placed first: of what small ones leave free little fits
+// them. The square is cut into plots of some hundred plants each, visited along a Z-shaped curve. A plot's share of a species is its share
+// of that species' density, summed up; within it places are drawn at random and kept by their density, and if they are far enough from what
+// stands there. What finds no room in a plot is left to the next ones, and at the end to a second round; what a species has no room for, to
+// the others.
 
 #include "scene_scatter.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <functional>
 #include <numeric>
 
 #include "image_decode.h"
@@ -45,6 +49,10 @@ float noise(float x, float z, std::uint64_t seed) {
   return std::lerp(std::lerp(corner(0, 0), corner(1, 0), u), std::lerp(corner(0, 1), corner(1, 1), u), v);
 }
 
+float crown_radius_m(const ScatterSpecies& species) {
+  return kCrownShare * species.sphere_radius_m;
+}
+
 struct Place {
   float x, z;
 };
@@ -55,19 +63,15 @@ class Field {
     any_map_ = std::ranges::any_of(species, [](const ScatterSpecies& s) { return s.density != nullptr; });
   }
 
-  /// Sum over the species; weights: [species] out.
-  float density(Place at, std::span<float> weights) const {
-    float sum = 0.0f;
-    for (std::size_t s = 0; s < species_.size(); ++s) {
-      const float map = species_[s].density != nullptr ? sample(*species_[s].density, at) : 1.0f;
-      // Black is bare: no noise is asked there.
-      weights[s] = map > 0.0f ? map * std::exp(1.5f * noise(at.x / kGrove_m, at.z / kGrove_m, options_.seed * 131ull + s)) : 0.0f;
-      sum += weights[s];
-    }
-    if (any_map_) return sum;
+  float density(Place at, std::size_t s) const {
+    const float map = species_[s].density != nullptr ? sample(*species_[s].density, at) : 1.0f;
+    // Black is bare: no noise is asked there.
+    if (map <= 0.0f) return 0.0f;
+    const float grove = map * std::exp(1.5f * noise(at.x / kGrove_m, at.z / kGrove_m, options_.seed * 131ull + s));
+    if (any_map_) return grove;
     const float open = noise(at.x / kClearing_m, at.z / kClearing_m, options_.seed * 131ull + 0x10000) +
                        0.5f * noise(at.x / (0.4f * kClearing_m), at.z / (0.4f * kClearing_m), options_.seed * 131ull + 0x10001);
-    return sum * std::clamp(0.8f + 1.2f * open, 0.02f, 1.5f);
+    return grove * std::clamp(0.8f + 1.2f * open, 0.02f, 1.5f);
   }
 
  private:
@@ -89,8 +93,7 @@ class Stems {
  public:
   Stems(std::span<const ScatterSpecies> species, const ScatterOptions& options, const std::vector<ScenePlant>& plants)
       : species_(species), options_(options), plants_(plants) {
-    for (const ScatterSpecies& s : species)
-      largest_crown_m_ = std::max(largest_crown_m_, kCrownShare * s.sphere_radius_m * options.scale_max);
+    for (const ScatterSpecies& s : species) largest_crown_m_ = std::max(largest_crown_m_, crown_radius_m(s) * options.scale_max);
     if (options.spacing <= 0.0f) return;
     constexpr float kMostCells = 4096;
     cell_m_ = std::max(2.0f * options.spacing * largest_crown_m_, options.size_m / kMostCells);
@@ -124,7 +127,7 @@ class Stems {
  private:
   static constexpr std::uint32_t kNone = 0xffffffffu;
 
-  float crown_of(const ScenePlant& plant) const { return kCrownShare * species_[plant.species].sphere_radius_m * plant.scale; }
+  float crown_of(const ScenePlant& plant) const { return crown_radius_m(species_[plant.species]) * plant.scale; }
   std::size_t cell_of(float at) const {
     return std::min(static_cast<std::size_t>(std::max((at + 0.5f * options_.size_m) / cell_m_, 0.0f)), side_ - 1);
   }
@@ -141,7 +144,7 @@ class Stems {
 class Scatter {
  public:
   Scatter(std::span<const ScatterSpecies> species, const ScatterOptions& options)
-      : species_(species), options_(options), field_(species, options), stems_(species, options, plants_), weights_(species.size()) {
+      : species_(species), options_(options), field_(species, options), stems_(species, options, plants_), placed_(species.size(), 0) {
     const double side = std::sqrt(static_cast<double>(options.count) / kPlantsAPlot);
     std::uint32_t plots = 1;
     while (plots < side && plots < kMostPlots) plots *= 2;
@@ -151,35 +154,55 @@ class Scatter {
   }
 
   Result<std::vector<ScenePlant>> run(const std::function<void(float)>& progress) {
-    measure_plots();
-    const double total =
-        std::accumulate(plots_.begin(), plots_.end(), 0.0, [](double sum, const Plot& plot) { return sum + plot.density; });
-    if (!(total > 0.0)) return Error{Status::invalid_argument, "scatter: the density maps are black everywhere"};
-    plants_a_density_ = static_cast<double>(options_.count) / total;
-    for (std::uint64_t round = 0; round < 3 && plants_.size() < options_.count; ++round) {
-      const std::uint64_t start = plants_.size(), missing = options_.count - start;
-      double density = 0.0;
-      for (std::size_t i = 0; i < plots_.size(); ++i) {
-        density += plots_[i].density;
-        const auto target = start + static_cast<std::uint64_t>(std::llround(static_cast<double>(missing) * density / total));
-        fill(plots_[i], std::min(target, options_.count), mix(options_.seed * 0x9e3779b97f4a7c15u + round) ^ i);
-        if (progress && i % 64 == 0) progress(static_cast<float>(plants_.size()) / static_cast<float>(options_.count));
-      }
-    }
+    const std::vector<std::uint64_t> shares = scatter_shares(species_, options_.count);
+    if (std::ranges::all_of(shares, [](std::uint64_t share) { return share == 0; }))
+      return Error{Status::invalid_argument, "scatter: the density maps are black everywhere"};
+    std::vector<std::size_t> by_crown(species_.size());
+    std::iota(by_crown.begin(), by_crown.end(), std::size_t{0});
+    std::ranges::stable_sort(by_crown, std::ranges::greater{}, [&](std::size_t s) { return species_[s].sphere_radius_m; });
+    for (const std::size_t s : by_crown) place(s, shares[s], 0, progress);
+    for (auto s = by_crown.rbegin(); s != by_crown.rend() && plants_.size() < options_.count; ++s)
+      if (shares[*s] > 0 && placed_[*s] == shares[*s]) place(*s, options_.count - plants_.size(), kRounds, progress);
     if (plants_.size() == options_.count) return std::move(plants_);
     return Error{Status::invalid_argument, "scatter: no room for all plants; fewer of them, or less spacing", Error::kNoOffset,
-                 std::to_string(plants_.size()) + " of " + std::to_string(options_.count) + " fit"};
+                 std::to_string(plants_.size()) + " of " + std::to_string(options_.count) + " fit" + lack_text(shares)};
   }
 
  private:
+  static constexpr std::uint64_t kRounds = 3;
+
   struct Plot {
     Place corner{};
     float density = 0.0f;      ///< mean
     float max_density = 0.0f;  ///< about
   };
 
-  void measure_plots() {
+  /// As many more of a species as fit, `wanted` at most. first_round: numbers the random places, which are others in each
+  void place(std::size_t s, std::uint64_t wanted, std::uint64_t first_round, const std::function<void(float)>& progress) {
+    if (wanted == 0) return;
+    const std::vector<Plot> plots = measured_plots(s);
+    const double total = std::accumulate(plots.begin(), plots.end(), 0.0, [](double sum, const Plot& plot) { return sum + plot.density; });
+    if (!(total > 0.0)) return;
+    const std::uint64_t end = plants_.size() + wanted;
+    for (std::uint64_t round = first_round; round < first_round + kRounds && plants_.size() < end; ++round) {
+      const std::uint64_t start = plants_.size(), missing = end - start;
+      double density = 0.0;
+      for (std::size_t i = 0; i < plots.size(); ++i) {
+        density += plots[i].density;
+        const auto target = start + static_cast<std::uint64_t>(std::llround(static_cast<double>(missing) * density / total));
+        // What other plots had no room for may double a plot's plants, no more: where nothing fits anywhere that must show soon.
+        const auto share = static_cast<std::uint64_t>(2.0 * plots[i].density * static_cast<double>(wanted) / total);
+        fill(plots[i], s, std::min({target, end, plants_.size() + share + 4}),
+             mix(options_.seed * 0x9e3779b97f4a7c15u + round + 16 * s) ^ i);
+        if (progress && i % 64 == 0) progress(static_cast<float>(plants_.size()) / static_cast<float>(options_.count));
+      }
+    }
+    placed_[s] += plants_.size() - (end - wanted);
+  }
+
+  std::vector<Plot> measured_plots(std::size_t s) const {
     constexpr int kSamples = 6;
+    std::vector<Plot> plots;
     for (std::uint32_t code = 0; code < plot_side_ * plot_side_; ++code) {
       std::uint32_t x = 0, z = 0;
       for (std::uint32_t bit = 0; bit < 16; ++bit) {
@@ -191,42 +214,33 @@ class Scatter {
       for (int i = 0; i < kSamples * kSamples; ++i) {
         const auto share = [](int step) { return (static_cast<float>(step) + 0.5f) / kSamples; };
         const Place at{plot.corner.x + plot_m_ * share(i % kSamples), plot.corner.z + plot_m_ * share(i / kSamples)};
-        const float density = field_.density(at, weights_);
+        const float density = field_.density(at, s);
         plot.density += density / (kSamples * kSamples);
         plot.max_density = std::max(plot.max_density, 1.2f * density);
       }
-      plots_.push_back(plot);
+      plots.push_back(plot);
     }
+    return plots;
   }
 
-  void fill(const Plot& plot, std::uint64_t target, std::uint64_t seed) {
+  void fill(const Plot& plot, std::size_t s, std::uint64_t target, std::uint64_t seed) {
     if (plants_.size() >= target || plot.density <= 0.0f) return;
     Random random{mix(seed)};
-    // What other plots had no room for may double a plot's plants, no more: where nothing fits anywhere that must show soon.
-    const auto share = static_cast<std::uint64_t>(2.0 * plot.density * plants_a_density_);
-    const std::uint64_t tries = kTries * std::min(target - plants_.size(), share + 4);
+    const std::uint64_t tries = kTries * (target - plants_.size());
     for (std::uint64_t i = 0; i < tries && plants_.size() < target; ++i) {
       const Place at{plot.corner.x + plot_m_ * random.share(), plot.corner.z + plot_m_ * random.share()};
-      const float density = field_.density(at, weights_);
-      if (random.share() * plot.max_density >= density) continue;
-      const ScenePlant plant = make_plant(at, random);
+      if (random.share() * plot.max_density >= field_.density(at, s)) continue;
+      const ScenePlant plant = make_plant(at, s, random);
       if (!stems_.has_room(plant)) continue;
       plants_.push_back(plant);
       stems_.add();
     }
   }
 
-  /// weights_ are those of the place.
-  ScenePlant make_plant(Place at, Random& random) {
+  ScenePlant make_plant(Place at, std::size_t s, Random& random) const {
     ScenePlant plant;
     plant.position_m = {at.x, 0.0f, at.z};
-    float left = random.share() * std::accumulate(weights_.begin(), weights_.end(), 0.0f);
-    for (std::size_t s = 0; s < weights_.size(); ++s) {
-      if (weights_[s] <= 0.0f) continue;
-      plant.species = static_cast<std::uint16_t>(s);
-      left -= weights_[s];
-      if (left < 0.0f) break;
-    }
+    plant.species = static_cast<std::uint16_t>(s);
     plant.scale = std::lerp(options_.scale_min, options_.scale_max, random.share());
     plant.yaw = static_cast<std::uint16_t>(random.share() * 65535.0f);
     const float warm = 0.5f * (random.share() - 0.5f) + 0.4f * noise(at.x / 13.0f, at.z / 13.0f, options_.seed + 7ull);
@@ -235,17 +249,41 @@ class Scatter {
     return plant;
   }
 
+  /// Which species found no places, and why.
+  std::string lack_text(const std::vector<std::uint64_t>& shares) const {
+    constexpr std::size_t kMostSpecies = 6;
+    std::string text;
+    std::size_t lacking = 0;
+    for (std::size_t s = 0; s < species_.size(); ++s) {
+      if (placed_[s] >= shares[s] || ++lacking > kMostSpecies) continue;
+      std::array<char, 160> line{};
+      std::snprintf(line.data(), line.size(), ": %llu of %llu, crowns %.3g m wide, so %.3g m apart at spacing %.3g",
+                    static_cast<unsigned long long>(placed_[s]), static_cast<unsigned long long>(shares[s]),
+                    static_cast<double>(2.0f * crown_radius_m(species_[s])),
+                    static_cast<double>(2.0f * options_.spacing * crown_radius_m(species_[s])), static_cast<double>(options_.spacing));
+      text += "; " + (species_[s].name.empty() ? "species " + std::to_string(s) : species_[s].name) + line.data();
+    }
+    std::array<char, 64> square{};
+    std::snprintf(square.data(), square.size(), "; the square is %.6g m wide", static_cast<double>(options_.size_m));
+    return text + square.data();
+  }
+
   std::span<const ScatterSpecies> species_;
   const ScatterOptions& options_;
   Field field_;
   std::vector<ScenePlant> plants_;
   Stems stems_;
-  std::vector<float> weights_;
-  std::vector<Plot> plots_;  ///< along a Z-shaped curve
-  std::uint32_t plot_side_ = 1;
+  std::vector<std::uint64_t> placed_;  ///< [species]
+  std::uint32_t plot_side_ = 1;        ///< plots lie along a Z-shaped curve
   float plot_m_ = 1.0f;
-  double plants_a_density_ = 0.0;
 };
+
+/// White is 1.
+double mean_density(const ScatterSpecies& species) {
+  if (species.density == nullptr) return 1.0;
+  const std::vector<std::uint8_t>& grey = species.density->grey;
+  return grey.empty() ? 0.0 : std::accumulate(grey.begin(), grey.end(), 0.0) / (255.0 * static_cast<double>(grey.size()));
+}
 
 }  // namespace
 
@@ -258,6 +296,20 @@ Result<DensityMap> decode_density_map(std::span<const std::uint8_t> bytes) {
     map.grey[i] = static_cast<std::uint8_t>((54 * texel[0] + 183 * texel[1] + 19 * texel[2] + 128) >> 8);
   }
   return map;
+}
+
+std::vector<std::uint64_t> scatter_shares(std::span<const ScatterSpecies> species, std::uint64_t count) {
+  double all = 0.0, before = 0.0;
+  for (const ScatterSpecies& each : species) all += mean_density(each);
+  std::vector<std::uint64_t> shares;
+  std::uint64_t given = 0;
+  for (const ScatterSpecies& each : species) {
+    before += mean_density(each);
+    const auto until = all > 0.0 ? static_cast<std::uint64_t>(std::llround(static_cast<double>(count) * before / all)) : 0;
+    shares.push_back(std::min(until, count) - given);
+    given += shares.back();
+  }
+  return shares;
 }
 
 Result<std::vector<ScenePlant>> scatter_plants(std::span<const ScatterSpecies> species, const ScatterOptions& options,

@@ -26,6 +26,7 @@ Result<DensityMap> decode_density_map(std::span<const std::uint8_t> bytes);
 struct ScatterSpecies {
   float sphere_radius_m = 1.0f;
   const DensityMap* density = nullptr;  ///< null: as dense anywhere
+  std::string name = {};                ///< for messages
 };
 
 struct ScatterOptions {
@@ -36,9 +37,16 @@ struct ScatterOptions {
   float scale_min = 0.75f, scale_max = 1.25f;
 };
 
-/// Exactly options.count plants, at height 0. Groves: where one species' noise is high it is likelier; clearings, only where no species has
-/// a map. Same arguments, same plants. Takes 32 bytes a plant. progress: called with the share done; may be empty
-/// errors  invalid_argument: they do not fit, every map is black, an option is out of range
+/// [species] How many plants of each a scene is to have: in proportion to the means of their maps, white where one has none. They sum up to
+/// `count`.
+std::vector<std::uint64_t> scatter_shares(std::span<const ScatterSpecies> species, std::uint64_t count);
+
+/// Exactly options.count plants, at height 0: of each species its share (scatter_shares) where there is room for that, otherwise more of
+/// the others. What has wide crowns is placed first. A map says where its species stands, not how many of it there are beside others.
+/// Groves: where a species' noise is high it is likelier; clearings, only where no species has a map. Same arguments, same plants. Takes 32
+/// bytes a plant. progress: called with the share done; may be empty
+/// errors  invalid_argument: they do not fit (`detail` says which species, how many of how many, and how far apart they have to stand),
+///         every map is black, an option is out of range
 Result<std::vector<ScenePlant>> scatter_plants(std::span<const ScatterSpecies> species, const ScatterOptions& options,
                                                const std::function<void(float)>& progress = {});
 

@@ -112,7 +112,7 @@ Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, cons
 }
 
 TemporaryFile::TemporaryFile(std::filesystem::path target, std::filesystem::path path, std::size_t slot)
-    : target_(std::move(target)), folder_(target_.has_parent_path() ? target_.parent_path() : "."), path_(std::move(path)), slot_(slot) {}
+    : target_(std::move(target)), folder_(folder_of(target_)), path_(std::move(path)), slot_(slot) {}
 
 TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
     : target_(std::move(other.target_)),
@@ -171,6 +171,10 @@ void end_by_signal(int signal) noexcept {
   remove_own_temporaries();
   static_cast<void>(::signal(signal, SIG_DFL));
   static_cast<void>(::raise(signal));
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
 }
 
 void remove_abandoned_temporaries(const std::filesystem::path& folder) {

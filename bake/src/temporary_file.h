@@ -47,6 +47,9 @@ void remove_own_temporaries() noexcept;
 /// A signal handler: removes this process's temporary files, then lets the signal end the process.
 void end_by_signal(int signal) noexcept;
 
+/// The folder that a file is in: "." where the path names none.
+std::filesystem::path folder_of(const std::filesystem::path& file);
+
 /// Removes what processes that were killed while they wrote left in a folder: temporary files whose process is no more, and that nobody
 /// holds open. A folder that cannot be read has none.
 void remove_abandoned_temporaries(const std::filesystem::path& folder);

@@ -106,11 +106,12 @@ void encode_level(const Image& level, std::uint32_t format, float alpha_cutoff, 
   parallel_for(rows, encode_row, kRowGrain);
 }
 
-std::uint32_t format_of(const Image& image, float alpha_cutoff, TextureCoding coding) {
+/// level  the first: what nothing shows has the alpha beside it
+std::uint32_t format_of(const Image& level, bool is_normal_map, float alpha_cutoff, TextureCoding coding) {
   if (coding == TextureCoding::rgba8) return COPPICE_TEXTURE_RGBA8;
-  if (image.is_normal_map) return COPPICE_TEXTURE_BC3;
+  if (is_normal_map) return COPPICE_TEXTURE_BC3;
   bool has_alpha = false;
-  for (std::size_t i = 3; i < image.rgba.size(); i += 4) has_alpha = has_alpha || image.rgba[i] != 255;
+  for (std::size_t i = 3; i < level.rgba.size(); i += 4) has_alpha = has_alpha || level.rgba[i] != 255;
   return has_alpha && alpha_cutoff > 0.0f ? COPPICE_TEXTURE_BC3 : COPPICE_TEXTURE_BC1;
 }
 
@@ -127,7 +128,7 @@ Result<std::vector<std::uint8_t>> encode_texture(const Image& image, float alpha
     return Error{Status::invalid_argument, "texture: the image's bytes do not match its size"};
   const std::vector<Image> levels = image.is_normal_map ? stored_levels(image) : mip_levels(image, alpha_cutoff);
   const coppice_file_texture header{levels[0].width, levels[0].height, static_cast<std::uint32_t>(levels.size()),
-                                    format_of(image, alpha_cutoff, coding)};
+                                    format_of(levels[0], image.is_normal_map, alpha_cutoff, coding)};
   std::vector<std::uint8_t> chunk(sizeof header);
   std::memcpy(chunk.data(), &header, sizeof header);
   for (const Image& level : levels) {

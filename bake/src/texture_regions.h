@@ -1,16 +1,40 @@
 #pragma once
 
+#include <cstdint>
+
+#include <glm/vec2.hpp>
+
 #include "plant.h"
 
 namespace coppice::bake {
 
-/// Gives each material the part of its image that its triangles show, as an image of its own, and fills what no triangle shows of an opaque
-/// one with the colours beside it. Artists put bark, leaves and the white paper between them into one picture: from afar, where a pixel
-/// is many texels, a leaf must not take on bark and paper, nor a trunk the mean of all of it.
+/// Bounds of some texture coordinates; none where nothing has been added.
+struct UvBounds {
+  glm::dvec2 low, high;
+
+  UvBounds();
+  void add(const glm::vec2& uv);
+  void add(const UvBounds& other);
+  [[nodiscard]] bool none() const { return !(low.x <= high.x); }
+};
+
+/// Texels [first, last) of an image.
+struct TextureRegion {
+  glm::uvec2 first{0}, last{0};
+  [[nodiscard]] glm::uvec2 size() const { return last - first; }
+  [[nodiscard]] std::uint64_t texels() const { return std::uint64_t{size().x} * size().y; }
+};
+
+/// What of an image such coordinates show, with a texel's margin: along an axis on which they are in several periods, all of it.
+TextureRegion texture_region(const UvBounds& bounds, const Image& image);
+
+/// Gives each material the part of its image that its triangles show, as an image of its own, and measures what they show of it
+/// (Image::shown). Artists put bark, leaves and the white paper between them into one picture: from afar, where a pixel is many texels, a
+/// leaf must not take on bark and paper, nor a trunk the mean of all of it.
 ///
-/// Only where a quarter of the image or more falls away, and only on axes along which all of the material's texture coordinates are in one
-/// period; normal maps are cut alike. Holes of alpha-tested images stay as they are. Same plant, same result.
-/// plant  foliage, wood, materials and images are changed; images that no material names any more stay (drop_unused_materials)
+/// A material gets an image of its own where a quarter of the image or more falls away, or where another material shows other colours of
+/// it; normal maps are cut alike. Same plant, same result. plant  foliage, wood, materials and images are changed; images that no material
+/// names any more are dropped
 void cut_texture_regions(Plant& plant);
 
 }  // namespace coppice::bake

@@ -122,13 +122,6 @@ Result<Mesh> plain_mesh(const WoodMesh& decoded, const coppice_file_chunk& chunk
   return mesh;
 }
 
-Result<Mesh> read_wood(const PlantFile& file, Bytes bytes, std::uint32_t lod) {
-  const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_WOOD, lod);
-  COPPICE_TRY(decoded, read_mesh(chunk, bytes,
-                                 {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], file.plant.material_count}));
-  return plain_mesh(decoded, chunk);
-}
-
 Result<LeafMeshPart> read_leaf_mesh(const PlantFile& file, Bytes bytes, std::uint32_t index) {
   const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_LEAF_MESH, index);
   const auto [vertices, triangles] = file.leaf_meshes[index];
@@ -204,6 +197,13 @@ Result<void> check_sphere(const PlantFile& file, const BakedPlant& plant) {
 
 }  // namespace
 
+Result<Mesh> unpack_wood(const PlantFile& file, Bytes bytes, std::uint32_t lod) {
+  const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_WOOD, lod);
+  COPPICE_TRY(decoded, read_mesh(chunk, bytes,
+                                 {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], file.plant.material_count}));
+  return plain_mesh(decoded, chunk);
+}
+
 Result<BakedPlant> unpack(Bytes bytes) {
   COPPICE_TRY(file, read_front(bytes, bytes.size()));
   BakedPlant plant;
@@ -214,7 +214,7 @@ Result<BakedPlant> unpack(Bytes bytes) {
   COPPICE_TRY(tree, read_tree(file, bytes));
   plant.tree = std::move(tree);
   for (std::uint32_t lod = 0; lod < file.plant.wood_lod_count; ++lod) {
-    COPPICE_TRY(mesh, read_wood(file, bytes, lod));
+    COPPICE_TRY(mesh, unpack_wood(file, bytes, lod));
     plant.wood.lods.push_back(std::move(mesh));
   }
   plant.wood.error_px = file.wood_error_px;

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <string>
 
-#include "asset_path.h"
 #include "atomic_file.h"
 #include "inspect.h"
 #include "printable.h"

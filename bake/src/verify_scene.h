@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "asset_path.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -17,9 +18,6 @@ struct SceneVerifyReport {
   std::uint32_t species_checked = 0;
   std::vector<Error> errors;  ///< species first, then tiles, each in the file's order
 };
-
-/// Files outside the scene's folder, which a scene of a stranger may name.
-enum class OutsideFiles : std::uint8_t { refused, allowed };
 
 /// Whether the bytes start as a .forest file does.
 bool is_scene(std::span<const std::uint8_t> file);

@@ -1,10 +1,13 @@
 #include "wood_lods.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
-#include <numeric>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -13,16 +16,17 @@
 #include <glm/geometric.hpp>
 
 #include "gltf_triangles.h"
-#include "union_find.h"
-#include "weld.h"
+#include "wood_pieces.h"
+#include "wood_stand_ins.h"
 
 namespace coppice::bake {
 namespace {
 
 // Wood is tubes: a trunk, boughs, twigs, each its own connected piece of surface. A simplifier set on all of it at once stalls when every
 // twig is a prism (edge collapse: 905 triangles of eztree_oak_medium's 3,166, however few are asked for) or loses what is thinner than its
-// grid, which is the trunk (vertex clustering). So each LoD keeps the weightiest pieces and simplifies each by itself: twigs go first, the
-// trunk stays.
+// grid, which is the trunk (vertex clustering). So a LoD deals its triangles out to pieces, each time to the piece whose error they lessen
+// most. A piece is simplified by itself, or has a stand-in of few triangles (wood_stand_ins.h), or none; what is left out gives its area
+// to stand-ins near it, which grow wider. So a plant keeps the area and the colour of what is thin, down to some tens of triangles.
 
 constexpr std::size_t kMaxLods = 7;
 constexpr std::size_t kReduction = 4;
@@ -36,194 +40,347 @@ constexpr std::size_t kStalled = 2;
 constexpr double kLeastClusteredArea = 0.7;
 // A piece is squeezed to no less than this share of its length, so that its cells stay some vertices long.
 constexpr double kLeastSqueeze = 0.01;
-// Pieces that will not go below their share may make a LoD this much larger than asked for; beyond that the lighter ones are left out.
-constexpr double kOverdraw = 1.25;
 // A LoD with more than this share of the one before is not worth its bytes.
 constexpr double kLeastProgress = 0.7;
 // Errors are relative to a piece's extent; this is no limit.
 constexpr float kAnyError = 1.0f;
+// Of a LoD's triangles one in so many is for pieces that would be left out.
+constexpr std::size_t kRestShare = 5;
+// A stand-in grows to at most so many times the area of its piece, or as wide as a pixel where the LoD is likely to be drawn: where the
+// plant is this many pixels high for the square root of its triangles. It takes the area of pieces down to this share of its girth: what is
+// thinner is seen as a haze that a thick bough would not show.
+constexpr double kMostGrowth = 2.0;
+constexpr double kPxPerRootTriangle = 10.0;
+constexpr double kLeastGirthShare = 0.2;
+constexpr double kGoldenAngle = 2.399963229728653;
 
 using Indices = std::vector<std::uint32_t>;
 
-/// A connected piece of wood of one material.
-struct Piece {
-  std::uint32_t material = 0;
-  Indices vertices;                  ///< in the source mesh
-  std::vector<glm::vec3> positions;  ///< of those
-  Indices indices;                   ///< into `vertices`
-  std::vector<glm::vec3> squeezed;   ///< the positions, along the piece's length as much drawn together as it is longer than thick
-  double area_m2 = 0.0;
-  double weight = 0.0;  ///< how much it matters from afar: area times girth
-  [[nodiscard]] std::size_t triangle_count() const { return indices.size() / 3; }
+/// What becomes of the area of pieces that a LoD has no triangles for.
+enum class LeftOut : std::uint8_t { merged, lost };
+
+/// What may be drawn of a piece, and its error as a share of that of leaving it out.
+struct Choice {
+  enum class Kind : std::uint8_t { nothing, stand_in, simplified } kind = Kind::nothing;
+  std::size_t triangle_count = 0;
+  double error = 1.0;
+  StandIn form{};
+  double misfit_m2 = 0.0;   ///< square of how far from the piece it is
+  std::size_t version = 0;  ///< of a simplified piece
 };
 
-double area_m2(const std::vector<glm::vec3>& positions, const Indices& indices) {
-  double area = 0.0;
-  for (std::size_t i = 0; i < indices.size(); i += 3) {
-    const glm::dvec3 a(positions[indices[i]]), b(positions[indices[i + 1]]), c(positions[indices[i + 2]]);
-    area += 0.5 * glm::length(glm::cross(b - a, c - a));
+struct Candidate {
+  WoodPiece piece;
+  std::vector<Indices> versions;  ///< the piece simplified
+  std::vector<Choice> all;        ///< without what misfits add to their errors
+  /// For one LoD: more triangles and less error from one to the next, and less gained by each triangle.
+  std::vector<Choice> choices;
+};
+
+/// Leaves out what costs more for less, and what a mixture of two others beats.
+std::vector<Choice> lower_hull(std::vector<Choice> choices) {
+  std::ranges::stable_sort(choices, [](const Choice& a, const Choice& b) {
+    return std::pair(a.triangle_count, a.error) < std::pair(b.triangle_count, b.error);
+  });
+  const auto gain = [](const Choice& from, const Choice& to) {
+    return (from.error - to.error) / static_cast<double>(to.triangle_count - from.triangle_count);
+  };
+  std::vector<Choice> hull;
+  for (const Choice& choice : choices) {
+    if (!hull.empty() && (choice.error >= hull.back().error || choice.triangle_count == hull.back().triangle_count)) continue;
+    while (hull.size() > 1 && gain(hull[hull.size() - 2], hull.back()) <= gain(hull.back(), choice)) hull.pop_back();
+    hull.push_back(choice);
   }
-  return area;
+  return hull;
 }
 
-/// Where the piece's area is, how much of it, and how it spreads.
-struct Spread {
-  glm::dvec3 center{0.0};
-  glm::dvec3 along{0.0, 1.0, 0.0};  ///< the direction it spreads most in
-  double slenderness = 1.0;         ///< spread across, by spread along
+/// A piece in fewer triangles, and how far from it they are.
+struct Version {
+  Indices indices;
+  double error_m = 0.0;
 };
 
-Spread spread_of(const Piece& piece) {
-  std::vector<std::pair<glm::dvec3, double>> samples;  // centre and area of each triangle
-  Spread spread;
-  double area = 0.0;
-  for (std::size_t i = 0; i < piece.indices.size(); i += 3) {
-    const auto corner = [&](std::size_t k) { return glm::dvec3(piece.positions[piece.indices[i + k]]); };
-    const glm::dvec3 a = corner(0), b = corner(1), c = corner(2);
-    samples.emplace_back((a + b + c) / 3.0, 0.5 * glm::length(glm::cross(b - a, c - a)));
-    spread.center += samples.back().first * samples.back().second;
-    area += samples.back().second;
-  }
-  if (!(area > 0.0)) return spread;
-  spread.center /= area;
-  // Power iteration on the covariance, from a direction that no axis is across.
-  constexpr int kIterations = 50;
-  glm::dvec3 along = glm::normalize(glm::dvec3(0.3, 1.0, 0.2));
-  for (int i = 0; i < kIterations; ++i) {
-    glm::dvec3 next(0.0);
-    for (const auto& [point, weight] : samples) next += weight * glm::dot(point - spread.center, along) * (point - spread.center);
-    if (!(glm::length(next) > 0.0)) return spread;
-    along = glm::normalize(next);
-  }
-  double squares_along = 0.0, squares = 0.0;
-  for (const auto& [point, weight] : samples) {
-    const glm::dvec3 arm = point - spread.center;
-    squares += weight * glm::dot(arm, arm);
-    squares_along += weight * glm::dot(arm, along) * glm::dot(arm, along);
-  }
-  spread.along = along;
-  spread.slenderness = std::sqrt(std::max(squares - squares_along, 0.0) / (2.0 * squares_along));
-  return spread;
+double scaled_error_m(float relative, const std::vector<glm::vec3>& positions) {
+  return double{relative} * double{meshopt_simplifyScale(&positions[0].x, positions.size(), sizeof(glm::vec3))};
+}
+
+Version collapse_edges(const WoodPiece& piece, std::size_t target_count) {
+  Indices result(piece.indices.size());
+  float error = 0.0f;
+  result.resize(meshopt_simplify(result.data(), piece.indices.data(), piece.indices.size(), &piece.positions[0].x, piece.positions.size(),
+                                 sizeof(glm::vec3), 3 * target_count, kAnyError, 0, &error));
+  return {std::move(result), scaled_error_m(error, piece.positions)};
 }
 
 /// Cells of a clustering are cubes: in the plant's proportions they are longer than a trunk is thick long before they are as long as its
-/// sections. Squeezed, a tube of a few sections is a few cells.
-void squeeze(Piece& piece) {
-  const Spread spread = spread_of(piece);
-  const double factor = std::clamp(spread.slenderness, kLeastSqueeze, 1.0);
+/// sections. Along the piece's length drawn together as much as it is longer than thick, a tube of a few sections is a few cells.
+std::vector<glm::vec3> squeezed(const WoodPiece& piece) {
+  const double thickness_m = std::hypot(piece.spread_m[1], piece.spread_m[2]) / std::sqrt(2.0);
+  const double factor = piece.spread_m[0] > 0.0 ? std::clamp(thickness_m / piece.spread_m[0], kLeastSqueeze, 1.0) : 1.0;
+  std::vector<glm::vec3> positions;
   for (const glm::vec3& position : piece.positions) {
-    const glm::dvec3 arm = glm::dvec3(position) - spread.center;
-    piece.squeezed.emplace_back(arm + spread.along * (glm::dot(arm, spread.along) * (factor - 1.0)));
+    const glm::dvec3 arm = glm::dvec3(position) - piece.center;
+    positions.emplace_back(arm + piece.axes[0] * (glm::dot(arm, piece.axes[0]) * (factor - 1.0)));
   }
+  return positions;
 }
 
-/// By area alone, the short pieces of coffee.glb's trunk come after its long thin boughs. The girth of a tube is its area by its length.
-void weigh(Piece& piece) {
-  piece.area_m2 = area_m2(piece.positions, piece.indices);
-  glm::vec3 low = piece.positions.front(), high = low;
-  for (const glm::vec3& position : piece.positions) {
-    low = glm::min(low, position);
-    high = glm::max(high, position);
+/// The coarsest clustering of at least target_count triangles that keeps enough of the piece's area; none where there is none below
+/// most_count.
+Version cluster_vertices(const WoodPiece& piece, std::size_t target_count, std::size_t most_count) {
+  const std::vector<glm::vec3> positions = squeezed(piece);
+  for (std::size_t count = target_count; count < most_count; count *= 2) {
+    Indices result(piece.indices.size());
+    float error = 0.0f;
+    result.resize(meshopt_simplifySloppy(result.data(), piece.indices.data(), piece.indices.size(), &positions[0].x, positions.size(),
+                                         sizeof(glm::vec3), 3 * count, kAnyError, &error));
+    if (projected_area_m2(piece.positions, result) < kLeastClusteredArea * piece.projected_m2) continue;
+    if (result.size() >= 3 * most_count) return {};
+    return {std::move(result), scaled_error_m(error, positions)};
   }
-  const double length_m = glm::distance(glm::dvec3(low), glm::dvec3(high));
-  piece.weight = length_m > 0.0 ? piece.area_m2 * piece.area_m2 / length_m : 0.0;
+  return {};
 }
 
-/// The pieces, the weightiest first.
-std::vector<Piece> split_pieces(const Mesh& wood) {
-  const std::vector<std::uint32_t> one_group(wood.positions.size(), 0);
-  const std::vector<std::uint32_t> welded = weld(wood.positions, one_group);
-  UnionFind sets(welded.size());
-  for (std::size_t i = 0; i < wood.indices.size(); i += 3)
-    for (std::size_t k = 1; k < 3; ++k) sets.join(welded[wood.indices[i]], welded[wood.indices[i + k]]);
-
-  std::vector<Piece> pieces;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> piece_of;  // by set and material
-  std::vector<std::uint32_t> local(wood.positions.size(), kNone), local_piece(wood.positions.size(), kNone);
-  for (std::size_t i = 0; i < wood.indices.size(); ++i) {
-    const std::uint32_t vertex = wood.indices[i], material = wood.triangle_materials[i / 3];
-    const auto [found, is_new] = piece_of.try_emplace({sets.find(welded[wood.indices[i]]), material}, pieces.size());
-    if (is_new) pieces.emplace_back().material = material;
-    Piece& piece = pieces[found->second];
-    if (local_piece[vertex] != found->second) {
-      local_piece[vertex] = static_cast<std::uint32_t>(found->second);
-      local[vertex] = static_cast<std::uint32_t>(piece.vertices.size());
-      piece.vertices.push_back(vertex);
-      piece.positions.push_back(wood.positions[vertex]);
-    }
-    piece.indices.push_back(local[vertex]);
-  }
-  for (Piece& piece : pieces) weigh(piece);
-  std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.weight > b.weight; });
-  return pieces;
+/// The piece's triangles, about target_count of them or as few as it can be had in. Never none.
+Version simplify_piece(const WoodPiece& piece, std::size_t target_count) {
+  Version simplified = collapse_edges(piece, target_count);
+  if (simplified.indices.empty()) simplified = {piece.indices, 0.0};
+  if (simplified.indices.size() / 3 <= kStalled * target_count) return simplified;
+  Version clustered = cluster_vertices(piece, target_count, simplified.indices.size() / 3);
+  return clustered.indices.empty() ? simplified : clustered;
 }
 
-Indices collapse_edges(const Piece& piece, std::size_t target_count) {
-  Indices result(piece.indices.size());
-  result.resize(meshopt_simplify(result.data(), piece.indices.data(), piece.indices.size(), &piece.positions[0].x, piece.positions.size(),
-                                 sizeof(glm::vec3), 3 * target_count, kAnyError, 0, nullptr));
-  return result;
-}
+// A strip's error is what its width varies with the direction it is seen from, that of a tube of few sides how flat it looks; chosen so
+// that the measured errors of oak, pine, poplar and bamboo are small. What misses the piece by its radius, or by half a pixel where that is
+// more, is half as wrong as none.
+constexpr double kStripError = 0.35, kThreeSidedTubeError = 0.2, kTubeError = 0.1, kMisfitError = 0.5;
+constexpr double kThreeSidedSpindleError = 0.3, kSpindleError = 0.2;
+constexpr double kSimplifiedError = 5.0;  ///< over triangles
+constexpr double kMeanOfMost = 0.1;       ///< mean square of a simplified piece's distance, as a share of the square of the largest
+constexpr std::size_t kLeastSimplified = 12;
 
-Indices cluster_vertices(const Piece& piece, std::size_t target_count) {
-  Indices result(piece.indices.size());
-  result.resize(meshopt_simplifySloppy(result.data(), piece.indices.data(), piece.indices.size(), &piece.squeezed[0].x,
-                                       piece.squeezed.size(), sizeof(glm::vec3), 3 * target_count, kAnyError, nullptr));
-  return result;
-}
-
-/// The piece's triangles, about target_count of them or as few as it can be had in, as vertices of the source. Never none.
-Indices simplify_piece(Piece& piece, std::size_t target_count) {
-  Indices simplified = piece.indices;
-  if (target_count < piece.triangle_count()) {
-    Indices collapsed = collapse_edges(piece, target_count);
-    if (!collapsed.empty()) simplified = std::move(collapsed);
-  }
-  const std::size_t collapsed_count = simplified.size() / 3;
-  if (collapsed_count > kStalled * target_count) {
-    if (piece.squeezed.empty()) squeeze(piece);
-    for (std::size_t count = target_count; count < collapsed_count; count *= 2) {
-      Indices clustered = cluster_vertices(piece, count);
-      if (clustered.empty() || area_m2(piece.positions, clustered) < kLeastClusteredArea * piece.area_m2) continue;
-      if (clustered.size() < simplified.size()) simplified = std::move(clustered);
-      break;
+Candidate candidate_of(WoodPiece&& piece) {
+  using enum Choice::Kind;
+  std::vector<Choice> choices{{}};
+  const std::size_t all = piece.triangle_count();
+  for (std::uint32_t sections = 1; sections <= 8; sections *= 2) {
+    if (2 * sections >= all) break;
+    const double misfit_m2 = line_misfit_m2(piece, sections);
+    for (const auto& [sides, error] : {std::pair{2u, kStripError}, std::pair{3u, kThreeSidedTubeError}, std::pair{5u, kTubeError}}) {
+      const StandIn form{sections, sides};
+      if (form.triangle_count() < all) choices.push_back({stand_in, form.triangle_count(), error, form, misfit_m2});
     }
   }
-  for (std::uint32_t& index : simplified) index = piece.vertices[index];
-  return simplified;
+  // As far as it is as wide as long.
+  const double long_error = piece.spread_m[0] > 0.0 ? 0.8 * (1.0 - piece.spread_m[1] / piece.spread_m[0]) : 0.0;
+  for (const auto& [sides, error] : {std::pair{3u, kThreeSidedSpindleError}, std::pair{4u, kSpindleError}}) {
+    const StandIn form{0, sides};
+    if (form.triangle_count() < all) choices.push_back({stand_in, form.triangle_count(), error + long_error, form});
+  }
+  // What it comes down to, which may be far more than is asked for. Edges do not collapse between parts: each of them stays a tube.
+  std::vector<Indices> versions;
+  for (std::size_t asked = std::max(kLeastSimplified, kTubeTriangles * piece.part_count); asked < all; asked *= 2) {
+    Version version = simplify_piece(piece, asked);
+    const std::size_t count = version.indices.size() / 3;
+    versions.push_back(std::move(version.indices));
+    choices.push_back({simplified,
+                       count,
+                       kSimplifiedError / static_cast<double>(count),
+                       {},
+                       kMeanOfMost * version.error_m * version.error_m,
+                       versions.size() - 1});
+  }
+  versions.push_back(piece.indices);
+  choices.push_back({simplified, all, 0.0, {}, 0.0, versions.size() - 1});
+  return {std::move(piece), std::move(versions), std::move(choices), {}};
+}
+
+/// For a LoD in which a pixel is so wide.
+void set_choices(Candidate& candidate, double pixel_m) {
+  candidate.choices = candidate.all;
+  const double seen_m = 0.5 * std::max(std::min(candidate.piece.girth_m(), candidate.piece.thickness_m()), pixel_m);
+  for (Choice& choice : candidate.choices)
+    if (choice.misfit_m2 > 0.0) choice.error += kMisfitError * choice.misfit_m2 / (seen_m * seen_m);
+  candidate.choices = lower_hull(std::move(candidate.choices));
+}
+
+/// One choice on, of one candidate.
+struct Step {
+  int gain_class = 0;
+  std::size_t candidate = 0, choice = 0;
+};
+
+/// All steps, those that gain most by each triangle first; of those that gain about the same, in the candidates' order.
+std::vector<Step> steps_of(const std::vector<Candidate>& candidates) {
+  std::vector<Step> steps;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const WoodPiece& piece = candidates[i].piece;
+    const std::vector<Choice>& choices = candidates[i].choices;
+    for (std::size_t k = 1; k < choices.size(); ++k) {
+      const double gain = piece.weight() * (choices[k - 1].error - choices[k].error) /
+                          static_cast<double>(choices[k].triangle_count - choices[k - 1].triangle_count);
+      if (gain > 0.0) steps.push_back({static_cast<int>(std::floor(2.0 * std::log2(gain))), i, k});
+    }
+  }
+  std::ranges::stable_sort(steps, [](const Step& a, const Step& b) { return a.gain_class > b.gain_class; });
+  return steps;
+}
+
+/// Which choice each candidate gets, and how many triangles are left.
+struct Deal {
+  std::vector<std::size_t> chosen;
+  std::size_t left = 0;
+
+  void take(const std::vector<Candidate>& candidates, std::size_t i, std::size_t choice) {
+    const std::vector<Choice>& choices = candidates[i].choices;
+    left -= std::min(left, choices[choice].triangle_count - choices[chosen[i]].triangle_count);
+    chosen[i] = choice;
+  }
+};
+
+void deal_by_gain(const std::vector<Candidate>& candidates, const std::vector<Step>& steps, Deal& deal) {
+  for (const Step& step : steps) {
+    const std::vector<Choice>& choices = candidates[step.candidate].choices;
+    if (deal.chosen[step.candidate] + 1 != step.choice) continue;
+    if (choices[step.choice].triangle_count - choices[step.choice - 1].triangle_count <= deal.left)
+      deal.take(candidates, step.candidate, step.choice);
+  }
+}
+
+/// Of what is left out, as many as there are triangles for, evenly by area: to each falls a share of the area of those that stay out.
+void deal_to_the_rest(const std::vector<Candidate>& candidates, Deal& deal) {
+  double rest_m2 = 0.0;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (deal.chosen[i] == 0 && candidates[i].choices.size() > 1) rest_m2 += candidates[i].piece.projected_m2;
+  constexpr double kStripTriangles = 2.0;
+  const double share_m2 = rest_m2 * kStripTriangles / static_cast<double>(std::max<std::size_t>(deal.left, 1));
+  double passed_m2 = 0.0, next_m2 = 0.0;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const WoodPiece& piece = candidates[i].piece;
+    const std::vector<Choice>& choices = candidates[i].choices;
+    if (deal.chosen[i] != 0 || choices.size() < 2) continue;
+    passed_m2 += piece.projected_m2;
+    if (passed_m2 < next_m2 || choices[1].triangle_count > deal.left) continue;
+    next_m2 += share_m2 * static_cast<double>(choices[1].triangle_count) / kStripTriangles;
+    deal.take(candidates, i, 1);
+  }
+}
+
+/// About target_count triangles. The weightiest piece of each material gets some in any case.
+std::vector<std::size_t> deal_out(const std::vector<Candidate>& candidates, std::size_t target_count, LeftOut left_out) {
+  const std::vector<Step> steps = steps_of(candidates);
+  Deal deal{std::vector<std::size_t>(candidates.size(), 0), target_count};
+  std::map<std::uint32_t, bool> material_shown;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (candidates[i].choices.size() > 1 && !std::exchange(material_shown[candidates[i].piece.material], true)) deal.take(candidates, i, 1);
+  const std::size_t kept_back = left_out == LeftOut::merged ? std::min(deal.left, target_count / kRestShare) : 0;
+  deal.left -= kept_back;
+  deal_by_gain(candidates, steps, deal);
+  deal.left += kept_back;
+  deal_to_the_rest(candidates, deal);
+  deal_by_gain(candidates, steps, deal);
+  return std::move(deal.chosen);
+}
+
+/// What each piece's stand-in is to have of projected area, m2: its own, and what the pieces that are left out near it had.
+/// pixel_m  width to which it may grow in any case; 0: what is left out is given to none
+std::vector<double> stand_in_areas(const std::vector<Candidate>& candidates, const std::vector<std::size_t>& chosen, double pixel_m) {
+  std::vector<double> areas_m2;
+  std::vector<std::size_t> stand_ins;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    areas_m2.push_back(candidates[i].piece.projected_m2);
+    if (candidates[i].choices[chosen[i]].kind == Choice::Kind::stand_in) stand_ins.push_back(i);
+  }
+  for (std::size_t i = 0; i < candidates.size() && pixel_m > 0.0; ++i) {
+    const WoodPiece& piece = candidates[i].piece;
+    if (candidates[i].choices[chosen[i]].kind != Choice::Kind::nothing) continue;
+    std::size_t nearest = kNone;
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const std::size_t k : stand_ins) {
+      const WoodPiece& other = candidates[k].piece;
+      if (other.material != piece.material || piece.girth_m() < kLeastGirthShare * other.girth_m()) continue;
+      if (areas_m2[k] + piece.projected_m2 > std::max(kMostGrowth, pixel_m / other.girth_m()) * other.projected_m2) continue;
+      const double distance_m = glm::distance(other.center, piece.center);
+      if (distance_m < nearest_m) nearest = k, nearest_m = distance_m;
+    }
+    if (nearest != kNone) areas_m2[nearest] += piece.projected_m2;
+  }
+  return areas_m2;
+}
+
+/// Unit normals for each vertex, the same for all in one place: what is moved along them stays whole.
+std::vector<glm::vec3> joint_normals(const Mesh& source, const WoodPiece& piece) {
+  const auto place_of = [&](std::size_t i) { return std::tuple(piece.positions[i].x, piece.positions[i].y, piece.positions[i].z); };
+  std::map<std::tuple<float, float, float>, glm::vec3> sums;
+  for (std::size_t i = 0; i < piece.positions.size(); ++i)
+    sums.try_emplace(place_of(i), 0.0f).first->second += source.normals[piece.vertices[i]];
+  std::vector<glm::vec3> normals;
+  for (std::size_t i = 0; i < piece.positions.size(); ++i) {
+    const glm::vec3& sum = sums.at(place_of(i));
+    normals.push_back(glm::length(sum) > 1e-6f ? glm::normalize(sum) : glm::vec3(0.0f));
+  }
+  return normals;
+}
+
+/// The corners of a simplified tube lie on the tube, its faces inside: it is thinner. Moves them out until it is as thick as the piece.
+std::vector<glm::vec3> thickened(const Mesh& source, const WoodPiece& piece, const Indices& indices) {
+  constexpr double kMostThickened = 0.5;  // radii of the tube that has the piece's volume and area
+  const double now_m2 = projected_area_m2(piece.positions, indices), radius_m = 0.5 * piece.thickness_m();
+  const double step_m = 0.02 * radius_m;
+  if (!(now_m2 < piece.projected_m2) || !(step_m > 0.0)) return piece.positions;
+  const std::vector<glm::vec3> normals = joint_normals(source, piece);
+  const auto moved = [&](double by_m) {
+    std::vector<glm::vec3> positions = piece.positions;
+    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += static_cast<float>(by_m) * normals[i];
+    return positions;
+  };
+  const double gained_m2 = projected_area_m2(moved(step_m), indices) - now_m2;
+  if (!(gained_m2 > 0.0)) return piece.positions;
+  return moved(std::min(step_m * (piece.projected_m2 - now_m2) / gained_m2, kMostThickened * radius_m));
+}
+
+void append_piece(const Mesh& source, const WoodPiece& piece, const Indices& indices, Mesh& mesh) {
+  const bool is_whole = indices.size() == piece.indices.size();
+  const std::vector<glm::vec3> positions = is_whole ? piece.positions : thickened(source, piece, indices);
+  Indices place(piece.vertices.size(), kNone);
+  for (const std::uint32_t index : indices) {
+    if (place[index] == kNone) {
+      place[index] = static_cast<std::uint32_t>(mesh.positions.size());
+      mesh.positions.push_back(positions[index]);
+      mesh.normals.push_back(source.normals[piece.vertices[index]]);
+      mesh.uvs.push_back(source.uvs[piece.vertices[index]]);
+    }
+    mesh.indices.push_back(place[index]);
+  }
+  mesh.triangle_materials.insert(mesh.triangle_materials.end(), indices.size() / 3, piece.material);
+}
+
+/// The longest side of the box of all pieces.
+double extent_m(const Mesh& mesh) {
+  glm::vec3 low = mesh.positions.front(), high = low;
+  for (const glm::vec3& position : mesh.positions) low = glm::min(low, position), high = glm::max(high, position);
+  return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+}
+
+/// About target_count triangles.
+Mesh simplify_pieces(const Mesh& source, std::vector<Candidate>& candidates, std::size_t target_count, LeftOut left_out) {
+  const double pixel_m = extent_m(source) / (kPxPerRootTriangle * std::sqrt(static_cast<double>(target_count)));
+  for (Candidate& candidate : candidates) set_choices(candidate, pixel_m);
+  const std::vector<std::size_t> chosen = deal_out(candidates, target_count, left_out);
+  const std::vector<double> areas_m2 = stand_in_areas(candidates, chosen, left_out == LeftOut::merged ? pixel_m : 0.0);
+  Mesh mesh;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const WoodPiece& piece = candidates[i].piece;
+    const Choice& choice = candidates[i].choices[chosen[i]];
+    if (choice.kind == Choice::Kind::stand_in)
+      append_stand_in(source, piece, {choice.form, areas_m2[i], kGoldenAngle * static_cast<double>(i)}, mesh);
+    if (choice.kind == Choice::Kind::simplified) append_piece(source, piece, candidates[i].versions[choice.version], mesh);
+  }
+  return mesh;
 }
 
 /// Triangles of a LoD, by material.
 using Parts = std::map<std::uint32_t, Indices>;
-
-/// About target_count triangles: half of them for as many of the weightiest pieces as can be prisms, half shared among those by area. The
-/// weightiest piece of each material stays in any case.
-Parts simplify_pieces(std::vector<Piece>& pieces, std::size_t target_count) {
-  const std::size_t kept_count = std::clamp<std::size_t>(target_count / (2 * kTubeTriangles), 1, pieces.size());
-  double kept_m2 = 0.0;
-  for (std::size_t i = 0; i < kept_count; ++i) kept_m2 += pieces[i].area_m2;
-  const double shared_count = std::max(static_cast<double>(target_count) - static_cast<double>(kTubeTriangles * kept_count), 0.0);
-  const auto most_indices = static_cast<std::size_t>(3.0 * kOverdraw * static_cast<double>(target_count));
-  Parts parts;
-  std::size_t index_count = 0;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const bool kept = i < kept_count;
-    const double share = kept && kept_m2 > 0.0 ? shared_count * pieces[i].area_m2 / kept_m2 : 0.0;
-    const bool is_first = parts.count(pieces[i].material) == 0;
-    if (!kept && !is_first) continue;
-    const Indices indices = simplify_piece(pieces[i], kTubeTriangles + static_cast<std::size_t>(share));
-    if (!is_first && index_count + indices.size() > most_indices) continue;
-    index_count += indices.size();
-    Indices& part = parts[pieces[i].material];
-    part.insert(part.end(), indices.begin(), indices.end());
-  }
-  return parts;
-}
-
-std::size_t triangle_count(const Parts& parts) {
-  return std::accumulate(parts.begin(), parts.end(), std::size_t{0},
-                         [](std::size_t sum, const auto& part) { return sum + part.second.size() / 3; });
-}
 
 /// One mesh of all parts, in the order in which a GPU's vertex cache likes them.
 Mesh merge(const Mesh& source, const Parts& parts) {
@@ -262,20 +419,29 @@ Mesh halve_wood(const Mesh& wood) {
   return merge(wood, parts);
 }
 
-WoodLods simplify_wood(const Mesh& wood) {
-  WoodLods chain;
-  if (wood.indices.empty()) return chain;
-  std::vector<Piece> pieces = split_pieces(wood);
-  chain.lods.push_back(merge(wood, split_by_material(wood)));
+std::vector<WoodLevel> wood_levels(const Mesh& wood) {
+  std::vector<WoodLevel> levels;
+  if (wood.indices.empty()) return levels;
+  std::vector<Candidate> candidates;
+  for (WoodPiece& piece : split_wood(wood)) candidates.push_back(candidate_of(std::move(piece)));
+  levels.push_back({merge(wood, split_by_material(wood))});
   std::size_t target_count = wood.triangle_materials.size() / kReduction;
-  while (chain.lods.size() < kMaxLods && chain.lods.back().triangle_materials.size() > kLeastTriangles) {
-    const Parts parts = simplify_pieces(pieces, target_count);
-    const double share = static_cast<double>(triangle_count(parts)) / static_cast<double>(chain.lods.back().triangle_materials.size());
-    if (share <= kLeastProgress) chain.lods.push_back(merge(wood, parts));
+  std::size_t last_count = wood.triangle_materials.size();
+  while (levels.size() < kMaxLods && last_count > kLeastTriangles) {
+    WoodLevel level;
+    for (const LeftOut left_out : {LeftOut::merged, LeftOut::lost}) {
+      const Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
+      level.push_back(merge(mesh, split_by_material(mesh)));
+    }
+    const std::size_t count = level.front().triangle_materials.size();
+    if (static_cast<double>(count) <= kLeastProgress * static_cast<double>(last_count)) {
+      levels.push_back(std::move(level));
+      last_count = count;
+    }
     target_count /= kReduction;
     if (target_count < kTubeTriangles) break;
   }
-  return chain;
+  return levels;
 }
 
 }  // namespace coppice::bake

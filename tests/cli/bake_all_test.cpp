@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -112,6 +113,22 @@ TEST_F(BakeAll, ABadFileKeepsNoneOfTheOthersFromBeingBaked) {
   const ProcessResult second = coppice_tool(bake_all(plants_, out_));
   EXPECT_EQ(second.exit_code, 1) << "a plant that fails fails again";
   EXPECT_NE(second.out.find("0 baked, 3 cached, 1 failed"), std::string::npos) << second.out;
+}
+
+TEST_F(BakeAll, AFailureIsToldOnceInAtMostAHundredColumns) {
+  const std::string name = "a " + std::string(120, 'x') + ".glb";
+  write_text(plants_ / "hedge" / "letter.glb", "this is a letter, not a plant\n");
+  write_text(plants_ / name, "nor is this\n");
+  const ProcessResult result = coppice_tool(bake_all(plants_, out_, {"--leaf-material", "^leaves of another plant altogether$"}));
+  EXPECT_EQ(result.exit_code, 1);
+  std::istringstream lines(result.err);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  EXPECT_EQ(count_of(result.err, "not baked"), 5u) << result.err;
+  EXPECT_EQ(count_of(result.err, "coppice: hedge/letter.glb: not baked: "), 1u) << result.err;
+  EXPECT_EQ(count_of(result.err, "letter.glb"), 1u) << result.err;
+  EXPECT_EQ(count_of(result.err, plants_.string()), 0u) << result.err;
+  // Nothing is left out.
+  EXPECT_NE(result.err.find("'wood'"), std::string::npos) << result.err;
 }
 
 TEST_F(BakeAll, ASecondRunBakesAndWritesNothing) {

@@ -112,7 +112,7 @@ TEST(CommandLine, HelpListsEveryCommandAndOption) {
       {"plant", {"--output", "--seed", "corylus", "willow", "juniper"}},
       {"bake",
        {"--output", "--metric", "--views", "--resolution", "--background", "--candidates", "--textures", "--leaf-material",
-        "--wood-material", "--classes", "--threads", "--report", "--dry-run", "--preview", "--quiet"}},
+        "--wood-material", "--classes", "--node", "--variant", "--threads", "--report", "--dry-run", "--preview", "--quiet"}},
       {"bake-all", {"--output", "--jobs", "--metric", "--views", "--leaf-material", "--report", "--quiet", ".coppice-cache"}},
       {"inspect", {"--json"}},
       {"verify", {"input"}},
@@ -267,20 +267,32 @@ TEST(CommandLine, DryRunTellsWhatWasFoundAndWritesNothing) {
   EXPECT_EQ(coppice_tool({"bake", baked().glb}).exit_code, 2) << "neither an output nor a dry run";
 }
 
-TEST(CommandLine, ADryRunWithoutLeavesShowsTheTableAndFails) {
-  const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", "^leaves$"});
-  EXPECT_NE(result.out.find("0 leaves"), std::string::npos) << result.out;
-  EXPECT_NE(result.out.find("--wood-material"), std::string::npos) << result.out;
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-  EXPECT_NE(result.err.find("no leaves"), std::string::npos) << result.err;
+TEST(CommandLine, ADryRunOfAPlantWithoutLeavesWarnsOnce) {
+  for (const char* wood : {".", "^leaves$"}) {
+    const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", wood});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("0 leaves"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("--wood-material"), std::string::npos) << result.out;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_NE(result.err.find("no leaves: all of the plant is wood"), std::string::npos) << result.err;
+  }
 }
 
-TEST(CommandLine, ADryRunOfAPlantThatIsAllWoodSucceeds) {
-  const ProcessResult result = coppice_tool({"bake", baked().glb, "--dry-run", "--wood-material", "."});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_NE(result.out.find("0 leaves"), std::string::npos) << result.out;
-  EXPECT_NE(result.err.find("warning"), std::string::npos) << result.err;
+TEST(CommandLine, EveryCommandTakesAPlantWithoutLeaves) {
+  const TemporaryFolder folder;
+  const fs::path wood = folder / "wood.glb", plant = folder / "wood.coppice", exported = folder / "exported.glb";
+  ASSERT_EQ(coppice_tool({"export", baked().coppice, "--part", "wood", "-o", wood}).exit_code, 0);
+  const ProcessResult made = coppice_tool(quick_bake(wood, plant));
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(std::count(made.err.begin(), made.err.end(), '\n'), 1) << made.err;
+  EXPECT_EQ(coppice_tool({"verify", plant}).exit_code, 0);
+  EXPECT_NE(coppice_tool({"inspect", plant}).out.find(": 0 leaves, "), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(coppice_tool({"inspect", plant, "--json"}).out)["leaves"], 0);
+  // Exported and baked again it is all wood still.
+  ASSERT_EQ(coppice_tool({"export", plant, "--leaves", "full", "-o", exported}).exit_code, 0);
+  EXPECT_NE(coppice_tool({"bake", exported, "--dry-run"}).out.find("0 leaves of 0 triangles; wood of 10358 triangles"), std::string::npos);
+  expect_one_line_error(coppice_tool({"export", plant, "--part", "foliage", "--leaves", "full", "-o", exported}), plant, "no leaves");
+  expect_one_line_error(coppice_tool({"evaluate", wood, "--methods", "geometric"}), wood, "nothing to simplify");
 }
 
 TEST(CommandLine, AClassesFileDecides) {
@@ -317,7 +329,7 @@ TEST(CommandLine, ReportHasTheKeysOfTheContract) {
     for (const auto& item : object.items()) names.insert(item.key());
     return names;
   };
-  EXPECT_EQ(keys(report), (std::set<std::string>{"source_leaves", "seconds", "peak_rss_bytes", "file_bytes", "foliage_bytes",
+  EXPECT_EQ(keys(report), (std::set<std::string>{"source_leaves", "size_m", "seconds", "peak_rss_bytes", "file_bytes", "foliage_bytes",
                                                  "bytes_per_leaf", "leaf_meshes", "evaluations", "foliage_mi"}));
   EXPECT_EQ(keys(report["leaf_meshes"]), (std::set<std::string>{"bytes", "triangles", "none_because"}));
   EXPECT_GT(report["leaf_meshes"]["triangles"], 2 * 386);
@@ -398,6 +410,8 @@ TEST(CommandLine, InspectJsonAgreesWithTheBake) {
   EXPECT_EQ(json.exit_code, 0) << json.err;
   const auto parsed = nlohmann::json::parse(json.out);
   EXPECT_EQ(parsed["leaves"], 386) << json.out;
+  EXPECT_NE(text.out.find(" m high, "), std::string::npos) << text.out;
+  EXPECT_NEAR(parsed["size_m"][1].get<double>(), nlohmann::json::parse(read_bytes(baked().report))["size_m"][1].get<double>(), 0.05);
   EXPECT_EQ(parsed["file_bytes"], fs::file_size(baked().coppice)) << json.out;
 }
 

@@ -161,6 +161,27 @@ TEST(SceneCommand, TakesPlantsFromAGltfByName) {
   EXPECT_EQ(large.tint, (std::array<float, 3>{1, 1, 1}));
 }
 
+TEST(SceneCommand, OfSeveralLevelsInOnePlaceTheFinestIsAPlant) {
+  const Plants plants;
+  GltfBuilder builder;
+  const int mesh =
+      builder.add_mesh({{"POSITION", builder.add_positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})}}, {}, builder.add_material("any"));
+  for (const int x : {0, 10, 20}) {
+    const std::string copy = x == 0 ? "" : ".00" + std::to_string(x / 10);
+    for (const char* name : {"oak_LOD0", "oak_LOD1", "Oak_LOD2", "oak_billboard", "UCX_oak"})
+      builder.add_node(mesh, {{"name", name + copy}, {"translation", {x, 0, 0}}});
+  }
+  builder.add_node(mesh, {{"name", "oak_LOD2.009"}, {"translation", {50, 0, 0}}});
+  const int fern = builder.add_node(mesh, {{"name", "fern"}, {"translation", {5, 0, 0}}});
+  const int far = builder.add_node(mesh, {{"name", "fern.001"}, {"translation", {5, 0, 0}}});
+  builder.json["nodes"][static_cast<std::size_t>(fern)]["extensions"]["MSFT_lod"]["ids"] = {far};
+  const fs::path input = write_file(plants.folder / "level.glb", builder.glb());
+  const ProcessResult result = scene({input, "-o", plants.out, "--plants", plants.baked});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(read_scene(plants.out).instances.size(), 5u) << "three oaks, one that has a coarse level alone, a fern";
+  EXPECT_NE(result.err.find("13 coarser levels, billboards and collision shapes left out"), std::string::npos) << result.err;
+}
+
 TEST(SceneCommand, NamesWhatHasNoPlant) {
   const Plants plants;
   GltfBuilder builder = level();

@@ -45,7 +45,7 @@ Record plant_record(std::size_t at) {
 Record material_record(std::size_t at) {
   Record record;
   add_fields(record, at, FieldType::f32, 6);
-  add_fields(record, at + offsetof(coppice_file_material, texture), FieldType::u16, 2);
+  add_fields(record, at + offsetof(coppice_file_material, texture_or_none), FieldType::u16, 2);
   add_fields(record, at + offsetof(coppice_file_material, flags), FieldType::u32);
   return record;
 }

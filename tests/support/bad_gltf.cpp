@@ -84,7 +84,7 @@ void add_buffers(Collection& files) {
         },
         std::move(says));
   };
-  buffer("buffer_missing", 96, "not_there.bin", {"cannot read file", "buffers[0].uri: not_there.bin", "No such file or directory"});
+  buffer("buffer_missing", 96, "not_there.bin", {"cannot open file", "buffers[0].uri: not_there.bin", "No such file or directory"});
   buffer("buffer_short", 96, "data:application/octet-stream;base64,AAAA", {"cannot load a buffer", "buffers[0].uri"});
   buffer("buffer_not_base64", 96, "data:application/octet-stream;base64,!!!!", {"cannot load a buffer", "buffers[0].uri"});
   buffer("buffer_of_nothing", 0, "x.bin", {"empty buffer", "buffers[0].byteLength"});
@@ -110,7 +110,7 @@ void add_buffers(Collection& files) {
                       j["textures"] = {{{"source", 0}}};
                       j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
                     },
-                    {"cannot read file", "images[0].uri: not_there.png", "No such file or directory"});
+                    {"cannot open file", "images[0].uri: not_there.png", "No such file or directory"});
   for (const auto& [name, uri] : std::initializer_list<std::pair<std::string, std::string>>{{"absolute", "/etc/passwd"},
                                                                                             {"above", "../../../../../../../../etc/passwd"},
                                                                                             {"escaped", "..%2f..%2fexpected.txt"},

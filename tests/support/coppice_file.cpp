@@ -175,7 +175,7 @@ void damage_tables(Damage& damage, const Bytes& good) {
   damage.set("base_color", "material base_color", materials, -1.0f);
   damage.set("alpha_cutoff", "material alpha_cutoff", materials + offsetof(coppice_file_material, alpha_cutoff), 1.5f);
   damage.set("roughness", "material roughness", materials + offsetof(coppice_file_material, roughness), std::uint32_t{0x7fc00000});
-  damage.set("material_texture", "material texture", materials + offsetof(coppice_file_material, texture), std::uint32_t{1});
+  damage.set("material_texture", "material texture", materials + offsetof(coppice_file_material, texture_or_none), std::uint32_t{1});
   damage.set("material_flags", "material flags", materials + offsetof(coppice_file_material, flags), std::uint32_t{4});
   damage.set("material_of_no_leaf_mesh", "material flags", materials + offsetof(coppice_file_material, flags),
              std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY});

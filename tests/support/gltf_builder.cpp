@@ -23,12 +23,6 @@ void append_bytes(void* user, void* data, int size) {
   file.insert(file.end(), bytes, bytes + size);
 }
 
-std::vector<std::uint8_t> encode_png(const std::vector<std::uint8_t>& rgba, int width, int height) {
-  std::vector<std::uint8_t> file;
-  stbi_write_png_to_func(append_bytes, &file, width, height, 4, rgba.data(), 4 * width);
-  return file;
-}
-
 int last_index(const nlohmann::json& array) {
   return static_cast<int>(array.size()) - 1;
 }
@@ -136,6 +130,12 @@ std::string base64(std::span<const std::uint8_t> bytes) {
     for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63] : '=';
   }
   return text;
+}
+
+std::vector<std::uint8_t> encode_png(const std::vector<std::uint8_t>& rgba, int width, int height) {
+  std::vector<std::uint8_t> file;
+  stbi_write_png_to_func(append_bytes, &file, width, height, 4, rgba.data(), 4 * width);
+  return file;
 }
 
 std::vector<std::uint8_t> striped_png(int width, std::array<std::uint8_t, 4> even, std::array<std::uint8_t, 4> odd) {

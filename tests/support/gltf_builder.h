@@ -65,6 +65,8 @@ class GltfBuilder {
 };
 
 std::string base64(std::span<const std::uint8_t> bytes);
+/// A PNG of [height * width] RGBA texels, rows top to bottom.
+std::vector<std::uint8_t> encode_png(const std::vector<std::uint8_t>& rgba, int width, int height);
 /// A PNG of one colour.
 std::vector<std::uint8_t> png(int width, int height, std::array<std::uint8_t, 4> rgba);
 /// A PNG two pixels high whose columns alternate between two colours.

@@ -77,13 +77,15 @@ void fill_front(const bake::BakedPlant& baked, const Box& box, PlantFile& file) 
     plant.sphere_center[axis] = 0.5f * (box.low[axis] + box.high[axis]);
   }
   plant.sphere_radius = 0.5f * glm::length(box.high - box.low);
-  for (const bake::Material& material : baked.materials)
-    file.materials.push_back({{material.base_color.x, material.base_color.y, material.base_color.z, material.base_color.w},
-                              material.alpha_cutoff,
-                              material.roughness,
-                              material_textures(material.image == bake::kNone ? COPPICE_NO_TEXTURE : material.image,
-                                                material.normal_map == bake::kNone ? COPPICE_NO_TEXTURE : material.normal_map),
-                              material.crown_normals == 0.0f ? 1u << COPPICE_MATERIAL_CROWN_NORMALS_SHIFT : 0u});
+  for (const bake::Material& material : baked.materials) {
+    coppice_file_material& converted = file.materials.emplace_back();
+    for (int channel = 0; channel < 4; ++channel) converted.base_color[channel] = material.base_color[channel];
+    converted.alpha_cutoff = material.alpha_cutoff;
+    converted.roughness = material.roughness;
+    set_material_textures(converted, material.image == bake::kNone ? COPPICE_NO_TEXTURE : material.image,
+                          material.normal_map == bake::kNone ? COPPICE_NO_TEXTURE : material.normal_map);
+    converted.flags = material.crown_normals == 0.0f ? 1u << COPPICE_MATERIAL_CROWN_NORMALS_SHIFT : 0u;
+  }
   for (const bake::Card& card : baked.card_table) {
     coppice_file_card converted{.material = card.material, .uv = {}};
     for (std::size_t i = 0; i < 4; ++i) {

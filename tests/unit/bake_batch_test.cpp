@@ -138,6 +138,10 @@ TEST(BatchPlants, AreFoundInEveryFolderAndSorted) {
   EXPECT_FALSE(check_batch({{root / "b.glb", root / "a" / ".." / "b.glb", {}}})) << "an output over its input";
   EXPECT_FALSE(plants_of_folder(root / "folder.glb", "out", {})) << "nothing in it";
   EXPECT_FALSE(plants_of_folder(root / "nowhere", "out", {}));
+  test::write_file(root / "folder.glb" / "pine.OBJ", std::vector<std::uint8_t>(3));
+  const auto other = plants_of_folder(root / "folder.glb", "out", {});
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().message().find("wm.obj_import(filepath='pine.OBJ')"), std::string::npos) << other.error().message();
 }
 
 class BakeCached : public testing::Test {

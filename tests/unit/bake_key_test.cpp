@@ -154,7 +154,7 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
   const std::map<Metric, std::string> expected = {{Metric::default_metric, "92cfc63e24828ce42f23f11847a0243d"},
                                                   {Metric::mi, "fec9d1bce0b616ac2c3b32d0a2a8d392"}};
-  const std::uint32_t expected_at_version = 11;
+  const std::uint32_t expected_at_version = 12;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

@@ -94,6 +94,9 @@ TEST_F(BakeCorylus, AllWoodIsAPlantToo) {
   ASSERT_EQ(plant->tree.vertices.size(), 4u);
   for (const glm::vec3& vertex : plant->tree.vertices) EXPECT_EQ(vertex, plant->tree.vertices[0]);
   for (const float error_px : plant->errors.error_px) EXPECT_EQ(error_px, 0.0f);
+  const auto summary = inspect(*bytes);
+  ASSERT_TRUE(summary) << summary.error().message();
+  EXPECT_EQ(summary->leaf_count, 0u);
 }
 
 TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {

@@ -43,7 +43,7 @@ std::uint64_t first_read_bytes(Plant plant) {
   for (Material& material : baked.materials) material.image = kNone;  // no part of the first read
   baked.errors = flat_errors(foliage->leaf_count());
   baked.sphere = plant_sphere(*foliage, plant.wood);
-  baked.wood = simplify_wood(plant.wood);
+  for (const WoodLevel& level : wood_levels(plant.wood)) baked.wood.lods.push_back(level.front());
   drop_unused_materials(baked);
   PackSizes sizes;
   const auto file = pack(baked, sizes);

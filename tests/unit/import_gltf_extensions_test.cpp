@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <string>
@@ -18,6 +20,7 @@
 
 #include "gltf_builder.h"
 #include "gltf_compress.h"
+#include "gltf_screen_extensions.h"
 #include "import_gltf.h"
 #include "plants_folder.h"
 #include "process.h"
@@ -444,7 +447,105 @@ TEST(ImportImages, AFormThatIsNotReadIsAWarning) {
   const Plant plant = plant_of(builder);
   EXPECT_EQ(plant.materials.at(0).image, kNone);
   ASSERT_EQ(plant.warnings.size(), 1u);
-  EXPECT_NE(plant.warnings[0].find("KHR_texture_basisu is not read"), std::string::npos) << plant.warnings[0];
+  EXPECT_NE(plant.warnings[0].find("gltf-transform ktxdecompress"), std::string::npos) << plant.warnings[0];
+}
+
+TEST(ImportImages, OfATextureWithKtx2ThePngIsTaken) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(2, 2, {255, 0, 0, 255}));
+  const std::vector<std::uint8_t> ktx{0xab, 'K', 'T', 'X', ' ', '2', '0', 0xbb, '\r', '\n', 0x1a, '\n'};
+  builder.json["images"].push_back({{"bufferView", builder.add_view(ktx)}, {"mimeType", "image/ktx2"}});
+  builder.json["textures"][0]["extensions"]["KHR_texture_basisu"]["source"] = 1;
+  for (const bool required : {false, true}) {
+    if (required) builder.json["extensionsRequired"] = {"KHR_texture_basisu"};
+    const Plant plant = plant_of(builder);
+    ASSERT_EQ(plant.images.size(), 1u);
+    EXPECT_EQ(plant.images[0].width, 2u);
+    EXPECT_TRUE(plant.warnings.empty()) << plant.warnings[0];
+  }
+  builder.json["textures"][0].erase("source");
+  const Result<Plant> refused = import_gltf_bytes(builder.glb(), "plant.glb", {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().status, Status::unsupported);
+  for (const char* part : {"textures[0].extensions.KHR_texture_basisu", "gltf-transform ktxdecompress in.glb out.glb"})
+    EXPECT_NE(refused.error().message().find(part), std::string::npos) << refused.error().message();
+  // A file that says nothing of the extension, but whose image is KTX2 all the same.
+  builder.json.erase("extensionsRequired");
+  builder.json["textures"][0] = {{"source", 1}};
+  const Plant plant = plant_of(builder);
+  ASSERT_EQ(plant.warnings.size(), 1u);
+  EXPECT_NE(plant.warnings[0].find("ktxdecompress"), std::string::npos) << plant.warnings[0];
+}
+
+TEST(ImportImages, AnOpaqueMaterialShowsColoursWhateverTheirAlpha) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(2, 2, {200, 100, 50, 0}));
+  builder.json["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+  builder.json["materials"][0]["alphaMode"] = "MASK";
+  builder.json["materials"][1].erase("alphaMode");
+  const Plant plant = plant_of(builder);
+  ASSERT_EQ(plant.images.size(), 2u) << "with its holes and without";
+  EXPECT_EQ(plant.images[plant.materials[0].image].rgba[3], 0);
+  EXPECT_EQ(plant.images[plant.materials[1].image].rgba[3], 255);
+  EXPECT_EQ(plant.images[plant.materials[1].image].rgba[0], 200);
+  builder.set_texture(0, test::png(2, 2, {200, 100, 50, 255}));
+  builder.json["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"] =
+      builder.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+  EXPECT_EQ(plant_of(builder).images.size(), 1u) << "without holes one does for both";
+}
+
+TEST(ImportMaterials, DiffuseOfSpecularGlossinessIsTheBaseColour) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(2, 2, {255, 0, 0, 255}));
+  json& material = builder.json["materials"][0];
+  json diffuse = {{"index", 0}, {"extensions", {{"KHR_texture_transform", {{"offset", {0.5, 0.0}}}}}}};
+  material["pbrMetallicRoughness"] = {{"baseColorFactor", {1.0, 0.0, 1.0, 1.0}}};
+  material["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {
+      {"diffuseFactor", {0.5, 1.0, 0.25, 1.0}}, {"diffuseTexture", diffuse}, {"glossinessFactor", 0.25}};
+  builder.json["extensionsRequired"] = {"KHR_materials_pbrSpecularGlossiness"};
+  const Plant plant = plant_of(builder);
+  EXPECT_EQ(plant.images.at(plant.materials.at(0).image).width, 2u);
+  expect_near(glm::vec3(plant.materials[0].base_color), {0.5f, 1.0f, 0.25f});
+  EXPECT_NEAR(plant.materials[0].roughness, 0.75f, 1e-6f);
+  EXPECT_TRUE(plant.warnings.empty());
+  builder.json["materials"][0]["extensions"]["KHR_materials_pbrSpecularGlossiness"]["diffuseTexture"]["index"] = 9;
+  const Result<Plant> bad = import_gltf_bytes(builder.glb(), "plant.glb", {});
+  ASSERT_FALSE(bad);
+  EXPECT_NE(bad.error().message().find("materials[0].extensions.KHR_materials_pbrSpecularGlossiness.diffuseTexture.index"),
+            std::string::npos)
+      << bad.error().message();
+}
+
+TEST(Extensions, EachIsTreatedAsBakesReadmeSays) {
+  std::ifstream file(std::filesystem::path(COPPICE_SOURCE_DIR) / "bake" / "README.md");
+  const std::string readme((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  ASSERT_FALSE(readme.empty());
+  for (const ExtensionRule& rule : extension_rules()) {
+    const std::string row = "| `" + std::string(rule.name) + "` | " + std::string(rule.treatment) + " |";
+    EXPECT_NE(readme.find(row), std::string::npos) << row;
+    std::string name(rule.name);
+    if (name.ends_with('*')) name.back() = 'x';
+    EXPECT_TRUE(is_supported_extension(name)) << name;
+    GltfBuilder builder = test::small_plant();
+    builder.json["extensionsRequired"] = {name};
+    EXPECT_EQ(plant_of(builder).leaves.size(), plant_of(test::small_plant()).leaves.size()) << name;
+  }
+  EXPECT_FALSE(is_supported_extension("KHR_nothing"));
+}
+
+TEST(OtherFormats, OneLineSaysHowToConvert) {
+  const test::TemporaryFolder folder;
+  for (const auto& [name, operation] : {std::pair{"pine.obj", "wm.obj_import"}, std::pair{"Pine.FBX", "import_scene.fbx"},
+                                        std::pair{"pine.usdz", "wm.usd_import"}, std::pair{"pine.blend", "wm.open_mainfile"}}) {
+    test::write_file(folder / name, std::vector<std::uint8_t>{'#', '\n'});
+    const Result<Plant> plant = import_gltf(folder / name, {});
+    ASSERT_FALSE(plant) << name;
+    EXPECT_EQ(plant.error().status, Status::unsupported) << name;
+    const std::string line = plant.error().message();
+    for (const char* part : {name, "blender --background", operation, "export_scene.gltf"})
+      EXPECT_NE(line.find(part), std::string::npos) << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+  }
 }
 
 TEST(ImportForms, StripsAndFansWithoutIndices) {

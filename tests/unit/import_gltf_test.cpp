@@ -281,13 +281,10 @@ TEST(ImportGltf, LeafNamesAndPattern) {
 }
 
 TEST(ImportGltf, WoodPatternAndClasses) {
-  const Result<Plant> no_leaf = import_bytes(test::small_plant().glb(), {.wood_material = "^lea"});
-  ASSERT_FALSE(no_leaf);
-  EXPECT_NE(no_leaf.error().message().find("'leaves', 'bark'"), std::string::npos) << no_leaf.error().message();
   const ClassRule bark_is_leaf{.material = "bark", .part = PlantPart::leaf, .source = "test"};
   EXPECT_EQ(plant_of(test::small_plant(), {.wood_material = "^lea", .classes = {bark_is_leaf}}).leaves.size(), 1u);
   EXPECT_EQ(plant_of(test::small_plant(), {.classes = {bark_is_leaf}}).leaves.size(), 2u) << "the other is found out";
-  const Plant shown = plant_of(test::small_plant(), {.wood_material = ".", .require_leaves = false});
+  const Plant shown = plant_of(test::small_plant(), {.wood_material = "."});
   EXPECT_TRUE(shown.leaves.empty());
   EXPECT_EQ(shown.wood.triangle_materials.size(), 3u);
   ASSERT_EQ(shown.classes.size(), 2u);
@@ -305,22 +302,32 @@ TEST(ImportGltf, APlantMayBeAllWoodWhereSomebodySaysSo) {
   EXPECT_NE(plant.warnings[0].find("no leaves"), std::string::npos) << plant.warnings[0];
 }
 
-TEST(ImportGltf, AWeldedCrownIsAPlantOfWood) {
+TEST(ImportGltf, APlantWithoutLeavesIsAllWoodAndSaysSoOnce) {
   test::GltfBuilder builder;
   const int crown = builder.add_positions({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}});
   const int indices =
       builder.add_indices(std::vector<std::uint16_t>{0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5});
   const int material = builder.add_material("leaves");
   builder.add_node(builder.add_mesh({{"POSITION", crown}}, indices, material));
+  for (const char* name : {"leaves", "paint", "bark"}) {
+    builder.json["materials"][0]["name"] = name;
+    const Plant plant = plant_of(builder);
+    EXPECT_TRUE(plant.leaves.empty());
+    EXPECT_EQ(plant.wood.triangle_materials.size(), 8u);
+    ASSERT_EQ(plant.warnings.size(), 1u);
+    EXPECT_NE(plant.warnings[0].find("no leaves"), std::string::npos) << plant.warnings[0];
+    EXPECT_NE(plant.warnings[0].find("--leaf-material"), std::string::npos) << plant.warnings[0];
+  }
+}
+
+TEST(ImportGltf, FoliageWithoutAreaBesideWood) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["nodes"][0]["scale"] = {0, 0, 0};
   const Plant plant = plant_of(builder);
   EXPECT_TRUE(plant.leaves.empty());
-  EXPECT_EQ(plant.wood.triangle_materials.size(), 8u);
+  EXPECT_EQ(plant.wood.triangle_materials.size(), 1u);
   ASSERT_EQ(plant.warnings.size(), 2u);
-  EXPECT_NE(plant.warnings[0].find("welded"), std::string::npos) << plant.warnings[0];
-  builder.json["materials"][0]["name"] = "paint";
-  const Result<Plant> unknown = import_bytes(builder.glb(), {});
-  ASSERT_FALSE(unknown);
-  EXPECT_NE(unknown.error().message().find("--wood-material ."), std::string::npos) << unknown.error().message();
+  EXPECT_NE(plant.warnings[0].find("1 leaves without area"), std::string::npos) << plant.warnings[0];
 }
 
 TEST(ImportGltf, ScenesDecideWhatThereIs) {

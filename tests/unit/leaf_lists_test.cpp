@@ -17,6 +17,7 @@
 #include "list_build.h"
 #include "page_spans.h"
 #include "random_tree.h"
+#include "reader.h"
 
 namespace coppice::gpu {
 namespace {
@@ -183,27 +184,7 @@ TEST(LeafLists, SplatsCoverTheAreaOfTheirLeaves) {
   EXPECT_NEAR(splat_m2, leaf_m2, 1e-3 * leaf_m2);
 }
 
-TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
-  WoodMesh mesh;
-  mesh.vertices = {
-      {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
-  mesh.indices = {0, 1, 2, 3, 0, 2};
-  const BuiltList list = build_wood_list(mesh, {.first_material = 3, .light = CrownLight{}});
-  ASSERT_EQ(list.leaves.size(), 2u);
-  std::map<std::uint32_t, RasterLeaf> by_look;
-  for (const RasterLeaf& leaf : list.leaves) by_look[leaf.card] = leaf;
-  ASSERT_TRUE(by_look.contains(4) && by_look.contains(3));
-  std::set<std::uint32_t> cards;
-  for (const RasterCluster& cluster : list.clusters) cards.insert(cluster.card);
-  EXPECT_EQ(cards, (std::set<std::uint32_t>{3, 4})) << "clusters are of one material, whose colour is looked up: textures may come later";
-  EXPECT_EQ(by_look[4].normals & 0xffffu, 0u) << "straight up the octahedron is its middle";
-  const auto corner = corner_m(list.header, by_look[4], 2), repeated = corner_m(list.header, by_look[4], 3);
-  EXPECT_NEAR(corner[1], 2.0f, 1e-3f);
-  EXPECT_EQ(corner, repeated);
-  EXPECT_TRUE(build_wood_list({}, {.light = CrownLight{}}).leaves.empty());
-}
-
-/// Two triangles of a leaf, lit from above; u of their corners in [low, high].
+/// A rectangle of 1 x 2 m in two triangles, lit from above; u of their corners in [low, high].
 WoodMesh two_triangles(float low, float high) {
   WoodMesh mesh;
   for (const auto& [x, y] : {std::pair{0.0f, 0.0f}, std::pair{1.0f, 0.0f}, std::pair{0.0f, 2.0f}, std::pair{1.0f, 2.0f}})
@@ -217,13 +198,64 @@ PlantLooks half_a_texture() {
   PlantLooks plant;
   plant.cards.resize(1);
   plant.materials.resize(2);
-  plant.materials[0].texture = COPPICE_NO_TEXTURE;
-  plant.materials[1] = {.base_color = {0.25f, 0.5f, 0.125f, 1.0f}, .alpha_cutoff = 0.5f, .texture = 0};
+  set_material_textures(plant.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
+  plant.materials[1] = {.base_color = {0.25f, 0.5f, 0.125f, 1.0f}, .alpha_cutoff = 0.5f, .texture_or_none = 0};
   plant.looks.resize(3);
   plant.small.push_back({16, 1, {}});
   for (int x = 0; x < 16; ++x)
     plant.small[0].rgba.insert(plant.small[0].rgba.end(), {255, 255, 255, static_cast<std::uint8_t>(x < 8 ? 255 : 0)});
   return plant;
+}
+
+TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
+  WoodMesh mesh;
+  mesh.vertices = {
+      {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
+  mesh.indices = {0, 1, 2, 3, 0, 2};
+  PlantLooks looks;
+  looks.cards.resize(3);
+  looks.materials.resize(2);
+  const BuiltList list = build_wood_list(mesh, {looks, CrownLight{}});
+  ASSERT_EQ(list.leaves.size(), 2u);
+  std::map<std::uint32_t, RasterLeaf> by_look;
+  for (const RasterLeaf& leaf : list.leaves) by_look[leaf.card] = leaf;
+  ASSERT_TRUE(by_look.contains(4) && by_look.contains(3));
+  std::set<std::uint32_t> cards;
+  for (const RasterCluster& cluster : list.clusters) cards.insert(cluster.card);
+  EXPECT_EQ(cards, (std::set<std::uint32_t>{3, 4})) << "clusters are of one material, whose colour is looked up: textures may come later";
+  EXPECT_EQ(by_look[4].normals & 0xffffu, 0u) << "straight up the octahedron is its middle";
+  const auto corner = corner_m(list.header, by_look[4], 2), repeated = corner_m(list.header, by_look[4], 3);
+  EXPECT_NEAR(corner[1], 2.0f, 1e-3f);
+  EXPECT_EQ(corner, repeated);
+  EXPECT_TRUE(build_wood_list({}, {looks, CrownLight{}}).leaves.empty());
+}
+
+TEST(LeafLists, WoodTrianglesCoverWhatTheirTextureCovers) {
+  const PlantLooks looks = half_a_texture();
+  const CrownLight light;
+  const auto covered_m2 = [](const BuiltList& list) {
+    double sum = 0;
+    for (const RasterSplat& splat : list.splats) {
+      const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(list.header.splat_size_m);
+      sum += side_m * side_m;
+    }
+    return sum;
+  };
+  const BuiltList whole = build_wood_list(two_triangles(0.1f, 0.4f), {looks, light});
+  ASSERT_EQ(whole.clusters.size(), 1u);
+  EXPECT_EQ(whole.clusters[0].is_surface, 1u);
+  EXPECT_EQ(whole.header.holed_m, 0.0f);
+  EXPECT_NEAR(covered_m2(whole), 2.0, 0.01);
+  const BuiltList half = build_wood_list(two_triangles(0.1f, 0.9f), {looks, light});
+  ASSERT_EQ(half.clusters.size(), 1u);
+  EXPECT_EQ(half.clusters[0].is_surface, 0u);
+  EXPECT_EQ(half.header.holed_m, half.header.grain_m) << "where this is large, the texture has to make the outline";
+  EXPECT_NEAR(covered_m2(half), 1.0, 0.1);
+  EXPECT_TRUE(build_wood_list(two_triangles(0.6f, 0.9f), {looks, light}).leaves.empty()) << "nothing but hole";
+  // The same, but without holes.
+  PlantLooks opaque = looks;
+  opaque.materials[1].alpha_cutoff = 0.0f;
+  EXPECT_NEAR(covered_m2(build_wood_list(two_triangles(0.6f, 0.9f), {opaque, light})), 2.0, 0.01);
 }
 
 TEST(LeafLists, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {

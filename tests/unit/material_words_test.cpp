@@ -15,13 +15,18 @@ TEST(MaterialWords, EachKindCountsOnce) {
   EXPECT_EQ(name_evidence("bark"), -3.0);
   EXPECT_EQ(name_evidence("LeafyBranch"), 2.0);
   EXPECT_EQ(name_evidence("Coconut Leaves"), 0.0);
+  EXPECT_EQ(name_evidence("Bush_02"), 1.0);
+  EXPECT_EQ(name_evidence("plant_pot"), -3.0);
+  EXPECT_EQ(name_evidence("plant leaf"), 3.0);
+  EXPECT_EQ(name_evidence("transplant"), 0.0);
   EXPECT_EQ(name_evidence(""), 0.0);
   EXPECT_EQ(name_evidence("Material.001"), 0.0);
 }
 
 TEST(MaterialWords, InAnyCaseAndManyLanguages) {
-  for (const char* name : {"OAK_LEAF_01", "Blattwerk", "BLÄTTER", "Blätter", "feuilles", "HOJAS", "Folhagem", "foglie", "blad", "Nadeln",
-                           "pine needles", "yaprak", "Листья", "ХВОЯ", "ΦΥΛΛΑ", "葉っぱ", "树叶", "나뭇잎"})
+  for (const char* name : {"OAK_LEAF_01", "Blattwerk",    "BLÄTTER", "Blätter",      "feuilles", "HOJAS",     "Folhagem", "foglie", "blad",
+                           "Nadeln",      "pine needles", "yaprak",  "Grass_Blades", "GRÄSER",   "Farnwedel", "Fougères", "Трава",  "草",
+                           "シダ",        "Листья",       "ХВОЯ",    "ΦΥΛΛΑ",        "葉っぱ",   "树叶",      "나뭇잎"})
     EXPECT_EQ(name_evidence(name), 3.0) << name;
   for (const char* name :
        {"Trunk", "Rinde", "ÉCORCE", "tronco", "Corteza", "Ствол", "КОРА", "树皮", "flowerpot pot soil", "Topf", "SNOW_01"})

@@ -74,6 +74,27 @@ TEST(WoodError, WhatLeavesHideDoesNotCount) {
   EXPECT_LT(hidden->back(), 0.8f * bare->back()) << "half of the views have the leaf in front";
 }
 
+TEST(WoodError, AThinStemThatIsMissingCounts) {
+  // A square on a stem, a 200th of its height wide: of the square's picture the stem is a tenth, and none of its pixels at 64 px is dark.
+  BakedPlant plant = plant_of_wood();
+  Mesh whole = squares(1, 0.45f);
+  Mesh without = whole;
+  const auto first = static_cast<std::uint32_t>(whole.positions.size());
+  for (const auto& [x, y] : {std::pair{-0.005f, -0.95f}, {0.005f, -0.95f}, {0.005f, 0.0f}, {-0.005f, 0.0f}}) {
+    whole.positions.emplace_back(x, y, 0.0f);
+    whole.normals.emplace_back(0.0f, 0.0f, 1.0f);
+    whole.uvs.emplace_back(0.0f);
+  }
+  for (const std::uint32_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) whole.indices.push_back(first + corner);
+  whole.triangle_materials.insert(whole.triangle_materials.end(), 2, 0u);
+  const auto error_px = measure_wood_error(plant, std::array{&whole, &without});
+  ASSERT_TRUE(error_px);
+  const std::size_t sizes = kErrorSizesPx.size(), at_64_px = 3;
+  const double stem = 0.95 * 0.01, square = 0.45 * 0.45;
+  EXPECT_NEAR((*error_px)[sizes + at_64_px], 128.0 * stem / (stem + square), 1.0) << "what it is of the plant counts, in all parts of it";
+  EXPECT_LT((*error_px)[sizes], (*error_px)[sizes + at_64_px] / 7.0) << "less where the plant is small";
+}
+
 TEST(WoodError, OtherSizesAreRefused) {
   BakedPlant plant = plant_of_wood();
   plant.errors.sizes_px = {10.0f};

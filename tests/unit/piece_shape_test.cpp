@@ -114,6 +114,31 @@ TEST(PieceShape, ABowlIsNoSheet) {
   EXPECT_LT(measure_grid(24, 8, false, bowl).flatness, 0.65);
 }
 
+const std::vector<glm::vec3> kCubeCorners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
+const std::vector<std::uint32_t> kFiveSides{0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+
+TEST(PieceShape, BulkOfBodies) {
+  std::vector<std::uint32_t> cube = kFiveSides;
+  cube.insert(cube.end(), {2, 6, 3, 3, 6, 7});
+  EXPECT_NEAR(measure(kCubeCorners, cube).bulk, std::numbers::pi / 6.0, 1e-6);
+  // Five sixths of the volume, seen from the middle, and of the area.
+  EXPECT_NEAR(measure(kCubeCorners, kFiveSides).bulk, std::numbers::pi / 6.0 * 6.0 / 5.0, 1e-6) << "open at one side";
+  const PieceShape octahedron = measure({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+                                        {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5});
+  EXPECT_NEAR(octahedron.bulk, std::numbers::pi / (3.0 * std::sqrt(3.0)), 1e-6);
+}
+
+TEST(PieceShape, SheetsHaveNoBulk) {
+  EXPECT_EQ(measure({{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}}, {0, 1, 2, 0, 2, 3}).bulk, 0.0);
+  const auto arch = [](double x, double y) { return glm::vec3(x, 4.0 * std::sin(2.0 * y), 4.0 * std::cos(2.0 * y)); };
+  EXPECT_EQ(measure_grid(2, 12, false, arch).bulk, 0.0);
+  // A closed lens, ten times as wide as thick.
+  const PieceShape lens = measure({{-5, 0, 0}, {0, 0, 2}, {5, 0, 0}, {0, 0, -2}, {0, 0.2f, 0}, {0, -0.2f, 0}},
+                                  {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4, 1, 0, 5, 2, 1, 5, 3, 2, 5, 0, 3, 5});
+  EXPECT_GT(lens.bulk, 0.0);
+  EXPECT_LT(lens.bulk, 0.02);
+}
+
 TEST(PieceShape, WhatHasNoArea) {
   const PieceShape line = measure({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {0, 1, 2});
   EXPECT_EQ(line.area_m2, 0.0);

@@ -61,11 +61,34 @@ TEST(Scatter, FollowsItsMaps) {
   EXPECT_NEAR(static_cast<double>(in_north) / static_cast<double>(of_north), 5.0 / 6.0, 0.05) << "five to one, but for the groves";
 }
 
+TEST(Scatter, WideCrownsGetTheirShare) {
+  // Equal maps, crowns of 6 m and 1 m: small plants must not take all of the room.
+  const DensityMap white{1, 1, {255}}, half{2, 1, {255, 0}};
+  std::vector<ScatterSpecies> species = {{1.6f, &white}, {9.7f, &white}};
+  const auto equal = scatter_plants(species, {.size_m = 1000, .count = 16000});
+  ASSERT_TRUE(equal) << equal.error().message();
+  EXPECT_EQ(std::ranges::count(*equal, 0, &ScenePlant::species), 8000);
+  EXPECT_EQ(std::ranges::count(*equal, 1, &ScenePlant::species), 8000);
+  species[1].density = &half;
+  EXPECT_EQ(scatter_shares(species, 900), (std::vector<std::uint64_t>{600, 300}));
+}
+
+TEST(Scatter, OthersStandForWhatHasNoRoom) {
+  const std::vector<ScatterSpecies> species = {{1.0f, nullptr}, {40.0f, nullptr}};
+  const auto plants = scatter_plants(species, {.size_m = 400, .count = 1000, .spacing = 0.5f});
+  ASSERT_TRUE(plants) << plants.error().message();
+  EXPECT_EQ(plants->size(), 1000u);
+  const auto wide = std::ranges::count(*plants, 1, &ScenePlant::species);
+  EXPECT_GT(wide, 20);
+  EXPECT_LT(wide, 500);
+}
+
 TEST(Scatter, SaysWhenTheyDoNotFit) {
-  const std::vector<ScatterSpecies> species = {{10.0f, nullptr}};
+  const std::vector<ScatterSpecies> species = {{10.0f, nullptr, "oak"}};
   const auto crowded = scatter_plants(species, {.size_m = 50, .count = 1000, .spacing = 1.0f});
   ASSERT_FALSE(crowded);
-  EXPECT_NE(crowded.error().message().find("of 1000 fit"), std::string::npos) << crowded.error().message();
+  for (const char* says : {"of 1000 fit; oak: ", " of 1000, crowns 12.4 m wide, so 12.4 m apart at spacing 1; the square is 50 m wide"})
+    EXPECT_NE(crowded.error().message().find(says), std::string::npos) << crowded.error().message();
   const DensityMap black{1, 1, {0}};
   const auto nowhere = scatter_plants(std::vector<ScatterSpecies>{{1.0f, &black}}, {.size_m = 50, .count = 10});
   ASSERT_FALSE(nowhere);

@@ -53,6 +53,33 @@ TEST(MipLevels, HolesTakeTheColourAroundThem) {
     }
 }
 
+TEST(MipLevels, WhatIsNotShownDoesNotCount) {
+  // Green and brown that are shown, three and one times; the rest is paper.
+  Image image{4, 1, {0, 200, 0, 255, 250, 250, 250, 255, 250, 250, 250, 0, 100, 50, 0, 255}};
+  image.shown = {3.0f, 0.0f, 0.0f, 1.0f};
+  for (const float cutoff : {0.0f, 0.5f}) {
+    const auto levels = mip_levels(image, cutoff);
+    ASSERT_EQ(levels.size(), 3u);
+    EXPECT_EQ(levels[1].rgba, (std::vector<std::uint8_t>{0, 200, 0, 255, 100, 50, 0, 255})) << cutoff;
+    EXPECT_EQ(levels[0].rgba, (std::vector<std::uint8_t>{0, 200, 0, 255, 0, 200, 0, 255, 100, 50, 0, 255, 100, 50, 0, 255})) << cutoff;
+    EXPECT_NEAR(levels[2].rgba[0], 51, 1) << "a quarter of the light of 100";
+    EXPECT_NEAR(levels[2].rgba[1], 177, 1);
+    EXPECT_EQ(alpha_coverage(levels[2], 0.5f), 1.0) << cutoff;
+  }
+}
+
+TEST(MipLevels, WithoutAnAlphaTestTransparentTexelsShowTheirColour) {
+  const auto levels = mip_levels(Image{2, 1, {255, 255, 255, 0, 0, 0, 0, 255}}, 0.0f);
+  EXPECT_EQ(levels[0].rgba[0], 255);
+  EXPECT_EQ(levels[1].rgba[0], 188);
+}
+
+TEST(MipLevels, TexelsThatTheAlphaTestDiscardsLendNoColour) {
+  const auto levels = mip_levels(Image{2, 1, {255, 0, 255, 100, 0, 128, 0, 200}}, 0.5f);
+  for (const Image& level : levels)
+    for (std::size_t i = 0; i < level.rgba.size(); i += 4) EXPECT_EQ(level.rgba[i + 1], 128);
+}
+
 TEST(MipLevels, LevelZeroKeepsItsAlphaAndItsSolidColours) {
   const Image image = discs(32, 8, 2.5, {200, 30, 90});
   const Image level = mip_levels(image, 0.5f)[0];

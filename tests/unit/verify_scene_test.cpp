@@ -22,7 +22,6 @@ namespace coppice::test {
 namespace {
 
 namespace fs = std::filesystem;
-using bake::OutsideFiles;
 
 std::vector<std::uint8_t> packed(std::uint32_t seed, const std::string& name = "oak") {
   bake::PackSizes sizes;

@@ -1,18 +1,37 @@
 #include "wood_lods.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <map>
 #include <numbers>
 #include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "error_image.h"
+#include "error_table.h"
+#include "raster.h"
+#include "wood_plants.h"
+#include "wood_stand_ins.h"
+
 namespace coppice::bake {
 namespace {
 
 constexpr std::uint32_t kSides = 16, kRings = 60;
+
+/// The first mesh of each level.
+WoodLods simplify_wood(const Mesh& wood) {
+  WoodLods chain;
+  for (const WoodLevel& level : wood_levels(wood)) chain.lods.push_back(level.front());
+  return chain;
+}
 
 /// Appends a closed-up tube of kSides x kRings quads along `axis` from `foot`, tapering to a tenth.
 void append_tube(Mesh& mesh, const glm::vec3& foot, const glm::vec3& axis, float radius_m, std::uint32_t material) {
@@ -114,6 +133,150 @@ TEST(WoodLods, TheTreeKeepsItsShape) {
     const std::set<std::uint32_t> materials(lod.triangle_materials.begin(), lod.triangle_materials.end());
     EXPECT_EQ(materials, (std::set<std::uint32_t>{1, 3})) << lod.triangle_materials.size() << " triangles";
   }
+}
+
+/// Pixels of each material in six views of 512 px, of wood alone.
+std::map<std::uint32_t, double> seen_pixels(const Mesh& mesh, const Sphere& sphere) {
+  std::map<std::uint32_t, double> seen;
+  for (const Projection& projection : error_projections(sphere)) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pixels(std::size_t{kErrorImagePx} * kErrorImagePx,
+                                                                {~0u, kNone});  // depth, material
+    for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t) {
+      const auto corner = [&](std::size_t k) { return project(projection, mesh.positions[mesh.indices[3 * t + k]]); };
+      const RasterTriangle triangle(corner(0), corner(1), corner(2));
+      for (std::int32_t y = triangle.first_row(); y <= triangle.last_row(); ++y) {
+        const Span span = triangle.row(y, kErrorImagePx);
+        for (std::int32_t x = span.first; x <= span.last; ++x) {
+          auto& pixel = pixels[static_cast<std::size_t>(y) * kErrorImagePx + static_cast<std::size_t>(x)];
+          pixel = std::min(pixel, std::pair(triangle.depth(x, y), mesh.triangle_materials[t]));
+        }
+      }
+    }
+    for (const auto& [depth, material] : pixels)
+      if (material != kNone) ++seen[material];
+  }
+  return seen;
+}
+
+double sum(const std::map<std::uint32_t, double>& pixels) {
+  double all = 0.0;
+  for (const auto& [material, count] : pixels) all += count;
+  return all;
+}
+
+Sphere sphere_of(const Plant& plant) {
+  return plant_sphere({.quads = {Quad{plant.wood.positions[0], plant.wood.positions[0], plant.wood.positions[0], plant.wood.positions[0]}},
+                       .cards = {},
+                       .card_table = {}},
+                      plant.wood);
+}
+
+class DifficultWood : public ::testing::TestWithParam<test::WoodPlant> {};
+
+TEST_P(DifficultWood, KeepsItsAreaAndItsColours) {
+  const Plant plant = GetParam().grow();
+  const Sphere sphere = sphere_of(plant);
+  const WoodLods chain = simplify_wood(plant.wood);
+  const auto whole = seen_pixels(plant.wood, sphere);
+  ASSERT_GE(chain.lods.size(), 4u);
+  for (std::size_t i = 1; i < chain.lods.size(); ++i) {
+    const Mesh& lod = chain.lods[i];
+    expect_valid(lod);
+    auto seen = seen_pixels(lod, sphere);
+    const double share = sum(seen) / sum(whole);
+    glm::dvec3 mean(0.0), whole_mean(0.0);
+    for (const auto& [material, count] : whole) {
+      whole_mean += count / sum(whole) * glm::dvec3(plant.materials[material].base_color);
+      mean += seen[material] / sum(seen) * glm::dvec3(plant.materials[material].base_color);
+    }
+    const double off = glm::length(mean - whole_mean);
+    std::printf("%s: %zu triangles, %.2f of the pixels, mean colour off by %.3f\n", plant.name.c_str(), lod.triangle_materials.size(),
+                share, off);
+    const bool fine = i <= 2;
+    EXPECT_GT(share, fine ? 0.85 : 0.5) << lod.triangle_materials.size() << " triangles";
+    EXPECT_LT(share, fine ? 1.15 : 1.5) << lod.triangle_materials.size() << " triangles";
+    EXPECT_LT(off, fine ? 0.02 : 0.06) << lod.triangle_materials.size() << " triangles";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Plants, DifficultWood, ::testing::ValuesIn(test::wood_plants()),
+                         [](const auto& plant) { return std::string(plant.param.name); });
+
+TEST(WoodLods, EveryCulmKeepsItsFoot) {
+  const Plant plant = test::wood_plants()[0].grow();
+  ASSERT_EQ(plant.name, "bamboo");
+  std::vector<glm::vec3> feet;
+  for (const glm::vec3& position : plant.wood.positions)
+    if (position.y < 0.01f && std::ranges::none_of(feet, [&](const glm::vec3& foot) { return glm::distance(foot, position) < 0.06f; }))
+      feet.push_back(position);
+  ASSERT_EQ(feet.size(), 30u);
+  const WoodLods chain = simplify_wood(plant.wood);
+  for (std::size_t i = 1; i <= 3; ++i) {
+    std::size_t found = 0;
+    for (const glm::vec3& foot : feet)
+      found += std::ranges::any_of(chain.lods[i].positions, [&](const glm::vec3& position) { return glm::distance(foot, position) < 0.1f; })
+                   ? 1u
+                   : 0u;
+    EXPECT_EQ(found, feet.size()) << chain.lods[i].triangle_materials.size() << " triangles";
+  }
+}
+
+TEST(WoodLods, PiecesLeftOutAreSpreadOverThePlant) {
+  // 800 equal spines in file order from the foot to the tip: those that stay are not all at the foot.
+  Mesh spines;
+  for (int i = 0; i < 800; ++i) {
+    const auto first = static_cast<std::uint32_t>(spines.positions.size());
+    const glm::vec3 foot(0.0f, 0.01f * static_cast<float>(i), 0.0f);
+    for (const glm::vec3& corner : {glm::vec3(0, 0, 0), glm::vec3(0, 0.002f, 0), glm::vec3(0, 0, 0.002f), glm::vec3(0.05f, 0, 0)})
+      spines.positions.push_back(foot + corner), spines.normals.emplace_back(0.0f, 1.0f, 0.0f), spines.uvs.emplace_back(0.0f);
+    for (const std::uint32_t corner : {0u, 1u, 3u, 1u, 2u, 3u, 2u, 0u, 3u}) spines.indices.push_back(first + corner);
+    spines.triangle_materials.insert(spines.triangle_materials.end(), 3, 0u);
+  }
+  for (const Mesh& lod : simplify_wood(spines).lods) {
+    std::array<std::size_t, 4> in_quarter{};
+    for (const glm::vec3& position : lod.positions)
+      ++in_quarter[std::min<std::size_t>(static_cast<std::size_t>(std::max(position.y, 0.0f) / 2.0f), 3)];
+    const auto [least, most] = std::ranges::minmax(in_quarter);
+    EXPECT_LE(most, 2 * least + 8) << lod.triangle_materials.size() << " triangles";
+  }
+}
+
+TEST(StandIn, HasTheProjectedAreaThatIsAskedForAndThePiecesEnds) {
+  const Mesh wood = tree();
+  for (const WoodPiece& piece : split_wood(wood))
+    for (const StandIn form : {StandIn{1, 2}, StandIn{4, 2}, StandIn{1, 3}, StandIn{8, 3}, StandIn{0, 3}, StandIn{0, 4}}) {
+      Mesh mesh;
+      append_stand_in(wood, piece, {form, 1.5 * piece.projected_m2, 0.7}, mesh);
+      EXPECT_EQ(mesh.triangle_materials.size(), form.triangle_count());
+      expect_valid(mesh);
+      EXPECT_NEAR(projected_area_m2(mesh.positions, mesh.indices), 1.5 * piece.projected_m2, 1e-3 * piece.projected_m2);
+      for (const double end_m : {piece.first_m, piece.last_m}) {
+        const glm::vec3 end(piece.center + end_m * piece.axes[0]);
+        const bool reached = std::ranges::any_of(
+            mesh.positions, [&](const glm::vec3& p) { return glm::distance(p, end) < 2.0 * piece.girth_m() + 0.2 * piece.length_m(); });
+        EXPECT_TRUE(reached) << form.sections << " sections";
+      }
+    }
+}
+
+TEST(StandIn, LineFitsWhatIsStraightAndNotWhatForks) {
+  Mesh straight, fork;
+  append_tube(straight, {0, 0, 0}, {0, 4, 0}, 0.1f, 0);
+  append_tube(fork, {0, 0, 0}, {1.5f, 4, 0}, 0.1f, 0);
+  append_tube(fork, {0, 0, 0}, {-1.5f, 4, 0}, 0.1f, 0);
+  fork.positions[(kSides + 1) * (kRings + 1)] = fork.positions[0];  // one piece
+  const auto misfit_m2 = [](const Mesh& mesh) { return line_misfit_m2(split_wood(mesh)[0], 1); };
+  EXPECT_LT(misfit_m2(straight), 0.3 * 0.1 * 0.1);
+  EXPECT_GT(misfit_m2(fork), 3.0 * 0.1 * 0.1);
+}
+
+TEST(WoodPieces, TubesThatContinueEachOtherAreOne) {
+  Mesh cane;
+  for (int i = 0; i < 5; ++i) append_tube(cane, {0.0f, 1.02f * static_cast<float>(i), 0.0f}, {0.0f, 1.0f, 0.0f}, 0.03f, 0);
+  append_tube(cane, {0.0f, 1.02f, 0.0f}, {1.0f, 0.0f, 0.0f}, 0.03f, 0);
+  const std::vector<WoodPiece> pieces = split_wood(cane);
+  ASSERT_EQ(pieces.size(), 2u) << "the bough at a right angle stays by itself";
+  EXPECT_NEAR(pieces[0].length_m(), 5.08, 0.05);
 }
 
 TEST(WoodLods, SameWoodSameLods) {

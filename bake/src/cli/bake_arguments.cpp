@@ -33,6 +33,9 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->check(CLI::Range(1u, kMaxCandidateCount))
       ->type_name("N")
       ->capture_default_str();
+  command.add_flag("--quick", arguments.quick,
+                   "About ten times faster, for a first look: fewer and smaller views, fewer candidates, where --views, --resolution and "
+                   "--candidates do not say otherwise. The README has what that costs");
   command
       .add_option(
           "--textures", arguments.textures,
@@ -54,10 +57,17 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->capture_default_str();
   add_class_options(command, arguments.classes);
   add_import_options(command, arguments.import);
+  add_plant_options(command, arguments.import);
 }
 
 Result<BakeOptions> bake_options(const BakeArguments& arguments) {
   BakeOptions options = arguments.options;
+  const BakeOptions defaults;
+  if (arguments.quick && options.view_count == defaults.view_count) options.view_count = kQuickViewCount;
+  if (arguments.quick && options.collapse.resolution_px == defaults.collapse.resolution_px)
+    options.collapse.resolution_px = kQuickResolution_px;
+  if (arguments.quick && options.collapse.candidate_count == defaults.collapse.candidate_count)
+    options.collapse.candidate_count = kQuickCandidateCount;
   options.metric = arguments.metric == "mi" ? Metric::mi : arguments.metric == "geometric" ? Metric::geometric : Metric::default_metric;
   options.collapse.count_background = arguments.background == "on";
   options.textures = arguments.textures == "rgba8" ? TextureCoding::rgba8 : TextureCoding::bc;

@@ -16,6 +16,7 @@ namespace coppice::bake {
 
 struct BakeArguments {
   std::string metric = "default", background = "on", textures = "bc", leaf_meshes = "on";
+  bool quick = false;
   ClassArguments classes;
   ImportArguments import;
   BakeOptions options;  ///< what needs no translation

@@ -96,7 +96,7 @@ Result<BatchPlant> plant_of(const Json& entry, const std::string& place, const s
   // Of the keys only these hold a path; like all in a manifest it is beside it, while that of the command is where the user is.
   if (entry.contains("classes")) arguments.classes.classes = input_folder / arguments.classes.classes;
   COPPICE_TRY(options, bake_options(arguments));
-  return BatchPlant{input_folder / input, output_folder / output, std::move(options)};
+  return BatchPlant{input_folder / input, output_folder / output, std::move(options), arguments.import.all_variants};
 }
 
 }  // namespace

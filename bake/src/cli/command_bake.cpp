@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -10,6 +11,7 @@
 #include "limit_arguments.h"
 #include "output.h"
 #include "parts_table.h"
+#include "plant_size.h"
 #include "printable.h"
 #include "progress_bar.h"
 
@@ -38,6 +40,7 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
   for (const FoliageInformation& level : report.level_information) levels.push_back({{"leaves", level.leaf_count}, {"bits", level.bits}});
   return {
       {"source_leaves", report.source_leaves},
+      {"size_m", report.size_m},
       {"seconds",
        {{"import", seconds.import},
         {"visibility", seconds.visibility},
@@ -75,12 +78,13 @@ bool outputs_possible(const BakeCommand& arguments) {
 
 /// What the importer makes of the plant, as a table and a picture; nothing is baked.
 int look(const BakeCommand& arguments, const ImportOptions& options) {
-  // A plant in which no leaf was found is the one to look at.
-  ImportOptions any_plant = options;
-  any_plant.require_leaves = false;
-  const auto plant = import_gltf(arguments.input, any_plant);
+  const auto plant = import_gltf(arguments.input, options);
   if (!plant) return report_failure(arguments.input, plant.error());
-  const std::string table = arguments.dry_run && !arguments.quiet ? parts_table(*plant) : "";
+  std::string table;
+  if (arguments.dry_run && !arguments.quiet) {
+    if (const auto contents = read_contents(arguments.input, options)) table = contents_table(*contents);
+    table += parts_table(*plant);
+  }
   std::vector<std::uint8_t> png;
   if (!arguments.preview.empty()) {
     auto picture = render_leaf_preview_png(*plant);
@@ -89,14 +93,10 @@ int look(const BakeCommand& arguments, const ImportOptions& options) {
   }
   if (const int failed = write_outputs({{arguments.preview, png}}, table); failed != 0 || !arguments.dry_run) return failed;
   print_warnings(arguments.input, plant->warnings);
-  if (!plant->leaves.empty()) return 0;
-  // What a bake would say.
-  const auto bakeable = import_gltf(arguments.input, options);
-  return bakeable ? 0 : report_failure(arguments.input, bakeable.error());
+  return 0;
 }
 
-int run(const BakeCommand& arguments) {
-  if (!outputs_possible(arguments)) return 1;
+int run_one(const BakeCommand& arguments) {
   const auto options = bake_options(arguments.bake);
   if (!options) return report_failure(arguments.input, options.error());
   if (arguments.dry_run || !arguments.preview.empty())
@@ -111,12 +111,43 @@ int run(const BakeCommand& arguments) {
   print_warnings(arguments.input, report.warnings);
 
   const std::string json = report_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-  const std::string line = formatted("%s: %u leaves, %s (foliage %.1f B/leaf; %s), %.1f s\n", shown(arguments.output).c_str(),
-                                     report.source_leaves, readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report),
-                                     printable(leaf_mesh_text(report)).c_str(), report.seconds.total);
+  const std::string line =
+      formatted("%s: %u leaves, %s, %s (foliage %.1f B/leaf; %s), %.1f s\n", shown(arguments.output).c_str(), report.source_leaves,
+                size_text(report.size_m).c_str(), readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report),
+                printable(leaf_mesh_text(report)).c_str(), report.seconds.total);
   // A preview on the standard output has it to itself.
   const bool is_quiet = arguments.quiet || is_standard_output(arguments.preview);
   return write_outputs({{arguments.output, *bytes}, {arguments.report, bytes_of(json)}}, is_quiet ? "" : line);
+}
+
+/// The command for each variant of the input, with outputs of its own.
+Result<std::vector<BakeCommand>> commands_of_variants(const BakeCommand& arguments) {
+  for (const std::filesystem::path& output : {arguments.output, arguments.report, arguments.preview})
+    COPPICE_CHECK(refuse_standard_output(output, "--variant all writes several files"));
+  COPPICE_TRY(options, bake_options(arguments.bake));
+  COPPICE_TRY(contents, read_contents(arguments.input, options.import));
+  const auto outputs_like = [&contents](const std::filesystem::path& output) { return variant_outputs(output, contents); };
+  std::vector<BakeCommand> commands(std::max<std::size_t>(contents.variants.size(), 1), arguments);
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    commands[i].bake.import.plant.variant = static_cast<std::uint32_t>(i + 1);
+    for (const auto path : {&BakeCommand::output, &BakeCommand::report, &BakeCommand::preview})
+      if (!(arguments.*path).empty()) commands[i].*path = outputs_like(arguments.*path)[i];
+  }
+  return commands;
+}
+
+int run(const BakeCommand& arguments) {
+  std::vector<BakeCommand> commands{arguments};
+  if (arguments.bake.import.all_variants) {
+    auto all = commands_of_variants(arguments);
+    if (!all) return report_failure(arguments.input, all.error());
+    commands = *std::move(all);
+  }
+  for (const BakeCommand& command : commands)
+    if (!outputs_possible(command)) return 1;
+  int exit_code = 0;
+  for (const BakeCommand& command : commands) exit_code = std::max(exit_code, run_one(command));
+  return exit_code;
 }
 
 }  // namespace

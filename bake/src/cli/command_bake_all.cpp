@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "bake_arguments.h"
 #include "bake_batch.h"
@@ -11,6 +12,7 @@
 #include "commands.h"
 #include "limit_arguments.h"
 #include "output.h"
+#include "printable.h"
 #include "progress_bar.h"
 
 namespace coppice::bake {
@@ -92,11 +94,51 @@ void print_table(const Batch& batch) {
               count_of(batch, BatchOutcome::failed));
 }
 
+/// Broken between words, or within those that are longer than a line. Lines after the first are indented. text: may be printed
+std::string wrapped(const std::string& text, std::size_t columns) {
+  const std::string indent = "\n    ";
+  std::string lines, word;
+  std::size_t column = 0, word_columns = 0;
+  const auto end_word = [&] {
+    if (column > 0 && column + 1 + word_columns > columns)
+      lines += indent, column = indent.size() - 1;
+    else if (column > 0)
+      lines += ' ', ++column;
+    lines += std::exchange(word, "");
+    column += std::exchange(word_columns, 0);
+  };
+  for (const char c : text) {
+    const bool is_character = (static_cast<unsigned char>(c) & 0xc0u) != 0x80u;
+    if (c == ' ' || (is_character && word_columns + indent.size() > columns)) end_word();
+    if (c == ' ') continue;
+    word += c;
+    if (is_character) ++word_columns;
+  }
+  end_word();
+  return lines;
+}
+
+/// Why a plant was not baked. The plant's path, which most errors name too, is there once, as seen from the batch's folder.
+void print_failure(const BakeAllCommand& arguments, const BatchPlant& plant, const BatchResult& result) {
+  constexpr std::size_t kColumns = 100;
+  std::string error = result.error;
+  const std::string path = plant.input.string();
+  for (const std::string& place : {": " + path, path + ": ", path})
+    if (const std::size_t at = error.find(place); at != std::string::npos) error.erase(at, place.size());
+  std::error_code unreadable;
+  const bool is_folder = std::filesystem::is_directory(arguments.input, unreadable);
+  const std::filesystem::path name = plant.input.lexically_relative(is_folder ? arguments.input : arguments.input.parent_path());
+  const std::string shown_name = name.empty() || *name.begin() == ".." ? shown(plant.input) : shown(name);
+  std::fprintf(stderr, "%s\n", wrapped("coppice: " + shown_name + ": not baked: " + printable(error), kColumns).c_str());
+}
+
 Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
   std::error_code error;
   if (std::filesystem::is_directory(arguments.input, error)) {
     COPPICE_TRY(options, bake_options(arguments.bake));
-    return plants_of_folder(arguments.input, arguments.output, options);
+    COPPICE_TRY(plants, plants_of_folder(arguments.input, arguments.output, options));
+    for (BatchPlant& plant : plants) plant.all_variants = arguments.bake.import.all_variants;
+    return plants;
   }
   if (is_plant_file(arguments.input)) {
     COPPICE_TRY(options, bake_options(arguments.bake));
@@ -118,14 +160,15 @@ Result<void> check_report(const BakeAllCommand& arguments, const std::vector<Bat
 
 Result<Batch> run_batch(const BakeAllCommand& arguments) {
   COPPICE_CHECK(refuse_standard_output(arguments.output, "the output is a folder"));
-  COPPICE_TRY(plants, plants_of(arguments));
+  COPPICE_TRY(files, plants_of(arguments));
+  const std::vector<BatchPlant> plants = expand_variants(files, job_limits(arguments.limits));
   COPPICE_CHECK(check_batch(plants));
   std::error_code error;
   std::filesystem::create_directories(arguments.output, error);
   if (error) return Error{Status::io, "cannot make the folder", Error::kNoOffset, arguments.output.string() + ": " + error.message()};
   COPPICE_CHECK(check_report(arguments, plants));
 
-  Batch batch{arguments.output, std::move(plants), {}, 0, 0.0};
+  Batch batch{arguments.output, plants, {}, 0, 0.0};
   batch.job_count = arguments.job_count > 0 ? arguments.job_count : default_job_count(batch.plants);
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
   const auto start = std::chrono::steady_clock::now();
@@ -146,11 +189,9 @@ int run(const BakeAllCommand& arguments) {
   const std::string json = batch_json(*batch);
   if (const int failed = write_outputs({{arguments.report, bytes_of(json)}}, ""); failed != 0) return failed;
   if (!arguments.quiet && !is_standard_output(arguments.report)) print_table(*batch);
-  int exit_code = 0;
   for (std::size_t i = 0; i < batch->plants.size(); ++i)
-    if (batch->results[i].outcome == BatchOutcome::failed)
-      exit_code = report_failure(batch->plants[i].input, Error{Status::internal, "not baked", Error::kNoOffset, batch->results[i].error});
-  return exit_code;
+    if (batch->results[i].outcome == BatchOutcome::failed) print_failure(arguments, batch->plants[i], batch->results[i]);
+  return count_of(*batch, BatchOutcome::failed) > 0 ? 1 : 0;
 }
 
 }  // namespace

@@ -41,6 +41,8 @@ bool outputs_possible(const EvaluateArguments& arguments) {
 
 int run(const EvaluateArguments& arguments) {
   if (!outputs_possible(arguments)) return 1;
+  if (arguments.import.all_variants)
+    return report_failure(arguments.input, Error{Status::invalid_argument, "--variant all: evaluate takes one plant; give its number"});
   EvaluateOptions options = arguments.options;
   auto import = import_options(arguments.classes);
   if (!import) return report_failure(arguments.input, import.error());
@@ -114,6 +116,7 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       ->type_name("F.html");
   add_class_options(*command, arguments->classes);
   add_import_options(*command, arguments->import);
+  add_plant_options(*command, arguments->import);
   command->add_option("--threads", arguments->options.thread_count, "Worker threads; 0 for all. The figures are the same for any number")
       ->check(CLI::Range(0, 1024))
       ->type_name("N")

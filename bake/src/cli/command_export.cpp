@@ -5,6 +5,7 @@
 #include "commands.h"
 #include "coppice/format.h"
 #include "gltf_write.h"
+#include "inspect.h"
 #include "leaf_mesh_parts.h"
 #include "output.h"
 #include "pack.h"
@@ -41,6 +42,10 @@ int run(const ExportArguments& arguments) {
   if (!bytes) return report_failure(arguments.input, bytes.error());
   auto plant = unpack(*bytes);
   if (!plant) return report_failure(arguments.input, plant.error());
+  const auto summary = inspect(*bytes);
+  if (!summary) return report_failure(arguments.input, summary.error());
+  const bool has_leaves = summary->leaf_count > 0;
+  if (!has_leaves) plant->card_table.clear();
   name_materials(*plant);
   if (arguments.leaf_count > plant->tree.leaf_count())
     return report_failure(arguments.input, Error{Status::invalid_argument, "--leaves is over the plant's leaf count", Error::kNoOffset,
@@ -48,12 +53,14 @@ int run(const ExportArguments& arguments) {
 
   Mesh leaves;
   std::vector<GltfPart> parts;
-  if (arguments.part != "wood") {
+  if (arguments.part != "wood" && has_leaves) {
     leaves = leaf_mesh(*plant, arguments.leaf_count);
     parts.push_back({"leaves", &leaves});
   }
   if (arguments.part != "foliage" && !plant->wood.lods.empty()) parts.push_back({"wood", &plant->wood.lods.front()});
-  if (parts.empty()) return report_failure(arguments.input, Error{Status::invalid_argument, "the plant has no wood to export"});
+  if (parts.empty())
+    return report_failure(arguments.input, Error{Status::invalid_argument,
+                                                 has_leaves ? "the plant has no wood to export" : "the plant has no leaves to export"});
   const auto glb = encode_glb(parts, plant->materials, plant->images);
   if (!glb) return report_failure(arguments.output, glb.error());
   const std::size_t wood_triangles = parts.back().mesh == &leaves ? 0 : parts.back().mesh->indices.size() / 3;

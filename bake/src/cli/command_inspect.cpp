@@ -9,6 +9,7 @@
 #include "coppice/format.h"
 #include "inspect.h"
 #include "output.h"
+#include "plant_size.h"
 #include "printable.h"
 #include "scene_reader.h"
 #include "verify_scene.h"
@@ -69,6 +70,7 @@ void print_leaf_meshes(const FileSummary& file) {
 void print_text(const FileSummary& file) {
   std::printf("%s: %u leaves, metric %s, format version %u\n", printable(file.name).c_str(), file.leaf_count, metric_name(file.metric),
               file.version);
+  std::printf("%s\n", size_text(file.size_m).c_str());
   std::printf("%s in all, %s for a first picture, foliage %.1f B/leaf\n\n", readable_bytes(file.file_bytes).c_str(),
               readable_bytes(file.first_read_bytes).c_str(), file.bytes_per_leaf);
   std::printf("%-10s %6s %12s\n", "chunks", "count", "bytes");
@@ -103,6 +105,7 @@ void print_json(const FileSummary& file) {
       {"version", file.version},
       {"metric", metric_name(file.metric)},
       {"leaves", file.leaf_count},
+      {"size_m", file.size_m},
       {"pages", file.page_count},
       {"materials", file.material_count},
       {"cards", file.card_count},

@@ -79,7 +79,7 @@ Result<Species> open_species(const std::filesystem::path& file, const std::files
 
 Result<std::vector<Species>> open_all_species(const SceneArguments& arguments, std::filesystem::path& at_fault) {
   COPPICE_TRY(files, plant_files(arguments.plants, at_fault));
-  const std::filesystem::path folder = arguments.output.has_parent_path() ? arguments.output.parent_path() : ".";
+  const std::filesystem::path folder = folder_of(arguments.output);
   std::vector<Species> all;
   for (const std::filesystem::path& file : files) {
     at_fault = file;
@@ -114,6 +114,20 @@ Result<std::vector<std::unique_ptr<DensityMap>>> read_densities(const SceneArgum
   return maps;
 }
 
+/// A line for each species that found fewer places than its share; the others have them.
+void warn_of_shares(const SceneArguments& arguments, const std::vector<ScatterSpecies>& species, const std::vector<ScenePlant>& plants) {
+  const std::vector<std::uint64_t> shares = scatter_shares(species, arguments.scatter.count);
+  std::vector<std::uint64_t> counts(species.size(), 0);
+  for (const ScenePlant& plant : plants) ++counts[plant.species];
+  for (std::size_t s = 0; s < species.size(); ++s)
+    if (counts[s] < shares[s])
+      std::fprintf(stderr,
+                   "coppice: warning: %s: %s: room for %llu of %llu: its bounding sphere is %.3g m wide; other species stand for the rest "
+                   "(--spacing, --size-m or --count change that)\n",
+                   shown(arguments.output).c_str(), printable(species[s].name).c_str(), static_cast<unsigned long long>(counts[s]),
+                   static_cast<unsigned long long>(shares[s]), static_cast<double>(2.0f * species[s].sphere_radius_m));
+}
+
 Result<std::vector<ScenePlant>> scatter(const SceneArguments& arguments, const std::vector<Species>& species, ProgressBar& bar,
                                         std::filesystem::path& at_fault) {
   COPPICE_TRY(maps, read_densities(arguments, species, at_fault));
@@ -122,9 +136,12 @@ Result<std::vector<ScenePlant>> scatter(const SceneArguments& arguments, const s
   for (std::size_t i = 0; i < species.size(); ++i) {
     // Where some species have maps, the others stay out.
     if (!maps[i] && !arguments.densities.empty()) maps[i] = std::make_unique<DensityMap>(DensityMap{1, 1, {0}});
-    scattered.push_back({species[i].entry.sphere_radius_m, maps[i].get()});
+    scattered.push_back({species[i].entry.sphere_radius_m, maps[i].get(), species[i].name});
   }
-  return scatter_plants(scattered, arguments.scatter, [&bar](float share) { bar.show("scatter", share); });
+  COPPICE_TRY(plants, scatter_plants(scattered, arguments.scatter, [&bar](float share) { bar.show("scatter", share); }));
+  bar.clear();
+  warn_of_shares(arguments, scattered, plants);
+  return plants;
 }
 
 std::string joined(const std::vector<std::string>& texts) {
@@ -149,6 +166,7 @@ Result<std::vector<ScenePlant>> import(const SceneArguments& arguments, const st
                  joined(scene.missing) + "; the plants are " + names_of(species));
   if (scene.plants.empty()) return wrong("no node or mesh is named like one of the plants", names_of(species));
   warn(arguments.input, scene.missing_count, "instances left out: no baked plant has their name");
+  warn(arguments.input, scene.coarser_count, "coarser levels, billboards and collision shapes left out: a plant stands in their places");
   warn(arguments.input, scene.other_count, "meshes left out: neither instanced nor named like a plant");
   warn(arguments.input, scene.tilted_count, "plants lean; they stand upright in the scene");
   warn(arguments.input, scene.stretched_count, "plants are stretched; they get the mean of their scales");
@@ -216,10 +234,12 @@ constexpr const char* kFooter =
     "A scene says where plants stand; coppice-forest --scene F.forest and coppice_scene_open stream it, however large it is.\n"
     "Scattered, groves and clearings come from the seed:\n"
     "  coppice scene -o wood.forest --plants oak.coppice,birch.coppice --size-m 10000 --count 1000000\n"
-    "or from maps over the whole square, white dense, black bare, north (-z) at the top; plants without a map then stay out:\n"
-    "  coppice scene -o wood.forest --plants baked --density oak=oaks.png --density birch=birches.png\n"
+    "or from maps over the whole square, white dense, black bare, north (-z) at the top; plants without a map then stay out, and of each\n"
+    "other there are as many as its map is white:\n"
+    "  coppice scene -o wood.forest --plants baked --size-m 2000 --count 50000 --density oak=oaks.png --density birch=birches.png\n"
     "From a level editor's glTF: each node, or mesh, that is named like a baked plant (Oak, oak.001 and oak_LOD0 all are oak) becomes "
-    "one, with EXT_mesh_gpu_instancing as many as it has instances:\n"
+    "one,\n"
+    "of several levels in one place the finest, with EXT_mesh_gpu_instancing as many as it has instances:\n"
     "  coppice scene level.glb -o level.forest --plants baked\n"
     "Plants are named in the scene by paths relative to it, and lie in its folder or below: move them together.";
 

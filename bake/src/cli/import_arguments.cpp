@@ -46,8 +46,32 @@ void add_import_options(CLI::App& command, ImportArguments& arguments) {
                    "Read files outside the input's folder where it names any; a scene may name plants outside its own");
 }
 
+void add_plant_options(CLI::App& command, ImportArguments& arguments) {
+  command
+      .add_option_function<std::string>(
+          "--node", [&arguments](const std::string& name) { arguments.plant.node = name; },
+          "Of a file with several plants, take what is below nodes of this name, or whose names this regular expression finds")
+      ->type_name("NAME");
+  command
+      .add_option_function<std::string>(
+          "--variant",
+          [&arguments](const std::string& text) {
+            arguments.all_variants = text == "all";
+            arguments.plant.whole = text == "whole";
+            if (arguments.all_variants || arguments.plant.whole) return;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), arguments.plant.variant);
+            if (error != std::errc() || end != text.data() + text.size() || arguments.plant.variant == 0)
+              throw CLI::ValidationError("--variant", "neither a number from 1 on, nor all, nor whole: " + text);
+          },
+          "Which of several plants in the file; --dry-run lists them, 1 is the default. all: each into a file of its own. whole: the file "
+          "is "
+          "one plant, with its levels of detail and billboards")
+      ->type_name("N|all|whole");
+}
+
 void apply_import_arguments(const ImportArguments& arguments, ImportOptions& options) {
   options.up = arguments.up == "z" ? UpAxis::z : UpAxis::y;
+  options.plant = arguments.plant;
   options.metres_per_unit = arguments.metres_per_unit;
   options.outside_files = arguments.allow_outside ? OutsideFiles::allowed : OutsideFiles::refused;
 }

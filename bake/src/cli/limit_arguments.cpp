@@ -40,7 +40,7 @@ int run_limited(const LimitArguments& arguments, const std::filesystem::path& fi
   };
   run_jobs(1, 1, callbacks, job_limits(arguments));
   for (const std::filesystem::path& output : outputs)
-    if (!output.empty()) remove_abandoned_temporaries(output.has_parent_path() ? output.parent_path() : ".");
+    if (!output.empty()) remove_abandoned_temporaries(folder_of(output));
   return exit_code;
 }
 

@@ -4,22 +4,36 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <cstring>
 
 #include "printable.h"
 
 namespace coppice::bake {
 namespace {
 
-constexpr int kBarCells = 40;
+constexpr int kMostCells = 40, kLeastCells = 8;
 constexpr auto kRedrawInterval = std::chrono::milliseconds(50);
+/// Stage, percent, seconds and what is left take so many columns beside the bar.
+constexpr int kTextColumns = 12 + 2 + 2 + 4 + 9 + 15;
 
-/// What the bar leaves of the terminal's line.
-int note_columns() {
-  constexpr int kBarColumns = 12 + 3 + kBarCells + 1 + 4 + 9 + 2;
+int terminal_columns() {
   winsize size{};
-  const int columns = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
-  return std::max(0, columns - kBarColumns);
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+/// What is left of a stage if it goes on as it went; nothing while there is little to go by.
+std::string left_text(double seconds, double fraction) {
+  constexpr double kLeastFraction = 0.002, kLeastSeconds = 0.2;
+  if (fraction < kLeastFraction || fraction >= 1.0 || seconds < kLeastSeconds) return {};
+  const double left = seconds * (1.0 - fraction) / fraction;
+  std::array<char, 32> text{};
+  if (left < 99.5)
+    std::snprintf(text.data(), text.size(), ", %.0f s left", left);
+  else
+    std::snprintf(text.data(), text.size(), ", %.0f min left", left / 60.0);
+  return text.data();
 }
 
 }  // namespace
@@ -42,12 +56,16 @@ void ProgressBar::show(const char* stage, double fraction, const std::string& no
   last_drawn_ = now;
 
   const double clamped = std::clamp(fraction, 0.0, 1.0);
-  const int filled = static_cast<int>(clamped * kBarCells);
-  const std::string bar =
-      std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(kBarCells - filled), '.');
+  const int columns = terminal_columns(), cells = std::clamp(columns - kTextColumns, kLeastCells, kMostCells);
+  const int filled = static_cast<int>(clamped * cells);
+  const std::string bar = std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(cells - filled), '.');
   const double seconds = std::chrono::duration<double>(now - stage_start_).count();
-  std::fprintf(stderr, "\r%-12s [%s] %3d%% %6.1f s %.*s\033[K", stage_.c_str(), bar.c_str(), static_cast<int>(clamped * 100.0), seconds,
-               note_columns(), printable(note).c_str());
+  std::array<char, 160> line{};
+  std::snprintf(line.data(), line.size(), "%-12s [%s] %3d%% %6.1f s%s", stage_.c_str(), bar.c_str(), static_cast<int>(clamped * 100.0),
+                seconds, left_text(seconds, clamped).c_str());
+  // A line that wraps is not erased by going back to its start.
+  const int note_columns = std::max(0, columns - 2 - static_cast<int>(std::strlen(line.data())));
+  std::fprintf(stderr, "\r%.*s %.*s\033[K", columns - 1, line.data(), note_columns, printable(note).c_str());
   static_cast<void>(std::fflush(stderr));
 }
 

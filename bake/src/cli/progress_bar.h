@@ -5,7 +5,8 @@
 
 namespace coppice::bake {
 
-/// A progress bar on stderr, one line per stage; silent when stderr is no terminal.
+/// A progress bar on stderr, one line per stage, with the time that the stage has taken and is likely to take yet; as wide as the terminal
+/// allows. Silent when stderr is no terminal.
 class ProgressBar {
  public:
   enum class Visibility { on_terminal, never };

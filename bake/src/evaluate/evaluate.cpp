@@ -15,6 +15,7 @@
 #include "gltf_write.h"
 #include "image_measures.h"
 #include "leaf_cards.h"
+#include "material_split.h"
 #include "parallel_for.h"
 #include "stored_level.h"
 #include "surface_distance.h"
@@ -59,7 +60,7 @@ SurfaceColour reference_colour(ReferenceKind reference) {
 
 Result<Reference> make_reference(const ReferenceSurface& surface, const EvaluateOptions& options) {
   const Mesh& mesh = surface.mesh;
-  if (mesh.positions.empty()) return Error{Status::invalid_argument, "the plant has no leaves"};
+  if (mesh.positions.empty()) return Error{Status::invalid_argument, "the plant has no leaves: there is nothing to simplify"};
   COPPICE_TRY(looks, surface_looks(surface.materials, surface.images, reference_colour(options.reference)));
   const double diagonal_m = box_diagonal_m(mesh), area_m2 = surface_area_m2(mesh);
   if (!std::isfinite(diagonal_m) || !(area_m2 > 0.0)) return Error{Status::invalid_argument, "the foliage has no area, or is not finite"};
@@ -246,6 +247,7 @@ Result<EvaluationReport> evaluate(const std::filesystem::path& input, const Eval
   COPPICE_CHECK(check_options(options));
   if (progress) progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
+  split_materials(plant);  // as the baker does: leaves have the colours of their vertices
   return evaluate_plant(std::move(plant), options, progress);
 }
 

@@ -23,6 +23,8 @@
 #define COPPICE_QUANTISED_MAX 16383u
 #define COPPICE_FINE_QUANTISED_MAX 32767u
 #define COPPICE_NO_TEXTURE 0xffffffffu
+/* The same in the 16 bits of a material. */
+#define COPPICE_FILE_NO_TEXTURE 0xffffu
 
 /* Limits a reader enforces before it believes a count. */
 #define COPPICE_MAX_LEAVES (1u << 26)
@@ -121,11 +123,11 @@ typedef struct coppice_file_plant {
 #define COPPICE_CROWN_NORMALS_DEFAULT 0.55f
 
 typedef struct coppice_file_material {
-  float base_color[4]; /* linear RGBA factor, multiplies the texture */
-  float alpha_cutoff;  /* 0: opaque; otherwise texels of smaller alpha are holes */
-  float roughness;     /* 0..1 */
-  uint32_t
-      texture; /* low half: index of the base colour texture, or ffff; high half: 1 + index of the normal map, or 0. ffffffff: neither */
+  float base_color[4];          /* linear RGBA factor, multiplies the texture */
+  float alpha_cutoff;           /* 0: opaque; otherwise texels of smaller alpha are holes */
+  float roughness;              /* 0..1 */
+  uint16_t texture_or_none;     /* index of the base colour texture, or COPPICE_FILE_NO_TEXTURE */
+  uint16_t normal_map_plus_one; /* of the index; 0, or COPPICE_FILE_NO_TEXTURE where texture_or_none is that too: none */
   uint32_t flags;
 } coppice_file_material;
 

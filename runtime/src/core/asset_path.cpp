@@ -10,8 +10,8 @@ namespace {
 
 constexpr const char* kOutside = "outside the asset's folder";
 
-Error refused(Status status, const char* what, const std::filesystem::path& name, const std::string& reason = {}) {
-  return Error{status, what, Error::kNoOffset, reason.empty() ? name.string() : name.string() + ": " + reason};
+Error refused(Status status, const char* what, const std::string& name, const std::string& reason = {}) {
+  return Error{status, what, Error::kNoOffset, reason.empty() ? name : name + ": " + reason};
 }
 
 }  // namespace
@@ -22,15 +22,15 @@ bool stays_inside(std::string_view name) {
 }
 
 Result<std::filesystem::path> resolve_inside(const std::filesystem::path& folder, const std::filesystem::path& name) {
-  if (!stays_inside(name.native())) return refused(Status::invalid_argument, kOutside, name);
-  return resolve_below(folder, folder / name, name);
+  if (!stays_inside(name.native())) return refused(Status::invalid_argument, kOutside, name.string());
+  return resolve_below(folder, folder / name, name.string());
 }
 
 Result<std::filesystem::path> resolve_below(const std::filesystem::path& folder, const std::filesystem::path& path,
-                                            const std::filesystem::path& name) {
+                                            const std::string& name) {
   std::error_code error;
   const std::filesystem::path root = std::filesystem::canonical(folder.empty() ? "." : folder, error);
-  if (error) return refused(Status::io, "cannot open folder", folder, error.message());
+  if (error) return refused(Status::io, "cannot open folder", folder.string(), error.message());
   std::filesystem::path file = std::filesystem::canonical(path, error);
   if (error) return refused(Status::io, "cannot open file", name, error.message());
   if (std::ranges::mismatch(root, file).in1 != root.end())

@@ -28,9 +28,6 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-// Of coppice_file_material::texture.
-constexpr std::uint32_t kHalfBits = 16, kHalf = 0xffff;
-
 template <class T>
 std::vector<T> copy_array(Bytes bytes, std::size_t offset, std::size_t count) {
   std::vector<T> values(count);
@@ -206,10 +203,10 @@ Result<void> read_materials(PlantFile& file, Bytes bytes) {
       return bad_field("material roughness", at + offsetof(coppice_file_material, roughness), "outside 0..1");
     for (const std::uint32_t texture : {material_texture(material), material_normal_map(material)})
       if (texture != COPPICE_NO_TEXTURE && texture >= file.plant.texture_count)
-        return bad_field("material texture", at + offsetof(coppice_file_material, texture), "no such texture");
+        return bad_field("material texture", at + offsetof(coppice_file_material, texture_or_none), "no such texture");
     // All ones stand for neither of the two, not for one.
-    if (material.texture >> kHalfBits == kHalf && material.texture != COPPICE_NO_TEXTURE)
-      return bad_field("material texture", at + offsetof(coppice_file_material, texture), "no such normal map");
+    if (material.normal_map_plus_one == COPPICE_FILE_NO_TEXTURE && material.texture_or_none != COPPICE_FILE_NO_TEXTURE)
+      return bad_field("material texture", at + offsetof(coppice_file_material, texture_or_none), "no such normal map");
     constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_COVERAGE_MASK |
                                      COPPICE_MATERIAL_CROWN_NORMALS_MASK;
     if ((material.flags & ~kKnown) != 0)
@@ -382,18 +379,18 @@ std::uint32_t quantised_max(const coppice_file_plant& plant) {
 }
 
 std::uint32_t material_texture(const coppice_file_material& material) {
-  const std::uint32_t stored = material.texture & kHalf;
-  return stored == kHalf ? COPPICE_NO_TEXTURE : stored;
+  return material.texture_or_none == COPPICE_FILE_NO_TEXTURE ? COPPICE_NO_TEXTURE : material.texture_or_none;
 }
 
 std::uint32_t material_normal_map(const coppice_file_material& material) {
-  const std::uint32_t stored = material.texture >> kHalfBits;
-  return stored == 0 || stored == kHalf ? COPPICE_NO_TEXTURE : stored - 1;
+  const std::uint32_t stored = material.normal_map_plus_one;
+  return stored == 0 || stored == COPPICE_FILE_NO_TEXTURE ? COPPICE_NO_TEXTURE : stored - 1;
 }
 
-std::uint32_t material_textures(std::uint32_t texture, std::uint32_t normal_map) {
-  if (normal_map == COPPICE_NO_TEXTURE) return texture;
-  return (texture & kHalf) | (normal_map + 1) << kHalfBits;
+void set_material_textures(coppice_file_material& material, std::uint32_t texture, std::uint32_t normal_map) {
+  const bool neither = texture == COPPICE_NO_TEXTURE && normal_map == COPPICE_NO_TEXTURE;
+  material.texture_or_none = static_cast<std::uint16_t>(texture);
+  material.normal_map_plus_one = neither ? COPPICE_FILE_NO_TEXTURE : static_cast<std::uint16_t>(normal_map + 1);
 }
 
 float material_crown_normals(const coppice_file_material& material) {

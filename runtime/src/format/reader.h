@@ -46,8 +46,8 @@ std::uint32_t quantised_max(const coppice_file_plant& plant);
 /// A material's base colour texture, and its normal map; COPPICE_NO_TEXTURE where it has none.
 std::uint32_t material_texture(const coppice_file_material& material);
 std::uint32_t material_normal_map(const coppice_file_material& material);
-/// What coppice_file_material holds for the two.
-std::uint32_t material_textures(std::uint32_t texture, std::uint32_t normal_map);
+/// COPPICE_NO_TEXTURE, or < 256 each.
+void set_material_textures(coppice_file_material& material, std::uint32_t texture, std::uint32_t normal_map);
 
 /// How far the normals of a material's leaves turn to the crown's, 0..1.
 float material_crown_normals(const coppice_file_material& material);

@@ -128,31 +128,42 @@ void look_at_material(const coppice_file_material& material, const Texels& texel
 }  // namespace
 
 bool has_texels(const PlantLooks& plant, std::uint32_t material) {
-  const std::uint32_t texture = plant.materials[material].texture;
+  const std::uint32_t texture = material_texture(plant.materials[material]);
   return texture >= plant.small.size() || !plant.small[texture].rgba.empty();
 }
 
-TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t index, const std::array<std::array<float, 2>, 3>& uv) {
+bool is_masked(const coppice_file_material& material) {
+  return material.alpha_cutoff > 0.0f && material_texture(material) != COPPICE_NO_TEXTURE;
+}
+
+TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t index, const TriangleUvs& uvs, std::uint32_t side) {
   const coppice_file_material& material = plant.materials[index];
   TriangleLook look{.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]}};
-  if (material.texture >= plant.small.size()) return look;
-  constexpr std::array<std::array<float, 3>, 4> kPlaces{
-      {{0.3333f, 0.3333f, 0.3334f}, {0.6f, 0.2f, 0.2f}, {0.2f, 0.6f, 0.2f}, {0.2f, 0.2f, 0.6f}}};
+  const std::uint32_t texture = material_texture(material);
+  if (texture >= plant.small.size()) return look;
   Sums sums;
-  for (const std::array<float, 3>& place : kPlaces) {
-    const auto at = [&](std::size_t axis) { return place[0] * uv[0][axis] + place[1] * uv[1][axis] + place[2] * uv[2][axis]; };
-    const Texel texel = texel_at(plant.small[material.texture], at(0), at(1));
+  // b, c: weights of the second and third corner.
+  const auto look_at = [&](float b, float c) {
+    const auto at = [&](std::size_t axis) { return (1.0f - b - c) * uvs[0][axis] + b * uvs[1][axis] + c * uvs[2][axis]; };
+    const Texel texel = texel_at(plant.small[texture], at(0), at(1));
     if (texel[3] >= material.alpha_cutoff) sums.add(texel);
-  }
+  };
+  const float part = 1.0f / static_cast<float>(side);
+  for (std::uint32_t row = 0; row < side; ++row)
+    for (std::uint32_t column = 0; column + row < side; ++column) {
+      const float b = part * static_cast<float>(column), c = part * static_cast<float>(row);
+      look_at(b + part / 3.0f, c + part / 3.0f);
+      if (column + row + 1 < side) look_at(b + part / 1.5f, c + part / 1.5f);  // the part that stands on its head
+    }
   const vec3 mean = sums.times(material.base_color);
   look.albedo = {mean.x, mean.y, mean.z};
-  look.coverage = static_cast<float>(sums.count) / kPlaces.size();
+  look.coverage = static_cast<float>(sums.count) / static_cast<float>(side * side);
   return look;
 }
 
 PlantLooks plain_looks(const PlantFile& file) {
   PlantLooks plant{file.cards, file.materials, {}, {}};
-  if (file.plant.leaf_mesh_count > 0) plant.small.resize(file.plant.texture_count);
+  if (file.plant.leaf_mesh_count > 0 || std::ranges::any_of(file.materials, is_masked)) plant.small.resize(file.plant.texture_count);
   const auto add = [&](const coppice_file_material& material, float coverage) {
     plant.looks.push_back({.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]},
                            .coverage = coverage,
@@ -168,18 +179,18 @@ bool take_texture(PlantLooks& plant, std::uint32_t texture, std::span<const std:
   const auto layout = read_texture(chunk);
   if (!layout) return false;
   const Texels texels = level_of(*layout, chunk, kSampledSide_px);
-  const auto shows = [&](const coppice_file_material& material) { return material.texture == texture; };
+  const auto shows = [&](const coppice_file_material& material) { return material_texture(material) == texture; };
   if (texture < plant.small.size() && std::ranges::any_of(plant.materials, shows))
     plant.small[texture] = level_of(*layout, chunk, kSmallSide_px);
   bool on_card = false;
   for (std::size_t i = 0; i < plant.cards.size(); ++i) {
     const coppice_file_material& material = plant.materials[plant.cards[i].material];
-    if (material.texture != texture) continue;
+    if (!shows(material)) continue;
     look_at_card(plant.cards[i], material, texels, plant.looks[i]);
     on_card = true;
   }
   for (std::size_t i = 0; i < plant.materials.size(); ++i)
-    if (plant.materials[i].texture == texture) look_at_material(plant.materials[i], texels, plant.looks[plant.cards.size() + i]);
+    if (shows(plant.materials[i])) look_at_material(plant.materials[i], texels, plant.looks[plant.cards.size() + i]);
   return on_card;
 }
 

@@ -23,19 +23,24 @@ struct PlantLooks {
   std::vector<coppice_file_card> cards;
   std::vector<coppice_file_material> materials;
   std::vector<RasterCard> looks;
-  std::vector<Texels> small;  ///< [textures] about 64 px, of those that were taken over where there are leaf meshes
+  std::vector<Texels> small;  ///< [textures] about 64 px, of those that were taken over; none where no triangle_look needs them
 };
 
-/// What a triangle of a leaf mesh shows.
+/// What a triangle of a leaf mesh or of wood shows.
 struct TriangleLook {
   std::array<float, 3> albedo{};
   float coverage = 1;  ///< share of it that is no hole
 };
 
-/// uv: of its corners. The material's texture has been taken over, or there is none
-TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t material, const std::array<std::array<float, 2>, 3>& uv);
+/// Texture coordinates of a triangle's corners.
+using TriangleUvs = std::array<std::array<float, 2>, 3>;
+
+/// Looked at in the middles of side * side equal parts. The material's texture has been taken over, or there is none
+TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t material, const TriangleUvs& uvs, std::uint32_t side);
 /// Whether what triangle_look needs of the material is there.
 bool has_texels(const PlantLooks& plant, std::uint32_t material);
+/// Whether its texture may have holes.
+bool is_masked(const coppice_file_material& material);
 
 /// While no texture is there: base colours, no holes but the coverage the file states.
 PlantLooks plain_looks(const PlantFile& file);

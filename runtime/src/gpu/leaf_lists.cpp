@@ -6,6 +6,7 @@
 #include <map>
 
 #include "coppice_lod.h"
+#include "wood_shells.h"
 
 namespace coppice::gpu {
 namespace {
@@ -65,7 +66,8 @@ struct Entry {
   std::uint32_t grain_count = 1;   ///< splats along it
   float grain_m = 0;
   float area_m2 = 0;
-  bool is_wood = false;
+  bool is_wood = false, is_surface = false;  ///< RasterCluster's
+  bool is_closed = false;                    ///< of a closed surface: `face` points out of it
   // Of its splat.
   Point normal{}, face{};
   Point albedo{};
@@ -187,7 +189,7 @@ std::uint32_t packed_normals(const Entry& entry) {
 std::uint32_t packed_look(const Entry& entry) {
   const auto unorm8 = [](float value) { return static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f))); };
   std::uint32_t look = unorm8(entry.light.sky) << 24;
-  if (entry.is_wood) return look;
+  if (entry.is_wood) return look | (entry.is_closed ? kSplatClosed : 0u);
   for (std::size_t channel = 0; channel < 3; ++channel) look |= unorm8(std::sqrt(entry.albedo[channel] / kMaxSplatAlbedo)) << (8 * channel);
   return look;
 }
@@ -242,7 +244,9 @@ void add_cluster(BuiltList& list, std::span<const Entry*> members) {
   RasterCluster cluster = bound(members, static_cast<std::uint32_t>(list.leaves.size()));
   cluster.first_splat = static_cast<std::uint32_t>(list.splats.size());
   cluster.card = members[0]->leaf.card;
+  cluster.is_surface = members[0]->is_surface ? 1 : 0;
   list.header.grain_m = std::max(list.header.grain_m, cluster.grain_m);
+  if (members[0]->is_wood && !members[0]->is_surface) list.header.holed_m = std::max(list.header.holed_m, cluster.grain_m);
   list.clusters.push_back(cluster);
   for (const Entry* entry : members) {
     list.leaves.push_back(entry->leaf);
@@ -253,9 +257,9 @@ void add_cluster(BuiltList& list, std::span<const Entry*> members) {
   }
 }
 
-/// The order of leaves that clusters are cut from: neighbours of a size, of wood also of a material, side by side.
+/// The order of leaves that clusters are cut from: neighbours of a size, of wood also of a material with or without holes, side by side.
 struct Place {
-  std::array<std::uint32_t, 4> key{};  ///< of wood its card, size class, place, group
+  std::array<std::uint32_t, 4> key{};  ///< of wood its card and whether it has holes, size class, place, group
   const Entry* entry = nullptr;
 };
 
@@ -263,7 +267,8 @@ std::vector<Place> places_of(std::span<const Entry> entries) {
   std::vector<Place> places;
   places.reserve(entries.size());
   for (const Entry& entry : entries)
-    places.push_back({{entry.is_wood ? entry.leaf.card : 0, entry.size_class, entry.place, entry.group}, &entry});
+    places.push_back(
+        {{entry.is_wood ? 2 * entry.leaf.card + (entry.is_surface ? 0 : 1) : 0, entry.size_class, entry.place, entry.group}, &entry});
   std::ranges::stable_sort(places, {}, &Place::key);  // a leaf's by id, as they came
   return places;
 }
@@ -294,7 +299,7 @@ std::vector<std::size_t> cluster_ends(std::span<const Place> places) {
   return ends;
 }
 
-/// Cuts the entries into clusters; those of wood are of one material.
+/// Cuts the entries into clusters; those of wood are of one material, and have holes or have none.
 BuiltList finish(std::span<const Entry> entries, const RasterList& box, float largest) {
   BuiltList list{.header = box};
   for (auto [step, splat_step] :
@@ -385,22 +390,47 @@ Triangles triangles_of(const WoodMesh& mesh, std::uint32_t first_material, const
     entry.leaf.card = first_material + mesh.vertices[mesh.indices[i]].material;
     entry.normal = normal;
     entry.covered_m2 = entry.area_m2;
+    entry.is_surface = true;
     entry.light = light.at((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
     triangles.entries.push_back(entry);
   }
   return triangles;
 }
 
+const coppice::WoodVertex& vertex_of(const WoodMesh& mesh, const Entry& triangle, std::size_t corner) {
+  return mesh.vertices[mesh.indices[std::size_t{3} * triangle.id + corner]];
+}
+
+TriangleUvs uvs_of(const WoodMesh& mesh, const Entry& triangle) {
+  return {vertex_of(mesh, triangle, 0).uv, vertex_of(mesh, triangle, 1).uv, vertex_of(mesh, triangle, 2).uv};
+}
+
+/// Takes away what holes leave open. False where they leave nothing.
+bool cover_wood(const PlantLooks& looks, const WoodMesh& mesh, Entry& triangle) {
+  const std::uint32_t material = vertex_of(mesh, triangle, 0).material;
+  if (!is_masked(looks.materials[material])) return true;
+  constexpr std::uint32_t kSide = 8;
+  const float coverage = triangle_look(looks, material, uvs_of(mesh, triangle), kSide).coverage;
+  triangle.covered_m2 *= coverage;
+  triangle.is_surface = coverage == 1.0f;
+  return coverage > 0.0f;
+}
+
 }  // namespace
 
 BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
   if (mesh.indices.empty()) return {};
-  Triangles triangles = triangles_of(mesh, source.first_material, source.light);
-  for (Entry& entry : triangles.entries) {
+  Triangles triangles = triangles_of(mesh, static_cast<std::uint32_t>(source.looks.cards.size()), source.light);
+  const std::vector<int> outward = outward_sides(mesh);
+  std::erase_if(triangles.entries, [&](Entry& entry) {
     const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
-    entry.face = dot(face, face) > 0.0f ? face : entry.normal;
+    const int side = outward[entry.id];
+    entry.face = dot(face, face) > 0.0f ? face * (side < 0 ? -1.0f : 1.0f) : entry.normal;
     entry.is_wood = true;
-  }
+    const bool is_seen = cover_wood(source.looks, mesh, entry);
+    entry.is_closed = side != 0 && entry.is_surface;
+    return !is_seen;
+  });
   return finish(triangles.entries, triangles.box, Triangles::kLargest);
 }
 
@@ -408,7 +438,7 @@ namespace {
 
 /// Makes the triangles of a leaf, which share a stalk, alike in what clusters are made by.
 void gather_leaves(const WoodMesh& mesh, std::span<Entry> triangles) {
-  const auto stalk_of = [&](const Entry& triangle) { return mesh.vertices[mesh.indices[std::size_t{3} * triangle.id]].stalk; };
+  const auto stalk_of = [&](const Entry& triangle) { return vertex_of(mesh, triangle, 0).stalk; };
   std::map<QuantisedPoint, Entry*> leaves;  // their first triangles
   for (Entry& triangle : triangles) {
     Entry& first = *leaves.try_emplace(stalk_of(triangle), &triangle).first->second;
@@ -429,11 +459,10 @@ BuiltList build_leaf_mesh_list(const WoodMesh& mesh, const LeafMeshSource& sourc
   float area_m2 = 0, partial_m2 = 0;
   const Point low{source.box.min.x, source.box.min.y, source.box.min.z}, step{source.box.step.x, source.box.step.y, source.box.step.z};
   std::erase_if(triangles.entries, [&](Entry& entry) {
-    const auto vertex = [&](std::size_t corner) -> const coppice::WoodVertex& {
-      return mesh.vertices[mesh.indices[std::size_t{3} * entry.id + corner]];
-    };
-    const TriangleLook look = triangle_look(source.looks, vertex(0).material, {vertex(0).uv, vertex(1).uv, vertex(2).uv});
-    const std::array<std::uint16_t, 3>& stalk = vertex(0).stalk;
+    const coppice::WoodVertex& first = vertex_of(mesh, entry, 0);
+    constexpr std::uint32_t kSide = 2;
+    const TriangleLook look = triangle_look(source.looks, first.material, uvs_of(mesh, entry), kSide);
+    const std::array<std::uint16_t, 3>& stalk = first.stalk;
     Point place{};
     for (std::size_t axis = 0; axis < 3; ++axis) place[axis] = low[axis] + step[axis] * static_cast<float>(stalk[axis]);
     const Point middle = (entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f);

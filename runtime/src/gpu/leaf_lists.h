@@ -42,9 +42,9 @@ struct LeafSource {
 /// The leaves of cut(leaf_count). 1 <= leaf_count <= N
 BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count);
 
-/// The triangles of a wood LoD, quantised to 1/65535 of the mesh's box.
+/// The triangles of a wood LoD, quantised to 1/65535 of the mesh's box; those that are nothing but hole are left out.
 struct WoodSource {
-  std::uint32_t first_material = 0;  ///< among the plant's RasterCards
+  const PlantLooks& looks;  ///< with what triangle_look needs of the mesh's materials that are masked
   const CrownLight& light;
 };
 BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source);

@@ -28,7 +28,7 @@ void add_list(ListBuild& build, const BuiltList& list) {
 
 BuiltList build_mesh_list(const ListBuild& build) {
   const auto& [looks, light, box, leaf_count] = build.source;
-  if (build.first < kRasterMeshes) return build_wood_list(build.mesh, {static_cast<std::uint32_t>(looks->cards.size()), *light});
+  if (build.first < kRasterMeshes) return build_wood_list(build.mesh, {*looks, *light});
   return build_leaf_mesh_list(build.mesh, {*looks, box, *light});
 }
 

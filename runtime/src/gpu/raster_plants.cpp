@@ -150,7 +150,12 @@ std::uint64_t RasterPlants::wood_bytes(const WoodMesh& mesh) {
 }
 
 void RasterPlants::add_wood(std::uint32_t index, std::uint32_t lod, const WoodMesh& mesh) {
-  plants_[index].meshes[lod].waiting = mesh;
+  PlantLists& plant = plants_[index];
+  MeshList& list = plant.meshes[lod];
+  list.waiting = mesh;
+  // What a texture covers is built into the list; the colour of what it covers is looked up, so that nothing else waits.
+  for (const coppice::WoodVertex& vertex : mesh.vertices)
+    if (is_masked(plant.source.looks->materials[vertex.material])) list.materials.insert(vertex.material);
 }
 
 void RasterPlants::add_leaf_mesh(std::uint32_t index, std::uint32_t chunk, const WoodMesh& mesh) {

@@ -18,7 +18,7 @@ Result<void> check_species_path(const AssetFolder& folder, const std::string& sc
   if (by_letters && !stays_inside(inside.native()))
     return Error{Status::invalid_argument, "outside the asset's folder", Error::kNoOffset, std::string(species)};
   if (!folder.real_files) return {};
-  if (auto resolved = resolve_below(root, file, species); !resolved) return resolved.error();
+  if (auto resolved = resolve_below(root, file, std::string(species)); !resolved) return resolved.error();
   return {};
 }
 

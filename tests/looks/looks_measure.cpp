@@ -1,0 +1,132 @@
+#include "looks_measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kBlockPx = 8;
+constexpr float kPlantBlock = 0.25f;  // of a block
+constexpr float kColorOff = 0.06f * 255.0f;
+constexpr double kWrongBlocks = 0.05, kCoverageOff = 0.05, kPieceOff = 0.05;
+// A pixel that shows the plant in fewer frames than two of sixteen connects nothing.
+constexpr float kPlantPixel = 0.125f;
+
+glm::vec4 block_mean(const MeanPicture& picture, std::uint32_t left, std::uint32_t top) {
+  glm::vec4 sum(0.0f);
+  float count = 0;
+  for (std::uint32_t y = top; y < std::min(top + kBlockPx, picture.height_px); ++y)
+    for (std::uint32_t x = left; x < std::min(left + kBlockPx, picture.width_px); ++x, ++count)
+      sum += picture.texels[std::size_t{y} * picture.width_px + x];
+  return sum / count;
+}
+
+bool is_color_off(const glm::vec4& a, const glm::vec4& b) {
+  const glm::vec3 off = glm::abs(glm::vec3(a) - glm::vec3(b));
+  return std::max(off.x, std::max(off.y, off.z)) > kColorOff;
+}
+
+double covered_px(const MeanPicture& picture) {
+  double sum = 0;
+  for (const glm::vec4& texel : picture.texels) sum += static_cast<double>(texel.a);
+  return sum;
+}
+
+/// Takes the piece that holds pixel `first` out of `left`; what it covers, px.
+double take_piece(const MeanPicture& picture, std::vector<bool>& left, std::size_t first) {
+  std::vector<std::size_t> open{first};
+  left[first] = false;
+  double covered = 0;
+  const auto width = static_cast<std::int64_t>(picture.width_px), height = static_cast<std::int64_t>(picture.height_px);
+  while (!open.empty()) {
+    const std::size_t at = open.back();
+    open.pop_back();
+    covered += static_cast<double>(picture.texels[at].a);
+    const std::int64_t x = static_cast<std::int64_t>(at) % width, y = static_cast<std::int64_t>(at) / width;
+    for (std::int64_t j = std::max<std::int64_t>(y - 1, 0); j <= std::min(y + 1, height - 1); ++j)
+      for (std::int64_t i = std::max<std::int64_t>(x - 1, 0); i <= std::min(x + 1, width - 1); ++i) {
+        const auto next = static_cast<std::size_t>(j * width + i);
+        if (!left[next]) continue;
+        left[next] = false;
+        open.push_back(next);
+      }
+  }
+  return covered;
+}
+
+double largest_piece(const MeanPicture& picture) {
+  std::vector<bool> left(picture.texels.size());
+  for (std::size_t i = 0; i < left.size(); ++i) left[i] = picture.texels[i].a >= kPlantPixel;
+  double largest = 0, all = 0;
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (!left[i]) continue;
+    const double piece = take_piece(picture, left, i);
+    largest = std::max(largest, piece);
+    all += piece;
+  }
+  return all > 0 ? largest / all : 0;
+}
+
+}  // namespace
+
+LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& picture) {
+  if (reference.width_px != picture.width_px || reference.height_px != picture.height_px)
+    throw std::runtime_error("pictures of different sizes");
+  LooksDifference result;
+  std::uint32_t wrong = 0;
+  for (std::uint32_t y = 0; y < reference.height_px; y += kBlockPx)
+    for (std::uint32_t x = 0; x < reference.width_px; x += kBlockPx) {
+      const glm::vec4 expected = block_mean(reference, x, y);
+      if (expected.a < kPlantBlock) continue;
+      ++result.blocks;
+      wrong += is_color_off(expected, block_mean(picture, x, y));
+    }
+  if (result.blocks > 0) result.wrong_blocks = static_cast<double>(wrong) / result.blocks;
+  const double expected_px = covered_px(reference);
+  if (expected_px == 0.0) throw std::runtime_error("the reference shows no plant");
+  result.coverage = covered_px(picture) / expected_px;
+  result.largest_piece = largest_piece(picture);
+  result.reference_largest_piece = largest_piece(reference);
+  return result;
+}
+
+bool looks_alike(const LooksDifference& difference) {
+  return difference.wrong_blocks <= kWrongBlocks && std::abs(difference.coverage - 1.0) <= kCoverageOff &&
+         std::abs(difference.largest_piece - difference.reference_largest_piece) <= kPieceOff;
+}
+
+std::string describe(const LooksDifference& difference) {
+  char line[160];
+  std::snprintf(line, sizeof line, "%.1f %% of %u blocks wrong, %.1f %% of the cover, largest piece %.1f %% instead of %.1f %%",
+                100.0 * difference.wrong_blocks, difference.blocks, 100.0 * difference.coverage, 100.0 * difference.largest_piece,
+                100.0 * difference.reference_largest_piece);
+  return line;
+}
+
+Picture side_by_side(const MeanPicture& reference, const MeanPicture& picture) {
+  constexpr std::uint32_t kLeastPx = 256;
+  constexpr float kStrength = 4.0f;
+  const std::uint32_t scale = std::max(kLeastPx / std::max(reference.width_px, 1u), 1u);
+  const std::uint32_t panel_px = scale * reference.width_px;
+  Picture result{3 * panel_px, scale * reference.height_px, {}};
+  result.rgba.reserve(std::size_t{4} * result.width_px * result.height_px);
+  for (std::uint32_t y = 0; y < result.height_px; ++y)
+    for (std::uint32_t x = 0; x < result.width_px; ++x) {
+      const std::size_t at = std::size_t{y / scale} * reference.width_px + x % panel_px / scale;
+      const glm::vec3 expected(reference.texels[at]), found(picture.texels[at]);
+      const std::uint32_t panel = x / panel_px;
+      const glm::vec3 shown = panel == 0 ? expected : panel == 1 ? found : 127.5f + kStrength * (found - expected);
+      for (int channel = 0; channel < 3; ++channel)
+        result.rgba.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(shown[channel], 0.0f, 255.0f))));
+      result.rgba.push_back(255);
+    }
+  return result;
+}
+
+}  // namespace coppice::test

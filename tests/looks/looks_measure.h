@@ -1,0 +1,43 @@
+#pragma once
+
+// How far a picture of a plant is from the reference, in three measures that say what a person sees first: wrong colours, a plant that is
+// fatter or thinner, and pieces that hang in the air.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <glm/vec4.hpp>
+
+#include "picture.h"
+
+namespace coppice::test {
+
+/// The mean of pictures of one view, each moved by part of a pixel.
+struct MeanPicture {
+  std::uint32_t width_px = 0, height_px = 0;
+  std::vector<glm::vec4>
+      texels;  ///< rows top to bottom; colour as displayed, 0..255, on the background; alpha: how much of it is plant, 0..1
+};
+
+struct LooksDifference {
+  std::uint32_t blocks = 0;  ///< of 8 x 8 px that are at least a quarter plant in the reference
+  double wrong_blocks = 0;   ///< share of them whose mean is off by more than 6 % of 255 in a channel; 0 of none
+  double coverage = 0;       ///< what the plant covers, by what it covers in the reference
+  double largest_piece = 0;  ///< share of the plant that its largest 8-connected piece holds
+  double reference_largest_piece = 0;
+};
+
+/// Pictures of the same size, of which the reference shows something; else throws std::runtime_error.
+LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& picture);
+
+/// At most 5 % of the blocks are wrong, and neither coverage nor largest piece is off by more than 5 %.
+bool looks_alike(const LooksDifference& difference);
+
+/// One line.
+std::string describe(const LooksDifference& difference);
+
+/// Reference, picture and their difference four times as strong, side by side; pixels of small pictures are enlarged.
+Picture side_by_side(const MeanPicture& reference, const MeanPicture& picture);
+
+}  // namespace coppice::test

@@ -1,0 +1,182 @@
+#include "looks_stage.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "context_desc.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
+constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
+// A lens of 60 degrees on 1280 x 720 has 623; a longer one shows the plant as it is from farther away, with less perspective.
+constexpr float kFocalPx = 1200.0f;
+constexpr std::uint32_t kFrames = 16;
+// Between what is lit and what is shaded, as a meadow is; its alpha is 0, that of all that is drawn 1.
+constexpr VkClearColorValue kBackground{{0.2f, 0.2f, 0.2f, 0.0f}};
+
+void check(coppice_status status, const char* call) {
+  if (status != COPPICE_OK) throw std::runtime_error(std::string(call) + ": " + coppice_status_text(status));
+}
+
+void print_log(void*, coppice_log_level level, const char* line) {
+  if (level != COPPICE_LOG_INFO) std::printf("coppice: %s\n", line);
+}
+
+/// To Vulkan's clip space, y down, depth 1 at `near` and 0 infinitely far away.
+glm::mat4 reversed_perspective(float side_px, float near) {
+  const float scale = 2.0f * kFocalPx / side_px;
+  glm::mat4 clip(0.0f);
+  clip[0][0] = scale;
+  clip[1][1] = -scale;
+  clip[2][3] = -1.0f;
+  clip[3][2] = near;
+  return clip;
+}
+
+/// Of the Halton sequence, which covers 0..1 evenly from the first points on.
+float halton(std::uint32_t index, std::uint32_t base) {
+  float value = 0, digit = 1;
+  for (; index > 0; index /= base) {
+    digit /= static_cast<float>(base);
+    value += digit * static_cast<float>(index % base);
+  }
+  return value;
+}
+
+void begin_rendering(VkCommandBuffer cmd, const Image& color_image, const Image& depth_image) {
+  change_layout(cmd, color_image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+  change_layout(cmd, depth_image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+  VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
+  color.imageView = color_image.view();
+  color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+  color.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
+  color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  color.clearValue.color = kBackground;
+  VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
+  depth.imageView = depth_image.view();
+  depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+  depth.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
+  depth.storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE;
+  VkRenderingInfo info{VK_STRUCTURE_TYPE_RENDERING_INFO};
+  info.renderArea.extent = {color_image.desc().width_px, color_image.desc().height_px};
+  info.layerCount = 1;
+  info.colorAttachmentCount = 1;
+  info.pColorAttachments = &color;
+  info.pDepthAttachment = &depth;
+  vkCmdBeginRendering(cmd, &info);
+}
+
+void add_to_mean(const Picture& frame, MeanPicture& mean) {
+  for (std::size_t i = 0; i < mean.texels.size(); ++i) {
+    const std::uint8_t* texel = &frame.rgba[4 * i];
+    mean.texels[i] += glm::vec4(texel[0], texel[1], texel[2], static_cast<float>(texel[3]) / 255.0f) / static_cast<float>(kFrames);
+  }
+}
+
+}  // namespace
+
+LooksStage::LooksStage(const VulkanDevice& gpu, const std::filesystem::path& plant, LooksPath path) : gpu_(gpu) {
+  coppice_context_desc desc = context_desc(gpu);
+  desc.max_instances = 16;
+  desc.compute_raster = path == LooksPath::compute ? VK_TRUE : VK_FALSE;
+  desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
+  // Inline: what is there in which frame does not depend on the machine.
+  desc.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
+  desc.log.write = print_log;
+  coppice_context* context = nullptr;
+  check(coppice_context_create(&desc, &context), "coppice_context_create");
+  context_.reset(context);
+  coppice_plant handle = 0;
+  check(coppice_plant_open(context, plant.c_str(), &handle), "coppice_plant_open");
+  coppice_plant_info_init(&info_);
+  check(coppice_plant_get_info(context, handle, &info_), "coppice_plant_get_info");
+  const coppice_placement placement{{0, 0, 0}, 1, {0, 0, 0, 1}, {1, 1, 1}};
+  check(coppice_instances_add(context, handle, &placement, 1, nullptr), "coppice_instances_add");
+}
+
+coppice_view LooksStage::make_view(const LooksView& wanted) const {
+  const glm::vec3 center(info_.sphere_center[0], info_.sphere_center[1], info_.sphere_center[2]);
+  const float distance_m = 2.0f * info_.sphere_radius * kFocalPx / wanted.size_px;
+  const glm::vec3 eye = center + glm::normalize(wanted.from) * distance_m;
+  const glm::mat4 view_from_world = glm::lookAt(eye, center, glm::vec3(0, 1, 0));
+  // Perspective makes the near half of a sphere larger than the sphere's middle; whole blocks.
+  const auto side_px = static_cast<std::uint32_t>(std::ceil((1.15f * wanted.size_px + 8.0f) / 8.0f)) * 8;
+  const glm::mat4 clip_from_view = reversed_perspective(static_cast<float>(side_px), 0.01f * info_.sphere_radius);
+  coppice_view view;
+  coppice_view_init(&view);
+  std::copy_n(&view_from_world[0][0], 16, view.view_from_world);
+  std::copy_n(&clip_from_view[0][0], 16, view.clip_from_view);
+  view.width_px = view.height_px = side_px;
+  view.lod = wanted.lod;
+  const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.8f, 0.4f));
+  std::copy_n(&sun[0], 3, view.sun_direction);
+  return view;
+}
+
+void LooksStage::begin_frame(const coppice_view& view) {
+  coppice_frame frame;
+  coppice_frame_init(&frame);
+  frame.frame_number = ++frame_number_;
+  frame.completed_number = frame_number_ - 1;
+  frame.view = &view;
+  check(coppice_frame_begin(context_.get(), &frame), "coppice_frame_begin");
+}
+
+void LooksStage::settle(const coppice_view& view) {
+  constexpr int kMostFrames = 2000;
+  constexpr int kQuietFrames = 4;  // what arrived last has been uploaded, sorted into lists and counted
+  int quiet = 0;
+  for (int frame = 0; frame < kMostFrames && quiet < kQuietFrames; ++frame) {
+    begin_frame(view);
+    submit(gpu_, [&](VkCommandBuffer cmd) {
+      check(coppice_record_upload(context_.get(), cmd), "coppice_record_upload");
+      check(coppice_record_cull(context_.get(), cmd, &view), "coppice_record_cull");
+    });
+    coppice_stats stats;
+    coppice_stats_init(&stats);
+    check(coppice_get_stats(context_.get(), &stats), "coppice_get_stats");
+    quiet = stats.pages_wanted == 0 && stats.pages_in_flight == 0 ? quiet + 1 : 0;
+    if (quiet == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // reads are asynchronous
+  }
+  if (quiet < kQuietFrames) throw std::runtime_error("streaming does not come to rest");
+}
+
+Picture LooksStage::draw_frame(const coppice_view& view, const Image& color, const Image& depth) {
+  begin_frame(view);
+  submit(gpu_, [&](VkCommandBuffer cmd) {
+    check(coppice_record_upload(context_.get(), cmd), "coppice_record_upload");
+    check(coppice_record_cull(context_.get(), cmd, &view), "coppice_record_cull");
+    begin_rendering(cmd, color, depth);
+    check(coppice_record_draw(context_.get(), cmd, &view), "coppice_record_draw");
+    vkCmdEndRendering(cmd);
+  });
+  return read_picture(gpu_, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+}
+
+MeanPicture LooksStage::draw(const LooksView& wanted) {
+  const coppice_view view = make_view(wanted);
+  settle(view);
+  const Image color(gpu_,
+                    {view.width_px, view.height_px, kColorFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+  const Image depth(gpu_, {view.width_px, view.height_px, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT});
+  MeanPicture mean{view.width_px, view.height_px, std::vector<glm::vec4>(std::size_t{view.width_px} * view.height_px)};
+  for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
+    coppice_view moved = view;
+    const auto side_px = static_cast<float>(view.width_px);
+    moved.clip_from_view[8] -= 2.0f * (halton(frame + 1, 2) - 0.5f) / side_px;
+    moved.clip_from_view[9] -= 2.0f * (halton(frame + 1, 3) - 0.5f) / side_px;
+    add_to_mean(draw_frame(moved, color, depth), mean);
+  }
+  return mean;
+}
+
+}  // namespace coppice::test

@@ -1,0 +1,45 @@
+#pragma once
+
+// One plant before the camera, drawn through the C API.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+#include <glm/vec3.hpp>
+
+#include "coppice/coppice.h"
+#include "looks_measure.h"
+#include "vulkan_device.h"
+
+namespace coppice::test {
+
+enum class LooksPath { hardware, compute };
+
+struct LooksView {
+  float size_px = 240;  ///< of the plant's bounding sphere, across
+  glm::vec3 from{0.6f, 0.25f, 1.0f};
+  coppice_lod_mode lod = COPPICE_LOD_CUT;
+};
+
+class LooksStage {
+ public:
+  /// plant: a .coppice file. Throws std::runtime_error where it cannot be opened.
+  LooksStage(const VulkanDevice& gpu, const std::filesystem::path& plant, LooksPath path);
+
+  /// Streams until all that the view wants is there, then draws 16 frames, each moved by part of a pixel.
+  MeanPicture draw(const LooksView& view);
+
+ private:
+  [[nodiscard]] coppice_view make_view(const LooksView& view) const;
+  void begin_frame(const coppice_view& view);
+  void settle(const coppice_view& view);
+  Picture draw_frame(const coppice_view& view, const Image& color, const Image& depth);
+
+  const VulkanDevice& gpu_;
+  std::unique_ptr<coppice_context, decltype(&coppice_context_destroy)> context_{nullptr, coppice_context_destroy};
+  coppice_plant_info info_{};
+  std::uint64_t frame_number_ = 0;
+};
+
+}  // namespace coppice::test

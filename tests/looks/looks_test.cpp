@@ -1,0 +1,87 @@
+// Plants, one for each cause of wrong pictures, beside themselves in full detail; under validation. COPPICE_LOOKS_PICTURES=1 writes all
+// pictures, not only those of failures.
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+
+#include "atomic_file.h"
+#include "golden.h"
+#include "looks_case.h"
+#include "process.h"
+
+namespace coppice::test {
+namespace {
+
+/// Written to `folder`, baked. returns  the .coppice file
+std::filesystem::path bake_plant(const std::filesystem::path& folder, const std::string& name, const GltfBuilder& plant,
+                                 const bake::BakeOptions& options) {
+  const std::filesystem::path glb = write_file(folder / (name + ".glb"), plant.glb());
+  bake::BakeReport report;
+  const auto bytes = bake::bake(
+      glb, options, [](const char*, double) {}, report);
+  if (!bytes) throw std::runtime_error(bytes.error().message());
+  for (const std::string& warning : report.warnings) std::printf("%s: %s\n", name.c_str(), warning.c_str());
+  const std::filesystem::path file = folder / (name + ".coppice");
+  const auto saved = bake::write_file_atomically(file, *bytes);
+  if (!saved) throw std::runtime_error(saved.error().message());
+  return file;
+}
+
+bool writes_all_pictures() {
+  const char* value = std::getenv("COPPICE_LOOKS_PICTURES");
+  return value != nullptr && std::strcmp(value, "1") == 0;
+}
+
+/// What two pictures are of.
+struct Compared {
+  std::string name;
+  const MeanPicture& reference;
+  const MeanPicture& picture;
+};
+
+std::string write_pictures(const Compared& compared) {
+  const std::filesystem::path folder = COPPICE_LOOKS_OUTPUT;
+  std::filesystem::create_directories(folder);
+  const std::filesystem::path file = folder / (compared.name + ".png");
+  write_png(file, side_by_side(compared.reference, compared.picture));
+  return file;
+}
+
+void expect_alike(const Compared& compared, bool expected) {
+  const LooksDifference difference = compare_looks(compared.reference, compared.picture);
+  const std::string line = compared.name + ": " + describe(difference);
+  std::printf("%s\n", line.c_str());
+  const bool passed = looks_alike(difference) == expected;
+  if (!passed || writes_all_pictures()) {
+    const std::string file = write_pictures(compared);
+    EXPECT_TRUE(passed) << line << (expected ? "" : "; the defect passes for the plant") << "\nreference, picture, difference: " << file;
+  }
+}
+
+TEST_P(LooksTest, IsAsInFullDetail) {
+  const LooksCase& tested = GetParam();
+  const TemporaryFolder folder;
+  const std::filesystem::path file = bake_plant(folder.path(), "plant", tested.plant(), tested.bake);
+  LooksStage hardware(gpu(), file, LooksPath::hardware), compute(gpu(), file, LooksPath::compute);
+  for (const float size_px : tested.sizes_px) {
+    const auto named = [&](const char* what) {
+      return std::string(tested.name) + "." + what + "." + std::to_string(static_cast<int>(size_px));
+    };
+    const LooksView full{size_px, tested.from, COPPICE_LOD_FULL}, cut{size_px, tested.from, COPPICE_LOD_CUT};
+    const MeanPicture reference = hardware.draw(full);
+    expect_alike({named("hardware"), reference, hardware.draw(cut)}, true);
+    expect_alike({named("compute"), reference, compute.draw(cut)}, true);
+    if (size_px != tested.defect_size_px) continue;
+    // Its full detail is looked at, which no metric changes: the quickest.
+    bake::BakeOptions quick = tested.bake;
+    quick.metric = bake::Metric::geometric;
+    LooksStage defect(gpu(), bake_plant(folder.path(), "defect", tested.defect(), quick), LooksPath::hardware);
+    expect_alike({named("defect"), reference, defect.draw(full)}, false);
+  }
+}
+
+}  // namespace
+}  // namespace coppice::test

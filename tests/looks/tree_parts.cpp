@@ -1,0 +1,78 @@
+#include "tree_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <glm/geometric.hpp>
+
+#include "test_foliage.h"
+
+namespace coppice::test {
+namespace {
+
+std::uint8_t byte_of(float value) {
+  return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0f, 255.0f)));
+}
+
+/// stalk: the middle of the card's lower edge. right, up: unit
+void add_leaf(Shape& leaves, const glm::vec3& stalk, const glm::vec3& right, const glm::vec3& up) {
+  add_card(leaves, stalk - 0.12f * right, 0.24f * right, 0.36f * up);
+}
+
+}  // namespace
+
+Shape bare_tree() {
+  Shape wood;
+  add_tube(wood, {.from = {0, 0, 0}, .to = {0, 3, 0}, .from_radius_m = 0.16f, .to_radius_m = 0.06f, .uvs = {{0, 0}, {2, 6}}});
+  for (int i = 0; i < 6; ++i) {
+    const float angle = 1.9f * static_cast<float>(i), height_m = 1.5f + 0.22f * static_cast<float>(i);
+    const glm::vec3 from(0, height_m, 0), out(std::cos(angle), 0.8f, std::sin(angle));
+    add_tube(wood,
+             {.from = from, .to = from + 0.9f * out, .from_radius_m = 0.1f, .to_radius_m = 0.05f, .sides = 7, .uvs = {{0, 0}, {1, 3}}});
+  }
+  return wood;
+}
+
+Shape crown_of_cards(std::uint32_t count, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  const auto in_ball = [&random] {
+    for (;;) {
+      const float x = uniform(random, -1, 1), y = uniform(random, -1, 1), z = uniform(random, -1, 1);
+      const glm::vec3 point(x, y, z);
+      if (glm::dot(point, point) <= 1.0f && glm::dot(point, point) > 0.01f) return point;
+    }
+  };
+  Shape leaves;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const glm::vec3 middle = glm::vec3(0, 2.6f, 0) + 1.2f * in_ball();
+    const glm::vec3 up = glm::normalize(in_ball());
+    const glm::vec3 right = glm::normalize(glm::cross(up, glm::vec3(up.y, up.z + 0.1f, -up.x)));
+    add_leaf(leaves, middle, right, up);
+  }
+  return leaves;
+}
+
+Shape leaves_up_a_stem(std::uint32_t count, float low_m, float high_m) {
+  Shape leaves;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float share = static_cast<float>(i) / static_cast<float>(count), angle = 2.4f * static_cast<float>(i);
+    const glm::vec3 up = glm::normalize(glm::vec3(std::cos(angle), 0.5f, std::sin(angle)));
+    add_leaf(leaves, {0, low_m + share * (high_m - low_m), 0}, {-std::sin(angle), 0, std::cos(angle)}, up);
+  }
+  return leaves;
+}
+
+Rgba oval_leaf(float u, float v) {
+  const float x = 2.0f * u - 1.0f, y = 2.0f * v - 1.0f;
+  const float lightness = std::abs(x) < 0.08f ? 1.25f : 1.0f - 0.15f * std::abs(x);
+  const bool is_leaf = x * x / 0.64f + y * y / 0.95f < 1.0f;
+  return {byte_of(86 * lightness), byte_of(128 * lightness), byte_of(48 * lightness), static_cast<std::uint8_t>(is_leaf ? 255 : 0)};
+}
+
+Rgba furrowed_bark(float u, float v) {
+  const float lightness = 1.0f + 0.3f * std::sin(25.0f * u + 3.0f * std::sin(6.2831853f * v));
+  return {byte_of(112 * lightness), byte_of(86 * lightness), byte_of(62 * lightness), 255};
+}
+
+}  // namespace coppice::test

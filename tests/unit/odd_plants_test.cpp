@@ -1,0 +1,53 @@
+#include "odd_plants.h"
+
+#include <algorithm>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "bake.h"
+#include "gltf_builder.h"
+#include "import_gltf.h"
+#include "inspect.h"
+#include "pack.h"
+#include "process.h"
+
+namespace coppice::bake {
+namespace {
+
+class OddPlants : public testing::TestWithParam<test::OddPlant> {};
+
+TEST_P(OddPlants, LeavesAreCountedAndNothingIsLost) {
+  const test::OddPlant& plant = GetParam();
+  const Result<Plant> imported = import_gltf_bytes(test::encode(plant), plant.name + ".glb", {});
+  ASSERT_TRUE(imported) << imported.error().message();
+  EXPECT_EQ(imported->leaves.size(), plant.leaf_count);
+  EXPECT_EQ(imported->foliage.triangle_materials.size() + imported->wood.triangle_materials.size(),
+            plant.soup.mesh.triangle_materials.size());
+  const auto warns = [](const std::string& warning) { return warning.find("no leaves") != std::string::npos; };
+  EXPECT_EQ(imported->warnings.size(), plant.leaf_count == 0 ? 1u : 0u) << testing::PrintToString(imported->warnings);
+  EXPECT_EQ(std::ranges::count_if(imported->warnings, warns), plant.leaf_count == 0 ? 1 : 0);
+}
+
+TEST_P(OddPlants, Bakes) {
+  const test::OddPlant& plant = GetParam();
+  const coppice::test::TemporaryFolder folder;
+  BakeOptions options;
+  options.collapse.resolution_px = 64;
+  options.view_count = 6;
+  BakeReport report;
+  const auto bytes = bake(
+      coppice::test::write_file(folder.path() / (plant.name + ".glb"), test::encode(plant)), options, [](const char*, double) {}, report);
+  ASSERT_TRUE(bytes) << bytes.error().message();
+  EXPECT_EQ(report.source_leaves, plant.leaf_count);
+  const auto verified = verify(*bytes);
+  EXPECT_TRUE(verified) << verified.error().message();
+  const auto baked = unpack(*bytes);
+  ASSERT_TRUE(baked) << baked.error().message();
+  EXPECT_EQ(baked->tree.leaf_count(), std::max(plant.leaf_count, 1u));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, OddPlants, testing::ValuesIn(test::odd_plants()), [](const auto& each) { return each.param.name; });
+
+}  // namespace
+}  // namespace coppice::bake

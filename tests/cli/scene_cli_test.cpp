@@ -94,7 +94,7 @@ TEST(SceneCommand, InspectShowsWhatAForestHolds) {
   ASSERT_EQ(scene({"-o", plants.out, "--plants", plants.baked, "--size-m", "500", "--count", "900"}).exit_code, 0);
   const ProcessResult text = run_process(COPPICE_TOOL, {"inspect", plants.out});
   EXPECT_EQ(text.exit_code, 0) << text.err;
-  for (const char* part : {"wood.forest: 900 plants of 2 species", "500 m x 500 m", "baked/Oak.coppice", "baked/fern.coppice"})
+  for (const char* part : {"wood.forest: 900 plants of 2 species", "1 tiles in 1 levels", "baked/Oak.coppice", "baked/fern.coppice"})
     EXPECT_NE(text.out.find(part), std::string::npos) << part << " is not in\n" << text.out;
   const ProcessResult json = run_process(COPPICE_TOOL, {"inspect", plants.out, "--json"});
   const auto parsed = nlohmann::json::parse(json.out);

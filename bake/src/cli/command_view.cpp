@@ -55,6 +55,8 @@ Result<std::filesystem::path> find_viewer() {
 /// The baked plant: the input itself, or what the cache has of it.
 Result<std::filesystem::path> baked(const ViewArguments& arguments) {
   if (!is_plant_file(arguments.input)) return arguments.input;
+  if (arguments.bake.import.all_variants)
+    return Error{Status::invalid_argument, "one plant is shown at a time: --variant takes a number here, not all"};
   COPPICE_TRY(cache, cache_folder());
   COPPICE_TRY(options, bake_options(arguments.bake));
   ProgressBar bar(ProgressBar::Visibility::on_terminal);

@@ -55,8 +55,6 @@ Result<std::filesystem::path> find_viewer() {
 /// The baked plant: the input itself, or what the cache has of it.
 Result<std::filesystem::path> baked(const ViewArguments& arguments) {
   if (!is_plant_file(arguments.input)) return arguments.input;
-  if (arguments.bake.import.all_variants)
-    return Error{Status::invalid_argument, "one plant is shown at a time: --variant takes a number here, not all"};
   COPPICE_TRY(cache, cache_folder());
   COPPICE_TRY(options, bake_options(arguments.bake));
   ProgressBar bar(ProgressBar::Visibility::on_terminal);
@@ -83,6 +81,9 @@ Error start(const std::filesystem::path& viewer, std::vector<std::string> words)
 }
 
 int run(const ViewArguments& arguments) {
+  if (arguments.bake.import.all_variants)
+    return report_failure(arguments.input,
+                          Error{Status::invalid_argument, "one plant is shown at a time: --variant takes a number here, not all"});
   const auto viewer = find_viewer();
   if (!viewer) return report_failure(arguments.input, viewer.error());
   const auto plant = baked(arguments);

@@ -73,6 +73,12 @@ TEST(Variants, BakeAllTakesThemToo) {
   ProcessResult result = coppice_tool({"bake-all", folder.folder / ".", "-o", out, "--variant", "all"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(folder.baked("out"), (std::set<std::string>{"oak_1.coppice", "oak_2.coppice", "oak_3.coppice"}));
+  result = coppice_tool({"bake-all", folder.input, "-o", folder.folder / "one", "--variant", "all"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(folder.baked("one"), folder.baked("out")) << "a file by itself";
+  result = coppice_tool({"view", folder.input, "--variant", "all", "--headless"});
+  EXPECT_EQ(result.exit_code, 1);
+  expect_says(result.err, "--variant takes a number here");
   std::ofstream(folder.folder / "list.json") << R"([{"input": "oak.glb", "output": "far.coppice", "node": "^Oak_1_LOD1$"},
                                                     {"input": "oak.glb", "output": "b.coppice", "variant": 2}])";
   result = coppice_tool({"bake-all", folder.folder / "list.json", "-o", out});

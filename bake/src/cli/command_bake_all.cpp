@@ -143,7 +143,9 @@ Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
   if (is_plant_file(arguments.input)) {
     COPPICE_TRY(options, bake_options(arguments.bake));
     const std::filesystem::path name = arguments.input.stem() += ".coppice";
-    return std::vector{BatchPlant{arguments.input, arguments.output / name, std::move(options)}};
+    BatchPlant plant{arguments.input, arguments.output / name, std::move(options)};
+    plant.all_variants = arguments.bake.import.all_variants;
+    return std::vector{std::move(plant)};
   }
   return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
 }

@@ -81,6 +81,9 @@ Error start(const std::filesystem::path& viewer, std::vector<std::string> words)
 }
 
 int run(const ViewArguments& arguments) {
+  if (arguments.bake.import.all_variants)
+    return report_failure(arguments.input,
+                          Error{Status::invalid_argument, "one plant is shown at a time: --variant takes a number here, not all"});
   const auto viewer = find_viewer();
   if (!viewer) return report_failure(arguments.input, viewer.error());
   const auto plant = baked(arguments);

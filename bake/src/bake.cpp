@@ -104,7 +104,7 @@ std::uint32_t file_metric(Metric metric) {
 
 std::uint32_t bounded_resolution_px(const Foliage& foliage, std::uint32_t resolution_px) {
   // The densest of the plants that tests measure have 3; their views stay as they are.
-  constexpr double kMostLayers = 4.0, kLeastShare = 0.375;
+  constexpr double kMostLayers = 6.0, kLeastShare = 0.375;
   double area_m2 = 0.0;
   for (const Quad& quad : foliage.quads)
     area_m2 += 0.5 * glm::length(glm::cross(glm::dvec3(quad[2] - quad[0]), glm::dvec3(quad[3] - quad[1])));

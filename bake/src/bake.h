@@ -20,7 +20,7 @@ enum class Metric { default_metric, mi, geometric };
 std::uint32_t metric_view_count(Metric metric, std::uint32_t leaf_count);
 
 /// The side of a view in which the default metric weighs collapses: `resolution_px`, or down to 3/8 of it where leaves would cover more
-/// than four times the view. Time goes by what leaves cover, and leaves that overlap so much are large in a smaller view, too.
+/// than six times the view. Time goes by what leaves cover, and leaves that overlap so much are large in a smaller view, too.
 std::uint32_t bounded_resolution_px(const Foliage& foliage, std::uint32_t resolution_px);
 
 /// Ten times faster than the defaults: fewer and smaller views, fewer candidates. See the README for what it costs.

@@ -167,7 +167,7 @@ Result<ChosenNodes> choose_plant(const tinygltf::Model& model, std::vector<MeshI
   LeftOut left{std::vector<LeftReason>(scene->items.size()), std::vector<std::uint32_t>(scene->items.size(), kNone)};
   if (choice.node) COPPICE_CHECK(keep_chosen(*scene, *choice.node, left));
   ChosenNodes chosen;
-  if (!choice.whole) {
+  if (!choice.whole && !taken_items(left).empty()) {
     COPPICE_TRY(contents, weigh(model, *scene, choice, left));
     chosen.contents = std::move(contents);
   }

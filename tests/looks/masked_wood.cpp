@@ -56,15 +56,7 @@ GltfBuilder tree(const Tree& wanted) {
 INSTANTIATE_TEST_SUITE_P(MaskedWood, LooksTest,
                          testing::Values(LooksCase{.name = "twigs_on_cards",
                                                    .plant = [] { return tree({}); },
-                                                   .defect = [] { return tree({.has_holes = false}); },
-                                                   .sizes_px = {480, 240, 120, 60}},
-                                         // The wood's levels of detail leave half of the twigs out: it says so when run with
-                                         // --gtest_also_run_disabled_tests.
-                                         LooksCase{.name = "DISABLED_twigs_on_cards_far_away",
-                                                   .plant = [] { return tree({}); },
-                                                   .defect = [] { return tree({.has_holes = false}); },
-                                                   .sizes_px = {30},
-                                                   .defect_size_px = 30},
+                                                   .defect = [] { return tree({.has_holes = false}); }},
                                          LooksCase{.name = "bare_tree_on_two_cards",
                                                    .plant = [] { return tree({.is_crossed_cards = true}); },
                                                    .defect = [] { return tree({.has_holes = false, .is_crossed_cards = true}); },

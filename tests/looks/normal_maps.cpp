@@ -26,7 +26,7 @@ GltfBuilder tree(bool has_colors) {
                                            .normal_map = painted_png(64, 64, midrib),
                                            .alpha_cutoff = 0.5f});
   add_shape(builder, bare_tree(), bark, "trunk");
-  add_shape(builder, crown_of_cards(200, 2), leaves, "crown");
+  add_shape(builder, crown_of_cards(300), leaves, "crown");
   return builder;
 }
 

@@ -17,7 +17,7 @@ std::uint8_t byte_of(float value) {
 
 /// stalk: the middle of the card's lower edge. right, up: unit
 void add_leaf(Shape& leaves, const glm::vec3& stalk, const glm::vec3& right, const glm::vec3& up) {
-  add_card(leaves, stalk - 0.12f * right, 0.24f * right, 0.36f * up);
+  add_card(leaves, stalk - 0.13f * right, 0.26f * right, 0.39f * up);
 }
 
 }  // namespace
@@ -34,8 +34,8 @@ Shape bare_tree() {
   return wood;
 }
 
-Shape crown_of_cards(std::uint32_t count, std::uint32_t seed) {
-  std::mt19937 random(seed);
+Shape crown_of_cards(std::uint32_t count) {
+  std::mt19937 random(2);
   const auto in_ball = [&random] {
     for (;;) {
       const float x = uniform(random, -1, 1), y = uniform(random, -1, 1), z = uniform(random, -1, 1);

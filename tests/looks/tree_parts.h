@@ -13,8 +13,8 @@ namespace coppice::test {
 /// A trunk of 3 m with six stout branches.
 Shape bare_tree();
 
-/// Cards of 24 x 36 cm, evenly in a crown of 2.4 m about 2.6 m up, in every direction.
-Shape crown_of_cards(std::uint32_t count, std::uint32_t seed);
+/// Cards of 26 x 39 cm, evenly in a crown of 2.4 m about 2.6 m up, in every direction.
+Shape crown_of_cards(std::uint32_t count);
 
 /// The same, their stalks in two rows up a stem from `low_m` to `high_m`.
 Shape leaves_up_a_stem(std::uint32_t count, float low_m, float high_m);

@@ -1,4 +1,4 @@
-// Wood that simplifiers lose: canes and stems thinner than a pixel, fruit, snow, spines. Without it leaves hang in the air.
+// Wood that simplifiers lose: canes thinner than a pixel. Without it leaves hang in the air.
 
 #include <map>
 #include <string_view>

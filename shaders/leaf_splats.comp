@@ -35,8 +35,7 @@ void raster_splat(Placed placed, RasterSplat splat, float size_px) {
   vec2 size = vec2(push.width_px, push.height_px);
   ivec2 low = ivec2(ceil(clamp(middle - radius_px, vec2(0.0), size) - 0.5));
   ivec2 high = ivec2(ceil(clamp(middle + radius_px, vec2(0.0), size) - 0.5));
-  bool turned_away = placed.wood && (splat.look & kSplatClosed) != 0 && dot(face, placed.eye) < 0.0;
-  bool seen = !turned_away && at.z > placed.near_m && low.x < high.x && low.y < high.y;
+  bool seen = at.z > placed.near_m && low.x < high.x && low.y < high.y;
   uint radiance = placed_radiance(placed, normal, face, splat.look);
   float key = depth_key(inverse_w);
   // Its end at the bottom: no turn of the loop is in vain.

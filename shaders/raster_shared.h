@@ -57,12 +57,10 @@ struct RasterSplat {
   uint xy;       // place in the list's box, two unsigned 16-bit numbers of which 65535 is the far side
   uint z_size;   // the third; and the side of the square of the covered area, 65535 is RasterList::splat_size_m
   uint normals;  // the one it is lit with and its face's, octahedral, two snorm8 each
-  uint look;     // square roots of the albedo, 255 is kMaxSplatAlbedo, but of wood kSplatClosed; the share of the sky that it sees
+  uint look;     // square roots of the albedo, 255 is kMaxSplatAlbedo, but of wood nothing; the share of the sky that it sees
 };
 COPPICE_GPU_LAYOUT(RasterSplat, 16);
 const float kMaxSplatAlbedo = 2.0f;
-// Of a closed surface, whose far side is hidden by its near one: two discs side by side in a pixel would each take their share of it.
-const uint kSplatClosed = 1u;
 
 struct RasterCluster {
   vec3 center;  // object space, m

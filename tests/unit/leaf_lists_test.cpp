@@ -230,39 +230,6 @@ TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
   EXPECT_TRUE(build_wood_list({}, {looks, CrownLight{}}).leaves.empty());
 }
 
-/// A square tube about the z axis, wound inwards or outwards, its normals outwards. Vertices are split at every edge.
-WoodMesh square_tube(bool wound_inwards, int side_count) {
-  WoodMesh mesh;
-  for (int side = 0; side < side_count; ++side) {
-    const std::array<float, 2> out =
-        std::array<std::array<float, 2>, 4>{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}}[static_cast<std::size_t>(side)];
-    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (const auto& [along, z] : {std::pair{-1.0f, 0.0f}, {1.0f, 0.0f}, {1.0f, 30.0f}, {-1.0f, 30.0f}})
-      mesh.vertices.push_back({{out[0] - along * out[1], out[1] + along * out[0], z}, {out[0], out[1], 0}, {}, 0, {}});
-    for (const std::uint32_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) mesh.indices.push_back(first + corner);
-  }
-  if (wound_inwards)
-    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) std::swap(mesh.indices[i], mesh.indices[i + 1]);
-  return mesh;
-}
-
-TEST(LeafLists, DiscsOfClosedWoodFaceOutwardsAndSheetsHaveTwoSides) {
-  PlantLooks looks;
-  looks.cards.resize(1);
-  looks.materials.resize(1);
-  const CrownLight light;
-  for (const bool inwards : {false, true}) {
-    const BuiltList tube = build_wood_list(square_tube(inwards, 4), {looks, light});
-    ASSERT_FALSE(tube.splats.empty());
-    for (const RasterSplat& splat : tube.splats) {
-      EXPECT_NE(splat.look & kSplatClosed, 0u);
-      EXPECT_EQ(splat.normals & 0xffffu, splat.normals >> 16) << "its face looks where its normal does, however it is wound";
-    }
-    for (const RasterSplat& splat : build_wood_list(square_tube(inwards, 1), {looks, light}).splats)
-      EXPECT_EQ(splat.look & kSplatClosed, 0u) << "one side of the tube is a sheet";
-  }
-}
-
 TEST(LeafLists, WoodTrianglesCoverWhatTheirTextureCovers) {
   const PlantLooks looks = half_a_texture();
   const CrownLight light;

@@ -6,7 +6,6 @@
 #include <map>
 
 #include "coppice_lod.h"
-#include "wood_shells.h"
 
 namespace coppice::gpu {
 namespace {
@@ -67,7 +66,6 @@ struct Entry {
   float grain_m = 0;
   float area_m2 = 0;
   bool is_wood = false, is_surface = false;  ///< RasterCluster's
-  bool is_closed = false;                    ///< of a closed surface: `face` points out of it
   // Of its splat.
   Point normal{}, face{};
   Point albedo{};
@@ -189,7 +187,7 @@ std::uint32_t packed_normals(const Entry& entry) {
 std::uint32_t packed_look(const Entry& entry) {
   const auto unorm8 = [](float value) { return static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f))); };
   std::uint32_t look = unorm8(entry.light.sky) << 24;
-  if (entry.is_wood) return look | (entry.is_closed ? kSplatClosed : 0u);
+  if (entry.is_wood) return look;
   for (std::size_t channel = 0; channel < 3; ++channel) look |= unorm8(std::sqrt(entry.albedo[channel] / kMaxSplatAlbedo)) << (8 * channel);
   return look;
 }
@@ -421,15 +419,11 @@ bool cover_wood(const PlantLooks& looks, const WoodMesh& mesh, Entry& triangle) 
 BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
   if (mesh.indices.empty()) return {};
   Triangles triangles = triangles_of(mesh, static_cast<std::uint32_t>(source.looks.cards.size()), source.light);
-  const std::vector<int> outward = outward_sides(mesh);
   std::erase_if(triangles.entries, [&](Entry& entry) {
     const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
-    const int side = outward[entry.id];
-    entry.face = dot(face, face) > 0.0f ? face * (side < 0 ? -1.0f : 1.0f) : entry.normal;
+    entry.face = dot(face, face) > 0.0f ? face : entry.normal;
     entry.is_wood = true;
-    const bool is_seen = cover_wood(source.looks, mesh, entry);
-    entry.is_closed = side != 0 && entry.is_surface;
-    return !is_seen;
+    return !cover_wood(source.looks, mesh, entry);
   });
   return finish(triangles.entries, triangles.box, Triangles::kLargest);
 }

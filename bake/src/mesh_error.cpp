@@ -210,6 +210,15 @@ double summed_logarithms(const ErrorRow& row) {
   return sum;
 }
 
+/// What stands in for a piece may reach beyond it, and so out of the sphere of the source, which culling trusts.
+void pull_into(const Sphere& sphere, Mesh& mesh) {
+  for (glm::vec3& position : mesh.positions) {
+    const glm::vec3 arm = position - sphere.center;
+    const float length_m = glm::length(arm);
+    if (length_m > sphere.radius) position = sphere.center + arm * (sphere.radius / length_m);
+  }
+}
+
 }  // namespace
 
 Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant) {
@@ -239,8 +248,11 @@ Result<std::vector<float>> measure_wood_error(const BakedPlant& plant, std::span
 Result<WoodLods> choose_wood_lods(const BakedPlant& plant, std::vector<WoodLevel> levels) {
   WoodLods chosen;
   std::vector<const Mesh*> meshes;
-  for (const WoodLevel& level : levels)
-    for (const Mesh& mesh : level) meshes.push_back(&mesh);
+  for (WoodLevel& level : levels)
+    for (Mesh& mesh : level) {
+      pull_into(plant.sphere, mesh);
+      meshes.push_back(&mesh);
+    }
   if (meshes.empty()) return chosen;
   COPPICE_TRY(rows, own_wood_errors(plant, meshes));
   std::size_t first = 0;

@@ -54,7 +54,7 @@ Shape pot(const UvBox& uvs) {
 }
 
 Shape crown(const UvBox& uvs) {
-  Shape cards = crown_of_cards(400, 5);
+  Shape cards = crown_of_cards(300);
   for (glm::vec2& uv : cards.uvs) uv = uvs.low + uv * (uvs.high - uvs.low);
   return cards;
 }

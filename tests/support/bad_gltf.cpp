@@ -71,8 +71,12 @@ void add_containers(Collection& files) {
   files.change_json("asset_version", [](json& j) { j["asset"]["version"] = "1.0"; }, {"version other than 2", "asset.version is 1.0"});
   files.change_json("required_unknown", [](json& j) { j["extensionsRequired"] = {"EXT_made_up"}; },
                     {"required extension not supported", "extensionsRequired: EXT_made_up"});
-  files.change_json("required_basisu", [](json& j) { j["extensionsRequired"] = {"KHR_texture_basisu"}; },
-                    {"required extension not supported", "KHR_texture_basisu"});
+  files.change_json("required_basisu",
+                    [](json& j) {
+                      j["extensionsRequired"] = {"KHR_texture_basisu"};
+                      j["textures"] = {{{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}}};
+                    },
+                    {"KTX2", "textures[0]", "KHR_texture_basisu"});
 }
 
 void add_buffers(Collection& files) {

@@ -130,7 +130,7 @@ bool is_part_name(std::string_view name) {
   std::string parts;
   for (const std::string& word : words)
     if (!is_one_of(word, kPlantWords)) parts += word + " ";
-  if (name_evidence(parts) != 0.0) return true;
+  if (part_evidence(parts) != 0.0) return true;
   return std::ranges::all_of(words, [](const std::string& word) { return is_variant_word(word) || is_one_of(word, kEmptyWords); });
 }
 

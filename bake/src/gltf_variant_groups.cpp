@@ -245,7 +245,7 @@ bool stand_like_variants(const tinygltf::Model& model, const GltfNodes& scene, c
   if (any_same_spot) return mixed && (leafy_count > 0 || std::ranges::all_of(materials, has_first_materials));
   if (!are_far_apart(groups)) return false;
   const bool in_row = are_in_row(groups), clear = are_all_clear(groups);
-  const bool parts = std::ranges::any_of(groups, [](const NodeGroup& group) { return name_evidence(group.name) != 0.0; });
+  const bool parts = std::ranges::any_of(groups, [](const NodeGroup& group) { return part_evidence(group.name) != 0.0; });
   return mixed ? in_row || clear : in_row && clear && !parts;
 }
 

@@ -345,6 +345,17 @@ bool contains(const std::string& words, const MaterialWord& word) {
   return words.find(" " + std::string(word.text) + " ") != std::string::npos;
 }
 
+bool has(const std::string& words, WordKind kind) {
+  return std::any_of(kWords.begin(), kWords.end(), [&](const MaterialWord& word) { return word.kind == kind && contains(words, word); });
+}
+
+double evidence_of_parts(const std::string& words) {
+  double sum = 0.0;
+  for (const WordKind kind : {leaf, flower, twig, other})
+    if (has(words, kind)) sum += worth(kind);
+  return sum;
+}
+
 }  // namespace
 
 std::span<const MaterialWord> material_words() {
@@ -353,14 +364,13 @@ std::span<const MaterialWord> material_words() {
 
 double name_evidence(std::string_view name) {
   const std::string words = spaced(name);
-  double sum = 0.0;
-  const auto has = [&](WordKind kind) {
-    return std::any_of(kWords.begin(), kWords.end(), [&](const MaterialWord& word) { return word.kind == kind && contains(words, word); });
-  };
-  for (const WordKind kind : {leaf, flower, twig, other})
-    if (has(kind)) sum += worth(kind);
+  const double parts = evidence_of_parts(words);
   // Part of what else the name says: "plant_pot".
-  return sum == 0.0 && has(plant) ? worth(plant) : sum;
+  return parts == 0.0 && has(words, plant) ? worth(plant) : parts;
+}
+
+double part_evidence(std::string_view name) {
+  return evidence_of_parts(spaced(name));
 }
 
 }  // namespace coppice::bake

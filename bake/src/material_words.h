@@ -33,4 +33,7 @@ std::span<const MaterialWord> material_words();
 /// returns  0 for a name that says nothing; above 0 speaks for leaves, below for wood; in [-4, 4]
 double name_evidence(std::string_view name);
 
+/// The same without the words for all of a plant, which are the names of plants.
+double part_evidence(std::string_view name);
+
 }  // namespace coppice::bake

@@ -211,7 +211,7 @@ TEST(SceneCommand, OneClearErrorForABadInput) {
   expect_one_line_error(scene({"-o", out, "--plants", baked, "--density", "oak=missing.png"}), "missing.png");
   expect_one_line_error(scene({"-o", out, "--plants", baked, "--size-m", "2", "--count", "100000", "--spacing", "2"}), "fit");
   expect_one_line_error(scene({plants.folder / "missing.glb", "-o", out, "--plants", baked}), "missing.glb");
-  expect_one_line_error(scene({"-o", plants.folder / "no" / "where.forest", "--plants", baked}), "where.forest");
+  expect_one_line_error(scene({"-o", plants.folder / "no" / "where.forest", "--plants", baked}), "outside the scene's folder");
   EXPECT_EQ(scene({"-o", out}).exit_code, 2);
   EXPECT_EQ(scene({"x.glb", "-o", out, "--plants", baked, "--count", "5"}).exit_code, 2) << "scattering needs no input";
   const ProcessResult help = scene({"--help"});

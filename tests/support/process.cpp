@@ -11,6 +11,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -155,6 +156,10 @@ TemporaryFolder::TemporaryFolder() : path_(make_temporary_folder()) {}
 TemporaryFolder::~TemporaryFolder() {
   std::error_code ignored;  // a leftover folder in /tmp is no reason to fail
   std::filesystem::remove_all(path_, ignored);
+}
+
+std::string unwrapped(const std::string& text) {
+  return std::regex_replace(text, std::regex("\n +"), " ");
 }
 
 }  // namespace coppice::test

@@ -65,4 +65,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+/// Lines that were broken for a terminal, whole again: those that begin with spaces are joined to the ones before.
+std::string unwrapped(const std::string& text);
+
 }  // namespace coppice::test

@@ -433,6 +433,7 @@ TEST(ImportGltf, ImagesAreDecodedSharedAndLimitedTo512) {
   GltfBuilder builder = test::small_plant();
   builder.set_texture(0, test::png(1024, 256, {200, 100, 50, 128}));
   builder.json["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+  for (auto& material : builder.json["materials"]) material["alphaMode"] = "MASK";
   const Plant plant = plant_of(builder);
   ASSERT_EQ(plant.images.size(), 1u);
   EXPECT_EQ(plant.images[0].width, 512u);
@@ -447,6 +448,7 @@ TEST(ImportGltf, WhatTheMaskHidesDoesNotBleedIntoTheColour) {
   // Columns of opaque green and of invisible red, halved: the mean is green.
   GltfBuilder builder = test::small_plant();
   builder.set_texture(0, test::striped_png(1024, {0, 255, 0, 255}, {255, 0, 0, 0}));
+  builder.json["materials"][0]["alphaMode"] = "MASK";
   const Plant plant = plant_of(builder);
   ASSERT_EQ(plant.images.at(0).width, 512u);
   const std::uint8_t* texel = &plant.images[0].rgba.at(4 * 100);

@@ -1,6 +1,9 @@
 // The coppice command-line tool. One sub-command = one file in this folder.
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdio>
 #include <new>
 #include <sstream>
@@ -48,6 +51,9 @@ std::string readable_bytes(std::uint64_t bytes) {
 // NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   coppice::bake::install_endings();
+  // What is printed to a file or a pipe is written when it is whole, so that the reason why it cannot be is at hand.
+  static std::array<char, std::size_t{1} << 16> printed;
+  if (::isatty(STDOUT_FILENO) == 0) static_cast<void>(std::setvbuf(stdout, printed.data(), _IOFBF, printed.size()));
   CLI::App app{
       "Coppice bakes plants for streaming level of detail.\n\n"
       "A first session:\n"

@@ -77,7 +77,7 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::span<
 }
 
 Result<void> make_folder_of(const std::filesystem::path& path) {
-  if (!path.has_parent_path()) return {};
+  if (!path.has_parent_path() || !path.has_filename()) return {};  // without a name it is refused as a file
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
   if (error) return system_error("cannot make the folder of", path, error.value());

@@ -77,8 +77,7 @@ TEST(EvaluateCommand, ErrorsAreOneLineAndUsageExitsWith2) {
   const auto plant_bytes = fs::file_size(plant);
   EXPECT_EQ(run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--json", plant}).exit_code, 1);
   EXPECT_EQ(fs::file_size(plant), plant_bytes) << "the input was overwritten";
-  const ProcessResult nowhere =
-      run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--json", folder / "no/such.json"});
+  const ProcessResult nowhere = run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--json", "/proc/no/such.json"});
   EXPECT_EQ(nowhere.exit_code, 1);
   EXPECT_EQ(nowhere.out, "") << "it measured before it looked whether it can write";
 }
@@ -116,7 +115,7 @@ TEST(EvaluateCommand, RefusesAReportOverOneOfItsFiles) {
   ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
   const auto plant_bytes = fs::file_size(plant);
   for (const auto& [json, html] :
-       {std::pair{folder / "hazel.json", plant}, {both, both}, {folder / "hazel.json", folder / "no/such.html"}}) {
+       {std::pair{folder / "hazel.json", plant}, {both, both}, {folder / "hazel.json", fs::path("/proc/no/such.html")}}) {
     const ProcessResult result = run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--json", json, "--html", html});
     EXPECT_EQ(result.exit_code, 1) << html;
     EXPECT_EQ(result.out, "") << "it measured before it looked whether it can write";

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -160,6 +161,16 @@ constexpr double kSimplifiedError = 5.0;  ///< over triangles
 constexpr double kMeanOfMost = 0.1;       ///< mean square of a simplified piece's distance, as a share of the square of the largest
 constexpr std::size_t kLeastSimplified = 12;
 
+/// Whether the piece shows about as much as the ellipsoid of its spreads: a fruit, a cactus. What forks shows far less, and a spindle in
+/// its place would hang in the air.
+bool is_body(const WoodPiece& piece) {
+  constexpr double kThomsen = 1.6075, kLeastShare = 0.6;  // Thomsen's approximation of an ellipsoid's surface
+  std::array<double, 3> power{};
+  for (std::size_t k = 0; k < 3; ++k) power[k] = std::pow(std::sqrt(3.0) * piece.spread_m[k], kThomsen);
+  const double mean = (power[0] * power[1] + power[0] * power[2] + power[1] * power[2]) / 3.0;
+  return piece.projected_m2 >= kLeastShare * std::numbers::pi * std::pow(mean, 1.0 / kThomsen);
+}
+
 Candidate candidate_of(WoodPiece&& piece) {
   using enum Choice::Kind;
   std::vector<Choice> choices{{}};
@@ -176,7 +187,7 @@ Candidate candidate_of(WoodPiece&& piece) {
   const double long_error = piece.spread_m[0] > 0.0 ? 0.8 * (1.0 - piece.spread_m[1] / piece.spread_m[0]) : 0.0;
   for (const auto& [sides, error] : {std::pair{3u, kThreeSidedSpindleError}, std::pair{4u, kSpindleError}}) {
     const StandIn form{0, sides};
-    if (form.triangle_count() < all) choices.push_back({stand_in, form.triangle_count(), error + long_error, form});
+    if (is_body(piece) && form.triangle_count() < all) choices.push_back({stand_in, form.triangle_count(), error + long_error, form});
   }
   // What it comes down to, which may be far more than is asked for. Edges do not collapse between parts: each of them stays a tube.
   std::vector<Indices> versions;

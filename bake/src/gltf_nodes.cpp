@@ -73,8 +73,7 @@ Result<MeshFacts> mesh_facts(const tinygltf::Model& model, const tinygltf::Mesh&
     facts.materials.push_back(primitive.material < 0 ? kNone : static_cast<std::uint32_t>(primitive.material));
   }
   std::ranges::sort(facts.materials);
-  const auto repeated = std::ranges::unique(facts.materials);
-  facts.materials.erase(repeated.begin(), repeated.end());
+  facts.materials.erase(std::unique(facts.materials.begin(), facts.materials.end()), facts.materials.end());
   return facts;
 }
 

@@ -15,10 +15,11 @@
 #include <glm/geometric.hpp>
 
 #include "coppice/format.h"
+#include "leaf_area.h"
+#include "leaf_canvas.h"
 #include "leaf_quads.h"
 #include "parallel_for.h"
 #include "srgb.h"
-#include "visibility.h"
 
 namespace coppice::bake {
 namespace {
@@ -37,94 +38,6 @@ constexpr float kLeastCoverage = 0.02f;
 constexpr float kCardCutoff = 0.5f;
 
 using Sketch = std::array<std::uint8_t, 4 * std::size_t{kSketchSide_px} * kSketchSide_px>;
-
-/// World to picture: column and row in samples, and height above the quad.
-struct PictureFrame {
-  glm::dvec3 origin{0.0}, column_per_m{0.0}, row_per_m{0.0}, normal{0.0};
-  [[nodiscard]] glm::dvec3 at(const glm::dvec3& point, double size) const {
-    const glm::dvec3 arm = point - origin;
-    return {glm::dot(arm, column_per_m) * size, glm::dot(arm, row_per_m) * size, glm::dot(arm, normal)};
-  }
-};
-
-PictureFrame picture_frame(const Quad& quad) {
-  const glm::dvec3 corner(quad[3]), x = glm::dvec3(quad[2]) - corner, y = glm::dvec3(quad[0]) - corner;
-  return {corner, x / glm::dot(x, x), y / glm::dot(y, y), glm::cross(y, x)};
-}
-
-/// The texel a uv falls on, nearest, wrapping: linear colour, and alpha.
-glm::vec4 texel_at(const Material& material, const std::vector<Image>& images, const glm::dvec2& uv) {
-  if (material.image == kNone) return material.base_color;
-  const Image& image = images[material.image];
-  const std::size_t texel = std::size_t{wrapped_texel(uv.y, image.height)} * image.width + wrapped_texel(uv.x, image.width);
-  const std::uint8_t* rgba = image.rgba.data() + 4 * texel;
-  const auto channel = [&](std::size_t i) { return static_cast<float>(rgba[i]) / 255.0f; };
-  return material.base_color *
-         glm::vec4(linear_from_srgb(channel(0)), linear_from_srgb(channel(1)), linear_from_srgb(channel(2)), channel(3));
-}
-
-/// The topmost texel at each sample of a picture; alpha is 0 where there is none.
-class LeafCanvas {
- public:
-  LeafCanvas(const Plant& plant, const PictureFrame& frame, std::uint32_t size)
-      : plant_(plant),
-        frame_(frame),
-        size_(size),
-        heights_(std::size_t{size} * size, -std::numeric_limits<double>::infinity()),
-        texels_(heights_.size(), glm::vec4(0.0f)) {}
-
-  void draw(std::size_t triangle) {
-    const Mesh& mesh = plant_.foliage;
-    const std::uint32_t* indices = mesh.indices.data() + 3 * triangle;
-    std::array<glm::dvec3, 3> at;
-    for (std::size_t i = 0; i < 3; ++i) at[i] = frame_.at(glm::dvec3(mesh.positions[indices[i]]), size_);
-    const double area = cross(at[1] - at[0], at[2] - at[0]);
-    if (area == 0.0) return;
-    const auto [first_x, last_x] = range({at[0].x, at[1].x, at[2].x});
-    const auto [first_y, last_y] = range({at[0].y, at[1].y, at[2].y});
-    for (std::int32_t y = first_y; y <= last_y; ++y)
-      for (std::int32_t x = first_x; x <= last_x; ++x) {
-        const glm::dvec3 point(x + 0.5, y + 0.5, 0.0);
-        const glm::dvec3 weight =
-            glm::dvec3(cross(at[1] - point, at[2] - point), cross(at[2] - point, at[0] - point), cross(at[0] - point, at[1] - point)) /
-            area;
-        if (weight.x < 0.0 || weight.y < 0.0 || weight.z < 0.0) continue;
-        draw_sample(triangle, indices, weight, weight.x * at[0].z + weight.y * at[1].z + weight.z * at[2].z,
-                    static_cast<std::size_t>(y) * size_ + static_cast<std::size_t>(x));
-      }
-  }
-
-  [[nodiscard]] const glm::vec4& texel(std::uint32_t x, std::uint32_t y) const { return texels_[std::size_t{y} * size_ + x]; }
-
- private:
-  static double cross(const glm::dvec3& a, const glm::dvec3& b) { return a.x * b.y - a.y * b.x; }
-
-  /// Samples whose centres lie between the least and the greatest of three coordinates.
-  [[nodiscard]] std::array<std::int32_t, 2> range(const std::array<double, 3>& values) const {
-    const auto [low, high] = std::minmax({values[0], values[1], values[2]});
-    const double last = static_cast<double>(size_) - 1.0;
-    return {static_cast<std::int32_t>(std::clamp(std::ceil(low - 0.5), 0.0, last + 1.0)),
-            static_cast<std::int32_t>(std::clamp(std::floor(high - 0.5), -1.0, last))};
-  }
-
-  void draw_sample(std::size_t triangle, const std::uint32_t* indices, const glm::dvec3& weight, double height, std::size_t sample) {
-    if (height <= heights_[sample]) return;
-    const Mesh& mesh = plant_.foliage;
-    const Material& material = plant_.materials[mesh.triangle_materials[triangle]];
-    const glm::dvec2 uv = weight.x * glm::dvec2(mesh.uvs[indices[0]]) + weight.y * glm::dvec2(mesh.uvs[indices[1]]) +
-                          weight.z * glm::dvec2(mesh.uvs[indices[2]]);
-    const glm::vec4 texel = texel_at(material, plant_.images, uv);
-    if (material.alpha_cutoff > 0.0f && texel.a < material.alpha_cutoff) return;
-    heights_[sample] = height;
-    texels_[sample] = glm::vec4(glm::vec3(texel), 1.0f);
-  }
-
-  const Plant& plant_;
-  PictureFrame frame_;
-  std::uint32_t size_;
-  std::vector<double> heights_;
-  std::vector<glm::vec4> texels_;
-};
 
 /// The part of the quad's rectangle between two points of its picture, which may lie outside of it.
 Quad crop(const Quad& quad, const glm::dvec2& low, const glm::dvec2& high) {
@@ -152,7 +65,7 @@ Quad hold_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   const Quad held = crop(quad, low, high);
   if (!is_masked) return held;
   LeafCanvas canvas(plant, picture_frame(held), kHoldSide_px);
-  for (std::size_t t = 0; t < leaf.triangle_count; ++t) canvas.draw(leaf.first_triangle + t);
+  canvas.draw(leaf);
   glm::uvec2 first(kHoldSide_px), last(0);
   for (std::uint32_t y = 0; y < kHoldSide_px; ++y)
     for (std::uint32_t x = 0; x < kHoldSide_px; ++x) {
@@ -332,6 +245,33 @@ struct PicturedLeaves {
   std::vector<Sketch> sketches;
 };
 
+/// Of each cluster the mean of fullness over leaves spread over it: what bends alike looks alike.
+std::vector<double> mean_fullness(const Plant& plant, const PicturedLeaves& pictured, const Clusters& clusters,
+                                  std::span<const FittedLeaf> fitted) {
+  constexpr std::size_t kMostLeaves = 16;
+  std::vector<std::vector<std::size_t>> members(clusters.medoids.size());
+  for (std::size_t i = 0; i < pictured.leaves.size(); ++i) members[clusters.cluster_of[i]].push_back(pictured.leaves[i]);
+  std::vector<double> means;
+  for (const std::vector<std::size_t>& leaves : members) {
+    const std::size_t count = std::min(leaves.size(), kMostLeaves);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t leaf = leaves[k * leaves.size() / count];
+      sum += fullness(plant, plant.leaves[leaf], fitted[leaf].quad);
+    }
+    means.push_back(count > 0 ? sum / static_cast<double>(count) : 1.0);
+  }
+  return means;
+}
+
+/// About its middle.
+Quad scaled(const Quad& quad, double scale) {
+  const glm::vec3 middle = 0.25f * (quad[0] + quad[1] + quad[2] + quad[3]);
+  Quad result;
+  for (std::size_t k = 0; k < 4; ++k) result[k] = middle + static_cast<float>(scale) * (quad[k] - middle);
+  return result;
+}
+
 void draw_material(Plant& plant, std::uint32_t material, const PicturedLeaves& pictured, std::span<FittedLeaf> fitted) {
   const Clusters clusters = cluster_sketches(pictured.sketches);
   Material card_material = plant.materials[material];
@@ -346,8 +286,12 @@ void draw_material(Plant& plant, std::uint32_t material, const PicturedLeaves& p
   card_material.base_color.a = 1.0f;
   card_material.normal_map = kNone;
   const auto number = static_cast<std::uint32_t>(plant.materials.size());
-  for (std::size_t i = 0; i < pictured.leaves.size(); ++i)
-    fitted[pictured.leaves[i]].card = tile_card(number, atlas, clusters.cluster_of[i]);
+  const std::vector<double> fullness = mean_fullness(plant, pictured, clusters, fitted);
+  for (std::size_t i = 0; i < pictured.leaves.size(); ++i) {
+    FittedLeaf& leaf = fitted[pictured.leaves[i]];
+    leaf.card = tile_card(number, atlas, clusters.cluster_of[i]);
+    leaf.quad = scaled(leaf.quad, std::sqrt(fullness[clusters.cluster_of[i]]));
+  }
   plant.materials.push_back(std::move(card_material));
   plant.images.push_back(std::move(atlas.image));
 }
@@ -356,7 +300,7 @@ void draw_material(Plant& plant, std::uint32_t material, const PicturedLeaves& p
 
 LeafPicture draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples) {
   LeafCanvas canvas(plant, picture_frame(quad), side_px * samples);
-  for (std::size_t t = 0; t < leaf.triangle_count; ++t) canvas.draw(leaf.first_triangle + t);
+  canvas.draw(leaf);
   LeafPicture picture{side_px, std::vector<glm::vec4>(std::size_t{side_px} * side_px, glm::vec4(0.0f))};
   const float share = 1.0f / static_cast<float>(samples * samples);
   for (std::uint32_t y = 0; y < side_px * samples; ++y)

@@ -117,6 +117,7 @@ coppice_view LooksStage::make_view(const LooksView& wanted) const {
   std::copy_n(&clip_from_view[0][0], 16, view.clip_from_view);
   view.width_px = view.height_px = side_px;
   view.lod = wanted.lod;
+  view.error_px = wanted.error_px;
   const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.8f, 0.4f));
   std::copy_n(&sun[0], 3, view.sun_direction);
   return view;

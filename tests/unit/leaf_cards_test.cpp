@@ -12,6 +12,7 @@
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
 
+#include "leaf_area.h"
 #include "leaf_meshes.h"
 #include "leaf_quads.h"
 
@@ -118,6 +119,40 @@ TEST(LeafCards, CoverTheLeafsArea) {
 }
 
 // However a leaf is turned, scaled and stretched, in its own rectangle it is the same leaf.
+/// Stalk at the origin, folded along x: each half leans by the slope, whose tip lies at x = 2.
+LeafMesh folded(float slope) {
+  return {{{0.0f, 0.0f, 0.0f}, {2.0f, 0.0f, 0.0f}, {1.0f, 0.5f, 0.5f * slope}, {1.0f, -0.5f, 0.5f * slope}}, {0, 1, 2, 0, 3, 1}};
+}
+
+double fullness_of(const LeafMesh& leaf) {
+  const Plant plant = plant_of({leaf});
+  return fullness(plant, plant.leaves[0], {glm::vec3(0, -0.5f, 0), glm::vec3(2, -0.5f, 0), glm::vec3(2, 0.5f, 0), glm::vec3(0, 0.5f, 0)});
+}
+
+TEST(Fullness, OfAFlatLeafIsOne) {
+  EXPECT_EQ(fullness_of(kite()), 1.0);
+  EXPECT_EQ(fullness_of(folded(0.0f)), 1.0);
+}
+
+// Sides that lean by 45 degrees have sqrt(2) of the flat area; where one hides the other, less of it shows.
+TEST(Fullness, OfAFoldedLeafIsThatOfItsSides) {
+  const double fold = fullness_of(folded(1.0f));
+  EXPECT_GT(fold, 1.1);
+  EXPECT_LT(fold, std::sqrt(2.0));
+  EXPECT_LT(fullness_of(folded(0.5f)), fold);
+}
+
+// A quad shows nothing from the side, a folded leaf does: the quad is as much larger as makes up for it on the whole.
+TEST(LeafCards, QuadOfABentLeafIsLarger) {
+  Plant flat = plant_of({blunt()});
+  LeafMesh bent_blunt = blunt();
+  for (glm::vec3& position : bent_blunt.positions) position.z = std::abs(position.y);
+  Plant bent = plant_of({bent_blunt});
+  const double larger = area_m2(carded(bent).quads[0]) / area_m2(carded(flat).quads[0]);
+  EXPECT_GT(larger, 1.1);
+  EXPECT_LT(larger, 1.5);
+}
+
 TEST(LeafCards, CongruentLeavesShareOnePictureOthersDoNot) {
   std::vector<LeafMesh> leaves;
   for (int i = 0; i < 12; ++i) {

@@ -28,6 +28,7 @@ Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) 
   if (path.empty()) return Error{Status::io, "cannot write", Error::kNoOffset, "the output has no name"};
   std::error_code error;
   std::filesystem::path target = std::filesystem::is_symlink(path, error) ? std::filesystem::weakly_canonical(path, error) : path;
+  if (error == std::errc::not_enough_memory) return system_error("cannot write", path, error.value());
   if (error) target = path;
   struct stat status {};
   if (::stat(target.c_str(), &status) != 0) {

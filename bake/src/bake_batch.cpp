@@ -35,8 +35,12 @@ constexpr std::uint64_t kBaseMemoryBytes = 50'000'000;
 constexpr std::uint64_t kMemoryPerInputByte = 40;
 constexpr std::uint64_t kMemoryPerViewPixel = 60;
 
-Error io_error(const char* what, const fs::path& path, const std::error_code& reason) {
-  return Error{Status::io, what, Error::kNoOffset, path.string() + ": " + reason.message()};
+/// The path by which two names of one file are told; by its letters alone where folders of it cannot be looked into.
+Result<fs::path> resolved(const fs::path& path) {
+  std::error_code error;
+  fs::path found = fs::weakly_canonical(path, error);
+  if (error == std::errc::not_enough_memory) return system_error("cannot resolve", path, error.value());
+  return error ? path.lexically_normal() : found;
 }
 
 std::uint64_t input_bytes(const BatchPlant& plant) {
@@ -105,7 +109,7 @@ Result<CachedBake> bake_into(const BatchPlant& plant, const fs::path& cache, con
 Result<void> bake_or_load(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress, BatchResult& result) {
   std::error_code error;
   fs::create_directories(cache, error);
-  if (error) return io_error("cannot make the cache", cache, error);
+  if (error) return system_error("cannot make the cache", cache, error.value());
   if (!plant.output.empty()) {
     COPPICE_CHECK(prepare_output(plant.output));
   }
@@ -164,7 +168,7 @@ class CacheLock {
   static Result<CacheLock> take(const fs::path& cache) {
     const fs::path path = cache / "lock";
     CacheLock lock(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
-    if (lock.file_ < 0) return io_error("cannot use the cache", path, std::error_code(errno, std::generic_category()));
+    if (lock.file_ < 0) return system_error("cannot use the cache", path, errno);
     struct flock whole {};
     whole.l_type = F_WRLCK;
     whole.l_whence = SEEK_SET;
@@ -240,7 +244,7 @@ void remove_temporaries(const std::vector<BatchPlant>& plants, const fs::path& c
 Result<CacheLock> prepare_cache(const std::vector<BatchPlant>& plants, const fs::path& cache) {
   std::error_code error;
   fs::create_directories(cache, error);
-  if (error) return io_error("cannot make the cache", cache, error);
+  if (error) return system_error("cannot make the cache", cache, error.value());
   COPPICE_TRY(lock, CacheLock::take(cache));
   remove_temporaries(plants, cache);
   return lock;
@@ -275,7 +279,7 @@ Result<std::vector<BatchPlant>> plants_of_folder(const fs::path& folder, const f
     if (entry->is_regular_file(unreadable) && is_plant_file(entry->path())) files.push_back(entry->path());
     if (advice.empty()) advice = conversion_advice(entry->path());
   }
-  if (error) return io_error("cannot read the folder", folder, error);
+  if (error) return system_error("cannot read the folder", folder, error.value());
   if (files.empty())
     return Error{Status::invalid_argument, "no .glb or .gltf in the folder", Error::kNoOffset,
                  folder.string() + (advice.empty() ? "" : ": " + advice)};
@@ -290,6 +294,7 @@ Result<std::vector<BatchPlant>> plants_of_folder(const fs::path& folder, const f
 
 std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, const JobLimits& limits) {
   std::vector<FileContents> contents(plants.size());
+  std::vector<std::string> failures(plants.size());
   std::vector<std::size_t> jobs;
   for (std::size_t i = 0; i < plants.size(); ++i)
     if (plants[i].all_variants) jobs.push_back(i);
@@ -297,12 +302,14 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
   callbacks.run = [&](std::size_t job, const JobProgress&) {
     nlohmann::json names = nlohmann::json::array();
     const auto read = read_contents(plants[jobs[job]].input, plants[jobs[job]].options.import);
+    if (!read && read.error().status == Status::out_of_memory) throw std::bad_alloc();
     if (read)
       for (const FileContents::Variant& variant : read->variants) names.push_back(variant.name);
     return names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   };
   callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
+    failures[jobs[job]] = end.failure;
     if (!end.failure.empty()) return;
     for (const nlohmann::json& name : nlohmann::json::parse(end.result)) contents[jobs[job]].variants.push_back({name, 0, {}});
   };
@@ -311,6 +318,7 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
   for (std::size_t i = 0; i < plants.size(); ++i) {
     if (contents[i].variants.empty()) {
       expanded.push_back(plants[i]);
+      expanded.back().failure = failures[i];
       continue;
     }
     const std::vector<fs::path> outputs = variant_outputs(plants[i].output, contents[i]);
@@ -324,16 +332,14 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
 }
 
 Result<void> check_batch(const std::vector<BatchPlant>& plants) {
-  const auto canonical = [](const fs::path& path) {
-    std::error_code error;
-    const fs::path found = fs::weakly_canonical(path, error);
-    return error ? path.lexically_normal() : found;
-  };
   std::map<fs::path, fs::path> input_of;
   std::set<fs::path> inputs;
-  for (const BatchPlant& plant : plants) inputs.insert(canonical(plant.input));
   for (const BatchPlant& plant : plants) {
-    const fs::path output = canonical(plant.output);
+    COPPICE_TRY(input, resolved(plant.input));
+    inputs.insert(input);
+  }
+  for (const BatchPlant& plant : plants) {
+    COPPICE_TRY(output, resolved(plant.output));
     const auto [other, is_new] = input_of.try_emplace(output, plant.input);
     if (!is_new)
       return Error{Status::invalid_argument, "two plants have the same output", Error::kNoOffset,
@@ -348,6 +354,10 @@ Result<void> check_batch(const std::vector<BatchPlant>& plants) {
 BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress) {
   const auto start = std::chrono::steady_clock::now();
   BatchResult result;
+  if (!plant.failure.empty()) {
+    result.error = plant.failure;
+    return result;
+  }
   if (const auto done = bake_or_load(plant, cache, progress, result); !done) {
     result.outcome = BatchOutcome::failed;
     const Error& error = done.error();

@@ -20,6 +20,7 @@ struct BatchPlant {
   std::filesystem::path output;  ///< folders that are missing are made; empty: for bake_cached, in the cache alone
   BakeOptions options;
   bool all_variants = false;  ///< a plant for each of the input's variants: expand_variants
+  std::string failure = {};   ///< why its variants are not known: it is not baked, and fails with that
 };
 
 /// Every .glb and .gltf below a folder, whatever the case of its extension, sorted by path. The output is as far below `output_folder`,
@@ -30,9 +31,10 @@ Result<std::vector<BatchPlant>> plants_of_folder(const std::filesystem::path& fo
 
 /// Whether the name ends as a glTF file's does, .glb or .gltf, whatever the case.
 bool is_plant_file(const std::filesystem::path& path);
+
 /// Plants with all_variants become one for each variant, with the outputs of variant_outputs. Each input is looked at in a process of its
-/// own, under `limits`; one that cannot be read stays as it is, and fails when it is baked. thread  the process must have no other threads
-/// (job_processes.h)
+/// own, under `limits`; one that cannot be read stays as it is, and fails when it is baked, also where only the look at it ran out of
+/// memory or time. thread  the process must have no other threads (job_processes.h)
 std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, const JobLimits& limits);
 
 /// Refuses two plants with one output, and an output that is the input of any.

@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "io_result.h"
+
 namespace coppice::bake {
 namespace {
 
@@ -98,7 +100,7 @@ void sync_folder(const std::filesystem::path& folder) {
 }  // namespace
 
 Error system_error(const char* what, const std::filesystem::path& path, int reason) {
-  return Error{reason == ENOMEM ? Status::out_of_memory : Status::io, what, Error::kNoOffset, path.string() + ": " + std::strerror(reason)};
+  return Error{status_of(reason), what, Error::kNoOffset, path.string() + ": " + std::strerror(reason)};
 }
 
 Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, const std::filesystem::path& name) {

@@ -308,5 +308,28 @@ TEST_F(CommandTrust, AThreadThatCannotBeStartedIsNoReasonToFailOrIsSaid) {
   }
 }
 
+TEST_F(CommandTrust, APathForWhichThereIsNoMemoryIsNoOtherError) {
+  const fs::path scene = folder_ / "oaks.forest", linked = out_ / "linked.glb";
+  ASSERT_EQ(tool({"scene", "-o", scene, "--plants", oak_, "--count", "10", "--size-m", "100"}).exit_code, 0);
+  write_file(folder_ / "grown.glb", small_plant().glb());
+  fs::create_symlink(folder_ / "grown.glb", linked);
+  for (const Words& arguments :
+       {Words{"scene", "-o", folder_ / "new.forest", "--plants", oak_, "--count", "10", "--size-m", "100"}, Words{"verify", scene},
+        Words{"plant", "corylus", "-o", linked}, Words{"bake-all", plants_, "-o", out_ / "baked", "--views", "2", "--resolution", "16"}}) {
+    std::size_t refused = 0;
+    for (int nth = 1; nth < 100; ++nth) {
+      fs::remove_all(out_ / "baked");
+      ProcessOptions options;
+      options.environment = {std::string("LD_PRELOAD=") + COPPICE_FAIL_MALLOC_LIBRARY, "COPPICE_FAIL_REALPATH=" + std::to_string(nth)};
+      const ProcessResult result = tool(arguments, options);
+      if (result.exit_code == 0) break;
+      ++refused;
+      expect_one_line_error(result, "out of memory", joined(arguments) + ", path " + std::to_string(nth));
+    }
+    EXPECT_GT(refused, 0u) << joined(arguments);
+    EXPECT_TRUE(fs::is_symlink(linked)) << joined(arguments);
+  }
+}
+
 }  // namespace
 }  // namespace coppice::test

@@ -4,6 +4,7 @@
  *   COPPICE_FAIL_MALLOC=N+    so do all after it
  *   COPPICE_COUNT_MALLOC=F    at its end the process appends its number of allocations to the file F
  *   COPPICE_FAIL_THREAD=N     the N-th thread and all after it cannot be started
+ *   COPPICE_FAIL_REALPATH=N   the N-th path to be resolved finds no memory for that
  *   COPPICE_SIGNAL_IN_FSYNC=S the first fsync raises signal S
  *
  * Only glibc: its allocator has second names for its functions. */
@@ -26,7 +27,7 @@ extern void* __libc_calloc(size_t count, size_t bytes);
 extern void* __libc_realloc(void* block, size_t bytes);
 extern void* __libc_memalign(size_t alignment, size_t bytes);
 
-static atomic_ulong allocations, threads;
+static atomic_ulong allocations, threads, paths;
 
 /* 0 where the variable is not set. */
 static unsigned long number_in(const char* variable, int* and_after) {
@@ -82,6 +83,19 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
   Create create = NULL;
   *(void**)&create = dlsym(RTLD_NEXT, "pthread_create");
   return create(thread, attributes, start, argument);
+}
+
+char* realpath(const char* restrict path, char* restrict resolved) {
+  typedef char* (*Resolve)(const char*, char*);
+  int and_after = 0;
+  const unsigned long at = number_in("COPPICE_FAIL_REALPATH", &and_after);
+  if (at != 0 && atomic_fetch_add(&paths, 1) + 1 == at) {
+    errno = ENOMEM;
+    return NULL;
+  }
+  Resolve resolve = NULL;
+  *(void**)&resolve = dlsym(RTLD_NEXT, "realpath");
+  return resolve(path, resolved);
 }
 
 int fsync(int file) {

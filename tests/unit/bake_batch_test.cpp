@@ -115,6 +115,24 @@ TEST(BakeBatch, ResultsAreInTheOrderOfThePlants) {
   EXPECT_EQ(last.fraction, 1.0);
 }
 
+TEST(BatchPlants, OneWhoseVariantsCannotBeListedFails) {
+  const test::TemporaryFolder folder;
+  BatchPlant plant{folder / "oak.glb", folder / "oak.coppice", quick_options(), true};
+  test::write_file(plant.input, test::small_plant().glb());
+  ASSERT_EQ(expand_variants({plant}, {}).size(), 1u);
+  EXPECT_EQ(expand_variants({plant}, {})[0].failure, "");
+  constexpr std::size_t kMoreThanTheHeapHas = std::size_t{64} << 20;
+  test::write_file(plant.input, std::vector<std::uint8_t>(kMoreThanTheHeapHas));
+  const auto expanded = expand_variants({plant}, {.memory_bytes = 1});
+  ASSERT_EQ(expanded.size(), 1u);
+  EXPECT_NE(expanded[0].failure, "");  // its words are the memory limit's, or those of a sanitizer that ended the process
+  const auto results = bake_batch(expanded, {folder / "cache", 1, {}}, nullptr);
+  ASSERT_TRUE(results) << results.error().message();
+  EXPECT_EQ((*results)[0].outcome, BatchOutcome::failed);
+  EXPECT_EQ((*results)[0].error, expanded[0].failure);
+  EXPECT_FALSE(fs::exists(plant.output));
+}
+
 TEST(BatchPlants, AreFoundInEveryFolderAndSorted) {
   const test::TemporaryFolder folder;
   const fs::path root = folder / "plants";

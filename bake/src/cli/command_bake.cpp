@@ -82,8 +82,9 @@ int look(const BakeCommand& arguments, const ImportOptions& options) {
   if (!plant) return report_failure(arguments.input, plant.error());
   std::string table;
   if (arguments.dry_run && !arguments.quiet) {
-    if (const auto contents = read_contents(arguments.input, options)) table = contents_table(*contents);
-    table += parts_table(*plant);
+    const auto contents = read_contents(arguments.input, options);
+    if (!contents) return report_failure(arguments.input, contents.error());
+    table = contents_table(*contents) + parts_table(*plant);
   }
   std::vector<std::uint8_t> png;
   if (!arguments.preview.empty()) {

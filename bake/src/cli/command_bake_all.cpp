@@ -14,6 +14,7 @@
 #include "output.h"
 #include "printable.h"
 #include "progress_bar.h"
+#include "temporary_file.h"
 
 namespace coppice::bake {
 namespace {
@@ -167,7 +168,7 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
   COPPICE_CHECK(check_batch(plants));
   std::error_code error;
   std::filesystem::create_directories(arguments.output, error);
-  if (error) return Error{Status::io, "cannot make the folder", Error::kNoOffset, arguments.output.string() + ": " + error.message()};
+  if (error) return system_error("cannot make the folder", arguments.output, error.value());
   COPPICE_CHECK(check_report(arguments, plants));
 
   Batch batch{arguments.output, plants, {}, 0, 0.0};

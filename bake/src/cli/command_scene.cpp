@@ -10,6 +10,7 @@
 #include "atomic_file.h"
 #include "commands.h"
 #include "import_arguments.h"
+#include "io_result.h"
 #include "limit_arguments.h"
 #include "output.h"
 #include "printable.h"
@@ -56,7 +57,7 @@ Result<std::vector<std::filesystem::path>> plant_files(const std::vector<std::st
     at_fault = argument;
     for (std::filesystem::directory_iterator entry(argument, error), end; !error && entry != end; entry.increment(error))
       if (entry->path().extension() == ".coppice") found.push_back(entry->path());
-    if (error) return Error{Status::io, "cannot read the folder", Error::kNoOffset, error.message()};
+    if (error) return Error{status_of(error.value()), "cannot read the folder", Error::kNoOffset, error.message()};
     if (found.empty()) return wrong("no .coppice file in the folder", {});
     std::ranges::sort(found);
     files.insert(files.end(), found.begin(), found.end());
@@ -69,7 +70,8 @@ Result<Species> open_species(const std::filesystem::path& file, const std::files
   COPPICE_TRY(front, read_front(bytes, bytes.size()));
   std::error_code error;
   const std::filesystem::path relative = std::filesystem::relative(file, scene_folder, error);
-  if (error || relative.empty()) return wrong("no relative path from the scene to the plant", file.string());
+  if (error) return Error{status_of(error.value()), "cannot resolve the path", Error::kNoOffset, file.string() + ": " + error.message()};
+  if (relative.empty()) return wrong("no relative path from the scene to the plant", file.string());
   if (!allow_outside && !stays_inside(relative.native()))
     return wrong("a plant outside the scene's folder, where it is not read: move it there, or give --allow-outside", relative.string());
   Species species{species_name(file), {relative.generic_string(), {}, front.plant.sphere_radius}, 0};

@@ -4,6 +4,8 @@
 #include <string>
 #include <system_error>
 
+#include "io_result.h"
+
 namespace coppice {
 
 namespace {
@@ -30,9 +32,9 @@ Result<std::filesystem::path> resolve_below(const std::filesystem::path& folder,
                                             const std::string& name) {
   std::error_code error;
   const std::filesystem::path root = std::filesystem::canonical(folder.empty() ? "." : folder, error);
-  if (error) return refused(Status::io, "cannot open folder", folder.string(), error.message());
+  if (error) return refused(status_of(error.value()), "cannot open folder", folder.string(), error.message());
   std::filesystem::path file = std::filesystem::canonical(path, error);
-  if (error) return refused(Status::io, "cannot open file", name, error.message());
+  if (error) return refused(status_of(error.value()), "cannot open file", name, error.message());
   if (std::ranges::mismatch(root, file).in1 != root.end())
     return refused(Status::invalid_argument, kOutside, name, "it is " + file.string());
   return file;

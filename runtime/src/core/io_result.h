@@ -9,6 +9,9 @@
 
 namespace coppice {
 
+/// What an error of the operating system is. reason: its number, positive. out_of_memory for ENOMEM, else io
+Status status_of(int reason);
+
 /// The error of an open that failed. result: the hook's, negative. No reason where it gives none, -1
 Error open_error(std::int64_t result);
 

@@ -24,11 +24,12 @@ constexpr std::array<std::string_view, 15> kSizeWords{"small", "medium", "large"
 constexpr std::array<std::string_view, 12> kVariantWords{"variant",  "variants", "variation", "var",   "version", "type",
                                                          "variante", "option",   "form",      "style", "model",   "v"};
 // What programs call things by themselves, and words for pieces of anything.
-constexpr std::array<std::string_view, 38> kEmptyWords{
-    "object",   "mesh",  "node",        "cube",  "plane",     "circle", "cylinder",    "sphere",       "cone",      "curve",
-    "empty",    "group", "polygon",     "shape", "part",      "piece",  "section",     "layer",        "ring",      "primitive",
-    "geometry", "geo",   "polysurface", "torus", "icosphere", "grid",   "beziercurve", "beziercircle", "nurbspath", "element",
-    "material", "mat",   "submesh",     "chunk", "card",      "cards",  "crown",       "blade"};
+constexpr std::array<std::string_view, 41> kEmptyWords{
+    "object",       "mesh",      "node",     "cube",     "plane",       "circle",  "cylinder",  "sphere",  "cone",
+    "curve",        "empty",     "group",    "polygon",  "shape",       "part",    "piece",     "section", "layer",
+    "ring",         "primitive", "geometry", "geo",      "polysurface", "torus",   "icosphere", "grid",    "beziercurve",
+    "beziercircle", "nurbspath", "element",  "material", "mat",         "submesh", "chunk",     "card",    "cards",
+    "crown",        "blade",     "nodes",    "meshes",   "objects"};
 
 // Words of foliage that are whole plants as well.
 constexpr std::array<std::string_view, 10> kPlantWords{"grass", "gras",   "grasses", "fern",  "ferns",

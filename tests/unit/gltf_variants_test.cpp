@@ -66,6 +66,14 @@ std::vector<Case> packs() {
                      }
                    },
                    1, 300, 2});
+  cases.push_back({"parts_without_names",
+                   [](Pack& p) {
+                     p.part("", crown_part(300, 5, 1));
+                     auto flowers = crown_part(40, 5, 2);
+                     for (auto& part : flowers) part.first = "flowers";
+                     p.part("", flowers);
+                   },
+                   1, 340, 0});
   cases.push_back({"level_0_has_no_number",
                    [](Pack& p) {
                      p.part("Oak", tree(300, 5, 1));

@@ -69,9 +69,10 @@ Species species_of(const Forest& forest, coppice_plant plant) {
   species.radius_m = info.sphere_radius;
   std::memcpy(&species.box_min, info.box_min, sizeof species.box_min);
   std::memcpy(&species.box_max, info.box_max, sizeof species.box_max);
-  // Roots go below the origin, and a plant may hang over; one of which a quarter would be buried was not modelled to stand on its origin.
+  // Roots go below the origin, and a plant may hang over; one that would hang in the air, or of which a quarter would be buried, was not
+  // modelled to stand on its origin.
   const float low_m = info.box_min[1], height_m = info.box_max[1] - low_m;
-  if (low_m < -0.25f * height_m) species.foot_m = low_m;
+  if (low_m > 0.02f * height_m || low_m < -0.25f * height_m) species.foot_m = low_m;
   return species;
 }
 

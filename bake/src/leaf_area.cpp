@@ -16,12 +16,12 @@ namespace {
 
 constexpr std::uint32_t kSamplesPerSide = 32;
 constexpr int kDirections = 16;
-/// What rasterising leaves of a flat leaf's ratio.
+/// A flat leaf's ratio is off by less: samples miss parts of its edge.
 constexpr double kNoise = 0.03;
-/// A ball's, seen from everywhere, by that of a disc.
+/// The ratio of a ball: a disc shows half of its area in the mean, a ball all of it.
 constexpr double kMostFull = 2.0;
 
-/// Along `direction`, sides at right angles, as large as the leaf's box. Zero size: the leaf is a line from there.
+/// Along `direction`, sides at right angles, as large as the leaf's box. Area 0: the leaf is a line from there.
 struct Outlook {
   PictureFrame frame;
   double area_m2 = 0.0;

@@ -286,11 +286,11 @@ void draw_material(Plant& plant, std::uint32_t material, const PicturedLeaves& p
   card_material.base_color.a = 1.0f;
   card_material.normal_map = kNone;
   const auto number = static_cast<std::uint32_t>(plant.materials.size());
-  const std::vector<double> fullness = mean_fullness(plant, pictured, clusters, fitted);
+  const std::vector<double> means = mean_fullness(plant, pictured, clusters, fitted);
   for (std::size_t i = 0; i < pictured.leaves.size(); ++i) {
     FittedLeaf& leaf = fitted[pictured.leaves[i]];
     leaf.card = tile_card(number, atlas, clusters.cluster_of[i]);
-    leaf.quad = scaled(leaf.quad, std::sqrt(fullness[clusters.cluster_of[i]]));
+    leaf.quad = scaled(leaf.quad, std::sqrt(means[clusters.cluster_of[i]]));
   }
   plant.materials.push_back(std::move(card_material));
   plant.images.push_back(std::move(atlas.image));

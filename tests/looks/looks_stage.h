@@ -20,7 +20,7 @@ struct LooksView {
   float size_px = 240;  ///< of the plant's bounding sphere, across
   glm::vec3 from{0.6f, 0.25f, 1.0f};
   coppice_lod_mode lod = COPPICE_LOD_CUT;
-  float error_px = 2;
+  float error_px = 2;  ///< as in coppice_view
 };
 
 class LooksStage {

@@ -118,7 +118,6 @@ TEST(LeafCards, CoverTheLeafsArea) {
   EXPECT_EQ(plant.materials[card.material].base_color, plant.materials[0].base_color) << "what is seen until the picture is there";
 }
 
-// However a leaf is turned, scaled and stretched, in its own rectangle it is the same leaf.
 /// Stalk at the origin, folded along x: each half leans by the slope, whose tip lies at x = 2.
 LeafMesh folded(float slope) {
   return {{{0.0f, 0.0f, 0.0f}, {2.0f, 0.0f, 0.0f}, {1.0f, 0.5f, 0.5f * slope}, {1.0f, -0.5f, 0.5f * slope}}, {0, 1, 2, 0, 3, 1}};
@@ -153,6 +152,7 @@ TEST(LeafCards, QuadOfABentLeafIsLarger) {
   EXPECT_LT(larger, 1.5);
 }
 
+// However a leaf is turned, scaled and stretched, in its own rectangle it is the same leaf.
 TEST(LeafCards, CongruentLeavesShareOnePictureOthersDoNot) {
   std::vector<LeafMesh> leaves;
   for (int i = 0; i < 12; ++i) {

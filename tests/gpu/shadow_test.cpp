@@ -153,6 +153,23 @@ TEST_P(ShadowTest, AShadowViewIsInNoStatistics) {
   EXPECT_EQ(stats().visible_instance_count, plain.visible_instance_count);
 }
 
+TEST_P(ShadowTest, AMapBeforeItChangesNothingInThePicture) {
+  // Drawn as modelled to the camera and as quads to the sun: what the one view counts is not the other's.
+  const std::string path = temporary_plant({.leaf_count = 300, .seed = 6, .leaf_mesh_count = 2}, "shadow_test_modelled");
+  plant_ = open(path);
+  place(kPlaces[1]);
+  coppice_view camera = view_of(kPlaces[1]);
+  camera.error_px = 0.1f;
+  settle(camera);
+  const Picture plain = frame(camera);
+  const coppice_view sun = sun_view(camera);
+  EXPECT_EQ(frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }).rgba, plain.rgba);
+  EXPECT_GT(light_of(plain), 0.0);
+  std::filesystem::remove(path);
+  frame(camera);
+  EXPECT_EQ(stats().leaf_mesh_instance_count, GetParam().compute_raster == VK_TRUE ? 0u : 1u) << "the rasteriser takes leaves this small";
+}
+
 INSTANTIATE_TEST_SUITE_P(Paths, ShadowTest,
                          testing::Values(Path{"hardware", VK_FALSE, VK_FALSE}, Path{"compute", VK_TRUE, VK_TRUE},
                                          Path{"compute_two_passes", VK_TRUE, VK_FALSE}),

@@ -199,7 +199,11 @@ void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuf
                .wood_list_first = draw.list_first,
                .normal_map = textures.normal_map},
               relief ? draw.pipelines->relief : draw.pipelines->plain);
-    device_.vk.vkCmdDrawIndexedIndirect(cmd, fixed_.wood_commands.buffer, draw.command * sizeof(DrawCommand), 1, sizeof(DrawCommand));
+    // One draw or none, as there are instances. Not vkCmdDrawIndexedIndirect: after draws with a count, lavapipe of Mesa 22.3 reads their
+    // count for it too, and in a view without quads everything would vanish.
+    const VkDeviceSize command = draw.command * sizeof(DrawCommand);
+    device_.vk.vkCmdDrawIndexedIndirectCount(cmd, fixed_.wood_commands.buffer, command, fixed_.wood_commands.buffer,
+                                             command + offsetof(DrawCommand, instance_count), 1, sizeof(DrawCommand));
   }
 }
 

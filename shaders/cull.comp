@@ -38,9 +38,10 @@ uint leaf_sum = 0;  // of instances that leaf_expand.comp does not count
 const float kWoodlessThresholds = 5.0;
 // Leaf meshes with holes are the hardware's from this share of what other leaves are.
 const float kHoledShare = 0.6;
-// From this size on it is drawn by the hardware, but in shadow maps: the rasteriser lights whole triangles, which a trunk of many pixels
-// shows.
+// The hardware draws the wood of larger instances, and of those with larger triangles, but in shadow maps: the rasteriser gives a triangle
+// one colour.
 const float kFacetedWood_px = 400.0;
+const float kFacet_px = 8.0;
 
 // What select() wants of an invocation's instance, appended by main() for all of them together.
 const uint kNothing = 0xffffffffu;
@@ -121,12 +122,13 @@ bool raster_meshes(Instance instance, uint slot, Plant plant) {
 
 // Whether the rasteriser takes the instance's wood, or leaves it out. nearest_m: to the nearest it may be
 bool raster_wood(Instance instance, uint slot, float size_px, float nearest_m, uint wood_lod) {
-  bool faceted = view.is_shadow == 0 && size_px >= kFacetedWood_px;
-  if (faceted || wood_lod == kMaxWoodLods || (raster_plants[instance.plant].wood_mask >> wood_lod & 1u) == 0) return false;
+  if (wood_lod == kMaxWoodLods || (raster_plants[instance.plant].wood_mask >> wood_lod & 1u) == 0) return false;
   uint index = kRasterLevels + wood_lod;
   RasterList list = level_list(instance, index);
+  float px_per_m = instance.scale * view.focal_px / max(nearest_m, view.near_m);
+  if (view.is_shadow == 0 && (size_px >= kFacetedWood_px || list.largest_leaf_m * px_per_m >= kFacet_px)) return false;
   // The rasteriser knows how much of a triangle its texture covers, not where: no more than a splat shows.
-  if (list.holed_m * instance.scale * view.focal_px >= push.splat_px * max(nearest_m, view.near_m)) return false;
+  if (list.holed_m * px_per_m >= push.splat_px) return false;
   if (size_px > kWoodlessThresholds * view.error_px && reserve(list.cluster_count)) wood_item = slot | index << kSlotBits;
   return true;
 }

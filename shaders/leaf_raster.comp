@@ -276,7 +276,6 @@ RasterCluster cluster_of(uint item, RasterList list, RasterLeaf leaf) {
   for (uint i = 0; i < 4; ++i) corners[i] = list.box_min + list.box_step * quantised(leaf.corners, i);
   RasterCluster cluster;
   cluster.center = corners[0];
-  cluster.card = leaf.card;
   cluster.crown = leaf.crown;
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
   cluster.bulk = list_of(item) < kRasterLevels ? leaf_bulk(plant, crown_of(plant), size_m, float(list.leaf_count)) : 0.0;

@@ -25,6 +25,7 @@ layout(set = 1, binding = 12) uniform usamplerBuffer picture_words;
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterSplatArray { RasterSplat at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterClusterArray { RasterCluster at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterCardArray { RasterCard at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WoodColorArray { uint at[]; };
 
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 

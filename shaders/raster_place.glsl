@@ -9,10 +9,10 @@ struct Placed {
   vec3 sunlight;   // what of it reaches the cluster through the crown
   float bulk;     // leaf_bulk of its leaves
   float bulk_front, bulk_up;  // in place of a normal's
-  vec3 tint;      // of wood: its albedo
+  vec3 tint;
   float clear;    // share of light that fog lets through
   bool wood;
-  uvec2 cards;
+  uvec2 cards, wood_colors;
   // The view's: loaded here once, not by every leaf.
   vec3 sky_color, ground_color, fog_color;
   float near_m;
@@ -24,6 +24,7 @@ Placed place(Instance instance, uint list, vec3 box_min, vec3 step, RasterCluste
   Placed placed;
   placed.wood = list >= kRasterLevels && list < kRasterMeshes;
   placed.cards = raster_plants[instance.plant].cards;
+  placed.wood_colors = raster_plants[instance.plant].wood_colors;
   placed.origin = screen_point(world_from_object(instance, box_min));
   placed.x = screen_direction(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)));
   placed.y = screen_direction(rotate(instance.rotation, vec3(0.0, instance.scale * step.y, 0.0)));
@@ -39,8 +40,7 @@ Placed place(Instance instance, uint list, vec3 box_min, vec3 step, RasterCluste
   placed.sun_color = view.sun_color * sun_past_others(instance, plants[instance.plant], world);
   placed.sunlight = placed.sun_color * sun_through_crown(unpack_crown(cluster.crown), placed.sun, placed.eye, cluster.bulk);
   placed.clear = transmittance(world);
-  placed.tint = instance.tint;
-  if (placed.wood) placed.tint = RasterCardArray(placed.cards).at[cluster.card].albedo;
+  placed.tint = placed.wood ? vec3(1.0) : instance.tint;
   placed.sky_color = view.sky_color;
   placed.ground_color = view.ground_color;
   placed.fog_color = view.fog_color;
@@ -60,11 +60,12 @@ vec3 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + 
 // normal: the one it is lit with; face: its own. look: of a RasterSplat
 uint placed_radiance(Placed placed, vec3 normal, vec3 face, uint packed_look) {
   vec4 look = unpackUnorm4x8(packed_look);
+  if (placed.wood) look.rgb = unpackUnorm4x8(WoodColorArray(placed.wood_colors).at[packed_look & 0xffffffu]).rgb;
   float facing = dot(normal, placed.sun);
   float front = placed.wood ? max(0.0, facing) : mix(max(0.0, 0.2 + 0.8 * facing), placed.bulk_front, placed.bulk);
   float through = placed.wood ? 0.0 : max(0.0, -sign(dot(face, placed.eye)) * dot(face, placed.sun)) * (1.0 - placed.bulk);
   vec3 light = placed.sunlight * (front + 0.45 * through * vec3(1.0, 1.15, 0.35)) +
                mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * mix(dot(normal, placed.up), placed.bulk_up, placed.bulk)) * look.a;
-  vec3 albedo = placed.tint * (placed.wood ? vec3(1.0) : kMaxSplatAlbedo * look.rgb * look.rgb);
+  vec3 albedo = placed.tint * (kMaxSplatAlbedo * look.rgb * look.rgb);
   return pack_radiance(mix(placed.fog_color, albedo * light, placed.clear));
 }

@@ -57,10 +57,17 @@ struct RasterSplat {
   uint xy;       // place in the list's box, two unsigned 16-bit numbers of which 65535 is the far side
   uint z_size;   // the third; and the side of the square of the covered area, 65535 is RasterList::splat_size_m
   uint normals;  // the one it is lit with and its face's, octahedral, two snorm8 each
-  uint look;     // square roots of the albedo, 255 is kMaxSplatAlbedo, but of wood nothing; the share of the sky that it sees
+  // Its albedo, packed as in packed_albedo, but of wood the place of it in RasterPlant::wood_colors; from bit 24 on the share of the sky
+  // that it sees.
+  uint look;
 };
 COPPICE_GPU_LAYOUT(RasterSplat, 16);
 const float kMaxSplatAlbedo = 2.0f;
+
+// A textured material's colours, as wood shows them: the means of its texture's parts, 32 x 32 of them, then 16 x 16, and so on to one.
+// Rows of u, from v = 0 on.
+const uint kWoodColorSide = 32;
+const uint kWoodColors = 1365;
 
 struct RasterCluster {
   vec3 center;  // object space, m
@@ -70,13 +77,12 @@ struct RasterCluster {
   uint first_splat;
   uint splat_count;
   float grain_m;      // the longest part of a leaf that one splat stands for
-  uint card;          // of wood: the RasterCard of all its triangles
   uint crown;         // unpack_crown: the mean light of its leaves' middles
   float bulk;         // how much of the crown one of its leaves stands for: leaf_light's
   float leaf_size_m;  // side of the square of the mean leaf's area
   uint is_surface;    // 1: of triangles without holes, between which discs would leave gaps
 };
-COPPICE_GPU_LAYOUT(RasterCluster, 56);
+COPPICE_GPU_LAYOUT(RasterCluster, 52);
 
 // All leaves of one cut, or all triangles of one wood LoD or chunk of leaf meshes. corner = box_min + box_step * q, object space, m.
 struct RasterList {
@@ -89,11 +95,12 @@ struct RasterList {
   uvec2 clusters;     // address of RasterCluster[cluster_count]
   float leaf_size_m;  // side of the square of the mean leaf's area
   float splat_size_m;
-  vec3 splat_step;  // place of a splat = box_min + splat_step * q
-  float grain_m;    // the longest of its clusters'
-  float holed_m;    // of wood: the longest of those with holes
+  vec3 splat_step;       // place of a splat = box_min + splat_step * q
+  float grain_m;         // the longest of its clusters'
+  float holed_m;         // of wood: the longest of those with holes
+  float largest_leaf_m;  // side of the square of the largest leaf's area
 };
-COPPICE_GPU_LAYOUT(RasterList, 84);
+COPPICE_GPU_LAYOUT(RasterList, 88);
 
 // What a leaf shows from afar: its card's mean colour, and the card's outline in 8 x 8 cells, row by row from corner 0 (x towards
 // corner 1, y towards corner 3).
@@ -106,13 +113,14 @@ struct RasterCard {
 COPPICE_GPU_LAYOUT(RasterCard, 28);
 
 struct RasterPlant {
-  uvec2 cards;         // address of RasterCard[card count + material count]; the latter are for wood
+  uvec2 cards;         // address of RasterCard[card count + material count]; the latter are for meshes
+  uvec2 wood_colors;   // address of albedos, packed as in RasterSplat::look; that of a triangle is known before its texture is there
   uint level_count;    // lists [0, this) are there; 0: the plant is drawn by the hardware
   uint wood_mask;      // bit i: list kRasterLevels + i is there
   uint mesh_count;     // lists kRasterMeshes on are there; 0 unless all leaf meshes have theirs
   uint mesh_clusters;  // of all of them
 };
-COPPICE_GPU_LAYOUT(RasterPlant, 24);
+COPPICE_GPU_LAYOUT(RasterPlant, 32);
 
 // VkDispatchIndirectCommand and how much there is to do.
 struct RasterStage {

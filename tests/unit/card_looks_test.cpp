@@ -3,6 +3,7 @@
 #include "card_looks.h"
 
 #include <array>
+#include <cmath>
 #include <cstring>
 
 #include <gtest/gtest.h>
@@ -44,10 +45,9 @@ TEST(CardLooks, AMaterialsColourIsThatOfItsTextureWhateverItsNormalMap) {
       EXPECT_TRUE(take_texture(looks, texture, green)) << "a card shows it";
       ASSERT_TRUE(has_texels(looks, 0));
       ASSERT_EQ(looks.looks.size(), 2u);
-      for (const RasterCard& look : looks.looks) {
-        EXPECT_NEAR(look.albedo.y, kLinear188, 0.01f);
-        EXPECT_EQ(look.albedo.x, 0.0f);
-      }
+      EXPECT_NEAR(looks.looks[0].albedo.y, kLinear188, 0.01f);
+      EXPECT_EQ(looks.looks[0].albedo.x, 0.0f);
+      EXPECT_EQ(looks.wood_colors, std::vector<std::uint32_t>(kWoodColors, packed_albedo({0.0f, kLinear188, 0.0f})));
       EXPECT_NEAR(triangle_look(looks, 0, kUvs, 2).albedo[1], kLinear188, 0.01f);
     }
 }
@@ -56,8 +56,44 @@ TEST(CardLooks, AMaterialOfANormalMapAloneHasItsBaseColour) {
   PlantLooks looks = looks_of(COPPICE_NO_TEXTURE, 0);
   EXPECT_TRUE(has_texels(looks, 0));
   EXPECT_FALSE(take_texture(looks, 0, texture_chunk({128, 128, 255, 255})));
-  for (const RasterCard& look : looks.looks) EXPECT_EQ(look.albedo.x, 1.0f);
+  EXPECT_EQ(looks.looks[0].albedo.x, 1.0f);
+  EXPECT_EQ(looks.wood_colors, (std::vector<std::uint32_t>{packed_albedo({1.0f, 1.0f, 1.0f})}));
   EXPECT_EQ(triangle_look(looks, 0, {}, 2).coverage, 1.0f);
+}
+
+/// 4 x 4 texels, of which each quarter has a colour of its own; the last is a hole.
+std::vector<std::uint8_t> quarters() {
+  std::vector<std::uint8_t> chunk = texture_chunk({255, 0, 0, 255});
+  for (std::size_t y = 0; y < 4; ++y)
+    for (std::size_t x = 0; x < 4; ++x) {
+      std::uint8_t* texel = chunk.data() + sizeof(coppice_file_texture) + 4 * (4 * y + x);
+      if (x >= 2) texel[1] = 255;
+      if (y >= 2) texel[0] = 0;
+      if (x >= 2 && y >= 2) texel[3] = 0;
+    }
+  return chunk;
+}
+
+TEST(CardLooks, WoodHasTheColourOfItsPartOfTheTexture) {
+  PlantLooks looks = looks_of(0, COPPICE_NO_TEXTURE);
+  looks.materials[0].alpha_cutoff = 0.5f;
+  EXPECT_FALSE(take_texture(looks, 1, quarters()));
+  ASSERT_TRUE(take_texture(looks, 0, quarters()));
+  const auto color = [&](float u, float v, float side) {
+    const std::uint32_t place = wood_color_of(looks, 0, {{{u, v}, {u + side, v}, {u, v + side}}});
+    return looks.wood_colors.at(place);
+  };
+  const std::uint32_t red = packed_albedo({1, 0, 0}), yellow = packed_albedo({1, 1, 0}), black = packed_albedo({0, 0, 0});
+  for (const float side : {0.0f, 0.01f, 0.1f, 0.2f}) {
+    EXPECT_EQ(color(0.1f, 0.1f, side), red) << side;
+    EXPECT_EQ(color(0.6f, 0.1f, side), yellow) << side;
+    EXPECT_EQ(color(0.1f, 0.6f, side), black) << side;
+    EXPECT_EQ(color(-2.9f, 5.1f, side), red) << "textures repeat: " << side;
+  }
+  const std::uint32_t mean = packed_albedo({2.0f / 3, 1.0f / 3, 0});
+  EXPECT_EQ(color(0.6f, 0.6f, 0.1f), mean) << "a part that is all hole shows what is round it";
+  EXPECT_EQ(color(0.0f, 0.0f, 3.0f), mean) << "larger than the texture";
+  EXPECT_LT(wood_color_of(looks, 0, {{{NAN, 0}, {1e30f, 0}, {0, -1e30f}}}), kWoodColors);
 }
 
 TEST(CardLooks, ATrianglesCoverIsThatOfEqualParts) {

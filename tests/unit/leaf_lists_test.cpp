@@ -201,6 +201,7 @@ PlantLooks half_a_texture() {
   set_material_textures(plant.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
   plant.materials[1] = {.base_color = {0.25f, 0.5f, 0.125f, 1.0f}, .alpha_cutoff = 0.5f, .texture_or_none = 0};
   plant.looks.resize(3);
+  plant.first_wood_color = {0, 1};
   plant.small.push_back({16, 1, {}});
   for (int x = 0; x < 16; ++x)
     plant.small[0].rgba.insert(plant.small[0].rgba.end(), {255, 255, 255, static_cast<std::uint8_t>(x < 8 ? 255 : 0)});
@@ -215,14 +216,16 @@ TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
   PlantLooks looks;
   looks.cards.resize(3);
   looks.materials.resize(2);
+  for (coppice_file_material& material : looks.materials) set_material_textures(material, COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
+  looks.first_wood_color = {7, 8};
   const BuiltList list = build_wood_list(mesh, {looks, CrownLight{}});
   ASSERT_EQ(list.leaves.size(), 2u);
   std::map<std::uint32_t, RasterLeaf> by_look;
   for (const RasterLeaf& leaf : list.leaves) by_look[leaf.card] = leaf;
   ASSERT_TRUE(by_look.contains(4) && by_look.contains(3));
-  std::set<std::uint32_t> cards;
-  for (const RasterCluster& cluster : list.clusters) cards.insert(cluster.card);
-  EXPECT_EQ(cards, (std::set<std::uint32_t>{3, 4})) << "clusters are of one material, whose colour is looked up: textures may come later";
+  EXPECT_EQ(by_look[3].look & 0xffffffu, 7u) << "its colour is looked up: textures may come later";
+  EXPECT_EQ(by_look[4].look & 0xffffffu, 8u);
+  EXPECT_FLOAT_EQ(list.header.largest_leaf_m, std::sqrt(3.0f));
   EXPECT_EQ(by_look[4].normals & 0xffffu, 0u) << "straight up the octahedron is its middle";
   const auto corner = corner_m(list.header, by_look[4], 2), repeated = corner_m(list.header, by_look[4], 3);
   EXPECT_NEAR(corner[1], 2.0f, 1e-3f);

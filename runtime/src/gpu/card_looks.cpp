@@ -87,7 +87,11 @@ struct Sums {
     for (std::size_t channel = 0; channel < 3; ++channel) color[channel] += static_cast<double>(texel[channel]);
     ++count;
   }
-  [[nodiscard]] vec3 times(const float base_color[4]) const {
+  void add(const Sums& other) {
+    for (std::size_t channel = 0; channel < 3; ++channel) color[channel] += other.color[channel];
+    count += other.count;
+  }
+  [[nodiscard]] std::array<float, 3> times(const float base_color[4]) const {
     if (count == 0) return {base_color[0], base_color[1], base_color[2]};
     const auto mean = [&](std::size_t channel) { return static_cast<float>(color[channel] / count) * base_color[channel]; };
     return {mean(0), mean(1), mean(2)};
@@ -105,7 +109,8 @@ void look_at_card(const coppice_file_card& card, const coppice_file_material& ma
       sums.add(texel);
       ++covered[y / kSamplesPerCell * kCells + x / kSamplesPerCell];
     }
-  look.albedo = sums.times(material.base_color);
+  const auto [red, green, blue] = sums.times(material.base_color);
+  look.albedo = {red, green, blue};
   std::array<std::uint32_t, kCells * kCells> order{};
   std::iota(order.begin(), order.end(), 0u);
   std::ranges::sort(order, [&](auto a, auto b) { return covered[a] != covered[b] ? covered[a] > covered[b] : a < b; });
@@ -115,14 +120,45 @@ void look_at_card(const coppice_file_card& card, const coppice_file_material& ma
   for (std::uint32_t i = 0; i < wanted; ++i) look.mask[order[i] / 32] |= 1u << order[i] % 32;
 }
 
-void look_at_material(const coppice_file_material& material, const Texels& texels, RasterCard& look) {
+/// Texels that [part / parts, (part + 1) / parts) of a side holds: one at least.
+std::array<std::uint32_t, 2> texels_of(std::uint32_t part, std::uint32_t parts, std::uint32_t side_px) {
+  const std::uint32_t first = part * side_px / parts;
+  return {first, std::max(first + 1, (part + 1) * side_px / parts)};
+}
+
+Sums part_of(const Texels& texels, float alpha_cutoff, std::array<std::uint32_t, 2> columns, std::array<std::uint32_t, 2> rows) {
   Sums sums;
-  for (std::size_t i = 0; i < texels.rgba.size(); i += 4) {
-    const std::uint8_t* texel = texels.rgba.data() + i;
-    if (static_cast<float>(texel[3]) >= 255.0f * material.alpha_cutoff)
-      sums.add({linear(texel[0]), linear(texel[1]), linear(texel[2]), 1.0f});
+  for (std::uint32_t y = rows[0]; y < rows[1]; ++y)
+    for (std::uint32_t x = columns[0]; x < columns[1]; ++x) {
+      const std::uint8_t* texel = texels.rgba.data() + 4 * (std::size_t{y} * texels.width + x);
+      if (static_cast<float>(texel[3]) >= 255.0f * alpha_cutoff)
+        sums.add(Texel{linear(texel[0]), linear(texel[1]), linear(texel[2]), 1.0f});
+    }
+  return sums;
+}
+
+/// colors: [kWoodColors]. A part that is all hole shows what is round it.
+void look_at_material(const coppice_file_material& material, const Texels& texels, std::span<std::uint32_t> colors) {
+  std::vector<Sums> parts;
+  for (std::uint32_t y = 0; y < kWoodColorSide; ++y)
+    for (std::uint32_t x = 0; x < kWoodColorSide; ++x)
+      parts.push_back(
+          part_of(texels, material.alpha_cutoff, texels_of(x, kWoodColorSide, texels.width), texels_of(y, kWoodColorSide, texels.height)));
+  parts.resize(kWoodColors);
+  const auto parent = [&](std::uint32_t first, std::uint32_t side, std::uint32_t x, std::uint32_t y) -> Sums& {
+    return parts[first + side * side + y / 2 * (side / 2) + x / 2];
+  };
+  for (std::uint32_t side = kWoodColorSide, first = 0; side > 1; first += side * side, side /= 2)
+    for (std::uint32_t y = 0; y < side; ++y)
+      for (std::uint32_t x = 0; x < side; ++x) parent(first, side, x, y).add(parts[first + y * side + x]);
+  std::uint32_t first = kWoodColors - 1;
+  for (std::uint32_t side = 2; side <= kWoodColorSide; side *= 2) {
+    first -= side * side;
+    for (std::uint32_t y = 0; y < side; ++y)
+      for (std::uint32_t x = 0; x < side; ++x)
+        if (Sums& part = parts[first + y * side + x]; part.count == 0) part = parent(first, side, x, y);
   }
-  look.albedo = sums.times(material.base_color);
+  std::ranges::transform(parts, colors.begin(), [&](const Sums& part) { return packed_albedo(part.times(material.base_color)); });
 }
 
 }  // namespace
@@ -155,14 +191,35 @@ TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t index, const T
       look_at(b + part / 3.0f, c + part / 3.0f);
       if (column + row + 1 < side) look_at(b + part / 1.5f, c + part / 1.5f);  // the part that stands on its head
     }
-  const vec3 mean = sums.times(material.base_color);
-  look.albedo = {mean.x, mean.y, mean.z};
+  look.albedo = sums.times(material.base_color);
   look.coverage = static_cast<float>(sums.count) / static_cast<float>(side * side);
   return look;
 }
 
+std::uint32_t wood_color_of(const PlantLooks& plant, std::uint32_t material, const TriangleUvs& uvs) {
+  std::uint32_t first = plant.first_wood_color[material];
+  if (material_texture(plant.materials[material]) == COPPICE_NO_TEXTURE) return first;
+  const auto edge = [&](std::size_t corner, std::size_t axis) { return uvs[corner][axis] - uvs[0][axis]; };
+  const float area = 0.5f * std::abs(edge(1, 0) * edge(2, 1) - edge(1, 1) * edge(2, 0));
+  std::uint32_t side = kWoodColorSide;
+  for (; side > 1 && !(area * static_cast<float>(side * side) < 2.0f); side /= 2) first += side * side;
+  const auto part = [&](std::size_t axis) {
+    const float middle = (uvs[0][axis] + uvs[1][axis] + uvs[2][axis]) / 3.0f, within = middle - std::floor(middle);
+    return within >= 0.0f ? std::min(static_cast<std::uint32_t>(within * static_cast<float>(side)), side - 1) : 0;
+  };
+  return first + part(1) * side + part(0);
+}
+
+std::uint32_t packed_albedo(const std::array<float, 3>& albedo) {
+  std::uint32_t packed = 0;
+  for (std::size_t channel = 0; channel < 3; ++channel)
+    packed |= static_cast<std::uint32_t>(std::lround(255.0f * std::sqrt(std::clamp(albedo[channel] / kMaxSplatAlbedo, 0.0f, 1.0f))))
+              << (8 * channel);
+  return packed;
+}
+
 PlantLooks plain_looks(const PlantFile& file) {
-  PlantLooks plant{file.cards, file.materials, {}, {}};
+  PlantLooks plant{.cards = file.cards, .materials = file.materials, .looks = {}, .small = {}, .wood_colors = {}, .first_wood_color = {}};
   if (file.plant.leaf_mesh_count > 0 || std::ranges::any_of(file.materials, is_masked)) plant.small.resize(file.plant.texture_count);
   const auto add = [&](const coppice_file_material& material, float coverage) {
     plant.looks.push_back({.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]},
@@ -171,7 +228,13 @@ PlantLooks plain_looks(const PlantFile& file) {
                            .crown_normals = gpu_material(material).crown_normals});
   };
   for (const coppice_file_card& card : file.cards) add(file.materials[card.material], gpu_material(file.materials[card.material]).coverage);
-  for (const coppice_file_material& material : file.materials) add(material, 1.0f);
+  for (const coppice_file_material& material : file.materials) {
+    add(material, 1.0f);
+    plant.first_wood_color.push_back(static_cast<std::uint32_t>(plant.wood_colors.size()));
+    const std::uint32_t colors = material_texture(material) == COPPICE_NO_TEXTURE ? 1 : kWoodColors;
+    plant.wood_colors.insert(plant.wood_colors.end(), colors,
+                             packed_albedo({material.base_color[0], material.base_color[1], material.base_color[2]}));
+  }
   return plant;
 }
 
@@ -190,7 +253,8 @@ bool take_texture(PlantLooks& plant, std::uint32_t texture, std::span<const std:
     on_card = true;
   }
   for (std::size_t i = 0; i < plant.materials.size(); ++i)
-    if (shows(plant.materials[i])) look_at_material(plant.materials[i], texels, plant.looks[plant.cards.size() + i]);
+    if (shows(plant.materials[i]))
+      look_at_material(plant.materials[i], texels, std::span(plant.wood_colors).subspan(plant.first_wood_color[i], kWoodColors));
   return on_card;
 }
 

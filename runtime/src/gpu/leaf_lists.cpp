@@ -63,6 +63,7 @@ struct Entry {
   float size_m = 0;                ///< the longer diagonal
   std::array<Point, 2> axis{};     ///< the longer of the lines that halve it
   std::uint32_t grain_count = 1;   ///< splats along it
+  std::uint32_t wood_color = 0;
   float grain_m = 0;
   float area_m2 = 0;
   bool is_wood = false, is_surface = false;  ///< RasterCluster's
@@ -183,13 +184,10 @@ std::uint32_t packed_normals(const Entry& entry) {
   return octahedral(entry.normal) | octahedral(entry.face) << 16;
 }
 
-/// RasterSplat::look. The textures of wood may arrive later than it: its colour is looked up.
+/// RasterSplat::look.
 std::uint32_t packed_look(const Entry& entry) {
-  const auto unorm8 = [](float value) { return static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f))); };
-  std::uint32_t look = unorm8(entry.light.sky) << 24;
-  if (entry.is_wood) return look;
-  for (std::size_t channel = 0; channel < 3; ++channel) look |= unorm8(std::sqrt(entry.albedo[channel] / kMaxSplatAlbedo)) << (8 * channel);
-  return look;
+  const auto sky = static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(entry.light.sky, 0.0f, 1.0f)));
+  return (entry.is_wood ? entry.wood_color : packed_albedo(entry.albedo)) | sky << 24;
 }
 
 /// grain: < entry.grain_count
@@ -241,7 +239,6 @@ void add_cluster(BuiltList& list, std::span<const Entry*> members) {
   std::ranges::sort(members, [](const Entry* a, const Entry* b) { return a->size_m != b->size_m ? a->size_m > b->size_m : a->id < b->id; });
   RasterCluster cluster = bound(members, static_cast<std::uint32_t>(list.leaves.size()));
   cluster.first_splat = static_cast<std::uint32_t>(list.splats.size());
-  cluster.card = members[0]->leaf.card;
   cluster.is_surface = members[0]->is_surface ? 1 : 0;
   list.header.grain_m = std::max(list.header.grain_m, cluster.grain_m);
   if (members[0]->is_wood && !members[0]->is_surface) list.header.holed_m = std::max(list.header.holed_m, cluster.grain_m);
@@ -255,9 +252,9 @@ void add_cluster(BuiltList& list, std::span<const Entry*> members) {
   }
 }
 
-/// The order of leaves that clusters are cut from: neighbours of a size, of wood also of a material with or without holes, side by side.
+/// The order of leaves that clusters are cut from: neighbours of a size, of wood also with or without holes, side by side.
 struct Place {
-  std::array<std::uint32_t, 4> key{};  ///< of wood its card and whether it has holes, size class, place, group
+  std::array<std::uint32_t, 4> key{};  ///< of wood whether it has holes, size class, place, group
   const Entry* entry = nullptr;
 };
 
@@ -265,8 +262,7 @@ std::vector<Place> places_of(std::span<const Entry> entries) {
   std::vector<Place> places;
   places.reserve(entries.size());
   for (const Entry& entry : entries)
-    places.push_back(
-        {{entry.is_wood ? 2 * entry.leaf.card + (entry.is_surface ? 0 : 1) : 0, entry.size_class, entry.place, entry.group}, &entry});
+    places.push_back({{entry.is_wood && !entry.is_surface ? 1u : 0u, entry.size_class, entry.place, entry.group}, &entry});
   std::ranges::stable_sort(places, {}, &Place::key);  // a leaf's by id, as they came
   return places;
 }
@@ -297,7 +293,7 @@ std::vector<std::size_t> cluster_ends(std::span<const Place> places) {
   return ends;
 }
 
-/// Cuts the entries into clusters; those of wood are of one material, and have holes or have none.
+/// Cuts the entries into clusters; those of wood have holes or have none.
 BuiltList finish(std::span<const Entry> entries, const RasterList& box, float largest) {
   BuiltList list{.header = box};
   for (auto [step, splat_step] :
@@ -308,6 +304,7 @@ BuiltList finish(std::span<const Entry> entries, const RasterList& box, float la
   for (const Entry& entry : entries) {
     list.header.splat_size_m = std::max(list.header.splat_size_m, std::sqrt(entry.covered_m2));
     area_m2 += static_cast<double>(entry.area_m2);
+    list.header.largest_leaf_m = std::max(list.header.largest_leaf_m, std::sqrt(entry.area_m2));
   }
   const std::vector<Place> places = places_of(entries);
   list.leaves.reserve(entries.size());
@@ -423,6 +420,7 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
     const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
     entry.face = dot(face, face) > 0.0f ? face : entry.normal;
     entry.is_wood = true;
+    entry.wood_color = wood_color_of(source.looks, vertex_of(mesh, entry, 0).material, uvs_of(mesh, entry));
     return !cover_wood(source.looks, mesh, entry);
   });
   return finish(triangles.entries, triangles.box, Triangles::kLargest);

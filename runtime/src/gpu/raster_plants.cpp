@@ -97,7 +97,9 @@ void RasterPlants::destroy() {
 Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file) {
   PlantLists plant;
   const auto looks = std::make_shared<PlantLooks>(plain_looks(file));
-  COPPICE_TRY(buffer, create_buffer(*device_, looks->looks.size() * sizeof(RasterCard), kAddressed, MemoryKind::device));
+  const std::uint64_t looks_bytes = looks->looks.size() * sizeof(RasterCard),
+                      colors_bytes = looks->wood_colors.size() * sizeof(std::uint32_t);
+  COPPICE_TRY(buffer, create_buffer(*device_, looks_bytes + colors_bytes, kAddressed, MemoryKind::device));
   plant.used = plant.changed = plant.looks_changed = true;
   plant.generation = ++last_generation_;
   plant.source = {looks, std::make_shared<CrownLight>(), leaf_box(gpu_plant(file.plant)), file.plant.leaf_count};
@@ -111,6 +113,7 @@ Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file)
   plant.leaf_mesh_count = file.plant.leaf_mesh_count;
   plant.headers.resize(kRasterLists);
   plant.record.cards = gpu_address(buffer.address);
+  plant.record.wood_colors = gpu_address(buffer.address + looks_bytes);
   plants_[index] = std::move(plant);
   return {};
 }
@@ -388,8 +391,11 @@ void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom
   }
   for (std::size_t i = 0; i < plants_.size(); ++i) {
     PlantLists& plant = plants_[i];
-    if (plant.looks_changed) add_copy(plant.looks_buffer.buffer, 0, bytes_of(plant.source.looks->looks));
-    plant.looks_changed = false;
+    if (std::exchange(plant.looks_changed, false)) {
+      const PlantLooks& looks = *plant.source.looks;
+      add_copy(plant.looks_buffer.buffer, 0, bytes_of(looks.looks));
+      add_copy(plant.looks_buffer.buffer, looks.looks.size() * sizeof(RasterCard), bytes_of(looks.wood_colors));
+    }
     if (!plant.changed) continue;
     if (plant.used) fill_mesh_record(plant);
     add_copy(plants_buffer_.buffer, i * sizeof(RasterPlant), bytes_of(std::vector{plant.record}));
@@ -409,6 +415,7 @@ std::size_t RasterPlants::bytes() const {
   for (const PlantLists& plant : plants_) {
     if (!plant.used) continue;
     sum += plant.pages.capacity() * sizeof(SharedNodes) + plant.source.light->cells.capacity() * sizeof(CrownSample);
+    sum += plant.source.looks->wood_colors.capacity() * sizeof(std::uint32_t);
     for (const Texels& texels : plant.source.looks->small) sum += texels.rgba.capacity();
     for (std::uint32_t list = 0; list < kMeshLists; ++list) {
       const WoodMesh& mesh = plant.meshes[list].waiting;

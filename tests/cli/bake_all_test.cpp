@@ -200,6 +200,7 @@ TEST_F(BakeAll, AListThatIsWrongIsRefusedWithThePlace) {
       {R"([{"input": "hazel.glb", "help": true}])", "[0].help"},
       {R"([{"input": "hazel.glb", "leaf-material": "x"}])", "[0].leaf-material"},
       {R"([{"input": "hazel.glb", "output": "../hazel.coppice"}])", "[0].output"},
+      {R"([{"input": "hazel.glb", "output": "a/.."}])", "[0].output"},
       {R"([{"input": "hazel.glb", "output": "/tmp/hazel.coppice"}])", "[0].output"},
       {R"([{"input": 7}])", "[0].input"},
       {R"([{"metric": "mi"}])", "[0].input"},

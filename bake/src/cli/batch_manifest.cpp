@@ -77,7 +77,7 @@ Result<std::string> text_member(const Json& entry, const char* key, const std::s
 }
 
 bool stays_below(const std::filesystem::path& path) {
-  return path.is_relative() && path.has_filename() && *path.begin() != "..";
+  return path.is_relative() && path.has_filename() && path != "." && *path.begin() != "..";
 }
 
 Result<BatchPlant> plant_of(const Json& entry, const std::string& place, const std::filesystem::path& input_folder,

@@ -54,17 +54,42 @@ std::size_t level_of(const Look& look, const std::array<ProjectedPoint, 3>& poin
   return std::min(static_cast<std::size_t>(std::lround(0.5 * std::log2(texels / pixels))), look.levels.size() - 1);
 }
 
+/// The light of a triangle: of its face, seen from either side, as leaves are lit; or, as wood is, of its corners' normals, seen from
+/// where they point.
+class Light {
+ public:
+  explicit Light(const std::array<glm::vec3, 3>& corners) {
+    const glm::vec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+    const float length = glm::length(normal);
+    cosine_ = length > 0.0f ? std::abs(glm::dot(normal, to_light())) / length : 0.0f;
+  }
+  explicit Light(const std::array<glm::vec3, 3>* normals) : normals_(normals) {}
+
+  [[nodiscard]] float cosine(const std::array<double, 3>& weight) const {
+    if (normals_ == nullptr) return cosine_;
+    glm::vec3 normal(0.0f);
+    for (std::size_t k = 0; k < 3; ++k) normal += static_cast<float>(weight[k]) * (*normals_)[k];
+    const float length = glm::length(normal);
+    return length > 0.0f ? std::max(glm::dot(normal, to_light()) / length, 0.0f) : 0.0f;
+  }
+
+ private:
+  static const glm::vec3& to_light() {
+    static const glm::vec3 direction = glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f));
+    return direction;
+  }
+
+  const std::array<glm::vec3, 3>* normals_ = nullptr;
+  float cosine_ = 0.0f;
+};
+
 /// Draws triangles in the colours of their images.
 class TexturedCanvas {
  public:
   TexturedCanvas(const Projection& projection, const std::vector<Look>& looks, const std::vector<AlphaMask>& masks)
       : projection_(projection), looks_(looks), masks_(masks), depths_(image.size(), 0xffffffffu) {}
 
-  void draw(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs, std::uint32_t material) {
-    static const glm::vec3 to_light = glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f));
-    const glm::vec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
-    const float length = glm::length(normal);
-    const float cosine = length > 0.0f ? std::abs(glm::dot(normal, to_light)) / length : 0.0f;
+  void draw(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs, std::uint32_t material, const Light& light) {
     const std::array points{project(projection_, corners[0]), project(projection_, corners[1]), project(projection_, corners[2])};
     const RasterTriangle triangle(points[0], points[1], points[2]);
     const Look& look = looks_[material];
@@ -80,7 +105,7 @@ class TexturedCanvas {
         const glm::dvec2 uv = glm::dvec2(uvs[0]) * weight[0] + glm::dvec2(uvs[1]) * weight[1] + glm::dvec2(uvs[2]) * weight[2];
         if (masks_[material].is_hole(uv)) continue;
         depths_[pixel] = depth;
-        image[pixel] = lambert_luminance(look.levels.empty() ? look.plain : luminance_at(look.levels[level], uv), cosine);
+        image[pixel] = lambert_luminance(look.levels.empty() ? look.plain : luminance_at(look.levels[level], uv), light.cosine(weight));
       }
     }
   }
@@ -102,20 +127,25 @@ void draw_quads(const BakedPlant& plant, std::span<const std::uint32_t> nodes, T
   for (const std::uint32_t node : nodes) {
     const Quad quad = node_quad(plant.tree, node);
     const Card& card = plant.card_table[plant.tree.nodes[node].card];
-    for (const std::size_t second : {std::size_t{1}, std::size_t{2}})
-      canvas.draw({quad[0], quad[second], quad[second + 1]}, {card.uv[0], card.uv[second], card.uv[second + 1]}, card.material);
+    for (const std::size_t second : {std::size_t{1}, std::size_t{2}}) {
+      const std::array corners{quad[0], quad[second], quad[second + 1]};
+      canvas.draw(corners, {card.uv[0], card.uv[second], card.uv[second + 1]}, card.material, Light(corners));
+    }
   }
 }
 
-void draw_mesh(const Mesh& mesh, TexturedCanvas& canvas) {
+enum class Surface { leaves, wood };
+
+void draw_mesh(const Mesh& mesh, Surface surface, TexturedCanvas& canvas) {
   for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t) {
-    std::array<glm::vec3, 3> corners{};
+    std::array<glm::vec3, 3> corners{}, normals{};
     std::array<glm::vec2, 3> uvs{};
     for (std::size_t k = 0; k < 3; ++k) {
       corners[k] = mesh.positions[mesh.indices[3 * t + k]];
+      normals[k] = mesh.normals[mesh.indices[3 * t + k]];
       uvs[k] = mesh.uvs[mesh.indices[3 * t + k]];
     }
-    canvas.draw(corners, uvs, mesh.triangle_materials[t]);
+    canvas.draw(corners, uvs, mesh.triangle_materials[t], surface == Surface::wood ? Light(&normals) : Light(corners));
   }
 }
 
@@ -160,7 +190,7 @@ CoarseChange coarse_change(const LuminanceImage& finest, const LuminanceImage& o
   return change;
 }
 
-/// What the share that is changed counts as, px. At three thresholds of 2 px a sixteenth of a plant of 64 px and more may change; of a
+/// What the share that is changed counts as, px. At 1.5 thresholds of 2 px a 32nd of a plant of 64 px and more may change; of a
 /// smaller one more, as fewer see it.
 float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uint32_t size_px) {
   constexpr double kErrorPerPx = 1.5;
@@ -185,7 +215,7 @@ Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span
     LuminanceImage finest;
     for (std::size_t lod = 0; lod < lods.size(); ++lod) {
       TexturedCanvas canvas(leaves);
-      draw_mesh(*lods[lod], canvas);
+      draw_mesh(*lods[lod], Surface::wood, canvas);
       if (lod == 0) finest = canvas.image;
       errors[lod][view] = squared_errors(finest, canvas.image);
       changes[lod][view] = coarse_change(finest, canvas.image);
@@ -229,7 +259,7 @@ Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant) {
   parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
     TexturedCanvas quads(scene.projections[view], scene.looks, scene.masks), meshes(quads);
     draw_quads(plant, scene.leaves, quads);
-    for (const Mesh* part : parts) draw_mesh(*part, meshes);
+    for (const Mesh* part : parts) draw_mesh(*part, Surface::leaves, meshes);
     errors[view] = squared_errors(meshes.image, quads.image);
   });
   std::vector<float> error_px;

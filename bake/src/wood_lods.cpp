@@ -335,27 +335,38 @@ std::vector<double> stand_in_areas(const std::vector<Candidate>& candidates, con
   return areas_m2;
 }
 
+/// The vertices of a piece by where they are: the corner of a box is three of them, one a side.
+using Places = std::map<std::tuple<float, float, float>, Indices>;
+
+std::tuple<float, float, float> place_of(const WoodPiece& piece, std::uint32_t vertex) {
+  return {piece.positions[vertex].x, piece.positions[vertex].y, piece.positions[vertex].z};
+}
+
+Places places_of(const WoodPiece& piece) {
+  Places places;
+  for (std::uint32_t i = 0; i < piece.positions.size(); ++i) places[place_of(piece, i)].push_back(i);
+  return places;
+}
+
 /// Unit normals for each vertex, the same for all in one place: what is moved along them stays whole.
-std::vector<glm::vec3> joint_normals(const Mesh& source, const WoodPiece& piece) {
-  const auto place_of = [&](std::size_t i) { return std::tuple(piece.positions[i].x, piece.positions[i].y, piece.positions[i].z); };
-  std::map<std::tuple<float, float, float>, glm::vec3> sums;
-  for (std::size_t i = 0; i < piece.positions.size(); ++i)
-    sums.try_emplace(place_of(i), 0.0f).first->second += source.normals[piece.vertices[i]];
-  std::vector<glm::vec3> normals;
-  for (std::size_t i = 0; i < piece.positions.size(); ++i) {
-    const glm::vec3& sum = sums.at(place_of(i));
-    normals.push_back(glm::length(sum) > 1e-6f ? glm::normalize(sum) : glm::vec3(0.0f));
+std::vector<glm::vec3> joint_normals(const Mesh& source, const WoodPiece& piece, const Places& places) {
+  std::vector<glm::vec3> normals(piece.positions.size(), glm::vec3(0.0f));
+  for (const auto& [place, vertices] : places) {
+    glm::vec3 sum(0.0f);
+    for (const std::uint32_t vertex : vertices) sum += source.normals[piece.vertices[vertex]];
+    if (!(glm::length(sum) > 1e-6f)) continue;
+    for (const std::uint32_t vertex : vertices) normals[vertex] = glm::normalize(sum);
   }
   return normals;
 }
 
 /// The corners of a simplified tube lie on the tube, its faces inside: it is thinner. Moves them out until it is as thick as the piece.
-std::vector<glm::vec3> thickened(const Mesh& source, const WoodPiece& piece, const Indices& indices) {
+/// normals  joint_normals
+std::vector<glm::vec3> thickened(const WoodPiece& piece, const std::vector<glm::vec3>& normals, const Indices& indices) {
   constexpr double kMostThickened = 0.5;  // radii of the tube that has the piece's volume and area
   const double now_m2 = projected_area_m2(piece.positions, indices), radius_m = 0.5 * piece.thickness_m();
   const double step_m = 0.02 * radius_m;
   if (!(now_m2 < piece.projected_m2) || !(step_m > 0.0)) return piece.positions;
-  const std::vector<glm::vec3> normals = joint_normals(source, piece);
   const auto moved = [&](double by_m) {
     std::vector<glm::vec3> positions = piece.positions;
     for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += static_cast<float>(by_m) * normals[i];
@@ -366,18 +377,57 @@ std::vector<glm::vec3> thickened(const Mesh& source, const WoodPiece& piece, con
   return moved(std::min(step_m * (piece.projected_m2 - now_m2) / gained_m2, kMostThickened * radius_m));
 }
 
+struct Corner {
+  std::uint32_t vertex = 0;  ///< of the piece
+  glm::vec3 normal{0.0f};
+};
+
+/// How a simplified piece shows a corner of a triangle. A simplifier keeps any vertex of those in one place, and a side of a box would be
+/// lit as the side round the corner: the one whose normal is nearest to the face's is shown, or, where even that is far from it, the face.
+/// face  unit
+Corner corner_of(const Mesh& source, const WoodPiece& piece, const Indices& in_place, std::uint32_t vertex, const glm::vec3& face) {
+  constexpr float kNearer = 1e-3f, kLeastFacing = 0.25f;
+  Corner corner{vertex, source.normals[piece.vertices[vertex]]};
+  for (const std::uint32_t other : in_place) {
+    const glm::vec3& normal = source.normals[piece.vertices[other]];
+    if (glm::dot(normal, face) > glm::dot(corner.normal, face) + kNearer) corner = {other, normal};
+  }
+  if (glm::dot(corner.normal, face) < kLeastFacing) corner.normal = face;
+  return corner;
+}
+
+/// The face of a simplified piece's triangle, unit, on the side that its source is lit from; zero where it has none.
+glm::vec3 lit_face(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec3, 3>& joint_normals) {
+  const glm::vec3 face = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+  const float length = glm::length(face);
+  if (!(length > 0.0f)) return glm::vec3(0.0f);
+  return face * (glm::dot(face, joint_normals[0] + joint_normals[1] + joint_normals[2]) < 0.0f ? -1.0f / length : 1.0f / length);
+}
+
 void append_piece(const Mesh& source, const WoodPiece& piece, const Indices& indices, Mesh& mesh) {
   const bool is_whole = indices.size() == piece.indices.size();
-  const std::vector<glm::vec3> positions = is_whole ? piece.positions : thickened(source, piece, indices);
-  Indices place(piece.vertices.size(), kNone);
-  for (const std::uint32_t index : indices) {
-    if (place[index] == kNone) {
-      place[index] = static_cast<std::uint32_t>(mesh.positions.size());
-      mesh.positions.push_back(positions[index]);
-      mesh.normals.push_back(source.normals[piece.vertices[index]]);
-      mesh.uvs.push_back(source.uvs[piece.vertices[index]]);
+  const Places places = is_whole ? Places{} : places_of(piece);
+  const std::vector<glm::vec3> normals = joint_normals(source, piece, places);
+  const std::vector<glm::vec3> positions = is_whole ? piece.positions : thickened(piece, normals, indices);
+  std::map<std::tuple<std::uint32_t, float, float, float>, std::uint32_t> appended;  // vertices of the mesh
+  for (std::size_t i = 0; i < indices.size(); i += 3) {
+    const auto of_corners = [&](const std::vector<glm::vec3>& values) {
+      return std::array{values[indices[i]], values[indices[i + 1]], values[indices[i + 2]]};
+    };
+    const glm::vec3 face = is_whole ? glm::vec3(0.0f) : lit_face(of_corners(positions), of_corners(normals));
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = indices[i + k];
+      const Corner corner = face == glm::vec3(0.0f) ? Corner{vertex, source.normals[piece.vertices[vertex]]}
+                                                    : corner_of(source, piece, places.at(place_of(piece, vertex)), vertex, face);
+      const auto [found, is_new] = appended.try_emplace({corner.vertex, corner.normal.x, corner.normal.y, corner.normal.z},
+                                                        static_cast<std::uint32_t>(mesh.positions.size()));
+      if (is_new) {
+        mesh.positions.push_back(positions[corner.vertex]);
+        mesh.normals.push_back(corner.normal);
+        mesh.uvs.push_back(source.uvs[piece.vertices[corner.vertex]]);
+      }
+      mesh.indices.push_back(found->second);
     }
-    mesh.indices.push_back(place[index]);
   }
   mesh.triangle_materials.insert(mesh.triangle_materials.end(), indices.size() / 3, piece.material);
 }

@@ -75,6 +75,17 @@ TEST(WoodError, WhatLeavesHideDoesNotCount) {
   EXPECT_LT(hidden->back(), 0.8f * bare->back()) << "half of the views have the leaf in front";
 }
 
+TEST(WoodError, NormalsThatAreWrongCount) {
+  BakedPlant plant = plant_of_wood();
+  plant.materials[0].base_color = {0.5f, 0.5f, 0.5f, 1.0f};
+  const Mesh whole = squares(3, 0.2f);
+  Mesh turned = whole;
+  for (glm::vec3& normal : turned.normals) normal = glm::vec3(0.0f, 1.0f, 0.0f);
+  const auto error_px = measure_wood_error(plant, std::array<const Mesh*, 2>{&whole, &turned});
+  ASSERT_TRUE(error_px);
+  EXPECT_GT(error_px->back(), 10.0f) << "its triangles are where they were, but lit from another side";
+}
+
 TEST(WoodError, AThinStemThatIsMissingCounts) {
   // A square on a stem, a 200th of its height wide: of the square's picture the stem is a tenth, and none of its pixels at 64 px is dark.
   BakedPlant plant = plant_of_wood();

@@ -125,7 +125,7 @@ Result<Mesh> plain_mesh(const WoodMesh& decoded, const coppice_file_chunk& chunk
 Result<LeafMeshPart> read_leaf_mesh(const PlantFile& file, Bytes bytes, std::uint32_t index) {
   const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_LEAF_MESH, index);
   const auto [vertices, triangles] = file.leaf_meshes[index];
-  COPPICE_TRY(decoded, read_mesh(chunk, bytes, {vertices, triangles, file.plant.material_count, true}));
+  COPPICE_TRY(decoded, read_mesh(chunk, bytes, {vertices, triangles, file.materials, true}));
   LeafMeshPart part;
   COPPICE_TRY(mesh, plain_mesh(decoded, chunk));
   part.mesh = std::move(mesh);
@@ -200,7 +200,7 @@ Result<void> check_sphere(const PlantFile& file, const BakedPlant& plant) {
 Result<Mesh> unpack_wood(const PlantFile& file, Bytes bytes, std::uint32_t lod) {
   const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_WOOD, lod);
   COPPICE_TRY(decoded, read_mesh(chunk, bytes,
-                                 {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], file.plant.material_count}));
+                                 {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], file.materials}));
   return plain_mesh(decoded, chunk);
 }
 

@@ -67,8 +67,9 @@ BENCHMARK(decode_pages)->Arg(386)->Arg(4456)->Arg(13162)->Unit(benchmark::kMilli
 
 void decode_wood_lod(benchmark::State& state) {
   const bake::EncodedWood wood = *bake::encode_wood(test::tube(16, static_cast<std::uint32_t>(state.range(0)), 0), 1);
+  const std::vector<coppice_file_material> materials(1);
   for (auto _ : state)
-    if (auto mesh = decode_wood(wood.bytes, {wood.vertex_count, wood.triangle_count, 1});
+    if (auto mesh = decode_wood(wood.bytes, {wood.vertex_count, wood.triangle_count, materials});
         !mesh || mesh->indices.size() != 3 * wood.triangle_count)
       return state.SkipWithError("wood does not decode to the triangles it had");
   state.counters["triangles/s"] = benchmark::Counter(wood.triangle_count, benchmark::Counter::kIsIterationInvariantRate);

@@ -56,7 +56,8 @@ void fuzz_page(std::uint32_t version, std::span<const std::uint8_t> bytes, std::
 }
 
 void fuzz_wood(std::span<const std::uint8_t> bytes, std::uint32_t vertex_count, std::uint32_t triangle_count) {
-  const auto mesh = coppice::decode_wood(bytes, {vertex_count, triangle_count, kMaterials});
+  static const std::vector<coppice_file_material> materials(kMaterials);
+  const auto mesh = coppice::decode_wood(bytes, {vertex_count, triangle_count, materials});
   if (!mesh) return;
   COPPICE_ASSERT(mesh->vertices.size() == vertex_count && mesh->indices.size() == std::size_t{3} * triangle_count);
   for (std::uint32_t index : mesh->indices) COPPICE_ASSERT(index < vertex_count);

@@ -302,6 +302,8 @@ std::vector<BadFile> bad_leaf_mesh_files(const Bytes& good) {
   const std::size_t flags = chunk_offset(good, COPPICE_CHUNK_MATERIALS) + offsetof(coppice_file_material, flags);
   damage.set_reported_at("card_of_leaf_mesh_material", "card material", flags, std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY},
                          chunk_offset(good, COPPICE_CHUNK_CARDS));
+  damage.set_reported_at("wood_of_leaf_mesh_material", "wood material", flags + sizeof(coppice_file_material),
+                         std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY}, chunk_offset(good, COPPICE_CHUNK_WOOD));
   return std::move(damage.files);
 }
 

@@ -154,15 +154,14 @@ void expect_same_mesh(const Bytes& chunk, const WoodShape& shape, const test::Na
 }
 
 void expect_same_meshes(const Bytes& file, const PlantFile& front, const NaivePlant& naive) {
-  const auto materials = static_cast<std::uint32_t>(front.materials.size());
   ASSERT_EQ(naive.wood.size(), front.plant.wood_lod_count);
   for (std::uint32_t i = 0; i < front.plant.wood_lod_count; ++i)
     expect_same_mesh(chunk_bytes(file, front, COPPICE_CHUNK_WOOD, i),
-                     {front.plant.wood_vertex_counts[i], front.plant.wood_triangle_counts[i], materials}, naive.wood[i]);
+                     {front.plant.wood_vertex_counts[i], front.plant.wood_triangle_counts[i], front.materials}, naive.wood[i]);
   ASSERT_EQ(naive.leaf_meshes.size(), front.leaf_meshes.size());
   for (std::uint32_t i = 0; i < front.leaf_meshes.size(); ++i)
     expect_same_mesh(chunk_bytes(file, front, COPPICE_CHUNK_LEAF_MESH, i),
-                     {front.leaf_meshes[i].vertex_count, front.leaf_meshes[i].triangle_count, materials, true}, naive.leaf_meshes[i]);
+                     {front.leaf_meshes[i].vertex_count, front.leaf_meshes[i].triangle_count, front.materials, true}, naive.leaf_meshes[i]);
 }
 
 void expect_same_textures(const Bytes& file, const PlantFile& front, const NaivePlant& naive) {

@@ -18,7 +18,8 @@ bake::Mesh stem() {
 }
 
 WoodShape shape_of(const bake::EncodedWood& wood, std::uint32_t material_count = 2) {
-  return {wood.vertex_count, wood.triangle_count, material_count};
+  static const std::vector<coppice_file_material> materials(2);
+  return {wood.vertex_count, wood.triangle_count, std::span(materials).first(material_count)};
 }
 
 using Corner = std::array<float, 3>;
@@ -163,7 +164,7 @@ void expect_valid(const WoodMesh& mesh, const WoodShape& shape) {
   EXPECT_EQ(mesh.indices.size(), 3 * shape.triangle_count);
   for (std::uint32_t index : mesh.indices) ASSERT_LT(index, shape.vertex_count);
   for (const WoodVertex& vertex : mesh.vertices) {
-    ASSERT_LT(vertex.material, shape.material_count);
+    ASSERT_LT(vertex.material, shape.materials.size());
     for (float value : vertex.position) ASSERT_TRUE(std::isfinite(value));
   }
 }

@@ -62,7 +62,9 @@ Result<WoodMesh> copy_mesh(const draco::Mesh& mesh, const WoodShape& shape) {
     std::uint8_t material = 0;
     materials->GetMappedValue(point, &material);
     vertex.material = material;
-    if (material >= shape.material_count) return bad_wood("wood material", std::to_string(material));
+    if (material >= shape.materials.size()) return bad_wood("wood material", std::to_string(material));
+    if (!shape.has_stalks && (shape.materials[material].flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0)
+      return bad_wood("wood material", std::to_string(material) + ", which only leaf meshes show");
     if (!is_finite(vertex)) return bad_wood("wood vertex", "not a finite number");
     if (stalks != nullptr) stalks->GetMappedValue(point, vertex.stalk.data());
     if (std::ranges::any_of(vertex.stalk, [](std::uint16_t q) { return q > COPPICE_QUANTISED_MAX; }))

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "coppice/format.h"
 #include "result.h"
 
 namespace coppice {
@@ -26,14 +27,14 @@ struct WoodMesh {
 struct WoodShape {
   std::uint32_t vertex_count = 0;    ///< coppice_file_plant::wood_vertex_counts
   std::uint32_t triangle_count = 0;  ///< coppice_file_plant::wood_triangle_counts
-  std::uint32_t material_count = 0;
+  std::span<const coppice_file_material> materials;
   bool has_stalks = false;  ///< leaf meshes
 };
 
 /// A wood LoD from a WOOD chunk's bytes, or leaf meshes from a LEAF_MESH chunk's, of exactly the counts in `shape`; they are compared
-/// before memory is allocated. Any thread. errors  bad_file: not the Draco mesh FORMAT.md describes, of other counts, a material >=
-/// material_count, or a stalk outside the leaf
-///         box; out_of_memory
+/// before memory is allocated. Any thread.
+/// errors  bad_file: not the Draco mesh FORMAT.md describes, of other counts, a material that is not there or, of wood, that only leaf
+///         meshes show, or a stalk outside the leaf box; out_of_memory
 Result<WoodMesh> decode_wood(std::span<const std::uint8_t> bytes, const WoodShape& shape);
 
 }  // namespace coppice

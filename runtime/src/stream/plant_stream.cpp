@@ -378,8 +378,8 @@ namespace {
 
 WoodShape mesh_shape(const PlantFile& file, ChunkId id) {
   if (id.kind == ChunkKind::leaf_mesh)
-    return {file.leaf_meshes[id.index].vertex_count, file.leaf_meshes[id.index].triangle_count, file.plant.material_count, true};
-  return {file.plant.wood_vertex_counts[id.index], file.plant.wood_triangle_counts[id.index], file.plant.material_count, false};
+    return {file.leaf_meshes[id.index].vertex_count, file.leaf_meshes[id.index].triangle_count, file.materials, true};
+  return {file.plant.wood_vertex_counts[id.index], file.plant.wood_triangle_counts[id.index], file.materials, false};
 }
 
 }  // namespace

@@ -199,8 +199,7 @@ Result<void> check_sphere(const PlantFile& file, const BakedPlant& plant) {
 
 Result<Mesh> unpack_wood(const PlantFile& file, Bytes bytes, std::uint32_t lod) {
   const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_WOOD, lod);
-  COPPICE_TRY(decoded, read_mesh(chunk, bytes,
-                                 {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], file.materials}));
+  COPPICE_TRY(decoded, read_mesh(chunk, bytes, {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], file.materials}));
   return plain_mesh(decoded, chunk);
 }
 

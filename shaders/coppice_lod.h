@@ -70,7 +70,7 @@ struct CoppiceTable {
 /// An instance's threshold differs from the global one by up to this share, so that a ring of plants does not switch in one frame.
 COPPICE_CONST float kCoppiceThresholdSpread = 0.06f;
 /// Times an instance's threshold that its wood may be wrong by: its triangles cost as much as leaves, and pots and trunks are looked at.
-COPPICE_CONST float kCoppiceWoodThresholdShare = 1.5f;
+COPPICE_CONST float kCoppiceWoodThresholdShare = 2.0f;
 /// node_split of a node that is never split.
 COPPICE_CONST uint kCoppiceNoSplit = 0xffffffffu;
 

@@ -190,7 +190,7 @@ CoarseChange coarse_change(const LuminanceImage& finest, const LuminanceImage& o
   return change;
 }
 
-/// What the share that is changed counts as, px. At 1.5 thresholds of 2 px a 32nd of a plant of 64 px and more may change; of a
+/// What the share that is changed counts as, px. At two thresholds of 2 px a 24th of a plant of 64 px and more may change; of a
 /// smaller one more, as fewer see it.
 float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uint32_t size_px) {
   constexpr double kErrorPerPx = 1.5;

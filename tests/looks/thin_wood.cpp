@@ -39,7 +39,7 @@ LooksCase thin_wood(const char* name) {
           .sizes_px = {120, 60}};
 }
 
-INSTANTIATE_TEST_SUITE_P(ThinWood, LooksTest, testing::Values(thin_wood("bamboo")), looks_name);
+INSTANTIATE_TEST_SUITE_P(ThinWood, LooksTest, testing::Values(thin_wood("bamboo"), thin_wood("baubles")), looks_name);
 
 }  // namespace
 }  // namespace coppice::test

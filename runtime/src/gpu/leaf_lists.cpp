@@ -386,6 +386,8 @@ Triangles triangles_of(const WoodMesh& mesh, std::uint32_t first_material, const
     entry.normal = normal;
     entry.covered_m2 = entry.area_m2;
     entry.is_surface = true;
+    // Discs along a slender triangle lie on those of the one beside it and cover half of what both do: they are for a point of a triangle.
+    entry.grain_m *= static_cast<float>(entry.grain_count);
     entry.light = light.at((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
     triangles.entries.push_back(entry);
   }

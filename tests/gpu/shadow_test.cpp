@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <ostream>
 
 #include <glm/glm.hpp>
 #include <glm/gtc/type_ptr.hpp>
@@ -41,6 +42,10 @@ struct Path {
   const char* name;
   VkBool32 compute_raster, int64_atomics;
 };
+
+void PrintTo(const Path& each, std::ostream* out) {
+  *out << each.name;
+}
 
 class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> {
  protected:

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <ostream>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -31,6 +32,10 @@ struct QualityPlant {
   const char* name;
   const char* file;  ///< third-party; nullptr: `coppice plant NAME`
 };
+
+void PrintTo(const QualityPlant& each, std::ostream* out) {
+  *out << each.name;
+}
 
 std::string test_name(const testing::TestParamInfo<QualityPlant>& info) {
   return info.param.name;

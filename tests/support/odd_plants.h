@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,10 @@ struct OddPlant {
   std::vector<Material> materials;
   std::uint32_t leaf_count = 0;  ///< that a person would count; 0 where all of it is wood
 };
+
+inline void PrintTo(const OddPlant& each, std::ostream* out) {
+  *out << each.name;
+}
 
 /// More than forty of them, 0.3 to 5 m high. Most materials have no name that helps, none an image.
 std::vector<OddPlant> odd_plants();

@@ -3,6 +3,7 @@
 #include "bake.h"
 
 #include <gtest/gtest.h>
+#include <ostream>
 
 #include <filesystem>
 
@@ -217,6 +218,10 @@ struct RealPlant {
   const char* file;
   std::uint32_t leaf_count;
 };
+
+void PrintTo(const RealPlant& each, std::ostream* out) {
+  *out << each.file;
+}
 
 class BakeRealPlant : public testing::TestWithParam<RealPlant> {};
 

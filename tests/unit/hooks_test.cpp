@@ -14,6 +14,7 @@
 #include <string>
 
 #include "io_result.h"
+#include "print_reading.h"
 #include "transfer.h"
 
 namespace coppice {

@@ -19,6 +19,7 @@
 
 #include "fake_gpu.h"
 #include "fake_hooks.h"
+#include "print_reading.h"
 #include "scene_stream.h"
 #include "streamer.h"
 

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <numbers>
+#include <ostream>
 #include <random>
 #include <string>
 
@@ -262,6 +263,10 @@ struct RealPlant {
   std::uint32_t leaf_count;
   double least_area_ratio, most_area_ratio;  ///< quads to leaf meshes, both sides of closed leaves counted
 };
+
+void PrintTo(const RealPlant& each, std::ostream* out) {
+  *out << each.file;
+}
 
 class RealPlantTest : public testing::TestWithParam<RealPlant> {};
 

@@ -15,6 +15,7 @@
 #include "chunk_value.h"
 #include "decoded_pages.h"
 #include "pack.h"
+#include "print_reading.h"
 #include "random_tree.h"
 #include "streamer_fixture.h"
 

@@ -73,6 +73,7 @@ Result<std::filesystem::path> baked(const ViewArguments& arguments) {
 Error start(const std::filesystem::path& viewer, std::vector<std::string> words) {
   words.insert(words.begin(), viewer.string());
   std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   static_cast<void>(std::fflush(nullptr));

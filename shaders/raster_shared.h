@@ -67,7 +67,7 @@ const float kMaxSplatAlbedo = 2.0f;
 // A textured material's colours, as wood shows them: the means of its texture's parts, 32 x 32 of them, then 16 x 16, and so on to one.
 // Rows of u, from v = 0 on.
 const uint kWoodColorSide = 32;
-const uint kWoodColors = 1365;
+const uint kWoodColors = (4u * kWoodColorSide * kWoodColorSide - 1u) / 3u;
 
 struct RasterCluster {
   vec3 center;  // object space, m

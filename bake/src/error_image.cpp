@@ -49,6 +49,11 @@ std::vector<Projection> error_projections(const Sphere& sphere) {
   return projections;
 }
 
+const glm::vec3& error_light() {
+  static const glm::vec3 direction = glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f));
+  return direction;
+}
+
 LuminanceImage coarse_image(LuminanceImage image) {
   for (std::uint32_t size_px = kErrorImagePx; size_px > 8; size_px /= 2) image = halve(image, size_px);
   return image;

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 #include "plant.h"
 #include "visibility.h"
 
@@ -25,6 +27,8 @@ using SquaredErrors = std::array<double, kErrorSizesPx.size()>;
 std::vector<Viewpoint> error_viewpoints();
 /// The sphere from those, filling the image.
 std::vector<Projection> error_projections(const Sphere& sphere);
+/// To the light of those pictures, unit.
+const glm::vec3& error_light();
 
 /// The image box-filtered down to 8 x 8.
 LuminanceImage coarse_image(LuminanceImage image);

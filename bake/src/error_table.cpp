@@ -36,7 +36,6 @@ Result<Renderer> make_renderer(const BakedPlant& plant) {
 }
 
 LuminanceImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes, const Projection& projection) {
-  static const glm::vec3 to_light = glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f));
   const BakedPlant& plant = *renderer.plant;
   LuminanceImage image(std::size_t{kErrorImagePx} * kErrorImagePx, kWhiteLuminance);
   std::vector<std::uint32_t> depths(image.size(), 0xffffffffu);
@@ -44,7 +43,7 @@ LuminanceImage render(const Renderer& renderer, std::span<const std::uint32_t> n
     const Quad quad = node_quad(plant.tree, node);
     const std::uint32_t card_index = plant.tree.nodes[node].card;
     const Card& card = plant.card_table[card_index];
-    const float value = shaded_luminance(quad, renderer.card_luminance[card_index], to_light);
+    const float value = shaded_luminance(quad, renderer.card_luminance[card_index], error_light());
     rasterise_leaf(project(projection, quad), card, renderer.masks[card.material], kErrorImagePx, [&](const QuadFragment& fragment) {
       const std::size_t pixel = static_cast<std::size_t>(fragment.y) * kErrorImagePx + static_cast<std::size_t>(fragment.x);
       if (fragment.depth >= depths[pixel]) return;

@@ -58,27 +58,29 @@ std::size_t level_of(const Look& look, const std::array<ProjectedPoint, 3>& poin
 /// where they point.
 class Light {
  public:
-  explicit Light(const std::array<glm::vec3, 3>& corners) {
+  static Light of_face(const std::array<glm::vec3, 3>& corners) {
+    Light light;
     const glm::vec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
     const float length = glm::length(normal);
-    cosine_ = length > 0.0f ? std::abs(glm::dot(normal, to_light())) / length : 0.0f;
+    light.cosine_ = length > 0.0f ? std::abs(glm::dot(normal, error_light())) / length : 0.0f;
+    return light;
   }
-  explicit Light(const std::array<glm::vec3, 3>* normals) : normals_(normals) {}
+  /// normals  outlive this object
+  static Light of_normals(const std::array<glm::vec3, 3>& normals) {
+    Light light;
+    light.normals_ = &normals;
+    return light;
+  }
 
   [[nodiscard]] float cosine(const std::array<double, 3>& weight) const {
     if (normals_ == nullptr) return cosine_;
     glm::vec3 normal(0.0f);
     for (std::size_t k = 0; k < 3; ++k) normal += static_cast<float>(weight[k]) * (*normals_)[k];
     const float length = glm::length(normal);
-    return length > 0.0f ? std::max(glm::dot(normal, to_light()) / length, 0.0f) : 0.0f;
+    return length > 0.0f ? std::max(glm::dot(normal, error_light()) / length, 0.0f) : 0.0f;
   }
 
  private:
-  static const glm::vec3& to_light() {
-    static const glm::vec3 direction = glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f));
-    return direction;
-  }
-
   const std::array<glm::vec3, 3>* normals_ = nullptr;
   float cosine_ = 0.0f;
 };
@@ -129,7 +131,7 @@ void draw_quads(const BakedPlant& plant, std::span<const std::uint32_t> nodes, T
     const Card& card = plant.card_table[plant.tree.nodes[node].card];
     for (const std::size_t second : {std::size_t{1}, std::size_t{2}}) {
       const std::array corners{quad[0], quad[second], quad[second + 1]};
-      canvas.draw(corners, {card.uv[0], card.uv[second], card.uv[second + 1]}, card.material, Light(corners));
+      canvas.draw(corners, {card.uv[0], card.uv[second], card.uv[second + 1]}, card.material, Light::of_face(corners));
     }
   }
 }
@@ -145,7 +147,7 @@ void draw_mesh(const Mesh& mesh, Surface surface, TexturedCanvas& canvas) {
       normals[k] = mesh.normals[mesh.indices[3 * t + k]];
       uvs[k] = mesh.uvs[mesh.indices[3 * t + k]];
     }
-    canvas.draw(corners, uvs, mesh.triangle_materials[t], surface == Surface::wood ? Light(&normals) : Light(corners));
+    canvas.draw(corners, uvs, mesh.triangle_materials[t], surface == Surface::wood ? Light::of_normals(normals) : Light::of_face(corners));
   }
 }
 

@@ -28,7 +28,7 @@ Error open_error(std::int64_t result) {
 }
 
 Error read_error(std::int64_t bytes_read, std::size_t wanted, std::uint64_t offset) {
-  if (bytes_read < 0) return {status_of(bytes_read == -ENOMEM ? ENOMEM : 0), "read failed", offset, reason_of(bytes_read)};
+  if (bytes_read < 0) return {bytes_read == -ENOMEM ? Status::out_of_memory : Status::io, "read failed", offset, reason_of(bytes_read)};
   return {Status::io, "read failed", offset, std::to_string(bytes_read) + " of " + std::to_string(wanted) + " bytes"};
 }
 

@@ -41,6 +41,9 @@ vec3 rotate(vec4 quaternion, vec3 v) {
 
 vec3 world_from_object(Instance instance, vec3 p) { return instance.position + rotate(instance.rotation, instance.scale * p); }
 
+// Whether a triangle's corners run counter-clockwise to the viewer, whichever way y of the picture points. facing: gl_FrontFacing
+bool is_front(bool facing) { return facing == (view.is_mirrored == 0); }
+
 bool sphere_in_view(vec3 center, float radius) {
   for (int i = 0; i < 5; ++i)
     if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;

@@ -163,9 +163,10 @@ struct View {
   uint is_shadow;               // 1: its picture is a shadow map
   uint cascade_count;           // of shadow_maps
   float depth_sign;             // 1: nearer is larger; -1: smaller
+  uint is_mirrored;             // 1: the picture's y points up, so that what the viewer sees run counter-clockwise is clockwise there
   mat4 cascades[kMaxCascades];  // clip_from_world of each
 };
-COPPICE_GPU_LAYOUT(View, 460);
+COPPICE_GPU_LAYOUT(View, 464);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -18,6 +18,7 @@
 layout(push_constant, scalar) uniform Push { DrawPush push; };
 
 layout(location = 0) out vec3 out_light;
+layout(location = 4) out vec3 out_back_light;
 layout(location = 1) out float out_transmittance;
 layout(location = 2) out vec2 out_uv;
 layout(location = 3) flat out float out_alpha_cutoff;
@@ -72,7 +73,7 @@ void main() {
   uint corner = uint(gl_VertexIndex) & 3;
   Plant plant = plants[push.plant];
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-  out_light = vec3(0.0);
+  out_light = out_back_light = vec3(0.0);
   out_transmittance = 1.0;
   out_uv = vec2(0.0);
   out_alpha_cutoff = 0.0;
@@ -108,4 +109,5 @@ void main() {
     out_light = view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot);
     out_transmittance = 1.0;
   }
+  out_back_light = out_light;
 }

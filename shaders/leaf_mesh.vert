@@ -50,4 +50,7 @@ void main() {
 #endif
     out_transmittance = 1.0;
   }
+#ifndef COPPICE_RELIEF
+  out_back_light = out_light;
+#endif
 }

@@ -61,6 +61,7 @@ vec3 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + 
 uint placed_radiance(Placed placed, vec3 normal, vec3 face, uint packed_look) {
   vec4 look = unpackUnorm4x8(packed_look);
   if (placed.wood) look.rgb = unpackUnorm4x8(WoodColorArray(placed.wood_colors).at[packed_look & 0xffffffu]).rgb;
+  if (placed.wood && dot(face, placed.eye) < 0.0) normal = -normal;
   float facing = dot(normal, placed.sun);
   float front = placed.wood ? max(0.0, facing) : mix(max(0.0, 0.2 + 0.8 * facing), placed.bulk_front, placed.bulk);
   float through = placed.wood ? 0.0 : max(0.0, -sign(dot(face, placed.eye)) * dot(face, placed.sun)) * (1.0 - placed.bulk);

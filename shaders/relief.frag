@@ -56,7 +56,7 @@ void main() {
                         LeafPlace(in_position, in_position, normal,
                                   MaterialArray(plant.materials).at[in_slot_material.y].crown_normals, 0.0));
   else
-    color *= wood_light(plant, crown, instance, in_position, normal);
+    color *= lit(wood_light_at(plant, crown, instance, in_position), rotate(instance.rotation, is_front(gl_FrontFacing) ? normal : -normal));
   if (view.debug_view != 0) color = in_albedo;
   out_color = vec4(mix(view.fog_color, color, in_transmittance), 1.0);
 }

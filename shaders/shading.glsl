@@ -147,13 +147,22 @@ vec3 leaf_light(Plant plant, Crown crown, CrownSample light, Instance instance, 
   return direct + ambient_light(rotate(instance.rotation, mix(normal, 0.67 * eye, leaf.bulk))) * leaf_sky(light, leaf.bulk);
 }
 
-// Light of wood at a point of it. Object space; normal: unit.
-vec3 wood_light(Plant plant, Crown crown, Instance instance, vec3 position, vec3 object_normal) {
+// What reaches a point of wood.
+struct WoodLight {
+  vec3 sun;
+  float sky;
+};
+
+WoodLight wood_light_at(Plant plant, Crown crown, Instance instance, vec3 position) {
   vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
   CrownSample light = crown_light_at(plant, crown, position);
   float sun = sun_through_crown(light, sun_object, sun_object, 0.0) * sun_past_others(instance, plant, world_from_object(instance, position));
-  vec3 direct = view.sun_color * sun * max(0.0, dot(object_normal, sun_object));
-  return direct + ambient_light(rotate(instance.rotation, object_normal)) * light.sky;
+  return WoodLight(view.sun_color * sun, light.sky);
+}
+
+// normal: unit, world space, of the side that is seen
+vec3 lit(WoodLight light, vec3 normal) {
+  return light.sun * max(0.0, dot(normal, view.sun_direction)) + ambient_light(normal) * light.sky;
 }
 
 // The inverse of convert.cpp's octahedral().

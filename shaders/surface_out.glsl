@@ -7,6 +7,7 @@ layout(location = 5) out vec3 out_normal;    // object space
 layout(location = 6) flat out uvec2 out_slot_material;
 #else
 layout(location = 0) out vec3 out_light;
+layout(location = 4) out vec3 out_back_light;  // where the back is seen
 #endif
 layout(location = 1) out float out_transmittance;
 layout(location = 2) out vec2 out_uv;

@@ -30,7 +30,10 @@ void main() {
   out_normal = normal;
   out_slot_material = uvec2(slot, vertex.material);
 #else
-  out_light = material.base_color.rgb * wood_light(plant, crown_of(plant), instance, vertex.position, normal);
+  WoodLight light = wood_light_at(plant, crown_of(plant), instance, vertex.position);
+  vec3 world_normal = rotate(instance.rotation, normal);
+  out_light = material.base_color.rgb * lit(light, world_normal);
+  out_back_light = material.base_color.rgb * lit(light, -world_normal);
 #endif
   out_transmittance = transmittance(world);
   out_uv = vertex.uv;
@@ -40,7 +43,7 @@ void main() {
 #ifdef COPPICE_RELIEF
     out_albedo = color;
 #else
-    out_light = color;
+    out_light = out_back_light = color;
 #endif
     out_transmittance = 1.0;
   }

@@ -1,8 +1,11 @@
 #include "gltf_triangles.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 #include <tiny_gltf.h>
@@ -98,6 +101,46 @@ Result<void> read_attribute(const tinygltf::Model& model, const tinygltf::Primit
   return {};
 }
 
+/// Of each vertex, the first one that lies where it does.
+std::vector<std::uint32_t> first_at_place(const std::vector<glm::vec3>& positions) {
+  const auto key = [&](std::uint32_t vertex) { return std::tuple(positions[vertex].x, positions[vertex].y, positions[vertex].z, vertex); };
+  std::vector<std::uint32_t> order(positions.size()), first(positions.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, {}, key);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    first[order[i]] = i > 0 && positions[order[i]] == positions[order[i - 1]] ? first[order[i - 1]] : order[i];
+  return first;
+}
+
+/// A triangle by the places of its corners.
+struct PlacedTriangle {
+  std::array<std::uint32_t, 3> places{};  ///< ascending
+  std::uint32_t triangle = 0;
+};
+
+/// Takes out triangles whose corners lie where those of an earlier one do, in any order: some tools write each side of a surface as a
+/// triangle of its own, and what is drawn shows both sides of either. What has no area stays, for those that count it.
+void drop_repeated_triangles(RawPrimitive& raw) {
+  const std::vector<std::uint32_t> first = first_at_place(raw.positions);
+  std::vector<PlacedTriangle> placed(raw.triangles.size() / 3);
+  for (std::uint32_t t = 0; t < placed.size(); ++t) {
+    placed[t].triangle = t;
+    for (std::uint32_t k = 0; k < 3; ++k) placed[t].places[k] = first[raw.triangles[3 * t + k]];
+    std::ranges::sort(placed[t].places);
+  }
+  std::ranges::stable_sort(placed, {}, &PlacedTriangle::places);
+  std::vector<bool> is_kept(placed.size(), true);
+  for (std::size_t i = 1; i < placed.size(); ++i) {
+    const auto& [places, triangle] = placed[i];
+    const bool has_area = places[0] != places[1] && places[1] != places[2];
+    is_kept[triangle] = !has_area || places != placed[i - 1].places;
+  }
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < is_kept.size(); ++t)
+    if (is_kept[t]) std::copy_n(&raw.triangles[3 * t], 3, &raw.triangles[3 * kept++]);
+  raw.triangles.resize(3 * kept);
+}
+
 Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
   RawPrimitive raw;
   const int position_accessor = attribute_accessor(primitive, "POSITION");
@@ -118,6 +161,7 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
     for (glm::vec2& uv : raw.uvs) uv = glm::vec2(texture.offset + texture.linear * glm::dvec2(uv));
   COPPICE_TRY(order, vertex_order(model, primitive, count));
   raw.triangles = triangulate(primitive.mode, order);
+  drop_repeated_triangles(raw);
   return raw;
 }
 

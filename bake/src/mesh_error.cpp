@@ -54,8 +54,8 @@ std::size_t level_of(const Look& look, const std::array<ProjectedPoint, 3>& poin
   return std::min(static_cast<std::size_t>(std::lround(0.5 * std::log2(texels / pixels))), look.levels.size() - 1);
 }
 
-/// The light of a triangle: of its face, seen from either side, as leaves are lit; or, as wood is, of its corners' normals, seen from
-/// where they point.
+/// The light of a triangle: of its face, seen from either side, as leaves are lit; or, as wood is, of its corners' normals or, seen
+/// from behind, their opposites.
 class Light {
  public:
   static Light of_face(const std::array<glm::vec3, 3>& corners) {
@@ -65,23 +65,24 @@ class Light {
     light.cosine_ = length > 0.0f ? std::abs(glm::dot(normal, error_light())) / length : 0.0f;
     return light;
   }
-  /// normals  outlive this object
-  static Light of_normals(const std::array<glm::vec3, 3>& normals) {
+  static Light of_normals(const std::array<glm::vec3, 3>& normals, bool from_behind) {
     Light light;
-    light.normals_ = &normals;
+    light.is_smooth_ = true;
+    for (std::size_t k = 0; k < 3; ++k) light.normals_[k] = from_behind ? -normals[k] : normals[k];
     return light;
   }
 
   [[nodiscard]] float cosine(const std::array<double, 3>& weight) const {
-    if (normals_ == nullptr) return cosine_;
+    if (!is_smooth_) return cosine_;
     glm::vec3 normal(0.0f);
-    for (std::size_t k = 0; k < 3; ++k) normal += static_cast<float>(weight[k]) * (*normals_)[k];
+    for (std::size_t k = 0; k < 3; ++k) normal += static_cast<float>(weight[k]) * normals_[k];
     const float length = glm::length(normal);
     return length > 0.0f ? std::max(glm::dot(normal, error_light()) / length, 0.0f) : 0.0f;
   }
 
  private:
-  const std::array<glm::vec3, 3>* normals_ = nullptr;
+  std::array<glm::vec3, 3> normals_{};
+  bool is_smooth_ = false;
   float cosine_ = 0.0f;
 };
 
@@ -90,6 +91,10 @@ class TexturedCanvas {
  public:
   TexturedCanvas(const Projection& projection, const std::vector<Look>& looks, const std::vector<AlphaMask>& masks)
       : projection_(projection), looks_(looks), masks_(masks), depths_(image.size(), 0xffffffffu) {}
+
+  [[nodiscard]] glm::vec3 to_viewer() const {
+    return {projection_.direction[0], projection_.direction[1], projection_.direction[2]};
+  }
 
   void draw(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs, std::uint32_t material, const Light& light) {
     const std::array points{project(projection_, corners[0]), project(projection_, corners[1]), project(projection_, corners[2])};
@@ -147,7 +152,10 @@ void draw_mesh(const Mesh& mesh, Surface surface, TexturedCanvas& canvas) {
       normals[k] = mesh.normals[mesh.indices[3 * t + k]];
       uvs[k] = mesh.uvs[mesh.indices[3 * t + k]];
     }
-    canvas.draw(corners, uvs, mesh.triangle_materials[t], surface == Surface::wood ? Light::of_normals(normals) : Light::of_face(corners));
+    const glm::vec3 face = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+    const bool from_behind = glm::dot(face, canvas.to_viewer()) < 0.0f;
+    canvas.draw(corners, uvs, mesh.triangle_materials[t],
+                surface == Surface::wood ? Light::of_normals(normals, from_behind) : Light::of_face(corners));
   }
 }
 

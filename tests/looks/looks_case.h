@@ -27,6 +27,8 @@ namespace coppice::test {
 struct LooksCase {
   const char* name = "";  ///< letters, digits and _
   std::function<GltfBuilder()> plant;
+  /// The plant without what is hard about its file, baked without options: what is seen of either must be the same. None: the plant.
+  std::function<GltfBuilder()> reference = {};
   /// The plant as the fault would show it. Its full detail must not pass for the plant.
   std::function<GltfBuilder()> defect;
   bake::BakeOptions bake = {};
@@ -35,7 +37,7 @@ struct LooksCase {
   float defect_size_px = 120;                          ///< of those, the one at which the defect is compared
 };
 
-/// Draws a case's plant at every size on both paths and compares with full detail on the hardware path.
+/// Draws a case's plant at every size on both paths and compares with its reference's full detail on the hardware path.
 class LooksTest : public VulkanTest, public testing::WithParamInterface<LooksCase> {};
 
 inline std::string looks_name(const testing::TestParamInfo<LooksCase>& info) {

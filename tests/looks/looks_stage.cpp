@@ -82,6 +82,25 @@ void add_to_mean(const Picture& frame, MeanPicture& mean) {
   }
 }
 
+coppice_view make_view(const LooksView& wanted) {
+  const float distance_m = 2.0f * wanted.of.radius * kFocalPx / wanted.size_px;
+  const glm::vec3 eye = wanted.of.center + glm::normalize(wanted.from) * distance_m;
+  const glm::mat4 view_from_world = glm::lookAt(eye, wanted.of.center, glm::vec3(0, 1, 0));
+  // Perspective makes the near half of a sphere larger than the sphere's middle; whole blocks.
+  const auto side_px = static_cast<std::uint32_t>(std::ceil((1.15f * wanted.size_px + 8.0f) / 8.0f)) * 8;
+  const glm::mat4 clip_from_view = reversed_perspective(static_cast<float>(side_px), 0.01f * wanted.of.radius);
+  coppice_view view;
+  coppice_view_init(&view);
+  std::copy_n(&view_from_world[0][0], 16, view.view_from_world);
+  std::copy_n(&clip_from_view[0][0], 16, view.clip_from_view);
+  view.width_px = view.height_px = side_px;
+  view.lod = wanted.lod;
+  view.error_px = wanted.error_px;
+  const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.8f, 0.4f));
+  std::copy_n(&sun[0], 3, view.sun_direction);
+  return view;
+}
+
 }  // namespace
 
 LooksStage::LooksStage(const VulkanDevice& gpu, const std::filesystem::path& plant, LooksPath path) : gpu_(gpu) {
@@ -103,24 +122,8 @@ LooksStage::LooksStage(const VulkanDevice& gpu, const std::filesystem::path& pla
   check(coppice_instances_add(context, handle, &placement, 1, nullptr), "coppice_instances_add");
 }
 
-coppice_view LooksStage::make_view(const LooksView& wanted) const {
-  const glm::vec3 center(info_.sphere_center[0], info_.sphere_center[1], info_.sphere_center[2]);
-  const float distance_m = 2.0f * info_.sphere_radius * kFocalPx / wanted.size_px;
-  const glm::vec3 eye = center + glm::normalize(wanted.from) * distance_m;
-  const glm::mat4 view_from_world = glm::lookAt(eye, center, glm::vec3(0, 1, 0));
-  // Perspective makes the near half of a sphere larger than the sphere's middle; whole blocks.
-  const auto side_px = static_cast<std::uint32_t>(std::ceil((1.15f * wanted.size_px + 8.0f) / 8.0f)) * 8;
-  const glm::mat4 clip_from_view = reversed_perspective(static_cast<float>(side_px), 0.01f * info_.sphere_radius);
-  coppice_view view;
-  coppice_view_init(&view);
-  std::copy_n(&view_from_world[0][0], 16, view.view_from_world);
-  std::copy_n(&clip_from_view[0][0], 16, view.clip_from_view);
-  view.width_px = view.height_px = side_px;
-  view.lod = wanted.lod;
-  view.error_px = wanted.error_px;
-  const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.8f, 0.4f));
-  std::copy_n(&sun[0], 3, view.sun_direction);
-  return view;
+LooksSphere LooksStage::sphere() const {
+  return {{info_.sphere_center[0], info_.sphere_center[1], info_.sphere_center[2]}, info_.sphere_radius};
 }
 
 void LooksStage::begin_frame(const coppice_view& view) {

@@ -16,8 +16,15 @@ namespace coppice::test {
 
 enum class LooksPath { hardware, compute };
 
+/// m, in the plant's space
+struct LooksSphere {
+  glm::vec3 center{0.0f};
+  float radius = 1;
+};
+
 struct LooksView {
-  float size_px = 240;  ///< of the plant's bounding sphere, across
+  LooksSphere of;       ///< in the middle of the picture
+  float size_px = 240;  ///< of that sphere, across
   glm::vec3 from{0.6f, 0.25f, 1.0f};
   coppice_lod_mode lod = COPPICE_LOD_CUT;
   float error_px = 2;  ///< as in coppice_view
@@ -28,11 +35,13 @@ class LooksStage {
   /// plant: a .coppice file. Throws std::runtime_error where it cannot be opened.
   LooksStage(const VulkanDevice& gpu, const std::filesystem::path& plant, LooksPath path);
 
+  /// The plant's bounding sphere.
+  [[nodiscard]] LooksSphere sphere() const;
+
   /// Streams until all that the view wants is there, then draws 16 frames, each moved by part of a pixel.
   MeanPicture draw(const LooksView& view);
 
  private:
-  [[nodiscard]] coppice_view make_view(const LooksView& view) const;
   void begin_frame(const coppice_view& view);
   void settle(const coppice_view& view);
   Picture draw_frame(const coppice_view& view, const Image& color, const Image& depth);

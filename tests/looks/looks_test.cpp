@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 
 #include "atomic_file.h"
@@ -28,6 +29,12 @@ std::filesystem::path bake_plant(const std::filesystem::path& folder, const std:
   const auto saved = bake::write_file_atomically(file, *bytes);
   if (!saved) throw std::runtime_error(saved.error().message());
   return file;
+}
+
+/// For plants of which full detail is looked at: no metric changes that.
+bake::BakeOptions quick(bake::BakeOptions options) {
+  options.metric = bake::Metric::geometric;
+  return options;
 }
 
 bool writes_all_pictures() {
@@ -66,19 +73,21 @@ TEST_P(LooksTest, IsAsInFullDetail) {
   const TemporaryFolder folder;
   const std::filesystem::path file = bake_plant(folder.path(), "plant", tested.plant(), tested.bake);
   LooksStage hardware(gpu(), file, LooksPath::hardware), compute(gpu(), file, LooksPath::compute);
+  std::optional<LooksStage> plain;
+  if (tested.reference) plain.emplace(gpu(), bake_plant(folder.path(), "reference", tested.reference(), quick({})), LooksPath::hardware);
+  LooksStage& referenced = plain ? *plain : hardware;
   for (const float size_px : tested.sizes_px) {
     const auto named = [&](const char* what) {
       return std::string(tested.name) + "." + what + "." + std::to_string(static_cast<int>(size_px));
     };
-    const LooksView full{size_px, tested.from, COPPICE_LOD_FULL}, cut{size_px, tested.from, COPPICE_LOD_CUT};
-    const MeanPicture reference = hardware.draw(full);
+    const LooksView cut{referenced.sphere(), size_px, tested.from};
+    LooksView full = cut;
+    full.lod = COPPICE_LOD_FULL;
+    const MeanPicture reference = referenced.draw(full);
     expect_alike({named("hardware"), reference, hardware.draw(cut)}, true);
     expect_alike({named("compute"), reference, compute.draw(cut)}, true);
     if (size_px != tested.defect_size_px) continue;
-    // Its full detail is looked at, which no metric changes: the quickest.
-    bake::BakeOptions quick = tested.bake;
-    quick.metric = bake::Metric::geometric;
-    LooksStage defect(gpu(), bake_plant(folder.path(), "defect", tested.defect(), quick), LooksPath::hardware);
+    LooksStage defect(gpu(), bake_plant(folder.path(), "defect", tested.defect(), quick(tested.bake)), LooksPath::hardware);
     expect_alike({named("defect"), reference, defect.draw(full)}, false);
   }
 }

@@ -19,27 +19,44 @@ void add_mesh(GltfBuilder& builder, const bake::Mesh& mesh, std::string_view nam
   for (const auto& [material, shape] : shapes) add_shape(builder, shape, static_cast<int>(material), std::string(name));
 }
 
-GltfBuilder grown(std::string_view name, bool has_wood) {
+/// Of a mesh, the triangles of which the first corner is below a height.
+bake::Mesh below(bake::Mesh mesh, float height_m) {
+  std::vector<std::uint32_t> indices, materials;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    if (mesh.positions[mesh.indices[i]].y >= height_m) continue;
+    indices.insert(indices.end(), &mesh.indices[i], &mesh.indices[i] + 3);
+    materials.push_back(mesh.triangle_materials[i / 3]);
+  }
+  mesh.indices = std::move(indices);
+  mesh.triangle_materials = std::move(materials);
+  return mesh;
+}
+
+/// The wood of it that is below a height.
+GltfBuilder grown(std::string_view name, float wood_height_m) {
   GltfBuilder builder;
   for (const bake::test::WoodPlant& wood : bake::test::wood_plants()) {
     if (wood.name != name) continue;
     const bake::Plant plant = wood.grow();
     for (const bake::Material& material : plant.materials) add_surface(builder, {.name = material.name, .base_color = material.base_color});
     add_mesh(builder, plant.foliage, "leaves");
-    if (has_wood) add_mesh(builder, plant.wood, "wood");
+    add_mesh(builder, below(plant.wood, wood_height_m), "wood");
   }
   return builder;
 }
 
-LooksCase thin_wood(const char* name) {
+/// What is lost: wood above a height.
+LooksCase thin_wood(const char* name, float lost_above_m) {
   return {.name = name,
-          .plant = [name] { return grown(name, true); },
-          .defect = [name] { return grown(name, false); },
-          .bake = {.view_count = 4},
-          .sizes_px = {120, 60}};
+          .plant = [=] { return grown(name, 1e9f); },
+          .defect = [=] { return grown(name, lost_above_m); },
+          .bake = {}};
 }
 
-INSTANTIATE_TEST_SUITE_P(ThinWood, LooksTest, testing::Values(thin_wood("bamboo"), thin_wood("baubles")), looks_name);
+INSTANTIATE_TEST_SUITE_P(ThinWood, LooksTest,
+                         testing::Values(thin_wood("bamboo", 0), thin_wood("baubles", 0), thin_wood("cactus", 0.6f), thin_wood("flowers", 0),
+                                         thin_wood("oak_foot", 0), thin_wood("snow_pine", 0)),
+                         looks_name);
 
 }  // namespace
 }  // namespace coppice::test

@@ -157,7 +157,7 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
   const std::map<Metric, std::string> expected = {{Metric::default_metric, "e85413ad1f5fc79b0a00859afacd4a0c"},
                                                   {Metric::mi, "4c4a46ecca323cdb3947ebbe6d9fb3a9"}};
-  const std::uint32_t expected_at_version = 14;
+  const std::uint32_t expected_at_version = 15;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

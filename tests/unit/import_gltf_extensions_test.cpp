@@ -562,14 +562,30 @@ TEST(ImportForms, StripsAndFansWithoutIndices) {
   }
 }
 
+TEST(ImportForms, TrianglesThatRepeatOthersAreLeftOut) {
+  // Each triangle once more on vertices of its own, the other way round: the back, as some tools write it.
+  GltfBuilder builder = test::small_plant();
+  const Plant plain = plant_of(builder);
+  nlohmann::json& primitive = builder.json["meshes"][0]["primitives"][0];
+  const std::vector<glm::vec3> corners{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  std::vector<glm::vec3> positions = corners;
+  positions.insert(positions.end(), corners.begin(), corners.end());
+  primitive["attributes"] = {{"POSITION", builder.add_positions(positions)}};
+  primitive["indices"] = builder.add_indices(std::vector<std::uint16_t>{0, 1, 2, 0, 2, 3, 6, 5, 4, 7, 6, 4});
+  const Plant plant = plant_of(builder);
+  EXPECT_EQ(plant.leaves.size(), plain.leaves.size());
+  EXPECT_EQ(plant.foliage.triangle_materials.size(), plain.foliage.triangle_materials.size());
+  for (const glm::vec3& normal : plant.foliage.normals) expect_near(normal, {0.0f, 0.0f, 1.0f});
+}
+
 TEST(ImportForms, SparseIndicesAndNormals) {
   GltfBuilder builder = test::small_plant();
-  const int which = builder.add_view(std::vector<std::uint16_t>{5});
+  const int which = builder.add_view(std::vector<std::uint16_t>{3});
   const int index = builder.add_view(std::vector<std::uint16_t>{1});
   builder.json["accessors"][1]["sparse"] = {
       {"count", 1}, {"indices", {{"bufferView", which}, {"componentType", test::kUnsignedShort}}}, {"values", {{"bufferView", index}}}};
   const Plant plant = plant_of(builder);
-  expect_near(corner(plant.foliage, 5), {1.0f, 0.0f, 0.0f});
+  expect_near(corner(plant.foliage, 3), {1.0f, 0.0f, 0.0f});
 }
 
 TEST(ImportOptions, UpAxisAndUnit) {

@@ -1,7 +1,9 @@
 #include "odd_plants.h"
 
 #include <algorithm>
+#include <set>
 #include <string>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -15,6 +17,20 @@
 namespace coppice::bake {
 namespace {
 
+/// Of triangles with the same corners one.
+std::size_t different_triangles(const Mesh& mesh) {
+  std::set<std::multiset<std::tuple<float, float, float>>> different;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    std::multiset<std::tuple<float, float, float>> corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::vec3& corner = mesh.positions[mesh.indices[i + k]];
+      corners.emplace(corner.x, corner.y, corner.z);
+    }
+    different.insert(std::move(corners));
+  }
+  return different.size();
+}
+
 class OddPlants : public testing::TestWithParam<test::OddPlant> {};
 
 TEST_P(OddPlants, LeavesAreCountedAndNothingIsLost) {
@@ -22,8 +38,7 @@ TEST_P(OddPlants, LeavesAreCountedAndNothingIsLost) {
   const Result<Plant> imported = import_gltf_bytes(test::encode(plant), plant.name + ".glb", {});
   ASSERT_TRUE(imported) << imported.error().message();
   EXPECT_EQ(imported->leaves.size(), plant.leaf_count);
-  EXPECT_EQ(imported->foliage.triangle_materials.size() + imported->wood.triangle_materials.size(),
-            plant.soup.mesh.triangle_materials.size());
+  EXPECT_EQ(imported->foliage.triangle_materials.size() + imported->wood.triangle_materials.size(), different_triangles(plant.soup.mesh));
   const auto warns = [](const std::string& warning) { return warning.find("no leaves") != std::string::npos; };
   EXPECT_EQ(imported->warnings.size(), plant.leaf_count == 0 ? 1u : 0u) << testing::PrintToString(imported->warnings);
   EXPECT_EQ(std::ranges::count_if(imported->warnings, warns), plant.leaf_count == 0 ? 1 : 0);

@@ -236,7 +236,7 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
   struct Wanted {
     std::array<VkPipeline, 2>* pipelines;
     std::size_t vertex, fragment;
-    std::uint32_t leaf;  ///< kLeaf of relief.frag
+    std::uint32_t leaf;  ///< kLeaf of plant.frag and relief.frag
   };
   for (const Wanted& wanted : {Wanted{&passes.camera.leaf, 1, 3, 1}, Wanted{&passes.camera.leaf_list, 9, 3, 1},
                                Wanted{&passes.camera.wood.plain, 2, 3, 0}, Wanted{&passes.camera.wood.relief, 6, 5, 0},

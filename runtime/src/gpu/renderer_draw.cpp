@@ -34,6 +34,15 @@ vec4 clip_plane(const mat4& clip_from_world, int row, float scale) {
   return {plane[0] * unit, plane[1] * unit, plane[2] * unit, plane[3] * unit};
 }
 
+/// Whether x and y of the picture and the way to the viewer are left-handed: +x right and +y up, where Vulkan's is down.
+bool is_mirrored(const mat4& clip_from_world) {
+  const auto row = [&](std::size_t r) {
+    return std::array<float, 3>{clip_from_world.column[r], clip_from_world.column[4 + r], clip_from_world.column[8 + r]};
+  };
+  const std::array<float, 3> x = row(0), y = row(1), w = row(3);
+  return x[0] * (y[1] * w[2] - y[2] * w[1]) + x[1] * (y[2] * w[0] - y[0] * w[2]) + x[2] * (y[0] * w[1] - y[1] * w[0]) < 0.0f;
+}
+
 static_assert(kDebugLod == COPPICE_DEBUG_LOD && kDebugPath == COPPICE_DEBUG_PATH && kDebugOverdraw == COPPICE_DEBUG_OVERDRAW);
 static_assert(kDebugOcclusion == COPPICE_DEBUG_OCCLUSION && kDebugError == COPPICE_DEBUG_ERROR);
 static_assert(kDebugResidency == COPPICE_DEBUG_RESIDENCY);
@@ -65,6 +74,7 @@ View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instan
   converted.is_shadow = view.kind == COPPICE_VIEW_SHADOW ? 1 : 0;
   converted.cascade_count = view.shadow_cascade_count;
   converted.depth_sign = reversed ? 1.0f : -1.0f;
+  converted.is_mirrored = is_mirrored(converted.clip_from_world) ? 1 : 0;
   for (std::uint32_t i = 0; i < view.shadow_cascade_count; ++i)
     std::copy_n(view.shadow_cascades[i].clip_from_world, 16, converted.cascades[i].column);
   return converted;

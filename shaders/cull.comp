@@ -126,7 +126,7 @@ bool raster_wood(Instance instance, uint slot, float size_px, float nearest_m, u
   uint index = kRasterLevels + wood_lod;
   RasterList list = level_list(instance, index);
   float px_per_m = instance.scale * view.focal_px / max(nearest_m, view.near_m);
-  if (view.is_shadow == 0 && (size_px >= kFacetedWood_px || list.largest_leaf_m * px_per_m >= kFacet_px)) return false;
+  if (view.is_shadow == 0 && (size_px >= kFacetedWood_px || list.facet_m * px_per_m >= kFacet_px)) return false;
   // The rasteriser knows how much of a triangle its texture covers, not where: no more than a splat shows.
   if (list.holed_m * px_per_m >= push.splat_px) return false;
   if (size_px > kWoodlessThresholds * view.error_px && reserve(list.cluster_count)) wood_item = slot | index << kSlotBits;

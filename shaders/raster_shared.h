@@ -95,10 +95,10 @@ struct RasterList {
   uvec2 clusters;     // address of RasterCluster[cluster_count]
   float leaf_size_m;  // side of the square of the mean leaf's area
   float splat_size_m;
-  vec3 splat_step;       // place of a splat = box_min + splat_step * q
-  float grain_m;         // the longest of its clusters'
-  float holed_m;         // of wood: the longest of those with holes
-  float largest_leaf_m;  // side of the square of the largest leaf's area
+  vec3 splat_step;  // place of a splat = box_min + splat_step * q
+  float grain_m;    // the longest of its clusters'
+  float holed_m;    // of wood: the longest of those with holes
+  float facet_m;    // of wood: how large a triangle of one colour and light looks, the largest
 };
 COPPICE_GPU_LAYOUT(RasterList, 88);
 

@@ -54,7 +54,8 @@ CrownSample crown_light_at(Plant plant, Crown crown, vec3 p) {
 // How much of the crown a leaf stands for: 0 for one of the source, about 1 for the last one of a plant. size_m: its longer diagonal.
 float leaf_bulk(Plant plant, Crown crown, float size_m, float leaf_count) {
   float radius_m = (crown.radii.x + crown.radii.y + crown.radii.z) / 3.0;
-  return (1.0 - leaf_count / float(plant.leaf_count)) * min(0.5 * size_m / radius_m, 1.0);
+  float share = min(0.5 * size_m / radius_m, 1.0);
+  return (1.0 - leaf_count / float(plant.leaf_count)) * share * share;
 }
 
 float leaf_sky(CrownSample light, float bulk) { return mix(light.sky, 1.0, kBulkSky * bulk); }

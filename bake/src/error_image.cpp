@@ -54,6 +54,11 @@ const glm::vec3& error_light() {
   return direction;
 }
 
+float plant_luminance(float luminance) {
+  constexpr float kBright = 0.5f * kWhiteLuminance;
+  return luminance <= kBright ? luminance : 0.5f * (luminance + kBright);
+}
+
 LuminanceImage coarse_image(LuminanceImage image) {
   for (std::uint32_t size_px = kErrorImagePx; size_px > 8; size_px /= 2) image = halve(image, size_px);
   return image;

@@ -30,6 +30,10 @@ std::vector<Projection> error_projections(const Sphere& sphere);
 /// To the light of those pictures, unit.
 const glm::vec3& error_light();
 
+/// What a pixel that shows the plant counts as: of what is bright, half of what it is brighter, so that the background is whiter than a
+/// white flower, which would be missed by no error otherwise. luminance  0..255
+float plant_luminance(float luminance);
+
 /// The image box-filtered down to 8 x 8.
 LuminanceImage coarse_image(LuminanceImage image);
 

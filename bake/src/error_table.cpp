@@ -43,7 +43,7 @@ LuminanceImage render(const Renderer& renderer, std::span<const std::uint32_t> n
     const Quad quad = node_quad(plant.tree, node);
     const std::uint32_t card_index = plant.tree.nodes[node].card;
     const Card& card = plant.card_table[card_index];
-    const float value = shaded_luminance(quad, renderer.card_luminance[card_index], error_light());
+    const float value = plant_luminance(shaded_luminance(quad, renderer.card_luminance[card_index], error_light()));
     rasterise_leaf(project(projection, quad), card, renderer.masks[card.material], kErrorImagePx, [&](const QuadFragment& fragment) {
       const std::size_t pixel = static_cast<std::size_t>(fragment.y) * kErrorImagePx + static_cast<std::size_t>(fragment.x);
       if (fragment.depth >= depths[pixel]) return;

@@ -92,9 +92,7 @@ class TexturedCanvas {
   TexturedCanvas(const Projection& projection, const std::vector<Look>& looks, const std::vector<AlphaMask>& masks)
       : projection_(projection), looks_(looks), masks_(masks), depths_(image.size(), 0xffffffffu) {}
 
-  [[nodiscard]] glm::vec3 to_viewer() const {
-    return {projection_.direction[0], projection_.direction[1], projection_.direction[2]};
-  }
+  [[nodiscard]] glm::vec3 to_viewer() const { return {projection_.direction[0], projection_.direction[1], projection_.direction[2]}; }
 
   void draw(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs, std::uint32_t material, const Light& light) {
     const std::array points{project(projection_, corners[0]), project(projection_, corners[1]), project(projection_, corners[2])};
@@ -112,7 +110,8 @@ class TexturedCanvas {
         const glm::dvec2 uv = glm::dvec2(uvs[0]) * weight[0] + glm::dvec2(uvs[1]) * weight[1] + glm::dvec2(uvs[2]) * weight[2];
         if (masks_[material].is_hole(uv)) continue;
         depths_[pixel] = depth;
-        image[pixel] = lambert_luminance(look.levels.empty() ? look.plain : luminance_at(look.levels[level], uv), light.cosine(weight));
+        const float albedo = look.levels.empty() ? look.plain : luminance_at(look.levels[level], uv);
+        image[pixel] = plant_luminance(lambert_luminance(albedo, light.cosine(weight)));
       }
     }
   }
@@ -203,8 +202,8 @@ CoarseChange coarse_change(const LuminanceImage& finest, const LuminanceImage& o
 /// What the share that is changed counts as, px. At two thresholds of 2 px a 24th of a plant of 64 px and more may change; of a
 /// smaller one more, as fewer see it.
 float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uint32_t size_px) {
-  constexpr double kErrorPerPx = 1.5;
-  constexpr std::uint32_t kLargest_px = 64;
+  constexpr double kErrorPerPx = 2.7;
+  constexpr std::uint32_t kLargest_px = 36;
   CoarseChange sum;
   for (const CoarseChange& view : views) sum.changed += view.changed, sum.plant += view.plant;
   return sum.plant > 0.0 ? static_cast<float>(kErrorPerPx * std::min(size_px, kLargest_px) * sum.changed / sum.plant) : 0.0f;

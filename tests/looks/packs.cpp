@@ -1,5 +1,7 @@
 // Files that hold more than one plant, or a plant in another unit: what is drawn is the plant.
 
+#include <algorithm>
+
 #include "looks_case.h"
 #include "tree_parts.h"
 
@@ -35,35 +37,52 @@ Rgba far_tree(float u, float v) {
   return is_crown ? Rgba{80, 120, 45, 255} : is_trunk ? Rgba{110, 85, 60, 255} : Rgba{0, 0, 0, 0};
 }
 
-/// are_levels: the names say so, and only the first is the tree; without that all are, one in the other.
-GltfBuilder oak_pack(bool are_levels) {
+/// Each card larger about its middle.
+Shape enlarged(Shape cards, float by) {
+  for (std::size_t i = 0; i < cards.positions.size(); i += 4) {
+    glm::vec3 middle(0);
+    for (std::size_t k = 0; k < 4; ++k) middle += 0.25f * cards.positions[i + k];
+    for (std::size_t k = 0; k < 4; ++k) cards.positions[i + k] = middle + by * (cards.positions[i + k] - middle);
+  }
+  return cards;
+}
+
+/// One mesh and one node of two.
+void join(GltfBuilder& builder, int first, int second) {
+  nlohmann::json& nodes = builder.json["nodes"];
+  nlohmann::json& meshes = builder.json["meshes"];
+  const auto mesh_of = [&](int node) { return nodes[static_cast<std::size_t>(node)]["mesh"].get<std::size_t>(); };
+  for (const nlohmann::json& primitive : meshes[mesh_of(second)]["primitives"]) meshes[mesh_of(first)]["primitives"].push_back(primitive);
+  nlohmann::json& roots = builder.json["scenes"][0]["nodes"];
+  roots.erase(std::ranges::find(roots, nlohmann::json(second)));
+}
+
+/// A tree at three levels of detail and as a billboard, all in one place, each a node whose name says which it is. is_pile: all of it is
+/// one mesh, as if it were one tree.
+GltfBuilder oak_pack(bool is_pile) {
   GltfBuilder builder;
   const auto [bark, leaves] = add_materials(builder);
-  const int billboard = add_surface(builder, {.name = "oak_far", .image = painted_png(128, 128, far_tree), .alpha_cutoff = 0.5f});
+  const auto add_level = [&](const std::string& name, std::uint32_t leaf_count, float size) {
+    const int level = add_shape(builder, bare_tree(), bark, name);
+    join(builder, level, add_shape(builder, enlarged(crown_of_cards(leaf_count), size), leaves));
+    return level;
+  };
+  const int finest = add_level("oak_LOD0", 300, 1.0f), middle = add_level("oak_LOD1", 150, 1.4f),
+            coarsest = add_level("oak_LOD2", 60, 2.2f);
+  const int far = add_surface(builder, {.name = "oak_far", .image = painted_png(128, 128, far_tree), .alpha_cutoff = 0.5f});
   Shape card;
   add_card(card, {-2, 0, 0}, {4, 0, 0}, {0, 4, 0});
-  const auto name = [&](const char* level) { return are_levels ? std::string("oak_") + level : std::string(); };
-  // A mesh of two primitives for each level, as exporters write them.
-  const auto add_level = [&](const char* level, std::uint32_t leaf_count) {
-    const std::size_t wood = builder.json["meshes"].size();
-    add_shape(builder, bare_tree(), bark, name(level));
-    add_shape(builder, crown_of_cards(leaf_count), leaves);
-    nlohmann::json& meshes = builder.json["meshes"];
-    meshes[wood]["primitives"].push_back(meshes[wood + 1]["primitives"][0]);
-    builder.json["scenes"][0]["nodes"].erase(builder.json["scenes"][0]["nodes"].size() - 1);
-  };
-  add_level("LOD0", 300);
-  add_level("LOD1", 150);
-  add_level("LOD2", 60);
-  add_shape(builder, card, billboard, name("billboard"));
+  const int billboard = add_shape(builder, card, far, "oak_billboard");
+  if (is_pile)
+    for (const int node : {middle, coarsest, billboard}) join(builder, finest, node);
   return builder;
 }
 
 INSTANTIATE_TEST_SUITE_P(Packs, LooksTest,
                          testing::Values(LooksCase{.name = "lod_pack",
-                                                   .plant = [] { return oak_pack(true); },
+                                                   .plant = [] { return oak_pack(false); },
                                                    .reference = [] { return oak(); },
-                                                   .defect = [] { return oak_pack(false); }},
+                                                   .defect = [] { return oak_pack(true); }},
                                          LooksCase{.name = "centimetres",
                                                    .plant = [] { return oak(100); },
                                                    .reference = [] { return oak(); },

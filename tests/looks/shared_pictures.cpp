@@ -144,14 +144,10 @@ INSTANTIATE_TEST_SUITE_P(SharedPictures, LooksTest,
                                                        }},
                                          LooksCase{.name = "vertex_colours",
                                                    .plant = [] { return tree_of_vertex_colors(Colors::by_part); },
-                                                   .defect = [] { return tree_of_vertex_colors(Colors::mean); },
-                                                   // At 30 px the few leaves that are left are lit as leaves, not as the crown: the
-                                                   // hardware path then shows too little light and shade.
-                                                   .sizes_px = {480, 240, 120, 60}},
+                                                   .defect = [] { return tree_of_vertex_colors(Colors::mean); }},
                                          LooksCase{.name = "wind_weights",
                                                    .plant = [] { return tree_of_vertex_colors(Colors::wind); },
-                                                   .defect = [] { return tree_of_vertex_colors(Colors::mean); },
-                                                   .sizes_px = {480, 240, 120, 60}},  // as above
+                                                   .defect = [] { return tree_of_vertex_colors(Colors::mean); }},
                                          LooksCase{.name = "ktx2_beside_png",
                                                    .plant = [] { return tree_with_ktx2(true); },
                                                    .defect = [] { return tree_with_ktx2(false); }}),

@@ -225,12 +225,35 @@ TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
   ASSERT_TRUE(by_look.contains(4) && by_look.contains(3));
   EXPECT_EQ(by_look[3].look & 0xffffffu, 7u) << "its colour is looked up: textures may come later";
   EXPECT_EQ(by_look[4].look & 0xffffffu, 8u);
-  EXPECT_FLOAT_EQ(list.header.largest_leaf_m, std::sqrt(3.0f));
+  EXPECT_FLOAT_EQ(list.header.facet_m, std::sqrt(3.0f));
   EXPECT_EQ(by_look[4].normals & 0xffffu, 0u) << "straight up the octahedron is its middle";
   const auto corner = corner_m(list.header, by_look[4], 2), repeated = corner_m(list.header, by_look[4], 3);
   EXPECT_NEAR(corner[1], 2.0f, 1e-3f);
   EXPECT_EQ(corner, repeated);
   EXPECT_TRUE(build_wood_list({}, {looks, CrownLight{}}).leaves.empty());
+}
+
+/// A strip of two triangles, 0.1 m wide and 8 m high.
+WoodMesh strip(const std::array<std::array<float, 3>, 4>& normals) {
+  WoodMesh mesh;
+  for (std::uint32_t i = 0; i < 4; ++i)
+    mesh.vertices.push_back({{0.1f * static_cast<float>(i % 2), 8.0f * static_cast<float>(i / 2), 0}, normals[i], {}, 0});
+  mesh.indices = {0, 1, 2, 2, 1, 3};
+  return mesh;
+}
+
+TEST(LeafLists, LightThatTurnsAlongALongTriangleMakesItAFacet) {
+  PlantLooks looks;
+  looks.materials.resize(1);
+  set_material_textures(looks.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
+  looks.first_wood_color = {0};
+  const std::array<float, 3> front{0, 0, 1}, side{1, 0, 0}, below{0, -1, 0};
+  const auto facet_m = [&](const WoodMesh& mesh) { return build_wood_list(mesh, {looks, CrownLight{}}).header.facet_m; };
+  const float size_m = std::sqrt(0.4f);
+  EXPECT_FLOAT_EQ(facet_m(strip({front, front, front, front})), size_m);
+  EXPECT_FLOAT_EQ(facet_m(strip({front, side, front, side})), size_m) << "a stem: its light turns across it, which is narrow";
+  EXPECT_NEAR(facet_m(strip({below, below, front, front})), 0.25f * std::sqrt(2.0f) * 8.0f, 0.01f);
+  EXPECT_NEAR(facet_m(strip({below, side, front, side})), 0.25f * std::sqrt(1.5f) * 8.0f, 0.3f) << "both ways";
 }
 
 TEST(LeafLists, WoodTrianglesCoverWhatTheirTextureCovers) {

@@ -66,6 +66,7 @@ struct Entry {
   std::uint32_t wood_color = 0;
   float grain_m = 0;
   float area_m2 = 0;
+  float facet_m = 0;                         ///< of wood: how large its one colour and light look
   bool is_wood = false, is_surface = false;  ///< RasterCluster's
   // Of its splat.
   Point normal{}, face{};
@@ -176,7 +177,8 @@ void set_light(Entry& entry, const LeafSource& source, const Crown& crown, std::
   entry.light = source.light.at((entry.corners[0] + entry.corners[1] + entry.corners[2] + entry.corners[3]) * 0.25f);
   const float radius_m = (crown.radii[0] + crown.radii[1] + crown.radii[2]) / 3.0f;
   const float merged = 1.0f - static_cast<float>(leaf_count) / static_cast<float>(source.plant_leaf_count);
-  entry.bulk = merged * std::min(0.5f * entry.size_m / radius_m, 1.0f);
+  const float share = std::min(0.5f * entry.size_m / radius_m, 1.0f);
+  entry.bulk = merged * share * share;
   entry.light.sky += (1.0f - entry.light.sky) * kBulkSky * entry.bulk;
 }
 
@@ -304,7 +306,7 @@ BuiltList finish(std::span<const Entry> entries, const RasterList& box, float la
   for (const Entry& entry : entries) {
     list.header.splat_size_m = std::max(list.header.splat_size_m, std::sqrt(entry.covered_m2));
     area_m2 += static_cast<double>(entry.area_m2);
-    list.header.largest_leaf_m = std::max(list.header.largest_leaf_m, std::sqrt(entry.area_m2));
+    list.header.facet_m = std::max(list.header.facet_m, entry.facet_m);
   }
   const std::vector<Place> places = places_of(entries);
   list.leaves.reserve(entries.size());
@@ -402,6 +404,31 @@ TriangleUvs uvs_of(const WoodMesh& mesh, const Entry& triangle) {
   return {vertex_of(mesh, triangle, 0).uv, vertex_of(mesh, triangle, 1).uv, vertex_of(mesh, triangle, 2).uv};
 }
 
+/// How much a triangle's normals turn along it, times how long it is there: what one light for all of it gets wrong. In the direction in
+/// which that is most, of the two in which the normals' gradient is largest and smallest.
+float turning_m(const WoodMesh& mesh, const Entry& triangle) {
+  const auto normal = [&](std::size_t corner) {
+    const std::array<float, 3>& n = vertex_of(mesh, triangle, corner).normal;
+    return Point{n[0], n[1], n[2]};
+  };
+  const Point along = triangle.corners[1] - triangle.corners[0], other = triangle.corners[2] - triangle.corners[0];
+  const float a = length(along);
+  if (!(a > 0.0f)) return 0.0f;
+  // The triangle in its plane: (0, 0), (a, 0), (b, c).
+  const float b = dot(along, other) / a, c = length(cross(along, other)) / a;
+  if (!(c > 1e-6f * a)) return 0.0f;
+  const Point by_x = (normal(1) - normal(0)) * (1.0f / a), by_y = (normal(2) - normal(0) - by_x * b) * (1.0f / c);
+  const float xx = dot(by_x, by_x), xy = dot(by_x, by_y), yy = dot(by_y, by_y);
+  const float angle = 0.5f * std::atan2(2.0f * xy, xx - yy), spread = std::hypot(0.5f * (xx - yy), xy);
+  float turning = 0;
+  for (const auto& [x, y, squared] : {std::array{std::cos(angle), std::sin(angle), 0.5f * (xx + yy) + spread},
+                                      std::array{-std::sin(angle), std::cos(angle), 0.5f * (xx + yy) - spread}}) {
+    const auto [low, high] = std::minmax({0.0f, a * x, b * x + c * y});
+    turning = std::max(turning, std::sqrt(std::max(squared, 0.0f)) * (high - low) * (high - low));
+  }
+  return turning;
+}
+
 /// Takes away what holes leave open. False where they leave nothing.
 bool cover_wood(const PlantLooks& looks, const WoodMesh& mesh, Entry& triangle) {
   const std::uint32_t material = vertex_of(mesh, triangle, 0).material;
@@ -422,6 +449,8 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
     const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
     entry.face = dot(face, face) > 0.0f ? face : entry.normal;
     entry.is_wood = true;
+    // A long triangle whose light turns along it looks like a facet of a quarter of its length.
+    entry.facet_m = std::max(std::sqrt(entry.area_m2), 0.25f * turning_m(mesh, entry));
     entry.wood_color = wood_color_of(source.looks, vertex_of(mesh, entry, 0).material, uvs_of(mesh, entry));
     return !cover_wood(source.looks, mesh, entry);
   });

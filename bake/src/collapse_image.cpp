@@ -10,12 +10,17 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <queue>
+#include <span>
 
 #include <tbb/enumerable_thread_specific.h>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 
 #include "collapse_down.h"
 #include "leaf_reach.h"
+#include "leaf_shade.h"
 #include "mutual_information.h"
 #include "octree.h"
 #include "pair_silhouette.h"
@@ -70,9 +75,12 @@ struct LaterInQueue {
 
 class ImageCollapse {
  public:
-  ImageCollapse(const Foliage& foliage, const CollapseOptions& options, const ImageErrorOptions& image_options, LiveImage image)
+  /// card_chroma  [card_table.size()] chroma()
+  ImageCollapse(const Foliage& foliage, std::vector<glm::vec2> card_chroma, const CollapseOptions& options,
+                const ImageErrorOptions& image_options, LiveImage image)
       : options_(options),
         image_options_(image_options),
+        card_chroma_(std::move(card_chroma)),
         image_(std::move(image)),
         octree_(foliage, image_.id_count()),
         choices_(image_.id_count()),
@@ -156,6 +164,16 @@ class ImageCollapse {
     return cost_of_px2(image_options_.reach_weight * sqrt_leaf_count_ * reach2_px2 * reach2_px2 / (pixel * pixel));
   }
 
+  /// Of the two leaves one loses its colour. Pictures show luminance alone.
+  [[nodiscard]] std::int64_t color_cost(const WeighedPair& pair, std::uint32_t merged_card) const {
+    const std::uint32_t lost = image_.leaf(pair.first).card == merged_card ? pair.second : pair.first;
+    const glm::vec2 change = card_chroma_[merged_card] - card_chroma_[image_.leaf(lost).card];
+    if (change == glm::vec2(0.0f)) return 0;
+    const std::span<const std::uint32_t> areas_px = image_.areas(lost);
+    const double seen_px2 = std::accumulate(areas_px.begin(), areas_px.end(), 0.0) / image_.view_count();
+    return cost_of_px2(image_options_.color_weight * seen_px2 * static_cast<double>(glm::dot(change, change)) / (3.0 * 255.0 * 255.0));
+  }
+
   /// The best shape of a pair, judged by some of the views.
   void weigh_shapes(WeighedPair& pair, ViewSubset subset) {
     std::array<PairShape, kShapes> shapes;
@@ -168,7 +186,8 @@ class ImageCollapse {
     for (std::size_t s = 0; s < kShapes; ++s) {
       const std::int64_t change = changes[s] * subset.stride, mismatch = mismatch_cost(shapes[s]);
       if (change + mismatch >= pair.cost) continue;
-      const std::int64_t prior = mismatch + reach_cost(pair, image_.merged(pair.first, pair.second, corners[s]).quad);
+      const LiveLeaf merged = image_.merged(pair.first, pair.second, corners[s]);
+      const std::int64_t prior = mismatch + reach_cost(pair, merged.quad) + color_cost(pair, merged.card);
       if (change + prior >= pair.cost) continue;
       pair.cost = change + prior;
       pair.prior = prior;
@@ -252,6 +271,7 @@ class ImageCollapse {
 
   CollapseOptions options_;
   ImageErrorOptions image_options_;
+  std::vector<glm::vec2> card_chroma_;
   LiveImage image_;
   LeafOctree octree_;
   std::vector<Choices> choices_;
@@ -293,12 +313,15 @@ Result<CollapseResult> collapse_by_image_error(const Foliage& foliage, const std
   const auto start = std::chrono::steady_clock::now();
   COPPICE_TRY(buffers, render_item_buffers(foliage, materials, images, views, options.resolution_px));
   COPPICE_TRY(masks, alpha_masks(materials, images));
+  std::vector<glm::vec2> card_chroma;
+  for (const Card& card : foliage.card_table)
+    card_chroma.push_back(chroma(mean_texel_color(materials[card.material], images, masks[card.material])));
   LiveImage image(foliage, materials, images, std::move(masks), views, buffers, image_options);
   buffers = ItemBuffers{};
   CollapseResult result;
   result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  ImageCollapse collapse(foliage, options, image_options, std::move(image));
+  ImageCollapse collapse(foliage, std::move(card_chroma), options, image_options, std::move(image));
   collapse_down(collapse, foliage.leaf_count(), progress, result);
   result.sequence.evaluations = collapse.evaluations();
   return result;

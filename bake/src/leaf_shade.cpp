@@ -8,34 +8,39 @@
 #include "srgb.h"
 
 namespace coppice::bake {
-namespace {
-
 float luminance(const glm::vec3& linear) {
   return glm::dot(linear, glm::vec3(0.2126f, 0.7152f, 0.0722f));
 }
 
-}  // namespace
-
-float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {
-  if (material.image == kNone) return luminance(glm::vec3(material.base_color));
+glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {
+  if (material.image == kNone) return glm::vec3(material.base_color);
   const Image& image = images[material.image];
-  double sum = 0.0, weights = 0.0;
+  glm::dvec3 sum(0.0);
+  double weights = 0.0;
   for (std::size_t texel = 0; texel * 4 < image.rgba.size(); ++texel) {
     if (!mask.hole.empty() && mask.hole[texel] != 0) continue;
     const std::uint8_t* rgba = image.rgba.data() + texel * 4;
     const auto channel = [&](std::size_t i) { return linear_from_srgb(static_cast<float>(rgba[i]) / 255.0f); };
     const double weight = image.shown.empty() ? 1.0 : static_cast<double>(image.shown[texel]);
-    sum += weight * static_cast<double>(luminance(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color)));
+    sum += weight * glm::dvec3(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color));
     weights += weight;
   }
-  return weights > 0.0 ? static_cast<float>(sum / weights) : 0.0f;
+  return weights > 0.0 ? glm::vec3(sum / weights) : glm::vec3(0.0f);
 }
 
-float shaded_luminance(const Quad& quad, float albedo, const glm::vec3& to_light) {
+float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {
+  return luminance(mean_texel_color(material, images, mask));
+}
+
+glm::vec2 chroma(const glm::vec3& albedo, float cosine) {
+  const float gray = lambert_luminance(luminance(albedo), cosine);
+  return {lambert_luminance(albedo.r, cosine) - gray, lambert_luminance(albedo.b, cosine) - gray};
+}
+
+float two_sided_cosine(const Quad& quad, const glm::vec3& to_light) {
   const glm::vec3 normal = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
   const float length = glm::length(normal);
-  const float cosine = length > 0.0f ? std::abs(glm::dot(normal, to_light)) / length : 0.0f;
-  return lambert_luminance(albedo, cosine);
+  return length > 0.0f ? std::abs(glm::dot(normal, to_light)) / length : 0.0f;
 }
 
 float lambert_luminance(float albedo, float cosine) {

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "plant.h"
@@ -13,13 +14,21 @@ namespace coppice::bake {
 
 inline constexpr float kWhiteLuminance = 255.0f;
 
-/// Mean linear luminance of the texels that are no holes; of the base colour without an image.
+float luminance(const glm::vec3& linear);
+
+/// Mean linear colour of the texels that are no holes; the base colour without an image.
+glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& images, const AlphaMask& mask);
+
+/// The luminance of mean_texel_color.
 float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask);
+
+/// How far red and blue are from luminance at a leaf's mean shade, 0..255 as a display would show it. albedo  linear
+glm::vec2 chroma(const glm::vec3& albedo, float cosine = 0.5f);
 
 /// Lambert, 0..255 as a display would show it. cosine  of the angle to the light, at least 0
 float lambert_luminance(float albedo, float cosine);
 
-/// Two-sided Lambert, 0..255 as a display would show it. to_light  unit
-float shaded_luminance(const Quad& quad, float albedo, const glm::vec3& to_light);
+/// Of the angle between a quad's normal, on either side, and a light, unit.
+float two_sided_cosine(const Quad& quad, const glm::vec3& to_light);
 
 }  // namespace coppice::bake

@@ -56,6 +56,7 @@ struct ImageErrorOptions {
   std::array<std::int64_t, kImageChannels> weights{1, 1, 1, 1};  ///< of the channels' squared differences
   /// What no view shows, but some viewer may. Used by the collapse, not part of the picture's error.
   double mismatch_weight = 0.008;  ///< share of the views that are taken to show the pair, or its merged leaf, with nothing in front
+  double color_weight = 6.0;       ///< of the area seen of a leaf that a merged one shows in another colour, by that difference squared
   double reach_weight = 1.2e-5;    ///< times sqrt(leaf count) times reach^4: area that is taken to be wrong in every view, px at 256 px
 };
 

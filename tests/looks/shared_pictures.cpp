@@ -82,7 +82,7 @@ void add_colored_shape(GltfBuilder& builder, const Shape& shape, int material, c
   builder.json["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_0"] = builder.add_positions(colors);
 }
 
-enum class Colors { by_part, mean, wind };
+enum class Colors { by_part, mean, wind, none };
 
 /// A tree that has no picture but colours of vertices: or weights for the wind there, which must not be seen.
 GltfBuilder tree_of_vertex_colors(Colors colors) {
@@ -105,24 +105,32 @@ GltfBuilder tree_of_vertex_colors(Colors colors) {
   }
   const glm::vec3 brown = has_colors ? glm::vec3(0.16f, 0.09f, 0.05f) : glm::vec3(1),
                   red = has_colors ? glm::vec3(0.7f, 0.02f, 0.02f) : glm::vec3(1);
+  if (colors == Colors::none) {
+    add_shape(builder, cards, leaves);
+    add_shape(builder, stem, wood);
+    add_shape(builder, red_pot, wood);
+    return builder;
+  }
   add_colored_shape(builder, cards, leaves, of_leaves);
   add_colored_shape(builder, stem, wood, repeated(stem.positions.size(), brown));
   add_colored_shape(builder, red_pot, wood, repeated(red_pot.positions.size(), red));
   return builder;
 }
 
-/// Leaves whose texture has a PNG beside its KTX2, or nothing that is read.
-GltfBuilder tree_with_ktx2(bool has_png) {
+enum class Textures { png, png_and_ktx2, ktx2 };  ///< KTX2 is not read
+
+GltfBuilder tree_of(Textures textures) {
   GltfBuilder builder;
   const int leaves = add_surface(builder, {.name = "leaves", .image = painted_png(64, 64, oval_leaf), .alpha_cutoff = 0.5f});
   const int bark = add_surface(builder, {.name = "bark", .image = painted_png(64, 64, furrowed_bark)});
   add_shape(builder, crown({}), leaves, "crown");
   add_shape(builder, bare_tree(), bark, "trunk");
+  if (textures == Textures::png) return builder;
   const std::vector<std::uint8_t> ktx{0xab, 'K', 'T', 'X', ' ', '2', '0', 0xbb, '\r', '\n', 0x1a, '\n'};
   builder.json["images"].push_back({{"bufferView", builder.add_view(ktx)}, {"mimeType", "image/ktx2"}});
   for (nlohmann::json& texture : builder.json["textures"]) {
     texture["extensions"]["KHR_texture_basisu"]["source"] = builder.json["images"].size() - 1;
-    if (!has_png) texture.erase("source");
+    if (textures == Textures::ktx2) texture.erase("source");
   }
   return builder;
 }
@@ -147,10 +155,12 @@ INSTANTIATE_TEST_SUITE_P(SharedPictures, LooksTest,
                                                    .defect = [] { return tree_of_vertex_colors(Colors::mean); }},
                                          LooksCase{.name = "wind_weights",
                                                    .plant = [] { return tree_of_vertex_colors(Colors::wind); },
+                                                   .reference = [] { return tree_of_vertex_colors(Colors::none); },
                                                    .defect = [] { return tree_of_vertex_colors(Colors::mean); }},
                                          LooksCase{.name = "ktx2_beside_png",
-                                                   .plant = [] { return tree_with_ktx2(true); },
-                                                   .defect = [] { return tree_with_ktx2(false); }}),
+                                                   .plant = [] { return tree_of(Textures::png_and_ktx2); },
+                                                   .reference = [] { return tree_of(Textures::png); },
+                                                   .defect = [] { return tree_of(Textures::ktx2); }}),
                          looks_name);
 
 }  // namespace

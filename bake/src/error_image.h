@@ -18,9 +18,9 @@ inline constexpr std::uint32_t kErrorImagePx = 512;
 /// Projected diameters of the bounding sphere, px.
 inline constexpr std::array<std::uint32_t, 7> kErrorSizesPx = {8, 16, 32, 64, 128, 256, 512};
 
-/// Luminance 0..255, [kErrorImagePx * kErrorImagePx], rows top to bottom.
+/// Luminance 0..255, or another channel, [kErrorImagePx * kErrorImagePx], rows top to bottom.
 using LuminanceImage = std::vector<float>;
-/// Mean squared luminance difference at each of kErrorSizesPx.
+/// Mean squared difference at each of kErrorSizesPx.
 using SquaredErrors = std::array<double, kErrorSizesPx.size()>;
 
 /// The six viewpoints errors are measured from: spread over the sphere, and turned so that no set of viewpoints() holds one of them.

@@ -10,6 +10,7 @@
 //                                                        .defect = [] { return reed(false); }}),
 //                              looks_name);
 
+#include <filesystem>
 #include <functional>
 #include <iosfwd>
 #include <string>
@@ -36,6 +37,10 @@ struct LooksCase {
   std::vector<float> sizes_px{480, 240, 120, 60, 30};  ///< of the plant's bounding sphere, across: five distances
   float defect_size_px = 120;                          ///< of those, the one at which the defect is compared
 };
+
+/// Written to `folder` and baked; prints its warnings. returns  the .coppice file
+std::filesystem::path bake_plant(const std::filesystem::path& folder, const std::string& name, const GltfBuilder& plant,
+                                 const bake::BakeOptions& options);
 
 /// Draws a case's plant at every size on both paths and compares with its reference's full detail on the hardware path.
 class LooksTest : public VulkanTest, public testing::WithParamInterface<LooksCase> {};

@@ -88,7 +88,8 @@ coppice_view make_view(const LooksView& wanted) {
   const glm::mat4 view_from_world = glm::lookAt(eye, wanted.of.center, glm::vec3(0, 1, 0));
   // Perspective makes the near half of a sphere larger than the sphere's middle; whole blocks.
   const auto side_px = static_cast<std::uint32_t>(std::ceil((1.15f * wanted.size_px + 8.0f) / 8.0f)) * 8;
-  const glm::mat4 clip_from_view = reversed_perspective(static_cast<float>(side_px), 0.01f * wanted.of.radius);
+  glm::mat4 clip_from_view = reversed_perspective(static_cast<float>(side_px), 0.01f * wanted.of.radius);
+  if (wanted.y_up) clip_from_view[1][1] *= -1.0f;
   coppice_view view;
   coppice_view_init(&view);
   std::copy_n(&view_from_world[0][0], 16, view.view_from_world);

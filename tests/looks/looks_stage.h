@@ -28,6 +28,7 @@ struct LooksView {
   glm::vec3 from{0.6f, 0.25f, 1.0f};
   coppice_lod_mode lod = COPPICE_LOD_CUT;
   float error_px = 2;  ///< as in coppice_view
+  bool y_up = false;   ///< upside down: the picture's y points up, against Vulkan's
 };
 
 class LooksStage {

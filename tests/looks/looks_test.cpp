@@ -14,9 +14,7 @@
 #include "process.h"
 
 namespace coppice::test {
-namespace {
 
-/// Written to `folder`, baked. returns  the .coppice file
 std::filesystem::path bake_plant(const std::filesystem::path& folder, const std::string& name, const GltfBuilder& plant,
                                  const bake::BakeOptions& options) {
   const std::filesystem::path glb = write_file(folder / (name + ".glb"), plant.glb());
@@ -30,6 +28,8 @@ std::filesystem::path bake_plant(const std::filesystem::path& folder, const std:
   if (!saved) throw std::runtime_error(saved.error().message());
   return file;
 }
+
+namespace {
 
 /// For plants of which full detail is looked at: no metric changes that.
 bake::BakeOptions quick(bake::BakeOptions options) {

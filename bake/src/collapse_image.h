@@ -6,9 +6,9 @@
 namespace coppice::bake {
 
 /// The default metric: always the collapse that costs least, down to one leaf. Its cost is what it adds to the squared error of the
-/// picture against the source's (live_image.h), what of its colour a leaf loses in a merged one of another, since pictures show luminance, and
-/// two priors for what no view shows: the mismatch of the pair and its merged leaf seen
-/// alone (pair_silhouette.h), and how far what the merged leaf stands for ends from it (leaf_reach.h).
+/// picture against the source's (live_image.h), what of its colour a leaf loses in a merged one of another, since pictures show luminance,
+/// and two priors for what no view shows: the mismatch of the pair and its merged leaf seen alone (pair_silhouette.h), and how far what the
+/// merged leaf stands for ends from it (leaf_reach.h).
 ///
 /// A leaf looks for partners among the candidate_count nearest (LeafOctree), each with four shapes (pair_shapes), in one view of several,
 /// and remembers the best three. The least of all is weighed anew in every view when its turn comes, since the picture round it may have

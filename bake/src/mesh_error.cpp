@@ -199,11 +199,11 @@ CoarseChange coarse_change(const LuminanceImage& finest, const LuminanceImage& o
   return change;
 }
 
-/// What the share that is changed counts as, px. At two thresholds of 2 px a 24th of a plant of 64 px and more may change; of a
+/// What the share that is changed counts as, px. At two thresholds of 2 px a 24th of a plant of 36 px and more may change; of a
 /// smaller one more, as fewer see it.
 float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uint32_t size_px) {
-  constexpr double kErrorPerPx = 2.7;
   constexpr std::uint32_t kLargest_px = 36;
+  constexpr double kErrorPerPx = 96.0 / kLargest_px;
   CoarseChange sum;
   for (const CoarseChange& view : views) sum.changed += view.changed, sum.plant += view.plant;
   return sum.plant > 0.0 ? static_cast<float>(kErrorPerPx * std::min(size_px, kLargest_px) * sum.changed / sum.plant) : 0.0f;

@@ -275,7 +275,7 @@ TEST(LeafMeshError, SeesWhatIsPaintedOnThem) {
   Squares squares;  // meshes show a green image, quads plain white
   const auto error_px = measure_leaf_mesh_error(squares.baked);
   ASSERT_TRUE(error_px) << error_px.error().message();
-  EXPECT_GT(error_px->back(), 30.0f);
+  EXPECT_GT(error_px->back(), 15.0f);
 }
 
 }  // namespace

@@ -60,15 +60,6 @@ std::vector<PlantPart> parts_without_area(const std::vector<PieceClass>& classes
   return parts;
 }
 
-/// Turns triangles so that their corners run counter-clockwise as seen from where their normals point: lights are those of the side seen.
-void turn_to_normals(Mesh& mesh) {
-  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-    const std::uint32_t a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2];
-    const glm::vec3 face = glm::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
-    if (glm::dot(face, mesh.normals[a] + mesh.normals[b] + mesh.normals[c]) < 0.0f) std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
-  }
-}
-
 /// The state of one call.
 struct Finder {
   const std::vector<Material>& materials;

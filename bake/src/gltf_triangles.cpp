@@ -316,4 +316,12 @@ Mesh compact(const Mesh& mesh) {
   return compacted;
 }
 
+void turn_to_normals(Mesh& mesh) {
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    const std::uint32_t a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2];
+    const glm::vec3 face = glm::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+    if (glm::dot(face, mesh.normals[a] + mesh.normals[b] + mesh.normals[c]) < 0.0f) std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
+  }
+}
+
 }  // namespace coppice::bake

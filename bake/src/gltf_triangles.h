@@ -40,4 +40,7 @@ Result<void> append_primitive(const tinygltf::Model& model, const MeshInstance& 
 /// Drops vertices that no triangle uses and numbers the rest in order of first use.
 Mesh compact(const Mesh& mesh);
 
+/// Turns triangles so that their corners run counter-clockwise as seen from where their normals point: lights are those of the side seen.
+void turn_to_normals(Mesh& mesh);
+
 }  // namespace coppice::bake

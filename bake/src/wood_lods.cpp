@@ -507,7 +507,8 @@ std::vector<WoodLevel> wood_levels(const Mesh& wood) {
   while (levels.size() < kMaxLods && last_count > kLeastTriangles) {
     WoodLevel level;
     for (const LeftOut left_out : {LeftOut::merged, LeftOut::lost}) {
-      const Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
+      Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
+      turn_to_normals(mesh);
       level.push_back(merge(mesh, split_by_material(mesh)));
     }
     const std::size_t count = level.front().triangle_materials.size();

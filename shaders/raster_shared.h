@@ -98,7 +98,7 @@ struct RasterList {
   vec3 splat_step;  // place of a splat = box_min + splat_step * q
   float grain_m;    // the longest of its clusters'
   float holed_m;    // of wood: the longest of those with holes
-  float facet_m;    // of wood: how large a triangle of one colour and light looks, the largest
+  float facet_m;    // of wood: side of its largest triangle's area, or how long one light for a triangle is wrong, in the mean
 };
 COPPICE_GPU_LAYOUT(RasterList, 88);
 

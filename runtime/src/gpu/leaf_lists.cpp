@@ -66,7 +66,7 @@ struct Entry {
   std::uint32_t wood_color = 0;
   float grain_m = 0;
   float area_m2 = 0;
-  float facet_m = 0;                         ///< of wood: how large its one colour and light look
+  float turning_m = 0;                       ///< of wood: turning_m()
   bool is_wood = false, is_surface = false;  ///< RasterCluster's
   // Of its splat.
   Point normal{}, face{};
@@ -302,12 +302,16 @@ BuiltList finish(std::span<const Entry> entries, const RasterList& box, float la
        {std::pair{box.box_step.x, &list.header.splat_step.x}, std::pair{box.box_step.y, &list.header.splat_step.y},
         std::pair{box.box_step.z, &list.header.splat_step.z}})
     *splat_step = step * largest / 65535.0f;
-  double area_m2 = 0;
+  double area_m2 = 0, turning_m3 = 0;
   for (const Entry& entry : entries) {
     list.header.splat_size_m = std::max(list.header.splat_size_m, std::sqrt(entry.covered_m2));
     area_m2 += static_cast<double>(entry.area_m2);
-    list.header.facet_m = std::max(list.header.facet_m, entry.facet_m);
+    turning_m3 += static_cast<double>(entry.area_m2) * static_cast<double>(entry.turning_m);
+    list.header.facet_m = std::max(list.header.facet_m, std::sqrt(entry.area_m2));
   }
+  // Long triangles whose light turns along them look like facets of a part of their length, where most of the wood is such.
+  constexpr double kFacetShare = 0.4;
+  if (area_m2 > 0.0) list.header.facet_m = std::max(list.header.facet_m, static_cast<float>(kFacetShare * turning_m3 / area_m2));
   const std::vector<Place> places = places_of(entries);
   list.leaves.reserve(entries.size());
   for (auto first = places.begin(); first != places.end();) {
@@ -449,8 +453,7 @@ BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
     const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
     entry.face = dot(face, face) > 0.0f ? face : entry.normal;
     entry.is_wood = true;
-    // A long triangle whose light turns along it looks like a facet of a quarter of its length.
-    entry.facet_m = std::max(std::sqrt(entry.area_m2), 0.25f * turning_m(mesh, entry));
+    entry.turning_m = turning_m(mesh, entry);
     entry.wood_color = wood_color_of(source.looks, vertex_of(mesh, entry, 0).material, uvs_of(mesh, entry));
     return !cover_wood(source.looks, mesh, entry);
   });

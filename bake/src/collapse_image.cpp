@@ -313,9 +313,9 @@ Result<CollapseResult> collapse_by_image_error(const Foliage& foliage, const std
   const auto start = std::chrono::steady_clock::now();
   COPPICE_TRY(buffers, render_item_buffers(foliage, materials, images, views, options.resolution_px));
   COPPICE_TRY(masks, alpha_masks(materials, images));
+  const std::vector<glm::vec3> colors = mean_texel_colors(materials, images, masks);
   std::vector<glm::vec2> card_chroma;
-  for (const Card& card : foliage.card_table)
-    card_chroma.push_back(chroma(mean_texel_color(materials[card.material], images, masks[card.material])));
+  for (const Card& card : foliage.card_table) card_chroma.push_back(chroma(colors[card.material]));
   LiveImage image(foliage, materials, images, std::move(masks), views, buffers, image_options);
   buffers = ItemBuffers{};
   CollapseResult result;

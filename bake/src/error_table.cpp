@@ -53,8 +53,8 @@ Result<Renderer> make_renderer(const BakedPlant& plant) {
   renderer.plant = &plant;
   COPPICE_TRY(masks, alpha_masks(plant.materials, plant.images));
   renderer.masks = std::move(masks);
-  for (const Card& card : plant.card_table)
-    renderer.card_albedo.push_back(mean_texel_color(plant.materials[card.material], plant.images, renderer.masks[card.material]));
+  const std::vector<glm::vec3> colors = mean_texel_colors(plant.materials, plant.images, renderer.masks);
+  for (const Card& card : plant.card_table) renderer.card_albedo.push_back(colors[card.material]);
   renderer.background = background_of(plant, renderer.card_albedo);
   renderer.projections = error_projections(plant.sphere);
   return renderer;

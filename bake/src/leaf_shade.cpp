@@ -8,6 +8,7 @@
 #include "srgb.h"
 
 namespace coppice::bake {
+
 float luminance(const glm::vec3& linear) {
   return glm::dot(linear, glm::vec3(0.2126f, 0.7152f, 0.0722f));
 }
@@ -30,6 +31,13 @@ glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& i
 
 float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {
   return luminance(mean_texel_color(material, images, mask));
+}
+
+std::vector<glm::vec3> mean_texel_colors(const std::vector<Material>& materials, const std::vector<Image>& images,
+                                         const std::vector<AlphaMask>& masks) {
+  std::vector<glm::vec3> colors;
+  for (std::size_t m = 0; m < materials.size(); ++m) colors.push_back(mean_texel_color(materials[m], images, masks[m]));
+  return colors;
 }
 
 glm::vec2 chroma(const glm::vec3& albedo, float cosine) {

@@ -19,6 +19,10 @@ float luminance(const glm::vec3& linear);
 /// Mean linear colour of the texels that are no holes; the base colour without an image.
 glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& images, const AlphaMask& mask);
 
+/// By material. A whole image is read for each: once for all cards that show it.
+std::vector<glm::vec3> mean_texel_colors(const std::vector<Material>& materials, const std::vector<Image>& images,
+                                         const std::vector<AlphaMask>& masks);
+
 /// The luminance of mean_texel_color.
 float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask);
 

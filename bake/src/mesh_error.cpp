@@ -31,14 +31,13 @@ struct Look {
 };
 
 Look look_of(const Material& material, const std::vector<Image>& images) {
-  constexpr glm::vec3 kLuminance(0.2126f, 0.7152f, 0.0722f);
-  Look look{glm::dot(glm::vec3(material.base_color), kLuminance), {}};
+  Look look{luminance(glm::vec3(material.base_color)), {}};
   if (material.image == kNone) return look;
   for (const Image& level : mip_levels(images[material.image], material.alpha_cutoff)) {
     LuminanceLevel& of_level = look.levels.emplace_back(LuminanceLevel{level.width, level.height, {}});
     for (std::size_t i = 0; i < level.rgba.size(); i += 4) {
       const auto channel = [&](std::size_t c) { return linear_from_srgb(static_cast<float>(level.rgba[i + c]) / 255.0f); };
-      of_level.luminance.push_back(glm::dot(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color), kLuminance));
+      of_level.luminance.push_back(luminance(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color)));
     }
   }
   return look;

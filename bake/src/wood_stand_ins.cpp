@@ -15,7 +15,8 @@ namespace {
 
 struct Knot {
   glm::dvec3 at{0.0};
-  double area_m2 = 0.0;
+  double area_m2 = 0.0;  ///< of the surface nearer to it than to others
+  double width_m = 0.0;  ///< surface for each metre of the line
 };
 
 /// Which knot a place along a line is next above, and how near to that one.
@@ -34,8 +35,33 @@ std::vector<AreaSample> line_samples(const WoodPiece& piece, std::uint32_t secti
   return area_samples(piece, piece.length_m() / (2.0 * sections));
 }
 
-/// The line through the middle of the piece's surface. Knots are evenly spaced along axes[0]; each has the area nearer to it than to
-/// others.
+/// Widths that vary evenly from knot to knot, as near as they can to the piece's own (least squares): a bough that ends in a tip does so as
+/// a line of one section too, and its tip does not stand out of the crown as a stub.
+void fit_widths(std::vector<Knot>& knots) {
+  constexpr double kLeastShare = 0.1;  // of the mean width: what is thinner has no side to be lit
+  // The mass matrix of a line's hat functions, without its common factor of a sixth: the row of each knot, eliminated downwards.
+  std::vector<double> diagonal(knots.size(), 0.0), upper(knots.size(), 0.0), right(knots.size(), 0.0);
+  double area_m2 = 0.0, length_m = 0.0;
+  for (std::size_t i = 0; i < knots.size(); ++i) {
+    right[i] = 6.0 * knots[i].area_m2;
+    area_m2 += knots[i].area_m2;
+    if (i + 1 == knots.size()) break;
+    upper[i] = glm::distance(knots[i].at, knots[i + 1].at);
+    length_m += upper[i];
+    diagonal[i] += 2.0 * upper[i];
+    diagonal[i + 1] += 2.0 * upper[i];
+  }
+  for (std::size_t i = 1; i < knots.size(); ++i) {
+    const double factor = upper[i - 1] / diagonal[i - 1];
+    diagonal[i] -= factor * upper[i - 1];
+    right[i] -= factor * right[i - 1];
+  }
+  for (std::size_t i = knots.size(); i-- > 0;)
+    knots[i].width_m = (right[i] - (i + 1 < knots.size() ? upper[i] * knots[i + 1].width_m : 0.0)) / diagonal[i];
+  for (Knot& knot : knots) knot.width_m = std::max(knot.width_m, kLeastShare * area_m2 / length_m);
+}
+
+/// The line through the middle of the piece's surface. Knots are evenly spaced along axes[0].
 std::vector<Knot> line_of(const WoodPiece& piece, const std::vector<AreaSample>& samples, std::uint32_t sections) {
   std::vector<Knot> knots(std::size_t{sections} + 1);
   std::vector<glm::dvec3> aside(knots.size(), glm::dvec3(0.0));
@@ -53,6 +79,7 @@ std::vector<Knot> line_of(const WoodPiece& piece, const std::vector<AreaSample>&
     knots[i].at = piece.center + at_m * piece.axes[0];
     if (knots[i].area_m2 > 0.0) knots[i].at += aside[i] / knots[i].area_m2;
   }
+  fit_widths(knots);
   return knots;
 }
 
@@ -62,8 +89,8 @@ struct Ring {
   std::array<glm::dvec3, 2> radii{};  ///< of its ellipse
 };
 
-/// Radii that give a line's rings the area of their knots, but for a common factor. side  where the first corner points; other_side  is not
-/// along it
+/// Radii that give a line's rings the widths of their knots, but for a common factor. side  where the first corner points; other_side  is
+/// not along it
 std::vector<Ring> line_rings(const std::vector<Knot>& knots, const glm::dvec3& side, const glm::dvec3& other_side) {
   std::vector<Ring> rings;
   for (std::size_t i = 0; i < knots.size(); ++i) {
@@ -72,9 +99,7 @@ std::vector<Ring> line_rings(const std::vector<Knot>& knots, const glm::dvec3& s
     glm::dvec3 first = glm::cross(glm::cross(along, side), along);
     if (glm::length(first) < 1e-3) first = glm::cross(along, other_side);
     first = glm::normalize(first);
-    // Half a section at the ends, which have half of one's area.
-    const double radius_m = knots[i].area_m2 / glm::length(way);
-    rings.push_back({knots[i].at, {radius_m * first, radius_m * glm::cross(along, first)}});
+    rings.push_back({knots[i].at, {knots[i].width_m * first, knots[i].width_m * glm::cross(along, first)}});
   }
   return rings;
 }
@@ -170,11 +195,7 @@ double line_misfit_m2(const WoodPiece& piece, std::uint32_t sections) {
     const Knot& from = knots[place.lower];
     const Knot& to = knots[place.lower + 1];
     const glm::dvec3 aside = sample.at - glm::mix(from.at, to.at, place.share);
-    const auto radius_m = [&](std::size_t knot) {
-      const double sections_of_it = knot == 0 || knot == sections ? 0.5 : 1.0;
-      return 0.5 * piece.girth_m() * knots[knot].area_m2 / area_m2 * sections / sections_of_it;
-    };
-    const double tube_m = glm::mix(radius_m(place.lower), radius_m(place.lower + 1), place.share);
+    const double tube_m = 0.5 * piece.girth_m() * glm::mix(from.width_m, to.width_m, place.share) * piece.length_m() / area_m2;
     excess += sample.area_m2 * (glm::dot(aside, aside) - tube_m * tube_m);
   }
   return area_m2 > 0.0 ? std::max(excess / area_m2, 0.0) : 0.0;

@@ -202,7 +202,7 @@ TEST_P(DifficultWood, WhatMayBeDrawnKeepsAreaAndColours) {
     const float error_px = chain->error_px[i * kErrorSizesPx.size() + kAt64Px];
     std::printf("%s: %zu triangles, error %.1f px, %.2f of the pixels, mean colour off by %.3f\n", plant.name.c_str(),
                 lod.triangle_materials.size(), static_cast<double>(error_px), share, off);
-    if (error_px > 10.0f) continue;  // not drawn at 64 px, even at a threshold of 6.7 px
+    if (error_px > 11.0f) continue;  // not drawn at 64 px, even at a threshold of 7.3 px
     ++drawn;
     EXPECT_NEAR(share, 1.0, 0.15) << lod.triangle_materials.size() << " triangles";
     EXPECT_LT(off, 0.1) << lod.triangle_materials.size() << " triangles";
@@ -317,6 +317,19 @@ TEST(StandIn, HasTheProjectedAreaThatIsAskedForAndThePiecesEnds) {
         EXPECT_TRUE(reached) << form.sections << " sections";
       }
     }
+}
+
+TEST(StandIn, TapersAsItsPieceDoes) {
+  Mesh wood;
+  append_tube(wood, {0, 0, 0}, {0, 4, 0}, 0.1f, 0);
+  const WoodPiece piece = split_wood(wood)[0];
+  for (const std::uint32_t sections : {1u, 4u}) {
+    Mesh strip;
+    append_stand_in(wood, piece, {{sections, 2}, 2.0 * piece.projected_m2, 0.0}, strip);
+    const double foot_m = glm::distance(strip.positions[0], strip.positions[1]);
+    const double tip_m = glm::distance(strip.positions.end()[-2], strip.positions.end()[-1]);
+    EXPECT_NEAR(std::min(foot_m, tip_m) / std::max(foot_m, tip_m), 0.1, 0.03) << sections << " sections";
+  }
 }
 
 TEST(StandIn, LineFitsWhatIsStraightAndNotWhatForks) {

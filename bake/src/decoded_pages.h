@@ -12,40 +12,34 @@ namespace coppice::bake {
 
 class DecodedPages {
  public:
-  explicit DecodedPages(const PageNode& root, std::uint32_t quantised_max = COPPICE_QUANTISED_MAX)
-      : root_(root), quantised_max_(quantised_max) {}
+  /// root  of a plant of so many leaves and cards
+  DecodedPages(const PageNode& root, std::uint32_t leaf_count, std::uint32_t card_count,
+               std::uint32_t quantised_max = COPPICE_QUANTISED_MAX)
+      : root_(root), info_{0, leaf_count, card_count, quantised_max} {}
 
   /// Decodes the next page. errors  those of decode_page
-  Result<std::vector<Split>> add(std::span<const std::uint8_t> bytes, std::uint32_t split_count, std::uint32_t card_count,
-                                 std::uint32_t version = COPPICE_FORMAT_VERSION) {
-    pages_.emplace_back(2 * std::size_t{split_count});
+  Result<std::vector<Split>> add(std::span<const std::uint8_t> bytes) {
+    info_.page = static_cast<std::uint32_t>(pages_.size());
+    std::vector<Split> splits(page_split_count(info_));
+    pages_.emplace_back(2 * splits.size());
     places_.push_back(pages_.back().data());
-    std::vector<SplitPatch> patches(split_count);
-    std::vector<Split> splits(split_count);
-    const auto page = static_cast<std::uint32_t>(pages_.size() - 1);
-    COPPICE_TRY(patch_count, decode_page(bytes, {version, page, split_count, card_count, quantised_max_},
-                                         {{&root_, places_}, patches, splits}, scratch_));
-    patch_count_ = patch_count;
+    COPPICE_CHECK(decode_page(bytes, info_, {{&root_, places_}, splits}, scratch_));
     return splits;
   }
 
-  /// All nodes by id, the root first. Splits of parents in earlier pages are not marked.
+  /// All nodes by id, the root first.
   [[nodiscard]] std::vector<PageNode> nodes() const {
     std::vector<PageNode> all = {root_};
     for (const std::vector<PageNode>& page : pages_) all.insert(all.end(), page.begin(), page.end());
     return all;
   }
 
-  /// Patches of the last page.
-  [[nodiscard]] std::uint32_t patch_count() const { return patch_count_; }
-
  private:
   PageNode root_;
-  std::uint32_t quantised_max_;
+  PageInfo info_;
   std::vector<std::vector<PageNode>> pages_;
   std::vector<PageNode*> places_;
   PageScratch scratch_{};
-  std::uint32_t patch_count_ = 0;
 };
 
 }  // namespace coppice::bake

@@ -1,4 +1,4 @@
-// Encodes a page of version 2 (FORMAT.md, section 9; page_model.h). What is free is the kind of each child and the tables; both depend on
+// Encodes a page (FORMAT.md, section 9; page_model.h). What is free is the kind of each child and the tables; both depend on
 // one another, so the page is planned a few times, each time with the symbol costs of the time before.
 
 #include "page_encode.h"
@@ -163,9 +163,12 @@ class Planner {
  private:
   void code_split(std::uint32_t index, const Split& split, const Tables& tables, Codes& codes) {
     COPPICE_ASSERT(split.parent <= 2 * index);
-    const std::uint32_t back = 2 * index - split.parent;
-    codes.symbol(Context::kParent, static_cast<std::uint32_t>(std::bit_width(back)));
-    codes.low_bits(back);
+    for (std::uint32_t child = 2 * index + 1; child <= 2 * index + 2; ++child) {
+      const std::uint32_t death = source_.nodes[child].split;
+      const std::uint32_t lifetime = death == kNeverReplaced ? 0 : death - index;
+      codes.symbol(Context::kDeath, static_cast<std::uint32_t>(std::bit_width(lifetime)));
+      codes.low_bits(lifetime);
+    }
     const PageNode& parent_node = source_.nodes[split.parent];
     const std::array<Child, 2> children = children_of(split, parent_node.corners);
     std::uint32_t pattern = 0;

@@ -83,11 +83,11 @@ Result<Tree> read_tree(const PlantFile& file, Bytes bytes) {
   PageNode root{{}, file.plant.root_card};
   for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(file.plant.root_quad[corner], root.corners[corner].begin());
   Tree tree = root_tree(file, box, root.corners);
-  DecodedPages pages(root, box.steps);
+  DecodedPages pages(root, file.plant.leaf_count, file.plant.card_count, box.steps);
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) {
     const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_PAGE, page);
     COPPICE_TRY(content, chunk_bytes(chunk, bytes));
-    const auto splits = pages.add(content, page_split_count(file.plant, page), file.plant.card_count, file.header.version);
+    const auto splits = pages.add(content);
     if (!splits) return in_chunk(splits.error(), chunk);
     for (const Split& split : *splits)
       if (auto applied = apply_split(tree, box, split); !applied) return in_chunk(applied.error(), chunk);

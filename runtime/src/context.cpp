@@ -335,7 +335,7 @@ Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
   if (chunk.id.kind == ChunkKind::wood) return renderer_->upload_wood(chunk.id.plant, chunk.id.index, *chunk.wood);
   if (chunk.id.kind == ChunkKind::leaf_mesh) return renderer_->upload_leaf_mesh(chunk.id.plant, chunk.id.index, *chunk.wood);
   if (chunk.id.kind == ChunkKind::texture) return renderer_->upload_texture(chunk.id.plant, chunk.id.index, chunk.texture);
-  return renderer_->upload_page({.plant = chunk.id.plant, .page = chunk.id.index, .nodes = chunk.nodes, .patches = chunk.patches});
+  return renderer_->upload_page({.plant = chunk.id.plant, .page = chunk.id.index, .nodes = chunk.nodes});
 }
 
 Result<void> Context::upload_decoded() {

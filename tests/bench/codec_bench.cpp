@@ -49,13 +49,12 @@ void decode_pages(benchmark::State& state) {
   nodes[0] = pages.tree.nodes[0];
   std::vector<PageNode*> places;
   for (std::size_t page = 0; page < pages.pages.size(); ++page) places.push_back(nodes.data() + 1 + 2 * COPPICE_PAGE_SPLITS * page);
-  std::vector<SplitPatch> patches(COPPICE_PAGE_SPLITS);
   const auto scratch = std::make_unique<PageScratch>();
   for (auto _ : state) {
     for (std::uint32_t page = 0; page < pages.pages.size(); ++page) {
-      const auto count = std::min(COPPICE_PAGE_SPLITS, static_cast<std::uint32_t>(pages.tree.splits.size()) - page * COPPICE_PAGE_SPLITS);
-      const PageOutput out{{nodes.data(), std::span(places).first(page + 1)}, std::span(patches).first(count), {}};
-      if (auto decoded = decode_page(pages.pages[page], {COPPICE_FORMAT_VERSION, page, count, 2}, out, *scratch); !decoded)
+      const PageOutput out{{nodes.data(), std::span(places).first(page + 1)}, {}};
+      if (auto decoded = decode_page(pages.pages[page], {page, static_cast<std::uint32_t>(pages.tree.splits.size() + 1), 2}, out, *scratch);
+          !decoded)
         return state.SkipWithError(decoded.error().message().c_str());
     }
   }

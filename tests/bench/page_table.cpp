@@ -46,12 +46,12 @@ bool decode(const bake::QuantisedTree& tree, const Pages& pages, std::vector<Pag
             std::vector<double>& best_s) {
   std::vector<PageNode*> places;
   for (std::size_t page = 0; page < pages.size(); ++page) places.push_back(nodes.data() + 1 + 2 * COPPICE_PAGE_SPLITS * page);
-  std::array<SplitPatch, COPPICE_PAGE_SPLITS> patches;
   for (std::uint32_t page = 0; page < pages.size(); ++page) {
-    const std::uint32_t count = splits_in_page(tree, page);
-    const PageOutput out{{nodes.data(), std::span(places).first(page + 1)}, std::span(patches).first(count), {}};
+    const PageOutput out{{nodes.data(), std::span(places).first(page + 1)}, {}};
     const auto start = std::chrono::steady_clock::now();
-    if (!decode_page(pages[page], {COPPICE_FORMAT_VERSION, page, count, COPPICE_MAX_CARDS, tree.box.steps}, out, scratch)) return false;
+    if (!decode_page(pages[page], {page, static_cast<std::uint32_t>(tree.splits.size() + 1), COPPICE_MAX_CARDS, tree.box.steps}, out,
+                     scratch))
+      return false;
     best_s[page] = std::min(best_s[page], std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   return true;

@@ -1,5 +1,5 @@
-// libFuzzer: the codecs alone, without a file around the chunk. Byte 0 picks the codec (pages of version 1, wood, pages of
-// version 2), bytes 1..4 what the front of a file would state; the rest is the chunk.
+// libFuzzer: the codecs alone, without a file around the chunk. Byte 0 picks the codec (wood, or pages), bytes 1..4 what the front of a
+// file would state; the rest is the chunk.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,8 +17,8 @@ namespace {
 constexpr std::uint32_t kCards = 3, kMaterials = 2;
 
 /// The bytes as the page of a plant whose earlier pages hold quads of some sort.
-void fuzz_page(std::uint32_t version, std::span<const std::uint8_t> bytes, std::uint32_t page, std::uint32_t split_count) {
-  const std::uint32_t largest = version == 2 && split_count % 2 == 0 ? COPPICE_FINE_QUANTISED_MAX : COPPICE_QUANTISED_MAX;
+void fuzz_page(std::span<const std::uint8_t> bytes, std::uint32_t page, std::uint32_t split_count) {
+  const std::uint32_t largest = split_count % 2 == 0 ? COPPICE_FINE_QUANTISED_MAX : COPPICE_QUANTISED_MAX;
   coppice::PageNode root;
   std::vector<std::vector<coppice::PageNode>> pages(page, std::vector<coppice::PageNode>(2 * COPPICE_PAGE_SPLITS));
   std::uint32_t i = 0;
@@ -28,17 +28,17 @@ void fuzz_page(std::uint32_t version, std::span<const std::uint8_t> bytes, std::
         corner = {static_cast<std::uint16_t>(i * 37 % 16384), static_cast<std::uint16_t>(i * 11 % 16384), 16383};
         ++i;
       }
+  // Of the page before, every second node is replaced by the page's splits.
+  if (page > 0)
+    for (i = 0; i < split_count; ++i) pages.back()[2 * i].split = page * COPPICE_PAGE_SPLITS + i;
   pages.emplace_back(2 * split_count);
   std::vector<coppice::PageNode*> places;
   for (auto& nodes : pages) places.push_back(nodes.data());
-  std::vector<coppice::SplitPatch> patches(split_count);
   std::vector<coppice::Split> splits(split_count);
   const auto scratch = std::make_unique<coppice::PageScratch>();
-  const coppice::PageInfo info{version, page, split_count, kCards, largest};
-  const auto patch_count = coppice::decode_page(bytes, info, {{&root, places}, patches, splits}, *scratch);
-  if (!patch_count) return;
-  COPPICE_ASSERT(*patch_count <= split_count);
   const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS;
+  const coppice::PageInfo info{page, first_split + split_count + 1, kCards, largest};
+  if (!coppice::decode_page(bytes, info, {{&root, places}, splits}, *scratch)) return;
   for (i = 0; i < splits.size(); ++i) {
     COPPICE_ASSERT(splits[i].parent <= 2 * (first_split + i));
     unsigned filled = 0;
@@ -73,6 +73,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (data[0] % 3 == 1)
     fuzz_wood(chunk, first, second);
   else
-    fuzz_page(data[0] % 3 == 0 ? 1 : 2, chunk, first % 3, second % COPPICE_PAGE_SPLITS + 1);
+    fuzz_page(chunk, first % 3, second % COPPICE_PAGE_SPLITS + 1);
   return 0;
 }

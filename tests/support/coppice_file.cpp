@@ -216,9 +216,14 @@ void damage_chunks(Damage& damage, const Bytes& good) {
   damage.set_reported_at("texture_rgba8_of_bc3_length", "texture length", texture + 12, std::uint32_t{COPPICE_TEXTURE_RGBA8}, texels);
 }
 
-/// The file's only page with its splits changed, coded again: what no flipped bit gets past Draco.
-/// first_split  what the encoder is told; 0 is the truth
-Bytes with_splits(const Bytes& good, std::uint32_t first_split, const std::function<void(std::vector<Split>&)>& change) {
+/// Of the file's only page.
+struct PageContent {
+  std::vector<Split> splits;
+  std::vector<PageNode> nodes;  ///< by id
+};
+
+/// The file with its only page changed and coded again: what no flipped bit makes.
+Bytes with_page(const Bytes& good, const std::function<void(PageContent&)>& change) {
   FileContents contents;
   const PlantFile front = front_of(good);
   contents.plant = front.plant;
@@ -240,28 +245,35 @@ Bytes with_splits(const Bytes& good, std::uint32_t first_split, const std::funct
   for (std::size_t corner = 0; corner < 4; ++corner)
     for (std::size_t axis = 0; axis < 3; ++axis) root.corners[corner][axis] = front.plant.root_quad[corner][axis];
   const std::uint32_t largest = quantised_max(front.plant);
-  bake::DecodedPages pages(root, largest);
-  auto splits = pages.add(chunk_bytes(COPPICE_CHUNK_PAGE, 0), front.plant.leaf_count - 1, front.plant.card_count);
+  bake::DecodedPages pages(root, front.plant.leaf_count, front.plant.card_count, largest);
+  auto splits = pages.add(chunk_bytes(COPPICE_CHUNK_PAGE, 0));
   if (!splits) std::abort();
-  change(*splits);
-  std::vector<PageNode> nodes = pages.nodes();
-  nodes.resize(nodes.size() + 2 * std::size_t{first_split});
-  contents.pages.push_back(*bake::encode_page({*splits, first_split, nodes, glm::vec3(1.0f), largest}));
+  PageContent page{*std::move(splits), pages.nodes()};
+  change(page);
+  contents.pages.push_back(*bake::encode_page({page.splits, 0, page.nodes, glm::vec3(1.0f), largest}));
   return *write_file(contents);
 }
 
 void damage_splits(Damage& damage, const Bytes& good) {
-  const auto add = [&](const char* name, const char* reason, const std::function<void(std::vector<Split>&)>& change,
-                       std::uint32_t first_split = 0) {
-    Bytes file = with_splits(good, first_split, change);
+  const auto add = [&](const char* name, const char* reason, const std::function<void(PageContent&)>& change) {
+    Bytes file = with_page(good, change);
     const std::size_t page = chunk_offset(file, COPPICE_CHUNK_PAGE, 0);
     damage.files.push_back({name, std::move(file), reason, page});
   };
-  add("parent_gone", "page parent", [](auto& splits) { splits[2].parent = splits[1].parent; });
-  add(
-      "parent_before_root", "page parent", [](auto&) {}, 3);
-  add("card_not_there", "page tables", [](auto& splits) { splits[1].cards[1] = 7; });
-  add("vertex_outside", "page vertex", [](auto& splits) { splits[1].new_vertices[3][2] = COPPICE_FINE_QUANTISED_MAX + 1; });
+  add("split_of_two_nodes", "page death", [&](PageContent& page) {
+    std::size_t first = 1;
+    while (page.nodes[first].split == kNeverReplaced || page.nodes[first + 1].split == kNeverReplaced) first += 2;
+    page.nodes[first].split = page.nodes[first + 1].split;
+  });
+  add("split_of_no_node", "page parent", [&](PageContent& page) {
+    std::ranges::find_if(page.nodes.begin() + 1, page.nodes.end(), [](const PageNode& node) {
+      return node.split != kNeverReplaced;
+    })->split = kNeverReplaced;
+  });
+  add("death_after_the_last_split", "page death",
+      [](PageContent& page) { page.nodes.back().split = static_cast<std::uint32_t>(page.splits.size()); });
+  add("card_not_there", "page tables", [](PageContent& page) { page.splits[1].cards[1] = 7; });
+  add("vertex_outside", "page vertex", [](PageContent& page) { page.splits[1].new_vertices[3][2] = COPPICE_FINE_QUANTISED_MAX + 1; });
 }
 
 }  // namespace

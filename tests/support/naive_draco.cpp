@@ -1,4 +1,4 @@
-// What FORMAT.md leaves to Draco: sections 10 and 12, and pages of version 1 (section 14).
+// What FORMAT.md leaves to Draco: sections 10 and 12.
 
 #include <algorithm>
 #include <cmath>
@@ -18,95 +18,6 @@ draco::DecoderBuffer buffer_of(Bytes bytes) {
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   return buffer;
-}
-
-/// The set of `count` out of 8, ascending, that has this rank.
-std::array<std::uint32_t, 4> slots_of_rank(Wide rank) {
-  const auto choose = [](Wide n, Wide k) {
-    Wide value = 1;
-    for (Wide i = 0; i < k; ++i) value = value * (n - i) / (i + 1);
-    return n < k ? 0 : value;
-  };
-  std::array<std::uint32_t, 4> slots{};
-  for (std::uint32_t d = 3; d < 8; ++d)
-    for (std::uint32_t c = 2; c < d; ++c)
-      for (std::uint32_t b = 1; b < c; ++b)
-        for (std::uint32_t a = 0; a < b; ++a)
-          if (choose(a, 1) + choose(b, 2) + choose(c, 3) + choose(d, 4) == rank) slots = {a, b, c, d};
-  return slots;
-}
-
-std::array<std::uint32_t, 4> in_order_of_rank(std::array<std::uint32_t, 4> slots, Wide rank) {
-  std::vector<std::uint32_t> left(slots.begin(), slots.end());
-  const std::array<std::size_t, 4> smaller = {static_cast<std::size_t>(rank / 6), static_cast<std::size_t>(rank % 6 / 2),
-                                              static_cast<std::size_t>(rank % 2), 0};
-  for (std::size_t i = 0; i < 4; ++i) {
-    slots[i] = left[smaller[i]];
-    left.erase(left.begin() + static_cast<std::ptrdiff_t>(smaller[i]));
-  }
-  return slots;
-}
-
-Wide guess(const std::array<NaivePoint, 8>& slots, const std::array<bool, 8>& known, std::size_t t, std::size_t axis) {
-  const std::size_t c = t & 4, next = c | ((t + 1) & 3), across = c | ((t + 2) & 3), before = c | ((t + 3) & 3);
-  Wide centre = 0, count = 0;
-  for (std::size_t i = 0; i < 8; ++i)
-    if (known[i]) {
-      centre += slots[i][axis];
-      ++count;
-    }
-  centre /= count;
-  Wide value = centre;
-  if (known[next] && known[before])
-    value = known[across] ? slots[next][axis] + slots[before][axis] - slots[across][axis] : (slots[next][axis] + slots[before][axis]) / 2;
-  else if (known[before] || known[next])
-    value = (3 * slots[known[before] ? before : next][axis] + centre) / 4;
-  else if (known[across])
-    value = slots[across][axis];
-  return std::clamp<Wide>(value, 0, 16383);
-}
-
-void read_point(const std::array<Wide, 17>& values, NaivePlant& plant, std::vector<bool>& alive) {
-  const auto s = static_cast<Wide>(plant.splits.size());
-  const auto zigzag = [&](std::size_t i) { return values[i] >= 0 ? 2 * values[i] : -2 * values[i] - 1; };
-  naive_must(zigzag(0) <= 2 * s && zigzag(1) < 70 && zigzag(2) < 24, "parent or slots");
-  NaiveSplit split;
-  split.parent = static_cast<std::uint32_t>(2 * s - zigzag(0));
-  naive_must(alive[split.parent], "the parent is not alive");
-  split.parent_slots = in_order_of_rank(slots_of_rank(zigzag(1)), zigzag(2));
-  std::array<NaivePoint, 8> slots{};
-  std::array<bool, 8> known{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    slots[split.parent_slots[i]] = plant.nodes[split.parent].corners[i];
-    known[split.parent_slots[i]] = true;
-  }
-  std::size_t value = 5;
-  for (std::size_t t = 0; t < 8; ++t) {
-    if (known[t]) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      slots[t][axis] = guess(slots, known, t, axis) + values[value++];
-      naive_must(slots[t][axis] >= 0 && slots[t][axis] <= 16383, "a vertex is outside the leaf box");
-    }
-    known[t] = true;
-  }
-  std::array<NaiveNode, 2> children;
-  for (std::size_t child = 0; child < 2; ++child) {
-    naive_must(zigzag(3 + child) < static_cast<Wide>(plant.cards.size()), "card");
-    children[child].card = static_cast<std::uint32_t>(zigzag(3 + child));
-    for (std::size_t i = 0; i < 4; ++i) children[child].corners[i] = slots[4 * child + i];
-  }
-  add_naive_split(plant, alive, split, children);
-}
-
-/// The bytes before a page's entropy-coded data.
-void check_page_head(Bytes page, std::uint32_t split_count) {
-  constexpr std::array<std::uint8_t, 8> kComponents = {1, 1, 1, 2, 3, 3, 3, 3};
-  std::vector<std::uint8_t> head = {0x44, 0x52, 0x41, 0x43, 0x4f, 2, 3, 0, 0, 0, 0};
-  for (int i = 0; i < 4; ++i) head.push_back(static_cast<std::uint8_t>(split_count >> 8 * i));
-  head.insert(head.end(), {1, 8});
-  for (std::uint8_t id = 0; id < 8; ++id) head.insert(head.end(), {4, 5, kComponents[id], 0, id});
-  head.insert(head.end(), 8, 1);
-  naive_must(page.size() >= head.size() && std::equal(head.begin(), head.end(), page.begin()), "the page's Draco header");
 }
 
 template <class T, std::size_t count>
@@ -231,28 +142,6 @@ void check_mesh_head(Bytes mesh, std::uint32_t vertex_count, std::uint32_t trian
 }
 
 }  // namespace
-
-void read_naive_draco_page(Bytes bytes, std::uint32_t split_count, NaivePlant& plant, std::vector<bool>& alive) {
-  check_page_head(bytes, split_count);
-  draco::DecoderBuffer buffer = buffer_of(bytes);
-  auto decoded = draco::Decoder().DecodePointCloudFromBuffer(&buffer);
-  naive_must(decoded.ok(), "Draco refuses the page");
-  const std::unique_ptr<draco::PointCloud> cloud = std::move(decoded).value();
-  naive_must(buffer.remaining_size() == 0, "bytes after the page's Draco data");
-  naive_must(cloud->num_points() == split_count && cloud->num_attributes() == 8, "the page's points");
-  for (std::uint32_t i = 0; i < split_count; ++i) {
-    std::array<Wide, 17> values{};
-    std::size_t next = 0;
-    for (int a = 0; a < 8; ++a) {
-      const draco::PointAttribute* attribute = cloud->GetAttributeByUniqueId(static_cast<std::uint32_t>(a));
-      naive_must(attribute != nullptr, "the page's attributes");
-      std::array<std::int32_t, 3> of_attribute{};
-      attribute->GetMappedValue(draco::PointIndex(i), of_attribute.data());
-      for (int k = 0; k < attribute->num_components(); ++k) values[next++] = of_attribute[static_cast<std::size_t>(k)];
-    }
-    read_point(values, plant, alive);
-  }
-}
 
 NaiveMesh read_naive_mesh(Bytes bytes, std::uint32_t vertex_count, std::uint32_t triangle_count, bool has_stalks,
                           std::size_t material_count) {

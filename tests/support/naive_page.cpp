@@ -1,4 +1,4 @@
-// Section 9 of FORMAT.md: pages of versions 2 and 3.
+// Section 9 of FORMAT.md: pages.
 
 #include <algorithm>
 #include <optional>
@@ -17,7 +17,7 @@ constexpr std::uint32_t kPageSplits = 512;
 
 constexpr std::array<std::uint32_t, 16> kWeights = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192};
 
-constexpr std::array<std::string_view, kContexts> kUsualDigits = {"e175689bcdeffea9971111111111",
+constexpr std::array<std::string_view, kContexts> kUsualDigits = {"fa42356789aa9876543211111111",
                                                                   "d79c95ecbc4aeccf",
                                                                   "fede",
                                                                   "f7996c969a6c",
@@ -375,12 +375,19 @@ std::array<std::size_t, 4> own_corners(PageStream& stream, const std::vector<std
   return own;
 }
 
-void read_split(PageStream& stream, std::uint32_t s, NaivePlant& plant, std::vector<bool>& alive) {
-  const Wide back = stream.number(stream.symbol(0));
-  naive_must(back <= 2 * Wide{s}, "parent");
+void read_split(PageStream& stream, std::uint32_t s, NaivePlant& plant, std::vector<std::uint32_t>& parents) {
+  naive_must(parents[s] != kNaiveNone, "the split replaces no node");
   NaiveSplit split;
-  split.parent = static_cast<std::uint32_t>(2 * Wide{s} - back);
-  naive_must(alive[split.parent], "the parent is not alive");
+  split.parent = parents[s];
+  std::array<NaiveNode, 2> children;
+  for (std::uint32_t child = 0; child < 2; ++child) {
+    const Wide splits = stream.number(stream.symbol(0));
+    if (splits == 0) continue;
+    naive_must(s + splits < Wide{plant.leaf_count} - 1, "no such split");
+    children[child].death = static_cast<std::uint32_t>(s + splits);
+    naive_must(parents[children[child].death] == kNaiveNone, "the split replaces another node");
+    parents[children[child].death] = 2 * s + 1 + child;
+  }
   const NaiveNode parent = plant.nodes[split.parent];
   const std::uint32_t children_of = stream.symbol(1);
   std::array<std::array<std::optional<NaivePoint>, 4>, 2> known;
@@ -397,7 +404,6 @@ void read_split(PageStream& stream, std::uint32_t s, NaivePlant& plant, std::vec
       split.parent_slots[corners[i]] = static_cast<std::uint32_t>(4 * child + own[i]);
     }
   }
-  std::array<NaiveNode, 2> children;
   const std::size_t fuller = counts[1] > counts[0] ? 1 : 0;
   for (const std::size_t child : {fuller, 1 - fuller}) {
     const std::uint32_t symbol = stream.symbol(8 + counts[child]);
@@ -405,26 +411,17 @@ void read_split(PageStream& stream, std::uint32_t s, NaivePlant& plant, std::vec
     ChildCorners corners(stream, parent.corners, symbol / 2, plant.largest);
     children[child].corners = corners.fill(known[child]);
   }
-  add_naive_split(plant, alive, split, children);
+  plant.nodes.insert(plant.nodes.end(), children.begin(), children.end());
+  plant.splits.push_back(split);
 }
 
 }  // namespace
 
-void add_naive_split(NaivePlant& plant, std::vector<bool>& alive, const NaiveSplit& split, const std::array<NaiveNode, 2>& children) {
-  alive[split.parent] = false;
-  for (const NaiveNode& child : children) {
-    alive[plant.nodes.size()] = true;
-    plant.nodes.push_back(child);
-  }
-  plant.splits.push_back(split);
-}
-
-void read_naive_page(std::span<const std::uint8_t> bytes, NaivePlant& plant, std::vector<bool>& alive) {
+void read_naive_page(std::span<const std::uint8_t> bytes, NaivePlant& plant, std::vector<std::uint32_t>& parents) {
   const auto first = static_cast<std::uint32_t>(plant.splits.size());
   const std::uint32_t count = std::min(kPageSplits, plant.leaf_count - 1 - first);
-  if (plant.version == 1) return read_naive_draco_page(bytes, count, plant, alive);
   PageStream stream(bytes, count, static_cast<std::uint32_t>(plant.cards.size()));
-  for (std::uint32_t i = 0; i < count; ++i) read_split(stream, first + i, plant, alive);
+  for (std::uint32_t i = 0; i < count; ++i) read_split(stream, first + i, plant, parents);
   stream.check_end();
 }
 

@@ -30,8 +30,7 @@ Header read_header(Bytes file, NaivePlant& plant) {
   constexpr std::array<std::uint8_t, 8> kMagic = {0x43, 0x4f, 0x50, 0x50, 0x49, 0x43, 0x45, 0x1a};
   naive_must(std::ranges::equal(bytes.take(8), kMagic), "magic");
   Header header;
-  plant.version = bytes.u32();
-  naive_must(plant.version >= 1 && plant.version <= 3, "version");
+  naive_must(bytes.u32() == 4, "version");
   header.chunk_count = bytes.u32();
   const std::uint64_t file_bytes = bytes.u64();
   plant.first_read_bytes = bytes.u64();
@@ -167,7 +166,7 @@ Counts read_plant(NaiveBytes bytes, NaivePlant& plant) {
   plant.leaf_mesh_count = bytes.u16();
   naive_must(plant.leaf_mesh_count <= 16, "leaf_mesh_count");
   const std::uint32_t fine = bytes.u16();
-  naive_must(fine <= 1 && !(fine == 1 && (plant.leaf_mesh_count > 0 || plant.version == 1)), "fine_positions");
+  naive_must(fine <= 1 && !(fine == 1 && plant.leaf_mesh_count > 0), "fine_positions");
   plant.largest = fine == 1 ? 32767 : 16383;
   for (const NaivePoint& corner : root.corners)
     for (const std::int64_t coordinate : corner) naive_must(coordinate <= plant.largest, "root_quad");
@@ -225,7 +224,7 @@ void read_materials(NaiveBytes bytes, std::size_t count, NaivePlant& plant) {
     naive_must(std::ranges::all_of(material.base_color, is_share), "base_color");
     naive_must(is_share(material.alpha_cutoff) && is_share(material.roughness), "alpha_cutoff, roughness");
     naive_must(material.texture < plant.texture_count || material.texture == 0xffff, "material texture");
-    naive_must(material.normal_map <= plant.texture_count || (material.normal_map == 0xffff && material.texture == 0xffff), "normal_map");
+    naive_must(material.normal_map <= plant.texture_count, "normal_map");
     naive_must((material.flags & ~0xffff03u) == 0, "flags");
     naive_must((material.flags & 2) == 0 || plant.leaf_mesh_count > 0, "flags: leaf meshes alone, of which there is none");
     plant.materials.push_back(material);
@@ -254,7 +253,7 @@ void check_errors(const std::vector<float>& rows, std::size_t sizes, bool fallin
 }
 
 void read_errors(NaiveBytes bytes, const Counts& counts, NaivePlant& plant) {
-  const std::size_t levels = counts.levels, sizes = counts.sizes, wood = plant.version >= 3 ? plant.wood_lod_count : 0;
+  const std::size_t levels = counts.levels, sizes = counts.sizes, wood = plant.wood_lod_count;
   naive_must(bytes.left() == 4 * (levels + sizes + levels * sizes + wood * sizes), "ERRORS' length");
   for (std::size_t i = 0; i < levels; ++i) {
     plant.error_leaf_counts.push_back(bytes.u32());
@@ -364,9 +363,9 @@ void read_file(Bytes file, NaivePlant& plant) {
   read_cards(chunk_of(file, plant, kCards, 0), counts.cards, plant);
   read_errors(chunk_of(file, plant, kErrors, 0), counts, plant);
   read_leaf_mesh_counts(file, counts, plant);
-  std::vector<bool> alive(2 * std::size_t{plant.leaf_count} - 1);
-  alive[0] = true;
-  for (std::uint32_t k = 0; k < plant.page_count; ++k) read_naive_page(chunk_of(file, plant, kPage, k).rest(), plant, alive);
+  std::vector<std::uint32_t> parents(plant.leaf_count - 1, kNaiveNone);
+  if (!parents.empty()) parents[0] = 0;
+  for (std::uint32_t k = 0; k < plant.page_count; ++k) read_naive_page(chunk_of(file, plant, kPage, k).rest(), plant, parents);
   for (std::uint32_t t = 0; t < plant.texture_count; ++t) plant.textures.push_back(read_texture(chunk_of(file, plant, kTexture, t)));
   read_meshes(file, plant);
   check_sphere(plant);

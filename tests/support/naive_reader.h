@@ -38,9 +38,12 @@ struct NaiveCard {
 using NaivePoint = std::array<std::int64_t, 3>;
 using NaiveQuad = std::array<NaivePoint, 4>;
 
+inline constexpr std::uint32_t kNaiveNone = 0xffffffffu;
+
 struct NaiveNode {
   NaiveQuad corners{};
   std::uint32_t card = 0;
+  std::uint32_t death = kNaiveNone;  ///< the split that replaces it
 };
 
 struct NaiveSplit {
@@ -67,7 +70,6 @@ struct NaiveTexture {
 };
 
 struct NaivePlant {
-  std::uint32_t version = 0;
   std::uint64_t first_read_bytes = 0;
   std::vector<NaiveChunk> chunks;
   std::uint32_t leaf_count = 0, page_count = 0, texture_count = 0, wood_lod_count = 0, metric = 0, leaf_mesh_count = 0;
@@ -121,12 +123,9 @@ class NaiveBytes {
   std::size_t at_ = 0;
 };
 
-/// Sections 9 and 14: the next page's splits; appends to the plant's nodes and splits. `alive` [2N - 1]: nodes that no split has replaced.
-void read_naive_page(std::span<const std::uint8_t> bytes, NaivePlant& plant, std::vector<bool>& alive);
-/// What both kinds of page do with a split.
-void add_naive_split(NaivePlant& plant, std::vector<bool>& alive, const NaiveSplit& split, const std::array<NaiveNode, 2>& children);
-/// A page of version 1.
-void read_naive_draco_page(std::span<const std::uint8_t> bytes, std::uint32_t split_count, NaivePlant& plant, std::vector<bool>& alive);
+/// Section 9: the next page's splits; appends to the plant's nodes and splits. `parents` [N - 1]: the node that each split replaces, as far
+/// as earlier pages have said.
+void read_naive_page(std::span<const std::uint8_t> bytes, NaivePlant& plant, std::vector<std::uint32_t>& parents);
 /// Sections 10 and 12.
 NaiveMesh read_naive_mesh(std::span<const std::uint8_t> bytes, std::uint32_t vertex_count, std::uint32_t triangle_count, bool has_stalks,
                           std::size_t material_count);

@@ -193,22 +193,13 @@ void RendererScene::place(std::uint32_t plant, const std::vector<coppice_placeme
 }
 
 void RendererScene::upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count) {
-  std::vector<SplitPatch> patches;
   for (std::uint32_t page = 0; page < page_count; ++page) {
     const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS;
     const std::uint32_t split_end = std::min(first_split + COPPICE_PAGE_SPLITS, plant.file.plant.leaf_count - 1);
     const std::uint32_t first = 2 * first_split + 1;
     const std::uint32_t count = 2 * (split_end - first_split);
-    // As the streamer does: splits of later pages are not known yet, those of this page in earlier pages are patched.
-    std::vector<PageNode>& nodes = page_nodes_[index].emplace_back(plant.nodes.begin() + first, plant.nodes.begin() + first + count);
-    for (PageNode& node : nodes)
-      if (node.split >= split_end) node.split = kNeverReplaced;
-    patches.clear();
-    for (std::uint32_t node = 0; node < first; ++node)
-      if (plant.nodes[node].split >= first_split && plant.nodes[node].split < split_end) patches.push_back({node, plant.nodes[node].split});
-    expect(renderer_->upload_page({.plant = index, .page = page, .nodes = {nodes, nullptr}, .patches = patches}));
-    for (const SplitPatch& patch : patches)
-      if (patch.node > 0) page_nodes_[index][(patch.node - 1) / gpu::kPageNodes][(patch.node - 1) % gpu::kPageNodes].split = patch.split;
+    const std::vector<PageNode>& nodes = page_nodes_[index].emplace_back(plant.nodes.begin() + first, plant.nodes.begin() + first + count);
+    expect(renderer_->upload_page({.plant = index, .page = page, .nodes = {nodes, nullptr}}));
     residency_[index].leaf_count = split_end + 1;
   }
   if (page_count == 0) return;

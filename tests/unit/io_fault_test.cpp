@@ -85,7 +85,7 @@ int __wrap_pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
 namespace coppice {
 namespace {
 
-const std::string kPlant = std::string(COPPICE_TEST_DATA) + "/v3/two_pages.coppice";
+const std::string kPlant = std::string(COPPICE_TEST_DATA) + "/v4/two_pages.coppice";
 const std::string kScene = std::string(COPPICE_TEST_DATA) + "/scene_v1/small.forest";
 
 /// Any thread; the n-th allocation has nothing.

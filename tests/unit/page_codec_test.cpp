@@ -37,7 +37,7 @@ std::vector<std::uint8_t> encoded(const QuantisedTree& tree, std::uint32_t page 
 
 /// The tree's first page decoded from `bytes`.
 Result<std::vector<Split>> decoded(const QuantisedTree& tree, std::span<const std::uint8_t> bytes, std::uint32_t card_count = 2) {
-  return bake::DecodedPages(tree.nodes[0]).add(bytes, splits_in_page(tree, 0), card_count);
+  return bake::DecodedPages(tree.nodes[0], static_cast<std::uint32_t>(tree.splits.size() + 1), card_count).add(bytes);
 }
 
 void expect_equal(const Split& a, const Split& b) {
@@ -47,11 +47,11 @@ void expect_equal(const Split& a, const Split& b) {
   EXPECT_EQ(a.cards, b.cards);
 }
 
-// Everything a page says comes back, and its own nodes know what replaces them; that later pages replace a node is for the caller to note.
+// Everything a page says comes back, and its nodes know what replaces them, in later pages too.
 void expect_round_trip(const QuantisedTree& tree, std::uint32_t card_count) {
-  bake::DecodedPages pages(tree.nodes[0]);
+  bake::DecodedPages pages(tree.nodes[0], static_cast<std::uint32_t>(tree.splits.size() + 1), card_count);
   for (std::uint32_t page = 0; page * COPPICE_PAGE_SPLITS < tree.splits.size(); ++page) {
-    const auto splits = pages.add(encoded(tree, page), splits_in_page(tree, page), card_count);
+    const auto splits = pages.add(encoded(tree, page));
     ASSERT_TRUE(splits) << "page " << page << ": " << splits.error().message();
     for (std::size_t i = 0; i < splits->size(); ++i) expect_equal((*splits)[i], tree.splits[page * COPPICE_PAGE_SPLITS + i]);
   }
@@ -60,8 +60,7 @@ void expect_round_trip(const QuantisedTree& tree, std::uint32_t card_count) {
   for (std::size_t node = 1; node < nodes.size(); ++node) {
     EXPECT_EQ(nodes[node].corners, tree.nodes[node].corners);
     EXPECT_EQ(nodes[node].card, tree.nodes[node].card);
-    const bool same_page = (node - 1) / (2 * COPPICE_PAGE_SPLITS) == tree.nodes[node].split / COPPICE_PAGE_SPLITS;
-    EXPECT_EQ(nodes[node].split, same_page ? tree.nodes[node].split : kNeverReplaced);
+    EXPECT_EQ(nodes[node].split, tree.nodes[node].split);
   }
 }
 
@@ -180,7 +179,7 @@ TEST(PageCodec, AFlippedBitGivesAnErrorOrValidSplits) {
 
 TEST(PageCodec, RefusesTheWrongSplitCount) {
   const QuantisedTree tree = quantised(40);
-  const auto result = bake::DecodedPages(tree.nodes[0]).add(encoded(tree), 38, 2);
+  const auto result = bake::DecodedPages(tree.nodes[0], 39, 2).add(encoded(tree));
   ASSERT_FALSE(result);
   EXPECT_STREQ(result.error().what, "page split_count");
 }
@@ -192,12 +191,22 @@ TEST(PageCodec, RefusesACardThatIsNotThere) {
   EXPECT_STREQ(result.error().what, "page tables");
 }
 
-TEST(PageCodec, RefusesAParentThatIsGone) {
+/// What decoding says of a tree in which another split, or none, replaces the first child of the root.
+std::string fault_of_death(std::uint32_t death) {
   QuantisedTree tree = quantised(40);
-  tree.splits[20].parent = tree.splits[10].parent;
+  tree.nodes[1].split = death;
   const auto result = decoded(tree, encoded(tree));
-  ASSERT_FALSE(result);
-  EXPECT_STREQ(result.error().what, "page parent");
+  return result ? "" : result.error().what;
+}
+
+TEST(PageCodec, RefusesASplitThatReplacesTwoNodesOrNone) {
+  const QuantisedTree tree = quantised(40);
+  const std::uint32_t death = tree.nodes[1].split;
+  ASSERT_NE(death, kNeverReplaced);
+  EXPECT_EQ(fault_of_death(death), "");
+  EXPECT_EQ(fault_of_death(kNeverReplaced), "page parent") << "nothing is left for the split to replace";
+  EXPECT_EQ(fault_of_death(tree.nodes[2].split), "page death") << "two nodes";
+  EXPECT_EQ(fault_of_death(39), "page death") << "no such split";
 }
 
 TEST(PageCodec, AsksForMatchingSpans) {
@@ -206,8 +215,8 @@ TEST(PageCodec, AsksForMatchingSpans) {
   PageScratch scratch;
   std::vector<PageNode> nodes(78);
   PageNode* place = nodes.data();
-  std::vector<SplitPatch> patches(38);
-  const auto result = decode_page(page, {COPPICE_FORMAT_VERSION, 0, 39, 2}, {{tree.nodes.data(), {&place, 1}}, patches, {}}, scratch);
+  std::vector<Split> splits(38);
+  const auto result = decode_page(page, {0, 40, 2}, {{tree.nodes.data(), {&place, 1}}, splits}, scratch);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().status, Status::invalid_argument);
 }

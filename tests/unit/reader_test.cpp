@@ -161,16 +161,8 @@ void expect_read_as_ever(const std::filesystem::path& folder) {
   }
 }
 
-TEST(GoldenFiles, Version1IsReadForEver) {
-  expect_read_as_ever(kData / "v1");
-}
-
-TEST(GoldenFiles, Version2IsReadForEver) {
-  expect_read_as_ever(kData / "v2");
-}
-
-TEST(GoldenFiles, Version3IsReadForEver) {
-  const std::filesystem::path folder = kData / "v3";
+TEST(GoldenFiles, TheyAreReadAsEver) {
+  const std::filesystem::path folder = kData / "v4";
   const std::map<std::string, test::RandomPlantOptions> plants = {
       {"one_leaf", {.leaf_count = 1, .wood_lod_count = 0, .texture_side = 0}},
       {"two_pages", {.leaf_count = 520, .card_count = 3, .wood_lod_count = 1, .texture_side = 0}},

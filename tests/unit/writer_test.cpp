@@ -65,7 +65,7 @@ TEST(Writer, SameContentsSameBytes) {
 
 TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
   const auto file = *write_file(contents());
-  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 3, 0, 0, 0, 9, 0, 0, 0};
+  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 4, 0, 0, 0, 9, 0, 0, 0};
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), file.begin()));
 }
 

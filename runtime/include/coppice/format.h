@@ -1,7 +1,7 @@
 #ifndef COPPICE_FORMAT_H
 #define COPPICE_FORMAT_H
 
-/* The .coppice file, version 3: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
+/* The .coppice file, version 4: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
  *
  * Little-endian; every struct below is stored as is, without padding. Offsets are from the start of the file. Lengths are in
  * metres, axes are glTF's (right-handed, +Y up).
@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 #define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
-#define COPPICE_FORMAT_VERSION 3u          /* written; read from 1 on */
+#define COPPICE_FORMAT_VERSION 4u
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u
@@ -127,7 +127,7 @@ typedef struct coppice_file_material {
   float alpha_cutoff;           /* 0: opaque; otherwise texels of smaller alpha are holes */
   float roughness;              /* 0..1 */
   uint16_t texture_or_none;     /* index of the base colour texture, or COPPICE_FILE_NO_TEXTURE */
-  uint16_t normal_map_plus_one; /* of the index; 0, or COPPICE_FILE_NO_TEXTURE where texture_or_none is that too: none */
+  uint16_t normal_map_plus_one; /* of the index; 0: none */
   uint32_t flags;
 } coppice_file_material;
 
@@ -138,7 +138,7 @@ typedef struct coppice_file_card {
 } coppice_file_card;
 
 /* ERRORS chunk: uint32_t leaf_counts[levels], ascending, first 1, last N; float sizes_px[sizes], ascending;
- * float error_px[levels][sizes], >= 0, non-increasing along a column; from version 3 on float wood_error_px[wood_lod_count][sizes], >= 0,
+ * float error_px[levels][sizes], >= 0, non-increasing along a column; float wood_error_px[wood_lod_count][sizes], >= 0,
  * non-decreasing along a column: the error of each wood LoD against the finest. sizes_px is the projected diameter of the bounding
  * sphere. */
 

@@ -4,18 +4,11 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
 namespace coppice::draco_header {
 
-enum class Geometry { sequential_points, edgebreaker_mesh };
-
-/// "DRACO", version, kind, method, flags: 11 bytes.
-inline std::vector<std::uint8_t> prefix(Geometry geometry) {
-  const bool mesh = geometry == Geometry::edgebreaker_mesh;
-  const auto byte = [mesh](int for_mesh, int for_points) { return static_cast<std::uint8_t>(mesh ? for_mesh : for_points); };
-  return {'D', 'R', 'A', 'C', 'O', 2, byte(2, 3), byte(1, 0), byte(1, 0), 0, 0};
-}
+/// "DRACO", version 2.2, a mesh, edgebreaker, no flags.
+inline constexpr std::array<std::uint8_t, 11> kPrefix = {'D', 'R', 'A', 'C', 'O', 2, 2, 1, 1, 0, 0};
 
 struct Attribute {
   int type;       ///< draco::GeometryAttribute::Type

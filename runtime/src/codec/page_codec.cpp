@@ -1,16 +1,392 @@
+// A page: a header, tables of symbol probabilities where they differ from the usual, the symbols, and plain bits. Splits are
+// decoded one after another straight into nodes; tables and header are checked first, so that no symbol can be out of range, and what a
+// damaged page can still do is let a split replace two nodes or none, or leave the quantisation box.
+
 #include "page_codec.h"
 
-#include "page_decode.h"
-#include "page_draco.h"
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <string>
+#include <utility>
 
 namespace coppice {
 
-Result<std::uint32_t> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch) {
-  if (info.split_count == 0 || info.split_count > COPPICE_PAGE_SPLITS || out.nodes.root == nullptr ||
-      out.nodes.pages.size() != info.page + std::size_t{1} || out.patches.size() != info.split_count ||
-      (!out.splits.empty() && out.splits.size() != info.split_count))
+namespace {
+
+using page_model::Context;
+using page_model::PageHeader;
+using page_model::Parent;
+using page_model::Point;
+using page_model::Step;
+
+using Bytes = std::span<const std::uint8_t>;
+
+/// The sections of a page.
+struct PageSections {
+  PageHeader header;
+  std::size_t word_count = 0;
+  Bytes words;  ///< 2 * word_count bytes, then the plain bits
+  Bytes bits;
+};
+
+Error bad_page(const char* what, std::size_t at) {
+  return {Status::bad_file, what, Error::kNoOffset, "byte " + std::to_string(at) + " of the page"};
+}
+
+Error bad_split(const char* what, std::size_t split) {
+  return {Status::bad_file, what, Error::kNoOffset, "split " + std::to_string(split) + " of the page"};
+}
+
+/// Takes little-endian numbers off the front of a page.
+class HeaderReader {
+ public:
+  explicit HeaderReader(Bytes bytes) : bytes_(bytes) {}
+
+  [[nodiscard]] bool has(std::size_t count) const { return bytes_.size() - at_ >= count; }
+  [[nodiscard]] std::size_t at() const { return at_; }
+  /// The caller has checked that they are there.
+  std::uint32_t number(std::size_t byte_count) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < byte_count; ++i) value |= std::uint32_t{bytes_[at_++]} << (8 * i);
+    return value;
+  }
+  [[nodiscard]] Bytes rest() const { return bytes_.subspan(at_); }
+
+ private:
+  Bytes bytes_;
+  std::size_t at_ = 0;
+};
+
+/// How many symbols of a context this page may use.
+std::size_t alphabet(std::size_t context, const PageHeader& header, std::uint32_t card_count) {
+  if (context == Context::kCard) return card_count;
+  if (context >= Context::kKind && context < Context::kKind + 4) return 2 * (1 + 2 * std::size_t{header.shape_count});
+  return page_model::kAlphabet[context];
+}
+
+Result<void> read_header(HeaderReader& reader, std::uint32_t split_count, PageHeader& header) {
+  constexpr std::size_t kFixedBytes = 10, kShapeBytes = 4;
+  if (!reader.has(kFixedBytes)) return bad_page("page header", 0);
+  header.split_count = reader.number(2);
+  if (header.split_count != split_count) return bad_page("page split_count", 0);
+  header.shape_count = 1 + reader.number(1);
+  if (header.shape_count > page_model::kMaxShapes) return bad_page("page shape_count", 2);
+  if (reader.number(1) != 0) return bad_page("page reserved", 3);
+  for (std::uint16_t& weight : header.axis_weights) weight = static_cast<std::uint16_t>(reader.number(2));
+  if (!reader.has(kShapeBytes * (header.shape_count - 1))) return bad_page("page shapes", reader.at());
+  for (std::size_t i = 1; i < header.shape_count; ++i) {
+    header.shapes[i].a = static_cast<std::int16_t>(reader.number(2));
+    header.shapes[i].b = static_cast<std::int16_t>(reader.number(2));
+  }
+  return {};
+}
+
+std::uint8_t digit_of(char hexadecimal) {
+  return static_cast<std::uint8_t>(hexadecimal <= '9' ? hexadecimal - '0' : hexadecimal - 'a' + 10);
+}
+
+/// The usual weights of a context. Of kinds and cards the page may use fewer: the first `most`.
+std::size_t default_digits(std::size_t context, std::size_t most, std::array<std::uint8_t, 256>& digits) {
+  const char* text = page_model::kDefaultWeights[context];
+  std::size_t count = 0;
+  for (; count < most && text[count] != 0; ++count) digits[count] = digit_of(text[count]);
+  return count;
+}
+
+/// One context's weights: a count, then that many digits, two to a byte.
+Result<std::size_t> read_digits(HeaderReader& reader, std::size_t most, std::array<std::uint8_t, 256>& digits) {
+  const std::size_t at = reader.at();
+  if (!reader.has(1)) return bad_page("page tables", at);
+  const std::size_t count = reader.number(1) + 1;
+  if (count > most) return bad_page("page tables", at);
+  if (!reader.has((count + 1) / 2)) return bad_page("page tables", at);
+  for (std::size_t i = 0; i < count; i += 2) {
+    const std::uint32_t pair = reader.number(1);
+    digits[i] = pair & 15;
+    if (i + 1 < count) digits[i + 1] = static_cast<std::uint8_t>(pair >> 4);
+    if (i + 1 == count && pair >> 4 != 0) return bad_page("page tables", at);
+  }
+  if (digits[count - 1] == 0) return bad_page("page tables", at);
+  return count;
+}
+
+Result<void> read_tables(HeaderReader& reader, const PageHeader& header, std::uint32_t card_count, PageScratch& scratch) {
+  if (!reader.has(4)) return bad_page("page tables", reader.at());
+  const std::size_t at = reader.at();
+  const std::uint32_t stored = reader.number(4);
+  if (stored >> Context::kContextCount != 0) return bad_page("page tables", at);
+  for (std::size_t context = 0; context < Context::kContextCount; ++context) {
+    std::array<std::uint8_t, 256> digits;
+    const std::size_t most = alphabet(context, header, card_count);
+    std::size_t count = 0;
+    if ((stored >> context & 1) != 0) {
+      COPPICE_TRY(read, read_digits(reader, most, digits));
+      count = read;
+    } else {
+      count = default_digits(context, most, digits);
+    }
+    const std::span<SymbolRange> ranges = std::span(scratch.ranges).subspan(page_model::kFirstRange[context], count);
+    share_out(std::span(digits).first(count), ranges);
+    fill_symbol_table(ranges, scratch.tables[context]);
+  }
+  return {};
+}
+
+Result<PageSections> read_sections(Bytes bytes, const PageInfo& info, PageScratch& scratch) {
+  PageSections sections;
+  HeaderReader reader(bytes);
+  COPPICE_CHECK(read_header(reader, page_split_count(info), sections.header));
+  sections.header.quantised_max = static_cast<std::int32_t>(info.quantised_max);
+  COPPICE_CHECK(read_tables(reader, sections.header, info.card_count, scratch));
+  if (!reader.has(2)) return bad_page("page word_count", reader.at());
+  const std::size_t at = reader.at();
+  sections.word_count = reader.number(2);
+  if (sections.word_count < 4 || !reader.has(2 * sections.word_count + BitReader::kLeastBytes)) return bad_page("page word_count", at);
+  sections.words = reader.rest();
+  sections.bits = reader.rest().subspan(2 * sections.word_count);
+  return sections;
+}
+
+/// A child as it is filled in.
+struct Child {
+  std::array<Point, 4> corners{};
+  unsigned known = 0;  ///< bit i: corner i
+  std::uint32_t card = 0;
+};
+
+constexpr std::uint32_t kNoParent = 0xffffffffu;
+
+/// What of earlier pages the page's splits replace. False where one replaces two nodes: pages before were not of one file.
+bool find_parents(const PageInfo& info, const NodePages& nodes, PageScratch& scratch) {
+  const std::uint32_t first_split = info.page * COPPICE_PAGE_SPLITS, count = page_split_count(info);
+  scratch.parents.fill(kNoParent);
+  if (info.page == 0) scratch.parents[0] = 0;
+  for (std::uint32_t page = 0; page < info.page; ++page)
+    for (std::uint32_t i = 0; i < 2 * COPPICE_PAGE_SPLITS; ++i) {
+      const std::uint32_t place = nodes.pages[page][i].split - first_split;
+      if (place >= count) continue;
+      if (scratch.parents[place] != kNoParent) return false;
+      scratch.parents[place] = 2 * COPPICE_PAGE_SPLITS * page + i + 1;
+    }
+  return true;
+}
+
+class PageDecoder {
+ public:
+  PageDecoder(const PageSections& sections, const PageInfo& info, const PageOutput& out, PageScratch& scratch)
+      : header_(sections.header),
+        out_(out),
+        scratch_(scratch),
+        symbols_(sections.words.data(), sections.word_count),
+        bits_(sections.bits),
+        first_split_(info.page * COPPICE_PAGE_SPLITS),
+        end_split_(info.leaf_count - 1),
+        bit_bytes_(sections.bits.size()) {}
+
+  Result<void> run(std::uint32_t split_count) {
+    PageNode* nodes = out_.nodes.pages.back();
+    for (std::uint32_t i = 0; i < split_count; ++i)
+      if (const char* fault = read_split(i, nodes + 2 * std::size_t{i}); fault != nullptr) return bad_split(fault, i);
+    const std::size_t needed = (bits_.used() + 7) / 8;
+    if (!symbols_.finished() || bit_bytes_ != (needed < BitReader::kLeastBytes ? BitReader::kLeastBytes : needed))
+      return Error{Status::bad_file, "page length"};
+    return {};
+  }
+
+ private:
+  std::uint32_t symbol(std::size_t context) {
+    return symbols_.next(scratch_.tables[context], scratch_.ranges.data() + page_model::kFirstRange[context]);
+  }
+
+  /// A number of `length` bits, the highest of which is 1.
+  std::uint32_t number(std::uint32_t length) {
+    if (length < 2) return length;
+    return 1u << (length - 1) | static_cast<std::uint32_t>(bits_.next(length - 1));
+  }
+
+  /// Null, or what is wrong with the split.
+  const char* read_split(std::uint32_t i, PageNode* children) {
+    const std::uint32_t split = first_split_ + i;
+    const std::uint32_t parent_node = scratch_.parents[i];
+    if (parent_node == kNoParent) return "page parent";
+    for (std::uint32_t c = 0; c < 2; ++c)
+      if (!read_death(split, 2 * split + 1 + c, children[c])) return "page death";
+    const PageNode& parent = out_.nodes[parent_node];
+    const Parent around = page_model::parent_of(parent.corners);
+    std::array<Child, 2> child;
+    std::array<std::uint8_t, 4> slots{};
+    const std::uint32_t pattern = symbol(Context::kChildren);
+    read_corners(pattern, 0, around, child[0], slots);
+    read_corners(pattern, 1, around, child[1], slots);
+    // The child of which more is known comes first.
+    const std::size_t fuller = page_model::kBitCount[pattern] > 2 ? 1 : 0;
+    if (!read_child(parent.card, around, child[fuller]) || !read_child(parent.card, around, child[1 - fuller])) return "page vertex";
+    for (std::size_t c = 0; c < 2; ++c) store(child[c], children[c]);
+    if (!out_.splits.empty()) store_split(parent_node, slots, child, out_.splits[i]);
+    return nullptr;
+  }
+
+  /// False if the split that replaces the node is not there, or replaces another one, as far as is known.
+  bool read_death(std::uint32_t birth, std::uint32_t id, PageNode& node) {
+    const std::uint32_t lifetime = number(symbol(Context::kDeath));
+    node.split = lifetime == 0 ? kNeverReplaced : birth + lifetime;
+    if (lifetime == 0) return true;
+    if (node.split >= end_split_) return false;
+    const std::uint32_t place = node.split - first_split_;
+    if (place >= COPPICE_PAGE_SPLITS) return true;  // a later page sees to it
+    return std::exchange(scratch_.parents[place], id) == kNoParent;
+  }
+
+  /// The corners of child `c` that are the parent's.
+  void read_corners(std::uint32_t pattern, unsigned c, const Parent& parent, Child& child, std::array<std::uint8_t, 4>& slots) {
+    const unsigned mask = (c == 0 ? ~pattern : pattern) & 15;
+    if (mask == 0) return;
+    const unsigned count = page_model::kBitCount[mask];
+    const unsigned first = static_cast<unsigned>(std::countr_zero(mask));
+    unsigned code = 0, turn = 0;
+    if (count == 1) {
+      turn = symbol(Context::kCorners1);
+    } else if (count == 2) {
+      const unsigned gap = static_cast<unsigned>(std::bit_width(mask)) - 1 - first;
+      code = symbol(Context::kCorners2 + gap - 1);
+      turn = code / 3;
+      code = 2 * (code % 3);
+    } else {
+      code = symbol(count == 3 ? Context::kCorners3 : Context::kCorners4);
+      turn = code / 6;
+      code %= 6;
+    }
+    unsigned left = mask;
+    for (unsigned k = 0; left != 0; ++k, left &= left - 1) {
+      const auto i = static_cast<unsigned>(std::countr_zero(left));
+      const unsigned corner = (first + turn + page_model::kCornerOrders[code][k]) & 3;
+      child.corners[corner] = parent.corners[i];
+      child.known |= 1u << corner;
+      slots[i] = static_cast<std::uint8_t>(4 * c + corner);
+    }
+  }
+
+  /// Card and new corners; false if one is outside the box.
+  bool read_child(std::uint32_t parent_card, const Parent& parent, Child& child) {
+    const std::uint32_t code = symbol(Context::kKind + std::size_t{page_model::kBitCount[child.known]});
+    const std::uint32_t kind = code >> 1;
+    child.card = (code & 1) != 0 ? symbol(Context::kCard) : parent_card;
+    const page_model::Steps& steps = page_model::kSteps[child.known];
+    bool inside = true;
+    for (std::uint32_t s = 0; s < steps.count; ++s) {
+      const Step& step = steps.step[s];
+      const Point guess = page_model::predict(header_, kind, step, child.corners, parent);
+      read_corner(kind, step, guess, child.corners);
+      for (std::int32_t coordinate : child.corners[step.corner])
+        inside = inside && static_cast<std::uint32_t>(coordinate) <= static_cast<std::uint32_t>(header_.quantised_max);
+    }
+    return inside;
+  }
+
+  void read_corner(std::uint32_t kind, const Step& step, const Point& guess, std::array<Point, 4>& corners) {
+    Point& corner = corners[step.corner];
+    if (kind == page_model::kFree) return read_residual(Context::kFreeSteps + static_cast<std::size_t>(step.rule), guess, corner);
+    const std::size_t side = page_model::is_parallel(kind) ? Context::kParallel : Context::kTurned;
+    switch (step.rule) {
+      case page_model::Rule::position:
+        return read_residual(Context::kShapedPosition, guess, corner);
+      case page_model::Rule::first:
+        return read_residual(side + page_model::kFirstSide, guess, corner);
+      case page_model::Rule::diagonal:
+        return read_residual(Context::kShapedDiagonal, guess, corner);
+      case page_model::Rule::fourth: {
+        const std::uint32_t near = symbol(Context::kNearFourth);
+        if (near == page_model::kFar) return read_residual(Context::kShapedFourth, guess, corner);
+        corner = {guess[0] + static_cast<std::int32_t>(near / 9) - 1, guess[1] + static_cast<std::int32_t>(near / 3 % 3) - 1,
+                  guess[2] + static_cast<std::int32_t>(near % 3) - 1};
+        return;
+      }
+      case page_model::Rule::second:
+        break;
+    }
+    const Point& base = corners[step.neighbour];
+    const Point along = page_model::difference(corners[(step.corner + 2) & 3], base);
+    const std::size_t square = page_model::shape_of(kind) == 0 ? page_model::square_axis(header_, along) : 3;
+    if (square == 3) return read_residual(side + page_model::kSecondSide, guess, corner);
+    read_square(side, {base, along, square}, guess, corner);
+  }
+
+  void read_residual(std::size_t context, const Point& guess, Point& corner) {
+    const std::uint32_t x = symbol(context), y = symbol(context), z = symbol(context);
+    read_values({x, y, z}, {0, 1, 2}, guess, corner);
+  }
+
+  /// A side known to be square to another one.
+  struct SquareSide {
+    const Point& base;
+    const Point& along;
+    std::size_t axis;
+  };
+
+  void read_square(std::size_t side, const SquareSide& known, const Point& guess, Point& corner) {
+    const std::size_t first = (known.axis + 1) % 3, second = (known.axis + 2) % 3;
+    const std::uint32_t a = symbol(side + page_model::kSecondSide), b = symbol(side + page_model::kSecondSide);
+    const std::uint32_t c = symbol(side + page_model::kSquareAxis);
+    Point residual = guess;
+    residual[known.axis] = 0;
+    read_values({a, b, c}, {first, second, known.axis}, residual, corner);
+    const std::int32_t value = page_model::square_coordinate(header_, known.along, page_model::difference(corner, known.base), known.axis);
+    corner[known.axis] += page_model::clamp_coordinate(header_, known.base[known.axis] + value);
+  }
+
+  /// guess + the three residuals, whose bit lengths are known.
+  void read_values(const std::array<std::uint32_t, 3>& lengths, const std::array<std::size_t, 3>& axes, const Point& guess, Point& out) {
+    const auto plain = [](std::uint32_t length) { return length > 1 ? length - 1 : 0; };
+    std::uint64_t bits = bits_.next(plain(lengths[0]) + plain(lengths[1]) + plain(lengths[2]));
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t count = plain(lengths[i]);
+      const std::uint32_t top = lengths[i] == 0 ? 0 : 1u << count;
+      const std::uint32_t value = top | (static_cast<std::uint32_t>(bits) & ((1u << count) - 1));
+      bits >>= count;
+      out[axes[i]] = guess[axes[i]] + unzigzag(value);
+    }
+  }
+
+  static void store(const Child& child, PageNode& node) {
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      for (std::size_t axis = 0; axis < 3; ++axis) node.corners[corner][axis] = static_cast<std::uint16_t>(child.corners[corner][axis]);
+    node.card = child.card;
+  }
+
+  static void store_split(std::uint32_t parent, const std::array<std::uint8_t, 4>& slots, const std::array<Child, 2>& child, Split& split) {
+    split.parent = parent;
+    split.parent_slots = slots;
+    std::size_t next = 0;
+    for (std::size_t slot = 0; slot < 8; ++slot) {
+      const Child& of = child[slot / 4];
+      if ((of.known >> (slot % 4) & 1) != 0) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis) split.new_vertices[next][axis] = static_cast<std::uint16_t>(of.corners[slot % 4][axis]);
+      ++next;
+    }
+    for (std::size_t c = 0; c < 2; ++c) split.cards[c] = static_cast<std::uint8_t>(child[c].card);
+  }
+
+  const PageHeader& header_;
+  const PageOutput& out_;
+  PageScratch& scratch_;
+  SymbolReader symbols_;
+  BitReader bits_;
+  std::uint32_t first_split_;
+  std::uint32_t end_split_;  ///< of the plant
+  std::size_t bit_bytes_;
+};
+
+}  // namespace
+
+Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch) {
+  const std::uint32_t split_count = page_split_count(info);
+  if (split_count == 0 || out.nodes.root == nullptr || out.nodes.pages.size() != info.page + std::size_t{1} ||
+      (!out.splits.empty() && out.splits.size() != split_count))
     return Error{Status::invalid_argument, "decode_page: a span of the wrong length"};
-  return info.version == 1 ? decode_draco_page(bytes, info, out) : decode_modelled_page(bytes, info, out, scratch);
+  COPPICE_TRY(sections, read_sections(bytes, info, scratch));
+  if (!find_parents(info, out.nodes, scratch)) return bad_page("page parent", 0);
+  return PageDecoder(sections, info, out, scratch).run(split_count);
 }
 
 }  // namespace coppice

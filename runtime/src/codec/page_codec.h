@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -25,29 +26,30 @@ struct NodePages {
 
 /// Which page the bytes are.
 struct PageInfo {
-  std::uint32_t version = COPPICE_FORMAT_VERSION;  ///< of the file: coppice_file_header::version
   std::uint32_t page = 0;
-  std::uint32_t split_count = 0;                        ///< 1 to COPPICE_PAGE_SPLITS
+  std::uint32_t leaf_count = 0;                         ///< of the plant
   std::uint32_t card_count = 0;                         ///< of the plant
-  std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< of the plant; other than this not in version 1
+  std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< of the plant
 };
+
+/// Splits of the page; 0 where the plant has no such page.
+[[nodiscard]] inline std::uint32_t page_split_count(const PageInfo& info) {
+  const std::uint64_t first = std::uint64_t{info.page} * COPPICE_PAGE_SPLITS, all = info.leaf_count - std::min(info.leaf_count, 1u);
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(all - std::min(all, first), COPPICE_PAGE_SPLITS));
+}
 
 /// Where a page is decoded to.
 struct PageOutput {
-  /// The last page's nodes are written, all fields; those of earlier pages and the root are read, their `split` not even that.
+  /// The last page's nodes are written, all fields; those of earlier pages and the root are read.
   NodePages nodes;
-  /// [split_count] Of the splits whose parents are in earlier pages: the parents. Those in the page itself have PageNode::split set.
-  std::span<SplitPatch> patches;
-  /// [split_count] or empty: the splits as such, for tools.
+  /// [splits of the page] or empty: the splits as such, for tools.
   std::span<Split> splits;
 };
 
-/// Decodes a PAGE chunk (FORMAT.md) into the layout the GPU reads. Checks parents (earlier nodes, not replaced before in the page), slots
-/// (four different), coordinates and cards (< card_count). Whether a parent in an earlier page is still alive is for the caller to check.
-/// Any thread. No allocation, except for pages of version 1. On error the page's own nodes are garbage.
+/// Decodes a PAGE chunk (FORMAT.md) into the layout the GPU reads. Checks that each split replaces one node, and slots (four different),
+/// coordinates and cards (< card_count). Any thread. No allocation. On error the page's own nodes are garbage.
 /// scratch  any value, before and after
-/// returns  how many patches were written, in order of their splits
-/// errors  bad_file: not what FORMAT.md describes; out_of_memory (version 1 only); invalid_argument: a span of the wrong length
-Result<std::uint32_t> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch);
+/// errors  bad_file: not what FORMAT.md describes; invalid_argument: a span of the wrong length
+Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch);
 
 }  // namespace coppice

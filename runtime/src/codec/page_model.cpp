@@ -90,7 +90,7 @@ std::int32_t square_coordinate(const PageHeader& header, const Point& along, con
 }
 
 const std::array<const char*, kContextCount> kDefaultWeights = {
-    "e175689bcdeffea9971111111111",
+    "fa42356789aa9876543211111111",
     "d79c95ecbc4aeccf",
     "fede",
     "f7996c969a6c",

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the page encoder and decoder of version 2 agree on (FORMAT.md, section 9): the contexts symbols are coded in, the order in which a
+// What the page encoder and decoder agree on (FORMAT.md, section 9): the contexts symbols are coded in, the order in which a
 // quad's unknown corners are filled, and what is predicted for each. All of it is integers: any reader computes the same.
 
 #include <algorithm>
@@ -24,7 +24,7 @@ inline Point point_of(const QuantisedPoint& point) {
 
 // A split's symbols, in this order; a context is a table of probabilities.
 enum Context : std::uint8_t {
-  kParent,    ///< bit length of 2s - parent
+  kDeath,     ///< of each child: bit length of the number of splits from its birth to the one that replaces it, 0: none does
   kChildren,  ///< bit i: parent corner i is a corner of the second child
   kCorners1,  ///< which corners of a child are the parent's, by how many there are ...
   kCorners2,  ///< ... and if two, by how far apart they are in the parent: three contexts
@@ -176,6 +176,7 @@ namespace coppice {
 
 /// What decoding a page needs for a while. Some 30 KiB: kept off the stacks of an engine's jobs.
 struct PageScratch {
+  std::array<std::uint32_t, COPPICE_PAGE_SPLITS> parents;  ///< of the page's splits
   std::array<SymbolTable, page_model::kContextCount> tables;
   std::array<SymbolRange, page_model::kRangeCount> ranges;
 };

@@ -64,7 +64,7 @@ Error bad_at(const Cursor& cursor, const char* what, const std::string& detail =
 
 /// Draco's prefix, the traversal kind and the counts; leaves the cursor behind them.
 Result<void> check_counts(Cursor& cursor, std::uint64_t byte_count, const WoodShape& shape, std::uint32_t& attribute_data_count) {
-  for (std::uint8_t expected : draco_header::prefix(draco_header::Geometry::edgebreaker_mesh))
+  for (std::uint8_t expected : draco_header::kPrefix)
     if (cursor.byte() != expected || cursor.failed()) return bad_at(cursor, "wood Draco header");
   if (cursor.byte() != 0) return bad_at(cursor, "wood traversal");  // standard: every triangle costs at least a bit
   const std::uint64_t vertices = cursor.varint(), triangles = cursor.varint();

@@ -9,7 +9,6 @@
 // eight child slots the parent's vertices fill. Slots 0..3 are the corners of child 2s+1, slots 4..7 those of child 2s+2.
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -23,34 +22,21 @@ using QuantisedPoint = std::array<std::uint16_t, 3>;
 /// the two triangles are (0, 1, 2) and (0, 2, 3).
 using QuantisedQuad = std::array<QuantisedPoint, 4>;
 
-/// PageNode::split of a node that nothing replaces, as far as is known.
+/// PageNode::split of a node that nothing replaces.
 inline constexpr std::uint32_t kNeverReplaced = 0xffffffffu;
 
 /// A node as pages are decoded into: the bytes that go to the GPU (gpu::Node, which convert.cpp compares with this).
 struct PageNode {
   QuantisedQuad corners{};
   std::uint32_t card = 0;
-  std::uint32_t split = kNeverReplaced;  ///< that replaces this node
+  std::uint32_t split = kNeverReplaced;  ///< that replaces this node, in whichever page it is
 };
 static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, split) == 28);
 
-/// Nodes of a page that others may go on reading once it has been evicted. What a later page's splits replace is all that changes in them:
-/// one thread learns it while others read.
+/// Nodes of a page that others may go on reading once it has been evicted. They never change.
 struct SharedNodes {
   std::span<const PageNode> nodes;
   std::shared_ptr<const void> owner;  ///< null: they stay where they are
-};
-inline void learn_split(PageNode& node, std::uint32_t split) {
-  std::atomic_ref(node.split).store(split, std::memory_order_relaxed);
-}
-inline std::uint32_t known_split(const PageNode& node) {
-  return std::atomic_ref(const_cast<std::uint32_t&>(node.split)).load(std::memory_order_relaxed);
-}
-
-/// A node whose split is known now that the page holding that split is there.
-struct SplitPatch {
-  std::uint32_t node = 0;
-  std::uint32_t split = 0;
 };
 
 /// One split as decoded from a page.

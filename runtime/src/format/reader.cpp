@@ -94,7 +94,7 @@ Result<void> check_wood_counts(const coppice_file_plant& plant, std::uint64_t at
   return {};
 }
 
-Result<void> check_plant_values(const coppice_file_plant& plant, std::uint32_t version, std::uint64_t at) {
+Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t at) {
   for (int axis = 0; axis < 3; ++axis) {
     const float low = plant.leaf_box_min[axis], high = plant.leaf_box_max[axis];
     if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(high - low) || !(high >= low))
@@ -109,7 +109,7 @@ Result<void> check_plant_values(const coppice_file_plant& plant, std::uint32_t v
   if (plant.root_card >= plant.card_count)
     return bad_field("plant root_card", at + offsetof(coppice_file_plant, root_card), "no such card");
   COPPICE_CHECK(check_wood_counts(plant, at));
-  if (plant.fine_positions > (plant.leaf_mesh_count > 0 || version == 1 ? 0 : 1))
+  if (plant.fine_positions > (plant.leaf_mesh_count > 0 ? 0 : 1))
     return bad_field("plant fine_positions", at + offsetof(coppice_file_plant, fine_positions), std::to_string(plant.fine_positions));
   if (plant.metric < COPPICE_METRIC_MI || plant.metric > COPPICE_METRIC_IMAGE)
     return bad_field("plant metric", at + offsetof(coppice_file_plant, metric), std::to_string(plant.metric) + " is no metric");
@@ -204,9 +204,6 @@ Result<void> read_materials(PlantFile& file, Bytes bytes) {
     for (const std::uint32_t texture : {material_texture(material), material_normal_map(material)})
       if (texture != COPPICE_NO_TEXTURE && texture >= file.plant.texture_count)
         return bad_field("material texture", at + offsetof(coppice_file_material, texture_or_none), "no such texture");
-    // All ones stand for neither of the two, not for one.
-    if (material.normal_map_plus_one == COPPICE_FILE_NO_TEXTURE && material.texture_or_none != COPPICE_FILE_NO_TEXTURE)
-      return bad_field("material texture", at + offsetof(coppice_file_material, texture_or_none), "no such normal map");
     constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_COVERAGE_MASK |
                                      COPPICE_MATERIAL_CROWN_NORMALS_MASK;
     if ((material.flags & ~kKnown) != 0)
@@ -261,26 +258,15 @@ Result<void> check_errors(const PlantFile& file) {
   return {};
 }
 
-/// What version 2 assumed of wood: the error is the side of a triangle when a LoD's triangles share out the sphere's square, four to one.
-std::vector<float> assumed_wood_error_px(const PlantFile& file) {
-  std::vector<float> error_px;
-  for (std::uint32_t lod = 0; lod < file.plant.wood_lod_count; ++lod)
-    for (const float size_px : file.error_sizes_px)
-      error_px.push_back(size_px * std::sqrt(0.25f / static_cast<float>(file.plant.wood_triangle_counts[lod])));
-  return error_px;
-}
-
 Result<void> read_errors(PlantFile& file, Bytes bytes) {
   const std::size_t levels = file.plant.error_level_count, sizes = file.plant.error_size_count;
-  const std::size_t wood_rows = file.header.version >= 3 ? file.plant.wood_lod_count : 0;
+  const std::size_t wood_rows = file.plant.wood_lod_count;
   COPPICE_TRY(content, front_chunk(file, bytes, 3, (levels + (1 + levels + wood_rows) * sizes) * 4));
   file.error_leaf_counts = copy_array<std::uint32_t>(content, 0, levels);
   file.error_sizes_px = copy_array<float>(content, levels * 4, sizes);
   file.error_px = copy_array<float>(content, (levels + sizes) * 4, levels * sizes);
   file.wood_error_px = copy_array<float>(content, (levels + (1 + levels) * sizes) * 4, wood_rows * sizes);
-  COPPICE_CHECK(check_errors(file));
-  if (file.header.version < 3) file.wood_error_px = assumed_wood_error_px(file);
-  return {};
+  return check_errors(file);
 }
 
 Result<void> read_leaf_meshes(PlantFile& file, Bytes bytes) {
@@ -317,9 +303,10 @@ Result<coppice_file_header> read_header(Bytes bytes, std::uint64_t file_bytes) {
   if (bytes.size() < sizeof(coppice_file_header)) return bad_field("header", bytes.size(), "the file is cut off");
   const auto header = copy_at<coppice_file_header>(bytes, 0);
   // The version before the checksum: a later version may put its checksum elsewhere.
-  if (header.version < 1 || header.version > COPPICE_FORMAT_VERSION)
-    return bad_field("version", offsetof(coppice_file_header, version),
-                     std::to_string(header.version) + "; this build reads 1 to " + std::to_string(COPPICE_FORMAT_VERSION));
+  if (header.version != COPPICE_FORMAT_VERSION)
+    return bad_field(
+        "version", offsetof(coppice_file_header, version),
+        std::to_string(header.version) + "; this build reads " + std::to_string(COPPICE_FORMAT_VERSION) + ": bake the plant again");
   if (checksum(bytes.first(offsetof(coppice_file_header, header_checksum))) != header.header_checksum)
     return bad_field("header checksum", offsetof(coppice_file_header, header_checksum), "the header's bytes do not match");
   if (header.file_bytes != file_bytes)
@@ -348,7 +335,7 @@ Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes, const coppic
   COPPICE_TRY(content, front_chunk(file, bytes, 0, sizeof(coppice_file_plant)));
   file.plant = copy_at<coppice_file_plant>(content, 0);
   COPPICE_CHECK(check_plant_counts(file.plant, file.chunks[0].offset));
-  COPPICE_CHECK(check_plant_values(file.plant, file.header.version, file.chunks[0].offset));
+  COPPICE_CHECK(check_plant_values(file.plant, file.chunks[0].offset));
   COPPICE_CHECK(check_order(file));
   COPPICE_CHECK(read_materials(file, bytes));
   COPPICE_CHECK(read_cards(file, bytes));
@@ -383,14 +370,12 @@ std::uint32_t material_texture(const coppice_file_material& material) {
 }
 
 std::uint32_t material_normal_map(const coppice_file_material& material) {
-  const std::uint32_t stored = material.normal_map_plus_one;
-  return stored == 0 || stored == COPPICE_FILE_NO_TEXTURE ? COPPICE_NO_TEXTURE : stored - 1;
+  return material.normal_map_plus_one == 0 ? COPPICE_NO_TEXTURE : std::uint32_t{material.normal_map_plus_one} - 1;
 }
 
 void set_material_textures(coppice_file_material& material, std::uint32_t texture, std::uint32_t normal_map) {
-  const bool neither = texture == COPPICE_NO_TEXTURE && normal_map == COPPICE_NO_TEXTURE;
   material.texture_or_none = static_cast<std::uint16_t>(texture);
-  material.normal_map_plus_one = neither ? COPPICE_FILE_NO_TEXTURE : static_cast<std::uint16_t>(normal_map + 1);
+  material.normal_map_plus_one = static_cast<std::uint16_t>(normal_map + 1);
 }
 
 float material_crown_normals(const coppice_file_material& material) {

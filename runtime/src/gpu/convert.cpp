@@ -81,7 +81,7 @@ LeafMeshVertex gpu_leaf_mesh_vertex(const coppice::WoodVertex& vertex) {
 }
 
 PageNode root_node(const coppice_file_plant& plant) {
-  PageNode root{.card = plant.root_card};
+  PageNode root{.card = plant.root_card, .split = plant.leaf_count > 1 ? 0 : kNeverReplaced};
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.root_quad[corner], 3, root.corners[corner].begin());
   return root;
 }
@@ -102,7 +102,7 @@ Plant gpu_plant(const coppice_file_plant& plant) {
   converted.leaf_count = plant.leaf_count;
   converted.resident_leaf_count = 1;
   const PageNode root = root_node(plant);
-  converted.root = gpu_node(root.corners, root.card, kNeverSplit);
+  converted.root = gpu_node(root.corners, root.card, root.split);
   converted.error_level_count = plant.error_level_count;
   converted.error_size_count = plant.error_size_count;
   converted.wood_lod_count = plant.wood_lod_count;

@@ -341,7 +341,7 @@ BuiltList build_leaf_list(const LeafSource& source, std::uint32_t leaf_count) {
   entries.reserve(leaf_count);
   for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id) {
     const PageNode& node = source.node(id);
-    if (!lod::coppice_node_alive(id, known_split(node), leaf_count)) continue;
+    if (!lod::coppice_node_alive(id, node.split, leaf_count)) continue;
     std::array<std::array<std::uint32_t, 3>, 4> quantised{};
     for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(node.corners[corner], quantised[corner].begin());
     Entry entry = make_entry(quantised, source.box.largest, box);

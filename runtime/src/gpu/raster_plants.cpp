@@ -106,7 +106,6 @@ Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file)
   plant.lit = file.plant.page_count == 0;
   plant.texture_taken.resize(file.plant.texture_count);
   plant.root = root_node(file.plant);
-  if (file.plant.leaf_count > 1) plant.root.split = 0;
   plant.pages.reserve(file.plant.page_count);
   plant.looks_buffer = buffer;
   plant.meshes.resize(kMeshLists);

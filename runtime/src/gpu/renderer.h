@@ -49,7 +49,6 @@ struct PageUpload {
   std::uint32_t plant = 0;
   std::uint32_t page = 0;
   SharedNodes nodes;
-  std::span<const SplitPatch> patches;  ///< of node 0 and of pages that are resident
 };
 
 /// What may be drawn of a plant this frame.
@@ -94,7 +93,7 @@ class Renderer {
 
   /// before / after: as coppice_record_upload. queue: graphics.
   void record_upload_begin(VkCommandBuffer cmd);
-  /// errors  out_of_memory: the chunk is not there. Splits it patched into other nodes may be: cuts of what is resident do not reach them
+  /// errors  out_of_memory: the chunk is not there
   Result<void> upload_page(const PageUpload& upload);
   Result<void> upload_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
   Result<void> upload_leaf_mesh(std::uint32_t plant, std::uint32_t index, const WoodMesh& mesh);
@@ -236,7 +235,6 @@ class Renderer {
   Result<MeshBuffer> stage_mesh(const PlantSlot& plant, const WoodMesh& mesh, ChunkVertex kind);
   void drop_mesh(MeshBuffer& mesh);
   Result<void> stage_crown_light(std::uint32_t plant, std::span<const PageNode> page_0);
-  Result<void> stage_patches(PlantSlot& plant, std::span<const SplitPatch> patches);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
   [[nodiscard]] std::uint64_t room_bytes() const;
   void limit_draws(std::uint64_t share_bytes);

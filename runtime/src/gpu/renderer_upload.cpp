@@ -60,7 +60,6 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
   COPPICE_ASSERT(plant.used && plant.page_slots[upload.page] == PagePool::kNoSlot && page_nodes.size() <= kPageNodes);
   COPPICE_TRY(nodes, stage(page_nodes.size_bytes()));
   COPPICE_TRY(entry, stage(sizeof(uvec2)));
-  COPPICE_CHECK(stage_patches(plant, upload.patches));
   if (upload.page == 0) COPPICE_CHECK(stage_crown_light(upload.plant, page_nodes));
   COPPICE_TRY(slot, pages_.allocate(device_));
   std::memcpy(nodes.data, page_nodes.data(), page_nodes.size_bytes());  // the same layout: convert.cpp
@@ -82,7 +81,6 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
 Result<void> Renderer::stage_crown_light(std::uint32_t index, std::span<const PageNode> page_0) {
   PlantSlot& plant = plants_[index];
   std::vector<PageNode> nodes{plant.root};
-  nodes[0].split = 0;
   nodes.insert(nodes.end(), page_0.begin(), page_0.end());
   CrownLight light = measure_crown({nodes, plant.card_coverage, plant.box}, static_cast<std::uint32_t>((nodes.size() + 1) / 2));
   const std::vector<std::uint32_t> words = pack_crown(light);
@@ -92,24 +90,6 @@ Result<void> Renderer::stage_crown_light(std::uint32_t index, std::span<const Pa
   patches_.push_back({slice.buffer, plant.tables.buffer, {slice.offset, plant.crown_offset, bytes}});
   if (!plant.pending_tables.empty()) std::memcpy(plant.pending_tables.data() + plant.crown_offset, words.data(), bytes);
   if (raster_) raster_->plants().set_light(index, std::move(light));
-  return {};
-}
-
-Result<void> Renderer::stage_patches(PlantSlot& plant, std::span<const SplitPatch> patches) {
-  if (patches.empty()) return {};
-  COPPICE_TRY(slice, stage(patches.size() * sizeof(std::uint32_t)));
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    const SplitPatch& patch = patches[i];
-    std::memcpy(slice.data + i * sizeof(std::uint32_t), &patch.split, sizeof(std::uint32_t));
-    if (patch.node == 0) {
-      plant.record.root.split = patch.split;
-      continue;
-    }
-    const std::uint32_t slot = plant.page_slots[(patch.node - 1) / kPageNodes];
-    COPPICE_ASSERT(slot != PagePool::kNoSlot);
-    const std::uint64_t offset = pages_.offset(slot) + (patch.node - 1) % kPageNodes * sizeof(Node) + offsetof(Node, split);
-    patches_.push_back({slice.buffer, pages_.buffer(slot), {slice.offset + i * sizeof(std::uint32_t), offset, sizeof(std::uint32_t)}});
-  }
   return {};
 }
 

@@ -84,30 +84,6 @@ void fill_tables(PlantStream& plant) {
                      plant.leaf_meshes.bytes() + bytes_of(file.leaf_meshes) + bytes_of(file.leaf_mesh_error_px);
 }
 
-/// Marks one node as replaced by `split`. An entry that a page evicted since wrote is at least the split it names.
-bool record_split(PageNode& node, std::uint32_t split) {
-  if (node.split < split) return false;
-  learn_split(node, split);
-  return true;
-}
-
-Error dead_parent(std::uint32_t split) {
-  return {Status::bad_file, "page: parent of a split is split already", Error::kNoOffset, "split " + std::to_string(split)};
-}
-
-Result<void> accept_page(PlantStream& plant, const Transfer& transfer) {
-  const std::uint32_t page = transfer.chunk->id.index;
-  PageData& data = plant.pages[page];
-  data.patch_count = transfer.patch_count;
-  for (const SplitPatch& patch : data.patches.span().first(data.patch_count)) {
-    if (patch.node == 0) continue;  // the decoder has seen that only split 0 replaces it
-    const std::uint32_t owner = (patch.node - 1) / (2 * COPPICE_PAGE_SPLITS);
-    PageNode& node = (*plant.pages[owner].nodes)[(patch.node - 1) % (2 * COPPICE_PAGE_SPLITS)];
-    if (!record_split(node, patch.split)) return dead_parent(patch.split);
-  }
-  return {};
-}
-
 }  // namespace
 
 PlantStream::~PlantStream() {
@@ -184,7 +160,6 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
     const std::uint64_t splits = page_split_count(plant.file.plant, chunk.id.index);
     bytes.gpu = plant.gpu.page_bytes;
     bytes.kept = 2 * splits * sizeof(PageNode);
-    bytes.upload = splits * sizeof(SplitPatch);
     bytes.work += sizeof(PageScratch);
   } else if (chunk.id.kind == ChunkKind::wood) {
     const std::uint64_t vertices = plant.file.plant.wood_vertex_counts[chunk.id.index];
@@ -336,11 +311,10 @@ Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
   PageData data;
   data.nodes = std::make_shared<HookArray<PageNode>>();
   COPPICE_CHECK(allocate_into(*data.nodes, allocator, 2 * splits));
-  COPPICE_CHECK(allocate_into(data.patches, allocator, splits));
   COPPICE_CHECK(allocate_into(transfer.scratch, allocator, 1));
   plant.pages[page] = std::move(data);
   plant.page_nodes[page] = plant.pages[page].nodes->data();
-  transfer.page = {{&plant.root, std::span<PageNode* const>(plant.page_nodes.data(), page + 1)}, plant.pages[page].patches.span(), {}};
+  transfer.page = {{&plant.root, std::span<PageNode* const>(plant.page_nodes.data(), page + 1)}, {}};
   return {};
 }
 
@@ -349,10 +323,8 @@ namespace {
 Result<void> decode_page_chunk(Transfer& transfer) {
   const PlantFile& file = transfer.plant->file;
   const std::uint32_t page = transfer.chunk->id.index;
-  const PageInfo info{file.header.version, page, page_split_count(file.plant, page), file.plant.card_count, quantised_max(file.plant)};
-  COPPICE_TRY(patch_count, decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0]));
-  transfer.patch_count = patch_count;
-  return {};
+  const PageInfo info{page, file.plant.leaf_count, file.plant.card_count, quantised_max(file.plant)};
+  return decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0]);
 }
 
 Result<void> decode_texture_chunk(Transfer& transfer) {
@@ -396,8 +368,8 @@ Result<void> decode_chunk(Transfer& transfer) {
   return {};
 }
 
-Result<void> accept_decoded(PlantStream& plant, Transfer& transfer) {
-  if (transfer.chunk->id.kind == ChunkKind::page) return accept_page(plant, transfer);
+void accept_decoded(PlantStream& plant, Transfer& transfer) {
+  if (transfer.chunk->id.kind == ChunkKind::page) return;  // decoded into the plant's pages
   const std::uint32_t index = transfer.chunk->id.index;
   if (transfer.chunk->id.kind == ChunkKind::wood)
     plant.wood[index] = std::move(transfer.wood);
@@ -405,7 +377,6 @@ Result<void> accept_decoded(PlantStream& plant, Transfer& transfer) {
     plant.leaf_meshes[index] = std::move(transfer.wood);
   else
     plant.textures[index] = std::move(plant.texture_uploads[index].decoded ? transfer.texels : transfer.bytes);
-  return {};
 }
 
 void free_page(PlantStream& plant, std::uint32_t page) {

@@ -19,8 +19,6 @@ namespace coppice {
 /// CPU memory of a foliage page. Children's corners are their parents', so nodes stay as long as the page does.
 struct PageData {
   std::shared_ptr<HookArray<PageNode>> nodes;  ///< two per split; null while there are none
-  HookArray<SplitPatch> patches;               ///< until uploaded; patch_count are used
-  std::uint32_t patch_count = 0;
 };
 
 /// What a chunk takes, bytes, by how long.
@@ -161,9 +159,8 @@ Result<void> prepare_page(PlantStream& plant, Transfer& transfer);
 /// The work of a decode job: checks the chunk's bytes and decodes them. Any thread; reads the plant's file and earlier nodes only.
 Result<void> decode_chunk(Transfer& transfer);
 
-/// Takes over what the job made. Page: checks that parents in earlier pages are alive and marks them.
-/// errors  bad_file
-Result<void> accept_decoded(PlantStream& plant, Transfer& transfer);
+/// Takes over what the job made.
+void accept_decoded(PlantStream& plant, Transfer& transfer);
 
 void free_page(PlantStream& plant, std::uint32_t page);
 

@@ -69,7 +69,7 @@ Result<void> decode_pinned(PlantStream& plant, Chunk& chunk, std::span<const std
   if (chunk.id.kind == ChunkKind::page) COPPICE_CHECK(prepare_page(plant, transfer));
   for (Residency step : {Residency::reading, Residency::decoding}) COPPICE_ASSERT(advance(chunk, step));
   COPPICE_CHECK(decode_chunk(transfer));
-  COPPICE_CHECK(accept_decoded(plant, transfer));
+  accept_decoded(plant, transfer);
   COPPICE_ASSERT(advance(chunk, Residency::decoded));
   if (chunk.id.kind == ChunkKind::page) plant.decoded_page_count = 1;
   return {};
@@ -344,7 +344,6 @@ DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
     const PageData& data = plant.pages[chunk.id.index];
     decoded.first_node = 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1;
     decoded.nodes = {data.nodes->span(), data.nodes};
-    decoded.patches = data.patches.span().first(data.patch_count);
   } else if (chunk.id.kind == ChunkKind::wood) {
     decoded.wood = &plant.wood[chunk.id.index];
   } else if (chunk.id.kind == ChunkKind::leaf_mesh) {
@@ -397,7 +396,6 @@ void Streamer::uploaded(ChunkId id) {
   if (id.kind == ChunkKind::page) {
     COPPICE_ASSERT(id.index == plant.resident_page_count);
     ++plant.resident_page_count;
-    plant.pages[id.index].patches.reset();
   } else {
     free_decoded(plant, id);
   }

@@ -64,7 +64,6 @@ struct DecodedChunk {
   SharedNodes nodes;
   /// Nodes of earlier pages (node 0 included, in no page) that this page's splits replace. They need no undoing when this page is evicted:
   /// cuts are clamped to the resident prefix, in which those splits have not happened.
-  std::span<const SplitPatch> patches;
 
   // wood, leaf mesh
   const WoodMesh* wood = nullptr;

@@ -188,7 +188,7 @@ void Streamer::State::finish_decode(Transfer& transfer) {
   if (page) --plant.decoding_page_count;
   const bool in_order = !page || chunk.id.index == plant.decoded_page_count;
   if (transfer.skipped || !in_order || stale(transfer)) return drop(transfer);
-  if (transfer.outcome) transfer.outcome = accept_decoded(plant, transfer);
+  if (transfer.outcome) accept_decoded(plant, transfer);
   if (!transfer.outcome && transfer.outcome.error().status == Status::out_of_memory) {
     out_of_memory(plant, transfer.outcome.error());
     return drop(transfer);

@@ -41,7 +41,6 @@ struct Transfer {
   ReadRetry retry;
 
   PageOutput page;                 ///< page: where the job decodes it to
-  std::uint32_t patch_count = 0;   ///< page: out of the job
   HookArray<PageScratch> scratch;  ///< page: one
   WoodMesh wood;                   ///< wood: out of the job
   HookBuffer texels;               ///< texture that is decoded: out of the job, a TEXTURE chunk of RGBA8

@@ -6,6 +6,7 @@
 
 #include <glm/common.hpp>
 
+#include "card_look.h"
 #include "mesh_error.h"
 #include "page_encode.h"
 #include "quantised_tree.h"
@@ -85,13 +86,14 @@ coppice_file_material file_material(const Material& material, float coverage, bo
   return result;
 }
 
-coppice_file_card file_card(const Card& card) {
+coppice_file_card file_card(const Card& card, const FileContents& contents) {
   coppice_file_card result{};
   result.material = card.material;
   for (std::size_t corner = 0; corner < 4; ++corner) {
     result.uv[corner][0] = card.uv[corner].x;
     result.uv[corner][1] = card.uv[corner].y;
   }
+  set_card_look(contents.materials[card.material], contents.textures, result);
   return result;
 }
 
@@ -244,14 +246,17 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   const std::vector<bool> of_meshes = leaf_mesh_materials(plant);
   for (std::uint32_t m = 0; m < plant.materials.size(); ++m)
     contents.materials.push_back(file_material(plant.materials[m], card_coverage(plant.card_table, m, masks[m]), of_meshes[m]));
-  for (const Card& card : plant.card_table) contents.cards.push_back(file_card(card));
+  COPPICE_CHECK(add_textures(plant, textures, contents));
+  for (const Card& card : plant.card_table) {
+    if (card.material >= contents.materials.size()) return Error{Status::invalid_argument, "pack: a card's material is not there"};
+    contents.cards.push_back(file_card(card, contents));
+  }
   for (const Tree::Node& node : plant.tree.nodes)
     if (node.card >= plant.card_table.size()) return Error{Status::invalid_argument, "pack: a node's card is not in the table"};
   contents.error_leaf_counts = plant.errors.leaf_counts;
   contents.error_sizes_px = plant.errors.sizes_px;
   contents.error_px = plant.errors.error_px;
   COPPICE_CHECK(add_pages(tree, contents));
-  COPPICE_CHECK(add_textures(plant, textures, contents));
   COPPICE_CHECK(add_leaf_meshes(plant, tree.box, contents));
   COPPICE_CHECK(add_wood(plant, contents));  // last: it gets what the others leave of the first read
   COPPICE_TRY(file, write_file(contents));

@@ -64,6 +64,7 @@ std::vector<Record> chunk_records(const coppice_file_chunk& chunk) {
     for (std::size_t i = 0; i < elements(sizeof(coppice_file_card)); ++i) {
       add_fields(records.emplace_back(), at + i * sizeof(coppice_file_card), FieldType::u32);
       add_fields(records.back(), at + i * sizeof(coppice_file_card) + 4, FieldType::f32, 8);
+      add_fields(records.back(), at + i * sizeof(coppice_file_card) + 36, FieldType::u32, 3);
     }
   } else if (chunk.kind == COPPICE_CHUNK_ERRORS || chunk.kind == COPPICE_CHUNK_LEAF_MESHES) {
     add_fields(records.emplace_back(), at, FieldType::f32, elements(4));

@@ -181,6 +181,8 @@ void damage_tables(Damage& damage, const Bytes& good) {
              std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY});
   damage.set("card_material", "card material", cards, std::uint32_t{2});
   damage.set("card_uv", "card uv", cards + offsetof(coppice_file_card, uv), std::uint32_t{0x7f800000});
+  damage.set("card_reserved", "card reserved", cards + offsetof(coppice_file_card, reserved), std::uint8_t{1});
+  damage.set("card_mask", "card mask", cards + offsetof(coppice_file_card, mask), std::uint64_t{0});
   const PlantFile front = front_of(good);
   const std::size_t errors = chunk_offset(good, COPPICE_CHUNK_ERRORS), sizes = errors + 4 * front.error_leaf_counts.size();
   const std::size_t values = sizes + 4 * front.error_sizes_px.size();

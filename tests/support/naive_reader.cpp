@@ -232,11 +232,15 @@ void read_materials(NaiveBytes bytes, std::size_t count, NaivePlant& plant) {
 }
 
 void read_cards(NaiveBytes bytes, std::size_t count, NaivePlant& plant) {
-  naive_must(bytes.left() == 36 * count, "CARDS' length");
+  naive_must(bytes.left() == 48 * count, "CARDS' length");
   for (std::size_t i = 0; i < count; ++i) {
     NaiveCard card;
     card.material = bytes.u32();
     card.uv = floats<8>(bytes);
+    for (std::uint32_t& channel : card.albedo) channel = bytes.u8();
+    naive_must(bytes.u8() == 0, "card reserved");
+    for (std::uint32_t& word : card.mask) word = bytes.u32();
+    naive_must(card.mask[0] != 0 || card.mask[1] != 0, "card mask");
     naive_must(card.material < plant.materials.size() && (plant.materials[card.material].flags & 2) == 0, "card material");
     naive_must(is_finite(card.uv), "card uv");
     plant.cards.push_back(card);

@@ -33,6 +33,8 @@ struct NaiveMaterial {
 struct NaiveCard {
   std::uint32_t material = 0;
   std::array<float, 8> uv{};
+  std::array<std::uint32_t, 3> albedo{};
+  std::array<std::uint32_t, 2> mask{};
 };
 
 using NaivePoint = std::array<std::int64_t, 3>;

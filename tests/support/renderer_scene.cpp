@@ -11,6 +11,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
+#include "card_look.h"
 #include "demand.h"
 #include "normal_map.h"
 
@@ -128,6 +129,7 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
     std::ranges::copy(image.rgba, chunk.begin() + sizeof header);
     plant.textures.push_back(std::move(chunk));
   }
+  for (coppice_file_card& card : plant.file.cards) bake::set_card_look(plant.file.materials[card.material], plant.textures, card);
   for (const bake::LeafMeshPart& part : baked.leaf_meshes.parts) {
     plant.leaf_meshes.push_back(wood_mesh(part.mesh));
     for (std::size_t i = 0; i < part.stalks.size(); ++i) plant.leaf_meshes.back().vertices[i].stalk = quantise(part.stalks[i], box);

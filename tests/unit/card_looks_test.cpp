@@ -1,4 +1,4 @@
-// What cards, materials and triangles show from afar, of the images that their materials name.
+// What materials and triangles show from afar, of the images that their materials name.
 
 #include "card_looks.h"
 
@@ -20,12 +20,11 @@ std::vector<std::uint8_t> texture_chunk(const std::array<std::uint8_t, 4>& rgba)
   return chunk;
 }
 
-/// One card of one material that shows texture `texture` of two, and leaf meshes.
+/// One material that shows texture `texture` of two, and leaf meshes.
 PlantLooks looks_of(std::uint32_t texture, std::uint32_t normal_map) {
   PlantFile file;
   file.plant.texture_count = 2;
   file.plant.leaf_mesh_count = 1;
-  file.cards.resize(1);
   coppice_file_material& material = file.materials.emplace_back();
   for (float& channel : material.base_color) channel = 1.0f;
   set_material_textures(material, texture, normal_map);
@@ -40,13 +39,10 @@ TEST(CardLooks, AMaterialsColourIsThatOfItsTextureWhateverItsNormalMap) {
     for (const std::uint32_t normal_map : {COPPICE_NO_TEXTURE, 1 - texture}) {
       PlantLooks looks = looks_of(texture, normal_map);
       EXPECT_FALSE(has_texels(looks, 0));
-      EXPECT_FALSE(take_texture(looks, 1 - texture, bluish)) << "the normal map, or nobody's";
-      EXPECT_FALSE(has_texels(looks, 0));
-      EXPECT_TRUE(take_texture(looks, texture, green)) << "a card shows it";
+      take_texture(looks, 1 - texture, bluish);
+      EXPECT_FALSE(has_texels(looks, 0)) << "the normal map, or nobody's";
+      take_texture(looks, texture, green);
       ASSERT_TRUE(has_texels(looks, 0));
-      ASSERT_EQ(looks.looks.size(), 2u);
-      EXPECT_NEAR(looks.looks[0].albedo.y, kLinear188, 0.01f);
-      EXPECT_EQ(looks.looks[0].albedo.x, 0.0f);
       EXPECT_EQ(looks.wood_colors, std::vector<std::uint32_t>(kWoodColors, packed_albedo({0.0f, kLinear188, 0.0f})));
       EXPECT_NEAR(triangle_look(looks, 0, kUvs, 2).albedo[1], kLinear188, 0.01f);
     }
@@ -55,8 +51,7 @@ TEST(CardLooks, AMaterialsColourIsThatOfItsTextureWhateverItsNormalMap) {
 TEST(CardLooks, AMaterialOfANormalMapAloneHasItsBaseColour) {
   PlantLooks looks = looks_of(COPPICE_NO_TEXTURE, 0);
   EXPECT_TRUE(has_texels(looks, 0));
-  EXPECT_FALSE(take_texture(looks, 0, texture_chunk({128, 128, 255, 255})));
-  EXPECT_EQ(looks.looks[0].albedo.x, 1.0f);
+  take_texture(looks, 0, texture_chunk({128, 128, 255, 255}));
   EXPECT_EQ(looks.wood_colors, (std::vector<std::uint32_t>{packed_albedo({1.0f, 1.0f, 1.0f})}));
   EXPECT_EQ(triangle_look(looks, 0, {}, 2).coverage, 1.0f);
 }
@@ -77,8 +72,7 @@ std::vector<std::uint8_t> quarters() {
 TEST(CardLooks, WoodHasTheColourOfItsPartOfTheTexture) {
   PlantLooks looks = looks_of(0, COPPICE_NO_TEXTURE);
   looks.materials[0].alpha_cutoff = 0.5f;
-  EXPECT_FALSE(take_texture(looks, 1, quarters()));
-  ASSERT_TRUE(take_texture(looks, 0, quarters()));
+  take_texture(looks, 0, quarters());
   const auto color = [&](float u, float v, float side) {
     const std::uint32_t place = wood_color_of(looks, 0, {{{u, v}, {u + side, v}, {u, v + side}}});
     return looks.wood_colors.at(place);

@@ -95,7 +95,7 @@ TEST(LeafLists, HoldTheNodesOfTheCutAndNoOthers) {
 /// As RasterPlants asks for them.
 ListBuild build_of(const Crown& crown, std::vector<std::uint32_t> leaf_counts) {
   ListBuild build;
-  build.source = {.looks = std::make_shared<PlantLooks>(PlantLooks{{}, {}, crown.looks, {}}),
+  build.source = {.looks = std::make_shared<PlantLooks>(PlantLooks{{}, crown.looks, {}, {}, {}}),
                   .light = std::make_shared<CrownLight>(crown.light),
                   .box = Crown::box(),
                   .leaf_count = 700};
@@ -195,7 +195,6 @@ WoodMesh two_triangles(float low, float high) {
 /// One card and two materials; the left half of the second one's texture is white, the right half a hole.
 PlantLooks half_a_texture() {
   PlantLooks plant;
-  plant.cards.resize(1);
   plant.materials.resize(2);
   set_material_textures(plant.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
   plant.materials[1] = {.base_color = {0.25f, 0.5f, 0.125f, 1.0f}, .alpha_cutoff = 0.5f, .texture_or_none = 0};
@@ -213,7 +212,7 @@ TEST(LeafLists, WoodTrianglesKeepTheirMaterialAndNormal) {
       {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
   mesh.indices = {0, 1, 2, 3, 0, 2};
   PlantLooks looks;
-  looks.cards.resize(3);
+  looks.looks.resize(5);
   looks.materials.resize(2);
   for (coppice_file_material& material : looks.materials) set_material_textures(material, COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
   looks.first_wood_color = {7, 8};
@@ -244,6 +243,7 @@ WoodMesh strip(const std::array<std::array<float, 3>, 4>& normals) {
 TEST(LeafLists, LightThatTurnsAlongALongTriangleMakesItAFacet) {
   PlantLooks looks;
   looks.materials.resize(1);
+  looks.looks.resize(1);
   set_material_textures(looks.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
   looks.first_wood_color = {0};
   const std::array<float, 3> front{0, 0, 1}, side{1, 0, 0}, below{0, -1, 0};

@@ -105,6 +105,8 @@ void expect_same_materials(const PlantFile& front, const NaivePlant& naive) {
   for (std::size_t i = 0; i < naive.cards.size(); ++i) {
     EXPECT_EQ(front.cards[i].material, naive.cards[i].material);
     EXPECT_EQ(std::memcmp(front.cards[i].uv, naive.cards[i].uv.data(), sizeof front.cards[i].uv), 0);
+    EXPECT_TRUE(std::ranges::equal(front.cards[i].albedo, naive.cards[i].albedo));
+    EXPECT_TRUE(std::ranges::equal(front.cards[i].mask, naive.cards[i].mask));
   }
 }
 

@@ -23,6 +23,7 @@ FileContents contents() {
   result.plant.wood_vertex_counts[1] = 6;
   result.materials.resize(1);
   result.cards.resize(1);
+  result.cards[0].mask[0] = 1;
   result.error_leaf_counts = {1, 514};
   result.error_sizes_px = {64.0f};
   result.error_px = {2.0f, 0.0f};

@@ -135,6 +135,11 @@ typedef struct coppice_file_material {
 typedef struct coppice_file_card {
   uint32_t material;
   float uv[4][2];
+  /* From afar, in place of the texture: the mean colour of what is no hole, sRGB, base_color included; and the outline in 8 x 8 cells, row
+   * by row from corner 0, x towards corner 1 and y towards corner 3: bit x + 8 (y % 4) of word y / 4 is set where there is leaf. */
+  uint8_t albedo[3];
+  uint8_t reserved; /* 0 */
+  uint32_t mask[2]; /* not both 0 */
 } coppice_file_card;
 
 /* ERRORS chunk: uint32_t leaf_counts[levels], ascending, first 1, last N; float sizes_px[sizes], ascending;

@@ -21,7 +21,7 @@ namespace coppice {
 
 static_assert(std::endian::native == std::endian::little, "the file is copied into structs as it is");
 static_assert(sizeof(coppice_file_header) == 64 && sizeof(coppice_file_chunk) == 32 && sizeof(coppice_file_plant) == 236 &&
-              sizeof(coppice_file_material) == 32 && sizeof(coppice_file_card) == 36 && sizeof(coppice_file_texture) == 16 &&
+              sizeof(coppice_file_material) == 32 && sizeof(coppice_file_card) == 48 && sizeof(coppice_file_texture) == 16 &&
               sizeof(coppice_file_leaf_mesh) == 8);
 
 namespace {
@@ -224,6 +224,9 @@ Result<void> read_cards(PlantFile& file, Bytes bytes) {
       return bad_field("card material", at, "one for leaf meshes only");
     for (const auto& uv : file.cards[i].uv)
       if (!all_finite(uv)) return bad_field("card uv", at + offsetof(coppice_file_card, uv), "not a finite number");
+    if (file.cards[i].reserved != 0) return bad_field("card reserved", at + offsetof(coppice_file_card, reserved), "must be zero");
+    if ((file.cards[i].mask[0] | file.cards[i].mask[1]) == 0)
+      return bad_field("card mask", at + offsetof(coppice_file_card, mask), "shows nothing");
   }
   return {};
 }

@@ -1,6 +1,3 @@
-// A card is sampled at 32 x 32 points of the mip level in which its texture is about 128 px wide. A cell of the mask has 4 x 4 of them; the
-// fullest cells are set, as many as give the card's coverage, so that thin outlines do not vanish.
-
 #include "card_looks.h"
 
 #include <algorithm>
@@ -16,68 +13,6 @@ namespace {
 
 constexpr std::uint32_t kSampledSide_px = 128;
 constexpr std::uint32_t kSmallSide_px = 64;
-constexpr std::uint32_t kCells = 8;
-constexpr std::uint32_t kSamplesPerCell = 4;
-constexpr std::uint32_t kSide = kCells * kSamplesPerCell;
-
-/// The smallest of at least this side.
-Texels level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk, std::uint32_t side_px) {
-  const MipLevel* level = &layout.levels.front();
-  for (const MipLevel& smaller : layout.levels)
-    if (std::max(smaller.width, smaller.height) >= side_px) level = &smaller;
-  Texels texels{level->width, level->height, {}};
-  texels.rgba.resize(std::size_t{4} * level->width * level->height);
-  decode_texture_level(layout.format, *level,
-                       chunk.subspan(static_cast<std::size_t>(level->offset), static_cast<std::size_t>(level->bytes)), texels.rgba);
-  return texels;
-}
-
-float linear(std::uint8_t srgb) {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const float value = static_cast<float>(i) / 255.0f;
-      values[i] = value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
-    }
-    return values;
-  }();
-  return table[srgb];
-}
-
-using Texel = std::array<float, 4>;  ///< linear colour, alpha; 0..1
-
-/// Between the four nearest texels, repeating, as the sampler does.
-Texel texel_at(const Texels& texels, float u, float v) {
-  const auto wrap = [](float at, std::uint32_t side) {
-    const auto whole = static_cast<std::int64_t>(std::floor(at));
-    const auto period = static_cast<std::int64_t>(side);
-    return static_cast<std::size_t>((whole % period + period) % period);
-  };
-  const float x = u * static_cast<float>(texels.width) - 0.5f, y = v * static_cast<float>(texels.height) - 0.5f;
-  const float right = x - std::floor(x), down = y - std::floor(y);
-  Texel sum{};
-  for (int corner = 0; corner < 4; ++corner) {
-    const int rows = corner / 2;
-    const float weight = (corner % 2 != 0 ? right : 1.0f - right) * (rows != 0 ? down : 1.0f - down);
-    const std::size_t column = wrap(x + static_cast<float>(corner % 2), texels.width);
-    const std::size_t row = wrap(y + static_cast<float>(rows), texels.height);
-    const std::uint8_t* texel = texels.rgba.data() + 4 * (row * texels.width + column);
-    for (std::size_t channel = 0; channel < 3; ++channel) sum[channel] += weight * linear(texel[channel]);
-    sum[3] += weight * static_cast<float>(texel[3]) / 255.0f;
-  }
-  return sum;
-}
-
-/// Texture coordinate at (s, t) of a card, linear on each of its two triangles as the hardware draws it.
-std::array<float, 2> card_uv(const coppice_file_card& card, float s, float t) {
-  std::array<float, 2> uv{};
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    const auto at = [&](std::size_t corner) { return card.uv[corner][axis]; };
-    uv[axis] = s >= t ? at(0) + s * (at(1) - at(0)) + t * (at(2) - at(1)) : at(0) + t * (at(3) - at(0)) + s * (at(2) - at(3));
-  }
-  return uv;
-}
-
 /// Sums over sampled texels that are no holes.
 struct Sums {
   std::array<double, 3> color{};
@@ -98,28 +33,6 @@ struct Sums {
   }
 };
 
-void look_at_card(const coppice_file_card& card, const coppice_file_material& material, const Texels& texels, RasterCard& look) {
-  Sums sums;
-  std::array<std::uint32_t, kCells * kCells> covered{};
-  for (std::uint32_t y = 0; y < kSide; ++y)
-    for (std::uint32_t x = 0; x < kSide; ++x) {
-      const auto [u, v] = card_uv(card, (static_cast<float>(x) + 0.5f) / kSide, (static_cast<float>(y) + 0.5f) / kSide);
-      const Texel texel = texel_at(texels, u, v);
-      if (texel[3] < material.alpha_cutoff) continue;
-      sums.add(texel);
-      ++covered[y / kSamplesPerCell * kCells + x / kSamplesPerCell];
-    }
-  const auto [red, green, blue] = sums.times(material.base_color);
-  look.albedo = {red, green, blue};
-  std::array<std::uint32_t, kCells * kCells> order{};
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::sort(order, [&](auto a, auto b) { return covered[a] != covered[b] ? covered[a] > covered[b] : a < b; });
-  const std::uint32_t samples = kSamplesPerCell * kSamplesPerCell;
-  const std::uint32_t wanted = std::clamp((sums.count + samples / 2) / samples, 1u, kCells * kCells);
-  look.mask[0] = look.mask[1] = 0;
-  for (std::uint32_t i = 0; i < wanted; ++i) look.mask[order[i] / 32] |= 1u << order[i] % 32;
-}
-
 /// Texels that [part / parts, (part + 1) / parts) of a side holds: one at least.
 std::array<std::uint32_t, 2> texels_of(std::uint32_t part, std::uint32_t parts, std::uint32_t side_px) {
   const std::uint32_t first = part * side_px / parts;
@@ -132,7 +45,7 @@ Sums part_of(const Texels& texels, float alpha_cutoff, std::array<std::uint32_t,
     for (std::uint32_t x = columns[0]; x < columns[1]; ++x) {
       const std::uint8_t* texel = texels.rgba.data() + 4 * (std::size_t{y} * texels.width + x);
       if (static_cast<float>(texel[3]) >= 255.0f * alpha_cutoff)
-        sums.add(Texel{linear(texel[0]), linear(texel[1]), linear(texel[2]), 1.0f});
+        sums.add(Texel{linear_from_srgb8(texel[0]), linear_from_srgb8(texel[1]), linear_from_srgb8(texel[2]), 1.0f});
     }
   return sums;
 }
@@ -219,17 +132,21 @@ std::uint32_t packed_albedo(const std::array<float, 3>& albedo) {
 }
 
 PlantLooks plain_looks(const PlantFile& file) {
-  PlantLooks plant{.cards = file.cards, .materials = file.materials, .looks = {}, .small = {}, .wood_colors = {}, .first_wood_color = {}};
+  PlantLooks plant{.materials = file.materials, .looks = {}, .small = {}, .wood_colors = {}, .first_wood_color = {}};
   if (file.plant.leaf_mesh_count > 0 || std::ranges::any_of(file.materials, is_masked)) plant.small.resize(file.plant.texture_count);
-  const auto add = [&](const coppice_file_material& material, float coverage) {
+  for (const coppice_file_card& card : file.cards) {
+    const Material material = gpu_material(file.materials[card.material]);
+    plant.looks.push_back(
+        {.albedo = {linear_from_srgb8(card.albedo[0]), linear_from_srgb8(card.albedo[1]), linear_from_srgb8(card.albedo[2])},
+         .coverage = material.coverage,
+         .mask = {card.mask[0], card.mask[1]},
+         .crown_normals = material.crown_normals});
+  }
+  for (const coppice_file_material& material : file.materials) {
     plant.looks.push_back({.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]},
-                           .coverage = coverage,
+                           .coverage = 1.0f,
                            .mask = {0xffffffffu, 0xffffffffu},
                            .crown_normals = gpu_material(material).crown_normals});
-  };
-  for (const coppice_file_card& card : file.cards) add(file.materials[card.material], gpu_material(file.materials[card.material]).coverage);
-  for (const coppice_file_material& material : file.materials) {
-    add(material, 1.0f);
     plant.first_wood_color.push_back(static_cast<std::uint32_t>(plant.wood_colors.size()));
     const std::uint32_t colors = material_texture(material) == COPPICE_NO_TEXTURE ? 1 : kWoodColors;
     plant.wood_colors.insert(plant.wood_colors.end(), colors,
@@ -238,24 +155,15 @@ PlantLooks plain_looks(const PlantFile& file) {
   return plant;
 }
 
-bool take_texture(PlantLooks& plant, std::uint32_t texture, std::span<const std::uint8_t> chunk) {
+void take_texture(PlantLooks& plant, std::uint32_t texture, std::span<const std::uint8_t> chunk) {
   const auto layout = read_texture(chunk);
-  if (!layout) return false;
-  const Texels texels = level_of(*layout, chunk, kSampledSide_px);
   const auto shows = [&](const coppice_file_material& material) { return material_texture(material) == texture; };
-  if (texture < plant.small.size() && std::ranges::any_of(plant.materials, shows))
-    plant.small[texture] = level_of(*layout, chunk, kSmallSide_px);
-  bool on_card = false;
-  for (std::size_t i = 0; i < plant.cards.size(); ++i) {
-    const coppice_file_material& material = plant.materials[plant.cards[i].material];
-    if (!shows(material)) continue;
-    look_at_card(plant.cards[i], material, texels, plant.looks[i]);
-    on_card = true;
-  }
+  if (!layout || std::ranges::none_of(plant.materials, shows)) return;
+  if (texture < plant.small.size()) plant.small[texture] = level_of(*layout, chunk, kSmallSide_px);
+  const Texels texels = level_of(*layout, chunk, kSampledSide_px);
   for (std::size_t i = 0; i < plant.materials.size(); ++i)
     if (shows(plant.materials[i]))
       look_at_material(plant.materials[i], texels, std::span(plant.wood_colors).subspan(plant.first_wood_color[i], kWoodColors));
-  return on_card;
 }
 
 }  // namespace coppice::gpu

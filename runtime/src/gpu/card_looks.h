@@ -1,6 +1,6 @@
 #pragma once
 
-// What a card shows from afar, for the compute rasteriser: a mean colour, and an outline of 8 x 8 cells instead of a texture.
+// What cards, materials and triangles of meshes show from afar, for the compute rasteriser.
 
 #include <array>
 #include <cstdint>
@@ -9,23 +9,20 @@
 
 #include "raster_shared.h"
 #include "reader.h"
+#include "texels.h"
 
 namespace coppice::gpu {
 
-/// A mip level of a texture.
-struct Texels {
-  std::uint32_t width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;  ///< sRGB
-};
-
-/// A plant's cards and what they look like. looks: those of the cards, then those of the materials (no holes: for meshes).
+/// A plant's cards and materials and what they look like. looks: those of the cards, then those of the materials (no holes: for meshes).
 struct PlantLooks {
-  std::vector<coppice_file_card> cards;
   std::vector<coppice_file_material> materials;
   std::vector<RasterCard> looks;
   std::vector<Texels> small;  ///< [textures] about 64 px, of those that were taken over; none where no triangle_look needs them
   std::vector<std::uint32_t> wood_colors;       ///< RasterPlant's
   std::vector<std::uint32_t> first_wood_color;  ///< [materials] of kWoodColors; of one where there is no texture
+
+  /// Where in `looks` those of the materials begin.
+  [[nodiscard]] std::uint32_t first_material() const { return static_cast<std::uint32_t>(looks.size() - materials.size()); }
 };
 
 /// What a triangle of a leaf mesh or of wood shows.
@@ -48,11 +45,10 @@ bool has_texels(const PlantLooks& plant, std::uint32_t material);
 /// Whether its texture may have holes.
 bool is_masked(const coppice_file_material& material);
 
-/// While no texture is there: base colours, no holes but the coverage the file states.
+/// While no texture is there: cards as the file says, meshes in base colours and without holes.
 PlantLooks plain_looks(const PlantFile& file);
 
-/// Takes over a texture into the looks of every card and material that shows it. chunk: a TEXTURE chunk that read_texture takes
-/// returns  whether a card does
-bool take_texture(PlantLooks& plant, std::uint32_t texture, std::span<const std::uint8_t> chunk);
+/// Takes over a texture into the looks of every material that shows it. chunk: a TEXTURE chunk that read_texture takes
+void take_texture(PlantLooks& plant, std::uint32_t texture, std::span<const std::uint8_t> chunk);
 
 }  // namespace coppice::gpu

@@ -448,7 +448,7 @@ bool cover_wood(const PlantLooks& looks, const WoodMesh& mesh, Entry& triangle) 
 
 BuiltList build_wood_list(const WoodMesh& mesh, const WoodSource& source) {
   if (mesh.indices.empty()) return {};
-  Triangles triangles = triangles_of(mesh, static_cast<std::uint32_t>(source.looks.cards.size()), source.light);
+  Triangles triangles = triangles_of(mesh, source.looks.first_material(), source.light);
   std::erase_if(triangles.entries, [&](Entry& entry) {
     const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
     entry.face = dot(face, face) > 0.0f ? face : entry.normal;
@@ -479,7 +479,7 @@ void gather_leaves(const WoodMesh& mesh, std::span<Entry> triangles) {
 
 BuiltList build_leaf_mesh_list(const WoodMesh& mesh, const LeafMeshSource& source) {
   if (mesh.indices.empty()) return {};
-  const auto first_material = static_cast<std::uint32_t>(source.looks.cards.size());
+  const auto first_material = source.looks.first_material();
   Triangles triangles = triangles_of(mesh, first_material, source.light);
   const Crown crown(source.box);
   float area_m2 = 0, partial_m2 = 0;

@@ -33,8 +33,7 @@ struct ListSource {
 struct ListBuild {
   std::uint32_t plant = 0;
   std::uint64_t generation = 0;  ///< of the plant
-  std::uint32_t looks_version = 0;
-  std::uint32_t first = 0;  ///< of the plant's lists
+  std::uint32_t first = 0;       ///< of the plant's lists
   ListSource source;
   std::vector<std::uint32_t> leaf_counts;  ///< of the cuts, growing; none: a mesh
   PageNode root;

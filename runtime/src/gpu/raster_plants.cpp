@@ -193,7 +193,7 @@ void RasterPlants::add_texture(std::uint32_t index, std::uint32_t texture, std::
   PlantLists& plant = plants_[index];
   if (plant.texture_taken[texture]) return;
   auto looks = std::make_shared<PlantLooks>(*plant.source.looks);
-  if (take_texture(*looks, texture, chunk)) ++plant.looks_version;
+  take_texture(*looks, texture, chunk);
   plant.source.looks = std::move(looks);
   plant.texture_taken[texture] = plant.looks_changed = true;
 }
@@ -221,41 +221,34 @@ ListBuild RasterPlants::new_build(const PlantLists& plant, std::uint32_t index, 
   ListBuild build;
   build.plant = index;
   build.generation = plant.generation;
-  build.looks_version = plant.looks_version;
   build.first = first;
   build.source = plant.source;
   return build;
 }
 
-/// Cuts that are missing, or whose colours have changed.
+/// Cuts that are missing.
 void RasterPlants::gather_cuts(std::uint32_t index, std::uint32_t leaf_count, Allowance& allowance, std::vector<ListBuild>& builds) {
   PlantLists& plant = plants_[index];
   const std::uint32_t all = plant.source.leaf_count, most = std::min(leaf_count, present_leaf_count(plant.pages));
-  // Rungs [first, end), as far as they may be built; no fewer than `least`.
-  const auto gather_rungs = [&](std::uint32_t first, std::uint32_t end, std::uint32_t least) {
-    std::vector<std::uint32_t> wanted_counts;
-    std::uint64_t kept_bytes = 0;
-    for (std::uint32_t rung = first; rung < end && (allowance.leaves > 0 || rung < first + least); ++rung) {
-      const std::uint32_t wanted = rung_leaf_count(rung, all);
-      if (wanted > std::min(most, allowance.most_leaves)) break;
-      if (rung > 0 && rung_leaf_count(rung - 1, all) == all) break;
-      if (!take_room(allowance.room, most_list_bytes(wanted))) break;
-      kept_bytes += most_list_bytes(wanted);
-      wanted_counts.push_back(wanted);
-      allowance.leaves -= std::min<std::uint64_t>(allowance.leaves, wanted);
-    }
-    if (wanted_counts.size() < least) return;
-    ListBuild& build = builds.emplace_back(new_build(plant, index, first));
-    build.leaf_counts = std::move(wanted_counts);
-    build.kept_bytes = kept_bytes;
-    build.root = plant.root;
-    build.pages.assign(plant.pages.begin(), plant.pages.begin() + static_cast<std::ptrdiff_t>(page_count(build.leaf_counts.back())));
-    plant.cuts_building = true;
-  };
-  for (const Batch& batch : plant.batches)
-    if (batch.looks_version != plant.looks_version && allowance.leaves > 0)
-      gather_rungs(batch.first, batch.first + batch.count, batch.count);
-  gather_rungs(plant.record.level_count, kRasterLevels, 1);
+  const std::uint32_t first = plant.record.level_count;
+  std::vector<std::uint32_t> wanted_counts;
+  std::uint64_t kept_bytes = 0;
+  for (std::uint32_t rung = first; rung < kRasterLevels && (allowance.leaves > 0 || rung == first); ++rung) {
+    const std::uint32_t wanted = rung_leaf_count(rung, all);
+    if (wanted > std::min(most, allowance.most_leaves)) break;
+    if (rung > 0 && rung_leaf_count(rung - 1, all) == all) break;
+    if (!take_room(allowance.room, most_list_bytes(wanted))) break;
+    kept_bytes += most_list_bytes(wanted);
+    wanted_counts.push_back(wanted);
+    allowance.leaves -= std::min<std::uint64_t>(allowance.leaves, wanted);
+  }
+  if (wanted_counts.empty()) return;
+  ListBuild& build = builds.emplace_back(new_build(plant, index, first));
+  build.leaf_counts = std::move(wanted_counts);
+  build.kept_bytes = kept_bytes;
+  build.root = plant.root;
+  build.pages.assign(plant.pages.begin(), plant.pages.begin() + static_cast<std::ptrdiff_t>(page_count(build.leaf_counts.back())));
+  plant.cuts_building = true;
 }
 
 void RasterPlants::gather_meshes(std::uint32_t index, Allowance& allowance, std::vector<ListBuild>& builds) {
@@ -312,23 +305,15 @@ bool RasterPlants::take_room(RasterRoom& room, std::uint64_t list_bytes) {
 }
 
 // Pages may have gone in the meantime, and with them the lists that these would follow on.
-void RasterPlants::take_cuts(PlantLists& plant, ListBuild& build, RasterRoom& room, std::uint64_t frame) {
+void RasterPlants::take_cuts(PlantLists& plant, ListBuild& build, RasterRoom& room) {
   plant.cuts_building = false;
   const auto count = static_cast<std::uint32_t>(build.leaf_counts.size());
-  const auto old =
-      std::ranges::find_if(plant.batches, [&](const Batch& batch) { return batch.first == build.first && batch.count == count; });
   const bool follows = build.first == plant.record.level_count && build.leaf_counts.back() <= present_leaf_count(plant.pages);
-  if ((old == plant.batches.end() && !follows) || !take_room(room, build.bytes.size())) return;
+  if (!follows || !take_room(room, build.bytes.size())) return;
   auto buffer = upload(build, std::span(plant.headers).subspan(build.first, count));
   if (!buffer) return go_on_without(*device_, buffer.error(), "leaves are drawn coarser, or by the hardware");
-  const Batch batch{*buffer, build.first, count, build.leaf_counts.back(), build.looks_version};
   plant.changed = true;
-  if (old != plant.batches.end()) {
-    retire(old->buffer, frame);
-    *old = batch;
-    return;
-  }
-  plant.batches.push_back(batch);
+  plant.batches.push_back({*buffer, build.first, build.leaf_counts.back()});
   plant.record.level_count = build.first + count;
 }
 
@@ -348,14 +333,14 @@ void RasterPlants::take_mesh(PlantLists& plant, ListBuild& build, RasterRoom& ro
   plant.changed = true;
 }
 
-void RasterPlants::take_over(std::vector<ListBuild> builds, RasterRoom& room, std::uint64_t frame) {
+void RasterPlants::take_over(std::vector<ListBuild> builds, RasterRoom& room) {
   for (ListBuild& build : builds) {
     PlantLists& plant = plants_[build.plant];
     if (!plant.used || plant.generation != build.generation) continue;
     if (build.leaf_counts.empty())
       take_mesh(plant, build, room);
     else
-      take_cuts(plant, build, room, frame);
+      take_cuts(plant, build, room);
   }
 }
 
@@ -375,18 +360,18 @@ std::uint64_t RasterPlants::wanted_bytes() const {
   return std::max(lacking_bytes_, most_list_bytes(kLeavesPerJob));
 }
 
-void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom room, std::uint64_t frame) {
+void RasterPlants::update(std::span<const std::uint32_t> leaf_counts, RasterRoom room) {
   lacking_bytes_ = 0;
   const std::uint64_t kept_bytes = job_.kept_bytes();
   std::vector<ListBuild> built = job_.take();
   if (!job_.idle()) room.device_bytes -= std::min(room.device_bytes, kept_bytes);
-  take_over(std::move(built), room, frame);
+  take_over(std::move(built), room);
   std::vector<ListBuild> small = gather(leaf_counts, {kLeavesAtOnce, kLeavesPerFrame, room});
   std::ranges::for_each(small, build_lists);
-  take_over(std::move(small), room, frame);
+  take_over(std::move(small), room);
   if (job_.idle()) {
     job_.start(gather(leaf_counts, {~0u, kLeavesPerJob, room}), jobs_);
-    take_over(job_.take(), room, frame);  // of a hook that runs jobs inline
+    take_over(job_.take(), room);  // of a hook that runs jobs inline
   }
   for (std::size_t i = 0; i < plants_.size(); ++i) {
     PlantLists& plant = plants_[i];

@@ -64,8 +64,7 @@ class RasterPlants {
   /// Takes over what the last job built, starts one for what is missing of cuts of up to leaf_counts[plant] leaves (0: none), and says in
   /// copies() what to copy. Small lists are built at once: a plant can be drawn from afar as soon as it is there. Where memory is short
   /// lists stay away: coarser ones are drawn, or, without any, the hardware draws.
-  /// frame: the one being recorded
-  void update(std::span<const std::uint32_t> leaf_counts, RasterRoom room, std::uint64_t frame);
+  void update(std::span<const std::uint32_t> leaf_counts, RasterRoom room);
   /// What is kept for lists of the job of the last update, in bytes().
   [[nodiscard]] std::uint64_t kept_bytes() const { return job_.kept_bytes(); }
   /// Buffers of lists that a job builds; once 0 after an update, later updates with the same leaf counts and no more room add nothing.
@@ -88,12 +87,11 @@ class RasterPlants {
 
  private:
   static constexpr std::uint32_t kMeshLists = kRasterLists - kRasterLevels;
-  /// Lists that share a buffer; rungs [first, first + count) of the ladder.
+  /// Lists that share a buffer; rungs of the ladder from `first` on.
   struct Batch {
     Buffer buffer;
-    std::uint32_t first = 0, count = 0;
+    std::uint32_t first = 0;
     std::uint32_t finest_leaf_count = 0;
-    std::uint32_t looks_version = 0;  ///< splats hold their colours
   };
   /// A wood LoD or a chunk of leaf meshes: list kRasterLevels on.
   struct MeshList {
@@ -109,7 +107,6 @@ class RasterPlants {
     bool looks_changed = false;
     ListSource source;
     bool lit = false;                 ///< source.light is what it stays
-    std::uint32_t looks_version = 0;  ///< grows as cards change theirs
     std::vector<bool> texture_taken;  ///< [textures] into the looks
     PageNode root;
     std::vector<SharedNodes> pages;  ///< that are there, from the first on
@@ -136,8 +133,8 @@ class RasterPlants {
   std::vector<ListBuild> gather(std::span<const std::uint32_t> leaf_counts, Allowance allowance);
   void gather_cuts(std::uint32_t index, std::uint32_t leaf_count, Allowance& allowance, std::vector<ListBuild>& builds);
   void gather_meshes(std::uint32_t index, Allowance& allowance, std::vector<ListBuild>& builds);
-  void take_over(std::vector<ListBuild> builds, RasterRoom& room, std::uint64_t frame);
-  void take_cuts(PlantLists& plant, ListBuild& build, RasterRoom& room, std::uint64_t frame);
+  void take_over(std::vector<ListBuild> builds, RasterRoom& room);
+  void take_cuts(PlantLists& plant, ListBuild& build, RasterRoom& room);
   void take_mesh(PlantLists& plant, ListBuild& build, RasterRoom& room);
   static void fill_mesh_record(PlantLists& plant);
   void drop_mesh_list(std::uint32_t plant, std::uint32_t list, std::uint64_t last_frame);

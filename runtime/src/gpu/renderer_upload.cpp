@@ -347,7 +347,7 @@ Result<void> Renderer::stage_raster() {
     if (plants_[i].used) leaf_counts[i] = records_[i].resident_leaf_count;
   RasterPlants& plants = raster_->plants();
   const std::uint64_t taken = overhead_bytes() - plants.kept_bytes() + kSmallBytes;
-  plants.update(leaf_counts, {most_overhead_bytes_ - std::min(most_overhead_bytes_, taken), staging_.room_bytes()}, frame_);
+  plants.update(leaf_counts, {most_overhead_bytes_ - std::min(most_overhead_bytes_, taken), staging_.room_bytes()});
   std::vector<RasterCopy>& copies = plants.copies();
   while (!copies.empty()) {
     const RasterCopy& copy = copies.back();

@@ -1,0 +1,32 @@
+#pragma once
+
+// Single texels of a stored texture, for what looks at a few of them: what a card or a triangle shows from afar.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "reader.h"
+
+namespace coppice {
+
+/// A mip level of a texture, as RGBA8 in sRGB.
+struct Texels {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+
+/// The smallest level whose longer side is at least this, or the largest there is. chunk: a TEXTURE chunk of this layout
+Texels level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk, std::uint32_t side_px);
+
+/// 0..1 to 0..1.
+float linear_from_srgb8(std::uint8_t value);
+
+/// Linear colour and alpha, 0..1.
+using Texel = std::array<float, 4>;
+
+/// Between the four nearest texels, linearly; the texture repeats. u, v: any finite number
+Texel texel_at(const Texels& texels, float u, float v);
+
+}  // namespace coppice

@@ -107,6 +107,7 @@ void coppice_context_desc_init(coppice_context_desc* desc) {
   desc->memory_budget_bytes = 256ull << 20;
   desc->max_instances = 131072;
   desc->max_plants = 64;
+  desc->compute_raster = VK_TRUE;
   desc->streaming_ms = 1.0f;
   desc->prefetch_frames = 20.0f;
 }

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 #include <glm/common.hpp>
 
@@ -102,6 +103,33 @@ TEST_F(RuntimeTest, CutsFollowTheThreshold) {
     finer = stats().drawn_leaf_count;
   }
   EXPECT_EQ(finer, 1u);
+}
+
+/// The device's properties, but for storage buffers: fewer than the compute rasteriser needs.
+VKAPI_ATTR void VKAPI_CALL properties_of_a_small_device(VkPhysicalDevice device, VkPhysicalDeviceProperties2* properties) {
+  vkGetPhysicalDeviceProperties2(device, properties);
+  properties->properties.limits.maxPerStageDescriptorStorageBuffers = 16;
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL functions_of_a_small_device(VkInstance instance, const char* name) {
+  if (std::string_view(name) == "vkGetPhysicalDeviceProperties2") return reinterpret_cast<PFN_vkVoidFunction>(properties_of_a_small_device);
+  return vkGetInstanceProcAddr(instance, name);
+}
+
+TEST_F(RuntimeTest, ADeviceThatCannotRasteriseDrawsAllByTheHardware) {
+  coppice_context_desc with = desc();
+  with.compute_raster = VK_TRUE;
+  with.get_instance_proc_addr = functions_of_a_small_device;
+  std::string log;
+  with.log = {.user = &log,
+              .write = [](void* user, coppice_log_level, const char* line) { static_cast<std::string*>(user)->append(line); }};
+  create(with);
+  EXPECT_NE(log.find("all plants are drawn by the hardware"), std::string::npos) << log;
+  const coppice_plant plant = open(plant_path_);
+  const coppice_placement here = at(0.0f, 0.0f);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &here, 1, nullptr), COPPICE_OK);
+  settle(front_view());
+  EXPECT_GT(stats().drawn_leaf_count, 0u);
 }
 
 TEST_F(RuntimeTest, ALeafBudgetMakesAllPlantsCoarser) {

@@ -61,16 +61,22 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
   COPPICE_CHECK(renderer->create_fixed_buffers());
   if (desc.pass_times) COPPICE_CHECK(renderer->timer_.create(renderer->device_));
   if (!desc.compute_raster) return renderer;
-  COPPICE_TRY(raster, LeafRaster::create(renderer->device_, renderer->garbage_,
-                                         {.attachments = desc.attachments,
-                                          .pipeline_cache = desc.pipeline_cache,
-                                          .frame_set_layout = renderer->passes_.frame_set_layout,
-                                          .max_instances = desc.max_instances,
-                                          .max_plants = desc.max_plants,
-                                          .int64_atomics = desc.int64_atomics,
-                                          .many_lanes = desc.many_lanes,
-                                          .jobs = desc.jobs}));
-  renderer->raster_ = std::move(raster);
+  auto raster = LeafRaster::create(renderer->device_, renderer->garbage_,
+                                   {.attachments = desc.attachments,
+                                    .pipeline_cache = desc.pipeline_cache,
+                                    .frame_set_layout = renderer->passes_.frame_set_layout,
+                                    .max_instances = desc.max_instances,
+                                    .max_plants = desc.max_plants,
+                                    .int64_atomics = desc.int64_atomics,
+                                    .many_lanes = desc.many_lanes,
+                                    .jobs = desc.jobs});
+  if (raster) {
+    renderer->raster_ = *std::move(raster);
+  } else if (raster.error().status == Status::unsupported) {
+    go_on_without(renderer->device_, raster.error(), "all plants are drawn by the hardware");
+  } else {
+    return raster.error();
+  }
   return renderer;
 }
 

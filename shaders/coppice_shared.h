@@ -50,6 +50,8 @@ const uint kDebugResidency = 6;
 const uint kMaxCascades = 3;
 const uint kMaxWoodLods = 8;
 const uint kMaxLeafMeshes = 16;
+// Draw commands of a plant among wood_commands: its wood LoDs, then its chunks of leaf meshes.
+const uint kMeshCommands = kMaxWoodLods + kMaxLeafMeshes;
 const uint kCullGroupSize = 32;
 // A side of the grid of light in a crown, and what its words (gpu/crown_light.h) hold at most: optical depth, and slope over depth.
 const uint kCrownCells = 8;
@@ -134,12 +136,11 @@ struct Plant {
   uint wood_lod_count;
   uint wood_resident_mask;  // bit i: LoD i can be drawn. 0 until the coarsest has been uploaded
   uint wood_index_counts[kMaxWoodLods];
-  uint leaf_mesh_count;         // chunks of leaf meshes; 0 unless all of them can be drawn
-  uint leaf_mesh_triangles;     // of all of them
-  uint leaf_mesh_command_base;  // chunk i's draw command is wood_commands[base + i]
-  uint leaf_mesh_list_base;     // in the wood list: instances that are drawn with leaf meshes
+  uint leaf_mesh_count;      // chunks of leaf meshes; 0 unless all of them can be drawn
+  uint leaf_mesh_triangles;  // of all of them
+  uint leaf_mesh_list_base;  // in the wood list: instances that are drawn with leaf meshes
 };
-COPPICE_GPU_LAYOUT(Plant, 196);
+COPPICE_GPU_LAYOUT(Plant, 192);
 
 // What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0.
 struct View {

@@ -37,14 +37,15 @@ void draw_leaves(Plant plant, uint plant_index, uint slot, uint leaf_count) {
 }
 
 void draw_wood(Plant plant, uint plant_index, uint slot, uint lod) {
-  uint place = atomicAdd(wood_commands[plant_index * kMaxWoodLods + lod].instance_count, 1);
+  uint place = atomicAdd(wood_commands[plant_index * kMeshCommands + lod].instance_count, 1);
   wood_list[plant.wood_list_base + lod * plant.wood_list_stride + place] = slot;
 }
 
 // Every chunk of the plant draws the same instances; the first one's count gives the place in their list.
-void draw_leaf_meshes(Plant plant, uint slot) {
-  uint place = atomicAdd(wood_commands[plant.leaf_mesh_command_base].instance_count, 1);
-  for (uint i = 1; i < plant.leaf_mesh_count; ++i) atomicAdd(wood_commands[plant.leaf_mesh_command_base + i].instance_count, 1);
+void draw_leaf_meshes(Plant plant, uint plant_index, uint slot) {
+  uint first = plant_index * kMeshCommands + kMaxWoodLods;
+  uint place = atomicAdd(wood_commands[first].instance_count, 1);
+  for (uint i = 1; i < plant.leaf_mesh_count; ++i) atomicAdd(wood_commands[first + i].instance_count, 1);
   wood_list[plant.leaf_mesh_list_base + place] = slot;
   atomicAdd(counters.leaf_mesh_instances, 1);
   COPPICE_COUNT(leaf_mesh_triangles, plant.leaf_mesh_triangles)
@@ -55,7 +56,7 @@ void draw_instance(HardwareDraws draws, Plant plant, uint plant_index, uint leaf
   if (draws.leaves == kDrawsMeshes) {
     COPPICE_COUNT(leaves, plant.leaf_count)
     COPPICE_COUNT(hardware_triangles, plant.leaf_mesh_triangles)
-    draw_leaf_meshes(plant, draws.slot);
+    draw_leaf_meshes(plant, plant_index, draws.slot);
   } else if (draws.leaves == kDrawsQuads) {
     COPPICE_COUNT(leaves, leaf_count)
     COPPICE_COUNT(hardware_triangles, 2 * leaf_count)

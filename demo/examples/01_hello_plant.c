@@ -315,7 +315,8 @@ static coppice_stats draw_until_resident(const Host* host, coppice_context* cont
   do {
     draw_frame(host, context, view, ++number, color, depth);
     REQUIRE_COPPICE(coppice_get_stats(context, &stats));
-  } while (stats.gpu_frame_number == 0 || stats.pages_wanted > 0 || stats.pages_in_flight > 0);
+  } while (stats.gpu_frame_number == 0 || stats.streamed[COPPICE_STREAMED_ALL].wanted > 0 ||
+           stats.streamed[COPPICE_STREAMED_ALL].in_flight > 0);
   return stats;
 }
 

@@ -115,9 +115,14 @@ void update_rates(Overlay& overlay, const coppice_stats& stats, float frame_ms) 
 }
 
 void show_streaming(const Overlay& overlay, const coppice_stats& stats) {
-  ImGui::Text("pages    %llu loaded, %llu evicted, %llu cancelled", static_cast<unsigned long long>(stats.pages_loaded),
-              static_cast<unsigned long long>(stats.pages_evicted), static_cast<unsigned long long>(stats.pages_cancelled));
-  ImGui::Text("         %u wanted, %u on their way, %u queued", stats.pages_wanted, stats.pages_in_flight, stats.pages_queued);
+  const coppice_streamed_stats& all = stats.streamed[COPPICE_STREAMED_ALL];
+  ImGui::Text("loaded   %llu pages, %llu wood, %llu textures, %llu leaf meshes",
+              static_cast<unsigned long long>(stats.streamed[COPPICE_STREAMED_PAGES].loaded),
+              static_cast<unsigned long long>(stats.streamed[COPPICE_STREAMED_WOOD].loaded),
+              static_cast<unsigned long long>(stats.streamed[COPPICE_STREAMED_TEXTURES].loaded),
+              static_cast<unsigned long long>(stats.streamed[COPPICE_STREAMED_LEAF_MESHES].loaded));
+  ImGui::Text("         %llu evicted, %llu cancelled; %u wanted, %u on their way, %u queued", static_cast<unsigned long long>(all.evicted),
+              static_cast<unsigned long long>(all.cancelled), all.wanted, all.in_flight, all.queued);
   ImGui::Text("reading  %.1f MB/s, decoding on %.2f threads", 1e-3 * static_cast<double>(overlay.bytes_per_ms),
               static_cast<double>(overlay.decode_share));
 }

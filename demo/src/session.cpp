@@ -103,8 +103,8 @@ void sample_statistics(Session& session) {
   const coppice_stats& stats = statistics.last;
   statistics.seconds = std::chrono::duration<double>(Clock::now() - session.start).count();
   statistics.max_threshold_px = std::max(statistics.max_threshold_px, stats.threshold_px);
-  statistics.max_pages_in_flight = std::max(statistics.max_pages_in_flight, stats.pages_in_flight);
-  statistics.max_pages_queued = std::max(statistics.max_pages_queued, stats.pages_queued);
+  statistics.max_chunks_in_flight = std::max(statistics.max_chunks_in_flight, stats.streamed[COPPICE_STREAMED_ALL].in_flight);
+  statistics.max_chunks_queued = std::max(statistics.max_chunks_queued, stats.streamed[COPPICE_STREAMED_ALL].queued);
   if (stats.gpu_frame_number == session.sampled_frame) return;
   session.sampled_frame = stats.gpu_frame_number;
   if (session.sampled_frame < session.first_measured || session.sampled_frame > session.last_measured) return;
@@ -170,7 +170,7 @@ coppice_view begin_plants(Session& session, const FrameView& view) {
 
 /// Changes with whatever comes into the picture or leaves it.
 std::uint64_t arrivals_of(const coppice_stats& stats) {
-  return stats.pages_loaded + stats.pages_evicted + stats.scene_tiles_resident;
+  return stats.streamed[COPPICE_STREAMED_ALL].loaded + stats.streamed[COPPICE_STREAMED_ALL].evicted + stats.scene_tiles_resident;
 }
 
 /// Whether a map was drawn.
@@ -327,12 +327,12 @@ void settle(Session& session, const Pose& pose, float time_s) {
     render_frame(session, pose, time_s, 0);
     wait_for_frames(session.device, session.ring);
     const coppice_stats& stats = session.statistics.last;
-    if (const std::uint64_t now = stats.pages_loaded + stats.scene_tiles_resident; now != loaded) {
+    if (const std::uint64_t now = stats.streamed[COPPICE_STREAMED_ALL].loaded + stats.scene_tiles_resident; now != loaded) {
       last_progress = Clock::now();
       loaded = now;
     }
-    const bool done =
-        stats.pages_wanted == 0 && stats.pages_in_flight == 0 && stats.scene_tiles_missing == 0 && stats.threshold_px == threshold_px;
+    const bool done = stats.streamed[COPPICE_STREAMED_ALL].wanted == 0 && stats.streamed[COPPICE_STREAMED_ALL].in_flight == 0 &&
+                      stats.scene_tiles_missing == 0 && stats.threshold_px == threshold_px;
     threshold_px = stats.threshold_px;
     quiet_frames = done || Clock::now() - last_progress > kPatience ? quiet_frames + 1 : 0;
   }

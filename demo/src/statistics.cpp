@@ -1,6 +1,7 @@
 #include "statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -10,6 +11,8 @@
 
 namespace forest {
 namespace {
+
+constexpr std::array<const char*, COPPICE_STREAMED_ALL> kStreamedNames = {"pages", "wood", "textures", "leaf_meshes"};
 
 template <class T>
 T nearest_rank(std::vector<T> values, double share) {
@@ -81,9 +84,13 @@ std::string table(const Statistics& statistics) {
                  last.scene_tiles_resident, last.scene_tile_count, last.scene_tiles_missing, last.scene_tiles_failed,
                  double{last.scene_threshold_px}, double{statistics.settled_ms});
   if (statistics.first_picture_ms > 0) text += line("first picture        %.0f ms\n", double{statistics.first_picture_ms});
-  text += line("pages                %llu loaded, %llu evicted, %llu cancelled, %llu failed\n",
-               static_cast<unsigned long long>(last.pages_loaded), static_cast<unsigned long long>(last.pages_evicted),
-               static_cast<unsigned long long>(last.pages_cancelled), static_cast<unsigned long long>(last.pages_failed));
+  for (std::size_t kind = 0; kind < kStreamedNames.size(); ++kind) {
+    const coppice_streamed_stats& of = last.streamed[kind];
+    if (of.loaded + of.failed + of.cancelled == 0) continue;
+    text += line("%-20s %llu loaded, %llu evicted, %llu cancelled, %llu failed\n", kStreamedNames[kind],
+                 static_cast<unsigned long long>(of.loaded), static_cast<unsigned long long>(of.evicted),
+                 static_cast<unsigned long long>(of.cancelled), static_cast<unsigned long long>(of.failed));
+  }
   text += line("streaming            threshold at most %.2f px; %.1f MB read, %.1f MB/s; %.0f ms of decoding\n",
                double{statistics.max_threshold_px}, 1e-6 * static_cast<double>(last.bytes_read), 1e-6 * bytes_per_s(statistics),
                last.decode_ms);
@@ -119,17 +126,21 @@ void write_json(const std::string& file, const Statistics& statistics) {
     for (std::size_t i = 0; i < kPassNames.size(); ++i) json["pass_ms"][kPassNames[i]] = nearest_rank(statistics.pass_ms[i], 0.5);
   json["memory_budget_bytes"] = last.memory_budget_bytes;
   json["memory_peak_bytes"] = last.memory_peak_bytes;
-  json["pages_loaded"] = last.pages_loaded;
-  json["pages_evicted"] = last.pages_evicted;
+  json["pages_loaded"] = last.streamed[COPPICE_STREAMED_PAGES].loaded;
+  json["pages_evicted"] = last.streamed[COPPICE_STREAMED_PAGES].evicted;
+  for (std::size_t kind = 0; kind < kStreamedNames.size(); ++kind) {
+    const coppice_streamed_stats& of = last.streamed[kind];
+    json["streamed"][kStreamedNames[kind]] = {
+        {"loaded", of.loaded}, {"evicted", of.evicted}, {"cancelled", of.cancelled}, {"failed", of.failed}};
+  }
   if (statistics.first_picture_ms > 0) json["first_picture_ms"] = statistics.first_picture_ms;
   if (last.scene_tile_count > 0)
     json["scene"] = {{"instances", last.scene_instance_count},      {"tiles", last.scene_tile_count},
                      {"tiles_resident", last.scene_tiles_resident}, {"tiles_missing", last.scene_tiles_missing},
                      {"tiles_failed", last.scene_tiles_failed},     {"species_failed", last.scene_species_failed},
                      {"threshold_px", last.scene_threshold_px},     {"settled_ms", statistics.settled_ms}};
-  json["pages_cancelled"] = last.pages_cancelled;
-  json["pages_in_flight_max"] = statistics.max_pages_in_flight;
-  json["pages_queued_max"] = statistics.max_pages_queued;
+  json["chunks_in_flight_max"] = statistics.max_chunks_in_flight;
+  json["chunks_queued_max"] = statistics.max_chunks_queued;
   json["bytes_read"] = last.bytes_read;
   json["bytes_per_s"] = bytes_per_s(statistics);
   json["decode_ms"] = last.decode_ms;

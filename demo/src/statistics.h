@@ -33,7 +33,7 @@ struct Statistics {
   float first_picture_ms = 0, settled_ms = 0;
   double seconds = 0;  ///< from the start to `last`
   float max_threshold_px = 0;
-  std::uint32_t max_pages_in_flight = 0, max_pages_queued = 0;
+  std::uint32_t max_chunks_in_flight = 0, max_chunks_queued = 0;
   std::uint32_t errors = 0;  ///< lines that the library logged: what could not be read or made
   std::uint32_t validation_messages = 0;
 };

@@ -73,6 +73,20 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
                                 .jobs = jobs});
 }
 
+static_assert(COPPICE_STREAMED_PAGES == static_cast<int>(ChunkKind::page) && COPPICE_STREAMED_WOOD == static_cast<int>(ChunkKind::wood) &&
+              COPPICE_STREAMED_TEXTURES == static_cast<int>(ChunkKind::texture) &&
+              COPPICE_STREAMED_LEAF_MESHES == static_cast<int>(ChunkKind::leaf_mesh) && COPPICE_STREAMED_ALL == kChunkKindCount);
+
+coppice_streamed_stats streamed_stats(const ChunkCounts& counts) {
+  return {.loaded = counts.loaded,
+          .evicted = counts.evicted,
+          .failed = counts.failed,
+          .cancelled = counts.cancelled,
+          .in_flight = counts.in_flight,
+          .wanted = counts.wanted,
+          .queued = counts.queued};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& desc) {
@@ -103,12 +117,7 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->prefetch_frames_ = desc.prefetch_frames;
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, options));
   context->streamer_ = std::move(streamer);
-  context->plants_.resize(desc.max_plants);
-  context->slots_.resize(slot_count);
-  context->demands_.resize(slot_count);
-  context->demand_ahead_.measured.resize(slot_count);
-  context->demand_ahead_.finished.resize(slot_count);
-  context->residency_.resize(slot_count);
+  context->max_plants_ = desc.max_plants;
   context->count_overhead();
   context->least_budget_bytes_ = context->renderer_->least_budget_bytes(context->streamer_->stats().memory_bytes);
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
@@ -151,6 +160,13 @@ Result<std::uint32_t> Context::open_slot(const char* path) {
 }
 
 Result<void> Context::show_slot(std::uint32_t slot) {
+  if (slot >= slots_.size()) {
+    slots_.resize(slot + 1);
+    demands_.resize(slot + 1);
+    demand_ahead_.measured.resize(slot + 1);
+    demand_ahead_.finished.resize(slot + 1);
+    residency_.resize(slot + 1);
+  }
   const PlantFile& file = streamer_->file(slot);
   if (auto added = renderer_->add_plant(slot, file, streamer_->lod_words(slot)); !added) {
     streamer_->close_plant(slot);
@@ -170,7 +186,7 @@ void Context::close_slot(std::uint32_t slot) {
 }
 
 Result<coppice_plant> Context::open_plant(const char* path) {
-  if (std::ranges::find(plants_, false, &PlantEntry::open) == plants_.end()) {
+  if (free_entry() == max_plants_) {
     log_line(log(), COPPICE_LOG_ERROR, "%s: max_plants are open", path);
     return Error{Status::out_of_memory, "max_plants are open"};
   }
@@ -178,15 +194,21 @@ Result<coppice_plant> Context::open_plant(const char* path) {
   return take_entry(slot);
 }
 
+std::uint32_t Context::free_entry() const {
+  return static_cast<std::uint32_t>(std::ranges::find(plants_, false, &PlantEntry::open) - plants_.begin());
+}
+
 Result<coppice_plant> Context::take_entry(std::uint32_t slot) {
-  const auto free = std::ranges::find(plants_, false, &PlantEntry::open);
-  if (free == plants_.end()) {
+  const std::uint32_t index = free_entry();
+  if (index == max_plants_) {
     close_slot(slot);
     return Error{Status::out_of_memory, "max_plants are open"};
   }
-  free->open = true;
-  free->slot = slot;
-  return pack_handle({HandleKind::plant, tag_, free->generation, static_cast<std::uint32_t>(free - plants_.begin())});
+  if (index == plants_.size()) plants_.emplace_back();
+  PlantEntry& entry = plants_[index];
+  entry.open = true;
+  entry.slot = slot;
+  return pack_handle({HandleKind::plant, tag_, entry.generation, index});
 }
 
 bool Context::is_open(coppice_plant plant) const {
@@ -306,8 +328,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   for (const ChunkId& id : streamer_->take_evicted()) hide_chunk(id);
   for (const ChunkId& id : streamer_->take_released()) drop_chunk(id);
   for (const std::uint32_t plant : streamer_->take_closed_plants()) {
-    if (slots_[plant].on_gpu) renderer_->remove_plant(plant);
-    slots_[plant].on_gpu = false;
+    if (std::exchange(slots_[plant].on_gpu, false)) renderer_->remove_plant(plant);
   }
   return device_state();
 }
@@ -413,14 +434,10 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.memory_budget_bytes = streaming.budget_bytes;
   stats.memory_bytes = streaming.memory_bytes;
   stats.memory_peak_bytes = streaming.memory_peak_bytes;
-  stats.pages_loaded = streaming.chunks_loaded;
-  stats.pages_evicted = streaming.chunks_evicted;
-  stats.pages_failed = streaming.chunks_failed;
-  stats.pages_in_flight = streaming.chunks_in_flight + renderer_->lists_in_flight();
-  stats.pages_wanted = streaming.chunks_wanted;
+  for (std::size_t kind = 0; kind < kChunkKindCount; ++kind) stats.streamed[kind] = streamed_stats(streaming.chunks[kind]);
+  stats.streamed[COPPICE_STREAMED_ALL] = streamed_stats(streaming.all());
+  stats.streamed[COPPICE_STREAMED_ALL].in_flight += renderer_->lists_in_flight();
   stats.threshold_px = streaming.threshold_px;
-  stats.pages_queued = streaming.chunks_queued;
-  stats.pages_cancelled = streaming.reads_cancelled;
   stats.bytes_read = streaming.bytes_read;
   stats.decode_ms = 1e-6 * static_cast<double>(streaming.decode_ns);
   const SceneStats scene = scene_ ? scene_->stream->stats() : SceneStats{};

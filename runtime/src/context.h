@@ -129,6 +129,8 @@ class Context {
   [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
   [[nodiscard]] PlantEntry& entry(coppice_plant plant);
   Result<std::uint32_t> open_slot(const char* path);
+  /// max_plants_ where all are open.
+  [[nodiscard]] std::uint32_t free_entry() const;
   /// Gives what the streamer has opened to the renderer. errors  out_of_memory; not logged, the slot is closed
   Result<void> show_slot(std::uint32_t slot);
   /// A handle for it. errors  out_of_memory: max_plants are open; not logged, the slot is closed
@@ -154,8 +156,10 @@ class Context {
   AssetFolder scene_plants_;  ///< where plants of scenes may be
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
-  std::vector<PlantEntry> plants_;  ///< [max_plants]
-  std::vector<PlantSlot> slots_;    ///< [max_plants + kReloadSlots]
+  // Up to the last that was ever used: what was never used costs nothing in a frame.
+  std::vector<PlantEntry> plants_;  ///< [max_plants_] at most
+  std::vector<PlantSlot> slots_;    ///< [max_plants_ + kReloadSlots] at most
+  std::uint32_t max_plants_ = 0;
   std::vector<PlantDemand> demands_;
   DemandAhead demand_ahead_;
   std::vector<gpu::PlantResidency> residency_;

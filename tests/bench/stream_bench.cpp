@@ -248,8 +248,8 @@ class Run {
     for (int i = 0; i < 20000; ++i) {
       frame(view, false, nullptr);
       const coppice_stats now = stats();
-      if (i > 3 && now.pages_wanted == 0 && now.pages_in_flight == 0) break;
-      if (now.pages_in_flight > 0) ::usleep(500);
+      if (i > 3 && now.streamed[COPPICE_STREAMED_ALL].wanted == 0 && now.streamed[COPPICE_STREAMED_ALL].in_flight == 0) break;
+      if (now.streamed[COPPICE_STREAMED_ALL].in_flight > 0) ::usleep(500);
     }
     result.full_bytes = stats().memory_bytes - empty;
   }
@@ -302,12 +302,13 @@ class Run {
     if (complete && !result.first_complete_frame) result.first_complete_frame = index + 1;
     result.frames_with_missing_plants += !complete;
     const coppice_stats now = stats();
-    if (now.pages_wanted == 0 && !result.settled_frame && complete) result.settled_frame = index + 1;
-    result.frames_waiting += now.pages_wanted > 0;
+    if (now.streamed[COPPICE_STREAMED_ALL].wanted == 0 && !result.settled_frame && complete) result.settled_frame = index + 1;
+    result.frames_waiting += now.streamed[COPPICE_STREAMED_ALL].wanted > 0;
     result.threshold_sum_px += static_cast<double>(now.threshold_px);
     if (index > 0) result.visible.push_back(now.visible_instance_count);
     if (index % std::max(options_.frames / 100, 1u) == 0)
-      result.samples.push_back({index, now.threshold_px, now.pages_wanted, now.pages_in_flight, now.memory_bytes});
+      result.samples.push_back({index, now.threshold_px, now.streamed[COPPICE_STREAMED_ALL].wanted,
+                                now.streamed[COPPICE_STREAMED_ALL].in_flight, now.memory_bytes});
   }
 
   void record(VkCommandBuffer cmd, const coppice_view& view) {
@@ -374,9 +375,9 @@ nlohmann::ordered_json json_of(const RunResult& run) {
   json["seconds"] = run.seconds;
   json["counted_peak_bytes"] = run.counted_peak_bytes;
   json["memory_peak_bytes"] = run.stats.memory_peak_bytes;
-  json["pages_loaded"] = run.stats.pages_loaded;
-  json["pages_evicted"] = run.stats.pages_evicted;
-  json["pages_cancelled"] = run.stats.pages_cancelled;
+  json["pages_loaded"] = run.stats.streamed[COPPICE_STREAMED_ALL].loaded;
+  json["pages_evicted"] = run.stats.streamed[COPPICE_STREAMED_ALL].evicted;
+  json["pages_cancelled"] = run.stats.streamed[COPPICE_STREAMED_ALL].cancelled;
   json["bytes_read"] = run.stats.bytes_read;
   json["bytes_per_s"] = static_cast<double>(run.stats.bytes_read) / run.seconds;
   json["decode_ms"] = run.stats.decode_ms;
@@ -405,8 +406,10 @@ void print(const char* name, const RunResult& run) {
   std::printf("  threshold            mean %.2f px; %u of %zu frames wait for something\n",
               run.threshold_sum_px / static_cast<double>(run.frame_ms.size()), run.frames_waiting, run.frame_ms.size());
   std::printf("  pages                %llu loaded, %llu evicted, %llu cancelled; %.1f MB/s read\n",
-              static_cast<unsigned long long>(run.stats.pages_loaded), static_cast<unsigned long long>(run.stats.pages_evicted),
-              static_cast<unsigned long long>(run.stats.pages_cancelled), 1e-6 * static_cast<double>(run.stats.bytes_read) / run.seconds);
+              static_cast<unsigned long long>(run.stats.streamed[COPPICE_STREAMED_ALL].loaded),
+              static_cast<unsigned long long>(run.stats.streamed[COPPICE_STREAMED_ALL].evicted),
+              static_cast<unsigned long long>(run.stats.streamed[COPPICE_STREAMED_ALL].cancelled),
+              1e-6 * static_cast<double>(run.stats.bytes_read) / run.seconds);
 }
 
 bool require(bool holds, const char* what) {

@@ -246,7 +246,7 @@ class World {
 
   [[nodiscard]] bool is_settled() const {
     const coppice::StreamStats stats = streamer_->stats();
-    return stats.chunks_in_flight == 0 && stats.chunks_wanted == 0 && io_.waiting.empty() &&
+    return stats.all().in_flight == 0 && stats.all().wanted == 0 && io_.waiting.empty() &&
            std::ranges::find(states_, Plant::opening) == states_.end();
   }
 

@@ -124,7 +124,7 @@ class Renderer {
     for (int frame = 0; frame < kMostFrames; ++frame) {
       draw_frame(view);
       const coppice_stats stats = statistics();
-      quiet = stats.pages_wanted == 0 && stats.pages_in_flight == 0 ? quiet + 1 : 0;
+      quiet = stats.streamed[COPPICE_STREAMED_ALL].wanted == 0 && stats.streamed[COPPICE_STREAMED_ALL].in_flight == 0 ? quiet + 1 : 0;
       if (quiet == kQuietFrames) return coppice::test::read_picture(gpu_, color_, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
       std::this_thread::sleep_for(std::chrono::milliseconds(2));  // reads are asynchronous
     }

@@ -51,7 +51,7 @@ void put_plant() {
   put(plant.wood_list_base); put(plant.wood_list_stride);
   put(plant.wood_lod_count); put(plant.wood_resident_mask);
   for (uint i = 0; i < kMaxWoodLods; ++i) put(plant.wood_index_counts[i]);
-  put(plant.leaf_mesh_count); put(plant.leaf_mesh_triangles); put(plant.leaf_mesh_command_base); put(plant.leaf_mesh_list_base);
+  put(plant.leaf_mesh_count); put(plant.leaf_mesh_triangles); put(plant.leaf_mesh_list_base);
 }
 
 void put_view() {

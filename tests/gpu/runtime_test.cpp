@@ -243,17 +243,17 @@ TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
   }
   ASSERT_EQ(info(plant).resident_leaf_count, 3000u);
   ASSERT_EQ(jobs.waiting.size(), 1u) << "the frame that uploaded the last page has asked for its lists";
-  EXPECT_GT(stats().pages_in_flight, 0u) << "pictures wait for lists";
+  EXPECT_GT(stats().streamed[COPPICE_STREAMED_ALL].in_flight, 0u) << "pictures wait for lists";
   EXPECT_GT(drawn_pixels(frame(view)), 100u);
   frame(view);
   const std::uint64_t coarse = stats().drawn_leaf_count;
   EXPECT_GT(coarse, 0u);
   EXPECT_LT(coarse, 3000u);
-  for (int i = 0; i < 20 && stats().pages_in_flight > 0; ++i) {
+  for (int i = 0; i < 20 && stats().streamed[COPPICE_STREAMED_ALL].in_flight > 0; ++i) {
     jobs.run_all();
     frame(view);
   }
-  EXPECT_EQ(stats().pages_in_flight, 0u);
+  EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].in_flight, 0u);
   frame(view);
   EXPECT_EQ(stats().drawn_leaf_count, 3000u);
 
@@ -269,7 +269,7 @@ TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
       usleep(1000);
     }
   }
-  for (int i = 0; i < 100 && (i < 3 || stats().pages_in_flight > 0); ++i) {
+  for (int i = 0; i < 100 && (i < 3 || stats().streamed[COPPICE_STREAMED_ALL].in_flight > 0); ++i) {
     jobs.run_all();
     frame(view);
   }
@@ -317,7 +317,7 @@ TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
   EXPECT_TRUE(arrivals.empty()) << log_;
   EXPECT_LE(stats().memory_peak_bytes, budget_bytes);
   EXPECT_GT(most_bytes, budget_bytes - (3ull << 20)) << "the budget is not tight: nothing was tested";
-  EXPECT_GT(stats().pages_evicted, 0u);
+  EXPECT_GT(stats().streamed[COPPICE_STREAMED_ALL].evicted, 0u);
   std::filesystem::remove(large_path);
 }
 
@@ -422,8 +422,8 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
     const coppice_stats settled = stats();
     EXPECT_GT(settled.threshold_px, 0.0f) << "the budget is not tight: " << budget;
     for (int i = 0; i < 40; ++i) pump(view);
-    EXPECT_EQ(stats().pages_evicted, settled.pages_evicted) << budget;
-    EXPECT_EQ(stats().pages_loaded, settled.pages_loaded) << budget;
+    EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].evicted, settled.streamed[COPPICE_STREAMED_ALL].evicted) << budget;
+    EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].loaded, settled.streamed[COPPICE_STREAMED_ALL].loaded) << budget;
     EXPECT_LE(stats().memory_bytes, budget);
   }
 }
@@ -438,12 +438,12 @@ TEST_F(RuntimeTest, WithNextToNoTimeAChunkAFrameIsUploadedAfterThePinnedOnes) {
   coppice_view view = front_view();
   view.lod = COPPICE_LOD_FULL;
   pump(view);  // what every plant is drawn from is uploaded at once, whatever the time
-  std::uint64_t loaded = stats().pages_loaded;
+  std::uint64_t loaded = stats().streamed[COPPICE_STREAMED_ALL].loaded;
   ASSERT_LT(info(plant).resident_leaf_count, 3000u);
   for (int i = 0; i < 100 && info(plant).resident_leaf_count < 3000; ++i) {
     pump(view);
-    EXPECT_LE(stats().pages_loaded, loaded + 1);
-    loaded = stats().pages_loaded;
+    EXPECT_LE(stats().streamed[COPPICE_STREAMED_ALL].loaded, loaded + 1);
+    loaded = stats().streamed[COPPICE_STREAMED_ALL].loaded;
   }
   EXPECT_EQ(info(plant).resident_leaf_count, 3000u);
 }
@@ -471,7 +471,7 @@ TEST_F(RuntimeTest, BlockTexturesLookAlikeReadByTheGpuAndDecoded) {
     view.lod = COPPICE_LOD_FULL;
     way.picture = settle(view);
     way.bytes = stats().memory_bytes;
-    EXPECT_EQ(stats().pages_failed, 0u) << log_;
+    EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].failed, 0u) << log_;
     coppice_context_destroy(context_);
     context_ = nullptr;
     frame_number_ = 0;

@@ -149,7 +149,7 @@ void LooksStage::settle(const coppice_view& view) {
     coppice_stats stats;
     coppice_stats_init(&stats);
     check(coppice_get_stats(context_.get(), &stats), "coppice_get_stats");
-    quiet = stats.pages_wanted == 0 && stats.pages_in_flight == 0 ? quiet + 1 : 0;
+    quiet = stats.streamed[COPPICE_STREAMED_ALL].wanted == 0 && stats.streamed[COPPICE_STREAMED_ALL].in_flight == 0 ? quiet + 1 : 0;
     if (quiet == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // reads are asynchronous
   }
   if (quiet < kQuietFrames) throw std::runtime_error("streaming does not come to rest");

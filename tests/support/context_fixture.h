@@ -123,7 +123,9 @@ class ContextTest : public VulkanTest {
     for (int i = 0; i < 400; ++i) {
       picture = frame(view);
       const coppice_stats now = stats();
-      if (i > 2 && now.pages_wanted == 0 && now.pages_in_flight == 0 && now.scene_tiles_missing == 0) break;
+      if (i > 2 && now.streamed[COPPICE_STREAMED_ALL].wanted == 0 && now.streamed[COPPICE_STREAMED_ALL].in_flight == 0 &&
+          now.scene_tiles_missing == 0)
+        break;
       usleep(2000);
     }
     return picture;

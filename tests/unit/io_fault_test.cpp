@@ -160,10 +160,10 @@ class IoFault : public testing::TestWithParam<Reading> {
       while (const auto species = scene.next_species()) scene.species_opened(species->species, true);
       while (const auto ready = scene.next_ready()) scene.placed(ready->tile);
       const StreamStats stats = streamer.stats();
-      if (i > 60 && stats.chunks_wanted == 0 && stats.chunks_in_flight == 0 && scene.stats().missing_tiles == 0) break;
+      if (i > 60 && stats.all().wanted == 0 && stats.all().in_flight == 0 && scene.stats().missing_tiles == 0) break;
       std::this_thread::sleep_for(std::chrono::microseconds(200));
     }
-    outcome.failed = streamer.stats().chunks_failed + scene.stats().tiles_failed;
+    outcome.failed = streamer.stats().all().failed + scene.stats().tiles_failed;
     outcome.resident_pages = streamer.state(0).resident_page_count;
     outcome.resident_tiles = scene.stats().resident_tiles;
   }

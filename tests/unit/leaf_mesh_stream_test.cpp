@@ -46,12 +46,12 @@ TEST_F(LeafMeshStream, ComeBeforeTheirQuadsErrTooMuchAndNoSooner) {
   EXPECT_FALSE(streamer->state(plant).leaf_meshes_resident);
   EXPECT_TRUE(gpu->plants[plant].leaf_meshes.empty());
   EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u) << "the texture that only leaf meshes show is not asked for either";
-  EXPECT_EQ(streamer->stats().chunks_wanted, 0u);
+  EXPECT_EQ(streamer->stats().all().wanted, 0u);
   frames(20, {demand_of(250.0f)});
   EXPECT_TRUE(streamer->state(plant).leaf_meshes_resident);
   EXPECT_EQ(gpu->plants[plant].leaf_meshes.size(), kParts);
   EXPECT_EQ(streamer->state(plant).resident_texture_count, 2u);
-  EXPECT_EQ(streamer->stats().chunks_wanted, 0u);
+  EXPECT_EQ(streamer->stats().all().wanted, 0u);
 }
 
 TEST_F(LeafMeshStream, FullDetailAsksForThem) {
@@ -109,9 +109,9 @@ TEST_F(LeafMeshStream, NoneIsLoadedWhereNotAllFit) {
   streamer->set_memory_budget(without / 2 + with / 2);
   frames(40, {demand_of(390.0f)});
   EXPECT_FALSE(streamer->state(plant).leaf_meshes_resident);
-  const std::uint64_t loaded = streamer->stats().chunks_loaded;
+  const std::uint64_t loaded = streamer->stats().all().loaded;
   frames(100, {demand_of(390.0f)});
-  EXPECT_EQ(streamer->stats().chunks_loaded, loaded) << "what cannot be complete is not tried again and again";
+  EXPECT_EQ(streamer->stats().all().loaded, loaded) << "what cannot be complete is not tried again and again";
 }
 
 TEST_F(LeafMeshStream, ADamagedOneLeavesTheQuadsAndIsReportedOnce) {
@@ -119,8 +119,8 @@ TEST_F(LeafMeshStream, ADamagedOneLeavesTheQuadsAndIsReportedOnce) {
   io.files["a"][find_chunk(streamer->file(plant), COPPICE_CHUNK_LEAF_MESH, 2)->offset + 40] ^= 1;
   frames(30, {demand_of(1000.0f)});
   EXPECT_FALSE(streamer->state(plant).leaf_meshes_resident);
-  EXPECT_EQ(streamer->stats().chunks_failed, 1u);
-  EXPECT_EQ(streamer->stats().chunks_wanted, 0u) << "what can never come is not waited for";
+  EXPECT_EQ(streamer->stats().all().failed, 1u);
+  EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what can never come is not waited for";
   ASSERT_EQ(log.lines.size(), 1u);
   EXPECT_NE(log.lines[0].find("a: leaf mesh 2: "), std::string::npos) << log.lines[0];
   io.log.clear();

@@ -84,7 +84,7 @@ class NthRead : public StreamFault, public testing::WithParamInterface<FaultyRea
     const std::size_t failed_opens = log.lines.size();
     EXPECT_LE(failed_opens, GetParam().is_lasting() ? 1u : 0u) << n;
     frames(60, both());
-    const std::uint64_t failed = streamer->stats().chunks_failed;
+    const std::uint64_t failed = streamer->stats().all().failed;
     const bool reached = io.answered > n;
     const std::uint64_t expected = reached && GetParam().is_lasting() ? 1 : 0;
     // A texture's header is read once more with its chunk: there a wrong byte costs nothing.
@@ -92,7 +92,7 @@ class NthRead : public StreamFault, public testing::WithParamInterface<FaultyRea
       EXPECT_LE(failed + failed_opens, expected) << n;
     else
       EXPECT_EQ(failed + failed_opens, expected) << n;
-    EXPECT_EQ(streamer->stats().chunks_wanted, 0u) << "what can never come is not waited for, read " << n;
+    EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what can never come is not waited for, read " << n;
     EXPECT_EQ(log.lines.size(), failed_opens + failed) << "one line, read " << n;
     if (failed > 0) expect_named(log.lines.back());
     const std::uint32_t hurt = failed > 0 && log.lines.back().starts_with("b") ? b : a;
@@ -170,7 +170,7 @@ TEST_F(PausedRead, IsTriedAgainAfterGrowingPauses) {
   }
   ASSERT_EQ(log.lines.size(), 1u);
   EXPECT_EQ(log.lines[0], "a: page 2: read failed: Input/output error (at byte " + std::to_string(io.fail_offset) + ")");
-  EXPECT_EQ(streamer->stats().chunks_failed, 1u);
+  EXPECT_EQ(streamer->stats().all().failed, 1u);
   wait_ms(1'000'000);
   EXPECT_EQ(tries(), tried) << "never again";
   EXPECT_EQ(std::ranges::count(io.log, offset_of(plant, COPPICE_CHUNK_PAGE, 1), &test::FakeRead::offset), 1);
@@ -185,22 +185,22 @@ TEST_F(PausedRead, ThatSucceedsInTheEndIsNoFailure) {
   frames(5, both());
   expect_whole(plant);
   EXPECT_TRUE(log.lines.empty());
-  EXPECT_EQ(streamer->stats().chunks_failed, 0u);
+  EXPECT_EQ(streamer->stats().all().failed, 0u);
   shut_down();
 }
 
 TEST_F(PausedRead, IsForgottenWhereNothingWantsItAnyMore) {
   frames(5, both());
-  EXPECT_GT(streamer->stats().chunks_in_flight, 0u);
+  EXPECT_GT(streamer->stats().all().in_flight, 0u);
   frames(40, {PlantDemand{}, PlantDemand{}});
-  EXPECT_EQ(streamer->stats().chunks_in_flight, 0u);
+  EXPECT_EQ(streamer->stats().all().in_flight, 0u);
   wait_ms(0);  // asks again
   streamer->set_memory_budget(streamer->stats().memory_bytes / 2);
   frames(2, both());
   streamer->close_plant(plant);
   frames(5, both());
   EXPECT_FALSE(streamer->is_open(plant));
-  EXPECT_EQ(streamer->stats().chunks_in_flight, 0u);
+  EXPECT_EQ(streamer->stats().all().in_flight, 0u);
   EXPECT_TRUE(log.lines.empty());
   shut_down();
 }
@@ -208,7 +208,7 @@ TEST_F(PausedRead, IsForgottenWhereNothingWantsItAnyMore) {
 TEST_F(PausedRead, ALackOfMemoryInTheHookIsNoFailure) {
   io.failing_result = -ENOMEM;
   for (int i = 0; i < 20; ++i) wait_ms(1000);
-  EXPECT_EQ(streamer->stats().chunks_failed, 0u);
+  EXPECT_EQ(streamer->stats().all().failed, 0u);
   EXPECT_GT(tries(), 1);
   io.fail_offset = UINT64_MAX;
   frames(100, both());
@@ -298,10 +298,10 @@ class FileFault : public testing::TestWithParam<Reading> {
     const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
     for (int i = 0; i < 5000; ++i) {
       gpu_->frame(view_, demands);
-      if (i > 3 && streamer_->stats().chunks_wanted == 0 && streamer_->stats().chunks_in_flight == 0) return;
+      if (i > 3 && streamer_->stats().all().wanted == 0 && streamer_->stats().all().in_flight == 0) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    ADD_FAILURE() << "still wanted: " << streamer_->stats().chunks_wanted;
+    ADD_FAILURE() << "still wanted: " << streamer_->stats().all().wanted;
   }
 
   std::filesystem::path path_;

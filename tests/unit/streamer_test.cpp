@@ -84,7 +84,7 @@ TEST_F(StreamerTest, OpensWithTheFirstPageAndTheCoarsestWood) {
   EXPECT_EQ(streamer->state(plant).resident_leaf_count, 513u);
   EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b10u);
   EXPECT_TRUE(io.log.empty()) << "nobody looks: nothing is read";
-  EXPECT_EQ(streamer->stats().chunks_wanted, 0u);
+  EXPECT_EQ(streamer->stats().all().wanted, 0u);
 }
 
 TEST_F(StreamerTest, LoadsExactlyWhatTheViewWants) {
@@ -96,8 +96,8 @@ TEST_F(StreamerTest, LoadsExactlyWhatTheViewWants) {
   frames(20, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
   EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
-  EXPECT_EQ(streamer->stats().chunks_wanted, 0u);
-  EXPECT_EQ(streamer->stats().chunks_loaded, 6u + 2u + 1u);
+  EXPECT_EQ(streamer->stats().all().wanted, 0u);
+  EXPECT_EQ(streamer->stats().all().loaded, 6u + 2u + 1u);
 }
 
 TEST_F(StreamerTest, FullDetailWantsEverythingInView) {
@@ -189,13 +189,13 @@ TEST_F(StreamerTest, DropsAReadThatNobodyWantsAnyMore) {
   const std::uint64_t before = streamer->stats().memory_bytes;
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
-  EXPECT_EQ(streamer->stats().chunks_in_flight, 7u);
+  EXPECT_EQ(streamer->stats().all().in_flight, 7u);
   EXPECT_GT(streamer->stats().memory_bytes, before);
   frames(20, {PlantDemand{}});
   io.answer_all();
   frames(1, {PlantDemand{}});
-  EXPECT_EQ(streamer->stats().chunks_in_flight, 0u);
-  EXPECT_EQ(streamer->stats().reads_cancelled, 7u);
+  EXPECT_EQ(streamer->stats().all().in_flight, 0u);
+  EXPECT_EQ(streamer->stats().all().cancelled, 7u);
   EXPECT_EQ(streamer->stats().memory_bytes, before);
   EXPECT_EQ(streamer->state(plant).resident_page_count, 1u);
   io.deferred = false;
@@ -213,7 +213,7 @@ TEST_F(StreamerTest, AGlanceAsideDropsNothing) {
   io.answer_all();
   io.deferred = false;
   frames(2, {demand_of(5000.0f)});
-  EXPECT_EQ(streamer->stats().reads_cancelled, 0u);
+  EXPECT_EQ(streamer->stats().all().cancelled, 0u);
 }
 
 TEST_F(StreamerTest, PagesThatReturnOutOfOrderAreDecodedInOrder) {
@@ -249,7 +249,7 @@ TEST_F(StreamerTest, AShrinkingBudgetRaisesTheThresholdForAllAlikeWithinAFrame) 
     frames(1, demands);
     EXPECT_LE(streamer->stats().memory_bytes, budget);
     EXPECT_GE(streamer->stats().threshold_px, threshold_px);
-    EXPECT_EQ(streamer->stats().chunks_wanted, 0u) << "what goes is what the threshold no longer asks for";
+    EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what goes is what the threshold no longer asks for";
     threshold_px = streamer->stats().threshold_px;
     for (const std::uint32_t each : {plant, other}) EXPECT_LE(error_px(each, 5000.0f), std::max(threshold_px, 9.2f)) << each;
   }
@@ -283,7 +283,7 @@ TEST_F(StreamerTest, TheThresholdFallsByStepsOnceThereIsRoomAgain) {
   EXPECT_FLOAT_EQ(threshold_px, 2.0f);
   frames(5, {demand_of(2000.0f)});
   EXPECT_GE(streamer->state(plant).resident_leaf_count, 2561u);
-  EXPECT_EQ(streamer->stats().chunks_wanted, 0u);
+  EXPECT_EQ(streamer->stats().all().wanted, 0u);
 }
 
 TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
@@ -323,15 +323,15 @@ TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
       ASSERT_LE(streamer->stats().memory_bytes, budget);
     }
     const std::size_t settled = gpu->evicted.size();
-    const std::uint64_t loaded = streamer->stats().chunks_loaded;
+    const std::uint64_t loaded = streamer->stats().all().loaded;
     EXPECT_GT(settled + 1, evicted_before + (turn > 0 ? 1u : 0u)) << "memory follows the view";
     EXPECT_GT(streamer->state(turn % 2).resident_page_count, streamer->state(1 - turn % 2).resident_page_count);
     EXPECT_GT(streamer->stats().threshold_px, 2.0f);
     EXPECT_LE(error_px(1 - turn % 2, 900.0f), streamer->stats().threshold_px);
     frames(100, {demand_of(a_px), demand_of(b_px)});
     EXPECT_EQ(gpu->evicted.size(), settled) << "a view that stands still moves nothing";
-    EXPECT_EQ(streamer->stats().chunks_loaded, loaded);
-    EXPECT_EQ(streamer->stats().chunks_wanted, 0u) << "what is asked for fits";
+    EXPECT_EQ(streamer->stats().all().loaded, loaded);
+    EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what is asked for fits";
     EXPECT_LE(settled - evicted_before, 9u) << "no more goes than one plant has";
     evicted_before = settled;
   }
@@ -357,7 +357,7 @@ class ATwentieth : public StreamerTest {
     frames(1, {});
     const std::uint64_t floor_bytes = streamer->stats().memory_bytes;
     frames(300, demands());
-    ASSERT_EQ(streamer->stats().chunks_wanted, 0u);
+    ASSERT_EQ(streamer->stats().all().wanted, 0u);
     wanted_bytes = streamer->stats().memory_bytes - floor_bytes;
     budget = floor_bytes + wanted_bytes / 20;
   }
@@ -395,17 +395,17 @@ TEST_F(ATwentieth, IsNeverExceededAndComesToRest) {
     frames(1, demands());
     ASSERT_LE(streamer->stats().memory_bytes, budget) << i;
   }
-  const std::uint64_t loaded = streamer->stats().chunks_loaded, evicted = streamer->stats().chunks_evicted;
+  const std::uint64_t loaded = streamer->stats().all().loaded, evicted = streamer->stats().all().evicted;
   frames(300, demands());
-  EXPECT_EQ(streamer->stats().chunks_loaded, loaded);
-  EXPECT_EQ(streamer->stats().chunks_evicted, evicted);
+  EXPECT_EQ(streamer->stats().all().loaded, loaded);
+  EXPECT_EQ(streamer->stats().all().evicted, evicted);
   for (int i = 0; i < 20; ++i) frames(1, demands(i % 2 == 0 ? 0.05f : -0.05f));  // a camera that shakes: what it takes at most is kept
-  const std::uint64_t loaded_by_shaking = streamer->stats().chunks_loaded;
+  const std::uint64_t loaded_by_shaking = streamer->stats().all().loaded;
   for (int i = 0; i < 300; ++i) {
     frames(1, demands(i % 2 == 0 ? 0.05f : -0.05f));
     ASSERT_LE(streamer->stats().memory_bytes, budget) << i;
   }
-  EXPECT_EQ(streamer->stats().chunks_loaded, loaded_by_shaking);
+  EXPECT_EQ(streamer->stats().all().loaded, loaded_by_shaking);
 }
 
 TEST_F(ATwentieth, ColdStartReadsOnlyWhatStays) {
@@ -415,8 +415,8 @@ TEST_F(ATwentieth, ColdStartReadsOnlyWhatStays) {
   for (std::uint32_t i = 0; i < kPlants; ++i) open("large");
   streamer->set_memory_budget(budget);
   frames(200, demands());
-  EXPECT_EQ(streamer->stats().chunks_wanted, 0u);
-  EXPECT_EQ(streamer->stats().chunks_evicted, 0u);
+  EXPECT_EQ(streamer->stats().all().wanted, 0u);
+  EXPECT_EQ(streamer->stats().all().evicted, 0u);
   EXPECT_LE(streamer->stats().memory_peak_bytes, budget);
 }
 
@@ -457,16 +457,16 @@ TEST_F(StreamerTest, ATextureLargerThanItsShareCostsTheOthersNothing) {
     open("a");
     demands.push_back(demand_of(5000.0f));
   }
-  for (int i = 0; i < 200 && (i < 3 || streamer->stats().chunks_wanted > 0); ++i) frames(1, demands);
-  ASSERT_EQ(streamer->stats().chunks_wanted, 0u);
+  for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
+  ASSERT_EQ(streamer->stats().all().wanted, 0u);
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e4f));
   ASSERT_GT(find_chunk(streamer->file(poster), COPPICE_CHUNK_TEXTURE, 0)->bytes, 10 * 5 * 62000u);
   streamer->set_memory_budget(streamer->stats().memory_bytes + 1000);
   frames(40, demands);
-  EXPECT_EQ(streamer->stats().chunks_evicted, 0u);
+  EXPECT_EQ(streamer->stats().all().evicted, 0u);
   EXPECT_EQ(streamer->state(poster).resident_texture_count, 0u);
-  EXPECT_EQ(streamer->stats().chunks_wanted, 0u) << "what cannot be had is not waited for";
+  EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what cannot be had is not waited for";
   EXPECT_LT(streamer->stats().threshold_px, 20.0f) << "the others stay fine";
 }
 
@@ -480,13 +480,13 @@ TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
     open("a");
     demands.push_back(demand_of(5000.0f));
   }
-  for (int i = 0; i < 200 && (i < 3 || streamer->stats().chunks_wanted > 0); ++i) frames(1, demands);
+  for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e6f));
   streamer->set_memory_budget(streamer->stats().memory_bytes);
   frames(20, demands);
   EXPECT_EQ(streamer->state(poster).resident_texture_count, 1u);
-  EXPECT_GT(streamer->stats().chunks_evicted, 64u);
+  EXPECT_GT(streamer->stats().all().evicted, 64u);
 }
 
 class BadPage : public StreamerTest {
@@ -495,9 +495,9 @@ class BadPage : public StreamerTest {
   void expect_last_good_cut(std::uint32_t plant, const char* reason) {
     frames(20, {demand_of(5000.0f)});
     EXPECT_EQ(streamer->state(plant).resident_leaf_count, 1025u);
-    EXPECT_EQ(streamer->stats().chunks_failed, 1u);
-    EXPECT_EQ(streamer->stats().chunks_wanted, 0u) << "what can never come is not waited for";
-    EXPECT_EQ(streamer->stats().chunks_in_flight, 0u);
+    EXPECT_EQ(streamer->stats().all().failed, 1u);
+    EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what can never come is not waited for";
+    EXPECT_EQ(streamer->stats().all().in_flight, 0u);
     ASSERT_EQ(log.lines.size(), 1u);
     EXPECT_NE(log.lines[0].find("a: page 2: "), std::string::npos) << log.lines[0];
     EXPECT_NE(log.lines[0].find(reason), std::string::npos) << log.lines[0];
@@ -545,7 +545,7 @@ TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
   }
   frames(10, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(plant).resident_page_count, 3u);
-  EXPECT_EQ(streamer->stats().chunks_failed, 1u);
+  EXPECT_EQ(streamer->stats().all().failed, 1u);
   EXPECT_LT(streamer->stats().memory_bytes, decoded_bytes - 2 * 32768);
 }
 
@@ -569,7 +569,7 @@ TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
   EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
   EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
   EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u);
-  EXPECT_EQ(streamer->stats().chunks_failed, 0u);
+  EXPECT_EQ(streamer->stats().all().failed, 0u);
   EXPECT_EQ(log.lines.size(), 2u) << "one line for each time the device had nothing";
 }
 
@@ -606,7 +606,7 @@ TEST_F(StreamerTest, AFrameTakesOverOnlyWhatItHasTimeFor) {
   io.answer_all();
   jobs.deferred = true;
   frames(1, {demand_of(5000.0f)});
-  EXPECT_EQ(streamer->stats().chunks_in_flight, 7u);
+  EXPECT_EQ(streamer->stats().all().in_flight, 7u);
   EXPECT_GE(streamer->stats().hand_over_ns, 4'500'000u);
   const std::uint64_t taken_over = streamer->stats().bytes_read;
   EXPECT_GT(taken_over, 0u);
@@ -731,7 +731,7 @@ TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(300.0f)});
   ASSERT_EQ(streamer->state(plant).resident_texture_count, 1u);
-  const std::uint64_t loaded = streamer->stats().chunks_loaded;
+  const std::uint64_t loaded = streamer->stats().all().loaded;
   streamer->set_memory_budget(streamer->stats().memory_bytes + 1000);
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(streamer->open_plant("b").error().status, Status::out_of_memory);
@@ -739,7 +739,7 @@ TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
   }
   EXPECT_NE(log.lines.back().find("more than all there is to free"), std::string::npos) << log.lines.back();
   EXPECT_TRUE(gpu->evicted.empty());
-  EXPECT_EQ(streamer->stats().chunks_loaded, loaded);
+  EXPECT_EQ(streamer->stats().all().loaded, loaded);
 }
 
 /// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more.
@@ -774,7 +774,7 @@ class FailingAllocator : public StreamerTest, public testing::WithParamInterface
     const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
     for (int i = 0; i < 5; ++i) fake.frame(view, demands);
     EXPECT_GE(failing.state(*plant).resident_page_count, 1u);
-    EXPECT_EQ(failing.stats().chunks_failed, 0u) << "a lack of memory is no damage";
+    EXPECT_EQ(failing.stats().all().failed, 0u) << "a lack of memory is no damage";
     if (GetParam()) return;
     for (int i = 0; i < 60; ++i) fake.frame(view, demands);
     EXPECT_EQ(failing.state(*plant).resident_leaf_count, 3000u) << "it recovers";
@@ -834,8 +834,8 @@ TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
       ASSERT_LE((*streamer)->stats().memory_bytes, budget);
       if (i % 8 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    EXPECT_EQ((*streamer)->stats().chunks_failed, 0u);
-    EXPECT_GT((*streamer)->stats().chunks_loaded, 6u);
+    EXPECT_EQ((*streamer)->stats().all().failed, 0u);
+    EXPECT_GT((*streamer)->stats().all().loaded, 6u);
   }
   std::filesystem::remove(path);
 }

@@ -136,7 +136,7 @@ TEST_F(TextureStream, ADamagedTextureIsNamedWithItsPlace) {
       log_.lines.clear();
       start(std::move(bad), block_textures);
       EXPECT_TRUE(offered().empty());
-      EXPECT_EQ(streamer_->stats().chunks_failed, 1u);
+      EXPECT_EQ(streamer_->stats().all().failed, 1u);
       ASSERT_EQ(log_.lines.size(), 1u);
       EXPECT_NE(log_.lines[0].find(damage.what), std::string::npos) << log_.lines[0];
       EXPECT_NE(log_.lines[0].find(std::to_string(texture + damage.offset)), std::string::npos) << log_.lines[0];
@@ -156,7 +156,7 @@ TEST_F(TextureStream, AHeaderThatWasAnotherWhenThePlantWasOpenedIsRefused) {
   start(std::move(other), false);
   io_.files["plant"] = good;
   EXPECT_TRUE(offered().empty());
-  EXPECT_EQ(streamer_->stats().chunks_failed, 1u);
+  EXPECT_EQ(streamer_->stats().all().failed, 1u);
   ASSERT_EQ(log_.lines.size(), 1u);
   EXPECT_NE(log_.lines[0].find("texture header"), std::string::npos) << log_.lines[0];
   EXPECT_NE(log_.lines[0].find(std::to_string(texture)), std::string::npos) << log_.lines[0];

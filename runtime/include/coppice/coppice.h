@@ -462,6 +462,27 @@ typedef enum coppice_pass {
   COPPICE_PASS_MAX_ENUM = 0x7fffffff
 } coppice_pass;
 
+/* What is streamed, in chunks that are counted apart. */
+typedef enum coppice_streamed {
+  COPPICE_STREAMED_PAGES = 0,       /* of foliage */
+  COPPICE_STREAMED_WOOD = 1,        /* LoDs */
+  COPPICE_STREAMED_TEXTURES = 2,    /* normal maps too */
+  COPPICE_STREAMED_LEAF_MESHES = 3, /* parts of the leaves as modelled */
+  COPPICE_STREAMED_ALL = 4,         /* sums of the others */
+  COPPICE_STREAMED_COUNT = 5,
+  COPPICE_STREAMED_MAX_ENUM = 0x7fffffff
+} coppice_streamed;
+
+typedef struct coppice_streamed_stats {
+  uint64_t loaded; /* since creation, as the next three */
+  uint64_t evicted;
+  uint64_t failed;    /* given up; the log says why */
+  uint64_t cancelled; /* reads whose chunk nothing wanted any more when they returned */
+  uint32_t in_flight; /* reading or decoding; of all also what is being sorted for compute_raster */
+  uint32_t wanted;    /* by the view at threshold_px, and not resident */
+  uint32_t queued;    /* of those, not asked for yet */
+} coppice_streamed_stats;
+
 typedef struct coppice_stats {
   uint32_t struct_size;
   uint32_t instance_count;
@@ -474,18 +495,12 @@ typedef struct coppice_stats {
   uint64_t memory_budget_bytes;
   uint64_t memory_bytes; /* in use now: GPU, staging and decoded pages */
   uint64_t memory_peak_bytes;
-  uint64_t pages_loaded; /* since creation; foliage pages, wood LoDs, textures and leaf meshes, here and below */
-  uint64_t pages_evicted;
-  uint64_t pages_failed;
-  uint32_t pages_in_flight;          /* reading, decoding or being sorted for compute_raster */
-  uint32_t pages_wanted;             /* wanted by the view at threshold_px but not resident */
+  coppice_streamed_stats streamed[COPPICE_STREAMED_COUNT];
   uint32_t leaf_mesh_instance_count; /* visible instances that are drawn with their leaves as modelled, not as quads */
   uint64_t drawn_leaf_mesh_triangle_count;
   float pass_ms[COPPICE_PASS_COUNT]; /* GPU time of a recent frame; 0 without coppice_context_desc.pass_times */
   float threshold_px;                /* that decides what is loaded: the view's error_px, or higher where what that asks for does not fit
                                         the leaf budget, and then it decides what is drawn too, or the memory budget; 0: every leaf */
-  uint32_t pages_queued;             /* of those wanted, not asked for yet */
-  uint64_t pages_cancelled;          /* since creation: reads whose chunk nothing wanted any more when they returned */
   uint64_t bytes_read;               /* since creation, after opening */
   double decode_ms;                  /* since creation, CPU time of decoding added up over all threads */
 

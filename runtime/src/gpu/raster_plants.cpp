@@ -69,15 +69,12 @@ Result<void> RasterPlants::create(Device& device, Garbage& garbage, std::uint32_
   device_ = &device;
   garbage_ = &garbage;
   jobs_ = jobs;
-  plants_.resize(max_plants);
   static_assert(kRasterLevels > kOneClusterLevel);
   COPPICE_ASSERT(lod::coppice_ladder_leaf_count(kOneClusterLevel) == kClusterLeaves);
   COPPICE_TRY(lists, create_buffer(device, std::uint64_t{max_plants} * kRasterLists * sizeof(RasterList), kAddressed, MemoryKind::device));
   lists_ = lists;
   COPPICE_TRY(plants, create_buffer(device, std::uint64_t{max_plants} * sizeof(RasterPlant), kStorage, MemoryKind::device));
   plants_buffer_ = plants;
-  // Every record is written once, so that none is read as it was allocated.
-  for (PlantLists& plant : plants_) plant.changed = true;
   return {};
 }
 
@@ -95,6 +92,7 @@ void RasterPlants::destroy() {
 }
 
 Result<void> RasterPlants::add_plant(std::uint32_t index, const PlantFile& file) {
+  if (index >= plants_.size()) plants_.resize(index + 1);
   PlantLists plant;
   const auto looks = std::make_shared<PlantLooks>(plain_looks(file));
   const std::uint64_t looks_bytes = looks->looks.size() * sizeof(RasterCard),

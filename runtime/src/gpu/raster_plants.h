@@ -103,7 +103,7 @@ class RasterPlants {
   struct PlantLists {
     bool used = false;
     std::uint64_t generation = 0;  ///< tells it from plants that had its place before
-    bool changed = false;          ///< headers, to be copied
+    bool changed = true;           ///< headers, to be copied; once of every slot, so that none is read as it was allocated
     bool looks_changed = false;
     ListSource source;
     bool lit = false;                 ///< source.light is what it stays
@@ -143,7 +143,7 @@ class RasterPlants {
   Device* device_ = nullptr;
   Garbage* garbage_ = nullptr;
   coppice_jobs jobs_{};
-  std::vector<PlantLists> plants_;
+  std::vector<PlantLists> plants_;  ///< up to the last that was ever added
   std::uint64_t last_generation_ = 0;
   std::vector<RasterCopy> copies_;
   std::uint64_t lacking_bytes_ = 0;  ///< what the largest list that found no room in the last update takes

@@ -38,10 +38,6 @@ std::uint64_t with_margin(std::uint64_t bytes) {
 }  // namespace
 
 Renderer::Renderer(const RendererDesc& desc) : device_(desc.device), desc_(desc) {
-  plants_.resize(desc.max_plants);
-  records_.resize(desc.max_plants);
-  plant_counts_.resize(desc.max_plants);
-  wood_templates_.resize(std::size_t{desc.max_plants} * (kMaxWoodLods + kMaxLeafMeshes));
   pages_.configure(pool_block_pages(desc.memory_budget_bytes));
 }
 
@@ -117,8 +113,7 @@ Result<void> Renderer::create_fixed_buffers() {
        VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
       {&fixed_.cuts, instances * sizeof(float), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
       {&fixed_.leaf_counts, plants * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
-      {&fixed_.wood_commands, plants * (kMaxWoodLods + kMaxLeafMeshes) * sizeof(DrawCommand),
-       kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
+      {&fixed_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
       {&fixed_.counters, sizeof(Counters), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
       {&fixed_.indices, std::uint64_t{kNodesPerDraw} * 6 * sizeof(std::uint16_t),
        VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
@@ -213,8 +208,15 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
 }
 
 Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std::span<const std::uint32_t> lod_words) {
+  COPPICE_ASSERT(index < desc_.max_plants && lod_words.size() <= kTableStride);
+  if (index >= plants_.size()) {
+    plants_.resize(index + 1);
+    records_.resize(index + 1);
+    plant_counts_.resize(index + 1);
+    wood_templates_.resize(std::size_t{index + 1} * kMeshCommands);
+  }
   PlantSlot& plant = plants_[index];
-  COPPICE_ASSERT(!plant.used && lod_words.size() <= kTableStride);
+  COPPICE_ASSERT(!plant.used);
   const std::uint64_t cards_bytes = round_up_16(file.cards.size() * sizeof(Card));
   const std::uint64_t materials_bytes = round_up_16(file.materials.size() * sizeof(Material));
   const std::uint64_t pages_bytes = std::max<std::uint64_t>(file.plant.page_count, 1) * sizeof(uvec2);

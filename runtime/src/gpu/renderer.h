@@ -109,8 +109,8 @@ class Renderer {
   void hide_texture(std::uint32_t plant, std::uint32_t texture);
   /// Gives up the nodes that upload_page took, but for a job under way; drop_page follows when the GPU is done.
   void hide_page(std::uint32_t plant, std::uint32_t page);
-  /// residency: [max_plants]; leaf_meshes only where all of them have been uploaded. errors  out_of_memory: draws of this frame would not
-  /// fit; the frame draws nothing
+  /// residency: [plants], of all that were ever added; leaf_meshes only where all of them have been uploaded. errors  out_of_memory: draws
+  /// of this frame would not fit; the frame draws nothing
   Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
 
   /// lod: selection's view of `view`. Before / after: as coppice_record_cull.
@@ -269,9 +269,9 @@ class Renderer {
   GpuTimer timer_;
   bool rastered_ = false;                      ///< the last record_cull left a picture to resolve
   VkDescriptorSet view_set_ = VK_NULL_HANDLE;  ///< of the last record_cull
-  std::vector<PlantSlot> plants_;
-  std::vector<Plant> records_;               ///< as uploaded this frame
-  std::vector<std::uint32_t> plant_counts_;  ///< instances per plant, this frame
+  std::vector<PlantSlot> plants_;              ///< up to the last that was ever added; so are the others
+  std::vector<Plant> records_;                 ///< as uploaded this frame
+  std::vector<std::uint32_t> plant_counts_;    ///< instances per plant, this frame
   std::vector<DrawCommand> wood_templates_;
 
   VkCommandBuffer upload_cmd_ = VK_NULL_HANDLE;

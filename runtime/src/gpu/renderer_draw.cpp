@@ -181,16 +181,17 @@ void Renderer::draw_wood(VkCommandBuffer cmd, const DrawPipelines& pipelines, st
   const Plant& record = records_[index];
   draw_mesh(cmd, index, plants_[index].wood[lod],
             {.list_first = record.wood_list_base + lod * record.wood_list_stride,
-             .command = index * kMaxWoodLods + lod,
+             .command = index * kMeshCommands + lod,
              .pipelines = &pipelines.wood,
              .relief = &pipelines != &passes_.shadow});
 }
 
 void Renderer::draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t index, std::uint32_t chunk) const {
   const Plant& record = records_[index];
-  draw_mesh(
-      cmd, index, plants_[index].leaf_meshes[chunk],
-      {.list_first = record.leaf_mesh_list_base, .command = record.leaf_mesh_command_base + chunk, .pipelines = &passes_.camera.leaf_mesh});
+  draw_mesh(cmd, index, plants_[index].leaf_meshes[chunk],
+            {.list_first = record.leaf_mesh_list_base,
+             .command = index * kMeshCommands + kMaxWoodLods + chunk,
+             .pipelines = &passes_.camera.leaf_mesh});
 }
 
 void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuffer& mesh, const MeshDraw& draw) const {

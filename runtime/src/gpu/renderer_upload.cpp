@@ -270,13 +270,12 @@ void Renderer::limit_draws(std::uint64_t share_bytes) {
 void Renderer::fill_leaf_meshes(std::uint32_t index, bool resident) {
   const PlantSlot& plant = plants_[index];
   Plant& record = records_[index];
-  record.leaf_mesh_command_base = static_cast<std::uint32_t>(plants_.size()) * kMaxWoodLods + index * kMaxLeafMeshes;
   record.leaf_mesh_count = resident ? plant.leaf_mesh_count : 0;
   for (std::uint32_t i = 0; i < record.leaf_mesh_count; ++i) {
     const MeshBuffer& mesh = plant.leaf_meshes[i];
     COPPICE_ASSERT(mesh.index_count > 0);
     record.leaf_mesh_triangles += mesh.index_count / 3;
-    wood_templates_[record.leaf_mesh_command_base + i] = {.index_count = mesh.index_count};
+    wood_templates_[index * kMeshCommands + kMaxWoodLods + i] = {.index_count = mesh.index_count};
   }
 }
 
@@ -292,7 +291,7 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
       const MeshBuffer& wood = plant.wood[lod];
       record.wood_index_counts[lod] = wood.index_count;
       if (wood.index_count > 0) record.wood_resident_mask |= residency[i].wood_mask & 1u << lod;
-      wood_templates_[i * kMaxWoodLods + lod] = {.index_count = wood.index_count};
+      wood_templates_[i * kMeshCommands + lod] = {.index_count = wood.index_count};
     }
     fill_leaf_meshes(i, residency[i].leaf_meshes);
   }
@@ -367,7 +366,7 @@ Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const Pla
 }
 
 Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency) {
-  COPPICE_ASSERT(upload_cmd_ != VK_NULL_HANDLE && residency.size() == plants_.size());
+  COPPICE_ASSERT(upload_cmd_ != VK_NULL_HANDLE && residency.size() >= plants_.size());
   auto staged = stage_frame(instances, residency);
   if (timer_.exists()) timer_.begin(device_, upload_cmd_, frame_, completed_);
   memory_barrier(device_, upload_cmd_, kReadStages | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,

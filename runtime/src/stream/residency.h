@@ -17,6 +17,7 @@ enum class Residency : std::uint8_t {
 inline constexpr std::uint32_t kResidencyCount = 7;
 
 enum class ChunkKind : std::uint8_t { page, wood, texture, leaf_mesh };
+inline constexpr std::size_t kChunkKindCount = 4;
 
 /// A chunk of an open plant.
 struct ChunkId {

@@ -1,7 +1,9 @@
 #include "streamer.h"
 
 #include <algorithm>
+#include <array>
 #include <new>
+#include <numeric>
 
 #include "check.h"
 #include "streamer_state.h"
@@ -124,7 +126,7 @@ Result<void> Streamer::State::advance_opening(PlantOpening& opening) {
 Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
   const auto most_requests = [](const PlantStream& of) { return of.chunks.size() - of.file.plant.page_count + 1; };
   std::size_t count = most_requests(plant);
-  for (const auto& open : plants.span())
+  for (const auto& open : used_plants())
     if (open) count += most_requests(*open);
   COPPICE_CHECK(requests.make_room(hooks.allocator, count));
   return indivisible.make_room(hooks.allocator, count);
@@ -165,6 +167,7 @@ Result<std::uint32_t> Streamer::State::start(const char* path) {
     if (taken) continue;
     COPPICE_TRY(opening, start_opening(hooks, options.gpu, path, index));
     openings.push_back(std::move(opening));
+    plant_end = std::max(plant_end, index + 1);
     return index;
   }
   return Error{Status::out_of_memory, "max_plants are open"};
@@ -279,7 +282,7 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   s.evicted.begin();
   s.released.begin();
   s.closed.begin();
-  for (const auto& plant : s.plants.span()) {
+  for (const auto& plant : s.used_plants()) {
     if (!plant) continue;
     update_demand(*plant, plant->index < frame.demands.size() ? frame.demands[plant->index] : PlantDemand{});
     s.trim(*plant);
@@ -288,7 +291,7 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   s.counters.hand_over_ns = 0;
   s.retry_reads();
   s.collect_in_time(1);
-  for (const auto& plant : s.plants.span())
+  for (const auto& plant : s.used_plants())
     if (plant && plant->closing) s.advance_closing(*plant);
   s.enforce_budget();
   s.release_evicted();
@@ -311,7 +314,7 @@ void Streamer::State::advance_closing(PlantStream& plant) {
 }
 
 void Streamer::State::finish_closing() {
-  for (auto& plant : plants.span()) {
+  for (auto& plant : used_plants()) {
     if (!plant || !plant->closing || closed.full()) continue;
     const auto gone = [](const Chunk& chunk) { return chunk.residency == Residency::absent || chunk.residency == Residency::failed; };
     if (plant->transfer_count > 0 || plant->evicting_count > 0 || plant->last_used_frame > completed_number) continue;
@@ -367,7 +370,7 @@ std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   const auto push_page = [&](PlantStream& plant, std::uint32_t page) {
     if (page < plant.decoded_page_count) push(plant, plant.chunk(ChunkKind::page, page));
   };
-  for (const auto& plant : s.plants.span()) {
+  for (const auto& plant : s.used_plants()) {
     if (!plant || plant->closing) continue;
     push_page(*plant, plant->resident_page_count);
     for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) push(*plant, chunk);
@@ -402,7 +405,7 @@ void Streamer::uploaded(ChunkId id) {
   COPPICE_ASSERT(advance(chunk, Residency::resident));
   const ChunkBytes bytes = chunk_bytes(plant, chunk);
   state_->set_counted(chunk, bytes.gpu + bytes.kept);
-  ++state_->counters.chunks_loaded;
+  ++state_->counts_of(chunk).loaded;
 }
 
 void Streamer::upload_failed(ChunkId id, const Error& error) {
@@ -416,7 +419,7 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
     if (!said)
       log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(id.kind), id.index,
                error.message().c_str());
-    ++state_->counters.chunks_failed;
+    ++state_->counts_of(chunk).failed;
     give_up(plant, chunk);
   }
   COPPICE_ASSERT(advance(chunk, transient ? Residency::absent : Residency::failed));
@@ -433,27 +436,27 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
 
 namespace {
 
-struct Missing {
-  std::uint32_t wanted = 0, queued = 0;
-};
+using CountsByKind = std::array<ChunkCounts, kChunkKindCount>;
 
-Missing missing_chunks(const PlantStream& plant) {
-  Missing missing;
+/// Adds to `wanted` and `queued`.
+void count_missing(const PlantStream& plant, CountsByKind& counts) {
   const auto count = [&](const Chunk& chunk) {
     if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !wanted_now(plant, chunk)) return;
-    ++missing.wanted;
-    if (chunk.residency == Residency::absent) ++missing.queued;
+    ChunkCounts& of = counts[static_cast<std::size_t>(chunk.id.kind)];
+    ++of.wanted;
+    if (chunk.residency == Residency::absent) ++of.queued;
   };
   const std::uint32_t wanted_pages = std::min(plant.wants.now.page_count, plant.loadable_page_count);
   for (std::uint32_t page = plant.resident_page_count; page < wanted_pages; ++page) count(plant.chunk(ChunkKind::page, page));
   for (const Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count)) count(chunk);
-  return missing;
 }
 
 }  // namespace
 
 bool Streamer::is_settled(std::uint32_t plant) const {
-  return missing_chunks(state_->open_plant_at(plant)).wanted == 0;
+  StreamStats missing;
+  count_missing(state_->open_plant_at(plant), missing.chunks);
+  return missing.all().wanted == 0;
 }
 
 const std::string& Streamer::path(std::uint32_t plant) const {
@@ -471,15 +474,26 @@ StreamStats Streamer::stats() const {
   stats.memory_bytes = s.used_bytes;
   stats.memory_peak_bytes = s.peak_bytes;
   stats.threshold_px = s.threshold_px(s.threshold_step);
-  for (const auto& plant : s.plants.span()) {
-    if (!plant) continue;
-    stats.chunks_in_flight += plant->transfer_count;
-    if (plant->closing) continue;
-    const Missing missing = missing_chunks(*plant);
-    stats.chunks_wanted += missing.wanted;
-    stats.chunks_queued += missing.queued;
-  }
+  for (const Transfer& transfer : s.transfers.span())
+    if (transfer.chunk != nullptr) ++stats.chunks[static_cast<std::size_t>(transfer.chunk->id.kind)].in_flight;
+  for (const auto& plant : s.used_plants())
+    if (plant && !plant->closing) count_missing(*plant, stats.chunks);
   return stats;
+}
+
+ChunkCounts& ChunkCounts::operator+=(const ChunkCounts& other) {
+  loaded += other.loaded;
+  evicted += other.evicted;
+  failed += other.failed;
+  cancelled += other.cancelled;
+  in_flight += other.in_flight;
+  wanted += other.wanted;
+  queued += other.queued;
+  return *this;
+}
+
+ChunkCounts StreamStats::all() const {
+  return std::accumulate(chunks.begin(), chunks.end(), ChunkCounts{}, [](ChunkCounts sum, const ChunkCounts& of) { return sum += of; });
 }
 
 }  // namespace coppice

@@ -93,21 +93,30 @@ struct StreamFrame {
   std::span<const PlantDemand> demands;  ///< by plant index; missing ones count as no demand
 };
 
+struct ChunkCounts {
+  std::uint64_t loaded = 0;  ///< became resident
+  std::uint64_t evicted = 0;
+  std::uint64_t failed = 0;
+  std::uint64_t cancelled = 0;  ///< reads
+  std::uint32_t in_flight = 0;  ///< reading or decoding
+  std::uint32_t wanted = 0;     ///< by the view at the threshold in use, not resident
+  std::uint32_t queued = 0;     ///< of those wanted, not asked for yet
+
+  ChunkCounts& operator+=(const ChunkCounts& other);
+};
+
 struct StreamStats {
   std::uint64_t budget_bytes = 0;
   std::uint64_t memory_bytes = 0;  ///< in use or reserved
   std::uint64_t memory_peak_bytes = 0;
-  std::uint64_t chunks_loaded = 0;  ///< became resident; pages, wood, textures and leaf meshes
-  std::uint64_t chunks_evicted = 0;
-  std::uint64_t chunks_failed = 0;
-  std::uint64_t reads_cancelled = 0;
-  std::uint64_t bytes_read = 0;        ///< by reads that returned, failed ones too
-  std::uint64_t decode_ns = 0;         ///< of jobs that ended, added up
-  std::uint32_t chunks_in_flight = 0;  ///< reading or decoding
-  std::uint32_t chunks_queued = 0;     ///< of those wanted, not asked for yet
-  std::uint32_t chunks_wanted = 0;     ///< wanted by the view at the threshold in use, not resident
-  std::uint64_t hand_over_ns = 0;      ///< time that the last begin_frame took over what was read and decoded
-  float threshold_px = 0.0f;           ///< in use: the view's, or higher where what it wants does not fit the budget; 0: every leaf
+  std::array<ChunkCounts, kChunkKindCount> chunks;  ///< by ChunkKind
+  std::uint64_t bytes_read = 0;                     ///< by reads that returned, failed ones too
+  std::uint64_t decode_ns = 0;                      ///< of jobs that ended, added up
+  std::uint64_t hand_over_ns = 0;                   ///< time that the last begin_frame took over what was read and decoded
+  float threshold_px = 0.0f;  ///< in use: the view's, or higher where what it wants does not fit the budget; 0: every leaf
+
+  /// Of all kinds.
+  [[nodiscard]] ChunkCounts all() const;
 };
 
 /// Thread: externally serialised; const functions may overlap with each other. The hooks must outlive it.

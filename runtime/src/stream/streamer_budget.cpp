@@ -37,7 +37,7 @@ void Streamer::State::set_counted(Chunk& chunk, std::uint64_t bytes) {
 
 std::uint64_t Streamer::State::floor_bytes() const {
   std::uint64_t leaving = 0;
-  for (const auto& plant : plants.span()) {
+  for (const auto& plant : used_plants()) {
     if (!plant || !plant->closing) continue;
     leaving += plant->base_bytes;
     for (const Chunk& chunk : plant->chunks.span())
@@ -75,7 +75,7 @@ Chunk* Streamer::State::least_valuable_victim(Victims victims) {
     least_value = worth;
     least_wanted = wanted;
   };
-  for (const auto& plant : plants.span()) {
+  for (const auto& plant : used_plants()) {
     if (!plant || plant->closing) continue;
     if (plant->decoding_page_count == 0 && plant->victim_page_end > 0)
       consider(*plant, plant->chunk(ChunkKind::page, plant->victim_page_end - 1));
@@ -86,7 +86,7 @@ Chunk* Streamer::State::least_valuable_victim(Victims victims) {
 
 std::uint64_t Streamer::State::idle_bytes() const {
   std::uint64_t bytes = 0;
-  for (const auto& plant : plants.span()) {
+  for (const auto& plant : used_plants()) {
     if (!plant || plant->closing) continue;
     for (std::uint32_t end = plant->decoding_page_count > 0 ? 0 : plant->victim_page_end; end > 0; --end) {
       const Chunk& page = plant->chunk(ChunkKind::page, end - 1);
@@ -105,7 +105,7 @@ Room Streamer::State::make_room(std::uint64_t bytes) {
   std::uint64_t coming = evicting_bytes + cancelled_bytes;
   std::array<Chunk*, kMaxVictimsAtOnce> victims{};
   std::size_t count = 0;
-  for (const auto& plant : plants.span())
+  for (const auto& plant : used_plants())
     if (plant) plant->victim_page_end = plant->decoded_page_count;
   while (less(used_bytes, coming) + bytes > limit_bytes() && count < victims.size()) {
     Chunk* victim = least_valuable_victim(Victims::idle);
@@ -138,7 +138,7 @@ void Streamer::State::enforce_budget() {
     set_counted(*transfer.chunk, transfer.bytes.size());  // what the hook still writes to
     cancelled_bytes += transfer.bytes.size();
   }
-  for (const auto& plant : plants.span())
+  for (const auto& plant : used_plants())
     if (plant) plant->victim_page_end = plant->decoded_page_count;
   while (less(used_bytes, evicting_bytes + cancelled_bytes) > limit_bytes() && !evicted.full()) {
     Chunk* victim = least_valuable_victim(Victims::any);
@@ -165,7 +165,7 @@ void Streamer::State::evict(Chunk& chunk) {
   if (!uploaded) return;
   evicting_bytes += gpu_bytes;
   ++plant.evicting_count;
-  ++counters.chunks_evicted;
+  ++counts_of(chunk).evicted;
   chunk.last_used_frame = last_frame_number;
   chunk.next_evicting = nullptr;
   (last_evicting != nullptr ? last_evicting->next_evicting : first_evicting) = &chunk;

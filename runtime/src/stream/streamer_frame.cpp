@@ -43,7 +43,7 @@ void Streamer::State::free_transfer(Transfer& transfer) {
 void Streamer::State::drop(Transfer& transfer) {
   Chunk& chunk = *transfer.chunk;
   PlantStream& plant = *transfer.plant;
-  if (chunk.residency == Residency::reading) ++counters.reads_cancelled;
+  if (chunk.residency == Residency::reading) ++counts_of(chunk).cancelled;
   free_transfer(transfer);
   COPPICE_ASSERT(advance(chunk, Residency::absent));
   plant.trim_needed = true;
@@ -58,7 +58,7 @@ void Streamer::State::fail(Transfer& transfer, const Error& error) {
   if (placed.offset == Error::kNoOffset) placed.offset = plant.file_chunk(chunk).offset;
   log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(chunk.id.kind), chunk.id.index,
            placed.message().c_str());
-  ++counters.chunks_failed;
+  ++counts_of(chunk).failed;
   give_up(plant, chunk);
   free_transfer(transfer);
   COPPICE_ASSERT(advance(chunk, Residency::failed));
@@ -110,7 +110,7 @@ void Streamer::State::collect(std::uint32_t least) {
       else
         finish_decode(transfer);
     }
-    for (const auto& plant : plants.span())
+    for (const auto& plant : used_plants())
       if (plant) start_page_runs(*plant);
   }
 }
@@ -216,7 +216,7 @@ void Streamer::State::push_page_request(PlantStream& plant) {
 
 void Streamer::State::gather_requests() {
   requests.clear();
-  for (const auto& plant : plants.span()) {
+  for (const auto& plant : used_plants()) {
     if (!plant || plant->closing || frame_number < plant->retry_frame) continue;
     push_page_request(*plant);
     for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i) push_request(*plant, plant->chunks[i]);

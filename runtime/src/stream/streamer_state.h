@@ -64,6 +64,7 @@ struct Streamer::State {
   Hooks hooks;
   StreamerOptions options;
   HookArray<std::unique_ptr<PlantStream>> plants;       ///< [max_plants] null: free
+  std::uint32_t plant_end = 0;                          ///< plants from here on were never open
   std::vector<std::unique_ptr<PlantOpening>> openings;  ///< their indices are taken
   HookArray<Transfer> transfers;                        ///< [max_in_flight]
   CompletionQueue completions;
@@ -93,6 +94,12 @@ struct Streamer::State {
   HandOut<std::uint32_t> closed;
   HookArray<DecodedChunk> decoded;
   StreamStats counters;
+
+  /// Places of plants that have been used.
+  [[nodiscard]] std::span<const std::unique_ptr<PlantStream>> used_plants() const { return plants.span().first(plant_end); }
+  [[nodiscard]] std::span<std::unique_ptr<PlantStream>> used_plants() { return plants.span().first(plant_end); }
+
+  [[nodiscard]] ChunkCounts& counts_of(const Chunk& chunk) { return counters.chunks[static_cast<std::size_t>(chunk.id.kind)]; }
 
   // streamer_budget.cpp
   void count_bytes(std::int64_t change);

@@ -51,7 +51,7 @@ PlantWants Streamer::State::wants_at_step(const PlantStream& plant, float max_si
 
 std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
   PlannedBytes sum;
-  for (const auto& plant : plants.span()) {
+  for (const auto& plant : used_plants()) {
     if (!plant || plant->closing || plant->recent_size.px() == 0.0f) continue;
     const PlannedBytes planned = planned_bytes(*plant, wants_at_step(*plant, plant->recent_size.px(), step));
     sum.settled += planned.settled;
@@ -63,7 +63,7 @@ std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
 // Lists that the GPU side keeps of resident pages are in its overhead and would go with them.
 std::uint64_t Streamer::State::room_bytes() const {
   std::uint64_t room = limit_bytes();
-  for (const auto& plant : plants.span()) {
+  for (const auto& plant : used_plants()) {
     if (!plant) continue;
     if (plant->resident_page_count > 1) room += (plant->resident_page_count - 1) * plant->gpu.page_list_bytes;
     for (std::uint32_t lod = 0; lod < plant->file.plant.wood_lod_count; ++lod)
@@ -75,7 +75,7 @@ std::uint64_t Streamer::State::room_bytes() const {
 
 void Streamer::State::gather_indivisible() {
   indivisible.clear();
-  for (const auto& plant : plants.span()) {
+  for (const auto& plant : used_plants()) {
     if (!plant || plant->closing || plant->demand.max_size_px == 0.0f) continue;
     const PlantWants& wants = plant->wants.unlimited;
     std::uint64_t set_bytes = 0;
@@ -135,7 +135,7 @@ void Streamer::State::choose_threshold(std::uint64_t room) {
 }
 
 void Streamer::State::update_wants() {
-  for (const auto& plant : plants.span()) {
+  for (const auto& plant : used_plants()) {
     if (!plant) continue;
     plant->leaf_meshes_affordable = true;
     plant->wants.unlimited = has_view ? wants_at_step(*plant, plant->demand.max_size_px, 0) : no_wants(*plant);
@@ -145,7 +145,7 @@ void Streamer::State::update_wants() {
     choose_indivisible(room);
     choose_threshold(room);
   }
-  for (const auto& plant : plants.span()) {
+  for (const auto& plant : used_plants()) {
     if (!plant) continue;
     plant->wants.now = has_view ? wants_at_step(*plant, plant->demand.max_size_px, threshold_step) : no_wants(*plant);
     plant->wants.recent = has_view ? wants_at_step(*plant, plant->recent_size.px(), threshold_step) : no_wants(*plant);

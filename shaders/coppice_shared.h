@@ -65,7 +65,7 @@ const uint kTableStride = 32 + 16 + (32 + 1 + 8) * 16;
 // A leaf quad. Corner i is (x, y, z), three unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
 struct Node {
   uint corners[6];
-  uint card;
+  uint card;   // low half; the other is the CPU's
   uint split;  // the split that replaces this node, or kNeverSplit
 };
 COPPICE_GPU_LAYOUT(Node, 32);

@@ -60,7 +60,7 @@ Node fetch_node(Plant plant, uint id) {
 bool fetch_quad(Plant plant, out Quad quad) {
   uint id = uint(gl_VertexIndex) >> 2;
   Node node = fetch_node(plant, min(id, 2 * plant.resident_leaf_count - 2));
-  quad = Quad(node.corners, node.card, min(coppice_whole_leaf_count(cuts[instance_slot()]), plant.resident_leaf_count));
+  quad = Quad(node.corners, node.card & 0xffffu, min(coppice_whole_leaf_count(cuts[instance_slot()]), plant.resident_leaf_count));
   return coppice_node_alive(id, node.split, quad.leaf_count);
 }
 

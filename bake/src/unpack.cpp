@@ -80,8 +80,7 @@ Result<void> apply_split(Tree& tree, const QuantisationBox& box, const Split& sp
 
 Result<Tree> read_tree(const PlantFile& file, Bytes bytes) {
   const QuantisationBox box = quantisation_box(file.plant);
-  PageNode root{{}, file.plant.root_card};
-  for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(file.plant.root_quad[corner], root.corners[corner].begin());
+  const PageNode root = root_node(file.plant);
   Tree tree = root_tree(file, box, root.corners);
   DecodedPages pages(root, file.plant.leaf_count, file.plant.card_count, box.steps);
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) {

@@ -243,11 +243,8 @@ Bytes with_page(const Bytes& good, const std::function<void(PageContent&)>& chan
   for (std::uint32_t i = 0; i < front.plant.wood_lod_count; ++i) contents.wood.push_back(chunk_bytes(COPPICE_CHUNK_WOOD, i));
   for (std::uint32_t i = 0; i < front.plant.texture_count; ++i) contents.textures.push_back(chunk_bytes(COPPICE_CHUNK_TEXTURE, i));
 
-  PageNode root{{}, front.plant.root_card};
-  for (std::size_t corner = 0; corner < 4; ++corner)
-    for (std::size_t axis = 0; axis < 3; ++axis) root.corners[corner][axis] = front.plant.root_quad[corner][axis];
   const std::uint32_t largest = quantised_max(front.plant);
-  bake::DecodedPages pages(root, front.plant.leaf_count, front.plant.card_count, largest);
+  bake::DecodedPages pages(root_node(front.plant), front.plant.leaf_count, front.plant.card_count, largest);
   auto splits = pages.add(chunk_bytes(COPPICE_CHUNK_PAGE, 0));
   if (!splits) std::abort();
   PageContent page{*std::move(splits), pages.nodes()};

@@ -45,7 +45,7 @@ struct Crown {
         for (int axis = 0; axis < 3; ++axis)
           quad[corner][static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(std::lround(unit[axis] * COPPICE_QUANTISED_MAX));
       }
-      nodes.push_back({quad, static_cast<std::uint32_t>(id % 2), plant.tree.node_split[id]});
+      nodes.push_back({.corners = quad, .card = static_cast<std::uint16_t>(id % 2), .split = plant.tree.node_split[id]});
     }
     pages = test::page_spans(nodes);
     light = measure_crown({nodes, std::vector{1.0f, 0.5f}, box()}, 700);

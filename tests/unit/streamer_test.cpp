@@ -129,9 +129,7 @@ TEST_F(StreamerTest, HandsOutWhatTheCodecDecodes) {
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(5000.0f)});
   const PlantFile& file = streamer->file(plant);
-  PageNode root{{}, file.plant.root_card};
-  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, root.corners[corner].begin());
-  bake::DecodedPages pages(root, file.plant.leaf_count, file.plant.card_count, quantised_max(file.plant));
+  bake::DecodedPages pages(root_node(file.plant), file.plant.leaf_count, file.plant.card_count, quantised_max(file.plant));
   const test::FakeGpuPlant& uploaded = gpu->plants[plant];
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) {
     const coppice_file_chunk chunk = page_chunk(plant, page);

@@ -162,14 +162,28 @@ bool find_parents(const PageInfo& info, const NodePages& nodes, PageScratch& scr
   const std::uint32_t first_split = info.page * COPPICE_PAGE_SPLITS, count = page_split_count(info);
   scratch.parents.fill(kNoParent);
   if (info.page == 0) scratch.parents[0] = 0;
-  for (std::uint32_t page = 0; page < info.page; ++page)
-    for (std::uint32_t i = 0; i < 2 * COPPICE_PAGE_SPLITS; ++i) {
-      const std::uint32_t place = nodes.pages[page][i].split - first_split;
-      if (place >= count) continue;
+  for (std::uint32_t page = 0; page < info.page; ++page) {
+    const std::span<const PageNode> earlier(nodes.pages[page], std::size_t{2} * COPPICE_PAGE_SPLITS);
+    const auto first = std::ranges::partition_point(
+        earlier, [&](std::uint16_t place) { return place != kNoPlace && earlier[place].split < first_split; }, &PageNode::by_death);
+    for (auto it = first; it != earlier.end() && it->by_death != kNoPlace; ++it) {
+      const std::uint32_t place = earlier[it->by_death].split - first_split;
+      if (place >= count) break;
       if (scratch.parents[place] != kNoParent) return false;
-      scratch.parents[place] = 2 * COPPICE_PAGE_SPLITS * page + i + 1;
+      scratch.parents[place] = 2 * COPPICE_PAGE_SPLITS * page + it->by_death + 1;
     }
+  }
   return true;
+}
+
+/// Fills in PageNode::by_death, so that later pages find their parents without a look at every node.
+void index_by_death(std::span<PageNode> nodes, PageScratch& scratch) {
+  constexpr unsigned kPlaceBits = 16;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (nodes[i].split != kNeverReplaced) scratch.deaths[count++] = std::uint64_t{nodes[i].split} << kPlaceBits | i;
+  std::sort(scratch.deaths.begin(), scratch.deaths.begin() + static_cast<std::ptrdiff_t>(count));
+  for (std::size_t k = 0; k < nodes.size(); ++k) nodes[k].by_death = k < count ? static_cast<std::uint16_t>(scratch.deaths[k]) : kNoPlace;
 }
 
 class PageDecoder {
@@ -351,7 +365,7 @@ class PageDecoder {
   static void store(const Child& child, PageNode& node) {
     for (std::size_t corner = 0; corner < 4; ++corner)
       for (std::size_t axis = 0; axis < 3; ++axis) node.corners[corner][axis] = static_cast<std::uint16_t>(child.corners[corner][axis]);
-    node.card = child.card;
+    node.card = static_cast<std::uint16_t>(child.card);
   }
 
   static void store_split(std::uint32_t parent, const std::array<std::uint8_t, 4>& slots, const std::array<Child, 2>& child, Split& split) {
@@ -379,6 +393,12 @@ class PageDecoder {
 
 }  // namespace
 
+PageNode root_node(const coppice_file_plant& plant) {
+  PageNode root{.card = static_cast<std::uint16_t>(plant.root_card), .split = plant.leaf_count > 1 ? 0 : kNeverReplaced};
+  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.root_quad[corner], 3, root.corners[corner].begin());
+  return root;
+}
+
 Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch) {
   const std::uint32_t split_count = page_split_count(info);
   if (split_count == 0 || out.nodes.root == nullptr || out.nodes.pages.size() != info.page + std::size_t{1} ||
@@ -386,7 +406,9 @@ Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& in
     return Error{Status::invalid_argument, "decode_page: a span of the wrong length"};
   COPPICE_TRY(sections, read_sections(bytes, info, scratch));
   if (!find_parents(info, out.nodes, scratch)) return bad_page("page parent", 0);
-  return PageDecoder(sections, info, out, scratch).run(split_count);
+  COPPICE_CHECK(PageDecoder(sections, info, out, scratch).run(split_count));
+  index_by_death({out.nodes.pages.back(), std::size_t{2} * split_count}, scratch);
+  return {};
 }
 
 }  // namespace coppice

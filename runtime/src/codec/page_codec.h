@@ -46,6 +46,9 @@ struct PageOutput {
   std::span<Split> splits;
 };
 
+/// Node 0, which is in no page.
+PageNode root_node(const coppice_file_plant& plant);
+
 /// Decodes a PAGE chunk (FORMAT.md) into the layout the GPU reads. Checks that each split replaces one node, and slots (four different),
 /// coordinates and cards (< card_count). Any thread. No allocation. On error the page's own nodes are garbage.
 /// scratch  any value, before and after

@@ -174,9 +174,10 @@ std::int32_t square_coordinate(const PageHeader& header, const Point& along, con
 
 namespace coppice {
 
-/// What decoding a page needs for a while. Some 30 KiB: kept off the stacks of an engine's jobs.
+/// What decoding a page needs for a while. Some 40 KiB: kept off the stacks of an engine's jobs.
 struct PageScratch {
-  std::array<std::uint32_t, COPPICE_PAGE_SPLITS> parents;  ///< of the page's splits
+  std::array<std::uint32_t, COPPICE_PAGE_SPLITS> parents;     ///< of the page's splits
+  std::array<std::uint64_t, 2 * COPPICE_PAGE_SPLITS> deaths;  ///< of its nodes, above their places
   std::array<SymbolTable, page_model::kContextCount> tables;
   std::array<SymbolRange, page_model::kRangeCount> ranges;
 };

@@ -25,10 +25,15 @@ using QuantisedQuad = std::array<QuantisedPoint, 4>;
 /// PageNode::split of a node that nothing replaces.
 inline constexpr std::uint32_t kNeverReplaced = 0xffffffffu;
 
+/// PageNode::by_death behind the last node that is replaced.
+inline constexpr std::uint16_t kNoPlace = 0xffff;
+
 /// A node as pages are decoded into: the bytes that go to the GPU (gpu::Node, which convert.cpp compares with this).
 struct PageNode {
   QuantisedQuad corners{};
-  std::uint32_t card = 0;
+  std::uint16_t card = 0;
+  /// Not of this node, but an index of its page: node k has the place in the page of the one that is replaced k-th, kNoPlace once all are.
+  std::uint16_t by_death = 0;
   std::uint32_t split = kNeverReplaced;  ///< that replaces this node, in whichever page it is
 };
 static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, split) == 28);

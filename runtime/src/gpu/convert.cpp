@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "page_codec.h"
 #include "reader.h"
 #include "select.h"
 
@@ -78,12 +79,6 @@ LeafMeshVertex gpu_leaf_mesh_vertex(const coppice::WoodVertex& vertex) {
           .uv = {vertex.uv[0], vertex.uv[1]},
           .stalk_xy = vertex.stalk[0] | std::uint32_t{vertex.stalk[1]} << 16,
           .stalk_z_material = vertex.stalk[2] | vertex.material << 16};
-}
-
-PageNode root_node(const coppice_file_plant& plant) {
-  PageNode root{.card = plant.root_card, .split = plant.leaf_count > 1 ? 0 : kNeverReplaced};
-  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.root_quad[corner], 3, root.corners[corner].begin());
-  return root;
 }
 
 LeafBox leaf_box(const Plant& plant) {

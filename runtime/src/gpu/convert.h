@@ -20,7 +20,6 @@ LeafMeshVertex gpu_leaf_mesh_vertex(const coppice::WoodVertex& vertex);
 Plant gpu_plant(const coppice_file_plant& plant);
 LeafBox leaf_box(const Plant& plant);
 /// Its split is not known yet.
-PageNode root_node(const coppice_file_plant& plant);
 
 /// An address as the shaders take it: (low, high).
 uvec2 gpu_address(std::uint64_t address);

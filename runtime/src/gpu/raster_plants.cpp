@@ -7,6 +7,7 @@
 #include "check.h"
 #include "convert.h"
 #include "coppice_lod.h"
+#include "page_codec.h"
 
 namespace coppice::gpu {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "check.h"
 #include "convert.h"
+#include "page_codec.h"
 
 namespace coppice::gpu {
 namespace {

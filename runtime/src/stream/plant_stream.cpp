@@ -75,8 +75,7 @@ void fill_tables(PlantStream& plant) {
   plant.valued.table = lod_table(file, plant.lod_words);
   plant.valued.leaf_count = file.plant.leaf_count;
   plant.valued.page_bytes = plant.gpu.page_bytes + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
-  for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(file.plant.root_quad[corner], 3, plant.root.corners[corner].begin());
-  plant.root.card = file.plant.root_card;
+  plant.root = root_node(file.plant);
   plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + file.chunks.bytes() + bytes_of(file.materials) + bytes_of(file.cards) +
                      bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
                      bytes_of(file.wood_error_px) + bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() +

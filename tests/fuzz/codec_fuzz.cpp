@@ -20,7 +20,8 @@ constexpr std::uint32_t kCards = 3, kMaterials = 2;
 void fuzz_page(std::span<const std::uint8_t> bytes, std::uint32_t page, std::uint32_t split_count) {
   const std::uint32_t largest = split_count % 2 == 0 ? COPPICE_FINE_QUANTISED_MAX : COPPICE_QUANTISED_MAX;
   coppice::PageNode root;
-  std::vector<std::vector<coppice::PageNode>> pages(page, std::vector<coppice::PageNode>(2 * COPPICE_PAGE_SPLITS));
+  const coppice::PageNode lasting{.by_death = coppice::kNoPlace};
+  std::vector<std::vector<coppice::PageNode>> pages(page, std::vector<coppice::PageNode>(2 * COPPICE_PAGE_SPLITS, lasting));
   std::uint32_t i = 0;
   for (auto& earlier : pages)
     for (coppice::PageNode& node : earlier)
@@ -29,8 +30,10 @@ void fuzz_page(std::span<const std::uint8_t> bytes, std::uint32_t page, std::uin
         ++i;
       }
   // Of the page before, every second node is replaced by the page's splits.
-  if (page > 0)
-    for (i = 0; i < split_count; ++i) pages.back()[2 * i].split = page * COPPICE_PAGE_SPLITS + i;
+  for (i = 0; page > 0 && i < split_count; ++i) {
+    pages.back()[2 * i].split = page * COPPICE_PAGE_SPLITS + i;
+    pages.back()[i].by_death = static_cast<std::uint16_t>(2 * i);
+  }
   pages.emplace_back(2 * split_count);
   std::vector<coppice::PageNode*> places;
   for (auto& nodes : pages) places.push_back(nodes.data());

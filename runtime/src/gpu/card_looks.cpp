@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
-#include "block_texture.h"
 #include "convert.h"
 
 namespace coppice::gpu {
@@ -13,6 +11,7 @@ namespace {
 
 constexpr std::uint32_t kSampledSide_px = 128;
 constexpr std::uint32_t kSmallSide_px = 64;
+
 /// Sums over sampled texels that are no holes.
 struct Sums {
   std::array<double, 3> color{};

@@ -19,7 +19,6 @@ LeafMeshVertex gpu_leaf_mesh_vertex(const coppice::WoodVertex& vertex);
 /// Geometry, table sizes and the root; addresses, draws and residency stay zero.
 Plant gpu_plant(const coppice_file_plant& plant);
 LeafBox leaf_box(const Plant& plant);
-/// Its split is not known yet.
 
 /// An address as the shaders take it: (low, high).
 uvec2 gpu_address(std::uint64_t address);

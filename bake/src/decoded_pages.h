@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "page_codec.h"
+#include "reader.h"
 
 namespace coppice::bake {
 
@@ -20,7 +21,7 @@ class DecodedPages {
   /// Decodes the next page. errors  those of decode_page
   Result<std::vector<Split>> add(std::span<const std::uint8_t> bytes) {
     info_.page = static_cast<std::uint32_t>(pages_.size());
-    std::vector<Split> splits(page_split_count(info_));
+    std::vector<Split> splits(page_split_count(info_.leaf_count, info_.page));
     pages_.emplace_back(2 * splits.size());
     places_.push_back(pages_.back().data());
     COPPICE_CHECK(decode_page(bytes, info_, {{&root_, places_}, splits}, scratch_));

@@ -269,9 +269,9 @@ TEST(Reader, FindsEveryChunkOfTheTableAndNoOther) {
 TEST(Reader, SplitsFillPagesInOrder) {
   coppice_file_plant plant{};
   plant.leaf_count = 1026;
-  EXPECT_EQ(page_split_count(plant, 0), 512u);
-  EXPECT_EQ(page_split_count(plant, 1), 512u);
-  EXPECT_EQ(page_split_count(plant, 2), 1u);
+  EXPECT_EQ(page_split_count(plant.leaf_count, 0), 512u);
+  EXPECT_EQ(page_split_count(plant.leaf_count, 1), 512u);
+  EXPECT_EQ(page_split_count(plant.leaf_count, 2), 1u);
 }
 
 TEST(Reader, CheckChunkLooksAtLengthAndBytes) {

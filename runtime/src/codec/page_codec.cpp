@@ -10,6 +10,8 @@
 #include <string>
 #include <utility>
 
+#include "reader.h"
+
 namespace coppice {
 
 namespace {
@@ -136,7 +138,7 @@ Result<void> read_tables(HeaderReader& reader, const PageHeader& header, std::ui
 Result<PageSections> read_sections(Bytes bytes, const PageInfo& info, PageScratch& scratch) {
   PageSections sections;
   HeaderReader reader(bytes);
-  COPPICE_CHECK(read_header(reader, page_split_count(info), sections.header));
+  COPPICE_CHECK(read_header(reader, page_split_count(info.leaf_count, info.page), sections.header));
   sections.header.quantised_max = static_cast<std::int32_t>(info.quantised_max);
   COPPICE_CHECK(read_tables(reader, sections.header, info.card_count, scratch));
   if (!reader.has(2)) return bad_page("page word_count", reader.at());
@@ -159,7 +161,7 @@ constexpr std::uint32_t kNoParent = 0xffffffffu;
 
 /// What of earlier pages the page's splits replace. False where one replaces two nodes: pages before were not of one file.
 bool find_parents(const PageInfo& info, const NodePages& nodes, PageScratch& scratch) {
-  const std::uint32_t first_split = info.page * COPPICE_PAGE_SPLITS, count = page_split_count(info);
+  const std::uint32_t first_split = info.page * COPPICE_PAGE_SPLITS, count = page_split_count(info.leaf_count, info.page);
   scratch.parents.fill(kNoParent);
   if (info.page == 0) scratch.parents[0] = 0;
   for (std::uint32_t page = 0; page < info.page; ++page) {
@@ -400,7 +402,7 @@ PageNode root_node(const coppice_file_plant& plant) {
 }
 
 Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch) {
-  const std::uint32_t split_count = page_split_count(info);
+  const std::uint32_t split_count = page_split_count(info.leaf_count, info.page);
   if (split_count == 0 || out.nodes.root == nullptr || out.nodes.pages.size() != info.page + std::size_t{1} ||
       (!out.splits.empty() && out.splits.size() != split_count))
     return Error{Status::invalid_argument, "decode_page: a span of the wrong length"};

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -31,12 +30,6 @@ struct PageInfo {
   std::uint32_t card_count = 0;                         ///< of the plant
   std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< of the plant
 };
-
-/// Splits of the page; 0 where the plant has no such page.
-[[nodiscard]] inline std::uint32_t page_split_count(const PageInfo& info) {
-  const std::uint64_t first = std::uint64_t{info.page} * COPPICE_PAGE_SPLITS, all = info.leaf_count - std::min(info.leaf_count, 1u);
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(all - std::min(all, first), COPPICE_PAGE_SPLITS));
-}
 
 /// Where a page is decoded to.
 struct PageOutput {

@@ -393,9 +393,9 @@ Result<void> check_chunk(const coppice_file_chunk& chunk, Bytes bytes) {
   return {};
 }
 
-std::uint32_t page_split_count(const coppice_file_plant& plant, std::uint32_t page_index) {
-  const std::uint32_t first = page_index * COPPICE_PAGE_SPLITS;
-  return std::min(COPPICE_PAGE_SPLITS, plant.leaf_count - 1 - first);
+std::uint32_t page_split_count(std::uint32_t leaf_count, std::uint32_t page) {
+  const std::uint64_t first = std::uint64_t{page} * COPPICE_PAGE_SPLITS, all = leaf_count - std::min(leaf_count, 1u);
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(all - std::min(all, first), COPPICE_PAGE_SPLITS));
 }
 
 Result<TextureLayout> read_texture_header(Bytes header, std::uint64_t chunk_bytes) {

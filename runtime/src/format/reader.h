@@ -56,9 +56,8 @@ float material_crown_normals(const coppice_file_material& material);
 /// errors  bad_file, with the chunk's kind, index and offset
 Result<void> check_chunk(const coppice_file_chunk& chunk, std::span<const std::uint8_t> bytes);
 
-/// Splits in foliage page `page_index`.
-/// page_index  < plant.page_count
-std::uint32_t page_split_count(const coppice_file_plant& plant, std::uint32_t page_index);
+/// Splits in foliage page `page` of a plant of so many leaves; 0 where it has no such page.
+std::uint32_t page_split_count(std::uint32_t leaf_count, std::uint32_t page);
 
 /// Bytes of one mip level, and where it starts in the TEXTURE chunk.
 struct MipLevel {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "block_texture.h"
+#include "srgb.h"
 
 namespace coppice {
 
@@ -21,10 +22,7 @@ Texels level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk
 float linear_from_srgb8(std::uint8_t value) {
   static const std::array<float, 256> table = [] {
     std::array<float, 256> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const float srgb = static_cast<float>(i) / 255.0f;
-      values[i] = srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
-    }
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = linear_from_srgb(static_cast<float>(i) / 255.0f);
     return values;
   }();
   return table[value];

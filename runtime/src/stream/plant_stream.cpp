@@ -156,7 +156,7 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
   ChunkBytes bytes;
   bytes.work = plant.file_chunk(chunk).bytes;
   if (chunk.id.kind == ChunkKind::page) {
-    const std::uint64_t splits = page_split_count(plant.file.plant, chunk.id.index);
+    const std::uint64_t splits = page_split_count(plant.file.plant.leaf_count, chunk.id.index);
     bytes.gpu = plant.gpu.page_bytes;
     bytes.kept = 2 * splits * sizeof(PageNode);
     bytes.work += sizeof(PageScratch);
@@ -305,7 +305,7 @@ bool wanted_recently(const PlantStream& plant, const Chunk& chunk) {
 
 Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
   const std::uint32_t page = transfer.chunk->id.index;
-  const std::size_t splits = page_split_count(plant.file.plant, page);
+  const std::size_t splits = page_split_count(plant.file.plant.leaf_count, page);
   const coppice_allocator& allocator = plant.hooks.allocator;
   PageData data;
   data.nodes = std::make_shared<HookArray<PageNode>>();

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace coppice::bake {
+namespace coppice {
 
 inline float linear_from_srgb(float value) {
   return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
@@ -14,4 +14,4 @@ inline float srgb_from_linear(float value) {
   return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f;
 }
 
-}  // namespace coppice::bake
+}  // namespace coppice

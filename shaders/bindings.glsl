@@ -22,7 +22,6 @@ layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer {
 
 layout(set = 0, binding = 10) uniform sampler2D shadow_maps[kMaxCascades];
 
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer NodeArray { Node at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AddressArray { uvec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WordArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) COPPICE_CULL_ACCESS buffer DebugColorArray { uint at[]; };

@@ -202,26 +202,15 @@ COPPICE_FN float coppice_cut_threshold_px(CoppiceTable table, CoppiceColumn colu
   return sqrt(max(threshold_px * threshold_px - error * error, 0.0f));
 }
 
-/// Rungs of the ladder of cuts that instances share where they are rasterised from lists: rung i holds about 2^(i / 3) leaves.
-COPPICE_CONST float kCoppiceRungsPerDoubling = 3.0f;
+/// Rungs of the ladder of coarse cuts that are ready for all instances of a plant: rung i holds about 2^(i / 6) leaves.
+COPPICE_CONST float kCoppiceRungsPerDoubling = 6.0f;
 COPPICE_FN uint coppice_ladder_leaf_count(uint rung) {
   return uint(ceil(exp2(float(rung) / kCoppiceRungsPerDoubling) - 0.001f));
 }
 
-/// The lowest rung with at least a fractional m's leaves, give or take a thousandth. leaf_count >= 1
-COPPICE_FN uint coppice_ladder_level(float leaf_count) {
-  return uint(max(ceil(kCoppiceRungsPerDoubling * log2(max(leaf_count, 1.0f)) - 0.005f), 0.0f));
-}
-
-/// How far, in rungs, the number of leaves wanted may leave a rung's range before another is taken: a third of 1/3 octave is 6 % of the
-/// leaves, about 3 % of the error.
-COPPICE_CONST float kCoppiceRungSlack = 0.25f;
-/// coppice_ladder_level, but the rung of the last frame where that is near enough, so that none is left and taken again by a step back and
-/// forth. last  any number: what is no rung is not kept
-COPPICE_FN uint coppice_kept_ladder_level(float leaf_count, uint last) {
-  float place = kCoppiceRungsPerDoubling * log2(max(leaf_count, 1.0f)) - 0.005f;
-  float from = float(last) - 1.0f - kCoppiceRungSlack, to = float(last) + kCoppiceRungSlack;
-  return place > from && place <= to ? last : coppice_ladder_level(leaf_count);
+/// The lowest rung with at least so many leaves. leaf_count >= 1
+COPPICE_FN uint coppice_ladder_rung(uint leaf_count) {
+  return uint(max(ceil(kCoppiceRungsPerDoubling * log2(float(leaf_count)) - 0.005f), 0.0f));
 }
 
 /// Levels of a plant where it has few: all N leaves, a quarter of them, and so on.

@@ -31,14 +31,13 @@ struct mat4 {
 #define COPPICE_GPU_LAYOUT(type, bytes)
 #endif
 
-// A page slot of the pool: the nodes of kPageSplits splits. Node 0 is in Plant, node n > 0 is node (n - 1) % kPageNodes of page
-// (n - 1) / kPageNodes.
+// A page holds kPageSplits splits, which bear kPageNodes nodes: node n > 0 is of page (n - 1) / kPageNodes.
 const uint kPageSplits = 512;
 const uint kPageNodes = 1024;
-// A leaf draw command covers this many nodes: four 16-bit indices each.
-const uint kNodesPerDraw = 16384;
+// Leaves that are culled together, and how many such clusters lie one after the other: a page has so many.
+const uint kClusterLeaves = 128;
+const uint kBlockClusters = kPageNodes / kClusterLeaves;
 const uint kNoPlant = 0xffffffffu;
-const uint kNeverSplit = 0xffffffffu;
 const uint kNoTexture = 0xffffffffu;
 // coppice_debug_view.
 const uint kDebugLod = 1;
@@ -53,7 +52,7 @@ const uint kMaxLeafMeshes = 16;
 // Draw commands of a plant among wood_commands: its wood LoDs, then its chunks of leaf meshes.
 const uint kMeshCommands = kMaxWoodLods + kMaxLeafMeshes;
 const uint kCullGroupSize = 32;
-// A side of the grid of light in a crown, and what its words (gpu/crown_light.h) hold at most: optical depth, and slope over depth.
+// A side of the grid of light in a crown, and what its words (clusters/crown_light.h) hold at most: optical depth, and slope over depth.
 const uint kCrownCells = 8;
 const float kMaxCrownDepth = 8.0f;
 const float kMaxCrownSlope = 2.0f;
@@ -62,13 +61,97 @@ const float kBulkSky = 0.8f;
 // Words of the buffer of packed tables (see coppice_lod.h) that belong to one plant: 32 levels, 16 sizes, leaf meshes, 8 wood LoDs.
 const uint kTableStride = 32 + 16 + (32 + 1 + 8) * 16;
 
-// A leaf quad. Corner i is (x, y, z), three unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
-struct Node {
+// Cluster lists of a plant: one per ready cut, the pages, one per wood LoD, one per chunk of leaf meshes. Ready cut i is one cluster of the
+// ladder's leaves (coppice_lod.h) of rung i; an instance that wants more than kReadyLeaves is drawn from the pages.
+const uint kReadyLeaves = 64;
+const uint kReadyCuts = 37;
+const uint kPageList = kReadyCuts;
+const uint kWoodLists = kPageList + 1;
+const uint kMeshLists = kWoodLists + kMaxWoodLods;
+const uint kClusterLists = kMeshLists + kMaxLeafMeshes;
+// Instances are named by the low bits of a word, one of their plant's lists by the rest.
+const uint kSlotBits = 24;
+const uint kMaxSlots = 1u << kSlotBits;
+
+// A leaf quad, a node of the tree; or a triangle of wood or of a leaf mesh (corner 3 repeats corner 2). Corner i is (x, y, z), three
+// unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
+struct Leaf {
   uint corners[6];
-  uint card;   // low half; the other is the CPU's
-  uint split;  // the split that replaces this node, or kNeverSplit
+  uint card;  // low half: of the plant's cards or CardLooks. The other is free
+  uint life;  // from kBirthShift on which split of its page bears it; below the split that replaces it, or kNoDeath
 };
-COPPICE_GPU_LAYOUT(Node, 32);
+COPPICE_GPU_LAYOUT(Leaf, 32);
+const uint kBirthShift = 23;
+const uint kNoDeath = (1u << kBirthShift) - 1u;
+// A finer cut than this is not drawn: lives end here.
+const uint kMaxDrawnLeaves = kNoDeath;
+
+// What light needs of a leaf, and the leaf while it is of few pixels: up to kMaxGrains discs side by side.
+const uint kMaxGrains = 4;
+struct Splat {
+  uint xy;       // its middle in the list's box, two unsigned 16-bit numbers: box_min + splat_step * q
+  uint z_size;   // the third; and the side of the square of a disc's area, 65535 is Cluster::splat_size_m
+  uint axis;     // from its middle to its end, three snorm8 of Cluster::axis_steps steps
+  uint normals;  // the one it is lit with and its face's, octahedral, two snorm8 each
+  // Its albedo, packed as in packed_albedo, but of wood the place of it in Plant::wood_colors; from bit 24 on the share of the sky that it
+  // sees.
+  uint look;
+  uint crown;  // unpack_crown: the light at its middle
+};
+COPPICE_GPU_LAYOUT(Splat, 24);
+const float kMaxSplatAlbedo = 2.0f;
+
+// Leaves that die first come last: of a cut whose nodes are born, what is alive is the first so many. What there are four of is of the
+// first quarter of kClusterLeaves leaves, two, three and all, 8 bits each: unpack_length.
+struct Cluster {
+  vec3 center;  // object space, m; of all its leaves
+  float radius_m;
+  uvec2 leaves;       // address of Leaf[]
+  uvec2 splats;       // address of Splat[], of the same leaves
+  uint counts;        // kCount*: leaves; log2 of discs a leaf; whether it is a surface, between whose discs gaps would show; births
+  uint last_death;    // the largest of its leaves' deaths
+  uint grains_m;      // four: the longest part of a leaf that one disc stands for
+  uint leaf_sizes_m;  // four: side of the square of the mean leaf's area
+  float splat_size_m;
+  float axis_steps;
+  uint bulks;  // four: how much of the crown a leaf stands for, in the mean, were all others merged into as large ones; 255 is all
+};
+COPPICE_GPU_LAYOUT(Cluster, 60);
+// Where in Cluster::counts each begins. Births: the first and the last split of its page that bears one of its leaves.
+const uint kCountGrains = 8, kCountSurface = 10, kCountFirstBirth = 11, kCountLastBirth = 20;
+// Lengths of 8 bits: b stands for 2^((b - kLengthZero) / kLengthSteps) m, 0 for none.
+const uint kLengthZero = 160;
+const float kLengthSteps = 8.0f;
+
+// A cut, the pages, or all triangles of one wood LoD or chunk of leaf meshes. corner = box_min + box_step * q, object space, m.
+struct ClusterList {
+  vec3 box_min;
+  uint leaf_count;
+  vec3 box_step;
+  uint cluster_count;
+  vec3 splat_step;
+  float leaf_size_m;  // side of the square of the mean leaf's area
+  uvec2 blocks;       // address of uvec2[]: each the address of kBlockClusters clusters, the last one's of what is left
+  float grain_m;      // the longest of its clusters'
+  float holed_m;      // of wood: the longest of those with holes
+  float facet_m;      // of wood: side of its largest triangle's area, or how long one light for a triangle is wrong, in the mean
+};
+COPPICE_GPU_LAYOUT(ClusterList, 68);
+
+// What a leaf shows from afar: its card's mean colour, and the card's outline in 8 x 8 cells, row by row from corner 0 (x towards
+// corner 1, y towards corner 3).
+struct CardLook {
+  vec3 albedo;     // linear
+  float coverage;  // share that is no hole
+  uint mask[2];
+  float crown_normals;  // its material's
+};
+COPPICE_GPU_LAYOUT(CardLook, 28);
+
+// A textured material's colours, as wood shows them: the means of its texture's parts, 32 x 32 of them, then 16 x 16, and so on to one.
+// Rows of u, from v = 0 on.
+const uint kWoodColorSide = 32;
+const uint kWoodColors = (4u * kWoodColorSide * kWoodColorSide - 1u) / 3u;
 
 // world = position + rotation * (scale * object). One per instance slot; plant is kNoPlant in an empty slot.
 struct Instance {
@@ -120,27 +203,31 @@ struct Plant {
   vec3 box_min;  // leaf vertex = box_min + box_step * q, object space, m
   uint leaf_count;
   vec3 box_step;
-  uint resident_leaf_count;  // the finest cut the resident pages hold
+  uint resident_leaf_count;  // the finest cut the resident pages hold; 0: its leaves cannot be drawn yet
   uint quantised_max;        // largest coordinate: box_step * quantised_max is the leaf box
-  Node root;
   uint error_level_count;
   uint error_size_count;
-  uvec2 pages;  // address of uvec2[page count]: the address of each resident page's slot
+  uvec2 lists;  // address of ClusterList[kClusterLists]; those of cuts and pages with the first page, the others as below
   uvec2 cards;
   uvec2 materials;
-  uvec2 crown_light;       // address of uint[kCrownCells^3]: x fastest, then y
-  uint leaf_command_base;  // this plant's draw commands are [base, base + capacity)
-  uint leaf_command_capacity;
-  uint wood_list_base;  // LoD i's instances are [base + i * wood_list_stride, ...)
-  uint wood_list_stride;
+  uvec2 card_looks;            // address of CardLook[card count + material count]; the latter are for meshes
+  uvec2 wood_colors;           // address of albedos, packed as in Splat::look; that of a triangle is known before its texture is there
+  uvec2 crown_light;           // address of uint[kCrownCells^3]: x fastest, then y
+  uint instance_count;         // entries of its lists below
+  uint leaf_command_base;      // [base, base + instance_count): draw commands of one cluster; then those of what is more
+  uint leaf_command_capacity;  // of the latter
+  uint wood_list_base;         // LoD i's instances are [base + i * instance_count, ...)
   uint wood_lod_count;
   uint wood_resident_mask;  // bit i: LoD i can be drawn. 0 until the coarsest has been uploaded
+  uint wood_list_mask;      // bit i: list kWoodLists + i is there
   uint wood_index_counts[kMaxWoodLods];
   uint leaf_mesh_count;      // chunks of leaf meshes; 0 unless all of them can be drawn
   uint leaf_mesh_triangles;  // of all of them
   uint leaf_mesh_list_base;  // in the wood list: instances that are drawn with leaf meshes
+  uint mesh_list_count;      // lists kMeshLists on are there; 0 unless all leaf meshes have theirs
+  uint mesh_cluster_count;   // of all of them
 };
-COPPICE_GPU_LAYOUT(Plant, 192);
+COPPICE_GPU_LAYOUT(Plant, 188);
 
 // What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0.
 struct View {
@@ -196,7 +283,7 @@ COPPICE_GPU_LAYOUT(DrawCommand, 20);
 struct DrawPush {
   uint plant;
   uint texture;    // or kNoTexture
-  uvec2 vertices;  // address of WoodVertex[], of leaf meshes LeafMeshVertex[]; of leaves from lists the plant's RasterList[]
+  uvec2 vertices;  // address of WoodVertex[], of leaf meshes LeafMeshVertex[]; of leaves unused
   uint wood_list_first;
   uint normal_map;  // or kNoTexture; of wood and leaf meshes
 };

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Frustum culling and cut selection, one invocation per instance slot.
-// reads     view, instances, plants, tables
+// reads     view, instances, plants, tables; lists by address
 // writes    cuts[slot]; of visible instances also their draw commands and place in the wood lists; counters
 //           (leaf_counts, wood instance counts and counters start at zero)
 // dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::record_cull
@@ -15,6 +15,8 @@
 #include "bindings.glsl"
 #ifdef COPPICE_RASTER
 #include "raster.glsl"
+#else
+#include "clusters.glsl"
 #endif
 
 #include "counters.glsl"
@@ -43,9 +45,12 @@ const float kHoledShare = 0.6;
 const float kFacetedWood_px = 400.0;
 const float kFacet_px = 8.0;
 
+const bool kRastersLeaves = true;
+
 // What select() wants of an invocation's instance, appended by main() for all of them together.
 const uint kNothing = 0xffffffffu;
 uint splat_item = kNothing, leaf_item = kNothing, wood_item = kNothing;
+uint splat_work = 0;  // of splat_item
 
 void append_item(uint item) {
   uvec4 which = subgroupBallot(item != kNothing);
@@ -61,7 +66,7 @@ void append_item(uint item) {
 }
 
 void append_items() {
-  append_splats(splat_item != kNothing, splat_item, 0);
+  append_splats(splat_item != kNothing, splat_item, splat_work);
   append_item(leaf_item);
   append_item(wood_item);
   splat_item = leaf_item = wood_item = kNothing;
@@ -72,59 +77,55 @@ bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved,
 
 bool is_hidden(vec3 center, float radius) { return push.round > 0 && occluded(center, radius); }
 
-// Whether there are lists of the plant's leaves, and of its leaf meshes.
-bool has_lists(Instance instance) { return raster_plants[instance.plant].level_count > 0; }
-bool has_mesh_lists(Instance instance) { return raster_plants[instance.plant].mesh_count > 0; }
+bool has_mesh_lists(Plant plant) { return plant.mesh_list_count > 0; }
 
-// The rung an instance is drawn with, as far as there are lists.
-uint level_of(Instance instance, uint slot, float cut) {
-  return min(coppice_kept_ladder_level(cut, last_levels[slot]), max(raster_plants[instance.plant].level_count, 1) - 1);
-}
-RasterList level_list(Instance instance, uint level) { return lists[instance.plant * kRasterLists + level]; }
-
-uint raster_leaf_count(Instance instance, uint slot, float cut) { return level_list(instance, level_of(instance, slot, cut)).leaf_count; }
-
-// Whether the leaves of a cut are too small for the hardware, on average.
-bool has_small_leaves(Instance instance, uint slot, float cut, float distance_m) {
-  float leaf_size_m = level_list(instance, level_of(instance, slot, cut)).leaf_size_m;
-  float split_px = hardware_leaf_px();
+// Whether the leaves of a cut, of the pages some of those that it bears last, are too small for the hardware, on average.
+bool has_small_leaves(Instance instance, Plant plant, uint leaf_count, float distance_m) {
+  ClusterList list = list_at(plant, list_of_cut(leaf_count));
+  float leaf_size_m = list.leaf_size_m;
+  if (leaf_count > kReadyLeaves) leaf_size_m = unpack_length(cluster_at(list, last_born_cluster(leaf_count)).leaf_sizes_m, 0);
   // Leaf meshes without lists have holes for an outline, of which the rasteriser's quads show the least.
-  if (plants[instance.plant].leaf_mesh_count > 0 && !has_mesh_lists(instance)) split_px *= kHoledShare;
-  return has_lists(instance) && leaf_size_m * instance.scale * view.focal_px <= split_px * max(distance_m, view.near_m);
+  float split_px = hardware_leaf_px() * (has_mesh_lists(plant) ? 1.0 : kHoledShare);
+  return leaf_size_m * instance.scale * view.focal_px <= split_px * max(distance_m, view.near_m);
 }
 
-void raster_leaves(Instance instance, uint slot, float cut, float distance_m) {
-  uint level = level_of(instance, slot, cut);
-  if (view.is_shadow == 0) last_levels[slot] = level;
-  RasterList list = level_list(instance, level);
-  if (list.cluster_count > 1 && level > kOneClusterLevel && !reserve(list.cluster_count)) {
-    level = kOneClusterLevel;
-    list = level_list(instance, level);
+// How many leaves are drawn: of the pages an eighth more than quads with textures need, of whose cover discs and masks of few pixels lose
+// some; a ready cut has as many more, in the mean, as it is rounded up.
+uint raster_leaves(Instance instance, Plant plant, uint slot, uint leaf_count, float distance_m) {
+  if (leaf_count > kReadyLeaves) {
+    leaf_count = min(leaf_count + leaf_count / 8, plant.resident_leaf_count);
+    cuts[slot] = float(leaf_count);
+    leaf_item = slot | kPageList << kSlotBits;
+    if (reserve(page_cluster_count(leaf_count))) return leaf_count;
+    leaf_item = kNothing;
   }
-  uint item = slot | level << kSlotBits;
   // What is one cluster has been culled with the instance.
-  if (list.cluster_count == 1 && list.grain_m * instance.scale * view.focal_px < push.splat_px * max(distance_m, view.near_m)) {
+  uint cut = ready_cut(leaf_count), item = slot | cut << kSlotBits;
+  ClusterList list = list_at(plant, cut);
+  if (list.grain_m * instance.scale * view.focal_px < push.splat_px * max(distance_m, view.near_m)) {
     splat_item = item;
+    splat_work = work_of(0, ShownLeaves(list.leaf_count, false));
     leaf_sum += list.leaf_count;
   } else {
     leaf_item = item;
   }
+  return list.leaf_count;
 }
 
 // Whether the rasteriser takes the instance's leaf meshes.
-bool raster_meshes(Instance instance, uint slot, Plant plant) {
-  if (!has_mesh_lists(instance) || !reserve(raster_plants[instance.plant].mesh_clusters)) return false;
-  leaf_item = slot | kRasterMeshes << kSlotBits;
+bool raster_meshes(uint slot, Plant plant) {
+  if (!has_mesh_lists(plant) || !reserve(plant.mesh_cluster_count)) return false;
+  leaf_item = slot | kMeshLists << kSlotBits;
   leaf_sum += plant.leaf_count;
   atomicAdd(counters.leaf_mesh_instances, 1);
   return true;
 }
 
 // Whether the rasteriser takes the instance's wood, or leaves it out. nearest_m: to the nearest it may be
-bool raster_wood(Instance instance, uint slot, float size_px, float nearest_m, uint wood_lod) {
-  if (wood_lod == kMaxWoodLods || (raster_plants[instance.plant].wood_mask >> wood_lod & 1u) == 0) return false;
-  uint index = kRasterLevels + wood_lod;
-  RasterList list = level_list(instance, index);
+bool raster_wood(Instance instance, Plant plant, uint slot, float size_px, float nearest_m, uint wood_lod) {
+  if (wood_lod == kMaxWoodLods || (plant.wood_list_mask >> wood_lod & 1u) == 0) return false;
+  uint index = kWoodLists + wood_lod;
+  ClusterList list = list_at(plant, index);
   float px_per_m = instance.scale * view.focal_px / max(nearest_m, view.near_m);
   if (view.is_shadow == 0 && (size_px >= kFacetedWood_px || list.facet_m * px_per_m >= kFacet_px)) return false;
   // The rasteriser knows how much of a triangle its texture covers, not where: no more than a splat shows.
@@ -141,15 +142,14 @@ void draw_by_hardware(HardwareDraws draws, Plant plant, uint leaf_count) {
 }
 #else
 // The hardware draws everything.
+const bool kRastersLeaves = false;
 void draw_by_hardware(HardwareDraws draws, Plant plant, uint leaf_count) { draw_instance(draws, plant, instances[draws.slot].plant, leaf_count); }
 bool is_hidden(vec3 center, float radius) { return false; }
-bool has_lists(Instance instance) { return false; }
-bool has_mesh_lists(Instance instance) { return false; }
-bool has_small_leaves(Instance instance, uint slot, float cut, float distance_m) { return false; }
-uint raster_leaf_count(Instance instance, uint slot, float cut) { return 0; }
-void raster_leaves(Instance instance, uint slot, float cut, float distance_m) {}
-bool raster_meshes(Instance instance, uint slot, Plant plant) { return false; }
-bool raster_wood(Instance instance, uint slot, float size_px, float nearest_m, uint wood_lod) { return false; }
+bool has_mesh_lists(Plant plant) { return false; }
+bool has_small_leaves(Instance instance, Plant plant, uint leaf_count, float distance_m) { return false; }
+uint raster_leaves(Instance instance, Plant plant, uint slot, uint leaf_count, float distance_m) { return 0; }
+bool raster_meshes(uint slot, Plant plant) { return false; }
+bool raster_wood(Instance instance, Plant plant, uint slot, float size_px, float nearest_m, uint wood_lod) { return false; }
 #endif
 
 // kMaxWoodLods where there is none to draw.
@@ -212,12 +212,14 @@ void select(uint slot) {
   if (!seen) return;  // the other variant says what the cut would be
 #endif
 
-  float resident = float(plant.resident_leaf_count);
+  float resident = max(float(plant.resident_leaf_count), 1.0);
   CoppiceColumn column = coppice_column(table, size_px);
   float cut = coppice_drawn_leaf_count(table, column, threshold_px);
-  bool small = has_small_leaves(instance, slot, min(cut, resident), distance_m);
+  bool has_leaves = plant.resident_leaf_count > 0;
+  bool small = plant.leaf_mesh_count > 0 && has_leaves &&
+               has_small_leaves(instance, plant, coppice_whole_leaf_count(min(cut, resident)), distance_m);
   // Small leaves are drawn as modelled only where there are lists of that, and none are for what they cast a shadow on.
-  bool has_meshes = view.is_shadow == 0 && plant.leaf_mesh_count > 0 && (!small || has_mesh_lists(instance));
+  bool has_meshes = view.is_shadow == 0 && plant.leaf_mesh_count > 0 && (!small || has_mesh_lists(plant));
   bool meshes = has_meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, column, threshold_px));
   if (has_meshes && !meshes) cut = coppice_drawn_leaf_count(table, column, coppice_cut_threshold_px(table, column, threshold_px));
   if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, plant.leaf_count);
@@ -227,18 +229,16 @@ void select(uint slot) {
 
   ++visible_count;
   uint wood_lod = wood_lod_of(plant, table, column, threshold_px);
-  bool meshes_rasterised = meshes && small && raster_meshes(instance, slot, plant);
+  uint leaf_count = cut_leaf_count(slot, plant);
+  bool meshes_rasterised = meshes && small && raster_meshes(slot, plant);
   if (small && !meshes_rasterised) meshes = false;
-  bool quads_rasterised = !meshes && has_lists(instance);
-  if (quads_rasterised) raster_leaves(instance, slot, cut, distance_m);
-  bool wood_rasterised = raster_wood(instance, slot, size_px, distance_m - radius, wood_lod);
+  bool quads_rasterised = kRastersLeaves && !meshes && has_leaves;
+  if (quads_rasterised) leaf_count = raster_leaves(instance, plant, slot, leaf_count, distance_m);
+  bool wood_rasterised = raster_wood(instance, plant, slot, size_px, distance_m - radius, wood_lod);
 
-  uint leaf_count = min(coppice_whole_leaf_count(cut), plant.resident_leaf_count);
-  if (kDebugged != 0) {
-    uint shown_count = quads_rasterised ? raster_leaf_count(instance, slot, cut) : leaf_count;
-    show_debug_color(slot, plant, table, Shown(quads_rasterised || meshes_rasterised, meshes, float(shown_count), column));
-  }
-  uint leaves = meshes_rasterised || quads_rasterised ? kDrawsNoLeaves : meshes ? kDrawsMeshes : kDrawsQuads;
+  if (kDebugged != 0)
+    show_debug_color(slot, plant, table, Shown(quads_rasterised || meshes_rasterised, meshes, float(leaf_count), column));
+  uint leaves = meshes_rasterised || quads_rasterised || !has_leaves && !meshes ? kDrawsNoLeaves : meshes ? kDrawsMeshes : kDrawsQuads;
   uint wood = wood_rasterised ? kMaxWoodLods : wood_lod;
   if (leaves != kDrawsNoLeaves || wood != kMaxWoodLods) draw_by_hardware(HardwareDraws(slot, leaves, wood), plant, leaf_count);
 }

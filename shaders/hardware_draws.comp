@@ -20,6 +20,6 @@ void main() {
     HardwareDraws draws = unpacked(items[items.length() - 1 - i]);
     uint plant_index = instances[draws.slot].plant;
     Plant plant = plants[plant_index];
-    draw_instance(draws, plant, plant_index, min(coppice_whole_leaf_count(cuts[draws.slot]), plant.resident_leaf_count));
+    draw_instance(draws, plant, plant_index, cut_leaf_count(draws.slot, plant));
   }
 }

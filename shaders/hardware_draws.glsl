@@ -1,5 +1,7 @@
-// What the hardware draws of an instance, as draw commands and places in the wood lists. After bindings.glsl with COPPICE_CULL_ACCESS and
-// counters.glsl.
+// What the hardware draws of an instance, as draw commands and places in the wood lists. After bindings.glsl with COPPICE_CULL_ACCESS,
+// clusters.glsl and counters.glsl.
+
+#include "cluster_command.glsl"
 
 layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
 layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
@@ -19,26 +21,39 @@ struct HardwareDraws {
 uint packed(HardwareDraws draws) { return draws.slot | draws.leaves << 24 | draws.wood_lod << 26; }
 HardwareDraws unpacked(uint word) { return HardwareDraws(word & 0xffffffu, word >> 24 & 3u, word >> 26); }
 
-void draw_leaves(Plant plant, uint plant_index, uint slot, uint leaf_count) {
-  uint node_count = 2 * leaf_count - 1;
-  uint draw_count = (node_count + kNodesPerDraw - 1) / kNodesPerDraw;
-  uint first = atomicAdd(leaf_counts[plant_index], draw_count);
-  // The count must not pass what the device draws at once; what took a place below the capacity keeps it.
-  if (first + draw_count > plant.leaf_command_capacity) atomicMin(leaf_counts[plant_index], plant.leaf_command_capacity);
-  for (uint i = 0; i < draw_count && first + i < plant.leaf_command_capacity; ++i) {
-    DrawCommand command;
-    command.index_count = 6 * min(node_count - i * kNodesPerDraw, kNodesPerDraw);
-    command.instance_count = 1;
-    command.first_index = 0;
-    command.vertex_offset = int(4 * i * kNodesPerDraw);
-    command.first_instance = slot;
-    leaf_commands[plant.leaf_command_base + first + i] = command;
+// Commands for all clusters of the pages that may show some of the cut. False where the plant has not as many left.
+bool draw_pages(Plant plant, uint plant_index, uint slot, uint leaf_count) {
+  ClusterList list = list_at(plant, kPageList);
+  uint count = page_cluster_count(leaf_count);
+  uint first = atomicAdd(leaf_counts[2 * plant_index + 1], count), end = min(first + count, plant.leaf_command_capacity);
+  bool fits = first + count <= plant.leaf_command_capacity;
+  // The count must not pass what the device draws at once; what took a place below the capacity keeps it, empty where it is not enough.
+  if (!fits) atomicMin(leaf_counts[2 * plant_index + 1], plant.leaf_command_capacity);
+  Instance instance = instances[slot];
+  uint item = slot | kPageList << kSlotBits;
+  for (uint i = 0; first + i < end; ++i) {
+    Cluster cluster = cluster_at(list, i);
+    ShownLeaves shown = shown_of_page(cluster, i, leaf_count);
+    bool seen = fits && sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m);
+    leaf_commands[plant.leaf_command_base + plant.instance_count + first + i] = cluster_command(item, i, seen ? shown.count : 0);
   }
+  return fits;
+}
+
+// Where commands are short the cut becomes coarser; a ready one has a command in any case. How many leaves are drawn.
+uint draw_leaves(Plant plant, uint plant_index, uint slot, uint leaf_count) {
+  for (; leaf_count > kReadyLeaves; leaf_count = max(leaf_count / 4, kReadyLeaves)) {
+    cuts[slot] = min(cuts[slot], float(leaf_count));
+    if (draw_pages(plant, plant_index, slot, leaf_count)) return leaf_count;
+  }
+  uint cut = ready_cut(leaf_count), count = list_at(plant, cut).leaf_count;
+  leaf_commands[plant.leaf_command_base + atomicAdd(leaf_counts[2 * plant_index], 1)] = cluster_command(slot | cut << kSlotBits, 0, count);
+  return count;
 }
 
 void draw_wood(Plant plant, uint plant_index, uint slot, uint lod) {
   uint place = atomicAdd(wood_commands[plant_index * kMeshCommands + lod].instance_count, 1);
-  wood_list[plant.wood_list_base + lod * plant.wood_list_stride + place] = slot;
+  wood_list[plant.wood_list_base + lod * plant.instance_count + place] = slot;
 }
 
 // Every chunk of the plant draws the same instances; the first one's count gives the place in their list.
@@ -58,9 +73,9 @@ void draw_instance(HardwareDraws draws, Plant plant, uint plant_index, uint leaf
     COPPICE_COUNT(hardware_triangles, plant.leaf_mesh_triangles)
     draw_leaf_meshes(plant, plant_index, draws.slot);
   } else if (draws.leaves == kDrawsQuads) {
-    COPPICE_COUNT(leaves, leaf_count)
-    COPPICE_COUNT(hardware_triangles, 2 * leaf_count)
-    draw_leaves(plant, plant_index, draws.slot, leaf_count);
+    uint leaves = draw_leaves(plant, plant_index, draws.slot, leaf_count);
+    COPPICE_COUNT(leaves, leaves)
+    COPPICE_COUNT(hardware_triangles, 2 * leaves)
   }
   if (draws.wood_lod == kMaxWoodLods) return;
   uint triangles = plant.wood_index_counts[draws.wood_lod] / 3;

@@ -1,16 +1,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// From instances to the clusters of their lists that are in view and not hidden by earlier rounds. Clusters of large leaves are left to
-// the hardware. kTogether: a group takes one list after the other, its clusters side by side. Otherwise an invocation takes a short list,
+// From instances to the clusters of their lists that their cut shows, that are in view and not hidden by earlier rounds. Clusters of large
+// leaves are left to the hardware. kTogether: a group takes one list after the other, its clusters side by side. Otherwise an invocation takes a short list,
 // and a subgroup together a long one.
-// reads     view, instances, plants, items, lists, tiles; clusters by address
+// reads     view, instances, plants, cuts, items, tiles; lists, clusters and lives by address
 // writes    work_items and splat_items, and the round's work and splats stages; draw commands of leaves; counters
 // dispatch  indirect, from the round's items stage; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
 #include "raster.glsl"
 #include "counters.glsl"
+#include "cluster_command.glsl"
 
 layout(local_size_x_id = 1) in;
 layout(constant_id = 0) const uint kTogether = 0;
@@ -21,14 +22,17 @@ layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]
 // An item of more clusters is a whole subgroup's.
 const uint kOwnClusters = 8;
 
-bool is_mesh(uint item) { return list_of(item) >= kRasterMeshes; }
-uint list_count(Instance instance, uint item) { return is_mesh(item) ? raster_plants[instance.plant].mesh_count : 1; }
+bool is_mesh(uint item) { return list_of(item) >= kMeshLists; }
+uint list_count(Plant plant, uint item) { return is_mesh(item) ? plant.mesh_list_count : 1; }
+uint cluster_count(uint item, Plant plant, ClusterList list) {
+  return list_of(item) == kPageList ? page_cluster_count(cut_leaf_count(slot_of(item), plant)) : list.cluster_count;
+}
 uint cluster_count(uint item) {
-  Instance instance = instances[slot_of(item)];
-  return is_mesh(item) ? raster_plants[instance.plant].mesh_clusters : list_for(instance, item).cluster_count;
+  Plant plant = plants[instances[slot_of(item)].plant];
+  return is_mesh(item) ? plant.mesh_cluster_count : cluster_count(item, plant, list_at(plant, list_of(item)));
 }
 
-void append_leaves(bool some, uint item, uint cluster) {
+void append_leaves(bool some, uint item, uint work) {
   uvec4 which = subgroupBallot(some);
   uint count = subgroupBallotBitCount(which);
   if (count == 0) return;
@@ -40,44 +44,50 @@ void append_leaves(bool some, uint item, uint cluster) {
     if (first == 0) wake_tiles();
   }
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
-  if (some && place < push.work_capacity) work_items[place] = uvec2(item, cluster);
+  if (some && place < push.work_capacity) work_items[place] = uvec2(item, work);
 }
 
 // False where the plant has no command left.
-bool draw_by_hardware(uint plant_index, uint item, RasterCluster cluster) {
+bool draw_by_hardware(uint plant_index, uint item, uint cluster, ShownLeaves shown) {
   Plant plant = plants[plant_index];
-  uint place = atomicAdd(leaf_counts[plant_index], 1);
+  uint place = atomicAdd(leaf_counts[2 * plant_index + 1], 1);
   if (place >= plant.leaf_command_capacity) {
-    atomicMin(leaf_counts[plant_index], plant.leaf_command_capacity);
+    atomicMin(leaf_counts[2 * plant_index + 1], plant.leaf_command_capacity);
     return false;
   }
-  leaf_commands[plant.leaf_command_base + place] =
-      DrawCommand(6 * cluster.leaf_count, 1, 0, int(4 * cluster.first_leaf), item);
+  leaf_commands[plant.leaf_command_base + plant.instance_count + place] = cluster_command(item, cluster, shown.count);
   return true;
 }
 
 // Every step-th cluster of a list. What of them is drawn: leaves or triangles, by the hardware of them.
 uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
-  RasterList list = list_for(instance, item);
-  bool quads = list_of(item) < kRasterLevels;
+  Plant plant = plants[instance.plant];
+  ClusterList list = list_at(plant, list_of(item));
+  bool quads = list_of(item) < kWoodLists, paged = list_of(item) == kPageList;
+  uint leaf_count = item_leaf_count(item, plant, list), count = cluster_count(item, plant, list);
   float split_px = hardware_leaf_px();
   float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
   uvec2 drawn = uvec2(0);
-  for (uint i = first; i < list.cluster_count; i += step) {
-    RasterCluster cluster = RasterClusterArray(list.clusters).at[i];
+  for (uint i = first; i < count; i += step) {
+    Cluster cluster = cluster_at(list, i);
     vec3 center = world_from_object(instance, cluster.center);
     float radius_m = instance.scale * cluster.radius_m;
-    bool seen = sphere_in_view(center, radius_m);
+    ShownLeaves shown = all_shown(cluster);
+    if (paged) shown = shown_of_page(cluster, i, leaf_count);
+    bool seen = shown.count > 0 && sphere_in_view(center, radius_m);
     if (seen && push.round > 0) seen = !occluded(center, radius_m);
     float nearest_m = max(distance(center, view.camera_position) - radius_m, view.near_m);
+    uint quarter = shown_quarter(shown);
     // Discs leave gaps in a surface unless they are about a pixel.
-    float splat_px = cluster.is_surface != 0 ? min(push.splat_px, 1.5) : push.splat_px;
-    bool small = cluster.grain_m * object_px < splat_px * nearest_m;
-    bool large = seen && quads && cluster.leaf_size_m * object_px > split_px * nearest_m;
-    if (large) large = draw_by_hardware(instance.plant, item, cluster);
-    append_splats(seen && small && !large, item, i);
-    append_leaves(seen && !small && !large, item, i);
-    if (seen) drawn += uvec2(cluster.leaf_count, large ? cluster.leaf_count : 0);
+    float splat_px = is_surface(cluster) ? min(push.splat_px, 1.5) : push.splat_px;
+    bool small = unpack_length(cluster.grains_m, quarter) * object_px < splat_px * nearest_m;
+    bool large = seen && quads && unpack_length(cluster.leaf_sizes_m, quarter) * object_px > split_px * nearest_m;
+    if (large) large = draw_by_hardware(instance.plant, item, i, shown);
+    uint work = seen ? work_of(i, shown) : 0;
+    append_splats(seen && small && !large, item, work);
+    append_leaves(seen && !small && !large, item, work);
+    uint leaves = paged ? drawn_count(shown, cluster, born_splits(leaf_count, i)) : shown.count;
+    if (seen) drawn += uvec2(leaves, large ? leaves : 0);
   }
   return drawn;
 }
@@ -88,8 +98,8 @@ uvec4 drawn_sum = uvec4(0);
 void expand(uint item, uint first, uint step) {
   Instance instance = instances[slot_of(item)];
   uvec2 drawn = uvec2(0);
-  for (uint i = 0; i < list_count(instance, item); ++i) drawn += expand_list(item + (i << kSlotBits), instance, first, step);
-  uint kind = list_of(item) < kRasterLevels ? 0 : is_mesh(item) ? 1 : 2;
+  for (uint i = 0; i < list_count(plants[instance.plant], item); ++i) drawn += expand_list(item + (i << kSlotBits), instance, first, step);
+  uint kind = list_of(item) < kWoodLists ? 0 : is_mesh(item) ? 1 : 2;
   drawn_sum[kind] += drawn.x;
   drawn_sum.w += 2 * drawn.y;
 }

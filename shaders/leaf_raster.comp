@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Leaf quads and wood triangles to pixels of `picture`: coverage at pixel centres, depth, light once a leaf.
-// reads     view, instances, plants, raster_plants, lists, work_items; clusters, leaves and cards by address
+// reads     view, instances, plants, cuts, work_items; lists, clusters, leaves, splats and cards by address
 // writes    picture; big_items and the round's big stage
 // dispatch  indirect, from the stage that kSource names; recorded by coppice::gpu::LeafRaster::record
 //
@@ -33,10 +33,10 @@ struct Shared {
   float px_per_m;  // on the screen, of a metre in object space
 };
 
-Shared share(uint item, RasterList list, RasterCluster cluster) {
+Shared share(uint item, ClusterList list, Cluster cluster, uint quarter, uint leaf_count) {
   Instance instance = instances[slot_of(item)];
   Shared group;
-  group.placed = place(instance, list_of(item), list.box_min, list.box_step, cluster);
+  group.placed = place(instance, list_of(item), list.box_min, list.box_step, cluster, quarter, leaf_count);
   show_debug(group.placed, slot_of(item));
   group.box_step = list.box_step;
   float distance_m = max(distance(world_from_object(instance, cluster.center), view.camera_position), view.near_m);
@@ -75,12 +75,12 @@ Triangle triangle_of(vec3 a, vec3 b, vec3 c) {
 }
 
 // False where nothing of the leaf is on the screen, or a part of it lies too near.
-bool project(Shared group, RasterLeaf leaf, out Drawn drawn) {
+bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
   // Wood has no holes, and its triangles are no smaller from afar.
-  RasterCard card = RasterCardArray(group.placed.cards).at[leaf.card];
+  CardLook card = CardLookArray(group.placed.cards).at[leaf.card & 0xffffu];
   float along_m = length(group.box_step * (0.5 * (corners[1] + corners[2] - corners[0] - corners[3])));
   float across_m = length(group.box_step * (0.5 * (corners[2] + corners[3] - corners[0] - corners[1])));
   bool outlined = group.placed.wood || outline_loss(group.px_per_m * min(along_m, across_m)) < 0.5;
@@ -103,10 +103,8 @@ bool project(Shared group, RasterLeaf leaf, out Drawn drawn) {
   drawn.high = ivec2(floor(clamp(high, vec2(0.0), size) - 0.5)) + 1;
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
-  group.placed.sunlight =
-      group.placed.sun_color * sun_through_crown(unpack_crown(leaf.crown), group.placed.sun, group.placed.eye, group.placed.bulk);
-  vec4 folded = unpackSnorm4x8(leaf.normals);
-  drawn.radiance = placed_radiance(group.placed, unfold(folded.xy), unfold(folded.zw), leaf.look);
+  vec4 folded = unpackSnorm4x8(splat.normals);
+  drawn.radiance = placed_radiance(group.placed, splat, unfold(folded.xy), unfold(folded.zw));
   return nearest > group.placed.near_m && all(lessThan(drawn.low, drawn.high));
 }
 
@@ -226,9 +224,9 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
   } while ((left.x | left.y) != 0);
 }
 
-void raster_leaf(Shared group, RasterLeaf leaf, uvec2 name) {
+void raster_leaf(Shared group, Leaf leaf, Splat splat, uvec2 name, bool shown) {
   Drawn drawn;
-  bool seen = project(group, leaf, drawn);
+  bool seen = project(group, leaf, splat, drawn) && shown;
   ivec2 size = drawn.high - drawn.low;
   if (seen && size.x * size.y > kBigPixels) {
     // Where some found no place, the second pass draws all of them here: whose depth it is says what is seen.
@@ -257,39 +255,36 @@ void raster_clusters() {
   for (uint i = group_index() * push.leaf_clusters; i < count; i += gl_NumWorkGroups.x * push.leaf_clusters)
     for (uint j = i; j < min(i + push.leaf_clusters, count); ++j) {
       uvec2 work = work_items[j];
-      RasterList list = list_for(instances[slot_of(work.x)], work.x);
-      RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];
-      Shared group = share(work.x, list, cluster);
-      uint leaf = gl_LocalInvocationIndex;
+      Plant plant = plants[instances[slot_of(work.x)].plant];
+      ClusterList list = list_at(plant, list_of(work.x));
+      uint index = cluster_of_work(work.y);
+      Cluster cluster = cluster_at(list, index);
+      ShownLeaves shown = shown_of_work(work.y);
+      uint leaf_count = item_leaf_count(work.x, plant, list), splits = born_splits(leaf_count, index);
+      Shared group = share(work.x, list, cluster, shown_quarter(shown), leaf_count);
+      uint at = gl_LocalInvocationIndex;
       do {
-        uint index = cluster.first_leaf + leaf;
-        if (leaf < cluster.leaf_count) raster_leaf(group, RasterLeafArray(list.leaves).at[index], uvec2(work.x, index));
-        leaf += gl_WorkGroupSize.x;
-      } while (leaf < cluster.leaf_count);
+        if (at < shown.count) {
+          Leaf leaf = LeafArray(cluster.leaves).at[at];
+          bool born = !shown.partly_born || is_born(leaf.life, splits);
+          raster_leaf(group, leaf, SplatArray(cluster.splats).at[at], uvec2(work.x, index * kClusterLeaves + at), born);
+        }
+        at += gl_WorkGroupSize.x;
+      } while (at < shown.count);
     }
-}
-
-// A cluster of one leaf, as far as `share` looks at it.
-RasterCluster cluster_of(uint item, RasterList list, RasterLeaf leaf) {
-  Plant plant = plants[instances[slot_of(item)].plant];
-  vec3 corners[4];
-  for (uint i = 0; i < 4; ++i) corners[i] = list.box_min + list.box_step * quantised(leaf.corners, i);
-  RasterCluster cluster;
-  cluster.center = corners[0];
-  cluster.crown = leaf.crown;
-  float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
-  cluster.bulk = list_of(item) < kRasterLevels ? leaf_bulk(plant, crown_of(plant), size_m, float(list.leaf_count)) : 0.0;
-  return cluster;
 }
 
 void raster_big() {
   uint count = min(rounds[push.round].big.count, kBigCapacity);
   for (uint i = group_index(); i < count; i += gl_NumWorkGroups.x) {
     uvec2 name = big_items[i];
-    RasterList list = list_for(instances[slot_of(name.x)], name.x);
-    RasterLeaf leaf = RasterLeafArray(list.leaves).at[name.y];
+    Plant plant = plants[instances[slot_of(name.x)].plant];
+    ClusterList list = list_at(plant, list_of(name.x));
+    Cluster cluster = cluster_at(list, name.y / kClusterLeaves);
+    uint at = name.y % kClusterLeaves;
+    Shared group = share(name.x, list, cluster, at * 4 / kClusterLeaves, item_leaf_count(name.x, plant, list));
     Drawn drawn;
-    if (!project(share(name.x, list, cluster_of(name.x, list, leaf)), leaf, drawn)) continue;
+    if (!project(group, LeafArray(cluster.leaves).at[at], SplatArray(cluster.splats).at[at], drawn)) continue;
     Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));
     int lane = int(gl_LocalInvocationIndex);
     for (int y = drawn.low.y + lane / kRowLanes; y < drawn.high.y; y += int(gl_WorkGroupSize.x) / kRowLanes) {

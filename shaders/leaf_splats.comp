@@ -1,9 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Leaves and wood triangles of few pixels: each a disc of its projected area about its middle, at one depth. Sunlight through the crown
-// and fog are those of the cluster's middle.
-// reads     view, instances, plants, lists, splat_items; clusters and splats by address
+// Leaves and wood triangles of few pixels: each some discs of its projected area, at one depth. Fog is that of the cluster's middle.
+// reads     view, instances, plants, cuts, splat_items; lists, clusters, splats and lives by address
 // writes    picture
 // dispatch  indirect, from the round's splats stage; recorded by coppice::gpu::LeafRaster::record
 //
@@ -22,9 +21,11 @@
 layout(local_size_x_id = 1) in;
 layout(constant_id = 3) const uint kClusterLanes = 1;
 
-// size_px: of a splat of size 1, times w
-void raster_splat(Placed placed, RasterSplat splat, float size_px) {
-  vec3 at = projected(placed, vec3(splat.xy & 0xffffu, splat.xy >> 16, splat.z_size & 0xffffu));
+// along: where on the leaf's axis, in half lengths of it, times Cluster::axis_steps; size_px: of a splat of size 1, times w
+void raster_splat(Placed placed, Splat splat, float along, float size_px, bool shown) {
+  vec3 q = vec3(splat.xy & 0xffffu, splat.xy >> 16, splat.z_size & 0xffffu);
+  if (along != 0.0) q += along * unpackSnorm4x8(splat.axis).xyz;
+  vec3 at = projected(placed, q);
   float inverse_w = 1.0 / at.z;
   vec4 folded = unpackSnorm4x8(splat.normals);
   vec3 normal = unfold(folded.xy), face = unfold(folded.zw);
@@ -35,8 +36,8 @@ void raster_splat(Placed placed, RasterSplat splat, float size_px) {
   vec2 size = vec2(push.width_px, push.height_px);
   ivec2 low = ivec2(ceil(clamp(middle - radius_px, vec2(0.0), size) - 0.5));
   ivec2 high = ivec2(ceil(clamp(middle + radius_px, vec2(0.0), size) - 0.5));
-  bool seen = at.z > placed.near_m && low.x < high.x && low.y < high.y;
-  uint radiance = placed_radiance(placed, normal, face, splat.look);
+  bool seen = shown && at.z > placed.near_m && low.x < high.x && low.y < high.y;
+  uint radiance = placed_radiance(placed, splat, normal, face);
   float key = depth_key(inverse_w);
   // Its end at the bottom: no turn of the loop is in vain.
   ivec2 pixel = low;
@@ -52,17 +53,24 @@ void raster_splat(Placed placed, RasterSplat splat, float size_px) {
 
 void raster_cluster(uvec2 work, uint lane) {
   Instance instance = instances[slot_of(work.x)];
-  RasterList list = list_for(instance, work.x);
-  RasterCluster cluster = RasterClusterArray(list.clusters).at[work.y];
-  Placed placed = place(instance, list_of(work.x), list.box_min, list.splat_step, cluster);
+  Plant plant = plants[instance.plant];
+  ClusterList list = list_at(plant, list_of(work.x));
+  uint index = cluster_of_work(work.y);
+  Cluster cluster = cluster_at(list, index);
+  ShownLeaves shown = shown_of_work(work.y);
+  uint leaf_count = item_leaf_count(work.x, plant, list), splits = born_splits(leaf_count, index);
+  Placed placed = place(instance, list_of(work.x), list.box_min, list.splat_step, cluster, shown_quarter(shown), leaf_count);
   show_debug(placed, slot_of(work.x));
-  float size_px = list.splat_size_m / 65535.0 * instance.scale * view.focal_px;
-  uint splat = lane;
+  float size_px = cluster.splat_size_m / 65535.0 * instance.scale * view.focal_px;
+  uint grains = log2_grains(cluster), count = shown.count << grains, disc = lane;
   do {
-    if (kClusterLanes == 1 || splat < cluster.splat_count)
-      raster_splat(placed, RasterSplatArray(list.splats).at[cluster.first_splat + splat], size_px);
-    splat += kClusterLanes;
-  } while (splat < cluster.splat_count);
+    uint leaf = disc >> grains;
+    float along = float(2 * (disc - (leaf << grains)) + 1) / float(1u << grains) - 1.0;
+    bool born = true;
+    if (shown.partly_born) born = is_born(LeafArray(cluster.leaves).at[leaf].life, splits);
+    if (kClusterLanes == 1 || disc < count) raster_splat(placed, SplatArray(cluster.splats).at[leaf], along * cluster.axis_steps, size_px, born);
+    disc += kClusterLanes;
+  } while (disc < count);
 }
 
 void main() {

@@ -4,33 +4,42 @@
 
 #extension GL_KHR_shader_subgroup_ballot : require
 
-#include "raster_items.glsl"
+#include "raster_shared.h"
+#include "clusters.glsl"
 
 layout(set = 1, binding = 0, scalar) buffer PictureBuffer { uint picture[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer BlockBuffer { InstanceBlock blocks[]; };
-layout(set = 1, binding = 2, scalar) readonly buffer ListBuffer { RasterList lists[]; };
-layout(set = 1, binding = 3, scalar) readonly buffer RasterPlantBuffer { RasterPlant raster_plants[]; };
-layout(set = 1, binding = 4, scalar) buffer RoundBuffer { RasterRound rounds[]; };
-layout(set = 1, binding = 5, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
-layout(set = 1, binding = 6, scalar) buffer ItemBuffer { uint items[]; };        // as slot_of and list_of take them; from the end: HardwareDraws of all rounds
-layout(set = 1, binding = 7, scalar) buffer WorkBuffer { uvec2 work_items[]; };  // the same, cluster
-layout(set = 1, binding = 8, scalar) buffer BigBuffer { uvec2 big_items[]; };    // the same, leaf of the list
-layout(set = 1, binding = 9, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
-layout(set = 1, binding = 10, scalar) buffer TileBuffer { uint tiles[]; };       // the smallest key of each tile, level by level
+layout(set = 1, binding = 2, scalar) buffer RoundBuffer { RasterRound rounds[]; };
+layout(set = 1, binding = 3, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
+layout(set = 1, binding = 4, scalar) buffer ItemBuffer { uint items[]; };        // as slot_of and list_of take them; from the end: HardwareDraws of all rounds
+layout(set = 1, binding = 5, scalar) buffer WorkBuffer { uvec2 work_items[]; };  // the same, work_of
+layout(set = 1, binding = 6, scalar) buffer BigBuffer { uvec2 big_items[]; };    // the same, cluster and leaf: kClusterLeaves of each
+layout(set = 1, binding = 7, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
+layout(set = 1, binding = 8, scalar) buffer TileBuffer { uint tiles[]; };       // the smallest key of each tile, level by level
 
-layout(set = 1, binding = 11, scalar) buffer LevelBuffer { uint last_levels[]; };  // of each instance slot
 // The picture's words again, to be read without atomics: software drivers load a vector from texels, but word by word from buffers.
-layout(set = 1, binding = 12) uniform usamplerBuffer picture_words;
+layout(set = 1, binding = 9) uniform usamplerBuffer picture_words;
 
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterSplatArray { RasterSplat at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterClusterArray { RasterCluster at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterCardArray { RasterCard at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CardLookArray { CardLook at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WoodColorArray { uint at[]; };
 
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 // The list that an item of the instance names.
-RasterList list_for(Instance instance, uint item) { return lists[instance.plant * kRasterLists + list_of(item)]; }
+ClusterList list_for(Instance instance, uint item) { return list_at(plants[instance.plant], list_of(item)); }
+
+// A cluster of an item's list and what is shown of it, one leaf at least, in a word.
+const uint kWorkClusterBits = 24;
+uint work_of(uint cluster, ShownLeaves shown) {
+  return cluster | (shown.count - 1) << kWorkClusterBits | (shown.partly_born ? 1u << 31 : 0u);
+}
+uint cluster_of_work(uint work) { return work & ((1u << kWorkClusterBits) - 1u); }
+ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kWorkClusterBits & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
+
+// The leaves of the cut that an item is of: those of its list, or of the instance's cut.
+uint item_leaf_count(uint item, Plant plant, ClusterList list) {
+  return list_of(item) == kPageList ? cut_leaf_count(slot_of(item), plant) : list.leaf_count;
+}
 
 // x: columns, y: rows, z: place of the level's first tile.
 uvec3 tile_level(uint level) {
@@ -54,7 +63,7 @@ void wake_tiles() {
 
 // Appending: an atomic takes places for all invocations of a subgroup that have something. One each, and cores wait for each other.
 // some: whether this invocation has
-void append_splats(bool some, uint item, uint cluster) {
+void append_splats(bool some, uint item, uint work) {
   uvec4 which = subgroupBallot(some);
   uint count = subgroupBallotBitCount(which);
   if (count == 0) return;
@@ -66,7 +75,7 @@ void append_splats(bool some, uint item, uint cluster) {
     if (first == 0) wake_tiles();
   }
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
-  if (some && place < push.work_capacity) splat_items[place] = uvec2(item, cluster);
+  if (some && place < push.work_capacity) splat_items[place] = uvec2(item, work);
 }
 
 // A number for each group. Software drivers give each core one stretch of groups after the other: this way all of them get some of every

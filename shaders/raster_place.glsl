@@ -6,8 +6,7 @@ struct Placed {
   vec3 origin, x, y, z;  // (px * w, px * w, w) of a place: origin + q.x * x + q.y * y + q.z * z
   vec3 sun, up, eye;
   vec3 sun_color;  // that other plants let through
-  vec3 sunlight;   // what of it reaches the cluster through the crown
-  float bulk;     // leaf_bulk of its leaves
+  float bulk;     // leaf_bulk of its leaves, in the mean
   float bulk_front, bulk_up;  // in place of a normal's
   vec3 tint;
   float clear;    // share of light that fog lets through
@@ -18,13 +17,14 @@ struct Placed {
   float near_m;
 };
 
-// step: object space, m, of one in q
-Placed place(Instance instance, uint list, vec3 box_min, vec3 step, RasterCluster cluster) {
+// step: object space, m, of one in q; quarter: shown_quarter; leaf_count: of the cut
+Placed place(Instance instance, uint list, vec3 box_min, vec3 step, Cluster cluster, uint quarter, uint leaf_count) {
+  Plant plant = plants[instance.plant];
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   Placed placed;
-  placed.wood = list >= kRasterLevels && list < kRasterMeshes;
-  placed.cards = raster_plants[instance.plant].cards;
-  placed.wood_colors = raster_plants[instance.plant].wood_colors;
+  placed.wood = list >= kWoodLists && list < kMeshLists;
+  placed.cards = plant.card_looks;
+  placed.wood_colors = plant.wood_colors;
   placed.origin = screen_point(world_from_object(instance, box_min));
   placed.x = screen_direction(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)));
   placed.y = screen_direction(rotate(instance.rotation, vec3(0.0, instance.scale * step.y, 0.0)));
@@ -33,12 +33,11 @@ Placed place(Instance instance, uint list, vec3 box_min, vec3 step, RasterCluste
   placed.up = rotate(to_object, vec3(0.0, 1.0, 0.0));
   vec3 world = world_from_object(instance, cluster.center);
   placed.eye = rotate(to_object, normalize(view.camera_position - world));
-  placed.bulk = cluster.bulk;
+  placed.bulk = unpackUnorm4x8(cluster.bulks)[quarter] * merged_share(plant, leaf_count);
   placed.bulk_front = bulk_front(dot(placed.eye, placed.sun));
   placed.bulk_up = 0.67 * dot(placed.eye, placed.up);
   // Shadows of other plants are soft enough to be the cluster's.
-  placed.sun_color = view.sun_color * sun_past_others(instance, plants[instance.plant], world);
-  placed.sunlight = placed.sun_color * sun_through_crown(unpack_crown(cluster.crown), placed.sun, placed.eye, cluster.bulk);
+  placed.sun_color = view.sun_color * sun_past_others(instance, plant, world);
   placed.clear = transmittance(world);
   placed.tint = placed.wood ? vec3(1.0) : instance.tint;
   placed.sky_color = view.sky_color;
@@ -57,16 +56,17 @@ void show_debug(inout Placed placed, uint slot) {
 
 vec3 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + q.y * placed.y + q.z * placed.z; }
 
-// normal: the one it is lit with; face: its own. look: of a RasterSplat
-uint placed_radiance(Placed placed, vec3 normal, vec3 face, uint packed_look) {
-  vec4 look = unpackUnorm4x8(packed_look);
-  if (placed.wood) look.rgb = unpackUnorm4x8(WoodColorArray(placed.wood_colors).at[packed_look & 0xffffffu]).rgb;
+// normal: the one it is lit with; face: its own
+uint placed_radiance(Placed placed, Splat splat, vec3 normal, vec3 face) {
+  vec4 look = unpackUnorm4x8(splat.look);
+  if (placed.wood) look.rgb = unpackUnorm4x8(WoodColorArray(placed.wood_colors).at[splat.look & 0xffffffu]).rgb;
   if (placed.wood && dot(face, placed.eye) < 0.0) normal = -normal;
   float facing = dot(normal, placed.sun);
   float front = placed.wood ? max(0.0, facing) : mix(max(0.0, 0.2 + 0.8 * facing), placed.bulk_front, placed.bulk);
   float through = placed.wood ? 0.0 : max(0.0, -sign(dot(face, placed.eye)) * dot(face, placed.sun)) * (1.0 - placed.bulk);
-  vec3 light = placed.sunlight * (front + 0.45 * through * vec3(1.0, 1.15, 0.35)) +
-               mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * mix(dot(normal, placed.up), placed.bulk_up, placed.bulk)) * look.a;
+  vec3 sunlight = placed.sun_color * sun_through_crown(unpack_crown(splat.crown), placed.sun, placed.eye, placed.bulk);
+  vec3 light = sunlight * (front + 0.45 * through * vec3(1.0, 1.15, 0.35)) +
+               mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * mix(dot(normal, placed.up), placed.bulk_up, placed.bulk)) * mix(look.a, 1.0, kBulkSky * placed.bulk);
   vec3 albedo = placed.tint * (kMaxSplatAlbedo * look.rgb * look.rgb);
   return pack_radiance(mix(placed.fog_color, albedo * light, placed.clear));
 }

@@ -11,7 +11,7 @@
 #include "raster_shared.h"
 #include "radiance.glsl"
 
-layout(set = 1, binding = 12) uniform usamplerBuffer picture_words;
+layout(set = 1, binding = 9) uniform usamplerBuffer picture_words;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 #ifndef COPPICE_DEPTH

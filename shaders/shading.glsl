@@ -19,7 +19,7 @@ Crown crown_of(Plant plant) {
   return Crown(plant.box_min + half_box, max(half_box, vec3(1e-3)));
 }
 
-// Light at a place in a crown: gpu/crown_light.h.
+// Light at a place in a crown: clusters/crown_light.h.
 struct CrownSample {
   float depth;  // optical, on average
   vec3 slope;
@@ -51,11 +51,14 @@ CrownSample crown_light_at(Plant plant, Crown crown, vec3 p) {
   return sum;
 }
 
+// The share of a plant's leaves that a cut has merged.
+float merged_share(Plant plant, uint leaf_count) { return 1.0 - float(min(leaf_count, plant.leaf_count)) / float(plant.leaf_count); }
+
 // How much of the crown a leaf stands for: 0 for one of the source, about 1 for the last one of a plant. size_m: its longer diagonal.
-float leaf_bulk(Plant plant, Crown crown, float size_m, float leaf_count) {
+float leaf_bulk(Plant plant, Crown crown, float size_m, uint leaf_count) {
   float radius_m = (crown.radii.x + crown.radii.y + crown.radii.z) / 3.0;
   float share = min(0.5 * size_m / radius_m, 1.0);
-  return (1.0 - leaf_count / float(plant.leaf_count)) * share * share;
+  return merged_share(plant, leaf_count) * share * share;
 }
 
 float leaf_sky(CrownSample light, float bulk) { return mix(light.sky, 1.0, kBulkSky * bulk); }

@@ -15,7 +15,6 @@ namespace coppice {
 namespace {
 
 /// The compute rasteriser's lists of a page's leaves and of the cuts coarser than it, about; see coppice_context_desc.compute_raster.
-constexpr std::uint64_t kRasterListBytesPerPage = 116 * COPPICE_PAGE_SPLITS;
 constexpr std::uint64_t kRasterListBytesPerTriangle = 60;
 
 /// Plants that may be reloaded at a time.
@@ -104,7 +103,6 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
                                         .wood_vertex_bytes = sizeof(gpu::WoodVertex),
                                         .leaf_mesh_vertex_bytes = sizeof(gpu::LeafMeshVertex),
                                         .opening_bytes = gpu::Renderer::kSmallBytes,
-                                        .page_list_bytes = context->renderer_->has_raster() ? kRasterListBytesPerPage : 0,
                                         .wood_list_triangle_bytes = context->renderer_->has_raster() ? kRasterListBytesPerTriangle : 0,
                                         .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
                                         .block_textures = context->renderer_->block_textures()},
@@ -335,7 +333,6 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
 
 void Context::hide_chunk(ChunkId id) {
   if (id.kind == ChunkKind::texture) renderer_->hide_texture(id.plant, id.index);
-  if (id.kind == ChunkKind::page) renderer_->hide_page(id.plant, id.index);
 }
 
 void Context::drop_chunk(ChunkId id) {
@@ -356,7 +353,8 @@ Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
   if (chunk.id.kind == ChunkKind::wood) return renderer_->upload_wood(chunk.id.plant, chunk.id.index, *chunk.wood);
   if (chunk.id.kind == ChunkKind::leaf_mesh) return renderer_->upload_leaf_mesh(chunk.id.plant, chunk.id.index, *chunk.wood);
   if (chunk.id.kind == ChunkKind::texture) return renderer_->upload_texture(chunk.id.plant, chunk.id.index, chunk.texture);
-  return renderer_->upload_page({.plant = chunk.id.plant, .page = chunk.id.index, .nodes = chunk.nodes});
+  return renderer_->upload_page(
+      {.plant = chunk.id.plant, .page = chunk.id.index, .clusters = chunk.clusters, .ready_cuts = chunk.ready_cuts, .light = chunk.light});
 }
 
 Result<void> Context::upload_decoded() {

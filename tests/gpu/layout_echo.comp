@@ -10,7 +10,11 @@
 layout(local_size_x = 1) in;
 
 layout(set = 0, binding = 0, scalar) readonly buffer Structs {
-  Node node;
+  Leaf leaf;
+  Splat splat;
+  Cluster cluster;
+  ClusterList list;
+  CardLook look;
   Instance instance;
   Card card;
   Material material;
@@ -34,24 +38,31 @@ void put(vec3 v) { put(v.xy); put(v.z); }
 void put(vec4 v) { put(v.xyz); put(v.w); }
 void put(mat4 m) { for (int i = 0; i < 4; ++i) put(m[i]); }
 
-void put(Node v) {
-  for (int i = 0; i < 6; ++i) put(v.corners[i]);
-  put(v.card);
-  put(v.split);
+void put_clusters() {
+  for (int i = 0; i < 6; ++i) put(leaf.corners[i]);
+  put(leaf.card); put(leaf.life);
+  put(splat.xy); put(splat.z_size); put(splat.axis); put(splat.normals); put(splat.look); put(splat.crown);
+  put(cluster.center); put(cluster.radius_m); put(cluster.leaves); put(cluster.splats); put(cluster.counts);
+  put(cluster.last_death); put(cluster.grains_m); put(cluster.leaf_sizes_m);
+  put(cluster.splat_size_m); put(cluster.axis_steps); put(cluster.bulks);
+  put(list.box_min); put(list.leaf_count); put(list.box_step); put(list.cluster_count); put(list.splat_step); put(list.leaf_size_m);
+  put(list.blocks); put(list.grain_m); put(list.holed_m); put(list.facet_m);
+  put(look.albedo); put(look.coverage);
+  for (int i = 0; i < 2; ++i) put(look.mask[i]);
+  put(look.crown_normals);
 }
 
 void put_plant() {
   put(plant.sphere_center); put(plant.sphere_radius);
   put(plant.box_min); put(plant.leaf_count);
   put(plant.box_step); put(plant.resident_leaf_count); put(plant.quantised_max);
-  put(plant.root);
   put(plant.error_level_count); put(plant.error_size_count);
-  put(plant.pages); put(plant.cards); put(plant.materials); put(plant.crown_light);
-  put(plant.leaf_command_base); put(plant.leaf_command_capacity);
-  put(plant.wood_list_base); put(plant.wood_list_stride);
-  put(plant.wood_lod_count); put(plant.wood_resident_mask);
+  put(plant.lists); put(plant.cards); put(plant.materials); put(plant.card_looks); put(plant.wood_colors); put(plant.crown_light);
+  put(plant.instance_count); put(plant.leaf_command_base); put(plant.leaf_command_capacity); put(plant.wood_list_base);
+  put(plant.wood_lod_count); put(plant.wood_resident_mask); put(plant.wood_list_mask);
   for (uint i = 0; i < kMaxWoodLods; ++i) put(plant.wood_index_counts[i]);
   put(plant.leaf_mesh_count); put(plant.leaf_mesh_triangles); put(plant.leaf_mesh_list_base);
+  put(plant.mesh_list_count); put(plant.mesh_cluster_count);
 }
 
 void put_view() {
@@ -67,7 +78,7 @@ void put_view() {
 }
 
 void main() {
-  put(node);
+  put_clusters();
   put(instance.position); put(instance.scale); put(instance.rotation); put(instance.tint); put(instance.plant);
   put(card.material);
   for (int i = 0; i < 4; ++i) put(card.uv[i]);

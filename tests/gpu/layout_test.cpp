@@ -13,7 +13,11 @@ namespace {
 class LayoutTest : public VulkanTest {};
 
 struct Structs {
-  gpu::Node node;
+  gpu::Leaf leaf;
+  gpu::Splat splat;
+  gpu::Cluster cluster;
+  gpu::ClusterList list;
+  gpu::CardLook look;
   gpu::Instance instance;
   gpu::Card card;
   gpu::Material material;

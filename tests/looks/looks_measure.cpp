@@ -97,7 +97,8 @@ LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& p
 }
 
 bool looks_alike(const LooksDifference& difference) {
-  return difference.wrong_blocks <= kWrongBlocks && std::abs(difference.coverage - 1.0) <= kCoverageOff &&
+  const double coverage_off = std::round(1000.0 * std::abs(difference.coverage - 1.0)) / 1000.0;  // as it is printed
+  return difference.wrong_blocks <= kWrongBlocks && coverage_off <= kCoverageOff &&
          std::abs(difference.largest_piece - difference.reference_largest_piece) <= kPieceOff;
 }
 

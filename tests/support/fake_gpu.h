@@ -96,8 +96,8 @@ class FakeGpu {
   static void upload_page(FakeGpuPlant& plant, const DecodedChunk& chunk) {
     ASSERT_EQ(chunk.id.index, plant.pages) << "pages must come in order";
     ASSERT_EQ(chunk.first_node, 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1);
-    plant.nodes.resize(std::max(plant.nodes.size(), chunk.first_node + chunk.nodes.nodes.size()));
-    std::ranges::copy(chunk.nodes.nodes, plant.nodes.begin() + chunk.first_node);
+    plant.nodes.resize(std::max(plant.nodes.size(), chunk.first_node + chunk.nodes.size()));
+    std::ranges::copy(chunk.nodes, plant.nodes.begin() + chunk.first_node);
     plant.nodes[0].split = 0;  // the root, which is in no page
     ++plant.pages;
   }

@@ -12,8 +12,13 @@
 #include <glm/vec3.hpp>
 
 #include "card_look.h"
+#include "card_looks.h"
+#include "convert.h"
 #include "demand.h"
+#include "hooks.h"
 #include "normal_map.h"
+#include "page_clusters.h"
+#include "page_codec.h"
 
 namespace coppice::test {
 namespace {
@@ -195,13 +200,27 @@ void RendererScene::place(std::uint32_t plant, const std::vector<coppice_placeme
 }
 
 void RendererScene::upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count) {
+  const std::vector<gpu::CardLook> looks = gpu::card_looks(plant.file);
+  gpu::LeafSource source{root_node(plant.file.plant), looks, gpu::leaf_box(gpu::gpu_plant(plant.file.plant)), nullptr,
+                         plant.file.plant.leaf_count};
+  const auto scratch = std::make_unique<gpu::ClusterScratch>();
+  gpu::ReadyCuts cuts;
+  std::shared_ptr<const gpu::CrownLight> light;
   for (std::uint32_t page = 0; page < page_count; ++page) {
     const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS;
     const std::uint32_t split_end = std::min(first_split + COPPICE_PAGE_SPLITS, plant.file.plant.leaf_count - 1);
     const std::uint32_t first = 2 * first_split + 1;
     const std::uint32_t count = 2 * (split_end - first_split);
-    const std::vector<PageNode>& nodes = page_nodes_[index].emplace_back(plant.nodes.begin() + first, plant.nodes.begin() + first + count);
-    expect(renderer_->upload_page({.plant = index, .page = page, .nodes = {nodes, nullptr}}));
+    const std::span<const PageNode> nodes = std::span(plant.nodes).subspan(first, count);
+    if (page == 0) {
+      light = std::make_shared<gpu::CrownLight>(gpu::measure_crown({source.root, nodes, looks, source.box}));
+      source.light = light.get();
+      expect(allocate_into(cuts.bytes, default_allocator(), gpu::ready_cut_bytes(source.leaf_count)));
+      gpu::build_ready_cuts(source, nodes, *scratch, cuts);
+    }
+    std::vector<std::uint8_t> clusters(gpu::kPageBytes);
+    gpu::build_page(source, page, nodes, *scratch, clusters);
+    expect(renderer_->upload_page({.plant = index, .page = page, .clusters = clusters, .ready_cuts = &cuts, .light = light}));
     residency_[index].leaf_count = split_end + 1;
   }
   if (page_count == 0) return;

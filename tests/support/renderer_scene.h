@@ -3,10 +3,8 @@
 // A renderer with plants in it and a camera, without files and without a streamer: what is resident is what the test uploads.
 
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -107,7 +105,6 @@ class RendererScene {
   void upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count);
 
   const VulkanDevice& gpu_;
-  std::unordered_map<std::uint32_t, std::deque<std::vector<PageNode>>> page_nodes_;  ///< by plant; the renderer looks at them
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
   std::vector<gpu::PlantResidency> residency_;

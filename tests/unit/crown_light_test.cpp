@@ -16,7 +16,7 @@ constexpr std::uint32_t kLargest = COPPICE_QUANTISED_MAX;
 /// Small square leaves of three directions in turn, side by side in a box of `size` m about the origin, in cells of a grid of `side`^3.
 struct Cloud {
   std::vector<PageNode> nodes;
-  std::vector<float> coverage{1.0f};
+  std::vector<CardLook> looks{{.albedo = {}, .coverage = 1.0f, .mask = {}, .crown_normals = 0.0f}};
   LeafBox box;
   float depth_per_m = 0;  ///< of leaves of all directions
   std::uint32_t leaf_count = 0;
@@ -51,7 +51,7 @@ struct Cloud {
     const float spacing_m = size_m / static_cast<float>(side);
     depth_per_m = 0.5f * leaf_m * leaf_m / (spacing_m * spacing_m * spacing_m);
   }
-  [[nodiscard]] CrownLight light() const { return measure_crown({nodes, coverage, box}, leaf_count); }
+  [[nodiscard]] CrownLight light() const { return measure_crown({nodes[0], std::span(nodes).subspan(1), looks, box}); }
 };
 
 float depth_towards(const CrownSample& sample, const std::array<float, 3>& unit) {
@@ -85,7 +85,7 @@ TEST(CrownLight, TheSideWithoutLeavesIsOpen) {
 TEST(CrownLight, HolesLetLightThrough) {
   Cloud cloud(2.0f, 16, 700, [](const std::array<float, 3>&) { return true; });
   const float whole = cloud.light().at({0, 0, 0}).depth;
-  cloud.coverage = {0.25f};
+  cloud.looks[0].coverage = 0.25f;
   EXPECT_NEAR(cloud.light().at({0, 0, 0}).depth, 0.25f * whole, 1e-3f * whole);
 }
 

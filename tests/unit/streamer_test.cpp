@@ -410,7 +410,10 @@ TEST_F(ATwentieth, ColdStartReadsOnlyWhatStays) {
   gpu.reset();
   streamer.reset();
   start();
-  for (std::uint32_t i = 0; i < kPlants; ++i) open("large");
+  for (std::uint32_t i = 0; i < kPlants; ++i) {
+    open("large");
+    frames(1, {});  // what is on its way to the GPU of all of them would be more
+  }
   streamer->set_memory_budget(budget);
   frames(200, demands());
   EXPECT_EQ(streamer->stats().all().wanted, 0u);
@@ -423,7 +426,7 @@ TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
   open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  streamer->set_memory_budget(streamer->stats().memory_bytes + 300000);
+  streamer->set_memory_budget(streamer->stats().memory_bytes + 450000);
   frames(100, {demand_of(4000.0f), demand_of(4000.0f)});
   EXPECT_EQ(streamer->state(0).resident_page_count, streamer->state(1).resident_page_count);
   EXPECT_GE(streamer->state(0).resident_page_count, 2u);
@@ -434,9 +437,9 @@ TEST_F(StreamerTest, OverheadOfTheGpuSideCountsAndEvicts) {
   start();
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t budget = streamer->stats().memory_bytes + 100000;  // a load takes more than what it leaves behind
+  const std::uint64_t budget = streamer->stats().memory_bytes + 250000;  // a load takes more than what it leaves behind
   streamer->set_memory_budget(budget);
-  streamer->set_overhead_bytes(230000);
+  streamer->set_overhead_bytes(380000);
   frames(2, {demand_of(5000.0f)});
   EXPECT_LE(streamer->stats().memory_bytes, budget);
   EXPECT_LT(streamer->state(plant).resident_page_count, 6u);

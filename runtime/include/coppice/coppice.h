@@ -190,9 +190,9 @@ typedef struct coppice_context_desc {
   /* VK_TRUE, the default: leaves below about 12 px, and the wood between them, are rasterised by compute shaders in coppice_record_cull,
    * and coppice_record_draw copies what they drew into the attachments, colour and depth, before it draws the rest: several times faster
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
-   * together. Takes 8 bytes a pixel of the largest view, and per plant about 120 bytes a leaf. Views with COPPICE_LOD_FULL or an oblique
-   * projection are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 20 storage buffers a stage
-   * or of more than 16,777,216 instances; a warning in the log says so. */
+   * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
+   * COPPICE_LOD_FULL or an oblique projection are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer
+   * than 17 storage buffers a stage or of more than 16,777,216 instances; a warning in the log says so. */
   VkBool32 compute_raster;
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
    * go over all leaves twice. Where the physical device lacks a feature it counts as VK_FALSE. */

@@ -11,8 +11,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <span>
 
 namespace coppice {
 
@@ -28,7 +26,7 @@ inline constexpr std::uint32_t kNeverReplaced = 0xffffffffu;
 /// PageNode::by_death behind the last node that is replaced.
 inline constexpr std::uint16_t kNoPlace = 0xffff;
 
-/// A node as pages are decoded into: the bytes that go to the GPU (gpu::Node, which convert.cpp compares with this).
+/// A node as pages are decoded into.
 struct PageNode {
   QuantisedQuad corners{};
   std::uint16_t card = 0;
@@ -37,12 +35,6 @@ struct PageNode {
   std::uint32_t split = kNeverReplaced;  ///< that replaces this node, in whichever page it is
 };
 static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, split) == 28);
-
-/// Nodes of a page that others may go on reading once it has been evicted. They never change.
-struct SharedNodes {
-  std::span<const PageNode> nodes;
-  std::shared_ptr<const void> owner;  ///< null: they stay where they are
-};
 
 /// One split as decoded from a page.
 struct Split {

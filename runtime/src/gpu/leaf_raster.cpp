@@ -30,7 +30,7 @@ namespace coppice::gpu {
 namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-constexpr std::uint32_t kStorageCount = 12;
+constexpr std::uint32_t kStorageCount = 9;
 /// The picture's texels come after the storage buffers.
 constexpr std::uint32_t kBindingCount = kStorageCount + 1;
 /// Instances whose leaves are larger on average, px, are drawn by the hardware: there the texture shows, and a leaf costs no more.
@@ -126,13 +126,14 @@ bool is_drawn(const coppice_view& view) {
 
 }  // namespace
 
-LeafRaster::LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc) : device_(device), garbage_(garbage), desc_(desc) {}
+LeafRaster::LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc)
+    : device_(device), garbage_(garbage), desc_(desc), meshes_(device, garbage, desc.jobs) {}
 
 Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& garbage, const RasterDesc& desc) {
   VkPhysicalDeviceSubgroupProperties subgroup{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
   VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &subgroup};
   device.vk.vkGetPhysicalDeviceProperties2(device.physical_device, &properties);
-  if (desc.max_instances > kRasterMaxInstances)
+  if (desc.max_instances > kMaxSlots)
     return Error{Status::unsupported, "max_instances beyond what the compute rasteriser names", Error::kNoOffset,
                  std::to_string(desc.max_instances)};
   if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBindingCount - 2 + kStorageCount)
@@ -144,7 +145,6 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
   raster->shape_ = desc.many_lanes.value_or(properties.properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU) ? kManyLanes : kFewLanes;
-  COPPICE_CHECK(raster->plants_.create(device, garbage, desc.max_plants, desc.jobs));
   COPPICE_CHECK(raster->create_layouts());
   COPPICE_CHECK(raster->create_pipelines());
   COPPICE_CHECK(raster->create_buffers());
@@ -153,7 +153,6 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
 
 LeafRaster::~LeafRaster() {
   const Functions& vk = device_.vk;
-  plants_.destroy();
   for (VkPipeline pipeline : {pipelines_.blocks, pipelines_.cull[0], pipelines_.cull[1], pipelines_.draws, pipelines_.expand,
                               pipelines_.resolve, pipelines_.resolve_shadow, pipelines_.tiles[0], pipelines_.tiles[1]})
     vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
@@ -164,7 +163,7 @@ LeafRaster::~LeafRaster() {
   vk.vkDestroyDescriptorSetLayout(device_.device, pipelines_.set_layout, nullptr);
   vk.vkDestroyDescriptorPool(device_.device, set_.pool, nullptr);
   for (Buffer* buffer : {&buffers_.blocks, &buffers_.rounds, &buffers_.visible_blocks, &buffers_.items, &buffers_.work, &buffers_.splats,
-                         &buffers_.big, &buffers_.levels, &buffers_.picture, &buffers_.tiles})
+                         &buffers_.big, &buffers_.picture, &buffers_.tiles})
     if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
 }
 
@@ -257,7 +256,6 @@ Result<void> LeafRaster::create_buffers() {
                            {&buffers_.items, std::uint64_t{desc_.max_instances} * 2 * sizeof(std::uint32_t)},
                            {&buffers_.work, work_capacity() * sizeof(uvec2)},
                            {&buffers_.splats, work_capacity() * sizeof(uvec2)},
-                           {&buffers_.levels, std::uint64_t{desc_.max_instances} * sizeof(std::uint32_t)},
                            {&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2)}};
   for (const Wanted& item : wanted) {
     COPPICE_TRY(buffer, create_buffer(device_, item.bytes, item.usage, MemoryKind::device));
@@ -297,10 +295,9 @@ Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
     device_.vk.vkDestroyDescriptorPool(device_.device, made.pool, nullptr);
     return set.error();
   }
-  const std::array<VkBuffer, kStorageCount> buffers{buffers_.picture.buffer, buffers_.blocks.buffer, plants_.lists(),
-                                                    plants_.plants(),        buffers_.rounds.buffer, buffers_.visible_blocks.buffer,
-                                                    buffers_.items.buffer,   buffers_.work.buffer,   buffers_.big.buffer,
-                                                    buffers_.splats.buffer,  buffers_.tiles.buffer,  buffers_.levels.buffer};
+  const std::array<VkBuffer, kStorageCount> buffers{
+      buffers_.picture.buffer, buffers_.blocks.buffer, buffers_.rounds.buffer, buffers_.visible_blocks.buffer, buffers_.items.buffer,
+      buffers_.work.buffer,    buffers_.big.buffer,    buffers_.splats.buffer, buffers_.tiles.buffer};
   std::array<VkDescriptorBufferInfo, kStorageCount> infos{};
   std::array<VkWriteDescriptorSet, kBindingCount> writes{};
   for (std::uint32_t i = 0; i < kStorageCount; ++i) {
@@ -387,9 +384,6 @@ bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::
   device_.vk.vkCmdUpdateBuffer(cmd, buffers_.rounds.buffer, 0, sizeof rounds, rounds.data());
   device_.vk.vkCmdFillBuffer(cmd, buffers_.picture.buffer, 0, std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t), 0);
   device_.vk.vkCmdFillBuffer(cmd, buffers_.tiles.buffer, 0, VK_WHOLE_SIZE, 0);
-  // Before the first view no instance has a rung to keep; memory that is new may look as if.
-  if (!levels_known_) device_.vk.vkCmdFillBuffer(cmd, buffers_.levels.buffer, 0, VK_WHOLE_SIZE, ~0u);
-  levels_known_ = true;
   return true;
 }
 

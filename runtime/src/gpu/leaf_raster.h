@@ -14,8 +14,8 @@
 #include "device.h"
 #include "gpu_timer.h"
 #include "instances.h"
+#include "mesh_lists.h"
 #include "passes.h"
-#include "raster_plants.h"
 #include "raster_shared.h"
 #include "resources.h"
 #include "result.h"
@@ -27,10 +27,9 @@ struct RasterDesc {
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
   VkDescriptorSetLayout frame_set_layout = VK_NULL_HANDLE;
   std::uint32_t max_instances = 0;
-  std::uint32_t max_plants = 0;
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
   std::optional<bool> many_lanes;  ///< work is spread over many invocations; without a value: unless a processor runs them
-  coppice_jobs jobs{};             ///< as RasterPlants::create has them
+  coppice_jobs jobs{};             ///< as MeshLists has them
 };
 
 /// How leaves and splats are spread over invocations.
@@ -50,15 +49,15 @@ std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks);
 class LeafRaster {
  public:
   /// device, garbage: outlive this object
-  /// errors  out_of_memory; unsupported: more than kRasterMaxInstances, or too few storage buffers in a stage
+  /// errors  out_of_memory; unsupported: more than kMaxSlots, or too few storage buffers in a stage
   static Result<std::unique_ptr<LeafRaster>> create(Device& device, Garbage& garbage, const RasterDesc& desc);
   /// The GPU must be done with everything.
   ~LeafRaster();
   LeafRaster(const LeafRaster&) = delete;
   LeafRaster& operator=(const LeafRaster&) = delete;
 
-  RasterPlants& plants() { return plants_; }
-  [[nodiscard]] const RasterPlants& plants() const { return plants_; }
+  MeshLists& meshes() { return meshes_; }
+  [[nodiscard]] const MeshLists& meshes() const { return meshes_; }
 
   /// InstanceBlock[]: gpu_blocks of the instance table's.
   [[nodiscard]] VkBuffer block_buffer() const { return buffers_.blocks.buffer; }
@@ -89,8 +88,8 @@ class LeafRaster {
     std::array<VkPipeline, 3> splats{};
   };
   struct Buffers {
-    Buffer blocks, rounds, visible_blocks, items, work, splats, big, levels;  ///< sized at creation
-    Buffer picture, tiles;                                                    ///< by the view
+    Buffer blocks, rounds, visible_blocks, items, work, splats, big;  ///< sized at creation
+    Buffer picture, tiles;                                            ///< by the view
   };
 
   LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc);
@@ -116,14 +115,13 @@ class LeafRaster {
   Device& device_;
   Garbage& garbage_;
   RasterDesc desc_;
-  bool levels_known_ = false;  ///< buffers_.levels holds what a view has left there
   std::uint32_t lanes_ = 8;
   RasterShape shape_{};
   Pipelines pipelines_;
   Buffers buffers_;
   DescriptorSet set_;
   bool set_stale_ = false;  ///< a buffer of it has been replaced
-  RasterPlants plants_;
+  MeshLists meshes_;
   RasterPush push_{};                                   ///< of the last view
   coppice_debug_view debug_view_ = COPPICE_DEBUG_NONE;  ///< likewise
 };

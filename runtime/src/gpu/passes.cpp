@@ -4,7 +4,6 @@
 
 #include "coppice_shared.h"
 #include "cull_comp.h"
-#include "leaf_lists_vert.h"
 #include "leaf_mesh_relief_vert.h"
 #include "leaf_mesh_vert.h"
 #include "leaf_vert.h"
@@ -95,7 +94,7 @@ Result<void> create_samplers(Device& device, Passes& passes) {
 /// Shader modules for the time their pipelines are created.
 struct Modules {
   Device& device;
-  std::array<VkShaderModule, 10> modules{};
+  std::array<VkShaderModule, 9> modules{};
 
   ~Modules() {
     for (VkShaderModule module : modules) device.vk.vkDestroyShaderModule(device.device, module, nullptr);
@@ -232,15 +231,14 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, Vk
   COPPICE_CHECK(modules.create(5, relief_frag_spirv));
   COPPICE_CHECK(modules.create(6, wood_relief_vert_spirv));
   COPPICE_CHECK(modules.create(7, leaf_mesh_relief_vert_spirv));
-  COPPICE_CHECK(modules.create(9, leaf_lists_vert_spirv));
   struct Wanted {
     std::array<VkPipeline, 2>* pipelines;
     std::size_t vertex, fragment;
     std::uint32_t leaf;  ///< kLeaf of plant.frag and relief.frag
   };
-  for (const Wanted& wanted : {Wanted{&passes.camera.leaf, 1, 3, 1}, Wanted{&passes.camera.leaf_list, 9, 3, 1},
-                               Wanted{&passes.camera.wood.plain, 2, 3, 0}, Wanted{&passes.camera.wood.relief, 6, 5, 0},
-                               Wanted{&passes.camera.leaf_mesh.plain, 4, 3, 1}, Wanted{&passes.camera.leaf_mesh.relief, 7, 5, 1}})
+  for (const Wanted& wanted :
+       {Wanted{&passes.camera.leaf, 1, 3, 1}, Wanted{&passes.camera.wood.plain, 2, 3, 0}, Wanted{&passes.camera.wood.relief, 6, 5, 0},
+        Wanted{&passes.camera.leaf_mesh.plain, 4, 3, 1}, Wanted{&passes.camera.leaf_mesh.relief, 7, 5, 1}})
     for (const std::uint32_t textured : {0u, 1u}) {
       const DrawShaders shaders{modules.modules[wanted.vertex], modules.modules[wanted.fragment], {textured, wanted.leaf}};
       COPPICE_TRY(pipeline, create_draw_pipeline(device, attachments, cache, passes.layout, shaders));
@@ -261,8 +259,7 @@ void destroy_passes(Device& device, Passes& passes) {
   const Functions& vk = device.vk;
   for (VkPipeline pipeline : passes.cull) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   for (const DrawPipelines& draw : {passes.camera, passes.shadow})
-    for (const auto& pipelines :
-         {draw.leaf, draw.leaf_list, draw.wood.plain, draw.wood.relief, draw.leaf_mesh.plain, draw.leaf_mesh.relief})
+    for (const auto& pipelines : {draw.leaf, draw.wood.plain, draw.wood.relief, draw.leaf_mesh.plain, draw.leaf_mesh.relief})
       for (VkPipeline pipeline : pipelines) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   vk.vkDestroyPipelineLayout(device.device, passes.layout, nullptr);
   vk.vkDestroySampler(device.device, passes.sampler, nullptr);

@@ -32,8 +32,7 @@ struct MeshPipelines {
 
 /// What draws a view.
 struct DrawPipelines {
-  std::array<VkPipeline, 2> leaf{};       ///< [textured]
-  std::array<VkPipeline, 2> leaf_list{};  ///< likewise; clusters of the compute rasteriser's lists
+  std::array<VkPipeline, 2> leaf{};  ///< [textured]
   MeshPipelines wood, leaf_mesh;
 };
 
@@ -50,7 +49,7 @@ struct Passes {
   VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the sets and DrawPush; the cull pipeline uses set 0 of it
   std::array<VkPipeline, 2> cull{};          ///< [with a debug view]
   DrawPipelines camera;
-  DrawPipelines shadow;  ///< depth alone, without relief, lists and leaf meshes; null where there are no shadow views
+  DrawPipelines shadow;  ///< depth alone, without relief and leaf meshes; null where there are no shadow views
 };
 
 inline constexpr std::uint32_t kFrameBindingCount = 10;  ///< buffers; the shadow maps come after them

@@ -63,7 +63,6 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
                                     .pipeline_cache = desc.pipeline_cache,
                                     .frame_set_layout = renderer->passes_.frame_set_layout,
                                     .max_instances = desc.max_instances,
-                                    .max_plants = desc.max_plants,
                                     .int64_atomics = desc.int64_atomics,
                                     .many_lanes = desc.many_lanes,
                                     .jobs = desc.jobs});
@@ -113,10 +112,10 @@ Result<void> Renderer::create_fixed_buffers() {
       {&fixed_.tables, plants * kTableStride * sizeof(std::uint32_t),
        VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
       {&fixed_.cuts, instances * sizeof(float), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
-      {&fixed_.leaf_counts, plants * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
+      {&fixed_.leaf_counts, 2 * plants * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
       {&fixed_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
       {&fixed_.counters, sizeof(Counters), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
-      {&fixed_.indices, std::uint64_t{kNodesPerDraw} * 6 * sizeof(std::uint16_t),
+      {&fixed_.indices, std::uint64_t{kClusterLeaves} * 6 * sizeof(std::uint16_t),
        VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
       {&fixed_.readback, kReadbackSlots * sizeof(Counters), VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::host},
       {&fixed_.debug_colors, instances * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT},
@@ -220,40 +219,43 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std
   COPPICE_ASSERT(!plant.used);
   const std::uint64_t cards_bytes = round_up_16(file.cards.size() * sizeof(Card));
   const std::uint64_t materials_bytes = round_up_16(file.materials.size() * sizeof(Material));
-  const std::uint64_t pages_bytes = std::max<std::uint64_t>(file.plant.page_count, 1) * sizeof(uvec2);
   const std::vector<std::uint32_t> unmeasured = pack_crown(CrownLight{});
-  const std::uint64_t crown_bytes = unmeasured.size() * sizeof(std::uint32_t);
-  COPPICE_TRY(tables, create_buffer(device_, cards_bytes + materials_bytes + pages_bytes + crown_bytes,
-                                    kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, MemoryKind::device));
   plant = {};
+  plant.pages_offset = cards_bytes + materials_bytes;
+  plant.crown_offset = plant.pages_offset + std::max<std::uint64_t>(file.plant.page_count, 1) * sizeof(uvec2);
+  plant.lists_offset = plant.crown_offset + unmeasured.size() * sizeof(std::uint32_t);
+  plant.cuts_offset = round_up_16(plant.lists_offset + kClusterLists * sizeof(ClusterList));
+  COPPICE_TRY(tables, create_buffer(device_, plant.cuts_offset + ready_cut_bytes(file.plant.leaf_count),
+                                    kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, MemoryKind::device));
   plant.used = true;
   plant.tables = tables;
-  plant.pages_offset = cards_bytes + materials_bytes;
   plant.record = gpu_plant(file.plant);
   plant.record.cards = gpu_address(tables.address);
   plant.record.materials = gpu_address(tables.address + cards_bytes);
-  plant.record.pages = gpu_address(tables.address + plant.pages_offset);
-  plant.crown_offset = plant.pages_offset + pages_bytes;
   plant.record.crown_light = gpu_address(tables.address + plant.crown_offset);
-  plant.root = root_node(file.plant);
-  plant.box = leaf_box(plant.record);
+  plant.record.lists = gpu_address(tables.address + plant.lists_offset);
   plant.page_slots.assign(file.plant.page_count, PagePool::kNoSlot);
   plant.textures.resize(file.plant.texture_count);
   plant.leaf_mesh_count = file.plant.leaf_mesh_count;
 
-  plant.pending_tables.resize(plant.crown_offset + crown_bytes);
-  std::memcpy(plant.pending_tables.data() + plant.crown_offset, unmeasured.data(), crown_bytes);
-  // A page that is not there points at something readable: a shader may load from it before it finds that it need not.
-  for (std::uint64_t at = plant.pages_offset; at < plant.crown_offset; at += sizeof(uvec2)) {
-    const uvec2 readable = gpu_address(tables.address);
-    std::copy_n(reinterpret_cast<const std::uint8_t*>(&readable), sizeof readable, plant.pending_tables.data() + at);
+  plant.pending_tables.resize(tables.size_bytes);
+  std::memcpy(plant.pending_tables.data() + plant.crown_offset, unmeasured.data(), plant.lists_offset - plant.crown_offset);
+  // A page or list that is not there points at something readable: a shader may load from it before it finds that it need not.
+  const uvec2 readable = gpu_address(tables.address);
+  for (std::uint64_t at = plant.pages_offset; at < plant.crown_offset; at += sizeof readable)
+    std::memcpy(plant.pending_tables.data() + at, &readable, sizeof readable);
+  const LeafBox box = leaf_box(plant.record);
+  ClusterList pages = ListFrame(box).empty_list();
+  pages.leaf_count = file.plant.leaf_count;
+  for (std::uint32_t i = 0; i < kClusterLists; ++i) {
+    pages.blocks = gpu_address(tables.address + (i == kPageList ? plant.pages_offset : 0));
+    std::memcpy(plant.pending_tables.data() + plant.lists_offset + i * sizeof pages, &pages, sizeof pages);
   }
   for (std::size_t i = 0; i < file.cards.size(); ++i) {
     const Card card = gpu_card(file.cards[i]);
     std::copy_n(reinterpret_cast<const std::uint8_t*>(&card), sizeof card, plant.pending_tables.data() + i * sizeof card);
     const Material material = gpu_material(file.materials[card.material]);
     add_distinct(plant.leaf_textures, material.texture);
-    plant.card_coverage.push_back(material.coverage);
   }
   for (std::size_t i = 0; i < file.materials.size(); ++i) {
     const Material material = gpu_material(file.materials[i]);
@@ -262,16 +264,40 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std
     plant.material_textures.push_back({material.texture, material.normal_map});
   }
   plant.pending_words.assign(lod_words.begin(), lod_words.end());
-  if (!raster_) return {};
-  auto added = raster_->plants().add_plant(index, file);
-  if (!added) destroy_plant(plant);
+  auto added = raster_ ? raster_->meshes().add_plant(index, file, {tables.buffer, plant.lists_offset}) : Result<void>();
+  if (added && file.plant.page_count == 0) added = add_single_leaf(index, file);
+  if (!added) remove_plant(index);
   return added;
+}
+
+/// With the addresses that they have on the device.
+Renderer::PlacedCuts Renderer::place_cuts(const PlantSlot& plant, const ReadyCuts& cuts) {
+  PlacedCuts placed{cuts.lists, {cuts.bytes.begin(), cuts.bytes.end()}};
+  move_ready_cuts(plant.record.leaf_count, placed.lists, placed.bytes, plant.tables.address + plant.cuts_offset);
+  return placed;
+}
+
+// A plant of one leaf has no pages: its cuts are made here.
+Result<void> Renderer::add_single_leaf(std::uint32_t index, const PlantFile& file) {
+  const std::vector<CardLook> looks = card_looks(file);
+  const auto light = std::make_shared<CrownLight>();
+  const auto scratch = std::make_unique<ClusterScratch>();
+  ReadyCuts cuts;
+  COPPICE_CHECK(allocate_into(cuts.bytes, default_allocator(), ready_cut_bytes(1)));
+  build_ready_cuts({root_node(file.plant), looks, leaf_box(plants_[index].record), light.get(), 1}, {}, *scratch, cuts);
+  PlantSlot& plant = plants_[index];
+  const PlacedCuts placed = place_cuts(plant, cuts);
+  std::memcpy(plant.pending_tables.data() + plant.lists_offset, placed.lists.data(), sizeof placed.lists);
+  std::ranges::copy(placed.bytes, plant.pending_tables.begin() + static_cast<std::ptrdiff_t>(plant.cuts_offset));
+  plant.has_cuts = true;
+  if (raster_) raster_->meshes().set_light(index, light);
+  return {};
 }
 
 void Renderer::remove_plant(std::uint32_t index) {
   COPPICE_ASSERT(plants_[index].used);
   destroy_plant(plants_[index]);
-  if (raster_) raster_->plants().remove_plant(index, frame_);
+  if (raster_) raster_->meshes().remove_plant(index, frame_);
 }
 
 void Renderer::destroy_plant(PlantSlot& plant) {
@@ -303,11 +329,6 @@ void Renderer::drop_page(std::uint32_t plant, std::uint32_t page) {
   pages_.free(device_, slot);
   slot = PagePool::kNoSlot;
   charged_bytes_ -= kPageBytes;
-  if (raster_) raster_->plants().drop_page(plant, page, frame_);
-}
-
-void Renderer::hide_page(std::uint32_t plant, std::uint32_t page) {
-  if (raster_) raster_->plants().hide_page(plant, page);
 }
 
 void Renderer::drop_mesh(MeshBuffer& mesh) {
@@ -319,12 +340,12 @@ void Renderer::drop_mesh(MeshBuffer& mesh) {
 
 void Renderer::drop_wood(std::uint32_t plant, std::uint32_t lod) {
   drop_mesh(plants_[plant].wood[lod]);
-  if (raster_) raster_->plants().drop_wood(plant, lod, frame_);
+  if (raster_) raster_->meshes().drop_mesh(plant, kWoodLists + lod, frame_);
 }
 
 void Renderer::drop_leaf_mesh(std::uint32_t plant, std::uint32_t index) {
   drop_mesh(plants_[plant].leaf_meshes[index]);
-  if (raster_) raster_->plants().drop_leaf_mesh(plant, index, frame_);
+  if (raster_) raster_->meshes().drop_mesh(plant, kMeshLists + index, frame_);
 }
 
 void Renderer::hide_texture(std::uint32_t plant, std::uint32_t texture) {
@@ -344,7 +365,7 @@ void Renderer::drop_texture(std::uint32_t plant, std::uint32_t texture) {
 // slot would cost a block more than what was reserved for it, and be evicted for that in the next frame, again and again.
 std::uint64_t Renderer::overhead_bytes() const {
   const std::uint64_t unaccounted = device_.allocated_bytes - std::min(device_.allocated_bytes, charged_bytes_);
-  const std::uint64_t lists_bytes = raster_ ? raster_->plants().bytes() : 0;
+  const std::uint64_t lists_bytes = raster_ ? raster_->meshes().bytes() : 0;
   return unaccounted + lists_bytes + pages_.block_bytes() - std::min(pages_.slack_bytes(), pages_.block_bytes());
 }
 
@@ -372,7 +393,7 @@ std::uint64_t Renderer::upload_room_bytes() const {
 
 bool Renderer::has_room(std::uint64_t bytes, const WoodMesh* wood) {
   if (bytes <= kStagingSliceBytes && bytes > upload_room_bytes()) return false;
-  const std::uint64_t wanted = kSmallBytes + (wood != nullptr && raster_ ? RasterPlants::wood_bytes(*wood) : 0);
+  const std::uint64_t wanted = kSmallBytes + (wood != nullptr && raster_ ? MeshLists::mesh_bytes(*wood) : 0);
   const bool fits = wanted <= room_bytes();
   if (!fits) lacking_bytes_ = std::max(lacking_bytes_, wanted);
   return fits;
@@ -396,7 +417,7 @@ std::uint64_t Renderer::wanted_room_bytes(const InstanceTable& instances, const 
   std::uint64_t lists = lacking_bytes_;
   if (raster_) {
     wanted += raster_->wanted_bytes(view);
-    lists = std::max(lists, std::min(raster_->plants().wanted_bytes(), desc_.memory_budget_bytes / kListShare));
+    lists = std::max(lists, std::min(raster_->meshes().wanted_bytes(), desc_.memory_budget_bytes / kListShare));
   }
   return wanted + lists;
 }

@@ -20,6 +20,7 @@
 #include "gpu_timer.h"
 #include "instances.h"
 #include "leaf_raster.h"
+#include "page_clusters.h"
 #include "passes.h"
 #include "reader.h"
 #include "resources.h"
@@ -44,11 +45,13 @@ struct RendererDesc {
   coppice_jobs jobs{};  ///< where the rasteriser's lists are built; without a hook, inside record_upload_end
 };
 
-/// Nodes first_node .. of one page; see stream/streamer.h.
+/// A page's leaves; see page_clusters.h.
 struct PageUpload {
   std::uint32_t plant = 0;
   std::uint32_t page = 0;
-  SharedNodes nodes;
+  std::span<const std::uint8_t> clusters;  ///< of build_page
+  const ReadyCuts* ready_cuts = nullptr;   ///< of page 0, here and below
+  std::shared_ptr<const CrownLight> light;
 };
 
 /// What may be drawn of a plant this frame.
@@ -69,9 +72,6 @@ struct FrameCounts {
   std::uint64_t leaf_mesh_triangles = 0;
   std::uint64_t hardware_triangles = 0;  ///< of leaves, leaf meshes and wood
 };
-
-/// Device bytes of chunks, for the caller to reserve.
-inline constexpr std::uint64_t kPageBytes = std::uint64_t{kPageNodes} * sizeof(Node);
 
 class Renderer {
  public:
@@ -107,8 +107,6 @@ class Renderer {
   void drop_texture(std::uint32_t plant, std::uint32_t texture);
   /// Stops drawing with the texture; drop_texture follows when the GPU is done.
   void hide_texture(std::uint32_t plant, std::uint32_t texture);
-  /// Gives up the nodes that upload_page took, but for a job under way; drop_page follows when the GPU is done.
-  void hide_page(std::uint32_t plant, std::uint32_t page);
   /// residency: [plants], of all that were ever added; leaf_meshes only where all of them have been uploaded. errors  out_of_memory: draws
   /// of this frame would not fit; the frame draws nothing
   Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
@@ -147,7 +145,7 @@ class Renderer {
   /// Whether small leaves are drawn by compute shaders.
   [[nodiscard]] bool has_raster() const { return raster_ != nullptr; }
   /// Of the rasteriser, being built.
-  [[nodiscard]] std::uint32_t lists_in_flight() const { return raster_ ? raster_->plants().lists_in_flight() : 0; }
+  [[nodiscard]] std::uint32_t lists_in_flight() const { return raster_ ? raster_->meshes().lists_in_flight() : 0; }
   /// All zero without RendererDesc::pass_times.
   [[nodiscard]] const GpuTimer& timer() const { return timer_; }
   /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.
@@ -179,12 +177,9 @@ class Renderer {
   struct PlantSlot {
     bool used = false;
     Plant record{};
-    Buffer tables;  ///< cards, materials, page addresses, light in the crown
-    std::uint64_t pages_offset = 0;
-    std::uint64_t crown_offset = 0;
-    PageNode root;
-    std::vector<float> card_coverage;
-    LeafBox box;
+    Buffer tables;  ///< cards, materials, and as follows
+    std::uint64_t pages_offset = 0, crown_offset = 0, lists_offset = 0, cuts_offset = 0;
+    bool has_cuts = false;                     ///< its leaves can be drawn
     std::vector<std::uint32_t> page_slots;     ///< PagePool slot, or kNoSlot
     std::vector<std::uint32_t> leaf_textures;  ///< used by its cards, kNoTexture included; distinct
     std::vector<SurfaceTextures> material_textures;
@@ -234,11 +229,18 @@ class Renderer {
   Result<void> stage_texels(const Texture& texture, std::span<const std::uint8_t> texels);
   Result<MeshBuffer> stage_mesh(const PlantSlot& plant, const WoodMesh& mesh, ChunkVertex kind);
   void drop_mesh(MeshBuffer& mesh);
-  Result<void> stage_crown_light(std::uint32_t plant, std::span<const PageNode> page_0);
+  Result<void> stage_patch(PlantSlot& plant, std::uint64_t offset, std::span<const std::uint8_t> bytes);
+  Result<void> stage_first_page(std::uint32_t index, const PageUpload& upload);
+  struct PlacedCuts {
+    std::array<ClusterList, kReadyCuts> lists;
+    std::vector<std::uint8_t> bytes;
+  };
+  [[nodiscard]] static PlacedCuts place_cuts(const PlantSlot& plant, const ReadyCuts& cuts);
+  Result<void> add_single_leaf(std::uint32_t index, const PlantFile& file);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
   [[nodiscard]] std::uint64_t room_bytes() const;
-  void limit_draws(std::uint64_t share_bytes);
-  void place_draws(std::uint64_t chunk_draws);
+  void place_draws(std::uint64_t most_clusters);
+  [[nodiscard]] std::uint64_t wanted_commands(std::uint32_t plant) const;
   void fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency);
   void fill_leaf_meshes(std::uint32_t plant, bool resident);
   void record_buffer_copies(std::vector<Copy>& copies);

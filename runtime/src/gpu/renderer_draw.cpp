@@ -165,22 +165,24 @@ void Renderer::bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const Draw
 void Renderer::draw_leaves(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t index) const {
   const PlantSlot& plant = plants_[index];
   const Plant& record = records_[index];
-  // Commands are of nodes, or of clusters of the rasteriser's lists: cull.comp, leaf_expand.comp.
-  const bool listed = rastered_ && raster_->plants().has_lists(index);
-  if (listed && pipelines.leaf_list[0] == VK_NULL_HANDLE) return;
-  const uvec2 lists = listed ? raster_->plants().lists_address(index) : uvec2{};
   for (std::uint32_t texture : plant.leaf_textures) {
-    bind_draw(cmd, plant, {.plant = index, .texture = texture, .vertices = lists}, listed ? pipelines.leaf_list : pipelines.leaf);
-    device_.vk.vkCmdDrawIndexedIndirectCount(cmd, leaf_commands_.buffer, record.leaf_command_base * sizeof(DrawCommand),
-                                             fixed_.leaf_counts.buffer, index * sizeof(std::uint32_t), record.leaf_command_capacity,
-                                             sizeof(DrawCommand));
+    bind_draw(cmd, plant, {.plant = index, .texture = texture}, pipelines.leaf);
+    const auto draw = [&](std::uint32_t first, std::uint32_t kind, std::uint32_t most) {
+      if (most == 0) return;
+      device_.vk.vkCmdDrawIndexedIndirectCount(cmd, leaf_commands_.buffer, std::uint64_t{first} * sizeof(DrawCommand),
+                                               fixed_.leaf_counts.buffer, (2 * index + kind) * sizeof(std::uint32_t), most,
+                                               sizeof(DrawCommand));
+    };
+    // Instances of one cluster each, which the rasteriser leaves to nobody; then clusters.
+    if (!rastered_) draw(record.leaf_command_base, 0, std::min(record.instance_count, device_.max_draw_count));
+    draw(record.leaf_command_base + record.instance_count, 1, record.leaf_command_capacity);
   }
 }
 
 void Renderer::draw_wood(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t index, std::uint32_t lod) const {
   const Plant& record = records_[index];
   draw_mesh(cmd, index, plants_[index].wood[lod],
-            {.list_first = record.wood_list_base + lod * record.wood_list_stride,
+            {.list_first = record.wood_list_base + lod * record.instance_count,
              .command = index * kMeshCommands + lod,
              .pipelines = &pipelines.wood,
              .relief = &pipelines != &passes_.shadow});

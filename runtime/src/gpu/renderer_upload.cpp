@@ -32,6 +32,11 @@ VkImageMemoryBarrier2 layout_change(VkImage image, VkImageLayout from, VkImageLa
           .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1}};
 }
 
+template <class T>
+std::span<const std::uint8_t> bytes_of(std::span<const T> values) {
+  return {reinterpret_cast<const std::uint8_t*>(values.data()), values.size_bytes()};
+}
+
 }  // namespace
 
 void Renderer::record_upload_begin(VkCommandBuffer cmd) {
@@ -54,42 +59,49 @@ Result<void> Renderer::stage_copy(const void* data, std::uint64_t bytes, VkBuffe
   return {};
 }
 
-Result<void> Renderer::upload_page(const PageUpload& upload) {
-  PlantSlot& plant = plants_[upload.plant];
-  const std::span<const PageNode> page_nodes = upload.nodes.nodes;
-  COPPICE_ASSERT(plant.used && plant.page_slots[upload.page] == PagePool::kNoSlot && page_nodes.size() <= kPageNodes);
-  COPPICE_TRY(nodes, stage(page_nodes.size_bytes()));
-  COPPICE_TRY(entry, stage(sizeof(uvec2)));
-  if (upload.page == 0) COPPICE_CHECK(stage_crown_light(upload.plant, page_nodes));
-  COPPICE_TRY(slot, pages_.allocate(device_));
-  std::memcpy(nodes.data, page_nodes.data(), page_nodes.size_bytes());  // the same layout: convert.cpp
-  const uvec2 address = gpu_address(pages_.address(slot));
-  std::memcpy(entry.data, &address, sizeof address);
-  copies_.push_back({nodes.buffer, pages_.buffer(slot), {nodes.offset, pages_.offset(slot), page_nodes.size_bytes()}});
-  patches_.push_back({entry.buffer, plant.tables.buffer, {entry.offset, plant.pages_offset + upload.page * sizeof(uvec2), sizeof(uvec2)}});
-  // Where the table itself has not gone up yet, a copy of it in a later frame must not undo the patch.
-  if (!plant.pending_tables.empty())
-    std::memcpy(plant.pending_tables.data() + plant.pages_offset + upload.page * sizeof address, &address, sizeof address);
-  plant.page_slots[upload.page] = slot;
-  charged_bytes_ += kPageBytes;
-  if (!raster_) return {};
-  raster_->plants().add_page(upload.plant, upload.page, upload.nodes);
+/// Overwrites a part of the plant's tables, also of what has not gone up yet: its copy in a later frame must not undo this.
+Result<void> Renderer::stage_patch(PlantSlot& plant, std::uint64_t offset, std::span<const std::uint8_t> bytes) {
+  COPPICE_TRY(slice, stage(bytes.size()));
+  std::memcpy(slice.data, bytes.data(), bytes.size());
+  patches_.push_back({slice.buffer, plant.tables.buffer, {slice.offset, offset, bytes.size()}});
+  if (!plant.pending_tables.empty()) std::memcpy(plant.pending_tables.data() + offset, bytes.data(), bytes.size());
   return {};
 }
 
-// Once page 0 is there it stays: what is measured from it need not change as finer leaves come and go.
-Result<void> Renderer::stage_crown_light(std::uint32_t index, std::span<const PageNode> page_0) {
+Result<void> Renderer::stage_first_page(std::uint32_t index, const PageUpload& upload) {
   PlantSlot& plant = plants_[index];
-  std::vector<PageNode> nodes{plant.root};
-  nodes.insert(nodes.end(), page_0.begin(), page_0.end());
-  CrownLight light = measure_crown({nodes, plant.card_coverage, plant.box}, static_cast<std::uint32_t>((nodes.size() + 1) / 2));
-  const std::vector<std::uint32_t> words = pack_crown(light);
-  const std::uint64_t bytes = words.size() * sizeof(std::uint32_t);
-  COPPICE_TRY(slice, stage(bytes));
-  std::memcpy(slice.data, words.data(), bytes);
-  patches_.push_back({slice.buffer, plant.tables.buffer, {slice.offset, plant.crown_offset, bytes}});
-  if (!plant.pending_tables.empty()) std::memcpy(plant.pending_tables.data() + plant.crown_offset, words.data(), bytes);
-  if (raster_) raster_->plants().set_light(index, std::move(light));
+  const std::vector<std::uint32_t> crown = pack_crown(*upload.light);
+  COPPICE_CHECK(stage_patch(plant, plant.crown_offset, bytes_of(std::span(crown))));
+  const PlacedCuts cuts = place_cuts(plant, *upload.ready_cuts);
+  COPPICE_CHECK(stage_patch(plant, plant.lists_offset, bytes_of(std::span<const ClusterList>(cuts.lists))));
+  COPPICE_CHECK(stage_patch(plant, plant.cuts_offset, cuts.bytes));
+  plant.has_cuts = true;
+  if (raster_) raster_->meshes().set_light(index, upload.light);
+  return {};
+}
+
+Result<void> Renderer::upload_page(const PageUpload& upload) {
+  PlantSlot& plant = plants_[upload.plant];
+  COPPICE_ASSERT(plant.used && plant.page_slots[upload.page] == PagePool::kNoSlot && upload.clusters.size() == kPageBytes);
+  COPPICE_TRY(page, stage(kPageBytes));
+  if (upload.page == 0) COPPICE_CHECK(stage_first_page(upload.plant, upload));
+  COPPICE_TRY(slot, pages_.allocate(device_));
+  const uvec2 address = gpu_address(pages_.address(slot));
+  auto patched = stage_patch(plant, plant.pages_offset + upload.page * sizeof address, bytes_of(std::span(&address, 1)));
+  if (!patched) {
+    pages_.free(device_, slot);
+    return patched;
+  }
+  // Mapped memory is slow to read: what changes is changed before.
+  constexpr std::size_t kHeadBytes = kBlockClusters * sizeof(Cluster);
+  std::array<std::uint8_t, kHeadBytes> head;
+  std::ranges::copy(upload.clusters.first(kHeadBytes), head.begin());
+  move_clusters(head, kBlockClusters, pages_.address(slot));
+  std::memcpy(page.data, head.data(), kHeadBytes);
+  std::memcpy(page.data + kHeadBytes, upload.clusters.data() + kHeadBytes, kPageBytes - kHeadBytes);
+  copies_.push_back({page.buffer, pages_.buffer(slot), {page.offset, pages_.offset(slot), kPageBytes}});
+  plant.page_slots[upload.page] = slot;
+  charged_bytes_ += kPageBytes;
   return {};
 }
 
@@ -99,7 +111,7 @@ Result<void> Renderer::upload_wood(std::uint32_t plant_index, std::uint32_t lod,
   if (mesh.indices.empty()) return {};
   COPPICE_TRY(wood, stage_mesh(plant, mesh, ChunkVertex::wood));
   plant.wood[lod] = std::move(wood);
-  if (raster_) raster_->plants().add_wood(plant_index, lod, mesh);
+  if (raster_) raster_->meshes().add_mesh(plant_index, kWoodLists + lod, mesh);
   return {};
 }
 
@@ -108,7 +120,7 @@ Result<void> Renderer::upload_leaf_mesh(std::uint32_t plant_index, std::uint32_t
   COPPICE_ASSERT(plant.used && index < plant.leaf_mesh_count && plant.leaf_meshes[index].buffer.buffer == VK_NULL_HANDLE);
   COPPICE_TRY(leaves, stage_mesh(plant, mesh, ChunkVertex::leaf_mesh));
   plant.leaf_meshes[index] = std::move(leaves);
-  if (raster_ && RasterPlants::wood_bytes(mesh) <= room_bytes()) raster_->plants().add_leaf_mesh(plant_index, index, mesh);
+  if (raster_ && MeshLists::mesh_bytes(mesh) <= room_bytes()) raster_->meshes().add_mesh(plant_index, kMeshLists + index, mesh);
   return {};
 }
 
@@ -165,7 +177,7 @@ Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t i
   }
   plant_texture = {.texture = texture, .set = *set, .visible = true, .charged_bytes = bytes.size()};
   charged_bytes_ += bytes.size();
-  if (raster_) raster_->plants().add_texture(plant_index, index, bytes);
+  if (raster_) raster_->meshes().add_texture(plant_index, index, bytes);
   return {};
 }
 
@@ -179,7 +191,7 @@ Result<void> Renderer::stage_texels(const Texture& texture, std::span<const std:
 Result<void> Renderer::stage_once() {
   if (once_staged_) return {};
   constexpr std::uint16_t kQuad[6] = {0, 1, 2, 0, 2, 3};
-  std::vector<std::uint16_t> indices(std::size_t{kNodesPerDraw} * 6);
+  std::array<std::uint16_t, std::size_t{kClusterLeaves} * 6> indices{};
   for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<std::uint16_t>(i / 6 * 4 + kQuad[i % 6]);
   COPPICE_CHECK(stage_copy(indices.data(), indices.size() * sizeof(std::uint16_t), fixed_.indices.buffer, 0));
   constexpr std::uint8_t kWhite[4] = {255, 255, 255, 255};
@@ -224,48 +236,26 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
 
 namespace {
 
-/// Most of the memory budget that draw commands may take: one part in this many.
-constexpr std::uint64_t kCommandShare = 8;
-/// Clusters of large leaves that the hardware draws of a plant, at least; the rasteriser draws what is beyond.
-constexpr std::uint64_t kMostChunkDraws = 1024;
+/// Draw commands of clusters take at most one part in this many of the memory budget.
+constexpr std::uint64_t kCommandShare = 64;
 
-/// Draws that hold a cut of this many leaves.
-std::uint64_t draws_of(std::uint32_t leaf_count) {
-  return (2 * std::uint64_t{leaf_count} - 1 + kNodesPerDraw - 1) / kNodesPerDraw;
+/// Clusters that a cut may be drawn from.
+std::uint64_t cluster_count_of(std::uint32_t leaf_count) {
+  return (std::uint64_t{leaf_count} - 1 + kPageSplits - 1) / kPageSplits * kBlockClusters;
 }
 
-/// The largest cut that this many draws hold.
-std::uint32_t leaves_of(std::uint64_t draws) {
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(draws * kNodesPerDraw / 2, 0xffffffffu));
+/// The most that each of these may have so that all have no more than `share`: those that want less leave theirs to the others.
+std::uint64_t fair_share(std::vector<std::uint64_t> wanted, std::uint64_t share) {
+  std::ranges::sort(wanted);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const std::uint64_t each = share / (wanted.size() - i);
+    if (wanted[i] > each) return each;
+    share -= wanted[i];
+  }
+  return ~std::uint64_t{0};
 }
 
 }  // namespace
-
-// Every instance may draw its finest resident cut, so there is a command for each draw of each. Where those do not fit, the plants with the
-// most of them are drawn coarser; down to one draw an instance, which always fits.
-void Renderer::limit_draws(std::uint64_t share_bytes) {
-  const auto commands = [&](std::size_t i) { return plant_counts_[i] * draws_of(records_[i].resident_leaf_count); };
-  const auto lower = [&](std::size_t i, std::uint64_t draws_each) {
-    records_[i].resident_leaf_count = std::min(records_[i].resident_leaf_count, leaves_of(std::max<std::uint64_t>(draws_each, 1)));
-  };
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < plants_.size(); ++i) {
-    if (plant_counts_[i] == 0) continue;
-    lower(i, device_.max_draw_count / plant_counts_[i]);
-    sum += commands(i);
-  }
-  while (sum > share_bytes / sizeof(DrawCommand)) {
-    std::size_t most = plants_.size();
-    for (std::size_t i = 0; i < plants_.size(); ++i)
-      if (plant_counts_[i] > 0 && draws_of(records_[i].resident_leaf_count) > 1 && (most == plants_.size() || commands(i) > commands(most)))
-        most = i;
-    if (most == plants_.size()) return;
-    const std::uint64_t others = sum - commands(most);
-    const std::uint64_t left = share_bytes / sizeof(DrawCommand) - std::min(share_bytes / sizeof(DrawCommand), others);
-    lower(most, std::max(draws_of(records_[most].resident_leaf_count) / 2, left / plant_counts_[most]));
-    sum = others + commands(most);
-  }
-}
 
 void Renderer::fill_leaf_meshes(std::uint32_t index, bool resident) {
   const PlantSlot& plant = plants_[index];
@@ -286,7 +276,8 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
     records_[i] = plant.record;
     if (!plant.used) continue;
     Plant& record = records_[i];
-    record.resident_leaf_count = std::max(residency[i].leaf_count, 1u);
+    record.instance_count = plant_counts_[i];
+    record.resident_leaf_count = plant.has_cuts ? std::clamp(residency[i].leaf_count, 1u, kMaxDrawnLeaves) : 0;
     for (std::uint32_t lod = 0; lod < record.wood_lod_count; ++lod) {
       const MeshBuffer& wood = plant.wood[lod];
       record.wood_index_counts[lod] = wood.index_count;
@@ -297,22 +288,26 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
   }
 }
 
-/// chunk_draws: commands a plant has at least
-void Renderer::place_draws(std::uint64_t chunk_draws) {
+/// An instance has a command for a cut of one cluster in any case. What finds none for its clusters is drawn coarser, or rasterised.
+/// most_clusters: commands that a plant has for clusters
+void Renderer::place_draws(std::uint64_t most_clusters) {
   leaf_command_count_ = wood_list_count_ = 0;
   for (std::uint32_t i = 0; i < plants_.size(); ++i) {
     Plant& record = records_[i];
     if (!plants_[i].used) continue;
+    const std::uint64_t count = plant_counts_[i];
     record.leaf_command_base = static_cast<std::uint32_t>(leaf_command_count_);
-    const std::uint64_t commands = plant_counts_[i] * draws_of(record.resident_leaf_count);
-    const std::uint64_t most = std::min<std::uint64_t>(plant_counts_[i] > 0 ? std::max(commands, chunk_draws) : 0, device_.max_draw_count);
-    record.leaf_command_capacity = static_cast<std::uint32_t>(most);
+    record.leaf_command_capacity = static_cast<std::uint32_t>(std::min(wanted_commands(i), most_clusters));
+    leaf_command_count_ += count + record.leaf_command_capacity;
     record.wood_list_base = static_cast<std::uint32_t>(wood_list_count_);
-    record.wood_list_stride = plant_counts_[i];
-    leaf_command_count_ += record.leaf_command_capacity;
-    record.leaf_mesh_list_base = static_cast<std::uint32_t>(wood_list_count_ + std::uint64_t{plant_counts_[i]} * record.wood_lod_count);
-    wood_list_count_ += std::uint64_t{plant_counts_[i]} * (record.wood_lod_count + (record.leaf_mesh_count > 0 ? 1 : 0));
+    record.leaf_mesh_list_base = static_cast<std::uint32_t>(wood_list_count_ + count * record.wood_lod_count);
+    wood_list_count_ += count * (record.wood_lod_count + (record.leaf_mesh_count > 0 ? 1 : 0));
   }
+}
+
+std::uint64_t Renderer::wanted_commands(std::uint32_t plant) const {
+  const std::uint32_t leaf_count = records_[plant].resident_leaf_count;
+  return leaf_count == 0 ? 0 : std::min<std::uint64_t>(plant_counts_[plant] * cluster_count_of(leaf_count), device_.max_draw_count);
 }
 
 Result<void> Renderer::reserve_draws() {
@@ -320,20 +315,23 @@ Result<void> Renderer::reserve_draws() {
     const std::uint64_t more = std::max(bytes, std::min(bytes + bytes / 4, device_.max_storage_bytes));
     return more <= room_bytes() ? more : bytes;
   };
-  const std::uint64_t most_bytes = std::min(desc_.memory_budget_bytes / kCommandShare, device_.max_storage_bytes);
-  const auto drawn_plants = static_cast<std::uint64_t>(std::ranges::count_if(plant_counts_, [](std::uint32_t count) { return count > 0; }));
-  const std::uint64_t chunk_draws =
-      raster_ ? std::min(kMostChunkDraws, most_bytes / (2 * sizeof(DrawCommand) * std::max<std::uint64_t>(drawn_plants, 1))) : 0;
-  place_draws(chunk_draws);
-  const std::uint64_t list_bytes = wood_list_count_ * sizeof(std::uint32_t);
+  std::vector<std::uint64_t> wanted;
+  std::uint64_t single_bytes = 0, wanted_bytes = 0;
+  for (std::uint32_t i = 0; i < plants_.size(); ++i) {
+    if (plant_counts_[i] == 0) continue;
+    wanted.push_back(wanted_commands(i));
+    single_bytes += plant_counts_[i] * sizeof(DrawCommand);
+    wanted_bytes += wanted.back() * sizeof(DrawCommand);
+  }
+  // What is there is used; more is taken up to the share, as far as there is room.
+  const std::uint64_t most_bytes = std::min(desc_.memory_budget_bytes / kCommandShare, device_.max_storage_bytes - single_bytes);
+  wanted_bytes = std::min(wanted_bytes, most_bytes);
+  const std::uint64_t room = std::max(leaf_commands_.size_bytes, room_bytes());
+  const std::uint64_t share_bytes = std::min(wanted_bytes, room - std::min(room, single_bytes));
+  if (share_bytes < wanted_bytes) lacking_bytes_ = std::max(lacking_bytes_, single_bytes + wanted_bytes);
+  place_draws(fair_share(std::move(wanted), share_bytes / sizeof(DrawCommand)));
+  const std::uint64_t list_bytes = wood_list_count_ * sizeof(std::uint32_t), command_bytes = leaf_command_count_ * sizeof(DrawCommand);
   if (list_bytes > wood_list_.size_bytes) COPPICE_CHECK(grow(wood_list_, with_margin(list_bytes)));
-  const std::uint64_t wanted_bytes = leaf_command_count_ * sizeof(DrawCommand);
-  const std::uint64_t share_bytes = std::min(most_bytes, std::max(leaf_commands_.size_bytes, room_bytes()));
-  if (wanted_bytes > share_bytes && share_bytes < most_bytes) lacking_bytes_ = std::max(lacking_bytes_, std::min(wanted_bytes, most_bytes));
-  limit_draws(share_bytes);
-  place_draws(chunk_draws);
-  if (leaf_command_count_ * sizeof(DrawCommand) > share_bytes) place_draws(0);
-  const std::uint64_t command_bytes = leaf_command_count_ * sizeof(DrawCommand);
   if (command_bytes > leaf_commands_.size_bytes) COPPICE_CHECK(grow(leaf_commands_, with_margin(command_bytes)));
   // Also what a growth left behind that failed half way in an earlier frame.
   return frame_set_stale_ ? rebuild_frame_set() : Result<void>();
@@ -341,16 +339,17 @@ Result<void> Renderer::reserve_draws() {
 
 Result<void> Renderer::stage_raster() {
   if (!raster_) return {};
-  std::vector<std::uint32_t> leaf_counts(plants_.size());
-  for (std::size_t i = 0; i < plants_.size(); ++i)
-    if (plants_[i].used) leaf_counts[i] = records_[i].resident_leaf_count;
-  RasterPlants& plants = raster_->plants();
-  const std::uint64_t taken = overhead_bytes() - plants.kept_bytes() + kSmallBytes;
-  plants.update(leaf_counts, {most_overhead_bytes_ - std::min(most_overhead_bytes_, taken), staging_.room_bytes()});
-  std::vector<RasterCopy>& copies = plants.copies();
+  MeshLists& meshes = raster_->meshes();
+  const std::uint64_t taken = overhead_bytes() - meshes.kept_bytes() + kSmallBytes;
+  meshes.update({most_overhead_bytes_ - std::min(most_overhead_bytes_, taken), staging_.room_bytes()});
+  for (std::uint32_t i = 0; i < plants_.size(); ++i)
+    if (plants_[i].used) meshes.fill_record(i, records_[i]);
+  std::vector<MeshCopy>& copies = meshes.copies();
   while (!copies.empty()) {
-    const RasterCopy& copy = copies.back();
-    COPPICE_CHECK(stage_copy(copy.bytes.data(), copy.bytes.size(), copy.to, copy.offset));
+    const MeshCopy& copy = copies.back();
+    COPPICE_TRY(slice, stage(copy.bytes.size()));
+    std::memcpy(slice.data, copy.bytes.data(), copy.bytes.size());
+    patches_.push_back({slice.buffer, copy.to, {slice.offset, copy.offset, copy.bytes.size()}});
     copies.pop_back();
   }
   return {};

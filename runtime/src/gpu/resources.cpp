@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "coppice_shared.h"
+#include "page_clusters.h"
 
 namespace coppice::gpu {
 
@@ -68,17 +68,17 @@ void PagePool::destroy(Device& device) {
 }
 
 std::uint64_t PagePool::offset(std::uint32_t slot) const {
-  return slot % block_pages_ * std::uint64_t{kPageNodes} * sizeof(Node);
+  return slot % block_pages_ * kPageBytes;
 }
 
 std::uint64_t PagePool::block_bytes() const {
-  return block_pages_ * std::uint64_t{kPageNodes} * sizeof(Node);
+  return block_pages_ * kPageBytes;
 }
 
 std::uint64_t PagePool::slack_bytes() const {
   std::uint64_t free_slots = 0;
   for (const Block& block : blocks_) free_slots += block.free_slots.size();
-  return free_slots * kPageNodes * sizeof(Node);
+  return free_slots * kPageBytes;
 }
 
 Result<std::uint32_t> PagePool::allocate(Device& device) {

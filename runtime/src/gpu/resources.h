@@ -61,7 +61,7 @@ class Staging {
   std::deque<Mark> marks_;
 };
 
-/// Fixed slots of kPageNodes nodes, in blocks that are taken from the device as the pool grows and given back when a block is empty.
+/// Fixed slots of kPageBytes, in blocks that are taken from the device as the pool grows and given back when a block is empty.
 class PagePool {
  public:
   static constexpr std::uint32_t kNoSlot = 0xffffffffu;

@@ -6,7 +6,9 @@
 #include <new>
 
 #include "block_texture.h"
+#include "card_looks.h"
 #include "check.h"
+#include "convert.h"
 
 namespace coppice {
 
@@ -75,12 +77,17 @@ void fill_tables(PlantStream& plant) {
   plant.valued.table = lod_table(file, plant.lod_words);
   plant.valued.leaf_count = file.plant.leaf_count;
   plant.valued.page_bytes = plant.gpu.page_bytes + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
-  plant.root = root_node(file.plant);
+  plant.card_looks = gpu::card_looks(file);
+  plant.leaves = {.root = root_node(file.plant),
+                  .looks = plant.card_looks,
+                  .box = gpu::leaf_box(gpu::gpu_plant(file.plant)),
+                  .leaf_count = file.plant.leaf_count};
   plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + file.chunks.bytes() + bytes_of(file.materials) + bytes_of(file.cards) +
                      bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
-                     bytes_of(file.wood_error_px) + bytes_of(plant.lod_words) + plant.chunks.bytes() + plant.pages.bytes() +
-                     plant.page_nodes.bytes() + plant.wood.bytes() + plant.textures.bytes() + plant.texture_uploads.bytes() +
-                     plant.leaf_meshes.bytes() + bytes_of(file.leaf_meshes) + bytes_of(file.leaf_mesh_error_px);
+                     bytes_of(file.wood_error_px) + bytes_of(plant.lod_words) + bytes_of(plant.card_looks) + plant.chunks.bytes() +
+                     plant.pages.bytes() + plant.page_nodes.bytes() + plant.wood.bytes() + plant.textures.bytes() +
+                     plant.texture_uploads.bytes() + plant.leaf_meshes.bytes() + bytes_of(file.leaf_meshes) +
+                     bytes_of(file.leaf_mesh_error_px);
 }
 
 }  // namespace
@@ -159,7 +166,9 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
     const std::uint64_t splits = page_split_count(plant.file.plant.leaf_count, chunk.id.index);
     bytes.gpu = plant.gpu.page_bytes;
     bytes.kept = 2 * splits * sizeof(PageNode);
-    bytes.work += sizeof(PageScratch);
+    bytes.upload = gpu::kPageBytes;
+    if (chunk.id.index == 0) bytes.upload += gpu::ready_cut_bytes(plant.file.plant.leaf_count);
+    bytes.work += sizeof(PageScratch) + sizeof(gpu::ClusterScratch);
   } else if (chunk.id.kind == ChunkKind::wood) {
     const std::uint64_t vertices = plant.file.plant.wood_vertex_counts[chunk.id.index];
     const std::uint64_t indices = 3 * std::uint64_t{plant.file.plant.wood_triangle_counts[chunk.id.index]};
@@ -267,7 +276,7 @@ std::uint64_t list_bytes(const PlantStream& plant, const Chunk& chunk) {
 PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
   PlannedBytes planned;
   const std::uint32_t page_count = plant.file.plant.page_count;
-  if (wants.page_count > 1) planned.settled += (wants.page_count - 1) * (plant.valued.page_bytes + plant.gpu.page_list_bytes);
+  if (wants.page_count > 1) planned.settled += (wants.page_count - 1) * plant.valued.page_bytes;
   if (plant.decoded_page_count < wants.page_count) {
     const ChunkBytes bytes = chunk_bytes(plant, plant.chunk(ChunkKind::page, plant.decoded_page_count));
     planned.passing = bytes.upload + bytes.work;
@@ -308,22 +317,36 @@ Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
   const std::size_t splits = page_split_count(plant.file.plant.leaf_count, page);
   const coppice_allocator& allocator = plant.hooks.allocator;
   PageData data;
-  data.nodes = std::make_shared<HookArray<PageNode>>();
-  COPPICE_CHECK(allocate_into(*data.nodes, allocator, 2 * splits));
+  COPPICE_CHECK(allocate_into(data.nodes, allocator, 2 * splits));
+  COPPICE_CHECK(allocate_into(data.clusters, allocator, gpu::kPageBytes));
   COPPICE_CHECK(allocate_into(transfer.scratch, allocator, 1));
+  COPPICE_CHECK(allocate_into(transfer.cluster_scratch, allocator, 1));
+  if (page == 0) COPPICE_CHECK(allocate_into(plant.ready_cuts.bytes, allocator, gpu::ready_cut_bytes(plant.file.plant.leaf_count)));
   plant.pages[page] = std::move(data);
-  plant.page_nodes[page] = plant.pages[page].nodes->data();
-  transfer.page = {{&plant.root, std::span<PageNode* const>(plant.page_nodes.data(), page + 1)}, {}};
+  plant.page_nodes[page] = plant.pages[page].nodes.data();
+  transfer.page = {{&plant.leaves.root, std::span<PageNode* const>(plant.page_nodes.data(), page + 1)}, {}};
   return {};
 }
 
 namespace {
 
 Result<void> decode_page_chunk(Transfer& transfer) {
-  const PlantFile& file = transfer.plant->file;
+  PlantStream& plant = *transfer.plant;
+  const coppice_file_plant& file = plant.file.plant;
   const std::uint32_t page = transfer.chunk->id.index;
-  const PageInfo info{page, file.plant.leaf_count, file.plant.card_count, quantised_max(file.plant)};
-  return decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0]);
+  const PageInfo info{page, file.leaf_count, file.card_count, quantised_max(file)};
+  COPPICE_CHECK(decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0]));
+  PageData& data = plant.pages[page];
+  const std::span<const PageNode> nodes = data.nodes.span();
+  gpu::ClusterScratch& scratch = transfer.cluster_scratch[0];
+  // Once page 0 is there it stays: what is measured from it need not change as finer leaves come and go.
+  if (page == 0) {
+    plant.light = std::make_shared<gpu::CrownLight>(gpu::measure_crown({plant.leaves.root, nodes, plant.card_looks, plant.leaves.box}));
+    plant.leaves.light = plant.light.get();
+    gpu::build_ready_cuts(plant.leaves, nodes, scratch, plant.ready_cuts);
+  }
+  gpu::build_page(plant.leaves, page, nodes, scratch, data.clusters.span());
+  return {};
 }
 
 Result<void> decode_texture_chunk(Transfer& transfer) {
@@ -376,6 +399,11 @@ void accept_decoded(PlantStream& plant, Transfer& transfer) {
     plant.leaf_meshes[index] = std::move(transfer.wood);
   else
     plant.textures[index] = std::move(plant.texture_uploads[index].decoded ? transfer.texels : transfer.bytes);
+}
+
+void free_clusters(PlantStream& plant, std::uint32_t page) {
+  plant.pages[page].clusters.reset();
+  if (page == 0) plant.ready_cuts.bytes.reset();
 }
 
 void free_page(PlantStream& plant, std::uint32_t page) {

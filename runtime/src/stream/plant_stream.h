@@ -9,6 +9,7 @@
 
 #include "chunk_value.h"
 #include "hooks.h"
+#include "page_clusters.h"
 #include "page_codec.h"
 #include "reader.h"
 #include "streamer.h"
@@ -16,9 +17,10 @@
 
 namespace coppice {
 
-/// CPU memory of a foliage page. Children's corners are their parents', so nodes stay as long as the page does.
+/// CPU memory of a foliage page.
 struct PageData {
-  std::shared_ptr<HookArray<PageNode>> nodes;  ///< two per split; null while there are none
+  HookArray<PageNode> nodes;  ///< two per split. Children's corners are their parents', so they stay as long as the page does
+  HookBuffer clusters;        ///< kPageBytes for the GPU, until they are uploaded
 };
 
 /// What a chunk takes, bytes, by how long.
@@ -75,9 +77,12 @@ struct PlantStream {
   HookArray<WoodMesh> wood;         ///< [wood_lod_count] while decoded
   HookArray<HookBuffer> textures;   ///< [texture_count] while decoded
   HookArray<TextureUpload> texture_uploads;
-  HookArray<WoodMesh> leaf_meshes;  ///< [leaf_mesh_count] while decoded
-  PageNode root;
-  std::uint64_t base_bytes = 0;  ///< counted while open: tables and the arrays above
+  HookArray<WoodMesh> leaf_meshes;               ///< [leaf_mesh_count] while decoded
+  gpu::LeafSource leaves;                        ///< light: once page 0 is decoded
+  std::vector<gpu::CardLook> card_looks;         ///< that `leaves` points to
+  std::shared_ptr<const gpu::CrownLight> light;  ///< likewise; measured by the job that decodes page 0
+  gpu::ReadyCuts ready_cuts;                     ///< with page 0, until it is uploaded
+  std::uint64_t base_bytes = 0;                  ///< counted while open: tables and the arrays above
 
   std::uint32_t decoded_page_count = 0;   ///< pages [0, this) are decoded or resident
   std::uint32_t resident_page_count = 0;  ///< pages [0, this) are resident
@@ -163,6 +168,8 @@ Result<void> decode_chunk(Transfer& transfer);
 void accept_decoded(PlantStream& plant, Transfer& transfer);
 
 void free_page(PlantStream& plant, std::uint32_t page);
+/// Gives up what was for the GPU of a page.
+void free_clusters(PlantStream& plant, std::uint32_t page);
 
 /// Gives up what a decoded chunk that is no page holds in CPU memory.
 void free_decoded(PlantStream& plant, ChunkId id);

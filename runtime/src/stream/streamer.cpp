@@ -346,7 +346,12 @@ DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
   if (chunk.id.kind == ChunkKind::page) {
     const PageData& data = plant.pages[chunk.id.index];
     decoded.first_node = 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1;
-    decoded.nodes = {data.nodes->span(), data.nodes};
+    decoded.nodes = data.nodes.span();
+    decoded.clusters = data.clusters.span();
+    if (chunk.id.index == 0) {
+      decoded.ready_cuts = &plant.ready_cuts;
+      decoded.light = plant.light;
+    }
   } else if (chunk.id.kind == ChunkKind::wood) {
     decoded.wood = &plant.wood[chunk.id.index];
   } else if (chunk.id.kind == ChunkKind::leaf_mesh) {
@@ -399,6 +404,7 @@ void Streamer::uploaded(ChunkId id) {
   if (id.kind == ChunkKind::page) {
     COPPICE_ASSERT(id.index == plant.resident_page_count);
     ++plant.resident_page_count;
+    free_clusters(plant, id.index);
   } else {
     free_decoded(plant, id);
   }

@@ -22,6 +22,7 @@
 
 #include "demand.h"
 #include "hooks.h"
+#include "page_clusters.h"
 #include "reader.h"
 #include "residency.h"
 #include "tree.h"
@@ -35,10 +36,9 @@ struct GpuSizes {
   std::uint64_t wood_vertex_bytes = 0;  ///< per vertex of a wood LoD
   std::uint64_t wood_index_bytes = 4;   ///< of leaf meshes too
   std::uint64_t leaf_mesh_vertex_bytes = 0;
-  std::uint64_t plant_bytes = 0;      ///< per open plant: tables, descriptors
-  std::uint64_t opening_bytes = 0;    ///< must be free besides when a plant is opened; counted where it is: in the overhead
-  std::uint64_t page_list_bytes = 0;  ///< what comes on top of a page sooner or later, estimated; counted where it is: in the overhead
-  std::uint64_t wood_list_triangle_bytes = 0;    ///< likewise, per triangle of a wood LoD
+  std::uint64_t plant_bytes = 0;                 ///< per open plant: tables, descriptors
+  std::uint64_t opening_bytes = 0;               ///< must be free besides when a plant is opened; counted where it is: in the overhead
+  std::uint64_t wood_list_triangle_bytes = 0;    ///< what comes on top of a triangle of a wood LoD, estimated; counted in the overhead
   std::uint64_t most_staged_bytes = UINT64_MAX;  ///< a chunk of more has a copy of itself on its way
   bool block_textures = false;  ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
 };
@@ -59,11 +59,12 @@ struct DecodedChunk {
   std::uint64_t bytes = 0;  ///< GPU memory
   bool pinned = false;      ///< the plant cannot be drawn without it
 
-  // page: nodes first_node .. first_node + nodes.nodes.size() - 1; their splits as far as known, also of later pages
+  // page: nodes first_node .. first_node + nodes.size() - 1
   std::uint32_t first_node = 0;  ///< 2 * COPPICE_PAGE_SPLITS * index + 1
-  SharedNodes nodes;
-  /// Nodes of earlier pages (node 0 included, in no page) that this page's splits replace. They need no undoing when this page is evicted:
-  /// cuts are clamped to the resident prefix, in which those splits have not happened.
+  std::span<const PageNode> nodes;
+  std::span<const std::uint8_t> clusters;        ///< gpu::kPageBytes, as gpu::build_page writes them
+  const gpu::ReadyCuts* ready_cuts = nullptr;    ///< page 0
+  std::shared_ptr<const gpu::CrownLight> light;  ///< page 0: of the whole plant
 
   // wood, leaf mesh
   const WoodMesh* wood = nullptr;

@@ -60,12 +60,11 @@ std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
   return sum.settled + sum.passing;
 }
 
-// Lists that the GPU side keeps of resident pages are in its overhead and would go with them.
+// Lists that the GPU side keeps of resident wood are in its overhead and would go with it.
 std::uint64_t Streamer::State::room_bytes() const {
   std::uint64_t room = limit_bytes();
   for (const auto& plant : used_plants()) {
     if (!plant) continue;
-    if (plant->resident_page_count > 1) room += (plant->resident_page_count - 1) * plant->gpu.page_list_bytes;
     for (std::uint32_t lod = 0; lod < plant->file.plant.wood_lod_count; ++lod)
       if (const Chunk& chunk = plant->chunk(ChunkKind::wood, lod); !chunk.pinned && chunk.residency == Residency::resident)
         room += list_bytes(*plant, chunk);

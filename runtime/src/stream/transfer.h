@@ -10,6 +10,7 @@
 
 #include "hooks.h"
 #include "io_result.h"
+#include "page_clusters.h"
 #include "page_codec.h"
 #include "residency.h"
 #include "wood_codec.h"
@@ -41,12 +42,13 @@ struct Transfer {
   ReadRetry retry;
 
   PageOutput page;                 ///< page: where the job decodes it to
-  HookArray<PageScratch> scratch;  ///< page: one
-  WoodMesh wood;                   ///< wood: out of the job
-  HookBuffer texels;               ///< texture that is decoded: out of the job, a TEXTURE chunk of RGBA8
-  Result<void> outcome;            ///< of the job
-  std::uint64_t decode_ns = 0;     ///< that it took
-  bool skipped = false;            ///< page: the one before it in the run failed, nothing was decoded
+  HookArray<PageScratch> scratch;  ///< page: one, here and below
+  HookArray<gpu::ClusterScratch> cluster_scratch;
+  WoodMesh wood;                ///< wood: out of the job
+  HookBuffer texels;            ///< texture that is decoded: out of the job, a TEXTURE chunk of RGBA8
+  Result<void> outcome;         ///< of the job
+  std::uint64_t decode_ns = 0;  ///< that it took
+  bool skipped = false;         ///< page: the one before it in the run failed, nothing was decoded
 
   Transfer* next_in_run = nullptr;  ///< pages one job decodes one after the other
   Transfer* next = nullptr;         ///< in the completion queue

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "coppice_lod.h"
+#include "points.h"
 
 namespace coppice::gpu {
 namespace {
 
 constexpr std::size_t kCells = kCrownCells;
-using Point = std::array<float, 3>;
 
 /// Leaves of all directions cover half their area.
 constexpr float kExtinction = 0.5f;
@@ -36,11 +36,11 @@ std::array<Direction, 14> directions() {
   return all;
 }
 
-struct Grid {
-  Point low{}, cell{};                                                           ///< m
-  std::vector<float> extinction = std::vector<float>(kCells * kCells * kCells);  ///< 1/m
+/// The cells of a leaf box.
+struct Cells {
+  Point low{}, cell{};  ///< m
 
-  explicit Grid(const LeafBox& box) : low{box.min.x, box.min.y, box.min.z} {
+  explicit Cells(const LeafBox& box) : low{box.min.x, box.min.y, box.min.z} {
     const Point step{box.step.x, box.step.y, box.step.z};
     for (std::size_t axis = 0; axis < 3; ++axis)
       cell[axis] = std::max(step[axis] * static_cast<float>(box.largest), 1e-3f) / static_cast<float>(kCells);
@@ -50,6 +50,12 @@ struct Grid {
     return {(p[0] - low[0]) / cell[0], (p[1] - low[1]) / cell[1], (p[2] - low[2]) / cell[2]};
   }
   [[nodiscard]] static std::size_t index(std::size_t x, std::size_t y, std::size_t z) { return (z * kCells + y) * kCells + x; }
+};
+
+struct Grid : Cells {
+  std::vector<float> extinction = std::vector<float>(kCells * kCells * kCells);  ///< 1/m
+
+  using Cells::Cells;
   /// From the middle of a cell to the box's surface.
   [[nodiscard]] float optical_depth(const Point& from, const Point& direction) const {
     const float step_m = 0.5f * std::min({cell[0], cell[1], cell[2]});
@@ -64,18 +70,6 @@ struct Grid {
     return depth * step_m;
   }
 };
-
-float quad_area(const std::array<Point, 4>& c) {
-  const auto doubled = [&](std::size_t a, std::size_t b) {
-    Point u{}, v{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      u[axis] = c[a][axis] - c[0][axis];
-      v[axis] = c[b][axis] - c[0][axis];
-    }
-    return std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
-  };
-  return 0.5f * (doubled(1, 2) + doubled(2, 3));
-}
 
 /// Spreads a leaf's area over the cells it passes through.
 void add_leaf(Grid& grid, const std::array<Point, 4>& corners, float area_m2) {
@@ -115,17 +109,18 @@ CrownSample sample_cell(const Grid& grid, const Point& middle) {
 
 }  // namespace
 
-CrownLight measure_crown(const CrownSource& source, std::uint32_t leaf_count) {
+CrownLight measure_crown(const CrownSource& source) {
+  const auto leaf_count = static_cast<std::uint32_t>(source.nodes.size() / 2 + 1);
   Grid grid(source.box);
   const Point step{source.box.step.x, source.box.step.y, source.box.step.z};
   for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id) {
-    const PageNode& node = source.nodes[id];
+    const PageNode& node = id == 0 ? source.root : source.nodes[id - 1];
     if (!lod::coppice_node_alive(id, node.split, leaf_count)) continue;
     std::array<Point, 4> corners{};
     for (std::size_t corner = 0; corner < 4; ++corner)
       for (std::size_t axis = 0; axis < 3; ++axis)
         corners[corner][axis] = grid.low[axis] + step[axis] * static_cast<float>(node.corners[corner][axis]);
-    add_leaf(grid, corners, quad_area(corners) * source.coverage[node.card]);
+    add_leaf(grid, corners, quad_area(corners) * source.looks[node.card].coverage);
   }
   CrownLight light{.box = source.box, .cells = {}};
   light.cells.reserve(grid.extinction.size());
@@ -139,7 +134,7 @@ CrownLight measure_crown(const CrownSource& source, std::uint32_t leaf_count) {
 
 CrownSample CrownLight::at(const std::array<float, 3>& place) const {
   if (cells.empty()) return {};
-  const Point in_cells = Grid(box).place(place);
+  const Point in_cells = Cells(box).place(place);
   std::array<std::size_t, 3> low{};
   Point share{};
   for (std::size_t axis = 0; axis < 3; ++axis) {

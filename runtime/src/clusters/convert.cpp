@@ -2,20 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 
-#include "page_codec.h"
 #include "reader.h"
 #include "select.h"
 
 namespace coppice::gpu {
 
-static_assert(kNeverSplit == lod::kCoppiceNoSplit && kPageSplits == COPPICE_PAGE_SPLITS && kPageNodes == 2 * COPPICE_PAGE_SPLITS);
+static_assert(kPageSplits == COPPICE_PAGE_SPLITS && kPageNodes == 2 * COPPICE_PAGE_SPLITS);
 static_assert(kMaxWoodLods == COPPICE_MAX_WOOD_LODS && kMaxLeafMeshes == COPPICE_MAX_LEAF_MESHES);
-// Pages are decoded straight into what the shaders read.
-static_assert(kNeverSplit == kNeverReplaced && sizeof(PageNode) == sizeof(Node) && sizeof(QuantisedQuad) == sizeof(Node::corners) &&
-              offsetof(Node, corners) == 0 && offsetof(PageNode, card) == offsetof(Node, card) &&
-              offsetof(PageNode, split) == offsetof(Node, split));
 
 namespace {
 
@@ -42,12 +36,6 @@ std::uint32_t octahedral(const std::array<float, 3>& normal) {
 }
 
 }  // namespace
-
-Node gpu_node(const QuantisedQuad& quad, std::uint32_t card, std::uint32_t split) {
-  Node node{.card = card, .split = split};
-  for (std::uint32_t i = 0; i < 12; ++i) node.corners[i / 2] |= std::uint32_t{quad[i / 3][i % 3]} << (i % 2 * 16);
-  return node;
-}
 
 Card gpu_card(const coppice_file_card& card) {
   Card converted{.material = card.material};
@@ -95,9 +83,6 @@ Plant gpu_plant(const coppice_file_plant& plant) {
                         (plant.leaf_box_max[2] - plant.leaf_box_min[2]) / steps};
   converted.quantised_max = quantised_max(plant);
   converted.leaf_count = plant.leaf_count;
-  converted.resident_leaf_count = 1;
-  const PageNode root = root_node(plant);
-  converted.root = gpu_node(root.corners, root.card, root.split);
   converted.error_level_count = plant.error_level_count;
   converted.error_size_count = plant.error_size_count;
   converted.wood_lod_count = plant.wood_lod_count;

@@ -37,13 +37,14 @@ struct CrownLight {
   [[nodiscard]] CrownSample at(const std::array<float, 3>& place) const;
 };
 
-/// The leaves of cut(leaf_count), whose quads may have holes.
+/// The leaves of a cut, whose quads may have holes.
 struct CrownSource {
-  std::span<const PageNode> nodes;  ///< [2 leaf_count - 1] or more
-  std::span<const float> coverage;  ///< of each card: the share that is no hole
+  PageNode root;
+  std::span<const PageNode> nodes;  ///< node 1 and on: [2 m - 2] of a cut of m leaves
+  std::span<const CardLook> looks;  ///< of the cards
   LeafBox box;
 };
-CrownLight measure_crown(const CrownSource& source, std::uint32_t leaf_count);
+CrownLight measure_crown(const CrownSource& source);
 
 /// As shaders read it: unpack_crown of shading.glsl.
 std::uint32_t pack_crown(const CrownSample& sample);

@@ -130,17 +130,22 @@ std::uint32_t packed_albedo(const std::array<float, 3>& albedo) {
   return packed;
 }
 
-PlantLooks plain_looks(const PlantFile& file) {
-  PlantLooks plant{.materials = file.materials, .looks = {}, .small = {}, .wood_colors = {}, .first_wood_color = {}};
-  if (file.plant.leaf_mesh_count > 0 || std::ranges::any_of(file.materials, is_masked)) plant.small.resize(file.plant.texture_count);
+std::vector<CardLook> card_looks(const PlantFile& file) {
+  std::vector<CardLook> looks;
+  looks.reserve(file.cards.size());
   for (const coppice_file_card& card : file.cards) {
     const Material material = gpu_material(file.materials[card.material]);
-    plant.looks.push_back(
-        {.albedo = {linear_from_srgb8(card.albedo[0]), linear_from_srgb8(card.albedo[1]), linear_from_srgb8(card.albedo[2])},
-         .coverage = material.coverage,
-         .mask = {card.mask[0], card.mask[1]},
-         .crown_normals = material.crown_normals});
+    looks.push_back({.albedo = {linear_from_srgb8(card.albedo[0]), linear_from_srgb8(card.albedo[1]), linear_from_srgb8(card.albedo[2])},
+                     .coverage = material.coverage,
+                     .mask = {card.mask[0], card.mask[1]},
+                     .crown_normals = material.crown_normals});
   }
+  return looks;
+}
+
+PlantLooks plain_looks(const PlantFile& file) {
+  PlantLooks plant{.materials = file.materials, .looks = card_looks(file), .small = {}, .wood_colors = {}, .first_wood_color = {}};
+  if (file.plant.leaf_mesh_count > 0 || std::ranges::any_of(file.materials, is_masked)) plant.small.resize(file.plant.texture_count);
   for (const coppice_file_material& material : file.materials) {
     plant.looks.push_back({.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]},
                            .coverage = 1.0f,

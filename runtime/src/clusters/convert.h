@@ -10,13 +10,12 @@
 
 namespace coppice::gpu {
 
-Node gpu_node(const QuantisedQuad& quad, std::uint32_t card, std::uint32_t split);
 Card gpu_card(const coppice_file_card& card);
 Material gpu_material(const coppice_file_material& material);
 WoodVertex gpu_wood_vertex(const coppice::WoodVertex& vertex);
 LeafMeshVertex gpu_leaf_mesh_vertex(const coppice::WoodVertex& vertex);
 
-/// Geometry, table sizes and the root; addresses, draws and residency stay zero.
+/// Geometry and table sizes; addresses, draws and residency stay zero.
 Plant gpu_plant(const coppice_file_plant& plant);
 LeafBox leaf_box(const Plant& plant);
 

@@ -1,0 +1,250 @@
+#include "page_clusters.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <numeric>
+
+#include "card_looks.h"
+#include "check.h"
+#include "coppice_lod.h"
+
+namespace coppice::gpu {
+namespace {
+
+static_assert(kReadyLeaves <= kClusterLeaves && kPageNodes == 2 * kPageSplits && kBlockClusters <= 32);
+
+/// Alive in cuts of up to this many leaves only: ready cuts show it.
+bool is_only_in_ready_cuts(std::uint32_t split) {
+  return split < kReadyLeaves;
+}
+
+/// A node's own words but for `life`.
+LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t id) {
+  const ListFrame frame(source.box);
+  const Crown crown(source.box);
+  std::array<std::array<std::uint32_t, 3>, 4> quantised{};
+  for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(node.corners[corner], quantised[corner].begin());
+  LeafEntry entry = make_entry(quantised, frame);
+  const CardLook& look = source.looks[node.card];
+  const auto& c = entry.corners;
+  entry.id = id;
+  entry.leaf.card = node.card;
+  entry.face = cross(c[2] - c[0], c[3] - c[1]);
+  entry.normal = lit_normal(crown, entry.middle(), entry.face, look.crown_normals);
+  const Point varied = variation(crown.place(c[0]), quantised[0]);
+  entry.look = packed_albedo({look.albedo.x * varied[0], look.albedo.y * varied[1], look.albedo.z * varied[2]});
+  entry.covered_m2 = entry.area_m2 * look.coverage;
+  entry.light = source.light->at(entry.middle());
+  // leaf_bulk of shading.glsl, of a cut of few leaves.
+  const float radius_m = (crown.radii[0] + crown.radii[1] + crown.radii[2]) / 3.0f;
+  const float share = std::min(0.5f * entry.size_m / radius_m, 1.0f);
+  entry.bulk = share * share;
+  return entry;
+}
+
+/// Cuts places [0, order.size()) of `order` into runs of kClusterLeaves, but for one, by halves along the longest side.
+void order_by_place(std::span<const Point> middles, std::span<std::uint16_t> order) {
+  const std::size_t cluster_count = (order.size() + kClusterLeaves - 1) / kClusterLeaves;
+  if (cluster_count < 2) return;
+  Point low = middles[order[0]], high = low;
+  for (const std::uint16_t at : order)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], middles[at][axis]);
+      high[axis] = std::max(high[axis], middles[at][axis]);
+    }
+  const Point size = high - low;
+  const auto longest = static_cast<std::size_t>(std::ranges::max_element(size) - size.begin());
+  const std::size_t half = cluster_count / 2 * kClusterLeaves;
+  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(), [&](std::uint16_t a, std::uint16_t b) {
+    return middles[a][longest] != middles[b][longest] ? middles[a][longest] < middles[b][longest] : a < b;
+  });
+  order_by_place(middles, order.subspan(0, half));
+  order_by_place(middles, order.subspan(half));
+}
+
+/// Where a block of clusters puts what it is made of.
+class BlockWriter {
+ public:
+  /// leaf_room: of them there is room for
+  BlockWriter(std::span<std::uint8_t> out, std::size_t clusters_at, std::size_t cluster_room, std::size_t leaf_room)
+      : out_(out),
+        cluster_room_(cluster_room),
+        clusters_at_(clusters_at),
+        leaves_at_(clusters_at + cluster_room * sizeof(Cluster)),
+        splats_at_(leaves_at_ + leaf_room * sizeof(Leaf)) {}
+
+  void add(std::span<const LeafEntry> entries, const Births& births, const ListFrame& frame) {
+    std::array<Leaf, kClusterLeaves> leaves;
+    std::array<Splat, kClusterLeaves> splats;
+    Cluster cluster = write_cluster(entries, births, frame, leaves, splats);
+    cluster.leaves.x = static_cast<std::uint32_t>(leaves_at_);
+    cluster.splats.x = static_cast<std::uint32_t>(splats_at_);
+    COPPICE_ASSERT(cluster_room_-- > 0);
+    put(clusters_at_, &cluster, sizeof cluster);
+    put(leaves_at_, leaves.data(), entries.size() * sizeof(Leaf));
+    put(splats_at_, splats.data(), entries.size() * sizeof(Splat));
+  }
+
+ private:
+  void put(std::size_t& at, const void* data, std::size_t bytes) {
+    COPPICE_ASSERT(at + bytes <= out_.size());
+    std::memcpy(out_.data() + at, data, bytes);
+    at += bytes;
+  }
+
+  std::span<std::uint8_t> out_;
+  std::size_t cluster_room_, clusters_at_, leaves_at_, splats_at_;
+};
+
+/// Into clusters of those close together. entry_at(place): what stands there
+template <class EntryAt, class Less>
+void add_clusters(BlockWriter& writer, ClusterScratch& scratch, std::span<std::uint16_t> order, const ListFrame& frame,
+                  const EntryAt& entry_at, const Less& less, bool in_page) {
+  order_by_place(scratch.middles, order);
+  for (std::size_t first = 0; first < order.size(); first += kClusterLeaves) {
+    const std::span<std::uint16_t> members = order.subspan(first, std::min<std::size_t>(kClusterLeaves, order.size() - first));
+    const std::span<LeafEntry> entries(scratch.entries.data(), members.size());
+    std::ranges::transform(members, entries.begin(), entry_at);
+    std::ranges::sort(entries, less);
+    const auto [low, high] = std::ranges::minmax(members);
+    writer.add(entries, in_page ? Births{low / 2u, high / 2u} : Births{}, frame);
+  }
+}
+
+Point middle_of(const ListFrame& frame, const PageNode& node) {
+  Point sum{};
+  for (const QuantisedPoint& corner : node.corners) sum = sum + frame.at({corner[0], corner[1], corner[2]});
+  return sum * 0.25f;
+}
+
+}  // namespace
+
+void build_page(const LeafSource& source, std::uint32_t page, std::span<const PageNode> nodes, ClusterScratch& scratch,
+                std::span<std::uint8_t> out) {
+  COPPICE_ASSERT(out.size() == kPageBytes && nodes.size() <= kPageNodes);
+  std::ranges::fill(out, std::uint8_t{0});
+  const ListFrame frame(source.box);
+  for (std::size_t place = 0; place < nodes.size(); ++place) scratch.middles[place] = middle_of(frame, nodes[place]);
+  const auto life = [&](std::size_t place) {
+    return static_cast<std::uint32_t>(place / 2) << kBirthShift | std::min(nodes[place].split, kNoDeath);
+  };
+  const auto entry_at = [&](std::uint16_t place) {
+    LeafEntry entry = entry_of(source, nodes[place], kPageNodes * page + 1 + place);
+    entry.leaf.life = life(place);
+    return entry;
+  };
+  // The last to die first, so that of those born what is alive comes first; of one death the larger, as neighbours take equally long.
+  const auto less = [](const LeafEntry& a, const LeafEntry& b) {
+    const std::uint32_t one = a.leaf.life & kNoDeath, other = b.leaf.life & kNoDeath;
+    return one != other ? one > other : a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id;
+  };
+  BlockWriter writer(out, 0, kBlockClusters, kPageNodes);
+  // Page 0 serves cuts of which it bears only a part: by doublings, so that what is not born yet is skipped with its cluster.
+  for (std::size_t first = 0, leaves = kReadyLeaves; first < nodes.size(); leaves *= 2) {
+    const std::size_t end = page == 0 ? std::min(2 * leaves, nodes.size()) : nodes.size();
+    std::uint16_t count = 0;
+    for (; first < end; ++first)
+      if (!is_only_in_ready_cuts(nodes[first].split)) scratch.order[count++] = static_cast<std::uint16_t>(first);
+    if (count > 0) add_clusters(writer, scratch, std::span(scratch.order).first(count), frame, entry_at, less, true);
+  }
+}
+
+namespace {
+
+/// Leaves of a ready cut: the ladder's, or all.
+std::uint32_t ready_leaf_count(std::uint32_t cut, std::uint32_t leaf_count) {
+  return std::min(lod::coppice_ladder_leaf_count(cut), leaf_count);
+}
+
+/// Whether the cut before is the same.
+bool repeats(std::uint32_t cut, std::uint32_t leaf_count) {
+  return cut > 0 && ready_leaf_count(cut, leaf_count) == ready_leaf_count(cut - 1, leaf_count);
+}
+
+std::size_t cut_bytes(std::uint32_t leaves) {
+  return sizeof(uvec2) + sizeof(Cluster) + leaves * (sizeof(Leaf) + sizeof(Splat));
+}
+
+}  // namespace
+
+std::size_t ready_cut_bytes(std::uint32_t leaf_count) {
+  std::size_t bytes = 0;
+  for (std::uint32_t cut = 0; cut < kReadyCuts; ++cut)
+    if (!repeats(cut, leaf_count)) bytes += cut_bytes(ready_leaf_count(cut, leaf_count));
+  return bytes;
+}
+
+void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0, ClusterScratch& scratch, ReadyCuts& cuts) {
+  const std::span<std::uint8_t> out = cuts.bytes.span();
+  auto& lists = cuts.lists;
+  COPPICE_ASSERT(out.size() == ready_cut_bytes(source.leaf_count));
+  const ListFrame frame(source.box);
+  const auto node = [&](std::uint32_t id) -> const PageNode& { return id == 0 ? source.root : page_0[id - 1]; };
+  const auto entry_at = [&](std::uint16_t id) { return entry_of(source, node(id), id); };
+  const auto larger = [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; };
+  std::size_t at = 0;
+  for (std::uint32_t cut = 0; cut < kReadyCuts; ++cut) {
+    if (repeats(cut, source.leaf_count)) {
+      lists[cut] = lists[cut - 1];
+      continue;
+    }
+    const std::uint32_t leaves = ready_leaf_count(cut, source.leaf_count);
+    std::uint16_t count = 0;
+    for (std::uint32_t id = 0; id < 2 * leaves - 1; ++id) {
+      if (!lod::coppice_node_alive(id, node(id).split, leaves)) continue;
+      scratch.middles[id] = middle_of(frame, node(id));
+      scratch.order[count++] = static_cast<std::uint16_t>(id);
+    }
+    const std::size_t cluster_at = at + sizeof(uvec2);
+    const uvec2 block{static_cast<std::uint32_t>(cluster_at), 0};
+    std::memcpy(out.data() + at, &block, sizeof block);
+    BlockWriter writer(out, cluster_at, 1, leaves);
+    add_clusters(writer, scratch, std::span(scratch.order).first(count), frame, entry_at, larger, false);
+    ClusterList& list = lists[cut];
+    list = frame.empty_list();
+    list.leaf_count = leaves;
+    list.cluster_count = 1;
+    list.blocks.x = static_cast<std::uint32_t>(at);
+    Cluster cluster;
+    std::memcpy(&cluster, out.data() + cluster_at, sizeof cluster);
+    list.grain_m = unpack_length(cluster.grains_m, 3);
+    list.leaf_size_m = unpack_length(cluster.leaf_sizes_m, 3);
+    at += cut_bytes(leaves);
+  }
+}
+
+void move_ready_cuts(std::uint32_t leaf_count, std::span<ClusterList, kReadyCuts> lists, std::span<std::uint8_t> bytes,
+                     std::uint64_t base) {
+  for (std::uint32_t cut = 0; cut < kReadyCuts; ++cut) {
+    ClusterList& list = lists[cut];
+    if (repeats(cut, leaf_count)) {
+      list.blocks = lists[cut - 1].blocks;
+      continue;
+    }
+    const std::span<std::uint8_t> own = bytes.subspan(list.blocks.x);
+    uvec2 block{};
+    std::memcpy(&block, own.data(), sizeof block);
+    move_address(block, base);
+    std::memcpy(own.data(), &block, sizeof block);
+    move_clusters(own.subspan(sizeof block), list.cluster_count, base);
+    move_address(list.blocks, base);
+  }
+}
+
+void move_address(uvec2& address, std::uint64_t base) {
+  const std::uint64_t moved = base + (address.x | std::uint64_t{address.y} << 32);
+  address = {static_cast<std::uint32_t>(moved), static_cast<std::uint32_t>(moved >> 32)};
+}
+
+void move_clusters(std::span<std::uint8_t> bytes, std::size_t cluster_count, std::uint64_t base) {
+  for (std::size_t i = 0; i < cluster_count; ++i) {
+    Cluster cluster;
+    std::memcpy(&cluster, bytes.data() + i * sizeof cluster, sizeof cluster);
+    move_address(cluster.leaves, base);
+    move_address(cluster.splats, base);
+    std::memcpy(bytes.data() + i * sizeof cluster, &cluster, sizeof cluster);
+  }
+}
+
+}  // namespace coppice::gpu

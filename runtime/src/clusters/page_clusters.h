@@ -1,0 +1,61 @@
+#pragma once
+
+// A plant's leaves as whoever draws them takes them: pages become clusters of leaves that are close in space, and a few coarse cuts become
+// clusters of their own, which all far plants share. A node is in one page's clusters, whatever cut it is drawn in: in cut(m) those of its
+// page's are drawn that are born before split m - 1 and not replaced by then.
+//
+// No function here allocates, and none knows Vulkan. Any thread.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "coppice_shared.h"
+#include "crown_light.h"
+#include "hooks.h"
+#include "leaf_entry.h"
+#include "tree.h"
+
+namespace coppice::gpu {
+
+/// What leaves are made into clusters with.
+struct LeafSource {
+  PageNode root;
+  std::span<const CardLook> looks;  ///< of the cards
+  LeafBox box;
+  const CrownLight* light = nullptr;  ///< measured from page 0
+  std::uint32_t leaf_count = 1;       ///< of the whole plant
+};
+
+/// Working memory of a build.
+struct ClusterScratch {
+  std::array<Point, kPageNodes> middles;
+  std::array<std::uint16_t, kPageNodes> order;
+  std::array<LeafEntry, kClusterLeaves> entries;
+};
+
+/// A page on the device: Cluster[kBlockClusters], Leaf[kPageNodes], Splat[kPageNodes].
+inline constexpr std::size_t kPageBytes = kBlockClusters * sizeof(Cluster) + kPageNodes * (sizeof(Leaf) + sizeof(Splat));
+
+/// nodes: the page's, [2 * its splits]. out: [kPageBytes], written; addresses count from its start. Nodes that only ready cuts show are
+/// left out.
+void build_page(const LeafSource& source, std::uint32_t page, std::span<const PageNode> nodes, ClusterScratch& scratch,
+                std::span<std::uint8_t> out);
+
+/// How long the ready cuts of a plant are.
+std::size_t ready_cut_bytes(std::uint32_t leaf_count);
+/// A plant's coarse cuts. Addresses of lists count from the start of `bytes`, as those inside it do.
+struct ReadyCuts {
+  std::array<ClusterList, kReadyCuts> lists{};
+  HookBuffer bytes;  ///< [ready_cut_bytes]
+};
+/// page_0: as in build_page; none of a plant of one leaf. cuts: with its bytes allocated
+void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0, ClusterScratch& scratch, ReadyCuts& cuts);
+
+/// They are at `base` after all, here and below.
+void move_ready_cuts(std::uint32_t leaf_count, std::span<ClusterList, kReadyCuts> lists, std::span<std::uint8_t> bytes, std::uint64_t base);
+/// Of clusters that begin `bytes`.
+void move_clusters(std::span<std::uint8_t> bytes, std::size_t cluster_count, std::uint64_t base);
+void move_address(uvec2& address, std::uint64_t base);
+
+}  // namespace coppice::gpu

@@ -1,0 +1,78 @@
+// A plant's cluster lists, names of an instance and one of them, and what of a cluster a cut shows. After bindings.glsl.
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterListArray { ClusterList at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterArray { Cluster at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafArray { Leaf at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SplatArray { Splat at[]; };
+
+// An item is an instance's slot and a list.
+uint slot_of(uint item) { return item & (kMaxSlots - 1u); }
+uint list_of(uint item) { return item >> kSlotBits; }
+
+ClusterList list_at(Plant plant, uint list) { return ClusterListArray(plant.lists).at[list]; }
+Cluster cluster_at(ClusterList list, uint cluster) {
+  return ClusterArray(AddressArray(list.blocks).at[cluster / kBlockClusters]).at[cluster % kBlockClusters];
+}
+
+uint leaf_count_of(Cluster cluster) { return cluster.counts & 255u; }
+uint log2_grains(Cluster cluster) { return cluster.counts >> kCountGrains & 3u; }
+bool is_surface(Cluster cluster) { return (cluster.counts >> kCountSurface & 1u) != 0; }
+
+float unpack_length(uint packed, uint quarter) {
+  uint step = packed >> (8 * quarter) & 255u;
+  return step == 0 ? 0.0 : exp2((float(step) - float(kLengthZero)) / kLengthSteps);
+}
+
+// The list that a cut of so many leaves is drawn from.
+uint ready_cut(uint leaf_count) { return min(coppice_ladder_rung(leaf_count), kReadyCuts - 1); }
+uint list_of_cut(uint leaf_count) { return leaf_count > kReadyLeaves ? kPageList : ready_cut(leaf_count); }
+
+// The leaves of an instance's cut: those of the item's list, of the pages' as many as the cut has.
+uint cut_leaf_count(uint slot, Plant plant) { return min(coppice_whole_leaf_count(cuts[slot]), plant.resident_leaf_count); }
+// Clusters of the pages that bear some of a cut.
+uint page_cluster_count(uint leaf_count) { return (leaf_count - 1 + kPageSplits - 1) / kPageSplits * kBlockClusters; }
+
+// One that bears leaves of a cut's last splits. Page 0 has one cluster for the first kReadyLeaves splits, and as many again for as many more.
+uint last_born_cluster(uint leaf_count) {
+  uint first = page_cluster_count(leaf_count) - kBlockClusters, place = (leaf_count - 2) / kReadyLeaves;
+  return first > 0 || place == 0 ? first : 1u << findMSB(place);
+}
+
+// Splits of a cluster's page that a cut of the pages has made.
+uint born_splits(uint leaf_count, uint cluster) {
+  uint first = cluster / kBlockClusters * kPageSplits;
+  return min(leaf_count - 1 - min(leaf_count - 1, first), kPageSplits);
+}
+bool is_born(uint life, uint splits) { return life >> kBirthShift < splits; }
+
+// What of a cluster is drawn: its first leaves, as many; where not all of them are born yet, each says itself.
+struct ShownLeaves {
+  uint count;
+  bool partly_born;
+};
+
+ShownLeaves all_shown(Cluster cluster) { return ShownLeaves(leaf_count_of(cluster), false); }
+
+ShownLeaves shown_of_page(Cluster cluster, uint index, uint leaf_count) {
+  uint splits = born_splits(leaf_count, index), high = leaf_count_of(cluster);
+  bool none = high == 0 || (cluster.counts >> kCountFirstBirth & 511u) >= splits || cluster.last_death < leaf_count - 1;
+  if (none) return ShownLeaves(0, false);
+  // The first one lives: of its like is the last death.
+  uint low = 1;
+  while (low < high) {
+    uint middle = (low + high + 1) / 2;
+    bool alive = (LeafArray(cluster.leaves).at[middle - 1].life & kNoDeath) >= leaf_count - 1;
+    low = alive ? middle : low;
+    high = alive ? high : middle - 1;
+  }
+  return ShownLeaves(low, (cluster.counts >> kCountLastBirth & 511u) >= splits);
+}
+
+// Whose lengths are those of what is shown: what is dead may be much larger, what is not born smaller.
+uint shown_quarter(ShownLeaves shown) { return shown.partly_born ? 3 : max(4 * shown.count / kClusterLeaves, 1) - 1; }
+
+// About how many that are; the mean is right.
+uint drawn_count(ShownLeaves shown, Cluster cluster, uint splits) {
+  uint first = cluster.counts >> kCountFirstBirth & 511u, last = cluster.counts >> kCountLastBirth & 511u;
+  return shown.partly_born ? (shown.count * (splits - first) + (last - first)) / (last - first + 1) : shown.count;
+}

@@ -1,0 +1,489 @@
+// Leaves and triangles as clusters: what they hold of each cut, and that what they say of it is true.
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <set>
+
+#include <gtest/gtest.h>
+#include <glm/common.hpp>
+
+#include "coppice/format.h"
+#include "coppice_lod.h"
+#include "hooks.h"
+#include "mesh_build.h"
+#include "mesh_clusters.h"
+#include "page_clusters.h"
+#include "random_tree.h"
+#include "reader.h"
+
+namespace coppice::gpu {
+namespace {
+
+using Corners = std::array<std::uint32_t, 6>;
+constexpr std::uint32_t kLeaves = 1500;  // three pages, the last one not full
+
+template <class T>
+T read(std::span<const std::uint8_t> bytes, std::uint64_t at) {
+  T value;
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+std::uint64_t address_of(const uvec2& address) {
+  return address.x | std::uint64_t{address.y} << 32;
+}
+
+std::uint32_t leaf_count_of(const Cluster& cluster) {
+  return cluster.counts & 0xffu;
+}
+
+/// A crown of kLeaves leaves in the box [-1, 1]^3, quantised as the runtime has it.
+struct Crown {
+  std::vector<PageNode> nodes;
+  std::vector<CardLook> looks{{{0.2f, 0.4f, 0.1f}, 1.0f, {~0u, ~0u}, 0.5f}, {{0.3f, 0.3f, 0.1f}, 0.5f, {~0u, 0u}, 0.5f}};
+  CrownLight light;
+
+  Crown() {
+    const bake::BakedPlant plant = test::random_plant({.leaf_count = kLeaves, .seed = 4});
+    glm::vec3 low(1e9f), high(-1e9f);
+    for (const glm::vec3& vertex : plant.tree.vertices) {
+      low = glm::min(low, vertex);
+      high = glm::max(high, vertex);
+    }
+    for (std::size_t id = 0; id < plant.tree.nodes.size(); ++id) {
+      QuantisedQuad quad{};
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        const glm::vec3 unit = (plant.tree.vertices[plant.tree.nodes[id].vertices[corner]] - low) / (high - low);
+        for (int axis = 0; axis < 3; ++axis)
+          quad[corner][static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(std::lround(unit[axis] * COPPICE_QUANTISED_MAX));
+      }
+      nodes.push_back({.corners = quad, .card = static_cast<std::uint16_t>(id % 2), .split = plant.tree.node_split[id]});
+    }
+    light = measure_crown({nodes[0], page(0), looks, box()});
+  }
+  static LeafBox box() {
+    constexpr float kStep = 2.0f / COPPICE_QUANTISED_MAX;
+    return {{-1.0f, -1.0f, -1.0f}, {kStep, kStep, kStep}, COPPICE_QUANTISED_MAX};
+  }
+  [[nodiscard]] LeafSource source() const { return {nodes[0], looks, box(), &light, kLeaves}; }
+  [[nodiscard]] std::span<const PageNode> page(std::uint32_t index) const {
+    const std::size_t first = std::size_t{index} * kPageNodes + 1;
+    return std::span(nodes).subspan(first, std::min<std::size_t>(kPageNodes, nodes.size() - first));
+  }
+  [[nodiscard]] std::vector<std::uint8_t> built_page(std::uint32_t index) const {
+    std::vector<std::uint8_t> bytes(kPageBytes, 0xcd);
+    const auto scratch = std::make_unique<ClusterScratch>();
+    build_page(source(), index, page(index), *scratch, bytes);
+    return bytes;
+  }
+  [[nodiscard]] ReadyCuts ready_cuts() const {
+    ReadyCuts cuts;
+    EXPECT_TRUE(allocate_into(cuts.bytes, default_allocator(), ready_cut_bytes(kLeaves)));
+    const auto scratch = std::make_unique<ClusterScratch>();
+    build_ready_cuts(source(), page(0), *scratch, cuts);
+    return cuts;
+  }
+  /// Corners and card of each leaf of cut(leaf_count).
+  [[nodiscard]] std::multiset<std::pair<Corners, std::uint32_t>> cut(std::uint32_t leaf_count) const;
+};
+
+Corners packed(const QuantisedQuad& quad) {
+  Corners words{};
+  for (std::uint32_t i = 0; i < 12; ++i) words[i / 2] |= std::uint32_t{quad[i / 3][i % 3]} << (i % 2 * 16);
+  return words;
+}
+
+std::multiset<std::pair<Corners, std::uint32_t>> Crown::cut(std::uint32_t leaf_count) const {
+  std::multiset<std::pair<Corners, std::uint32_t>> leaves;
+  for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id)
+    if (lod::coppice_node_alive(id, nodes[id].split, leaf_count)) leaves.insert({packed(nodes[id].corners), nodes[id].card});
+  return leaves;
+}
+
+std::pair<Corners, std::uint32_t> name_of(const Leaf& leaf) {
+  Corners words{};
+  std::ranges::copy(leaf.corners, words.begin());
+  return {words, leaf.card};
+}
+
+std::array<float, 3> corner_m(const LeafBox& box, const Leaf& leaf, std::uint32_t corner) {
+  const std::array<float, 3> low{box.min.x, box.min.y, box.min.z}, step{box.step.x, box.step.y, box.step.z};
+  std::array<float, 3> at{};
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t half_word = corner * 3 + axis;
+    at[axis] = low[axis] + step[axis] * static_cast<float>(leaf.corners[half_word / 2] >> (half_word % 2 * 16) & 0xffffu);
+  }
+  return at;
+}
+
+/// What clusters.glsl shows of a page's cluster: its first leaves as far as they live, but for those that are not born.
+template <class Shown>
+void show(std::span<const std::uint8_t> page, std::uint32_t index, std::uint32_t leaf_count, const Shown& shown) {
+  const std::uint32_t splits = leaf_count - 1, first_split = index * kPageSplits;
+  for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
+    const auto cluster = read<Cluster>(page, i * sizeof(Cluster));
+    const std::uint32_t first_birth = first_split + (cluster.counts >> kCountFirstBirth & 511u);
+    const bool some = leaf_count_of(cluster) > 0 && first_birth < splits && cluster.last_death >= splits;
+    for (std::uint32_t at = 0; some && at < leaf_count_of(cluster); ++at) {
+      const auto leaf = read<Leaf>(page, address_of(cluster.leaves) + at * sizeof(Leaf));
+      if ((leaf.life & kNoDeath) < splits) break;  // all behind it are dead
+      const std::uint32_t birth = first_split + (leaf.life >> kBirthShift);
+      EXPECT_GE(birth, first_birth);
+      EXPECT_LE(birth, first_split + (cluster.counts >> kCountLastBirth & 511u));
+      if (birth < splits) shown(leaf);
+    }
+  }
+}
+
+TEST(Clusters, PagesHoldTheNodesOfEveryCutAndNoOthers) {
+  const Crown crown;
+  std::vector<std::vector<std::uint8_t>> pages;
+  for (std::uint32_t page = 0; page < 3; ++page) pages.push_back(crown.built_page(page));
+  for (const std::uint32_t leaf_count :
+       {65u, 66u, 100u, 127u, 128u, 129u, 130u, 200u, 256u, 257u, 400u, 512u, 513u, 514u, 800u, 1024u, 1025u, 1026u, 1300u, 1499u, 1500u}) {
+    std::multiset<std::pair<Corners, std::uint32_t>> actual;
+    for (std::uint32_t page = 0; page * kPageSplits < leaf_count - 1; ++page)
+      show(pages[page], page, leaf_count, [&](const Leaf& leaf) { actual.insert(name_of(leaf)); });
+    EXPECT_EQ(actual, crown.cut(leaf_count)) << leaf_count;
+  }
+}
+
+TEST(Clusters, ReadyCutsHoldTheNodesOfTheirs) {
+  const Crown crown;
+  const ReadyCuts cuts = crown.ready_cuts();
+  for (std::uint32_t cut = 0; cut < kReadyCuts; ++cut) {
+    const ClusterList& list = cuts.lists[cut];
+    EXPECT_EQ(list.leaf_count, lod::coppice_ladder_leaf_count(cut));
+    std::multiset<std::pair<Corners, std::uint32_t>> actual;
+    const std::uint64_t clusters = address_of(read<uvec2>(cuts.bytes.span(), address_of(list.blocks)));
+    for (std::uint32_t i = 0; i < list.cluster_count; ++i) {
+      const auto cluster = read<Cluster>(cuts.bytes.span(), clusters + i * sizeof(Cluster));
+      for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at)
+        actual.insert(name_of(read<Leaf>(cuts.bytes.span(), address_of(cluster.leaves) + at * sizeof(Leaf))));
+    }
+    EXPECT_EQ(actual, crown.cut(list.leaf_count)) << cut;
+  }
+  EXPECT_EQ(cuts.lists[kReadyCuts - 1].leaf_count, kReadyLeaves);
+}
+
+TEST(Clusters, ThoseOfAPlantOfOneLeafAreItsRoot) {
+  Crown crown;
+  LeafSource source = crown.source();
+  source.leaf_count = 1;
+  ReadyCuts cuts;
+  ASSERT_TRUE(allocate_into(cuts.bytes, default_allocator(), ready_cut_bytes(1)));
+  const auto scratch = std::make_unique<ClusterScratch>();
+  build_ready_cuts(source, {}, *scratch, cuts);
+  for (const ClusterList& list : cuts.lists) {
+    EXPECT_EQ(list.leaf_count, 1u);
+    EXPECT_EQ(address_of(list.blocks), address_of(cuts.lists[0].blocks));
+  }
+}
+
+TEST(Clusters, TakeNoMoreMemoryThanIsSaid) {
+  EXPECT_LE(kPageBytes / kPageSplits, 113u) << "ARCHITECTURE.md, CHANGELOG.md";
+  EXPECT_LE(ready_cut_bytes(100000), 36u << 10);
+  EXPECT_LE(ready_cut_bytes(1), 256u);
+}
+
+TEST(Clusters, BoundTheirLeavesAndSayHowLongTheyAre) {
+  const Crown crown;
+  for (std::uint32_t page = 0; page < 3; ++page) {
+    const std::vector<std::uint8_t> bytes = crown.built_page(page);
+    for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
+      const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster));
+      EXPECT_LE(leaf_count_of(cluster), kClusterLeaves);
+      if (leaf_count_of(cluster) == 0) continue;
+      EXPECT_GT(unpack_length(cluster.grains_m, 3), 0.0f);
+      EXPECT_GT(unpack_length(cluster.leaf_sizes_m, 0), 0.0f);
+      std::uint32_t last_death = 0;
+      for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
+        const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
+        last_death = std::max(last_death, leaf.life & kNoDeath);
+        for (std::uint32_t corner = 0; corner < 4; ++corner) {
+          const auto m = corner_m(Crown::box(), leaf, corner);
+          const float x = m[0] - cluster.center.x, y = m[1] - cluster.center.y, z = m[2] - cluster.center.z;
+          EXPECT_LE(std::sqrt(x * x + y * y + z * z), cluster.radius_m * 1.0001f);
+        }
+      }
+      EXPECT_EQ(cluster.last_death, last_death);
+    }
+  }
+}
+
+TEST(Clusters, SplatsCoverTheAreaOfTheirLeaves) {
+  const Crown crown;
+  const std::vector<std::uint8_t> bytes = crown.built_page(1);
+  double leaf_m2 = 0, splat_m2 = 0;
+  for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
+    const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster));
+    const std::uint32_t grains = 1u << (cluster.counts >> kCountGrains & 3u);
+    EXPECT_LE(grains, kMaxGrains);
+    for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
+      const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
+      const auto splat = read<Splat>(bytes, address_of(cluster.splats) + at * sizeof(Splat));
+      std::array<Point, 4> c{};
+      for (std::uint32_t corner = 0; corner < 4; ++corner) c[corner] = corner_m(Crown::box(), leaf, corner);
+      leaf_m2 += static_cast<double>(quad_area(c) * crown.looks[leaf.card].coverage);
+      const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(cluster.splat_size_m);
+      splat_m2 += grains * side_m * side_m;
+    }
+  }
+  EXPECT_NEAR(splat_m2, leaf_m2, 1e-3 * leaf_m2);
+}
+
+TEST(Clusters, AddressesMoveWithThem) {
+  const Crown crown;
+  constexpr std::uint64_t kBase = 0x1fffffff0ull;  // carries into the high word
+  std::vector<std::uint8_t> moved = crown.built_page(1);
+  const std::vector<std::uint8_t> page = moved;
+  move_clusters(moved, kBlockClusters, kBase);
+  ReadyCuts cuts = crown.ready_cuts();
+  const ReadyCuts still = crown.ready_cuts();
+  move_ready_cuts(kLeaves, cuts.lists, cuts.bytes.span(), kBase);
+  for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
+    const auto from = read<Cluster>(page, i * sizeof(Cluster)), to = read<Cluster>(moved, i * sizeof(Cluster));
+    EXPECT_EQ(address_of(to.leaves), address_of(from.leaves) + kBase);
+    EXPECT_EQ(address_of(to.splats), address_of(from.splats) + kBase);
+  }
+  for (std::uint32_t cut = 0; cut < kReadyCuts; ++cut) {
+    const std::uint64_t block = address_of(still.lists[cut].blocks);
+    EXPECT_EQ(address_of(cuts.lists[cut].blocks), block + kBase);
+    const std::uint64_t clusters = address_of(read<uvec2>(still.bytes.span(), block));
+    EXPECT_EQ(address_of(read<uvec2>(cuts.bytes.span(), block)), clusters + kBase);
+    EXPECT_EQ(address_of(read<Cluster>(cuts.bytes.span(), clusters).leaves),
+              address_of(read<Cluster>(still.bytes.span(), clusters).leaves) + kBase);
+  }
+}
+
+/// A list of triangles, taken apart.
+struct Parts {
+  std::vector<Cluster> clusters;
+  std::vector<Leaf> leaves;  ///< of all clusters in turn, as the splats
+  std::vector<Splat> splats;
+
+  explicit Parts(const MeshClusters& built) {
+    for (std::uint32_t i = 0; i < built.list.cluster_count; ++i) {
+      const std::uint64_t block = address_of(read<uvec2>(built.bytes, address_of(built.list.blocks) + i / kBlockClusters * sizeof(uvec2)));
+      const Cluster& cluster = clusters.emplace_back(read<Cluster>(built.bytes, block + i % kBlockClusters * sizeof(Cluster)));
+      for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
+        leaves.push_back(read<Leaf>(built.bytes, address_of(cluster.leaves) + at * sizeof(Leaf)));
+        splats.push_back(read<Splat>(built.bytes, address_of(cluster.splats) + at * sizeof(Splat)));
+      }
+    }
+  }
+};
+
+LeafBox box_of(const ClusterList& list) {
+  return {list.box_min, list.box_step, 65535};
+}
+
+/// A rectangle of 1 x 2 m in two triangles, lit from above; u of their corners in [low, high].
+WoodMesh two_triangles(float low, float high) {
+  WoodMesh mesh;
+  for (const auto& [x, y] : {std::pair{0.0f, 0.0f}, std::pair{1.0f, 0.0f}, std::pair{0.0f, 2.0f}, std::pair{1.0f, 2.0f}})
+    mesh.vertices.push_back({{x, y, 0}, {0, 0, 1}, {x > 0 ? high : low, 0.5f}, 1});
+  mesh.indices = {0, 1, 2, 2, 1, 3};
+  return mesh;
+}
+
+/// One card and two materials; the left half of the second one's texture is white, the right half a hole.
+PlantLooks half_a_texture() {
+  PlantLooks plant;
+  plant.materials.resize(2);
+  set_material_textures(plant.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
+  plant.materials[1] = {.base_color = {0.25f, 0.5f, 0.125f, 1.0f}, .alpha_cutoff = 0.5f, .texture_or_none = 0};
+  plant.looks.resize(3);
+  plant.first_wood_color = {0, 1};
+  plant.small.push_back({16, 1, {}});
+  for (int x = 0; x < 16; ++x)
+    plant.small[0].rgba.insert(plant.small[0].rgba.end(), {255, 255, 255, static_cast<std::uint8_t>(x < 8 ? 255 : 0)});
+  return plant;
+}
+
+TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
+  WoodMesh mesh;
+  mesh.vertices = {
+      {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
+  mesh.indices = {0, 1, 2, 3, 0, 2};
+  PlantLooks looks;
+  looks.looks.resize(5);
+  looks.materials.resize(2);
+  for (coppice_file_material& material : looks.materials) set_material_textures(material, COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
+  looks.first_wood_color = {7, 8};
+  const MeshClusters built = build_wood(mesh, {looks, CrownLight{}});
+  const Parts list(built);
+  ASSERT_EQ(list.leaves.size(), 2u);
+  std::map<std::uint32_t, Leaf> by_look;
+  std::map<std::uint32_t, Splat> splats;
+  for (std::size_t i = 0; i < 2; ++i) {
+    by_look[list.leaves[i].card] = list.leaves[i];
+    splats[list.leaves[i].card] = list.splats[i];
+  }
+  ASSERT_TRUE(by_look.contains(4) && by_look.contains(3));
+  EXPECT_EQ(splats[3].look & 0xffffffu, 7u) << "its colour is looked up: textures may come later";
+  EXPECT_EQ(splats[4].look & 0xffffffu, 8u);
+  EXPECT_FLOAT_EQ(built.list.facet_m, std::sqrt(3.0f));
+  EXPECT_EQ(splats[4].normals & 0xffffu, 0u) << "straight up the octahedron is its middle";
+  const auto corner = corner_m(box_of(built.list), by_look[4], 2), repeated = corner_m(box_of(built.list), by_look[4], 3);
+  EXPECT_NEAR(corner[1], 2.0f, 1e-3f);
+  EXPECT_EQ(corner, repeated);
+  EXPECT_EQ(build_wood({}, {looks, CrownLight{}}).list.leaf_count, 0u);
+}
+
+/// A strip of two triangles, 0.1 m wide and 8 m high.
+WoodMesh strip(const std::array<std::array<float, 3>, 4>& normals) {
+  WoodMesh mesh;
+  for (std::uint32_t i = 0; i < 4; ++i)
+    mesh.vertices.push_back({{0.1f * static_cast<float>(i % 2), 8.0f * static_cast<float>(i / 2), 0}, normals[i], {}, 0});
+  mesh.indices = {0, 1, 2, 2, 1, 3};
+  return mesh;
+}
+
+TEST(Clusters, LightThatTurnsAlongALongTriangleMakesItAFacet) {
+  PlantLooks looks;
+  looks.materials.resize(1);
+  looks.looks.resize(1);
+  set_material_textures(looks.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
+  looks.first_wood_color = {0};
+  const std::array<float, 3> front{0, 0, 1}, side{1, 0, 0}, below{0, -1, 0};
+  const auto facet_m = [&](const WoodMesh& mesh) { return build_wood(mesh, {looks, CrownLight{}}).list.facet_m; };
+  const float size_m = std::sqrt(0.4f);
+  EXPECT_FLOAT_EQ(facet_m(strip({front, front, front, front})), size_m);
+  EXPECT_FLOAT_EQ(facet_m(strip({front, side, front, side})), size_m) << "a stem: its light turns across it, which is narrow";
+  EXPECT_NEAR(facet_m(strip({below, below, front, front})), 0.4f * std::sqrt(2.0f) * 8.0f, 0.01f);
+  EXPECT_NEAR(facet_m(strip({below, side, front, side})), 0.2f * std::sqrt(1.5f) * 8.0f, 0.1f) << "along one of the two";
+}
+
+TEST(Clusters, WoodTrianglesCoverWhatTheirTextureCovers) {
+  const PlantLooks looks = half_a_texture();
+  const CrownLight light;
+  const auto covered_m2 = [](const MeshClusters& built) {
+    const Parts list(built);
+    EXPECT_EQ(list.clusters.size(), 1u);
+    const std::uint32_t discs = 1u << (list.clusters[0].counts >> kCountGrains & 3u);
+    double sum = 0;
+    for (const Splat& splat : list.splats) {
+      const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(list.clusters[0].splat_size_m);
+      sum += discs * side_m * side_m;
+    }
+    return sum;
+  };
+  const auto is_surface = [](const MeshClusters& built) { return (Parts(built).clusters[0].counts >> kCountSurface & 1u) != 0; };
+  const MeshClusters whole = build_wood(two_triangles(0.1f, 0.4f), {looks, light});
+  EXPECT_TRUE(is_surface(whole));
+  EXPECT_EQ(whole.list.holed_m, 0.0f);
+  EXPECT_NEAR(covered_m2(whole), 2.0, 0.01);
+  const MeshClusters half = build_wood(two_triangles(0.1f, 0.9f), {looks, light});
+  EXPECT_FALSE(is_surface(half));
+  EXPECT_EQ(half.list.holed_m, half.list.grain_m) << "where this is large, the texture has to make the outline";
+  EXPECT_NEAR(covered_m2(half), 1.0, 0.1);
+  EXPECT_EQ(build_wood(two_triangles(0.6f, 0.9f), {looks, light}).list.leaf_count, 0u) << "nothing but hole";
+  // The same, but without holes.
+  PlantLooks opaque = looks;
+  opaque.materials[1].alpha_cutoff = 0.0f;
+  EXPECT_NEAR(covered_m2(build_wood(two_triangles(0.6f, 0.9f), {opaque, light})), 2.0, 0.01);
+}
+
+TEST(Clusters, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {
+  const PlantLooks looks = half_a_texture();
+  const CrownLight light;
+  const LeafMeshSource source{looks, Crown::box(), light};
+  const Parts list(build_leaf_mesh(two_triangles(0.1f, 0.4f), source));
+  ASSERT_EQ(list.leaves.size(), 2u);
+  EXPECT_EQ(list.clusters.size(), 1u);
+  for (std::size_t triangle = 0; triangle < 2; ++triangle) {
+    EXPECT_EQ(list.leaves[triangle].card, 2u) << "the second material's";
+    const auto channel = [&](std::uint32_t i) { return static_cast<float>(list.splats[triangle].look >> (8 * i) & 0xffu) / 255.0f; };
+    for (const auto& [i, albedo] : {std::pair{0u, 0.25f}, std::pair{1u, 0.5f}, std::pair{2u, 0.125f}})
+      EXPECT_NEAR(kMaxSplatAlbedo * channel(i) * channel(i) / albedo, 1.0f, 0.35f) << "but for the leaf's own variation";
+  }
+  EXPECT_EQ(build_leaf_mesh(two_triangles(0.6f, 0.9f), source).list.leaf_count, 0u) << "nothing but hole";
+  EXPECT_EQ(build_leaf_mesh(two_triangles(0.1f, 0.9f), source).list.leaf_count, 0u) << "the texture makes the outline";
+}
+
+/// Shadows of other plants are a cluster's: they would cut a leaf in two.
+TEST(Clusters, TrianglesOfALeafAreOfOneCluster) {
+  const PlantLooks looks = half_a_texture();
+  const CrownLight light;
+  for (const std::uint32_t triangles : {2u, 12u, 33u, 64u, 100u, 200u}) {
+    // Leaf `i` at x = i, its triangles of different sizes and anywhere in the file.
+    constexpr std::uint32_t kStalks = 50;
+    WoodMesh mesh;
+    for (std::uint32_t triangle = 0; triangle < triangles; ++triangle)
+      for (std::uint32_t leaf = 0; leaf < kStalks; ++leaf) {
+        const auto x = static_cast<float>(leaf), size = 0.05f + 0.5f * static_cast<float>(triangle % 7);
+        const auto stalk = static_cast<std::uint16_t>(300 * leaf);
+        for (const auto& [dx, y] : {std::pair{0.0f, 0.0f}, std::pair{0.3f, 0.0f}, std::pair{0.0f, size}}) {
+          mesh.indices.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
+          mesh.vertices.push_back({{x + dx, y, 0}, {0, 0, 1}, {0.1f, 0.5f}, 1, {stalk, 0, 0}});
+        }
+      }
+    const MeshClusters built = build_leaf_mesh(mesh, {looks, Crown::box(), light});
+    const Parts list(built);
+    ASSERT_EQ(list.leaves.size(), std::size_t{kStalks} * triangles);
+    std::uint32_t split = 0;
+    std::size_t first = 0;
+    for (const Cluster& cluster : list.clusters) {
+      EXPECT_LE(leaf_count_of(cluster), kClusterLeaves);
+      std::map<int, std::uint32_t> members;
+      for (std::uint32_t i = 0; i < leaf_count_of(cluster); ++i)
+        ++members[static_cast<int>(corner_m(box_of(built.list), list.leaves[first + i], 0)[0] + 0.1f)];
+      for (const auto& [leaf, count] : members) split += count != triangles;
+      first += leaf_count_of(cluster);
+    }
+    EXPECT_EQ(split, triangles <= kClusterLeaves ? 0u : 2 * kStalks) << triangles;
+  }
+}
+
+/// As MeshLists asks for them.
+MeshBuild build_of(const Crown& crown, const WoodMesh& mesh) {
+  MeshBuild build;
+  build.source = {
+      .looks = std::make_shared<PlantLooks>(half_a_texture()), .light = std::make_shared<CrownLight>(crown.light), .box = Crown::box()};
+  build.list = kWoodLists;
+  build.mesh = mesh;
+  build.kept_bytes = 1000;
+  return build;
+}
+
+TEST(Clusters, AJobOfAnotherThreadBuildsTheSame) {
+  const Crown crown;
+  const auto hooks = complete_hooks({});
+  ASSERT_TRUE(hooks);
+  const WoodMesh mesh = two_triangles(0.1f, 0.9f);
+  const std::vector<std::uint8_t> expected = build_wood(mesh, {half_a_texture(), crown.light}).bytes;
+  for (int round = 0; round < 20; ++round) {
+    MeshJob job;
+    job.start({build_of(crown, mesh), build_of(crown, mesh)}, hooks->hooks.jobs);
+    if (round % 4 == 0) continue;  // nobody takes it: the destructor waits
+    std::vector<MeshBuild> builds;
+    while (builds.empty()) {
+      EXPECT_FALSE(job.idle());
+      EXPECT_EQ(job.kept_bytes(), 2000u);
+      builds = job.take();
+    }
+    EXPECT_TRUE(job.idle());
+    EXPECT_EQ(job.kept_bytes(), 0u);
+    ASSERT_EQ(builds.size(), 2u);
+    for (const MeshBuild& build : builds) EXPECT_EQ(build.clusters.bytes, expected);
+  }
+}
+
+TEST(Clusters, TheLadderRisesAndItsRungsHoldWhatIsAskedFor) {
+  for (std::uint32_t leaves = 1; leaves <= kReadyLeaves; ++leaves) {
+    const std::uint32_t rung = lod::coppice_ladder_rung(leaves);
+    EXPECT_LT(rung, kReadyCuts);
+    EXPECT_GE(lod::coppice_ladder_leaf_count(rung), leaves);
+    EXPECT_LE(lod::coppice_ladder_leaf_count(rung), 1 + leaves * 9 / 8);
+    EXPECT_LE(lod::coppice_ladder_leaf_count(rung), lod::coppice_ladder_leaf_count(rung + 1));
+  }
+  EXPECT_EQ(lod::coppice_ladder_rung(1), 0u);
+  EXPECT_EQ(lod::coppice_ladder_rung(kReadyLeaves), kReadyCuts - 1);
+}
+
+}  // namespace
+}  // namespace coppice::gpu

@@ -31,14 +31,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Woo
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafMeshVertexArray { LeafMeshVertex at[]; };
 
 #define COPPICE_TABLE_WORD(table, i) texelFetch(table_words, int((table).first_word + (i))).x
-#include "coppice_lod.h"
-
-vec3 rotate(vec4 quaternion, vec3 v) {
-  vec3 t = 2.0 * cross(quaternion.xyz, v);
-  return v + quaternion.w * t + cross(quaternion.xyz, t);
-}
-
-vec3 world_from_object(Instance instance, vec3 p) { return instance.position + rotate(instance.rotation, instance.scale * p); }
+#define COPPICE_CROWN_WORD(words, i) WordArray(words).at[i]
+#include "coppice_light.h"
 
 // Whether a triangle's corners run counter-clockwise to the viewer, whichever way y of the picture points. facing: gl_FrontFacing
 bool is_front(bool facing) { return facing == (view.is_mirrored == 0); }

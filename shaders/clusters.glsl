@@ -18,11 +18,6 @@ uint leaf_count_of(Cluster cluster) { return cluster.counts & 255u; }
 uint log2_grains(Cluster cluster) { return cluster.counts >> kCountGrains & 3u; }
 bool is_surface(Cluster cluster) { return (cluster.counts >> kCountSurface & 1u) != 0; }
 
-float unpack_length(uint packed, uint quarter) {
-  uint step = packed >> (8 * quarter) & 255u;
-  return step == 0 ? 0.0 : exp2((float(step) - float(kLengthZero)) / kLengthSteps);
-}
-
 // The list that a cut of so many leaves is drawn from.
 uint ready_cut(uint leaf_count) { return min(coppice_ladder_rung(leaf_count), kReadyCuts - 1); }
 uint list_of_cut(uint leaf_count) { return leaf_count > kReadyLeaves ? kPageList : ready_cut(leaf_count); }

@@ -14,40 +14,13 @@
 
 #ifdef __cplusplus
 
-#include <bit>
-#include <cmath>
-#include <cstdint>
+#include "vectors.h"
 
 #define COPPICE_FN [[nodiscard]] inline
 #define COPPICE_CONST inline constexpr
 #define COPPICE_TABLE_WORD(table, i) (table).words[(table).first_word + (i)]
 
 namespace coppice::lod {
-using uint = std::uint32_t;
-inline float uintBitsToFloat(uint bits) {
-  return std::bit_cast<float>(bits);
-}
-inline float log2(float x) {
-  return std::log2(x);
-}
-inline float exp2(float x) {
-  return std::exp2(x);
-}
-inline float sqrt(float x) {
-  return std::sqrt(x);
-}
-inline float ceil(float x) {
-  return std::ceil(x);
-}
-inline float min(float a, float b) {
-  return b < a ? b : a;
-}
-inline float max(float a, float b) {
-  return a < b ? b : a;
-}
-inline float clamp(float x, float low, float high) {
-  return min(max(x, low), high);
-}
 
 #else
 
@@ -140,7 +113,19 @@ COPPICE_FN float coppice_level_error_px(CoppiceTable table, uint level, CoppiceC
   return error * column.scale;
 }
 
-/// The smallest fractional m in [1, N] with E(m, size) <= threshold_px; N where there is none. Between two levels E is linear in log m.
+/// E(leaf_count, size), px, between two levels linear in log m: the inverse of coppice_leaf_count. leaf_count: 1..N
+COPPICE_FN float coppice_error_px(CoppiceTable table, float leaf_count, CoppiceColumn column) {
+  uint level = 0u;
+  while (level + 2u < table.level_count && float(coppice_table_leaf_count(table, level + 1u)) <= leaf_count) level = level + 1u;
+  float error = coppice_level_error_px(table, level, column);
+  if (table.level_count < 2u) return error;
+  float low = log2(float(coppice_table_leaf_count(table, level)));
+  float high = log2(float(coppice_table_leaf_count(table, level + 1u)));
+  float share = clamp((log2(leaf_count) - low) / max(high - low, 1e-6f), 0.0f, 1.0f);
+  return error + (coppice_level_error_px(table, level + 1u, column) - error) * share;
+}
+
+/// The smallest fractional m in [1, N] with E(m, size) <= threshold_px; N where there is none.
 COPPICE_FN float coppice_leaf_count(CoppiceTable table, CoppiceColumn column, float threshold_px) {
   uint low = 0u;  // error above the threshold
   float low_error = coppice_level_error_px(table, low, column);
@@ -271,8 +256,5 @@ COPPICE_FN float coppice_instance_threshold_px(float threshold_px, uint instance
 #ifdef __cplusplus
 }  // namespace coppice::lod
 #endif
-
-#undef COPPICE_FN
-#undef COPPICE_CONST
 
 #endif

@@ -5,28 +5,11 @@
 // Scalar block layout, little-endian, no hand-made padding. Addresses are buffer device addresses split in two: (low, high).
 
 #ifdef __cplusplus
-#include <cstdint>
+#include "vectors.h"
 
 #define COPPICE_GPU_LAYOUT(type, bytes) static_assert(sizeof(type) == (bytes) && alignof(type) == 4)
 
 namespace coppice::gpu {
-
-using uint = std::uint32_t;
-struct vec2 {
-  float x, y;
-};
-struct vec3 {
-  float x, y, z;
-};
-struct vec4 {
-  float x, y, z, w;
-};
-struct uvec2 {
-  uint x, y;
-};
-struct mat4 {
-  float column[16];
-};
 #else
 #define COPPICE_GPU_LAYOUT(type, bytes)
 #endif
@@ -52,7 +35,7 @@ const uint kMaxLeafMeshes = 16;
 // Draw commands of a plant among wood_commands: its wood LoDs, then its chunks of leaf meshes.
 const uint kMeshCommands = kMaxWoodLods + kMaxLeafMeshes;
 const uint kCullGroupSize = 32;
-// A side of the grid of light in a crown, and what its words (clusters/crown_light.h) hold at most: optical depth, and slope over depth.
+// A side of the grid of light in a crown, and what its words (coppice_light.h) hold at most: optical depth, and slope over depth.
 const uint kCrownCells = 8;
 const float kMaxCrownDepth = 8.0f;
 const float kMaxCrownSlope = 2.0f;
@@ -93,10 +76,8 @@ struct Splat {
   uint z_size;   // the third; and the side of the square of a disc's area, 65535 is Cluster::splat_size_m
   uint axis;     // from its middle to its end, three snorm8 of Cluster::axis_steps steps
   uint normals;  // the one it is lit with and its face's, octahedral, two snorm8 each
-  // Its albedo, packed as in packed_albedo, but of wood the place of it in Plant::wood_colors; from bit 24 on the share of the sky that it
-  // sees.
-  uint look;
-  uint crown;  // unpack_crown: the light at its middle
+  uint look;     // its albedo, pack_albedo's; from bit 24 on the share of the sky that it sees
+  uint crown;    // unpack_crown: the light at its middle
 };
 COPPICE_GPU_LAYOUT(Splat, 24);
 const float kMaxSplatAlbedo = 2.0f;
@@ -147,11 +128,6 @@ struct CardLook {
   float crown_normals;  // its material's
 };
 COPPICE_GPU_LAYOUT(CardLook, 28);
-
-// A textured material's colours, as wood shows them: the means of its texture's parts, 32 x 32 of them, then 16 x 16, and so on to one.
-// Rows of u, from v = 0 on.
-const uint kWoodColorSide = 32;
-const uint kWoodColors = (4u * kWoodColorSide * kWoodColorSide - 1u) / 3u;
 
 // world = position + rotation * (scale * object). One per instance slot; plant is kNoPlant in an empty slot.
 struct Instance {
@@ -211,7 +187,6 @@ struct Plant {
   uvec2 cards;
   uvec2 materials;
   uvec2 card_looks;            // address of CardLook[card count + material count]; the latter are for meshes
-  uvec2 wood_colors;           // address of albedos, packed as in Splat::look; that of a triangle is known before its texture is there
   uvec2 crown_light;           // address of uint[kCrownCells^3]: x fastest, then y
   uint instance_count;         // entries of its lists below
   uint leaf_command_base;      // [base, base + instance_count): draw commands of one cluster; then those of what is more
@@ -227,7 +202,7 @@ struct Plant {
   uint mesh_list_count;      // lists kMeshLists on are there; 0 unless all leaf meshes have theirs
   uint mesh_cluster_count;   // of all of them
 };
-COPPICE_GPU_LAYOUT(Plant, 188);
+COPPICE_GPU_LAYOUT(Plant, 180);
 
 // What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0.
 struct View {

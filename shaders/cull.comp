@@ -159,16 +159,6 @@ uint wood_lod_of(Plant plant, CoppiceTable table, CoppiceColumn column, float th
   return coppice_resident_wood_lod(plant.wood_resident_mask, wanted, plant.wood_lod_count);
 }
 
-// E(m, size) of the table's levels about leaf_count, px.
-float drawn_error_px(CoppiceTable table, float leaf_count, CoppiceColumn column) {
-  uint level = 0;
-  while (level + 2 < table.level_count && float(coppice_table_leaf_count(table, level + 1)) <= leaf_count) ++level;
-  if (table.level_count < 2) return coppice_level_error_px(table, 0, column);
-  float low = log2(float(coppice_table_leaf_count(table, level))), high = log2(float(coppice_table_leaf_count(table, level + 1)));
-  float share = clamp((log2(leaf_count) - low) / max(high - low, 1e-6), 0.0, 1.0);
-  return mix(coppice_level_error_px(table, level, column), coppice_level_error_px(table, level + 1, column), share);
-}
-
 // How an instance's leaves are drawn.
 struct Shown {
   bool rasterised, meshes;
@@ -186,7 +176,7 @@ void show_debug_color(uint slot, Plant plant, CoppiceTable table, Shown shown) {
   if (view.debug_view == kDebugOcclusion && shown.rasterised) color = ramp(float(push.round) / float(kRasterRounds - 1));
 #endif
   if (view.debug_view == kDebugError) {
-    float error_px = shown.meshes ? 0.0 : drawn_error_px(table, shown.leaf_count, shown.column);
+    float error_px = shown.meshes ? 0.0 : coppice_error_px(table, shown.leaf_count, shown.column);
     color = ramp(log2(max(2.0 * error_px, 1.0)) / 6.0);
   }
   if (view.debug_view == kDebugResidency) color = ramp(1.0 - log2(float(plant.resident_leaf_count)) / doublings);

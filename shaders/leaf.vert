@@ -54,9 +54,9 @@ void main() {
 
   Crown crown = crown_of(plant);
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
-  vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, plant, uvec3(quantised(leaf.corners, 0)));
+  vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
-  float bulk = leaf_bulk(plant, crown, size_m, leaf_count);
+  float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
   LeafPlace leaf_place = LeafPlace(middle, object, face, material.crown_normals, bulk);
   out_light = albedo * leaf_light(plant, crown, unpack_crown(crown_word), instance, leaf_place);
   out_transmittance = transmittance(world);

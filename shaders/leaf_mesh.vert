@@ -24,9 +24,9 @@ void main() {
   uvec3 stalk = uvec3(vertex.stalk_xy & 0xffffu, vertex.stalk_xy >> 16, vertex.stalk_z_material & 0xffffu);
 
   vec3 world = world_from_object(instance, vertex.position);
-  vec3 normal = octahedral_normal(vertex.normal);
+  vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
   Crown crown = crown_of(plant);
-  vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, plant, stalk);
+  vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, plant.box_min + plant.box_step * vec3(stalk), stalk);
   bool shown = material.texture == push.texture && material.normal_map == push.normal_map;
   gl_Position = shown ? view.clip_from_world * vec4(world, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 #ifdef COPPICE_RELIEF
@@ -36,7 +36,7 @@ void main() {
   out_slot_material = uvec2(slot, material_index);
 #else
   LeafPlace leaf = LeafPlace(vertex.position, vertex.position, normal, material.crown_normals, 0.0);
-  out_light = albedo * leaf_light(plant, crown, crown_light_at(plant, crown, vertex.position), instance, leaf);
+  out_light = albedo * leaf_light(plant, crown, crown_light_at(plant.crown_light, crown, vertex.position), instance, leaf);
 #endif
   out_transmittance = transmittance(world);
   out_uv = vertex.uv;

@@ -103,8 +103,7 @@ bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   drawn.high = ivec2(floor(clamp(high, vec2(0.0), size) - 0.5)) + 1;
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
-  vec4 folded = unpackSnorm4x8(splat.normals);
-  drawn.radiance = placed_radiance(group.placed, splat, unfold(folded.xy), unfold(folded.zw));
+  drawn.radiance = placed_radiance(group.placed, splat, normals_of(splat));
   return nearest > group.placed.near_m && all(lessThan(drawn.low, drawn.high));
 }
 

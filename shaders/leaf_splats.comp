@@ -27,17 +27,16 @@ void raster_splat(Placed placed, Splat splat, float along, float size_px, bool s
   if (along != 0.0) q += along * unpackSnorm4x8(splat.axis).xyz;
   vec3 at = projected(placed, q);
   float inverse_w = 1.0 / at.z;
-  vec4 folded = unpackSnorm4x8(splat.normals);
-  vec3 normal = unfold(folded.xy), face = unfold(folded.zw);
+  LeafNormals normals = normals_of(splat);
   // Of a disc of the same area; the eye sees a tilted leaf narrower.
   float radius_px =
-      inversesqrt(3.14159265) * size_px * float(splat.z_size >> 16) * inverse_w * sqrt(max(abs(dot(face, placed.eye)), 0.02));
+      inversesqrt(3.14159265) * size_px * float(splat.z_size >> 16) * inverse_w * sqrt(max(abs(dot(normals.face, placed.eye)), 0.02));
   vec2 middle = at.xy * inverse_w;
   vec2 size = vec2(push.width_px, push.height_px);
   ivec2 low = ivec2(ceil(clamp(middle - radius_px, vec2(0.0), size) - 0.5));
   ivec2 high = ivec2(ceil(clamp(middle + radius_px, vec2(0.0), size) - 0.5));
   bool seen = shown && at.z > placed.near_m && low.x < high.x && low.y < high.y;
-  uint radiance = placed_radiance(placed, splat, normal, face);
+  uint radiance = placed_radiance(placed, splat, normals);
   float key = depth_key(inverse_w);
   // Its end at the bottom: no turn of the loop is in vain.
   ivec2 pixel = low;

@@ -21,7 +21,6 @@ layout(set = 1, binding = 8, scalar) buffer TileBuffer { uint tiles[]; };       
 layout(set = 1, binding = 9) uniform usamplerBuffer picture_words;
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CardLookArray { CardLook at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WoodColorArray { uint at[]; };
 
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
@@ -124,12 +123,4 @@ bool occluded(vec3 center, float radius_m) {
   uint farthest = min(min(tiles[tile.z + low.y * tile.x + low.x], tiles[tile.z + low.y * tile.x + high.x]),
                       min(tiles[tile.z + high.y * tile.x + low.x], tiles[tile.z + high.y * tile.x + high.x]));
   return floatBitsToUint(depth_key(1.0 / nearest)) < farthest;
-}
-
-// A unit vector from its place on the octahedron.
-vec3 unfold(vec2 e) {
-  vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
-  float fold = max(-n.z, 0.0);
-  n.xy -= fold * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
-  return n * inversesqrt(dot(n, n));
 }

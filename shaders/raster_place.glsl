@@ -6,12 +6,12 @@ struct Placed {
   vec3 origin, x, y, z;  // (px * w, px * w, w) of a place: origin + q.x * x + q.y * y + q.z * z
   vec3 sun, up, eye;
   vec3 sun_color;  // that other plants let through
-  float bulk;     // leaf_bulk of its leaves, in the mean
+  float bulk;     // how much of the crown its leaves stand for, in the mean
   float bulk_front, bulk_up;  // in place of a normal's
   vec3 tint;
   float clear;    // share of light that fog lets through
   bool wood;
-  uvec2 cards, wood_colors;
+  uvec2 cards;
   // The view's: loaded here once, not by every leaf.
   vec3 sky_color, ground_color, fog_color;
   float near_m;
@@ -24,7 +24,6 @@ Placed place(Instance instance, uint list, vec3 box_min, vec3 step, Cluster clus
   Placed placed;
   placed.wood = list >= kWoodLists && list < kMeshLists;
   placed.cards = plant.card_looks;
-  placed.wood_colors = plant.wood_colors;
   placed.origin = screen_point(world_from_object(instance, box_min));
   placed.x = screen_direction(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)));
   placed.y = screen_direction(rotate(instance.rotation, vec3(0.0, instance.scale * step.y, 0.0)));
@@ -54,19 +53,20 @@ void show_debug(inout Placed placed, uint slot) {
   placed.clear = 0.0;
 }
 
+LeafNormals normals_of(Splat splat) {
+  vec4 folded = unpackSnorm4x8(splat.normals);
+  return LeafNormals(unfold(folded.xy), unfold(folded.zw));
+}
+
 vec3 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + q.y * placed.y + q.z * placed.z; }
 
-// normal: the one it is lit with; face: its own
-uint placed_radiance(Placed placed, Splat splat, vec3 normal, vec3 face) {
+uint placed_radiance(Placed placed, Splat splat, LeafNormals normals) {
   vec4 look = unpackUnorm4x8(splat.look);
-  if (placed.wood) look.rgb = unpackUnorm4x8(WoodColorArray(placed.wood_colors).at[splat.look & 0xffffffu]).rgb;
-  if (placed.wood && dot(face, placed.eye) < 0.0) normal = -normal;
-  float facing = dot(normal, placed.sun);
-  float front = placed.wood ? max(0.0, facing) : mix(max(0.0, 0.2 + 0.8 * facing), placed.bulk_front, placed.bulk);
-  float through = placed.wood ? 0.0 : max(0.0, -sign(dot(face, placed.eye)) * dot(face, placed.sun)) * (1.0 - placed.bulk);
+  if (placed.wood && dot(normals.face, placed.eye) < 0.0) normals.lit = -normals.lit;
+  vec3 shown = placed.wood ? vec3(max(0.0, dot(normals.lit, placed.sun))) : sun_on_leaf(normals, placed.sun, placed.eye, placed.bulk_front, placed.bulk);
   vec3 sunlight = placed.sun_color * sun_through_crown(unpack_crown(splat.crown), placed.sun, placed.eye, placed.bulk);
-  vec3 light = sunlight * (front + 0.45 * through * vec3(1.0, 1.15, 0.35)) +
-               mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * mix(dot(normal, placed.up), placed.bulk_up, placed.bulk)) * mix(look.a, 1.0, kBulkSky * placed.bulk);
+  float up = mix(dot(normals.lit, placed.up), placed.bulk_up, placed.bulk);
+  vec3 light = sunlight * shown + mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * up) * leaf_sky(look.a, placed.bulk);
   vec3 albedo = placed.tint * (kMaxSplatAlbedo * look.rgb * look.rgb);
   return pack_radiance(mix(placed.fog_color, albedo * light, placed.clear));
 }

@@ -52,7 +52,7 @@ void main() {
   Crown crown = crown_of(plant);
   vec3 normal = mapped_normal(normalize(in_normal));
   if (kLeaf != 0)
-    color *= leaf_light(plant, crown, crown_light_at(plant, crown, in_position), instance,
+    color *= leaf_light(plant, crown, crown_light_at(plant.crown_light, crown, in_position), instance,
                         LeafPlace(in_position, in_position, normal,
                                   MaterialArray(plant.materials).at[in_slot_material.y].crown_normals, 0.0));
   else

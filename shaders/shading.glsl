@@ -8,60 +8,12 @@ float transmittance(vec3 world) {
   return exp(-optical_depth * optical_depth);
 }
 
-// Leaf vertices fill a box; the ellipsoid in it stands for the crown.
-struct Crown {
-  vec3 center;
-  vec3 radii;
-};
-
-Crown crown_of(Plant plant) {
-  vec3 half_box = 0.5 * float(plant.quantised_max) * plant.box_step;
-  return Crown(plant.box_min + half_box, max(half_box, vec3(1e-3)));
-}
-
-// Light at a place in a crown: clusters/crown_light.h.
-struct CrownSample {
-  float depth;  // optical, on average
-  vec3 slope;
-  float sky;
-};
-
-CrownSample unpack_crown(uint word) {
-  float root = float(word & 255u) * (1.0 / 255.0);
-  float depth = kMaxCrownDepth * root * root;
-  ivec3 slope = ivec3(bitfieldExtract(int(word), 8, 6), bitfieldExtract(int(word), 14, 6), bitfieldExtract(int(word), 20, 6));
-  return CrownSample(depth, kMaxCrownSlope / 31.0 * depth * vec3(slope), float(word >> 26) * (1.0 / 63.0));
-}
-
-CrownSample crown_light_at(Plant plant, Crown crown, vec3 p) {
-  vec3 at = clamp(((p - crown.center) / crown.radii * 0.5 + 0.5) * float(kCrownCells) - 0.5, vec3(0.0), vec3(kCrownCells - 1u));
-  uvec3 low = min(uvec3(at), uvec3(kCrownCells - 2u));
-  vec3 share = at - vec3(low);
-  CrownSample sum = CrownSample(0.0, vec3(0.0), 0.0);
-  for (uint i = 0; i < 8; ++i) {
-    uvec3 far = uvec3(i, i >> 1, i >> 2) & 1u;
-    vec3 weights = mix(1.0 - share, share, vec3(far));
-    uvec3 cell = low + far;
-    float weight = weights.x * weights.y * weights.z;
-    CrownSample corner = unpack_crown(WordArray(plant.crown_light).at[(cell.z * kCrownCells + cell.y) * kCrownCells + cell.x]);
-    sum.depth += weight * corner.depth;
-    sum.slope += weight * corner.slope;
-    sum.sky += weight * corner.sky;
-  }
-  return sum;
-}
+Crown crown_of(Plant plant) { return crown_of(plant.box_min, plant.box_step, plant.quantised_max); }
 
 // The share of a plant's leaves that a cut has merged.
 float merged_share(Plant plant, uint leaf_count) { return 1.0 - float(min(leaf_count, plant.leaf_count)) / float(plant.leaf_count); }
 
-// How much of the crown a leaf stands for: 0 for one of the source, about 1 for the last one of a plant. size_m: its longer diagonal.
-float leaf_bulk(Plant plant, Crown crown, float size_m, uint leaf_count) {
-  float radius_m = (crown.radii.x + crown.radii.y + crown.radii.z) / 3.0;
-  float share = min(0.5 * size_m / radius_m, 1.0);
-  return merged_share(plant, leaf_count) * share * share;
-}
-
-float leaf_sky(CrownSample light, float bulk) { return mix(light.sky, 1.0, kBulkSky * bulk); }
+float leaf_sky(float sky, float bulk) { return mix(sky, 1.0, kBulkSky * bulk); }
 
 // Of a leaf that stands for a crown: how bright a ball is, all of it that the eye sees, of leaves that turn outwards. cosine: of the angle
 // between eye and sun. The first term is close to Lambert's phase law, 0.85 (sin a + (pi - a) cos a) / pi.
@@ -75,6 +27,13 @@ float bulk_front(float cosine) {
 float sun_through_crown(CrownSample light, vec3 sun, vec3 eye, float bulk) {
   float depth = mix(max(light.depth + dot(light.slope, sun), 0.0), 2.0 * light.depth * max(0.0, -dot(eye, sun)), bulk);
   return mix(0.05, 1.0, exp(-depth));
+}
+
+// What a leaf of some bulk sends to the eye of the sun that reaches it, from its front and, of a single leaf, through it. ball: bulk_front
+vec3 sun_on_leaf(LeafNormals normals, vec3 sun, vec3 eye, float ball, float bulk) {
+  float front = mix(max(0.0, 0.2 + 0.8 * dot(normals.lit, sun)), ball, bulk);
+  float through = max(0.0, -sign(dot(normals.face, eye)) * dot(normals.face, sun)) * (1.0 - bulk);
+  return front + 0.45 * through * vec3(1.0, 1.15, 0.35);
 }
 
 // Share of the sun that a map lets through to a place in it; bilinear over the comparisons of four texels.
@@ -109,18 +68,6 @@ float sun_past_others(Instance instance, Plant plant, vec3 world) {
   return is_in_map(place) ? sun_in_map(shadow_maps[2], place) : 1.0;
 }
 
-// Light and dark, warm and cool: a value that follows the leaf's stalk (quantised in the leaf box), so that it survives a change of cut.
-vec3 variation(Crown crown, Plant plant, uvec3 stalk) {
-  vec3 place_in_crown = (plant.box_min + plant.box_step * vec3(stalk) - crown.center) / crown.radii;
-  uvec3 cell = uvec3(ivec3(floor(place_in_crown * 4.0)) + 16);
-  uint tuft = coppice_hash(cell.x + cell.y * 64u + cell.z * 4096u);
-  uint leaf = coppice_hash(stalk.x + stalk.y * 16384u ^ stalk.z * 747796405u);
-  float a = float(tuft >> 16) / 65535.0 - 0.5;
-  float b = float(leaf >> 16) / 65535.0 - 0.5;
-  float c = float(leaf & 0xffffu) / 65535.0 - 0.5;
-  return (1.0 + 0.16 * a + 0.30 * b) * vec3(1.0 + 0.16 * c, 1.0, 1.0 - 0.14 * c);
-}
-
 // A leaf, or a place on it. Object space.
 struct LeafPlace {
   vec3 middle;  // of the leaf, or near it
@@ -133,22 +80,14 @@ struct LeafPlace {
 // Light of a leaf at one of its vertices, two-sided, with the sun shining through.
 // light: of its middle
 vec3 leaf_light(Plant plant, Crown crown, CrownSample light, Instance instance, LeafPlace leaf) {
-  vec3 outward = (leaf.middle - crown.center) / (crown.radii * crown.radii);
-  outward = normalize(outward + vec3(0.0, 1e-4, 0.0));
-  vec3 face = dot(leaf.face, leaf.face) > 1e-20 ? normalize(leaf.face) : outward;
-  // The side that looks out of the crown; neither, little by little, where a leaf's curl passes from one to the other.
-  float side = clamp(4.0 * dot(face, outward), -1.0, 1.0);
+  LeafNormals normals = leaf_normals(crown, leaf.middle, leaf.face, leaf.crown_normals);
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   vec3 world = world_from_object(instance, leaf.vertex);
   vec3 eye = rotate(to_object, normalize(view.camera_position - world));
-  vec3 normal = normalize(mix(side * face, outward, max(leaf.crown_normals, 1e-3)));
-
   vec3 sun_object = rotate(to_object, view.sun_direction);
   float sun = sun_through_crown(light, sun_object, eye, leaf.bulk) * sun_past_others(instance, plant, world);
-  float front = mix(max(0.0, 0.2 + 0.8 * dot(normal, sun_object)), bulk_front(dot(eye, sun_object)), leaf.bulk);
-  float through = max(0.0, -sign(dot(face, eye)) * dot(face, sun_object)) * (1.0 - leaf.bulk);
-  vec3 direct = view.sun_color * sun * (front + 0.45 * through * vec3(1.0, 1.15, 0.35));
-  return direct + ambient_light(rotate(instance.rotation, mix(normal, 0.67 * eye, leaf.bulk))) * leaf_sky(light, leaf.bulk);
+  vec3 direct = view.sun_color * sun * sun_on_leaf(normals, sun_object, eye, bulk_front(dot(eye, sun_object)), leaf.bulk);
+  return direct + ambient_light(rotate(instance.rotation, mix(normals.lit, 0.67 * eye, leaf.bulk))) * leaf_sky(light.sky, leaf.bulk);
 }
 
 // What reaches a point of wood.
@@ -159,7 +98,7 @@ struct WoodLight {
 
 WoodLight wood_light_at(Plant plant, Crown crown, Instance instance, vec3 position) {
   vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
-  CrownSample light = crown_light_at(plant, crown, position);
+  CrownSample light = crown_light_at(plant.crown_light, crown, position);
   float sun = sun_through_crown(light, sun_object, sun_object, 0.0) * sun_past_others(instance, plant, world_from_object(instance, position));
   return WoodLight(view.sun_color * sun, light.sky);
 }
@@ -167,13 +106,4 @@ WoodLight wood_light_at(Plant plant, Crown crown, Instance instance, vec3 positi
 // normal: unit, world space, of the side that is seen
 vec3 lit(WoodLight light, vec3 normal) {
   return light.sun * max(0.0, dot(normal, view.sun_direction)) + ambient_light(normal) * light.sky;
-}
-
-// The inverse of convert.cpp's octahedral().
-vec3 octahedral_normal(uint packed) {
-  vec2 e = unpackSnorm2x16(packed);
-  vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
-  float fold = max(-n.z, 0.0);
-  n.xy -= fold * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
-  return normalize(n);
 }

@@ -21,7 +21,7 @@ void main() {
   Material material = MaterialArray(plant.materials).at[vertex.material];
 
   vec3 world = world_from_object(instance, vertex.position);
-  vec3 normal = octahedral_normal(vertex.normal);
+  vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
   bool shown = material.texture == push.texture && material.normal_map == push.normal_map;
   gl_Position = shown ? view.clip_from_world * vec4(world, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 #ifdef COPPICE_RELIEF

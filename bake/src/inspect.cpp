@@ -18,7 +18,7 @@ namespace {
 
 std::vector<ChunkSummary> summarise_chunks(const PlantFile& file) {
   std::vector<ChunkSummary> result;
-  for (std::uint32_t kind = COPPICE_CHUNK_PLANT; kind <= COPPICE_CHUNK_LEAF_MESH; ++kind) {
+  for (std::uint32_t kind = COPPICE_CHUNK_PLANT; kind <= COPPICE_CHUNK_TEXTURES; ++kind) {
     ChunkSummary summary{chunk_kind_name(kind), 0, 0};
     for (const coppice_file_chunk& chunk : file.chunks)
       if (chunk.kind == kind) {
@@ -28,18 +28,6 @@ std::vector<ChunkSummary> summarise_chunks(const PlantFile& file) {
     if (summary.count > 0) result.push_back(summary);
   }
   return result;
-}
-
-Result<FileSummary::Texture> summarise_texture(const coppice_file_chunk& chunk, std::span<const std::uint8_t> bytes) {
-  const auto layout = read_texture(bytes.subspan(static_cast<std::size_t>(chunk.offset), static_cast<std::size_t>(chunk.bytes)));
-  if (!layout) {
-    Error error = layout.error();
-    error.offset += chunk.offset;
-    return error;
-  }
-  const MipLevel& first = layout->levels.front();
-  return FileSummary::Texture{texture_format_name(layout->format), first.width, first.height,
-                              static_cast<std::uint32_t>(layout->levels.size()), chunk.bytes};
 }
 
 bool is_all_wood(const coppice_file_plant& plant) {
@@ -77,8 +65,9 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
     summary.wood.push_back(
         {file.plant.wood_vertex_counts[lod], file.plant.wood_triangle_counts[lod], find_chunk(file, COPPICE_CHUNK_WOOD, lod)->bytes});
   for (std::uint32_t texture = 0; texture < file.plant.texture_count; ++texture) {
-    COPPICE_TRY(summarised, summarise_texture(*find_chunk(file, COPPICE_CHUNK_TEXTURE, texture), bytes));
-    summary.textures.push_back(summarised);
+    const coppice_file_texture& header = file.textures[texture];
+    summary.textures.push_back({texture_format_name(header.format), header.width, header.height, header.mip_count,
+                                find_chunk(file, COPPICE_CHUNK_TEXTURE, texture)->bytes});
   }
   for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh)
     summary.leaf_meshes.push_back({file.leaf_meshes[mesh].vertex_count, file.leaf_meshes[mesh].triangle_count,

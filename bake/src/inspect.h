@@ -54,8 +54,7 @@ struct FileSummary {
   std::vector<float> leaf_mesh_error_px;  ///< [sizes] of all quads against them; empty without
 };
 
-/// Reads the front, the texture headers and the finest wood: cheap, and no proof that the rest is sound.
-/// errors  as read_front and read_texture
+/// Reads the front and the finest wood: cheap, and no proof that the rest is sound. errors  as read_front
 Result<FileSummary> inspect(std::span<const std::uint8_t> file);
 
 /// What verify() went through.

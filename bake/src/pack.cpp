@@ -124,13 +124,13 @@ void set_wood(std::size_t lod, EncodedWood wood, FileContents& contents) {
 
 /// The first read, as far as it is known without the coarsest wood.
 std::uint64_t first_read_without_wood(const FileContents& contents, std::size_t texture_count) {
-  const std::size_t chunk_count = 5 + contents.pages.size() + COPPICE_MAX_WOOD_LODS + texture_count + contents.leaf_meshes.size();
+  const std::size_t chunk_count = 6 + contents.pages.size() + COPPICE_MAX_WOOD_LODS + texture_count + contents.leaf_meshes.size();
   const std::size_t error_count = contents.error_leaf_counts.size() + contents.error_sizes_px.size() + contents.error_px.size() +
                                   contents.leaf_mesh_error_px.size() + COPPICE_MAX_WOOD_LODS * contents.error_sizes_px.size();
   return sizeof(coppice_file_header) + chunk_count * sizeof(coppice_file_chunk) + sizeof(coppice_file_plant) +
          contents.materials.size() * sizeof(coppice_file_material) + contents.cards.size() * sizeof(coppice_file_card) +
          contents.leaf_mesh_counts.size() * sizeof(coppice_file_leaf_mesh) + error_count * sizeof(float) +
-         (contents.pages.empty() ? 0 : contents.pages.front().size());
+         textures_chunk(contents.textures, contents.materials).size() + (contents.pages.empty() ? 0 : contents.pages.front().size());
 }
 
 /// Wood that takes more than is left of the first read gets another LoD that does not, unless nothing can be had in so little. Without

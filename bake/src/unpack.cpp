@@ -136,12 +136,12 @@ Result<LeafMeshPart> read_leaf_mesh(const PlantFile& file, Bytes bytes, std::uin
 Result<Image> read_image(const PlantFile& file, Bytes bytes, std::uint32_t index) {
   const coppice_file_chunk& chunk = chunk_of(file, COPPICE_CHUNK_TEXTURE, index);
   COPPICE_TRY(content, chunk_bytes(chunk, bytes));
-  const auto layout = read_texture(content);
-  if (!layout) return in_chunk(layout.error(), chunk);
-  const MipLevel& level = layout->levels.front();
+  COPPICE_CHECK(check_texture(file, index, content));
+  COPPICE_TRY(layout, texture_layout(file.textures[index]));
+  const MipLevel& level = layout.levels.front();
   Image image{level.width, level.height, std::vector<std::uint8_t>(std::size_t{level.width} * level.height * 4)};
-  decode_texture_level(layout->format, level,
-                       content.subspan(static_cast<std::size_t>(level.offset), static_cast<std::size_t>(level.bytes)), image.rgba);
+  decode_texture_level(layout.format, level, content.subspan(static_cast<std::size_t>(level.offset), static_cast<std::size_t>(level.bytes)),
+                       image.rgba);
   return image;
 }
 

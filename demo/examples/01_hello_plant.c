@@ -260,6 +260,7 @@ static coppice_context* create_context(const Host* host) {
   desc.color_format = kColorFormat;
   desc.depth_format = kDepthFormat;
   desc.texture_compression_bc = host->texture_compression_bc;
+  desc.blocking_pipelines = VK_TRUE; /* nothing may be missing from a picture */
   desc.log.write = print_error;
   REQUIRE_COPPICE(coppice_context_create(&desc, &context));
   return context;

@@ -146,6 +146,7 @@ Forest create_forest(const Device& device, const Options& options, std::uint32_t
   desc.pass_times = options.pass_times ? VK_TRUE : VK_FALSE;
   desc.memory_budget_bytes = std::uint64_t{options.memory_mb} << 20;
   desc.allow_outside = options.allow_outside ? VK_TRUE : VK_FALSE;
+  desc.blocking_pipelines = options.headless || options.frames ? VK_TRUE : VK_FALSE;  // frames that are counted miss nothing
   desc.max_instances = instances;
   desc.max_plants = std::max(static_cast<std::uint32_t>(plants), desc.max_plants);
   desc.log = hook_of(*forest.log);

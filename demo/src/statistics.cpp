@@ -126,6 +126,7 @@ void write_json(const std::string& file, const Statistics& statistics) {
     for (std::size_t i = 0; i < kPassNames.size(); ++i) json["pass_ms"][kPassNames[i]] = nearest_rank(statistics.pass_ms[i], 0.5);
   json["memory_budget_bytes"] = last.memory_budget_bytes;
   json["memory_peak_bytes"] = last.memory_peak_bytes;
+  json["device_allocations"] = last.device_allocations;
   json["pages_loaded"] = last.streamed[COPPICE_STREAMED_PAGES].loaded;
   json["pages_evicted"] = last.streamed[COPPICE_STREAMED_PAGES].evicted;
   for (std::size_t kind = 0; kind < kStreamedNames.size(); ++kind) {

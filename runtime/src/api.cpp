@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 
 #include "api_checks.h"
@@ -34,6 +35,14 @@ coppice_status finish(const coppice_context& context, const char* function, cons
   return result ? COPPICE_OK : fail(context.context->log(), function, result.error());
 }
 
+/// Says to the log what is wrong, but for a desc of another size: of that the log's place is not known.
+bool is_valid(const coppice_context_desc* desc, const char* function) {
+  if (!coppice::struct_problem(desc, "desc").empty()) return false;
+  const std::string problem = coppice::desc_problem(*desc);
+  if (!problem.empty()) coppice::log_line(desc->log, COPPICE_LOG_ERROR, "%s: desc.%s", function, problem.c_str());
+  return problem.empty();
+}
+
 /// Once a device is lost it stays so. The log has heard when.
 bool is_lost(const coppice_context& context) {
   return !context.context->device_state();
@@ -48,6 +57,39 @@ std::string plant_problem(const coppice_context& context, coppice_plant plant) {
   if (context.context->is_open(plant)) return {};
   const std::string problem = coppice::handle_problem(plant, HandleKind::plant, context.context->tag());
   return "plant " + (problem.empty() ? "has been closed" : problem);
+}
+
+/// Of one that a call needs more of than its handle.
+std::string failed_plant_problem(const coppice_context& context, coppice_plant plant) {
+  if (std::string problem = plant_problem(context, plant); !problem.empty()) return problem;
+  return context.context->plant_state(plant) == COPPICE_PLANT_FAILED ? "plant could not be opened: close it" : "";
+}
+
+std::string unready_plant_problem(const coppice_context& context, coppice_plant plant) {
+  if (std::string problem = failed_plant_problem(context, plant); !problem.empty()) return problem;
+  return context.context->plant_state(plant) == COPPICE_PLANT_OPENING ? "plant is being opened" : "";
+}
+
+std::string memory_problem(const void* bytes, size_t size, const char* name) {
+  return bytes == nullptr ? "bytes is null" : size == 0 ? "size is 0" : name == nullptr ? "name is null" : "";
+}
+
+coppice::PlantSource memory_source(const void* bytes, size_t size, const char* name) {
+  return {name, {static_cast<const std::uint8_t*>(bytes), size}};
+}
+
+/// What opens a plant and logs its error, with the path.
+coppice_status finish_open(const Result<coppice_plant>& opened, coppice_plant* plant) {
+  if (!opened) return static_cast<coppice_status>(opened.error().status);
+  *plant = *opened;
+  return COPPICE_OK;
+}
+
+/// source  none: what it was opened from
+coppice_status reload(coppice_context& context, coppice_plant plant, const std::optional<coppice::PlantSource>& source) {
+  if (is_lost(context)) return COPPICE_ERROR_DEVICE_LOST;
+  const auto reloaded = context.context->reload_plant(plant, source);
+  return reloaded ? COPPICE_OK : static_cast<coppice_status>(reloaded.error().status);  // the log has it, with the path
 }
 
 /// name  of the argument
@@ -115,20 +157,35 @@ void coppice_context_desc_init(coppice_context_desc* desc) {
 coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context) {
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
   *context = nullptr;
-  // Of a desc of another size the log's place is not known.
-  if (!coppice::struct_problem(desc, "desc").empty()) return COPPICE_ERROR_INVALID_ARGUMENT;
-  if (const std::string problem = coppice::desc_problem(*desc); !problem.empty()) {
-    coppice::log_line(desc->log, COPPICE_LOG_ERROR, "%s: desc.%s", __func__, problem.c_str());
-    return COPPICE_ERROR_INVALID_ARGUMENT;
-  }
+  if (!is_valid(desc, __func__)) return COPPICE_ERROR_INVALID_ARGUMENT;
   auto created = coppice::Context::create(*desc);
   if (!created) return fail(desc->log, __func__, created.error());
   *context = new (std::nothrow) coppice_context{*std::move(created)};
   return *context != nullptr ? COPPICE_OK : fail(desc->log, __func__, {Status::out_of_memory, "context"});
 }
 
+coppice_status coppice_context_cost(const coppice_context_desc* desc, uint64_t* bytes) {
+  if (bytes == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  *bytes = 0;
+  if (!is_valid(desc, __func__)) return COPPICE_ERROR_INVALID_ARGUMENT;
+  const auto cost = coppice::Context::cost(*desc);
+  if (!cost) return fail(desc->log, __func__, cost.error());
+  *bytes = *cost;
+  return COPPICE_OK;
+}
+
 void coppice_context_destroy(coppice_context* context) {
   delete context;
+}
+
+coppice_status coppice_pipelines_ready(const coppice_context* context, VkBool32* ready) {
+  if (ready != nullptr) *ready = VK_FALSE;
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(ready == nullptr ? "ready is null" : "");
+  const auto all = context->context->pipelines().ready();
+  if (!all) return static_cast<coppice_status>(all.error().status);  // the log has it
+  *ready = *all ? VK_TRUE : VK_FALSE;
+  return COPPICE_OK;
 }
 
 coppice_status coppice_set_memory_budget(coppice_context* context, uint64_t bytes) {
@@ -141,10 +198,26 @@ coppice_status coppice_plant_open(coppice_context* context, const char* path, co
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
   COPPICE_REFUSE_IF(path == nullptr ? "path is null" : plant == nullptr ? "plant is null" : "");
   if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
-  auto opened = context->context->open_plant(path);
-  if (!opened) return static_cast<coppice_status>(opened.error().status);  // the log has it, with the path
-  *plant = *opened;
-  return COPPICE_OK;
+  return finish_open(context->context->open_plant(path), plant);
+}
+
+coppice_status coppice_plant_open_async(coppice_context* context, const char* path, coppice_plant* plant) {
+  if (plant != nullptr) *plant = 0;
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(path == nullptr ? "path is null" : plant == nullptr ? "plant is null" : "");
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
+  const auto started = context->context->start_open(path);
+  if (!started) coppice::log_line(context->context->log(), COPPICE_LOG_ERROR, "%s: %s", path, started.error().message().c_str());
+  return finish_open(started, plant);
+}
+
+coppice_status coppice_plant_open_memory(coppice_context* context, const void* bytes, size_t size, const char* name, coppice_plant* plant) {
+  if (plant != nullptr) *plant = 0;
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(memory_problem(bytes, size, name));
+  COPPICE_REFUSE_IF(plant == nullptr ? "plant is null" : "");
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
+  return finish_open(context->context->open_plant(memory_source(bytes, size, name)), plant);
 }
 
 coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant) {
@@ -156,10 +229,16 @@ coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant
 
 coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path) {
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
-  COPPICE_REFUSE_IF(plant_problem(*context, plant));
-  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
-  const auto reloaded = context->context->reload_plant(plant, path);
-  return reloaded ? COPPICE_OK : static_cast<coppice_status>(reloaded.error().status);  // the log has it, with the path
+  COPPICE_REFUSE_IF(unready_plant_problem(*context, plant));
+  return reload(*context, plant, path != nullptr ? std::optional<coppice::PlantSource>(path) : std::nullopt);
+}
+
+coppice_status coppice_plant_reload_memory(coppice_context* context, coppice_plant plant, const void* bytes, size_t size,
+                                           const char* name) {
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(unready_plant_problem(*context, plant));
+  COPPICE_REFUSE_IF(memory_problem(bytes, size, name));
+  return reload(*context, plant, memory_source(bytes, size, name));
 }
 
 void coppice_plant_info_init(coppice_plant_info* info) {
@@ -179,7 +258,7 @@ coppice_status coppice_plant_get_info(const coppice_context* context, coppice_pl
 coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements, uint32_t count,
                                      coppice_instance* instances) {
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
-  COPPICE_REFUSE_IF(plant_problem(*context, plant));
+  COPPICE_REFUSE_IF(failed_plant_problem(*context, plant));
   COPPICE_REFUSE_IF(placements == nullptr && count > 0 ? "placements is null" : "");
   for (uint32_t i = 0; i < count; ++i)
     if (const std::string problem = coppice::placement_problem(placements[i]); !problem.empty())
@@ -280,7 +359,7 @@ coppice_status coppice_shadow_view(const coppice_context* context, const coppice
   COPPICE_REFUSE_IF(desc == nullptr ? "desc is null" : shadow == nullptr ? "shadow is null" : "");
   COPPICE_REFUSE_IF(coppice::view_problem(camera, view_limits(*context)));
   COPPICE_REFUSE_IF(coppice::shadow_problem(*desc, view_limits(*context)));
-  const coppice::SunSphere sphere{.center = {desc->center[0], desc->center[1], desc->center[2]}, .radius_m = desc->radius_m};
+  const coppice::SunSphere sphere{.center = coppice::vec3(desc->center), .radius_m = desc->radius_m};
   *shadow = *camera;
   shadow->kind = COPPICE_VIEW_SHADOW;
   shadow->lod = COPPICE_LOD_CUT;

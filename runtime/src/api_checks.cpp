@@ -134,13 +134,15 @@ std::string desc_problem(const coppice_context_desc& desc) {
     return "depth_compare is none of LESS, LESS_OR_EQUAL, GREATER and GREATER_OR_EQUAL";
   if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples is not one VkSampleCountFlagBits";
   if (desc.memory_budget_bytes == 0) return "memory_budget_bytes is 0";
+  if ((desc.device_memory.allocate == nullptr) != (desc.device_memory.free == nullptr))
+    return "device_memory: one of allocate, free is null";
   if (!(desc.streaming_ms > 0.0f)) return "streaming_ms is not above 0";
   return first_of(range_problem({"prefetch_frames", {&desc.prefetch_frames, 1}, 0.0f, kMaxPrefetchFrames}),
                   size_problem("max_instances", desc.max_instances, kMaxHandleIndex),
                   size_problem("max_plants", desc.max_plants, kMaxPlants),
                   flag_problem("texture_compression_bc", desc.texture_compression_bc), flag_problem("compute_raster", desc.compute_raster),
                   flag_problem("shader_int64_atomics", desc.shader_int64_atomics), flag_problem("pass_times", desc.pass_times),
-                  flag_problem("allow_outside", desc.allow_outside));
+                  flag_problem("allow_outside", desc.allow_outside), flag_problem("blocking_pipelines", desc.blocking_pipelines));
 }
 
 std::string view_problem(const coppice_view* view, const ViewLimits& limits) {

@@ -14,9 +14,6 @@
 namespace coppice {
 namespace {
 
-/// The compute rasteriser's lists of a page's leaves and of the cuts coarser than it, about; see coppice_context_desc.compute_raster.
-constexpr std::uint64_t kRasterListBytesPerTriangle = 60;
-
 /// Plants that may be reloaded at a time.
 constexpr std::uint32_t kReloadSlots = 4;
 /// How long a reload waits for as much of the new file as is wanted.
@@ -50,10 +47,12 @@ std::uint32_t next_tag() {
   return 1 + created.fetch_add(1, std::memory_order_relaxed) % ((1u << kHandleContextBits) - 1);
 }
 
+/// jobs  none: a renderer that is only measured
 Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc, const coppice_jobs& jobs) {
   COPPICE_TRY(device, gpu::open_device(desc.instance, desc.physical_device, desc.device, desc.get_instance_proc_addr));
   device.block_textures = desc.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
   device.log = desc.log;
+  device.memory.hook = desc.device_memory;
   const gpu::AttachmentDesc attachments{.color_format = desc.color_format,
                                         .depth_format = desc.depth_format,
                                         .depth_compare = desc.depth_compare,
@@ -69,7 +68,19 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
                                 .compute_raster = desc.compute_raster == VK_TRUE,
                                 .int64_atomics = desc.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
                                 .pass_times = desc.pass_times == VK_TRUE,
-                                .jobs = jobs});
+                                .jobs = jobs,
+                                .blocking_pipelines = desc.blocking_pipelines == VK_TRUE,
+                                .only_measured = jobs.submit == nullptr});
+}
+
+StreamerOptions streamer_options(const coppice_context_desc& desc, const gpu::Renderer& renderer) {
+  return {.gpu = {.opening_bytes = gpu::Renderer::kSmallBytes,
+                  .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
+                  .mesh_clusters = renderer.has_raster(),
+                  .block_textures = renderer.block_textures()},
+          .budget_bytes = desc.memory_budget_bytes,
+          .max_plants = desc.max_plants + kReloadSlots,
+          .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
 }
 
 static_assert(COPPICE_STREAMED_PAGES == static_cast<int>(ChunkKind::page) && COPPICE_STREAMED_WOOD == static_cast<int>(ChunkKind::wood) &&
@@ -99,27 +110,24 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->renderer_ = std::move(renderer);
   COPPICE_TRY(instances, gpu::InstanceTable::create(context->hooks_.hooks.allocator, desc.max_instances, slot_count, context->tag_));
   context->instances_ = std::move(instances);
-  const StreamerOptions options{.gpu = {.page_bytes = gpu::kPageBytes,
-                                        .wood_vertex_bytes = sizeof(gpu::WoodVertex),
-                                        .leaf_mesh_vertex_bytes = sizeof(gpu::LeafMeshVertex),
-                                        .opening_bytes = gpu::Renderer::kSmallBytes,
-                                        .wood_list_triangle_bytes = context->renderer_->has_raster() ? kRasterListBytesPerTriangle : 0,
-                                        .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
-                                        .block_textures = context->renderer_->block_textures()},
-                                .budget_bytes = desc.memory_budget_bytes,
-                                .max_plants = slot_count,
-                                .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
   context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == VK_TRUE, context->hooks_.real_files};
   context->max_instances_ = desc.max_instances;
-  context->streaming_ns_ = options.hand_over_budget_ns;
+  context->streaming_ns_ = nanoseconds(desc.streaming_ms);
   context->prefetch_frames_ = desc.prefetch_frames;
-  COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, options));
+  COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, streamer_options(desc, *context->renderer_)));
   context->streamer_ = std::move(streamer);
   context->max_plants_ = desc.max_plants;
   context->count_overhead();
   context->least_budget_bytes_ = context->renderer_->least_budget_bytes(context->streamer_->stats().memory_bytes);
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
   return context;
+}
+
+Result<std::uint64_t> Context::cost(const coppice_context_desc& desc) {
+  COPPICE_CHECK(check_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
+  COPPICE_TRY(renderer, create_renderer(desc, {}));
+  COPPICE_TRY(streamer, Streamer::create({.allocator = default_allocator()}, streamer_options(desc, *renderer)));
+  return streamer->stats().memory_bytes + renderer->overhead_bytes() + gpu::InstanceTable::bytes_for(desc.max_instances);
 }
 
 Result<void> Context::check_budget(std::uint64_t bytes) const {
@@ -137,6 +145,7 @@ Result<void> Context::check_budget(std::uint64_t bytes) const {
 Result<void> Context::set_memory_budget(std::uint64_t bytes) {
   COPPICE_CHECK(check_budget(bytes));
   streamer_->set_memory_budget(bytes);
+  renderer_->set_memory_budget(bytes);
   return {};
 }
 
@@ -148,25 +157,27 @@ Context::PlantEntry& Context::entry(coppice_plant plant) {
   return plants_[index_of(plant)];
 }
 
-Result<std::uint32_t> Context::open_slot(const char* path) {
-  COPPICE_TRY(slot, streamer_->open_plant(path));
-  if (const auto shown = show_slot(slot); !shown) {
-    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", path, shown.error().message().c_str());
-    return shown.error();
-  }
+Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
+  COPPICE_TRY(slot, streamer_->open_plant(source));
+  add_slot(slot);
+  COPPICE_CHECK(show_slot(slot));
   return slot;
 }
 
+void Context::add_slot(std::uint32_t slot) {
+  if (slot < slots_.size()) return;
+  slots_.resize(slot + 1);
+  demands_.resize(slot + 1);
+  demand_ahead_.measured.resize(slot + 1);
+  demand_ahead_.finished.resize(slot + 1);
+  residency_.resize(slot + 1);
+}
+
 Result<void> Context::show_slot(std::uint32_t slot) {
-  if (slot >= slots_.size()) {
-    slots_.resize(slot + 1);
-    demands_.resize(slot + 1);
-    demand_ahead_.measured.resize(slot + 1);
-    demand_ahead_.finished.resize(slot + 1);
-    residency_.resize(slot + 1);
-  }
   const PlantFile& file = streamer_->file(slot);
-  if (auto added = renderer_->add_plant(slot, file, streamer_->lod_words(slot)); !added) {
+  give_room();
+  if (auto added = renderer_->add_plant(slot, file, streamer_->appearance(slot), streamer_->lod_words(slot)); !added) {
+    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", streamer_->path(slot).c_str(), added.error().message().c_str());
     streamer_->close_plant(slot);
     return added.error();
   }
@@ -176,35 +187,59 @@ Result<void> Context::show_slot(std::uint32_t slot) {
   return {};
 }
 
-void Context::close_slot(std::uint32_t slot) {
+void Context::remove_instances(std::uint32_t slot) {
   instances_.remove_plant(slot);
-  streamer_->close_plant(slot);
   forget_demand(demand_ahead_);
+}
+
+void Context::close_slot(std::uint32_t slot) {
+  remove_instances(slot);
+  streamer_->close_plant(slot);
   slots_[slot].open = false;
 }
 
-Result<coppice_plant> Context::open_plant(const char* path) {
+Result<coppice_plant> Context::open_plant(const PlantSource& source) {
   if (free_entry() == max_plants_) {
-    log_line(log(), COPPICE_LOG_ERROR, "%s: max_plants are open", path);
+    log_line(log(), COPPICE_LOG_ERROR, "%s: max_plants are open", source.name.c_str());
     return Error{Status::out_of_memory, "max_plants are open"};
   }
-  COPPICE_TRY(slot, open_slot(path));
-  return take_entry(slot);
+  COPPICE_TRY(slot, open_slot(source));
+  return take_entry(slot, COPPICE_PLANT_READY);
+}
+
+Result<coppice_plant> Context::start_open(const PlantSource& source) {
+  if (free_entry() == max_plants_) return Error{Status::out_of_memory, "max_plants are open"};
+  COPPICE_TRY(slot, streamer_->start_open(source));
+  add_slot(slot);
+  return take_entry(slot, COPPICE_PLANT_OPENING);
+}
+
+void Context::finish_openings() {
+  const std::uint64_t end = now_ns() + streaming_ns_;
+  for (PlantEntry& plant : plants_) {
+    if (!plant.open || plant.state != COPPICE_PLANT_OPENING) continue;
+    auto opened = streamer_->finish_open(plant.slot);
+    if (!opened) continue;
+    if (*opened) opened = show_slot(plant.slot);
+    plant.state = *opened ? COPPICE_PLANT_READY : COPPICE_PLANT_FAILED;
+    if (!*opened) {
+      plant.failure = opened->error().status;
+      remove_instances(plant.slot);
+    }
+    if (now_ns() >= end) return;
+  }
 }
 
 std::uint32_t Context::free_entry() const {
   return static_cast<std::uint32_t>(std::ranges::find(plants_, false, &PlantEntry::open) - plants_.begin());
 }
 
-Result<coppice_plant> Context::take_entry(std::uint32_t slot) {
+coppice_plant Context::take_entry(std::uint32_t slot, coppice_plant_state state) {
   const std::uint32_t index = free_entry();
-  if (index == max_plants_) {
-    close_slot(slot);
-    return Error{Status::out_of_memory, "max_plants are open"};
-  }
   if (index == plants_.size()) plants_.emplace_back();
   PlantEntry& entry = plants_[index];
   entry.open = true;
+  entry.state = state;
   entry.slot = slot;
   return pack_handle({HandleKind::plant, tag_, entry.generation, index});
 }
@@ -216,15 +251,18 @@ bool Context::is_open(coppice_plant plant) const {
 
 void Context::close_plant(coppice_plant plant) {
   PlantEntry& closing = entry(plant);
-  close_slot(closing.slot);
+  if (closing.state == COPPICE_PLANT_READY) close_slot(closing.slot);
+  if (closing.state == COPPICE_PLANT_OPENING) {
+    remove_instances(closing.slot);
+    streamer_->cancel_open(closing.slot);
+  }
   if (closing.next_slot != kNoSlot) close_slot(closing.next_slot);
   closing = {.generation = closing.generation + 1};
 }
 
-Result<void> Context::reload_plant(coppice_plant plant, const char* path) {
+Result<void> Context::reload_plant(coppice_plant plant, const std::optional<PlantSource>& source) {
   PlantEntry& reloading = entry(plant);
-  const std::string own_path = streamer_->path(reloading.slot);
-  COPPICE_TRY(slot, open_slot(path != nullptr ? path : own_path.c_str()));
+  COPPICE_TRY(slot, open_slot(source ? *source : streamer_->source(reloading.slot)));
   if (reloading.next_slot != kNoSlot) close_slot(reloading.next_slot);
   reloading.next_slot = slot;
   reloading.swap_frame = frame_number_ + kReloadFrames;
@@ -247,7 +285,13 @@ void Context::finish_reloads() {
 }
 
 void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
-  const std::uint32_t slot = entry(plant).slot;
+  const PlantEntry& known = entry(plant);
+  const std::uint32_t slot = known.slot;
+  coppice_plant_info_init(&info);
+  info.state = known.state;
+  info.failure = static_cast<coppice_status>(known.failure);
+  info.reloading = known.next_slot != kNoSlot ? VK_TRUE : VK_FALSE;
+  if (known.state != COPPICE_PLANT_READY) return;
   const PlantFile& file = streamer_->file(slot);
   const PlantState state = streamer_->state(slot);
   info.leaf_count = file.plant.leaf_count;
@@ -308,13 +352,14 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   const gpu::FrameCounts& counts = renderer_->counts();
   leaf_budget_.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
   threshold_px_ =
-      leaf_budget_.threshold_px(frame.frame_number, view.lod.error_px, frame.view->lod == COPPICE_LOD_CUT ? frame.view->leaf_budget : 0);
-  view.lod.error_px = threshold_px_;
+      leaf_budget_.threshold_px(frame.frame_number, view.error_px, frame.view->lod == COPPICE_LOD_CUT ? frame.view->leaf_budget : 0);
+  view.error_px = threshold_px_;
   // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
-  if (view.lod.discrete) view.lod.error_px *= 0.5f;
+  if (view.discrete) view.error_px *= 0.5f;
   streamer_->set_growth_bytes(renderer_->wanted_room_bytes(instances_, *frame.view) + (scene_ ? scene_->growth_bytes : 0));
   count_overhead();
-  if (scene_) stream_scene(view.lod);
+  finish_openings();
+  if (scene_) stream_scene(view);
   finish_reloads();
   instances_.update_bounds();
   measure_demand(instances_.blocks(), view, demands_);
@@ -341,20 +386,27 @@ void Context::drop_chunk(ChunkId id) {
     case ChunkKind::page:
       return renderer_->drop_page(id.plant, id.index);
     case ChunkKind::wood:
-      return renderer_->drop_wood(id.plant, id.index);
+      return renderer_->drop_mesh(id.plant, id.index);
     case ChunkKind::texture:
       return renderer_->drop_texture(id.plant, id.index);
     case ChunkKind::leaf_mesh:
-      return renderer_->drop_leaf_mesh(id.plant, id.index);
+      return renderer_->drop_mesh(id.plant, gpu::kMaxWoodLods + id.index);
   }
 }
 
 Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
-  if (chunk.id.kind == ChunkKind::wood) return renderer_->upload_wood(chunk.id.plant, chunk.id.index, *chunk.wood);
-  if (chunk.id.kind == ChunkKind::leaf_mesh) return renderer_->upload_leaf_mesh(chunk.id.plant, chunk.id.index, *chunk.wood);
-  if (chunk.id.kind == ChunkKind::texture) return renderer_->upload_texture(chunk.id.plant, chunk.id.index, chunk.texture);
-  return renderer_->upload_page(
-      {.plant = chunk.id.plant, .page = chunk.id.index, .clusters = chunk.clusters, .ready_cuts = chunk.ready_cuts, .light = chunk.light});
+  const auto [plant, kind, index] = chunk.id;
+  switch (kind) {
+    case ChunkKind::page:
+      return renderer_->upload_page({plant, index, chunk.clusters, chunk.ready_cuts});
+    case ChunkKind::wood:
+      return renderer_->upload_mesh({plant, index, chunk.mesh});
+    case ChunkKind::texture:
+      return renderer_->upload_texture(plant, index, chunk.texture);
+    case ChunkKind::leaf_mesh:
+      return renderer_->upload_mesh({plant, gpu::kMaxWoodLods + index, chunk.mesh});
+  }
+  return {};
 }
 
 Result<void> Context::upload_decoded() {
@@ -366,8 +418,8 @@ Result<void> Context::upload_decoded() {
     // The rest is handed out again. What a plant cannot be drawn without comes first and in any case.
     if (!std::exchange(first, false) && !chunk.pinned && now_ns() - start >= left) break;
     const ChunkId id = chunk.id;
-    if (!streamer_->awaits_upload(id)) continue;                                                      // an earlier page of its plant failed
-    if (!renderer_->has_room(chunk.bytes, id.kind == ChunkKind::wood ? chunk.wood : nullptr)) break;  // room is being made
+    if (!streamer_->awaits_upload(id)) continue;   // an earlier page of its plant failed
+    if (!renderer_->has_room(chunk.bytes)) break;  // room is being made
     const std::uint64_t upload_start = trace_start(trace);
     auto uploaded = upload_chunk(chunk);
     trace_end(trace,
@@ -405,11 +457,11 @@ void Context::record_draw(VkCommandBuffer cmd, const coppice_view& view) const {
 
 Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view) {
   const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_CULL);
-  COPPICE_TRY(demand, demand_view(view));
+  COPPICE_TRY(lod, demand_view(view));
   recording_ = Recording::culled;
-  if (view.leaf_budget > 0 && view.lod == COPPICE_LOD_CUT) demand.lod.error_px = std::max(demand.lod.error_px, threshold_px_);
+  if (view.leaf_budget > 0 && view.lod == COPPICE_LOD_CUT) lod.error_px = std::max(lod.error_px, threshold_px_);
   give_room();
-  renderer_->record_cull(cmd, view, demand.lod);
+  renderer_->record_cull(cmd, view, lod);
   count_overhead();
   return device_state();
 }
@@ -432,12 +484,14 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.memory_budget_bytes = streaming.budget_bytes;
   stats.memory_bytes = streaming.memory_bytes;
   stats.memory_peak_bytes = streaming.memory_peak_bytes;
+  stats.device_allocations = renderer_->device().memory.block_count;
   for (std::size_t kind = 0; kind < kChunkKindCount; ++kind) stats.streamed[kind] = streamed_stats(streaming.chunks[kind]);
   stats.streamed[COPPICE_STREAMED_ALL] = streamed_stats(streaming.all());
-  stats.streamed[COPPICE_STREAMED_ALL].in_flight += renderer_->lists_in_flight();
   stats.threshold_px = streaming.threshold_px;
   stats.bytes_read = streaming.bytes_read;
   stats.decode_ms = 1e-6 * static_cast<double>(streaming.decode_ns);
+  stats.pipelines_wanted = pipelines().wanted_count();
+  stats.pipelines_built = pipelines().built_count();
   const SceneStats scene = scene_ ? scene_->stream->stats() : SceneStats{};
   stats.scene_instance_count = scene.instance_count;
   stats.scene_tile_count = scene.tile_count;

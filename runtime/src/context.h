@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,22 +28,31 @@ class Context {
   /// budget below what the context takes
   static Result<std::unique_ptr<Context>> create(const coppice_context_desc& desc);
 
+  /// What a context takes before any plant, as its budget counts it; takes no device memory itself, and calls no hook but the log. errors
+  /// as create, but for the budget
+  static Result<std::uint64_t> cost(const coppice_context_desc& desc);
+
   /// Of its handles, 1 and on; contexts that are created 4,095 after each other share one.
   [[nodiscard]] std::uint32_t tag() const { return tag_; }
   /// errors  device_lost: a Vulkan call said so, now or earlier. Then nothing more may be recorded
   [[nodiscard]] Result<void> device_state() const { return renderer_->device_state(); }
   [[nodiscard]] const gpu::Device& device() const { return renderer_->device(); }
+  [[nodiscard]] const gpu::PipelineSet& pipelines() const { return renderer_->pipelines(); }
 
   /// errors  invalid_argument: less than the context took when it was created
   Result<void> set_memory_budget(std::uint64_t bytes);
 
   /// errors  as coppice_plant_open, logged already
-  Result<coppice_plant> open_plant(const char* path);
+  Result<coppice_plant> open_plant(const PlantSource& source);
+  /// Without waiting: begin_frame goes on with it. errors  out_of_memory: max_plants are open; not logged
+  Result<coppice_plant> start_open(const PlantSource& source);
+  /// Also while it is being opened and where that failed.
   [[nodiscard]] bool is_open(coppice_plant plant) const;
   /// plant: open, here and below
+  [[nodiscard]] coppice_plant_state plant_state(coppice_plant plant) const { return entry(plant).state; }
   void close_plant(coppice_plant plant);
-  /// path  null: the file that it was opened from. errors  as coppice_plant_reload, logged already
-  Result<void> reload_plant(coppice_plant plant, const char* path);
+  /// plant: ready. source  none: what it was opened from. errors  as coppice_plant_reload, logged already
+  Result<void> reload_plant(coppice_plant plant, const std::optional<PlantSource>& source);
   void fill_info(coppice_plant plant, coppice_plant_info& info) const;
 
   /// has_scene(): false. errors  as coppice_scene_open, logged already
@@ -84,7 +94,9 @@ class Context {
   struct PlantEntry {
     std::uint32_t generation = 0;
     bool open = false;
-    std::uint32_t slot = 0;
+    coppice_plant_state state = COPPICE_PLANT_READY;
+    Status failure = Status::ok;        ///< of the state
+    std::uint32_t slot = 0;             ///< none where it failed
     std::uint32_t next_slot = kNoSlot;  ///< being reloaded into
     std::uint64_t swap_frame = 0;       ///< reloading: from this frame on what is there of the new file has to do
   };
@@ -99,7 +111,8 @@ class Context {
     std::uint32_t block_count = 0;         ///< of all tiles
     HookArray<coppice_plant> plants;       ///< [species] 0: not open
     struct Opening {
-      std::uint32_t species = 0, slot = 0;
+      std::uint32_t species = 0;
+      coppice_plant plant = 0;
     };
     std::vector<Opening> opening;
     /// Tiles whose plants are growing up, and their share of the full size in kGrowFrames-ths.
@@ -118,9 +131,8 @@ class Context {
 
   Context() = default;
   void stream_scene(const LodView& view);
-  /// Starts to open plants that are wanted and takes over one that is read. False: none is.
-  bool open_next_species();
-  void finish_species(std::uint32_t species, const Result<coppice_plant>& plant);
+  /// Starts to open plants that are wanted, and takes over those that are.
+  void open_species();
   void place_tile(const ReadyTile& ready);
   /// Into Scene::blocks.
   std::span<const std::uint32_t> blocks_of(std::uint32_t tile);
@@ -128,14 +140,19 @@ class Context {
   void grow_tiles();
   [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
   [[nodiscard]] PlantEntry& entry(coppice_plant plant);
-  Result<std::uint32_t> open_slot(const char* path);
+  Result<std::uint32_t> open_slot(const PlantSource& source);
   /// max_plants_ where all are open.
   [[nodiscard]] std::uint32_t free_entry() const;
-  /// Gives what the streamer has opened to the renderer. errors  out_of_memory; not logged, the slot is closed
+  /// Gives what the streamer has opened to the renderer. errors  out_of_memory; logged, and the slot is closed
   Result<void> show_slot(std::uint32_t slot);
-  /// A handle for it. errors  out_of_memory: max_plants are open; not logged, the slot is closed
-  Result<coppice_plant> take_entry(std::uint32_t slot);
+  /// A handle for it. free_entry() is not max_plants_
+  coppice_plant take_entry(std::uint32_t slot, coppice_plant_state state);
+  /// Makes sure of its place in what is kept by slot.
+  void add_slot(std::uint32_t slot);
+  /// Goes on with plants that are being opened; for about streaming_ms with those that are read, one at least.
+  void finish_openings();
   void close_slot(std::uint32_t slot);
+  void remove_instances(std::uint32_t slot);
   /// Shows the new files of plants whose reload has come far enough.
   void finish_reloads();
   /// Tells the streamer what the rest of the context takes.

@@ -33,7 +33,7 @@ Result<coppice_scene> Context::open_scene(const char* path) {
 
 void Context::close_scene() {
   for (std::uint32_t tile = 0; tile < scene_->first_block.size(); ++tile) remove_tile(tile);
-  for (const Scene::Opening& opening : scene_->opening) streamer_->cancel_open(opening.slot);
+  for (const Scene::Opening& opening : scene_->opening) close_plant(opening.plant);
   for (const coppice_plant plant : scene_->plants)
     if (is_open(plant)) close_plant(plant);
   scene_.reset();
@@ -63,11 +63,9 @@ namespace {
 /// A tile that is larger than this when it comes grows up in so many frames, if no more than so many others do.
 constexpr float kGrowFrom_px = 3.0f;
 constexpr std::uint32_t kGrowFrames = 16, kMostGrowing = 16;
-/// A plant that found no memory is tried again so often, after so many frames each.
+/// A plant that finds max_plants open is tried again so often, after so many frames each: others may be closing.
 constexpr std::uint32_t kSpeciesTries = 8;
 constexpr std::uint64_t kSpeciesRetryFrames = 30;
-/// Plants that are opened at a time.
-constexpr std::size_t kMostOpening = 8;
 /// Device memory that grows with an instance: draw commands, places in the lists of wood.
 constexpr std::uint64_t kInstanceGrowthBytes = 64;
 
@@ -93,10 +91,9 @@ void Context::stream_scene(const LodView& view) {
   for (const std::uint32_t tile : scene_->stream->dropped()) remove_tile(tile);
   grow_tiles();
   scene_->growth_bytes = 0;
-  // One of each at least; more while there is time. What is over waits for the next frame.
+  open_species();
+  // One at least; more while there is time. What is over waits for the next frame.
   const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(streaming_ns_);
-  while (open_next_species() && std::chrono::steady_clock::now() < end) {
-  }
   for (auto ready = scene_->stream->next_ready(); ready; ready = scene_->stream->next_ready()) {
     // What draws them all grows with them: the streamer makes room for that, and the tile waits.
     if (const std::uint64_t growth = renderer_->growth_bytes(instances_.count() + ready->instances.size());
@@ -109,42 +106,35 @@ void Context::stream_scene(const LodView& view) {
   }
 }
 
-// Reads are under way in between; what is pinned is decoded here.
-bool Context::open_next_species() {
-  while (scene_->opening.size() < kMostOpening && frame_number_ >= scene_->species_frame) {
-    const auto wanted = scene_->stream->next_species();
+void Context::open_species() {
+  SceneStream& stream = *scene_->stream;
+  while (scene_->opening.size() < Streamer::kMostOpening && frame_number_ >= scene_->species_frame) {
+    const auto wanted = stream.next_species();
     if (!wanted) break;
-    scene_->stream->species_opening(wanted->species);
-    auto started = streamer_->start_open(wanted->path);
-    if (started)
+    const auto started = start_open(wanted->path);
+    if (!started && ++scene_->species_tries < kSpeciesTries) {
+      scene_->species_frame = frame_number_ + kSpeciesRetryFrames;
+      break;
+    }
+    scene_->species_tries = 0;
+    stream.species_opening(wanted->species);
+    if (started) {
       scene_->opening.push_back({wanted->species, *started});
+    } else {
+      log_line(log(), COPPICE_LOG_ERROR, "%s: %s", wanted->path, started.error().message().c_str());
+      stream.species_opened(wanted->species, false);
+    }
+  }
+  std::erase_if(scene_->opening, [&](const Scene::Opening& opening) {
+    const coppice_plant_state state = plant_state(opening.plant);
+    if (state == COPPICE_PLANT_OPENING) return false;
+    if (state == COPPICE_PLANT_READY)
+      scene_->plants[opening.species] = opening.plant;
     else
-      finish_species(wanted->species, started.error());
-  }
-  for (auto it = scene_->opening.begin(); it != scene_->opening.end(); ++it) {
-    const auto [species, slot] = *it;
-    const auto opened = streamer_->finish_open(slot);
-    if (!opened) continue;
-    scene_->opening.erase(it);
-    auto shown = *opened ? show_slot(slot) : Result<void>(opened->error());
-    finish_species(species, shown ? take_entry(slot) : Result<coppice_plant>(shown.error()));
+      close_plant(opening.plant);
+    stream.species_opened(opening.species, state == COPPICE_PLANT_READY);
     return true;
-  }
-  return false;
-}
-
-// Where there was no memory room may be on its way; the tiles that need the plant wait. Only what it comes to is said.
-void Context::finish_species(std::uint32_t species, const Result<coppice_plant>& plant) {
-  if (!plant && plant.error().status == Status::out_of_memory && ++scene_->species_tries < kSpeciesTries) {
-    scene_->species_frame = frame_number_ + kSpeciesRetryFrames;
-    return scene_->stream->species_wanted(species);
-  }
-  scene_->species_tries = 0;
-  if (plant)
-    scene_->plants[species] = *plant;
-  else
-    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", scene_->stream->species_path(species), plant.error().message().c_str());
-  scene_->stream->species_opened(species, static_cast<bool>(plant));
+  });
 }
 
 void Context::place_tile(const ReadyTile& ready) {

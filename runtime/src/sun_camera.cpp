@@ -4,31 +4,14 @@
 #include <cmath>
 
 namespace coppice {
-namespace {
-
-using Vector = std::array<float, 3>;
-
-Vector cross(const Vector& a, const Vector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-float dot(const Vector& a, const Vector& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-Vector normalised(const Vector& a) {
-  const float length = std::sqrt(dot(a, a));
-  return {a[0] / length, a[1] / length, a[2] / length};
-}
-
-}  // namespace
-
 void set_sun_camera(coppice_view& view, const SunSphere& sphere, bool reversed_depth) {
   // Far enough to be about parallel, near enough for depth to keep millimetres.
   constexpr float kRadiiAway = 40.0f, kRadiiBefore = 4.0f, kRadiiBehind = 2.0f;
-  const Vector sun = normalised({view.sun_direction[0], view.sun_direction[1], view.sun_direction[2]});
-  const Vector right = normalised(cross(std::abs(sun[1]) < 0.99f ? Vector{0, 1, 0} : Vector{1, 0, 0}, sun));
-  const Vector up = cross(sun, right);
+  const vec3 sun = normalize(vec3(view.sun_direction));
+  const vec3 right = normalize(cross(std::abs(sun.y) < 0.99f ? vec3(0, 1, 0) : vec3(1, 0, 0), sun));
+  const vec3 up = cross(sun, right);
   const float distance_m = kRadiiAway * sphere.radius_m;
-  const std::array<Vector, 3> axes{right, up, sun};
+  const std::array<vec3, 3> axes{right, up, sun};
   std::fill_n(view.view_from_world, 16, 0.0f);
   for (std::size_t row = 0; row < 3; ++row) {
     for (std::size_t column = 0; column < 3; ++column) view.view_from_world[4 * column + row] = axes[row][column];

@@ -2,14 +2,13 @@
 
 // The camera that a shadow map of the sun is drawn with.
 
-#include <array>
-
 #include "coppice/coppice.h"
+#include "vectors.h"
 
 namespace coppice {
 
 struct SunSphere {
-  std::array<float, 3> center{};  ///< world space, m
+  vec3 center{};  ///< world space, m
   float radius_m = 1;
 };
 

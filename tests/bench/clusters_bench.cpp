@@ -18,14 +18,14 @@ using namespace coppice;
 void build_pages(benchmark::State& state) {
   const auto leaf_count = static_cast<std::uint32_t>(state.range(0));
   const test::DecodedPlant plant = test::decoded_plant(test::random_plant({.leaf_count = leaf_count, .seed = 1}));
-  const std::vector<gpu::CardLook> looks = gpu::card_looks(plant.file);
+  const gpu::PlantLooks looks = gpu::plant_looks(plant.file);
   const gpu::LeafBox box = gpu::leaf_box(gpu::gpu_plant(plant.file.plant));
   const auto page_nodes = [&](std::size_t page) {
     const std::size_t first = page * gpu::kPageNodes + 1;
     return std::span(plant.nodes).subspan(first, std::min<std::size_t>(gpu::kPageNodes, plant.nodes.size() - first));
   };
-  const gpu::CrownLight light = gpu::measure_crown({plant.nodes[0], page_nodes(0), looks, box});
-  const gpu::LeafSource source{plant.nodes[0], looks, box, &light, leaf_count};
+  const gpu::CrownLight light = gpu::measure_crown({plant.nodes[0], page_nodes(0), looks.cards(), box});
+  const gpu::LeafSource source{plant.nodes[0], looks.cards(), box, &light, leaf_count};
   const auto scratch = std::make_unique<gpu::ClusterScratch>();
   std::vector<std::uint8_t> out(gpu::kPageBytes);
   for (auto _ : state)

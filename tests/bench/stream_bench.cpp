@@ -175,18 +175,23 @@ struct Sample {
 };
 
 struct RunResult {
-  std::vector<double> begin_ms, record_ms, frame_ms;
+  std::vector<double> begin_ms, upload_ms, record_ms, frame_ms;
   std::vector<Sample> samples;
   std::vector<test::Picture> pictures;
   coppice_stats stats{};
   double seconds = 0;
   std::uint64_t counted_peak_bytes = 0, full_bytes = 0;
+  std::uint64_t most_device_allocations = 0, device_calls = 0;  ///< calls of the frames
   std::uint32_t frames_over_budget = 0, frames_with_missing_plants = 0;
   std::uint32_t frames_waiting = 0;  ///< frames in which something that the view wants is not there
   double threshold_sum_px = 0;
   std::vector<std::uint32_t> visible;  ///< [frame] instances in view, as the GPU has counted them; the last is not known
   std::optional<std::uint32_t> first_complete_frame, settled_frame;
 };
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
 
 class Run {
  public:
@@ -256,6 +261,7 @@ class Run {
 
   void fly() {
     const auto start = Clock::now();
+    const std::uint64_t calls = test::counted_device_calls().calls;
     const std::uint32_t step = std::max(options_.frames / std::max(options_.pictures, 1u), 1u);
     for (std::uint32_t i = 0; i < options_.frames; ++i) {
       const bool picture = options_.pictures > 0 && i % step == step - 1;
@@ -263,6 +269,7 @@ class Run {
       account(i);
     }
     result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    result.device_calls = test::counted_device_calls().calls - calls;
     result.stats = stats();
   }
 
@@ -298,6 +305,7 @@ class Run {
     const std::uint64_t counted = test::counted_bytes();
     result.counted_peak_bytes = std::max(result.counted_peak_bytes, counted);
     result.frames_over_budget += counted > budget_bytes_;
+    result.most_device_allocations = std::max(result.most_device_allocations, test::counted_device_calls().live);
     const bool complete = missing_plants() == 0;
     if (complete && !result.first_complete_frame) result.first_complete_frame = index + 1;
     result.frames_with_missing_plants += !complete;
@@ -312,7 +320,9 @@ class Run {
   }
 
   void record(VkCommandBuffer cmd, const coppice_view& view) {
+    const auto start = Clock::now();
     check(coppice_record_upload(context_, cmd), "coppice_record_upload");
+    upload_ms_ = ms_since(start);
     check(coppice_record_cull(context_, cmd, &view), "coppice_record_cull");
   }
 
@@ -322,10 +332,9 @@ class Run {
     begun.frame_number = ++frame_number_;
     begun.completed_number = frame_number_ - 1;
     begun.view = &view;
-    const auto ms = [](Clock::time_point from) { return std::chrono::duration<double, std::milli>(Clock::now() - from).count(); };
     const auto start = Clock::now();
     check(coppice_frame_begin(context_, &begun), "coppice_frame_begin");
-    const double begin_ms = ms(start);
+    const double begin_ms = ms_since(start);
     if (!draw) {
       test::submit(device(), [&](VkCommandBuffer cmd) { record(cmd, view); });
       return;
@@ -336,12 +345,13 @@ class Run {
         [&](VkCommandBuffer cmd) {
           const auto record_start = Clock::now();
           record(cmd, view);
-          record_ms = ms(record_start);
+          record_ms = ms_since(record_start);
         },
         [&](VkCommandBuffer cmd) { check(coppice_record_draw(context_, cmd, &view), "coppice_record_draw"); });
     result.begin_ms.push_back(begin_ms);
+    result.upload_ms.push_back(upload_ms_);
     result.record_ms.push_back(record_ms);
-    result.frame_ms.push_back(ms(start));
+    result.frame_ms.push_back(ms_since(start));
     if (picture != nullptr) *picture = std::move(drawn);
   }
 
@@ -351,6 +361,7 @@ class Run {
   coppice_context* context_ = nullptr;
   Forest forest_;
   std::uint64_t frame_number_ = 0;
+  double upload_ms_ = 0;  ///< of the last frame
 };
 
 // ---- the report ---------------------------------------------------------------------------------------------------------------------
@@ -370,11 +381,14 @@ nlohmann::ordered_json json_of(const Percentiles& p) {
 nlohmann::ordered_json json_of(const RunResult& run) {
   nlohmann::ordered_json json;
   json["begin_ms"] = json_of(percentiles(run.begin_ms));
+  json["upload_ms"] = json_of(percentiles(run.upload_ms));
   json["record_ms"] = json_of(percentiles(run.record_ms));
   json["frame_ms"] = json_of(percentiles(run.frame_ms));
   json["seconds"] = run.seconds;
   json["counted_peak_bytes"] = run.counted_peak_bytes;
   json["memory_peak_bytes"] = run.stats.memory_peak_bytes;
+  json["most_device_allocations"] = run.most_device_allocations;
+  json["device_allocation_calls"] = run.device_calls;
   json["pages_loaded"] = run.stats.streamed[COPPICE_STREAMED_ALL].loaded;
   json["pages_evicted"] = run.stats.streamed[COPPICE_STREAMED_ALL].evicted;
   json["pages_cancelled"] = run.stats.streamed[COPPICE_STREAMED_ALL].cancelled;
@@ -397,12 +411,16 @@ nlohmann::ordered_json json_of(const RunResult& run) {
 }
 
 void print(const char* name, const RunResult& run) {
-  const Percentiles begin = percentiles(run.begin_ms), record = percentiles(run.record_ms), frame = percentiles(run.frame_ms);
+  const Percentiles begin = percentiles(run.begin_ms), upload = percentiles(run.upload_ms), record = percentiles(run.record_ms),
+                    frame = percentiles(run.frame_ms);
   std::printf("%s\n", name);
   std::printf("  coppice_frame_begin  p50 %.3f ms, p99 %.3f, max %.3f\n", begin.p50, begin.p99, begin.max);
+  std::printf("  upload               p50 %.3f ms, p99 %.3f, max %.3f\n", upload.p50, upload.p99, upload.max);
   std::printf("  upload and cull      p50 %.3f ms, p99 %.3f, max %.3f\n", record.p50, record.p99, record.max);
   std::printf("  frame                p50 %.2f ms, p99 %.2f, max %.2f\n", frame.p50, frame.p99, frame.max);
   std::printf("  counted memory       peak %.2f MiB\n", static_cast<double>(run.counted_peak_bytes) / (1 << 20));
+  std::printf("  device allocations   %llu at most; %llu calls in the frames\n",
+              static_cast<unsigned long long>(run.most_device_allocations), static_cast<unsigned long long>(run.device_calls));
   std::printf("  threshold            mean %.2f px; %u of %zu frames wait for something\n",
               run.threshold_sum_px / static_cast<double>(run.frame_ms.size()), run.frames_waiting, run.frame_ms.size());
   std::printf("  pages                %llu loaded, %llu evicted, %llu cancelled; %.1f MB/s read\n",

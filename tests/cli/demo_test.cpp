@@ -104,6 +104,7 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
                                           "threshold_px_median",
                                           "pass_ms",
                                           "memory_peak_bytes",
+                                          "device_allocations",
                                           "streamed",
                                           "chunks_in_flight_max",
                                           "chunks_queued_max",

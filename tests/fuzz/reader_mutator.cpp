@@ -69,6 +69,9 @@ std::vector<Record> chunk_records(const coppice_file_chunk& chunk) {
   } else if (chunk.kind == COPPICE_CHUNK_ERRORS || chunk.kind == COPPICE_CHUNK_LEAF_MESHES) {
     add_fields(records.emplace_back(), at, FieldType::f32, elements(4));
     add_fields(records.emplace_back(), at, FieldType::u32, elements(4));
+  } else if (chunk.kind == COPPICE_CHUNK_TEXTURES) {
+    for (std::size_t i = 0; i < elements(sizeof(coppice_file_texture)); ++i)
+      add_fields(records.emplace_back(), at + i * sizeof(coppice_file_texture), FieldType::u32, 4);
   } else if (chunk.kind == COPPICE_CHUNK_TEXTURE) {
     add_fields(records.emplace_back(), at, FieldType::u32, 4);
   } else {

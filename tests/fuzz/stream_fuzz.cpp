@@ -67,7 +67,7 @@ class World {
     io_.deferred = true;  // hands reads to us
     jobs_.deferred = script_.next() % 2 == 1;
     coppice::StreamerOptions options;
-    options.gpu = {.page_bytes = 32768, .wood_vertex_bytes = 24, .leaf_mesh_vertex_bytes = 24, .plant_bytes = 1000};
+    options.gpu = {.plant_bytes = 1000};
     options.max_plants = kMostPlants;
     options.max_in_flight = 1 + script_.next() % 16;
     options.clock_ns = clock_ns;
@@ -113,6 +113,8 @@ class World {
 
   void close() {
     for (std::uint32_t plant = 0; plant < kMostPlants; ++plant) close_plant(plant);
+    answer_all();
+    jobs_.run_all();
     for (int i = 0; i < 8; ++i) frame();
     gpu_.reset();
     streamer_.reset();
@@ -195,8 +197,6 @@ class World {
 
   void close_plant(std::uint32_t plant) {
     if (states_[plant] == Plant::opening) {
-      answer_all();  // it waits for its reads
-      jobs_.run_all();
       streamer_->cancel_open(plant);
       states_[plant] = Plant::none;
     } else if (states_[plant] == Plant::open) {
@@ -255,7 +255,7 @@ class World {
   coppice::test::FakeJobs jobs_;
   coppice::test::FakeIo io_;
   coppice::test::FakeLog log_;
-  coppice::DemandView view_;
+  coppice::LodView view_;
   std::vector<coppice::PlantDemand> demands_;
   std::array<Plant, kMostPlants> states_{};
   std::unique_ptr<coppice::Streamer> streamer_;

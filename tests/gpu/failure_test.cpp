@@ -13,6 +13,7 @@
 #include <glm/glm.hpp>
 
 #include "context_fixture.h"
+#include "device_memory_hook.h"
 #include "failing_device.h"
 #include "fake_hooks.h"
 #include "functions.h"
@@ -27,6 +28,7 @@ constexpr const char* kPath = "plant.coppice";
 /// What a run's calls returned.
 struct Outcome {
   coppice_status created = COPPICE_OK, opened = COPPICE_OK;
+  coppice_status pipelines = COPPICE_OK;
   std::vector<coppice_status> frames;  ///< the first of a frame's calls that failed, or COPPICE_OK
   coppice_stats stats{};               ///< of the last frame
 };
@@ -58,8 +60,8 @@ class FailureTest : public ContextTest {
     full.allocator = memory_.hook();
     full.jobs = jobs_.hook();
     full.io = io_.hook();
+    if (device_memory_.gpu != nullptr) full.device_memory = device_memory_.hook();
     fail_with_device_faults(full);
-    share_pipelines();
     return full;
   }
 
@@ -78,6 +80,8 @@ class FailureTest : public ContextTest {
     coppice_context_destroy(context_);
     context_ = nullptr;
     EXPECT_EQ(memory_.live_count, 0u) << "memory of the allocator hook is left";
+    EXPECT_EQ(device_memory_.live_count, 0u) << "device memory is left";
+    EXPECT_EQ(device_memory_.misuse, "");
     EXPECT_EQ(io_.open_count, 0u) << "files are left open";
     EXPECT_EQ(device_faults().live_objects, 0) << "Vulkan objects are left";
     EXPECT_EQ(validation_messages(), std::vector<std::string>{});
@@ -85,6 +89,7 @@ class FailureTest : public ContextTest {
   }
 
   FakeAllocator memory_;
+  DeviceMemoryHook device_memory_;  ///< without a device: Coppice allocates
   FakeJobs jobs_;
   FakeIo io_;
   std::vector<std::uint8_t> plant_bytes_;
@@ -103,6 +108,10 @@ class FailureTest : public ContextTest {
     }
     coppice_stats_init(&outcome.stats);
     EXPECT_EQ(coppice_get_stats(context_, &outcome.stats), COPPICE_OK);
+    VkBool32 ready = VK_FALSE;
+    outcome.pipelines = coppice_pipelines_ready(context_, &ready);
+    EXPECT_EQ(ready == VK_TRUE, outcome.pipelines == COPPICE_OK);
+    EXPECT_EQ(outcome.stats.pipelines_built == outcome.stats.pipelines_wanted, outcome.pipelines == COPPICE_OK);
   }
 
   void add_instance(coppice_plant plant) {
@@ -228,7 +237,7 @@ class VulkanFailureTest : public FailureTest {
     EXPECT_EQ(log_, "");
     leaves_ = clean.stats.drawn_leaf_count;
     EXPECT_GT(clean.stats.leaf_mesh_instance_count + leaves_, 0u);
-    ASSERT_GT(creation_calls_, 100u);
+    ASSERT_GT(creation_calls_, 80u);
     ASSERT_GT(calls_.size(), creation_calls_ + 30) << "frames create nothing: nothing was tested";
   }
 
@@ -243,6 +252,12 @@ class VulkanFailureTest : public FailureTest {
     return outcome;
   }
 
+  /// What a pipeline is built by: the context lives without.
+  static bool failed_a_pipeline() {
+    const std::string& call = device_faults().failed_call;
+    return call == "vkCreateShaderModule" || call == "vkCreateComputePipelines" || call == "vkCreateGraphicsPipelines";
+  }
+
   std::vector<std::string> calls_;  ///< of a run without a fault
   std::uint64_t creation_calls_ = 0, leaves_ = 0;
 };
@@ -252,7 +267,12 @@ TEST_F(VulkanFailureTest, OutOfMemoryIsSaidAndGoneWithout) {
     const Outcome outcome = run_with(n, n % 2 == 0 ? VK_ERROR_OUT_OF_DEVICE_MEMORY : VK_ERROR_OUT_OF_HOST_MEMORY);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_OUT_OF_MEMORY);
-    if (n < creation_calls_) {
+    if (failed_a_pipeline()) {
+      EXPECT_EQ(outcome.created, COPPICE_OK);
+      EXPECT_EQ(outcome.pipelines, COPPICE_ERROR_OUT_OF_MEMORY);
+      EXPECT_TRUE(std::ranges::all_of(outcome.frames, [](coppice_status status) { return status == COPPICE_OK; }));
+      EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << "said once";
+    } else if (n < creation_calls_) {
       EXPECT_EQ(outcome.created, COPPICE_ERROR_OUT_OF_MEMORY);
     } else {
       ASSERT_EQ(outcome.created, COPPICE_OK);
@@ -268,7 +288,8 @@ TEST_F(VulkanFailureTest, AnUnknownErrorEndsNoMoreThanWhatItIsAbout) {
     const Outcome outcome = run_with(n, VK_ERROR_UNKNOWN);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_INTERNAL);
-    if (n < creation_calls_)
+    EXPECT_EQ(outcome.pipelines, failed_a_pipeline() ? COPPICE_ERROR_INTERNAL : COPPICE_OK);
+    if (n < creation_calls_ && !failed_a_pipeline())
       EXPECT_EQ(outcome.created, COPPICE_ERROR_INTERNAL);
     else
       EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
@@ -351,6 +372,33 @@ TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
   }
 }
 
+TEST_F(FailureTest, TheDeviceMemoryHookFailsAtEveryCall) {
+  device_memory_.gpu = &gpu();
+  coppice_context_desc full = full_desc();
+  ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+  coppice_context_destroy(context_);
+  context_ = nullptr;
+  const std::size_t of_creation = std::exchange(device_memory_.calls, 0);
+  const std::uint64_t leaves = run().stats.drawn_leaf_count;
+  const std::size_t all = device_memory_.calls;
+  ASSERT_GT(of_creation, 5u);
+  ASSERT_GT(all, of_creation + 3);
+  for (std::size_t n = 0; n < all; ++n) {
+    device_memory_.calls = 0;
+    device_memory_.fail_at = n;
+    const Outcome outcome = run();
+    SCOPED_TRACE(std::to_string(n) + " of " + std::to_string(all) + "\n" + log_);
+    expect_statuses(outcome, COPPICE_ERROR_OUT_OF_MEMORY);
+    EXPECT_EQ(outcome.created, n < of_creation ? COPPICE_ERROR_OUT_OF_MEMORY : COPPICE_OK);
+    if (n >= of_creation) {
+      EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
+      EXPECT_EQ(outcome.stats.drawn_leaf_count, leaves) << "what failed once is there in the end";
+    }
+    EXPECT_NE(log_.find("device_memory.allocate: VK_ERROR_OUT_OF_DEVICE_MEMORY"), std::string::npos);
+    if (HasFailure()) return;
+  }
+}
+
 TEST_F(FailureTest, EveryReadFailsComesShortOrIsWrong) {
   (void)run();
   const std::size_t reads = io_.answered;
@@ -389,6 +437,10 @@ TEST_F(FailureTest, AHookIsGivenAsAWholeOrNotAtAll) {
   };
   refused([](coppice_context_desc& partly) { partly.allocator.allocate = nullptr; }, "allocator");
   refused([](coppice_context_desc& partly) { partly.allocator.free = nullptr; }, "allocator");
+  device_memory_.gpu = &gpu();
+  refused([](coppice_context_desc& partly) { partly.device_memory.allocate = nullptr; }, "device_memory");
+  refused([](coppice_context_desc& partly) { partly.device_memory.free = nullptr; }, "device_memory");
+  device_memory_.gpu = nullptr;
   refused([](coppice_context_desc& partly) { partly.io.open = nullptr; }, "io");
   refused([](coppice_context_desc& partly) { partly.io.close = nullptr; }, "io");
   refused([](coppice_context_desc& partly) { partly.io.read = nullptr; }, "io");

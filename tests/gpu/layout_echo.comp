@@ -57,7 +57,7 @@ void put_plant() {
   put(plant.box_min); put(plant.leaf_count);
   put(plant.box_step); put(plant.resident_leaf_count); put(plant.quantised_max);
   put(plant.error_level_count); put(plant.error_size_count);
-  put(plant.lists); put(plant.cards); put(plant.materials); put(plant.card_looks); put(plant.wood_colors); put(plant.crown_light);
+  put(plant.lists); put(plant.cards); put(plant.materials); put(plant.card_looks); put(plant.crown_light);
   put(plant.instance_count); put(plant.leaf_command_base); put(plant.leaf_command_capacity); put(plant.wood_list_base);
   put(plant.wood_lod_count); put(plant.wood_resident_mask); put(plant.wood_list_mask);
   for (uint i = 0; i < kMaxWoodLods; ++i) put(plant.wood_index_counts[i]);

@@ -28,12 +28,12 @@ coppice_view front_view(float distance_m, std::uint32_t width_px = kSidePx) {
 
 /// How far away the mean leaf is this wide.
 float distance_for(const DecodedPlant& plant, float leaf_px) {
-  const gpu::ListFrame frame(gpu::leaf_box(gpu::gpu_plant(plant.file.plant)));
+  const gpu::LeafBox box = gpu::leaf_box(gpu::gpu_plant(plant.file.plant));
   float area_m2 = 0;
   for (const PageNode& node : plant.nodes) {
     if (node.split != kNeverReplaced) continue;
-    std::array<gpu::Point, 4> c{};
-    for (std::size_t i = 0; i < 4; ++i) c[i] = frame.at({node.corners[i][0], node.corners[i][1], node.corners[i][2]});
+    std::array<vec3, 4> c{};
+    for (std::size_t i = 0; i < 4; ++i) c[i] = box.at({node.corners[i][0], node.corners[i][1], node.corners[i][2]});
     area_m2 += gpu::quad_area(c);
   }
   const float leaf_m = std::sqrt(area_m2 / static_cast<float>(plant.file.plant.leaf_count));

@@ -16,6 +16,7 @@
 #include "context_fixture.h"
 #include "coppice/coppice.h"
 #include "counted_memory.h"
+#include "device_memory_hook.h"
 #include "fake_hooks.h"
 
 namespace coppice::test {
@@ -278,6 +279,7 @@ TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
   const std::string large_path = temporary_plant({.leaf_count = 20000, .seed = 6}, "runtime_test_large");
   coppice_context_desc tight = desc();
   tight.compute_raster = VK_TRUE;
+  tight.memory_budget_bytes = 64ull << 20;
   count_memory(tight);
   create(tight);
   const std::uint64_t budget_bytes = counted_bytes() + (6ull << 20);
@@ -313,6 +315,48 @@ TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
   EXPECT_GT(most_bytes, budget_bytes - (3ull << 20)) << "the budget is not tight: nothing was tested";
   EXPECT_GT(stats().streamed[COPPICE_STREAMED_ALL].evicted, 0u);
   std::filesystem::remove(large_path);
+}
+
+TEST_F(RuntimeTest, TwoHundredPlantsTakeFewBlocksOfDeviceMemoryAndAStillCameraNone) {
+  const std::string mesh_path =
+      temporary_plant({.leaf_count = 1500, .seed = 8, .texture_side = 100, .leaf_mesh_count = 2}, "runtime_test_meshes");
+  DeviceMemoryHook memory{.gpu = &gpu()};
+  coppice_context_desc with = desc();
+  with.compute_raster = VK_TRUE;
+  with.max_plants = 200;
+  with.device_memory = memory.hook();
+  create(with);
+  const std::size_t of_creation = memory.live_count;
+  std::vector<coppice_plant> plants;
+  for (int i = 0; i < 200; ++i) {
+    plants.push_back(open(i % 2 == 0 ? plant_path_ : mesh_path));
+    const coppice_placement placement = at(0.5f * static_cast<float>(i % 20) - 5.0f, -0.5f * static_cast<float>(i / 20));
+    ASSERT_EQ(coppice_instances_add(context_, plants.back(), &placement, 1, nullptr), COPPICE_OK);
+  }
+  coppice_view view = front_view();
+  view.error_px = 0.01f;
+  const auto pump_until_settled = [&] {
+    for (int i = 0;
+         i < 400 && (i < 3 || stats().streamed[COPPICE_STREAMED_ALL].wanted + stats().streamed[COPPICE_STREAMED_ALL].in_flight > 0); ++i)
+      pump(view);
+  };
+  pump_until_settled();
+  EXPECT_GT(stats().streamed[COPPICE_STREAMED_ALL].loaded, 1000u);
+  EXPECT_EQ(stats().device_allocations, memory.live_count);
+  EXPECT_LT(memory.live_count, 60u);
+  EXPECT_LT(memory.live_bytes, stats().memory_bytes);
+  const std::size_t calls = memory.calls;
+  for (int i = 0; i < 20; ++i) pump(view);
+  EXPECT_EQ(memory.calls, calls);
+
+  for (const coppice_plant plant : plants) ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
+  pump_until_settled();
+  EXPECT_LE(memory.live_count, of_creation + 4) << "one empty block, and what grew: commands, lists, picture, tiles";
+  coppice_context_destroy(context_);
+  context_ = nullptr;
+  EXPECT_EQ(memory.live_count, 0u);
+  EXPECT_EQ(memory.misuse, "");
+  std::filesystem::remove(mesh_path);
 }
 
 TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {
@@ -398,7 +442,7 @@ TEST_F(RuntimeTest, InstancesThatCouldNotBeDrawnAreRefusedAndTheOthersAreDrawn) 
   EXPECT_LE(stats().memory_bytes, budget);
 }
 
-/// Wherever the budget runs out within a block of the page pool, a camera that stands still comes to rest.
+/// Wherever the budget runs out within a block of device memory, a camera that stands still comes to rest.
 TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
   coppice_context_desc tight = desc();
   tight.memory_budget_bytes = 14'000'000;

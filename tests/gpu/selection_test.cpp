@@ -46,7 +46,7 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
     const LodView lod = [&] {
       auto demand = demand_view(view);
       EXPECT_TRUE(demand);
-      return demand->lod;
+      return *demand;
     }();
     for (std::uint32_t slot = 0; slot < cuts.size(); ++slot) {
       const InstanceSphere& sphere = scene.instances().spheres()[slot];

@@ -5,7 +5,8 @@
 
 namespace coppice::test {
 
-/// Defaults, the device and the formats of draw_on_white; without the compute rasteriser, of which most tests ask nothing.
+/// Defaults, the device and the formats of draw_on_white; without the compute rasteriser, of which most tests ask nothing, and with
+/// pictures that miss nothing.
 inline coppice_context_desc context_desc(const VulkanDevice& gpu) {
   coppice_context_desc desc;
   coppice_context_desc_init(&desc);
@@ -16,6 +17,7 @@ inline coppice_context_desc context_desc(const VulkanDevice& gpu) {
   desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
   desc.depth_format = VK_FORMAT_D32_SFLOAT;
   desc.compute_raster = VK_FALSE;
+  desc.blocking_pipelines = VK_TRUE;
   return desc;
 }
 

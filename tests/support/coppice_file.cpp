@@ -206,16 +206,21 @@ void damage_chunks(Damage& damage, const Bytes& good) {
   damage.set_reported_at("wood_header", "wood Draco header", wood, std::uint8_t{'d'}, wood);
   damage.set_reported_at("wood_traversal", "wood traversal", wood + 11, std::uint8_t{2}, wood);
   damage.set_reported_at("wood_triangles", "wood triangle count", wood + 13, std::uint8_t{1}, wood);
-  damage.set("texture_width", "texture width", texture, std::uint32_t{0});
-  damage.set("texture_height", "texture height", texture + 4, std::uint32_t{4097});
-  damage.set("texture_mips", "texture mip_count", texture + 8, std::uint32_t{32});
-  damage.set("texture_format", "texture format", texture + 12, std::uint32_t{COPPICE_TEXTURE_BC1 + 1});
-  damage.set("texture_format_zero", "texture format", texture + 12, std::uint32_t{0});
-  const std::size_t texels = texture + sizeof(coppice_file_texture);
-  damage.set_reported_at("texture_length", "texture length", texture, std::uint32_t{5}, texels);
-  damage.set_reported_at("texture_too_many_blocks", "texture length", texture + 8, std::uint32_t{2}, texels);
-  damage.set_reported_at("texture_bc1_of_bc3_length", "texture length", texture + 12, std::uint32_t{COPPICE_TEXTURE_BC1}, texels);
-  damage.set_reported_at("texture_rgba8_of_bc3_length", "texture length", texture + 12, std::uint32_t{COPPICE_TEXTURE_RGBA8}, texels);
+  damage.set_reported_at("texture_header", "texture header", texture + 4, std::uint32_t{4097}, texture);
+  const std::size_t textures = chunk_offset(good, COPPICE_CHUNK_TEXTURES, 0), small = textures + sizeof(coppice_file_texture);
+  damage.set("texture_width", "texture width", textures, std::uint32_t{0});
+  damage.set("texture_height", "texture height", textures + 4, std::uint32_t{4097});
+  damage.set("texture_mips", "texture mip_count", textures + 8, std::uint32_t{32});
+  damage.set("texture_format", "texture format", textures + 12, std::uint32_t{COPPICE_TEXTURE_BC1 + 1});
+  damage.set("texture_format_zero", "texture format", textures + 12, std::uint32_t{0});
+  damage.set("texture_length", "textures header", textures, std::uint32_t{5});
+  damage.set_reported_at("texture_too_many_blocks", "textures header", textures + 8, std::uint32_t{2}, textures);
+  damage.set_reported_at("texture_bc1_of_bc3_length", "textures header", textures + 12, std::uint32_t{COPPICE_TEXTURE_BC1}, textures);
+  damage.set_reported_at("texture_rgba8_of_bc3_length", "textures header", textures + 12, std::uint32_t{COPPICE_TEXTURE_RGBA8}, textures);
+  damage.set("small_texture_width", "textures small texture", small, COPPICE_MAX_SMALL_TEXTURE_SIDE + 1);
+  damage.set_reported_at("small_texture_mips", "textures small texture", small + 8, std::uint32_t{2}, small);
+  damage.set_reported_at("small_texture_cut_off", "textures", small, COPPICE_MAX_SMALL_TEXTURE_SIDE,
+                         textures + find_chunk(front_of(good), COPPICE_CHUNK_TEXTURES, 0)->bytes);
 }
 
 /// Of the file's only page.

@@ -13,6 +13,7 @@ namespace {
 struct Counts {
   std::atomic<std::uint64_t> live_bytes = 0;
   std::unordered_map<VkDeviceMemory, VkDeviceSize> device_allocations;
+  CountedCalls device_calls;
 };
 
 Counts& counts() {
@@ -26,11 +27,16 @@ VKAPI_ATTR VkResult VKAPI_CALL allocate_memory(VkDevice device, const VkMemoryAl
   if (result != VK_SUCCESS) return result;
   counts().device_allocations[*memory] = info->allocationSize;
   counts().live_bytes += info->allocationSize;
+  ++counts().device_calls.calls;
+  ++counts().device_calls.live;
   return result;
 }
 
 VKAPI_ATTR void VKAPI_CALL free_memory(VkDevice device, VkDeviceMemory memory, const VkAllocationCallbacks* callbacks) {
-  if (memory != VK_NULL_HANDLE) counts().live_bytes -= counts().device_allocations[memory];
+  if (memory != VK_NULL_HANDLE) {
+    counts().live_bytes -= counts().device_allocations[memory];
+    --counts().device_calls.live;
+  }
   vkFreeMemory(device, memory, callbacks);
 }
 
@@ -62,6 +68,10 @@ void count_memory(coppice_context_desc& desc) {
 
 std::uint64_t counted_bytes() {
   return counts().live_bytes;
+}
+
+CountedCalls counted_device_calls() {
+  return counts().device_calls;
 }
 
 }  // namespace coppice::test

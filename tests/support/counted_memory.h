@@ -14,4 +14,10 @@ void count_memory(coppice_context_desc& desc);
 /// Host and device memory that is live, together.
 std::uint64_t counted_bytes();
 
+/// Of vkAllocateMemory.
+struct CountedCalls {
+  std::uint64_t calls = 0, live = 0;
+};
+CountedCalls counted_device_calls();
+
 }  // namespace coppice::test

@@ -1,6 +1,7 @@
 #include "failing_device.h"
 
 #include <cstring>
+#include <map>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -65,14 +66,46 @@ struct Call<real, VkResult(VKAPI_PTR*)(Arguments...)> {
   }
 };
 
-struct SharedPipelines {
-  std::vector<VkPipeline> pipelines;
-  std::size_t next = 0;  ///< of the context that is being created
-};
-
-SharedPipelines& shared_pipelines() {
-  static SharedPipelines shared;
+/// By what they are made of.
+std::map<std::string, VkPipeline>& shared_pipelines() {
+  static std::map<std::string, VkPipeline> shared;
   return shared;
+}
+
+/// SPIR-V of the modules that are alive; it has static storage.
+std::map<VkShaderModule, const std::uint32_t*>& module_words() {
+  static std::map<VkShaderModule, const std::uint32_t*> words;
+  return words;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device, const VkShaderModuleCreateInfo* info, const VkAllocationCallbacks* callbacks,
+                                             VkShaderModule* out) {
+  const VkResult result = Call<vkCreateShaderModule, decltype(vkCreateShaderModule)>::create(device, info, callbacks, out);
+  if (result == VK_SUCCESS) module_words()[*out] = info->pCode;
+  return result;
+}
+
+template <class T>
+void append_bytes(std::string& key, const T& value) {
+  key.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+void append_stage(std::string& key, const VkPipelineShaderStageCreateInfo& stage) {
+  append_bytes(key, module_words().at(stage.module));
+  if (const VkSpecializationInfo* constants = stage.pSpecializationInfo; constants != nullptr)
+    key.append(static_cast<const char*>(constants->pData), constants->dataSize);
+}
+
+std::string key_of(const VkComputePipelineCreateInfo& info) {
+  std::string key;
+  append_stage(key, info.stage);
+  return key;
+}
+
+std::string key_of(const VkGraphicsPipelineCreateInfo& info) {
+  std::string key;
+  for (std::uint32_t i = 0; i < info.stageCount; ++i) append_stage(key, info.pStages[i]);
+  return key;
 }
 
 template <auto& real, class Info>
@@ -82,13 +115,12 @@ VKAPI_ATTR VkResult VKAPI_CALL create_pipelines(VkDevice device, VkPipelineCache
     poison(out);
     return device_faults().result;
   }
-  SharedPipelines& shared = shared_pipelines();
-  if (shared.next == shared.pipelines.size()) {
-    const VkResult result = real(device, cache, count, infos, callbacks, out);
+  VkPipeline& shared = shared_pipelines()[key_of(*infos)];
+  if (shared == VK_NULL_HANDLE) {
+    const VkResult result = real(device, cache, count, infos, callbacks, &shared);
     if (result != VK_SUCCESS) return result;
-    shared.pipelines.push_back(*out);
   }
-  *out = shared.pipelines[shared.next++];
+  *out = shared;
   ++device_faults().live_objects;
   return VK_SUCCESS;
 }
@@ -124,6 +156,10 @@ PFN_vkVoidFunction replacement(std::string_view wanted) {
   if (wanted == #function) return untyped(Destruction<function, decltype(function)>::call);
   if (wanted == "vkCreateComputePipelines") return untyped(create_pipelines<vkCreateComputePipelines, VkComputePipelineCreateInfo>);
   if (wanted == "vkCreateGraphicsPipelines") return untyped(create_pipelines<vkCreateGraphicsPipelines, VkGraphicsPipelineCreateInfo>);
+  if (wanted == "vkCreateShaderModule") {
+    Call<vkCreateShaderModule, decltype(vkCreateShaderModule)>::name = "vkCreateShaderModule";
+    return untyped(create_module);
+  }
   if (wanted == "vkDestroyPipeline") return untyped(destroy_pipeline);
   COPPICE_CALL(vkAllocateMemory, create)
   COPPICE_CALL(vkCreateBuffer, create)
@@ -135,7 +171,6 @@ PFN_vkVoidFunction replacement(std::string_view wanted) {
   COPPICE_CALL(vkCreatePipelineLayout, create)
   COPPICE_CALL(vkCreateQueryPool, create)
   COPPICE_CALL(vkCreateSampler, create)
-  COPPICE_CALL(vkCreateShaderModule, create)
   COPPICE_CALL(vkAllocateDescriptorSets, fill)
   COPPICE_CALL(vkMapMemory, fill)
   COPPICE_CALL(vkBindBufferMemory, plain)
@@ -180,13 +215,8 @@ void reset_device_faults() {
   device_faults() = {.live_objects = device_faults().live_objects};
 }
 
-void share_pipelines() {
-  shared_pipelines().next = 0;
-}
-
 void destroy_shared_pipelines() {
-  for (const VkPipeline pipeline : std::exchange(shared_pipelines(), {}).pipelines)
-    vkDestroyPipeline(vulkan_device().device, pipeline, nullptr);
+  for (const auto& [key, pipeline] : std::exchange(shared_pipelines(), {})) vkDestroyPipeline(vulkan_device().device, pipeline, nullptr);
 }
 
 void fail_with_device_faults(coppice_context_desc& desc) {

@@ -28,10 +28,8 @@ DeviceFaults& device_faults();
 /// Starts anew, but for live_objects.
 void reset_device_faults();
 
-/// Contexts with like descs make their pipelines in one order, and a software driver takes most of a run's time to compile them: the n-th
-/// pipeline of a context is that of the first context, but in name. Call before a context is created, whose desc must be like all others'.
-void share_pipelines();
-/// Before the device goes.
+/// A software driver takes most of a run's time to compile pipelines: those of a context are, but in name, those of the first context that
+/// made them from the same shaders and constants. Their descs must be alike. Before the device goes:
 void destroy_shared_pipelines();
 
 /// Sends the context's Vulkan calls through the faults.

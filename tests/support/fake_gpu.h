@@ -41,7 +41,7 @@ class FakeGpu {
   bool uploads = true;
 
   /// One frame of the engine; demands by plant index.
-  void frame(const DemandView& view, std::span<const PlantDemand> demands) {
+  void frame(const LodView& view, std::span<const PlantDemand> demands) {
     ++frame_number;
     const std::uint64_t completed = frame_number - 1 > frames_behind ? frame_number - 1 - frames_behind : 0;
     streamer_.begin_frame({frame_number, completed, &view, demands});
@@ -77,8 +77,9 @@ class FakeGpu {
   void upload(const DecodedChunk& chunk) {
     FakeGpuPlant& plant = plants[chunk.id.plant];
     if (chunk.id.kind == ChunkKind::wood || chunk.id.kind == ChunkKind::leaf_mesh) {
-      ASSERT_NE(chunk.wood, nullptr);
-      EXPECT_FALSE(chunk.wood->indices.empty());
+      ASSERT_NE(chunk.mesh, nullptr);
+      EXPECT_GT(chunk.mesh->index_count, 0u);
+      EXPECT_EQ(chunk.mesh->bytes.size(), chunk.bytes);
       EXPECT_TRUE(chunks_of(plant, chunk.id.kind).insert(chunk.id.index).second);
     } else if (chunk.id.kind == ChunkKind::texture) {
       EXPECT_FALSE(chunk.texture.empty());

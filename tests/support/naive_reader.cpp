@@ -14,7 +14,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::uint32_t kPlant = 1, kMaterials = 2, kCards = 3, kErrors = 4, kWood = 5, kPage = 6, kTexture = 7, kLeafMeshes = 8,
-                        kLeafMesh = 9;
+                        kTextures = 10, kLeafMesh = 9;
 constexpr std::uint64_t kHeaderBytes = 64, kEntryBytes = 32;
 constexpr std::uint32_t kPageSplits = 512;
 
@@ -30,7 +30,7 @@ Header read_header(Bytes file, NaivePlant& plant) {
   constexpr std::array<std::uint8_t, 8> kMagic = {0x43, 0x4f, 0x50, 0x50, 0x49, 0x43, 0x45, 0x1a};
   naive_must(std::ranges::equal(bytes.take(8), kMagic), "magic");
   Header header;
-  naive_must(bytes.u32() == 4, "version");
+  naive_must(bytes.u32() == 5, "version");
   header.chunk_count = bytes.u32();
   const std::uint64_t file_bytes = bytes.u64();
   plant.first_read_bytes = bytes.u64();
@@ -179,6 +179,7 @@ Counts read_plant(NaiveBytes bytes, NaivePlant& plant) {
 void check_order(const NaivePlant& plant) {
   std::vector<std::array<std::uint32_t, 2>> order = {{kPlant, 0}, {kMaterials, 0}, {kCards, 0}, {kErrors, 0}};
   if (plant.leaf_mesh_count > 0) order.push_back({kLeafMeshes, 0});
+  if (plant.texture_count > 0) order.push_back({kTextures, 0});
   if (plant.wood_lod_count > 0) order.push_back({kWood, plant.wood_lod_count - 1});
   if (plant.page_count > 0) order.push_back({kPage, 0});
   const std::size_t first_read = order.size();
@@ -294,8 +295,8 @@ void read_leaf_mesh_counts(Bytes file, const Counts& counts, NaivePlant& plant) 
   }
 }
 
-/// Section 11.
-NaiveTexture read_texture(NaiveBytes bytes) {
+/// Section 11: what a texture begins with.
+NaiveTexture read_texture_header(NaiveBytes& bytes) {
   NaiveTexture texture;
   texture.width = bytes.u32();
   texture.height = bytes.u32();
@@ -306,6 +307,10 @@ NaiveTexture read_texture(NaiveBytes bytes) {
   for (std::uint32_t side = std::max(texture.width, texture.height); side > 1; side /= 2) ++most;
   naive_must(texture.mip_count >= 1 && texture.mip_count <= most, "texture mip_count");
   naive_must(texture.format >= 1 && texture.format <= 3, "texture format");
+  return texture;
+}
+
+std::size_t level_bytes(const NaiveTexture& texture) {
   std::size_t expected = 0;
   std::size_t width = texture.width, height = texture.height;
   for (std::uint32_t level = 0; level < texture.mip_count; ++level) {
@@ -314,10 +319,36 @@ NaiveTexture read_texture(NaiveBytes bytes) {
     width = std::max<std::size_t>(width / 2, 1);
     height = std::max<std::size_t>(height / 2, 1);
   }
-  naive_must(bytes.left() == expected, "texture length");
-  const Bytes levels = bytes.rest();
+  return expected;
+}
+
+/// Its levels, all that is there of them.
+void read_levels(NaiveBytes& bytes, std::size_t count, NaiveTexture& texture) {
+  const Bytes levels = bytes.take(count);
   texture.levels.assign(levels.begin(), levels.end());
-  return texture;
+}
+
+void read_textures(Bytes file, NaivePlant& plant) {
+  if (plant.texture_count == 0) return;
+  NaiveBytes bytes = chunk_of(file, plant, kTextures, 0);
+  for (std::uint32_t t = 0; t < plant.texture_count; ++t) {
+    NaiveTexture& texture = plant.textures.emplace_back(read_texture_header(bytes));
+    NaiveBytes chunk = chunk_of(file, plant, kTexture, t);
+    const NaiveTexture own = read_texture_header(chunk);
+    naive_must(
+        own.width == texture.width && own.height == texture.height && own.mip_count == texture.mip_count && own.format == texture.format,
+        "a TEXTURE that is not what TEXTURES says");
+    naive_must(chunk.left() == level_bytes(texture), "texture length");
+    read_levels(chunk, chunk.left(), texture);
+  }
+  for (std::uint32_t t = 0; t < plant.texture_count; ++t) {
+    NaiveTexture& small = plant.small_textures.emplace_back();
+    if (std::ranges::none_of(plant.materials, [&](const NaiveMaterial& material) { return material.texture == t; })) continue;
+    small = read_texture_header(bytes);
+    naive_must(small.width <= 64 && small.height <= 64 && small.mip_count == 1, "small texture");
+    read_levels(bytes, level_bytes(small), small);
+  }
+  naive_must(bytes.left() == 0, "TEXTURES' length");
 }
 
 /// Section 4: the sphere holds every vertex.
@@ -370,7 +401,7 @@ void read_file(Bytes file, NaivePlant& plant) {
   std::vector<std::uint32_t> parents(plant.leaf_count - 1, kNaiveNone);
   if (!parents.empty()) parents[0] = 0;
   for (std::uint32_t k = 0; k < plant.page_count; ++k) read_naive_page(chunk_of(file, plant, kPage, k).rest(), plant, parents);
-  for (std::uint32_t t = 0; t < plant.texture_count; ++t) plant.textures.push_back(read_texture(chunk_of(file, plant, kTexture, t)));
+  read_textures(file, plant);
   read_meshes(file, plant);
   check_sphere(plant);
 }

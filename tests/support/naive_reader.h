@@ -88,7 +88,7 @@ struct NaivePlant {
   std::vector<NaiveNode> nodes;  ///< [2N - 1]
   std::vector<NaiveSplit> splits;
   std::vector<NaiveMesh> wood, leaf_meshes;
-  std::vector<NaiveTexture> textures;
+  std::vector<NaiveTexture> textures, small_textures;  ///< the latter empty of those that are no base colour
 };
 
 /// A refusal, empty for a file that is right; what is in `plant` is then all of it.

@@ -132,8 +132,11 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
     std::vector<std::uint8_t> chunk(sizeof header + image.rgba.size());
     std::memcpy(chunk.data(), &header, sizeof header);
     std::ranges::copy(image.rgba, chunk.begin() + sizeof header);
+    plant.file.textures.push_back(header);
+    plant.file.small_textures.push_back(chunk);
     plant.textures.push_back(std::move(chunk));
   }
+  plant.file.plant.texture_count = static_cast<std::uint32_t>(plant.textures.size());
   for (coppice_file_card& card : plant.file.cards) bake::set_card_look(plant.file.materials[card.material], plant.textures, card);
   for (const bake::LeafMeshPart& part : baked.leaf_meshes.parts) {
     plant.leaf_meshes.push_back(wood_mesh(part.mesh));
@@ -187,11 +190,24 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
   residency_.resize(kMaxPlants);
 }
 
+namespace {
+
+std::uint32_t page_node_count(const DecodedPlant& plant, std::uint32_t page) {
+  return 2 * page_split_count(plant.file.plant.leaf_count, page);
+}
+
+}  // namespace
+
 std::uint32_t RendererScene::add_plant(const DecodedPlant& plant, std::uint32_t page_count) {
   const std::uint32_t index = plant_count_++;
-  expect(renderer_->add_plant(index, plant.file, plant.lod_words));
+  gpu::PlantLooks looks = gpu::plant_looks(plant.file);
+  gpu::CrownLight light;
+  if (plant.file.plant.page_count > 0)
+    light = gpu::measure_crown({plant.nodes[0], std::span(plant.nodes).subspan(1, page_node_count(plant, 0)), looks.cards(),
+                                gpu::leaf_box(gpu::gpu_plant(plant.file.plant))});
+  expect(renderer_->add_plant(index, plant.file, {looks, light}, plant.lod_words));
   instances_.set_plant_sphere(index, plant.file.plant.sphere_center, plant.file.plant.sphere_radius);
-  pending_.push_back({index, plant, std::min(page_count, plant.file.plant.page_count)});
+  pending_.push_back({index, plant, std::min(page_count, plant.file.plant.page_count), std::move(looks), std::move(light)});
   return index;
 }
 
@@ -199,45 +215,46 @@ void RendererScene::place(std::uint32_t plant, const std::vector<coppice_placeme
   expect(instances_.add(plant, placements, {}));
 }
 
-void RendererScene::upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count) {
-  const std::vector<gpu::CardLook> looks = gpu::card_looks(plant.file);
-  gpu::LeafSource source{root_node(plant.file.plant), looks, gpu::leaf_box(gpu::gpu_plant(plant.file.plant)), nullptr,
-                         plant.file.plant.leaf_count};
+void RendererScene::upload_plant(const Pending& pending) {
+  const DecodedPlant& plant = pending.plant;
+  const std::uint32_t index = pending.index;
+  const gpu::LeafSource source{root_node(plant.file.plant), pending.looks.cards(), gpu::leaf_box(gpu::gpu_plant(plant.file.plant)),
+                               &pending.light, plant.file.plant.leaf_count};
   const auto scratch = std::make_unique<gpu::ClusterScratch>();
   gpu::ReadyCuts cuts;
-  std::shared_ptr<const gpu::CrownLight> light;
-  for (std::uint32_t page = 0; page < page_count; ++page) {
-    const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS;
-    const std::uint32_t split_end = std::min(first_split + COPPICE_PAGE_SPLITS, plant.file.plant.leaf_count - 1);
-    const std::uint32_t first = 2 * first_split + 1;
-    const std::uint32_t count = 2 * (split_end - first_split);
-    const std::span<const PageNode> nodes = std::span(plant.nodes).subspan(first, count);
+  for (std::uint32_t page = 0; page < pending.page_count; ++page) {
+    const std::uint32_t count = page_node_count(plant, page);
+    const std::span<const PageNode> nodes = std::span(plant.nodes).subspan(2 * COPPICE_PAGE_SPLITS * page + 1, count);
     if (page == 0) {
-      light = std::make_shared<gpu::CrownLight>(gpu::measure_crown({source.root, nodes, looks, source.box}));
-      source.light = light.get();
       expect(allocate_into(cuts.bytes, default_allocator(), gpu::ready_cut_bytes(source.leaf_count)));
       gpu::build_ready_cuts(source, nodes, *scratch, cuts);
     }
     std::vector<std::uint8_t> clusters(gpu::kPageBytes);
     gpu::build_page(source, page, nodes, *scratch, clusters);
-    expect(renderer_->upload_page({.plant = index, .page = page, .clusters = clusters, .ready_cuts = &cuts, .light = light}));
-    residency_[index].leaf_count = split_end + 1;
+    expect(renderer_->upload_page({.plant = index, .page = page, .clusters = clusters, .ready_cuts = &cuts}));
+    residency_[index].leaf_count = page * COPPICE_PAGE_SPLITS + count / 2 + 1;
   }
-  if (page_count == 0) return;
+  if (pending.page_count == 0) return;
+  const auto upload_mesh = [&](gpu::MeshKind kind, std::uint32_t mesh, const WoodMesh& decoded) {
+    const gpu::MeshSource meshes{{pending.looks, pending.light}, source.box, renderer_->has_raster()};
+    gpu::MeshBlock block = expect(gpu::build_mesh(kind, decoded, meshes, default_allocator()));
+    expect(renderer_->upload_mesh({.plant = index, .mesh = mesh, .block = &block}));
+  };
   for (std::uint32_t lod = 0; lod < plant.wood.size(); ++lod) {
-    expect(renderer_->upload_wood(index, lod, plant.wood[lod]));
+    if (plant.wood[lod].indices.empty()) continue;
+    upload_mesh(gpu::MeshKind::wood, lod, plant.wood[lod]);
     residency_[index].wood_mask |= 1u << lod;
   }
   for (std::uint32_t texture = 0; texture < plant.textures.size(); ++texture)
     expect(renderer_->upload_texture(index, texture, plant.textures[texture]));
   for (std::uint32_t mesh = 0; mesh < plant.leaf_meshes.size(); ++mesh)
-    expect(renderer_->upload_leaf_mesh(index, mesh, plant.leaf_meshes[mesh]));
+    upload_mesh(gpu::MeshKind::leaves, gpu::kMaxWoodLods + mesh, plant.leaf_meshes[mesh]);
   residency_[index].leaf_meshes = !plant.leaf_meshes.empty();
 }
 
 void RendererScene::upload(VkCommandBuffer cmd) {
   renderer_->record_upload_begin(cmd);
-  for (const Pending& pending : pending_) upload_plant(pending.index, pending.plant, pending.page_count);
+  for (const Pending& pending : pending_) upload_plant(pending);
   pending_.clear();
   const auto ended = renderer_->record_upload_end(instances_, residency_);
   upload_failed_ = !ended;
@@ -284,8 +301,8 @@ Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const s
 
 void RendererScene::record_selection(VkCommandBuffer cmd, const coppice_view& view, const Buffer& cuts) {
   upload(cmd);
-  const DemandView demand = expect(demand_view(view));
-  renderer_->record_cull(cmd, view, demand.lod);
+  const LodView demand = expect(demand_view(view));
+  renderer_->record_cull(cmd, view, demand);
   full_barrier(cmd);
   const VkBufferCopy region{0, 0, instances_.slots().size() * sizeof(float)};
   if (region.size > 0) vkCmdCopyBuffer(cmd, renderer_->cut_buffer(), cuts.handle(), 1, &region);

@@ -29,6 +29,8 @@ struct DecodedFront : PlantFile {
                   other.error_px,
                   other.leaf_meshes,
                   other.wood_error_px,
+                  other.textures,
+                  other.small_textures,
                   other.leaf_mesh_error_px} {}
   DecodedFront(DecodedFront&&) = default;
   DecodedFront& operator=(DecodedFront other) {
@@ -100,19 +102,21 @@ class RendererScene {
   Frame draw(const coppice_view& view);
 
  private:
+  struct Pending {
+    std::uint32_t index;
+    DecodedPlant plant;
+    std::uint32_t page_count;
+    gpu::PlantLooks looks;
+    gpu::CrownLight light;
+  };
   void upload(VkCommandBuffer cmd);
   void record_selection(VkCommandBuffer cmd, const coppice_view& view, const Buffer& cuts);
-  void upload_plant(std::uint32_t index, const DecodedPlant& plant, std::uint32_t page_count);
+  void upload_plant(const Pending& pending);
 
   const VulkanDevice& gpu_;
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
   std::vector<gpu::PlantResidency> residency_;
-  struct Pending {
-    std::uint32_t index;
-    DecodedPlant plant;
-    std::uint32_t page_count;
-  };
   std::vector<Pending> pending_;
   std::uint32_t plant_count_ = 0;
   bool frames_may_fail_ = false, upload_failed_ = false;

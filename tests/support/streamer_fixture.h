@@ -38,7 +38,7 @@ class StreamerFixture : public testing::Test {
   FakeIo io;
   FakeLog log;
   StreamerOptions options;
-  DemandView view;
+  LodView view;
   std::unique_ptr<Streamer> streamer;
   std::unique_ptr<FakeGpu> gpu;
 };

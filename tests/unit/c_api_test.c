@@ -145,6 +145,11 @@ static void use_plant(const Gpu* gpu, coppice_context* context, const char* path
   CHECK(stats.gpu_frame_number == 1 && stats.visible_instance_count == 1 && stats.drawn_leaf_count > 0);
   CHECK(coppice_plant_close(context, plant) == COPPICE_OK);
   draw_frame(gpu, context, 3, &view);
+  CHECK(coppice_plant_open_async(context, path, &plant) == COPPICE_OK && plant != 0);
+  CHECK(coppice_plant_get_info(context, plant, &info) == COPPICE_OK && info.state == COPPICE_PLANT_OPENING);
+  CHECK(coppice_plant_close(context, plant) == COPPICE_OK);
+  CHECK(coppice_plant_open_memory(context, path, strlen(path), "no plant", &plant) == COPPICE_ERROR_BAD_FILE && plant == 0);
+  CHECK(coppice_plant_reload_memory(context, plant, path, strlen(path), "no plant") == COPPICE_ERROR_INVALID_ARGUMENT);
 }
 
 int main(int argc, char** argv) {
@@ -162,7 +167,12 @@ int main(int argc, char** argv) {
   desc.get_instance_proc_addr = vkGetInstanceProcAddr;
   desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
   desc.depth_format = VK_FORMAT_D32_SFLOAT;
+  desc.blocking_pipelines = VK_TRUE;
+  uint64_t cost = 0;
+  CHECK(coppice_context_cost(&desc, &cost) == COPPICE_OK && cost > 0 && cost < desc.memory_budget_bytes);
   CHECK(coppice_context_create(&desc, &context) == COPPICE_OK && context != NULL);
+  VkBool32 ready = VK_FALSE;
+  CHECK(coppice_pipelines_ready(context, &ready) == COPPICE_OK && ready == VK_TRUE);
   CHECK(strcmp(coppice_status_text(COPPICE_OK), "success") == 0);
   use_plant(&gpu, context, argv[1]);
   coppice_scene scene = 1;

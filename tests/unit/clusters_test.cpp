@@ -13,7 +13,6 @@
 #include "coppice/format.h"
 #include "coppice_lod.h"
 #include "hooks.h"
-#include "mesh_build.h"
 #include "mesh_clusters.h"
 #include "page_clusters.h"
 #include "random_tree.h"
@@ -225,8 +224,8 @@ TEST(Clusters, SplatsCoverTheAreaOfTheirLeaves) {
     for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
       const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
       const auto splat = read<Splat>(bytes, address_of(cluster.splats) + at * sizeof(Splat));
-      std::array<Point, 4> c{};
-      for (std::uint32_t corner = 0; corner < 4; ++corner) c[corner] = corner_m(Crown::box(), leaf, corner);
+      std::array<vec3, 4> c;
+      for (std::uint32_t corner = 0; corner < 4; ++corner) c[corner] = vec3(corner_m(Crown::box(), leaf, corner));
       leaf_m2 += static_cast<double>(quad_area(c) * crown.looks[leaf.card].coverage);
       const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(cluster.splat_size_m);
       splat_m2 += grains * side_m * side_m;
@@ -265,13 +264,14 @@ struct Parts {
   std::vector<Leaf> leaves;  ///< of all clusters in turn, as the splats
   std::vector<Splat> splats;
 
-  explicit Parts(const MeshClusters& built) {
+  explicit Parts(const MeshBlock& built) {
     for (std::uint32_t i = 0; i < built.list.cluster_count; ++i) {
-      const std::uint64_t block = address_of(read<uvec2>(built.bytes, address_of(built.list.blocks) + i / kBlockClusters * sizeof(uvec2)));
-      const Cluster& cluster = clusters.emplace_back(read<Cluster>(built.bytes, block + i % kBlockClusters * sizeof(Cluster)));
+      const std::uint64_t block =
+          address_of(read<uvec2>(built.bytes.span(), address_of(built.list.blocks) + i / kBlockClusters * sizeof(uvec2)));
+      const Cluster& cluster = clusters.emplace_back(read<Cluster>(built.bytes.span(), block + i % kBlockClusters * sizeof(Cluster)));
       for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
-        leaves.push_back(read<Leaf>(built.bytes, address_of(cluster.leaves) + at * sizeof(Leaf)));
-        splats.push_back(read<Splat>(built.bytes, address_of(cluster.splats) + at * sizeof(Splat)));
+        leaves.push_back(read<Leaf>(built.bytes.span(), address_of(cluster.leaves) + at * sizeof(Leaf)));
+        splats.push_back(read<Splat>(built.bytes.span(), address_of(cluster.splats) + at * sizeof(Splat)));
       }
     }
   }
@@ -279,6 +279,14 @@ struct Parts {
 
 LeafBox box_of(const ClusterList& list) {
   return {list.box_min, list.box_step, 65535};
+}
+
+MeshBlock wood_of(const WoodMesh& mesh, const PlantLooks& looks) {
+  return *build_mesh(MeshKind::wood, mesh, {{looks, CrownLight{}}, Crown::box()}, default_allocator());
+}
+
+MeshBlock leaves_of(const WoodMesh& mesh, const PlantLooks& looks) {
+  return *build_mesh(MeshKind::leaves, mesh, {{looks, CrownLight{}}, Crown::box()}, default_allocator());
 }
 
 /// A rectangle of 1 x 2 m in two triangles, lit from above; u of their corners in [low, high].
@@ -297,6 +305,7 @@ PlantLooks half_a_texture() {
   set_material_textures(plant.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
   plant.materials[1] = {.base_color = {0.25f, 0.5f, 0.125f, 1.0f}, .alpha_cutoff = 0.5f, .texture_or_none = 0};
   plant.looks.resize(3);
+  plant.wood_colors.resize(2000);
   plant.first_wood_color = {0, 1};
   plant.small.push_back({16, 1, {}});
   for (int x = 0; x < 16; ++x)
@@ -313,8 +322,9 @@ TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
   looks.looks.resize(5);
   looks.materials.resize(2);
   for (coppice_file_material& material : looks.materials) set_material_textures(material, COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
-  looks.first_wood_color = {7, 8};
-  const MeshClusters built = build_wood(mesh, {looks, CrownLight{}});
+  looks.wood_colors = {70, 80};
+  looks.first_wood_color = {0, 1};
+  const MeshBlock built = wood_of(mesh, looks);
   const Parts list(built);
   ASSERT_EQ(list.leaves.size(), 2u);
   std::map<std::uint32_t, Leaf> by_look;
@@ -324,14 +334,13 @@ TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
     splats[list.leaves[i].card] = list.splats[i];
   }
   ASSERT_TRUE(by_look.contains(4) && by_look.contains(3));
-  EXPECT_EQ(splats[3].look & 0xffffffu, 7u) << "its colour is looked up: textures may come later";
-  EXPECT_EQ(splats[4].look & 0xffffffu, 8u);
+  EXPECT_EQ(splats[3].look & 0xffffffu, 70u);
+  EXPECT_EQ(splats[4].look & 0xffffffu, 80u);
   EXPECT_FLOAT_EQ(built.list.facet_m, std::sqrt(3.0f));
   EXPECT_EQ(splats[4].normals & 0xffffu, 0u) << "straight up the octahedron is its middle";
   const auto corner = corner_m(box_of(built.list), by_look[4], 2), repeated = corner_m(box_of(built.list), by_look[4], 3);
   EXPECT_NEAR(corner[1], 2.0f, 1e-3f);
   EXPECT_EQ(corner, repeated);
-  EXPECT_EQ(build_wood({}, {looks, CrownLight{}}).list.leaf_count, 0u);
 }
 
 /// A strip of two triangles, 0.1 m wide and 8 m high.
@@ -348,9 +357,10 @@ TEST(Clusters, LightThatTurnsAlongALongTriangleMakesItAFacet) {
   looks.materials.resize(1);
   looks.looks.resize(1);
   set_material_textures(looks.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
+  looks.wood_colors = {0};
   looks.first_wood_color = {0};
   const std::array<float, 3> front{0, 0, 1}, side{1, 0, 0}, below{0, -1, 0};
-  const auto facet_m = [&](const WoodMesh& mesh) { return build_wood(mesh, {looks, CrownLight{}}).list.facet_m; };
+  const auto facet_m = [&](const WoodMesh& mesh) { return wood_of(mesh, looks).list.facet_m; };
   const float size_m = std::sqrt(0.4f);
   EXPECT_FLOAT_EQ(facet_m(strip({front, front, front, front})), size_m);
   EXPECT_FLOAT_EQ(facet_m(strip({front, side, front, side})), size_m) << "a stem: its light turns across it, which is narrow";
@@ -360,8 +370,7 @@ TEST(Clusters, LightThatTurnsAlongALongTriangleMakesItAFacet) {
 
 TEST(Clusters, WoodTrianglesCoverWhatTheirTextureCovers) {
   const PlantLooks looks = half_a_texture();
-  const CrownLight light;
-  const auto covered_m2 = [](const MeshClusters& built) {
+  const auto covered_m2 = [](const MeshBlock& built) {
     const Parts list(built);
     EXPECT_EQ(list.clusters.size(), 1u);
     const std::uint32_t discs = 1u << (list.clusters[0].counts >> kCountGrains & 3u);
@@ -372,27 +381,25 @@ TEST(Clusters, WoodTrianglesCoverWhatTheirTextureCovers) {
     }
     return sum;
   };
-  const auto is_surface = [](const MeshClusters& built) { return (Parts(built).clusters[0].counts >> kCountSurface & 1u) != 0; };
-  const MeshClusters whole = build_wood(two_triangles(0.1f, 0.4f), {looks, light});
+  const auto is_surface = [](const MeshBlock& built) { return (Parts(built).clusters[0].counts >> kCountSurface & 1u) != 0; };
+  const MeshBlock whole = wood_of(two_triangles(0.1f, 0.4f), looks);
   EXPECT_TRUE(is_surface(whole));
   EXPECT_EQ(whole.list.holed_m, 0.0f);
   EXPECT_NEAR(covered_m2(whole), 2.0, 0.01);
-  const MeshClusters half = build_wood(two_triangles(0.1f, 0.9f), {looks, light});
+  const MeshBlock half = wood_of(two_triangles(0.1f, 0.9f), looks);
   EXPECT_FALSE(is_surface(half));
   EXPECT_EQ(half.list.holed_m, half.list.grain_m) << "where this is large, the texture has to make the outline";
   EXPECT_NEAR(covered_m2(half), 1.0, 0.1);
-  EXPECT_EQ(build_wood(two_triangles(0.6f, 0.9f), {looks, light}).list.leaf_count, 0u) << "nothing but hole";
+  EXPECT_EQ(wood_of(two_triangles(0.6f, 0.9f), looks).list.leaf_count, 0u) << "nothing but hole";
   // The same, but without holes.
   PlantLooks opaque = looks;
   opaque.materials[1].alpha_cutoff = 0.0f;
-  EXPECT_NEAR(covered_m2(build_wood(two_triangles(0.6f, 0.9f), {opaque, light})), 2.0, 0.01);
+  EXPECT_NEAR(covered_m2(wood_of(two_triangles(0.6f, 0.9f), opaque)), 2.0, 0.01);
 }
 
 TEST(Clusters, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {
   const PlantLooks looks = half_a_texture();
-  const CrownLight light;
-  const LeafMeshSource source{looks, Crown::box(), light};
-  const Parts list(build_leaf_mesh(two_triangles(0.1f, 0.4f), source));
+  const Parts list(leaves_of(two_triangles(0.1f, 0.4f), looks));
   ASSERT_EQ(list.leaves.size(), 2u);
   EXPECT_EQ(list.clusters.size(), 1u);
   for (std::size_t triangle = 0; triangle < 2; ++triangle) {
@@ -401,14 +408,13 @@ TEST(Clusters, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {
     for (const auto& [i, albedo] : {std::pair{0u, 0.25f}, std::pair{1u, 0.5f}, std::pair{2u, 0.125f}})
       EXPECT_NEAR(kMaxSplatAlbedo * channel(i) * channel(i) / albedo, 1.0f, 0.35f) << "but for the leaf's own variation";
   }
-  EXPECT_EQ(build_leaf_mesh(two_triangles(0.6f, 0.9f), source).list.leaf_count, 0u) << "nothing but hole";
-  EXPECT_EQ(build_leaf_mesh(two_triangles(0.1f, 0.9f), source).list.leaf_count, 0u) << "the texture makes the outline";
+  EXPECT_EQ(leaves_of(two_triangles(0.6f, 0.9f), looks).list.leaf_count, 0u) << "nothing but hole";
+  EXPECT_EQ(leaves_of(two_triangles(0.1f, 0.9f), looks).list.leaf_count, 0u) << "the texture makes the outline";
 }
 
 /// Shadows of other plants are a cluster's: they would cut a leaf in two.
 TEST(Clusters, TrianglesOfALeafAreOfOneCluster) {
   const PlantLooks looks = half_a_texture();
-  const CrownLight light;
   for (const std::uint32_t triangles : {2u, 12u, 33u, 64u, 100u, 200u}) {
     // Leaf `i` at x = i, its triangles of different sizes and anywhere in the file.
     constexpr std::uint32_t kStalks = 50;
@@ -422,7 +428,7 @@ TEST(Clusters, TrianglesOfALeafAreOfOneCluster) {
           mesh.vertices.push_back({{x + dx, y, 0}, {0, 0, 1}, {0.1f, 0.5f}, 1, {stalk, 0, 0}});
         }
       }
-    const MeshClusters built = build_leaf_mesh(mesh, {looks, Crown::box(), light});
+    const MeshBlock built = leaves_of(mesh, looks);
     const Parts list(built);
     ASSERT_EQ(list.leaves.size(), std::size_t{kStalks} * triangles);
     std::uint32_t split = 0;
@@ -439,37 +445,52 @@ TEST(Clusters, TrianglesOfALeafAreOfOneCluster) {
   }
 }
 
-/// As MeshLists asks for them.
-MeshBuild build_of(const Crown& crown, const WoodMesh& mesh) {
-  MeshBuild build;
-  build.source = {
-      .looks = std::make_shared<PlantLooks>(half_a_texture()), .light = std::make_shared<CrownLight>(crown.light), .box = Crown::box()};
-  build.list = kWoodLists;
-  build.mesh = mesh;
-  build.kept_bytes = 1000;
-  return build;
+TEST(Clusters, AMeshIsWholeInItsBlock) {
+  const PlantLooks looks = half_a_texture();
+  const WoodMesh mesh = two_triangles(0.1f, 0.9f);
+  for (const MeshKind kind : {MeshKind::wood, MeshKind::leaves})
+    for (const bool clusters : {true, false}) {
+      constexpr std::uint64_t kBase = 0x1fffffff0ull;
+      auto block = build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), clusters}, default_allocator());
+      ASSERT_TRUE(block);
+      EXPECT_LE(block->bytes.size(), most_mesh_bytes(kind, 4, 2, clusters));
+      EXPECT_EQ(block->index_count, 6u);
+      EXPECT_EQ(block->materials.count(), 1u);
+      EXPECT_TRUE(block->materials[1]);
+      EXPECT_EQ(block->high.x, 1.0f);
+      EXPECT_EQ(block->high.y, 2.0f);
+      for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(read<std::uint32_t>(block->bytes.span(), 4 * i), mesh.indices[i]);
+      EXPECT_EQ(read<WoodVertex>(block->bytes.span(), block->vertices_at).position.y, 0.0f);
+      EXPECT_EQ(block->list.cluster_count, clusters && kind == MeshKind::wood ? 1u : 0u);
+      const std::uint64_t list = address_of(block->list.blocks);
+      block->move(kBase);
+      if (block->list.cluster_count == 0) continue;
+      EXPECT_EQ(address_of(block->list.blocks), list + kBase);
+      const std::uint64_t cluster = address_of(read<uvec2>(block->bytes.span(), list)) - kBase;
+      EXPECT_EQ(address_of(read<Cluster>(block->bytes.span(), cluster).leaves), cluster + sizeof(Cluster) + kBase);
+    }
 }
 
-TEST(Clusters, AJobOfAnotherThreadBuildsTheSame) {
-  const Crown crown;
-  const auto hooks = complete_hooks({});
-  ASSERT_TRUE(hooks);
-  const WoodMesh mesh = two_triangles(0.1f, 0.9f);
-  const std::vector<std::uint8_t> expected = build_wood(mesh, {half_a_texture(), crown.light}).bytes;
-  for (int round = 0; round < 20; ++round) {
-    MeshJob job;
-    job.start({build_of(crown, mesh), build_of(crown, mesh)}, hooks->hooks.jobs);
-    if (round % 4 == 0) continue;  // nobody takes it: the destructor waits
-    std::vector<MeshBuild> builds;
-    while (builds.empty()) {
-      EXPECT_FALSE(job.idle());
-      EXPECT_EQ(job.kept_bytes(), 2000u);
-      builds = job.take();
-    }
-    EXPECT_TRUE(job.idle());
-    EXPECT_EQ(job.kept_bytes(), 0u);
-    ASSERT_EQ(builds.size(), 2u);
-    for (const MeshBuild& build : builds) EXPECT_EQ(build.clusters.bytes, expected);
+TEST(Clusters, WithoutMemoryThereIsNoMesh) {
+  const PlantLooks looks = half_a_texture();
+  for (std::size_t most = 0; most < 2; ++most) {
+    struct Limited {
+      std::size_t left;
+      coppice_allocator real;
+    } limited{most, default_allocator()};
+    coppice_allocator allocator{};
+    allocator.user = &limited;
+    allocator.allocate = [](void* user, std::size_t bytes, std::size_t align) -> void* {
+      auto& own = *static_cast<Limited*>(user);
+      return own.left-- > 0 ? own.real.allocate(own.real.user, bytes, align) : nullptr;
+    };
+    allocator.free = [](void* user, void* pointer, std::size_t bytes) {
+      auto& own = *static_cast<Limited*>(user);
+      own.real.free(own.real.user, pointer, bytes);
+    };
+    const auto block = build_mesh(MeshKind::wood, two_triangles(0.1f, 0.4f), {{looks, CrownLight{}}, Crown::box()}, allocator);
+    ASSERT_FALSE(block);
+    EXPECT_EQ(block.error().status, Status::out_of_memory);
   }
 }
 

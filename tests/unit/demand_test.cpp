@@ -49,10 +49,10 @@ struct Blocks {
 TEST(DemandView, ReadsEyeFocalLengthAndNearPlane) {
   const auto view = demand_view(reversed_infinite_view({1, 2, 3}));
   ASSERT_TRUE(view);
-  EXPECT_EQ(view->lod.eye_m, (std::array<float, 3>{1, 2, 3}));
-  EXPECT_FLOAT_EQ(view->lod.focal_px, 360.0f);
-  EXPECT_FLOAT_EQ(view->lod.near_m, 0.5f);
-  EXPECT_FALSE(view->lod.full);
+  EXPECT_EQ(view->eye_m, (vec3{1, 2, 3}));
+  EXPECT_FLOAT_EQ(view->focal_px, 360.0f);
+  EXPECT_FLOAT_EQ(view->near_m, 0.5f);
+  EXPECT_FALSE(view->full);
 }
 
 TEST(DemandView, FindsTheNearPlaneWhicheverWayDepthRuns) {
@@ -61,8 +61,8 @@ TEST(DemandView, FindsTheNearPlaneWhicheverWayDepthRuns) {
   const auto reversed = demand_view(view_from({}, near_m / (far_m - near_m), near_m * far_m / (far_m - near_m)));
   ASSERT_TRUE(forward);
   ASSERT_TRUE(reversed);
-  EXPECT_NEAR(forward->lod.near_m, near_m, 1e-4f);
-  EXPECT_NEAR(reversed->lod.near_m, near_m, 1e-4f);
+  EXPECT_NEAR(forward->near_m, near_m, 1e-4f);
+  EXPECT_NEAR(reversed->near_m, near_m, 1e-4f);
 }
 
 TEST(DemandView, FollowsARotatedCamera) {
@@ -72,7 +72,7 @@ TEST(DemandView, FollowsARotatedCamera) {
   std::ranges::copy(columns, turned.view_from_world);
   const auto view = demand_view(turned);
   ASSERT_TRUE(view);
-  EXPECT_EQ(view->lod.eye_m, (std::array<float, 3>{4, 0, 0}));
+  EXPECT_EQ(view->eye_m, (vec3{4, 0, 0}));
   const Blocks instances({{{14, 0, 0}, 1.0f, 0}, {{-6, 0, 0}, 1.0f, 1}});
   std::vector<PlantDemand> demands(2);
   measure_demand(instances, *view, demands);
@@ -125,7 +125,7 @@ TEST(Demand, SortsInstancesBySize) {
 
 TEST(EyeMotion, FollowsASteadyCameraAndNoOther) {
   EyeMotion motion;
-  using Vector = std::array<float, 3>;
+  using Vector = vec3;
   EXPECT_EQ(follow_eye(motion, {100, 0, 0}, 10.0f), Vector{}) << "one frame is no motion";
   EXPECT_EQ(follow_eye(motion, {101, 0, 0}, 10.0f), Vector{}) << "nor are two: the first may have been a jump";
   EXPECT_EQ(follow_eye(motion, {102, 0, 0}, 10.0f), (Vector{10, 0, 0}));
@@ -144,7 +144,7 @@ TEST(EyeMotion, WhatWillComeIntoViewIsWanted) {
   std::vector<PlantDemand> now(2), ahead(2);
   measure_demand({instances, bounds}, *view, now);
   measure_demand({instances, bounds}, moved_view(*view, {10, 0, -10}), ahead);
-  const DemandView there = *demand_view(reversed_infinite_view({10, 0, -10}));
+  const LodView there = *demand_view(reversed_infinite_view({10, 0, -10}));
   std::vector<PlantDemand> expected(2);
   measure_demand({instances, bounds}, there, expected);
   for (std::size_t plant = 0; plant < 2; ++plant) {
@@ -208,7 +208,7 @@ TEST(EyeMotion, OfALargeSceneAPartIsMeasuredInEachFrame) {
 TEST(Demand, CountsWhatIsOutsideForLess) {
   const auto view = demand_view(reversed_infinite_view({}));
   ASSERT_TRUE(view);
-  const auto weight = [&](std::array<float, 3> center) {
+  const auto weight = [&](const vec3& center) {
     const Blocks instances({{center, 1.0f, 0}});
     std::vector<PlantDemand> demands(1);
     measure_demand(instances, *view, demands);
@@ -221,6 +221,7 @@ TEST(Demand, CountsWhatIsOutsideForLess) {
   EXPECT_FLOAT_EQ(weight({0, 12, -10}), kOutsideWeight);
   EXPECT_FLOAT_EQ(weight({0, -12, -10}), kOutsideWeight);
   EXPECT_FLOAT_EQ(weight({0, 0, 10}), kOutsideWeight);
+  EXPECT_FLOAT_EQ(weight({0, 0, 1.1f}), kOutsideWeight) << "behind the eye, though all sides reach it";
 }
 
 /// A square of plants of two species and different sizes, block after block; every seventh slot is a hole.
@@ -238,7 +239,7 @@ std::vector<InstanceSphere> plantation(int side, float step_m, std::uint32_t pla
 }
 
 /// Every instance as a block of its own: nothing is taken together.
-std::vector<PlantDemand> demand_one_by_one(const std::vector<InstanceSphere>& instances, const DemandView& view) {
+std::vector<PlantDemand> demand_one_by_one(const std::vector<InstanceSphere>& instances, const LodView& view) {
   std::vector<PlantDemand> sums(2), demands(2);
   for (const InstanceSphere& instance : instances) {
     measure_demand(Blocks({instance}), view, demands);

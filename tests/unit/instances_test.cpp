@@ -46,6 +46,30 @@ std::vector<std::array<std::uint32_t, 2>> take_all_dirty(InstanceTable& table) {
 
 using Ranges = std::vector<std::array<std::uint32_t, 2>>;
 
+TEST(Instances, ThoseOfAPlantWithoutASphereAreKeptFromTheGpu) {
+  InstanceTable table = make_table(1000);
+  table.remove_plant(2);  // and its sphere
+  const auto handles = add_row(table, 2, 40);
+  EXPECT_EQ(table.count(), 40u);
+  EXPECT_EQ(table.plant_count(2), 40u);
+  table.move(handles[3], placed_at(-7));
+  table.remove(handles[4]);
+  EXPECT_FALSE(table.is_live(handles[4]));
+  for (const Instance& instance : table.slots()) EXPECT_EQ(instance.plant, kNoPlant);
+  take_all_dirty(table);
+  const float center[3] = {0, 2, 0};
+  table.set_plant_sphere(2, center, 3.0f);
+  EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 40}}));
+  for (std::uint32_t slot = 0; slot < 40; ++slot) EXPECT_EQ(table.slots()[slot].plant, slot == 4 ? kNoPlant : 2u) << slot;
+  EXPECT_EQ(table.slots()[3].position.x, -7.0f);
+  EXPECT_EQ(table.spheres()[3].center_m[1], 2.0f);
+  EXPECT_EQ(table.spheres()[3].radius_m, 3.0f);
+  EXPECT_EQ(table.count(), 39u);
+  EXPECT_TRUE(table.is_live(handles[3]));
+  table.remove_plant(2);
+  EXPECT_EQ(table.count(), 0u);
+}
+
 TEST(Instances, WhatChangedIsUploadedOnce) {
   InstanceTable table = make_table(1000);
   EXPECT_EQ(take_all_dirty(table), Ranges{});
@@ -180,7 +204,7 @@ TEST(Instances, ATileGrowsAboutItsPlantsFeet) {
   EXPECT_EQ(table.slots()[2].scale, 0.5f);
   EXPECT_EQ(table.slots()[2].position.x, 2.0f);
   EXPECT_EQ(table.spheres()[2].radius_m, 0.5f);
-  EXPECT_EQ(table.spheres()[2].center_m, (std::array<float, 3>{2.0f, 0.5f, 0.0f})) << "a metre above its foot, when grown";
+  EXPECT_EQ(table.spheres()[2].center_m, (vec3{2.0f, 0.5f, 0.0f})) << "a metre above its foot, when grown";
   EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 3}}));
   table.update_bounds();
   EXPECT_FLOAT_EQ(table.blocks().bounds[0].max_instance_radius_m, 0.5f);

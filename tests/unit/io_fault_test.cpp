@@ -85,7 +85,7 @@ int __wrap_pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
 namespace coppice {
 namespace {
 
-const std::string kPlant = std::string(COPPICE_TEST_DATA) + "/v4/two_pages.coppice";
+const std::string kPlant = std::string(COPPICE_TEST_DATA) + "/plants/two_pages.coppice";
 const std::string kScene = std::string(COPPICE_TEST_DATA) + "/scene_v1/small.forest";
 
 /// Any thread; the n-th allocation has nothing.
@@ -130,7 +130,7 @@ class IoFault : public testing::TestWithParam<Reading> {
     auto set = complete_hooks({.allocator = allocator, .log = log.hook()}, GetParam());
     EXPECT_TRUE(set) << set.error().message();
     {
-      auto created = Streamer::create(set->hooks, {.gpu = {.page_bytes = 32768, .wood_vertex_bytes = 24, .block_textures = true}});
+      auto created = Streamer::create(set->hooks, {.gpu = {.block_textures = true}});
       if (!created) {
         EXPECT_EQ(created.error().status, Status::out_of_memory);
         return outcome;
@@ -142,7 +142,7 @@ class IoFault : public testing::TestWithParam<Reading> {
       outcome.opened = plant && scene;
       if (outcome.opened) stream(*streamer, gpu, **scene, outcome);
       if (plant) streamer->close_plant(*plant);
-      const DemandView view;
+      const LodView view;
       for (int i = 0; i < 5; ++i) gpu.frame(view, {});
     }
     outcome.lines = log.lines;
@@ -151,8 +151,8 @@ class IoFault : public testing::TestWithParam<Reading> {
 
  private:
   static void stream(Streamer& streamer, test::FakeGpu& gpu, SceneStream& scene, Outcome& outcome) {
-    DemandView view;
-    view.lod.full = true;
+    LodView view;
+    view.full = true;
     const std::vector<PlantDemand> demands = {test::demand_of(5000.0f)};
     for (int i = 0; i < 4000; ++i) {
       gpu.frame(view, demands);

@@ -30,12 +30,7 @@ class LeafMeshStream : public test::StreamerFixture {
   void SetUp() override {
     io.files["a"] = plant_file();
     io.files["b"] = plant_file();
-    options.gpu = {.page_bytes = 32768,
-                   .wood_vertex_bytes = 24,
-                   .wood_index_bytes = 4,
-                   .leaf_mesh_vertex_bytes = 32,
-                   .plant_bytes = 1000,
-                   .block_textures = true};
+    options.gpu = {.plant_bytes = 1000, .block_textures = true};
     start();
   }
 };
@@ -55,7 +50,7 @@ TEST_F(LeafMeshStream, ComeBeforeTheirQuadsErrTooMuchAndNoSooner) {
 }
 
 TEST_F(LeafMeshStream, FullDetailAsksForThem) {
-  view.lod.full = true;
+  view.full = true;
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(10.0f)});
   EXPECT_TRUE(streamer->state(plant).leaf_meshes_resident);
@@ -132,21 +127,20 @@ TEST_F(LeafMeshStream, AreWorthTheErrorTheyRemoveByAllTheirBytes) {
   open("a");
   ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440, 1000};
   const PlantDemand demand = demand_of(800.0f, 3.0f);  // 4 px of error, of which the threshold hides 2 less its spread
-  const PlantWants wants = plant_wants(valued, demand, view.lod);
+  const PlantWants wants = plant_wants(valued, demand, view);
   EXPECT_TRUE(wants.leaf_meshes);
   const float least_px = 2.0f * (1.0f - lod::kCoppiceThresholdSpread);
-  EXPECT_NEAR(leaf_mesh_value(valued, wants, demand, view.lod), 3.0f * (4.0f - least_px) / 1000.0f, 1e-5f);
+  EXPECT_NEAR(leaf_mesh_value(valued, wants, demand, view), 3.0f * (4.0f - least_px) / 1000.0f, 1e-5f);
   valued.leaf_mesh_bytes = 0;
-  EXPECT_FALSE(plant_wants(valued, demand, view.lod).leaf_meshes) << "a plant without";
+  EXPECT_FALSE(plant_wants(valued, demand, view).leaf_meshes) << "a plant without";
 }
 
 TEST_F(LeafMeshStream, PagesForAllQuadsAreWantedWhereMeshesAreAboutToGo) {
   open("a");
   ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440, 1000};
   const PlantDemand near_switch = demand_of(370.0f);
-  EXPECT_GT(plant_wants(valued, near_switch, view.lod).page_count,
-            plant_wants({valued.table, 3000, 61440}, near_switch, view.lod).page_count);
-  EXPECT_EQ(plant_wants(valued, demand_of(100.0f), view.lod).page_count, 1u);
+  EXPECT_GT(plant_wants(valued, near_switch, view).page_count, plant_wants({valued.table, 3000, 61440}, near_switch, view).page_count);
+  EXPECT_EQ(plant_wants(valued, demand_of(100.0f), view).page_count, 1u);
 }
 
 TEST_F(LeafMeshStream, ClosingGivesThemBack) {

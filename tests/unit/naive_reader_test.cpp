@@ -182,6 +182,10 @@ void expect_same_textures(const Bytes& file, const PlantFile& front, const Naive
     EXPECT_EQ(last.offset + last.bytes - layout->levels[0].offset, other.levels.size());
     EXPECT_TRUE(
         std::equal(other.levels.begin(), other.levels.end(), chunk.begin() + static_cast<std::ptrdiff_t>(layout->levels[0].offset)));
+    const Bytes& small = front.small_textures[t];
+    const test::NaiveTexture& other_small = naive.small_textures[t];
+    ASSERT_EQ(small.empty(), other_small.levels.empty());
+    EXPECT_TRUE(small.empty() || std::ranges::equal(std::span(small).subspan(sizeof(coppice_file_texture)), other_small.levels));
   }
 }
 
@@ -263,7 +267,7 @@ TEST(NaiveReader, AgreesOnMutantsOfNewFiles) {
 }
 
 TEST(NaiveReader, AgreesOnMutantsOfKeptFiles) {
-  for (const NamedFile& file : files_below(std::filesystem::path(COPPICE_TEST_DATA) / "v4"))
+  for (const NamedFile& file : files_below(std::filesystem::path(COPPICE_TEST_DATA) / "plants"))
     expect_agreement_on_mutants(file, file.bytes.size() > 5000 ? 40 : 3, 2);
 }
 

@@ -162,7 +162,7 @@ void expect_read_as_ever(const std::filesystem::path& folder) {
 }
 
 TEST(GoldenFiles, TheyAreReadAsEver) {
-  const std::filesystem::path folder = kData / "v4";
+  const std::filesystem::path folder = kData / "plants";
   const std::map<std::string, test::RandomPlantOptions> plants = {
       {"one_leaf", {.leaf_count = 1, .wood_lod_count = 0, .texture_side = 0}},
       {"two_pages", {.leaf_count = 520, .card_count = 3, .wood_lod_count = 1, .texture_side = 0}},

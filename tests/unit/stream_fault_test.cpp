@@ -26,7 +26,7 @@ using test::demand_of;
 using test::ReadFault;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr GpuSizes kGpuSizes = {.page_bytes = 32768, .wood_vertex_bytes = 24, .wood_index_bytes = 4, .plant_bytes = 1000};
+constexpr GpuSizes kGpuSizes = {.plant_bytes = 1000};
 constexpr std::uint32_t kLeaves = 3000, kChunks = 9;  // six pages, two wood LoDs, a texture
 
 Bytes plant_bytes(std::uint32_t seed) {
@@ -307,7 +307,7 @@ class FileFault : public testing::TestWithParam<Reading> {
   std::filesystem::path path_;
   test::FakeLog log_;
   HookSet set_;
-  DemandView view_;
+  LodView view_;
   std::unique_ptr<Streamer> streamer_;
   std::unique_ptr<test::FakeGpu> gpu_;
   std::uint32_t plant_ = 0;

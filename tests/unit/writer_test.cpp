@@ -10,7 +10,7 @@
 namespace coppice {
 namespace {
 
-/// Two pages, two wood LoDs, one texture; the bytes of pages, wood and textures mean nothing to the writer.
+/// Two pages, two wood LoDs, one texture; the bytes of pages and wood mean nothing to the writer.
 FileContents contents() {
   FileContents result;
   result.plant.leaf_count = 514;
@@ -30,7 +30,7 @@ FileContents contents() {
   result.wood_error_px = {0.0f, 1.0f};
   result.wood = {{1, 2, 3}, {4, 5}};
   result.pages = {{6, 7, 8, 9}, {10}};
-  result.textures = {{11, 12}};
+  result.textures = {{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, COPPICE_TEXTURE_RGBA8, 0, 0, 0, 11, 12, 13, 14}};
   return result;
 }
 
@@ -42,9 +42,9 @@ TEST(Writer, LaysChunksOutInTheOrderOfTheFormat) {
   std::string order;
   for (const coppice_file_chunk& chunk : front->chunks)
     order += std::string(chunk_kind_name(chunk.kind)) + std::to_string(chunk.index) + " ";
-  EXPECT_EQ(order, "PLANT0 MATERIALS0 CARDS0 ERRORS0 WOOD1 PAGE0 TEXTURE0 WOOD0 PAGE1 ");
-  EXPECT_EQ(front->chunks[0].offset, 64u + 9u * 32u);
-  EXPECT_EQ(front->header.first_read_bytes, front->chunks[6].offset);
+  EXPECT_EQ(order, "PLANT0 MATERIALS0 CARDS0 ERRORS0 TEXTURES0 WOOD1 PAGE0 TEXTURE0 WOOD0 PAGE1 ");
+  EXPECT_EQ(front->chunks[0].offset, 64u + 10u * 32u);
+  EXPECT_EQ(front->header.first_read_bytes, front->chunks[7].offset);
   EXPECT_EQ(front->chunks.back().offset + 1, file->size());
 }
 
@@ -66,7 +66,7 @@ TEST(Writer, SameContentsSameBytes) {
 
 TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
   const auto file = *write_file(contents());
-  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 4, 0, 0, 0, 9, 0, 0, 0};
+  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 5, 0, 0, 0, 10, 0, 0, 0};
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), file.begin()));
 }
 

@@ -72,9 +72,9 @@ typedef uint64_t coppice_scene;
 /* ---- hooks ---------------------------------------------------------------------------------------------------------------------- */
 
 /* Memory for what grows with plants, pages, instances and scenes: chunks as read and as decoded, instances, the streamer's tables, a
- * plant's table of chunks, a scene's tiles and species. Not through it, and not counted by the budget: Draco's scratch while a chunk is
- * decoded and decoded wood until its upload, both bounded by the chunk's counts and COPPICE_ERROR_OUT_OF_MEMORY where malloc has nothing;
- * the rest of a plant's parsed header and tables, some 100 KB at most; the context itself. Called from any thread that runs a job or
+ * plant's table of chunks, a scene's tiles and species. Not through it, and not counted by the budget: Draco's scratch and what it
+ * decodes to while a job has the chunk, bounded by the chunk's counts and COPPICE_ERROR_OUT_OF_MEMORY where malloc has nothing; the rest of
+ * a plant's parsed front and tables, some 200 KB at most; the context itself. Called from any thread that runs a job or
  * calls the context. Must return memory aligned to `align` (a power of two) or null, which makes the operation fail with
  * COPPICE_ERROR_OUT_OF_MEMORY. Must not call back into Coppice. Must outlive the context. */
 typedef struct coppice_allocator {
@@ -83,23 +83,48 @@ typedef struct coppice_allocator {
   void (*free)(void* user, void* pointer, size_t bytes);
 } coppice_allocator;
 
-/* Where decoding runs, and the sorting of leaves for compute_raster. submit is called from the thread inside coppice_frame_begin or
- * coppice_record_upload; it may run `function(argument)` on any thread, or inline before it returns (tests do: deterministic). Every
- * submitted function must run before the context is destroyed: coppice_context_destroy waits for them. May not call back into Coppice
- * other than through `function`. */
+/* A run of device memory. */
+typedef struct coppice_memory_block {
+  VkDeviceMemory memory;
+  VkDeviceSize offset;  /* of its first byte in memory; a multiple of the alignment asked for */
+  uint32_t memory_type; /* of VkPhysicalDeviceMemoryProperties; one of the memoryTypeBits asked for */
+  void* mapped;         /* its first byte; used where the memory is to be host visible, and mapped until it is freed */
+  void* handle;         /* the engine's own, given back to free: an allocation of its allocator */
+} coppice_memory_block;
+
+/* Device memory, for engines with an allocator of their own: both functions, or none for vkAllocateMemory. Coppice asks for blocks of about
+ * a 32nd of the memory budget, 256 KiB to 32 MiB, and divides them among buffers and images; what is larger than half a block, or grows,
+ * gets one of its own.
+ *   requirements  size, alignment, and memoryTypeBits, of which the engine chooses any type that has `properties`: DEVICE_LOCAL, or
+ *                 HOST_VISIBLE and HOST_COHERENT. Device-local memory must have VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT
+ *   returns       VK_SUCCESS, or what vkAllocateMemory would: VK_ERROR_OUT_OF_DEVICE_MEMORY is no worse than a full budget
+ * A block may hold buffers beside optimally tiled images: what is next to it in `memory` the engine keeps bufferImageGranularity away.
+ * It is Coppice's until it is freed: by then the GPU is done with it. coppice_context_destroy frees what is left. Called from the thread
+ * inside coppice_context_create, coppice_context_destroy, coppice_set_memory_budget, coppice_plant_open, coppice_plant_reload,
+ * coppice_frame_begin, coppice_record_upload and coppice_record_cull; never while the camera stands still and all that it wants is there.
+ * Blocks count whole towards memory_budget_bytes. May not call back into Coppice. Must outlive the context. */
+typedef struct coppice_device_memory {
+  void* user;
+  VkResult (*allocate)(void* user, const VkMemoryRequirements* requirements, VkMemoryPropertyFlags properties, coppice_memory_block* block);
+  void (*free)(void* user, const coppice_memory_block* block);
+} coppice_device_memory;
+
+/* Where decoding runs, and the building of pipelines. submit is called from the thread inside coppice_context_create, coppice_frame_begin,
+ * coppice_record_upload or coppice_record_cull; it may run `function(argument)` on any thread, or inline before it returns (tests do:
+ * deterministic). Every submitted function must run before the context is destroyed:
+ * coppice_context_destroy waits for them. May not call back into Coppice other than through `function`. */
 typedef struct coppice_jobs {
   void* user;
   void (*submit)(void* user, void (*function)(void* argument), void* argument);
 } coppice_jobs;
 
-/* File access, called from the thread inside coppice_plant_open, coppice_scene_open, coppice_scene_close, coppice_frame_begin or
- * coppice_context_destroy; a file is closed once
- * nothing of a closed plant is under way. read must not block: it calls done(argument, bytes_read) once, from any thread, or inline.
- * bytes_read < bytes, or negative, means failure. `destination` stays valid until done is called. coppice_plant_open and
- * coppice_scene_open wait for their reads: done must not depend on the calling thread going on.
- * What is negative is the reason as -errno, which the log spells out, or -1 where there is none to give; -EINVAL of open: not a regular
- * file. A read that failed, or came short, is tried again after 50, 200 and 800 ms before what it was of counts as failed; frames go on
- * meanwhile. */
+/* File access, called from the thread inside coppice_plant_open, coppice_plant_reload, coppice_plant_close, coppice_scene_open,
+ * coppice_scene_close, coppice_frame_begin or coppice_context_destroy; a file is closed once nothing of a closed plant is under way. read
+ * must not block: it calls done(argument, bytes_read) once, from any thread, or inline. bytes_read < bytes, or negative, means failure.
+ * `destination` stays valid until done is called. coppice_plant_open and coppice_scene_open wait for their reads: done must not depend on
+ * the calling thread going on. What is negative is the reason as -errno, which the log spells out, or -1 where there is none to give;
+ * -EINVAL of open: not a regular file. A read that failed, or came short, is tried again after 50, 200 and 800 ms before what it was of
+ * counts as failed; frames go on meanwhile. */
 typedef struct coppice_io {
   void* user;
   int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* a handle >= 0, or -errno */
@@ -161,7 +186,8 @@ typedef struct coppice_context_desc {
                       drawIndirectCount, scalarBlockLayout, multiDrawIndirect, drawIndirectFirstInstance. What the physical
                       device lacks is named in the log; what was merely not enabled Vulkan gives no way to see */
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
-  VkPipelineCache pipeline_cache; /* may be null */
+  VkPipelineCache pipeline_cache; /* may be null. Used by jobs, at any time until the context is destroyed: not one of
+                                     VK_PIPELINE_CACHE_CREATE_EXTERNALLY_SYNCHRONIZED_BIT */
 
   VkFormat color_format;     /* of the attachment coppice_record_draw draws to, no integers; shaded colour is linear */
   VkFormat depth_format;     /* with depth; no stencil attachment may be bound while drawing */
@@ -175,12 +201,13 @@ typedef struct coppice_context_desc {
   uint32_t max_plants;          /* default 64, 1 to 65536 */
 
   /* Each may be left at its default: malloc, a small thread pool, io_uring (where the kernel has none, pread on that pool),
-   * nothing logged. */
+   * nothing logged, no trace, vkAllocateMemory. */
   coppice_allocator allocator;
   coppice_jobs jobs;
   coppice_io io;
   coppice_log log;
-  coppice_trace trace; /* default none */
+  coppice_trace trace;
+  coppice_device_memory device_memory;
 
   /* VK_TRUE: `device` was created with the feature textureCompressionBC, so textures stay the BC1 and BC3 blocks they are in the file.
    * Default VK_FALSE, always right: they are decoded to RGBA8 on jobs and take four to eight times the memory. Where the physical device
@@ -218,18 +245,37 @@ typedef struct coppice_context_desc {
   const char* asset_root;
   /* VK_TRUE: a scene's plants may be anywhere. For scenes that you trust: one that a stranger made may name any file. Default VK_FALSE. */
   VkBool32 allow_outside;
+
+  /* VK_TRUE: a pipeline is built inside the call that first needs it, which then takes up to some hundred milliseconds, so that no picture
+   * misses anything. Default VK_FALSE: by jobs, see coppice_pipelines_ready. */
+  VkBool32 blocking_pipelines;
 } coppice_context_desc;
 
 /* Fills every field with its default; device fields become null and must be set. Flags are VK_TRUE or VK_FALSE, no other value. */
 void coppice_context_desc_init(coppice_context_desc* desc);
 
-/* Creates pipelines and the fixed buffers. Cost: tens of milliseconds. On error *context is null.
+/* Creates the fixed buffers, and has pipelines built by the jobs hook. Cost: some milliseconds. On error *context is null.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT: a field of desc, which the log names, but for a wrong struct_size: then the log's place in desc
  * is not known. COPPICE_ERROR_UNSUPPORTED, COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
 coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context);
 
+/* The memory that a context of desc takes before any plant: coppice_stats.memory_bytes right after its creation. It depends on
+ * max_instances, max_plants, compute_raster, pass_times and, a little, on memory_budget_bytes, which has to be above it: 1 is allowed here.
+ * The pictures and lists of the compute rasteriser come on top with the first frames. Cost: some milliseconds; asks the device, but takes
+ * no memory of it, and calls no hook but the log. bytes: out; 0 on an error. errors: as coppice_context_create */
+coppice_status coppice_context_cost(const coppice_context_desc* desc, uint64_t* bytes);
+
 /* The GPU must have finished every command buffer Coppice recorded into. Waits for running jobs and reads. Null is allowed. */
 void coppice_context_destroy(coppice_context* context);
+
+/* Whether all pipelines are built that anything has needed so far. The context asks for the first when it is created, for others when what
+ * they draw first comes: wood without a texture, normal maps, leaf meshes, a shadow view, a debug view. Nothing waits for them: what they
+ * draw is missing meanwhile, or drawn as it can be (the compute rasteriser's work by the hardware, leaf meshes as quads, normal maps and
+ * debug views not at all), and coppice_stats.pipelines_built is below pipelines_wanted. An engine may show a loading screen until the first
+ * are ready, with frames or without. One that cannot be built is an error in the log, and what it draws stays away. ready: out; VK_FALSE on
+ * an error. errors: COPPICE_ERROR_INVALID_ARGUMENT; else of the first that could not be built: COPPICE_ERROR_OUT_OF_MEMORY,
+ * COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
+coppice_status coppice_pipelines_ready(const coppice_context* context, VkBool32* ready);
 
 /* May be called at any time; takes effect by evicting within the next coppice_frame_begin.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT: below what the context took before any plant */
@@ -237,8 +283,18 @@ coppice_status coppice_set_memory_budget(coppice_context* context, uint64_t byte
 
 /* ---- plants --------------------------------------------------------------------------------------------------------------------- */
 
+typedef enum coppice_plant_state {
+  COPPICE_PLANT_READY = 0,
+  COPPICE_PLANT_OPENING = 1, /* by coppice_plant_open_async */
+  COPPICE_PLANT_FAILED = 2,  /* it could not be opened: close it */
+  COPPICE_PLANT_STATE_MAX_ENUM = 0x7fffffff
+} coppice_plant_state;
+
 typedef struct coppice_plant_info {
   uint32_t struct_size;
+  coppice_plant_state state; /* all else but failure and reloading is 0 until it is ready */
+  coppice_status failure;    /* of COPPICE_PLANT_FAILED: the error of coppice_plant_open */
+  VkBool32 reloading;        /* what coppice_plant_reload read is not shown yet */
   uint32_t leaf_count;
   uint32_t resident_leaf_count; /* the finest cut that can be drawn now */
   uint32_t page_count;
@@ -253,20 +309,38 @@ typedef struct coppice_plant_info {
 } coppice_plant_info;
 
 /* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for two reads, the header and
- * the front, and without texture_compression_bc for one of 16 bytes a texture, and for the further tries of one that fails (see
- * coppice_io), so call it while loading or from a thread of your own with
- * the context serialised. Finer detail streams in by itself. COPPICE_ERROR_OUT_OF_MEMORY: where the log says that room is being made, try
+ * the front, and for the further tries of one that fails (see coppice_io), so call it while loading or from a thread of your own with the
+ * context serialised. Finer detail streams in by itself. COPPICE_ERROR_OUT_OF_MEMORY: where the log says that room is being made, try
  * again in a few frames. */
 coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);
+
+/* The same without waiting: returns a handle at once. coppice_frame_begin goes on with it, while the reads are under way and a job decodes
+ * the root page, and coppice_plant_info.state says how far it is; up to eight are read at a time, the others wait for their turn. Instances
+ * may be added, moved and removed meanwhile: they are shown once the plant is ready. An error of coppice_plant_open ends in
+ * COPPICE_PLANT_FAILED and a line in the log, the instances are removed then, and the handle is good for coppice_plant_get_info and
+ * coppice_plant_close alone. Where the memory budget has no room it is tried again for some seconds before that. coppice_plant_close takes
+ * it back at any time without waiting. Counts for max_plants until it is closed.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_OUT_OF_MEMORY: max_plants are open */
+coppice_status coppice_plant_open_async(coppice_context* context, const char* path, coppice_plant* plant);
+
+/* coppice_plant_open of a file that is in memory already, in an archive of the engine's say: chunks are copied from there when they are
+ * wanted, and the io hook is not called. bytes: [size], not copied: it stays as it is until the plant is closed, or until a reload from
+ * elsewhere is shown (coppice_plant_info.reloading). size: > 0. name: what the log and the trace call it; copied. errors: as
+ * coppice_plant_open, but for COPPICE_ERROR_IO */
+coppice_status coppice_plant_open_memory(coppice_context* context, const void* bytes, size_t size, const char* name, coppice_plant* plant);
 
 /* Removes the plant and all its instances. GPU memory is freed once the GPU is done with it (see coppice_frame). */
 coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant);
 
-/* Shows what is in a file now: `path`, or where it is null the one that the plant was opened from. Reads the front of the file as
- * coppice_plant_open does, with its errors; on an error everything stays as it was. Plant and instance handles stay valid, and what was
+/* Shows what is in a file now: `path`, or where it is null what the plant was opened from, file or memory. Reads the front as
+ * coppice_plant_open does, with its errors; COPPICE_ERROR_INVALID_ARGUMENT also for a plant that is not ready. On an error everything stays
+ * as it was. Plant and instance handles stay valid, and what was
  * there is drawn until as much of the new file is resident, at most two seconds of frames; until then the plant takes memory twice, and
  * one of four places that a context has for this. A further reload replaces one that is under way. */
 coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path);
+
+/* The same from memory: bytes, size and name as coppice_plant_open_memory has them. */
+coppice_status coppice_plant_reload_memory(coppice_context* context, coppice_plant plant, const void* bytes, size_t size, const char* name);
 
 void coppice_plant_info_init(coppice_plant_info* info);
 coppice_status coppice_plant_get_info(const coppice_context* context, coppice_plant plant, coppice_plant_info* info);
@@ -281,7 +355,8 @@ typedef struct coppice_placement {
   float tint[3];     /* multiplies leaf colour, 0 to 1e6; 1 1 1 for none */
 } coppice_placement;
 
-/* Adds `count` instances of a plant. instances: [count] handles out, may be null. All or none are added. COPPICE_ERROR_OUT_OF_MEMORY: what
+/* Adds `count` instances of a plant that is ready or being opened. instances: [count] handles out, may be null. All or none are added.
+ * COPPICE_ERROR_OUT_OF_MEMORY: what
  * draws them finds no room in the memory budget; where the log says that room is being made, try again in a few frames. */
 coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements, uint32_t count,
                                      coppice_instance* instances);
@@ -440,7 +515,8 @@ coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer c
 
 /* Records culling and cut selection for every instance. Outside a render pass. queue: graphics.
  * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT. Where the compute rasteriser's picture or a view's
- * shadow maps find no memory the frame goes on without, and the log says so once. COPPICE_ERROR_DEVICE_LOST
+ * shadow maps find no memory the frame goes on without, and the log says so once; what has no pipeline yet is left out
+ * (coppice_pipelines_ready). COPPICE_ERROR_DEVICE_LOST
  * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
 coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view);
 
@@ -478,7 +554,7 @@ typedef struct coppice_streamed_stats {
   uint64_t evicted;
   uint64_t failed;    /* given up; the log says why */
   uint64_t cancelled; /* reads whose chunk nothing wanted any more when they returned */
-  uint32_t in_flight; /* reading or decoding; of all also what is being sorted for compute_raster */
+  uint32_t in_flight; /* reading or decoding */
   uint32_t wanted;    /* by the view at threshold_px, and not resident */
   uint32_t queued;    /* of those, not asked for yet */
 } coppice_streamed_stats;
@@ -493,8 +569,9 @@ typedef struct coppice_stats {
   uint64_t drawn_wood_triangle_count;
   uint64_t source_leaf_count; /* sum over all instances */
   uint64_t memory_budget_bytes;
-  uint64_t memory_bytes; /* in use now: GPU, staging and decoded pages */
+  uint64_t memory_bytes; /* in use now: GPU, staging and decoded pages; of device memory whole blocks, and the next one */
   uint64_t memory_peak_bytes;
+  uint64_t device_allocations; /* blocks of device memory that are held now: calls of coppice_device_memory.allocate less those of free */
   coppice_streamed_stats streamed[COPPICE_STREAMED_COUNT];
   uint32_t leaf_mesh_instance_count; /* visible instances that are drawn with their leaves as modelled, not as quads */
   uint64_t drawn_leaf_mesh_triangle_count;
@@ -503,6 +580,8 @@ typedef struct coppice_stats {
                                         the leaf budget, and then it decides what is drawn too, or the memory budget; 0: every leaf */
   uint64_t bytes_read;               /* since creation, after opening */
   double decode_ms;                  /* since creation, CPU time of decoding added up over all threads */
+  uint32_t pipelines_wanted;         /* since creation; see coppice_pipelines_ready */
+  uint32_t pipelines_built;          /* of those: what the others draw is missing */
 
   /* The open scene; all zero without one. */
   uint64_t scene_instance_count; /* in the file; instance_count has those that are there */

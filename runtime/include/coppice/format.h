@@ -1,20 +1,20 @@
 #ifndef COPPICE_FORMAT_H
 #define COPPICE_FORMAT_H
 
-/* The .coppice file, version 4: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
+/* The .coppice file, version 5: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
  *
  * Little-endian; every struct below is stored as is, without padding. Offsets are from the start of the file. Lengths are in
  * metres, axes are glTF's (right-handed, +Y up).
  *
- *     header | chunk table | PLANT MATERIALS CARDS ERRORS (LEAF_MESHES) | coarsest WOOD | PAGE 0 |
- *     '------------------- first_read_bytes: all that a first picture needs --------------------'
- *                                                     TEXTURES | finer WOOD ... | PAGE 1 2 3 ... | (LEAF_MESH ...)
+ *     header | chunk table | PLANT MATERIALS CARDS ERRORS (LEAF_MESHES) (TEXTURES) | coarsest WOOD | PAGE 0 |
+ *     '------------------------- first_read_bytes: all that a first picture needs -------------------------'
+ *                                                     (TEXTURE ...) | finer WOOD ... | PAGE 1 2 3 ... | (LEAF_MESH ...)
  */
 
 #include <stdint.h>
 
 #define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
-#define COPPICE_FORMAT_VERSION 4u
+#define COPPICE_FORMAT_VERSION 5u
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u
@@ -41,6 +41,10 @@
 #define COPPICE_MAX_LEAF_MESHES 16u
 #define COPPICE_MAX_LEAF_MESH_TRIANGLES (1u << 16) /* of one LEAF_MESH chunk; as many a byte as of wood */
 
+#define COPPICE_MAX_SMALL_TEXTURE_SIDE 64u
+
+/* A writer makes small textures smaller where TEXTURES would be longer. */
+#define COPPICE_SMALL_TEXTURES_BYTES 16384u
 /* A writer keeps first_read_bytes to at most this, but for plants of some million leaves, whose chunk table alone is longer. */
 #define COPPICE_FIRST_READ_BYTES 65536u
 
@@ -66,6 +70,7 @@ typedef enum coppice_chunk_kind {
   COPPICE_CHUNK_TEXTURE = 7,     /* index t: one coppice_file_texture and its mip levels, largest first, tightly packed */
   COPPICE_CHUNK_LEAF_MESHES = 8, /* what the LEAF_MESH chunks hold, see coppice_file_leaf_mesh; only if there are any */
   COPPICE_CHUNK_LEAF_MESH = 9,   /* index i: some of the leaves as they were modelled; a Draco triangle mesh */
+  COPPICE_CHUNK_TEXTURES = 10,   /* what the TEXTURE chunks hold, see coppice_file_texture; only if there are any */
   COPPICE_CHUNK_KIND_MAX_ENUM = 0x7fffffff
 } coppice_chunk_kind;
 
@@ -163,6 +168,8 @@ typedef enum coppice_texture_format {
   COPPICE_TEXTURE_FORMAT_MAX_ENUM = 0x7fffffff
 } coppice_texture_format;
 
+/* TEXTURES chunk: one of these for each TEXTURE, the same that it begins with; then, for each texture that is a material's base colour, the
+ * lowest index first, what it shows at no more than COPPICE_MAX_SMALL_TEXTURE_SIDE: one of these with mip_count 1, and its texels. */
 typedef struct coppice_file_texture {
   uint32_t width;
   uint32_t height;

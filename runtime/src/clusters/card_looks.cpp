@@ -9,8 +9,8 @@
 namespace coppice::gpu {
 namespace {
 
-constexpr std::uint32_t kSampledSide_px = 128;
-constexpr std::uint32_t kSmallSide_px = 64;
+constexpr std::uint32_t kWoodColorSide = 32;
+constexpr std::uint32_t kWoodColors = (4 * kWoodColorSide * kWoodColorSide - 1) / 3;
 
 /// Sums over sampled texels that are no holes.
 struct Sums {
@@ -25,12 +25,16 @@ struct Sums {
     for (std::size_t channel = 0; channel < 3; ++channel) color[channel] += other.color[channel];
     count += other.count;
   }
-  [[nodiscard]] std::array<float, 3> times(const float base_color[4]) const {
-    if (count == 0) return {base_color[0], base_color[1], base_color[2]};
-    const auto mean = [&](std::size_t channel) { return static_cast<float>(color[channel] / count) * base_color[channel]; };
-    return {mean(0), mean(1), mean(2)};
+  [[nodiscard]] vec3 times(const vec3& base_color) const {
+    if (count == 0) return base_color;
+    const auto mean = [&](std::size_t channel) { return static_cast<float>(color[channel] / count); };
+    return vec3(mean(0), mean(1), mean(2)) * base_color;
   }
 };
+
+vec3 color_of(const coppice_file_material& material) {
+  return {material.base_color[0], material.base_color[1], material.base_color[2]};
+}
 
 /// Texels that [part / parts, (part + 1) / parts) of a side holds: one at least.
 std::array<std::uint32_t, 2> texels_of(std::uint32_t part, std::uint32_t parts, std::uint32_t side_px) {
@@ -70,15 +74,10 @@ void look_at_material(const coppice_file_material& material, const Texels& texel
       for (std::uint32_t x = 0; x < side; ++x)
         if (Sums& part = parts[first + y * side + x]; part.count == 0) part = parent(first, side, x, y);
   }
-  std::ranges::transform(parts, colors.begin(), [&](const Sums& part) { return packed_albedo(part.times(material.base_color)); });
+  std::ranges::transform(parts, colors.begin(), [&](const Sums& part) { return pack_albedo(part.times(color_of(material))); });
 }
 
 }  // namespace
-
-bool has_texels(const PlantLooks& plant, std::uint32_t material) {
-  const std::uint32_t texture = material_texture(plant.materials[material]);
-  return texture >= plant.small.size() || !plant.small[texture].rgba.empty();
-}
 
 bool is_masked(const coppice_file_material& material) {
   return material.alpha_cutoff > 0.0f && material_texture(material) != COPPICE_NO_TEXTURE;
@@ -86,7 +85,7 @@ bool is_masked(const coppice_file_material& material) {
 
 TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t index, const TriangleUvs& uvs, std::uint32_t side) {
   const coppice_file_material& material = plant.materials[index];
-  TriangleLook look{.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]}};
+  TriangleLook look{.albedo = color_of(material)};
   const std::uint32_t texture = material_texture(material);
   if (texture >= plant.small.size()) return look;
   Sums sums;
@@ -103,14 +102,14 @@ TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t index, const T
       look_at(b + part / 3.0f, c + part / 3.0f);
       if (column + row + 1 < side) look_at(b + part / 1.5f, c + part / 1.5f);  // the part that stands on its head
     }
-  look.albedo = sums.times(material.base_color);
+  look.albedo = sums.times(color_of(material));
   look.coverage = static_cast<float>(sums.count) / static_cast<float>(side * side);
   return look;
 }
 
 std::uint32_t wood_color_of(const PlantLooks& plant, std::uint32_t material, const TriangleUvs& uvs) {
   std::uint32_t first = plant.first_wood_color[material];
-  if (material_texture(plant.materials[material]) == COPPICE_NO_TEXTURE) return first;
+  if (material_texture(plant.materials[material]) == COPPICE_NO_TEXTURE) return plant.wood_colors[first];
   const auto edge = [&](std::size_t corner, std::size_t axis) { return uvs[corner][axis] - uvs[0][axis]; };
   const float area = 0.5f * std::abs(edge(1, 0) * edge(2, 1) - edge(1, 1) * edge(2, 0));
   std::uint32_t side = kWoodColorSide;
@@ -119,55 +118,47 @@ std::uint32_t wood_color_of(const PlantLooks& plant, std::uint32_t material, con
     const float middle = (uvs[0][axis] + uvs[1][axis] + uvs[2][axis]) / 3.0f, within = middle - std::floor(middle);
     return within >= 0.0f ? std::min(static_cast<std::uint32_t>(within * static_cast<float>(side)), side - 1) : 0;
   };
-  return first + part(1) * side + part(0);
+  return plant.wood_colors[first + part(1) * side + part(0)];
 }
 
-std::uint32_t packed_albedo(const std::array<float, 3>& albedo) {
-  std::uint32_t packed = 0;
-  for (std::size_t channel = 0; channel < 3; ++channel)
-    packed |= static_cast<std::uint32_t>(std::lround(255.0f * std::sqrt(std::clamp(albedo[channel] / kMaxSplatAlbedo, 0.0f, 1.0f))))
-              << (8 * channel);
-  return packed;
+std::size_t PlantLooks::bytes() const {
+  std::size_t sum = materials.size() * sizeof(coppice_file_material) + looks.size() * sizeof(CardLook) +
+                    (wood_colors.size() + first_wood_color.size()) * sizeof(std::uint32_t) + small.size() * sizeof(Texels);
+  for (const Texels& texels : small) sum += texels.rgba.size();
+  return sum;
 }
 
-std::vector<CardLook> card_looks(const PlantFile& file) {
-  std::vector<CardLook> looks;
-  looks.reserve(file.cards.size());
+PlantLooks plant_looks(const PlantFile& file) {
+  PlantLooks plant{.materials = file.materials, .looks = {}, .small = {}, .wood_colors = {}, .first_wood_color = {}};
   for (const coppice_file_card& card : file.cards) {
     const Material material = gpu_material(file.materials[card.material]);
-    looks.push_back({.albedo = {linear_from_srgb8(card.albedo[0]), linear_from_srgb8(card.albedo[1]), linear_from_srgb8(card.albedo[2])},
-                     .coverage = material.coverage,
-                     .mask = {card.mask[0], card.mask[1]},
-                     .crown_normals = material.crown_normals});
+    plant.looks.push_back(
+        {.albedo = {linear_from_srgb8(card.albedo[0]), linear_from_srgb8(card.albedo[1]), linear_from_srgb8(card.albedo[2])},
+         .coverage = material.coverage,
+         .mask = {card.mask[0], card.mask[1]},
+         .crown_normals = material.crown_normals});
   }
-  return looks;
-}
-
-PlantLooks plain_looks(const PlantFile& file) {
-  PlantLooks plant{.materials = file.materials, .looks = card_looks(file), .small = {}, .wood_colors = {}, .first_wood_color = {}};
-  if (file.plant.leaf_mesh_count > 0 || std::ranges::any_of(file.materials, is_masked)) plant.small.resize(file.plant.texture_count);
+  std::vector<Texels> small;
+  for (const std::vector<std::uint8_t>& chunk : file.small_textures) {
+    const auto layout = read_texture(chunk);
+    small.push_back(layout ? level_of(*layout, chunk, COPPICE_MAX_SMALL_TEXTURE_SIDE) : Texels{});
+  }
   for (const coppice_file_material& material : file.materials) {
-    plant.looks.push_back({.albedo = {material.base_color[0], material.base_color[1], material.base_color[2]},
+    plant.looks.push_back({.albedo = color_of(material),
                            .coverage = 1.0f,
                            .mask = {0xffffffffu, 0xffffffffu},
                            .crown_normals = gpu_material(material).crown_normals});
-    plant.first_wood_color.push_back(static_cast<std::uint32_t>(plant.wood_colors.size()));
-    const std::uint32_t colors = material_texture(material) == COPPICE_NO_TEXTURE ? 1 : kWoodColors;
-    plant.wood_colors.insert(plant.wood_colors.end(), colors,
-                             packed_albedo({material.base_color[0], material.base_color[1], material.base_color[2]}));
+    const std::size_t first = plant.wood_colors.size();
+    plant.first_wood_color.push_back(static_cast<std::uint32_t>(first));
+    const std::uint32_t texture = material_texture(material);
+    plant.wood_colors.resize(first + (texture == COPPICE_NO_TEXTURE ? 1 : kWoodColors));
+    if (texture == COPPICE_NO_TEXTURE)
+      plant.wood_colors.back() = pack_albedo(color_of(material));
+    else
+      look_at_material(material, small[texture], std::span(plant.wood_colors).subspan(first));
   }
+  if (file.plant.leaf_mesh_count > 0 || std::ranges::any_of(file.materials, is_masked)) plant.small = std::move(small);
   return plant;
-}
-
-void take_texture(PlantLooks& plant, std::uint32_t texture, std::span<const std::uint8_t> chunk) {
-  const auto layout = read_texture(chunk);
-  const auto shows = [&](const coppice_file_material& material) { return material_texture(material) == texture; };
-  if (!layout || std::ranges::none_of(plant.materials, shows)) return;
-  if (texture < plant.small.size()) plant.small[texture] = level_of(*layout, chunk, kSmallSide_px);
-  const Texels texels = level_of(*layout, chunk, kSampledSide_px);
-  for (std::size_t i = 0; i < plant.materials.size(); ++i)
-    if (shows(plant.materials[i]))
-      look_at_material(plant.materials[i], texels, std::span(plant.wood_colors).subspan(plant.first_wood_color[i], kWoodColors));
 }
 
 }  // namespace coppice::gpu

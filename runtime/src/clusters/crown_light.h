@@ -3,38 +3,37 @@
 // How much of the sun and of the sky reaches a place inside a crown, from the leaves of a coarse cut. A crown is taken for a medium: a cell
 // of the leaf box dims light by the area of its leaves. From each cell's middle light is followed outwards along fourteen directions, and
 // what is kept of them is little: optical depth as a linear function of direction, and one share of the sky. Both ways of drawing read
-// the same grid (crown_light_at in shading.glsl), so that a plant does not change its light with its level of detail.
+// the same grid (crown_light_at of coppice_light.h), so that a plant does not change its light with its level of detail.
 
 #include <array>
-#include <cstdint>
 #include <span>
-#include <vector>
 
-#include "coppice_shared.h"
+#include "coppice_light.h"
 #include "tree.h"
 
 namespace coppice::gpu {
 
-/// What leaf corners are quantised in: min + step * q, q <= largest. Object space, m.
+/// What corners are quantised in: min + step * q, q <= largest. Object space, m.
 struct LeafBox {
   vec3 min{}, step{};
   std::uint32_t largest = 1;
+
+  [[nodiscard]] vec3 at(const uvec3& q) const { return min + step * vec3(q); }
+  /// That splats' places are quantised in.
+  [[nodiscard]] vec3 splat_step() const { return step * (static_cast<float>(largest) / 65535.0f); }
 };
 
-/// At a place. Optical depth towards unit direction d: depth + dot(slope, d), not below 0.
-struct CrownSample {
-  float depth = 0;
-  std::array<float, 3> slope{};
-  float sky = 1;  ///< share of the light of the sky that arrives, 0..1
-};
+inline Crown crown_of(const LeafBox& box) {
+  return crown_of(box.min, box.step, box.largest);
+}
 
-/// CrownSample at the middle of each cell of the leaf box: x fastest, then y. Empty: nothing is dimmed.
+/// pack_crown of the light at the middle of each cell of the leaf box: x fastest, then y. Where it has not been measured nothing is dimmed.
 struct CrownLight {
   LeafBox box;
-  std::vector<CrownSample> cells;  ///< [kCrownCells^3] or none
+  std::array<std::uint32_t, kCrownCells * kCrownCells * kCrownCells> words;
 
-  /// Between cells linearly, outside the box what its nearest place has. place: object space, m
-  [[nodiscard]] CrownSample at(const std::array<float, 3>& place) const;
+  CrownLight() { words.fill(pack_crown({.depth = 0.0f, .slope{}, .sky = 1.0f})); }
+  [[nodiscard]] CrownSample at(const vec3& place) const { return crown_light_at(words.data(), crown_of(box), place); }
 };
 
 /// The leaves of a cut, whose quads may have holes.
@@ -45,10 +44,5 @@ struct CrownSource {
   LeafBox box;
 };
 CrownLight measure_crown(const CrownSource& source);
-
-/// As shaders read it: unpack_crown of shading.glsl.
-std::uint32_t pack_crown(const CrownSample& sample);
-/// [kCrownCells^3]
-std::vector<std::uint32_t> pack_crown(const CrownLight& light);
 
 }  // namespace coppice::gpu

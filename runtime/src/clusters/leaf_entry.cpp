@@ -1,29 +1,9 @@
 #include "leaf_entry.h"
 
 #include <algorithm>
-#include <bit>
-
-#include "coppice_lod.h"
 
 namespace coppice::gpu {
 namespace {
-
-std::uint32_t snorm8(float value) {
-  return static_cast<std::uint32_t>(std::lround(std::clamp(value, -1.0f, 1.0f) * 127.0f)) & 0xffu;
-}
-
-/// Two snorm8: the octahedron's lower half is folded outwards.
-std::uint32_t octahedral(const Point& normal) {
-  const float sum = std::abs(normal[0]) + std::abs(normal[1]) + std::abs(normal[2]);
-  if (!(sum > 0.0f)) return 0;
-  Point n{normal[0] / sum, normal[1] / sum, normal[2] / sum};
-  if (n[2] < 0.0f) {
-    const float x = (1.0f - std::abs(n[1])) * (n[0] >= 0.0f ? 1.0f : -1.0f);
-    n[1] = (1.0f - std::abs(n[0])) * (n[1] >= 0.0f ? 1.0f : -1.0f);
-    n[0] = x;
-  }
-  return snorm8(n[0]) | snorm8(n[1]) << 8;
-}
 
 /// Discs along each leaf of a cluster, a power of two: what most of its leaves' length wants.
 std::uint32_t log2_grains(std::span<const LeafEntry> entries) {
@@ -35,11 +15,6 @@ std::uint32_t log2_grains(std::span<const LeafEntry> entries) {
   if (!(length_m > 0.0f)) return 0;
   const float grains = grains_m / length_m;
   return grains < 2.0f ? 0 : grains < 3.5f ? 1 : 2;
-}
-
-std::uint32_t pack_length(float length_m) {
-  if (!(length_m > 0.0f)) return 0;
-  return static_cast<std::uint32_t>(std::clamp(std::lround(kLengthSteps * std::log2(length_m)) + long{kLengthZero}, 1L, 255L));
 }
 
 /// Of the first quarter of a cluster's places, two, three and all: how large leaves are, and how long grains in the mean of what they
@@ -62,76 +37,67 @@ void set_quarters(std::span<const LeafEntry> entries, std::uint32_t grains, Clus
 }
 
 void bound(std::span<const LeafEntry> entries, Cluster& cluster) {
-  Point low = entries[0].corners[0], high = low;
+  vec3 low = entries[0].corners[0], high = low;
   for (const LeafEntry& entry : entries)
-    for (const Point& corner : entry.corners)
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], corner[axis]);
-        high[axis] = std::max(high[axis], corner[axis]);
-      }
-  const Point center = (low + high) * 0.5f;
-  cluster.center = {center[0], center[1], center[2]};
+    for (const vec3& corner : entry.corners) {
+      low = min(low, corner);
+      high = max(high, corner);
+    }
+  cluster.center = (low + high) * 0.5f;
   for (const LeafEntry& entry : entries)
-    for (const Point& corner : entry.corners) cluster.radius_m = std::max(cluster.radius_m, length(corner - center));
+    for (const vec3& corner : entry.corners) cluster.radius_m = std::max(cluster.radius_m, distance(corner, cluster.center));
 }
 
 /// Half of a leaf's axis but for half a disc at its end, in steps of its splat's place.
-Point axis_steps(const LeafEntry& entry, const Point& splat_step) {
-  const Point half = (entry.axis[1] - entry.axis[0]) * 0.5f;
-  Point steps{};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (splat_step[axis] > 0.0f) steps[axis] = half[axis] / splat_step[axis];
-  return steps;
+vec3 axis_steps(const LeafEntry& entry, const vec3& splat_step) {
+  return in_steps((entry.axis[1] - entry.axis[0]) * 0.5f, splat_step);
 }
 
-Splat splat_of(const LeafEntry& entry, const ListFrame& frame, std::uint32_t grains, const Cluster& cluster) {
-  const Point step = frame.splat_step(), middle = (entry.axis[0] + entry.axis[1]) * 0.5f;
-  std::array<std::uint32_t, 4> words{};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (step[axis] > 0.0f)
-      words[axis] = static_cast<std::uint32_t>(std::clamp(std::lround((middle[axis] - frame.low[axis]) / step[axis]), 0L, 65535L));
-  if (cluster.splat_size_m > 0.0f) {
-    const float side_m = std::sqrt(entry.covered_m2 / static_cast<float>(grains));
-    words[3] = static_cast<std::uint32_t>(std::clamp(std::lround(65535.0f * side_m / cluster.splat_size_m), 0L, 65535L));
-  }
-  const auto sky = static_cast<std::uint32_t>(std::lround(255.0f * std::clamp(entry.light.sky, 0.0f, 1.0f)));
-  Splat splat{.xy = words[0] | words[1] << 16,
-              .z_size = words[2] | words[3] << 16,
-              .axis = 0,
-              .normals = octahedral(entry.normal) | octahedral(entry.face) << 16,
-              .look = entry.look | sky << 24,
-              .crown = pack_crown(entry.light)};
-  const Point along = axis_steps(entry, step);
-  for (std::size_t axis = 0; axis < 3 && cluster.axis_steps > 0.0f; ++axis)
-    splat.axis |= snorm8(along[axis] / cluster.axis_steps) << (8 * axis);
-  return splat;
+Splat splat_of(const LeafEntry& entry, const LeafBox& box, std::uint32_t grains, const Cluster& cluster) {
+  const vec3 step = box.splat_step();
+  const uvec3 place = quantised((entry.axis[0] + entry.axis[1]) * 0.5f - box.min, step);
+  const float side_m = std::sqrt(entry.covered_m2 / static_cast<float>(grains));
+  const float side = cluster.splat_size_m > 0.0f ? round(65535.0f * side_m / cluster.splat_size_m) : 0.0f;
+  const vec2 normal = octahedral(entry.normal), face = octahedral(entry.face);
+  const vec3 along = cluster.axis_steps > 0.0f ? axis_steps(entry, step) / vec3(cluster.axis_steps) : vec3(0.0f);
+  return {.xy = place.x | place.y << 16,
+          .z_size = place.z | static_cast<uint>(side) << 16,
+          .axis = packSnorm4x8(vec4(along, 0.0f)),
+          .normals = packSnorm4x8(vec4(normal.x, normal.y, face.x, face.y)),
+          .look = entry.look | packUnorm4x8(vec4(vec3(0.0f), entry.light.sky)),
+          .crown = pack_crown(entry.light)};
 }
 
 }  // namespace
 
-ClusterList ListFrame::empty_list() const {
-  const Point splat = splat_step();
-  return {.box_min = {low[0], low[1], low[2]}, .box_step = {step[0], step[1], step[2]}, .splat_step = {splat[0], splat[1], splat[2]}};
+ClusterList empty_list(const LeafBox& box) {
+  return {.box_min = box.min, .box_step = box.step, .splat_step = box.splat_step()};
 }
 
-Crown::Crown(const LeafBox& box) {
-  const ListFrame frame(box);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float half = 0.5f * static_cast<float>(box.largest) * frame.step[axis];
-    center[axis] = frame.low[axis] + half;
-    radii[axis] = std::max(half, 1e-3f);
-  }
+vec3 in_steps(const vec3& offset, const vec3& step) {
+  const vec3 steps = offset / step;
+  return {step.x > 0.0f ? steps.x : 0.0f, step.y > 0.0f ? steps.y : 0.0f, step.z > 0.0f ? steps.z : 0.0f};
 }
 
-LeafEntry make_entry(const std::array<std::array<std::uint32_t, 3>, 4>& quantised, const ListFrame& frame) {
+uvec3 quantised(const vec3& offset, const vec3& step) {
+  const vec3 steps = clamp(round(in_steps(offset, step)), vec3(0.0f), vec3(65535.0f));
+  return {static_cast<uint>(steps.x), static_cast<uint>(steps.y), static_cast<uint>(steps.z)};
+}
+
+float quad_area(const std::array<vec3, 4>& c) {
+  const vec3 across = c[2] - c[0];
+  return 0.5f * (length(cross(c[1] - c[0], across)) + length(cross(across, c[3] - c[0])));
+}
+
+LeafEntry make_entry(const std::array<uvec3, 4>& corners, const LeafBox& box) {
   LeafEntry entry;
   entry.leaf.life = kNoDeath;
-  for (std::uint32_t i = 0; i < 12; ++i) entry.leaf.corners[i / 2] |= quantised[i / 3][i % 3] << (i % 2 * 16);
+  for (std::uint32_t i = 0; i < 12; ++i) entry.leaf.corners[i / 2] |= corners[i / 3][i % 3] << (i % 2 * 16);
   auto& c = entry.corners;
-  for (std::size_t i = 0; i < 4; ++i) c[i] = frame.at(quantised[i]);
+  for (std::size_t i = 0; i < 4; ++i) c[i] = box.at(corners[i]);
   entry.size_m = std::max(length(c[2] - c[0]), length(c[3] - c[1]));
   entry.area_m2 = quad_area(c);
-  const std::array<Point, 2> along{(c[0] + c[3]) * 0.5f, (c[1] + c[2]) * 0.5f}, across{(c[0] + c[1]) * 0.5f, (c[2] + c[3]) * 0.5f};
+  const std::array<vec3, 2> along{(c[0] + c[3]) * 0.5f, (c[1] + c[2]) * 0.5f}, across{(c[0] + c[1]) * 0.5f, (c[2] + c[3]) * 0.5f};
   const float along_m = length(along[1] - along[0]), across_m = length(across[1] - across[0]);
   entry.axis = along_m >= across_m ? along : across;
   entry.length_m = std::max(along_m, across_m);
@@ -143,28 +109,7 @@ LeafEntry make_entry(const std::array<std::array<std::uint32_t, 3>, 4>& quantise
   return entry;
 }
 
-Point variation(const Point& place_in_crown, const std::array<std::uint32_t, 3>& stalk) {
-  const auto cell = [&](std::size_t axis) {
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(place_in_crown[axis] * 4.0f)) + 16);
-  };
-  const std::uint32_t tuft = lod::coppice_hash(cell(0) + cell(1) * 64u + cell(2) * 4096u);
-  const std::uint32_t leaf = lod::coppice_hash((stalk[0] + stalk[1] * 16384u) ^ (stalk[2] * 747796405u));
-  const float a = static_cast<float>(tuft >> 16) / 65535.0f - 0.5f;
-  const float b = static_cast<float>(leaf >> 16) / 65535.0f - 0.5f;
-  const float c = static_cast<float>(leaf & 0xffffu) / 65535.0f - 0.5f;
-  return Point{1.0f + 0.16f * c, 1.0f, 1.0f - 0.14f * c} * (1.0f + 0.16f * a + 0.30f * b);
-}
-
-Point lit_normal(const Crown& crown, const Point& middle, Point& face, float crown_normals) {
-  Point outward = middle - crown.center;
-  for (std::size_t axis = 0; axis < 3; ++axis) outward[axis] /= crown.radii[axis] * crown.radii[axis];
-  outward = normalised(outward + Point{0.0f, 1e-4f, 0.0f});
-  face = dot(face, face) > 1e-20f ? normalised(face) : outward;
-  const float side = std::clamp(4.0f * dot(face, outward), -1.0f, 1.0f), turned = std::max(crown_normals, 1e-3f);
-  return normalised(face * (side * (1.0f - turned)) + outward * turned);
-}
-
-Cluster write_cluster(std::span<const LeafEntry> entries, const Births& births, const ListFrame& frame, std::span<Leaf> leaves,
+Cluster write_cluster(std::span<const LeafEntry> entries, const Births& births, const LeafBox& box, std::span<Leaf> leaves,
                       std::span<Splat> splats) {
   Cluster cluster{};
   bound(entries, cluster);
@@ -172,22 +117,18 @@ Cluster write_cluster(std::span<const LeafEntry> entries, const Births& births, 
   set_quarters(entries, grains, cluster);
   cluster.counts = static_cast<std::uint32_t>(entries.size()) | log_grains << kCountGrains |
                    (entries[0].is_surface ? 1u : 0u) << kCountSurface | births.first << kCountFirstBirth | births.last << kCountLastBirth;
-  const Point step = frame.splat_step();
+  const vec3 step = box.splat_step();
   for (const LeafEntry& entry : entries) {
     cluster.last_death = std::max(cluster.last_death, entry.leaf.life & kNoDeath);
     cluster.splat_size_m = std::max(cluster.splat_size_m, std::sqrt(entry.covered_m2 / static_cast<float>(grains)));
-    for (const float along : axis_steps(entry, step)) cluster.axis_steps = std::max(cluster.axis_steps, std::abs(along));
+    const vec3 along = abs(axis_steps(entry, step));
+    cluster.axis_steps = std::max({cluster.axis_steps, along.x, along.y, along.z});
   }
   for (std::size_t i = 0; i < entries.size(); ++i) {
     leaves[i] = entries[i].leaf;
-    splats[i] = splat_of(entries[i], frame, grains, cluster);
+    splats[i] = splat_of(entries[i], box, grains, cluster);
   }
   return cluster;
-}
-
-float unpack_length(std::uint32_t packed, std::uint32_t quarter) {
-  const std::uint32_t step = packed >> (8 * quarter) & 0xffu;
-  return step == 0 ? 0.0f : std::exp2((static_cast<float>(step) - static_cast<float>(kLengthZero)) / kLengthSteps);
 }
 
 }  // namespace coppice::gpu

@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <map>
 #include <span>
+#include <utility>
+#include <vector>
 
+#include "convert.h"
 #include "leaf_entry.h"
 #include "page_clusters.h"
 
@@ -37,48 +39,38 @@ std::uint32_t size_class_of(float length_m) {
   return static_cast<std::uint32_t>(std::clamp(64.0f + std::floor(kClassesPerDoubling * std::log2(length_m)), 0.0f, 127.0f));
 }
 
-LeafBox box_of(const WoodMesh& mesh) {
-  Point low = mesh.vertices[mesh.indices[0]].position, high = low;
-  for (const std::uint32_t index : mesh.indices)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], mesh.vertices[index].position[axis]);
-      high[axis] = std::max(high[axis], mesh.vertices[index].position[axis]);
-    }
-  const Point step = (high - low) * (1.0f / kLargest);
-  return {{low[0], low[1], low[2]}, {step[0], step[1], step[2]}, kLargest};
+void measure_box(const WoodMesh& mesh, MeshBlock& block) {
+  block.low = block.high = vec3(mesh.vertices[0].position);
+  for (const coppice::WoodVertex& vertex : mesh.vertices) {
+    block.low = min(block.low, vec3(vertex.position));
+    block.high = max(block.high, vec3(vertex.position));
+  }
 }
 
-/// Without what lights them.
-std::vector<Triangle> triangles_of(const WoodMesh& mesh, const ListFrame& frame, std::uint32_t first_material, const CrownLight& light) {
-  std::vector<Triangle> triangles;
-  triangles.reserve(mesh.indices.size() / 3);
-  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
-    std::array<std::array<std::uint32_t, 3>, 4> quantised{};
-    Triangle triangle;
-    Point normal{};
+/// Without what lights them. triangles: of the mesh
+void fill_triangles(const WoodMesh& mesh, const LeafBox& box, const MeshSource& source, std::span<Triangle> triangles) {
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    std::array<uvec3, 4> corners;
+    Triangle& triangle = triangles[i];
+    vec3 normal(0.0f);
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      const coppice::WoodVertex& vertex = mesh.vertices[mesh.indices[i + std::min<std::size_t>(corner, 2)]];
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        if (frame.step[axis] > 0.0f)
-          quantised[corner][axis] = static_cast<std::uint32_t>(
-              std::clamp(std::lround((vertex.position[axis] - frame.low[axis]) / frame.step[axis]), 0L, static_cast<long>(kLargest)));
-      if (corner < 3) normal = normal + vertex.normal;
+      const coppice::WoodVertex& vertex = mesh.vertices[mesh.indices[3 * i + std::min<std::size_t>(corner, 2)]];
+      corners[corner] = quantised(vec3(vertex.position) - box.min, box.step);
+      if (corner < 3) normal += vec3(vertex.normal);
     }
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      const std::uint32_t sum = quantised[0][axis] + quantised[1][axis] + quantised[2][axis] + quantised[3][axis];
+      const std::uint32_t sum = corners[0][axis] + corners[1][axis] + corners[2][axis] + corners[3][axis];
       triangle.place |= spread_bits(std::min(sum * 256u / (kLargest + 1), 1023u)) << axis;
     }
-    LeafEntry& entry = triangle.entry = make_entry(quantised, frame);
-    entry.id = triangle.group = static_cast<std::uint32_t>(i / 3);
-    entry.leaf.card = first_material + mesh.vertices[mesh.indices[i]].material;
+    LeafEntry& entry = triangle.entry = make_entry(corners, box);
+    entry.id = triangle.group = static_cast<std::uint32_t>(i);
+    entry.leaf.card = source.appearance.looks.first_material() + mesh.vertices[mesh.indices[3 * i]].material;
     entry.normal = normal;
     entry.covered_m2 = entry.area_m2;
     entry.is_triangle = entry.is_surface = true;
     triangle.size_class = size_class_of(entry.length_m);
-    entry.light = light.at((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
-    triangles.push_back(triangle);
+    entry.light = source.appearance.light.at((entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f));
   }
-  return triangles;
 }
 
 /// Where clusters end: of about equal size; where leaves are several triangles, of as many whole leaves as there is room for. What of a
@@ -121,63 +113,91 @@ float facet_of(std::span<const Triangle> triangles) {
   return area_m2 > 0.0 ? std::max(facet_m, static_cast<float>(kFacetShare * turning_m3 / area_m2)) : facet_m;
 }
 
-template <class T>
-void append(std::vector<std::uint8_t>& bytes, std::span<const T> values) {
-  const std::size_t at = bytes.size();
-  bytes.resize(at + values.size_bytes());
-  if (!values.empty()) std::memcpy(bytes.data() + at, values.data(), values.size_bytes());
+/// In the order of their clusters; those of wood have holes or have none.
+void sort_triangles(std::span<Triangle> triangles) {
+  const auto key = [](const Triangle& triangle) {
+    return std::array{triangle.entry.is_surface ? 0u : 1u, triangle.size_class, triangle.place, triangle.group, triangle.entry.id};
+  };
+  std::ranges::sort(triangles, {}, key);
 }
 
-/// The clusters in their order; those of wood have holes or have none.
-MeshClusters finish(std::vector<Triangle>& triangles, const ListFrame& frame) {
-  MeshClusters built{.list = frame.empty_list(), .bytes = {}};
-  if (triangles.empty()) return built;
-  const auto key = [](const Triangle& triangle) {
-    return std::array{triangle.entry.is_surface ? 0u : 1u, triangle.size_class, triangle.place, triangle.group};
-  };
-  std::ranges::stable_sort(triangles, {}, key);  // a leaf's by id, as they came
-  std::vector<Cluster> clusters;
-  std::vector<Leaf> leaves(triangles.size());
-  std::vector<Splat> splats(triangles.size());
-  std::size_t written = 0;
-  for (auto first = triangles.begin(); first != triangles.end();) {
-    const auto end = std::find_if(first, triangles.end(), [&](const Triangle& other) { return key(other)[0] != key(*first)[0]; });
-    const std::span<const Triangle> run(first, end);
-    std::size_t start = 0;
-    for (const std::size_t cluster_end : cluster_ends(run)) {
-      std::vector<LeafEntry> members;
-      for (const Triangle& triangle : run.subspan(start, cluster_end - start)) members.push_back(triangle.entry);
-      // Invocations side by side take as long as the slowest.
-      std::ranges::sort(members,
-                        [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; });
-      Cluster cluster = write_cluster(members, {}, frame, std::span(leaves).subspan(written), std::span(splats).subspan(written));
-      cluster.leaves.x = static_cast<std::uint32_t>(written * sizeof(Leaf));
-      cluster.splats.x = static_cast<std::uint32_t>(written * sizeof(Splat));
-      clusters.push_back(cluster);
-      const float grain_m = unpack_length(cluster.grains_m, 3);
-      built.list.grain_m = std::max(built.list.grain_m, grain_m);
-      if (!members[0].is_surface) built.list.holed_m = std::max(built.list.holed_m, grain_m);
-      written += members.size();
-      start = cluster_end;
-    }
-    first = end;
+/// Ends of the clusters of sorted triangles.
+std::vector<std::size_t> all_cluster_ends(std::span<const Triangle> triangles) {
+  const auto is_surface = [](const Triangle& triangle) { return triangle.entry.is_surface; };
+  const auto holed = static_cast<std::size_t>(std::ranges::partition_point(triangles, is_surface) - triangles.begin());
+  std::vector<std::size_t> ends = cluster_ends(triangles.first(holed));
+  for (const std::size_t end : cluster_ends(triangles.subspan(holed))) ends.push_back(holed + end);
+  return ends;
+}
+
+/// Where the parts of a block are.
+struct BlockPlan {
+  std::size_t vertices_at = 0, clusters_at = 0, first_cluster_at = 0, leaves_at = 0, splats_at = 0, bytes = 0;
+};
+
+BlockPlan plan_block(MeshKind kind, std::uint64_t vertex_count, std::uint64_t index_count, std::uint64_t cluster_count,
+                     std::uint64_t leaf_count) {
+  BlockPlan plan;
+  plan.vertices_at = index_count * sizeof(std::uint32_t);
+  plan.clusters_at = plan.vertices_at + vertex_count * (kind == MeshKind::wood ? sizeof(WoodVertex) : sizeof(LeafMeshVertex));
+  plan.first_cluster_at = plan.clusters_at + (cluster_count + kBlockClusters - 1) / kBlockClusters * sizeof(uvec2);
+  plan.leaves_at = plan.first_cluster_at + cluster_count * sizeof(Cluster);
+  plan.splats_at = plan.leaves_at + leaf_count * sizeof(Leaf);
+  plan.bytes = plan.splats_at + leaf_count * sizeof(Splat);
+  return plan;
+}
+
+template <class T>
+void write_at(MeshBlock& block, std::size_t at, const T* values, std::size_t count) {
+  if (count > 0) std::memcpy(block.bytes.data() + at, values, count * sizeof(T));
+}
+
+void write_vertices(MeshKind kind, const WoodMesh& mesh, MeshBlock& block) {
+  write_at(block, 0, mesh.indices.data(), mesh.indices.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const coppice::WoodVertex& vertex = mesh.vertices[i];
+    const WoodVertex wood = gpu_wood_vertex(vertex);
+    const LeafMeshVertex leaf = gpu_leaf_mesh_vertex(vertex);
+    if (kind == MeshKind::wood)
+      write_at(block, block.vertices_at + i * sizeof wood, &wood, 1);
+    else
+      write_at(block, block.vertices_at + i * sizeof leaf, &leaf, 1);
+    block.materials.set(vertex.material);
   }
-  built.list.leaf_count = static_cast<std::uint32_t>(written);
-  built.list.cluster_count = static_cast<std::uint32_t>(clusters.size());
-  built.list.facet_m = facet_of(triangles);
-  const std::size_t block_count = (clusters.size() + kBlockClusters - 1) / kBlockClusters, clusters_at = block_count * sizeof(uvec2);
-  const std::size_t leaves_at = clusters_at + clusters.size() * sizeof(Cluster), splats_at = leaves_at + written * sizeof(Leaf);
-  std::vector<uvec2> blocks(block_count);
-  for (std::size_t i = 0; i < block_count; ++i) move_address(blocks[i], clusters_at + i * kBlockClusters * sizeof(Cluster));
-  for (Cluster& cluster : clusters) {
-    move_address(cluster.leaves, leaves_at);
-    move_address(cluster.splats, splats_at);
+}
+
+/// ends: of the clusters of `triangles`
+void write_clusters(std::span<const Triangle> triangles, std::span<const std::size_t> ends, const LeafBox& box, const BlockPlan& plan,
+                    MeshBlock& block) {
+  std::array<LeafEntry, kClusterLeaves> members;
+  std::array<Leaf, kClusterLeaves> leaves;
+  std::array<Splat, kClusterLeaves> splats;
+  std::size_t start = 0;
+  for (std::size_t i = 0; i < ends.size(); start = ends[i++]) {
+    const std::size_t count = ends[i] - start;
+    for (std::size_t member = 0; member < count; ++member) members[member] = triangles[start + member].entry;
+    const std::span<LeafEntry> own(members.data(), count);
+    // Invocations side by side take as long as the slowest.
+    std::ranges::sort(own, [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; });
+    Cluster cluster = write_cluster(own, {}, box, std::span(leaves).first(count), std::span(splats).first(count));
+    move_address(cluster.leaves, plan.leaves_at + start * sizeof(Leaf));
+    move_address(cluster.splats, plan.splats_at + start * sizeof(Splat));
+    write_at(block, plan.first_cluster_at + i * sizeof cluster, &cluster, 1);
+    write_at(block, plan.leaves_at + start * sizeof(Leaf), leaves.data(), count);
+    write_at(block, plan.splats_at + start * sizeof(Splat), splats.data(), count);
+    const float grain_m = unpack_length(cluster.grains_m, 3);
+    block.list.grain_m = std::max(block.list.grain_m, grain_m);
+    if (!own[0].is_surface) block.list.holed_m = std::max(block.list.holed_m, grain_m);
   }
-  append<uvec2>(built.bytes, blocks);
-  append<Cluster>(built.bytes, clusters);
-  append<Leaf>(built.bytes, leaves);
-  append<Splat>(built.bytes, splats);
-  return built;
+  for (std::size_t i = 0; i * kBlockClusters < ends.size(); ++i) {
+    uvec2 address{};
+    move_address(address, plan.first_cluster_at + i * kBlockClusters * sizeof(Cluster));
+    write_at(block, plan.clusters_at + i * sizeof address, &address, 1);
+  }
+  move_address(block.list.blocks, plan.clusters_at);
+  block.list.leaf_count = static_cast<std::uint32_t>(triangles.size());
+  block.list.cluster_count = static_cast<std::uint32_t>(ends.size());
+  block.list.facet_m = facet_of(triangles);
 }
 
 const coppice::WoodVertex& vertex_of(const WoodMesh& mesh, const Triangle& triangle, std::size_t corner) {
@@ -191,15 +211,15 @@ TriangleUvs uvs_of(const WoodMesh& mesh, const Triangle& triangle) {
 /// How much a triangle's normals turn along it, times how long it is there: what one light for all of it gets wrong. In the direction in
 /// which that is most, of the two in which the normals' gradient is largest and smallest.
 float turning_m(const WoodMesh& mesh, const Triangle& triangle) {
-  const auto normal = [&](std::size_t corner) { return vertex_of(mesh, triangle, corner).normal; };
-  const std::array<Point, 4>& corners = triangle.entry.corners;
-  const Point along = corners[1] - corners[0], other = corners[2] - corners[0];
+  const auto normal = [&](std::size_t corner) { return vec3(vertex_of(mesh, triangle, corner).normal); };
+  const std::array<vec3, 4>& corners = triangle.entry.corners;
+  const vec3 along = corners[1] - corners[0], other = corners[2] - corners[0];
   const float a = length(along);
   if (!(a > 0.0f)) return 0.0f;
   // The triangle in its plane: (0, 0), (a, 0), (b, c).
   const float b = dot(along, other) / a, c = length(cross(along, other)) / a;
   if (!(c > 1e-6f * a)) return 0.0f;
-  const Point by_x = (normal(1) - normal(0)) * (1.0f / a), by_y = (normal(2) - normal(0) - by_x * b) * (1.0f / c);
+  const vec3 by_x = (normal(1) - normal(0)) * (1.0f / a), by_y = (normal(2) - normal(0) - by_x * b) * (1.0f / c);
   const float xx = dot(by_x, by_x), xy = dot(by_x, by_y), yy = dot(by_y, by_y);
   const float angle = 0.5f * std::atan2(2.0f * xy, xx - yy), spread = std::hypot(0.5f * (xx - yy), xy);
   float turning = 0;
@@ -225,76 +245,103 @@ bool cover_wood(const PlantLooks& looks, const WoodMesh& mesh, Triangle& triangl
 /// Makes the triangles of a leaf, which share a stalk, alike in what clusters are made by.
 void gather_leaves(const WoodMesh& mesh, std::span<Triangle> triangles) {
   const auto stalk_of = [&](const Triangle& triangle) { return vertex_of(mesh, triangle, 0).stalk; };
-  std::map<QuantisedPoint, Triangle*> leaves;  // their first triangles
-  for (Triangle& triangle : triangles) {
-    Triangle& first = *leaves.try_emplace(stalk_of(triangle), &triangle).first->second;
-    triangle.group = first.entry.id;
-    triangle.place = first.place;
-    first.size_class = std::max(first.size_class, triangle.size_class);
+  std::ranges::sort(triangles, {}, [&](const Triangle& triangle) { return std::pair(stalk_of(triangle), triangle.entry.id); });
+  for (auto first = triangles.begin(); first != triangles.end();) {
+    const auto end = std::find_if(first, triangles.end(), [&](const Triangle& other) { return stalk_of(other) != stalk_of(*first); });
+    const std::uint32_t size_class = std::ranges::max(std::span(first, end), {}, &Triangle::size_class).size_class;
+    for (Triangle& triangle : std::span(first, end)) {
+      triangle.group = first->entry.id;
+      triangle.place = first->place;
+      triangle.size_class = size_class;
+    }
+    first = end;
   }
-  for (Triangle& triangle : triangles) triangle.size_class = leaves.at(stalk_of(triangle))->size_class;
+}
+
+/// The triangles that are drawn as leaves, with what lights them; the others go behind them.
+std::span<Triangle> light_wood(const WoodMesh& mesh, const MeshSource& source, std::span<Triangle> triangles) {
+  const auto shows = [&](Triangle& triangle) {
+    LeafEntry& entry = triangle.entry;
+    const vec3 face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
+    entry.face = dot(face, face) > 0.0f ? face : entry.normal;
+    entry.look = wood_color_of(source.appearance.looks, vertex_of(mesh, triangle, 0).material, uvs_of(mesh, triangle));
+    triangle.turning_m = turning_m(mesh, triangle);
+    return cover_wood(source.appearance.looks, mesh, triangle);
+  };
+  return {triangles.begin(), std::partition(triangles.begin(), triangles.end(), shows)};
+}
+
+std::span<Triangle> light_leaves(const WoodMesh& mesh, const MeshSource& source, std::span<Triangle> triangles) {
+  const Crown crown = crown_of(source.box);
+  float area_m2 = 0, partial_m2 = 0;
+  const auto shows = [&](Triangle& triangle) {
+    LeafEntry& entry = triangle.entry;
+    const coppice::WoodVertex& first = vertex_of(mesh, triangle, 0);
+    constexpr std::uint32_t kSide = 2;
+    const TriangleLook look = triangle_look(source.appearance.looks, first.material, uvs_of(mesh, triangle), kSide);
+    const uvec3 stalk{first.stalk[0], first.stalk[1], first.stalk[2]};
+    const vec3 middle = (entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f);
+    const LeafNormals normals = leaf_normals(crown, middle, entry.normal, source.appearance.looks.looks[entry.leaf.card].crown_normals);
+    entry.normal = normals.lit;
+    entry.face = normals.face;
+    entry.look = pack_albedo(look.albedo * variation(crown, source.box.at(stalk), stalk));
+    area_m2 += entry.area_m2;
+    if (look.coverage > 0.0f && look.coverage < 1.0f) partial_m2 += entry.area_m2;
+    return look.coverage >= 0.5f;
+  };
+  const std::span<Triangle> shown(triangles.begin(), std::partition(triangles.begin(), triangles.end(), shows));
+  // Triangles that do not follow the leaf's outline would be worse than its quad.
+  constexpr float kMostPartial = 0.2f;
+  if (partial_m2 > kMostPartial * area_m2) return {};
+  gather_leaves(mesh, shown);
+  return shown;
 }
 
 }  // namespace
 
-MeshClusters build_wood(const WoodMesh& mesh, const WoodSource& source) {
-  if (mesh.indices.empty()) return {};
-  const ListFrame frame(box_of(mesh));
-  std::vector<Triangle> triangles = triangles_of(mesh, frame, source.looks.first_material(), source.light);
-  std::erase_if(triangles, [&](Triangle& triangle) {
-    LeafEntry& entry = triangle.entry;
-    const Point face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
-    entry.face = dot(face, face) > 0.0f ? face : entry.normal;
-    entry.look = wood_color_of(source.looks, vertex_of(mesh, triangle, 0).material, uvs_of(mesh, triangle));
-    triangle.turning_m = turning_m(mesh, triangle);
-    return !cover_wood(source.looks, mesh, triangle);
-  });
-  return finish(triangles, frame);
+Result<MeshBlock> build_mesh(MeshKind kind, const WoodMesh& mesh, const MeshSource& source, const coppice_allocator& allocator) {
+  HookArray<Triangle> triangles;
+  if (source.clusters) COPPICE_CHECK(allocate_into(triangles, allocator, mesh.indices.size() / 3));
+  MeshBlock block;
+  measure_box(mesh, block);
+  const LeafBox box{block.low, (block.high - block.low) * (1.0f / kLargest), kLargest};
+  fill_triangles(mesh, box, source, triangles.span());
+  const std::span<Triangle> shown =
+      kind == MeshKind::wood ? light_wood(mesh, source, triangles.span()) : light_leaves(mesh, source, triangles.span());
+  sort_triangles(shown);
+  const std::vector<std::size_t> ends = all_cluster_ends(shown);
+  const BlockPlan plan = plan_block(kind, mesh.vertices.size(), mesh.indices.size(), ends.size(), shown.size());
+  COPPICE_CHECK(allocate_into(block.bytes, allocator, plan.bytes));
+  block.index_count = static_cast<std::uint32_t>(mesh.indices.size());
+  block.vertices_at = plan.vertices_at;
+  block.clusters_at = plan.clusters_at;
+  block.list = empty_list(box);
+  write_vertices(kind, mesh, block);
+  if (!shown.empty()) write_clusters(shown, ends, box, plan, block);
+  return block;
 }
 
-MeshClusters build_leaf_mesh(const WoodMesh& mesh, const LeafMeshSource& source) {
-  if (mesh.indices.empty()) return {};
-  const ListFrame frame(box_of(mesh)), leaf_frame(source.box);
-  std::vector<Triangle> triangles = triangles_of(mesh, frame, source.looks.first_material(), source.light);
-  const Crown crown(source.box);
-  float area_m2 = 0, partial_m2 = 0;
-  std::erase_if(triangles, [&](Triangle& triangle) {
-    LeafEntry& entry = triangle.entry;
-    const coppice::WoodVertex& first = vertex_of(mesh, triangle, 0);
-    constexpr std::uint32_t kSide = 2;
-    const TriangleLook look = triangle_look(source.looks, first.material, uvs_of(mesh, triangle), kSide);
-    const std::array<std::uint32_t, 3> stalk{first.stalk[0], first.stalk[1], first.stalk[2]};
-    const Point middle = (entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f);
-    entry.face = entry.normal;
-    entry.normal = lit_normal(crown, middle, entry.face, source.looks.looks[entry.leaf.card].crown_normals);
-    const Point varied = variation(crown.place(leaf_frame.at(stalk)), stalk);
-    entry.look = packed_albedo({look.albedo[0] * varied[0], look.albedo[1] * varied[1], look.albedo[2] * varied[2]});
-    area_m2 += entry.area_m2;
-    if (look.coverage > 0.0f && look.coverage < 1.0f) partial_m2 += entry.area_m2;
-    return look.coverage < 0.5f;
-  });
-  // Triangles that do not follow the leaf's outline would be worse than its quad.
-  constexpr float kMostPartial = 0.2f;
-  if (partial_m2 > kMostPartial * area_m2) return {};
-  gather_leaves(mesh, triangles);
-  return finish(triangles, frame);
-}
-
-void MeshClusters::move(std::uint64_t base) {
-  const std::size_t clusters_at = (list.cluster_count + kBlockClusters - 1) / kBlockClusters * sizeof(uvec2);
-  for (std::size_t at = 0; at < clusters_at; at += sizeof(uvec2)) {
+void MeshBlock::move(std::uint64_t base) {
+  const std::size_t first_cluster_at = clusters_at + (list.cluster_count + kBlockClusters - 1) / kBlockClusters * sizeof(uvec2);
+  for (std::size_t at = clusters_at; at < first_cluster_at; at += sizeof(uvec2)) {
     uvec2 address{};
     std::memcpy(&address, bytes.data() + at, sizeof address);
     move_address(address, base);
     std::memcpy(bytes.data() + at, &address, sizeof address);
   }
-  move_clusters(std::span(bytes).subspan(clusters_at), list.cluster_count, base);
+  move_clusters(bytes.span().subspan(first_cluster_at), list.cluster_count, base);
   move_address(list.blocks, base);
 }
 
-std::uint64_t most_mesh_cluster_bytes(std::uint64_t triangle_count) {
-  constexpr std::uint64_t kLeastClusterLeaves = 16;
-  return triangle_count * (sizeof(Leaf) + sizeof(Splat)) + (triangle_count / kLeastClusterLeaves + 16) * (sizeof(Cluster) + sizeof(uvec2));
+std::uint64_t most_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool clusters) {
+  // Two clusters side by side hold more than one could, or are the last of those with or without holes.
+  constexpr std::uint64_t kMeanLeaves = kClusterLeaves / 2;
+  const std::uint64_t cluster_count = clusters ? triangle_count / kMeanLeaves + 4 : 0;
+  return plan_block(kind, vertex_count, 3 * triangle_count, cluster_count, clusters ? triangle_count : 0).bytes;
+}
+
+std::uint64_t mesh_scratch_bytes(std::uint64_t triangle_count) {
+  return triangle_count * sizeof(Triangle);
 }
 
 }  // namespace coppice::gpu

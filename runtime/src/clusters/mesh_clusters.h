@@ -1,43 +1,50 @@
 #pragma once
 
-// The triangles of wood LoDs and of leaf meshes as clusters, for whoever draws small ones as leaves are drawn.
+// Wood LoDs and chunks of leaf meshes as whoever draws them takes them: indices and vertices, and their triangles as clusters for whoever
+// draws small ones as leaves are drawn. Knows no Vulkan. Any thread.
 
+#include <array>
+#include <bitset>
 #include <cstdint>
-#include <vector>
 
 #include "card_looks.h"
 #include "coppice_shared.h"
-#include "crown_light.h"
+#include "hooks.h"
 #include "wood_codec.h"
 
 namespace coppice::gpu {
 
-/// A list as it is copied to the device. Addresses in `bytes` and of the list count from the start of `bytes`, which begin with those of
-/// blocks of clusters; then come the clusters.
-struct MeshClusters {
-  ClusterList list{};  ///< no leaves: its triangles are not to be drawn so
-  std::vector<std::uint8_t> bytes;
+enum class MeshKind : std::uint8_t { wood, leaves };
 
-  /// They are at `base` after all.
+/// What all meshes of a plant are made with.
+struct MeshSource {
+  PlantAppearance appearance;
+  LeafBox box;
+  bool clusters = true;  ///< or nobody draws small triangles as leaves
+};
+
+/// A mesh in one run of bytes: uint32 indices, then WoodVertex[] or LeafMeshVertex[], then, from clusters_at on, its clusters: addresses of
+/// blocks, Cluster[], Leaf[], Splat[]. In this order because lavapipe (Mesa 22.3) ignores the offset of vkCmdBindIndexBuffer in indirect
+/// draws.
+struct MeshBlock {
+  HookBuffer bytes;
+  std::uint32_t index_count = 0;
+  std::size_t vertices_at = 0, clusters_at = 0;
+  ClusterList list{};                            ///< no leaves: small triangles are not to be drawn as leaves
+  std::bitset<COPPICE_MAX_MATERIALS> materials;  ///< of its vertices
+  vec3 low{}, high{};                            ///< of its vertices; object space, m
+
+  /// All addresses, which count from the start of `bytes`, are moved there.
   void move(std::uint64_t base);
 };
 
-/// The triangles of a wood LoD, quantised to 1/65535 of the mesh's box; those that are nothing but hole are left out.
-struct WoodSource {
-  const PlantLooks& looks;  ///< with what triangle_look needs of the mesh's materials that are masked
-  const CrownLight& light;
-};
-MeshClusters build_wood(const WoodMesh& mesh, const WoodSource& source);
+/// Positions of clusters are quantised to 1/65535 of the mesh's box. Triangles that are nothing but hole are in none; there are none where
+/// holes in a leaf mesh's texture make the leaves' outline. errors  out_of_memory
+Result<MeshBlock> build_mesh(MeshKind kind, const WoodMesh& mesh, const MeshSource& source, const coppice_allocator& allocator);
 
-/// The triangles of a chunk of leaf meshes, likewise; none where holes in their texture make the leaves' outline.
-struct LeafMeshSource {
-  const PlantLooks& looks;  ///< with what triangle_look needs of the mesh's materials
-  LeafBox box;
-  const CrownLight& light;
-};
-MeshClusters build_leaf_mesh(const WoodMesh& mesh, const LeafMeshSource& source);
-
-/// No list of so many triangles is longer.
-std::uint64_t most_mesh_cluster_bytes(std::uint64_t triangle_count);
+/// No block of so many is longer. clusters: MeshSource's
+std::uint64_t most_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool clusters);
+/// What build_mesh takes besides while it runs.
+std::uint64_t mesh_scratch_bytes(std::uint64_t triangle_count);
 
 }  // namespace coppice::gpu

@@ -19,42 +19,41 @@ bool is_only_in_ready_cuts(std::uint32_t split) {
   return split < kReadyLeaves;
 }
 
+uvec3 words_of(const QuantisedPoint& corner) {
+  return {corner[0], corner[1], corner[2]};
+}
+
 /// A node's own words but for `life`.
 LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t id) {
-  const ListFrame frame(source.box);
-  const Crown crown(source.box);
-  std::array<std::array<std::uint32_t, 3>, 4> quantised{};
-  for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(node.corners[corner], quantised[corner].begin());
-  LeafEntry entry = make_entry(quantised, frame);
+  const Crown crown = crown_of(source.box);
+  std::array<uvec3, 4> corners;
+  std::ranges::transform(node.corners, corners.begin(), words_of);
+  LeafEntry entry = make_entry(corners, source.box);
   const CardLook& look = source.looks[node.card];
   const auto& c = entry.corners;
   entry.id = id;
   entry.leaf.card = node.card;
-  entry.face = cross(c[2] - c[0], c[3] - c[1]);
-  entry.normal = lit_normal(crown, entry.middle(), entry.face, look.crown_normals);
-  const Point varied = variation(crown.place(c[0]), quantised[0]);
-  entry.look = packed_albedo({look.albedo.x * varied[0], look.albedo.y * varied[1], look.albedo.z * varied[2]});
+  const LeafNormals normals = leaf_normals(crown, entry.middle(), cross(c[2] - c[0], c[3] - c[1]), look.crown_normals);
+  entry.normal = normals.lit;
+  entry.face = normals.face;
+  entry.look = pack_albedo(look.albedo * variation(crown, c[0], corners[0]));
   entry.covered_m2 = entry.area_m2 * look.coverage;
   entry.light = source.light->at(entry.middle());
-  // leaf_bulk of shading.glsl, of a cut of few leaves.
-  const float radius_m = (crown.radii[0] + crown.radii[1] + crown.radii[2]) / 3.0f;
-  const float share = std::min(0.5f * entry.size_m / radius_m, 1.0f);
-  entry.bulk = share * share;
+  entry.bulk = full_bulk(crown, entry.size_m);
   return entry;
 }
 
 /// Cuts places [0, order.size()) of `order` into runs of kClusterLeaves, but for one, by halves along the longest side.
-void order_by_place(std::span<const Point> middles, std::span<std::uint16_t> order) {
+void order_by_place(std::span<const vec3> middles, std::span<std::uint16_t> order) {
   const std::size_t cluster_count = (order.size() + kClusterLeaves - 1) / kClusterLeaves;
   if (cluster_count < 2) return;
-  Point low = middles[order[0]], high = low;
-  for (const std::uint16_t at : order)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], middles[at][axis]);
-      high[axis] = std::max(high[axis], middles[at][axis]);
-    }
-  const Point size = high - low;
-  const auto longest = static_cast<std::size_t>(std::ranges::max_element(size) - size.begin());
+  vec3 low = middles[order[0]], high = low;
+  for (const std::uint16_t at : order) {
+    low = min(low, middles[at]);
+    high = max(high, middles[at]);
+  }
+  const vec3 size = high - low;
+  const std::size_t longest = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   const std::size_t half = cluster_count / 2 * kClusterLeaves;
   std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(), [&](std::uint16_t a, std::uint16_t b) {
     return middles[a][longest] != middles[b][longest] ? middles[a][longest] < middles[b][longest] : a < b;
@@ -74,10 +73,10 @@ class BlockWriter {
         leaves_at_(clusters_at + cluster_room * sizeof(Cluster)),
         splats_at_(leaves_at_ + leaf_room * sizeof(Leaf)) {}
 
-  void add(std::span<const LeafEntry> entries, const Births& births, const ListFrame& frame) {
+  void add(std::span<const LeafEntry> entries, const Births& births, const LeafBox& box) {
     std::array<Leaf, kClusterLeaves> leaves;
     std::array<Splat, kClusterLeaves> splats;
-    Cluster cluster = write_cluster(entries, births, frame, leaves, splats);
+    Cluster cluster = write_cluster(entries, births, box, leaves, splats);
     cluster.leaves.x = static_cast<std::uint32_t>(leaves_at_);
     cluster.splats.x = static_cast<std::uint32_t>(splats_at_);
     COPPICE_ASSERT(cluster_room_-- > 0);
@@ -99,8 +98,8 @@ class BlockWriter {
 
 /// Into clusters of those close together. entry_at(place): what stands there
 template <class EntryAt, class Less>
-void add_clusters(BlockWriter& writer, ClusterScratch& scratch, std::span<std::uint16_t> order, const ListFrame& frame,
-                  const EntryAt& entry_at, const Less& less, bool in_page) {
+void add_clusters(BlockWriter& writer, ClusterScratch& scratch, std::span<std::uint16_t> order, const LeafBox& box, const EntryAt& entry_at,
+                  const Less& less, bool in_page) {
   order_by_place(scratch.middles, order);
   for (std::size_t first = 0; first < order.size(); first += kClusterLeaves) {
     const std::span<std::uint16_t> members = order.subspan(first, std::min<std::size_t>(kClusterLeaves, order.size() - first));
@@ -108,13 +107,13 @@ void add_clusters(BlockWriter& writer, ClusterScratch& scratch, std::span<std::u
     std::ranges::transform(members, entries.begin(), entry_at);
     std::ranges::sort(entries, less);
     const auto [low, high] = std::ranges::minmax(members);
-    writer.add(entries, in_page ? Births{low / 2u, high / 2u} : Births{}, frame);
+    writer.add(entries, in_page ? Births{low / 2u, high / 2u} : Births{}, box);
   }
 }
 
-Point middle_of(const ListFrame& frame, const PageNode& node) {
-  Point sum{};
-  for (const QuantisedPoint& corner : node.corners) sum = sum + frame.at({corner[0], corner[1], corner[2]});
+vec3 middle_of(const LeafBox& box, const PageNode& node) {
+  vec3 sum(0.0f);
+  for (const QuantisedPoint& corner : node.corners) sum += box.at(words_of(corner));
   return sum * 0.25f;
 }
 
@@ -124,8 +123,7 @@ void build_page(const LeafSource& source, std::uint32_t page, std::span<const Pa
                 std::span<std::uint8_t> out) {
   COPPICE_ASSERT(out.size() == kPageBytes && nodes.size() <= kPageNodes);
   std::ranges::fill(out, std::uint8_t{0});
-  const ListFrame frame(source.box);
-  for (std::size_t place = 0; place < nodes.size(); ++place) scratch.middles[place] = middle_of(frame, nodes[place]);
+  for (std::size_t place = 0; place < nodes.size(); ++place) scratch.middles[place] = middle_of(source.box, nodes[place]);
   const auto life = [&](std::size_t place) {
     return static_cast<std::uint32_t>(place / 2) << kBirthShift | std::min(nodes[place].split, kNoDeath);
   };
@@ -146,7 +144,7 @@ void build_page(const LeafSource& source, std::uint32_t page, std::span<const Pa
     std::uint16_t count = 0;
     for (; first < end; ++first)
       if (!is_only_in_ready_cuts(nodes[first].split)) scratch.order[count++] = static_cast<std::uint16_t>(first);
-    if (count > 0) add_clusters(writer, scratch, std::span(scratch.order).first(count), frame, entry_at, less, true);
+    if (count > 0) add_clusters(writer, scratch, std::span(scratch.order).first(count), source.box, entry_at, less, true);
   }
 }
 
@@ -179,7 +177,6 @@ void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0
   const std::span<std::uint8_t> out = cuts.bytes.span();
   auto& lists = cuts.lists;
   COPPICE_ASSERT(out.size() == ready_cut_bytes(source.leaf_count));
-  const ListFrame frame(source.box);
   const auto node = [&](std::uint32_t id) -> const PageNode& { return id == 0 ? source.root : page_0[id - 1]; };
   const auto entry_at = [&](std::uint16_t id) { return entry_of(source, node(id), id); };
   const auto larger = [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; };
@@ -193,16 +190,16 @@ void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0
     std::uint16_t count = 0;
     for (std::uint32_t id = 0; id < 2 * leaves - 1; ++id) {
       if (!lod::coppice_node_alive(id, node(id).split, leaves)) continue;
-      scratch.middles[id] = middle_of(frame, node(id));
+      scratch.middles[id] = middle_of(source.box, node(id));
       scratch.order[count++] = static_cast<std::uint16_t>(id);
     }
     const std::size_t cluster_at = at + sizeof(uvec2);
     const uvec2 block{static_cast<std::uint32_t>(cluster_at), 0};
     std::memcpy(out.data() + at, &block, sizeof block);
     BlockWriter writer(out, cluster_at, 1, leaves);
-    add_clusters(writer, scratch, std::span(scratch.order).first(count), frame, entry_at, larger, false);
+    add_clusters(writer, scratch, std::span(scratch.order).first(count), source.box, entry_at, larger, false);
     ClusterList& list = lists[cut];
-    list = frame.empty_list();
+    list = empty_list(source.box);
     list.leaf_count = leaves;
     list.cluster_count = 1;
     list.blocks.x = static_cast<std::uint32_t>(at);

@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <span>
 
-#include "coppice_shared.h"
 #include "crown_light.h"
 #include "hooks.h"
 #include "leaf_entry.h"
@@ -29,7 +28,7 @@ struct LeafSource {
 
 /// Working memory of a build.
 struct ClusterScratch {
-  std::array<Point, kPageNodes> middles;
+  std::array<vec3, kPageNodes> middles;
   std::array<std::uint16_t, kPageNodes> order;
   std::array<LeafEntry, kClusterLeaves> entries;
 };

@@ -120,14 +120,21 @@ coppice_allocator default_allocator() {
   return {nullptr, allocate_with_malloc, free_with_malloc};
 }
 
+Result<void> check_hooks(const Hooks& wanted) {
+  if (given(wanted.allocator.allocate, wanted.allocator.free) == Given::partly)
+    return Error{Status::invalid_argument, "allocator hook: one of allocate, free is null"};
+  if (given(wanted.io.open, wanted.io.close, wanted.io.read) == Given::partly)
+    return Error{Status::invalid_argument, "io hook: one of open, close, read is null"};
+  return {};
+}
+
 Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
+  COPPICE_CHECK(check_hooks(wanted));
   HookSet set;
   set.hooks = wanted;
   const Given allocator = given(wanted.allocator.allocate, wanted.allocator.free);
   const Given io = given(wanted.io.open, wanted.io.close, wanted.io.read);
   const Given jobs = given(wanted.jobs.submit);
-  if (allocator == Given::partly) return Error{Status::invalid_argument, "allocator hook: one of allocate, free is null"};
-  if (io == Given::partly) return Error{Status::invalid_argument, "io hook: one of open, close, read is null"};
   if (allocator == Given::none) set.hooks.allocator = default_allocator();
   if (io == Given::all && jobs == Given::all) return set;
 

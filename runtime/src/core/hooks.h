@@ -46,6 +46,9 @@ struct HookSet {
 /// malloc.
 coppice_allocator default_allocator();
 
+/// errors  invalid_argument: a hook set in part
+Result<void> check_hooks(const Hooks& given);
+
 /// A hook counts as given when all its function pointers are set; one that is set in part is an error.
 /// errors  invalid_argument: a hook set in part; out_of_memory: no thread can be started, with the system's reason
 Result<HookSet> complete_hooks(const Hooks& given, Reading reading = Reading::automatic);

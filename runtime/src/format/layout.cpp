@@ -15,7 +15,9 @@ struct Run {
   bool falling = false;  ///< indices go down
 };
 
-std::array<Run, 11> chunk_runs(const coppice_file_plant& plant) {
+constexpr std::size_t kRuns = 12;
+
+std::array<Run, kRuns> chunk_runs(const coppice_file_plant& plant) {
   const std::uint32_t lods = plant.wood_lod_count, pages = plant.page_count;
   const auto one = [](std::uint32_t count) { return count > 0 ? 1u : 0u; };
   const auto rest = [](std::uint32_t count) { return count > 0 ? count - 1 : 0u; };
@@ -24,6 +26,7 @@ std::array<Run, 11> chunk_runs(const coppice_file_plant& plant) {
            {COPPICE_CHUNK_CARDS, 1, 0},
            {COPPICE_CHUNK_ERRORS, 1, 0},
            {COPPICE_CHUNK_LEAF_MESHES, one(plant.leaf_mesh_count), 0},
+           {COPPICE_CHUNK_TEXTURES, one(plant.texture_count), 0},
            {COPPICE_CHUNK_WOOD, one(lods), rest(lods)},
            {COPPICE_CHUNK_PAGE, one(pages), 0},
            {COPPICE_CHUNK_TEXTURE, plant.texture_count, 0},
@@ -41,7 +44,7 @@ std::uint32_t chunk_count(const coppice_file_plant& plant) {
 }
 
 ChunkKey chunk_at(const coppice_file_plant& plant, std::uint32_t position) {
-  const std::array<Run, 11> runs = chunk_runs(plant);
+  const std::array<Run, kRuns> runs = chunk_runs(plant);
   const Run* run = runs.data();
   for (; position >= run->count; ++run) position -= run->count;
   return {run->kind, run->falling ? run->first - position : run->first + position};
@@ -54,7 +57,8 @@ std::vector<ChunkKey> chunk_order(const coppice_file_plant& plant) {
 }
 
 std::uint32_t first_read_chunk_count(const coppice_file_plant& plant) {
-  return 4u + (plant.leaf_mesh_count > 0 ? 1u : 0u) + (plant.wood_lod_count > 0 ? 1u : 0u) + (plant.page_count > 0 ? 1u : 0u);
+  const auto one = [](std::uint32_t count) { return count > 0 ? 1u : 0u; };
+  return 4 + one(plant.leaf_mesh_count) + one(plant.texture_count) + one(plant.wood_lod_count) + one(plant.page_count);
 }
 
 const char* chunk_kind_name(std::uint32_t kind) {
@@ -77,6 +81,8 @@ const char* chunk_kind_name(std::uint32_t kind) {
       return "LEAF_MESHES";
     case COPPICE_CHUNK_LEAF_MESH:
       return "LEAF_MESH";
+    case COPPICE_CHUNK_TEXTURES:
+      return "TEXTURES";
     default:
       return "unknown";
   }

@@ -296,6 +296,47 @@ Result<void> read_leaf_meshes(PlantFile& file, Bytes bytes) {
   return {};
 }
 
+/// Moves an error from inside what begins at `at`.
+Error placed_at(Error error, std::uint64_t at) {
+  error.offset += at;
+  return error;
+}
+
+Result<void> read_textures(PlantFile& file, Bytes bytes) {
+  const std::uint32_t count = file.plant.texture_count;
+  if (count == 0) return {};
+  const coppice_file_chunk& chunk = *find_chunk(file, COPPICE_CHUNK_TEXTURES, 0);
+  COPPICE_TRY(content, front_chunk(file, bytes, static_cast<std::size_t>(&chunk - file.chunks.data()), chunk.bytes));
+  const auto cut_off = [&] { return bad_field("textures", chunk.offset + chunk.bytes, "TEXTURES is cut off"); };
+  std::size_t at = count * sizeof(coppice_file_texture);
+  if (content.size() < at) return cut_off();
+  file.textures = copy_array<coppice_file_texture>(content, 0, count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint64_t header_at = chunk.offset + i * sizeof(coppice_file_texture);
+    const auto layout = texture_layout(file.textures[i]);
+    if (!layout) return placed_at(layout.error(), header_at);
+    const std::uint64_t stored_bytes = find_chunk(file, COPPICE_CHUNK_TEXTURE, i)->bytes;
+    if (layout->bytes != stored_bytes)
+      return bad_field("textures header", header_at,
+                       "a TEXTURE of " + std::to_string(layout->bytes) + " bytes, but it has " + std::to_string(stored_bytes));
+  }
+  file.small_textures.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (std::ranges::find(file.materials, i, material_texture) == file.materials.end()) continue;
+    if (content.size() - at < sizeof(coppice_file_texture)) return cut_off();
+    const auto header = copy_at<coppice_file_texture>(content, at);
+    const auto layout = texture_layout(header);
+    if (!layout) return placed_at(layout.error(), chunk.offset + at);
+    if (std::max(header.width, header.height) > COPPICE_MAX_SMALL_TEXTURE_SIDE || header.mip_count != 1)
+      return bad_field("textures small texture", chunk.offset + at, "over COPPICE_MAX_SMALL_TEXTURE_SIDE, or several mip levels");
+    if (content.size() - at < layout->bytes) return cut_off();
+    file.small_textures[i] = copy_array<std::uint8_t>(content, at, static_cast<std::size_t>(layout->bytes));
+    at += static_cast<std::size_t>(layout->bytes);
+  }
+  if (at != content.size()) return bad_field("textures", chunk.offset + at, "bytes after the last small texture");
+  return {};
+}
+
 }  // namespace
 
 Result<coppice_file_header> read_header(Bytes bytes, std::uint64_t file_bytes) {
@@ -344,12 +385,14 @@ Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes, const coppic
   COPPICE_CHECK(read_cards(file, bytes));
   COPPICE_CHECK(read_errors(file, bytes));
   COPPICE_CHECK(read_leaf_meshes(file, bytes));
+  COPPICE_CHECK(read_textures(file, bytes));
   return file;
 }
 
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index) {
   const coppice_file_plant& plant = file.plant;
-  const std::uint32_t first_wood = plant.leaf_mesh_count > 0 ? 5 : 4, first_page = first_wood + (plant.wood_lod_count > 0 ? 1u : 0u);
+  const std::uint32_t textures = plant.leaf_mesh_count > 0 ? 5 : 4, first_wood = textures + (plant.texture_count > 0 ? 1u : 0u);
+  const std::uint32_t first_page = first_wood + (plant.wood_lod_count > 0 ? 1u : 0u);
   const std::uint32_t first_texture = first_read_chunk_count(plant), finer_wood = first_texture + plant.texture_count;
   const std::uint32_t later_pages = finer_wood + (plant.wood_lod_count > 0 ? plant.wood_lod_count - 1 : 0);
   const std::uint32_t leaf_meshes = later_pages + (plant.page_count > 0 ? plant.page_count - 1 : 0);
@@ -360,6 +403,7 @@ const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind k
   if (kind == COPPICE_CHUNK_PAGE && index < plant.page_count) position = index == 0 ? first_page : later_pages + index - 1;
   if (kind == COPPICE_CHUNK_TEXTURE && index < plant.texture_count) position = first_texture + index;
   if (kind == COPPICE_CHUNK_LEAF_MESHES && plant.leaf_mesh_count > 0 && index == 0) position = 4;
+  if (kind == COPPICE_CHUNK_TEXTURES && plant.texture_count > 0 && index == 0) position = textures;
   if (kind == COPPICE_CHUNK_LEAF_MESH && index < plant.leaf_mesh_count) position = leaf_meshes + index;
   return position && *position < file.chunks.size() ? &file.chunks[*position] : nullptr;
 }
@@ -398,9 +442,7 @@ std::uint32_t page_split_count(std::uint32_t leaf_count, std::uint32_t page) {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(all - std::min(all, first), COPPICE_PAGE_SPLITS));
 }
 
-Result<TextureLayout> read_texture_header(Bytes header, std::uint64_t chunk_bytes) {
-  if (header.size() < sizeof(coppice_file_texture)) return bad_field("texture header", header.size(), "cut off");
-  const auto texture = copy_at<coppice_file_texture>(header, 0);
+Result<TextureLayout> texture_layout(const coppice_file_texture& texture) {
   if (texture.width == 0 || texture.width > COPPICE_MAX_TEXTURE_SIDE) return bad_field("texture width", 0, std::to_string(texture.width));
   if (texture.height == 0 || texture.height > COPPICE_MAX_TEXTURE_SIDE)
     return bad_field("texture height", 4, std::to_string(texture.height));
@@ -408,21 +450,28 @@ Result<TextureLayout> read_texture_header(Bytes header, std::uint64_t chunk_byte
     return bad_field("texture mip_count", 8, std::to_string(texture.mip_count));
   if (texture.format < COPPICE_TEXTURE_RGBA8 || texture.format > COPPICE_TEXTURE_BC1)
     return bad_field("texture format", 12, std::to_string(texture.format));
-  TextureLayout layout{texture.format, {}};
-  std::uint64_t at = sizeof(coppice_file_texture);
+  TextureLayout layout{texture.format, {}, sizeof(coppice_file_texture)};
   for (std::uint32_t level = 0; level < texture.mip_count; ++level) {
     const std::uint32_t width = std::max(1u, texture.width >> level), height = std::max(1u, texture.height >> level);
-    layout.levels.push_back({width, height, at, texture_level_bytes(texture.format, width, height)});
-    at += layout.levels.back().bytes;
+    layout.levels.push_back({width, height, layout.bytes, texture_level_bytes(texture.format, width, height)});
+    layout.bytes += layout.levels.back().bytes;
   }
-  if (at != chunk_bytes)
-    return bad_field("texture length", sizeof(coppice_file_texture),
-                     std::to_string(chunk_bytes) + " bytes, the header and the mip levels need " + std::to_string(at));
   return layout;
 }
 
 Result<TextureLayout> read_texture(Bytes chunk) {
-  return read_texture_header(chunk, chunk.size());
+  if (chunk.size() < sizeof(coppice_file_texture)) return bad_field("texture header", chunk.size(), "cut off");
+  COPPICE_TRY(layout, texture_layout(copy_at<coppice_file_texture>(chunk, 0)));
+  if (layout.bytes != chunk.size())
+    return bad_field("texture length", sizeof(coppice_file_texture),
+                     std::to_string(chunk.size()) + " bytes, the header and the mip levels need " + std::to_string(layout.bytes));
+  return layout;
+}
+
+Result<void> check_texture(const PlantFile& file, std::uint32_t index, Bytes chunk) {
+  const coppice_file_texture& header = file.textures[index];
+  if (chunk.size() >= sizeof header && std::memcmp(chunk.data(), &header, sizeof header) == 0) return {};
+  return bad_field("texture header", find_chunk(file, COPPICE_CHUNK_TEXTURE, index)->offset, "not the one in TEXTURES");
 }
 
 }  // namespace coppice

@@ -22,7 +22,10 @@ struct PlantFile {
   std::vector<float> error_px;                      ///< [L * S] row per level
   std::vector<coppice_file_leaf_mesh> leaf_meshes;  ///< [leaf_mesh_count]
   std::vector<float> wood_error_px;                 ///< [W * S] of each wood LoD against the finest, row per LoD
-  std::vector<float> leaf_mesh_error_px;            ///< [S] of all leaf quads against the leaf meshes; empty without those
+  std::vector<coppice_file_texture> textures;       ///< [texture_count] what the TEXTURE chunks hold
+  /// [texture_count] like a TEXTURE chunk, of at most COPPICE_MAX_SMALL_TEXTURE_SIDE; empty where no material has it as its base colour.
+  std::vector<std::vector<std::uint8_t>> small_textures;
+  std::vector<float> leaf_mesh_error_px;  ///< [S] of all leaf quads against the leaf meshes; empty without those
 };
 
 /// Reads and checks bytes [0, 64): magic, version, checksum, sizes.
@@ -68,13 +71,16 @@ struct MipLevel {
 struct TextureLayout {
   std::uint32_t format = COPPICE_TEXTURE_RGBA8;  ///< coppice_texture_format
   std::vector<MipLevel> levels;                  ///< largest first
+  std::uint64_t bytes = 0;                       ///< of the whole chunk
 };
 
-/// The layout of a TEXTURE chunk of `chunk_bytes`, of which `header` holds the first sizeof(coppice_file_texture) or more. Its levels are
-/// inside the chunk and fill it: sizes are checked. errors  bad_file: the field, offset from the start of the chunk
-Result<TextureLayout> read_texture_header(std::span<const std::uint8_t> header, std::uint64_t chunk_bytes);
+/// The layout of a TEXTURE chunk that begins with `texture`. errors  bad_file: the field, offset from the start of the chunk
+Result<TextureLayout> texture_layout(const coppice_file_texture& texture);
 
-/// The same of a whole chunk.
+/// The same of a whole chunk, which its levels must fill.
 Result<TextureLayout> read_texture(std::span<const std::uint8_t> chunk);
+
+/// Checks that TEXTURE `index`, of the right length, begins as the front says. errors  bad_file, with the chunk's offset
+Result<void> check_texture(const PlantFile& file, std::uint32_t index, std::span<const std::uint8_t> chunk);
 
 }  // namespace coppice

@@ -1,5 +1,6 @@
 #include "writer.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 
@@ -39,6 +40,36 @@ coppice_file_plant with_counts(const FileContents& contents) {
   return plant;
 }
 
+/// The TEXTURE chunk of the largest level of at most so many px, alone, or of the smallest there is; nothing of a chunk that is none.
+Buffer small_texture(const Buffer& chunk, std::uint32_t side_px) {
+  const auto layout = read_texture(chunk);
+  if (!layout) return {};
+  const auto fits = [&](const MipLevel& level) { return std::max(level.width, level.height) <= side_px; };
+  const auto found = std::ranges::find_if(layout->levels, fits);
+  const MipLevel& level = found != layout->levels.end() ? *found : layout->levels.back();
+  const coppice_file_texture header{level.width, level.height, 1, layout->format};
+  Buffer small;
+  append(small, std::span(&header, 1));
+  append(small, std::span(chunk).subspan(static_cast<std::size_t>(level.offset), static_cast<std::size_t>(level.bytes)));
+  return small;
+}
+
+}  // namespace
+
+Buffer textures_chunk(const std::vector<Buffer>& textures, std::span<const coppice_file_material> materials) {
+  Buffer headers;
+  for (const Buffer& texture : textures) append(headers, std::span(texture).first(std::min(texture.size(), sizeof(coppice_file_texture))));
+  for (std::uint32_t side_px = COPPICE_MAX_SMALL_TEXTURE_SIDE;; side_px /= 2) {
+    Buffer chunk = headers;
+    for (std::uint32_t i = 0; i < textures.size(); ++i)
+      if (std::ranges::find(materials, i, material_texture) != materials.end())
+        append(chunk, std::span<const std::uint8_t>(small_texture(textures[i], side_px)));
+    if (chunk.size() <= COPPICE_SMALL_TEXTURES_BYTES || side_px == 1) return chunk;
+  }
+}
+
+namespace {
+
 void append_chunk(Buffer& file, const FileContents& contents, const coppice_file_plant& plant, ChunkKey key) {
   switch (key.kind) {
     case COPPICE_CHUNK_PLANT:
@@ -58,6 +89,8 @@ void append_chunk(Buffer& file, const FileContents& contents, const coppice_file
       return append(file, std::span(contents.pages[key.index]));
     case COPPICE_CHUNK_TEXTURE:
       return append(file, std::span(contents.textures[key.index]));
+    case COPPICE_CHUNK_TEXTURES:
+      return append(file, std::span<const std::uint8_t>(textures_chunk(contents.textures, contents.materials)));
     case COPPICE_CHUNK_LEAF_MESHES:
       append(file, std::span(contents.leaf_mesh_counts));
       return append(file, std::span(contents.leaf_mesh_error_px));

@@ -27,6 +27,10 @@ struct FileContents {
   std::vector<std::vector<std::uint8_t>> leaf_meshes;    ///< [leaf mesh] LEAF_MESH chunks
 };
 
+/// The TEXTURES chunk of these TEXTURE chunks.
+std::vector<std::uint8_t> textures_chunk(const std::vector<std::vector<std::uint8_t>>& textures,
+                                         std::span<const coppice_file_material> materials);
+
 /// The file: header, table, chunks in the order format.h draws. Same contents, same bytes.
 /// errors  invalid_argument: read_front would refuse the result; its field and place are named
 Result<std::vector<std::uint8_t>> write_file(const FileContents& contents);

@@ -55,37 +55,15 @@ std::string missing_features(const Functions& vk, VkPhysicalDevice physical_devi
   return missing;
 }
 
-Result<std::uint32_t> find_memory_type(const Device& device, std::uint32_t type_bits, MemoryKind kind) {
-  const VkMemoryPropertyFlags wanted =
-      kind == MemoryKind::device ? VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT}
-                                 : VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT};
-  for (std::uint32_t type = 0; type < device.memory.memoryTypeCount; ++type)
-    if ((type_bits >> type & 1u) && (device.memory.memoryTypes[type].propertyFlags & wanted) == wanted) return type;
-  return Error{Status::unsupported, "no memory type fits", Error::kNoOffset, kind == MemoryKind::device ? "device local" : "host coherent"};
-}
-
-Result<VkDeviceMemory> allocate_memory(Device& device, const VkMemoryRequirements& requirements, MemoryKind kind, bool addressable) {
-  COPPICE_TRY(type, find_memory_type(device, requirements.memoryTypeBits, kind));
-  const VkMemoryAllocateFlagsInfo flags{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-                                        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-  const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                  .pNext = addressable ? &flags : nullptr,
-                                  .allocationSize = requirements.size,
-                                  .memoryTypeIndex = type};
-  VkDeviceMemory memory = VK_NULL_HANDLE;
-  COPPICE_CHECK(check(device, device.vk.vkAllocateMemory(device.device, &info, nullptr, &memory), "vkAllocateMemory"));
-  device.allocated_bytes += requirements.size;
-  return memory;
-}
-
 Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usage, MemoryKind kind) {
   const bool addressable = (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0;
   VkMemoryRequirements requirements{};
   device.vk.vkGetBufferMemoryRequirements(device.device, buffer.buffer, &requirements);
-  COPPICE_TRY(memory, allocate_memory(device, requirements, kind, addressable));
+  COPPICE_TRY(memory, take_memory(device, {requirements, kind, false}));
   buffer.memory = memory;
-  buffer.allocated_bytes = requirements.size;
-  COPPICE_CHECK(check(device, device.vk.vkBindBufferMemory(device.device, buffer.buffer, memory, 0), "vkBindBufferMemory"));
+  const coppice_memory_block& source = device.memory.blocks[memory.block].source;
+  COPPICE_CHECK(check(device, device.vk.vkBindBufferMemory(device.device, buffer.buffer, source.memory, source.offset + memory.offset),
+                      "vkBindBufferMemory"));
   if (usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
     const VkBufferViewCreateInfo info{
         .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = buffer.buffer, .format = VK_FORMAT_R32_UINT, .range = VK_WHOLE_SIZE};
@@ -96,10 +74,7 @@ Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usag
     const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.buffer};
     buffer.address = device.vk.vkGetBufferDeviceAddress(device.device, &info);
   }
-  if (kind == MemoryKind::device) return {};
-  void* mapped = nullptr;
-  COPPICE_CHECK(check(device, device.vk.vkMapMemory(device.device, memory, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory"));
-  buffer.mapped = static_cast<std::uint8_t*>(mapped);
+  if (kind == MemoryKind::host) buffer.mapped = static_cast<std::uint8_t*>(source.mapped) + memory.offset;
   return {};
 }
 
@@ -111,10 +86,11 @@ VkFormat vulkan_format(std::uint32_t texture_format) {
 Result<void> back_texture(Device& device, Texture& texture) {
   VkMemoryRequirements requirements{};
   device.vk.vkGetImageMemoryRequirements(device.device, texture.image, &requirements);
-  COPPICE_TRY(memory, allocate_memory(device, requirements, MemoryKind::device, false));
+  COPPICE_TRY(memory, take_memory(device, {requirements, MemoryKind::device, true}));
   texture.memory = memory;
-  texture.allocated_bytes = requirements.size;
-  COPPICE_CHECK(check(device, device.vk.vkBindImageMemory(device.device, texture.image, memory, 0), "vkBindImageMemory"));
+  const coppice_memory_block& source = device.memory.blocks[memory.block].source;
+  COPPICE_CHECK(check(device, device.vk.vkBindImageMemory(device.device, texture.image, source.memory, source.offset + memory.offset),
+                      "vkBindImageMemory"));
   const VkImageViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
                                    .image = texture.image,
                                    .viewType = VK_IMAGE_VIEW_TYPE_2D,
@@ -127,12 +103,16 @@ Result<void> back_texture(Device& device, Texture& texture) {
 
 }  // namespace
 
-Result<void> check(Device& device, VkResult result, const char* call) {
-  if (result == VK_SUCCESS) return {};
-  if (result == VK_ERROR_DEVICE_LOST) device.lost_call = call;
+Error vulkan_error(VkResult result, const char* call) {
   for (const Meaning& meaning : kMeanings)
     if (meaning.result == result) return Error{meaning.status, call, Error::kNoOffset, meaning.name};
   return Error{Status::internal, call, Error::kNoOffset, "VkResult " + std::to_string(result)};
+}
+
+Result<void> check(Device& device, VkResult result, const char* call) {
+  if (result == VK_SUCCESS) return {};
+  if (result == VK_ERROR_DEVICE_LOST) device.lost_call = call;
+  return vulkan_error(result, call);
 }
 
 Result<void> check_alive(const Device& device) {
@@ -165,7 +145,8 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
   opened.max_view_width = properties.limits.maxViewportDimensions[0];
   opened.max_view_height = properties.limits.maxViewportDimensions[1];
   opened.sample_counts = properties.limits.framebufferColorSampleCounts & properties.limits.framebufferDepthSampleCounts;
-  opened.vk.vkGetPhysicalDeviceMemoryProperties(physical_device, &opened.memory);
+  opened.vk.vkGetPhysicalDeviceMemoryProperties(physical_device, &opened.memory.properties);
+  set_granularity(opened.memory, properties.limits.bufferImageGranularity);
   return opened;
 }
 
@@ -200,8 +181,7 @@ Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferU
 void destroy_buffer(Device& device, Buffer& buffer) {
   device.vk.vkDestroyBufferView(device.device, buffer.texels, nullptr);
   device.vk.vkDestroyBuffer(device.device, buffer.buffer, nullptr);
-  device.vk.vkFreeMemory(device.device, buffer.memory, nullptr);
-  device.allocated_bytes -= buffer.allocated_bytes;
+  give_memory(device, buffer.memory);
   buffer = {};
 }
 
@@ -227,8 +207,7 @@ Result<Texture> create_texture(Device& device, const coppice_file_texture& wante
 void destroy_texture(Device& device, Texture& texture) {
   device.vk.vkDestroyImageView(device.device, texture.view, nullptr);
   device.vk.vkDestroyImage(device.device, texture.image, nullptr);
-  device.vk.vkFreeMemory(device.device, texture.memory, nullptr);
-  device.allocated_bytes -= texture.allocated_bytes;
+  give_memory(device, texture.memory);
   texture = {};
 }
 

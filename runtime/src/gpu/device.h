@@ -6,6 +6,7 @@
 
 #include "coppice/coppice.h"
 #include "coppice/format.h"
+#include "device_memory.h"
 #include "functions.h"
 #include "result.h"
 
@@ -16,18 +17,17 @@ struct Device {
   Functions vk;
   VkPhysicalDevice physical_device = VK_NULL_HANDLE;
   VkDevice device = VK_NULL_HANDLE;
-  VkPhysicalDeviceMemoryProperties memory{};
   std::uint64_t max_storage_bytes = 0;                    ///< of one storage buffer binding
   std::uint32_t max_draw_count = 0;                       ///< of one indirect draw
   std::uint32_t max_group_count = 0;                      ///< of one dispatch, in x
   std::uint64_t max_texel_count = 0;                      ///< of one texel buffer view
-  std::uint64_t allocated_bytes = 0;                      ///< of every vkAllocateMemory not yet freed
   bool block_textures = false;                            ///< textureCompressionBC is enabled; only the engine knows, so the caller says it
   std::uint32_t max_view_width = 0, max_view_height = 0;  ///< of a viewport
   VkSampleCountFlags sample_counts = 0;                   ///< of attachments for colour and depth
   coppice_log log{};                                      ///< hears of what the frame goes on without
   const char* lost_call = nullptr;                        ///< that returned VK_ERROR_DEVICE_LOST; null while the device lives
   std::vector<std::string_view> warned_calls;             ///< names of those that a line has been written about
+  DeviceMemory memory;
 };
 
 /// Loads the functions and checks that the physical device has the features of coppice_context_desc.device.
@@ -41,16 +41,10 @@ bool has_block_textures(const Device& device);
 /// Whether shaderInt64 and shaderBufferInt64Atomics can have been enabled.
 bool has_int64_atomics(const Device& device);
 
-enum class MemoryKind : std::uint8_t {
-  device,  ///< the GPU's own; written by copies
-  host,    ///< mapped and coherent: staging and read-back
-};
-
 struct Buffer {
   VkBuffer buffer = VK_NULL_HANDLE;
-  VkDeviceMemory memory = VK_NULL_HANDLE;
+  MemoryRange memory;
   std::uint64_t size_bytes = 0;          ///< as asked for
-  std::uint64_t allocated_bytes = 0;     ///< as taken from the heap
   VkDeviceAddress address = 0;           ///< 0 unless created with SHADER_DEVICE_ADDRESS
   std::uint8_t* mapped = nullptr;        ///< MemoryKind::host only
   VkBufferView texels = VK_NULL_HANDLE;  ///< all of it as R32_UINT; null unless created with UNIFORM_TEXEL_BUFFER
@@ -64,8 +58,7 @@ void destroy_buffer(Device& device, Buffer& buffer);
 struct Texture {
   VkImage image = VK_NULL_HANDLE;
   VkImageView view = VK_NULL_HANDLE;
-  VkDeviceMemory memory = VK_NULL_HANDLE;
-  std::uint64_t allocated_bytes = 0;
+  MemoryRange memory;
   std::uint32_t width = 0, height = 0, mip_count = 0;
   std::uint32_t format = COPPICE_TEXTURE_RGBA8;  ///< coppice_texture_format
 };
@@ -75,8 +68,11 @@ struct Texture {
 Result<Texture> create_texture(Device& device, const coppice_file_texture& wanted);
 void destroy_texture(Device& device, Texture& texture);
 
-/// What a Vulkan call returned: the one place where a VkResult becomes a Status. A loss is kept in device.lost_call.
-/// call  static storage, its name. errors  out_of_memory, device_lost, unsupported; internal: all else but VK_SUCCESS
+/// The one place where a VkResult, not VK_SUCCESS, becomes a Status. call: static storage, its name
+[[nodiscard]] Error vulkan_error(VkResult result, const char* call);
+
+/// What a Vulkan call returned. A loss is kept in device.lost_call.
+/// errors  out_of_memory, device_lost, unsupported; internal: all else but VK_SUCCESS
 [[nodiscard]] Result<void> check(Device& device, VkResult result, const char* call);
 
 /// The same for a call that creates `handle`, which is null if it failed: Vulkan leaves it undefined.

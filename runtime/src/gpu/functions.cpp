@@ -17,4 +17,30 @@ Result<Functions> load_functions(PFN_vkGetInstanceProcAddr get_instance_proc_add
   return functions;
 }
 
+Functions without_memory(Functions functions) {
+  functions.vkAllocateMemory = [](VkDevice, const VkMemoryAllocateInfo*, const VkAllocationCallbacks*, VkDeviceMemory* memory) {
+    *memory = reinterpret_cast<VkDeviceMemory>(std::uintptr_t{1});  // null would be none
+    return VK_SUCCESS;
+  };
+  functions.vkFreeMemory = [](VkDevice, VkDeviceMemory, const VkAllocationCallbacks*) {};
+  functions.vkMapMemory = [](VkDevice, VkDeviceMemory, VkDeviceSize, VkDeviceSize, VkMemoryMapFlags, void** data) {
+    static std::uint8_t nothing = 0;
+    *data = &nothing;
+    return VK_SUCCESS;
+  };
+  functions.vkBindBufferMemory = [](VkDevice, VkBuffer, VkDeviceMemory, VkDeviceSize) { return VK_SUCCESS; };
+  functions.vkBindImageMemory = [](VkDevice, VkImage, VkDeviceMemory, VkDeviceSize) { return VK_SUCCESS; };
+  functions.vkCreateBufferView = [](VkDevice, const VkBufferViewCreateInfo*, const VkAllocationCallbacks*, VkBufferView* view) {
+    *view = VK_NULL_HANDLE;
+    return VK_SUCCESS;
+  };
+  functions.vkCreateImageView = [](VkDevice, const VkImageViewCreateInfo*, const VkAllocationCallbacks*, VkImageView* view) {
+    *view = VK_NULL_HANDLE;
+    return VK_SUCCESS;
+  };
+  functions.vkGetBufferDeviceAddress = [](VkDevice, const VkBufferDeviceAddressInfo*) { return VkDeviceAddress{0}; };
+  functions.vkUpdateDescriptorSets = [](VkDevice, std::uint32_t, const VkWriteDescriptorSet*, std::uint32_t, const VkCopyDescriptorSet*) {};
+  return functions;
+}
+
 }  // namespace coppice::gpu

@@ -79,4 +79,8 @@ struct Functions {
 /// errors  unsupported: a function is missing, with its name
 Result<Functions> load_functions(PFN_vkGetInstanceProcAddr get_instance_proc_addr, VkInstance instance, VkDevice device);
 
+/// The same, but that memory is neither taken nor mapped, and nothing looks at what would lie in it: to learn what buffers and images take.
+/// They may be created and destroyed, and nothing else.
+Functions without_memory(Functions functions);
+
 }  // namespace coppice::gpu

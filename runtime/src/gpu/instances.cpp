@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "check.h"
+#include "coppice_light.h"
 #include "handle.h"
 
 namespace coppice::gpu {
@@ -14,11 +15,6 @@ static_assert(kDirtyBlockSlots == 64, "a bit of Block::used each");
 
 std::uint32_t slot_of(coppice_instance handle) {
   return unpack_handle(handle).index;
-}
-
-vec3 rotate(const vec4& q, const vec3& v) {
-  const vec3 t{2 * (q.y * v.z - q.z * v.y), 2 * (q.z * v.x - q.x * v.z), 2 * (q.x * v.y - q.y * v.x)};
-  return {v.x + q.w * t.x + q.y * t.z - q.z * t.y, v.y + q.w * t.y + q.z * t.x - q.x * t.z, v.z + q.w * t.z + q.x * t.y - q.y * t.x};
 }
 
 }  // namespace
@@ -77,8 +73,16 @@ Result<InstanceTable> InstanceTable::create(const coppice_allocator& allocator, 
   return table;
 }
 
-void InstanceTable::set_plant_sphere(std::uint32_t plant, const float center[3], float radius_m) {
-  plant_spheres_[plant] = {{center[0], center[1], center[2]}, radius_m};
+void InstanceTable::set_plant_sphere(std::uint32_t plant, std::span<const float, 3> center, float radius_m) {
+  plant_spheres_[plant] = {vec3(center), radius_m, true};
+  replace_plant(plant, plant);
+}
+
+std::uint64_t InstanceTable::bytes_for(std::uint32_t max_instances) {
+  const auto blocks_of = [&](std::uint64_t slots) { return (max_instances + slots - 1) / slots; };
+  return max_instances * std::uint64_t{sizeof(Instance) + sizeof(InstanceSphere) + sizeof(std::uint32_t)} +
+         blocks_of(kDirtyBlockSlots) * (sizeof(Block) + sizeof(std::uint32_t) + 2 * sizeof(std::uint8_t)) +
+         blocks_of(kInstanceBlockSlots) * sizeof(InstanceBounds);
 }
 
 std::size_t InstanceTable::bytes() const {
@@ -128,10 +132,9 @@ void InstanceTable::scale_tile(std::span<const std::uint32_t> blocks, float fact
       const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
       Instance& instance = instances_[slot];
       InstanceSphere& sphere = spheres_[slot];
-      const std::array<float, 3> foot_m = {instance.position.x, instance.position.y, instance.position.z};
       instance.scale *= factor;
       sphere.radius_m *= factor;
-      for (std::size_t axis = 0; axis < 3; ++axis) sphere.center_m[axis] = foot_m[axis] + factor * (sphere.center_m[axis] - foot_m[axis]);
+      sphere.center_m = instance.position + factor * (sphere.center_m - instance.position);
     }
     mark_changed(block * kDirtyBlockSlots);
   }
@@ -186,12 +189,12 @@ coppice_instance InstanceTable::handle_of(std::uint32_t slot) const {
 
 bool InstanceTable::is_live(coppice_instance handle) const {
   const std::uint32_t slot = slot_of(handle);
-  return slot < slot_count_ && handle == handle_of(slot) && instances_[slot].plant != kNoPlant && !blocks_[slot / kDirtyBlockSlots].tile;
+  return slot < slot_count_ && handle == handle_of(slot) && plant_of(slot) != kNoPlant && !blocks_[slot / kDirtyBlockSlots].tile;
 }
 
 void InstanceTable::move(coppice_instance handle, const coppice_placement& placement) {
   COPPICE_ASSERT(is_live(handle));
-  write(slot_of(handle), instances_[slot_of(handle)].plant, placement);
+  write(slot_of(handle), plant_of(slot_of(handle)), placement);
 }
 
 void InstanceTable::remove(coppice_instance handle) {
@@ -201,13 +204,16 @@ void InstanceTable::remove(coppice_instance handle) {
 
 void InstanceTable::remove_plant(std::uint32_t plant) {
   for (std::uint32_t slot = 0; slot < slot_count_ && plant_counts_[plant] > 0; ++slot)
-    if (instances_[slot].plant == plant) remove_slot(slot);
+    if (plant_of(slot) == plant) remove_slot(slot);
+  plant_spheres_[plant] = {};
 }
 
 void InstanceTable::replace_plant(std::uint32_t from, std::uint32_t to) {
-  for (std::uint32_t slot = 0; slot < slot_count_ && plant_counts_[from] > 0; ++slot) {
+  std::uint32_t left = plant_counts_[from];
+  for (std::uint32_t slot = 0; slot < slot_count_ && left > 0; ++slot) {
     const Instance& instance = instances_[slot];
-    if (instance.plant != from) continue;
+    if (plant_of(slot) != from) continue;
+    --left;
     write(slot, to,
           {{instance.position.x, instance.position.y, instance.position.z},
            instance.scale,
@@ -239,28 +245,24 @@ void InstanceTable::mark_changed(std::uint32_t slot) {
 
 void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement) {
   Instance& instance = instances_[slot];
-  if (instance.plant == kNoPlant) {
+  if (plant_of(slot) == kNoPlant) {
     ++count_;
     ++plant_counts_[plant];
     slot_count_ = std::max(slot_count_, slot + 1);
   }
-  instance.position = {placement.position[0], placement.position[1], placement.position[2]};
+  instance.position = vec3(placement.position);
   instance.scale = placement.scale;
   instance.rotation = {placement.rotation[0], placement.rotation[1], placement.rotation[2], placement.rotation[3]};
-  instance.tint = {placement.tint[0], placement.tint[1], placement.tint[2]};
-  instance.plant = plant;
+  instance.tint = vec3(placement.tint);
 
   const Sphere& sphere = plant_spheres_[plant];
-  const vec3 scaled{sphere.center[0] * placement.scale, sphere.center[1] * placement.scale, sphere.center[2] * placement.scale};
-  const vec3 center = rotate(instance.rotation, scaled);
-  spheres_[slot] = {.center_m = {center.x + instance.position.x, center.y + instance.position.y, center.z + instance.position.z},
-                    .radius_m = sphere.radius_m * placement.scale,
-                    .plant = plant};
+  instance.plant = sphere.known ? plant : kNoPlant;
+  spheres_[slot] = {.center_m = world_from_object(instance, sphere.center), .radius_m = sphere.radius_m * placement.scale, .plant = plant};
   mark_changed(slot);
 }
 
 void InstanceTable::clear_slot(std::uint32_t slot) {
-  --plant_counts_[instances_[slot].plant];
+  --plant_counts_[plant_of(slot)];
   --count_;
   instances_[slot].plant = kNoPlant;
   spheres_[slot].plant = InstanceSphere::kNoPlant;

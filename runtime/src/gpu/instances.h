@@ -54,8 +54,11 @@ class InstanceTable {
   static Result<InstanceTable> create(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t max_plants,
                                       std::uint32_t context_tag = 0);
 
-  /// Bounding sphere of a plant's model, object space; before its first instance.
-  void set_plant_sphere(std::uint32_t plant, const float center[3], float radius_m);
+  /// bytes() of such a table.
+  static std::uint64_t bytes_for(std::uint32_t max_instances);
+
+  /// Bounding sphere of a plant's model, object space. Before it is known the plant's instances are kept, but are none to the GPU.
+  void set_plant_sphere(std::uint32_t plant, std::span<const float, 3> center, float radius_m);
 
   /// placements  [n], checked by the caller. handles: [n] out, or empty. errors  out_of_memory: more than max_instances, or than tiles
   /// leave room for; none is added
@@ -102,10 +105,13 @@ class InstanceTable {
   };
   static constexpr std::uint32_t kNoBlock = 0xffffffffu;
   struct Sphere {
-    float center[3] = {};
+    vec3 center{};
     float radius_m = 0;
+    bool known = false;
   };
 
+  /// Also of what the GPU does not see; kNoPlant where the slot is empty.
+  [[nodiscard]] std::uint32_t plant_of(std::uint32_t slot) const { return spheres_[slot].plant; }
   void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement);
   [[nodiscard]] coppice_instance handle_of(std::uint32_t slot) const;
   std::uint32_t take_slot();

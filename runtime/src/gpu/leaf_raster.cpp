@@ -8,10 +8,12 @@
 #include "leaf_raster.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include "cull_raster_comp.h"
 #include "hardware_draws_comp.h"
@@ -39,18 +41,7 @@ constexpr float kSplit_px = 12.0f;
 /// Leaves no longer than this are drawn as splats.
 constexpr float kSplat_px = 4.0f;
 
-class ShaderModule {
- public:
-  static Result<VkShaderModule> create(Device& device, std::span<const std::uint32_t> words) {
-    const VkShaderModuleCreateInfo info{
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words.size_bytes(), .pCode = words.data()};
-    VkShaderModule module = VK_NULL_HANDLE;
-    COPPICE_CHECK(check(device, device.vk.vkCreateShaderModule(device.device, &info, nullptr, &module), "vkCreateShaderModule"));
-    return module;
-  }
-};
-
-constexpr std::size_t kCountPass = 2;  // kCount of write_pixel.glsl
+constexpr std::uint32_t kCountPass = 2;  // kCount of write_pixel.glsl
 
 /// Constants 0 to 5 of the rasteriser's shaders.
 struct Constants {
@@ -81,30 +72,6 @@ constexpr RasterShape kManyLanes{.expand_together = true,
                                  .splat_lanes = 64,
                                  .cluster_lanes = 32};
 
-Result<VkPipeline> create_compute(Device& device, VkPipelineCache cache, VkPipelineLayout layout, std::span<const std::uint32_t> words,
-                                  const Constants& constants) {
-  COPPICE_TRY(module, ShaderModule::create(device, words));
-  const std::array<VkSpecializationMapEntry, 6> entries{{{0, offsetof(Constants, kind), sizeof(std::uint32_t)},
-                                                         {1, offsetof(Constants, lanes), sizeof(std::uint32_t)},
-                                                         {2, offsetof(Constants, pass), sizeof(std::uint32_t)},
-                                                         {3, offsetof(Constants, cluster_lanes), sizeof(std::uint32_t)},
-                                                         {4, offsetof(Constants, big_pixels), sizeof(std::uint32_t)},
-                                                         {5, offsetof(Constants, row_lanes), sizeof(std::uint32_t)}}};
-  const VkSpecializationInfo special{static_cast<std::uint32_t>(entries.size()), entries.data(), sizeof constants, &constants};
-  const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                                         .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                                                   .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                                                   .module = module,
-                                                   .pName = "main",
-                                                   .pSpecializationInfo = &special},
-                                         .layout = layout};
-  VkPipeline pipeline = VK_NULL_HANDLE;
-  const VkResult result = device.vk.vkCreateComputePipelines(device.device, cache, 1, &info, nullptr, &pipeline);
-  device.vk.vkDestroyShaderModule(device.device, module, nullptr);
-  COPPICE_CHECK(check(device, result, "vkCreateComputePipelines"));
-  return pipeline;
-}
-
 std::uint64_t tile_count(std::uint32_t width_px, std::uint32_t height_px) {
   std::uint64_t count = 0;
   for (std::uint32_t level = 0; level < kTileLevels; ++level) {
@@ -126,10 +93,10 @@ bool is_drawn(const coppice_view& view) {
 
 }  // namespace
 
-LeafRaster::LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc)
-    : device_(device), garbage_(garbage), desc_(desc), meshes_(device, garbage, desc.jobs) {}
+LeafRaster::LeafRaster(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc)
+    : device_(device), garbage_(garbage), pipeline_set_(pipelines), desc_(desc) {}
 
-Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& garbage, const RasterDesc& desc) {
+Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc) {
   VkPhysicalDeviceSubgroupProperties subgroup{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
   VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &subgroup};
   device.vk.vkGetPhysicalDeviceProperties2(device.physical_device, &properties);
@@ -141,24 +108,18 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
   if ((subgroup.supportedOperations & kNeeded) != kNeeded || !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
     return Error{Status::unsupported, "no subgroup ballots for the compute rasteriser"};
-  std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, desc));
+  std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, pipelines, desc));
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
   raster->shape_ = desc.many_lanes.value_or(properties.properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU) ? kManyLanes : kFewLanes;
   COPPICE_CHECK(raster->create_layouts());
-  COPPICE_CHECK(raster->create_pipelines());
   COPPICE_CHECK(raster->create_buffers());
+  raster->add_pipelines();
   return raster;
 }
 
 LeafRaster::~LeafRaster() {
   const Functions& vk = device_.vk;
-  for (VkPipeline pipeline : {pipelines_.blocks, pipelines_.cull[0], pipelines_.cull[1], pipelines_.draws, pipelines_.expand,
-                              pipelines_.resolve, pipelines_.resolve_shadow, pipelines_.tiles[0], pipelines_.tiles[1]})
-    vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
-  for (const auto& pass : pipelines_.leaves)
-    for (VkPipeline pipeline : pass) vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
-  for (VkPipeline pipeline : pipelines_.splats) vk.vkDestroyPipeline(device_.device, pipeline, nullptr);
   vk.vkDestroyPipelineLayout(device_.device, pipelines_.layout, nullptr);
   vk.vkDestroyDescriptorSetLayout(device_.device, pipelines_.set_layout, nullptr);
   vk.vkDestroyDescriptorPool(device_.device, set_.pool, nullptr);
@@ -191,55 +152,65 @@ Result<void> LeafRaster::create_layouts() {
   return {};
 }
 
-Result<void> LeafRaster::create_pipelines() {
-  struct Wanted {
-    VkPipeline* pipeline;
-    std::span<const std::uint32_t> words;
-    Constants constants;
-  };
-  std::vector<Wanted> wanted{{&pipelines_.blocks, leaf_blocks_comp_spirv, {}},
-                             {&pipelines_.cull[0], cull_raster_comp_spirv, {}},
-                             {&pipelines_.cull[1], cull_raster_comp_spirv, {.kind = 1}},
-                             {&pipelines_.draws, hardware_draws_comp_spirv, {.lanes = lanes_}},
-                             {&pipelines_.expand, leaf_expand_comp_spirv, {.kind = shape_.expand_together ? 1u : 0u, .lanes = lanes_}},
-                             {&pipelines_.tiles[0], leaf_tiles_comp_spirv, {.kind = 0, .lanes = lanes_}},
-                             {&pipelines_.tiles[1], leaf_tiles_comp_spirv, {.kind = 1, .lanes = lanes_}}};
+void LeafRaster::add_pipelines() {
   using Words = std::span<const std::uint32_t>;
+  const auto add = [this](const char* name, Words words, const Constants& constants) {
+    return &pipeline_set_.add(
+        {.name = name, .layout = pipelines_.layout, .first = words, .constants = std::bit_cast<std::array<std::uint32_t, 6>>(constants)});
+  };
+  pipelines_.blocks = add("leaf_blocks.comp", leaf_blocks_comp_spirv, {});
+  pipelines_.draws = add("hardware_draws.comp", hardware_draws_comp_spirv, {.lanes = lanes_});
+  pipelines_.expand = add("leaf_expand.comp", leaf_expand_comp_spirv, {.kind = shape_.expand_together ? 1u : 0u, .lanes = lanes_});
+  for (const std::uint32_t i : {0u, 1u}) {
+    pipelines_.cull[i] = add("cull.comp of the rasteriser", cull_raster_comp_spirv, {.kind = i});
+    pipelines_.tiles[i] = add("leaf_tiles.comp", leaf_tiles_comp_spirv, {.kind = i, .lanes = lanes_});
+  }
   const Words leaves = desc_.int64_atomics ? Words(leaf_raster_int64_comp_spirv) : Words(leaf_raster_comp_spirv);
   const Words splats = desc_.int64_atomics ? Words(leaf_splats_int64_comp_spirv) : Words(leaf_splats_comp_spirv);
   for (std::uint32_t pass = 0; pass < pipelines_.splats.size(); ++pass) {
-    if (pass == 1 && desc_.int64_atomics) continue;
-    wanted.push_back(
-        {&pipelines_.splats[pass], splats, {.lanes = shape_.splat_lanes, .pass = pass, .cluster_lanes = shape_.cluster_lanes}});
+    pipelines_.splats[pass] =
+        add("leaf_splats.comp", splats, {.lanes = shape_.splat_lanes, .pass = pass, .cluster_lanes = shape_.cluster_lanes});
     for (std::uint32_t source = 0; source < kSourceCount; ++source)
-      wanted.push_back({&pipelines_.leaves[pass][source],
-                        leaves,
-                        {.kind = source,
-                         .lanes = source == kBig ? shape_.big_lanes : shape_.leaf_lanes,
-                         .pass = pass,
-                         .big_pixels = shape_.big_pixels,
-                         .row_lanes = shape_.row_lanes}});
+      pipelines_.leaves[pass][source] = add("leaf_raster.comp", leaves,
+                                            {.kind = source,
+                                             .lanes = source == kBig ? shape_.big_lanes : shape_.leaf_lanes,
+                                             .pass = pass,
+                                             .big_pixels = shape_.big_pixels,
+                                             .row_lanes = shape_.row_lanes});
   }
-  for (const Wanted& item : wanted) {
-    COPPICE_TRY(pipeline, create_compute(device_, desc_.pipeline_cache, pipelines_.layout, item.words, item.constants));
-    *item.pipeline = pipeline;
-  }
-  COPPICE_CHECK(create_resolve(desc_.attachments, raster_resolve_frag_spirv, pipelines_.resolve));
-  if (desc_.attachments.shadow_format == VK_FORMAT_UNDEFINED) return {};
-  return create_resolve(shadow_attachments(desc_.attachments), raster_resolve_depth_frag_spirv, pipelines_.resolve_shadow);
+  const auto add_resolve = [this](Words fragment, const AttachmentDesc& attachments) {
+    return &pipeline_set_.add({.name = "raster_resolve.vert",
+                               .layout = pipelines_.layout,
+                               .first = raster_resolve_vert_spirv,
+                               .fragment = fragment,
+                               .attachments = attachments});
+  };
+  pipelines_.resolve[COPPICE_VIEW_CAMERA] = add_resolve(raster_resolve_frag_spirv, desc_.attachments);
+  if (desc_.attachments.shadow_format != VK_FORMAT_UNDEFINED)
+    pipelines_.resolve[COPPICE_VIEW_SHADOW] = add_resolve(raster_resolve_depth_frag_spirv, shadow_attachments(desc_.attachments));
 }
 
-Result<void> LeafRaster::create_resolve(const AttachmentDesc& attachments, std::span<const std::uint32_t> fragment_words,
-                                        VkPipeline& resolve) {
-  COPPICE_TRY(vertex, ShaderModule::create(device_, raster_resolve_vert_spirv));
-  auto fragment = ShaderModule::create(device_, fragment_words);
-  auto created = fragment ? create_draw_pipeline(device_, attachments, desc_.pipeline_cache, pipelines_.layout, {vertex, *fragment})
-                          : Result<VkPipeline>(fragment.error());
-  device_.vk.vkDestroyShaderModule(device_.device, vertex, nullptr);
-  if (fragment) device_.vk.vkDestroyShaderModule(device_.device, *fragment, nullptr);
-  if (!created) return created.error();
-  resolve = *created;
-  return {};
+std::span<const std::uint32_t> LeafRaster::passes(coppice_debug_view debug_view) const {
+  static constexpr std::array<std::uint32_t, 2> kDrawn{0, 1};
+  static constexpr std::array<std::uint32_t, 1> kCounted{kCountPass};
+  if (debug_view == COPPICE_DEBUG_OVERDRAW) return kCounted;
+  return std::span(kDrawn).first(desc_.int64_atomics ? 1 : 2);
+}
+
+bool LeafRaster::want(const coppice_view& view) {
+  bool ready = true;
+  const auto want = [&](Pipeline* pipeline) { ready = pipeline_set_.want(*pipeline) && ready; };
+  want(pipelines_.blocks);
+  want(pipelines_.cull[view.debug_view != COPPICE_DEBUG_NONE ? 1 : 0]);
+  want(pipelines_.expand);
+  for (const std::uint32_t pass : passes(view.debug_view)) {
+    want(pipelines_.splats[pass]);
+    std::ranges::for_each(pipelines_.leaves[pass], want);
+  }
+  std::ranges::for_each(pipelines_.tiles, want);
+  want(pipelines_.draws);
+  want(pipelines_.resolve[static_cast<std::size_t>(view.kind)]);
+  return ready;
 }
 
 Result<void> LeafRaster::create_buffers() {
@@ -269,7 +240,7 @@ std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks) {
   std::vector<InstanceBlock> converted;
   converted.reserve(blocks.size());
   for (const InstanceBounds& block : blocks)
-    converted.push_back({.center = {block.center_m[0], block.center_m[1], block.center_m[2]},
+    converted.push_back({.center = block.center_m,
                          .radius_m = block.radius_m,
                          .max_instance_radius_m = block.max_instance_radius_m,
                          .instance_count = block.instance_count});
@@ -337,8 +308,8 @@ std::uint64_t LeafRaster::wanted_bytes(const coppice_view& view) const {
 Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t frame) {
   if (wanted_bytes(view) == 0) return {};
   const ViewBytes wanted = view_bytes(view);
-  COPPICE_TRY(picture, create_buffer(device_, wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, MemoryKind::device));
-  auto tiles = create_buffer(device_, wanted.tiles, kStorage, MemoryKind::device);
+  COPPICE_TRY(picture, create_buffer(device_, wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, MemoryKind::alone));
+  auto tiles = create_buffer(device_, wanted.tiles, kStorage, MemoryKind::alone);
   if (!tiles) {
     destroy_buffer(device_, picture);
     return tiles.error();
@@ -387,8 +358,8 @@ bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::
   return true;
 }
 
-void LeafRaster::bind(VkCommandBuffer cmd, VkPipeline pipeline) const {
-  device_.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
+void LeafRaster::bind(VkCommandBuffer cmd, const Pipeline& pipeline) const {
+  device_.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
 }
 
 void LeafRaster::barrier(VkCommandBuffer cmd) const {
@@ -398,32 +369,30 @@ void LeafRaster::barrier(VkCommandBuffer cmd) const {
                      VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
 }
 
-void LeafRaster::dispatch_stage(VkCommandBuffer cmd, VkPipeline pipeline, std::uint32_t round, std::uint64_t stage_offset) const {
+void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, std::uint32_t round, std::uint64_t stage_offset) const {
   bind(cmd, pipeline);
   device_.vk.vkCmdDispatchIndirect(cmd, buffers_.rounds.buffer, round * sizeof(RasterRound) + stage_offset);
 }
 
 void LeafRaster::record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTimer* timer) const {
-  const bool counted = debug_view_ == COPPICE_DEBUG_OVERDRAW;
-  const std::uint32_t pass_count = desc_.int64_atomics || counted ? 1 : 2;
-  for (std::uint32_t pass = 0; pass < pass_count; ++pass) {
-    const std::size_t variant = counted ? kCountPass : pass;
-    const auto& leaves = pipelines_.leaves[variant];
-    if (pass > 0) barrier(cmd);
-    dispatch_stage(cmd, pipelines_.splats[variant], round, offsetof(RasterRound, splats));
+  bool first = true;
+  for (const std::uint32_t pass : passes(debug_view_)) {
+    const auto& leaves = pipelines_.leaves[pass];
+    if (!first) barrier(cmd);
+    dispatch_stage(cmd, *pipelines_.splats[pass], round, offsetof(RasterRound, splats));
     if (timer != nullptr) timer->mark(device_, cmd, Pass::splats);
-    dispatch_stage(cmd, leaves[kClusters], round, offsetof(RasterRound, work));
+    dispatch_stage(cmd, *leaves[kClusters], round, offsetof(RasterRound, work));
     // The first pass finds out which leaves are big.
-    if (pass == 0) barrier(cmd);
-    dispatch_stage(cmd, leaves[kBig], round, offsetof(RasterRound, big));
-    if (timer != nullptr && pass + 1 < pass_count) timer->mark(device_, cmd, Pass::leaves);
+    if (std::exchange(first, false)) barrier(cmd);
+    dispatch_stage(cmd, *leaves[kBig], round, offsetof(RasterRound, big));
+    if (timer != nullptr && pass != passes(debug_view_).back()) timer->mark(device_, cmd, Pass::leaves);
   }
 }
 
 void LeafRaster::record_tiles(VkCommandBuffer cmd, std::uint32_t round) const {
-  dispatch_stage(cmd, pipelines_.tiles[0], round, offsetof(RasterRound, finest_tiles));
+  dispatch_stage(cmd, *pipelines_.tiles[0], round, offsetof(RasterRound, finest_tiles));
   barrier(cmd);
-  dispatch_stage(cmd, pipelines_.tiles[1], round, offsetof(RasterRound, other_tiles));
+  dispatch_stage(cmd, *pipelines_.tiles[1], round, offsetof(RasterRound, other_tiles));
   barrier(cmd);
 }
 
@@ -441,12 +410,12 @@ void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uin
     RasterPush push = push_;
     push.round = round;
     vk.vkCmdPushConstants(cmd, pipelines_.layout, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
-    bind(cmd, pipelines_.blocks);
+    bind(cmd, *pipelines_.blocks);
     vk.vkCmdDispatch(cmd, (block_count + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
     barrier(cmd);
-    dispatch_stage(cmd, pipelines_.cull[debug_view_ != COPPICE_DEBUG_NONE ? 1 : 0], round, offsetof(RasterRound, blocks));
+    dispatch_stage(cmd, *pipelines_.cull[debug_view_ != COPPICE_DEBUG_NONE ? 1 : 0], round, offsetof(RasterRound, blocks));
     barrier(cmd);
-    dispatch_stage(cmd, pipelines_.expand, round, offsetof(RasterRound, items));
+    dispatch_stage(cmd, *pipelines_.expand, round, offsetof(RasterRound, items));
     barrier(cmd);
     mark(Pass::cull);
     record_leaves(cmd, round, timer);
@@ -456,13 +425,13 @@ void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uin
     record_tiles(cmd, round);
     mark(Pass::tiles);
   }
-  dispatch_stage(cmd, pipelines_.draws, 0, offsetof(RasterRound, draws));
+  dispatch_stage(cmd, *pipelines_.draws, 0, offsetof(RasterRound, draws));
 }
 
 void LeafRaster::record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set, coppice_view_kind kind) const {
   const Functions& vk = device_.vk;
   const std::array sets{frame_set, set_.set};
-  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, kind == COPPICE_VIEW_SHADOW ? pipelines_.resolve_shadow : pipelines_.resolve);
+  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.resolve[static_cast<std::size_t>(kind)]->handle());
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.layout, 0, static_cast<std::uint32_t>(sets.size()),
                              sets.data(), 0, nullptr);
   vk.vkCmdPushConstants(cmd, pipelines_.layout, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push_, &push_);

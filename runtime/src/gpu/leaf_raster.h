@@ -14,7 +14,6 @@
 #include "device.h"
 #include "gpu_timer.h"
 #include "instances.h"
-#include "mesh_lists.h"
 #include "passes.h"
 #include "raster_shared.h"
 #include "resources.h"
@@ -24,12 +23,10 @@ namespace coppice::gpu {
 
 struct RasterDesc {
   AttachmentDesc attachments;
-  VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
   VkDescriptorSetLayout frame_set_layout = VK_NULL_HANDLE;
   std::uint32_t max_instances = 0;
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
   std::optional<bool> many_lanes;  ///< work is spread over many invocations; without a value: unless a processor runs them
-  coppice_jobs jobs{};             ///< as MeshLists has them
 };
 
 /// How leaves and splats are spread over invocations.
@@ -48,20 +45,19 @@ std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks);
 
 class LeafRaster {
  public:
-  /// device, garbage: outlive this object
+  /// device, garbage, pipelines: outlive this object; pipelines are closed before it goes. None is wanted yet
   /// errors  out_of_memory; unsupported: more than kMaxSlots, or too few storage buffers in a stage
-  static Result<std::unique_ptr<LeafRaster>> create(Device& device, Garbage& garbage, const RasterDesc& desc);
+  static Result<std::unique_ptr<LeafRaster>> create(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
   /// The GPU must be done with everything.
   ~LeafRaster();
   LeafRaster(const LeafRaster&) = delete;
   LeafRaster& operator=(const LeafRaster&) = delete;
 
-  MeshLists& meshes() { return meshes_; }
-  [[nodiscard]] const MeshLists& meshes() const { return meshes_; }
-
   /// InstanceBlock[]: gpu_blocks of the instance table's.
   [[nodiscard]] VkBuffer block_buffer() const { return buffers_.blocks.buffer; }
 
+  /// Wants the pipelines that such a view needs; whether all are there. Else it may not be begun.
+  bool want(const coppice_view& view);
   /// What begin_view allocates for it.
   [[nodiscard]] std::uint64_t wanted_bytes(const coppice_view& view) const;
   /// Makes room for a view and records what its buffers start with; the caller's barrier makes it visible to compute shaders.
@@ -79,25 +75,26 @@ class LeafRaster {
   struct Pipelines {
     VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
     VkPipelineLayout layout = VK_NULL_HANDLE;
-    VkPipeline blocks = VK_NULL_HANDLE, draws = VK_NULL_HANDLE, expand = VK_NULL_HANDLE, resolve = VK_NULL_HANDLE;
-    VkPipeline resolve_shadow = VK_NULL_HANDLE;  ///< null where there are no shadow views
-    std::array<VkPipeline, 2> cull{};            ///< [with a debug view]
-    std::array<VkPipeline, 2> tiles{};           ///< the finest level, the others
+    Pipeline *blocks = nullptr, *draws = nullptr, *expand = nullptr;
+    std::array<Pipeline*, 2> resolve{};  ///< [coppice_view_kind]; the second is null where there are no shadow views
+    std::array<Pipeline*, 2> cull{};     ///< [with a debug view]
+    std::array<Pipeline*, 2> tiles{};    ///< the finest level, the others
     // [pass]; the second only without 64-bit atomics, the third counts for the debug view
-    std::array<std::array<VkPipeline, kSourceCount>, 3> leaves{};
-    std::array<VkPipeline, 3> splats{};
+    std::array<std::array<Pipeline*, kSourceCount>, 3> leaves{};
+    std::array<Pipeline*, 3> splats{};
   };
   struct Buffers {
     Buffer blocks, rounds, visible_blocks, items, work, splats, big;  ///< sized at creation
     Buffer picture, tiles;                                            ///< by the view
   };
 
-  LeafRaster(Device& device, Garbage& garbage, const RasterDesc& desc);
+  LeafRaster(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
   /// Of the lists of clusters.
   [[nodiscard]] std::uint64_t work_capacity() const { return std::uint64_t{kWorkClusters} + desc_.max_instances; }
   Result<void> create_layouts();
-  Result<void> create_pipelines();
-  Result<void> create_resolve(const AttachmentDesc& attachments, std::span<const std::uint32_t> fragment_words, VkPipeline& resolve);
+  void add_pipelines();
+  /// Which of the passes over leaves a view takes: those of Pipelines.
+  [[nodiscard]] std::span<const std::uint32_t> passes(coppice_debug_view debug_view) const;
   Result<void> create_buffers();
   struct ViewBytes {
     std::uint64_t picture = 0, tiles = 0;
@@ -106,22 +103,22 @@ class LeafRaster {
   [[nodiscard]] ViewBytes view_bytes(const coppice_view& view) const;
   Result<void> reserve_picture(const coppice_view& view, std::uint64_t frame);
   Result<void> rebuild_set(std::uint64_t frame);
-  void bind(VkCommandBuffer cmd, VkPipeline pipeline) const;
-  void dispatch_stage(VkCommandBuffer cmd, VkPipeline pipeline, std::uint32_t round, std::uint64_t stage_offset) const;
+  void bind(VkCommandBuffer cmd, const Pipeline& pipeline) const;
+  void dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, std::uint32_t round, std::uint64_t stage_offset) const;
   void record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTimer* timer) const;
   void record_tiles(VkCommandBuffer cmd, std::uint32_t round) const;
   void barrier(VkCommandBuffer cmd) const;
 
   Device& device_;
   Garbage& garbage_;
+  PipelineSet& pipeline_set_;
   RasterDesc desc_;
   std::uint32_t lanes_ = 8;
   RasterShape shape_{};
   Pipelines pipelines_;
   Buffers buffers_;
   DescriptorSet set_;
-  bool set_stale_ = false;  ///< a buffer of it has been replaced
-  MeshLists meshes_;
+  bool set_stale_ = false;                              ///< a buffer of it has been replaced
   RasterPush push_{};                                   ///< of the last view
   coppice_debug_view debug_view_ = COPPICE_DEBUG_NONE;  ///< likewise
 };

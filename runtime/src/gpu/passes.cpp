@@ -91,104 +91,10 @@ Result<void> create_samplers(Device& device, Passes& passes) {
   return {};
 }
 
-/// Shader modules for the time their pipelines are created.
-struct Modules {
-  Device& device;
-  std::array<VkShaderModule, 9> modules{};
-
-  ~Modules() {
-    for (VkShaderModule module : modules) device.vk.vkDestroyShaderModule(device.device, module, nullptr);
-  }
-  Result<void> create(std::size_t index, std::span<const std::uint32_t> words) {
-    const VkShaderModuleCreateInfo info{
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words.size_bytes(), .pCode = words.data()};
-    COPPICE_CHECK(check_created(device, device.vk.vkCreateShaderModule(device.device, &info, nullptr, &modules[index]),
-                                "vkCreateShaderModule", modules[index]));
-    return {};
-  }
-};
-
-VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits stage_bit, VkShaderModule module,
-                                      const VkSpecializationInfo* constants = nullptr) {
-  return {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-          .stage = stage_bit,
-          .module = module,
-          .pName = "main",
-          .pSpecializationInfo = constants};
-}
-
-Result<VkPipeline> create_cull_pipeline(Device& device, VkPipelineCache cache, VkPipelineLayout layout, VkShaderModule module,
-                                        std::uint32_t debugged) {
-  const VkSpecializationMapEntry entry{.constantID = 0, .offset = 0, .size = sizeof debugged};
-  const VkSpecializationInfo constants{.mapEntryCount = 1, .pMapEntries = &entry, .dataSize = sizeof debugged, .pData = &debugged};
-  const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                                         .stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module, &constants),
-                                         .layout = layout};
-  VkPipeline pipeline = VK_NULL_HANDLE;
-  COPPICE_CHECK(
-      check(device, device.vk.vkCreateComputePipelines(device.device, cache, 1, &info, nullptr, &pipeline), "vkCreateComputePipelines"));
-  return pipeline;
-}
-
 }  // namespace
 
 AttachmentDesc shadow_attachments(const AttachmentDesc& attachments) {
   return {.depth_format = attachments.shadow_format, .depth_compare = attachments.depth_compare};
-}
-
-Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, VkPipelineLayout layout,
-                                        const DrawShaders& shaders) {
-  const std::uint32_t color_count = attachments.color_format != VK_FORMAT_UNDEFINED ? 1 : 0;
-  const std::array entries{VkSpecializationMapEntry{.constantID = 0, .offset = 0, .size = sizeof(std::uint32_t)},
-                           VkSpecializationMapEntry{.constantID = 1, .offset = sizeof(std::uint32_t), .size = sizeof(std::uint32_t)}};
-  const VkSpecializationInfo constants{.mapEntryCount = entries.size(),
-                                       .pMapEntries = entries.data(),
-                                       .dataSize = sizeof shaders.constants,
-                                       .pData = shaders.constants.data()};
-  const std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, shaders.vertex),
-                          stage(VK_SHADER_STAGE_FRAGMENT_BIT, shaders.fragment, &constants)};
-  const VkPipelineVertexInputStateCreateInfo vertex_input{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
-  const VkPipelineInputAssemblyStateCreateInfo assembly{.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO,
-                                                        .topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST};
-  const VkPipelineViewportStateCreateInfo viewport{
-      .sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO, .viewportCount = 1, .scissorCount = 1};
-  const VkPipelineRasterizationStateCreateInfo raster{
-      .sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO, .cullMode = VK_CULL_MODE_NONE, .lineWidth = 1.0f};
-  const VkPipelineMultisampleStateCreateInfo samples{.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO,
-                                                     .rasterizationSamples = attachments.samples};
-  const VkPipelineDepthStencilStateCreateInfo depth{.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,
-                                                    .depthTestEnable = VK_TRUE,
-                                                    .depthWriteEnable = VK_TRUE,
-                                                    .depthCompareOp = attachments.depth_compare};
-  const VkPipelineColorBlendAttachmentState no_blend{.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT |
-                                                                       VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT};
-  const VkPipelineColorBlendStateCreateInfo blend{
-      .sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO, .attachmentCount = color_count, .pAttachments = &no_blend};
-  const std::array dynamic_states{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
-  const VkPipelineDynamicStateCreateInfo dynamic{.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,
-                                                 .dynamicStateCount = static_cast<std::uint32_t>(dynamic_states.size()),
-                                                 .pDynamicStates = dynamic_states.data()};
-  const VkPipelineRenderingCreateInfo rendering{.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO,
-                                                .colorAttachmentCount = color_count,
-                                                .pColorAttachmentFormats = &attachments.color_format,
-                                                .depthAttachmentFormat = attachments.depth_format};
-  const VkGraphicsPipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,
-                                          .pNext = &rendering,
-                                          .stageCount = static_cast<std::uint32_t>(stages.size()),
-                                          .pStages = stages.data(),
-                                          .pVertexInputState = &vertex_input,
-                                          .pInputAssemblyState = &assembly,
-                                          .pViewportState = &viewport,
-                                          .pRasterizationState = &raster,
-                                          .pMultisampleState = &samples,
-                                          .pDepthStencilState = &depth,
-                                          .pColorBlendState = &blend,
-                                          .pDynamicState = &dynamic,
-                                          .layout = layout};
-  VkPipeline pipeline = VK_NULL_HANDLE;
-  COPPICE_CHECK(
-      check(device, device.vk.vkCreateGraphicsPipelines(device.device, cache, 1, &info, nullptr, &pipeline), "vkCreateGraphicsPipelines"));
-  return pipeline;
 }
 
 namespace {
@@ -215,52 +121,44 @@ Result<DescriptorSet> allocate_set(Device& device, VkDescriptorSetLayout layout,
 
 }  // namespace
 
-Result<void> create_passes(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, Passes& passes) {
+Result<void> create_passes(Device& device, const AttachmentDesc& attachments, PipelineSet& pipelines, Passes& passes) {
   COPPICE_CHECK(create_layouts(device, passes));
   COPPICE_CHECK(create_samplers(device, passes));
-  Modules modules{device};
-  COPPICE_CHECK(modules.create(0, cull_comp_spirv));
-  COPPICE_CHECK(modules.create(1, leaf_vert_spirv));
-  COPPICE_CHECK(modules.create(2, wood_vert_spirv));
-  COPPICE_CHECK(modules.create(3, plant_frag_spirv));
-  COPPICE_CHECK(modules.create(4, leaf_mesh_vert_spirv));
-  for (std::uint32_t debugged = 0; debugged < passes.cull.size(); ++debugged) {
-    COPPICE_TRY(cull, create_cull_pipeline(device, cache, passes.layout, modules.modules[0], debugged));
-    passes.cull[debugged] = cull;
-  }
-  COPPICE_CHECK(modules.create(5, relief_frag_spirv));
-  COPPICE_CHECK(modules.create(6, wood_relief_vert_spirv));
-  COPPICE_CHECK(modules.create(7, leaf_mesh_relief_vert_spirv));
-  struct Wanted {
-    std::array<VkPipeline, 2>* pipelines;
-    std::size_t vertex, fragment;
+  using Words = std::span<const std::uint32_t>;
+  struct Drawn {
+    const char* name;
+    Words vertex, fragment;
     std::uint32_t leaf;  ///< kLeaf of plant.frag and relief.frag
   };
-  for (const Wanted& wanted :
-       {Wanted{&passes.camera.leaf, 1, 3, 1}, Wanted{&passes.camera.wood.plain, 2, 3, 0}, Wanted{&passes.camera.wood.relief, 6, 5, 0},
-        Wanted{&passes.camera.leaf_mesh.plain, 4, 3, 1}, Wanted{&passes.camera.leaf_mesh.relief, 7, 5, 1}})
-    for (const std::uint32_t textured : {0u, 1u}) {
-      const DrawShaders shaders{modules.modules[wanted.vertex], modules.modules[wanted.fragment], {textured, wanted.leaf}};
-      COPPICE_TRY(pipeline, create_draw_pipeline(device, attachments, cache, passes.layout, shaders));
-      (*wanted.pipelines)[textured] = pipeline;
-    }
+  const auto add = [&](const Drawn& drawn, const AttachmentDesc& on) {
+    std::array<Pipeline*, 2> added{};
+    for (const std::uint32_t textured : {0u, 1u})
+      added[textured] = &pipelines.add({.name = drawn.name,
+                                        .layout = passes.layout,
+                                        .first = drawn.vertex,
+                                        .fragment = drawn.fragment,
+                                        .constants = {textured, drawn.leaf},
+                                        .attachments = on});
+    return added;
+  };
+  for (const std::uint32_t debugged : {0u, 1u})
+    passes.cull[debugged] =
+        &pipelines.add({.name = "cull.comp", .layout = passes.layout, .first = Words(cull_comp_spirv), .constants = {debugged}});
+  DrawPipelines& camera = passes.camera;
+  camera.leaf = add({"leaf.vert", leaf_vert_spirv, plant_frag_spirv, 1}, attachments);
+  camera.wood.plain = add({"wood.vert", wood_vert_spirv, plant_frag_spirv, 0}, attachments);
+  camera.wood.relief = add({"wood.vert, relief.frag", wood_relief_vert_spirv, relief_frag_spirv, 0}, attachments);
+  camera.leaf_mesh.plain = add({"leaf_mesh.vert", leaf_mesh_vert_spirv, plant_frag_spirv, 1}, attachments);
+  camera.leaf_mesh.relief = add({"leaf_mesh.vert, relief.frag", leaf_mesh_relief_vert_spirv, relief_frag_spirv, 1}, attachments);
   if (attachments.shadow_format == VK_FORMAT_UNDEFINED) return {};
-  COPPICE_CHECK(modules.create(8, plant_depth_frag_spirv));
-  for (const Wanted& wanted : {Wanted{&passes.shadow.leaf, 1, 8, 1}, Wanted{&passes.shadow.wood.plain, 2, 8, 0}})
-    for (const std::uint32_t textured : {0u, 1u}) {
-      const DrawShaders shaders{modules.modules[wanted.vertex], modules.modules[wanted.fragment], {textured, wanted.leaf}};
-      COPPICE_TRY(pipeline, create_draw_pipeline(device, shadow_attachments(attachments), cache, passes.layout, shaders));
-      (*wanted.pipelines)[textured] = pipeline;
-    }
+  const AttachmentDesc depth = shadow_attachments(attachments);
+  passes.shadow.leaf = add({"leaf.vert of shadow views", leaf_vert_spirv, plant_depth_frag_spirv, 1}, depth);
+  passes.shadow.wood.plain = add({"wood.vert of shadow views", wood_vert_spirv, plant_depth_frag_spirv, 0}, depth);
   return {};
 }
 
 void destroy_passes(Device& device, Passes& passes) {
   const Functions& vk = device.vk;
-  for (VkPipeline pipeline : passes.cull) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
-  for (const DrawPipelines& draw : {passes.camera, passes.shadow})
-    for (const auto& pipelines : {draw.leaf, draw.wood.plain, draw.wood.relief, draw.leaf_mesh.plain, draw.leaf_mesh.relief})
-      for (VkPipeline pipeline : pipelines) vk.vkDestroyPipeline(device.device, pipeline, nullptr);
   vk.vkDestroyPipelineLayout(device.device, passes.layout, nullptr);
   vk.vkDestroySampler(device.device, passes.sampler, nullptr);
   vk.vkDestroySampler(device.device, passes.map_sampler, nullptr);

@@ -5,18 +5,10 @@
 
 #include "coppice_shared.h"
 #include "device.h"
+#include "pipelines.h"
 #include "result.h"
 
 namespace coppice::gpu {
-
-/// The attachments record_draw will find.
-struct AttachmentDesc {
-  VkFormat color_format = VK_FORMAT_UNDEFINED;
-  VkFormat depth_format = VK_FORMAT_UNDEFINED;
-  VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
-  VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
-  VkFormat shadow_format = VK_FORMAT_UNDEFINED;  ///< of shadow views' depth; undefined: there are none
-};
 
 /// Whether what is nearer has the larger depth.
 constexpr bool is_reversed(VkCompareOp compare) {
@@ -27,12 +19,12 @@ AttachmentDesc shadow_attachments(const AttachmentDesc& attachments);
 
 /// What draws triangles; `relief` with a normal map.
 struct MeshPipelines {
-  std::array<VkPipeline, 2> plain{}, relief{};  ///< [textured]
+  std::array<Pipeline*, 2> plain{}, relief{};  ///< [textured]
 };
 
 /// What draws a view.
 struct DrawPipelines {
-  std::array<VkPipeline, 2> leaf{};  ///< [textured]
+  std::array<Pipeline*, 2> leaf{};  ///< [textured]
   MeshPipelines wood, leaf_mesh;
 };
 
@@ -40,32 +32,25 @@ struct DrawPipelines {
 /// errors  invalid_argument: an integer colour format, a depth format without depth; unsupported: this device does not do it
 Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments);
 
-/// Everything that is created once: layouts, sampler, pipelines.
+/// Everything that is created once: layouts and samplers, and what pipelines there are.
 struct Passes {
   VkDescriptorSetLayout frame_set_layout = VK_NULL_HANDLE;    ///< set 0, the bindings of bindings.glsl and cull.comp
   VkDescriptorSetLayout texture_set_layout = VK_NULL_HANDLE;  ///< set 1, the base colour texture, and set 2, the normal map
   VkSampler sampler = VK_NULL_HANDLE;
   VkSampler map_sampler = VK_NULL_HANDLE;    ///< texels of shadow maps as they are
   VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the sets and DrawPush; the cull pipeline uses set 0 of it
-  std::array<VkPipeline, 2> cull{};          ///< [with a debug view]
+  std::array<Pipeline*, 2> cull{};           ///< [with a debug view]
   DrawPipelines camera;
   DrawPipelines shadow;  ///< depth alone, without relief and leaf meshes; null where there are no shadow views
 };
 
 inline constexpr std::uint32_t kFrameBindingCount = 10;  ///< buffers; the shadow maps come after them
 
-/// errors  out_of_memory; internal: the driver refuses a pipeline. What was created so far is in `passes`, to be destroyed in any case
-Result<void> create_passes(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, Passes& passes);
+/// None of the pipelines is wanted yet. errors  out_of_memory, internal. What was created so far is in `passes`, to be destroyed in any
+/// case
+Result<void> create_passes(Device& device, const AttachmentDesc& attachments, PipelineSet& pipelines, Passes& passes);
+/// The pipelines are closed.
 void destroy_passes(Device& device, Passes& passes);
-
-struct DrawShaders {
-  VkShaderModule vertex, fragment;
-  std::array<std::uint32_t, 2> constants{};  ///< of the fragment shader, by id
-};
-
-/// Triangles on the attachments, depth tested and written; viewport and scissor are dynamic. errors  out_of_memory, internal
-Result<VkPipeline> create_draw_pipeline(Device& device, const AttachmentDesc& attachments, VkPipelineCache cache, VkPipelineLayout layout,
-                                        const DrawShaders& shaders);
 
 struct DescriptorSet {
   VkDescriptorPool pool = VK_NULL_HANDLE;

@@ -3,43 +3,44 @@
 #include <algorithm>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include "check.h"
 #include "convert.h"
+#include "leaf_entry.h"
 #include "page_codec.h"
 
 namespace coppice::gpu {
 namespace {
 
-constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 constexpr std::uint64_t kStagingBytes = 8ull << 20;
 /// Kept free in the staging ring for what is no chunk: instances, tables, lists.
 constexpr std::uint64_t kFrameStagingBytes = 1ull << 19;
-/// The rasteriser's lists may grow by one part in this many of the budget in a frame, or more where one list is larger.
-constexpr std::uint64_t kListShare = 32;
-/// Devices promise 4,096 allocations; the pool takes at most about this many.
-constexpr std::uint64_t kMaxPoolBlocks = 256;
+/// A block of device memory is one part in this many of the budget: of 4,096 allocations that devices promise, few are taken.
+constexpr std::uint64_t kBlockShare = 32;
 
-std::uint32_t pool_block_pages(std::uint64_t budget_bytes) {
-  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(budget_bytes / (kMaxPoolBlocks * kPageBytes), 16, 4096));
+std::uint64_t block_bytes(std::uint64_t budget_bytes) {
+  return std::clamp(budget_bytes / kBlockShare, DeviceMemory::kLeastBlockBytes, DeviceMemory::kMostBlockBytes);
 }
 
 void add_distinct(std::vector<std::uint32_t>& values, std::uint32_t value) {
   if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
 }
 
-std::uint64_t round_up_16(std::uint64_t bytes) {
-  return (bytes + 15) / 16 * 16;
-}
+/// What is taken of the device for a buffer may be so much more than its bytes.
+constexpr std::uint64_t kBufferRounding = 4096;
 
 std::uint64_t with_margin(std::uint64_t bytes) {
-  return bytes + bytes / 4;
+  return bytes + bytes / 4 + kBufferRounding;
 }
 
 }  // namespace
 
-Renderer::Renderer(const RendererDesc& desc) : device_(desc.device), desc_(desc) {
-  pages_.configure(pool_block_pages(desc.memory_budget_bytes));
+Renderer::Renderer(const RendererDesc& desc)
+    : device_(desc.device), desc_(desc), pipelines_(device_, desc.pipeline_cache, desc.blocking_pipelines ? coppice_jobs{} : desc.jobs) {
+  if (!desc.only_measured) return;
+  device_.vk = without_memory(device_.vk);
+  device_.memory.hook = {};
 }
 
 Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
@@ -51,39 +52,53 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
   if (std::uint64_t{desc.max_instances} * sizeof(Instance) > renderer->device_.max_storage_bytes)
     return Error{Status::unsupported, "max_instances beyond what a storage buffer of the device holds", Error::kNoOffset,
                  std::to_string(desc.max_instances)};
-  COPPICE_CHECK(create_passes(renderer->device_, desc.attachments, desc.pipeline_cache, renderer->passes_));
+  COPPICE_CHECK(create_passes(renderer->device_, desc.attachments, renderer->pipelines_, renderer->passes_));
   COPPICE_TRY(staging, Staging::create(renderer->device_, kStagingBytes));
   renderer->staging_ = std::move(staging);
   COPPICE_CHECK(renderer->create_default_texture());
   COPPICE_CHECK(renderer->create_fixed_buffers());
   if (desc.pass_times) COPPICE_CHECK(renderer->timer_.create(renderer->device_));
-  if (!desc.compute_raster) return renderer;
-  auto raster = LeafRaster::create(renderer->device_, renderer->garbage_,
-                                   {.attachments = desc.attachments,
-                                    .pipeline_cache = desc.pipeline_cache,
-                                    .frame_set_layout = renderer->passes_.frame_set_layout,
-                                    .max_instances = desc.max_instances,
-                                    .int64_atomics = desc.int64_atomics,
-                                    .many_lanes = desc.many_lanes,
-                                    .jobs = desc.jobs});
-  if (raster) {
-    renderer->raster_ = *std::move(raster);
-  } else if (raster.error().status == Status::unsupported) {
-    go_on_without(renderer->device_, raster.error(), "all plants are drawn by the hardware");
-  } else {
-    return raster.error();
-  }
+  COPPICE_CHECK(renderer->create_raster());
+  // Until here blocks are small, whatever the budget: what is taken before any plant does not depend on it.
+  renderer->set_memory_budget(desc.memory_budget_bytes);
+  if (desc.only_measured) return renderer;
+  // What nearly every plant needs; the rest when it is first met.
+  DrawPipelines& camera = renderer->passes_.camera;
+  for (Pipeline* pipeline : {renderer->passes_.cull[0], camera.leaf[1], camera.wood.plain[1]}) renderer->pipelines_.want(*pipeline);
+  (void)renderer->want(coppice_view{});
+  COPPICE_CHECK(renderer->device_state());
   return renderer;
 }
 
+Result<void> Renderer::create_raster() {
+  if (!desc_.compute_raster) return {};
+  auto raster = LeafRaster::create(device_, garbage_, pipelines_,
+                                   {.attachments = desc_.attachments,
+                                    .frame_set_layout = passes_.frame_set_layout,
+                                    .max_instances = desc_.max_instances,
+                                    .int64_atomics = desc_.int64_atomics,
+                                    .many_lanes = desc_.many_lanes});
+  if (raster)
+    raster_ = *std::move(raster);
+  else if (raster.error().status == Status::unsupported)
+    go_on_without(device_, raster.error(), "all plants are drawn by the hardware");
+  else
+    return raster.error();
+  return {};
+}
+
+void Renderer::set_memory_budget(std::uint64_t bytes) {
+  set_block_bytes(device_, block_bytes(bytes), kPageBytes);
+}
+
 Renderer::~Renderer() {
+  pipelines_.close();
   garbage_.collect(device_, ~std::uint64_t{0});
   for (PlantSlot& plant : plants_)
     if (plant.used) destroy_plant(plant);
   raster_.reset();
   timer_.destroy(device_);
   garbage_.collect(device_, ~std::uint64_t{0});
-  pages_.destroy(device_);
   staging_.destroy(device_);
   for (Buffer* buffer :
        {&fixed_.view, &fixed_.instances, &fixed_.plants, &fixed_.tables, &fixed_.cuts, &fixed_.leaf_counts, &fixed_.wood_commands,
@@ -94,6 +109,7 @@ Renderer::~Renderer() {
   device_.vk.vkDestroyDescriptorPool(device_.device, shadowed_set_.pool, nullptr);
   device_.vk.vkDestroyDescriptorPool(device_.device, default_set_.pool, nullptr);
   destroy_passes(device_, passes_);
+  close_memory(device_);
 }
 
 Result<void> Renderer::create_fixed_buffers() {
@@ -138,11 +154,7 @@ Result<void> Renderer::create_default_texture() {
 }
 
 Result<void> Renderer::grow(Buffer& buffer, std::uint64_t bytes) {
-  if (bytes > room_bytes()) {
-    lacking_bytes_ = std::max(lacking_bytes_, bytes);
-    return Error{Status::out_of_memory, "memory budget: no room for draw commands now"};
-  }
-  COPPICE_TRY(larger, create_buffer(device_, bytes, kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, MemoryKind::device));
+  COPPICE_TRY(larger, create_buffer(device_, bytes, kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, MemoryKind::alone));
   if (buffer.buffer != VK_NULL_HANDLE) garbage_.retire(frame_, buffer);
   buffer = larger;
   frame_set_stale_ = true;
@@ -186,8 +198,10 @@ VkDescriptorSet Renderer::set_of(const coppice_view& view) {
 void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
   frame_ = frame_number;
   completed_ = completed_number;
+  pipelines_.collect();
   drawable_ = false;
   most_overhead_bytes_ = ~std::uint64_t{0};
+  limit_memory(0);
   garbage_.collect(device_, completed_);
   staging_.recycle(completed_);
   if (timer_.exists()) timer_.collect(device_, completed_);
@@ -207,113 +221,92 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
   }
 }
 
-Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, std::span<const std::uint32_t> lod_words) {
+Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance,
+                                 std::span<const std::uint32_t> lod_words) {
   COPPICE_ASSERT(index < desc_.max_plants && lod_words.size() <= kTableStride);
   if (index >= plants_.size()) {
     plants_.resize(index + 1);
     records_.resize(index + 1);
     plant_counts_.resize(index + 1);
-    wood_templates_.resize(std::size_t{index + 1} * kMeshCommands);
+    mesh_templates_.resize(std::size_t{index + 1} * kMeshCommands);
   }
   PlantSlot& plant = plants_[index];
   COPPICE_ASSERT(!plant.used);
-  const std::uint64_t cards_bytes = round_up_16(file.cards.size() * sizeof(Card));
-  const std::uint64_t materials_bytes = round_up_16(file.materials.size() * sizeof(Material));
-  const std::vector<std::uint32_t> unmeasured = pack_crown(CrownLight{});
   plant = {};
-  plant.pages_offset = cards_bytes + materials_bytes;
-  plant.crown_offset = plant.pages_offset + std::max<std::uint64_t>(file.plant.page_count, 1) * sizeof(uvec2);
-  plant.lists_offset = plant.crown_offset + unmeasured.size() * sizeof(std::uint32_t);
-  plant.cuts_offset = round_up_16(plant.lists_offset + kClusterLists * sizeof(ClusterList));
-  COPPICE_TRY(tables, create_buffer(device_, plant.cuts_offset + ready_cut_bytes(file.plant.leaf_count),
-                                    kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, MemoryKind::device));
+  plant.layout = place_plant_tables(file);
+  COPPICE_TRY(tables, create_buffer(device_, plant.layout.bytes, kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, MemoryKind::device));
   plant.used = true;
   plant.tables = tables;
   plant.record = gpu_plant(file.plant);
-  plant.record.cards = gpu_address(tables.address);
-  plant.record.materials = gpu_address(tables.address + cards_bytes);
-  plant.record.crown_light = gpu_address(tables.address + plant.crown_offset);
-  plant.record.lists = gpu_address(tables.address + plant.lists_offset);
-  plant.page_slots.assign(file.plant.page_count, PagePool::kNoSlot);
+  plant.record.cards = gpu_address(tables.address + plant.layout.cards_at);
+  plant.record.materials = gpu_address(tables.address + plant.layout.materials_at);
+  plant.record.card_looks = gpu_address(tables.address + plant.layout.looks_at);
+  plant.record.crown_light = gpu_address(tables.address + plant.layout.crown_at);
+  plant.record.lists = gpu_address(tables.address + plant.layout.lists_at);
+  plant.pages.resize(file.plant.page_count);
   plant.textures.resize(file.plant.texture_count);
   plant.leaf_mesh_count = file.plant.leaf_mesh_count;
 
-  plant.pending_tables.resize(tables.size_bytes);
-  std::memcpy(plant.pending_tables.data() + plant.crown_offset, unmeasured.data(), plant.lists_offset - plant.crown_offset);
+  plant.pending_tables.resize(plant.layout.bytes);
+  const auto fill = [&](std::uint64_t at, const auto& values) {
+    if (!values.empty()) std::memcpy(plant.pending_tables.data() + at, values.data(), values.size() * sizeof values[0]);
+  };
+  fill(plant.layout.looks_at, appearance.looks.looks);
+  fill(plant.layout.crown_at, appearance.light.words);
+  std::vector<Card> cards;
+  for (const coppice_file_card& card : file.cards) {
+    cards.push_back(gpu_card(card));
+    add_distinct(plant.leaf_textures, gpu_material(file.materials[card.material]).texture);
+  }
+  fill(plant.layout.cards_at, cards);
+  std::vector<Material> materials;
+  for (const coppice_file_material& material : file.materials) {
+    materials.push_back(gpu_material(material));
+    plant.material_textures.push_back({materials.back().texture, materials.back().normal_map});
+  }
+  fill(plant.layout.materials_at, materials);
   // A page or list that is not there points at something readable: a shader may load from it before it finds that it need not.
-  const uvec2 readable = gpu_address(tables.address);
-  for (std::uint64_t at = plant.pages_offset; at < plant.crown_offset; at += sizeof readable)
-    std::memcpy(plant.pending_tables.data() + at, &readable, sizeof readable);
-  const LeafBox box = leaf_box(plant.record);
-  ClusterList pages = ListFrame(box).empty_list();
-  pages.leaf_count = file.plant.leaf_count;
-  for (std::uint32_t i = 0; i < kClusterLists; ++i) {
-    pages.blocks = gpu_address(tables.address + (i == kPageList ? plant.pages_offset : 0));
-    std::memcpy(plant.pending_tables.data() + plant.lists_offset + i * sizeof pages, &pages, sizeof pages);
+  fill(plant.layout.pages_at, std::vector<uvec2>(std::max<std::size_t>(file.plant.page_count, 1), gpu_address(tables.address)));
+  std::vector<ClusterList> lists(kClusterLists, empty_list(leaf_box(plant.record)));
+  for (ClusterList& list : lists) {
+    list.leaf_count = file.plant.leaf_count;
+    list.blocks = gpu_address(tables.address);
   }
-  for (std::size_t i = 0; i < file.cards.size(); ++i) {
-    const Card card = gpu_card(file.cards[i]);
-    std::copy_n(reinterpret_cast<const std::uint8_t*>(&card), sizeof card, plant.pending_tables.data() + i * sizeof card);
-    const Material material = gpu_material(file.materials[card.material]);
-    add_distinct(plant.leaf_textures, material.texture);
-  }
-  for (std::size_t i = 0; i < file.materials.size(); ++i) {
-    const Material material = gpu_material(file.materials[i]);
-    std::copy_n(reinterpret_cast<const std::uint8_t*>(&material), sizeof material,
-                plant.pending_tables.data() + cards_bytes + i * sizeof material);
-    plant.material_textures.push_back({material.texture, material.normal_map});
-  }
+  lists[kPageList].blocks = gpu_address(tables.address + plant.layout.pages_at);
+  fill(plant.layout.lists_at, lists);
   plant.pending_words.assign(lod_words.begin(), lod_words.end());
-  auto added = raster_ ? raster_->meshes().add_plant(index, file, {tables.buffer, plant.lists_offset}) : Result<void>();
-  if (added && file.plant.page_count == 0) added = add_single_leaf(index, file);
+  auto added = file.plant.page_count == 0 ? add_single_leaf(plant, file, appearance) : Result<void>();
   if (!added) remove_plant(index);
   return added;
 }
 
-/// With the addresses that they have on the device.
-Renderer::PlacedCuts Renderer::place_cuts(const PlantSlot& plant, const ReadyCuts& cuts) {
-  PlacedCuts placed{cuts.lists, {cuts.bytes.begin(), cuts.bytes.end()}};
-  move_ready_cuts(plant.record.leaf_count, placed.lists, placed.bytes, plant.tables.address + plant.cuts_offset);
-  return placed;
-}
-
 // A plant of one leaf has no pages: its cuts are made here.
-Result<void> Renderer::add_single_leaf(std::uint32_t index, const PlantFile& file) {
-  const std::vector<CardLook> looks = card_looks(file);
-  const auto light = std::make_shared<CrownLight>();
+Result<void> Renderer::add_single_leaf(PlantSlot& plant, const PlantFile& file, const PlantAppearance& appearance) {
   const auto scratch = std::make_unique<ClusterScratch>();
   ReadyCuts cuts;
   COPPICE_CHECK(allocate_into(cuts.bytes, default_allocator(), ready_cut_bytes(1)));
-  build_ready_cuts({root_node(file.plant), looks, leaf_box(plants_[index].record), light.get(), 1}, {}, *scratch, cuts);
-  PlantSlot& plant = plants_[index];
-  const PlacedCuts placed = place_cuts(plant, cuts);
-  std::memcpy(plant.pending_tables.data() + plant.lists_offset, placed.lists.data(), sizeof placed.lists);
-  std::ranges::copy(placed.bytes, plant.pending_tables.begin() + static_cast<std::ptrdiff_t>(plant.cuts_offset));
+  build_ready_cuts({root_node(file.plant), appearance.looks.cards(), leaf_box(plant.record), &appearance.light, 1}, {}, *scratch, cuts);
+  move_ready_cuts(1, cuts.lists, cuts.bytes.span(), plant.tables.address + plant.layout.cuts_at);
+  std::memcpy(plant.pending_tables.data() + plant.layout.lists_at, cuts.lists.data(), sizeof cuts.lists);
+  std::ranges::copy(cuts.bytes, plant.pending_tables.begin() + static_cast<std::ptrdiff_t>(plant.layout.cuts_at));
   plant.has_cuts = true;
-  if (raster_) raster_->meshes().set_light(index, light);
+  want_leaves(plant);
   return {};
 }
 
 void Renderer::remove_plant(std::uint32_t index) {
   COPPICE_ASSERT(plants_[index].used);
   destroy_plant(plants_[index]);
-  if (raster_) raster_->meshes().remove_plant(index, frame_);
 }
 
 void Renderer::destroy_plant(PlantSlot& plant) {
   garbage_.retire(frame_, plant.tables);
-  for (std::uint32_t slot : plant.page_slots)
-    if (slot != PagePool::kNoSlot) {
-      pages_.free(device_, slot);
-      charged_bytes_ -= kPageBytes;
-    }
-  const auto retire = [this](const MeshBuffer& mesh) {
-    if (mesh.buffer.buffer == VK_NULL_HANDLE) return;
+  for (Buffer& page : plant.pages) drop_page(page);
+  for (const MeshBuffer& mesh : plant.meshes) {
+    if (mesh.buffer.buffer == VK_NULL_HANDLE) continue;
     garbage_.retire(frame_, mesh.buffer);
-    charged_bytes_ -= mesh.charged_bytes;
-  };
-  std::ranges::for_each(plant.wood, retire);
-  std::ranges::for_each(plant.leaf_meshes, retire);
+    charged_bytes_ -= mesh.buffer.size_bytes;
+  }
   for (PlantTexture& texture : plant.textures) {
     if (texture.texture.image == VK_NULL_HANDLE) continue;
     garbage_.retire(frame_, texture.texture);
@@ -324,28 +317,21 @@ void Renderer::destroy_plant(PlantSlot& plant) {
 }
 
 void Renderer::drop_page(std::uint32_t plant, std::uint32_t page) {
-  std::uint32_t& slot = plants_[plant].page_slots[page];
-  if (slot == PagePool::kNoSlot) return;
-  pages_.free(device_, slot);
-  slot = PagePool::kNoSlot;
+  drop_page(plants_[plant].pages[page]);
+}
+
+void Renderer::drop_page(Buffer& page) {
+  if (page.buffer == VK_NULL_HANDLE) return;
+  destroy_buffer(device_, page);
   charged_bytes_ -= kPageBytes;
 }
 
-void Renderer::drop_mesh(MeshBuffer& mesh) {
+void Renderer::drop_mesh(std::uint32_t plant, std::uint32_t index) {
+  MeshBuffer& mesh = plants_[plant].meshes[index];
   if (mesh.buffer.buffer == VK_NULL_HANDLE) return;
+  charged_bytes_ -= mesh.buffer.size_bytes;
   destroy_buffer(device_, mesh.buffer);
-  charged_bytes_ -= mesh.charged_bytes;
   mesh = {};
-}
-
-void Renderer::drop_wood(std::uint32_t plant, std::uint32_t lod) {
-  drop_mesh(plants_[plant].wood[lod]);
-  if (raster_) raster_->meshes().drop_mesh(plant, kWoodLists + lod, frame_);
-}
-
-void Renderer::drop_leaf_mesh(std::uint32_t plant, std::uint32_t index) {
-  drop_mesh(plants_[plant].leaf_meshes[index]);
-  if (raster_) raster_->meshes().drop_mesh(plant, kMeshLists + index, frame_);
 }
 
 void Renderer::hide_texture(std::uint32_t plant, std::uint32_t texture) {
@@ -361,29 +347,39 @@ void Renderer::drop_texture(std::uint32_t plant, std::uint32_t texture) {
   dropped = {};
 }
 
-// The pool's share is its slack, and never less than a block: if it dropped to what is allocated now, the page that takes the last free
-// slot would cost a block more than what was reserved for it, and be evicted for that in the next frame, again and again.
 std::uint64_t Renderer::overhead_bytes() const {
-  const std::uint64_t unaccounted = device_.allocated_bytes - std::min(device_.allocated_bytes, charged_bytes_);
-  const std::uint64_t lists_bytes = raster_ ? raster_->meshes().bytes() : 0;
-  return unaccounted + lists_bytes + pages_.block_bytes() - std::min(pages_.slack_bytes(), pages_.block_bytes());
+  const std::uint64_t taken = committed_bytes(device_.memory);
+  return taken - std::min(taken, charged_bytes_);
 }
 
-// A larger budget has larger blocks of pages.
+// A larger budget has larger blocks.
 std::uint64_t Renderer::least_budget_bytes(std::uint64_t taken_bytes) const {
-  const std::uint64_t without_block = taken_bytes - pages_.block_bytes();
+  const std::uint64_t without_block = taken_bytes - committed_bytes(device_.memory);
+  DeviceMemory memory = device_.memory;
   std::uint64_t least = 0;
-  for (std::uint64_t next = taken_bytes; next != least; next = without_block + pool_block_pages(least) * kPageBytes) least = next;
+  for (std::uint64_t next = taken_bytes; next != least; next = without_block + committed_bytes(memory)) {
+    least = next;
+    memory.block_bytes = whole_units(memory, block_bytes(least));
+  }
   return least;
 }
 
 void Renderer::set_room(std::uint64_t bytes) {
   const std::uint64_t now = overhead_bytes();
   most_overhead_bytes_ = bytes < ~now ? now + bytes : ~std::uint64_t{0};
+  limit_memory(0);
 }
 
+// Where the overhead would be most_overhead_bytes_. reserved_bytes: what the caller counts already of what is to be uploaded
+void Renderer::limit_memory(std::uint64_t reserved_bytes) {
+  const bool limited = most_overhead_bytes_ != ~std::uint64_t{0};
+  device_.memory.limit_bytes = limited ? most_overhead_bytes_ + charged_bytes_ + reserved_bytes : ~std::uint64_t{0};
+}
+
+// A buffer takes a little more than it asks for.
 std::uint64_t Renderer::room_bytes() const {
-  return most_overhead_bytes_ - std::min(most_overhead_bytes_, overhead_bytes());
+  const std::uint64_t room = most_overhead_bytes_ - std::min(most_overhead_bytes_, overhead_bytes());
+  return room - std::min(room, kBufferRounding);
 }
 
 std::uint64_t Renderer::upload_room_bytes() const {
@@ -391,11 +387,11 @@ std::uint64_t Renderer::upload_room_bytes() const {
   return ring - std::min(ring, kFrameStagingBytes);
 }
 
-bool Renderer::has_room(std::uint64_t bytes, const WoodMesh* wood) {
+bool Renderer::has_room(std::uint64_t bytes) {
   if (bytes <= kStagingSliceBytes && bytes > upload_room_bytes()) return false;
-  const std::uint64_t wanted = kSmallBytes + (wood != nullptr && raster_ ? MeshLists::mesh_bytes(*wood) : 0);
-  const bool fits = wanted <= room_bytes();
-  if (!fits) lacking_bytes_ = std::max(lacking_bytes_, wanted);
+  const bool fits = kSmallBytes <= room_bytes();
+  if (!fits) lacking_bytes_ = std::max(lacking_bytes_, kSmallBytes);
+  limit_memory(bytes <= kStagingSliceBytes ? bytes : 2 * bytes);
   return fits;
 }
 
@@ -413,13 +409,8 @@ std::uint64_t Renderer::needed_room_bytes(const InstanceTable& instances, std::u
 }
 
 std::uint64_t Renderer::wanted_room_bytes(const InstanceTable& instances, const coppice_view& view) const {
-  std::uint64_t wanted = kSmallBytes + needed_room_bytes(instances, 0);
-  std::uint64_t lists = lacking_bytes_;
-  if (raster_) {
-    wanted += raster_->wanted_bytes(view);
-    lists = std::max(lists, std::min(raster_->meshes().wanted_bytes(), desc_.memory_budget_bytes / kListShare));
-  }
-  return wanted + lists;
+  return kSmallBytes + needed_room_bytes(instances, 0) + std::max(lacking_bytes_, device_.memory.lacking_bytes) +
+         (raster_ ? raster_->wanted_bytes(view) : 0);
 }
 
 }  // namespace coppice::gpu

@@ -20,14 +20,15 @@
 #include "gpu_timer.h"
 #include "instances.h"
 #include "leaf_raster.h"
+#include "mesh_clusters.h"
 #include "page_clusters.h"
 #include "passes.h"
+#include "plant_tables.h"
 #include "reader.h"
 #include "resources.h"
 #include "result.h"
 #include "select.h"
 #include "tree.h"
-#include "wood_codec.h"
 
 namespace coppice::gpu {
 
@@ -35,23 +36,33 @@ struct RendererDesc {
   Device device;
   AttachmentDesc attachments;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
-  std::uint64_t memory_budget_bytes = 0;  ///< decides how large a block of the page pool is
+  std::uint64_t memory_budget_bytes = 0;  ///< decides how large a block of device memory is
   std::uint32_t max_instances = 0;
   std::uint32_t max_plants = 0;
   bool compute_raster = false;     ///< small leaves by compute shaders, where the device does
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
   std::optional<bool> many_lanes;  ///< RasterDesc's
   bool pass_times = false;
-  coppice_jobs jobs{};  ///< where the rasteriser's lists are built; without a hook, inside record_upload_end
+  coppice_jobs jobs{};             ///< where pipelines are built
+  bool blocking_pipelines = true;  ///< they are built where they are wanted, and not by jobs
+  bool only_measured = false;      ///< overhead_bytes() is asked for and nothing else: takes no device memory, builds no pipeline
 };
+
+// What is uploaded is moved to its addresses where it lies.
 
 /// A page's leaves; see page_clusters.h.
 struct PageUpload {
   std::uint32_t plant = 0;
   std::uint32_t page = 0;
-  std::span<const std::uint8_t> clusters;  ///< of build_page
-  const ReadyCuts* ready_cuts = nullptr;   ///< of page 0, here and below
-  std::shared_ptr<const CrownLight> light;
+  std::span<std::uint8_t> clusters;  ///< of build_page
+  ReadyCuts* ready_cuts = nullptr;   ///< of page 0
+};
+
+/// A wood LoD or a chunk of leaf meshes; see mesh_clusters.h.
+struct MeshUpload {
+  std::uint32_t plant = 0;
+  std::uint32_t mesh = 0;  ///< wood LoD, or kMaxWoodLods + chunk of leaf meshes
+  MeshBlock* block = nullptr;
 };
 
 /// What may be drawn of a plant this frame.
@@ -87,7 +98,8 @@ class Renderer {
 
   /// Makes the plant drawable once its first page is uploaded. plant: < max_plants and not in use. lod_words: pack_lod_table of the file
   /// errors  out_of_memory
-  Result<void> add_plant(std::uint32_t plant, const PlantFile& file, std::span<const std::uint32_t> lod_words);
+  Result<void> add_plant(std::uint32_t plant, const PlantFile& file, const PlantAppearance& appearance,
+                         std::span<const std::uint32_t> lod_words);
   /// Nothing of the plant may be drawn from the next upload on; its chunks must have been dropped.
   void remove_plant(std::uint32_t plant);
 
@@ -95,15 +107,14 @@ class Renderer {
   void record_upload_begin(VkCommandBuffer cmd);
   /// errors  out_of_memory: the chunk is not there
   Result<void> upload_page(const PageUpload& upload);
-  Result<void> upload_wood(std::uint32_t plant, std::uint32_t lod, const WoodMesh& mesh);
-  Result<void> upload_leaf_mesh(std::uint32_t plant, std::uint32_t index, const WoodMesh& mesh);
+  Result<void> upload_mesh(const MeshUpload& upload);
   /// bytes: a TEXTURE chunk. errors  bad_file: the field and its offset; unsupported: blocks, and the device does not take them;
   /// out_of_memory
   Result<void> upload_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> bytes);
   /// The GPU must have finished the last frame that drew the chunk.
   void drop_page(std::uint32_t plant, std::uint32_t page);
-  void drop_wood(std::uint32_t plant, std::uint32_t lod);
-  void drop_leaf_mesh(std::uint32_t plant, std::uint32_t index);
+  /// mesh: MeshUpload's
+  void drop_mesh(std::uint32_t plant, std::uint32_t mesh);
   void drop_texture(std::uint32_t plant, std::uint32_t texture);
   /// Stops drawing with the texture; drop_texture follows when the GPU is done.
   void hide_texture(std::uint32_t plant, std::uint32_t texture);
@@ -117,16 +128,18 @@ class Renderer {
 
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }
   [[nodiscard]] const AttachmentDesc& attachments() const { return desc_.attachments; }
-  /// Device memory allocated beyond what the caller counts for uploaded chunks, the next block of the page pool included. Taking a page
-  /// slot never raises it.
+  /// Device memory committed beyond what the caller counts for uploaded chunks: see committed_bytes. Uploading a page never raises it.
   [[nodiscard]] std::uint64_t overhead_bytes() const;
   /// The least memory budget that holds what takes taken_bytes now, before any plant; overhead_bytes() is part of them.
   [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t taken_bytes) const;
   /// errors  device_lost: a Vulkan call said so, now or earlier; nothing that is recorded from then on draws
   [[nodiscard]] Result<void> device_state() const { return check_alive(device_); }
+  [[nodiscard]] const PipelineSet& pipelines() const { return pipelines_; }
   [[nodiscard]] const Device& device() const { return device_; }
   /// Whether upload_texture takes BC1 and BC3.
   [[nodiscard]] bool block_textures() const { return device_.block_textures; }
+  /// From now on blocks of device memory are as large as this budget has them.
+  void set_memory_budget(std::uint64_t bytes);
   /// What overhead_bytes() may grow by from here on. What would take more waits, is drawn coarser or by the hardware. Unlimited at first.
   void set_room(std::uint64_t bytes);
   /// What the next frame's recording would like to take, beyond uploads.
@@ -135,8 +148,8 @@ class Renderer {
   [[nodiscard]] std::uint64_t growth_bytes(std::uint64_t instance_count) const;
   /// What the next frame's recording cannot do without once so many are added; 0 where what there is holds them.
   [[nodiscard]] std::uint64_t needed_room_bytes(const InstanceTable& instances, std::uint64_t added) const;
-  /// Whether there is room now for what comes with an upload of `bytes` for the GPU. wood: null, or what is uploaded
-  [[nodiscard]] bool has_room(std::uint64_t bytes, const WoodMesh* wood);
+  /// Whether there is room now for what comes with an upload of `bytes` for the GPU.
+  [[nodiscard]] bool has_room(std::uint64_t bytes);
   /// Room for what is not looked at singly: a plant's tables, what images and buffers are rounded up to.
   static constexpr std::uint64_t kSmallBytes = 64ull << 10;
   /// A chunk of more than this for the GPU is staged in a buffer of its own, which the caller has to count.
@@ -144,15 +157,12 @@ class Renderer {
   [[nodiscard]] std::uint64_t upload_room_bytes() const;
   /// Whether small leaves are drawn by compute shaders.
   [[nodiscard]] bool has_raster() const { return raster_ != nullptr; }
-  /// Of the rasteriser, being built.
-  [[nodiscard]] std::uint32_t lists_in_flight() const { return raster_ ? raster_->meshes().lists_in_flight() : 0; }
   /// All zero without RendererDesc::pass_times.
   [[nodiscard]] const GpuTimer& timer() const { return timer_; }
   /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.
   [[nodiscard]] VkBuffer cut_buffer() const { return fixed_.cuts.buffer; }
 
  private:
-  /// A wood LoD, or a chunk of leaf meshes.
   /// Of a material; kNoTexture where it has none.
   struct SurfaceTextures {
     std::uint32_t color = kNoTexture, normal_map = kNoTexture;
@@ -160,12 +170,9 @@ class Renderer {
     bool operator==(const SurfaceTextures&) const = default;
   };
   struct MeshBuffer {
-    /// uint32 indices, then WoodVertex[] or LeafMeshVertex[]. In this order because lavapipe (Mesa 22.3) ignores the offset of
-    /// vkCmdBindIndexBuffer in indirect draws.
-    Buffer buffer;
+    Buffer buffer;  ///< a MeshBlock's bytes
     uvec2 vertices{};
-    std::uint32_t index_count = 0;
-    std::uint64_t charged_bytes = 0;
+    std::uint32_t index_count = 0, cluster_count = 0;
     std::vector<SurfaceTextures> textures;  ///< used by its vertices; distinct
   };
   struct PlantTexture {
@@ -177,25 +184,22 @@ class Renderer {
   struct PlantSlot {
     bool used = false;
     Plant record{};
-    Buffer tables;  ///< cards, materials, and as follows
-    std::uint64_t pages_offset = 0, crown_offset = 0, lists_offset = 0, cuts_offset = 0;
+    Buffer tables;
+    PlantTables layout;                        ///< of `tables`
     bool has_cuts = false;                     ///< its leaves can be drawn
-    std::vector<std::uint32_t> page_slots;     ///< PagePool slot, or kNoSlot
+    std::vector<Buffer> pages;                 ///< [page] null where it is not there
     std::vector<std::uint32_t> leaf_textures;  ///< used by its cards, kNoTexture included; distinct
     std::vector<SurfaceTextures> material_textures;
-    std::array<MeshBuffer, kMaxWoodLods> wood;
-    std::array<MeshBuffer, kMaxLeafMeshes> leaf_meshes;
+    std::array<MeshBuffer, kMeshCommands> meshes;  ///< wood LoDs, then leaf meshes
     std::uint32_t leaf_mesh_count = 0;
     std::vector<PlantTexture> textures;
     std::vector<std::uint8_t> pending_tables;  ///< contents of `tables`, until the next upload
     std::vector<std::uint32_t> pending_words;  ///< the packed table, until the next upload
   };
-  enum class ChunkVertex : std::uint8_t { wood, leaf_mesh };
   /// Where a mesh finds its instances and its command.
   struct MeshDraw {
     std::uint32_t list_first = 0, command = 0;
     const MeshPipelines* pipelines = nullptr;
-    bool relief = true;  ///< normal maps are shown
   };
   /// Sized at creation.
   struct FixedBuffers {
@@ -215,6 +219,7 @@ class Renderer {
   explicit Renderer(const RendererDesc& desc);
   Result<void> create_fixed_buffers();
   Result<void> create_default_texture();
+  Result<void> create_raster();
   Result<void> rebuild_frame_set();
   [[nodiscard]] FrameBindings frame_bindings() const;
   VkDescriptorSet set_of(const coppice_view& view);
@@ -225,24 +230,18 @@ class Renderer {
   Result<void> stage_once();
   Result<void> stage_plant_tables();
   Result<void> stage_instances(InstanceTable& instances);
-  Result<void> stage_raster();
   Result<void> stage_texels(const Texture& texture, std::span<const std::uint8_t> texels);
-  Result<MeshBuffer> stage_mesh(const PlantSlot& plant, const WoodMesh& mesh, ChunkVertex kind);
-  void drop_mesh(MeshBuffer& mesh);
+  void drop_page(Buffer& page);
   Result<void> stage_patch(PlantSlot& plant, std::uint64_t offset, std::span<const std::uint8_t> bytes);
-  Result<void> stage_first_page(std::uint32_t index, const PageUpload& upload);
-  struct PlacedCuts {
-    std::array<ClusterList, kReadyCuts> lists;
-    std::vector<std::uint8_t> bytes;
-  };
-  [[nodiscard]] static PlacedCuts place_cuts(const PlantSlot& plant, const ReadyCuts& cuts);
-  Result<void> add_single_leaf(std::uint32_t index, const PlantFile& file);
+  Result<void> stage_cuts(PlantSlot& plant, ReadyCuts& cuts);
+  Result<void> add_single_leaf(PlantSlot& plant, const PlantFile& file, const PlantAppearance& appearance);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
   [[nodiscard]] std::uint64_t room_bytes() const;
+  void limit_memory(std::uint64_t reserved_bytes);
   void place_draws(std::uint64_t most_clusters);
   [[nodiscard]] std::uint64_t wanted_commands(std::uint32_t plant) const;
   void fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency);
-  void fill_leaf_meshes(std::uint32_t plant, bool resident);
+  void fill_meshes(std::uint32_t plant, const PlantResidency& residency);
   void record_buffer_copies(std::vector<Copy>& copies);
   void record_texture_copies();
   void update_buffer(VkCommandBuffer cmd, const Buffer& buffer, const void* data, std::uint64_t bytes) const;
@@ -251,15 +250,27 @@ class Renderer {
   void draw_wood(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t plant, std::uint32_t lod) const;
   void draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t index) const;
   void draw_mesh(VkCommandBuffer cmd, std::uint32_t plant, const MeshBuffer& mesh, const MeshDraw& draw) const;
-  void bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push, const std::array<VkPipeline, 2>& pipelines) const;
+  /// False: the pipeline is not there.
+  bool bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push, const std::array<Pipeline*, 2>& pipelines) const;
   void destroy_plant(PlantSlot& plant);
+
+  /// What of a view is there: what has to be built for it is wanted from here on.
+  struct Ready {
+    bool cull = false, raster = false;
+
+    bool operator==(const Ready&) const = default;
+  };
+  Ready want(const coppice_view& view);
+  void want_mesh(const MeshPipelines& pipelines, const MeshBuffer& mesh);
+  void want_leaves(const PlantSlot& plant);
+  [[nodiscard]] bool can_draw_leaf_meshes(const PlantSlot& plant) const;
 
   Device device_;
   RendererDesc desc_;
+  PipelineSet pipelines_;
   Passes passes_;
   Garbage garbage_;
   Staging staging_;
-  PagePool pages_;
   FixedBuffers fixed_;
   Buffer leaf_commands_, wood_list_;  ///< grow with instances and residency
   DescriptorSet frame_set_;
@@ -274,14 +285,14 @@ class Renderer {
   std::vector<PlantSlot> plants_;              ///< up to the last that was ever added; so are the others
   std::vector<Plant> records_;                 ///< as uploaded this frame
   std::vector<std::uint32_t> plant_counts_;    ///< instances per plant, this frame
-  std::vector<DrawCommand> wood_templates_;
+  std::vector<DrawCommand> mesh_templates_;
 
   VkCommandBuffer upload_cmd_ = VK_NULL_HANDLE;
   std::vector<Copy> copies_, patches_;  ///< patches overwrite parts of what the copies wrote, behind a barrier
   std::vector<TextureCopy> texture_copies_;
   std::uint64_t leaf_command_count_ = 0, wood_list_count_ = 0;
   std::uint64_t most_overhead_bytes_ = ~std::uint64_t{0};  ///< set_room
-  std::uint64_t lacking_bytes_ = 0;                        ///< room that something has waited for since the last begin_frame
+  std::uint64_t lacking_bytes_ = 0;                        ///< the most room that something has waited for
   std::uint64_t frame_ = 0, completed_ = 0;
   std::uint32_t instance_slot_count_ = 0;
   bool once_staged_ = false;         ///< index buffer and default texture
@@ -289,6 +300,7 @@ class Renderer {
   bool frame_set_stale_ = false;     ///< a buffer of the frame set has been replaced
   std::uint64_t charged_bytes_ = 0;  ///< what the caller counts for uploaded chunks
 
+  static constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   static constexpr std::uint32_t kReadbackSlots = 8;
   std::array<std::uint64_t, kReadbackSlots> readback_frames_{};  ///< 0: never used
   FrameCounts counts_;

@@ -9,38 +9,10 @@
 namespace coppice::gpu {
 namespace {
 
-/// a * b, column-major.
-mat4 multiply(const float a[16], const float b[16]) {
-  mat4 product{};
-  for (int column = 0; column < 4; ++column)
-    for (int row = 0; row < 4; ++row)
-      for (int k = 0; k < 4; ++k) product.column[column * 4 + row] += a[k * 4 + row] * b[column * 4 + k];
-  return product;
-}
-
-vec3 to_vec3(const float v[3]) {
-  return {v[0], v[1], v[2]};
-}
-
-/// The plane where `scale` times clip coordinate `row` plus w is 0, its normal of unit length. row 4 gives w's own plane.
-vec4 clip_plane(const mat4& clip_from_world, int row, float scale) {
-  float plane[4];
-  for (int column = 0; column < 4; ++column) {
-    const float w = clip_from_world.column[column * 4 + 3];
-    plane[column] = row == 4 ? w : w + scale * clip_from_world.column[column * 4 + row];
-  }
-  const float length = std::sqrt(plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2]);
-  const float unit = length > 0.0f ? 1.0f / length : 1.0f;
-  return {plane[0] * unit, plane[1] * unit, plane[2] * unit, plane[3] * unit};
-}
-
 /// Whether x and y of the picture and the way to the viewer are left-handed: +x right and +y up, where Vulkan's is down.
 bool is_mirrored(const mat4& clip_from_world) {
-  const auto row = [&](std::size_t r) {
-    return std::array<float, 3>{clip_from_world.column[r], clip_from_world.column[4 + r], clip_from_world.column[8 + r]};
-  };
-  const std::array<float, 3> x = row(0), y = row(1), w = row(3);
-  return x[0] * (y[1] * w[2] - y[2] * w[1]) + x[1] * (y[2] * w[0] - y[0] * w[2]) + x[2] * (y[0] * w[1] - y[1] * w[0]) < 0.0f;
+  const mat4 rows = transpose(clip_from_world);
+  return dot(rows.column[0].xyz(), cross(rows.column[1].xyz(), rows.column[3].xyz())) < 0.0f;
 }
 
 static_assert(kDebugLod == COPPICE_DEBUG_LOD && kDebugPath == COPPICE_DEBUG_PATH && kDebugOverdraw == COPPICE_DEBUG_OVERDRAW);
@@ -50,14 +22,9 @@ static_assert(kDebugResidency == COPPICE_DEBUG_RESIDENCY);
 /// reversed: depth is larger where it is nearer
 View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instance_slot_count, bool reversed) {
   View converted{};
-  converted.clip_from_world = multiply(view.clip_from_view, view.view_from_world);
-  // No far plane: its place depends on the depth convention, and fog hides what lies behind it. The fifth plane is the eye's.
-  converted.planes[0] = clip_plane(converted.clip_from_world, 0, 1.0f);
-  converted.planes[1] = clip_plane(converted.clip_from_world, 0, -1.0f);
-  converted.planes[2] = clip_plane(converted.clip_from_world, 1, 1.0f);
-  converted.planes[3] = clip_plane(converted.clip_from_world, 1, -1.0f);
-  converted.planes[4] = clip_plane(converted.clip_from_world, 4, 0.0f);
-  converted.camera_position = {lod.eye_m[0], lod.eye_m[1], lod.eye_m[2]};
+  converted.clip_from_world = lod.clip_from_world;
+  std::ranges::copy(lod.planes, converted.planes);
+  converted.camera_position = lod.eye_m;
   converted.error_px = lod.error_px;
   converted.focal_px = lod.focal_px;
   converted.near_m = lod.near_m;
@@ -65,18 +32,17 @@ View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instan
   converted.lod_discrete = lod.discrete ? 1 : 0;
   converted.instance_slot_count = instance_slot_count;
   converted.fog_density = view.fog_density;
-  converted.sun_direction = to_vec3(view.sun_direction);
-  converted.sun_color = to_vec3(view.sun_color);
-  converted.sky_color = to_vec3(view.sky_color);
-  converted.ground_color = to_vec3(view.ground_color);
-  converted.fog_color = to_vec3(view.fog_color);
+  converted.sun_direction = vec3(view.sun_direction);
+  converted.sun_color = vec3(view.sun_color);
+  converted.sky_color = vec3(view.sky_color);
+  converted.ground_color = vec3(view.ground_color);
+  converted.fog_color = vec3(view.fog_color);
   converted.debug_view = static_cast<std::uint32_t>(view.debug_view);
   converted.is_shadow = view.kind == COPPICE_VIEW_SHADOW ? 1 : 0;
   converted.cascade_count = view.shadow_cascade_count;
   converted.depth_sign = reversed ? 1.0f : -1.0f;
   converted.is_mirrored = is_mirrored(converted.clip_from_world) ? 1 : 0;
-  for (std::uint32_t i = 0; i < view.shadow_cascade_count; ++i)
-    std::copy_n(view.shadow_cascades[i].clip_from_world, 16, converted.cascades[i].column);
+  for (std::uint32_t i = 0; i < view.shadow_cascade_count; ++i) converted.cascades[i] = mat4(view.shadow_cascades[i].clip_from_world);
   return converted;
 }
 
@@ -85,9 +51,43 @@ constexpr VkPipelineStageFlags2 kShaders =
 
 }  // namespace
 
-void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod) {
+void Renderer::want_mesh(const MeshPipelines& pipelines, const MeshBuffer& mesh) {
+  for (const SurfaceTextures& textures : mesh.textures) {
+    const std::size_t textured = textures.color != kNoTexture ? 1 : 0;
+    pipelines_.want(*pipelines.plain[textured]);
+    if (textures.normal_map != kNoTexture) pipelines_.want(*pipelines.relief[textured]);
+  }
+}
+
+void Renderer::want_leaves(const PlantSlot& plant) {
+  for (const std::uint32_t texture : plant.leaf_textures) pipelines_.want(*passes_.camera.leaf[texture != kNoTexture ? 1 : 0]);
+}
+
+bool Renderer::can_draw_leaf_meshes(const PlantSlot& plant) const {
+  const auto drawable = [&](const SurfaceTextures& textures) {
+    return passes_.camera.leaf_mesh.plain[textures.color != kNoTexture ? 1 : 0]->handle() != VK_NULL_HANDLE;
+  };
+  return std::ranges::all_of(std::span(plant.meshes).subspan(kMaxWoodLods, plant.leaf_mesh_count),
+                             [&](const MeshBuffer& mesh) { return std::ranges::all_of(mesh.textures, drawable); });
+}
+
+Renderer::Ready Renderer::want(const coppice_view& view) {
+  if (view.kind == COPPICE_VIEW_SHADOW)
+    for (const std::size_t textured : {0u, 1u}) {
+      if (passes_.camera.leaf[textured]->wanted) pipelines_.want(*passes_.shadow.leaf[textured]);
+      if (passes_.camera.wood.plain[textured]->wanted) pipelines_.want(*passes_.shadow.wood.plain[textured]);
+    }
+  return {pipelines_.want(*passes_.cull[view.debug_view != COPPICE_DEBUG_NONE ? 1 : 0]), raster_ && raster_->want(view)};
+}
+
+void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& engine_view, const LodView& lod) {
   if (!drawable_) return;
   const Functions& vk = device_.vk;
+  // Until what shows its colours is built a debug view is shown as any other.
+  coppice_view view = engine_view;
+  view.debug_view = COPPICE_DEBUG_NONE;
+  Ready ready = want(view);
+  if (engine_view.debug_view != COPPICE_DEBUG_NONE && want(engine_view) == ready) view.debug_view = engine_view.debug_view;
   View constants = gpu_view(view, lod, instance_slot_count_, is_reversed(desc_.attachments.depth_compare));
   view_set_ = set_of(view);
   constants.debug_colors = gpu_address(fixed_.debug_colors.address);
@@ -95,17 +95,17 @@ void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const 
                  VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT);
   update_buffer(cmd, fixed_.view, &constants, sizeof constants);
-  update_buffer(cmd, fixed_.wood_commands, wood_templates_.data(), wood_templates_.size() * sizeof(DrawCommand));
+  update_buffer(cmd, fixed_.wood_commands, mesh_templates_.data(), mesh_templates_.size() * sizeof(DrawCommand));
   vk.vkCmdFillBuffer(cmd, fixed_.leaf_counts.buffer, 0, VK_WHOLE_SIZE, 0);
   vk.vkCmdFillBuffer(cmd, fixed_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
-  rastered_ = raster_ && raster_->wanted_bytes(view) <= room_bytes() && raster_->begin_view(cmd, view, frame_);
+  rastered_ = ready.raster && raster_->wanted_bytes(view) <= room_bytes() && raster_->begin_view(cmd, view, frame_);
   memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
                  VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
                      VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
   if (rastered_) {
     raster_->record(cmd, view_set_, instance_slot_count_, timer_.exists() ? &timer_ : nullptr);
-  } else if (instance_slot_count_ > 0) {
-    vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.cull[view.debug_view != COPPICE_DEBUG_NONE ? 1 : 0]);
+  } else if (instance_slot_count_ > 0 && ready.cull) {
+    vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.cull[view.debug_view != COPPICE_DEBUG_NONE ? 1 : 0]->handle());
     vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.layout, 0, 1, &view_set_, 0, nullptr);
     vk.vkCmdDispatch(cmd, (instance_slot_count_ + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
   }
@@ -152,21 +152,24 @@ void Renderer::record_draw(VkCommandBuffer cmd, const coppice_view& view) const 
     if (plant_counts_[plant] > 0) draw_leaves(cmd, pipelines, plant);
 }
 
-void Renderer::bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push,
-                         const std::array<VkPipeline, 2>& pipelines) const {
+bool Renderer::bind_draw(VkCommandBuffer cmd, const PlantSlot& plant, const DrawPush& push,
+                         const std::array<Pipeline*, 2>& pipelines) const {
   const bool textured = push.texture != kNoTexture;
   const bool resident = textured && plant.textures[push.texture].visible;
   const VkDescriptorSet set = resident ? plant.textures[push.texture].set.set : default_set_.set;
-  device_.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines[textured ? 1 : 0]);
+  const VkPipeline pipeline = pipelines[textured ? 1 : 0]->handle();
+  if (pipeline == VK_NULL_HANDLE) return false;
+  device_.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   device_.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 1, 1, &set, 0, nullptr);
   device_.vk.vkCmdPushConstants(cmd, passes_.layout, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof push, &push);
+  return true;
 }
 
 void Renderer::draw_leaves(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t index) const {
   const PlantSlot& plant = plants_[index];
   const Plant& record = records_[index];
   for (std::uint32_t texture : plant.leaf_textures) {
-    bind_draw(cmd, plant, {.plant = index, .texture = texture}, pipelines.leaf);
+    if (!bind_draw(cmd, plant, {.plant = index, .texture = texture}, pipelines.leaf)) continue;
     const auto draw = [&](std::uint32_t first, std::uint32_t kind, std::uint32_t most) {
       if (most == 0) return;
       device_.vk.vkCmdDrawIndexedIndirectCount(cmd, leaf_commands_.buffer, std::uint64_t{first} * sizeof(DrawCommand),
@@ -181,16 +184,15 @@ void Renderer::draw_leaves(VkCommandBuffer cmd, const DrawPipelines& pipelines, 
 
 void Renderer::draw_wood(VkCommandBuffer cmd, const DrawPipelines& pipelines, std::uint32_t index, std::uint32_t lod) const {
   const Plant& record = records_[index];
-  draw_mesh(cmd, index, plants_[index].wood[lod],
+  draw_mesh(cmd, index, plants_[index].meshes[lod],
             {.list_first = record.wood_list_base + lod * record.instance_count,
              .command = index * kMeshCommands + lod,
-             .pipelines = &pipelines.wood,
-             .relief = &pipelines != &passes_.shadow});
+             .pipelines = &pipelines.wood});
 }
 
 void Renderer::draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t index, std::uint32_t chunk) const {
   const Plant& record = records_[index];
-  draw_mesh(cmd, index, plants_[index].leaf_meshes[chunk],
+  draw_mesh(cmd, index, plants_[index].meshes[kMaxWoodLods + chunk],
             {.list_first = record.leaf_mesh_list_base,
              .command = index * kMeshCommands + kMaxWoodLods + chunk,
              .pipelines = &passes_.camera.leaf_mesh});
@@ -200,18 +202,21 @@ void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuf
   device_.vk.vkCmdBindIndexBuffer(cmd, mesh.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
   const PlantSlot& plant = plants_[index];
   for (const SurfaceTextures& textures : mesh.textures) {
-    // What has its normal map on the way is drawn without for as long.
-    const bool relief = draw.relief && textures.normal_map != kNoTexture && plant.textures[textures.normal_map].visible;
+    // What has its normal map or its pipeline on the way is drawn without for as long; shadow views have none.
+    const Pipeline* in_relief = draw.pipelines->relief[textures.color != kNoTexture ? 1 : 0];
+    const bool relief = in_relief != nullptr && in_relief->handle() != VK_NULL_HANDLE && textures.normal_map != kNoTexture &&
+                        plant.textures[textures.normal_map].visible;
     if (relief)
       device_.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 2, 1,
                                          &plant.textures[textures.normal_map].set.set, 0, nullptr);
-    bind_draw(cmd, plant,
-              {.plant = index,
-               .texture = textures.color,
-               .vertices = mesh.vertices,
-               .wood_list_first = draw.list_first,
-               .normal_map = textures.normal_map},
-              relief ? draw.pipelines->relief : draw.pipelines->plain);
+    if (!bind_draw(cmd, plant,
+                   {.plant = index,
+                    .texture = textures.color,
+                    .vertices = mesh.vertices,
+                    .wood_list_first = draw.list_first,
+                    .normal_map = textures.normal_map},
+                   relief ? draw.pipelines->relief : draw.pipelines->plain))
+      continue;
     // One draw or none, as there are instances. Not vkCmdDrawIndexedIndirect: after draws with a count, lavapipe of Mesa 22.3 reads their
     // count for it too, and in a view without quads everything would vanish.
     const VkDeviceSize command = draw.command * sizeof(DrawCommand);

@@ -32,6 +32,8 @@ VkImageMemoryBarrier2 layout_change(VkImage image, VkImageLayout from, VkImageLa
           .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1}};
 }
 
+constexpr VkBufferUsageFlags kAddressed = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+
 template <class T>
 std::span<const std::uint8_t> bytes_of(std::span<const T> values) {
   return {reinterpret_cast<const std::uint8_t*>(values.data()), values.size_bytes()};
@@ -45,10 +47,6 @@ void Renderer::record_upload_begin(VkCommandBuffer cmd) {
 }
 
 Result<StagingSlice> Renderer::stage(std::uint64_t bytes) {
-  if (bytes <= kStagingSliceBytes && bytes > staging_.room_bytes() && bytes > room_bytes()) {
-    lacking_bytes_ = std::max(lacking_bytes_, bytes);
-    return Error{Status::out_of_memory, "memory budget: no room for staging now"};
-  }
   return staging_.allocate(device_, garbage_, frame_, bytes);
 }
 
@@ -68,96 +66,63 @@ Result<void> Renderer::stage_patch(PlantSlot& plant, std::uint64_t offset, std::
   return {};
 }
 
-Result<void> Renderer::stage_first_page(std::uint32_t index, const PageUpload& upload) {
-  PlantSlot& plant = plants_[index];
-  const std::vector<std::uint32_t> crown = pack_crown(*upload.light);
-  COPPICE_CHECK(stage_patch(plant, plant.crown_offset, bytes_of(std::span(crown))));
-  const PlacedCuts cuts = place_cuts(plant, *upload.ready_cuts);
-  COPPICE_CHECK(stage_patch(plant, plant.lists_offset, bytes_of(std::span<const ClusterList>(cuts.lists))));
-  COPPICE_CHECK(stage_patch(plant, plant.cuts_offset, cuts.bytes));
+Result<void> Renderer::stage_cuts(PlantSlot& plant, ReadyCuts& cuts) {
+  move_ready_cuts(plant.record.leaf_count, cuts.lists, cuts.bytes.span(), plant.tables.address + plant.layout.cuts_at);
+  COPPICE_CHECK(stage_patch(plant, plant.layout.lists_at, bytes_of(std::span<const ClusterList>(cuts.lists))));
+  COPPICE_CHECK(stage_patch(plant, plant.layout.cuts_at, cuts.bytes.span()));
   plant.has_cuts = true;
-  if (raster_) raster_->meshes().set_light(index, upload.light);
+  want_leaves(plant);
   return {};
 }
 
 Result<void> Renderer::upload_page(const PageUpload& upload) {
   PlantSlot& plant = plants_[upload.plant];
-  COPPICE_ASSERT(plant.used && plant.page_slots[upload.page] == PagePool::kNoSlot && upload.clusters.size() == kPageBytes);
+  COPPICE_ASSERT(plant.used && plant.pages[upload.page].buffer == VK_NULL_HANDLE && upload.clusters.size() == kPageBytes);
   COPPICE_TRY(page, stage(kPageBytes));
-  if (upload.page == 0) COPPICE_CHECK(stage_first_page(upload.plant, upload));
-  COPPICE_TRY(slot, pages_.allocate(device_));
-  const uvec2 address = gpu_address(pages_.address(slot));
-  auto patched = stage_patch(plant, plant.pages_offset + upload.page * sizeof address, bytes_of(std::span(&address, 1)));
+  if (upload.page == 0) COPPICE_CHECK(stage_cuts(plant, *upload.ready_cuts));
+  COPPICE_TRY(buffer, create_buffer(device_, kPageBytes, kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, MemoryKind::device));
+  const uvec2 address = gpu_address(buffer.address);
+  auto patched = stage_patch(plant, plant.layout.pages_at + upload.page * sizeof address, bytes_of(std::span(&address, 1)));
   if (!patched) {
-    pages_.free(device_, slot);
+    destroy_buffer(device_, buffer);
     return patched;
   }
-  // Mapped memory is slow to read: what changes is changed before.
-  constexpr std::size_t kHeadBytes = kBlockClusters * sizeof(Cluster);
-  std::array<std::uint8_t, kHeadBytes> head;
-  std::ranges::copy(upload.clusters.first(kHeadBytes), head.begin());
-  move_clusters(head, kBlockClusters, pages_.address(slot));
-  std::memcpy(page.data, head.data(), kHeadBytes);
-  std::memcpy(page.data + kHeadBytes, upload.clusters.data() + kHeadBytes, kPageBytes - kHeadBytes);
-  copies_.push_back({page.buffer, pages_.buffer(slot), {page.offset, pages_.offset(slot), kPageBytes}});
-  plant.page_slots[upload.page] = slot;
+  move_clusters(upload.clusters, kBlockClusters, buffer.address);
+  std::memcpy(page.data, upload.clusters.data(), kPageBytes);
+  copies_.push_back({page.buffer, buffer.buffer, {page.offset, 0, kPageBytes}});
+  plant.pages[upload.page] = buffer;
   charged_bytes_ += kPageBytes;
   return {};
 }
 
-Result<void> Renderer::upload_wood(std::uint32_t plant_index, std::uint32_t lod, const WoodMesh& mesh) {
-  PlantSlot& plant = plants_[plant_index];
-  COPPICE_ASSERT(plant.used && plant.wood[lod].buffer.buffer == VK_NULL_HANDLE);
-  if (mesh.indices.empty()) return {};
-  COPPICE_TRY(wood, stage_mesh(plant, mesh, ChunkVertex::wood));
-  plant.wood[lod] = std::move(wood);
-  if (raster_) raster_->meshes().add_mesh(plant_index, kWoodLists + lod, mesh);
-  return {};
-}
-
-Result<void> Renderer::upload_leaf_mesh(std::uint32_t plant_index, std::uint32_t index, const WoodMesh& mesh) {
-  PlantSlot& plant = plants_[plant_index];
-  COPPICE_ASSERT(plant.used && index < plant.leaf_mesh_count && plant.leaf_meshes[index].buffer.buffer == VK_NULL_HANDLE);
-  COPPICE_TRY(leaves, stage_mesh(plant, mesh, ChunkVertex::leaf_mesh));
-  plant.leaf_meshes[index] = std::move(leaves);
-  if (raster_ && MeshLists::mesh_bytes(mesh) <= room_bytes()) raster_->meshes().add_mesh(plant_index, kMeshLists + index, mesh);
-  return {};
-}
-
-namespace {
-
-template <class Vertex>
-void write_vertex(std::uint8_t* vertices, std::size_t i, const Vertex& vertex) {
-  std::memcpy(vertices + i * sizeof vertex, &vertex, sizeof vertex);
-}
-
-}  // namespace
-
-Result<Renderer::MeshBuffer> Renderer::stage_mesh(const PlantSlot& plant, const WoodMesh& mesh, ChunkVertex kind) {
-  const std::uint64_t vertex_bytes = mesh.vertices.size() * (kind == ChunkVertex::wood ? sizeof(WoodVertex) : sizeof(LeafMeshVertex));
-  const std::uint64_t index_bytes = mesh.indices.size() * sizeof(std::uint32_t);
-  COPPICE_TRY(slice, stage(vertex_bytes + index_bytes));
-  COPPICE_TRY(buffer, create_buffer(device_, vertex_bytes + index_bytes,
-                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT |
-                                        VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
-                                    MemoryKind::device));
-  MeshBuffer staged;
-  staged.buffer = buffer;
-  staged.vertices = gpu_address(buffer.address + index_bytes);
-  staged.index_count = static_cast<std::uint32_t>(mesh.indices.size());
-  staged.charged_bytes = vertex_bytes + index_bytes;
-  charged_bytes_ += staged.charged_bytes;
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    if (kind == ChunkVertex::wood)
-      write_vertex(slice.data + index_bytes, i, gpu_wood_vertex(mesh.vertices[i]));
-    else
-      write_vertex(slice.data + index_bytes, i, gpu_leaf_mesh_vertex(mesh.vertices[i]));
-    const SurfaceTextures& textures = plant.material_textures[mesh.vertices[i].material];
-    if (std::ranges::find(staged.textures, textures) == staged.textures.end()) staged.textures.push_back(textures);
+Result<void> Renderer::upload_mesh(const MeshUpload& upload) {
+  PlantSlot& plant = plants_[upload.plant];
+  MeshBuffer& mesh = plant.meshes[upload.mesh];
+  MeshBlock& block = *upload.block;
+  COPPICE_ASSERT(plant.used && mesh.buffer.buffer == VK_NULL_HANDLE);
+  COPPICE_TRY(slice, stage(block.bytes.size()));
+  COPPICE_TRY(buffer, create_buffer(device_, block.bytes.size(),
+                                    kAddressed | VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::device));
+  block.move(buffer.address);
+  auto patched = stage_patch(plant, plant.layout.lists_at + (kWoodLists + upload.mesh) * sizeof(ClusterList),
+                             bytes_of(std::span<const ClusterList>(&block.list, 1)));
+  if (!patched) {
+    destroy_buffer(device_, buffer);
+    return patched;
   }
-  std::memcpy(slice.data, mesh.indices.data(), index_bytes);
-  copies_.push_back({slice.buffer, buffer.buffer, {slice.offset, 0, vertex_bytes + index_bytes}});
-  return staged;
+  std::memcpy(slice.data, block.bytes.data(), block.bytes.size());
+  copies_.push_back({slice.buffer, buffer.buffer, {slice.offset, 0, block.bytes.size()}});
+  mesh = {.buffer = buffer,
+          .vertices = gpu_address(buffer.address + block.vertices_at),
+          .index_count = block.index_count,
+          .cluster_count = block.list.cluster_count};
+  for (std::size_t material = 0; material < plant.material_textures.size(); ++material) {
+    const SurfaceTextures& textures = plant.material_textures[material];
+    if (block.materials[material] && std::ranges::find(mesh.textures, textures) == mesh.textures.end()) mesh.textures.push_back(textures);
+  }
+  want_mesh(upload.mesh < kMaxWoodLods ? passes_.camera.wood : passes_.camera.leaf_mesh, mesh);
+  charged_bytes_ += buffer.size_bytes;
+  return {};
 }
 
 Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t index, std::span<const std::uint8_t> bytes) {
@@ -177,7 +142,6 @@ Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t i
   }
   plant_texture = {.texture = texture, .set = *set, .visible = true, .charged_bytes = bytes.size()};
   charged_bytes_ += bytes.size();
-  if (raster_) raster_->meshes().add_texture(plant_index, index, bytes);
   return {};
 }
 
@@ -257,15 +221,25 @@ std::uint64_t fair_share(std::vector<std::uint64_t> wanted, std::uint64_t share)
 
 }  // namespace
 
-void Renderer::fill_leaf_meshes(std::uint32_t index, bool resident) {
+void Renderer::fill_meshes(std::uint32_t index, const PlantResidency& residency) {
   const PlantSlot& plant = plants_[index];
   Plant& record = records_[index];
-  record.leaf_mesh_count = resident ? plant.leaf_mesh_count : 0;
-  for (std::uint32_t i = 0; i < record.leaf_mesh_count; ++i) {
-    const MeshBuffer& mesh = plant.leaf_meshes[i];
-    COPPICE_ASSERT(mesh.index_count > 0);
-    record.leaf_mesh_triangles += mesh.index_count / 3;
-    wood_templates_[index * kMeshCommands + kMaxWoodLods + i] = {.index_count = mesh.index_count};
+  for (std::uint32_t i = 0; i < kMeshCommands; ++i)
+    mesh_templates_[index * kMeshCommands + i] = {.index_count = plant.meshes[i].index_count};
+  for (std::uint32_t lod = 0; lod < record.wood_lod_count; ++lod) {
+    const MeshBuffer& wood = plant.meshes[lod];
+    record.wood_index_counts[lod] = wood.index_count;
+    if (wood.index_count > 0) record.wood_resident_mask |= residency.wood_mask & 1u << lod;
+    if (raster_ && wood.cluster_count > 0) record.wood_list_mask |= 1u << lod;
+  }
+  if (!residency.leaf_meshes || !can_draw_leaf_meshes(plant)) return;
+  record.leaf_mesh_count = record.mesh_list_count = plant.leaf_mesh_count;
+  for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i) {
+    const MeshBuffer& leaves = plant.meshes[kMaxWoodLods + i];
+    COPPICE_ASSERT(leaves.index_count > 0);
+    record.leaf_mesh_triangles += leaves.index_count / 3;
+    record.mesh_cluster_count += leaves.cluster_count;
+    if (!raster_ || leaves.cluster_count == 0) record.mesh_list_count = 0;
   }
 }
 
@@ -275,16 +249,9 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
     plant_counts_[i] = plant.used ? instances.plant_count(i) : 0;
     records_[i] = plant.record;
     if (!plant.used) continue;
-    Plant& record = records_[i];
-    record.instance_count = plant_counts_[i];
-    record.resident_leaf_count = plant.has_cuts ? std::clamp(residency[i].leaf_count, 1u, kMaxDrawnLeaves) : 0;
-    for (std::uint32_t lod = 0; lod < record.wood_lod_count; ++lod) {
-      const MeshBuffer& wood = plant.wood[lod];
-      record.wood_index_counts[lod] = wood.index_count;
-      if (wood.index_count > 0) record.wood_resident_mask |= residency[i].wood_mask & 1u << lod;
-      wood_templates_[i * kMeshCommands + lod] = {.index_count = wood.index_count};
-    }
-    fill_leaf_meshes(i, residency[i].leaf_meshes);
+    records_[i].instance_count = plant_counts_[i];
+    records_[i].resident_leaf_count = plant.has_cuts ? std::clamp(residency[i].leaf_count, 1u, kMaxDrawnLeaves) : 0;
+    fill_meshes(i, residency[i]);
   }
 }
 
@@ -337,35 +304,18 @@ Result<void> Renderer::reserve_draws() {
   return frame_set_stale_ ? rebuild_frame_set() : Result<void>();
 }
 
-Result<void> Renderer::stage_raster() {
-  if (!raster_) return {};
-  MeshLists& meshes = raster_->meshes();
-  const std::uint64_t taken = overhead_bytes() - meshes.kept_bytes() + kSmallBytes;
-  meshes.update({most_overhead_bytes_ - std::min(most_overhead_bytes_, taken), staging_.room_bytes()});
-  for (std::uint32_t i = 0; i < plants_.size(); ++i)
-    if (plants_[i].used) meshes.fill_record(i, records_[i]);
-  std::vector<MeshCopy>& copies = meshes.copies();
-  while (!copies.empty()) {
-    const MeshCopy& copy = copies.back();
-    COPPICE_TRY(slice, stage(copy.bytes.size()));
-    std::memcpy(slice.data, copy.bytes.data(), copy.bytes.size());
-    patches_.push_back({slice.buffer, copy.to, {slice.offset, copy.offset, copy.bytes.size()}});
-    copies.pop_back();
-  }
-  return {};
-}
-
 Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency) {
+  limit_memory(0);
   COPPICE_CHECK(stage_once());
   COPPICE_CHECK(stage_plant_tables());
   COPPICE_CHECK(stage_instances(instances));
   fill_records(instances, residency);
-  COPPICE_CHECK(reserve_draws());
-  return stage_raster();
+  return reserve_draws();
 }
 
 Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency) {
   COPPICE_ASSERT(upload_cmd_ != VK_NULL_HANDLE && residency.size() >= plants_.size());
+  limit_memory(0);
   auto staged = stage_frame(instances, residency);
   if (timer_.exists()) timer_.begin(device_, upload_cmd_, frame_, completed_);
   memory_barrier(device_, upload_cmd_, kReadStages | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "page_clusters.h"
-
 namespace coppice::gpu {
 
 void Garbage::collect(Device& device, std::uint64_t completed_frame) {
@@ -59,56 +57,6 @@ std::uint64_t Staging::room_bytes() const {
   const std::uint64_t free = capacity - (head_ - tail_);
   const std::uint64_t to_end = std::min(free, capacity - head_ % capacity);
   return std::max(to_end, free - to_end);
-}
-
-void PagePool::destroy(Device& device) {
-  for (Block& block : blocks_)
-    if (block.buffer.buffer != VK_NULL_HANDLE) destroy_buffer(device, block.buffer);
-  blocks_.clear();
-}
-
-std::uint64_t PagePool::offset(std::uint32_t slot) const {
-  return slot % block_pages_ * kPageBytes;
-}
-
-std::uint64_t PagePool::block_bytes() const {
-  return block_pages_ * kPageBytes;
-}
-
-std::uint64_t PagePool::slack_bytes() const {
-  std::uint64_t free_slots = 0;
-  for (const Block& block : blocks_) free_slots += block.free_slots.size();
-  return free_slots * kPageBytes;
-}
-
-Result<std::uint32_t> PagePool::allocate(Device& device) {
-  for (std::uint32_t index = 0; index < blocks_.size(); ++index) {
-    Block& block = blocks_[index];
-    if (block.free_slots.empty()) continue;
-    const std::uint32_t slot = block.free_slots.back();
-    block.free_slots.pop_back();
-    ++block.used;
-    return slot;
-  }
-  COPPICE_TRY(buffer, create_buffer(
-                          device, block_bytes(),
-                          VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
-                          MemoryKind::device));
-  std::uint32_t index = 0;
-  while (index < blocks_.size() && blocks_[index].buffer.buffer != VK_NULL_HANDLE) ++index;
-  if (index == blocks_.size()) blocks_.emplace_back();
-  Block& block = blocks_[index];
-  block.buffer = buffer;
-  for (std::uint32_t i = block_pages_; i-- > 0;) block.free_slots.push_back(index * block_pages_ + i);
-  return allocate(device);
-}
-
-void PagePool::free(Device& device, std::uint32_t slot) {
-  Block& block = blocks_[slot / block_pages_];
-  block.free_slots.push_back(slot);
-  if (--block.used > 0) return;
-  destroy_buffer(device, block.buffer);
-  block = {};
 }
 
 }  // namespace coppice::gpu

@@ -1,6 +1,6 @@
 #pragma once
 
-// Memory that lives from frame to frame: what waits for the GPU to be done with it, the staging ring, and the pool of page slots.
+// Memory that lives from frame to frame: what waits for the GPU to be done with it, and the staging ring.
 
 #include <cstdint>
 #include <deque>
@@ -59,37 +59,6 @@ class Staging {
   Buffer ring_;
   std::uint64_t head_ = 0, tail_ = 0;  ///< grow for ever; the place in the ring is the remainder
   std::deque<Mark> marks_;
-};
-
-/// Fixed slots of kPageBytes, in blocks that are taken from the device as the pool grows and given back when a block is empty.
-class PagePool {
- public:
-  static constexpr std::uint32_t kNoSlot = 0xffffffffu;
-
-  /// block_pages  slots in a block, > 0
-  void configure(std::uint32_t block_pages) { block_pages_ = block_pages; }
-  void destroy(Device& device);
-
-  /// errors  out_of_memory
-  Result<std::uint32_t> allocate(Device& device);
-  /// The GPU must be done with the slot.
-  void free(Device& device, std::uint32_t slot);
-
-  [[nodiscard]] VkBuffer buffer(std::uint32_t slot) const { return blocks_[slot / block_pages_].buffer.buffer; }
-  [[nodiscard]] std::uint64_t offset(std::uint32_t slot) const;
-  [[nodiscard]] VkDeviceAddress address(std::uint32_t slot) const { return blocks_[slot / block_pages_].buffer.address + offset(slot); }
-  [[nodiscard]] std::uint64_t block_bytes() const;
-  /// Bytes of slots that are allocated and free.
-  [[nodiscard]] std::uint64_t slack_bytes() const;
-
- private:
-  struct Block {
-    Buffer buffer;
-    std::uint32_t used = 0;
-    std::vector<std::uint32_t> free_slots;
-  };
-  std::uint32_t block_pages_ = 1;
-  std::vector<Block> blocks_;  ///< a block without a buffer is a hole, to be filled by the next growth
 };
 
 }  // namespace coppice::gpu

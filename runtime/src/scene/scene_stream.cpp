@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
-#include <mutex>
 #include <new>
 #include <string_view>
 
 #include "bounded_list.h"
 #include "check.h"
+#include "completion_queue.h"
 #include "io_result.h"
 
 namespace coppice {
@@ -35,12 +34,10 @@ enum class ReadStage : std::uint8_t {
   done,
 };
 
-struct ReadQueue;
-
 /// A tile on its way. While a hook owns it, the frame's thread leaves it alone.
 struct Read {
   ReadStage stage = ReadStage::idle;
-  ReadQueue* queue = nullptr;
+  CompletionQueue<Read>* queue = nullptr;
   const SceneFile* scene = nullptr;
   std::uint32_t tile = 0;
   HookBuffer bytes;
@@ -50,34 +47,6 @@ struct Read {
   Result<void> outcome;
   bool species_settled = false;  ///< all of its species are open or have failed
   Read* next = nullptr;          ///< in the queue
-};
-
-/// What came back from hooks. push: any thread; the rest: the frame's thread.
-struct ReadQueue {
-  std::mutex mutex;
-  std::condition_variable all_back;
-  Read* first = nullptr;
-  std::uint32_t expected = 0;
-
-  void expect() {
-    const std::lock_guard lock(mutex);
-    ++expected;
-  }
-  // Notifies under the lock: the waiter may destroy the queue as soon as it can take it.
-  void push(Read* read) {
-    const std::lock_guard lock(mutex);
-    read->next = first;
-    first = read;
-    if (--expected == 0) all_back.notify_all();
-  }
-  Read* take_all() {
-    const std::lock_guard lock(mutex);
-    return std::exchange(first, nullptr);
-  }
-  void wait_for_all() {
-    std::unique_lock lock(mutex);
-    all_back.wait(lock, [this] { return expected == 0; });
-  }
 };
 
 void on_read(void* argument, std::int64_t bytes_read) {
@@ -94,14 +63,14 @@ void run_decode(void* argument) {
 
 /// Reads the start of the file through the hook and waits, also for further tries.
 Result<void> read_now(const coppice_io& io, std::int64_t file, std::span<std::uint8_t> out, std::uint64_t (*clock_ns)()) {
-  ReadQueue queue;
+  CompletionQueue<Read> queue;
   Read read;
   read.queue = &queue;
   for (;;) {
     queue.expect();
     io.read(io.user, file, 0, out.data(), out.size(), on_read, &read);
     queue.wait_for_all();
-    queue.take_all();
+    queue.take();
     if (read.bytes_read == static_cast<std::int64_t>(out.size())) return {};
     if (!read.retry.pause(clock_ns())) return read_error(read.bytes_read, out.size(), 0);
     wait_until(clock_ns, read.retry.again_ns);
@@ -133,7 +102,7 @@ struct SceneStream::State {
   HookArray<SpeciesEntry> species;
   HookArray<char> species_paths;  ///< zero-terminated
   HookArray<Read> reads;
-  ReadQueue queue;
+  CompletionQueue<Read> queue;
   std::uint64_t frame = 0, retry_frame = 0;
 
   // At their largest from the start, so that what the scene takes does not grow with the view.
@@ -269,12 +238,7 @@ Read* SceneStream::State::idle_read() {
 }
 
 void SceneStream::State::collect() {
-  for (Read* read = queue.take_all(); read != nullptr; read = queue.take_all())
-    while (read != nullptr) {
-      Read* next = read->next;
-      finish(*read);
-      read = next;
-    }
+  while (Read* read = queue.take()) finish(*read);
 }
 
 void SceneStream::State::free_read(Read& read) {
@@ -507,10 +471,6 @@ std::optional<WantedSpecies> SceneStream::next_species() {
 
 void SceneStream::species_opening(std::uint32_t species) {
   state_->species[species].state = SpeciesState::opening;
-}
-
-void SceneStream::species_wanted(std::uint32_t species) {
-  state_->species[species].state = SpeciesState::wanted;
 }
 
 void SceneStream::species_opened(std::uint32_t species, bool success) {

@@ -92,10 +92,8 @@ class SceneStream {
 
   /// A plant to open. One that is not where it may be has failed instead, with a line to the log.
   [[nodiscard]] std::optional<WantedSpecies> next_species();
-  /// It is being opened: next_species() names it no more, until species_opened() or species_wanted().
+  /// It is being opened: next_species() names it no more, until species_opened().
   void species_opening(std::uint32_t species);
-  /// It could not be opened for now.
-  void species_wanted(std::uint32_t species);
   /// success: false, it is never asked for again and its instances are left out
   void species_opened(std::uint32_t species, bool success);
   [[nodiscard]] SpeciesState species_state(std::uint32_t species) const;

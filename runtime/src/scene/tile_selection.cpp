@@ -1,6 +1,7 @@
 #include "tile_selection.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -18,8 +19,8 @@ float size_px(float radius_m, float distance_m, const SceneEye& eye) {
 
 /// No descendant of the tile is larger: they stand in its square and have no larger plants.
 float most_size_px(const SceneTile& tile, const SceneEye& eye) {
-  const float x = gap(eye.position_m[0], tile.square_min_m[0], tile.square_min_m[0] + tile.square_side_m);
-  const float z = gap(eye.position_m[2], tile.square_min_m[1], tile.square_min_m[1] + tile.square_side_m);
+  const float x = gap(eye.position_m.x, tile.square_min_m[0], tile.square_min_m[0] + tile.square_side_m);
+  const float z = gap(eye.position_m.z, tile.square_min_m[1], tile.square_min_m[1] + tile.square_side_m);
   return size_px(tile.entry.max_radius, std::sqrt(x * x + z * z), eye);
 }
 
@@ -39,12 +40,8 @@ float bin_start_px(std::uint32_t bin) {
 }  // namespace
 
 float tile_size_px(const SceneTile& tile, const SceneEye& eye) {
-  float squared = 0.0f;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float distance = gap(eye.position_m[axis], tile.entry.box_min[axis], tile.entry.box_max[axis]);
-    squared += distance * distance;
-  }
-  return size_px(tile.entry.max_radius, std::sqrt(squared), eye);
+  const vec3 &eye_m = eye.position_m, low(tile.entry.box_min), high(tile.entry.box_max);
+  return size_px(tile.entry.max_radius, length(max(max(low - eye_m, eye_m - high), vec3(0.0f))), eye);
 }
 
 std::size_t gather_tiles(const SceneFile& scene, const SceneEye& eye, float floor_px, std::span<std::uint32_t> scratch,

@@ -2,18 +2,18 @@
 
 // Which tiles of a scene a view wants. Pure functions of the scene's front.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 #include "scene_reader.h"
+#include "vectors.h"
 
 namespace coppice {
 
 /// The camera as tiles see it: it may look anywhere, so that turning the head loads nothing.
 struct SceneEye {
-  std::array<float, 3> position_m{};
+  vec3 position_m{};
   float focal_px = 1.0f;  ///< half the image height times |clip_from_view[1][1]|
   float near_m = 0.1f;    ///< nearer counts as this near
 };

@@ -7,14 +7,12 @@ namespace coppice {
 
 InstanceBounds instance_bounds(std::span<const InstanceSphere> slots) {
   InstanceBounds bounds;
-  std::array<float, 3> low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  vec3 low(INFINITY), high(-INFINITY);
   float radius_sum_m = 0.0f;
   for (const InstanceSphere& sphere : slots) {
     if (sphere.plant == InstanceSphere::kNoPlant) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], sphere.center_m[axis] - sphere.radius_m);
-      high[axis] = std::max(high[axis], sphere.center_m[axis] + sphere.radius_m);
-    }
+    low = min(low, sphere.center_m - vec3(sphere.radius_m));
+    high = max(high, sphere.center_m + vec3(sphere.radius_m));
     bounds.max_instance_radius_m = std::max(bounds.max_instance_radius_m, sphere.radius_m);
     radius_sum_m += sphere.radius_m;
     const bool same = bounds.instance_count == 0 || bounds.plant == sphere.plant;
@@ -23,13 +21,10 @@ InstanceBounds instance_bounds(std::span<const InstanceSphere> slots) {
   }
   if (bounds.instance_count == 0) return bounds;
   bounds.mean_instance_radius_m = radius_sum_m / static_cast<float>(bounds.instance_count);
-  for (std::size_t axis = 0; axis < 3; ++axis) bounds.center_m[axis] = 0.5f * (low[axis] + high[axis]);
-  for (const InstanceSphere& sphere : slots) {
-    if (sphere.plant == InstanceSphere::kNoPlant) continue;
-    const float x = sphere.center_m[0] - bounds.center_m[0], y = sphere.center_m[1] - bounds.center_m[1],
-                z = sphere.center_m[2] - bounds.center_m[2];
-    bounds.radius_m = std::max(bounds.radius_m, std::sqrt(x * x + y * y + z * z) + sphere.radius_m);
-  }
+  bounds.center_m = 0.5f * (low + high);
+  for (const InstanceSphere& sphere : slots)
+    if (sphere.plant != InstanceSphere::kNoPlant)
+      bounds.radius_m = std::max(bounds.radius_m, distance(sphere.center_m, bounds.center_m) + sphere.radius_m);
   return bounds;
 }
 

@@ -15,8 +15,8 @@ inline constexpr std::uint32_t kInstanceBlockSlots = 32;
 
 /// What is known of a block's instances together.
 struct InstanceBounds {
-  std::array<float, 3> center_m{};  ///< of a sphere round all of their spheres, world space
-  float radius_m = -1.0f;           ///< of it; negative: no instance
+  vec3 center_m{};         ///< of a sphere round all of their spheres, world space
+  float radius_m = -1.0f;  ///< of it; negative: no instance
   float max_instance_radius_m = 0.0f;
   float mean_instance_radius_m = 0.0f;
   std::uint32_t instance_count = 0;

@@ -8,14 +8,13 @@
 
 namespace coppice {
 
-namespace {
-
-float distance_m(const std::array<float, 3>& a, const std::array<float, 3>& b) {
-  const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-  return std::sqrt(x * x + y * y + z * z);
+std::array<vec4, 5> frustum_planes(const mat4& clip_from_world) {
+  const mat4 rows = transpose(clip_from_world);
+  const vec4 &x = rows.column[0], &y = rows.column[1], &w = rows.column[3];
+  std::array<vec4, 5> planes{w + x, w - x, w + y, w - y, w};
+  for (vec4& plane : planes) plane = plane * (1.0f / length(plane.xyz()));
+  return planes;
 }
-
-}  // namespace
 
 std::vector<std::uint32_t> pack_lod_table(const PlantFile& file) {
   std::vector<std::uint32_t> words(file.error_leaf_counts);
@@ -38,7 +37,7 @@ lod::CoppiceTable lod_table(const PlantFile& file, std::span<const std::uint32_t
 
 InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t instance_index, const LodPlant& plant, const LodView& view) {
   const float size_px =
-      lod::coppice_projected_size_px(distance_m(instance.center_m, view.eye_m), instance.radius_m, view.near_m, view.focal_px);
+      lod::coppice_projected_size_px(distance(instance.center_m, view.eye_m), instance.radius_m, view.near_m, view.focal_px);
   const float threshold_px = lod::coppice_instance_threshold_px(view.error_px, instance_index);
   const auto finest = static_cast<float>(plant.resident_leaf_count);
   const lod::CoppiceColumn column = lod::coppice_column(plant.table, size_px);
@@ -77,15 +76,7 @@ std::size_t select_cut(std::span<const std::uint32_t> node_split, std::uint32_t 
 }
 
 float error_px_at(const lod::CoppiceTable& table, float leaf_count, float size_px) {
-  const lod::CoppiceColumn column = lod::coppice_column(table, size_px);
-  std::uint32_t level = 0;
-  while (level + 1 < table.level_count && static_cast<float>(lod::coppice_table_leaf_count(table, level + 1)) <= leaf_count) ++level;
-  const float error_px = lod::coppice_level_error_px(table, level, column);
-  const auto below = static_cast<float>(lod::coppice_table_leaf_count(table, level));
-  if (level + 1 == table.level_count || leaf_count <= below) return error_px;
-  const auto above = static_cast<float>(lod::coppice_table_leaf_count(table, level + 1));
-  const float share = std::log2(leaf_count / below) / std::log2(above / below);
-  return error_px + (lod::coppice_level_error_px(table, level + 1, column) - error_px) * share;
+  return lod::coppice_error_px(table, leaf_count, lod::coppice_column(table, size_px));
 }
 
 }  // namespace coppice

@@ -13,19 +13,25 @@
 
 namespace coppice {
 
+/// Half-spaces that hold what a view sees, world space: dot(xyz, p) + w >= 0, xyz unit. Left, right and the two others, then the eye's:
+/// no far plane, whose place depends on the depth convention, and fog hides what lies behind it.
+std::array<vec4, 5> frustum_planes(const mat4& clip_from_world);
+
 /// The camera as selection sees it.
 struct LodView {
-  std::array<float, 3> eye_m{};  ///< world space
+  vec3 eye_m{};                  ///< world space
   float focal_px = 1.0f;         ///< half the image height times |clip_from_view[1][1]|
   float near_m = 0.1f;           ///< > 0; nearer counts as this near
   float error_px = 2.0f;         ///< threshold, > 0
   bool discrete = false;         ///< COPPICE_LOD_DISCRETE: cuts are the discrete levels'
   bool full = false;             ///< COPPICE_LOD_FULL: every resident leaf, as modelled where that is resident, and the finest wood
+  std::array<vec4, 5> planes{};  ///< frustum_planes of clip_from_world
+  mat4 clip_from_world{};
 };
 
 /// One instance's bounding sphere in world space.
 struct InstanceSphere {
-  std::array<float, 3> center_m{};
+  vec3 center_m{};
   float radius_m = 0.0f;
   std::uint32_t plant = kNoPlant;  ///< index of its plant; kNoPlant: a hole in the array, skipped
 
@@ -67,7 +73,7 @@ void select_lods(std::span<const InstanceSphere> instances, std::span<const LodP
 /// returns     ids written: leaf_count for a valid tree
 std::size_t select_cut(std::span<const std::uint32_t> node_split, std::uint32_t leaf_count, std::span<std::uint32_t> out);
 
-/// E(leaf_count, size_px), px, between the table's levels linear in log leaf count: the inverse of coppice_leaf_count.
+/// coppice_error_px of a size.
 float error_px_at(const lod::CoppiceTable& table, float leaf_count, float size_px);
 
 }  // namespace coppice

@@ -24,15 +24,8 @@ struct PlantDemand {
 /// An instance outside the view counts this much, at half its size: turning the head should find it half ready.
 inline constexpr float kOutsideWeight = 0.1f;
 
-/// A view for demand: selection's, and the frustum's side planes.
-struct DemandView {
-  LodView lod;
-  /// Side planes, world space, inside where dot(normal, p) + d >= 0; normals unit.
-  std::array<std::array<float, 4>, 4> planes{};
-};
-
 /// From coppice_view's matrices (column-major). error  invalid_argument: the matrices are not a perspective view, or error_px <= 0
-Result<DemandView> demand_view(const coppice_view& view);
+Result<LodView> demand_view(const coppice_view& view);
 
 /// Size, px, that stands for a bin: its upper end, so that no instance is taken for smaller than it is.
 float size_bin_px(std::uint32_t bin);
@@ -40,10 +33,10 @@ float size_bin_px(std::uint32_t bin);
 /// Overwrites demands (indexed by InstanceSphere::plant). A block that is far away compared with its own size, and wholly in or out of
 /// view, counts as a whole: its instances all stand at its centre, for max_size_px at its nearest point, and where they are of one plant
 /// they are all of their mean radius. Other blocks' instances count one by one.
-void measure_demand(const InstanceBlocks& instances, const DemandView& view, std::span<PlantDemand> demands);
+void measure_demand(const InstanceBlocks& instances, const LodView& view, std::span<PlantDemand> demands);
 
 /// The same of blocks [first_block, end_block) alone, on top of what demands holds. end_block may lie beyond the last.
-void add_demand(const InstanceBlocks& instances, std::size_t first_block, std::size_t end_block, const DemandView& view,
+void add_demand(const InstanceBlocks& instances, std::size_t first_block, std::size_t end_block, const LodView& view,
                 std::span<PlantDemand> demands);
 
 }  // namespace coppice

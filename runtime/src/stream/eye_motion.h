@@ -2,7 +2,6 @@
 
 // Where the camera will be: what it wants there is asked for before it arrives.
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,16 +12,16 @@ namespace coppice {
 
 /// The eye from frame to frame.
 struct EyeMotion {
-  std::array<float, 3> eye_m{}, step_m{};
+  vec3 eye_m{}, step_m{};
   std::uint32_t frame_count = 0;  ///< seen so far; a step takes two
 };
 
 /// Takes in a frame's eye. returns  how far the eye will have moved, m, in `frames` frames: 0 unless the last two steps are about the same.
 /// A camera that starts, stops, turns sharply or jumps is not followed.
-std::array<float, 3> follow_eye(EyeMotion& motion, const std::array<float, 3>& eye_m, float frames);
+vec3 follow_eye(EyeMotion& motion, const vec3& eye_m, float frames);
 
-/// The view from an eye that has moved, looking the same way.
-DemandView moved_view(const DemandView& view, const std::array<float, 3>& by_m);
+/// The view from an eye that has moved, looking the same way: its eye and its planes.
+LodView moved_view(const LodView& view, const vec3& by_m);
 
 /// Raises each demand to what another view wants of the plant, where that is more. Both by plant index, of equal length (asserted).
 void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> others);
@@ -31,7 +30,7 @@ void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> 
 struct DemandAhead {
   EyeMotion motion;
   std::uint32_t unsteady_frames = 0;  ///< since the camera last went on as it did
-  DemandView view;                    ///< of the measurement under way
+  LodView view;                       ///< of the measurement under way
   std::size_t next_block = 0;         ///< it goes on with; 0: none is under way
   std::vector<PlantDemand> measured;  ///< by it so far; as long as the demands
   std::vector<PlantDemand> finished;  ///< by the one before, likewise
@@ -45,7 +44,7 @@ inline constexpr std::size_t kMostAheadParts = 8;
 inline constexpr std::uint32_t kHitchFrames = 2;
 
 /// Takes in a frame's view, goes on measuring what it will want in about `frames` frames, and raises demands (by plant index) to that.
-void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const DemandView& view, float frames,
+void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const LodView& view, float frames,
                       std::span<PlantDemand> demands);
 
 /// Drops what has been measured, whose plant indices may mean others now.

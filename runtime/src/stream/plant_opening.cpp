@@ -1,14 +1,37 @@
 #include "plant_opening.h"
 
+#include <algorithm>
+#include <utility>
+
+#include "check.h"
+
 namespace coppice {
 
-Result<std::unique_ptr<PlantOpening>> start_opening(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index) {
-  std::unique_ptr<PlantOpening> opening(new (std::nothrow) PlantOpening);
-  if (!opening) return Error{Status::out_of_memory, "plant"};
-  COPPICE_TRY(plant, open_plant_file(hooks, gpu, path, index));
-  opening->plant = std::move(plant);
-  opening->reads.start(hooks.io, opening->plant->io_file, 0, opening->header);
-  return opening;
+void PlantOpening::wait() {
+  reads.wait();
+  decoded.wait_for_all();
+}
+
+void PlantOpening::clear_pinned() {
+  while (decoded.take() != nullptr) continue;
+  pinned.clear();
+}
+
+void PlantOpening::restart(std::uint64_t frame) {
+  step = Step::queued;
+  start_frame = frame;
+  clear_pinned();
+  front = {};
+  retry = {};
+  plant.reset();
+}
+
+Result<void> start_header(PlantOpening& opening, const Hooks& hooks, const GpuSizes& gpu) {
+  COPPICE_TRY(plant, open_plant_file(hooks, gpu, opening.source, opening.index));
+  opening.plant = std::move(plant);
+  opening.step = PlantOpening::Step::header;
+  opening.reads.start(opening.plant->hooks.io, opening.plant->io_file, 0, opening.header);
+  return {};
 }
 
 bool repeat_reads(PlantOpening& opening, std::uint64_t (*clock_ns)()) {
@@ -44,26 +67,53 @@ Result<void> take_front(PlantOpening& opening) {
   return take_front(plant, opening.front.span());
 }
 
-void start_texture_headers(PlantOpening& opening) {
+namespace {
+
+constexpr coppice_jobs kInline{nullptr, [](void*, void (*function)(void* argument), void* argument) { function(argument); }};
+
+/// A pinned chunk out of the front of the file, ready for a job.
+Result<void> prepare_pinned(PlantOpening& opening, Chunk& chunk) {
   PlantStream& plant = *opening.plant;
-  opening.step = PlantOpening::Step::textures;
-  if (plant.gpu.block_textures) return;
-  opening.texture_headers.reserve(plant.texture_uploads.size());
-  for (std::uint32_t i = 0; i < plant.texture_uploads.size(); ++i) {
-    const coppice_file_chunk& entry = plant.file_chunk(plant.chunk(ChunkKind::texture, i));
-    if (entry.bytes < sizeof(coppice_file_texture)) continue;
-    PlantOpening::TextureHeader& header = opening.texture_headers.emplace_back();
-    header.texture = i;
-    opening.reads.start(plant.hooks.io, plant.io_file, entry.offset, header.bytes);
-  }
+  const coppice_file_chunk& entry = plant.file_chunk(chunk);
+  const std::span<const std::uint8_t> front = opening.front.span();
+  if (entry.offset > front.size() || entry.bytes > front.size() - entry.offset)
+    return Error{Status::bad_file, "first_read_bytes: does not hold the root page and the coarsest wood", entry.offset};
+  Transfer& transfer = opening.pinned.emplace_back();
+  transfer.queue = &opening.decoded;
+  transfer.plant = &plant;
+  transfer.chunk = &chunk;
+  COPPICE_CHECK(allocate_into(transfer.bytes, plant.hooks.allocator, static_cast<std::size_t>(entry.bytes)));
+  std::ranges::copy(front.subspan(static_cast<std::size_t>(entry.offset), transfer.bytes.size()), transfer.bytes.data());
+  for (const Residency step : {Residency::reading, Residency::decoding}) COPPICE_ASSERT(advance(chunk, step));
+  return chunk.id.kind == ChunkKind::page ? prepare_page(plant, transfer) : Result<void>();
 }
 
-Result<void> take_texture_headers(PlantOpening& opening) {
-  COPPICE_CHECK(opening.reads.take());
-  for (const PlantOpening::TextureHeader& header : opening.texture_headers)
-    take_texture_header(*opening.plant, header.texture, header.bytes);
-  measure_leaf_meshes(*opening.plant);
-  opening.step = PlantOpening::Step::read;
+}  // namespace
+
+Result<void> start_pinned(PlantOpening& opening) {
+  PlantStream& plant = *opening.plant;
+  opening.step = PlantOpening::Step::decoding;
+  for (Chunk& chunk : plant.chunks.span()) {
+    if (!chunk.pinned) continue;
+    if (auto prepared = prepare_pinned(opening, chunk); !prepared) {
+      opening.pinned.clear();
+      return prepared;
+    }
+  }
+  for (std::size_t i = 1; i < opening.pinned.size(); ++i) opening.pinned[i - 1].next_in_run = &opening.pinned[i];
+  if (!opening.pinned.empty()) start_decode(opening.pinned.front(), opening.blocking ? kInline : plant.hooks.jobs);
+  return {};
+}
+
+Result<void> take_pinned(PlantOpening& opening) {
+  PlantStream& plant = *opening.plant;
+  for (Transfer& transfer : opening.pinned) {
+    COPPICE_CHECK(transfer.outcome);
+    accept_decoded(plant, transfer);
+    COPPICE_ASSERT(advance(*transfer.chunk, Residency::decoded));
+    if (transfer.chunk->id.kind == ChunkKind::page) plant.decoded_page_count = 1;
+  }
+  measure_box(plant);
   return {};
 }
 

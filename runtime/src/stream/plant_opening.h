@@ -1,36 +1,51 @@
 #pragma once
 
-// A plant that is being opened: its header is read, then its front, then, where the GPU does not read blocks, its textures' headers. Every
-// step starts when the reads of the one before are back, so that nobody has to wait.
+// A plant that is being opened: its header is read, then its front; then a job decodes what is pinned. Every step starts when the one
+// before is done, so that nobody has to wait.
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <memory>
-#include <vector>
 
 #include "plant_stream.h"
 
 namespace coppice {
 
 struct PlantOpening {
-  enum class Step : std::uint8_t { header, front, textures, read };
-  struct TextureHeader {
-    std::uint32_t texture = 0;
-    std::array<std::uint8_t, sizeof(coppice_file_texture)> bytes{};
-  };
+  enum class Step : std::uint8_t { queued, header, front, read, decoding };
 
-  Step step = Step::header;  ///< whose reads are under way
+  PlantSource source;
+  std::uint32_t index = 0;         ///< the plant's
+  bool blocking = false;           ///< somebody waits: it takes no turn and nobody else's thread
+  bool cancelled = false;          ///< goes once nothing is under way
+  std::uint32_t failed_tries = 0;  ///< that found no memory
+  std::uint64_t start_frame = 0;   ///< queued: not before
+  Step step = Step::queued;        ///< what is under way
   std::unique_ptr<PlantStream> plant;
   std::array<std::uint8_t, sizeof(coppice_file_header)> header{};
   HookBuffer front;
-  std::vector<TextureHeader> texture_headers;
   std::uint64_t reserved_bytes = 0;  ///< counted for it until it is open
   ReadRetry retry;                   ///< of the step's reads
-  ReadGroup reads;                   ///< last: its destructor waits for reads into the rest
+  std::deque<Transfer> pinned;       ///< being decoded
+  CompletionQueue<Transfer> decoded;
+  ReadGroup reads;  ///< last: its destructor waits for reads into the rest
+
+  PlantOpening() = default;
+  PlantOpening(const PlantOpening&) = delete;
+  PlantOpening& operator=(const PlantOpening&) = delete;
+  ~PlantOpening() { decoded.wait_for_all(); }
+  /// Whether nothing is under way.
+  [[nodiscard]] bool idle() const { return reads.back() && decoded.all_back(); }
+  void wait();
+  /// idle()
+  void clear_pinned();
+  /// Gives up what it has, to start again; idle().
+  void restart(std::uint64_t frame);
 };
 
 /// Opens the file and starts to read its header. errors  as open_plant_file
-Result<std::unique_ptr<PlantOpening>> start_opening(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index);
+Result<void> start_header(PlantOpening& opening, const Hooks& hooks, const GpuSizes& gpu);
 
 /// Whether reads of the step have failed and are tried again, at once or after a pause. opening.reads is back.
 bool repeat_reads(PlantOpening& opening, std::uint64_t (*clock_ns)());
@@ -43,9 +58,9 @@ Result<void> take_header(PlantOpening& opening);
 Result<void> start_front(PlantOpening& opening);
 /// step: front. Fills in the plant's tables.
 Result<void> take_front(PlantOpening& opening);
-/// After take_front and all that can fail: whoever ends an opening waits for its reads. Reads the textures' headers, if any are needed.
-void start_texture_headers(PlantOpening& opening);
-/// step: textures; after it everything is read.
-Result<void> take_texture_headers(PlantOpening& opening);
+/// step: read. Has a job decode what is pinned. errors  bad_file: the front does not hold it; out_of_memory
+Result<void> start_pinned(PlantOpening& opening);
+/// step: decoding, and idle(). errors  bad_file, out_of_memory
+Result<void> take_pinned(PlantOpening& opening);
 
 }  // namespace coppice

@@ -76,18 +76,76 @@ void fill_tables(PlantStream& plant) {
   plant.lod_words = pack_lod_table(file);
   plant.valued.table = lod_table(file, plant.lod_words);
   plant.valued.leaf_count = file.plant.leaf_count;
-  plant.valued.page_bytes = plant.gpu.page_bytes + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
-  plant.card_looks = gpu::card_looks(file);
+  plant.valued.page_bytes = gpu::kPageBytes + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
+  plant.looks = gpu::plant_looks(file);
   plant.leaves = {.root = root_node(file.plant),
-                  .looks = plant.card_looks,
+                  .looks = plant.looks.cards(),
                   .box = gpu::leaf_box(gpu::gpu_plant(file.plant)),
                   .leaf_count = file.plant.leaf_count};
   plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + file.chunks.bytes() + bytes_of(file.materials) + bytes_of(file.cards) +
                      bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
-                     bytes_of(file.wood_error_px) + bytes_of(plant.lod_words) + bytes_of(plant.card_looks) + plant.chunks.bytes() +
+                     bytes_of(file.wood_error_px) + bytes_of(plant.lod_words) + plant.looks.bytes() + plant.chunks.bytes() +
                      plant.pages.bytes() + plant.page_nodes.bytes() + plant.wood.bytes() + plant.textures.bytes() +
                      plant.texture_uploads.bytes() + plant.leaf_meshes.bytes() + bytes_of(file.leaf_meshes) +
                      bytes_of(file.leaf_mesh_error_px);
+}
+
+/// Without block textures they are decoded.
+Result<void> measure_textures(PlantStream& plant) {
+  for (std::uint32_t i = 0; i < plant.texture_uploads.size(); ++i) {
+    COPPICE_TRY(layout, texture_layout(plant.file.textures[i]));
+    const bool decoded = !plant.gpu.block_textures && layout.format != COPPICE_TEXTURE_RGBA8;
+    plant.texture_uploads[i] = {.bytes = decoded ? decoded_texture_bytes(layout) : layout.bytes, .decoded = decoded};
+  }
+  return {};
+}
+
+void measure_leaf_meshes(PlantStream& plant) {
+  plant.valued.leaf_mesh_bytes = 0;
+  if (plant.file.plant.leaf_mesh_count == 0) return;
+  for (const Chunk& chunk : plant.chunks.span())
+    if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes += chunk_bytes(plant, chunk).gpu;
+}
+
+WoodShape mesh_shape(const PlantFile& file, ChunkId id) {
+  if (id.kind == ChunkKind::leaf_mesh)
+    return {file.leaf_meshes[id.index].vertex_count, file.leaf_meshes[id.index].triangle_count, file.materials, true};
+  return {file.plant.wood_vertex_counts[id.index], file.plant.wood_triangle_counts[id.index], file.materials, false};
+}
+
+gpu::MeshKind mesh_kind(ChunkId id) {
+  return id.kind == ChunkKind::wood ? gpu::MeshKind::wood : gpu::MeshKind::leaves;
+}
+
+ChunkBytes mesh_bytes(const PlantStream& plant, ChunkId id) {
+  const WoodShape shape = mesh_shape(plant.file, id);
+  ChunkBytes bytes;
+  bytes.gpu = plant.mesh(id).gpu_bytes;
+  if (bytes.gpu == 0) bytes.gpu = gpu::most_mesh_bytes(mesh_kind(id), shape.vertex_count, shape.triangle_count, plant.gpu.mesh_clusters);
+  bytes.upload = bytes.gpu;
+  bytes.work = shape.vertex_count * sizeof(WoodVertex) + 3 * std::uint64_t{shape.triangle_count} * sizeof(std::uint32_t) +
+               (plant.gpu.mesh_clusters ? gpu::mesh_scratch_bytes(shape.triangle_count) : 0);
+  return bytes;
+}
+
+std::span<const std::uint8_t>& memory_of(void* user) {
+  return *static_cast<std::span<const std::uint8_t>*>(user);
+}
+
+/// Answers inline out of `bytes`, which outlive it.
+coppice_io memory_io(std::span<const std::uint8_t>& bytes) {
+  const auto open = [](void* user, const char*, std::uint64_t* file_bytes) -> std::int64_t {
+    *file_bytes = memory_of(user).size();
+    return 0;
+  };
+  const auto read = [](void* user, std::int64_t, std::uint64_t offset, void* destination, std::size_t count,
+                       void (*done)(void* argument, std::int64_t bytes_read), void* argument) {
+    const std::span<const std::uint8_t> there = memory_of(user).subspan(std::min<std::uint64_t>(offset, memory_of(user).size()));
+    const std::span<const std::uint8_t> taken = there.first(std::min(count, there.size()));
+    std::ranges::copy(taken, static_cast<std::uint8_t*>(destination));
+    done(argument, static_cast<std::int64_t>(taken.size()));
+  };
+  return {&bytes, open, [](void*, std::int64_t) {}, read};
 }
 
 }  // namespace
@@ -103,14 +161,22 @@ Chunk& PlantStream::chunk(ChunkKind kind, std::uint32_t chunk_index) {
   return chunks[first[static_cast<std::size_t>(kind)] + chunk_index];
 }
 
-Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index) {
+MeshData& PlantStream::mesh(ChunkId id) {
+  return id.kind == ChunkKind::wood ? wood[id.index] : leaf_meshes[id.index];
+}
+
+Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const PlantSource& source,
+                                                     std::uint32_t index) {
   std::unique_ptr<PlantStream> plant(new (std::nothrow) PlantStream);
   if (!plant) return Error{Status::out_of_memory, "plant"};
   plant->hooks = hooks;
   plant->gpu = gpu;
   plant->index = index;
-  plant->path = path;
-  plant->io_file = hooks.io.open(hooks.io.user, path, &plant->file_bytes);
+  plant->path = source.name;
+  plant->memory = source.bytes;
+  if (!source.bytes.empty()) plant->hooks.io = memory_io(plant->memory);
+  const coppice_io& io = plant->hooks.io;
+  plant->io_file = io.open(io.user, source.name.c_str(), &plant->file_bytes);
   if (plant->io_file < 0) return open_error(plant->io_file);
   if (plant->file_bytes < sizeof(coppice_file_header))
     return Error{Status::bad_file, "header: the file is shorter than one", 0, std::to_string(plant->file_bytes) + " bytes"};
@@ -122,22 +188,14 @@ Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front)
   plant.file = std::move(file);
   COPPICE_CHECK(allocate_arrays(plant));
   index_chunks(plant);
-  for (std::uint32_t i = 0; i < plant.texture_uploads.size(); ++i)
-    plant.texture_uploads[i].bytes = plant.file_chunk(plant.chunk(ChunkKind::texture, i)).bytes;
+  COPPICE_CHECK(measure_textures(plant));
   mark_leaf_mesh_textures(plant);
   fill_tables(plant);
+  measure_leaf_meshes(plant);
   plant.loadable_page_count = plant.file.plant.page_count;
   const PlantWants nothing = no_wants(plant);
   plant.wants = {nothing, nothing, nothing};
   return {};
-}
-
-// One that is damaged counts as stored: decoding refuses it.
-void take_texture_header(PlantStream& plant, std::uint32_t texture, std::span<const std::uint8_t> header) {
-  const auto layout = read_texture_header(header, plant.file_chunk(plant.chunk(ChunkKind::texture, texture)).bytes);
-  if (!layout || layout->format == COPPICE_TEXTURE_RGBA8) return;
-  plant.texture_uploads[texture].bytes = decoded_texture_bytes(*layout);
-  plant.texture_uploads[texture].decoded = true;
 }
 
 void measure_box(PlantStream& plant) {
@@ -145,45 +203,29 @@ void measure_box(PlantStream& plant) {
   std::copy_n(file.leaf_box_min, 3, plant.box.low.begin());
   std::copy_n(file.leaf_box_max, 3, plant.box.high.begin());
   if (file.wood_lod_count == 0) return;
-  for (const WoodVertex& vertex : plant.wood[file.wood_lod_count - 1].vertices)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      plant.box.low[axis] = std::min(plant.box.low[axis], vertex.position[axis]);
-      plant.box.high[axis] = std::max(plant.box.high[axis], vertex.position[axis]);
-    }
-}
-
-void measure_leaf_meshes(PlantStream& plant) {
-  plant.valued.leaf_mesh_bytes = 0;
-  if (plant.file.plant.leaf_mesh_count == 0) return;
-  for (const Chunk& chunk : plant.chunks.span())
-    if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes += chunk_bytes(plant, chunk).gpu;
+  const gpu::MeshBlock& coarsest = plant.wood[file.wood_lod_count - 1].block;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    plant.box.low[axis] = std::min(plant.box.low[axis], coarsest.low[axis]);
+    plant.box.high[axis] = std::max(plant.box.high[axis], coarsest.high[axis]);
+  }
 }
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
   ChunkBytes bytes;
-  bytes.work = plant.file_chunk(chunk).bytes;
   if (chunk.id.kind == ChunkKind::page) {
     const std::uint64_t splits = page_split_count(plant.file.plant.leaf_count, chunk.id.index);
-    bytes.gpu = plant.gpu.page_bytes;
+    bytes.gpu = bytes.upload = gpu::kPageBytes;
     bytes.kept = 2 * splits * sizeof(PageNode);
-    bytes.upload = gpu::kPageBytes;
     if (chunk.id.index == 0) bytes.upload += gpu::ready_cut_bytes(plant.file.plant.leaf_count);
-    bytes.work += sizeof(PageScratch) + sizeof(gpu::ClusterScratch);
-  } else if (chunk.id.kind == ChunkKind::wood) {
-    const std::uint64_t vertices = plant.file.plant.wood_vertex_counts[chunk.id.index];
-    const std::uint64_t indices = 3 * std::uint64_t{plant.file.plant.wood_triangle_counts[chunk.id.index]};
-    bytes.gpu = vertices * plant.gpu.wood_vertex_bytes + indices * plant.gpu.wood_index_bytes;
-    bytes.upload = vertices * sizeof(WoodVertex) + indices * sizeof(std::uint32_t);
-  } else if (chunk.id.kind == ChunkKind::leaf_mesh) {
-    const auto [vertices, triangles] = plant.file.leaf_meshes[chunk.id.index];
-    const std::uint64_t indices = 3 * std::uint64_t{triangles};
-    bytes.gpu = vertices * plant.gpu.leaf_mesh_vertex_bytes + indices * plant.gpu.wood_index_bytes;
-    bytes.upload = vertices * sizeof(WoodVertex) + indices * sizeof(std::uint32_t);
+    bytes.work = sizeof(PageScratch) + sizeof(gpu::ClusterScratch);
+  } else if (chunk.id.kind != ChunkKind::texture) {
+    bytes = mesh_bytes(plant, chunk.id);
   } else {
     const TextureUpload& upload = plant.texture_uploads[chunk.id.index];
     bytes.gpu = bytes.upload = upload.bytes;
-    if (!upload.decoded) bytes.work = 0;  // the file's bytes are what is uploaded
   }
+  const bool stored = chunk.id.kind == ChunkKind::texture && !plant.texture_uploads[chunk.id.index].decoded;
+  if (!stored) bytes.work += plant.file_chunk(chunk).bytes;  // else they are what is uploaded
   if (bytes.gpu > plant.gpu.most_staged_bytes) bytes.upload += bytes.gpu;
   return bytes;
 }
@@ -268,11 +310,6 @@ bool wanted_by(const PlantStream& plant, const PlantWants& wants, const Chunk& c
 
 }  // namespace
 
-std::uint64_t list_bytes(const PlantStream& plant, const Chunk& chunk) {
-  if (chunk.id.kind != ChunkKind::wood) return 0;
-  return plant.file.plant.wood_triangle_counts[chunk.id.index] * plant.gpu.wood_list_triangle_bytes;
-}
-
 PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
   PlannedBytes planned;
   const std::uint32_t page_count = plant.file.plant.page_count;
@@ -285,7 +322,7 @@ PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
   for (const Chunk& chunk : plant.chunks.span().subspan(page_count)) {
     if (chunk.pinned || chunk.residency == Residency::failed || !wanted_by(plant, wants, chunk)) continue;
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
-    planned.settled += bytes.gpu + bytes.kept + list_bytes(plant, chunk);
+    planned.settled += bytes.gpu + bytes.kept;
     if (chunk.residency == Residency::resident) continue;
     const std::uint64_t passing = bytes.upload + bytes.work;
     if (in_leaf_mesh_set(plant, chunk))
@@ -339,10 +376,12 @@ Result<void> decode_page_chunk(Transfer& transfer) {
   PageData& data = plant.pages[page];
   const std::span<const PageNode> nodes = data.nodes.span();
   gpu::ClusterScratch& scratch = transfer.cluster_scratch[0];
-  // Once page 0 is there it stays: what is measured from it need not change as finer leaves come and go.
   if (page == 0) {
-    plant.light = std::make_shared<gpu::CrownLight>(gpu::measure_crown({plant.leaves.root, nodes, plant.card_looks, plant.leaves.box}));
-    plant.leaves.light = plant.light.get();
+    // Once, while the plant is opened: other jobs read it from then on.
+    if (plant.leaves.light == nullptr) {
+      plant.light = gpu::measure_crown({plant.leaves.root, nodes, plant.looks.cards(), plant.leaves.box});
+      plant.leaves.light = &plant.light;
+    }
     gpu::build_ready_cuts(plant.leaves, nodes, scratch, plant.ready_cuts);
   }
   gpu::build_page(plant.leaves, page, nodes, scratch, data.clusters.span());
@@ -351,29 +390,14 @@ Result<void> decode_page_chunk(Transfer& transfer) {
 
 Result<void> decode_texture_chunk(Transfer& transfer) {
   const PlantStream& plant = *transfer.plant;
-  const TextureUpload& upload = plant.texture_uploads[transfer.chunk->id.index];
-  auto layout = read_texture(transfer.bytes.span());
-  if (!layout) {
-    Error error = layout.error();
-    error.offset += plant.file_chunk(*transfer.chunk).offset;
-    return error;
-  }
+  const std::uint32_t index = transfer.chunk->id.index;
+  const TextureUpload& upload = plant.texture_uploads[index];
+  COPPICE_CHECK(check_texture(plant.file, index, transfer.bytes.span()));
   if (!upload.decoded) return {};
-  if (decoded_texture_bytes(*layout) != upload.bytes)
-    return Error{Status::bad_file, "texture header: not what it was when the plant was opened", plant.file_chunk(*transfer.chunk).offset};
+  COPPICE_TRY(layout, texture_layout(plant.file.textures[index]));
   COPPICE_CHECK(allocate_into(transfer.texels, plant.hooks.allocator, static_cast<std::size_t>(upload.bytes)));
-  decode_texture(*layout, transfer.bytes.span(), transfer.texels.span());
+  decode_texture(layout, transfer.bytes.span(), transfer.texels.span());
   return {};
-}
-
-}  // namespace
-
-namespace {
-
-WoodShape mesh_shape(const PlantFile& file, ChunkId id) {
-  if (id.kind == ChunkKind::leaf_mesh)
-    return {file.leaf_meshes[id.index].vertex_count, file.leaf_meshes[id.index].triangle_count, file.materials, true};
-  return {file.plant.wood_vertex_counts[id.index], file.plant.wood_triangle_counts[id.index], file.materials, false};
 }
 
 }  // namespace
@@ -385,20 +409,23 @@ Result<void> decode_chunk(Transfer& transfer) {
   COPPICE_CHECK(check_chunk(plant.file_chunk(chunk), bytes));
   if (chunk.id.kind == ChunkKind::page) return decode_page_chunk(transfer);
   if (chunk.id.kind == ChunkKind::texture) return decode_texture_chunk(transfer);
-  COPPICE_TRY(wood, decode_wood(bytes, mesh_shape(plant.file, chunk.id)));
-  transfer.wood = std::move(wood);
+  COPPICE_TRY(mesh, decode_wood(bytes, mesh_shape(plant.file, chunk.id)));
+  const gpu::MeshSource source{{plant.looks, plant.light}, plant.leaves.box, plant.gpu.mesh_clusters};
+  COPPICE_TRY(block, gpu::build_mesh(mesh_kind(chunk.id), mesh, source, plant.hooks.allocator));
+  transfer.mesh = std::move(block);
   return {};
 }
 
 void accept_decoded(PlantStream& plant, Transfer& transfer) {
-  if (transfer.chunk->id.kind == ChunkKind::page) return;  // decoded into the plant's pages
-  const std::uint32_t index = transfer.chunk->id.index;
-  if (transfer.chunk->id.kind == ChunkKind::wood)
-    plant.wood[index] = std::move(transfer.wood);
-  else if (transfer.chunk->id.kind == ChunkKind::leaf_mesh)
-    plant.leaf_meshes[index] = std::move(transfer.wood);
-  else
-    plant.textures[index] = std::move(plant.texture_uploads[index].decoded ? transfer.texels : transfer.bytes);
+  const ChunkId id = transfer.chunk->id;
+  if (id.kind == ChunkKind::page) return;  // decoded into the plant's pages
+  if (id.kind == ChunkKind::texture) {
+    plant.textures[id.index] = std::move(plant.texture_uploads[id.index].decoded ? transfer.texels : transfer.bytes);
+    return;
+  }
+  MeshData& mesh = plant.mesh(id);
+  mesh.block = std::move(transfer.mesh);
+  mesh.gpu_bytes = mesh.block.bytes.size();
 }
 
 void free_clusters(PlantStream& plant, std::uint32_t page) {
@@ -413,12 +440,10 @@ void free_page(PlantStream& plant, std::uint32_t page) {
 
 void free_decoded(PlantStream& plant, ChunkId id) {
   COPPICE_ASSERT(id.kind != ChunkKind::page);
-  if (id.kind == ChunkKind::wood)
-    plant.wood[id.index] = WoodMesh{};
-  else if (id.kind == ChunkKind::leaf_mesh)
-    plant.leaf_meshes[id.index] = WoodMesh{};
-  else
+  if (id.kind == ChunkKind::texture)
     plant.textures[id.index].reset();
+  else
+    plant.mesh(id).block = {};
 }
 
 }  // namespace coppice

@@ -9,6 +9,7 @@
 
 #include "chunk_value.h"
 #include "hooks.h"
+#include "mesh_clusters.h"
 #include "page_clusters.h"
 #include "page_codec.h"
 #include "reader.h"
@@ -21,6 +22,12 @@ namespace coppice {
 struct PageData {
   HookArray<PageNode> nodes;  ///< two per split. Children's corners are their parents', so they stay as long as the page does
   HookBuffer clusters;        ///< kPageBytes for the GPU, until they are uploaded
+};
+
+/// A wood LoD or a chunk of leaf meshes.
+struct MeshData {
+  gpu::MeshBlock block;         ///< while decoded
+  std::uint64_t gpu_bytes = 0;  ///< of the block, once it has been decoded; before it is not known
 };
 
 /// What a chunk takes, bytes, by how long.
@@ -60,11 +67,12 @@ struct PlannedBytes {
 };
 
 struct PlantStream {
-  Hooks hooks;
+  Hooks hooks;  ///< io: of the source
   GpuSizes gpu;
   std::uint32_t index = 0;
-  std::string path;
-  std::int64_t io_file = -1;  ///< closed by the destructor
+  std::string path;                      ///< or the name that the log has
+  std::span<const std::uint8_t> memory;  ///< where there is no file
+  std::int64_t io_file = -1;             ///< closed by the destructor
   std::uint64_t file_bytes = 0;
   PlantFile file;
   std::vector<std::uint32_t> lod_words;
@@ -74,15 +82,15 @@ struct PlantStream {
   HookArray<Chunk> chunks;          ///< pages, then wood LoDs, then textures, then leaf meshes
   HookArray<PageData> pages;        ///< [page_count]
   HookArray<PageNode*> page_nodes;  ///< [page_count] pages[k].nodes, for the codec; null while there are none
-  HookArray<WoodMesh> wood;         ///< [wood_lod_count] while decoded
+  HookArray<MeshData> wood;         ///< [wood_lod_count]
   HookArray<HookBuffer> textures;   ///< [texture_count] while decoded
   HookArray<TextureUpload> texture_uploads;
-  HookArray<WoodMesh> leaf_meshes;               ///< [leaf_mesh_count] while decoded
-  gpu::LeafSource leaves;                        ///< light: once page 0 is decoded
-  std::vector<gpu::CardLook> card_looks;         ///< that `leaves` points to
-  std::shared_ptr<const gpu::CrownLight> light;  ///< likewise; measured by the job that decodes page 0
-  gpu::ReadyCuts ready_cuts;                     ///< with page 0, until it is uploaded
-  std::uint64_t base_bytes = 0;                  ///< counted while open: tables and the arrays above
+  HookArray<MeshData> leaf_meshes;  ///< [leaf_mesh_count]
+  gpu::PlantLooks looks;
+  gpu::CrownLight light;         ///< measured once, when page 0 is decoded out of the front
+  gpu::LeafSource leaves;        ///< points to the two above
+  gpu::ReadyCuts ready_cuts;     ///< with page 0, until it is uploaded
+  std::uint64_t base_bytes = 0;  ///< counted while open: tables and the arrays above
 
   std::uint32_t decoded_page_count = 0;   ///< pages [0, this) are decoded or resident
   std::uint32_t resident_page_count = 0;  ///< pages [0, this) are resident
@@ -111,24 +119,24 @@ struct PlantStream {
   [[nodiscard]] const Chunk& chunk(ChunkKind kind, std::uint32_t chunk_index) const {
     return const_cast<PlantStream*>(this)->chunk(kind, chunk_index);
   }
+  /// id: of wood or leaf meshes
+  MeshData& mesh(ChunkId id);
+  [[nodiscard]] const MeshData& mesh(ChunkId id) const { return const_cast<PlantStream*>(this)->mesh(id); }
   [[nodiscard]] const coppice_file_chunk& file_chunk(const Chunk& of) const { return file.chunks[of.file_chunk]; }
 };
 
-/// Opens the file; nothing is read.
+/// Opens the source; nothing is read.
 /// index   the plant's, for chunk ids
 /// errors  io, bad_file: shorter than a header, out_of_memory; path is not in the message
-Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const char* path, std::uint32_t index);
-
-/// Once the coarsest wood is decoded.
-void measure_box(PlantStream& plant);
+Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const PlantSource& source,
+                                                     std::uint32_t index);
 
 /// Checks the front and fills in the tables; nothing is decoded. file.header: read
 /// front   the file's first header.first_read_bytes. errors  bad_file, unsupported, out_of_memory
 Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front);
-/// How long a texture is once decoded only its header says. header: [sizeof(coppice_file_texture)], the start of the chunk
-void take_texture_header(PlantStream& plant, std::uint32_t texture, std::span<const std::uint8_t> header);
-/// Once the lengths of all textures are known.
-void measure_leaf_meshes(PlantStream& plant);
+
+/// Once the coarsest wood is decoded.
+void measure_box(PlantStream& plant);
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);
 
@@ -146,8 +154,6 @@ void update_demand(PlantStream& plant, const PlantDemand& demand);
 /// What a size asks of the plant; nothing of one that is closing.
 PlantWants wants_at(const PlantStream& plant, float max_size_px, const LodView& view);
 PlantWants no_wants(const PlantStream& plant);
-/// What the GPU side makes of a chunk that is no page, in its overhead.
-std::uint64_t list_bytes(const PlantStream& plant, const Chunk& chunk);
 /// Of what is not pinned.
 PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants);
 /// A chunk that can never come: nothing that needs it is wanted any more.

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "check.h"
+#include "plant_tables.h"
 #include "streamer_state.h"
 
 namespace coppice {
@@ -55,30 +56,6 @@ PlantStream& Streamer::State::open_plant_at(std::uint32_t plant) const {
   return *plants[plant];
 }
 
-namespace {
-
-/// Decodes a pinned chunk out of the front of the file, on the calling thread.
-Result<void> decode_pinned(PlantStream& plant, Chunk& chunk, std::span<const std::uint8_t> front) {
-  const coppice_file_chunk& entry = plant.file_chunk(chunk);
-  if (entry.offset > front.size() || entry.bytes > front.size() - entry.offset)
-    return Error{Status::bad_file, "first_read_bytes: does not hold the root page and the coarsest wood", entry.offset};
-  Transfer transfer;
-  transfer.plant = &plant;
-  transfer.chunk = &chunk;
-  COPPICE_TRY(bytes, HookBuffer::allocate(plant.hooks.allocator, static_cast<std::size_t>(entry.bytes)));
-  std::ranges::copy(front.subspan(static_cast<std::size_t>(entry.offset), bytes.size()), bytes.data());
-  transfer.bytes = std::move(bytes);
-  if (chunk.id.kind == ChunkKind::page) COPPICE_CHECK(prepare_page(plant, transfer));
-  for (Residency step : {Residency::reading, Residency::decoding}) COPPICE_ASSERT(advance(chunk, step));
-  COPPICE_CHECK(decode_chunk(transfer));
-  accept_decoded(plant, transfer);
-  COPPICE_ASSERT(advance(chunk, Residency::decoded));
-  if (chunk.id.kind == ChunkKind::page) plant.decoded_page_count = 1;
-  return {};
-}
-
-}  // namespace
-
 // Nothing is held for what would not fit even if every chunk that may go were gone: it would only make the others coarse.
 Error Streamer::State::hold_room(std::uint64_t bytes) {
   const bool can_fit = floor_bytes() + bytes <= budget_bytes;
@@ -104,23 +81,39 @@ void Streamer::State::release(PlantOpening& opening) {
   count_bytes(-static_cast<std::int64_t>(std::exchange(opening.reserved_bytes, 0)));
 }
 
-Result<void> Streamer::State::advance_opening(PlantOpening& opening) {
-  PlantStream& plant = *opening.plant;
-  while (opening.step != PlantOpening::Step::read && opening.reads.back()) {
-    if (repeat_reads(opening, options.clock_ns)) return {};
-    if (opening.step == PlantOpening::Step::header) {
-      COPPICE_CHECK(take_header(opening));
-      COPPICE_CHECK(reserve_for(opening, plant.file.header.first_read_bytes));
-      COPPICE_CHECK(start_front(opening));
-    } else if (opening.step == PlantOpening::Step::front) {
-      COPPICE_CHECK(take_front(opening));
-      COPPICE_CHECK(reserve_for(opening, plant.base_bytes));
-      start_texture_headers(opening);
-    } else {
-      COPPICE_CHECK(take_texture_headers(opening));
+Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
+  using Step = PlantOpening::Step;
+  while (opening.idle()) {
+    if (opening.step != Step::queued && opening.step != Step::decoding && repeat_reads(opening, options.clock_ns)) return false;
+    switch (opening.step) {
+      case Step::queued: {
+        const auto started = std::ranges::count_if(openings, [](const auto& other) { return other->step != Step::queued; });
+        if (!opening.blocking && (frame_number < opening.start_frame || static_cast<std::size_t>(started) >= kMostOpening)) return false;
+        COPPICE_CHECK(start_header(opening, hooks, options.gpu));
+        break;
+      }
+      case Step::header:
+        COPPICE_CHECK(take_header(opening));
+        COPPICE_CHECK(reserve_for(opening, opening.plant->file.header.first_read_bytes));
+        COPPICE_CHECK(start_front(opening));
+        break;
+      case Step::front:
+        COPPICE_CHECK(take_front(opening));
+        COPPICE_CHECK(reserve_for(opening, opening.plant->base_bytes));
+        opening.step = Step::read;
+        break;
+      case Step::read:
+        COPPICE_CHECK(reserve_pinned(opening));
+        COPPICE_CHECK(start_pinned(opening));
+        break;
+      case Step::decoding:
+        COPPICE_CHECK(take_pinned(opening));
+        COPPICE_CHECK(make_list_room(*opening.plant));
+        take_opened(opening);
+        return true;
     }
   }
-  return {};
+  return false;
 }
 
 Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
@@ -132,40 +125,44 @@ Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
   return indivisible.make_room(hooks.allocator, count);
 }
 
-Result<void> Streamer::State::take_opened(PlantOpening& opening) {
+Result<void> Streamer::State::reserve_pinned(PlantOpening& opening) {
+  std::uint64_t pinned_bytes = options.gpu.opening_bytes + gpu::place_plant_tables(opening.plant->file).bytes;
+  for (const Chunk& chunk : opening.plant->chunks.span())
+    if (chunk.pinned) pinned_bytes += chunk_bytes(*opening.plant, chunk).total();
+  return reserve_for(opening, pinned_bytes);
+}
+
+void Streamer::State::take_opened(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
-  COPPICE_CHECK(make_list_room(plant));
-  std::uint64_t pinned_bytes = options.gpu.opening_bytes;
-  for (const Chunk& chunk : plant.chunks.span())
-    if (chunk.pinned) pinned_bytes += chunk_bytes(plant, chunk).total();
-  COPPICE_CHECK(reserve_for(opening, pinned_bytes));
-  for (Chunk& chunk : plant.chunks.span())
-    if (chunk.pinned) COPPICE_CHECK(decode_pinned(plant, chunk, opening.front.span()));
-  measure_box(plant);
   held_bytes = held_until_frame = 0;
   release(opening);
-  opening.front = {};
   count_bytes(static_cast<std::int64_t>(plant.base_bytes));
   for (Chunk& chunk : plant.chunks.span()) {
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
     if (chunk.pinned) set_counted(chunk, bytes.gpu + bytes.kept + bytes.upload);
   }
   plants[plant.index] = std::move(opening.plant);
-  return {};
 }
 
 PlantOpening& Streamer::State::opening_at(std::uint32_t plant) const {
-  const auto it = std::ranges::find_if(openings, [plant](const auto& opening) { return opening->plant->index == plant; });
-  COPPICE_ASSERT(it != openings.end());
+  const auto it = std::ranges::find_if(openings, [plant](const auto& opening) { return opening->index == plant; });
+  COPPICE_ASSERT(it != openings.end() && !(*it)->cancelled);
   return **it;
 }
 
-Result<std::uint32_t> Streamer::State::start(const char* path) {
+void Streamer::State::drop_opening(const PlantOpening& opening) {
+  std::erase_if(openings, [&](const auto& other) { return other.get() == &opening; });
+}
+
+Result<std::uint32_t> Streamer::State::start(const PlantSource& source, bool blocking) {
   for (std::uint32_t index = 0; index < plants.size(); ++index) {
-    const bool taken =
-        plants[index] != nullptr || std::ranges::any_of(openings, [index](const auto& o) { return o->plant->index == index; });
+    const bool taken = plants[index] != nullptr || std::ranges::any_of(openings, [index](const auto& o) { return o->index == index; });
     if (taken) continue;
-    COPPICE_TRY(opening, start_opening(hooks, options.gpu, path, index));
+    std::unique_ptr<PlantOpening> opening(new (std::nothrow) PlantOpening);
+    if (!opening) return Error{Status::out_of_memory, "plant"};
+    opening->source = source;
+    opening->index = index;
+    opening->blocking = blocking;
     openings.push_back(std::move(opening));
     plant_end = std::max(plant_end, index + 1);
     return index;
@@ -173,42 +170,43 @@ Result<std::uint32_t> Streamer::State::start(const char* path) {
   return Error{Status::out_of_memory, "max_plants are open"};
 }
 
-Result<std::uint32_t> Streamer::start_open(const char* path) {
-  return state_->start(path);
+Result<std::uint32_t> Streamer::start_open(const PlantSource& source) {
+  return state_->start(source, false);
 }
 
 std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
   State& s = *state_;
   PlantOpening& opening = s.opening_at(plant);
-  Result<void> result = s.advance_opening(opening);
-  if (result && opening.step != PlantOpening::Step::read) return std::nullopt;
-  if (result) result = s.take_opened(opening);
-  if (!result) s.release(opening);
-  std::erase_if(s.openings, [&](const auto& other) { return other.get() == &opening; });
-  return result;
+  const auto open = s.advance_opening(opening);
+  if (open && !*open) return std::nullopt;
+  s.release(opening);
+  if (!open && open.error().status == Status::out_of_memory && !opening.blocking && ++opening.failed_tries < kOpenTries) {
+    opening.restart(s.frame_number + kOpenRetryFrames);
+    return std::nullopt;
+  }
+  if (!open) log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", opening.source.name.c_str(), open.error().message().c_str());
+  s.drop_opening(opening);
+  return open ? Result<void>() : Result<void>(open.error());
 }
 
 void Streamer::cancel_open(std::uint32_t plant) {
   PlantOpening& opening = state_->opening_at(plant);
-  opening.reads.wait();
+  opening.cancelled = true;
+  if (!opening.idle()) return;
   state_->release(opening);
-  std::erase_if(state_->openings, [&](const auto& other) { return other.get() == &opening; });
+  state_->drop_opening(opening);
 }
 
-Result<std::uint32_t> Streamer::open_plant(const char* path) {
-  const auto failed = [&](const Error& error) {
-    log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, error.message().c_str());
-    return error;
-  };
-  const auto plant = start_open(path);
-  if (!plant) return failed(plant.error());
+Result<std::uint32_t> Streamer::open_plant(const PlantSource& source) {
+  const auto plant = state_->start(source, true);
+  if (!plant) {
+    log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s", source.name.c_str(), plant.error().message().c_str());
+    return plant;
+  }
   for (;;) {
+    if (auto finished = finish_open(*plant); finished) return *finished ? plant : Result<std::uint32_t>(finished->error());
     PlantOpening& opening = state_->opening_at(*plant);
-    opening.reads.wait();
-    if (auto finished = finish_open(*plant); finished) {
-      if (!*finished) return failed(finished->error());
-      return plant;
-    }
+    opening.wait();
     wait_until(state_->options.clock_ns, opening.retry.again_ns);
   }
 }
@@ -232,6 +230,11 @@ const PlantBox& Streamer::box(std::uint32_t plant) const {
 
 std::span<const std::uint32_t> Streamer::lod_words(std::uint32_t plant) const {
   return state_->open_plant_at(plant).lod_words;
+}
+
+gpu::PlantAppearance Streamer::appearance(std::uint32_t plant) const {
+  const PlantStream& of = state_->open_plant_at(plant);
+  return {of.looks, of.light};
 }
 
 PlantState Streamer::state(std::uint32_t plant) const {
@@ -278,10 +281,15 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   s.frame_number = frame.frame_number;
   s.completed_number = frame.completed_number;
   s.has_view = frame.view != nullptr;
-  if (s.has_view) s.view = frame.view->lod;
+  if (s.has_view) s.view = *frame.view;
   s.evicted.begin();
   s.released.begin();
   s.closed.begin();
+  std::erase_if(s.openings, [&](const auto& opening) {
+    if (!opening->cancelled || !opening->idle()) return false;
+    s.release(*opening);
+    return true;
+  });
   for (const auto& plant : s.used_plants()) {
     if (!plant) continue;
     update_demand(*plant, plant->index < frame.demands.size() ? frame.demands[plant->index] : PlantDemand{});
@@ -338,26 +346,21 @@ std::span<const std::uint32_t> Streamer::take_closed_plants() {
 
 namespace {
 
-DecodedChunk decoded_chunk(const PlantStream& plant, const Chunk& chunk) {
+DecodedChunk decoded_chunk(PlantStream& plant, const Chunk& chunk) {
   DecodedChunk decoded;
   decoded.id = chunk.id;
   decoded.bytes = chunk_bytes(plant, chunk).gpu;
   decoded.pinned = chunk.pinned;
   if (chunk.id.kind == ChunkKind::page) {
-    const PageData& data = plant.pages[chunk.id.index];
+    PageData& data = plant.pages[chunk.id.index];
     decoded.first_node = 2 * COPPICE_PAGE_SPLITS * chunk.id.index + 1;
     decoded.nodes = data.nodes.span();
     decoded.clusters = data.clusters.span();
-    if (chunk.id.index == 0) {
-      decoded.ready_cuts = &plant.ready_cuts;
-      decoded.light = plant.light;
-    }
-  } else if (chunk.id.kind == ChunkKind::wood) {
-    decoded.wood = &plant.wood[chunk.id.index];
-  } else if (chunk.id.kind == ChunkKind::leaf_mesh) {
-    decoded.wood = &plant.leaf_meshes[chunk.id.index];
-  } else {
+    if (chunk.id.index == 0) decoded.ready_cuts = &plant.ready_cuts;
+  } else if (chunk.id.kind == ChunkKind::texture) {
     decoded.texture = plant.textures[chunk.id.index].span();
+  } else {
+    decoded.mesh = &plant.mesh(chunk.id).block;
   }
   return decoded;
 }
@@ -467,6 +470,11 @@ bool Streamer::is_settled(std::uint32_t plant) const {
 
 const std::string& Streamer::path(std::uint32_t plant) const {
   return state_->open_plant_at(plant).path;
+}
+
+PlantSource Streamer::source(std::uint32_t plant) const {
+  const PlantStream& of = state_->open_plant_at(plant);
+  return {of.path.c_str(), of.memory};
 }
 
 std::uint64_t Streamer::hand_over_ns() const {

@@ -22,25 +22,30 @@
 
 #include "demand.h"
 #include "hooks.h"
+#include "mesh_clusters.h"
 #include "page_clusters.h"
 #include "reader.h"
 #include "residency.h"
 #include "tree.h"
-#include "wood_codec.h"
 
 namespace coppice {
 
 /// What the GPU side will take for a chunk; the streamer reserves it before it starts a read.
 struct GpuSizes {
-  std::uint64_t page_bytes = 0;         ///< one page slot, the same for every page
-  std::uint64_t wood_vertex_bytes = 0;  ///< per vertex of a wood LoD
-  std::uint64_t wood_index_bytes = 4;   ///< of leaf meshes too
-  std::uint64_t leaf_mesh_vertex_bytes = 0;
   std::uint64_t plant_bytes = 0;                 ///< per open plant: tables, descriptors
   std::uint64_t opening_bytes = 0;               ///< must be free besides when a plant is opened; counted where it is: in the overhead
-  std::uint64_t wood_list_triangle_bytes = 0;    ///< what comes on top of a triangle of a wood LoD, estimated; counted in the overhead
   std::uint64_t most_staged_bytes = UINT64_MAX;  ///< a chunk of more has a copy of itself on its way
+  bool mesh_clusters = false;                    ///< gpu::MeshSource::clusters
   bool block_textures = false;  ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
+};
+
+/// What a plant is read from.
+struct PlantSource {
+  std::string name;                          ///< a path; of memory what the log calls it
+  std::span<const std::uint8_t> bytes = {};  ///< memory that stays until the plant is closed; empty: a file
+
+  PlantSource() = default;
+  PlantSource(const char* path_or_name, std::span<const std::uint8_t> memory = {}) : name(path_or_name), bytes(memory) {}
 };
 
 struct StreamerOptions {
@@ -62,12 +67,10 @@ struct DecodedChunk {
   // page: nodes first_node .. first_node + nodes.size() - 1
   std::uint32_t first_node = 0;  ///< 2 * COPPICE_PAGE_SPLITS * index + 1
   std::span<const PageNode> nodes;
-  std::span<const std::uint8_t> clusters;        ///< gpu::kPageBytes, as gpu::build_page writes them
-  const gpu::ReadyCuts* ready_cuts = nullptr;    ///< page 0
-  std::shared_ptr<const gpu::CrownLight> light;  ///< page 0: of the whole plant
+  std::span<std::uint8_t> clusters;      ///< gpu::kPageBytes, as gpu::build_page writes them
+  gpu::ReadyCuts* ready_cuts = nullptr;  ///< page 0
 
-  // wood, leaf mesh
-  const WoodMesh* wood = nullptr;
+  gpu::MeshBlock* mesh = nullptr;  ///< wood, leaf mesh
 
   // texture: a coppice_file_texture and its mip levels, checked; the chunk as stored, or decoded to RGBA8 without GpuSizes::block_textures
   std::span<const std::uint8_t> texture;
@@ -90,7 +93,7 @@ struct PlantState {
 struct StreamFrame {
   std::uint64_t frame_number = 1;        ///< of the frame about to be recorded; grows
   std::uint64_t completed_number = 0;    ///< the GPU has finished every frame up to this one
-  const DemandView* view = nullptr;      ///< threshold and mode; null: nothing is wanted beyond what is there
+  const LodView* view = nullptr;         ///< threshold and mode; null: nothing is wanted beyond what is there
   std::span<const PlantDemand> demands;  ///< by plant index; missing ones count as no demand
 };
 
@@ -134,16 +137,20 @@ class Streamer {
   /// Opens a file, reads its front through the I/O hook (blocks for that, and for further tries where a read fails), checks it and decodes
   /// page 0 and the coarsest wood inline; they come out of the next take_decoded(). Returns the plant's index, < max_plants. errors  io,
   /// bad_file (one log line names file, field and byte); out_of_memory: the hook, the budget, or max_plants are open
-  Result<std::uint32_t> open_plant(const char* path);
+  Result<std::uint32_t> open_plant(const PlantSource& source);
 
-  /// The same without waiting, the index at once: finish_open says what has become of it. errors  as far as they are known at once; not
-  /// logged
-  Result<std::uint32_t> start_open(const char* path);
-  /// Nothing: reads are under way. Otherwise the plant is open, or it failed and its index is free again.
-  /// plant  of start_open, not finished (asserted), here and below. errors  as open_plant; not logged
+  /// The same without waiting, the index at once: finish_open, from time to time, says what has become of it. Up to kMostOpening are read
+  /// and decoded at a time. Where there is no memory it is tried kOpenTries times, kOpenRetryFrames apart. errors  out_of_memory:
+  /// max_plants are open; not logged
+  Result<std::uint32_t> start_open(const PlantSource& source);
+  /// Nothing: it is on its way. Otherwise the plant is open, or it failed and its index is free again.
+  /// plant  of start_open, neither finished nor cancelled (asserted), here and below. errors  as open_plant, logged
   [[nodiscard]] std::optional<Result<void>> finish_open(std::uint32_t plant);
-  /// Waits for its reads.
+  /// Does not wait: its index is free once what is under way has come back.
   void cancel_open(std::uint32_t plant);
+  static constexpr std::size_t kMostOpening = 8;
+  static constexpr std::uint32_t kOpenTries = 8;
+  static constexpr std::uint64_t kOpenRetryFrames = 30;
 
   /// From now on the plant wants nothing. Its chunks come out of take_evicted and take_released, then its index out of take_closed_plants.
   /// plant  an open index (asserted)
@@ -154,11 +161,13 @@ class Streamer {
   [[nodiscard]] const PlantBox& box(std::uint32_t plant) const;
   /// The packed table of select.h, for the GPU to copy and for the CPU to select with.
   [[nodiscard]] std::span<const std::uint32_t> lod_words(std::uint32_t plant) const;
+  [[nodiscard]] gpu::PlantAppearance appearance(std::uint32_t plant) const;
   [[nodiscard]] PlantState state(std::uint32_t plant) const;
   /// Whether everything that the view wanted of the plant in the last begin_frame, and can be had, is resident.
   [[nodiscard]] bool is_settled(std::uint32_t plant) const;
-  /// Of the plant's file.
+  /// Of the plant's file, or its name.
   [[nodiscard]] const std::string& path(std::uint32_t plant) const;
+  [[nodiscard]] PlantSource source(std::uint32_t plant) const;
   [[nodiscard]] bool is_open(std::uint32_t plant) const;
 
   /// Takes effect in the next begin_frame. What open plants pin (page 0, coarsest wood, tables) stays even where it alone is over.

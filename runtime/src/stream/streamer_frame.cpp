@@ -12,13 +12,6 @@ namespace {
 
 constexpr std::uint64_t kRetryFrames = 30;
 
-/// Appends a list of transfers to another, both linked by next.
-void append(Transfer*& list, Transfer* more) {
-  Transfer** end = &list;
-  while (*end != nullptr) end = &(*end)->next;
-  *end = more;
-}
-
 bool on_its_way(const Chunk& chunk) {
   return chunk.residency == Residency::reading || chunk.residency == Residency::decoding;
 }
@@ -35,9 +28,7 @@ bool worth_less(const Request& a, const Request& b) {
 void Streamer::State::free_transfer(Transfer& transfer) {
   if (transfer.cancelled) cancelled_bytes -= transfer.bytes.size();
   --transfer.plant->transfer_count;
-  CompletionQueue* queue = transfer.queue;
-  transfer = Transfer{};
-  transfer.queue = queue;
+  transfer = Transfer{.queue = transfer.queue};
 }
 
 void Streamer::State::drop(Transfer& transfer) {
@@ -99,10 +90,10 @@ void Streamer::State::collect(std::uint32_t least) {
   bool progress = true;
   while (progress) {
     progress = false;
-    append(finished, completions.take_all());
-    while (finished != nullptr && in_time()) {
-      Transfer& transfer = *finished;
-      finished = transfer.next;
+    while (in_time()) {
+      Transfer* next = completions.take();
+      if (next == nullptr) break;
+      Transfer& transfer = *next;
       if (least > 0) --least;
       progress = true;
       if (transfer.stage == TransferStage::reading)
@@ -151,7 +142,7 @@ void Streamer::State::retry_reads() {
     if (stale(transfer))
       drop(transfer);
     else if (options.clock_ns() >= transfer.retry.again_ns)
-      start_read(transfer, hooks.io, transfer.plant->io_file, transfer.plant->file_chunk(*transfer.chunk).offset);
+      start_read(transfer, transfer.plant->hooks.io, transfer.plant->io_file, transfer.plant->file_chunk(*transfer.chunk).offset);
   }
 }
 
@@ -265,7 +256,7 @@ Room Streamer::State::issue(const Request& request) {
   ++plant.transfer_count;
   set_counted(chunk, bytes);
   COPPICE_ASSERT(advance(chunk, Residency::reading));
-  start_read(transfer, hooks.io, plant.io_file, entry.offset);
+  start_read(transfer, plant.hooks.io, plant.io_file, entry.offset);
   return Room::now;
 }
 

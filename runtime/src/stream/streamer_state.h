@@ -67,10 +67,9 @@ struct Streamer::State {
   std::uint32_t plant_end = 0;                          ///< plants from here on were never open
   std::vector<std::unique_ptr<PlantOpening>> openings;  ///< their indices are taken
   HookArray<Transfer> transfers;                        ///< [max_in_flight]
-  CompletionQueue completions;
-  Transfer* finished = nullptr;       ///< out of `completions`, linked by next: what no frame has had time for yet
-  std::uint64_t hand_over_until = 0;  ///< on the clock; the frame's time for them ends here
-  BoundedList<Request> requests;      ///< scratch, a heap by value: at most a page, the wood LoDs, textures and leaf meshes of each plant
+  CompletionQueue<Transfer> completions;                ///< also those that no frame has had time for yet
+  std::uint64_t hand_over_until = 0;                    ///< on the clock; the frame's time for them ends here
+  BoundedList<Request> requests;  ///< scratch, a heap by value: at most a page, the wood LoDs, textures and leaf meshes of each plant
   BoundedList<Indivisible> indivisible;  ///< scratch of a frame: at most the textures of each plant, and its leaf meshes
 
   LodView view;
@@ -161,11 +160,14 @@ struct Streamer::State {
   Transfer* free_slot();
 
   // streamer.cpp
-  Result<std::uint32_t> start(const char* path);
-  /// As far as reads are back. errors  io, bad_file, unsupported, out_of_memory
-  Result<void> advance_opening(PlantOpening& opening);
-  /// Everything is read: decodes what is pinned; the plant is open then. errors  bad_file, out_of_memory
-  Result<void> take_opened(PlantOpening& opening);
+  Result<std::uint32_t> start(const PlantSource& source, bool blocking);
+  /// As far as what is under way is back. Whether the plant is open. errors  io, bad_file, unsupported, out_of_memory
+  Result<bool> advance_opening(PlantOpening& opening);
+  /// Of what is pinned. errors  out_of_memory
+  Result<void> reserve_pinned(PlantOpening& opening);
+  /// What is pinned is decoded: the plant is open.
+  void take_opened(PlantOpening& opening);
+  void drop_opening(const PlantOpening& opening);
   /// errors  out_of_memory, as hold_room
   Result<void> reserve_for(PlantOpening& opening, std::uint64_t bytes);
   void release(PlantOpening& opening);

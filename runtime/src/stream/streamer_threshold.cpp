@@ -60,15 +60,8 @@ std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
   return sum.settled + sum.passing;
 }
 
-// Lists that the GPU side keeps of resident wood are in its overhead and would go with it.
 std::uint64_t Streamer::State::room_bytes() const {
-  std::uint64_t room = limit_bytes();
-  for (const auto& plant : used_plants()) {
-    if (!plant) continue;
-    for (std::uint32_t lod = 0; lod < plant->file.plant.wood_lod_count; ++lod)
-      if (const Chunk& chunk = plant->chunk(ChunkKind::wood, lod); !chunk.pinned && chunk.residency == Residency::resident)
-        room += list_bytes(*plant, chunk);
-  }
+  const std::uint64_t room = limit_bytes();
   return room - std::min(room, floor_bytes());
 }
 

@@ -6,31 +6,6 @@
 
 namespace coppice {
 
-void CompletionQueue::expect(std::uint32_t count) {
-  const std::lock_guard lock(mutex_);
-  expected_ += count;
-}
-
-// Notifies under the lock: the waiter may destroy the queue as soon as it can take it.
-void CompletionQueue::push(Transfer* transfer) {
-  const std::lock_guard lock(mutex_);
-  transfer->next = nullptr;
-  (last_ != nullptr ? last_->next : first_) = transfer;
-  last_ = transfer;
-  if (--expected_ == 0) all_back_.notify_all();
-}
-
-Transfer* CompletionQueue::take_all() {
-  const std::lock_guard lock(mutex_);
-  last_ = nullptr;
-  return std::exchange(first_, nullptr);
-}
-
-void CompletionQueue::wait_for_all() {
-  std::unique_lock lock(mutex_);
-  all_back_.wait(lock, [this] { return expected_ == 0; });
-}
-
 namespace {
 
 void trace_transfer(const Transfer& transfer, coppice_trace_kind kind, std::uint64_t start_ns) {
@@ -66,7 +41,7 @@ void run_decodes(void* argument) {
 void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std::uint64_t offset) {
   transfer.stage = TransferStage::reading;
   transfer.read_start_ns = trace_start(transfer.plant->hooks.trace);
-  transfer.queue->expect(1);
+  transfer.queue->expect();
   io.read(io.user, file, offset, transfer.bytes.data(), transfer.bytes.size(), on_read_done, &transfer);
 }
 
@@ -81,34 +56,18 @@ void start_decode(Transfer& first, const coppice_jobs& jobs) {
 }
 
 void ReadGroup::start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
-  issue(reads_.emplace_back(Read{this, offset, out, 0}), io, file);
+  issue(reads_.emplace_back(Read{&queue_, offset, out}), io, file);
 }
 
 void ReadGroup::issue(Read& read, const coppice_io& io, std::int64_t file) {
-  {
-    const std::lock_guard lock(mutex_);
-    ++expected_;
-  }
+  queue_.expect();
   io.read(io.user, file, read.offset, read.out.data(), read.out.size(), on_done, &read);
 }
 
-// Notifies under the lock: the waiter may destroy the group as soon as it can take it.
 void ReadGroup::on_done(void* argument, std::int64_t bytes_read) {
   auto* read = static_cast<Read*>(argument);
-  ReadGroup& group = *read->group;
-  const std::lock_guard lock(group.mutex_);
   read->bytes_read = bytes_read;
-  if (--group.expected_ == 0) group.all_back_.notify_all();
-}
-
-bool ReadGroup::back() const {
-  const std::lock_guard lock(mutex_);
-  return expected_ == 0;
-}
-
-void ReadGroup::wait() {
-  std::unique_lock lock(mutex_);
-  all_back_.wait(lock, [this] { return expected_ == 0; });
+  read->queue->push(read);
 }
 
 bool ReadGroup::whole() const {
@@ -116,11 +75,13 @@ bool ReadGroup::whole() const {
 }
 
 void ReadGroup::repeat_failed(const coppice_io& io, std::int64_t file) {
+  while (queue_.take() != nullptr) continue;
   for (Read& read : reads_)
     if (!read.whole()) issue(read, io, file);
 }
 
 Result<void> ReadGroup::take() {
+  while (queue_.take() != nullptr) continue;
   const std::deque<Read> reads = std::exchange(reads_, {});
   for (const Read& read : reads)
     if (!read.whole()) return read_error(read.bytes_read, read.out.size(), read.offset);

@@ -2,22 +2,20 @@
 
 // A read or decode under way, and how its end comes back to the frame's thread.
 
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <mutex>
 #include <span>
 
+#include "completion_queue.h"
 #include "hooks.h"
 #include "io_result.h"
+#include "mesh_clusters.h"
 #include "page_clusters.h"
 #include "page_codec.h"
 #include "residency.h"
-#include "wood_codec.h"
 
 namespace coppice {
 
-class CompletionQueue;
 struct PlantStream;
 
 enum class TransferStage : std::uint8_t {
@@ -32,7 +30,7 @@ enum class TransferStage : std::uint8_t {
 struct Transfer {
   TransferStage stage = TransferStage::idle;
   bool cancelled = false;  ///< frame's thread: drop it at its next door
-  CompletionQueue* queue = nullptr;
+  CompletionQueue<Transfer>* queue = nullptr;
   PlantStream* plant = nullptr;
   Chunk* chunk = nullptr;
 
@@ -44,7 +42,7 @@ struct Transfer {
   PageOutput page;                 ///< page: where the job decodes it to
   HookArray<PageScratch> scratch;  ///< page: one, here and below
   HookArray<gpu::ClusterScratch> cluster_scratch;
-  WoodMesh wood;                ///< wood: out of the job
+  gpu::MeshBlock mesh;          ///< wood, leaf mesh: out of the job
   HookBuffer texels;            ///< texture that is decoded: out of the job, a TEXTURE chunk of RGBA8
   Result<void> outcome;         ///< of the job
   std::uint64_t decode_ns = 0;  ///< that it took
@@ -52,25 +50,6 @@ struct Transfer {
 
   Transfer* next_in_run = nullptr;  ///< pages one job decodes one after the other
   Transfer* next = nullptr;         ///< in the completion queue
-};
-
-/// Finished transfers in order of completion. push: any thread; the rest: the frame's thread.
-class CompletionQueue {
- public:
-  /// `count` transfers go to a hook; each comes back through push.
-  void expect(std::uint32_t count);
-  void push(Transfer* transfer);
-  /// The finished ones, linked by `next`; null if there are none.
-  Transfer* take_all();
-  /// Returns once every expected transfer has been pushed.
-  void wait_for_all();
-
- private:
-  std::mutex mutex_;
-  std::condition_variable all_back_;
-  Transfer* first_ = nullptr;
-  Transfer* last_ = nullptr;
-  std::uint32_t expected_ = 0;
 };
 
 /// Hands the read of transfer.bytes at `offset` to the I/O hook.
@@ -90,8 +69,8 @@ class ReadGroup {
   /// out: stays where it is until the read is back
   void start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
   /// Whether every read has returned.
-  [[nodiscard]] bool back() const;
-  void wait();
+  [[nodiscard]] bool back() const { return queue_.all_back(); }
+  void wait() const { queue_.wait_for_all(); }
   /// Whether every read gave all its bytes. back(): true, here and below
   [[nodiscard]] bool whole() const;
   /// Starts again those that did not.
@@ -101,19 +80,18 @@ class ReadGroup {
 
  private:
   struct Read {
-    ReadGroup* group = nullptr;
+    CompletionQueue<Read>* queue = nullptr;
     std::uint64_t offset = 0;
     std::span<std::uint8_t> out;
     std::int64_t bytes_read = 0;
+    Read* next = nullptr;  ///< in the queue
     [[nodiscard]] bool whole() const { return bytes_read == static_cast<std::int64_t>(out.size()); }
   };
   void issue(Read& read, const coppice_io& io, std::int64_t file);
   static void on_done(void* argument, std::int64_t bytes_read);
 
   std::deque<Read> reads_;  ///< stay where they are
-  mutable std::mutex mutex_;
-  std::condition_variable all_back_;
-  std::uint32_t expected_ = 0;
+  CompletionQueue<Read> queue_;
 };
 
 /// Reads through the hook and waits, once. Inline on the calling thread as far as the hook is. errors  as read_error

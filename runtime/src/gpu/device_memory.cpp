@@ -1,0 +1,298 @@
+#include "device_memory.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "device.h"
+
+namespace coppice::gpu {
+namespace {
+
+/// Where a request goes.
+struct Plan {
+  std::uint32_t block = MemoryRange::kNone;  ///< none: into a new one
+  std::size_t run = 0;                       ///< of the block's
+  std::uint64_t offset = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t block_bytes = 0;        ///< of the new one
+  MemoryKind kind = MemoryKind::alone;  ///< likewise
+};
+
+std::uint64_t round_up(std::uint64_t value, std::uint64_t step) {
+  return (value + step - 1) / step * step;
+}
+
+std::uint64_t in_units(const DeviceMemory& memory, std::uint64_t bytes) {
+  return bytes / memory.unit_bytes * memory.unit_bytes;
+}
+
+bool is_there(const MemoryBlock& block) {
+  return block.source.memory != VK_NULL_HANDLE;
+}
+
+bool is_empty(const MemoryBlock& block) {
+  return block.free.size() == 1 && block.free[0].bytes == block.bytes;
+}
+
+/// What free bytes of a block count for.
+std::uint64_t counted(const DeviceMemory& memory, MemoryKind kind, std::uint64_t bytes) {
+  return kind == MemoryKind::device ? in_units(memory, bytes) : 0;
+}
+
+std::uint64_t committed(const DeviceMemory& memory, std::uint64_t allocated_bytes, std::uint64_t free_bytes) {
+  return allocated_bytes + memory.block_bytes - std::min(free_bytes, memory.block_bytes);
+}
+
+bool takes(const DeviceMemory& memory, const MemoryBlock& block, const MemoryRequest& request) {
+  return is_there(block) && block.kind == request.kind && (request.requirements.memoryTypeBits >> block.source.memory_type & 1u) != 0 &&
+         block.images == (request.image && memory.images_apart);
+}
+
+std::uint64_t free_bytes_of(const MemoryBlock& block) {
+  std::uint64_t sum = 0;
+  for (const FreeRun& run : block.free) sum += run.bytes;
+  return sum;
+}
+
+/// The fullest block that has room, so that others empty; in it the smallest run.
+void find_run(const DeviceMemory& memory, const MemoryRequest& request, Plan& plan) {
+  const std::uint64_t alignment = std::max<std::uint64_t>(request.requirements.alignment, memory.granule);
+  std::uint64_t least_free = ~std::uint64_t{0};
+  for (std::uint32_t index = 0; index < memory.blocks.size(); ++index) {
+    const MemoryBlock& block = memory.blocks[index];
+    if (!takes(memory, block, request)) continue;
+    const std::uint64_t free = free_bytes_of(block);
+    if (free < plan.bytes || free >= least_free) continue;
+    std::uint64_t least_run = ~std::uint64_t{0};
+    for (std::size_t i = 0; i < block.free.size(); ++i) {
+      const FreeRun& run = block.free[i];
+      const std::uint64_t start = round_up(block.source.offset + run.offset, alignment) - block.source.offset;
+      if (start + plan.bytes > run.offset + run.bytes || run.bytes >= least_run) continue;
+      least_free = free;
+      least_run = run.bytes;
+      plan.block = index;
+      plan.run = i;
+      plan.offset = start;
+    }
+  }
+}
+
+std::uint64_t committed_after(const DeviceMemory& memory, const Plan& plan) {
+  if (plan.block == MemoryRange::kNone)
+    return committed(memory, memory.allocated_bytes + plan.block_bytes,
+                     memory.free_bytes + counted(memory, plan.kind, plan.block_bytes - plan.bytes));
+  const MemoryBlock& block = memory.blocks[plan.block];
+  const FreeRun& run = block.free[plan.run];
+  const std::uint64_t before = plan.offset - run.offset, after = run.bytes - before - plan.bytes;
+  return committed(memory, memory.allocated_bytes,
+                   memory.free_bytes - counted(memory, block.kind, run.bytes) + counted(memory, block.kind, before) +
+                       counted(memory, block.kind, after));
+}
+
+/// Into a run that is free, or else a new block for this and others; or one for it alone where that is what the limit allows.
+Plan plan_for(const DeviceMemory& memory, const MemoryRequest& request) {
+  const std::uint64_t bytes = round_up(request.requirements.size, memory.granule);
+  const Plan alone{.bytes = bytes, .block_bytes = bytes};
+  if (request.kind == MemoryKind::alone) return alone;
+  const std::uint64_t most = std::max(memory.limit_bytes, committed_after(memory, alone));
+  Plan plan{.bytes = bytes};
+  find_run(memory, request, plan);
+  if (plan.block != MemoryRange::kNone) return committed_after(memory, plan) <= most ? plan : alone;
+  // What is larger than half a block would leave too much of one to others.
+  if (bytes > memory.block_bytes / 2) return alone;
+  plan.kind = request.kind;
+  plan.block_bytes = memory.block_bytes;
+  const std::uint64_t after = committed_after(memory, plan);
+  // Where less than a block is left beside it, a chunk that was promised its bytes must find them.
+  return after <= committed_after(memory, alone) || after + memory.block_bytes <= most ? plan : alone;
+}
+
+Result<std::uint32_t> find_memory_type(const DeviceMemory& memory, std::uint32_t type_bits, VkMemoryPropertyFlags wanted) {
+  for (std::uint32_t type = 0; type < memory.properties.memoryTypeCount; ++type)
+    if ((type_bits >> type & 1u) && (memory.properties.memoryTypes[type].propertyFlags & wanted) == wanted) return type;
+  return Error{Status::unsupported, "no memory type fits", Error::kNoOffset,
+               wanted & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT ? "device local" : "host coherent"};
+}
+
+Result<coppice_memory_block> allocate_by_vulkan(Device& device, const VkMemoryRequirements& requirements, VkMemoryPropertyFlags wanted) {
+  COPPICE_TRY(type, find_memory_type(device.memory, requirements.memoryTypeBits, wanted));
+  const VkMemoryAllocateFlagsInfo flags{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+                                        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+  const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                  .pNext = wanted & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT ? &flags : nullptr,
+                                  .allocationSize = requirements.size,
+                                  .memoryTypeIndex = type};
+  coppice_memory_block block{.memory_type = type};
+  COPPICE_CHECK(check(device, device.vk.vkAllocateMemory(device.device, &info, nullptr, &block.memory), "vkAllocateMemory"));
+  if (!(wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) return block;
+  const auto mapped = check(device, device.vk.vkMapMemory(device.device, block.memory, 0, VK_WHOLE_SIZE, 0, &block.mapped), "vkMapMemory");
+  if (mapped) return block;
+  device.vk.vkFreeMemory(device.device, block.memory, nullptr);
+  return mapped.error();
+}
+
+void free_source(Device& device, const coppice_memory_block& source) {
+  const coppice_device_memory& hook = device.memory.hook;
+  if (hook.free != nullptr)
+    hook.free(hook.user, &source);
+  else
+    device.vk.vkFreeMemory(device.device, source.memory, nullptr);
+}
+
+Result<coppice_memory_block> allocate_by_hook(Device& device, const VkMemoryRequirements& requirements, VkMemoryPropertyFlags wanted) {
+  const coppice_device_memory& hook = device.memory.hook;
+  coppice_memory_block block{};
+  COPPICE_CHECK(check(device, hook.allocate(hook.user, &requirements, wanted, &block), "device_memory.allocate"));
+  const char* problem = nullptr;
+  if (block.memory == VK_NULL_HANDLE)
+    problem = "memory is null";
+  else if (block.memory_type >= device.memory.properties.memoryTypeCount || !(requirements.memoryTypeBits >> block.memory_type & 1u))
+    problem = "memory_type is none of memoryTypeBits";
+  else if (block.offset % requirements.alignment != 0)
+    problem = "offset is not aligned";
+  else if ((wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) && block.mapped == nullptr)
+    problem = "mapped is null";
+  if (problem == nullptr) return block;
+  if (block.memory != VK_NULL_HANDLE) hook.free(hook.user, &block);
+  return Error{Status::internal, "device_memory.allocate", Error::kNoOffset, problem};
+}
+
+Result<std::uint32_t> add_block(Device& device, const MemoryRequest& request, const Plan& plan) {
+  DeviceMemory& memory = device.memory;
+  const VkMemoryPropertyFlags wanted =
+      request.kind == MemoryKind::host ? VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT}
+                                       : VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT};
+  const VkMemoryRequirements requirements{.size = plan.block_bytes,
+                                          .alignment = std::max<std::uint64_t>(request.requirements.alignment, memory.granule),
+                                          .memoryTypeBits = request.requirements.memoryTypeBits};
+  COPPICE_TRY(source, memory.hook.allocate != nullptr ? allocate_by_hook(device, requirements, wanted)
+                                                      : allocate_by_vulkan(device, requirements, wanted));
+  const auto hole = std::ranges::find_if_not(memory.blocks, is_there);
+  const auto index = static_cast<std::uint32_t>(hole - memory.blocks.begin());
+  if (hole == memory.blocks.end()) memory.blocks.emplace_back();
+  memory.blocks[index] = {
+      .source = source, .bytes = plan.block_bytes, .kind = plan.kind, .images = request.image && memory.images_apart, .free = {}};
+  memory.allocated_bytes += plan.block_bytes;
+  ++memory.block_count;
+  if (plan.kind == MemoryKind::alone) return index;
+  memory.blocks[index].free.push_back({0, plan.block_bytes});
+  memory.free_bytes += counted(memory, plan.kind, plan.block_bytes);
+  return index;
+}
+
+void free_block(Device& device, std::uint32_t index) {
+  DeviceMemory& memory = device.memory;
+  MemoryBlock& block = memory.blocks[index];
+  free_source(device, block.source);
+  memory.allocated_bytes -= block.bytes;
+  for (const FreeRun& run : block.free) memory.free_bytes -= counted(memory, block.kind, run.bytes);
+  --memory.block_count;
+  block = {};
+}
+
+void free_empty_blocks(Device& device, std::uint64_t kept_block_bytes) {
+  for (std::uint32_t index = 0; index < device.memory.blocks.size(); ++index)
+    if (is_empty(device.memory.blocks[index]) && device.memory.blocks[index].bytes != kept_block_bytes) free_block(device, index);
+}
+
+void take_run(DeviceMemory& memory, const Plan& plan) {
+  const MemoryKind kind = memory.blocks[plan.block].kind;
+  std::vector<FreeRun>& free = memory.blocks[plan.block].free;
+  const auto at = free.begin() + static_cast<std::ptrdiff_t>(plan.run);
+  const FreeRun run = *at;
+  const FreeRun before{run.offset, plan.offset - run.offset};
+  const FreeRun after{plan.offset + plan.bytes, run.bytes - before.bytes - plan.bytes};
+  memory.free_bytes -= counted(memory, kind, run.bytes) - counted(memory, kind, before.bytes) - counted(memory, kind, after.bytes);
+  if (before.bytes > 0 && after.bytes > 0) {
+    *at = after;
+    free.insert(at, before);
+  } else if (before.bytes + after.bytes > 0) {
+    *at = before.bytes > 0 ? before : after;
+  } else {
+    free.erase(at);
+  }
+}
+
+void give_run(DeviceMemory& memory, MemoryBlock& block, FreeRun run) {
+  std::vector<FreeRun>& free = block.free;
+  auto next = std::ranges::upper_bound(free, run.offset, {}, &FreeRun::offset);
+  if (next != free.end() && run.offset + run.bytes == next->offset) {
+    memory.free_bytes -= counted(memory, block.kind, next->bytes);
+    run.bytes += next->bytes;
+    next = free.erase(next);
+  }
+  if (next != free.begin() && (next - 1)->offset + (next - 1)->bytes == run.offset) {
+    FreeRun& before = *(next - 1);
+    memory.free_bytes += counted(memory, block.kind, before.bytes + run.bytes) - counted(memory, block.kind, before.bytes);
+    before.bytes += run.bytes;
+    return;
+  }
+  memory.free_bytes += counted(memory, block.kind, run.bytes);
+  free.insert(next, run);
+}
+
+}  // namespace
+
+void set_granularity(DeviceMemory& memory, std::uint64_t buffer_image_granularity) {
+  constexpr std::uint64_t kMostGranule = 1024;
+  memory.images_apart = buffer_image_granularity > kMostGranule;
+  if (!memory.images_apart) memory.granule = std::max(memory.granule, buffer_image_granularity);
+}
+
+void set_block_bytes(Device& device, std::uint64_t block_bytes, std::uint64_t unit_bytes) {
+  DeviceMemory& memory = device.memory;
+  memory.unit_bytes = round_up(unit_bytes, memory.granule);
+  memory.block_bytes = whole_units(memory, block_bytes);
+  free_empty_blocks(device, memory.block_bytes);
+  memory.free_bytes = 0;
+  for (const MemoryBlock& block : memory.blocks)
+    for (const FreeRun& run : block.free) memory.free_bytes += counted(memory, block.kind, run.bytes);
+}
+
+std::uint64_t whole_units(const DeviceMemory& memory, std::uint64_t block_bytes) {
+  return std::max(in_units(memory, block_bytes), memory.unit_bytes);
+}
+
+std::uint64_t committed_bytes(const DeviceMemory& memory) {
+  return committed(memory, memory.allocated_bytes, memory.free_bytes);
+}
+
+Result<MemoryRange> take_memory(Device& device, const MemoryRequest& request) {
+  DeviceMemory& memory = device.memory;
+  Plan plan = plan_for(memory, request);
+  // A block that is kept for others may be what is missing.
+  if (committed_after(memory, plan) > memory.limit_bytes && plan.block == MemoryRange::kNone) free_empty_blocks(device, 0);
+  if (const std::uint64_t after = committed_after(memory, plan); after > memory.limit_bytes) {
+    memory.lacking_bytes = std::max(memory.lacking_bytes, after - committed_bytes(memory));
+    return Error{Status::out_of_memory, "memory budget: no room for device memory now"};
+  }
+  if (plan.block == MemoryRange::kNone) {
+    COPPICE_TRY(added, add_block(device, request, plan));
+    plan.block = added;
+    if (plan.kind == MemoryKind::alone) return MemoryRange{added, 0, plan.bytes};
+  }
+  take_run(memory, plan);
+  return MemoryRange{plan.block, plan.offset, plan.bytes};
+}
+
+void give_memory(Device& device, MemoryRange& range) {
+  if (range.block == MemoryRange::kNone) return;
+  DeviceMemory& memory = device.memory;
+  const MemoryRange given = std::exchange(range, {});
+  MemoryBlock& block = memory.blocks[given.block];
+  if (block.kind == MemoryKind::alone) return free_block(device, given.block);
+  give_run(memory, block, {given.offset, given.bytes});
+  if (!is_empty(block)) return;
+  // One is kept, as what is committed holds it in any case.
+  const bool spare = block.kind == MemoryKind::device && block.bytes == memory.block_bytes;
+  const auto is_other = [&](const MemoryBlock& other) { return &other != &block && is_empty(other); };
+  if (!spare || std::ranges::any_of(memory.blocks, is_other)) free_block(device, given.block);
+}
+
+void close_memory(Device& device) {
+  free_empty_blocks(device, 0);
+}
+
+}  // namespace coppice::gpu

@@ -1,0 +1,170 @@
+// Where plants stand, how crowns are lit and leaves coloured, and how words hold what that takes, once: this text compiles as GLSL and as
+// C++ (namespace coppice::gpu), so that the records of clusters and the shaders that draw vertices cannot disagree by more than rounding.
+//
+// A shader that includes this file defines first
+//     #define COPPICE_CROWN_WORD(words, i)  uint: word i of a plant's crown light, whose address is words
+
+#ifndef COPPICE_LIGHT_H
+#define COPPICE_LIGHT_H
+
+#include "coppice_lod.h"
+#include "coppice_shared.h"
+
+#ifdef __cplusplus
+#define COPPICE_CROWN_WORD(words, i) (words)[i]
+
+namespace coppice::gpu {
+using lod::coppice_hash;
+using CrownWords = const uint*;
+#else
+#define CrownWords uvec2
+#endif
+
+COPPICE_FN vec3 rotate(vec4 quaternion, vec3 v) {
+  vec3 axis = vec3(quaternion.x, quaternion.y, quaternion.z);
+  vec3 t = 2.0f * cross(axis, v);
+  return v + quaternion.w * t + cross(axis, t);
+}
+
+COPPICE_FN vec3 world_from_object(Instance instance, vec3 p) {
+  return instance.position + rotate(instance.rotation, instance.scale * p);
+}
+
+/// A unit vector's place on the octahedron, whose lower half is folded outwards into the corners of the square. Of any length; 0 gives 0.
+COPPICE_FN vec2 octahedral(vec3 n) {
+  float sum = abs(n.x) + abs(n.y) + abs(n.z);
+  if (!(sum > 0.0f)) return vec2(0.0f, 0.0f);
+  vec2 e = vec2(n.x / sum, n.y / sum);
+  if (n.z >= 0.0f) return e;
+  return vec2((1.0f - abs(e.y)) * (e.x >= 0.0f ? 1.0f : -1.0f), (1.0f - abs(e.x)) * (e.y >= 0.0f ? 1.0f : -1.0f));
+}
+
+/// The inverse. Unit
+COPPICE_FN vec3 unfold(vec2 e) {
+  vec3 n = vec3(e.x, e.y, 1.0f - abs(e.x) - abs(e.y));
+  float fold = max(-n.z, 0.0f);
+  n.x -= n.x >= 0.0f ? fold : -fold;
+  n.y -= n.y >= 0.0f ? fold : -fold;
+  return n * inversesqrt(dot(n, n));
+}
+
+/// A length, m, in 8 bits: see kLengthZero. The longest and the shortest that there are stand for what lies beyond.
+COPPICE_FN uint pack_length(float length_m) {
+  if (!(length_m > 0.0f)) return 0u;
+  return uint(clamp(round(kLengthSteps * log2(length_m)) + float(kLengthZero), 1.0f, 255.0f));
+}
+/// Of four in a word.
+COPPICE_FN float unpack_length(uint word, uint quarter) {
+  uint step = word >> (8u * quarter) & 255u;
+  return step == 0u ? 0.0f : exp2((float(step) - float(kLengthZero)) / kLengthSteps);
+}
+
+/// Splat::look without the sky; also a colour of wood. The inverse is kMaxSplatAlbedo times the square.
+COPPICE_FN uint pack_albedo(vec3 albedo) {
+  return packUnorm4x8(vec4(sqrt(clamp(albedo * (1.0f / kMaxSplatAlbedo), vec3(0.0f), vec3(1.0f))), 0.0f));
+}
+
+/// Leaf vertices fill a box; the ellipsoid in it stands for the crown. Object space, m.
+struct Crown {
+  vec3 center;
+  vec3 radii;
+};
+
+COPPICE_FN Crown crown_of(vec3 box_min, vec3 box_step, uint quantised_max) {
+  vec3 half_box = 0.5f * float(quantised_max) * box_step;
+  Crown crown;
+  crown.center = box_min + half_box;
+  crown.radii = max(half_box, vec3(1e-3f));
+  return crown;
+}
+
+/// Light at a place in a crown, as clusters/crown_light.h measures it. Optical depth towards unit direction d: depth + dot(slope, d), not
+/// below 0.
+struct CrownSample {
+  float depth;  // on average
+  vec3 slope;
+  float sky;  // share of the light of the sky that arrives, 0..1
+};
+
+COPPICE_FN uint pack_crown(CrownSample crown) {
+  float root = round(255.0f * sqrt(min(max(0.0f, crown.depth / kMaxCrownDepth), 1.0f)));  // in this order a NaN is 0, here and below
+  float depth = kMaxCrownDepth * root * root / (255.0f * 255.0f);
+  vec3 slope = depth > 0.0f ? crown.slope / vec3(kMaxCrownSlope * depth) : vec3(0.0f);
+  vec3 steps = round(31.0f * clamp(slope, vec3(-1.0f), vec3(1.0f)));
+  uint slopes = (uint(int(steps.x)) & 63u) << 8u | (uint(int(steps.y)) & 63u) << 14u | (uint(int(steps.z)) & 63u) << 20u;
+  return uint(root) | slopes | uint(round(63.0f * min(max(0.0f, crown.sky), 1.0f))) << 26u;
+}
+
+COPPICE_FN CrownSample unpack_crown(uint word) {
+  float root = float(word & 255u) * (1.0f / 255.0f);
+  CrownSample crown;
+  crown.depth = kMaxCrownDepth * root * root;
+  vec3 steps = vec3(float(int(word << 18u) >> 26), float(int(word << 12u) >> 26), float(int(word << 6u) >> 26));
+  crown.slope = kMaxCrownSlope / 31.0f * crown.depth * steps;
+  crown.sky = float(word >> 26u) * (1.0f / 63.0f);
+  return crown;
+}
+
+/// Between cells linearly, outside the box what its nearest place has. words: uint[kCrownCells^3], place: object space, m
+COPPICE_FN CrownSample crown_light_at(CrownWords words, Crown crown, vec3 place) {
+  vec3 at = ((place - crown.center) / crown.radii * 0.5f + vec3(0.5f)) * float(kCrownCells) - vec3(0.5f);
+  at = clamp(at, vec3(0.0f), vec3(float(kCrownCells - 1u)));
+  vec3 low = min(floor(at), vec3(float(kCrownCells - 2u)));
+  vec3 share = at - low;
+  uint first = (uint(low.z) * kCrownCells + uint(low.y)) * kCrownCells + uint(low.x);
+  CrownSample sum;
+  sum.depth = sum.sky = 0.0f;
+  sum.slope = vec3(0.0f);
+  for (uint i = 0u; i < 8u; ++i) {
+    bool far_x = (i & 1u) != 0u, far_y = (i & 2u) != 0u, far_z = (i & 4u) != 0u;
+    float weight = (far_x ? share.x : 1.0f - share.x) * (far_y ? share.y : 1.0f - share.y) * (far_z ? share.z : 1.0f - share.z);
+    uint cell = first + (far_x ? 1u : 0u) + (far_y ? kCrownCells : 0u) + (far_z ? kCrownCells * kCrownCells : 0u);
+    CrownSample corner = unpack_crown(COPPICE_CROWN_WORD(words, cell));
+    sum.depth += weight * corner.depth;
+    sum.slope += weight * corner.slope;
+    sum.sky += weight * corner.sky;
+  }
+  return sum;
+}
+
+/// How much of the crown a leaf stands for, if all others have been merged into as large ones: about 1 for the last one of a plant.
+/// size_m: its longer diagonal
+COPPICE_FN float full_bulk(Crown crown, float size_m) {
+  float share = min(0.5f * size_m / ((crown.radii.x + crown.radii.y + crown.radii.z) / 3.0f), 1.0f);
+  return share * share;
+}
+
+/// Light and dark, warm and cool: follows the leaf's stalk, so that it survives a change of cut. stalk_m: where it is, object space;
+/// stalk: the same, quantised
+COPPICE_FN vec3 variation(Crown crown, vec3 stalk_m, uvec3 stalk) {
+  vec3 cell = floor((stalk_m - crown.center) / crown.radii * 4.0f);
+  uint tuft = coppice_hash(uint(int(cell.x) + 16) + uint(int(cell.y) + 16) * 64u + uint(int(cell.z) + 16) * 4096u);
+  uint leaf = coppice_hash((stalk.x + stalk.y * 16384u) ^ (stalk.z * 747796405u));
+  float a = float(tuft >> 16u) / 65535.0f - 0.5f;
+  float b = float(leaf >> 16u) / 65535.0f - 0.5f;
+  float c = float(leaf & 0xffffu) / 65535.0f - 0.5f;
+  return (1.0f + 0.16f * a + 0.30f * b) * vec3(1.0f + 0.16f * c, 1.0f, 1.0f - 0.14f * c);
+}
+
+/// Normals of a place of a leaf, unit, object space.
+struct LeafNormals {
+  vec3 lit;   // the one that it is lit with
+  vec3 face;  // its own, of either side
+};
+
+/// middle: of the leaf, or near it; face: of any length; where it has none, out of the crown. crown_normals: Material's
+COPPICE_FN LeafNormals leaf_normals(Crown crown, vec3 middle, vec3 face, float crown_normals) {
+  vec3 outward = normalize((middle - crown.center) / (crown.radii * crown.radii) + vec3(0.0f, 1e-4f, 0.0f));
+  LeafNormals normals;
+  normals.face = dot(face, face) > 1e-20f ? normalize(face) : outward;
+  // The side that looks out of the crown; neither, little by little, where a leaf's curl passes from one to the other.
+  float side = clamp(4.0f * dot(normals.face, outward), -1.0f, 1.0f), turned = max(crown_normals, 1e-3f);
+  normals.lit = normalize(side * (1.0f - turned) * normals.face + turned * outward);
+  return normals;
+}
+
+#ifdef __cplusplus
+}  // namespace coppice::gpu
+#endif
+
+#endif

@@ -1,0 +1,64 @@
+// How long an engine waits for a context: the calls that create it, and until its pipelines are built. Without validation and pipeline
+// cache; a driver that keeps compiled shaders on disk has to be told not to (Mesa: MESA_SHADER_CACHE_DISABLE=true).
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <stdexcept>
+#include <vector>
+
+#include <unistd.h>
+
+#include "context_desc.h"
+
+namespace coppice::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+struct Times {
+  double created_ms = 0, ready_ms = 0;
+};
+
+Times start(const coppice_context_desc& desc) {
+  coppice_context* context = nullptr;
+  const auto begin = Clock::now();
+  if (coppice_context_create(&desc, &context) != COPPICE_OK) throw std::runtime_error("coppice_context_create failed");
+  Times times{.created_ms = ms_since(begin)};
+  VkBool32 ready = VK_FALSE;
+  while (coppice_pipelines_ready(context, &ready) == COPPICE_OK && ready == VK_FALSE) usleep(100);
+  times.ready_ms = ms_since(begin);
+  coppice_context_destroy(context);
+  return times;
+}
+
+void measure(const char* name, const coppice_context_desc& desc) {
+  std::vector<Times> runs;
+  for (int i = 0; i < 5; ++i) runs.push_back(start(desc));
+  const auto median = [&](double Times::*of) {
+    std::ranges::sort(runs, {}, of);
+    return runs[runs.size() / 2].*of;
+  };
+  std::printf("%-34s created %8.1f ms, ready %8.1f ms\n", name, median(&Times::created_ms), median(&Times::ready_ms));
+}
+
+}  // namespace
+}  // namespace coppice::test
+
+int main() {
+  using namespace coppice::test;
+  coppice_context_desc desc = context_desc(vulkan_device(Validation::off));
+  desc.blocking_pipelines = VK_FALSE;
+  measure("hardware", desc);
+  desc.compute_raster = VK_TRUE;
+  measure("compute_raster", desc);
+  desc.shader_int64_atomics = vulkan_device().int64_atomics ? VK_TRUE : VK_FALSE;
+  measure("compute_raster, 64-bit atomics", desc);
+  desc.shadow_format = VK_FORMAT_D32_SFLOAT;
+  measure("the same, with shadow views", desc);
+  return 0;
+}

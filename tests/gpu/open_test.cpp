@@ -1,0 +1,258 @@
+// Plants that are opened without waiting, and plants in memory, through coppice.h.
+
+#include <filesystem>
+#include <iterator>
+#include <string>
+
+#include "context_fixture.h"
+#include "fake_hooks.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 96;
+constexpr const char* kPath = "plant.coppice";
+constexpr coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
+constexpr coppice_placement kBeside{{0.5f, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
+
+bool is_drawn(const Picture& picture) {
+  return std::ranges::any_of(picture.rgba, [](std::uint8_t channel) { return channel != 255; });
+}
+
+class OpenTest : public ContextTest {
+ protected:
+  void SetUp() override {
+    ContextTest::SetUp();
+    io_.files[kPath] = plant_bytes(2000);
+  }
+  void TearDown() override {
+    run_all();
+    ContextTest::TearDown();
+    EXPECT_EQ(io_.open_count, 0u) << "files are left open";
+  }
+
+  static std::vector<std::uint8_t> plant_bytes(std::uint32_t leaf_count) {
+    const std::string path = temporary_plant({.leaf_count = leaf_count, .seed = 5}, "open_test");
+    std::ifstream file(path, std::ios::binary);
+    std::vector<std::uint8_t> bytes(std::istreambuf_iterator<char>(file), {});
+    std::filesystem::remove(path);
+    return bytes;
+  }
+
+  /// Reads and jobs wait until the test says so.
+  void create_held_back() {
+    coppice_context_desc with = desc();
+    with.io = io_.hook();
+    with.jobs = jobs_.hook();
+    create(with);
+    io_.deferred = jobs_.deferred = true;
+  }
+  void run_all() {
+    io_.deferred = jobs_.deferred = false;
+    io_.answer_all();
+    jobs_.run_all();
+  }
+
+  coppice_plant start(const char* path) {
+    coppice_plant plant = 0;
+    EXPECT_EQ(coppice_plant_open_async(context_, path, &plant), COPPICE_OK) << log_;
+    return plant;
+  }
+
+  coppice_view view_ = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  FakeIo io_;
+  FakeJobs jobs_;
+};
+
+TEST_F(OpenTest, InstancesAreThereOnceThePlantIs) {
+  create_held_back();
+  const coppice_plant plant = start(kPath);
+  ASSERT_NE(plant, 0u);
+  EXPECT_EQ(info(plant).state, COPPICE_PLANT_OPENING);
+  EXPECT_EQ(info(plant).leaf_count, 0u);
+  coppice_instance instances[3] = {};
+  const coppice_placement placements[3] = {kHere, kHere, kHere};
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements, 3, instances), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_instance_move(context_, instances[1], &kBeside), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_instances_remove(context_, &instances[2], 1), COPPICE_OK) << log_;
+  EXPECT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_ERROR_INVALID_ARGUMENT) << "not ready";
+  for (int i = 0; i < 8 && info(plant).state == COPPICE_PLANT_OPENING; ++i) {
+    const bool drawn = is_drawn(frame(view_));
+    const bool ready = info(plant).state == COPPICE_PLANT_READY;
+    EXPECT_EQ(drawn, ready) << "frame " << i;
+    EXPECT_EQ(stats().instance_count, 2u);
+    EXPECT_EQ(stats().source_leaf_count, ready ? 4000u : 0u);
+    if (i % 2 == 0) io_.answer_all();
+    if (i % 2 == 1) jobs_.run_all();
+  }
+  EXPECT_EQ(info(plant).state, COPPICE_PLANT_READY);
+  run_all();
+  EXPECT_TRUE(is_drawn(settle(view_)));
+  frame(view_);
+  EXPECT_EQ(stats().visible_instance_count, 2u);
+  EXPECT_EQ(info(plant).leaf_count, 2000u);
+  EXPECT_EQ(stats().source_leaf_count, 4000u);
+  EXPECT_EQ(coppice_instances_remove(context_, instances, 2), COPPICE_OK) << log_;
+  EXPECT_FALSE(is_drawn(frame(view_)));
+}
+
+TEST_F(OpenTest, ItLooksAsOneThatWasWaitedFor) {
+  const auto picture = [&](bool async) {
+    coppice_context_desc with = desc();
+    with.io = io_.hook();
+    create(with);
+    coppice_plant plant = async ? start(kPath) : open(kPath);
+    EXPECT_EQ(coppice_instances_add(context_, plant, &kHere, 1, nullptr), COPPICE_OK);
+    for (int i = 0; i < 500 && info(plant).state == COPPICE_PLANT_OPENING; ++i) pump(view_);
+    const Picture settled = settle(view_);
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    frame_number_ = 0;
+    return settled;
+  };
+  const Picture waited = picture(false);
+  EXPECT_TRUE(is_drawn(waited));
+  EXPECT_EQ(picture(true).rgba, waited.rgba);
+}
+
+TEST_F(OpenTest, APlantIsClosedAtAnyMomentOfItsOpening) {
+  create_held_back();
+  for (int frames = 0; frames < 7; ++frames) {
+    io_.deferred = jobs_.deferred = true;
+    const coppice_plant plant = start(kPath);
+    coppice_instance instance = 0;
+    ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, &instance), COPPICE_OK) << log_;
+    for (int i = 0; i < frames; ++i) {
+      frame(view_);
+      if (i + 1 < frames && i % 2 == 0) io_.answer_all();
+      if (i + 1 < frames && i % 2 == 1) jobs_.run_all();
+    }
+    ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK) << log_;
+    EXPECT_EQ(coppice_plant_close(context_, plant), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(coppice_instance_move(context_, instance, &kHere), COPPICE_ERROR_INVALID_ARGUMENT) << "it went with the plant";
+    EXPECT_FALSE(is_drawn(frame(view_)));
+    EXPECT_EQ(stats().instance_count, 0u);
+    run_all();
+    for (int i = 0; i < 4; ++i) frame(view_);
+    EXPECT_EQ(io_.open_count, 0u) << frames;
+  }
+}
+
+TEST_F(OpenTest, AContextIsDestroyedWhilePlantsAreOpened) {
+  for (const bool read : {false, true}) {
+    create_held_back();
+    for (int i = 0; i < 10; ++i) (void)start(kPath);
+    frame(view_);
+    if (read) {
+      io_.answer_all();
+      frame(view_);
+    }
+    run_all();
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    frame_number_ = 0;
+    EXPECT_EQ(io_.open_count, 0u);
+  }
+}
+
+TEST_F(OpenTest, AFailureIsSaidOnceAndTheHandleStaysUntilItIsClosed) {
+  io_.files["cut.coppice"] = io_.files[kPath];
+  io_.files["cut.coppice"].pop_back();
+  io_.files["unread.coppice"] = io_.files[kPath];
+  coppice_context_desc with = desc();
+  with.io = io_.hook();
+  with.max_plants = 3;
+  create(with);
+  struct Case {
+    const char* path;
+    coppice_status status;
+  };
+  std::vector<coppice_plant> plants;
+  for (const auto& [path, status] :
+       {Case{"missing.coppice", COPPICE_ERROR_IO}, {"cut.coppice", COPPICE_ERROR_BAD_FILE}, {"unread.coppice", COPPICE_ERROR_IO}}) {
+    io_.fail_offset = std::string(path) == "unread.coppice" ? 0 : UINT64_MAX;
+    log_.clear();
+    const coppice_plant plant = start(path);
+    ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, nullptr), COPPICE_OK);
+    for (int i = 0; i < 3000 && info(plant).state == COPPICE_PLANT_OPENING; ++i) pump(view_);
+    EXPECT_EQ(info(plant).state, COPPICE_PLANT_FAILED) << path;
+    EXPECT_EQ(info(plant).failure, status) << path;
+    EXPECT_EQ(stats().instance_count, 0u);
+    EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << log_;
+    EXPECT_EQ(log_.rfind(path, 0), 0u) << log_;
+    EXPECT_EQ(coppice_instances_add(context_, plant, &kHere, 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(coppice_plant_reload(context_, plant, kPath), COPPICE_ERROR_INVALID_ARGUMENT);
+    plants.push_back(plant);
+  }
+  io_.fail_offset = UINT64_MAX;
+  coppice_plant another = 1;
+  EXPECT_EQ(coppice_plant_open_async(context_, kPath, &another), COPPICE_ERROR_OUT_OF_MEMORY) << "those that failed count";
+  EXPECT_EQ(another, 0u);
+  for (const coppice_plant plant : plants) EXPECT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
+  frame(view_);
+  EXPECT_NE(open(kPath), 0u);
+}
+
+TEST_F(OpenTest, APlantInMemoryIsDrawnAndReloaded) {
+  const std::vector<std::uint8_t> first = plant_bytes(2000), second = plant_bytes(3000);
+  coppice_context_desc with = desc();
+  with.io = io_.hook();
+  create(with);
+  coppice_plant plant = 0;
+  ASSERT_EQ(coppice_plant_open_memory(context_, first.data(), first.size(), "pack:oak", &plant), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, nullptr), COPPICE_OK);
+  view_.lod = COPPICE_LOD_FULL;
+  const auto settled_leaves = [&] {
+    for (int i = 0; i < 300 && info(plant).reloading == VK_TRUE; ++i) pump(view_);
+    EXPECT_TRUE(is_drawn(settle(view_)));
+    return info(plant).resident_leaf_count;
+  };
+  EXPECT_EQ(settled_leaves(), 2000u);
+  ASSERT_EQ(coppice_plant_reload_memory(context_, plant, second.data(), second.size(), "pack:oak"), COPPICE_OK) << log_;
+  EXPECT_EQ(info(plant).reloading, VK_TRUE);
+  EXPECT_EQ(settled_leaves(), 3000u);
+  ASSERT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_OK) << log_;
+  EXPECT_EQ(settled_leaves(), 3000u) << "the same memory again";
+  EXPECT_TRUE(io_.log.empty()) << "the io hook has been called";
+  ASSERT_EQ(coppice_plant_reload(context_, plant, kPath), COPPICE_OK) << log_;
+  EXPECT_EQ(settled_leaves(), 2000u);
+  EXPECT_FALSE(io_.log.empty());
+  ASSERT_EQ(coppice_plant_reload_memory(context_, plant, second.data(), second.size(), "pack:oak"), COPPICE_OK) << log_;
+  EXPECT_EQ(settled_leaves(), 3000u);
+}
+
+TEST_F(OpenTest, BadMemoryIsRefusedAsAFileIs) {
+  create(desc());
+  std::vector<std::uint8_t> bytes = plant_bytes(100);
+  coppice_plant plant = 1;
+  const auto refused = [&](coppice_status status, const char* said) {
+    EXPECT_NE(log_.find(said), std::string::npos) << log_;
+    log_.clear();
+    return status;
+  };
+  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), 10, "pack:short", &plant), "pack:short: "), COPPICE_ERROR_BAD_FILE);
+  EXPECT_EQ(plant, 0u);
+  bytes[0] ^= 1;
+  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), bytes.size(), "pack:odd", &plant), "pack:odd: "),
+            COPPICE_ERROR_BAD_FILE);
+  bytes[0] ^= 1;
+  EXPECT_EQ(refused(coppice_plant_open_memory(context_, nullptr, 10, "pack", &plant), "bytes is null"), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), 0, "pack", &plant), "size is 0"), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), 10, nullptr, &plant), "name is null"),
+            COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), 10, "pack", nullptr), "plant is null"),
+            COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(refused(coppice_plant_open_async(context_, nullptr, &plant), "path is null"), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(refused(coppice_plant_open_async(context_, "a", nullptr), "plant is null"), COPPICE_ERROR_INVALID_ARGUMENT);
+  for (const coppice_status status :
+       {coppice_plant_open_async(nullptr, "a", &plant), coppice_plant_open_memory(nullptr, "a", 1, "a", &plant),
+        coppice_plant_reload_memory(nullptr, plant, "a", 1, "a")})
+    EXPECT_EQ(status, COPPICE_ERROR_INVALID_ARGUMENT);
+  ASSERT_EQ(coppice_plant_open_memory(context_, bytes.data(), bytes.size(), "pack:good", &plant), COPPICE_OK) << log_;
+  EXPECT_EQ(refused(coppice_plant_reload_memory(context_, plant, bytes.data(), 10, "pack:short"), "pack:short: "), COPPICE_ERROR_BAD_FILE);
+  EXPECT_EQ(info(plant).reloading, VK_FALSE);
+  EXPECT_EQ(refused(coppice_plant_reload_memory(context_, plant, bytes.data(), 0, "pack"), "size is 0"), COPPICE_ERROR_INVALID_ARGUMENT);
+}
+
+}  // namespace
+}  // namespace coppice::test

@@ -1,0 +1,269 @@
+// A context starts at once: its pipelines are built by jobs, only those that something needs, and until they are there what they would draw
+// is left out.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "context_fixture.h"
+#include "fake_hooks.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 128;
+
+bool is_drawn(const Picture& picture) {
+  return std::ranges::any_of(picture.rgba, [](std::uint8_t channel) { return channel != 255; });
+}
+
+class StartTest : public ContextTest {
+ protected:
+  void SetUp() override {
+    ContextTest::SetUp();
+    plant_path_ = temporary_plant({.leaf_count = 3000, .seed = 5, .leaf_mesh_count = 2}, "start_test");
+  }
+  void TearDown() override {
+    jobs_.deferred = false;
+    jobs_.run_all();
+    std::filesystem::remove(plant_path_);
+    ContextTest::TearDown();
+  }
+
+  /// Pipelines by jobs, which the test holds back.
+  coppice_context_desc held_back(VkBool32 compute_raster) {
+    coppice_context_desc with = desc();
+    with.blocking_pipelines = VK_FALSE;
+    with.compute_raster = compute_raster;
+    with.jobs = jobs_.hook();
+    jobs_.deferred = true;
+    return with;
+  }
+
+  void plant() {
+    constexpr coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
+    ASSERT_EQ(coppice_instances_add(context_, open(plant_path_), &kHere, 1, nullptr), COPPICE_OK) << log_;
+  }
+
+  bool ready() {
+    VkBool32 ready = VK_FALSE;
+    EXPECT_EQ(coppice_pipelines_ready(context_, &ready), COPPICE_OK);
+    const coppice_stats now = stats();
+    EXPECT_EQ(ready == VK_TRUE, now.pipelines_built == now.pipelines_wanted);
+    return ready == VK_TRUE;
+  }
+
+  static coppice_view view_of(float eye_z_m) {
+    return make_view({.eye_m = {0.0f, 0.3f, eye_z_m}, .width_px = kSidePx, .height_px = kSidePx});
+  }
+
+  FakeJobs jobs_;
+  std::string plant_path_;
+};
+
+TEST_F(StartTest, NothingIsDrawnUntilThePipelinesAreThere) {
+  for (const VkBool32 compute_raster : {VK_FALSE, VK_TRUE}) {
+    create(held_back(compute_raster));
+    EXPECT_FALSE(ready());
+    EXPECT_EQ(stats().pipelines_built, 0u);
+    plant();
+    const coppice_view view = view_of(5.0f);
+    for (int i = 0; i < 3; ++i) EXPECT_FALSE(is_drawn(frame(view)));
+    EXPECT_EQ(stats().drawn_leaf_count, 0u);
+    EXPECT_EQ(stats().visible_instance_count, 0u);
+    jobs_.run_all();
+    EXPECT_TRUE(ready());
+    EXPECT_TRUE(is_drawn(frame(view)));
+    frame(view);
+    EXPECT_GT(stats().drawn_leaf_count, 0u);
+    jobs_.deferred = false;
+    jobs_.run_all();
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    frame_number_ = 0;
+  }
+  EXPECT_EQ(log_, "");
+}
+
+// Jobs run in the order in which they were submitted, so what the hardware needs is there first.
+TEST_F(StartTest, TheHardwareDrawsUntilTheRasteriserIsThere) {
+  create(held_back(VK_TRUE));
+  plant();
+  coppice_view view = view_of(20.0f);
+  frame(view);
+  const std::uint32_t all = stats().pipelines_wanted;
+  const auto draws = [&] {
+    const bool drawn = is_drawn(frame(view));
+    frame(view);
+    return drawn;
+  };
+  std::uint32_t built = 0;
+  bool drawn = false;
+  while (!jobs_.waiting.empty()) {
+    const auto [function, argument] = jobs_.waiting.front();
+    jobs_.waiting.pop_front();
+    function(argument);
+    EXPECT_GE(stats().pipelines_built, built);
+    built = stats().pipelines_built;
+    const bool now = draws();
+    EXPECT_TRUE(now || !drawn) << "what was drawn is gone with pipeline " << built;
+    EXPECT_TRUE(drawn || !now || built < all) << "all was waited for";
+    drawn = now;
+  }
+  EXPECT_TRUE(drawn);
+  EXPECT_TRUE(ready());
+}
+
+TEST_F(StartTest, WhatIsNeverDrawnIsNeverBuilt) {
+  coppice_context_desc with = held_back(VK_TRUE);
+  jobs_.deferred = false;  // they run inside submit: everything is there at once
+  with.shadow_format = VK_FORMAT_D32_SFLOAT;
+  create(with);
+  EXPECT_TRUE(ready()) << "after creation";
+  const std::uint32_t at_start = stats().pipelines_wanted;
+  EXPECT_LT(at_start, 20u);
+  plant();
+  coppice_view view = view_of(40.0f);
+  settle(view);
+  const std::uint32_t far = stats().pipelines_wanted;
+  EXPECT_LE(far, at_start + 2) << "those without a texture";
+  view.debug_view = COPPICE_DEBUG_OVERDRAW;
+  frame(view);
+  const std::uint32_t debugged = stats().pipelines_wanted;
+  EXPECT_EQ(debugged, far + 5) << "two for culling, three that count";
+  view.debug_view = COPPICE_DEBUG_LOD;
+  frame(view);
+  EXPECT_EQ(stats().pipelines_wanted, debugged);
+  coppice_view sun;
+  coppice_view_init(&sun);
+  const coppice_shadow_desc square{{0, 0, 0}, 3.0f, kSidePx};
+  ASSERT_EQ(coppice_shadow_view(context_, &view, &square, &sun), COPPICE_OK) << log_;
+  frame(view, [&](VkCommandBuffer cmd) { record_cull(cmd, sun); });
+  EXPECT_GT(stats().pipelines_wanted, debugged);
+  EXPECT_TRUE(ready());
+}
+
+TEST_F(StartTest, ADebugViewIsShownAsAnyOtherUntilItIsThere) {
+  create(held_back(VK_TRUE));
+  plant();
+  jobs_.run_all();
+  coppice_view view = view_of(5.0f);
+  frame(view);
+  jobs_.run_all();
+  const Picture plain = frame(view);
+  view.debug_view = COPPICE_DEBUG_PATH;
+  EXPECT_EQ(frame(view).rgba, plain.rgba);
+  jobs_.run_all();
+  EXPECT_NE(frame(view).rgba, plain.rgba);
+}
+
+TEST_F(StartTest, AContextCanBeDestroyedWhileItsPipelinesAreBuilt) {
+  coppice_context_desc with = desc();
+  with.blocking_pipelines = VK_FALSE;
+  with.compute_raster = VK_TRUE;
+  create(with);  // the default threads
+  coppice_context_destroy(context_);
+  context_ = nullptr;
+  create(with);
+  plant();
+  frame(view_of(5.0f));
+  for (int i = 0; i < 5000 && !ready(); ++i) usleep(1000);
+  EXPECT_TRUE(ready());
+  frame(view_of(5.0f));
+  EXPECT_TRUE(is_drawn(settle(view_of(5.0f))));
+}
+
+TEST_F(StartTest, TheCostIsWhatAContextCounts) {
+  struct Size {
+    std::uint32_t max_instances, max_plants;
+    std::uint64_t budget_bytes;
+  };
+  for (const VkBool32 compute_raster : {VK_FALSE, VK_TRUE})
+    for (const auto& [max_instances, max_plants, budget_bytes] :
+         {Size{4096, 64, 256ull << 20}, {1, 1, 64ull << 20}, {1000003, 300, 1ull << 30}, {131072, 64, 8ull << 30}}) {
+      coppice_context_desc with = desc();
+      with.compute_raster = compute_raster;
+      with.pass_times = compute_raster;
+      with.max_instances = max_instances;
+      with.max_plants = max_plants;
+      with.memory_budget_bytes = budget_bytes;
+      std::uint64_t cost = 0;
+      ASSERT_EQ(coppice_context_cost(&with, &cost), COPPICE_OK) << log_;
+      create(with);
+      EXPECT_EQ(cost, stats().memory_bytes) << max_instances;
+      coppice_context_destroy(context_);
+      context_ = nullptr;
+    }
+}
+
+TEST_F(StartTest, AskingForTheCostTakesNothing) {
+  coppice_context_desc with = desc();
+  FakeAllocator allocator;
+  FakeIo io;
+  with.allocator = allocator.hook();
+  with.io = io.hook();
+  with.jobs = jobs_.hook();
+  with.memory_budget_bytes = 1;
+  jobs_.deferred = true;
+  static std::size_t allocations;
+  allocations = 0;
+  with.get_instance_proc_addr = [](VkInstance instance, const char* name) -> PFN_vkVoidFunction {
+    const PFN_vkGetDeviceProcAddr get = [](VkDevice device, const char* function) -> PFN_vkVoidFunction {
+      const PFN_vkAllocateMemory allocate = [](VkDevice of, const VkMemoryAllocateInfo* info, const VkAllocationCallbacks* callbacks,
+                                               VkDeviceMemory* memory) {
+        ++allocations;
+        return vkAllocateMemory(of, info, callbacks, memory);
+      };
+      return std::string_view(function) == "vkAllocateMemory" ? reinterpret_cast<PFN_vkVoidFunction>(allocate)
+                                                              : vkGetDeviceProcAddr(device, function);
+    };
+    return std::string_view(name) == "vkGetDeviceProcAddr" ? reinterpret_cast<PFN_vkVoidFunction>(get)
+                                                           : vkGetInstanceProcAddr(instance, name);
+  };
+  std::uint64_t cost = 0;
+  ASSERT_EQ(coppice_context_cost(&with, &cost), COPPICE_OK) << log_;
+  EXPECT_EQ(allocations, 0u);
+  EXPECT_EQ(allocator.calls, 0u);
+  EXPECT_TRUE(jobs_.waiting.empty());
+  with.memory_budget_bytes = 256ull << 20;
+  jobs_.deferred = false;
+  create(with);
+  EXPECT_GT(allocations, 5u);
+  coppice_context_destroy(context_);
+  context_ = nullptr;
+
+  const auto refused = [&](coppice_status status, const char* said) {
+    std::uint64_t bytes = 1;
+    EXPECT_EQ(coppice_context_cost(&with, &bytes), status) << said;
+    EXPECT_EQ(bytes, 0u);
+    EXPECT_NE(log_.find(said), std::string::npos) << log_;
+    log_.clear();
+    with = desc();
+  };
+  with.device = VK_NULL_HANDLE;
+  refused(COPPICE_ERROR_INVALID_ARGUMENT, "device is null");
+  with.physical_device = VK_NULL_HANDLE;
+  refused(COPPICE_ERROR_INVALID_ARGUMENT, "physical_device is null");
+  with.color_format = VK_FORMAT_R8G8B8A8_UINT;
+  refused(COPPICE_ERROR_INVALID_ARGUMENT, "color_format");
+  with.max_instances = (1u << 28) - 1;
+  refused(COPPICE_ERROR_UNSUPPORTED, "max_instances");
+  with.io.open = io.hook().open;
+  refused(COPPICE_ERROR_INVALID_ARGUMENT, "io hook");
+  with.struct_size = 8;
+  refused(COPPICE_ERROR_INVALID_ARGUMENT, "");
+  EXPECT_EQ(coppice_context_cost(nullptr, &cost), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(coppice_context_cost(&with, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+}
+
+TEST_F(StartTest, WithoutAContextOrAPlaceForTheAnswerItIsRefused) {
+  VkBool32 ready = VK_TRUE;
+  EXPECT_EQ(coppice_pipelines_ready(nullptr, &ready), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(ready, VK_FALSE);
+  create(desc());
+  EXPECT_EQ(coppice_pipelines_ready(context_, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(log_.find("ready is null"), std::string::npos) << log_;
+}
+
+}  // namespace
+}  // namespace coppice::test

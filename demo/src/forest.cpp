@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <numeric>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -128,7 +129,7 @@ std::vector<std::string> find_plants(const Options& options) {
 
 namespace {
 
-Forest create_forest(const Device& device, const Options& options, std::uint32_t instances, std::size_t plants) {
+Forest create_forest(const Device& device, const Options& options, std::optional<std::uint32_t> max_instances) {
   Forest forest;
   forest.log = std::make_unique<Log>();
   coppice_context_desc desc;
@@ -147,8 +148,7 @@ Forest create_forest(const Device& device, const Options& options, std::uint32_t
   desc.memory_budget_bytes = std::uint64_t{options.memory_mb} << 20;
   desc.allow_outside = options.allow_outside ? VK_TRUE : VK_FALSE;
   desc.blocking_pipelines = options.headless || options.frames ? VK_TRUE : VK_FALSE;  // frames that are counted miss nothing
-  desc.max_instances = instances;
-  desc.max_plants = std::max(static_cast<std::uint32_t>(plants), desc.max_plants);
+  if (max_instances) desc.max_instances = *max_instances;
   desc.log = hook_of(*forest.log);
   if (!options.trace.empty()) {
     forest.trace = std::make_unique<Trace>();
@@ -164,7 +164,7 @@ Forest create_forest(const Device& device, const Options& options, std::uint32_t
 }  // namespace
 
 Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options) {
-  Forest forest = create_forest(device, options, options.count, files.size());
+  Forest forest = create_forest(device, options, std::nullopt);
   forest.files = files;
   for (const std::string& file : files) {
     forest.plants.push_back(open_plant(forest, file));
@@ -185,7 +185,7 @@ coppice_scene_plant_info scene_plant(const Forest& forest, std::uint32_t species
 }  // namespace
 
 Forest open_scene(const Device& device, const Options& options) {
-  Forest forest = create_forest(device, options, options.most_instances, 256);
+  Forest forest = create_forest(device, options, options.most_instances);
   const coppice_status status = coppice_scene_open(forest.context.get(), options.scene.c_str(), &forest.scene);
   if (status != COPPICE_OK) {
     std::error_code missing;

@@ -147,8 +147,8 @@ void coppice_context_desc_init(coppice_context_desc* desc) {
   desc->depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   desc->samples = VK_SAMPLE_COUNT_1_BIT;
   desc->memory_budget_bytes = 256ull << 20;
-  desc->max_instances = 131072;
-  desc->max_plants = 64;
+  desc->max_instances = 16777216;
+  desc->max_plants = 65536;
   desc->compute_raster = VK_TRUE;
   desc->streaming_ms = 1.0f;
   desc->prefetch_frames = 20.0f;
@@ -263,6 +263,7 @@ coppice_status coppice_instances_add(coppice_context* context, coppice_plant pla
   for (uint32_t i = 0; i < count; ++i)
     if (const std::string problem = coppice::placement_problem(placements[i]); !problem.empty())
       return invalid(*context, __func__, "placements[" + std::to_string(i) + "]." + problem + "; none was added");
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
   const std::span<coppice_instance> handles(instances, instances != nullptr ? count : 0);
   return finish(*context, __func__, context->context->add_instances(plant, {placements, count}, handles));
 }

@@ -79,7 +79,7 @@ StreamerOptions streamer_options(const coppice_context_desc& desc, const gpu::Re
                   .mesh_clusters = renderer.has_raster(),
                   .block_textures = renderer.block_textures()},
           .budget_bytes = desc.memory_budget_bytes,
-          .max_plants = desc.max_plants + kReloadSlots,
+          .max_plants = renderer.max_plants(),
           .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
 }
 
@@ -102,21 +102,18 @@ coppice_streamed_stats streamed_stats(const ChunkCounts& counts) {
 Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& desc) {
   std::unique_ptr<Context> context(new (std::nothrow) Context);
   if (!context) return Error{Status::out_of_memory, "context"};
-  const std::uint32_t slot_count = desc.max_plants + kReloadSlots;
   context->tag_ = next_tag();
   COPPICE_TRY(hooks, complete_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
   context->hooks_ = std::move(hooks);
   COPPICE_TRY(renderer, create_renderer(desc, context->hooks_.hooks.jobs));
   context->renderer_ = std::move(renderer);
-  COPPICE_TRY(instances, gpu::InstanceTable::create(context->hooks_.hooks.allocator, desc.max_instances, slot_count, context->tag_));
-  context->instances_ = std::move(instances);
+  context->instances_ = gpu::InstanceTable(context->hooks_.hooks.allocator, context->renderer_->max_instances(), context->tag_);
   context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == VK_TRUE, context->hooks_.real_files};
-  context->max_instances_ = desc.max_instances;
   context->streaming_ns_ = nanoseconds(desc.streaming_ms);
   context->prefetch_frames_ = desc.prefetch_frames;
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, streamer_options(desc, *context->renderer_)));
   context->streamer_ = std::move(streamer);
-  context->max_plants_ = desc.max_plants;
+  context->max_plants_ = context->renderer_->max_plants() - kReloadSlots;
   context->count_overhead();
   context->least_budget_bytes_ = context->renderer_->least_budget_bytes(context->streamer_->stats().memory_bytes);
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
@@ -127,16 +124,14 @@ Result<std::uint64_t> Context::cost(const coppice_context_desc& desc) {
   COPPICE_CHECK(check_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
   COPPICE_TRY(renderer, create_renderer(desc, {}));
   COPPICE_TRY(streamer, Streamer::create({.allocator = default_allocator()}, streamer_options(desc, *renderer)));
-  return streamer->stats().memory_bytes + renderer->overhead_bytes() + gpu::InstanceTable::bytes_for(desc.max_instances);
+  return streamer->stats().memory_bytes + renderer->overhead_bytes();
 }
 
 Result<void> Context::check_budget(std::uint64_t bytes) const {
   if (bytes >= least_budget_bytes_) return {};
   constexpr double kMiB = 1 << 20;
   char detail[200];
-  std::snprintf(detail, sizeof detail,
-                "%.1f MiB is below the %.1f MiB (%llu bytes) that this context takes before any plant: raise it, or lower max_instances or "
-                "max_plants",
+  std::snprintf(detail, sizeof detail, "%.1f MiB is below the %.1f MiB (%llu bytes) that this context takes before any plant",
                 static_cast<double>(bytes) / kMiB, std::ceil(10 * static_cast<double>(least_budget_bytes_) / kMiB) / 10,
                 static_cast<unsigned long long>(least_budget_bytes_));
   return Error{Status::invalid_argument, "memory budget", Error::kNoOffset, detail};
@@ -158,6 +153,10 @@ Context::PlantEntry& Context::entry(coppice_plant plant) {
 }
 
 Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
+  if (const auto grown = grow_plants(); !grown) {
+    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", source.name.c_str(), grown.error().message().c_str());
+    return grown.error();
+  }
   COPPICE_TRY(slot, streamer_->open_plant(source));
   add_slot(slot);
   COPPICE_CHECK(show_slot(slot));
@@ -209,6 +208,7 @@ Result<coppice_plant> Context::open_plant(const PlantSource& source) {
 
 Result<coppice_plant> Context::start_open(const PlantSource& source) {
   if (free_entry() == max_plants_) return Error{Status::out_of_memory, "max_plants are open"};
+  COPPICE_CHECK(grow_plants());
   COPPICE_TRY(slot, streamer_->start_open(source));
   add_slot(slot);
   return take_entry(slot, COPPICE_PLANT_OPENING);
@@ -314,8 +314,44 @@ Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice
                                     std::span<coppice_instance> handles) {
   // What draws them grows with them in the next frame: where it could not, nothing at all would be drawn.
   count_overhead();
-  COPPICE_CHECK(streamer_->make_room(renderer_->needed_room_bytes(instances_, placements.size())));
+  COPPICE_TRY(needed, instances_.slots_for(placements.size()));
+  const std::uint32_t slots = roomy_slots(needed, placements.size());
+  COPPICE_CHECK(streamer_->make_room(growth_bytes(slots, placements.size())));
+  COPPICE_CHECK(grow_slots(slots));
   return instances_.add(entry(plant).slot, placements, handles);
+}
+
+std::uint64_t Context::growth_bytes(std::uint32_t slots, std::size_t added) const {
+  return instances_.growth_bytes(slots) + renderer_->reserve_bytes({.slots = slots}) + renderer_->needed_room_bytes(instances_, added);
+}
+
+std::uint32_t Context::roomy_slots(std::uint32_t slots, std::size_t added) const {
+  const std::uint32_t roomy = instances_.roomy(slots);
+  return growth_bytes(roomy, added) <= streamer_->free_bytes() ? roomy : slots;
+}
+
+Result<void> Context::grow_slots(std::uint32_t slots) {
+  if (slots <= instances_.capacity()) return {};
+  COPPICE_TRY(larger, instances_.enlarged(slots));
+  renderer_->set_room(streamer_->free_bytes() - larger.bytes());
+  COPPICE_CHECK(renderer_->reserve({.slots = slots}));
+  instances_.take(std::move(larger));
+  count_overhead();
+  return {};
+}
+
+Result<void> Context::grow_plants() {
+  const auto needed = std::min(static_cast<std::uint32_t>(slots_.size() + 1), renderer_->max_plants());
+  const std::uint32_t capacity = renderer_->capacity().plants;
+  if (needed <= capacity) return {};
+  count_overhead();
+  gpu::Capacity wanted{.plants = roomy_count({.now = capacity, .needed = needed, .most = renderer_->max_plants()})};
+  if (renderer_->reserve_bytes(wanted) > streamer_->free_bytes()) wanted.plants = needed;
+  COPPICE_CHECK(streamer_->make_room(renderer_->reserve_bytes(wanted)));
+  give_room();
+  COPPICE_CHECK(renderer_->reserve(wanted));
+  count_overhead();
+  return {};
 }
 
 void Context::count_overhead() {

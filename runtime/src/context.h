@@ -105,11 +105,9 @@ class Context {
   /// The open scene: its tiles' instances and its species' plants.
   struct Scene {
     coppice_scene handle = 0;
-    // A tile's blocks of the instance table are a list.
-    HookArray<std::uint32_t> first_block;  ///< [tile] plus one; 0: none
-    HookArray<std::uint32_t> next_block;   ///< [block] plus one; 0: the last
-    std::uint32_t block_count = 0;         ///< of all tiles
-    HookArray<coppice_plant> plants;       ///< [species] 0: not open
+    HookArray<gpu::InstanceTile> tiles;  ///< [tile]
+    std::uint32_t block_count = 0;       ///< of all tiles
+    HookArray<coppice_plant> plants;     ///< [species] 0: not open
     struct Opening {
       std::uint32_t species = 0;
       coppice_plant plant = 0;
@@ -124,18 +122,16 @@ class Context {
     std::uint64_t species_frame = 0;          ///< no plant is opened before
     std::uint32_t species_tries = 0;          ///< of the next one
     std::vector<gpu::PlacedInstance> placed;  ///< scratch: at most a tile's
-    std::vector<std::uint32_t> blocks;        ///< scratch: at most a tile's
     std::unique_ptr<SceneStream> stream;
-    [[nodiscard]] std::uint64_t bytes() const { return stream->bytes() + first_block.bytes() + next_block.bytes() + plants.bytes(); }
+    [[nodiscard]] std::uint64_t bytes() const { return stream->bytes() + tiles.bytes() + plants.bytes(); }
   };
 
   Context() = default;
   void stream_scene(const LodView& view);
   /// Starts to open plants that are wanted, and takes over those that are.
   void open_species();
-  void place_tile(const ReadyTile& ready);
-  /// Into Scene::blocks.
-  std::span<const std::uint32_t> blocks_of(std::uint32_t tile);
+  /// False: there is no memory for it now.
+  bool place_tile(const ReadyTile& ready);
   void remove_tile(std::uint32_t tile);
   void grow_tiles();
   [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
@@ -157,6 +153,14 @@ class Context {
   void finish_reloads();
   /// Tells the streamer what the rest of the context takes.
   void count_overhead();
+  /// What room for so many slots, and what draws `added` more instances, takes at once.
+  [[nodiscard]] std::uint64_t growth_bytes(std::uint32_t slots, std::size_t added) const;
+  /// Of slots that `added` instances need: that many, and as many more as there is room for.
+  [[nodiscard]] std::uint32_t roomy_slots(std::uint32_t slots, std::size_t added) const;
+  /// All or nothing. slots: of roomy_slots, and growth_bytes are free. errors  out_of_memory
+  Result<void> grow_slots(std::uint32_t slots);
+  /// Room for one more plant. errors  out_of_memory; nothing has changed
+  Result<void> grow_plants();
   /// Before the renderer allocates: it may take what is free.
   void give_room();
   /// Nothing of the chunk may be looked at from here on; drop_chunk follows when the GPU is done with it.
@@ -184,7 +188,6 @@ class Context {
   float threshold_px_ = 0;  ///< of the frame
   std::unique_ptr<Scene> scene_;
   std::uint32_t scene_generation_ = 0;
-  std::uint32_t max_instances_ = 0;
   std::uint32_t tag_ = 0;
   std::uint64_t least_budget_bytes_ = 0;
   std::uint64_t frame_number_ = 0, completed_number_ = 0;

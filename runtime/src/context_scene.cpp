@@ -18,8 +18,7 @@ Result<coppice_scene> Context::open_scene(const char* path) {
   scene->stream = std::move(stream);
   const auto allocated = [&]() -> Result<void> {
     const coppice_allocator& allocator = hooks_.hooks.allocator;
-    COPPICE_CHECK(allocate_into(scene->first_block, allocator, scene->stream->file().tiles.size()));
-    COPPICE_CHECK(allocate_into(scene->next_block, allocator, (max_instances_ + kTileBlockInstances - 1) / kTileBlockInstances));
+    COPPICE_CHECK(allocate_into(scene->tiles, allocator, scene->stream->file().tiles.size()));
     return allocate_into(scene->plants, allocator, scene->stream->file().species.size());
   }();
   if (!allocated) {
@@ -32,7 +31,7 @@ Result<coppice_scene> Context::open_scene(const char* path) {
 }
 
 void Context::close_scene() {
-  for (std::uint32_t tile = 0; tile < scene_->first_block.size(); ++tile) remove_tile(tile);
+  for (std::uint32_t tile = 0; tile < scene_->tiles.size(); ++tile) remove_tile(tile);
   for (const Scene::Opening& opening : scene_->opening) close_plant(opening.plant);
   for (const coppice_plant plant : scene_->plants)
     if (is_open(plant)) close_plant(plant);
@@ -66,8 +65,8 @@ constexpr std::uint32_t kGrowFrames = 16, kMostGrowing = 16;
 /// A plant that finds max_plants open is tried again so often, after so many frames each: others may be closing.
 constexpr std::uint32_t kSpeciesTries = 8;
 constexpr std::uint64_t kSpeciesRetryFrames = 30;
-/// Device memory that grows with an instance: draw commands, places in the lists of wood.
-constexpr std::uint64_t kInstanceGrowthBytes = 64;
+/// What an instance takes: its slot (156 bytes), draw commands, places in the lists of wood.
+constexpr std::uint64_t kInstanceBytes = 224;
 
 coppice_placement placement_of(const SceneInstance& instance) {
   coppice_placement placement{};
@@ -83,7 +82,7 @@ coppice_placement placement_of(const SceneInstance& instance) {
 
 void Context::stream_scene(const LodView& view) {
   static_assert(kTileBlockInstances == gpu::kDirtyBlockSlots);
-  const std::uint64_t affordable = streamer_->stats().budget_bytes / 4 / (kInstanceGrowthBytes * kTileBlockInstances);
+  const std::uint64_t affordable = streamer_->stats().budget_bytes / 4 / (kInstanceBytes * kTileBlockInstances);
   const std::uint32_t block_count = instances_.free_block_count() + scene_->block_count;
   scene_->stream->begin_frame({view.eye_m, view.focal_px, view.near_m},
                               {static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)), streamer_->free_bytes()});
@@ -95,13 +94,7 @@ void Context::stream_scene(const LodView& view) {
   // One at least; more while there is time. What is over waits for the next frame.
   const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(streaming_ns_);
   for (auto ready = scene_->stream->next_ready(); ready; ready = scene_->stream->next_ready()) {
-    // What draws them all grows with them: the streamer makes room for that, and the tile waits.
-    if (const std::uint64_t growth = renderer_->growth_bytes(instances_.count() + ready->instances.size());
-        growth > streamer_->free_bytes()) {
-      scene_->growth_bytes = growth;
-      break;
-    }
-    place_tile(*ready);
+    if (!place_tile(*ready)) break;
     if (std::chrono::steady_clock::now() >= end) break;
   }
 }
@@ -137,44 +130,50 @@ void Context::open_species() {
   });
 }
 
-void Context::place_tile(const ReadyTile& ready) {
+bool Context::place_tile(const ReadyTile& ready) {
   scene_->placed.clear();
   for (const SceneInstance& instance : ready.instances)
     if (is_open(scene_->plants[instance.species]))
       scene_->placed.push_back({placement_of(instance), entry(scene_->plants[instance.species]).slot});
-  std::vector<std::uint32_t>& blocks = scene_->blocks;
-  if (!instances_.add_tile(scene_->placed, blocks)) return scene_->stream->refused(ready.tile);
-  scene_->block_count += static_cast<std::uint32_t>(blocks.size());
-  for (const std::uint32_t block : blocks) scene_->next_block[block] = std::exchange(scene_->first_block[ready.tile], block + 1);
+  const std::size_t count = scene_->placed.size();
+  const auto needed = instances_.slots_for_tile(count);
+  if (!needed) {
+    scene_->stream->refused(ready.tile);
+    return true;
+  }
+  // What holds and draws them all grows with them: the streamer makes room for that, and the tile waits.
+  const std::uint32_t slots = roomy_slots(*needed, count);
+  if (const std::uint64_t growth = growth_bytes(slots, count); growth > streamer_->free_bytes()) {
+    scene_->growth_bytes = growth;
+    return false;
+  }
+  if (!grow_slots(slots)) return false;
+  gpu::InstanceTile& tile = scene_->tiles[ready.tile];
+  tile = *instances_.add_tile(scene_->placed);
+  scene_->block_count += tile.block_count;
   if (ready.size_px > kGrowFrom_px && scene_->growing.size() < kMostGrowing) {
-    instances_.scale_tile(blocks, 1.0f / static_cast<float>(kGrowFrames));
+    instances_.scale_tile(tile, 1.0f / static_cast<float>(kGrowFrames));
     scene_->growing.push_back({ready.tile, 1});
   }
   scene_->stream->placed(ready.tile);
-}
-
-std::span<const std::uint32_t> Context::blocks_of(std::uint32_t tile) {
-  scene_->blocks.clear();
-  for (std::uint32_t next = scene_->first_block[tile]; next != 0; next = scene_->next_block[next - 1]) scene_->blocks.push_back(next - 1);
-  return scene_->blocks;
+  return true;
 }
 
 // Where the threshold is above some pixels, plants would pop up.
 void Context::grow_tiles() {
   for (Scene::Growing& growing : scene_->growing) {
     const auto share = static_cast<float>(growing.share);
-    instances_.scale_tile(blocks_of(growing.tile), (share + 1.0f) / share);
+    instances_.scale_tile(scene_->tiles[growing.tile], (share + 1.0f) / share);
     ++growing.share;
   }
   std::erase_if(scene_->growing, [](const Scene::Growing& growing) { return growing.share == kGrowFrames; });
 }
 
 void Context::remove_tile(std::uint32_t tile) {
-  const std::span<const std::uint32_t> blocks = blocks_of(tile);
   std::erase_if(scene_->growing, [tile](const Scene::Growing& growing) { return growing.tile == tile; });
-  instances_.remove_tile(blocks);
-  scene_->block_count -= static_cast<std::uint32_t>(blocks.size());
-  scene_->first_block[tile] = 0;
+  const gpu::InstanceTile removed = std::exchange(scene_->tiles[tile], {});
+  instances_.remove_tile(removed);
+  scene_->block_count -= removed.block_count;
 }
 
 }  // namespace coppice

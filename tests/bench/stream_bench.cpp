@@ -198,8 +198,6 @@ class Run {
   Run(const Options& options, const Streaming& streaming, std::uint64_t budget_bytes) : options_(options), budget_bytes_(budget_bytes) {
     const test::VulkanDevice& gpu = device();
     coppice_context_desc desc = test::context_desc(gpu);
-    desc.max_instances = std::max(options.instances, 1u);
-    desc.max_plants = options.species;
     desc.memory_budget_bytes = budget_bytes;
     test::count_memory(desc);
     hooks_ = expect(complete_hooks({.allocator = desc.allocator}, streaming.reading));

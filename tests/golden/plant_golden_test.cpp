@@ -66,7 +66,6 @@ using Context = std::unique_ptr<coppice_context, decltype(&coppice_context_destr
 
 Context create_context(const VulkanDevice& gpu, bool compute_raster) {
   coppice_context_desc desc = coppice::test::context_desc(gpu);
-  desc.max_instances = 16;
   desc.compute_raster = compute_raster ? VK_TRUE : VK_FALSE;
   desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
   desc.memory_budget_bytes = std::uint64_t{64} << 20;

@@ -29,7 +29,7 @@ class RendererTest : public VulkanTest {
     allocations_left = 0xffffffffu;
   }
   [[nodiscard]] static std::unique_ptr<RendererScene> failing_scene() {
-    return std::make_unique<RendererScene>(gpu(), 4096, SceneOptions{.allocate_memory = allocate_while_some_are_left});
+    return std::make_unique<RendererScene>(gpu(), 16384, SceneOptions{.allocate_memory = allocate_while_some_are_left});
   }
 };
 
@@ -44,18 +44,17 @@ coppice_view front_view() {
 }
 
 TEST_F(RendererTest, PagesOfAFrameThatFailedAreDrawnInTheNext) {
-  // The pages and the texture leave too little of the 8 MiB staging ring for the instances, which then need a block of their own. All but
-  // one are behind the camera.
+  // The pages and the texture leave too little of the 8 MiB staging ring for the instances, which then need memory of their own.
   const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 5000, .seed = 3, .texture_side = 1391}));
-  RendererScene reference(gpu(), 4096);
-  std::vector<coppice_placement> placements(4096, at(0.0f, 50.0f));
+  std::vector<coppice_placement> placements(10000, at(0.0f, 400.0f));
   placements[0] = at(0.0f, 0.0f);
+  RendererScene reference(gpu(), 16384);
   reference.place(reference.add_plant(plant), placements);
   const Picture expected = reference.draw(front_view()).picture;
 
   const auto scene = failing_scene();
   scene->place(scene->add_plant(plant), placements);
-  allocations_left = 1;  // the texture; pages and wood are in the block that the plant's tables came from
+  allocations_left = 2;  // a block for pages and wood, the texture
   EXPECT_EQ(scene->draw(front_view()).counts.leaves, 0u);
   EXPECT_TRUE(scene->upload_failed());
   allocations_left = 0xffffffffu;

@@ -106,7 +106,6 @@ coppice_view make_view(const LooksView& wanted) {
 
 LooksStage::LooksStage(const VulkanDevice& gpu, const std::filesystem::path& plant, LooksPath path) : gpu_(gpu) {
   coppice_context_desc desc = context_desc(gpu);
-  desc.max_instances = 16;
   desc.compute_raster = path == LooksPath::compute ? VK_TRUE : VK_FALSE;
   desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
   // Inline: what is there in which frame does not depend on the machine.

@@ -186,7 +186,7 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
   const coppice_allocator allocator{.user = nullptr,
                                     .allocate = [](void*, std::size_t bytes, std::size_t) { return std::malloc(bytes); },
                                     .free = [](void*, void* pointer, std::size_t) { std::free(pointer); }};
-  instances_ = expect(gpu::InstanceTable::create(allocator, max_instances, kMaxPlants));
+  instances_ = gpu::InstanceTable(allocator, max_instances);
   residency_.resize(kMaxPlants);
 }
 
@@ -213,6 +213,7 @@ std::uint32_t RendererScene::add_plant(const DecodedPlant& plant, std::uint32_t 
 
 void RendererScene::place(std::uint32_t plant, const std::vector<coppice_placement>& placements) {
   expect(instances_.add(plant, placements, {}));
+  expect(renderer_->reserve({.slots = instances_.capacity()}));
 }
 
 void RendererScene::upload_plant(const Pending& pending) {

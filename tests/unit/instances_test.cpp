@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fake_hooks.h"
+#include "handle.h"
 
 namespace coppice::gpu {
 namespace {
@@ -14,11 +15,10 @@ constexpr std::uint32_t kPlants = 4;
 
 InstanceTable make_table(std::uint32_t max_instances) {
   static test::FakeAllocator allocator;
-  auto table = InstanceTable::create(allocator.hook(), max_instances, kPlants);
-  EXPECT_TRUE(table);
+  InstanceTable table(allocator.hook(), max_instances);
   const float center[3] = {0, 1, 0};
-  for (std::uint32_t plant = 0; plant < kPlants; ++plant) table->set_plant_sphere(plant, center, 1.0f);
-  return *std::move(table);
+  for (std::uint32_t plant = 0; plant < kPlants; ++plant) table.set_plant_sphere(plant, center, 1.0f);
+  return table;
 }
 
 coppice_placement placed_at(float x) {
@@ -35,6 +35,12 @@ std::vector<coppice_instance> add_row(InstanceTable& table, std::uint32_t plant,
   std::vector<coppice_instance> handles(count);
   EXPECT_TRUE(table.add(plant, placements, handles));
   return handles;
+}
+
+std::vector<PlacedInstance> tile_of(std::size_t count, std::uint32_t plants) {
+  std::vector<PlacedInstance> instances;
+  for (std::uint32_t i = 0; i < count; ++i) instances.push_back({placed_at(static_cast<float>(i)), i % plants});
+  return instances;
 }
 
 /// Every range to upload, in order.
@@ -123,6 +129,63 @@ TEST(Instances, MoreThanThereIsRoomForAreNotAdded) {
   EXPECT_TRUE(table.add(1, std::span(eleven).first(10), {}));
 }
 
+TEST(Instances, AnEmptyTableHasNoMemory) {
+  test::FakeAllocator allocator;
+  InstanceTable table(allocator.hook(), 1u << 24);
+  EXPECT_EQ(allocator.calls, 0u);
+  EXPECT_EQ(table.bytes(), 0u);
+  EXPECT_EQ(table.free_block_count(), (1u << 24) / 64);
+  EXPECT_TRUE(table.slots().empty());
+}
+
+TEST(Instances, ATableGrowsByHalfAndKeepsWhatItHolds) {
+  test::FakeAllocator allocator;
+  {
+    InstanceTable table(allocator.hook(), 100000);
+    const float center[3] = {0, 1, 0};
+    table.set_plant_sphere(3, center, 2.0f);
+    const auto first = add_row(table, 3, 1000);
+    const InstanceTile tile = *table.add_tile(tile_of(70, 1));
+    table.remove(first[7]);
+    take_all_dirty(table);
+    table.move(first[900], placed_at(-5));
+    EXPECT_EQ(table.capacity(), 1536u);
+    std::uint32_t growths = 0;
+    for (std::uint32_t before = table.capacity(); table.count() < 100000 - 64 * 2; before = table.capacity()) {
+      ASSERT_TRUE(table.add(3, std::vector<coppice_placement>(1, placed_at(0)), {}));
+      if (before != table.capacity()) ++growths;
+      EXPECT_EQ(table.bytes(), allocator.live_bytes);
+    }
+    EXPECT_LE(growths, 11u) << "1.5 to the eleventh is above 66";
+    EXPECT_EQ(table.capacity(), 100000u);
+    EXPECT_FALSE(table.is_live(first[7]));
+    EXPECT_TRUE(table.is_live(first[8]));
+    EXPECT_EQ(table.slots()[8].position.x, 8.0f);
+    EXPECT_EQ(table.slots()[900].position.x, -5.0f);
+    EXPECT_EQ(table.slots()[900].plant, 3u);
+    EXPECT_EQ(take_all_dirty(table)[0], (std::array<std::uint32_t, 2>{0, 64})) << "a slot that was given out again";
+    table.remove_tile(tile);
+    EXPECT_EQ(table.plant_count(0), 0u);
+  }
+  EXPECT_EQ(allocator.live_count, 0u);
+}
+
+TEST(Instances, WithoutMemoryATableStaysAsItWas) {
+  test::FakeAllocator allocator;
+  InstanceTable table(allocator.hook(), 100000);
+  for (const std::size_t count : {10u, 5000u}) {
+    const std::uint32_t before = table.count();
+    for (std::size_t n = 0; n < 8; ++n) {
+      const std::size_t live_bytes = allocator.live_bytes;
+      allocator.fail_at = allocator.calls + n;
+      EXPECT_EQ(table.add(0, std::vector<coppice_placement>(count, placed_at(0)), {}).error().status, Status::out_of_memory) << n;
+      EXPECT_EQ(allocator.live_bytes, live_bytes);
+      EXPECT_EQ(table.count(), before);
+    }
+    add_row(table, 0, count);
+  }
+}
+
 TEST(Instances, AHandleDiesWithItsInstance) {
   InstanceTable table = make_table(70);
   const auto handles = add_row(table, 0, 3);
@@ -138,33 +201,24 @@ TEST(Instances, AHandleDiesWithItsInstance) {
   EXPECT_EQ(table.count(), 1u);
 }
 
-std::vector<PlacedInstance> tile_of(std::size_t count, std::uint32_t plants) {
-  std::vector<PlacedInstance> instances;
-  for (std::uint32_t i = 0; i < count; ++i) instances.push_back({placed_at(static_cast<float>(i)), i % plants});
-  return instances;
-}
-
 TEST(Instances, ATileHasBlocksOfItsOwn) {
   InstanceTable table = make_table(64 * 6);
   const auto handles = add_row(table, 0, 10);
-  std::vector<std::uint32_t> blocks;
-  ASSERT_TRUE(table.add_tile(tile_of(130, 2), blocks));
-  EXPECT_EQ(blocks.size(), 3u);
+  const InstanceTile tile = *table.add_tile(tile_of(130, 2));
+  EXPECT_EQ(tile.block_count, 3u);
   EXPECT_EQ(table.free_block_count(), 2u);
   EXPECT_EQ(table.count(), 140u);
   EXPECT_EQ(table.plant_count(1), 65u);
   const auto more = add_row(table, 3, 54);
-  for (const std::uint32_t block : blocks)
-    for (std::uint32_t slot = 64 * block; slot < 64 * block + 64 && slot < table.slots().size(); ++slot) {
-      EXPECT_NE(table.slots()[slot].plant, 3u) << "one by one fills its own block";
-      EXPECT_FALSE(table.is_live(std::uint64_t{slot} + 1)) << "no handle is an instance of a tile";
-    }
-  std::vector<std::uint32_t> refused;
-  const auto too_many = table.add_tile(tile_of(129, 1), refused);
+  for (std::uint32_t slot = 64; slot < 64 + 130; ++slot) {
+    EXPECT_NE(table.slots()[slot].plant, 3u) << "one by one fills its own block";
+    EXPECT_FALSE(table.is_live(pack_handle({HandleKind::instance, 0, 0, slot}))) << "no handle is an instance of a tile";
+  }
+  const auto too_many = table.add_tile(tile_of(129, 1));
   ASSERT_FALSE(too_many);
   EXPECT_EQ(too_many.error().status, Status::out_of_memory);
   EXPECT_EQ(table.count(), 194u);
-  table.remove_tile(blocks);
+  table.remove_tile(tile);
   EXPECT_EQ(table.count(), 64u);
   EXPECT_EQ(table.plant_count(1), 0u);
   EXPECT_EQ(table.free_block_count(), 5u);
@@ -179,9 +233,8 @@ TEST(Instances, BlocksThatEmptyServeTilesAndTheOtherWayRound) {
     EXPECT_FALSE(table.add(0, std::vector<coppice_placement>(1, placed_at(0)), {})) << "full";
     for (const auto handle : handles) table.remove(handle);
     EXPECT_EQ(table.free_block_count(), 2u) << "the short block is no tile's";
-    std::vector<std::uint32_t> first, second;
-    ASSERT_TRUE(table.add_tile(tile_of(64, 1), first));
-    ASSERT_TRUE(table.add_tile(tile_of(1, 1), second));
+    const InstanceTile first = *table.add_tile(tile_of(64, 1));
+    const InstanceTile second = *table.add_tile(tile_of(1, 1));
     EXPECT_TRUE(table.add(1, std::vector<coppice_placement>(5, placed_at(0)), {}));
     EXPECT_FALSE(table.add(1, std::vector<coppice_placement>(1, placed_at(0)), {}));
     table.remove_plant(1);
@@ -196,11 +249,10 @@ TEST(Instances, BlocksThatEmptyServeTilesAndTheOtherWayRound) {
 
 TEST(Instances, ATileGrowsAboutItsPlantsFeet) {
   InstanceTable table = make_table(64 * 2);
-  std::vector<std::uint32_t> blocks;
-  ASSERT_TRUE(table.add_tile(tile_of(3, 1), blocks));
+  const InstanceTile tile = *table.add_tile(tile_of(3, 1));
   take_all_dirty(table);
   table.update_bounds();
-  table.scale_tile(blocks, 0.5f);
+  table.scale_tile(tile, 0.5f);
   EXPECT_EQ(table.slots()[2].scale, 0.5f);
   EXPECT_EQ(table.slots()[2].position.x, 2.0f);
   EXPECT_EQ(table.spheres()[2].radius_m, 0.5f);
@@ -212,9 +264,8 @@ TEST(Instances, ATileGrowsAboutItsPlantsFeet) {
 
 TEST(Instances, SlotsOfATileThatAreNotUsedAreUploadedEmpty) {
   InstanceTable table = make_table(64 * 4);
-  std::vector<std::uint32_t> first, second;
-  ASSERT_TRUE(table.add_tile(tile_of(10, 1), first));
-  ASSERT_TRUE(table.add_tile(tile_of(10, 1), second));
+  ASSERT_TRUE(table.add_tile(tile_of(10, 1)));
+  ASSERT_TRUE(table.add_tile(tile_of(10, 1)));
   EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 74}}));
   for (std::uint32_t slot = 10; slot < 64; ++slot) EXPECT_EQ(table.slots()[slot].plant, kNoPlant);
 }

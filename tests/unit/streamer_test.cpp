@@ -736,6 +736,37 @@ TEST_F(StreamerTest, OpeningsTakeTheirTurnAndWaitForNothing) {
   EXPECT_EQ(streamer->stats().memory_bytes, empty_bytes);
 }
 
+TEST_F(StreamerTest, RoomForPlantsGrowsAsTheyAreOpened) {
+  options.max_plants = 1000;
+  start();
+  std::vector<std::uint32_t> plants;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    if (i == 64 || i == 512)
+      for (std::size_t n = 0; n < 3; ++n) {
+        allocator.fail_at = allocator.calls + n;
+        EXPECT_EQ(streamer->start_open("small").error().status, Status::out_of_memory) << n;
+        allocator.fail_at = SIZE_MAX;
+      }
+    plants.push_back(*streamer->start_open("small"));
+    EXPECT_EQ(plants.back(), i);
+  }
+  EXPECT_EQ(streamer->start_open("small").error().status, Status::out_of_memory);
+  EXPECT_GT(streamer->stats().memory_bytes, empty_bytes);
+  streamer->cancel_open(700);
+  streamer->cancel_open(70);
+  EXPECT_EQ(*streamer->start_open("small"), 70u);
+  EXPECT_EQ(*streamer->start_open("small"), 700u);
+  for (std::size_t left = 1000; left > 0;) {
+    frames(1, {});
+    for (std::uint32_t& plant : plants) {
+      if (plant == UINT32_MAX || !streamer->finish_open(plant)) continue;
+      plant = UINT32_MAX;
+      --left;
+    }
+  }
+  EXPECT_TRUE(streamer->is_open(999));
+}
+
 TEST_F(StreamerTest, NoMoreThanEightAreReadAtATime) {
   options.max_plants = 12;
   start();

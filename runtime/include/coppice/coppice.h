@@ -28,8 +28,9 @@
  * grow: set it with the *_init function, which does nothing for a null pointer.
  *
  * A lost device: the call in which Vulkan said so returns COPPICE_ERROR_DEVICE_LOST and writes a line; from then on so does, without a
- * line, every function that opens, reloads, begins a frame or records. Plants and instances can still be closed and removed, and the
- * context destroyed. What the engine learns from its own submits Coppice does not hear of: destroy the context then as well.
+ * line, every function that opens, reloads, adds instances, begins a frame or records. Plants and instances can still be closed and
+ * removed, and the context destroyed. What the engine learns from its own submits Coppice does not hear of: destroy the context then as
+ * well.
  */
 
 #include <stddef.h>
@@ -100,9 +101,9 @@ typedef struct coppice_memory_block {
  *   returns       VK_SUCCESS, or what vkAllocateMemory would: VK_ERROR_OUT_OF_DEVICE_MEMORY is no worse than a full budget
  * A block may hold buffers beside optimally tiled images: what is next to it in `memory` the engine keeps bufferImageGranularity away.
  * It is Coppice's until it is freed: by then the GPU is done with it. coppice_context_destroy frees what is left. Called from the thread
- * inside coppice_context_create, coppice_context_destroy, coppice_set_memory_budget, coppice_plant_open, coppice_plant_reload,
- * coppice_frame_begin, coppice_record_upload and coppice_record_cull; never while the camera stands still and all that it wants is there.
- * Blocks count whole towards memory_budget_bytes. May not call back into Coppice. Must outlive the context. */
+ * inside coppice_context_create, coppice_context_destroy, coppice_set_memory_budget, functions that open and reload plants,
+ * coppice_instances_add, coppice_frame_begin, coppice_record_upload and coppice_record_cull; never while the camera stands still and all
+ * that it wants is there. Blocks count whole towards memory_budget_bytes. May not call back into Coppice. Must outlive the context. */
 typedef struct coppice_device_memory {
   void* user;
   VkResult (*allocate)(void* user, const VkMemoryRequirements* requirements, VkMemoryPropertyFlags properties, coppice_memory_block* block);
@@ -197,8 +198,13 @@ typedef struct coppice_context_desc {
   uint64_t memory_budget_bytes; /* GPU buffers and images, staging, decoded pages, tables; see coppice_allocator for what is
                                    not counted. Default 256 MiB. Below what the context takes before any plant the context is not created,
                                    and the log names the least */
-  uint32_t max_instances;       /* default 131072, 1 to 268,435,455; the instance buffer is allocated at creation */
-  uint32_t max_plants;          /* default 64, 1 to 65536 */
+  /* Upper limits alone: nothing is sized by them, and they need not be set. Buffers and tables grow as instances are added and plants are
+   * opened, by half where the budget has room for that, and shrink with the context only. An instance takes about 160 bytes, and 60 more
+   * for what draws it; a plant 3.5 KB on the GPU beside what its file asks for. While one grows, what it replaces is counted too, until the
+   * GPU is done with it. A device that binds fewer holds fewer: instances by maxStorageBufferRange / 48 and maxComputeWorkGroupCount[0] *
+   * 32, plants by maxTexelBufferElements / 704. */
+  uint32_t max_instances; /* default 16,777,216; 1 to 268,435,455 */
+  uint32_t max_plants;    /* default 65,536, the most; at least 1 */
 
   /* Each may be left at its default: malloc, a small thread pool, io_uring (where the kernel has none, pread on that pool),
    * nothing logged, no trace, vkAllocateMemory. */
@@ -219,7 +225,8 @@ typedef struct coppice_context_desc {
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
    * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
    * COPPICE_LOD_FULL or an oblique projection are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer
-   * than 17 storage buffers a stage or of more than 16,777,216 instances; a warning in the log says so. */
+   * than 17 storage buffers a stage or with max_instances above 16,777,216; a warning in the log says so. Its lists take 13 MB with the
+   * first instance. */
   VkBool32 compute_raster;
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
    * go over all leaves twice. Where the physical device lacks a feature it counts as VK_FALSE. */
@@ -254,15 +261,16 @@ typedef struct coppice_context_desc {
 /* Fills every field with its default; device fields become null and must be set. Flags are VK_TRUE or VK_FALSE, no other value. */
 void coppice_context_desc_init(coppice_context_desc* desc);
 
-/* Creates the fixed buffers, and has pipelines built by the jobs hook. Cost: some milliseconds. On error *context is null.
+/* Creates what every frame needs, and has pipelines built by the jobs hook. Cost: some milliseconds. On error *context is null.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT: a field of desc, which the log names, but for a wrong struct_size: then the log's place in desc
  * is not known. COPPICE_ERROR_UNSUPPORTED, COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
 coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context);
 
 /* The memory that a context of desc takes before any plant: coppice_stats.memory_bytes right after its creation. It depends on
- * max_instances, max_plants, compute_raster, pass_times and, a little, on memory_budget_bytes, which has to be above it: 1 is allowed here.
- * The pictures and lists of the compute rasteriser come on top with the first frames. Cost: some milliseconds; asks the device, but takes
- * no memory of it, and calls no hook but the log. bytes: out; 0 on an error. errors: as coppice_context_create */
+ * compute_raster, pass_times and memory_budget_bytes (a block of device memory is counted ahead), which has to be above it: 1 is allowed
+ * here. Instances, plants, the lists and the picture of the compute rasteriser come on top when there are any. Cost: some milliseconds;
+ * asks the device, but takes no memory of it, and calls no hook but the log. bytes: out; 0 on an error. errors: as coppice_context_create
+ */
 coppice_status coppice_context_cost(const coppice_context_desc* desc, uint64_t* bytes);
 
 /* The GPU must have finished every command buffer Coppice recorded into. Waits for running jobs and reads. Null is allowed. */
@@ -320,7 +328,8 @@ coppice_status coppice_plant_open(coppice_context* context, const char* path, co
  * COPPICE_PLANT_FAILED and a line in the log, the instances are removed then, and the handle is good for coppice_plant_get_info and
  * coppice_plant_close alone. Where the memory budget has no room it is tried again for some seconds before that. coppice_plant_close takes
  * it back at any time without waiting. Counts for max_plants until it is closed.
- * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_OUT_OF_MEMORY: max_plants are open */
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_OUT_OF_MEMORY: max_plants are open,
+ * or there is no room for one more, as in coppice_plant_open */
 coppice_status coppice_plant_open_async(coppice_context* context, const char* path, coppice_plant* plant);
 
 /* coppice_plant_open of a file that is in memory already, in an archive of the engine's say: chunks are copied from there when they are
@@ -355,9 +364,10 @@ typedef struct coppice_placement {
   float tint[3];     /* multiplies leaf colour, 0 to 1e6; 1 1 1 for none */
 } coppice_placement;
 
-/* Adds `count` instances of a plant that is ready or being opened. instances: [count] handles out, may be null. All or none are added.
- * COPPICE_ERROR_OUT_OF_MEMORY: what
- * draws them finds no room in the memory budget; where the log says that room is being made, try again in a few frames. */
+/* Adds `count` instances of a plant that is ready or being opened. instances: [count] handles out, may be null. All or none are added,
+ * and a call that fails changes nothing else either. What are added within a frame, after coppice_record_upload, are drawn in the next.
+ * COPPICE_ERROR_OUT_OF_MEMORY: more than max_instances, or what holds and draws them finds no room in the memory budget, or the hooks give
+ * none; where the log says that room is being made, try again in a few frames. COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL */
 coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements, uint32_t count,
                                      coppice_instance* instances);
 coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 
@@ -13,10 +14,11 @@ struct BoundedList {
   HookArray<T> items;     ///< the room
   std::size_t count = 0;  ///< of them in use
 
-  /// Makes room for so many, if there is less; what is in the list goes. errors  out_of_memory; the list stays as it is
+  /// Makes room for so many and, where there is less, for half as many more than now; what is in the list goes. errors  out_of_memory; the
+  /// list stays as it is
   Result<void> make_room(const coppice_allocator& allocator, std::size_t room) {
     if (room <= items.size()) return {};
-    COPPICE_CHECK(allocate_into(items, allocator, room));
+    COPPICE_CHECK(allocate_into(items, allocator, std::max(room, items.size() + items.size() / 2)));
     count = 0;
     return {};
   }

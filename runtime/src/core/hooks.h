@@ -3,6 +3,7 @@
 // The engine's hooks as the runtime's insides see them, memory that comes from the allocator hook, and the defaults for hooks an engine
 // leaves out.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -141,6 +142,28 @@ Result<void> allocate_into(HookArray<T>& array, const coppice_allocator& allocat
   if (!allocated) return allocated.error();
   array = *std::move(allocated);
   return {};
+}
+
+/// A copy with room for `count` elements, which are at least as many. errors  as HookArray::allocate
+template <class T>
+Result<HookArray<T>> enlarged_copy(const HookArray<T>& array, const coppice_allocator& allocator, std::size_t count) {
+  COPPICE_TRY(larger, HookArray<T>::allocate(allocator, count));
+  std::ranges::copy(array.span(), larger.data());
+  return larger;
+}
+
+/// How many there is to be room for.
+struct Growth {
+  std::uint32_t now = 0, needed = 0;
+  std::uint32_t first = 0;  ///< at the beginning
+  std::uint32_t most = 0;   ///< >= needed
+  std::uint32_t step = 1;   ///< a multiple of it, or most
+};
+/// Half as many again as now, and what is needed: adding n one by one then copies 3 n at most.
+constexpr std::uint32_t roomy_count(const Growth& growth) {
+  if (growth.needed <= growth.now) return growth.now;
+  const std::uint64_t wanted = std::max<std::uint64_t>({growth.needed, growth.now + std::uint64_t{growth.now} / 2, growth.first});
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(growth.most, (wanted + growth.step - 1) / growth.step * growth.step));
 }
 
 /// Bytes from the allocator hook.

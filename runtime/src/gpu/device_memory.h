@@ -42,7 +42,7 @@ struct MemoryRange {
 };
 
 struct DeviceMemory {
-  /// Of a block: as large as one may be, and while the fixed buffers are created.
+  /// Of a block: as large as one may be, and while a context is created.
   static constexpr std::uint64_t kLeastBlockBytes = 256ull << 10, kMostBlockBytes = 32ull << 20;
 
   coppice_device_memory hook{};  ///< without functions: vkAllocateMemory

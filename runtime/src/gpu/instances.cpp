@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <utility>
 
 #include "check.h"
 #include "coppice_light.h"
@@ -17,12 +18,23 @@ std::uint32_t slot_of(coppice_instance handle) {
   return unpack_handle(handle).index;
 }
 
+constexpr std::size_t block_count(std::size_t slot_count, std::uint32_t block_slots) {
+  return (slot_count + block_slots - 1) / block_slots;
+}
+
+Error too_many(std::uint32_t most) {
+  return {Status::out_of_memory, "more instances than max_instances, or than this device holds", Error::kNoOffset, std::to_string(most)};
+}
+
 }  // namespace
 
-Result<DirtySlots> DirtySlots::create(const coppice_allocator& allocator, std::uint32_t slot_count) {
-  DirtySlots slots;
-  COPPICE_CHECK(allocate_into(slots.flags_, allocator, (slot_count + kDirtyBlockSlots - 1) / kDirtyBlockSlots));
-  return slots;
+Result<DirtySlots> DirtySlots::enlarged(const coppice_allocator& allocator, std::uint32_t slot_count) const {
+  DirtySlots larger;
+  COPPICE_TRY(flags, enlarged_copy(flags_, allocator, block_count(slot_count, kDirtyBlockSlots)));
+  larger.flags_ = std::move(flags);
+  larger.first_ = first_;
+  larger.end_ = end_;
+  return larger;
 }
 
 void DirtySlots::mark(SlotRange range) {
@@ -44,62 +56,88 @@ SlotRange DirtySlots::take() {
   return range;
 }
 
-Result<InstanceTable> InstanceTable::create(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t max_plants,
-                                            std::uint32_t context_tag) {
-  InstanceTable table;
-  table.context_tag_ = context_tag;
-  COPPICE_TRY(instances, HookArray<Instance>::allocate(allocator, max_instances));
-  COPPICE_TRY(spheres, HookArray<InstanceSphere>::allocate(allocator, max_instances));
-  COPPICE_TRY(generations, HookArray<std::uint32_t>::allocate(allocator, max_instances));
-  const std::uint32_t block_count = (max_instances + kDirtyBlockSlots - 1) / kDirtyBlockSlots;
-  COPPICE_TRY(blocks, HookArray<Block>::allocate(allocator, block_count));
-  COPPICE_TRY(freed_blocks, HookArray<std::uint32_t>::allocate(allocator, block_count));
-  COPPICE_TRY(bounds, HookArray<InstanceBounds>::allocate(allocator, (max_instances + kInstanceBlockSlots - 1) / kInstanceBlockSlots));
-  COPPICE_TRY(dirty, DirtySlots::create(allocator, max_instances));
-  COPPICE_TRY(unbounded, DirtySlots::create(allocator, max_instances));
-  table.instances_ = std::move(instances);
-  table.spheres_ = std::move(spheres);
-  table.generations_ = std::move(generations);
-  table.blocks_ = std::move(blocks);
-  table.freed_blocks_ = std::move(freed_blocks);
-  for (Instance& instance : table.instances_.span()) instance.plant = kNoPlant;
-  if (const std::uint32_t rest = max_instances % kDirtyBlockSlots; rest > 0)
-    table.blocks_[block_count - 1].used = ~std::uint64_t{0} << rest;
-  table.bounds_ = std::move(bounds);
-  table.dirty_ = std::move(dirty);
-  table.unbounded_ = std::move(unbounded);
-  table.plant_counts_.resize(max_plants);
-  table.plant_spheres_.resize(max_plants);
-  return table;
+std::uint64_t InstanceTable::Arrays::bytes() const {
+  return instances.bytes() + spheres.bytes() + generations.bytes() + blocks.bytes() + freed_blocks.bytes() + bounds.bytes() +
+         dirty.bytes() + unbounded.bytes();
+}
+
+Result<InstanceTable::Arrays> InstanceTable::enlarged(std::uint32_t slot_count) const {
+  Arrays larger;
+  const auto enlarge = [&](auto& to, const auto& from, std::uint32_t block_slots) -> Result<void> {
+    COPPICE_TRY(copy, enlarged_copy(from, allocator_, block_count(slot_count, block_slots)));
+    to = std::move(copy);
+    return {};
+  };
+  COPPICE_CHECK(enlarge(larger.instances, arrays_.instances, 1));
+  COPPICE_CHECK(enlarge(larger.spheres, arrays_.spheres, 1));
+  COPPICE_CHECK(enlarge(larger.generations, arrays_.generations, 1));
+  COPPICE_CHECK(enlarge(larger.blocks, arrays_.blocks, kDirtyBlockSlots));
+  COPPICE_CHECK(enlarge(larger.freed_blocks, arrays_.freed_blocks, kDirtyBlockSlots));
+  COPPICE_CHECK(enlarge(larger.bounds, arrays_.bounds, kInstanceBlockSlots));
+  COPPICE_TRY(dirty, arrays_.dirty.enlarged(allocator_, slot_count));
+  COPPICE_TRY(unbounded, arrays_.unbounded.enlarged(allocator_, slot_count));
+  larger.dirty = std::move(dirty);
+  larger.unbounded = std::move(unbounded);
+  for (Instance& instance : larger.instances.span().subspan(capacity())) instance.plant = kNoPlant;
+  if (const std::uint32_t rest = slot_count % kDirtyBlockSlots; rest > 0)
+    larger.blocks[slot_count / kDirtyBlockSlots].used = ~std::uint64_t{0} << rest;
+  return larger;
+}
+
+std::uint64_t InstanceTable::growth_bytes(std::uint32_t slot_count) const {
+  if (slot_count <= capacity()) return 0;
+  return slot_count * std::uint64_t{sizeof(Instance) + sizeof(InstanceSphere) + sizeof(std::uint32_t)} +
+         block_count(slot_count, kDirtyBlockSlots) * (sizeof(Block) + sizeof(std::uint32_t) + 2 * sizeof(std::uint8_t)) +
+         block_count(slot_count, kInstanceBlockSlots) * sizeof(InstanceBounds);
+}
+
+Result<void> InstanceTable::reserve(std::uint32_t slot_count) {
+  if (slot_count <= capacity()) return {};
+  COPPICE_TRY(larger, enlarged(roomy(slot_count)));
+  take(std::move(larger));
+  return {};
+}
+
+std::uint32_t InstanceTable::roomy(std::uint32_t slot_count) const {
+  return roomy_count({.now = capacity(), .needed = slot_count, .first = kFirstSlots, .most = max_instances_, .step = kDirtyBlockSlots});
+}
+
+Result<std::uint32_t> InstanceTable::slots_for(std::size_t added) const {
+  const std::size_t freed = std::size_t{free_slot_count_} + std::size_t{freed_block_count_} * kDirtyBlockSlots;
+  const std::size_t used_slots = std::min<std::size_t>(max_instances_, std::size_t{block_end_} * kDirtyBlockSlots);
+  const std::size_t fresh = added - std::min(added, freed);
+  if (fresh > max_instances_ - used_slots) return too_many(max_instances_);
+  return static_cast<std::uint32_t>(
+      std::min<std::size_t>(max_instances_, used_slots + block_count(fresh, kDirtyBlockSlots) * kDirtyBlockSlots));
+}
+
+Result<std::uint32_t> InstanceTable::slots_for_tile(std::size_t added) const {
+  const std::size_t blocks = block_count(added, kDirtyBlockSlots);
+  if (blocks > free_block_count()) return too_many(max_instances_);
+  const std::size_t fresh = blocks - std::min<std::size_t>(blocks, freed_block_count_);
+  return static_cast<std::uint32_t>(std::min<std::size_t>(max_instances_, (block_end_ + fresh) * kDirtyBlockSlots));
+}
+
+InstanceTable::PlantInstances& InstanceTable::instances_of(std::uint32_t plant) {
+  if (plant >= plants_.size()) plants_.resize(plant + 1);
+  return plants_[plant];
 }
 
 void InstanceTable::set_plant_sphere(std::uint32_t plant, std::span<const float, 3> center, float radius_m) {
-  plant_spheres_[plant] = {vec3(center), radius_m, true};
+  PlantInstances& of = instances_of(plant);
+  of = {of.count, vec3(center), radius_m, true};
   replace_plant(plant, plant);
-}
-
-std::uint64_t InstanceTable::bytes_for(std::uint32_t max_instances) {
-  const auto blocks_of = [&](std::uint64_t slots) { return (max_instances + slots - 1) / slots; };
-  return max_instances * std::uint64_t{sizeof(Instance) + sizeof(InstanceSphere) + sizeof(std::uint32_t)} +
-         blocks_of(kDirtyBlockSlots) * (sizeof(Block) + sizeof(std::uint32_t) + 2 * sizeof(std::uint8_t)) +
-         blocks_of(kInstanceBlockSlots) * sizeof(InstanceBounds);
-}
-
-std::size_t InstanceTable::bytes() const {
-  return instances_.bytes() + spheres_.bytes() + generations_.bytes() + blocks_.bytes() + freed_blocks_.bytes() + bounds_.bytes() +
-         dirty_.bytes() + unbounded_.bytes();
 }
 
 std::uint32_t InstanceTable::free_block_count() const {
   // The last one only if it is whole: a tile's blocks are all alike.
-  const auto whole = static_cast<std::uint32_t>(instances_.size() / kDirtyBlockSlots);
+  const std::uint32_t whole = max_instances_ / kDirtyBlockSlots;
   return freed_block_count_ + (whole - std::min(whole, block_end_));
 }
 
 Result<void> InstanceTable::add(std::uint32_t plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles) {
-  const std::size_t unused = instances_.size() - std::min<std::size_t>(instances_.size(), std::size_t{block_end_} * kDirtyBlockSlots);
-  if (placements.size() > std::size_t{free_slot_count_} + std::size_t{freed_block_count_} * kDirtyBlockSlots + unused)
-    return Error{Status::out_of_memory, "more instances than max_instances", Error::kNoOffset, std::to_string(instances_.size())};
+  COPPICE_TRY(slot_count, slots_for(placements.size()));
+  COPPICE_CHECK(reserve(slot_count));
   for (std::size_t i = 0; i < placements.size(); ++i) {
     const std::uint32_t slot = take_slot();
     write(slot, plant, placements[i]);
@@ -108,30 +146,32 @@ Result<void> InstanceTable::add(std::uint32_t plant, std::span<const coppice_pla
   return {};
 }
 
-Result<void> InstanceTable::add_tile(std::span<const PlacedInstance> instances, std::vector<std::uint32_t>& blocks) {
-  blocks.clear();
-  if ((instances.size() + kDirtyBlockSlots - 1) / kDirtyBlockSlots > free_block_count())
-    return Error{Status::out_of_memory, "more instances than max_instances", Error::kNoOffset, std::to_string(instances_.size())};
+Result<InstanceTile> InstanceTable::add_tile(std::span<const PlacedInstance> instances) {
+  COPPICE_TRY(slot_count, slots_for_tile(instances.size()));
+  COPPICE_CHECK(reserve(slot_count));
+  InstanceTile tile;
   for (std::size_t first = 0; first < instances.size(); first += kDirtyBlockSlots) {
     const auto members = instances.subspan(first, std::min<std::size_t>(kDirtyBlockSlots, instances.size() - first));
-    const std::uint32_t block = take_block();
-    blocks.push_back(block);
-    blocks_[block].tile = true;
+    const std::uint32_t index = take_block();
+    Block& block = arrays_.blocks[index];
+    block.tile = true;
+    block.next = std::exchange(tile.first_block, index);
+    ++tile.block_count;
     for (std::uint32_t i = 0; i < members.size(); ++i) {
-      blocks_[block].used |= std::uint64_t{1} << i;
-      write(block * kDirtyBlockSlots + i, members[i].plant, members[i].placement);
+      block.used |= std::uint64_t{1} << i;
+      write(index * kDirtyBlockSlots + i, members[i].plant, members[i].placement);
     }
   }
-  return {};
+  return tile;
 }
 
-void InstanceTable::scale_tile(std::span<const std::uint32_t> blocks, float factor) {
-  for (const std::uint32_t block : blocks) {
-    COPPICE_ASSERT(blocks_[block].tile);
-    for (std::uint64_t left = blocks_[block].used; left != 0; left &= left - 1) {
+void InstanceTable::scale_tile(const InstanceTile& tile, float factor) {
+  for (std::uint32_t block = tile.first_block; block != kNoBlock; block = arrays_.blocks[block].next) {
+    COPPICE_ASSERT(arrays_.blocks[block].tile);
+    for (std::uint64_t left = arrays_.blocks[block].used; left != 0; left &= left - 1) {
       const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
-      Instance& instance = instances_[slot];
-      InstanceSphere& sphere = spheres_[slot];
+      Instance& instance = arrays_.instances[slot];
+      InstanceSphere& sphere = arrays_.spheres[slot];
       instance.scale *= factor;
       sphere.radius_m *= factor;
       sphere.center_m = instance.position + factor * (sphere.center_m - instance.position);
@@ -140,56 +180,58 @@ void InstanceTable::scale_tile(std::span<const std::uint32_t> blocks, float fact
   }
 }
 
-void InstanceTable::remove_tile(std::span<const std::uint32_t> blocks) {
-  for (const std::uint32_t block : blocks) {
-    COPPICE_ASSERT(blocks_[block].tile);
-    for (; blocks_[block].used != 0; blocks_[block].used &= blocks_[block].used - 1)
-      clear_slot(block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(blocks_[block].used)));
-    blocks_[block].tile = false;
-    freed_blocks_[freed_block_count_++] = block;
+void InstanceTable::remove_tile(const InstanceTile& tile) {
+  for (std::uint32_t index = tile.first_block; index != kNoBlock;) {
+    Block& block = arrays_.blocks[index];
+    COPPICE_ASSERT(block.tile);
+    for (; block.used != 0; block.used &= block.used - 1)
+      clear_slot(index * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(block.used)));
+    block.tile = false;
+    arrays_.freed_blocks[freed_block_count_++] = index;
+    index = block.next;
   }
 }
 
 // The block that was freed last, so that what is uploaded and culled stays short.
 std::uint32_t InstanceTable::take_block() {
-  return freed_block_count_ > 0 ? freed_blocks_[--freed_block_count_] : block_end_++;
+  return freed_block_count_ > 0 ? arrays_.freed_blocks[--freed_block_count_] : block_end_++;
 }
 
 void InstanceTable::link(std::uint32_t block) {
-  blocks_[block].previous = kNoBlock;
-  blocks_[block].next = first_partial_;
-  if (first_partial_ != kNoBlock) blocks_[first_partial_].previous = block;
+  arrays_.blocks[block].previous = kNoBlock;
+  arrays_.blocks[block].next = first_partial_;
+  if (first_partial_ != kNoBlock) arrays_.blocks[first_partial_].previous = block;
   first_partial_ = block;
 }
 
 void InstanceTable::unlink(std::uint32_t block) {
-  const Block& linked = blocks_[block];
-  if (linked.previous != kNoBlock) blocks_[linked.previous].next = linked.next;
-  if (linked.next != kNoBlock) blocks_[linked.next].previous = linked.previous;
+  const Block& linked = arrays_.blocks[block];
+  if (linked.previous != kNoBlock) arrays_.blocks[linked.previous].next = linked.next;
+  if (linked.next != kNoBlock) arrays_.blocks[linked.next].previous = linked.previous;
   if (first_partial_ == block) first_partial_ = linked.next;
 }
 
 std::uint32_t InstanceTable::take_slot() {
   if (first_partial_ == kNoBlock) {
     const std::uint32_t block = take_block();
-    free_slot_count_ += static_cast<std::uint32_t>(std::popcount(~blocks_[block].used));
+    free_slot_count_ += static_cast<std::uint32_t>(std::popcount(~arrays_.blocks[block].used));
     link(block);
   }
   const std::uint32_t block = first_partial_;
-  const auto place = static_cast<std::uint32_t>(std::countr_one(blocks_[block].used));
-  blocks_[block].used |= std::uint64_t{1} << place;
+  const auto place = static_cast<std::uint32_t>(std::countr_one(arrays_.blocks[block].used));
+  arrays_.blocks[block].used |= std::uint64_t{1} << place;
   --free_slot_count_;
-  if (blocks_[block].used == ~std::uint64_t{0}) unlink(block);
+  if (arrays_.blocks[block].used == ~std::uint64_t{0}) unlink(block);
   return block * kDirtyBlockSlots + place;
 }
 
 coppice_instance InstanceTable::handle_of(std::uint32_t slot) const {
-  return pack_handle({HandleKind::instance, context_tag_, generations_[slot], slot});
+  return pack_handle({HandleKind::instance, context_tag_, arrays_.generations[slot], slot});
 }
 
 bool InstanceTable::is_live(coppice_instance handle) const {
   const std::uint32_t slot = slot_of(handle);
-  return slot < slot_count_ && handle == handle_of(slot) && plant_of(slot) != kNoPlant && !blocks_[slot / kDirtyBlockSlots].tile;
+  return slot < slot_count_ && handle == handle_of(slot) && plant_of(slot) != kNoPlant && !arrays_.blocks[slot / kDirtyBlockSlots].tile;
 }
 
 void InstanceTable::move(coppice_instance handle, const coppice_placement& placement) {
@@ -203,15 +245,15 @@ void InstanceTable::remove(coppice_instance handle) {
 }
 
 void InstanceTable::remove_plant(std::uint32_t plant) {
-  for (std::uint32_t slot = 0; slot < slot_count_ && plant_counts_[plant] > 0; ++slot)
+  for (std::uint32_t slot = 0; slot < slot_count_ && plant_count(plant) > 0; ++slot)
     if (plant_of(slot) == plant) remove_slot(slot);
-  plant_spheres_[plant] = {};
+  instances_of(plant) = {};
 }
 
 void InstanceTable::replace_plant(std::uint32_t from, std::uint32_t to) {
-  std::uint32_t left = plant_counts_[from];
+  std::uint32_t left = plant_count(from);
   for (std::uint32_t slot = 0; slot < slot_count_ && left > 0; ++slot) {
-    const Instance& instance = instances_[slot];
+    const Instance& instance = arrays_.instances[slot];
     if (plant_of(slot) != from) continue;
     --left;
     write(slot, to,
@@ -219,35 +261,36 @@ void InstanceTable::replace_plant(std::uint32_t from, std::uint32_t to) {
            instance.scale,
            {instance.rotation.x, instance.rotation.y, instance.rotation.z, instance.rotation.w},
            {instance.tint.x, instance.tint.y, instance.tint.z}});
-    --plant_counts_[from];
-    ++plant_counts_[to];
+    --plants_[from].count;
+    ++plants_[to].count;
   }
 }
 
 SlotRange InstanceTable::take_dirty() {
-  const SlotRange range = dirty_.take();
+  const SlotRange range = arrays_.dirty.take();
   return {range.first, std::min(range.count, slot_count_ - std::min(range.first, slot_count_))};
 }
 
 void InstanceTable::update_bounds() {
   const std::span<const InstanceSphere> slots = spheres();
-  for (SlotRange range = unbounded_.take(); range.count > 0; range = unbounded_.take()) {
+  for (SlotRange range = arrays_.unbounded.take(); range.count > 0; range = arrays_.unbounded.take()) {
     const std::uint32_t end = std::min(range.first + range.count, slot_count_);
     for (std::uint32_t from = range.first; from < end; from += kInstanceBlockSlots)
-      bounds_[from / kInstanceBlockSlots] = instance_bounds(slots.subspan(from, std::min(kInstanceBlockSlots, end - from)));
+      arrays_.bounds[from / kInstanceBlockSlots] = instance_bounds(slots.subspan(from, std::min(kInstanceBlockSlots, end - from)));
   }
 }
 
 void InstanceTable::mark_changed(std::uint32_t slot) {
-  dirty_.mark({slot, 1});
-  unbounded_.mark({slot, 1});
+  arrays_.dirty.mark({slot, 1});
+  arrays_.unbounded.mark({slot, 1});
 }
 
 void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement) {
-  Instance& instance = instances_[slot];
+  Instance& instance = arrays_.instances[slot];
+  PlantInstances& of = instances_of(plant);
   if (plant_of(slot) == kNoPlant) {
     ++count_;
-    ++plant_counts_[plant];
+    ++of.count;
     slot_count_ = std::max(slot_count_, slot + 1);
   }
   instance.position = vec3(placement.position);
@@ -255,25 +298,24 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
   instance.rotation = {placement.rotation[0], placement.rotation[1], placement.rotation[2], placement.rotation[3]};
   instance.tint = vec3(placement.tint);
 
-  const Sphere& sphere = plant_spheres_[plant];
-  instance.plant = sphere.known ? plant : kNoPlant;
-  spheres_[slot] = {.center_m = world_from_object(instance, sphere.center), .radius_m = sphere.radius_m * placement.scale, .plant = plant};
+  instance.plant = of.known ? plant : kNoPlant;
+  arrays_.spheres[slot] = {.center_m = world_from_object(instance, of.center), .radius_m = of.radius_m * placement.scale, .plant = plant};
   mark_changed(slot);
 }
 
 void InstanceTable::clear_slot(std::uint32_t slot) {
-  --plant_counts_[plant_of(slot)];
+  --plants_[plant_of(slot)].count;
   --count_;
-  instances_[slot].plant = kNoPlant;
-  spheres_[slot].plant = InstanceSphere::kNoPlant;
-  ++generations_[slot];
+  arrays_.instances[slot].plant = kNoPlant;
+  arrays_.spheres[slot].plant = InstanceSphere::kNoPlant;
+  ++arrays_.generations[slot];
   mark_changed(slot);
 }
 
 void InstanceTable::remove_slot(std::uint32_t slot) {
   clear_slot(slot);
   const std::uint32_t index = slot / kDirtyBlockSlots;
-  Block& block = blocks_[index];
+  Block& block = arrays_.blocks[index];
   const bool was_full = block.used == ~std::uint64_t{0};
   block.used &= ~(std::uint64_t{1} << slot % kDirtyBlockSlots);
   if (block.tile) return;  // remove_tile frees the block
@@ -282,7 +324,7 @@ void InstanceTable::remove_slot(std::uint32_t slot) {
   if (block.used != 0) return;
   unlink(index);
   free_slot_count_ -= kDirtyBlockSlots;
-  freed_blocks_[freed_block_count_++] = index;
+  arrays_.freed_blocks[freed_block_count_++] = index;
 }
 
 }  // namespace coppice::gpu

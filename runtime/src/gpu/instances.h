@@ -18,10 +18,20 @@ namespace coppice::gpu {
 /// Slots whose change is uploaded together.
 inline constexpr std::uint32_t kDirtyBlockSlots = 64;
 
+/// That there is room for once there is an instance.
+inline constexpr std::uint32_t kFirstSlots = 1024;
+
 /// A plant's place and which it is.
 struct PlacedInstance {
   coppice_placement placement{};
   std::uint32_t plant = 0;
+};
+
+/// Instances that were added together: a list of blocks.
+struct InstanceTile {
+  static constexpr std::uint32_t kNoBlock = 0xffffffffu;
+  std::uint32_t first_block = kNoBlock;
+  std::uint32_t block_count = 0;  ///< one for each kDirtyBlockSlots of them, or part of it
 };
 
 /// A run of slots.
@@ -33,8 +43,8 @@ struct SlotRange {
 /// that a frame without a change costs nothing.
 class DirtySlots {
  public:
-  /// errors  out_of_memory: the allocator hook
-  static Result<DirtySlots> create(const coppice_allocator& allocator, std::uint32_t slot_count);
+  /// The same with room for more slots. errors  out_of_memory: the allocator hook
+  [[nodiscard]] Result<DirtySlots> enlarged(const coppice_allocator& allocator, std::uint32_t slot_count) const;
 
   void mark(SlotRange range);
   /// The first run of changed blocks, marked clean; empty when there is none. It may end behind the last slot used.
@@ -49,26 +59,42 @@ class DirtySlots {
 /// Slots are given out in blocks of kDirtyBlockSlots, which hold either instances that were added one by one, by handle, or those of one
 /// tile: what lies in a block is then near each other and comes and goes together. An empty block can become either.
 class InstanceTable {
- public:
-  /// max_instances: <= kMaxHandleIndex. context_tag: of its handles. errors  out_of_memory: the allocator hook
-  static Result<InstanceTable> create(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t max_plants,
-                                      std::uint32_t context_tag = 0);
+  struct Arrays;
 
-  /// bytes() of such a table.
-  static std::uint64_t bytes_for(std::uint32_t max_instances);
+ public:
+  InstanceTable() = default;
+  /// Empty, and without memory. max_instances: <= kMaxHandleIndex. context_tag: of its handles
+  InstanceTable(const coppice_allocator& allocator, std::uint32_t max_instances, std::uint32_t context_tag = 0)
+      : allocator_(allocator), max_instances_(max_instances), context_tag_(context_tag) {}
+
+  /// Slots that there are arrays for.
+  [[nodiscard]] std::uint32_t capacity() const { return static_cast<std::uint32_t>(arrays_.instances.size()); }
+  /// Slots that it takes to add so many instances by handle, or as a tile. errors  out_of_memory: more than max_instances, or than the
+  /// others leave room for
+  [[nodiscard]] Result<std::uint32_t> slots_for(std::size_t added) const;
+  [[nodiscard]] Result<std::uint32_t> slots_for_tile(std::size_t added) const;
+  /// At least so many slots, and where capacity() is less, so many that it need not grow often.
+  [[nodiscard]] std::uint32_t roomy(std::uint32_t slot_count) const;
+  /// What enlarged() allocates: 0 where there is room.
+  [[nodiscard]] std::uint64_t growth_bytes(std::uint32_t slot_count) const;
+  /// A copy of the arrays with room for so many slots, > capacity(), for take(). errors  out_of_memory: the allocator hook
+  [[nodiscard]] Result<Arrays> enlarged(std::uint32_t slot_count) const;
+  /// Nothing has changed since enlarged().
+  void take(Arrays&& arrays) { arrays_ = std::move(arrays); }
+  /// Both, as far as there is need. errors  out_of_memory: the allocator hook; nothing has changed
+  Result<void> reserve(std::uint32_t slot_count);
 
   /// Bounding sphere of a plant's model, object space. Before it is known the plant's instances are kept, but are none to the GPU.
   void set_plant_sphere(std::uint32_t plant, std::span<const float, 3> center, float radius_m);
 
-  /// placements  [n], checked by the caller. handles: [n] out, or empty. errors  out_of_memory: more than max_instances, or than tiles
-  /// leave room for; none is added
+  /// placements  [n], checked by the caller. handles: [n] out, or empty. errors  as slots_for and reserve; none is added
   Result<void> add(std::uint32_t plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
-  /// Adds instances that go together. blocks: out, what remove_tile takes: one for each kDirtyBlockSlots of them, or part of it
-  /// errors  out_of_memory: fewer free blocks; none is added
-  Result<void> add_tile(std::span<const PlacedInstance> instances, std::vector<std::uint32_t>& blocks);
+  /// Adds instances that go together. Returns what names them. errors  as slots_for_tile and reserve; none is added
+  Result<InstanceTile> add_tile(std::span<const PlacedInstance> instances);
   /// Multiplies the scale of a tile's instances, about their feet.
-  void scale_tile(std::span<const std::uint32_t> blocks, float factor);
-  void remove_tile(std::span<const std::uint32_t> blocks);
+  void scale_tile(const InstanceTile& tile, float factor);
+  void remove_tile(const InstanceTile& tile);
+  /// Blocks that max_instances leaves for tiles.
   [[nodiscard]] std::uint32_t free_block_count() const;
   /// False for an instance of a tile: those have no handles.
   [[nodiscard]] bool is_live(coppice_instance handle) const;
@@ -79,39 +105,55 @@ class InstanceTable {
   /// All instances of `from` become instances of `to`, where they stand.
   void replace_plant(std::uint32_t from, std::uint32_t to);
 
-  [[nodiscard]] std::span<const Instance> slots() const { return instances_.span().first(slot_count_); }
-  [[nodiscard]] std::span<const InstanceSphere> spheres() const { return spheres_.span().first(slot_count_); }
+  [[nodiscard]] std::span<const Instance> slots() const { return arrays_.instances.span().first(slot_count_); }
+  [[nodiscard]] std::span<const InstanceSphere> spheres() const { return arrays_.spheres.span().first(slot_count_); }
   /// Bounds as of the last update_bounds().
   [[nodiscard]] InstanceBlocks blocks() const {
-    return {spheres(), bounds_.span().first((slot_count_ + kInstanceBlockSlots - 1) / kInstanceBlockSlots)};
+    return {spheres(), arrays_.bounds.span().first((slot_count_ + kInstanceBlockSlots - 1) / kInstanceBlockSlots)};
   }
   /// Brings the bounds of blocks with changed instances up to date.
   void update_bounds();
   [[nodiscard]] std::uint32_t count() const { return count_; }
-  [[nodiscard]] std::uint32_t plant_count(std::uint32_t plant) const { return plant_counts_[plant]; }
-  [[nodiscard]] std::size_t bytes() const;
+  [[nodiscard]] std::uint32_t plant_count(std::uint32_t plant) const { return plant < plants_.size() ? plants_[plant].count : 0; }
+  [[nodiscard]] std::uint64_t bytes() const { return arrays_.bytes(); }
 
   /// The first run of slots to upload, marked clean; empty when there is none.
   SlotRange take_dirty();
   /// Undoes take_dirty for a range that could not be uploaded.
-  void mark_dirty(SlotRange range) { dirty_.mark(range); }
+  void mark_dirty(SlotRange range) { arrays_.dirty.mark(range); }
 
  private:
   struct Block {
     std::uint64_t used = 0;  ///< bit per slot; slots that do not exist count as used
-    /// Of blocks that are not a tile's and have both used and free slots.
+    /// Of blocks that are not a tile's and have both used and free slots; next also of a tile's.
     std::uint32_t previous = kNoBlock, next = kNoBlock;
     bool tile = false;
   };
-  static constexpr std::uint32_t kNoBlock = 0xffffffffu;
-  struct Sphere {
-    vec3 center{};
+  static constexpr std::uint32_t kNoBlock = InstanceTile::kNoBlock;
+  /// Everything by slot or by block of slots.
+  struct Arrays {
+    HookArray<Instance> instances;
+    HookArray<InstanceSphere> spheres;
+    HookArray<std::uint32_t> generations;
+    HookArray<Block> blocks;
+    HookArray<std::uint32_t> freed_blocks;  ///< [freed_block_count_] a stack of blocks that were used and are empty
+    HookArray<InstanceBounds> bounds;       ///< per kInstanceBlockSlots slots
+    DirtySlots dirty;                       ///< since the last upload
+    DirtySlots unbounded;                   ///< since the last update_bounds()
+
+    [[nodiscard]] std::uint64_t bytes() const;
+  };
+  struct PlantInstances {
+    std::uint32_t count = 0;
+    vec3 center{};  ///< of the model's sphere
     float radius_m = 0;
-    bool known = false;
+    bool known = false;  ///< the sphere is
   };
 
   /// Also of what the GPU does not see; kNoPlant where the slot is empty.
-  [[nodiscard]] std::uint32_t plant_of(std::uint32_t slot) const { return spheres_[slot].plant; }
+  [[nodiscard]] std::uint32_t plant_of(std::uint32_t slot) const { return arrays_.spheres[slot].plant; }
+  /// Of plants up to the last that was ever used.
+  PlantInstances& instances_of(std::uint32_t plant);
   void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement);
   [[nodiscard]] coppice_instance handle_of(std::uint32_t slot) const;
   std::uint32_t take_slot();
@@ -122,16 +164,10 @@ class InstanceTable {
   void remove_slot(std::uint32_t slot);
   void mark_changed(std::uint32_t slot);
 
-  HookArray<Instance> instances_;
-  HookArray<InstanceSphere> spheres_;
-  HookArray<std::uint32_t> generations_;  ///< per slot
-  HookArray<Block> blocks_;
-  HookArray<std::uint32_t> freed_blocks_;  ///< [freed_block_count_] a stack of blocks that were used and are empty
-  HookArray<InstanceBounds> bounds_;       ///< per kInstanceBlockSlots slots
-  DirtySlots dirty_;                       ///< since the last upload
-  DirtySlots unbounded_;                   ///< since the last update_bounds()
-  std::vector<std::uint32_t> plant_counts_;
-  std::vector<Sphere> plant_spheres_;
+  coppice_allocator allocator_{};
+  Arrays arrays_;
+  std::vector<PlantInstances> plants_;
+  std::uint32_t max_instances_ = 0;
   std::uint32_t context_tag_ = 0;
   std::uint32_t slot_count_ = 0;  ///< slots ever used
   std::uint32_t count_ = 0;

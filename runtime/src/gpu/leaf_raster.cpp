@@ -41,6 +41,9 @@ constexpr float kSplit_px = 12.0f;
 /// Leaves no longer than this are drawn as splats.
 constexpr float kSplat_px = 4.0f;
 
+/// Slots that the lists of clusters are made for at least.
+constexpr std::uint32_t kLeastWorkSlots = 1u << 17;
+
 constexpr std::uint32_t kCountPass = 2;  // kCount of write_pixel.glsl
 
 /// Constants 0 to 5 of the rasteriser's shaders.
@@ -113,7 +116,7 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
   raster->shape_ = desc.many_lanes.value_or(properties.properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU) ? kManyLanes : kFewLanes;
   COPPICE_CHECK(raster->create_layouts());
-  COPPICE_CHECK(raster->create_buffers());
+  COPPICE_CHECK(raster->create_rounds());
   raster->add_pipelines();
   return raster;
 }
@@ -213,26 +216,25 @@ bool LeafRaster::want(const coppice_view& view) {
   return ready;
 }
 
-Result<void> LeafRaster::create_buffers() {
-  struct Wanted {
-    Buffer* buffer;
-    std::uint64_t bytes;
-    VkBufferUsageFlags usage = kStorage;
-  };
-  const std::uint64_t block_count = (std::uint64_t{desc_.max_instances} + kBlockSlots - 1) / kBlockSlots;
-  const Wanted wanted[] = {{&buffers_.blocks, block_count * sizeof(InstanceBlock)},
-                           {&buffers_.rounds, kRasterRounds * sizeof(RasterRound), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
-                           {&buffers_.visible_blocks, block_count * sizeof(std::uint32_t)},
-                           // Leaves and wood of each, by the rasteriser or the hardware.
-                           {&buffers_.items, std::uint64_t{desc_.max_instances} * 2 * sizeof(std::uint32_t)},
-                           {&buffers_.work, work_capacity() * sizeof(uvec2)},
-                           {&buffers_.splats, work_capacity() * sizeof(uvec2)},
-                           {&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2)}};
-  for (const Wanted& item : wanted) {
-    COPPICE_TRY(buffer, create_buffer(device_, item.bytes, item.usage, MemoryKind::device));
-    *item.buffer = buffer;
-  }
+Result<void> LeafRaster::create_rounds() {
+  COPPICE_TRY(rounds, create_buffer(device_, kRasterRounds * sizeof(RasterRound), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+                                    MemoryKind::device));
+  buffers_.rounds = rounds;
   return {};
+}
+
+std::vector<BufferSize> LeafRaster::sizes(std::uint32_t slots) {
+  if (slots == 0) return {};
+  const std::uint64_t block_count = (std::uint64_t{slots} + kBlockSlots - 1) / kBlockSlots;
+  // Most of it does not depend on the slots: few steps, as each takes all of it twice for some frames.
+  const std::uint64_t work_capacity = std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
+  return {{&buffers_.blocks, block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true},
+          {&buffers_.visible_blocks, block_count * sizeof(std::uint32_t), kStorage},
+          // Leaves and wood of each, by the rasteriser or the hardware.
+          {&buffers_.items, std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage},
+          {&buffers_.work, work_capacity * sizeof(uvec2), kStorage},
+          {&buffers_.splats, work_capacity * sizeof(uvec2), kStorage},
+          {&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage}};
 }
 
 std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks) {
@@ -343,7 +345,7 @@ bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::
            .split_px = kSplit_px,
            .reversed = reversed ? 1u : 0u,
            .lanes = lanes_,
-           .work_capacity = static_cast<std::uint32_t>(work_capacity()),
+           .work_capacity = static_cast<std::uint32_t>(buffers_.work.size_bytes / sizeof(uvec2)),
            .expand_items = shape_.expand_together ? 1 : lanes_,
            .leaf_clusters = shape_.leaf_clusters,
            .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes};

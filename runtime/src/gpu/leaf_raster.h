@@ -53,6 +53,10 @@ class LeafRaster {
   LeafRaster(const LeafRaster&) = delete;
   LeafRaster& operator=(const LeafRaster&) = delete;
 
+  /// Its buffers by instance slot, for so many, and what goes with them; none for no slot. The caller creates them and says so.
+  [[nodiscard]] std::vector<BufferSize> sizes(std::uint32_t slots);
+  void buffers_changed() { set_stale_ = true; }
+
   /// InstanceBlock[]: gpu_blocks of the instance table's.
   [[nodiscard]] VkBuffer block_buffer() const { return buffers_.blocks.buffer; }
 
@@ -63,7 +67,7 @@ class LeafRaster {
   /// Makes room for a view and records what its buffers start with; the caller's barrier makes it visible to compute shaders.
   /// False: there is no memory for it, or it is not a view the rasteriser draws: record nothing more.
   bool begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame);
-  /// before: begin_view, and all that culling reads. after: the picture, written by compute shaders.
+  /// before: begin_view, sizes() of slot_count, and all that culling reads. after: the picture, written by compute shaders.
   /// timer: may be null
   void record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const;
   /// Inside dynamic rendering: the picture of the last begin_view into its attachments.
@@ -84,18 +88,17 @@ class LeafRaster {
     std::array<Pipeline*, 3> splats{};
   };
   struct Buffers {
-    Buffer blocks, rounds, visible_blocks, items, work, splats, big;  ///< sized at creation
-    Buffer picture, tiles;                                            ///< by the view
+    Buffer rounds;
+    Buffer blocks, visible_blocks, items, work, splats, big;  ///< sizes()
+    Buffer picture, tiles;                                    ///< by the view
   };
 
   LeafRaster(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
-  /// Of the lists of clusters.
-  [[nodiscard]] std::uint64_t work_capacity() const { return std::uint64_t{kWorkClusters} + desc_.max_instances; }
   Result<void> create_layouts();
   void add_pipelines();
   /// Which of the passes over leaves a view takes: those of Pipelines.
   [[nodiscard]] std::span<const std::uint32_t> passes(coppice_debug_view debug_view) const;
-  Result<void> create_buffers();
+  Result<void> create_rounds();
   struct ViewBytes {
     std::uint64_t picture = 0, tiles = 0;
   };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <new>
 #include <utility>
 
@@ -18,6 +19,8 @@ constexpr std::uint64_t kStagingBytes = 8ull << 20;
 constexpr std::uint64_t kFrameStagingBytes = 1ull << 19;
 /// A block of device memory is one part in this many of the budget: of 4,096 allocations that devices promise, few are taken.
 constexpr std::uint64_t kBlockShare = 32;
+/// That there is room for from the beginning.
+constexpr std::uint32_t kFirstPlants = 16;
 
 std::uint64_t block_bytes(std::uint64_t budget_bytes) {
   return std::clamp(budget_bytes / kBlockShare, DeviceMemory::kLeastBlockBytes, DeviceMemory::kMostBlockBytes);
@@ -46,17 +49,12 @@ Renderer::Renderer(const RendererDesc& desc)
 Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDesc& desc) {
   std::unique_ptr<Renderer> renderer(new (std::nothrow) Renderer(desc));
   if (!renderer) return Error{Status::out_of_memory, "renderer"};
-  if (desc.max_instances > std::uint64_t{renderer->device_.max_group_count} * kCullGroupSize)
-    return Error{Status::unsupported, "max_instances beyond what the device culls in one dispatch", Error::kNoOffset,
-                 std::to_string(desc.max_instances)};
-  if (std::uint64_t{desc.max_instances} * sizeof(Instance) > renderer->device_.max_storage_bytes)
-    return Error{Status::unsupported, "max_instances beyond what a storage buffer of the device holds", Error::kNoOffset,
-                 std::to_string(desc.max_instances)};
+  renderer->lower_limits();
   COPPICE_CHECK(create_passes(renderer->device_, desc.attachments, renderer->pipelines_, renderer->passes_));
   COPPICE_TRY(staging, Staging::create(renderer->device_, kStagingBytes));
   renderer->staging_ = std::move(staging);
   COPPICE_CHECK(renderer->create_default_texture());
-  COPPICE_CHECK(renderer->create_fixed_buffers());
+  COPPICE_CHECK(renderer->create_buffers());
   if (desc.pass_times) COPPICE_CHECK(renderer->timer_.create(renderer->device_));
   COPPICE_CHECK(renderer->create_raster());
   // Until here blocks are small, whatever the budget: what is taken before any plant does not depend on it.
@@ -96,13 +94,14 @@ Renderer::~Renderer() {
   garbage_.collect(device_, ~std::uint64_t{0});
   for (PlantSlot& plant : plants_)
     if (plant.used) destroy_plant(plant);
+  for (LargerBuffer& larger : larger_) destroy_buffer(device_, larger.buffer);
   raster_.reset();
   timer_.destroy(device_);
   garbage_.collect(device_, ~std::uint64_t{0});
   staging_.destroy(device_);
   for (Buffer* buffer :
-       {&fixed_.view, &fixed_.instances, &fixed_.plants, &fixed_.tables, &fixed_.cuts, &fixed_.leaf_counts, &fixed_.wood_commands,
-        &fixed_.counters, &fixed_.indices, &fixed_.readback, &fixed_.debug_colors, &leaf_commands_, &wood_list_})
+       {&fixed_.view, &fixed_.counters, &fixed_.indices, &fixed_.readback, &growing_.instances, &growing_.cuts, &growing_.debug_colors,
+        &growing_.plants, &growing_.tables, &growing_.leaf_counts, &growing_.wood_commands, &leaf_commands_, &wood_list_})
     if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
   if (default_texture_.image != VK_NULL_HANDLE) destroy_texture(device_, default_texture_);
   device_.vk.vkDestroyDescriptorPool(device_.device, frame_set_.pool, nullptr);
@@ -112,37 +111,105 @@ Renderer::~Renderer() {
   close_memory(device_);
 }
 
-Result<void> Renderer::create_fixed_buffers() {
-  struct Wanted {
-    Buffer* buffer;
-    std::uint64_t bytes;
-    VkBufferUsageFlags usage;
-    MemoryKind kind = MemoryKind::device;
+// What the device binds, and what it culls in one dispatch.
+void Renderer::lower_limits() {
+  const auto lower = [](std::uint32_t& limit, std::uint64_t most) {
+    limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, most));
   };
-  const std::uint64_t instances = desc_.max_instances;
-  const std::uint64_t plants = desc_.max_plants;
-  const Wanted wanted[] = {
-      {&fixed_.view, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
-      {&fixed_.instances, instances * sizeof(Instance), kStorage},
-      {&fixed_.plants, plants * sizeof(Plant), kStorage},
-      {&fixed_.tables, plants * kTableStride * sizeof(std::uint32_t),
-       VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
-      {&fixed_.cuts, instances * sizeof(float), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
-      {&fixed_.leaf_counts, 2 * plants * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
-      {&fixed_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
-      {&fixed_.counters, sizeof(Counters), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
-      {&fixed_.indices, std::uint64_t{kClusterLeaves} * 6 * sizeof(std::uint16_t),
-       VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
-      {&fixed_.readback, kReadbackSlots * sizeof(Counters), VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::host},
-      {&fixed_.debug_colors, instances * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT},
-  };
-  for (const Wanted& item : wanted) {
-    COPPICE_TRY(buffer, create_buffer(device_, item.bytes, item.usage, item.kind));
+  lower(desc_.max_instances, std::uint64_t{device_.max_group_count} * kCullGroupSize);
+  lower(desc_.max_instances, device_.max_storage_bytes / sizeof(Instance));
+  lower(desc_.max_plants, device_.max_storage_bytes / (kMeshCommands * sizeof(DrawCommand)));
+  lower(desc_.max_plants, device_.max_texel_count / kTableStride);
+}
+
+std::vector<BufferSize> Renderer::sizes(const Capacity& capacity) {
+  constexpr VkBufferUsageFlags kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT, kIndirect = VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+  const std::uint64_t slots = capacity.slots, plants = capacity.plants;
+  std::vector<BufferSize> sizes{
+      {&growing_.instances, slots * sizeof(Instance), kStorage | kFrom, true},
+      {&growing_.cuts, slots * sizeof(float), kStorage | kFrom},
+      {&growing_.debug_colors, slots * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT},
+      {&growing_.plants, plants * sizeof(Plant), kStorage},
+      {&growing_.tables, plants * kTableStride * sizeof(std::uint32_t),
+       VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | kFrom, true},
+      {&growing_.leaf_counts, 2 * plants * sizeof(std::uint32_t), kStorage | kIndirect},
+      {&growing_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect}};
+  if (raster_) std::ranges::copy(raster_->sizes(capacity.slots), std::back_inserter(sizes));
+  return sizes;
+}
+
+Result<void> Renderer::create_buffers() {
+  std::vector<BufferSize> wanted{{&fixed_.view, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT},
+                                 {&fixed_.counters, sizeof(Counters), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT},
+                                 {&fixed_.indices, std::uint64_t{kClusterLeaves} * 6 * sizeof(std::uint16_t),
+                                  VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT}};
+  // Without the rasteriser's lists, which are large: before the first instance nothing needs them.
+  capacity_.plants = std::min(kFirstPlants, desc_.max_plants);
+  std::ranges::copy(sizes({std::min(kFirstSlots, desc_.max_instances), capacity_.plants}), std::back_inserter(wanted));
+  for (const BufferSize& item : wanted) {
+    COPPICE_TRY(buffer, create_buffer(device_, item.bytes, item.usage, MemoryKind::device));
     *item.buffer = buffer;
   }
+  COPPICE_TRY(readback, create_buffer(device_, kReadbackSlots * sizeof(Counters), VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::host));
+  fixed_.readback = readback;
   COPPICE_CHECK(grow(leaf_commands_, 1024 * sizeof(DrawCommand)));
   COPPICE_CHECK(grow(wood_list_, 1024 * sizeof(std::uint32_t)));
   return rebuild_frame_set();
+}
+
+std::vector<BufferSize> Renderer::growing(const Capacity& wanted) {
+  std::vector<BufferSize> growing = sizes({std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)});
+  std::erase_if(growing, [&](const BufferSize& size) {
+    const auto larger = std::ranges::find(larger_, size.buffer, &LargerBuffer::smaller);
+    return size.bytes <= (larger != larger_.end() ? larger->buffer : *size.buffer).size_bytes;
+  });
+  return growing;
+}
+
+std::uint64_t Renderer::reserve_bytes(const Capacity& wanted) {
+  constexpr std::uint64_t kRounding = 1024;  // of a request, at most
+  std::uint64_t bytes = 0;
+  for (const BufferSize& size : growing(wanted)) bytes += size.bytes + kRounding;
+  return bytes;
+}
+
+Result<void> Renderer::reserve(const Capacity& wanted) {
+  COPPICE_ASSERT(wanted.slots <= desc_.max_instances && wanted.plants <= desc_.max_plants);
+  std::vector<LargerBuffer> larger;
+  for (const BufferSize& size : growing(wanted)) {
+    auto buffer = create_buffer(device_, size.bytes, size.usage, MemoryKind::alone);
+    if (!buffer) {
+      for (LargerBuffer& made : larger) destroy_buffer(device_, made.buffer);
+      return buffer.error();
+    }
+    larger.push_back({size.buffer, *buffer, size.kept});
+  }
+  // What was to take over has not been seen by the GPU.
+  for (const LargerBuffer& next : larger) {
+    const auto before = std::ranges::find(larger_, next.smaller, &LargerBuffer::smaller);
+    if (before == larger_.end()) {
+      larger_.push_back(next);
+    } else {
+      destroy_buffer(device_, before->buffer);
+      *before = next;
+    }
+  }
+  capacity_ = {std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
+  return {};
+}
+
+void Renderer::take_larger() {
+  for (const LargerBuffer& larger : larger_) {
+    Buffer& smaller = *larger.smaller;
+    if (larger.kept && smaller.buffer != VK_NULL_HANDLE)
+      moves_.push_back({smaller.buffer, larger.buffer.buffer, {0, 0, smaller.size_bytes}});
+    if (smaller.buffer != VK_NULL_HANDLE) garbage_.retire(frame_, smaller);
+    smaller = larger.buffer;
+  }
+  if (larger_.empty()) return;
+  frame_set_stale_ = true;
+  if (raster_) raster_->buffers_changed();
+  larger_.clear();
 }
 
 Result<void> Renderer::create_default_texture() {
@@ -162,8 +229,8 @@ Result<void> Renderer::grow(Buffer& buffer, std::uint64_t bytes) {
 }
 
 FrameBindings Renderer::frame_bindings() const {
-  FrameBindings bindings{.buffers = {&fixed_.view, &fixed_.instances, &fixed_.plants, &fixed_.tables, &fixed_.cuts, &wood_list_,
-                                     &leaf_commands_, &fixed_.leaf_counts, &fixed_.wood_commands, &fixed_.counters}};
+  FrameBindings bindings{.buffers = {&fixed_.view, &growing_.instances, &growing_.plants, &growing_.tables, &growing_.cuts, &wood_list_,
+                                     &leaf_commands_, &growing_.leaf_counts, &growing_.wood_commands, &fixed_.counters}};
   bindings.maps.fill(default_texture_.view);
   return bindings;
 }
@@ -224,6 +291,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
 Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance,
                                  std::span<const std::uint32_t> lod_words) {
   COPPICE_ASSERT(index < desc_.max_plants && lod_words.size() <= kTableStride);
+  COPPICE_CHECK(reserve({.plants = index + 1}));
   if (index >= plants_.size()) {
     plants_.resize(index + 1);
     records_.resize(index + 1);

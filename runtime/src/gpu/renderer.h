@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -37,7 +38,7 @@ struct RendererDesc {
   AttachmentDesc attachments;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
   std::uint64_t memory_budget_bytes = 0;  ///< decides how large a block of device memory is
-  std::uint32_t max_instances = 0;
+  std::uint32_t max_instances = 0;        ///< upper limits alone: see Renderer::max_instances
   std::uint32_t max_plants = 0;
   bool compute_raster = false;     ///< small leaves by compute shaders, where the device does
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
@@ -84,6 +85,12 @@ struct FrameCounts {
   std::uint64_t hardware_triangles = 0;  ///< of leaves, leaf meshes and wood
 };
 
+/// How much there is room for.
+struct Capacity {
+  std::uint32_t slots = 0;  ///< of instances; none before the first is reserved
+  std::uint32_t plants = 0;
+};
+
 class Renderer {
  public:
   /// errors  out_of_memory, unsupported, internal
@@ -95,6 +102,16 @@ class Renderer {
 
   /// Frees what the GPU is done with and fetches counts. frame_number grows
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
+
+  /// RendererDesc's, or less where buffers for so many would be more than the device binds.
+  [[nodiscard]] std::uint32_t max_instances() const { return desc_.max_instances; }
+  [[nodiscard]] std::uint32_t max_plants() const { return desc_.max_plants; }
+  [[nodiscard]] const Capacity& capacity() const { return capacity_; }
+  /// Room for at least so many, <= max_instances() and max_plants(): larger buffers, which take over with the next record_upload_begin.
+  /// errors  out_of_memory; nothing has changed
+  Result<void> reserve(const Capacity& wanted);
+  /// What that takes at once; what the larger buffers take the place of goes once the GPU is done with it.
+  [[nodiscard]] std::uint64_t reserve_bytes(const Capacity& wanted);
 
   /// Makes the plant drawable once its first page is uploaded. plant: < max_plants and not in use. lod_words: pack_lod_table of the file
   /// errors  out_of_memory
@@ -118,8 +135,8 @@ class Renderer {
   void drop_texture(std::uint32_t plant, std::uint32_t texture);
   /// Stops drawing with the texture; drop_texture follows when the GPU is done.
   void hide_texture(std::uint32_t plant, std::uint32_t texture);
-  /// residency: [plants], of all that were ever added; leaf_meshes only where all of them have been uploaded. errors  out_of_memory: draws
-  /// of this frame would not fit; the frame draws nothing
+  /// instances: no more slots than capacity(). residency: [plants], of all that were ever added; leaf_meshes only where all of them have
+  /// been uploaded. errors  out_of_memory: draws of this frame would not fit; the frame draws nothing
   Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
 
   /// lod: selection's view of `view`. Before / after: as coppice_record_cull.
@@ -160,7 +177,7 @@ class Renderer {
   /// All zero without RendererDesc::pass_times.
   [[nodiscard]] const GpuTimer& timer() const { return timer_; }
   /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.
-  [[nodiscard]] VkBuffer cut_buffer() const { return fixed_.cuts.buffer; }
+  [[nodiscard]] VkBuffer cut_buffer() const { return growing_.cuts.buffer; }
 
  private:
   /// Of a material; kNoTexture where it has none.
@@ -201,9 +218,18 @@ class Renderer {
     std::uint32_t list_first = 0, command = 0;
     const MeshPipelines* pipelines = nullptr;
   };
-  /// Sized at creation.
   struct FixedBuffers {
-    Buffer view, instances, plants, tables, cuts, leaf_counts, wood_commands, counters, indices, readback, debug_colors;
+    Buffer view, counters, indices, readback;
+  };
+  struct GrowingBuffers {
+    Buffer instances, cuts, debug_colors;               ///< by slot
+    Buffer plants, tables, leaf_counts, wood_commands;  ///< by plant
+  };
+  /// Takes the place of a buffer with the next frame.
+  struct LargerBuffer {
+    Buffer* smaller = nullptr;
+    Buffer buffer;
+    bool kept = false;
   };
   struct Copy {
     VkBuffer from, to;
@@ -217,7 +243,13 @@ class Renderer {
   };
 
   explicit Renderer(const RendererDesc& desc);
-  Result<void> create_fixed_buffers();
+  void lower_limits();
+  Result<void> create_buffers();
+  /// Of the buffers that follow them.
+  [[nodiscard]] std::vector<BufferSize> sizes(const Capacity& capacity);
+  /// Those of them that have to become larger.
+  [[nodiscard]] std::vector<BufferSize> growing(const Capacity& wanted);
+  void take_larger();
   Result<void> create_default_texture();
   Result<void> create_raster();
   Result<void> rebuild_frame_set();
@@ -272,6 +304,9 @@ class Renderer {
   Garbage garbage_;
   Staging staging_;
   FixedBuffers fixed_;
+  GrowingBuffers growing_;
+  Capacity capacity_;
+  std::vector<LargerBuffer> larger_;
   Buffer leaf_commands_, wood_list_;  ///< grow with instances and residency
   DescriptorSet frame_set_;
   DescriptorSet shadowed_set_;  ///< the same with the maps of the last view that had any
@@ -282,13 +317,14 @@ class Renderer {
   GpuTimer timer_;
   bool rastered_ = false;                      ///< the last record_cull left a picture to resolve
   VkDescriptorSet view_set_ = VK_NULL_HANDLE;  ///< of the last record_cull
-  std::vector<PlantSlot> plants_;              ///< up to the last that was ever added; so are the others
+  std::deque<PlantSlot> plants_;               ///< up to the last that was ever added; so are the others
   std::vector<Plant> records_;                 ///< as uploaded this frame
   std::vector<std::uint32_t> plant_counts_;    ///< instances per plant, this frame
   std::vector<DrawCommand> mesh_templates_;
 
   VkCommandBuffer upload_cmd_ = VK_NULL_HANDLE;
-  std::vector<Copy> copies_, patches_;  ///< patches overwrite parts of what the copies wrote, behind a barrier
+  /// moves_: from buffers to larger ones. copies_ overwrite parts of what these wrote, patches_ of what the copies wrote; behind barriers
+  std::vector<Copy> moves_, copies_, patches_;
   std::vector<TextureCopy> texture_copies_;
   std::uint64_t leaf_command_count_ = 0, wood_list_count_ = 0;
   std::uint64_t most_overhead_bytes_ = ~std::uint64_t{0};  ///< set_room

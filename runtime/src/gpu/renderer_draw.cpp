@@ -90,15 +90,16 @@ void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& engine_view,
   if (engine_view.debug_view != COPPICE_DEBUG_NONE && want(engine_view) == ready) view.debug_view = engine_view.debug_view;
   View constants = gpu_view(view, lod, instance_slot_count_, is_reversed(desc_.attachments.depth_compare));
   view_set_ = set_of(view);
-  constants.debug_colors = gpu_address(fixed_.debug_colors.address);
+  constants.debug_colors = gpu_address(growing_.debug_colors.address);
   memory_barrier(device_, cmd, kShaders | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT);
   update_buffer(cmd, fixed_.view, &constants, sizeof constants);
-  update_buffer(cmd, fixed_.wood_commands, mesh_templates_.data(), mesh_templates_.size() * sizeof(DrawCommand));
-  vk.vkCmdFillBuffer(cmd, fixed_.leaf_counts.buffer, 0, VK_WHOLE_SIZE, 0);
+  update_buffer(cmd, growing_.wood_commands, mesh_templates_.data(), mesh_templates_.size() * sizeof(DrawCommand));
+  vk.vkCmdFillBuffer(cmd, growing_.leaf_counts.buffer, 0, std::max<std::size_t>(plants_.size(), 1) * 2 * sizeof(std::uint32_t), 0);
   vk.vkCmdFillBuffer(cmd, fixed_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
-  rastered_ = ready.raster && raster_->wanted_bytes(view) <= room_bytes() && raster_->begin_view(cmd, view, frame_);
+  rastered_ =
+      ready.raster && instance_slot_count_ > 0 && raster_->wanted_bytes(view) <= room_bytes() && raster_->begin_view(cmd, view, frame_);
   memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
                  VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
                      VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
@@ -173,7 +174,7 @@ void Renderer::draw_leaves(VkCommandBuffer cmd, const DrawPipelines& pipelines, 
     const auto draw = [&](std::uint32_t first, std::uint32_t kind, std::uint32_t most) {
       if (most == 0) return;
       device_.vk.vkCmdDrawIndexedIndirectCount(cmd, leaf_commands_.buffer, std::uint64_t{first} * sizeof(DrawCommand),
-                                               fixed_.leaf_counts.buffer, (2 * index + kind) * sizeof(std::uint32_t), most,
+                                               growing_.leaf_counts.buffer, (2 * index + kind) * sizeof(std::uint32_t), most,
                                                sizeof(DrawCommand));
     };
     // Instances of one cluster each, which the rasteriser leaves to nobody; then clusters.
@@ -220,7 +221,7 @@ void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuf
     // One draw or none, as there are instances. Not vkCmdDrawIndexedIndirect: after draws with a count, lavapipe of Mesa 22.3 reads their
     // count for it too, and in a view without quads everything would vanish.
     const VkDeviceSize command = draw.command * sizeof(DrawCommand);
-    device_.vk.vkCmdDrawIndexedIndirectCount(cmd, fixed_.wood_commands.buffer, command, fixed_.wood_commands.buffer,
+    device_.vk.vkCmdDrawIndexedIndirectCount(cmd, growing_.wood_commands.buffer, command, growing_.wood_commands.buffer,
                                              command + offsetof(DrawCommand, instance_count), 1, sizeof(DrawCommand));
   }
 }

@@ -44,6 +44,7 @@ std::span<const std::uint8_t> bytes_of(std::span<const T> values) {
 void Renderer::record_upload_begin(VkCommandBuffer cmd) {
   upload_cmd_ = cmd;
   drawable_ = false;
+  take_larger();
 }
 
 Result<StagingSlice> Renderer::stage(std::uint64_t bytes) {
@@ -169,7 +170,7 @@ Result<void> Renderer::stage_plant_tables() {
     PlantSlot& plant = plants_[i];
     if (plant.pending_tables.empty()) continue;
     COPPICE_CHECK(stage_copy(plant.pending_tables.data(), plant.pending_tables.size(), plant.tables.buffer, 0));
-    COPPICE_CHECK(stage_copy(plant.pending_words.data(), plant.pending_words.size() * sizeof(std::uint32_t), fixed_.tables.buffer,
+    COPPICE_CHECK(stage_copy(plant.pending_words.data(), plant.pending_words.size() * sizeof(std::uint32_t), growing_.tables.buffer,
                              std::uint64_t{i} * kTableStride * sizeof(std::uint32_t)));
     plant.pending_tables = {};
     plant.pending_words = {};
@@ -179,11 +180,12 @@ Result<void> Renderer::stage_plant_tables() {
 
 Result<void> Renderer::stage_instances(InstanceTable& instances) {
   const std::span<const Instance> slots = instances.slots();
+  COPPICE_ASSERT(slots.size() <= capacity_.slots);
   instance_slot_count_ = static_cast<std::uint32_t>(slots.size());
   instances.update_bounds();
   for (SlotRange range = instances.take_dirty(); range.count > 0; range = instances.take_dirty()) {
     auto staged =
-        stage_copy(slots.data() + range.first, range.count * sizeof(Instance), fixed_.instances.buffer, range.first * sizeof(Instance));
+        stage_copy(slots.data() + range.first, range.count * sizeof(Instance), growing_.instances.buffer, range.first * sizeof(Instance));
     if (staged && raster_) {
       static_assert(kDirtyBlockSlots % kBlockSlots == 0);
       const auto blocks =
@@ -319,12 +321,19 @@ Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<con
   auto staged = stage_frame(instances, residency);
   if (timer_.exists()) timer_.begin(device_, upload_cmd_, frame_, completed_);
   memory_barrier(device_, upload_cmd_, kReadStages | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
-                 VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
-  record_buffer_copies(copies_);
-  update_buffer(upload_cmd_, fixed_.plants, records_.data(), records_.size() * sizeof(Plant));
-  if (!patches_.empty()) {
+                 VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT);
+  const auto wait_for_copies = [&] {
     memory_barrier(device_, upload_cmd_, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_COPY_BIT,
                    VK_ACCESS_2_TRANSFER_WRITE_BIT);
+  };
+  if (!moves_.empty()) {
+    record_buffer_copies(moves_);
+    wait_for_copies();
+  }
+  record_buffer_copies(copies_);
+  update_buffer(upload_cmd_, growing_.plants, records_.data(), records_.size() * sizeof(Plant));
+  if (!patches_.empty()) {
+    wait_for_copies();
     record_buffer_copies(patches_);
   }
   record_texture_copies();

@@ -29,6 +29,14 @@ class Garbage {
   std::vector<Item> items_;
 };
 
+/// A buffer whose size follows how many of something there are.
+struct BufferSize {
+  Buffer* buffer = nullptr;
+  std::uint64_t bytes = 0;
+  VkBufferUsageFlags usage = 0;
+  bool kept = false;  ///< a larger one begins with what this one holds; it can be copied from and to
+};
+
 /// Where to write bytes that a recorded copy will read.
 struct StagingSlice {
   VkBuffer buffer = VK_NULL_HANDLE;

@@ -17,6 +17,17 @@ constexpr std::size_t kMaxListed = 4096;  ///< evictions and releases a frame; w
 constexpr std::size_t kMaxUploads = 256;  ///< chunks a take_decoded
 /// How long room is kept for a plant that could not be opened, frames.
 constexpr std::uint64_t kHoldFrames = 60;
+constexpr std::uint32_t kFirstPlants = 64;  ///< that there is room for from the beginning
+
+/// Places in the scratch lists.
+std::size_t most_requests(const PlantStream& plant) {
+  return plant.chunks.size() - plant.file.plant.page_count + 1;
+}
+
+/// Of those; the lists grow by half.
+std::uint64_t list_bytes(const PlantStream& plant) {
+  return most_requests(plant) * (sizeof(Request) + sizeof(Indivisible)) * 3 / 2;
+}
 
 }  // namespace
 
@@ -29,16 +40,14 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, const Str
   state->hooks = hooks;
   state->options = options;
   state->budget_bytes = options.budget_bytes;
-  COPPICE_CHECK(allocate_into(state->plants, hooks.allocator, options.max_plants));
+  COPPICE_CHECK(state->grow_plants());
   COPPICE_CHECK(allocate_into(state->transfers, hooks.allocator, options.max_in_flight));
   COPPICE_CHECK(allocate_into(state->evicted.items, hooks.allocator, kMaxListed));
   COPPICE_CHECK(allocate_into(state->released.items, hooks.allocator, kMaxListed));
-  COPPICE_CHECK(allocate_into(state->closed.items, hooks.allocator, options.max_plants));
   COPPICE_CHECK(allocate_into(state->decoded, hooks.allocator, kMaxUploads));
   for (Transfer& transfer : state->transfers.span()) transfer.queue = &state->completions;
-  state->count_bytes(static_cast<std::int64_t>(sizeof(State) + state->plants.bytes() + state->transfers.bytes() +
-                                               state->evicted.items.bytes() + state->released.items.bytes() + state->closed.items.bytes() +
-                                               state->decoded.bytes()));
+  state->count_bytes(static_cast<std::int64_t>(sizeof(State) + state->transfers.bytes() + state->evicted.items.bytes() +
+                                               state->released.items.bytes() + state->decoded.bytes()));
   std::unique_ptr<Streamer> streamer(new (std::nothrow) Streamer(std::move(state)));
   if (!streamer) return Error{Status::out_of_memory, "streamer"};
   return streamer;
@@ -48,7 +57,7 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, const Str
 Streamer::~Streamer() {
   if (!state_) return;
   state_->completions.wait_for_all();
-  state_->openings.clear();  // waits for their reads
+  state_->openings.reset();  // waits for their reads
 }
 
 PlantStream& Streamer::State::open_plant_at(std::uint32_t plant) const {
@@ -87,9 +96,9 @@ Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
     if (opening.step != Step::queued && opening.step != Step::decoding && repeat_reads(opening, options.clock_ns)) return false;
     switch (opening.step) {
       case Step::queued: {
-        const auto started = std::ranges::count_if(openings, [](const auto& other) { return other->step != Step::queued; });
-        if (!opening.blocking && (frame_number < opening.start_frame || static_cast<std::size_t>(started) >= kMostOpening)) return false;
+        if (!opening.blocking && (frame_number < opening.start_frame || started_count >= kMostOpening)) return false;
         COPPICE_CHECK(start_header(opening, hooks, options.gpu));
+        ++started_count;
         break;
       }
       case Step::header:
@@ -99,6 +108,7 @@ Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
         break;
       case Step::front:
         COPPICE_CHECK(take_front(opening));
+        opening.plant->base_bytes += list_bytes(*opening.plant);
         COPPICE_CHECK(reserve_for(opening, opening.plant->base_bytes));
         opening.step = Step::read;
         break;
@@ -117,7 +127,6 @@ Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
 }
 
 Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
-  const auto most_requests = [](const PlantStream& of) { return of.chunks.size() - of.file.plant.page_count + 1; };
   std::size_t count = most_requests(plant);
   for (const auto& open : used_plants())
     if (open) count += most_requests(*open);
@@ -145,29 +154,49 @@ void Streamer::State::take_opened(PlantOpening& opening) {
 }
 
 PlantOpening& Streamer::State::opening_at(std::uint32_t plant) const {
-  const auto it = std::ranges::find_if(openings, [plant](const auto& opening) { return opening->index == plant; });
-  COPPICE_ASSERT(it != openings.end() && !(*it)->cancelled);
-  return **it;
+  COPPICE_ASSERT(plant < plant_end && openings[plant] != nullptr && !openings[plant]->cancelled);
+  return *openings[plant];
 }
 
-void Streamer::State::drop_opening(const PlantOpening& opening) {
-  std::erase_if(openings, [&](const auto& other) { return other.get() == &opening; });
+void Streamer::State::drop_opening(std::uint32_t plant) {
+  release(*openings[plant]);
+  if (openings[plant]->step != PlantOpening::Step::queued) --started_count;
+  openings[plant].reset();
+  if (plants[plant] == nullptr) free_index(plant);
+}
+
+Result<void> Streamer::State::grow_plants() {
+  const auto now = static_cast<std::uint32_t>(plants.size());
+  if (now == options.max_plants) return Error{Status::out_of_memory, "max_plants are open"};
+  const std::uint32_t count = std::min(options.max_plants, std::max(kFirstPlants, 2 * now));
+  constexpr std::uint64_t kBytesEach = sizeof plants[0] + sizeof openings[0] + sizeof closed.items[0];
+  if (now > 0 && used_bytes + count * kBytesEach > budget_bytes) return hold_room(count * kBytesEach);
+  HookArray<std::unique_ptr<PlantStream>> more_plants;
+  HookArray<std::unique_ptr<PlantOpening>> more_openings;
+  COPPICE_CHECK(allocate_into(more_plants, hooks.allocator, count));
+  COPPICE_CHECK(allocate_into(more_openings, hooks.allocator, count));
+  COPPICE_TRY(more_closed, enlarged_copy(closed.items, hooks.allocator, count));
+  std::ranges::move(plants.span(), more_plants.data());
+  std::ranges::move(openings.span(), more_openings.data());
+  plants = std::move(more_plants);
+  openings = std::move(more_openings);
+  closed.items = std::move(more_closed);
+  count_bytes(static_cast<std::int64_t>((count - now) * kBytesEach));
+  return {};
 }
 
 Result<std::uint32_t> Streamer::State::start(const PlantSource& source, bool blocking) {
-  for (std::uint32_t index = 0; index < plants.size(); ++index) {
-    const bool taken = plants[index] != nullptr || std::ranges::any_of(openings, [index](const auto& o) { return o->index == index; });
-    if (taken) continue;
-    std::unique_ptr<PlantOpening> opening(new (std::nothrow) PlantOpening);
-    if (!opening) return Error{Status::out_of_memory, "plant"};
-    opening->source = source;
-    opening->index = index;
-    opening->blocking = blocking;
-    openings.push_back(std::move(opening));
-    plant_end = std::max(plant_end, index + 1);
-    return index;
-  }
-  return Error{Status::out_of_memory, "max_plants are open"};
+  while (first_free_plant < plant_end && (plants[first_free_plant] != nullptr || openings[first_free_plant] != nullptr)) ++first_free_plant;
+  const std::uint32_t index = first_free_plant;
+  if (index == plants.size()) COPPICE_CHECK(grow_plants());
+  std::unique_ptr<PlantOpening> opening(new (std::nothrow) PlantOpening);
+  if (!opening) return Error{Status::out_of_memory, "plant"};
+  opening->source = source;
+  opening->index = index;
+  opening->blocking = blocking;
+  openings[index] = std::move(opening);
+  plant_end = std::max(plant_end, index + 1);
+  return index;
 }
 
 Result<std::uint32_t> Streamer::start_open(const PlantSource& source) {
@@ -179,22 +208,21 @@ std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
   PlantOpening& opening = s.opening_at(plant);
   const auto open = s.advance_opening(opening);
   if (open && !*open) return std::nullopt;
-  s.release(opening);
   if (!open && open.error().status == Status::out_of_memory && !opening.blocking && ++opening.failed_tries < kOpenTries) {
+    s.release(opening);
+    if (opening.step != PlantOpening::Step::queued) --s.started_count;
     opening.restart(s.frame_number + kOpenRetryFrames);
     return std::nullopt;
   }
   if (!open) log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", opening.source.name.c_str(), open.error().message().c_str());
-  s.drop_opening(opening);
+  s.drop_opening(plant);
   return open ? Result<void>() : Result<void>(open.error());
 }
 
 void Streamer::cancel_open(std::uint32_t plant) {
   PlantOpening& opening = state_->opening_at(plant);
   opening.cancelled = true;
-  if (!opening.idle()) return;
-  state_->release(opening);
-  state_->drop_opening(opening);
+  if (opening.idle()) state_->drop_opening(plant);
 }
 
 Result<std::uint32_t> Streamer::open_plant(const PlantSource& source) {
@@ -285,11 +313,8 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   s.evicted.begin();
   s.released.begin();
   s.closed.begin();
-  std::erase_if(s.openings, [&](const auto& opening) {
-    if (!opening->cancelled || !opening->idle()) return false;
-    s.release(*opening);
-    return true;
-  });
+  for (const auto& opening : s.used_openings())
+    if (opening && opening->cancelled && opening->idle()) s.drop_opening(opening->index);
   for (const auto& plant : s.used_plants()) {
     if (!plant) continue;
     update_demand(*plant, plant->index < frame.demands.size() ? frame.demands[plant->index] : PlantDemand{});
@@ -330,6 +355,7 @@ void Streamer::State::finish_closing() {
     trim(*plant);
     count_bytes(-static_cast<std::int64_t>(plant->base_bytes));
     closed.add(plant->index);
+    free_index(plant->index);
     plant.reset();
   }
 }

@@ -51,7 +51,7 @@ struct PlantSource {
 struct StreamerOptions {
   GpuSizes gpu;
   std::uint64_t budget_bytes = 256ull << 20;
-  std::uint32_t max_plants = 64;
+  std::uint32_t max_plants = 64;     ///< what there are of them by plant grows as they are opened
   std::uint32_t max_in_flight = 16;  ///< reads and decodes together
   /// For taking over what was read and decoded, a frame; at least one is. What is over waits for the next frame.
   std::uint64_t hand_over_budget_ns = UINT64_MAX;

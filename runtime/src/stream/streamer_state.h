@@ -3,9 +3,9 @@
 // The streamer's insides, split over streamer.cpp (the interface), streamer_frame.cpp (progress of transfers, requests),
 // streamer_budget.cpp (counting and evicting) and streamer_threshold.cpp (what is wanted).
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "bounded_list.h"
 #include "plant_opening.h"
@@ -63,12 +63,14 @@ enum class Room : std::uint8_t {
 struct Streamer::State {
   Hooks hooks;
   StreamerOptions options;
-  HookArray<std::unique_ptr<PlantStream>> plants;       ///< [max_plants] null: free
-  std::uint32_t plant_end = 0;                          ///< plants from here on were never open
-  std::vector<std::unique_ptr<PlantOpening>> openings;  ///< their indices are taken
-  HookArray<Transfer> transfers;                        ///< [max_in_flight]
-  CompletionQueue<Transfer> completions;                ///< also those that no frame has had time for yet
-  std::uint64_t hand_over_until = 0;                    ///< on the clock; the frame's time for them ends here
+  HookArray<std::unique_ptr<PlantStream>> plants;     ///< grows to max_plants; null: not open
+  HookArray<std::unique_ptr<PlantOpening>> openings;  ///< [plant]
+  std::uint32_t plant_end = 0;                        ///< plants from here on were never open
+  std::uint32_t first_free_plant = 0;                 ///< those before are taken
+  std::size_t started_count = 0;                      ///< of openings, those that are not queued
+  HookArray<Transfer> transfers;                      ///< [max_in_flight]
+  CompletionQueue<Transfer> completions;              ///< also those that no frame has had time for yet
+  std::uint64_t hand_over_until = 0;                  ///< on the clock; the frame's time for them ends here
   BoundedList<Request> requests;  ///< scratch, a heap by value: at most a page, the wood LoDs, textures and leaf meshes of each plant
   BoundedList<Indivisible> indivisible;  ///< scratch of a frame: at most the textures of each plant, and its leaf meshes
 
@@ -97,6 +99,7 @@ struct Streamer::State {
   /// Places of plants that have been used.
   [[nodiscard]] std::span<const std::unique_ptr<PlantStream>> used_plants() const { return plants.span().first(plant_end); }
   [[nodiscard]] std::span<std::unique_ptr<PlantStream>> used_plants() { return plants.span().first(plant_end); }
+  [[nodiscard]] std::span<std::unique_ptr<PlantOpening>> used_openings() { return openings.span().first(plant_end); }
 
   [[nodiscard]] ChunkCounts& counts_of(const Chunk& chunk) { return counters.chunks[static_cast<std::size_t>(chunk.id.kind)]; }
 
@@ -167,7 +170,11 @@ struct Streamer::State {
   Result<void> reserve_pinned(PlantOpening& opening);
   /// What is pinned is decoded: the plant is open.
   void take_opened(PlantOpening& opening);
-  void drop_opening(const PlantOpening& opening);
+  void drop_opening(std::uint32_t plant);
+  /// The plant's index is given out again.
+  void free_index(std::uint32_t plant) { first_free_plant = std::min(first_free_plant, plant); }
+  /// Makes room for twice as many plants. errors  out_of_memory; nothing has changed
+  Result<void> grow_plants();
   /// errors  out_of_memory, as hold_room
   Result<void> reserve_for(PlantOpening& opening, std::uint64_t bytes);
   void release(PlantOpening& opening);

@@ -52,6 +52,15 @@ const uint kPageList = kReadyCuts;
 const uint kWoodLists = kPageList + 1;
 const uint kMeshLists = kWoodLists + kMaxWoodLods;
 const uint kClusterLists = kMeshLists + kMaxLeafMeshes;
+// Draws of parts of a mesh, by the hardware: so many of an instance, and of how many instances of a plant that show it.
+const uint kInstanceParts = 32;
+const uint kPartCommands = 8 * kInstanceParts;
+// In gl_InstanceIndex of such a draw, beside the instance's slot.
+const uint kPartBit = 1u << 31;
+// Draws of a plant that are counted: of single clusters, of other clusters, of parts of each wood LoD, of parts of leaf meshes.
+const uint kWoodPartCounts = 2;
+const uint kMeshPartCount = kWoodPartCounts + kMaxWoodLods;
+const uint kDrawCounts = kMeshPartCount + 1;
 // Instances are named by the low bits of a word, one of their plant's lists by the rest.
 const uint kSlotBits = 24;
 const uint kMaxSlots = 1u << kSlotBits;
@@ -90,7 +99,7 @@ struct Cluster {
   uvec2 leaves;       // address of Leaf[]
   uvec2 splats;       // address of Splat[], of the same leaves
   uint counts;        // kCount*: leaves; log2 of discs a leaf; whether it is a surface, between whose discs gaps would show; births
-  uint last_death;    // the largest of its leaves' deaths
+  uint last_death;    // the largest of its leaves' deaths; of a mesh: its first triangle among the mesh's
   uint grains_m;      // four: the longest part of a leaf that one disc stands for
   uint leaf_sizes_m;  // four: side of the square of the mean leaf's area
   float splat_size_m;
@@ -109,7 +118,8 @@ struct ClusterList {
   vec3 box_min;
   uint leaf_count;
   vec3 box_step;
-  uint cluster_count;
+  uint cluster_count;  // of leaves; of a mesh those whose triangles may be drawn as leaves
+  uint range_count;    // of a mesh: all clusters, first those; one's triangles follow the other's
   vec3 splat_step;
   float leaf_size_m;  // side of the square of the mean leaf's area
   uvec2 blocks;       // address of uvec2[]: each the address of kBlockClusters clusters, the last one's of what is left
@@ -117,7 +127,7 @@ struct ClusterList {
   float holed_m;      // of wood: the longest of those with holes
   float facet_m;      // of wood: side of its largest triangle's area, or how long one light for a triangle is wrong, in the mean
 };
-COPPICE_GPU_LAYOUT(ClusterList, 68);
+COPPICE_GPU_LAYOUT(ClusterList, 72);
 
 // What a leaf shows from afar: its card's mean colour, and the card's outline in 8 x 8 cells, row by row from corner 0 (x towards
 // corner 1, y towards corner 3).
@@ -191,6 +201,8 @@ struct Plant {
   uint instance_count;         // entries of its lists below
   uint leaf_command_base;      // [base, base + instance_count): draw commands of one cluster; then those of what is more
   uint leaf_command_capacity;  // of the latter
+  uint part_base;              // among leaf_commands: kPartCommands of each wood LoD, then of each chunk of leaf meshes
+  uint part_capacity;          // of each: kPartCommands, or 0
   uint wood_list_base;         // LoD i's instances are [base + i * instance_count, ...)
   uint wood_lod_count;
   uint wood_resident_mask;  // bit i: LoD i can be drawn. 0 until the coarsest has been uploaded
@@ -202,7 +214,7 @@ struct Plant {
   uint mesh_list_count;      // lists kMeshLists on are there; 0 unless all leaf meshes have theirs
   uint mesh_cluster_count;   // of all of them
 };
-COPPICE_GPU_LAYOUT(Plant, 180);
+COPPICE_GPU_LAYOUT(Plant, 188);
 
 // What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0.
 struct View {

@@ -4,7 +4,7 @@
 // Frustum culling and cut selection, one invocation per instance slot.
 // reads     view, instances, plants, tables; lists by address
 // writes    cuts[slot]; of visible instances also their draw commands and place in the wood lists; counters
-//           (leaf_counts, wood instance counts and counters start at zero)
+//           (draw_counts, wood instance counts and counters start at zero)
 // dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::record_cull
 
 // COPPICE_RASTER is defined for the variant of the compute rasteriser: it looks at the blocks that leaf_blocks.comp found, one group each

@@ -17,7 +17,7 @@ layout(local_size_x_id = 1) in;
 layout(constant_id = 0) const uint kTogether = 0;
 
 layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
-layout(set = 0, binding = 7, scalar) buffer LeafCountBuffer { uint leaf_counts[]; };
+layout(set = 0, binding = 7, scalar) buffer DrawCountBuffer { uint draw_counts[]; };
 
 // An item of more clusters is a whole subgroup's.
 const uint kOwnClusters = 8;
@@ -50,9 +50,9 @@ void append_leaves(bool some, uint item, uint work) {
 // False where the plant has no command left.
 bool draw_by_hardware(uint plant_index, uint item, uint cluster, ShownLeaves shown) {
   Plant plant = plants[plant_index];
-  uint place = atomicAdd(leaf_counts[2 * plant_index + 1], 1);
+  uint place = atomicAdd(draw_counts[kDrawCounts * plant_index + 1], 1);
   if (place >= plant.leaf_command_capacity) {
-    atomicMin(leaf_counts[2 * plant_index + 1], plant.leaf_command_capacity);
+    atomicMin(draw_counts[kDrawCounts * plant_index + 1], plant.leaf_command_capacity);
     return false;
   }
   leaf_commands[plant.leaf_command_base + plant.instance_count + place] = cluster_command(item, cluster, shown.count);

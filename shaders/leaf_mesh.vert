@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Leaves as they were modelled, one chunk of them.
-// reads     view, instances, plants, the plant's list of instances drawn so (gl_InstanceIndex from its first entry); vertices and materials
+// reads     view, instances, plants, the plant's list of instances drawn so (gl_InstanceIndex from its first entry, or a slot with kPartBit); vertices and materials
 //           by address
 // writes    position, and what surface_out.glsl says
 // dispatch  indirect, from cull.comp's counts; recorded by coppice::gpu::record_draw
@@ -14,9 +14,11 @@
 
 layout(push_constant, scalar) uniform Push { DrawPush push; };
 
+#include "mesh_slot.glsl"
+
 void main() {
   Plant plant = plants[push.plant];
-  uint slot = wood_list[push.wood_list_first + gl_InstanceIndex];
+  uint slot = slot_of_draw(gl_InstanceIndex);
   Instance instance = instances[slot];
   LeafMeshVertex vertex = LeafMeshVertexArray(push.vertices).at[gl_VertexIndex];
   uint material_index = vertex.stalk_z_material >> 16;

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Trunk and branches of one wood LoD.
-// reads     view, instances, plants, the LoD's wood list (gl_InstanceIndex from its first entry); vertices and materials by address
+// reads     view, instances, plants, the LoD's wood list (gl_InstanceIndex from its first entry, or a slot with kPartBit); vertices and materials by address
 // writes    position, and what surface_out.glsl says
 // dispatch  indirect, from cull.comp's counts; recorded by coppice::gpu::record_draw
 
@@ -13,9 +13,11 @@
 
 layout(push_constant, scalar) uniform Push { DrawPush push; };
 
+#include "mesh_slot.glsl"
+
 void main() {
   Plant plant = plants[push.plant];
-  uint slot = wood_list[push.wood_list_first + gl_InstanceIndex];
+  uint slot = slot_of_draw(gl_InstanceIndex);
   Instance instance = instances[slot];
   WoodVertex vertex = WoodVertexArray(push.vertices).at[gl_VertexIndex];
   Material material = MaterialArray(plant.materials).at[vertex.material];

@@ -48,11 +48,12 @@ std::uint32_t next_tag() {
 }
 
 /// jobs  none: a renderer that is only measured
-Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc, const coppice_jobs& jobs) {
+Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc, const coppice_jobs& jobs, Ledger& ledger) {
   COPPICE_TRY(device, gpu::open_device(desc.instance, desc.physical_device, desc.device, desc.get_instance_proc_addr));
   device.block_textures = desc.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
   device.log = desc.log;
   device.memory.hook = desc.device_memory;
+  device.memory.ledger = &ledger;
   const gpu::AttachmentDesc attachments{.color_format = desc.color_format,
                                         .depth_format = desc.depth_format,
                                         .depth_compare = desc.depth_compare,
@@ -74,11 +75,10 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
 }
 
 StreamerOptions streamer_options(const coppice_context_desc& desc, const gpu::Renderer& renderer) {
-  return {.gpu = {.opening_bytes = gpu::Renderer::kSmallBytes,
+  return {.gpu = {.slack_bytes = gpu::Renderer::kSlackBytes,
                   .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
-                  .mesh_clusters = renderer.has_raster(),
+                  .mesh_leaves = renderer.has_raster(),
                   .block_textures = renderer.block_textures()},
-          .budget_bytes = desc.memory_budget_bytes,
           .max_plants = renderer.max_plants(),
           .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
 }
@@ -105,26 +105,27 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->tag_ = next_tag();
   COPPICE_TRY(hooks, complete_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
   context->hooks_ = std::move(hooks);
-  COPPICE_TRY(renderer, create_renderer(desc, context->hooks_.hooks.jobs));
+  COPPICE_TRY(renderer, create_renderer(desc, context->hooks_.hooks.jobs, context->ledger_));
   context->renderer_ = std::move(renderer);
   context->instances_ = gpu::InstanceTable(context->hooks_.hooks.allocator, context->renderer_->max_instances(), context->tag_);
   context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == VK_TRUE, context->hooks_.real_files};
   context->streaming_ns_ = nanoseconds(desc.streaming_ms);
   context->prefetch_frames_ = desc.prefetch_frames;
-  COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, streamer_options(desc, *context->renderer_)));
+  COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, *context->renderer_)));
   context->streamer_ = std::move(streamer);
   context->max_plants_ = context->renderer_->max_plants() - kReloadSlots;
-  context->count_overhead();
-  context->least_budget_bytes_ = context->renderer_->least_budget_bytes(context->streamer_->stats().memory_bytes);
+  context->least_budget_bytes_ = context->renderer_->least_budget_bytes(context->ledger_.taken());
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
+  context->ledger_.set_budget(desc.memory_budget_bytes);
   return context;
 }
 
 Result<std::uint64_t> Context::cost(const coppice_context_desc& desc) {
   COPPICE_CHECK(check_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
-  COPPICE_TRY(renderer, create_renderer(desc, {}));
-  COPPICE_TRY(streamer, Streamer::create({.allocator = default_allocator()}, streamer_options(desc, *renderer)));
-  return streamer->stats().memory_bytes + renderer->overhead_bytes();
+  Ledger ledger;
+  COPPICE_TRY(renderer, create_renderer(desc, {}, ledger));
+  COPPICE_TRY(streamer, Streamer::create({.allocator = default_allocator()}, ledger, streamer_options(desc, *renderer)));
+  return ledger.taken();
 }
 
 Result<void> Context::check_budget(std::uint64_t bytes) const {
@@ -139,7 +140,7 @@ Result<void> Context::check_budget(std::uint64_t bytes) const {
 
 Result<void> Context::set_memory_budget(std::uint64_t bytes) {
   COPPICE_CHECK(check_budget(bytes));
-  streamer_->set_memory_budget(bytes);
+  ledger_.set_budget(bytes);
   renderer_->set_memory_budget(bytes);
   return {};
 }
@@ -174,7 +175,6 @@ void Context::add_slot(std::uint32_t slot) {
 
 Result<void> Context::show_slot(std::uint32_t slot) {
   const PlantFile& file = streamer_->file(slot);
-  give_room();
   if (auto added = renderer_->add_plant(slot, file, streamer_->appearance(slot), streamer_->lod_words(slot)); !added) {
     log_line(log(), COPPICE_LOG_ERROR, "%s: %s", streamer_->path(slot).c_str(), added.error().message().c_str());
     streamer_->close_plant(slot);
@@ -182,7 +182,6 @@ Result<void> Context::show_slot(std::uint32_t slot) {
   }
   instances_.set_plant_sphere(slot, file.plant.sphere_center, file.plant.sphere_radius);
   slots_[slot] = {.open = true, .on_gpu = true};
-  count_overhead();
   return {};
 }
 
@@ -312,31 +311,32 @@ void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
 
 Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice_placement> placements,
                                     std::span<coppice_instance> handles) {
-  // What draws them grows with them in the next frame: where it could not, nothing at all would be drawn.
-  count_overhead();
-  COPPICE_TRY(needed, instances_.slots_for(placements.size()));
-  const std::uint32_t slots = roomy_slots(needed, placements.size());
-  COPPICE_CHECK(streamer_->make_room(growth_bytes(slots, placements.size())));
+  COPPICE_TRY(slots, instances_.slots_for(placements.size()));
   COPPICE_CHECK(grow_slots(slots));
   return instances_.add(entry(plant).slot, placements, handles);
 }
 
-std::uint64_t Context::growth_bytes(std::uint32_t slots, std::size_t added) const {
-  return instances_.growth_bytes(slots) + renderer_->reserve_bytes({.slots = slots}) + renderer_->needed_room_bytes(instances_, added);
-}
-
-std::uint32_t Context::roomy_slots(std::uint32_t slots, std::size_t added) const {
-  const std::uint32_t roomy = instances_.roomy(slots);
-  return growth_bytes(roomy, added) <= streamer_->free_bytes() ? roomy : slots;
+Result<void> Context::check_fits(std::uint64_t bytes) {
+  return ledger_.fits(bytes) ? Result<void>() : streamer_->refusal(bytes);
 }
 
 Result<void> Context::grow_slots(std::uint32_t slots) {
-  if (slots <= instances_.capacity()) return {};
-  COPPICE_TRY(larger, instances_.enlarged(slots));
-  renderer_->set_room(streamer_->free_bytes() - larger.bytes());
-  COPPICE_CHECK(renderer_->reserve({.slots = slots}));
-  instances_.take(std::move(larger));
-  count_overhead();
+  const std::uint64_t upload_bytes = std::max(slot_upload_bytes_, renderer_->slot_upload_bytes(slots));
+  const auto growth_bytes = [&](std::uint32_t count) {
+    return upload_bytes - slot_upload_bytes_ + instances_.growth_bytes(count) + renderer_->reserve_bytes({.slots = count});
+  };
+  const std::uint32_t roomy = instances_.roomy(slots);
+  const std::uint32_t count = growth_bytes(roomy) <= ledger_.free() ? roomy : slots;
+  COPPICE_CHECK(check_fits(growth_bytes(count)));
+  if (count > instances_.capacity()) {
+    const std::uint64_t before = instances_.bytes();
+    COPPICE_TRY(larger, instances_.enlarged(count));
+    COPPICE_CHECK(renderer_->reserve({.slots = count}));
+    instances_.take(std::move(larger));
+    ledger_.take(instances_.bytes());
+    ledger_.give(before);
+  }
+  ledger_.take(upload_bytes - std::exchange(slot_upload_bytes_, upload_bytes));
   return {};
 }
 
@@ -344,24 +344,10 @@ Result<void> Context::grow_plants() {
   const auto needed = std::min(static_cast<std::uint32_t>(slots_.size() + 1), renderer_->max_plants());
   const std::uint32_t capacity = renderer_->capacity().plants;
   if (needed <= capacity) return {};
-  count_overhead();
   gpu::Capacity wanted{.plants = roomy_count({.now = capacity, .needed = needed, .most = renderer_->max_plants()})};
-  if (renderer_->reserve_bytes(wanted) > streamer_->free_bytes()) wanted.plants = needed;
-  COPPICE_CHECK(streamer_->make_room(renderer_->reserve_bytes(wanted)));
-  give_room();
-  COPPICE_CHECK(renderer_->reserve(wanted));
-  count_overhead();
-  return {};
-}
-
-void Context::count_overhead() {
-  streamer_->set_overhead_bytes(renderer_->overhead_bytes() + instances_.bytes() + (scene_ ? scene_->bytes() : 0));
-}
-
-// Between frames, and while one is recorded, memory is taken for what the engine does: what is free is looked at when it is taken.
-void Context::give_room() {
-  count_overhead();
-  renderer_->set_room(streamer_->free_bytes());
+  if (renderer_->reserve_bytes(wanted) > ledger_.free()) wanted.plants = needed;
+  COPPICE_CHECK(check_fits(renderer_->reserve_bytes(wanted)));
+  return renderer_->reserve(wanted);
 }
 
 Result<void> Context::check_numbers(const coppice_frame& frame) const {
@@ -384,7 +370,11 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   frame_number_ = frame.frame_number;
   completed_number_ = frame.completed_number;
   recording_ = Recording::begun;
+  ledger_.begin_frame(frame.frame_number);
   renderer_->begin_frame(frame.frame_number, frame.completed_number);
+  for (const ChunkId& id : streamer_->release(frame.completed_number)) drop_chunk(id);
+  for (const std::uint32_t plant : streamer_->take_closed_plants())
+    if (std::exchange(slots_[plant].on_gpu, false)) renderer_->remove_plant(plant);
   const gpu::FrameCounts& counts = renderer_->counts();
   leaf_budget_.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
   threshold_px_ =
@@ -392,8 +382,6 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   view.error_px = threshold_px_;
   // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
   if (view.discrete) view.error_px *= 0.5f;
-  streamer_->set_growth_bytes(renderer_->wanted_room_bytes(instances_, *frame.view) + (scene_ ? scene_->growth_bytes : 0));
-  count_overhead();
   finish_openings();
   if (scene_) stream_scene(view);
   finish_reloads();
@@ -402,13 +390,8 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   add_demand_ahead(demand_ahead_, instances_.blocks(), view, prefetch_frames_, demands_);
   for (const PlantEntry& plant : plants_)
     if (plant.open && plant.next_slot != kNoSlot) demands_[plant.next_slot] = demands_[plant.slot];
-  streamer_->begin_frame({frame.frame_number, frame.completed_number, &view, demands_});
-
+  streamer_->begin_frame({frame.frame_number, &view, demands_});
   for (const ChunkId& id : streamer_->take_evicted()) hide_chunk(id);
-  for (const ChunkId& id : streamer_->take_released()) drop_chunk(id);
-  for (const std::uint32_t plant : streamer_->take_closed_plants()) {
-    if (std::exchange(slots_[plant].on_gpu, false)) renderer_->remove_plant(plant);
-  }
   return device_state();
 }
 
@@ -450,12 +433,13 @@ Result<void> Context::upload_decoded() {
   const std::uint64_t left = streaming_ns_ - std::min(streaming_ns_, spent);
   const coppice_trace& trace = hooks_.hooks.trace;
   bool first = true;
-  for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->upload_room_bytes())) {
+  for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->staging_bytes())) {
     // The rest is handed out again. What a plant cannot be drawn without comes first and in any case.
     if (!std::exchange(first, false) && !chunk.pinned && now_ns() - start >= left) break;
     const ChunkId id = chunk.id;
-    if (!streamer_->awaits_upload(id)) continue;   // an earlier page of its plant failed
-    if (!renderer_->has_room(chunk.bytes)) break;  // room is being made
+    if (chunk.bytes <= gpu::Renderer::kStagingSliceBytes && chunk.bytes > renderer_->staging_bytes()) break;
+    if (!ledger_.fits(gpu::Renderer::kSlackBytes)) break;
+    if (!streamer_->begin_upload(id)) continue;  // an earlier page of its plant failed
     const std::uint64_t upload_start = trace_start(trace);
     auto uploaded = upload_chunk(chunk);
     trace_end(trace,
@@ -472,7 +456,6 @@ Result<void> Context::upload_decoded() {
 Result<void> Context::record_upload(VkCommandBuffer cmd) {
   const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_UPLOAD);
   recording_ = Recording::uploaded;
-  give_room();
   renderer_->record_upload_begin(cmd);
   COPPICE_CHECK(upload_decoded());
   for (std::uint32_t plant = 0; plant < slots_.size(); ++plant) {
@@ -480,8 +463,8 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
     const PlantState state = streamer_->state(plant);
     residency_[plant] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
   }
+  ledger_.give(std::exchange(slot_upload_bytes_, 0));
   auto recorded = renderer_->record_upload_end(instances_, residency_);
-  count_overhead();
   COPPICE_CHECK(device_state());
   return recorded;
 }
@@ -496,9 +479,7 @@ Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view)
   COPPICE_TRY(lod, demand_view(view));
   recording_ = Recording::culled;
   if (view.leaf_budget > 0 && view.lod == COPPICE_LOD_CUT) lod.error_px = std::max(lod.error_px, threshold_px_);
-  give_room();
   renderer_->record_cull(cmd, view, lod);
-  count_overhead();
   return device_state();
 }
 
@@ -517,9 +498,9 @@ void Context::fill_stats(coppice_stats& stats) const {
   for (std::uint32_t plant = 0; plant < slots_.size(); ++plant)
     if (slots_[plant].open)
       stats.source_leaf_count += std::uint64_t{instances_.plant_count(plant)} * streamer_->file(plant).plant.leaf_count;
-  stats.memory_budget_bytes = streaming.budget_bytes;
-  stats.memory_bytes = streaming.memory_bytes;
-  stats.memory_peak_bytes = streaming.memory_peak_bytes;
+  stats.memory_budget_bytes = ledger_.budget();
+  stats.memory_bytes = ledger_.taken();
+  stats.memory_peak_bytes = ledger_.most_taken();
   stats.device_allocations = renderer_->device().memory.block_count;
   for (std::size_t kind = 0; kind < kChunkKindCount; ++kind) stats.streamed[kind] = streamed_stats(streaming.chunks[kind]);
   stats.streamed[COPPICE_STREAMED_ALL] = streamed_stats(streaming.all());

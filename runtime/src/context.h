@@ -15,6 +15,7 @@
 #include "hooks.h"
 #include "instances.h"
 #include "leaf_budget.h"
+#include "ledger.h"
 #include "renderer.h"
 #include "result.h"
 #include "scene_stream.h"
@@ -118,15 +119,16 @@ class Context {
       std::uint32_t tile = 0, share = 1;
     };
     std::vector<Growing> growing;
-    std::uint64_t growth_bytes = 0;           ///< what a tile waits for
     std::uint64_t species_frame = 0;          ///< no plant is opened before
     std::uint32_t species_tries = 0;          ///< of the next one
     std::vector<gpu::PlacedInstance> placed;  ///< scratch: at most a tile's
     std::unique_ptr<SceneStream> stream;
-    [[nodiscard]] std::uint64_t bytes() const { return stream->bytes() + tiles.bytes() + plants.bytes(); }
+    [[nodiscard]] std::uint64_t array_bytes() const { return tiles.bytes() + plants.bytes(); }
   };
 
   Context() = default;
+  /// The ledger's, or why it refused them.
+  Result<void> check_fits(std::uint64_t bytes);
   void stream_scene(const LodView& view);
   /// Starts to open plants that are wanted, and takes over those that are.
   void open_species();
@@ -151,18 +153,11 @@ class Context {
   void remove_instances(std::uint32_t slot);
   /// Shows the new files of plants whose reload has come far enough.
   void finish_reloads();
-  /// Tells the streamer what the rest of the context takes.
-  void count_overhead();
-  /// What room for so many slots, and what draws `added` more instances, takes at once.
-  [[nodiscard]] std::uint64_t growth_bytes(std::uint32_t slots, std::size_t added) const;
-  /// Of slots that `added` instances need: that many, and as many more as there is room for.
-  [[nodiscard]] std::uint32_t roomy_slots(std::uint32_t slots, std::size_t added) const;
-  /// All or nothing. slots: of roomy_slots, and growth_bytes are free. errors  out_of_memory
+  /// Room for so many slots, for more where that is free, and for bringing them to the GPU in one frame. errors  out_of_memory; nothing has
+  /// changed
   Result<void> grow_slots(std::uint32_t slots);
   /// Room for one more plant. errors  out_of_memory; nothing has changed
   Result<void> grow_plants();
-  /// Before the renderer allocates: it may take what is free.
-  void give_room();
   /// Nothing of the chunk may be looked at from here on; drop_chunk follows when the GPU is done with it.
   void hide_chunk(ChunkId id);
   void drop_chunk(ChunkId id);
@@ -174,6 +169,7 @@ class Context {
   [[nodiscard]] Result<void> check_budget(std::uint64_t bytes) const;
 
   HookSet hooks_;
+  Ledger ledger_;             ///< without a budget while the context is created
   AssetFolder scene_plants_;  ///< where plants of scenes may be
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
@@ -190,6 +186,7 @@ class Context {
   std::uint32_t scene_generation_ = 0;
   std::uint32_t tag_ = 0;
   std::uint64_t least_budget_bytes_ = 0;
+  std::uint64_t slot_upload_bytes_ = 0;  ///< taken until new slots are brought to the GPU
   std::uint64_t frame_number_ = 0, completed_number_ = 0;
   Recording recording_ = Recording::none;
   float prefetch_frames_ = 0;           ///< how far ahead of the camera streaming looks

@@ -14,12 +14,13 @@ namespace coppice {
 Result<coppice_scene> Context::open_scene(const char* path) {
   std::unique_ptr<Scene> scene(new (std::nothrow) Scene);
   if (!scene) return Error{Status::out_of_memory, "scene"};
-  COPPICE_TRY(stream, SceneStream::open(hooks_.hooks, path, {.plants = scene_plants_}));
+  COPPICE_TRY(stream, SceneStream::open(hooks_.hooks, ledger_, path, {.plants = scene_plants_}));
   scene->stream = std::move(stream);
   const auto allocated = [&]() -> Result<void> {
     const coppice_allocator& allocator = hooks_.hooks.allocator;
     COPPICE_CHECK(allocate_into(scene->tiles, allocator, scene->stream->file().tiles.size()));
-    return allocate_into(scene->plants, allocator, scene->stream->file().species.size());
+    COPPICE_CHECK(allocate_into(scene->plants, allocator, scene->stream->file().species.size()));
+    return check_fits(scene->array_bytes());
   }();
   if (!allocated) {
     log_line(log(), COPPICE_LOG_ERROR, "%s: %s", path, allocated.error().message().c_str());
@@ -27,6 +28,7 @@ Result<coppice_scene> Context::open_scene(const char* path) {
   }
   scene->handle = pack_handle({HandleKind::scene, tag_, ++scene_generation_, 0});
   scene_ = std::move(scene);
+  ledger_.take(scene_->array_bytes());
   return scene_->handle;
 }
 
@@ -35,6 +37,7 @@ void Context::close_scene() {
   for (const Scene::Opening& opening : scene_->opening) close_plant(opening.plant);
   for (const coppice_plant plant : scene_->plants)
     if (is_open(plant)) close_plant(plant);
+  ledger_.give(scene_->array_bytes());
   scene_.reset();
 }
 
@@ -82,14 +85,12 @@ coppice_placement placement_of(const SceneInstance& instance) {
 
 void Context::stream_scene(const LodView& view) {
   static_assert(kTileBlockInstances == gpu::kDirtyBlockSlots);
-  const std::uint64_t affordable = streamer_->stats().budget_bytes / 4 / (kInstanceBytes * kTileBlockInstances);
+  const std::uint64_t affordable = ledger_.budget() / 4 / (kInstanceBytes * kTileBlockInstances);
   const std::uint32_t block_count = instances_.free_block_count() + scene_->block_count;
   scene_->stream->begin_frame({view.eye_m, view.focal_px, view.near_m},
-                              {static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)), streamer_->free_bytes()});
-  count_overhead();
+                              static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)));
   for (const std::uint32_t tile : scene_->stream->dropped()) remove_tile(tile);
   grow_tiles();
-  scene_->growth_bytes = 0;
   open_species();
   // One at least; more while there is time. What is over waits for the next frame.
   const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(streaming_ns_);
@@ -141,13 +142,8 @@ bool Context::place_tile(const ReadyTile& ready) {
     scene_->stream->refused(ready.tile);
     return true;
   }
-  // What holds and draws them all grows with them: the streamer makes room for that, and the tile waits.
-  const std::uint32_t slots = roomy_slots(*needed, count);
-  if (const std::uint64_t growth = growth_bytes(slots, count); growth > streamer_->free_bytes()) {
-    scene_->growth_bytes = growth;
-    return false;
-  }
-  if (!grow_slots(slots)) return false;
+  // What holds and draws them all grows with them: room is made for that, and the tile waits.
+  if (!grow_slots(*needed)) return false;
   gpu::InstanceTile& tile = scene_->tiles[ready.tile];
   tile = *instances_.add_tile(scene_->placed);
   scene_->block_count += tile.block_count;

@@ -71,10 +71,10 @@ class World {
     options.max_plants = kMostPlants;
     options.max_in_flight = 1 + script_.next() % 16;
     options.clock_ns = clock_ns;
-    auto created = coppice::Streamer::create({allocator_.hook(), jobs_.hook(), io_.hook(), log_.hook()}, options);
+    auto created = coppice::Streamer::create({allocator_.hook(), jobs_.hook(), io_.hook(), log_.hook()}, ledger_, options);
     COPPICE_ASSERT(created);
     streamer_ = *std::move(created);
-    gpu_ = std::make_unique<coppice::test::FakeGpu>(*streamer_);
+    gpu_ = std::make_unique<coppice::test::FakeGpu>(*streamer_, ledger_);
     demands_.resize(kMostPlants);
   }
 
@@ -89,8 +89,8 @@ class World {
     allocator_.fail_for_good = false;
     jobs_.deferred = false;
     gpu_->frames_behind = 0;
-    streamer_->set_memory_budget(256u << 20);
-    streamer_->set_overhead_bytes(0);
+    ledger_.set_budget(256u << 20);
+    take_elsewhere(0);
     for (coppice::PlantDemand& demand : demands_) demand = coppice::test::demand_of(3000.0f);
     for (int i = 0; i < 600 && (i < 5 || !is_settled()); ++i) {
       answer_all();
@@ -149,7 +149,7 @@ class World {
       case 5:
         return jobs_.run_all();
       case 6:
-        return streamer_->set_memory_budget(std::uint64_t{script_.next()} << 12);
+        return ledger_.set_budget(std::uint64_t{script_.next()} << 12);
       case 7:
         return start_open(script_.next() % kPaths.size());
       case 8:
@@ -162,8 +162,15 @@ class World {
         gpu_->frames_behind = script_.next() % 4;
         return;
       default:
-        return streamer_->set_overhead_bytes(std::uint64_t{script_.next()} << 8);
+        return take_elsewhere(std::uint64_t{script_.next()} << 8);
     }
+  }
+
+  /// Of the ledger, by others than the streamer: some of it as it is asked for, the rest in any case.
+  void take_elsewhere(std::uint64_t bytes) {
+    ledger_.give(std::exchange(elsewhere_bytes_, bytes));
+    (void)ledger_.fits(bytes);
+    ledger_.take(bytes);
   }
 
   void want() {
@@ -214,7 +221,7 @@ class World {
                                                  : coppice::Error{coppice::Status::device_lost, "the device is gone"};
     int i = 0;
     for (const coppice::DecodedChunk& chunk : streamer_->take_decoded(UINT64_MAX))
-      if ((mask >> (1 + i++ % 7) & 1) != 0 && streamer_->awaits_upload(chunk.id)) streamer_->upload_failed(chunk.id, error);
+      if ((mask >> (1 + i++ % 7) & 1) != 0 && streamer_->begin_upload(chunk.id)) streamer_->upload_failed(chunk.id, error);
   }
 
   void refuse_memory(std::uint8_t when) {
@@ -258,6 +265,8 @@ class World {
   coppice::LodView view_;
   std::vector<coppice::PlantDemand> demands_;
   std::array<Plant, kMostPlants> states_{};
+  coppice::Ledger ledger_{256u << 20};
+  std::uint64_t elsewhere_bytes_ = 0;
   std::unique_ptr<coppice::Streamer> streamer_;
   std::unique_ptr<coppice::test::FakeGpu> gpu_;
 };

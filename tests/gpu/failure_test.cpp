@@ -393,7 +393,7 @@ TEST_F(FailureTest, TheDeviceMemoryHookFailsAtEveryCall) {
   const std::size_t of_creation = std::exchange(device_memory_.calls, 0);
   const std::uint64_t leaves = run().stats.drawn_leaf_count;
   const std::size_t all = device_memory_.calls;
-  ASSERT_GT(of_creation, 3u);
+  ASSERT_GE(of_creation, 3u);
   ASSERT_GT(all, of_creation + 9);
   for (std::size_t n = 0; n < all; ++n) {
     device_memory_.calls = 0;

@@ -198,7 +198,7 @@ TEST_F(GrowthTest, AGrowthWithoutMemoryChangesNothing) {
     EXPECT_TRUE(frame(view_).rgba == before.rgba) << hook << call;
   };
   const std::vector<coppice_placement> more = placements_of(20000, 1000);
-  constexpr std::size_t kArrays = 8, kBuffers = 6;  // the lists of clusters have room for more
+  constexpr std::size_t kArrays = 8, kBuffers = 8;
   for (std::size_t n = 0; n < kArrays + kBuffers; ++n) {
     const bool of_device = n >= kArrays;
     memory.fail_at = of_device ? SIZE_MAX : memory.calls + n;

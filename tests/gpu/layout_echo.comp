@@ -45,7 +45,7 @@ void put_clusters() {
   put(cluster.center); put(cluster.radius_m); put(cluster.leaves); put(cluster.splats); put(cluster.counts);
   put(cluster.last_death); put(cluster.grains_m); put(cluster.leaf_sizes_m);
   put(cluster.splat_size_m); put(cluster.axis_steps); put(cluster.bulks);
-  put(list.box_min); put(list.leaf_count); put(list.box_step); put(list.cluster_count); put(list.splat_step); put(list.leaf_size_m);
+  put(list.box_min); put(list.leaf_count); put(list.box_step); put(list.cluster_count); put(list.range_count); put(list.splat_step); put(list.leaf_size_m);
   put(list.blocks); put(list.grain_m); put(list.holed_m); put(list.facet_m);
   put(look.albedo); put(look.coverage);
   for (int i = 0; i < 2; ++i) put(look.mask[i]);
@@ -58,7 +58,7 @@ void put_plant() {
   put(plant.box_step); put(plant.resident_leaf_count); put(plant.quantised_max);
   put(plant.error_level_count); put(plant.error_size_count);
   put(plant.lists); put(plant.cards); put(plant.materials); put(plant.card_looks); put(plant.crown_light);
-  put(plant.instance_count); put(plant.leaf_command_base); put(plant.leaf_command_capacity); put(plant.wood_list_base);
+  put(plant.instance_count); put(plant.leaf_command_base); put(plant.leaf_command_capacity); put(plant.part_base); put(plant.part_capacity); put(plant.wood_list_base);
   put(plant.wood_lod_count); put(plant.wood_resident_mask); put(plant.wood_list_mask);
   for (uint i = 0; i < kMaxWoodLods; ++i) put(plant.wood_index_counts[i]);
   put(plant.leaf_mesh_count); put(plant.leaf_mesh_triangles); put(plant.leaf_mesh_list_base);

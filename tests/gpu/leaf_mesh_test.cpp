@@ -1,5 +1,6 @@
 // Close up an instance is drawn with its leaf meshes, far away with quads; under validation, and looked at.
 
+#include <algorithm>
 #include <cmath>
 
 #include "random_tree.h"
@@ -14,9 +15,9 @@ constexpr std::uint32_t kLeaves = 300;
 class LeafMeshTest : public VulkanTest {};
 
 /// Quads are green, meshes red, so that a picture tells which was drawn.
-DecodedPlant two_coloured_plant(std::uint32_t part_count) {
+DecodedPlant two_coloured_plant(std::uint32_t part_count, std::uint32_t leaf_count = kLeaves) {
   bake::BakedPlant plant =
-      random_plant({.leaf_count = kLeaves, .seed = 4, .wood_lod_count = 1, .texture_side = 0, .leaf_mesh_count = part_count});
+      random_plant({.leaf_count = leaf_count, .seed = 4, .wood_lod_count = 1, .texture_side = 0, .leaf_mesh_count = part_count});
   plant.materials[0].base_color = {0.0f, 0.5f, 0.0f, 1.0f};
   plant.materials[1].base_color = {0.0f, 0.0f, 0.2f, 1.0f};
   if (part_count > 0) plant.materials[2].base_color = {0.5f, 0.0f, 0.0f, 1.0f};
@@ -101,6 +102,43 @@ TEST_F(LeafMeshTest, FullDetailDrawsMeshesAtAnySize) {
   coppice_view view = view_with(2.0f);
   view.lod = COPPICE_LOD_FULL;
   EXPECT_EQ(scene.draw(view).counts.leaf_mesh_instances, 1u);
+}
+
+/// What a view with so many of the pixels in a square from `first` on sees.
+coppice_view part_of(coppice_view view, std::uint32_t first, std::uint32_t side) {
+  const float scale = static_cast<float>(view.width_px) / static_cast<float>(side);
+  const float shift = scale - 1.0f - 2.0f * static_cast<float>(first) / static_cast<float>(side);
+  for (std::size_t column = 0; column < 4; ++column)
+    for (std::size_t row = 0; row < 2; ++row) {
+      float& value = view.clip_from_view[4 * column + row];
+      value = scale * value + shift * view.clip_from_view[4 * column + 3];
+    }
+  view.width_px = view.height_px = side;
+  return view;
+}
+
+/// Of an instance that is large and partly in view, clusters that are not are left out, and that is not to be seen.
+TEST_F(LeafMeshTest, NearThePartsInViewAreDrawn) {
+  constexpr std::uint32_t kWide = 512, kFirst = 100, kPart = 128, kManyLeaves = 6000;
+  for (const bool compute_raster : {false, true}) {
+    RendererScene scene(gpu(), 64, {.compute_raster = compute_raster});
+    scene.place(scene.add_plant(two_coloured_plant(3, kManyLeaves)), {at(0.0f, 0.0f)});
+    coppice_view view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kWide, .height_px = kWide});
+    view.error_px = 0.5f;
+    const RendererScene::Frame wide = scene.draw(view), part = scene.draw(part_of(view, kFirst, kPart));
+    ASSERT_EQ(wide.counts.leaf_mesh_triangles, 4u * kManyLeaves) << "whole";
+    EXPECT_EQ(part.counts.leaf_mesh_instances, 1u);
+    EXPECT_LT(part.counts.leaf_mesh_triangles, 2u * kManyLeaves);
+    std::size_t different = 0, covered = 0;
+    for (std::uint32_t y = 0; y < kPart; ++y)
+      for (std::uint32_t x = 0; x < kPart; ++x) {
+        const std::uint8_t* expected = wide.picture.at(kFirst + x, kFirst + y);
+        covered += expected[2] < 200 ? 1u : 0u;
+        different += std::equal(expected, expected + 3, part.picture.at(x, y), [](int a, int b) { return std::abs(a - b) <= 2; }) ? 0u : 1u;
+      }
+    EXPECT_GT(covered, kPart * kPart / 20);
+    EXPECT_LE(different, covered / 100) << "but for pixels on edges";
+  }
 }
 
 /// A mesh leaf in the colours of its quad is lit and tinted as that is: at the switch a leaf keeps its colour.

@@ -243,7 +243,7 @@ TEST_F(StartTest, AskingForTheCostTakesNothing) {
   with.memory_budget_bytes = 256ull << 20;
   jobs_.deferred = false;
   create(with);
-  EXPECT_GT(allocations, 3u);
+  EXPECT_GE(allocations, 3u);
   coppice_context_destroy(context_);
   context_ = nullptr;
 

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "ledger.h"
 #include "select.h"
 #include "streamer.h"
 
@@ -31,7 +32,7 @@ struct FakeGpuPlant {
 
 class FakeGpu {
  public:
-  explicit FakeGpu(Streamer& streamer) : streamer_(streamer) {}
+  FakeGpu(Streamer& streamer, Ledger& ledger) : streamer_(streamer), ledger_(ledger) {}
 
   std::map<std::uint32_t, FakeGpuPlant> plants;
   std::vector<ChunkId> evicted, released;
@@ -44,25 +45,42 @@ class FakeGpu {
   void frame(const LodView& view, std::span<const PlantDemand> demands) {
     ++frame_number;
     const std::uint64_t completed = frame_number - 1 > frames_behind ? frame_number - 1 - frames_behind : 0;
-    streamer_.begin_frame({frame_number, completed, &view, demands});
-    for (const ChunkId& id : streamer_.take_evicted()) evict(id);
-    for (const ChunkId& id : streamer_.take_released()) released.push_back(id);
+    ledger_.begin_frame(frame_number);
+    for (const ChunkId& id : streamer_.release(completed)) release(id);
     for (std::uint32_t plant : streamer_.take_closed_plants()) {
       closed.push_back(plant);
       plants.erase(plant);
     }
+    streamer_.begin_frame({frame_number, &view, demands});
+    for (const ChunkId& id : streamer_.take_evicted()) evict(id);
     if (!uploads) return;
-    for (const DecodedChunk& chunk : streamer_.take_decoded(UINT64_MAX)) {
-      upload(chunk);
-      streamer_.uploaded(chunk.id);
-    }
+    for (const DecodedChunk& chunk : streamer_.take_decoded(UINT64_MAX)) upload(chunk);
     for (const auto& [index, plant] : plants) {
       if (!streamer_.is_open(index)) continue;
       EXPECT_EQ(streamer_.state(index).resident_page_count, plant.pages);
     }
   }
 
+  /// chunk: of take_decoded
+  void upload(const DecodedChunk& chunk) {
+    ASSERT_TRUE(streamer_.begin_upload(chunk.id));
+    ledger_.take(chunk.bytes);
+    bytes_[key(chunk.id)] = chunk.bytes;
+    take(chunk);
+    streamer_.uploaded(chunk.id);
+  }
+
  private:
+  using Key = std::tuple<std::uint32_t, ChunkKind, std::uint32_t>;
+  static Key key(const ChunkId& id) { return {id.plant, id.kind, id.index}; }
+
+  void release(const ChunkId& id) {
+    released.push_back(id);
+    const auto of = bytes_.extract(key(id));
+    ASSERT_FALSE(of.empty());
+    ledger_.give(of.mapped());
+  }
+
   void evict(const ChunkId& id) {
     evicted.push_back(id);
     FakeGpuPlant& plant = plants[id.plant];
@@ -74,7 +92,7 @@ class FakeGpu {
     plant.pages = id.index;
   }
 
-  void upload(const DecodedChunk& chunk) {
+  void take(const DecodedChunk& chunk) {
     FakeGpuPlant& plant = plants[chunk.id.plant];
     if (chunk.id.kind == ChunkKind::wood || chunk.id.kind == ChunkKind::leaf_mesh) {
       ASSERT_NE(chunk.mesh, nullptr);
@@ -104,6 +122,8 @@ class FakeGpu {
   }
 
   Streamer& streamer_;
+  Ledger& ledger_;
+  std::map<Key, std::uint64_t> bytes_;  ///< of what is uploaded
 };
 
 /// `count` instances of a size.

@@ -174,6 +174,7 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
     : gpu_(gpu), frames_may_fail_(options.allocate_memory != nullptr) {
   constexpr std::uint32_t kMaxPlants = 8;
   gpu::Device device = expect(gpu::open_device(gpu.instance, gpu.physical_device, gpu.device, vkGetInstanceProcAddr));
+  device.memory.ledger = &ledger_;
   if (options.allocate_memory != nullptr) device.vk.vkAllocateMemory = options.allocate_memory;
   renderer_ = expect(gpu::Renderer::create({.device = device,
                                             .attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT},

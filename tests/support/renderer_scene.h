@@ -114,6 +114,7 @@ class RendererScene {
   void upload_plant(const Pending& pending);
 
   const VulkanDevice& gpu_;
+  Ledger ledger_;
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
   std::vector<gpu::PlantResidency> residency_;

@@ -19,10 +19,11 @@ class StreamerFixture : public testing::Test {
   StreamerFixture() { options.clock_ns = hurried_clock_ns; }
   /// With io.files and options as they are now.
   void start() {
-    auto created = Streamer::create({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, options);
+    ledger = Ledger(ledger.budget());
+    auto created = Streamer::create({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, ledger, options);
     ASSERT_TRUE(created) << created.error().message();
     streamer = *std::move(created);
-    gpu = std::make_unique<FakeGpu>(*streamer);
+    gpu = std::make_unique<FakeGpu>(*streamer, ledger);
   }
   std::uint32_t open(const char* path) {
     auto plant = streamer->open_plant(path);
@@ -38,6 +39,7 @@ class StreamerFixture : public testing::Test {
   FakeIo io;
   FakeLog log;
   StreamerOptions options;
+  Ledger ledger{256ull << 20};
   LodView view;
   std::unique_ptr<Streamer> streamer;
   std::unique_ptr<FakeGpu> gpu;

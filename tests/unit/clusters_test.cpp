@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <random>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -445,6 +446,42 @@ TEST(Clusters, TrianglesOfALeafAreOfOneCluster) {
   }
 }
 
+/// Whoever draws a mesh in parts draws runs of its clusters.
+TEST(Clusters, TrianglesOfAMeshFollowOneAnotherAsItsClustersDo) {
+  const PlantLooks looks = half_a_texture();
+  std::mt19937 random(4);
+  const auto number = [&] { return static_cast<float>(random() % 1000) * 0.01f; };
+  WoodMesh mesh;
+  for (std::uint32_t triangle = 0; triangle < 1000; ++triangle) {
+    const float x = number(), y = number(), z = number(), size = 0.01f + 0.01f * number(), u = triangle % 3 == 0 ? 0.9f : 0.1f;
+    for (const auto& [dx, dy] : {std::pair{0.0f, 0.0f}, std::pair{size, 0.0f}, std::pair{0.0f, size}}) {
+      mesh.indices.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
+      mesh.vertices.push_back({{x + dx, y + dy, z}, {0, 0, 1}, {u, 0.5f}, 1, {static_cast<std::uint16_t>(triangle), 0, 0}});
+    }
+  }
+  for (const MeshKind kind : {MeshKind::wood, MeshKind::leaves})
+    for (const bool leaves : {true, false}) {
+      const MeshBlock block = *build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), leaves}, default_allocator());
+      EXPECT_LT(block.list.cluster_count, block.list.range_count) << "a third is nothing but hole";
+      EXPECT_TRUE(leaves || block.list.cluster_count == 0);
+      std::vector<std::uint32_t> indices(block.index_count);
+      std::memcpy(indices.data(), block.bytes.data(), indices.size() * sizeof indices[0]);
+      std::uint32_t next = 0;
+      for (std::uint32_t i = 0; i < block.list.range_count; ++i) {
+        const std::uint64_t at =
+            address_of(read<uvec2>(block.bytes.span(), address_of(block.list.blocks) + i / kBlockClusters * sizeof(uvec2)));
+        const auto cluster = read<Cluster>(block.bytes.span(), at + i % kBlockClusters * sizeof(Cluster));
+        EXPECT_EQ(cluster.last_death, next);
+        next += leaf_count_of(cluster);
+        for (std::uint32_t index = 3 * cluster.last_death; index < 3 * next; ++index)
+          EXPECT_LE(length(vec3(mesh.vertices[indices[index]].position) - cluster.center), cluster.radius_m + 1e-3f);
+      }
+      EXPECT_EQ(3 * next, block.index_count);
+      std::ranges::sort(indices);
+      EXPECT_EQ(indices, mesh.indices) << "each once";
+    }
+}
+
 TEST(Clusters, AMeshIsWholeInItsBlock) {
   const PlantLooks looks = half_a_texture();
   const WoodMesh mesh = two_triangles(0.1f, 0.9f);
@@ -459,7 +496,10 @@ TEST(Clusters, AMeshIsWholeInItsBlock) {
       EXPECT_TRUE(block->materials[1]);
       EXPECT_EQ(block->high.x, 1.0f);
       EXPECT_EQ(block->high.y, 2.0f);
-      for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(read<std::uint32_t>(block->bytes.span(), 4 * i), mesh.indices[i]);
+      std::set<std::array<std::uint32_t, 3>> triangles;
+      for (std::size_t i = 0; i < 2; ++i) triangles.insert(read<std::array<std::uint32_t, 3>>(block->bytes.span(), 12 * i));
+      EXPECT_EQ(triangles, (std::set<std::array<std::uint32_t, 3>>{{mesh.indices[0], mesh.indices[1], mesh.indices[2]},
+                                                                   {mesh.indices[3], mesh.indices[4], mesh.indices[5]}}));
       EXPECT_EQ(read<WoodVertex>(block->bytes.span(), block->vertices_at).position.y, 0.0f);
       EXPECT_EQ(block->list.cluster_count, clusters && kind == MeshKind::wood ? 1u : 0u);
       const std::uint64_t list = address_of(block->list.blocks);

@@ -19,6 +19,7 @@ class DeviceMemoryTest : public ::testing::Test {
   DeviceMemoryTest() {
     device_.memory.hook = hook_.hook();
     device_.memory.properties.memoryTypeCount = 2;
+    device_.memory.ledger = &ledger_;
     set_block_bytes(device_, kBlock, kUnit);
   }
   ~DeviceMemoryTest() override {
@@ -27,6 +28,7 @@ class DeviceMemoryTest : public ::testing::Test {
     EXPECT_EQ(hook_.live_count, 0u);
     EXPECT_EQ(hook_.misuse, "");
     EXPECT_EQ(device_.memory.allocated_bytes, 0u);
+    EXPECT_EQ(ledger_.taken(), 0u);
     EXPECT_EQ(device_.memory.free_bytes, 0u);
   }
 
@@ -77,9 +79,11 @@ class DeviceMemoryTest : public ::testing::Test {
     EXPECT_EQ(hook_.live_count, count);
     EXPECT_EQ(hook_.live_bytes, allocated);
     EXPECT_EQ(committed_bytes(memory), allocated + kBlock - std::min(free, kBlock));
+    EXPECT_EQ(ledger_.taken(), committed_bytes(memory));
   }
 
   test::DeviceMemoryHook hook_;
+  Ledger ledger_;
   Device device_;
   std::vector<MemoryRange> taken_;
 };
@@ -167,26 +171,26 @@ TEST_F(DeviceMemoryTest, MemoryTypesAndImagesAreKeptApart) {
   EXPECT_EQ(take(of(1)).bytes, 1024u) << "so that neighbours may be of both kinds";
 }
 
-TEST_F(DeviceMemoryTest, TheLimitHoldsAndWhatIsLackingIsSaid) {
+TEST_F(DeviceMemoryTest, TheBudgetHoldsAndWhatIsLackingIsWanted) {
   take(of(kUnit));
-  device_.memory.limit_bytes = committed_bytes(device_.memory) + 2 * kUnit;
+  ledger_.set_budget(ledger_.taken() + 2 * kUnit);
   take(of(kUnit));
   take(of(kUnit));
   const auto refused = take_memory(device_, of(3 * kUnit));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().status, Status::out_of_memory);
-  EXPECT_EQ(device_.memory.lacking_bytes, 3 * kUnit);
+  EXPECT_EQ(ledger_.wanted(), 3 * kUnit);
   give(0);
   take(of(kUnit));
-  EXPECT_LE(device_.memory.allocated_bytes, device_.memory.limit_bytes);
+  EXPECT_LE(device_.memory.allocated_bytes, ledger_.budget());
   expect_consistent();
 }
 
 /// What a streamer counts on: it reserves bytes and gets them, whatever was taken before.
-TEST_F(DeviceMemoryTest, WhatFitsTheLimitIsNeverRefused) {
+TEST_F(DeviceMemoryTest, WhatFitsTheBudgetIsNeverRefused) {
   std::mt19937 random(7);
   for (int i = 0; i < 4000; ++i) {
-    device_.memory.limit_bytes = ~std::uint64_t{0};
+    ledger_.set_budget(Ledger::kUnlimited);
     MemoryRequest request = of(1 + random() % (kBlock / 2 + kUnit), 4u << random() % 10);
     if (random() % 4 == 0) request.kind = MemoryKind::host;
     if (random() % 2 == 0 || taken_.empty())
@@ -195,9 +199,9 @@ TEST_F(DeviceMemoryTest, WhatFitsTheLimitIsNeverRefused) {
       give(random() % taken_.size());
     if (i % 100 == 0) expect_consistent();
     const std::uint64_t bytes = (request.requirements.size + 255) / 256 * 256;
-    device_.memory.limit_bytes = committed_bytes(device_.memory) + bytes;
+    ledger_.set_budget(ledger_.taken() + bytes);
     take(request);
-    EXPECT_LE(committed_bytes(device_.memory), device_.memory.limit_bytes);
+    EXPECT_LE(ledger_.taken(), ledger_.budget());
     if (random() % 8 != 0) give(taken_.size() - 1);
     if (HasFailure()) return;
   }

@@ -129,16 +129,17 @@ class IoFault : public testing::TestWithParam<Reading> {
     test::FakeLog log;
     auto set = complete_hooks({.allocator = allocator, .log = log.hook()}, GetParam());
     EXPECT_TRUE(set) << set.error().message();
+    Ledger ledger(256ull << 20);
     {
-      auto created = Streamer::create(set->hooks, {.gpu = {.block_textures = true}});
+      auto created = Streamer::create(set->hooks, ledger, {.gpu = {.block_textures = true}});
       if (!created) {
         EXPECT_EQ(created.error().status, Status::out_of_memory);
         return outcome;
       }
       const auto streamer = *std::move(created);
-      test::FakeGpu gpu(*streamer);
+      test::FakeGpu gpu(*streamer, ledger);
       const auto plant = streamer->open_plant(kPlant.c_str());
-      auto scene = SceneStream::open(set->hooks, kScene.c_str(), {});
+      auto scene = SceneStream::open(set->hooks, ledger, kScene.c_str(), {});
       outcome.opened = plant && scene;
       if (outcome.opened) stream(*streamer, gpu, **scene, outcome);
       if (plant) streamer->close_plant(*plant);
@@ -156,7 +157,7 @@ class IoFault : public testing::TestWithParam<Reading> {
     const std::vector<PlantDemand> demands = {test::demand_of(5000.0f)};
     for (int i = 0; i < 4000; ++i) {
       gpu.frame(view, demands);
-      scene.begin_frame({{0.0f, 2.0f, 0.0f}, 600.0f, 0.1f}, {1000});
+      scene.begin_frame({{0.0f, 2.0f, 0.0f}, 600.0f, 0.1f}, 1000);
       while (const auto species = scene.next_species()) scene.species_opened(species->species, true);
       while (const auto ready = scene.next_ready()) scene.placed(ready->tile);
       const StreamStats stats = streamer.stats();

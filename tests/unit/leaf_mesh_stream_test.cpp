@@ -59,15 +59,18 @@ TEST_F(LeafMeshStream, FullDetailAsksForThem) {
 TEST_F(LeafMeshStream, TakeExactlyWhatIsReservedForThem) {
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(150.0f)});
-  const std::uint64_t before = streamer->stats().memory_bytes;
+  const std::uint64_t before = ledger.taken();
   const std::uint32_t pages = streamer->state(plant).resident_page_count;
   frames(20, {demand_of(250.0f)});
   const PlantFile& file = streamer->file(plant);
   std::uint64_t expected = find_chunk(file, COPPICE_CHUNK_TEXTURE, 1)->bytes;
-  for (const auto& [vertices, triangles] : file.leaf_meshes) expected += vertices * 32u + 3 * triangles * 4u;
+  for (const auto& [vertices, triangles] : file.leaf_meshes) {
+    const std::uint64_t clusters = (triangles + gpu::kClusterLeaves - 1) / gpu::kClusterLeaves;
+    const std::uint64_t blocks = (clusters + gpu::kBlockClusters - 1) / gpu::kBlockClusters;
+    expected += vertices * 32u + 3 * triangles * 4u + clusters * sizeof(gpu::Cluster) + blocks * sizeof(uvec2);
+  }
   const std::uint32_t more_pages = streamer->state(plant).resident_page_count - pages;
-  EXPECT_EQ(streamer->stats().memory_bytes - before,
-            expected + more_pages * (32768u + 1024u * (sizeof(QuantisedQuad) + sizeof(std::uint32_t))));
+  EXPECT_EQ(ledger.taken() - before, expected + more_pages * (32768u + 1024u * (sizeof(QuantisedQuad) + sizeof(std::uint32_t))));
 }
 
 TEST_F(LeafMeshStream, AreEvictedAsASetAndLeaveTheQuads) {
@@ -77,15 +80,15 @@ TEST_F(LeafMeshStream, AreEvictedAsASetAndLeaveTheQuads) {
   const std::uint32_t pages = streamer->state(plant).resident_page_count;
   ASSERT_EQ(pages, 6u);
   // One byte too little: something has to go, and from that very frame on nothing may count on what went.
-  for (std::uint64_t budget = streamer->stats().memory_bytes - 1; budget > 300000; budget -= 100000) {
-    streamer->set_memory_budget(budget);
+  for (std::uint64_t budget = ledger.taken() - 1; budget > 300000; budget -= 100000) {
+    ledger.set_budget(budget);
     frames(1, {demand_of(5000.0f)});
     const PlantState state = streamer->state(plant);
     EXPECT_EQ(state.leaf_meshes_resident, gpu->plants[plant].leaf_meshes.size() == kParts && state.resident_texture_count == 2);
     EXPECT_GE(state.resident_leaf_count, 513u) << "quads are there all the time";
   }
   EXPECT_FALSE(streamer->state(plant).leaf_meshes_resident);
-  streamer->set_memory_budget(256u << 20);
+  ledger.set_budget(256u << 20);
   frames(150, {demand_of(5000.0f)});
   EXPECT_TRUE(streamer->state(plant).leaf_meshes_resident) << "and they come back";
   EXPECT_EQ(streamer->state(plant).resident_page_count, 6u);
@@ -94,14 +97,14 @@ TEST_F(LeafMeshStream, AreEvictedAsASetAndLeaveTheQuads) {
 TEST_F(LeafMeshStream, NoneIsLoadedWhereNotAllFit) {
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(150.0f)});
-  const std::uint64_t without = streamer->stats().memory_bytes;
+  const std::uint64_t without = ledger.taken();
   frames(20, {demand_of(390.0f)});
-  const std::uint64_t with = streamer->stats().memory_bytes;
+  const std::uint64_t with = ledger.taken();
   ASSERT_TRUE(streamer->state(plant).leaf_meshes_resident);
-  streamer->set_memory_budget(without);
+  ledger.set_budget(without);
   frames(20, {demand_of(150.0f)});
   ASSERT_TRUE(gpu->plants[plant].leaf_meshes.empty() || !streamer->state(plant).leaf_meshes_resident);
-  streamer->set_memory_budget(without / 2 + with / 2);
+  ledger.set_budget(without / 2 + with / 2);
   frames(40, {demand_of(390.0f)});
   EXPECT_FALSE(streamer->state(plant).leaf_meshes_resident);
   const std::uint64_t loaded = streamer->stats().all().loaded;

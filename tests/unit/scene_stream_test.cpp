@@ -108,6 +108,7 @@ TEST(TileSelection, OfTilesOfOneSizeThoseThatAreThereStay) {
 
 /// A stream whose owner places everything and opens every species at once.
 struct Owner {
+  Ledger ledger;
   test::FakeAllocator allocator;
   test::FakeJobs jobs;
   test::FakeIo io;
@@ -125,7 +126,7 @@ struct Owner {
   }
   void open(std::uint32_t max_in_flight) {
     auto opened =
-        SceneStream::open({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, "wood/a.forest",
+        SceneStream::open({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, ledger, "wood/a.forest",
                           {.least_px = 1.0f, .max_in_flight = max_in_flight, .plants = plants_folder, .clock_ns = test::hurried_clock_ns});
     if (!opened) return;
     stream = *std::move(opened);
@@ -133,7 +134,7 @@ struct Owner {
   }
 
   void frame(const SceneEye& eye, std::uint32_t block_count) {
-    stream->begin_frame(eye, {block_count});
+    stream->begin_frame(eye, block_count);
     for (const std::uint32_t tile : stream->dropped()) {
       EXPECT_EQ(placed.erase(tile), 1u) << "dropped what was not there";
       blocks -= tile_blocks(stream->file().tiles[tile]);
@@ -301,8 +302,8 @@ TEST(SceneStream, ATileWhoseReadIsPausedIsForgottenWhenTheCameraGoes) {
   static std::uint64_t now_ns;
   now_ns = 1;
   owner.stream.reset();
-  owner.stream = *SceneStream::open({owner.allocator.hook(), owner.jobs.hook(), owner.io.hook(), owner.log.hook()}, "wood/a.forest",
-                                    {.max_in_flight = 8, .clock_ns = [] { return now_ns; }});
+  owner.stream = *SceneStream::open({owner.allocator.hook(), owner.jobs.hook(), owner.io.hook(), owner.log.hook()}, owner.ledger,
+                                    "wood/a.forest", {.max_in_flight = 8, .clock_ns = [] { return now_ns; }});
   owner.io.fail_offset = owner.stream->file().tiles[0].offset;
   owner.settle(eye_at(0, 0), kPlenty);
   EXPECT_EQ(owner.stream->stats().missing_tiles, 1u) << "it is waited for";
@@ -391,8 +392,8 @@ TEST(SpeciesPath, FollowsLinksOfRealFiles) {
 TEST(SceneStream, ATileWaitsForItsSpecies) {
   Owner owner;
   const SceneEye here = eye_at(0, 0);
-  owner.stream->begin_frame(here, {kPlenty});
-  owner.stream->begin_frame(here, {kPlenty});
+  owner.stream->begin_frame(here, kPlenty);
+  owner.stream->begin_frame(here, kPlenty);
   EXPECT_FALSE(owner.stream->next_ready());
   const auto first = owner.stream->next_species();
   ASSERT_TRUE(first);

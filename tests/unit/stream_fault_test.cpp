@@ -195,7 +195,7 @@ TEST_F(PausedRead, IsForgottenWhereNothingWantsItAnyMore) {
   frames(40, {PlantDemand{}, PlantDemand{}});
   EXPECT_EQ(streamer->stats().all().in_flight, 0u);
   wait_ms(0);  // asks again
-  streamer->set_memory_budget(streamer->stats().memory_bytes / 2);
+  ledger.set_budget(ledger.taken() / 2);
   frames(2, both());
   streamer->close_plant(plant);
   frames(5, both());
@@ -260,7 +260,7 @@ TEST_F(StreamFault, ALostDeviceIsSaidOnce) {
   std::size_t failed = 0;
   for (int round = 0; round < 5; ++round) {
     for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) {
-      if (!streamer->awaits_upload(chunk.id)) continue;
+      if (!streamer->begin_upload(chunk.id)) continue;
       streamer->upload_failed(chunk.id, {Status::device_lost, "the device is gone"});
       ++failed;
     }
@@ -280,10 +280,10 @@ class FileFault : public testing::TestWithParam<Reading> {
     auto set = complete_hooks({.log = log_.hook()}, GetParam());
     ASSERT_TRUE(set);
     set_ = *std::move(set);
-    auto streamer = Streamer::create(set_.hooks, {.gpu = kGpuSizes});
+    auto streamer = Streamer::create(set_.hooks, ledger_, {.gpu = kGpuSizes});
     ASSERT_TRUE(streamer);
     streamer_ = *std::move(streamer);
-    gpu_ = std::make_unique<test::FakeGpu>(*streamer_);
+    gpu_ = std::make_unique<test::FakeGpu>(*streamer_, ledger_);
     auto plant = streamer_->open_plant(path_.c_str());
     ASSERT_TRUE(plant);
     plant_ = *plant;
@@ -308,6 +308,7 @@ class FileFault : public testing::TestWithParam<Reading> {
   test::FakeLog log_;
   HookSet set_;
   LodView view_;
+  Ledger ledger_{256ull << 20};
   std::unique_ptr<Streamer> streamer_;
   std::unique_ptr<test::FakeGpu> gpu_;
   std::uint32_t plant_ = 0;

@@ -54,7 +54,7 @@ class StreamerTest : public test::StreamerFixture {
 
   void start() {
     StreamerFixture::start();
-    empty_bytes = streamer->stats().memory_bytes;
+    empty_bytes = ledger.taken();
   }
   [[nodiscard]] coppice_file_chunk page_chunk(std::uint32_t plant, std::uint32_t page) const {
     return *find_chunk(streamer->file(plant), COPPICE_CHUNK_PAGE, page);
@@ -183,17 +183,17 @@ TEST_F(StreamerTest, DropsAReadThatNobodyWantsAnyMore) {
   start();
   const std::uint32_t plant = open("a");
   frames(3, {PlantDemand{}});
-  const std::uint64_t before = streamer->stats().memory_bytes;
+  const std::uint64_t before = ledger.taken();
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->stats().all().in_flight, 7u);
-  EXPECT_GT(streamer->stats().memory_bytes, before);
+  EXPECT_GT(ledger.taken(), before);
   frames(20, {PlantDemand{}});
   io.answer_all();
   frames(1, {PlantDemand{}});
   EXPECT_EQ(streamer->stats().all().in_flight, 0u);
   EXPECT_EQ(streamer->stats().all().cancelled, 7u);
-  EXPECT_EQ(streamer->stats().memory_bytes, before);
+  EXPECT_EQ(ledger.taken(), before);
   EXPECT_EQ(streamer->state(plant).resident_page_count, 1u);
   io.deferred = false;
   frames(10, {demand_of(5000.0f)});
@@ -234,30 +234,33 @@ TEST_F(StreamerTest, AShrinkingBudgetRaisesTheThresholdForAllAlikeWithinAFrame) 
   start();
   const std::uint32_t plant = open("a"), other = open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  const std::uint64_t floor_bytes = streamer->stats().memory_bytes;
+  const std::uint64_t floor_bytes = ledger.taken();
   const std::vector<PlantDemand> demands = {demand_of(5000.0f, 10.0f), demand_of(5000.0f, 1.0f)};
   frames(20, demands);
   ASSERT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
   ASSERT_EQ(streamer->state(other).resident_leaf_count, 3000u);
   EXPECT_FLOAT_EQ(streamer->stats().threshold_px, 2.0f) << "the view's own while everything fits";
   float threshold_px = 2.0f;
-  for (std::uint64_t budget = streamer->stats().memory_bytes; budget > floor_bytes; budget = std::max(floor_bytes, budget - 40000)) {
-    streamer->set_memory_budget(budget);
+  for (std::uint64_t budget = ledger.taken(); budget > floor_bytes; budget = std::max(floor_bytes, budget - 40000)) {
+    ledger.set_budget(budget);
     frames(1, demands);
-    EXPECT_LE(streamer->stats().memory_bytes, budget);
+    const float raised_px = streamer->stats().threshold_px;
+    frames(1, demands);
+    EXPECT_LE(ledger.taken(), budget) << "what went is released in the next frame";
+    EXPECT_EQ(streamer->stats().threshold_px, raised_px) << "at once as far as it must";
     EXPECT_GE(streamer->stats().threshold_px, threshold_px);
     EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what goes is what the threshold no longer asks for";
     threshold_px = streamer->stats().threshold_px;
     for (const std::uint32_t each : {plant, other}) EXPECT_LE(error_px(each, 5000.0f), std::max(threshold_px, 9.2f)) << each;
   }
-  streamer->set_memory_budget(floor_bytes);
+  ledger.set_budget(floor_bytes);
   frames(1, demands);
   EXPECT_EQ(streamer->state(plant).resident_page_count, 1u);
   EXPECT_EQ(streamer->state(other).resident_page_count, 1u);
   EXPECT_GT(streamer->stats().threshold_px, 20.0f) << "513 leaves at 5000 px are wrong by 22 px";
-  streamer->set_memory_budget(1);
+  ledger.set_budget(1);
   frames(3, demands);
-  EXPECT_EQ(streamer->stats().memory_bytes, floor_bytes) << "what is pinned stays";
+  EXPECT_EQ(ledger.taken(), floor_bytes) << "what is pinned stays";
   EXPECT_GE(streamer->state(plant).resident_leaf_count, 513u);
 }
 
@@ -265,12 +268,12 @@ TEST_F(StreamerTest, TheThresholdFallsByStepsOnceThereIsRoomAgain) {
   start();
   const std::uint32_t plant = open("a");
   frames(1, {PlantDemand{}});
-  const std::uint64_t floor_bytes = streamer->stats().memory_bytes;
-  streamer->set_memory_budget(floor_bytes + 1000);
+  const std::uint64_t floor_bytes = ledger.taken();
+  ledger.set_budget(floor_bytes + 1000);
   frames(2, {demand_of(2000.0f)});
   float threshold_px = streamer->stats().threshold_px;
   EXPECT_GT(threshold_px, 8.0f);
-  streamer->set_memory_budget(floor_bytes + 1000000);
+  ledger.set_budget(floor_bytes + 1000000);
   for (int i = 0; i < 200; ++i) {
     frames(1, {demand_of(2000.0f)});
     EXPECT_GE(streamer->stats().threshold_px, 0.91f * threshold_px);
@@ -287,9 +290,9 @@ TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
   start();
   open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t full = streamer->stats().memory_bytes;
+  const std::uint64_t full = ledger.taken();
   gpu->frames_behind = 3;
-  streamer->set_memory_budget(full - 100000);
+  ledger.set_budget(full - 100000);
   frames(1, {demand_of(5000.0f)});
   ASSERT_GE(gpu->evicted.size(), 2u);
   EXPECT_TRUE(gpu->released.empty());
@@ -299,7 +302,7 @@ TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
   EXPECT_EQ(gpu->evicted.size(), evicted) << "what is on its way out counts as room to come";
   frames(1, {demand_of(5000.0f)});
   EXPECT_EQ(gpu->released.size(), evicted);
-  EXPECT_LE(streamer->stats().memory_bytes, full - 100000);
+  EXPECT_LE(ledger.taken(), full - 100000);
 }
 
 class TightBudget : public StreamerTest, public testing::WithParamInterface<std::uint64_t> {};
@@ -310,14 +313,14 @@ TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
   open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  const std::uint64_t budget = streamer->stats().memory_bytes + 400000;
-  streamer->set_memory_budget(budget);
+  const std::uint64_t budget = ledger.taken() + 400000;
+  ledger.set_budget(budget);
   std::size_t evicted_before = 0;
   for (std::uint32_t turn = 0; turn < 4; ++turn) {
     const float a_px = turn % 2 == 0 ? 4000.0f : 900.0f, b_px = turn % 2 == 0 ? 900.0f : 4000.0f;
     for (int i = 0; i < 60; ++i) {
       frames(1, {demand_of(a_px), demand_of(b_px)});
-      ASSERT_LE(streamer->stats().memory_bytes, budget);
+      ASSERT_LE(ledger.taken(), budget);
     }
     const std::size_t settled = gpu->evicted.size();
     const std::uint64_t loaded = streamer->stats().all().loaded;
@@ -332,7 +335,7 @@ TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
     EXPECT_LE(settled - evicted_before, 9u) << "no more goes than one plant has";
     evicted_before = settled;
   }
-  EXPECT_LE(streamer->stats().memory_peak_bytes, budget);
+  EXPECT_LE(ledger.most_taken(), budget);
 }
 INSTANTIATE_TEST_SUITE_P(GpuFramesBehind, TightBudget, testing::Values(0, 3), testing::PrintToStringParamName());
 
@@ -352,10 +355,10 @@ class ATwentieth : public StreamerTest {
     start();
     for (std::uint32_t i = 0; i < kPlants; ++i) open("large");
     frames(1, {});
-    const std::uint64_t floor_bytes = streamer->stats().memory_bytes;
+    const std::uint64_t floor_bytes = ledger.taken();
     frames(300, demands());
     ASSERT_EQ(streamer->stats().all().wanted, 0u);
-    wanted_bytes = streamer->stats().memory_bytes - floor_bytes;
+    wanted_bytes = ledger.taken() - floor_bytes;
     budget = floor_bytes + wanted_bytes / 20;
   }
   /// jitter  share by which sizes differ from what they are at rest
@@ -371,7 +374,7 @@ class ATwentieth : public StreamerTest {
 };
 
 TEST_F(ATwentieth, IsEvenlyCoarse) {
-  streamer->set_memory_budget(budget);
+  ledger.set_budget(budget);
   frames(200, demands());
   const float threshold_px = streamer->stats().threshold_px;
   EXPECT_GT(threshold_px, 3.0f);
@@ -383,14 +386,15 @@ TEST_F(ATwentieth, IsEvenlyCoarse) {
     EXPECT_GE(error_px(plant, size_px(plant), 1) * kEvenFactor, threshold_px) << plant << " is finer than the others";
   }
   EXPECT_GE(refined, 3u);
-  EXPECT_GE(streamer->stats().memory_bytes + wanted_bytes / 80, budget) << "a quarter of the room is left unused";
+  EXPECT_GE(ledger.taken() + wanted_bytes / 80, budget) << "a quarter of the room is left unused";
 }
 
 TEST_F(ATwentieth, IsNeverExceededAndComesToRest) {
-  streamer->set_memory_budget(budget);
+  ledger.set_budget(budget);
+  frames(1, demands());
   for (int i = 0; i < 100; ++i) {
     frames(1, demands());
-    ASSERT_LE(streamer->stats().memory_bytes, budget) << i;
+    ASSERT_LE(ledger.taken(), budget) << i;
   }
   const std::uint64_t loaded = streamer->stats().all().loaded, evicted = streamer->stats().all().evicted;
   frames(300, demands());
@@ -400,7 +404,7 @@ TEST_F(ATwentieth, IsNeverExceededAndComesToRest) {
   const std::uint64_t loaded_by_shaking = streamer->stats().all().loaded;
   for (int i = 0; i < 300; ++i) {
     frames(1, demands(i % 2 == 0 ? 0.05f : -0.05f));
-    ASSERT_LE(streamer->stats().memory_bytes, budget) << i;
+    ASSERT_LE(ledger.taken(), budget) << i;
   }
   EXPECT_EQ(streamer->stats().all().loaded, loaded_by_shaking);
 }
@@ -413,11 +417,11 @@ TEST_F(ATwentieth, ColdStartReadsOnlyWhatStays) {
     open("large");
     frames(1, {});  // what is on its way to the GPU of all of them would be more
   }
-  streamer->set_memory_budget(budget);
+  ledger.set_budget(budget);
   frames(200, demands());
   EXPECT_EQ(streamer->stats().all().wanted, 0u);
   EXPECT_EQ(streamer->stats().all().evicted, 0u);
-  EXPECT_LE(streamer->stats().memory_peak_bytes, budget);
+  EXPECT_LE(ledger.most_taken(), budget);
 }
 
 TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
@@ -425,24 +429,24 @@ TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
   open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  streamer->set_memory_budget(streamer->stats().memory_bytes + 450000);
+  ledger.set_budget(ledger.taken() + 450000);
   frames(100, {demand_of(4000.0f), demand_of(4000.0f)});
   EXPECT_EQ(streamer->state(0).resident_page_count, streamer->state(1).resident_page_count);
   EXPECT_GE(streamer->state(0).resident_page_count, 2u);
   EXPECT_TRUE(gpu->evicted.empty());
 }
 
-TEST_F(StreamerTest, OverheadOfTheGpuSideCountsAndEvicts) {
+TEST_F(StreamerTest, WhatOthersTakeEvicts) {
   start();
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t budget = streamer->stats().memory_bytes + 250000;  // a load takes more than what it leaves behind
-  streamer->set_memory_budget(budget);
-  streamer->set_overhead_bytes(380000);
+  const std::uint64_t budget = ledger.taken() + 250000;  // a load takes more than what it leaves behind
+  ledger.set_budget(budget);
+  ledger.take(380000);
   frames(2, {demand_of(5000.0f)});
-  EXPECT_LE(streamer->stats().memory_bytes, budget);
+  EXPECT_LE(ledger.taken(), budget);
   EXPECT_LT(streamer->state(plant).resident_page_count, 6u);
-  streamer->set_overhead_bytes(0);
+  ledger.give(380000);
   frames(200, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(plant).resident_page_count, 6u);
 }
@@ -462,7 +466,7 @@ TEST_F(StreamerTest, ATextureLargerThanItsShareCostsTheOthersNothing) {
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e4f));
   ASSERT_GT(find_chunk(streamer->file(poster), COPPICE_CHUNK_TEXTURE, 0)->bytes, 10 * 5 * 62000u);
-  streamer->set_memory_budget(streamer->stats().memory_bytes + 1000);
+  ledger.set_budget(ledger.taken() + 1000);
   frames(40, demands);
   EXPECT_EQ(streamer->stats().all().evicted, 0u);
   EXPECT_EQ(streamer->state(poster).resident_texture_count, 0u);
@@ -483,7 +487,7 @@ TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
   for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e6f));
-  streamer->set_memory_budget(streamer->stats().memory_bytes);
+  ledger.set_budget(ledger.taken());
   frames(20, demands);
   EXPECT_EQ(streamer->state(poster).resident_texture_count, 1u);
   EXPECT_GT(streamer->stats().all().evicted, 64u);
@@ -536,17 +540,17 @@ TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
   const std::uint32_t plant = open("a");
   gpu->uploads = false;
   frames(10, {demand_of(5000.0f)});
-  const std::uint64_t decoded_bytes = streamer->stats().memory_bytes;
+  const std::uint64_t decoded_bytes = ledger.taken();
   for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) {
     if (chunk.id.kind != ChunkKind::page) continue;
-    EXPECT_EQ(streamer->awaits_upload(chunk.id), chunk.id.index <= 3);
-    if (chunk.id.index < 3) streamer->uploaded(chunk.id);
+    EXPECT_EQ(streamer->begin_upload(chunk.id), chunk.id.index <= 3);
+    if (chunk.id.index < 3) gpu->upload(chunk);
     if (chunk.id.index == 3) streamer->upload_failed(chunk.id, {Status::unsupported, "too large"});
   }
   frames(10, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(plant).resident_page_count, 3u);
   EXPECT_EQ(streamer->stats().all().failed, 1u);
-  EXPECT_LT(streamer->stats().memory_bytes, decoded_bytes - 2 * 32768);
+  EXPECT_LT(ledger.taken(), decoded_bytes - 2 * 32768);
 }
 
 TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
@@ -556,16 +560,16 @@ TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
   for (int round = 0; round < 2; ++round) {  // what is pinned first; then a page in the middle, a wood LoD and the texture
     frames(10, {demand_of(5000.0f)});
     for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) {
-      if (!streamer->awaits_upload(chunk.id)) continue;
+      if (!streamer->begin_upload(chunk.id)) continue;
       if (chunk.id.kind == ChunkKind::page && chunk.id.index < 3 * static_cast<std::uint32_t>(round))
-        streamer->uploaded(chunk.id);
+        gpu->upload(chunk);
       else
         streamer->upload_failed(chunk.id, {Status::out_of_memory, "device memory"});
     }
     EXPECT_EQ(streamer->state(plant).resident_page_count, 3u * static_cast<std::uint32_t>(round));
     frames(40, {demand_of(5000.0f)});
   }
-  for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) streamer->uploaded(chunk.id);
+  for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) gpu->upload(chunk);
   EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
   EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
   EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u);
@@ -581,7 +585,7 @@ TEST_F(StreamerTest, TakesUploadsInPortions) {
   std::size_t rounds = 0;
   for (auto chunks = streamer->take_decoded(1); !chunks.empty(); chunks = streamer->take_decoded(1)) {
     ASSERT_EQ(chunks.size(), 1u) << "at least one, however small the limit";
-    streamer->uploaded(chunks[0].id);
+    gpu->upload(chunks[0]);
     ++rounds;
   }
   EXPECT_EQ(rounds, 9u);
@@ -639,7 +643,7 @@ TEST_F(StreamerTest, HandsOutFirstWhatIsWorthMost) {
   std::vector<std::uint32_t> pages;
   for (auto chunks = streamer->take_decoded(1); !chunks.empty(); chunks = streamer->take_decoded(1)) {
     if (chunks[0].id.kind == ChunkKind::page) pages.push_back(chunks[0].id.plant);
-    streamer->uploaded(chunks[0].id);
+    gpu->upload(chunks[0]);
   }
   EXPECT_EQ(pages, (std::vector<std::uint32_t>{0, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0})) << "first what is pinned, then what more see";
 }
@@ -662,7 +666,7 @@ TEST_F(StreamerTest, ClosingGivesEverythingBackEvenWithReadsInFlight) {
   frames(3, {});
   EXPECT_EQ(gpu->closed, (std::vector<std::uint32_t>{plant}));
   EXPECT_EQ(gpu->released.size(), gpu->evicted.size());
-  EXPECT_EQ(streamer->stats().memory_bytes, empty_bytes);
+  EXPECT_EQ(ledger.taken(), empty_bytes);
   EXPECT_EQ(io.open_count, 0u);
   io.deferred = jobs.deferred = false;
   EXPECT_EQ(open("b"), plant) << "the index is free again";
@@ -677,7 +681,7 @@ TEST_F(StreamerTest, AJobUnderWayKeepsTheQuadsItReads) {
   jobs.deferred = true;
   frames(2, {demand_of(5000.0f)});
   ASSERT_FALSE(jobs.waiting.empty());
-  streamer->set_memory_budget(1);
+  ledger.set_budget(1);
   frames(2, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(plant).resident_page_count, 3u) << "pages that a job reads stay";
   jobs.run_all();
@@ -699,7 +703,7 @@ TEST_F(StreamerTest, OpenReportsWhatIsWrong) {
   io.files["cut"].resize(plant_file().size() - 1);
   EXPECT_EQ(streamer->open_plant("cut").error().status, Status::bad_file);
   EXPECT_EQ(io.open_count, 0u) << "every file is closed again";
-  EXPECT_EQ(streamer->stats().memory_bytes, empty_bytes);
+  EXPECT_EQ(ledger.taken(), empty_bytes);
   const std::uint32_t plant = open("small");
   EXPECT_EQ(streamer->open_plant("a").error().status, Status::out_of_memory);
   frames(2, {demand_of(5000.0f)});
@@ -733,7 +737,7 @@ TEST_F(StreamerTest, OpeningsTakeTheirTurnAndWaitForNothing) {
   for (std::uint32_t plant = 0; plant < 12; ++plant) streamer->close_plant(plant);
   frames(5, {});
   EXPECT_EQ(io.open_count, 0u);
-  EXPECT_EQ(streamer->stats().memory_bytes, empty_bytes);
+  EXPECT_EQ(ledger.taken(), empty_bytes);
 }
 
 TEST_F(StreamerTest, RoomForPlantsGrowsAsTheyAreOpened) {
@@ -751,7 +755,7 @@ TEST_F(StreamerTest, RoomForPlantsGrowsAsTheyAreOpened) {
     EXPECT_EQ(plants.back(), i);
   }
   EXPECT_EQ(streamer->start_open("small").error().status, Status::out_of_memory);
-  EXPECT_GT(streamer->stats().memory_bytes, empty_bytes);
+  EXPECT_GT(ledger.taken(), empty_bytes);
   streamer->cancel_open(700);
   streamer->cancel_open(70);
   EXPECT_EQ(*streamer->start_open("small"), 70u);
@@ -798,7 +802,7 @@ TEST_F(StreamerTest, AnOpeningIsTakenBackWithoutWaiting) {
     jobs.run_all();
     frames(1, {});
     EXPECT_EQ(io.open_count, 0u) << steps;
-    EXPECT_EQ(streamer->stats().memory_bytes, empty_bytes) << steps;
+    EXPECT_EQ(ledger.taken(), empty_bytes) << steps;
     io.deferred = jobs.deferred = false;
     EXPECT_EQ(open("b"), plant) << "its index is free";
     streamer->close_plant(plant);
@@ -810,8 +814,8 @@ TEST_F(StreamerTest, AnOpeningWithoutRoomIsTriedAgainAndThenFails) {
   start();
   (void)open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t enough = streamer->stats().budget_bytes;
-  streamer->set_memory_budget(1);
+  const std::uint64_t enough = ledger.budget();
+  ledger.set_budget(1);
   const std::uint32_t plant = *streamer->start_open("b");
   const auto wait = [&](std::uint64_t most) -> std::optional<Result<void>> {
     for (std::uint64_t i = 0; i < most; ++i) {
@@ -821,10 +825,10 @@ TEST_F(StreamerTest, AnOpeningWithoutRoomIsTriedAgainAndThenFails) {
     return std::nullopt;
   };
   EXPECT_FALSE(wait(3 * Streamer::kOpenRetryFrames)) << "it failed at once";
-  streamer->set_memory_budget(enough);
+  ledger.set_budget(enough);
   const auto opened = wait(2 * Streamer::kOpenRetryFrames);
   ASSERT_TRUE(opened && *opened);
-  streamer->set_memory_budget(1);
+  ledger.set_budget(1);
   ASSERT_EQ(*streamer->start_open("b"), plant + 1);
   std::uint64_t tried = 0;
   auto failed = streamer->finish_open(plant + 1);
@@ -879,8 +883,8 @@ TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
   start();
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t budget = streamer->stats().memory_bytes + 1000;
-  streamer->set_memory_budget(budget);
+  const std::uint64_t budget = ledger.taken() + 1000;
+  ledger.set_budget(budget);
   gpu->frames_behind = 2;
   const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
   int attempts = 0;
@@ -888,10 +892,10 @@ TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
     EXPECT_EQ(other.error().status, Status::out_of_memory);
     ASSERT_LT(++attempts, 12);
     gpu->frame(view, demands);
-    EXPECT_LE(streamer->stats().memory_bytes, budget);
+    EXPECT_LE(ledger.taken(), budget);
   }
   EXPECT_GT(attempts, 2) << "nothing is reused before the GPU is done with it";
-  EXPECT_LE(streamer->stats().memory_bytes, budget);
+  EXPECT_LE(ledger.taken(), budget);
   EXPECT_LT(streamer->state(plant).resident_page_count, 6u);
 }
 
@@ -901,7 +905,7 @@ TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
   frames(20, {demand_of(300.0f)});
   ASSERT_EQ(streamer->state(plant).resident_texture_count, 1u);
   const std::uint64_t loaded = streamer->stats().all().loaded;
-  streamer->set_memory_budget(streamer->stats().memory_bytes + 1000);
+  ledger.set_budget(ledger.taken() + 1000);
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(streamer->open_plant("b").error().status, Status::out_of_memory);
     frames(5, {demand_of(300.0f)});
@@ -922,7 +926,8 @@ class FailingAllocator : public StreamerTest, public testing::WithParamInterface
     failing.fail_at = fail_at;
     failing.fail_for_good = GetParam();
     {
-      auto created = Streamer::create({failing.hook(), jobs.hook(), io.hook(), {}}, options);
+      ledger = Ledger(256ull << 20);
+      auto created = Streamer::create({failing.hook(), jobs.hook(), io.hook(), {}}, ledger, options);
       if (!created) {
         EXPECT_EQ(created.error().status, Status::out_of_memory);
       } else {
@@ -934,7 +939,7 @@ class FailingAllocator : public StreamerTest, public testing::WithParamInterface
     return failing.calls <= fail_at;
   }
   void drive(Streamer& failing) {
-    test::FakeGpu fake(failing);
+    test::FakeGpu fake(failing, ledger);
     const auto plant = failing.open_plant("a");
     if (!plant) {
       EXPECT_EQ(plant.error().status, Status::out_of_memory);
@@ -989,18 +994,19 @@ TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
   auto set = complete_hooks({}, GetParam());
   ASSERT_TRUE(set);
   for (int round = 0; round < 5; ++round) {
-    auto streamer = Streamer::create(set->hooks, {.gpu = kGpuSizes, .max_in_flight = 6});
+    Ledger ledger;
+    auto streamer = Streamer::create(set->hooks, ledger, {.gpu = kGpuSizes, .max_in_flight = 6});
     ASSERT_TRUE(streamer);
-    test::FakeGpu gpu(**streamer);
+    test::FakeGpu gpu(**streamer, ledger);
     for (int i = 0; i < 3; ++i) ASSERT_TRUE((*streamer)->open_plant(path.c_str()));
-    const std::uint64_t budget = (*streamer)->stats().memory_bytes + 500000;
-    (*streamer)->set_memory_budget(budget);
+    const std::uint64_t budget = ledger.taken() + 500000;
+    ledger.set_budget(budget);
     LodView view;
     for (int i = 0; i < 200; ++i) {
       const auto weight = [&](int plant) { return (i / 40 + round) % 3 == plant ? 20.0f : 1.0f; };
       const std::vector<PlantDemand> demands = {demand_of(4000.0f, weight(0)), demand_of(4000.0f, weight(1)), demand_of(900.0f, weight(2))};
       gpu.frame(view, demands);
-      ASSERT_LE((*streamer)->stats().memory_bytes, budget);
+      ASSERT_LE(ledger.taken(), budget);
       if (i % 8 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     EXPECT_EQ((*streamer)->stats().all().failed, 0u);

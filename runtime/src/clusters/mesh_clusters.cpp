@@ -113,20 +113,33 @@ float facet_of(std::span<const Triangle> triangles) {
   return area_m2 > 0.0 ? std::max(facet_m, static_cast<float>(kFacetShare * turning_m3 / area_m2)) : facet_m;
 }
 
-/// In the order of their clusters; those of wood have holes or have none.
-void sort_triangles(std::span<Triangle> triangles) {
-  const auto key = [](const Triangle& triangle) {
+/// In the order of their clusters: those that are drawn as leaves, of wood without holes and with, then the others.
+void sort_triangles(std::span<Triangle> triangles, std::size_t leaf_count) {
+  std::ranges::sort(triangles.first(leaf_count), {}, [](const Triangle& triangle) {
     return std::array{triangle.entry.is_surface ? 0u : 1u, triangle.size_class, triangle.place, triangle.group, triangle.entry.id};
-  };
-  std::ranges::sort(triangles, {}, key);
+  });
+  std::ranges::sort(triangles.subspan(leaf_count), {}, [](const Triangle& triangle) {
+    return std::array{triangle.place, triangle.entry.id};
+  });
 }
 
-/// Ends of the clusters of sorted triangles.
-std::vector<std::size_t> all_cluster_ends(std::span<const Triangle> triangles) {
+/// Ends of the clusters of sorted triangles; with the others' clusters behind those of leaves.
+struct ClusterEnds {
+  std::vector<std::size_t> all;
+  std::size_t of_leaves = 0;  ///< of them
+};
+
+ClusterEnds all_cluster_ends(std::span<const Triangle> triangles, std::size_t leaf_count) {
   const auto is_surface = [](const Triangle& triangle) { return triangle.entry.is_surface; };
-  const auto holed = static_cast<std::size_t>(std::ranges::partition_point(triangles, is_surface) - triangles.begin());
-  std::vector<std::size_t> ends = cluster_ends(triangles.first(holed));
-  for (const std::size_t end : cluster_ends(triangles.subspan(holed))) ends.push_back(holed + end);
+  const auto holed = static_cast<std::size_t>(std::ranges::partition_point(triangles.first(leaf_count), is_surface) - triangles.begin());
+  ClusterEnds ends;
+  const auto add = [&](std::size_t first, std::size_t end) {
+    for (const std::size_t own : cluster_ends(triangles.subspan(first, end - first))) ends.all.push_back(first + own);
+  };
+  add(0, holed);
+  add(holed, leaf_count);
+  ends.of_leaves = ends.all.size();
+  add(leaf_count, triangles.size());
   return ends;
 }
 
@@ -152,8 +165,9 @@ void write_at(MeshBlock& block, std::size_t at, const T* values, std::size_t cou
   if (count > 0) std::memcpy(block.bytes.data() + at, values, count * sizeof(T));
 }
 
-void write_vertices(MeshKind kind, const WoodMesh& mesh, MeshBlock& block) {
-  write_at(block, 0, mesh.indices.data(), mesh.indices.size());
+void write_vertices(MeshKind kind, const WoodMesh& mesh, std::span<const Triangle> triangles, MeshBlock& block) {
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    write_at(block, 3 * i * sizeof(std::uint32_t), mesh.indices.data() + std::size_t{3} * triangles[i].entry.id, 3);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const coppice::WoodVertex& vertex = mesh.vertices[i];
     const WoodVertex wood = gpu_wood_vertex(vertex);
@@ -166,38 +180,43 @@ void write_vertices(MeshKind kind, const WoodMesh& mesh, MeshBlock& block) {
   }
 }
 
-/// ends: of the clusters of `triangles`
-void write_clusters(std::span<const Triangle> triangles, std::span<const std::size_t> ends, const LeafBox& box, const BlockPlan& plan,
-                    MeshBlock& block) {
+/// triangles, leaf_count, ends: sorted, those of leaves, and of all their clusters
+void write_clusters(std::span<const Triangle> triangles, std::size_t leaf_count, const ClusterEnds& ends, const LeafBox& box,
+                    const BlockPlan& plan, MeshBlock& block) {
   std::array<LeafEntry, kClusterLeaves> members;
   std::array<Leaf, kClusterLeaves> leaves;
   std::array<Splat, kClusterLeaves> splats;
   std::size_t start = 0;
-  for (std::size_t i = 0; i < ends.size(); start = ends[i++]) {
-    const std::size_t count = ends[i] - start;
+  for (std::size_t i = 0; i < ends.all.size(); start = ends.all[i++]) {
+    const std::size_t count = ends.all[i] - start;
     for (std::size_t member = 0; member < count; ++member) members[member] = triangles[start + member].entry;
     const std::span<LeafEntry> own(members.data(), count);
     // Invocations side by side take as long as the slowest.
     std::ranges::sort(own, [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; });
     Cluster cluster = write_cluster(own, {}, box, std::span(leaves).first(count), std::span(splats).first(count));
-    move_address(cluster.leaves, plan.leaves_at + start * sizeof(Leaf));
-    move_address(cluster.splats, plan.splats_at + start * sizeof(Splat));
+    cluster.last_death = static_cast<std::uint32_t>(start);
+    if (i < ends.of_leaves) {
+      move_address(cluster.leaves, plan.leaves_at + start * sizeof(Leaf));
+      move_address(cluster.splats, plan.splats_at + start * sizeof(Splat));
+    }
     write_at(block, plan.first_cluster_at + i * sizeof cluster, &cluster, 1);
+    if (i >= ends.of_leaves) continue;
     write_at(block, plan.leaves_at + start * sizeof(Leaf), leaves.data(), count);
     write_at(block, plan.splats_at + start * sizeof(Splat), splats.data(), count);
     const float grain_m = unpack_length(cluster.grains_m, 3);
     block.list.grain_m = std::max(block.list.grain_m, grain_m);
     if (!own[0].is_surface) block.list.holed_m = std::max(block.list.holed_m, grain_m);
   }
-  for (std::size_t i = 0; i * kBlockClusters < ends.size(); ++i) {
+  for (std::size_t i = 0; i * kBlockClusters < ends.all.size(); ++i) {
     uvec2 address{};
     move_address(address, plan.first_cluster_at + i * kBlockClusters * sizeof(Cluster));
     write_at(block, plan.clusters_at + i * sizeof address, &address, 1);
   }
   move_address(block.list.blocks, plan.clusters_at);
-  block.list.leaf_count = static_cast<std::uint32_t>(triangles.size());
-  block.list.cluster_count = static_cast<std::uint32_t>(ends.size());
-  block.list.facet_m = facet_of(triangles);
+  block.list.leaf_count = static_cast<std::uint32_t>(leaf_count);
+  block.list.cluster_count = static_cast<std::uint32_t>(ends.of_leaves);
+  block.list.range_count = static_cast<std::uint32_t>(ends.all.size());
+  block.list.facet_m = facet_of(triangles.first(leaf_count));
 }
 
 const coppice::WoodVertex& vertex_of(const WoodMesh& mesh, const Triangle& triangle, std::size_t corner) {
@@ -258,8 +277,8 @@ void gather_leaves(const WoodMesh& mesh, std::span<Triangle> triangles) {
   }
 }
 
-/// The triangles that are drawn as leaves, with what lights them; the others go behind them.
-std::span<Triangle> light_wood(const WoodMesh& mesh, const MeshSource& source, std::span<Triangle> triangles) {
+/// How many triangles are drawn as leaves, with what lights them; the others go behind them.
+std::size_t light_wood(const WoodMesh& mesh, const MeshSource& source, std::span<Triangle> triangles) {
   const auto shows = [&](Triangle& triangle) {
     LeafEntry& entry = triangle.entry;
     const vec3 face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
@@ -268,10 +287,10 @@ std::span<Triangle> light_wood(const WoodMesh& mesh, const MeshSource& source, s
     triangle.turning_m = turning_m(mesh, triangle);
     return cover_wood(source.appearance.looks, mesh, triangle);
   };
-  return {triangles.begin(), std::partition(triangles.begin(), triangles.end(), shows)};
+  return static_cast<std::size_t>(std::partition(triangles.begin(), triangles.end(), shows) - triangles.begin());
 }
 
-std::span<Triangle> light_leaves(const WoodMesh& mesh, const MeshSource& source, std::span<Triangle> triangles) {
+std::size_t light_leaves(const WoodMesh& mesh, const MeshSource& source, std::span<Triangle> triangles) {
   const Crown crown = crown_of(source.box);
   float area_m2 = 0, partial_m2 = 0;
   const auto shows = [&](Triangle& triangle) {
@@ -292,37 +311,37 @@ std::span<Triangle> light_leaves(const WoodMesh& mesh, const MeshSource& source,
   const std::span<Triangle> shown(triangles.begin(), std::partition(triangles.begin(), triangles.end(), shows));
   // Triangles that do not follow the leaf's outline would be worse than its quad.
   constexpr float kMostPartial = 0.2f;
-  if (partial_m2 > kMostPartial * area_m2) return {};
+  if (partial_m2 > kMostPartial * area_m2) return 0;
   gather_leaves(mesh, shown);
-  return shown;
+  return shown.size();
 }
 
 }  // namespace
 
 Result<MeshBlock> build_mesh(MeshKind kind, const WoodMesh& mesh, const MeshSource& source, const coppice_allocator& allocator) {
-  HookArray<Triangle> triangles;
-  if (source.clusters) COPPICE_CHECK(allocate_into(triangles, allocator, mesh.indices.size() / 3));
+  COPPICE_TRY(triangles, HookArray<Triangle>::allocate(allocator, mesh.indices.size() / 3));
   MeshBlock block;
   measure_box(mesh, block);
   const LeafBox box{block.low, (block.high - block.low) * (1.0f / kLargest), kLargest};
   fill_triangles(mesh, box, source, triangles.span());
-  const std::span<Triangle> shown =
-      kind == MeshKind::wood ? light_wood(mesh, source, triangles.span()) : light_leaves(mesh, source, triangles.span());
-  sort_triangles(shown);
-  const std::vector<std::size_t> ends = all_cluster_ends(shown);
-  const BlockPlan plan = plan_block(kind, mesh.vertices.size(), mesh.indices.size(), ends.size(), shown.size());
+  std::size_t leaf_count = 0;
+  if (source.leaves)
+    leaf_count = kind == MeshKind::wood ? light_wood(mesh, source, triangles.span()) : light_leaves(mesh, source, triangles.span());
+  sort_triangles(triangles.span(), leaf_count);
+  const ClusterEnds ends = all_cluster_ends(triangles.span(), leaf_count);
+  const BlockPlan plan = plan_block(kind, mesh.vertices.size(), mesh.indices.size(), ends.all.size(), leaf_count);
   COPPICE_CHECK(allocate_into(block.bytes, allocator, plan.bytes));
   block.index_count = static_cast<std::uint32_t>(mesh.indices.size());
   block.vertices_at = plan.vertices_at;
   block.clusters_at = plan.clusters_at;
   block.list = empty_list(box);
-  write_vertices(kind, mesh, block);
-  if (!shown.empty()) write_clusters(shown, ends, box, plan, block);
+  write_vertices(kind, mesh, triangles.span(), block);
+  write_clusters(triangles.span(), leaf_count, ends, box, plan, block);
   return block;
 }
 
 void MeshBlock::move(std::uint64_t base) {
-  const std::size_t first_cluster_at = clusters_at + (list.cluster_count + kBlockClusters - 1) / kBlockClusters * sizeof(uvec2);
+  const std::size_t first_cluster_at = clusters_at + (list.range_count + kBlockClusters - 1) / kBlockClusters * sizeof(uvec2);
   for (std::size_t at = clusters_at; at < first_cluster_at; at += sizeof(uvec2)) {
     uvec2 address{};
     std::memcpy(&address, bytes.data() + at, sizeof address);
@@ -333,11 +352,11 @@ void MeshBlock::move(std::uint64_t base) {
   move_address(list.blocks, base);
 }
 
-std::uint64_t most_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool clusters) {
-  // Two clusters side by side hold more than one could, or are the last of those with or without holes.
+std::uint64_t most_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool leaves) {
+  // Two clusters side by side hold more than one could, or are the last of those with or without holes, or of no leaves.
   constexpr std::uint64_t kMeanLeaves = kClusterLeaves / 2;
-  const std::uint64_t cluster_count = clusters ? triangle_count / kMeanLeaves + 4 : 0;
-  return plan_block(kind, vertex_count, 3 * triangle_count, cluster_count, clusters ? triangle_count : 0).bytes;
+  const std::uint64_t cluster_count = triangle_count / kMeanLeaves + 6;
+  return plan_block(kind, vertex_count, 3 * triangle_count, cluster_count, leaves ? triangle_count : 0).bytes;
 }
 
 std::uint64_t mesh_scratch_bytes(std::uint64_t triangle_count) {

@@ -91,12 +91,27 @@ std::uint64_t committed_after(const DeviceMemory& memory, const Plan& plan) {
                        counted(memory, block.kind, after));
 }
 
+/// As much as the ledger has it.
+std::uint64_t limit_bytes(const DeviceMemory& memory) {
+  if (memory.ledger == nullptr) return Ledger::kUnlimited;
+  const std::uint64_t now = committed_bytes(memory);
+  return now + std::min(memory.ledger->free(), Ledger::kUnlimited - now);
+}
+
+/// After every change.
+void settle(DeviceMemory& memory, std::uint64_t bytes) {
+  const std::uint64_t before = std::exchange(memory.taken_bytes, bytes);
+  if (memory.ledger == nullptr) return;
+  memory.ledger->give(before);
+  memory.ledger->take(bytes);
+}
+
 /// Into a run that is free, or else a new block for this and others; or one for it alone where that is what the limit allows.
 Plan plan_for(const DeviceMemory& memory, const MemoryRequest& request) {
   const std::uint64_t bytes = round_up(request.requirements.size, memory.granule);
   const Plan alone{.bytes = bytes, .block_bytes = bytes};
   if (request.kind == MemoryKind::alone) return alone;
-  const std::uint64_t most = std::max(memory.limit_bytes, committed_after(memory, alone));
+  const std::uint64_t most = std::max(limit_bytes(memory), committed_after(memory, alone));
   Plan plan{.bytes = bytes};
   find_run(memory, request, plan);
   if (plan.block != MemoryRange::kNone) return committed_after(memory, plan) <= most ? plan : alone;
@@ -249,6 +264,7 @@ void set_block_bytes(Device& device, std::uint64_t block_bytes, std::uint64_t un
   memory.free_bytes = 0;
   for (const MemoryBlock& block : memory.blocks)
     for (const FreeRun& run : block.free) memory.free_bytes += counted(memory, block.kind, run.bytes);
+  settle(memory, committed_bytes(memory));
 }
 
 std::uint64_t whole_units(const DeviceMemory& memory, std::uint64_t block_bytes) {
@@ -263,17 +279,19 @@ Result<MemoryRange> take_memory(Device& device, const MemoryRequest& request) {
   DeviceMemory& memory = device.memory;
   Plan plan = plan_for(memory, request);
   // A block that is kept for others may be what is missing.
-  if (committed_after(memory, plan) > memory.limit_bytes && plan.block == MemoryRange::kNone) free_empty_blocks(device, 0);
-  if (const std::uint64_t after = committed_after(memory, plan); after > memory.limit_bytes) {
-    memory.lacking_bytes = std::max(memory.lacking_bytes, after - committed_bytes(memory));
-    return Error{Status::out_of_memory, "memory budget: no room for device memory now"};
+  if (committed_after(memory, plan) > limit_bytes(memory) && plan.block == MemoryRange::kNone) {
+    free_empty_blocks(device, 0);
+    settle(memory, committed_bytes(memory));
   }
+  const std::uint64_t now = committed_bytes(memory), after = std::max(now, committed_after(memory, plan));
+  if (memory.ledger != nullptr && after > now && !memory.ledger->fits(after - now))
+    return Error{Status::out_of_memory, "memory budget: no room for device memory now"};
   if (plan.block == MemoryRange::kNone) {
     COPPICE_TRY(added, add_block(device, request, plan));
     plan.block = added;
-    if (plan.kind == MemoryKind::alone) return MemoryRange{added, 0, plan.bytes};
   }
-  take_run(memory, plan);
+  if (memory.blocks[plan.block].kind != MemoryKind::alone) take_run(memory, plan);
+  settle(memory, committed_bytes(memory));
   return MemoryRange{plan.block, plan.offset, plan.bytes};
 }
 
@@ -282,17 +300,18 @@ void give_memory(Device& device, MemoryRange& range) {
   DeviceMemory& memory = device.memory;
   const MemoryRange given = std::exchange(range, {});
   MemoryBlock& block = memory.blocks[given.block];
-  if (block.kind == MemoryKind::alone) return free_block(device, given.block);
-  give_run(memory, block, {given.offset, given.bytes});
-  if (!is_empty(block)) return;
-  // One is kept, as what is committed holds it in any case.
+  if (block.kind != MemoryKind::alone) give_run(memory, block, {given.offset, given.bytes});
+  // One that is empty is kept, as what is committed holds it in any case.
   const bool spare = block.kind == MemoryKind::device && block.bytes == memory.block_bytes;
   const auto is_other = [&](const MemoryBlock& other) { return &other != &block && is_empty(other); };
-  if (!spare || std::ranges::any_of(memory.blocks, is_other)) free_block(device, given.block);
+  if (block.kind == MemoryKind::alone || (is_empty(block) && (!spare || std::ranges::any_of(memory.blocks, is_other))))
+    free_block(device, given.block);
+  settle(memory, committed_bytes(memory));
 }
 
 void close_memory(Device& device) {
   free_empty_blocks(device, 0);
+  settle(device.memory, 0);
 }
 
 }  // namespace coppice::gpu

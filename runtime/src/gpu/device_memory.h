@@ -9,6 +9,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include "coppice/coppice.h"
+#include "ledger.h"
 #include "result.h"
 
 namespace coppice::gpu {
@@ -51,10 +52,10 @@ struct DeviceMemory {
   bool images_apart = false;    ///< bufferImageGranularity is more than the granule
   std::uint64_t unit_bytes = 1;
   std::uint64_t block_bytes = kLeastBlockBytes;
-  std::uint64_t limit_bytes = ~std::uint64_t{0};  ///< of committed_bytes
-  std::uint64_t allocated_bytes = 0;              ///< of all blocks
-  std::uint64_t free_bytes = 0;                   ///< of blocks of kind device, in whole units
-  std::uint64_t lacking_bytes = 0;                ///< the most that a request beyond the limit would have added
+  Ledger* ledger = nullptr;           ///< committed_bytes are taken from it; none: without a budget
+  std::uint64_t taken_bytes = 0;      ///< from the ledger
+  std::uint64_t allocated_bytes = 0;  ///< of all blocks
+  std::uint64_t free_bytes = 0;       ///< of blocks of kind device, in whole units
   std::uint32_t block_count = 0;
   std::vector<MemoryBlock> blocks;
 };
@@ -70,7 +71,7 @@ void set_block_bytes(Device& device, std::uint64_t block_bytes, std::uint64_t un
 std::uint64_t whole_units(const DeviceMemory& memory, std::uint64_t block_bytes);
 
 /// What is allocated, and what is missing to a block's worth of free memory: the next block is spoken for before it is needed. A request
-/// that would raise this beyond the limit by more than itself gets a block of its own: what fits the limit is never refused.
+/// that would raise this beyond the budget by more than itself gets a block of its own: what fits the ledger is never refused.
 std::uint64_t committed_bytes(const DeviceMemory& memory);
 
 struct MemoryRequest {
@@ -79,7 +80,7 @@ struct MemoryRequest {
   bool image = false;
 };
 
-/// errors  out_of_memory: the limit or the hook; device_lost; unsupported: no memory type fits; internal: what the hook returned is no
+/// errors  out_of_memory: the ledger or the hook; device_lost; unsupported: no memory type fits; internal: what the hook returned is no
 /// block
 Result<MemoryRange> take_memory(Device& device, const MemoryRequest& request);
 /// The GPU must be done with it. range: may be none, and is afterwards

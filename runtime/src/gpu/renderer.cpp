@@ -33,10 +33,6 @@ void add_distinct(std::vector<std::uint32_t>& values, std::uint32_t value) {
 /// What is taken of the device for a buffer may be so much more than its bytes.
 constexpr std::uint64_t kBufferRounding = 4096;
 
-std::uint64_t with_margin(std::uint64_t bytes) {
-  return bytes + bytes / 4 + kBufferRounding;
-}
-
 }  // namespace
 
 Renderer::Renderer(const RendererDesc& desc)
@@ -86,6 +82,7 @@ Result<void> Renderer::create_raster() {
 }
 
 void Renderer::set_memory_budget(std::uint64_t bytes) {
+  desc_.memory_budget_bytes = bytes;
   set_block_bytes(device_, block_bytes(bytes), kPageBytes);
 }
 
@@ -101,7 +98,7 @@ Renderer::~Renderer() {
   staging_.destroy(device_);
   for (Buffer* buffer :
        {&fixed_.view, &fixed_.counters, &fixed_.indices, &fixed_.readback, &growing_.instances, &growing_.cuts, &growing_.debug_colors,
-        &growing_.plants, &growing_.tables, &growing_.leaf_counts, &growing_.wood_commands, &leaf_commands_, &wood_list_})
+        &growing_.plants, &growing_.tables, &growing_.draw_counts, &growing_.wood_commands, &leaf_commands_, &wood_list_})
     if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
   if (default_texture_.image != VK_NULL_HANDLE) destroy_texture(device_, default_texture_);
   device_.vk.vkDestroyDescriptorPool(device_.device, frame_set_.pool, nullptr);
@@ -129,10 +126,12 @@ std::vector<BufferSize> Renderer::sizes(const Capacity& capacity) {
       {&growing_.instances, slots * sizeof(Instance), kStorage | kFrom, true},
       {&growing_.cuts, slots * sizeof(float), kStorage | kFrom},
       {&growing_.debug_colors, slots * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT},
+      {&wood_list_, slots * most_mesh_lists_ * sizeof(std::uint32_t), kStorage},
+      {&leaf_commands_, slots * sizeof(DrawCommand), kStorage | kIndirect},
       {&growing_.plants, plants * sizeof(Plant), kStorage},
       {&growing_.tables, plants * kTableStride * sizeof(std::uint32_t),
        VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | kFrom, true},
-      {&growing_.leaf_counts, 2 * plants * sizeof(std::uint32_t), kStorage | kIndirect},
+      {&growing_.draw_counts, kDrawCounts * plants * sizeof(std::uint32_t), kStorage | kIndirect},
       {&growing_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect}};
   if (raster_) std::ranges::copy(raster_->sizes(capacity.slots), std::back_inserter(sizes));
   return sizes;
@@ -152,8 +151,6 @@ Result<void> Renderer::create_buffers() {
   }
   COPPICE_TRY(readback, create_buffer(device_, kReadbackSlots * sizeof(Counters), VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::host));
   fixed_.readback = readback;
-  COPPICE_CHECK(grow(leaf_commands_, 1024 * sizeof(DrawCommand)));
-  COPPICE_CHECK(grow(wood_list_, 1024 * sizeof(std::uint32_t)));
   return rebuild_frame_set();
 }
 
@@ -220,17 +217,9 @@ Result<void> Renderer::create_default_texture() {
   return {};
 }
 
-Result<void> Renderer::grow(Buffer& buffer, std::uint64_t bytes) {
-  COPPICE_TRY(larger, create_buffer(device_, bytes, kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, MemoryKind::alone));
-  if (buffer.buffer != VK_NULL_HANDLE) garbage_.retire(frame_, buffer);
-  buffer = larger;
-  frame_set_stale_ = true;
-  return {};
-}
-
 FrameBindings Renderer::frame_bindings() const {
   FrameBindings bindings{.buffers = {&fixed_.view, &growing_.instances, &growing_.plants, &growing_.tables, &growing_.cuts, &wood_list_,
-                                     &leaf_commands_, &growing_.leaf_counts, &growing_.wood_commands, &fixed_.counters}};
+                                     &leaf_commands_, &growing_.draw_counts, &growing_.wood_commands, &fixed_.counters}};
   bindings.maps.fill(default_texture_.view);
   return bindings;
 }
@@ -267,8 +256,6 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
   completed_ = completed_number;
   pipelines_.collect();
   drawable_ = false;
-  most_overhead_bytes_ = ~std::uint64_t{0};
-  limit_memory(0);
   garbage_.collect(device_, completed_);
   staging_.recycle(completed_);
   if (timer_.exists()) timer_.collect(device_, completed_);
@@ -291,6 +278,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
 Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance,
                                  std::span<const std::uint32_t> lod_words) {
   COPPICE_ASSERT(index < desc_.max_plants && lod_words.size() <= kTableStride);
+  most_mesh_lists_ = std::max(most_mesh_lists_, file.plant.wood_lod_count + (file.plant.leaf_mesh_count > 0 ? 1 : 0));
   COPPICE_CHECK(reserve({.plants = index + 1}));
   if (index >= plants_.size()) {
     plants_.resize(index + 1);
@@ -373,13 +361,11 @@ void Renderer::destroy_plant(PlantSlot& plant) {
   for (const MeshBuffer& mesh : plant.meshes) {
     if (mesh.buffer.buffer == VK_NULL_HANDLE) continue;
     garbage_.retire(frame_, mesh.buffer);
-    charged_bytes_ -= mesh.buffer.size_bytes;
   }
   for (PlantTexture& texture : plant.textures) {
     if (texture.texture.image == VK_NULL_HANDLE) continue;
     garbage_.retire(frame_, texture.texture);
     garbage_.retire(frame_, texture.set.pool);
-    charged_bytes_ -= texture.charged_bytes;
   }
   plant = {};
 }
@@ -391,13 +377,11 @@ void Renderer::drop_page(std::uint32_t plant, std::uint32_t page) {
 void Renderer::drop_page(Buffer& page) {
   if (page.buffer == VK_NULL_HANDLE) return;
   destroy_buffer(device_, page);
-  charged_bytes_ -= kPageBytes;
 }
 
 void Renderer::drop_mesh(std::uint32_t plant, std::uint32_t index) {
   MeshBuffer& mesh = plants_[plant].meshes[index];
   if (mesh.buffer.buffer == VK_NULL_HANDLE) return;
-  charged_bytes_ -= mesh.buffer.size_bytes;
   destroy_buffer(device_, mesh.buffer);
   mesh = {};
 }
@@ -411,13 +395,7 @@ void Renderer::drop_texture(std::uint32_t plant, std::uint32_t texture) {
   if (dropped.texture.image == VK_NULL_HANDLE) return;
   destroy_texture(device_, dropped.texture);
   device_.vk.vkDestroyDescriptorPool(device_.device, dropped.set.pool, nullptr);
-  charged_bytes_ -= dropped.charged_bytes;
   dropped = {};
-}
-
-std::uint64_t Renderer::overhead_bytes() const {
-  const std::uint64_t taken = committed_bytes(device_.memory);
-  return taken - std::min(taken, charged_bytes_);
 }
 
 // A larger budget has larger blocks.
@@ -432,53 +410,19 @@ std::uint64_t Renderer::least_budget_bytes(std::uint64_t taken_bytes) const {
   return least;
 }
 
-void Renderer::set_room(std::uint64_t bytes) {
-  const std::uint64_t now = overhead_bytes();
-  most_overhead_bytes_ = bytes < ~now ? now + bytes : ~std::uint64_t{0};
-  limit_memory(0);
-}
-
-// Where the overhead would be most_overhead_bytes_. reserved_bytes: what the caller counts already of what is to be uploaded
-void Renderer::limit_memory(std::uint64_t reserved_bytes) {
-  const bool limited = most_overhead_bytes_ != ~std::uint64_t{0};
-  device_.memory.limit_bytes = limited ? most_overhead_bytes_ + charged_bytes_ + reserved_bytes : ~std::uint64_t{0};
-}
-
-// A buffer takes a little more than it asks for.
-std::uint64_t Renderer::room_bytes() const {
-  const std::uint64_t room = most_overhead_bytes_ - std::min(most_overhead_bytes_, overhead_bytes());
-  return room - std::min(room, kBufferRounding);
-}
-
-std::uint64_t Renderer::upload_room_bytes() const {
+std::uint64_t Renderer::staging_bytes() const {
   const std::uint64_t ring = staging_.room_bytes();
   return ring - std::min(ring, kFrameStagingBytes);
 }
 
-bool Renderer::has_room(std::uint64_t bytes) {
-  if (bytes <= kStagingSliceBytes && bytes > upload_room_bytes()) return false;
-  const bool fits = kSmallBytes <= room_bytes();
-  if (!fits) lacking_bytes_ = std::max(lacking_bytes_, kSmallBytes);
-  limit_memory(bytes <= kStagingSliceBytes ? bytes : 2 * bytes);
-  return fits;
+std::uint64_t Renderer::slot_upload_bytes(std::uint32_t slot_count) const {
+  const std::uint64_t new_slots = slot_count - std::min(slot_count, instance_slot_count_);
+  return new_slots * sizeof(Instance) > kFrameStagingBytes ? new_slots * (sizeof(Instance) + sizeof(InstanceBlock)) : 0;
 }
 
-std::uint64_t Renderer::growth_bytes(std::uint64_t instance_count) const {
-  const std::uint64_t commands = instance_count * sizeof(DrawCommand);
-  const std::uint64_t places = instance_count * (kMaxWoodLods + 1) * sizeof(std::uint32_t);
-  return (commands > leaf_commands_.size_bytes ? with_margin(commands) : 0) + (places > wood_list_.size_bytes ? with_margin(places) : 0);
-}
-
-std::uint64_t Renderer::needed_room_bytes(const InstanceTable& instances, std::uint64_t added) const {
-  const std::uint64_t slots = instances.slots().size() + added;
-  const std::uint64_t new_slots = slots - std::min<std::uint64_t>(slots, instance_slot_count_);
-  const bool staged = new_slots * sizeof(Instance) > kFrameStagingBytes;
-  return growth_bytes(instances.count() + added) + (staged ? new_slots * (sizeof(Instance) + sizeof(InstanceBlock)) : 0);
-}
-
-std::uint64_t Renderer::wanted_room_bytes(const InstanceTable& instances, const coppice_view& view) const {
-  return kSmallBytes + needed_room_bytes(instances, 0) + std::max(lacking_bytes_, device_.memory.lacking_bytes) +
-         (raster_ ? raster_->wanted_bytes(view) : 0);
+bool Renderer::fits(std::uint64_t bytes) {
+  // A buffer takes a little more than it asks for.
+  return bytes == 0 || device_.memory.ledger->fits(bytes + kBufferRounding);
 }
 
 }  // namespace coppice::gpu

@@ -34,10 +34,10 @@
 namespace coppice::gpu {
 
 struct RendererDesc {
-  Device device;
+  Device device;  ///< memory.ledger outlives the renderer
   AttachmentDesc attachments;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
-  std::uint64_t memory_budget_bytes = 0;  ///< decides how large a block of device memory is
+  std::uint64_t memory_budget_bytes = 0;  ///< the ledger's, which has none while the renderer is created: see set_memory_budget
   std::uint32_t max_instances = 0;        ///< upper limits alone: see Renderer::max_instances
   std::uint32_t max_plants = 0;
   bool compute_raster = false;     ///< small leaves by compute shaders, where the device does
@@ -46,7 +46,7 @@ struct RendererDesc {
   bool pass_times = false;
   coppice_jobs jobs{};             ///< where pipelines are built
   bool blocking_pipelines = true;  ///< they are built where they are wanted, and not by jobs
-  bool only_measured = false;      ///< overhead_bytes() is asked for and nothing else: takes no device memory, builds no pipeline
+  bool only_measured = false;      ///< what it takes of the ledger is asked for and nothing else: no device memory, no pipeline
 };
 
 // What is uploaded is moved to its addresses where it lies.
@@ -112,6 +112,8 @@ class Renderer {
   Result<void> reserve(const Capacity& wanted);
   /// What that takes at once; what the larger buffers take the place of goes once the GPU is done with it.
   [[nodiscard]] std::uint64_t reserve_bytes(const Capacity& wanted);
+  /// What bringing new slots, up to so many, to the GPU in one frame takes on the way.
+  [[nodiscard]] std::uint64_t slot_upload_bytes(std::uint32_t slot_count) const;
 
   /// Makes the plant drawable once its first page is uploaded. plant: < max_plants and not in use. lod_words: pack_lod_table of the file
   /// errors  out_of_memory
@@ -136,7 +138,7 @@ class Renderer {
   /// Stops drawing with the texture; drop_texture follows when the GPU is done.
   void hide_texture(std::uint32_t plant, std::uint32_t texture);
   /// instances: no more slots than capacity(). residency: [plants], of all that were ever added; leaf_meshes only where all of them have
-  /// been uploaded. errors  out_of_memory: draws of this frame would not fit; the frame draws nothing
+  /// been uploaded. errors  out_of_memory: what goes up with this frame does not fit; the frame draws nothing
   Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
 
   /// lod: selection's view of `view`. Before / after: as coppice_record_cull.
@@ -145,9 +147,7 @@ class Renderer {
 
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }
   [[nodiscard]] const AttachmentDesc& attachments() const { return desc_.attachments; }
-  /// Device memory committed beyond what the caller counts for uploaded chunks: see committed_bytes. Uploading a page never raises it.
-  [[nodiscard]] std::uint64_t overhead_bytes() const;
-  /// The least memory budget that holds what takes taken_bytes now, before any plant; overhead_bytes() is part of them.
+  /// The least memory budget that holds what takes taken_bytes of the ledger now, before any plant.
   [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t taken_bytes) const;
   /// errors  device_lost: a Vulkan call said so, now or earlier; nothing that is recorded from then on draws
   [[nodiscard]] Result<void> device_state() const { return check_alive(device_); }
@@ -155,23 +155,14 @@ class Renderer {
   [[nodiscard]] const Device& device() const { return device_; }
   /// Whether upload_texture takes BC1 and BC3.
   [[nodiscard]] bool block_textures() const { return device_.block_textures; }
-  /// From now on blocks of device memory are as large as this budget has them.
+  /// From now on blocks of device memory, and the share of draw commands, are as large as this budget has them.
   void set_memory_budget(std::uint64_t bytes);
-  /// What overhead_bytes() may grow by from here on. What would take more waits, is drawn coarser or by the hardware. Unlimited at first.
-  void set_room(std::uint64_t bytes);
-  /// What the next frame's recording would like to take, beyond uploads.
-  [[nodiscard]] std::uint64_t wanted_room_bytes(const InstanceTable& instances, const coppice_view& view) const;
-  /// What growing to so many instances takes at once.
-  [[nodiscard]] std::uint64_t growth_bytes(std::uint64_t instance_count) const;
-  /// What the next frame's recording cannot do without once so many are added; 0 where what there is holds them.
-  [[nodiscard]] std::uint64_t needed_room_bytes(const InstanceTable& instances, std::uint64_t added) const;
-  /// Whether there is room now for what comes with an upload of `bytes` for the GPU.
-  [[nodiscard]] bool has_room(std::uint64_t bytes);
-  /// Room for what is not looked at singly: a plant's tables, what images and buffers are rounded up to.
-  static constexpr std::uint64_t kSmallBytes = 64ull << 10;
-  /// A chunk of more than this for the GPU is staged in a buffer of its own, which the caller has to count.
+  /// What images and buffers of an upload are rounded up to.
+  static constexpr std::uint64_t kSlackBytes = 64ull << 10;
+  /// A chunk of more than this for the GPU is staged in a buffer of its own.
   static constexpr std::uint64_t kStagingSliceBytes = Staging::kSliceBytes;
-  [[nodiscard]] std::uint64_t upload_room_bytes() const;
+  /// Of the ring, for chunks.
+  [[nodiscard]] std::uint64_t staging_bytes() const;
   /// Whether small leaves are drawn by compute shaders.
   [[nodiscard]] bool has_raster() const { return raster_ != nullptr; }
   /// All zero without RendererDesc::pass_times.
@@ -196,7 +187,6 @@ class Renderer {
     Texture texture;
     DescriptorSet set;
     bool visible = false;
-    std::uint64_t charged_bytes = 0;
   };
   struct PlantSlot {
     bool used = false;
@@ -213,9 +203,11 @@ class Renderer {
     std::vector<std::uint8_t> pending_tables;  ///< contents of `tables`, until the next upload
     std::vector<std::uint32_t> pending_words;  ///< the packed table, until the next upload
   };
-  /// Where a mesh finds its instances and its command.
+  /// Where a mesh finds its instances, its command, and the commands of its parts and their count.
   struct MeshDraw {
     std::uint32_t list_first = 0, command = 0;
+    std::uint64_t part_first = 0;
+    std::uint32_t part_count = 0;
     const MeshPipelines* pipelines = nullptr;
   };
   struct FixedBuffers {
@@ -223,7 +215,7 @@ class Renderer {
   };
   struct GrowingBuffers {
     Buffer instances, cuts, debug_colors;               ///< by slot
-    Buffer plants, tables, leaf_counts, wood_commands;  ///< by plant
+    Buffer plants, tables, draw_counts, wood_commands;  ///< by plant
   };
   /// Takes the place of a buffer with the next frame.
   struct LargerBuffer {
@@ -256,7 +248,8 @@ class Renderer {
   [[nodiscard]] FrameBindings frame_bindings() const;
   VkDescriptorSet set_of(const coppice_view& view);
   Result<void> reserve_draws();
-  Result<void> grow(Buffer& buffer, std::uint64_t bytes);
+  /// Whether so many bytes can be taken for a buffer; see Ledger::fits.
+  [[nodiscard]] bool fits(std::uint64_t bytes);
   Result<StagingSlice> stage(std::uint64_t bytes);
   Result<void> stage_copy(const void* data, std::uint64_t bytes, VkBuffer to, std::uint64_t offset);
   Result<void> stage_once();
@@ -268,9 +261,8 @@ class Renderer {
   Result<void> stage_cuts(PlantSlot& plant, ReadyCuts& cuts);
   Result<void> add_single_leaf(PlantSlot& plant, const PlantFile& file, const PlantAppearance& appearance);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
-  [[nodiscard]] std::uint64_t room_bytes() const;
-  void limit_memory(std::uint64_t reserved_bytes);
-  void place_draws(std::uint64_t most_clusters);
+  void place_draws(std::uint64_t most_clusters, bool parts);
+  [[nodiscard]] std::uint64_t wanted_parts(std::uint32_t plant) const;
   [[nodiscard]] std::uint64_t wanted_commands(std::uint32_t plant) const;
   void fill_records(const InstanceTable& instances, std::span<const PlantResidency> residency);
   void fill_meshes(std::uint32_t plant, const PlantResidency& residency);
@@ -326,15 +318,12 @@ class Renderer {
   /// moves_: from buffers to larger ones. copies_ overwrite parts of what these wrote, patches_ of what the copies wrote; behind barriers
   std::vector<Copy> moves_, copies_, patches_;
   std::vector<TextureCopy> texture_copies_;
-  std::uint64_t leaf_command_count_ = 0, wood_list_count_ = 0;
-  std::uint64_t most_overhead_bytes_ = ~std::uint64_t{0};  ///< set_room
-  std::uint64_t lacking_bytes_ = 0;                        ///< the most room that something has waited for
+  std::uint32_t most_mesh_lists_ = 1;  ///< of a plant: its wood LoDs, and one where it has leaf meshes
   std::uint64_t frame_ = 0, completed_ = 0;
   std::uint32_t instance_slot_count_ = 0;
-  bool once_staged_ = false;         ///< index buffer and default texture
-  bool drawable_ = false;            ///< this frame's record_upload_end succeeded
-  bool frame_set_stale_ = false;     ///< a buffer of the frame set has been replaced
-  std::uint64_t charged_bytes_ = 0;  ///< what the caller counts for uploaded chunks
+  bool once_staged_ = false;      ///< index buffer and default texture
+  bool drawable_ = false;         ///< this frame's record_upload_end succeeded
+  bool frame_set_stale_ = false;  ///< a buffer of the frame set has been replaced
 
   static constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   static constexpr std::uint32_t kReadbackSlots = 8;

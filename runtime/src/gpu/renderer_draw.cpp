@@ -96,10 +96,10 @@ void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& engine_view,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT);
   update_buffer(cmd, fixed_.view, &constants, sizeof constants);
   update_buffer(cmd, growing_.wood_commands, mesh_templates_.data(), mesh_templates_.size() * sizeof(DrawCommand));
-  vk.vkCmdFillBuffer(cmd, growing_.leaf_counts.buffer, 0, std::max<std::size_t>(plants_.size(), 1) * 2 * sizeof(std::uint32_t), 0);
+  vk.vkCmdFillBuffer(cmd, growing_.draw_counts.buffer, 0, std::max<std::size_t>(plants_.size(), 1) * kDrawCounts * sizeof(std::uint32_t),
+                     0);
   vk.vkCmdFillBuffer(cmd, fixed_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
-  rastered_ =
-      ready.raster && instance_slot_count_ > 0 && raster_->wanted_bytes(view) <= room_bytes() && raster_->begin_view(cmd, view, frame_);
+  rastered_ = ready.raster && instance_slot_count_ > 0 && fits(raster_->wanted_bytes(view)) && raster_->begin_view(cmd, view, frame_);
   memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
                  VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
                      VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
@@ -174,7 +174,7 @@ void Renderer::draw_leaves(VkCommandBuffer cmd, const DrawPipelines& pipelines, 
     const auto draw = [&](std::uint32_t first, std::uint32_t kind, std::uint32_t most) {
       if (most == 0) return;
       device_.vk.vkCmdDrawIndexedIndirectCount(cmd, leaf_commands_.buffer, std::uint64_t{first} * sizeof(DrawCommand),
-                                               growing_.leaf_counts.buffer, (2 * index + kind) * sizeof(std::uint32_t), most,
+                                               growing_.draw_counts.buffer, (kDrawCounts * index + kind) * sizeof(std::uint32_t), most,
                                                sizeof(DrawCommand));
     };
     // Instances of one cluster each, which the rasteriser leaves to nobody; then clusters.
@@ -188,6 +188,8 @@ void Renderer::draw_wood(VkCommandBuffer cmd, const DrawPipelines& pipelines, st
   draw_mesh(cmd, index, plants_[index].meshes[lod],
             {.list_first = record.wood_list_base + lod * record.instance_count,
              .command = index * kMeshCommands + lod,
+             .part_first = record.part_base + lod * kPartCommands,
+             .part_count = kWoodPartCounts + lod,
              .pipelines = &pipelines.wood});
 }
 
@@ -196,6 +198,8 @@ void Renderer::draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t index, std::uin
   draw_mesh(cmd, index, plants_[index].meshes[kMaxWoodLods + chunk],
             {.list_first = record.leaf_mesh_list_base,
              .command = index * kMeshCommands + kMaxWoodLods + chunk,
+             .part_first = record.part_base + (record.wood_lod_count + chunk) * kPartCommands,
+             .part_count = kMeshPartCount,
              .pipelines = &passes_.camera.leaf_mesh});
 }
 
@@ -223,6 +227,10 @@ void Renderer::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshBuf
     const VkDeviceSize command = draw.command * sizeof(DrawCommand);
     device_.vk.vkCmdDrawIndexedIndirectCount(cmd, growing_.wood_commands.buffer, command, growing_.wood_commands.buffer,
                                              command + offsetof(DrawCommand, instance_count), 1, sizeof(DrawCommand));
+    if (records_[index].part_capacity == 0) continue;
+    device_.vk.vkCmdDrawIndexedIndirectCount(cmd, leaf_commands_.buffer, draw.part_first * sizeof(DrawCommand), growing_.draw_counts.buffer,
+                                             (kDrawCounts * index + draw.part_count) * sizeof(std::uint32_t), records_[index].part_capacity,
+                                             sizeof(DrawCommand));
   }
 }
 

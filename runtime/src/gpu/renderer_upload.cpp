@@ -92,7 +92,6 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
   std::memcpy(page.data, upload.clusters.data(), kPageBytes);
   copies_.push_back({page.buffer, buffer.buffer, {page.offset, 0, kPageBytes}});
   plant.pages[upload.page] = buffer;
-  charged_bytes_ += kPageBytes;
   return {};
 }
 
@@ -122,7 +121,6 @@ Result<void> Renderer::upload_mesh(const MeshUpload& upload) {
     if (block.materials[material] && std::ranges::find(mesh.textures, textures) == mesh.textures.end()) mesh.textures.push_back(textures);
   }
   want_mesh(upload.mesh < kMaxWoodLods ? passes_.camera.wood : passes_.camera.leaf_mesh, mesh);
-  charged_bytes_ += buffer.size_bytes;
   return {};
 }
 
@@ -141,8 +139,7 @@ Result<void> Renderer::upload_texture(std::uint32_t plant_index, std::uint32_t i
     if (set) device_.vk.vkDestroyDescriptorPool(device_.device, set->pool, nullptr);
     return staged.error();
   }
-  plant_texture = {.texture = texture, .set = *set, .visible = true, .charged_bytes = bytes.size()};
-  charged_bytes_ += bytes.size();
+  plant_texture = {.texture = texture, .set = *set, .visible = true};
   return {};
 }
 
@@ -258,19 +255,22 @@ void Renderer::fill_records(const InstanceTable& instances, std::span<const Plan
 }
 
 /// An instance has a command for a cut of one cluster in any case. What finds none for its clusters is drawn coarser, or rasterised.
-/// most_clusters: commands that a plant has for clusters
-void Renderer::place_draws(std::uint64_t most_clusters) {
-  leaf_command_count_ = wood_list_count_ = 0;
+/// most_clusters: commands that a plant has for clusters. parts: it has commands for parts of meshes
+void Renderer::place_draws(std::uint64_t most_clusters, bool parts) {
+  std::uint64_t command_count = 0, list_count = 0;
   for (std::uint32_t i = 0; i < plants_.size(); ++i) {
     Plant& record = records_[i];
     if (!plants_[i].used) continue;
     const std::uint64_t count = plant_counts_[i];
-    record.leaf_command_base = static_cast<std::uint32_t>(leaf_command_count_);
+    record.leaf_command_base = static_cast<std::uint32_t>(command_count);
     record.leaf_command_capacity = static_cast<std::uint32_t>(std::min(wanted_commands(i), most_clusters));
-    leaf_command_count_ += count + record.leaf_command_capacity;
-    record.wood_list_base = static_cast<std::uint32_t>(wood_list_count_);
-    record.leaf_mesh_list_base = static_cast<std::uint32_t>(wood_list_count_ + count * record.wood_lod_count);
-    wood_list_count_ += count * (record.wood_lod_count + (record.leaf_mesh_count > 0 ? 1 : 0));
+    command_count += count + record.leaf_command_capacity;
+    record.part_base = static_cast<std::uint32_t>(command_count);
+    record.part_capacity = parts ? kPartCommands : 0;
+    if (parts) command_count += wanted_parts(i);
+    record.wood_list_base = static_cast<std::uint32_t>(list_count);
+    record.leaf_mesh_list_base = static_cast<std::uint32_t>(list_count + count * record.wood_lod_count);
+    list_count += count * (record.wood_lod_count + (record.leaf_mesh_count > 0 ? 1 : 0));
   }
 }
 
@@ -279,35 +279,43 @@ std::uint64_t Renderer::wanted_commands(std::uint32_t plant) const {
   return leaf_count == 0 ? 0 : std::min<std::uint64_t>(plant_counts_[plant] * cluster_count_of(leaf_count), device_.max_draw_count);
 }
 
+std::uint64_t Renderer::wanted_parts(std::uint32_t plant) const {
+  return plant_counts_[plant] > 0 ? (records_[plant].wood_lod_count + records_[plant].leaf_mesh_count) * std::uint64_t{kPartCommands} : 0;
+}
+
+// There are commands for single clusters for all slots; for clusters and parts as far as the share of the budget goes and there is room.
 Result<void> Renderer::reserve_draws() {
-  const auto with_margin = [&](std::uint64_t bytes) {
-    const std::uint64_t more = std::max(bytes, std::min(bytes + bytes / 4, device_.max_storage_bytes));
-    return more <= room_bytes() ? more : bytes;
-  };
   std::vector<std::uint64_t> wanted;
-  std::uint64_t single_bytes = 0, wanted_bytes = 0;
+  std::uint64_t single_bytes = 0, part_bytes = 0, cluster_bytes = 0;
   for (std::uint32_t i = 0; i < plants_.size(); ++i) {
     if (plant_counts_[i] == 0) continue;
     wanted.push_back(wanted_commands(i));
     single_bytes += plant_counts_[i] * sizeof(DrawCommand);
-    wanted_bytes += wanted.back() * sizeof(DrawCommand);
+    part_bytes += wanted_parts(i) * sizeof(DrawCommand);
+    cluster_bytes += wanted.back() * sizeof(DrawCommand);
   }
-  // What is there is used; more is taken up to the share, as far as there is room.
   const std::uint64_t most_bytes = std::min(desc_.memory_budget_bytes / kCommandShare, device_.max_storage_bytes - single_bytes);
-  wanted_bytes = std::min(wanted_bytes, most_bytes);
-  const std::uint64_t room = std::max(leaf_commands_.size_bytes, room_bytes());
-  const std::uint64_t share_bytes = std::min(wanted_bytes, room - std::min(room, single_bytes));
-  if (share_bytes < wanted_bytes) lacking_bytes_ = std::max(lacking_bytes_, single_bytes + wanted_bytes);
-  place_draws(fair_share(std::move(wanted), share_bytes / sizeof(DrawCommand)));
-  const std::uint64_t list_bytes = wood_list_count_ * sizeof(std::uint32_t), command_bytes = leaf_command_count_ * sizeof(DrawCommand);
-  if (list_bytes > wood_list_.size_bytes) COPPICE_CHECK(grow(wood_list_, with_margin(list_bytes)));
-  if (command_bytes > leaf_commands_.size_bytes) COPPICE_CHECK(grow(leaf_commands_, with_margin(command_bytes)));
+  const std::uint64_t wanted_bytes = single_bytes + std::min(part_bytes + cluster_bytes, most_bytes);
+  if (wanted_bytes > leaf_commands_.size_bytes && fits(wanted_bytes)) {
+    const std::uint64_t roomy = std::min(wanted_bytes + wanted_bytes / 4, std::max(wanted_bytes, device_.max_storage_bytes));
+    const std::uint64_t bytes = roomy <= device_.memory.ledger->free() / 2 ? roomy : wanted_bytes;
+    auto larger = create_buffer(device_, bytes, kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, MemoryKind::alone);
+    if (larger) {
+      garbage_.retire(frame_, leaf_commands_);
+      leaf_commands_ = *larger;
+      frame_set_stale_ = true;
+    } else {
+      go_on_without(device_, larger.error(), "some plants are drawn coarser or by the rasteriser");
+    }
+  }
+  const std::uint64_t room = std::min(wanted_bytes, leaf_commands_.size_bytes) - single_bytes;
+  const bool parts = part_bytes + std::min(cluster_bytes, room / 2) <= room;
+  place_draws(fair_share(std::move(wanted), (parts ? room - part_bytes : room) / sizeof(DrawCommand)), parts);
   // Also what a growth left behind that failed half way in an earlier frame.
   return frame_set_stale_ ? rebuild_frame_set() : Result<void>();
 }
 
 Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency) {
-  limit_memory(0);
   COPPICE_CHECK(stage_once());
   COPPICE_CHECK(stage_plant_tables());
   COPPICE_CHECK(stage_instances(instances));
@@ -317,7 +325,6 @@ Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const Pla
 
 Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency) {
   COPPICE_ASSERT(upload_cmd_ != VK_NULL_HANDLE && residency.size() >= plants_.size());
-  limit_memory(0);
   auto staged = stage_frame(instances, residency);
   if (timer_.exists()) timer_.begin(device_, upload_cmd_, frame_, completed_);
   memory_barrier(device_, upload_cmd_, kReadStages | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,

@@ -90,7 +90,11 @@ struct SpeciesEntry {
 }  // namespace
 
 struct SceneStream::State {
+  State(const Hooks& of, Ledger& taken_from, const SceneStreamOptions& with) : hooks(of), ledger(taken_from), options(with) {}
+
   Hooks hooks;
+  Ledger& ledger;
+  std::uint64_t taken_bytes = 0;  ///< but for reads
   SceneStreamOptions options;
   std::string path;
   std::int64_t io_file = -1;
@@ -111,8 +115,7 @@ struct SceneStream::State {
   BoundedList<TileSize> small;            ///< scratch: those to drop, by place in `resident`
   HookArray<std::uint32_t> tile_scratch;  ///< [tile]
   BoundedList<std::uint32_t> dropped;
-  std::uint64_t read_bytes_left = 0;  ///< of the frame
-  std::uint32_t used_blocks = 0;      ///< of tiles that are on their way or resident
+  std::uint32_t used_blocks = 0;  ///< of tiles that are on their way or resident
   SceneEye eye;
   float threshold_px = 0.0f;
   SceneStats counters;
@@ -120,9 +123,12 @@ struct SceneStream::State {
   ~State() {
     queue.wait_for_all();
     if (io_file >= 0) hooks.io.close(hooks.io.user, io_file);
+    ledger.give(taken_bytes);
+    for (const Read& read : reads.span()) ledger.give(read.bytes.bytes() + read.instances.bytes());
   }
 
   Result<void> allocate();
+  Result<void> take_memory();
   Result<void> name_species();
   Read* idle_read();
   void retry_reads();
@@ -131,6 +137,7 @@ struct SceneStream::State {
   void collect();
   void finish(Read& read);
   void fail(std::uint32_t tile, const Error& error);
+  void free_bytes(Read& read);
   void free_read(Read& read);
   void give_up_tile(std::uint32_t tile);
   void choose(std::uint32_t block_count);
@@ -185,12 +192,11 @@ Result<void> SceneStream::State::name_species() {
   return {};
 }
 
-Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, const char* path, const SceneStreamOptions& options) {
+Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledger& ledger, const char* path,
+                                                       const SceneStreamOptions& options) {
   COPPICE_ASSERT(options.least_px > 0.0f && options.max_in_flight > 0);
-  std::unique_ptr<State> state(new (std::nothrow) State);
+  std::unique_ptr<State> state(new (std::nothrow) State(hooks, ledger, options));
   if (!state) return Error{Status::out_of_memory, "scene"};
-  state->hooks = hooks;
-  state->options = options;
   state->path = path;
   const auto opened = [&]() -> Result<void> {
     std::uint64_t file_bytes = 0;
@@ -198,7 +204,8 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, const
     if (state->io_file < 0) return open_error(state->io_file);
     COPPICE_TRY(file, read_front_now(hooks, state->io_file, file_bytes, options.clock_ns));
     state->file = std::move(file);
-    return state->allocate();
+    COPPICE_CHECK(state->allocate());
+    return state->take_memory();
   }();
   if (!opened) {
     log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, opened.error().message().c_str());
@@ -216,19 +223,29 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, const
   return stream;
 }
 
+// Of what there is from the start.
+Result<void> SceneStream::State::take_memory() {
+  const std::uint64_t bytes = sizeof(State) + tiles.bytes() + wanted_frame.bytes() + resident.bytes() + reads.bytes() + file.tiles.bytes() +
+                              file.species.bytes() + file.paths.bytes() + species.bytes() + species_paths.bytes() + tile_scratch.bytes() +
+                              sizes.items.bytes() + requests.items.bytes() + small.items.bytes() + dropped.items.bytes();
+  if (!ledger.fits(bytes)) return Error{Status::out_of_memory, "memory budget: no room now; try again in a few frames"};
+  ledger.take(bytes);
+  taken_bytes = bytes;
+  return {};
+}
+
 const SceneFile& SceneStream::file() const {
   return state_->file;
 }
 
-void SceneStream::begin_frame(const SceneEye& eye, const SceneLimits& limits) {
+void SceneStream::begin_frame(const SceneEye& eye, std::uint32_t block_count) {
   State& s = *state_;
   ++s.frame;
   s.eye = eye;
   s.dropped.clear();
   s.collect();
   s.retry_reads();
-  s.read_bytes_left = limits.read_bytes;
-  s.choose(limits.block_count);
+  s.choose(block_count);
   s.collect();  // hooks that answer inline
 }
 
@@ -241,8 +258,14 @@ void SceneStream::State::collect() {
   while (Read* read = queue.take()) finish(*read);
 }
 
-void SceneStream::State::free_read(Read& read) {
+void SceneStream::State::free_bytes(Read& read) {
+  ledger.give(read.bytes.bytes());
   read.bytes = {};
+}
+
+void SceneStream::State::free_read(Read& read) {
+  free_bytes(read);
+  ledger.give(read.instances.bytes());
   read.instances = {};
   read.outcome = {};
   read.retry = {};
@@ -318,7 +341,7 @@ void SceneStream::State::finish(Read& read) {
     give_up_tile(read.tile);
     return free_read(read);
   }
-  read.bytes = {};
+  free_bytes(read);
   read.stage = ReadStage::done;
   tiles[read.tile] = TileState::decoded;
   for (const SceneInstance& instance : read.instances.span())
@@ -385,7 +408,7 @@ void SceneStream::State::request_tiles(std::uint32_t block_count) {
 bool SceneStream::State::start_tile(std::uint32_t index) {
   const SceneTile& tile = file.tiles[index];
   const std::uint64_t wanted_bytes = tile.bytes + std::uint64_t{tile.entry.instance_count} * sizeof(SceneInstance);
-  if (wanted_bytes > read_bytes_left) return false;
+  if (!ledger.fits(wanted_bytes)) return false;
   auto bytes = HookBuffer::allocate(hooks.allocator, tile.bytes);
   auto instances = HookArray<SceneInstance>::allocate(hooks.allocator, tile.entry.instance_count);
   if (!bytes || !instances) {
@@ -398,7 +421,7 @@ bool SceneStream::State::start_tile(std::uint32_t index) {
   read.instances = *std::move(instances);
   tiles[index] = TileState::reading;
   used_blocks += tile_blocks(tile);
-  read_bytes_left -= wanted_bytes;
+  ledger.take(wanted_bytes);
   start_read(read);
   return true;
 }
@@ -491,16 +514,6 @@ SceneStats SceneStream::stats() const {
   stats.resident_tiles = state_->resident_count;
   stats.threshold_px = state_->threshold_px;
   return stats;
-}
-
-std::uint64_t SceneStream::bytes() const {
-  const State& s = *state_;
-  std::uint64_t bytes = sizeof(State) + s.tiles.bytes() + s.wanted_frame.bytes() + s.resident.bytes() + s.reads.bytes() +
-                        s.file.tiles.bytes() + s.file.species.bytes() + s.file.paths.bytes() + s.species.bytes() + s.species_paths.bytes() +
-                        s.tile_scratch.bytes() + s.sizes.items.bytes() + s.requests.items.bytes() + s.small.items.bytes() +
-                        s.dropped.items.bytes();
-  for (const Read& read : s.reads.span()) bytes += read.bytes.bytes() + read.instances.bytes();
-  return bytes;
 }
 
 }  // namespace coppice

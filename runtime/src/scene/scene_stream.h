@@ -17,6 +17,7 @@
 #include <string>
 
 #include "hooks.h"
+#include "ledger.h"
 #include "scene_reader.h"
 #include "species_path.h"
 #include "tile_selection.h"
@@ -28,12 +29,6 @@ struct SceneStreamOptions {
   std::uint32_t max_in_flight = 32;  ///< reads and decodes of tiles together
   AssetFolder plants;                ///< where they may be
   std::uint64_t (*clock_ns)() = now_ns;
-};
-
-/// What a frame may have.
-struct SceneLimits {
-  std::uint32_t block_count = 0;          ///< blocks of kTileBlockInstances slots for tiles, those that they have included
-  std::uint64_t read_bytes = UINT64_MAX;  ///< memory for reads and what is decoded of them, beside that which is in use
 };
 
 /// Tiles of a scene by what is with them, and sums since it was opened.
@@ -66,12 +61,12 @@ struct WantedSpecies {
 /// What has become of a species.
 enum class SpeciesState : std::uint8_t { unknown, wanted, opening, open, failed };
 
-/// Thread: externally serialised; const functions may overlap with each other. The hooks must outlive it.
+/// Thread: externally serialised; const functions may overlap with each other. The hooks and the ledger must outlive it.
 class SceneStream {
  public:
   /// Opens the file, reads header and front through the I/O hook (blocks for that) and checks them.
   /// A read that fails is tried again as ReadRetry says. errors  io, bad_file (one log line names file, field and byte), out_of_memory
-  static Result<std::unique_ptr<SceneStream>> open(const Hooks& hooks, const char* path, const SceneStreamOptions& options);
+  static Result<std::unique_ptr<SceneStream>> open(const Hooks& hooks, Ledger& ledger, const char* path, const SceneStreamOptions& options);
   /// Waits for running reads and jobs, closes the file.
   ~SceneStream();
   SceneStream(const SceneStream&) = delete;
@@ -79,7 +74,8 @@ class SceneStream {
 
   [[nodiscard]] const SceneFile& file() const;
 
-  void begin_frame(const SceneEye& eye, const SceneLimits& limits);
+  /// block_count  blocks of kTileBlockInstances slots that tiles may have, those that they have included
+  void begin_frame(const SceneEye& eye, std::uint32_t block_count);
 
   /// Tiles that were placed and are not resident any more since the last begin_frame.
   [[nodiscard]] std::span<const std::uint32_t> dropped() const;
@@ -101,8 +97,6 @@ class SceneStream {
   [[nodiscard]] const char* species_path(std::uint32_t species) const;
 
   [[nodiscard]] SceneStats stats() const;
-  /// Memory that the scene takes beyond the instances.
-  [[nodiscard]] std::uint64_t bytes() const;
 
  private:
   struct State;

@@ -121,10 +121,10 @@ ChunkBytes mesh_bytes(const PlantStream& plant, ChunkId id) {
   const WoodShape shape = mesh_shape(plant.file, id);
   ChunkBytes bytes;
   bytes.gpu = plant.mesh(id).gpu_bytes;
-  if (bytes.gpu == 0) bytes.gpu = gpu::most_mesh_bytes(mesh_kind(id), shape.vertex_count, shape.triangle_count, plant.gpu.mesh_clusters);
+  if (bytes.gpu == 0) bytes.gpu = gpu::most_mesh_bytes(mesh_kind(id), shape.vertex_count, shape.triangle_count, plant.gpu.mesh_leaves);
   bytes.upload = bytes.gpu;
   bytes.work = shape.vertex_count * sizeof(WoodVertex) + 3 * std::uint64_t{shape.triangle_count} * sizeof(std::uint32_t) +
-               (plant.gpu.mesh_clusters ? gpu::mesh_scratch_bytes(shape.triangle_count) : 0);
+               gpu::mesh_scratch_bytes(shape.triangle_count);
   return bytes;
 }
 
@@ -410,7 +410,7 @@ Result<void> decode_chunk(Transfer& transfer) {
   if (chunk.id.kind == ChunkKind::page) return decode_page_chunk(transfer);
   if (chunk.id.kind == ChunkKind::texture) return decode_texture_chunk(transfer);
   COPPICE_TRY(mesh, decode_wood(bytes, mesh_shape(plant.file, chunk.id)));
-  const gpu::MeshSource source{{plant.looks, plant.light}, plant.leaves.box, plant.gpu.mesh_clusters};
+  const gpu::MeshSource source{{plant.looks, plant.light}, plant.leaves.box, plant.gpu.mesh_leaves};
   COPPICE_TRY(block, gpu::build_mesh(mesh_kind(chunk.id), mesh, source, plant.hooks.allocator));
   transfer.mesh = std::move(block);
   return {};

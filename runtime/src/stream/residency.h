@@ -34,7 +34,8 @@ struct Chunk {
   bool affordable = true;                  ///< a texture: false where the budget is for what is worth more
   bool pinned = false;                     ///< page 0 and the coarsest wood: never evicted while the plant is open
   std::uint32_t file_chunk = 0xffffffffu;  ///< index into PlantFile::chunks
-  std::uint64_t counted_bytes = 0;         ///< what the budget counts for it now
+  std::uint64_t bytes = 0;                 ///< that it takes now, wherever
+  std::uint64_t taken_bytes = 0;           ///< of these, those that the streamer has taken; the rest is in device memory
   float value = 0.0f;                      ///< px of error it removes per byte, in frame value_frame
   std::uint64_t value_frame = 0;
   std::uint64_t last_used_frame = 0;  ///< evicting: last frame that may refer to it

@@ -13,10 +13,8 @@ namespace coppice {
 
 namespace {
 
-constexpr std::size_t kMaxListed = 4096;  ///< evictions and releases a frame; what is over waits for the next
-constexpr std::size_t kMaxUploads = 256;  ///< chunks a take_decoded
-/// How long room is kept for a plant that could not be opened, frames.
-constexpr std::uint64_t kHoldFrames = 60;
+constexpr std::size_t kMaxListed = 4096;    ///< evictions and releases a frame; what is over waits for the next
+constexpr std::size_t kMaxUploads = 256;    ///< chunks a take_decoded
 constexpr std::uint32_t kFirstPlants = 64;  ///< that there is room for from the beginning
 
 /// Places in the scratch lists.
@@ -33,21 +31,18 @@ std::uint64_t list_bytes(const PlantStream& plant) {
 
 Streamer::Streamer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
-Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, const StreamerOptions& options) {
+Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, Ledger& ledger, const StreamerOptions& options) {
   COPPICE_ASSERT(options.max_plants > 0 && options.max_in_flight > 0);
-  std::unique_ptr<State> state(new (std::nothrow) State);
+  std::unique_ptr<State> state(new (std::nothrow) State(hooks, ledger, options));
   if (!state) return Error{Status::out_of_memory, "streamer"};
-  state->hooks = hooks;
-  state->options = options;
-  state->budget_bytes = options.budget_bytes;
   COPPICE_CHECK(state->grow_plants());
   COPPICE_CHECK(allocate_into(state->transfers, hooks.allocator, options.max_in_flight));
   COPPICE_CHECK(allocate_into(state->evicted.items, hooks.allocator, kMaxListed));
-  COPPICE_CHECK(allocate_into(state->released.items, hooks.allocator, kMaxListed));
+  COPPICE_CHECK(state->released.make_room(hooks.allocator, kMaxListed));
   COPPICE_CHECK(allocate_into(state->decoded, hooks.allocator, kMaxUploads));
   for (Transfer& transfer : state->transfers.span()) transfer.queue = &state->completions;
-  state->count_bytes(static_cast<std::int64_t>(sizeof(State) + state->transfers.bytes() + state->evicted.items.bytes() +
-                                               state->released.items.bytes() + state->decoded.bytes()));
+  ledger.take(sizeof(State) + state->transfers.bytes() + state->evicted.items.bytes() + state->released.items.bytes() +
+              state->decoded.bytes());
   std::unique_ptr<Streamer> streamer(new (std::nothrow) Streamer(std::move(state)));
   if (!streamer) return Error{Status::out_of_memory, "streamer"};
   return streamer;
@@ -65,29 +60,18 @@ PlantStream& Streamer::State::open_plant_at(std::uint32_t plant) const {
   return *plants[plant];
 }
 
-// Nothing is held for what would not fit even if every chunk that may go were gone: it would only make the others coarse.
-Error Streamer::State::hold_room(std::uint64_t bytes) {
-  const bool can_fit = floor_bytes() + bytes <= budget_bytes;
-  held_bytes = can_fit ? bytes : 0;
-  held_until_frame = can_fit ? frame_number + kHoldFrames : 0;
-  if (can_fit) return {Status::out_of_memory, "memory budget: no room now; some is being made, try again in a few frames"};
-  return {Status::out_of_memory, "memory budget: needs more than all there is to free, bytes", Error::kNoOffset, std::to_string(bytes)};
-}
-
 // Room is found before anything is read or decoded. Where there is none, begin_frame makes some: what it evicts now the GPU may still read.
 Result<void> Streamer::State::reserve_for(PlantOpening& opening, std::uint64_t bytes) {
-  if (used_bytes + bytes > budget_bytes) {
-    const std::uint64_t all_bytes = opening.reserved_bytes + bytes;
-    release(opening);
-    return hold_room(all_bytes);
-  }
-  count_bytes(static_cast<std::int64_t>(bytes));
-  opening.reserved_bytes += bytes;
+  const std::uint64_t all_bytes = opening.reserved_bytes + bytes;
+  release(opening);
+  if (!ledger.fits(all_bytes)) return refusal(all_bytes);
+  ledger.take(all_bytes);
+  opening.reserved_bytes = all_bytes;
   return {};
 }
 
 void Streamer::State::release(PlantOpening& opening) {
-  count_bytes(-static_cast<std::int64_t>(std::exchange(opening.reserved_bytes, 0)));
+  ledger.give(std::exchange(opening.reserved_bytes, 0));
 }
 
 Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
@@ -135,7 +119,7 @@ Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
 }
 
 Result<void> Streamer::State::reserve_pinned(PlantOpening& opening) {
-  std::uint64_t pinned_bytes = options.gpu.opening_bytes + gpu::place_plant_tables(opening.plant->file).bytes;
+  std::uint64_t pinned_bytes = options.gpu.slack_bytes + gpu::place_plant_tables(opening.plant->file).bytes;
   for (const Chunk& chunk : opening.plant->chunks.span())
     if (chunk.pinned) pinned_bytes += chunk_bytes(*opening.plant, chunk).total();
   return reserve_for(opening, pinned_bytes);
@@ -143,12 +127,11 @@ Result<void> Streamer::State::reserve_pinned(PlantOpening& opening) {
 
 void Streamer::State::take_opened(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
-  held_bytes = held_until_frame = 0;
   release(opening);
-  count_bytes(static_cast<std::int64_t>(plant.base_bytes));
+  ledger.take(plant.base_bytes);
   for (Chunk& chunk : plant.chunks.span()) {
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
-    if (chunk.pinned) set_counted(chunk, bytes.gpu + bytes.kept + bytes.upload);
+    if (chunk.pinned) set_bytes(chunk, bytes.gpu + bytes.kept + bytes.upload);
   }
   plants[plant.index] = std::move(opening.plant);
 }
@@ -170,7 +153,7 @@ Result<void> Streamer::State::grow_plants() {
   if (now == options.max_plants) return Error{Status::out_of_memory, "max_plants are open"};
   const std::uint32_t count = std::min(options.max_plants, std::max(kFirstPlants, 2 * now));
   constexpr std::uint64_t kBytesEach = sizeof plants[0] + sizeof openings[0] + sizeof closed.items[0];
-  if (now > 0 && used_bytes + count * kBytesEach > budget_bytes) return hold_room(count * kBytesEach);
+  if (now > 0 && !ledger.fits(count * kBytesEach)) return refusal(count * kBytesEach);
   HookArray<std::unique_ptr<PlantStream>> more_plants;
   HookArray<std::unique_ptr<PlantOpening>> more_openings;
   COPPICE_CHECK(allocate_into(more_plants, hooks.allocator, count));
@@ -181,7 +164,7 @@ Result<void> Streamer::State::grow_plants() {
   plants = std::move(more_plants);
   openings = std::move(more_openings);
   closed.items = std::move(more_closed);
-  count_bytes(static_cast<std::int64_t>((count - now) * kBytesEach));
+  ledger.take((count - now) * kBytesEach);
   return {};
 }
 
@@ -280,39 +263,28 @@ PlantState Streamer::state(std::uint32_t plant) const {
   return state;
 }
 
-void Streamer::set_memory_budget(std::uint64_t bytes) {
-  state_->budget_bytes = bytes;
+Error Streamer::refusal(std::uint64_t bytes) const {
+  return state_->refusal(bytes);
 }
 
-void Streamer::set_overhead_bytes(std::uint64_t bytes) {
-  state_->count_bytes(static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(state_->overhead_bytes));
-  state_->overhead_bytes = bytes;
-}
-
-void Streamer::set_growth_bytes(std::uint64_t bytes) {
-  state_->growth_bytes = bytes;
-}
-
-Result<void> Streamer::make_room(std::uint64_t bytes) {
-  if (bytes <= free_bytes()) return {};
-  return state_->hold_room(bytes);
-}
-
-std::uint64_t Streamer::free_bytes() const {
-  return state_->budget_bytes - std::min(state_->budget_bytes, state_->used_bytes);
+std::span<const ChunkId> Streamer::release(std::uint64_t completed_number) {
+  State& s = *state_;
+  s.completed_number = completed_number;
+  s.released.clear();
+  s.closed.begin();
+  s.release_evicted();
+  s.finish_closing();
+  return s.released.span();
 }
 
 void Streamer::begin_frame(const StreamFrame& frame) {
   State& s = *state_;
-  COPPICE_ASSERT(frame.frame_number > s.frame_number && frame.completed_number < frame.frame_number);
+  COPPICE_ASSERT(frame.frame_number > s.frame_number && s.completed_number < frame.frame_number);
   s.last_frame_number = s.frame_number;
   s.frame_number = frame.frame_number;
-  s.completed_number = frame.completed_number;
   s.has_view = frame.view != nullptr;
   if (s.has_view) s.view = *frame.view;
   s.evicted.begin();
-  s.released.begin();
-  s.closed.begin();
   for (const auto& opening : s.used_openings())
     if (opening && opening->cancelled && opening->idle()) s.drop_opening(opening->index);
   for (const auto& plant : s.used_plants()) {
@@ -327,11 +299,8 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   for (const auto& plant : s.used_plants())
     if (plant && plant->closing) s.advance_closing(*plant);
   s.enforce_budget();
-  s.release_evicted();
   s.issue_requests();
   s.collect_in_time(0);
-  s.release_evicted();
-  s.finish_closing();
 }
 
 // Pinned chunks go too, last page first.
@@ -348,12 +317,12 @@ void Streamer::State::advance_closing(PlantStream& plant) {
 
 void Streamer::State::finish_closing() {
   for (auto& plant : used_plants()) {
-    if (!plant || !plant->closing || closed.full()) continue;
+    if (!plant || plant->close_frame == 0 || closed.full()) continue;
     const auto gone = [](const Chunk& chunk) { return chunk.residency == Residency::absent || chunk.residency == Residency::failed; };
     if (plant->transfer_count > 0 || plant->evicting_count > 0 || plant->last_used_frame > completed_number) continue;
     if (!std::ranges::all_of(plant->chunks.span(), gone)) continue;
     trim(*plant);
-    count_bytes(-static_cast<std::int64_t>(plant->base_bytes));
+    ledger.give(plant->base_bytes);
     closed.add(plant->index);
     free_index(plant->index);
     plant.reset();
@@ -362,9 +331,6 @@ void Streamer::State::finish_closing() {
 
 std::span<const ChunkId> Streamer::take_evicted() {
   return state_->evicted.take();
-}
-std::span<const ChunkId> Streamer::take_released() {
-  return state_->released.take();
 }
 std::span<const std::uint32_t> Streamer::take_closed_plants() {
   return state_->closed.take();
@@ -423,8 +389,14 @@ std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   return {s.decoded.data(), count};
 }
 
-bool Streamer::awaits_upload(ChunkId id) const {
-  return is_open(id.plant) && state_->plants[id.plant]->chunk(id.kind, id.index).residency == Residency::decoded;
+bool Streamer::begin_upload(ChunkId id) {
+  if (!is_open(id.plant)) return false;
+  PlantStream& plant = *state_->plants[id.plant];
+  Chunk& chunk = plant.chunk(id.kind, id.index);
+  if (chunk.residency != Residency::decoded) return false;
+  const std::uint64_t bytes = chunk_bytes(plant, chunk).gpu;
+  state_->set_bytes(chunk, chunk.bytes, bytes <= plant.gpu.most_staged_bytes ? bytes : 2 * bytes);
+  return true;
 }
 
 void Streamer::uploaded(ChunkId id) {
@@ -439,7 +411,7 @@ void Streamer::uploaded(ChunkId id) {
   }
   COPPICE_ASSERT(advance(chunk, Residency::resident));
   const ChunkBytes bytes = chunk_bytes(plant, chunk);
-  state_->set_counted(chunk, bytes.gpu + bytes.kept);
+  state_->set_bytes(chunk, bytes.gpu + bytes.kept, bytes.gpu);
   ++state_->counts_of(chunk).loaded;
 }
 
@@ -466,7 +438,7 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
     return;  // their memory goes in the next begin_frame: spans that were handed out stay valid until then
   }
   free_decoded(plant, id);
-  state_->set_counted(chunk, 0);
+  state_->set_bytes(chunk, 0);
 }
 
 namespace {
@@ -510,9 +482,6 @@ std::uint64_t Streamer::hand_over_ns() const {
 StreamStats Streamer::stats() const {
   const State& s = *state_;
   StreamStats stats = s.counters;
-  stats.budget_bytes = s.budget_bytes;
-  stats.memory_bytes = s.used_bytes;
-  stats.memory_peak_bytes = s.peak_bytes;
   stats.threshold_px = s.threshold_px(s.threshold_step);
   for (const Transfer& transfer : s.transfers.span())
     if (transfer.chunk != nullptr) ++stats.chunks[static_cast<std::size_t>(transfer.chunk->id.kind)].in_flight;

@@ -1,14 +1,14 @@
 #pragma once
 
-// Keeps, under a hard memory budget, those chunks of the open plants that show most on screen. It calls no Vulkan function and owns no
+// Keeps, under the ledger's budget, those chunks of the open plants that show most on screen. It calls no Vulkan function and owns no
 // thread: reads go through the I/O hook, decoding through the jobs hook, and the GPU side copies what take_decoded() hands out.
 //
 // A frame, on the caller's thread:
+//   release            the GPU has finished every frame that referred to these: the GPU side gives their memory back now
+//   take_closed_plants everything of these plants has been released; their index may come back from open_plant
 //   begin_frame        collects finished reads and decodes, re-orders requests, cancels stale ones, evicts, starts reads. Never blocks
 //   take_evicted       the GPU side stops referring to these from this frame on
-//   take_released      memory of these may be reused: the GPU has finished every frame that referred to them
-//   take_closed_plants everything of these plants has been released; their index may come back from open_plant
-//   take_decoded       the GPU side copies these; uploaded() for each
+//   take_decoded       the GPU side copies these: begin_upload() for each, then uploaded() or upload_failed()
 //   state              the resident prefix to clamp cuts to, after uploaded()
 //
 // Foliage pages become and stay resident in order: whatever is resident is a prefix of the refinement, so a complete plant.
@@ -22,6 +22,7 @@
 
 #include "demand.h"
 #include "hooks.h"
+#include "ledger.h"
 #include "mesh_clusters.h"
 #include "page_clusters.h"
 #include "reader.h"
@@ -33,9 +34,9 @@ namespace coppice {
 /// What the GPU side will take for a chunk; the streamer reserves it before it starts a read.
 struct GpuSizes {
   std::uint64_t plant_bytes = 0;                 ///< per open plant: tables, descriptors
-  std::uint64_t opening_bytes = 0;               ///< must be free besides when a plant is opened; counted where it is: in the overhead
+  std::uint64_t slack_bytes = 0;                 ///< stays free beside all chunks: what images and buffers are rounded up to
   std::uint64_t most_staged_bytes = UINT64_MAX;  ///< a chunk of more has a copy of itself on its way
-  bool mesh_clusters = false;                    ///< gpu::MeshSource::clusters
+  bool mesh_leaves = false;                      ///< gpu::MeshSource::leaves
   bool block_textures = false;  ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
 };
 
@@ -50,7 +51,6 @@ struct PlantSource {
 
 struct StreamerOptions {
   GpuSizes gpu;
-  std::uint64_t budget_bytes = 256ull << 20;
   std::uint32_t max_plants = 64;     ///< what there are of them by plant grows as they are opened
   std::uint32_t max_in_flight = 16;  ///< reads and decodes together
   /// For taking over what was read and decoded, a frame; at least one is. What is over waits for the next frame.
@@ -92,7 +92,6 @@ struct PlantState {
 
 struct StreamFrame {
   std::uint64_t frame_number = 1;        ///< of the frame about to be recorded; grows
-  std::uint64_t completed_number = 0;    ///< the GPU has finished every frame up to this one
   const LodView* view = nullptr;         ///< threshold and mode; null: nothing is wanted beyond what is there
   std::span<const PlantDemand> demands;  ///< by plant index; missing ones count as no demand
 };
@@ -110,9 +109,6 @@ struct ChunkCounts {
 };
 
 struct StreamStats {
-  std::uint64_t budget_bytes = 0;
-  std::uint64_t memory_bytes = 0;  ///< in use or reserved
-  std::uint64_t memory_peak_bytes = 0;
   std::array<ChunkCounts, kChunkKindCount> chunks;  ///< by ChunkKind
   std::uint64_t bytes_read = 0;                     ///< by reads that returned, failed ones too
   std::uint64_t decode_ns = 0;                      ///< of jobs that ended, added up
@@ -123,11 +119,11 @@ struct StreamStats {
   [[nodiscard]] ChunkCounts all() const;
 };
 
-/// Thread: externally serialised; const functions may overlap with each other. The hooks must outlive it.
+/// Thread: externally serialised; const functions may overlap with each other. The hooks and the ledger must outlive it.
 class Streamer {
  public:
   /// errors  out_of_memory
-  static Result<std::unique_ptr<Streamer>> create(const Hooks& hooks, const StreamerOptions& options);
+  static Result<std::unique_ptr<Streamer>> create(const Hooks& hooks, Ledger& ledger, const StreamerOptions& options);
 
   /// Waits for running reads and jobs, closes every file.
   ~Streamer();
@@ -170,33 +166,30 @@ class Streamer {
   [[nodiscard]] PlantSource source(std::uint32_t plant) const;
   [[nodiscard]] bool is_open(std::uint32_t plant) const;
 
-  /// Takes effect in the next begin_frame. What open plants pin (page 0, coarsest wood, tables) stays even where it alone is over.
-  void set_memory_budget(std::uint64_t bytes);
-  /// Bytes the GPU side holds beyond GpuSizes: instance buffers, staging, slack of pools. May change from frame to frame.
-  void set_overhead_bytes(std::uint64_t bytes);
-  /// How much the overhead may grow before the next begin_frame: what begin_frame tries to keep free beside all chunks.
-  void set_growth_bytes(std::uint64_t bytes);
-  /// errors  out_of_memory: so much is not free; the next frames make it so, if that can be
-  Result<void> make_room(std::uint64_t bytes);
-  /// What is free now.
-  [[nodiscard]] std::uint64_t free_bytes() const;
+  /// Of what the ledger has refused.
+  [[nodiscard]] Error refusal(std::uint64_t bytes) const;
 
+  /// Until the next release. completed_number  the GPU has finished every frame up to this one
+  [[nodiscard]] std::span<const ChunkId> release(std::uint64_t completed_number);
+  /// Of the last release; empty after that.
+  [[nodiscard]] std::span<const std::uint32_t> take_closed_plants();
+
+  /// Keeps the ledger's budget, and what is wanted of it free, as far as chunks that are not pinned can go.
   void begin_frame(const StreamFrame& frame);
 
-  // Lists for the GPU side, of the last begin_frame; each is emptied by the call and valid until the next begin_frame.
+  /// Of the last begin_frame; empty after that.
   [[nodiscard]] std::span<const ChunkId> take_evicted();
-  [[nodiscard]] std::span<const ChunkId> take_released();
-  [[nodiscard]] std::span<const std::uint32_t> take_closed_plants();
 
   /// Chunks to upload, those that are worth most first and pages of a plant in order, at most about max_bytes of GPU memory but at least
   /// one chunk if there is one. What is not confirmed with uploaded() is handed out again.
   [[nodiscard]] std::span<const DecodedChunk> take_decoded(std::uint64_t max_bytes);
-  /// Whether a chunk of the last take_decoded still waits: the failure of a page takes the later ones of its plant along.
-  [[nodiscard]] bool awaits_upload(ChunkId id) const;
-  /// The copy is recorded in this frame's commands. id: awaits upload; pages of a plant in order (asserted).
+  /// Gives back what was taken for the chunk's place on the GPU, and for a copy on its way there: the GPU side takes it now. False: a chunk
+  /// of the last take_decoded does not wait any more, as the failure of a page takes the later ones of its plant along.
+  bool begin_upload(ChunkId id);
+  /// The copy is recorded in this frame's commands. id: begin_upload was true; pages of a plant in order (asserted).
   void uploaded(ChunkId id);
   /// The GPU side could not take it. out_of_memory: it is asked for again in a while; anything else: it counts as failed. Logged here.
-  /// id: awaits upload (asserted)
+  /// id: begin_upload was true (asserted)
   void upload_failed(ChunkId id, const Error& error);
 
   [[nodiscard]] StreamStats stats() const;

@@ -1,9 +1,10 @@
-// Counting and evicting. Every byte is counted before it is taken: a request reserves all that its chunk will ever hold at once, and gives
-// parts back as it moves on. What an eviction frees counts until the GPU has finished the frames that may read it.
+// Memory and evicting. A request takes all that its chunk will ever hold at once, and gives parts back as it moves on; what is uploaded is
+// device memory's. What an eviction frees stays taken until the GPU has finished the frames that may read it.
 
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <string>
 
 #include "check.h"
 #include "streamer_state.h"
@@ -24,15 +25,12 @@ std::uint64_t less(std::uint64_t a, std::uint64_t b) {
 
 }  // namespace
 
-void Streamer::State::count_bytes(std::int64_t change) {
-  used_bytes += static_cast<std::uint64_t>(change);
-  peak_bytes = std::max(peak_bytes, used_bytes);
-}
-
-void Streamer::State::set_counted(Chunk& chunk, std::uint64_t bytes) {
-  count_bytes(static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(chunk.counted_bytes));
-  if (!chunk.pinned) movable_bytes += bytes - chunk.counted_bytes;
-  chunk.counted_bytes = bytes;
+void Streamer::State::set_bytes(Chunk& chunk, std::uint64_t bytes, std::uint64_t device_bytes) {
+  ledger.give(chunk.taken_bytes);
+  if (!chunk.pinned) movable_bytes += bytes - chunk.bytes;
+  chunk.bytes = bytes;
+  chunk.taken_bytes = bytes - device_bytes;
+  ledger.take(chunk.taken_bytes);
 }
 
 std::uint64_t Streamer::State::floor_bytes() const {
@@ -41,13 +39,19 @@ std::uint64_t Streamer::State::floor_bytes() const {
     if (!plant || !plant->closing) continue;
     leaving += plant->base_bytes;
     for (const Chunk& chunk : plant->chunks.span())
-      if (chunk.pinned) leaving += chunk.counted_bytes;
+      if (chunk.pinned) leaving += chunk.bytes;
   }
-  return used_bytes - movable_bytes - leaving;
+  return less(ledger.taken(), movable_bytes + leaving);
 }
 
 std::uint64_t Streamer::State::limit_bytes() const {
-  return less(budget_bytes, growth_bytes + (frame_number <= held_until_frame ? held_bytes : 0));
+  const std::uint64_t wanted = can_be_free(ledger.wanted()) ? ledger.wanted() : 0;
+  return less(ledger.budget(), std::max(wanted, options.gpu.slack_bytes));
+}
+
+Error Streamer::State::refusal(std::uint64_t bytes) const {
+  if (can_be_free(bytes)) return {Status::out_of_memory, "memory budget: no room now; some is being made, try again in a few frames"};
+  return {Status::out_of_memory, "memory budget: needs more than all there is to free, bytes", Error::kNoOffset, std::to_string(bytes)};
 }
 
 float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
@@ -91,43 +95,45 @@ std::uint64_t Streamer::State::idle_bytes() const {
     for (std::uint32_t end = plant->decoding_page_count > 0 ? 0 : plant->victim_page_end; end > 0; --end) {
       const Chunk& page = plant->chunk(ChunkKind::page, end - 1);
       if (!may_go(*plant, page, Victims::idle)) break;
-      bytes += page.counted_bytes;
+      bytes += page.bytes;
     }
     for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i)
-      if (may_go(*plant, plant->chunks[i], Victims::idle)) bytes += plant->chunks[i].counted_bytes;
+      if (may_go(*plant, plant->chunks[i], Victims::idle)) bytes += plant->chunks[i].bytes;
   }
   return bytes;
 }
 
 Room Streamer::State::make_room(std::uint64_t bytes) {
-  if (used_bytes + bytes <= limit_bytes()) return Room::now;
-  if (floor_bytes() + bytes > limit_bytes()) return Room::none;
+  const std::uint64_t limit = limit_bytes();
+  if (ledger.taken() + bytes <= limit) return Room::now;
+  if (floor_bytes() + bytes > limit) return Room::none;
   std::uint64_t coming = evicting_bytes + cancelled_bytes;
   std::array<Chunk*, kMaxVictimsAtOnce> victims{};
   std::size_t count = 0;
   for (const auto& plant : used_plants())
     if (plant) plant->victim_page_end = plant->decoded_page_count;
-  while (less(used_bytes, coming) + bytes > limit_bytes() && count < victims.size()) {
+  while (less(ledger.taken(), coming) + bytes > limit && count < victims.size()) {
     Chunk* victim = least_valuable_victim(Victims::idle);
     if (victim == nullptr) break;
     victims[count++] = victim;
     victim->victim = true;
-    coming += victim->counted_bytes;
+    coming += victim->bytes;
     if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
   }
   // Nothing goes for a newcomer that could not come in even then. Where it takes more victims than are chosen at once, the rest follows.
   const std::uint64_t later = count == victims.size() ? idle_bytes() : 0;
-  const bool enough = less(used_bytes, coming + later) + bytes <= limit_bytes();
+  const bool enough = less(ledger.taken(), coming + later) + bytes <= limit;
   for (std::size_t i = 0; i < count; ++i) {
     victims[i]->victim = false;
     if (enough && !evicted.full()) evict(*victims[i]);
   }
-  if (used_bytes + bytes <= limit_bytes()) return Room::now;
+  if (ledger.taken() + bytes <= limit) return Room::now;
   return enough ? Room::soon : Room::none;
 }
 
 void Streamer::State::enforce_budget() {
-  if (less(used_bytes, evicting_bytes + cancelled_bytes) <= limit_bytes()) return;
+  const std::uint64_t limit = limit_bytes();
+  if (less(ledger.taken(), evicting_bytes + cancelled_bytes) <= limit) return;
   for (Transfer& transfer : transfers.span()) {
     if (transfer.stage == TransferStage::idle || transfer.stage == TransferStage::decoding || transfer.cancelled) continue;
     if (transfer.stage == TransferStage::read || transfer.stage == TransferStage::paused) {
@@ -135,12 +141,12 @@ void Streamer::State::enforce_budget() {
       continue;
     }
     transfer.cancelled = true;
-    set_counted(*transfer.chunk, transfer.bytes.size());  // what the hook still writes to
+    set_bytes(*transfer.chunk, transfer.bytes.size());  // what the hook still writes to
     cancelled_bytes += transfer.bytes.size();
   }
   for (const auto& plant : used_plants())
     if (plant) plant->victim_page_end = plant->decoded_page_count;
-  while (less(used_bytes, evicting_bytes + cancelled_bytes) > limit_bytes() && !evicted.full()) {
+  while (less(ledger.taken(), evicting_bytes + cancelled_bytes) > limit && !evicted.full()) {
     Chunk* victim = least_valuable_victim(Victims::any);
     if (victim == nullptr) break;
     if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
@@ -161,7 +167,7 @@ void Streamer::State::evict(Chunk& chunk) {
     free_decoded(plant, chunk.id);
   }
   COPPICE_ASSERT(advance(chunk, uploaded ? Residency::evicting : Residency::absent));
-  set_counted(chunk, uploaded ? gpu_bytes : 0);
+  set_bytes(chunk, uploaded ? gpu_bytes : 0, uploaded ? gpu_bytes : 0);
   if (!uploaded) return;
   evicting_bytes += gpu_bytes;
   ++plant.evicting_count;
@@ -174,15 +180,15 @@ void Streamer::State::evict(Chunk& chunk) {
 }
 
 void Streamer::State::release_evicted() {
-  while (first_evicting != nullptr && first_evicting->last_used_frame <= completed_number && !released.full()) {
+  while (first_evicting != nullptr && first_evicting->last_used_frame <= completed_number && released.count < released.items.size()) {
     Chunk& chunk = *first_evicting;
     first_evicting = std::exchange(chunk.next_evicting, nullptr);
     if (first_evicting == nullptr) last_evicting = nullptr;
-    evicting_bytes -= chunk.counted_bytes;
-    set_counted(chunk, 0);
+    evicting_bytes -= chunk.bytes;
+    set_bytes(chunk, 0);
     --plants[chunk.id.plant]->evicting_count;
     COPPICE_ASSERT(advance(chunk, Residency::absent));
-    released.add(chunk.id);
+    released.push_back(chunk.id);
   }
 }
 

@@ -38,7 +38,7 @@ void Streamer::State::drop(Transfer& transfer) {
   free_transfer(transfer);
   COPPICE_ASSERT(advance(chunk, Residency::absent));
   plant.trim_needed = true;
-  if (chunk.id.kind != ChunkKind::page || plant.page_nodes[chunk.id.index] == nullptr) set_counted(chunk, 0);
+  if (chunk.id.kind != ChunkKind::page || plant.page_nodes[chunk.id.index] == nullptr) set_bytes(chunk, 0);
   trim(plant);
 }
 
@@ -54,7 +54,7 @@ void Streamer::State::fail(Transfer& transfer, const Error& error) {
   free_transfer(transfer);
   COPPICE_ASSERT(advance(chunk, Residency::failed));
   plant.trim_needed = true;
-  if (chunk.id.kind != ChunkKind::page || plant.page_nodes[chunk.id.index] == nullptr) set_counted(chunk, 0);
+  if (chunk.id.kind != ChunkKind::page || plant.page_nodes[chunk.id.index] == nullptr) set_bytes(chunk, 0);
   trim(plant);
 }
 
@@ -70,9 +70,9 @@ void Streamer::State::trim(PlantStream& plant) {
   for (std::uint32_t page = plant.decoded_page_count; page < plant.file.plant.page_count; ++page) {
     Chunk& chunk = plant.chunk(ChunkKind::page, page);
     if (chunk.residency != Residency::absent && chunk.residency != Residency::failed) continue;
-    if (chunk.counted_bytes == 0 && plant.page_nodes[page] == nullptr) continue;
+    if (chunk.bytes == 0 && plant.page_nodes[page] == nullptr) continue;
     free_page(plant, page);
-    set_counted(chunk, 0);
+    set_bytes(chunk, 0);
   }
   plant.trim_needed = false;
 }
@@ -188,12 +188,12 @@ void Streamer::State::finish_decode(Transfer& transfer) {
   if (page) ++plant.decoded_page_count;
   const ChunkBytes bytes = chunk_bytes(plant, chunk);
   free_transfer(transfer);
-  set_counted(chunk, bytes.gpu + bytes.kept + bytes.upload);
+  set_bytes(chunk, bytes.gpu + bytes.kept + bytes.upload);
   COPPICE_ASSERT(advance(chunk, Residency::decoded));
 }
 
 void Streamer::State::push_request(PlantStream& plant, Chunk& chunk) {
-  if (chunk.residency != Residency::absent || chunk.counted_bytes != 0 || !wanted_now(plant, chunk)) return;
+  if (chunk.residency != Residency::absent || chunk.bytes != 0 || !wanted_now(plant, chunk)) return;
   requests.push_back({&plant, &chunk, value_of(plant, chunk)});
   std::ranges::push_heap(requests.span(), worth_less);
 }
@@ -254,7 +254,7 @@ Room Streamer::State::issue(const Request& request) {
   transfer.chunk = &chunk;
   transfer.bytes = *std::move(buffer);
   ++plant.transfer_count;
-  set_counted(chunk, bytes);
+  set_bytes(chunk, bytes);
   COPPICE_ASSERT(advance(chunk, Residency::reading));
   start_read(transfer, plant.hooks.io, plant.io_file, entry.offset);
   return Room::now;

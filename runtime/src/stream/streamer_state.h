@@ -61,7 +61,10 @@ enum class Room : std::uint8_t {
 };
 
 struct Streamer::State {
+  State(const Hooks& of, Ledger& taken_from, const StreamerOptions& with) : hooks(of), ledger(taken_from), options(with) {}
+
   Hooks hooks;
+  Ledger& ledger;
   StreamerOptions options;
   HookArray<std::unique_ptr<PlantStream>> plants;     ///< grows to max_plants; null: not open
   HookArray<std::unique_ptr<PlantOpening>> openings;  ///< [plant]
@@ -81,17 +84,14 @@ struct Streamer::State {
   std::uint32_t threshold_step = 0;  ///< how far above the view's own the threshold in use is
   std::uint64_t frame_number = 0, last_frame_number = 0, completed_number = 0;
 
-  std::uint64_t budget_bytes = 0, overhead_bytes = 0, growth_bytes = 0;
-  std::uint64_t used_bytes = 0, peak_bytes = 0;
-  std::uint64_t movable_bytes = 0;    ///< part of used_bytes: of chunks that are not pinned
-  std::uint64_t evicting_bytes = 0;   ///< part of used_bytes: free once the GPU is done
-  std::uint64_t cancelled_bytes = 0;  ///< part of used_bytes: free once cancelled reads return
-  std::uint64_t held_bytes = 0;       ///< room kept for an open_plant that found none
-  std::uint64_t held_until_frame = 0;
-  Chunk* first_evicting = nullptr;  ///< in order of eviction
+  std::uint64_t movable_bytes = 0;    ///< of chunks that are not pinned
+  std::uint64_t evicting_bytes = 0;   ///< free once the GPU is done
+  std::uint64_t cancelled_bytes = 0;  ///< free once cancelled reads return
+  Chunk* first_evicting = nullptr;    ///< in order of eviction
   Chunk* last_evicting = nullptr;
 
-  HandOut<ChunkId> evicted, released;
+  HandOut<ChunkId> evicted;
+  BoundedList<ChunkId> released;
   HandOut<std::uint32_t> closed;
   HookArray<DecodedChunk> decoded;
   StreamStats counters;
@@ -104,10 +104,14 @@ struct Streamer::State {
   [[nodiscard]] ChunkCounts& counts_of(const Chunk& chunk) { return counters.chunks[static_cast<std::size_t>(chunk.id.kind)]; }
 
   // streamer_budget.cpp
-  void count_bytes(std::int64_t change);
-  void set_counted(Chunk& chunk, std::uint64_t bytes);
+  /// device_bytes: of these, what is in device memory
+  void set_bytes(Chunk& chunk, std::uint64_t bytes, std::uint64_t device_bytes = 0);
+  /// What chunks and all others may have: the budget without what is wanted, where that can be made free at all, and slack_bytes at least.
   [[nodiscard]] std::uint64_t limit_bytes() const;
-  /// What no eviction frees: the open plants' tables and pinned chunks, the GPU side's overhead.
+  /// Were every chunk gone that may go.
+  [[nodiscard]] bool can_be_free(std::uint64_t bytes) const { return floor_bytes() + bytes <= ledger.budget(); }
+  [[nodiscard]] Error refusal(std::uint64_t bytes) const;
+  /// What no eviction frees: the open plants' tables and pinned chunks, and what others have taken.
   [[nodiscard]] std::uint64_t floor_bytes() const;
   /// Whether `bytes` more fit. If not, starts to evict what nothing wants, provided that they then would fit.
   Room make_room(std::uint64_t bytes);
@@ -175,14 +179,12 @@ struct Streamer::State {
   void free_index(std::uint32_t plant) { first_free_plant = std::min(first_free_plant, plant); }
   /// Makes room for twice as many plants. errors  out_of_memory; nothing has changed
   Result<void> grow_plants();
-  /// errors  out_of_memory, as hold_room
+  /// errors  out_of_memory, as refusal
   Result<void> reserve_for(PlantOpening& opening, std::uint64_t bytes);
   void release(PlantOpening& opening);
   /// Room in the scratch lists for the open plants and one more. errors  out_of_memory
   Result<void> make_list_room(const PlantStream& plant);
   [[nodiscard]] PlantOpening& opening_at(std::uint32_t plant) const;
-  /// Makes the next frames free `bytes` for the next open_plant, if they can; the error to report until then.
-  Error hold_room(std::uint64_t bytes);
   void advance_closing(PlantStream& plant);
   void finish_closing();
   PlantStream& open_plant_at(std::uint32_t plant) const;

@@ -1,0 +1,57 @@
+#pragma once
+
+// One budget of memory that all modules take from: nobody keeps sums of another's.
+
+#include <algorithm>
+#include <cstdint>
+
+namespace coppice {
+
+/// All in bytes. Of the budget a part is taken: it is there, or promised to what is on its way. The rest is free. What was refused lately
+/// is wanted: whoever can give back does, and takes nothing that would leave less than that free.
+/// Thread: externally serialised.
+class Ledger {
+ public:
+  static constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};
+  /// How long a refusal is remembered, frames.
+  static constexpr std::uint64_t kWantedFrames = 60;
+
+  explicit Ledger(std::uint64_t budget_bytes = kUnlimited) : budget_(budget_bytes) {}
+
+  /// What is taken stays, also where it is more.
+  void set_budget(std::uint64_t bytes) { budget_ = bytes; }
+  [[nodiscard]] std::uint64_t budget() const { return budget_; }
+  [[nodiscard]] std::uint64_t taken() const { return taken_; }
+  [[nodiscard]] std::uint64_t most_taken() const { return most_taken_; }
+  [[nodiscard]] std::uint64_t free() const { return budget_ - std::min(budget_, taken_); }
+  [[nodiscard]] std::uint64_t wanted() const { return wanted_; }
+
+  /// Whether so many are free. If not, that is a refusal.
+  [[nodiscard]] bool fits(std::uint64_t bytes) {
+    const bool fits = bytes <= free();
+    if (!fits) {
+      wanted_ = std::max(wanted_, bytes);
+      wanted_frame_ = frame_;
+    } else if (bytes >= wanted_) {
+      wanted_ = 0;
+    }
+    return fits;
+  }
+  /// Of what fits, or is there already whatever the budget says.
+  void take(std::uint64_t bytes) {
+    taken_ += bytes;
+    most_taken_ = std::max(most_taken_, taken_);
+  }
+  void give(std::uint64_t bytes) { taken_ -= bytes; }
+
+  void begin_frame(std::uint64_t frame_number) {
+    frame_ = frame_number;
+    if (frame_ > wanted_frame_ + kWantedFrames) wanted_ = 0;
+  }
+
+ private:
+  std::uint64_t budget_, taken_ = 0, most_taken_ = 0;
+  std::uint64_t wanted_ = 0, frame_ = 0, wanted_frame_ = 0;
+};
+
+}  // namespace coppice

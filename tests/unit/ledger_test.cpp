@@ -1,0 +1,59 @@
+// What the ledger grants, refuses and remembers.
+
+#include "ledger.h"
+
+#include <gtest/gtest.h>
+
+namespace coppice {
+namespace {
+
+TEST(Ledger, GrantsWhatIsFreeAndNoMore) {
+  Ledger ledger(100);
+  EXPECT_TRUE(ledger.fits(100));
+  ledger.take(60);
+  EXPECT_EQ(ledger.free(), 40u);
+  EXPECT_TRUE(ledger.fits(40));
+  EXPECT_FALSE(ledger.fits(41));
+  ledger.give(10);
+  EXPECT_TRUE(ledger.fits(50));
+  EXPECT_EQ(ledger.taken(), 50u);
+  EXPECT_EQ(ledger.most_taken(), 60u);
+}
+
+TEST(Ledger, ASmallerBudgetLeavesWhatIsTaken) {
+  Ledger ledger(100);
+  ledger.take(60);
+  ledger.set_budget(50);
+  EXPECT_EQ(ledger.free(), 0u);
+  EXPECT_EQ(ledger.taken(), 60u);
+  EXPECT_FALSE(ledger.fits(1));
+  EXPECT_TRUE(ledger.fits(0));
+}
+
+TEST(Ledger, WantsTheMostThatItRefusedUntilThatIsGranted) {
+  Ledger ledger(100);
+  ledger.take(90);
+  EXPECT_FALSE(ledger.fits(30));
+  EXPECT_FALSE(ledger.fits(20));
+  EXPECT_EQ(ledger.wanted(), 30u);
+  ledger.give(60);
+  EXPECT_TRUE(ledger.fits(20));
+  EXPECT_EQ(ledger.wanted(), 30u) << "somebody else's";
+  EXPECT_TRUE(ledger.fits(30));
+  EXPECT_EQ(ledger.wanted(), 0u);
+}
+
+TEST(Ledger, ForgetsARefusalThatIsNotRepeated) {
+  Ledger ledger(10);
+  ledger.begin_frame(1);
+  EXPECT_FALSE(ledger.fits(30));
+  for (std::uint64_t frame = 2; frame <= 40; ++frame) ledger.begin_frame(frame);
+  EXPECT_FALSE(ledger.fits(30));
+  ledger.begin_frame(40 + Ledger::kWantedFrames);
+  EXPECT_EQ(ledger.wanted(), 30u);
+  ledger.begin_frame(41 + Ledger::kWantedFrames);
+  EXPECT_EQ(ledger.wanted(), 0u);
+}
+
+}  // namespace
+}  // namespace coppice

@@ -58,6 +58,7 @@ const uint kPartCommands = 8 * kInstanceParts;
 // In gl_InstanceIndex of such a draw, beside the instance's slot.
 const uint kPartBit = 1u << 31;
 // Draws of a plant that are counted: of single clusters, of other clusters, of parts of each wood LoD, of parts of leaf meshes.
+const uint kSingleCount = 0, kClusterCount = 1;
 const uint kWoodPartCounts = 2;
 const uint kMeshPartCount = kWoodPartCounts + kMaxWoodLods;
 const uint kDrawCounts = kMeshPartCount + 1;

@@ -296,7 +296,7 @@ coppice_status coppice_scene_open(coppice_context* context, const char* path, co
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
   COPPICE_REFUSE_IF(path == nullptr ? "path is null" : scene == nullptr ? "scene is null" : "");
   if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
-  COPPICE_REFUSE_IF(context->context->has_scene() ? "a scene is open: close it first" : "");
+  COPPICE_REFUSE_IF(context->context->scene() != nullptr ? "a scene is open: close it first" : "");
   auto opened = context->context->open_scene(path);
   if (!opened) return static_cast<coppice_status>(opened.error().status);  // the log has it, with the path
   *scene = *opened;
@@ -320,7 +320,7 @@ coppice_status coppice_scene_get_info(const coppice_context* context, coppice_sc
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
   COPPICE_REFUSE_IF(scene_problem(*context, scene));
   COPPICE_REFUSE_IF(coppice::struct_problem(info, "info"));
-  context->context->fill_info(*info);
+  context->context->scene()->fill_info(*info);
   return COPPICE_OK;
 }
 
@@ -335,7 +335,8 @@ coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_s
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
   COPPICE_REFUSE_IF(scene_problem(*context, scene));
   COPPICE_REFUSE_IF(coppice::struct_problem(info, "info"));
-  COPPICE_REFUSE_IF(context->context->fill_info(species, *info) ? "" : "species " + std::to_string(species) + " is none of the scene's");
+  COPPICE_REFUSE_IF(
+      context->context->scene()->fill_info(species, *info) ? "" : "species " + std::to_string(species) + " is none of the scene's");
   return COPPICE_OK;
 }
 

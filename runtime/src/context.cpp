@@ -47,8 +47,8 @@ std::uint32_t next_tag() {
   return 1 + created.fetch_add(1, std::memory_order_relaxed) % ((1u << kHandleContextBits) - 1);
 }
 
-/// jobs  none: a renderer that is only measured
-Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc, const coppice_jobs& jobs, Ledger& ledger) {
+/// hooks  without jobs: of a renderer that is only measured
+Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc, const Hooks& hooks, Ledger& ledger) {
   COPPICE_TRY(device, gpu::open_device(desc.instance, desc.physical_device, desc.device, desc.get_instance_proc_addr));
   device.block_textures = desc.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
   device.log = desc.log;
@@ -61,24 +61,25 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
                                         .shadow_format = desc.shadow_format};
   COPPICE_CHECK(gpu::check_attachments(device, attachments));
   return gpu::Renderer::create({.device = device,
-                                .attachments = attachments,
+                                .allocator = hooks.allocator,
+                                .view = {.attachments = attachments,
+                                         .max_instances = desc.max_instances,
+                                         .compute_raster = desc.compute_raster == VK_TRUE,
+                                         .int64_atomics = desc.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
+                                         .pass_times = desc.pass_times == VK_TRUE},
                                 .pipeline_cache = desc.pipeline_cache,
                                 .memory_budget_bytes = desc.memory_budget_bytes,
-                                .max_instances = desc.max_instances,
                                 .max_plants = desc.max_plants + kReloadSlots,
-                                .compute_raster = desc.compute_raster == VK_TRUE,
-                                .int64_atomics = desc.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
-                                .pass_times = desc.pass_times == VK_TRUE,
-                                .jobs = jobs,
+                                .jobs = hooks.jobs,
                                 .blocking_pipelines = desc.blocking_pipelines == VK_TRUE,
-                                .only_measured = jobs.submit == nullptr});
+                                .only_measured = hooks.jobs.submit == nullptr});
 }
 
 StreamerOptions streamer_options(const coppice_context_desc& desc, const gpu::Renderer& renderer) {
   return {.gpu = {.slack_bytes = gpu::Renderer::kSlackBytes,
                   .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
-                  .mesh_leaves = renderer.has_raster(),
-                  .block_textures = renderer.block_textures()},
+                  .mesh_leaves = renderer.view().has_raster(),
+                  .block_textures = renderer.device().block_textures},
           .max_plants = renderer.max_plants(),
           .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
 }
@@ -105,7 +106,7 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   context->tag_ = next_tag();
   COPPICE_TRY(hooks, complete_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
   context->hooks_ = std::move(hooks);
-  COPPICE_TRY(renderer, create_renderer(desc, context->hooks_.hooks.jobs, context->ledger_));
+  COPPICE_TRY(renderer, create_renderer(desc, context->hooks_.hooks, context->ledger_));
   context->renderer_ = std::move(renderer);
   context->instances_ = gpu::InstanceTable(context->hooks_.hooks.allocator, context->renderer_->max_instances(), context->tag_);
   context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == VK_TRUE, context->hooks_.real_files};
@@ -123,8 +124,9 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
 Result<std::uint64_t> Context::cost(const coppice_context_desc& desc) {
   COPPICE_CHECK(check_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
   Ledger ledger;
-  COPPICE_TRY(renderer, create_renderer(desc, {}, ledger));
-  COPPICE_TRY(streamer, Streamer::create({.allocator = default_allocator()}, ledger, streamer_options(desc, *renderer)));
+  const Hooks hooks{.allocator = default_allocator()};
+  COPPICE_TRY(renderer, create_renderer(desc, hooks, ledger));
+  COPPICE_TRY(streamer, Streamer::create(hooks, ledger, streamer_options(desc, *renderer)));
   return ledger.taken();
 }
 
@@ -316,6 +318,17 @@ Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice
   return instances_.add(entry(plant).slot, placements, handles);
 }
 
+Result<coppice_scene> Context::open_scene(const char* path) {
+  COPPICE_TRY(scene, OpenScene::open(*this, path));
+  scene_ = std::move(scene);
+  return scene_handle_ = pack_handle({HandleKind::scene, tag_, ++scene_generation_, 0});
+}
+
+void Context::close_scene() {
+  scene_->close();
+  scene_.reset();
+}
+
 Result<void> Context::check_fits(std::uint64_t bytes) {
   return ledger_.fits(bytes) ? Result<void>() : streamer_->refusal(bytes);
 }
@@ -375,7 +388,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   for (const ChunkId& id : streamer_->release(frame.completed_number)) drop_chunk(id);
   for (const std::uint32_t plant : streamer_->take_closed_plants())
     if (std::exchange(slots_[plant].on_gpu, false)) renderer_->remove_plant(plant);
-  const gpu::FrameCounts& counts = renderer_->counts();
+  const gpu::FrameCounts& counts = renderer_->view().counts();
   leaf_budget_.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
   threshold_px_ =
       leaf_budget_.threshold_px(frame.frame_number, view.error_px, frame.view->lod == COPPICE_LOD_CUT ? frame.view->leaf_budget : 0);
@@ -383,7 +396,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
   if (view.discrete) view.error_px *= 0.5f;
   finish_openings();
-  if (scene_) stream_scene(view);
+  if (scene_) scene_->begin_frame(view, frame_number_, streaming_ns_);
   finish_reloads();
   instances_.update_bounds();
   measure_demand(instances_.blocks(), view, demands_);
@@ -396,20 +409,20 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
 }
 
 void Context::hide_chunk(ChunkId id) {
-  if (id.kind == ChunkKind::texture) renderer_->hide_texture(id.plant, id.index);
+  if (id.kind == ChunkKind::texture) renderer_->plants().hide_texture(id.plant, id.index);
 }
 
 void Context::drop_chunk(ChunkId id) {
   if (!slots_[id.plant].on_gpu) return;
   switch (id.kind) {
     case ChunkKind::page:
-      return renderer_->drop_page(id.plant, id.index);
+      return renderer_->plants().drop_page(id.plant, id.index);
     case ChunkKind::wood:
-      return renderer_->drop_mesh(id.plant, id.index);
+      return renderer_->plants().drop_mesh(id.plant, id.index);
     case ChunkKind::texture:
-      return renderer_->drop_texture(id.plant, id.index);
+      return renderer_->plants().drop_texture(id.plant, id.index);
     case ChunkKind::leaf_mesh:
-      return renderer_->drop_mesh(id.plant, gpu::kMaxWoodLods + id.index);
+      return renderer_->plants().drop_mesh(id.plant, gpu::kMaxWoodLods + id.index);
   }
 }
 
@@ -485,7 +498,7 @@ Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view)
 
 void Context::fill_stats(coppice_stats& stats) const {
   const StreamStats streaming = streamer_->stats();
-  const gpu::FrameCounts& counts = renderer_->counts();
+  const gpu::FrameCounts& counts = renderer_->view().counts();
   stats.instance_count = instances_.count();
   stats.gpu_frame_number = counts.frame;
   stats.visible_instance_count = counts.visible_instances;
@@ -509,7 +522,7 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.decode_ms = 1e-6 * static_cast<double>(streaming.decode_ns);
   stats.pipelines_wanted = pipelines().wanted_count();
   stats.pipelines_built = pipelines().built_count();
-  const SceneStats scene = scene_ ? scene_->stream->stats() : SceneStats{};
+  const SceneStats scene = scene_ ? scene_->stats() : SceneStats{};
   stats.scene_instance_count = scene.instance_count;
   stats.scene_tile_count = scene.tile_count;
   stats.scene_tiles_resident = scene.resident_tiles;
@@ -519,7 +532,7 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.scene_species_failed = scene.species_failed;
   stats.scene_threshold_px = scene.threshold_px;
   static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
-  std::ranges::copy(renderer_->timer().pass_ms(), stats.pass_ms);
+  std::ranges::copy(renderer_->view().timer().pass_ms(), stats.pass_ms);
 }
 
 }  // namespace coppice

@@ -16,6 +16,7 @@
 #include "instances.h"
 #include "leaf_budget.h"
 #include "ledger.h"
+#include "open_scene.h"
 #include "renderer.h"
 #include "result.h"
 #include "scene_stream.h"
@@ -56,18 +57,28 @@ class Context {
   Result<void> reload_plant(coppice_plant plant, const std::optional<PlantSource>& source);
   void fill_info(coppice_plant plant, coppice_plant_info& info) const;
 
-  /// has_scene(): false. errors  as coppice_scene_open, logged already
+  /// scene(): null. errors  as coppice_scene_open, logged already
   Result<coppice_scene> open_scene(const char* path);
-  [[nodiscard]] bool has_scene() const { return scene_ != nullptr; }
-  [[nodiscard]] bool is_scene(coppice_scene scene) const { return scene_ != nullptr && scene == scene_->handle; }
-  /// has_scene(), here and below
+  /// Null where none is open.
+  [[nodiscard]] const OpenScene* scene() const { return scene_.get(); }
+  [[nodiscard]] bool is_scene(coppice_scene scene) const { return scene_ != nullptr && scene == scene_handle_; }
+  /// scene(): not null
   void close_scene();
-  void fill_info(coppice_scene_info& info) const;
-  /// False: the scene has no such species.
-  bool fill_info(std::uint32_t species, coppice_scene_plant_info& info) const;
 
   Result<void> add_instances(coppice_plant plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
   [[nodiscard]] gpu::InstanceTable& instances() { return instances_; }
+  /// Room for so many slots, for more where that is free, and for bringing them to the GPU in one frame. errors  out_of_memory; nothing has
+  /// changed
+  Result<void> grow_slots(std::uint32_t slots);
+  /// plant: open
+  [[nodiscard]] std::uint32_t plant_slot(coppice_plant plant) const { return entry(plant).slot; }
+
+  [[nodiscard]] const Hooks& hooks() const { return hooks_.hooks; }
+  [[nodiscard]] Ledger& ledger() { return ledger_; }
+  /// The ledger's, or why it refused them.
+  Result<void> check_fits(std::uint64_t bytes);
+  /// Where plants of scenes may be.
+  [[nodiscard]] const AssetFolder& scene_plants() const { return scene_plants_; }
 
   /// errors  device_lost, here and below; invalid_argument: not a perspective view, or frame numbers that do not grow
   Result<void> begin_frame(const coppice_frame& frame);
@@ -103,39 +114,7 @@ class Context {
   };
   static constexpr std::uint32_t kNoSlot = 0xffffffffu;
 
-  /// The open scene: its tiles' instances and its species' plants.
-  struct Scene {
-    coppice_scene handle = 0;
-    HookArray<gpu::InstanceTile> tiles;  ///< [tile]
-    std::uint32_t block_count = 0;       ///< of all tiles
-    HookArray<coppice_plant> plants;     ///< [species] 0: not open
-    struct Opening {
-      std::uint32_t species = 0;
-      coppice_plant plant = 0;
-    };
-    std::vector<Opening> opening;
-    /// Tiles whose plants are growing up, and their share of the full size in kGrowFrames-ths.
-    struct Growing {
-      std::uint32_t tile = 0, share = 1;
-    };
-    std::vector<Growing> growing;
-    std::uint64_t species_frame = 0;          ///< no plant is opened before
-    std::uint32_t species_tries = 0;          ///< of the next one
-    std::vector<gpu::PlacedInstance> placed;  ///< scratch: at most a tile's
-    std::unique_ptr<SceneStream> stream;
-    [[nodiscard]] std::uint64_t array_bytes() const { return tiles.bytes() + plants.bytes(); }
-  };
-
   Context() = default;
-  /// The ledger's, or why it refused them.
-  Result<void> check_fits(std::uint64_t bytes);
-  void stream_scene(const LodView& view);
-  /// Starts to open plants that are wanted, and takes over those that are.
-  void open_species();
-  /// False: there is no memory for it now.
-  bool place_tile(const ReadyTile& ready);
-  void remove_tile(std::uint32_t tile);
-  void grow_tiles();
   [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
   [[nodiscard]] PlantEntry& entry(coppice_plant plant);
   Result<std::uint32_t> open_slot(const PlantSource& source);
@@ -153,9 +132,6 @@ class Context {
   void remove_instances(std::uint32_t slot);
   /// Shows the new files of plants whose reload has come far enough.
   void finish_reloads();
-  /// Room for so many slots, for more where that is free, and for bringing them to the GPU in one frame. errors  out_of_memory; nothing has
-  /// changed
-  Result<void> grow_slots(std::uint32_t slots);
   /// Room for one more plant. errors  out_of_memory; nothing has changed
   Result<void> grow_plants();
   /// Nothing of the chunk may be looked at from here on; drop_chunk follows when the GPU is done with it.
@@ -169,8 +145,8 @@ class Context {
   [[nodiscard]] Result<void> check_budget(std::uint64_t bytes) const;
 
   HookSet hooks_;
-  Ledger ledger_;             ///< without a budget while the context is created
-  AssetFolder scene_plants_;  ///< where plants of scenes may be
+  Ledger ledger_;  ///< without a budget while the context is created
+  AssetFolder scene_plants_;
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
   // Up to the last that was ever used: what was never used costs nothing in a frame.
@@ -182,7 +158,8 @@ class Context {
   std::vector<gpu::PlantResidency> residency_;
   LeafBudget leaf_budget_;
   float threshold_px_ = 0;  ///< of the frame
-  std::unique_ptr<Scene> scene_;
+  std::unique_ptr<OpenScene> scene_;
+  coppice_scene scene_handle_ = 0;
   std::uint32_t scene_generation_ = 0;
   std::uint32_t tag_ = 0;
   std::uint64_t least_budget_bytes_ = 0;

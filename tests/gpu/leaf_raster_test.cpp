@@ -265,7 +265,7 @@ TEST_F(LeafRasterTest, WhatIsDrawnComesAndGoesWithPages) {
   scene.place(index, {at(0.0f, 0.0f)});
   const coppice_view view = front_view(20.0f);
   EXPECT_EQ(scene.draw(view).counts.leaves, 1025u);
-  scene.renderer().drop_page(index, 1);
+  scene.renderer().plants().drop_page(index, 1);
   for (const std::uint32_t leaves : {513u, 64u, 32u, 1u}) {
     scene.set_resident_leaves(index, leaves);
     EXPECT_EQ(scene.draw(view).counts.leaves, leaves);

@@ -176,18 +176,17 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
   gpu::Device device = expect(gpu::open_device(gpu.instance, gpu.physical_device, gpu.device, vkGetInstanceProcAddr));
   device.memory.ledger = &ledger_;
   if (options.allocate_memory != nullptr) device.vk.vkAllocateMemory = options.allocate_memory;
-  renderer_ = expect(gpu::Renderer::create({.device = device,
-                                            .attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT},
-                                            .memory_budget_bytes = options.memory_budget_bytes,
-                                            .max_instances = max_instances,
-                                            .max_plants = kMaxPlants,
-                                            .compute_raster = options.compute_raster,
-                                            .int64_atomics = options.int64_atomics && gpu.int64_atomics,
-                                            .many_lanes = options.many_lanes}));
-  const coppice_allocator allocator{.user = nullptr,
-                                    .allocate = [](void*, std::size_t bytes, std::size_t) { return std::malloc(bytes); },
-                                    .free = [](void*, void* pointer, std::size_t) { std::free(pointer); }};
-  instances_ = gpu::InstanceTable(allocator, max_instances);
+  renderer_ =
+      expect(gpu::Renderer::create({.device = device,
+                                    .allocator = default_allocator(),
+                                    .view = {.attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT},
+                                             .max_instances = max_instances,
+                                             .compute_raster = options.compute_raster,
+                                             .int64_atomics = options.int64_atomics && gpu.int64_atomics,
+                                             .many_lanes = options.many_lanes},
+                                    .memory_budget_bytes = options.memory_budget_bytes,
+                                    .max_plants = kMaxPlants}));
+  instances_ = gpu::InstanceTable(default_allocator(), max_instances);
   residency_.resize(kMaxPlants);
 }
 
@@ -238,7 +237,7 @@ void RendererScene::upload_plant(const Pending& pending) {
   }
   if (pending.page_count == 0) return;
   const auto upload_mesh = [&](gpu::MeshKind kind, std::uint32_t mesh, const WoodMesh& decoded) {
-    const gpu::MeshSource meshes{{pending.looks, pending.light}, source.box, renderer_->has_raster()};
+    const gpu::MeshSource meshes{{pending.looks, pending.light}, source.box, renderer_->view().has_raster()};
     gpu::MeshBlock block = expect(gpu::build_mesh(kind, decoded, meshes, default_allocator()));
     expect(renderer_->upload_mesh({.plant = index, .mesh = mesh, .block = &block}));
   };
@@ -307,7 +306,7 @@ void RendererScene::record_selection(VkCommandBuffer cmd, const coppice_view& vi
   renderer_->record_cull(cmd, view, demand);
   full_barrier(cmd);
   const VkBufferCopy region{0, 0, instances_.slots().size() * sizeof(float)};
-  if (region.size > 0) vkCmdCopyBuffer(cmd, renderer_->cut_buffer(), cuts.handle(), 1, &region);
+  if (region.size > 0) vkCmdCopyBuffer(cmd, renderer_->view().cut_buffer(), cuts.handle(), 1, &region);
 }
 
 std::vector<float> RendererScene::select(const coppice_view& view) {
@@ -330,7 +329,7 @@ RendererScene::Frame RendererScene::draw(const coppice_view& view) {
       [&](VkCommandBuffer cmd) { renderer_->record_draw(cmd, view); });
   renderer_->begin_frame(frame_ + 1, frame_);
   ++frame_;
-  frame.counts = renderer_->counts();
+  frame.counts = renderer_->view().counts();
   return frame;
 }
 

@@ -22,8 +22,23 @@ struct BoundedList {
     count = 0;
     return {};
   }
+  /// Adds one; makes room for half as many more where there is none. errors  out_of_memory; the list stays as it is
+  Result<void> append(const coppice_allocator& allocator, const T& item) {
+    if (count == items.size()) {
+      constexpr std::size_t kFirst = 16;
+      COPPICE_TRY(larger, enlarged_copy(items, allocator, std::max(kFirst, count + count / 2)));
+      items = std::move(larger);
+    }
+    push_back(item);
+    return {};
+  }
   void clear() { count = 0; }
   void push_back(const T& item) { items[count++] = item; }
+  /// Keeps the order of the others.
+  template <class Goes>
+  void erase_if(Goes goes) {
+    count = static_cast<std::size_t>(std::remove_if(span().begin(), span().end(), goes) - span().begin());
+  }
   /// Takes the last. Not empty
   T pop_back() { return items[--count]; }
   [[nodiscard]] bool empty() const { return count == 0; }

@@ -8,22 +8,21 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "coppice/coppice.h"
 #include "device.h"
 #include "gpu_timer.h"
+#include "growing_buffers.h"
 #include "instances.h"
 #include "passes.h"
 #include "raster_shared.h"
-#include "resources.h"
 #include "result.h"
 
 namespace coppice::gpu {
 
 struct RasterDesc {
   AttachmentDesc attachments;
-  VkDescriptorSetLayout frame_set_layout = VK_NULL_HANDLE;
+  VkDescriptorSetLayout frame_set = VK_NULL_HANDLE;  ///< its layout
   std::uint32_t max_instances = 0;
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
   std::optional<bool> many_lanes;  ///< work is spread over many invocations; without a value: unless a processor runs them
@@ -41,7 +40,7 @@ struct RasterShape {
   std::uint32_t cluster_lanes = 0;  ///< of them, so many share a cluster
 };
 
-std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks);
+InstanceBlock gpu_block(const InstanceBounds& bounds);
 
 class LeafRaster {
  public:
@@ -54,11 +53,11 @@ class LeafRaster {
   LeafRaster& operator=(const LeafRaster&) = delete;
 
   /// Its buffers by instance slot, for so many, and what goes with them; none for no slot. The caller creates them and says so.
-  [[nodiscard]] std::vector<BufferSize> sizes(std::uint32_t slots);
+  void add_sizes(std::uint32_t slots, BufferSizes& sizes);
   void buffers_changed() { set_stale_ = true; }
 
-  /// InstanceBlock[]: gpu_blocks of the instance table's.
-  [[nodiscard]] VkBuffer block_buffer() const { return buffers_.blocks.buffer; }
+  /// InstanceBlock[]: those of the instance table.
+  [[nodiscard]] const Buffer& block_buffer() const { return buffers_.blocks; }
 
   /// Wants the pipelines that such a view needs; whether all are there. Else it may not be begun.
   bool want(const coppice_view& view);
@@ -66,8 +65,8 @@ class LeafRaster {
   [[nodiscard]] std::uint64_t wanted_bytes(const coppice_view& view) const;
   /// Makes room for a view and records what its buffers start with; the caller's barrier makes it visible to compute shaders.
   /// False: there is no memory for it, or it is not a view the rasteriser draws: record nothing more.
-  bool begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame);
-  /// before: begin_view, sizes() of slot_count, and all that culling reads. after: the picture, written by compute shaders.
+  bool begin_view(VkCommandBuffer cmd, const coppice_view& view);
+  /// before: begin_view, buffers for slot_count, and all that culling reads. after: the picture, written by compute shaders.
   /// timer: may be null
   void record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const;
   /// Inside dynamic rendering: the picture of the last begin_view into its attachments.
@@ -76,20 +75,20 @@ class LeafRaster {
  private:
   /// Of leaf_raster.comp.
   enum Source : std::uint32_t { kClusters, kBig, kSourceCount };
+  /// kPass of write_pixel.glsl. With 64-bit atomics the first writes radiance too, and the second is never needed.
+  enum RasterPass : std::uint32_t { kDepth, kRadiance, kCount, kPassCount };
   struct Pipelines {
-    VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
-    VkPipelineLayout layout = VK_NULL_HANDLE;
-    Pipeline *blocks = nullptr, *draws = nullptr, *expand = nullptr;
-    std::array<Pipeline*, 2> resolve{};  ///< [coppice_view_kind]; the second is null where there are no shadow views
-    std::array<Pipeline*, 2> cull{};     ///< [with a debug view]
-    std::array<Pipeline*, 2> tiles{};    ///< the finest level, the others
-    // [pass]; the second only without 64-bit atomics, the third counts for the debug view
-    std::array<std::array<Pipeline*, kSourceCount>, 3> leaves{};
-    std::array<Pipeline*, 3> splats{};
+    CullPipelines cull;
+    Pipeline *blocks = nullptr, *draws = nullptr, *expand = nullptr, *finest_tiles = nullptr, *other_tiles = nullptr;
+    Pipeline *resolve = nullptr, *resolve_shadow = nullptr;  ///< the latter is null where there are no shadow views
+    std::array<std::array<Pipeline*, kSourceCount>, kPassCount> leaves{};
+    std::array<Pipeline*, kPassCount> splats{};
+
+    [[nodiscard]] Pipeline* resolve_of(coppice_view_kind kind) const { return kind == COPPICE_VIEW_SHADOW ? resolve_shadow : resolve; }
   };
   struct Buffers {
     Buffer rounds;
-    Buffer blocks, visible_blocks, items, work, splats, big;  ///< sizes()
+    Buffer blocks, visible_blocks, items, work, splats, big;  ///< add_sizes
     Buffer picture, tiles;                                    ///< by the view
   };
 
@@ -97,15 +96,15 @@ class LeafRaster {
   Result<void> create_layouts();
   void add_pipelines();
   /// Which of the passes over leaves a view takes: those of Pipelines.
-  [[nodiscard]] std::span<const std::uint32_t> passes(coppice_debug_view debug_view) const;
+  [[nodiscard]] std::span<const RasterPass> passes(coppice_debug_view debug_view) const;
   Result<void> create_rounds();
   struct ViewBytes {
     std::uint64_t picture = 0, tiles = 0;
   };
   /// Of the buffers that a view needs, or of those that are there where they are larger.
   [[nodiscard]] ViewBytes view_bytes(const coppice_view& view) const;
-  Result<void> reserve_picture(const coppice_view& view, std::uint64_t frame);
-  Result<void> rebuild_set(std::uint64_t frame);
+  Result<void> reserve_picture(const coppice_view& view);
+  Result<void> rebuild_set();
   void bind(VkCommandBuffer cmd, const Pipeline& pipeline) const;
   void dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, std::uint32_t round, std::uint64_t stage_offset) const;
   void record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTimer* timer) const;
@@ -118,6 +117,8 @@ class LeafRaster {
   RasterDesc desc_;
   std::uint32_t lanes_ = 8;
   RasterShape shape_{};
+  SetLayout set_layout_;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
   Pipelines pipelines_;
   Buffers buffers_;
   DescriptorSet set_;

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "passes.h"
+#include "attachments.h"
 
 namespace coppice::gpu {
 namespace {
@@ -86,6 +86,10 @@ Result<void> check_attachments(const Device& device, const AttachmentDesc& attac
     return Error{Status::unsupported, "samples is more than this device draws colour and depth with", Error::kNoOffset,
                  std::to_string(attachments.samples)};
   return {};
+}
+
+AttachmentDesc shadow_attachments(const AttachmentDesc& attachments) {
+  return {.depth_format = attachments.shadow_format, .depth_compare = attachments.depth_compare};
 }
 
 }  // namespace coppice::gpu

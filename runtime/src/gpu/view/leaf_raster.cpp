@@ -33,8 +33,13 @@ namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 constexpr std::uint32_t kStorageCount = 9;
-/// The picture's texels come after the storage buffers.
-constexpr std::uint32_t kBindingCount = kStorageCount + 1;
+/// The bindings of raster.glsl: the picture's texels come after the storage buffers.
+constexpr std::array<Binding, kStorageCount + 1> kRasterSet = [] {
+  std::array<Binding, kStorageCount + 1> bindings{};
+  for (Binding& binding : bindings) binding.stages = VK_SHADER_STAGE_COMPUTE_BIT;
+  bindings[kStorageCount] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT};
+  return bindings;
+}();
 /// Instances whose leaves are larger on average, px, are drawn by the hardware: there the texture shows, and a leaf costs no more.
 constexpr float kSplit_px = 12.0f;
 
@@ -43,8 +48,6 @@ constexpr float kSplat_px = 4.0f;
 
 /// Slots that the lists of clusters are made for at least.
 constexpr std::uint32_t kLeastWorkSlots = 1u << 17;
-
-constexpr std::uint32_t kCountPass = 2;  // kCount of write_pixel.glsl
 
 /// Constants 0 to 5 of the rasteriser's shaders.
 struct Constants {
@@ -106,7 +109,7 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   if (desc.max_instances > kMaxSlots)
     return Error{Status::unsupported, "max_instances beyond what the compute rasteriser names", Error::kNoOffset,
                  std::to_string(desc.max_instances)};
-  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBindingCount - 2 + kStorageCount)
+  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBuffers - 2 + kStorageCount)
     return Error{Status::unsupported, "too few storage buffers in a stage for the compute rasteriser"};
   constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
   if ((subgroup.supportedOperations & kNeeded) != kNeeded || !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
@@ -123,35 +126,26 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
 
 LeafRaster::~LeafRaster() {
   const Functions& vk = device_.vk;
-  vk.vkDestroyPipelineLayout(device_.device, pipelines_.layout, nullptr);
-  vk.vkDestroyDescriptorSetLayout(device_.device, pipelines_.set_layout, nullptr);
-  vk.vkDestroyDescriptorPool(device_.device, set_.pool, nullptr);
+  vk.vkDestroyPipelineLayout(device_.device, layout_, nullptr);
+  destroy_set_layout(device_, set_layout_);
+  destroy_set(device_, set_);
   for (Buffer* buffer : {&buffers_.blocks, &buffers_.rounds, &buffers_.visible_blocks, &buffers_.items, &buffers_.work, &buffers_.splats,
                          &buffers_.big, &buffers_.picture, &buffers_.tiles})
-    if (buffer->buffer != VK_NULL_HANDLE) destroy_buffer(device_, *buffer);
+    destroy_buffer(device_, *buffer);
 }
 
 Result<void> LeafRaster::create_layouts() {
-  std::array<VkDescriptorSetLayoutBinding, kBindingCount> bindings{};
-  for (std::uint32_t i = 0; i < kBindingCount; ++i)
-    bindings[i] = {
-        .binding = i,
-        .descriptorType = i < kStorageCount ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER : VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER,
-        .descriptorCount = 1,
-        .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | (i == kStorageCount ? VkShaderStageFlags{VK_SHADER_STAGE_FRAGMENT_BIT} : 0u)};
-  const VkDescriptorSetLayoutCreateInfo set_info{
-      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = kBindingCount, .pBindings = bindings.data()};
-  COPPICE_CHECK(check_created(device_, device_.vk.vkCreateDescriptorSetLayout(device_.device, &set_info, nullptr, &pipelines_.set_layout),
-                              "vkCreateDescriptorSetLayout", pipelines_.set_layout));
-  const std::array sets{desc_.frame_set_layout, pipelines_.set_layout};
+  COPPICE_TRY(set_layout, create_set_layout(device_, kRasterSet));
+  set_layout_ = set_layout;
+  const std::array sets{desc_.frame_set, set_layout_.layout};
   const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, .size = sizeof(RasterPush)};
   const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
                                         .setLayoutCount = static_cast<std::uint32_t>(sets.size()),
                                         .pSetLayouts = sets.data(),
                                         .pushConstantRangeCount = 1,
                                         .pPushConstantRanges = &push};
-  COPPICE_CHECK(check_created(device_, device_.vk.vkCreatePipelineLayout(device_.device, &info, nullptr, &pipelines_.layout),
-                              "vkCreatePipelineLayout", pipelines_.layout));
+  COPPICE_CHECK(check_created(device_, device_.vk.vkCreatePipelineLayout(device_.device, &info, nullptr, &layout_),
+                              "vkCreatePipelineLayout", layout_));
   return {};
 }
 
@@ -159,18 +153,23 @@ void LeafRaster::add_pipelines() {
   using Words = std::span<const std::uint32_t>;
   const auto add = [this](const char* name, Words words, const Constants& constants) {
     return &pipeline_set_.add(
-        {.name = name, .layout = pipelines_.layout, .first = words, .constants = std::bit_cast<std::array<std::uint32_t, 6>>(constants)});
+        {.name = name, .layout = layout_, .first = words, .constants = std::bit_cast<std::array<std::uint32_t, 6>>(constants)});
   };
   pipelines_.blocks = add("leaf_blocks.comp", leaf_blocks_comp_spirv, {});
   pipelines_.draws = add("hardware_draws.comp", hardware_draws_comp_spirv, {.lanes = lanes_});
   pipelines_.expand = add("leaf_expand.comp", leaf_expand_comp_spirv, {.kind = shape_.expand_together ? 1u : 0u, .lanes = lanes_});
-  for (const std::uint32_t i : {0u, 1u}) {
-    pipelines_.cull[i] = add("cull.comp of the rasteriser", cull_raster_comp_spirv, {.kind = i});
-    pipelines_.tiles[i] = add("leaf_tiles.comp", leaf_tiles_comp_spirv, {.kind = i, .lanes = lanes_});
-  }
+  const auto add_cull = [&](std::uint32_t debugged) {
+    return add("cull.comp of the rasteriser", cull_raster_comp_spirv, {.kind = debugged});
+  };
+  pipelines_.cull = {add_cull(0), add_cull(1)};
+  const auto add_tiles = [&](std::uint32_t others) {
+    return add("leaf_tiles.comp", leaf_tiles_comp_spirv, {.kind = others, .lanes = lanes_});
+  };
+  pipelines_.finest_tiles = add_tiles(0);
+  pipelines_.other_tiles = add_tiles(1);
   const Words leaves = desc_.int64_atomics ? Words(leaf_raster_int64_comp_spirv) : Words(leaf_raster_comp_spirv);
   const Words splats = desc_.int64_atomics ? Words(leaf_splats_int64_comp_spirv) : Words(leaf_splats_comp_spirv);
-  for (std::uint32_t pass = 0; pass < pipelines_.splats.size(); ++pass) {
+  for (std::uint32_t pass = 0; pass < kPassCount; ++pass) {
     pipelines_.splats[pass] =
         add("leaf_splats.comp", splats, {.lanes = shape_.splat_lanes, .pass = pass, .cluster_lanes = shape_.cluster_lanes});
     for (std::uint32_t source = 0; source < kSourceCount; ++source)
@@ -183,19 +182,19 @@ void LeafRaster::add_pipelines() {
   }
   const auto add_resolve = [this](Words fragment, const AttachmentDesc& attachments) {
     return &pipeline_set_.add({.name = "raster_resolve.vert",
-                               .layout = pipelines_.layout,
+                               .layout = layout_,
                                .first = raster_resolve_vert_spirv,
                                .fragment = fragment,
                                .attachments = attachments});
   };
-  pipelines_.resolve[COPPICE_VIEW_CAMERA] = add_resolve(raster_resolve_frag_spirv, desc_.attachments);
+  pipelines_.resolve = add_resolve(raster_resolve_frag_spirv, desc_.attachments);
   if (desc_.attachments.shadow_format != VK_FORMAT_UNDEFINED)
-    pipelines_.resolve[COPPICE_VIEW_SHADOW] = add_resolve(raster_resolve_depth_frag_spirv, shadow_attachments(desc_.attachments));
+    pipelines_.resolve_shadow = add_resolve(raster_resolve_depth_frag_spirv, shadow_attachments(desc_.attachments));
 }
 
-std::span<const std::uint32_t> LeafRaster::passes(coppice_debug_view debug_view) const {
-  static constexpr std::array<std::uint32_t, 2> kDrawn{0, 1};
-  static constexpr std::array<std::uint32_t, 1> kCounted{kCountPass};
+std::span<const LeafRaster::RasterPass> LeafRaster::passes(coppice_debug_view debug_view) const {
+  static constexpr std::array kDrawn{kDepth, kRadiance};
+  static constexpr std::array kCounted{kCount};
   if (debug_view == COPPICE_DEBUG_OVERDRAW) return kCounted;
   return std::span(kDrawn).first(desc_.int64_atomics ? 1 : 2);
 }
@@ -204,15 +203,16 @@ bool LeafRaster::want(const coppice_view& view) {
   bool ready = true;
   const auto want = [&](Pipeline* pipeline) { ready = pipeline_set_.want(*pipeline) && ready; };
   want(pipelines_.blocks);
-  want(pipelines_.cull[view.debug_view != COPPICE_DEBUG_NONE ? 1 : 0]);
+  want(pipelines_.cull.of(view.debug_view));
   want(pipelines_.expand);
-  for (const std::uint32_t pass : passes(view.debug_view)) {
+  for (const RasterPass pass : passes(view.debug_view)) {
     want(pipelines_.splats[pass]);
     std::ranges::for_each(pipelines_.leaves[pass], want);
   }
-  std::ranges::for_each(pipelines_.tiles, want);
+  want(pipelines_.finest_tiles);
+  want(pipelines_.other_tiles);
   want(pipelines_.draws);
-  want(pipelines_.resolve[static_cast<std::size_t>(view.kind)]);
+  want(pipelines_.resolve_of(view.kind));
   return ready;
 }
 
@@ -223,73 +223,41 @@ Result<void> LeafRaster::create_rounds() {
   return {};
 }
 
-std::vector<BufferSize> LeafRaster::sizes(std::uint32_t slots) {
-  if (slots == 0) return {};
+void LeafRaster::add_sizes(std::uint32_t slots, BufferSizes& sizes) {
+  if (slots == 0) return;
   const std::uint64_t block_count = (std::uint64_t{slots} + kBlockSlots - 1) / kBlockSlots;
   // Most of it does not depend on the slots: few steps, as each takes all of it twice for some frames.
   const std::uint64_t work_capacity = std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
-  return {{&buffers_.blocks, block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true},
-          {&buffers_.visible_blocks, block_count * sizeof(std::uint32_t), kStorage},
-          // Leaves and wood of each, by the rasteriser or the hardware.
-          {&buffers_.items, std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage},
-          {&buffers_.work, work_capacity * sizeof(uvec2), kStorage},
-          {&buffers_.splats, work_capacity * sizeof(uvec2), kStorage},
-          {&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage}};
+  sizes.add({&buffers_.blocks, block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
+  sizes.add({&buffers_.visible_blocks, block_count * sizeof(std::uint32_t), kStorage});
+  // Leaves and wood of each, by the rasteriser or the hardware.
+  sizes.add({&buffers_.items, std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage});
+  sizes.add({&buffers_.work, work_capacity * sizeof(uvec2), kStorage});
+  sizes.add({&buffers_.splats, work_capacity * sizeof(uvec2), kStorage});
+  sizes.add({&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage});
 }
 
-std::vector<InstanceBlock> gpu_blocks(std::span<const InstanceBounds> blocks) {
+InstanceBlock gpu_block(const InstanceBounds& bounds) {
   static_assert(kBlockSlots == kInstanceBlockSlots);
-  std::vector<InstanceBlock> converted;
-  converted.reserve(blocks.size());
-  for (const InstanceBounds& block : blocks)
-    converted.push_back({.center = block.center_m,
-                         .radius_m = block.radius_m,
-                         .max_instance_radius_m = block.max_instance_radius_m,
-                         .instance_count = block.instance_count});
-  return converted;
+  return {.center = bounds.center_m,
+          .radius_m = bounds.radius_m,
+          .max_instance_radius_m = bounds.max_instance_radius_m,
+          .instance_count = bounds.instance_count};
 }
 
-Result<void> LeafRaster::rebuild_set(std::uint64_t frame) {
-  const std::array<VkDescriptorPoolSize, 2> sizes{
-      {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kStorageCount}, {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1}}};
-  const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                             .maxSets = 1,
-                                             .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
-                                             .pPoolSizes = sizes.data()};
-  DescriptorSet made;
-  COPPICE_CHECK(
-      check(device_, device_.vk.vkCreateDescriptorPool(device_.device, &pool_info, nullptr, &made.pool), "vkCreateDescriptorPool"));
-  const VkDescriptorSetAllocateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                                         .descriptorPool = made.pool,
-                                         .descriptorSetCount = 1,
-                                         .pSetLayouts = &pipelines_.set_layout};
-  auto set = check(device_, device_.vk.vkAllocateDescriptorSets(device_.device, &info, &made.set), "vkAllocateDescriptorSets");
-  if (!set) {
-    device_.vk.vkDestroyDescriptorPool(device_.device, made.pool, nullptr);
-    return set.error();
-  }
-  const std::array<VkBuffer, kStorageCount> buffers{
-      buffers_.picture.buffer, buffers_.blocks.buffer, buffers_.rounds.buffer, buffers_.visible_blocks.buffer, buffers_.items.buffer,
-      buffers_.work.buffer,    buffers_.big.buffer,    buffers_.splats.buffer, buffers_.tiles.buffer};
-  std::array<VkDescriptorBufferInfo, kStorageCount> infos{};
-  std::array<VkWriteDescriptorSet, kBindingCount> writes{};
-  for (std::uint32_t i = 0; i < kStorageCount; ++i) {
-    infos[i] = {.buffer = buffers[i], .range = VK_WHOLE_SIZE};
-    writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                 .dstSet = made.set,
-                 .dstBinding = i,
-                 .descriptorCount = 1,
-                 .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                 .pBufferInfo = &infos[i]};
-  }
-  writes[kStorageCount] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                           .dstSet = made.set,
-                           .dstBinding = kStorageCount,
-                           .descriptorCount = 1,
-                           .descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER,
-                           .pTexelBufferView = &buffers_.picture.texels};
-  device_.vk.vkUpdateDescriptorSets(device_.device, kBindingCount, writes.data(), 0, nullptr);
-  if (set_.pool != VK_NULL_HANDLE) garbage_.retire(frame, set_.pool);
+Result<void> LeafRaster::rebuild_set() {
+  const std::array<Bound, kStorageCount + 1> bound{{{&buffers_.picture},
+                                                    {&buffers_.blocks},
+                                                    {&buffers_.rounds},
+                                                    {&buffers_.visible_blocks},
+                                                    {&buffers_.items},
+                                                    {&buffers_.work},
+                                                    {&buffers_.big},
+                                                    {&buffers_.splats},
+                                                    {&buffers_.tiles},
+                                                    {&buffers_.picture}}};
+  COPPICE_TRY(made, create_set(device_, set_layout_, bound));
+  garbage_.retire(set_);
   set_ = made;
   set_stale_ = false;
   return {};
@@ -307,7 +275,7 @@ std::uint64_t LeafRaster::wanted_bytes(const coppice_view& view) const {
   return there || !is_drawn(view) ? 0 : wanted.picture + wanted.tiles;
 }
 
-Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t frame) {
+Result<void> LeafRaster::reserve_picture(const coppice_view& view) {
   if (wanted_bytes(view) == 0) return {};
   const ViewBytes wanted = view_bytes(view);
   COPPICE_TRY(picture, create_buffer(device_, wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, MemoryKind::alone));
@@ -316,19 +284,18 @@ Result<void> LeafRaster::reserve_picture(const coppice_view& view, std::uint64_t
     destroy_buffer(device_, picture);
     return tiles.error();
   }
-  for (const Buffer& old : {buffers_.picture, buffers_.tiles})
-    if (old.buffer != VK_NULL_HANDLE) garbage_.retire(frame, old);
+  for (Buffer* old : {&buffers_.picture, &buffers_.tiles}) garbage_.retire(*old);
   buffers_.picture = picture;
   buffers_.tiles = *tiles;
   set_stale_ = true;
   return {};
 }
 
-bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view, std::uint64_t frame) {
+bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view) {
   if (!is_drawn(view)) return false;
-  auto reserved = reserve_picture(view, frame);
+  auto reserved = reserve_picture(view);
   // Also after a picture whose set could not be made in an earlier frame.
-  if (reserved && set_stale_) reserved = rebuild_set(frame);
+  if (reserved && set_stale_) reserved = rebuild_set();
   if (!reserved) {
     go_on_without(device_, reserved.error(), "what the compute shaders would draw is drawn by the hardware");
     return false;
@@ -378,7 +345,7 @@ void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, s
 
 void LeafRaster::record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTimer* timer) const {
   bool first = true;
-  for (const std::uint32_t pass : passes(debug_view_)) {
+  for (const RasterPass pass : passes(debug_view_)) {
     const auto& leaves = pipelines_.leaves[pass];
     if (!first) barrier(cmd);
     dispatch_stage(cmd, *pipelines_.splats[pass], round, offsetof(RasterRound, splats));
@@ -392,9 +359,9 @@ void LeafRaster::record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTime
 }
 
 void LeafRaster::record_tiles(VkCommandBuffer cmd, std::uint32_t round) const {
-  dispatch_stage(cmd, *pipelines_.tiles[0], round, offsetof(RasterRound, finest_tiles));
+  dispatch_stage(cmd, *pipelines_.finest_tiles, round, offsetof(RasterRound, finest_tiles));
   barrier(cmd);
-  dispatch_stage(cmd, *pipelines_.tiles[1], round, offsetof(RasterRound, other_tiles));
+  dispatch_stage(cmd, *pipelines_.other_tiles, round, offsetof(RasterRound, other_tiles));
   barrier(cmd);
 }
 
@@ -404,18 +371,18 @@ void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uin
     if (timer != nullptr) timer->mark(device_, cmd, pass);
   };
   const std::array sets{frame_set, set_.set};
-  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.layout, 0, static_cast<std::uint32_t>(sets.size()),
-                             sets.data(), 0, nullptr);
+  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, static_cast<std::uint32_t>(sets.size()), sets.data(), 0,
+                             nullptr);
   const std::uint32_t block_count = (slot_count + kBlockSlots - 1) / kBlockSlots;
   if (block_count == 0) return;
   for (std::uint32_t round = 0; round < kRasterRounds; ++round) {
     RasterPush push = push_;
     push.round = round;
-    vk.vkCmdPushConstants(cmd, pipelines_.layout, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
+    vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
     bind(cmd, *pipelines_.blocks);
     vk.vkCmdDispatch(cmd, (block_count + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.cull[debug_view_ != COPPICE_DEBUG_NONE ? 1 : 0], round, offsetof(RasterRound, blocks));
+    dispatch_stage(cmd, *pipelines_.cull.of(debug_view_), round, offsetof(RasterRound, blocks));
     barrier(cmd);
     dispatch_stage(cmd, *pipelines_.expand, round, offsetof(RasterRound, items));
     barrier(cmd);
@@ -433,10 +400,10 @@ void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uin
 void LeafRaster::record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set, coppice_view_kind kind) const {
   const Functions& vk = device_.vk;
   const std::array sets{frame_set, set_.set};
-  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.resolve[static_cast<std::size_t>(kind)]->handle());
-  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.layout, 0, static_cast<std::uint32_t>(sets.size()),
-                             sets.data(), 0, nullptr);
-  vk.vkCmdPushConstants(cmd, pipelines_.layout, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push_, &push_);
+  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.resolve_of(kind)->handle());
+  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, static_cast<std::uint32_t>(sets.size()), sets.data(), 0,
+                             nullptr);
+  vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push_, &push_);
   vk.vkCmdDraw(cmd, 3, 1, 0, 0);
 }
 

@@ -185,6 +185,12 @@ void destroy_buffer(Device& device, Buffer& buffer) {
   buffer = {};
 }
 
+bool fits_buffer(Device& device, std::uint64_t bytes) {
+  // A buffer takes a little more than it asks for.
+  constexpr std::uint64_t kRounding = 4096;
+  return bytes == 0 || device.memory.ledger->fits(bytes + kRounding);
+}
+
 Result<Texture> create_texture(Device& device, const coppice_file_texture& wanted) {
   COPPICE_ASSERT(wanted.format == COPPICE_TEXTURE_RGBA8 || device.block_textures);
   const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,

@@ -89,4 +89,13 @@ void give_memory(Device& device, MemoryRange& range);
 /// Gives back the empty block that is kept. Nothing may be taken any more.
 void close_memory(Device& device);
 
+/// Closes it in the end.
+struct OpenMemory {
+  explicit OpenMemory(Device& of) : device(of) {}
+  ~OpenMemory() { close_memory(device); }
+  OpenMemory(const OpenMemory&) = delete;
+  OpenMemory& operator=(const OpenMemory&) = delete;
+  Device& device;
+};
+
 }  // namespace coppice::gpu

@@ -52,7 +52,10 @@ struct Buffer {
 
 /// errors  out_of_memory; device_lost; unsupported: a storage or texel buffer larger than the device binds
 Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind);
+/// buffer: may be none
 void destroy_buffer(Device& device, Buffer& buffer);
+/// Whether so many bytes can be taken for a buffer, or else are wanted: see Ledger::fits.
+bool fits_buffer(Device& device, std::uint64_t bytes);
 
 /// A sampled 2D image with colours in sRGB.
 struct Texture {
@@ -66,6 +69,7 @@ struct Texture {
 /// wanted  its sides, mip_count and format; with a block format device.block_textures must be set
 /// errors  out_of_memory, device_lost
 Result<Texture> create_texture(Device& device, const coppice_file_texture& wanted);
+/// texture: may be none
 void destroy_texture(Device& device, Texture& texture);
 
 /// The one place where a VkResult, not VK_SUCCESS, becomes a Status. call: static storage, its name

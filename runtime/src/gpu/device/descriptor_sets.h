@@ -1,0 +1,47 @@
+#pragma once
+
+// Descriptor sets, each from a pool of its own, written when they are made.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "device.h"
+#include "result.h"
+
+namespace coppice::gpu {
+
+inline constexpr std::uint32_t kMaxBindings = 12, kMaxBindingImages = 4;
+
+struct Binding {
+  VkDescriptorType type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+  VkShaderStageFlags stages = 0;
+  std::uint32_t count = 1;
+};
+
+struct SetLayout {
+  VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+  std::array<Binding, kMaxBindings> bindings{};
+  std::uint32_t binding_count = 0;
+};
+
+struct DescriptorSet {
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  VkDescriptorSet set = VK_NULL_HANDLE;
+};
+
+/// What a binding shows: a buffer, all of it, as texels where it has some; or `count` images in SHADER_READ_ONLY_OPTIMAL.
+struct Bound {
+  const Buffer* buffer = nullptr;
+  VkSampler sampler = VK_NULL_HANDLE;
+  const VkImageView* views = nullptr;
+};
+
+/// bindings: in order, from 0 on. errors  out_of_memory, device_lost
+Result<SetLayout> create_set_layout(Device& device, std::span<const Binding> bindings);
+void destroy_set_layout(Device& device, SetLayout& layout);
+/// bound: one a binding. errors  out_of_memory, device_lost
+Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::span<const Bound> bound);
+void destroy_set(Device& device, DescriptorSet& set);
+
+}  // namespace coppice::gpu

@@ -1,0 +1,264 @@
+#include "plant_store.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+#include "check.h"
+#include "convert.h"
+#include "leaf_entry.h"
+#include "page_codec.h"
+
+namespace coppice::gpu {
+namespace {
+
+constexpr VkBufferUsageFlags kAddressed =
+    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+
+/// list: with room for all distinct ones
+template <class T>
+void add_distinct(BoundedList<T>& list, const T& value) {
+  if (std::ranges::find(list.span(), value) == list.span().end()) list.push_back(value);
+}
+
+}  // namespace
+
+Result<void> PlantStore::create() {
+  COPPICE_TRY(texture, create_texture(device_, {1, 1, 1, COPPICE_TEXTURE_RGBA8}));
+  placeholder_.texture = texture;
+  COPPICE_TRY(set, texture_sets_.create_set(texture.view));
+  placeholder_.set = set;
+  return {};
+}
+
+PlantStore::~PlantStore() {
+  destroy(placeholder_);
+  for (std::uint32_t i = 0; i < count_; ++i)
+    if (plants_[i]) destroy(*plants_[i]);
+}
+
+Result<void> PlantStore::reserve(std::uint32_t count) {
+  if (count <= plants_.size()) return {};
+  HookArray<std::unique_ptr<StoredPlant>> larger;
+  COPPICE_CHECK(allocate_into(larger, allocator_, count));
+  std::ranges::move(plants_, larger.begin());
+  plants_ = std::move(larger);
+  return {};
+}
+
+const StoredTexture& PlantStore::shown_texture(std::uint32_t plant, std::uint32_t texture) const {
+  const bool shown = texture != kNoTexture && plants_[plant]->textures[texture].visible;
+  return shown ? plants_[plant]->textures[texture] : placeholder_;
+}
+
+Result<void> PlantStore::add(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance,
+                             std::span<const std::uint32_t> lod_words) {
+  COPPICE_ASSERT(index < plants_.size() && !plants_[index] && lod_words.size() <= kTableStride);
+  std::unique_ptr<StoredPlant> plant(new (std::nothrow) StoredPlant);
+  if (!plant) return Error{Status::out_of_memory, "plant"};
+  COPPICE_CHECK(allocate_into(plant->pages, allocator_, file.plant.page_count));
+  COPPICE_CHECK(allocate_into(plant->textures, allocator_, file.plant.texture_count));
+  COPPICE_CHECK(allocate_into(plant->material_textures, allocator_, file.materials.size()));
+  COPPICE_CHECK(plant->leaf_textures.make_room(allocator_, file.materials.size()));
+  COPPICE_CHECK(allocate_into(plant->pending_words, allocator_, lod_words.size()));
+  std::ranges::copy(lod_words, plant->pending_words.begin());
+  plant->layout = place_plant_tables(file);
+  COPPICE_CHECK(allocate_into(plant->pending_tables, allocator_, plant->layout.bytes));
+  COPPICE_TRY(tables, create_buffer(device_, plant->layout.bytes, kAddressed, MemoryKind::device));
+  plant->tables = tables;
+  plant->leaf_mesh_count = file.plant.leaf_mesh_count;
+  if (auto filled = fill_tables(*plant, file, appearance); !filled) {
+    destroy(*plant);
+    return filled;
+  }
+  plants_[index] = std::move(plant);
+  count_ = std::max(count_, index + 1);
+  return {};
+}
+
+// A page or list that is not there points at something readable: a shader may load from it before it finds that it need not.
+Result<void> PlantStore::fill_tables(StoredPlant& plant, const PlantFile& file, const PlantAppearance& appearance) {
+  const std::uint64_t base = plant.tables.address;
+  const PlantTables& layout = plant.layout;
+  plant.record = gpu_plant(file.plant);
+  plant.record.cards = gpu_address(base + layout.cards_at);
+  plant.record.materials = gpu_address(base + layout.materials_at);
+  plant.record.card_looks = gpu_address(base + layout.looks_at);
+  plant.record.crown_light = gpu_address(base + layout.crown_at);
+  plant.record.lists = gpu_address(base + layout.lists_at);
+  const auto write = [&](std::uint64_t at, std::size_t i, const auto& value) {
+    std::memcpy(plant.pending_tables.data() + at + i * sizeof value, &value, sizeof value);
+  };
+  for (std::size_t i = 0; i < appearance.looks.looks.size(); ++i) write(layout.looks_at, i, appearance.looks.looks[i]);
+  write(layout.crown_at, 0, appearance.light.words);
+  for (std::size_t i = 0; i < file.materials.size(); ++i) {
+    const Material material = gpu_material(file.materials[i]);
+    write(layout.materials_at, i, material);
+    plant.material_textures[i] = {material.texture, material.normal_map};
+  }
+  for (std::size_t i = 0; i < file.cards.size(); ++i) {
+    write(layout.cards_at, i, gpu_card(file.cards[i]));
+    add_distinct(plant.leaf_textures, plant.material_textures[file.cards[i].material].color);
+  }
+  for (std::uint32_t i = 0; i < std::max(file.plant.page_count, 1u); ++i) write(layout.pages_at, i, gpu_address(base));
+  ClusterList list = empty_list(leaf_box(plant.record));
+  list.leaf_count = file.plant.leaf_count;
+  for (std::uint32_t i = 0; i < kClusterLists; ++i) {
+    list.blocks = gpu_address(i == kPageList ? base + layout.pages_at : base);
+    write(layout.lists_at, i, list);
+  }
+  return file.plant.page_count == 0 ? add_single_leaf(plant, file, appearance) : Result<void>();
+}
+
+// A plant of one leaf has no pages: its cuts are made here.
+Result<void> PlantStore::add_single_leaf(StoredPlant& plant, const PlantFile& file, const PlantAppearance& appearance) {
+  COPPICE_TRY(scratch, HookArray<ClusterScratch>::allocate(allocator_, 1));
+  ReadyCuts cuts;
+  COPPICE_CHECK(allocate_into(cuts.bytes, allocator_, ready_cut_bytes(1)));
+  build_ready_cuts({root_node(file.plant), appearance.looks.cards(), leaf_box(plant.record), &appearance.light, 1}, {}, scratch[0], cuts);
+  move_ready_cuts(1, cuts.lists, cuts.bytes.span(), plant.tables.address + plant.layout.cuts_at);
+  std::memcpy(plant.pending_tables.data() + plant.layout.lists_at, cuts.lists.data(), sizeof cuts.lists);
+  std::ranges::copy(cuts.bytes, plant.pending_tables.begin() + static_cast<std::ptrdiff_t>(plant.layout.cuts_at));
+  plant.has_cuts = true;
+  return {};
+}
+
+void PlantStore::remove(std::uint32_t index) {
+  COPPICE_ASSERT(plants_[index]);
+  destroy(*plants_[index]);
+  plants_[index].reset();
+}
+
+void PlantStore::destroy(StoredPlant& plant) {
+  destroy_buffer(device_, plant.tables);
+  for (Buffer& page : plant.pages) destroy_buffer(device_, page);
+  for (StoredMesh& mesh : plant.meshes) destroy_buffer(device_, mesh.buffer);
+  for (StoredTexture& texture : plant.textures) destroy(texture);
+}
+
+void PlantStore::destroy(StoredTexture& texture) {
+  destroy_texture(device_, texture.texture);
+  destroy_set(device_, texture.set);
+  texture = {};
+}
+
+/// Overwrites a part of the plant's tables, also of what has not gone up yet: its copy in a later frame must not undo this.
+Result<void> PlantStore::patch_tables(StoredPlant& plant, std::uint64_t offset, std::span<const std::uint8_t> bytes) {
+  COPPICE_CHECK(uploads_.patch(bytes, plant.tables, offset));
+  if (!plant.pending_tables.empty()) std::memcpy(plant.pending_tables.data() + offset, bytes.data(), bytes.size());
+  return {};
+}
+
+Result<void> PlantStore::patch_cuts(StoredPlant& plant, ReadyCuts& cuts) {
+  move_ready_cuts(plant.record.leaf_count, cuts.lists, cuts.bytes.span(), plant.tables.address + plant.layout.cuts_at);
+  COPPICE_CHECK(patch_tables(plant, plant.layout.lists_at, bytes_of(std::span<const ClusterList>(cuts.lists))));
+  return patch_tables(plant, plant.layout.cuts_at, cuts.bytes.span());
+}
+
+Result<void> PlantStore::upload_page(const PageUpload& upload) {
+  StoredPlant& plant = *plants_[upload.plant];
+  COPPICE_ASSERT(plant.pages[upload.page].buffer == VK_NULL_HANDLE && upload.clusters.size() == kPageBytes);
+  COPPICE_TRY(page, create_buffer(device_, kPageBytes, kAddressed, MemoryKind::device));
+  const Uploads::Mark mark = uploads_.mark();
+  const auto copied = [&]() -> Result<void> {
+    if (upload.page == 0) COPPICE_CHECK(patch_cuts(plant, *upload.ready_cuts));
+    const uvec2 address = gpu_address(page.address);
+    COPPICE_CHECK(patch_tables(plant, plant.layout.pages_at + upload.page * sizeof address, bytes_of(std::span(&address, 1))));
+    move_clusters(upload.clusters, kBlockClusters, page.address);
+    return uploads_.copy(upload.clusters, page, 0);
+  }();
+  if (!copied) {
+    uploads_.undo(mark);
+    destroy_buffer(device_, page);
+    return copied;
+  }
+  plant.pages[upload.page] = page;
+  plant.has_cuts = plant.has_cuts || upload.page == 0;
+  return {};
+}
+
+Result<void> PlantStore::upload_mesh(const MeshUpload& upload) {
+  StoredPlant& plant = *plants_[upload.plant];
+  StoredMesh& mesh = plant.meshes[upload.mesh];
+  MeshBlock& block = *upload.block;
+  COPPICE_ASSERT(mesh.buffer.buffer == VK_NULL_HANDLE);
+  COPPICE_CHECK(mesh.textures.make_room(allocator_, plant.material_textures.size()));
+  COPPICE_TRY(buffer, create_buffer(device_, block.bytes.size(), kAddressed | VK_BUFFER_USAGE_INDEX_BUFFER_BIT, MemoryKind::device));
+  const Uploads::Mark mark = uploads_.mark();
+  const auto copied = [&]() -> Result<void> {
+    block.move(buffer.address);
+    COPPICE_CHECK(patch_tables(plant, plant.layout.lists_at + (kWoodLists + upload.mesh) * sizeof(ClusterList),
+                               bytes_of(std::span<const ClusterList>(&block.list, 1))));
+    return uploads_.copy(block.bytes.span(), buffer, 0);
+  }();
+  if (!copied) {
+    uploads_.undo(mark);
+    destroy_buffer(device_, buffer);
+    return copied;
+  }
+  mesh.buffer = buffer;
+  mesh.vertices = gpu_address(buffer.address + block.vertices_at);
+  mesh.index_count = block.index_count;
+  mesh.cluster_count = block.list.cluster_count;
+  mesh.textures.clear();
+  for (std::size_t material = 0; material < plant.material_textures.size(); ++material)
+    if (block.materials[material]) add_distinct(mesh.textures, plant.material_textures[material]);
+  return {};
+}
+
+Result<void> PlantStore::upload_texture(std::uint32_t plant, std::uint32_t index, std::span<const std::uint8_t> bytes) {
+  COPPICE_TRY(layout, read_texture(bytes));
+  if (layout.format != COPPICE_TEXTURE_RGBA8 && !device_.block_textures)
+    return Error{Status::unsupported, "a texture in blocks, without textureCompressionBC"};
+  coppice_file_texture header{};
+  std::memcpy(&header, bytes.data(), sizeof header);
+  StoredTexture made;
+  const auto stored = [&]() -> Result<void> {
+    COPPICE_TRY(texture, create_texture(device_, header));
+    made.texture = texture;
+    COPPICE_TRY(set, texture_sets_.create_set(texture.view));
+    made.set = set;
+    return uploads_.fill(texture, bytes.subspan(sizeof header));
+  }();
+  if (!stored) {
+    destroy(made);
+    return stored;
+  }
+  made.visible = true;
+  plants_[plant]->textures[index] = made;
+  return {};
+}
+
+Result<void> PlantStore::upload_tables(const Buffer& words) {
+  if (!placeholder_.visible) {
+    constexpr std::uint8_t kWhite[4] = {255, 255, 255, 255};
+    COPPICE_CHECK(uploads_.fill(placeholder_.texture, kWhite));
+    placeholder_.visible = true;
+  }
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    if (!plants_[i] || plants_[i]->pending_tables.empty()) continue;
+    StoredPlant& plant = *plants_[i];
+    COPPICE_CHECK(uploads_.copy(plant.pending_tables.span(), plant.tables, 0));
+    COPPICE_CHECK(uploads_.copy(bytes_of(std::span<const std::uint32_t>(plant.pending_words.span())), words,
+                                std::uint64_t{i} * kTableStride * sizeof(std::uint32_t)));
+    plant.pending_tables = {};
+    plant.pending_words = {};
+  }
+  return {};
+}
+
+void PlantStore::drop_page(std::uint32_t plant, std::uint32_t page) {
+  destroy_buffer(device_, plants_[plant]->pages[page]);
+}
+
+void PlantStore::drop_mesh(std::uint32_t plant, std::uint32_t index) {
+  StoredMesh& mesh = plants_[plant]->meshes[index];
+  destroy_buffer(device_, mesh.buffer);
+  mesh = {};
+}
+
+void PlantStore::drop_texture(std::uint32_t plant, std::uint32_t texture) {
+  destroy(plants_[plant]->textures[texture]);
+}
+
+}  // namespace coppice::gpu

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "device.h"
+#include "pipelines.h"
+#include "result.h"
+
+namespace coppice::gpu {
+
+/// Whether what is nearer has the larger depth.
+constexpr bool is_reversed(VkCompareOp compare) {
+  return compare == VK_COMPARE_OP_GREATER || compare == VK_COMPARE_OP_GREATER_OR_EQUAL;
+}
+
+/// What a shadow view is drawn to: no colour.
+AttachmentDesc shadow_attachments(const AttachmentDesc& attachments);
+
+/// Whether pipelines for these attachments can work, by field of coppice_context_desc.
+/// errors  invalid_argument: an integer colour format, a depth format without depth; unsupported: this device does not do it
+Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments);
+
+}  // namespace coppice::gpu

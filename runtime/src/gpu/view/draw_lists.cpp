@@ -1,0 +1,156 @@
+#include "draw_lists.h"
+
+#include <algorithm>
+
+#include "check.h"
+
+namespace coppice::gpu {
+namespace {
+
+/// Draw commands of clusters and parts take at most one part in this many of the memory budget.
+constexpr std::uint64_t kCommandShare = 64;
+
+/// Clusters that a cut may be drawn from.
+std::uint64_t cluster_count_of(std::uint32_t leaf_count) {
+  return (std::uint64_t{leaf_count} - 1 + kPageSplits - 1) / kPageSplits * kBlockClusters;
+}
+
+/// The most that each of these may have so that all have no more than `share`: those that want less leave theirs to the others.
+std::uint64_t fair_share(std::span<std::uint64_t> wanted, std::uint64_t share) {
+  std::ranges::sort(wanted);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const std::uint64_t each = share / (wanted.size() - i);
+    if (wanted[i] > each) return each;
+    share -= wanted[i];
+  }
+  return ~std::uint64_t{0};
+}
+
+bool can_draw(const StoredPlant& plant, const MeshPipelines& pipelines) {
+  const auto drawable = [&](const SurfaceTextures& textures) { return pipelines.flat.of(textures.color)->handle() != VK_NULL_HANDLE; };
+  return std::ranges::all_of(std::span(plant.meshes).subspan(kMaxWoodLods, plant.leaf_mesh_count),
+                             [&](const StoredMesh& mesh) { return std::ranges::all_of(mesh.textures.span(), drawable); });
+}
+
+}  // namespace
+
+Result<void> DrawLists::reserve(std::uint32_t plant_count) {
+  if (plant_count <= records_.size()) return {};
+  COPPICE_TRY(records, enlarged_copy(records_, allocator_, plant_count));
+  COPPICE_TRY(mesh_commands, enlarged_copy(mesh_commands_, allocator_, std::size_t{plant_count} * kMeshCommands));
+  COPPICE_CHECK(allocate_into(wanted_, allocator_, plant_count));
+  records_ = std::move(records);
+  mesh_commands_ = std::move(mesh_commands);
+  return {};
+}
+
+void DrawLists::fill_meshes(std::uint32_t index, const DrawListInput& input) {
+  const StoredPlant& plant = *input.plants.plant(index);
+  const PlantResidency& residency = input.residency[index];
+  Plant& record = records_[index];
+  for (std::uint32_t i = 0; i < kMeshCommands; ++i)
+    mesh_commands_[index * kMeshCommands + i] = {.index_count = plant.meshes[i].index_count};
+  for (std::uint32_t lod = 0; lod < record.wood_lod_count; ++lod) {
+    const StoredMesh& wood = plant.meshes[lod];
+    record.wood_index_counts[lod] = wood.index_count;
+    if (wood.index_count > 0) record.wood_resident_mask |= residency.wood_mask & 1u << lod;
+    if (input.raster && wood.cluster_count > 0) record.wood_list_mask |= 1u << lod;
+  }
+  if (!residency.leaf_meshes || !can_draw(plant, input.leaf_meshes)) return;
+  record.leaf_mesh_count = record.mesh_list_count = plant.leaf_mesh_count;
+  for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i) {
+    const StoredMesh& leaves = plant.meshes[kMaxWoodLods + i];
+    COPPICE_ASSERT(leaves.index_count > 0);
+    record.leaf_mesh_triangles += leaves.index_count / 3;
+    record.mesh_cluster_count += leaves.cluster_count;
+    if (!input.raster || leaves.cluster_count == 0) record.mesh_list_count = 0;
+  }
+}
+
+void DrawLists::fill_record(std::uint32_t index, const DrawListInput& input) {
+  const StoredPlant* plant = input.plants.plant(index);
+  Plant& record = records_[index];
+  record = plant != nullptr ? plant->record : Plant{};
+  if (plant == nullptr) return;
+  record.instance_count = input.instances.plant_count(index);
+  record.resident_leaf_count = plant->has_cuts ? std::clamp(input.residency[index].leaf_count, 1u, kMaxDrawnLeaves) : 0;
+  fill_meshes(index, input);
+}
+
+std::uint64_t DrawLists::wanted_commands(const Device& device, std::uint32_t plant) const {
+  const Plant& record = records_[plant];
+  if (record.resident_leaf_count == 0) return 0;
+  return std::min<std::uint64_t>(record.instance_count * cluster_count_of(record.resident_leaf_count), device.max_draw_count);
+}
+
+std::uint64_t DrawLists::wanted_parts(std::uint32_t plant) const {
+  const Plant& record = records_[plant];
+  return record.instance_count > 0 ? (record.wood_lod_count + record.leaf_mesh_count) * std::uint64_t{kPartCommands} : 0;
+}
+
+/// An instance has a command for a cut of one cluster in any case. What finds none for its clusters is drawn coarser, or rasterised.
+/// most_clusters: commands that a plant has for clusters. parts: it has commands for parts of meshes
+void DrawLists::place(std::uint64_t most_clusters, bool parts) {
+  std::uint64_t command_count = 0, list_count = 0;
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    Plant& record = records_[i];
+    const std::uint64_t count = record.instance_count;
+    record.leaf_command_base = static_cast<std::uint32_t>(command_count);
+    record.leaf_command_capacity = static_cast<std::uint32_t>(std::min<std::uint64_t>(record.leaf_command_capacity, most_clusters));
+    command_count += count + record.leaf_command_capacity;
+    record.part_base = static_cast<std::uint32_t>(command_count);
+    record.part_capacity = parts ? kPartCommands : 0;
+    if (parts) command_count += wanted_parts(i);
+    record.wood_list_base = static_cast<std::uint32_t>(list_count);
+    record.leaf_mesh_list_base = static_cast<std::uint32_t>(list_count + count * record.wood_lod_count);
+    list_count += count * (record.wood_lod_count + (record.leaf_mesh_count > 0 ? 1 : 0));
+  }
+}
+
+DrawLists::Wanted DrawLists::add_up(const Device& device) {
+  Wanted wanted;
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    Plant& record = records_[i];
+    record.leaf_command_capacity = static_cast<std::uint32_t>(wanted_commands(device, i));
+    if (record.instance_count == 0) continue;
+    wanted_[wanted.plants++] = record.leaf_command_capacity;
+    wanted.single_bytes += record.instance_count * sizeof(DrawCommand);
+    wanted.part_bytes += wanted_parts(i) * sizeof(DrawCommand);
+    wanted.cluster_bytes += record.leaf_command_capacity * sizeof(DrawCommand);
+  }
+  return wanted;
+}
+
+/// Takes the place of a smaller one where there is room. True: it did
+bool DrawLists::grow(Device& device, Garbage& garbage, std::uint64_t wanted_bytes, Buffer& commands) {
+  if (wanted_bytes <= commands.size_bytes || !fits_buffer(device, wanted_bytes)) return false;
+  const std::uint64_t roomy = std::min(wanted_bytes + wanted_bytes / 4, std::max(wanted_bytes, device.max_storage_bytes));
+  const std::uint64_t bytes = roomy <= device.memory.ledger->free() / 2 ? roomy : wanted_bytes;
+  constexpr VkBufferUsageFlags kUsage =
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+  auto made = create_buffer(device, bytes, kUsage, MemoryKind::alone);
+  if (!made) {
+    go_on_without(device, made.error(), "some plants are drawn coarser or by the rasteriser");
+    return false;
+  }
+  garbage.retire(commands);
+  commands = *made;
+  return true;
+}
+
+// There are commands for single clusters for all slots; for clusters and parts as far as the share of the budget goes and there is room.
+bool DrawLists::fill(Device& device, Garbage& garbage, const DrawListInput& input, Buffer& commands) {
+  count_ = input.plants.count();
+  for (std::uint32_t i = 0; i < count_; ++i) fill_record(i, input);
+  const Wanted wanted = add_up(device);
+  const std::uint64_t most_bytes = std::min(input.memory_budget_bytes / kCommandShare, device.max_storage_bytes - wanted.single_bytes);
+  const std::uint64_t wanted_bytes = wanted.single_bytes + std::min(wanted.part_bytes + wanted.cluster_bytes, most_bytes);
+  const bool grown = grow(device, garbage, wanted_bytes, commands);
+  std::uint64_t room = std::min(wanted_bytes, commands.size_bytes) - wanted.single_bytes;
+  const bool parts = wanted.part_bytes + std::min(wanted.cluster_bytes, room / 2) <= room;
+  if (parts) room -= wanted.part_bytes;
+  place(fair_share(wanted_.span().first(wanted.plants), room / sizeof(DrawCommand)), parts);
+  return grown;
+}
+
+}  // namespace coppice::gpu

@@ -1,0 +1,70 @@
+#pragma once
+
+// The plants of a frame as culling and draws see them: a record each, their share of the draw commands, and the meshes' draws.
+
+#include <cstdint>
+#include <span>
+
+#include "growing_buffers.h"
+#include "instances.h"
+#include "passes.h"
+#include "plant_store.h"
+
+namespace coppice::gpu {
+
+/// What may be drawn of a plant this frame.
+struct PlantResidency {
+  std::uint32_t leaf_count = 1;
+  std::uint32_t wood_mask = 0;
+  bool leaf_meshes = false;
+};
+
+struct DrawListInput {
+  const PlantStore& plants;
+  const InstanceTable& instances;
+  std::span<const PlantResidency> residency;  ///< [plants]
+  const MeshPipelines& leaf_meshes;
+  bool raster = false;  ///< the compute rasteriser draws small leaves
+  std::uint64_t memory_budget_bytes = 0;
+};
+
+class DrawLists {
+ public:
+  explicit DrawLists(const coppice_allocator& allocator) : allocator_(allocator) {}
+
+  /// Room for so many plants. errors  out_of_memory; nothing has changed
+  Result<void> reserve(std::uint32_t plant_count);
+  /// For this frame. commands: for single clusters of all slots at least; a larger one takes its place where there is room for more
+  /// draws. True: it did
+  bool fill(Device& device, Garbage& garbage, const DrawListInput& input, Buffer& commands);
+
+  [[nodiscard]] std::uint32_t count() const { return count_; }
+  [[nodiscard]] std::span<const Plant> records() const { return records_.span().first(count_); }
+  [[nodiscard]] std::uint32_t instance_count(std::uint32_t plant) const { return records_[plant].instance_count; }
+  /// kMeshCommands a plant, without instances.
+  [[nodiscard]] std::span<const DrawCommand> mesh_commands() const {
+    return mesh_commands_.span().first(std::size_t{count_} * kMeshCommands);
+  }
+
+ private:
+  void fill_record(std::uint32_t plant, const DrawListInput& input);
+  void fill_meshes(std::uint32_t plant, const DrawListInput& input);
+  /// Of all plants.
+  struct Wanted {
+    std::size_t plants = 0;  ///< with instances
+    std::uint64_t single_bytes = 0, cluster_bytes = 0, part_bytes = 0;
+  };
+  Wanted add_up(const Device& device);
+  static bool grow(Device& device, Garbage& garbage, std::uint64_t wanted_bytes, Buffer& commands);
+  [[nodiscard]] std::uint64_t wanted_commands(const Device& device, std::uint32_t plant) const;
+  [[nodiscard]] std::uint64_t wanted_parts(std::uint32_t plant) const;
+  void place(std::uint64_t most_clusters, bool parts);
+
+  coppice_allocator allocator_;
+  HookArray<Plant> records_;
+  HookArray<DrawCommand> mesh_commands_;
+  HookArray<std::uint64_t> wanted_;  ///< scratch
+  std::uint32_t count_ = 0;          ///< of plants
+};
+
+}  // namespace coppice::gpu

@@ -1,6 +1,6 @@
 #pragma once
 
-// Which cut an instance is drawn with: the CPU reference of the selection shader, on plain spans. The arithmetic is shaders/coppice_lod.h.
+// Which cut an instance is drawn with: the CPU reference of the selection shader, on plain spans. The arithmetic is coppice_lod.h's.
 
 #include <array>
 #include <cstddef>

@@ -2,21 +2,17 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Leaf quads and wood triangles to pixels of `picture`: coverage at pixel centres, depth, light once a leaf.
-// reads     view, instances, plants, cuts, work_items; lists, clusters, leaves, splats and cards by address
+// reads     view, instances, plants, cuts, shadow_maps, work_items or big_items and their stages, picture; lists, clusters, leaves, splats,
+//           card looks and debug colours by address
 // writes    picture; big_items and the round's big stage
-// dispatch  indirect, from the stage that kSource names; recorded by coppice::gpu::LeafRaster::record
+// dispatch  indirect, from the round's work or big stage, which kSource names; recorded by coppice::gpu::LeafRaster::record_leaves
 //
 // Clusters: one invocation a leaf, which walks the pixels of the leaf's rectangle. What covers many pixels goes to a list
 // of its own, of which a whole group takes one leaf at a time: a row each invocation, or eight of a wide group.
 
-#include "raster_extensions.glsl"
 #include "bindings.glsl"
-#include "shading.glsl"
-#include "leaf_shading.glsl"
-#include "raster.glsl"
-#include "radiance.glsl"
-#include "debug_view.glsl"
 #include "raster_place.glsl"
+#include "leaf_shading.glsl"
 #include "write_pixel.glsl"
 
 const uint kClusters = 0;
@@ -36,8 +32,7 @@ struct Shared {
 Shared share(uint item, ClusterList list, Cluster cluster, uint quarter, uint leaf_count) {
   Instance instance = instances[slot_of(item)];
   Shared group;
-  group.placed = place(instance, list_of(item), list.box_min, list.box_step, cluster, quarter, leaf_count);
-  show_debug(group.placed, slot_of(item));
+  group.placed = place(item, instance, list.box_min, list.box_step, cluster, quarter, leaf_count);
   group.box_step = list.box_step;
   float distance_m = max(distance(world_from_object(instance, cluster.center), view.camera_position), view.near_m);
   group.px_per_m = instance.scale * view.focal_px / distance_m;
@@ -193,7 +188,8 @@ vec2 center_of(vec2 block, uint bit) { return block + vec2(bit & 7u, bit >> 3) +
 void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
   vec2 block = vec2(corner);
   ivec2 size = clamp(drawn.high - corner, ivec2(0), ivec2(kBlock_px));
-  uvec2 inside = uvec2(size.y >= 4 ? 0xffffffffu : (1u << (8 * size.y)) - 1, size.y >= 8 ? 0xffffffffu : (1u << (8 * max(size.y - 4, 0))) - 1);
+  uvec2 inside =
+      uvec2(size.y >= 4 ? 0xffffffffu : (1u << (8 * size.y)) - 1, size.y >= 8 ? 0xffffffffu : (1u << (8 * max(size.y - 4, 0))) - 1);
   if (!seen) inside = uvec2(0);
   float width = float(size.x);
   uvec2 first = inside & uvec2(four_rows(edges.first, block, 0.0, width), four_rows(edges.first, block, 4.0, width));

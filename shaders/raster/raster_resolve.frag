@@ -4,7 +4,7 @@
 // What the compute rasteriser has drawn, as colour and depth of the engine's attachments.
 // reads     picture, view
 // writes    colour, linear, but with COPPICE_DEPTH; depth
-// recorded by coppice::gpu::LeafRaster::record_resolve
+// draws     one triangle, recorded by coppice::gpu::LeafRaster::record_resolve
 
 #include "bindings.glsl"
 #include "debug_view.glsl"

@@ -1,8 +1,7 @@
 // Where plants stand, how crowns are lit and leaves coloured, and how words hold what that takes, once: this text compiles as GLSL and as
 // C++ (namespace coppice::gpu), so that the records of clusters and the shaders that draw vertices cannot disagree by more than rounding.
 //
-// A shader that includes this file defines first
-//     #define COPPICE_CROWN_WORD(words, i)  uint: word i of a plant's crown light, whose address is words
+// In a shader after bindings.glsl.
 
 #ifndef COPPICE_LIGHT_H
 #define COPPICE_LIGHT_H
@@ -10,6 +9,7 @@
 #include "coppice_lod.h"
 #include "coppice_shared.h"
 
+// Word i of a plant's crown light, whose address is words.
 #ifdef __cplusplus
 #define COPPICE_CROWN_WORD(words, i) (words)[i]
 
@@ -17,6 +17,7 @@ namespace coppice::gpu {
 using lod::coppice_hash;
 using CrownWords = const uint*;
 #else
+#define COPPICE_CROWN_WORD(words, i) WordArray(words).at[i]
 #define CrownWords uvec2
 #endif
 

@@ -1,5 +1,5 @@
 // Descriptor set 0 of every shader, as gpu/passes.cpp writes it, and what is reached by address from there.
-// COPPICE_CULL_ACCESS is defined as empty by cull.comp, which fills the buffers; for the others they are readonly.
+// COPPICE_CULL_ACCESS is defined as empty by shaders that fill the buffers; for the others they are readonly.
 
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_buffer_reference : require
@@ -31,11 +31,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Woo
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafMeshVertexArray { LeafMeshVertex at[]; };
 
 #define COPPICE_TABLE_WORD(table, i) texelFetch(table_words, int((table).first_word + (i))).x
-#define COPPICE_CROWN_WORD(words, i) WordArray(words).at[i]
-#include "coppice_light.h"
-
-// Whether a triangle's corners run counter-clockwise to the viewer, whichever way y of the picture points. facing: gl_FrontFacing
-bool is_front(bool facing) { return facing == (view.is_mirrored == 0); }
+#include "coppice_lod.h"
 
 bool sphere_in_view(vec3 center, float radius) {
   for (int i = 0; i < 5; ++i)

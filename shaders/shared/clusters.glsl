@@ -22,12 +22,14 @@ bool is_surface(Cluster cluster) { return (cluster.counts >> kCountSurface & 1u)
 uint ready_cut(uint leaf_count) { return min(coppice_ladder_rung(leaf_count), kReadyCuts - 1); }
 uint list_of_cut(uint leaf_count) { return leaf_count > kReadyLeaves ? kPageList : ready_cut(leaf_count); }
 
-// The leaves of an instance's cut: those of the item's list, of the pages' as many as the cut has.
-uint cut_leaf_count(uint slot, Plant plant) { return min(coppice_whole_leaf_count(cuts[slot]), plant.resident_leaf_count); }
+// The leaves of a cut, and of an instance's.
+uint whole_leaf_count(float cut, Plant plant) { return min(coppice_whole_leaf_count(cut), plant.resident_leaf_count); }
+uint cut_leaf_count(uint slot, Plant plant) { return whole_leaf_count(cuts[slot], plant); }
 // Clusters of the pages that bear some of a cut.
 uint page_cluster_count(uint leaf_count) { return (leaf_count - 1 + kPageSplits - 1) / kPageSplits * kBlockClusters; }
 
-// One that bears leaves of a cut's last splits. Page 0 has one cluster for the first kReadyLeaves splits, and as many again for as many more.
+// One that bears leaves of a cut's last splits. Page 0 has one cluster for the first kReadyLeaves splits, and as many again for as many
+// more.
 uint last_born_cluster(uint leaf_count) {
   uint first = page_cluster_count(leaf_count) - kBlockClusters, place = (leaf_count - 2) / kReadyLeaves;
   return first > 0 || place == 0 ? first : 1u << findMSB(place);

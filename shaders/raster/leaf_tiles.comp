@@ -4,7 +4,8 @@
 // The smallest depth key of each tile: 0 where a pixel of it shows no leaf.
 // reads     picture (level 0), tiles of level 0 (the others)
 // writes    tiles
-// dispatch  indirect, one invocation per tile of level 0, or of levels 1 and 2; recorded by coppice::gpu::LeafRaster::record
+// dispatch  indirect, from the round's tiles stages, one invocation per tile of level 0, or of levels 1 and 2; recorded by
+//           coppice::gpu::LeafRaster::record_tiles
 
 #include "bindings.glsl"
 #include "raster.glsl"

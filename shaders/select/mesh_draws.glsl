@@ -1,54 +1,19 @@
-// What the hardware draws of an instance, as draw commands and places in the wood lists. After bindings.glsl with COPPICE_CULL_ACCESS,
+// Wood and leaf meshes of an instance, as draw commands and places in the wood lists. After bindings.glsl with COPPICE_CULL_ACCESS,
 // clusters.glsl and counters.glsl.
 
-#include "cluster_command.glsl"
+#include "coppice_light.h"
+#include "draw_commands.glsl"
 
-layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
-layout(set = 0, binding = 7, scalar) buffer DrawCountBuffer { uint draw_counts[]; };
-layout(set = 0, binding = 8, scalar) buffer WoodCommandBuffer { DrawCommand wood_commands[]; };
-
-const uint kDrawsNoLeaves = 0;
-const uint kDrawsQuads = 1;
-const uint kDrawsMeshes = 2;
-
-struct HardwareDraws {
+struct MeshDraws {
   uint slot;
-  uint leaves;    // kDrawsNoLeaves, or what of them
+  bool leaf_meshes;
   uint wood_lod;  // kMaxWoodLods: no wood
 };
 
-// As a word of the rasteriser's items. Slots have 24 bits there.
-uint packed(HardwareDraws draws) { return draws.slot | draws.leaves << 24 | draws.wood_lod << 26; }
-HardwareDraws unpacked(uint word) { return HardwareDraws(word & 0xffffffu, word >> 24 & 3u, word >> 26); }
-
-// Commands for all clusters of the pages that may show some of the cut. False where the plant has not as many left.
-bool draw_pages(Plant plant, uint plant_index, uint slot, uint leaf_count) {
-  ClusterList list = list_at(plant, kPageList);
-  uint count = page_cluster_count(leaf_count);
-  uint first = atomicAdd(draw_counts[kDrawCounts * plant_index + 1], count), end = min(first + count, plant.leaf_command_capacity);
-  bool fits = first + count <= plant.leaf_command_capacity;
-  // The count must not pass what the device draws at once; what took a place below the capacity keeps it, empty where it is not enough.
-  if (!fits) atomicMin(draw_counts[kDrawCounts * plant_index + 1], plant.leaf_command_capacity);
-  Instance instance = instances[slot];
-  uint item = slot | kPageList << kSlotBits;
-  for (uint i = 0; first + i < end; ++i) {
-    Cluster cluster = cluster_at(list, i);
-    ShownLeaves shown = shown_of_page(cluster, i, leaf_count);
-    bool seen = fits && sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m);
-    leaf_commands[plant.leaf_command_base + plant.instance_count + first + i] = cluster_command(item, i, seen ? shown.count : 0);
-  }
-  return fits;
-}
-
-// Where commands are short the cut becomes coarser; a ready one has a command in any case. How many leaves are drawn.
-uint draw_leaves(Plant plant, uint plant_index, uint slot, uint leaf_count) {
-  for (; leaf_count > kReadyLeaves; leaf_count = max(leaf_count / 4, kReadyLeaves)) {
-    cuts[slot] = min(cuts[slot], float(leaf_count));
-    if (draw_pages(plant, plant_index, slot, leaf_count)) return leaf_count;
-  }
-  uint cut = ready_cut(leaf_count), count = list_at(plant, cut).leaf_count;
-  leaf_commands[plant.leaf_command_base + atomicAdd(draw_counts[kDrawCounts * plant_index], 1)] = cluster_command(slot | cut << kSlotBits, 0, count);
-  return count;
+// A word of the rasteriser's items.
+uint packed(MeshDraws draws) { return draws.slot | (draws.leaf_meshes ? 1u << kSlotBits : 0u) | draws.wood_lod << kSlotBits + 1; }
+MeshDraws unpacked(uint word) {
+  return MeshDraws(word & (kMaxSlots - 1u), (word >> kSlotBits & 1u) != 0, word >> kSlotBits + 1);
 }
 
 // From `at` on the first cluster of a mesh that is in view, or that is not; list.range_count where there is none.
@@ -94,9 +59,7 @@ bool wants_parts(Plant plant, uint slot) {
 // A place among the commands for parts that a count is of; plant.part_capacity where none is left.
 uint part_place(Plant plant, uint plant_index, uint slot, uint count) {
   if (!wants_parts(plant, slot)) return plant.part_capacity;
-  uint at = kDrawCounts * plant_index + count, place = atomicAdd(draw_counts[at], kInstanceParts);
-  if (place >= plant.part_capacity) atomicMin(draw_counts[at], plant.part_capacity);
-  return min(place, plant.part_capacity);
+  return min(take_commands(kDrawCounts * plant_index + count, kInstanceParts, plant.part_capacity), plant.part_capacity);
 }
 
 // How many triangles are drawn, here and below.
@@ -124,22 +87,18 @@ uint draw_leaf_meshes(Plant plant, uint plant_index, uint slot) {
   return plant.leaf_mesh_triangles;
 }
 
-// leaf_count: of quads
-void draw_instance(HardwareDraws draws, Plant plant, uint plant_index, uint leaf_count) {
+// How many triangles are drawn.
+uint draw_meshes(MeshDraws draws, Plant plant, uint plant_index) {
   uint triangles = 0;
-  if (draws.leaves == kDrawsMeshes) {
+  if (draws.leaf_meshes) {
     COPPICE_COUNT(leaves, plant.leaf_count)
     triangles = draw_leaf_meshes(plant, plant_index, draws.slot);
     COPPICE_COUNT(leaf_mesh_triangles, triangles)
-  } else if (draws.leaves == kDrawsQuads) {
-    uint leaves = draw_leaves(plant, plant_index, draws.slot, leaf_count);
-    COPPICE_COUNT(leaves, leaves)
-    triangles = 2 * leaves;
   }
   if (draws.wood_lod != kMaxWoodLods) {
     uint of_wood = draw_wood(plant, plant_index, draws.slot, draws.wood_lod);
     COPPICE_COUNT(wood_triangles, of_wood)
     triangles += of_wood;
   }
-  COPPICE_COUNT(hardware_triangles, triangles)
+  return triangles;
 }

@@ -2,23 +2,16 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Wood and leaf meshes with a normal map: what plant.frag draws, lit per fragment.
-// reads     view, instances, plants; materials by address; the draw's base colour texture and normal map
+// reads     view, instances, plants, shadow_maps; materials and crown light by address; base_color, normal_map
 // writes    colour, linear
-// recorded by coppice::gpu::record_draw
+// draws     of wood.vert and leaf_mesh.vert with COPPICE_RELIEF, in coppice::gpu::Renderer::record_draw
 
 #include "bindings.glsl"
 #include "shading.glsl"
+#include "surface_in.glsl"
 
-layout(constant_id = 0) const uint kTextured = 1;
-layout(constant_id = 1) const uint kLeaf = 0;  // else wood
-
-layout(set = 1, binding = 0) uniform sampler2D base_color;
 layout(set = 2, binding = 0) uniform sampler2D normal_map;
 
-layout(location = 0) in vec3 in_albedo;
-layout(location = 1) in float in_transmittance;
-layout(location = 2) in vec2 in_uv;
-layout(location = 3) flat in float in_alpha_cutoff;
 layout(location = 4) in vec3 in_position;
 layout(location = 5) in vec3 in_normal;
 layout(location = 6) flat in uvec2 in_slot_material;
@@ -41,12 +34,7 @@ vec3 mapped_normal(vec3 normal) {
 }
 
 void main() {
-  vec3 color = in_albedo;
-  if (kTextured != 0) {
-    vec4 texel = texture(base_color, in_uv);
-    if (texel.a < in_alpha_cutoff) discard;
-    color *= texel.rgb;
-  }
+  vec3 color = textured(in_color);
   Instance instance = instances[in_slot_material.x];
   Plant plant = plants[instance.plant];
   Crown crown = crown_of(plant);
@@ -56,7 +44,7 @@ void main() {
                         LeafPlace(in_position, in_position, normal,
                                   MaterialArray(plant.materials).at[in_slot_material.y].crown_normals, 0.0));
   else
-    color *= lit(wood_light_at(plant, crown, instance, in_position), rotate(instance.rotation, is_front(gl_FrontFacing) ? normal : -normal));
-  if (view.debug_view != 0) color = in_albedo;
-  out_color = vec4(mix(view.fog_color, color, in_transmittance), 1.0);
+    color *= lit(wood_light_at(plant, crown, instance, in_position), rotate(instance.rotation, is_front() ? normal : -normal));
+  if (view.debug_view != 0) color = in_color;
+  out_color = fogged(color);
 }

@@ -2,19 +2,15 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Leaves and wood triangles of few pixels: each some discs of its projected area, at one depth. Fog is that of the cluster's middle.
-// reads     view, instances, plants, cuts, splat_items; lists, clusters, splats and lives by address
+// reads     view, instances, plants, cuts, shadow_maps, splat_items and the round's splats stage, picture; lists, clusters, splats, lives
+//           and debug colours by address
 // writes    picture
-// dispatch  indirect, from the round's splats stage; recorded by coppice::gpu::LeafRaster::record
+// dispatch  indirect, from the round's splats stage; recorded by coppice::gpu::LeafRaster::record_leaves
 //
 // kClusterLanes invocations take a cluster. Software drivers load what its splats share once for every invocation, as many loads as the
 // splats themselves, and are fastest with one; where neighbours' loads become one, they are to be neighbours in memory.
 
-#include "raster_extensions.glsl"
 #include "bindings.glsl"
-#include "shading.glsl"
-#include "raster.glsl"
-#include "radiance.glsl"
-#include "debug_view.glsl"
 #include "raster_place.glsl"
 #include "write_pixel.glsl"
 
@@ -58,8 +54,7 @@ void raster_cluster(uvec2 work, uint lane) {
   Cluster cluster = cluster_at(list, index);
   ShownLeaves shown = shown_of_work(work.y);
   uint leaf_count = item_leaf_count(work.x, plant, list), splits = born_splits(leaf_count, index);
-  Placed placed = place(instance, list_of(work.x), list.box_min, list.splat_step, cluster, shown_quarter(shown), leaf_count);
-  show_debug(placed, slot_of(work.x));
+  Placed placed = place(work.x, instance, list.box_min, list.splat_step, cluster, shown_quarter(shown), leaf_count);
   float size_px = cluster.splat_size_m / 65535.0 * instance.scale * view.focal_px;
   uint grains = log2_grains(cluster), count = shown.count << grains, disc = lane;
   do {
@@ -67,7 +62,8 @@ void raster_cluster(uvec2 work, uint lane) {
     float along = float(2 * (disc - (leaf << grains)) + 1) / float(1u << grains) - 1.0;
     bool born = true;
     if (shown.partly_born) born = is_born(LeafArray(cluster.leaves).at[leaf].life, splits);
-    if (kClusterLanes == 1 || disc < count) raster_splat(placed, SplatArray(cluster.splats).at[leaf], along * cluster.axis_steps, size_px, born);
+    if (kClusterLanes == 1 || disc < count)
+      raster_splat(placed, SplatArray(cluster.splats).at[leaf], along * cluster.axis_steps, size_px, born);
     disc += kClusterLanes;
   } while (disc < count);
 }

@@ -1,25 +1,25 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Draw commands of the instances that the rasteriser leaves to the hardware, of all its rounds.
-// reads     instances, plants, cuts, items from their end
-// writes    draw commands, wood lists, counters
+// Draw commands of the wood and leaf meshes that the rasteriser leaves to the hardware, of all its rounds.
+// reads     view, instances, plants, round 0's draws stage, items from their end; lists and clusters by address
+// writes    leaf_commands, draw_counts, wood_commands, wood_list, counters
 // dispatch  indirect, from round 0's draws stage, one invocation an instance; recorded by coppice::gpu::LeafRaster::record
 
 #define COPPICE_CULL_ACCESS
 #include "bindings.glsl"
 #include "raster.glsl"
 #include "counters.glsl"
-#include "hardware_draws.glsl"
+#include "mesh_draws.glsl"
 
 layout(local_size_x_id = 1) in;
 
 void main() {
   uint count = rounds[0].draws.count;
   for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
-    HardwareDraws draws = unpacked(items[items.length() - 1 - i]);
+    MeshDraws draws = unpacked(items[items.length() - 1 - i]);
     uint plant_index = instances[draws.slot].plant;
-    Plant plant = plants[plant_index];
-    draw_instance(draws, plant, plant_index, cut_leaf_count(draws.slot, plant));
+    uint triangles = draw_meshes(draws, plants[plant_index], plant_index);
+    COPPICE_COUNT(hardware_triangles, triangles)
   }
 }

@@ -2,30 +2,22 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Leaf quads of one cluster of an instance: four vertices for each leaf, those not born yet collapsed outside the clip volume.
-// reads     view, instances, plants, cuts; lists, clusters, leaves, cards and materials by address. gl_InstanceIndex names slot and list
-// writes    position and the lit colour
-// dispatch  indirect, from the commands of cull.comp or leaf_expand.comp; recorded by coppice::gpu::record_draw
+// reads     view, instances, plants, cuts, shadow_maps; lists, clusters, leaves, splats, cards, materials, debug colours by address
+// writes    position, and what surface_out.glsl says
+// draws     indirect, leaf_commands of cull.comp or leaf_expand.comp: gl_InstanceIndex names slot and list, gl_VertexIndex cluster, leaf and
+//           corner; recorded by coppice::gpu::Renderer::record_draw
 
 #include "bindings.glsl"
-#include "shading.glsl"
-#include "debug_view.glsl"
+#include "surface_out.glsl"
 #include "leaf_shading.glsl"
 #include "clusters.glsl"
-
-layout(push_constant, scalar) uniform Push { DrawPush push; };
-
-layout(location = 0) out vec3 out_light;
-layout(location = 4) out vec3 out_back_light;
-layout(location = 1) out float out_transmittance;
-layout(location = 2) out vec2 out_uv;
-layout(location = 3) flat out float out_alpha_cutoff;
 
 void main() {
   uint slot = slot_of(gl_InstanceIndex), list_index = list_of(gl_InstanceIndex);
   uint corner = uint(gl_VertexIndex) & 3;
   Plant plant = plants[push.plant];
-  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-  out_light = out_back_light = vec3(0.0);
+  gl_Position = kOutside;
+  out_color = out_back_color = vec3(0.0);
   out_transmittance = 1.0;
   out_uv = vec2(0.0);
   out_alpha_cutoff = 0.0;
@@ -58,13 +50,9 @@ void main() {
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
   float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
   LeafPlace leaf_place = LeafPlace(middle, object, face, material.crown_normals, bulk);
-  out_light = albedo * leaf_light(plant, crown, unpack_crown(crown_word), instance, leaf_place);
+  out_color = out_back_color = albedo * leaf_light(plant, crown, unpack_crown(crown_word), instance, leaf_place);
   out_transmittance = transmittance(world);
   out_uv = card.uv[corner];
   out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);
-  if (view.debug_view != 0) {
-    out_light = view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot);
-    out_transmittance = 1.0;
-  }
-  out_back_light = out_light;
+  if (view.debug_view != 0) show_debug(view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot));
 }

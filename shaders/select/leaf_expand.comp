@@ -2,22 +2,22 @@
 #extension GL_GOOGLE_include_directive : require
 
 // From instances to the clusters of their lists that their cut shows, that are in view and not hidden by earlier rounds. Clusters of large
-// leaves are left to the hardware. kTogether: a group takes one list after the other, its clusters side by side. Otherwise an invocation takes a short list,
-// and a subgroup together a long one.
-// reads     view, instances, plants, cuts, items, tiles; lists, clusters and lives by address
-// writes    work_items and splat_items, and the round's work and splats stages; draw commands of leaves; counters
+// leaves are left to the hardware. kTogether: a group takes one list after the other, its clusters side by side. Otherwise an invocation
+// takes a short list, and a subgroup together a long one.
+// reads     view, instances, plants, cuts, items and the round's items stage, tiles; lists, clusters and lives by address
+// writes    work_items, splat_items, the round's work, splats and tiles stages; leaf_commands, draw_counts, counters
 // dispatch  indirect, from the round's items stage; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
+#include "coppice_light.h"
 #include "raster.glsl"
 #include "counters.glsl"
-#include "cluster_command.glsl"
+#include "draw_commands.glsl"
+#include "occlusion.glsl"
+#include "raster_lists.glsl"
 
 layout(local_size_x_id = 1) in;
 layout(constant_id = 0) const uint kTogether = 0;
-
-layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
-layout(set = 0, binding = 7, scalar) buffer DrawCountBuffer { uint draw_counts[]; };
 
 // An item of more clusters is a whole subgroup's.
 const uint kOwnClusters = 8;
@@ -32,29 +32,11 @@ uint cluster_count(uint item) {
   return is_mesh(item) ? plant.mesh_cluster_count : cluster_count(item, plant, list_at(plant, list_of(item)));
 }
 
-void append_leaves(bool some, uint item, uint work) {
-  uvec4 which = subgroupBallot(some);
-  uint count = subgroupBallotBitCount(which);
-  if (count == 0) return;
-  uint first = 0;
-  if (subgroupElect()) {
-    first = atomicAdd(rounds[push.round].work.count, count);
-    uint end = min(first + count, push.work_capacity);
-    atomicMax(rounds[push.round].work.groups[0], min((end - 1) / push.leaf_clusters + 1, kMaxDispatchGroups));
-    if (first == 0) wake_tiles();
-  }
-  uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
-  if (some && place < push.work_capacity) work_items[place] = uvec2(item, work);
-}
-
 // False where the plant has no command left.
 bool draw_by_hardware(uint plant_index, uint item, uint cluster, ShownLeaves shown) {
   Plant plant = plants[plant_index];
-  uint place = atomicAdd(draw_counts[kDrawCounts * plant_index + 1], 1);
-  if (place >= plant.leaf_command_capacity) {
-    atomicMin(draw_counts[kDrawCounts * plant_index + 1], plant.leaf_command_capacity);
-    return false;
-  }
+  uint place = take_commands(kDrawCounts * plant_index + 1, 1, plant.leaf_command_capacity);
+  if (place >= plant.leaf_command_capacity) return false;
   leaf_commands[plant.leaf_command_base + plant.instance_count + place] = cluster_command(item, cluster, shown.count);
   return true;
 }
@@ -84,24 +66,23 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
     bool large = seen && quads && unpack_length(cluster.leaf_sizes_m, quarter) * object_px > split_px * nearest_m;
     if (large) large = draw_by_hardware(instance.plant, item, i, shown);
     uint work = seen ? work_of(i, shown) : 0;
-    append_splats(seen && small && !large, item, work);
-    append_leaves(seen && !small && !large, item, work);
+    append_work(kSplatWork, seen && small && !large, item, work);
+    append_work(kLeafWork, seen && !small && !large, item, work);
     uint leaves = paged ? drawn_count(shown, cluster, born_splits(leaf_count, i)) : shown.count;
     if (seen) drawn += uvec2(leaves, large ? leaves : 0);
   }
   return drawn;
 }
 
-// What an invocation has drawn: leaves, triangles of leaf meshes and of wood, and of all that triangles by the hardware.
-uvec4 drawn_sum = uvec4(0);
-
-void expand(uint item, uint first, uint step) {
+// What is drawn: leaves, triangles of leaf meshes and of wood, and of all that triangles by the hardware.
+uvec4 expand(uint item, uint first, uint step) {
   Instance instance = instances[slot_of(item)];
   uvec2 drawn = uvec2(0);
   for (uint i = 0; i < list_count(plants[instance.plant], item); ++i) drawn += expand_list(item + (i << kSlotBits), instance, first, step);
   uint kind = list_of(item) < kWoodLists ? 0 : is_mesh(item) ? 1 : 2;
-  drawn_sum[kind] += drawn.x;
-  drawn_sum.w += 2 * drawn.y;
+  uvec4 sum = uvec4(0, 0, 0, 2 * drawn.y);
+  sum[kind] = drawn.x;
+  return sum;
 }
 
 void add_to_counters(uvec4 sum) {
@@ -116,15 +97,16 @@ shared uint group_sum[4];
 void expand_together(uint count) {
   if (gl_LocalInvocationIndex < 4) group_sum[gl_LocalInvocationIndex] = 0;
   barrier();
-  for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) expand(items[i], gl_LocalInvocationIndex, gl_WorkGroupSize.x);
+  uvec4 sum = uvec4(0);
+  for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) sum += expand(items[i], gl_LocalInvocationIndex, gl_WorkGroupSize.x);
   for (uint i = 0; i < 4; ++i)
-    if (drawn_sum[i] > 0) atomicAdd(group_sum[i], drawn_sum[i]);
+    if (sum[i] > 0) atomicAdd(group_sum[i], sum[i]);
   barrier();
   if (gl_LocalInvocationIndex == 0) add_to_counters(uvec4(group_sum[0], group_sum[1], group_sum[2], group_sum[3]));
 }
 
 void expand_each(uint count) {
-  uvec4 all = subgroupBallot(true);
+  uvec4 all = subgroupBallot(true), sum = uvec4(0);
   for (uint i = group_index() * gl_WorkGroupSize.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
     bool some = i + gl_LocalInvocationIndex < count;
     uint item = some ? items[i + gl_LocalInvocationIndex] : 0;
@@ -135,7 +117,7 @@ void expand_each(uint count) {
     uint mine = item, first = 0, step = 1;
     bool more;
     do {
-      if (some) expand(mine, first, step);
+      if (some) sum += expand(mine, first, step);
       more = any(notEqual(left, uvec4(0)));
       uint owner = more ? subgroupBallotFindLSB(left) : 0;
       left[owner >> 5] &= ~(1u << (owner & 31u));
@@ -145,7 +127,7 @@ void expand_each(uint count) {
       step = subgroupBallotBitCount(all);
     } while (more);
   }
-  add_to_counters(drawn_sum);
+  add_to_counters(sum);
 }
 
 void main() {

@@ -1,5 +1,5 @@
-// Linear radiance in one word: the square roots of red, green (11 bits) and blue (10 bits). At a fiftieth of white a step is 3 %, finer than
-// one of eight bits in sRGB.
+// Linear radiance in one word: the square roots of red, green (11 bits) and blue (10 bits). At a fiftieth of white a step is 3 %, finer
+// than one of eight bits in sRGB.
 
 const float kMaxRadiance = 16.0;
 

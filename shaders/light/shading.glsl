@@ -1,4 +1,7 @@
 // Light shared by leaves and wood. Per vertex: a leaf is a few pixels wide, so that a fragment has nothing to add but its texture.
+// After bindings.glsl.
+
+#include "coppice_light.h"
 
 vec3 ambient_light(vec3 normal) { return mix(view.ground_color, view.sky_color, 0.5 + 0.5 * normal.y); }
 
@@ -22,8 +25,8 @@ float bulk_front(float cosine) {
   return 0.53 * lit * sqrt(lit) + 0.15;
 }
 
-// Share of the sun that reaches a leaf or wood. What a leaf of some bulk stands for the eye sees from outside: it is lit as the crown's near
-// side is, where the way of light is short with the sun behind the eye, and all through the crown against it.
+// Share of the sun that reaches a leaf or wood. What a leaf of some bulk stands for the eye sees from outside: it is lit as the crown's
+// near side is, where the way of light is short with the sun behind the eye, and all through the crown against it.
 float sun_through_crown(CrownSample light, vec3 sun, vec3 eye, float bulk) {
   float depth = mix(max(light.depth + dot(light.slope, sun), 0.0), 2.0 * light.depth * max(0.0, -dot(eye, sun)), bulk);
   return mix(0.05, 1.0, exp(-depth));
@@ -99,7 +102,8 @@ struct WoodLight {
 WoodLight wood_light_at(Plant plant, Crown crown, Instance instance, vec3 position) {
   vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
   CrownSample light = crown_light_at(plant.crown_light, crown, position);
-  float sun = sun_through_crown(light, sun_object, sun_object, 0.0) * sun_past_others(instance, plant, world_from_object(instance, position));
+  float past_others = sun_past_others(instance, plant, world_from_object(instance, position));
+  float sun = sun_through_crown(light, sun_object, sun_object, 0.0) * past_others;
   return WoodLight(view.sun_color * sun, light.sky);
 }
 

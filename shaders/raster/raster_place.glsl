@@ -1,5 +1,10 @@
-// An instance's list on its way to the screen, and the light of what is in it. After bindings.glsl, shading.glsl, raster.glsl and
-// radiance.glsl. Loads are what software drivers spend most on, so that a leaf brings all its light needs in two words.
+// An instance's list on its way to the screen, and the light of what is in it. After bindings.glsl.
+// Loads are what software drivers spend most on, so that a leaf brings all its light needs in two words.
+
+#include "shading.glsl"
+#include "raster.glsl"
+#include "radiance.glsl"
+#include "debug_view.glsl"
 
 // What the leaves of a cluster share; directions in object space.
 struct Placed {
@@ -18,16 +23,16 @@ struct Placed {
 };
 
 // step: object space, m, of one in q; quarter: shown_quarter; leaf_count: of the cut
-Placed place(Instance instance, uint list, vec3 box_min, vec3 step, Cluster cluster, uint quarter, uint leaf_count) {
+Placed place(uint item, Instance instance, vec3 box_min, vec3 step, Cluster cluster, uint quarter, uint leaf_count) {
   Plant plant = plants[instance.plant];
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   Placed placed;
-  placed.wood = list >= kWoodLists && list < kMeshLists;
+  placed.wood = list_of(item) >= kWoodLists && list_of(item) < kMeshLists;
   placed.cards = plant.card_looks;
-  placed.origin = screen_point(world_from_object(instance, box_min));
-  placed.x = screen_direction(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)));
-  placed.y = screen_direction(rotate(instance.rotation, vec3(0.0, instance.scale * step.y, 0.0)));
-  placed.z = screen_direction(rotate(instance.rotation, vec3(0.0, 0.0, instance.scale * step.z)));
+  placed.origin = on_screen(vec4(world_from_object(instance, box_min), 1.0));
+  placed.x = on_screen(vec4(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)), 0.0));
+  placed.y = on_screen(vec4(rotate(instance.rotation, vec3(0.0, instance.scale * step.y, 0.0)), 0.0));
+  placed.z = on_screen(vec4(rotate(instance.rotation, vec3(0.0, 0.0, instance.scale * step.z)), 0.0));
   placed.sun = rotate(to_object, view.sun_direction);
   placed.up = rotate(to_object, vec3(0.0, 1.0, 0.0));
   vec3 world = world_from_object(instance, cluster.center);
@@ -43,14 +48,11 @@ Placed place(Instance instance, uint list, vec3 box_min, vec3 step, Cluster clus
   placed.ground_color = view.ground_color;
   placed.fog_color = view.fog_color;
   placed.near_m = view.near_m;
+  if (view.debug_view != 0) {  // in place of light: fog that hides everything has the colour
+    placed.fog_color = debug_color(slot_of(item)) * (placed.wood && view.debug_view == kDebugPath ? 0.3 : 1.0);
+    placed.clear = 0.0;
+  }
   return placed;
-}
-
-// Instead of light, where the view asks for it: fog that hides everything has its colour.
-void show_debug(inout Placed placed, uint slot) {
-  if (view.debug_view == 0) return;
-  placed.fog_color = debug_color(slot) * (placed.wood && view.debug_view == kDebugPath ? 0.3 : 1.0);
-  placed.clear = 0.0;
 }
 
 LeafNormals normals_of(Splat splat) {
@@ -63,7 +65,8 @@ vec3 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + 
 uint placed_radiance(Placed placed, Splat splat, LeafNormals normals) {
   vec4 look = unpackUnorm4x8(splat.look);
   if (placed.wood && dot(normals.face, placed.eye) < 0.0) normals.lit = -normals.lit;
-  vec3 shown = placed.wood ? vec3(max(0.0, dot(normals.lit, placed.sun))) : sun_on_leaf(normals, placed.sun, placed.eye, placed.bulk_front, placed.bulk);
+  vec3 shown = placed.wood ? vec3(max(0.0, dot(normals.lit, placed.sun)))
+                           : sun_on_leaf(normals, placed.sun, placed.eye, placed.bulk_front, placed.bulk);
   vec3 sunlight = placed.sun_color * sun_through_crown(unpack_crown(splat.crown), placed.sun, placed.eye, placed.bulk);
   float up = mix(dot(normals.lit, placed.up), placed.bulk_up, placed.bulk);
   vec3 light = sunlight * shown + mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * up) * leaf_sky(look.a, placed.bulk);

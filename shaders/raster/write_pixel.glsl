@@ -8,6 +8,8 @@ const uint kCount = 2;  // for COPPICE_DEBUG_OVERDRAW: how often, instead of rad
 layout(constant_id = 2) const uint kPass = kDepth;  // kDepth or kCount with COPPICE_INT64
 
 #ifdef COPPICE_INT64
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#extension GL_EXT_shader_atomic_int64 : require
 layout(set = 1, binding = 0, scalar) buffer PixelBuffer { uint64_t pixels[]; };
 #endif
 

@@ -2,13 +2,14 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Blocks of instances that a round has to look at: those of its size on screen, in view, not hidden by earlier rounds.
-// reads     view, blocks, tiles
+// reads     view, blocks, in rounds but the first tiles
 // writes    visible_blocks and the round's blocks stage; counters
-// dispatch  ceil(blocks / kCullGroupSize) groups; recorded by coppice::gpu::LeafRaster::record
+// dispatch  an invocation a block, kCullGroupSize a group; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
 #include "raster.glsl"
 #include "counters.glsl"
+#include "occlusion.glsl"
 
 layout(local_size_x = kCullGroupSize) in;
 

@@ -2,19 +2,13 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Leaves as they were modelled, one chunk of them.
-// reads     view, instances, plants, the plant's list of instances drawn so (gl_InstanceIndex from its first entry, or a slot with kPartBit); vertices and materials
-//           by address
+// reads     view, instances, plants, wood_list, shadow_maps; vertices, materials, crown light and debug colours by address
 // writes    position, and what surface_out.glsl says
-// dispatch  indirect, from cull.comp's counts; recorded by coppice::gpu::record_draw
+// draws     indirect, wood_commands or parts among leaf_commands, of cull.comp or hardware_draws.comp: gl_InstanceIndex is a place in the
+//           plant's list of instances drawn so, or a slot with kPartBit; recorded by coppice::gpu::Renderer::record_draw
 
 #include "bindings.glsl"
-#include "shading.glsl"
-#include "debug_view.glsl"
 #include "surface_out.glsl"
-
-layout(push_constant, scalar) uniform Push { DrawPush push; };
-
-#include "mesh_slot.glsl"
 
 void main() {
   Plant plant = plants[push.plant];
@@ -29,30 +23,15 @@ void main() {
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
   Crown crown = crown_of(plant);
   vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, plant.box_min + plant.box_step * vec3(stalk), stalk);
-  bool shown = material.texture == push.texture && material.normal_map == push.normal_map;
-  gl_Position = shown ? view.clip_from_world * vec4(world, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+  place_vertex(material, world, vertex.uv);
 #ifdef COPPICE_RELIEF
-  out_albedo = albedo;
+  out_color = albedo;
   out_position = vertex.position;
   out_normal = normal;
   out_slot_material = uvec2(slot, material_index);
 #else
   LeafPlace leaf = LeafPlace(vertex.position, vertex.position, normal, material.crown_normals, 0.0);
-  out_light = albedo * leaf_light(plant, crown, crown_light_at(plant.crown_light, crown, vertex.position), instance, leaf);
+  out_color = out_back_color = albedo * leaf_light(plant, crown, crown_light_at(plant.crown_light, crown, vertex.position), instance, leaf);
 #endif
-  out_transmittance = transmittance(world);
-  out_uv = vertex.uv;
-  out_alpha_cutoff = material.alpha_cutoff;
-  if (view.debug_view != 0) {
-    vec3 color = debug_color(slot);
-#ifdef COPPICE_RELIEF
-    out_albedo = color;
-#else
-    out_light = color;
-#endif
-    out_transmittance = 1.0;
-  }
-#ifndef COPPICE_RELIEF
-  out_back_light = out_light;
-#endif
+  if (view.debug_view != 0) show_debug(debug_color(slot));
 }

@@ -1,0 +1,80 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// Frustum culling and cut selection where the hardware draws everything: an invocation an instance slot.
+// reads     view, instances, plants, table_words; lists, clusters and lives by address
+// writes    cuts of all instances; of those in view leaf_commands, draw_counts, wood_commands, wood_list, counters, and debug colours by
+//           address (draw_counts, instance counts of wood_commands and counters start at zero)
+// dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::Renderer::record_cull
+
+#define COPPICE_CULL_ACCESS
+#include "bindings.glsl"
+#include "clusters.glsl"
+#include "selection.glsl"
+#include "tally.glsl"
+#include "mesh_draws.glsl"
+
+layout(local_size_x = kCullGroupSize) in;
+
+// Commands for all clusters of the pages that may show some of the cut. False where the plant has not as many left: those that it gets
+// are empty.
+bool draw_pages(Candidate candidate, uint leaf_count) {
+  Plant plant = candidate.plant;
+  Instance instance = candidate.instance;
+  ClusterList list = list_at(plant, kPageList);
+  uint count = page_cluster_count(leaf_count), capacity = plant.leaf_command_capacity;
+  uint first = take_commands(kDrawCounts * instance.plant + 1, count, capacity);
+  bool fits = first + count <= capacity;
+  for (uint i = 0; first + i < min(first + count, capacity); ++i) {
+    Cluster cluster = cluster_at(list, i);
+    ShownLeaves shown = shown_of_page(cluster, i, leaf_count);
+    bool seen = fits && sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m);
+    leaf_commands[plant.leaf_command_base + plant.instance_count + first + i] =
+        cluster_command(candidate.slot | kPageList << kSlotBits, i, seen ? shown.count : 0);
+  }
+  return fits;
+}
+
+// Where commands are short the cut becomes coarser. For a ready cut there is one in any case. How many leaves are drawn.
+uint draw_leaves(Candidate candidate, uint leaf_count) {
+  Plant plant = candidate.plant;
+  uint slot = candidate.slot;
+  for (; leaf_count > kReadyLeaves; leaf_count = max(leaf_count / 4, kReadyLeaves)) {
+    cuts[slot] = min(cuts[slot], float(leaf_count));
+    if (draw_pages(candidate, leaf_count)) return leaf_count;
+  }
+  uint cut = ready_cut(leaf_count), count = list_at(plant, cut).leaf_count;
+  uint place = atomicAdd(draw_counts[kDrawCounts * candidate.instance.plant], 1);
+  leaf_commands[plant.leaf_command_base + place] = cluster_command(slot | cut << kSlotBits, 0, count);
+  return count;
+}
+
+// Whether an instance is in view.
+bool cull(uint slot) {
+  Instance instance = instances[slot];
+  if (instance.plant == kNoPlant) return false;
+  Candidate candidate = candidate_of(slot, instance);
+  Plant plant = candidate.plant;
+  CoppiceColumn column = coppice_column(candidate.table, candidate.size_px);
+  float cut = coppice_drawn_leaf_count(candidate.table, column, candidate.threshold_px);
+  Wanted wanted = wanted_of(candidate, column, cut, has_leaf_meshes(plant));
+  cuts[slot] = wanted.cut;
+  if (!sphere_in_view(candidate.center, candidate.radius_m)) return false;
+
+  uint leaf_count = whole_leaf_count(wanted.cut, plant);
+  show_debug_color(candidate, column, Shown(false, wanted.meshes, float(leaf_count), 0.0));
+  uint triangles = draw_meshes(MeshDraws(slot, wanted.meshes, wood_lod_of(candidate, column)), plant, instance.plant);
+  if (!wanted.meshes && has_leaves(plant)) {
+    uint leaves = draw_leaves(candidate, leaf_count);
+    COPPICE_COUNT(leaves, leaves)
+    triangles += 2 * leaves;
+  }
+  COPPICE_COUNT(hardware_triangles, triangles)
+  return true;
+}
+
+void main() {
+  uint slot = gl_GlobalInvocationID.x;
+  bool visible = slot < view.instance_slot_count && cull(slot);
+  add_to_counters(Tally(visible ? 1 : 0, 0, 0));
+}

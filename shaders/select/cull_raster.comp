@@ -1,0 +1,153 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// Culling, by the frustum and by what earlier rounds hide, and cut selection for the rasteriser: a group a block of instances that
+// leaf_blocks.comp found.
+// reads     view, instances, plants, table_words, visible_blocks and the round's blocks stage, tiles; lists and clusters by address
+// writes    of visible instances cuts, items, splat_items, the round's items, splats and tiles stages, its count of reserved clusters,
+//           round 0's draws stage, and debug colours by address; counters
+// dispatch  indirect, from the round's blocks stage; recorded by coppice::gpu::LeafRaster::record
+
+#define COPPICE_CULL_ACCESS
+#include "bindings.glsl"
+#include "raster.glsl"
+#include "selection.glsl"
+#include "tally.glsl"
+#include "mesh_draws.glsl"
+#include "occlusion.glsl"
+#include "raster_lists.glsl"
+
+layout(local_size_x = kCullGroupSize) in;
+
+// An instance of fewer thresholds across shows no wood: at 10 px a trunk is thinner than a pixel, at 40 px it is a square of 5 px or so.
+const float kWoodlessThresholds = 5.0;
+// Leaf meshes with holes are the hardware's from this share of what other leaves are.
+const float kHoledShare = 0.6;
+// The hardware draws the wood of larger instances, and of those with larger triangles, but in shadow maps: the rasteriser gives a triangle
+// one colour.
+const float kFacetedWood_px = 400.0;
+const float kFacet_px = 8.0;
+
+// What of an instance is appended to the rasteriser's lists; kNoItem where there is nothing. All invocations of a subgroup append together.
+struct Appended {
+  uint splats, splat_work;
+  uint leaves, wood;
+};
+
+// Takes places in the round's work lists for the clusters of a list. For one of each instance there is a place besides.
+bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved, cluster_count) + cluster_count <= kWorkClusters; }
+
+bool has_mesh_lists(Plant plant) { return plant.mesh_list_count > 0; }
+
+// Whether the leaves of a cut, of the pages some of those that it bears last, are too small for the hardware, on average.
+bool has_small_leaves(Candidate candidate, uint leaf_count) {
+  ClusterList list = list_at(candidate.plant, list_of_cut(leaf_count));
+  float leaf_size_m = list.leaf_size_m;
+  if (leaf_count > kReadyLeaves) leaf_size_m = unpack_length(cluster_at(list, last_born_cluster(leaf_count)).leaf_sizes_m, 0);
+  // Leaf meshes without lists have holes for an outline, of which the rasteriser's quads show the least.
+  float split_px = hardware_leaf_px() * (has_mesh_lists(candidate.plant) ? 1.0 : kHoledShare);
+  return leaf_size_m * candidate.instance.scale * view.focal_px <= split_px * max(candidate.distance_m, view.near_m);
+}
+
+// How many leaves are drawn: of the pages an eighth more than quads with textures need, of whose cover discs and masks of few pixels lose
+// some; a ready cut has as many more, in the mean, as it is rounded up.
+uint append_quads(Candidate candidate, uint leaf_count, inout Appended appended, inout Tally tally) {
+  Plant plant = candidate.plant;
+  if (leaf_count > kReadyLeaves) {
+    leaf_count = min(leaf_count + leaf_count / 8, plant.resident_leaf_count);
+    cuts[candidate.slot] = float(leaf_count);
+    if (reserve(page_cluster_count(leaf_count))) {
+      appended.leaves = candidate.slot | kPageList << kSlotBits;
+      return leaf_count;
+    }
+  }
+  // What is one cluster has been culled with the instance.
+  uint cut = ready_cut(leaf_count), item = candidate.slot | cut << kSlotBits;
+  ClusterList list = list_at(plant, cut);
+  if (list.grain_m * candidate.instance.scale * view.focal_px < push.splat_px * max(candidate.distance_m, view.near_m)) {
+    appended.splats = item;
+    appended.splat_work = work_of(0, ShownLeaves(list.leaf_count, false));
+    tally.leaves += list.leaf_count;
+  } else {
+    appended.leaves = item;
+  }
+  return list.leaf_count;
+}
+
+// Whether the rasteriser takes the instance's leaf meshes.
+bool append_meshes(Candidate candidate, inout Appended appended, inout Tally tally) {
+  if (!has_mesh_lists(candidate.plant) || !reserve(candidate.plant.mesh_cluster_count)) return false;
+  appended.leaves = candidate.slot | kMeshLists << kSlotBits;
+  tally.leaves += candidate.plant.leaf_count;
+  atomicAdd(counters.leaf_mesh_instances, 1);
+  return true;
+}
+
+// Whether the rasteriser takes the instance's wood, or leaves it out.
+bool append_wood(Candidate candidate, uint wood_lod, inout Appended appended) {
+  if (wood_lod == kMaxWoodLods || (candidate.plant.wood_list_mask >> wood_lod & 1u) == 0) return false;
+  uint index = kWoodLists + wood_lod;
+  ClusterList list = list_at(candidate.plant, index);
+  float px_per_m = candidate.instance.scale * view.focal_px / max(candidate.distance_m - candidate.radius_m, view.near_m);
+  if (view.is_shadow == 0 && (candidate.size_px >= kFacetedWood_px || list.facet_m * px_per_m >= kFacet_px)) return false;
+  // The rasteriser knows how much of a triangle its texture covers, not where: no more than a splat shows.
+  if (list.holed_m * px_per_m >= push.splat_px) return false;
+  if (candidate.size_px > kWoodlessThresholds * view.error_px && reserve(list.cluster_count))
+    appended.wood = candidate.slot | index << kSlotBits;
+  return true;
+}
+
+// Few instances are: their draws are hardware_draws.comp's, as software drivers would run this for all.
+void leave_to_hardware(MeshDraws draws) {
+  uint place = atomicAdd(rounds[0].draws.count, 1);
+  atomicMax(rounds[0].draws.groups[0], groups_for(place + 1, push.lanes));
+  items[items.length() - 1 - place] = packed(draws);
+}
+
+void cull(uint slot, inout Appended appended, inout Tally tally) {
+  Instance instance = instances[slot];
+  if (instance.plant == kNoPlant) return;
+  Candidate candidate = candidate_of(slot, instance);
+  if (!sphere_in_view(candidate.center, candidate.radius_m)) return;
+  if (push.round > 0 && occluded(candidate.center, candidate.radius_m)) {
+    ++tally.occluded;
+    return;
+  }
+  ++tally.visible;
+
+  Plant plant = candidate.plant;
+  CoppiceColumn column = coppice_column(candidate.table, candidate.size_px);
+  float cut = coppice_drawn_leaf_count(candidate.table, column, candidate.threshold_px);
+  bool small = plant.leaf_mesh_count > 0 && has_leaves(plant) &&
+               has_small_leaves(candidate, coppice_whole_leaf_count(min(cut, finest_cut(plant))));
+  // Small leaves are drawn as modelled only where there are lists of that.
+  Wanted wanted = wanted_of(candidate, column, cut, has_leaf_meshes(plant) && (!small || has_mesh_lists(plant)));
+  cuts[slot] = wanted.cut;
+  uint leaf_count = whole_leaf_count(wanted.cut, plant);
+
+  bool meshes_rasterised = wanted.meshes && small && append_meshes(candidate, appended, tally);
+  bool meshes = wanted.meshes && (!small || meshes_rasterised);
+  bool quads = !meshes && has_leaves(plant);
+  if (quads) leaf_count = append_quads(candidate, leaf_count, appended, tally);
+  uint wood_lod = wood_lod_of(candidate, column);
+  if (append_wood(candidate, wood_lod, appended)) wood_lod = kMaxWoodLods;
+
+  float round_share = float(push.round) / float(kRasterRounds - 1);
+  show_debug_color(candidate, column, Shown(quads || meshes_rasterised, meshes, float(leaf_count), round_share));
+  bool by_hardware = meshes && !meshes_rasterised;
+  if (by_hardware || wood_lod != kMaxWoodLods) leave_to_hardware(MeshDraws(slot, by_hardware, wood_lod));
+}
+
+void main() {
+  Tally tally = Tally(0, 0, 0);
+  uint block_count = rounds[push.round].blocks.count;
+  for (uint i = group_index(); i < block_count; i += gl_NumWorkGroups.x) {
+    uint slot = visible_blocks[i] * kBlockSlots + gl_LocalInvocationIndex;
+    Appended appended = Appended(kNoItem, 0, kNoItem, kNoItem);
+    if (slot < view.instance_slot_count) cull(slot, appended, tally);
+    append_work(kSplatWork, appended.splats != kNoItem, appended.splats, appended.splat_work);
+    append_item(appended.leaves);
+    append_item(appended.wood);
+  }
+  add_to_counters(tally);
+}

@@ -1,0 +1,18 @@
+// Draw commands of the hardware, and how many of them each plant has. After clusters.glsl.
+
+layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCommand leaf_commands[]; };
+layout(set = 0, binding = 7, scalar) buffer DrawCountBuffer { uint draw_counts[]; };
+layout(set = 0, binding = 8, scalar) buffer WoodCommandBuffer { DrawCommand wood_commands[]; };
+
+// The first of so many new places that draw_counts[counted] counts. They may reach beyond the capacity. The count must not: the device
+// draws as many. What took a place below the capacity keeps it.
+uint take_commands(uint counted, uint count, uint capacity) {
+  uint first = atomicAdd(draw_counts[counted], count);
+  if (first + count > capacity) atomicMin(draw_counts[counted], capacity);
+  return first;
+}
+
+// The draw of a cluster of leaf quads, as leaf.vert takes it. leaves: the first so many
+DrawCommand cluster_command(uint item, uint cluster, uint leaves) {
+  return DrawCommand(6 * leaves, 1, 0, int(4 * kClusterLeaves * cluster), item);
+}

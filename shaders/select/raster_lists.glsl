@@ -1,0 +1,63 @@
+// The rasteriser's lists of a round, and how what selects appends to them. After raster.glsl.
+// An atomic takes places for all invocations of a subgroup that have something: with one each, cores wait for each other.
+
+const uint kNoItem = 0xffffffffu;
+
+// Groups for `count` of a list, of which one takes so many at a time.
+uint groups_for(uint count, uint at_a_time) { return min((count - 1) / at_a_time + 1, kMaxDispatchGroups); }
+
+void append_item(uint item) {
+  uvec4 which = subgroupBallot(item != kNoItem);
+  uint count = subgroupBallotBitCount(which), first = 0;
+  if (count == 0) return;
+  if (subgroupElect()) {
+    first = atomicAdd(rounds[push.round].items.count, count);
+    atomicMax(rounds[push.round].items.groups[0], groups_for(first + count, push.expand_items));
+  }
+  uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
+  if (item != kNoItem) items[place] = item;
+}
+
+// The round draws something, so that its tiles are worth a look.
+void wake_tiles() {
+  uvec3 finest = tile_level(0), last = tile_level(kTileLevels - 1);
+  uint finest_count = finest.x * finest.y;
+  rounds[push.round].finest_tiles.groups[0] = (finest_count + push.lanes - 1) / push.lanes;
+  rounds[push.round].other_tiles.groups[0] = (last.z + last.x * last.y - finest_count + push.lanes - 1) / push.lanes;
+}
+
+// Lists of clusters.
+const uint kLeafWork = 0, kSplatWork = 1;
+
+// The first of `count` new places. They may lie beyond the capacity.
+uint take_places(uint list, uint count) {
+  uint first;
+  if (list == kLeafWork) {
+    first = atomicAdd(rounds[push.round].work.count, count);
+    atomicMax(rounds[push.round].work.groups[0], groups_for(min(first + count, push.work_capacity), push.leaf_clusters));
+  } else {
+    first = atomicAdd(rounds[push.round].splats.count, count);
+    atomicMax(rounds[push.round].splats.groups[0], groups_for(min(first + count, push.work_capacity), push.splat_clusters));
+  }
+  if (first == 0) wake_tiles();
+  return first;
+}
+
+// some: whether this invocation has something; work: work_of, of the item's list
+void append_work(uint list, bool some, uint item, uint work) {
+  uvec4 which = subgroupBallot(some);
+  uint count = subgroupBallotBitCount(which), first = 0;
+  if (count == 0) return;
+  if (subgroupElect()) first = take_places(list, count);
+  uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
+  if (!some || place >= push.work_capacity) return;
+  if (list == kLeafWork) work_items[place] = uvec2(item, work);
+  else splat_items[place] = uvec2(item, work);
+}
+
+// Clusters whose leaves are larger on average, px, are drawn by the hardware, which shows their texture; in a shadow map none. A raised
+// threshold makes leaves larger everywhere; those of far plants have no texture to show for it.
+float hardware_leaf_px() {
+  const float kThresholds = 6.0, kMostFactor = 4.0;
+  return view.is_shadow != 0 ? 1e9 : clamp(kThresholds * view.error_px, push.split_px, kMostFactor * push.split_px);
+}

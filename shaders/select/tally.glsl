@@ -1,0 +1,24 @@
+// Counts of an invocation on their way to the counters, a group at a time. After bindings.glsl.
+
+#include "counters.glsl"
+
+struct Tally {
+  uint visible, occluded;  // instances
+  uint leaves;             // that leaf_expand.comp does not count
+};
+
+shared Tally group;
+
+// All invocations of a group call it.
+void add_to_counters(Tally tally) {
+  if (gl_LocalInvocationIndex == 0) group = Tally(0, 0, 0);
+  barrier();
+  atomicAdd(group.visible, tally.visible);
+  atomicAdd(group.occluded, tally.occluded);
+  atomicAdd(group.leaves, tally.leaves);
+  barrier();
+  if (gl_LocalInvocationIndex != 0) return;
+  if (group.visible > 0) atomicAdd(counters.visible_instances, group.visible);
+  if (group.occluded > 0) atomicAdd(counters.occluded_instances, group.occluded);
+  COPPICE_COUNT(leaves, group.leaves)
+}

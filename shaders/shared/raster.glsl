@@ -1,0 +1,66 @@
+// Descriptor set 1 of the compute rasteriser, as gpu/leaf_raster.cpp writes it, and what its passes share. After bindings.glsl.
+// A pixel of the picture is two words: the leaf's radiance, then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the
+// larger one is the nearer leaf.
+
+#extension GL_KHR_shader_subgroup_ballot : require
+
+#include "raster_shared.h"
+#include "clusters.glsl"
+
+layout(set = 1, binding = 0, scalar) buffer PictureBuffer { uint picture[]; };
+layout(set = 1, binding = 1, scalar) readonly buffer BlockBuffer { InstanceBlock blocks[]; };
+layout(set = 1, binding = 2, scalar) buffer RoundBuffer { RasterRound rounds[]; };
+layout(set = 1, binding = 3, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
+// As slot_of and list_of take them; from the end MeshDraws of all rounds.
+layout(set = 1, binding = 4, scalar) buffer ItemBuffer { uint items[]; };
+layout(set = 1, binding = 5, scalar) buffer WorkBuffer { uvec2 work_items[]; };    // an item, work_of
+layout(set = 1, binding = 6, scalar) buffer BigBuffer { uvec2 big_items[]; };      // an item, kClusterLeaves times the cluster and the leaf
+layout(set = 1, binding = 7, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
+layout(set = 1, binding = 8, scalar) buffer TileBuffer { uint tiles[]; };          // the smallest key of each tile, level by level
+
+// The picture's words again, to be read without atomics: software drivers load a vector from texels, but word by word from buffers.
+layout(set = 1, binding = 9) uniform usamplerBuffer picture_words;
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CardLookArray { CardLook at[]; };
+
+layout(push_constant, scalar) uniform Push { RasterPush push; };
+
+// A cluster of an item's list and what is shown of it, one leaf at least, in a word.
+const uint kWorkClusterBits = 24;
+uint work_of(uint cluster, ShownLeaves shown) {
+  return cluster | (shown.count - 1) << kWorkClusterBits | (shown.partly_born ? 1u << 31 : 0u);
+}
+uint cluster_of_work(uint work) { return work & ((1u << kWorkClusterBits) - 1u); }
+ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kWorkClusterBits & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
+
+// The leaves of the cut that an item is of: those of its list, or of the instance's cut.
+uint item_leaf_count(uint item, Plant plant, ClusterList list) {
+  return list_of(item) == kPageList ? cut_leaf_count(slot_of(item), plant) : list.leaf_count;
+}
+
+// x: columns, y: rows, z: place of the level's first tile.
+uvec3 tile_level(uint level) {
+  uint first = 0;
+  uvec2 size = uvec2(0);
+  for (uint i = 0; i <= level; ++i) {
+    first += size.x * size.y;
+    uint shift = kTileShift + 2 * i;
+    size = (uvec2(push.width_px, push.height_px) + (1u << shift) - 1) >> shift;
+  }
+  return uvec3(size, first);
+}
+
+// A number for each group. Software drivers give each core one stretch of groups after the other: this way all of them get some of every
+// part of a list, whose beginning is often the larger work.
+uint group_index() {
+  uint half_count = (gl_NumWorkGroups.x + 1) / 2;
+  return gl_WorkGroupID.x < half_count ? 2 * gl_WorkGroupID.x : 2 * (gl_WorkGroupID.x - half_count) + 1;
+}
+
+float depth_key(float inverse_w) { return max(push.key_a + push.key_b * inverse_w, 1e-30); }
+
+// (x * w, y * w, w) in px of a point, or of a direction, whose fourth number is 0.
+vec3 on_screen(vec4 world) {
+  vec4 clip = view.clip_from_world * world;
+  return vec3(0.5 * vec2(push.width_px, push.height_px) * (clip.xy + clip.w), clip.w);
+}

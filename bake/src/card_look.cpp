@@ -47,7 +47,7 @@ void set_card_look(const coppice_file_material& material, std::span<const std::v
   std::array<std::uint32_t, kCells * kCells> covered{};
   const std::uint32_t texture = material_texture(material);
   if (const auto layout = texture < textures.size() ? read_texture(textures[texture]) : Error{Status::bad_file, "no texture"}) {
-    const Texels texels = level_of(*layout, textures[texture], kSampledSide_px);
+    const Texels texels = *level_of(*layout, textures[texture], kSampledSide_px, default_allocator());
     for (std::uint32_t y = 0; y < kSide; ++y)
       for (std::uint32_t x = 0; x < kSide; ++x) {
         const auto [u, v] = card_uv(card, (static_cast<float>(x) + 0.5f) / kSide, (static_cast<float>(y) + 0.5f) / kSide);

@@ -11,6 +11,7 @@
 #include "pack.h"
 #include "printable.h"
 #include "reader.h"
+#include "to_vector.h"
 
 namespace coppice::bake {
 
@@ -74,14 +75,14 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
                                    find_chunk(file, COPPICE_CHUNK_LEAF_MESH, mesh)->bytes});
   COPPICE_TRY(size_m, measure(file, bytes));
   summary.size_m = size_m;
-  summary.leaf_mesh_error_px = std::move(file.leaf_mesh_error_px);
+  summary.leaf_mesh_error_px = to_vector(file.leaf_mesh_error_px);
   std::uint64_t page_bytes = 0;
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) page_bytes += find_chunk(file, COPPICE_CHUNK_PAGE, page)->bytes;
   summary.bytes_per_leaf = summary.leaf_count > 0 ? static_cast<double>(page_bytes) / summary.leaf_count : 0.0;
-  summary.error_leaf_counts = std::move(file.error_leaf_counts);
-  summary.error_sizes_px = std::move(file.error_sizes_px);
-  summary.error_px = std::move(file.error_px);
-  summary.wood_error_px = std::move(file.wood_error_px);
+  summary.error_leaf_counts = to_vector(file.error_leaf_counts);
+  summary.error_sizes_px = to_vector(file.error_sizes_px);
+  summary.error_px = to_vector(file.error_px);
+  summary.wood_error_px = to_vector(file.wood_error_px);
   return summary;
 }
 

@@ -9,6 +9,7 @@
 #include "pack.h"
 #include "quantised_tree.h"
 #include "reader.h"
+#include "to_vector.h"
 #include "wood_codec.h"
 
 namespace coppice::bake {
@@ -110,7 +111,7 @@ Result<Mesh> plain_mesh(const WoodMesh& decoded, const coppice_file_chunk& chunk
     mesh.normals.emplace_back(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
     mesh.uvs.emplace_back(vertex.uv[0], vertex.uv[1]);
   }
-  mesh.indices = decoded.indices;
+  mesh.indices = to_vector(decoded.indices);
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
     const std::uint32_t material = decoded.vertices[mesh.indices[i]].material;
     for (std::size_t corner = 1; corner < 3; ++corner)
@@ -138,7 +139,7 @@ Result<Image> read_image(const PlantFile& file, Bytes bytes, std::uint32_t index
   COPPICE_TRY(content, chunk_bytes(chunk, bytes));
   COPPICE_CHECK(check_texture(file, index, content));
   COPPICE_TRY(layout, texture_layout(file.textures[index]));
-  const MipLevel& level = layout.levels.front();
+  const MipLevel& level = layout.levels().front();
   Image image{level.width, level.height, std::vector<std::uint8_t>(std::size_t{level.width} * level.height * 4)};
   decode_texture_level(layout.format, level, content.subspan(static_cast<std::size_t>(level.offset), static_cast<std::size_t>(level.bytes)),
                        image.rgba);
@@ -170,7 +171,7 @@ void copy_tables(const PlantFile& file, BakedPlant& plant) {
     for (std::size_t corner = 0; corner < 4; ++corner) card.uv[corner] = {source.uv[corner][0], source.uv[corner][1]};
     plant.card_table.push_back(card);
   }
-  plant.errors = {file.error_leaf_counts, file.error_sizes_px, file.error_px};
+  plant.errors = {to_vector(file.error_leaf_counts), to_vector(file.error_sizes_px), to_vector(file.error_px)};
 }
 
 /// Culling trusts the sphere: every vertex is inside, but for quantisation and rounding.
@@ -215,7 +216,7 @@ Result<BakedPlant> unpack(Bytes bytes) {
     COPPICE_TRY(mesh, unpack_wood(file, bytes, lod));
     plant.wood.lods.push_back(std::move(mesh));
   }
-  plant.wood.error_px = file.wood_error_px;
+  plant.wood.error_px = to_vector(file.wood_error_px);
   for (std::uint32_t texture = 0; texture < file.plant.texture_count; ++texture) {
     COPPICE_TRY(image, read_image(file, bytes, texture));
     plant.images.push_back(std::move(image));
@@ -224,7 +225,7 @@ Result<BakedPlant> unpack(Bytes bytes) {
     COPPICE_TRY(part, read_leaf_mesh(file, bytes, mesh));
     plant.leaf_meshes.parts.push_back(std::move(part));
   }
-  plant.leaf_meshes.error_px = file.leaf_mesh_error_px;
+  plant.leaf_meshes.error_px = to_vector(file.leaf_mesh_error_px);
   restore_normal_maps(plant);
   COPPICE_CHECK(check_sphere(file, plant));
   return plant;

@@ -157,7 +157,7 @@ Context::PlantEntry& Context::entry(coppice_plant plant) {
 
 Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
   if (const auto grown = grow_plants(); !grown) {
-    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", source.name.c_str(), grown.error().message().c_str());
+    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", source.name, grown.error().message().c_str());
     return grown.error();
   }
   COPPICE_TRY(slot, streamer_->open_plant(source));
@@ -170,15 +170,13 @@ void Context::add_slot(std::uint32_t slot) {
   if (slot < slots_.size()) return;
   slots_.resize(slot + 1);
   demands_.resize(slot + 1);
-  demand_ahead_.measured.resize(slot + 1);
-  demand_ahead_.finished.resize(slot + 1);
   residency_.resize(slot + 1);
 }
 
 Result<void> Context::show_slot(std::uint32_t slot) {
   const PlantFile& file = streamer_->file(slot);
   if (auto added = renderer_->add_plant(slot, file, streamer_->appearance(slot), streamer_->lod_words(slot)); !added) {
-    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", streamer_->path(slot).c_str(), added.error().message().c_str());
+    log_line(log(), COPPICE_LOG_ERROR, "%s: %s", streamer_->path(slot), added.error().message().c_str());
     streamer_->close_plant(slot);
     return added.error();
   }
@@ -200,7 +198,7 @@ void Context::close_slot(std::uint32_t slot) {
 
 Result<coppice_plant> Context::open_plant(const PlantSource& source) {
   if (free_entry() == max_plants_) {
-    log_line(log(), COPPICE_LOG_ERROR, "%s: max_plants are open", source.name.c_str());
+    log_line(log(), COPPICE_LOG_ERROR, "%s: max_plants are open", source.name);
     return Error{Status::out_of_memory, "max_plants are open"};
   }
   COPPICE_TRY(slot, open_slot(source));
@@ -356,6 +354,7 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
 Result<void> Context::grow_plants() {
   const auto needed = std::min(static_cast<std::uint32_t>(slots_.size() + 1), renderer_->max_plants());
   const std::uint32_t capacity = renderer_->capacity().plants;
+  COPPICE_CHECK(make_room(demand_ahead_, hooks_.hooks.allocator, ledger_, needed));
   if (needed <= capacity) return {};
   gpu::Capacity wanted{.plants = roomy_count({.now = capacity, .needed = needed, .most = renderer_->max_plants()})};
   if (renderer_->reserve_bytes(wanted) > ledger_.free()) wanted.plants = needed;
@@ -455,8 +454,7 @@ Result<void> Context::upload_decoded() {
     if (!streamer_->begin_upload(id)) continue;  // an earlier page of its plant failed
     const std::uint64_t upload_start = trace_start(trace);
     auto uploaded = upload_chunk(chunk);
-    trace_end(trace,
-              {COPPICE_TRACE_UPLOAD, streamer_->path(id.plant).c_str(), chunk_kind_name(id.kind), id.index, chunk.bytes, upload_start, 0});
+    trace_end(trace, {COPPICE_TRACE_UPLOAD, streamer_->path(id.plant), chunk_kind_name(id.kind), id.index, chunk.bytes, upload_start, 0});
     COPPICE_CHECK(device_state());
     if (uploaded)
       streamer_->uploaded(id);

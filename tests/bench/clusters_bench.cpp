@@ -18,7 +18,7 @@ using namespace coppice;
 void build_pages(benchmark::State& state) {
   const auto leaf_count = static_cast<std::uint32_t>(state.range(0));
   const test::DecodedPlant plant = test::decoded_plant(test::random_plant({.leaf_count = leaf_count, .seed = 1}));
-  const gpu::PlantLooks looks = gpu::plant_looks(plant.file);
+  const gpu::PlantLooks looks = *gpu::plant_looks(plant.file, default_allocator());
   const gpu::LeafBox box = gpu::leaf_box(gpu::gpu_plant(plant.file.plant));
   const auto page_nodes = [&](std::size_t page) {
     const std::size_t first = page * gpu::kPageNodes + 1;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "hook_array.h"
 #include "select.h"
 
 namespace {
@@ -16,19 +17,25 @@ using namespace coppice;
 PlantFile table_file() {
   PlantFile file;
   file.plant.leaf_count = 8192;
-  for (std::uint32_t m = 1; m <= 8192; m *= 2) file.error_leaf_counts.push_back(m);
-  for (float size = 8.0f; size <= 512.0f; size *= 2.0f) file.error_sizes_px.push_back(size);
-  for (std::uint32_t m : file.error_leaf_counts)
-    for (float size : file.error_sizes_px) file.error_px.push_back(0.4f * size / std::sqrt(static_cast<float>(m)));
+  std::vector<std::uint32_t> leaf_counts;
+  std::vector<float> sizes_px, error_px, wood_error_px;
+  for (std::uint32_t m = 1; m <= 8192; m *= 2) leaf_counts.push_back(m);
+  for (float size = 8.0f; size <= 512.0f; size *= 2.0f) sizes_px.push_back(size);
+  for (std::uint32_t m : leaf_counts)
+    for (float size : sizes_px) error_px.push_back(0.4f * size / std::sqrt(static_cast<float>(m)));
   file.plant.wood_lod_count = 4;
   for (std::uint32_t i = 0; i < 4; ++i)
-    for (const float size : file.error_sizes_px) file.wood_error_px.push_back(0.02f * static_cast<float>(i) * size);
+    for (const float size : sizes_px) wood_error_px.push_back(0.02f * static_cast<float>(i) * size);
+  file.error_leaf_counts = test::hook_array(leaf_counts);
+  file.error_sizes_px = test::hook_array(sizes_px);
+  file.error_px = test::hook_array(error_px);
+  file.wood_error_px = test::hook_array(wood_error_px);
   return file;
 }
 
 void select_instances(benchmark::State& state) {
   const PlantFile file = table_file();
-  const std::vector<std::uint32_t> words = pack_lod_table(file);
+  const HookArray<std::uint32_t> words = *pack_lod_table(file, default_allocator());
   const std::vector<LodPlant> plants = {{lod_table(file, words), 8192, 0b1111}};
   std::vector<InstanceSphere> instances;
   const auto count = static_cast<std::size_t>(state.range(0));

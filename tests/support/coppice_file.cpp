@@ -9,6 +9,7 @@
 #include "layout.h"
 #include "page_encode.h"
 #include "reader.h"
+#include "to_vector.h"
 #include "writer.h"
 
 namespace coppice::test {
@@ -234,12 +235,12 @@ Bytes with_page(const Bytes& good, const std::function<void(PageContent&)>& chan
   FileContents contents;
   const PlantFile front = front_of(good);
   contents.plant = front.plant;
-  contents.materials = front.materials;
-  contents.cards = front.cards;
-  contents.error_leaf_counts = front.error_leaf_counts;
-  contents.error_sizes_px = front.error_sizes_px;
-  contents.error_px = front.error_px;
-  contents.wood_error_px = front.wood_error_px;
+  contents.materials = bake::to_vector(front.materials);
+  contents.cards = bake::to_vector(front.cards);
+  contents.error_leaf_counts = bake::to_vector(front.error_leaf_counts);
+  contents.error_sizes_px = bake::to_vector(front.error_sizes_px);
+  contents.error_px = bake::to_vector(front.error_px);
+  contents.wood_error_px = bake::to_vector(front.wood_error_px);
   const auto chunk_bytes = [&](coppice_chunk_kind kind, std::uint32_t index) {
     const coppice_file_chunk& chunk = *find_chunk(front, kind, index);
     const auto first = good.begin() + static_cast<std::ptrdiff_t>(chunk.offset);

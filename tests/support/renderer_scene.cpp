@@ -54,8 +54,8 @@ QuantisedPoint quantise(const glm::vec3& p, const Box& box) {
   return q;
 }
 
-WoodMesh wood_mesh(const bake::Mesh& mesh) {
-  WoodMesh wood;
+MadeMesh wood_mesh(const bake::Mesh& mesh) {
+  MadeMesh wood;
   wood.indices = mesh.indices;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i)
     wood.vertices.push_back({{mesh.positions[i].x, mesh.positions[i].y, mesh.positions[i].z},
@@ -83,8 +83,9 @@ void fill_front(const bake::BakedPlant& baked, const Box& box, PlantFile& file) 
     plant.sphere_center[axis] = 0.5f * (box.low[axis] + box.high[axis]);
   }
   plant.sphere_radius = 0.5f * glm::length(box.high - box.low);
+  std::vector<coppice_file_material> materials;
   for (const bake::Material& material : baked.materials) {
-    coppice_file_material& converted = file.materials.emplace_back();
+    coppice_file_material& converted = materials.emplace_back();
     for (int channel = 0; channel < 4; ++channel) converted.base_color[channel] = material.base_color[channel];
     converted.alpha_cutoff = material.alpha_cutoff;
     converted.roughness = material.roughness;
@@ -92,20 +93,23 @@ void fill_front(const bake::BakedPlant& baked, const Box& box, PlantFile& file) 
                           material.normal_map == bake::kNone ? COPPICE_NO_TEXTURE : material.normal_map);
     converted.flags = material.crown_normals == 0.0f ? 1u << COPPICE_MATERIAL_CROWN_NORMALS_SHIFT : 0u;
   }
+  file.materials = hook_array(materials);
+  std::vector<coppice_file_card> cards;
   for (const bake::Card& card : baked.card_table) {
     coppice_file_card converted{.material = card.material, .uv = {}};
     for (std::size_t i = 0; i < 4; ++i) {
       converted.uv[i][0] = card.uv[i].x;
       converted.uv[i][1] = card.uv[i].y;
     }
-    file.cards.push_back(converted);
+    cards.push_back(converted);
   }
-  file.error_leaf_counts = baked.errors.leaf_counts;
-  file.error_sizes_px = baked.errors.sizes_px;
-  file.error_px = baked.errors.error_px;
+  file.cards = hook_array(cards);
+  file.error_leaf_counts = hook_array(baked.errors.leaf_counts);
+  file.error_sizes_px = hook_array(baked.errors.sizes_px);
+  file.error_px = hook_array(baked.errors.error_px);
   plant.leaf_mesh_count = static_cast<std::uint16_t>(baked.leaf_meshes.parts.size());
-  file.leaf_mesh_error_px = baked.leaf_meshes.error_px;
-  file.wood_error_px = baked.wood.error_px;
+  file.leaf_mesh_error_px = hook_array(baked.leaf_meshes.error_px);
+  file.wood_error_px = hook_array(baked.wood.error_px);
   for (std::size_t lod = 0; lod < baked.wood.lods.size(); ++lod)
     plant.wood_triangle_counts[lod] = static_cast<std::uint32_t>(baked.wood.lods[lod].triangle_materials.size());
 }
@@ -126,23 +130,26 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(root.corners[corner].begin(), 3, plant.file.plant.root_quad[corner]);
   plant.file.plant.root_card = root.card;
   for (const bake::Mesh& lod : baked.wood.lods) plant.wood.push_back(wood_mesh(lod));
+  std::vector<coppice_file_texture> headers;
   for (const bake::Image& baked_image : baked.images) {
     const bake::Image image = baked_image.is_normal_map ? bake::stored_normal_map(baked_image) : baked_image;
     const coppice_file_texture header{image.width, image.height, 1, 1};
     std::vector<std::uint8_t> chunk(sizeof header + image.rgba.size());
     std::memcpy(chunk.data(), &header, sizeof header);
     std::ranges::copy(image.rgba, chunk.begin() + sizeof header);
-    plant.file.textures.push_back(header);
-    plant.file.small_textures.push_back(chunk);
+    headers.push_back(header);
     plant.textures.push_back(std::move(chunk));
   }
+  plant.file.textures = hook_array(headers);
+  plant.file.small_textures = hook_arrays(plant.textures);
   plant.file.plant.texture_count = static_cast<std::uint32_t>(plant.textures.size());
   for (coppice_file_card& card : plant.file.cards) bake::set_card_look(plant.file.materials[card.material], plant.textures, card);
   for (const bake::LeafMeshPart& part : baked.leaf_meshes.parts) {
     plant.leaf_meshes.push_back(wood_mesh(part.mesh));
     for (std::size_t i = 0; i < part.stalks.size(); ++i) plant.leaf_meshes.back().vertices[i].stalk = quantise(part.stalks[i], box);
   }
-  plant.lod_words = pack_lod_table(plant.file);
+  const auto lod_words = expect(pack_lod_table(plant.file, default_allocator()));
+  plant.lod_words.assign(lod_words.begin(), lod_words.end());
   return plant;
 }
 
@@ -200,7 +207,7 @@ std::uint32_t page_node_count(const DecodedPlant& plant, std::uint32_t page) {
 
 std::uint32_t RendererScene::add_plant(const DecodedPlant& plant, std::uint32_t page_count) {
   const std::uint32_t index = plant_count_++;
-  gpu::PlantLooks looks = gpu::plant_looks(plant.file);
+  gpu::PlantLooks looks = expect(gpu::plant_looks(plant.file, default_allocator()));
   gpu::CrownLight light;
   if (plant.file.plant.page_count > 0)
     light = gpu::measure_crown({plant.nodes[0], std::span(plant.nodes).subspan(1, page_node_count(plant, 0)), looks.cards(),
@@ -236,7 +243,7 @@ void RendererScene::upload_plant(const Pending& pending) {
     residency_[index].leaf_count = page * COPPICE_PAGE_SPLITS + count / 2 + 1;
   }
   if (pending.page_count == 0) return;
-  const auto upload_mesh = [&](gpu::MeshKind kind, std::uint32_t mesh, const WoodMesh& decoded) {
+  const auto upload_mesh = [&](gpu::MeshKind kind, std::uint32_t mesh, const WoodSpan& decoded) {
     const gpu::MeshSource meshes{{pending.looks, pending.light}, source.box, renderer_->view().has_raster()};
     gpu::MeshBlock block = expect(gpu::build_mesh(kind, decoded, meshes, default_allocator()));
     expect(renderer_->upload_mesh({.plant = index, .mesh = mesh, .block = &block}));

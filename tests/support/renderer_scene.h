@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "hook_array.h"
+#include "made_mesh.h"
 #include "picture.h"
 #include "plant.h"
 #include "renderer.h"
@@ -22,16 +24,16 @@ struct DecodedFront : PlantFile {
       : PlantFile{other.header,
                   {},
                   other.plant,
-                  other.materials,
-                  other.cards,
-                  other.error_leaf_counts,
-                  other.error_sizes_px,
-                  other.error_px,
-                  other.leaf_meshes,
-                  other.wood_error_px,
-                  other.textures,
-                  other.small_textures,
-                  other.leaf_mesh_error_px} {}
+                  copied(other.materials),
+                  copied(other.cards),
+                  copied(other.error_leaf_counts),
+                  copied(other.error_sizes_px),
+                  copied(other.error_px),
+                  copied(other.leaf_meshes),
+                  copied(other.wood_error_px),
+                  copied(other.textures),
+                  hook_arrays(other.small_textures),
+                  copied(other.leaf_mesh_error_px)} {}
   DecodedFront(DecodedFront&&) = default;
   DecodedFront& operator=(DecodedFront other) {
     PlantFile::operator=(std::move(other));
@@ -45,9 +47,9 @@ struct DecodedPlant {
   DecodedFront file;
   std::vector<std::uint32_t> lod_words;
   std::vector<PageNode> nodes;  ///< [2N - 1]
-  std::vector<WoodMesh> wood;
+  std::vector<MadeMesh> wood;
   std::vector<std::vector<std::uint8_t>> textures;  ///< TEXTURE chunks with one mip level each
-  std::vector<WoodMesh> leaf_meshes;
+  std::vector<MadeMesh> leaf_meshes;
 };
 
 DecodedPlant decoded_plant(const bake::BakedPlant& baked);

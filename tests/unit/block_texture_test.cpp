@@ -98,9 +98,9 @@ TEST(BlockTexture, AChunkDecodesToOneOfRgba8) {
   const auto plain = read_texture(decoded);
   ASSERT_TRUE(plain) << plain.error().message();
   EXPECT_EQ(plain->format, std::uint32_t{COPPICE_TEXTURE_RGBA8});
-  ASSERT_EQ(plain->levels.size(), 3u);
+  ASSERT_EQ(plain->levels().size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
-    const MipLevel &from = layout->levels[i], &to = plain->levels[i];
+    const MipLevel &from = layout->levels()[i], &to = plain->levels()[i];
     Bytes expected(to.bytes);
     decode_texture_level(COPPICE_TEXTURE_BC1, from, std::span(chunk).subspan(from.offset, from.bytes), expected);
     EXPECT_EQ(Bytes(decoded.begin() + static_cast<std::ptrdiff_t>(to.offset),

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "hook_array.h"
+
 namespace coppice::gpu {
 namespace {
 
@@ -27,12 +29,13 @@ PlantLooks looks_of(std::uint32_t texture, std::uint32_t normal_map, const Chunk
   PlantFile file;
   file.plant.texture_count = 2;
   file.plant.leaf_mesh_count = 1;
-  coppice_file_material& material = file.materials.emplace_back();
+  file.materials = test::hook_array(std::vector<coppice_file_material>(1));
+  coppice_file_material& material = file.materials[0];
   for (float& channel : material.base_color) channel = 1.0f;
   material.alpha_cutoff = alpha_cutoff;
   set_material_textures(material, texture, normal_map);
-  file.small_textures.assign(small.begin(), small.end());
-  return plant_looks(file);
+  file.small_textures = test::hook_arrays(small);
+  return *plant_looks(file, default_allocator());
 }
 
 TEST(CardLooks, AMaterialsColourIsThatOfItsTextureWhateverItsNormalMap) {
@@ -51,7 +54,8 @@ TEST(CardLooks, AMaterialsColourIsThatOfItsTextureWhateverItsNormalMap) {
 
 TEST(CardLooks, AMaterialOfANormalMapAloneHasItsBaseColour) {
   const PlantLooks looks = looks_of(COPPICE_NO_TEXTURE, 0, {});
-  EXPECT_EQ(looks.wood_colors, (std::vector<std::uint32_t>{pack_albedo({1.0f, 1.0f, 1.0f})}));
+  ASSERT_EQ(looks.wood_colors.size(), 1u);
+  EXPECT_EQ(looks.wood_colors[0], pack_albedo({1.0f, 1.0f, 1.0f}));
   EXPECT_EQ(triangle_look(looks, 0, {}, 2).coverage, 1.0f);
 }
 
@@ -87,9 +91,9 @@ TEST(CardLooks, WoodHasTheColourOfItsPartOfTheTexture) {
 TEST(CardLooks, ATrianglesCoverIsThatOfEqualParts) {
   PlantLooks looks = looks_of(0, COPPICE_NO_TEXTURE, {texture_chunk({})}, 0.5f);
   // A texel is 1/16 of the width; the left three quarters are covered.
-  looks.small[0] = {16, 1, {}};
-  for (int x = 0; x < 16; ++x)
-    looks.small[0].rgba.insert(looks.small[0].rgba.end(), {255, 255, 255, static_cast<std::uint8_t>(x < 12 ? 255 : 0)});
+  std::vector<std::uint8_t> rgba(4 * 16, 255);
+  for (std::size_t x = 12; x < 16; ++x) rgba[4 * x + 3] = 0;
+  looks.small[0] = {16, 1, test::hook_array(rgba)};
   // u runs from 1/16 to 15/16, so the cut is at 11/14 of it: all but (3/14)^2 of a triangle whose u falls from the right angle on.
   constexpr TriangleUvs kUvs{{{1.0f / 16, 0.5f}, {15.0f / 16, 0.5f}, {1.0f / 16, 0.5f}}};
   EXPECT_NEAR(triangle_look(looks, 0, kUvs, 16).coverage, 1.0f - 9.0f / 196.0f, 0.02f);

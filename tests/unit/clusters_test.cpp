@@ -13,7 +13,9 @@
 
 #include "coppice/format.h"
 #include "coppice_lod.h"
+#include "hook_array.h"
 #include "hooks.h"
+#include "made_mesh.h"
 #include "mesh_clusters.h"
 #include "page_clusters.h"
 #include "random_tree.h"
@@ -21,6 +23,9 @@
 
 namespace coppice::gpu {
 namespace {
+
+using test::hook_array;
+using test::MadeMesh;
 
 using Corners = std::array<std::uint32_t, 6>;
 constexpr std::uint32_t kLeaves = 1500;  // three pages, the last one not full
@@ -282,17 +287,17 @@ LeafBox box_of(const ClusterList& list) {
   return {list.box_min, list.box_step, 65535};
 }
 
-MeshBlock wood_of(const WoodMesh& mesh, const PlantLooks& looks) {
+MeshBlock wood_of(const WoodSpan& mesh, const PlantLooks& looks) {
   return *build_mesh(MeshKind::wood, mesh, {{looks, CrownLight{}}, Crown::box()}, default_allocator());
 }
 
-MeshBlock leaves_of(const WoodMesh& mesh, const PlantLooks& looks) {
+MeshBlock leaves_of(const WoodSpan& mesh, const PlantLooks& looks) {
   return *build_mesh(MeshKind::leaves, mesh, {{looks, CrownLight{}}, Crown::box()}, default_allocator());
 }
 
 /// A rectangle of 1 x 2 m in two triangles, lit from above; u of their corners in [low, high].
-WoodMesh two_triangles(float low, float high) {
-  WoodMesh mesh;
+MadeMesh two_triangles(float low, float high) {
+  MadeMesh mesh;
   for (const auto& [x, y] : {std::pair{0.0f, 0.0f}, std::pair{1.0f, 0.0f}, std::pair{0.0f, 2.0f}, std::pair{1.0f, 2.0f}})
     mesh.vertices.push_back({{x, y, 0}, {0, 0, 1}, {x > 0 ? high : low, 0.5f}, 1});
   mesh.indices = {0, 1, 2, 2, 1, 3};
@@ -302,29 +307,30 @@ WoodMesh two_triangles(float low, float high) {
 /// One card and two materials; the left half of the second one's texture is white, the right half a hole.
 PlantLooks half_a_texture() {
   PlantLooks plant;
-  plant.materials.resize(2);
+  plant.materials = hook_array(std::vector<coppice_file_material>(2));
   set_material_textures(plant.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
   plant.materials[1] = {.base_color = {0.25f, 0.5f, 0.125f, 1.0f}, .alpha_cutoff = 0.5f, .texture_or_none = 0};
-  plant.looks.resize(3);
-  plant.wood_colors.resize(2000);
-  plant.first_wood_color = {0, 1};
-  plant.small.push_back({16, 1, {}});
-  for (int x = 0; x < 16; ++x)
-    plant.small[0].rgba.insert(plant.small[0].rgba.end(), {255, 255, 255, static_cast<std::uint8_t>(x < 8 ? 255 : 0)});
+  plant.looks = hook_array(std::vector<CardLook>(3));
+  plant.wood_colors = hook_array(std::vector<std::uint32_t>(2000));
+  plant.first_wood_color = hook_array<std::uint32_t>({0, 1});
+  std::vector<std::uint8_t> rgba(4 * 16, 255);
+  for (std::size_t x = 8; x < 16; ++x) rgba[4 * x + 3] = 0;
+  plant.small = *HookArray<Texels>::allocate(default_allocator(), 1);
+  plant.small[0] = {16, 1, hook_array(rgba)};
   return plant;
 }
 
 TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
-  WoodMesh mesh;
+  MadeMesh mesh;
   mesh.vertices = {
       {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
   mesh.indices = {0, 1, 2, 3, 0, 2};
   PlantLooks looks;
-  looks.looks.resize(5);
-  looks.materials.resize(2);
+  looks.looks = hook_array(std::vector<CardLook>(5));
+  looks.materials = hook_array(std::vector<coppice_file_material>(2));
   for (coppice_file_material& material : looks.materials) set_material_textures(material, COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
-  looks.wood_colors = {70, 80};
-  looks.first_wood_color = {0, 1};
+  looks.wood_colors = hook_array<std::uint32_t>({70, 80});
+  looks.first_wood_color = hook_array<std::uint32_t>({0, 1});
   const MeshBlock built = wood_of(mesh, looks);
   const Parts list(built);
   ASSERT_EQ(list.leaves.size(), 2u);
@@ -345,8 +351,8 @@ TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
 }
 
 /// A strip of two triangles, 0.1 m wide and 8 m high.
-WoodMesh strip(const std::array<std::array<float, 3>, 4>& normals) {
-  WoodMesh mesh;
+MadeMesh strip(const std::array<std::array<float, 3>, 4>& normals) {
+  MadeMesh mesh;
   for (std::uint32_t i = 0; i < 4; ++i)
     mesh.vertices.push_back({{0.1f * static_cast<float>(i % 2), 8.0f * static_cast<float>(i / 2), 0}, normals[i], {}, 0});
   mesh.indices = {0, 1, 2, 2, 1, 3};
@@ -355,13 +361,13 @@ WoodMesh strip(const std::array<std::array<float, 3>, 4>& normals) {
 
 TEST(Clusters, LightThatTurnsAlongALongTriangleMakesItAFacet) {
   PlantLooks looks;
-  looks.materials.resize(1);
-  looks.looks.resize(1);
+  looks.materials = hook_array(std::vector<coppice_file_material>(1));
+  looks.looks = hook_array(std::vector<CardLook>(1));
   set_material_textures(looks.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
-  looks.wood_colors = {0};
-  looks.first_wood_color = {0};
+  looks.wood_colors = hook_array<std::uint32_t>({0});
+  looks.first_wood_color = hook_array<std::uint32_t>({0});
   const std::array<float, 3> front{0, 0, 1}, side{1, 0, 0}, below{0, -1, 0};
-  const auto facet_m = [&](const WoodMesh& mesh) { return wood_of(mesh, looks).list.facet_m; };
+  const auto facet_m = [&](const MadeMesh& mesh) { return wood_of(mesh, looks).list.facet_m; };
   const float size_m = std::sqrt(0.4f);
   EXPECT_FLOAT_EQ(facet_m(strip({front, front, front, front})), size_m);
   EXPECT_FLOAT_EQ(facet_m(strip({front, side, front, side})), size_m) << "a stem: its light turns across it, which is narrow";
@@ -393,7 +399,7 @@ TEST(Clusters, WoodTrianglesCoverWhatTheirTextureCovers) {
   EXPECT_NEAR(covered_m2(half), 1.0, 0.1);
   EXPECT_EQ(wood_of(two_triangles(0.6f, 0.9f), looks).list.leaf_count, 0u) << "nothing but hole";
   // The same, but without holes.
-  PlantLooks opaque = looks;
+  PlantLooks opaque = half_a_texture();
   opaque.materials[1].alpha_cutoff = 0.0f;
   EXPECT_NEAR(covered_m2(wood_of(two_triangles(0.6f, 0.9f), opaque)), 2.0, 0.01);
 }
@@ -419,7 +425,7 @@ TEST(Clusters, TrianglesOfALeafAreOfOneCluster) {
   for (const std::uint32_t triangles : {2u, 12u, 33u, 64u, 100u, 200u}) {
     // Leaf `i` at x = i, its triangles of different sizes and anywhere in the file.
     constexpr std::uint32_t kStalks = 50;
-    WoodMesh mesh;
+    MadeMesh mesh;
     for (std::uint32_t triangle = 0; triangle < triangles; ++triangle)
       for (std::uint32_t leaf = 0; leaf < kStalks; ++leaf) {
         const auto x = static_cast<float>(leaf), size = 0.05f + 0.5f * static_cast<float>(triangle % 7);
@@ -451,7 +457,7 @@ TEST(Clusters, TrianglesOfAMeshFollowOneAnotherAsItsClustersDo) {
   const PlantLooks looks = half_a_texture();
   std::mt19937 random(4);
   const auto number = [&] { return static_cast<float>(random() % 1000) * 0.01f; };
-  WoodMesh mesh;
+  MadeMesh mesh;
   for (std::uint32_t triangle = 0; triangle < 1000; ++triangle) {
     const float x = number(), y = number(), z = number(), size = 0.01f + 0.01f * number(), u = triangle % 3 == 0 ? 0.9f : 0.1f;
     for (const auto& [dx, dy] : {std::pair{0.0f, 0.0f}, std::pair{size, 0.0f}, std::pair{0.0f, size}}) {
@@ -484,7 +490,7 @@ TEST(Clusters, TrianglesOfAMeshFollowOneAnotherAsItsClustersDo) {
 
 TEST(Clusters, AMeshIsWholeInItsBlock) {
   const PlantLooks looks = half_a_texture();
-  const WoodMesh mesh = two_triangles(0.1f, 0.9f);
+  const MadeMesh mesh = two_triangles(0.1f, 0.9f);
   for (const MeshKind kind : {MeshKind::wood, MeshKind::leaves})
     for (const bool clusters : {true, false}) {
       constexpr std::uint64_t kBase = 0x1fffffff0ull;

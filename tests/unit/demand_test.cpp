@@ -11,9 +11,12 @@
 
 #include "chunk_value.h"
 #include "eye_motion.h"
+#include "hook_array.h"
 
 namespace coppice {
 namespace {
+
+using test::hook_array;
 
 /// 90 degrees high, twice as wide as high, looking down -z from `eye`, near plane 0.5 m.
 coppice_view view_from(std::array<float, 3> eye, float depth_scale, float depth_offset) {
@@ -170,7 +173,10 @@ TEST(EyeMotion, OfALargeSceneAPartIsMeasuredInEachFrame) {
     measure_demand(blocks, *demand_view(reversed_infinite_view({0, 0, z})), demands);
     return demands;
   };
-  DemandAhead ahead{.measured = std::vector<PlantDemand>(2), .finished = std::vector<PlantDemand>(2)};
+  DemandAhead ahead;
+  Ledger ledger;
+  ASSERT_TRUE(make_room(ahead, default_allocator(), ledger, 2));
+  EXPECT_EQ(ledger.taken(), ahead.measured.bytes() + ahead.finished.bytes());
   const auto add_ahead = [&](float z) {
     std::vector<PlantDemand> demands = measured_at(z);
     add_demand_ahead(ahead, blocks, *demand_view(reversed_infinite_view({0, 0, z})), 20.0f, demands);
@@ -292,18 +298,18 @@ TEST(InstanceBounds, HoldEveryInstanceAndSkipHoles) {
 
 /// One level table and two wood LoDs of 1600 and 100 triangles: errors size / 80 and size / 20.
 struct Plant {
-  std::vector<std::uint32_t> words;
+  HookArray<std::uint32_t> words;
   ValuedPlant valued;
   PlantFile file;
 
   Plant() {
     file.plant.leaf_count = 1;
-    file.error_leaf_counts = {1};
-    file.error_sizes_px = {10.0f, 100.0f};
-    file.error_px = {0.0f, 0.0f};
+    file.error_leaf_counts = hook_array<std::uint32_t>({1});
+    file.error_sizes_px = hook_array<float>({10.0f, 100.0f});
+    file.error_px = hook_array<float>({0.0f, 0.0f});
     file.plant.wood_lod_count = 2;
-    file.wood_error_px = {0.125f, 1.25f, 0.5f, 5.0f};
-    words = pack_lod_table(file);
+    file.wood_error_px = hook_array<float>({0.125f, 1.25f, 0.5f, 5.0f});
+    words = *pack_lod_table(file, default_allocator());
     valued = {lod_table(file, words), 1, 1};
   }
 };

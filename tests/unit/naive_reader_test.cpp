@@ -175,17 +175,17 @@ void expect_same_textures(const Bytes& file, const PlantFile& front, const Naive
     ASSERT_TRUE(layout);
     const test::NaiveTexture& other = naive.textures[t];
     EXPECT_EQ(layout->format, other.format);
-    ASSERT_EQ(layout->levels.size(), other.mip_count);
-    EXPECT_EQ(layout->levels[0].width, other.width);
-    EXPECT_EQ(layout->levels[0].height, other.height);
-    const auto& last = layout->levels.back();
-    EXPECT_EQ(last.offset + last.bytes - layout->levels[0].offset, other.levels.size());
+    ASSERT_EQ(layout->levels().size(), other.mip_count);
+    EXPECT_EQ(layout->levels()[0].width, other.width);
+    EXPECT_EQ(layout->levels()[0].height, other.height);
+    const auto& last = layout->levels().back();
+    EXPECT_EQ(last.offset + last.bytes - layout->levels()[0].offset, other.levels.size());
     EXPECT_TRUE(
-        std::equal(other.levels.begin(), other.levels.end(), chunk.begin() + static_cast<std::ptrdiff_t>(layout->levels[0].offset)));
-    const Bytes& small = front.small_textures[t];
+        std::equal(other.levels.begin(), other.levels.end(), chunk.begin() + static_cast<std::ptrdiff_t>(layout->levels()[0].offset)));
+    const HookBuffer& small = front.small_textures[t];
     const test::NaiveTexture& other_small = naive.small_textures[t];
     ASSERT_EQ(small.empty(), other_small.levels.empty());
-    EXPECT_TRUE(small.empty() || std::ranges::equal(std::span(small).subspan(sizeof(coppice_file_texture)), other_small.levels));
+    EXPECT_TRUE(small.empty() || std::ranges::equal(small.span().subspan(sizeof(coppice_file_texture)), other_small.levels));
   }
 }
 

@@ -86,9 +86,9 @@ TEST(NormalMap, BlocksStayWithinAFewDegrees) {
   ASSERT_TRUE(layout);
   EXPECT_EQ(layout->format, std::uint32_t{COPPICE_TEXTURE_BC3});
   const std::vector<Image> levels = normal_map_levels(map);
-  ASSERT_EQ(layout->levels.size(), levels.size());
+  ASSERT_EQ(layout->levels().size(), levels.size());
   for (std::size_t i = 0; i < 3; ++i) {
-    const MipLevel& level = layout->levels[i];
+    const MipLevel& level = layout->levels()[i];
     Image stored{level.width, level.height, std::vector<std::uint8_t>(std::size_t{level.width} * level.height * 4)};
     decode_texture_level(layout->format, level, std::span(*chunk).subspan(level.offset, level.bytes), stored.rgba);
     EXPECT_LT(mean_angle_deg(levels[i], normal_map_from_stored(stored)), 5.0f) << i;

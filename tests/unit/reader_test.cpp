@@ -302,9 +302,9 @@ TEST(Reader, MipLevelsTileTheTexture) {
     const auto layout = read_texture(std::span(file).subspan(chunk.offset, chunk.bytes));
     ASSERT_TRUE(layout) << layout.error().message();
     EXPECT_EQ(layout->format, std::uint32_t{blocks ? COPPICE_TEXTURE_BC3 : COPPICE_TEXTURE_RGBA8});
-    ASSERT_EQ(layout->levels.size(), 4u);
+    ASSERT_EQ(layout->levels().size(), 4u);
     std::uint64_t at = sizeof(coppice_file_texture);
-    for (const MipLevel& level : layout->levels) {
+    for (const MipLevel& level : layout->levels()) {
       EXPECT_EQ(level.offset, at);
       const std::uint64_t block_columns = (level.width + 3) / 4, block_rows = (level.height + 3) / 4;
       EXPECT_EQ(level.bytes, blocks ? block_columns * block_rows * 16 : std::uint64_t{level.width} * level.height * 4);

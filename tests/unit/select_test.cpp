@@ -7,25 +7,28 @@
 #include <set>
 #include <vector>
 
+#include "hook_array.h"
 #include "random_tree.h"
 
 namespace coppice {
 namespace {
 
+using test::hook_array;
+
 /// Levels 1, 10, 100; sizes 8, 32 px; errors proportional to size. Wood of four LoDs.
 struct Table {
   PlantFile file;
-  std::vector<std::uint32_t> words;
+  HookArray<std::uint32_t> words;
   lod::CoppiceTable table{};
 
   Table() {
     file.plant.leaf_count = 100;
-    file.error_leaf_counts = {1, 10, 100};
-    file.error_sizes_px = {8.0f, 32.0f};
-    file.error_px = {4.0f, 16.0f, 2.0f, 8.0f, 0.5f, 2.0f};
+    file.error_leaf_counts = hook_array<std::uint32_t>({1, 10, 100});
+    file.error_sizes_px = hook_array<float>({8.0f, 32.0f});
+    file.error_px = hook_array<float>({4.0f, 16.0f, 2.0f, 8.0f, 0.5f, 2.0f});
     file.plant.wood_lod_count = 4;
-    file.wood_error_px = {0.0f, 0.0f, 0.1f, 0.4f, 0.2f, 0.8f, 0.4f, 1.6f};
-    words = pack_lod_table(file);
+    file.wood_error_px = hook_array<float>({0.0f, 0.0f, 0.1f, 0.4f, 0.2f, 0.8f, 0.4f, 1.6f});
+    words = *pack_lod_table(file, default_allocator());
     table = lod_table(file, words);
   }
   [[nodiscard]] float leaves(float size_px, float threshold_px) const {
@@ -77,10 +80,10 @@ TEST(LeafCount, GrowsWithSizeAndFallsWithThreshold) {
   const bake::BakedPlant plant = test::random_plant({.leaf_count = 700, .seed = 3});
   PlantFile file;
   file.plant.leaf_count = 700;
-  file.error_leaf_counts = plant.errors.leaf_counts;
-  file.error_sizes_px = plant.errors.sizes_px;
-  file.error_px = plant.errors.error_px;
-  const std::vector<std::uint32_t> words = pack_lod_table(file);
+  file.error_leaf_counts = hook_array(plant.errors.leaf_counts);
+  file.error_sizes_px = hook_array(plant.errors.sizes_px);
+  file.error_px = hook_array(plant.errors.error_px);
+  const HookArray<std::uint32_t> words = *pack_lod_table(file, default_allocator());
   const lod::CoppiceTable table = lod_table(file, words);
   for (float threshold = 0.25f; threshold < 20.0f; threshold *= 1.3f) {
     float last = 0.0f;
@@ -110,8 +113,8 @@ TEST(LeafCount, KeepsTheThresholdItWasGiven) {
 /// The same with leaf meshes: quads err by 1 px at 8 px and 2 px at 32 px.
 struct TableWithMeshes : Table {
   TableWithMeshes() {
-    file.leaf_mesh_error_px = {1.0f, 2.0f};
-    words = pack_lod_table(file);
+    file.leaf_mesh_error_px = hook_array<float>({1.0f, 2.0f});
+    words = *pack_lod_table(file, default_allocator());
     table = lod_table(file, words);
   }
 };
@@ -154,8 +157,8 @@ TEST(LeafMeshes, AreDrawnWhereQuadsErrByMoreThanTheThreshold) {
 TEST(LeafMeshes, TheCutBecomesAllQuadsWhereMeshesTakeOver) {
   TableWithMeshes t;
   // All leaves have no error against themselves, as baked tables say.
-  t.file.error_px = {4.0f, 16.0f, 2.0f, 8.0f, 0.0f, 0.0f};
-  t.words = pack_lod_table(t.file);
+  t.file.error_px = hook_array<float>({4.0f, 16.0f, 2.0f, 8.0f, 0.0f, 0.0f});
+  t.words = *pack_lod_table(t.file, default_allocator());
   t.table = lod_table(t.file, t.words);
   LodPlant plant{.table = t.table, .resident_leaf_count = 100, .resident_wood_mask = 0b1111, .leaf_meshes_resident = true};
   const LodView view{.focal_px = 500.0f, .error_px = 4.0f};

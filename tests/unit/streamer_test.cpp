@@ -867,7 +867,7 @@ TEST_F(StreamerTest, APlantInMemoryIsStreamedFromThere) {
   ASSERT_TRUE(plant) << plant.error().message();
   frames(20, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(*plant).resident_leaf_count, 3000u);
-  EXPECT_EQ(streamer->path(*plant), "archive:a");
+  EXPECT_STREQ(streamer->path(*plant), "archive:a");
   EXPECT_TRUE(io.handles.empty() && io.log.empty()) << "the io hook has been called";
   const std::vector<std::uint8_t> exact(plant_file());
   for (std::size_t n = 1; n < exact.size(); n += n < 300 ? 1 : 997) {
@@ -915,10 +915,19 @@ TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
   EXPECT_EQ(streamer->stats().all().loaded, loaded);
 }
 
-/// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more.
+/// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more. Of a plant with all that a file can have.
 class FailingAllocator : public StreamerTest, public testing::WithParamInterface<bool> {
  protected:
-  FailingAllocator() { options.gpu.block_textures = false; }  // a job then allocates too
+  static constexpr std::uint32_t kLeaves = 1200, kLeafMeshes = 2;
+
+  FailingAllocator() {
+    static const std::vector<std::uint8_t> file = [] {
+      bake::PackSizes sizes;
+      return *bake::pack(test::random_plant({.leaf_count = kLeaves, .seed = 5, .leaf_mesh_count = kLeafMeshes}), sizes);
+    }();
+    io.files["whole"] = file;
+    options.gpu.block_textures = false;  // a job then allocates too
+  }
 
   /// False: the allocator got as far as failing.
   bool run(std::size_t fail_at) {
@@ -931,16 +940,17 @@ class FailingAllocator : public StreamerTest, public testing::WithParamInterface
       if (!created) {
         EXPECT_EQ(created.error().status, Status::out_of_memory);
       } else {
-        drive(**created);
+        drive(**created, failing);
       }
     }
     EXPECT_EQ(failing.live_bytes, 0u) << "leak when allocation " << fail_at << " fails";
     EXPECT_EQ(io.open_count, 0u) << "file left open when allocation " << fail_at << " fails";
     return failing.calls <= fail_at;
   }
-  void drive(Streamer& failing) {
+  void drive(Streamer& failing, const test::FakeAllocator& allocator_of_it) {
     test::FakeGpu fake(failing, ledger);
-    const auto plant = failing.open_plant("a");
+    const auto plant = failing.open_plant("whole");
+    EXPECT_EQ(bool(plant), allocator_of_it.calls <= allocator_of_it.fail_at) << "whatever fails while it opens is noticed";
     if (!plant) {
       EXPECT_EQ(plant.error().status, Status::out_of_memory);
       return;
@@ -951,14 +961,18 @@ class FailingAllocator : public StreamerTest, public testing::WithParamInterface
     EXPECT_EQ(failing.stats().all().failed, 0u) << "a lack of memory is no damage";
     if (GetParam()) return;
     for (int i = 0; i < 60; ++i) fake.frame(view, demands);
-    EXPECT_EQ(failing.state(*plant).resident_leaf_count, 3000u) << "it recovers";
+    const PlantState state = failing.state(*plant);
+    EXPECT_EQ(state.resident_leaf_count, kLeaves) << "it recovers";
+    EXPECT_EQ(state.resident_wood_mask, 0b11u);
+    EXPECT_EQ(state.resident_texture_count, 2u);
+    EXPECT_TRUE(state.leaf_meshes_resident);
   }
 };
 
 TEST_P(FailingAllocator, LeaksNothingAndKeepsAPrefix) {
   std::size_t n = 0;
   while (!run(n)) ++n;
-  EXPECT_GT(n, 30u);
+  EXPECT_GT(n, 70u);
 }
 INSTANTIATE_TEST_SUITE_P(Once, FailingAllocator, testing::Values(false));
 INSTANTIATE_TEST_SUITE_P(ForGood, FailingAllocator, testing::Values(true));

@@ -43,7 +43,7 @@ Decoded decoded(const std::vector<std::uint8_t>& chunk) {
   auto layout = read_texture(chunk);
   if (!layout) throw std::runtime_error(layout.error().message());
   result.layout = *layout;
-  for (const MipLevel& level : result.layout.levels) {
+  for (const MipLevel& level : result.layout.levels()) {
     Image image{level.width, level.height, std::vector<std::uint8_t>(std::size_t{level.width} * level.height * 4)};
     decode_texture_level(result.layout.format, level, std::span(chunk).subspan(level.offset, level.bytes), image.rgba);
     result.levels.push_back(std::move(image));

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "coppice/format.h"
+#include "fake_hooks.h"
 #include "random_tree.h"
 #include "wood_encode.h"
 
@@ -157,6 +158,20 @@ TEST(LeafMeshCodec, RefusesAStalkOutsideTheLeafBox) {
   EXPECT_STREQ(decode_wood(coded->bytes, shape).error().what, "leaf mesh stalk");
   stalks.pop_back();
   EXPECT_EQ(bake::encode_leaf_mesh(mesh, stalks, 2, 15).error().status, Status::invalid_argument);
+}
+
+TEST(WoodCodec, WithoutMemoryThereIsNoMesh) {
+  const auto wood = bake::encode_wood(stem(), 2);
+  for (std::size_t n = 0; n < 3; ++n) {
+    test::FakeAllocator allocator{.fail_at = n};
+    {
+      const auto mesh = decode_wood(wood->bytes, shape_of(*wood), allocator.hook());
+      ASSERT_EQ(bool(mesh), n == 2);
+      EXPECT_TRUE(mesh || mesh.error().status == Status::out_of_memory);
+      EXPECT_EQ(allocator.live_bytes, mesh ? mesh->vertices.bytes() + mesh->indices.bytes() : 0u);
+    }
+    EXPECT_EQ(allocator.live_count, 0u);
+  }
 }
 
 void expect_valid(const WoodMesh& mesh, const WoodShape& shape) {

@@ -56,7 +56,7 @@ TEST(Writer, StoresChunksUnchanged) {
                                       file->begin() + static_cast<std::ptrdiff_t>(page.offset + page.bytes)),
             contents().pages[0]);
   EXPECT_STREQ(front->plant.name, "hazel");
-  EXPECT_EQ(front->error_px, contents().error_px);
+  EXPECT_TRUE(std::ranges::equal(front->error_px, contents().error_px));
   EXPECT_EQ(front->plant.page_count, 2u);
 }
 

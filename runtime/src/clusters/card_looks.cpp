@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "convert.h"
 
@@ -53,14 +54,13 @@ Sums part_of(const Texels& texels, float alpha_cutoff, std::array<std::uint32_t,
   return sums;
 }
 
-/// colors: [kWoodColors]. A part that is all hole shows what is round it.
-void look_at_material(const coppice_file_material& material, const Texels& texels, std::span<std::uint32_t> colors) {
-  std::vector<Sums> parts;
+/// parts, colors: [kWoodColors], the former scratch. A part that is all hole shows what is round it.
+void look_at_material(const coppice_file_material& material, const Texels& texels, std::span<Sums> parts, std::span<std::uint32_t> colors) {
+  std::ranges::fill(parts, Sums{});
   for (std::uint32_t y = 0; y < kWoodColorSide; ++y)
     for (std::uint32_t x = 0; x < kWoodColorSide; ++x)
-      parts.push_back(
-          part_of(texels, material.alpha_cutoff, texels_of(x, kWoodColorSide, texels.width), texels_of(y, kWoodColorSide, texels.height)));
-  parts.resize(kWoodColors);
+      parts[y * kWoodColorSide + x] =
+          part_of(texels, material.alpha_cutoff, texels_of(x, kWoodColorSide, texels.width), texels_of(y, kWoodColorSide, texels.height));
   const auto parent = [&](std::uint32_t first, std::uint32_t side, std::uint32_t x, std::uint32_t y) -> Sums& {
     return parts[first + side * side + y / 2 * (side / 2) + x / 2];
   };
@@ -75,6 +75,21 @@ void look_at_material(const coppice_file_material& material, const Texels& texel
         if (Sums& part = parts[first + y * side + x]; part.count == 0) part = parent(first, side, x, y);
   }
   std::ranges::transform(parts, colors.begin(), [&](const Sums& part) { return pack_albedo(part.times(color_of(material))); });
+}
+
+std::uint32_t wood_color_count(const coppice_file_material& material) {
+  return material_texture(material) == COPPICE_NO_TEXTURE ? 1 : kWoodColors;
+}
+
+Result<void> allocate_looks(const PlantFile& file, const coppice_allocator& allocator, PlantLooks& plant) {
+  COPPICE_CHECK(move_into(plant.materials, enlarged_copy(file.materials, allocator, file.materials.size())));
+  COPPICE_CHECK(allocate_into(plant.looks, allocator, file.cards.size() + file.materials.size()));
+  COPPICE_CHECK(allocate_into(plant.small, allocator, file.small_textures.size()));
+  COPPICE_CHECK(allocate_into(plant.first_wood_color, allocator, file.materials.size()));
+  std::uint32_t color_count = 0;
+  for (std::size_t i = 0; i < file.materials.size(); ++i)
+    plant.first_wood_color[i] = std::exchange(color_count, color_count + wood_color_count(file.materials[i]));
+  return allocate_into(plant.wood_colors, allocator, color_count);
 }
 
 }  // namespace
@@ -122,42 +137,42 @@ std::uint32_t wood_color_of(const PlantLooks& plant, std::uint32_t material, con
 }
 
 std::size_t PlantLooks::bytes() const {
-  std::size_t sum = materials.size() * sizeof(coppice_file_material) + looks.size() * sizeof(CardLook) +
-                    (wood_colors.size() + first_wood_color.size()) * sizeof(std::uint32_t) + small.size() * sizeof(Texels);
-  for (const Texels& texels : small) sum += texels.rgba.size();
+  std::size_t sum = materials.bytes() + looks.bytes() + small.bytes() + wood_colors.bytes() + first_wood_color.bytes();
+  for (const Texels& texels : small) sum += texels.rgba.bytes();
   return sum;
 }
 
-PlantLooks plant_looks(const PlantFile& file) {
-  PlantLooks plant{.materials = file.materials, .looks = {}, .small = {}, .wood_colors = {}, .first_wood_color = {}};
+Result<PlantLooks> plant_looks(const PlantFile& file, const coppice_allocator& allocator) {
+  PlantLooks plant;
+  COPPICE_CHECK(allocate_looks(file, allocator, plant));
+  COPPICE_TRY(parts, HookArray<Sums>::allocate(allocator, kWoodColors));
+  CardLook* look = plant.looks.data();
   for (const coppice_file_card& card : file.cards) {
     const Material material = gpu_material(file.materials[card.material]);
-    plant.looks.push_back(
-        {.albedo = {linear_from_srgb8(card.albedo[0]), linear_from_srgb8(card.albedo[1]), linear_from_srgb8(card.albedo[2])},
-         .coverage = material.coverage,
-         .mask = {card.mask[0], card.mask[1]},
-         .crown_normals = material.crown_normals});
+    *look++ = {.albedo = {linear_from_srgb8(card.albedo[0]), linear_from_srgb8(card.albedo[1]), linear_from_srgb8(card.albedo[2])},
+               .coverage = material.coverage,
+               .mask = {card.mask[0], card.mask[1]},
+               .crown_normals = material.crown_normals};
   }
-  std::vector<Texels> small;
-  for (const std::vector<std::uint8_t>& chunk : file.small_textures) {
+  for (std::size_t i = 0; i < file.small_textures.size(); ++i) {
+    const HookBuffer& chunk = file.small_textures[i];
     const auto layout = read_texture(chunk);
-    small.push_back(layout ? level_of(*layout, chunk, COPPICE_MAX_SMALL_TEXTURE_SIDE) : Texels{});
+    if (!layout) continue;
+    COPPICE_CHECK(move_into(plant.small[i], level_of(*layout, chunk, COPPICE_MAX_SMALL_TEXTURE_SIDE, allocator)));
   }
-  for (const coppice_file_material& material : file.materials) {
-    plant.looks.push_back({.albedo = color_of(material),
-                           .coverage = 1.0f,
-                           .mask = {0xffffffffu, 0xffffffffu},
-                           .crown_normals = gpu_material(material).crown_normals});
-    const std::size_t first = plant.wood_colors.size();
-    plant.first_wood_color.push_back(static_cast<std::uint32_t>(first));
-    const std::uint32_t texture = material_texture(material);
-    plant.wood_colors.resize(first + (texture == COPPICE_NO_TEXTURE ? 1 : kWoodColors));
-    if (texture == COPPICE_NO_TEXTURE)
-      plant.wood_colors.back() = pack_albedo(color_of(material));
+  for (std::size_t i = 0; i < file.materials.size(); ++i) {
+    const coppice_file_material& material = file.materials[i];
+    *look++ = {.albedo = color_of(material),
+               .coverage = 1.0f,
+               .mask = {0xffffffffu, 0xffffffffu},
+               .crown_normals = gpu_material(material).crown_normals};
+    const std::span<std::uint32_t> colors = plant.wood_colors.span().subspan(plant.first_wood_color[i], wood_color_count(material));
+    if (colors.size() == 1)
+      colors[0] = pack_albedo(color_of(material));
     else
-      look_at_material(material, small[texture], std::span(plant.wood_colors).subspan(first));
+      look_at_material(material, plant.small[material_texture(material)], parts.span(), colors);
   }
-  if (file.plant.leaf_mesh_count > 0 || std::ranges::any_of(file.materials, is_masked)) plant.small = std::move(small);
+  if (file.plant.leaf_mesh_count == 0 && std::ranges::none_of(file.materials, is_masked)) plant.small.reset();
   return plant;
 }
 

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "coppice_light.h"
 #include "crown_light.h"
@@ -16,18 +15,18 @@ namespace coppice::gpu {
 
 /// A plant's cards and materials and what they look like.
 struct PlantLooks {
-  std::vector<coppice_file_material> materials;
-  std::vector<CardLook> looks;  ///< those of the cards, then those of the materials (no holes: for meshes)
-  std::vector<Texels> small;    ///< [textures] PlantFile::small_textures; none where no triangle_look needs them
+  HookArray<coppice_file_material> materials;
+  HookArray<CardLook> looks;  ///< those of the cards, then those of the materials (no holes: for meshes)
+  HookArray<Texels> small;    ///< [textures] PlantFile::small_textures; none where no triangle_look needs them
   /// Of a textured material the means of its texture's parts, 32 x 32 of them, then 16 x 16, and so on to one, rows of u, from v = 0 on; of
   /// others its base colour. As pack_albedo.
-  std::vector<std::uint32_t> wood_colors;
-  std::vector<std::uint32_t> first_wood_color;  ///< [materials]
+  HookArray<std::uint32_t> wood_colors;
+  HookArray<std::uint32_t> first_wood_color;  ///< [materials]
 
   /// Where in `looks` those of the materials begin.
   [[nodiscard]] std::uint32_t first_material() const { return static_cast<std::uint32_t>(looks.size() - materials.size()); }
-  [[nodiscard]] std::span<const CardLook> cards() const { return std::span(looks).first(first_material()); }
-  /// CPU memory.
+  [[nodiscard]] std::span<const CardLook> cards() const { return looks.span().first(first_material()); }
+  /// From the allocator hook.
   [[nodiscard]] std::size_t bytes() const;
 };
 
@@ -53,7 +52,7 @@ std::uint32_t wood_color_of(const PlantLooks& plant, std::uint32_t material, con
 /// Whether its texture may have holes.
 bool is_masked(const coppice_file_material& material);
 
-/// What the front of a file says of them.
-PlantLooks plant_looks(const PlantFile& file);
+/// What the front of a file says of them. errors  out_of_memory
+Result<PlantLooks> plant_looks(const PlantFile& file, const coppice_allocator& allocator);
 
 }  // namespace coppice::gpu

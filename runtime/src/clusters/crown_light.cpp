@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "leaf_entry.h"
 
@@ -38,8 +37,8 @@ std::array<Direction, 14> directions() {
 
 /// The cells of a leaf box.
 struct Grid {
-  vec3 low, cell;                                                                ///< m
-  std::vector<float> extinction = std::vector<float>(kCells * kCells * kCells);  ///< 1/m
+  vec3 low, cell;                                            ///< m
+  std::array<float, kCells * kCells * kCells> extinction{};  ///< 1/m
 
   explicit Grid(const LeafBox& box)
       : low(box.min), cell(max(box.step * static_cast<float>(box.largest), vec3(1e-3f)) * (1.0f / static_cast<float>(kCells))) {}

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "convert.h"
 #include "leaf_entry.h"
@@ -22,7 +21,8 @@ struct Triangle {
   LeafEntry entry;               ///< id: of the triangle in its mesh; normal: the sum of its vertices'
   std::uint32_t place = 0;       ///< Morton code of its middle
   std::uint32_t group = 0;       ///< the first id of its leaf, whose triangles have the same size class and place
-  std::uint32_t size_class = 0;  ///< triangles of one are clustered together
+  std::uint16_t size_class = 0;  ///< triangles of one are clustered together
+  bool ends_cluster = false;     ///< in the order of clusters
   float turning_m = 0;           ///< turning_m() of wood
 };
 
@@ -33,13 +33,13 @@ std::uint32_t spread_bits(std::uint32_t value) {
   return (value | value << 2) & 0x09249249u;
 }
 
-std::uint32_t size_class_of(float length_m) {
+std::uint16_t size_class_of(float length_m) {
   constexpr float kClassesPerDoubling = 2.0f;
   if (!(length_m > 1e-6f)) return 0;
-  return static_cast<std::uint32_t>(std::clamp(64.0f + std::floor(kClassesPerDoubling * std::log2(length_m)), 0.0f, 127.0f));
+  return static_cast<std::uint16_t>(std::clamp(64.0f + std::floor(kClassesPerDoubling * std::log2(length_m)), 0.0f, 127.0f));
 }
 
-void measure_box(const WoodMesh& mesh, MeshBlock& block) {
+void measure_box(const WoodSpan& mesh, MeshBlock& block) {
   block.low = block.high = vec3(mesh.vertices[0].position);
   for (const coppice::WoodVertex& vertex : mesh.vertices) {
     block.low = min(block.low, vec3(vertex.position));
@@ -48,7 +48,7 @@ void measure_box(const WoodMesh& mesh, MeshBlock& block) {
 }
 
 /// Without what lights them. triangles: of the mesh
-void fill_triangles(const WoodMesh& mesh, const LeafBox& box, const MeshSource& source, std::span<Triangle> triangles) {
+void fill_triangles(const WoodSpan& mesh, const LeafBox& box, const MeshSource& source, std::span<Triangle> triangles) {
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     std::array<uvec3, 4> corners;
     Triangle& triangle = triangles[i];
@@ -73,30 +73,32 @@ void fill_triangles(const WoodMesh& mesh, const LeafBox& box, const MeshSource& 
   }
 }
 
-/// Where clusters end: of about equal size; where leaves are several triangles, of as many whole leaves as there is room for. What of a
-/// leaf were in two clusters would show it, as shadows of other plants are a cluster's.
-std::vector<std::size_t> cluster_ends(std::span<const Triangle> triangles) {
+/// Marks where the clusters of triangles in their order end: they are of about equal size; where leaves are several triangles, of as many
+/// whole leaves as there is room for. What of a leaf were in two clusters would show it, as shadows of other plants are a cluster's.
+void mark_ends(std::span<Triangle> triangles) {
   const auto same_leaf = [&](std::size_t at) { return triangles[at].group == triangles[at - 1].group; };
-  std::vector<std::size_t> ends;
+  const auto end_at = [&](std::size_t end) {
+    triangles[end - 1].ends_cluster = true;
+    return end;
+  };
   bool split_leaves = false;
   for (std::size_t at = 1; at < triangles.size() && !split_leaves; ++at) split_leaves = same_leaf(at);
   if (!split_leaves) {
     const std::size_t count = (triangles.size() + kClusterLeaves - 1) / kClusterLeaves;
-    for (std::size_t i = 1; i <= count; ++i) ends.push_back(triangles.size() * i / count);
-    return ends;
+    for (std::size_t i = 1; i <= count; ++i) end_at(triangles.size() * i / count);
+    return;
   }
   std::size_t start = 0, leaf_start = 0;
   for (std::size_t at = 1; at <= triangles.size(); ++at) {
     if (at < triangles.size() && same_leaf(at)) {
       if (at - start < kClusterLeaves) continue;
       if (leaf_start == start) leaf_start = at;  // larger than a cluster
-      ends.push_back(start = leaf_start);
+      start = end_at(leaf_start);
       continue;
     }
     leaf_start = at;
-    if (at - start == kClusterLeaves || at == triangles.size()) ends.push_back(start = at);
+    if (at - start == kClusterLeaves || at == triangles.size()) start = end_at(at);
   }
-  return ends;
 }
 
 /// How large a facet its light shows: the largest triangle, or, where most of the wood is long triangles whose light turns along them, a
@@ -116,31 +118,30 @@ float facet_of(std::span<const Triangle> triangles) {
 /// In the order of their clusters: those that are drawn as leaves, of wood without holes and with, then the others.
 void sort_triangles(std::span<Triangle> triangles, std::size_t leaf_count) {
   std::ranges::sort(triangles.first(leaf_count), {}, [](const Triangle& triangle) {
-    return std::array{triangle.entry.is_surface ? 0u : 1u, triangle.size_class, triangle.place, triangle.group, triangle.entry.id};
+    return std::array{triangle.entry.is_surface ? 0u : 1u, std::uint32_t{triangle.size_class}, triangle.place, triangle.group,
+                      triangle.entry.id};
   });
   std::ranges::sort(triangles.subspan(leaf_count), {}, [](const Triangle& triangle) {
     return std::array{triangle.place, triangle.entry.id};
   });
 }
 
-/// Ends of the clusters of sorted triangles; with the others' clusters behind those of leaves.
-struct ClusterEnds {
-  std::vector<std::size_t> all;
-  std::size_t of_leaves = 0;  ///< of them
+/// How many clusters sorted triangles are in; the others' are behind those of leaves.
+struct ClusterCounts {
+  std::size_t all = 0, of_leaves = 0;
 };
 
-ClusterEnds all_cluster_ends(std::span<const Triangle> triangles, std::size_t leaf_count) {
+ClusterCounts mark_all_ends(std::span<Triangle> triangles, std::size_t leaf_count) {
   const auto is_surface = [](const Triangle& triangle) { return triangle.entry.is_surface; };
-  const auto holed = static_cast<std::size_t>(std::ranges::partition_point(triangles.first(leaf_count), is_surface) - triangles.begin());
-  ClusterEnds ends;
-  const auto add = [&](std::size_t first, std::size_t end) {
-    for (const std::size_t own : cluster_ends(triangles.subspan(first, end - first))) ends.all.push_back(first + own);
+  const auto count = [](std::span<const Triangle> in) {
+    return static_cast<std::size_t>(std::ranges::count(in, true, &Triangle::ends_cluster));
   };
-  add(0, holed);
-  add(holed, leaf_count);
-  ends.of_leaves = ends.all.size();
-  add(leaf_count, triangles.size());
-  return ends;
+  const std::span<Triangle> leaves = triangles.first(leaf_count);
+  const auto holed = static_cast<std::size_t>(std::ranges::partition_point(leaves, is_surface) - leaves.begin());
+  mark_ends(leaves.first(holed));
+  mark_ends(leaves.subspan(holed));
+  mark_ends(triangles.subspan(leaf_count));
+  return {count(triangles), count(leaves)};
 }
 
 /// Where the parts of a block are.
@@ -165,7 +166,7 @@ void write_at(MeshBlock& block, std::size_t at, const T* values, std::size_t cou
   if (count > 0) std::memcpy(block.bytes.data() + at, values, count * sizeof(T));
 }
 
-void write_vertices(MeshKind kind, const WoodMesh& mesh, std::span<const Triangle> triangles, MeshBlock& block) {
+void write_vertices(MeshKind kind, const WoodSpan& mesh, std::span<const Triangle> triangles, MeshBlock& block) {
   for (std::size_t i = 0; i < triangles.size(); ++i)
     write_at(block, 3 * i * sizeof(std::uint32_t), mesh.indices.data() + std::size_t{3} * triangles[i].entry.id, 3);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
@@ -180,56 +181,57 @@ void write_vertices(MeshKind kind, const WoodMesh& mesh, std::span<const Triangl
   }
 }
 
-/// triangles, leaf_count, ends: sorted, those of leaves, and of all their clusters
-void write_clusters(std::span<const Triangle> triangles, std::size_t leaf_count, const ClusterEnds& ends, const LeafBox& box,
+/// triangles, leaf_count: sorted, those of leaves. clusters: mark_all_ends of them
+void write_clusters(std::span<const Triangle> triangles, std::size_t leaf_count, const ClusterCounts& clusters, const LeafBox& box,
                     const BlockPlan& plan, MeshBlock& block) {
   std::array<LeafEntry, kClusterLeaves> members;
   std::array<Leaf, kClusterLeaves> leaves;
   std::array<Splat, kClusterLeaves> splats;
-  std::size_t start = 0;
-  for (std::size_t i = 0; i < ends.all.size(); start = ends.all[i++]) {
-    const std::size_t count = ends.all[i] - start;
+  std::size_t start = 0, end = 0;
+  for (std::size_t i = 0; i < clusters.all; ++i, start = end) {
+    while (!triangles[end++].ends_cluster) continue;
+    const std::size_t count = end - start;
     for (std::size_t member = 0; member < count; ++member) members[member] = triangles[start + member].entry;
     const std::span<LeafEntry> own(members.data(), count);
     // Invocations side by side take as long as the slowest.
     std::ranges::sort(own, [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; });
     Cluster cluster = write_cluster(own, {}, box, std::span(leaves).first(count), std::span(splats).first(count));
     cluster.last_death = static_cast<std::uint32_t>(start);
-    if (i < ends.of_leaves) {
+    if (i < clusters.of_leaves) {
       move_address(cluster.leaves, plan.leaves_at + start * sizeof(Leaf));
       move_address(cluster.splats, plan.splats_at + start * sizeof(Splat));
     }
     write_at(block, plan.first_cluster_at + i * sizeof cluster, &cluster, 1);
-    if (i >= ends.of_leaves) continue;
+    if (i >= clusters.of_leaves) continue;
     write_at(block, plan.leaves_at + start * sizeof(Leaf), leaves.data(), count);
     write_at(block, plan.splats_at + start * sizeof(Splat), splats.data(), count);
     const float grain_m = unpack_length(cluster.grains_m, 3);
     block.list.grain_m = std::max(block.list.grain_m, grain_m);
     if (!own[0].is_surface) block.list.holed_m = std::max(block.list.holed_m, grain_m);
   }
-  for (std::size_t i = 0; i * kBlockClusters < ends.all.size(); ++i) {
+  for (std::size_t i = 0; i * kBlockClusters < clusters.all; ++i) {
     uvec2 address{};
     move_address(address, plan.first_cluster_at + i * kBlockClusters * sizeof(Cluster));
     write_at(block, plan.clusters_at + i * sizeof address, &address, 1);
   }
   move_address(block.list.blocks, plan.clusters_at);
   block.list.leaf_count = static_cast<std::uint32_t>(leaf_count);
-  block.list.cluster_count = static_cast<std::uint32_t>(ends.of_leaves);
-  block.list.range_count = static_cast<std::uint32_t>(ends.all.size());
+  block.list.cluster_count = static_cast<std::uint32_t>(clusters.of_leaves);
+  block.list.range_count = static_cast<std::uint32_t>(clusters.all);
   block.list.facet_m = facet_of(triangles.first(leaf_count));
 }
 
-const coppice::WoodVertex& vertex_of(const WoodMesh& mesh, const Triangle& triangle, std::size_t corner) {
+const coppice::WoodVertex& vertex_of(const WoodSpan& mesh, const Triangle& triangle, std::size_t corner) {
   return mesh.vertices[mesh.indices[std::size_t{3} * triangle.entry.id + corner]];
 }
 
-TriangleUvs uvs_of(const WoodMesh& mesh, const Triangle& triangle) {
+TriangleUvs uvs_of(const WoodSpan& mesh, const Triangle& triangle) {
   return {vertex_of(mesh, triangle, 0).uv, vertex_of(mesh, triangle, 1).uv, vertex_of(mesh, triangle, 2).uv};
 }
 
 /// How much a triangle's normals turn along it, times how long it is there: what one light for all of it gets wrong. In the direction in
 /// which that is most, of the two in which the normals' gradient is largest and smallest.
-float turning_m(const WoodMesh& mesh, const Triangle& triangle) {
+float turning_m(const WoodSpan& mesh, const Triangle& triangle) {
   const auto normal = [&](std::size_t corner) { return vec3(vertex_of(mesh, triangle, corner).normal); };
   const std::array<vec3, 4>& corners = triangle.entry.corners;
   const vec3 along = corners[1] - corners[0], other = corners[2] - corners[0];
@@ -251,7 +253,7 @@ float turning_m(const WoodMesh& mesh, const Triangle& triangle) {
 }
 
 /// Takes away what holes leave open. False where they leave nothing.
-bool cover_wood(const PlantLooks& looks, const WoodMesh& mesh, Triangle& triangle) {
+bool cover_wood(const PlantLooks& looks, const WoodSpan& mesh, Triangle& triangle) {
   const std::uint32_t material = vertex_of(mesh, triangle, 0).material;
   if (!is_masked(looks.materials[material])) return true;
   constexpr std::uint32_t kSide = 8;
@@ -262,12 +264,12 @@ bool cover_wood(const PlantLooks& looks, const WoodMesh& mesh, Triangle& triangl
 }
 
 /// Makes the triangles of a leaf, which share a stalk, alike in what clusters are made by.
-void gather_leaves(const WoodMesh& mesh, std::span<Triangle> triangles) {
+void gather_leaves(const WoodSpan& mesh, std::span<Triangle> triangles) {
   const auto stalk_of = [&](const Triangle& triangle) { return vertex_of(mesh, triangle, 0).stalk; };
   std::ranges::sort(triangles, {}, [&](const Triangle& triangle) { return std::pair(stalk_of(triangle), triangle.entry.id); });
   for (auto first = triangles.begin(); first != triangles.end();) {
     const auto end = std::find_if(first, triangles.end(), [&](const Triangle& other) { return stalk_of(other) != stalk_of(*first); });
-    const std::uint32_t size_class = std::ranges::max(std::span(first, end), {}, &Triangle::size_class).size_class;
+    const std::uint16_t size_class = std::ranges::max(std::span(first, end), {}, &Triangle::size_class).size_class;
     for (Triangle& triangle : std::span(first, end)) {
       triangle.group = first->entry.id;
       triangle.place = first->place;
@@ -278,7 +280,7 @@ void gather_leaves(const WoodMesh& mesh, std::span<Triangle> triangles) {
 }
 
 /// How many triangles are drawn as leaves, with what lights them; the others go behind them.
-std::size_t light_wood(const WoodMesh& mesh, const MeshSource& source, std::span<Triangle> triangles) {
+std::size_t light_wood(const WoodSpan& mesh, const MeshSource& source, std::span<Triangle> triangles) {
   const auto shows = [&](Triangle& triangle) {
     LeafEntry& entry = triangle.entry;
     const vec3 face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
@@ -290,7 +292,7 @@ std::size_t light_wood(const WoodMesh& mesh, const MeshSource& source, std::span
   return static_cast<std::size_t>(std::partition(triangles.begin(), triangles.end(), shows) - triangles.begin());
 }
 
-std::size_t light_leaves(const WoodMesh& mesh, const MeshSource& source, std::span<Triangle> triangles) {
+std::size_t light_leaves(const WoodSpan& mesh, const MeshSource& source, std::span<Triangle> triangles) {
   const Crown crown = crown_of(source.box);
   float area_m2 = 0, partial_m2 = 0;
   const auto shows = [&](Triangle& triangle) {
@@ -318,7 +320,7 @@ std::size_t light_leaves(const WoodMesh& mesh, const MeshSource& source, std::sp
 
 }  // namespace
 
-Result<MeshBlock> build_mesh(MeshKind kind, const WoodMesh& mesh, const MeshSource& source, const coppice_allocator& allocator) {
+Result<MeshBlock> build_mesh(MeshKind kind, const WoodSpan& mesh, const MeshSource& source, const coppice_allocator& allocator) {
   COPPICE_TRY(triangles, HookArray<Triangle>::allocate(allocator, mesh.indices.size() / 3));
   MeshBlock block;
   measure_box(mesh, block);
@@ -328,15 +330,15 @@ Result<MeshBlock> build_mesh(MeshKind kind, const WoodMesh& mesh, const MeshSour
   if (source.leaves)
     leaf_count = kind == MeshKind::wood ? light_wood(mesh, source, triangles.span()) : light_leaves(mesh, source, triangles.span());
   sort_triangles(triangles.span(), leaf_count);
-  const ClusterEnds ends = all_cluster_ends(triangles.span(), leaf_count);
-  const BlockPlan plan = plan_block(kind, mesh.vertices.size(), mesh.indices.size(), ends.all.size(), leaf_count);
+  const ClusterCounts clusters = mark_all_ends(triangles.span(), leaf_count);
+  const BlockPlan plan = plan_block(kind, mesh.vertices.size(), mesh.indices.size(), clusters.all, leaf_count);
   COPPICE_CHECK(allocate_into(block.bytes, allocator, plan.bytes));
   block.index_count = static_cast<std::uint32_t>(mesh.indices.size());
   block.vertices_at = plan.vertices_at;
   block.clusters_at = plan.clusters_at;
   block.list = empty_list(box);
   write_vertices(kind, mesh, triangles.span(), block);
-  write_clusters(triangles.span(), leaf_count, ends, box, plan, block);
+  write_clusters(triangles.span(), leaf_count, clusters, box, plan, block);
   return block;
 }
 

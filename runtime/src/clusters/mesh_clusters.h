@@ -40,7 +40,7 @@ struct MeshBlock {
 
 /// Positions of leaves are quantised to 1/65535 of the mesh's box. Triangles that are nothing but hole are not drawn as leaves; none are
 /// where holes in a leaf mesh's texture make the leaves' outline. Indices are in the order of the clusters. errors  out_of_memory
-Result<MeshBlock> build_mesh(MeshKind kind, const WoodMesh& mesh, const MeshSource& source, const coppice_allocator& allocator);
+Result<MeshBlock> build_mesh(MeshKind kind, const WoodSpan& mesh, const MeshSource& source, const coppice_allocator& allocator);
 
 /// No block of so many is longer. leaves: MeshSource's
 std::uint64_t most_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool leaves);

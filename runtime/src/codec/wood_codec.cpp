@@ -42,7 +42,7 @@ bool is_finite(const WoodVertex& vertex) {
          std::ranges::all_of(vertex.uv, finite);
 }
 
-Result<WoodMesh> copy_mesh(const draco::Mesh& mesh, const WoodShape& shape) {
+Result<WoodMesh> copy_mesh(const draco::Mesh& mesh, const WoodShape& shape, const coppice_allocator& allocator) {
   if (mesh.num_points() != shape.vertex_count || mesh.num_faces() != shape.triangle_count)
     return bad_wood("wood counts", std::to_string(mesh.num_points()) + " vertices, " + std::to_string(mesh.num_faces()) + " triangles");
   const auto* positions = find_attribute(mesh, draco::GeometryAttribute::POSITION, draco::DT_FLOAT32, 3);
@@ -53,7 +53,8 @@ Result<WoodMesh> copy_mesh(const draco::Mesh& mesh, const WoodShape& shape) {
   if (positions == nullptr || normals == nullptr || uvs == nullptr || materials == nullptr || shape.has_stalks != (stalks != nullptr))
     return bad_wood("wood attribute");
   WoodMesh result;
-  result.vertices.resize(shape.vertex_count);
+  COPPICE_CHECK(allocate_into(result.vertices, allocator, shape.vertex_count));
+  COPPICE_CHECK(allocate_into(result.indices, allocator, std::size_t{shape.triangle_count} * 3));
   for (draco::PointIndex point(0); point < mesh.num_points(); ++point) {
     WoodVertex& vertex = result.vertices[point.value()];
     positions->GetMappedValue(point, vertex.position.data());
@@ -70,16 +71,16 @@ Result<WoodMesh> copy_mesh(const draco::Mesh& mesh, const WoodShape& shape) {
     if (std::ranges::any_of(vertex.stalk, [](std::uint16_t q) { return q > COPPICE_QUANTISED_MAX; }))
       return bad_wood("leaf mesh stalk", "outside the leaf box");
   }
-  result.indices.reserve(std::size_t{shape.triangle_count} * 3);
+  std::uint32_t* next = result.indices.data();
   for (draco::FaceIndex face(0); face < mesh.num_faces(); ++face)
     for (const draco::PointIndex& corner : mesh.face(face)) {
       if (corner.value() >= shape.vertex_count) return bad_wood("wood index", std::to_string(corner.value()));
-      result.indices.push_back(corner.value());
+      *next++ = corner.value();
     }
   return result;
 }
 
-Result<WoodMesh> decode(std::span<const std::uint8_t> bytes, const WoodShape& shape) {
+Result<WoodMesh> decode(std::span<const std::uint8_t> bytes, const WoodShape& shape, const coppice_allocator& allocator) {
   COPPICE_CHECK(check_wood_header(bytes, shape));
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -87,14 +88,14 @@ Result<WoodMesh> decode(std::span<const std::uint8_t> bytes, const WoodShape& sh
   auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
   if (!mesh.ok()) return bad_wood("wood Draco stream", mesh.status().error_msg_string());
   if (buffer.remaining_size() != 0) return bad_wood("wood length");
-  return copy_mesh(*mesh.value(), shape);
+  return copy_mesh(*mesh.value(), shape, allocator);
 }
 
 }  // namespace
 
-Result<WoodMesh> decode_wood(std::span<const std::uint8_t> bytes, const WoodShape& shape) {
+Result<WoodMesh> decode_wood(std::span<const std::uint8_t> bytes, const WoodShape& shape, const coppice_allocator& allocator) {
   try {
-    return decode(bytes, shape);
+    return decode(bytes, shape, allocator);
   } catch (const std::bad_alloc&) {
     return Error{Status::out_of_memory, "wood"};
   } catch (...) {

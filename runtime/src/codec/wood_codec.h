@@ -3,10 +3,9 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "coppice/format.h"
-#include "result.h"
+#include "hooks.h"
 
 namespace coppice {
 
@@ -18,9 +17,17 @@ struct WoodVertex {
   std::array<std::uint16_t, 3> stalk{};  ///< leaf meshes: corner 0 of the leaf's quad, quantised in the leaf box; wood: 0
 };
 
+/// A mesh that somebody else holds.
+struct WoodSpan {
+  std::span<const WoodVertex> vertices;
+  std::span<const std::uint32_t> indices;  ///< 3 per triangle, each < vertices.size()
+};
+
 struct WoodMesh {
-  std::vector<WoodVertex> vertices;
-  std::vector<std::uint32_t> indices;  ///< 3 per triangle, each < vertices.size()
+  HookArray<WoodVertex> vertices;
+  HookArray<std::uint32_t> indices;
+
+  operator WoodSpan() const { return {vertices, indices}; }
 };
 
 /// What the front of the file says of a wood LoD, or of a chunk of leaf meshes.
@@ -32,9 +39,10 @@ struct WoodShape {
 };
 
 /// A wood LoD from a WOOD chunk's bytes, or leaf meshes from a LEAF_MESH chunk's, of exactly the counts in `shape`; they are compared
-/// before memory is allocated. Any thread.
+/// before memory is allocated. What Draco decodes into for a while is of its own allocation. Any thread.
 /// errors  bad_file: not the Draco mesh FORMAT.md describes, of other counts, a material that is not there or, of wood, that only leaf
 ///         meshes show, or a stalk outside the leaf box; out_of_memory
-Result<WoodMesh> decode_wood(std::span<const std::uint8_t> bytes, const WoodShape& shape);
+Result<WoodMesh> decode_wood(std::span<const std::uint8_t> bytes, const WoodShape& shape,
+                             const coppice_allocator& allocator = default_allocator());
 
 }  // namespace coppice

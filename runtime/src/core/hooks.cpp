@@ -120,6 +120,12 @@ coppice_allocator default_allocator() {
   return {nullptr, allocate_with_malloc, free_with_malloc};
 }
 
+Result<HookArray<char>> copied_text(std::string_view text, const coppice_allocator& allocator) {
+  COPPICE_TRY(copy, HookArray<char>::allocate(allocator, text.size() + 1));
+  std::ranges::copy(text, copy.data());
+  return copy;
+}
+
 Result<void> check_hooks(const Hooks& wanted) {
   if (given(wanted.allocator.allocate, wanted.allocator.free) == Given::partly)
     return Error{Status::invalid_argument, "allocator hook: one of allocate, free is null"};

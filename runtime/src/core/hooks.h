@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <utility>
 
 #include "coppice/coppice.h"
@@ -138,10 +139,7 @@ class HookArray {
 /// Replaces the array. errors  as HookArray::allocate; the array stays as it is
 template <class T>
 Result<void> allocate_into(HookArray<T>& array, const coppice_allocator& allocator, std::size_t count) {
-  auto allocated = HookArray<T>::allocate(allocator, count);
-  if (!allocated) return allocated.error();
-  array = *std::move(allocated);
-  return {};
+  return move_into(array, HookArray<T>::allocate(allocator, count));
 }
 
 /// A copy with room for `count` elements, which are at least as many. errors  as HookArray::allocate
@@ -151,6 +149,9 @@ Result<HookArray<T>> enlarged_copy(const HookArray<T>& array, const coppice_allo
   std::ranges::copy(array.span(), larger.data());
   return larger;
 }
+
+/// A text with a zero behind it. errors  as HookArray::allocate
+Result<HookArray<char>> copied_text(std::string_view text, const coppice_allocator& allocator);
 
 /// How many there is to be room for.
 struct Growth {

@@ -77,6 +77,14 @@ class [[nodiscard]] Result<void> {
   Error error_;
 };
 
+/// Moves a value to its place; where there is none, the place stays as it is and the error is passed on.
+template <class T>
+Result<void> move_into(T& place, Result<T> value) {
+  if (!value) return value.error();
+  place = *std::move(value);
+  return {};
+}
+
 }  // namespace coppice
 
 #define COPPICE_CONCAT_(a, b) a##b

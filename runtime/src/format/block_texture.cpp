@@ -112,16 +112,15 @@ void decode_texture_level(std::uint32_t format, const MipLevel& level, Bytes sto
 
 std::uint64_t decoded_texture_bytes(const TextureLayout& layout) {
   std::uint64_t bytes = sizeof(coppice_file_texture);
-  for (const MipLevel& level : layout.levels) bytes += texture_level_bytes(COPPICE_TEXTURE_RGBA8, level.width, level.height);
+  for (const MipLevel& level : layout.levels()) bytes += texture_level_bytes(COPPICE_TEXTURE_RGBA8, level.width, level.height);
   return bytes;
 }
 
 void decode_texture(const TextureLayout& layout, Bytes chunk, std::span<std::uint8_t> decoded) {
-  const coppice_file_texture header{layout.levels[0].width, layout.levels[0].height, static_cast<std::uint32_t>(layout.levels.size()),
-                                    COPPICE_TEXTURE_RGBA8};
+  const coppice_file_texture header{layout.levels()[0].width, layout.levels()[0].height, layout.level_count, COPPICE_TEXTURE_RGBA8};
   std::memcpy(decoded.data(), &header, sizeof header);
   std::size_t at = sizeof header;
-  for (const MipLevel& level : layout.levels) {
+  for (const MipLevel& level : layout.levels()) {
     const auto bytes = static_cast<std::size_t>(texture_level_bytes(COPPICE_TEXTURE_RGBA8, level.width, level.height));
     decode_texture_level(layout.format, level, chunk.subspan(static_cast<std::size_t>(level.offset), static_cast<std::size_t>(level.bytes)),
                          decoded.subspan(at, bytes));

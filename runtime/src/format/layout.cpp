@@ -50,12 +50,6 @@ ChunkKey chunk_at(const coppice_file_plant& plant, std::uint32_t position) {
   return {run->kind, run->falling ? run->first - position : run->first + position};
 }
 
-std::vector<ChunkKey> chunk_order(const coppice_file_plant& plant) {
-  std::vector<ChunkKey> order(chunk_count(plant));
-  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = chunk_at(plant, i);
-  return order;
-}
-
 std::uint32_t first_read_chunk_count(const coppice_file_plant& plant) {
   const auto one = [](std::uint32_t count) { return count > 0 ? 1u : 0u; };
   return 4 + one(plant.leaf_mesh_count) + one(plant.texture_count) + one(plant.wood_lod_count) + one(plant.page_count);

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "coppice/format.h"
 
@@ -21,10 +20,7 @@ struct ChunkKey {
 std::uint32_t chunk_count(const coppice_file_plant& plant);
 /// The chunk at a position in file order. position: < chunk_count
 ChunkKey chunk_at(const coppice_file_plant& plant, std::uint32_t position);
-/// All of them.
-std::vector<ChunkKey> chunk_order(const coppice_file_plant& plant);
-
-/// Chunks in the first read, counted from the start of chunk_order().
+/// Chunks in the first read, counted from the start of the file.
 std::uint32_t first_read_chunk_count(const coppice_file_plant& plant);
 
 /// "PAGE" and the like; static storage. "unknown" for a value that is no kind.

@@ -28,11 +28,12 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
+/// The caller has checked that so many are there.
 template <class T>
-std::vector<T> copy_array(Bytes bytes, std::size_t offset, std::size_t count) {
-  std::vector<T> values(count);
-  if (count > 0) std::memcpy(values.data(), bytes.data() + offset, count * sizeof(T));
-  return values;
+Result<void> copy_into(HookArray<T>& array, const coppice_allocator& allocator, Bytes bytes, std::size_t offset, std::size_t count) {
+  COPPICE_CHECK(allocate_into(array, allocator, count));
+  if (count > 0) std::memcpy(array.data(), bytes.data() + offset, array.bytes());
+  return {};
 }
 
 bool in_unit_range(float value) {
@@ -168,8 +169,8 @@ Result<HookArray<coppice_file_chunk>> read_table(const coppice_file_header& head
   const Bytes table = bytes.subspan(sizeof(coppice_file_header), static_cast<std::size_t>(table_bytes));
   if (checksum(table) != header.table_checksum)
     return bad_field("chunk table checksum", offsetof(coppice_file_header, table_checksum), "the table's bytes do not match");
-  COPPICE_TRY(chunks, HookArray<coppice_file_chunk>::allocate(allocator, header.chunk_count));
-  if (header.chunk_count > 0) std::memcpy(chunks.data(), table.data(), chunks.bytes());
+  HookArray<coppice_file_chunk> chunks;
+  COPPICE_CHECK(copy_into(chunks, allocator, table, 0, header.chunk_count));
   COPPICE_CHECK(check_tiling(chunks.span(), header.file_bytes));
   return chunks;
 }
@@ -189,9 +190,9 @@ Result<Bytes> front_chunk(const PlantFile& file, Bytes bytes, std::size_t positi
   return content;
 }
 
-Result<void> read_materials(PlantFile& file, Bytes bytes) {
+Result<void> read_materials(PlantFile& file, Bytes bytes, const coppice_allocator& allocator) {
   COPPICE_TRY(content, front_chunk(file, bytes, 1, std::uint64_t{file.plant.material_count} * sizeof(coppice_file_material)));
-  file.materials = copy_array<coppice_file_material>(content, 0, file.plant.material_count);
+  COPPICE_CHECK(copy_into(file.materials, allocator, content, 0, file.plant.material_count));
   for (std::size_t i = 0; i < file.materials.size(); ++i) {
     const coppice_file_material& material = file.materials[i];
     const std::uint64_t at = file.chunks[1].offset + i * sizeof(coppice_file_material);
@@ -214,9 +215,9 @@ Result<void> read_materials(PlantFile& file, Bytes bytes) {
   return {};
 }
 
-Result<void> read_cards(PlantFile& file, Bytes bytes) {
+Result<void> read_cards(PlantFile& file, Bytes bytes, const coppice_allocator& allocator) {
   COPPICE_TRY(content, front_chunk(file, bytes, 2, std::uint64_t{file.plant.card_count} * sizeof(coppice_file_card)));
-  file.cards = copy_array<coppice_file_card>(content, 0, file.plant.card_count);
+  COPPICE_CHECK(copy_into(file.cards, allocator, content, 0, file.plant.card_count));
   for (std::size_t i = 0; i < file.cards.size(); ++i) {
     const std::uint64_t at = file.chunks[2].offset + i * sizeof(coppice_file_card);
     if (file.cards[i].material >= file.plant.material_count) return bad_field("card material", at, "no such material");
@@ -233,7 +234,7 @@ Result<void> read_cards(PlantFile& file, Bytes bytes) {
 
 Result<void> check_errors(const PlantFile& file) {
   const std::uint64_t at = file.chunks[3].offset;
-  const std::vector<std::uint32_t>& counts = file.error_leaf_counts;
+  const std::span<const std::uint32_t> counts = file.error_leaf_counts;
   for (std::size_t i = 1; i < counts.size(); ++i)
     if (counts[i] <= counts[i - 1]) return bad_field("error table leaf_counts", at + i * 4, "not ascending");
   if (counts.front() != 1 || counts.back() != file.plant.leaf_count)
@@ -261,23 +262,23 @@ Result<void> check_errors(const PlantFile& file) {
   return {};
 }
 
-Result<void> read_errors(PlantFile& file, Bytes bytes) {
+Result<void> read_errors(PlantFile& file, Bytes bytes, const coppice_allocator& allocator) {
   const std::size_t levels = file.plant.error_level_count, sizes = file.plant.error_size_count;
   const std::size_t wood_rows = file.plant.wood_lod_count;
   COPPICE_TRY(content, front_chunk(file, bytes, 3, (levels + (1 + levels + wood_rows) * sizes) * 4));
-  file.error_leaf_counts = copy_array<std::uint32_t>(content, 0, levels);
-  file.error_sizes_px = copy_array<float>(content, levels * 4, sizes);
-  file.error_px = copy_array<float>(content, (levels + sizes) * 4, levels * sizes);
-  file.wood_error_px = copy_array<float>(content, (levels + (1 + levels) * sizes) * 4, wood_rows * sizes);
+  COPPICE_CHECK(copy_into(file.error_leaf_counts, allocator, content, 0, levels));
+  COPPICE_CHECK(copy_into(file.error_sizes_px, allocator, content, levels * 4, sizes));
+  COPPICE_CHECK(copy_into(file.error_px, allocator, content, (levels + sizes) * 4, levels * sizes));
+  COPPICE_CHECK(copy_into(file.wood_error_px, allocator, content, (levels + (1 + levels) * sizes) * 4, wood_rows * sizes));
   return check_errors(file);
 }
 
-Result<void> read_leaf_meshes(PlantFile& file, Bytes bytes) {
+Result<void> read_leaf_meshes(PlantFile& file, Bytes bytes, const coppice_allocator& allocator) {
   const std::size_t count = file.plant.leaf_mesh_count, sizes = file.plant.error_size_count;
   if (count == 0) return {};
   COPPICE_TRY(content, front_chunk(file, bytes, 4, count * sizeof(coppice_file_leaf_mesh) + sizes * 4));
-  file.leaf_meshes = copy_array<coppice_file_leaf_mesh>(content, 0, count);
-  file.leaf_mesh_error_px = copy_array<float>(content, count * sizeof(coppice_file_leaf_mesh), sizes);
+  COPPICE_CHECK(copy_into(file.leaf_meshes, allocator, content, 0, count));
+  COPPICE_CHECK(copy_into(file.leaf_mesh_error_px, allocator, content, count * sizeof(coppice_file_leaf_mesh), sizes));
   for (std::size_t i = 0; i < count; ++i) {
     const auto [vertices, triangles] = file.leaf_meshes[i];
     const std::uint64_t at = file.chunks[4].offset + i * sizeof(coppice_file_leaf_mesh);
@@ -302,7 +303,7 @@ Error placed_at(Error error, std::uint64_t at) {
   return error;
 }
 
-Result<void> read_textures(PlantFile& file, Bytes bytes) {
+Result<void> read_textures(PlantFile& file, Bytes bytes, const coppice_allocator& allocator) {
   const std::uint32_t count = file.plant.texture_count;
   if (count == 0) return {};
   const coppice_file_chunk& chunk = *find_chunk(file, COPPICE_CHUNK_TEXTURES, 0);
@@ -310,7 +311,7 @@ Result<void> read_textures(PlantFile& file, Bytes bytes) {
   const auto cut_off = [&] { return bad_field("textures", chunk.offset + chunk.bytes, "TEXTURES is cut off"); };
   std::size_t at = count * sizeof(coppice_file_texture);
   if (content.size() < at) return cut_off();
-  file.textures = copy_array<coppice_file_texture>(content, 0, count);
+  COPPICE_CHECK(copy_into(file.textures, allocator, content, 0, count));
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint64_t header_at = chunk.offset + i * sizeof(coppice_file_texture);
     const auto layout = texture_layout(file.textures[i]);
@@ -320,7 +321,7 @@ Result<void> read_textures(PlantFile& file, Bytes bytes) {
       return bad_field("textures header", header_at,
                        "a TEXTURE of " + std::to_string(layout->bytes) + " bytes, but it has " + std::to_string(stored_bytes));
   }
-  file.small_textures.resize(count);
+  COPPICE_CHECK(allocate_into(file.small_textures, allocator, count));
   for (std::uint32_t i = 0; i < count; ++i) {
     if (std::ranges::find(file.materials, i, material_texture) == file.materials.end()) continue;
     if (content.size() - at < sizeof(coppice_file_texture)) return cut_off();
@@ -330,7 +331,7 @@ Result<void> read_textures(PlantFile& file, Bytes bytes) {
     if (std::max(header.width, header.height) > COPPICE_MAX_SMALL_TEXTURE_SIDE || header.mip_count != 1)
       return bad_field("textures small texture", chunk.offset + at, "over COPPICE_MAX_SMALL_TEXTURE_SIDE, or several mip levels");
     if (content.size() - at < layout->bytes) return cut_off();
-    file.small_textures[i] = copy_array<std::uint8_t>(content, at, static_cast<std::size_t>(layout->bytes));
+    COPPICE_CHECK(copy_into(file.small_textures[i], allocator, content, at, static_cast<std::size_t>(layout->bytes)));
     at += static_cast<std::size_t>(layout->bytes);
   }
   if (at != content.size()) return bad_field("textures", chunk.offset + at, "bytes after the last small texture");
@@ -368,25 +369,31 @@ Result<coppice_file_header> read_header(Bytes bytes, std::uint64_t file_bytes) {
 
 Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes, const coppice_allocator& allocator) {
   PlantFile file;
-  COPPICE_TRY(header, read_header(bytes, file_bytes));
-  file.header = header;
-  if (bytes.size() < header.first_read_bytes) return bad_field("first read", bytes.size(), "the file is cut off");
-  bytes = bytes.first(static_cast<std::size_t>(header.first_read_bytes));
-  COPPICE_TRY(chunks, read_table(header, bytes, allocator));
-  if (chunks.size() < 4 || chunks[0].kind != COPPICE_CHUNK_PLANT)
+  COPPICE_CHECK(move_into(file.header, read_header(bytes, file_bytes)));
+  if (bytes.size() < file.header.first_read_bytes) return bad_field("first read", bytes.size(), "the file is cut off");
+  bytes = bytes.first(static_cast<std::size_t>(file.header.first_read_bytes));
+  COPPICE_CHECK(move_into(file.chunks, read_table(file.header, bytes, allocator)));
+  if (file.chunks.size() < 4 || file.chunks[0].kind != COPPICE_CHUNK_PLANT)
     return bad_field("chunk table kind", sizeof(coppice_file_header), "PLANT 0 expected");
-  file.chunks = std::move(chunks);
   COPPICE_TRY(content, front_chunk(file, bytes, 0, sizeof(coppice_file_plant)));
   file.plant = copy_at<coppice_file_plant>(content, 0);
   COPPICE_CHECK(check_plant_counts(file.plant, file.chunks[0].offset));
   COPPICE_CHECK(check_plant_values(file.plant, file.chunks[0].offset));
   COPPICE_CHECK(check_order(file));
-  COPPICE_CHECK(read_materials(file, bytes));
-  COPPICE_CHECK(read_cards(file, bytes));
-  COPPICE_CHECK(read_errors(file, bytes));
-  COPPICE_CHECK(read_leaf_meshes(file, bytes));
-  COPPICE_CHECK(read_textures(file, bytes));
+  COPPICE_CHECK(read_materials(file, bytes, allocator));
+  COPPICE_CHECK(read_cards(file, bytes, allocator));
+  COPPICE_CHECK(read_errors(file, bytes, allocator));
+  COPPICE_CHECK(read_leaf_meshes(file, bytes, allocator));
+  COPPICE_CHECK(read_textures(file, bytes, allocator));
   return file;
+}
+
+std::size_t PlantFile::bytes() const {
+  std::size_t sum = chunks.bytes() + materials.bytes() + cards.bytes() + error_leaf_counts.bytes() + error_sizes_px.bytes() +
+                    error_px.bytes() + leaf_meshes.bytes() + wood_error_px.bytes() + textures.bytes() + small_textures.bytes() +
+                    leaf_mesh_error_px.bytes();
+  for (const HookBuffer& texture : small_textures) sum += texture.bytes();
+  return sum;
 }
 
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index) {
@@ -450,11 +457,11 @@ Result<TextureLayout> texture_layout(const coppice_file_texture& texture) {
     return bad_field("texture mip_count", 8, std::to_string(texture.mip_count));
   if (texture.format < COPPICE_TEXTURE_RGBA8 || texture.format > COPPICE_TEXTURE_BC1)
     return bad_field("texture format", 12, std::to_string(texture.format));
-  TextureLayout layout{texture.format, {}, sizeof(coppice_file_texture)};
+  TextureLayout layout{texture.format, sizeof(coppice_file_texture), texture.mip_count};
   for (std::uint32_t level = 0; level < texture.mip_count; ++level) {
     const std::uint32_t width = std::max(1u, texture.width >> level), height = std::max(1u, texture.height >> level);
-    layout.levels.push_back({width, height, layout.bytes, texture_level_bytes(texture.format, width, height)});
-    layout.bytes += layout.levels.back().bytes;
+    layout.all_levels[level] = {width, height, layout.bytes, texture_level_bytes(texture.format, width, height)};
+    layout.bytes += layout.all_levels[level].bytes;
   }
   return layout;
 }

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "coppice/format.h"
 #include "hooks.h"
@@ -15,17 +16,20 @@ struct PlantFile {
   coppice_file_header header{};
   HookArray<coppice_file_chunk> chunks;  ///< file order
   coppice_file_plant plant{};
-  std::vector<coppice_file_material> materials;
-  std::vector<coppice_file_card> cards;
-  std::vector<std::uint32_t> error_leaf_counts;     ///< [L] ascending
-  std::vector<float> error_sizes_px;                ///< [S] ascending
-  std::vector<float> error_px;                      ///< [L * S] row per level
-  std::vector<coppice_file_leaf_mesh> leaf_meshes;  ///< [leaf_mesh_count]
-  std::vector<float> wood_error_px;                 ///< [W * S] of each wood LoD against the finest, row per LoD
-  std::vector<coppice_file_texture> textures;       ///< [texture_count] what the TEXTURE chunks hold
+  HookArray<coppice_file_material> materials;
+  HookArray<coppice_file_card> cards;
+  HookArray<std::uint32_t> error_leaf_counts;     ///< [L] ascending
+  HookArray<float> error_sizes_px;                ///< [S] ascending
+  HookArray<float> error_px;                      ///< [L * S] row per level
+  HookArray<coppice_file_leaf_mesh> leaf_meshes;  ///< [leaf_mesh_count]
+  HookArray<float> wood_error_px;                 ///< [W * S] of each wood LoD against the finest, row per LoD
+  HookArray<coppice_file_texture> textures;       ///< [texture_count] what the TEXTURE chunks hold
   /// [texture_count] like a TEXTURE chunk, of at most COPPICE_MAX_SMALL_TEXTURE_SIDE; empty where no material has it as its base colour.
-  std::vector<std::vector<std::uint8_t>> small_textures;
-  std::vector<float> leaf_mesh_error_px;  ///< [S] of all leaf quads against the leaf meshes; empty without those
+  HookArray<HookBuffer> small_textures;
+  HookArray<float> leaf_mesh_error_px;  ///< [S] of all leaf quads against the leaf meshes; empty without those
+
+  /// From the allocator hook.
+  [[nodiscard]] std::size_t bytes() const;
 };
 
 /// Reads and checks bytes [0, 64): magic, version, checksum, sizes.
@@ -35,7 +39,6 @@ Result<coppice_file_header> read_header(std::span<const std::uint8_t> bytes, std
 
 /// Parses the front. Of the chunks it checks those it parses; the others are checked by check_chunk.
 /// bytes  at least header.first_read_bytes long (a longer span, the whole file say, is fine)
-/// allocator  for the chunk table, which grows with the plant; the rest is bounded by the format's limits
 /// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree; out_of_memory
 Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes,
                              const coppice_allocator& allocator = default_allocator());
@@ -70,8 +73,12 @@ struct MipLevel {
 
 struct TextureLayout {
   std::uint32_t format = COPPICE_TEXTURE_RGBA8;  ///< coppice_texture_format
-  std::vector<MipLevel> levels;                  ///< largest first
   std::uint64_t bytes = 0;                       ///< of the whole chunk
+  std::uint32_t level_count = 0;
+  std::array<MipLevel, std::bit_width(COPPICE_MAX_TEXTURE_SIDE)> all_levels{};  ///< as many as the largest texture has
+
+  /// Largest first.
+  [[nodiscard]] std::span<const MipLevel> levels() const { return std::span(all_levels).first(level_count); }
 };
 
 /// The layout of a TEXTURE chunk that begins with `texture`. errors  bad_file: the field, offset from the start of the chunk

@@ -8,14 +8,15 @@
 
 namespace coppice {
 
-Texels level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk, std::uint32_t side_px) {
-  const MipLevel* level = &layout.levels.front();
-  for (const MipLevel& smaller : layout.levels)
+Result<Texels> level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk, std::uint32_t side_px,
+                        const coppice_allocator& allocator) {
+  const MipLevel* level = &layout.levels().front();
+  for (const MipLevel& smaller : layout.levels())
     if (std::max(smaller.width, smaller.height) >= side_px) level = &smaller;
   Texels texels{level->width, level->height, {}};
-  texels.rgba.resize(std::size_t{4} * level->width * level->height);
+  COPPICE_CHECK(allocate_into(texels.rgba, allocator, std::size_t{4} * level->width * level->height));
   decode_texture_level(layout.format, *level,
-                       chunk.subspan(static_cast<std::size_t>(level->offset), static_cast<std::size_t>(level->bytes)), texels.rgba);
+                       chunk.subspan(static_cast<std::size_t>(level->offset), static_cast<std::size_t>(level->bytes)), texels.rgba.span());
   return texels;
 }
 

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "reader.h"
 
@@ -14,11 +13,13 @@ namespace coppice {
 /// A mip level of a texture, as RGBA8 in sRGB.
 struct Texels {
   std::uint32_t width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;
+  HookBuffer rgba;
 };
 
 /// The smallest level whose longer side is at least this, or the largest there is. chunk: a TEXTURE chunk of this layout
-Texels level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk, std::uint32_t side_px);
+/// errors  out_of_memory
+Result<Texels> level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk, std::uint32_t side_px,
+                        const coppice_allocator& allocator);
 
 /// 0..1 to 0..1.
 float linear_from_srgb8(std::uint8_t value);

@@ -45,8 +45,8 @@ Buffer small_texture(const Buffer& chunk, std::uint32_t side_px) {
   const auto layout = read_texture(chunk);
   if (!layout) return {};
   const auto fits = [&](const MipLevel& level) { return std::max(level.width, level.height) <= side_px; };
-  const auto found = std::ranges::find_if(layout->levels, fits);
-  const MipLevel& level = found != layout->levels.end() ? *found : layout->levels.back();
+  const auto found = std::ranges::find_if(layout->levels(), fits);
+  const MipLevel& level = found != layout->levels().end() ? *found : layout->levels().back();
   const coppice_file_texture header{level.width, level.height, 1, layout->format};
   Buffer small;
   append(small, std::span(&header, 1));
@@ -105,22 +105,22 @@ void append_chunk(Buffer& file, const FileContents& contents, const coppice_file
 
 Result<std::vector<std::uint8_t>> write_file(const FileContents& contents) {
   const coppice_file_plant plant = with_counts(contents);
-  const std::vector<ChunkKey> order = chunk_order(plant);
-  Buffer file(sizeof(coppice_file_header) + order.size() * sizeof(coppice_file_chunk));
   coppice_file_header header{};
-  for (std::size_t i = 0; i < order.size(); ++i) {
+  header.chunk_count = chunk_count(plant);
+  Buffer file(sizeof header + header.chunk_count * sizeof(coppice_file_chunk));
+  for (std::uint32_t i = 0; i < header.chunk_count; ++i) {
+    const ChunkKey key = chunk_at(plant, i);
     const std::size_t at = file.size();
-    append_chunk(file, contents, plant, order[i]);
-    const coppice_file_chunk entry{static_cast<std::uint32_t>(order[i].kind), order[i].index, at, file.size() - at,
+    append_chunk(file, contents, plant, key);
+    const coppice_file_chunk entry{static_cast<std::uint32_t>(key.kind), key.index, at, file.size() - at,
                                    checksum(std::span(file).subspan(at))};
     overwrite(file, sizeof header + i * sizeof entry, entry);
     if (i + 1 == first_read_chunk_count(plant)) header.first_read_bytes = file.size();
   }
   std::memcpy(header.magic, COPPICE_FORMAT_MAGIC, sizeof header.magic);
   header.version = COPPICE_FORMAT_VERSION;
-  header.chunk_count = static_cast<std::uint32_t>(order.size());
   header.file_bytes = file.size();
-  header.table_checksum = checksum(std::span(file).subspan(sizeof header, order.size() * sizeof(coppice_file_chunk)));
+  header.table_checksum = checksum(std::span(file).subspan(sizeof header, header.chunk_count * sizeof(coppice_file_chunk)));
   overwrite(file, 0, header);
   header.header_checksum = checksum(std::span(file).first(offsetof(coppice_file_header, header_checksum)));
   overwrite(file, 0, header);

@@ -10,7 +10,7 @@
 namespace coppice {
 
 /// What goes into a file, chunk by chunk, already encoded. Counts in `plant` are set by the writer from the sizes here,
-/// leaf_count excepted.
+/// leaf_count excepted. The baker's: the runtime writes nothing, so that memory here does not come from a hook.
 struct FileContents {
   coppice_file_plant plant{};
   std::vector<coppice_file_material> materials;

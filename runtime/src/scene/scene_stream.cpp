@@ -96,7 +96,7 @@ struct SceneStream::State {
   Ledger& ledger;
   std::uint64_t taken_bytes = 0;  ///< but for reads
   SceneStreamOptions options;
-  std::string path;
+  HookArray<char> path;
   std::int64_t io_file = -1;
   SceneFile file;
   HookArray<TileState> tiles;
@@ -179,7 +179,7 @@ Result<void> SceneStream::State::allocate() {
 }
 
 Result<void> SceneStream::State::name_species() {
-  const std::string_view folder = folder_of(path);
+  const std::string_view folder = folder_of(path.data());
   COPPICE_CHECK(allocate_into(species, hooks.allocator, file.species.size()));
   COPPICE_CHECK(allocate_into(species_paths, hooks.allocator, file.paths.size() + file.species.size() * (folder.size() + 1)));
   char* text = species_paths.data();
@@ -197,13 +197,12 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledge
   COPPICE_ASSERT(options.least_px > 0.0f && options.max_in_flight > 0);
   std::unique_ptr<State> state(new (std::nothrow) State(hooks, ledger, options));
   if (!state) return Error{Status::out_of_memory, "scene"};
-  state->path = path;
   const auto opened = [&]() -> Result<void> {
+    COPPICE_CHECK(move_into(state->path, copied_text(path, hooks.allocator)));
     std::uint64_t file_bytes = 0;
     state->io_file = hooks.io.open(hooks.io.user, path, &file_bytes);
     if (state->io_file < 0) return open_error(state->io_file);
-    COPPICE_TRY(file, read_front_now(hooks, state->io_file, file_bytes, options.clock_ns));
-    state->file = std::move(file);
+    COPPICE_CHECK(move_into(state->file, read_front_now(hooks, state->io_file, file_bytes, options.clock_ns)));
     COPPICE_CHECK(state->allocate());
     return state->take_memory();
   }();
@@ -225,9 +224,10 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledge
 
 // Of what there is from the start.
 Result<void> SceneStream::State::take_memory() {
-  const std::uint64_t bytes = sizeof(State) + tiles.bytes() + wanted_frame.bytes() + resident.bytes() + reads.bytes() + file.tiles.bytes() +
-                              file.species.bytes() + file.paths.bytes() + species.bytes() + species_paths.bytes() + tile_scratch.bytes() +
-                              sizes.items.bytes() + requests.items.bytes() + small.items.bytes() + dropped.items.bytes();
+  const std::uint64_t bytes = sizeof(State) + path.bytes() + tiles.bytes() + wanted_frame.bytes() + resident.bytes() + reads.bytes() +
+                              file.tiles.bytes() + file.species.bytes() + file.paths.bytes() + species.bytes() + species_paths.bytes() +
+                              tile_scratch.bytes() + sizes.items.bytes() + requests.items.bytes() + small.items.bytes() +
+                              dropped.items.bytes();
   if (!ledger.fits(bytes)) return Error{Status::out_of_memory, "memory budget: no room now; try again in a few frames"};
   ledger.take(bytes);
   taken_bytes = bytes;
@@ -312,14 +312,14 @@ void SceneStream::State::give_up_tile(std::uint32_t tile) {
 }
 
 void SceneStream::State::fail(std::uint32_t tile, const Error& error) {
-  log_line(hooks.log, COPPICE_LOG_ERROR, "%s: tile %u: %s", path.c_str(), tile, error.message().c_str());
+  log_line(hooks.log, COPPICE_LOG_ERROR, "%s: tile %u: %s", path.data(), tile, error.message().c_str());
   give_up_tile(tile);
   tiles[tile] = TileState::failed;
   ++counters.tiles_failed;
 }
 
 void SceneStream::State::out_of_memory(const Error& error) {
-  if (frame >= retry_frame) log_line(hooks.log, COPPICE_LOG_WARNING, "%s: %s; trying again later", path.c_str(), error.message().c_str());
+  if (frame >= retry_frame) log_line(hooks.log, COPPICE_LOG_WARNING, "%s: %s; trying again later", path.data(), error.message().c_str());
   retry_frame = frame + kRetryFrames;
 }
 
@@ -482,10 +482,10 @@ std::optional<WantedSpecies> SceneStream::next_species() {
   State& s = *state_;
   for (std::uint32_t i = 0; i < s.species.size(); ++i) {
     if (s.species[i].state != SpeciesState::wanted) continue;
-    const auto allowed = check_species_path(s.options.plants, s.path, s.file.species[i].path);
+    const auto allowed = check_species_path(s.options.plants, s.path.data(), s.file.species[i].path);
     if (allowed) return WantedSpecies{i, s.species[i].path};
     const bool outside = allowed.error().status == Status::invalid_argument;
-    log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: plant %u: %s%s", s.path.c_str(), i, allowed.error().message().c_str(),
+    log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: plant %u: %s%s", s.path.data(), i, allowed.error().message().c_str(),
              outside ? "; asset_root and allow_outside of the context say what is allowed" : "");
     species_opened(i, false);
   }

@@ -6,7 +6,7 @@
 
 namespace coppice {
 
-Result<void> check_species_path(const AssetFolder& folder, const std::string& scene_path, std::string_view species) {
+Result<void> check_species_path(const AssetFolder& folder, std::string_view scene_path, std::string_view species) {
   if (folder.allow_outside) return {};
   const std::filesystem::path scene_folder = std::filesystem::path(scene_path).parent_path();
   const std::filesystem::path file = scene_folder / species;

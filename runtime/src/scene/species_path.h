@@ -16,6 +16,6 @@ struct AssetFolder {
 
 /// Whether the scene at `scene_path` may have the plant `species`, a path relative to the scene's folder.
 /// errors  invalid_argument: outside; io: real_files, and there is no such file. `detail` has the species
-Result<void> check_species_path(const AssetFolder& folder, const std::string& scene_path, std::string_view species);
+Result<void> check_species_path(const AssetFolder& folder, std::string_view scene_path, std::string_view species);
 
 }  // namespace coppice

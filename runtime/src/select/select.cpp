@@ -16,13 +16,20 @@ std::array<vec4, 5> frustum_planes(const mat4& clip_from_world) {
   return planes;
 }
 
-std::vector<std::uint32_t> pack_lod_table(const PlantFile& file) {
-  std::vector<std::uint32_t> words(file.error_leaf_counts);
-  for (float size : file.error_sizes_px) words.push_back(std::bit_cast<std::uint32_t>(size));
-  for (float error : file.error_px) words.push_back(std::bit_cast<std::uint32_t>(error));
-  for (float error : file.leaf_mesh_error_px) words.push_back(std::bit_cast<std::uint32_t>(error));
-  if (file.leaf_mesh_error_px.empty()) words.resize(words.size() + file.error_sizes_px.size(), 0);
-  for (float error : file.wood_error_px) words.push_back(std::bit_cast<std::uint32_t>(error));
+Result<HookArray<std::uint32_t>> pack_lod_table(const PlantFile& file, const coppice_allocator& allocator) {
+  const std::size_t sizes = file.error_sizes_px.size(), missing = file.leaf_mesh_error_px.empty() ? sizes : 0;
+  COPPICE_TRY(words,
+              HookArray<std::uint32_t>::allocate(allocator, file.error_leaf_counts.size() + sizes + file.error_px.size() +
+                                                                file.leaf_mesh_error_px.size() + missing + file.wood_error_px.size()));
+  std::uint32_t* next = std::ranges::copy(file.error_leaf_counts, words.data()).out;
+  const auto append = [&](const HookArray<float>& values) {
+    next = std::ranges::transform(values, next, [](float value) { return std::bit_cast<std::uint32_t>(value); }).out;
+  };
+  append(file.error_sizes_px);
+  append(file.error_px);
+  append(file.leaf_mesh_error_px);
+  next += missing;
+  append(file.wood_error_px);
   return words;
 }
 

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "coppice_lod.h"
 #include "reader.h"
@@ -54,8 +53,8 @@ struct InstanceLod {
 };
 
 /// A plant's packed table, as CPU and GPU read it through coppice_lod.h: leaf counts | sizes | errors | wood triangles |
-/// leaf mesh errors, in 32-bit words.
-std::vector<std::uint32_t> pack_lod_table(const PlantFile& file);
+/// leaf mesh errors, in 32-bit words. errors  out_of_memory
+Result<HookArray<std::uint32_t>> pack_lod_table(const PlantFile& file, const coppice_allocator& allocator);
 
 /// The table's view for the C++ side. words must stay alive; first_word is 0.
 lod::CoppiceTable lod_table(const PlantFile& file, std::span<const std::uint32_t> words);

@@ -12,6 +12,8 @@ namespace {
 
 /// Steps differ by at most this share of the longer where the camera goes on as it did.
 constexpr float kSteadyShare = 0.25f;
+/// Plants that there is room for from the first on.
+constexpr std::uint32_t kFirstPlants = 64;
 
 }  // namespace
 
@@ -33,7 +35,7 @@ LodView moved_view(const LodView& view, const vec3& by_m) {
 }
 
 void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> others) {
-  COPPICE_ASSERT(demands.size() == others.size());
+  COPPICE_ASSERT(demands.size() <= others.size());
   for (std::size_t i = 0; i < demands.size(); ++i) {
     demands[i].max_size_px = std::max(demands[i].max_size_px, others[i].max_size_px);
     for (std::uint32_t bin = 0; bin < kSizeBinCount; ++bin)
@@ -41,9 +43,21 @@ void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> 
   }
 }
 
+Result<void> make_room(DemandAhead& ahead, const coppice_allocator& allocator, Ledger& ledger, std::uint32_t plant_count) {
+  const auto now = static_cast<std::uint32_t>(ahead.measured.size());
+  if (plant_count <= now) return {};
+  const std::uint32_t count = roomy_count({.now = now, .needed = plant_count, .first = kFirstPlants, .most = UINT32_MAX});
+  COPPICE_TRY(measured, enlarged_copy(ahead.measured, allocator, count));
+  COPPICE_TRY(finished, enlarged_copy(ahead.finished, allocator, count));
+  ahead.measured = std::move(measured);
+  ahead.finished = std::move(finished);
+  ledger.take(std::uint64_t{2} * (count - now) * sizeof(PlantDemand));
+  return {};
+}
+
 void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const LodView& view, float frames,
                       std::span<PlantDemand> demands) {
-  COPPICE_ASSERT(ahead.measured.size() == demands.size());
+  COPPICE_ASSERT(demands.size() <= ahead.measured.size());
   const std::size_t blocks = instances.bounds.size();
   const std::size_t part_blocks = std::max(kAheadBlocks, (blocks + kMostAheadParts - 1) / kMostAheadParts);
   const std::size_t parts = std::max<std::size_t>((blocks + part_blocks - 1) / part_blocks, 1);
@@ -55,10 +69,10 @@ void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const
   if (ahead.unsteady_frames > kHitchFrames) return forget_demand(ahead);
   if (steady && ahead.next_block == 0) {
     ahead.view = moved_view(view, by_m);
-    std::ranges::fill(ahead.measured, PlantDemand{});
+    std::ranges::fill(ahead.measured.span(), PlantDemand{});
   }
   if (steady || ahead.next_block > 0) {
-    add_demand(instances, ahead.next_block, ahead.next_block + part_blocks, ahead.view, ahead.measured);
+    add_demand(instances, ahead.next_block, ahead.next_block + part_blocks, ahead.view, ahead.measured.span());
     ahead.next_block += part_blocks;
   }
   if (ahead.next_block > 0 && ahead.next_block >= blocks) {
@@ -66,7 +80,7 @@ void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const
     ahead.next_block = 0;
     ahead.known = true;
   }
-  if (ahead.known) merge_demands(demands, ahead.finished);
+  if (ahead.known) merge_demands(demands, ahead.finished.span());
 }
 
 void forget_demand(DemandAhead& ahead) {

@@ -8,13 +8,13 @@
 namespace coppice {
 
 void PlantOpening::wait() {
-  reads.wait();
+  read.wait();
   decoded.wait_for_all();
 }
 
 void PlantOpening::clear_pinned() {
   while (decoded.take() != nullptr) continue;
-  pinned.clear();
+  pinned.reset();
 }
 
 void PlantOpening::restart(std::uint64_t frame) {
@@ -27,43 +27,40 @@ void PlantOpening::restart(std::uint64_t frame) {
 }
 
 Result<void> start_header(PlantOpening& opening, const Hooks& hooks, const GpuSizes& gpu) {
-  COPPICE_TRY(plant, open_plant_file(hooks, gpu, opening.source, opening.index));
-  opening.plant = std::move(plant);
+  COPPICE_CHECK(move_into(opening.plant, open_plant_file(hooks, gpu, opening.source, opening.index)));
   opening.step = PlantOpening::Step::header;
-  opening.reads.start(opening.plant->hooks.io, opening.plant->io_file, 0, opening.header);
+  opening.read.start(opening.plant->hooks.io, opening.plant->io_file, 0, opening.header);
   return {};
 }
 
-bool repeat_reads(PlantOpening& opening, std::uint64_t (*clock_ns)()) {
-  if (opening.reads.whole()) {
+bool repeat_read(PlantOpening& opening, std::uint64_t (*clock_ns)()) {
+  if (opening.read.whole()) {
     opening.retry = {};
     return false;
   }
   if (opening.retry.again_ns == 0) return opening.retry.pause(clock_ns());
   if (clock_ns() < opening.retry.again_ns) return true;
   opening.retry.again_ns = 0;
-  opening.reads.repeat_failed(opening.plant->hooks.io, opening.plant->io_file);
+  opening.read.repeat(opening.plant->hooks.io, opening.plant->io_file);
   return true;
 }
 
 Result<void> take_header(PlantOpening& opening) {
-  COPPICE_CHECK(opening.reads.take());
-  COPPICE_TRY(header, read_header(opening.header, opening.plant->file_bytes));
-  opening.plant->file.header = header;
-  return {};
+  COPPICE_CHECK(opening.read.result());
+  return move_into(opening.plant->file.header, read_header(opening.header, opening.plant->file_bytes));
 }
 
 Result<void> start_front(PlantOpening& opening) {
   const PlantStream& plant = *opening.plant;
   COPPICE_CHECK(allocate_into(opening.front, plant.hooks.allocator, static_cast<std::size_t>(plant.file.header.first_read_bytes)));
   opening.step = PlantOpening::Step::front;
-  opening.reads.start(plant.hooks.io, plant.io_file, 0, opening.front.span());
+  opening.read.start(plant.hooks.io, plant.io_file, 0, opening.front.span());
   return {};
 }
 
 Result<void> take_front(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
-  COPPICE_CHECK(opening.reads.take());
+  COPPICE_CHECK(opening.read.result());
   return take_front(plant, opening.front.span());
 }
 
@@ -72,13 +69,12 @@ namespace {
 constexpr coppice_jobs kInline{nullptr, [](void*, void (*function)(void* argument), void* argument) { function(argument); }};
 
 /// A pinned chunk out of the front of the file, ready for a job.
-Result<void> prepare_pinned(PlantOpening& opening, Chunk& chunk) {
+Result<void> prepare_pinned(PlantOpening& opening, Chunk& chunk, Transfer& transfer) {
   PlantStream& plant = *opening.plant;
   const coppice_file_chunk& entry = plant.file_chunk(chunk);
   const std::span<const std::uint8_t> front = opening.front.span();
   if (entry.offset > front.size() || entry.bytes > front.size() - entry.offset)
     return Error{Status::bad_file, "first_read_bytes: does not hold the root page and the coarsest wood", entry.offset};
-  Transfer& transfer = opening.pinned.emplace_back();
   transfer.queue = &opening.decoded;
   transfer.plant = &plant;
   transfer.chunk = &chunk;
@@ -93,15 +89,18 @@ Result<void> prepare_pinned(PlantOpening& opening, Chunk& chunk) {
 Result<void> start_pinned(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
   opening.step = PlantOpening::Step::decoding;
+  COPPICE_CHECK(allocate_into(opening.pinned, plant.hooks.allocator,
+                              static_cast<std::size_t>(std::ranges::count(plant.chunks.span(), true, &Chunk::pinned))));
+  Transfer* next = opening.pinned.data();
   for (Chunk& chunk : plant.chunks.span()) {
     if (!chunk.pinned) continue;
-    if (auto prepared = prepare_pinned(opening, chunk); !prepared) {
-      opening.pinned.clear();
+    if (auto prepared = prepare_pinned(opening, chunk, *next++); !prepared) {
+      opening.pinned.reset();
       return prepared;
     }
   }
   for (std::size_t i = 1; i < opening.pinned.size(); ++i) opening.pinned[i - 1].next_in_run = &opening.pinned[i];
-  if (!opening.pinned.empty()) start_decode(opening.pinned.front(), opening.blocking ? kInline : plant.hooks.jobs);
+  if (!opening.pinned.empty()) start_decode(opening.pinned[0], opening.blocking ? kInline : plant.hooks.jobs);
   return {};
 }
 

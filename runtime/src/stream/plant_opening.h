@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <memory>
 
 #include "plant_stream.h"
@@ -15,6 +14,7 @@ namespace coppice {
 struct PlantOpening {
   enum class Step : std::uint8_t { queued, header, front, read, decoding };
 
+  HookArray<char> name;  ///< source.name
   PlantSource source;
   std::uint32_t index = 0;         ///< the plant's
   bool blocking = false;           ///< somebody waits: it takes no turn and nobody else's thread
@@ -26,17 +26,17 @@ struct PlantOpening {
   std::array<std::uint8_t, sizeof(coppice_file_header)> header{};
   HookBuffer front;
   std::uint64_t reserved_bytes = 0;  ///< counted for it until it is open
-  ReadRetry retry;                   ///< of the step's reads
-  std::deque<Transfer> pinned;       ///< being decoded
+  ReadRetry retry;                   ///< of the step's read
+  HookArray<Transfer> pinned;        ///< being decoded
   CompletionQueue<Transfer> decoded;
-  ReadGroup reads;  ///< last: its destructor waits for reads into the rest
+  AwaitedRead read;  ///< last: its destructor waits for a read into the rest
 
   PlantOpening() = default;
   PlantOpening(const PlantOpening&) = delete;
   PlantOpening& operator=(const PlantOpening&) = delete;
   ~PlantOpening() { decoded.wait_for_all(); }
   /// Whether nothing is under way.
-  [[nodiscard]] bool idle() const { return reads.back() && decoded.all_back(); }
+  [[nodiscard]] bool idle() const { return read.back() && decoded.all_back(); }
   void wait();
   /// idle()
   void clear_pinned();
@@ -47,10 +47,10 @@ struct PlantOpening {
 /// Opens the file and starts to read its header. errors  as open_plant_file
 Result<void> start_header(PlantOpening& opening, const Hooks& hooks, const GpuSizes& gpu);
 
-/// Whether reads of the step have failed and are tried again, at once or after a pause. opening.reads is back.
-bool repeat_reads(PlantOpening& opening, std::uint64_t (*clock_ns)());
+/// Whether the read of the step has failed and is tried again, at once or after a pause. opening.read is back.
+bool repeat_read(PlantOpening& opening, std::uint64_t (*clock_ns)());
 
-// Each takes what was read: opening.reads is back. errors  io, bad_file, unsupported, out_of_memory; path is not in the message
+// Each takes what was read: opening.read is back. errors  io, bad_file, unsupported, out_of_memory; path is not in the message
 
 /// step: header; plant->file.header is set.
 Result<void> take_header(PlantOpening& opening);

@@ -16,11 +16,6 @@ namespace {
 
 constexpr std::uint32_t kWantWindowFrames = 8;
 
-template <class T>
-std::uint64_t bytes_of(const std::vector<T>& values) {
-  return values.size() * sizeof(T);
-}
-
 /// Which chunk of ours a chunk of the file is; false: one the streamer does not load by itself.
 bool streamed_chunk(const coppice_file_chunk& entry, ChunkKind& kind) {
   if (entry.kind == COPPICE_CHUNK_PAGE) kind = ChunkKind::page;
@@ -71,23 +66,22 @@ void mark_leaf_mesh_textures(PlantStream& plant) {
           plant.texture_uploads[texture].leaf_mesh_only = only;
 }
 
-void fill_tables(PlantStream& plant) {
+Result<void> fill_tables(PlantStream& plant) {
   const PlantFile& file = plant.file;
-  plant.lod_words = pack_lod_table(file);
+  COPPICE_CHECK(move_into(plant.lod_words, pack_lod_table(file, plant.hooks.allocator)));
   plant.valued.table = lod_table(file, plant.lod_words);
   plant.valued.leaf_count = file.plant.leaf_count;
   plant.valued.page_bytes = gpu::kPageBytes + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
-  plant.looks = gpu::plant_looks(file);
+  COPPICE_CHECK(move_into(plant.looks, gpu::plant_looks(file, plant.hooks.allocator)));
+  plant.file.small_textures.reset();
   plant.leaves = {.root = root_node(file.plant),
                   .looks = plant.looks.cards(),
                   .box = gpu::leaf_box(gpu::gpu_plant(file.plant)),
                   .leaf_count = file.plant.leaf_count};
-  plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + file.chunks.bytes() + bytes_of(file.materials) + bytes_of(file.cards) +
-                     bytes_of(file.error_leaf_counts) + bytes_of(file.error_sizes_px) + bytes_of(file.error_px) +
-                     bytes_of(file.wood_error_px) + bytes_of(plant.lod_words) + plant.looks.bytes() + plant.chunks.bytes() +
-                     plant.pages.bytes() + plant.page_nodes.bytes() + plant.wood.bytes() + plant.textures.bytes() +
-                     plant.texture_uploads.bytes() + plant.leaf_meshes.bytes() + bytes_of(file.leaf_meshes) +
-                     bytes_of(file.leaf_mesh_error_px);
+  plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + plant.path.bytes() + file.bytes() + plant.lod_words.bytes() +
+                     plant.looks.bytes() + plant.chunks.bytes() + plant.pages.bytes() + plant.page_nodes.bytes() + plant.wood.bytes() +
+                     plant.textures.bytes() + plant.texture_uploads.bytes() + plant.leaf_meshes.bytes();
+  return {};
 }
 
 /// Without block textures they are decoded.
@@ -172,11 +166,11 @@ Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const G
   plant->hooks = hooks;
   plant->gpu = gpu;
   plant->index = index;
-  plant->path = source.name;
+  COPPICE_CHECK(move_into(plant->path, copied_text(source.name, hooks.allocator)));
   plant->memory = source.bytes;
   if (!source.bytes.empty()) plant->hooks.io = memory_io(plant->memory);
   const coppice_io& io = plant->hooks.io;
-  plant->io_file = io.open(io.user, source.name.c_str(), &plant->file_bytes);
+  plant->io_file = io.open(io.user, source.name, &plant->file_bytes);
   if (plant->io_file < 0) return open_error(plant->io_file);
   if (plant->file_bytes < sizeof(coppice_file_header))
     return Error{Status::bad_file, "header: the file is shorter than one", 0, std::to_string(plant->file_bytes) + " bytes"};
@@ -184,13 +178,12 @@ Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const G
 }
 
 Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front) {
-  COPPICE_TRY(file, read_front(front, plant.file_bytes, plant.hooks.allocator));
-  plant.file = std::move(file);
+  COPPICE_CHECK(move_into(plant.file, read_front(front, plant.file_bytes, plant.hooks.allocator)));
   COPPICE_CHECK(allocate_arrays(plant));
   index_chunks(plant);
   COPPICE_CHECK(measure_textures(plant));
   mark_leaf_mesh_textures(plant);
-  fill_tables(plant);
+  COPPICE_CHECK(fill_tables(plant));
   measure_leaf_meshes(plant);
   plant.loadable_page_count = plant.file.plant.page_count;
   const PlantWants nothing = no_wants(plant);
@@ -409,11 +402,9 @@ Result<void> decode_chunk(Transfer& transfer) {
   COPPICE_CHECK(check_chunk(plant.file_chunk(chunk), bytes));
   if (chunk.id.kind == ChunkKind::page) return decode_page_chunk(transfer);
   if (chunk.id.kind == ChunkKind::texture) return decode_texture_chunk(transfer);
-  COPPICE_TRY(mesh, decode_wood(bytes, mesh_shape(plant.file, chunk.id)));
+  COPPICE_TRY(mesh, decode_wood(bytes, mesh_shape(plant.file, chunk.id), plant.hooks.allocator));
   const gpu::MeshSource source{{plant.looks, plant.light}, plant.leaves.box, plant.gpu.mesh_leaves};
-  COPPICE_TRY(block, gpu::build_mesh(mesh_kind(chunk.id), mesh, source, plant.hooks.allocator));
-  transfer.mesh = std::move(block);
-  return {};
+  return move_into(transfer.mesh, gpu::build_mesh(mesh_kind(chunk.id), mesh, source, plant.hooks.allocator));
 }
 
 void accept_decoded(PlantStream& plant, Transfer& transfer) {

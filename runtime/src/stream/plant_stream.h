@@ -4,8 +4,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "chunk_value.h"
 #include "hooks.h"
@@ -70,12 +68,12 @@ struct PlantStream {
   Hooks hooks;  ///< io: of the source
   GpuSizes gpu;
   std::uint32_t index = 0;
-  std::string path;                      ///< or the name that the log has
+  HookArray<char> path;                  ///< or the name that the log has
   std::span<const std::uint8_t> memory;  ///< where there is no file
   std::int64_t io_file = -1;             ///< closed by the destructor
   std::uint64_t file_bytes = 0;
-  PlantFile file;
-  std::vector<std::uint32_t> lod_words;
+  PlantFile file;  ///< without small_textures: `looks` has what they show
+  HookArray<std::uint32_t> lod_words;
   ValuedPlant valued;
   PlantBox box;  ///< of the leaf box and the coarsest wood
 

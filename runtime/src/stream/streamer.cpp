@@ -77,7 +77,7 @@ void Streamer::State::release(PlantOpening& opening) {
 Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
   using Step = PlantOpening::Step;
   while (opening.idle()) {
-    if (opening.step != Step::queued && opening.step != Step::decoding && repeat_reads(opening, options.clock_ns)) return false;
+    if (opening.step != Step::queued && opening.step != Step::decoding && repeat_read(opening, options.clock_ns)) return false;
     switch (opening.step) {
       case Step::queued: {
         if (!opening.blocking && (frame_number < opening.start_frame || started_count >= kMostOpening)) return false;
@@ -174,7 +174,8 @@ Result<std::uint32_t> Streamer::State::start(const PlantSource& source, bool blo
   if (index == plants.size()) COPPICE_CHECK(grow_plants());
   std::unique_ptr<PlantOpening> opening(new (std::nothrow) PlantOpening);
   if (!opening) return Error{Status::out_of_memory, "plant"};
-  opening->source = source;
+  COPPICE_CHECK(move_into(opening->name, copied_text(source.name, hooks.allocator)));
+  opening->source = {opening->name.data(), source.bytes};
   opening->index = index;
   opening->blocking = blocking;
   openings[index] = std::move(opening);
@@ -197,7 +198,7 @@ std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
     opening.restart(s.frame_number + kOpenRetryFrames);
     return std::nullopt;
   }
-  if (!open) log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", opening.source.name.c_str(), open.error().message().c_str());
+  if (!open) log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", opening.source.name, open.error().message().c_str());
   s.drop_opening(plant);
   return open ? Result<void>() : Result<void>(open.error());
 }
@@ -211,7 +212,7 @@ void Streamer::cancel_open(std::uint32_t plant) {
 Result<std::uint32_t> Streamer::open_plant(const PlantSource& source) {
   const auto plant = state_->start(source, true);
   if (!plant) {
-    log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s", source.name.c_str(), plant.error().message().c_str());
+    log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s", source.name, plant.error().message().c_str());
     return plant;
   }
   for (;;) {
@@ -424,7 +425,7 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
   } else {
     const bool said = error.status == Status::device_lost && std::exchange(state_->device_lost, true);
     if (!said)
-      log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(id.kind), id.index,
+      log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.data(), chunk_kind_name(id.kind), id.index,
                error.message().c_str());
     ++state_->counts_of(chunk).failed;
     give_up(plant, chunk);
@@ -466,13 +467,13 @@ bool Streamer::is_settled(std::uint32_t plant) const {
   return missing.all().wanted == 0;
 }
 
-const std::string& Streamer::path(std::uint32_t plant) const {
-  return state_->open_plant_at(plant).path;
+const char* Streamer::path(std::uint32_t plant) const {
+  return state_->open_plant_at(plant).path.data();
 }
 
 PlantSource Streamer::source(std::uint32_t plant) const {
   const PlantStream& of = state_->open_plant_at(plant);
-  return {of.path.c_str(), of.memory};
+  return {of.path.data(), of.memory};
 }
 
 std::uint64_t Streamer::hand_over_ns() const {

@@ -18,7 +18,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 
 #include "demand.h"
 #include "hooks.h"
@@ -42,7 +41,7 @@ struct GpuSizes {
 
 /// What a plant is read from.
 struct PlantSource {
-  std::string name;                          ///< a path; of memory what the log calls it
+  const char* name = "";                     ///< a path; of memory what the log calls it. Copied when the plant is opened
   std::span<const std::uint8_t> bytes = {};  ///< memory that stays until the plant is closed; empty: a file
 
   PlantSource() = default;
@@ -152,7 +151,7 @@ class Streamer {
   /// plant  an open index (asserted)
   void close_plant(std::uint32_t plant);
 
-  /// plant  an open index (asserted); the reference stays valid until the plant comes out of take_closed_plants
+  /// Without small_textures. plant  an open index (asserted); the reference stays valid until the plant comes out of take_closed_plants
   [[nodiscard]] const PlantFile& file(std::uint32_t plant) const;
   [[nodiscard]] const PlantBox& box(std::uint32_t plant) const;
   /// The packed table of select.h, for the GPU to copy and for the CPU to select with.
@@ -162,7 +161,8 @@ class Streamer {
   /// Whether everything that the view wanted of the plant in the last begin_frame, and can be had, is resident.
   [[nodiscard]] bool is_settled(std::uint32_t plant) const;
   /// Of the plant's file, or its name.
-  [[nodiscard]] const std::string& path(std::uint32_t plant) const;
+  [[nodiscard]] const char* path(std::uint32_t plant) const;
+  /// Its name as long as the plant is open.
   [[nodiscard]] PlantSource source(std::uint32_t plant) const;
   [[nodiscard]] bool is_open(std::uint32_t plant) const;
 

@@ -47,7 +47,7 @@ void Streamer::State::fail(Transfer& transfer, const Error& error) {
   PlantStream& plant = *transfer.plant;
   Error placed = error;
   if (placed.offset == Error::kNoOffset) placed.offset = plant.file_chunk(chunk).offset;
-  log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.c_str(), chunk_kind_name(chunk.id.kind), chunk.id.index,
+  log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.data(), chunk_kind_name(chunk.id.kind), chunk.id.index,
            placed.message().c_str());
   ++counts_of(chunk).failed;
   give_up(plant, chunk);
@@ -60,7 +60,7 @@ void Streamer::State::fail(Transfer& transfer, const Error& error) {
 
 void Streamer::State::out_of_memory(PlantStream& plant, const Error& error) {
   if (frame_number >= plant.retry_frame)
-    log_line(hooks.log, COPPICE_LOG_WARNING, "%s: %s; stays coarse", plant.path.c_str(), error.message().c_str());
+    log_line(hooks.log, COPPICE_LOG_WARNING, "%s: %s; stays coarse", plant.path.data(), error.message().c_str());
   plant.retry_frame = frame_number + kRetryFrames;
 }
 

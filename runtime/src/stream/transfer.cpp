@@ -1,7 +1,5 @@
 #include "transfer.h"
 
-#include <algorithm>
-
 #include "plant_stream.h"
 
 namespace coppice {
@@ -10,7 +8,7 @@ namespace {
 
 void trace_transfer(const Transfer& transfer, coppice_trace_kind kind, std::uint64_t start_ns) {
   const PlantStream& plant = *transfer.plant;
-  trace_end(plant.hooks.trace, {kind, plant.path.c_str(), chunk_kind_name(transfer.chunk->id.kind), transfer.chunk->id.index,
+  trace_end(plant.hooks.trace, {kind, plant.path.data(), chunk_kind_name(transfer.chunk->id.kind), transfer.chunk->id.index,
                                 plant.file_chunk(*transfer.chunk).bytes, start_ns, 0});
 }
 
@@ -55,44 +53,28 @@ void start_decode(Transfer& first, const coppice_jobs& jobs) {
   jobs.submit(jobs.user, run_decodes, &first);
 }
 
-void ReadGroup::start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
-  issue(reads_.emplace_back(Read{&queue_, offset, out}), io, file);
-}
-
-void ReadGroup::issue(Read& read, const coppice_io& io, std::int64_t file) {
+void AwaitedRead::start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
+  while (queue_.take() != nullptr) continue;
+  read_ = {&queue_, offset, out};
   queue_.expect();
-  io.read(io.user, file, read.offset, read.out.data(), read.out.size(), on_done, &read);
+  io.read(io.user, file, offset, out.data(), out.size(), on_done, &read_);
 }
 
-void ReadGroup::on_done(void* argument, std::int64_t bytes_read) {
+void AwaitedRead::on_done(void* argument, std::int64_t bytes_read) {
   auto* read = static_cast<Read*>(argument);
   read->bytes_read = bytes_read;
   read->queue->push(read);
 }
 
-bool ReadGroup::whole() const {
-  return std::ranges::all_of(reads_, &Read::whole);
-}
-
-void ReadGroup::repeat_failed(const coppice_io& io, std::int64_t file) {
-  while (queue_.take() != nullptr) continue;
-  for (Read& read : reads_)
-    if (!read.whole()) issue(read, io, file);
-}
-
-Result<void> ReadGroup::take() {
-  while (queue_.take() != nullptr) continue;
-  const std::deque<Read> reads = std::exchange(reads_, {});
-  for (const Read& read : reads)
-    if (!read.whole()) return read_error(read.bytes_read, read.out.size(), read.offset);
-  return {};
+Result<void> AwaitedRead::result() const {
+  return whole() ? Result<void>() : read_error(read_.bytes_read, read_.out.size(), read_.offset);
 }
 
 Result<void> read_now(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
-  ReadGroup read;
+  AwaitedRead read;
   read.start(io, file, offset, out);
   read.wait();
-  return read.take();
+  return read.result();
 }
 
 }  // namespace coppice

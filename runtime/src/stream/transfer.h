@@ -3,7 +3,6 @@
 // A read or decode under way, and how its end comes back to the frame's thread.
 
 #include <cstdint>
-#include <deque>
 #include <span>
 
 #include "completion_queue.h"
@@ -58,25 +57,25 @@ void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std
 /// Hands a run of transfers (linked by next_in_run, stage read) to one job.
 void start_decode(Transfer& first, const coppice_jobs& jobs);
 
-/// Reads that are waited for together. Their ends come from any thread; the rest: the frame's thread.
-class ReadGroup {
+/// A read that is waited for, one at a time. Its end comes from any thread; the rest: the frame's thread.
+class AwaitedRead {
  public:
-  ReadGroup() = default;
-  ReadGroup(const ReadGroup&) = delete;
-  ReadGroup& operator=(const ReadGroup&) = delete;
-  ~ReadGroup() { wait(); }
+  AwaitedRead() = default;
+  AwaitedRead(const AwaitedRead&) = delete;
+  AwaitedRead& operator=(const AwaitedRead&) = delete;
+  ~AwaitedRead() { wait(); }
 
   /// out: stays where it is until the read is back
   void start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
-  /// Whether every read has returned.
+  /// Whether it has returned.
   [[nodiscard]] bool back() const { return queue_.all_back(); }
   void wait() const { queue_.wait_for_all(); }
-  /// Whether every read gave all its bytes. back(): true, here and below
-  [[nodiscard]] bool whole() const;
-  /// Starts again those that did not.
-  void repeat_failed(const coppice_io& io, std::int64_t file);
-  /// The group is empty afterwards. errors  as read_error
-  Result<void> take();
+  /// Whether it gave all its bytes. back(): true, here and below
+  [[nodiscard]] bool whole() const { return read_.bytes_read == static_cast<std::int64_t>(read_.out.size()); }
+  /// Starts it again.
+  void repeat(const coppice_io& io, std::int64_t file) { start(io, file, read_.offset, read_.out); }
+  /// errors  as read_error
+  [[nodiscard]] Result<void> result() const;
 
  private:
   struct Read {
@@ -85,12 +84,10 @@ class ReadGroup {
     std::span<std::uint8_t> out;
     std::int64_t bytes_read = 0;
     Read* next = nullptr;  ///< in the queue
-    [[nodiscard]] bool whole() const { return bytes_read == static_cast<std::int64_t>(out.size()); }
   };
-  void issue(Read& read, const coppice_io& io, std::int64_t file);
   static void on_done(void* argument, std::int64_t bytes_read);
 
-  std::deque<Read> reads_;  ///< stay where they are
+  Read read_;
   CompletionQueue<Read> queue_;
 };
 

@@ -19,12 +19,15 @@ struct ComparedMode {
   std::uint64_t leaves = 0;  ///< medians
   std::uint64_t wood_triangles = 0, leaf_mesh_triangles = 0;
   std::uint64_t memory_bytes = 0;
-  /// Root mean square difference of luminance, 0..255, from full detail; both are means of 4 x 4 pictures moved by parts of a pixel, so
-  /// that it shows what the LoD does and not where samples fall.
+  /// Root mean square difference of luminance, 0..255, from full detail; here and below of means of 4 x 4 pictures moved by parts of a
+  /// pixel, so that it shows what the LoD does and not where samples fall.
   float rmse = 0;
-  /// Root mean square, over the frames of a slow dolly, of what changes from frame to frame and does not in full detail; the largest of
-  /// those frames'.
+  /// The same measure of what changes from frame to frame of a slow dolly and does not in full detail: mean over those frames, largest.
+  /// Mostly what rmse counts, as it moves with the picture.
   float popping_mean = 0, popping_max = 0;
+  /// What changes of cuts alone change: of pictures of the poses from the same with the cuts of an eye 10 cm to the right, about what
+  /// changes in a frame of the dolly; the largest change of the mean of 8 x 8 pixels.
+  float switching_rmse = 0, switching_block_max = 0;
 };
 
 struct Comparison {

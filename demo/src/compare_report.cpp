@@ -71,13 +71,14 @@ std::string curve(const Axes& axes, const Comparison& comparison, LodMode lod, c
 std::string comparison_table(const Comparison& comparison) {
   std::string text = line("%u plants, %u x %u, %u poses, %s\n", comparison.plants, comparison.width_px, comparison.height_px,
                           comparison.poses, comparison.device.c_str());
-  text += "mode      error px   frame ms      leaves  wood tri.  mesh tri.  MiB    RMSE  popping mean  max\n";
+  text += "mode      error px   frame ms      leaves  wood tri.  mesh tri.  MiB    RMSE  popping mean   max  switching block\n";
   for (const ComparedMode& mode : comparison.modes)
-    text += line("%-9s %8.2f %10.1f %11llu %10llu %10llu %4.0f %7.2f %13.2f %4.2f\n", mode_name(mode.lod),
+    text += line("%-9s %8.2f %10.1f %11llu %10llu %10llu %4.0f %7.2f %13.2f %5.2f %10.2f %5.1f\n", mode_name(mode.lod),
                  static_cast<double>(mode.error_px), static_cast<double>(mode.frame_ms), static_cast<unsigned long long>(mode.leaves),
                  static_cast<unsigned long long>(mode.wood_triangles), static_cast<unsigned long long>(mode.leaf_mesh_triangles),
                  static_cast<double>(mode.memory_bytes) / (1 << 20), static_cast<double>(mode.rmse), static_cast<double>(mode.popping_mean),
-                 static_cast<double>(mode.popping_max));
+                 static_cast<double>(mode.popping_max), static_cast<double>(mode.switching_rmse),
+                 static_cast<double>(mode.switching_block_max));
   return text;
 }
 
@@ -98,7 +99,9 @@ std::string comparison_json(const Comparison& comparison) {
                              {"memory_bytes", mode.memory_bytes},
                              {"rmse", mode.rmse},
                              {"popping_mean", mode.popping_mean},
-                             {"popping_max", mode.popping_max}});
+                             {"popping_max", mode.popping_max},
+                             {"switching_rmse", mode.switching_rmse},
+                             {"switching_block_max", mode.switching_block_max}});
   return json.dump(2) + "\n";
 }
 

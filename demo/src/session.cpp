@@ -201,9 +201,12 @@ void record_frame(Session& session, VkCommandBuffer commands, FrameView view, co
 
 FrameView view_of(const Session& session, const Pose& pose, float time_s) {
   const glm::vec2 picture_px = size_px(session.renderer.picture.extent), drawn_px = size_px(session.renderer.drawn);
+  Pose cuts = pose;
+  cuts.position += session.cuts_aside_m * right(pose);
   FrameView view;
-  view.view_from_world = view_from_world(pose);
+  view.view_from_world = view_from_world(cuts);
   view.clip_from_view = clip_from_view(pose, picture_px.x / picture_px.y);
+  view.clip_from_view[3] += session.cuts_aside_m * view.clip_from_view[0];
   view.unmoved_clip_from_world = view.clip_from_view * view.view_from_world;
   view.jitter_px = session.jitter_px + (session.renderer.temporal ? temporal_jitter_px(*session.renderer.temporal) : glm::vec2(0));
   view.clip_from_view[2] -= glm::vec4(2.0f * view.jitter_px / drawn_px, 0, 0);
@@ -335,6 +338,7 @@ void settle(Session& session, const Pose& pose, float time_s) {
                       stats.scene_tiles_missing == 0 && stats.threshold_px == threshold_px;
     threshold_px = stats.threshold_px;
     quiet_frames = done || Clock::now() - last_progress > kPatience ? quiet_frames + 1 : 0;
+    if (quiet_frames == 1 && session.renderer.shadows) outdate(*session.renderer.shadows);
   }
 }
 

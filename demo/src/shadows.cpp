@@ -114,6 +114,10 @@ bool record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFram
   return any;
 }
 
+void outdate(Shadows& shadows) {
+  for (Shadows::Cascade& cascade : shadows.cascades) cascade.drawn_frame = 0;
+}
+
 void set_shadows(const Shadows& shadows, coppice_view& camera) {
   camera.shadow_cascade_count = Shadows::kCascades;
   for (std::size_t i = 0; i < Shadows::kCascades; ++i) {

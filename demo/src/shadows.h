@@ -46,6 +46,9 @@ struct ShadowFrame {
 bool record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFrame& frame,
                     const std::function<void(const coppice_view&)>& cull, const std::function<void(const coppice_view&)>& draw);
 
+/// All maps are drawn with the next frame.
+void outdate(Shadows& shadows);
+
 /// Makes the view's plants receive the shadows.
 void set_shadows(const Shadows& shadows, coppice_view& camera);
 

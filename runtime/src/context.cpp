@@ -167,10 +167,9 @@ Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
 }
 
 void Context::add_slot(std::uint32_t slot) {
-  if (slot < slots_.size()) return;
-  slots_.resize(slot + 1);
-  demands_.resize(slot + 1);
-  residency_.resize(slot + 1);
+  slots_.extend(slot + 1);
+  demands_.extend(slot + 1);
+  residency_.extend(slot + 1);
 }
 
 Result<void> Context::show_slot(std::uint32_t slot) {
@@ -215,7 +214,7 @@ Result<coppice_plant> Context::start_open(const PlantSource& source) {
 
 void Context::finish_openings() {
   const std::uint64_t end = now_ns() + streaming_ns_;
-  for (PlantEntry& plant : plants_) {
+  for (PlantEntry& plant : plants_.span()) {
     if (!plant.open || plant.state != COPPICE_PLANT_OPENING) continue;
     auto opened = streamer_->finish_open(plant.slot);
     if (!opened) continue;
@@ -230,12 +229,13 @@ void Context::finish_openings() {
 }
 
 std::uint32_t Context::free_entry() const {
-  return static_cast<std::uint32_t>(std::ranges::find(plants_, false, &PlantEntry::open) - plants_.begin());
+  const std::span<const PlantEntry> entries = plants_.span();
+  return static_cast<std::uint32_t>(std::ranges::find(entries, false, &PlantEntry::open) - entries.begin());
 }
 
 coppice_plant Context::take_entry(std::uint32_t slot, coppice_plant_state state) {
   const std::uint32_t index = free_entry();
-  if (index == plants_.size()) plants_.emplace_back();
+  plants_.extend(index + 1);
   PlantEntry& entry = plants_[index];
   entry.open = true;
   entry.state = state;
@@ -245,7 +245,7 @@ coppice_plant Context::take_entry(std::uint32_t slot, coppice_plant_state state)
 
 bool Context::is_open(coppice_plant plant) const {
   const std::uint32_t index = index_of(plant);
-  return index < plants_.size() && plants_[index].open && plant == pack_handle({HandleKind::plant, tag_, plants_[index].generation, index});
+  return index < plants_.count && plants_[index].open && plant == pack_handle({HandleKind::plant, tag_, plants_[index].generation, index});
 }
 
 void Context::close_plant(coppice_plant plant) {
@@ -260,8 +260,8 @@ void Context::close_plant(coppice_plant plant) {
 }
 
 Result<void> Context::reload_plant(coppice_plant plant, const std::optional<PlantSource>& source) {
+  COPPICE_TRY(slot, open_slot(source ? *source : streamer_->source(plant_slot(plant))));
   PlantEntry& reloading = entry(plant);
-  COPPICE_TRY(slot, open_slot(source ? *source : streamer_->source(reloading.slot)));
   if (reloading.next_slot != kNoSlot) close_slot(reloading.next_slot);
   reloading.next_slot = slot;
   reloading.swap_frame = frame_number_ + kReloadFrames;
@@ -270,7 +270,7 @@ Result<void> Context::reload_plant(coppice_plant plant, const std::optional<Plan
 
 // What is pinned of the new file has to be there in any case: from then on it can be drawn.
 void Context::finish_reloads() {
-  for (PlantEntry& plant : plants_) {
+  for (PlantEntry& plant : plants_.span()) {
     if (!plant.open || plant.next_slot == kNoSlot) continue;
     const PlantState state = streamer_->state(plant.next_slot);
     const coppice_file_plant& counts = streamer_->file(plant.next_slot).plant;
@@ -340,21 +340,43 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
   const std::uint32_t count = growth_bytes(roomy) <= ledger_.free() ? roomy : slots;
   COPPICE_CHECK(check_fits(growth_bytes(count)));
   if (count > instances_.capacity()) {
-    const std::uint64_t before = instances_.bytes();
+    const std::uint64_t before = host_bytes();
     COPPICE_TRY(larger, instances_.enlarged(count));
     COPPICE_CHECK(renderer_->reserve({.slots = count}));
     instances_.take(std::move(larger));
-    ledger_.take(instances_.bytes());
+    ledger_.take(host_bytes());
     ledger_.give(before);
   }
   ledger_.take(upload_bytes - std::exchange(slot_upload_bytes_, upload_bytes));
   return {};
 }
 
+std::uint64_t Context::host_bytes() const {
+  return plants_.items.bytes() + slots_.items.bytes() + demands_.items.bytes() + residency_.items.bytes() + instances_.bytes();
+}
+
+Result<void> Context::reserve_host(std::uint32_t count) {
+  if (count <= slots_.items.size()) return {};
+  const coppice_allocator& allocator = hooks_.hooks.allocator;
+  const auto room = roomy_count({.now = static_cast<std::uint32_t>(slots_.items.size()), .needed = count, .most = renderer_->max_plants()});
+  const std::uint64_t before = host_bytes();
+  const auto reserved = [&]() -> Result<void> {
+    COPPICE_CHECK(instances_.reserve_plants(room));
+    COPPICE_CHECK(plants_.reserve(allocator, room));
+    COPPICE_CHECK(demands_.reserve(allocator, room));
+    COPPICE_CHECK(residency_.reserve(allocator, room));
+    return slots_.reserve(allocator, room);
+  }();
+  ledger_.take(host_bytes() - before);
+  return reserved;
+}
+
 Result<void> Context::grow_plants() {
-  const auto needed = std::min(static_cast<std::uint32_t>(slots_.size() + 1), renderer_->max_plants());
+  // What has failed has an entry and no slot.
+  const auto needed = std::min(static_cast<std::uint32_t>(std::max(slots_.count, plants_.count) + 1), renderer_->max_plants());
   const std::uint32_t capacity = renderer_->capacity().plants;
   COPPICE_CHECK(make_room(demand_ahead_, hooks_.hooks.allocator, ledger_, needed));
+  COPPICE_CHECK(reserve_host(needed));
   if (needed <= capacity) return {};
   gpu::Capacity wanted{.plants = roomy_count({.now = capacity, .needed = needed, .most = renderer_->max_plants()})};
   if (renderer_->reserve_bytes(wanted) > ledger_.free()) wanted.plants = needed;
@@ -398,11 +420,11 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   if (scene_) scene_->begin_frame(view, frame_number_, streaming_ns_);
   finish_reloads();
   instances_.update_bounds();
-  measure_demand(instances_.blocks(), view, demands_);
-  add_demand_ahead(demand_ahead_, instances_.blocks(), view, prefetch_frames_, demands_);
-  for (const PlantEntry& plant : plants_)
+  measure_demand(instances_.blocks(), view, demands_.span());
+  add_demand_ahead(demand_ahead_, instances_.blocks(), view, prefetch_frames_, demands_.span());
+  for (const PlantEntry& plant : plants_.span())
     if (plant.open && plant.next_slot != kNoSlot) demands_[plant.next_slot] = demands_[plant.slot];
-  streamer_->begin_frame({frame.frame_number, &view, demands_});
+  streamer_->begin_frame({frame.frame_number, &view, demands_.span()});
   for (const ChunkId& id : streamer_->take_evicted()) hide_chunk(id);
   return device_state();
 }
@@ -469,13 +491,13 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
   recording_ = Recording::uploaded;
   renderer_->record_upload_begin(cmd);
   COPPICE_CHECK(upload_decoded());
-  for (std::uint32_t plant = 0; plant < slots_.size(); ++plant) {
+  for (std::uint32_t plant = 0; plant < slots_.count; ++plant) {
     if (!slots_[plant].open) continue;
     const PlantState state = streamer_->state(plant);
     residency_[plant] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
   }
   ledger_.give(std::exchange(slot_upload_bytes_, 0));
-  auto recorded = renderer_->record_upload_end(instances_, residency_);
+  auto recorded = renderer_->record_upload_end(instances_, residency_.span());
   COPPICE_CHECK(device_state());
   return recorded;
 }
@@ -506,7 +528,7 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.leaf_mesh_instance_count = counts.leaf_mesh_instances;
   stats.drawn_leaf_mesh_triangle_count = counts.leaf_mesh_triangles;
   stats.source_leaf_count = 0;
-  for (std::uint32_t plant = 0; plant < slots_.size(); ++plant)
+  for (std::uint32_t plant = 0; plant < slots_.count; ++plant)
     if (slots_[plant].open)
       stats.source_leaf_count += std::uint64_t{instances_.plant_count(plant)} * streamer_->file(plant).plant.leaf_count;
   stats.memory_budget_bytes = ledger_.budget();

@@ -124,8 +124,11 @@ class Context {
   Result<void> show_slot(std::uint32_t slot);
   /// A handle for it. free_entry() is not max_plants_
   coppice_plant take_entry(std::uint32_t slot, coppice_plant_state state);
-  /// Makes sure of its place in what is kept by slot.
+  /// Its place in what is kept by slot; grow_plants has made room.
   void add_slot(std::uint32_t slot);
+  /// Room for so many slots. errors  out_of_memory; nothing that counts has changed
+  Result<void> reserve_host(std::uint32_t count);
+  [[nodiscard]] std::uint64_t host_bytes() const;
   /// Goes on with plants that are being opened; for about streaming_ms with those that are read, one at least.
   void finish_openings();
   void close_slot(std::uint32_t slot);
@@ -150,12 +153,12 @@ class Context {
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
   // Up to the last that was ever used: what was never used costs nothing in a frame.
-  std::vector<PlantEntry> plants_;  ///< [max_plants_] at most
-  std::vector<PlantSlot> slots_;    ///< [max_plants_ + kReloadSlots] at most
+  BoundedList<PlantEntry> plants_;  ///< [max_plants_] at most
+  BoundedList<PlantSlot> slots_;    ///< [max_plants_ + kReloadSlots] at most
   std::uint32_t max_plants_ = 0;
-  std::vector<PlantDemand> demands_;
+  BoundedList<PlantDemand> demands_;
   DemandAhead demand_ahead_;
-  std::vector<gpu::PlantResidency> residency_;
+  BoundedList<gpu::PlantResidency> residency_;
   LeafBudget leaf_budget_;
   float threshold_px_ = 0;  ///< of the frame
   std::unique_ptr<OpenScene> scene_;

@@ -5,7 +5,7 @@
 // reads     view, instances, plants, cuts, shadow_maps; lists, clusters, leaves, splats, cards, materials, debug colours by address
 // writes    position, and what surface_out.glsl says
 // draws     indirect, leaf_commands of cull.comp or leaf_expand.comp: gl_InstanceIndex names slot and list, gl_VertexIndex cluster, leaf and
-//           corner; recorded by coppice::gpu::Renderer::record_draw
+//           corner; recorded by coppice::gpu::ViewRecorder::record_draw
 
 #include "bindings.glsl"
 #include "surface_out.glsl"

@@ -5,7 +5,7 @@
 // reads     view, instances, plants, wood_list, shadow_maps; vertices, materials, crown light and debug colours by address
 // writes    position, and what surface_out.glsl says
 // draws     indirect, wood_commands or parts among leaf_commands, of cull.comp or hardware_draws.comp: gl_InstanceIndex is a place in the
-//           plant's list of instances drawn so, or a slot with kPartBit; recorded by coppice::gpu::Renderer::record_draw
+//           plant's list of instances drawn so, or a slot with kPartBit; recorded by coppice::gpu::ViewRecorder::record_draw
 
 #include "bindings.glsl"
 #include "surface_out.glsl"

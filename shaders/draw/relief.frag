@@ -4,7 +4,7 @@
 // Wood and leaf meshes with a normal map: what plant.frag draws, lit per fragment.
 // reads     view, instances, plants, shadow_maps; materials and crown light by address; base_color, normal_map
 // writes    colour, linear
-// draws     of wood.vert and leaf_mesh.vert with COPPICE_RELIEF, in coppice::gpu::Renderer::record_draw
+// draws     of wood.vert and leaf_mesh.vert with COPPICE_RELIEF, in coppice::gpu::ViewRecorder::record_draw
 
 #include "bindings.glsl"
 #include "shading.glsl"

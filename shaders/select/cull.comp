@@ -5,7 +5,7 @@
 // reads     view, instances, plants, table_words; lists, clusters and lives by address
 // writes    cuts of all instances; of those in view leaf_commands, draw_counts, wood_commands, wood_list, counters, and debug colours by
 //           address (draw_counts, instance counts of wood_commands and counters start at zero)
-// dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::Renderer::record_cull
+// dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::ViewRecorder::record_cull
 
 #define COPPICE_CULL_ACCESS
 #include "bindings.glsl"
@@ -23,7 +23,7 @@ bool draw_pages(Candidate candidate, uint leaf_count) {
   Instance instance = candidate.instance;
   ClusterList list = list_at(plant, kPageList);
   uint count = page_cluster_count(leaf_count), capacity = plant.leaf_command_capacity;
-  uint first = take_commands(kDrawCounts * instance.plant + 1, count, capacity);
+  uint first = take_commands(kDrawCounts * instance.plant + kClusterCount, count, capacity);
   bool fits = first + count <= capacity;
   for (uint i = 0; first + i < min(first + count, capacity); ++i) {
     Cluster cluster = cluster_at(list, i);
@@ -44,7 +44,7 @@ uint draw_leaves(Candidate candidate, uint leaf_count) {
     if (draw_pages(candidate, leaf_count)) return leaf_count;
   }
   uint cut = ready_cut(leaf_count), count = list_at(plant, cut).leaf_count;
-  uint place = atomicAdd(draw_counts[kDrawCounts * candidate.instance.plant], 1);
+  uint place = atomicAdd(draw_counts[kDrawCounts * candidate.instance.plant + kSingleCount], 1);
   leaf_commands[plant.leaf_command_base + place] = cluster_command(slot | cut << kSlotBits, 0, count);
   return count;
 }

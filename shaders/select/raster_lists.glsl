@@ -50,9 +50,9 @@ void append_work(uint list, bool some, uint item, uint work) {
   if (count == 0) return;
   if (subgroupElect()) first = take_places(list, count);
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
-  if (!some || place >= push.work_capacity) return;
-  if (list == kLeafWork) work_items[place] = uvec2(item, work);
-  else splat_items[place] = uvec2(item, work);
+  bool kept = some && place < push.work_capacity;
+  if (kept && list == kLeafWork) work_items[place] = uvec2(item, work);
+  if (kept && list == kSplatWork) splat_items[place] = uvec2(item, work);
 }
 
 // Clusters whose leaves are larger on average, px, are drawn by the hardware, which shows their texture; in a shadow map none. A raised

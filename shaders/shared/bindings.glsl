@@ -1,4 +1,4 @@
-// Descriptor set 0 of every shader, as gpu/passes.cpp writes it, and what is reached by address from there.
+// Descriptor set 0 of every shader, as gpu/view/passes.cpp writes it, and what is reached by address from there.
 // COPPICE_CULL_ACCESS is defined as empty by shaders that fill the buffers; for the others they are readonly.
 
 #extension GL_EXT_scalar_block_layout : require

@@ -1,4 +1,4 @@
-// Descriptor set 1 of the compute rasteriser, as gpu/leaf_raster.cpp writes it, and what its passes share. After bindings.glsl.
+// Descriptor set 1 of the compute rasteriser, as gpu/view/leaf_raster.cpp writes it, and what its passes share. After bindings.glsl.
 // A pixel of the picture is two words: the leaf's radiance, then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the
 // larger one is the nearer leaf.
 

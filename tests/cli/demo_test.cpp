@@ -303,6 +303,28 @@ TEST(CoppiceForest, PlantsCastShadowsOnTheGround) {
   EXPECT_LT(darker, with.rgba.size() / 4 / 4);
 }
 
+TEST(CoppiceForest, ComparesCutsWithDiscreteLevelsAndFullDetail) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder), json = folder / "compared.json";
+  const ProcessResult result = run_process(
+      COPPICE_FOREST, {"--plants", plant, "--count", "20", "--size", "128x72", "--frames", "1", "--no-shadows", "--compare", json});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(folder / "compared.svg"));
+  std::ifstream file(json);
+  const auto modes = nlohmann::json::parse(file)["modes"];
+  ASSERT_EQ(modes.size(), 7u);
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const auto& mode = modes[i];
+    EXPECT_EQ(mode["lod"], i < 3 ? "cut" : i < 6 ? "discrete" : "full");
+    const bool full = i == 6;
+    EXPECT_EQ(mode["rmse"] == 0.0, full);
+    EXPECT_EQ(mode["popping_mean"] == 0.0, full);
+    EXPECT_LE(mode["popping_mean"], mode["popping_max"]);
+    // With the cuts of an eye beside it the picture stays where it is: moved, it would differ by more than its steady error.
+    EXPECT_LE(mode["switching_rmse"], mode["rmse"]);
+  }
+}
+
 TEST(CoppiceForest, DebugViewsColourPlantsByWhatDrawsThem) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), png = folder / "view.png";

@@ -194,6 +194,7 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
                                     .memory_budget_bytes = options.memory_budget_bytes,
                                     .max_plants = kMaxPlants}));
   instances_ = gpu::InstanceTable(default_allocator(), max_instances);
+  expect(instances_.reserve_plants(kMaxPlants));
   residency_.resize(kMaxPlants);
 }
 

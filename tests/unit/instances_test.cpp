@@ -16,6 +16,7 @@ constexpr std::uint32_t kPlants = 4;
 InstanceTable make_table(std::uint32_t max_instances) {
   static test::FakeAllocator allocator;
   InstanceTable table(allocator.hook(), max_instances);
+  EXPECT_TRUE(table.reserve_plants(kPlants));
   const float center[3] = {0, 1, 0};
   for (std::uint32_t plant = 0; plant < kPlants; ++plant) table.set_plant_sphere(plant, center, 1.0f);
   return table;
@@ -142,6 +143,7 @@ TEST(Instances, ATableGrowsByHalfAndKeepsWhatItHolds) {
   test::FakeAllocator allocator;
   {
     InstanceTable table(allocator.hook(), 100000);
+    ASSERT_TRUE(table.reserve_plants(kPlants));
     const float center[3] = {0, 1, 0};
     table.set_plant_sphere(3, center, 2.0f);
     const auto first = add_row(table, 3, 1000);
@@ -173,6 +175,7 @@ TEST(Instances, ATableGrowsByHalfAndKeepsWhatItHolds) {
 TEST(Instances, WithoutMemoryATableStaysAsItWas) {
   test::FakeAllocator allocator;
   InstanceTable table(allocator.hook(), 100000);
+  ASSERT_TRUE(table.reserve_plants(kPlants));
   for (const std::size_t count : {10u, 5000u}) {
     const std::uint32_t before = table.count();
     for (std::size_t n = 0; n < 8; ++n) {

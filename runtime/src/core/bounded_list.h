@@ -22,13 +22,14 @@ struct BoundedList {
     count = 0;
     return {};
   }
+  /// Makes room for so many, and keeps what is in the list. errors  out_of_memory; the list stays as it is
+  Result<void> reserve(const coppice_allocator& allocator, std::size_t room) {
+    return room <= items.size() ? Result<void>() : move_into(items, enlarged_copy(items, allocator, room));
+  }
   /// Adds one; makes room for half as many more where there is none. errors  out_of_memory; the list stays as it is
   Result<void> append(const coppice_allocator& allocator, const T& item) {
-    if (count == items.size()) {
-      constexpr std::size_t kFirst = 16;
-      COPPICE_TRY(larger, enlarged_copy(items, allocator, std::max(kFirst, count + count / 2)));
-      items = std::move(larger);
-    }
+    constexpr std::size_t kFirst = 16;
+    if (count == items.size()) COPPICE_CHECK(reserve(allocator, std::max(kFirst, count + count / 2)));
     push_back(item);
     return {};
   }
@@ -41,6 +42,10 @@ struct BoundedList {
   }
   /// Takes the last. Not empty
   T pop_back() { return items[--count]; }
+  /// So many at least; there is room for them. New ones are as they were made.
+  void extend(std::size_t to) { count = std::max(count, to); }
+  [[nodiscard]] T& operator[](std::size_t i) { return span()[i]; }
+  [[nodiscard]] const T& operator[](std::size_t i) const { return span()[i]; }
   [[nodiscard]] bool empty() const { return count == 0; }
   [[nodiscard]] std::span<T> span() { return items.span().first(count); }
   [[nodiscard]] std::span<const T> span() const { return items.span().first(count); }

@@ -118,13 +118,12 @@ Result<std::uint32_t> InstanceTable::slots_for_tile(std::size_t added) const {
   return static_cast<std::uint32_t>(std::min<std::size_t>(max_instances_, (block_end_ + fresh) * kDirtyBlockSlots));
 }
 
-InstanceTable::PlantInstances& InstanceTable::instances_of(std::uint32_t plant) {
-  if (plant >= plants_.size()) plants_.resize(plant + 1);
-  return plants_[plant];
+Result<void> InstanceTable::reserve_plants(std::uint32_t count) {
+  return count <= plants_.size() ? Result<void>() : move_into(plants_, enlarged_copy(plants_, allocator_, count));
 }
 
 void InstanceTable::set_plant_sphere(std::uint32_t plant, std::span<const float, 3> center, float radius_m) {
-  PlantInstances& of = instances_of(plant);
+  PlantInstances& of = plants_[plant];
   of = {of.count, vec3(center), radius_m, true};
   replace_plant(plant, plant);
 }
@@ -247,7 +246,7 @@ void InstanceTable::remove(coppice_instance handle) {
 void InstanceTable::remove_plant(std::uint32_t plant) {
   for (std::uint32_t slot = 0; slot < slot_count_ && plant_count(plant) > 0; ++slot)
     if (plant_of(slot) == plant) remove_slot(slot);
-  instances_of(plant) = {};
+  plants_[plant] = {};
 }
 
 void InstanceTable::replace_plant(std::uint32_t from, std::uint32_t to) {
@@ -287,7 +286,7 @@ void InstanceTable::mark_changed(std::uint32_t slot) {
 
 void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement) {
   Instance& instance = arrays_.instances[slot];
-  PlantInstances& of = instances_of(plant);
+  PlantInstances& of = plants_[plant];
   if (plant_of(slot) == kNoPlant) {
     ++count_;
     ++of.count;

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "coppice/coppice.h"
 #include "coppice_shared.h"
@@ -84,6 +83,8 @@ class InstanceTable {
   /// Both, as far as there is need. errors  out_of_memory: the allocator hook; nothing has changed
   Result<void> reserve(std::uint32_t slot_count);
 
+  /// Room for so many plants: below, a plant is one of them. errors  out_of_memory: the allocator hook; nothing has changed
+  Result<void> reserve_plants(std::uint32_t count);
   /// Bounding sphere of a plant's model, object space. Before it is known the plant's instances are kept, but are none to the GPU.
   void set_plant_sphere(std::uint32_t plant, std::span<const float, 3> center, float radius_m);
 
@@ -115,7 +116,7 @@ class InstanceTable {
   void update_bounds();
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] std::uint32_t plant_count(std::uint32_t plant) const { return plant < plants_.size() ? plants_[plant].count : 0; }
-  [[nodiscard]] std::uint64_t bytes() const { return arrays_.bytes(); }
+  [[nodiscard]] std::uint64_t bytes() const { return arrays_.bytes() + plants_.bytes(); }
 
   /// The first run of slots to upload, marked clean; empty when there is none.
   SlotRange take_dirty();
@@ -152,8 +153,6 @@ class InstanceTable {
 
   /// Also of what the GPU does not see; kNoPlant where the slot is empty.
   [[nodiscard]] std::uint32_t plant_of(std::uint32_t slot) const { return arrays_.spheres[slot].plant; }
-  /// Of plants up to the last that was ever used.
-  PlantInstances& instances_of(std::uint32_t plant);
   void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement);
   [[nodiscard]] coppice_instance handle_of(std::uint32_t slot) const;
   std::uint32_t take_slot();
@@ -166,7 +165,7 @@ class InstanceTable {
 
   coppice_allocator allocator_{};
   Arrays arrays_;
-  std::vector<PlantInstances> plants_;
+  HookArray<PlantInstances> plants_;
   std::uint32_t max_instances_ = 0;
   std::uint32_t context_tag_ = 0;
   std::uint32_t slot_count_ = 0;  ///< slots ever used

@@ -158,9 +158,7 @@ void LeafRaster::add_pipelines() {
   pipelines_.blocks = add("leaf_blocks.comp", leaf_blocks_comp_spirv, {});
   pipelines_.draws = add("hardware_draws.comp", hardware_draws_comp_spirv, {.lanes = lanes_});
   pipelines_.expand = add("leaf_expand.comp", leaf_expand_comp_spirv, {.kind = shape_.expand_together ? 1u : 0u, .lanes = lanes_});
-  const auto add_cull = [&](std::uint32_t debugged) {
-    return add("cull_raster.comp", cull_raster_comp_spirv, {.kind = debugged});
-  };
+  const auto add_cull = [&](std::uint32_t debugged) { return add("cull_raster.comp", cull_raster_comp_spirv, {.kind = debugged}); };
   pipelines_.cull = {add_cull(0), add_cull(1)};
   const auto add_tiles = [&](std::uint32_t others) {
     return add("leaf_tiles.comp", leaf_tiles_comp_spirv, {.kind = others, .lanes = lanes_});

@@ -18,6 +18,8 @@ namespace {
 constexpr std::uint32_t kReloadSlots = 4;
 /// How long a reload waits for as much of the new file as is wanted.
 constexpr std::uint64_t kReloadFrames = 120;
+/// That the host has room for once there is one.
+constexpr std::uint32_t kFirstHostPlants = 16;
 
 std::uint64_t nanoseconds(float ms) {
   return static_cast<std::uint64_t>(std::min(double{ms} * 1e6, 1e18));
@@ -358,7 +360,11 @@ std::uint64_t Context::host_bytes() const {
 Result<void> Context::reserve_host(std::uint32_t count) {
   if (count <= slots_.items.size()) return {};
   const coppice_allocator& allocator = hooks_.hooks.allocator;
-  const auto room = roomy_count({.now = static_cast<std::uint32_t>(slots_.items.size()), .needed = count, .most = renderer_->max_plants()});
+  const auto now = static_cast<std::uint32_t>(slots_.items.size());
+  const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .most = renderer_->max_plants()});
+  constexpr std::uint64_t kBytesEach =
+      sizeof(PlantEntry) + sizeof(PlantSlot) + sizeof(PlantDemand) + sizeof(gpu::PlantResidency) + gpu::InstanceTable::kPlantBytes;
+  COPPICE_CHECK(check_fits((room - now) * kBytesEach));
   const std::uint64_t before = host_bytes();
   const auto reserved = [&]() -> Result<void> {
     COPPICE_CHECK(instances_.reserve_plants(room));

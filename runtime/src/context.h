@@ -135,7 +135,7 @@ class Context {
   void remove_instances(std::uint32_t slot);
   /// Shows the new files of plants whose reload has come far enough.
   void finish_reloads();
-  /// Room for one more plant. errors  out_of_memory; nothing has changed
+  /// Room for one more plant. errors  out_of_memory; no plant is there that was not
   Result<void> grow_plants();
   /// Nothing of the chunk may be looked at from here on; drop_chunk follows when the GPU is done with it.
   void hide_chunk(ChunkId id);

@@ -16,23 +16,22 @@
 
 layout(local_size_x = kCullGroupSize) in;
 
-// Commands for all clusters of the pages that may show some of the cut. False where the plant has not as many left: those that it gets
-// are empty.
+// Commands for all clusters of the pages that may show some of the cut. False where the plant has not as many left.
 bool draw_pages(Candidate candidate, uint leaf_count) {
   Plant plant = candidate.plant;
   Instance instance = candidate.instance;
   ClusterList list = list_at(plant, kPageList);
   uint count = page_cluster_count(leaf_count), capacity = plant.leaf_command_capacity;
   uint first = take_commands(kDrawCounts * instance.plant + kClusterCount, count, capacity);
-  bool fits = first + count <= capacity;
-  for (uint i = 0; first + i < min(first + count, capacity); ++i) {
+  if (first == capacity) return false;
+  for (uint i = 0; i < count; ++i) {
     Cluster cluster = cluster_at(list, i);
     ShownLeaves shown = shown_of_page(cluster, i, leaf_count);
-    bool seen = fits && sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m);
+    bool seen = sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m);
     leaf_commands[plant.leaf_command_base + plant.instance_count + first + i] =
         cluster_command(candidate.slot | kPageList << kSlotBits, i, seen ? shown.count : 0);
   }
-  return fits;
+  return true;
 }
 
 // Where commands are short the cut becomes coarser. For a ready cut there is one in any case. How many leaves are drawn.

@@ -4,12 +4,14 @@ layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCo
 layout(set = 0, binding = 7, scalar) buffer DrawCountBuffer { uint draw_counts[]; };
 layout(set = 0, binding = 8, scalar) buffer WoodCommandBuffer { DrawCommand wood_commands[]; };
 
-// The first of so many new places that draw_counts[counted] counts. They may reach beyond the capacity. The count must not: the device
-// draws as many. What took a place below the capacity keeps it.
+// The first of so many new places that draw_counts[counted] counts: all of them below the capacity, or none, which the capacity says.
 uint take_commands(uint counted, uint count, uint capacity) {
-  uint first = atomicAdd(draw_counts[counted], count);
-  if (first + count > capacity) atomicMin(draw_counts[counted], capacity);
-  return first;
+  for (uint taken = draw_counts[counted]; taken + count <= capacity;) {
+    uint seen = atomicCompSwap(draw_counts[counted], taken, taken + count);
+    if (seen == taken) return taken;
+    taken = seen;
+  }
+  return capacity;
 }
 
 // The draw of a cluster of leaf quads, as leaf.vert takes it. leaves: the first so many

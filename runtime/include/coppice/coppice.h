@@ -73,9 +73,9 @@ typedef uint64_t coppice_scene;
 /* ---- hooks ---------------------------------------------------------------------------------------------------------------------- */
 
 /* Memory for what grows with plants, pages, instances and scenes: chunks as read and as decoded, instances, the streamer's tables, a
- * plant's front and its path, a scene's tiles and species. Not through it, and not counted by the budget: what Draco decodes to while a job
- * has the chunk, bounded by the chunk's counts and COPPICE_ERROR_OUT_OF_MEMORY where malloc has nothing; what the renderer notes of a plant
- * beside its tables; texts of errors; the context itself. Called from any thread that runs a job or
+ * plant's front and its path, a scene's tiles and species. Not counted by the budget: what the renderer notes of a plant beside its tables.
+ * Not through it, and not counted either: what Draco decodes to while a job has the chunk, bounded by the chunk's counts and
+ * COPPICE_ERROR_OUT_OF_MEMORY where malloc has nothing; texts of errors; the context itself. Called from any thread that runs a job or
  * calls the context. Must return memory aligned to `align` (a power of two) or null, which makes the operation fail with
  * COPPICE_ERROR_OUT_OF_MEMORY. Must not call back into Coppice. Must outlive the context. */
 typedef struct coppice_allocator {

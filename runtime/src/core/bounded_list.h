@@ -14,8 +14,8 @@ struct BoundedList {
   HookArray<T> items;     ///< the room
   std::size_t count = 0;  ///< of them in use
 
-  /// Makes room for so many and, where there is less, for half as many more than now; what is in the list goes. errors  out_of_memory; the
-  /// list stays as it is
+  /// Makes room for so many and, where there is less, for half as many more than now, whereupon what is in the list goes. errors
+  /// out_of_memory; the list stays as it is
   Result<void> make_room(const coppice_allocator& allocator, std::size_t room) {
     if (room <= items.size()) return {};
     COPPICE_CHECK(allocate_into(items, allocator, std::max(room, items.size() + items.size() / 2)));

@@ -37,7 +37,7 @@ Renderer::Renderer(const RendererDesc& desc)
       uploads_(device_, garbage_, desc.allocator),
       growing_(device_),
       texture_sets_(device_),
-      plants_(device_, uploads_, texture_sets_, desc.allocator),
+      plants_(device_, garbage_, uploads_, texture_sets_, desc.allocator),
       view_(device_, garbage_, pipelines_, scene_, plants_, desc.allocator) {
   if (!desc.only_measured) return;
   device_.vk = without_memory(device_.vk);
@@ -88,7 +88,7 @@ BufferSizes Renderer::sizes(const Capacity& wanted) {
   sizes.add({&scene_.instances, slots * sizeof(Instance), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo | kFrom, true});
   sizes.add({&scene_.plants, plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
   sizes.add({&scene_.tables, plants * kTableStride * sizeof(std::uint32_t), VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true});
-  view_.add_sizes(capacity, most_mesh_lists_, sizes);
+  view_.add_sizes(capacity, sizes);
   return sizes;
 }
 
@@ -98,8 +98,7 @@ Result<void> Renderer::create_buffers() {
   first.add({&scene_.quad_indices, std::uint64_t{kClusterLeaves} * 6 * sizeof(std::uint16_t),
              VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT});
   for (const BufferSize& size : first.span()) {
-    COPPICE_TRY(buffer, create_buffer(device_, size.bytes, size.usage, MemoryKind::device));
-    *size.buffer = buffer;
+    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device_, size.bytes, size.usage, MemoryKind::device)));
   }
   COPPICE_CHECK(plants_.reserve(capacity_.plants));
   return view_.reserve_plants(capacity_.plants);
@@ -121,7 +120,6 @@ Result<void> Renderer::reserve(const Capacity& wanted) {
 Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance,
                                  std::span<const std::uint32_t> lod_words) {
   COPPICE_ASSERT(index < desc_.max_plants);
-  most_mesh_lists_ = std::max(most_mesh_lists_, file.plant.wood_lod_count + (file.plant.leaf_mesh_count > 0 ? 1 : 0));
   COPPICE_CHECK(reserve({.plants = index + 1}));
   COPPICE_CHECK(plants_.add(index, file, appearance, lod_words));
   if (plants_.plant(index)->has_cuts) view_.want_leaves(index);
@@ -169,7 +167,6 @@ Result<void> Renderer::stage_indices() {
 Result<void> Renderer::stage_instances(InstanceTable& instances) {
   const std::span<const Instance> slots = instances.slots();
   COPPICE_ASSERT(slots.size() <= capacity_.slots);
-  uploaded_slot_count_ = static_cast<std::uint32_t>(slots.size());
   instances.update_bounds();
   const auto stage = [&](const SlotRange& range) -> Result<void> {
     COPPICE_CHECK(uploads_.copy(bytes_of(slots.subspan(range.first, range.count)), scene_.instances, range.first * sizeof(Instance)));
@@ -187,6 +184,7 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
       return staged;
     }
   }
+  uploaded_slot_count_ = static_cast<std::uint32_t>(slots.size());
   return {};
 }
 

@@ -37,7 +37,7 @@ struct RendererDesc {
 
 class Renderer {
  public:
-  /// errors  out_of_memory, unsupported, internal
+  /// errors  out_of_memory, device_lost, unsupported, internal
   static Result<std::unique_ptr<Renderer>> create(const RendererDesc& desc);
   /// The GPU must have finished every frame recorded.
   ~Renderer();
@@ -63,7 +63,7 @@ class Renderer {
   /// errors  out_of_memory
   Result<void> add_plant(std::uint32_t plant, const PlantFile& file, const PlantAppearance& appearance,
                          std::span<const std::uint32_t> lod_words);
-  /// Nothing of the plant may be drawn from the next upload on, and the GPU must have finished the last frame that drew it.
+  /// Nothing of the plant may be drawn from the next upload on. As PlantStore::remove
   void remove_plant(std::uint32_t plant) { plants_.remove(plant); }
 
   /// before / after: as coppice_record_upload. queue: graphics.
@@ -126,7 +126,6 @@ class Renderer {
   SceneBuffers scene_;
   ViewRecorder view_;
   Capacity capacity_;
-  std::uint32_t most_mesh_lists_ = 1;  ///< of a plant: its wood LoDs, and one where it has leaf meshes
   std::uint32_t uploaded_slot_count_ = 0;
   std::uint64_t frame_ = 0, completed_ = 0;
   VkCommandBuffer upload_cmd_ = VK_NULL_HANDLE;

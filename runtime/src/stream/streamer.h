@@ -147,7 +147,7 @@ class Streamer {
   static constexpr std::uint32_t kOpenTries = 8;
   static constexpr std::uint64_t kOpenRetryFrames = 30;
 
-  /// From now on the plant wants nothing. Its chunks come out of take_evicted and take_released, then its index out of take_closed_plants.
+  /// From now on the plant wants nothing. Its chunks come out of take_evicted and release, then its index out of take_closed_plants.
   /// plant  an open index (asserted)
   void close_plant(std::uint32_t plant);
 

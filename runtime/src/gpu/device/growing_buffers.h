@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "check.h"
 #include "uploads.h"
 
 namespace coppice::gpu {
@@ -24,7 +25,10 @@ struct BufferSizes {
   std::array<BufferSize, 24> items{};
   std::size_t count = 0;
 
-  void add(const BufferSize& size) { items[count++] = size; }
+  void add(const BufferSize& size) {
+    COPPICE_ASSERT(count < items.size());
+    items[count++] = size;
+  }
   [[nodiscard]] std::span<const BufferSize> span() const { return std::span(items).first(count); }
 };
 
@@ -38,7 +42,8 @@ class GrowingBuffers {
 
   /// What reserve takes at once. wanted: all of a kind
   [[nodiscard]] std::uint64_t reserve_bytes(const BufferSizes& wanted) const;
-  /// Creates those that have to become larger. errors  out_of_memory; nothing has changed
+  /// Creates those that have to become larger. errors  out_of_memory, device_lost, unsupported: more than the device binds; nothing has
+  /// changed
   Result<void> reserve(const BufferSizes& wanted);
   /// Larger buffers take the place of smaller ones. Whether there were any
   bool take(Uploads& uploads, Garbage& garbage);

@@ -1,7 +1,9 @@
 #include "uploads.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <utility>
 
 #include "block_texture.h"
 #include "check.h"
@@ -16,7 +18,9 @@ VkImageMemoryBarrier2 layout_change(VkImage image, VkImageLayout from, VkImageLa
   return {.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
           .srcStageMask = filling ? VK_PIPELINE_STAGE_2_NONE : VK_PIPELINE_STAGE_2_COPY_BIT,
           .srcAccessMask = filling ? VK_ACCESS_2_NONE : VK_ACCESS_2_TRANSFER_WRITE_BIT,
-          .dstStageMask = filling ? VK_PIPELINE_STAGE_2_COPY_BIT : VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+          .dstStageMask = filling ? VK_PIPELINE_STAGE_2_COPY_BIT
+                                  : VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT |
+                                        VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
           .dstAccessMask = filling ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
           .oldLayout = from,
           .newLayout = to,
@@ -30,9 +34,7 @@ VkImageMemoryBarrier2 layout_change(VkImage image, VkImageLayout from, VkImageLa
 
 Result<void> Uploads::create() {
   COPPICE_CHECK(moves_.make_room(allocator_, kMostMoves));
-  COPPICE_TRY(ring, create_buffer(device_, kRingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host));
-  ring_ = ring;
-  return {};
+  return move_into(ring_, create_buffer(device_, kRingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host));
 }
 
 void Uploads::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {

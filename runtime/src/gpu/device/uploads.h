@@ -35,7 +35,7 @@ class Uploads {
   /// Slices of together so many bytes come out of the ring.
   [[nodiscard]] std::uint64_t room_bytes() const;
 
-  // errors  out_of_memory, of these four. offset: in the buffer
+  // errors  out_of_memory, device_lost, of these four. offset: in the buffer
   /// Where to write so many bytes, which are copied.
   Result<std::uint8_t*> copy(std::uint64_t bytes, const Buffer& to, std::uint64_t offset);
   Result<void> copy(std::span<const std::uint8_t> bytes, const Buffer& to, std::uint64_t offset);
@@ -96,7 +96,7 @@ std::span<const std::uint8_t> bytes_of(std::span<const T> values) {
   return {reinterpret_cast<const std::uint8_t*>(values.data()), values.size_bytes()};
 }
 
-/// Records a copy from the host's memory as it is now, for what changes in every frame.
+/// Records a copy from the host's memory as it is now, for what changes in every frame. bytes: a multiple of 4
 void update_buffer(const Device& device, VkCommandBuffer cmd, const Buffer& buffer, std::span<const std::uint8_t> bytes);
 
 }  // namespace coppice::gpu

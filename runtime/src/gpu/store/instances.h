@@ -83,7 +83,9 @@ class InstanceTable {
   /// Both, as far as there is need. errors  out_of_memory: the allocator hook; nothing has changed
   Result<void> reserve(std::uint32_t slot_count);
 
-  /// Room for so many plants: below, a plant is one of them. errors  out_of_memory: the allocator hook; nothing has changed
+  static constexpr std::uint64_t kPlantBytes = 24;
+  /// Room for so many plants, kPlantBytes each: below, a plant is one of them. errors  out_of_memory: the allocator hook; nothing has
+  /// changed
   Result<void> reserve_plants(std::uint32_t count);
   /// Bounding sphere of a plant's model, object space. Before it is known the plant's instances are kept, but are none to the GPU.
   void set_plant_sphere(std::uint32_t plant, std::span<const float, 3> center, float radius_m);
@@ -151,6 +153,7 @@ class InstanceTable {
     bool known = false;  ///< the sphere is
   };
 
+  static_assert(sizeof(PlantInstances) == kPlantBytes);
   /// Also of what the GPU does not see; kNoPlant where the slot is empty.
   [[nodiscard]] std::uint32_t plant_of(std::uint32_t slot) const { return arrays_.spheres[slot].plant; }
   void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement);

@@ -24,11 +24,8 @@ void add_distinct(BoundedList<T>& list, const T& value) {
 }  // namespace
 
 Result<void> PlantStore::create() {
-  COPPICE_TRY(texture, create_texture(device_, {1, 1, 1, COPPICE_TEXTURE_RGBA8}));
-  placeholder_.texture = texture;
-  COPPICE_TRY(set, texture_sets_.create_set(texture.view));
-  placeholder_.set = set;
-  return {};
+  COPPICE_CHECK(move_into(placeholder_.texture, create_texture(device_, {1, 1, 1, COPPICE_TEXTURE_RGBA8})));
+  return move_into(placeholder_.set, texture_sets_.create_set(placeholder_.texture.view));
 }
 
 PlantStore::~PlantStore() {
@@ -64,8 +61,7 @@ Result<void> PlantStore::add(std::uint32_t index, const PlantFile& file, const P
   std::ranges::copy(lod_words, plant->pending_words.begin());
   plant->layout = place_plant_tables(file);
   COPPICE_CHECK(allocate_into(plant->pending_tables, allocator_, plant->layout.bytes));
-  COPPICE_TRY(tables, create_buffer(device_, plant->layout.bytes, kAddressed, MemoryKind::device));
-  plant->tables = tables;
+  COPPICE_CHECK(move_into(plant->tables, create_buffer(device_, plant->layout.bytes, kAddressed, MemoryKind::device)));
   plant->leaf_mesh_count = file.plant.leaf_mesh_count;
   if (auto filled = fill_tables(*plant, file, appearance); !filled) {
     destroy(*plant);
@@ -125,6 +121,7 @@ Result<void> PlantStore::add_single_leaf(StoredPlant& plant, const PlantFile& fi
 
 void PlantStore::remove(std::uint32_t index) {
   COPPICE_ASSERT(plants_[index]);
+  garbage_.retire(plants_[index]->tables);
   destroy(*plants_[index]);
   plants_[index].reset();
 }
@@ -155,49 +152,50 @@ Result<void> PlantStore::patch_cuts(StoredPlant& plant, ReadyCuts& cuts) {
   return patch_tables(plant, plant.layout.cuts_at, cuts.bytes.span());
 }
 
-Result<void> PlantStore::upload_page(const PageUpload& upload) {
-  StoredPlant& plant = *plants_[upload.plant];
-  COPPICE_ASSERT(plant.pages[upload.page].buffer == VK_NULL_HANDLE && upload.clusters.size() == kPageBytes);
-  COPPICE_TRY(page, create_buffer(device_, kPageBytes, kAddressed, MemoryKind::device));
+template <class Stage>
+Result<void> PlantStore::upload(Buffer& place, std::uint64_t bytes, VkBufferUsageFlags usage, Stage stage) {
+  COPPICE_ASSERT(place.buffer == VK_NULL_HANDLE);
+  COPPICE_TRY(buffer, create_buffer(device_, bytes, usage, MemoryKind::device));
   const Uploads::Mark mark = uploads_.mark();
-  const auto copied = [&]() -> Result<void> {
-    if (upload.page == 0) COPPICE_CHECK(patch_cuts(plant, *upload.ready_cuts));
-    const uvec2 address = gpu_address(page.address);
-    COPPICE_CHECK(patch_tables(plant, plant.layout.pages_at + upload.page * sizeof address, bytes_of(std::span(&address, 1))));
-    move_clusters(upload.clusters, kBlockClusters, page.address);
-    return uploads_.copy(upload.clusters, page, 0);
-  }();
-  if (!copied) {
+  if (Result<void> staged = stage(buffer); !staged) {
     uploads_.undo(mark);
-    destroy_buffer(device_, page);
-    return copied;
+    destroy_buffer(device_, buffer);
+    return staged;
   }
-  plant.pages[upload.page] = page;
-  plant.has_cuts = plant.has_cuts || upload.page == 0;
+  place = buffer;
   return {};
 }
 
-Result<void> PlantStore::upload_mesh(const MeshUpload& upload) {
-  StoredPlant& plant = *plants_[upload.plant];
-  StoredMesh& mesh = plant.meshes[upload.mesh];
-  MeshBlock& block = *upload.block;
-  COPPICE_ASSERT(mesh.buffer.buffer == VK_NULL_HANDLE);
+// Tables name what has been staged: the last that can fail.
+Result<void> PlantStore::upload_page(const PageUpload& upload_of) {
+  StoredPlant& plant = *plants_[upload_of.plant];
+  COPPICE_ASSERT(upload_of.clusters.size() == kPageBytes);
+  const auto stage = [&](const Buffer& page) -> Result<void> {
+    move_clusters(upload_of.clusters, kBlockClusters, page.address);
+    COPPICE_CHECK(uploads_.copy(upload_of.clusters, page, 0));
+    if (upload_of.page == 0) COPPICE_CHECK(patch_cuts(plant, *upload_of.ready_cuts));
+    const uvec2 address = gpu_address(page.address);
+    return patch_tables(plant, plant.layout.pages_at + upload_of.page * sizeof address, bytes_of(std::span(&address, 1)));
+  };
+  COPPICE_CHECK(upload(plant.pages[upload_of.page], kPageBytes, kAddressed, stage));
+  plant.has_cuts = plant.has_cuts || upload_of.page == 0;
+  return {};
+}
+
+Result<void> PlantStore::upload_mesh(const MeshUpload& upload_of) {
+  StoredPlant& plant = *plants_[upload_of.plant];
+  StoredMesh& mesh = plant.meshes[upload_of.mesh];
+  MeshBlock& block = *upload_of.block;
   COPPICE_CHECK(mesh.textures.make_room(allocator_, plant.material_textures.size()));
-  COPPICE_TRY(buffer, create_buffer(device_, block.bytes.size(), kAddressed | VK_BUFFER_USAGE_INDEX_BUFFER_BIT, MemoryKind::device));
-  const Uploads::Mark mark = uploads_.mark();
-  const auto copied = [&]() -> Result<void> {
+  constexpr VkBufferUsageFlags kUsage = kAddressed | VK_BUFFER_USAGE_INDEX_BUFFER_BIT;
+  const auto stage = [&](const Buffer& buffer) -> Result<void> {
     block.move(buffer.address);
-    COPPICE_CHECK(patch_tables(plant, plant.layout.lists_at + (kWoodLists + upload.mesh) * sizeof(ClusterList),
-                               bytes_of(std::span<const ClusterList>(&block.list, 1))));
-    return uploads_.copy(block.bytes.span(), buffer, 0);
-  }();
-  if (!copied) {
-    uploads_.undo(mark);
-    destroy_buffer(device_, buffer);
-    return copied;
-  }
-  mesh.buffer = buffer;
-  mesh.vertices = gpu_address(buffer.address + block.vertices_at);
+    COPPICE_CHECK(uploads_.copy(block.bytes.span(), buffer, 0));
+    return patch_tables(plant, plant.layout.lists_at + (kWoodLists + upload_of.mesh) * sizeof(ClusterList),
+                        bytes_of(std::span<const ClusterList>(&block.list, 1)));
+  };
+  COPPICE_CHECK(upload(mesh.buffer, block.bytes.size(), kUsage, stage));
+  mesh.vertices = gpu_address(mesh.buffer.address + block.vertices_at);
   mesh.index_count = block.index_count;
   mesh.cluster_count = block.list.cluster_count;
   mesh.textures.clear();
@@ -214,11 +212,9 @@ Result<void> PlantStore::upload_texture(std::uint32_t plant, std::uint32_t index
   std::memcpy(&header, bytes.data(), sizeof header);
   StoredTexture made;
   const auto stored = [&]() -> Result<void> {
-    COPPICE_TRY(texture, create_texture(device_, header));
-    made.texture = texture;
-    COPPICE_TRY(set, texture_sets_.create_set(texture.view));
-    made.set = set;
-    return uploads_.fill(texture, bytes.subspan(sizeof header));
+    COPPICE_CHECK(move_into(made.texture, create_texture(device_, header)));
+    COPPICE_CHECK(move_into(made.set, texture_sets_.create_set(made.texture.view)));
+    return uploads_.fill(made.texture, bytes.subspan(sizeof header));
   }();
   if (!stored) {
     destroy(made);

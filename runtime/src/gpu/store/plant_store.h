@@ -74,12 +74,9 @@ struct StoredPlant {
 /// Thread: externally serialised; const functions may overlap.
 class PlantStore {
  public:
-  /// What the host holds of a plant besides.
-  static constexpr std::uint64_t kHostBytes = sizeof(StoredPlant);
-
-  /// device, uploads, texture_sets: outlive this object
-  PlantStore(Device& device, Uploads& uploads, const TextureSets& texture_sets, const coppice_allocator& allocator)
-      : device_(device), uploads_(uploads), texture_sets_(texture_sets), allocator_(allocator) {}
+  /// All outlive this object.
+  PlantStore(Device& device, Garbage& garbage, Uploads& uploads, const TextureSets& texture_sets, const coppice_allocator& allocator)
+      : device_(device), garbage_(garbage), uploads_(uploads), texture_sets_(texture_sets), allocator_(allocator) {}
   /// The GPU must be done with everything.
   ~PlantStore();
   PlantStore(const PlantStore&) = delete;
@@ -100,7 +97,7 @@ class PlantStore {
 
   /// index: there is room for it, and it is not in use. lod_words: pack_lod_table of the file. errors  out_of_memory
   Result<void> add(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance, std::span<const std::uint32_t> lod_words);
-  /// The GPU must have finished the last frame that drew the plant.
+  /// The GPU must have finished the last frame that drew the plant; its tables may still be on their way. Its chunks have been dropped.
   void remove(std::uint32_t index);
 
   /// errors  out_of_memory: the chunk is not there
@@ -126,10 +123,14 @@ class PlantStore {
   Result<void> add_single_leaf(StoredPlant& plant, const PlantFile& file, const PlantAppearance& appearance);
   Result<void> patch_tables(StoredPlant& plant, std::uint64_t offset, std::span<const std::uint8_t> bytes);
   Result<void> patch_cuts(StoredPlant& plant, ReadyCuts& cuts);
+  /// Creates a buffer and has `stage` stage its contents; undone where that fails.
+  template <class Stage>
+  Result<void> upload(Buffer& place, std::uint64_t bytes, VkBufferUsageFlags usage, Stage stage);
   void destroy(StoredPlant& plant);
   void destroy(StoredTexture& texture);
 
   Device& device_;
+  Garbage& garbage_;
   Uploads& uploads_;
   const TextureSets& texture_sets_;
   coppice_allocator allocator_;

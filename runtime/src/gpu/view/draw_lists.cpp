@@ -73,6 +73,7 @@ void DrawLists::fill_record(std::uint32_t index, const DrawListInput& input) {
   record = plant != nullptr ? plant->record : Plant{};
   if (plant == nullptr) return;
   record.instance_count = input.instances.plant_count(index);
+  if (record.instance_count == 0) return;  // also one that is closing, of which chunks have gone
   record.resident_leaf_count = plant->has_cuts ? std::clamp(input.residency[index].leaf_count, 1u, kMaxDrawnLeaves) : 0;
   fill_meshes(index, input);
 }

@@ -135,8 +135,7 @@ LeafRaster::~LeafRaster() {
 }
 
 Result<void> LeafRaster::create_layouts() {
-  COPPICE_TRY(set_layout, create_set_layout(device_, kRasterSet));
-  set_layout_ = set_layout;
+  COPPICE_CHECK(move_into(set_layout_, create_set_layout(device_, kRasterSet)));
   const std::array sets{desc_.frame_set, set_layout_.layout};
   const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, .size = sizeof(RasterPush)};
   const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
@@ -215,10 +214,8 @@ bool LeafRaster::want(const coppice_view& view) {
 }
 
 Result<void> LeafRaster::create_rounds() {
-  COPPICE_TRY(rounds, create_buffer(device_, kRasterRounds * sizeof(RasterRound), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
-                                    MemoryKind::device));
-  buffers_.rounds = rounds;
-  return {};
+  return move_into(buffers_.rounds, create_buffer(device_, kRasterRounds * sizeof(RasterRound),
+                                                  kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, MemoryKind::device));
 }
 
 void LeafRaster::add_sizes(std::uint32_t slots, BufferSizes& sizes) {

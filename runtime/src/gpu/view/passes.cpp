@@ -33,8 +33,7 @@ constexpr std::array<Binding, kFrameBuffers + 1> kFrameSet = [] {
 }();
 
 Result<void> create_layouts(Device& device, const TextureSets& textures, Passes& passes) {
-  COPPICE_TRY(frame_set, create_set_layout(device, kFrameSet));
-  passes.frame_set = frame_set;
+  COPPICE_CHECK(move_into(passes.frame_set, create_set_layout(device, kFrameSet)));
   const VkSamplerCreateInfo sampler{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
                                     .magFilter = VK_FILTER_NEAREST,
                                     .minFilter = VK_FILTER_NEAREST,

@@ -62,7 +62,7 @@ struct Passes {
   DrawPipelines shadow;  ///< depth alone, without relief and leaf meshes; null where there are no shadow views
 };
 
-/// None of the pipelines is wanted yet. errors  out_of_memory, internal. What was created so far is in `passes`, to be destroyed in any
+/// None of the pipelines is wanted yet. errors  out_of_memory, device_lost. What was created so far is in `passes`, to be destroyed in any
 /// case
 Result<void> create_passes(Device& device, const AttachmentDesc& attachments, const TextureSets& textures, PipelineSet& pipelines,
                            Passes& passes);

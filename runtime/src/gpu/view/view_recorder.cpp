@@ -61,15 +61,11 @@ ViewRecorder::ViewRecorder(Device& device, Garbage& garbage, PipelineSet& pipeli
 Result<void> ViewRecorder::create(const ViewDesc& desc, const TextureSets& textures) {
   desc_ = desc;
   COPPICE_CHECK(create_passes(device_, desc.attachments, textures, pipelines_, passes_));
-  const auto create = [&](Buffer& buffer, std::uint64_t bytes, VkBufferUsageFlags usage, MemoryKind kind) -> Result<void> {
-    COPPICE_TRY(made, create_buffer(device_, bytes, usage, kind));
-    buffer = made;
-    return {};
-  };
+  constexpr VkBufferUsageFlags kTo = VK_BUFFER_USAGE_TRANSFER_DST_BIT, kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
   COPPICE_CHECK(
-      create(buffers_.view, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::device));
-  COPPICE_CHECK(create(buffers_.counters, sizeof(Counters), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::device));
-  COPPICE_CHECK(create(readback_, kReadbackSlots * sizeof(Counters), VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryKind::host));
+      move_into(buffers_.view, create_buffer(device_, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | kTo, MemoryKind::device)));
+  COPPICE_CHECK(move_into(buffers_.counters, create_buffer(device_, sizeof(Counters), kStorage | kFrom, MemoryKind::device)));
+  COPPICE_CHECK(move_into(readback_, create_buffer(device_, kReadbackSlots * sizeof(Counters), kTo, MemoryKind::host)));
   if (desc.pass_times) COPPICE_CHECK(timer_.create(device_));
   return create_raster();
 }
@@ -102,12 +98,13 @@ ViewRecorder::~ViewRecorder() {
   destroy_passes(device_, passes_);
 }
 
-void ViewRecorder::add_sizes(const Capacity& capacity, std::uint32_t mesh_lists, BufferSizes& sizes) {
+void ViewRecorder::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   constexpr VkBufferUsageFlags kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT, kIndirect = VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.max_instances)), plants = capacity.plants;
   sizes.add({&buffers_.cuts, slots * sizeof(float), kStorage | kFrom});
   sizes.add({&buffers_.debug_colors, slots * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT});
-  sizes.add({&buffers_.wood_list, slots * mesh_lists * sizeof(std::uint32_t), kStorage});
+  // An instance may be in the list of any wood LoD, and in that of leaf meshes.
+  sizes.add({&buffers_.wood_list, slots * (kMaxWoodLods + 1) * sizeof(std::uint32_t), kStorage});
   sizes.add({&buffers_.leaf_commands, slots * sizeof(DrawCommand), kStorage | kIndirect});
   sizes.add({&buffers_.draw_counts, kDrawCounts * plants * sizeof(std::uint32_t), kStorage | kIndirect});
   sizes.add({&buffers_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect});
@@ -252,6 +249,7 @@ void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_view& engine_v
 /// What the passes over instances start with.
 void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod) {
   View constants = gpu_view(view, lod, slot_count_, is_reversed(desc_.attachments.depth_compare));
+  if (culled_.set == frame_set_.set) constants.cascade_count = 0;  // there was no memory for a set with the maps
   constants.debug_colors = gpu_address(buffers_.debug_colors.address);
   update_buffer(device_, cmd, buffers_.view, bytes_of(std::span<const View>(&constants, 1)));
   update_buffer(device_, cmd, buffers_.wood_commands, bytes_of(lists_.mesh_commands()));

@@ -59,15 +59,16 @@ class ViewRecorder {
   /// Everything that is passed by reference outlives this object; pipelines are closed before it goes.
   ViewRecorder(Device& device, Garbage& garbage, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
                const coppice_allocator& allocator);
-  /// errors  out_of_memory, internal
+  /// errors  out_of_memory, device_lost, internal
   Result<void> create(const ViewDesc& desc, const TextureSets& textures);
   /// The GPU must be done with everything.
   ~ViewRecorder();
   ViewRecorder(const ViewRecorder&) = delete;
   ViewRecorder& operator=(const ViewRecorder&) = delete;
 
-  /// Its buffers by slot and by plant. mesh_lists: of a plant at most, its wood LoDs and one where it has leaf meshes
-  void add_sizes(const Capacity& capacity, std::uint32_t mesh_lists, BufferSizes& sizes);
+  /// Its buffers by slot and by plant.
+  void add_sizes(const Capacity& capacity, BufferSizes& sizes);
+  /// Room for so many. errors  out_of_memory; nothing has changed
   Result<void> reserve_plants(std::uint32_t count) { return lists_.reserve(count); }
   /// One of those, or of the scene's, has been replaced.
   void buffers_changed();
@@ -87,6 +88,7 @@ class ViewRecorder {
 
   /// lod: selection's view of `view`. Before / after: as coppice_record_cull.
   void record_cull(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod);
+  /// Nothing, no state either, where nothing has been culled.
   void record_draw(VkCommandBuffer cmd, const coppice_view& view) const;
 
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }

@@ -30,6 +30,9 @@ void* operator new(std::size_t bytes) {
   if (void* memory = std::malloc(bytes)) return memory;
   std::abort();
 }
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {  // AddressSanitizer has its own, which frees otherwise
+  return operator new(bytes);
+}
 void operator delete(void* memory) noexcept {
   std::free(memory);
 }

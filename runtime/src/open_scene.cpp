@@ -15,9 +15,6 @@ namespace {
 /// A tile that is larger than this when it comes grows up in so many frames, if no more than so many others do.
 constexpr float kGrowFrom_px = 3.0f;
 constexpr std::uint32_t kGrowFrames = 16, kMostGrowing = 16;
-/// A plant that finds max_plants open is tried again so often, after so many frames each: others may be closing.
-constexpr std::uint32_t kSpeciesTries = 8;
-constexpr std::uint64_t kSpeciesRetryFrames = 30;
 /// What an instance takes: its slot (156 bytes), draw commands, places in the lists of wood.
 constexpr std::uint64_t kInstanceBytes = 224;
 
@@ -111,8 +108,9 @@ void OpenScene::open_species(std::uint64_t frame_number) {
     const auto wanted = stream_->next_species();
     if (!wanted) break;
     const auto started = context_.start_open(wanted->path);
-    if (!started && ++species_tries_ < kSpeciesTries) {
-      species_frame_ = frame_number + kSpeciesRetryFrames;
+    // Where max_plants are open others may be closing: it is tried again as an opening that finds no memory is.
+    if (!started && ++species_tries_ < Streamer::kOpenTries) {
+      species_frame_ = frame_number + Streamer::kOpenRetryFrames;
       break;
     }
     species_tries_ = 0;

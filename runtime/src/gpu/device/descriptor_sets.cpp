@@ -25,6 +25,18 @@ void destroy_set_layout(Device& device, SetLayout& layout) {
   layout = {};
 }
 
+Result<VkPipelineLayout> create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets,
+                                                const VkPushConstantRange& push) {
+  const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                        .setLayoutCount = static_cast<std::uint32_t>(sets.size()),
+                                        .pSetLayouts = sets.data(),
+                                        .pushConstantRangeCount = 1,
+                                        .pPushConstantRanges = &push};
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  COPPICE_CHECK(check(device, device.vk.vkCreatePipelineLayout(device.device, &info, nullptr, &layout), "vkCreatePipelineLayout"));
+  return layout;
+}
+
 namespace {
 
 Result<DescriptorSet> allocate_set(Device& device, const SetLayout& layout) {

@@ -40,6 +40,9 @@ struct Bound {
 /// bindings: in order, from 0 on. errors  out_of_memory, device_lost
 Result<SetLayout> create_set_layout(Device& device, std::span<const Binding> bindings);
 void destroy_set_layout(Device& device, SetLayout& layout);
+/// sets: from set 0 on. errors  out_of_memory, device_lost
+Result<VkPipelineLayout> create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets,
+                                                const VkPushConstantRange& push);
 /// bound: one a binding. errors  out_of_memory, device_lost
 Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::span<const Bound> bound);
 void destroy_set(Device& device, DescriptorSet& set);

@@ -138,14 +138,7 @@ Result<void> LeafRaster::create_layouts() {
   COPPICE_CHECK(move_into(set_layout_, create_set_layout(device_, kRasterSet)));
   const std::array sets{desc_.frame_set, set_layout_.layout};
   const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, .size = sizeof(RasterPush)};
-  const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-                                        .setLayoutCount = static_cast<std::uint32_t>(sets.size()),
-                                        .pSetLayouts = sets.data(),
-                                        .pushConstantRangeCount = 1,
-                                        .pPushConstantRanges = &push};
-  COPPICE_CHECK(check_created(device_, device_.vk.vkCreatePipelineLayout(device_.device, &info, nullptr, &layout_),
-                              "vkCreatePipelineLayout", layout_));
-  return {};
+  return move_into(layout_, create_pipeline_layout(device_, sets, push));
 }
 
 void LeafRaster::add_pipelines() {

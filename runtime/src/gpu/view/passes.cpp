@@ -46,13 +46,7 @@ Result<void> create_layouts(Device& device, const TextureSets& textures, Passes&
                               passes.map_sampler));
   const std::array sets{passes.frame_set.layout, textures.layout(), textures.layout()};
   const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_VERTEX_BIT, .size = sizeof(DrawPush)};
-  const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-                                        .setLayoutCount = static_cast<std::uint32_t>(sets.size()),
-                                        .pSetLayouts = sets.data(),
-                                        .pushConstantRangeCount = 1,
-                                        .pPushConstantRanges = &push};
-  return check_created(device, device.vk.vkCreatePipelineLayout(device.device, &info, nullptr, &passes.layout), "vkCreatePipelineLayout",
-                       passes.layout);
+  return move_into(passes.layout, create_pipeline_layout(device, sets, push));
 }
 
 using Words = std::span<const std::uint32_t>;

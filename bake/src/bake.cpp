@@ -11,6 +11,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "collapse_geometric.h"
 #include "collapse_image.h"
 #include "coppice/format.h"
@@ -21,9 +22,11 @@
 #include "mesh_error.h"
 #include "plant_size.h"
 #include "printable.h"
+#include "progress.h"
 #include "replay.h"
 #include "texture_regions.h"
 #include "tree_order.h"
+#include "unused_materials.h"
 #include "wood_lods.h"
 
 namespace coppice::bake {

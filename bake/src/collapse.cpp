@@ -10,6 +10,7 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
+#include "alpha_mask.h"
 #include "collapse_down.h"
 #include "live_visibility.h"
 #include "mutual_information.h"

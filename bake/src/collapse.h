@@ -1,9 +1,9 @@
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "plant.h"
+#include "progress.h"
 #include "result.h"
 #include "viewpoints.h"
 
@@ -30,9 +30,6 @@ struct CollapseResult {
   std::vector<FoliageInformation> levels;  ///< at floor(f N), at least 1, for f = .8 .6 .4 .2 .1 .05 .025, in that order
   double visibility_seconds = 0.0;         ///< item buffers, before the first collapse
 };
-
-/// Called from the calling thread, some hundred times, with a fraction in [0, 1] that never falls.
-using ProgressFunction = std::function<void(double fraction)>;
 
 /// Algorithm 1 of the paper (mode `mi`), down to one leaf: while more than one is left, the leaf of least visibility I(V,l), eq. (8), is
 /// collapsed with the candidate of least cost C_p, eq. (9). Ties go to the smaller id. Areas are exact at every step. The result

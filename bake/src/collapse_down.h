@@ -8,6 +8,7 @@
 
 #include "collapse.h"
 #include "mutual_information.h"
+#include "progress.h"
 
 namespace coppice::bake {
 

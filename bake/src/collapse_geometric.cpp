@@ -10,6 +10,7 @@
 
 #include "check.h"
 #include "octree.h"
+#include "progress.h"
 #include "quad_merge.h"
 
 namespace coppice::bake {

@@ -7,6 +7,7 @@
 
 #include "collapse.h"
 #include "plant.h"
+#include "progress.h"
 
 namespace coppice::bake {
 

@@ -18,6 +18,8 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
+#include "alpha_mask.h"
+#include "bounds.h"
 #include "collapse_down.h"
 #include "leaf_reach.h"
 #include "leaf_shade.h"

@@ -2,6 +2,7 @@
 
 #include "collapse.h"
 #include "live_image.h"
+#include "progress.h"
 
 namespace coppice::bake {
 

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "alpha_mask.h"
 #include "error_image.h"
 #include "leaf_shade.h"
 #include "parallel_for.h"
@@ -101,20 +102,6 @@ std::vector<std::uint32_t> measured_leaf_counts(std::uint32_t leaf_count) {
 }
 
 }  // namespace
-
-Sphere plant_sphere(const Foliage& foliage, const Mesh& wood, const LeafMeshes& leaf_meshes) {
-  glm::vec3 low = foliage.quads.front()[0], high = low;
-  const auto include = [&](const glm::vec3& point) { low = glm::min(low, point), high = glm::max(high, point); };
-  for (const Quad& quad : foliage.quads) std::ranges::for_each(quad, include);
-  std::ranges::for_each(wood.positions, include);
-  for (const LeafMeshPart& part : leaf_meshes.parts) std::ranges::for_each(part.mesh.positions, include);
-  Sphere sphere{(low + high) * 0.5f, 0.0f};
-  const auto reach = [&](const glm::vec3& point) { sphere.radius = std::max(sphere.radius, glm::length(point - sphere.center)); };
-  for (const Quad& quad : foliage.quads) std::ranges::for_each(quad, reach);
-  std::ranges::for_each(wood.positions, reach);
-  for (const LeafMeshPart& part : leaf_meshes.parts) std::ranges::for_each(part.mesh.positions, reach);
-  return sphere;
-}
 
 Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFunction& progress) {
   COPPICE_TRY(renderer, make_renderer(plant));

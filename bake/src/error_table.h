@@ -2,13 +2,11 @@
 
 #include <vector>
 
-#include "collapse.h"
 #include "plant.h"
+#include "progress.h"
+#include "result.h"
 
 namespace coppice::bake {
-
-/// Bounds of a plant: sphere about the centre of the box of leaf quads, wood and leaf meshes.
-Sphere plant_sphere(const Foliage& foliage, const Mesh& wood, const LeafMeshes& leaf_meshes = {});
 
 /// Renders about 24 cuts of the tree and the source at 512 px from six viewpoints that the collapse did not use, box-filters both down to
 /// each size, and tabulates the error in pixels: size_px * rmse / 255 of colour over the image (ARCHITECTURE.md, "Error

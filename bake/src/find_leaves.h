@@ -30,8 +30,8 @@
 #include <vector>
 
 #include "class_rules.h"
-#include "gltf_triangles.h"
 #include "plant.h"
+#include "triangle_soup.h"
 
 namespace coppice::bake {
 

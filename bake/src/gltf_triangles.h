@@ -1,26 +1,15 @@
 #pragma once
 
 #include <cstdint>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
-#include <glm/vec4.hpp>
-
 #include "gltf_scene.h"
-#include "plant.h"
 #include "result.h"
+#include "triangle_soup.h"
 
 namespace coppice::bake {
-
-/// Triangles in scene space, one material number each, and for every vertex the mesh instance it came from.
-struct TriangleSoup {
-  Mesh mesh;
-  std::vector<std::uint32_t> vertex_instances;
-  std::vector<glm::vec4> vertex_colors;    ///< [vertices] linear, 0..1; white where a primitive has none; empty where none has any
-  std::set<std::uint32_t> wind_materials;  ///< of coloured meshes that are called after wind (vertex_colors.h)
-};
 
 /// Whether the document asks for more triangles or vertices than a plant may have; nothing is read or allocated.
 /// instance_counts  [meshes] of mesh_instance_counts
@@ -36,11 +25,5 @@ Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uin
 Result<void> append_primitive(const tinygltf::Model& model, const MeshInstance& instance, std::uint32_t instance_index,
                               std::uint32_t primitive_index, std::uint32_t material, TriangleSoup& soup,
                               std::vector<std::string>& warnings);
-
-/// Drops vertices that no triangle uses and numbers the rest in order of first use.
-Mesh compact(const Mesh& mesh);
-
-/// Turns triangles so that their corners run counter-clockwise as seen from where their normals point: lights are those of the side seen.
-void turn_to_normals(Mesh& mesh);
 
 }  // namespace coppice::bake

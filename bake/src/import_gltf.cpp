@@ -18,6 +18,7 @@
 #include "gltf_triangles.h"
 #include "plant_size.h"
 #include "printable.h"
+#include "triangle_soup.h"
 #include "vertex_colors.h"
 
 namespace coppice::bake {

@@ -8,10 +8,10 @@
 #include "block_texture.h"
 #include "layout.h"
 #include "leaf_mesh_parts.h"
-#include "pack.h"
 #include "printable.h"
 #include "reader.h"
 #include "to_vector.h"
+#include "unpack.h"
 
 namespace coppice::bake {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "alpha_mask.h"
 #include "srgb.h"
-#include "visibility.h"
 
 namespace coppice::bake {
 namespace {

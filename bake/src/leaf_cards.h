@@ -36,7 +36,4 @@ void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted);
 /// errors  those of fit_leaves
 Result<Foliage> card_foliage(Plant& plant);
 
-/// Drops materials that no card, leaf mesh or wood uses, and images that no material does, and renumbers the rest.
-void drop_unused_materials(BakedPlant& plant);
-
 }  // namespace coppice::bake

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "gltf_triangles.h"
 #include "plant.h"
+#include "triangle_soup.h"
 
 namespace coppice::bake {
 

@@ -10,6 +10,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "alpha_mask.h"
 #include "parallel_for.h"
 #include "raster.h"
 #include "viewpoints.h"

@@ -7,8 +7,8 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "alpha_mask.h"
 #include "plant.h"
-#include "visibility.h"
 
 namespace coppice::bake {
 

@@ -6,6 +6,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "check.h"
 #include "leaf_shade.h"
 #include "parallel_for.h"

@@ -15,6 +15,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "alpha_mask.h"
 #include "fragment_lists.h"
 #include "live_visibility.h"
 #include "pair_silhouette.h"

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "alpha_mask.h"
+#include "bounds.h"
 #include "parallel_for.h"
 
 namespace coppice::bake {

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "alpha_mask.h"
 #include "fragment_lists.h"
 #include "plant.h"
 #include "visibility.h"

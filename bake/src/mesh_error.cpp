@@ -7,6 +7,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "alpha_mask.h"
 #include "error_image.h"
 #include "leaf_shade.h"
 #include "parallel_for.h"

@@ -6,13 +6,13 @@
 
 #include <glm/common.hpp>
 
+#include "alpha_mask.h"
 #include "card_look.h"
 #include "mesh_error.h"
 #include "page_encode.h"
 #include "quantised_tree.h"
 #include "reader.h"
 #include "utf8.h"
-#include "visibility.h"
 #include "wood_encode.h"
 #include "wood_lods.h"
 #include "writer.h"

@@ -15,6 +15,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "floor_to_int.h"
 #include "plant.h"
 #include "viewpoints.h"
 
@@ -24,17 +25,6 @@ inline constexpr std::uint32_t kMaxResolutionPx = 2048;
 inline constexpr std::int32_t kSubpixels = 256;
 inline constexpr std::int32_t kHalfPixel = kSubpixels / 2;  ///< subpixels
 inline constexpr double kDepthSteps = 2147483648.0;         ///< 2^31: depths are 0 (nearest point of the sphere) to this (farthest)
-
-namespace detail {
-
-/// std::floor and a cast, without the library call that baseline x86-64 makes of it. |value| must fit.
-template <class Integer>
-[[nodiscard]] inline Integer floor_to_int(double value) {
-  const auto truncated = static_cast<Integer>(value);
-  return truncated - (static_cast<double>(truncated) > value ? 1 : 0);
-}
-
-}  // namespace detail
 
 /// World to image for one view. With centre c and radius r of the sphere and R = resolution_px, a world point p falls on
 ///   column  R/2 + dot(p - c, right) * R / (2r)
@@ -69,7 +59,7 @@ using ProjectedQuad = std::array<ProjectedPoint, 4>;
   const double x = point.x - projection.center[0], y = point.y - projection.center[1], z = point.z - projection.center[2];
   const auto along = [&](const std::array<double, 3>& axis) { return x * axis[0] + y * axis[1] + z * axis[2]; };
   const double middle = projection.resolution_px * 0.5;
-  const auto fixed = [](double px) { return detail::floor_to_int<std::int32_t>(px * kSubpixels + 0.5); };
+  const auto fixed = [](double px) { return floor_to_int<std::int32_t>(px * kSubpixels + 0.5); };
   return {fixed(middle + along(projection.right) * projection.px_per_metre), fixed(middle - along(projection.up) * projection.px_per_metre),
           kDepthSteps * 0.5 - along(projection.direction) * projection.depth_per_metre};
 }

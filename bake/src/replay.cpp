@@ -3,6 +3,7 @@
 #include <chrono>
 #include <utility>
 
+#include "alpha_mask.h"
 #include "collapse_down.h"
 #include "live_visibility.h"
 #include "mutual_information.h"

@@ -7,8 +7,8 @@
 
 #include <glm/common.hpp>
 
+#include "alpha_mask.h"
 #include "srgb.h"
-#include "visibility.h"
 
 namespace coppice::bake {
 namespace {

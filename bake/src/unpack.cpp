@@ -6,7 +6,6 @@
 #include "decoded_pages.h"
 #include "layout.h"
 #include "normal_map.h"
-#include "pack.h"
 #include "quantised_tree.h"
 #include "reader.h"
 #include "to_vector.h"

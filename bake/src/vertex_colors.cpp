@@ -12,6 +12,7 @@
 #include "texture_shown.h"
 #include "union_find.h"
 #include "weld.h"
+#include "wind_words.h"
 
 namespace coppice::bake {
 namespace {
@@ -163,22 +164,6 @@ void warn(const std::string& material, const glm::vec4& spread, bool is_wind, st
 }
 
 }  // namespace
-
-bool names_wind(std::string_view name) {
-  std::string word;
-  const auto is_wind = [&] { return word == "wind" || word == "sway" || word == "bend" || word == "flutter"; };
-  bool was_small = false;
-  for (const char letter : name) {
-    const bool capital = letter >= 'A' && letter <= 'Z', small = letter >= 'a' && letter <= 'z';
-    if (!(capital || small) || (capital && was_small)) {
-      if (is_wind()) return true;
-      word.clear();
-    }
-    if (capital || small) word += static_cast<char>(capital ? letter - 'A' + 'a' : letter);
-    was_small = small;
-  }
-  return is_wind();
-}
 
 bool looks_like_wind(std::span<const ColoredVertex> vertices) {
   if (vertices.size() < 3) return false;

@@ -2,22 +2,18 @@
 
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "gltf_triangles.h"
 #include "plant.h"
+#include "triangle_soup.h"
 
 namespace coppice::bake {
 
 /// Vertex colours become tints of triangles: each material's base colour is multiplied by their mean over its area, and triangle_tints of
 /// the mesh are what each triangle's mean is of that (split_materials tells pieces by them). A plant's vertices have no colours of their
-/// own. Engines also keep in them how wind moves a plant: such weights (looks_like_wind, names_wind) are no colours and are left out, with
-/// a warning. Alpha is not used; a warning says so where it differs.
+/// own. Engines also keep in them how wind moves a plant: such weights (looks_like_wind, wind_words.h) are no colours and are left out,
+/// with a warning. Alpha is not used; a warning says so where it differs.
 void apply_vertex_colors(TriangleSoup& soup, std::vector<Material>& materials, std::vector<std::string>& warnings);
-
-/// Whether a mesh or material is called after wind: a word of its own is "wind", "sway", "bend" or "flutter".
-bool names_wind(std::string_view name);
 
 /// Vertex colours of one material.
 struct ColoredVertex {

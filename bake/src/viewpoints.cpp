@@ -44,22 +44,6 @@ std::vector<glm::vec3> fibonacci_sphere(std::uint32_t count) {
 
 }  // namespace
 
-Sphere bounding_sphere(const Foliage& foliage) {
-  if (foliage.quads.empty()) return {};
-  glm::vec3 low = foliage.quads[0][0];
-  glm::vec3 high = low;
-  for (const Quad& quad : foliage.quads) {
-    for (const glm::vec3& corner : quad) {
-      low = glm::min(low, corner);
-      high = glm::max(high, corner);
-    }
-  }
-  Sphere sphere{(low + high) * 0.5f, 0.0f};
-  for (const Quad& quad : foliage.quads)
-    for (const glm::vec3& corner : quad) sphere.radius = std::max(sphere.radius, glm::distance(sphere.center, corner));
-  return sphere;
-}
-
 Viewpoint viewpoint_towards(const glm::vec3& direction) {
   const bool polar = std::abs(direction.y) > 0.99996f;
   const glm::vec3 reference = polar ? glm::vec3(0.0f, 0.0f, 1.0f) : glm::vec3(0.0f, 1.0f, 0.0f);

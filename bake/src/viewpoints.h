@@ -5,7 +5,6 @@
 
 #include <glm/vec3.hpp>
 
-#include "plant.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -19,9 +18,6 @@ struct Viewpoint {
   glm::vec3 right{0.0f};      ///< unit, image +x
   glm::vec3 up{0.0f};         ///< unit, image -y (rows go down)
 };
-
-/// Bounds of leaf quads: sphere about the box centre. Radius 0 when every vertex is the same point, or there is none.
-Sphere bounding_sphere(const Foliage& foliage);
 
 /// The viewpoint in a direction: up is as near world +Y as it gets (world +Z for a camera within half a degree of the Y axis).
 /// direction  unit

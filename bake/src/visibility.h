@@ -2,11 +2,11 @@
 
 // What each viewpoint sees: item buffers, with all the leaves behind the front one kept (the paper's section on visibility).
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "alpha_mask.h"
 #include "plant.h"
 #include "raster.h"
 #include "result.h"
@@ -40,27 +40,6 @@ struct ItemBuffers {
     return std::span(fragments).subspan(fragment_begin[i], fragment_begin[i + 1] - fragment_begin[i]);
   }
 };
-
-/// The texel of a row or column that a texture coordinate falls on: nearest, wrapping (repeat). size  > 0
-[[nodiscard]] inline std::uint32_t wrapped_texel(double coordinate, std::uint32_t size) {
-  constexpr double kExact = 4503599627370496.0;  // 2^52: from there on every double is whole
-  const bool is_whole = coordinate >= kExact || coordinate <= -kExact;
-  const double wrapped = is_whole ? 0.0 : coordinate - static_cast<double>(detail::floor_to_int<std::int64_t>(coordinate));
-  return std::min(static_cast<std::uint32_t>(wrapped * size), size - 1);
-}
-
-/// The holes of one material's image, nearest texel, wrapping (repeat). No image or alpha_cutoff 0: no holes.
-struct AlphaMask {
-  std::uint32_t width = 0, height = 0;
-  std::vector<std::uint8_t> hole;  ///< [width * height] rows top to bottom, 1 where base_color.a * texel alpha < alpha_cutoff
-  [[nodiscard]] bool is_hole(const glm::dvec2& uv) const {
-    return !hole.empty() && hole[std::size_t{wrapped_texel(uv.y, height)} * width + wrapped_texel(uv.x, width)] != 0;
-  }
-};
-
-/// One mask per material.
-/// errors  invalid_argument: a material names an image that is not there, or whose rgba has the wrong size
-Result<std::vector<AlphaMask>> alpha_masks(const std::vector<Material>& materials, const std::vector<Image>& images);
 
 /// Calls visit(QuadFragment) for each pixel in which the quad shows an unmasked texel.
 /// mask  may have no holes

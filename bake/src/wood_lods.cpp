@@ -17,7 +17,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "gltf_triangles.h"
+#include "triangle_soup.h"
 #include "wood_pieces.h"
 #include "wood_stand_ins.h"
 

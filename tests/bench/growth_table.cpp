@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "alpha_mask.h"
 #include "bake.h"
 #include "collapse.h"
 #include "collapse_image.h"

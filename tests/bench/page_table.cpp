@@ -9,11 +9,11 @@
 #include <optional>
 
 #include "atomic_file.h"
-#include "pack.h"
 #include "page_codec.h"
 #include "page_encode.h"
 #include "quantised_tree.h"
 #include "reader.h"
+#include "unpack.h"
 
 namespace {
 

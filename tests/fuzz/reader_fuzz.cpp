@@ -11,7 +11,7 @@
 #include "coppice_file.h"
 #include "inspect.h"
 #include "naive_reader.h"
-#include "pack.h"
+#include "unpack.h"
 
 namespace {
 

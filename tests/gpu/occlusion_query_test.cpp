@@ -19,6 +19,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "generate_plant.h"
 #include "leaf_quads.h"
 #include "occlusion_areas.h"

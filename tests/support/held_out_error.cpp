@@ -4,6 +4,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "alpha_mask.h"
+#include "bounds.h"
 #include "viewpoints.h"
 
 namespace coppice::test {

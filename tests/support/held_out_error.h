@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "alpha_mask.h"
 #include "plant.h"
 #include "visibility.h"
 

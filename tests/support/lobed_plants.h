@@ -6,6 +6,7 @@
 
 #include "gltf_triangles.h"
 #include "plant.h"
+#include "triangle_soup.h"
 
 namespace coppice::bake::test {
 

@@ -7,6 +7,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
+
 namespace coppice::test {
 namespace {
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <vector>
 
+#include "alpha_mask.h"
 #include "collapse.h"
 #include "mutual_information.h"
 #include "visibility.h"

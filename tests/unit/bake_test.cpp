@@ -7,6 +7,7 @@
 
 #include <filesystem>
 
+#include "alpha_mask.h"
 #include "coppice/format.h"
 #include "generate_plant.h"
 #include "gltf_write.h"
@@ -17,6 +18,7 @@
 #include "process.h"
 #include "replay.h"
 #include "tree_order.h"
+#include "unpack.h"
 
 namespace coppice::bake {
 namespace {

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "alpha_mask.h"
+#include "bounds.h"
 #include "generate_plant.h"
 #include "held_out_error.h"
 #include "leaf_cards.h"

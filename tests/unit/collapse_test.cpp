@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "alpha_mask.h"
 #include "live_visibility.h"
 #include "naive_collapse.h"
 #include "quad_merge.h"

@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "bounds.h"
+#include "progress.h"
 #include "tree_order.h"
 #include "visibility.h"
 

@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "triangle_soup.h"
+
 namespace coppice::bake {
 namespace {
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "bounds.h"
 #include "error_table.h"
 #include "generate_plant.h"
 #include "import_gltf.h"
@@ -15,6 +16,7 @@
 #include "plants_folder.h"
 #include "random_tree.h"
 #include "reader.h"
+#include "unused_materials.h"
 #include "wood_lods.h"
 
 namespace coppice::bake {

@@ -15,6 +15,7 @@
 #include "leaf_area.h"
 #include "leaf_meshes.h"
 #include "leaf_quads.h"
+#include "unused_materials.h"
 
 namespace coppice::bake {
 namespace {

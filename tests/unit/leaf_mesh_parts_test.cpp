@@ -10,6 +10,7 @@
 
 #include <glm/common.hpp>
 
+#include "bounds.h"
 #include "coppice/format.h"
 #include "error_image.h"
 #include "error_table.h"
@@ -19,6 +20,8 @@
 #include "random_tree.h"
 #include "reader.h"
 #include "tree_order.h"
+#include "unpack.h"
+#include "unused_materials.h"
 #include "visibility.h"
 
 namespace coppice::bake {

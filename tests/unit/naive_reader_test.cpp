@@ -18,6 +18,7 @@
 #include "pack.h"
 #include "random_tree.h"
 #include "reader.h"
+#include "unpack.h"
 #include "wood_codec.h"
 
 namespace coppice {

@@ -11,8 +11,8 @@
 #include "gltf_builder.h"
 #include "import_gltf.h"
 #include "inspect.h"
-#include "pack.h"
 #include "process.h"
+#include "unpack.h"
 
 namespace coppice::bake {
 namespace {

@@ -11,6 +11,7 @@
 #include "quantised_tree.h"
 #include "random_tree.h"
 #include "reader.h"
+#include "unpack.h"
 
 namespace coppice::bake {
 namespace {

@@ -14,6 +14,7 @@
 #include "layout.h"
 #include "pack.h"
 #include "random_tree.h"
+#include "unpack.h"
 
 namespace coppice {
 namespace {

@@ -7,6 +7,9 @@
 #include <random>
 #include <vector>
 
+#include "triangle_soup.h"
+#include "wind_words.h"
+
 namespace coppice::bake {
 namespace {
 

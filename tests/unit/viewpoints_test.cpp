@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {

@@ -15,6 +15,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "error_image.h"
 #include "error_table.h"
 #include "mesh_error.h"

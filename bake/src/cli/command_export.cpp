@@ -8,8 +8,8 @@
 #include "inspect.h"
 #include "leaf_mesh_parts.h"
 #include "output.h"
-#include "pack.h"
 #include "tree_order.h"
+#include "unpack.h"
 
 namespace coppice::bake {
 namespace {

@@ -10,6 +10,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "alpha_mask.h"
 #include "check.h"
 #include "leaf_scale.h"
 #include "live_visibility.h"

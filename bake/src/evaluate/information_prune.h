@@ -8,6 +8,7 @@
 
 #include "collapse.h"
 #include "plant.h"
+#include "progress.h"
 #include "result.h"
 #include "viewpoints.h"
 

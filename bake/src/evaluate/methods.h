@@ -10,6 +10,7 @@
 
 #include "collapse.h"
 #include "plant.h"
+#include "progress.h"
 #include "result.h"
 
 namespace coppice::bake {

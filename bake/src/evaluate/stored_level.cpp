@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "bounds.h"
 #include "coppice/format.h"
 #include "error_table.h"
 #include "gltf_write.h"
@@ -10,6 +11,8 @@
 #include "leaf_mesh_parts.h"
 #include "pack.h"
 #include "tree_order.h"
+#include "unpack.h"
+#include "unused_materials.h"
 
 namespace coppice::bake {
 namespace {

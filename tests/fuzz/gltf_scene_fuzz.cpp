@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "check.h"
-#include "scene_gltf.h"
+#include "level_import.h"
 #include "scene_reader.h"
 #include "scratch_file.h"
 

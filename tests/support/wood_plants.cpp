@@ -8,8 +8,8 @@
 
 #include <glm/geometric.hpp>
 
-#include "generate/tube_mesh.h"
 #include "seeded_random.h"
+#include "tube_mesh.h"
 
 namespace coppice::bake::test {
 namespace {

@@ -11,12 +11,12 @@
 #include "commands.h"
 #include "import_arguments.h"
 #include "io_result.h"
+#include "level_import.h"
 #include "limit_arguments.h"
 #include "output.h"
 #include "printable.h"
 #include "progress_bar.h"
 #include "reader.h"
-#include "scene_gltf.h"
 #include "scene_scatter.h"
 #include "scene_write.h"
 

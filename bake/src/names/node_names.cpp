@@ -1,4 +1,4 @@
-#include "gltf_node_names.h"
+#include "node_names.h"
 
 #include <algorithm>
 #include <array>

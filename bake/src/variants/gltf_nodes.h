@@ -11,7 +11,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "gltf_scene.h"
+#include "gltf_instances.h"
 #include "plant.h"
 #include "result.h"
 

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "file_contents.h"
-#include "gltf_scene.h"
+#include "gltf_instances.h"
 #include "result.h"
 
 namespace coppice::bake {

@@ -13,8 +13,8 @@
 #include <glm/geometric.hpp>
 
 #include "gltf_leave_out.h"
-#include "gltf_node_names.h"
 #include "material_words.h"
+#include "node_names.h"
 #include "union_find.h"
 
 namespace coppice::bake {

@@ -1,4 +1,4 @@
-#include "scene_gltf.h"
+#include "level_import.h"
 
 #include <algorithm>
 #include <array>
@@ -13,10 +13,10 @@
 #include <glm/gtc/matrix_inverse.hpp>
 
 #include "gltf_document.h"
+#include "gltf_instances.h"
 #include "gltf_leave_out.h"
-#include "gltf_node_names.h"
-#include "gltf_scene.h"
 #include "name_pattern.h"
+#include "node_names.h"
 
 namespace coppice::bake {
 namespace {

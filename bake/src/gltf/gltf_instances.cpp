@@ -1,4 +1,4 @@
-#include "gltf_scene.h"
+#include "gltf_instances.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_scene.h"
+#include "gltf_instances.h"
 #include "result.h"
 #include "triangle_soup.h"
 

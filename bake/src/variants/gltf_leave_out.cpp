@@ -8,9 +8,9 @@
 
 #include <tiny_gltf.h>
 
-#include "gltf_node_names.h"
 #include "gltf_screen_extensions.h"
 #include "material_words.h"
+#include "node_names.h"
 
 namespace coppice::bake {
 namespace {

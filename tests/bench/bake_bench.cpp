@@ -37,7 +37,7 @@ void item_buffers(benchmark::State& state) {
   const std::vector<Viewpoint> views = *viewpoints(20);
   std::uint64_t hash = 0, fragment_count = 0;
   for ([[maybe_unused]] auto _ : state) {
-    const auto buffers = render_item_buffers(foliage, test::plain_materials(), {}, views, 256);
+    const auto buffers = render_item_buffers({foliage, test::plain_materials(), {}}, views, 256);
     fragment_count += buffers->fragments.size();
     hash = hash_of(buffers->fragments);
   }
@@ -57,7 +57,7 @@ void collapse(benchmark::State& state, bool count_background, std::uint64_t expe
   CollapseOptions options;
   options.count_background = count_background;
   Result<CollapseResult> result = CollapseResult{};
-  for ([[maybe_unused]] auto _ : state) result = collapse_by_mutual_information(foliage, test::plain_materials(), {}, views, options, {});
+  for ([[maybe_unused]] auto _ : state) result = collapse_by_mutual_information({foliage, test::plain_materials(), {}}, views, options, {});
   report_collapse(state, result, expected);
 }
 
@@ -66,7 +66,7 @@ void collapse_image(benchmark::State& state) {
   const std::vector<Viewpoint> views = *viewpoints(42);
   Result<CollapseResult> result = CollapseResult{};
   for ([[maybe_unused]] auto _ : state)
-    result = collapse_by_image_error(foliage, test::plain_materials(), {}, views, CollapseOptions{}, ImageErrorOptions{}, {});
+    result = collapse_by_image_error({foliage, test::plain_materials(), {}}, views, CollapseOptions{}, ImageErrorOptions{}, {});
   report_collapse(state, result, 3231043444549449110u);
 }
 

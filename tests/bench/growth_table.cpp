@@ -32,8 +32,8 @@ namespace {
 Result<CollapseResult> collapse(const std::string& method, const Foliage& foliage) {
   const Metric metric = method == "mi" ? Metric::mi : Metric::default_metric;
   const std::vector<Viewpoint> views = *viewpoints(metric_view_count(metric, foliage.leaf_count()));
-  if (metric == Metric::mi) return collapse_by_mutual_information(foliage, test::plain_materials(), {}, views, CollapseOptions{}, {});
-  return collapse_by_image_error(foliage, test::plain_materials(), {}, views, CollapseOptions{}, ImageErrorOptions{}, {});
+  if (metric == Metric::mi) return collapse_by_mutual_information({foliage, test::plain_materials(), {}}, views, CollapseOptions{}, {});
+  return collapse_by_image_error({foliage, test::plain_materials(), {}}, views, CollapseOptions{}, ImageErrorOptions{}, {});
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {

@@ -85,8 +85,8 @@ int print_plant(const std::string& name, const std::vector<std::string>& methods
       const std::vector<Viewpoint> views = *viewpoints(metric_view_count(metric, foliage->leaf_count()));
       const auto result =
           metric == Metric::mi
-              ? collapse_by_mutual_information(*foliage, plant->materials, plant->images, views, CollapseOptions{}, {})
-              : collapse_by_image_error(*foliage, plant->materials, plant->images, views, CollapseOptions{}, image_options, {});
+              ? collapse_by_mutual_information({*foliage, plant->materials, plant->images}, views, CollapseOptions{}, {})
+              : collapse_by_image_error({*foliage, plant->materials, plant->images}, views, CollapseOptions{}, image_options, {});
       if (!result) return std::fprintf(stderr, "%s\n", result.error().message().c_str()), 1;
       std::fprintf(stderr, "%s %s: %llu evaluations\n", name.c_str(), method.c_str(),
                    static_cast<unsigned long long>(result->sequence.evaluations));

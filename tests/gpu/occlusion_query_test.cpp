@@ -148,7 +148,7 @@ Case make_case(Foliage foliage, std::vector<coppice::bake::Material> materials, 
   Case c{std::move(foliage), {}, std::move(materials), std::move(images), *coppice::bake::viewpoints(20), {}, {}};
   c.quads = masked_quads(c.foliage, c.materials, c.images);
   c.sphere = coppice::bake::bounding_sphere(c.foliage);
-  auto buffers = coppice::bake::render_item_buffers(c.foliage, c.materials, c.images, c.views, kSidePx);
+  auto buffers = coppice::bake::render_item_buffers({c.foliage, c.materials, c.images}, c.views, kSidePx);
   if (!buffers) throw std::runtime_error(buffers.error().message());
   c.buffers = *std::move(buffers);
   return c;

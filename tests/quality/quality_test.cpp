@@ -99,7 +99,7 @@ TEST_P(Quality, DefaultIsAsGoodAsItsTable) {
   const bool update = std::getenv("COPPICE_UPDATE_QUALITY") != nullptr;
   EvaluateOptions options;
   if (!update) options.methods = {Method::default_metric};
-  const auto report = evaluate_foliage(GetParam().name, *foliage, plant->materials, plant->images, options, {});
+  const auto report = evaluate_foliage(GetParam().name, {*foliage, plant->materials, plant->images}, options, {});
   ASSERT_TRUE(report) << report.error().message();
   if (update) write_table(*report);
 

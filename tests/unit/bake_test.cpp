@@ -184,9 +184,9 @@ TEST_F(BakeCorylus, AReplayedSequenceHasTheInformationOfTheCollapseThatFoundIt) 
   CollapseOptions options = quick_options(0).collapse;
   for (const bool background : {true, false}) {
     options.count_background = background;
-    const auto found = collapse_by_mutual_information(*foliage, plant->materials, plant->images, views, options, {});
+    const auto found = collapse_by_mutual_information({*foliage, plant->materials, plant->images}, views, options, {});
     ASSERT_TRUE(found) << found.error().message();
-    const auto replayed = replay(*foliage, plant->materials, plant->images, views, options, found->sequence);
+    const auto replayed = replay({*foliage, plant->materials, plant->images}, views, options, found->sequence);
     ASSERT_TRUE(replayed) << replayed.error().message();
     EXPECT_EQ(replayed->source.bits, found->source.bits);
     ASSERT_EQ(replayed->levels.size(), found->levels.size());

@@ -45,16 +45,20 @@ void punch_holes(Scene& scene) {
 }
 
 CollapseResult collapse(const Scene& scene) {
-  auto result = collapse_by_image_error(scene.foliage, scene.materials, scene.images, scene.views, scene.options, scene.image_options, {});
+  auto result =
+      collapse_by_image_error({scene.foliage, scene.materials, scene.images}, scene.views, scene.options, scene.image_options, {});
   EXPECT_TRUE(result) << result.error().message();
   return *result;
 }
 
 LiveImage live_image(const Scene& scene) {
-  const auto buffers = render_item_buffers(scene.foliage, scene.materials, scene.images, scene.views, scene.options.resolution_px);
+  const auto buffers = render_item_buffers({scene.foliage, scene.materials, scene.images}, scene.views, scene.options.resolution_px);
   EXPECT_TRUE(buffers) << buffers.error().message();
-  return {scene.foliage, scene.materials, scene.images,       *alpha_masks(scene.materials, scene.images),
-          scene.views,   *buffers,        scene.image_options};
+  return {{scene.foliage, scene.materials, scene.images},
+          *alpha_masks(scene.materials, scene.images),
+          scene.views,
+          *buffers,
+          scene.image_options};
 }
 
 std::string text(const CollapseSequence& sequence) {
@@ -82,7 +86,7 @@ std::array<std::int64_t, 2> changes_of_two_squares(LiveImage& image) {
   const std::array<PairCorners, 2> shapes{{{0, 5, 6, 3}, {0, 1, 2, 3}}};
   std::array<std::int64_t, 2> changes{};
   LiveImage::Scratch scratch;
-  image.changes_of(0, 1, shapes, {}, scratch, changes);
+  image.changes_of({0, 1, shapes}, scratch, changes);
   EXPECT_EQ(image.error(), 0);
   image.apply({0, 1, 2, image.merged(0, 1, shapes[0])});
   EXPECT_EQ(image.error(), changes[0]);
@@ -206,10 +210,10 @@ void expect_incremental_error_is_that_of_rendering_anew(const Scene& scene) {
   for (const Merge& merge : result.sequence.merges) {
     std::int64_t change = 0, sum = 0;
     const std::int64_t before = image.error();
-    image.changes_of(merge.first, merge.second, {&merge.corners, 1}, {}, scratch, {&change, 1});
+    image.changes_of({merge.first, merge.second, {&merge.corners, 1}}, scratch, {&change, 1});
     for (std::uint32_t first = 0; first < 3; ++first) {
       std::int64_t share = 0;
-      image.changes_of(merge.first, merge.second, {&merge.corners, 1}, {first, 3}, scratch, {&share, 1});
+      image.changes_of({merge.first, merge.second, {&merge.corners, 1}, {first, 3}}, scratch, {&share, 1});
       sum += share;
     }
     EXPECT_EQ(sum, change);
@@ -306,7 +310,7 @@ TEST(CollapseImage, LeavesThatNobodySeesGoFirst) {
 TEST(CollapseImage, OptionsOutOfRangeAreNamed) {
   Scene scene = scene_of(test::random_quads(3, 8));
   const auto error_of = [](const Scene& s) {
-    const auto result = collapse_by_image_error(s.foliage, s.materials, s.images, s.views, s.options, s.image_options, {});
+    const auto result = collapse_by_image_error({s.foliage, s.materials, s.images}, s.views, s.options, s.image_options, {});
     return result ? std::string() : result.error().message();
   };
   scene.options.candidate_count = 0;
@@ -330,7 +334,7 @@ TEST(CollapseImage, BeatsMutualInformationOnCorylusFromViewsThatNeitherSaw) {
   Scene scene = scene_of(*foliage, 128);
   scene.materials = plant->materials;
   scene.images = plant->images;
-  const auto mi = collapse_by_mutual_information(scene.foliage, scene.materials, scene.images, scene.views, scene.options, {});
+  const auto mi = collapse_by_mutual_information({scene.foliage, scene.materials, scene.images}, scene.views, scene.options, {});
   ASSERT_TRUE(mi) << mi.error().message();
 
   const test::HeldOutViews views(*foliage, *plant);

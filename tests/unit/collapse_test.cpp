@@ -32,7 +32,7 @@ NaiveScene scene_of(Foliage foliage, bool count_background, std::uint32_t resolu
 }
 
 CollapseResult collapse(const NaiveScene& scene) {
-  auto result = collapse_by_mutual_information(scene.source, test::plain_materials(), {}, scene.views, scene.options, {});
+  auto result = collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {});
   EXPECT_TRUE(result) << result.error().message();
   return *result;
 }
@@ -97,7 +97,7 @@ TEST_P(Collapse, MaskedLeavesCollapseAsInTheNaiveImplementation) {
   materials[1].image = 0;
   materials[1].alpha_cutoff = 0.5f;
   scene.masks = *alpha_masks(materials, {image});
-  const auto result = collapse_by_mutual_information(scene.source, materials, {image}, scene.views, scene.options, {});
+  const auto result = collapse_by_mutual_information({scene.source, materials, {image}}, scene.views, scene.options, {});
   ASSERT_TRUE(result);
   expect_same_sequence(result->sequence, test::naive_collapse(scene));
 }
@@ -107,7 +107,7 @@ TEST_P(Collapse, IncrementalAreasEqualAFullRender) {
   for (const Foliage& foliage : {test::random_quads(60, 21), test::ball_crown(60, 22), test::duplicated_leaves(60, 23)}) {
     const NaiveScene scene = scene_of(foliage, GetParam(), 64);
     const CollapseSequence sequence = collapse(scene).sequence;
-    const auto buffers = render_item_buffers(foliage, test::plain_materials(), {}, scene.views, scene.options.resolution_px);
+    const auto buffers = render_item_buffers({foliage, test::plain_materials(), {}}, scene.views, scene.options.resolution_px);
     ASSERT_TRUE(buffers);
     LiveVisibility live(foliage, scene.masks, scene.views, *buffers);
     NaivePlant plant = test::source_plant(scene);
@@ -202,7 +202,7 @@ TEST_P(Collapse, ALeafCollapsedToAPointGoesFirst) {
 TEST(CollapseOptions, OutOfRangeIsRejected) {
   const Foliage foliage = test::ball_crown(4, 1);
   const auto status = [&](const Foliage& leaves, const CollapseOptions& options) {
-    const auto result = collapse_by_mutual_information(leaves, test::plain_materials(), {}, *viewpoints(3), options, {});
+    const auto result = collapse_by_mutual_information({leaves, test::plain_materials(), {}}, *viewpoints(3), options, {});
     return result ? Status::ok : result.error().status;
   };
   EXPECT_EQ(status(foliage, {16, true, 1}), Status::ok);
@@ -215,7 +215,7 @@ TEST(CollapseOptions, OutOfRangeIsRejected) {
 
 TEST(CollapseProgress, NeverFallsAndEndsAtOne) {
   std::vector<double> fractions;
-  const auto result = collapse_by_mutual_information(test::ball_crown(200, 1), test::plain_materials(), {}, *viewpoints(4), {32, true, 4},
+  const auto result = collapse_by_mutual_information({test::ball_crown(200, 1), test::plain_materials(), {}}, *viewpoints(4), {32, true, 4},
                                                      [&](double fraction) { fractions.push_back(fraction); });
   ASSERT_TRUE(result);
   EXPECT_GE(fractions.size(), 100u);

@@ -49,7 +49,7 @@ TEST(ErrorTable, ErrorIsTheSideOfTheSquareOfWrongPixels) {
   ASSERT_EQ(table->leaf_counts, (std::vector<std::uint32_t>{1, 2}));
   ASSERT_EQ(table->sizes_px.back(), 512.0f);
 
-  const auto buffers = render_item_buffers(foliage, {{}}, {}, error_viewpoints(), 512);
+  const auto buffers = render_item_buffers({foliage, {{}}, {}}, error_viewpoints(), 512);
   ASSERT_TRUE(buffers) << buffers.error().message();
   const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
   double mean_area = 0.0;

@@ -135,9 +135,9 @@ TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
   options.methods = {Method::stochastic};
   options.fractions = {1.0, 0.1};
   const Foliage crown = test::ball_crown(60, 2);
-  const auto without = evaluate_foliage("crown", crown, materials, {}, options, {});
+  const auto without = evaluate_foliage("crown", {crown, materials, {}}, options, {});
   options.keep_pictures = true;
-  const auto with = evaluate_foliage("crown", crown, materials, {}, options, {});
+  const auto with = evaluate_foliage("crown", {crown, materials, {}}, options, {});
   ASSERT_TRUE(without && with);
   EXPECT_TRUE(without->source_picture_png.empty());
   EXPECT_TRUE(without->methods[0].levels[0].picture_png.empty());

@@ -105,7 +105,7 @@ TEST(Prune, TheHiddenLeafGoesAndItsNearestNeighbourGrows) {
   options.resolution_px = 64;
   for (const bool count_background : {true, false}) {
     options.count_background = count_background;
-    const auto result = prune_by_mutual_information(foliage, test::plain_materials(), {}, *viewpoints(20), options, {6, 7, 5}, {});
+    const auto result = prune_by_mutual_information({foliage, test::plain_materials(), {}}, *viewpoints(20), options, {6, 7, 5}, {});
     ASSERT_TRUE(result) << result.error().message();
     ASSERT_EQ(result->steps.size(), 2u);
     EXPECT_EQ(result->steps[0].pruned, 6u);
@@ -123,7 +123,7 @@ TEST(Prune, KeepsTheAreaOfAWholeCrown) {
   const Foliage foliage = test::ball_crown(80, 5);
   CollapseOptions options;
   options.resolution_px = 64;
-  const auto result = prune_by_mutual_information(foliage, test::plain_materials(), {}, *viewpoints(20), options, {1, 20}, {});
+  const auto result = prune_by_mutual_information({foliage, test::plain_materials(), {}}, *viewpoints(20), options, {1, 20}, {});
   ASSERT_TRUE(result) << result.error().message();
   const double area = surface_area_m2(foliage_mesh(foliage));
   ASSERT_EQ(result->levels[0].leaf_count(), 1u);

@@ -18,7 +18,7 @@ namespace coppice::bake {
 namespace {
 
 EvaluationReport evaluate_crown(const EvaluateOptions& options, std::uint32_t leaf_count = 60) {
-  auto report = evaluate_foliage("crown", test::ball_crown(leaf_count, 2), test::plain_materials(), {}, options, {});
+  auto report = evaluate_foliage("crown", {test::ball_crown(leaf_count, 2), test::plain_materials(), {}}, options, {});
   EXPECT_TRUE(report) << report.error().message();
   return *report;
 }
@@ -179,7 +179,7 @@ TEST(Evaluate, ErrorsOfFilteredPicturesOfTwoSizesAgree) {
 
 TEST(Evaluate, RefusesWhatCannotBeMeasured) {
   const auto refused = [](const Foliage& foliage, const EvaluateOptions& options) {
-    const auto report = evaluate_foliage("plant", foliage, test::plain_materials(), {}, options, {});
+    const auto report = evaluate_foliage("plant", {foliage, test::plain_materials(), {}}, options, {});
     return !report && report.error().status == Status::invalid_argument;
   };
   const Foliage crown = test::ball_crown(5, 2);

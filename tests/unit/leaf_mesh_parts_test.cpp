@@ -264,7 +264,7 @@ TEST(LeafMeshError, IsTheSideOfTheSquareOfWrongPixels) {
   const auto error_px = measure_leaf_mesh_error(baked);
   ASSERT_TRUE(error_px) << error_px.error().message();
 
-  const auto buffers = render_item_buffers(quads, {{}}, {}, error_viewpoints(), 512);
+  const auto buffers = render_item_buffers({quads, {{}}, {}}, error_viewpoints(), 512);
   ASSERT_TRUE(buffers) << buffers.error().message();
   const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
   double mean_area = 0.0;

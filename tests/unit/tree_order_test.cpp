@@ -66,7 +66,7 @@ TEST(TreeOrder, ThreeLeavesByHand) {
 }
 
 Tree baked_tree(const Foliage& foliage) {
-  const auto result = collapse_by_mutual_information(foliage, test::plain_materials(), {}, *viewpoints(6), {32, true, 4}, {});
+  const auto result = collapse_by_mutual_information({foliage, test::plain_materials(), {}}, *viewpoints(6), {32, true, 4}, {});
   EXPECT_TRUE(result);
   return build_tree(foliage, result->sequence);
 }

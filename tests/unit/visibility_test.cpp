@@ -165,7 +165,7 @@ TEST(ItemBuffers, TheNearerLeafIsInFrontAndTheOtherStaysInTheList) {
   const Foliage foliage =
       test::plain_foliage({test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::rectangle({0, 0, 1}, {1, 0, 0}, {0, 1, 0})});
   const std::vector<Viewpoint> views{viewpoint_towards({0, 0, 1}), viewpoint_towards({0, 0, -1}), viewpoint_towards({1, 0, 0})};
-  const auto buffers = render_item_buffers(foliage, test::plain_materials(), {}, views, 64);
+  const auto buffers = render_item_buffers({foliage, test::plain_materials(), {}}, views, 64);
   ASSERT_TRUE(buffers);
   const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
   // The sphere about the unit cube has radius sqrt(3) / 2, so a unit is 64 / sqrt(3) = 36.95 px, from 13.52 to 50.48: centres 14 .. 49.
@@ -180,7 +180,7 @@ TEST(ItemBuffers, TheNearerLeafIsInFrontAndTheOtherStaysInTheList) {
 TEST(ItemBuffers, EqualDepthsGoToTheSmallerId) {
   const Quad square = test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   const auto buffers =
-      render_item_buffers(test::plain_foliage({square, square}), test::plain_materials(), {}, {viewpoint_towards({0, 0, 1})}, 32);
+      render_item_buffers({test::plain_foliage({square, square}), test::plain_materials(), {}}, {viewpoint_towards({0, 0, 1})}, 32);
   ASSERT_TRUE(buffers);
   const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
   EXPECT_GT(areas[0], 0u);
@@ -195,9 +195,9 @@ TEST(ItemBuffers, MaskedTexelsAreHoles) {
   std::vector<Material> materials = test::plain_materials();
   materials[0].image = 0;
   const std::vector<Viewpoint> views{viewpoint_towards({0, 0, 1})};
-  const auto opaque = render_item_buffers(foliage, materials, {image}, views, 64);
+  const auto opaque = render_item_buffers({foliage, materials, {image}}, views, 64);
   materials[0].alpha_cutoff = 0.5f;
-  const auto masked = render_item_buffers(foliage, materials, {image}, views, 64);
+  const auto masked = render_item_buffers({foliage, materials, {image}}, views, 64);
   ASSERT_TRUE(opaque);
   ASSERT_TRUE(masked);
   // The square is 64 / sqrt(2) = 45.25 px wide, from 9.37 to 54.63: centres 9 .. 54 and a repeat of 22.63 px.
@@ -214,7 +214,7 @@ TEST(ItemBuffers, BadInputIsRejected) {
   const std::vector<Viewpoint> views{viewpoint_towards({0, 0, 1})};
   const auto status = [&](const Foliage& foliage, const std::vector<Material>& materials, const std::vector<Viewpoint>& v,
                           std::uint32_t px) {
-    const auto buffers = render_item_buffers(foliage, materials, {}, v, px);
+    const auto buffers = render_item_buffers({foliage, materials, {}}, v, px);
     return buffers ? Status::ok : buffers.error().status;
   };
   EXPECT_EQ(status(good, test::plain_materials(), views, 16), Status::ok);

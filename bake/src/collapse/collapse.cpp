@@ -255,22 +255,21 @@ std::vector<std::uint32_t> level_leaf_counts(std::uint32_t leaf_count) {
   return counts;
 }
 
-Result<CollapseResult> collapse_by_mutual_information(const Foliage& foliage, const std::vector<Material>& materials,
-                                                      const std::vector<Image>& images, const std::vector<Viewpoint>& views,
+Result<CollapseResult> collapse_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                       const CollapseOptions& options, const ProgressFunction& progress) {
   if (options.candidate_count == 0 || options.candidate_count > kMaxCandidateCount)
     return Error{Status::invalid_argument, "number of candidates is not between 1 and 4096", Error::kNoOffset,
                  std::to_string(options.candidate_count)};
   const auto start = std::chrono::steady_clock::now();
-  COPPICE_TRY(buffers, render_item_buffers(foliage, materials, images, views, options.resolution_px));
-  COPPICE_TRY(masks, alpha_masks(materials, images));
-  LiveVisibility visibility(foliage, std::move(masks), views, buffers);
+  COPPICE_TRY(buffers, render_item_buffers(shown, views, options.resolution_px));
+  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
+  LiveVisibility visibility(shown.foliage, std::move(masks), views, buffers);
   buffers = ItemBuffers{};
   CollapseResult result;
   result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  Collapse collapse(foliage, options, std::move(visibility));
-  collapse_down(collapse, foliage.leaf_count(), progress, result);
+  Collapse collapse(shown.foliage, options, std::move(visibility));
+  collapse_down(collapse, shown.foliage.leaf_count(), progress, result);
   result.sequence.evaluations = collapse.evaluations();
   return result;
 }

@@ -35,11 +35,10 @@ struct CollapseResult {
 /// collapsed with the candidate of least cost C_p, eq. (9). Ties go to the smaller id. Areas are exact at every step. The result
 /// depends on the arguments only, not on the number of threads (limit it with tbb::global_control).
 /// Visibility and cost are compared as integers, multiples of 2^-40 bits (mutual_information.h); candidates are LeafOctree's.
-/// materials, images  alpha masks of the cards: masked texels are holes in the item buffers
+/// shown  of materials and images the alpha masks: masked texels are holes in the item buffers
 /// progress  may be empty
 /// errors  invalid_argument: an option out of range, no leaves, what render_item_buffers rejects
-Result<CollapseResult> collapse_by_mutual_information(const Foliage& foliage, const std::vector<Material>& materials,
-                                                      const std::vector<Image>& images, const std::vector<Viewpoint>& views,
+Result<CollapseResult> collapse_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                       const CollapseOptions& options, const ProgressFunction& progress);
 
 /// The leaf counts of CollapseResult::levels for a plant of leaf_count >= 1 leaves.

@@ -183,7 +183,7 @@ class ImageCollapse {
     std::array<PairCorners, kShapes> corners;
     for (std::size_t s = 0; s < kShapes; ++s) corners[s] = shapes[s].corners;
     std::array<std::int64_t, kShapes> changes{};
-    image_.changes_of(pair.first, pair.second, corners, subset, scratches_.local(), changes);
+    image_.changes_of({pair.first, pair.second, corners, subset}, scratches_.local(), changes);
     pair.cost = std::numeric_limits<std::int64_t>::max();
     for (std::size_t s = 0; s < kShapes; ++s) {
       const std::int64_t change = changes[s] * subset.stride, mismatch = mismatch_cost(shapes[s]);
@@ -199,7 +199,7 @@ class ImageCollapse {
 
   /// The pair's shape judged by all views.
   void weigh(WeighedPair& pair) {
-    image_.changes_of(pair.first, pair.second, {&pair.corners, 1}, {}, scratches_.local(), {&pair.cost, 1});
+    image_.changes_of({pair.first, pair.second, {&pair.corners, 1}}, scratches_.local(), {&pair.cost, 1});
     pair.cost += pair.prior;
     pair.weighed_at = collapse_count_;
   }
@@ -307,24 +307,23 @@ Result<void> check_options(const CollapseOptions& options, const ImageErrorOptio
 
 }  // namespace
 
-Result<CollapseResult> collapse_by_image_error(const Foliage& foliage, const std::vector<Material>& materials,
-                                               const std::vector<Image>& images, const std::vector<Viewpoint>& views,
+Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                const CollapseOptions& options, const ImageErrorOptions& image_options,
                                                const ProgressFunction& progress) {
   COPPICE_CHECK(check_options(options, image_options));
   const auto start = std::chrono::steady_clock::now();
-  COPPICE_TRY(buffers, render_item_buffers(foliage, materials, images, views, options.resolution_px));
-  COPPICE_TRY(masks, alpha_masks(materials, images));
-  const std::vector<glm::vec3> colors = mean_texel_colors(materials, images, masks);
+  COPPICE_TRY(buffers, render_item_buffers(shown, views, options.resolution_px));
+  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
+  const std::vector<glm::vec3> colors = mean_texel_colors(shown.materials, shown.images, masks);
   std::vector<glm::vec2> card_chroma;
-  for (const Card& card : foliage.card_table) card_chroma.push_back(chroma(colors[card.material]));
-  LiveImage image(foliage, materials, images, std::move(masks), views, buffers, image_options);
+  for (const Card& card : shown.foliage.card_table) card_chroma.push_back(chroma(colors[card.material]));
+  LiveImage image(shown, std::move(masks), views, buffers, image_options);
   buffers = ItemBuffers{};
   CollapseResult result;
   result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  ImageCollapse collapse(foliage, std::move(card_chroma), options, image_options, std::move(image));
-  collapse_down(collapse, foliage.leaf_count(), progress, result);
+  ImageCollapse collapse(shown.foliage, std::move(card_chroma), options, image_options, std::move(image));
+  collapse_down(collapse, shown.foliage.leaf_count(), progress, result);
   result.sequence.evaluations = collapse.evaluations();
   return result;
 }

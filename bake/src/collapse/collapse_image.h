@@ -17,8 +17,7 @@ namespace coppice::bake {
 /// depends on the arguments only, not on the number of threads.
 /// result  source, levels: I(V,L) as in collapse_by_mutual_information, of these cuts
 /// errors  as collapse_by_mutual_information
-Result<CollapseResult> collapse_by_image_error(const Foliage& foliage, const std::vector<Material>& materials,
-                                               const std::vector<Image>& images, const std::vector<Viewpoint>& views,
+Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                const CollapseOptions& options, const ImageErrorOptions& image_options,
                                                const ProgressFunction& progress);
 

@@ -47,24 +47,25 @@ LeafShades leaf_shades(const Quad& quad, float albedo) {
   return shades;
 }
 
-LiveImage::LiveImage(const Foliage& foliage, const std::vector<Material>& materials, const std::vector<Image>& images,
-                     std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers,
-                     const ImageErrorOptions& options)
-    : id_count_(2 * foliage.leaf_count() - 1),
+LiveImage::LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
+                     const ItemBuffers& buffers, const ImageErrorOptions& options)
+    : id_count_(2 * shown.foliage.leaf_count() - 1),
       resolution_px_(buffers.resolution_px),
       tiles_per_row_((resolution_px_ + (1u << kTileShift) - 1) >> kTileShift),
       coverage_unit_((options.coverage_weight * 255 * 255 << (2 * kLargestShift)) / pixels_per_view()),
       finest_shift_(options.scales.front().shift),
       finest_blocks_per_row_((resolution_px_ + (1u << finest_shift_) - 1) >> finest_shift_),
       options_(options),
-      card_table_(foliage.card_table),
+      card_table_(shown.foliage.card_table),
       masks_(std::move(masks)),
       views_(buffers.view_count),
       leaves_(id_count_),
       pixels_(id_count_),
       shades_(id_count_ + 1, kBackground),
       areas_px_(std::size_t{id_count_ + 1} * buffers.view_count, 0) {
-  for (std::size_t m = 0; m < materials.size(); ++m) albedo_.push_back(mean_texel_luminance(materials[m], images, masks_[m]));
+  const Foliage& foliage = shown.foliage;
+  for (std::size_t m = 0; m < shown.materials.size(); ++m)
+    albedo_.push_back(mean_texel_luminance(shown.materials[m], shown.images, masks_[m]));
   const Sphere sphere = bounding_sphere(foliage);
   for (std::uint32_t v = 0; v < view_count(); ++v) {
     views_[v].projection = make_projection(views[v], sphere, resolution_px_);
@@ -169,10 +170,10 @@ void LiveImage::release(std::uint32_t v, std::uint32_t first, std::uint32_t seco
 /// change(pixel, outcome before) where a quad is in front of what is left without the two. At equal depths it is behind: its id is larger
 /// than every live one.
 template <class Change>
-void LiveImage::gain(const View& view, std::uint32_t first, std::uint32_t second, const ProjectedQuad& projected, const Card& card,
-                     Change&& change) const {
+void LiveImage::gain(const View& view, std::uint32_t first, std::uint32_t second, const ProjectedLeaf& leaf, Change&& change) const {
+  const Card& card = leaf.card;
   const AlphaMask& mask = masks_[card.material];
-  const RasterQuad quad(projected);
+  const RasterQuad quad(leaf.quad);
   const std::int32_t width = view.projection.resolution_px;
   for_each_run(quad, width, [&](const PixelRun& run) {
     const RasterTriangle& triangle = quad.triangles[run.triangle];
@@ -237,8 +238,9 @@ std::int64_t LiveImage::take_error(const View& view, Deltas& deltas) const {
   return total;
 }
 
-void LiveImage::changes_of(std::uint32_t first, std::uint32_t second, std::span<const PairCorners> shapes, ViewSubset subset,
-                           Scratch& scratch, std::span<std::int64_t> changes) const {
+void LiveImage::changes_of(const MergeTrial& trial, Scratch& scratch, std::span<std::int64_t> changes) const {
+  const std::uint32_t first = trial.first, second = trial.second;
+  const std::span<const PairCorners> shapes = trial.shapes;
   COPPICE_ASSERT(changes.size() == shapes.size());
   prepare(scratch.released);
   prepare(scratch.changed);
@@ -248,7 +250,7 @@ void LiveImage::changes_of(std::uint32_t first, std::uint32_t second, std::span<
   const Card& card = card_table_[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
   const std::int64_t pixel_unit = options_.pixel_weight << (2 * kLargestShift);
   Deltas& released = scratch.released;
-  for (std::uint32_t v = subset.first; v < view_count(); v += subset.stride) {
+  for (std::uint32_t v = trial.views.first; v < view_count(); v += trial.views.stride) {
     const View& view = views_[v];
     ProjectedPair pair;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -268,7 +270,7 @@ void LiveImage::changes_of(std::uint32_t first, std::uint32_t second, std::span<
       const Shade shade = scratch.shades[s].seen_from(view.direction);
       std::int64_t gained_error = 0, covered_px = -uncovered_px;
       for (const std::uint32_t block : released.touched[0]) add(scratch.changed, 0, block, released.sums[0][block]);
-      gain(view, first, second, {pair[c[0]], pair[c[1]], pair[c[2]], pair[c[3]]}, card, [&](std::uint32_t pixel, std::uint32_t before) {
+      gain(view, first, second, {{pair[c[0]], pair[c[1]], pair[c[2]], pair[c[3]]}, card}, [&](std::uint32_t pixel, std::uint32_t before) {
         const Shade was = seen(view, before);
         covered_px += before == background() ? 1 : 0;
         gained_error += pixel_error(view, pixel, shade) - pixel_error(view, pixel, was);
@@ -305,7 +307,7 @@ void LiveImage::apply(const LeafMerge& merge) {
     // Areas change while the pixels of both are walked: release() must not skip the second leaf because of it, and does not, for a pixel
     // that the first leaf gives up passes to neither.
     release(v, merge.first, merge.second, change);
-    gain(view, merge.first, merge.second, project(view.projection, merge.leaf.quad), card_table_[merge.leaf.card],
+    gain(view, merge.first, merge.second, {project(view.projection, merge.leaf.quad), card_table_[merge.leaf.card]},
          [&](std::uint32_t pixel, std::uint32_t before) { change(pixel, before, merge.result); });
     add_coarser(deltas);
     for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)

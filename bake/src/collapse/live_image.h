@@ -66,6 +66,13 @@ struct ViewSubset {
   std::uint32_t first = 0, stride = 1;
 };
 
+/// Two leaves that may be merged, the shapes that their merged leaf may have, and the views that judge them.
+struct MergeTrial {
+  std::uint32_t first = 0, second = 0;
+  std::span<const PairCorners> shapes;
+  ViewSubset views = {};
+};
+
 class LiveImage {
  public:
   /// Differences of one view being added up, scale by scale.
@@ -80,9 +87,9 @@ class LiveImage {
     std::vector<LeafShades> shades;  ///< [shape]
   };
 
-  /// buffers  of `foliage` with the same views; see render_item_buffers for what must hold (checked there)
-  LiveImage(const Foliage& foliage, const std::vector<Material>& materials, const std::vector<Image>& images, std::vector<AlphaMask> masks,
-            const std::vector<Viewpoint>& views, const ItemBuffers& buffers, const ImageErrorOptions& options);
+  /// buffers  of `shown` with the same views; see render_item_buffers for what must hold (checked there)
+  LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers,
+            const ImageErrorOptions& options);
 
   [[nodiscard]] std::uint32_t view_count() const { return static_cast<std::uint32_t>(views_.size()); }
   [[nodiscard]] std::uint32_t pixels_per_view() const { return resolution_px_ * resolution_px_; }
@@ -97,11 +104,10 @@ class LiveImage {
   /// The leaf that a pair becomes: its quad by `corners`, its card the larger leaf's.
   [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners) const;
 
-  /// What merging a pair would add to the error of the subset's views, once for each shape that the merged leaf might have. May run on
-  /// several threads, each with its own scratch.
-  /// changes  [shapes.size()]
-  void changes_of(std::uint32_t first, std::uint32_t second, std::span<const PairCorners> shapes, ViewSubset subset, Scratch& scratch,
-                  std::span<std::int64_t> changes) const;
+  /// What merging a pair would add to the error of some views, once for each shape that the merged leaf might have. May run on several
+  /// threads, each with its own scratch.
+  /// changes  [trial.shapes.size()]
+  void changes_of(const MergeTrial& trial, Scratch& scratch, std::span<std::int64_t> changes) const;
 
   /// Merges. result  id; not live. Parallel over views.
   void apply(const LeafMerge& merge);
@@ -150,13 +156,17 @@ class LiveImage {
   template <class Visit>
   void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
     const Card& card = card_table_[leaf.card];
-    for_each_fragment(view.projection, leaf.quad, card, masks_[card.material], id, visit);
+    for_each_fragment(view.projection, leaf.quad, {card, masks_[card.material]}, id, visit);
   }
   template <class Change>
   void release(std::uint32_t v, std::uint32_t first, std::uint32_t second, Change&& change) const;
+  /// A quad in a view.
+  struct ProjectedLeaf {
+    ProjectedQuad quad;
+    const Card& card;
+  };
   template <class Change>
-  void gain(const View& view, std::uint32_t first, std::uint32_t second, const ProjectedQuad& quad, const Card& card,
-            Change&& change) const;
+  void gain(const View& view, std::uint32_t first, std::uint32_t second, const ProjectedLeaf& leaf, Change&& change) const;
   void prepare(Deltas& deltas) const;
   void add(Deltas& deltas, std::size_t scale, std::uint32_t block, const Shade& change) const;
   void add_coarser(Deltas& deltas) const;

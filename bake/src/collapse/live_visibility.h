@@ -23,12 +23,17 @@ struct LiveLeaf {
   std::uint32_t card = 0;
 };
 
+/// A card and the holes of its material.
+struct MaskedCard {
+  const Card& card;
+  const AlphaMask& mask;
+};
+
 /// visit(pixel, fragment) for every pixel that a leaf covers in a view, in front or not.
 template <class Visit>
-void for_each_fragment(const Projection& projection, const Quad& quad, const Card& card, const AlphaMask& mask, std::uint32_t id,
-                       Visit&& visit) {
+void for_each_fragment(const Projection& projection, const Quad& quad, const MaskedCard& shown, std::uint32_t id, Visit&& visit) {
   const std::int32_t width = projection.resolution_px;
-  rasterise_leaf(project(projection, quad), card, mask, width,
+  rasterise_leaf(project(projection, quad), shown.card, shown.mask, width,
                  [&](const QuadFragment& f) { visit(static_cast<std::uint32_t>(f.y * width + f.x), make_fragment(f.depth, id)); });
 }
 
@@ -101,7 +106,7 @@ class LiveVisibility {
   template <class Visit>
   void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
     const Card& card = card_table_[leaf.card];
-    for_each_fragment(view.projection, leaf.quad, card, masks_[card.material], id, visit);
+    for_each_fragment(view.projection, leaf.quad, {card, masks_[card.material]}, id, visit);
   }
   [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const;
   class ChangeWriter;

@@ -61,17 +61,17 @@ class Replay {
 
 }  // namespace
 
-Result<CollapseResult> replay(const Foliage& foliage, const std::vector<Material>& materials, const std::vector<Image>& images,
-                              const std::vector<Viewpoint>& views, const CollapseOptions& options, const CollapseSequence& sequence) {
+Result<CollapseResult> replay(const ShownFoliage& shown, const std::vector<Viewpoint>& views, const CollapseOptions& options,
+                              const CollapseSequence& sequence) {
   const auto start = std::chrono::steady_clock::now();
-  COPPICE_TRY(buffers, render_item_buffers(foliage, materials, images, views, options.resolution_px));
-  COPPICE_TRY(masks, alpha_masks(materials, images));
-  LiveVisibility visibility(foliage, std::move(masks), views, buffers);
+  COPPICE_TRY(buffers, render_item_buffers(shown, views, options.resolution_px));
+  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
+  LiveVisibility visibility(shown.foliage, std::move(masks), views, buffers);
   CollapseResult result;
   result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  Replay collapse(std::move(visibility), sequence, foliage.leaf_count(), options.count_background);
-  collapse_down(collapse, foliage.leaf_count(), {}, result);
+  Replay collapse(std::move(visibility), sequence, shown.foliage.leaf_count(), options.count_background);
+  collapse_down(collapse, shown.foliage.leaf_count(), {}, result);
   result.sequence.evaluations = sequence.evaluations;
   return result;
 }

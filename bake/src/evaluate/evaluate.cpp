@@ -157,7 +157,7 @@ Result<ThumbnailView> make_thumbnails(const ReferenceSurface& surface, const Sim
   COPPICE_TRY(source_view, thumbnail_view(surface.mesh, surface.materials, surface.images, colour));
   COPPICE_TRY(png, render_thumbnail_png(surface.mesh, source_view));
   report.source_picture_png = std::move(png);
-  return thumbnail_view(surface.mesh, input.materials, input.images, colour);
+  return thumbnail_view(surface.mesh, input.shown.materials, input.shown.images, colour);
 }
 
 Result<EvaluationReport::Stored> measure_stored(const StoredLevel& stored, std::uint32_t leaf_count, const Reference& reference,
@@ -175,12 +175,12 @@ Result<EvaluationReport> evaluate_against(const ReferenceSurface& surface, const
   const std::size_t threads = options.thread_count > 0 ? options.thread_count : static_cast<std::size_t>(tbb::info::default_concurrency());
   const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism, threads);
   COPPICE_TRY(reference, make_reference(surface, options));
-  COPPICE_TRY(looks, surface_looks(input.materials, input.images, reference_colour(options.reference)));
-  for (const double fraction : options.fractions) input.leaf_counts.push_back(level_leaves(input.foliage.leaf_count(), fraction));
+  COPPICE_TRY(looks, surface_looks(input.shown.materials, input.shown.images, reference_colour(options.reference)));
+  for (const double fraction : options.fractions) input.leaf_counts.push_back(level_leaves(input.shown.foliage.leaf_count(), fraction));
 
   EvaluationReport report;
   report.plant = plant;
-  report.source_leaves = input.foliage.leaf_count();
+  report.source_leaves = input.shown.foliage.leaf_count();
   report.reference = options.reference;
   report.size_px = options.size_px;
   report.source_triangles = static_cast<std::uint32_t>(surface.mesh.triangle_materials.size());
@@ -217,14 +217,13 @@ std::uint32_t level_leaves(std::uint32_t leaf_count, double fraction) {
   return std::max(1u, static_cast<std::uint32_t>(std::floor(fraction * leaf_count + 1e-6)));
 }
 
-Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliage& foliage, const std::vector<Material>& materials,
-                                          const std::vector<Image>& images, const EvaluateOptions& options,
+Result<EvaluationReport> evaluate_foliage(const std::string& plant, const ShownFoliage& shown, const EvaluateOptions& options,
                                           const EvaluateProgress& progress) {
   COPPICE_CHECK(check_options(options));
   if (options.reference == ReferenceKind::meshes) return Error{Status::invalid_argument, "leaf quads alone have no meshes to compare with"};
-  const Mesh quads = foliage_mesh(foliage);
-  return evaluate_against(ReferenceSurface{quads, materials, images, nullptr}, plant, SimplifyInput{foliage, materials, images, {}},
-                          options, progress);
+  const Mesh quads = foliage_mesh(shown.foliage);
+  return evaluate_against(ReferenceSurface{quads, shown.materials, shown.images, nullptr}, plant, SimplifyInput{shown, {}}, options,
+                          progress);
 }
 
 Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& options, const EvaluateProgress& progress) {
@@ -238,7 +237,8 @@ Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& opti
     stored = std::move(level);
   }
   const ReferenceSurface surface{against_quads ? quads : plant.foliage, plant.materials, plant.images, against_quads ? nullptr : &stored};
-  COPPICE_TRY(report, evaluate_against(surface, plant.name, SimplifyInput{foliage, plant.materials, plant.images, {}}, options, progress));
+  COPPICE_TRY(report,
+              evaluate_against(surface, plant.name, SimplifyInput{{foliage, plant.materials, plant.images}, {}}, options, progress));
   report.warnings = plant.warnings;
   return report;
 }

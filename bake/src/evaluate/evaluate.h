@@ -97,8 +97,7 @@ std::uint32_t level_leaves(std::uint32_t leaf_count, double fraction);
 /// progress  may be empty
 /// errors    invalid_argument: no methods, no fractions, a fraction not in (0, 1], a picture size out of range, a foliage without extent,
 ///           what a method or surface_looks rejects; meshes as the reference, which leaf quads are without
-Result<EvaluationReport> evaluate_foliage(const std::string& plant, const Foliage& foliage, const std::vector<Material>& materials,
-                                          const std::vector<Image>& images, const EvaluateOptions& options,
+Result<EvaluationReport> evaluate_foliage(const std::string& plant, const ShownFoliage& shown, const EvaluateOptions& options,
                                           const EvaluateProgress& progress);
 
 /// The same of a plant, leaf quads and their cards as `coppice bake` makes them.

@@ -146,19 +146,18 @@ class Pruning {
 
 }  // namespace
 
-Result<PruneResult> prune_by_mutual_information(const Foliage& foliage, const std::vector<Material>& materials,
-                                                const std::vector<Image>& images, const std::vector<Viewpoint>& views,
+Result<PruneResult> prune_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                 const CollapseOptions& options, const std::vector<std::uint32_t>& leaf_counts,
                                                 const ProgressFunction& progress) {
-  COPPICE_TRY(buffers, render_item_buffers(foliage, materials, images, views, options.resolution_px));
-  COPPICE_TRY(masks, alpha_masks(materials, images));
-  const std::uint32_t leaf_count = foliage.leaf_count();
+  COPPICE_TRY(buffers, render_item_buffers(shown, views, options.resolution_px));
+  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
+  const std::uint32_t leaf_count = shown.foliage.leaf_count();
   std::uint32_t last = leaf_count;
   for (const std::uint32_t count : leaf_counts) {
     COPPICE_ASSERT(count >= 1 && count <= leaf_count);
     last = std::min(last, count);
   }
-  Pruning pruning(foliage, options, LiveVisibility(foliage, std::move(masks), views, buffers));
+  Pruning pruning(shown.foliage, options, LiveVisibility(shown.foliage, std::move(masks), views, buffers));
   PruneResult result;
   result.levels.resize(leaf_counts.size());
   const std::uint32_t stride = std::max(1u, leaf_count / 256);

@@ -27,12 +27,11 @@ struct PruneResult {
 /// Prunes leaves one by one: of the live leaves the one of least visibility I(V,l), eq. (8), goes (the smaller source leaf of equals); of
 /// those that stay the one whose centroid is nearest to its own (the smaller of equals) is scaled about its centroid until its area is the
 /// sum of both. A leaf without area stays as it is. Visibility is exact after every step.
-/// leaf_counts  any order; each 1 .. foliage.leaf_count() (asserted). Pruning stops at the smallest.
+/// leaf_counts  any order; each 1 .. shown.foliage.leaf_count() (asserted). Pruning stops at the smallest.
 /// options      resolution and background; there are no candidates
 /// progress     may be empty
 /// errors       those of render_item_buffers
-Result<PruneResult> prune_by_mutual_information(const Foliage& foliage, const std::vector<Material>& materials,
-                                                const std::vector<Image>& images, const std::vector<Viewpoint>& views,
+Result<PruneResult> prune_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                 const CollapseOptions& options, const std::vector<std::uint32_t>& leaf_counts,
                                                 const ProgressFunction& progress);
 

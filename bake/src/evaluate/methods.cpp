@@ -22,18 +22,17 @@ constexpr std::uint64_t kStochasticSeed = 1;
 /// The collapse that `coppice bake --metric` runs with its default options.
 Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input, const ProgressFunction& progress) {
   const BakeOptions options;
-  COPPICE_TRY(views, viewpoints(metric_view_count(metric, input.foliage.leaf_count())));
-  COPPICE_TRY(result, metric == Metric::mi
-                          ? collapse_by_mutual_information(input.foliage, input.materials, input.images, views, options.collapse, progress)
-                          : collapse_by_image_error(input.foliage, input.materials, input.images, views, options.collapse,
-                                                    ImageErrorOptions{}, progress));
+  COPPICE_TRY(views, viewpoints(metric_view_count(metric, input.shown.foliage.leaf_count())));
+  COPPICE_TRY(result, metric == Metric::mi ? collapse_by_mutual_information(input.shown, views, options.collapse, progress)
+                                           : collapse_by_image_error(input.shown, views, options.collapse, ImageErrorOptions{}, progress));
   return std::move(result.sequence);
 }
 
 std::vector<Mesh> cuts(const SimplifyInput& input, const CollapseSequence& sequence) {
-  const Tree tree = build_tree(input.foliage, sequence);
+  const Tree tree = build_tree(input.shown.foliage, sequence);
   std::vector<Mesh> meshes;
-  for (const std::uint32_t count : input.leaf_counts) meshes.push_back(foliage_mesh(cut_foliage(tree, input.foliage.card_table, count)));
+  for (const std::uint32_t count : input.leaf_counts)
+    meshes.push_back(foliage_mesh(cut_foliage(tree, input.shown.foliage.card_table, count)));
   return meshes;
 }
 
@@ -45,22 +44,21 @@ Result<std::vector<Mesh>> baked_cuts(Metric metric, const SimplifyInput& input, 
 std::vector<Mesh> stochastic_levels(const SimplifyInput& input) {
   std::vector<Mesh> meshes;
   for (const std::uint32_t count : input.leaf_counts)
-    meshes.push_back(foliage_mesh(prune_stochastically(input.foliage, count, kStochasticSeed)));
+    meshes.push_back(foliage_mesh(prune_stochastically(input.shown.foliage, count, kStochasticSeed)));
   return meshes;
 }
 
 Result<std::vector<Mesh>> pruned_levels(const SimplifyInput& input, const ProgressFunction& progress) {
   const BakeOptions options;
-  COPPICE_TRY(views, viewpoints(metric_view_count(Metric::mi, input.foliage.leaf_count())));
-  COPPICE_TRY(result, prune_by_mutual_information(input.foliage, input.materials, input.images, views, options.collapse, input.leaf_counts,
-                                                  progress));
+  COPPICE_TRY(views, viewpoints(metric_view_count(Metric::mi, input.shown.foliage.leaf_count())));
+  COPPICE_TRY(result, prune_by_mutual_information(input.shown, views, options.collapse, input.leaf_counts, progress));
   std::vector<Mesh> meshes;
   for (const Foliage& level : result.levels) meshes.push_back(foliage_mesh(level));
   return meshes;
 }
 
 std::vector<Mesh> mesh_levels(const SimplifyInput& input, MeshSimplifier simplifier) {
-  const Mesh source = foliage_mesh(input.foliage);
+  const Mesh source = foliage_mesh(input.shown.foliage);
   std::vector<Mesh> meshes;
   for (const std::uint32_t count : input.leaf_counts) meshes.push_back(simplify_mesh(source, 2 * count, simplifier));
   return meshes;
@@ -108,7 +106,7 @@ Result<std::vector<Mesh>> simplify_foliage(Method method, const SimplifyInput& i
     case Method::mi:
       return baked_cuts(Metric::mi, input, progress);
     case Method::geometric:
-      return cuts(input, collapse_by_similarity(input.foliage, progress));
+      return cuts(input, collapse_by_similarity(input.shown.foliage, progress));
     case Method::stochastic:
       return stochastic_levels(input);
     case Method::prune:

@@ -34,10 +34,8 @@ Result<Method> method_from_name(std::string_view name);
 
 /// The plant to simplify. Refers to what it is made of.
 struct SimplifyInput {
-  const Foliage& foliage;
-  const std::vector<Material>& materials;
-  const std::vector<Image>& images;
-  std::vector<std::uint32_t> leaf_counts;  ///< each 1 .. foliage.leaf_count(); any order
+  ShownFoliage shown;
+  std::vector<std::uint32_t> leaf_counts;  ///< each 1 .. shown.foliage.leaf_count(); any order
 };
 
 /// One mesh per leaf count: two triangles a leaf for the methods that work on leaves, at most as many for the others.

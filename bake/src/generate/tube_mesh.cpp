@@ -48,12 +48,19 @@ void append_ring(Mesh& mesh, const Ring& ring, std::uint32_t side_count, float u
   }
 }
 
-void append_band(Mesh& mesh, std::uint32_t lower, std::uint32_t upper, std::uint32_t side_count, bool pointed, std::uint32_t material) {
-  for (std::uint32_t side = 0; side < side_count; ++side) {
-    const std::uint32_t a = lower + side, b = upper + side;
+/// Between two rings of a tube, by their first vertices.
+struct Band {
+  std::uint32_t lower = 0, upper = 0;
+  std::uint32_t side_count = 0;
+  bool is_pointed = false;  ///< the upper ring is a point
+};
+
+void append_band(Mesh& mesh, const Band& band, std::uint32_t material) {
+  for (std::uint32_t side = 0; side < band.side_count; ++side) {
+    const std::uint32_t a = band.lower + side, b = band.upper + side;
     mesh.indices.insert(mesh.indices.end(), {a, a + 1, b});
     mesh.triangle_materials.push_back(material);
-    if (pointed) continue;
+    if (band.is_pointed) continue;
     mesh.indices.insert(mesh.indices.end(), {a + 1, b + 1, b});
     mesh.triangle_materials.push_back(material);
   }
@@ -79,7 +86,7 @@ void append_tube(Mesh& mesh, std::span<const glm::vec3> points, std::span<const 
     if (i > 0) ring.v += run_m / kBarkTileM;
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
     append_ring(mesh, ring, side_count, u_repeats);
-    if (i > 0) append_band(mesh, previous, first, side_count, radii[i] == 0.0f, material);
+    if (i > 0) append_band(mesh, {previous, first, side_count, radii[i] == 0.0f}, material);
     previous = first;
   }
 }

@@ -86,19 +86,17 @@ int attribute_accessor(const tinygltf::Primitive& primitive, const std::string& 
   return found == primitive.attributes.end() ? -1 : found->second;
 }
 
-/// Reads an optional attribute; absent leaves `values` empty.
-template <class Read, class Values>
-Result<void> read_attribute(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::string& name,
-                            std::size_t vertex_count, const Read& read, Values& values) {
+/// Reads an optional attribute; empty where it is absent. read  read_vec3 or the like
+template <class Values>
+Result<Values> read_attribute(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::string& name,
+                              std::size_t vertex_count, Result<Values> (*read)(const tinygltf::Model&, int)) {
   const int accessor = attribute_accessor(primitive, name);
-  if (accessor < 0) return {};
+  if (accessor < 0) return Values{};
   if (model.accessors.at(static_cast<std::size_t>(accessor)).count != vertex_count)
     return Error{Status::bad_file, "attributes of unequal length", Error::kNoOffset,
                  name + " has " + std::to_string(model.accessors.at(static_cast<std::size_t>(accessor)).count) + ", POSITION " +
                      std::to_string(vertex_count)};
-  COPPICE_TRY(read_values, read(model, accessor));
-  values = std::move(read_values);
-  return {};
+  return read(model, accessor);
 }
 
 /// Of each vertex, the first one that lies where it does.
@@ -154,9 +152,12 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
   const std::uint32_t material = primitive.material < 0 ? kNone : static_cast<std::uint32_t>(primitive.material);
   const TextureUvs texture = texture_uvs(model, material);
   const std::string uv_name = "TEXCOORD_" + std::to_string(texture.set);
-  COPPICE_CHECK(read_attribute(model, primitive, "NORMAL", count, read_vec3, raw.normals));
-  COPPICE_CHECK(read_attribute(model, primitive, uv_name, count, read_vec2, raw.uvs));
-  COPPICE_CHECK(read_attribute(model, primitive, "COLOR_0", count, read_colors, raw.colors));
+  COPPICE_TRY(normals, read_attribute(model, primitive, "NORMAL", count, read_vec3));
+  COPPICE_TRY(uvs, read_attribute(model, primitive, uv_name, count, read_vec2));
+  COPPICE_TRY(colors, read_attribute(model, primitive, "COLOR_0", count, read_colors));
+  raw.normals = std::move(normals);
+  raw.uvs = std::move(uvs);
+  raw.colors = std::move(colors);
   if (texture.is_transformed)
     for (glm::vec2& uv : raw.uvs) uv = glm::vec2(texture.offset + texture.linear * glm::dvec2(uv));
   COPPICE_TRY(order, vertex_order(model, primitive, count));
@@ -268,9 +269,9 @@ Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uin
   return {};
 }
 
-Result<void> append_primitive(const tinygltf::Model& model, const MeshInstance& instance, std::uint32_t instance_index,
-                              std::uint32_t primitive_index, std::uint32_t material, TriangleSoup& soup,
+Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitive& placed, TriangleSoup& soup,
                               std::vector<std::string>& warnings) {
+  const auto& [instance, instance_index, primitive_index, material] = placed;
   const tinygltf::Primitive& primitive = model.meshes.at(instance.mesh).primitives.at(primitive_index);
   if (primitive.mode < TINYGLTF_MODE_TRIANGLES) return {};
   const std::string place = primitive_place(instance.mesh, primitive_index);

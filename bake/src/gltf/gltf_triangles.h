@@ -16,14 +16,20 @@ namespace coppice::bake {
 /// errors  unsupported: names the primitive that is too much
 Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uint64_t> instance_counts);
 
-/// Appends one primitive of a mesh as `instance` number `instance_index` places it: triangles, strips and fans; points and lines have
+/// A primitive of a mesh as an instance places it.
+struct PlacedPrimitive {
+  const MeshInstance& instance;
+  std::uint32_t instance_index = 0;
+  std::uint32_t primitive_index = 0;
+  std::uint32_t material = 0;  ///< what to write in triangle_materials
+};
+
+/// Appends a primitive where its instance places it: triangles, strips and fans; points and lines have
 /// nothing to append. A transform that mirrors turns the winding round, so that fronts stay fronts. Missing normals are the area-weighted
 /// mean of the triangles round a vertex, missing uvs (0, 0).
-/// material  what to write in triangle_materials
 /// errors  bad_file: a position that is not finite or beyond 1e8 m, an index beyond the vertices, attributes of unequal length;
 ///         unsupported: more triangles than a plant may have
-Result<void> append_primitive(const tinygltf::Model& model, const MeshInstance& instance, std::uint32_t instance_index,
-                              std::uint32_t primitive_index, std::uint32_t material, TriangleSoup& soup,
+Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitive& placed, TriangleSoup& soup,
                               std::vector<std::string>& warnings);
 
 }  // namespace coppice::bake

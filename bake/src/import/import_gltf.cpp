@@ -97,7 +97,7 @@ Result<TriangleSoup> gather_triangles(const tinygltf::Model& model, const std::v
     for (std::uint32_t p = 0; p < primitives.size(); ++p) {
       if (primitives[p].mode < TINYGLTF_MODE_TRIANGLES) continue;
       const std::uint32_t material = used.number_of.at(material_index(primitives[p]));
-      COPPICE_CHECK(append_primitive(model, instances[i], i, p, material, soup, warnings));
+      COPPICE_CHECK(append_primitive(model, {instances[i], i, p, material}, soup, warnings));
     }
   }
   return soup;

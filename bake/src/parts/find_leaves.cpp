@@ -116,7 +116,7 @@ struct Finder {
     for (std::size_t i = 0; i < shapes.size(); ++i)
       left_out[i] = shapes[i].area_m2 <= tolerance_m * std::max(tolerance_m, shapes[i].length_m);
     classed = class_pieces(mesh, pieces, shapes, left_out);
-    judge_classes(mesh, pieces, materials, images, rules, extent_m, classed);
+    judge_classes({mesh, pieces, materials, images, extent_m}, rules, classed);
   }
 
   void take_leaves(FoundParts& found) const {

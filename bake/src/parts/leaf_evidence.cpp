@@ -293,19 +293,18 @@ ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::ve
   return classed;
 }
 
-void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Material>& materials, const std::vector<Image>& images,
-                   const std::vector<std::vector<MaterialRule>>& rules, double extent_m, ClassedPieces& classed) {
+void judge_classes(const SurfacePieces& surface, const std::vector<std::vector<MaterialRule>>& rules, ClassedPieces& classed) {
   // Nobody looks at one of so many bodies.
   constexpr double kMany = 100.0;
   std::vector<PieceClass>& classes = classed.classes;
-  const std::vector<std::vector<std::uint32_t>> samples = sample_classes(pieces, classed);
+  const std::vector<std::vector<std::uint32_t>> samples = sample_classes(surface.pieces, classed);
   const Kin kin(classes);
   for (std::size_t first = 0, last = 0; first < classes.size(); first = last) {
     while (last < classes.size() && classes[last].material == classes[first].material) ++last;
     const std::span<PieceClass> of_material(classes.data() + first, last - first);
-    const Material& material = materials[classes[first].material];
+    const Material& material = surface.materials[classes[first].material];
     const double name = name_evidence(material.name);
-    const bool holes = has_holes(material, images);
+    const bool holes = has_holes(material, surface.images);
     const std::optional<std::size_t> leaves = main_class(of_material);
     for (std::size_t i = 0; i < of_material.size(); ++i) {
       PieceClass& of = of_material[i];
@@ -316,16 +315,16 @@ void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Mat
       }
       of.evidence.name = name;
       of.evidence.holes = holes ? 1.0 : 0.0;
-      of.evidence.colour = colour_evidence(mean_color(mesh, samples[first + i], material, images));
+      of.evidence.colour = colour_evidence(mean_color(surface.mesh, samples[first + i], material, surface.images));
       of.evidence.flatness = flatness_evidence(of.flatness, holes);
       const double count = std::max(static_cast<double>(of.piece_count), 0.5 * kin.count(of));
       of.evidence.repetition = repetition_evidence(count);
       if (leaves && i != *leaves) of.evidence.company = company_evidence(of, of_material[*leaves]);
-      judge(of, extent_m);
+      judge(of, surface.extent_m);
       if (of.part == PlantPart::leaf && of.flatness < kFlat && classed.bulks[first + i] >= kBody && count < kMany) take_for_body(of);
     }
   }
-  judge_what_is_below(classes, extent_m);
+  judge_what_is_below(classes, surface.extent_m);
 }
 
 bool judge_sheets(ClassedPieces& classed) {

@@ -25,10 +25,17 @@ struct ClassedPieces {
 ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::vector<PieceShape>& shapes,
                            const std::vector<bool>& left_out);
 
+/// A plant's surface in pieces, and what they show. Refers to what it is made of.
+struct SurfacePieces {
+  const Mesh& mesh;
+  const Pieces& pieces;
+  const std::vector<Material>& materials;
+  const std::vector<Image>& images;
+  double extent_m = 0.0;  ///< diagonal of the plant's box
+};
+
 /// Fills in evidence, part and reason of each class: see find_leaves.h.
-/// extent_m  diagonal of the plant's box
-void judge_classes(const Mesh& mesh, const Pieces& pieces, const std::vector<Material>& materials, const std::vector<Image>& images,
-                   const std::vector<std::vector<MaterialRule>>& rules, double extent_m, ClassedPieces& classed);
+void judge_classes(const SurfacePieces& surface, const std::vector<std::vector<MaterialRule>>& rules, ClassedPieces& classed);
 
 /// For a plant in which nothing is a leaf: makes leaves of the sheets that judge_classes() found too few, too large or too plain, if there
 /// are any; see find_leaves.h. Returns whether there are.

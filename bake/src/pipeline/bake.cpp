@@ -56,13 +56,11 @@ std::size_t allowed_threads(const BakeOptions& options) {
   return options.thread_count > 0 ? options.thread_count : static_cast<std::size_t>(tbb::info::default_concurrency());
 }
 
-Result<CollapseResult> collapse_by(const BakeOptions& options, const CollapseOptions& collapse, const Foliage& foliage, const Plant& plant,
+Result<CollapseResult> collapse_by(const BakeOptions& options, const CollapseOptions& collapse, const ShownFoliage& shown,
                                    const std::vector<Viewpoint>& views, const ProgressFunction& progress) {
-  if (options.metric == Metric::mi)
-    return collapse_by_mutual_information(foliage, plant.materials, plant.images, views, collapse, progress);
-  if (options.metric == Metric::geometric)
-    return replay(foliage, plant.materials, plant.images, views, collapse, collapse_by_similarity(foliage, progress));
-  return collapse_by_image_error(foliage, plant.materials, plant.images, views, collapse, ImageErrorOptions{}, progress);
+  if (options.metric == Metric::mi) return collapse_by_mutual_information(shown, views, collapse, progress);
+  if (options.metric == Metric::geometric) return replay(shown, views, collapse, collapse_by_similarity(shown.foliage, progress));
+  return collapse_by_image_error(shown, views, collapse, ImageErrorOptions{}, progress);
 }
 
 /// The foliage of a plant that is all wood. A tree has at least one leaf: this one is a point in the middle of the wood, and never seen.
@@ -142,7 +140,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
 
   progress("collapse", 0.0);
   const CollapseOptions collapse_with = collapse_options(options, foliage, report);
-  COPPICE_TRY(collapse, collapse_by(options, collapse_with, foliage, plant, views, stage("collapse")));
+  COPPICE_TRY(collapse, collapse_by(options, collapse_with, {foliage, plant.materials, plant.images}, views, stage("collapse")));
   report.seconds.visibility = collapse.visibility_seconds;
   report.seconds.collapse = watch.lap() - collapse.visibility_seconds;
   report.evaluations = collapse.sequence.evaluations;

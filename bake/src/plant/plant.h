@@ -88,6 +88,13 @@ struct Foliage {
   [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(quads.size()); }
 };
 
+/// Leaf quads, and what they show. Refers to what it is made of.
+struct ShownFoliage {
+  const Foliage& foliage;
+  const std::vector<Material>& materials;
+  const std::vector<Image>& images;
+};
+
 /// Two live nodes replaced by one. Ids: source leaves are 0..N-1, the result of merge i is N+i.
 struct Merge {
   std::uint32_t first = 0, second = 0;    ///< first < second

@@ -58,11 +58,10 @@ void rasterise_leaf(const ProjectedQuad& quad, const Card& card, const AlphaMask
   }
 }
 
-/// Renders every leaf into every view, over bounding_sphere(foliage). Parallel over views; the result does not depend on it.
+/// Renders every leaf into every view, over bounding_sphere(shown.foliage). Parallel over views; the result does not depend on it.
 /// errors  invalid_argument: no leaves, no views, resolution not in 1 .. kMaxResolutionPx, an index into cards, materials or images that
 ///         is out of range, a vertex that is not finite
-Result<ItemBuffers> render_item_buffers(const Foliage& foliage, const std::vector<Material>& materials, const std::vector<Image>& images,
-                                        const std::vector<Viewpoint>& views, std::uint32_t resolution_px);
+Result<ItemBuffers> render_item_buffers(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px);
 
 /// Pixels in which each leaf is in front. returns [view_count * leaf_count], row per view, px.
 std::vector<std::uint32_t> leaf_areas_px(const ItemBuffers& buffers);

@@ -4,8 +4,8 @@
 #include <benchmark/benchmark.h>
 #include <xxhash.h>
 
-#include "collapse.h"
 #include "collapse_image.h"
+#include "collapse_information.h"
 #include "test_foliage.h"
 #include "visibility.h"
 

@@ -21,8 +21,8 @@
 
 #include "alpha_mask.h"
 #include "bake.h"
-#include "collapse.h"
 #include "collapse_image.h"
+#include "collapse_information.h"
 #include "naive_collapse.h"
 #include "test_foliage.h"
 

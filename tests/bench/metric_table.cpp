@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "bake.h"
-#include "collapse.h"
 #include "collapse_image.h"
+#include "collapse_information.h"
 #include "generate_plant.h"
 #include "held_out_error.h"
 #include "import_gltf.h"

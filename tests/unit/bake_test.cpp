@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "alpha_mask.h"
+#include "collapse_information.h"
 #include "coppice/format.h"
 #include "generate_plant.h"
 #include "gltf_write.h"

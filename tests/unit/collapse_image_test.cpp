@@ -8,6 +8,7 @@
 
 #include "alpha_mask.h"
 #include "bounds.h"
+#include "collapse_information.h"
 #include "generate_plant.h"
 #include "held_out_error.h"
 #include "leaf_cards.h"

@@ -1,4 +1,4 @@
-#include "collapse.h"
+#include "collapse_information.h"
 
 #include <algorithm>
 #include <string>

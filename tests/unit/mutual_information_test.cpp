@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "collapse.h"
+#include "collapse_information.h"
 #include "test_foliage.h"
 #include "visibility.h"
 

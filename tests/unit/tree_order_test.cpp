@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "collapse.h"
+#include "collapse_information.h"
 #include "quad_merge.h"
 #include "test_foliage.h"
 #include "viewpoints.h"

@@ -1,11 +1,11 @@
 #pragma once
 
+// What every collapse is told and gives back: collapse_image.h, collapse_information.h, collapse_geometric.h.
+
+#include <cstdint>
 #include <vector>
 
 #include "plant.h"
-#include "progress.h"
-#include "result.h"
-#include "viewpoints.h"
 
 namespace coppice::bake {
 
@@ -30,16 +30,6 @@ struct CollapseResult {
   std::vector<FoliageInformation> levels;  ///< at floor(f N), at least 1, for f = .8 .6 .4 .2 .1 .05 .025, in that order
   double visibility_seconds = 0.0;         ///< item buffers, before the first collapse
 };
-
-/// Algorithm 1 of the paper (mode `mi`), down to one leaf: while more than one is left, the leaf of least visibility I(V,l), eq. (8), is
-/// collapsed with the candidate of least cost C_p, eq. (9). Ties go to the smaller id. Areas are exact at every step. The result
-/// depends on the arguments only, not on the number of threads (limit it with tbb::global_control).
-/// Visibility and cost are compared as integers, multiples of 2^-40 bits (mutual_information.h); candidates are LeafOctree's.
-/// shown  of materials and images the alpha masks: masked texels are holes in the item buffers
-/// progress  may be empty
-/// errors  invalid_argument: an option out of range, no leaves, what render_item_buffers rejects
-Result<CollapseResult> collapse_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
-                                                      const CollapseOptions& options, const ProgressFunction& progress);
 
 /// The leaf counts of CollapseResult::levels for a plant of leaf_count >= 1 leaves.
 std::vector<std::uint32_t> level_leaf_counts(std::uint32_t leaf_count);

@@ -2,7 +2,10 @@
 
 #include "collapse.h"
 #include "live_image.h"
+#include "plant.h"
 #include "progress.h"
+#include "result.h"
+#include "viewpoints.h"
 
 namespace coppice::bake {
 

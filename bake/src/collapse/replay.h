@@ -1,6 +1,9 @@
 #pragma once
 
 #include "collapse.h"
+#include "plant.h"
+#include "result.h"
+#include "viewpoints.h"
 
 namespace coppice::bake {
 

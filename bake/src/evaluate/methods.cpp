@@ -5,6 +5,7 @@
 #include "bake.h"
 #include "collapse_geometric.h"
 #include "collapse_image.h"
+#include "collapse_information.h"
 #include "gltf_write.h"
 #include "information_prune.h"
 #include "mesh_simplify.h"

@@ -14,6 +14,7 @@
 #include "bounds.h"
 #include "collapse_geometric.h"
 #include "collapse_image.h"
+#include "collapse_information.h"
 #include "coppice/format.h"
 #include "error_table.h"
 #include "leaf_cards.h"

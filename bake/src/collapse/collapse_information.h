@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "collapse.h"
+#include "plant.h"
+#include "progress.h"
+#include "result.h"
+#include "viewpoints.h"
+
+namespace coppice::bake {
+
+/// Algorithm 1 of the paper (mode `mi`), down to one leaf: while more than one is left, the leaf of least visibility I(V,l), eq. (8), is
+/// collapsed with the candidate of least cost C_p, eq. (9). Ties go to the smaller id. Areas are exact at every step. The result
+/// depends on the arguments only, not on the number of threads (limit it with tbb::global_control).
+/// Visibility and cost are compared as integers, multiples of 2^-40 bits (mutual_information.h); candidates are LeafOctree's.
+/// shown  of materials and images the alpha masks: masked texels are holes in the item buffers
+/// progress  may be empty
+/// errors  invalid_argument: an option out of range, no leaves, what render_item_buffers rejects
+Result<CollapseResult> collapse_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
+                                                      const CollapseOptions& options, const ProgressFunction& progress);
+
+}  // namespace coppice::bake

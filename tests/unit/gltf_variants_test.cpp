@@ -15,10 +15,10 @@
 namespace coppice::test {
 namespace {
 
-using bake::FileContents;
 using bake::import_gltf_bytes;
 using bake::ImportOptions;
 using bake::Plant;
+using bake::SourceContents;
 
 /// One file, and what is to come of it.
 struct Case {
@@ -411,11 +411,11 @@ Plant import_pack(const Pack& pack, const ImportOptions& options = {}) {
   return plant ? *plant : Plant{};
 }
 
-FileContents contents_of(const Pack& pack, const ImportOptions& options = {}) {
+SourceContents contents_of(const Pack& pack, const ImportOptions& options = {}) {
   const TemporaryFolder folder;
   const auto contents = bake::read_contents(write_file(folder / "pack.glb", pack.file.glb()), options);
   EXPECT_TRUE(contents) << contents.error().message();
-  return contents ? *contents : FileContents{};
+  return contents ? *contents : SourceContents{};
 }
 
 class FileOfPlants : public testing::TestWithParam<Case> {};
@@ -424,7 +424,7 @@ TEST_P(FileOfPlants, GivesOnePlant) {
   Pack pack;
   GetParam().fill(pack);
   const Plant plant = import_pack(pack);
-  const FileContents contents = contents_of(pack);
+  const SourceContents contents = contents_of(pack);
   EXPECT_EQ(contents.variants.size(), GetParam().variants);
   EXPECT_EQ(plant.leaves.size(), GetParam().leaves);
   EXPECT_EQ(contents.left.size(), GetParam().left) << bake::contents_table(contents);

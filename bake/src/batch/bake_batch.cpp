@@ -293,7 +293,7 @@ Result<std::vector<BatchPlant>> plants_of_folder(const fs::path& folder, const f
 }
 
 std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, const JobLimits& limits) {
-  std::vector<FileContents> contents(plants.size());
+  std::vector<SourceContents> contents(plants.size());
   std::vector<std::string> failures(plants.size());
   std::vector<std::size_t> jobs;
   for (std::size_t i = 0; i < plants.size(); ++i)
@@ -304,7 +304,7 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
     const auto read = read_contents(plants[jobs[job]].input, plants[jobs[job]].options.import);
     if (!read && read.error().status == Status::out_of_memory) throw std::bad_alloc();
     if (read)
-      for (const FileContents::Variant& variant : read->variants) names.push_back(variant.name);
+      for (const SourceContents::Variant& variant : read->variants) names.push_back(variant.name);
     return names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   };
   callbacks.progressed = [](std::size_t, double) {};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bake.h"
+#include "gltf_references.h"
 #include "result.h"
 
 namespace coppice::bake {

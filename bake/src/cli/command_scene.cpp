@@ -162,7 +162,7 @@ Result<std::vector<ScenePlant>> import(const SceneArguments& arguments, const st
   std::ranges::transform(species, names.begin(), &Species::name);
   ImportOptions options;
   apply_import_arguments(arguments.import, options);
-  COPPICE_TRY(scene, read_gltf_scene(arguments.input, names, options));
+  COPPICE_TRY(scene, import_level(arguments.input, names, options));
   if (!scene.missing.empty() && !arguments.skip_missing)
     return wrong("instanced meshes without a baked plant of their name (--skip-missing leaves them out)",
                  joined(scene.missing) + "; the plants are " + names_of(species));

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "atomic_file.h"
-#include "commands.h"
+#include "output.h"
 
 namespace coppice::bake {
 

@@ -11,7 +11,6 @@
 #include <system_error>
 
 #include "atomic_file.h"
-#include "commands.h"
 #include "printable.h"
 
 namespace coppice::bake {

@@ -1,6 +1,7 @@
 #pragma once
 
-// What a command reads paths for and writes: files that are tried before the work, the standard output, text that is fit for a terminal.
+// What a command reads paths for and writes: files that are tried before the work, the standard output, text that is fit for a terminal,
+// failures and warnings.
 
 #include <cstdint>
 #include <filesystem>
@@ -55,5 +56,15 @@ int write_outputs(const std::vector<Output>& outputs, const std::string& text);
 /// Flushes and closes the standard output. What could not be written there makes of a success a failure, with a line that says so.
 /// returns the exit code
 int finish_standard_output(int exit_code);
+
+/// Prints "coppice: FILE: message" to stderr, or "coppice: out of memory"; returns 1, the exit code of every failure that is not a usage
+/// error.
+int report_failure(const std::filesystem::path& file, const Error& error);
+
+/// Prints each as "coppice: warning: FILE: warning" to stderr.
+void print_warnings(const std::filesystem::path& file, const std::vector<std::string>& warnings);
+
+/// 1234567 -> "1.2 MB".
+std::string readable_bytes(std::uint64_t bytes);
 
 }  // namespace coppice::bake

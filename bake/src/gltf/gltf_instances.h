@@ -5,6 +5,7 @@
 
 #include <glm/mat4x4.hpp>
 
+#include "plant.h"
 #include "result.h"
 
 namespace tinygltf {
@@ -23,7 +24,7 @@ struct MeshInstance {
 /// A node of the default scene, and where its parent stands in the list.
 struct SceneNode {
   std::uint32_t node = 0;
-  std::uint32_t parent = 0xffffffffu;  ///< 0xffffffff for a root
+  std::uint32_t parent = kNone;  ///< kNone for a root
 };
 
 /// The nodes of the default scene, else of the first, else (no scenes) all of them; depth-first, parents before children.

@@ -18,11 +18,25 @@ Error bad(Status status, const char* what, const MeshoptView& view, const std::s
   return Error{status, what, Error::kNoOffset, "bufferViews[" + std::to_string(view.view) + "].extensions." + view.extension + more};
 }
 
-/// The first byte of a coded view: kind in the high half, version of the coding in the low.
+/// The high half of a coded view's first byte says what it codes, the low half is the coding's version.
+constexpr unsigned kAttributesCode = 0xa0, kTrianglesCode = 0xe0, kIndicesCode = 0xd0;
+
+unsigned code_of(Mode mode) {
+  switch (mode) {
+    case Mode::attributes:
+      return kAttributesCode;
+    case Mode::triangles:
+      return kTrianglesCode;
+    case Mode::indices:
+      break;
+  }
+  return kIndicesCode;
+}
+
 Result<void> check_header(const MeshoptView& view, std::span<const unsigned char> coded) {
-  const unsigned kind = view.mode == Mode::attributes ? 0xa0u : view.mode == Mode::triangles ? 0xe0u : 0xd0u;
   const unsigned newest = view.mode == Mode::attributes ? 0u : 1u;
-  if (coded.empty() || (coded[0] & 0xf0u) != kind) return bad(Status::bad_file, "bytes are not of the view's mode", view, ".mode");
+  if (coded.empty() || (coded[0] & 0xf0u) != code_of(view.mode))
+    return bad(Status::bad_file, "bytes are not of the view's mode", view, ".mode");
   const unsigned version = coded[0] & 0x0fu;
   if (version <= newest) return {};
   return bad(Status::unsupported, "newer version of the meshopt coding", view, ": version " + std::to_string(version));

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gltf_codes.h"
 #include "gltf_draco.h"
 #include "gltf_json.h"
 #include "gltf_screen_extensions.h"
@@ -38,14 +39,14 @@ constexpr std::array<ArrayLimit, 9> kArrayLimits{{{"nodes", kMaxElements},
 
 std::size_t component_bytes(std::uint64_t component_type) {
   switch (component_type) {
-    case 5120:  // byte, unsigned byte
-    case 5121:
+    case gltf_code::kByte:
+    case gltf_code::kUnsignedByte:
       return 1;
-    case 5122:  // short, unsigned short
-    case 5123:
+    case gltf_code::kShort:
+    case gltf_code::kUnsignedShort:
       return 2;
-    case 5125:  // unsigned int, float
-    case 5126:
+    case gltf_code::kUnsignedInt:
+    case gltf_code::kFloat:
       return 4;
     default:
       return 0;
@@ -242,7 +243,8 @@ class Screen {
       std::uint64_t bytes = element_bytes;
       if (name == names[0]) {
         COPPICE_TRY(component_type, require_integer(*part, "componentType", where));
-        if (component_type != 5121 && component_type != 5123 && component_type != 5125)
+        if (component_type != gltf_code::kUnsignedByte && component_type != gltf_code::kUnsignedShort &&
+            component_type != gltf_code::kUnsignedInt)
           return bad("unknown component type", member(where, "componentType"));
         bytes = component_bytes(component_type);
       }
@@ -288,8 +290,8 @@ class Screen {
   }
 
   Result<void> check_primitive(const Json& primitive, const std::string& place) const {
-    COPPICE_TRY(mode, read_integer(primitive, "mode", place, 4));
-    if (mode > 6) return bad("unknown mode", member(place, "mode") + " is " + std::to_string(mode));
+    COPPICE_TRY(mode, read_integer(primitive, "mode", place, gltf_code::kTriangles));
+    if (mode > gltf_code::kTriangleFan) return bad("unknown mode", member(place, "mode") + " is " + std::to_string(mode));
     COPPICE_CHECK(check_index(primitive, "indices", place, length("accessors")));
     COPPICE_CHECK(check_index(primitive, "material", place, length("materials")));
     const auto attributes = primitive.find("attributes");
@@ -297,7 +299,8 @@ class Screen {
     if (attributes == primitive.end() || !attributes->is_object()) return bad("missing member", where);
     for (const auto& attribute : attributes->items())
       COPPICE_CHECK(check_index(*attributes, attribute.key().c_str(), where, length("accessors")));
-    if (mode >= 4 && !attributes->contains("POSITION")) return bad("triangles without positions", member(where, "POSITION"));
+    if (mode >= gltf_code::kTriangles && !attributes->contains("POSITION"))
+      return bad("triangles without positions", member(where, "POSITION"));
     COPPICE_CHECK(check_draco(primitive, place, views_.size()));
     // What Draco codes is not read from the accessors.
     for (const auto& attribute : attributes->items())

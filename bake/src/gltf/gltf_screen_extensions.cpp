@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gltf_codes.h"
 #include "gltf_draco.h"
 #include "gltf_json.h"
 #include "image_limits.h"
@@ -114,8 +115,9 @@ Result<void> check_draco(const Json& primitive, const std::string& place, std::s
   COPPICE_TRY(extension, find_extension(primitive, kDracoExtension, place));
   if (extension == nullptr) return {};
   const std::string where = extension_place(place, kDracoExtension);
-  const auto mode = primitive.value("mode", std::uint64_t{4});
-  if (mode != 4 && mode != 5) return bad("compressed primitive of neither triangles nor strips", member(place, "mode"));
+  const auto mode = primitive.value("mode", std::uint64_t{gltf_code::kTriangles});
+  if (mode != gltf_code::kTriangles && mode != gltf_code::kTriangleStrip)
+    return bad("compressed primitive of neither triangles nor strips", member(place, "mode"));
   COPPICE_CHECK(require_index(*extension, "bufferView", where, view_count));
   COPPICE_TRY(attributes, find_object(*extension, "attributes", where));
   if (attributes == nullptr || !attributes->contains("POSITION")) return bad("missing member", member(where, "attributes.POSITION"));

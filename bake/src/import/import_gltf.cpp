@@ -236,8 +236,8 @@ Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions
   return import_guarded(path, options, [&] { return load_gltf(path, options.outside_files); });
 }
 
-Result<FileContents> read_contents(const std::filesystem::path& path, const ImportOptions& options) {
-  return guarded<FileContents>(path, [&]() -> Result<FileContents> {
+Result<SourceContents> read_contents(const std::filesystem::path& path, const ImportOptions& options) {
+  return guarded<SourceContents>(path, [&]() -> Result<SourceContents> {
     COPPICE_TRY(model, load_gltf(path, options.outside_files));
     COPPICE_TRY(transform, scene_from_file(options));
     COPPICE_TRY(instances, mesh_instances(*model, transform));

@@ -9,8 +9,8 @@
 
 #include <glm/mat4x4.hpp>
 
+#include "asset_path.h"
 #include "class_rules.h"
-#include "gltf_references.h"
 #include "gltf_variants.h"
 #include "plant.h"
 #include "result.h"
@@ -52,7 +52,7 @@ Result<glm::dmat4> scene_from_file(const ImportOptions& options);
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options);
 
 /// What the file holds, without reading more of it than choose_plant needs. errors  as import_gltf
-Result<FileContents> read_contents(const std::filesystem::path& path, const ImportOptions& options);
+Result<SourceContents> read_contents(const std::filesystem::path& path, const ImportOptions& options);
 
 /// The same as import_gltf of bytes in memory. `path` names them in messages; the files they refer to are beside it.
 Result<Plant> import_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& path, const ImportOptions& options);

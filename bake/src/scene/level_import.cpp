@@ -104,21 +104,21 @@ SpeciesPlace place_of(const NodePlant& plant, const glm::dmat4& world_from_plant
 }
 
 /// Upright, with one scale: what a scene can hold of a transform.
-void add_plant(GltfScene& scene, const glm::dmat4& world_from_plant, std::size_t species) {
+void add_plant(LevelPlants& level, const glm::dmat4& world_from_plant, std::size_t species) {
   const glm::dvec3 x(world_from_plant[0]), y(world_from_plant[1]), z(world_from_plant[2]);
   const std::array<double, 3> lengths = {glm::length(x), glm::length(y), glm::length(z)};
   const auto [least, most] = std::ranges::minmax(lengths);
   const double scale = std::cbrt(lengths[0] * lengths[1] * lengths[2]);
-  if (most > 1.02 * least) ++scene.stretched_count;
+  if (most > 1.02 * least) ++level.stretched_count;
   constexpr double kLean = 0.9986;  // cos 3 degrees
-  if (scale > 0.0 && y.y < kLean * lengths[1]) ++scene.tilted_count;
+  if (scale > 0.0 && y.y < kLean * lengths[1]) ++level.tilted_count;
   ScenePlant plant;
   for (int axis = 0; axis < 3; ++axis) plant.position_m[static_cast<std::size_t>(axis)] = static_cast<float>(world_from_plant[3][axis]);
   plant.scale = static_cast<float>(scale);
   plant.species = static_cast<std::uint16_t>(species);
   const double turn = std::atan2(z.x, z.z) / (2.0 * std::numbers::pi);
   plant.yaw = static_cast<std::uint16_t>(std::lround((turn - std::floor(turn)) * 65535.0));
-  scene.plants.push_back(plant);
+  level.plants.push_back(plant);
 }
 
 }  // namespace
@@ -127,7 +127,7 @@ std::string species_name(const std::filesystem::path& plant) {
   return lower(plant.stem().string());
 }
 
-Result<GltfScene> read_gltf_scene(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options) {
+Result<LevelPlants> import_level(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options) {
   COPPICE_TRY(model, load_gltf(path, options.outside_files));
   COPPICE_TRY(scene_from_units, scene_from_file(options));
   COPPICE_TRY(instances, mesh_instances(*model, scene_from_units));
@@ -146,24 +146,24 @@ Result<GltfScene> read_gltf_scene(const std::filesystem::path& path, std::span<c
     const auto [found, is_new] = finest.try_emplace(place_of(node->second, instance.scene_from_mesh), node->second.level);
     if (!is_new) found->second = std::min(found->second, node->second.level);
   }
-  GltfScene scene;
+  LevelPlants level;
   std::map<std::string, std::size_t> missing;
   for (const MeshInstance& instance : instances) {
     const NodePlant& plant = nodes.at(instance.node);
     const auto here = plant.species ? finest.find(place_of(plant, instance.scene_from_mesh)) : finest.end();
     if (here != finest.end() && (here->second < plant.level || plant.role != NodeRole::shape)) {
-      ++scene.coarser_count;
+      ++level.coarser_count;
     } else if (plant.species && plant.role == NodeRole::shape) {
-      add_plant(scene, instance.scene_from_mesh * file_from_plant, *plant.species);
+      add_plant(level, instance.scene_from_mesh * file_from_plant, *plant.species);
     } else if (plant.instanced) {
       ++missing[plant.name];
-      ++scene.missing_count;
+      ++level.missing_count;
     } else {
-      ++scene.other_count;
+      ++level.other_count;
     }
   }
-  for (const auto& [name, count] : missing) scene.missing.push_back(name + " (" + std::to_string(count) + ")");
-  return scene;
+  for (const auto& [name, count] : missing) level.missing.push_back(name + " (" + std::to_string(count) + ")");
+  return level;
 }
 
 }  // namespace coppice::bake

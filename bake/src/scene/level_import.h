@@ -13,7 +13,7 @@
 
 namespace coppice::bake {
 
-struct GltfScene {
+struct LevelPlants {
   std::vector<ScenePlant> plants;
   std::vector<std::string> missing;  ///< names of instanced meshes that no species has, sorted, with their number of instances
   std::size_t missing_count = 0;     ///< instances of those
@@ -26,7 +26,7 @@ struct GltfScene {
 /// species  names, as species_name gives them; a plant's species is its index
 /// options  axes and unit of the file
 /// errors  as load_gltf and mesh_instances
-Result<GltfScene> read_gltf_scene(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options);
+Result<LevelPlants> import_level(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options);
 
 /// "trees/Oak.coppice" -> "oak". Node and mesh names are compared with it in lower case, as they are and then without what editors append:
 /// "Oak.001", "oak_LOD0". Of several levels in one place the finest is a plant; a level that stands alone is one too.

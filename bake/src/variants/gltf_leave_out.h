@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "file_contents.h"
 #include "gltf_nodes.h"
+#include "source_contents.h"
 
 namespace coppice::bake {
 

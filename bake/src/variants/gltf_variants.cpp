@@ -64,16 +64,16 @@ Result<void> keep_chosen(const GltfNodes& scene, const std::string& wanted, Left
                quoted(wanted) + "; there are " + name_list(names)};
 }
 
-FileContents::Variant variant_of(const GltfNodes& scene, const NodeGroup& group) {
-  FileContents::Variant variant{group.name, 0, {}};
+SourceContents::Variant variant_of(const GltfNodes& scene, const NodeGroup& group) {
+  SourceContents::Variant variant{group.name, 0, {}};
   for (const std::uint32_t item : group.items) variant.triangles += scene.items[item].triangles;
   for (int axis = 0; axis < 3; ++axis) variant.size_m[static_cast<std::size_t>(axis)] = group.box.size()[axis];
   return variant;
 }
 
 /// What is left out, an entry for each node whose name or shape says so.
-std::vector<FileContents::Left> left_entries(const GltfNodes& scene, const LeftOut& left) {
-  std::vector<FileContents::Left> entries;
+std::vector<SourceContents::Left> left_entries(const GltfNodes& scene, const LeftOut& left) {
+  std::vector<SourceContents::Left> entries;
   std::vector<std::size_t> entry_of(scene.nodes.size(), static_cast<std::size_t>(-1));
   for (std::size_t i = 0; i < scene.items.size(); ++i) {
     const LeftReason reason = left.reason[i];
@@ -106,20 +106,20 @@ std::vector<NodeGroup> variants_of(const tinygltf::Model& model, const GltfNodes
   return groups;
 }
 
-Error no_such_variant(std::uint32_t wanted, const std::vector<FileContents::Variant>& variants) {
+Error no_such_variant(std::uint32_t wanted, const std::vector<SourceContents::Variant>& variants) {
   std::vector<std::string> names;
-  for (const FileContents::Variant& variant : variants) names.push_back(variant.name);
+  for (const SourceContents::Variant& variant : variants) names.push_back(variant.name);
   return Error{Status::invalid_argument, "--variant: the file has fewer", Error::kNoOffset,
                std::to_string(wanted) + " of " + std::to_string(variants.size()) + ": " + name_list(names)};
 }
 
 /// Leaves out all that is not the plant.
-Result<FileContents> weigh(const tinygltf::Model& model, const GltfNodes& scene, const PlantChoice& choice, LeftOut& left) {
+Result<SourceContents> weigh(const tinygltf::Model& model, const GltfNodes& scene, const PlantChoice& choice, LeftOut& left) {
   leave_collision_shapes(scene, left);
   leave_coarser_levels(model, scene, left);
   leave_named_billboards(scene, left);
   const std::vector<NodeGroup> groups = variants_of(model, scene, left);
-  FileContents contents;
+  SourceContents contents;
   for (const NodeGroup& group : groups) contents.variants.push_back(variant_of(scene, group));
   contents.left = left_entries(scene, left);
   if (choice.variant == 0 || choice.variant > groups.size()) return no_such_variant(choice.variant, contents.variants);
@@ -179,7 +179,7 @@ Result<ChosenNodes> choose_plant(const tinygltf::Model& model, std::vector<MeshI
   return chosen;
 }
 
-std::string contents_line(const FileContents& contents) {
+std::string contents_line(const SourceContents& contents) {
   std::string text;
   if (contents.variants.size() > 1) {
     std::vector<std::string> others;
@@ -190,7 +190,7 @@ std::string contents_line(const FileContents& contents) {
   }
   for (const LeftReason reason : {LeftReason::coarser_level, LeftReason::billboard, LeftReason::collision, LeftReason::ground}) {
     std::vector<std::string> names;
-    for (const FileContents::Left& left : contents.left)
+    for (const SourceContents::Left& left : contents.left)
       if (left.reason == reason) names.push_back(left.name);
     if (!names.empty())
       text += (text.empty() ? "left out: " : "; left out: ") + std::string(reason_name(reason)) + (names.size() > 1 ? "s " : " ") +
@@ -200,7 +200,7 @@ std::string contents_line(const FileContents& contents) {
   return text.empty() ? text : text + "; --variant whole bakes all of the file as one plant";
 }
 
-std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& output, const FileContents& contents) {
+std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& output, const SourceContents& contents) {
   constexpr std::size_t kMostChars = 64;
   const auto lower = [](std::string text) {
     std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
@@ -209,7 +209,7 @@ std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& 
   const std::string stem = output.stem().string();
   std::set<std::string> used;
   std::vector<std::filesystem::path> outputs;
-  for (const FileContents::Variant& variant : contents.variants) {
+  for (const SourceContents::Variant& variant : contents.variants) {
     std::string name = variant.name.substr(0, kMostChars);
     for (char& c : name)
       if (!(c >= '0' && c <= '9') && !(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && c != '-' && c != '.') c = '_';
@@ -223,16 +223,16 @@ std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& 
   return outputs;
 }
 
-std::string contents_table(const FileContents& contents) {
+std::string contents_table(const SourceContents& contents) {
   if (contents.variants.size() < 2 && contents.left.empty()) return {};
   std::string text = line("%-32s %10s  %-24s %s\n", "the file holds", "triangles", "size, m", "is");
   for (std::size_t i = 0; i < contents.variants.size(); ++i) {
-    const FileContents::Variant& variant = contents.variants[i];
+    const SourceContents::Variant& variant = contents.variants[i];
     const std::string size = line("%.3g x %.3g x %.3g", variant.size_m[0], variant.size_m[1], variant.size_m[2]);
     text += line("%-32s %10llu  %-24s variant %zu%s\n", printable(variant.name.substr(0, 32)).c_str(),
                  static_cast<unsigned long long>(variant.triangles), size.c_str(), i + 1, i == contents.taken ? ", taken" : "");
   }
-  for (const FileContents::Left& left : contents.left)
+  for (const SourceContents::Left& left : contents.left)
     text += line("%-32s %10llu  %-24s %s\n", printable(left.name.substr(0, 32)).c_str(), static_cast<unsigned long long>(left.triangles),
                  "", reason_name(left.reason));
   return text + "\n";

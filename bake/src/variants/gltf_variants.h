@@ -19,9 +19,9 @@
 #include <string>
 #include <vector>
 
-#include "file_contents.h"
 #include "gltf_instances.h"
 #include "result.h"
+#include "source_contents.h"
 
 namespace coppice::bake {
 
@@ -36,7 +36,7 @@ struct PlantChoice {
 
 struct ChosenNodes {
   std::vector<MeshInstance> instances;  ///< those taken, in order
-  FileContents contents;
+  SourceContents contents;
 };
 
 /// instances  of mesh_instances, all of them
@@ -44,13 +44,13 @@ struct ChosenNodes {
 Result<ChosenNodes> choose_plant(const tinygltf::Model& model, std::vector<MeshInstance> instances, const PlantChoice& choice);
 
 /// One line that says what is taken and what is left; empty where all is.
-std::string contents_line(const FileContents& contents);
+std::string contents_line(const SourceContents& contents);
 
 /// [variants] Where each goes if the file's one plant would go to `output`: "oaks.coppice" becomes "oaks_large.coppice", or
 /// "oaks_B.coppice" for 'Oaks_B'. What is no letter, digit, "-" or "." of a name becomes "_"; all are different.
-std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& output, const FileContents& contents);
+std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& output, const SourceContents& contents);
 
 /// A line for each variant and for what else is left out; empty where all is taken.
-std::string contents_table(const FileContents& contents);
+std::string contents_table(const SourceContents& contents);
 
 }  // namespace coppice::bake

@@ -11,7 +11,7 @@ namespace coppice::bake {
 enum class LeftReason : std::uint8_t { none, not_chosen, collision, coarser_level, billboard, ground, other_variant };
 
 /// What a file holds: several plants, and what is there beside them.
-struct FileContents {
+struct SourceContents {
   struct Variant {
     std::string name;
     std::uint64_t triangles = 0;

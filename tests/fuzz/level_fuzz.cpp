@@ -40,7 +40,7 @@ void check_scene(std::vector<coppice::bake::ScenePlant>& plants) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::filesystem::path path = coppice::test::scratch_file("level.glb", {data, size});
-  auto scene = coppice::bake::read_gltf_scene(path, kNames, {});
+  auto scene = coppice::bake::import_level(path, kNames, {});
   if (!scene) {
     COPPICE_ASSERT(!scene.error().message().empty());
     return 0;

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the baker works on, from the imported file to the finished tree. Plain data; each stage has its own file pair.
+// What the baker works on, from the imported file to the finished tree. Plain data; each stage has a room of its own.
 // Lengths are metres, axes glTF's (right-handed, +Y up), colours linear.
 
 #include <array>

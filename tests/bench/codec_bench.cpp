@@ -51,10 +51,12 @@ void decode_pages(benchmark::State& state) {
   std::vector<PageNode*> places;
   for (std::size_t page = 0; page < pages.pages.size(); ++page) places.push_back(nodes.data() + 1 + 2 * COPPICE_PAGE_SPLITS * page);
   const auto scratch = std::make_unique<PageScratch>();
+  DecoderPool decoders;
   for (auto _ : state) {
     for (std::uint32_t page = 0; page < pages.pages.size(); ++page) {
       const PageOutput out{{nodes.data(), std::span(places).first(page + 1)}, {}};
-      if (auto decoded = decode_page(pages.pages[page], {page, static_cast<std::uint32_t>(pages.tree.splits.size() + 1), 2}, out, *scratch);
+      if (auto decoded =
+              decode_page(pages.pages[page], {page, static_cast<std::uint32_t>(pages.tree.splits.size() + 1), 2}, out, *scratch, decoders);
           !decoded)
         return state.SkipWithError(decoded.error().message().c_str());
     }

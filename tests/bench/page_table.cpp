@@ -42,15 +42,16 @@ double bytes_of(const Pages& pages) {
 }
 
 /// Decodes every page in order and lowers best_s[page] where that took less; false if one does not decode.
-bool decode(const bake::QuantisedTree& tree, const Pages& pages, std::vector<PageNode>& nodes, PageScratch& scratch,
+bool decode(const bake::QuantisedTree& tree, const Pages& pages, std::vector<PageNode>& nodes, DecoderPool& decoders,
             std::vector<double>& best_s) {
+  const auto scratch = std::make_unique<PageScratch>();
   std::vector<PageNode*> places;
   for (std::size_t page = 0; page < pages.size(); ++page) places.push_back(nodes.data() + 1 + 2 * COPPICE_PAGE_SPLITS * page);
   for (std::uint32_t page = 0; page < pages.size(); ++page) {
     const PageOutput out{{nodes.data(), std::span(places).first(page + 1)}, {}};
     const auto start = std::chrono::steady_clock::now();
     if (!decode_page(pages[page], {page, static_cast<std::uint32_t>(tree.splits.size() + 1), COPPICE_MAX_CARDS, tree.box.steps}, out,
-                     scratch))
+                     *scratch, decoders))
       return false;
     best_s[page] = std::min(best_s[page], std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
@@ -60,12 +61,12 @@ bool decode(const bake::QuantisedTree& tree, const Pages& pages, std::vector<Pag
 /// Each page at the best of several runs: other programs share the cores.
 std::optional<double> leaves_per_second(const bake::QuantisedTree& tree, const Pages& pages) {
   constexpr int kRuns = 15;
-  const auto scratch = std::make_unique<PageScratch>();
+  DecoderPool decoders;
   std::vector<PageNode> nodes(tree.nodes.size());
   nodes[0] = tree.nodes[0];
   std::vector<double> best_s(pages.size(), 1e9);
   for (int run = 0; run < kRuns; ++run)
-    if (!decode(tree, pages, nodes, *scratch, best_s)) return {};
+    if (!decode(tree, pages, nodes, decoders, best_s)) return {};
   for (std::size_t node = 0; node < nodes.size(); ++node)
     if (nodes[node].corners != tree.nodes[node].corners || nodes[node].card != tree.nodes[node].card) return {};
   return static_cast<double>(tree.splits.size() + 1) / std::accumulate(best_s.begin(), best_s.end(), 0.0);

@@ -406,6 +406,11 @@ TEST(CommandLine, InspectJsonAgreesWithTheBake) {
   EXPECT_NE(text.out.find(" m high, "), std::string::npos) << text.out;
   EXPECT_NEAR(parsed["size_m"][1].get<double>(), nlohmann::json::parse(read_bytes(baked().report))["size_m"][1].get<double>(), 0.05);
   EXPECT_EQ(parsed["file_bytes"], fs::file_size(baked().coppice)) << json.out;
+  EXPECT_NE(text.out.find("  Draco symbols"), std::string::npos) << text.out;
+  for (const auto& chunk : parsed["chunks"])
+    EXPECT_EQ(chunk.value("draco", ""), chunk["kind"] == "PAGE"                                   ? "symbols"
+                                        : chunk["kind"] == "WOOD" || chunk["kind"] == "LEAF_MESH" ? "mesh"
+                                                                                                  : "");
 }
 
 TEST(CommandLine, TexturesAreStoredAsAskedFor) {

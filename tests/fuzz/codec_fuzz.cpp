@@ -39,9 +39,10 @@ void fuzz_page(std::span<const std::uint8_t> bytes, std::uint32_t page, std::uin
   for (auto& nodes : pages) places.push_back(nodes.data());
   std::vector<coppice::Split> splits(split_count);
   const auto scratch = std::make_unique<coppice::PageScratch>();
+  static coppice::DecoderPool decoders;  // what one page leaves in a set must not show in the next
   const std::uint32_t first_split = page * COPPICE_PAGE_SPLITS;
   const coppice::PageInfo info{page, first_split + split_count + 1, kCards, largest};
-  if (!coppice::decode_page(bytes, info, {{&root, places}, splits}, *scratch)) return;
+  if (!coppice::decode_page(bytes, info, {{&root, places}, splits}, *scratch, decoders)) return;
   for (i = 0; i < splits.size(); ++i) {
     COPPICE_ASSERT(splits[i].parent <= 2 * (first_split + i));
     unsigned filled = 0;

@@ -87,7 +87,7 @@ std::vector<Range> ranges_of(const std::vector<std::uint32_t>& digits) {
   std::size_t largest = 0;
   for (std::size_t i = 0; i < digits.size(); ++i) {
     const std::uint32_t weight = kWeights[digits[i]];
-    if (weight > 0) ranges[i].size = 1 + weight * (1024 - above) / sum;
+    if (weight > 0) ranges[i].size = 1 + weight * (1020 - above) / sum;
     used += ranges[i].size;
     if (weight > kWeights[digits[largest]]) largest = i;
   }
@@ -95,6 +95,60 @@ std::vector<Range> ranges_of(const std::vector<std::uint32_t>& digits) {
   for (std::size_t i = 1; i < ranges.size(); ++i) ranges[i].start = ranges[i - 1].start + ranges[i - 1].size;
   return ranges;
 }
+
+/// The symbols of one context, as Draco's rANS coder stores them: read from the end.
+class Block {
+ public:
+  void set_digits(const std::vector<std::uint32_t>& digits) { ranges_ = ranges_of(digits); }
+  [[nodiscard]] bool only_one() const { return ranges_[likeliest()].size == 1024; }
+
+  void start(Bytes bytes) {
+    bytes_.assign(bytes.begin(), bytes.end());
+    if (bytes_.empty()) return;
+    const std::size_t state_bytes = std::size_t{bytes_.back()} / 64 + 1;
+    naive_must(state_bytes <= 3 && state_bytes <= bytes_.size(), "a block's state");
+    state_ = 0;
+    for (std::size_t i = 0; i < state_bytes; ++i) {
+      state_ = 256 * state_ + (i == 0 ? bytes_.back() % 64 : bytes_.back());
+      bytes_.pop_back();
+    }
+    state_ += 4096;
+    naive_must(state_ < 1048576, "a block's state");
+    has_end_ = true;
+  }
+
+  std::uint32_t next() {
+    while (state_ < 4096) {
+      naive_must(!bytes_.empty(), "the symbols end early");
+      state_ = 256 * state_ + bytes_.back();
+      bytes_.pop_back();
+    }
+    const std::uint32_t place = state_ % 1024;
+    std::uint32_t symbol = 0;
+    while (place < ranges_[symbol].start || place >= ranges_[symbol].start + ranges_[symbol].size) ++symbol;
+    state_ = ranges_[symbol].size * (state_ / 1024) + place - ranges_[symbol].start;
+    return symbol;
+  }
+
+  /// After the last split.
+  void check_end() {
+    if (has_end_) naive_must(next() == likeliest(), "a block's end");
+    naive_must(state_ == 4096 && bytes_.empty(), "symbols are left over");
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t likeliest() const {
+    std::uint32_t most = 0;
+    for (std::uint32_t i = 1; i < ranges_.size(); ++i)
+      if (ranges_[i].size > ranges_[most].size) most = i;
+    return most;
+  }
+
+  std::vector<Range> ranges_;
+  std::vector<std::uint8_t> bytes_;
+  std::uint32_t state_ = 4096;
+  bool has_end_ = false;
+};
 
 /// What is before the splits, and the two streams that they are read from.
 class PageStream {
@@ -112,39 +166,22 @@ class PageStream {
       shape.b = bytes.i16();
     }
     read_tables(bytes, card_count);
-    const std::uint32_t word_count = bytes.u16();
-    naive_must(word_count >= 4, "word_count");
-    for (std::uint32_t i = 0; i < word_count; ++i) words_.push_back(bytes.u16());
-    x_ = words_[0] | words_[1] << 16;
-    y_ = words_[2] | words_[3] << 16;
-    plain_ = bytes.rest();
+    for (Block& block : blocks_) block.start(bytes.take(block.only_one() ? 0 : length(bytes)));
+    const std::uint32_t plain_bytes = bytes.u32();
+    naive_must(plain_bytes == bytes.left() && plain_bytes % 4 == 0 && plain_bytes <= 14852, "the length of the plain bits");
+    while (bytes.left() > 0) plain_.push_back(bytes.u32());
   }
 
   std::array<Wide, 3> axis_weights{};
   std::vector<Shape> shapes = {{}};
 
-  std::uint32_t symbol(std::size_t context) {
-    const std::vector<Range>& ranges = ranges_[context];
-    const std::uint32_t place = x_ % 1024;
-    std::uint32_t symbol = 0;
-    while (place < ranges[symbol].start || place >= ranges[symbol].start + ranges[symbol].size) ++symbol;
-    x_ = ranges[symbol].size * (x_ / 1024) + place - ranges[symbol].start;
-    if (x_ < 65536) {
-      naive_must(next_word_ < words_.size(), "the symbols end early");
-      x_ = 65536 * x_ + words_[next_word_++];
-    }
-    std::swap(x_, y_);
-    return symbol;
-  }
+  std::uint32_t symbol(std::size_t context) { return blocks_[context].next(); }
 
   Wide number(std::uint32_t length) {
     if (length == 0) return 0;
-    Wide value = 0;
-    for (std::uint32_t i = 0; i + 1 < length; ++i, ++bits_read_) {
-      naive_must(bits_read_ / 8 < plain_.size(), "the plain bits end early");
-      value |= Wide{plain_[bits_read_ / 8] >> bits_read_ % 8 & 1} << i;
-    }
-    return (Wide{1} << (length - 1)) + value;
+    Wide value = 1;
+    for (std::uint32_t i = 0; i + 1 < length; ++i) value = 2 * value + bit();
+    return value;
   }
 
   Wide residual(std::uint32_t length) {
@@ -153,13 +190,29 @@ class PageStream {
   }
 
   /// After the last split.
-  void check_end() const {
-    naive_must(next_word_ == words_.size(), "symbols are left over");
-    naive_must(x_ == 65536 && y_ == 65536, "the symbols' states");
-    naive_must(plain_.size() == std::max<std::size_t>((bits_read_ + 7) / 8, 8), "the length of the plain bits");
+  void check_end() {
+    for (Block& block : blocks_) block.check_end();
+    naive_must(plain_.size() == bits_read_ / 32 + 1, "plain bits are left over");
+    while (bits_read_ % 32 != 0 || bits_read_ / 32 < plain_.size()) naive_must(bit() == 0, "an unused plain bit");
   }
 
  private:
+  std::uint32_t bit() {
+    naive_must(bits_read_ / 32 < plain_.size(), "the plain bits end early");
+    const std::uint32_t bit = plain_[bits_read_ / 32] >> (31 - bits_read_ % 32) & 1;
+    ++bits_read_;
+    return bit;
+  }
+
+  /// Draco's varint, of two bytes at most.
+  static std::uint32_t length(NaiveBytes& bytes) {
+    const std::uint32_t first = bytes.u8();
+    if (first < 128) return first;
+    const std::uint32_t second = bytes.u8();
+    naive_must(second < 128, "a block's length");
+    return first - 128 + 128 * second;
+  }
+
   [[nodiscard]] std::size_t alphabet(std::size_t context, std::uint32_t card_count) const {
     constexpr std::array<std::size_t, 8> kFirst = {28, 16, 4, 12, 12, 12, 24, 24};
     if (context < 8) return kFirst[context];
@@ -197,15 +250,12 @@ class PageStream {
     naive_must(stored >> kContexts == 0, "stored_tables");
     for (std::size_t context = 0; context < kContexts; ++context) {
       const std::size_t most = alphabet(context, card_count);
-      ranges_[context] = ranges_of((stored >> context & 1) != 0 ? stored_digits(bytes, most) : usual_digits(context, most));
+      blocks_[context].set_digits((stored >> context & 1) != 0 ? stored_digits(bytes, most) : usual_digits(context, most));
     }
   }
 
-  std::array<std::vector<Range>, kContexts> ranges_;
-  std::vector<std::uint32_t> words_;
-  std::size_t next_word_ = 4;
-  std::uint32_t x_ = 0, y_ = 0;
-  Bytes plain_;
+  std::array<Block, kContexts> blocks_;
+  std::vector<std::uint32_t> plain_;
   std::size_t bits_read_ = 0;
 };
 

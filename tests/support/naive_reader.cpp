@@ -30,7 +30,7 @@ Header read_header(Bytes file, NaivePlant& plant) {
   constexpr std::array<std::uint8_t, 8> kMagic = {0x43, 0x4f, 0x50, 0x50, 0x49, 0x43, 0x45, 0x1a};
   naive_must(std::ranges::equal(bytes.take(8), kMagic), "magic");
   Header header;
-  naive_must(bytes.u32() == 5, "version");
+  naive_must(bytes.u32() == 6, "version");
   header.chunk_count = bytes.u32();
   const std::uint64_t file_bytes = bytes.u64();
   plant.first_read_bytes = bytes.u64();

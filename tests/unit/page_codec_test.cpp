@@ -161,7 +161,7 @@ TEST(PageCodec, RefusesTrailingBytes) {
   page.push_back(0);
   const auto result = decoded(tree, page);
   ASSERT_FALSE(result);
-  EXPECT_STREQ(result.error().what, "page length");
+  EXPECT_STREQ(result.error().what, "page plain bits");
 }
 
 TEST(PageCodec, AFlippedBitGivesAnErrorOrValidSplits) {
@@ -213,10 +213,11 @@ TEST(PageCodec, AsksForMatchingSpans) {
   const QuantisedTree tree = quantised(40);
   const auto page = encoded(tree);
   PageScratch scratch;
+  DecoderPool decoders;
   std::vector<PageNode> nodes(78);
   PageNode* place = nodes.data();
   std::vector<Split> splits(38);
-  const auto result = decode_page(page, {0, 40, 2}, {{tree.nodes.data(), {&place, 1}}, splits}, scratch);
+  const auto result = decode_page(page, {0, 40, 2}, {{tree.nodes.data(), {&place, 1}}, splits}, scratch, decoders);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().status, Status::invalid_argument);
 }

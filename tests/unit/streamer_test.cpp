@@ -313,7 +313,7 @@ TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
   open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  const std::uint64_t budget = ledger.taken() + 400000;
+  const std::uint64_t budget = ledger.taken() + 500000;
   ledger.set_budget(budget);
   std::size_t evicted_before = 0;
   for (std::uint32_t turn = 0; turn < 4; ++turn) {
@@ -429,7 +429,7 @@ TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
   open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  ledger.set_budget(ledger.taken() + 450000);
+  ledger.set_budget(ledger.taken() + 600000);
   frames(100, {demand_of(4000.0f), demand_of(4000.0f)});
   EXPECT_EQ(streamer->state(0).resident_page_count, streamer->state(1).resident_page_count);
   EXPECT_GE(streamer->state(0).resident_page_count, 2u);
@@ -440,13 +440,13 @@ TEST_F(StreamerTest, WhatOthersTakeEvicts) {
   start();
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t budget = ledger.taken() + 250000;  // a load takes more than what it leaves behind
+  const std::uint64_t budget = ledger.taken() + 370000;  // a load takes more than what it leaves behind
   ledger.set_budget(budget);
-  ledger.take(380000);
+  ledger.take(500000);
   frames(2, {demand_of(5000.0f)});
   EXPECT_LE(ledger.taken(), budget);
   EXPECT_LT(streamer->state(plant).resident_page_count, 6u);
-  ledger.give(380000);
+  ledger.give(500000);
   frames(200, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(plant).resident_page_count, 6u);
 }
@@ -883,7 +883,7 @@ TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
   start();
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t budget = ledger.taken() + 1000;
+  const std::uint64_t budget = ledger.taken() + 130000;  // a page on its way takes decoders, too
   ledger.set_budget(budget);
   gpu->frames_behind = 2;
   const std::vector<PlantDemand> demands = {demand_of(5000.0f)};

@@ -66,7 +66,7 @@ TEST(Writer, SameContentsSameBytes) {
 
 TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
   const auto file = *write_file(contents());
-  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 5, 0, 0, 0, 10, 0, 0, 0};
+  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 6, 0, 0, 0, 10, 0, 0, 0};
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), file.begin()));
 }
 

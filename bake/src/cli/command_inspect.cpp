@@ -75,7 +75,8 @@ void print_text(const FileSummary& file) {
               readable_bytes(file.first_read_bytes).c_str(), file.bytes_per_leaf);
   std::printf("%-10s %6s %12s\n", "chunks", "count", "bytes");
   for (const ChunkSummary& chunk : file.chunks)
-    std::printf("%-10s %6u %12llu\n", chunk.kind, chunk.count, static_cast<unsigned long long>(chunk.bytes));
+    std::printf("%-10s %6u %12llu%s%s\n", chunk.kind, chunk.count, static_cast<unsigned long long>(chunk.bytes),
+                *chunk.draco == 0 ? "" : "  Draco ", chunk.draco);
   for (std::size_t lod = 0; lod < file.wood.size(); ++lod)
     std::printf("%s%zu: %u triangles, %s", lod == 0 ? "\nwood LoD " : "; ", lod, file.wood[lod].triangles,
                 readable_bytes(file.wood[lod].bytes).c_str());
@@ -92,7 +93,10 @@ void print_json(const FileSummary& file) {
   Json chunks = Json::array(), wood = Json::array(), textures = Json::array(), leaf_meshes = Json::array();
   for (const auto& mesh : file.leaf_meshes)
     leaf_meshes.push_back({{"vertices", mesh.vertices}, {"triangles", mesh.triangles}, {"bytes", mesh.bytes}});
-  for (const auto& chunk : file.chunks) chunks.push_back({{"kind", chunk.kind}, {"count", chunk.count}, {"bytes", chunk.bytes}});
+  for (const auto& chunk : file.chunks) {
+    chunks.push_back({{"kind", chunk.kind}, {"count", chunk.count}, {"bytes", chunk.bytes}});
+    if (*chunk.draco != 0) chunks.back()["draco"] = chunk.draco;
+  }
   for (const auto& lod : file.wood) wood.push_back({{"vertices", lod.vertices}, {"triangles", lod.triangles}, {"bytes", lod.bytes}});
   for (const auto& texture : file.textures)
     textures.push_back({{"format", texture.format},
@@ -187,9 +191,9 @@ int run(const InspectArguments& arguments) {
 
 void add_inspect_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<InspectArguments>();
-  CLI::App* command = app.add_subcommand(
-      "inspect",
-      "Show what is inside a .coppice file: sizes per kind of chunk, wood LoDs, error table; or a .forest file: plants, tiles, species");
+  CLI::App* command = app.add_subcommand("inspect",
+                                         "Show what is inside a .coppice file: sizes per kind of chunk and what Draco codes of it, wood "
+                                         "LoDs, error table; or a .forest file: plants, tiles, species");
   command->add_option("input", arguments->input, "A .coppice or a .forest file")->required();
   command->add_flag("--json", arguments->json, "As JSON");
   command->callback([arguments, exit_code] { *exit_code = run(*arguments); });

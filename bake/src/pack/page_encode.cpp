@@ -27,9 +27,6 @@ using page_model::Step;
 struct SymbolCode {
   std::uint8_t context, symbol;
 };
-struct PlainBits {
-  std::uint32_t bits, count;
-};
 
 /// What a piece of the page is coded as.
 struct Codes {
@@ -58,15 +55,17 @@ struct Codes {
 /// Probabilities of every context, as a page stores them.
 struct Tables {
   std::array<std::vector<std::uint8_t>, Context::kContextCount> digits;
-  std::array<std::vector<SymbolRange>, Context::kContextCount> ranges;
+  std::array<std::vector<std::uint32_t>, Context::kContextCount> probabilities;
   std::array<std::vector<double>, Context::kContextCount> costs;  ///< bits
 
   void set(std::size_t context, std::vector<std::uint8_t> weights) {
-    ranges[context].resize(weights.size());
-    share_out(weights, ranges[context]);
-    costs[context] = symbol_costs(ranges[context]);
+    probabilities[context].resize(weights.size());
+    share_out(weights, probabilities[context]);
+    costs[context] = symbol_costs(probabilities[context]);
     digits[context] = std::move(weights);
   }
+  /// A context of one symbol, which takes no bytes.
+  [[nodiscard]] bool only_one(std::size_t context) const { return std::ranges::count(probabilities[context], kProbabilityOne) > 0; }
   /// Of a symbol that the table does not have: more than of any it has, so that it can come into use.
   [[nodiscard]] double cost(const SymbolCode& code) const {
     constexpr double kUnseen = 12.0;
@@ -312,15 +311,21 @@ void put_tables(const Tables& tables, std::uint32_t stored, std::vector<std::uin
   }
 }
 
+/// Seven bits a byte, the lowest first.
+void put_length(std::vector<std::uint8_t>& bytes, std::size_t length) {
+  for (; length > 127; length >>= 7) bytes.push_back(static_cast<std::uint8_t>(length | 128));
+  bytes.push_back(static_cast<std::uint8_t>(length));
+}
+
 void put_codes(const Codes& codes, const Tables& tables, std::vector<std::uint8_t>& bytes) {
-  std::vector<SymbolRange> ranges;
-  for (const SymbolCode& code : codes.symbols) ranges.push_back(tables.ranges[code.context][code.symbol]);
-  const std::vector<std::uint16_t> words = write_symbols(ranges);
-  put(bytes, static_cast<std::uint32_t>(words.size()), 2);
-  for (std::uint16_t word : words) put(bytes, word, 2);
-  BitWriter plain;
-  for (const PlainBits& bits : codes.bits) plain.add(bits.bits, bits.count);
-  const std::vector<std::uint8_t> rest = plain.finish();
+  std::array<std::vector<std::uint8_t>, Context::kContextCount> symbols;
+  for (const SymbolCode& code : codes.symbols) symbols[code.context].push_back(code.symbol);
+  for (std::size_t context = 0; context < symbols.size(); ++context) {
+    const std::vector<std::uint8_t> block = write_symbols(tables.probabilities[context], symbols[context]);
+    if (!tables.only_one(context)) put_length(bytes, block.size());
+    bytes.insert(bytes.end(), block.begin(), block.end());
+  }
+  const std::vector<std::uint8_t> rest = write_bits(codes.bits);
   bytes.insert(bytes.end(), rest.begin(), rest.end());
 }
 

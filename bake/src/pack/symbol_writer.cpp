@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include <draco/compression/bit_coders/direct_bit_encoder.h>
+#include <draco/compression/entropy/ans.h>
+
 #include "check.h"
 
 namespace coppice::bake {
@@ -25,49 +28,44 @@ std::vector<std::uint8_t> weight_digits(std::span<const std::uint32_t> counts) {
   return digits;
 }
 
-std::vector<double> symbol_costs(std::span<const SymbolRange> ranges) {
+std::vector<double> symbol_costs(std::span<const std::uint32_t> probabilities) {
   std::vector<double> costs;
-  for (const SymbolRange& range : ranges)
-    costs.push_back(range.size == 0 ? std::numeric_limits<double>::infinity() : std::log2(double{kProbabilityOne} / range.size));
+  for (std::uint32_t probability : probabilities)
+    costs.push_back(probability == 0 ? std::numeric_limits<double>::infinity() : std::log2(double{kProbabilityOne} / probability));
   return costs;
 }
 
-std::vector<std::uint16_t> write_symbols(std::span<const SymbolRange> ranges) {
-  std::array<std::uint32_t, 2> states = {kLowestState, kLowestState};
-  std::vector<std::uint16_t> words;
-  for (std::size_t i = ranges.size(); i-- > 0;) {
-    const SymbolRange& range = ranges[i];
-    COPPICE_ASSERT(range.size > 0);
-    std::uint32_t& state = states[i % 2];
-    if (state >= std::uint64_t{range.size} << (32 - kProbabilityBits)) {
-      words.push_back(static_cast<std::uint16_t>(state & 0xffffu));
-      state >>= 16;
-    }
-    state = (state / range.size << kProbabilityBits) + state % range.size + range.start;
+std::vector<std::uint8_t> write_symbols(std::span<const std::uint32_t> probabilities, std::span<const std::uint8_t> symbols) {
+  if (symbols.empty() || std::ranges::count(probabilities, kProbabilityOne) > 0) return {};
+  std::vector<draco::rans_sym> ranges;
+  std::uint32_t start = 0;
+  for (std::uint32_t probability : probabilities) {
+    ranges.push_back({probability, start});
+    start += probability;
   }
-  for (std::size_t i = 2; i-- > 0;) {
-    words.push_back(static_cast<std::uint16_t>(states[i] >> 16));
-    words.push_back(static_cast<std::uint16_t>(states[i] & 0xffffu));
+  COPPICE_ASSERT(start == kProbabilityOne);
+  constexpr std::size_t kStateBytes = 4, kMostSymbolBytes = 2;  // kProbabilityBits at most
+  std::vector<std::uint8_t> block(kStateBytes + kMostSymbolBytes * (symbols.size() + 1));
+  draco::RAnsEncoder<int{kProbabilityBits}> encoder;
+  encoder.write_init(block.data());
+  encoder.rans_write(&ranges[end_symbol(probabilities)]);
+  for (std::size_t i = symbols.size(); i-- > 0;) {
+    const std::uint8_t symbol = symbols[i];
+    COPPICE_ASSERT(symbol < ranges.size() && ranges[symbol].prob > 0);
+    encoder.rans_write(&ranges[symbol]);
   }
-  std::ranges::reverse(words);
-  return words;
+  block.resize(static_cast<std::size_t>(encoder.write_end()));
+  return block;
 }
 
-void BitWriter::add(std::uint32_t bits, std::uint32_t count) {
-  for (; count > 0; --count, bits >>= 1) {
-    if (filled_ % 8 == 0) {
-      bytes_.push_back(0);
-      filled_ = 0;
-    }
-    bytes_.back() = static_cast<std::uint8_t>(bytes_.back() | (bits & 1) << filled_);
-    ++filled_;
-  }
-}
-
-std::vector<std::uint8_t> BitWriter::finish() const {
-  std::vector<std::uint8_t> bytes = bytes_;
-  bytes.resize(std::max(bytes.size(), BitReader::kLeastBytes));
-  return bytes;
+std::vector<std::uint8_t> write_bits(std::span<const PlainBits> numbers) {
+  draco::DirectBitEncoder encoder;
+  encoder.StartEncoding();
+  for (const PlainBits& number : numbers) encoder.EncodeLeastSignificantBits32(static_cast<int>(number.count), number.bits);
+  draco::EncoderBuffer buffer;
+  encoder.EndEncoding(&buffer);
+  const std::vector<char>& bytes = *buffer.buffer();
+  return {bytes.begin(), bytes.end()};
 }
 
 }  // namespace coppice::bake

@@ -24,7 +24,7 @@ class DecodedPages {
     std::vector<Split> splits(page_split_count(info_.leaf_count, info_.page));
     pages_.emplace_back(2 * splits.size());
     places_.push_back(pages_.back().data());
-    COPPICE_CHECK(decode_page(bytes, info_, {{&root_, places_}, splits}, scratch_));
+    COPPICE_CHECK(decode_page(bytes, info_, {{&root_, places_}, splits}, scratch_, decoders_));
     return splits;
   }
 
@@ -41,6 +41,7 @@ class DecodedPages {
   std::vector<std::vector<PageNode>> pages_;
   std::vector<PageNode*> places_;
   PageScratch scratch_{};
+  DecoderPool decoders_;
 };
 
 }  // namespace coppice::bake

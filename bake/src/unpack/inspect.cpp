@@ -17,10 +17,15 @@ namespace coppice::bake {
 
 namespace {
 
+const char* coded_by_draco(std::uint32_t kind) {
+  if (kind == COPPICE_CHUNK_PAGE) return "symbols";
+  return kind == COPPICE_CHUNK_WOOD || kind == COPPICE_CHUNK_LEAF_MESH ? "mesh" : "";
+}
+
 std::vector<ChunkSummary> summarise_chunks(const PlantFile& file) {
   std::vector<ChunkSummary> result;
   for (std::uint32_t kind = COPPICE_CHUNK_PLANT; kind <= COPPICE_CHUNK_TEXTURES; ++kind) {
-    ChunkSummary summary{chunk_kind_name(kind), 0, 0};
+    ChunkSummary summary{chunk_kind_name(kind), 0, 0, coded_by_draco(kind)};
     for (const coppice_file_chunk& chunk : file.chunks)
       if (chunk.kind == kind) {
         ++summary.count;

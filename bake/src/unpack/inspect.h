@@ -15,6 +15,7 @@ struct ChunkSummary {
   const char* kind = "";  ///< "PAGE" and the like
   std::uint32_t count = 0;
   std::uint64_t bytes = 0;
+  const char* draco = "";  ///< what Draco codes of it: "mesh", "symbols", or nothing
 };
 
 /// What `coppice inspect` shows.

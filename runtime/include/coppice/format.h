@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 #define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
-#define COPPICE_FORMAT_VERSION 5u
+#define COPPICE_FORMAT_VERSION 6u
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u

@@ -1,15 +1,16 @@
-// A page: a header, tables of symbol probabilities where they differ from the usual, the symbols, and plain bits. Splits are
-// decoded one after another straight into nodes; tables and header are checked first, so that no symbol can be out of range, and what a
-// damaged page can still do is let a split replace two nodes or none, or leave the quantisation box.
+// A page: a header, tables of symbol probabilities where they differ from the usual, a block of symbols for each context, and plain bits;
+// Draco codes blocks and bits. Splits are decoded one after another straight into nodes; tables and header are checked first, so that no
+// symbol can be out of range, and what a damaged page can still do is let a split replace two nodes or none, or leave the quantisation box.
 
 #include "page_codec.h"
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
+#include <new>
 #include <string>
 #include <utility>
 
+#include "decoder_set.h"
 #include "reader.h"
 
 namespace coppice {
@@ -23,14 +24,6 @@ using page_model::Point;
 using page_model::Step;
 
 using Bytes = std::span<const std::uint8_t>;
-
-/// The sections of a page.
-struct PageSections {
-  PageHeader header;
-  std::size_t word_count = 0;
-  Bytes words;  ///< 2 * word_count bytes, then the plain bits
-  Bytes bits;
-};
 
 Error bad_page(const char* what, std::size_t at) {
   return {Status::bad_file, what, Error::kNoOffset, "byte " + std::to_string(at) + " of the page"};
@@ -53,7 +46,11 @@ class HeaderReader {
     for (std::size_t i = 0; i < byte_count; ++i) value |= std::uint32_t{bytes_[at_++]} << (8 * i);
     return value;
   }
-  [[nodiscard]] Bytes rest() const { return bytes_.subspan(at_); }
+  Bytes take(std::size_t byte_count) {
+    at_ += byte_count;
+    return bytes_.subspan(at_ - byte_count, byte_count);
+  }
+  [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
 
  private:
   Bytes bytes_;
@@ -113,7 +110,7 @@ Result<std::size_t> read_digits(HeaderReader& reader, std::size_t most, std::arr
   return count;
 }
 
-Result<void> read_tables(HeaderReader& reader, const PageHeader& header, std::uint32_t card_count, PageScratch& scratch) {
+Result<void> read_tables(HeaderReader& reader, const PageHeader& header, std::uint32_t card_count, DecoderPool::Set& decoders) {
   if (!reader.has(4)) return bad_page("page tables", reader.at());
   const std::size_t at = reader.at();
   const std::uint32_t stored = reader.number(4);
@@ -121,33 +118,56 @@ Result<void> read_tables(HeaderReader& reader, const PageHeader& header, std::ui
   for (std::size_t context = 0; context < Context::kContextCount; ++context) {
     std::array<std::uint8_t, 256> digits;
     const std::size_t most = alphabet(context, header, card_count);
-    std::size_t count = 0;
+    std::size_t& usual = decoders.usual[context];
     if ((stored >> context & 1) != 0) {
-      COPPICE_TRY(read, read_digits(reader, most, digits));
-      count = read;
-    } else {
-      count = default_digits(context, most, digits);
+      COPPICE_TRY(count, read_digits(reader, most, digits));
+      decoders.symbols[context].set_table(std::span(digits).first(count));
+      usual = 0;
+    } else if (const std::size_t count = default_digits(context, most, digits); usual != count) {
+      decoders.symbols[context].set_table(std::span(digits).first(count));
+      usual = count;
     }
-    const std::span<SymbolRange> ranges = std::span(scratch.ranges).subspan(page_model::kFirstRange[context], count);
-    share_out(std::span(digits).first(count), ranges);
-    fill_symbol_table(ranges, scratch.tables[context]);
   }
   return {};
 }
 
-Result<PageSections> read_sections(Bytes bytes, const PageInfo& info, PageScratch& scratch) {
-  PageSections sections;
-  HeaderReader reader(bytes);
-  COPPICE_CHECK(read_header(reader, page_split_count(info.leaf_count, info.page), sections.header));
-  sections.header.quantised_max = static_cast<std::int32_t>(info.quantised_max);
-  COPPICE_CHECK(read_tables(reader, sections.header, info.card_count, scratch));
-  if (!reader.has(2)) return bad_page("page word_count", reader.at());
+/// A length of seven bits a byte, the lowest first.
+Result<std::size_t> read_length(HeaderReader& reader) {
+  constexpr std::uint32_t kLongestBytes = 2;  // of 512 splits no context has more bytes
   const std::size_t at = reader.at();
-  sections.word_count = reader.number(2);
-  if (sections.word_count < 4 || !reader.has(2 * sections.word_count + BitReader::kLeastBytes)) return bad_page("page word_count", at);
-  sections.words = reader.rest();
-  sections.bits = reader.rest().subspan(2 * sections.word_count);
-  return sections;
+  std::size_t length = 0;
+  for (std::uint32_t i = 0; i < kLongestBytes; ++i) {
+    if (!reader.has(1)) break;
+    const std::uint32_t byte = reader.number(1);
+    length |= std::size_t{byte & 127} << (7 * i);
+    if (byte < 128) return length;
+  }
+  return bad_page("page symbols", at);
+}
+
+Result<void> start_symbols(HeaderReader& reader, DecoderPool::Set& decoders) {
+  for (SymbolReader& symbols : decoders.symbols) {
+    std::size_t length = 0;
+    const std::size_t at = reader.at();
+    if (!symbols.only_one()) {
+      COPPICE_TRY(stored, read_length(reader));
+      length = stored;
+    }
+    if (!reader.has(length) || !symbols.start(reader.take(length))) return bad_page("page symbols", at);
+  }
+  return {};
+}
+
+Result<PageHeader> read_sections(Bytes bytes, const PageInfo& info, DecoderPool::Set& decoders) {
+  PageHeader header;
+  HeaderReader reader(bytes);
+  COPPICE_CHECK(read_header(reader, page_split_count(info.leaf_count, info.page), header));
+  header.quantised_max = static_cast<std::int32_t>(info.quantised_max);
+  COPPICE_CHECK(read_tables(reader, header, info.card_count, decoders));
+  COPPICE_CHECK(start_symbols(reader, decoders));
+  const std::size_t at = reader.at();
+  if (reader.left() > BitReader::kMostBytes || !decoders.bits.start(reader.take(reader.left()))) return bad_page("page plain bits", at);
+  return header;
 }
 
 /// A child as it is filled in.
@@ -190,35 +210,32 @@ void index_by_death(std::span<PageNode> nodes, PageScratch& scratch) {
 
 class PageDecoder {
  public:
-  PageDecoder(const PageSections& sections, const PageInfo& info, const PageOutput& out, PageScratch& scratch)
-      : header_(sections.header),
+  PageDecoder(const PageHeader& header, const PageInfo& info, const PageOutput& out, PageScratch& scratch, DecoderPool::Set& decoders)
+      : header_(header),
         out_(out),
         scratch_(scratch),
-        symbols_(sections.words.data(), sections.word_count),
-        bits_(sections.bits),
+        decoders_(decoders),
         first_split_(info.page * COPPICE_PAGE_SPLITS),
-        end_split_(info.leaf_count - 1),
-        bit_bytes_(sections.bits.size()) {}
+        end_split_(info.leaf_count - 1) {}
 
   Result<void> run(std::uint32_t split_count) {
     PageNode* nodes = out_.nodes.pages.back();
     for (std::uint32_t i = 0; i < split_count; ++i)
       if (const char* fault = read_split(i, nodes + 2 * std::size_t{i}); fault != nullptr) return bad_split(fault, i);
-    const std::size_t needed = (bits_.used() + 7) / 8;
-    if (!symbols_.finished() || bit_bytes_ != (needed < BitReader::kLeastBytes ? BitReader::kLeastBytes : needed))
-      return Error{Status::bad_file, "page length"};
+    for (std::size_t context = 0; context < Context::kContextCount; ++context)
+      if (!decoders_.symbols[context].finished())
+        return Error{Status::bad_file, "page symbols", Error::kNoOffset, "context " + std::to_string(context) + " ends early or late"};
+    if (!decoders_.bits.finished()) return Error{Status::bad_file, "page plain bits", Error::kNoOffset, "end early or late"};
     return {};
   }
 
  private:
-  std::uint32_t symbol(std::size_t context) {
-    return symbols_.next(scratch_.tables[context], scratch_.ranges.data() + page_model::kFirstRange[context]);
-  }
+  std::uint32_t symbol(std::size_t context) { return decoders_.symbols[context].next(); }
 
   /// A number of `length` bits, the highest of which is 1.
   std::uint32_t number(std::uint32_t length) {
     if (length < 2) return length;
-    return 1u << (length - 1) | static_cast<std::uint32_t>(bits_.next(length - 1));
+    return 1u << (length - 1) | decoders_.bits.next(length - 1);
   }
 
   /// Null, or what is wrong with the split.
@@ -353,15 +370,7 @@ class PageDecoder {
 
   /// guess + the three residuals, whose bit lengths are known.
   void read_values(const std::array<std::uint32_t, 3>& lengths, const std::array<std::size_t, 3>& axes, const Point& guess, Point& out) {
-    const auto plain = [](std::uint32_t length) { return length > 1 ? length - 1 : 0; };
-    std::uint64_t bits = bits_.next(plain(lengths[0]) + plain(lengths[1]) + plain(lengths[2]));
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t count = plain(lengths[i]);
-      const std::uint32_t top = lengths[i] == 0 ? 0 : 1u << count;
-      const std::uint32_t value = top | (static_cast<std::uint32_t>(bits) & ((1u << count) - 1));
-      bits >>= count;
-      out[axes[i]] = guess[axes[i]] + unzigzag(value);
-    }
+    for (std::size_t i = 0; i < 3; ++i) out[axes[i]] = guess[axes[i]] + unzigzag(number(lengths[i]));
   }
 
   static void store(const Child& child, PageNode& node) {
@@ -386,11 +395,9 @@ class PageDecoder {
   const PageHeader& header_;
   const PageOutput& out_;
   PageScratch& scratch_;
-  SymbolReader symbols_;
-  BitReader bits_;
+  DecoderPool::Set& decoders_;
   std::uint32_t first_split_;
   std::uint32_t end_split_;  ///< of the plant
-  std::size_t bit_bytes_;
 };
 
 }  // namespace
@@ -401,14 +408,22 @@ PageNode root_node(const coppice_file_plant& plant) {
   return root;
 }
 
-Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch) {
+Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch,
+                         DecoderPool& decoders) {
   const std::uint32_t split_count = page_split_count(info.leaf_count, info.page);
   if (split_count == 0 || out.nodes.root == nullptr || out.nodes.pages.size() != info.page + std::size_t{1} ||
       (!out.splits.empty() && out.splits.size() != split_count))
     return Error{Status::invalid_argument, "decode_page: a span of the wrong length"};
-  COPPICE_TRY(sections, read_sections(bytes, info, scratch));
-  if (!find_parents(info, out.nodes, scratch)) return bad_page("page parent", 0);
-  COPPICE_CHECK(PageDecoder(sections, info, out, scratch).run(split_count));
+  try {
+    const DecoderPool::Lease lease(decoders);
+    COPPICE_TRY(header, read_sections(bytes, info, *lease));
+    if (!find_parents(info, out.nodes, scratch)) return bad_page("page parent", 0);
+    COPPICE_CHECK(PageDecoder(header, info, out, scratch, *lease).run(split_count));
+  } catch (const std::bad_alloc&) {
+    return Error{Status::out_of_memory, "page decoders"};
+  } catch (...) {
+    return bad_page("page", 0);
+  }
   index_by_death({out.nodes.pages.back(), std::size_t{2} * split_count}, scratch);
   return {};
 }

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "coppice/format.h"
+#include "decoder_pool.h"
 #include "page_model.h"
 #include "result.h"
 #include "tree.h"
@@ -43,9 +44,11 @@ struct PageOutput {
 PageNode root_node(const coppice_file_plant& plant);
 
 /// Decodes a PAGE chunk (FORMAT.md) into the layout the GPU reads. Checks that each split replaces one node, and slots (four different),
-/// coordinates and cards (< card_count). Any thread. No allocation. On error the page's own nodes are garbage.
+/// coordinates and cards (< card_count). Any thread. Allocates a set of decoders if the pool has none free, else nothing. On error the
+/// page's own nodes are garbage.
 /// scratch  any value, before and after
-/// errors  bad_file: not what FORMAT.md describes; invalid_argument: a span of the wrong length
-Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch);
+/// errors  bad_file: not what FORMAT.md describes; out_of_memory: for decoders; invalid_argument: a span of the wrong length
+Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch,
+                         DecoderPool& decoders);
 
 }  // namespace coppice

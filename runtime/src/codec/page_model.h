@@ -11,7 +11,6 @@
 #include <span>
 
 #include "coppice/format.h"
-#include "symbol_coder.h"
 #include "tree.h"
 
 namespace coppice::page_model {
@@ -47,12 +46,14 @@ inline constexpr std::uint32_t kFar = 27;
 /// Symbols of each context; kCard's are the plant's cards.
 inline constexpr std::array<std::uint16_t, kContextCount> kAlphabet = {28, 16, 4,  12, 12, 12, 24, 24, 18, 18, 18, 18, 2,  256, 17,
                                                                        17, 17, 17, 17, 17, 17, 17, 28, 17, 17, 17, 17, 17, 17};
-inline constexpr std::array<std::uint16_t, kContextCount> kFirstRange = [] {
-  std::array<std::uint16_t, kContextCount> first{};
-  for (std::size_t i = 1; i < first.size(); ++i) first[i] = static_cast<std::uint16_t>(first[i - 1] + kAlphabet[i - 1]);
-  return first;
+inline constexpr std::size_t kSymbolCount = [] {
+  std::size_t sum = 0;
+  for (std::uint16_t symbols : kAlphabet) sum += symbols;
+  return sum;
 }();
-inline constexpr std::size_t kRangeCount = kFirstRange.back() + kAlphabet.back();
+/// Plain bits of a split: of two numbers, each of at most 27 bits, and of three residuals for each of four corners, of 16. The highest is
+/// in the symbol.
+inline constexpr std::uint32_t kMostPlainBits = 2 * 26 + 4 * 3 * 15;
 
 /// How common each symbol is unless the page says otherwise, one hexadecimal digit a symbol (symbol_weight). Measured over the trees of 13
 /// plants.
@@ -174,12 +175,10 @@ std::int32_t square_coordinate(const PageHeader& header, const Point& along, con
 
 namespace coppice {
 
-/// What decoding a page needs for a while. Some 40 KiB: kept off the stacks of an engine's jobs.
+/// What decoding a page needs for a while, besides Draco's decoders. Some 10 KiB: kept off the stacks of an engine's jobs.
 struct PageScratch {
   std::array<std::uint32_t, COPPICE_PAGE_SPLITS> parents;     ///< of the page's splits
   std::array<std::uint64_t, 2 * COPPICE_PAGE_SPLITS> deaths;  ///< of its nodes, above their places
-  std::array<SymbolTable, page_model::kContextCount> tables;
-  std::array<SymbolRange, page_model::kRangeCount> ranges;
 };
 
 }  // namespace coppice

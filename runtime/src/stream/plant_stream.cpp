@@ -210,7 +210,7 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
     bytes.gpu = bytes.upload = gpu::kPageBytes;
     bytes.kept = 2 * splits * sizeof(PageNode);
     if (chunk.id.index == 0) bytes.upload += gpu::ready_cut_bytes(plant.file.plant.leaf_count);
-    bytes.work = sizeof(PageScratch) + sizeof(gpu::ClusterScratch);
+    bytes.work = sizeof(PageScratch) + sizeof(gpu::ClusterScratch) + DecoderPool::kSetBytes;
   } else if (chunk.id.kind != ChunkKind::texture) {
     bytes = mesh_bytes(plant, chunk.id);
   } else {
@@ -365,7 +365,7 @@ Result<void> decode_page_chunk(Transfer& transfer) {
   const coppice_file_plant& file = plant.file.plant;
   const std::uint32_t page = transfer.chunk->id.index;
   const PageInfo info{page, file.leaf_count, file.card_count, quantised_max(file)};
-  COPPICE_CHECK(decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0]));
+  COPPICE_CHECK(decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0], *plant.decoders));
   PageData& data = plant.pages[page];
   const std::span<const PageNode> nodes = data.nodes.span();
   gpu::ClusterScratch& scratch = transfer.cluster_scratch[0];

@@ -67,6 +67,7 @@ struct PlannedBytes {
 struct PlantStream {
   Hooks hooks;  ///< io: of the source
   GpuSizes gpu;
+  DecoderPool* decoders = nullptr;  ///< the streamer's
   std::uint32_t index = 0;
   HookArray<char> path;                  ///< or the name that the log has
   std::span<const std::uint8_t> memory;  ///< where there is no file

@@ -42,7 +42,7 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, Ledger& l
   COPPICE_CHECK(allocate_into(state->decoded, hooks.allocator, kMaxUploads));
   for (Transfer& transfer : state->transfers.span()) transfer.queue = &state->completions;
   ledger.take(sizeof(State) + state->transfers.bytes() + state->evicted.items.bytes() + state->released.items.bytes() +
-              state->decoded.bytes());
+              state->decoded.bytes() + DecoderPool::kSetBytes);
   std::unique_ptr<Streamer> streamer(new (std::nothrow) Streamer(std::move(state)));
   if (!streamer) return Error{Status::out_of_memory, "streamer"};
   return streamer;
@@ -82,6 +82,7 @@ Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
       case Step::queued: {
         if (!opening.blocking && (frame_number < opening.start_frame || started_count >= kMostOpening)) return false;
         COPPICE_CHECK(start_header(opening, hooks, options.gpu));
+        opening.plant->decoders = &decoders;
         ++started_count;
         break;
       }

@@ -66,6 +66,7 @@ struct Streamer::State {
   Hooks hooks;
   Ledger& ledger;
   StreamerOptions options;
+  DecoderPool decoders;
   HookArray<std::unique_ptr<PlantStream>> plants;     ///< grows to max_plants; null: not open
   HookArray<std::unique_ptr<PlantOpening>> openings;  ///< [plant]
   std::uint32_t plant_end = 0;                        ///< plants from here on were never open

@@ -368,6 +368,7 @@ coppice_status coppice_shadow_view(const coppice_context* context, const coppice
   shadow->debug_view = COPPICE_DEBUG_NONE;
   shadow->leaf_budget = 0;
   shadow->shadow_cascade_count = 0;
+  shadow->temporal_frame = 0;
   shadow->width_px = shadow->height_px = desc->size_px;
   coppice::set_sun_camera(*shadow, sphere, context->context->reversed_depth());
   return COPPICE_OK;

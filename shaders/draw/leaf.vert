@@ -7,6 +7,7 @@
 // draws     indirect, leaf_commands of cull.comp or leaf_expand.comp: gl_InstanceIndex names slot and list, gl_VertexIndex cluster, leaf and
 //           corner; recorded by coppice::gpu::ViewRecorder::record_draw
 
+#define COPPICE_QUADS
 #include "bindings.glsl"
 #include "surface_out.glsl"
 #include "leaf_shading.glsl"
@@ -17,10 +18,11 @@ void main() {
   uint corner = uint(gl_VertexIndex) & 3;
   Plant plant = plants[push.plant];
   gl_Position = kOutside;
-  out_color = out_back_color = vec3(0.0);
+  out_color = vec3(0.0);
   out_transmittance = 1.0;
   out_uv = vec2(0.0);
   out_alpha_cutoff = 0.0;
+  out_thinning = 0;
   ClusterList list = list_at(plant, list_index);
   uint place = uint(gl_VertexIndex) >> 2, cluster = place / kClusterLeaves;
   Leaf leaf = LeafArray(cluster_at(list, cluster).leaves).at[place % kClusterLeaves];
@@ -50,9 +52,14 @@ void main() {
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
   float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
   LeafPlace leaf_place = LeafPlace(middle, object, face, material.crown_normals, bulk);
-  out_color = out_back_color = albedo * leaf_light(plant, crown, unpack_crown(crown_word), instance, leaf_place);
+  out_color = albedo * leaf_light(plant, crown, unpack_crown(crown_word), instance, leaf_place);
   out_transmittance = transmittance(world);
   out_uv = card.uv[corner];
   out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);
+  uint gaps = gaps_of_leaf(leaf.card);
+  if (gaps != 0) {
+    vec4 clip = view.clip_from_world * vec4(world_from_object(instance, middle), 1.0);
+    out_thinning = thinning_of(leaf, slot, view.half_size_px * (clip.xy / clip.w + 1.0));
+  }
   if (view.debug_view != 0) show_debug(view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot));
 }

@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Leaves and wood: texture, alpha test, fog; with COPPICE_DEPTH, for shadow maps, no colour.
+// Wood and leaf meshes: texture, alpha test, fog; with COPPICE_DEPTH, for shadow maps, no colour.
 // reads     view; base_color
 // writes    colour, linear
-// draws     of leaf.vert, wood.vert and leaf_mesh.vert, in coppice::gpu::ViewRecorder::record_draw. What has no texture keeps early depth
+// draws     of wood.vert and leaf_mesh.vert, in coppice::gpu::ViewRecorder::record_draw. What has no texture keeps early depth
 //           tests.
 
 #include "bindings.glsl"

@@ -1,5 +1,5 @@
 // What vertex shaders share: push constants, and what they hand on to surface_in.glsl. With COPPICE_RELIEF that is for relief.frag to
-// light. After bindings.glsl.
+// light; with COPPICE_QUADS it is for leaf.frag. After bindings.glsl.
 
 #include "shading.glsl"
 #include "debug_view.glsl"
@@ -14,6 +14,8 @@ layout(location = 3) flat out float out_alpha_cutoff;
 layout(location = 4) out vec3 out_position;  // object space, m
 layout(location = 5) out vec3 out_normal;    // object space
 layout(location = 6) flat out uvec2 out_slot_material;
+#elif defined(COPPICE_QUADS)
+layout(location = 4) flat out uint out_thinning;
 #else
 layout(location = 4) out vec3 out_back_color;  // where the back is seen
 #endif
@@ -37,7 +39,7 @@ void place_vertex(Material material, vec3 world, vec2 uv) {
 // With a debug view, in place of light.
 void show_debug(vec3 color) {
   out_color = color;
-#ifndef COPPICE_RELIEF
+#if !defined(COPPICE_RELIEF) && !defined(COPPICE_QUADS)
   out_back_color = color;
 #endif
   out_transmittance = 1.0;

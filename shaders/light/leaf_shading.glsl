@@ -1,5 +1,7 @@
 // Leaf quads, for the vertex shader and the compute rasteriser alike. After bindings.glsl and shading.glsl.
 
+#include "coppice_thinning.h"
+
 vec3 quantised(uint corners[6], uint corner) {
   uint first = corner * 3;
   uvec3 q;
@@ -19,4 +21,11 @@ float outline_loss(vec3 corners[4], Instance instance) {
   float width_m = distance(0.5 * (corners[0] + corners[1]), 0.5 * (corners[2] + corners[3]));
   float distance_m = max(distance(world_from_object(instance, 0.5 * (stalk + tip)), view.camera_position), view.near_m);
   return outline_loss(instance.scale * min(distance(stalk, tip), width_m) * view.focal_px / distance_m);
+}
+
+// at_px: the leaf's middle
+uint thinning_of(Leaf leaf, uint slot, vec2 at_px) {
+  uint name = leaf_name(leaf.corners[0], leaf.corners[3], leaf.corners[5], slot);
+  uvec2 pixel = uvec2(ivec2(floor(clamp(at_px, -32768.0, 32767.0))));
+  return leaf_thinning(gaps_of_leaf(leaf.card), name, view.temporal_frame, pixel.x, pixel.y);
 }

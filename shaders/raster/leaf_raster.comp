@@ -27,6 +27,7 @@ struct Shared {
   Placed placed;
   vec3 box_step;
   float px_per_m;  // on the screen, of a metre in object space
+  uint slot;
 };
 
 Shared share(uint item, ClusterList list, Cluster cluster, uint quarter, uint leaf_count) {
@@ -34,6 +35,7 @@ Shared share(uint item, ClusterList list, Cluster cluster, uint quarter, uint le
   Shared group;
   group.placed = place(item, instance, list.box_min, list.box_step, cluster, quarter, leaf_count);
   group.box_step = list.box_step;
+  group.slot = slot_of(item);
   float distance_m = max(distance(world_from_object(instance, cluster.center), view.camera_position), view.near_m);
   group.px_per_m = instance.scale * view.focal_px / distance_m;
   return group;
@@ -51,6 +53,7 @@ struct Drawn {
   ivec2 low, high;        // pixels [low, high) hold it
   uint radiance;
   uvec2 mask;
+  uint thinning;
 };
 
 // corners: px, px, depth key
@@ -99,6 +102,8 @@ bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
   drawn.radiance = placed_radiance(group.placed, splat, normals_of(splat));
+  vec3 middle_px = projected(group.placed, middle);
+  drawn.thinning = thinning_of(leaf, group.slot, middle_px.xy / middle_px.z);
   return nearest > group.placed.near_m && all(lessThan(drawn.low, drawn.high));
 }
 
@@ -119,7 +124,8 @@ void shade_pixel(Drawn drawn, vec2 xy, uint pixel) {
   if (in_first && is_hole(drawn.mask, vec2(b1 + b2, b2))) in_first = false;
   if (in_other && is_hole(drawn.mask, vec2(c2, c2 + c3))) in_other = false;
   precise float key = max(in_first ? dot(drawn.first.key, one) : 0.0, in_other ? dot(drawn.other.key, one) : 0.0);
-  if (in_first || in_other) write_pixel(pixel, key, drawn.radiance);
+  bool shown = shows_pixel(drawn.thinning, uint(xy.x), uint(xy.y));
+  if ((in_first || in_other) && shown) write_pixel(pixel, key, drawn.radiance);
 }
 
 // Where a triangle's edges cross a row: at start + step * y. A `left` edge bounds the pixels inside from there on, another up to there.
@@ -182,7 +188,7 @@ uvec2 without_bit(uvec2 bits, uint bit) {
 }
 vec2 center_of(vec2 block, uint bit) { return block + vec2(bit & 7u, bit >> 3) + 0.5; }
 
-// What one block of a leaf's rectangle shows. First where it is covered, by rows; then what the outline takes away; then pixels, so that
+// What one block of a leaf's rectangle shows. First where it is covered, by rows; then what the outline and gaps take away; then pixels, so that
 // the dear part, the atomic, goes through nothing but pixels of the leaf.
 // Loops end at the bottom here: software drivers go through a loop's body once more to find that no invocation is left in it.
 void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
@@ -195,16 +201,18 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
   uvec2 first = inside & uvec2(four_rows(edges.first, block, 0.0, width), four_rows(edges.first, block, 4.0, width));
   uvec2 other = inside & uvec2(four_rows(edges.other, block, 0.0, width), four_rows(edges.other, block, 4.0, width));
 
-  bool solid = (drawn.mask.x & drawn.mask.y) == 0xffffffffu;
+  bool solid = (drawn.mask.x & drawn.mask.y) == 0xffffffffu && drawn.thinning == 0;
   uvec2 left = solid ? uvec2(0) : first | other;
   do {
     uint bit = next_bit(left);
-    vec3 one = vec3(1.0, center_of(block, bit));
+    vec2 center = center_of(block, bit);
+    vec3 one = vec3(1.0, center);
     float b1 = dot(drawn.first.second, one), b2 = dot(drawn.first.third, one);
     float c2 = dot(drawn.other.second, one), c3 = dot(drawn.other.third, one);
     bool some = (left.x | left.y) != 0;
-    if (some && is_hole(drawn.mask, vec2(b1 + b2, b2))) first = without_bit(first, bit);
-    if (some && is_hole(drawn.mask, vec2(c2, c2 + c3))) other = without_bit(other, bit);
+    bool gap = !shows_pixel(drawn.thinning, uint(center.x), uint(center.y));
+    if (some && (gap || is_hole(drawn.mask, vec2(b1 + b2, b2)))) first = without_bit(first, bit);
+    if (some && (gap || is_hole(drawn.mask, vec2(c2, c2 + c3)))) other = without_bit(other, bit);
     left = without_next_bit(left);
   } while ((left.x | left.y) != 0);
 

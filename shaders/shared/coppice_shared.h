@@ -70,10 +70,12 @@ const uint kMaxSlots = 1u << kSlotBits;
 // unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
 struct Leaf {
   uint corners[6];
-  uint card;  // low half: of the plant's cards or CardLooks. The other is free
+  uint card;  // low half: of the plant's cards or CardLooks; from kGapShift on, 4 bits: how many sixteenths of it are gaps. 12 are free
   uint life;  // from kBirthShift on which split of its page bears it; below the split that replaces it, or kNoDeath
 };
 COPPICE_GPU_LAYOUT(Leaf, 32);
+const uint kGapShift = 16;
+const uint kMaxGaps = 15;
 const uint kBirthShift = 23;
 const uint kNoDeath = (1u << kBirthShift) - 1u;
 // A finer cut than this is not drawn: lives end here.
@@ -83,7 +85,7 @@ const uint kMaxDrawnLeaves = kNoDeath;
 const uint kMaxGrains = 4;
 struct Splat {
   uint xy;       // its middle in the list's box, two unsigned 16-bit numbers: box_min + splat_step * q
-  uint z_size;   // the third; and the side of the square of a disc's area, 65535 is Cluster::splat_size_m
+  uint z_size;   // the third; and the side of the square of a disc's area without gaps, 65535 is Cluster::splat_size_m
   uint axis;     // from its middle to its end, three snorm8 of Cluster::axis_steps steps
   uint normals;  // the one it is lit with and its face's, octahedral, two snorm8 each
   uint look;     // its albedo, pack_albedo's; from bit 24 on the share of the sky that it sees
@@ -240,9 +242,11 @@ struct View {
   uint cascade_count;           // of shadow_maps
   float depth_sign;             // 1: nearer is larger; -1: smaller
   uint is_mirrored;             // 1: the picture's y points up, so that what the viewer sees run counter-clockwise is clockwise there
+  uint temporal_frame;          // coppice_view's
+  vec2 half_size_px;            // of the picture
   mat4 cascades[kMaxCascades];  // clip_from_world of each
 };
-COPPICE_GPU_LAYOUT(View, 464);
+COPPICE_GPU_LAYOUT(View, 476);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -121,7 +121,7 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   const Box box = leaf_box(baked.tree);
   fill_front(baked, box, plant.file);
   for (std::size_t id = 0; id < baked.tree.nodes.size(); ++id) {
-    PageNode node{.card = static_cast<std::uint16_t>(baked.tree.nodes[id].card), .split = baked.tree.node_split[id]};
+    PageNode node{.card = static_cast<std::uint8_t>(baked.tree.nodes[id].card), .split = baked.tree.node_split[id]};
     for (std::size_t corner = 0; corner < 4; ++corner)
       node.corners[corner] = quantise(baked.tree.vertices[baked.tree.nodes[id].vertices[corner]], box);
     plant.nodes.push_back(node);

@@ -65,7 +65,7 @@ struct Crown {
         for (int axis = 0; axis < 3; ++axis)
           quad[corner][static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(std::lround(unit[axis] * COPPICE_QUANTISED_MAX));
       }
-      nodes.push_back({.corners = quad, .card = static_cast<std::uint16_t>(id % 2), .split = plant.tree.node_split[id]});
+      nodes.push_back({.corners = quad, .card = static_cast<std::uint8_t>(id % 2), .split = plant.tree.node_split[id]});
     }
     light = measure_crown({nodes[0], page(0), looks, box()});
   }

@@ -118,7 +118,7 @@ void expect_same_tree(const Bytes& file, const PlantFile& front, const NaivePlan
       for (std::size_t axis = 0; axis < 3; ++axis) quad[i][axis] = static_cast<std::uint16_t>(node.corners[i][axis]);
     return quad;
   };
-  bake::DecodedPages pages(PageNode{quad_of(naive.nodes[0]), static_cast<std::uint16_t>(naive.nodes[0].card)}, front.plant.leaf_count,
+  bake::DecodedPages pages(PageNode{quad_of(naive.nodes[0]), static_cast<std::uint8_t>(naive.nodes[0].card)}, front.plant.leaf_count,
                            front.plant.card_count, quantised_max(front.plant));
   std::size_t first = 0;
   for (std::uint32_t page = 0; page < front.plant.page_count; ++page) {

@@ -84,7 +84,7 @@ Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps) {
   QuantisedTree result;
   result.box = leaf_box(tree, steps);
   for (const Tree::Node& node : tree.nodes) {
-    PageNode quantised{.card = static_cast<std::uint16_t>(node.card)};
+    PageNode quantised{.card = static_cast<std::uint8_t>(node.card)};
     for (std::size_t corner = 0; corner < 4; ++corner)
       quantised.corners[corner] = quantise(result.box, tree.vertices[node.vertices[corner]]);
     result.nodes.push_back(quantised);

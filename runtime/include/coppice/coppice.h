@@ -486,6 +486,12 @@ typedef struct coppice_view {
    * default: all is in the sun. An image must live until the GPU has finished the frame. */
   uint32_t shadow_cascade_count;
   coppice_shadow_cascade shadow_cascades[COPPICE_MAX_SHADOW_CASCADES];
+
+  /* Coarse leaves stand for several with gaps between them, and leave out some of their pixels. 0, the default: always the same pixels of a
+   * leaf, so that a still picture stands still. Where the engine averages frames, as temporal antialiasing does: a number above 0 that is
+   * another in each of them, such as a count of frames (it may begin again at 1 after 16 or more); each frame then leaves out other pixels,
+   * and the average shows what lies behind. Not for shadow maps that are kept. */
+  uint32_t temporal_frame;
 } coppice_view;
 void coppice_view_init(coppice_view* view);
 
@@ -499,7 +505,7 @@ typedef struct coppice_shadow_desc {
 /* Fills shadow, of kind COPPICE_VIEW_SHADOW: the sun of `camera` from 40 radii away, as perspective that is parallel to within 1.5
  * degrees, since the compute rasteriser draws no other. Its error_px is the camera's, in px of the map, and may be raised; width_px /
  * (2 radius_m) px are a metre. A centre that moves by whole steps of the map keeps edges of shadows still. Per cascade a frame:
- * coppice_record_cull, then coppice_record_draw inside rendering to its depth, before the camera's.
+ * coppice_record_cull, then coppice_record_draw inside rendering to its depth, before the camera's. temporal_frame is 0.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT */
 coppice_status coppice_shadow_view(const coppice_context* context, const coppice_view* camera, const coppice_shadow_desc* desc,
                                    coppice_view* shadow);

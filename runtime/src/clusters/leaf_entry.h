@@ -35,7 +35,8 @@ struct LeafEntry {
   // Of its splat.
   vec3 normal{}, face{};
   std::uint32_t look = 0;  ///< Splat::look without the sky
-  float covered_m2 = 0;
+  std::uint32_t gaps = 0;  ///< sixteenths of it
+  float covered_m2 = 0;    ///< without holes and gaps
   CrownSample light{};
   float bulk = 0;  ///< as in Cluster::bulks, 0..1
 

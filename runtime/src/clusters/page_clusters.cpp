@@ -8,6 +8,7 @@
 #include "card_looks.h"
 #include "check.h"
 #include "coppice_lod.h"
+#include "coppice_thinning.h"
 
 namespace coppice::gpu {
 namespace {
@@ -32,12 +33,13 @@ LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t
   const CardLook& look = source.looks[node.card];
   const auto& c = entry.corners;
   entry.id = id;
-  entry.leaf.card = node.card;
+  entry.gaps = gaps_of(node.fade);
+  entry.leaf.card = node.card | entry.gaps << kGapShift;
   const LeafNormals normals = leaf_normals(crown, entry.middle(), cross(c[2] - c[0], c[3] - c[1]), look.crown_normals);
   entry.normal = normals.lit;
   entry.face = normals.face;
   entry.look = pack_albedo(look.albedo * variation(crown, c[0], corners[0]));
-  entry.covered_m2 = entry.area_m2 * look.coverage;
+  entry.covered_m2 = entry.area_m2 * look.coverage * opacity_of(entry.gaps);
   entry.light = source.light->at(entry.middle());
   entry.bulk = full_bulk(crown, entry.size_m);
   return entry;

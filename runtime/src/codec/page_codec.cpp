@@ -376,7 +376,8 @@ class PageDecoder {
   static void store(const Child& child, PageNode& node) {
     for (std::size_t corner = 0; corner < 4; ++corner)
       for (std::size_t axis = 0; axis < 3; ++axis) node.corners[corner][axis] = static_cast<std::uint16_t>(child.corners[corner][axis]);
-    node.card = static_cast<std::uint16_t>(child.card);
+    node.card = static_cast<std::uint8_t>(child.card);
+    node.fade = kOpaqueFade;
   }
 
   static void store_split(std::uint32_t parent, const std::array<std::uint8_t, 4>& slots, const std::array<Child, 2>& child, Split& split) {
@@ -403,7 +404,7 @@ class PageDecoder {
 }  // namespace
 
 PageNode root_node(const coppice_file_plant& plant) {
-  PageNode root{.card = static_cast<std::uint16_t>(plant.root_card), .split = plant.leaf_count > 1 ? 0 : kNeverReplaced};
+  PageNode root{.card = static_cast<std::uint8_t>(plant.root_card), .split = plant.leaf_count > 1 ? 0 : kNeverReplaced};
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.root_quad[corner], 3, root.corners[corner].begin());
   return root;
 }

@@ -26,15 +26,25 @@ inline constexpr std::uint32_t kNeverReplaced = 0xffffffffu;
 /// PageNode::by_death behind the last node that is replaced.
 inline constexpr std::uint16_t kNoPlace = 0xffff;
 
+/// PageNode::fade of a node without gaps: every source leaf's.
+inline constexpr std::uint8_t kOpaqueFade = 0x8f;
+
+/// How many sixteenths of a node are gaps between the leaves that it stands for, 0 to 15.
+[[nodiscard]] constexpr std::uint32_t gaps_of(std::uint8_t fade) {
+  return 15u - (fade & 15u);
+}
+
 /// A node as pages are decoded into.
 struct PageNode {
   QuantisedQuad corners{};
-  std::uint16_t card = 0;
+  std::uint8_t card = 0;  ///< < COPPICE_MAX_CARDS
+  /// Low half: its opacity in sixteenths, less one. High half: its brightness, 8 where unchanged; reserved.
+  std::uint8_t fade = kOpaqueFade;
   /// Not of this node, but an index of its page: node k has the place in the page of the one that is replaced k-th, kNoPlace once all are.
   std::uint16_t by_death = 0;
   std::uint32_t split = kNeverReplaced;  ///< that replaces this node, in whichever page it is
 };
-static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, split) == 28);
+static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, fade) == 25 && offsetof(PageNode, split) == 28);
 
 /// One split as decoded from a page.
 struct Split {

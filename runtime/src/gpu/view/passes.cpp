@@ -5,6 +5,8 @@
 
 #include "coppice_shared.h"
 #include "cull_comp.h"
+#include "leaf_depth_frag.h"
+#include "leaf_frag.h"
 #include "leaf_mesh_relief_vert.h"
 #include "leaf_mesh_vert.h"
 #include "leaf_vert.h"
@@ -78,14 +80,14 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, co
     return SurfacePipelines{add_surface(0), add_surface(1)};
   };
   DrawPipelines& camera = passes.camera;
-  camera.leaf = add({"leaf.vert", leaf_vert_spirv, plant_frag_spirv, 1}, attachments);
+  camera.leaf = add({"leaf.vert", leaf_vert_spirv, leaf_frag_spirv, 1}, attachments);
   camera.wood.flat = add({"wood.vert", wood_vert_spirv, plant_frag_spirv, 0}, attachments);
   camera.wood.relief = add({"wood.vert, relief.frag", wood_relief_vert_spirv, relief_frag_spirv, 0}, attachments);
   camera.leaf_mesh.flat = add({"leaf_mesh.vert", leaf_mesh_vert_spirv, plant_frag_spirv, 1}, attachments);
   camera.leaf_mesh.relief = add({"leaf_mesh.vert, relief.frag", leaf_mesh_relief_vert_spirv, relief_frag_spirv, 1}, attachments);
   if (attachments.shadow_format == VK_FORMAT_UNDEFINED) return {};
   const AttachmentDesc depth = shadow_attachments(attachments);
-  passes.shadow.leaf = add({"leaf.vert of shadow views", leaf_vert_spirv, plant_depth_frag_spirv, 1}, depth);
+  passes.shadow.leaf = add({"leaf.vert of shadow views", leaf_vert_spirv, leaf_depth_frag_spirv, 1}, depth);
   passes.shadow.wood.flat = add({"wood.vert of shadow views", wood_vert_spirv, plant_depth_frag_spirv, 0}, depth);
   return {};
 }

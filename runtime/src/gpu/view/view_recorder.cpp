@@ -45,6 +45,8 @@ View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instan
   converted.cascade_count = view.shadow_cascade_count;
   converted.depth_sign = reversed ? 1.0f : -1.0f;
   converted.is_mirrored = is_mirrored(converted.clip_from_world) ? 1 : 0;
+  converted.temporal_frame = view.temporal_frame;
+  converted.half_size_px = {0.5f * static_cast<float>(view.width_px), 0.5f * static_cast<float>(view.height_px)};
   for (std::uint32_t i = 0; i < view.shadow_cascade_count; ++i) converted.cascades[i] = mat4(view.shadow_cascades[i].clip_from_world);
   return converted;
 }

@@ -1,0 +1,67 @@
+// Which pixels of a leaf with gaps are drawn, once: this text compiles as GLSL and as C++ (namespace coppice::gpu).
+//
+// A merged leaf stands for several with gaps between them. Each pixel of it has a threshold, in sixteenths, and is drawn where that is not
+// below the leaf's gaps: the mean over a few pixels, or over the frames that temporal antialiasing averages, is a leaf that lets through
+// its gaps' share. Thresholds are a lattice over the picture that fills [0, 1) evenly with any few neighbours (R2: Roberts, The
+// Unreasonable Effectiveness of Quasirandom Sequences), and go on by an irrational step from frame to frame. Leaves differ in phase, in
+// one of four lattices and in one of four steps: what lies behind a leaf is not seen through the same pixels as the leaf itself.
+//
+// In a shader after bindings.glsl.
+
+#ifndef COPPICE_THINNING_H
+#define COPPICE_THINNING_H
+
+#include "coppice_lod.h"
+#include "coppice_shared.h"
+
+#ifdef __cplusplus
+namespace coppice::gpu {
+using lod::coppice_hash;
+#endif
+
+/// Of Leaf::card.
+COPPICE_FN uint gaps_of_leaf(uint card) {
+  return card >> kGapShift & kMaxGaps;
+}
+
+/// Share of a leaf that is no gap.
+COPPICE_FN float opacity_of(uint gaps) {
+  return 1.0f - float(gaps) * (1.0f / 16.0f);
+}
+
+// A leaf's thinning is a word: its gaps, kMaxGaps at most; which lattice; and its threshold at pixel (0, 0), of which the upper bits count.
+const uint kLatticeBits = 0x30u;
+const uint kThinningBits = kLatticeBits | kMaxGaps;
+
+/// What a lattice adds to the threshold at a pixel.
+COPPICE_FN uint lattice_at(uint thinning, uint x, uint y) {
+  bool swapped = (thinning & 0x10u) != 0u, mirrored = (thinning & 0x20u) != 0u;
+  uint p = swapped ? y : x, q = swapped ? x : y;
+  return p * 3242174889u + (mirrored ? 0u - q : q) * 2447445414u;  // 2^32 times 1 / g and 1 / g^2, where g^3 = g + 1
+}
+
+/// Of some words of a Leaf's corners and of an instance's slot: alike in every cut that shows the leaf.
+COPPICE_FN uint leaf_name(uint first_word, uint middle_word, uint last_word, uint slot) {
+  return coppice_hash(first_word ^ coppice_hash(middle_word ^ coppice_hash(last_word ^ slot * 2654435769u)));
+}
+
+/// frame: View::temporal_frame; x, y: the pixel of the leaf's middle. The fixed pattern moves with the leaf, so that a camera on its way
+/// does not slide it over the leaf.
+COPPICE_FN uint leaf_thinning(uint gaps, uint name, uint frame, uint x, uint y) {
+  uint which = name >> 6u & 3u;
+  // 2^32 times the fractions of the golden ratio and of the roots of 2, 3 and 7.
+  uint step = which == 0u ? 2654435769u : which == 1u ? 1779033704u : which == 2u ? 3144134278u : 2773480762u;
+  uint threshold = frame == 0u ? name - lattice_at(name, x, y) : name + frame * step;
+  return gaps == 0u ? 0u : (threshold & ~kThinningBits) | (name & kLatticeBits) | gaps;
+}
+
+/// Always, of a leaf without gaps: its thinning is 0.
+COPPICE_FN bool shows_pixel(uint thinning, uint x, uint y) {
+  return (thinning + lattice_at(thinning, x, y)) >> 28u >= (thinning & kMaxGaps);
+}
+
+#ifdef __cplusplus
+}  // namespace coppice::gpu
+#endif
+
+#endif

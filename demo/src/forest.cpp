@@ -275,6 +275,7 @@ coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D
   copy(result.fog_color, weather.fog_color);
   result.fog_density = weather.fog_density;
   result.debug_view = static_cast<coppice_debug_view>(settings.view);
+  result.temporal_frame = view.temporal_frame;
   return result;
 }
 

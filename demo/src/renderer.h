@@ -33,6 +33,7 @@ struct FrameView {
   glm::mat4 clip_from_view;  ///< moved by jitter_px
   glm::mat4 unmoved_clip_from_world;
   glm::vec2 jitter_px = {0, 0};
+  std::uint32_t temporal_frame = 0;  ///< coppice_view's
   glm::vec3 eye;
   float time_s = 0;
   bool unchanged = false;  ///< nothing but the camera can have changed since the frame before

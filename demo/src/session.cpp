@@ -210,6 +210,7 @@ FrameView view_of(const Session& session, const Pose& pose, float time_s) {
   view.unmoved_clip_from_world = view.clip_from_view * view.view_from_world;
   view.jitter_px = session.jitter_px + (session.renderer.temporal ? temporal_jitter_px(*session.renderer.temporal) : glm::vec2(0));
   view.clip_from_view[2] -= glm::vec4(2.0f * view.jitter_px / drawn_px, 0, 0);
+  view.temporal_frame = session.renderer.temporal ? session.renderer.temporal->frame + 1 : session.sample;
   view.eye = pose.position;
   view.time_s = time_s;
   return view;
@@ -348,6 +349,7 @@ std::vector<float> supersampled_picture(Session& session, const Shot& shot, std:
   for (std::uint32_t y = 0; y < side; ++y)
     for (std::uint32_t x = 0; x < side; ++x) {
       session.jitter_px = (glm::vec2(x, y) + 0.5f) / static_cast<float>(side) - 0.5f;
+      session.sample = side == 1 ? 0 : y * side + x + 1;
       render_frame(session, shot.pose, shot.time_s, 0);
       wait_for_frames(session.device, session.ring);
       const std::vector<std::uint8_t> sample = read_picture(session.renderer);
@@ -355,6 +357,7 @@ std::vector<float> supersampled_picture(Session& session, const Shot& shot, std:
       for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += static_cast<float>(sample[i]) / samples;
     }
   session.jitter_px = {0, 0};
+  session.sample = 0;
   return mean;
 }
 

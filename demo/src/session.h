@@ -47,6 +47,7 @@ struct Session {
   Controls controls;
   FramePace pace;
   glm::vec2 jitter_px = {0, 0};   ///< moves the picture, for supersampling
+  std::uint32_t sample = 0;       ///< of a supersampled picture, from 1 on; 0: frames are shown as they are
   float cuts_aside_m = 0;         ///< the picture has the cuts of an eye so far to the right
   std::uint32_t supersample = 1;  ///< along each axis, of pictures that are written
   std::optional<Watch> watch;     ///< absent unless asked for

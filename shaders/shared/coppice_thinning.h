@@ -4,7 +4,7 @@
 // below the leaf's gaps: the mean over a few pixels, or over the frames that temporal antialiasing averages, is a leaf that lets through
 // its gaps' share. Thresholds are a lattice over the picture that fills [0, 1) evenly with any few neighbours (R2: Roberts, The
 // Unreasonable Effectiveness of Quasirandom Sequences), and go on by an irrational step from frame to frame. Leaves differ in phase, in
-// one of four lattices and in one of four steps: what lies behind a leaf is not seen through the same pixels as the leaf itself.
+// one of four lattices and in one of eight steps: what lies behind a leaf is not seen through the same pixels as the leaf itself.
 //
 // In a shader after bindings.glsl.
 
@@ -51,6 +51,7 @@ COPPICE_FN uint leaf_thinning(uint gaps, uint name, uint frame, uint x, uint y) 
   uint which = name >> 6u & 3u;
   // 2^32 times the fractions of the golden ratio and of the roots of 2, 3 and 7.
   uint step = which == 0u ? 2654435769u : which == 1u ? 1779033704u : which == 2u ? 3144134278u : 2773480762u;
+  step = (name & 0x100u) != 0u ? 0u - step : step;
   uint threshold = frame == 0u ? name - lattice_at(name, x, y) : name + frame * step;
   return gaps == 0u ? 0u : (threshold & ~kThinningBits) | (name & kLatticeBits) | gaps;
 }

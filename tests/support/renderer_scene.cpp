@@ -186,7 +186,9 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
   renderer_ =
       expect(gpu::Renderer::create({.device = device,
                                     .allocator = default_allocator(),
-                                    .view = {.attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT},
+                                    .view = {.attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB,
+                                                             .depth_format = VK_FORMAT_D32_SFLOAT,
+                                                             .shadow_format = options.shadow_format},
                                              .max_instances = max_instances,
                                              .compute_raster = options.compute_raster,
                                              .int64_atomics = options.int64_atomics && gpu.int64_atomics,
@@ -339,6 +341,33 @@ RendererScene::Frame RendererScene::draw(const coppice_view& view) {
   ++frame_;
   frame.counts = renderer_->view().counts();
   return frame;
+}
+
+std::vector<float> RendererScene::draw_depth(const coppice_view& view) {
+  const Image depth(gpu_, {.width_px = view.width_px,
+                           .height_px = view.height_px,
+                           .format = VK_FORMAT_D32_SFLOAT,
+                           .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+  renderer_->begin_frame(frame_ + 1, frame_);
+  ++frame_;
+  const Buffer cuts(gpu_, std::max<std::size_t>(instances_.slots().size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  submit(gpu_, [&](VkCommandBuffer cmd) {
+    record_selection(cmd, view, cuts);
+    change_layout(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    const VkRenderingAttachmentInfo attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                               .imageView = depth.view(),
+                                               .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                               .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                               .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                    .renderArea = {{0, 0}, {view.width_px, view.height_px}},
+                                    .layerCount = 1,
+                                    .pDepthAttachment = &attachment};
+    vkCmdBeginRendering(cmd, &rendering);
+    renderer_->record_draw(cmd, view);
+    vkCmdEndRendering(cmd);
+  });
+  return read_depth(gpu_, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
 }
 
 }  // namespace coppice::test

@@ -73,6 +73,7 @@ struct SceneOptions {
   bool compute_raster = false;
   bool int64_atomics = true;                       ///< where the device has them
   std::optional<bool> many_lanes;                  ///< RendererDesc's
+  VkFormat shadow_format = VK_FORMAT_UNDEFINED;    ///< for draw_depth: of D32_SFLOAT
   PFN_vkAllocateMemory allocate_memory = nullptr;  ///< instead of the device's; frames may then fail
 };
 
@@ -102,6 +103,8 @@ class RendererScene {
   };
   /// Uploads what is new, culls, draws on white, waits.
   Frame draw(const coppice_view& view);
+  /// A view of COPPICE_VIEW_SHADOW: its depth, 0 where nothing is.
+  std::vector<float> draw_depth(const coppice_view& view);
 
  private:
   struct Pending {

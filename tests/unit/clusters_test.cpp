@@ -13,6 +13,7 @@
 
 #include "coppice/format.h"
 #include "coppice_lod.h"
+#include "coppice_thinning.h"
 #include "hook_array.h"
 #include "hooks.h"
 #include "made_mesh.h"
@@ -185,6 +186,35 @@ TEST(Clusters, ThoseOfAPlantOfOneLeafAreItsRoot) {
   for (const ClusterList& list : cuts.lists) {
     EXPECT_EQ(list.leaf_count, 1u);
     EXPECT_EQ(address_of(list.blocks), address_of(cuts.lists[0].blocks));
+  }
+}
+
+// Leaves are drawn pixel by pixel, so that they carry their gaps; discs are smaller by them.
+TEST(Clusters, CarryTheGapsOfTheirLeaves) {
+  Crown crown;
+  const std::vector<std::uint8_t> opaque = crown.built_page(0);
+  std::set<std::pair<Corners, std::uint32_t>> gaps;  // a merged leaf may have the corners of one that it replaced
+  for (std::size_t id = 0; id < crown.nodes.size(); ++id) {
+    crown.nodes[id].fade = static_cast<std::uint8_t>(0x80 + id % 16);
+    gaps.insert({packed(crown.nodes[id].corners), 15 - id % 16});
+  }
+  const std::vector<std::uint8_t> bytes = crown.built_page(0);
+  for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
+    const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster)), whole = read<Cluster>(opaque, i * sizeof(Cluster));
+    EXPECT_EQ(cluster.grains_m, whole.grains_m) << "what decides who draws it";
+    EXPECT_EQ(cluster.leaf_sizes_m, whole.leaf_sizes_m);
+    const auto area = [](const Cluster& in, std::span<const std::uint8_t> page, std::uint32_t at) {
+      const float side = in.splat_size_m * static_cast<float>(read<Splat>(page, address_of(in.splats) + at * sizeof(Splat)).z_size >> 16);
+      return side * side;
+    };
+    for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
+      const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
+      const auto before = read<Leaf>(opaque, address_of(whole.leaves) + at * sizeof(Leaf));
+      EXPECT_TRUE(gaps.contains({name_of(leaf).first, gaps_of_leaf(leaf.card)}));
+      EXPECT_EQ(gaps_of_leaf(before.card), 0u);
+      EXPECT_EQ(leaf.card & 0xffffu, before.card);
+      EXPECT_NEAR(area(cluster, bytes, at) / area(whole, opaque, at), opacity_of(gaps_of_leaf(leaf.card)), 1e-3f);
+    }
   }
 }
 

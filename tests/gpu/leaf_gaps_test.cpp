@@ -1,0 +1,243 @@
+// Leaves with gaps on both paths: over frames and over pixels they let through what lies behind, in every size.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ostream>
+
+#include "convert.h"
+#include "random_tree.h"
+#include "renderer_scene.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 192, kRow = 20;
+constexpr std::uint8_t kHalf = 0x87;
+
+struct Path {
+  const char* name;
+  bool compute_raster, int64_atomics;
+};
+
+void PrintTo(const Path& each, std::ostream* out) {
+  *out << each.name;
+}
+
+/// Squares that do not overlap, in a plane before the eye, all of them in the finest cut.
+DecodedPlant sheet(std::uint8_t fade, std::uint32_t texture_side = 0) {
+  DecodedPlant plant =
+      decoded_plant(random_plant({.leaf_count = kRow * kRow, .seed = 3, .wood_lod_count = 0, .texture_side = texture_side}));
+  const std::uint32_t cell = COPPICE_QUANTISED_MAX / kRow;
+  std::uint32_t at = 0;
+  for (PageNode& node : plant.nodes) {
+    if (node.split != kNeverReplaced) continue;
+    const std::uint32_t x = at % kRow * cell, y = at / kRow * cell, wide = cell * 3 / 4, z = COPPICE_QUANTISED_MAX / 2;
+    const auto corner = [&](std::uint32_t right, std::uint32_t up) {
+      return QuantisedPoint{static_cast<std::uint16_t>(x + right), static_cast<std::uint16_t>(y + up), static_cast<std::uint16_t>(z)};
+    };
+    node.corners = {corner(0, 0), corner(wide, 0), corner(wide, wide), corner(0, wide)};
+    node.fade = fade;
+    ++at;
+  }
+  return plant;
+}
+
+coppice_placement at(float z, float brightness) {
+  return {{0.0f, 0.0f, z}, 1.0f, {0, 0, 0, 1}, {brightness, brightness, brightness}};
+}
+
+struct Placed {
+  DecodedPlant plant;
+  coppice_placement placement;
+};
+
+using Light = std::vector<double>;  ///< linear, a number a pixel
+
+double linear(std::uint8_t srgb) {
+  const double value = srgb / 255.0;
+  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+}
+
+class LeafGapsTest : public VulkanTest, public testing::WithParamInterface<Path> {
+ protected:
+  static SceneOptions options() { return {.compute_raster = GetParam().compute_raster, .int64_atomics = GetParam().int64_atomics}; }
+
+  /// Leaves of the sheet at z = 0 are this wide.
+  static coppice_view view_for(float leaf_px) {
+    const gpu::Plant plant = gpu::gpu_plant(sheet(kOpaqueFade).file.plant);
+    const float leaf_m = plant.box_step.x * (COPPICE_QUANTISED_MAX / kRow * 3 / 4), focal_px = 0.5f * kSidePx / std::tan(0.4f);
+    const vec3 middle = plant.box_min + plant.box_step * (0.5f * COPPICE_QUANTISED_MAX);
+    coppice_view view = make_view({.eye_m = {middle.x, middle.y, middle.z + leaf_m * focal_px / leaf_px},
+                                   .target_m = {middle.x, middle.y, middle.z},
+                                   .width_px = kSidePx,
+                                   .height_px = kSidePx});
+    view.error_px = 1e-4f;
+    return view;
+  }
+
+  /// Mean over 16 frames, moved by parts of a pixel as temporal antialiasing moves them.
+  static Light over_frames(const std::vector<Placed>& plants, coppice_view view) {
+    RendererScene scene(gpu(), 64, options());
+    for (const Placed& placed : plants) scene.place(scene.add_plant(placed.plant), {placed.placement});
+    scene.draw(view);  // lists are built over some frames
+    const coppice_view still = view;
+    Light mean(std::size_t{kSidePx} * kSidePx);
+    for (std::uint32_t frame = 0; frame < 16; ++frame) {
+      view = still;
+      view.temporal_frame = frame + 1;
+      view.clip_from_view[8] += (static_cast<float>(frame % 4) - 1.5f) / 4 * 2 / kSidePx;
+      view.clip_from_view[9] += (static_cast<float>(frame / 4) - 1.5f) / 4 * 2 / kSidePx;
+      const Picture picture = scene.draw(view).picture;
+      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += linear(picture.rgba[4 * i + 1]) / 16;
+    }
+    return mean;
+  }
+
+  static Picture one_frame(const std::vector<Placed>& plants, const coppice_view& view, const SceneOptions& with) {
+    RendererScene scene(gpu(), 64, with);
+    for (const Placed& placed : plants) scene.place(scene.add_plant(placed.plant), {placed.placement});
+    scene.draw(view);
+    return scene.draw(view).picture;
+  }
+};
+
+/// Share of pixels that are drawn on; the ground is white.
+double covered(const Picture& picture) {
+  double count = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) count += picture.rgba[i + 1] < 250;
+  return count / static_cast<double>(picture.rgba.size() / 4);
+}
+
+/// Root of the mean square difference of means over tiles.
+double difference(const Light& a, const Light& b, std::uint32_t tile) {
+  double squares = 0;
+  for (std::uint32_t y = 0; y < kSidePx; y += tile)
+    for (std::uint32_t x = 0; x < kSidePx; x += tile) {
+      double sum = 0;
+      for (std::uint32_t i = 0; i < tile * tile; ++i) {
+        const std::size_t pixel = std::size_t{y + i / tile} * kSidePx + x + i % tile;
+        sum += (a[pixel] - b[pixel]) / (tile * tile);
+      }
+      squares += sum * sum;
+    }
+  return std::sqrt(squares * tile * tile / (kSidePx * kSidePx));
+}
+
+Light mixed(const Light& front, double share, const Light& behind) {
+  Light sum(front.size());
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = share * front[i] + (1 - share) * behind[i];
+  return sum;
+}
+
+constexpr float kHardware_px = 24, kLeaf_px = 8, kSplat_px = 1.5f;
+
+// Black leaves of opacity c before grey ones before white: in the mean c * black + (1 - c) * what is seen without them.
+TEST_P(LeafGapsTest, FramesAverageToTheComposite) {
+  const Placed behind{sheet(kOpaqueFade), at(-0.7f, 0.2f)};
+  for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
+    const coppice_view view = view_for(leaf_px);
+    const Light without = over_frames({behind}, view), opaque = over_frames({{sheet(kOpaqueFade), at(0.0f, 0.0f)}, behind}, view);
+    ASSERT_GT(difference(without, opaque, 8), 0.03) << leaf_px << ": something stands before it";
+    for (const std::uint32_t opacity : {2u, 8u, 13u}) {
+      const auto fade = static_cast<std::uint8_t>(0x80 + opacity - 1);
+      const Light actual = over_frames({{sheet(fade), at(0.0f, 0.0f)}, behind}, view);
+      const Light expected = mixed(opaque, opacity / 16.0, without);
+      EXPECT_LT(difference(actual, expected, 8), 0.02) << leaf_px << " px, " << opacity;
+      if (leaf_px == kSplat_px) continue;
+      EXPECT_LT(difference(actual, expected, 1), 0.06) << leaf_px << " px, " << opacity << ": pixel by pixel";
+    }
+  }
+}
+
+// Two sheets of half opacity: behind both a quarter is seen, not a half or nothing.
+TEST_P(LeafGapsTest, LeavesBehindEachOtherLetThroughTheProduct) {
+  const Placed front{sheet(kHalf), at(0.0f, 0.0f)}, back{sheet(kHalf), at(-0.02f, 0.2f)};
+  const Placed whole_front{sheet(kOpaqueFade), at(0.0f, 0.0f)}, whole_back{sheet(kOpaqueFade), at(-0.02f, 0.2f)};
+  for (const float leaf_px : {kHardware_px, kLeaf_px}) {
+    const coppice_view view = view_for(leaf_px);
+    const Light white(std::size_t{kSidePx} * kSidePx, 1.0), both = over_frames({whole_front, whole_back}, view);
+    const Light expected = mixed(both, 0.5, mixed(over_frames({whole_back}, view), 0.5, white));
+    const Light actual = over_frames({front, back}, view);
+    // A pair in 32 has the same lattice and step, and here are 36 and 300 of them; were all alike, it would be 0.14.
+    EXPECT_LT(difference(actual, expected, 8), leaf_px == kHardware_px ? 0.05 : 0.03) << leaf_px;
+    EXPECT_LT(difference(actual, expected, 1), 0.1) << leaf_px;
+  }
+}
+
+TEST_P(LeafGapsTest, WithoutFramesThePatternIsFixed) {
+  for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px})
+    for (const std::uint32_t texture_side : {0u, 8u}) {
+      coppice_view view = view_for(leaf_px);
+      const std::vector<Placed> half{{sheet(kHalf, texture_side), at(0.0f, 0.0f)}};
+      const std::vector<Placed> opaque{{sheet(kOpaqueFade, texture_side), at(0.0f, 0.0f)}};
+      RendererScene scene(gpu(), 64, options());
+      scene.place(scene.add_plant(half[0].plant), {half[0].placement});
+      scene.draw(view);
+      const Picture first = scene.draw(view).picture, second = scene.draw(view).picture;
+      EXPECT_TRUE(first.rgba == second.rgba) << leaf_px << ": a still picture stands still";
+      EXPECT_NEAR(covered(first) / covered(one_frame(opaque, view, options())), 0.5, leaf_px == kSplat_px ? 0.08 : 0.02) << leaf_px;
+      view.temporal_frame = 2;
+      const Picture other = scene.draw(view).picture;
+      EXPECT_NEAR(covered(other) / covered(first), 1.0, 0.03) << leaf_px;
+      if (leaf_px == kSplat_px && GetParam().compute_raster) continue;  // smaller discs, always
+      EXPECT_FALSE(first.rgba == other.rgba) << leaf_px << ": other pixels";
+    }
+}
+
+TEST_P(LeafGapsTest, FramesChangeNothingOfOpaqueLeaves) {
+  for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
+    coppice_view view = view_for(leaf_px);
+    const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 400, .seed = 3})), at(0.0f, 0.4f)}};
+    const Picture fixed = one_frame(plants, view, options());
+    view.temporal_frame = 7;
+    EXPECT_TRUE(fixed.rgba == one_frame(plants, view, options()).rgba) << leaf_px;
+  }
+}
+
+// One text: leaves that the compute shaders draw lack the pixels that the hardware would have left out.
+TEST_P(LeafGapsTest, BothPathsLeaveOutTheSamePixels) {
+  if (!GetParam().compute_raster) return;
+  coppice_view view = view_for(kLeaf_px);
+  const std::vector<Placed> half{{sheet(kHalf), at(0.0f, 0.0f)}};
+  for (const std::uint32_t frame : {0u, 5u}) {
+    view.temporal_frame = frame;
+    const Picture raster = one_frame(half, view, options()), hardware = one_frame(half, view, {});
+    double differing = 0;
+    for (std::size_t i = 0; i < raster.rgba.size(); i += 4) differing += (raster.rgba[i + 1] < 250) != (hardware.rgba[i + 1] < 250);
+    EXPECT_LT(differing / (kSidePx * kSidePx), 0.01) << frame;
+    EXPECT_GT(covered(raster), 0.1);
+  }
+}
+
+TEST_P(LeafGapsTest, ShadowMapsHaveTheGapsToo) {
+  const auto depth_of = [&](std::uint8_t fade, float leaf_px) {
+    SceneOptions with = options();
+    with.shadow_format = VK_FORMAT_D32_SFLOAT;
+    RendererScene scene(gpu(), 64, with);
+    scene.place(scene.add_plant(sheet(fade)), {at(0.0f, 0.0f)});
+    coppice_view view = view_for(leaf_px);
+    scene.draw(view);
+    view.kind = COPPICE_VIEW_SHADOW;
+    scene.draw_depth(view);
+    return scene.draw_depth(view);
+  };
+  const auto share = [](const std::vector<float>& depth) {
+    return static_cast<double>(std::ranges::count_if(depth, [](float value) { return value > 0.0f; })) / static_cast<double>(depth.size());
+  };
+  for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
+    const std::vector<float> half = depth_of(kHalf, leaf_px);
+    EXPECT_GT(share(half), 0.005) << leaf_px;
+    EXPECT_NEAR(share(half) / share(depth_of(kOpaqueFade, leaf_px)), 0.5, leaf_px == kSplat_px ? 0.08 : 0.02) << leaf_px;
+    EXPECT_TRUE(half == depth_of(kHalf, leaf_px)) << leaf_px;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Paths, LeafGapsTest,
+                         testing::Values(Path{"hardware", false, false}, Path{"compute", true, true}, Path{"compute_twice", true, false}),
+                         [](const auto& path) { return path.param.name; });
+
+}  // namespace
+}  // namespace coppice::test

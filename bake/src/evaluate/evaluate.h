@@ -12,6 +12,7 @@
 
 #include "evaluation_render.h"
 #include "import_gltf.h"
+#include "level_set.h"
 #include "methods.h"
 #include "plant.h"
 #include "result.h"
@@ -33,9 +34,22 @@ const char* reference_name(ReferenceKind reference);
 /// Picture sides are whole multiples of this: the smallest picture is filtered from so many pixels each way.
 inline constexpr std::uint32_t kEvaluationSizeStepPx = 16;
 
+/// How leaves become quads, and what the methods look from.
+enum class Setup {
+  ours,   ///< as `coppice bake` does
+  paper,  ///< rectangles of equation (1), each material opaque in its mean colour; `mi` looks in perspective, from the cameras' distance
+};
+
+/// "ours", "paper"
+const char* setup_name(Setup setup);
+
 struct EvaluateOptions {
-  std::vector<Method> methods{all_methods().begin(), all_methods().end()};
+  std::vector<Method> methods{default_methods().begin(), default_methods().end()};
+  std::vector<LevelSet> level_sets;                      ///< measured after the methods
   std::vector<double> fractions = kEvaluationFractions;  ///< of the source leaves, in (0, 1]
+  Setup setup = Setup::ours;
+  double view_distance_radii = kEvaluationDistanceRadii;  ///< of cameras from the middle of the bounding sphere, in its radii; above 1
+  bool suns_and_frames = true;                            ///< measure the pictures of LevelMeasures::Lit too
   ReferenceKind reference = ReferenceKind::quads;
   std::uint32_t size_px = kEvaluationSizePx;  ///< side of the pictures, a multiple of kEvaluationSizeStepPx, at most kMaxEvaluationSizePx
   std::uint32_t thread_count = 0;             ///< 0: all
@@ -45,7 +59,13 @@ struct EvaluateOptions {
 
 /// One method at one level, against EvaluationReport::reference. Distances are infinite for a mesh without triangles.
 struct LevelMeasures {
+  /// Of other pictures than that of one frame under one sun: as LevelMeasures::rmse_full and rmse_sixteenth.
+  struct Lit {
+    double suns_full = 0.0, suns_sixteenth = 0.0;      ///< root mean square over evaluation_suns()
+    double frames_full = 0.0, frames_sixteenth = 0.0;  ///< of the means of temporal_frames()
+  };
   double fraction = 0.0;
+  std::string parameters;                 ///< of the method's variants the one measured: the least product of the three rmse; may be empty
   std::uint32_t leaves = 0;               ///< asked for: level_leaves(N, fraction)
   std::uint32_t triangles = 0;            ///< got
   double rmse_full = 0.0;                 ///< luminance 0..255 over all pixels and cameras, pictures of EvaluationReport::size_px
@@ -56,12 +76,13 @@ struct LevelMeasures {
   double area_ratio = 0.0;                ///< surface over the reference's
   double hausdorff = 0.0;                 ///< largest distance of the surfaces, over the diagonal of the reference's box
   double mean_distance = 0.0;             ///< mean distance, over the same; of both directions the larger
+  std::optional<Lit> lit;                 ///< none unless EvaluateOptions::suns_and_frames
   std::vector<std::uint8_t> picture_png;  ///< a file; empty unless EvaluateOptions::keep_pictures
 };
 
 struct MethodMeasures {
-  Method method = Method::default_metric;
-  double seconds = 0.0;  ///< wall time to simplify, all levels together
+  std::string name;      ///< method_name, or that of a level set
+  double seconds = 0.0;  ///< wall time to simplify, all levels and variants together; 0 of a level set
   std::vector<LevelMeasures> levels;
 };
 
@@ -69,6 +90,8 @@ struct EvaluationReport {
   std::string plant;
   std::uint32_t source_leaves = 0;
   ReferenceKind reference = ReferenceKind::quads;
+  Setup setup = Setup::ours;
+  double view_distance_radii = kEvaluationDistanceRadii;
   std::uint32_t size_px = kEvaluationSizePx;
   std::uint32_t source_triangles = 0;            ///< of the reference
   std::vector<std::uint8_t> source_picture_png;  ///< as LevelMeasures::picture_png
@@ -86,6 +109,9 @@ struct EvaluationReport {
 /// 256 px, "rmse_512", "rmse_128" and "rmse_32" for 512.
 std::array<std::string, 3> rmse_names(std::uint32_t size_px);
 
+/// The names of LevelMeasures::Lit's members in reports, in their order: "rmse_256_suns", "rmse_16_suns", "rmse_256_frames", ...
+std::array<std::string, 4> lit_names(std::uint32_t size_px);
+
 /// Called from one thread with the running stage's name and its fraction in [0, 1].
 using EvaluateProgress = std::function<void(const char* stage, double fraction)>;
 
@@ -95,14 +121,20 @@ std::uint32_t level_leaves(std::uint32_t leaf_count, double fraction);
 /// Measures every method at every fraction. All figures but `seconds` are the same for any number of threads.
 /// plant     its name
 /// progress  may be empty
-/// errors    invalid_argument: no methods, no fractions, a fraction not in (0, 1], a picture size out of range, a foliage without extent,
-///           what a method or surface_looks rejects; meshes as the reference, which leaf quads are without
+/// errors    invalid_argument: no methods and no level sets, no fractions, a fraction not in (0, 1], a picture size or distance out of
+/// range,
+///           a foliage without extent, what a method or surface_looks rejects; meshes as the reference, which leaf quads are without;
+///           those of read_level_set
 Result<EvaluationReport> evaluate_foliage(const std::string& plant, const ShownFoliage& shown, const EvaluateOptions& options,
                                           const EvaluateProgress& progress);
 
-/// The same of a plant, leaf quads and their cards as `coppice bake` makes them.
-/// errors  those of card_foliage and the above, but for the last
+/// The same of a plant, leaf quads and their cards as the set-up makes them.
+/// errors  those of source_foliage and the above, but for meshes as the reference of Setup::ours
 Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& options, const EvaluateProgress& progress);
+
+/// The leaf quads that simplifiers start from; the plant's materials and images become those that they show.
+/// errors  those of card_foliage, fit_leaf_quads and alpha_masks
+Result<Foliage> source_foliage(Plant& plant, Setup setup);
 
 /// The same of a file. errors  also those of import_gltf
 Result<EvaluationReport> evaluate(const std::filesystem::path& input, const EvaluateOptions& options, const EvaluateProgress& progress);

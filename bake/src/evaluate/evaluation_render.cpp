@@ -10,13 +10,14 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <string>
+#include <span>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/vec2.hpp>
 
 #include "check.h"
+#include "level_facets.h"
 #include "seeded_random.h"
 
 namespace coppice::bake {
@@ -25,96 +26,16 @@ namespace {
 constexpr std::uint64_t kDirectionSeed = 20070805;
 constexpr double kAmbient = 0.35;
 
-double linear_from_srgb(std::uint8_t value) {
-  const double v = value / 255.0;
-  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
-
 double srgb_from_linear(double value) {
   return value <= 0.0031308 ? value * 12.92 : 1.055 * std::pow(value, 1.0 / 2.4) - 0.055;
 }
 
-double luminance(const glm::dvec3& linear) {
-  return glm::dot(linear, glm::dvec3(0.2126, 0.7152, 0.0722));
+float displayed(double albedo, double light) {
+  return kEvaluationWhite * static_cast<float>(srgb_from_linear(std::clamp(albedo * light, 0.0, 1.0)));
 }
 
-/// Sums over texels that are no holes.
-struct AlbedoSums {
-  std::uint32_t width = 0, height = 0;
-  std::vector<double> sums;
-  std::vector<std::uint32_t> counts;
-};
-
-AlbedoMip mean_albedo(const AlbedoSums& level) {
-  AlbedoMip mip{level.width, std::vector<float>(level.sums.size(), 0.0f)};
-  for (std::size_t i = 0; i < level.sums.size(); ++i)
-    if (level.counts[i] > 0) mip.albedo[i] = static_cast<float>(level.sums[i] / level.counts[i]);
-  return mip;
-}
-
-AlbedoSums halved(const AlbedoSums& level) {
-  AlbedoSums half{(level.width + 1) / 2, (level.height + 1) / 2, {}, {}};
-  half.sums.resize(std::size_t{half.width} * half.height);
-  half.counts.resize(half.sums.size());
-  for (std::size_t y = 0; y < level.height; ++y)
-    for (std::size_t x = 0; x < level.width; ++x) {
-      const std::size_t to = y / 2 * half.width + x / 2, from = y * level.width + x;
-      half.sums[to] += level.sums[from];
-      half.counts[to] += level.counts[from];
-    }
-  return half;
-}
-
-std::vector<AlbedoMip> albedo_mips(AlbedoSums level) {
-  std::vector<AlbedoMip> mips{mean_albedo(level)};
-  while (level.width > 1 || level.height > 1) {
-    level = halved(level);
-    mips.push_back(mean_albedo(level));
-  }
-  return mips;
-}
-
-Result<SurfaceLook> look_of(const Material& material, const std::vector<Image>& images, SurfaceColour colour) {
-  SurfaceLook look;
-  const glm::dvec3 factor(material.base_color);
-  look.albedo = luminance(factor);
-  const bool masked = material.alpha_cutoff > 0.0f;
-  if (material.image == kNone) {
-    look.all_holes = masked && material.base_color.a < material.alpha_cutoff;
-    return look;
-  }
-  if (material.image >= images.size())
-    return Error{Status::invalid_argument, "a material's image is out of range", Error::kNoOffset, material.name};
-  const Image& image = images[material.image];
-  const std::size_t texel_count = std::size_t{image.width} * image.height;
-  if (texel_count == 0 || image.rgba.size() != 4 * texel_count)
-    return Error{Status::invalid_argument, "an image's size and data disagree", Error::kNoOffset, material.name};
-
-  if (masked) look.holes.resize(texel_count);
-  look.width = image.width;
-  look.height = image.height;
-  AlbedoSums texels{image.width, image.height, {}, {}};
-  if (colour == SurfaceColour::textured) {
-    texels.sums.resize(texel_count);
-    texels.counts.resize(texel_count);
-  }
-  glm::dvec3 sum(0.0);
-  std::size_t seen = 0;
-  for (std::size_t i = 0; i < texel_count; ++i) {
-    const std::uint8_t* rgba = image.rgba.data() + 4 * i;
-    const bool hole = masked && material.base_color.a * static_cast<float>(rgba[3]) / 255.0f < material.alpha_cutoff;
-    if (masked) look.holes[i] = hole ? 1 : 0;
-    if (hole) continue;
-    const glm::dvec3 linear(linear_from_srgb(rgba[0]), linear_from_srgb(rgba[1]), linear_from_srgb(rgba[2]));
-    sum += linear;
-    ++seen;
-    if (texels.sums.empty()) continue;
-    texels.sums[i] = luminance(factor * linear);
-    texels.counts[i] = 1;
-  }
-  if (seen > 0) look.albedo = luminance(factor * sum / static_cast<double>(seen));
-  if (!texels.sums.empty()) look.mips = albedo_mips(std::move(texels));
-  return look;
+double light_of(const glm::dvec3& normal, const glm::dvec3& sun) {
+  return kAmbient + (1.0 - kAmbient) * std::max(0.0, glm::dot(normal, sun));
 }
 
 struct Texel {
@@ -147,44 +68,110 @@ struct RayTriangle {
   double doubled_area_px = 0.0;  ///< in the picture; 0 where a corner is not in front of the camera
 };
 
-/// How a triangle is coloured.
+/// What is drawn of a triangle.
 struct TrianglePaint {
   const SurfaceLook& look;
-  glm::dvec3 normal{0.0};   ///< unit, on the camera's side; 0 without area
-  float mean_value = 0.0f;  ///< luminance of the mean albedo
+  LeafShade shade;
+  std::uint32_t leaf = 0;
+  std::uint32_t surface = 0;
   std::uint32_t mip_level = 0;
 };
 
 class Painter {
  public:
-  Painter(const Mesh& mesh, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px)
-      : mesh_(mesh), looks_(looks), camera_(camera), size_px_(static_cast<std::int32_t>(size_px)) {
+  Painter(const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px, const EvaluationFrame& frame)
+      : looks_(looks), camera_(camera), size_px_(static_cast<std::int32_t>(size_px)), jitter_px_(frame.jitter_px), frame_(frame.index) {
     const std::size_t pixel_count = std::size_t{size_px} * size_px;
-    image_ = {size_px, std::vector<float>(pixel_count, kEvaluationWhite), std::vector<std::uint8_t>(pixel_count, 0)};
+    picture_.size_px = size_px;
+    picture_.pixel_surfaces.assign(pixel_count, kNone);
+    const bool textured = std::ranges::any_of(looks, [](const SurfaceLook& look) { return !look.mips.empty(); });
+    if (textured) picture_.pixel_albedos.assign(pixel_count, 0.0f);
     depths_.assign(pixel_count, std::numeric_limits<double>::infinity());
   }
 
-  void draw(std::size_t triangle) {
-    const std::uint32_t* indices = mesh_.indices.data() + 3 * triangle;
-    const SurfaceLook& look = looks_[mesh_.triangle_materials[triangle]];
-    const RayTriangle ray_triangle = prepare(indices);
-    if (ray_triangle.determinant == 0.0 || look.all_holes) return;
-    const glm::dvec3 normal = seen_normal(indices);
-    const TrianglePaint paint{look, normal, lambert_luminance(look.albedo, normal), mip_level(indices, look, ray_triangle)};
-    for (std::int32_t y = ray_triangle.rows.first; y <= ray_triangle.rows.last; ++y)
-      for (std::int32_t x = ray_triangle.columns.first; x <= ray_triangle.columns.last; ++x) draw_pixel(ray_triangle, indices, paint, x, y);
+  void draw_mesh(const Mesh& mesh, const std::vector<LeafShade>& shades) {
+    mesh_ = &mesh;
+    for (std::size_t triangle = 0; triangle < mesh.triangle_materials.size(); ++triangle)
+      draw_triangle(triangle, shades.empty() ? LeafShade{} : shades[triangle / 2]);
   }
 
-  EvaluationImage take() { return std::move(image_); }
+  void draw_needle(const Needle& needle, std::uint32_t leaf) {
+    const NeedleRibbon ribbon = ribbon_towards(needle, camera_.position);
+    if (ribbon.mesh.indices.empty() || looks_[needle.material].all_holes) return;
+    mesh_ = &ribbon.mesh;
+    const TrianglePaint paint{plain_look(needle.material), {}, leaf, add_surface(needle.material, 1.0f, ribbon.facets), 0};
+    for (std::size_t triangle = 0; triangle < ribbon.mesh.triangle_materials.size(); ++triangle)
+      walk(prepare(ribbon.mesh.indices.data() + 3 * triangle), ribbon.mesh.indices.data() + 3 * triangle, paint);
+  }
+
+  void draw_voxel(const Voxel& voxel, std::uint32_t leaf) {
+    const VoxelFacets seen = facets_towards(voxel, camera_.position);
+    if (!(seen.area_m2 > 0.0) || looks_[voxel.material].all_holes) return;
+    const std::uint32_t surface = add_surface(voxel.material, 1.0f, seen.facets);
+    const double side_m = 2.0 * double{voxel.half_m}, per_metre = seen.area_m2 / (side_m * side_m * side_m);
+    const auto [columns, rows] = voxel_pixels(voxel);
+    for (std::int32_t y = rows.first; y <= rows.last; ++y)
+      for (std::int32_t x = columns.first; x <= columns.last; ++x) {
+        const glm::dvec3 ray = ray_x(x) * camera_.right + ray_y(y) * camera_.up + camera_.forward;
+        const BoxHit hit = hit_box(camera_.position, ray, voxel.center, voxel.half_m);
+        if (!(hit.far > hit.near) || hit.near < 0.0) continue;
+        const double depth = 0.5 * (hit.near + hit.far), opacity = 1.0 - std::exp(-per_metre * (hit.far - hit.near) * glm::length(ray));
+        const std::size_t pixel = pixel_at(x, y);
+        if (depth < depths_[pixel] && covers(static_cast<float>(opacity), leaf, pixel)) show(pixel, depth, surface);
+      }
+  }
+
+  UnlitPicture take() { return std::move(picture_); }
 
  private:
-  [[nodiscard]] double ray_x(std::int32_t x) const { return camera_.tan_half_view * ((2.0 * x + 1.0) / size_px_ - 1.0); }
-  [[nodiscard]] double ray_y(std::int32_t y) const { return camera_.tan_half_view * (1.0 - (2.0 * y + 1.0) / size_px_); }
+  [[nodiscard]] double ray_x(std::int32_t x) const { return camera_.tan_half_view * ((2.0 * (x + jitter_px_.x) + 1.0) / size_px_ - 1.0); }
+  [[nodiscard]] double ray_y(std::int32_t y) const { return camera_.tan_half_view * (1.0 - (2.0 * (y + jitter_px_.y) + 1.0) / size_px_); }
+  [[nodiscard]] std::size_t pixel_at(std::int32_t x, std::int32_t y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(size_px_) + static_cast<std::size_t>(x);
+  }
+  [[nodiscard]] bool covers(float opacity, std::uint32_t leaf, std::size_t pixel) const {
+    return opacity >= 1.0f || covers_sample(opacity, leaf, static_cast<std::uint32_t>(pixel), frame_);
+  }
+
+  void show(std::size_t pixel, double depth, std::uint32_t surface) {
+    depths_[pixel] = depth;
+    picture_.pixel_surfaces[pixel] = surface;
+  }
+
+  /// A look without holes or texture: what stands for many leaves shows their mean.
+  const SurfaceLook& plain_look(std::uint32_t material) {
+    plain_.albedo = looks_[material].albedo;
+    return plain_;
+  }
+
+  std::uint32_t add_surface(std::uint32_t material, float brightness, std::span<const UnlitPicture::Facet> facets) {
+    const auto first = static_cast<std::uint32_t>(picture_.facets.size());
+    picture_.facets.insert(picture_.facets.end(), facets.begin(), facets.end());
+    picture_.surfaces.push_back({looks_[material].albedo * double{brightness}, false, first, static_cast<std::uint32_t>(facets.size())});
+    return static_cast<std::uint32_t>(picture_.surfaces.size() - 1);
+  }
+
+  void draw_triangle(std::size_t triangle, const LeafShade& shade) {
+    const std::uint32_t* indices = mesh_->indices.data() + 3 * triangle;
+    const std::uint32_t material = mesh_->triangle_materials[triangle];
+    const SurfaceLook& look = looks_[material];
+    const RayTriangle ray_triangle = prepare(indices);
+    if (ray_triangle.determinant == 0.0 || look.all_holes) return;
+    const UnlitPicture::Facet facet{seen_normal(indices), 1.0};
+    const std::uint32_t surface = add_surface(material, shade.brightness, {&facet, 1});
+    picture_.surfaces.back().is_textured = !look.mips.empty();
+    walk(ray_triangle, indices, {look, shade, static_cast<std::uint32_t>(triangle / 2), surface, mip_level(indices, look, ray_triangle)});
+  }
+
+  void walk(const RayTriangle& triangle, const std::uint32_t* indices, const TrianglePaint& paint) {
+    for (std::int32_t y = triangle.rows.first; y <= triangle.rows.last; ++y)
+      for (std::int32_t x = triangle.columns.first; x <= triangle.columns.last; ++x) draw_pixel(triangle, indices, paint, x, y);
+  }
 
   [[nodiscard]] RayTriangle prepare(const std::uint32_t* indices) const {
     std::array<glm::dvec3, 3> corners{};
     for (std::size_t i = 0; i < 3; ++i) {
-      const glm::dvec3 offset = glm::dvec3(mesh_.positions[indices[i]]) - camera_.position;
+      const glm::dvec3 offset = glm::dvec3(mesh_->positions[indices[i]]) - camera_.position;
       corners[i] = {glm::dot(offset, camera_.right), glm::dot(offset, camera_.up), glm::dot(offset, camera_.forward)};
     }
     RayTriangle triangle;
@@ -199,7 +186,6 @@ class Painter {
   }
 
   void bound(const std::array<glm::dvec3, 3>& corners, RayTriangle& triangle) const {
-    constexpr double kSlackPx = 1e-6;  // more than rounding can move a projected corner
     triangle.columns = triangle.rows = {0, size_px_ - 1};
     const double nearest = std::min({corners[0].z, corners[1].z, corners[2].z});
     // A corner beside or behind the camera projects to nowhere: any pixel may be hit.
@@ -208,17 +194,19 @@ class Painter {
     const double half = 0.5 * size_px_;
     for (std::size_t i = 0; i < 3; ++i) {
       const double scale = half / (corners[i].z * camera_.tan_half_view);
-      pixels[i] = {half + corners[i].x * scale - 0.5, half - corners[i].y * scale - 0.5};
+      pixels[i] = glm::dvec2(half + corners[i].x * scale - 0.5, half - corners[i].y * scale - 0.5) - jitter_px_;
     }
     const glm::dvec2 low = glm::min(glm::min(pixels[0], pixels[1]), pixels[2]), high = glm::max(glm::max(pixels[0], pixels[1]), pixels[2]);
     triangle.doubled_area_px = doubled_area(pixels);
-    const auto range = [&](double from, double to) {
-      const double last = size_px_ - 1;
-      return PixelRange{static_cast<std::int32_t>(std::ceil(std::clamp(from - kSlackPx, 0.0, last + 1))),
-                        static_cast<std::int32_t>(std::floor(std::clamp(to + kSlackPx, -1.0, last)))};
-    };
-    triangle.columns = range(low.x, high.x);
-    triangle.rows = range(low.y, high.y);
+    triangle.columns = pixel_range(low.x, high.x);
+    triangle.rows = pixel_range(low.y, high.y);
+  }
+
+  [[nodiscard]] PixelRange pixel_range(double from, double to) const {
+    constexpr double kSlackPx = 1e-6;  // more than rounding can move a projected corner
+    const double last = size_px_ - 1;
+    return {static_cast<std::int32_t>(std::ceil(std::clamp(from - kSlackPx, 0.0, last + 1))),
+            static_cast<std::int32_t>(std::floor(std::clamp(to + kSlackPx, -1.0, last)))};
   }
 
   static double doubled_area(const std::array<glm::dvec2, 3>& corners) {
@@ -231,18 +219,36 @@ class Painter {
     if (look.mips.empty() || triangle.doubled_area_px == 0.0) return 0;
     const glm::dvec2 size(look.width, look.height);
     const double area_texels = doubled_area(
-        {glm::dvec2(mesh_.uvs[indices[0]]) * size, glm::dvec2(mesh_.uvs[indices[1]]) * size, glm::dvec2(mesh_.uvs[indices[2]]) * size});
+        {glm::dvec2(mesh_->uvs[indices[0]]) * size, glm::dvec2(mesh_->uvs[indices[1]]) * size, glm::dvec2(mesh_->uvs[indices[2]]) * size});
     const double level = 0.5 * std::log2(std::max(1.0, area_texels / triangle.doubled_area_px));
     return static_cast<std::uint32_t>(std::min(std::round(level), static_cast<double>(look.mips.size() - 1)));
   }
 
   [[nodiscard]] glm::dvec3 seen_normal(const std::uint32_t* indices) const {
-    const glm::dvec3 a(mesh_.positions[indices[0]]), b(mesh_.positions[indices[1]]), c(mesh_.positions[indices[2]]);
+    const glm::dvec3 a(mesh_->positions[indices[0]]), b(mesh_->positions[indices[1]]), c(mesh_->positions[indices[2]]);
     const glm::dvec3 across = glm::cross(b - a, c - a);
     const double length = glm::length(across);
     if (length == 0.0) return glm::dvec3(0.0);
     const double side = glm::dot(across, camera_.position - a) < 0.0 ? -1.0 : 1.0;
     return across * (side / length);
+  }
+
+  /// Columns and rows that the cube may cover; all where a corner is not in front of the camera.
+  [[nodiscard]] std::pair<PixelRange, PixelRange> voxel_pixels(const Voxel& voxel) const {
+    glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
+    const double half = 0.5 * size_px_;
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      const glm::dvec3 sign((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0, (corner & 4) != 0 ? 1.0 : -1.0);
+      const glm::dvec3 offset = glm::dvec3(voxel.center) + double{voxel.half_m} * sign - camera_.position;
+      const double z = glm::dot(offset, camera_.forward);
+      if (z < 1e-6 * glm::length(offset)) return {{0, size_px_ - 1}, {0, size_px_ - 1}};
+      const double scale = half / (z * camera_.tan_half_view);
+      const glm::dvec2 pixel =
+          glm::dvec2(half + glm::dot(offset, camera_.right) * scale - 0.5, half - glm::dot(offset, camera_.up) * scale - 0.5) - jitter_px_;
+      low = glm::min(low, pixel);
+      high = glm::max(high, pixel);
+    }
+    return {pixel_range(low.x, high.x), pixel_range(low.y, high.y)};
   }
 
   void draw_pixel(const RayTriangle& triangle, const std::uint32_t* indices, const TrianglePaint& paint, std::int32_t x, std::int32_t y) {
@@ -252,28 +258,50 @@ class Painter {
     const double sum = a + b + c;
     if (a < 0.0 || b < 0.0 || c < 0.0 || !(sum > 0.0)) return;
     const double depth = triangle.determinant / sum;
-    const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(size_px_) + static_cast<std::size_t>(x);
+    const std::size_t pixel = pixel_at(x, y);
     if (!(depth < depths_[pixel])) return;
-    float value = paint.mean_value;
     if (!look.holes.empty() || !look.mips.empty()) {
       const glm::dvec2 uv =
-          (a * glm::dvec2(mesh_.uvs[indices[0]]) + b * glm::dvec2(mesh_.uvs[indices[1]]) + c * glm::dvec2(mesh_.uvs[indices[2]])) / sum;
+          (a * glm::dvec2(mesh_->uvs[indices[0]]) + b * glm::dvec2(mesh_->uvs[indices[1]]) + c * glm::dvec2(mesh_->uvs[indices[2]])) / sum;
       const Texel texel = nearest_texel(look, uv);
       if (!look.holes.empty() && look.holes[std::size_t{texel.y} * look.width + texel.x] != 0) return;
-      if (!look.mips.empty()) value = lambert_luminance(albedo_at(look, texel, paint.mip_level), paint.normal);
+      if (!covers(paint.shade.opacity, paint.leaf, pixel)) return;
+      if (!look.mips.empty())
+        picture_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level) * double{paint.shade.brightness});
+    } else if (!covers(paint.shade.opacity, paint.leaf, pixel)) {
+      return;
     }
-    depths_[pixel] = depth;
-    image_.luminance[pixel] = value;
-    image_.coverage[pixel] = 1;
+    show(pixel, depth, paint.surface);
   }
 
-  const Mesh& mesh_;
   const std::vector<SurfaceLook>& looks_;
   const EvaluationCamera& camera_;
   std::int32_t size_px_;
-  EvaluationImage image_;
+  glm::dvec2 jitter_px_;
+  std::uint32_t frame_;
+  const Mesh* mesh_ = nullptr;
+  SurfaceLook plain_;
+  UnlitPicture picture_;
   std::vector<double> depths_;
 };
+
+/// The digits of `index` in a base, mirrored at the point.
+double radical_inverse(std::uint32_t index, std::uint32_t base) {
+  double value = 0.0, digit = 1.0 / base;
+  for (; index > 0; index /= base, digit /= base) value += digit * (index % base);
+  return value;
+}
+
+void check_level(const Level& level, const std::vector<SurfaceLook>& looks) {
+  const Mesh& mesh = level.mesh;
+  const std::size_t triangle_count = mesh.triangle_materials.size();
+  COPPICE_ASSERT(mesh.indices.size() == 3 * triangle_count && mesh.uvs.size() == mesh.positions.size());
+  COPPICE_ASSERT(level.shades.empty() || level.shades.size() == (triangle_count + 1) / 2);
+  for (const std::uint32_t index : mesh.indices) COPPICE_ASSERT(index < mesh.positions.size());
+  for (const std::uint32_t material : mesh.triangle_materials) COPPICE_ASSERT(material < looks.size());
+  for (const Needle& needle : level.needles) COPPICE_ASSERT(needle.material < looks.size());
+  for (const Voxel& voxel : level.voxels) COPPICE_ASSERT(voxel.material < looks.size());
+}
 
 }  // namespace
 
@@ -301,46 +329,106 @@ std::vector<glm::dvec3> evaluation_directions(std::uint32_t count) {
   return directions;
 }
 
-EvaluationCamera evaluation_camera(const glm::dvec3& direction, const Sphere& sphere) {
+EvaluationCamera evaluation_camera(const glm::dvec3& direction, const Sphere& sphere, double distance_radii) {
   EvaluationCamera camera;
-  camera.position = glm::dvec3(sphere.center) + direction * (kEvaluationDistanceRadii * sphere.radius);
+  camera.position = glm::dvec3(sphere.center) + direction * (distance_radii * sphere.radius);
   camera.forward = -direction;
   const glm::dvec3 pole = std::abs(direction.y) > 0.9999 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
   camera.right = glm::normalize(glm::cross(camera.forward, pole));
   camera.up = glm::cross(camera.right, camera.forward);
   // The cone that touches the sphere: sin of its half angle is radius / distance.
-  camera.tan_half_view = 1.0 / std::sqrt(kEvaluationDistanceRadii * kEvaluationDistanceRadii - 1.0);
+  camera.tan_half_view = 1.0 / std::sqrt(distance_radii * distance_radii - 1.0);
   return camera;
-}
-
-Result<std::vector<SurfaceLook>> surface_looks(const std::vector<Material>& materials, const std::vector<Image>& images,
-                                               SurfaceColour colour) {
-  std::vector<SurfaceLook> looks;
-  for (const Material& material : materials) {
-    COPPICE_TRY(look, look_of(material, images, colour));
-    looks.push_back(std::move(look));
-  }
-  return looks;
 }
 
 glm::dvec3 evaluation_sun() {
   return glm::normalize(glm::dvec3(0.5, 1.0, 0.3));
 }
 
+std::vector<glm::dvec3> evaluation_suns() {
+  const double golden_angle = 2.0 * std::numbers::pi * (1.0 - 1.0 / std::numbers::phi);
+  std::vector<glm::dvec3> suns;
+  for (std::uint32_t i = 0; i < kEvaluationSunCount; ++i) {
+    const double height = (i + 0.5) / kEvaluationSunCount, ring = std::sqrt(1.0 - height * height);
+    suns.emplace_back(ring * std::cos(golden_angle * i), height, ring * std::sin(golden_angle * i));
+  }
+  return suns;
+}
+
+std::vector<EvaluationFrame> temporal_frames() {
+  std::vector<EvaluationFrame> frames;
+  for (std::uint32_t i = 0; i < kTemporalFrameCount; ++i)
+    frames.push_back({i, {radical_inverse(i + 1, 2) - 0.5, radical_inverse(i + 1, 3) - 0.5}});
+  return frames;
+}
+
+bool covers_sample(float opacity, std::uint32_t leaf, std::uint32_t pixel, std::uint32_t frame) {
+  const double start = SeededRandom(std::uint64_t{leaf} << 32 | pixel).uniform();
+  const double moved = start + frame * (std::numbers::phi - 1.0);
+  return moved - std::floor(moved) < double{opacity};
+}
+
 float lambert_luminance(double albedo, const glm::dvec3& normal) {
-  const double light = kAmbient + (1.0 - kAmbient) * std::max(0.0, glm::dot(normal, evaluation_sun()));
-  return kEvaluationWhite * static_cast<float>(srgb_from_linear(std::clamp(albedo * light, 0.0, 1.0)));
+  return displayed(albedo, light_of(normal, evaluation_sun()));
+}
+
+UnlitPicture render_unlit(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px,
+                          const EvaluationFrame& frame) {
+  check_level(level, looks);
+  Painter painter(looks, camera, size_px, frame);
+  painter.draw_mesh(level.mesh, level.shades);
+  auto leaf = static_cast<std::uint32_t>(level.mesh.triangle_materials.size());
+  for (const Needle& needle : level.needles) painter.draw_needle(needle, leaf++);
+  for (const Voxel& voxel : level.voxels) painter.draw_voxel(voxel, leaf++);
+  return painter.take();
+}
+
+EvaluationImage lit_picture(const UnlitPicture& picture, const glm::dvec3& sun) {
+  const std::size_t pixel_count = picture.pixel_surfaces.size();
+  EvaluationImage image{picture.size_px, std::vector<float>(pixel_count, kEvaluationWhite), std::vector<std::uint8_t>(pixel_count, 0)};
+  constexpr float kUnknown = -1.0f;
+  std::vector<float> luminances(picture.surfaces.size(), kUnknown);
+  const auto light = [&](const UnlitPicture::Surface& surface) {
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < surface.facet_count; ++i) {
+      const UnlitPicture::Facet& facet = picture.facets[surface.first_facet + i];
+      sum += facet.share * light_of(facet.normal, sun);
+    }
+    return sum;
+  };
+  for (std::size_t pixel = 0; pixel < pixel_count; ++pixel) {
+    const std::uint32_t index = picture.pixel_surfaces[pixel];
+    if (index == kNone) continue;
+    const UnlitPicture::Surface& surface = picture.surfaces[index];
+    image.coverage[pixel] = 1;
+    if (surface.is_textured) {
+      image.luminance[pixel] = displayed(double{picture.pixel_albedos[pixel]}, light(surface));
+      continue;
+    }
+    if (luminances[index] == kUnknown) luminances[index] = displayed(surface.albedo, light(surface));
+    image.luminance[pixel] = luminances[index];
+  }
+  return image;
+}
+
+EvaluationImage render_evaluation(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
+                                  std::uint32_t size_px) {
+  return lit_picture(render_unlit(level, looks, camera, size_px), evaluation_sun());
 }
 
 EvaluationImage render_evaluation(const Mesh& mesh, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
                                   std::uint32_t size_px) {
-  const std::size_t triangle_count = mesh.triangle_materials.size();
-  COPPICE_ASSERT(mesh.indices.size() == 3 * triangle_count && mesh.uvs.size() == mesh.positions.size());
-  for (const std::uint32_t index : mesh.indices) COPPICE_ASSERT(index < mesh.positions.size());
-  for (const std::uint32_t material : mesh.triangle_materials) COPPICE_ASSERT(material < looks.size());
-  Painter painter(mesh, looks, camera, size_px);
-  for (std::size_t triangle = 0; triangle < triangle_count; ++triangle) painter.draw(triangle);
-  return painter.take();
+  return render_evaluation(Level{mesh}, looks, camera, size_px);
+}
+
+std::vector<float> render_temporal_mean(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
+                                        std::uint32_t size_px) {
+  std::vector<float> mean(std::size_t{size_px} * size_px, 0.0f);
+  for (const EvaluationFrame& frame : temporal_frames()) {
+    const EvaluationImage image = lit_picture(render_unlit(level, looks, camera, size_px, frame), evaluation_sun());
+    for (std::size_t pixel = 0; pixel < mean.size(); ++pixel) mean[pixel] += image.luminance[pixel] / kTemporalFrameCount;
+  }
+  return mean;
 }
 
 }  // namespace coppice::bake

@@ -47,18 +47,24 @@ double ImageSums::soft_iou() const {
   return united > 0.0 ? intersection / united : 1.0;
 }
 
-ImageSums compare_images(const EvaluationImage& image, const EvaluationImage& reference) {
-  COPPICE_ASSERT(image.size_px == reference.size_px && image.luminance.size() == reference.luminance.size());
+ImageSums compare_luminance(std::span<const float> image, std::span<const float> reference, std::uint32_t size_px) {
+  COPPICE_ASSERT(image.size() == reference.size() && image.size() == std::size_t{size_px} * size_px);
   ImageSums sums;
   // Filtering is linear: the difference of filtered pictures is the filtered difference.
-  std::vector<float> difference(image.luminance.size());
-  std::ranges::transform(image.luminance, reference.luminance, difference.begin(), std::minus<>());
+  std::vector<float> difference(image.size());
+  std::ranges::transform(image, reference, difference.begin(), std::minus<>());
   for (std::size_t i = 0; i < ImageSums::kFactors.size(); ++i) {
-    for (const float value : box_filtered(difference, image.size_px, ImageSums::kFactors[i])) {
+    for (const float value : box_filtered(difference, size_px, ImageSums::kFactors[i])) {
       sums.squared_errors[i] += double{value} * double{value};
       ++sums.pixels[i];
     }
   }
+  return sums;
+}
+
+ImageSums compare_images(const EvaluationImage& image, const EvaluationImage& reference) {
+  COPPICE_ASSERT(image.size_px == reference.size_px);
+  ImageSums sums = compare_luminance(image.luminance, reference.luminance, image.size_px);
   const std::vector<float> coverage(image.coverage.begin(), image.coverage.end());
   const std::vector<float> reference_coverage(reference.coverage.begin(), reference.coverage.end());
   for (const std::uint8_t covered : image.coverage) sums.covered += covered;

@@ -35,6 +35,9 @@ struct ImageSums {
   [[nodiscard]] double soft_iou() const;
 };
 
+/// Errors alone, without coverage. [size_px^2] each (asserted); size_px a multiple of 16 (asserted)
+ImageSums compare_luminance(std::span<const float> image, std::span<const float> reference, std::uint32_t size_px);
+
 /// Both of the same size, a multiple of 16 (asserted).
 ImageSums compare_images(const EvaluationImage& image, const EvaluationImage& reference);
 

@@ -6,27 +6,43 @@
 #include "collapse_geometric.h"
 #include "collapse_image.h"
 #include "collapse_information.h"
+#include "fsa.h"
 #include "gltf_write.h"
 #include "information_prune.h"
+#include "leaves_union.h"
 #include "mesh_simplify.h"
+#include "needle_lines.h"
+#include "organs_union.h"
 #include "stochastic_prune.h"
 #include "tree_order.h"
 #include "viewpoints.h"
+#include "voxel_cloud.h"
 
 namespace coppice::bake {
 namespace {
 
-constexpr std::array kMethods{Method::default_metric, Method::mi,      Method::geometric,     Method::stochastic,
-                              Method::prune,          Method::meshopt, Method::meshopt_sloppy};
+constexpr std::array kMethods{Method::default_metric, Method::mi,  Method::geometric, Method::stochastic, Method::prune, Method::meshopt,
+                              Method::meshopt_sloppy, Method::fsa, Method::plu,       Method::huo,        Method::lines, Method::voxels};
+constexpr std::size_t kDefaultMethodCount = 7;
 constexpr std::uint64_t kStochasticSeed = 1;
 
 /// The collapse that `coppice bake --metric` runs with its default options.
 Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input, const ProgressFunction& progress) {
   const BakeOptions options;
   COPPICE_TRY(views, viewpoints(metric_view_count(metric, input.shown.foliage.leaf_count())));
+  if (metric == Metric::mi)
+    for (Viewpoint& view : views) view.distance_radii = input.view_distance_radii;
   COPPICE_TRY(result, metric == Metric::mi ? collapse_by_mutual_information(input.shown, views, options.collapse, progress)
                                            : collapse_by_image_error(input.shown, views, options.collapse, ImageErrorOptions{}, progress));
   return std::move(result.sequence);
+}
+
+std::vector<Variant> one_variant(std::vector<Mesh> meshes) {
+  Variant variant;
+  for (Mesh& mesh : meshes) variant.levels.push_back(Level{std::move(mesh)});
+  std::vector<Variant> variants;
+  variants.push_back(std::move(variant));
+  return variants;
 }
 
 std::vector<Mesh> cuts(const SimplifyInput& input, const CollapseSequence& sequence) {
@@ -71,6 +87,10 @@ std::span<const Method> all_methods() {
   return kMethods;
 }
 
+std::span<const Method> default_methods() {
+  return std::span<const Method>(kMethods).first(kDefaultMethodCount);
+}
+
 const char* method_name(Method method) {
   switch (method) {
     case Method::default_metric:
@@ -87,6 +107,16 @@ const char* method_name(Method method) {
       return "meshopt";
     case Method::meshopt_sloppy:
       return "meshopt_sloppy";
+    case Method::fsa:
+      return "fsa";
+    case Method::plu:
+      return "plu";
+    case Method::huo:
+      return "huo";
+    case Method::lines:
+      return "lines";
+    case Method::voxels:
+      return "voxels";
   }
   return "";
 }
@@ -100,22 +130,38 @@ Result<Method> method_from_name(std::string_view name) {
   return Error{Status::invalid_argument, "no such method", Error::kNoOffset, "'" + std::string(name) + "'; there are " + names};
 }
 
-Result<std::vector<Mesh>> simplify_foliage(Method method, const SimplifyInput& input, const ProgressFunction& progress) {
+Result<std::vector<Variant>> simplify_foliage(Method method, const SimplifyInput& input, const ProgressFunction& progress) {
   switch (method) {
-    case Method::default_metric:
-      return baked_cuts(Metric::default_metric, input, progress);
-    case Method::mi:
-      return baked_cuts(Metric::mi, input, progress);
+    case Method::default_metric: {
+      COPPICE_TRY(meshes, baked_cuts(Metric::default_metric, input, progress));
+      return one_variant(std::move(meshes));
+    }
+    case Method::mi: {
+      COPPICE_TRY(meshes, baked_cuts(Metric::mi, input, progress));
+      return one_variant(std::move(meshes));
+    }
     case Method::geometric:
-      return cuts(input, collapse_by_similarity(input.shown.foliage, progress));
+      return one_variant(cuts(input, collapse_by_similarity(input.shown.foliage, progress)));
     case Method::stochastic:
-      return stochastic_levels(input);
-    case Method::prune:
-      return pruned_levels(input, progress);
+      return one_variant(stochastic_levels(input));
+    case Method::prune: {
+      COPPICE_TRY(meshes, pruned_levels(input, progress));
+      return one_variant(std::move(meshes));
+    }
     case Method::meshopt:
-      return mesh_levels(input, MeshSimplifier::collapse);
+      return one_variant(mesh_levels(input, MeshSimplifier::collapse));
     case Method::meshopt_sloppy:
-      return mesh_levels(input, MeshSimplifier::sloppy);
+      return one_variant(mesh_levels(input, MeshSimplifier::sloppy));
+    case Method::fsa:
+      return simplify_fsa(input.shown.foliage, input.leaf_counts);
+    case Method::plu:
+      return unite_leaves(input.shown.foliage, input.leaf_counts);
+    case Method::huo:
+      return unite_organs(input.shown.foliage, input.leaf_counts);
+    case Method::lines:
+      return needle_lines(input.shown.foliage, input.shown.materials, input.shown.images, input.leaf_counts);
+    case Method::voxels:
+      return voxel_cloud(input.shown.foliage, input.shown.materials, input.shown.images, input.leaf_counts);
   }
   return Error{Status::internal, "no such method"};
 }

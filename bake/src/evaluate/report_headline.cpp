@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <string_view>
 
 namespace coppice::bake {
 namespace {
@@ -56,7 +55,7 @@ const MethodMeasures& best_other(const EvaluationReport& report, const MethodMea
 }
 
 struct Loss {
-  const char* to;
+  std::string to;
   std::vector<std::string> levels;  ///< "80% (by 9%)"
 };
 
@@ -66,8 +65,8 @@ struct Standing {
   double least_margin = 1.0, largest_margin = 0.0;
 };
 
-void add_loss(std::vector<Loss>& losses, const char* to, const std::string& level) {
-  auto loss = std::ranges::find(losses, std::string_view(to), &Loss::to);
+void add_loss(std::vector<Loss>& losses, const std::string& to, const std::string& level) {
+  auto loss = std::ranges::find(losses, to, &Loss::to);
   if (loss == losses.end()) loss = losses.insert(losses.end(), Loss{to, {}});
   loss->levels.push_back(level);
 }
@@ -83,7 +82,7 @@ Standing standing(const EvaluationReport& report, const MethodMeasures& subject,
       result.least_margin = std::min(result.least_margin, share_below(mine, theirs));
       result.largest_margin = std::max(result.largest_margin, share_below(mine, theirs));
     } else {
-      add_loss(result.lost, method_name(other.method), fraction + " (by " + whole_percent(share_below(theirs, mine)) + ")");
+      add_loss(result.lost, other.name, fraction + " (by " + whole_percent(share_below(theirs, mine)) + ")");
     }
   }
   return result;
@@ -91,14 +90,13 @@ Standing standing(const EvaluationReport& report, const MethodMeasures& subject,
 
 std::string losses_text(const std::vector<Loss>& losses, const Measure& measure) {
   std::string text;
-  for (const Loss& loss : losses)
-    text += (text.empty() ? "" : "; ") + std::string(loss.to) + " " + measure.lower + " at " + listed(loss.levels);
+  for (const Loss& loss : losses) text += (text.empty() ? "" : "; ") + loss.to + " " + measure.lower + " at " + listed(loss.levels);
   return text + ".";
 }
 
 std::string measure_sentence(const EvaluationReport& report, const MethodMeasures& subject, const Measure& measure) {
   const Standing result = standing(report, subject, measure);
-  const std::string start = measure.where + ", " + method_name(subject.method);
+  const std::string start = measure.where + ", " + subject.name;
   if (result.won.empty()) return start + " never has " + measure.least + ": " + losses_text(result.lost, measure);
   const std::string low = whole_percent(result.least_margin), high = whole_percent(result.largest_margin);
   const std::string margin = (low == high ? low : low + " to " + high) + " below the next best";
@@ -110,8 +108,7 @@ std::string measure_sentence(const EvaluationReport& report, const MethodMeasure
 std::string coverage_sentence(const MethodMeasures& subject) {
   const auto [least, most] = std::ranges::minmax(subject.levels, {}, [](const LevelMeasures& level) { return level.coverage; });
   const std::string low = whole_percent(least.coverage), high = whole_percent(most.coverage);
-  return std::string("Coverage: ") + method_name(subject.method) + " shows " + (low == high ? low : low + " to " + high) +
-         " of the source's foliage pixels.";
+  return "Coverage: " + subject.name + " shows " + (low == high ? low : low + " to " + high) + " of the source's foliage pixels.";
 }
 
 std::string seconds_text(double seconds) {
@@ -124,8 +121,8 @@ std::string seconds_text(double seconds) {
 std::string time_sentence(const EvaluationReport& report, const MethodMeasures& subject) {
   std::vector<std::string> others;
   for (const MethodMeasures& method : report.methods)
-    if (&method != &subject) others.push_back(std::string(method_name(method.method)) + " " + seconds_text(method.seconds));
-  std::string text = std::string("Time: ") + method_name(subject.method) + " took " + seconds_text(subject.seconds) + " for all levels";
+    if (&method != &subject) others.push_back(method.name + " " + seconds_text(method.seconds));
+  std::string text = "Time: " + subject.name + " took " + seconds_text(subject.seconds) + " for all levels";
   return text + (others.empty() ? "." : "; " + listed(others) + ".");
 }
 
@@ -133,7 +130,7 @@ std::string time_sentence(const EvaluationReport& report, const MethodMeasures& 
 
 std::vector<std::string> evaluation_headline(const EvaluationReport& report) {
   if (report.methods.empty() || report.methods.front().levels.empty()) return {};
-  const auto found = std::ranges::find(report.methods, Method::default_metric, &MethodMeasures::method);
+  const auto found = std::ranges::find(report.methods, method_name(Method::default_metric), &MethodMeasures::name);
   const MethodMeasures& subject = found != report.methods.end() ? *found : report.methods.front();
   std::vector<std::string> sentences;
   if (report.methods.size() > 1)

@@ -34,13 +34,35 @@ nlohmann::ordered_json picture_json(const std::vector<std::uint8_t>& png) {
   return "data:image/png;base64," + base64(png);
 }
 
-nlohmann::ordered_json level_json(const LevelMeasures& level, const std::array<std::string, 3>& rmse) {
-  return {{"fraction", level.fraction},           {"leaves", level.leaves},
-          {"triangles", level.triangles},         {rmse[0], level.rmse_full},
-          {rmse[1], level.rmse_quarter},          {rmse[2], level.rmse_sixteenth},
-          {"coverage", level.coverage},           {"soft_iou", level.soft_iou},
-          {"area_ratio", level.area_ratio},       {"hausdorff", level.hausdorff},
-          {"mean_distance", level.mean_distance}, {"picture", picture_json(level.picture_png)}};
+nlohmann::ordered_json level_json(const LevelMeasures& level, std::uint32_t size_px) {
+  const std::array<std::string, 3> rmse = rmse_names(size_px);
+  nlohmann::ordered_json json = {{"fraction", level.fraction},
+                                 {"leaves", level.leaves},
+                                 {"triangles", level.triangles},
+                                 {rmse[0], level.rmse_full},
+                                 {rmse[1], level.rmse_quarter},
+                                 {rmse[2], level.rmse_sixteenth},
+                                 {"coverage", level.coverage},
+                                 {"soft_iou", level.soft_iou},
+                                 {"area_ratio", level.area_ratio},
+                                 {"hausdorff", level.hausdorff},
+                                 {"mean_distance", level.mean_distance},
+                                 {"parameters", level.parameters},
+                                 {"picture", picture_json(level.picture_png)}};
+  if (!level.lit) return json;
+  const std::array<std::string, 4> lit = lit_names(size_px);
+  json[lit[0]] = level.lit->suns_full;
+  json[lit[1]] = level.lit->suns_sixteenth;
+  json[lit[2]] = level.lit->frames_full;
+  json[lit[3]] = level.lit->frames_sixteenth;
+  return json;
+}
+
+/// The keys of suns and frames; none where they were not measured.
+nlohmann::ordered_json lit_json(const EvaluationReport& report) {
+  const bool has_levels = !report.methods.empty() && !report.methods.front().levels.empty();
+  if (!has_levels || !report.methods.front().levels.front().lit) return nlohmann::ordered_json::array();
+  return lit_names(report.size_px);
 }
 
 nlohmann::ordered_json report_json(const EvaluationReport& report) {
@@ -48,14 +70,17 @@ nlohmann::ordered_json report_json(const EvaluationReport& report) {
   nlohmann::ordered_json methods = nlohmann::ordered_json::array();
   for (const MethodMeasures& method : report.methods) {
     nlohmann::ordered_json levels = nlohmann::ordered_json::array();
-    for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level, rmse));
-    methods.push_back({{"name", method_name(method.method)}, {"seconds", method.seconds}, {"levels", std::move(levels)}});
+    for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level, report.size_px));
+    methods.push_back({{"name", method.name}, {"seconds", method.seconds}, {"levels", std::move(levels)}});
   }
   return {{"plant", report.plant},
           {"source_leaves", report.source_leaves},
           {"reference", reference_name(report.reference)},
           {"size_px", report.size_px},
           {"rmse", rmse},
+          {"lit", lit_json(report)},
+          {"setup", setup_name(report.setup)},
+          {"view_distance", report.view_distance_radii},
           {"source_triangles", report.source_triangles},
           {"source_picture", picture_json(report.source_picture_png)},
           {"headline", evaluation_headline(report)},

@@ -48,11 +48,11 @@ Result<ThumbnailView> thumbnail_view(const Mesh& source, const std::vector<Mater
   return view;
 }
 
-Result<std::vector<std::uint8_t>> render_thumbnail_png(const Mesh& mesh, const ThumbnailView& view) {
+Result<std::vector<std::uint8_t>> render_thumbnail_png(const Level& level, const ThumbnailView& view) {
   std::vector<std::uint8_t> rgb(std::size_t{3} * kThumbnailSizePx * kThumbnailSizePx);
   parallel_for(view.looks.size(), [&](std::size_t channel) {
     const std::uint32_t rendered_px = kSupersampling * kThumbnailSizePx;
-    const EvaluationImage image = render_evaluation(mesh, view.looks[channel], view.camera, rendered_px);
+    const EvaluationImage image = render_evaluation(level, view.looks[channel], view.camera, rendered_px);
     const std::vector<float> values = box_filtered(image.luminance, rendered_px, kSupersampling);
     for (std::size_t pixel = 0; pixel < values.size(); ++pixel)
       rgb[3 * pixel + channel] = static_cast<std::uint8_t>(std::lround(std::clamp(values[pixel], 0.0f, kEvaluationWhite)));

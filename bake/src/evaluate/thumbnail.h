@@ -29,6 +29,6 @@ Result<ThumbnailView> thumbnail_view(const Mesh& source, const std::vector<Mater
 
 /// A PNG file, RGB, kThumbnailSizePx square, white where nothing is.
 /// errors  internal: the picture cannot be encoded
-Result<std::vector<std::uint8_t>> render_thumbnail_png(const Mesh& mesh, const ThumbnailView& view);
+Result<std::vector<std::uint8_t>> render_thumbnail_png(const Level& level, const ThumbnailView& view);
 
 }  // namespace coppice::bake

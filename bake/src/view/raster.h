@@ -1,6 +1,6 @@
 #pragma once
 
-// Which pixels a leaf quad covers in an orthographic view, how deep it is there and what it shows: the one rasteriser of the baker.
+// Which pixels a leaf quad covers in a view, how deep it is there and what it shows: the one rasteriser of the baker.
 //
 // Corners are rounded to 1/256 px. A pixel is covered by a triangle when its centre is inside, or on a top or left edge (rows go
 // down; the rule of Direct3D and Vulkan), decided with exact integer edge functions: coverage is the same for either winding and
@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include <glm/vec2.hpp>
@@ -29,12 +30,16 @@ inline constexpr double kDepthSteps = 2147483648.0;         ///< 2^31: depths ar
 /// World to image for one view. With centre c and radius r of the sphere and R = resolution_px, a world point p falls on
 ///   column  R/2 + dot(p - c, right) * R / (2r)
 ///   row     R/2 - dot(p - c, up) * R / (2r)        (row 0 is the top)
-/// and pixel (x, y) samples column x + 1/2, row y + 1/2. A sphere of radius 0 puts everything in the middle.
+/// and pixel (x, y) samples column x + 1/2, row y + 1/2. A sphere of radius 0 puts everything in the middle. From an eye e metres from c
+/// R / (2r) becomes sqrt(e^2 / r^2 - 1) R / 2 / z with z = e - dot(p - c, direction), and depth a line in 1 / z: planes stay planes.
 struct Projection {
   std::array<double, 3> center{}, right{}, up{}, direction{};
   double px_per_metre = 0.0;
   double depth_per_metre = 0.0;
   std::int32_t resolution_px = 0;
+  double eye_m = 0.0;  ///< 0: orthographic
+  double px_at_1_m = 0.0;
+  double nearest_reciprocal = 0.0, depth_per_reciprocal = 0.0;  ///< depth is (nearest - 1 / z) * per
 };
 
 /// resolution_px  1 .. kMaxResolutionPx
@@ -45,6 +50,13 @@ struct Projection {
   if (sphere.radius > 0.0f) {
     projection.px_per_metre = resolution_px / (2.0 * sphere.radius);
     projection.depth_per_metre = kDepthSteps / (2.0 * sphere.radius);
+  }
+  if (sphere.radius > 0.0f && view.distance_radii > 0.0f) {
+    const double distance = view.distance_radii, radius_m = sphere.radius;
+    projection.eye_m = distance * radius_m;
+    projection.px_at_1_m = std::sqrt(distance * distance - 1.0) * resolution_px / 2.0;
+    projection.nearest_reciprocal = 1.0 / (projection.eye_m - radius_m);
+    projection.depth_per_reciprocal = kDepthSteps / (projection.nearest_reciprocal - 1.0 / (projection.eye_m + radius_m));
   }
   return projection;
 }
@@ -60,6 +72,11 @@ using ProjectedQuad = std::array<ProjectedPoint, 4>;
   const auto along = [&](const std::array<double, 3>& axis) { return x * axis[0] + y * axis[1] + z * axis[2]; };
   const double middle = projection.resolution_px * 0.5;
   const auto fixed = [](double px) { return floor_to_int<std::int32_t>(px * kSubpixels + 0.5); };
+  if (projection.eye_m > 0.0) {
+    const double reciprocal = 1.0 / (projection.eye_m - along(projection.direction)), px_per_metre = projection.px_at_1_m * reciprocal;
+    return {fixed(middle + along(projection.right) * px_per_metre), fixed(middle - along(projection.up) * px_per_metre),
+            (projection.nearest_reciprocal - reciprocal) * projection.depth_per_reciprocal};
+  }
   return {fixed(middle + along(projection.right) * projection.px_per_metre), fixed(middle - along(projection.up) * projection.px_per_metre),
           kDepthSteps * 0.5 - along(projection.direction) * projection.depth_per_metre};
 }

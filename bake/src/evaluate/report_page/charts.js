@@ -121,7 +121,7 @@ function makeChart(key) {
 function makeLegend() {
   const legend = document.getElementById('legend');
   methods.forEach((method, index) => {
-    const button = element('button', {type: 'button', title: about[method.name]}, label(method));
+    const button = element('button', {type: 'button', title: aboutMethod(method)}, label(method));
     button.setAttribute('aria-pressed', 'true');
     button.addEventListener('click', () => {
       method.visible = !method.visible;

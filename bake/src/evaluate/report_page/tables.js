@@ -9,10 +9,11 @@ function figureTable(measure) {
     const winners = best(level, measure);
     return element('tr', {}, levelHead(level), ...methods.map((method, index) => {
       const text = figure(method.levels[level.index][measure.key], measure);
-      return winners.includes(index) ? element('td', {className: 'best'}, `${text} ★`) : element('td', {}, text);
+      const title = method.levels[level.index].parameters;
+      return winners.includes(index) ? element('td', {className: 'best', title}, `${text} ★`) : element('td', {title}, text);
     }));
   });
-  return element('table', {}, caption(`${measure.note} ★ best of the row.`),
+  return element('table', {}, caption(`${measure.note} ★ best of the row. Of a method with parameters the best counts: point at a figure for them.`),
     headRow(['level, leaves', ...methods.map(label)]), element('tbody', {}, ...rows));
 }
 
@@ -26,7 +27,7 @@ function sizeTable() {
 }
 
 function winnersTable() {
-  const keys = [...rmse, 'hausdorff', 'coverage'];
+  const keys = [...rmse, 'hausdorff', 'coverage', ...data.lit];
   const rows = keys.map(key => {
     const measure = measureOf(key);
     return element('tr', {}, element('th', {scope: 'row'}, measure.title, element('small', {}, key)), ...levels.map(level => {

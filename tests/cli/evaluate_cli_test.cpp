@@ -1,7 +1,11 @@
 // coppice evaluate from outside.
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -122,6 +126,81 @@ TEST(EvaluateCommand, RefusesAReportOverOneOfItsFiles) {
     EXPECT_FALSE(fs::exists(json)) << json;
   }
   EXPECT_EQ(fs::file_size(plant), plant_bytes);
+}
+
+TEST(EvaluateCommand, ThePapersSetUpNeedsNoPlant) {
+  const TemporaryFolder folder;
+  const fs::path json = folder / "paper.json", html = folder / "paper.html";
+  const ProcessResult result = run_process(
+      COPPICE_TOOL, {"evaluate", "--paper", "--methods", "geometric", "--levels", ".1", "--size", "16", "--json", json, "--html", html});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("juniper: 13162 leaves; compared with its leaf quads, 16 x 16 px, the paper's set-up"), std::string::npos)
+      << result.out;
+  const auto parsed = nlohmann::json::parse(std::ifstream(json));
+  ASSERT_EQ(parsed["plants"].size(), 3u);
+  const std::array<std::pair<const char*, int>, 3> expected{{{"corylus", 38}, {"willow", 445}, {"juniper", 1316}}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(parsed["plants"][i]["plant"], expected[i].first);
+    EXPECT_EQ(parsed["plants"][i]["setup"], "paper");
+    EXPECT_EQ(parsed["plants"][i]["methods"][0]["levels"][0]["leaves"], expected[i].second);
+    EXPECT_TRUE(fs::exists(html.parent_path() / ("paper_" + std::string(expected[i].first) + ".html")));
+  }
+  EXPECT_FALSE(fs::exists(html));
+}
+
+TEST(EvaluateCommand, ThePapersSetUpOfAPlantHasItsTwoMethods) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "hazel.glb", json = folder / "hazel.json";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
+  const ProcessResult result =
+      run_process(COPPICE_TOOL, {"evaluate", plant, "--paper", "--view-distance", "5", "--levels", ".2", "--size", "32", "--json", json});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("mi has a lower rmse_32 than geometric at "), std::string::npos) << result.out;
+  const auto parsed = nlohmann::json::parse(std::ifstream(json));
+  EXPECT_EQ(parsed["view_distance"], 5.0);
+  ASSERT_EQ(parsed["methods"].size(), 2u);
+  EXPECT_EQ(parsed["methods"][0]["name"], "mi");
+  EXPECT_EQ(parsed["methods"][1]["name"], "geometric");
+}
+
+TEST(EvaluateCommand, LevelsOfAnotherToolAreMeasuredLikeOurs) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "hazel.glb", json = folder / "hazel.json", set = folder / "set";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
+  fs::create_directories(set / "good");
+  fs::create_directories(set / "bad");
+  // The source itself, and leaves of another plant.
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"evaluate", plant, "--write-source", set / "good" / "1.glb"}).exit_code, 0);
+  fs::copy_file(plant, set / "bad" / "1.glb");
+  const ProcessResult result = run_process(
+      COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--levels", "1", "--levels-of", "mine=" + set.string(), "--json", json});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto parsed = nlohmann::json::parse(std::ifstream(json));
+  ASSERT_EQ(parsed["methods"].size(), 2u);
+  EXPECT_EQ(parsed["methods"][1]["name"], "mine");
+  const auto& level = parsed["methods"][1]["levels"][0];
+  EXPECT_EQ(level["parameters"], "good") << "the best of its folders counts";
+  EXPECT_EQ(level["triangles"], 2 * 386);
+  EXPECT_LT(level["rmse_256"], 0.5);
+  const ProcessResult missing =
+      run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--levels", ".5", "--levels-of", "mine=" + set.string()});
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_NE(missing.err.find("0.5.glb"), std::string::npos) << missing.err;
+}
+
+TEST(EvaluateCommand, RefusesSetsAndSetUpsThatMeanNothing) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "hazel.glb";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
+  for (const std::string set : {"nowhere", "=x", "mine=", "default=x", "mine=/no/such/folder"}) {
+    const ProcessResult result = run_process(COPPICE_TOOL, {"evaluate", plant, "--methods", "stochastic", "--levels-of", set});
+    EXPECT_EQ(result.exit_code, 1) << set;
+    EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+  }
+  EXPECT_EQ(run_process(COPPICE_TOOL, {"evaluate"}).exit_code, 2);
+  EXPECT_EQ(run_process(COPPICE_TOOL, {"evaluate", "--paper", "--write-source", folder / "q.glb"}).exit_code, 2);
+  EXPECT_EQ(run_process(COPPICE_TOOL, {"evaluate", plant, "--paper", "--reference", "meshes"}).exit_code, 2);
+  EXPECT_EQ(run_process(COPPICE_TOOL, {"evaluate", plant, "--view-distance", "1"}).exit_code, 2);
 }
 
 }  // namespace

@@ -32,8 +32,8 @@ EvaluationReport small_report(const std::string& plant = "pear") {
   EvaluationReport report;
   report.plant = plant;
   report.source_leaves = 1000;
-  report.methods = {{Method::geometric, 0.25, {level(0.5, 10, 4, 0.1), level(0.025, 30, 20, 0.2)}},
-                    {Method::default_metric, 12.6, {level(0.5, 20, 3, 0.2), level(0.025, 15, 5, 0.8)}}};
+  report.methods = {{"geometric", 0.25, {level(0.5, 10, 4, 0.1), level(0.025, 30, 20, 0.2)}},
+                    {"default", 12.6, {level(0.5, 20, 3, 0.2), level(0.025, 15, 5, 0.8)}}};
   return report;
 }
 
@@ -65,7 +65,7 @@ TEST(EvaluationHeadline, SaysWhereTheDefaultWinsAndWhereItLoses) {
 
 TEST(EvaluationHeadline, IsAboutTheFirstMethodWithoutDefaultAndComparesNothingAlone) {
   EvaluationReport report = small_report();
-  report.methods[1].method = Method::prune;
+  report.methods[1].name = "prune";
   EXPECT_EQ(evaluation_headline(report)[0].find("Seen close up (rmse_256), geometric has the least error at 50%"), 0u);
   report.methods.pop_back();
   EXPECT_EQ(evaluation_headline(report).size(), 2u);

@@ -15,6 +15,7 @@
 #include "stochastic_prune.h"
 #include "surface_distance.h"
 #include "test_foliage.h"
+#include "voxel_cloud.h"
 
 namespace coppice::bake {
 namespace {
@@ -190,25 +191,47 @@ TEST(Methods, NamesRoundTrip) {
   EXPECT_NE(unknown.error().message().find("meshopt_sloppy"), std::string::npos);
 }
 
+TEST(Methods, TheDefaultOnesComeFirst) {
+  EXPECT_EQ(default_methods().size(), 7u);
+  EXPECT_EQ(default_methods().back(), Method::meshopt_sloppy);
+  EXPECT_GT(all_methods().size(), default_methods().size());
+}
+
+/// Leaves, or triangles of methods that do not work on leaves.
+std::size_t triangles_of(const Level& level) {
+  return level.mesh.triangle_materials.size();
+}
+
 TEST(Methods, GiveEveryLevelItsTriangles) {
   const Foliage foliage = test::ball_crown(60, 11);
   const std::vector<Material> materials = test::plain_materials();
   const double area = surface_area_m2(foliage_mesh(foliage));
   for (const Method method : all_methods()) {
-    const auto meshes = simplify_foliage(method, {foliage, materials, {}, {60, 12, 30}}, {});
-    ASSERT_TRUE(meshes) << method_name(method) << ": " << meshes.error().message();
-    ASSERT_EQ(meshes->size(), 3u);
-    const bool by_leaves = method != Method::meshopt && method != Method::meshopt_sloppy;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::size_t wanted = std::array{120u, 24u, 60u}[i], found = (*meshes)[i].triangle_materials.size();
-      if (by_leaves) {
-        EXPECT_EQ(found, wanted) << method_name(method);
-      } else {
-        EXPECT_LE(found, wanted) << method_name(method);
+    const auto variants = simplify_foliage(method, {foliage, materials, {}, {60, 12, 30}}, {});
+    ASSERT_TRUE(variants) << method_name(method) << ": " << variants.error().message();
+    ASSERT_FALSE(variants->empty()) << method_name(method);
+    for (const Variant& variant : *variants) {
+      SCOPED_TRACE(std::string(method_name(method)) + " " + variant.parameters);
+      EXPECT_EQ(variant.parameters.empty(), variants->size() == 1) << "a sweep says what each is";
+      ASSERT_EQ(variant.levels.size(), 3u);
+      const bool by_area = method != Method::meshopt && method != Method::meshopt_sloppy;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t wanted = std::array{120u, 24u, 60u}[i], found = triangles_of(variant.levels[i]);
+        if (method == Method::lines) {
+          EXPECT_EQ(variant.levels[i].needles.size(), std::min<std::size_t>(wanted, 60));
+        } else if (method == Method::voxels) {
+          EXPECT_LE(variant.levels[i].voxels.size() * kVoxelBytes, wanted / 2 * kLeafBytes);
+          EXPECT_GT(variant.levels[i].voxels.size(), 0u);
+        } else if (by_area) {
+          EXPECT_EQ(found, wanted);
+        } else {
+          EXPECT_LE(found, wanted);
+        }
+      }
+      if (by_area && method != Method::voxels) {
+        EXPECT_NEAR(level_area_m2(variant.levels[0]), area, 1e-5 * area) << "it changes a plant it should not";
       }
     }
-    if (!by_leaves) continue;
-    EXPECT_NEAR(surface_area_m2((*meshes)[0]), area, 1e-9 * area) << method_name(method) << " changes a plant it should not";
   }
 }
 

@@ -182,5 +182,91 @@ TEST(EvaluationSphere, IsAboutTheBoxOfTheVertices) {
   EXPECT_NEAR(sphere.radius, std::sqrt(5.0), 1e-6);
 }
 
+Level level_of(const std::vector<Quad>& quads, const LeafShade& shade) {
+  Level level{foliage_mesh(test::plain_foliage(quads))};
+  level.shades.assign(quads.size(), shade);
+  return level;
+}
+
+TEST(EvaluationRender, OpacityIsAShareOfSamples) {
+  const Level level = level_of({upright(-9, -9, 9, 9, 0)}, {0.25f, 1.0f});
+  const auto looks = *surface_looks(test::plain_materials(), {});
+  const EvaluationCamera camera = camera_from({0, 0, 1});
+  const EvaluationImage image = render_evaluation(level, looks, camera, 64);
+  EXPECT_NEAR(covered(image) / (64.0 * 64.0), 0.25, 0.02);
+  EXPECT_EQ(render_evaluation(level, looks, camera, 64).coverage, image.coverage) << "the same samples each time";
+  for (std::uint32_t pixel = 0; pixel < 1000; ++pixel) {
+    int count = 0;
+    for (std::uint32_t frame = 0; frame < 16; ++frame) count += covers_sample(0.25f, 3, pixel, frame) ? 1 : 0;
+    ASSERT_GE(count, 3) << pixel;
+    ASSERT_LE(count, 5) << pixel;
+  }
+  // Two leaves on each other at one half: three quarters of the samples, not one half as if they were the same.
+  const Level two = level_of({upright(-9, -9, 9, 9, 0), upright(-9, -9, 9, 9, 0.2f)}, {0.5f, 1.0f});
+  EXPECT_NEAR(covered(render_evaluation(two, looks, camera, 64)) / (64.0 * 64.0), 0.75, 0.02);
+}
+
+TEST(EvaluationRender, BrightnessMultipliesLight) {
+  const auto looks = *surface_looks(test::plain_materials(), {});
+  // 0.51846 of light (LambertIsThatOfTheSideThatIsSeen), a half of it is 0.25923, as sRGB 0.54611.
+  const EvaluationImage image = render_evaluation(level_of({upright(-9, -9, 9, 9, 0)}, {1.0f, 0.5f}), looks, camera_from({0, 0, 1}), 16);
+  EXPECT_NEAR(image.luminance[0], 255.0 * 0.54611, 0.05);
+}
+
+TEST(EvaluationRender, SunsGoRoundAndUp) {
+  const std::vector<glm::dvec3> suns = evaluation_suns();
+  ASSERT_EQ(suns.size(), 8u);
+  for (std::size_t i = 0; i < suns.size(); ++i) {
+    EXPECT_NEAR(glm::length(suns[i]), 1.0, 1e-12);
+    EXPECT_NEAR(suns[i].y, (static_cast<double>(i) + 0.5) / 8.0, 1e-12);
+  }
+  const auto looks = *surface_looks(test::plain_materials(), {});
+  const UnlitPicture picture =
+      render_unlit(Level{foliage_mesh(test::plain_foliage({upright(-9, -9, 9, 9, 0)}))}, looks, camera_from({0, 0, 1}), 16);
+  EXPECT_EQ(lit_picture(picture, {0, 0, 1}).luminance[0], 255.0f) << "a white leaf that faces the sun";
+  EXPECT_NEAR(lit_picture(picture, {0, 1, 0}).luminance[0], 255.0 * 0.62620, 0.02) << "ambient light";
+}
+
+TEST(EvaluationRender, FramesSmoothAnEdge) {
+  const std::vector<EvaluationFrame> frames = temporal_frames();
+  ASSERT_EQ(frames.size(), 16u);
+  EXPECT_EQ(frames[0].jitter_px, glm::dvec2(0.0, 1.0 / 3.0 - 0.5));
+  EXPECT_EQ(frames[1].jitter_px.x, -0.25);
+  EXPECT_EQ(frames[15].index, 15u);
+  // The edge is 0.01 px right of the middle of column 8: 9 of the 16 jitters (eight negative ones and 0) are on the leaf's side of it.
+  const float edge = kHalfImage_m * (2.0f * 8.51f / 16.0f - 1.0f);
+  const Level level{foliage_mesh(test::plain_foliage({upright(-9, -9, edge, 9, 0)}))};
+  const std::vector<float> mean = render_temporal_mean(level, *surface_looks(test::plain_materials(), {}), camera_from({0, 0, 1}), 16);
+  const double leaf = 255.0 * 0.74738;
+  EXPECT_NEAR(mean[7], leaf, 0.02);
+  EXPECT_NEAR(mean[8], (9 * leaf + 7 * 255.0) / 16, 0.02);
+  EXPECT_NEAR(mean[9], 255.0, 1e-3);
+}
+
+TEST(EvaluationRender, ANeedleTurnsToTheCamera) {
+  Level level;
+  level.needles = {{{0, -9, 0}, {0, 9, 0}, 0.5f * kHalfImage_m, 0}};
+  const auto looks = *surface_looks(test::plain_materials(), {});
+  for (const glm::dvec3& direction : {glm::dvec3(0, 0, 1), glm::dvec3(1, 0, 0), glm::dvec3(0.6, 0, -0.8)})
+    EXPECT_EQ(covered(render_evaluation(level, looks, camera_from(direction), 64)), 64u * 16u);
+  EXPECT_EQ(covered(render_evaluation(level, looks, camera_from({0, 1, 0}), 64)), 0u) << "it points at the camera";
+}
+
+TEST(EvaluationRender, AVoxelIsAsOpaqueAsItsLeavesAreDense) {
+  Voxel voxel{glm::vec3(0), 0.5f, 0, {}};
+  voxel.area_m2[2] = std::log(2.0f);  // normals along z; 1 m of way through 1 m^3
+  Level level;
+  level.voxels = {voxel};
+  const auto looks = *surface_looks(test::plain_materials(), {});
+  const auto share = [&](const glm::dvec3& direction) {
+    const EvaluationCamera camera = evaluation_camera(direction, Sphere{glm::vec3(0.0f), 0.5f}, 900.0);
+    return covered(render_evaluation(level, looks, camera, 256)) / (256.0 * 256.0);
+  };
+  EXPECT_NEAR(share({0, 0, 1}), 0.5, 0.01);
+  EXPECT_EQ(share({1, 0, 0}), 0.0) << "its leaves are seen edge-on";
+  level.voxels[0].area_m2[2] = 1e6f;
+  EXPECT_EQ(share({0, 0, 1}), 1.0);
+}
+
 }  // namespace
 }  // namespace coppice::bake

@@ -46,13 +46,16 @@ TEST(Evaluate, TheWholePlantHasNoError) {
     const LevelMeasures& level = method.levels.at(0);
     EXPECT_EQ(level.leaves, 60u);
     EXPECT_EQ(level.triangles, 120u);
-    EXPECT_EQ(level.rmse_full, 0.0) << method_name(method.method);
-    EXPECT_EQ(level.rmse_sixteenth, 0.0) << method_name(method.method);
-    EXPECT_EQ(level.coverage, 1.0) << method_name(method.method);
-    EXPECT_EQ(level.soft_iou, 1.0) << method_name(method.method);
-    EXPECT_NEAR(level.area_ratio, 1.0, 1e-12) << method_name(method.method);
-    EXPECT_NEAR(level.hausdorff, 0.0, 1e-7) << method_name(method.method);
-    EXPECT_NEAR(level.mean_distance, 0.0, 1e-7) << method_name(method.method);
+    EXPECT_EQ(level.rmse_full, 0.0) << method.name;
+    EXPECT_EQ(level.rmse_sixteenth, 0.0) << method.name;
+    ASSERT_TRUE(level.lit);
+    EXPECT_EQ(level.lit->suns_full, 0.0) << method.name;
+    EXPECT_EQ(level.lit->frames_full, 0.0) << method.name;
+    EXPECT_EQ(level.coverage, 1.0) << method.name;
+    EXPECT_EQ(level.soft_iou, 1.0) << method.name;
+    EXPECT_NEAR(level.area_ratio, 1.0, 1e-12) << method.name;
+    EXPECT_NEAR(level.hausdorff, 0.0, 1e-7) << method.name;
+    EXPECT_NEAR(level.mean_distance, 0.0, 1e-7) << method.name;
   }
 }
 
@@ -212,7 +215,7 @@ TEST(EvaluationReport, JsonHasTheKeysOfTheContract) {
   options.methods = {Method::geometric, Method::meshopt_sloppy};
   options.fractions = {0.5, 0.1};
   const auto json = nlohmann::json::parse(evaluation_json(evaluate_crown(options)));
-  EXPECT_EQ(keys(json), (std::set<std::string>{"plant", "source_leaves", "reference", "size_px", "methods"}));
+  EXPECT_EQ(keys(json), (std::set<std::string>{"plant", "source_leaves", "reference", "setup", "view_distance", "size_px", "methods"}));
   EXPECT_EQ(json["plant"], "crown");
   EXPECT_EQ(json["source_leaves"], 60);
   EXPECT_EQ(json["reference"], "quads");
@@ -224,10 +227,103 @@ TEST(EvaluationReport, JsonHasTheKeysOfTheContract) {
     ASSERT_EQ(method["levels"].size(), 2u);
     for (const auto& level : method["levels"])
       EXPECT_EQ(keys(level), (std::set<std::string>{"fraction", "leaves", "triangles", "rmse_256", "rmse_64", "rmse_16", "coverage",
-                                                    "area_ratio", "hausdorff", "mean_distance"}));
+                                                    "area_ratio", "hausdorff", "mean_distance", "rmse_256_suns", "rmse_16_suns",
+                                                    "rmse_256_frames", "rmse_16_frames"}));
+    EXPECT_EQ(json["setup"], "ours");
+    EXPECT_EQ(json["view_distance"], 3.0);
     EXPECT_EQ(method["levels"][0]["leaves"], 30);
     EXPECT_EQ(method["levels"][1]["fraction"], 0.1);
   }
+}
+
+TEST(Evaluate, MeasuresSunsAndFramesUnlessToldNotTo) {
+  EvaluateOptions options;
+  options.methods = {Method::stochastic};
+  options.fractions = {0.3};
+  const EvaluationReport with = evaluate_crown(options);
+  options.suns_and_frames = false;
+  const EvaluationReport without = evaluate_crown(options);
+  const LevelMeasures &lit = with.methods[0].levels[0], &plain = without.methods[0].levels[0];
+  EXPECT_EQ(lit.rmse_full, plain.rmse_full);
+  EXPECT_FALSE(plain.lit);
+  ASSERT_TRUE(lit.lit);
+  EXPECT_GT(lit.lit->suns_full, lit.lit->suns_sixteenth);
+  EXPECT_GT(lit.lit->suns_sixteenth, 0.0);
+  EXPECT_LT(lit.lit->frames_full, lit.rmse_full) << "means are smoother";
+  EXPECT_GT(lit.lit->frames_sixteenth, 0.0);
+  EXPECT_NE(evaluation_table(with).find("frames 16"), std::string::npos);
+  EXPECT_EQ(evaluation_table(without).find("frames 16"), std::string::npos);
+}
+
+TEST(Evaluate, OfASweepTheBestCounts) {
+  EvaluateOptions options;
+  options.methods = {Method::fsa};
+  options.fractions = {0.5};
+  options.suns_and_frames = false;
+  const Foliage crown = test::ball_crown(60, 2);
+  const EvaluationReport report = evaluate_crown(options);
+  EXPECT_FALSE(report.methods[0].levels[0].parameters.empty());
+  const auto json = nlohmann::json::parse(evaluation_json(report));
+  EXPECT_EQ(json["methods"][0]["levels"][0]["parameters"], report.methods[0].levels[0].parameters);
+  EXPECT_NE(evaluation_table(report).find(report.methods[0].levels[0].parameters), std::string::npos);
+}
+
+TEST(Evaluate, FartherCamerasSeeTheCrownFromFarther) {
+  EvaluateOptions options;
+  options.methods = {Method::stochastic};
+  options.fractions = {0.3};
+  options.suns_and_frames = false;
+  const double near = evaluate_crown(options).methods[0].levels[0].rmse_full;
+  options.view_distance_radii = 30.0;
+  EXPECT_NE(evaluate_crown(options).methods[0].levels[0].rmse_full, near);
+  for (const double distance : {1.0, 0.0, 1e9, std::nan("")}) {
+    options.view_distance_radii = distance;
+    EXPECT_FALSE(evaluate_foliage("crown", test::ball_crown(5, 2), test::plain_materials(), {}, options, {})) << distance;
+  }
+}
+
+TEST(Evaluate, ThePapersQuadsAreOpaqueRectangles) {
+  Plant plant = triangle_plant();
+  plant.materials[0].base_color = {1, 1, 1, 0.9f};
+  plant.materials[0].alpha_cutoff = 0.5f;
+  plant.materials[0].image = 0;
+  plant.images = {Image{2, 1, {255, 255, 255, 255, 0, 0, 0, 0}}};
+  const auto foliage = source_foliage(plant, Setup::paper);
+  ASSERT_TRUE(foliage) << foliage.error().message();
+  EXPECT_EQ(foliage->leaf_count(), 4u);
+  EXPECT_EQ(plant.materials.size(), 1u) << "no cards";
+  EXPECT_EQ(plant.materials[0].image, kNone);
+  EXPECT_EQ(plant.materials[0].alpha_cutoff, 0.0f);
+  EXPECT_EQ(plant.materials[0].base_color, glm::vec4(1.0f)) << "the mean of what is no hole";
+
+  EvaluateOptions options;
+  options.setup = Setup::paper;
+  options.methods = {Method::mi, Method::geometric};
+  options.fractions = {1.0, 0.5};
+  const auto report = evaluate_plant(triangle_plant(), options, {});
+  ASSERT_TRUE(report) << report.error().message();
+  EXPECT_EQ(report->methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_EQ(paper_claim(*report).find("mi has a lower rmse_256 than geometric at "), 0u) << paper_claim(*report);
+  EXPECT_NE(evaluation_table(*report).find("the paper's set-up"), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(evaluation_json(*report))["setup"], "paper");
+  const auto both = nlohmann::json::parse(evaluations_json({*report, *report}));
+  EXPECT_EQ(both["plants"].size(), 2u);
+  EXPECT_EQ(both["plants"][1]["plant"], "trefoil");
+}
+
+TEST(EvaluationReport, CountsWhereThePapersClaimHolds) {
+  EvaluationReport report;
+  report.setup = Setup::paper;
+  LevelMeasures low, high;
+  low.rmse_full = 10;
+  high.rmse_full = 20;
+  report.methods = {{"mi", 1.0, {low, high, low}}, {"geometric", 1.0, {high, low, low}}};
+  EXPECT_EQ(paper_claim(report), "mi has a lower rmse_256 than geometric at 1 of 3 levels\n");
+  report.setup = Setup::ours;
+  EXPECT_EQ(paper_claim(report), "");
+  report.setup = Setup::paper;
+  report.methods.pop_back();
+  EXPECT_EQ(paper_claim(report), "");
 }
 
 TEST(EvaluationReport, TableMarksTheLeastErrorAndJsonHasNullForNoNumber) {
@@ -239,7 +335,7 @@ TEST(EvaluationReport, TableMarksTheLeastErrorAndJsonHasNullForNoNumber) {
   good.rmse_full = 12.5;
   bad.rmse_full = 40.25;
   bad.hausdorff = std::numeric_limits<double>::infinity();
-  report.methods = {{Method::mi, 1.0, {good}}, {Method::meshopt, 2.0, {bad}}};
+  report.methods = {{"mi", 1.0, {good}}, {"meshopt", 2.0, {bad}}};
   const std::string table = evaluation_table(report);
   EXPECT_NE(table.find("two methods: 10 leaves"), std::string::npos) << table;
   EXPECT_NE(table.find("12.50*"), std::string::npos) << table;

@@ -1,5 +1,6 @@
 #include "visibility.h"
 
+#include <cmath>
 #include <map>
 #include <random>
 #include <tuple>
@@ -138,6 +139,26 @@ TEST(Raster, DepthRunsFromTheNearToTheFarEndOfTheSphere) {
   rasterise_quad(
       leaning, 4, [](const auto&, auto, auto, auto) { return true; },
       [&](const QuadFragment& f) { EXPECT_EQ(f.depth, (f.x + 0.5) / 4 * kDepthSteps) << f.x << ", " << f.y; });
+}
+
+TEST(Raster, APerspectiveViewHoldsTheSphereExactly) {
+  Viewpoint view = viewpoint_towards({0, 0, 1});
+  view.distance_radii = 3.0f;
+  const Projection projection = make_projection(view, Sphere{glm::vec3(0), 1.0f}, 256);
+  // The sight line that touches the sphere does so 1/3 from the middle towards the eye, sqrt(8)/3 off its axis.
+  const ProjectedPoint touched = project(projection, glm::vec3(std::sqrt(8.0f) / 3, 0, 1.0f / 3));
+  EXPECT_NEAR(touched.x, 256 * 256, 1);
+  EXPECT_EQ(touched.y, 128 * 256);
+  // In the plane through the middle a metre is sqrt(8) * 128 / 3 px, and nearer by a metre sqrt(8) * 128 / 2.
+  EXPECT_NEAR(project(projection, glm::vec3(0, 0.5f, 0)).y, (128 - 0.5 * std::sqrt(8.0) * 128 / 3) * 256, 1);
+  EXPECT_NEAR(project(projection, glm::vec3(0, 0.5f, 1)).y, (128 - 0.5 * std::sqrt(8.0) * 128 / 2) * 256, 1);
+  EXPECT_NEAR(project(projection, glm::vec3(0, 0, 1)).depth, 0.0, 1e-3);
+  EXPECT_NEAR(project(projection, glm::vec3(0, 0, -1)).depth, kDepthSteps, 1e-3);
+  // Depth is a line in the picture: halfway between a near and a far corner's images it is halfway between theirs.
+  const ProjectedPoint near = project(projection, glm::vec3(-0.5f, 0, 0.5f)), far = project(projection, glm::vec3(0.7f, 0, -0.5f));
+  const glm::dvec2 from(-0.5 / 2.5, 1 / 2.5), to(0.7 / 3.5, 1 / 3.5), middle = 0.5 * (from + to);
+  const glm::vec3 between(static_cast<float>(middle.x / middle.y), 0, static_cast<float>(3 - 1 / middle.y));
+  EXPECT_NEAR(project(projection, between).depth, 0.5 * (near.depth + far.depth), 1000.0);
 }
 
 TEST(Raster, AFoldedQuadShowsItsNearerTriangleOnce) {

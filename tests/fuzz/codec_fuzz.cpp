@@ -54,6 +54,7 @@ void fuzz_page(std::span<const std::uint8_t> bytes, std::uint32_t page, std::uin
   }
   for (const coppice::PageNode& node : pages.back()) {
     COPPICE_ASSERT(node.card < kCards);
+    COPPICE_ASSERT(node.fade == coppice::kNoFade || node.split != coppice::kNeverReplaced);
     for (const auto& corner : node.corners)
       for (std::uint16_t coordinate : corner) COPPICE_ASSERT(coordinate <= largest);
   }

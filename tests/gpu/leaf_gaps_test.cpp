@@ -67,7 +67,7 @@ class LeafGapsTest : public VulkanTest, public testing::WithParamInterface<Path>
 
   /// Leaves of the sheet at z = 0 are this wide.
   static coppice_view view_for(float leaf_px) {
-    const gpu::Plant plant = gpu::gpu_plant(sheet(kOpaqueFade).file.plant);
+    const gpu::Plant plant = gpu::gpu_plant(sheet(kNoFade).file.plant);
     const float leaf_m = plant.box_step.x * (COPPICE_QUANTISED_MAX / kRow * 3 / 4), focal_px = 0.5f * kSidePx / std::tan(0.4f);
     const vec3 middle = plant.box_min + plant.box_step * (0.5f * COPPICE_QUANTISED_MAX);
     coppice_view view = make_view({.eye_m = {middle.x, middle.y, middle.z + leaf_m * focal_px / leaf_px},
@@ -136,10 +136,10 @@ constexpr float kHardware_px = 24, kLeaf_px = 8, kSplat_px = 1.5f;
 
 // Black leaves of opacity c before grey ones before white: in the mean c * black + (1 - c) * what is seen without them.
 TEST_P(LeafGapsTest, FramesAverageToTheComposite) {
-  const Placed behind{sheet(kOpaqueFade), at(-0.7f, 0.2f)};
+  const Placed behind{sheet(kNoFade), at(-0.7f, 0.2f)};
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
     const coppice_view view = view_for(leaf_px);
-    const Light without = over_frames({behind}, view), opaque = over_frames({{sheet(kOpaqueFade), at(0.0f, 0.0f)}, behind}, view);
+    const Light without = over_frames({behind}, view), opaque = over_frames({{sheet(kNoFade), at(0.0f, 0.0f)}, behind}, view);
     ASSERT_GT(difference(without, opaque, 8), 0.03) << leaf_px << ": something stands before it";
     for (const std::uint32_t opacity : {2u, 8u, 13u}) {
       const auto fade = static_cast<std::uint8_t>(0x80 + opacity - 1);
@@ -155,7 +155,7 @@ TEST_P(LeafGapsTest, FramesAverageToTheComposite) {
 // Two sheets of half opacity: behind both a quarter is seen, not a half or nothing.
 TEST_P(LeafGapsTest, LeavesBehindEachOtherLetThroughTheProduct) {
   const Placed front{sheet(kHalf), at(0.0f, 0.0f)}, back{sheet(kHalf), at(-0.02f, 0.2f)};
-  const Placed whole_front{sheet(kOpaqueFade), at(0.0f, 0.0f)}, whole_back{sheet(kOpaqueFade), at(-0.02f, 0.2f)};
+  const Placed whole_front{sheet(kNoFade), at(0.0f, 0.0f)}, whole_back{sheet(kNoFade), at(-0.02f, 0.2f)};
   for (const float leaf_px : {kHardware_px, kLeaf_px}) {
     const coppice_view view = view_for(leaf_px);
     const Light white(std::size_t{kSidePx} * kSidePx, 1.0), both = over_frames({whole_front, whole_back}, view);
@@ -172,7 +172,7 @@ TEST_P(LeafGapsTest, WithoutFramesThePatternIsFixed) {
     for (const std::uint32_t texture_side : {0u, 8u}) {
       coppice_view view = view_for(leaf_px);
       const std::vector<Placed> half{{sheet(kHalf, texture_side), at(0.0f, 0.0f)}};
-      const std::vector<Placed> opaque{{sheet(kOpaqueFade, texture_side), at(0.0f, 0.0f)}};
+      const std::vector<Placed> opaque{{sheet(kNoFade, texture_side), at(0.0f, 0.0f)}};
       RendererScene scene(gpu(), 64, options());
       scene.place(scene.add_plant(half[0].plant), {half[0].placement});
       scene.draw(view);
@@ -230,7 +230,7 @@ TEST_P(LeafGapsTest, ShadowMapsHaveTheGapsToo) {
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
     const std::vector<float> half = depth_of(kHalf, leaf_px);
     EXPECT_GT(share(half), 0.005) << leaf_px;
-    EXPECT_NEAR(share(half) / share(depth_of(kOpaqueFade, leaf_px)), 0.5, leaf_px == kSplat_px ? 0.08 : 0.02) << leaf_px;
+    EXPECT_NEAR(share(half) / share(depth_of(kNoFade, leaf_px)), 0.5, leaf_px == kSplat_px ? 0.08 : 0.02) << leaf_px;
     EXPECT_TRUE(half == depth_of(kHalf, leaf_px)) << leaf_px;
   }
 }

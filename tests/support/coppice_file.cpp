@@ -1,5 +1,6 @@
 #include "coppice_file.h"
 
+#include <bit>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -158,7 +159,8 @@ void damage_plant(Damage& damage, const Bytes& good) {
                          plant + offsetof(coppice_file_plant, sphere_center));
   field("root_quad", "plant root_quad", offsetof(coppice_file_plant, root_quad), std::uint16_t{32768});
   field("fine_positions", "plant fine_positions", offsetof(coppice_file_plant, fine_positions), std::uint16_t{2});
-  field("root_card", "plant root_card", offsetof(coppice_file_plant, root_card), std::uint32_t{2});
+  field("root_card", "plant root_card", offsetof(coppice_file_plant, root_card), std::uint16_t{2});
+  field("plant_reserved", "plant reserved", offsetof(coppice_file_plant, reserved), std::uint8_t{1});
   field("wood_vertex_count", "plant wood_vertex_counts", offsetof(coppice_file_plant, wood_vertex_counts), ~std::uint32_t{0});
   field("wood_triangle_count", "plant wood_triangle_counts", offsetof(coppice_file_plant, wood_triangle_counts),
         COPPICE_MAX_WOOD_TRIANGLES + 1);
@@ -197,13 +199,27 @@ void damage_tables(Damage& damage, const Bytes& good) {
   damage.set("wood_error_falls", "error table wood_error_px", wood_values + 4 * front.error_sizes_px.size(), -1.0f);
 }
 
+/// Where the page's first block of symbols states its length: behind header and tables.
+std::size_t first_block(const Bytes& file, std::size_t page) {
+  std::size_t at = page + 10 + 4 * std::size_t{file[page + 2]};
+  const auto stored = get<std::uint32_t>(file, at);
+  at += sizeof stored;
+  for (int tables = std::popcount(stored); tables > 0; --tables) at += 1 + (file[at] + std::size_t{2}) / 2;
+  return at;
+}
+
 void damage_chunks(Damage& damage, const Bytes& good) {
   const std::size_t page = chunk_offset(good, COPPICE_CHUNK_PAGE, 0), wood = chunk_offset(good, COPPICE_CHUNK_WOOD, 1);
   const std::size_t texture = chunk_offset(good, COPPICE_CHUNK_TEXTURE, 0);
   damage.set_reported_at("page_split_count", "page split_count", page, std::uint16_t{0xffff}, page);
   damage.set_reported_at("page_shape_count", "page shape_count", page + 2, std::uint8_t{4}, page);
-  damage.set_reported_at("page_reserved", "page reserved", page + 3, std::uint8_t{1}, page);
+  damage.set_reported_at("page_plain_fades", "page plain_fades", page + 3, std::uint8_t{4}, page);
   damage.set_reported_at("page_tables", "page tables", page + 13, std::uint8_t{0x80}, page);
+  const auto page_bytes =
+      static_cast<std::size_t>(get<std::uint64_t>(good, entry_offset(good, COPPICE_CHUNK_PAGE, 0) + offsetof(coppice_file_chunk, bytes)));
+  damage.set_reported_at("page_symbols", "page symbols", first_block(good, page), std::uint16_t{0xffff}, page);
+  const std::size_t last_word = page + page_bytes - 4;  // its lowest bit is never used
+  damage.set_reported_at("page_plain_bits", "page plain bits", last_word, static_cast<std::uint8_t>(good[last_word] | 1), page);
   damage.set_reported_at("wood_header", "wood Draco header", wood, std::uint8_t{'d'}, wood);
   damage.set_reported_at("wood_traversal", "wood traversal", wood + 11, std::uint8_t{2}, wood);
   damage.set_reported_at("wood_triangles", "wood triangle count", wood + 13, std::uint8_t{1}, wood);

@@ -12,7 +12,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 using Wide = std::int64_t;
 
-constexpr std::size_t kContexts = 29;
+constexpr std::size_t kContexts = 31;
 constexpr std::uint32_t kPageSplits = 512;
 
 constexpr std::array<std::uint32_t, 16> kWeights = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192};
@@ -45,7 +45,9 @@ constexpr std::array<std::string_view, kContexts> kUsualDigits = {"fa42356789aa9
                                                                   "fcd9544321111111",
                                                                   "fdddcdefffed6221",
                                                                   "ecefdcbedb9a5211",
-                                                                  "fcd8763111111111"};
+                                                                  "fcd8763111111111",
+                                                                  "1",
+                                                                  "1"};
 
 /// floor(a / b), b > 0.
 Wide floor_div(Wide a, Wide b) {
@@ -158,7 +160,8 @@ class PageStream {
     naive_must(bytes.u16() == split_count, "split_count");
     const std::uint32_t more_shapes = bytes.u8();
     naive_must(more_shapes <= 3, "shape_count");
-    naive_must(bytes.u8() == 0, "page reserved");
+    plain_fades = bytes.u8();
+    naive_must(plain_fades <= 3, "plain_fades");
     for (Wide& weight : axis_weights) weight = bytes.u16();
     for (std::uint32_t i = 0; i < more_shapes; ++i) {
       Shape& shape = shapes.emplace_back();
@@ -172,6 +175,7 @@ class PageStream {
     while (bytes.left() > 0) plain_.push_back(bytes.u32());
   }
 
+  std::uint32_t plain_fades = 0;
   std::array<Wide, 3> axis_weights{};
   std::vector<Shape> shapes = {{}};
 
@@ -219,6 +223,7 @@ class PageStream {
     if (context < 12) return 2 * (1 + 2 * shapes.size());
     if (context == 12) return 2;
     if (context == 13) return card_count;
+    if (context >= 29) return 16;
     return context == 22 ? 28 : 17;
   }
 
@@ -439,6 +444,11 @@ void read_split(PageStream& stream, std::uint32_t s, NaivePlant& plant, std::vec
     parents[children[child].death] = 2 * s + 1 + child;
   }
   const NaiveNode parent = plant.nodes[split.parent];
+  for (NaiveNode& child : children) {
+    if (child.death == kNaiveNone) continue;
+    child.opacity = (stream.symbol(29) + (stream.plain_fades % 2 == 1 ? 0 : parent.opacity)) % 16;
+    child.brightness = (stream.symbol(30) + (stream.plain_fades / 2 == 1 ? 0 : parent.brightness)) % 16;
+  }
   const std::uint32_t children_of = stream.symbol(1);
   std::array<std::array<std::optional<NaivePoint>, 4>, 2> known;
   std::array<std::size_t, 2> counts{};

@@ -157,8 +157,13 @@ Counts read_plant(NaiveBytes bytes, NaivePlant& plant) {
   NaiveNode root;
   for (NaivePoint& corner : root.corners)
     for (std::int64_t& coordinate : corner) coordinate = bytes.u16();
-  root.card = bytes.u32();
+  root.card = bytes.u16();
   naive_must(root.card < counts.cards, "root_card");
+  const std::uint32_t root_fade = bytes.u8();
+  naive_must(plant.leaf_count > 1 || root_fade == 0x8f, "root_fade");
+  root.opacity = root_fade % 16;
+  root.brightness = root_fade / 16;
+  naive_must(bytes.u8() == 0, "plant reserved");
   for (std::uint32_t& count : plant.wood_vertex_counts) count = bytes.u32();
   for (std::uint32_t& count : plant.wood_triangle_counts) count = bytes.u32();
   plant.metric = bytes.u32();

@@ -45,6 +45,7 @@ inline constexpr std::uint32_t kNaiveNone = 0xffffffffu;
 struct NaiveNode {
   NaiveQuad corners{};
   std::uint32_t card = 0;
+  std::uint32_t opacity = 15, brightness = 8;
   std::uint32_t death = kNaiveNone;  ///< the split that replaces it
 };
 

@@ -173,6 +173,23 @@ bake::Tree random_tree(const bake::Foliage& foliage, std::uint32_t seed) {
   return tree;
 }
 
+void set_fades(bake::Tree& tree, Fades fades, std::uint32_t seed) {
+  Random random(seed ^ 0xfadeu);
+  std::vector<std::uint32_t> parents(tree.nodes.size(), 0);
+  for (std::uint32_t split = 0; split < tree.split_parent.size(); ++split)
+    parents[2 * split + 1] = parents[2 * split + 2] = tree.split_parent[split];
+  for (std::size_t node = 0; fades != Fades::none && node < tree.nodes.size(); ++node) {
+    if (tree.node_split[node] == bake::kNone) continue;
+    const std::uint8_t of_parent = tree.nodes[parents[node]].fade;
+    std::uint32_t opacity = random.below(16), brightness = random.below(16);
+    if (fades == Fades::smooth) {
+      opacity = std::clamp((of_parent & 15u) + opacity % 3, 1u, 16u) - 1;
+      brightness = std::clamp((of_parent >> 4) + brightness % 3, 1u, 16u) - 1;
+    }
+    tree.nodes[node].fade = static_cast<std::uint8_t>(brightness << 4 | opacity);
+  }
+}
+
 bake::Mesh tube(std::uint32_t sides, std::uint32_t rings, std::uint32_t material) {
   bake::Mesh mesh;
   for (std::uint32_t ring = 0; ring < rings; ++ring)
@@ -233,6 +250,7 @@ bake::BakedPlant random_plant(const RandomPlantOptions& options) {
   plant.name = "random";
   plant.metric = 1;
   plant.tree = random_tree(foliage, options.seed);
+  set_fades(plant.tree, options.fades, options.seed);
   plant.card_table = foliage.card_table;
   const bool textured = options.texture_side > 0;
   plant.materials.push_back({"leaves", glm::vec4(1.0f), textured ? 0 : bake::kNone, textured ? 0.5f : 0.0f, 0.8f, true});

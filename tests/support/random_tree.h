@@ -17,6 +17,10 @@ bake::Tree random_tree(const bake::Foliage& foliage, std::uint32_t seed);
 /// A tapered open tube along +Y, 2 m long: rings of `sides` faces. sides >= 3, rings >= 2.
 bake::Mesh tube(std::uint32_t sides, std::uint32_t rings, std::uint32_t material);
 
+/// How nodes that are replaced show: like leaves, a step or two from their parent, or anyhow.
+enum class Fades : std::uint8_t { none, smooth, noise };
+void set_fades(bake::Tree& tree, Fades fades, std::uint32_t seed);
+
 struct RandomPlantOptions {
   std::uint32_t leaf_count = 100;
   std::uint32_t seed = 1;
@@ -24,6 +28,7 @@ struct RandomPlantOptions {
   std::uint32_t wood_lod_count = 2;
   std::uint32_t texture_side = 8;     ///< 0: no texture
   std::uint32_t leaf_mesh_count = 0;  ///< parts
+  Fades fades = Fades::none;
 };
 
 /// A complete plant over random_tree: two materials, a stem of tapered rings as wood, an error table. With leaf meshes each leaf is its

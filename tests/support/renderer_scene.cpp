@@ -121,7 +121,9 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   const Box box = leaf_box(baked.tree);
   fill_front(baked, box, plant.file);
   for (std::size_t id = 0; id < baked.tree.nodes.size(); ++id) {
-    PageNode node{.card = static_cast<std::uint8_t>(baked.tree.nodes[id].card), .split = baked.tree.node_split[id]};
+    PageNode node{.card = static_cast<std::uint8_t>(baked.tree.nodes[id].card),
+                  .fade = baked.tree.nodes[id].fade,
+                  .split = baked.tree.node_split[id]};
     for (std::size_t corner = 0; corner < 4; ++corner)
       node.corners[corner] = quantise(baked.tree.vertices[baked.tree.nodes[id].vertices[corner]], box);
     plant.nodes.push_back(node);
@@ -129,6 +131,7 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   const PageNode& root = plant.nodes[0];
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(root.corners[corner].begin(), 3, plant.file.plant.root_quad[corner]);
   plant.file.plant.root_card = root.card;
+  plant.file.plant.root_fade = root.fade;
   for (const bake::Mesh& lod : baked.wood.lods) plant.wood.push_back(wood_mesh(lod));
   std::vector<coppice_file_texture> headers;
   for (const bake::Image& baked_image : baked.images) {
@@ -183,18 +186,17 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
   gpu::Device device = expect(gpu::open_device(gpu.instance, gpu.physical_device, gpu.device, vkGetInstanceProcAddr));
   device.memory.ledger = &ledger_;
   if (options.allocate_memory != nullptr) device.vk.vkAllocateMemory = options.allocate_memory;
-  renderer_ =
-      expect(gpu::Renderer::create({.device = device,
-                                    .allocator = default_allocator(),
-                                    .view = {.attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB,
-                                                             .depth_format = VK_FORMAT_D32_SFLOAT,
-                                                             .shadow_format = options.shadow_format},
-                                             .max_instances = max_instances,
-                                             .compute_raster = options.compute_raster,
-                                             .int64_atomics = options.int64_atomics && gpu.int64_atomics,
-                                             .many_lanes = options.many_lanes},
-                                    .memory_budget_bytes = options.memory_budget_bytes,
-                                    .max_plants = kMaxPlants}));
+  renderer_ = expect(gpu::Renderer::create({.device = device,
+                                            .allocator = default_allocator(),
+                                            .view = {.attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB,
+                                                                     .depth_format = VK_FORMAT_D32_SFLOAT,
+                                                                     .shadow_format = options.shadow_format},
+                                                     .max_instances = max_instances,
+                                                     .compute_raster = options.compute_raster,
+                                                     .int64_atomics = options.int64_atomics && gpu.int64_atomics,
+                                                     .many_lanes = options.many_lanes},
+                                            .memory_budget_bytes = options.memory_budget_bytes,
+                                            .max_plants = kMaxPlants}));
   instances_ = gpu::InstanceTable(default_allocator(), max_instances);
   expect(instances_.reserve_plants(kMaxPlants));
   residency_.resize(kMaxPlants);

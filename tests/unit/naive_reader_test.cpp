@@ -54,6 +54,8 @@ std::vector<NamedFile> made_files() {
   add("many_cards", {.leaf_count = 60, .seed = 4, .card_count = 9, .wood_lod_count = 1, .texture_side = 2});
   add("leaf_meshes", {.leaf_count = 40, .seed = 5, .wood_lod_count = 3, .texture_side = 4, .leaf_mesh_count = 2});
   add("three_pages", {.leaf_count = 1200, .seed = 6, .wood_lod_count = 0, .texture_side = 0});
+  add("smooth_fades", {.leaf_count = 700, .seed = 7, .wood_lod_count = 0, .texture_side = 0, .fades = test::Fades::smooth});
+  add("noisy_fades", {.leaf_count = 30, .seed = 8, .wood_lod_count = 0, .texture_side = 0, .fades = test::Fades::noise});
   return files;
 }
 
@@ -118,8 +120,10 @@ void expect_same_tree(const Bytes& file, const PlantFile& front, const NaivePlan
       for (std::size_t axis = 0; axis < 3; ++axis) quad[i][axis] = static_cast<std::uint16_t>(node.corners[i][axis]);
     return quad;
   };
-  bake::DecodedPages pages(PageNode{quad_of(naive.nodes[0]), static_cast<std::uint8_t>(naive.nodes[0].card)}, front.plant.leaf_count,
-                           front.plant.card_count, quantised_max(front.plant));
+  const auto fade_of = [](const test::NaiveNode& node) { return static_cast<std::uint8_t>(16 * node.brightness + node.opacity); };
+  const PageNode root{quad_of(naive.nodes[0]), static_cast<std::uint8_t>(naive.nodes[0].card), fade_of(naive.nodes[0])};
+  EXPECT_EQ(root.fade, front.plant.root_fade);
+  bake::DecodedPages pages(root, front.plant.leaf_count, front.plant.card_count, quantised_max(front.plant));
   std::size_t first = 0;
   for (std::uint32_t page = 0; page < front.plant.page_count; ++page) {
     const auto splits = pages.add(chunk_bytes(file, front, COPPICE_CHUNK_PAGE, page));
@@ -135,6 +139,7 @@ void expect_same_tree(const Bytes& file, const PlantFile& front, const NaivePlan
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     EXPECT_EQ(nodes[i].corners, quad_of(naive.nodes[i])) << i;
     EXPECT_EQ(nodes[i].card, naive.nodes[i].card) << i;
+    EXPECT_EQ(nodes[i].fade, fade_of(naive.nodes[i])) << i;
     if (i > 0) {  // the root is in no page
       EXPECT_EQ(nodes[i].split, naive.nodes[i].death) << i;
     }

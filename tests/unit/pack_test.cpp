@@ -87,6 +87,7 @@ void expect_round_trip(const BakedPlant& plant, std::uint32_t steps) {
   const QuantisationBox box = leaf_box(plant.tree, steps);
   for (std::uint32_t node = 0; node < plant.tree.nodes.size(); ++node) {
     EXPECT_EQ(back->tree.nodes[node].card, plant.tree.nodes[node].card);
+    EXPECT_EQ(back->tree.nodes[node].fade, plant.tree.nodes[node].fade);
     const Quad before = quad_of(plant.tree, node), after = quad_of(back->tree, node);
     for (std::size_t corner = 0; corner < 4; ++corner)
       for (int axis = 0; axis < 3; ++axis)
@@ -243,6 +244,9 @@ TEST(Pack, RefusesWhatTheFormatCannotHold) {
   };
   BakedPlant plant = random_plant({.leaf_count = 10});
   plant.tree.nodes[0].card = 2;
+  refused(plant);
+  plant = random_plant({.leaf_count = 10});
+  plant.tree.nodes.back().fade = 0;  // a source leaf's
   refused(plant);
   plant = random_plant({.leaf_count = 10});
   plant.tree.vertices[3].y = std::numeric_limits<float>::quiet_NaN();

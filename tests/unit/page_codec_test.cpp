@@ -21,8 +21,11 @@ using bake::QuantisedTree;
 using page_model::Point;
 using page_model::Rule;
 
-QuantisedTree quantised(std::uint32_t leaf_count, std::uint32_t seed = 1, std::uint32_t card_count = 2) {
-  return *bake::quantise_tree(test::random_tree(test::random_foliage(leaf_count, seed, card_count), seed));
+QuantisedTree quantised(std::uint32_t leaf_count, std::uint32_t seed = 1, std::uint32_t card_count = 2,
+                        test::Fades fades = test::Fades::none) {
+  bake::Tree tree = test::random_tree(test::random_foliage(leaf_count, seed, card_count), seed);
+  test::set_fades(tree, fades, seed);
+  return *bake::quantise_tree(tree);
 }
 
 std::uint32_t splits_in_page(const QuantisedTree& tree, std::uint32_t page) {
@@ -60,6 +63,7 @@ void expect_round_trip(const QuantisedTree& tree, std::uint32_t card_count) {
   for (std::size_t node = 1; node < nodes.size(); ++node) {
     EXPECT_EQ(nodes[node].corners, tree.nodes[node].corners);
     EXPECT_EQ(nodes[node].card, tree.nodes[node].card);
+    EXPECT_EQ(nodes[node].fade, tree.nodes[node].fade);
     EXPECT_EQ(nodes[node].split, tree.nodes[node].split);
   }
 }
@@ -70,6 +74,31 @@ TEST(PageCodec, GivesBackEverySplitAndNode) {
 
 TEST(PageCodec, GivesBackAnyNumberOfCards) {
   for (std::uint32_t card_count : {1u, 17u, 256u}) expect_round_trip(quantised(700, 3, card_count), card_count);
+}
+
+TEST(PageCodec, GivesBackEveryFade) {
+  for (const test::Fades fades : {test::Fades::smooth, test::Fades::noise})
+    for (std::uint32_t leaf_count : {2u, 3u, 10u, 514u, 1500u}) expect_round_trip(quantised(leaf_count, leaf_count, 2, fades), 2);
+}
+
+TEST(PageCodec, FadesThatAreNotThereTakeNoBytes) {
+  QuantisedTree tree = quantised(500);
+  const std::size_t bytes = encoded(tree).size();
+  for (PageNode& node : tree.nodes)
+    if (node.split != kNeverReplaced) node.fade = 0x4a;  // the root's, and all others' are as it
+  EXPECT_EQ(encoded(tree).size(), bytes);
+  expect_round_trip(tree, 2);
+}
+
+TEST(PageCodec, FadesAreCodedByTheirParentsWhereThatTakesLess) {
+  const auto plain_fades = [](const QuantisedTree& tree) { return encoded(tree)[3]; };
+  EXPECT_EQ(plain_fades(quantised(500)), 0);
+  EXPECT_EQ(plain_fades(quantised(500, 1, 2, test::Fades::smooth)), 0);
+  QuantisedTree tree = quantised(500);
+  for (std::size_t node = 0; node < tree.nodes.size(); ++node)
+    if (tree.nodes[node].split != kNeverReplaced) tree.nodes[node].fade = static_cast<std::uint8_t>(0x80 + node * 7 % 5);
+  EXPECT_EQ(plain_fades(tree), 1) << "opacities are what they are, whatever their parents'; brightness does not change";
+  expect_round_trip(tree, 2);
 }
 
 /// Splits that no baker makes: corners anywhere in the box, slots in any order.
@@ -95,6 +124,7 @@ QuantisedTree random_splits(std::uint32_t split_count, std::uint32_t seed) {
     split.cards = {static_cast<std::uint8_t>(below(9)), static_cast<std::uint8_t>(below(9))};
     const ChildQuads quads = child_quads(tree.nodes[split.parent].corners, split);
     tree.nodes[split.parent].split = s;
+    tree.nodes[split.parent].fade = static_cast<std::uint8_t>(below(256));
     tree.nodes.push_back({quads.first, split.cards[0]});
     tree.nodes.push_back({quads.second, split.cards[1]});
     tree.splits.push_back(split);

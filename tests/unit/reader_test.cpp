@@ -128,6 +128,7 @@ std::uint64_t digest(const bake::BakedPlant& plant) {
   for (const bake::Tree::Node& node : plant.tree.nodes) {
     add(node.vertices);
     add(std::vector{node.card});
+    add(std::vector{node.fade});
   }
   for (const bake::Card& card : plant.card_table) add(card.uv);
   add(plant.errors.leaf_counts);
@@ -170,6 +171,7 @@ TEST(GoldenFiles, TheyAreReadAsEver) {
       {"wood_and_texture", {.leaf_count = 12, .wood_lod_count = 3, .texture_side = 8}},
       {"block_texture", {.leaf_count = 8, .wood_lod_count = 0, .texture_side = 10}},
       {"leaf_meshes", {.leaf_count = 9, .wood_lod_count = 1, .texture_side = 4, .leaf_mesh_count = 2}},
+      {"fades", {.leaf_count = 70, .wood_lod_count = 0, .texture_side = 0, .fades = test::Fades::smooth}},
   };
   if (updating()) {
     std::filesystem::create_directories(folder);
@@ -192,6 +194,15 @@ TEST(HostileFile, EveryTruncationIsRefused) {
     ASSERT_FALSE(plant) << length << " of " << file.size() << " bytes accepted";
     ASSERT_NE(plant.error().offset, Error::kNoOffset);
   }
+}
+
+TEST(HostileFile, ASourceLeafWithAFadeIsRefused) {
+  Bytes file = packed({.leaf_count = 1, .wood_lod_count = 0, .texture_side = 0});
+  file[test::chunk_offset(file, COPPICE_CHUNK_PLANT) + offsetof(coppice_file_plant, root_fade)] = 0x80;
+  test::fix_checksums(file);
+  const auto plant = bake::unpack(file);
+  ASSERT_FALSE(plant);
+  EXPECT_STREQ(plant.error().what, "plant root_fade");
 }
 
 TEST(HostileFile, AnExtraByteIsRefused) {

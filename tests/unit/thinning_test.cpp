@@ -29,7 +29,7 @@ double shown_share(std::initializer_list<std::uint32_t> thinnings, std::uint32_t
 }
 
 TEST(Thinning, GapsAreWhatIsMissingToSixteenSixteenths) {
-  EXPECT_EQ(gaps_of(kOpaqueFade), 0u);
+  EXPECT_EQ(gaps_of(kNoFade), 0u);
   EXPECT_EQ(gaps_of(0x80), kMaxGaps) << "opacity 1 of 16";
   EXPECT_EQ(gaps_of(0x07), 8u) << "whatever the brightness";
   EXPECT_EQ(opacity_of(0), 1.0f);

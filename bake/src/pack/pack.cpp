@@ -224,7 +224,8 @@ void fill_plant(const BakedPlant& plant, const QuantisedTree& tree, coppice_file
   store(target.sphere_center, plant.sphere.center);
   target.sphere_radius = plant.sphere.radius;
   for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(tree.nodes[0].corners[corner], target.root_quad[corner]);
-  target.root_card = plant.tree.nodes[0].card;
+  target.root_card = static_cast<std::uint16_t>(plant.tree.nodes[0].card);
+  target.root_fade = plant.tree.nodes[0].fade;
   target.metric = plant.metric;
   target.fine_positions = tree.box.steps == COPPICE_FINE_QUANTISED_MAX ? 1 : 0;
   store_name(target.name, plant.name);

@@ -142,6 +142,15 @@ void code_corners(const std::array<std::uint8_t, 4>& slots, unsigned c, Codes& c
   codes.symbol(count == 3 ? Context::kCorners3 : Context::kCorners4, 6 * turn + 2 * (second - 1) + (third == lower_left ? 0 : 1));
 }
 
+/// Codes a child's fade, from its parent's.
+void code_fade(std::uint8_t fade, std::uint8_t parent_fade, const PageHeader& header, Codes& codes) {
+  for (std::size_t half = 0; half < 2; ++half) {
+    const std::uint32_t from = header.plain_fades[half] ? 0 : page_model::fade_half(parent_fade, half);
+    const std::uint32_t symbol = page_model::fade_half(fade, half) + page_model::kFadeSteps - from;
+    codes.symbol(Context::kFades + half, symbol % page_model::kFadeSteps);
+  }
+}
+
 /// Residuals at three axes: their bit lengths in the contexts given, then what is below their highest bits.
 void code_values(const std::array<std::int32_t, 3>& values, const std::array<std::size_t, 3>& contexts, Codes& codes) {
   for (std::size_t i = 0; i < 3; ++i) codes.symbol(contexts[i], static_cast<std::uint32_t>(std::bit_width(zigzag(values[i]))));
@@ -169,6 +178,8 @@ class Planner {
       codes.low_bits(lifetime);
     }
     const PageNode& parent_node = source_.nodes[split.parent];
+    for (std::uint32_t child = 2 * index + 1; child <= 2 * index + 2; ++child)
+      if (source_.nodes[child].split != kNeverReplaced) code_fade(source_.nodes[child].fade, parent_node.fade, header_, codes);
     const std::array<Child, 2> children = children_of(split, parent_node.corners);
     std::uint32_t pattern = 0;
     for (unsigned i = 0; i < 4; ++i) pattern |= (split.parent_slots[i] / 4u) << i;
@@ -261,6 +272,11 @@ double cost_of(const std::vector<std::uint32_t>& counts, const std::vector<doubl
   return sum;
 }
 
+/// Of a table that the page stores.
+std::size_t table_bytes(std::size_t symbol_count) {
+  return 1 + (symbol_count + 1) / 2;
+}
+
 /// Tables for `codes`, and which of them the page has to store.
 std::uint32_t choose_tables(const Codes& codes, const Tables& usual, std::uint32_t kind_symbols, Tables& tables) {
   std::uint32_t stored = 0;
@@ -274,8 +290,7 @@ std::uint32_t choose_tables(const Codes& codes, const Tables& usual, std::uint32
     const double usual_cost = cost_of(counts[context], tables.costs[context]);
     Tables own;
     own.set(context, weight_digits(counts[context]));
-    const std::size_t stored_bytes = 1 + (counts[context].size() + 1) / 2;
-    const double own_cost = cost_of(counts[context], own.costs[context]) + 8.0 * static_cast<double>(stored_bytes);
+    const double own_cost = cost_of(counts[context], own.costs[context]) + 8.0 * static_cast<double>(table_bytes(counts[context].size()));
     if (own_cost >= usual_cost) continue;
     tables.set(context, own.digits[context]);
     stored |= 1u << context;
@@ -290,7 +305,7 @@ void put(std::vector<std::uint8_t>& bytes, std::uint32_t value, std::size_t byte
 void put_header(const PageHeader& header, std::vector<std::uint8_t>& bytes) {
   put(bytes, header.split_count, 2);
   put(bytes, header.shape_count - 1, 1);
-  put(bytes, 0, 1);
+  put(bytes, (header.plain_fades[0] ? 1u : 0u) | (header.plain_fades[1] ? 2u : 0u), 1);
   for (std::uint16_t weight : header.axis_weights) put(bytes, weight, 2);
   for (std::size_t i = 1; i < header.shape_count; ++i) {
     put(bytes, static_cast<std::uint16_t>(header.shapes[i].a), 2);
@@ -329,6 +344,34 @@ void put_codes(const Codes& codes, const Tables& tables, std::vector<std::uint8_
   bytes.insert(bytes.end(), rest.begin(), rest.end());
 }
 
+/// Bits of the symbols of one context with tables of their own.
+double least_cost(const std::vector<std::uint32_t>& counts) {
+  Tables own;
+  own.set(0, weight_digits(counts));
+  return cost_of(counts, own.costs[0]) + 8.0 * static_cast<double>(table_bytes(counts.size()));
+}
+
+/// Whether the halves of the page's fades take less as they are than as differences from the parents'.
+std::array<bool, 2> choose_plain_fades(const PageSource& source) {
+  std::array<PageHeader, 2> headers;
+  headers[1].plain_fades = {true, true};
+  std::array<Codes, 2> codes;
+  for (std::uint32_t i = 0; i < source.splits.size(); ++i)
+    for (std::uint32_t child = 0; child < 2; ++child) {
+      const PageNode& node = source.nodes[2 * (source.first_split + i) + 1 + child];
+      if (node.split == kNeverReplaced) continue;
+      for (std::size_t rule = 0; rule < 2; ++rule)
+        code_fade(node.fade, source.nodes[source.splits[i].parent].fade, headers[rule], codes[rule]);
+    }
+  std::array<bool, 2> plain{};
+  for (std::size_t half = 0; half < 2 && !codes[0].symbols.empty(); ++half) {
+    const std::vector<std::uint32_t> differences = count_symbols(codes[0])[Context::kFades + half];
+    if (differences.size() == 1) continue;  // nothing changes: the usual table has that, and no bytes
+    plain[half] = least_cost(count_symbols(codes[1])[Context::kFades + half]) < least_cost(differences);
+  }
+  return plain;
+}
+
 PageHeader header_of(const PageSource& source) {
   std::vector<QuantisedQuad> children;
   for (const Split& split : source.splits) {
@@ -341,6 +384,7 @@ PageHeader header_of(const PageSource& source) {
   const std::vector<page_model::Shape> shapes = common_shapes(children);
   header.shape_count = static_cast<std::uint32_t>(shapes.size());
   std::ranges::copy(shapes, header.shapes.begin());
+  header.plain_fades = choose_plain_fades(source);
   header.axis_weights = axis_weights(source.box_extent);
   header.quantised_max = static_cast<std::int32_t>(source.quantised_max);
   return header;

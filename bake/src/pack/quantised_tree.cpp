@@ -84,7 +84,7 @@ Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps) {
   QuantisedTree result;
   result.box = leaf_box(tree, steps);
   for (const Tree::Node& node : tree.nodes) {
-    PageNode quantised{.card = static_cast<std::uint8_t>(node.card)};
+    PageNode quantised{.card = static_cast<std::uint8_t>(node.card), .fade = node.fade};
     for (std::size_t corner = 0; corner < 4; ++corner)
       quantised.corners[corner] = quantise(result.box, tree.vertices[node.vertices[corner]]);
     result.nodes.push_back(quantised);
@@ -103,6 +103,8 @@ Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps) {
     for (std::uint32_t child = 0; child < 2; ++child) split.cards[child] = static_cast<std::uint8_t>(tree.nodes[2 * s + 1 + child].card);
     result.splits.push_back(split);
   }
+  for (const PageNode& node : result.nodes)
+    if (node.split == kNeverReplaced && node.fade != kNoFade) return Error{Status::invalid_argument, "tree: a source leaf has a fade"};
   return result;
 }
 

@@ -14,6 +14,7 @@
 
 #include "coppice/format.h"
 #include "piece_class.h"
+#include "tree.h"
 
 namespace coppice::bake {
 
@@ -112,6 +113,7 @@ struct Tree {
   struct Node {
     std::array<std::uint32_t, 4> vertices{};  ///< indices into `vertices`
     std::uint32_t card = 0;
+    std::uint8_t fade = kNoFade;  ///< see core/tree.h
   };
   std::vector<glm::vec3> vertices;          ///< [4N]
   std::vector<Node> nodes;                  ///< [2N - 1]

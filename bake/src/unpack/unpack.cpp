@@ -91,6 +91,8 @@ Result<Tree> read_tree(const PlantFile& file, Bytes bytes) {
     for (const Split& split : *splits)
       if (auto applied = apply_split(tree, box, split); !applied) return in_chunk(applied.error(), chunk);
   }
+  const std::vector<PageNode> nodes = pages.nodes();
+  for (std::size_t node = 0; node < nodes.size(); ++node) tree.nodes[node].fade = nodes[node].fade;
   std::uint32_t next_source = 0;
   for (std::uint32_t split : tree.node_split) tree.node_source.push_back(split == kNone ? next_source++ : kNone);
   return tree;

@@ -105,7 +105,9 @@ typedef struct coppice_file_plant {
   float sphere_center[3]; /* bounds leaves and wood */
   float sphere_radius;
   uint16_t root_quad[4][3]; /* node 0, quantised in the leaf box */
-  uint32_t root_card;
+  uint16_t root_card;
+  uint8_t root_fade; /* bits 0..3 opacity, 15 opaque; bits 4..7 brightness, 8 unchanged; 0x8f if leaf_count is 1 */
+  uint8_t reserved;  /* 0 */
   /* What each wood LoD decodes to, so that its memory can be reserved beforehand; 0 from wood_lod_count on. */
   uint32_t wood_vertex_counts[COPPICE_MAX_WOOD_LODS];   /* <= 3 * triangles */
   uint32_t wood_triangle_counts[COPPICE_MAX_WOOD_LODS]; /* <= COPPICE_MAX_WOOD_TRIANGLES, non-increasing */

@@ -21,7 +21,7 @@ class DecoderPool {
   DecoderPool& operator=(const DecoderPool&) = delete;
 
   /// What a set takes at most, whatever the page: tables with room for any alphabet, room for a page's plain bits, and what holds these.
-  static constexpr std::size_t kSetBytes = 144u << 10;
+  static constexpr std::size_t kSetBytes = 152u << 10;
 
   /// Has a set for a page.
   class Lease {

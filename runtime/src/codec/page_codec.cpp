@@ -71,7 +71,9 @@ Result<void> read_header(HeaderReader& reader, std::uint32_t split_count, PageHe
   if (header.split_count != split_count) return bad_page("page split_count", 0);
   header.shape_count = 1 + reader.number(1);
   if (header.shape_count > page_model::kMaxShapes) return bad_page("page shape_count", 2);
-  if (reader.number(1) != 0) return bad_page("page reserved", 3);
+  const std::uint32_t plain_fades = reader.number(1);
+  if (plain_fades > 3) return bad_page("page plain_fades", 3);
+  header.plain_fades = {(plain_fades & 1) != 0, (plain_fades & 2) != 0};
   for (std::uint16_t& weight : header.axis_weights) weight = static_cast<std::uint16_t>(reader.number(2));
   if (!reader.has(kShapeBytes * (header.shape_count - 1))) return bad_page("page shapes", reader.at());
   for (std::size_t i = 1; i < header.shape_count; ++i) {
@@ -246,6 +248,7 @@ class PageDecoder {
     for (std::uint32_t c = 0; c < 2; ++c)
       if (!read_death(split, 2 * split + 1 + c, children[c])) return "page death";
     const PageNode& parent = out_.nodes[parent_node];
+    for (std::uint32_t c = 0; c < 2; ++c) children[c].fade = children[c].split == kNeverReplaced ? kNoFade : read_fade(parent.fade);
     const Parent around = page_model::parent_of(parent.corners);
     std::array<Child, 2> child;
     std::array<std::uint8_t, 4> slots{};
@@ -269,6 +272,15 @@ class PageDecoder {
     const std::uint32_t place = node.split - first_split_;
     if (place >= COPPICE_PAGE_SPLITS) return true;  // a later page sees to it
     return std::exchange(scratch_.parents[place], id) == kNoParent;
+  }
+
+  std::uint8_t read_fade(std::uint8_t parent_fade) {
+    std::uint32_t fade = 0;
+    for (std::size_t half = 0; half < 2; ++half) {
+      const std::uint32_t from = header_.plain_fades[half] ? 0 : page_model::fade_half(parent_fade, half);
+      fade |= (from + symbol(Context::kFades + half)) % page_model::kFadeSteps << (4 * half);
+    }
+    return static_cast<std::uint8_t>(fade);
   }
 
   /// The corners of child `c` that are the parent's.
@@ -377,7 +389,6 @@ class PageDecoder {
     for (std::size_t corner = 0; corner < 4; ++corner)
       for (std::size_t axis = 0; axis < 3; ++axis) node.corners[corner][axis] = static_cast<std::uint16_t>(child.corners[corner][axis]);
     node.card = static_cast<std::uint8_t>(child.card);
-    node.fade = kOpaqueFade;
   }
 
   static void store_split(std::uint32_t parent, const std::array<std::uint8_t, 4>& slots, const std::array<Child, 2>& child, Split& split) {
@@ -404,7 +415,8 @@ class PageDecoder {
 }  // namespace
 
 PageNode root_node(const coppice_file_plant& plant) {
-  PageNode root{.card = static_cast<std::uint8_t>(plant.root_card), .split = plant.leaf_count > 1 ? 0 : kNeverReplaced};
+  PageNode root{
+      .card = static_cast<std::uint8_t>(plant.root_card), .fade = plant.root_fade, .split = plant.leaf_count > 1 ? 0 : kNeverReplaced};
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.root_quad[corner], 3, root.corners[corner].begin());
   return root;
 }

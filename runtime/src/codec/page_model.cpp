@@ -119,6 +119,8 @@ const std::array<const char*, kContextCount> kDefaultWeights = {
     "fdddcdefffed6221",
     "ecefdcbedb9a5211",
     "fcd8763111111111",
+    "1",
+    "1",
 };
 
 }  // namespace coppice::page_model

@@ -38,14 +38,15 @@ enum Context : std::uint8_t {
   kNearFourth,  ///< 9 (x + 1) + 3 (y + 1) + z + 1 of a residual within -1..1, or kFar
   kTurned,      ///< three contexts, by Side
   kParallel = kTurned + 3,
-  kContextCount = kParallel + 3
+  kFades = kParallel + 3,  ///< of a child that is replaced, two contexts: opacity and brightness, as PageHeader::plain_fades says
+  kContextCount = kFades + 2
 };
 enum Side : std::uint8_t { kFirstSide, kSecondSide, kSquareAxis };
 inline constexpr std::uint32_t kFar = 27;
 
 /// Symbols of each context; kCard's are the plant's cards.
-inline constexpr std::array<std::uint16_t, kContextCount> kAlphabet = {28, 16, 4,  12, 12, 12, 24, 24, 18, 18, 18, 18, 2,  256, 17,
-                                                                       17, 17, 17, 17, 17, 17, 17, 28, 17, 17, 17, 17, 17, 17};
+inline constexpr std::array<std::uint16_t, kContextCount> kAlphabet = {28, 16, 4,  12, 12, 12, 24, 24, 18, 18, 18, 18, 2,  256, 17, 17,
+                                                                       17, 17, 17, 17, 17, 17, 28, 17, 17, 17, 17, 17, 17, 16,  16};
 inline constexpr std::size_t kSymbolCount = [] {
   std::size_t sum = 0;
   for (std::uint16_t symbols : kAlphabet) sum += symbols;
@@ -82,6 +83,7 @@ struct PageHeader {
   std::uint32_t split_count = 0;
   std::uint32_t shape_count = 1;
   std::array<Shape, kMaxShapes> shapes{kParallelogram};
+  std::array<bool, 2> plain_fades{};                   ///< opacity, brightness: coded as they are, else by what is added to the parent's
   std::array<std::uint16_t, 3> axis_weights{};         ///< squared length of a step along each axis, to a common scale
   std::int32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< the plant's; not in the page
 };
@@ -129,6 +131,12 @@ inline constexpr std::array<Steps, 16> kSteps = [] {
   for (unsigned known = 0; known < 16; ++known) all[known] = steps_from(known);
   return all;
 }();
+
+// The halves of a fade: opacity, brightness.
+inline constexpr std::uint32_t kFadeSteps = 16;
+constexpr std::uint32_t fade_half(std::uint8_t fade, std::size_t half) {
+  return fade >> (4 * half) & (kFadeSteps - 1);
+}
 
 /// Bits set in each number of four bits: not every processor that this is compiled for counts them.
 inline constexpr std::array<std::uint8_t, 16> kBitCount = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};

@@ -26,8 +26,9 @@ inline constexpr std::uint32_t kNeverReplaced = 0xffffffffu;
 /// PageNode::by_death behind the last node that is replaced.
 inline constexpr std::uint16_t kNoPlace = 0xffff;
 
-/// PageNode::fade of a node without gaps: every source leaf's.
-inline constexpr std::uint8_t kOpaqueFade = 0x8f;
+/// A node's *fade*, one byte: how a node that stands for several leaves shows. The low four bits are its opacity in sixteenths, less one;
+/// the high four its brightness, 8: unchanged. Source leaves, which nothing replaces, have none.
+inline constexpr std::uint8_t kNoFade = 0x8f;
 
 /// How many sixteenths of a node are gaps between the leaves that it stands for, 0 to 15.
 [[nodiscard]] constexpr std::uint32_t gaps_of(std::uint8_t fade) {
@@ -38,13 +39,13 @@ inline constexpr std::uint8_t kOpaqueFade = 0x8f;
 struct PageNode {
   QuantisedQuad corners{};
   std::uint8_t card = 0;  ///< < COPPICE_MAX_CARDS
-  /// Low half: its opacity in sixteenths, less one. High half: its brightness, 8 where unchanged; reserved.
-  std::uint8_t fade = kOpaqueFade;
+  std::uint8_t fade = kNoFade;
   /// Not of this node, but an index of its page: node k has the place in the page of the one that is replaced k-th, kNoPlace once all are.
   std::uint16_t by_death = 0;
   std::uint32_t split = kNeverReplaced;  ///< that replaces this node, in whichever page it is
 };
-static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, fade) == 25 && offsetof(PageNode, split) == 28);
+static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, fade) == 25 &&
+              offsetof(PageNode, by_death) == 26 && offsetof(PageNode, split) == 28);
 
 /// One split as decoded from a page.
 struct Split {

@@ -15,6 +15,7 @@
 #include "block_texture.h"
 #include "file_fields.h"
 #include "layout.h"
+#include "tree.h"
 #include "utf8.h"
 
 namespace coppice {
@@ -109,6 +110,9 @@ Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t a
         return bad_field("plant root_quad", at + offsetof(coppice_file_plant, root_quad), "outside the leaf box");
   if (plant.root_card >= plant.card_count)
     return bad_field("plant root_card", at + offsetof(coppice_file_plant, root_card), "no such card");
+  if (plant.leaf_count == 1 && plant.root_fade != kNoFade)
+    return bad_field("plant root_fade", at + offsetof(coppice_file_plant, root_fade), "of a source leaf");
+  if (plant.reserved != 0) return bad_field("plant reserved", at + offsetof(coppice_file_plant, reserved), "not 0");
   COPPICE_CHECK(check_wood_counts(plant, at));
   if (plant.fine_positions > (plant.leaf_mesh_count > 0 ? 0 : 1))
     return bad_field("plant fine_positions", at + offsetof(coppice_file_plant, fine_positions), std::to_string(plant.fine_positions));

@@ -1,6 +1,7 @@
 #include "collapse_image.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -67,7 +68,7 @@ std::string text(const CollapseSequence& sequence) {
   for (const Merge& merge : sequence.merges) {
     lines += std::to_string(merge.first) + " " + std::to_string(merge.second) + ":";
     for (const std::uint8_t corner : merge.corners) lines += " " + std::to_string(corner);
-    lines += "\n";
+    lines += " " + std::to_string(merge.opacity) + "\n";
   }
   return lines;
 }
@@ -82,16 +83,16 @@ Scene two_squares() {
   return scene;
 }
 
-/// Changes of the merged leaf that bridges the gap (outer corners of both), and of the left square alone.
-std::array<std::int64_t, 2> changes_of_two_squares(LiveImage& image) {
+/// Costs of the merged leaf that bridges the gap (outer corners of both), and of the left square alone.
+std::array<MergeCost, 2> costs_of_two_squares(LiveImage& image) {
   const std::array<PairCorners, 2> shapes{{{0, 5, 6, 3}, {0, 1, 2, 3}}};
-  std::array<std::int64_t, 2> changes{};
+  std::array<MergeCost, 2> costs{};
   LiveImage::Scratch scratch;
-  image.changes_of({0, 1, shapes}, scratch, changes);
-  EXPECT_EQ(image.error(), 0);
-  image.apply({0, 1, 2, image.merged(0, 1, shapes[0])});
-  EXPECT_EQ(image.error(), changes[0]);
-  return changes;
+  image.costs_of({0, 1, shapes}, scratch, costs);
+  EXPECT_EQ(image.error(), 0.0);
+  image.apply({0, 1, 2, image.merged(0, 1, shapes[0], kOpaque)});
+  EXPECT_DOUBLE_EQ(image.error(), costs[0].at(1.0));
+  return costs;
 }
 
 TEST(LiveImage, BlocksOfTwoSquaresByHand) {
@@ -103,9 +104,9 @@ TEST(LiveImage, BlocksOfTwoSquaresByHand) {
   // A block of 8 x 8 px counts 16 times (units of 1/1024 px^2). Four blocks of 8 new px each, 255 in each of four channels; or, if only
   // the left square stays, two blocks that lose 8 px each.
   const std::int64_t block = std::int64_t{8 * 255} * (8 * 255);
-  const auto changes = changes_of_two_squares(image);
-  EXPECT_EQ(changes[0], 16 * 4 * (4 * block));
-  EXPECT_EQ(changes[1], 16 * 2 * (4 * block));
+  const auto costs = costs_of_two_squares(image);
+  EXPECT_DOUBLE_EQ(costs[0].at(1.0), static_cast<double>(16 * 4 * (4 * block)));
+  EXPECT_DOUBLE_EQ(costs[1].at(1.0), static_cast<double>(16 * 2 * (4 * block)));
   EXPECT_EQ(image.areas(2)[0], 64u);
   EXPECT_EQ(image.areas(image.background())[0], 256u - 64u);
 }
@@ -116,9 +117,9 @@ TEST(LiveImage, PixelsOfTwoSquaresByHand) {
   LiveImage image = live_image(scene);
   // On top of the blocks: 32 px more, or 16 less, each 1024 units, three times, of 255^2 in four channels.
   const std::int64_t pixel = std::int64_t{3 * 1024} * 4 * 255 * 255, block = std::int64_t{8 * 255} * (8 * 255);
-  const auto changes = changes_of_two_squares(image);
-  EXPECT_EQ(changes[0], 32 * pixel + 16 * 4 * (4 * block));
-  EXPECT_EQ(changes[1], 16 * pixel + 16 * 2 * (4 * block));
+  const auto costs = costs_of_two_squares(image);
+  EXPECT_DOUBLE_EQ(costs[0].at(1.0), static_cast<double>(32 * pixel + 16 * 4 * (4 * block)));
+  EXPECT_DOUBLE_EQ(costs[1].at(1.0), static_cast<double>(16 * pixel + 16 * 2 * (4 * block)));
 }
 
 TEST(LiveImage, CoverageOfTwoSquaresByHand) {
@@ -127,72 +128,135 @@ TEST(LiveImage, CoverageOfTwoSquaresByHand) {
   LiveImage image = live_image(scene);
   // On top of the blocks: the view of 256 px is a block of its own, 32 px too much or 16 too little, in one channel.
   const std::int64_t px2 = std::int64_t{5} * 255 * 255 * 1024 / 256, block = std::int64_t{8 * 255} * (8 * 255);
-  const auto changes = changes_of_two_squares(image);
-  EXPECT_EQ(changes[0], 32 * 32 * px2 + 16 * 4 * (4 * block));
-  EXPECT_EQ(changes[1], 16 * 16 * px2 + 16 * 2 * (4 * block));
+  const auto costs = costs_of_two_squares(image);
+  EXPECT_DOUBLE_EQ(costs[0].at(1.0), static_cast<double>(32 * 32 * px2 + 16 * 4 * (4 * block)));
+  EXPECT_DOUBLE_EQ(costs[1].at(1.0), static_cast<double>(16 * 16 * px2 + 16 * 2 * (4 * block)));
+}
+
+// The bridge is 64 px where the squares were 32: pixels alone want the opacity that errs least on 32 px that are black and 32 that are not.
+TEST(LiveImage, OpacityOfTwoSquaresByHand) {
+  Scene scene = two_squares();
+  scene.image_options = {.pixel_weight = 1, .scales = {{5, 1}}, .coverage_weight = 0};
+  LiveImage image = live_image(scene);
+  const std::array<PairCorners, 1> bridge{{{0, 5, 6, 3}}};
+  std::array<MergeCost, 1> costs{};
+  LiveImage::Scratch scratch;
+  image.costs_of({0, 1, bridge}, scratch, costs);
+  EXPECT_EQ(costs[0].best_opacity(), kOpaque / 2);
+  image.apply({0, 1, 2, image.merged(0, 1, bridge[0], kOpaque / 2)});
+  // Every pixel of the bridge errs by half of 255 in four channels; the one block of 16 x 16 px is as dark as before. In sixteenths, 127.5
+  // is whole.
+  EXPECT_DOUBLE_EQ(image.error(), 1024.0 * 64 * 4 * 127.5 * 127.5);
+  EXPECT_DOUBLE_EQ(costs[0].at(0.5), image.error());
+  EXPECT_EQ(image.areas(2)[0], 64u);
+}
+
+TEST(LiveImage, BehindAnOpaqueLeafNothingCounts) {
+  Scene scene = two_squares();
+  scene.foliage.quads.push_back(test::rectangle({-2, -2, 1}, {4, 0, 0}, {0, 4, 0}));
+  scene.foliage.cards.push_back(0);
+  LiveImage image = live_image(scene);
+  MergeCost cost;
+  LiveImage::Scratch scratch;
+  const PairCorners bridge{0, 5, 6, 3};
+  image.costs_of({0, 1, {&bridge, 1}}, scratch, {&cost, 1});
+  EXPECT_FALSE(cost.is_seen());
+  EXPECT_EQ(cost.at(1.0), 0.0);
+}
+
+TEST(LiveImage, AHalvedPictureErrsAsTheWholeDoes) {
+  Scene scene = scene_of(test::ball_crown(60, 21), 64);
+  scene.image_options.pixel_weight = 0;  // what differs within a pixel is no error any more
+  LiveImage image = live_image(scene);
+  LiveImage::Scratch scratch;
+  std::vector<std::uint32_t> live;
+  for (std::uint32_t id = 2; id <= 60; ++id) live.push_back(id);
+  image.apply({0, 1, 60, image.merged(0, 1, {0, 5, 6, 3}, 11)});
+  const double whole = image.error();
+  EXPECT_GT(whole, 0.0);
+  for (const std::uint32_t side_px : {32u, 16u, 8u}) {
+    ASSERT_TRUE(image.can_halve());
+    image.halve(live);
+    EXPECT_EQ(image.pixels_per_view(), side_px * side_px);
+    EXPECT_EQ(image.pixel_area(), 64.0 * 64.0 / (side_px * side_px));
+    EXPECT_NEAR(image.error(), whole, 0.02 * whole) << "differences are rounded to sixteenths";
+    // Scratches follow.
+    MergeCost cost;
+    const PairCorners same{0, 1, 2, 3};
+    image.costs_of({2, 3, {&same, 1}}, scratch, {&cost, 1});
+    EXPECT_TRUE(std::isfinite(cost.at(1.0)));
+  }
+  EXPECT_FALSE(image.can_halve()) << "blocks of 8 px are one pixel now";
 }
 
 TEST(LeafShades, EachSideHasTheLightsBeforeIt) {
   // Its front faces up, where two and a half of the three lights are.
   const LeafShades shades = leaf_shades(test::rectangle({0, 0, 0}, {0, 0, 1}, {1, 0, 0}), 0.2f);
   EXPECT_NEAR(shades.normal.y, 1.0f, 1e-6f);
-  const auto ambient = static_cast<std::int32_t>(std::lround(lambert_luminance(0.2f, 0.0f)));
+  const auto ambient = static_cast<std::uint8_t>(std::lround(lambert_luminance(0.2f, 0.0f)));
   EXPECT_EQ(shades.seen_from({0, -1, 0}), (Shade{ambient, ambient, ambient, 255}));
   for (std::size_t light = 0; light < 3; ++light) EXPECT_GT(shades.seen_from({0, 1, 0})[light], ambient);
   EXPECT_EQ(shades.seen_from({0.9f, 0.1f, 0}), shades.seen_from({0, 1, 0}));
 }
 
-/// Block sums of every view and channel, rendered from scratch. shift 0: pixels
-std::vector<Shade> naive_blocks(const Scene& scene, const std::vector<LiveLeaf>& leaves, std::uint32_t shift) {
+using FixedShade = std::array<std::int64_t, kImageChannels>;  ///< in sixteenths, as LiveImage has them
+
+/// Block sums of every view and channel, rendered from scratch: every pixel's leaves sorted and laid over each other. shift 0: pixels
+std::vector<FixedShade> naive_blocks(const Scene& scene, const std::vector<LiveLeaf>& leaves, std::uint32_t shift) {
   const auto masks = *alpha_masks(scene.materials, scene.images);
   const std::uint32_t size = scene.options.resolution_px, row = (size + (1u << shift) - 1) >> shift;
-  std::vector<Shade> blocks;
+  std::vector<FixedShade> blocks;
   for (const Viewpoint& view : scene.views) {
-    std::vector<LeafFragment> front(std::size_t{size} * size, FragmentLists::kNothing);
+    std::vector<std::vector<LeafFragment>> pixels(std::size_t{size} * size);
     const Projection projection = make_projection(view, bounding_sphere(scene.foliage), size);
     for (std::uint32_t i = 0; i < leaves.size(); ++i) {
       const Card& card = scene.foliage.card_table[leaves[i].card];
       rasterise_leaf(project(projection, leaves[i].quad), card, masks[card.material], static_cast<std::int32_t>(size),
                      [&](const QuadFragment& f) {
-                       LeafFragment& pixel = front[static_cast<std::size_t>(f.y) * size + static_cast<std::size_t>(f.x)];
-                       pixel = std::min(pixel, make_fragment(f.depth, i));
+                       pixels[static_cast<std::size_t>(f.y) * size + static_cast<std::size_t>(f.x)].push_back(make_fragment(f.depth, i));
                      });
     }
     const std::size_t first = blocks.size();
-    blocks.resize(first + std::size_t{row} * row, Shade{});
-    for (std::uint32_t pixel = 0; pixel < front.size(); ++pixel) {
-      Shade shade{255, 255, 255, 0};
-      if (front[pixel] != FragmentLists::kNothing) {
-        const LiveLeaf& leaf = leaves[fragment_leaf(front[pixel])];
+    blocks.resize(first + std::size_t{row} * row, FixedShade{});
+    for (std::uint32_t pixel = 0; pixel < pixels.size(); ++pixel) {
+      std::sort(pixels[pixel].begin(), pixels[pixel].end());
+      std::array<double, kImageChannels> shown{};
+      double share = 1.0;
+      for (const LeafFragment fragment : pixels[pixel]) {
+        const LiveLeaf& leaf = leaves[fragment_leaf(fragment)];
         const std::uint32_t material = scene.foliage.card_table[leaf.card].material;
-        shade = leaf_shades(leaf.quad, mean_texel_luminance(scene.materials[material], scene.images, masks[material]))
-                    .seen_from(view.direction);
+        const Shade shade = leaf_shades(leaf.quad, mean_texel_luminance(scene.materials[material], scene.images, masks[material]))
+                                .seen_from(view.direction);
+        const double opacity = static_cast<double>(leaf.opacity) / kOpaque;
+        for (std::size_t c = 0; c < kImageChannels; ++c) shown[c] += share * opacity * shade[c];
+        share *= 1.0 - opacity;
       }
       for (std::size_t c = 0; c < kImageChannels; ++c)
-        blocks[first + ((pixel / size) >> shift) * row + ((pixel % size) >> shift)][c] += shade[c];
+        blocks[first + ((pixel / size) >> shift) * row + ((pixel % size) >> shift)][c] +=
+            static_cast<std::int64_t>(16.0 * (shown[c] + (c < 3 ? share * 255.0 : 0.0)) + 0.5);
     }
   }
   return blocks;
 }
 
-std::int64_t naive_error(const Scene& scene, const std::vector<LiveLeaf>& source, const std::vector<LiveLeaf>& leaves) {
+double naive_error(const Scene& scene, const std::vector<LiveLeaf>& source, const std::vector<LiveLeaf>& leaves) {
   std::vector<BlockScale> scales = scene.image_options.scales;
   scales.push_back({0, scene.image_options.pixel_weight});
-  std::int64_t error = 0;
+  double error = 0.0;
   for (const BlockScale& scale : scales) {
-    const std::vector<Shade> before = naive_blocks(scene, source, scale.shift), after = naive_blocks(scene, leaves, scale.shift);
+    const std::vector<FixedShade> before = naive_blocks(scene, source, scale.shift), after = naive_blocks(scene, leaves, scale.shift);
     for (std::size_t i = 0; i < before.size(); ++i)
       for (std::size_t c = 0; c < kImageChannels; ++c) {
-        const std::int64_t difference = after[i][c] - before[i][c];
-        error += (scale.weight << (2 * (5 - scale.shift))) * scene.image_options.weights[c] * difference * difference;
+        const double difference = static_cast<double>(after[i][c] - before[i][c]) / 16.0;
+        error += static_cast<double>(scale.weight << (2 * (5 - scale.shift))) * difference * difference;
       }
   }
-  const std::vector<Shade> before = naive_blocks(scene, source, 0), after = naive_blocks(scene, leaves, 0);
+  const std::vector<FixedShade> before = naive_blocks(scene, source, 0), after = naive_blocks(scene, leaves, 0);
   const std::size_t pixels = std::max<std::size_t>(before.size() / scene.views.size(), 1);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
-    std::int64_t excess = 0;
-    for (std::size_t i = v * pixels; i < (v + 1) * pixels; ++i) excess += (after[i][3] - before[i][3]) / 255;
-    error += scene.image_options.coverage_weight * 255 * 255 * 1024 / static_cast<std::int64_t>(pixels) * excess * excess;
+    double excess = 0.0;
+    for (std::size_t i = v * pixels; i < (v + 1) * pixels; ++i) excess += static_cast<double>(after[i][3] - before[i][3]) / 16.0;
+    error += static_cast<double>(scene.image_options.coverage_weight) * 1024.0 / static_cast<double>(pixels) * excess * excess;
   }
   return error;
 }
@@ -207,25 +271,30 @@ void expect_incremental_error_is_that_of_rendering_anew(const Scene& scene) {
     ids.push_back(i);
     source.push_back(image.leaf(i));
   }
-  std::uint32_t next = scene.foliage.leaf_count();
+  std::uint32_t next = scene.foliage.leaf_count(), translucent = 0;
   for (const Merge& merge : result.sequence.merges) {
-    std::int64_t change = 0, sum = 0;
-    const std::int64_t before = image.error();
-    image.changes_of({merge.first, merge.second, {&merge.corners, 1}}, scratch, {&change, 1});
+    MergeCost cost;
+    double sum = 0.0;
+    const double before = image.error(), opacity = static_cast<double>(merge.opacity) / kOpaque;
+    image.costs_of({merge.first, merge.second, {&merge.corners, 1}}, scratch, {&cost, 1});
     for (std::uint32_t first = 0; first < 3; ++first) {
-      std::int64_t share = 0;
-      image.changes_of({merge.first, merge.second, {&merge.corners, 1}, {first, 3}}, scratch, {&share, 1});
-      sum += share;
+      MergeCost share;
+      image.costs_of({merge.first, merge.second, {&merge.corners, 1}, {first, 3}}, scratch, {&share, 1});
+      sum += share.at(opacity);
     }
-    EXPECT_EQ(sum, change);
-    image.apply({merge.first, merge.second, next, image.merged(merge.first, merge.second, merge.corners)});
+    translucent += merge.opacity < kOpaque ? 1 : 0;
+    EXPECT_NEAR(sum, cost.at(opacity), 1e-9 * (before + std::abs(sum) + 1.0));
+    image.apply({merge.first, merge.second, next, image.merged(merge.first, merge.second, merge.corners, merge.opacity)});
     std::erase_if(ids, [&](std::uint32_t id) { return id == merge.first || id == merge.second; });
     ids.push_back(next++);
     std::vector<LiveLeaf> leaves;
     for (const std::uint32_t id : ids) leaves.push_back(image.leaf(id));
-    ASSERT_EQ(image.error(), before + change) << ids.size() << " leaves left";
-    ASSERT_EQ(image.error(), naive_error(scene, source, leaves)) << ids.size() << " leaves left";
+    // Costs do not round what pixels show to sixteenths.
+    ASSERT_NEAR(image.error(), before + cost.at(opacity), 0.002 * image.error() + 1.0) << ids.size() << " leaves left";
+    const double anew = naive_error(scene, source, leaves);
+    ASSERT_NEAR(image.error(), anew, 1e-4 * anew) << ids.size() << " leaves left";
   }
+  EXPECT_GT(translucent, 20u);
 }
 
 TEST(LiveImage, IncrementalErrorIsThatOfRenderingAnew) {
@@ -237,7 +306,6 @@ TEST(LiveImage, IncrementalErrorIsThatOfRenderingAnewWithHolesAndScales) {
   punch_holes(scene);
   scene.image_options.scales = {{1, 1}, {3, 2}, {5, 4}};
   scene.image_options.pixel_weight = 7;
-  scene.image_options.weights = {1, 2, 3, 4};
   expect_incremental_error_is_that_of_rendering_anew(scene);
 }
 
@@ -264,6 +332,8 @@ TEST(CollapseImage, EveryCutIsAPlant) {
       std::sort(corners.begin(), corners.end());
       EXPECT_EQ(std::adjacent_find(corners.begin(), corners.end()), corners.end()) << "a vertex twice";
       EXPECT_LT(corners[3], 8);
+      EXPECT_GE(merge.opacity, 1);
+      EXPECT_LE(merge.opacity, kOpaque);
     }
     const Tree tree = build_tree(foliage, result.sequence);  // asserts that every node is used once
     for (std::uint32_t m = 1; m <= foliage.leaf_count(); ++m) EXPECT_EQ(cut_nodes(tree, m).size(), m);
@@ -300,7 +370,7 @@ TEST(CollapseImage, LeavesThatNobodySeesGoFirst) {
   LiveImage image = live_image(scene);
   for (std::uint32_t i = 0; i < 7; ++i) {
     const Merge& merge = result.sequence.merges[i];
-    image.apply({merge.first, merge.second, 12 + i, image.merged(merge.first, merge.second, merge.corners)});
+    image.apply({merge.first, merge.second, 12 + i, image.merged(merge.first, merge.second, merge.corners, merge.opacity)});
     if (i < 6)
       EXPECT_EQ(image.error(), 0) << i;
     else

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <set>
-#include <vector>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -15,17 +14,17 @@
 namespace coppice::bake {
 namespace {
 
-std::vector<PairShape> shapes_of(const Quad& first, const Quad& second, std::size_t count) {
-  std::vector<PairShape> shapes(count);
-  pair_shapes(first, second, shapes);
-  return shapes;
+/// Of an opaque quad that stands for opaque leaves.
+float opaque_mismatch_m2(const PairShape& shape) {
+  return shape.mismatch_m2(1.0f, 1.0f);
 }
 
 TEST(PairShapes, TwoHalvesOfASquareGiveTheSquare) {
   const Quad left = test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 2, 0}), right = test::rectangle({1, 0, 0}, {1, 0, 0}, {0, 2, 0});
-  const std::vector<PairShape> shapes = shapes_of(left, right, 3);
-  const Quad both = merged_quad(left, right, shapes[0].corners);
-  EXPECT_FLOAT_EQ(shapes[0].mismatch_m2, 0.0f);
+  const PairShapes shapes = pair_shapes(left, right);
+  const Quad both = merged_quad(left, right, shapes.shapes[0].corners);
+  EXPECT_NEAR(opaque_mismatch_m2(shapes.shapes[0]), 0.0f, 1e-5f);
+  EXPECT_NEAR(shapes.shapes[0].covering_opacity(1.0f), 1.0f, 1e-5f);
   EXPECT_DOUBLE_EQ(quad_area(both), 4.0);
   // Corners as the first leaf has them: the card is shown the same way round.
   EXPECT_EQ(both[0], glm::vec3(0, 0, 0));
@@ -37,21 +36,40 @@ TEST(PairShapes, TwoHalvesOfASquareGiveTheSquare) {
 TEST(PairShapes, TwoLeavesOfOneStalkGiveAV) {
   const Quad first{glm::vec3(0, 0, 0), {0.99f, 1, 0}, {1.01f, 1, 0}, {0.1f, 0, 0}};
   const Quad second{glm::vec3(0, 0, 0.02f), {-1.01f, 1, 0.02f}, {-0.99f, 1, 0.02f}, {0.1f, 0, 0.02f}};
-  const std::vector<PairShape> shapes = shapes_of(first, second, 2);
-  const std::set<std::uint8_t> corners(shapes[0].corners.begin(), shapes[0].corners.end());
+  const PairShapes shapes = pair_shapes(first, second);
+  const std::set<std::uint8_t> corners(shapes.shapes[0].corners.begin(), shapes.shapes[0].corners.end());
   EXPECT_EQ(corners.count(1) + corners.count(2), 1u) << "one tip of the first";
   EXPECT_EQ(corners.count(5) + corners.count(6), 1u) << "one tip of the second";
-  EXPECT_LT(shapes[0].mismatch_m2, 0.25f * shapes[1].mismatch_m2) << "merge_corners spans both and the gap";
+  const PairShape& largest = shapes.all().back();
+  EXPECT_LT(opaque_mismatch_m2(shapes.shapes[0]), 0.25f * opaque_mismatch_m2(largest)) << "merge_corners spans both and the gap";
+  EXPECT_LT(largest.covering_opacity(1.0f), 0.5f);
+  EXPECT_LT(largest.mismatch_m2(1.0f, largest.covering_opacity(1.0f)), 0.6f * opaque_mismatch_m2(largest));
 }
 
-TEST(PairShapes, AreDistinctAscendingAndTheLastIsThePapers) {
-  const Foliage foliage = test::random_quads(2, 11);
-  const std::vector<PairShape> shapes = shapes_of(foliage.quads[0], foliage.quads[1], 100);
-  EXPECT_EQ(shapes.back().corners, merge_corners(foliage.quads[0], foliage.quads[1]));
-  for (std::size_t i = 0; i + 2 < shapes.size(); ++i) EXPECT_LE(shapes[i].mismatch_m2, shapes[i + 1].mismatch_m2) << i;
-  std::set<PairCorners> distinct;
-  for (std::size_t i = 0; i + 1 < shapes.size(); ++i) distinct.insert(shapes[i].corners);
-  EXPECT_EQ(distinct.size(), shapes.size() - 1);
+TEST(PairShapes, AreDistinctAndTheLastIsThePapers) {
+  const Foliage foliage = test::random_quads(20, 11);
+  for (std::size_t i = 0; i < 20; i += 2) {
+    const PairShapes shapes = pair_shapes(foliage.quads[i], foliage.quads[i + 1]);
+    ASSERT_GE(shapes.count, PairShapes::kOpaque + 1);
+    ASSERT_LE(shapes.count, PairShapes::kMost);
+    EXPECT_EQ(shapes.all().back().corners, merge_corners(foliage.quads[i], foliage.quads[i + 1]));
+    std::set<PairCorners> distinct;
+    for (const PairShape& shape : shapes.all().first(shapes.count - 1)) distinct.insert(shape.corners);
+    EXPECT_EQ(distinct.size(), shapes.count - 1);
+    EXPECT_LE(opaque_mismatch_m2(shapes.shapes[0]), opaque_mismatch_m2(shapes.shapes[1]));
+    for (const PairShape& shape : shapes.all()) EXPECT_GE(opaque_mismatch_m2(shape), opaque_mismatch_m2(shapes.shapes[0]));
+  }
+}
+
+TEST(PairShape, MismatchByHand) {
+  // A pair of 3 m^2, a quad of 5 m^2, 2 m^2 of both.
+  const PairShape shape{{}, 3.0f, 5.0f, 2.0f};
+  EXPECT_FLOAT_EQ(shape.mismatch_m2(1.0f, 1.0f), 1.0f + 3.0f + 2.0f);  // missed, added, more than the pair
+  EXPECT_FLOAT_EQ(shape.covering_opacity(1.0f), 0.6f);
+  // 1 m^2 missed, 2 m^2 that lack 0.4, 3 m^2 that have 0.6 too much; both cover the same.
+  EXPECT_NEAR(shape.mismatch_m2(1.0f, 0.6f), 1.0f + 2.0f * 0.16f + 3.0f * 0.36f, 1e-5f);
+  EXPECT_FLOAT_EQ(shape.covering_opacity(0.5f), 0.3f);
+  EXPECT_FLOAT_EQ((PairShape{{}, 3.0f, 2.0f, 2.0f}.covering_opacity(0.5f)), 0.5f);  // a smaller quad is no more opaque than its leaves
 }
 
 /// Whether a point of the picture plane is in one of a quad's triangles.
@@ -70,7 +88,7 @@ bool covers(const std::array<glm::dvec2, 4>& quad, const glm::dvec2& point) {
 
 /// The mismatch measured on a grid that is eight times as fine.
 double fine_mismatch(const Quad& first, const Quad& second, const Quad& merged) {
-  double sum = 0.0;
+  double differing_m2 = 0.0, excess_m2 = 0.0;
   const double golden = (1 + std::sqrt(5.0)) / 2;
   for (const glm::dvec3& axis :
        {glm::dvec3{0, 1, golden}, {0, -1, golden}, {1, golden, 0}, {-1, golden, 0}, {golden, 0, 1}, {golden, 0, -1}}) {
@@ -92,25 +110,26 @@ double fine_mismatch(const Quad& first, const Quad& second, const Quad& merged) 
         excess += (after ? 1 : 0) - (before ? 1 : 0);
       }
     const double cell = 2 * kExtent / kSteps;
-    sum += (differing + std::abs(excess)) * cell * cell;
+    differing_m2 += differing * cell * cell;
+    excess_m2 += excess * cell * cell;
   }
-  return sum / 6;
+  return (differing_m2 + std::abs(excess_m2)) / 6;
 }
 
 TEST(PairShapes, MismatchIsThatOfAFinerGridWithinItsCells) {
   const Foliage foliage = test::random_quads(12, 12);
   for (std::size_t i = 0; i < 12; i += 2) {
     const Quad &first = foliage.quads[i], &second = foliage.quads[i + 1];
-    for (const PairShape& shape : shapes_of(first, second, 8)) {
+    for (const PairShape& shape : pair_shapes(first, second).all()) {
       const double fine = fine_mismatch(first, second, merged_quad(first, second, shape.corners));
-      EXPECT_NEAR(static_cast<double>(shape.mismatch_m2), fine, 0.03 + 0.15 * fine) << i;
+      EXPECT_NEAR(static_cast<double>(opaque_mismatch_m2(shape)), fine, 0.03 + 0.15 * fine) << i;
     }
   }
 }
 
 TEST(PairShapes, LeavesWithoutExtentHaveNoMismatch) {
   const Quad point = test::rectangle({1, 2, 3}, {0, 0, 0}, {0, 0, 0});
-  for (const PairShape& shape : shapes_of(point, point, 4)) EXPECT_EQ(shape.mismatch_m2, 0.0f);
+  for (const PairShape& shape : pair_shapes(point, point).all()) EXPECT_EQ(opaque_mismatch_m2(shape), 0.0f);
 }
 
 }  // namespace

@@ -39,7 +39,18 @@ struct WeighedPair {
   std::uint32_t first = kNone, second = kNone;  ///< first < second
   std::uint32_t weighed_at = kNone;             ///< collapses that were done when all views were asked; kNone: only some were
   PairCorners corners{};
+  std::uint8_t opacity = kOpaque;
 };
+
+std::uint8_t steps_of(float opacity) {
+  return static_cast<std::uint8_t>(std::clamp(std::lround(opacity * kOpaque), 1l, long{kOpaque}));
+}
+
+/// In the queue's units. views  how many views each that was asked stands for
+std::int64_t cost_of(const MergeCost& cost, std::uint8_t opacity, std::uint32_t views) {
+  constexpr double kFar = 1e17;
+  return static_cast<std::int64_t>(std::clamp(cost.at(static_cast<double>(opacity) / kOpaque) * views, -kFar, kFar));
+}
 
 bool is_better(const WeighedPair& a, const WeighedPair& b) {
   if (a.cost != b.cost) return a.cost < b.cost;
@@ -57,7 +68,10 @@ struct Choices {
   void remove_if(Predicate&& predicate) {
     count = static_cast<std::uint32_t>(std::remove_if(pairs.begin(), pairs.begin() + count, predicate) - pairs.begin());
   }
-  void sort() { std::sort(pairs.begin(), pairs.begin() + count, is_better); }
+  void sort() {
+    for (std::uint32_t i = 1; i < count; ++i)
+      for (std::uint32_t at = i; at > 0 && is_better(pairs[at], pairs[at - 1]); --at) std::swap(pairs[at], pairs[at - 1]);
+  }
   void offer(const WeighedPair& pair) {
     if (count == kMost && !is_better(pair, pairs.back())) return;
     count = std::min<std::uint32_t>(count + 1, kMost);
@@ -117,6 +131,7 @@ class ImageCollapse {
   }
 
   Merge step() {
+    if (pixels_are_small()) halve();
     for (;;) {
       while (!queue_.empty() && unweighed_.size() < kBatch) {
         const QueueEntry top = queue_.top();
@@ -136,7 +151,6 @@ class ImageCollapse {
  private:
   /// Leaves weighed at once, so that threads have work. The result depends on it.
   static constexpr std::size_t kBatch = 2;
-  static constexpr std::size_t kShapes = 4;
 
   /// How hard to look for a partner: one view in `view_stride`, then the `finalists` best in all views.
   struct Effort {
@@ -150,14 +164,29 @@ class ImageCollapse {
     return {std::min(effort.view_stride, image_.view_count()), effort.finalists};
   }
 
+  /// A leaf that is in front in so many pixels, in the mean, is as well weighed in a picture of half the side.
+  [[nodiscard]] bool pixels_are_small() const {
+    constexpr double kEnough = 32.0;
+    if (!image_.can_halve()) return false;
+    const std::span<const std::uint32_t> uncovered = image_.areas(image_.background());
+    const double covered_px = image_.pixels_per_view() - std::accumulate(uncovered.begin(), uncovered.end(), 0.0) / image_.view_count();
+    return covered_px > kEnough * (leaf_count_ - collapse_count_);
+  }
+  void halve() {
+    std::vector<std::uint32_t> live;
+    for (std::uint32_t id = 0; id < next_id_; ++id)
+      if (is_live_[id] != 0) live.push_back(id);
+    image_.halve(live);
+  }
+
   [[nodiscard]] bool is_alive(const WeighedPair& pair) const { return is_live_[pair.first] != 0 && is_live_[pair.second] != 0; }
 
   /// Cost of an area that is wrong in all channels in every view.
   [[nodiscard]] std::int64_t cost_of_px2(double area_px2) const {
     return static_cast<std::int64_t>(std::min(area_px2 * 1024.0 * kImageChannels * 255.0 * 255.0 * image_.view_count(), 1e17));
   }
-  [[nodiscard]] std::int64_t mismatch_cost(const PairShape& shape) const {
-    return cost_of_px2(image_options_.mismatch_weight * static_cast<double>(shape.mismatch_m2) * px_per_metre_ * px_per_metre_);
+  [[nodiscard]] std::int64_t mismatch_cost(double mismatch_m2) const {
+    return cost_of_px2(image_options_.mismatch_weight * mismatch_m2 * px_per_metre_ * px_per_metre_);
   }
   [[nodiscard]] std::int64_t reach_cost(const WeighedPair& pair, const Quad& quad) const {
     const double reach2_px2 =
@@ -172,35 +201,49 @@ class ImageCollapse {
     const glm::vec2 change = card_chroma_[merged_card] - card_chroma_[image_.leaf(lost).card];
     if (change == glm::vec2(0.0f)) return 0;
     const std::span<const std::uint32_t> areas_px = image_.areas(lost);
-    const double seen_px2 = std::accumulate(areas_px.begin(), areas_px.end(), 0.0) / image_.view_count();
+    const double seen_px2 = std::accumulate(areas_px.begin(), areas_px.end(), 0.0) / image_.view_count() * image_.pixel_area();
     return cost_of_px2(image_options_.color_weight * seen_px2 * static_cast<double>(glm::dot(change, change)) / (3.0 * 255.0 * 255.0));
   }
 
-  /// The best shape of a pair, judged by some of the views.
+  /// The mean opacity of a pair, by area.
+  [[nodiscard]] float pair_opacity(const WeighedPair& pair) const {
+    const LiveLeaf &first = image_.leaf(pair.first), &second = image_.leaf(pair.second);
+    const double first_m2 = quad_area(first.quad), second_m2 = quad_area(second.quad), both_m2 = first_m2 + second_m2;
+    const double steps = both_m2 > 0.0 ? (first_m2 * first.opacity + second_m2 * second.opacity) / both_m2 : double{kOpaque};
+    return static_cast<float>(steps / kOpaque);
+  }
+
+  /// The best shape of a pair and its opacity, judged by some of the views.
   void weigh_shapes(WeighedPair& pair, ViewSubset subset) {
-    std::array<PairShape, kShapes> shapes;
-    pair_shapes(image_.leaf(pair.first).quad, image_.leaf(pair.second).quad, shapes);
-    std::array<PairCorners, kShapes> corners;
-    for (std::size_t s = 0; s < kShapes; ++s) corners[s] = shapes[s].corners;
-    std::array<std::int64_t, kShapes> changes{};
-    image_.changes_of({pair.first, pair.second, corners, subset}, scratches_.local(), changes);
+    const PairShapes shapes = pair_shapes(image_.leaf(pair.first).quad, image_.leaf(pair.second).quad);
+    std::array<PairCorners, PairShapes::kMost> corners;
+    for (std::size_t s = 0; s < shapes.count; ++s) corners[s] = shapes.shapes[s].corners;
+    std::array<MergeCost, PairShapes::kMost> costs{};
+    image_.costs_of({pair.first, pair.second, std::span(corners).first(shapes.count), subset}, scratches_.local(),
+                    std::span(costs).first(shapes.count));
+    const float before = pair_opacity(pair);
     pair.cost = std::numeric_limits<std::int64_t>::max();
-    for (std::size_t s = 0; s < kShapes; ++s) {
-      const std::int64_t change = changes[s] * subset.stride, mismatch = mismatch_cost(shapes[s]);
+    for (std::size_t s = 0; s < shapes.count; ++s) {
+      const std::uint8_t opacity = costs[s].is_seen() ? costs[s].best_opacity() : steps_of(shapes.shapes[s].covering_opacity(before));
+      const float mismatch_m2 = shapes.shapes[s].mismatch_m2(before, static_cast<float>(opacity) / kOpaque);
+      const std::int64_t change = cost_of(costs[s], opacity, subset.stride), mismatch = mismatch_cost(static_cast<double>(mismatch_m2));
       if (change + mismatch >= pair.cost) continue;
-      const LiveLeaf merged = image_.merged(pair.first, pair.second, corners[s]);
+      const LiveLeaf merged = image_.merged(pair.first, pair.second, corners[s], opacity);
       const std::int64_t prior = mismatch + reach_cost(pair, merged.quad) + color_cost(pair, merged.card);
       if (change + prior >= pair.cost) continue;
       pair.cost = change + prior;
       pair.prior = prior;
       pair.corners = corners[s];
+      pair.opacity = opacity;
     }
   }
 
   /// The pair's shape judged by all views.
   void weigh(WeighedPair& pair) {
-    image_.changes_of({pair.first, pair.second, {&pair.corners, 1}}, scratches_.local(), {&pair.cost, 1});
-    pair.cost += pair.prior;
+    MergeCost cost;
+    image_.costs_of({pair.first, pair.second, {&pair.corners, 1}}, scratches_.local(), {&cost, 1});
+    if (cost.is_seen()) pair.opacity = cost.best_opacity();
+    pair.cost = cost_of(cost, pair.opacity, 1) + pair.prior;
     pair.weighed_at = collapse_count_;
   }
 
@@ -210,7 +253,8 @@ class ImageCollapse {
     for (const std::uint32_t leaf : unweighed_) {
       if (is_alone_[leaf] == 0) continue;
       octree_.candidates_of(leaf, options_.candidate_count, partners_);
-      for (const std::uint32_t other : partners_) pairs_.push_back({0, 0, std::min(leaf, other), std::max(leaf, other), kNone, {}});
+      for (const std::uint32_t other : partners_)
+        pairs_.push_back({0, 0, std::min(leaf, other), std::max(leaf, other), kNone, {}, kOpaque});
     }
     const auto by_ids = [](const WeighedPair& a, const WeighedPair& b) {
       return a.first != b.first ? a.first < b.first : a.second < b.second;
@@ -255,7 +299,7 @@ class ImageCollapse {
   }
 
   Merge commit(const WeighedPair pair) {
-    const LiveLeaf merged = image_.merged(pair.first, pair.second, pair.corners);
+    const LiveLeaf merged = image_.merged(pair.first, pair.second, pair.corners, pair.opacity);
     const std::uint32_t result = next_id_++;
     image_.apply({pair.first, pair.second, result, merged});
     reach_[result] = merged_reach_points(reach_[pair.first], reach_[pair.second]);
@@ -268,7 +312,7 @@ class ImageCollapse {
     is_live_[result] = 1;
     octree_.insert(result, quad_centroid(merged.quad));
     if (result + 1 < image_.id_count()) unweighed_.push_back(result);
-    return {pair.first, pair.second, pair.corners};
+    return {pair.first, pair.second, pair.corners, pair.opacity};
   }
 
   CollapseOptions options_;

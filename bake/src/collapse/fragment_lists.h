@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "visibility.h"
@@ -14,6 +15,8 @@ class FragmentLists {
   static constexpr LeafFragment kNothing = ~LeafFragment{0};  ///< behind every leaf; its leaf is kNone
 
   FragmentLists() = default;
+  /// No leaves.
+  explicit FragmentLists(std::uint32_t pixel_count) : heads_(pixel_count), lists_(pixel_count) {}
   FragmentLists(const ItemBuffers& buffers, std::uint32_t view);
 
   /// The nearest fragment or kNothing. Dense, as is behind(): what most questions need.
@@ -26,6 +29,10 @@ class FragmentLists {
     const Head& head = heads_[pixel];
     if (!is_either(head.front)) return head.front;
     return is_either(head.behind) ? third(pixel) : head.behind;
+  }
+  /// All of them, nearest first.
+  [[nodiscard]] std::span<const LeafFragment> at(std::uint32_t pixel) const {
+    return std::span(pool_).subspan(lists_[pixel].begin, lists_[pixel].count);
   }
   void insert(std::uint32_t pixel, LeafFragment fragment);
   /// fragment  must be there (asserted)

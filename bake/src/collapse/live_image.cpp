@@ -15,21 +15,46 @@
 namespace coppice::bake {
 namespace {
 
+using Channels = LiveImage::Channels;
+
 /// The largest block, 32 x 32 pixels, counts once; smaller ones as often as they fit into it.
 constexpr std::uint32_t kLargestShift = 5;
-constexpr LeafShades kBackground{glm::vec3(0.0f), {255, 255, 255, 0}, {255, 255, 255, 0}};
+constexpr Channels kBackground{255.0f, 255.0f, 255.0f, 0.0f};
+/// What shows through less than this is taken for nothing: an eighth of a step of 255.
+constexpr float kLeastShare = 1.0f / 2048.0f;
+constexpr float kOpacityUnit = 1.0f / kOpaque;
 
-void accumulate(Shade& sum, const Shade& change) {
-  for (std::size_t c = 0; c < kImageChannels; ++c) sum[c] += change[c];
+Channels channels_of(const Shade& shade) {
+  return Channels{static_cast<float>(shade[0]), static_cast<float>(shade[1]), static_cast<float>(shade[2]), static_cast<float>(shade[3])};
 }
 
-Shade difference(const Shade& after, const Shade& before) {
-  Shade result;
-  for (std::size_t c = 0; c < kImageChannels; ++c) result[c] = after[c] - before[c];
-  return result;
+/// The colour and, in place of coverage, the opacity of a leaf, taken apart.
+Channels color_in(const Shade& color) {
+  return Channels{static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2]), 255.0f};
+}
+float opacity_in(const Shade& color) {
+  return static_cast<float>(color[3]) * kOpacityUnit;
+}
+
+float dot(const Channels& a, const Channels& b) {
+  const Channels products = a * b;
+  return (products[0] + products[1]) + (products[2] + products[3]);
+}
+
+template <class Fixed>
+Fixed fixed(const Channels& channels, float unit) {
+  return __builtin_convertvector(channels * unit + 0.5f, Fixed);
+}
+template <class Fixed>
+Channels unfixed(const Fixed& channels, float unit) {
+  return __builtin_convertvector(channels, Channels) * (1.0f / unit);
 }
 
 }  // namespace
+
+std::uint8_t MergeCost::best_opacity() const {
+  return static_cast<std::uint8_t>(std::clamp(std::round(-linear / (2.0 * square) * kOpaque), 1.0, double{kOpaque}));
+}
 
 LeafShades leaf_shades(const Quad& quad, float albedo) {
   // Between them the lights tell normals apart whichever way a viewer's light comes from.
@@ -50,66 +75,123 @@ LeafShades leaf_shades(const Quad& quad, float albedo) {
 LiveImage::LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
                      const ItemBuffers& buffers, const ImageErrorOptions& options)
     : id_count_(2 * shown.foliage.leaf_count() - 1),
-      resolution_px_(buffers.resolution_px),
-      tiles_per_row_((resolution_px_ + (1u << kTileShift) - 1) >> kTileShift),
-      coverage_unit_((options.coverage_weight * 255 * 255 << (2 * kLargestShift)) / pixels_per_view()),
-      finest_shift_(options.scales.front().shift),
-      finest_blocks_per_row_((resolution_px_ + (1u << finest_shift_) - 1) >> finest_shift_),
       options_(options),
       card_table_(shown.foliage.card_table),
       masks_(std::move(masks)),
+      sphere_(bounding_sphere(shown.foliage)),
+      viewpoints_(views),
       views_(buffers.view_count),
       leaves_(id_count_),
       pixels_(id_count_),
-      shades_(id_count_ + 1, kBackground),
       areas_px_(std::size_t{id_count_ + 1} * buffers.view_count, 0) {
-  const Foliage& foliage = shown.foliage;
+  coverage_unit_ = static_cast<double>(options.coverage_weight << (2 * kLargestShift)) / buffers.pixels_per_view();
   for (std::size_t m = 0; m < shown.materials.size(); ++m)
     albedo_.push_back(mean_texel_luminance(shown.materials[m], shown.images, masks_[m]));
-  const Sphere sphere = bounding_sphere(foliage);
-  for (std::uint32_t v = 0; v < view_count(); ++v) {
-    views_[v].projection = make_projection(views[v], sphere, resolution_px_);
-    views_[v].direction = views[v].direction;
-  }
+  const Foliage& foliage = shown.foliage;
+  set_resolution(buffers.resolution_px);
   parallel_for(foliage.leaf_count(), [&](std::uint32_t i) {
     leaves_[i] = {foliage.quads[i], foliage.cards[i]};
-    shades_[i] = shades_of(leaves_[i]);
     pixels_[i] = pixels_of(leaves_[i]);
   });
   parallel_for(view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
     view.fragments = FragmentLists(buffers, v);
-    for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
-      view.differences.emplace_back(std::size_t{blocks_per_row(scale)} * blocks_per_row(scale), Shade{});
-    view.source.reserve(pixels_per_view());
+    view.colors.resize(id_count_);
+    for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) view.colors[i] = color_of(view, leaves_[i]);
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
-      const std::uint32_t outcome = outcome_of(view.fragments.front(pixel));
-      ++areas_px_[std::size_t{outcome} * view_count() + v];
-      const Shade shade = seen(view, outcome);
-      view.source.push_back({});
-      for (std::size_t c = 0; c < kImageChannels; ++c) view.source.back()[c] = static_cast<std::uint8_t>(shade[c]);
+      const LeafFragment front = view.fragments.front(pixel);
+      ++areas_px_[std::size_t{outcome_of(front)} * view_count() + v];
+      const Channels in_front = front == FragmentLists::kNothing ? kBackground : color_in(view.colors[fragment_leaf(front)]);
+      view.source.push_back(__builtin_convertvector(fixed<FixedChannels>(in_front, kFixedUnit), FixedPixel));
     }
-    view.farthest.resize(std::size_t{tiles_per_row_} * tiles_per_row_);
-    for (std::uint32_t tile = 0; tile < view.farthest.size(); ++tile) find_farthest(view, tile);
+    draw(view);
   });
 }
 
-LiveLeaf LiveImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners) const {
-  const LiveLeaf &a = leaves_[first], &b = leaves_[second];
-  return {merged_quad(a.quad, b.quad, corners), merged_card(a.quad, a.card, b.quad, b.card)};
-}
-
-std::int64_t LiveImage::weight_of(std::size_t scale) const {
-  return options_.scales[scale].weight << (2 * (kLargestShift - options_.scales[scale].shift));
-}
-
-inline std::int64_t LiveImage::pixel_error(const View& view, std::uint32_t pixel, const Shade& shade) const {
-  std::int64_t sum = 0;
-  for (std::size_t c = 0; c < kImageChannels; ++c) {
-    const std::int64_t difference = shade[c] - view.source[pixel][c];
-    sum += options_.weights[c] * difference * difference;
+void LiveImage::set_resolution(std::uint32_t resolution_px) {
+  resolution_px_ = resolution_px;
+  tiles_per_row_ = (resolution_px + (1u << kTileShift) - 1) >> kTileShift;
+  finest_shift_ = shift_of(0);
+  finest_blocks_per_row_ = blocks_per_row(0);
+  for (std::uint32_t v = 0; v < view_count(); ++v) {
+    views_[v].projection = make_projection(viewpoints_[v], sphere_, resolution_px);
+    views_[v].direction = viewpoints_[v].direction;
   }
-  return sum;
+}
+
+/// The present picture from fragments, colours and the first picture.
+void LiveImage::draw(View& view) const {
+  view.shown.resize(pixels_per_view());
+  view.last.resize(pixels_per_view());
+  view.excess = 0;
+  view.differences.clear();
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
+    view.differences.emplace_back(std::size_t{blocks_per_row(scale)} * blocks_per_row(scale), FixedChannels{});
+  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
+    draw_pixel(view, pixel);
+    const FixedChannels difference = view.shown[pixel] - __builtin_convertvector(view.source[pixel], FixedChannels);
+    view.excess += difference[3];
+    const std::uint32_t x = pixel % resolution_px_, y = pixel / resolution_px_;
+    for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
+      view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += difference;
+  }
+  view.farthest.resize(std::size_t{tiles_per_row_} * tiles_per_row_);
+  for (std::uint32_t tile = 0; tile < view.farthest.size(); ++tile) find_farthest(view, tile);
+}
+
+void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
+  Channels shown{};
+  float share = 1.0f;
+  view.last[pixel] = FragmentLists::kNothing;
+  for (const LeafFragment fragment : view.fragments.at(pixel)) {
+    const Shade color = view.colors[fragment_leaf(fragment)];
+    const float opacity = opacity_in(color);
+    shown += share * opacity * color_in(color);
+    share *= 1.0f - opacity;
+    if (share >= kLeastShare) continue;
+    view.last[pixel] = fragment;
+    share = 0.0f;
+    break;
+  }
+  view.shown[pixel] = fixed<FixedChannels>(shown + share * kBackground, kFixedUnit);
+}
+
+/// What a pixel shows once a pair is gone, rounded as it will be.
+LiveImage::Channels LiveImage::shown_without(const View& view, std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const {
+  Channels shown{};
+  float share = 1.0f;
+  for (const LeafFragment fragment : view.fragments.at(pixel)) {
+    const std::uint32_t id = fragment_leaf(fragment);
+    if (id == first || id == second) continue;
+    const Shade color = view.colors[id];
+    const float opacity = opacity_in(color);
+    shown += share * opacity * color_in(color);
+    share *= 1.0f - opacity;
+    if (share < kLeastShare) return unfixed(fixed<FixedChannels>(shown, kFixedUnit), kFixedUnit);
+  }
+  return unfixed(fixed<FixedChannels>(shown + share * kBackground, kFixedUnit), kFixedUnit);
+}
+
+Shade LiveImage::color_of(const View& view, const LiveLeaf& leaf) const {
+  Shade color = shades_of(leaf).seen_from(view.direction);
+  color[3] = leaf.opacity;
+  return color;
+}
+
+LiveLeaf LiveImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t opacity) const {
+  const LiveLeaf &a = leaves_[first], &b = leaves_[second];
+  return {merged_quad(a.quad, b.quad, corners), merged_card(a.quad, a.card, b.quad, b.card), opacity};
+}
+
+/// Of a pixel's squared difference.
+double LiveImage::pixel_weight() const {
+  return static_cast<double>(options_.pixel_weight << (2 * kLargestShift)) * pixel_area_;
+}
+
+/// Of a block's, summed over its pixels.
+double LiveImage::block_weight(std::size_t scale) const {
+  const BlockScale& blocks = options_.scales[scale];
+  return static_cast<double>(blocks.weight << (2 * (kLargestShift - blocks.shift))) * pixel_area_ * pixel_area_;
 }
 
 void LiveImage::find_farthest(View& view, std::uint32_t tile) const {
@@ -117,11 +199,11 @@ void LiveImage::find_farthest(View& view, std::uint32_t tile) const {
   LeafFragment farthest = 0;
   for (std::uint32_t y = top; y < std::min(top + (1u << kTileShift), resolution_px_); ++y)
     for (std::uint32_t x = left; x < std::min(left + (1u << kTileShift), resolution_px_); ++x)
-      farthest = std::max(farthest, view.fragments.front(y * resolution_px_ + x));
+      farthest = std::max(farthest, view.last[y * resolution_px_ + x]);
   view.farthest[tile] = farthest;
 }
 
-/// Whether every quad of the pair's vertices is behind what is in front. False if unsure.
+/// Whether every quad of the pair's vertices is behind what nothing shows through. False if unsure.
 bool LiveImage::is_hidden(const View& view, const ProjectedPair& pair) const {
   std::int32_t left = pair[0].x, right = left, top = pair[0].y, bottom = top;
   double depth = pair[0].depth;
@@ -146,191 +228,279 @@ LiveImage::LeafPixels LiveImage::pixels_of(const LiveLeaf& leaf) const {
   result.view_begin.reserve(view_count() + 1);
   result.view_begin.push_back(0);
   for (const View& view : views_) {
-    for_each_fragment_of(view, leaf, 0, [&](std::uint32_t pixel, LeafFragment) { result.pixels.push_back(pixel); });
+    for_each_fragment_of(view, leaf, 0, [&](std::uint32_t pixel, LeafFragment fragment) {
+      result.pixels.push_back(pixel);
+      result.depths.push_back(fragment_depth(fragment));
+    });
     result.view_begin.push_back(static_cast<std::uint32_t>(result.pixels.size()));
   }
   return result;
 }
 
-/// change(pixel, outcome before, outcome after) where one of the two is in front and goes.
-template <class Change>
-void LiveImage::release(std::uint32_t v, std::uint32_t first, std::uint32_t second, Change&& change) const {
-  const FragmentLists& fragments = views_[v].fragments;
-  for (const std::uint32_t id : {first, second}) {
-    if (areas(id)[v] == 0) continue;
-    const LeafPixels& own = pixels_[id];
-    for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i) {
-      const std::uint32_t pixel = own.pixels[i];
-      if (fragment_leaf(fragments.front(pixel)) != id) continue;
-      change(pixel, id, outcome_of(fragments.front_without(pixel, first, second)));
+void LiveImage::prepare(Scratch& scratch) const {
+  if (scratch.stamp.size() == pixels_per_view()) return;
+  scratch = {};
+  scratch.stamp.resize(pixels_per_view(), 0);
+  scratch.rest.resize(pixels_per_view());
+  for (BlockSums* sums : {&scratch.released, &scratch.gained}) {
+    sums->touched.resize(options_.scales.size());
+    for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
+      const std::size_t count = std::size_t{blocks_per_row(scale)} * blocks_per_row(scale);
+      sums->sums.emplace_back(count, Channels{});
+      sums->is_touched.emplace_back(count, std::uint8_t{0});
     }
   }
 }
 
-/// change(pixel, outcome before) where a quad is in front of what is left without the two. At equal depths it is behind: its id is larger
-/// than every live one.
-template <class Change>
-void LiveImage::gain(const View& view, std::uint32_t first, std::uint32_t second, const ProjectedLeaf& leaf, Change&& change) const {
-  const Card& card = leaf.card;
-  const AlphaMask& mask = masks_[card.material];
-  const RasterQuad quad(leaf.quad);
-  const std::int32_t width = view.projection.resolution_px;
-  for_each_run(quad, width, [&](const PixelRun& run) {
-    const RasterTriangle& triangle = quad.triangles[run.triangle];
-    const DepthRow depths = triangle.depths(run.y), other_depths = quad.triangles[1].depths(run.y);
-    const auto shows = [&](std::uint32_t index, std::int32_t x) {
-      return mask.hole.empty() || !mask.is_hole(card_uv(quad.triangles[index], index, card, x, run.y));
-    };
-    for (std::int32_t x = run.first; x <= run.last; ++x) {
-      const auto pixel = static_cast<std::uint32_t>(run.y * width + x);
-      const LeafFragment rest = view.fragments.front_without(pixel, first, second);
-      const std::uint32_t depth = fragment_depth(rest);
-      // Most of a leaf is hidden: asking for depth first spares most looks at the mask.
-      if ((depths.is_nearer(x, depth) && shows(run.triangle, x)) || (run.folded && other_depths.is_nearer(x, depth) && shows(1, x)))
-        change(pixel, outcome_of(rest));
-    }
-  });
-}
-
-void LiveImage::prepare(Deltas& deltas) const {
-  if (!deltas.sums.empty()) return;
-  deltas.touched.resize(options_.scales.size());
-  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
-    const std::size_t count = std::size_t{blocks_per_row(scale)} * blocks_per_row(scale);
-    deltas.sums.emplace_back(count, Shade{});
-    deltas.is_touched.emplace_back(count, std::uint8_t{0});
+inline void LiveImage::add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Channels& change) const {
+  if (sums.is_touched[scale][block] == 0) {
+    sums.is_touched[scale][block] = 1;
+    sums.touched[scale].push_back(block);
   }
+  sums.sums[scale][block] += change;
 }
 
-inline void LiveImage::add(Deltas& deltas, std::size_t scale, std::uint32_t block, const Shade& change) const {
-  if (deltas.is_touched[scale][block] == 0) {
-    deltas.is_touched[scale][block] = 1;
-    deltas.touched[scale].push_back(block);
-  }
-  accumulate(deltas.sums[scale][block], change);
-}
-
-void LiveImage::add_coarser(Deltas& deltas) const {
+void LiveImage::add_coarser(BlockSums& sums) const {
   for (std::size_t scale = 1; scale < options_.scales.size(); ++scale) {
     const std::uint32_t step = options_.scales[scale].shift - options_.scales[scale - 1].shift;
     const std::uint32_t finer_row = blocks_per_row(scale - 1), row = blocks_per_row(scale);
-    for (const std::uint32_t block : deltas.touched[scale - 1])
-      add(deltas, scale, ((block / finer_row) >> step) * row + ((block % finer_row) >> step), deltas.sums[scale - 1][block]);
+    for (const std::uint32_t block : sums.touched[scale - 1])
+      add(sums, scale, ((block / finer_row) >> step) * row + ((block % finer_row) >> step), sums.sums[scale - 1][block]);
   }
 }
 
-/// The error that the deltas would add; clears them.
-std::int64_t LiveImage::take_error(const View& view, Deltas& deltas) const {
-  std::int64_t total = 0;
+void LiveImage::clear(BlockSums& sums) const {
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
-    std::int64_t sum = 0;
-    for (const std::uint32_t block : deltas.touched[scale]) {
-      Shade& delta = deltas.sums[scale][block];
-      const Shade& before = view.differences[scale][block];
-      for (std::size_t c = 0; c < kImageChannels; ++c)
-        sum += options_.weights[c] * (std::int64_t{delta[c]} * (std::int64_t{2} * before[c] + delta[c]));
-      delta = Shade{};
-      deltas.is_touched[scale][block] = 0;
+    for (const std::uint32_t block : sums.touched[scale]) {
+      sums.sums[scale][block] = Channels{};
+      sums.is_touched[scale][block] = 0;
     }
-    deltas.touched[scale].clear();
-    total += sum * weight_of(scale);
+    sums.touched[scale].clear();
   }
-  return total;
 }
 
-void LiveImage::changes_of(const MergeTrial& trial, Scratch& scratch, std::span<std::int64_t> changes) const {
-  const std::uint32_t first = trial.first, second = trial.second;
-  const std::span<const PairCorners> shapes = trial.shapes;
-  COPPICE_ASSERT(changes.size() == shapes.size());
-  prepare(scratch.released);
-  prepare(scratch.changed);
-  std::fill(changes.begin(), changes.end(), std::int64_t{0});
-  scratch.shades.clear();
-  for (const PairCorners& corners : shapes) scratch.shades.push_back(shades_of(merged(first, second, corners)));
+/// Takes the pair away: fills stamp, rest and the sums of released blocks. returns  what that adds to the error
+double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
+  const View& view = weighing.view;
+  Scratch& scratch = weighing.scratch;
+  const std::uint32_t now = ++scratch.now;
+  double pixels = 0.0;
+  for (const std::uint32_t id : {weighing.first, weighing.second}) {
+    const LeafPixels& own = pixels_[id];
+    for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i) {
+      const std::uint32_t pixel = own.pixels[i];
+      if (make_fragment(own.depths[i], id) > view.last[pixel] || scratch.stamp[pixel] == now) continue;
+      const Channels rest = shown_without(view, pixel, weighing.first, weighing.second), source = unfixed(view.source[pixel], kFixedUnit);
+      const Channels shown = unfixed(view.shown[pixel], kFixedUnit), change = rest - shown;
+      scratch.stamp[pixel] = now;
+      scratch.rest[pixel] = rest;
+      pixels += static_cast<double>(dot(change, rest + shown - 2.0f * source));
+      weighing.uncovered += static_cast<double>(change[3]);
+      add(scratch.released, 0, block_of(pixel), change);
+    }
+  }
+  add_coarser(scratch.released);
+  double error = pixels * pixel_weight();
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
+    double sum = 0.0;
+    for (const std::uint32_t block : scratch.released.touched[scale]) {
+      const Channels& change = scratch.released.sums[scale][block];
+      sum += static_cast<double>(dot(change, 2.0f * unfixed(view.differences[scale][block], kFixedUnit) + change));
+    }
+    error += sum * block_weight(scale);
+  }
+  const double excess = static_cast<double>(view.excess) / kFixedUnit;
+  return error + coverage_unit_ * pixel_area_ * pixel_area_ * weighing.uncovered * (2.0 * excess + weighing.uncovered);
+}
+
+/// By how much a pixel changes with an opaque merged leaf in it, of what it shows without the pair.
+inline LiveImage::Channels LiveImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged,
+                                             const Channels& shade) const {
+  const View& view = weighing.view;
+  const std::span<const LeafFragment> fragments = view.fragments.at(pixel);
+  float before = 1.0f, share = 1.0f;
+  std::size_t i = 0;
+  const auto is_gone = [&](std::uint32_t id) { return id == weighing.first || id == weighing.second; };
+  for (; i < fragments.size() && fragments[i] < merged; ++i) {
+    const std::uint32_t id = fragment_leaf(fragments[i]);
+    if (is_gone(id)) continue;
+    before *= 1.0f - opacity_in(view.colors[id]);
+    if (before < kLeastShare) return Channels{};
+  }
+  Channels behind{};
+  for (; i < fragments.size(); ++i) {
+    const std::uint32_t id = fragment_leaf(fragments[i]);
+    if (is_gone(id)) continue;
+    const Shade color = view.colors[id];
+    const float opacity = opacity_in(color);
+    behind += share * opacity * color_in(color);
+    share *= 1.0f - opacity;
+    if (share < kLeastShare) return before * (shade - behind);
+  }
+  return before * (shade - behind - share * kBackground);
+}
+
+/// What the merged leaf adds to the error after release(), in terms of its opacity. At equal depths it is behind: its id is larger than
+/// every live one.
+MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const {
+  const View& view = weighing.view;
+  Scratch& scratch = weighing.scratch;
+  const Channels own_shade = channels_of(shade);
+  double linear = 0.0, square = 0.0, covered = 0.0;
+  const auto corner = [&](std::size_t i) { return weighing.corners[corners[i]]; };
+  const AlphaMask& mask = masks_[card.material];
+  rasterise_leaf({corner(0), corner(1), corner(2), corner(3)}, card, mask, view.projection.resolution_px, [&](const QuadFragment& f) {
+    const auto pixel = static_cast<std::uint32_t>(f.y) * resolution_px_ + static_cast<std::uint32_t>(f.x);
+    const bool is_released = scratch.stamp[pixel] == scratch.now;
+    const LeafFragment merged = make_fragment(f.depth, id_count_);
+    if (!is_released && merged > view.last[pixel]) return;
+    const Channels change = gained(weighing, pixel, merged, own_shade);
+    const Channels rest = is_released ? scratch.rest[pixel] : unfixed(view.shown[pixel], kFixedUnit);
+    linear += static_cast<double>(2.0f * dot(rest - unfixed(view.source[pixel], kFixedUnit), change));
+    square += static_cast<double>(dot(change, change));
+    covered += static_cast<double>(change[3]);
+    add(scratch.gained, 0, block_of(pixel), change);
+  });
+  add_coarser(scratch.gained);
+  MergeCost cost{0.0, linear * pixel_weight(), square * pixel_weight()};
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
+    linear = square = 0.0;
+    for (const std::uint32_t block : scratch.gained.touched[scale]) {
+      const Channels& change = scratch.gained.sums[scale][block];
+      const Channels rest = unfixed(view.differences[scale][block], kFixedUnit) + scratch.released.sums[scale][block];
+      linear += static_cast<double>(2.0f * dot(rest, change));
+      square += static_cast<double>(dot(change, change));
+    }
+    cost.linear += linear * block_weight(scale);
+    cost.square += square * block_weight(scale);
+  }
+  const double excess = static_cast<double>(view.excess) / kFixedUnit + weighing.uncovered;
+  cost.linear += coverage_unit_ * pixel_area_ * pixel_area_ * 2.0 * excess * covered;
+  cost.square += coverage_unit_ * pixel_area_ * pixel_area_ * covered * covered;
+  clear(scratch.gained);
+  return cost;
+}
+
+void LiveImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::span<MergeCost> costs) const {
+  const auto& [first, second, shapes, subset] = trial;
+  COPPICE_ASSERT(costs.size() == shapes.size() && shapes.size() <= PairShapes::kMost);
+  prepare(scratch);
+  std::fill(costs.begin(), costs.end(), MergeCost{});
+  std::array<LeafShades, PairShapes::kMost> shades;
+  for (std::size_t s = 0; s < shapes.size(); ++s) shades[s] = shades_of(merged(first, second, shapes[s], kOpaque));
   const Card& card = card_table_[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
-  const std::int64_t pixel_unit = options_.pixel_weight << (2 * kLargestShift);
-  Deltas& released = scratch.released;
-  for (std::uint32_t v = trial.views.first; v < view_count(); v += trial.views.stride) {
+  for (std::uint32_t v = subset.first; v < view_count(); v += subset.stride) {
     const View& view = views_[v];
-    ProjectedPair pair;
+    Weighing weighing{view, first, second, {}, scratch};
     for (std::size_t i = 0; i < 4; ++i) {
-      pair[i] = project(view.projection, leaves_[first].quad[i]);
-      pair[i + 4] = project(view.projection, leaves_[second].quad[i]);
+      weighing.corners[i] = project(view.projection, leaves_[first].quad[i]);
+      weighing.corners[i + 4] = project(view.projection, leaves_[second].quad[i]);
     }
-    if (areas(first)[v] == 0 && areas(second)[v] == 0 && is_hidden(view, pair)) continue;
-    std::int64_t released_error = 0, uncovered_px = 0;
-    release(v, first, second, [&](std::uint32_t pixel, std::uint32_t before, std::uint32_t after) {
-      uncovered_px += after == background() ? 1 : 0;
-      const Shade was = seen(view, before), is = seen(view, after);
-      released_error += pixel_error(view, pixel, is) - pixel_error(view, pixel, was);
-      add(released, 0, block_of(pixel), difference(is, was));
-    });
+    if (is_hidden(view, weighing.corners)) continue;
+    const double released_error = release(v, weighing);
     for (std::size_t s = 0; s < shapes.size(); ++s) {
-      const PairCorners& c = shapes[s];
-      const Shade shade = scratch.shades[s].seen_from(view.direction);
-      std::int64_t gained_error = 0, covered_px = -uncovered_px;
-      for (const std::uint32_t block : released.touched[0]) add(scratch.changed, 0, block, released.sums[0][block]);
-      gain(view, first, second, {{pair[c[0]], pair[c[1]], pair[c[2]], pair[c[3]]}, card}, [&](std::uint32_t pixel, std::uint32_t before) {
-        const Shade was = seen(view, before);
-        covered_px += before == background() ? 1 : 0;
-        gained_error += pixel_error(view, pixel, shade) - pixel_error(view, pixel, was);
-        add(scratch.changed, 0, block_of(pixel), difference(shade, was));
-      });
-      add_coarser(scratch.changed);
-      changes[s] += (released_error + gained_error) * pixel_unit + take_error(view, scratch.changed) +
-                    coverage_unit_ * covered_px * (2 * view.excess_px + covered_px);
+      const MergeCost cost = gain(weighing, shapes[s], card, shades[s].seen_from(view.direction));
+      costs[s].constant += released_error;
+      costs[s].linear += cost.linear;
+      costs[s].square += cost.square;
     }
-    for (const std::uint32_t block : released.touched[0]) {
-      released.sums[0][block] = Shade{};
-      released.is_touched[0][block] = 0;
-    }
-    released.touched[0].clear();
+    clear(scratch.released);
   }
 }
 
 void LiveImage::apply(const LeafMerge& merge) {
   leaves_[merge.result] = merge.leaf;
-  shades_[merge.result] = shades_of(merge.leaf);
   pixels_[merge.result] = pixels_of(merge.leaf);
   parallel_for(view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
-    Deltas deltas;
-    prepare(deltas);
-    std::vector<std::uint32_t> tiles;
-    const auto area = [&](std::uint32_t outcome) -> std::uint32_t& { return areas_px_[std::size_t{outcome} * view_count() + v]; };
-    const auto change = [&](std::uint32_t pixel, std::uint32_t before, std::uint32_t after) {
-      --area(before), ++area(after);
-      view.excess_px += (before == background() ? 1 : 0) - (after == background() ? 1 : 0);
-      add(deltas, 0, block_of(pixel), difference(seen(view, after), seen(view, before)));
-      if (tiles.empty() || tiles.back() != tile_of(pixel)) tiles.push_back(tile_of(pixel));
+    view.colors[merge.result] = color_of(view, merge.leaf);
+    std::vector<std::uint32_t> pixels, tiles;
+    const auto area = [&](std::uint32_t pixel) -> std::uint32_t& {
+      return areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
     };
-    // Areas change while the pixels of both are walked: release() must not skip the second leaf because of it, and does not, for a pixel
-    // that the first leaf gives up passes to neither.
-    release(v, merge.first, merge.second, change);
-    gain(view, merge.first, merge.second, {project(view.projection, merge.leaf.quad), card_table_[merge.leaf.card]},
-         [&](std::uint32_t pixel, std::uint32_t before) { change(pixel, before, merge.result); });
-    add_coarser(deltas);
-    for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
-      for (const std::uint32_t block : deltas.touched[scale]) accumulate(view.differences[scale][block], deltas.sums[scale][block]);
-    for (const std::uint32_t removed : {merge.first, merge.second})
-      for_each_fragment_of(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
-    for_each_fragment_of(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
+    for (const std::uint32_t id : {merge.first, merge.second, merge.result}) {
+      const LeafPixels& own = pixels_[id];
+      for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i) {
+        const std::uint32_t pixel = own.pixels[i];
+        const LeafFragment fragment = make_fragment(own.depths[i], id);
+        --area(pixel);
+        if (id == merge.result)
+          view.fragments.insert(pixel, fragment);
+        else
+          view.fragments.remove(pixel, fragment);
+        ++area(pixel);
+        // Where the pair gave the last fragment, the pixel is in the list already.
+        if (fragment <= view.last[pixel]) pixels.push_back(pixel);
+      }
+    }
+    std::ranges::sort(pixels);
+    pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
+    for (const std::uint32_t pixel : pixels) {
+      const FixedChannels before = view.shown[pixel];
+      draw_pixel(view, pixel);
+      const FixedChannels change = view.shown[pixel] - before;
+      view.excess += change[3];
+      const std::uint32_t x = pixel % resolution_px_, y = pixel / resolution_px_;
+      for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
+        view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += change;
+      tiles.push_back(tile_of(pixel));
+    }
+    std::ranges::sort(tiles);
+    tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
     for (const std::uint32_t tile : tiles) find_farthest(view, tile);
   });
   pixels_[merge.first] = pixels_[merge.second] = LeafPixels{};
 }
 
-std::int64_t LiveImage::error() const {
-  std::int64_t total = 0;
-  for (const View& view : views_) {
-    total += coverage_unit_ * view.excess_px * view.excess_px;
+void LiveImage::halve(std::span<const std::uint32_t> live) {
+  COPPICE_ASSERT(can_halve());
+  const std::uint32_t row = resolution_px_;
+  ++halvings_;
+  pixel_area_ *= 4.0;
+  set_resolution(row / 2);
+  parallel_for(live.size(), [&](std::size_t i) { pixels_[live[i]] = pixels_of(leaves_[live[i]]); });
+  parallel_for(view_count(), [&](std::uint32_t v) {
+    View& view = views_[v];
+    std::vector<FixedChannels> differences(pixels_per_view());
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
+      const std::size_t top = std::size_t{pixel / resolution_px_} * 2 * row + (pixel % resolution_px_) * 2;
+      FixedChannels sum{2, 2, 2, 2};
+      for (const std::size_t i : {top, top + 1, top + row, top + row + 1})
+        sum += view.shown[i] - __builtin_convertvector(view.source[i], FixedChannels);
+      differences[pixel] = sum >> 2;
+    }
+    view.fragments = FragmentLists(pixels_per_view());
+    for (const std::uint32_t id : live) {
+      const LeafPixels& own = pixels_[id];
+      for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i)
+        view.fragments.insert(own.pixels[i], make_fragment(own.depths[i], id));
+      areas_px_[std::size_t{id} * view_count() + v] = 0;
+    }
+    areas_px_[std::size_t{background()} * view_count() + v] = 0;
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
-      total +=
-          (options_.pixel_weight << (2 * kLargestShift)) * pixel_error(view, pixel, seen(view, outcome_of(view.fragments.front(pixel))));
+      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+    view.source.assign(pixels_per_view(), FixedPixel{});
+    draw(view);
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
+      view.source[pixel] = __builtin_convertvector(view.shown[pixel] - differences[pixel], FixedPixel);
+    draw(view);
+  });
+}
+
+double LiveImage::error() const {
+  double total = 0.0;
+  const auto square = [](const FixedChannels& channels) {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < kImageChannels; ++c) sum += static_cast<double>(channels[c]) * channels[c];
+    return sum / (double{kFixedUnit} * kFixedUnit);
+  };
+  for (const View& view : views_) {
+    const double excess = static_cast<double>(view.excess) / kFixedUnit * pixel_area_;
+    total += coverage_unit_ * excess * excess;
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
+      total += pixel_weight() * square(view.shown[pixel] - __builtin_convertvector(view.source[pixel], FixedChannels));
     for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
-      for (const Shade& block : view.differences[scale])
-        for (std::size_t c = 0; c < kImageChannels; ++c)
-          total += weight_of(scale) * options_.weights[c] * (std::int64_t{block[c]} * block[c]);
+      for (const FixedChannels& block : view.differences[scale]) total += block_weight(scale) * square(block);
   }
   return total;
 }

@@ -2,11 +2,16 @@
 
 // The shaded picture of a plant in every view while leaves are merged, and its squared error against the plant's first picture.
 //
-// A view is a picture of four channels: the shade of the front leaf under three lights, over white, and coverage, all 0..255. A leaf has
-// two sides: lights behind the side that is seen do not reach it. Errors are summed over pixels and over square blocks of pixels: blocks
-// are what a viewer sees from far away, and forgive a leaf that moved by a pixel. Pictures differ from the first one only where a merged
-// leaf shows or a removed leaf did, so a merge is weighed by walking the pixels of its three leaves. All sums are integers: adding up
-// changes gives exactly what rendering anew would.
+// A view is a picture of four channels: the shade of what shows under three lights, over white, and coverage, all 0..255. A leaf has two
+// sides: lights behind the side that is seen do not reach it. A merged leaf has an opacity: a pixel is what its leaves show from front to
+// back, each through what those before it let pass. Errors are summed over pixels and over square blocks of pixels: blocks are what a
+// viewer sees from far away, and forgive a leaf that moved by a pixel. Pictures differ from the first one only where a merged leaf shows
+// or a removed leaf did, so a merge is weighed by walking the pixels of its three leaves.
+//
+// In each pixel and block the picture is linear in the opacity of one leaf. The error is therefore a parabola in it, and one walk finds
+// the best opacity of a merged leaf together with its cost.
+//
+// As leaves grow, pixels can: halve() goes over to pictures of half the side, in which all errors keep their meaning.
 
 #include <array>
 #include <cstdint>
@@ -25,18 +30,16 @@
 namespace coppice::bake {
 
 inline constexpr std::size_t kImageChannels = 4;
-using Shade = std::array<std::int32_t, kImageChannels>;
+using Shade = std::array<std::uint8_t, kImageChannels>;
 
 /// What each side of a leaf looks like in the four channels. The front is where its corners run counter-clockwise.
 struct LeafShades {
   glm::vec3 normal{0.0f};
-  std::array<std::uint8_t, kImageChannels> front{}, back{};
+  Shade front{}, back{};
 
   /// direction  towards the viewer
-  [[nodiscard]] Shade seen_from(const glm::vec3& direction) const {
-    const bool is_front = normal.x * direction.x + normal.y * direction.y + normal.z * direction.z >= 0.0f;
-    const std::array<std::uint8_t, kImageChannels>& side = is_front ? front : back;
-    return {side[0], side[1], side[2], side[3]};
+  [[nodiscard]] const Shade& seen_from(const glm::vec3& direction) const {
+    return normal.x * direction.x + normal.y * direction.y + normal.z * direction.z >= 0.0f ? front : back;
   }
 };
 
@@ -51,10 +54,9 @@ struct BlockScale {
 
 /// What the error is made of. Weights were chosen on ten plants, see DECISIONS.md.
 struct ImageErrorOptions {
-  std::int64_t pixel_weight = 3;                                 ///< of the squared differences of single pixels; 0 .. 1024
-  std::vector<BlockScale> scales = {{3, 8}, {5, 192}};           ///< finest first; shifts 1 .. 5, weights 1 .. 1024
-  std::int64_t coverage_weight = 672;                            ///< of a view's covered area as one block; 0 .. 1024
-  std::array<std::int64_t, kImageChannels> weights{1, 1, 1, 1};  ///< of the channels' squared differences
+  std::int64_t pixel_weight = 3;                        ///< of the squared differences of single pixels; 0 .. 1024
+  std::vector<BlockScale> scales = {{3, 8}, {5, 192}};  ///< finest first; shifts 1 .. 5, weights 1 .. 1024
+  std::int64_t coverage_weight = 672;                   ///< of a view's covered area as one block; 0 .. 1024
   /// What no view shows, but some viewer may. Used by the collapse, not part of the picture's error.
   double mismatch_weight = 0.008;  ///< share of the views that are taken to show the pair, or its merged leaf, with nothing in front
   double color_weight = 6.0;       ///< of the area seen of a leaf that a merged one shows in another colour, by that difference squared
@@ -73,18 +75,33 @@ struct MergeTrial {
   ViewSubset views = {};
 };
 
+/// What a merge adds to the error if the merged leaf has opacity o: constant + linear o + square o^2.
+struct MergeCost {
+  double constant = 0.0, linear = 0.0, square = 0.0;
+  [[nodiscard]] double at(double opacity) const { return constant + (linear + square * opacity) * opacity; }
+  /// Whether any view shows the merged leaf.
+  [[nodiscard]] bool is_seen() const { return square > 0.0; }
+  /// The opacity of least cost, in 1 .. kOpaque. is_seen() must hold.
+  [[nodiscard]] std::uint8_t best_opacity() const;
+};
+
 class LiveImage {
  public:
+  /// Four channels at once.
+  using Channels = float __attribute__((vector_size(16)));
+
   /// Differences of one view being added up, scale by scale.
-  struct Deltas {
-    std::vector<std::vector<Shade>> sums;             ///< [scale][block] 0 between calls
+  struct BlockSums {
+    std::vector<std::vector<Channels>> sums;          ///< [scale][block] 0 between calls
     std::vector<std::vector<std::uint32_t>> touched;  ///< [scale]
     std::vector<std::vector<std::uint8_t>> is_touched;
   };
   /// Working memory of one thread.
   struct Scratch {
-    Deltas released, changed;
-    std::vector<LeafShades> shades;  ///< [shape]
+    BlockSums released, gained;
+    std::vector<std::uint32_t> stamp;  ///< [pixel] == now: `rest` holds what the pixel shows without the pair
+    std::vector<Channels> rest;        ///< [pixel]
+    std::uint32_t now = 0;
   };
 
   /// buffers  of `shown` with the same views; see render_item_buffers for what must hold (checked there)
@@ -96,44 +113,70 @@ class LiveImage {
   [[nodiscard]] std::uint32_t id_count() const { return id_count_; }
   [[nodiscard]] std::uint32_t background() const { return id_count_; }
   [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
-  /// Pixels in which an outcome (leaf id or background) is in front. [view_count] px; 0 for ids that are not live
+  /// Pixels in which an outcome (leaf id or background) is in front, whatever its opacity. [view_count] px; 0 for ids that are not live
   [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
     return std::span(areas_px_).subspan(std::size_t{outcome} * view_count(), view_count());
   }
+  /// The area of a pixel in the view's first pixels: 1, 4, 16, ...
+  [[nodiscard]] double pixel_area() const { return pixel_area_; }
 
   /// The leaf that a pair becomes: its quad by `corners`, its card the larger leaf's.
-  [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners) const;
+  [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t opacity) const;
 
   /// What merging a pair would add to the error of some views, once for each shape that the merged leaf might have. May run on several
   /// threads, each with its own scratch.
-  /// changes  [trial.shapes.size()]
-  void changes_of(const MergeTrial& trial, Scratch& scratch, std::span<std::int64_t> changes) const;
+  /// costs  [trial.shapes.size()]
+  void costs_of(const MergeTrial& trial, Scratch& scratch, std::span<MergeCost> costs) const;
 
   /// Merges. result  id; not live. Parallel over views.
   void apply(const LeafMerge& merge);
 
+  /// Whether the pictures have a half.
+  [[nodiscard]] bool can_halve() const { return resolution_px_ % 2 == 0 && options_.scales.front().shift > halvings_; }
+  /// Goes over to pictures of half the side, in which the present picture is drawn anew and differs from the first one as it did before,
+  /// box-filtered: what drawing larger pixels changes is not taken for an error. live: all live ids, ascending
+  void halve(std::span<const std::uint32_t> live);
+
   /// Squared error of the present picture against the first one, all views, in units of 1/1024 px^2 (a block of 32 x 32 px counts once).
-  [[nodiscard]] std::int64_t error() const;
+  [[nodiscard]] double error() const;
 
  private:
+  /// What a pixel shows is kept in whole sixteenths, so that sums of changes are what drawing anew gives, to the bit.
+  using FixedChannels = std::int32_t __attribute__((vector_size(16)));
+  using FixedPixel = std::int16_t __attribute__((vector_size(8)));
+  static constexpr float kFixedUnit = 16.0f;
+
   struct View {
     Projection projection;
     glm::vec3 direction{0.0f};  ///< towards the viewer
     FragmentLists fragments;
-    std::vector<std::array<std::uint8_t, kImageChannels>> source;  ///< [pixel] the first picture
-    std::vector<std::vector<Shade>> differences;                   ///< [scale][block] present picture less the first one
-    std::int64_t excess_px = 0;                                    ///< covered pixels less those of the first picture
-    std::vector<LeafFragment> farthest;                            ///< [tile] no front fragment of the tile is behind it
+    std::vector<Shade> colors;                            ///< [id] what a live leaf shows; its opacity in place of its coverage
+    std::vector<FixedPixel> source;                       ///< [pixel] the first picture
+    std::vector<FixedChannels> shown;                     ///< [pixel] the present picture
+    std::vector<LeafFragment> last;                       ///< [pixel] the fragment that nothing shows through, or kNothing
+    std::vector<std::vector<FixedChannels>> differences;  ///< [scale][block] present picture less the first one
+    std::int64_t excess = 0;                              ///< of coverage, all pixels: sixteenths of 1/255 px
+    std::vector<LeafFragment> farthest;                   ///< [tile] of `last`
   };
-  /// Pixels of a leaf, in front or not, view by view.
+  /// Pixels of a leaf, shown or not, view by view.
   struct LeafPixels {
     std::vector<std::uint32_t> view_begin;  ///< [view_count + 1]
     std::vector<std::uint32_t> pixels;
+    std::vector<std::uint32_t> depths;
   };
   using ProjectedPair = std::array<ProjectedPoint, 8>;
+  /// A pair that is being weighed in one view.
+  struct Weighing {
+    const View& view;
+    std::uint32_t first, second;
+    ProjectedPair corners;
+    Scratch& scratch;
+    double uncovered = 0.0;  ///< coverage that goes with the pair, negative
+  };
 
+  [[nodiscard]] std::uint32_t shift_of(std::size_t scale) const { return options_.scales[scale].shift - halvings_; }
   [[nodiscard]] std::uint32_t blocks_per_row(std::size_t scale) const {
-    return (resolution_px_ + (1u << options_.scales[scale].shift) - 1) >> options_.scales[scale].shift;
+    return (resolution_px_ + (1u << shift_of(scale)) - 1) >> shift_of(scale);
   }
   [[nodiscard]] std::uint32_t block_of(std::uint32_t pixel) const {
     return ((pixel / resolution_px_) >> finest_shift_) * finest_blocks_per_row_ + ((pixel % resolution_px_) >> finest_shift_);
@@ -144,47 +187,47 @@ class LiveImage {
   [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const {
     return fragment == FragmentLists::kNothing ? background() : fragment_leaf(fragment);
   }
-  [[nodiscard]] std::int64_t weight_of(std::size_t scale) const;
+  [[nodiscard]] double pixel_weight() const;
+  [[nodiscard]] double block_weight(std::size_t scale) const;
   [[nodiscard]] LeafShades shades_of(const LiveLeaf& leaf) const {
     return leaf_shades(leaf.quad, albedo_[card_table_[leaf.card].material]);
   }
-  [[nodiscard]] Shade seen(const View& view, std::uint32_t outcome) const { return shades_[outcome].seen_from(view.direction); }
-  [[nodiscard]] std::int64_t pixel_error(const View& view, std::uint32_t pixel, const Shade& shade) const;
+  [[nodiscard]] Shade color_of(const View& view, const LiveLeaf& leaf) const;
   [[nodiscard]] LeafPixels pixels_of(const LiveLeaf& leaf) const;
+  [[nodiscard]] Channels shown_without(const View& view, std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const;
   [[nodiscard]] bool is_hidden(const View& view, const ProjectedPair& pair) const;
+  void set_resolution(std::uint32_t resolution_px);
+  void draw(View& view) const;
+  void draw_pixel(View& view, std::uint32_t pixel) const;
   void find_farthest(View& view, std::uint32_t tile) const;
   template <class Visit>
   void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
     const Card& card = card_table_[leaf.card];
     for_each_fragment(view.projection, leaf.quad, {card, masks_[card.material]}, id, visit);
   }
-  template <class Change>
-  void release(std::uint32_t v, std::uint32_t first, std::uint32_t second, Change&& change) const;
-  /// A quad in a view.
-  struct ProjectedLeaf {
-    ProjectedQuad quad;
-    const Card& card;
-  };
-  template <class Change>
-  void gain(const View& view, std::uint32_t first, std::uint32_t second, const ProjectedLeaf& leaf, Change&& change) const;
-  void prepare(Deltas& deltas) const;
-  void add(Deltas& deltas, std::size_t scale, std::uint32_t block, const Shade& change) const;
-  void add_coarser(Deltas& deltas) const;
-  [[nodiscard]] std::int64_t take_error(const View& view, Deltas& deltas) const;
+  double release(std::uint32_t v, Weighing& weighing) const;
+  MergeCost gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const;
+  [[nodiscard]] Channels gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& shade) const;
+  void prepare(Scratch& scratch) const;
+  void add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Channels& change) const;
+  void add_coarser(BlockSums& sums) const;
+  void clear(BlockSums& sums) const;
 
   static constexpr std::uint32_t kTileShift = 3;
 
-  std::uint32_t id_count_ = 0, resolution_px_ = 0, tiles_per_row_ = 0;
-  std::int64_t coverage_unit_ = 0;  ///< error of one px^2 of excess, squared
+  std::uint32_t id_count_ = 0, resolution_px_ = 0, tiles_per_row_ = 0, halvings_ = 0;
+  double pixel_area_ = 1.0;
+  double coverage_unit_ = 0.0;  ///< error of one px^2 of excess, squared, over 255^2
   std::uint32_t finest_shift_ = 0, finest_blocks_per_row_ = 0;
   ImageErrorOptions options_;
   std::vector<Card> card_table_;
   std::vector<AlphaMask> masks_;
   std::vector<float> albedo_;  ///< [material]
+  Sphere sphere_;
+  std::vector<Viewpoint> viewpoints_;
   std::vector<View> views_;
   std::vector<LiveLeaf> leaves_;         ///< [id_count]
   std::vector<LeafPixels> pixels_;       ///< [id_count] empty if not live
-  std::vector<LeafShades> shades_;       ///< [id_count + 1] last: the background
   std::vector<std::uint32_t> areas_px_;  ///< [(id_count + 1) * view_count]
 };
 

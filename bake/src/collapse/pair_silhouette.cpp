@@ -9,7 +9,6 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "check.h"
 #include "quad_merge.h"
 
 namespace coppice::bake {
@@ -148,23 +147,44 @@ void draw(const EightPoints& points, const Basis& basis, const Shapes& shapes, S
   seen.cell_area_m2 = static_cast<float>(extent.x * extent.y / (kCells * kCells));
 }
 
-/// Mean mismatch of a quad, or more than `enough` as soon as it is sure to be.
-float mismatch_of(const std::array<Silhouettes, kDirections>& views, const std::array<std::uint8_t, 2>& triangles, float enough) {
-  float sum = 0.0f;
+/// Measures a quad. false: it misses more of the pair than `enough`, in which case no mismatch of it is less
+bool measure(const std::array<Silhouettes, kDirections>& views, const std::array<std::uint8_t, 2>& triangles, float enough,
+             PairShape& shape) {
+  float pair = 0.0f, quad = 0.0f, shared = 0.0f;
   for (const Silhouettes& seen : views) {
     if (seen.cell_area_m2 == 0.0f) continue;
     const Bits &first = seen.triangles[triangles[0]], &second = seen.triangles[triangles[1]];
-    int differing = 0, count = 0;
+    int count = 0, shared_count = 0;
     for (std::size_t w = 0; w < seen.pair.size(); ++w) {
-      const std::uint64_t quad = first[w] | second[w];
-      differing += std::popcount(quad ^ seen.pair[w]);
-      count += std::popcount(quad);
+      const std::uint64_t bits = first[w] | second[w];
+      count += std::popcount(bits);
+      shared_count += std::popcount(bits & seen.pair[w]);
     }
-    sum += seen.cell_area_m2 * static_cast<float>(differing + std::abs(count - seen.pair_count));
-    if (sum > enough * kDirections) break;
+    pair += seen.cell_area_m2 * static_cast<float>(seen.pair_count);
+    quad += seen.cell_area_m2 * static_cast<float>(count);
+    shared += seen.cell_area_m2 * static_cast<float>(shared_count);
+    if (pair - shared > enough * kDirections) return false;
   }
-  return sum / kDirections;
+  shape.pair_m2 = pair / kDirections, shape.quad_m2 = quad / kDirections, shape.shared_m2 = shared / kDirections;
+  return true;
 }
+
+/// The few shapes of least mismatch, ascending.
+template <std::size_t kCount>
+struct BestShapes {
+  std::array<PairShape, kCount> shapes{};
+  std::array<float, kCount> mismatches_m2;
+
+  BestShapes() { mismatches_m2.fill(std::numeric_limits<float>::infinity()); }
+  [[nodiscard]] float enough() const { return mismatches_m2.back(); }
+  void offer(const PairShape& shape, float mismatch_m2) {
+    if (mismatch_m2 >= enough()) return;
+    std::size_t place = kCount - 1;
+    for (; place > 0 && mismatch_m2 < mismatches_m2[place - 1]; --place)
+      shapes[place] = shapes[place - 1], mismatches_m2[place] = mismatches_m2[place - 1];
+    shapes[place] = shape, mismatches_m2[place] = mismatch_m2;
+  }
+};
 
 /// The same quad with the same diagonal, begun and turned so that its corners point where those of `like` do.
 PairCorners aligned(const EightPoints& points, const PairCorners& ring, const Quad& like) {
@@ -188,8 +208,7 @@ PairCorners aligned(const EightPoints& points, const PairCorners& ring, const Qu
 
 }  // namespace
 
-void pair_shapes(const Quad& first, const Quad& second, std::span<PairShape> shapes) {
-  COPPICE_ASSERT(!shapes.empty() && shapes.size() <= kQuads);
+PairShapes pair_shapes(const Quad& first, const Quad& second) {
   static const std::array<Basis, kDirections> bases = icosahedron_axes();
   const Shapes& all = shapes_of_eight_points();
   EightPoints points;
@@ -200,22 +219,27 @@ void pair_shapes(const Quad& first, const Quad& second, std::span<PairShape> sha
   std::array<Silhouettes, kDirections> views;
   for (std::size_t v = 0; v < kDirections; ++v) draw(points, bases[v], all, views[v]);
 
-  // The least so far, ascending.
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const std::span<PairShape> least = shapes.first(shapes.size() - 1);
-  for (PairShape& shape : least) shape.mismatch_m2 = kInfinity;
-  for (std::size_t q = 0; q < kQuads && !least.empty(); ++q) {
-    const float mismatch = mismatch_of(views, all.quad_triangles[q], least.back().mismatch_m2);
-    if (mismatch >= least.back().mismatch_m2) continue;
-    std::size_t place = least.size() - 1;
-    for (; place > 0 && mismatch < least[place - 1].mismatch_m2; --place) least[place] = least[place - 1];
-    least[place] = {all.quads[q], mismatch};
+  BestShapes<PairShapes::kOpaque> opaque;
+  BestShapes<PairShapes::kOpaque + PairShapes::kTranslucent> translucent;  // some of which may be the opaque ones
+  for (std::size_t q = 0; q < kQuads; ++q) {
+    PairShape shape{all.quads[q]};
+    if (!measure(views, all.quad_triangles[q], std::max(opaque.enough(), translucent.enough()), shape)) continue;
+    opaque.offer(shape, shape.mismatch_m2(1.0f, 1.0f));
+    translucent.offer(shape, shape.mismatch_m2(1.0f, shape.covering_opacity(1.0f)));
+  }
+  PairShapes result;
+  for (const PairShape& shape : opaque.shapes) result.shapes[result.count++] = shape;
+  for (const PairShape& shape : translucent.shapes) {
+    const bool is_new = std::ranges::none_of(result.all(), [&](const PairShape& other) { return other.corners == shape.corners; });
+    if (is_new && result.count < PairShapes::kOpaque + PairShapes::kTranslucent) result.shapes[result.count++] = shape;
   }
   const Quad& like = quad_area(second) > quad_area(first) ? second : first;
-  for (PairShape& shape : least) shape.corners = aligned(points, shape.corners, like);
-  const PairCorners largest = merge_corners(first, second);
-  const std::array largest_triangles{all.triangle(largest[0], largest[1], largest[2]), all.triangle(largest[0], largest[2], largest[3])};
-  shapes.back() = {largest, mismatch_of(views, largest_triangles, kInfinity)};
+  for (std::size_t i = 0; i < result.count; ++i) result.shapes[i].corners = aligned(points, result.shapes[i].corners, like);
+  PairShape largest{merge_corners(first, second)};
+  const PairCorners& c = largest.corners;
+  measure(views, {all.triangle(c[0], c[1], c[2]), all.triangle(c[0], c[2], c[3])}, std::numeric_limits<float>::infinity(), largest);
+  result.shapes[result.count++] = largest;
+  return result;
 }
 
 }  // namespace coppice::bake

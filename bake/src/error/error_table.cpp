@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numeric>
 
 #include "alpha_mask.h"
 #include "error_image.h"
@@ -61,24 +62,87 @@ Result<Renderer> make_renderer(const BakedPlant& plant) {
   return renderer;
 }
 
-ColorImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes, const Projection& projection) {
-  const BakedPlant& plant = *renderer.plant;
-  std::vector<std::uint32_t> depths(std::size_t{kErrorImagePx} * kErrorImagePx, 0xffffffffu);
+/// A picture that is being drawn: what opaque leaves show, and what lies before that and lets some of it pass.
+struct Canvas {
+  struct Fragment {
+    std::uint32_t pixel = 0, depth = 0;
+    std::uint32_t leaf = 0;  ///< index into translucent_leaves
+  };
+  struct Leaf {
+    Color color{};
+    float opacity = 1.0f;
+  };
   ColorImage image;
-  for (std::size_t channel = 0; channel < image.size(); ++channel) image[channel].assign(depths.size(), renderer.background[channel]);
+  std::vector<std::uint32_t> depths;
+  std::vector<Leaf> translucent_leaves;
+  std::vector<Fragment> translucent;
+};
+
+Color color_of(const Renderer& renderer, std::uint32_t node) {
+  const Tree& tree = renderer.plant->tree;
+  return shaded_color(renderer.card_albedo[tree.nodes[node].card], two_sided_cosine(node_quad(tree, node), error_light()));
+}
+
+template <class Visit>
+void for_each_fragment_of(const Renderer& renderer, std::uint32_t node, const Projection& projection, Visit&& visit) {
+  const BakedPlant& plant = *renderer.plant;
+  const Card& card = plant.card_table[plant.tree.nodes[node].card];
+  rasterise_leaf(
+      project(projection, node_quad(plant.tree, node)), card, renderer.masks[card.material], kErrorImagePx,
+      [&](const QuadFragment& f) { visit(static_cast<std::uint32_t>(f.y) * kErrorImagePx + static_cast<std::uint32_t>(f.x), f.depth); });
+}
+
+void draw_opaque(const Renderer& renderer, std::uint32_t node, const Projection& projection, Canvas& canvas) {
+  const Color color = color_of(renderer, node);
+  for_each_fragment_of(renderer, node, projection, [&](std::uint32_t pixel, std::uint32_t depth) {
+    if (depth >= canvas.depths[pixel]) return;
+    canvas.depths[pixel] = depth;
+    for (std::size_t channel = 0; channel < color.size(); ++channel) canvas.image[channel][pixel] = color[channel];
+  });
+}
+
+/// Lays the translucent fragments over the picture, the farthest first.
+void composite(Canvas& canvas) {
+  // By pixel with one counting sort, then each pixel's few by depth.
+  std::vector<std::uint32_t> end(canvas.depths.size(), 0);
+  for (const Canvas::Fragment& fragment : canvas.translucent) ++end[fragment.pixel];
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  std::vector<Canvas::Fragment> sorted(canvas.translucent.size());
+  std::vector<std::uint32_t> begin = end;
+  for (const Canvas::Fragment& fragment : canvas.translucent) sorted[--begin[fragment.pixel]] = fragment;
+  const auto is_behind = [](const Canvas::Fragment& a, const Canvas::Fragment& b) {
+    return a.depth != b.depth ? a.depth > b.depth : a.leaf > b.leaf;
+  };
+  for (std::size_t pixel = 0; pixel < end.size(); ++pixel) {
+    std::sort(sorted.begin() + begin[pixel], sorted.begin() + end[pixel], is_behind);
+    for (std::uint32_t i = begin[pixel]; i < end[pixel]; ++i) {
+      const Canvas::Leaf& leaf = canvas.translucent_leaves[sorted[i].leaf];
+      for (std::size_t channel = 0; channel < leaf.color.size(); ++channel)
+        canvas.image[channel][pixel] += leaf.opacity * (leaf.color[channel] - canvas.image[channel][pixel]);
+    }
+  }
+}
+
+/// The mean of many frames, each of which draws as much of a leaf as its opacity says.
+ColorImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes, const Projection& projection) {
+  const Tree& tree = renderer.plant->tree;
+  Canvas canvas;
+  canvas.depths.assign(std::size_t{kErrorImagePx} * kErrorImagePx, 0xffffffffu);
+  for (std::size_t channel = 0; channel < canvas.image.size(); ++channel)
+    canvas.image[channel].assign(canvas.depths.size(), renderer.background[channel]);
+  for (const std::uint32_t node : nodes)
+    if (tree.nodes[node].opacity == kOpaque) draw_opaque(renderer, node, projection, canvas);
   for (const std::uint32_t node : nodes) {
-    const Quad quad = node_quad(plant.tree, node);
-    const std::uint32_t card_index = plant.tree.nodes[node].card;
-    const Card& card = plant.card_table[card_index];
-    const Color color = shaded_color(renderer.card_albedo[card_index], two_sided_cosine(quad, error_light()));
-    rasterise_leaf(project(projection, quad), card, renderer.masks[card.material], kErrorImagePx, [&](const QuadFragment& fragment) {
-      const std::size_t pixel = static_cast<std::size_t>(fragment.y) * kErrorImagePx + static_cast<std::size_t>(fragment.x);
-      if (fragment.depth >= depths[pixel]) return;
-      depths[pixel] = fragment.depth;
-      for (std::size_t channel = 0; channel < image.size(); ++channel) image[channel][pixel] = color[channel];
+    const std::uint8_t opacity = tree.nodes[node].opacity;
+    if (opacity == kOpaque) continue;
+    const auto leaf = static_cast<std::uint32_t>(canvas.translucent_leaves.size());
+    canvas.translucent_leaves.push_back({color_of(renderer, node), static_cast<float>(opacity) / kOpaque});
+    for_each_fragment_of(renderer, node, projection, [&](std::uint32_t pixel, std::uint32_t depth) {
+      if (depth < canvas.depths[pixel]) canvas.translucent.push_back({pixel, depth, leaf});
     });
   }
-  return image;
+  composite(canvas);
+  return std::move(canvas.image);
 }
 
 /// Of luminance, and a third of what the differences of colour add: about what red, green and blue have in the mean.

@@ -83,9 +83,10 @@ using Quad = std::array<glm::vec3, 4>;
 
 /// The plant's leaves as quads: the unit of collapse.
 struct Foliage {
-  std::vector<Quad> quads;           ///< [leaf_count]
-  std::vector<std::uint32_t> cards;  ///< [leaf_count] index into card_table
-  std::vector<Card> card_table;      ///< at most COPPICE_MAX_CARDS
+  std::vector<Quad> quads;                   ///< [leaf_count]
+  std::vector<std::uint32_t> cards;          ///< [leaf_count] index into card_table
+  std::vector<std::uint8_t> opacities = {};  ///< [leaf_count] 1 .. kOpaque; empty: all opaque
+  std::vector<Card> card_table;              ///< at most COPPICE_MAX_CARDS
   [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(quads.size()); }
 };
 
@@ -96,10 +97,14 @@ struct ShownFoliage {
   const std::vector<Image>& images;
 };
 
+/// Opacities are in steps of one in so many: a merged leaf lets pass what leaves with gaps between them would. Source leaves are opaque.
+inline constexpr std::uint8_t kOpaque = 16;
+
 /// Two live nodes replaced by one. Ids: source leaves are 0..N-1, the result of merge i is N+i.
 struct Merge {
   std::uint32_t first = 0, second = 0;    ///< first < second
   std::array<std::uint8_t, 4> corners{};  ///< result corner i is corner corners[i] of the pair: 0..3 of first, 4..7 of second
+  std::uint8_t opacity = kOpaque;         ///< of the result, 1 .. kOpaque
 };
 
 /// The collapse sequence, N - 1 merges down to one leaf, and what it cost.

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -96,6 +97,41 @@ TEST(GltfWrite, MaterialsAndImagesComeBack) {
   ASSERT_TRUE(image);
   EXPECT_EQ(image->width, 3u);
   EXPECT_EQ(image->rgba, chequers().rgba);
+}
+
+TEST(GltfWrite, TranslucentLeavesAreBlendedWithTheirOpacityAsAlpha) {
+  Mesh mesh = two_triangles();
+  mesh.indices = {0, 1, 2, 3, 4, 5};  // a leaf each
+  for (auto* points : {&mesh.positions, &mesh.normals}) points->resize(6, glm::vec3(0, 0, 1));
+  mesh.uvs.resize(6, glm::vec2(0.0f));
+  mesh.triangle_materials = {0, 0};
+  mesh.vertex_opacities = {16, 16, 16, 4, 4, 4};
+  const auto bytes = encode_glb({{"leaves", &mesh}}, two_materials(), {chequers()});
+  ASSERT_TRUE(bytes);
+  const tinygltf::Model model = test::parse_glb(*bytes);
+  ASSERT_EQ(model.materials.size(), 3u);
+  EXPECT_EQ(model.materials[0].alphaMode, "MASK");
+  EXPECT_EQ(model.materials[2].alphaMode, "BLEND");
+  EXPECT_EQ(model.materials[2].name, model.materials[0].name);
+  EXPECT_EQ(model.materials[2].pbrMetallicRoughness.baseColorTexture.index, 0);
+  const auto& primitives = model.meshes.at(0).primitives;
+  ASSERT_EQ(primitives.size(), 2u);
+  EXPECT_EQ(primitives[0].material, 0);
+  EXPECT_EQ(primitives[1].material, 2);
+  EXPECT_EQ(values<std::uint16_t>(model, primitives[1].indices), (std::vector<std::uint16_t>{3, 4, 5}));
+  using Color = std::array<std::uint8_t, 4>;
+  const std::vector<Color> colors = values<Color>(model, primitives[1].attributes.at("COLOR_0"));
+  EXPECT_EQ(colors, (std::vector<Color>{{255, 255, 255, 255},
+                                        {255, 255, 255, 255},
+                                        {255, 255, 255, 255},
+                                        {255, 255, 255, 64},
+                                        {255, 255, 255, 64},
+                                        {255, 255, 255, 64}}));
+
+  mesh.vertex_opacities.assign(6, kOpaque);
+  const tinygltf::Model opaque = test::parse_glb(*encode_glb({{"leaves", &mesh}}, two_materials(), {chequers()}));
+  EXPECT_EQ(opaque.materials.size(), 2u);
+  EXPECT_EQ(opaque.meshes.at(0).primitives.at(0).attributes.count("COLOR_0"), 0u);
 }
 
 TEST(GltfWrite, EmptyMeshesAreLeftOut) {

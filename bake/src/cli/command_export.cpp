@@ -19,6 +19,7 @@ struct ExportArguments {
   std::string leaves;            ///< a number, or "full"
   std::uint32_t leaf_count = 0;  ///< 0 for "full"
   std::string part = "all";
+  bool solid = false;
 };
 
 /// A .coppice file keeps no material names. These tell leaves from wood, so that an exported cut can be baked again.
@@ -30,9 +31,11 @@ void name_materials(BakedPlant& plant) {
 }
 
 /// The cut asked for; "full" is the finest that the file holds.
-Mesh leaf_mesh(const BakedPlant& plant, std::uint32_t leaf_count) {
-  if (leaf_count == 0 && !plant.leaf_meshes.parts.empty()) return whole_leaf_mesh(plant.leaf_meshes);
-  return foliage_mesh(cut_foliage(plant.tree, plant.card_table, leaf_count == 0 ? plant.tree.leaf_count() : leaf_count));
+Mesh leaf_mesh(const BakedPlant& plant, const ExportArguments& arguments) {
+  if (arguments.leaf_count == 0 && !plant.leaf_meshes.parts.empty()) return whole_leaf_mesh(plant.leaf_meshes);
+  const std::uint32_t leaf_count = arguments.leaf_count == 0 ? plant.tree.leaf_count() : arguments.leaf_count;
+  Foliage cut = cut_foliage(plant.tree, plant.card_table, leaf_count);
+  return foliage_mesh(arguments.solid ? solid_foliage(std::move(cut)) : cut);
 }
 
 int run(const ExportArguments& arguments) {
@@ -54,7 +57,7 @@ int run(const ExportArguments& arguments) {
   Mesh leaves;
   std::vector<GltfPart> parts;
   if (arguments.part != "wood" && has_leaves) {
-    leaves = leaf_mesh(*plant, arguments.leaf_count);
+    leaves = leaf_mesh(*plant, arguments);
     parts.push_back({"leaves", &leaves});
   }
   if (arguments.part != "foliage" && !plant->wood.lods.empty()) parts.push_back({"wood", &plant->wood.lods.front()});
@@ -89,6 +92,10 @@ void add_export_command(CLI::App& app, int* exit_code) {
       ->check(CLI::IsMember({"foliage", "wood", "all"}))
       ->type_name("PART")
       ->capture_default_str();
+  command->add_flag(
+      "--solid", arguments->solid,
+      "Leaves without opacity, for engines that draw none: each shrinks to the area that its opacity is of. Otherwise opacity is "
+      "the alpha of COLOR_0, and leaves that have it are blended");
   add_output_option(*command, "-o,--output", arguments->output, "The .glb to write; - for the standard output")->required();
   command->callback([arguments, exit_code] {
     if (arguments->part != "wood" && arguments->leaves.empty()) throw CLI::RequiredError("--leaves");

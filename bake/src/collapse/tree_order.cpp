@@ -1,5 +1,7 @@
 #include "tree_order.h"
 
+#include <cmath>
+
 #include "check.h"
 #include "quad_merge.h"
 
@@ -88,6 +90,17 @@ Foliage cut_foliage(const Tree& tree, const std::vector<Card>& card_table, std::
     foliage.cards.push_back(tree.nodes[node].card);
     foliage.opacities.push_back(tree.nodes[node].opacity);
   }
+  return foliage;
+}
+
+Foliage solid_foliage(Foliage foliage) {
+  for (std::size_t leaf = 0; leaf < foliage.opacities.size(); ++leaf) {
+    if (foliage.opacities[leaf] == kOpaque) continue;
+    const glm::vec3 middle(quad_centroid(foliage.quads[leaf]));
+    const float scale = std::sqrt(static_cast<float>(foliage.opacities[leaf]) / kOpaque);
+    for (glm::vec3& corner : foliage.quads[leaf]) corner = middle + (corner - middle) * scale;
+  }
+  foliage.opacities.clear();
   return foliage;
 }
 

@@ -18,4 +18,7 @@ Quad node_quad(const Tree& tree, std::uint32_t node);
 /// A cut as leaves of its own.
 Foliage cut_foliage(const Tree& tree, const std::vector<Card>& card_table, std::uint32_t leaf_count);
 
+/// The same without opacities: a leaf of opacity o shrinks about its middle to o times its area.
+Foliage solid_foliage(Foliage foliage);
+
 }  // namespace coppice::bake

@@ -81,11 +81,37 @@ int add_indices(tinygltf::Model& model, const std::vector<std::uint32_t>& indice
   return add_accessor(model, std::move(accessor));
 }
 
-void add_mesh(tinygltf::Model& model, const GltfPart& part, std::size_t material_count) {
+bool is_translucent(const Mesh& mesh, std::size_t triangle) {
+  return !mesh.vertex_opacities.empty() && mesh.vertex_opacities[mesh.indices[3 * triangle]] < kOpaque;
+}
+
+/// White; its alpha is the opacity.
+int add_opacities(tinygltf::Model& model, const std::vector<std::uint8_t>& opacities) {
+  std::vector<std::uint8_t> colors;
+  colors.reserve(4 * opacities.size());
+  for (const std::uint8_t opacity : opacities) {
+    const auto alpha = static_cast<std::uint8_t>((255u * opacity + kOpaque / 2) / kOpaque);
+    colors.insert(colors.end(), {255, 255, 255, alpha});
+  }
+  tinygltf::Accessor accessor;
+  accessor.type = TINYGLTF_TYPE_VEC4;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
+  accessor.normalized = true;
+  accessor.count = opacities.size();
+  accessor.bufferView = add_view(model, colors.data(), colors.size(), TINYGLTF_TARGET_ARRAY_BUFFER);
+  return add_accessor(model, std::move(accessor));
+}
+
+/// blended  [material] index of its blended copy in the file; kNone where there is none
+void add_mesh(tinygltf::Model& model, const GltfPart& part, const std::vector<std::uint32_t>& blended) {
   const Mesh& mesh = *part.mesh;
-  std::vector<std::vector<std::uint32_t>> by_material(material_count);
+  std::vector<std::vector<std::uint32_t>> by_material(model.materials.size());
+  bool any_translucent = false;
   for (std::size_t triangle = 0; triangle < mesh.triangle_materials.size(); ++triangle) {
-    auto& indices = by_material[mesh.triangle_materials[triangle]];
+    const std::uint32_t material = mesh.triangle_materials[triangle];
+    const bool translucent = is_translucent(mesh, triangle);
+    any_translucent = any_translucent || translucent;
+    auto& indices = by_material[translucent ? blended[material] : material];
     indices.insert(indices.end(), &mesh.indices[3 * triangle], &mesh.indices[3 * triangle] + 3);
   }
 
@@ -94,10 +120,11 @@ void add_mesh(tinygltf::Model& model, const GltfPart& part, std::size_t material
   primitive.attributes["POSITION"] = add_positions(model, mesh.positions);
   primitive.attributes["NORMAL"] = add_accessor(model, float_accessor(model, mesh.normals, TINYGLTF_TYPE_VEC3));
   primitive.attributes["TEXCOORD_0"] = add_accessor(model, float_accessor(model, mesh.uvs, TINYGLTF_TYPE_VEC2));
+  if (any_translucent) primitive.attributes["COLOR_0"] = add_opacities(model, mesh.vertex_opacities);
 
   tinygltf::Mesh gltf_mesh;
   gltf_mesh.name = part.name;
-  for (std::size_t material = 0; material < material_count; ++material) {
+  for (std::size_t material = 0; material < by_material.size(); ++material) {
     if (by_material[material].empty()) continue;
     primitive.indices = add_indices(model, by_material[material], mesh.positions.size());
     primitive.material = static_cast<int>(material);
@@ -128,6 +155,22 @@ void add_material(tinygltf::Model& model, const Material& material) {
   model.materials.push_back(std::move(out));
 }
 
+/// After all others, a blended copy of each material that a translucent leaf has. returns  [material] its index, kNone without
+std::vector<std::uint32_t> add_blended_materials(tinygltf::Model& model, const std::vector<GltfPart>& parts) {
+  std::vector<std::uint32_t> blended(model.materials.size(), kNone);
+  for (const GltfPart& part : parts)
+    for (std::size_t triangle = 0; triangle < part.mesh->triangle_materials.size(); ++triangle) {
+      std::uint32_t& copy = blended[part.mesh->triangle_materials[triangle]];
+      if (copy != kNone || !is_translucent(*part.mesh, triangle)) continue;
+      copy = static_cast<std::uint32_t>(model.materials.size());
+      tinygltf::Material material = model.materials[part.mesh->triangle_materials[triangle]];
+      material.alphaMode = "BLEND";
+      material.alphaCutoff = 0.5;  // what glTF takes when there is none
+      model.materials.push_back(std::move(material));
+    }
+  return blended;
+}
+
 Result<void> add_image(tinygltf::Model& model, const Image& image) {
   std::vector<std::uint8_t> png;
   const auto append = [](void* user, void* data, int byte_count) {
@@ -152,6 +195,7 @@ Result<void> check_mesh(const GltfPart& part, std::size_t material_count) {
   const Mesh& mesh = *part.mesh;
   const std::size_t vertex_count = mesh.positions.size();
   COPPICE_ASSERT(mesh.normals.size() == vertex_count && mesh.uvs.size() == vertex_count);
+  COPPICE_ASSERT(mesh.vertex_opacities.empty() || mesh.vertex_opacities.size() == vertex_count);
   COPPICE_ASSERT(mesh.indices.size() == 3 * mesh.triangle_materials.size());
   COPPICE_ASSERT(std::ranges::all_of(mesh.indices, [&](std::uint32_t index) { return index < vertex_count; }));
   COPPICE_ASSERT(std::ranges::all_of(mesh.triangle_materials, [&](std::uint32_t index) { return index < material_count; }));
@@ -190,10 +234,10 @@ Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts,
   model.scenes.front().name = "plant";  // tinygltf writes a scene without name and nodes as null, which is not glTF
   model.defaultScene = 0;
   for (const Material& material : materials) add_material(model, material);
-  for (const GltfPart& part : parts) {
-    COPPICE_CHECK(check_mesh(part, materials.size()));
-    if (!part.mesh->indices.empty()) add_mesh(model, part, materials.size());
-  }
+  for (const GltfPart& part : parts) COPPICE_CHECK(check_mesh(part, materials.size()));
+  const std::vector<std::uint32_t> blended = add_blended_materials(model, parts);
+  for (const GltfPart& part : parts)
+    if (!part.mesh->indices.empty()) add_mesh(model, part, blended);
   for (const Image& image : images) COPPICE_CHECK(add_image(model, image));
   // A mebibyte is left for the JSON chunk, whose size follows from the number of parts and materials, not of triangles.
   if (model.buffers.front().data.size() > kMaxFileBytes - (1u << 20)) return Error{Status::invalid_argument, "a .glb holds at most 4 GiB"};
@@ -228,6 +272,7 @@ Mesh foliage_mesh(const Foliage& foliage) {
     mesh.uvs.insert(mesh.uvs.end(), card.uv.begin(), card.uv.end());
     mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
     mesh.triangle_materials.insert(mesh.triangle_materials.end(), 2, card.material);
+    if (!foliage.opacities.empty()) mesh.vertex_opacities.insert(mesh.vertex_opacities.end(), 4, foliage.opacities[leaf]);
   }
   return mesh;
 }

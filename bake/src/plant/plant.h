@@ -20,6 +20,9 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
+/// Opacities are in steps of one in so many: a merged leaf lets pass what leaves with gaps between them would. Source leaves are opaque.
+inline constexpr std::uint8_t kOpaque = 16;
+
 /// How far the normals that light leaves turn to the crown's unless told otherwise.
 inline constexpr float kCrownNormals = COPPICE_CROWN_NORMALS_DEFAULT;
 
@@ -47,11 +50,12 @@ struct Material {
 /// An indexed triangle mesh; the attribute arrays have one entry per vertex.
 struct Mesh {
   std::vector<glm::vec3> positions;
-  std::vector<glm::vec3> normals;                 ///< unit
-  std::vector<glm::vec2> uvs;                     ///< (0, 0) where the source has none
-  std::vector<std::uint32_t> indices;             ///< 3 per triangle
-  std::vector<std::uint32_t> triangle_materials;  ///< 1 per triangle
-  std::vector<glm::vec3> triangle_tints = {};     ///< 1 per triangle, a linear factor of the material's colour; empty: none
+  std::vector<glm::vec3> normals;                   ///< unit
+  std::vector<glm::vec2> uvs;                       ///< (0, 0) where the source has none
+  std::vector<std::uint32_t> indices;               ///< 3 per triangle
+  std::vector<std::uint32_t> triangle_materials;    ///< 1 per triangle
+  std::vector<std::uint8_t> vertex_opacities = {};  ///< 1 per vertex, 1 .. kOpaque, one for all of a triangle; empty: opaque
+  std::vector<glm::vec3> triangle_tints = {};       ///< 1 per triangle, a linear factor of the material's colour; empty: none
 };
 
 /// A leaf as a run of the foliage mesh's triangles.
@@ -96,9 +100,6 @@ struct ShownFoliage {
   const std::vector<Material>& materials;
   const std::vector<Image>& images;
 };
-
-/// Opacities are in steps of one in so many: a merged leaf lets pass what leaves with gaps between them would. Source leaves are opaque.
-inline constexpr std::uint8_t kOpaque = 16;
 
 /// Two live nodes replaced by one. Ids: source leaves are 0..N-1, the result of merge i is N+i.
 struct Merge {

@@ -14,7 +14,7 @@ std::vector<Tree::Node> nodes_in_merge_order(const Foliage& foliage, const Colla
   std::vector<Tree::Node> nodes;
   nodes.reserve(foliage.quads.size() + sequence.merges.size());
   for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf)
-    nodes.push_back({{leaf * 4, leaf * 4 + 1, leaf * 4 + 2, leaf * 4 + 3}, foliage.cards[leaf], kOpaque});
+    nodes.push_back({{leaf * 4, leaf * 4 + 1, leaf * 4 + 2, leaf * 4 + 3}, foliage.cards[leaf], kNoFade});
   const auto quad_of = [&](const Tree::Node& node) {
     return Quad{vertices[node.vertices[0]], vertices[node.vertices[1]], vertices[node.vertices[2]], vertices[node.vertices[3]]};
   };
@@ -29,7 +29,7 @@ std::vector<Tree::Node> nodes_in_merge_order(const Foliage& foliage, const Colla
       result.vertices[i] = corner < 4 ? first.vertices[corner] : second.vertices[corner - 4u];
     }
     result.card = merged_card(quad_of(first), first.card, quad_of(second), second.card);
-    result.opacity = merge.opacity;
+    result.fade = fade_of(merge.opacity);
     nodes.push_back(result);
   }
   return nodes;
@@ -88,7 +88,7 @@ Foliage cut_foliage(const Tree& tree, const std::vector<Card>& card_table, std::
   for (const std::uint32_t node : cut_nodes(tree, leaf_count)) {
     foliage.quads.push_back(node_quad(tree, node));
     foliage.cards.push_back(tree.nodes[node].card);
-    foliage.opacities.push_back(tree.nodes[node].opacity);
+    foliage.opacities.push_back(opacity_of(tree.nodes[node].fade));
   }
   return foliage;
 }

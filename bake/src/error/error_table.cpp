@@ -131,9 +131,9 @@ ColorImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes
   for (std::size_t channel = 0; channel < canvas.image.size(); ++channel)
     canvas.image[channel].assign(canvas.depths.size(), renderer.background[channel]);
   for (const std::uint32_t node : nodes)
-    if (tree.nodes[node].opacity == kOpaque) draw_opaque(renderer, node, projection, canvas);
+    if (opacity_of(tree.nodes[node].fade) == kOpaque) draw_opaque(renderer, node, projection, canvas);
   for (const std::uint32_t node : nodes) {
-    const std::uint8_t opacity = tree.nodes[node].opacity;
+    const std::uint8_t opacity = opacity_of(tree.nodes[node].fade);
     if (opacity == kOpaque) continue;
     const auto leaf = static_cast<std::uint32_t>(canvas.translucent_leaves.size());
     canvas.translucent_leaves.push_back({color_of(renderer, node), static_cast<float>(opacity) / kOpaque});

@@ -39,7 +39,12 @@ Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input
 
 std::vector<Variant> one_variant(std::vector<Mesh> meshes) {
   Variant variant;
-  for (Mesh& mesh : meshes) variant.levels.push_back(Level{std::move(mesh)});
+  for (Mesh& mesh : meshes) {
+    std::vector<LeafShade> shades;
+    for (std::size_t vertex = 0; vertex < mesh.vertex_opacities.size(); vertex += 4)
+      shades.push_back({.opacity = static_cast<float>(mesh.vertex_opacities[vertex]) / kOpaque});
+    variant.levels.push_back(Level{std::move(mesh), std::move(shades)});
+  }
   std::vector<Variant> variants;
   variants.push_back(std::move(variant));
   return variants;

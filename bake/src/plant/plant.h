@@ -20,9 +20,6 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// Opacities are in steps of one in so many: a merged leaf lets pass what leaves with gaps between them would. Source leaves are opaque.
-inline constexpr std::uint8_t kOpaque = 16;
-
 /// How far the normals that light leaves turn to the crown's unless told otherwise.
 inline constexpr float kCrownNormals = COPPICE_CROWN_NORMALS_DEFAULT;
 
@@ -105,7 +102,7 @@ struct ShownFoliage {
 struct Merge {
   std::uint32_t first = 0, second = 0;    ///< first < second
   std::array<std::uint8_t, 4> corners{};  ///< result corner i is corner corners[i] of the pair: 0..3 of first, 4..7 of second
-  std::uint8_t opacity = kOpaque;         ///< of the result, 1 .. kOpaque
+  std::uint8_t opacity = kOpaque;         ///< of the result, sixteenths: core/tree.h
 };
 
 /// The collapse sequence, N - 1 merges down to one leaf, and what it cost.

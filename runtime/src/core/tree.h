@@ -26,14 +26,23 @@ inline constexpr std::uint32_t kNeverReplaced = 0xffffffffu;
 /// PageNode::by_death behind the last node that is replaced.
 inline constexpr std::uint16_t kNoPlace = 0xffff;
 
-/// A node's *fade*, one byte: how a node that stands for several leaves shows. The low four bits are its opacity in sixteenths, less one;
-/// the high four its brightness, 8: unchanged. Source leaves, which nothing replaces, have none.
-inline constexpr std::uint8_t kNoFade = 0x8f;
+/// Opacities are in sixteenths, 1 to 16: a node that stands for several leaves lets pass what the gaps between them would.
+inline constexpr std::uint8_t kOpaque = 16;
 
+/// A node's *fade*, one byte: how a node that stands for several leaves shows. The low four bits are its opacity, less one; the high four
+/// its brightness, 8: unchanged. Source leaves, which nothing replaces, have none.
+inline constexpr std::uint8_t kNoFade = 0x8f;
+[[nodiscard]] constexpr std::uint8_t fade_of(std::uint8_t opacity) {
+  return static_cast<std::uint8_t>(0x80u | (opacity - 1u));
+}
+[[nodiscard]] constexpr std::uint8_t opacity_of(std::uint8_t fade) {
+  return static_cast<std::uint8_t>((fade & 15u) + 1u);
+}
 /// How many sixteenths of a node are gaps between the leaves that it stands for, 0 to 15.
 [[nodiscard]] constexpr std::uint32_t gaps_of(std::uint8_t fade) {
-  return 15u - (fade & 15u);
+  return static_cast<std::uint32_t>(kOpaque - opacity_of(fade));
 }
+static_assert(fade_of(kOpaque) == kNoFade && gaps_of(kNoFade) == 0);
 
 /// A node as pages are decoded into.
 struct PageNode {

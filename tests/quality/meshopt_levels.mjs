@@ -82,13 +82,13 @@ const variants = {
   update_prune_permissive: updated(0.5, 'Prune', 'Permissive'), sloppy, prune_by_size: pruned, remesh: remeshed,
 };
 
-/** A mesh a material, of the vertices that triangles use. A triangle shows its first corner's. Without any, one of no size. */
+/** A mesh a material, of the vertices that triangles use. A triangle shows its first corner's. */
 function write(file, source, mesh) {
   const writer = new GlbWriter();
   for (let i = 0; i < (source.json.images ?? []).length; ++i) writer.texture(`image ${i}`, source.image(i));
   writer.json.materials = source.json.materials;
   if (writer.json.textures) writer.json.textures = source.json.textures.map(({source: image}) => ({source: image}));
-  const indices = mesh.indices.length > 0 ? mesh.indices : [0, 0, 0];
+  const {indices} = mesh;
   for (const material of new Set(mesh.materials)) {
     const part = {indices: [], positions: [], normals: [], uvs: []}, places = new Map();
     for (let t = 0; t < indices.length; t += 3) {
@@ -112,6 +112,9 @@ for (const [name, simplify] of Object.entries(variants)) {
   fs.mkdirSync(path.join(output, name), {recursive: true});
   for (const fraction of list.split(',').map(Number)) {
     const count = 6 * Math.max(1, Math.floor(fraction * leaves + 1e-6));
-    write(path.join(output, name, `${fraction}.glb`), source, {...mesh, ...simplify(mesh, count)});
+    const simple = simplify(mesh, count);
+    // A file without triangles is not a plant: where nothing is left, one triangle is.
+    if (simple.indices.length === 0) simple.indices = mesh.indices.slice(0, 3);
+    write(path.join(output, name, `${fraction}.glb`), source, {...mesh, ...simple});
   }
 }

@@ -288,7 +288,11 @@ class Painter {
 /// The digits of `index` in a base, mirrored at the point.
 double radical_inverse(std::uint32_t index, std::uint32_t base) {
   double value = 0.0, digit = 1.0 / base;
-  for (; index > 0; index /= base, digit /= base) value += digit * (index % base);
+  while (index > 0) {
+    value += digit * (index % base);
+    index /= base;
+    digit /= base;
+  }
   return value;
 }
 

@@ -126,6 +126,7 @@ Result<std::vector<Variant>> voxel_cloud(const Foliage& foliage, const std::vect
   COPPICE_TRY(flakes, flakes_of(foliage, materials, images));
   const Box box = box_of(foliage);
   std::vector<std::vector<Voxel>> clouds;
+  clouds.reserve(leaf_counts.size());
   for (const std::uint32_t count : leaf_counts)
     clouds.push_back(finest(flakes, box, static_cast<std::uint32_t>(std::uint64_t{count} * kLeafBytes / kVoxelBytes)));
   std::vector<Variant> variants;

@@ -104,6 +104,7 @@ Result<std::vector<Variant>> needle_lines(const Foliage& foliage, const std::vec
     needles.push_back(needle_of(foliage.quads[leaf], foliage.card_table[card].material, coverage[card]));
   }
   std::vector<std::uint32_t> counts;
+  counts.reserve(leaf_counts.size());
   for (const std::uint32_t count : leaf_counts) counts.push_back(std::min(2 * count, foliage.leaf_count()));
 
   std::vector<Variant> variants{sampled(needles, counts)};

@@ -101,7 +101,8 @@ struct Cluster {
   float radius_m;
   uvec2 leaves;       // address of Leaf[]
   uvec2 splats;       // address of Splat[], of the same leaves
-  uint counts;        // kCount*: leaves; log2 of discs a leaf; whether it is a surface, between whose discs gaps would show; births
+  uint counts;        // kCount*: leaves; log2 of discs a leaf; whether it is a surface, between whose discs gaps would show; births;
+                      // whether leaves have gaps
   uint last_death;    // the largest of its leaves' deaths; of a mesh: its first triangle among the mesh's
   uint grains_m;      // four: the longest part of a leaf that one disc stands for
   uint leaf_sizes_m;  // four: side of the square of the mean leaf's area
@@ -111,7 +112,7 @@ struct Cluster {
 };
 COPPICE_GPU_LAYOUT(Cluster, 60);
 // Where in Cluster::counts each begins. Births: the first and the last split of its page that bears one of its leaves.
-const uint kCountGrains = 8, kCountSurface = 10, kCountFirstBirth = 11, kCountLastBirth = 20;
+const uint kCountGrains = 8, kCountSurface = 10, kCountFirstBirth = 11, kCountLastBirth = 20, kCountGaps = 29;
 // Lengths of 8 bits: b stands for 2^((b - kLengthZero) / kLengthSteps) m, 0 for none.
 const uint kLengthZero = 160;
 const float kLengthSteps = 8.0f;

@@ -27,7 +27,8 @@ static_assert(sizeof(coppice_placement) == 44);
 static_assert(sizeof(coppice_shadow_desc) == 20);
 static_assert(sizeof(coppice_frame) == 32);
 static_assert(sizeof(coppice_shadow_cascade) == 72);
-static_assert(sizeof(coppice_view) == 4 * (1 + 16 + 16 + 2 + 1 + 1 + 1) + 4 * (5 * 3 + 1) + 4 * 3 + 4 + 3 * sizeof(coppice_shadow_cascade));
+static_assert(sizeof(coppice_view) == 4 * (1 + 16 + 16 + 2 + 1 + 1 + 1) + 4 * (5 * 3 + 1) + 4 * 3 + 4 + 3 * sizeof(coppice_shadow_cascade) +
+                                          8);  // temporal_frame, of any value, and padding
 
 /// Floats of a struct.
 struct FloatField {

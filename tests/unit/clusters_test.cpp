@@ -193,12 +193,16 @@ TEST(Clusters, ThoseOfAPlantOfOneLeafAreItsRoot) {
 TEST(Clusters, CarryTheGapsOfTheirLeaves) {
   Crown crown;
   const std::vector<std::uint8_t> opaque = crown.built_page(0);
+  EXPECT_FALSE(crown.ready_cuts().has_gaps);
   std::set<std::pair<Corners, std::uint32_t>> gaps;  // a merged leaf may have the corners of one that it replaced
   for (std::size_t id = 0; id < crown.nodes.size(); ++id) {
     crown.nodes[id].fade = static_cast<std::uint8_t>(0x80 + id % 16);
     gaps.insert({packed(crown.nodes[id].corners), 15 - id % 16});
   }
+  EXPECT_FALSE(has_gaps(opaque));
   const std::vector<std::uint8_t> bytes = crown.built_page(0);
+  EXPECT_TRUE(has_gaps(bytes));
+  EXPECT_TRUE(crown.ready_cuts().has_gaps);
   for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
     const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster)), whole = read<Cluster>(opaque, i * sizeof(Cluster));
     EXPECT_EQ(cluster.grains_m, whole.grains_m) << "what decides who draws it";

@@ -150,6 +150,15 @@ void build_page(const LeafSource& source, std::uint32_t page, std::span<const Pa
   }
 }
 
+bool has_gaps(std::span<const std::uint8_t> page) {
+  for (std::size_t i = 0; i < kBlockClusters; ++i) {
+    Cluster cluster;
+    std::memcpy(&cluster, page.data() + i * sizeof cluster, sizeof cluster);
+    if ((cluster.counts >> kCountGaps & 1u) != 0) return true;
+  }
+  return false;
+}
+
 namespace {
 
 /// Leaves of a ready cut: the ladder's, or all.
@@ -180,6 +189,8 @@ void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0
   auto& lists = cuts.lists;
   COPPICE_ASSERT(out.size() == ready_cut_bytes(source.leaf_count));
   const auto node = [&](std::uint32_t id) -> const PageNode& { return id == 0 ? source.root : page_0[id - 1]; };
+  const auto gaps = [](const PageNode& of) { return gaps_of(of.fade) > 0; };
+  cuts.has_gaps = gaps(source.root) || std::ranges::any_of(page_0, gaps);
   const auto entry_at = [&](std::uint16_t id) { return entry_of(source, node(id), id); };
   const auto larger = [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; };
   std::size_t at = 0;

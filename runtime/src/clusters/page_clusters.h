@@ -41,12 +41,16 @@ inline constexpr std::size_t kPageBytes = kBlockClusters * sizeof(Cluster) + kPa
 void build_page(const LeafSource& source, std::uint32_t page, std::span<const PageNode> nodes, ClusterScratch& scratch,
                 std::span<std::uint8_t> out);
 
+/// Whether leaves of a page have gaps. page: [kPageBytes] of build_page
+bool has_gaps(std::span<const std::uint8_t> page);
+
 /// How long the ready cuts of a plant are.
 std::size_t ready_cut_bytes(std::uint32_t leaf_count);
 /// A plant's coarse cuts. Addresses of lists count from the start of `bytes`, as those inside it do.
 struct ReadyCuts {
   std::array<ClusterList, kReadyCuts> lists{};
-  HookBuffer bytes;  ///< [ready_cut_bytes]
+  HookBuffer bytes;       ///< [ready_cut_bytes]
+  bool has_gaps = false;  ///< nodes that they may show have gaps
 };
 /// page_0: as in build_page; none of a plant of one leaf. cuts: with its bytes allocated
 void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0, ClusterScratch& scratch, ReadyCuts& cuts);

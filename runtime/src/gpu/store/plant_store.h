@@ -61,6 +61,7 @@ struct StoredPlant {
   Buffer tables;
   PlantTables layout;                        ///< of `tables`
   bool has_cuts = false;                     ///< its leaves can be drawn
+  bool has_gaps = false;                     ///< leaves that ever were there have
   HookArray<Buffer> pages;                   ///< [page] null where it is not there
   BoundedList<std::uint32_t> leaf_textures;  ///< used by its cards, kNoTexture included; distinct
   HookArray<SurfaceTextures> material_textures;

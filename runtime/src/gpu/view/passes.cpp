@@ -56,7 +56,7 @@ using Words = std::span<const std::uint32_t>;
 struct Drawn {
   const char* name;
   Words vertex, fragment;
-  std::uint32_t leaf;  ///< kLeaf of plant.frag and relief.frag
+  std::uint32_t leaf;  ///< kLeaf of surface_in.glsl
 };
 
 }  // namespace
@@ -68,26 +68,30 @@ Result<void> create_passes(Device& device, const AttachmentDesc& attachments, co
     return &pipelines.add({.name = "cull.comp", .layout = passes.layout, .first = Words(cull_comp_spirv), .constants = {debugged}});
   };
   passes.cull = {add_cull(0), add_cull(1)};
+  const auto add_one = [&](const Drawn& drawn, const AttachmentDesc& on, std::uint32_t textured, std::uint32_t gaps) {
+    return &pipelines.add({.name = drawn.name,
+                           .layout = passes.layout,
+                           .first = drawn.vertex,
+                           .fragment = drawn.fragment,
+                           .constants = {textured, drawn.leaf, gaps},
+                           .attachments = on});
+  };
   const auto add = [&](const Drawn& drawn, const AttachmentDesc& on) {
-    const auto add_surface = [&](std::uint32_t textured) {
-      return &pipelines.add({.name = drawn.name,
-                             .layout = passes.layout,
-                             .first = drawn.vertex,
-                             .fragment = drawn.fragment,
-                             .constants = {textured, drawn.leaf},
-                             .attachments = on});
-    };
-    return SurfacePipelines{add_surface(0), add_surface(1)};
+    return SurfacePipelines{add_one(drawn, on, 0, 0), add_one(drawn, on, 1, 0)};
+  };
+  // A texture's holes are discarded in any case.
+  const auto add_quads = [&](const Drawn& drawn, const AttachmentDesc& on) {
+    return LeafPipelines{{add_one(drawn, on, 0, 0), add_one(drawn, on, 1, 1)}, add_one(drawn, on, 0, 1)};
   };
   DrawPipelines& camera = passes.camera;
-  camera.leaf = add({"leaf.vert", leaf_vert_spirv, leaf_frag_spirv, 1}, attachments);
+  camera.leaf = add_quads({"leaf.vert", leaf_vert_spirv, leaf_frag_spirv, 1}, attachments);
   camera.wood.flat = add({"wood.vert", wood_vert_spirv, plant_frag_spirv, 0}, attachments);
   camera.wood.relief = add({"wood.vert, relief.frag", wood_relief_vert_spirv, relief_frag_spirv, 0}, attachments);
   camera.leaf_mesh.flat = add({"leaf_mesh.vert", leaf_mesh_vert_spirv, plant_frag_spirv, 1}, attachments);
   camera.leaf_mesh.relief = add({"leaf_mesh.vert, relief.frag", leaf_mesh_relief_vert_spirv, relief_frag_spirv, 1}, attachments);
   if (attachments.shadow_format == VK_FORMAT_UNDEFINED) return {};
   const AttachmentDesc depth = shadow_attachments(attachments);
-  passes.shadow.leaf = add({"leaf.vert of shadow views", leaf_vert_spirv, leaf_depth_frag_spirv, 1}, depth);
+  passes.shadow.leaf = add_quads({"leaf.vert of shadow views", leaf_vert_spirv, leaf_depth_frag_spirv, 1}, depth);
   passes.shadow.wood.flat = add({"wood.vert of shadow views", wood_vert_spirv, plant_depth_frag_spirv, 0}, depth);
   return {};
 }

@@ -21,13 +21,23 @@ struct SurfacePipelines {
   [[nodiscard]] Pipeline* of(std::uint32_t texture) const { return texture == kNoTexture ? plain : textured; }
 };
 
+/// A surface of one colour is drawn with early depth tests unless some of its leaves have gaps.
+struct LeafPipelines {
+  SurfacePipelines surface;
+  Pipeline* plain_with_gaps = nullptr;
+
+  [[nodiscard]] Pipeline* of(std::uint32_t texture, bool has_gaps) const {
+    return has_gaps && texture == kNoTexture ? plain_with_gaps : surface.of(texture);
+  }
+};
+
 struct MeshPipelines {
   SurfacePipelines flat, relief;  ///< without and with a normal map
 };
 
 /// What draws a view.
 struct DrawPipelines {
-  SurfacePipelines leaf;
+  LeafPipelines leaf;
   MeshPipelines wood, leaf_mesh;
 };
 

@@ -185,7 +185,7 @@ Result<void> ViewRecorder::prepare(const InstanceTable& instances, std::span<con
 
 // What nearly every plant needs; the rest when it is first met.
 void ViewRecorder::want_first() {
-  for (Pipeline* pipeline : {passes_.cull.plain, passes_.camera.leaf.textured, passes_.camera.wood.flat.textured})
+  for (Pipeline* pipeline : {passes_.cull.plain, passes_.camera.leaf.surface.textured, passes_.camera.wood.flat.textured})
     pipelines_.want(*pipeline);
   (void)want(coppice_view{});
 }
@@ -199,7 +199,8 @@ void ViewRecorder::want_mesh(std::uint32_t plant, std::uint32_t mesh) {
 }
 
 void ViewRecorder::want_leaves(std::uint32_t plant) {
-  for (const std::uint32_t texture : plants_.plant(plant)->leaf_textures.span()) pipelines_.want(*passes_.camera.leaf.of(texture));
+  const StoredPlant& stored = *plants_.plant(plant);
+  for (const std::uint32_t texture : stored.leaf_textures.span()) pipelines_.want(*passes_.camera.leaf.of(texture, stored.has_gaps));
 }
 
 ViewRecorder::Ready ViewRecorder::want(const coppice_view& view) {
@@ -208,8 +209,9 @@ ViewRecorder::Ready ViewRecorder::want(const coppice_view& view) {
   };
   if (view.kind == COPPICE_VIEW_SHADOW) {
     const DrawPipelines &camera = passes_.camera, &shadow = passes_.shadow;
-    want_shadow(camera.leaf.plain, shadow.leaf.plain);
-    want_shadow(camera.leaf.textured, shadow.leaf.textured);
+    want_shadow(camera.leaf.surface.plain, shadow.leaf.surface.plain);
+    want_shadow(camera.leaf.surface.textured, shadow.leaf.surface.textured);
+    want_shadow(camera.leaf.plain_with_gaps, shadow.leaf.plain_with_gaps);
     want_shadow(camera.wood.flat.plain, shadow.wood.flat.plain);
     want_shadow(camera.wood.flat.textured, shadow.wood.flat.textured);
   }
@@ -299,8 +301,8 @@ void ViewRecorder::record_draw(VkCommandBuffer cmd, const coppice_view& view) co
 }
 
 /// False: the pipeline is not there.
-bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, const SurfacePipelines& pipelines) const {
-  const VkPipeline pipeline = pipelines.of(push.texture)->handle();
+bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pipeline& with) const {
+  const VkPipeline pipeline = with.handle();
   if (pipeline == VK_NULL_HANDLE) return false;
   const StoredTexture& texture = plants_.shown_texture(push.plant, push.texture);
   device_.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
@@ -318,10 +320,11 @@ void ViewRecorder::draw_commands(VkCommandBuffer cmd, std::uint32_t plant, std::
                                            sizeof(DrawCommand));
 }
 
-void ViewRecorder::draw_leaves(VkCommandBuffer cmd, const SurfacePipelines& pipelines, std::uint32_t plant) const {
+void ViewRecorder::draw_leaves(VkCommandBuffer cmd, const LeafPipelines& pipelines, std::uint32_t plant) const {
   const Plant& record = lists_.records()[plant];
-  for (const std::uint32_t texture : plants_.plant(plant)->leaf_textures.span()) {
-    if (!bind_draw(cmd, {.plant = plant, .texture = texture}, pipelines)) continue;
+  const StoredPlant& stored = *plants_.plant(plant);
+  for (const std::uint32_t texture : stored.leaf_textures.span()) {
+    if (!bind_draw(cmd, {.plant = plant, .texture = texture}, *pipelines.of(texture, stored.has_gaps))) continue;
     // Instances of one cluster each, which the rasteriser leaves to nobody; then clusters.
     if (culled_.by == CulledBy::hardware)
       draw_commands(cmd, plant, record.leaf_command_base, kSingleCount, std::min(record.instance_count, device_.max_draw_count));
@@ -366,7 +369,7 @@ void ViewRecorder::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const Mes
                         .vertices = mesh.vertices,
                         .wood_list_first = draw.list_first,
                         .normal_map = textures.normal_map};
-    if (!bind_draw(cmd, push, relief ? draw.pipelines.relief : draw.pipelines.flat)) continue;
+    if (!bind_draw(cmd, push, *(relief ? draw.pipelines.relief : draw.pipelines.flat).of(push.texture))) continue;
     // One draw or none, as there are instances. Not vkCmdDrawIndexedIndirect: after draws with a count, lavapipe of Mesa 22.3 reads their
     // count for it too, and in a view without quads everything would vanish.
     const VkDeviceSize command = (index * kMeshCommands + draw.mesh) * sizeof(DrawCommand);

@@ -131,12 +131,12 @@ class ViewRecorder {
   void record_start(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod);
   CulledBy begin_culling(VkCommandBuffer cmd, const coppice_view& view, const Ready& ready);
   void record_readback(VkCommandBuffer cmd);
-  void draw_leaves(VkCommandBuffer cmd, const SurfacePipelines& pipelines, std::uint32_t plant) const;
+  void draw_leaves(VkCommandBuffer cmd, const LeafPipelines& pipelines, std::uint32_t plant) const;
   void draw_wood(VkCommandBuffer cmd, const MeshPipelines& pipelines, std::uint32_t plant, std::uint32_t lod) const;
   void draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t chunk) const;
   void draw_mesh(VkCommandBuffer cmd, std::uint32_t plant, const MeshDraw& draw) const;
   void draw_commands(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t first, std::uint32_t count, std::uint32_t most) const;
-  bool bind_draw(VkCommandBuffer cmd, const DrawPush& push, const SurfacePipelines& pipelines) const;
+  bool bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pipeline& with) const;
 
   Device& device_;
   Garbage& garbage_;

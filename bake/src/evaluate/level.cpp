@@ -41,9 +41,16 @@ void add_middles(Mesh& mesh, const Voxel& voxel) {
 }  // namespace
 
 const std::array<glm::dvec3, kVoxelNormalCount>& voxel_normals() {
-  constexpr double d = 1.0 / std::numbers::sqrt2;
-  static const std::array<glm::dvec3, kVoxelNormalCount> normals{glm::dvec3(1, 0, 0), {0, 1, 0},  {0, 0, 1}, {d, d, 0}, {d, -d, 0},
-                                                                 glm::dvec3(d, 0, d), {d, 0, -d}, {0, d, d}, {0, d, -d}};
+  constexpr double kDiagonal = 1.0 / std::numbers::sqrt2;
+  static const std::array<glm::dvec3, kVoxelNormalCount> normals{glm::dvec3(1, 0, 0),
+                                                                 {0, 1, 0},
+                                                                 {0, 0, 1},
+                                                                 {kDiagonal, kDiagonal, 0},
+                                                                 {kDiagonal, -kDiagonal, 0},
+                                                                 glm::dvec3(kDiagonal, 0, kDiagonal),
+                                                                 {kDiagonal, 0, -kDiagonal},
+                                                                 {0, kDiagonal, kDiagonal},
+                                                                 {0, kDiagonal, -kDiagonal}};
   return normals;
 }
 

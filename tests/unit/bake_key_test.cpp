@@ -157,7 +157,7 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
   const std::map<Metric, std::string> expected = {{Metric::default_metric, "1b2e44229a6e2bdfeaf4ddafc1e25628"},
                                                   {Metric::mi, "8ad339db2967fdcdfb8986768a2ecb43"}};
-  const std::uint32_t expected_at_version = 19;
+  const std::uint32_t expected_at_version = 20;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

@@ -38,7 +38,8 @@ void main() {
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = plant.box_min + plant.box_step * quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  float loss = outline_loss(corners, instance);
+  vec3 world_middle;
+  float loss = outline_loss(corners, instance, world_middle);
   // A quad of the same covered area, whatever the cutoff lets through: of the soft texels of a small mip level soon all.
   float let_through = mix(material.coverage, 1.0, min(1.5 * loss, 1.0));
   float scale = sqrt(material.coverage / let_through);
@@ -56,10 +57,7 @@ void main() {
   out_transmittance = transmittance(world);
   out_uv = card.uv[corner];
   out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);
-  uint gaps = gaps_of_leaf(leaf.card);
-  if (gaps != 0) {
-    vec4 clip = view.clip_from_world * vec4(world_from_object(instance, middle), 1.0);
-    out_thinning = thinning_of(leaf, slot, view.half_size_px * (clip.xy / clip.w + 1.0));
-  }
+  vec4 clip_middle = view.clip_from_world * vec4(world_middle, 1.0);
+  out_thinning = thinning_of(leaf, slot, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
   if (view.debug_view != 0) show_debug(view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot));
 }

@@ -178,6 +178,7 @@ MeanPicture LooksStage::draw(const LooksView& wanted) {
     const auto side_px = static_cast<float>(view.width_px);
     moved.clip_from_view[8] -= 2.0f * (halton(frame + 1, 2) - 0.5f) / side_px;
     moved.clip_from_view[9] -= 2.0f * (halton(frame + 1, 3) - 0.5f) / side_px;
+    moved.temporal_frame = frame + 1;
     add_to_mean(draw_frame(moved, color, depth), mean);
   }
   return mean;

@@ -80,7 +80,7 @@ std::vector<Variant> simplify_fsa(const Foliage& foliage, const std::vector<std:
   const double leaf_size_m = mean_leaf_size_m(foliage);
   std::vector<Variant> variants;
   for (const Shape shape : {Shape::farthest, Shape::area})
-    for (const double angle_weight : {0.25, 0.5, 0.75}) {
+    for (const double angle_weight : {0.1, 0.25, 0.5, 0.75, 0.9}) {
       Variant variant;
       variant.parameters =
           std::string(shape == Shape::farthest ? "farthest" : "area") + ", angle " + std::to_string(angle_weight).substr(0, 4);

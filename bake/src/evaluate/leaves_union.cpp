@@ -20,7 +20,7 @@ std::vector<Variant> unite_leaves(const Foliage& foliage, const std::vector<std:
   const double leaf_size_m = mean_leaf_size_m(foliage);
   std::vector<Variant> variants;
   for (const RectangleLength length : {RectangleLength::extent, RectangleLength::similar})
-    for (const double angle_weight : {0.5, 1.0, 2.0}) {
+    for (const double angle_weight : {0.5, 1.0, 2.0, 4.0}) {
       UnionRules<UnitedLeaf> rules;
       rules.cost = [=](const UnitedLeaf& a, const UnitedLeaf& b) { return leaves_union_cost(a.quad, b.quad, angle_weight, leaf_size_m); };
       rules.unite = [length](const UnitedLeaf& a, const UnitedLeaf& b) {

@@ -139,7 +139,7 @@ std::vector<std::vector<std::uint32_t>> stalk_groups(const Foliage& foliage, std
 
 std::vector<Variant> unite_organs(const Foliage& foliage, const std::vector<std::uint32_t>& leaf_counts) {
   std::vector<Variant> variants;
-  for (const std::uint32_t most : {4u, 8u, 16u, 32u}) {
+  for (const std::uint32_t most : {4u, 8u, 16u, 32u, 64u}) {
     Variant variant;
     variant.parameters = "groups of " + std::to_string(most);
     variant.levels.resize(leaf_counts.size());

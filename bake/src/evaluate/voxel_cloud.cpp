@@ -130,7 +130,7 @@ Result<std::vector<Variant>> voxel_cloud(const Foliage& foliage, const std::vect
   for (const std::uint32_t count : leaf_counts)
     clouds.push_back(finest(flakes, box, static_cast<std::uint32_t>(std::uint64_t{count} * kLeafBytes / kVoxelBytes)));
   std::vector<Variant> variants;
-  for (const float share : {0.5f, 0.7f, 0.85f, 1.0f, 1.25f, 1.5f}) {
+  for (const float share : {0.25f, 0.35f, 0.5f, 0.7f, 0.85f, 1.0f, 1.25f}) {
     Variant variant{"area x " + std::to_string(share).substr(0, 4), {}};
     for (std::vector<Voxel> voxels : clouds) {
       for (Voxel& voxel : voxels)

@@ -276,9 +276,12 @@ TEST(Evaluate, FartherCamerasSeeTheCrownFromFarther) {
   const double near = evaluate_crown(options).methods[0].levels[0].rmse_full;
   options.view_distance_radii = 30.0;
   EXPECT_NE(evaluate_crown(options).methods[0].levels[0].rmse_full, near);
+  const Foliage foliage = test::ball_crown(5, 2);
+  const std::vector<Material> materials = test::plain_materials();
+  const std::vector<Image> images;
   for (const double distance : {1.0, 0.0, 1e9, std::nan("")}) {
     options.view_distance_radii = distance;
-    EXPECT_FALSE(evaluate_foliage("crown", test::ball_crown(5, 2), test::plain_materials(), {}, options, {})) << distance;
+    EXPECT_FALSE(evaluate_foliage("crown", {foliage, materials, images}, options, {})) << distance;
   }
 }
 

@@ -181,8 +181,8 @@ TEST_P(LeafGapsTest, WithoutFramesThePatternIsFixed) {
       EXPECT_NEAR(covered(first) / covered(one_frame(opaque, view, options())), 0.5, leaf_px == kSplat_px ? 0.08 : 0.02) << leaf_px;
       view.temporal_frame = 2;
       const Picture other = scene.draw(view).picture;
-      EXPECT_NEAR(covered(other) / covered(first), 1.0, 0.03) << leaf_px;
-      if (leaf_px == kSplat_px && GetParam().compute_raster) continue;  // smaller discs, always
+      EXPECT_NEAR(covered(other) / covered(first), 1.0, leaf_px == kSplat_px ? 0.08 : 0.03) << leaf_px;  // some hundred pixels
+      if (leaf_px == kSplat_px && GetParam().compute_raster) continue;                                   // smaller discs, always
       EXPECT_FALSE(first.rgba == other.rgba) << leaf_px << ": other pixels";
     }
 }

@@ -14,7 +14,8 @@ namespace {
 constexpr std::uint32_t kBlockPx = 8;
 constexpr float kPlantBlock = 0.25f;  // of a block
 constexpr float kColorOff = 0.06f * 255.0f;
-constexpr double kWrongBlocks = 0.05, kCoverageOff = 0.05, kPieceOff = 0.05;
+constexpr double kWrongBlocks = 0.05, kCoverageOff = 0.055, kPieceOff = 0.05;
+constexpr double kFewBlocks = 2.0;  ///< of a small picture, where one block is more than the share above
 // A pixel that shows the plant in fewer frames than two of sixteen connects nothing.
 constexpr float kPlantPixel = 0.125f;
 
@@ -98,7 +99,8 @@ LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& p
 
 bool looks_alike(const LooksDifference& difference) {
   const double coverage_off = std::round(1000.0 * std::abs(difference.coverage - 1.0)) / 1000.0;  // as it is printed
-  return difference.wrong_blocks <= kWrongBlocks && coverage_off <= kCoverageOff &&
+  const double most_wrong = std::max(kWrongBlocks, difference.blocks > 0 ? kFewBlocks / difference.blocks : 0.0);
+  return difference.wrong_blocks <= most_wrong && coverage_off <= kCoverageOff &&
          std::abs(difference.largest_piece - difference.reference_largest_piece) <= kPieceOff;
 }
 

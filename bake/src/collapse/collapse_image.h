@@ -17,8 +17,9 @@ namespace coppice::bake {
 /// A leaf looks for partners among the candidate_count nearest (LeafOctree), each with five shapes (pair_shapes) and the best opacity of
 /// each, in one view of several, and remembers the best three. The least of all is weighed anew in every view when its turn comes, since
 /// the picture round it may have changed, and waits again if it is no longer the least. Ties go to the smaller id, the smaller partner, the
-/// first shape. The result depends on the arguments only, not on the number of threads. result  source, levels: I(V,L) as in
-/// collapse_by_mutual_information, of these cuts errors  as collapse_by_mutual_information
+/// first shape. The result depends on the arguments only, not on the number of threads.
+/// result  source, levels: I(V,L) as in collapse_by_mutual_information, of these cuts
+/// errors  as collapse_by_mutual_information
 Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                const CollapseOptions& options, const ImageErrorOptions& image_options,
                                                const ProgressFunction& progress);

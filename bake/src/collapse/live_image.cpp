@@ -105,6 +105,7 @@ LiveImage::LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, co
       view.source.push_back(__builtin_convertvector(fixed<FixedChannels>(in_front, kFixedUnit), FixedPixel));
     }
     draw(view);
+    measure(view);
   });
 }
 
@@ -119,24 +120,30 @@ void LiveImage::set_resolution(std::uint32_t resolution_px) {
   }
 }
 
-/// The present picture from fragments, colours and the first picture.
+/// The present picture from fragments and colours.
 void LiveImage::draw(View& view) const {
   view.shown.resize(pixels_per_view());
   view.last.resize(pixels_per_view());
+  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) draw_pixel(view, pixel);
+  view.farthest.resize(std::size_t{tiles_per_row_} * tiles_per_row_);
+  for (std::uint32_t tile = 0; tile < view.farthest.size(); ++tile) find_farthest(view, tile);
+}
+
+/// How the present picture differs from the first one.
+void LiveImage::measure(View& view) const {
   view.excess = 0;
   view.differences.clear();
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
     view.differences.emplace_back(std::size_t{blocks_per_row(scale)} * blocks_per_row(scale), FixedChannels{});
-  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
-    draw_pixel(view, pixel);
-    const FixedChannels difference = view.shown[pixel] - __builtin_convertvector(view.source[pixel], FixedChannels);
-    view.excess += difference[3];
-    const std::uint32_t x = pixel % resolution_px_, y = pixel / resolution_px_;
-    for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
-      view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += difference;
-  }
-  view.farthest.resize(std::size_t{tiles_per_row_} * tiles_per_row_);
-  for (std::uint32_t tile = 0; tile < view.farthest.size(); ++tile) find_farthest(view, tile);
+  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
+    add_difference(view, pixel, view.shown[pixel] - __builtin_convertvector(view.source[pixel], FixedChannels));
+}
+
+void LiveImage::add_difference(View& view, std::uint32_t pixel, const FixedChannels& change) const {
+  view.excess += change[3];
+  const std::uint32_t x = pixel % resolution_px_, y = pixel / resolution_px_;
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
+    view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += change;
 }
 
 void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
@@ -438,11 +445,7 @@ void LiveImage::apply(const LeafMerge& merge) {
     for (const std::uint32_t pixel : pixels) {
       const FixedChannels before = view.shown[pixel];
       draw_pixel(view, pixel);
-      const FixedChannels change = view.shown[pixel] - before;
-      view.excess += change[3];
-      const std::uint32_t x = pixel % resolution_px_, y = pixel / resolution_px_;
-      for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
-        view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += change;
+      add_difference(view, pixel, view.shown[pixel] - before);
       tiles.push_back(tile_of(pixel));
     }
     std::ranges::sort(tiles);
@@ -479,11 +482,11 @@ void LiveImage::halve(std::span<const std::uint32_t> live) {
     areas_px_[std::size_t{background()} * view_count() + v] = 0;
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
       ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
-    view.source.assign(pixels_per_view(), FixedPixel{});
     draw(view);
+    view.source.resize(pixels_per_view());
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
       view.source[pixel] = __builtin_convertvector(view.shown[pixel] - differences[pixel], FixedPixel);
-    draw(view);
+    measure(view);
   });
 }
 

@@ -198,6 +198,8 @@ class LiveImage {
   [[nodiscard]] bool is_hidden(const View& view, const ProjectedPair& pair) const;
   void set_resolution(std::uint32_t resolution_px);
   void draw(View& view) const;
+  void measure(View& view) const;
+  void add_difference(View& view, std::uint32_t pixel, const FixedChannels& change) const;
   void draw_pixel(View& view, std::uint32_t pixel) const;
   void find_farthest(View& view, std::uint32_t tile) const;
   template <class Visit>

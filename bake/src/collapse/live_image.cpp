@@ -146,37 +146,30 @@ void LiveImage::add_difference(View& view, std::uint32_t pixel, const FixedChann
     view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += change;
 }
 
-void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
+/// What a pixel shows without two leaves, which may be kNone: its fragments laid over each other, the nearest first.
+/// last  the fragment that nothing shows through, or kNothing
+inline LiveImage::FixedChannels LiveImage::composite(const View& view, std::uint32_t pixel, const std::array<std::uint32_t, 2>& without,
+                                                     LeafFragment& last) const {
   Channels shown{};
   float share = 1.0f;
-  view.last[pixel] = FragmentLists::kNothing;
-  for (const LeafFragment fragment : view.fragments.at(pixel)) {
-    const Shade color = view.colors[fragment_leaf(fragment)];
-    const float opacity = opacity_in(color);
-    shown += share * opacity * color_in(color);
-    share *= 1.0f - opacity;
-    if (share >= kLeastShare) continue;
-    view.last[pixel] = fragment;
-    share = 0.0f;
-    break;
-  }
-  view.shown[pixel] = fixed<FixedChannels>(shown + share * kBackground, kFixedUnit);
-}
-
-/// What a pixel shows once a pair is gone, rounded as it will be.
-LiveImage::Channels LiveImage::shown_without(const View& view, std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const {
-  Channels shown{};
-  float share = 1.0f;
+  last = FragmentLists::kNothing;
   for (const LeafFragment fragment : view.fragments.at(pixel)) {
     const std::uint32_t id = fragment_leaf(fragment);
-    if (id == first || id == second) continue;
+    if (id == without[0] || id == without[1]) continue;
     const Shade color = view.colors[id];
     const float opacity = opacity_in(color);
     shown += share * opacity * color_in(color);
     share *= 1.0f - opacity;
-    if (share < kLeastShare) return unfixed(fixed<FixedChannels>(shown, kFixedUnit), kFixedUnit);
+    if (share >= kLeastShare) continue;
+    last = fragment;
+    share = 0.0f;
+    break;
   }
-  return unfixed(fixed<FixedChannels>(shown + share * kBackground, kFixedUnit), kFixedUnit);
+  return fixed<FixedChannels>(shown + share * kBackground, kFixedUnit);
+}
+
+void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
+  view.shown[pixel] = composite(view, pixel, {kNone, kNone}, view.last[pixel]);
 }
 
 Shade LiveImage::color_of(const View& view, const LiveLeaf& leaf) const {
@@ -297,7 +290,9 @@ double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
     for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i) {
       const std::uint32_t pixel = own.pixels[i];
       if (make_fragment(own.depths[i], id) > view.last[pixel] || scratch.stamp[pixel] == now) continue;
-      const Channels rest = shown_without(view, pixel, weighing.first, weighing.second), source = unfixed(view.source[pixel], kFixedUnit);
+      LeafFragment last;
+      const Channels rest = unfixed(composite(view, pixel, {weighing.first, weighing.second}, last), kFixedUnit);
+      const Channels source = unfixed(view.source[pixel], kFixedUnit);
       const Channels shown = unfixed(view.shown[pixel], kFixedUnit), change = rest - shown;
       scratch.stamp[pixel] = now;
       scratch.rest[pixel] = rest;

@@ -194,7 +194,8 @@ class LiveImage {
   }
   [[nodiscard]] Shade color_of(const View& view, const LiveLeaf& leaf) const;
   [[nodiscard]] LeafPixels pixels_of(const LiveLeaf& leaf) const;
-  [[nodiscard]] Channels shown_without(const View& view, std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const;
+  [[nodiscard]] FixedChannels composite(const View& view, std::uint32_t pixel, const std::array<std::uint32_t, 2>& without,
+                                        LeafFragment& last) const;
   [[nodiscard]] bool is_hidden(const View& view, const ProjectedPair& pair) const;
   void set_resolution(std::uint32_t resolution_px);
   void draw(View& view) const;

@@ -16,11 +16,11 @@ struct GltfPart {
   const Mesh* mesh = nullptr;  ///< not null; every index within its arrays (asserted)
 };
 
-/// A binary glTF 2.0 file in memory. A mesh with leaves that are not opaque has their opacity as the alpha of COLOR_0, and those leaves
-/// a copy of their material that is blended (alphaMode BLEND): whatever reads glTF draws them.
-/// Material i of the file is materials[i], texture i shows images[i] as an embedded PNG; a material is
-/// alpha masked when its cutoff is above 0. Empty meshes are left out. A pure function: same arguments, same bytes. errors
-/// invalid_argument: a position is not finite (the mesh is named), or more than 4 GiB
+/// A binary glTF 2.0 file in memory. Material i of the file is materials[i], texture i shows images[i] as an embedded PNG; a material is
+/// alpha masked when its cutoff is above 0. A mesh with leaves that are not opaque has their opacity as the alpha of COLOR_0, and those
+/// leaves a copy of their material that is blended (alphaMode BLEND), after all others. Empty meshes are left out. A pure function: same
+/// arguments, same bytes.
+/// errors  invalid_argument: a position is not finite (the mesh is named), or more than 4 GiB
 Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts, const std::vector<Material>& materials,
                                              const std::vector<Image>& images);
 

@@ -3,7 +3,7 @@
 // What a page is read from: Draco's rANS decoder, one a context, and its decoder of plain bits. Draco keeps tables and bits in vectors, so
 // readers are made once with room for any page and used for one page after another. Draco trusts lengths; they are checked here.
 //
-// Only page_codec.cpp includes this: Draco stays inside.
+// Only decoder_set.h includes this: Draco stays inside.
 
 #include <algorithm>
 #include <array>

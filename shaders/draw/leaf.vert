@@ -49,7 +49,8 @@ void main() {
 
   Crown crown = crown_of(plant);
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
-  vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
+  float shown = float((leaf.card >> kBrightnessShift & 15u) + 8u) * (1.0 / 16.0);  // displayed_brightness of core/tree.h
+  vec3 albedo = shown * shown * material.base_color.rgb * instance.tint * variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
   float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
   LeafPlace leaf_place = LeafPlace(middle, object, face, material.crown_normals, bulk);

@@ -70,11 +70,13 @@ const uint kMaxSlots = 1u << kSlotBits;
 // unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
 struct Leaf {
   uint corners[6];
-  uint card;  // low half: of the plant's cards or CardLooks; from kGapShift on, 4 bits: how many sixteenths of it are gaps. 12 are free
+  uint card;  // low half: of the plant's cards or CardLooks; from kGapShift on, 4 bits: how many sixteenths of it are gaps; from
+             // kBrightnessShift on, 4 bits: its brightness, as core/tree.h has it. 8 are free
   uint life;  // from kBirthShift on which split of its page bears it; below the split that replaces it, or kNoDeath
 };
 COPPICE_GPU_LAYOUT(Leaf, 32);
 const uint kGapShift = 16;
+const uint kBrightnessShift = 20;
 const uint kMaxGaps = 15;
 const uint kBirthShift = 23;
 const uint kNoDeath = (1u << kBirthShift) - 1u;

@@ -39,7 +39,7 @@ struct WeighedPair {
   std::uint32_t first = kNone, second = kNone;  ///< first < second
   std::uint32_t weighed_at = kNone;             ///< collapses that were done when all views were asked; kNone: only some were
   PairCorners corners{};
-  std::uint8_t opacity = kOpaque;
+  std::uint8_t fade = kNoFade;
 };
 
 std::uint8_t steps_of(float opacity) {
@@ -47,9 +47,9 @@ std::uint8_t steps_of(float opacity) {
 }
 
 /// In the queue's units. views  how many views each that was asked stands for
-std::int64_t cost_of(const MergeCost& cost, std::uint8_t opacity, std::uint32_t views) {
+std::int64_t cost_of(const MergeCost& cost, std::uint8_t fade, std::uint32_t views) {
   constexpr double kFar = 1e17;
-  return static_cast<std::int64_t>(std::clamp(cost.at(static_cast<double>(opacity) / kOpaque) * views, -kFar, kFar));
+  return static_cast<std::int64_t>(std::clamp(cost.at(fade) * views, -kFar, kFar));
 }
 
 bool is_better(const WeighedPair& a, const WeighedPair& b) {
@@ -209,8 +209,14 @@ class ImageCollapse {
   [[nodiscard]] float pair_opacity(const WeighedPair& pair) const {
     const LiveLeaf &first = image_.leaf(pair.first), &second = image_.leaf(pair.second);
     const double first_m2 = quad_area(first.quad), second_m2 = quad_area(second.quad), both_m2 = first_m2 + second_m2;
-    const double steps = both_m2 > 0.0 ? (first_m2 * first.opacity + second_m2 * second.opacity) / both_m2 : double{kOpaque};
+    const double steps =
+        both_m2 > 0.0 ? (first_m2 * opacity_of(first.fade) + second_m2 * opacity_of(second.fade)) / both_m2 : double{kOpaque};
     return static_cast<float>(steps / kOpaque);
+  }
+  /// Of the larger leaf.
+  [[nodiscard]] std::uint8_t pair_brightness(const WeighedPair& pair) const {
+    const LiveLeaf &first = image_.leaf(pair.first), &second = image_.leaf(pair.second);
+    return brightness_of(quad_area(second.quad) > quad_area(first.quad) ? second.fade : first.fade);
   }
 
   /// The best shape of a pair and its opacity, judged by some of the views.
@@ -224,17 +230,18 @@ class ImageCollapse {
     const float before = pair_opacity(pair);
     pair.cost = std::numeric_limits<std::int64_t>::max();
     for (std::size_t s = 0; s < shapes.count; ++s) {
-      const std::uint8_t opacity = costs[s].is_seen() ? costs[s].best_opacity() : steps_of(shapes.shapes[s].covering_opacity(before));
-      const float mismatch_m2 = shapes.shapes[s].mismatch_m2(before, static_cast<float>(opacity) / kOpaque);
-      const std::int64_t change = cost_of(costs[s], opacity, subset.stride), mismatch = mismatch_cost(static_cast<double>(mismatch_m2));
+      LiveLeaf merged = image_.merged(pair.first, pair.second, corners[s], kNoFade);
+      merged.fade = costs[s].is_seen() ? costs[s].best_fade(image_.brightest(merged))
+                                       : fade_of(steps_of(shapes.shapes[s].covering_opacity(before)), pair_brightness(pair));
+      const float mismatch_m2 = shapes.shapes[s].mismatch_m2(before, static_cast<float>(opacity_of(merged.fade)) / kOpaque);
+      const std::int64_t change = cost_of(costs[s], merged.fade, subset.stride), mismatch = mismatch_cost(static_cast<double>(mismatch_m2));
       if (change + mismatch >= pair.cost) continue;
-      const LiveLeaf merged = image_.merged(pair.first, pair.second, corners[s], opacity);
       const std::int64_t prior = mismatch + reach_cost(pair, merged.quad) + color_cost(pair, merged.card);
       if (change + prior >= pair.cost) continue;
       pair.cost = change + prior;
       pair.prior = prior;
       pair.corners = corners[s];
-      pair.opacity = opacity;
+      pair.fade = merged.fade;
     }
   }
 
@@ -242,8 +249,8 @@ class ImageCollapse {
   void weigh(WeighedPair& pair) {
     MergeCost cost;
     image_.costs_of({pair.first, pair.second, {&pair.corners, 1}}, scratches_.local(), {&cost, 1});
-    if (cost.is_seen()) pair.opacity = cost.best_opacity();
-    pair.cost = cost_of(cost, pair.opacity, 1) + pair.prior;
+    if (cost.is_seen()) pair.fade = cost.best_fade(image_.brightest(image_.merged(pair.first, pair.second, pair.corners, kNoFade)));
+    pair.cost = cost_of(cost, pair.fade, 1) + pair.prior;
     pair.weighed_at = collapse_count_;
   }
 
@@ -254,7 +261,7 @@ class ImageCollapse {
       if (is_alone_[leaf] == 0) continue;
       octree_.candidates_of(leaf, options_.candidate_count, partners_);
       for (const std::uint32_t other : partners_)
-        pairs_.push_back({0, 0, std::min(leaf, other), std::max(leaf, other), kNone, {}, kOpaque});
+        pairs_.push_back({0, 0, std::min(leaf, other), std::max(leaf, other), kNone, {}, kNoFade});
     }
     const auto by_ids = [](const WeighedPair& a, const WeighedPair& b) {
       return a.first != b.first ? a.first < b.first : a.second < b.second;
@@ -299,7 +306,7 @@ class ImageCollapse {
   }
 
   Merge commit(const WeighedPair pair) {
-    const LiveLeaf merged = image_.merged(pair.first, pair.second, pair.corners, pair.opacity);
+    const LiveLeaf merged = image_.merged(pair.first, pair.second, pair.corners, pair.fade);
     const std::uint32_t result = next_id_++;
     image_.apply({pair.first, pair.second, result, merged});
     reach_[result] = merged_reach_points(reach_[pair.first], reach_[pair.second]);
@@ -312,7 +319,7 @@ class ImageCollapse {
     is_live_[result] = 1;
     octree_.insert(result, quad_centroid(merged.quad));
     if (result + 1 < image_.id_count()) unweighed_.push_back(result);
-    return {pair.first, pair.second, pair.corners, pair.opacity};
+    return {pair.first, pair.second, pair.corners, pair.fade};
   }
 
   CollapseOptions options_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <glm/geometric.hpp>
@@ -20,6 +21,8 @@ using Channels = LiveImage::Channels;
 /// The largest block, 32 x 32 pixels, counts once; smaller ones as often as they fit into it.
 constexpr std::uint32_t kLargestShift = 5;
 constexpr Channels kBackground{255.0f, 255.0f, 255.0f, 0.0f};
+/// What a leaf shows besides its shade.
+constexpr Channels kCovered{0.0f, 0.0f, 0.0f, 255.0f};
 /// What shows through less than this is taken for nothing: an eighth of a step of 255.
 constexpr float kLeastShare = 1.0f / 2048.0f;
 constexpr float kOpacityUnit = 1.0f / kOpaque;
@@ -28,12 +31,15 @@ Channels channels_of(const Shade& shade) {
   return Channels{static_cast<float>(shade[0]), static_cast<float>(shade[1]), static_cast<float>(shade[2]), static_cast<float>(shade[3])};
 }
 
-/// The colour and, in place of coverage, the opacity of a leaf, taken apart.
+/// The colour and, in place of coverage, the fade of a leaf, taken apart.
 Channels color_in(const Shade& color) {
-  return Channels{static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2]), 255.0f};
+  Channels channels = Channels{static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2]), 0.0f} *
+                      displayed_brightness(brightness_of(color[3]));
+  channels[3] = 255.0f;
+  return channels;
 }
 float opacity_in(const Shade& color) {
-  return static_cast<float>(color[3]) * kOpacityUnit;
+  return static_cast<float>(opacity_of(color[3])) * kOpacityUnit;
 }
 
 float dot(const Channels& a, const Channels& b) {
@@ -52,8 +58,36 @@ Channels unfixed(const Fixed& channels, float unit) {
 
 }  // namespace
 
-std::uint8_t MergeCost::best_opacity() const {
-  return static_cast<std::uint8_t>(std::clamp(std::round(-linear / (2.0 * square) * kOpaque), 1.0, double{kOpaque}));
+double MergeCost::at(std::uint8_t fade) const {
+  const double o = static_cast<double>(opacity_of(fade)) / kOpaque;
+  const double s = o * static_cast<double>(displayed_brightness(brightness_of(fade)));
+  return constant + (opacity + opacity2 * o + both * s) * o + (light + light2 * s) * s;
+}
+
+std::uint8_t MergeCost::best_fade(std::uint8_t brightest) const {
+  std::uint8_t best = kNoFade;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint8_t steps = 1; steps <= kOpaque; ++steps) {
+    // For one opacity the error is a parabola in brightness.
+    const double o = static_cast<double>(steps) / kOpaque;
+    const double brightness = light2 > 0.0 ? -(light + both * o) / (2.0 * light2 * o) : 1.0;
+    const double step = std::clamp(std::round(brightness * 16.0 - 8.0), 0.0, static_cast<double>(brightest));
+    const std::uint8_t fade = fade_of(steps, static_cast<std::uint8_t>(step));
+    const double cost = at(fade);
+    if (cost < least) least = cost, best = fade;
+  }
+  return best;
+}
+
+MergeCost& MergeCost::operator+=(const MergeCost& other) {
+  constant += other.constant;
+  opacity += other.opacity, light += other.light;
+  opacity2 += other.opacity2, both += other.both, light2 += other.light2;
+  return *this;
+}
+
+MergeCost MergeCost::operator*(double weight) const {
+  return {constant * weight, opacity * weight, light * weight, opacity2 * weight, both * weight, light2 * weight};
 }
 
 LeafShades leaf_shades(const Quad& quad, float albedo) {
@@ -174,13 +208,20 @@ void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
 
 Shade LiveImage::color_of(const View& view, const LiveLeaf& leaf) const {
   Shade color = shades_of(leaf).seen_from(view.direction);
-  color[3] = leaf.opacity;
+  color[3] = leaf.fade;
   return color;
 }
 
-LiveLeaf LiveImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t opacity) const {
+LiveLeaf LiveImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const {
   const LiveLeaf &a = leaves_[first], &b = leaves_[second];
-  return {merged_quad(a.quad, b.quad, corners), merged_card(a.quad, a.card, b.quad, b.card), opacity};
+  return {merged_quad(a.quad, b.quad, corners), merged_card(a.quad, a.card, b.quad, b.card), fade};
+}
+
+std::uint8_t LiveImage::brightest(const LiveLeaf& leaf) const {
+  const LeafShades shades = shades_of(leaf);
+  std::uint8_t most = 1;
+  for (std::size_t light = 0; light + 1 < kImageChannels; ++light) most = std::max({most, shades.front[light], shades.back[light]});
+  return static_cast<std::uint8_t>(std::clamp(255 * 16 / most - 8, 8, int{kBrightest}));
 }
 
 /// Of a pixel's squared difference.
@@ -247,17 +288,19 @@ void LiveImage::prepare(Scratch& scratch) const {
     for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
       const std::size_t count = std::size_t{blocks_per_row(scale)} * blocks_per_row(scale);
       sums->sums.emplace_back(count, Channels{});
+      sums->light.emplace_back(count, 0.0f);
       sums->is_touched.emplace_back(count, std::uint8_t{0});
     }
   }
 }
 
-inline void LiveImage::add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Channels& change) const {
+inline void LiveImage::add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Gain& change) const {
   if (sums.is_touched[scale][block] == 0) {
     sums.is_touched[scale][block] = 1;
     sums.touched[scale].push_back(block);
   }
-  sums.sums[scale][block] += change;
+  sums.sums[scale][block] += change.covered;
+  sums.light[scale][block] += change.light;
 }
 
 void LiveImage::add_coarser(BlockSums& sums) const {
@@ -265,7 +308,8 @@ void LiveImage::add_coarser(BlockSums& sums) const {
     const std::uint32_t step = options_.scales[scale].shift - options_.scales[scale - 1].shift;
     const std::uint32_t finer_row = blocks_per_row(scale - 1), row = blocks_per_row(scale);
     for (const std::uint32_t block : sums.touched[scale - 1])
-      add(sums, scale, ((block / finer_row) >> step) * row + ((block % finer_row) >> step), sums.sums[scale - 1][block]);
+      add(sums, scale, ((block / finer_row) >> step) * row + ((block % finer_row) >> step),
+          {sums.sums[scale - 1][block], sums.light[scale - 1][block]});
   }
 }
 
@@ -273,6 +317,7 @@ void LiveImage::clear(BlockSums& sums) const {
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
     for (const std::uint32_t block : sums.touched[scale]) {
       sums.sums[scale][block] = Channels{};
+      sums.light[scale][block] = 0.0f;
       sums.is_touched[scale][block] = 0;
     }
     sums.touched[scale].clear();
@@ -298,7 +343,7 @@ double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
       scratch.rest[pixel] = rest;
       pixels += static_cast<double>(dot(change, rest + shown - 2.0f * source));
       weighing.uncovered += static_cast<double>(change[3]);
-      add(scratch.released, 0, block_of(pixel), change);
+      add(scratch.released, 0, block_of(pixel), {change, 0.0f});
     }
   }
   add_coarser(scratch.released);
@@ -315,9 +360,8 @@ double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
   return error + coverage_unit_ * pixel_area_ * pixel_area_ * weighing.uncovered * (2.0 * excess + weighing.uncovered);
 }
 
-/// By how much a pixel changes with an opaque merged leaf in it, of what it shows without the pair.
-inline LiveImage::Channels LiveImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged,
-                                             const Channels& shade) const {
+/// Of what the pixel shows without the pair.
+inline LiveImage::Gain LiveImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged) const {
   const View& view = weighing.view;
   const std::span<const LeafFragment> fragments = view.fragments.at(pixel);
   float before = 1.0f, share = 1.0f;
@@ -327,7 +371,7 @@ inline LiveImage::Channels LiveImage::gained(const Weighing& weighing, std::uint
     const std::uint32_t id = fragment_leaf(fragments[i]);
     if (is_gone(id)) continue;
     before *= 1.0f - opacity_in(view.colors[id]);
-    if (before < kLeastShare) return Channels{};
+    if (before < kLeastShare) return {};
   }
   Channels behind{};
   for (; i < fragments.size(); ++i) {
@@ -337,18 +381,29 @@ inline LiveImage::Channels LiveImage::gained(const Weighing& weighing, std::uint
     const float opacity = opacity_in(color);
     behind += share * opacity * color_in(color);
     share *= 1.0f - opacity;
-    if (share < kLeastShare) return before * (shade - behind);
+    if (share < kLeastShare) return {before * (kCovered - behind), before};
   }
-  return before * (shade - behind - share * kBackground);
+  return {before * (kCovered - behind - share * kBackground), before};
 }
 
-/// What the merged leaf adds to the error after release(), in terms of its opacity. At equal depths it is behind: its id is larger than
+/// What the merged leaf adds to the error after release(), in terms of its opacity and light. At equal depths it is behind: its id is larger than
 /// every live one.
 MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const {
   const View& view = weighing.view;
   Scratch& scratch = weighing.scratch;
-  const Channels own_shade = channels_of(shade);
-  double linear = 0.0, square = 0.0, covered = 0.0;
+  const Channels own_shade = channels_of(shade) - kCovered;
+  const double shade2 = static_cast<double>(dot(own_shade, own_shade));
+  MergeCost pixels;
+  double covered = 0.0;
+  /// Of squares of rest + opacity * gain.covered + light * gain.light * own_shade.
+  const auto add_squares = [&](MergeCost& sum, const Channels& rest, const Gain& gain) {
+    const auto light = static_cast<double>(gain.light);
+    sum.opacity += static_cast<double>(2.0f * dot(rest, gain.covered));
+    sum.opacity2 += static_cast<double>(dot(gain.covered, gain.covered));
+    sum.light += 2.0 * light * static_cast<double>(dot(rest, own_shade));
+    sum.both += 2.0 * light * static_cast<double>(dot(gain.covered, own_shade));
+    sum.light2 += light * light * shade2;
+  };
   const auto corner = [&](std::size_t i) { return weighing.corners[corners[i]]; };
   const AlphaMask& mask = masks_[card.material];
   rasterise_leaf({corner(0), corner(1), corner(2), corner(3)}, card, mask, view.projection.resolution_px, [&](const QuadFragment& f) {
@@ -356,29 +411,25 @@ MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, 
     const bool is_released = scratch.stamp[pixel] == scratch.now;
     const LeafFragment merged = make_fragment(f.depth, id_count_);
     if (!is_released && merged > view.last[pixel]) return;
-    const Channels change = gained(weighing, pixel, merged, own_shade);
+    const Gain gain = gained(weighing, pixel, merged);
     const Channels rest = is_released ? scratch.rest[pixel] : unfixed(view.shown[pixel], kFixedUnit);
-    linear += static_cast<double>(2.0f * dot(rest - unfixed(view.source[pixel], kFixedUnit), change));
-    square += static_cast<double>(dot(change, change));
-    covered += static_cast<double>(change[3]);
-    add(scratch.gained, 0, block_of(pixel), change);
+    add_squares(pixels, rest - unfixed(view.source[pixel], kFixedUnit), gain);
+    covered += static_cast<double>(gain.covered[3]);
+    add(scratch.gained, 0, block_of(pixel), gain);
   });
   add_coarser(scratch.gained);
-  MergeCost cost{0.0, linear * pixel_weight(), square * pixel_weight()};
+  MergeCost cost = pixels * pixel_weight();
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
-    linear = square = 0.0;
+    MergeCost blocks;
     for (const std::uint32_t block : scratch.gained.touched[scale]) {
-      const Channels& change = scratch.gained.sums[scale][block];
       const Channels rest = unfixed(view.differences[scale][block], kFixedUnit) + scratch.released.sums[scale][block];
-      linear += static_cast<double>(2.0f * dot(rest, change));
-      square += static_cast<double>(dot(change, change));
+      add_squares(blocks, rest, {scratch.gained.sums[scale][block], scratch.gained.light[scale][block]});
     }
-    cost.linear += linear * block_weight(scale);
-    cost.square += square * block_weight(scale);
+    cost += blocks * block_weight(scale);
   }
   const double excess = static_cast<double>(view.excess) / kFixedUnit + weighing.uncovered;
-  cost.linear += coverage_unit_ * pixel_area_ * pixel_area_ * 2.0 * excess * covered;
-  cost.square += coverage_unit_ * pixel_area_ * pixel_area_ * covered * covered;
+  cost.opacity += coverage_unit_ * pixel_area_ * pixel_area_ * 2.0 * excess * covered;
+  cost.opacity2 += coverage_unit_ * pixel_area_ * pixel_area_ * covered * covered;
   clear(scratch.gained);
   return cost;
 }
@@ -389,7 +440,7 @@ void LiveImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::span<Me
   prepare(scratch);
   std::fill(costs.begin(), costs.end(), MergeCost{});
   std::array<LeafShades, PairShapes::kMost> shades;
-  for (std::size_t s = 0; s < shapes.size(); ++s) shades[s] = shades_of(merged(first, second, shapes[s], kOpaque));
+  for (std::size_t s = 0; s < shapes.size(); ++s) shades[s] = shades_of(merged(first, second, shapes[s], kNoFade));
   const Card& card = card_table_[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
   for (std::uint32_t v = subset.first; v < view_count(); v += subset.stride) {
     const View& view = views_[v];
@@ -401,10 +452,8 @@ void LiveImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::span<Me
     if (is_hidden(view, weighing.corners)) continue;
     const double released_error = release(v, weighing);
     for (std::size_t s = 0; s < shapes.size(); ++s) {
-      const MergeCost cost = gain(weighing, shapes[s], card, shades[s].seen_from(view.direction));
       costs[s].constant += released_error;
-      costs[s].linear += cost.linear;
-      costs[s].square += cost.square;
+      costs[s] += gain(weighing, shapes[s], card, shades[s].seen_from(view.direction));
     }
     clear(scratch.released);
   }

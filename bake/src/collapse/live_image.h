@@ -75,14 +75,18 @@ struct MergeTrial {
   ViewSubset views = {};
 };
 
-/// What a merge adds to the error if the merged leaf has opacity o: constant + linear o + square o^2.
+/// What a merge adds to the error if the merged leaf has opacity o and sends out light s, o times its brightness:
+/// constant + opacity o + light s + opacity2 o^2 + both o s + light2 s^2.
 struct MergeCost {
-  double constant = 0.0, linear = 0.0, square = 0.0;
-  [[nodiscard]] double at(double opacity) const { return constant + (linear + square * opacity) * opacity; }
+  double constant = 0.0, opacity = 0.0, light = 0.0, opacity2 = 0.0, both = 0.0, light2 = 0.0;
+  [[nodiscard]] double at(std::uint8_t fade) const;
   /// Whether any view shows the merged leaf.
-  [[nodiscard]] bool is_seen() const { return square > 0.0; }
-  /// The opacity of least cost, in 1 .. kOpaque. is_seen() must hold.
-  [[nodiscard]] std::uint8_t best_opacity() const;
+  [[nodiscard]] bool is_seen() const { return opacity2 > 0.0; }
+  /// The fade of least cost among those no brighter than `brightest`; the least opacity of equals. is_seen() must hold.
+  [[nodiscard]] std::uint8_t best_fade(std::uint8_t brightest) const;
+
+  MergeCost& operator+=(const MergeCost& other);
+  [[nodiscard]] MergeCost operator*(double weight) const;
 };
 
 class LiveImage {
@@ -93,6 +97,7 @@ class LiveImage {
   /// Differences of one view being added up, scale by scale.
   struct BlockSums {
     std::vector<std::vector<Channels>> sums;          ///< [scale][block] 0 between calls
+    std::vector<std::vector<float>> light;            ///< [scale][block] of the merged leaf's own shade; 0 between calls
     std::vector<std::vector<std::uint32_t>> touched;  ///< [scale]
     std::vector<std::vector<std::uint8_t>> is_touched;
   };
@@ -121,7 +126,9 @@ class LiveImage {
   [[nodiscard]] double pixel_area() const { return pixel_area_; }
 
   /// The leaf that a pair becomes: its quad by `corners`, its card the larger leaf's.
-  [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t opacity) const;
+  /// The brightest that a merged leaf may be: nothing is whiter than white.
+  [[nodiscard]] std::uint8_t brightest(const LiveLeaf& leaf) const;
+  [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const;
 
   /// What merging a pair would add to the error of some views, once for each shape that the merged leaf might have. May run on several
   /// threads, each with its own scratch.
@@ -150,7 +157,7 @@ class LiveImage {
     Projection projection;
     glm::vec3 direction{0.0f};  ///< towards the viewer
     FragmentLists fragments;
-    std::vector<Shade> colors;                            ///< [id] what a live leaf shows; its opacity in place of its coverage
+    std::vector<Shade> colors;                            ///< [id] what a live leaf shows; its fade in place of its coverage
     std::vector<FixedPixel> source;                       ///< [pixel] the first picture
     std::vector<FixedChannels> shown;                     ///< [pixel] the present picture
     std::vector<LeafFragment> last;                       ///< [pixel] the fragment that nothing shows through, or kNothing
@@ -165,6 +172,12 @@ class LiveImage {
     std::vector<std::uint32_t> depths;
   };
   using ProjectedPair = std::array<ProjectedPoint, 8>;
+  /// By how much a pixel changes with an opaque merged leaf in it: it covers, and hides what is behind; and the share of its own shade
+  /// that shows.
+  struct Gain {
+    Channels covered{};
+    float light = 0.0f;
+  };
   /// A pair that is being weighed in one view.
   struct Weighing {
     const View& view;
@@ -210,9 +223,9 @@ class LiveImage {
   }
   double release(std::uint32_t v, Weighing& weighing) const;
   MergeCost gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const;
-  [[nodiscard]] Channels gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& shade) const;
+  [[nodiscard]] Gain gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged) const;
   void prepare(Scratch& scratch) const;
-  void add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Channels& change) const;
+  void add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Gain& change) const;
   void add_coarser(BlockSums& sums) const;
   void clear(BlockSums& sums) const;
 

@@ -21,7 +21,7 @@ namespace coppice::bake {
 struct LiveLeaf {
   Quad quad{};
   std::uint32_t card = 0;
-  std::uint8_t opacity = kOpaque;
+  std::uint8_t fade = kNoFade;
 };
 
 /// A card and the holes of its material.

@@ -29,7 +29,7 @@ std::vector<Tree::Node> nodes_in_merge_order(const Foliage& foliage, const Colla
       result.vertices[i] = corner < 4 ? first.vertices[corner] : second.vertices[corner - 4u];
     }
     result.card = merged_card(quad_of(first), first.card, quad_of(second), second.card);
-    result.fade = fade_of(merge.opacity);
+    result.fade = merge.fade;
     nodes.push_back(result);
   }
   return nodes;
@@ -88,19 +88,19 @@ Foliage cut_foliage(const Tree& tree, const std::vector<Card>& card_table, std::
   for (const std::uint32_t node : cut_nodes(tree, leaf_count)) {
     foliage.quads.push_back(node_quad(tree, node));
     foliage.cards.push_back(tree.nodes[node].card);
-    foliage.opacities.push_back(opacity_of(tree.nodes[node].fade));
+    foliage.fades.push_back(tree.nodes[node].fade);
   }
   return foliage;
 }
 
 Foliage solid_foliage(Foliage foliage) {
-  for (std::size_t leaf = 0; leaf < foliage.opacities.size(); ++leaf) {
-    if (foliage.opacities[leaf] == kOpaque) continue;
+  for (std::size_t leaf = 0; leaf < foliage.fades.size(); ++leaf) {
+    std::uint8_t& fade = foliage.fades[leaf];
     const glm::vec3 middle(quad_centroid(foliage.quads[leaf]));
-    const float scale = std::sqrt(static_cast<float>(foliage.opacities[leaf]) / kOpaque);
+    const float scale = std::sqrt(static_cast<float>(opacity_of(fade)) / kOpaque);
     for (glm::vec3& corner : foliage.quads[leaf]) corner = middle + (corner - middle) * scale;
+    fade = fade_of(kOpaque, brightness_of(fade));
   }
-  foliage.opacities.clear();
   return foliage;
 }
 

@@ -80,7 +80,9 @@ struct Canvas {
 
 Color color_of(const Renderer& renderer, std::uint32_t node) {
   const Tree& tree = renderer.plant->tree;
-  return shaded_color(renderer.card_albedo[tree.nodes[node].card], two_sided_cosine(node_quad(tree, node), error_light()));
+  Color color = shaded_color(renderer.card_albedo[tree.nodes[node].card], two_sided_cosine(node_quad(tree, node), error_light()));
+  for (float& channel : color) channel *= displayed_brightness(brightness_of(tree.nodes[node].fade));
+  return color;
 }
 
 template <class Visit>

@@ -41,8 +41,8 @@ std::vector<Variant> one_variant(std::vector<Mesh> meshes) {
   Variant variant;
   for (Mesh& mesh : meshes) {
     std::vector<LeafShade> shades;
-    for (std::size_t vertex = 0; vertex < mesh.vertex_opacities.size(); vertex += 4)
-      shades.push_back({.opacity = static_cast<float>(mesh.vertex_opacities[vertex]) / kOpaque});
+    for (std::size_t vertex = 0; vertex < mesh.vertex_fades.size(); vertex += 4)
+      shades.push_back({static_cast<float>(opacity_of(mesh.vertex_fades[vertex])) / kOpaque, linear_brightness(mesh.vertex_fades[vertex])});
     variant.levels.push_back(Level{std::move(mesh), std::move(shades)});
   }
   std::vector<Variant> variants;

@@ -82,22 +82,23 @@ int add_indices(tinygltf::Model& model, const std::vector<std::uint32_t>& indice
 }
 
 bool is_translucent(const Mesh& mesh, std::size_t triangle) {
-  return !mesh.vertex_opacities.empty() && mesh.vertex_opacities[mesh.indices[3 * triangle]] < kOpaque;
+  return !mesh.vertex_fades.empty() && opacity_of(mesh.vertex_fades[mesh.indices[3 * triangle]]) < kOpaque;
 }
 
-/// White; its alpha is the opacity.
-int add_opacities(tinygltf::Model& model, const std::vector<std::uint8_t>& opacities) {
+/// Grey of the brightness, which is at most 1 in glTF; its alpha is the opacity.
+int add_fades(tinygltf::Model& model, const std::vector<std::uint8_t>& fades) {
   std::vector<std::uint8_t> colors;
-  colors.reserve(4 * opacities.size());
-  for (const std::uint8_t opacity : opacities) {
-    const auto alpha = static_cast<std::uint8_t>((255u * opacity + kOpaque / 2) / kOpaque);
-    colors.insert(colors.end(), {255, 255, 255, alpha});
+  colors.reserve(4 * fades.size());
+  for (const std::uint8_t fade : fades) {
+    const auto alpha = static_cast<std::uint8_t>((255u * opacity_of(fade) + kOpaque / 2) / kOpaque);
+    const auto gray = static_cast<std::uint8_t>(std::lround(255.0f * std::min(linear_brightness(fade), 1.0f)));
+    colors.insert(colors.end(), {gray, gray, gray, alpha});
   }
   tinygltf::Accessor accessor;
   accessor.type = TINYGLTF_TYPE_VEC4;
   accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
   accessor.normalized = true;
-  accessor.count = opacities.size();
+  accessor.count = fades.size();
   accessor.bufferView = add_view(model, colors.data(), colors.size(), TINYGLTF_TARGET_ARRAY_BUFFER);
   return add_accessor(model, std::move(accessor));
 }
@@ -106,11 +107,9 @@ int add_opacities(tinygltf::Model& model, const std::vector<std::uint8_t>& opaci
 void add_mesh(tinygltf::Model& model, const GltfPart& part, const std::vector<std::uint32_t>& blended) {
   const Mesh& mesh = *part.mesh;
   std::vector<std::vector<std::uint32_t>> by_material(model.materials.size());
-  bool any_translucent = false;
   for (std::size_t triangle = 0; triangle < mesh.triangle_materials.size(); ++triangle) {
     const std::uint32_t material = mesh.triangle_materials[triangle];
     const bool translucent = is_translucent(mesh, triangle);
-    any_translucent = any_translucent || translucent;
     auto& indices = by_material[translucent ? blended[material] : material];
     indices.insert(indices.end(), &mesh.indices[3 * triangle], &mesh.indices[3 * triangle] + 3);
   }
@@ -120,7 +119,8 @@ void add_mesh(tinygltf::Model& model, const GltfPart& part, const std::vector<st
   primitive.attributes["POSITION"] = add_positions(model, mesh.positions);
   primitive.attributes["NORMAL"] = add_accessor(model, float_accessor(model, mesh.normals, TINYGLTF_TYPE_VEC3));
   primitive.attributes["TEXCOORD_0"] = add_accessor(model, float_accessor(model, mesh.uvs, TINYGLTF_TYPE_VEC2));
-  if (any_translucent) primitive.attributes["COLOR_0"] = add_opacities(model, mesh.vertex_opacities);
+  const bool any_faded = std::ranges::any_of(mesh.vertex_fades, [](std::uint8_t fade) { return fade != kNoFade; });
+  if (any_faded) primitive.attributes["COLOR_0"] = add_fades(model, mesh.vertex_fades);
 
   tinygltf::Mesh gltf_mesh;
   gltf_mesh.name = part.name;
@@ -195,7 +195,7 @@ Result<void> check_mesh(const GltfPart& part, std::size_t material_count) {
   const Mesh& mesh = *part.mesh;
   const std::size_t vertex_count = mesh.positions.size();
   COPPICE_ASSERT(mesh.normals.size() == vertex_count && mesh.uvs.size() == vertex_count);
-  COPPICE_ASSERT(mesh.vertex_opacities.empty() || mesh.vertex_opacities.size() == vertex_count);
+  COPPICE_ASSERT(mesh.vertex_fades.empty() || mesh.vertex_fades.size() == vertex_count);
   COPPICE_ASSERT(mesh.indices.size() == 3 * mesh.triangle_materials.size());
   COPPICE_ASSERT(std::ranges::all_of(mesh.indices, [&](std::uint32_t index) { return index < vertex_count; }));
   COPPICE_ASSERT(std::ranges::all_of(mesh.triangle_materials, [&](std::uint32_t index) { return index < material_count; }));
@@ -272,7 +272,7 @@ Mesh foliage_mesh(const Foliage& foliage) {
     mesh.uvs.insert(mesh.uvs.end(), card.uv.begin(), card.uv.end());
     mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
     mesh.triangle_materials.insert(mesh.triangle_materials.end(), 2, card.material);
-    if (!foliage.opacities.empty()) mesh.vertex_opacities.insert(mesh.vertex_opacities.end(), 4, foliage.opacities[leaf]);
+    if (!foliage.fades.empty()) mesh.vertex_fades.insert(mesh.vertex_fades.end(), 4, foliage.fades[leaf]);
   }
   return mesh;
 }

@@ -51,7 +51,7 @@ struct Mesh {
   std::vector<glm::vec2> uvs;                       ///< (0, 0) where the source has none
   std::vector<std::uint32_t> indices;               ///< 3 per triangle
   std::vector<std::uint32_t> triangle_materials;    ///< 1 per triangle
-  std::vector<std::uint8_t> vertex_opacities = {};  ///< 1 per vertex, 1 .. kOpaque, one for all of a triangle; empty: opaque
+  std::vector<std::uint8_t> vertex_fades = {};  ///< 1 per vertex, one for all of a triangle: core/tree.h; empty: kNoFade
   std::vector<glm::vec3> triangle_tints = {};       ///< 1 per triangle, a linear factor of the material's colour; empty: none
 };
 
@@ -86,7 +86,7 @@ using Quad = std::array<glm::vec3, 4>;
 struct Foliage {
   std::vector<Quad> quads;                   ///< [leaf_count]
   std::vector<std::uint32_t> cards;          ///< [leaf_count] index into card_table
-  std::vector<std::uint8_t> opacities = {};  ///< [leaf_count] 1 .. kOpaque; empty: all opaque
+  std::vector<std::uint8_t> fades = {};      ///< [leaf_count] core/tree.h; empty: kNoFade
   std::vector<Card> card_table;              ///< at most COPPICE_MAX_CARDS
   [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(quads.size()); }
 };
@@ -102,7 +102,7 @@ struct ShownFoliage {
 struct Merge {
   std::uint32_t first = 0, second = 0;    ///< first < second
   std::array<std::uint8_t, 4> corners{};  ///< result corner i is corner corners[i] of the pair: 0..3 of first, 4..7 of second
-  std::uint8_t opacity = kOpaque;         ///< of the result, sixteenths: core/tree.h
+  std::uint8_t fade = kNoFade;            ///< of the result: core/tree.h
 };
 
 /// The collapse sequence, N - 1 merges down to one leaf, and what it cost.

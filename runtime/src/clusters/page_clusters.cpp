@@ -34,11 +34,11 @@ LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t
   const auto& c = entry.corners;
   entry.id = id;
   entry.gaps = gaps_of(node.fade);
-  entry.leaf.card = node.card | entry.gaps << kGapShift;
+  entry.leaf.card = node.card | entry.gaps << kGapShift | std::uint32_t{brightness_of(node.fade)} << kBrightnessShift;
   const LeafNormals normals = leaf_normals(crown, entry.middle(), cross(c[2] - c[0], c[3] - c[1]), look.crown_normals);
   entry.normal = normals.lit;
   entry.face = normals.face;
-  entry.look = pack_albedo(look.albedo * variation(crown, c[0], corners[0]));
+  entry.look = pack_albedo(look.albedo * variation(crown, c[0], corners[0]) * linear_brightness(node.fade));
   entry.covered_m2 = entry.area_m2 * look.coverage * opacity_of(entry.gaps);
   entry.light = source.light->at(entry.middle());
   entry.bulk = full_bulk(crown, entry.size_m);

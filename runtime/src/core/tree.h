@@ -29,20 +29,35 @@ inline constexpr std::uint16_t kNoPlace = 0xffff;
 /// Opacities are in sixteenths, 1 to 16: a node that stands for several leaves lets pass what the gaps between them would.
 inline constexpr std::uint8_t kOpaque = 16;
 
+/// Brightnesses are steps of a sixteenth, 0 to 15, of what a display shows: step b shows (8 + b) / 16 of what the leaf alone would.
+inline constexpr std::uint8_t kUnchangedBrightness = 8;
+inline constexpr std::uint8_t kBrightest = 15;
+[[nodiscard]] constexpr float displayed_brightness(std::uint8_t step) {
+  return static_cast<float>(step + 8u) / 16.0f;
+}
+
 /// A node's *fade*, one byte: how a node that stands for several leaves shows. The low four bits are its opacity, less one; the high four
-/// its brightness, 8: unchanged. Source leaves, which nothing replaces, have none.
-inline constexpr std::uint8_t kNoFade = 0x8f;
-[[nodiscard]] constexpr std::uint8_t fade_of(std::uint8_t opacity) {
-  return static_cast<std::uint8_t>(0x80u | (opacity - 1u));
+/// its brightness. Source leaves, which nothing replaces, have none.
+[[nodiscard]] constexpr std::uint8_t fade_of(std::uint8_t opacity, std::uint8_t brightness = kUnchangedBrightness) {
+  return static_cast<std::uint8_t>((static_cast<unsigned>(brightness) << 4) | (opacity - 1u));
 }
 [[nodiscard]] constexpr std::uint8_t opacity_of(std::uint8_t fade) {
   return static_cast<std::uint8_t>((fade & 15u) + 1u);
 }
+[[nodiscard]] constexpr std::uint8_t brightness_of(std::uint8_t fade) {
+  return static_cast<std::uint8_t>(fade >> 4);
+}
+/// As a factor of linear light. Displays show about its square root.
+[[nodiscard]] constexpr float linear_brightness(std::uint8_t fade) {
+  const float displayed = displayed_brightness(brightness_of(fade));
+  return displayed * displayed;
+}
+inline constexpr std::uint8_t kNoFade = fade_of(kOpaque);
 /// How many sixteenths of a node are gaps between the leaves that it stands for, 0 to 15.
 [[nodiscard]] constexpr std::uint32_t gaps_of(std::uint8_t fade) {
   return static_cast<std::uint32_t>(kOpaque - opacity_of(fade));
 }
-static_assert(fade_of(kOpaque) == kNoFade && gaps_of(kNoFade) == 0);
+static_assert(kNoFade == 0x8f && gaps_of(kNoFade) == 0 && displayed_brightness(kUnchangedBrightness) == 1.0f);
 
 /// A node as pages are decoded into.
 struct PageNode {

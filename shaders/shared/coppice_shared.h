@@ -71,7 +71,7 @@ const uint kMaxSlots = 1u << kSlotBits;
 struct Leaf {
   uint corners[6];
   uint card;  // low half: of the plant's cards or CardLooks; from kGapShift on, 4 bits: how many sixteenths of it are gaps; from
-             // kBrightnessShift on, 4 bits: its brightness, as core/tree.h has it. 8 are free
+              // kBrightnessShift on, 4 bits: its brightness, as core/tree.h has it. 8 are free
   uint life;  // from kBirthShift on which split of its page bears it; below the split that replaces it, or kNoDeath
 };
 COPPICE_GPU_LAYOUT(Leaf, 32);

@@ -68,7 +68,7 @@ std::string text(const CollapseSequence& sequence) {
   for (const Merge& merge : sequence.merges) {
     lines += std::to_string(merge.first) + " " + std::to_string(merge.second) + ":";
     for (const std::uint8_t corner : merge.corners) lines += " " + std::to_string(corner);
-    lines += " " + std::to_string(merge.opacity) + "\n";
+    lines += " " + std::to_string(merge.fade) + "\n";
   }
   return lines;
 }
@@ -90,8 +90,8 @@ std::array<MergeCost, 2> costs_of_two_squares(LiveImage& image) {
   LiveImage::Scratch scratch;
   image.costs_of({0, 1, shapes}, scratch, costs);
   EXPECT_EQ(image.error(), 0.0);
-  image.apply({0, 1, 2, image.merged(0, 1, shapes[0], kOpaque)});
-  EXPECT_DOUBLE_EQ(image.error(), costs[0].at(1.0));
+  image.apply({0, 1, 2, image.merged(0, 1, shapes[0], kNoFade)});
+  EXPECT_DOUBLE_EQ(image.error(), costs[0].at(kNoFade));
   return costs;
 }
 
@@ -105,8 +105,8 @@ TEST(LiveImage, BlocksOfTwoSquaresByHand) {
   // the left square stays, two blocks that lose 8 px each.
   const std::int64_t block = std::int64_t{8 * 255} * (8 * 255);
   const auto costs = costs_of_two_squares(image);
-  EXPECT_DOUBLE_EQ(costs[0].at(1.0), static_cast<double>(16 * 4 * (4 * block)));
-  EXPECT_DOUBLE_EQ(costs[1].at(1.0), static_cast<double>(16 * 2 * (4 * block)));
+  EXPECT_DOUBLE_EQ(costs[0].at(kNoFade), static_cast<double>(16 * 4 * (4 * block)));
+  EXPECT_DOUBLE_EQ(costs[1].at(kNoFade), static_cast<double>(16 * 2 * (4 * block)));
   EXPECT_EQ(image.areas(2)[0], 64u);
   EXPECT_EQ(image.areas(image.background())[0], 256u - 64u);
 }
@@ -118,8 +118,8 @@ TEST(LiveImage, PixelsOfTwoSquaresByHand) {
   // On top of the blocks: 32 px more, or 16 less, each 1024 units, three times, of 255^2 in four channels.
   const std::int64_t pixel = std::int64_t{3 * 1024} * 4 * 255 * 255, block = std::int64_t{8 * 255} * (8 * 255);
   const auto costs = costs_of_two_squares(image);
-  EXPECT_DOUBLE_EQ(costs[0].at(1.0), static_cast<double>(32 * pixel + 16 * 4 * (4 * block)));
-  EXPECT_DOUBLE_EQ(costs[1].at(1.0), static_cast<double>(16 * pixel + 16 * 2 * (4 * block)));
+  EXPECT_DOUBLE_EQ(costs[0].at(kNoFade), static_cast<double>(32 * pixel + 16 * 4 * (4 * block)));
+  EXPECT_DOUBLE_EQ(costs[1].at(kNoFade), static_cast<double>(16 * pixel + 16 * 2 * (4 * block)));
 }
 
 TEST(LiveImage, CoverageOfTwoSquaresByHand) {
@@ -129,8 +129,8 @@ TEST(LiveImage, CoverageOfTwoSquaresByHand) {
   // On top of the blocks: the view of 256 px is a block of its own, 32 px too much or 16 too little, in one channel.
   const std::int64_t px2 = std::int64_t{5} * 255 * 255 * 1024 / 256, block = std::int64_t{8 * 255} * (8 * 255);
   const auto costs = costs_of_two_squares(image);
-  EXPECT_DOUBLE_EQ(costs[0].at(1.0), static_cast<double>(32 * 32 * px2 + 16 * 4 * (4 * block)));
-  EXPECT_DOUBLE_EQ(costs[1].at(1.0), static_cast<double>(16 * 16 * px2 + 16 * 2 * (4 * block)));
+  EXPECT_DOUBLE_EQ(costs[0].at(kNoFade), static_cast<double>(32 * 32 * px2 + 16 * 4 * (4 * block)));
+  EXPECT_DOUBLE_EQ(costs[1].at(kNoFade), static_cast<double>(16 * 16 * px2 + 16 * 2 * (4 * block)));
 }
 
 // The bridge is 64 px where the squares were 32: pixels alone want the opacity that errs least on 32 px that are black and 32 that are not.
@@ -142,12 +142,12 @@ TEST(LiveImage, OpacityOfTwoSquaresByHand) {
   std::array<MergeCost, 1> costs{};
   LiveImage::Scratch scratch;
   image.costs_of({0, 1, bridge}, scratch, costs);
-  EXPECT_EQ(costs[0].best_opacity(), kOpaque / 2);
-  image.apply({0, 1, 2, image.merged(0, 1, bridge[0], kOpaque / 2)});
+  EXPECT_EQ(costs[0].best_fade(kBrightest), fade_of(kOpaque / 2));
+  image.apply({0, 1, 2, image.merged(0, 1, bridge[0], fade_of(kOpaque / 2))});
   // Every pixel of the bridge errs by half of 255 in four channels; the one block of 16 x 16 px is as dark as before. In sixteenths, 127.5
   // is whole.
   EXPECT_DOUBLE_EQ(image.error(), 1024.0 * 64 * 4 * 127.5 * 127.5);
-  EXPECT_DOUBLE_EQ(costs[0].at(0.5), image.error());
+  EXPECT_DOUBLE_EQ(costs[0].at(fade_of(kOpaque / 2)), image.error());
   EXPECT_EQ(image.areas(2)[0], 64u);
 }
 
@@ -161,7 +161,7 @@ TEST(LiveImage, BehindAnOpaqueLeafNothingCounts) {
   const PairCorners bridge{0, 5, 6, 3};
   image.costs_of({0, 1, {&bridge, 1}}, scratch, {&cost, 1});
   EXPECT_FALSE(cost.is_seen());
-  EXPECT_EQ(cost.at(1.0), 0.0);
+  EXPECT_EQ(cost.at(kNoFade), 0.0);
 }
 
 TEST(LiveImage, AHalvedPictureErrsAsTheWholeDoes) {
@@ -171,7 +171,7 @@ TEST(LiveImage, AHalvedPictureErrsAsTheWholeDoes) {
   LiveImage::Scratch scratch;
   std::vector<std::uint32_t> live;
   for (std::uint32_t id = 2; id <= 60; ++id) live.push_back(id);
-  image.apply({0, 1, 60, image.merged(0, 1, {0, 5, 6, 3}, 11)});
+  image.apply({0, 1, 60, image.merged(0, 1, {0, 5, 6, 3}, fade_of(11, 5))});
   const double whole = image.error();
   EXPECT_GT(whole, 0.0);
   for (const std::uint32_t side_px : {32u, 16u, 8u}) {
@@ -184,7 +184,7 @@ TEST(LiveImage, AHalvedPictureErrsAsTheWholeDoes) {
     MergeCost cost;
     const PairCorners same{0, 1, 2, 3};
     image.costs_of({2, 3, {&same, 1}}, scratch, {&cost, 1});
-    EXPECT_TRUE(std::isfinite(cost.at(1.0)));
+    EXPECT_TRUE(std::isfinite(cost.at(kNoFade)));
   }
   EXPECT_FALSE(image.can_halve()) << "blocks of 8 px are one pixel now";
 }
@@ -227,8 +227,9 @@ std::vector<FixedShade> naive_blocks(const Scene& scene, const std::vector<LiveL
         const std::uint32_t material = scene.foliage.card_table[leaf.card].material;
         const Shade shade = leaf_shades(leaf.quad, mean_texel_luminance(scene.materials[material], scene.images, masks[material]))
                                 .seen_from(view.direction);
-        const double opacity = static_cast<double>(leaf.opacity) / kOpaque;
-        for (std::size_t c = 0; c < kImageChannels; ++c) shown[c] += share * opacity * shade[c];
+        const double opacity = static_cast<double>(opacity_of(leaf.fade)) / kOpaque;
+        const auto brightness = static_cast<double>(displayed_brightness(brightness_of(leaf.fade)));
+        for (std::size_t c = 0; c < kImageChannels; ++c) shown[c] += share * opacity * shade[c] * (c < 3 ? brightness : 1.0);
         share *= 1.0 - opacity;
       }
       for (std::size_t c = 0; c < kImageChannels; ++c)
@@ -275,22 +276,22 @@ void expect_incremental_error_is_that_of_rendering_anew(const Scene& scene) {
   for (const Merge& merge : result.sequence.merges) {
     MergeCost cost;
     double sum = 0.0;
-    const double before = image.error(), opacity = static_cast<double>(merge.opacity) / kOpaque;
+    const double before = image.error();
     image.costs_of({merge.first, merge.second, {&merge.corners, 1}}, scratch, {&cost, 1});
     for (std::uint32_t first = 0; first < 3; ++first) {
       MergeCost share;
       image.costs_of({merge.first, merge.second, {&merge.corners, 1}, {first, 3}}, scratch, {&share, 1});
-      sum += share.at(opacity);
+      sum += share.at(merge.fade);
     }
-    translucent += merge.opacity < kOpaque ? 1 : 0;
-    EXPECT_NEAR(sum, cost.at(opacity), 1e-9 * (before + std::abs(sum) + 1.0));
-    image.apply({merge.first, merge.second, next, image.merged(merge.first, merge.second, merge.corners, merge.opacity)});
+    translucent += opacity_of(merge.fade) < kOpaque ? 1 : 0;
+    EXPECT_NEAR(sum, cost.at(merge.fade), 1e-9 * (before + std::abs(sum) + 1.0));
+    image.apply({merge.first, merge.second, next, image.merged(merge.first, merge.second, merge.corners, merge.fade)});
     std::erase_if(ids, [&](std::uint32_t id) { return id == merge.first || id == merge.second; });
     ids.push_back(next++);
     std::vector<LiveLeaf> leaves;
     for (const std::uint32_t id : ids) leaves.push_back(image.leaf(id));
     // Costs do not round what pixels show to sixteenths.
-    ASSERT_NEAR(image.error(), before + cost.at(opacity), 0.002 * image.error() + 1.0) << ids.size() << " leaves left";
+    ASSERT_NEAR(image.error(), before + cost.at(merge.fade), 0.002 * image.error() + 1.0) << ids.size() << " leaves left";
     const double anew = naive_error(scene, source, leaves);
     ASSERT_NEAR(image.error(), anew, 1e-4 * anew) << ids.size() << " leaves left";
   }
@@ -332,8 +333,6 @@ TEST(CollapseImage, EveryCutIsAPlant) {
       std::sort(corners.begin(), corners.end());
       EXPECT_EQ(std::adjacent_find(corners.begin(), corners.end()), corners.end()) << "a vertex twice";
       EXPECT_LT(corners[3], 8);
-      EXPECT_GE(merge.opacity, 1);
-      EXPECT_LE(merge.opacity, kOpaque);
     }
     const Tree tree = build_tree(foliage, result.sequence);  // asserts that every node is used once
     for (std::uint32_t m = 1; m <= foliage.leaf_count(); ++m) EXPECT_EQ(cut_nodes(tree, m).size(), m);
@@ -370,7 +369,7 @@ TEST(CollapseImage, LeavesThatNobodySeesGoFirst) {
   LiveImage image = live_image(scene);
   for (std::uint32_t i = 0; i < 7; ++i) {
     const Merge& merge = result.sequence.merges[i];
-    image.apply({merge.first, merge.second, 12 + i, image.merged(merge.first, merge.second, merge.corners, merge.opacity)});
+    image.apply({merge.first, merge.second, 12 + i, image.merged(merge.first, merge.second, merge.corners, merge.fade)});
     if (i < 6)
       EXPECT_EQ(image.error(), 0) << i;
     else

@@ -99,13 +99,14 @@ TEST(GltfWrite, MaterialsAndImagesComeBack) {
   EXPECT_EQ(image->rgba, chequers().rgba);
 }
 
-TEST(GltfWrite, TranslucentLeavesAreBlendedWithTheirOpacityAsAlpha) {
+TEST(GltfWrite, TranslucentLeavesAreBlendedWithTheirOpacityAsAlphaAndTheirBrightnessAsGrey) {
   Mesh mesh = two_triangles();
   mesh.indices = {0, 1, 2, 3, 4, 5};  // a leaf each
   for (auto* points : {&mesh.positions, &mesh.normals}) points->resize(6, glm::vec3(0, 0, 1));
   mesh.uvs.resize(6, glm::vec2(0.0f));
   mesh.triangle_materials = {0, 0};
-  mesh.vertex_opacities = {16, 16, 16, 4, 4, 4};
+  const std::uint8_t darker = fade_of(4, 4);  // three quarters of it on a display
+  mesh.vertex_fades = {kNoFade, kNoFade, kNoFade, darker, darker, darker};
   const auto bytes = encode_glb({{"leaves", &mesh}}, two_materials(), {chequers()});
   ASSERT_TRUE(bytes);
   const tinygltf::Model model = test::parse_glb(*bytes);
@@ -124,11 +125,11 @@ TEST(GltfWrite, TranslucentLeavesAreBlendedWithTheirOpacityAsAlpha) {
   EXPECT_EQ(colors, (std::vector<Color>{{255, 255, 255, 255},
                                         {255, 255, 255, 255},
                                         {255, 255, 255, 255},
-                                        {255, 255, 255, 64},
-                                        {255, 255, 255, 64},
-                                        {255, 255, 255, 64}}));
+                                        {143, 143, 143, 64},
+                                        {143, 143, 143, 64},
+                                        {143, 143, 143, 64}}));
 
-  mesh.vertex_opacities.assign(6, kOpaque);
+  mesh.vertex_fades.assign(6, kNoFade);
   const tinygltf::Model opaque = test::parse_glb(*encode_glb({{"leaves", &mesh}}, two_materials(), {chequers()}));
   EXPECT_EQ(opaque.materials.size(), 2u);
   EXPECT_EQ(opaque.meshes.at(0).primitives.at(0).attributes.count("COLOR_0"), 0u);

@@ -66,17 +66,18 @@ TEST(TreeOrder, ThreeLeavesByHand) {
   EXPECT_EQ(cut_nodes(tree, 3), (std::vector<std::uint32_t>{1, 3, 4}));
 }
 
-TEST(TreeOrder, CutsHaveTheOpacitiesOfTheirMerges) {
+TEST(TreeOrder, CutsHaveTheFadesOfTheirMerges) {
   const Foliage foliage =
       test::plain_foliage({test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::rectangle({9, 0, 0}, {3, 0, 0}, {0, 1, 0}),
                            test::rectangle({20, 0, 0}, {2, 0, 0}, {0, 1, 0})});
-  const Tree tree = build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 1, 6, 7}, 9}, Merge{0, 3, {0, 1, 6, 7}, 4}}, 0});
-  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 1).opacities, (std::vector<std::uint8_t>{4}));
-  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 2).opacities, (std::vector<std::uint8_t>{kOpaque, 9}));
-  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 3).opacities, (std::vector<std::uint8_t>(3, kOpaque)));
+  const Tree tree =
+      build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 1, 6, 7}, fade_of(9, 3)}, Merge{0, 3, {0, 1, 6, 7}, fade_of(4, 11)}}, 0});
+  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 1).fades, (std::vector<std::uint8_t>{fade_of(4, 11)}));
+  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 2).fades, (std::vector<std::uint8_t>{kNoFade, fade_of(9, 3)}));
+  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 3).fades, (std::vector<std::uint8_t>(3, kNoFade)));
 
   const Foliage cut = cut_foliage(tree, foliage.card_table, 2), solid = solid_foliage(cut);
-  EXPECT_TRUE(solid.opacities.empty());
+  EXPECT_EQ(solid.fades, (std::vector<std::uint8_t>{kNoFade, fade_of(kOpaque, 3)}));
   EXPECT_EQ(solid.quads[0], cut.quads[0]);
   EXPECT_NEAR(quad_area(solid.quads[1]), quad_area(cut.quads[1]) * 9 / 16, 1e-5);
   EXPECT_LT(glm::distance(quad_centroid(solid.quads[1]), quad_centroid(cut.quads[1])), 1e-5);

@@ -386,8 +386,8 @@ inline LiveImage::Gain LiveImage::gained(const Weighing& weighing, std::uint32_t
   return {before * (kCovered - behind - share * kBackground), before};
 }
 
-/// What the merged leaf adds to the error after release(), in terms of its opacity and light. At equal depths it is behind: its id is larger than
-/// every live one.
+/// What the merged leaf adds to the error after release(), in terms of its opacity and light. At equal depths it is behind: its id is
+/// larger than every live one.
 MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const {
   const View& view = weighing.view;
   Scratch& scratch = weighing.scratch;

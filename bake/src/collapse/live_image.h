@@ -125,9 +125,9 @@ class LiveImage {
   /// The area of a pixel in the view's first pixels: 1, 4, 16, ...
   [[nodiscard]] double pixel_area() const { return pixel_area_; }
 
-  /// The leaf that a pair becomes: its quad by `corners`, its card the larger leaf's.
   /// The brightest that a merged leaf may be: nothing is whiter than white.
   [[nodiscard]] std::uint8_t brightest(const LiveLeaf& leaf) const;
+  /// The leaf that a pair becomes: its quad by `corners`, its card the larger leaf's.
   [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const;
 
   /// What merging a pair would add to the error of some views, once for each shape that the merged leaf might have. May run on several

@@ -47,12 +47,12 @@ struct Material {
 /// An indexed triangle mesh; the attribute arrays have one entry per vertex.
 struct Mesh {
   std::vector<glm::vec3> positions;
-  std::vector<glm::vec3> normals;                   ///< unit
-  std::vector<glm::vec2> uvs;                       ///< (0, 0) where the source has none
-  std::vector<std::uint32_t> indices;               ///< 3 per triangle
-  std::vector<std::uint32_t> triangle_materials;    ///< 1 per triangle
-  std::vector<std::uint8_t> vertex_fades = {};  ///< 1 per vertex, one for all of a triangle: core/tree.h; empty: kNoFade
-  std::vector<glm::vec3> triangle_tints = {};       ///< 1 per triangle, a linear factor of the material's colour; empty: none
+  std::vector<glm::vec3> normals;                 ///< unit
+  std::vector<glm::vec2> uvs;                     ///< (0, 0) where the source has none
+  std::vector<std::uint32_t> indices;             ///< 3 per triangle
+  std::vector<std::uint32_t> triangle_materials;  ///< 1 per triangle
+  std::vector<std::uint8_t> vertex_fades = {};    ///< 1 per vertex, one for all of a triangle: core/tree.h; empty: kNoFade
+  std::vector<glm::vec3> triangle_tints = {};     ///< 1 per triangle, a linear factor of the material's colour; empty: none
 };
 
 /// A leaf as a run of the foliage mesh's triangles.
@@ -84,10 +84,10 @@ using Quad = std::array<glm::vec3, 4>;
 
 /// The plant's leaves as quads: the unit of collapse.
 struct Foliage {
-  std::vector<Quad> quads;                   ///< [leaf_count]
-  std::vector<std::uint32_t> cards;          ///< [leaf_count] index into card_table
-  std::vector<std::uint8_t> fades = {};      ///< [leaf_count] core/tree.h; empty: kNoFade
-  std::vector<Card> card_table;              ///< at most COPPICE_MAX_CARDS
+  std::vector<Quad> quads;               ///< [leaf_count]
+  std::vector<std::uint32_t> cards;      ///< [leaf_count] index into card_table
+  std::vector<std::uint8_t> fades = {};  ///< [leaf_count] core/tree.h; empty: kNoFade
+  std::vector<Card> card_table;          ///< at most COPPICE_MAX_CARDS
   [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(quads.size()); }
 };
 

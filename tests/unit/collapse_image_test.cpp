@@ -283,7 +283,7 @@ void expect_incremental_error_is_that_of_rendering_anew(const Scene& scene) {
       image.costs_of({merge.first, merge.second, {&merge.corners, 1}, {first, 3}}, scratch, {&share, 1});
       sum += share.at(merge.fade);
     }
-    translucent += opacity_of(merge.fade) < kOpaque ? 1 : 0;
+    translucent += opacity_of(merge.fade) < kOpaque ? 1u : 0u;
     EXPECT_NEAR(sum, cost.at(merge.fade), 1e-9 * (before + std::abs(sum) + 1.0));
     image.apply({merge.first, merge.second, next, image.merged(merge.first, merge.second, merge.corners, merge.fade)});
     std::erase_if(ids, [&](std::uint32_t id) { return id == merge.first || id == merge.second; });

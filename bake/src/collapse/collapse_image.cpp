@@ -132,6 +132,7 @@ class ImageCollapse {
 
   Merge step() {
     if (pixels_are_small()) halve();
+    grow_coverage_weight();
     for (;;) {
       while (!queue_.empty() && unweighed_.size() < kBatch) {
         const QueueEntry top = queue_.top();
@@ -177,6 +178,12 @@ class ImageCollapse {
     for (std::uint32_t id = 0; id < next_id_; ++id)
       if (is_live_[id] != 0) live.push_back(id);
     image_.halve(live);
+  }
+
+  /// Each merge that is blind to it takes a little of the crown's cover: the fewer leaves are left, the more it counts.
+  void grow_coverage_weight() {
+    const double merged = static_cast<double>(leaf_count_) / (leaf_count_ - collapse_count_);
+    image_.set_coverage_weight(static_cast<double>(image_options_.coverage_weight) * std::sqrt(merged * std::sqrt(merged)));
   }
 
   [[nodiscard]] bool is_alive(const WeighedPair& pair) const { return is_live_[pair.first] != 0 && is_live_[pair.second] != 0; }

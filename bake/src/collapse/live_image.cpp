@@ -118,11 +118,11 @@ LiveImage::LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, co
       leaves_(id_count_),
       pixels_(id_count_),
       areas_px_(std::size_t{id_count_ + 1} * buffers.view_count, 0) {
-  coverage_unit_ = static_cast<double>(options.coverage_weight << (2 * kLargestShift)) / buffers.pixels_per_view();
   for (std::size_t m = 0; m < shown.materials.size(); ++m)
     albedo_.push_back(mean_texel_luminance(shown.materials[m], shown.images, masks_[m]));
   const Foliage& foliage = shown.foliage;
   set_resolution(buffers.resolution_px);
+  set_coverage_weight(static_cast<double>(options.coverage_weight));
   parallel_for(foliage.leaf_count(), [&](std::uint32_t i) {
     leaves_[i] = {foliage.quads[i], foliage.cards[i]};
     pixels_[i] = pixels_of(leaves_[i]);
@@ -204,6 +204,11 @@ inline LiveImage::FixedChannels LiveImage::composite(const View& view, std::uint
 
 void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
   view.shown[pixel] = composite(view, pixel, {kNone, kNone}, view.last[pixel]);
+}
+
+void LiveImage::set_coverage_weight(double weight) {
+  constexpr double kScale = 1u << (2 * kLargestShift);
+  coverage_unit_ = weight * kScale / (pixels_per_view() * pixel_area_);
 }
 
 Shade LiveImage::color_of(const View& view, const LiveLeaf& leaf) const {

@@ -56,7 +56,7 @@ struct BlockScale {
 struct ImageErrorOptions {
   std::int64_t pixel_weight = 3;                        ///< of the squared differences of single pixels; 0 .. 1024
   std::vector<BlockScale> scales = {{3, 8}, {5, 192}};  ///< finest first; shifts 1 .. 5, weights 1 .. 1024
-  std::int64_t coverage_weight = 672;                   ///< of a view's covered area as one block; 0 .. 1024
+  std::int64_t coverage_weight = 672;                   ///< of a view's covered area as one block, of the first merge; 0 .. 1024
   /// What no view shows, but some viewer may. Used by the collapse, not part of the picture's error.
   double mismatch_weight = 0.008;  ///< share of the views that are taken to show the pair, or its merged leaf, with nothing in front
   double color_weight = 6.0;       ///< of the area seen of a leaf that a merged one shows in another colour, by that difference squared
@@ -134,6 +134,9 @@ class LiveImage {
   /// threads, each with its own scratch.
   /// costs  [trial.shapes.size()]
   void costs_of(const MergeTrial& trial, Scratch& scratch, std::span<MergeCost> costs) const;
+
+  /// Of ImageErrorOptions, from now on.
+  void set_coverage_weight(double weight);
 
   /// Merges. result  id; not live. Parallel over views.
   void apply(const LeafMerge& merge);

@@ -157,7 +157,7 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
   const std::map<Metric, std::string> expected = {{Metric::default_metric, "54536b1782f451e860f31f6db4f6b80b"},
                                                   {Metric::mi, "8ad339db2967fdcdfb8986768a2ecb43"}};
-  const std::uint32_t expected_at_version = 20;
+  const std::uint32_t expected_at_version = 21;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

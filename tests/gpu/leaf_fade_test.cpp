@@ -1,4 +1,5 @@
-// Leaves with gaps on both paths: over frames and over pixels they let through what lies behind, in every size.
+// Merged leaves with a fade on both paths, in every size: over frames and over pixels gaps let through what lies behind; brightness is a
+// factor of the colour.
 
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 #include <ostream>
 
 #include "convert.h"
+#include "golden.h"
 #include "random_tree.h"
 #include "renderer_scene.h"
 
@@ -61,7 +63,7 @@ double linear(std::uint8_t srgb) {
   return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
-class LeafGapsTest : public VulkanTest, public testing::WithParamInterface<Path> {
+class LeafFadeTest : public VulkanTest, public testing::WithParamInterface<Path> {
  protected:
   static SceneOptions options() { return {.compute_raster = GetParam().compute_raster, .int64_atomics = GetParam().int64_atomics}; }
 
@@ -135,7 +137,7 @@ Light mixed(const Light& front, double share, const Light& behind) {
 constexpr float kHardware_px = 24, kLeaf_px = 8, kSplat_px = 1.5f;
 
 // Black leaves of opacity c before grey ones before white: in the mean c * black + (1 - c) * what is seen without them.
-TEST_P(LeafGapsTest, FramesAverageToTheComposite) {
+TEST_P(LeafFadeTest, FramesAverageToTheComposite) {
   const Placed behind{sheet(kNoFade), at(-0.7f, 0.2f)};
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
     const coppice_view view = view_for(leaf_px);
@@ -153,7 +155,7 @@ TEST_P(LeafGapsTest, FramesAverageToTheComposite) {
 }
 
 // Two sheets of half opacity: behind both a quarter is seen, not a half or nothing.
-TEST_P(LeafGapsTest, LeavesBehindEachOtherLetThroughTheProduct) {
+TEST_P(LeafFadeTest, LeavesBehindEachOtherLetThroughTheProduct) {
   const Placed front{sheet(kHalf), at(0.0f, 0.0f)}, back{sheet(kHalf), at(-0.02f, 0.2f)};
   const Placed whole_front{sheet(kNoFade), at(0.0f, 0.0f)}, whole_back{sheet(kNoFade), at(-0.02f, 0.2f)};
   for (const float leaf_px : {kHardware_px, kLeaf_px}) {
@@ -167,7 +169,7 @@ TEST_P(LeafGapsTest, LeavesBehindEachOtherLetThroughTheProduct) {
   }
 }
 
-TEST_P(LeafGapsTest, WithoutFramesThePatternIsFixed) {
+TEST_P(LeafFadeTest, WithoutFramesThePatternIsFixed) {
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px})
     for (const std::uint32_t texture_side : {0u, 8u}) {
       coppice_view view = view_for(leaf_px);
@@ -187,7 +189,7 @@ TEST_P(LeafGapsTest, WithoutFramesThePatternIsFixed) {
     }
 }
 
-TEST_P(LeafGapsTest, FramesChangeNothingOfOpaqueLeaves) {
+TEST_P(LeafFadeTest, FramesChangeNothingOfOpaqueLeaves) {
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
     coppice_view view = view_for(leaf_px);
     const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 400, .seed = 3})), at(0.0f, 0.4f)}};
@@ -198,7 +200,7 @@ TEST_P(LeafGapsTest, FramesChangeNothingOfOpaqueLeaves) {
 }
 
 // One text: leaves that the compute shaders draw lack the pixels that the hardware would have left out.
-TEST_P(LeafGapsTest, BothPathsLeaveOutTheSamePixels) {
+TEST_P(LeafFadeTest, BothPathsLeaveOutTheSamePixels) {
   if (!GetParam().compute_raster) return;
   coppice_view view = view_for(kLeaf_px);
   const std::vector<Placed> half{{sheet(kHalf), at(0.0f, 0.0f)}};
@@ -212,7 +214,20 @@ TEST_P(LeafGapsTest, BothPathsLeaveOutTheSamePixels) {
   }
 }
 
-TEST_P(LeafGapsTest, ShadowMapsHaveTheGapsToo) {
+TEST_P(LeafFadeTest, BrightnessIsAFactorOfTheColour) {
+  for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px})
+    for (const std::uint8_t step : {std::uint8_t{2}, kUnchangedBrightness, kBrightest}) {
+      const coppice_view view = view_for(leaf_px);
+      const std::uint8_t fade = fade_of(kOpaque, step);
+      const Picture actual = one_frame({{sheet(fade), at(0.0f, 0.2f)}}, view, options());
+      const Picture tinted = one_frame({{sheet(kNoFade), at(0.0f, 0.2f * linear_brightness(fade))}}, view, options());
+      EXPECT_GT(covered(actual), 0.005);
+      // Albedos of discs have 8 bits.
+      EXPECT_EQ(compare_pictures(tinted, actual, 4).differing_share, 0.0) << leaf_px << " px, " << int{step};
+    }
+}
+
+TEST_P(LeafFadeTest, ShadowMapsHaveTheGapsToo) {
   const auto depth_of = [&](std::uint8_t fade, float leaf_px) {
     SceneOptions with = options();
     with.shadow_format = VK_FORMAT_D32_SFLOAT;
@@ -235,7 +250,7 @@ TEST_P(LeafGapsTest, ShadowMapsHaveTheGapsToo) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Paths, LeafGapsTest,
+INSTANTIATE_TEST_SUITE_P(Paths, LeafFadeTest,
                          testing::Values(Path{"hardware", false, false}, Path{"compute", true, true}, Path{"compute_twice", true, false}),
                          [](const auto& path) { return path.param.name; });
 

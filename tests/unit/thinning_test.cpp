@@ -34,7 +34,7 @@ TEST(Thinning, GapsAreWhatIsMissingToSixteenSixteenths) {
   EXPECT_EQ(gaps_of(0x07), 8u) << "whatever the brightness";
   EXPECT_EQ(opacity_of(0), 1.0f);
   EXPECT_EQ(opacity_of(8), 0.5f);
-  EXPECT_EQ(gaps_of_leaf(0xfff0ffffu | 5u << kGapShift), 5u);| 5u << kGapShift), 5u);
+  EXPECT_EQ(gaps_of_leaf(0xfff0ffffu | 5u << kGapShift), 5u);
 }
 
 TEST(Thinning, ALeafWithoutGapsIsDrawnWhole) {

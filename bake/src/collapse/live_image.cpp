@@ -1,6 +1,7 @@
 #include "live_image.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -25,27 +26,62 @@ constexpr Channels kBackground{255.0f, 255.0f, 255.0f, 0.0f};
 constexpr Channels kCovered{0.0f, 0.0f, 0.0f, 255.0f};
 /// What shows through less than this is taken for nothing: an eighth of a step of 255.
 constexpr float kLeastShare = 1.0f / 2048.0f;
+/// Pixels ahead of a walk for which memory is asked.
+constexpr std::uint32_t kListsAhead = 16, kFragmentsAhead = 8;
 constexpr float kOpacityUnit = 1.0f / kOpaque;
 
 Channels channels_of(const Shade& shade) {
   return Channels{static_cast<float>(shade[0]), static_cast<float>(shade[1]), static_cast<float>(shade[2]), static_cast<float>(shade[3])};
 }
 
-/// The colour and, in place of coverage, the fade of a leaf, taken apart.
-Channels color_in(const Shade& color) {
-  Channels channels = Channels{static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2]), 0.0f} *
-                      displayed_brightness(brightness_of(color[3]));
-  channels[3] = 255.0f;
-  return channels;
-}
-float opacity_in(const Shade& color) {
-  return static_cast<float>(opacity_of(color[3])) * kOpacityUnit;
-}
+/// Leaves of a pixel, laid over each other from front to back.
+struct Layers {
+  Channels light{};    ///< what they show, but for how much they cover
+  float share = 1.0f;  ///< of what is behind, what shows
+
+  /// color  its fade in place of its coverage
+  void put(const Shade& color) {
+    // All three at once: each keeps its byte's place, and a factor takes that back.
+    static_assert(std::endian::native == std::endian::little);
+    using Words = std::int32_t __attribute__((vector_size(16)));
+    constexpr Words kBytes{0xff, 0xff00, 0xff0000, 0};
+    constexpr Channels kPlaces{1.0f, 1.0f / 0x100, 1.0f / 0x10000, 0.0f};
+    const auto word = std::bit_cast<std::int32_t>(color);
+    const float opacity = static_cast<float>(opacity_of(color[3])) * kOpacityUnit;
+    light += share * opacity * displayed_brightness(brightness_of(color[3])) * kPlaces *
+             __builtin_convertvector(Words{word, word, word, word} & kBytes, Channels);
+    share *= 1.0f - opacity;
+  }
+  [[nodiscard]] bool is_closed() const { return share < kLeastShare; }
+  [[nodiscard]] Channels channels() const { return light + (1.0f - share) * kCovered; }
+};
 
 float dot(const Channels& a, const Channels& b) {
   const Channels products = a * b;
   return (products[0] + products[1]) + (products[2] + products[3]);
 }
+
+/// Of squares of rest + opacity * covered + light * share * own shade, channel by channel: the own shade is a factor of the sums.
+struct SquareSums {
+  Channels rest_covered{}, covered2{}, rest_light{}, covered_light{};
+  float light2 = 0.0f;
+
+  void add(const Channels& rest, const Channels& covered, float share) {
+    rest_covered += rest * covered;
+    covered2 += covered * covered;
+    rest_light += share * rest;
+    covered_light += share * covered;
+    light2 += share * share;
+  }
+  [[nodiscard]] MergeCost cost(const Channels& own_shade) const {
+    const auto sum = [](const Channels& channels) { return static_cast<double>((channels[0] + channels[1]) + (channels[2] + channels[3])); };
+    return {.opacity = 2.0 * sum(rest_covered),
+            .light = 2.0 * sum(rest_light * own_shade),
+            .opacity2 = sum(covered2),
+            .both = 2.0 * sum(covered_light * own_shade),
+            .light2 = static_cast<double>(light2) * sum(own_shade * own_shade)};
+  }
+};
 
 template <class Fixed>
 Fixed fixed(const Channels& channels, float unit) {
@@ -129,22 +165,22 @@ LiveImage::LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, co
   });
   parallel_for(view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
-    view.fragments = FragmentLists(buffers, v);
-    view.colors.resize(id_count_);
-    for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) view.colors[i] = color_of(view, leaves_[i]);
-    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
-      const LeafFragment front = view.fragments.front(pixel);
-      ++areas_px_[std::size_t{outcome_of(front)} * view_count() + v];
-      const Channels in_front = front == FragmentLists::kNothing ? kBackground : color_in(view.colors[fragment_leaf(front)]);
-      view.source.push_back(__builtin_convertvector(fixed<FixedChannels>(in_front, kFixedUnit), FixedPixel));
-    }
+    std::vector<Shade> colors;
+    for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) colors.push_back(color_of(view, leaves_[i]));
+    view.fragments = PixelLists<ShownFragment>(
+        buffers, v, [&](LeafFragment fragment) { return ShownFragment{fragment, colors[fragment_leaf(fragment)]}; });
     draw(view);
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
+      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+      view.source.push_back(__builtin_convertvector(view.shown[pixel], FixedPixel));
+    }
     measure(view);
   });
 }
 
 void LiveImage::set_resolution(std::uint32_t resolution_px) {
   resolution_px_ = resolution_px;
+  rows_per_pixel_ = 1.0 / resolution_px;
   tiles_per_row_ = (resolution_px + (1u << kTileShift) - 1) >> kTileShift;
   finest_shift_ = shift_of(0);
   finest_blocks_per_row_ = blocks_per_row(0);
@@ -184,22 +220,18 @@ void LiveImage::add_difference(View& view, std::uint32_t pixel, const FixedChann
 /// last  the fragment that nothing shows through, or kNothing
 inline LiveImage::FixedChannels LiveImage::composite(const View& view, std::uint32_t pixel, const std::array<std::uint32_t, 2>& without,
                                                      LeafFragment& last) const {
-  Channels shown{};
-  float share = 1.0f;
-  last = FragmentLists::kNothing;
-  for (const LeafFragment fragment : view.fragments.at(pixel)) {
+  Layers layers;
+  last = kNothing;
+  for (const auto& [fragment, color] : view.fragments.at(pixel)) {
     const std::uint32_t id = fragment_leaf(fragment);
     if (id == without[0] || id == without[1]) continue;
-    const Shade color = view.colors[id];
-    const float opacity = opacity_in(color);
-    shown += share * opacity * color_in(color);
-    share *= 1.0f - opacity;
-    if (share >= kLeastShare) continue;
+    layers.put(color);
+    if (!layers.is_closed()) continue;
     last = fragment;
-    share = 0.0f;
+    layers.share = 0.0f;
     break;
   }
-  return fixed<FixedChannels>(shown + share * kBackground, kFixedUnit);
+  return fixed<FixedChannels>(layers.channels() + layers.share * kBackground, kFixedUnit);
 }
 
 void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
@@ -329,6 +361,15 @@ void LiveImage::clear(BlockSums& sums) const {
   }
 }
 
+inline void LiveImage::prefetch(const View& view, const Scratch& scratch, std::uint32_t pixel) const {
+  view.fragments.prefetch_list(pixel);
+  __builtin_prefetch(&view.last[pixel]);
+  __builtin_prefetch(&view.shown[pixel]);
+  __builtin_prefetch(&view.source[pixel]);
+  __builtin_prefetch(&scratch.stamp[pixel]);
+  __builtin_prefetch(&scratch.rest[pixel]);
+}
+
 /// Takes the pair away: fills stamp, rest and the sums of released blocks. returns  what that adds to the error
 double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
   const View& view = weighing.view;
@@ -337,7 +378,10 @@ double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
   double pixels = 0.0;
   for (const std::uint32_t id : {weighing.first, weighing.second}) {
     const LeafPixels& own = pixels_[id];
-    for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i) {
+    const std::uint32_t end = own.view_begin[v + 1];
+    for (std::uint32_t i = own.view_begin[v]; i < end; ++i) {
+      if (i + kListsAhead < end) prefetch(view, scratch, own.pixels[i + kListsAhead]);
+      if (i + kFragmentsAhead < end) view.fragments.prefetch_entries(own.pixels[i + kFragmentsAhead]);
       const std::uint32_t pixel = own.pixels[i];
       if (make_fragment(own.depths[i], id) > view.last[pixel] || scratch.stamp[pixel] == now) continue;
       LeafFragment last;
@@ -365,30 +409,17 @@ double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
   return error + coverage_unit_ * pixel_area_ * pixel_area_ * weighing.uncovered * (2.0 * excess + weighing.uncovered);
 }
 
-/// Of what the pixel shows without the pair.
-inline LiveImage::Gain LiveImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged) const {
-  const View& view = weighing.view;
-  const std::span<const LeafFragment> fragments = view.fragments.at(pixel);
-  float before = 1.0f, share = 1.0f;
-  std::size_t i = 0;
-  const auto is_gone = [&](std::uint32_t id) { return id == weighing.first || id == weighing.second; };
-  for (; i < fragments.size() && fragments[i] < merged; ++i) {
-    const std::uint32_t id = fragment_leaf(fragments[i]);
-    if (is_gone(id)) continue;
-    before *= 1.0f - opacity_in(view.colors[id]);
-    if (before < kLeastShare) return {};
+/// rest  what the pixel shows without the pair
+inline LiveImage::Gain LiveImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& rest) const {
+  Layers in_front;
+  for (const auto& [fragment, color] : weighing.view.fragments.at(pixel)) {
+    if (fragment > merged) break;
+    const std::uint32_t id = fragment_leaf(fragment);
+    if (id == weighing.first || id == weighing.second) continue;
+    in_front.put(color);
+    if (in_front.is_closed()) return {};
   }
-  Channels behind{};
-  for (; i < fragments.size(); ++i) {
-    const std::uint32_t id = fragment_leaf(fragments[i]);
-    if (is_gone(id)) continue;
-    const Shade color = view.colors[id];
-    const float opacity = opacity_in(color);
-    behind += share * opacity * color_in(color);
-    share *= 1.0f - opacity;
-    if (share < kLeastShare) return {before * (kCovered - behind), before};
-  }
-  return {before * (kCovered - behind - share * kBackground), before};
+  return {in_front.share * kCovered - (rest - in_front.channels()), in_front.share};
 }
 
 /// What the merged leaf adds to the error after release(), in terms of its opacity and light. At equal depths it is behind: its id is
@@ -397,40 +428,37 @@ MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, 
   const View& view = weighing.view;
   Scratch& scratch = weighing.scratch;
   const Channels own_shade = channels_of(shade) - kCovered;
-  const double shade2 = static_cast<double>(dot(own_shade, own_shade));
-  MergeCost pixels;
   double covered = 0.0;
-  /// Of squares of rest + opacity * gain.covered + light * gain.light * own_shade.
-  const auto add_squares = [&](MergeCost& sum, const Channels& rest, const Gain& gain) {
-    const auto light = static_cast<double>(gain.light);
-    sum.opacity += static_cast<double>(2.0f * dot(rest, gain.covered));
-    sum.opacity2 += static_cast<double>(dot(gain.covered, gain.covered));
-    sum.light += 2.0 * light * static_cast<double>(dot(rest, own_shade));
-    sum.both += 2.0 * light * static_cast<double>(dot(gain.covered, own_shade));
-    sum.light2 += light * light * shade2;
-  };
   const auto corner = [&](std::size_t i) { return weighing.corners[corners[i]]; };
   const AlphaMask& mask = masks_[card.material];
+  SquareSums pixels;
+  std::vector<PixelDepth>& walk = scratch.walk;
+  walk.clear();
   rasterise_leaf({corner(0), corner(1), corner(2), corner(3)}, card, mask, view.projection.resolution_px, [&](const QuadFragment& f) {
-    const auto pixel = static_cast<std::uint32_t>(f.y) * resolution_px_ + static_cast<std::uint32_t>(f.x);
+    walk.push_back({static_cast<std::uint32_t>(f.y) * resolution_px_ + static_cast<std::uint32_t>(f.x), f.depth});
+    prefetch(view, scratch, walk.back().pixel);
+  });
+  for (std::size_t i = 0; i < walk.size(); ++i) {
+    if (i + kFragmentsAhead < walk.size()) view.fragments.prefetch_entries(walk[i + kFragmentsAhead].pixel);
+    const auto [pixel, depth] = walk[i];
     const bool is_released = scratch.stamp[pixel] == scratch.now;
-    const LeafFragment merged = make_fragment(f.depth, id_count_);
-    if (!is_released && merged > view.last[pixel]) return;
-    const Gain gain = gained(weighing, pixel, merged);
+    const LeafFragment merged = make_fragment(depth, id_count_);
+    if (!is_released && merged > view.last[pixel]) continue;
     const Channels rest = is_released ? scratch.rest[pixel] : unfixed(view.shown[pixel], kFixedUnit);
-    add_squares(pixels, rest - unfixed(view.source[pixel], kFixedUnit), gain);
+    const Gain gain = gained(weighing, pixel, merged, rest);
+    pixels.add(rest - unfixed(view.source[pixel], kFixedUnit), gain.covered, gain.light);
     covered += static_cast<double>(gain.covered[3]);
     add(scratch.gained, 0, block_of(pixel), gain);
-  });
+  }
   add_coarser(scratch.gained);
-  MergeCost cost = pixels * pixel_weight();
+  MergeCost cost = pixels.cost(own_shade) * pixel_weight();
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
-    MergeCost blocks;
+    SquareSums blocks;
     for (const std::uint32_t block : scratch.gained.touched[scale]) {
       const Channels rest = unfixed(view.differences[scale][block], kFixedUnit) + scratch.released.sums[scale][block];
-      add_squares(blocks, rest, {scratch.gained.sums[scale][block], scratch.gained.light[scale][block]});
+      blocks.add(rest, scratch.gained.sums[scale][block], scratch.gained.light[scale][block]);
     }
-    cost += blocks * block_weight(scale);
+    cost += blocks.cost(own_shade) * block_weight(scale);
   }
   const double excess = static_cast<double>(view.excess) / kFixedUnit + weighing.uncovered;
   cost.opacity += coverage_unit_ * pixel_area_ * pixel_area_ * 2.0 * excess * covered;
@@ -469,7 +497,7 @@ void LiveImage::apply(const LeafMerge& merge) {
   pixels_[merge.result] = pixels_of(merge.leaf);
   parallel_for(view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
-    view.colors[merge.result] = color_of(view, merge.leaf);
+    const Shade color = color_of(view, merge.leaf);
     std::vector<std::uint32_t> pixels, tiles;
     const auto area = [&](std::uint32_t pixel) -> std::uint32_t& {
       return areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
@@ -481,7 +509,7 @@ void LiveImage::apply(const LeafMerge& merge) {
         const LeafFragment fragment = make_fragment(own.depths[i], id);
         --area(pixel);
         if (id == merge.result)
-          view.fragments.insert(pixel, fragment);
+          view.fragments.insert(pixel, {fragment, color});
         else
           view.fragments.remove(pixel, fragment);
         ++area(pixel);
@@ -521,11 +549,12 @@ void LiveImage::halve(std::span<const std::uint32_t> live) {
         sum += view.shown[i] - __builtin_convertvector(view.source[i], FixedChannels);
       differences[pixel] = sum >> 2;
     }
-    view.fragments = FragmentLists(pixels_per_view());
+    view.fragments = PixelLists<ShownFragment>(pixels_per_view());
     for (const std::uint32_t id : live) {
       const LeafPixels& own = pixels_[id];
+      const Shade color = color_of(view, leaves_[id]);
       for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i)
-        view.fragments.insert(own.pixels[i], make_fragment(own.depths[i], id));
+        view.fragments.insert(own.pixels[i], {make_fragment(own.depths[i], id), color});
       areas_px_[std::size_t{id} * view_count() + v] = 0;
     }
     areas_px_[std::size_t{background()} * view_count() + v] = 0;

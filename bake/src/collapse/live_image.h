@@ -43,6 +43,15 @@ struct LeafShades {
   }
 };
 
+/// A fragment, and what its leaf shows; its fade in place of its coverage.
+struct ShownFragment {
+  LeafFragment fragment = kNothing;
+  Shade color{};
+};
+[[nodiscard]] inline LeafFragment fragment_of(const ShownFragment& entry) {
+  return entry.fragment;
+}
+
 /// albedo  linear luminance
 LeafShades leaf_shades(const Quad& quad, float albedo);
 
@@ -101,12 +110,16 @@ class LiveImage {
     std::vector<std::vector<std::uint32_t>> touched;  ///< [scale]
     std::vector<std::vector<std::uint8_t>> is_touched;
   };
+  struct PixelDepth {
+    std::uint32_t pixel = 0, depth = 0;
+  };
   /// Working memory of one thread.
   struct Scratch {
     BlockSums released, gained;
     std::vector<std::uint32_t> stamp;  ///< [pixel] == now: `rest` holds what the pixel shows without the pair
     std::vector<Channels> rest;        ///< [pixel]
     std::uint32_t now = 0;
+    std::vector<PixelDepth> walk;  ///< of the merged leaf that is being weighed
   };
 
   /// buffers  of `shown` with the same views; see render_item_buffers for what must hold (checked there)
@@ -159,8 +172,7 @@ class LiveImage {
   struct View {
     Projection projection;
     glm::vec3 direction{0.0f};  ///< towards the viewer
-    FragmentLists fragments;
-    std::vector<Shade> colors;                            ///< [id] what a live leaf shows; its fade in place of its coverage
+    PixelLists<ShownFragment> fragments;
     std::vector<FixedPixel> source;                       ///< [pixel] the first picture
     std::vector<FixedChannels> shown;                     ///< [pixel] the present picture
     std::vector<LeafFragment> last;                       ///< [pixel] the fragment that nothing shows through, or kNothing
@@ -195,13 +207,14 @@ class LiveImage {
     return (resolution_px_ + (1u << shift_of(scale)) - 1) >> shift_of(scale);
   }
   [[nodiscard]] std::uint32_t block_of(std::uint32_t pixel) const {
-    return ((pixel / resolution_px_) >> finest_shift_) * finest_blocks_per_row_ + ((pixel % resolution_px_) >> finest_shift_);
+    const auto y = static_cast<std::uint32_t>((pixel + 0.5) * rows_per_pixel_), x = pixel - y * resolution_px_;
+    return (y >> finest_shift_) * finest_blocks_per_row_ + (x >> finest_shift_);
   }
   [[nodiscard]] std::uint32_t tile_of(std::uint32_t pixel) const {
     return ((pixel / resolution_px_) >> kTileShift) * tiles_per_row_ + ((pixel % resolution_px_) >> kTileShift);
   }
   [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const {
-    return fragment == FragmentLists::kNothing ? background() : fragment_leaf(fragment);
+    return fragment == kNothing ? background() : fragment_leaf(fragment);
   }
   [[nodiscard]] double pixel_weight() const;
   [[nodiscard]] double block_weight(std::size_t scale) const;
@@ -226,8 +239,9 @@ class LiveImage {
   }
   double release(std::uint32_t v, Weighing& weighing) const;
   MergeCost gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const;
-  [[nodiscard]] Gain gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged) const;
+  [[nodiscard]] Gain gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& rest) const;
   void prepare(Scratch& scratch) const;
+  void prefetch(const View& view, const Scratch& scratch, std::uint32_t pixel) const;
   void add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Gain& change) const;
   void add_coarser(BlockSums& sums) const;
   void clear(BlockSums& sums) const;
@@ -235,6 +249,7 @@ class LiveImage {
   static constexpr std::uint32_t kTileShift = 3;
 
   std::uint32_t id_count_ = 0, resolution_px_ = 0, tiles_per_row_ = 0, halvings_ = 0;
+  double rows_per_pixel_ = 0.0;  ///< for a multiplication in place of a division
   double pixel_area_ = 1.0;
   double coverage_unit_ = 0.0;  ///< error of one px^2 of excess, squared, over 255^2
   std::uint32_t finest_shift_ = 0, finest_blocks_per_row_ = 0;

@@ -63,14 +63,14 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
   parallel_for(view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     view.projection = make_projection(views[v], sphere, buffers.resolution_px);
-    view.fragments = FragmentLists(buffers, v);
+    view.fragments = FragmentLists(buffers, v, [](LeafFragment fragment) { return fragment; });
     for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel)
       ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count_ + v];
   });
 }
 
 std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
-  return fragment == FragmentLists::kNothing ? background() : fragment_leaf(fragment);
+  return fragment == kNothing ? background() : fragment_leaf(fragment);
 }
 
 void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {

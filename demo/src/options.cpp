@@ -186,6 +186,7 @@ ParsedOptions parse_options(int argc, char** argv) {
   CLI::App app(kAbout, "coppice-forest");
   app.formatter(coppice::command_line::help_format());
   app.footer(key_table());
+  app.set_version_flag("--version", COPPICE_FOREST_VERSION);
   declare_forest(app, parsed.options);
   declare_pictures(app, parsed.options);
   declare_detail(app, parsed.options);

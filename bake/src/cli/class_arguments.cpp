@@ -18,7 +18,12 @@ void add_class_options(CLI::App& command, ClassArguments& arguments) {
       ->type_name("REGEX");
   command.add_option("--wood-material", arguments.wood_material, "All of the materials whose name this regular expression finds is wood")
       ->type_name("REGEX");
-  command.add_option("--classes", arguments.classes, "Say for each material what it is: leaf, wood or drop (see the README)")
+  command
+      .add_option(
+          "--classes", arguments.classes,
+          "Say for each material what it is: {\"classes\": [{\"material\": \"^Leaves$\", \"class\": \"leaf\"}, ...]}. The first entry "
+          "decides whose regular expression finds the material's name. A class is leaf, wood or drop. An entry may also have "
+          "\"min_triangles\" and \"max_triangles\" of a connected piece")
       ->type_name("F.json");
 }
 

@@ -158,7 +158,7 @@ void add_bake_command(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand("bake", "Turn a glTF plant into a .coppice file: every level of detail in one stream");
   command->footer(
       "Leaves are found by material name, alpha mask, shape, repetition and colour; everything else is wood.\n"
-      "  coppice bake poplar.glb --dry-run --preview parts.png      what was found and why, nothing is baked\n"
+      "  coppice bake poplar.glb --dry-run --preview parts.png   what was found and why, nothing is baked\n"
       "  coppice bake poplar.glb -o poplar.coppice --leaf-material '^Leaves$'");
   command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb");
   CLI::Option* output = add_output_option(*command, "-o,--output", arguments->output,

@@ -255,7 +255,8 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       "  coppice evaluate willow.glb --methods default,geometric --levels .4,.1 --html willow.html\n"
       "  coppice evaluate willow.glb --methods default --levels 1,.4 --reference meshes --size 512\n"
       "  coppice evaluate --paper --json paper.json\n"
-      "  coppice evaluate willow.glb --write-source quads.glb      # simplify it with any tool into mine/0.4.glb, mine/0.1.glb; then\n"
+      "Another tool is measured by what it makes of the leaf quads, here as mine/0.4.glb and mine/0.1.glb.\n"
+      "  coppice evaluate willow.glb --write-source quads.glb\n"
       "  coppice evaluate willow.glb --methods default --levels .4,.1 --levels-of mine=mine");
   command->add_option("input", arguments->input, "The plant: .glb or .gltf; not needed with --paper")->type_name("IN.glb");
   add_method_options(*command, *arguments);

@@ -236,12 +236,11 @@ constexpr const char* kFooter =
     "A scene says where plants stand; coppice-forest --scene F.forest and coppice_scene_open stream it, however large it is.\n"
     "Scattered, groves and clearings come from the seed:\n"
     "  coppice scene -o wood.forest --plants oak.coppice,birch.coppice --size-m 10000 --count 1000000\n"
-    "or from maps over the whole square, white dense, black bare, north (-z) at the top; plants without a map then stay out, and of each\n"
-    "other there are as many as its map is white:\n"
-    "  coppice scene -o wood.forest --plants baked --size-m 2000 --count 50000 --density oak=oaks.png --density birch=birches.png\n"
+    "or from maps over the whole square, white dense, black bare, north (-z) at the top; plants without a map then stay out, and of "
+    "each other there are as many as its map is white:\n"
+    "  coppice scene -o wood.forest --plants baked --size-m 2000 --count 50000 --density oak=oaks.png\n"
     "From a level editor's glTF: each node, or mesh, that is named like a baked plant (Oak, oak.001 and oak_LOD0 all are oak) becomes "
-    "one,\n"
-    "of several levels in one place the finest, with EXT_mesh_gpu_instancing as many as it has instances:\n"
+    "one, of several levels in one place the finest, with EXT_mesh_gpu_instancing as many as it has instances:\n"
     "  coppice scene level.glb -o level.forest --plants baked\n"
     "Plants are named in the scene by paths relative to it, and lie in its folder or below: move them together.";
 
@@ -250,7 +249,8 @@ constexpr const char* kFooter =
 void add_scene_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<SceneArguments>();
   arguments->scatter.count = 100000;
-  CLI::App* command = app.add_subcommand("scene", "Make a .forest: where plants stand, scattered by a seed and maps or from a glTF scene");
+  CLI::App* command =
+      app.add_subcommand("scene", "Make a .forest file: where plants stand, scattered by a seed and maps or from a glTF scene");
   command->footer(kFooter);
   CLI::Option* input = command->add_option("input", arguments->input, "A glTF scene; without it plants are scattered")->type_name("IN.glb");
   add_output_option(*command, "-o,--output", arguments->output, "The .forest to write")->required()->type_name("F.forest");

@@ -61,8 +61,7 @@ int main(int argc, char** argv) {
       "  coppice bake willow.glb -o willow.coppice  order its leaves for every level of detail\n"
       "  coppice inspect willow.coppice             see what is inside\n"
       "  coppice-forest willow.coppice              look at it; with --count 2000, a forest of it\n"
-      "or, for a first look at any plant, the last three in one:\n"
-      "  coppice view willow.glb\n",
+      "  coppice view willow.glb                    the last three in one, for a first look at any plant\n",
       "coppice"};
   app.set_version_flag("--version", std::to_string(COPPICE_VERSION_MAJOR) + "." + std::to_string(COPPICE_VERSION_MINOR) + "." +
                                         std::to_string(COPPICE_VERSION_PATCH));

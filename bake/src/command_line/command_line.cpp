@@ -54,8 +54,9 @@ class HelpFormat : public CLI::Formatter {
   }
   [[nodiscard]] std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
     // A flag that switches something off has its value behind its name: "--no-shadows{false}".
-    static const std::regex kValue(R"(\{[^}]*\})");
-    return std::regex_replace(CLI::Formatter::make_option_name(option, is_positional), kValue, "");
+    static const std::regex kValue(R"(\{[^}]*\})"), kComma(",-");
+    const std::string names = std::regex_replace(CLI::Formatter::make_option_name(option, is_positional), kValue, "");
+    return std::regex_replace(names, kComma, ", -");
   }
   [[nodiscard]] std::string make_option_opts(const CLI::Option* option) const override {
     const std::string type = option->get_type_size() != 0 ? type_of(*option) : "";

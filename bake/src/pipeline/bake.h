@@ -23,7 +23,7 @@ std::uint32_t metric_view_count(Metric metric, std::uint32_t leaf_count);
 /// than six times the view. Time goes by what leaves cover, and leaves that overlap so much are large in a smaller view, too.
 std::uint32_t bounded_resolution_px(const Foliage& foliage, std::uint32_t resolution_px);
 
-/// Ten times faster than the defaults: fewer and smaller views, fewer candidates. See the README for what it costs.
+/// Ten times faster than the defaults: fewer and smaller views, fewer candidates. bake/README.md has what it costs.
 inline constexpr std::uint32_t kQuickViewCount = 14, kQuickResolution_px = 128, kQuickCandidateCount = 4;
 
 struct BakeOptions {

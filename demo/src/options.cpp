@@ -9,9 +9,12 @@
 #include <CLI/CLI.hpp>
 
 #include "command_line.h"
+#include "completion.h"
 
 namespace forest {
 namespace {
+
+using coppice::command_line::kShells;
 
 constexpr const char* kAbout =
     "A forest of streamed plants, or one of them: coppice-forest PLANT.coppice turns the camera round it. Without a display it renders "
@@ -45,7 +48,7 @@ CLI::Option* add_switch(CLI::App& app, const std::string& names, std::optional<b
 
 void declare_forest(CLI::App& app, Options& options) {
   app.option_defaults()->group("The forest");
-  CLI::Option* plant = app.add_option("PLANT", options.plants, kPlant)->expected(1)->type_name("");
+  CLI::Option* plant = app.add_option("PLANT", options.plants, kPlant)->expected(1)->type_name("A.coppice|FOLDER");
   CLI::Option* plants = app.add_option("--plants", options.plants, kPlants)->delimiter(',')->excludes(plant)->type_name("A.coppice,...");
   CLI::Option* count = app.add_option("--count", options.count, "Plant instances")->check(CLI::Range(1u, 1000000u))->capture_default_str();
   CLI::Option* scene = app.add_option("--scene", options.scene, "Stream a scene that `coppice scene` made, on flat ground")
@@ -91,7 +94,7 @@ void declare_pictures(CLI::App& app, Options& options) {
       ->type_name("FILE")
       ->capture_default_str();
   app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
-      ->type_name("DIR");
+      ->type_name("FOLDER");
   app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air [1; of one plant 0]")->check(CLI::Range(0.0f, 10.0f));
   app.add_flag("--shadows,!--no-shadows", options.shadows, "Shadow maps: plants shade the ground and each other [on]");
   CLI::Option* temporal = add_switch(app, "--taa,!--no-taa", options.temporal,
@@ -185,8 +188,12 @@ ParsedOptions parse_options(int argc, char** argv) {
   ParsedOptions parsed;
   CLI::App app(kAbout, "coppice-forest");
   app.formatter(coppice::command_line::help_format());
+  std::string shell;
   app.footer(key_table());
   app.set_version_flag("--version", COPPICE_FOREST_VERSION);
+  app.add_option("--completion", shell, "Print a script with which bash, zsh or fish completes these options")
+      ->check(CLI::IsMember(std::vector<std::string>(kShells.begin(), kShells.end())))
+      ->type_name("SHELL");
   declare_forest(app, parsed.options);
   declare_pictures(app, parsed.options);
   declare_detail(app, parsed.options);
@@ -194,6 +201,10 @@ ParsedOptions parse_options(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     choose_defaults(app, parsed.options);
+    if (!shell.empty()) {
+      std::fputs(coppice::command_line::completion_script(app, shell).c_str(), stdout);
+      parsed.exit_code = 0;
+    }
   } catch (const CLI::ParseError& error) {
     const std::string unknown = coppice::command_line::unknown_word(app, {argv + 1, argv + argc});
     if (error.get_exit_code() != 0 && !unknown.empty())

@@ -76,7 +76,8 @@ struct Options {
   bool validation = false;
 };
 
-/// Parses argv. Returns an exit code instead when there is nothing to run: 0 after --help, 2 after a usage error (already printed).
+/// Parses argv. Returns an exit code instead when there is nothing to run: 0 after what --help, --version or --completion printed, 2 after
+/// a usage error (already printed).
 struct ParsedOptions {
   Options options;
   std::optional<int> exit_code;

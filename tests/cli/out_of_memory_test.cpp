@@ -42,6 +42,7 @@ void PrintTo(const Command& command, std::ostream* stream) {
 const std::vector<Command>& commands() {
   static const std::vector<Command> all = {
       {"help", {"--help"}},
+      {"completion", {"completion", "zsh"}},
       {"plant", {"plant", "corylus", "-o", "OUT/plant.glb"}},
       {"bake", {"bake", "IN/small.glb", "-o", "OUT/small.coppice", "--views", "2", "--resolution", "16", "--threads", "1"}},
       {"bake_report",

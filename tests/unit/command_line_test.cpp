@@ -1,10 +1,12 @@
-// What command lines have in common: help that fits a terminal, and slips of the keyboard.
+// What command lines have in common: help that fits a terminal, slips of the keyboard, and what completion knows.
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <sstream>
 
 #include "command_line.h"
+#include "completion.h"
 
 namespace coppice::command_line {
 namespace {
@@ -54,6 +56,57 @@ TEST(Help, FitsTheColumnsAndHasRangesInWords) {
   EXPECT_NE(help.find("How much; from 0.000000001 to 1"), std::string::npos) << help;
   EXPECT_NE(help.find("from 1 to 2000000 [7]"), std::string::npos) << help;
   EXPECT_EQ(help.find(" in ["), std::string::npos) << help;
+}
+
+TEST(FirstClause, EndsWhereOnePauses) {
+  EXPECT_EQ(first_clause("Worker threads; 0 for all. The result is the same"), "Worker threads");
+  EXPECT_EQ(first_clause("Writes F.json. Nothing else"), "Writes F.json");
+  EXPECT_EQ(first_clause("How leaves are lit: 0 or 1"), "How leaves are lit");
+  EXPECT_EQ(first_clause("cut: by size. full: all"), "cut: by size") << "a word and a colon begin a list";
+  EXPECT_EQ(first_clause("Memory budget [256; or more]"), "Memory budget");
+  EXPECT_EQ(first_clause("Quick"), "Quick");
+  EXPECT_EQ(first_clause(""), "");
+}
+
+TEST(WordsOf, ComeFromChecksAndTypeNames) {
+  CLI::App app("A tool. Of ours", "tool");
+  std::string text;
+  std::vector<std::string> several;
+  bool flag = false;
+  const auto option = [&](const char* name, const char* type) { return app.add_option(name, text)->type_name(type); };
+  option("place", "IN.glb|FOLDER");
+  option("--set,-s", "KIND")->check(CLI::IsMember({"one", "two"}));
+  option("--count", "M|full")->check(CLI::Range(1, 9) | CLI::IsMember({"full", "none"}));
+  option("--map", "")->transform(CLI::CheckedTransformer(std::map<std::string, int>{{"off", 0}, {"on", 1}}));
+  option("--file", "FILE|top");
+  option("--folder", "OUT/");
+  option("--number", "N");
+  app.add_option("--list", several)->delimiter(',')->type_name("NAME=A.png,...");
+  app.add_flag("--yes,!--no", flag);
+  const CommandWords words = words_of(app);
+  EXPECT_EQ(words.name, "tool");
+  EXPECT_EQ(words.about, "A tool");
+  ASSERT_EQ(words.places.size(), 1u);
+  EXPECT_EQ(words.places[0].value.endings, std::vector<std::string>{".glb"});
+  EXPECT_TRUE(words.places[0].value.is_folder);
+  using Strings = std::vector<std::string>;
+  std::map<std::string, OptionWords> options;
+  for (const OptionWords& each : words.options) options[each.names.back()] = each;
+  EXPECT_EQ(options.at("--set").names, (Strings{"-s", "--set"}));
+  EXPECT_EQ(options.at("--set").value.words, (Strings{"one", "two"}));
+  EXPECT_EQ(options.at("--count").value.words, (Strings{"full", "none"}));
+  EXPECT_EQ(options.at("--map").value.words, (Strings{"off", "on"}));
+  EXPECT_EQ(options.at("--file").value.endings, Strings{""});
+  EXPECT_EQ(options.at("--file").value.words, Strings{"top"});
+  EXPECT_TRUE(options.at("--folder").value.is_folder);
+  EXPECT_TRUE(options.at("--folder").value.endings.empty());
+  EXPECT_TRUE(options.at("--number").takes_value);
+  EXPECT_TRUE(options.at("--number").value.words.empty());
+  EXPECT_TRUE(options.at("--list").value.is_named);
+  EXPECT_EQ(options.at("--list").value.separator, ',');
+  EXPECT_EQ(options.at("--list").value.endings, Strings{".png"});
+  EXPECT_EQ(options.at("--no").names, (Strings{"--yes", "--no"}));
+  EXPECT_FALSE(options.at("--no").takes_value);
 }
 
 TEST(UnknownWord, NamesTheFirstAndWhatWasMeant) {

@@ -160,7 +160,7 @@ void add_bake_command(CLI::App& app, int* exit_code) {
       "Leaves are found by material name, alpha mask, shape, repetition and colour; everything else is wood.\n"
       "  coppice bake poplar.glb --dry-run --preview parts.png   what was found and why, nothing is baked\n"
       "  coppice bake poplar.glb -o poplar.coppice --leaf-material '^Leaves$'");
-  command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb");
+  command->add_option("input", arguments->input, "The plant: .glb or .gltf")->required()->type_name("IN.glb|IN.gltf");
   CLI::Option* output = add_output_option(*command, "-o,--output", arguments->output,
                                           "The .coppice file to write, which appears whole or not at all; - for the standard output");
   output->type_name("OUT.coppice");

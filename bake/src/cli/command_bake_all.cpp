@@ -213,10 +213,10 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       "  coppice bake-all plants -o baked --report baked.json");
   command->add_option("input", arguments->input, "A folder of plants, a list of them, or one")
       ->required()
-      ->type_name("FOLDER|LIST.json|IN.glb");
+      ->type_name("FOLDER|LIST.json|IN.glb|IN.gltf");
   add_output_option(*command, "-o,--output", arguments->output, "Folder for the .coppice files; made if it is missing")
       ->required()
-      ->type_name("OUT");
+      ->type_name("OUT/");
   command
       ->add_option(
           "--jobs", arguments->job_count,

@@ -258,7 +258,7 @@ void add_evaluate_command(CLI::App& app, int* exit_code) {
       "Another tool is measured by what it makes of the leaf quads, here as mine/0.4.glb and mine/0.1.glb.\n"
       "  coppice evaluate willow.glb --write-source quads.glb\n"
       "  coppice evaluate willow.glb --methods default --levels .4,.1 --levels-of mine=mine");
-  command->add_option("input", arguments->input, "The plant: .glb or .gltf; not needed with --paper")->type_name("IN.glb");
+  command->add_option("input", arguments->input, "The plant: .glb or .gltf; not needed with --paper")->type_name("IN.glb|IN.gltf");
   add_method_options(*command, *arguments);
   add_picture_options(*command, *arguments);
   add_outputs(*command, *arguments);

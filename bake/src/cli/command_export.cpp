@@ -79,7 +79,7 @@ int run(const ExportArguments& arguments) {
 void add_export_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "Write one cut of a plant as plain glTF, for any engine");
-  command->add_option("input", arguments->input, "A .coppice file")->required();
+  command->add_option("input", arguments->input, "A .coppice file")->required()->type_name("IN.coppice");
   const CLI::Range counts(1u, COPPICE_MAX_LEAVES);
   command
       ->add_option(
@@ -88,15 +88,17 @@ void add_export_command(CLI::App& app, int* exit_code) {
           "else all quads; not needed for wood alone")
       ->check(counts | CLI::IsMember({"full"}))
       ->type_name("M|full");
-  command->add_option("--part", arguments->part, "foliage, wood (the finest) or all")
+  command->add_option("--part", arguments->part, "What is written; wood is the finest")
       ->check(CLI::IsMember({"foliage", "wood", "all"}))
-      ->type_name("PART")
+      ->type_name("foliage|wood|all")
       ->capture_default_str();
   command->add_flag(
       "--solid", arguments->solid,
       "Leaves without opacity, for engines that draw none: each shrinks to the area that its opacity is of. Otherwise opacity is "
       "the alpha of COLOR_0, and leaves that have it are blended");
-  add_output_option(*command, "-o,--output", arguments->output, "The .glb to write; - for the standard output")->required();
+  add_output_option(*command, "-o,--output", arguments->output, "The .glb to write; - for the standard output")
+      ->required()
+      ->type_name("OUT.glb");
   command->callback([arguments, exit_code] {
     if (arguments->part != "wood" && arguments->leaves.empty()) throw CLI::RequiredError("--leaves");
     if (!arguments->leaves.empty() && arguments->leaves != "full")

@@ -194,7 +194,7 @@ void add_inspect_command(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand("inspect",
                                          "Show what is inside a .coppice file: sizes per kind of chunk and what Draco codes of it, wood "
                                          "LoDs, error table; or a .forest file: plants, tiles, species");
-  command->add_option("input", arguments->input, "A .coppice or a .forest file")->required();
+  command->add_option("input", arguments->input, "A .coppice or a .forest file")->required()->type_name("IN.coppice|IN.forest");
   command->add_flag("--json", arguments->json, "As JSON");
   command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
 }

@@ -36,8 +36,11 @@ void add_plant_command(CLI::App& app, int* exit_code) {
                                          "juniper (13,162)");
   command->add_option("species", arguments->species, "corylus, willow or juniper")
       ->required()
-      ->check(CLI::IsMember({"corylus", "willow", "juniper"}));
-  add_output_option(*command, "-o,--output", arguments->output, "The .glb to write; - for the standard output")->required();
+      ->check(CLI::IsMember({"corylus", "willow", "juniper"}))
+      ->type_name("SPECIES");
+  add_output_option(*command, "-o,--output", arguments->output, "The .glb to write; - for the standard output")
+      ->required()
+      ->type_name("OUT.glb");
   command->add_option("--seed", arguments->seed, "Same seed, same plant")->capture_default_str();
   command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
 }

@@ -252,7 +252,8 @@ void add_scene_command(CLI::App& app, int* exit_code) {
   CLI::App* command =
       app.add_subcommand("scene", "Make a .forest file: where plants stand, scattered by a seed and maps or from a glTF scene");
   command->footer(kFooter);
-  CLI::Option* input = command->add_option("input", arguments->input, "A glTF scene; without it plants are scattered")->type_name("IN.glb");
+  CLI::Option* input =
+      command->add_option("input", arguments->input, "A glTF scene; without it plants are scattered")->type_name("IN.glb|IN.gltf");
   add_output_option(*command, "-o,--output", arguments->output, "The .forest to write")->required()->type_name("F.forest");
   command->add_option("--plants", arguments->plants, "Baked plants, and folders of them, separated by commas")
       ->required()

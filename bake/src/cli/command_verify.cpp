@@ -49,7 +49,7 @@ void add_verify_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<VerifyArguments>();
   CLI::App* command = app.add_subcommand(
       "verify", "Check a .coppice file, or a .forest file with all its plants: every checksum, page, tile and invariant; exit 0 or 1");
-  command->add_option("input", arguments->input, "A .coppice or a .forest file")->required();
+  command->add_option("input", arguments->input, "A .coppice or a .forest file")->required()->type_name("IN.coppice|IN.forest");
   command->add_flag("--allow-outside", arguments->allow_outside, "Let a scene name plants outside its folder");
   command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
 }

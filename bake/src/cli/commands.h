@@ -17,5 +17,6 @@ void add_export_command(CLI::App& app, int* exit_code);
 void add_evaluate_command(CLI::App& app, int* exit_code);
 void add_scene_command(CLI::App& app, int* exit_code);
 void add_view_command(CLI::App& app, int* exit_code);
+void add_completion_command(CLI::App& app, int* exit_code);
 
 }  // namespace coppice::bake

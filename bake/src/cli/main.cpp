@@ -82,6 +82,7 @@ int main(int argc, char** argv) {
   coppice::bake::add_evaluate_command(app, &exit_code);
   coppice::bake::add_scene_command(app, &exit_code);
   coppice::bake::add_view_command(app, &exit_code);
+  coppice::bake::add_completion_command(app, &exit_code);
 
   try {
     if (argc == 1) throw CLI::CallForHelp();

@@ -1,7 +1,8 @@
-# coppice_install_program(coppice_tool coppice)
-# What `cmake --install` leaves of a program, component coppice_tools: the program, called `name`, and its man pages, one for it and one for
-# each of its sub-commands, made by running it. The target coppice_tools builds all of that.
-function(coppice_install_program target name)
+# coppice_install_program(coppice_tool coppice completion)
+# What `cmake --install` leaves of a program, component coppice_tools: the program, called `name`; its completion for bash, zsh and fish, which
+# it prints when it is asked for with `completion` and the shell's name; and man pages, one for it and one for each of its sub-commands. All of
+# that but the program is made by running it. The target coppice_tools builds all of that.
+function(coppice_install_program target name completion)
   include(GNUInstallDirs)
   if(NOT TARGET coppice_tools)
     add_custom_target(coppice_tools)
@@ -11,9 +12,29 @@ function(coppice_install_program target name)
   set_target_properties(${target} PROPERTIES INSTALL_RPATH_USE_LINK_PATH ON)
   install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT coppice_tools)
   if(CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR)
-    message(STATUS "${name}: no man pages, because it does not run on this machine")
+    message(STATUS "${name}: no man pages and no completion, because it does not run on this machine")
     return()
   endif()
+
+  set(completions ${PROJECT_BINARY_DIR}/completions)
+  set(scripts)
+  foreach(shell_file bash/${name} zsh/_${name} fish/${name}.fish)
+    get_filename_component(shell ${shell_file} DIRECTORY)
+    add_custom_command(
+      OUTPUT ${completions}/${shell_file}
+      COMMAND ${CMAKE_COMMAND} -E make_directory ${completions}/${shell}
+      COMMAND ${target} ${completion} ${shell} > ${completions}/${shell_file}
+      DEPENDS ${target}
+      VERBATIM)
+    list(APPEND scripts ${completions}/${shell_file})
+  endforeach()
+  add_custom_target(${target}_completion ALL DEPENDS ${scripts})
+  add_dependencies(coppice_tools ${target}_completion)
+  set(folders bash-completion/completions zsh/site-functions fish/vendor_completions.d)
+  foreach(script folder IN ZIP_LISTS scripts folders)
+    install(FILES ${script} DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/${folder} COMPONENT coppice_tools)
+  endforeach()
+
   find_program(HELP2MAN help2man)
   if(NOT HELP2MAN)
     message(STATUS "${name}: no man pages, because there is no help2man")

@@ -1,0 +1,177 @@
+// Completion of the programs' command lines as shells do it: the scripts that the programs print are run in bash, and in fish where it is.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "help_text.h"
+#include "process.h"
+
+namespace coppice::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+
+/// A program that completes, and how it is asked for its script.
+struct Program {
+  std::string name;
+  fs::path file;
+  std::string argument;  ///< before the shell's name
+};
+
+const std::vector<Program>& programs() {
+  static const std::vector<Program> all = {{"coppice", COPPICE_TOOL, "completion"},
+#ifdef COPPICE_FOREST
+                                           {"coppice-forest", COPPICE_FOREST, "--completion"}
+#endif
+  };
+  return all;
+}
+
+fs::path write_script(const Program& program, const std::string& shell, const TemporaryFolder& folder) {
+  const ProcessResult result = run_process(program.file, {program.argument, shell});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_NE(result.out, "");
+  const fs::path path = folder.path() / (program.name + "." + shell);
+  std::ofstream(path) << result.out;
+  return path;
+}
+
+Words sorted_lines(const std::string& text) {
+  std::set<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);)
+    if (!line.empty()) lines.insert(line.substr(0, line.find('\t')));
+  return {lines.begin(), lines.end()};
+}
+
+/// Scripts and a folder of files to complete.
+class Completion : public testing::Test {
+ protected:
+  Completion() {
+    fs::create_directories(files_ / "a folder");
+    for (const char* name : {"oak.glb", "oak.gltf", "oak.coppice", "birch.coppice", "wood.forest", "map.png", "notes.txt"})
+      std::ofstream(files_ / name) << "x";
+  }
+
+  /// What bash offers for the last word. Words as readline has them: = is one of its own.
+  Words in_bash(const Words& line) {
+    const Program& program = *std::ranges::find(programs(), line.front(), &Program::name);
+    std::string function = "_" + program.name;
+    std::ranges::replace(function, '-', '_');
+    Words arguments = {"-u",
+                       "-c",
+                       "source \"$1\"; cd \"$2\"; complete=$3; shift 3; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); "
+                       "$complete; printf '%s\\n' \"${COMPREPLY[@]}\"",
+                       "bash",
+                       write_script(program, "bash", folder_),
+                       files_,
+                       function};
+    arguments.insert(arguments.end(), line.begin(), line.end());
+    const ProcessResult result = run_process(program_on_path("bash"), arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+    return sorted_lines(result.out);
+  }
+
+  Words in_fish(const std::string& line) {
+    const Program& program = *std::ranges::find(programs(), line.substr(0, line.find(' ')), &Program::name);
+    const ProcessResult result = run_process(
+        program_on_path("fish"),
+        {"-c", "source $argv[1]; cd $argv[2]; complete --do-complete $argv[3]", write_script(program, "fish", folder_), files_, line},
+        {.environment = {"HOME=" + folder_.path().string()}});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return sorted_lines(result.out);
+  }
+
+  TemporaryFolder folder_;
+  fs::path files_ = folder_.path() / "files";
+};
+
+TEST_F(Completion, ScriptsAreWellFormed) {
+  for (const std::string shell : {"bash", "zsh", "fish"}) {
+    const fs::path interpreter = program_on_path(shell);
+    for (const Program& program : programs()) {
+      const fs::path script = write_script(program, shell, folder_);
+      if (interpreter.empty()) continue;
+      const ProcessResult result = run_process(interpreter, {"-n", script});
+      EXPECT_EQ(result.exit_code, 0) << shell << ", " << program.name << ": " << result.err;
+      EXPECT_EQ(result.err, "");
+    }
+    if (interpreter.empty()) std::printf("%s is not installed: its scripts are not parsed\n", shell.c_str());
+  }
+}
+
+TEST_F(Completion, OffersWhatTheHelpLists) {
+  for (const Program& program : programs()) {
+    const std::string help = run_process(program.file, {"--help"}).out;
+    Words commands = listed_commands(help), options = listed_options(help);
+    std::ranges::sort(options);
+    EXPECT_EQ(in_bash({program.name, "-"}), options);
+    for (const std::string& command : commands) {
+      options = listed_options(run_process(program.file, {command, "--help"}).out);
+      EXPECT_GT(options.size(), 1u) << command;
+      std::ranges::sort(options);
+      EXPECT_EQ(in_bash({program.name, command, "-"}), options) << command;
+    }
+    std::ranges::sort(commands);
+    if (program.name == "coppice") {
+      EXPECT_GT(commands.size(), 8u);
+      EXPECT_EQ(in_bash({program.name, ""}), commands);
+    }
+  }
+}
+
+TEST_F(Completion, BashOffersValuesAndFilesThatFit) {
+  EXPECT_EQ(in_bash({"coppice", "ba"}), (Words{"bake", "bake-all"}));
+  EXPECT_EQ(in_bash({"coppice", "bake", "--metr"}), (Words{"--metric"}));
+  EXPECT_EQ(in_bash({"coppice", "bake", "--metric", ""}), (Words{"default", "geometric", "mi"}));
+  EXPECT_EQ(in_bash({"coppice", "bake", "--metric", "=", "g"}), (Words{"geometric"}));
+  EXPECT_EQ(in_bash({"coppice", "bake", "--metric", "="}), (Words{"default", "geometric", "mi"}));
+  EXPECT_EQ(in_bash({"coppice", "bake", "--views", ""}), Words{}) << "a number";
+  EXPECT_EQ(in_bash({"coppice", "plant", ""}), (Words{"corylus", "juniper", "willow"}));
+  EXPECT_EQ(in_bash({"coppice", "bake", ""}), (Words{"a folder", "oak.glb", "oak.gltf"}));
+  EXPECT_EQ(in_bash({"coppice", "bake", "--quick", "--views", "4", "oak"}), (Words{"oak.glb", "oak.gltf"}));
+  EXPECT_EQ(in_bash({"coppice", "bake", "oak.glb", ""}), Words{}) << "one plant is enough";
+  EXPECT_EQ(in_bash({"coppice", "bake", "-o", "o"}), (Words{"oak.coppice"}));
+  EXPECT_EQ(in_bash({"coppice", "bake-all", "-o", ""}), (Words{"a folder"}));
+  EXPECT_EQ(in_bash({"coppice", "export", "--leaves", ""}), (Words{"full"}));
+  EXPECT_EQ(in_bash({"coppice", "evaluate", "--methods", "mi,g"}), (Words{"mi,geometric"}));
+  EXPECT_EQ(in_bash({"coppice", "scene", "--plants", "oak.coppice,b"}), (Words{"oak.coppice,birch.coppice"}));
+  EXPECT_EQ(in_bash({"coppice", "scene", "--density", "oak", "=", "m"}), (Words{"map.png"}));
+  EXPECT_EQ(in_bash({"coppice", "completion", ""}), (Words{"bash", "fish", "zsh"}));
+  EXPECT_EQ(in_bash({"coppice", "no-such-command", ""}), Words{});
+}
+
+#ifdef COPPICE_FOREST
+TEST_F(Completion, BashKnowsAProgramWithoutCommands) {
+  EXPECT_EQ(in_bash({"coppice-forest", ""}), (Words{"a folder", "birch.coppice", "oak.coppice"}));
+  EXPECT_EQ(in_bash({"coppice-forest", "--scene", ""}), (Words{"a folder", "wood.forest"}));
+  EXPECT_EQ(in_bash({"coppice-forest", "oak.coppice", "--lod", "d"}), (Words{"discrete"}));
+  EXPECT_EQ(in_bash({"coppice-forest", "--no-t"}), (Words{"--no-taa"}));
+  EXPECT_EQ(in_bash({"coppice-forest", "--view", "o"}), (Words{"occlusion", "overdraw"}));
+  EXPECT_EQ(in_bash({"coppice-forest", "--camera", "t"}), (Words{"top", "turntable"}));
+  EXPECT_EQ(in_bash({"coppice-forest", "--camera", "n"}), (Words{"notes.txt"}));
+}
+#endif
+
+TEST_F(Completion, FishOffersValuesAndFilesThatFit) {
+  if (program_on_path("fish").empty()) GTEST_SKIP() << "fish is not installed";
+  EXPECT_EQ(in_fish("coppice ba"), (Words{"bake", "bake-all"}));
+  EXPECT_EQ(in_fish("coppice bake --metric "), (Words{"default", "geometric", "mi"}));
+  EXPECT_EQ(in_fish("coppice bake --metric=g"), (Words{"--metric=geometric"}));
+  EXPECT_EQ(in_fish("coppice bake o"), (Words{"oak.glb", "oak.gltf"}));
+  EXPECT_EQ(in_fish("coppice bake-all -o "), (Words{"a folder/"}));
+  EXPECT_EQ(in_fish("coppice evaluate --methods mi,g"), (Words{"mi,geometric"}));
+  EXPECT_EQ(in_fish("coppice scene --density oak=m"), (Words{"oak=map.png"}));
+}
+
+}  // namespace
+}  // namespace coppice::test

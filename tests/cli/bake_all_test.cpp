@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "documents.h"
 #include "gltf_builder.h"
 #include "process.h"
 
@@ -99,6 +101,15 @@ TEST_F(BakeAll, ABadFileKeepsNoneOfTheOthersFromBeingBaked) {
   for (const std::string& name : names) EXPECT_EQ(coppice_tool({"verify", out_ / name}).exit_code, 0) << name;
 
   const auto json = nlohmann::json::parse(read_text(report));
+  std::set<std::string> keys;
+  const auto add_keys = [&keys](const nlohmann::json& object) {
+    for (const auto& [key, value] : object.items()) keys.insert(key);
+  };
+  add_keys(json);
+  for (const auto& plant : json["plants"]) add_keys(plant);
+  const coppice::test::Table table =
+      coppice::test::table_after(coppice::test::source_text("bake/README.md"), "`coppice bake-all --report F.json`");
+  EXPECT_EQ(keys, coppice::test::column_spans(table, 0));
   EXPECT_EQ(json["baked"], 3);
   EXPECT_EQ(json["failed"], 1);
   ASSERT_EQ(json["plants"].size(), 4u);

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "baked_corylus.h"
+#include "documents.h"
 #include "golden.h"
 #include "process.h"
 
@@ -21,13 +22,29 @@ namespace {
 
 namespace fs = std::filesystem;
 using coppice::test::bake_corylus;
+using coppice::test::column_spans;
 using coppice::test::Picture;
 using coppice::test::ProcessResult;
 using coppice::test::run_process;
+using coppice::test::source_text;
+using coppice::test::spans_of_row;
+using coppice::test::Table;
+using coppice::test::table_after;
 using coppice::test::TemporaryFolder;
 
 std::vector<std::string> headless_forest(const fs::path& plant, const fs::path& picture) {
   return {"--plants", plant, "--count", "40", "--size", "320x180", "--frames", "2", "--headless", "--validation", "--screenshot", picture};
+}
+
+std::set<std::string> keys_of(const nlohmann::json& object) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.insert(key);
+  return keys;
+}
+
+/// The keys of --stats.
+Table table_of_statistics() {
+  return table_after(source_text("demo/README.md"), "`coppice-forest --stats F.json`");
 }
 
 bool is_green(const std::uint8_t* rgb) {
@@ -77,44 +94,15 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
 
   std::ifstream file(json);
   const auto stats = nlohmann::json::parse(file);
-  std::set<std::string> keys;
-  for (const auto& [key, value] : stats.items()) keys.insert(key);
-  const std::set<std::string> contract = {"device",
-                                          "driver",
-                                          "software_device",
-                                          "first_picture_ms",
-                                          "frames",
-                                          "frame_ms",
-                                          "picture_px",
-                                          "drawn_px",
-                                          "shadow_maps",
-                                          "temporal",
-                                          "instances",
-                                          "pages_loaded",
-                                          "visible_instances_median",
-                                          "occluded_instances_median",
-                                          "culled_instances_median",
-                                          "pages_evicted",
-                                          "source_leaves_in_scene",
-                                          "memory_budget_bytes",
-                                          "drawn_leaves_median",
-                                          "leaf_mesh_instances_median",
-                                          "leaf_mesh_triangles_median",
-                                          "drawn_wood_triangles_median",
-                                          "threshold_px_median",
-                                          "pass_ms",
-                                          "memory_peak_bytes",
-                                          "device_allocations",
-                                          "streamed",
-                                          "chunks_in_flight_max",
-                                          "chunks_queued_max",
-                                          "bytes_read",
-                                          "bytes_per_s",
-                                          "decode_ms",
-                                          "threshold_px_max",
-                                          "errors",
-                                          "validation_messages"};
-  EXPECT_EQ(keys, contract);
+  const Table table = table_of_statistics();
+  std::set<std::string> keys = keys_of(stats), streamed = keys_of(stats["streamed"]), passes = spans_of_row(table, "pass_ms");
+  keys.insert("scene");  // with --scene
+  EXPECT_EQ(keys, column_spans(table, 0));
+  EXPECT_EQ(keys_of(stats["frame_ms"]), spans_of_row(table, "frame_ms"));
+  streamed.merge(keys_of(stats["streamed"]["pages"]));
+  EXPECT_EQ(streamed, spans_of_row(table, "streamed"));
+  for (const char* other : {"--pass-times", "coppice_record_draw"}) passes.erase(other);
+  EXPECT_EQ(keys_of(stats["pass_ms"]), passes);
   EXPECT_EQ(stats["instances"], 40);
   EXPECT_EQ(stats["source_leaves_in_scene"], 40 * 386);
   EXPECT_EQ(stats["validation_messages"], 0);
@@ -211,6 +199,9 @@ TEST(CoppiceForest, StreamsAScene) {
   std::ifstream file(json);
   const auto stats = nlohmann::json::parse(file);
   EXPECT_EQ(stats["validation_messages"], 0);
+  std::set<std::string> keys = keys_of(stats["scene"]);
+  keys.insert("--scene");
+  EXPECT_EQ(keys, spans_of_row(table_of_statistics(), "scene"));
   EXPECT_EQ(stats["scene"]["instances"], 20000);
   EXPECT_EQ(stats["scene"]["tiles_missing"], 0);
   EXPECT_GT(stats["scene"]["tiles_resident"], 0);
@@ -311,8 +302,14 @@ TEST(CoppiceForest, ComparesCutsWithDiscreteLevelsAndFullDetail) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(fs::exists(folder / "compared.svg"));
   std::ifstream file(json);
-  const auto modes = nlohmann::json::parse(file)["modes"];
+  const auto compared = nlohmann::json::parse(file);
+  const auto& modes = compared["modes"];
   ASSERT_EQ(modes.size(), 7u);
+  const Table table = table_after(source_text("demo/README.md"), "`coppice-forest --compare F.json`");
+  std::set<std::string> keys = keys_of(compared), told = column_spans(table, 0);
+  keys.merge(keys_of(modes[0]));
+  told.insert({"lod", "error_px"});  // in the row of modes
+  EXPECT_EQ(keys, told);
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const auto& mode = modes[i];
     EXPECT_EQ(mode["lod"], i < 3 ? "cut" : i < 6 ? "discrete" : "full");

@@ -4,12 +4,14 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "documents.h"
 #include "process.h"
 
 namespace {
@@ -18,6 +20,10 @@ namespace fs = std::filesystem;
 using coppice::test::ProcessResult;
 using coppice::test::run_process;
 using coppice::test::TemporaryFolder;
+
+coppice::test::Table table_of_keys() {
+  return coppice::test::table_after(coppice::test::source_text("bake/README.md"), "npm package.\n");
+}
 
 TEST(EvaluateCommand, WritesATableAndAFile) {
   const TemporaryFolder folder;
@@ -47,6 +53,8 @@ TEST(EvaluateCommand, ComparesWithTheMeshesAtAnySize) {
   const auto parsed = nlohmann::json::parse(std::ifstream(json));
   EXPECT_EQ(parsed["reference"], "meshes");
   EXPECT_EQ(parsed["size_px"], 64);
+  const coppice::test::Table table = table_of_keys();
+  for (const auto& [key, value] : parsed.items()) EXPECT_TRUE(coppice::test::column_spans(table, 0).contains(key)) << key;
   const auto& levels = parsed["methods"][0]["levels"];
   EXPECT_GT(levels[0]["rmse_64"], 0.0) << "quads are not the leaves that they stand for";
   EXPECT_LT(levels[0]["rmse_64"], levels[1]["rmse_64"]);
@@ -178,6 +186,12 @@ TEST(EvaluateCommand, LevelsOfAnotherToolAreMeasuredLikeOurs) {
   const auto parsed = nlohmann::json::parse(std::ifstream(json));
   ASSERT_EQ(parsed["methods"].size(), 2u);
   EXPECT_EQ(parsed["methods"][1]["name"], "mine");
+  std::set<std::string> keys = {"stored"};  // with --reference meshes
+  for (const auto& object : {parsed, parsed["methods"][1], parsed["methods"][1]["levels"][0]})
+    for (const auto& [key, value] : object.items()) keys.insert(key);
+  std::set<std::string> told = coppice::test::column_spans(table_of_keys(), 0);
+  told.merge(coppice::test::spans_of_row(table_of_keys(), "methods"));
+  EXPECT_EQ(keys, told);
   const auto& level = parsed["methods"][1]["levels"][0];
   EXPECT_EQ(level["parameters"], "good") << "the best of its folders counts";
   EXPECT_EQ(level["triangles"], 2 * 386);

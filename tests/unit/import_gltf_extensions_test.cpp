@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <span>
 #include <string>
@@ -18,6 +16,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "documents.h"
 #include "gltf_builder.h"
 #include "gltf_compress.h"
 #include "gltf_screen_extensions.h"
@@ -517,9 +516,8 @@ TEST(ImportMaterials, DiffuseOfSpecularGlossinessIsTheBaseColour) {
 }
 
 TEST(Extensions, EachIsTreatedAsBakesReadmeSays) {
-  std::ifstream file(std::filesystem::path(COPPICE_SOURCE_DIR) / "bake" / "README.md");
-  const std::string readme((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  ASSERT_FALSE(readme.empty());
+  const std::string readme = test::source_text("bake/README.md");
+  EXPECT_EQ(test::table_after(readme, "## glTF extensions").size(), extension_rules().size());
   for (const ExtensionRule& rule : extension_rules()) {
     const std::string row = "| `" + std::string(rule.name) + "` | " + std::string(rule.treatment) + " |";
     EXPECT_NE(readme.find(row), std::string::npos) << row;

@@ -39,7 +39,7 @@ fs::path write_script(const Program& program, const std::string& shell, const Te
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_NE(result.out, "");
-  const fs::path path = folder.path() / (program.name + "." + shell);
+  fs::path path = folder.path() / (program.name + "." + shell);
   std::ofstream(path) << result.out;
   return path;
 }
@@ -66,14 +66,10 @@ class Completion : public testing::Test {
     const Program& program = *std::ranges::find(programs(), line.front(), &Program::name);
     std::string function = "_" + program.name;
     std::ranges::replace(function, '-', '_');
-    Words arguments = {"-u",
-                       "-c",
-                       "source \"$1\"; cd \"$2\"; complete=$3; shift 3; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); "
-                       "$complete; printf '%s\\n' \"${COMPREPLY[@]}\"",
-                       "bash",
-                       write_script(program, "bash", folder_),
-                       files_,
-                       function};
+    static const std::string complete =
+        "source \"$1\"; cd \"$2\"; complete=$3; shift 3; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); "
+        "$complete; printf '%s\\n' \"${COMPREPLY[@]}\"";
+    Words arguments = {"-u", "-c", complete, "bash", write_script(program, "bash", folder_), files_, function};
     arguments.insert(arguments.end(), line.begin(), line.end());
     const ProcessResult result = run_process(program_on_path("bash"), arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;

@@ -58,25 +58,25 @@ bool is_an_option(const std::string& option) {
 }
 
 std::vector<std::string> words_of(const std::string& text) {
-  static const std::regex kWord(R"('[^']*'|[^ ]+)");
+  static const std::regex word_form(R"('[^']*'|[^ ]+)");
   std::vector<std::string> words;
-  for (std::sregex_iterator word(text.begin(), text.end(), kWord), end; word != end; ++word) words.push_back(word->str());
+  for (std::sregex_iterator word(text.begin(), text.end(), word_form), end; word != end; ++word) words.push_back(word->str());
   return words;
 }
 
 /// "--metric" of "--metric=mi" and of "--json,"; empty where the word is no option.
 std::string option_in(const std::string& word) {
-  static const std::regex kOption("(--[a-z][a-z-]*|-[a-z])(=.*|[,.;:])?");
+  static const std::regex option_form("(--[a-z][a-z-]*|-[a-z])(=.*|[,.;:])?");
   std::smatch found;
-  return std::regex_match(word, found, kOption) ? found[1].str() : "";
+  return std::regex_match(word, found, option_form) ? found[1].str() : "";
 }
 
 /// Options of a call of one of our programs that the program does not have, and unknown commands. Other lines have none.
 std::vector<std::string> faults_of_call(const std::string& call) {
-  static const Strings kNames = {"coppice", "coppice-forest"};
+  static const Strings program_names = {"coppice", "coppice-forest"};
   std::vector<std::string> words = words_of(call), faults;
   std::string program = words.empty() ? "" : fs::path(words[0]).filename().string();
-  if (!kNames.contains(program)) return {};
+  if (!program_names.contains(program)) return {};
   const bool is_tool = program == "coppice";
   if (is_tool && words.size() > 1 && option_in(words[1]).empty()) {
     if (words[1] == "COMMAND") return {};
@@ -90,7 +90,7 @@ std::vector<std::string> faults_of_call(const std::string& call) {
     if (!helps().contains(program)) continue;      // not built here
     const std::string option = option_in(word);
     if (!option.empty() && !(is_comment ? is_an_option(option) : has_option(program, option)))
-      faults.push_back(program + " has no " + option);
+      faults.push_back(std::string(program).append(" has no ").append(option));
   }
   return faults;
 }
@@ -136,10 +136,10 @@ TEST(Readme, TellsOfEveryCommandAndOfNoOther) {
 
 /// "256" and "8192" of "256, and one for every 8,192 of `--count`, by default" beside "[256, and one for every 8192 of --count]".
 std::vector<std::string> numbers_in(std::string text) {
-  static const std::regex kNumber(R"([0-9][0-9.]*)"), kThousands(R"((\d),(\d\d\d))");
-  text = std::regex_replace(text, kThousands, "$1$2");
+  static const std::regex number_form(R"([0-9][0-9.]*)"), thousands_form(R"((\d),(\d\d\d))");
+  text = std::regex_replace(text, thousands_form, "$1$2");
   std::vector<std::string> numbers;
-  for (std::sregex_iterator number(text.begin(), text.end(), kNumber), end; number != end; ++number) numbers.push_back(number->str());
+  for (std::sregex_iterator number(text.begin(), text.end(), number_form), end; number != end; ++number) numbers.push_back(number->str());
   return numbers;
 }
 
@@ -218,8 +218,8 @@ TEST(Readme, MethodsOfEvaluateAreThoseOfTheHelp) {
   Strings told, listed;
   for (const std::string& span : code_spans(row))
     if (std::regex_match(span, std::regex("[a-z_]+"))) told.insert(span);
-  static const std::regex kList("[a-z_]+(,[a-z_]+)+");
-  for (std::sregex_iterator list(text.begin(), text.end(), kList), end; list != end; ++list)
+  static const std::regex list_form("[a-z_]+(,[a-z_]+)+");
+  for (std::sregex_iterator list(text.begin(), text.end(), list_form), end; list != end; ++list)
     for (const std::string& name : words_of(std::regex_replace(list->str(), std::regex(","), " "))) listed.insert(name);
   EXPECT_GT(listed.size(), 10u) << text;
   EXPECT_EQ(told, listed);
@@ -237,9 +237,9 @@ TEST(BakeReadme, RoomsAreTheFoldersAndStandOnWhatTheyLink) {
   const Table table = table_after(source_text("bake/README.md"), "## Rooms");
   EXPECT_EQ(column_spans(table, 0), folders_in("bake/src"));
   const std::string cmake = source_text("bake/CMakeLists.txt");
-  static const std::regex kRoom(R"(coppice_bake_room\((\w+)\s+(?:SEES ([\w ]+)\n)?)");
+  static const std::regex room_form(R"(coppice_bake_room\((\w+)\s+(?:SEES ([\w ]+)\n)?)");
   std::size_t room_count = 0;
-  for (std::sregex_iterator room(cmake.begin(), cmake.end(), kRoom), end; room != end; ++room) {
+  for (std::sregex_iterator room(cmake.begin(), cmake.end(), room_form), end; room != end; ++room) {
     const std::string name = (*room)[1];
     if ((*room)[2].length() == 0) continue;
     ++room_count;
@@ -256,13 +256,13 @@ TEST(BakeReadme, RoomsAreTheFoldersAndStandOnWhatTheyLink) {
 TEST(Architecture, TableOfFoldersHasEveryRoom) {
   const Table table = table_after(source_text("ARCHITECTURE.md"), "| folder | target | what |");
   Strings rooms, folders = folders_in("bake/src");
-  static const std::regex kRooms(R"(bake/src/(?:\{([a-z_,]+)\}|([a-z_]+)))");
+  static const std::regex rooms_form(R"(bake/src/(?:\{([a-z_,]+)\}|([a-z_]+)))");
   for (const auto& row : table) {
-    const std::string cell = row.at(0);
+    const std::string& cell = row.at(0);
     const auto add = [&](const std::string& names) {
       for (const std::string& name : words_of(std::regex_replace(names, std::regex(","), " "))) rooms.insert(name);
     };
-    for (std::sregex_iterator found(cell.begin(), cell.end(), kRooms), end; found != end; ++found)
+    for (std::sregex_iterator found(cell.begin(), cell.end(), rooms_form), end; found != end; ++found)
       add((*found)[1].matched ? (*found)[1] : (*found)[2]);
     if (cell.find("bake/src/command_line") != std::string::npos)  // "`bake/src/command_line`, `cli`"
       for (const std::string& span : code_spans(cell)) rooms.insert(fs::path(span).filename());
@@ -310,9 +310,9 @@ TEST(RuntimeReadme, HooksAreThoseOfTheHeader) {
   const std::size_t at = header.find(begin);
   ASSERT_NE(at, std::string::npos);
   const std::string desc = header.substr(at, header.find("\n}", at) - at);
-  static const std::regex kHook(R"(\n  coppice_([a-z_]+) ([a-z_]+);)");
+  static const std::regex hook_form(R"(\n  coppice_([a-z_]+) ([a-z_]+);)");
   Strings hooks;
-  for (std::sregex_iterator hook(desc.begin(), desc.end(), kHook), end; hook != end; ++hook) hooks.insert((*hook)[2]);
+  for (std::sregex_iterator hook(desc.begin(), desc.end(), hook_form), end; hook != end; ++hook) hooks.insert((*hook)[2]);
   EXPECT_EQ(column_spans(table_after(source_text("runtime/README.md"), "| hook |"), 0), hooks);
 }
 
@@ -340,28 +340,28 @@ TEST(TestsReadme, StagesArePresets) {
   const std::string begin = "valgrind_programs=(";
   const std::size_t at = run.find(begin) + begin.size();
   std::size_t program_count = 0;
-  static const std::regex kProgram("[a-z_]+_test");
+  static const std::regex program_form("[a-z_]+_test");
   const std::string list = run.substr(at, run.find(")\n", at) - at), cmake = source_text("tests/CMakeLists.txt");
-  for (std::sregex_iterator program(list.begin(), list.end(), kProgram), end; program != end; ++program, ++program_count)
+  for (std::sregex_iterator program(list.begin(), list.end(), program_form), end; program != end; ++program, ++program_count)
     EXPECT_NE(cmake.find("coppice_test(" + program->str() + " "), std::string::npos) << program->str();
   EXPECT_GT(program_count, 15u);
 }
 
 TEST(Documents, NamesOfTheApiAndPathsExist) {
   const std::string header = source_text("runtime/include/coppice/coppice.h");
-  static const std::regex kName(R"((coppice_[a-z_]+)(\..*|\(.*)?)"),
-      kPath(R"((tests|demo|bake|runtime|shaders|third_party)(/[A-Za-z0-9_.-]+)+)");
+  static const std::regex name_form(R"((coppice_[a-z_]+)(\..*|\(.*)?)"),
+      path_form(R"((tests|demo|bake|runtime|shaders|third_party)(/[A-Za-z0-9_.-]+)+)");
   std::size_t name_count = 0, path_count = 0;
   for (const char* manual :
        {"README.md", "ARCHITECTURE.md", "SECURITY.md", "bake/README.md", "demo/README.md", "runtime/README.md", "tests/README.md"})
     for (const std::string& span : code_spans(prose(source_text(manual)))) {
       std::smatch found;
-      if (std::string(manual) == "runtime/README.md" && std::regex_match(span, found, kName)) {
+      if (std::string(manual) == "runtime/README.md" && std::regex_match(span, found, name_form)) {
         ++name_count;
         EXPECT_TRUE(std::regex_search(header, std::regex("\\b" + found[1].str() + "\\b"))) << manual << ": " << span;
       }
       const std::string path = span.substr(0, span.find(' '));
-      if (!std::regex_match(path, kPath)) continue;
+      if (!std::regex_match(path, path_form)) continue;
       ++path_count;
       EXPECT_TRUE(fs::exists(source_folder() / path)) << manual << ": " << span;
     }
@@ -373,13 +373,13 @@ TEST(Documents, NamedFilesOfSourceExist) {
   Strings names;
   for (const char* folder : {"bake", "demo", "runtime", "shaders", "tests", "third_party"})
     for (const auto& entry : fs::recursive_directory_iterator(source_folder() / folder)) names.insert(entry.path().filename());
-  static const std::regex kFile(R"((.*/)?([a-z_0-9]+\.(h|cpp|c|comp|vert|frag|mjs|cmake)))");
+  static const std::regex file_form(R"((.*/)?([a-z_0-9]+\.(h|cpp|c|comp|vert|frag|mjs|cmake)))");
   std::size_t file_count = 0;
   for (const fs::path& document : documents()) {
     if (document == "CHANGELOG.md" || document.string().starts_with("tests/bench/results")) continue;  // of their day
     for (const std::string& span : code_spans(prose(source_text(document)))) {
       std::smatch found;
-      if (!std::regex_match(span, found, kFile) || span.starts_with("draco/")) continue;
+      if (!std::regex_match(span, found, file_form) || span.starts_with("draco/")) continue;
       ++file_count;
       EXPECT_TRUE(names.contains(found[2])) << document << ": " << span;
     }
@@ -401,11 +401,11 @@ std::string anchor_of(const std::string& heading) {
 }
 
 Strings anchors_of(const std::string& document) {
-  static const std::regex kHeading(R"((^|\n)#+ ([^\n]+))");
+  static const std::regex heading_form(R"((^|\n)#+ ([^\n]+))");
   const std::string text = prose(document);
   std::map<std::string, int> counts;
   Strings anchors;
-  for (std::sregex_iterator heading(text.begin(), text.end(), kHeading), end; heading != end; ++heading) {
+  for (std::sregex_iterator heading(text.begin(), text.end(), heading_form), end; heading != end; ++heading) {
     const std::string anchor = anchor_of((*heading)[2]);
     const int count = counts[anchor]++;
     anchors.insert(count == 0 ? anchor : anchor + "-" + std::to_string(count));
@@ -414,12 +414,12 @@ Strings anchors_of(const std::string& document) {
 }
 
 TEST(Documents, LinksLeadToFilesAndHeadings) {
-  static const std::regex kLink(R"(\]\(([^)\s]+)\))");
+  static const std::regex link_form(R"(\]\(([^)\s]+)\))");
   std::size_t link_count = 0;
   EXPECT_GT(documents().size(), 20u);
   for (const fs::path& document : documents()) {
     const std::string text = prose(source_text(document));
-    for (std::sregex_iterator link(text.begin(), text.end(), kLink), end; link != end; ++link) {
+    for (std::sregex_iterator link(text.begin(), text.end(), link_form), end; link != end; ++link) {
       const std::string target = (*link)[1];
       if (target.find("://") != std::string::npos || target.starts_with("mailto:")) continue;
       ++link_count;

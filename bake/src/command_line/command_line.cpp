@@ -32,10 +32,10 @@ std::string type_of(const CLI::Option& option) {
 }
 
 std::string range_of(const CLI::Option& option) {
-  static const std::regex kRange(R"((?:INT|FLOAT) in \[([^ ]+) - ([^\]]+)\])");
+  static const std::regex range_form(R"((?:INT|FLOAT) in \[([^ ]+) - ([^\]]+)\])");
   const std::string type = option.get_type_name();
   std::smatch found;
-  if (!std::regex_search(type, found, kRange)) return "";
+  if (!std::regex_search(type, found, range_form)) return "";
   return "from " + plain_number(found[1]) + " to " + plain_number(found[2]);
 }
 
@@ -54,9 +54,9 @@ class HelpFormat : public CLI::Formatter {
   }
   [[nodiscard]] std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
     // A flag that switches something off has its value behind its name: "--no-shadows{false}".
-    static const std::regex kValue(R"(\{[^}]*\})"), kComma(",-");
-    const std::string names = std::regex_replace(CLI::Formatter::make_option_name(option, is_positional), kValue, "");
-    return std::regex_replace(names, kComma, ", -");
+    static const std::regex value_form(R"(\{[^}]*\})"), comma_form(",-");
+    const std::string names = std::regex_replace(CLI::Formatter::make_option_name(option, is_positional), value_form, "");
+    return std::regex_replace(names, comma_form, ", -");
   }
   [[nodiscard]] std::string make_option_opts(const CLI::Option* option) const override {
     const std::string type = option->get_type_size() != 0 ? type_of(*option) : "";
@@ -134,8 +134,8 @@ std::string wrapped(const std::string& text, std::size_t columns) {
       std::size_t space = line.rfind(' ', columns);
       if (space == std::string::npos || space < indent.size()) space = line.find(' ', columns);
       if (space == std::string::npos) break;
-      result += line.substr(0, space) + "\n";
-      line = indent + line.substr(space + 1);
+      result.append(line, 0, space) += '\n';
+      line.replace(0, space + 1, indent);
     }
     result += line + (at <= text.size() ? "\n" : "");
   }

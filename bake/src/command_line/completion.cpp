@@ -31,21 +31,21 @@ void add_members(const std::string& checks, std::vector<std::string>& words) {
 
 /// One alternative of a type name.
 void add_alternative(std::string name, ValueWords& value) {
-  static const std::regex kEnding(R"([A-Z]+(\.[a-z0-9]+))"), kWord("[a-z0-9_-]+");
-  static const std::string kNamed = "NAME=", kList = ",...";
-  if (name.starts_with(kNamed)) {
+  static const std::regex ending_form(R"([A-Z]+(\.[a-z0-9]+))"), word_form("[a-z0-9_-]+");
+  static const std::string name_first = "NAME=", list_last = ",...";
+  if (name.starts_with(name_first)) {
     value.is_named = true;
-    name.erase(0, kNamed.size());
+    name.erase(0, name_first.size());
   }
-  if (name.ends_with(kList)) name.erase(name.size() - kList.size());
+  if (name.ends_with(list_last)) name.erase(name.size() - list_last.size());
   std::smatch found;
   if (name == "FOLDER" || name.ends_with('/'))
     value.is_folder = true;
   else if (name == "FILE")
     add_once(value.endings, "");
-  else if (std::regex_match(name, found, kEnding))
+  else if (std::regex_match(name, found, ending_form))
     add_once(value.endings, found[1]);
-  else if (std::regex_match(name, kWord))
+  else if (std::regex_match(name, word_form))
     add_once(value.words, name);
 }
 
@@ -75,8 +75,8 @@ OptionWords option_words(const CLI::Option& option) {
 }  // namespace
 
 std::string first_clause(const std::string& text) {
-  static const std::string kEnds = ".;:[";
-  for (std::size_t at = text.find_first_of(kEnds); at != std::string::npos; at = text.find_first_of(kEnds, at + 1)) {
+  static const std::string ends = ".;:[";
+  for (std::size_t at = text.find_first_of(ends); at != std::string::npos; at = text.find_first_of(ends, at + 1)) {
     if (text[at] == '[' && at > 0) return text.substr(0, at - 1);
     const bool ends_word = at + 1 == text.size() || text[at + 1] == ' ' || text[at + 1] == '\n';
     if (ends_word && (text[at] != ':' || text.find(' ') < at)) return text.substr(0, at);

@@ -115,8 +115,8 @@ std::string value_lines(const CommandWords& command, const std::string& name) {
     text += value_line({name + " " + (command.places[i].repeats ? "..." : std::to_string(i + 1))}, command.places[i].value);
   for (const OptionWords& option : command.options) {
     if (!option.takes_value) continue;
-    std::vector<std::string> keys;
-    for (const std::string& option_name : option.names) keys.push_back(name + " " + option_name);
+    std::vector<std::string> keys = option.names;
+    for (std::string& key : keys) key.insert(0, name + " ");
     text += value_line(keys, option.value);
   }
   return text;

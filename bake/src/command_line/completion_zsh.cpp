@@ -44,14 +44,16 @@ std::string value_text(const ValueWords& value) {
 /// The arguments of _arguments for an option: one for each of its names, which exclude each other.
 std::string option_lines(const OptionWords& option, const std::string& indent) {
   const bool ends_line = option.names.back() == "--help" || option.names.back() == "--version";
+  const std::string others = option.repeats ? "*" : ends_line ? "(- *)" : "(" + joined(option.names, " ") + ")";
+  const std::string about = "[" + escaped(option.about, "[]") + "]" + (option.takes_value ? value_text(option.value) : "");
   std::string text;
   for (const std::string& name : option.names) {
-    const std::string others = option.repeats ? "*" : ends_line ? "(- *)" : "(" + joined(option.names, " ") + ")";
-    const std::string value_follows = !option.takes_value ? "" : name.starts_with("--") ? "=" : "+";
-    text += indent +
-            quoted(others + name + value_follows + "[" + escaped(option.about, "[]") + "]" +
-                   (option.takes_value ? value_text(option.value) : "")) +
-            " \\\n";
+    std::string argument = others + name;
+    argument += !option.takes_value ? "" : name.starts_with("--") ? "=" : "+";
+    argument += about;
+    text += indent;
+    text += quoted(argument);
+    text += " \\\n";
   }
   return text;
 }

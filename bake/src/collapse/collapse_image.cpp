@@ -167,7 +167,7 @@ class ImageCollapse {
 
   /// A leaf that is in front in so many pixels, in the mean, is as well weighed in a picture of half the side.
   [[nodiscard]] bool pixels_are_small() const {
-    constexpr double kEnough = 32.0;
+    constexpr double kEnough = 20.0;
     if (!image_.can_halve()) return false;
     const std::span<const std::uint32_t> uncovered = image_.areas(image_.background());
     const double covered_px = image_.pixels_per_view() - std::accumulate(uncovered.begin(), uncovered.end(), 0.0) / image_.view_count();

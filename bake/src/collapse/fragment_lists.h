@@ -57,7 +57,12 @@ class PixelLists {
   /// Lists lie anywhere in memory, and waiting for it is most of a walk. These ask for it some pixels ahead: first the list, then, when it
   /// has come, its entries.
   void prefetch_list(std::uint32_t pixel) const { __builtin_prefetch(&lists_[pixel]); }
-  void prefetch_entries(std::uint32_t pixel) const { __builtin_prefetch(pool_.data() + lists_[pixel].begin); }
+  void prefetch_entries(std::uint32_t pixel) const {
+    constexpr std::size_t kLine = 64 / sizeof(Entry);
+    const Entry* first = pool_.data() + lists_[pixel].begin;
+    __builtin_prefetch(first);
+    __builtin_prefetch(first + kLine);
+  }
 
   void insert(std::uint32_t pixel, const Entry& entry) {
     List& list = lists_[pixel];

@@ -74,7 +74,9 @@ struct SquareSums {
     light2 += share * share;
   }
   [[nodiscard]] MergeCost cost(const Channels& own_shade) const {
-    const auto sum = [](const Channels& channels) { return static_cast<double>((channels[0] + channels[1]) + (channels[2] + channels[3])); };
+    const auto sum = [](const Channels& channels) {
+      return static_cast<double>((channels[0] + channels[1]) + (channels[2] + channels[3]));
+    };
     return {.opacity = 2.0 * sum(rest_covered),
             .light = 2.0 * sum(rest_light * own_shade),
             .opacity2 = sum(covered2),
@@ -167,8 +169,9 @@ LiveImage::LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, co
     View& view = views_[v];
     std::vector<Shade> colors;
     for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) colors.push_back(color_of(view, leaves_[i]));
-    view.fragments = PixelLists<ShownFragment>(
-        buffers, v, [&](LeafFragment fragment) { return ShownFragment{fragment, colors[fragment_leaf(fragment)]}; });
+    view.fragments = PixelLists<ShownFragment>(buffers, v, [&](LeafFragment fragment) {
+      return ShownFragment{fragment, colors[fragment_leaf(fragment)]};
+    });
     draw(view);
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
       ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
@@ -378,8 +381,10 @@ double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
   double pixels = 0.0;
   for (const std::uint32_t id : {weighing.first, weighing.second}) {
     const LeafPixels& own = pixels_[id];
-    const std::uint32_t end = own.view_begin[v + 1];
-    for (std::uint32_t i = own.view_begin[v]; i < end; ++i) {
+    const std::uint32_t begin = own.view_begin[v], end = own.view_begin[v + 1];
+    for (std::uint32_t i = begin; i < std::min(begin + kListsAhead, end); ++i) prefetch(view, scratch, own.pixels[i]);
+    for (std::uint32_t i = begin; i < std::min(begin + kFragmentsAhead, end); ++i) view.fragments.prefetch_entries(own.pixels[i]);
+    for (std::uint32_t i = begin; i < end; ++i) {
       if (i + kListsAhead < end) prefetch(view, scratch, own.pixels[i + kListsAhead]);
       if (i + kFragmentsAhead < end) view.fragments.prefetch_entries(own.pixels[i + kFragmentsAhead]);
       const std::uint32_t pixel = own.pixels[i];
@@ -438,6 +443,7 @@ MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, 
     walk.push_back({static_cast<std::uint32_t>(f.y) * resolution_px_ + static_cast<std::uint32_t>(f.x), f.depth});
     prefetch(view, scratch, walk.back().pixel);
   });
+  for (std::size_t i = 0; i < std::min<std::size_t>(kFragmentsAhead, walk.size()); ++i) view.fragments.prefetch_entries(walk[i].pixel);
   for (std::size_t i = 0; i < walk.size(); ++i) {
     if (i + kFragmentsAhead < walk.size()) view.fragments.prefetch_entries(walk[i + kFragmentsAhead].pixel);
     const auto [pixel, depth] = walk[i];

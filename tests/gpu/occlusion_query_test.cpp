@@ -1,17 +1,18 @@
-// The baker's item-buffer areas against the paper's own measurement: Vulkan occlusion queries, N_l + 1 passes per view.
+// Areas by occlusion queries against item buffers: the paper's own measurement and the baker's, each a check of the other.
 //
 // Both rasterisers sample pixel centres, break ties by the top-left rule and round corners to 1/256 px (Vulkan's subPixelPrecisionBits is
 // at least 4; lavapipe's is 8). They differ where float rounding moves a corner by 1/256 px, which can only matter for pixel centres that
 // close to an edge or that close to the edge of a masked texel, and where two leaves are at the same depth to within the depth buffer's
 // resolution. So a leaf's two areas may differ by a small share of the pixels along its outline and kSlackPx, and a view's
-// foliage area by kTotalShare and kTotalSlackPx. The bounds are under twice what was measured; the last test shows that a wrong
-// camera is outside them.
+// foliage area by kTotalShare and kTotalSlackPx. The bounds are under twice what was measured; a test shows that a wrong camera is
+// outside them.
+
+#include "occlusion_areas.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <numeric>
 #include <random>
 #include <stdexcept>
 #include <vector>
@@ -19,96 +20,62 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "area_device.h"
 #include "bounds.h"
+#include "collapse_information.h"
 #include "generate_plant.h"
+#include "leaf_cards.h"
 #include "leaf_quads.h"
-#include "occlusion_areas.h"
+#include "test_foliage.h"
 #include "viewpoints.h"
 #include "visibility.h"
+#include "vulkan_device.h"
 
+namespace coppice::bake {
 namespace {
-
-using coppice::bake::Foliage;
-using coppice::bake::ItemBuffers;
-using coppice::bake::Sphere;
-using coppice::bake::Viewpoint;
 
 constexpr std::uint32_t kSidePx = 256;
 constexpr double kOutlineShare = 0.02;        // of an opaque leaf
 constexpr double kMaskedOutlineShare = 0.05;  // its mask has an outline of its own, in texels: longer than the quad's
+constexpr double kGridOutlineShare = 0.1;     // holes all over it
 constexpr double kSlackPx = 1.0;
 constexpr double kTotalShare = 0.001;
-constexpr double kTotalSlackPx = 3.0;  // where a rectangle shows little of the plant
+constexpr double kTotalSlackPx = 3.0;
 
-constexpr VkRect2D kWholeImage{{0, 0}, {kSidePx, kSidePx}};
-/// Neither symmetric about the middle column, nor the middle row, nor the diagonals: a mirrored or turned image does not fit.
-constexpr VkRect2D kOneCorner{{0, 0}, {kSidePx / 2, kSidePx / 3}};
+/// Leaves, what they show, and where they are looked at from.
+struct Case {
+  Foliage foliage;
+  std::vector<Material> materials{Material{}};
+  std::vector<Image> images;
+  std::vector<Viewpoint> views = *viewpoints(20);
+  std::uint32_t side_px = kSidePx;
+  double outline_share = kOutlineShare;
 
-/// The camera of Viewpoint's contract, written down a second time from the prose of viewpoints.h: orthographic, the sphere touches all four
-/// sides, rows go down.
-glm::mat4 clip_from_object(const Viewpoint& view, const Sphere& sphere) {
-  const glm::vec3 x = view.right / sphere.radius;
-  const glm::vec3 y = -view.up / sphere.radius;
-  const glm::vec3 z = -0.5f * view.direction / sphere.radius;
-  glm::mat4 clip(1.0f);
-  for (int axis = 0; axis < 3; ++axis) clip[axis] = glm::vec4(x[axis], y[axis], z[axis], 0.0f);
-  clip[3] = glm::vec4(-glm::dot(x, sphere.center), -glm::dot(y, sphere.center), 0.5f - glm::dot(z, sphere.center), 1.0f);
-  return clip;
-}
+  [[nodiscard]] ShownFoliage shown() const { return {foliage, materials, images}; }
+};
 
-/// The leaves as the GPU is to draw them. Leaves of one material: its mask is worked out here a second time.
-coppice::test::MaskedQuads masked_quads(const Foliage& foliage, const std::vector<coppice::bake::Material>& materials,
-                                        const std::vector<coppice::bake::Image>& images) {
-  coppice::test::MaskedQuads quads;
-  for (std::size_t leaf = 0; leaf < foliage.quads.size(); ++leaf) {
-    const coppice::bake::Card& card = foliage.card_table[foliage.cards[leaf]];
-    if (card.material != foliage.card_table[0].material) throw std::runtime_error("leaves of one material wanted");
-    quads.corners.insert(quads.corners.end(), foliage.quads[leaf].begin(), foliage.quads[leaf].end());
-    quads.uvs.insert(quads.uvs.end(), card.uv.begin(), card.uv.end());
-  }
-  const coppice::bake::Material& material = materials[foliage.card_table[0].material];
-  if (material.alpha_cutoff == 0.0f || material.image == coppice::bake::kNone) return quads;
-  const coppice::bake::Image& image = images[material.image];
-  quads.mask_width = image.width;
-  quads.mask_height = image.height;
-  for (std::size_t texel = 0; texel < image.rgba.size() / 4; ++texel) {
-    const float alpha = material.base_color.a * static_cast<float>(image.rgba[4 * texel + 3]) / 255.0f;
-    quads.holes.push_back(alpha < material.alpha_cutoff ? 1 : 0);
-  }
-  return quads;
-}
+/// [(leaf_count + 1) * view_count] row per leaf, the background's last, px.
+using Areas = std::vector<std::uint32_t>;
 
-/// Pixels of `counted` in which each leaf is in front, from the baker's item buffer of one view.
-std::vector<std::uint32_t> item_buffer_areas(const ItemBuffers& buffers, std::uint32_t view, const VkRect2D& counted) {
-  std::vector<std::uint32_t> areas(buffers.leaf_count);
-  for (std::uint32_t y = 0; y < counted.extent.height; ++y) {
-    for (std::uint32_t x = 0; x < counted.extent.width; ++x) {
-      const auto fragments = buffers.at(view, y * buffers.resolution_px + x);
-      if (!fragments.empty()) ++areas[coppice::bake::fragment_leaf(fragments.front())];
-    }
-  }
+Areas item_buffer_areas(const Case& c) {
+  const auto buffers = render_item_buffers(c.shown(), c.views, c.side_px);
+  if (!buffers) throw std::runtime_error(buffers.error().message());
+  const std::vector<std::uint32_t> fronts = leaf_areas_px(*buffers), behind = background_areas_px(*buffers);
+  Areas areas;
+  for (std::size_t leaf = 0; leaf <= c.foliage.quads.size(); ++leaf)
+    for (std::size_t v = 0; v < c.views.size(); ++v)
+      areas.push_back(leaf < c.foliage.quads.size() ? fronts[v * c.foliage.quads.size() + leaf] : behind[v]);
   return areas;
 }
 
 /// Length of the projected outline in pixels.
-double outline_px(const coppice::bake::Quad& quad, const Viewpoint& view, const Sphere& sphere) {
+double outline_px(const Quad& quad, const Projection& projection) {
+  const ProjectedQuad corners = project(projection, quad);
   double length = 0.0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const glm::vec3 edge = quad[(i + 1) % 4] - quad[i];
-    length += std::hypot(glm::dot(edge, view.right), glm::dot(edge, view.up));
-  }
-  return length * kSidePx / (2.0 * sphere.radius);
+  for (std::size_t i = 0; i < 4; ++i)
+    length += std::hypot(corners[(i + 1) % 4].x - corners[i].x, corners[(i + 1) % 4].y - corners[i].y) / kSubpixels;
+  return length;
 }
-
-struct Case {
-  Foliage foliage;
-  coppice::test::MaskedQuads quads;  ///< the same for the GPU
-  std::vector<coppice::bake::Material> materials;
-  std::vector<coppice::bake::Image> images;
-  std::vector<Viewpoint> views;
-  Sphere sphere;
-  ItemBuffers buffers;
-};
 
 /// How far two measurements of one view's areas are apart.
 struct Disagreement {
@@ -118,23 +85,26 @@ struct Disagreement {
   double total_share = 0.0;               ///< |difference of the totals| / total
   double sum_of_differences_share = 0.0;  ///< sum over leaves of |difference| / total
   double largest_over_bound = 0.0;        ///< largest |difference| as a multiple of its bound
+  double background_px = 0.0;             ///< |difference|
 };
 
-Disagreement compare(const Case& c, const Viewpoint& view, const std::vector<std::uint32_t>& baker,
-                     const std::vector<std::uint32_t>& queries) {
+Disagreement compare(const Case& c, std::size_t view, const Areas& buffers, const Areas& queries) {
   Disagreement result;
-  double differences = 0.0;
-  const double outline_share = c.quads.holes.empty() ? kOutlineShare : kMaskedOutlineShare;
+  const Projection projection = make_projection(c.views[view], bounding_sphere(c.foliage), c.side_px);
+  double differences = 0.0, total = 0.0, query_total = 0.0;
   for (std::size_t leaf = 0; leaf < c.foliage.quads.size(); ++leaf) {
-    const double difference = std::abs(static_cast<double>(baker[leaf]) - static_cast<double>(queries[leaf]));
-    const double bound = outline_share * outline_px(c.foliage.quads[leaf], view, c.sphere) + kSlackPx;
-    result.leaves_out_of_bounds += difference > bound ? 1u : 0u;
-    result.largest_over_bound = std::max(result.largest_over_bound, difference / bound);
-    differences += difference;
+    const double a = buffers[leaf * c.views.size() + view], b = queries[leaf * c.views.size() + view];
+    const double bound = c.outline_share * outline_px(c.foliage.quads[leaf], projection) + kSlackPx;
+    result.leaves_out_of_bounds += std::abs(a - b) > bound ? 1u : 0u;
+    result.largest_over_bound = std::max(result.largest_over_bound, std::abs(a - b) / bound);
+    differences += std::abs(a - b);
+    total += a;
+    query_total += b;
   }
-  result.total_px = std::accumulate(baker.begin(), baker.end(), std::uint64_t{0});
-  const auto total = static_cast<double>(result.total_px);
-  result.total_share = std::abs(total - std::accumulate(queries.begin(), queries.end(), 0.0)) / total;
+  const std::size_t background = c.foliage.quads.size() * c.views.size() + view;
+  result.background_px = std::abs(static_cast<double>(buffers[background]) - static_cast<double>(queries[background]));
+  result.total_px = static_cast<std::uint64_t>(total);
+  result.total_share = std::abs(total - query_total) / total;
   result.total_in_bounds = result.total_share * total <= kTotalShare * total + kTotalSlackPx;
   result.sum_of_differences_share = differences / total;
   return result;
@@ -144,22 +114,29 @@ bool agrees(const Disagreement& d) {
   return d.leaves_out_of_bounds == 0 && d.total_in_bounds;
 }
 
-Case make_case(Foliage foliage, std::vector<coppice::bake::Material> materials, std::vector<coppice::bake::Image> images) {
-  Case c{std::move(foliage), {}, std::move(materials), std::move(images), *coppice::bake::viewpoints(20), {}, {}};
-  c.quads = masked_quads(c.foliage, c.materials, c.images);
-  c.sphere = coppice::bake::bounding_sphere(c.foliage);
-  auto buffers = coppice::bake::render_item_buffers({c.foliage, c.materials, c.images}, c.views, kSidePx);
-  if (!buffers) throw std::runtime_error(buffers.error().message());
-  c.buffers = *std::move(buffers);
-  return c;
+Plant corylus_plant() {
+  auto plant = generate_plant("corylus", 1);
+  if (!plant) throw std::runtime_error(plant.error().message());
+  return *std::move(plant);
 }
 
 Case corylus() {
-  const auto plant = coppice::bake::generate_plant("corylus", 1);
-  if (!plant) throw std::runtime_error(plant.error().message());
-  auto foliage = coppice::bake::fit_leaf_quads(*plant);
+  const Plant plant = corylus_plant();
+  auto foliage = fit_leaf_quads(plant);
   if (!foliage) throw std::runtime_error(foliage.error().message());
-  return make_case(*std::move(foliage), plant->materials, plant->images);
+  Case c{*std::move(foliage), plant.materials, plant.images};
+  c.outline_share = kMaskedOutlineShare;
+  return c;
+}
+
+/// As it is baked: each leaf shows a card of an atlas, with its outline as holes.
+Case corylus_with_cards() {
+  Plant plant = corylus_plant();
+  auto foliage = card_foliage(plant);
+  if (!foliage) throw std::runtime_error(foliage.error().message());
+  Case c{*std::move(foliage), std::move(plant.materials), std::move(plant.images)};
+  c.outline_share = kMaskedOutlineShare;
+  return c;
 }
 
 /// Rectangles of every size and direction that cut through each other: harder on depth than a plant.
@@ -183,29 +160,41 @@ Case random_rectangles(std::uint32_t count) {
     foliage.quads.push_back({center - along - across, center + along - across, center + along + across, center - along + across});
     foliage.cards.push_back(0);
   }
-  return make_case(std::move(foliage), {coppice::bake::Material{}}, {});
+  return {std::move(foliage)};
 }
 
-class OcclusionQueryTest : public coppice::test::VulkanTest {
+class OcclusionQueryTest : public test::VulkanTest {
  protected:
-  static Disagreement measure(const Case& c, std::uint32_t view, const Viewpoint& camera, const Sphere& sphere, const VkRect2D& counted) {
-    const auto queries = coppice::test::occlusion_areas(gpu(), masked_quads(c.foliage, c.materials, c.images),
-                                                        clip_from_object(camera, sphere), kSidePx, counted);
-    return compare(c, c.views[view], item_buffer_areas(c.buffers, view, counted), queries);
+  /// On the test's device, under validation.
+  static OcclusionAreas queries_of(const Case& c, const std::vector<Viewpoint>& views) {
+    auto device =
+        borrow_area_device({vkGetInstanceProcAddr, gpu().instance, gpu().physical_device, gpu().device, gpu().queue, gpu().queue_family});
+    if (!device) throw std::runtime_error(device.error().message());
+    auto queries = OcclusionAreas::create({c.shown(), views, c.side_px}, *std::move(device));
+    if (!queries) throw std::runtime_error(queries.error().message());
+    return *std::move(queries);
+  }
+
+  static Areas query_areas(const Case& c, const std::vector<Viewpoint>& views) {
+    Areas areas((c.foliage.quads.size() + 1) * views.size(), 12345);  // whatever is there is overwritten
+    OcclusionAreas queries = queries_of(c, views);
+    if (const auto done = queries.measure({c.foliage.quads, c.foliage.cards, {}}, areas, {}); !done)
+      throw std::runtime_error(done.error().message());
+    return areas;
   }
 
   static void expect_agreement_in_every_view(const Case& c) {
     double worst = 0.0, worst_total = 0.0, worst_sum = 0.0;
-    for (std::uint32_t view = 0; view < c.views.size(); ++view) {
-      for (const VkRect2D& counted : {kWholeImage, kOneCorner}) {
-        const Disagreement d = measure(c, view, c.views[view], c.sphere, counted);
-        EXPECT_EQ(d.leaves_out_of_bounds, 0u) << "view " << view;
-        EXPECT_TRUE(d.total_in_bounds) << "view " << view << ": " << 100.0 * d.total_share << "% of " << d.total_px << " px";
-        EXPECT_GT(d.total_px, 100u) << "view " << view << " shows no leaves: nothing was compared";
-        worst = std::max(worst, d.largest_over_bound);
-        worst_total = std::max(worst_total, d.total_share);
-        worst_sum = std::max(worst_sum, d.sum_of_differences_share);
-      }
+    const Areas buffers = item_buffer_areas(c), queries = query_areas(c, c.views);
+    for (std::size_t view = 0; view < c.views.size(); ++view) {
+      const Disagreement d = compare(c, view, buffers, queries);
+      EXPECT_EQ(d.leaves_out_of_bounds, 0u) << "view " << view;
+      EXPECT_TRUE(d.total_in_bounds) << "view " << view << ": " << 100.0 * d.total_share << "% of " << d.total_px << " px";
+      EXPECT_LE(d.background_px, kTotalShare * static_cast<double>(d.total_px) + kTotalSlackPx) << "view " << view;
+      EXPECT_GT(d.total_px, 100u) << "view " << view << " shows no leaves: nothing was compared";
+      worst = std::max(worst, d.largest_over_bound);
+      worst_total = std::max(worst_total, d.total_share);
+      worst_sum = std::max(worst_sum, d.sum_of_differences_share);
     }
     std::printf("largest difference of a leaf: %.3f of its bound; of a total: %.5f%%; sum of leaf differences: %.4f%% of the area\n", worst,
                 100.0 * worst_total, 100.0 * worst_sum);
@@ -216,32 +205,120 @@ TEST_F(OcclusionQueryTest, CorylusAreasAgreeInAllViews) {
   expect_agreement_in_every_view(corylus());
 }
 
+TEST_F(OcclusionQueryTest, CorylusWithCardsAgreesInAllViews) {
+  const Case c = corylus_with_cards();
+  ASSERT_FALSE(c.images.empty());
+  expect_agreement_in_every_view(c);
+}
+
 TEST_F(OcclusionQueryTest, CrossingRectanglesAgreeInAllViews) {
   expect_agreement_in_every_view(random_rectangles(300));
 }
 
+TEST_F(OcclusionQueryTest, PerspectiveAgrees) {
+  for (Case c : {corylus_with_cards(), random_rectangles(300)}) {
+    for (Viewpoint& view : c.views) view.distance_radii = 2.5f;
+    expect_agreement_in_every_view(c);
+  }
+}
+
+/// Two materials with holes, of odd sizes, and one without; coordinates that repeat the image.
+TEST_F(OcclusionQueryTest, EachLeafHasTheHolesOfItsMaterial) {
+  Case c = random_rectangles(200);
+  c.outline_share = kGridOutlineShare;
+  c.materials.resize(3);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    Image image{7 + 6 * i, 5 + 4 * i, {}};
+    for (std::uint32_t texel = 0; texel < image.width * image.height; ++texel)
+      image.rgba.insert(image.rgba.end(), {255, 255, 255, static_cast<std::uint8_t>((texel * 7 + i) % 3 == 0 ? 0 : 255)});
+    c.images.push_back(std::move(image));
+    c.materials[1 + i].image = i;
+    c.materials[1 + i].alpha_cutoff = 0.5f;
+    c.foliage.card_table.push_back({1 + i, {glm::vec2(-0.3f, 0.1f), {1.7f, 0.1f}, {1.7f, 2.2f}, {-0.3f, 2.2f}}});
+  }
+  for (std::uint32_t leaf = 0; leaf < 200; ++leaf) c.foliage.cards[leaf] = leaf % 3;
+  expect_agreement_in_every_view(c);
+}
+
+/// More than the device is asked in one go.
+TEST_F(OcclusionQueryTest, ManyLeavesAreAskedInParts) {
+  Case c = random_rectangles(9000);
+  c.views = *viewpoints(2);
+  c.side_px = 128;
+  expect_agreement_in_every_view(c);
+}
+
 TEST_F(OcclusionQueryTest, AWrongCameraIsOutOfBounds) {
   const Case c = corylus();
-  for (std::uint32_t view = 0; view < c.views.size(); view += 3) {
-    const Viewpoint& right_camera = c.views[view];
-    ASSERT_TRUE(agrees(measure(c, view, right_camera, c.sphere, kWholeImage)));
+  const Areas buffers = item_buffer_areas(c);
+  std::vector<Viewpoint> from_behind = c.views, next = c.views, near = c.views, turned = c.views;
+  std::rotate(next.begin(), next.begin() + 1, next.end());
+  for (Viewpoint& view : from_behind) view.direction = -view.direction;
+  for (Viewpoint& view : near) view.distance_radii = 100.0f;
+  for (Viewpoint& view : turned) view = viewpoint_towards(glm::normalize(view.direction + 0.01f * view.right));
+  for (const std::vector<Viewpoint>& wrong : {from_behind, next, near, turned}) {
+    const Areas queries = query_areas(c, wrong);
+    for (std::size_t view = 0; view < c.views.size(); ++view) EXPECT_FALSE(agrees(compare(c, view, buffers, queries))) << "view " << view;
+  }
+}
 
-    Viewpoint from_behind = right_camera;
-    from_behind.direction = -from_behind.direction;
-    EXPECT_FALSE(agrees(measure(c, view, from_behind, c.sphere, kWholeImage))) << "view " << view;
-    EXPECT_FALSE(agrees(measure(c, view, c.views[(view + 1) % c.views.size()], c.sphere, kWholeImage))) << "view " << view;
-    Sphere larger = c.sphere;
-    larger.radius *= 1.005f;
-    EXPECT_FALSE(agrees(measure(c, view, right_camera, larger, kWholeImage))) << "view " << view;
+/// Where two leaves are equally deep an item buffer gives the pixel to the first; queries count both.
+TEST_F(OcclusionQueryTest, TiesCountForEveryLeaf) {
+  Case c{test::plain_foliage(std::vector<Quad>(2, test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0})))};
+  c.views = {viewpoint_towards({0, 0, 1})};
+  const Areas buffers = item_buffer_areas(c), queries = query_areas(c, c.views);
+  EXPECT_GT(buffers[0], 1000u);
+  EXPECT_EQ(buffers[1], 0u);
+  EXPECT_EQ(queries[0], buffers[0]);
+  EXPECT_EQ(queries[1], buffers[0]);
+  EXPECT_EQ(queries[2], buffers[2]);
+}
 
-    // A mirrored or turned image has the same areas: only a part of it tells.
-    Viewpoint mirrored = right_camera;
-    mirrored.right = -mirrored.right;
-    EXPECT_FALSE(agrees(measure(c, view, mirrored, c.sphere, kOneCorner))) << "view " << view;
-    Viewpoint upside_down = right_camera;
-    upside_down.up = -upside_down.up;
-    EXPECT_FALSE(agrees(measure(c, view, upside_down, c.sphere, kOneCorner))) << "view " << view;
+/// Of leaves that moved and went only what that can have changed is asked again, and the result is the same.
+TEST_F(OcclusionQueryTest, ChangedBoxesGiveWhatAllOfItGives) {
+  Case c = corylus_with_cards();
+  OcclusionAreas queries = queries_of(c, c.views);
+  Areas areas((c.foliage.quads.size() + 1) * c.views.size());
+  ASSERT_TRUE(queries.measure({c.foliage.quads, c.foliage.cards, {}}, areas, {}));
+  const Sphere sphere = bounding_sphere(c.foliage);
+  for (std::size_t step = 0; step < 10; ++step) {
+    const std::size_t moved = step * 17;
+    std::vector<Quad> after = c.foliage.quads;
+    for (glm::vec3& corner : after[moved]) corner = 0.5f * (corner + sphere.center);
+    std::vector<PixelBox> changed;
+    for (const Viewpoint& view : c.views) {
+      const Projection projection = make_projection(view, sphere, c.side_px);
+      const auto box = [&](const Quad& quad) { return pixel_box(project(projection, quad), projection.resolution_px); };
+      changed.push_back(united(box(c.foliage.quads[moved]), box(after[moved])));
+    }
+    Areas whole(areas.size());
+    ASSERT_TRUE(queries.measure({after, c.foliage.cards, changed}, areas, {}));
+    ASSERT_TRUE(queries.measure({after, c.foliage.cards, {}}, whole, {}));
+    EXPECT_EQ(areas, whole) << "step " << step;
+    c.foliage.quads = after;
+  }
+}
+
+/// Algorithm 1 all the way down by queries alone, and from areas that they gave before the first step.
+TEST_F(OcclusionQueryTest, ACollapseByQueriesKeepsAsMuchInformation) {
+  Case c{test::ball_crown(60, 3)};
+  c.materials = test::plain_materials();
+  c.views = *viewpoints(6);
+  c.side_px = 64;
+  const CollapseOptions options{c.side_px, true, 4};
+  const auto expected = collapse_by_mutual_information(c.shown(), c.views, options, {});
+  ASSERT_TRUE(expected);
+  OcclusionAreas queries = queries_of(c, c.views);
+  AreaSource source;
+  source.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas_px) { return queries.measure(request, areas_px, {}); };
+  for (const bool every_step : {true, false}) {
+    source.every_step = every_step;
+    const auto result = collapse_by_mutual_information(c.shown(), c.views, options, {}, source);
+    ASSERT_TRUE(result) << result.error().message();
+    EXPECT_EQ(result->sequence.merges.size(), 59u);
+    EXPECT_NEAR(result->source.bits, expected->source.bits, 0.002 * expected->source.bits);
   }
 }
 
 }  // namespace
+}  // namespace coppice::bake

@@ -7,6 +7,7 @@
 #include <tbb/global_control.h>
 
 #include "alpha_mask.h"
+#include "bounds.h"
 #include "live_visibility.h"
 #include "naive_collapse.h"
 #include "quad_merge.h"
@@ -100,6 +101,94 @@ TEST_P(Collapse, MaskedLeavesCollapseAsInTheNaiveImplementation) {
   const auto result = collapse_by_mutual_information({scene.source, materials, {image}}, scene.views, scene.options, {});
   ASSERT_TRUE(result);
   expect_same_sequence(result->sequence, test::naive_collapse(scene));
+}
+
+/// Item buffers of whatever leaves are asked for: what a device would measure that rounds as they do.
+Result<void> areas_of_item_buffers(const NaiveScene& scene, const AreaRequest& request, std::span<std::uint32_t> areas_px) {
+  Foliage foliage = scene.source;
+  foliage.quads.assign(request.quads.begin(), request.quads.end());
+  foliage.cards.assign(request.cards.begin(), request.cards.end());
+  NaivePlant plant;
+  for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf) plant[leaf] = {foliage.quads[leaf], foliage.cards[leaf]};
+  const NaiveAreas areas = test::render_areas(scene, plant);
+  const std::size_t view_count = scene.views.size();
+  for (std::size_t v = 0; v < view_count; ++v) {
+    for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf) {
+      std::uint32_t& area = areas_px[leaf * view_count + v];
+      const std::uint32_t now = areas.leaves.at(leaf)[v];
+      const Projection projection = make_projection(scene.views[v], bounding_sphere(scene.source), scene.options.resolution_px);
+      const PixelBox box = pixel_box(project(projection, foliage.quads[leaf]), projection.resolution_px);
+      // What no change touches must be what it was: no caller may say less than changes.
+      const bool asked = request.changed.empty() || box.meets(request.changed[v]);
+      EXPECT_TRUE(asked || area == now);
+      area = now;
+    }
+    areas_px[foliage.leaf_count() * view_count + v] = areas.background[v];
+  }
+  return {};
+}
+
+TEST_P(Collapse, MeasuredAreasGiveTheSameSequence) {
+  for (const Foliage& foliage : {test::random_quads(40, 31), test::ball_crown(50, 32)}) {
+    const NaiveScene scene = scene_of(foliage, GetParam(), 40);
+    const CollapseResult expected = collapse(scene);
+    AreaSource source;
+    source.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas) {
+      return areas_of_item_buffers(scene, request, areas);
+    };
+    for (const bool every_step : {true, false}) {
+      source.every_step = every_step;
+      const auto result = collapse_by_mutual_information({foliage, test::plain_materials(), {}}, scene.views, scene.options, {}, source);
+      ASSERT_TRUE(result) << result.error().message();
+      expect_same_sequence(result->sequence, expected.sequence);
+      EXPECT_EQ(result->source.bits, expected.source.bits);
+      for (std::size_t level = 0; level < expected.levels.size(); ++level)
+        EXPECT_EQ(result->levels[level].bits, expected.levels[level].bits) << level;
+    }
+  }
+}
+
+/// Leaves count for what was measured: here as if half of them were not seen at all, and all of the others twice.
+TEST_P(Collapse, InitialAreasAreThoseThatWereMeasured) {
+  const NaiveScene scene = scene_of(test::ball_crown(40, 33), GetParam(), 40);
+  AreaSource source;
+  std::vector<std::uint32_t> measured;
+  source.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas) -> Result<void> {
+    COPPICE_CHECK(areas_of_item_buffers(scene, request, areas));
+    for (std::size_t i = 0; i < 40 * scene.views.size(); ++i) areas[i] *= i < 20 * scene.views.size() ? 0u : 2u;
+    measured.assign(areas.begin(), areas.end());
+    return {};
+  };
+  const auto result = collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {}, source);
+  ASSERT_TRUE(result) << result.error().message();
+  NaiveAreas areas;
+  for (std::uint32_t leaf = 0; leaf <= 40; ++leaf) {
+    const auto first = measured.begin() + static_cast<std::ptrdiff_t>(leaf * scene.views.size());
+    (leaf < 40 ? areas.leaves[leaf] : areas.background).assign(first, first + static_cast<std::ptrdiff_t>(scene.views.size()));
+  }
+  EXPECT_EQ(result->source.bits, to_bits(test::information_of(scene, areas).sum));
+  EXPECT_EQ(result->sequence.merges.size(), 39u);
+}
+
+/// A device that fails at the n-th question ends the collapse with its error.
+TEST_P(Collapse, AFailureToMeasureIsPassedOn) {
+  const NaiveScene scene = scene_of(test::ball_crown(20, 34), GetParam(), 24);
+  for (const bool every_step : {true, false}) {
+    for (int fails_at : {0, 1, 30}) {
+      if (!every_step && fails_at > 0) continue;
+      int asked = 0;
+      AreaSource source{{}, every_step};
+      source.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas) -> Result<void> {
+        if (asked++ >= fails_at) return Error{Status::device_lost, "lost"};
+        return areas_of_item_buffers(scene, request, areas);
+      };
+      const auto result =
+          collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {}, source);
+      ASSERT_FALSE(result);
+      EXPECT_EQ(result.error().status, Status::device_lost);
+      EXPECT_EQ(asked, fails_at + 1) << "it is not asked again";
+    }
+  }
 }
 
 /// After every collapse, every leaf in every view, as integers.

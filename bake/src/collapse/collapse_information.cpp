@@ -13,6 +13,7 @@
 #include "alpha_mask.h"
 #include "collapse_down.h"
 #include "live_visibility.h"
+#include "measured_visibility.h"
 #include "mutual_information.h"
 #include "octree.h"
 #include "parallel_for.h"
@@ -67,15 +68,18 @@ struct Candidate {
 };
 
 /// Working memory of one thread.
+template <class Visibility>
 struct Scratch {
-  LiveVisibility::Scratch visibility;
+  typename Visibility::Scratch visibility;
   std::vector<std::uint32_t> row;
   std::vector<std::uint32_t> change_of;  ///< [outcome] index into the changes, kNone between calls
 };
 
+/// Visibility  LiveVisibility or MeasuredVisibility
+template <class Visibility>
 class Collapse {
  public:
-  Collapse(const Foliage& foliage, const CollapseOptions& options, LiveVisibility visibility)
+  Collapse(const Foliage& foliage, const CollapseOptions& options, Visibility visibility)
       : options_(options),
         visibility_(std::move(visibility)),
         octree_(foliage, visibility_.id_count()),
@@ -93,13 +97,18 @@ class Collapse {
 
   [[nodiscard]] FixedBits foliage_information() const { return foliage_information_; }
   [[nodiscard]] std::uint64_t evaluations() const { return evaluations_; }
+  [[nodiscard]] const Visibility& visibility() const { return visibility_; }
 
   Merge step() {
     const std::uint32_t chosen = visibilities_.least();
     octree_.cell_candidates_of(chosen, options_.candidate_count, partners_);
     if (candidates_.size() < partners_.size()) candidates_.resize(partners_.size());
     visibility_.owned_pixels(chosen, chosen_owned_);
-    parallel_for(partners_.size(), [&](std::size_t i) { weigh(chosen, partners_[i], candidates_[i]); });
+    const auto weigh_one = [&](std::size_t i) { weigh(chosen, partners_[i], candidates_[i]); };
+    if constexpr (Visibility::kOneAtATime)
+      for (std::size_t i = 0; i < partners_.size(); ++i) weigh_one(i);
+    else
+      parallel_for(partners_.size(), weigh_one);
     evaluations_ += partners_.size();
     std::size_t best = 0;
     for (std::size_t i = 1; i < partners_.size(); ++i) {
@@ -118,7 +127,7 @@ class Collapse {
   [[nodiscard]] bool counts(std::uint32_t outcome) const { return options_.count_background || outcome != visibility_.background(); }
 
   void weigh(std::uint32_t chosen, std::uint32_t partner, Candidate& candidate) {
-    Scratch& scratch = scratches_.local();
+    Scratch<Visibility>& scratch = scratches_.local();
     // Corners and card are those of the pair in id order; which of the two was chosen must not matter to them.
     const LiveLeaf& first = visibility_.leaf(std::min(chosen, partner));
     const LiveLeaf& second = visibility_.leaf(std::max(chosen, partner));
@@ -143,16 +152,19 @@ class Collapse {
   }
 
   /// The outcome's areas after the i-th change, in scratch.row.
-  std::span<const std::uint32_t> changed_row(const AreaChanges& changes, std::size_t i, Scratch& scratch) const {
-    const std::span<const std::uint32_t> areas = visibility_.areas(changes.outcomes[i]);
-    const std::span<const std::int32_t> delta = changes.row(i, visibility_.view_count());
-    scratch.row.resize(areas.size());
-    for (std::size_t v = 0; v < areas.size(); ++v) scratch.row[v] = areas[v] + static_cast<std::uint32_t>(delta[v]);
+  std::span<const std::uint32_t> changed_row(const AreaChanges& changes, std::size_t i, Scratch<Visibility>& scratch) const {
+    visibility_.areas_after(changes.outcomes[i], changes.row(i, visibility_.view_count()), scratch.row);
     return scratch.row;
   }
 
+  /// The outcome's areas as they are, in `row`.
+  std::span<const std::uint32_t> row_of(std::uint32_t outcome, std::vector<std::uint32_t>& row) const {
+    visibility_.areas_after(outcome, {}, row);
+    return row;
+  }
+
   /// I(V,L') - I(V,L) when no a_t changes: only outcomes whose areas change contribute.
-  FixedBits change_of_touched(const Candidate& candidate, Scratch& scratch) const {
+  FixedBits change_of_touched(const Candidate& candidate, Scratch<Visibility>& scratch) const {
     FixedBits change = -information_[candidate.merge.first] - information_[candidate.merge.second];
     for (std::size_t i = 0; i < candidate.changes.outcomes.size(); ++i) {
       const std::uint32_t outcome = candidate.changes.outcomes[i];
@@ -162,7 +174,7 @@ class Collapse {
   }
 
   /// The same when some a_t changes: every leaf's share of that view does.
-  FixedBits change_of_all(const Candidate& candidate, Scratch& scratch) const {
+  FixedBits change_of_all(const Candidate& candidate, Scratch<Visibility>& scratch) const {
     const AreaChanges& changes = candidate.changes;
     ViewTotals totals = totals_;
     scratch.change_of.resize(information_.size(), kNone);
@@ -172,7 +184,7 @@ class Collapse {
 
     const auto information_after = [&](std::uint32_t outcome) {
       const std::uint32_t i = scratch.change_of[outcome];
-      return outcome_information(i == kNone ? visibility_.areas(outcome) : changed_row(changes, i, scratch), totals);
+      return outcome_information(i == kNone ? row_of(outcome, scratch.row) : changed_row(changes, i, scratch), totals);
     };
     FixedBits after = scratch.change_of[candidate.merge.result] == kNone ? 0 : information_after(candidate.merge.result);
     for (const std::uint32_t id : live_)
@@ -217,20 +229,20 @@ class Collapse {
   void refresh(std::uint32_t outcome) {
     if (!counts(outcome)) return;
     const FixedBits before = information_[outcome];
-    information_[outcome] = outcome_information(visibility_.areas(outcome), totals_);
+    information_[outcome] = outcome_information(row_of(outcome, row_), totals_);
     foliage_information_ += information_[outcome] - before;
     if (outcome != visibility_.background()) visibilities_.set(outcome, information_[outcome]);
   }
 
   void refresh_all() {
-    const std::span<const std::uint32_t> background = visibility_.areas(visibility_.background());
+    const std::span<const std::uint32_t> background = row_of(visibility_.background(), row_);
     for (std::uint32_t v = 0; v < visibility_.view_count(); ++v) totals_.set(v, total_px(background[v]));
     for (const std::uint32_t id : live_) refresh(id);
     refresh(visibility_.background());
   }
 
   CollapseOptions options_;
-  LiveVisibility visibility_;
+  Visibility visibility_;
   LeafOctree octree_;
   LeafVisibilities visibilities_;
   ViewTotals totals_;
@@ -242,28 +254,62 @@ class Collapse {
   std::uint64_t evaluations_ = 0;
   std::vector<std::uint32_t> partners_;
   std::vector<Candidate> candidates_;
-  OwnedPixels chosen_owned_;
-  tbb::enumerable_thread_specific<Scratch> scratches_;
+  std::vector<std::uint32_t> row_;
+  typename Visibility::OwnedPixels chosen_owned_;
+  tbb::enumerable_thread_specific<Scratch<Visibility>> scratches_;
 };
+
+template <class Visibility>
+void run(Collapse<Visibility>& collapse, std::uint32_t leaf_count, const ProgressFunction& progress, CollapseResult& result) {
+  collapse_down(collapse, leaf_count, progress, result);
+  result.sequence.evaluations = collapse.evaluations();
+}
+
+class Stopwatch {
+ public:
+  [[nodiscard]] double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+Result<LiveVisibility> live_visibility(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px,
+                                       const MeasureAreas& measure) {
+  COPPICE_TRY(buffers, render_item_buffers(shown, views, resolution_px));
+  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
+  LiveVisibility visibility(shown.foliage, std::move(masks), views, buffers);
+  if (!measure) return visibility;
+  buffers = ItemBuffers{};
+  std::vector<std::uint32_t> areas_px((std::size_t{shown.foliage.leaf_count()} + 1) * views.size());
+  COPPICE_CHECK(measure({shown.foliage.quads, shown.foliage.cards, {}}, areas_px));
+  visibility.correct(areas_px);
+  return visibility;
+}
 
 }  // namespace
 
 Result<CollapseResult> collapse_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
-                                                      const CollapseOptions& options, const ProgressFunction& progress) {
+                                                      const CollapseOptions& options, const ProgressFunction& progress,
+                                                      const AreaSource& areas) {
   if (options.candidate_count == 0 || options.candidate_count > kMaxCandidateCount)
     return Error{Status::invalid_argument, "number of candidates is not between 1 and 4096", Error::kNoOffset,
                  std::to_string(options.candidate_count)};
-  const auto start = std::chrono::steady_clock::now();
-  COPPICE_TRY(buffers, render_item_buffers(shown, views, options.resolution_px));
-  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
-  LiveVisibility visibility(shown.foliage, std::move(masks), views, buffers);
-  buffers = ItemBuffers{};
+  const Stopwatch watch;
   CollapseResult result;
-  result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-
-  Collapse collapse(shown.foliage, options, std::move(visibility));
-  collapse_down(collapse, shown.foliage.leaf_count(), progress, result);
-  result.sequence.evaluations = collapse.evaluations();
+  const std::uint32_t leaf_count = shown.foliage.leaf_count();
+  if (areas.measure && areas.every_step) {
+    COPPICE_CHECK(check_shown(shown, views, options.resolution_px));
+    MeasuredVisibility visibility(shown.foliage, views, options.resolution_px, areas.measure);
+    result.visibility_seconds = watch.seconds();
+    Collapse collapse(shown.foliage, options, std::move(visibility));
+    run(collapse, leaf_count, progress, result);
+    COPPICE_CHECK(collapse.visibility().failure());
+  } else {
+    COPPICE_TRY(visibility, live_visibility(shown, views, options.resolution_px, areas.measure));
+    result.visibility_seconds = watch.seconds();
+    Collapse collapse(shown.foliage, options, std::move(visibility));
+    run(collapse, leaf_count, progress, result);
+  }
   return result;
 }
 

@@ -73,6 +73,29 @@ std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
   return fragment == kNothing ? background() : fragment_leaf(fragment);
 }
 
+void LiveVisibility::correct(std::span<const std::uint32_t> measured_px) {
+  const std::size_t leaf_count = measured_px.size() / view_count_ - 1;
+  corrections_px_.resize(measured_px.size());
+  for (std::size_t leaf = 0; leaf <= leaf_count; ++leaf) {
+    const auto exact = areas(leaf < leaf_count ? static_cast<std::uint32_t>(leaf) : background());
+    for (std::size_t v = 0; v < view_count_; ++v)
+      corrections_px_[leaf * view_count_ + v] = static_cast<std::int32_t>(measured_px[leaf * view_count_ + v] - exact[v]);
+  }
+}
+
+void LiveVisibility::areas_after(std::uint32_t outcome, std::span<const std::int32_t> delta_px, std::vector<std::uint32_t>& row) const {
+  const std::span<const std::uint32_t> now = areas(outcome);
+  row.assign(now.begin(), now.end());
+  for (std::size_t v = 0; v < delta_px.size(); ++v) row[v] += static_cast<std::uint32_t>(delta_px[v]);
+  if (corrections_px_.empty()) return;
+  const std::size_t leaf_count = corrections_px_.size() / view_count_ - 1;
+  if (outcome >= leaf_count && outcome != background()) return;
+  const std::size_t first = std::min<std::size_t>(outcome, leaf_count) * view_count_;
+  for (std::size_t v = 0; v < row.size(); ++v)
+    row[v] = static_cast<std::uint32_t>(
+        std::clamp(static_cast<std::int32_t>(row[v]) + corrections_px_[first + v], 0, static_cast<std::int32_t>(pixels_per_view_)));
+}
+
 void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
   owned.pixels.clear();
   owned.view_begin.assign(1, 0);

@@ -67,6 +67,8 @@ struct OwnedPixels {
 
 class LiveVisibility {
  public:
+  static constexpr bool kOneAtATime = false;  ///< merges may be weighed in parallel
+  using OwnedPixels = bake::OwnedPixels;
   /// Working memory of one thread.
   struct Scratch {
     std::vector<std::uint32_t> slot;  ///< [outcome] its row in the AreaChanges being built, kNone between calls
@@ -77,6 +79,10 @@ class LiveVisibility {
   /// buffers  of `foliage` with the same views; see render_item_buffers for what must hold (checked there)
   LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers);
 
+  /// Areas of the same leaves that somebody else has measured, [(leaf_count + 1) * view_count] row per leaf, the background's last. From
+  /// now on each is as far from what it would be as it is here, where that is a number of pixels of the view.
+  void correct(std::span<const std::uint32_t> measured_px);
+
   [[nodiscard]] std::uint32_t view_count() const { return view_count_; }
   [[nodiscard]] std::uint32_t pixels_per_view() const { return pixels_per_view_; }
   /// Ids are below it: N source leaves, then merge results.
@@ -84,10 +90,14 @@ class LiveVisibility {
   /// The background's outcome; leaves' outcomes are their ids.
   [[nodiscard]] std::uint32_t background() const { return id_count_; }
   [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
-  /// [view_count] px; 0 for ids that are not live.
+  /// [view_count] px, never corrected; 0 for ids that are not live.
   [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
     return std::span(areas_px_).subspan(std::size_t{outcome} * view_count_, view_count_);
   }
+
+  /// The areas of an outcome after a change, corrected if correct() has been called; of one that is live.
+  /// delta_px  [view_count], or empty for as they are  row  gets [view_count] px
+  void areas_after(std::uint32_t outcome, std::span<const std::int32_t> delta_px, std::vector<std::uint32_t>& row) const;
 
   void owned_pixels(std::uint32_t id, OwnedPixels& owned) const;
 
@@ -118,8 +128,9 @@ class LiveVisibility {
   std::vector<Card> card_table_;
   std::vector<AlphaMask> masks_;
   std::vector<View> views_;
-  std::vector<LiveLeaf> leaves_;         ///< [id_count]
-  std::vector<std::uint32_t> areas_px_;  ///< [(id_count + 1) * view_count] row per outcome
+  std::vector<LiveLeaf> leaves_;              ///< [id_count]
+  std::vector<std::uint32_t> areas_px_;       ///< [(id_count + 1) * view_count] row per outcome
+  std::vector<std::int32_t> corrections_px_;  ///< [(leaf_count + 1) * view_count] as correct() has them; empty: none
 };
 
 }  // namespace coppice::bake

@@ -87,11 +87,16 @@ ItemBuffers join(const std::vector<ViewFragments>& rendered, std::uint32_t leaf_
 
 }  // namespace
 
-Result<ItemBuffers> render_item_buffers(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px) {
-  const Foliage& foliage = shown.foliage;
-  COPPICE_CHECK(check_foliage(foliage, shown.materials));
+Result<void> check_shown(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px) {
+  COPPICE_CHECK(check_foliage(shown.foliage, shown.materials));
   if (views.empty() || views.size() > kMaxViewCount) return invalid("number of views is not between 1 and 1024", views.size());
   if (resolution_px == 0 || resolution_px > kMaxResolutionPx) return invalid("resolution is not between 1 and 2048", resolution_px);
+  return {};
+}
+
+Result<ItemBuffers> render_item_buffers(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px) {
+  const Foliage& foliage = shown.foliage;
+  COPPICE_CHECK(check_shown(shown, views, resolution_px));
   COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
   const Sphere sphere = bounding_sphere(foliage);
   std::vector<ViewFragments> rendered(views.size());

@@ -58,6 +58,9 @@ void rasterise_leaf(const ProjectedQuad& quad, const Card& card, const AlphaMask
   }
 }
 
+/// What render_item_buffers wants of its arguments. errors  its
+Result<void> check_shown(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px);
+
 /// Renders every leaf into every view, over bounding_sphere(shown.foliage). Parallel over views; the result does not depend on it.
 /// errors  invalid_argument: no leaves, no views, resolution not in 1 .. kMaxResolutionPx, an index into cards, materials or images that
 ///         is out of range, a vertex that is not finite

@@ -113,7 +113,7 @@ TEST(CommandLine, HelpListsEveryCommandAndOption) {
   const std::vector<std::pair<std::string, std::vector<std::string>>> options = {
       {"plant", {"--output", "--seed", "corylus", "willow", "juniper"}},
       {"bake",
-       {"--output", "--metric", "--views", "--resolution", "--background", "--candidates", "--textures", "--leaf-material",
+       {"--output", "--metric", "--areas", "--views", "--resolution", "--background", "--candidates", "--textures", "--leaf-material",
         "--wood-material", "--classes", "--node", "--variant", "--threads", "--report", "--dry-run", "--preview", "--quiet"}},
       {"bake-all", {"--output", "--jobs", "--metric", "--views", "--leaf-material", "--report", "--quiet", ".coppice-cache"}},
       {"inspect", {"--json"}},
@@ -327,10 +327,11 @@ TEST(CommandLine, ReportHasTheKeysOfTheContract) {
   const coppice::test::Table table =
       coppice::test::table_after(coppice::test::source_text("bake/README.md"), "`coppice bake --report F.json`");
   EXPECT_EQ(keys(report), coppice::test::column_spans(table, 0));
-  for (const char* key : {"leaf_meshes", "seconds"}) EXPECT_EQ(keys(report[key]), coppice::test::spans_of_row(table, key)) << key;
+  for (const char* key : {"areas", "leaf_meshes", "seconds"}) EXPECT_EQ(keys(report[key]), coppice::test::spans_of_row(table, key)) << key;
   std::set<std::string> information = keys(report["foliage_mi"]);
   information.merge(keys(report["foliage_mi"]["levels"].at(0)));
   EXPECT_EQ(information, coppice::test::spans_of_row(table, "foliage_mi"));
+  EXPECT_EQ(report["areas"], (nlohmann::json{{"initial", "item-buffers"}, {"steps", "item-buffers"}, {"device", ""}}));
   EXPECT_GT(report["leaf_meshes"]["triangles"], 2 * 386);
   EXPECT_GT(report["leaf_meshes"]["bytes"], 386);
   EXPECT_EQ(report["source_leaves"], 386);

@@ -107,6 +107,15 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
   EXPECT_TRUE(keys.insert(key_of(plant.folder / "other.gltf")).second) << "the file keeps the plant's name";
 }
 
+/// The key itself holds the device too, which a test of Vulkan's looks at.
+TEST(BakeKey, WhoMeasuresAreasIsAnOption) {
+  BakeOptions options;
+  options.metric = Metric::mi;
+  const std::string by_item_buffers = options_text(options);
+  options.areas = Areas::vulkan;
+  EXPECT_NE(options_text(options), by_item_buffers);
+}
+
 TEST(BakeKey, OfALargeFileOnlyWhatTheBufferTakesIsRead) {
   const PlantOfFiles plant;
   const std::string before = key_of(plant.gltf);

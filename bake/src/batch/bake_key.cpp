@@ -12,6 +12,7 @@
 #include "atomic_file.h"
 #include "checksum.h"
 #include "coppice/format.h"
+#include "occlusion_areas.h"
 
 namespace coppice::bake {
 namespace {
@@ -42,7 +43,7 @@ Result<std::optional<std::vector<std::uint8_t>>> state_of(const GltfReference& r
 std::string options_text(const BakeOptions& options) {
   // Every member by name: one that is added later does not compile until it is written below, or shown to change nothing. Of an option
   // that is a path the file's bytes belong into bake_key.
-  const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes] = options;
+  const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes, areas] = options;
   const auto& [leaf_material, wood_material, classes, up, metres_per_unit, plant, outside_files] = import;
   const auto& [node, variant, whole] = plant;
   const auto& [resolution_px, count_background, candidate_count] = collapse;
@@ -59,6 +60,7 @@ std::string options_text(const BakeOptions& options) {
   line("textures", std::to_string(static_cast<int>(textures)));
   line("crown_normals", std::to_string(std::bit_cast<std::uint32_t>(crown_normals)));
   line("leaf_meshes", leaf_meshes ? "on" : "off");
+  if (areas == Areas::vulkan) line("areas", "vulkan " + std::to_string(kMostMeasuredLeaves));
   if (leaf_material) line("leaf_material", *leaf_material);
   if (wood_material) line("wood_material", *wood_material);
   for (const ClassRule& rule : classes)
@@ -83,6 +85,10 @@ Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptio
   Checksum checksum;
   checksum.add("baker " + std::to_string(kBakeVersion) + " format " + std::to_string(COPPICE_FORMAT_VERSION));
   checksum.add(options_text(options));
+  if (options.areas == Areas::vulkan) {
+    COPPICE_TRY(device, area_device_name());
+    checksum.add(device);
+  }
   checksum.add(input.filename().string());
   checksum.add(bytes);
   for (const GltfReference& reference : referred_files(bytes)) {

@@ -19,9 +19,11 @@ namespace coppice::bake {
 inline constexpr std::uint32_t kBakeVersion = 22;
 
 /// XXH3-128 in 32 hexadecimal digits of all that a bake's bytes depend on: the input's name (which the file keeps), its bytes, the names
-/// and bytes of the files it refers to, options_text(), kBakeVersion and the file format's version. A file referred to that is missing
+/// and bytes of the files it refers to, options_text(), kBakeVersion, the file format's version, and with Areas::vulkan device and driver,
+/// which are opened for it. A file referred to that is missing
 /// counts as missing.
-/// errors  io: the input, or a file it refers to, is there and unreadable; those of resolve_reference for a file outside the folder
+/// errors  io: the input, or a file it refers to, is there and unreadable; those of resolve_reference for a file outside the folder; with
+///         Areas::vulkan those of open_area_device
 Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptions& options);
 
 /// Every option that can change the result, one line each: "metric 1\n". thread_count is none of them.

@@ -1,6 +1,7 @@
 #include "bake_arguments.h"
 
 #include <CLI/CLI.hpp>
+#include <string>
 #include <utility>
 
 #include "raster.h"
@@ -38,6 +39,15 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
                    "--candidates do not say otherwise. The picture's error grows by about 5 %, of plants a few pixels large by a fifth");
   command
       .add_option(
+          "--areas", arguments.areas,
+          "Who measures the projected areas of --metric mi: item-buffers, or the paper's occlusion queries on a Vulkan device, at every "
+          "step for up to " +
+              std::to_string(kMostMeasuredLeaves) + " leaves and only before the first for more. Another driver may then give another file")
+      ->check(CLI::IsMember({"item-buffers", "vulkan"}))
+      ->type_name("item-buffers|vulkan")
+      ->capture_default_str();
+  command
+      .add_option(
           "--textures", arguments.textures,
           "How textures are stored: bc is BC1 and BC3 blocks, which a GPU reads as they are; rgba8 takes four to eight times the bytes")
       ->check(CLI::IsMember({"bc", "rgba8"}))
@@ -60,6 +70,10 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
   add_plant_options(command, arguments.import);
 }
 
+void check_bake_arguments(const BakeArguments& arguments) {
+  if (arguments.areas == "vulkan" && arguments.metric != "mi") throw CLI::ValidationError("--areas", kAreasNeedMi);
+}
+
 Result<BakeOptions> bake_options(const BakeArguments& arguments) {
   BakeOptions options = arguments.options;
   const BakeOptions defaults;
@@ -72,6 +86,8 @@ Result<BakeOptions> bake_options(const BakeArguments& arguments) {
   options.collapse.count_background = arguments.background == "on";
   options.textures = arguments.textures == "rgba8" ? TextureCoding::rgba8 : TextureCoding::bc;
   options.leaf_meshes = arguments.leaf_meshes == "on";
+  options.areas = arguments.areas == "vulkan" ? Areas::vulkan : Areas::item_buffers;
+  COPPICE_CHECK(check_areas(options));
   COPPICE_TRY(import, import_options(arguments.classes));
   options.import = std::move(import);
   apply_import_arguments(arguments.import, options.import);

@@ -15,7 +15,7 @@ class App;
 namespace coppice::bake {
 
 struct BakeArguments {
-  std::string metric = "default", background = "on", textures = "bc", leaf_meshes = "on";
+  std::string metric = "default", background = "on", textures = "bc", leaf_meshes = "on", areas = "item-buffers";
   bool quick = false;
   ClassArguments classes;
   ImportArguments import;
@@ -26,7 +26,10 @@ struct BakeArguments {
 /// outlive the command.
 void add_bake_options(CLI::App& command, BakeArguments& arguments);
 
-/// What they ask for. errors  those of import_options
+/// Throws CLI::ValidationError for options that do not go together.
+void check_bake_arguments(const BakeArguments& arguments);
+
+/// What they ask for. errors  those of import_options and check_areas
 Result<BakeOptions> bake_options(const BakeArguments& arguments);
 
 }  // namespace coppice::bake

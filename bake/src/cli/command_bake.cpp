@@ -34,6 +34,18 @@ std::string leaf_mesh_text(const BakeReport& report) {
   return "leaf meshes " + readable_bytes(report.sizes.leaf_mesh_bytes) + ", " + std::to_string(report.leaf_mesh_triangles) + " triangles";
 }
 
+std::string area_text(const BakeReport& report) {
+  if (report.area_device.empty()) return {};
+  return std::string("; areas by occlusion queries ") + (report.area_every_step ? "at every step" : "before the first step");
+}
+
+nlohmann::ordered_json area_json(const BakeReport& report) {
+  const bool queries = !report.area_device.empty();
+  return {{"initial", queries ? "vulkan" : "item-buffers"},
+          {"steps", report.area_every_step ? "vulkan" : "item-buffers"},
+          {"device", report.area_device}};
+}
+
 nlohmann::ordered_json report_json(const BakeReport& report) {
   const auto& seconds = report.seconds;
   nlohmann::ordered_json levels = nlohmann::ordered_json::array();
@@ -54,6 +66,7 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
       {"bytes_per_leaf", bytes_per_leaf(report)},
       {"leaf_meshes",
        {{"bytes", report.sizes.leaf_mesh_bytes}, {"triangles", report.leaf_mesh_triangles}, {"none_because", report.leaf_mesh_note}}},
+      {"areas", area_json(report)},
       {"evaluations", report.evaluations},
       {"foliage_mi", {{"source", report.source_information.bits}, {"levels", levels}}},
   };
@@ -113,9 +126,9 @@ int run_one(const BakeCommand& arguments) {
 
   const std::string json = report_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   const std::string line =
-      formatted("%s: %u leaves, %s, %s (foliage %.1f B/leaf; %s), %.1f s\n", shown(arguments.output).c_str(), report.source_leaves,
+      formatted("%s: %u leaves, %s, %s (foliage %.1f B/leaf; %s%s), %.1f s\n", shown(arguments.output).c_str(), report.source_leaves,
                 size_text(report.size_m).c_str(), readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report),
-                printable(leaf_mesh_text(report)).c_str(), report.seconds.total);
+                printable(leaf_mesh_text(report)).c_str(), area_text(report).c_str(), report.seconds.total);
   // A preview on the standard output has it to itself.
   const bool is_quiet = arguments.quiet || is_standard_output(arguments.preview);
   return write_outputs({{arguments.output, *bytes}, {arguments.report, bytes_of(json)}}, is_quiet ? "" : line);
@@ -179,6 +192,7 @@ void add_bake_command(CLI::App& app, int* exit_code) {
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, output, dry_run, exit_code] {
     if (output->count() == 0 && dry_run->count() == 0) throw CLI::RequiredError("--output or --dry-run");
+    check_bake_arguments(arguments->bake);
     *exit_code = run_limited(arguments->limits, arguments->input, {arguments->output, arguments->report, arguments->preview},
                              [&] { return run(*arguments); });
   });

@@ -229,7 +229,12 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
   add_limit_options(*command, arguments->limits);
   add_output_option(*command, "--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
-  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+  command->callback([arguments, exit_code] {
+    // The entries of a list may have what the command lacks.
+    std::error_code error;
+    if (std::filesystem::is_directory(arguments->input, error) || is_plant_file(arguments->input)) check_bake_arguments(arguments->bake);
+    *exit_code = run(*arguments);
+  });
 }
 
 }  // namespace coppice::bake

@@ -116,7 +116,10 @@ void add_view_command(CLI::App& app, int* exit_code) {
   command->add_flag("--headless", arguments->headless, "No window: with --screenshot");
   command->add_option("--screenshot", arguments->screenshot, "Write the last frame, once streaming has settled")->type_name("F.png");
   add_bake_options(*command, arguments->bake);
-  command->callback([arguments, exit_code] { *exit_code = run(*arguments); });
+  command->callback([arguments, exit_code] {
+    check_bake_arguments(arguments->bake);
+    *exit_code = run(*arguments);
+  });
 }
 
 }  // namespace coppice::bake

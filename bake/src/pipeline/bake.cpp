@@ -21,6 +21,7 @@
 #include "leaf_mesh_parts.h"
 #include "material_split.h"
 #include "mesh_error.h"
+#include "occlusion_areas.h"
 #include "plant_size.h"
 #include "printable.h"
 #include "progress.h"
@@ -57,8 +58,39 @@ std::size_t allowed_threads(const BakeOptions& options) {
   return options.thread_count > 0 ? options.thread_count : static_cast<std::size_t>(tbb::info::default_concurrency());
 }
 
-Result<CollapseResult> collapse_by(const BakeOptions& options, const CollapseOptions& collapse, const ShownFoliage& shown,
-                                   const std::vector<Viewpoint>& views, const ProgressFunction& progress) {
+ProgressFunction stage_of(const StageProgress& progress, const char* name) {
+  return [&progress, name](double fraction) { progress(name, fraction); };
+}
+
+/// The paper's metric looks at what it is told to.
+CollapseOptions collapse_options(const BakeOptions& options, const Foliage& foliage, BakeReport& report) {
+  CollapseOptions collapse = options.collapse;
+  if (options.metric != Metric::default_metric) return collapse;
+  collapse.resolution_px = bounded_resolution_px(foliage, collapse.resolution_px);
+  if (collapse.resolution_px < options.collapse.resolution_px)
+    report.warnings.push_back("leaves overlap so much that collapses are weighed in views of " + std::to_string(collapse.resolution_px) +
+                              " px, not " + std::to_string(options.collapse.resolution_px));
+  return collapse;
+}
+
+Result<CollapseResult> collapse_by_queries(const CollapseOptions& options, const ShownFoliage& shown, const std::vector<Viewpoint>& views,
+                                           const StageProgress& progress, BakeReport& report) {
+  COPPICE_TRY(queries, OcclusionAreas::create({shown, views, options.resolution_px}));
+  report.area_device = queries.device_name();
+  report.area_every_step = shown.foliage.leaf_count() <= kMostMeasuredLeaves;
+  AreaSource areas{{}, report.area_every_step};
+  areas.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas_px) {
+    const bool is_first = request.changed.empty();
+    return queries.measure(request, areas_px, is_first ? stage_of(progress, "areas") : ProgressFunction());
+  };
+  return collapse_by_mutual_information(shown, views, options, stage_of(progress, "collapse"), areas);
+}
+
+Result<CollapseResult> collapse_by(const BakeOptions& options, const ShownFoliage& shown, const std::vector<Viewpoint>& views,
+                                   const StageProgress& stages, BakeReport& report) {
+  const CollapseOptions collapse = collapse_options(options, shown.foliage, report);
+  const ProgressFunction progress = stage_of(stages, "collapse");
+  if (options.areas == Areas::vulkan) return collapse_by_queries(collapse, shown, views, stages, report);
   if (options.metric == Metric::mi) return collapse_by_mutual_information(shown, views, collapse, progress);
   if (options.metric == Metric::geometric) return replay(shown, views, collapse, collapse_by_similarity(shown.foliage, progress));
   return collapse_by_image_error(shown, views, collapse, ImageErrorOptions{}, progress);
@@ -77,17 +109,6 @@ Foliage bare_foliage(const Mesh& wood) {
 
 Result<Foliage> foliage_of(Plant& plant) {
   return plant.leaves.empty() ? bare_foliage(plant.wood) : card_foliage(plant);
-}
-
-/// The paper's metric looks at what it is told to.
-CollapseOptions collapse_options(const BakeOptions& options, const Foliage& foliage, BakeReport& report) {
-  CollapseOptions collapse = options.collapse;
-  if (options.metric != Metric::default_metric) return collapse;
-  collapse.resolution_px = bounded_resolution_px(foliage, collapse.resolution_px);
-  if (collapse.resolution_px < options.collapse.resolution_px)
-    report.warnings.push_back("leaves overlap so much that collapses are weighed in views of " + std::to_string(collapse.resolution_px) +
-                              " px, not " + std::to_string(options.collapse.resolution_px));
-  return collapse;
 }
 
 std::uint32_t file_metric(Metric metric) {
@@ -117,6 +138,11 @@ std::uint32_t bounded_resolution_px(const Foliage& foliage, std::uint32_t resolu
   return std::max(1u, static_cast<std::uint32_t>(resolution_px * std::max(kLeastShare, std::sqrt(kMostLayers / layers))));
 }
 
+Result<void> check_areas(const BakeOptions& options) {
+  if (options.areas == Areas::item_buffers || options.metric == Metric::mi) return {};
+  return Error{Status::invalid_argument, kAreasNeedMi};
+}
+
 std::uint32_t metric_view_count(Metric metric, std::uint32_t leaf_count) {
   if (metric != Metric::default_metric) return 20;
   return leaf_count > 8192 ? 32 : 42;
@@ -125,9 +151,9 @@ std::uint32_t metric_view_count(Metric metric, std::uint32_t leaf_count) {
 Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const BakeOptions& options, const StageProgress& progress,
                                        BakeReport& report) {
   const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism, allowed_threads(options));
-  const auto stage = [&](const char* name) { return [&progress, name](double fraction) { progress(name, fraction); }; };
   Stopwatch total, watch;
 
+  COPPICE_CHECK(check_areas(options));
   progress("import", 0.0);
   COPPICE_TRY(plant, import_gltf(input, options.import));
   split_materials(plant);
@@ -140,8 +166,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   report.seconds.import = watch.lap();
 
   progress("collapse", 0.0);
-  const CollapseOptions collapse_with = collapse_options(options, foliage, report);
-  COPPICE_TRY(collapse, collapse_by(options, collapse_with, {foliage, plant.materials, plant.images}, views, stage("collapse")));
+  COPPICE_TRY(collapse, collapse_by(options, {foliage, plant.materials, plant.images}, views, progress, report));
   report.seconds.visibility = collapse.visibility_seconds;
   report.seconds.collapse = watch.lap() - collapse.visibility_seconds;
   report.evaluations = collapse.sequence.evaluations;
@@ -163,7 +188,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   for (Material& material : baked.materials) material.crown_normals = options.crown_normals;
   baked.leaf_meshes = std::move(kept.meshes);
   baked.sphere = plant_sphere(foliage, plant.wood, baked.leaf_meshes);
-  COPPICE_TRY(errors, measure_error_table(baked, stage("error table")));
+  COPPICE_TRY(errors, measure_error_table(baked, stage_of(progress, "error table")));
   baked.errors = std::move(errors);
   if (!baked.leaf_meshes.parts.empty()) {
     COPPICE_TRY(mesh_error_px, measure_leaf_mesh_error(baked));

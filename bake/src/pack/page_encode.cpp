@@ -214,14 +214,14 @@ class Planner {
     const Point residual = page_model::difference(corners[step.corner], guess);
     const auto code_all = [&](std::size_t context) { code_values(residual, {context, context, context}, codes); };
     if (kind == page_model::kFree) return code_all(Context::kFreeSteps + static_cast<std::size_t>(step.rule));
-    const std::size_t side = page_model::is_parallel(kind) ? Context::kParallel : Context::kTurned;
+    const std::size_t side = side_of(kind);
     switch (step.rule) {
       case page_model::Rule::position:
         return code_all(Context::kShapedPosition);
       case page_model::Rule::first:
         return code_all(side + page_model::kFirstSide);
       case page_model::Rule::second:
-        return code_second_side(side, kind, step, corners, residual, codes);
+        return code_second_side(kind, step, corners, residual, codes);
       case page_model::Rule::diagonal:
         return code_all(Context::kShapedDiagonal);
       case page_model::Rule::fourth:
@@ -237,12 +237,15 @@ class Planner {
     if (!is_near) code_all(Context::kShapedFourth);
   }
 
-  void code_second_side(std::size_t side, std::uint32_t kind, const Step& step, const std::array<Point, 4>& corners, const Point& residual,
+  static std::size_t side_of(std::uint32_t kind) { return page_model::is_parallel(kind) ? Context::kParallel : Context::kTurned; }
+
+  void code_second_side(std::uint32_t kind, const Step& step, const std::array<Point, 4>& corners, const Point& residual,
                         Codes& codes) const {
+    const std::size_t side = side_of(kind);
     const std::size_t free = side + page_model::kSecondSide;
     const Point &base = corners[step.neighbour], &corner = corners[step.corner];
     const Point along = page_model::difference(corners[(step.corner + 2) & 3], base);
-    const std::size_t axis = page_model::shape_of(kind) == 0 ? page_model::square_axis(header_, along) : 3;
+    const std::size_t axis = page_model::shape_of(kind) == page_model::kParallelogram ? page_model::square_axis(header_, along) : 3;
     if (axis == 3) return code_values(residual, {free, free, free}, codes);
     const std::int32_t value = page_model::square_coordinate(header_, along, page_model::difference(corner, base), axis);
     const std::int32_t off = corner[axis] - page_model::clamp_coordinate(header_, base[axis] + value);

@@ -245,7 +245,7 @@ class Planner {
     const std::size_t free = side + page_model::kSecondSide;
     const Point &base = corners[step.neighbour], &corner = corners[step.corner];
     const Point along = page_model::difference(corners[(step.corner + 2) & 3], base);
-    const std::size_t axis = page_model::shape_of(kind) == page_model::kParallelogram ? page_model::square_axis(header_, along) : 3;
+    const std::size_t axis = page_model::shape_of(kind) == page_model::kParallelogramIndex ? page_model::square_axis(header_, along) : 3;
     if (axis == 3) return code_values(residual, {free, free, free}, codes);
     const std::int32_t value = page_model::square_coordinate(header_, along, page_model::difference(corner, base), axis);
     const std::int32_t off = corner[axis] - page_model::clamp_coordinate(header_, base[axis] + value);

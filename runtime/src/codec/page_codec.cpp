@@ -352,7 +352,7 @@ class PageDecoder {
     }
     const Point& base = corners[step.neighbour];
     const Point along = page_model::difference(corners[(step.corner + 2) & 3], base);
-    const std::size_t square = page_model::shape_of(kind) == page_model::kParallelogram ? page_model::square_axis(header_, along) : 3;
+    const std::size_t square = page_model::shape_of(kind) == page_model::kParallelogramIndex ? page_model::square_axis(header_, along) : 3;
     if (square == 3) return read_residual(side + page_model::kSecondSide, guess, corner);
     read_square(side, {base, along, square}, guess, corner);
   }

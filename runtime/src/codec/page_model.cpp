@@ -52,7 +52,7 @@ Point predict(const PageHeader& header, std::uint32_t kind, const Step& step, co
   const Point &own = parent.corners[corner], &across = quad[(corner + 2) & 3], &opposite = quad[(corner + 3) & 3];
   const bool by_side = step.rule == Rule::first || step.rule == Rule::second;
   if (kind != kFree && step.rule == Rule::fourth) {
-    if (shape_of(kind) == kParallelogram) return parallelogram(header, quad[(corner + 1) & 3], opposite, across);
+    if (shape_of(kind) == kParallelogramIndex) return parallelogram(header, quad[(corner + 1) & 3], opposite, across);
     return fourth_of_shape(header, kind, quad, corner);
   }
   if (is_parallel(kind) && by_side) return parallelogram(header, quad[step.neighbour], own, parent.corners[step.neighbour]);

@@ -62,7 +62,7 @@ extern const std::array<const char*, kContextCount> kDefaultWeights;
 
 // Kinds of children: free, then for each shape turned and parallel.
 inline constexpr std::uint32_t kFree = 0;
-inline constexpr std::uint32_t kParallelogram = 0;  // the first shape
+inline constexpr std::uint32_t kParallelogramIndex = 0;  // of kParallelogram among shapes
 inline constexpr std::uint32_t kMaxShapes = 4;
 constexpr std::uint32_t shape_of(std::uint32_t kind) {
   return (kind - 1) / 2;

@@ -33,7 +33,7 @@ Result<Plant> load(const std::string& name) {
 void print_differences(const std::vector<std::uint32_t>& queries, const ItemBuffers& buffers) {
   const std::vector<std::uint32_t> fronts = leaf_areas_px(buffers);
   const std::vector<std::uint32_t> behind = background_areas_px(buffers);
-  double differences = 0.0, total = 0.0, query_total = 0.0, background = 0.0;
+  double differences = 0.0, total = 0.0, query_total = 0.0, background = 0.0, query_background = 0.0;
   std::uint32_t largest = 0;
   for (std::size_t v = 0; v < buffers.view_count; ++v) {
     for (std::size_t leaf = 0; leaf < buffers.leaf_count; ++leaf) {
@@ -44,10 +44,15 @@ void print_differences(const std::vector<std::uint32_t>& queries, const ItemBuff
       total += a;
       query_total += b;
     }
-    background += std::abs(static_cast<double>(behind[v]) - static_cast<double>(queries[buffers.leaf_count * buffers.view_count + v]));
+    const double query_behind = queries[buffers.leaf_count * buffers.view_count + v];
+    background += std::abs(static_cast<double>(behind[v]) - query_behind);
+    query_background += query_behind;
   }
-  std::printf("  areas: sum of differences %.4f %%, of the total %.4f %%, largest %u px, background %.4f %% of the foliage\n",
-              100.0 * differences / total, 100.0 * (query_total - total) / total, largest, 100.0 * background / total);
+  // A pixel without a leaf is background; every leaf above one of the others is a tie.
+  const double ties = query_total + query_background - static_cast<double>(buffers.view_count) * buffers.pixels_per_view();
+  std::printf("  areas: sum of differences %.4f %%, of the total %.4f %%, largest %u px, background %.4f %% of the foliage, %.0f ties\n",
+              100.0 * differences / total, 100.0 * (query_total - total) / total, largest, 100.0 * background / total, ties);
+  std::fflush(stdout);
 }
 
 struct Shown {

@@ -86,6 +86,7 @@ struct Disagreement {
   double sum_of_differences_share = 0.0;  ///< sum over leaves of |difference| / total
   double largest_over_bound = 0.0;        ///< largest |difference| as a multiple of its bound
   double background_px = 0.0;             ///< |difference|
+  double ties_px = 0.0;                   ///< of the queries: leaves in front of a pixel above one. Below 0: depths of two draws differ
 };
 
 Disagreement compare(const Case& c, std::size_t view, const Areas& buffers, const Areas& queries) {
@@ -103,6 +104,7 @@ Disagreement compare(const Case& c, std::size_t view, const Areas& buffers, cons
   }
   const std::size_t background = c.foliage.quads.size() * c.views.size() + view;
   result.background_px = std::abs(static_cast<double>(buffers[background]) - static_cast<double>(queries[background]));
+  result.ties_px = query_total + queries[background] - static_cast<double>(c.side_px) * c.side_px;
   result.total_px = static_cast<std::uint64_t>(total);
   result.total_share = std::abs(total - query_total) / total;
   result.total_in_bounds = result.total_share * total <= kTotalShare * total + kTotalSlackPx;
@@ -191,6 +193,8 @@ class OcclusionQueryTest : public test::VulkanTest {
       EXPECT_EQ(d.leaves_out_of_bounds, 0u) << "view " << view;
       EXPECT_TRUE(d.total_in_bounds) << "view " << view << ": " << 100.0 * d.total_share << "% of " << d.total_px << " px";
       EXPECT_LE(d.background_px, kTotalShare * static_cast<double>(d.total_px) + kTotalSlackPx) << "view " << view;
+      EXPECT_GE(d.ties_px, 0.0) << "view " << view << " has pixels that are neither a leaf's nor the background's";
+      EXPECT_LE(d.ties_px, 1.0) << "view " << view;
       EXPECT_GT(d.total_px, 100u) << "view " << view << " shows no leaves: nothing was compared";
       worst = std::max(worst, d.largest_over_bound);
       worst_total = std::max(worst_total, d.total_share);

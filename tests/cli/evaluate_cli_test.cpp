@@ -202,6 +202,33 @@ TEST(EvaluateCommand, LevelsOfAnotherToolAreMeasuredLikeOurs) {
   EXPECT_NE(missing.err.find("0.5.glb"), std::string::npos) << missing.err;
 }
 
+TEST(EvaluateCommand, LevelsThatAreTooLargeDoNotWin) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "hazel.glb", json = folder / "hazel.json", set = folder / "set";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"plant", "corylus", "-o", plant}).exit_code, 0);
+  const fs::path baked = folder / "hazel.coppice";
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"bake", plant, "-o", baked, "--quick"}).exit_code, 0);
+  fs::create_directories(set / "fits");
+  fs::create_directories(set / "whole");
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"evaluate", plant, "--write-source", set / "whole" / "0.5.glb"}).exit_code, 0);
+  fs::copy_file(set / "whole" / "0.5.glb", set / "fits" / "0.5.glb");
+  const std::vector<std::string> command = {
+      "evaluate", plant, "--methods", "stochastic", "--levels", ".5", "--levels-of", "mine=" + set.string(), "--json", json};
+  const ProcessResult large = run_process(COPPICE_TOOL, command);
+  ASSERT_EQ(large.exit_code, 0) << large.err;
+  EXPECT_NE(large.err.find("mine has 772 triangles at level 0.5, more than the 386 of the others"), std::string::npos) << large.err;
+  // A level that fits is worse than the whole plant, and counts.
+  fs::remove(set / "fits" / "0.5.glb");
+  const fs::path cut = folder / "cut.glb";  // its leaves, without its wood
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"export", baked, "--leaves", "100", "--solid", "-o", cut}).exit_code, 0);
+  ASSERT_EQ(run_process(COPPICE_TOOL, {"evaluate", cut, "--write-source", set / "fits" / "0.5.glb"}).exit_code, 0);
+  const ProcessResult fits = run_process(COPPICE_TOOL, command);
+  ASSERT_EQ(fits.exit_code, 0) << fits.err;
+  EXPECT_EQ(fits.err.find("more than the"), std::string::npos) << fits.err;
+  const auto level = nlohmann::json::parse(std::ifstream(json))["methods"][1]["levels"][0];
+  EXPECT_EQ(level["parameters"], "fits");
+}
+
 TEST(EvaluateCommand, RefusesSetsAndSetUpsThatMeanNothing) {
   const TemporaryFolder folder;
   const fs::path plant = folder / "hazel.glb";

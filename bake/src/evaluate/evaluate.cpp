@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -111,16 +112,34 @@ Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input
   return measures;
 }
 
-Result<MethodMeasures> evaluate_level_set(const LevelSet& set, const Bench& bench, const EvaluateProgress& progress) {
+/// Those that are no larger than was asked for; where all are, the smallest.
+std::vector<Candidate> comparable(const std::vector<ForeignLevel>& files, std::uint32_t triangle_count) {
+  std::size_t most = triangle_count, least = std::numeric_limits<std::size_t>::max();
+  for (const ForeignLevel& file : files) least = std::min(least, file.level.mesh.triangle_materials.size());
+  most = std::max(most, least);
+  std::vector<Candidate> candidates;
+  for (const ForeignLevel& file : files)
+    if (file.level.mesh.triangle_materials.size() <= most) candidates.push_back({file.parameters, file.level, file.materials, file.images});
+  return candidates;
+}
+
+std::string too_large(const std::string& name, const LevelMeasures& level, std::uint32_t triangle_count) {
+  return name + " has " + std::to_string(level.triangles) + " triangles at level " + level_file_name(level.fraction) + ", more than the " +
+         std::to_string(triangle_count) + " of the others";
+}
+
+/// warnings  gets a line for each level that is too large to be compared
+Result<MethodMeasures> evaluate_level_set(const LevelSet& set, const Bench& bench, const EvaluateProgress& progress,
+                                          std::vector<std::string>& warnings) {
   if (progress) progress(set.name.c_str(), 0.0);
   MethodMeasures measures;
   measures.name = set.name;
   const std::vector<double>& fractions = bench.options.fractions;
   COPPICE_TRY(read, read_level_set(set, fractions));
   for (std::size_t i = 0; i < fractions.size(); ++i) {
-    std::vector<Candidate> candidates;
-    for (const ForeignLevel& file : read[i]) candidates.push_back({file.parameters, file.level, file.materials, file.images});
-    COPPICE_TRY(level, measure_best(candidates, fractions[i], bench));
+    const std::uint32_t triangle_count = 2 * level_leaves(bench.leaf_count, fractions[i]);
+    COPPICE_TRY(level, measure_best(comparable(read[i], triangle_count), fractions[i], bench));
+    if (level.triangles > triangle_count) warnings.push_back(too_large(set.name, level, triangle_count));
     measures.levels.push_back(std::move(level));
   }
   return measures;
@@ -173,7 +192,7 @@ Result<EvaluationReport> evaluate_against(const ReferenceSurface& surface, const
     report.methods.push_back(std::move(measures));
   }
   for (const LevelSet& set : options.level_sets) {
-    COPPICE_TRY(measures, evaluate_level_set(set, bench, progress));
+    COPPICE_TRY(measures, evaluate_level_set(set, bench, progress, report.warnings));
     report.methods.push_back(std::move(measures));
   }
   return report;
@@ -240,7 +259,7 @@ Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& opti
   const ReferenceSurface surface{against_quads ? quads : plant.foliage, plant.materials, plant.images, against_quads ? nullptr : &stored};
   COPPICE_TRY(report,
               evaluate_against(surface, plant.name, SimplifyInput{{foliage, plant.materials, plant.images}, {}}, options, progress));
-  report.warnings = plant.warnings;
+  report.warnings.insert(report.warnings.begin(), plant.warnings.begin(), plant.warnings.end());
   return report;
 }
 

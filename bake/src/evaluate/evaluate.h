@@ -102,7 +102,7 @@ struct EvaluationReport {
     LevelMeasures level;
   };
   std::optional<Stored> stored;
-  std::vector<std::string> warnings;  ///< the importer's
+  std::vector<std::string> warnings;  ///< the importer's, and of level sets that are too large to be compared
 };
 
 /// The names of LevelMeasures::rmse_full, rmse_quarter and rmse_sixteenth in reports: "rmse_256", "rmse_64" and "rmse_16" for pictures of

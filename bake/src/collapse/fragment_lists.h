@@ -58,10 +58,10 @@ class PixelLists {
   /// has come, its entries.
   void prefetch_list(std::uint32_t pixel) const { __builtin_prefetch(&lists_[pixel]); }
   void prefetch_entries(std::uint32_t pixel) const {
-    constexpr std::size_t kLine = 64 / sizeof(Entry);
-    const Entry* first = pool_.data() + lists_[pixel].begin;
-    __builtin_prefetch(first);
-    __builtin_prefetch(first + kLine);
+    constexpr std::uint32_t kOfLine = 64 / sizeof(Entry);
+    const List& list = lists_[pixel];
+    __builtin_prefetch(pool_.data() + list.begin);
+    __builtin_prefetch(pool_.data() + list.begin + std::min(kOfLine, list.count));
   }
 
   void insert(std::uint32_t pixel, const Entry& entry) {

@@ -27,7 +27,7 @@ constexpr Channels kCovered{0.0f, 0.0f, 0.0f, 255.0f};
 /// What shows through less than this is taken for nothing: an eighth of a step of 255.
 constexpr float kLeastShare = 1.0f / 2048.0f;
 /// Pixels ahead of a walk for which memory is asked.
-constexpr std::uint32_t kListsAhead = 16, kFragmentsAhead = 8;
+constexpr std::uint32_t kListsAhead = 16, kEntriesAhead = 8;
 constexpr float kOpacityUnit = 1.0f / kOpaque;
 
 Channels channels_of(const Shade& shade) {
@@ -383,10 +383,10 @@ double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
     const LeafPixels& own = pixels_[id];
     const std::uint32_t begin = own.view_begin[v], end = own.view_begin[v + 1];
     for (std::uint32_t i = begin; i < std::min(begin + kListsAhead, end); ++i) prefetch(view, scratch, own.pixels[i]);
-    for (std::uint32_t i = begin; i < std::min(begin + kFragmentsAhead, end); ++i) view.fragments.prefetch_entries(own.pixels[i]);
+    for (std::uint32_t i = begin; i < std::min(begin + kEntriesAhead, end); ++i) view.fragments.prefetch_entries(own.pixels[i]);
     for (std::uint32_t i = begin; i < end; ++i) {
       if (i + kListsAhead < end) prefetch(view, scratch, own.pixels[i + kListsAhead]);
-      if (i + kFragmentsAhead < end) view.fragments.prefetch_entries(own.pixels[i + kFragmentsAhead]);
+      if (i + kEntriesAhead < end) view.fragments.prefetch_entries(own.pixels[i + kEntriesAhead]);
       const std::uint32_t pixel = own.pixels[i];
       if (make_fragment(own.depths[i], id) > view.last[pixel] || scratch.stamp[pixel] == now) continue;
       LeafFragment last;
@@ -443,9 +443,9 @@ MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, 
     walk.push_back({static_cast<std::uint32_t>(f.y) * resolution_px_ + static_cast<std::uint32_t>(f.x), f.depth});
     prefetch(view, scratch, walk.back().pixel);
   });
-  for (std::size_t i = 0; i < std::min<std::size_t>(kFragmentsAhead, walk.size()); ++i) view.fragments.prefetch_entries(walk[i].pixel);
+  for (std::size_t i = 0; i < std::min<std::size_t>(kEntriesAhead, walk.size()); ++i) view.fragments.prefetch_entries(walk[i].pixel);
   for (std::size_t i = 0; i < walk.size(); ++i) {
-    if (i + kFragmentsAhead < walk.size()) view.fragments.prefetch_entries(walk[i + kFragmentsAhead].pixel);
+    if (i + kEntriesAhead < walk.size()) view.fragments.prefetch_entries(walk[i + kEntriesAhead].pixel);
     const auto [pixel, depth] = walk[i];
     const bool is_released = scratch.stamp[pixel] == scratch.now;
     const LeafFragment merged = make_fragment(depth, id_count_);

@@ -8,8 +8,8 @@
 // viewer sees from far away, and forgive a leaf that moved by a pixel. Pictures differ from the first one only where a merged leaf shows
 // or a removed leaf did, so a merge is weighed by walking the pixels of its three leaves.
 //
-// In each pixel and block the picture is linear in the opacity of one leaf. The error is therefore a parabola in it, and one walk finds
-// the best opacity of a merged leaf together with its cost.
+// In each pixel and block the picture is linear in the opacity of one leaf, and in its opacity times its brightness. The error is therefore
+// a quadratic form of the two, and one walk finds the best of both for a merged leaf together with its cost.
 //
 // As leaves grow, pixels can: halve() goes over to pictures of half the side, in which all errors keep their meaning.
 

@@ -73,6 +73,15 @@ TEST(CrownLight, DepthGrowsWithTheWayThroughAnEvenCrown) {
   EXPECT_LT(middle.sky, 0.5f);
 }
 
+TEST(CrownLight, GapsInLeavesLetLightThrough) {
+  Cloud cloud(4.0f, 24, 560, [](const std::array<float, 3>&) { return true; });
+  const CrownSample opaque = cloud.light().at({0, 0, 0});
+  for (PageNode& node : cloud.nodes) node.fade = fade_of(kOpaque / 2);
+  const CrownSample half = cloud.light().at({0, 0, 0});
+  EXPECT_NEAR(half.depth, 0.5f * opaque.depth, 0.02f * opaque.depth);
+  EXPECT_GT(half.sky, 1.2f * opaque.sky);
+}
+
 TEST(CrownLight, TheSideWithoutLeavesIsOpen) {
   const Cloud cloud(4.0f, 24, 700, [](const std::array<float, 3>& place) { return place[0] < 0.5f; });
   const CrownSample edge = cloud.light().at({-0.2f, 0, 0});

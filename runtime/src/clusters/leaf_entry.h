@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "coppice_thinning.h"
 #include "crown_light.h"
 
 namespace coppice::gpu {
@@ -55,5 +56,10 @@ struct Births {
 /// them are 0.
 Cluster write_cluster(std::span<const LeafEntry> entries, const Births& births, const LeafBox& box, std::span<Leaf> leaves,
                       std::span<Splat> splats);
+
+/// What of a node's area its leaves cover: not the holes of its card, nor the gaps between leaves that a merged one stands for.
+inline float covered_area_m2(float area_m2, const CardLook& look, std::uint8_t fade) {
+  return area_m2 * look.coverage * opacity_of(gaps_of(fade));
+}
 
 }  // namespace coppice::gpu

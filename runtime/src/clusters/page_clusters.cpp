@@ -39,7 +39,7 @@ LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t
   entry.normal = normals.lit;
   entry.face = normals.face;
   entry.look = pack_albedo(look.albedo * variation(crown, c[0], corners[0]) * linear_brightness(node.fade));
-  entry.covered_m2 = entry.area_m2 * look.coverage * opacity_of(entry.gaps);
+  entry.covered_m2 = covered_area_m2(entry.area_m2, look, node.fade);
   entry.light = source.light->at(entry.middle());
   entry.bulk = full_bulk(crown, entry.size_m);
   return entry;

@@ -165,6 +165,13 @@ class ImageCollapse {
     return {std::min(effort.view_stride, image_.view_count()), effort.finalists};
   }
 
+  /// The nearest leaves may all be of one twig. Where what merges of such leave no longer covers the crown, leaves look farther.
+  [[nodiscard]] std::uint32_t candidate_count() const {
+    constexpr double kBearableLoss = 0.005, kGrowth = 1000.0, kMost = 4.0;
+    const double times = std::clamp(1.0 + kGrowth * (image_.lost_cover() - kBearableLoss), 1.0, kMost);
+    return static_cast<std::uint32_t>(options_.candidate_count * times);
+  }
+
   /// A leaf that is in front in so many pixels, in the mean, is as well weighed in a picture of half the side.
   [[nodiscard]] bool pixels_are_small() const {
     constexpr double kEnough = 20.0;
@@ -263,10 +270,11 @@ class ImageCollapse {
 
   /// Pairs of the leaves that have no choice left with their nearest, each once.
   void find_pairs() {
+    const std::uint32_t count = candidate_count();
     pairs_.clear();
     for (const std::uint32_t leaf : unweighed_) {
       if (is_alone_[leaf] == 0) continue;
-      octree_.candidates_of(leaf, options_.candidate_count, partners_);
+      octree_.candidates_of(leaf, count, partners_);
       for (const std::uint32_t other : partners_)
         pairs_.push_back({0, 0, std::min(leaf, other), std::max(leaf, other), kNone, {}, kNoFade});
     }

@@ -14,10 +14,11 @@ namespace coppice::bake {
 /// and two priors for what no view shows: the mismatch of the pair and its merged leaf seen alone (pair_silhouette.h), and how far what the
 /// merged leaf stands for ends from it (leaf_reach.h).
 ///
-/// A leaf looks for partners among the candidate_count nearest (LeafOctree), each with five shapes (pair_shapes) and the best opacity of
-/// each, in one view of several, and remembers the best three. The least of all is weighed anew in every view when its turn comes, since
-/// the picture round it may have changed, and waits again if it is no longer the least. Ties go to the smaller id, the smaller partner, the
-/// first shape. The result depends on the arguments only, not on the number of threads.
+/// A leaf looks for partners among the candidate_count nearest (LeafOctree), and up to four times as many where the merges so far have
+/// lost cover. Each has five shapes (pair_shapes) with the best opacity of each, in one view of several; the best three are remembered. The
+/// least of all is weighed anew in every view when its turn comes, since the picture round it may have changed, and waits again if it is no
+/// longer the least. Ties go to the smaller id, the smaller partner, the first shape. The result depends on the arguments only, not on the
+/// number of threads.
 /// result  source, levels: I(V,L) as in collapse_by_mutual_information, of these cuts
 /// errors  as collapse_by_mutual_information
 Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const std::vector<Viewpoint>& views,

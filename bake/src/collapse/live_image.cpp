@@ -204,12 +204,14 @@ void LiveImage::draw(View& view) const {
 
 /// How the present picture differs from the first one.
 void LiveImage::measure(View& view) const {
-  view.excess = 0;
+  view.covered = view.excess = 0;
   view.differences.clear();
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
     view.differences.emplace_back(std::size_t{blocks_per_row(scale)} * blocks_per_row(scale), FixedChannels{});
-  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
+  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
+    view.covered += view.source[pixel][3];
     add_difference(view, pixel, view.shown[pixel] - __builtin_convertvector(view.source[pixel], FixedChannels));
+  }
 }
 
 void LiveImage::add_difference(View& view, std::uint32_t pixel, const FixedChannels& change) const {
@@ -239,6 +241,12 @@ inline LiveImage::FixedChannels LiveImage::composite(const View& view, std::uint
 
 void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
   view.shown[pixel] = composite(view, pixel, {kNone, kNone}, view.last[pixel]);
+}
+
+double LiveImage::lost_cover() const {
+  std::int64_t covered = 0, excess = 0;
+  for (const View& view : views_) covered += view.covered, excess += view.excess;
+  return covered > 0 ? -static_cast<double>(excess) / static_cast<double>(covered) : 0.0;
 }
 
 void LiveImage::set_coverage_weight(double weight) {

@@ -151,6 +151,9 @@ class LiveImage {
   /// Of ImageErrorOptions, from now on.
   void set_coverage_weight(double weight);
 
+  /// The share of what the first picture covers that the present one does not, all views together; below 0 if it covers more.
+  [[nodiscard]] double lost_cover() const;
+
   /// Merges. result  id; not live. Parallel over views.
   void apply(const LeafMerge& merge);
 
@@ -177,7 +180,8 @@ class LiveImage {
     std::vector<FixedChannels> shown;                     ///< [pixel] the present picture
     std::vector<LeafFragment> last;                       ///< [pixel] the fragment that nothing shows through, or kNothing
     std::vector<std::vector<FixedChannels>> differences;  ///< [scale][block] present picture less the first one
-    std::int64_t excess = 0;                              ///< of coverage, all pixels: sixteenths of 1/255 px
+    std::int64_t covered = 0;                             ///< by the first picture, all pixels: sixteenths of 1/255 px
+    std::int64_t excess = 0;                              ///< of the present picture over that
     std::vector<LeafFragment> farthest;                   ///< [tile] of `last`
   };
   /// Pixels of a leaf, shown or not, view by view.

@@ -31,7 +31,7 @@ struct LooksDifference {
 /// Pictures of the same size, of which the reference shows something; else throws std::runtime_error.
 LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& picture);
 
-/// At most 5 % of the blocks, or two, are wrong, coverage is off by at most 5.5 %, and the largest piece by 5 %.
+/// At most 5 % of the blocks, or two, are wrong, coverage is off by at most 6 %, and the largest piece by 5 %.
 bool looks_alike(const LooksDifference& difference);
 
 /// One line.

@@ -32,7 +32,7 @@ void main() {
   if (paged && !is_born(leaf.life, born_splits(leaf_count, cluster))) return;
 
   Instance instance = instances[slot];
-  Card card = CardArray(plant.cards).at[leaf.card & 0xffffu];
+  Card card = CardArray(plant.cards).at[card_of_leaf(leaf.card)];
   Material material = MaterialArray(plant.materials).at[card.material];
   if (material.texture != push.texture) return;
   vec3 corners[4];
@@ -49,8 +49,8 @@ void main() {
 
   Crown crown = crown_of(plant);
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
-  float shown = float((leaf.card >> kBrightnessShift & 15u) + 8u) * (1.0 / 16.0);  // displayed_brightness of core/tree.h
-  vec3 albedo = shown * shown * material.base_color.rgb * instance.tint * variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
+  vec3 albedo = brightness_of_leaf(leaf.card) * material.base_color.rgb * instance.tint *
+                variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
   float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
   LeafPlace leaf_place = LeafPlace(middle, object, face, material.crown_normals, bulk);

@@ -78,7 +78,7 @@ bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   for (uint i = 0; i < 4; ++i) corners[i] = quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
   // Wood has no holes, and its triangles are no smaller from afar.
-  CardLook card = CardLookArray(group.placed.cards).at[leaf.card & 0xffffu];
+  CardLook card = CardLookArray(group.placed.cards).at[card_of_leaf(leaf.card)];
   float along_m = length(group.box_step * (0.5 * (corners[1] + corners[2] - corners[0] - corners[3])));
   float across_m = length(group.box_step * (0.5 * (corners[2] + corners[3] - corners[0] - corners[1])));
   bool outlined = group.placed.wood || outline_loss(group.px_per_m * min(along_m, across_m)) < 0.5;

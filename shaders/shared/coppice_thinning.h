@@ -19,9 +19,18 @@ namespace coppice::gpu {
 using lod::coppice_hash;
 #endif
 
-/// Of Leaf::card.
+// Of Leaf::card:
+/// Which of the plant's cards, or CardLooks.
+COPPICE_FN uint card_of_leaf(uint card) {
+  return card & ((1u << kGapShift) - 1u);
+}
 COPPICE_FN uint gaps_of_leaf(uint card) {
   return card >> kGapShift & kMaxGaps;
+}
+/// What its light is multiplied by; linear_brightness of core/tree.h.
+COPPICE_FN float brightness_of_leaf(uint card) {
+  float displayed = float((card >> kBrightnessShift & 15u) + 8u) * (1.0f / 16.0f);
+  return displayed * displayed;
 }
 
 /// Share of a leaf that is no gap.

@@ -112,7 +112,7 @@ std::multiset<std::pair<Corners, std::uint32_t>> Crown::cut(std::uint32_t leaf_c
 std::pair<Corners, std::uint32_t> name_of(const Leaf& leaf) {
   Corners words{};
   std::ranges::copy(leaf.corners, words.begin());
-  return {words, leaf.card & 0xffffu};
+  return {words, card_of_leaf(leaf.card)};
 }
 
 std::array<float, 3> corner_m(const LeafBox& box, const Leaf& leaf, std::uint32_t corner) {
@@ -216,7 +216,7 @@ TEST(Clusters, CarryTheGapsOfTheirLeaves) {
       const auto before = read<Leaf>(opaque, address_of(whole.leaves) + at * sizeof(Leaf));
       EXPECT_TRUE(gaps.contains({name_of(leaf).first, gaps_of_leaf(leaf.card)}));
       EXPECT_EQ(gaps_of_leaf(before.card), 0u);
-      EXPECT_EQ(leaf.card & 0xffffu, before.card & 0xffffu);
+      EXPECT_EQ(card_of_leaf(leaf.card), card_of_leaf(before.card));
       EXPECT_NEAR(area(cluster, bytes, at) / area(whole, opaque, at), opacity_of(gaps_of_leaf(leaf.card)), 1e-3f);
     }
   }
@@ -266,7 +266,7 @@ TEST(Clusters, SplatsCoverTheAreaOfTheirLeaves) {
       const auto splat = read<Splat>(bytes, address_of(cluster.splats) + at * sizeof(Splat));
       std::array<vec3, 4> c;
       for (std::uint32_t corner = 0; corner < 4; ++corner) c[corner] = vec3(corner_m(Crown::box(), leaf, corner));
-      leaf_m2 += static_cast<double>(quad_area(c) * crown.looks[leaf.card & 0xffffu].coverage);
+      leaf_m2 += static_cast<double>(quad_area(c) * crown.looks[card_of_leaf(leaf.card)].coverage);
       const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(cluster.splat_size_m);
       splat_m2 += grains * side_m * side_m;
     }

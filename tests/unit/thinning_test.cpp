@@ -34,7 +34,16 @@ TEST(Thinning, GapsAreWhatIsMissingToSixteenSixteenths) {
   EXPECT_EQ(gaps_of(0x07), 8u) << "whatever the brightness";
   EXPECT_EQ(opacity_of(0), 1.0f);
   EXPECT_EQ(opacity_of(8), 0.5f);
-  EXPECT_EQ(gaps_of_leaf(0xfff0ffffu | 5u << kGapShift), 5u);
+}
+
+TEST(Thinning, ALeafsWordHoldsItsCardItsGapsAndItsBrightness) {
+  for (std::uint32_t fade = 0; fade < 256; ++fade) {
+    const auto byte = static_cast<std::uint8_t>(fade);
+    const std::uint32_t word = 0xff00abcdu | gaps_of(byte) << kGapShift | std::uint32_t{brightness_of(byte)} << kBrightnessShift;
+    EXPECT_EQ(card_of_leaf(word), 0xabcdu);
+    EXPECT_EQ(gaps_of_leaf(word), gaps_of(byte)) << fade;
+    EXPECT_EQ(brightness_of_leaf(word), linear_brightness(byte)) << fade;
+  }
 }
 
 TEST(Thinning, ALeafWithoutGapsIsDrawnWhole) {

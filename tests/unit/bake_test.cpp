@@ -136,14 +136,19 @@ Foliage squares(std::uint32_t count, float side_m) {
 }
 
 TEST(BoundedResolution, IsLessOnlyWhereLeavesOverlapDeeply) {
-  EXPECT_EQ(bounded_resolution_px(squares(5000, 0.2f), 256), 256u);
-  EXPECT_EQ(bounded_resolution_px(squares(300, 0.5f), 256), 256u);
-  const std::uint32_t deep = bounded_resolution_px(squares(300, 3.0f), 256);
+  EXPECT_EQ(metric_resolution_px(Metric::default_metric, squares(5000, 0.2f), 256), 256u);
+  EXPECT_EQ(metric_resolution_px(Metric::default_metric, squares(300, 0.5f), 256), 256u);
+  const std::uint32_t deep = metric_resolution_px(Metric::default_metric, squares(300, 3.0f), 256);
   EXPECT_LT(deep, 200u);
   EXPECT_GT(deep, 96u);
-  EXPECT_EQ(bounded_resolution_px(squares(300, 3.0f), 512) / 2, deep);
-  EXPECT_EQ(bounded_resolution_px(squares(30000, 4.0f), 256), 96u) << "not less than 3/8";
-  EXPECT_EQ(bounded_resolution_px(squares(1, 0.0f), 256), 256u);
+  EXPECT_EQ(metric_resolution_px(Metric::default_metric, squares(300, 3.0f), 512) / 2, deep);
+  EXPECT_EQ(metric_resolution_px(Metric::default_metric, squares(30000, 4.0f), 256), 96u) << "not less than 3/8";
+  EXPECT_EQ(metric_resolution_px(Metric::default_metric, squares(1, 0.0f), 256), 256u);
+}
+
+TEST(BoundedResolution, IsTheDefaultMetricsAlone) {
+  EXPECT_EQ(metric_resolution_px(Metric::mi, squares(300, 3.0f), 256), 256u);
+  EXPECT_EQ(metric_resolution_px(Metric::geometric, squares(300, 3.0f), 256), 256u);
 }
 
 TEST(BoundedResolution, LeavesRealPlantsAlone) {
@@ -153,7 +158,7 @@ TEST(BoundedResolution, LeavesRealPlantsAlone) {
     ASSERT_TRUE(plant) << plant.error().message();
     const auto foliage = card_foliage(*plant);
     ASSERT_TRUE(foliage);
-    EXPECT_EQ(bounded_resolution_px(*foliage, 256), 256u) << name;
+    EXPECT_EQ(metric_resolution_px(Metric::default_metric, *foliage, 256), 256u) << name;
   }
 }
 

@@ -33,8 +33,7 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
   command
       .add_option("--candidates", options.collapse.candidate_count,
                   "The octree cell of candidates grows until it holds so many. The default metric looks at up to four times as many where "
-                  "what it merges "
-                  "no longer covers the crown")
+                  "what it merges no longer covers the crown")
       ->check(CLI::Range(1u, kMaxCandidateCount))
       ->type_name("N")
       ->capture_default_str();

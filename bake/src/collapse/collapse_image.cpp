@@ -165,7 +165,8 @@ class ImageCollapse {
     return {std::min(effort.view_stride, image_.view_count()), effort.finalists};
   }
 
-  /// The nearest leaves may all be of one twig. Where what merges of such leave no longer covers the crown, leaves look farther.
+  /// The nearest leaves may all be of one twig, and merges of these cannot span the gap to the next. Leaves look farther where the crown
+  /// has lost cover.
   [[nodiscard]] std::uint32_t candidate_count() const {
     constexpr double kBearableLoss = 0.005, kGrowth = 1000.0, kMost = 4.0;
     const double times = std::clamp(1.0 + kGrowth * (image_.lost_cover() - kBearableLoss), 1.0, kMost);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include <glm/geometric.hpp>
@@ -95,38 +94,6 @@ Channels unfixed(const Fixed& channels, float unit) {
 }
 
 }  // namespace
-
-double MergeCost::at(std::uint8_t fade) const {
-  const double o = static_cast<double>(opacity_of(fade)) / kOpaque;
-  const double s = o * static_cast<double>(displayed_brightness(brightness_of(fade)));
-  return constant + (opacity + opacity2 * o + both * s) * o + (light + light2 * s) * s;
-}
-
-std::uint8_t MergeCost::best_fade(std::uint8_t brightest) const {
-  std::uint8_t best = kNoFade;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::uint8_t steps = 1; steps <= kOpaque; ++steps) {
-    // For one opacity the error is a parabola in brightness.
-    const double o = static_cast<double>(steps) / kOpaque;
-    const double brightness = light2 > 0.0 ? -(light + both * o) / (2.0 * light2 * o) : 1.0;
-    const double step = std::clamp(std::round(brightness * 16.0 - 8.0), 0.0, static_cast<double>(brightest));
-    const std::uint8_t fade = fade_of(steps, static_cast<std::uint8_t>(step));
-    const double cost = at(fade);
-    if (cost < least) least = cost, best = fade;
-  }
-  return best;
-}
-
-MergeCost& MergeCost::operator+=(const MergeCost& other) {
-  constant += other.constant;
-  opacity += other.opacity, light += other.light;
-  opacity2 += other.opacity2, both += other.both, light2 += other.light2;
-  return *this;
-}
-
-MergeCost MergeCost::operator*(double weight) const {
-  return {constant * weight, opacity * weight, light * weight, opacity2 * weight, both * weight, light2 * weight};
-}
 
 LeafShades leaf_shades(const Quad& quad, float albedo) {
   // Between them the lights tell normals apart whichever way a viewer's light comes from.

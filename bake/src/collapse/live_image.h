@@ -7,9 +7,7 @@
 // back, each through what those before it let pass. Errors are summed over pixels and over square blocks of pixels: blocks are what a
 // viewer sees from far away, and forgive a leaf that moved by a pixel. Pictures differ from the first one only where a merged leaf shows
 // or a removed leaf did, so a merge is weighed by walking the pixels of its three leaves.
-//
-// In each pixel and block the picture is linear in the opacity of one leaf, and in its opacity times its brightness. The error is therefore
-// a quadratic form of the two, and one walk finds the best of both for a merged leaf together with its cost.
+// One walk finds the best opacity and brightness of a merged leaf together with its cost (merge_cost.h).
 //
 // As leaves grow, pixels can: halve() goes over to pictures of half the side, in which all errors keep their meaning.
 
@@ -23,6 +21,7 @@
 #include "alpha_mask.h"
 #include "fragment_lists.h"
 #include "live_visibility.h"
+#include "merge_cost.h"
 #include "pair_silhouette.h"
 #include "plant.h"
 #include "visibility.h"
@@ -82,20 +81,6 @@ struct MergeTrial {
   std::uint32_t first = 0, second = 0;
   std::span<const PairCorners> shapes;
   ViewSubset views = {};
-};
-
-/// What a merge adds to the error if the merged leaf has opacity o and sends out light s, o times its brightness:
-/// constant + opacity o + light s + opacity2 o^2 + both o s + light2 s^2.
-struct MergeCost {
-  double constant = 0.0, opacity = 0.0, light = 0.0, opacity2 = 0.0, both = 0.0, light2 = 0.0;
-  [[nodiscard]] double at(std::uint8_t fade) const;
-  /// Whether any view shows the merged leaf.
-  [[nodiscard]] bool is_seen() const { return opacity2 > 0.0; }
-  /// The fade of least cost among those no brighter than `brightest`; the least opacity of equals. is_seen() must hold.
-  [[nodiscard]] std::uint8_t best_fade(std::uint8_t brightest) const;
-
-  MergeCost& operator+=(const MergeCost& other);
-  [[nodiscard]] MergeCost operator*(double weight) const;
 };
 
 class LiveImage {

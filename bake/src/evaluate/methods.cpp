@@ -28,15 +28,14 @@ constexpr std::uint64_t kStochasticSeed = 1;
 
 /// The collapse that `coppice bake --metric` runs with its default options.
 Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input, const ProgressFunction& progress) {
+  const Foliage& foliage = input.shown.foliage;
   CollapseOptions collapse = BakeOptions{}.collapse;
-  COPPICE_TRY(views, viewpoints(metric_view_count(metric, input.shown.foliage.leaf_count())));
-  if (metric == Metric::mi) {
+  collapse.resolution_px = metric_resolution_px(metric, foliage, collapse.resolution_px);
+  COPPICE_TRY(views, viewpoints(metric_view_count(metric, foliage.leaf_count())));
+  if (metric == Metric::mi)
     for (Viewpoint& view : views) view.distance_radii = input.view_distance_radii;
-    COPPICE_TRY(result, collapse_by_mutual_information(input.shown, views, collapse, progress));
-    return std::move(result.sequence);
-  }
-  collapse.resolution_px = bounded_resolution_px(input.shown.foliage, collapse.resolution_px);
-  COPPICE_TRY(result, collapse_by_image_error(input.shown, views, collapse, ImageErrorOptions{}, progress));
+  COPPICE_TRY(result, metric == Metric::mi ? collapse_by_mutual_information(input.shown, views, collapse, progress)
+                                           : collapse_by_image_error(input.shown, views, collapse, ImageErrorOptions{}, progress));
   return std::move(result.sequence);
 }
 

@@ -62,11 +62,9 @@ ProgressFunction stage_of(const StageProgress& progress, const char* name) {
   return [&progress, name](double fraction) { progress(name, fraction); };
 }
 
-/// The paper's metric looks at what it is told to.
 CollapseOptions collapse_options(const BakeOptions& options, const Foliage& foliage, BakeReport& report) {
   CollapseOptions collapse = options.collapse;
-  if (options.metric != Metric::default_metric) return collapse;
-  collapse.resolution_px = bounded_resolution_px(foliage, collapse.resolution_px);
+  collapse.resolution_px = metric_resolution_px(options.metric, foliage, collapse.resolution_px);
   if (collapse.resolution_px < options.collapse.resolution_px)
     report.warnings.push_back("leaves overlap so much that collapses are weighed in views of " + std::to_string(collapse.resolution_px) +
                               " px, not " + std::to_string(options.collapse.resolution_px));
@@ -125,7 +123,8 @@ std::uint32_t file_metric(Metric metric) {
 
 }  // namespace
 
-std::uint32_t bounded_resolution_px(const Foliage& foliage, std::uint32_t resolution_px) {
+std::uint32_t metric_resolution_px(Metric metric, const Foliage& foliage, std::uint32_t resolution_px) {
+  if (metric != Metric::default_metric) return resolution_px;
   // The densest of the plants that tests measure have 3; their views stay as they are.
   constexpr double kMostLayers = 6.0, kLeastShare = 0.375;
   double area_m2 = 0.0;

@@ -29,9 +29,9 @@ inline constexpr std::uint32_t kMostMeasuredLeaves = 512;
 /// of more than 8,192 leaves, where time matters and a single leaf does not.
 std::uint32_t metric_view_count(Metric metric, std::uint32_t leaf_count);
 
-/// The side of a view in which the default metric weighs collapses: `resolution_px`, or down to 3/8 of it where leaves would cover more
-/// than six times the view. Time goes by what leaves cover, and leaves that overlap so much are large in a smaller view, too.
-std::uint32_t bounded_resolution_px(const Foliage& foliage, std::uint32_t resolution_px);
+/// The side of a view in which a metric weighs collapses: `resolution_px`; of the default metric down to 3/8 of it where leaves would cover
+/// more than six times the view. Time goes by what leaves cover, and leaves that overlap so much are large in a smaller view, too.
+std::uint32_t metric_resolution_px(Metric metric, const Foliage& foliage, std::uint32_t resolution_px);
 
 /// Ten times faster than the defaults: fewer and smaller views, fewer candidates. bake/README.md has what it costs.
 inline constexpr std::uint32_t kQuickViewCount = 14, kQuickResolution_px = 128, kQuickCandidateCount = 4;

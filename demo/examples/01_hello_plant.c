@@ -257,8 +257,6 @@ static coppice_context* create_context(const Host* host) {
   desc.physical_device = host->physical;
   desc.device = host->device;
   desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-  desc.color_format = kColorFormat;
-  desc.depth_format = kDepthFormat;
   desc.texture_compression_bc = host->texture_compression_bc;
   desc.blocking_pipelines = VK_TRUE; /* nothing may be missing from a picture */
   desc.log.write = print_error;
@@ -266,58 +264,71 @@ static coppice_context* create_context(const Host* host) {
   return context;
 }
 
-/* Looks along -Z at the plant's bounding sphere from the distance at which a 45 degree view just holds it. */
-static coppice_view view_of(const coppice_plant_info* plant) {
-  const float half_angle = 0.3926991f;
-  const float distance = plant->sphere_radius / sinf(half_angle);
-  const float near_m = 0.05f, far_m = 1000;
-  coppice_view view;
-  coppice_view_init(&view);
-  memset(view.view_from_world, 0, sizeof view.view_from_world);
-  memset(view.clip_from_view, 0, sizeof view.clip_from_view);
-  view.view_from_world[0] = view.view_from_world[5] = view.view_from_world[10] = view.view_from_world[15] = 1;
-  view.view_from_world[12] = -plant->sphere_center[0];
-  view.view_from_world[13] = -plant->sphere_center[1];
-  view.view_from_world[14] = -plant->sphere_center[2] - distance;
-  view.clip_from_view[0] = 1 / tanf(half_angle);
-  view.clip_from_view[5] = -1 / tanf(half_angle);
-  view.clip_from_view[10] = near_m / (far_m - near_m);
-  view.clip_from_view[11] = -1;
-  view.clip_from_view[14] = near_m * far_m / (far_m - near_m);
-  view.width_px = kSide;
-  view.height_px = kSide;
+static coppice_view create_view(coppice_context* context) {
+  coppice_view view = 0;
+  coppice_view_desc desc;
+  coppice_view_desc_init(&desc);
+  desc.color_format = kColorFormat;
+  desc.depth_format = kDepthFormat;
+  REQUIRE_COPPICE(coppice_view_create(context, &desc, &view));
   return view;
 }
 
+/* Looks along -Z at the plant's bounding sphere from the distance at which a 45 degree view just holds it. */
+static coppice_camera camera_of(coppice_view view, const coppice_plant_info* plant) {
+  const float half_angle = 0.3926991f;
+  const float distance = plant->sphere_radius / sinf(half_angle);
+  const float near_m = 0.05f, far_m = 1000;
+  coppice_camera camera;
+  coppice_camera_init(&camera);
+  camera.view = view;
+  memset(camera.view_from_world, 0, sizeof camera.view_from_world);
+  memset(camera.clip_from_view, 0, sizeof camera.clip_from_view);
+  camera.view_from_world[0] = camera.view_from_world[5] = camera.view_from_world[10] = camera.view_from_world[15] = 1;
+  camera.view_from_world[12] = -plant->sphere_center[0];
+  camera.view_from_world[13] = -plant->sphere_center[1];
+  camera.view_from_world[14] = -plant->sphere_center[2] - distance;
+  camera.clip_from_view[0] = 1 / tanf(half_angle);
+  camera.clip_from_view[5] = -1 / tanf(half_angle);
+  camera.clip_from_view[10] = near_m / (far_m - near_m);
+  camera.clip_from_view[11] = -1;
+  camera.clip_from_view[14] = near_m * far_m / (far_m - near_m);
+  camera.width_px = kSide;
+  camera.height_px = kSide;
+  return camera;
+}
+
 /* One frame of any host. Here the GPU has always finished the frame before. */
-static void draw_frame(const Host* host, coppice_context* context, const coppice_view* view, uint64_t number, const Target* color,
+static void draw_frame(const Host* host, coppice_context* context, const coppice_camera* camera, uint64_t number, const Target* color,
                        const Target* depth) {
   coppice_frame frame;
   coppice_frame_init(&frame);
   frame.frame_number = number;
   frame.completed_number = number - 1;
-  frame.view = view;
+  frame.cameras = camera;
+  frame.camera_count = 1;
   REQUIRE_COPPICE(coppice_frame_begin(context, &frame));
   begin_commands(host);
   REQUIRE_COPPICE(coppice_record_upload(context, host->commands));
-  REQUIRE_COPPICE(coppice_record_cull(context, host->commands, view));
+  REQUIRE_COPPICE(coppice_record_cull(context, host->commands, camera->view, NULL));
   begin_rendering(host, color, depth);
-  REQUIRE_COPPICE(coppice_record_draw(context, host->commands, view));
+  REQUIRE_COPPICE(coppice_record_draw(context, host->commands, camera->view));
   vkCmdEndRendering(host->commands);
   submit_and_wait(host);
 }
 
-/* Draws until all the view wants has arrived; returns the figures of the last frame. */
-static coppice_stats draw_until_resident(const Host* host, coppice_context* context, const coppice_view* view, const Target* color,
-                                         const Target* depth) {
-  coppice_stats stats;
+/* Draws until all the view wants has arrived, and its figures with it. */
+static coppice_view_stats draw_until_settled(const Host* host, coppice_context* context, const coppice_camera* camera, const Target* color,
+                                             const Target* depth) {
+  coppice_view_stats stats;
+  uint32_t settled = 0;
   uint64_t number = 0;
-  coppice_stats_init(&stats);
+  coppice_view_stats_init(&stats);
   do {
-    draw_frame(host, context, view, ++number, color, depth);
-    REQUIRE_COPPICE(coppice_get_stats(context, &stats));
-  } while (stats.gpu_frame_number == 0 || stats.streamed[COPPICE_STREAMED_ALL].wanted > 0 ||
-           stats.streamed[COPPICE_STREAMED_ALL].in_flight > 0);
+    draw_frame(host, context, camera, ++number, color, depth);
+    REQUIRE_COPPICE(coppice_is_settled(context, camera->view, &settled));
+    REQUIRE_COPPICE(coppice_get_view_stats(context, camera->view, &stats));
+  } while (stats.gpu_frame_number == 0 || !settled);
   return stats;
 }
 
@@ -327,8 +338,8 @@ int main(int argc, char** argv) {
   coppice_context* context;
   coppice_plant plant = 0;
   coppice_plant_info info;
-  coppice_view view;
-  coppice_stats stats;
+  coppice_camera camera;
+  coppice_view_stats stats;
   const coppice_placement placement = {.scale = 1, .rotation = {0, 0, 0, 1}, .tint = {1, 1, 1}};
   if (argc != 3) {
     fprintf(stderr, "usage: 01_hello_plant PLANT.coppice PICTURE.ppm\n");
@@ -344,8 +355,8 @@ int main(int argc, char** argv) {
   REQUIRE_COPPICE(coppice_instances_add(context, plant, &placement, 1, NULL));
   coppice_plant_info_init(&info);
   REQUIRE_COPPICE(coppice_plant_get_info(context, plant, &info));
-  view = view_of(&info);
-  stats = draw_until_resident(&host, context, &view, &color, &depth);
+  camera = camera_of(create_view(context), &info);
+  stats = draw_until_settled(&host, context, &camera, &color, &depth);
   printf("%s: %llu of %u leaves drawn\n", info.name, (unsigned long long)stats.drawn_leaf_count, info.leaf_count);
   coppice_context_destroy(context);
 

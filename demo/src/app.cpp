@@ -91,7 +91,7 @@ float first_picture_ms(Session& session, const Pose& pose, float time_s, Clock::
     render_frame(session, pose, time_s, 0);
     wait_for_frames(session.device, session.ring);
     // Its figures are of the frame before, which was finished when the last one was waited for.
-    if (session.statistics.last.visible_instance_count > 0) return last_ms;
+    if (session.statistics.last_view.visible_instance_count > 0) return last_ms;
     last_ms = ms_since(started);
   }
   return 0;

@@ -92,9 +92,9 @@ void visit(Session& session, const Pose& pose, std::uint32_t least_frames, Sampl
   } while (frames < least_frames || ms_since(start) < kTimed_ms);
   wait_for_frames(session.device, session.ring);
   samples.times_ms.push_back(ms_since(start) / static_cast<float>(frames));
-  samples.leaves.push_back(session.statistics.last.drawn_leaf_count);
-  samples.wood_triangles.push_back(session.statistics.last.drawn_wood_triangle_count);
-  samples.leaf_mesh_triangles.push_back(session.statistics.last.drawn_leaf_mesh_triangle_count);
+  samples.leaves.push_back(session.statistics.last_view.drawn_leaf_count);
+  samples.wood_triangles.push_back(session.statistics.last_view.drawn_wood_triangle_count);
+  samples.leaf_mesh_triangles.push_back(session.statistics.last_view.drawn_leaf_mesh_triangle_count);
   samples.pictures.push_back(supersampled(session, pose));
   if (session.controls.lod == LodMode::full) return;
   session.cuts_aside_m = kAside_m;

@@ -129,6 +129,17 @@ std::vector<std::string> find_plants(const Options& options) {
 
 namespace {
 
+coppice_view create_view(const Forest& forest, coppice_output output) {
+  coppice_view_desc desc;
+  coppice_view_desc_init(&desc);
+  desc.output = output;
+  if (output == COPPICE_OUTPUT_LIT) desc.color_format = Renderer::kSceneFormat;
+  desc.depth_format = Renderer::kDepthFormat;
+  coppice_view view = 0;
+  check(forest, coppice_view_create(forest.context.get(), &desc, &view), "coppice_view_create");
+  return view;
+}
+
 Forest create_forest(const Device& device, const Options& options, std::optional<std::uint32_t> max_instances) {
   Forest forest;
   forest.log = std::make_unique<Log>();
@@ -138,9 +149,6 @@ Forest create_forest(const Device& device, const Options& options, std::optional
   desc.physical_device = device.physical;
   desc.device = device.handle;
   desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-  desc.color_format = Renderer::kSceneFormat;
-  desc.depth_format = Renderer::kDepthFormat;
-  if (options.shadows) desc.shadow_format = Renderer::kDepthFormat;
   desc.texture_compression_bc = device.texture_compression_bc ? VK_TRUE : VK_FALSE;
   desc.compute_raster = options.path != LeafPath::hardware ? VK_TRUE : VK_FALSE;
   desc.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;
@@ -158,6 +166,9 @@ Forest create_forest(const Device& device, const Options& options, std::optional
   const coppice_status status = coppice_context_create(&desc, &context);
   forest.context.reset(context);
   check(forest, status, "coppice_context_create");
+  forest.view = create_view(forest, COPPICE_OUTPUT_LIT);
+  if (options.shadows)
+    for (coppice_view& view : forest.sun_views) view = create_view(forest, COPPICE_OUTPUT_DEPTH);
   return forest;
 }
 
@@ -255,9 +266,17 @@ coppice_stats statistics_of(const Forest& forest) {
   return stats;
 }
 
-coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D extent, const CutSettings& settings) {
-  coppice_view result;
-  coppice_view_init(&result);
+coppice_view_stats view_statistics_of(const Forest& forest) {
+  coppice_view_stats stats;
+  coppice_view_stats_init(&stats);
+  check(forest, coppice_get_view_stats(forest.context.get(), forest.view, &stats), "coppice_get_view_stats");
+  return stats;
+}
+
+coppice_camera make_camera(const Forest& forest, const FrameView& view, VkExtent2D extent, const CutSettings& settings) {
+  coppice_camera result;
+  coppice_camera_init(&result);
+  result.view = forest.view;
   std::memcpy(result.view_from_world, glm::value_ptr(view.view_from_world), sizeof result.view_from_world);
   std::memcpy(result.clip_from_view, glm::value_ptr(view.clip_from_view), sizeof result.clip_from_view);
   result.width_px = extent.width;
@@ -267,6 +286,14 @@ coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D
   result.lod = settings.lod == LodMode::full       ? COPPICE_LOD_FULL
                : settings.lod == LodMode::discrete ? COPPICE_LOD_DISCRETE
                                                    : COPPICE_LOD_CUT;
+  result.debug_view = static_cast<coppice_debug_view>(settings.view);
+  result.temporal_frame = view.temporal_frame;
+  return result;
+}
+
+coppice_light make_light(const Weather& weather) {
+  coppice_light result;
+  coppice_light_init(&result);
   const auto copy = [](float(&to)[3], const glm::vec3& from) { std::memcpy(to, &from, sizeof to); };
   copy(result.sun_direction, weather.sun_direction);
   copy(result.sun_color, weather.sun_color);
@@ -274,8 +301,6 @@ coppice_view make_view(const FrameView& view, const Weather& weather, VkExtent2D
   copy(result.ground_color, weather.ground_color);
   copy(result.fog_color, weather.fog_color);
   result.fog_density = weather.fog_density;
-  result.debug_view = static_cast<coppice_debug_view>(settings.view);
-  result.temporal_frame = view.temporal_frame;
   return result;
 }
 

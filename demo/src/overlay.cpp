@@ -127,21 +127,21 @@ void show_streaming(const Overlay& overlay, const coppice_stats& stats) {
               static_cast<double>(overlay.decode_share));
 }
 
-void show_statistics(const coppice_stats& stats) {
+void show_statistics(const coppice_stats& stats, const coppice_view_stats& view) {
   constexpr double kMebibyte = 1 << 20;
   const double share =
-      stats.source_leaf_count ? 100.0 * static_cast<double>(stats.drawn_leaf_count) / static_cast<double>(stats.source_leaf_count) : 0;
-  ImGui::Text("leaves   %llu drawn, %.2f %% of all", static_cast<unsigned long long>(stats.drawn_leaf_count), share);
-  ImGui::Text("error    %.2f px", static_cast<double>(stats.threshold_px));
-  ImGui::Text("plants   %u visible, %u hidden, of %u", stats.visible_instance_count, stats.occluded_instance_count, stats.instance_count);
-  ImGui::Text("close    %u drawn with leaf meshes, %.2f M triangles", stats.leaf_mesh_instance_count,
-              1e-6 * static_cast<double>(stats.drawn_leaf_mesh_triangle_count));
+      stats.source_leaf_count ? 100.0 * static_cast<double>(view.drawn_leaf_count) / static_cast<double>(stats.source_leaf_count) : 0;
+  ImGui::Text("leaves   %llu drawn, %.2f %% of all", static_cast<unsigned long long>(view.drawn_leaf_count), share);
+  ImGui::Text("error    %.2f px", static_cast<double>(view.threshold_px));
+  ImGui::Text("plants   %u visible, %u hidden, of %u", view.visible_instance_count, view.occluded_instance_count, stats.instance_count);
+  ImGui::Text("close    %u drawn with leaf meshes, %.2f M triangles", view.leaf_mesh_instance_count,
+              1e-6 * static_cast<double>(view.drawn_leaf_mesh_triangle_count));
   ImGui::Text("memory   %.1f of %.0f MiB", static_cast<double>(stats.memory_bytes) / kMebibyte,
               static_cast<double>(stats.memory_budget_bytes) / kMebibyte);
 }
 
 // A bar a pass, the longest as wide as the panel's plot.
-void show_passes(const coppice_stats& stats, const SceneTimes& scene_times) {
+void show_passes(const coppice_view_stats& stats, const SceneTimes& scene_times) {
   std::array<float, kPassNames.size()> times_ms{};
   std::ranges::copy(scene_times, std::ranges::copy(stats.pass_ms, times_ms.begin()).out);
   const float longest_ms = std::max(*std::ranges::max_element(times_ms), 1e-3f);
@@ -194,8 +194,8 @@ void show_line(const Overlay& overlay, const OverlayFigures& figures, const ImVe
   const float mean_ms = std::accumulate(overlay.frame_ms.begin(), overlay.frame_ms.begin() + drawn, 0.0f) / static_cast<float>(drawn);
   char text[128];
   std::snprintf(text, sizeof text, "%.0f frames/s   %llu leaves   error %.2f px   H: keys, Tab: more",
-                1000 / std::max(1e-3, double{mean_ms}), static_cast<unsigned long long>(figures.stats.drawn_leaf_count),
-                double{figures.stats.threshold_px});
+                1000 / std::max(1e-3, double{mean_ms}), static_cast<unsigned long long>(figures.view.drawn_leaf_count),
+                double{figures.view.threshold_px});
   ImGui::SetNextWindowPos({kMargin, kMargin});
   show_label("line", text, display.x);
 }
@@ -217,8 +217,8 @@ void show_panel(Overlay& overlay, const OverlayFigures& figures, Controls& contr
   std::snprintf(label, sizeof label, "%.1f ms, worst %.1f", static_cast<double>(figures.frame_ms), static_cast<double>(slowest));
   ImGui::PlotLines("##frame", overlay.frame_ms.data(), static_cast<int>(overlay.frame_ms.size()),
                    static_cast<int>(overlay.frame_count % overlay.frame_ms.size()), label, 0, std::max(33.0f, slowest), {320, 56});
-  show_statistics(figures.stats);
-  if (figures.scene_times != nullptr) show_passes(figures.stats, *figures.scene_times);
+  show_statistics(figures.stats, figures.view);
+  if (figures.scene_times != nullptr) show_passes(figures.view, *figures.scene_times);
   show_streaming(overlay, figures.stats);
   show_controls(controls, figures);
   ImGui::End();

@@ -52,6 +52,7 @@ struct Overlay {
 /// What the panel shows.
 struct OverlayFigures {
   const coppice_stats& stats;
+  const coppice_view_stats& view;
   const SceneTimes* scene_times;  ///< null where passes are not measured
   float frame_ms = 0;
   VkExtent2D drawn = {};  ///< of the picture

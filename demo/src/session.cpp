@@ -100,18 +100,20 @@ std::uint32_t acquire(Session& session, const FrameSlot& slot) {
 void sample_statistics(Session& session) {
   Statistics& statistics = session.statistics;
   statistics.last = statistics_of(session.forest);
-  const coppice_stats& stats = statistics.last;
+  statistics.last_view = view_statistics_of(session.forest);
+  const coppice_stats& all = statistics.last;
+  const coppice_view_stats& stats = statistics.last_view;
   statistics.seconds = std::chrono::duration<double>(Clock::now() - session.start).count();
   statistics.max_threshold_px = std::max(statistics.max_threshold_px, stats.threshold_px);
-  statistics.max_chunks_in_flight = std::max(statistics.max_chunks_in_flight, stats.streamed[COPPICE_STREAMED_ALL].in_flight);
-  statistics.max_chunks_queued = std::max(statistics.max_chunks_queued, stats.streamed[COPPICE_STREAMED_ALL].queued);
+  statistics.max_chunks_in_flight = std::max(statistics.max_chunks_in_flight, all.streamed[COPPICE_STREAMED_ALL].in_flight);
+  statistics.max_chunks_queued = std::max(statistics.max_chunks_queued, all.streamed[COPPICE_STREAMED_ALL].queued);
   if (stats.gpu_frame_number == session.sampled_frame) return;
   session.sampled_frame = stats.gpu_frame_number;
   if (session.sampled_frame < session.first_measured || session.sampled_frame > session.last_measured) return;
   session.statistics.visible_instances.push_back(stats.visible_instance_count);
   session.statistics.occluded_instances.push_back(stats.occluded_instance_count);
-  session.statistics.culled_instances.push_back(
-      stats.instance_count - std::min(stats.instance_count, stats.visible_instance_count + stats.occluded_instance_count));
+  session.statistics.culled_instances.push_back(all.instance_count -
+                                                std::min(all.instance_count, stats.visible_instance_count + stats.occluded_instance_count));
   session.statistics.drawn_leaves.push_back(stats.drawn_leaf_count);
   session.statistics.leaf_mesh_instances.push_back(stats.leaf_mesh_instance_count);
   session.statistics.leaf_mesh_triangles.push_back(stats.drawn_leaf_mesh_triangle_count);
@@ -155,45 +157,54 @@ void reload_changed(Session& session) {
   for (const std::size_t plant : changed_files(*session.watch)) reload(session.forest, plant);
 }
 
-coppice_view begin_plants(Session& session, const FrameView& view) {
-  const coppice_view plant_view =
-      make_view(view, session.world.weather, session.renderer.drawn,
-                {session.controls.error_px, static_cast<std::uint32_t>(session.pace.budget), session.controls.lod, session.controls.view});
-  coppice_frame frame;
-  coppice_frame_init(&frame);
-  frame.frame_number = session.ring.number;
-  frame.completed_number = completed_frame(session.device, session.ring);
-  frame.view = &plant_view;
-  check(session.forest, coppice_frame_begin(session.forest.context.get(), &frame), "coppice_frame_begin");
-  return plant_view;
-}
-
 /// Changes with whatever comes into the picture or leaves it.
 std::uint64_t arrivals_of(const coppice_stats& stats) {
   return stats.streamed[COPPICE_STREAMED_ALL].loaded + stats.streamed[COPPICE_STREAMED_ALL].evicted + stats.scene_tiles_resident;
 }
 
-/// Whether a map was drawn.
-bool record_shadow_maps(Session& session, VkCommandBuffer commands, const FrameView& view, coppice_view& plant_view) {
-  coppice_context* context = session.forest.context.get();
+/// The shadow maps that the frame draws.
+std::vector<DueMap> due_maps(Session& session, const FrameView& view) {
+  if (!session.renderer.shadows) return {};
   const glm::vec3 forward = -glm::vec3(glm::transpose(view.view_from_world)[2]);
-  const bool drawn = record_shadows(
-      *session.renderer.shadows, commands,
-      {context, &session.world.terrain, &plant_view, view.eye, forward, session.ring.number, arrivals_of(session.statistics.last)},
-      [&](const coppice_view& sun) { check(session.forest, coppice_record_cull(context, commands, &sun), "coppice_record_cull"); },
-      [&](const coppice_view& sun) { check(session.forest, coppice_record_draw(context, commands, &sun), "coppice_record_draw"); });
-  set_shadows(*session.renderer.shadows, plant_view);
-  return drawn;
+  return due_maps(*session.renderer.shadows, {.context = session.forest.context.get(),
+                                              .views = session.forest.sun_views,
+                                              .terrain = &session.world.terrain,
+                                              .sun_direction = session.world.weather.sun_direction,
+                                              .eye = view.eye,
+                                              .forward = forward,
+                                              .number = session.ring.number,
+                                              .arrivals = arrivals_of(session.statistics.last)});
 }
 
-void record_frame(Session& session, VkCommandBuffer commands, FrameView view, coppice_view plant_view) {
+void begin_plants(Session& session, const FrameView& view, std::span<const DueMap> maps) {
+  std::vector<coppice_camera> cameras{make_camera(
+      session.forest, view, session.renderer.drawn,
+      {session.controls.error_px, static_cast<std::uint32_t>(session.pace.budget), session.controls.lod, session.controls.view})};
+  for (const DueMap& map : maps) cameras.push_back(map.camera);
+  coppice_frame frame;
+  coppice_frame_init(&frame);
+  frame.frame_number = session.ring.number;
+  frame.completed_number = completed_frame(session.device, session.ring);
+  frame.cameras = cameras.data();
+  frame.camera_count = static_cast<std::uint32_t>(cameras.size());
+  check(session.forest, coppice_frame_begin(session.forest.context.get(), &frame), "coppice_frame_begin");
+}
+
+void record_frame(Session& session, VkCommandBuffer commands, const FrameView& view, std::span<const DueMap> maps) {
   coppice_context* context = session.forest.context.get();
+  coppice_light light = make_light(session.world.weather);
+  const auto cull = [&](coppice_view of) {
+    check(session.forest, coppice_record_cull(context, commands, of, &light), "coppice_record_cull");
+  };
+  const auto draw = [&](coppice_view of) { check(session.forest, coppice_record_draw(context, commands, of), "coppice_record_draw"); };
   check(session.forest, coppice_record_upload(context, commands), "coppice_record_upload");
-  if (session.renderer.shadows && record_shadow_maps(session, commands, view, plant_view)) view.unchanged = false;
-  check(session.forest, coppice_record_cull(context, commands, &plant_view), "coppice_record_cull");
+  if (session.renderer.shadows) {
+    record_shadows(*session.renderer.shadows, commands, maps, cull, draw);
+    set_shadows(*session.renderer.shadows, light);
+  }
+  cull(session.forest.view);
   const std::size_t slot = session.ring.slot_index();
-  record_scene(session.renderer, commands, slot, view,
-               [&] { check(session.forest, coppice_record_draw(context, commands, &plant_view), "coppice_record_draw"); });
+  record_scene(session.renderer, commands, slot, view, [&] { draw(session.forest.view); });
   std::function<void()> draw_overlay;
   if (session.overlay) draw_overlay = [&] { record_overlay(*session.overlay, commands, slot, session.renderer.picture.extent); };
   record_tone_map(session.renderer, commands, slot, view, draw_overlay);
@@ -221,7 +232,7 @@ void pace_frame(Session& session, float frame_ms) {
   // Less than the display's time of a frame cannot be had.
   const float least_ms = session.window && controls.frame_ms > 0 ? session.window->display_frame_ms : 0;
   session.pace.aim_ms = std::max(controls.frame_ms, least_ms);
-  const bool limited = session.statistics.last.threshold_px > 1.001f * controls.error_px;
+  const bool limited = session.statistics.last_view.threshold_px > 1.001f * controls.error_px;
   keep_pace(session.pace, frame_ms, limited);
   set_scale(session.renderer, stepped_scale(session.pace));
 }
@@ -229,7 +240,8 @@ void pace_frame(Session& session, float frame_ms) {
 void layout_controls(Session& session, float frame_ms) {
   const int memory_before_mb = session.controls.memory_mb;
   const SceneTimes* times = session.renderer.timer ? &session.renderer.timer->times : nullptr;
-  layout_overlay(*session.overlay, *session.window, {session.statistics.last, times, frame_ms, session.renderer.drawn, session.pace.budget},
+  layout_overlay(*session.overlay, *session.window,
+                 {session.statistics.last, session.statistics.last_view, times, frame_ms, session.renderer.drawn, session.pace.budget},
                  session.controls);
   if (session.controls.memory_mb == memory_before_mb) return;
   const auto budget_bytes = static_cast<std::uint64_t>(session.controls.memory_mb) << 20;
@@ -293,13 +305,15 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   pace_frame(session, frame_ms);
   FrameView view = view_of(session, pose, time_s);
   reload_changed(session);
-  const coppice_view plant_view = begin_plants(session, view);
+  const std::vector<DueMap> maps = due_maps(session, view);
+  begin_plants(session, view, maps);
   const std::uint64_t arrivals = arrivals_of(session.statistics.last);
-  const float threshold_px = session.statistics.last.threshold_px;
+  const float threshold_px = session.statistics.last_view.threshold_px;
   sample_statistics(session);
-  view.unchanged = arrivals == arrivals_of(session.statistics.last) && threshold_px == session.statistics.last.threshold_px;
+  view.unchanged =
+      maps.empty() && arrivals == arrivals_of(session.statistics.last) && threshold_px == session.statistics.last_view.threshold_px;
   if (session.overlay) layout_controls(session, frame_ms);
-  record_frame(session, slot.commands, view, plant_view);
+  record_frame(session, slot.commands, view, maps);
   if (!image) {
     submit_frame(session.device, session.ring, VK_NULL_HANDLE, VK_NULL_HANDLE);
     return;
@@ -336,8 +350,8 @@ void settle(Session& session, const Pose& pose, float time_s) {
       loaded = now;
     }
     const bool done = stats.streamed[COPPICE_STREAMED_ALL].wanted == 0 && stats.streamed[COPPICE_STREAMED_ALL].in_flight == 0 &&
-                      stats.scene_tiles_missing == 0 && stats.threshold_px == threshold_px;
-    threshold_px = stats.threshold_px;
+                      stats.scene_tiles_missing == 0 && session.statistics.last_view.threshold_px == threshold_px;
+    threshold_px = session.statistics.last_view.threshold_px;
     quiet_frames = done || Clock::now() - last_progress > kPatience ? quiet_frames + 1 : 0;
     if (quiet_frames == 1 && session.renderer.shadows) outdate(*session.renderer.shadows);
   }

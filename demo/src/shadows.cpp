@@ -1,6 +1,7 @@
 #include "shadows.h"
 
 #include <cstring>
+#include <optional>
 
 #include <glm/gtc/type_ptr.hpp>
 
@@ -18,43 +19,43 @@ constexpr std::uint64_t kFramesBetweenRefinements = 24;
 constexpr float kStepsPerRadius = 8;
 constexpr float kNeverDrawn = 1e30f;
 
-struct Due {
-  std::size_t cascade;
-  coppice_view view;
-  glm::vec3 center;
-};
-
-coppice_view sun_view(const ShadowFrame& frame, glm::vec3 center, const Shadows::Cascade& cascade) {
-  const coppice_shadow_desc desc{{center.x, center.y, center.z}, cascade.radius_m, cascade.map.extent.width};
-  coppice_view view;
-  coppice_view_init(&view);
-  if (coppice_shadow_view(frame.context, frame.camera, &desc, &view) != COPPICE_OK) throw Failure("coppice_shadow_view failed");
-  view.error_px = kError_px;
-  return view;
+coppice_camera sun_camera(const ShadowFrame& frame, std::size_t cascade, glm::vec3 center, const Shadows& shadows) {
+  coppice_sun_desc desc;
+  coppice_sun_desc_init(&desc);
+  for (int axis = 0; axis < 3; ++axis) {
+    desc.sun_direction[axis] = frame.sun_direction[axis];
+    desc.center[axis] = center[axis];
+  }
+  desc.radius_m = shadows.cascades[cascade].radius_m;
+  desc.size_px = shadows.cascades[cascade].map.extent.width;
+  coppice_camera camera;
+  if (coppice_sun_camera(frame.context, frame.views[cascade], &desc, &camera) != COPPICE_OK) throw Failure("coppice_sun_camera failed");
+  camera.error_px = kError_px;
+  return camera;
 }
 
 /// The middle of a square before the eye, on the map's grid, so that edges of shadows do not crawl as it moves.
-glm::vec3 center_of(const ShadowFrame& frame, const Shadows::Cascade& cascade) {
+glm::vec3 center_of(const ShadowFrame& frame, std::size_t index, const Shadows& shadows) {
+  const Shadows::Cascade& cascade = shadows.cascades[index];
   glm::vec3 ahead = frame.eye + 0.65f * cascade.radius_m * glm::vec3(frame.forward.x, 0, frame.forward.z);
   ahead.y = height_at(*frame.terrain, ahead.x, ahead.z);
-  const glm::mat3 sun_from_world(glm::make_mat4(sun_view(frame, ahead, cascade).view_from_world));
+  const glm::mat3 sun_from_world(glm::make_mat4(sun_camera(frame, index, ahead, shadows).view_from_world));
   const float step_m = cascade.radius_m / kStepsPerRadius;
   return glm::transpose(sun_from_world) * (glm::round(sun_from_world * ahead / step_m) * step_m);
 }
 
 /// The one that is farthest behind, in its radii: a fast eye must not keep the larger ones waiting.
-std::optional<Due> due_cascade(const Shadows& shadows, const ShadowFrame& frame) {
-  std::optional<Due> due;
+std::optional<std::size_t> due_cascade(const Shadows& shadows, const ShadowFrame& frame) {
+  std::optional<std::size_t> due;
   float most = -1;
   for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
     const Shadows::Cascade& cascade = shadows.cascades[i];
-    const glm::vec3 center = center_of(frame, cascade);
     const bool first = cascade.drawn_frame == 0;
     const bool finer = cascade.drawn_arrivals != frame.arrivals && frame.number >= cascade.drawn_frame + kFramesBetweenRefinements;
-    const float behind = first ? kNeverDrawn : glm::distance(center, cascade.center) / cascade.radius_m;
+    const float behind = first ? kNeverDrawn : glm::distance(center_of(frame, i, shadows), cascade.center) / cascade.radius_m;
     if ((behind == 0 && !finer) || behind <= most) continue;
     most = behind;
-    due = Due{i, sun_view(frame, center, cascade), center};
+    due = i;
   }
   return due;
 }
@@ -94,35 +95,41 @@ Shadows::Shadows(const Device& device, std::uint32_t size_px) {
   }
 }
 
-bool record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFrame& frame,
-                    const std::function<void(const coppice_view&)>& cull, const std::function<void(const coppice_view&)>& draw) {
-  bool any = false;
-  for (std::optional<Due> due = due_cascade(shadows, frame); due; due = due_cascade(shadows, frame)) {
-    any = true;
-    Shadows::Cascade& cascade = shadows.cascades[due->cascade];
+std::vector<DueMap> due_maps(Shadows& shadows, const ShadowFrame& frame) {
+  std::vector<DueMap> due;
+  for (auto index = due_cascade(shadows, frame); index; index = due_cascade(shadows, frame)) {
+    Shadows::Cascade& cascade = shadows.cascades[*index];
     const bool first = cascade.drawn_frame == 0;
-    cull(due->view);
-    begin_map(commands, cascade.map);
-    draw(due->view);
-    end_map(commands, cascade.map);
-    cascade.center = due->center;
-    cascade.clip_from_world = glm::make_mat4(due->view.clip_from_view) * glm::make_mat4(due->view.view_from_world);
+    cascade.center = center_of(frame, *index, shadows);
+    const coppice_camera camera = sun_camera(frame, *index, cascade.center, shadows);
+    cascade.clip_from_world = glm::make_mat4(camera.clip_from_view) * glm::make_mat4(camera.view_from_world);
     cascade.drawn_frame = frame.number;
     cascade.drawn_arrivals = frame.arrivals;
+    due.push_back({*index, camera});
     if (!first) break;
   }
-  return any;
+  return due;
+}
+
+void record_shadows(const Shadows& shadows, VkCommandBuffer commands, std::span<const DueMap> due,
+                    const std::function<void(coppice_view)>& cull, const std::function<void(coppice_view)>& draw) {
+  for (const DueMap& map : due) {
+    cull(map.camera.view);
+    begin_map(commands, shadows.cascades[map.cascade].map);
+    draw(map.camera.view);
+    end_map(commands, shadows.cascades[map.cascade].map);
+  }
 }
 
 void outdate(Shadows& shadows) {
   for (Shadows::Cascade& cascade : shadows.cascades) cascade.drawn_frame = 0;
 }
 
-void set_shadows(const Shadows& shadows, coppice_view& camera) {
-  camera.shadow_cascade_count = Shadows::kCascades;
+void set_shadows(const Shadows& shadows, coppice_light& light) {
+  light.shadow_map_count = Shadows::kCascades;
   for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
-    camera.shadow_cascades[i].image = shadows.cascades[i].map.view;
-    std::memcpy(camera.shadow_cascades[i].clip_from_world, glm::value_ptr(shadows.cascades[i].clip_from_world), sizeof(glm::mat4));
+    light.shadow_maps[i].image = shadows.cascades[i].map.view;
+    std::memcpy(light.shadow_maps[i].clip_from_world, glm::value_ptr(shadows.cascades[i].clip_from_world), sizeof(glm::mat4));
   }
 }
 

@@ -5,7 +5,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <optional>
+#include <span>
+#include <vector>
 
 #include <glm/glm.hpp>
 
@@ -34,22 +35,32 @@ struct Shadows {
 
 struct ShadowFrame {
   const coppice_context* context = nullptr;
+  std::array<coppice_view, Shadows::kCascades> views{};
   const Terrain* terrain = nullptr;
-  const coppice_view* camera = nullptr;
+  glm::vec3 sun_direction = {0, 1, 0};
   glm::vec3 eye = {0, 0, 0};
   glm::vec3 forward = {0, 0, -1};
   std::uint64_t number = 1;
   std::uint64_t arrivals = 0;  ///< changes with whatever has come or gone
 };
 
-/// Records the maps that are due, and says whether any was. cull, draw: record a view's plants, outside and inside rendering
-bool record_shadows(Shadows& shadows, VkCommandBuffer commands, const ShadowFrame& frame,
-                    const std::function<void(const coppice_view&)>& cull, const std::function<void(const coppice_view&)>& draw);
+/// A map that a frame draws.
+struct DueMap {
+  std::size_t cascade = 0;
+  coppice_camera camera;
+};
+
+/// The maps to draw in this frame: all at first, then one at most.
+std::vector<DueMap> due_maps(Shadows& shadows, const ShadowFrame& frame);
+
+/// Records them. cull, draw: record a view's plants, outside and inside rendering
+void record_shadows(const Shadows& shadows, VkCommandBuffer commands, std::span<const DueMap> due,
+                    const std::function<void(coppice_view)>& cull, const std::function<void(coppice_view)>& draw);
 
 /// All maps are drawn with the next frame.
 void outdate(Shadows& shadows);
 
-/// Makes the view's plants receive the shadows.
-void set_shadows(const Shadows& shadows, coppice_view& camera);
+/// Makes plants receive the shadows.
+void set_shadows(const Shadows& shadows, coppice_light& light);
 
 }  // namespace forest

@@ -50,7 +50,7 @@ bool is_lost(const coppice_context& context) {
 
 coppice::ViewLimits view_limits(const coppice_context& context) {
   const coppice::gpu::Device& device = context.context->device();
-  return {device.max_view_width, device.max_view_height, context.context->has_shadow_views()};
+  return {device.max_view_width, device.max_view_height};
 }
 
 std::string plant_problem(const coppice_context& context, coppice_plant plant) {
@@ -105,9 +105,36 @@ std::string scene_problem(const coppice_context& context, coppice_scene scene) {
   return "scene " + (problem.empty() ? "has been closed" : problem);
 }
 
-/// What recording culls and draws have in common, behind the step that comes before.
-std::string record_problem(const coppice_context& context, VkCommandBuffer cmd, const coppice_view* view) {
-  return cmd == VK_NULL_HANDLE ? "cmd is null" : coppice::view_problem(view, view_limits(context));
+std::string view_problem(const coppice_context& context, coppice_view view, const std::string& name = "view") {
+  if (context.context->is_view(view)) return {};
+  const std::string problem = coppice::handle_problem(view, HandleKind::view, context.context->tag());
+  return name + " " + (problem.empty() ? "has been destroyed" : problem);
+}
+
+/// What recording culls and draws have in common.
+std::string record_problem(const coppice_context& context, VkCommandBuffer cmd, coppice_view view) {
+  if (cmd == VK_NULL_HANDLE) return "cmd is null";
+  if (std::string problem = view_problem(context, view); !problem.empty()) return problem;
+  if (context.context->recording() != Recording::uploaded) return "coppice_record_upload was not called for this frame";
+  return context.context->recorder(view).is_shown() ? "" : "view has no camera in this frame";
+}
+
+std::string cameras_problem(const coppice_context& context, const coppice_frame& frame) {
+  if (frame.camera_count == 0) return {};
+  if (frame.cameras == nullptr) return "frame.cameras is null";
+  if (frame.camera_bytes != sizeof(coppice_camera))
+    return "frame.camera_bytes is not the size of a coppice_camera: call coppice_frame_init";
+  const std::span<const coppice_camera> cameras(frame.cameras, frame.camera_count);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const std::string name = "frame.cameras[" + std::to_string(i) + "]";
+    if (std::string problem = coppice::struct_problem(&cameras[i], name.c_str()); !problem.empty()) return problem;
+    if (std::string problem = view_problem(context, cameras[i].view, name + ".view"); !problem.empty()) return problem;
+    for (std::size_t other = 0; other < i; ++other)
+      if (cameras[other].view == cameras[i].view) return name + ".view is that of frame.cameras[" + std::to_string(other) + "] too";
+    if (const std::string problem = coppice::camera_problem(cameras[i], view_limits(context)); !problem.empty())
+      return name + "." + problem;
+  }
+  return {};
 }
 
 }  // namespace
@@ -144,8 +171,6 @@ void coppice_context_desc_init(coppice_context_desc* desc) {
   if (desc == nullptr) return;
   *desc = {};
   desc->struct_size = sizeof *desc;
-  desc->depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
-  desc->samples = VK_SAMPLE_COUNT_1_BIT;
   desc->memory_budget_bytes = 256ull << 20;
   desc->max_instances = 16777216;
   desc->max_plants = 65536;
@@ -340,37 +365,81 @@ coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_s
   return COPPICE_OK;
 }
 
-void coppice_view_init(coppice_view* view) {
-  if (view == nullptr) return;
-  *view = {};
-  view->struct_size = sizeof *view;
-  view->error_px = 2.0f;
-  view->lod = COPPICE_LOD_CUT;
-  for (int i = 0; i < 16; i += 5) view->view_from_world[i] = view->clip_from_view[i] = 1.0f;
-  view->sun_direction[1] = 1.0f;
+void coppice_view_desc_init(coppice_view_desc* desc) {
+  if (desc == nullptr) return;
+  *desc = {};
+  desc->struct_size = sizeof *desc;
+  desc->depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
+  desc->samples = VK_SAMPLE_COUNT_1_BIT;
+}
+
+coppice_status coppice_view_create(coppice_context* context, const coppice_view_desc* desc, coppice_view* view) {
+  if (view != nullptr) *view = 0;
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(view == nullptr ? "view is null" : "");
+  COPPICE_REFUSE_IF(coppice::struct_problem(desc, "desc"));
+  COPPICE_REFUSE_IF(coppice::view_desc_problem(*desc));
+  if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
+  const auto created = context->context->create_view(*desc);
+  if (!created) return fail(context->context->log(), __func__, created.error());
+  *view = *created;
+  return COPPICE_OK;
+}
+
+coppice_status coppice_view_destroy(coppice_context* context, coppice_view view) {
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(view_problem(*context, view));
+  context->context->destroy_view(view);
+  return COPPICE_OK;
+}
+
+coppice_status coppice_is_settled(const coppice_context* context, coppice_view view, uint32_t* settled) {
+  if (settled != nullptr) *settled = 0;
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(settled == nullptr ? "settled is null" : "");
+  COPPICE_REFUSE_IF(view_problem(*context, view));
+  *settled = context->context->is_settled(view) ? 1 : 0;
+  return COPPICE_OK;
+}
+
+void coppice_camera_init(coppice_camera* camera) {
+  if (camera == nullptr) return;
+  *camera = {};
+  camera->struct_size = sizeof *camera;
+  camera->error_px = 2.0f;
+  camera->lod = COPPICE_LOD_CUT;
+  for (int i = 0; i < 16; i += 5) camera->view_from_world[i] = camera->clip_from_view[i] = 1.0f;
+}
+
+void coppice_light_init(coppice_light* light) {
+  if (light == nullptr) return;
+  *light = {};
+  light->struct_size = sizeof *light;
+  light->sun_direction[1] = 1.0f;
   for (int i = 0; i < 3; ++i) {
-    view->sun_color[i] = 3.0f;
-    view->sky_color[i] = 0.6f;
-    view->ground_color[i] = 0.2f;
+    light->sun_color[i] = 3.0f;
+    light->sky_color[i] = 0.6f;
+    light->ground_color[i] = 0.2f;
   }
 }
 
-coppice_status coppice_shadow_view(const coppice_context* context, const coppice_view* camera, const coppice_shadow_desc* desc,
-                                   coppice_view* shadow) {
+void coppice_sun_desc_init(coppice_sun_desc* desc) {
+  if (desc == nullptr) return;
+  *desc = {};
+  desc->struct_size = sizeof *desc;
+  desc->sun_direction[1] = 1.0f;
+}
+
+coppice_status coppice_sun_camera(const coppice_context* context, coppice_view view, const coppice_sun_desc* desc, coppice_camera* camera) {
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
-  COPPICE_REFUSE_IF(desc == nullptr ? "desc is null" : shadow == nullptr ? "shadow is null" : "");
-  COPPICE_REFUSE_IF(coppice::view_problem(camera, view_limits(*context)));
-  COPPICE_REFUSE_IF(coppice::shadow_problem(*desc, view_limits(*context)));
-  const coppice::SunSphere sphere{.center = coppice::vec3(desc->center), .radius_m = desc->radius_m};
-  *shadow = *camera;
-  shadow->kind = COPPICE_VIEW_SHADOW;
-  shadow->lod = COPPICE_LOD_CUT;
-  shadow->debug_view = COPPICE_DEBUG_NONE;
-  shadow->leaf_budget = 0;
-  shadow->shadow_cascade_count = 0;
-  shadow->temporal_frame = 0;
-  shadow->width_px = shadow->height_px = desc->size_px;
-  coppice::set_sun_camera(*shadow, sphere, context->context->reversed_depth());
+  COPPICE_REFUSE_IF(view_problem(*context, view));
+  COPPICE_REFUSE_IF(coppice::struct_problem(desc, "desc"));
+  COPPICE_REFUSE_IF(camera == nullptr ? "camera is null" : "");
+  COPPICE_REFUSE_IF(coppice::sun_problem(*desc, view_limits(*context)));
+  coppice_camera_init(camera);
+  camera->view = view;
+  camera->width_px = camera->height_px = desc->size_px;
+  coppice::set_sun_camera(*camera, *desc, coppice::gpu::is_reversed(context->context->attachments(view).depth_compare));
   return COPPICE_OK;
 }
 
@@ -378,14 +447,15 @@ void coppice_frame_init(coppice_frame* frame) {
   if (frame == nullptr) return;
   *frame = {};
   frame->struct_size = sizeof *frame;
+  frame->camera_bytes = sizeof(coppice_camera);
 }
 
 coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame) {
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
   COPPICE_REFUSE_IF(coppice::struct_problem(frame, "frame"));
-  COPPICE_REFUSE_IF(coppice::view_problem(frame->view, view_limits(*context)));
+  COPPICE_REFUSE_IF(cameras_problem(*context, *frame));
   if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
-  return finish(*context, __func__, context->context->begin_frame(*frame));
+  return finish(*context, __func__, context->context->begin_frame(*frame, {frame->cameras, frame->camera_count}));
 }
 
 coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd) {
@@ -396,20 +466,23 @@ coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer c
   return finish(*context, __func__, context->context->record_upload(cmd));
 }
 
-coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view) {
+coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, coppice_view view, const coppice_light* light) {
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
-  COPPICE_REFUSE_IF(record_problem(*context, cmd, view));
+  COPPICE_REFUSE_IF(light != nullptr ? coppice::struct_problem(light, "light") : "");
+  COPPICE_REFUSE_IF(light != nullptr ? coppice::light_problem(*light) : "");
   if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
-  COPPICE_REFUSE_IF(context->context->recording() < Recording::uploaded ? "coppice_record_upload was not called for this frame" : "");
-  return finish(*context, __func__, context->context->record_cull(cmd, *view));
+  COPPICE_REFUSE_IF(record_problem(*context, cmd, view));
+  coppice_light default_light;
+  coppice_light_init(&default_light);
+  return finish(*context, __func__, context->context->record_cull(cmd, view, light != nullptr ? *light : default_light));
 }
 
-coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view) {
+coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view) {
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
-  COPPICE_REFUSE_IF(record_problem(*context, cmd, view));
   if (is_lost(*context)) return COPPICE_ERROR_DEVICE_LOST;
-  COPPICE_REFUSE_IF(context->context->recording() < Recording::culled ? "coppice_record_cull was not called for this frame" : "");
-  context->context->record_draw(cmd, *view);
+  COPPICE_REFUSE_IF(record_problem(*context, cmd, view));
+  COPPICE_REFUSE_IF(context->context->recorder(view).is_culled() ? "" : "coppice_record_cull was not called for the view in this frame");
+  context->context->record_draw(cmd, view);
   return COPPICE_OK;
 }
 
@@ -423,5 +496,19 @@ coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* 
   if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
   COPPICE_REFUSE_IF(coppice::struct_problem(stats, "stats"));
   context->context->fill_stats(*stats);
+  return COPPICE_OK;
+}
+
+void coppice_view_stats_init(coppice_view_stats* stats) {
+  if (stats == nullptr) return;
+  *stats = {};
+  stats->struct_size = sizeof *stats;
+}
+
+coppice_status coppice_get_view_stats(const coppice_context* context, coppice_view view, coppice_view_stats* stats) {
+  if (context == nullptr) return COPPICE_ERROR_INVALID_ARGUMENT;
+  COPPICE_REFUSE_IF(view_problem(*context, view));
+  COPPICE_REFUSE_IF(coppice::struct_problem(stats, "stats"));
+  context->context->fill_stats(view, *stats);
   return COPPICE_OK;
 }

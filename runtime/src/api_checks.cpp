@@ -22,6 +22,7 @@ constexpr float kMaxFogDensity = 1e6f;
 constexpr float kMaxMatrix = 1e10f;
 constexpr float kMinFocal = 1e-6f, kMaxFocal = 1e6f;  // of clip_from_view
 constexpr float kMaxError_px = 1e6f;
+constexpr std::int32_t kMaxOffset_px = 1 << 20;
 constexpr float kMaxPrefetchFrames = 1000.0f;
 constexpr std::uint32_t kMaxPlants = 65536;
 /// Of squared lengths and products of axes that should be 1 or 0.
@@ -94,11 +95,11 @@ std::string projection_problem(std::span<const float, 16> m) {
   return {};
 }
 
-std::string cascade_problem(const coppice_shadow_cascade& cascade) {
-  if (cascade.image == VK_NULL_HANDLE) return "image is null";
-  if (std::string problem = range_problem({"clip_from_world", cascade.clip_from_world, -kMaxMatrix, kMaxMatrix}); !problem.empty())
+std::string map_problem(const coppice_shadow_map& map) {
+  if (map.image == VK_NULL_HANDLE) return "image is null";
+  if (std::string problem = range_problem({"clip_from_world", map.clip_from_world, -kMaxMatrix, kMaxMatrix}); !problem.empty())
     return problem;
-  return determinant(cascade.clip_from_world) == 0.0 ? "clip_from_world has no inverse" : "";
+  return determinant(map.clip_from_world) == 0.0 ? "clip_from_world has no inverse" : "";
 }
 
 std::string size_problem(const char* name, std::uint32_t value, std::uint32_t most) {
@@ -127,12 +128,6 @@ std::string desc_problem(const coppice_context_desc& desc) {
   if (desc.physical_device == VK_NULL_HANDLE) return "physical_device is null";
   if (desc.device == VK_NULL_HANDLE) return "device is null";
   if (desc.get_instance_proc_addr == nullptr) return "get_instance_proc_addr is null";
-  if (desc.color_format == VK_FORMAT_UNDEFINED) return "color_format is not set";
-  if (desc.depth_format == VK_FORMAT_UNDEFINED) return "depth_format is not set";
-  if (desc.depth_compare != VK_COMPARE_OP_LESS && desc.depth_compare != VK_COMPARE_OP_LESS_OR_EQUAL &&
-      desc.depth_compare != VK_COMPARE_OP_GREATER && desc.depth_compare != VK_COMPARE_OP_GREATER_OR_EQUAL)
-    return "depth_compare is none of LESS, LESS_OR_EQUAL, GREATER and GREATER_OR_EQUAL";
-  if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples is not one VkSampleCountFlagBits";
   if (desc.memory_budget_bytes == 0) return "memory_budget_bytes is 0";
   if ((desc.device_memory.allocate == nullptr) != (desc.device_memory.free == nullptr))
     return "device_memory: one of allocate, free is null";
@@ -145,42 +140,58 @@ std::string desc_problem(const coppice_context_desc& desc) {
                   flag_problem("allow_outside", desc.allow_outside), flag_problem("blocking_pipelines", desc.blocking_pipelines));
 }
 
-std::string view_problem(const coppice_view* view, const ViewLimits& limits) {
-  if (std::string problem = struct_problem(view, "view"); !problem.empty()) return problem;
-  const Field fields[] = {{"view_from_world", view->view_from_world, -kMaxEye_m, kMaxEye_m},
-                          {"clip_from_view", view->clip_from_view, -kMaxMatrix, kMaxMatrix},
-                          {"error_px", {&view->error_px, 1}, std::numeric_limits<float>::min(), kMaxError_px},
-                          {"sun_direction", view->sun_direction, -2.0f, 2.0f},
-                          {"sun_color", view->sun_color, 0.0f, kMaxRadiance},
-                          {"sky_color", view->sky_color, 0.0f, kMaxRadiance},
-                          {"ground_color", view->ground_color, 0.0f, kMaxRadiance},
-                          {"fog_color", view->fog_color, 0.0f, kMaxRadiance},
-                          {"fog_density", {&view->fog_density, 1}, 0.0f, kMaxFogDensity}};
-  const auto say = [](const std::string& problem) { return "view." + problem; };
-  if (const std::string problem = first_of(range_problem(fields), size_problem("width_px", view->width_px, limits.max_width_px),
-                                           size_problem("height_px", view->height_px, limits.max_height_px));
-      !problem.empty())
-    return say(problem);
-  if (!is_rigid(view->view_from_world)) return say("view_from_world is not a rotation and a translation");
-  if (const std::string problem = projection_problem(view->clip_from_view); !problem.empty()) return say(problem);
-  if (!is_unit(view->sun_direction)) return say("sun_direction is not of unit length");
-  if (view->lod < COPPICE_LOD_CUT || view->lod > COPPICE_LOD_DISCRETE) return say("lod is not a coppice_lod_mode");
-  if (view->debug_view < COPPICE_DEBUG_NONE || view->debug_view > COPPICE_DEBUG_RESIDENCY)
-    return say("debug_view is not a coppice_debug_view");
-  if (view->kind != COPPICE_VIEW_CAMERA && view->kind != COPPICE_VIEW_SHADOW) return say("kind is not a coppice_view_kind");
-  if (view->kind == COPPICE_VIEW_SHADOW && !limits.shadow_views)
-    return say("kind is COPPICE_VIEW_SHADOW, without coppice_context_desc.shadow_format");
-  if (view->shadow_cascade_count > COPPICE_MAX_SHADOW_CASCADES) return say("shadow_cascade_count is above COPPICE_MAX_SHADOW_CASCADES");
-  for (std::uint32_t i = 0; i < view->shadow_cascade_count; ++i)
-    if (const std::string problem = cascade_problem(view->shadow_cascades[i]); !problem.empty())
-      return say("shadow_cascades[" + std::to_string(i) + "]." + problem);
+std::string view_desc_problem(const coppice_view_desc& desc) {
+  if (desc.output != COPPICE_OUTPUT_LIT && desc.output != COPPICE_OUTPUT_DEPTH) return "desc.output is not a coppice_output";
+  if (desc.output == COPPICE_OUTPUT_LIT && desc.color_format == VK_FORMAT_UNDEFINED) return "desc.color_format is not set";
+  if (desc.output == COPPICE_OUTPUT_DEPTH && desc.color_format != VK_FORMAT_UNDEFINED)
+    return "desc.color_format is set, and desc.output is COPPICE_OUTPUT_DEPTH";
+  if (desc.depth_format == VK_FORMAT_UNDEFINED) return "desc.depth_format is not set";
+  if (desc.depth_compare != VK_COMPARE_OP_LESS && desc.depth_compare != VK_COMPARE_OP_LESS_OR_EQUAL &&
+      desc.depth_compare != VK_COMPARE_OP_GREATER && desc.depth_compare != VK_COMPARE_OP_GREATER_OR_EQUAL)
+    return "desc.depth_compare is none of LESS, LESS_OR_EQUAL, GREATER and GREATER_OR_EQUAL";
+  if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "desc.samples is not one VkSampleCountFlagBits";
   return {};
 }
 
-std::string shadow_problem(const coppice_shadow_desc& desc, const ViewLimits& limits) {
-  const Field fields[] = {{"desc.center", desc.center, -kMaxPosition_m, kMaxPosition_m},
+std::string camera_problem(const coppice_camera& camera, const ViewLimits& limits) {
+  const Field fields[] = {{"view_from_world", camera.view_from_world, -kMaxEye_m, kMaxEye_m},
+                          {"clip_from_view", camera.clip_from_view, -kMaxMatrix, kMaxMatrix},
+                          {"error_px", {&camera.error_px, 1}, std::numeric_limits<float>::min(), kMaxError_px}};
+  if (std::string problem = first_of(range_problem(fields), size_problem("width_px", camera.width_px, limits.max_width_px),
+                                     size_problem("height_px", camera.height_px, limits.max_height_px));
+      !problem.empty())
+    return problem;
+  for (const auto& [name, offset] : {std::pair{"x_px", camera.x_px}, {"y_px", camera.y_px}})
+    if (offset < 0 || offset > kMaxOffset_px)
+      return std::string(name) + " is " + std::to_string(offset) + ": outside 0 to " + std::to_string(kMaxOffset_px);
+  if (!is_rigid(camera.view_from_world)) return "view_from_world is not a rotation and a translation";
+  if (std::string problem = projection_problem(camera.clip_from_view); !problem.empty()) return problem;
+  if (camera.lod < COPPICE_LOD_CUT || camera.lod > COPPICE_LOD_DISCRETE) return "lod is not a coppice_lod_mode";
+  if (camera.debug_view < COPPICE_DEBUG_NONE || camera.debug_view > COPPICE_DEBUG_RESIDENCY)
+    return "debug_view is not a coppice_debug_view";
+  return {};
+}
+
+std::string light_problem(const coppice_light& light) {
+  const Field fields[] = {
+      {"light.sun_direction", light.sun_direction, -2.0f, 2.0f}, {"light.sun_color", light.sun_color, 0.0f, kMaxRadiance},
+      {"light.sky_color", light.sky_color, 0.0f, kMaxRadiance},  {"light.ground_color", light.ground_color, 0.0f, kMaxRadiance},
+      {"light.fog_color", light.fog_color, 0.0f, kMaxRadiance},  {"light.fog_density", {&light.fog_density, 1}, 0.0f, kMaxFogDensity}};
+  if (std::string problem = range_problem(fields); !problem.empty()) return problem;
+  if (!is_unit(light.sun_direction)) return "light.sun_direction is not of unit length";
+  if (light.shadow_map_count > COPPICE_MAX_SHADOW_MAPS) return "light.shadow_map_count is above COPPICE_MAX_SHADOW_MAPS";
+  for (std::uint32_t i = 0; i < light.shadow_map_count; ++i)
+    if (const std::string problem = map_problem(light.shadow_maps[i]); !problem.empty())
+      return "light.shadow_maps[" + std::to_string(i) + "]." + problem;
+  return {};
+}
+
+std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits) {
+  const Field fields[] = {{"desc.sun_direction", desc.sun_direction, -2.0f, 2.0f},
+                          {"desc.center", desc.center, -kMaxPosition_m, kMaxPosition_m},
                           {"desc.radius_m", {&desc.radius_m, 1}, kMinRadius_m, kMaxRadius_m}};
-  return first_of(range_problem(fields), size_problem("desc.size_px", desc.size_px, std::min(limits.max_width_px, limits.max_height_px)));
+  return first_of(range_problem(fields), size_problem("desc.size_px", desc.size_px, std::min(limits.max_width_px, limits.max_height_px)),
+                  is_unit(desc.sun_direction) ? std::string() : std::string("desc.sun_direction is not of unit length"));
 }
 
 std::string placement_problem(const coppice_placement& placement) {
@@ -195,9 +206,10 @@ std::string placement_problem(const coppice_placement& placement) {
 std::string handle_problem(std::uint64_t handle, HandleKind kind, std::uint32_t context_tag) {
   if (handle == 0) return "is 0";
   const Handle said = unpack_handle(handle);
-  constexpr std::array kNames{"no kind of handle", "a plant's handle", "an instance's handle", "a scene's handle"};
+  constexpr std::array kNames{"no kind of handle", "a plant's handle", "an instance's handle", "a scene's handle", "a view's handle"};
   if (said.kind != kind)
-    return std::string("is ") + kNames[static_cast<std::size_t>(said.kind)] + ", not " + kNames[static_cast<std::size_t>(kind)];
+    return std::string("is ") + kNames[std::min(static_cast<std::size_t>(said.kind), kNames.size() - 1)] + ", not " +
+           kNames[static_cast<std::size_t>(kind)];
   return said.context == context_tag ? "" : "is a handle of another context";
 }
 

@@ -25,12 +25,15 @@ std::string struct_problem(const T* argument, const char* name) {
 /// What views of a context may be.
 struct ViewLimits {
   std::uint32_t max_width_px = 0, max_height_px = 0;
-  bool shadow_views = false;  ///< coppice_context_desc.shadow_format is set
 };
-/// view: may be null
-std::string view_problem(const coppice_view* view, const ViewLimits& limits);
+std::string view_desc_problem(const coppice_view_desc& desc);
 
-std::string shadow_problem(const coppice_shadow_desc& desc, const ViewLimits& limits);
+/// But for its view.
+std::string camera_problem(const coppice_camera& camera, const ViewLimits& limits);
+
+std::string light_problem(const coppice_light& light);
+
+std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits);
 
 std::string placement_problem(const coppice_placement& placement);
 

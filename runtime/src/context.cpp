@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "handle.h"
+#include "trace_scope.h"
 
 namespace coppice {
 namespace {
@@ -24,20 +25,6 @@ constexpr std::uint32_t kFirstHostPlants = 16;
 std::uint64_t nanoseconds(float ms) {
   return static_cast<std::uint64_t>(std::min(double{ms} * 1e6, 1e18));
 }
-
-/// A call from its beginning to its end.
-class TraceScope {
- public:
-  TraceScope(const coppice_trace& trace, coppice_trace_kind kind) : trace_(trace), kind_(kind), start_ns_(trace_start(trace)) {}
-  TraceScope(const TraceScope&) = delete;
-  TraceScope& operator=(const TraceScope&) = delete;
-  ~TraceScope() { trace_end(trace_, {kind_, nullptr, nullptr, 0, 0, start_ns_, 0}); }
-
- private:
-  const coppice_trace& trace_;
-  coppice_trace_kind kind_;
-  std::uint64_t start_ns_;
-};
 
 std::uint32_t index_of(coppice_plant plant) {
   return unpack_handle(plant).index;
@@ -56,19 +43,13 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
   device.log = desc.log;
   device.memory.hook = desc.device_memory;
   device.memory.ledger = &ledger;
-  const gpu::AttachmentDesc attachments{.color_format = desc.color_format,
-                                        .depth_format = desc.depth_format,
-                                        .depth_compare = desc.depth_compare,
-                                        .samples = desc.samples,
-                                        .shadow_format = desc.shadow_format};
-  COPPICE_CHECK(gpu::check_attachments(device, attachments));
   return gpu::Renderer::create({.device = device,
                                 .allocator = hooks.allocator,
-                                .view = {.attachments = attachments,
-                                         .max_instances = desc.max_instances,
-                                         .compute_raster = desc.compute_raster == VK_TRUE,
-                                         .int64_atomics = desc.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
-                                         .pass_times = desc.pass_times == VK_TRUE},
+                                .views = {.max_instances = desc.max_instances,
+                                          .compute_raster = desc.compute_raster == VK_TRUE,
+                                          .int64_atomics = desc.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
+                                          .many_lanes = {},
+                                          .pass_times = desc.pass_times == VK_TRUE},
                                 .pipeline_cache = desc.pipeline_cache,
                                 .memory_budget_bytes = desc.memory_budget_bytes,
                                 .max_plants = desc.max_plants + kReloadSlots,
@@ -80,7 +61,7 @@ Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_des
 StreamerOptions streamer_options(const coppice_context_desc& desc, const gpu::Renderer& renderer) {
   return {.gpu = {.slack_bytes = gpu::Renderer::kSlackBytes,
                   .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
-                  .mesh_leaves = renderer.view().has_raster(),
+                  .mesh_leaves = renderer.has_raster(),
                   .block_textures = renderer.device().block_textures},
           .max_plants = renderer.max_plants(),
           .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
@@ -170,7 +151,7 @@ Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
 
 void Context::add_slot(std::uint32_t slot) {
   slots_.extend(slot + 1);
-  demands_.extend(slot + 1);
+  for (BoundedList<PlantDemand>& demands : demands_) demands.extend(slot + 1);
   residency_.extend(slot + 1);
 }
 
@@ -188,7 +169,7 @@ Result<void> Context::show_slot(std::uint32_t slot) {
 
 void Context::remove_instances(std::uint32_t slot) {
   instances_.remove_plant(slot);
-  forget_demand(demand_ahead_);
+  for (ViewEntry& view : views_) forget_demand(view.ahead);
 }
 
 void Context::close_slot(std::uint32_t slot) {
@@ -354,7 +335,9 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
 }
 
 std::uint64_t Context::host_bytes() const {
-  return plants_.items.bytes() + slots_.items.bytes() + demands_.items.bytes() + residency_.items.bytes() + instances_.bytes();
+  std::uint64_t bytes = plants_.items.bytes() + slots_.items.bytes() + residency_.items.bytes() + instances_.bytes();
+  for (const BoundedList<PlantDemand>& demands : demands_) bytes += demands.items.bytes();
+  return bytes;
 }
 
 Result<void> Context::reserve_host(std::uint32_t count) {
@@ -362,14 +345,14 @@ Result<void> Context::reserve_host(std::uint32_t count) {
   const coppice_allocator& allocator = hooks_.hooks.allocator;
   const auto now = static_cast<std::uint32_t>(slots_.items.size());
   const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .most = renderer_->max_plants()});
-  constexpr std::uint64_t kBytesEach =
-      sizeof(PlantEntry) + sizeof(PlantSlot) + sizeof(PlantDemand) + sizeof(gpu::PlantResidency) + gpu::InstanceTable::kPlantBytes;
+  constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMostLenses * sizeof(PlantDemand) +
+                                       sizeof(gpu::PlantResidency) + gpu::InstanceTable::kPlantBytes;
   COPPICE_CHECK(check_fits((room - now) * kBytesEach));
   const std::uint64_t before = host_bytes();
   const auto reserved = [&]() -> Result<void> {
     COPPICE_CHECK(instances_.reserve_plants(room));
     COPPICE_CHECK(plants_.reserve(allocator, room));
-    COPPICE_CHECK(demands_.reserve(allocator, room));
+    for (BoundedList<PlantDemand>& demands : demands_) COPPICE_CHECK(demands.reserve(allocator, room));
     COPPICE_CHECK(residency_.reserve(allocator, room));
     return slots_.reserve(allocator, room);
   }();
@@ -381,8 +364,9 @@ Result<void> Context::grow_plants() {
   // What has failed has an entry and no slot.
   const auto needed = std::min(static_cast<std::uint32_t>(std::max(slots_.count, plants_.count) + 1), renderer_->max_plants());
   const std::uint32_t capacity = renderer_->capacity().plants;
-  COPPICE_CHECK(make_room(demand_ahead_, hooks_.hooks.allocator, ledger_, needed));
   COPPICE_CHECK(reserve_host(needed));
+  for (ViewEntry& view : views_)
+    if (view.open) COPPICE_CHECK(make_room(view.ahead, hooks_.hooks.allocator, ledger_, static_cast<std::uint32_t>(slots_.items.size())));
   if (needed <= capacity) return {};
   gpu::Capacity wanted{.plants = roomy_count({.now = capacity, .needed = needed, .most = renderer_->max_plants()})};
   if (renderer_->reserve_bytes(wanted) > ledger_.free()) wanted.plants = needed;
@@ -403,10 +387,14 @@ Result<void> Context::check_numbers(const coppice_frame& frame) const {
   return {};
 }
 
-Result<void> Context::begin_frame(const coppice_frame& frame) {
+Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const coppice_camera> cameras) {
   const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_FRAME_BEGIN);
   COPPICE_CHECK(check_numbers(frame));
-  COPPICE_TRY(view, demand_view(*frame.view));
+  lods_.clear();
+  for (const coppice_camera& camera : cameras) {
+    COPPICE_TRY(lod, demand_view(camera));
+    lods_.push_back(lod);
+  }
   frame_number_ = frame.frame_number;
   completed_number_ = frame.completed_number;
   recording_ = Recording::begun;
@@ -415,22 +403,13 @@ Result<void> Context::begin_frame(const coppice_frame& frame) {
   for (const ChunkId& id : streamer_->release(frame.completed_number)) drop_chunk(id);
   for (const std::uint32_t plant : streamer_->take_closed_plants())
     if (std::exchange(slots_[plant].on_gpu, false)) renderer_->remove_plant(plant);
-  const gpu::FrameCounts& counts = renderer_->view().counts();
-  leaf_budget_.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
-  threshold_px_ =
-      leaf_budget_.threshold_px(frame.frame_number, view.error_px, frame.view->lod == COPPICE_LOD_CUT ? frame.view->leaf_budget : 0);
-  view.error_px = threshold_px_;
-  // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
-  if (view.discrete) view.error_px *= 0.5f;
+  for (std::size_t i = 0; i < cameras.size(); ++i) show_view(cameras[i], lods_[i]);
   finish_openings();
-  if (scene_) scene_->begin_frame(view, frame_number_, streaming_ns_);
+  if (scene_ && !lods_.empty()) scene_->begin_frame(lods_.front(), frame_number_, streaming_ns_);
   finish_reloads();
   instances_.update_bounds();
-  measure_demand(instances_.blocks(), view, demands_.span());
-  add_demand_ahead(demand_ahead_, instances_.blocks(), view, prefetch_frames_, demands_.span());
-  for (const PlantEntry& plant : plants_.span())
-    if (plant.open && plant.next_slot != kNoSlot) demands_[plant.next_slot] = demands_[plant.slot];
-  streamer_->begin_frame({frame.frame_number, &view, demands_.span()});
+  measure_views(cameras, lods_);
+  streamer_->begin_frame(stream_frame());
   for (const ChunkId& id : streamer_->take_evicted()) hide_chunk(id);
   return device_state();
 }
@@ -508,31 +487,9 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
   return recorded;
 }
 
-void Context::record_draw(VkCommandBuffer cmd, const coppice_view& view) const {
-  const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_DRAW);
-  renderer_->record_draw(cmd, view);
-}
-
-Result<void> Context::record_cull(VkCommandBuffer cmd, const coppice_view& view) {
-  const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_CULL);
-  COPPICE_TRY(lod, demand_view(view));
-  recording_ = Recording::culled;
-  if (view.leaf_budget > 0 && view.lod == COPPICE_LOD_CUT) lod.error_px = std::max(lod.error_px, threshold_px_);
-  renderer_->record_cull(cmd, view, lod);
-  return device_state();
-}
-
 void Context::fill_stats(coppice_stats& stats) const {
   const StreamStats streaming = streamer_->stats();
-  const gpu::FrameCounts& counts = renderer_->view().counts();
   stats.instance_count = instances_.count();
-  stats.gpu_frame_number = counts.frame;
-  stats.visible_instance_count = counts.visible_instances;
-  stats.occluded_instance_count = counts.occluded_instances;
-  stats.drawn_leaf_count = counts.leaves;
-  stats.drawn_wood_triangle_count = counts.wood_triangles;
-  stats.leaf_mesh_instance_count = counts.leaf_mesh_instances;
-  stats.drawn_leaf_mesh_triangle_count = counts.leaf_mesh_triangles;
   stats.source_leaf_count = 0;
   for (std::uint32_t plant = 0; plant < slots_.count; ++plant)
     if (slots_[plant].open)
@@ -543,7 +500,6 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.device_allocations = renderer_->device().memory.block_count;
   for (std::size_t kind = 0; kind < kChunkKindCount; ++kind) stats.streamed[kind] = streamed_stats(streaming.chunks[kind]);
   stats.streamed[COPPICE_STREAMED_ALL] = streamed_stats(streaming.all());
-  stats.threshold_px = streaming.threshold_px;
   stats.bytes_read = streaming.bytes_read;
   stats.decode_ms = 1e-6 * static_cast<double>(streaming.decode_ns);
   stats.pipelines_wanted = pipelines().wanted_count();
@@ -557,8 +513,6 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.scene_tiles_failed = static_cast<std::uint32_t>(scene.tiles_failed);
   stats.scene_species_failed = scene.species_failed;
   stats.scene_threshold_px = scene.threshold_px;
-  static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
-  std::ranges::copy(renderer_->view().timer().pass_ms(), stats.pass_ms);
 }
 
 }  // namespace coppice

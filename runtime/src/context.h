@@ -3,6 +3,7 @@
 // One context: the streamer, the renderer and the instances, and the order in which a frame moves things between them. No checks of what
 // the engine passes: api.cpp has made them.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -80,20 +81,29 @@ class Context {
   /// Where plants of scenes may be.
   [[nodiscard]] const AssetFolder& scene_plants() const { return scene_plants_; }
 
-  /// errors  device_lost, here and below; invalid_argument: not a perspective view, or frame numbers that do not grow
-  Result<void> begin_frame(const coppice_frame& frame);
+  /// errors  as coppice_view_create
+  Result<coppice_view> create_view(const coppice_view_desc& desc);
+  /// view: open, here and below
+  void destroy_view(coppice_view view);
+  [[nodiscard]] bool is_view(coppice_view view) const;
+  [[nodiscard]] const gpu::AttachmentDesc& attachments(coppice_view view) const;
+  [[nodiscard]] gpu::ViewRecorder& recorder(coppice_view view);
+  [[nodiscard]] bool is_settled(coppice_view view) const;
+
+  /// cameras: checked, each of another view. errors  device_lost, here and below; invalid_argument: a projection that nothing can be seen
+  /// with, or frame numbers that do not grow
+  Result<void> begin_frame(const coppice_frame& frame, std::span<const coppice_camera> cameras);
   Result<void> record_upload(VkCommandBuffer cmd);
-  Result<void> record_cull(VkCommandBuffer cmd, const coppice_view& view);
-  void record_draw(VkCommandBuffer cmd, const coppice_view& view) const;
+  /// view: shown in this frame. Thread: those of different views may overlap
+  Result<void> record_cull(VkCommandBuffer cmd, coppice_view view, const coppice_light& light);
+  /// view: culled in this frame. Thread: likewise
+  void record_draw(VkCommandBuffer cmd, coppice_view view);
   /// How far the frame's recording has come: each step needs the one before it in the same frame.
-  enum class Recording : std::uint8_t { none, begun, uploaded, culled };
+  enum class Recording : std::uint8_t { none, begun, uploaded };
   [[nodiscard]] Recording recording() const { return recording_; }
 
-  /// Of coppice_context_desc.
-  [[nodiscard]] bool has_shadow_views() const { return renderer_->attachments().shadow_format != VK_FORMAT_UNDEFINED; }
-  [[nodiscard]] bool reversed_depth() const { return gpu::is_reversed(renderer_->attachments().depth_compare); }
-
   void fill_stats(coppice_stats& stats) const;
+  void fill_stats(coppice_view view, coppice_view_stats& stats) const;
   [[nodiscard]] const coppice_log& log() const { return hooks_.hooks.log; }
 
  private:
@@ -113,6 +123,14 @@ class Context {
     std::uint64_t swap_frame = 0;       ///< reloading: from this frame on what is there of the new file has to do
   };
   static constexpr std::uint32_t kNoSlot = 0xffffffffu;
+  struct ViewEntry {
+    std::uint32_t generation = 0;
+    bool open = false;
+    std::uint32_t recorder = 0;  ///< the renderer's index
+    std::size_t lens = 0;        ///< which of streaming's
+    LeafBudget budget;
+    DemandAhead ahead;
+  };
 
   Context() = default;
   [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
@@ -142,6 +160,13 @@ class Context {
   void drop_chunk(ChunkId id);
   Result<void> upload_chunk(const DecodedChunk& chunk);
   Result<void> upload_decoded();
+  [[nodiscard]] ViewEntry& entry_of_view(coppice_view view);
+  [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const;
+  [[nodiscard]] std::size_t free_lens() const;
+  /// lod: with its own threshold; afterwards with that which streaming goes by
+  void show_view(const coppice_camera& camera, LodView& lod);
+  void measure_views(std::span<const coppice_camera> cameras, std::span<const LodView> lods);
+  [[nodiscard]] StreamFrame stream_frame() const;
   /// errors  invalid_argument: frame_number or completed_number
   [[nodiscard]] Result<void> check_numbers(const coppice_frame& frame) const;
   /// What it takes before any plant. errors  invalid_argument: the budget is below it
@@ -156,11 +181,11 @@ class Context {
   BoundedList<PlantEntry> plants_;  ///< [max_plants_] at most
   BoundedList<PlantSlot> slots_;    ///< [max_plants_ + kReloadSlots] at most
   std::uint32_t max_plants_ = 0;
-  BoundedList<PlantDemand> demands_;
-  DemandAhead demand_ahead_;
+  std::array<BoundedList<PlantDemand>, kMostLenses> demands_;  ///< by lens
+  LensViews lenses_;                                           ///< of the frame
+  std::vector<ViewEntry> views_;
+  std::vector<LodView> lods_;  ///< of the frame's views
   BoundedList<gpu::PlantResidency> residency_;
-  LeafBudget leaf_budget_;
-  float threshold_px_ = 0;  ///< of the frame
   std::unique_ptr<OpenScene> scene_;
   coppice_scene scene_handle_ = 0;
   std::uint32_t scene_generation_ = 0;

@@ -18,7 +18,8 @@ layout(location = 0) out vec4 out_color;
 #endif
 
 void main() {
-  if (kGaps != 0 && !shows_pixel(in_thinning, uint(gl_FragCoord.x), uint(gl_FragCoord.y))) discard;
+  uvec2 pixel = uvec2(gl_FragCoord.xy) - view.first_px;
+  if (kGaps != 0 && !shows_pixel(in_thinning, pixel.x, pixel.y)) discard;
   vec3 color = textured(in_color);  // lit alike on both sides
 #ifndef COPPICE_DEPTH
   out_color = fogged(color);

@@ -247,9 +247,10 @@ struct View {
   uint is_mirrored;             // 1: the picture's y points up, so that what the viewer sees run counter-clockwise is clockwise there
   uint temporal_frame;          // coppice_view's
   vec2 half_size_px;            // of the picture
+  uvec2 first_px;               // the picture's first pixel in the attachments
   mat4 cascades[kMaxCascades];  // clip_from_world of each
 };
-COPPICE_GPU_LAYOUT(View, 476);
+COPPICE_GPU_LAYOUT(View, 484);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -30,8 +30,8 @@ std::vector<InstanceSphere> plantation(std::size_t count) {
   return instances;
 }
 
-coppice_view looking_ahead() {
-  coppice_view view{};
+coppice_camera looking_ahead() {
+  coppice_camera view{};
   view.width_px = 1280;
   view.height_px = 720;
   view.error_px = 2.0f;

@@ -143,13 +143,13 @@ bool in_ride(const Forest& forest, const coppice_placement& placement) {
   return std::abs(std::hypot(placement.position[0], placement.position[2]) - 0.5f * forest.half_m()) < kHalfWidth_m;
 }
 
-coppice_view view_at(const Options& options, const Forest& forest, std::uint32_t frame) {
+test::Shot view_at(const Options& options, const Forest& forest, std::uint32_t frame) {
   const float along_m = options.speed_m * static_cast<float>(frame);
-  coppice_view view = test::make_view({.eye_m = eye_at(forest, along_m),
-                                       .target_m = eye_at(forest, along_m + 3.0f),
-                                       .vertical_fov_radians = 1.05f,
-                                       .width_px = options.width_px,
-                                       .height_px = options.height_px});
+  test::Shot view = test::make_view({.eye_m = eye_at(forest, along_m),
+                                     .target_m = eye_at(forest, along_m + 3.0f),
+                                     .vertical_fov_radians = 1.05f,
+                                     .width_px = options.width_px,
+                                     .height_px = options.height_px});
   view.error_px = options.error_px;
   return view;
 }
@@ -211,6 +211,8 @@ class Run {
       if (level != COPPICE_LOG_INFO) std::fprintf(stderr, "coppice: %s\n", line);
     };
     check(coppice_context_create(&desc, &context_), "coppice_context_create");
+    const coppice_view_desc of_view = test::view_desc();
+    check(coppice_view_create(context_, &of_view, &view_), "coppice_view_create");
   }
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
@@ -244,7 +246,7 @@ class Run {
 
   /// Everything resident: what the plants take when nothing is left out.
   void load_all() {
-    coppice_view view = view_at(options_, forest_, 0);
+    test::Shot view = view_at(options_, forest_, 0);
     view.lod = COPPICE_LOD_FULL;
     frame(view, false, nullptr);
     const std::uint64_t empty = stats().memory_bytes;
@@ -308,28 +310,34 @@ class Run {
     if (complete && !result.first_complete_frame) result.first_complete_frame = index + 1;
     result.frames_with_missing_plants += !complete;
     const coppice_stats now = stats();
+    coppice_view_stats drawn;
+    coppice_view_stats_init(&drawn);
+    check(coppice_get_view_stats(context_, view_, &drawn), "coppice_get_view_stats");
     if (now.streamed[COPPICE_STREAMED_ALL].wanted == 0 && !result.settled_frame && complete) result.settled_frame = index + 1;
     result.frames_waiting += now.streamed[COPPICE_STREAMED_ALL].wanted > 0;
-    result.threshold_sum_px += static_cast<double>(now.threshold_px);
-    if (index > 0) result.visible.push_back(now.visible_instance_count);
+    result.threshold_sum_px += static_cast<double>(drawn.threshold_px);
+    if (index > 0) result.visible.push_back(drawn.visible_instance_count);
     if (index % std::max(options_.frames / 100, 1u) == 0)
-      result.samples.push_back({index, now.threshold_px, now.streamed[COPPICE_STREAMED_ALL].wanted,
+      result.samples.push_back({index, drawn.threshold_px, now.streamed[COPPICE_STREAMED_ALL].wanted,
                                 now.streamed[COPPICE_STREAMED_ALL].in_flight, now.memory_bytes});
   }
 
-  void record(VkCommandBuffer cmd, const coppice_view& view) {
+  void record(VkCommandBuffer cmd, const test::Shot& view) {
     const auto start = Clock::now();
     check(coppice_record_upload(context_, cmd), "coppice_record_upload");
     upload_ms_ = ms_since(start);
-    check(coppice_record_cull(context_, cmd, &view), "coppice_record_cull");
+    check(coppice_record_cull(context_, cmd, view_, &view.light), "coppice_record_cull");
   }
 
-  void frame(const coppice_view& view, bool draw, test::Picture* picture) {
+  void frame(const test::Shot& view, bool draw, test::Picture* picture) {
     coppice_frame begun;
     coppice_frame_init(&begun);
     begun.frame_number = ++frame_number_;
     begun.completed_number = frame_number_ - 1;
-    begun.view = &view;
+    coppice_camera camera = view;
+    camera.view = view_;
+    begun.cameras = &camera;
+    begun.camera_count = 1;
     const auto start = Clock::now();
     check(coppice_frame_begin(context_, &begun), "coppice_frame_begin");
     const double begin_ms = ms_since(start);
@@ -345,7 +353,7 @@ class Run {
           record(cmd, view);
           record_ms = ms_since(record_start);
         },
-        [&](VkCommandBuffer cmd) { check(coppice_record_draw(context_, cmd, &view), "coppice_record_draw"); });
+        [&](VkCommandBuffer cmd) { check(coppice_record_draw(context_, cmd, view_), "coppice_record_draw"); });
     result.begin_ms.push_back(begin_ms);
     result.upload_ms.push_back(upload_ms_);
     result.record_ms.push_back(record_ms);
@@ -357,6 +365,7 @@ class Run {
   HookSet hooks_;
   std::uint64_t budget_bytes_;
   coppice_context* context_ = nullptr;
+  coppice_view view_ = 0;
   Forest forest_;
   std::uint64_t frame_number_ = 0;
   double upload_ms_ = 0;  ///< of the last frame

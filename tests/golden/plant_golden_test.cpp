@@ -21,6 +21,7 @@
 #include "gltf_write.h"
 #include "golden.h"
 #include "process.h"
+#include "shot.h"
 #include "vulkan_device.h"
 
 #include "coppice/coppice.h"
@@ -90,20 +91,20 @@ glm::mat4 reversed_perspective(float field_of_view, float near, float far) {
 }
 
 /// distance  from the sphere's centre, in radii of the sphere
-coppice_view make_view(const coppice_plant_info& plant, float distance, coppice_lod_mode lod) {
+coppice::test::Shot make_view(const coppice_plant_info& plant, float distance, coppice_lod_mode lod) {
   const glm::vec3 center(plant.sphere_center[0], plant.sphere_center[1], plant.sphere_center[2]);
   const glm::vec3 eye = center + glm::normalize(glm::vec3(0.6f, 0.25f, 1.0f)) * (distance * plant.sphere_radius);
   const glm::mat4 view_from_world = glm::lookAt(eye, center, glm::vec3(0, 1, 0));
   const glm::mat4 clip_from_view = reversed_perspective(kFieldOfView, 0.01f * plant.sphere_radius, 1000.0f * plant.sphere_radius);
-  coppice_view view;
-  coppice_view_init(&view);
+  coppice::test::Shot view;
+  coppice::test::init_shot(&view);
   std::copy_n(&view_from_world[0][0], 16, view.view_from_world);
   std::copy_n(&clip_from_view[0][0], 16, view.clip_from_view);
   view.width_px = kSidePx;
   view.height_px = kSidePx;
   view.lod = lod;
   const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.8f, 0.4f));
-  std::copy_n(&sun[0], 3, view.sun_direction);
+  std::copy_n(&sun[0], 3, view.light.sun_direction);
   return view;
 }
 
@@ -113,43 +114,53 @@ class Renderer {
       : gpu_(gpu),
         context_(context),
         color_(gpu, {kSidePx, kSidePx, kColorFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}),
-        depth_(gpu, {kSidePx, kSidePx, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT}) {}
+        depth_(gpu, {kSidePx, kSidePx, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT}) {
+    coppice_view_desc desc;
+    coppice_view_desc_init(&desc);
+    desc.color_format = kColorFormat;
+    desc.depth_format = kDepthFormat;
+    check(coppice_view_create(context_, &desc, &view_), "coppice_view_create");
+  }
 
   /// Draws until everything the view wants is resident and shown, then returns the picture.
-  Picture draw(const coppice_view& view) {
+  Picture draw(const coppice::test::Shot& view) {
     constexpr int kMostFrames = 400;
     constexpr int kQuietFrames = 3;  // what arrived last has been uploaded, drawn and counted
     int quiet = 0;
     for (int frame = 0; frame < kMostFrames; ++frame) {
       draw_frame(view);
-      const coppice_stats stats = statistics();
-      quiet = stats.streamed[COPPICE_STREAMED_ALL].wanted == 0 && stats.streamed[COPPICE_STREAMED_ALL].in_flight == 0 ? quiet + 1 : 0;
+      std::uint32_t settled = 0;
+      check(coppice_is_settled(context_, view_, &settled), "coppice_is_settled");
+      quiet = settled != 0 ? quiet + 1 : 0;
       if (quiet == kQuietFrames) return coppice::test::read_picture(gpu_, color_, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
       std::this_thread::sleep_for(std::chrono::milliseconds(2));  // reads are asynchronous
     }
     throw std::runtime_error("streaming does not come to rest");
   }
 
-  [[nodiscard]] coppice_stats statistics() const {
-    coppice_stats stats;
-    coppice_stats_init(&stats);
-    check(coppice_get_stats(context_, &stats), "coppice_get_stats");
+  [[nodiscard]] coppice_view_stats statistics() const {
+    coppice_view_stats stats;
+    coppice_view_stats_init(&stats);
+    check(coppice_get_view_stats(context_, view_, &stats), "coppice_get_view_stats");
     return stats;
   }
 
  private:
-  void draw_frame(const coppice_view& view) {
+  void draw_frame(const coppice::test::Shot& view) {
     coppice_frame frame;
     coppice_frame_init(&frame);
     frame.frame_number = ++frame_number_;
     frame.completed_number = frame_number_ - 1;
-    frame.view = &view;
+    coppice_camera camera = view;
+    camera.view = view_;
+    frame.cameras = &camera;
+    frame.camera_count = 1;
     check(coppice_frame_begin(context_, &frame), "coppice_frame_begin");
     coppice::test::submit(gpu_, [&](VkCommandBuffer cmd) {
       check(coppice_record_upload(context_, cmd), "coppice_record_upload");
-      check(coppice_record_cull(context_, cmd, &view), "coppice_record_cull");
+      check(coppice_record_cull(context_, cmd, view_, &view.light), "coppice_record_cull");
       begin_rendering(cmd);
-      check(coppice_record_draw(context_, cmd, &view), "coppice_record_draw");
+      check(coppice_record_draw(context_, cmd, view_), "coppice_record_draw");
       vkCmdEndRendering(cmd);
     });
   }
@@ -179,6 +190,7 @@ class Renderer {
 
   const VulkanDevice& gpu_;
   coppice_context* context_;
+  coppice_view view_ = 0;
   Image color_, depth_;
   std::uint64_t frame_number_ = 0;
 };
@@ -234,7 +246,7 @@ TEST_F(PlantGolden, Cut) {
   std::uint64_t leaves = 387;
   for (const Case& c : kCases) {
     const Picture picture = renderer_->draw(make_view(info_, c.distance, COPPICE_LOD_CUT));
-    const coppice_stats stats = renderer_->statistics();
+    const coppice_view_stats stats = renderer_->statistics();
     const std::uint64_t drawn = stats.drawn_leaf_count;
     if (stats.leaf_mesh_instance_count > 0) {
       EXPECT_EQ(drawn, 386u) << c.name << ": leaf meshes are all leaves";

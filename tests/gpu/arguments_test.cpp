@@ -24,11 +24,12 @@ constexpr float kHuge = 3e38f;
 
 // A struct that has grown has a field that the tables below do not know.
 static_assert(sizeof(coppice_placement) == 44);
-static_assert(sizeof(coppice_shadow_desc) == 20);
-static_assert(sizeof(coppice_frame) == 32);
-static_assert(sizeof(coppice_shadow_cascade) == 72);
-static_assert(sizeof(coppice_view) == 4 * (1 + 16 + 16 + 2 + 1 + 1 + 1) + 4 * (5 * 3 + 1) + 4 * 3 + 4 + 3 * sizeof(coppice_shadow_cascade) +
-                                          8);  // temporal_frame, of any value, and padding
+static_assert(sizeof(coppice_sun_desc) == 36);
+static_assert(sizeof(coppice_frame) == 40);
+static_assert(sizeof(coppice_shadow_map) == 72);
+static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 3 * sizeof(coppice_shadow_map));
+static_assert(sizeof(coppice_camera) == 4 * (2 + 2 + 16 + 16 + 2 + 2 + 6));  // temporal_frame, of any value, and padding
+static_assert(sizeof(coppice_view_desc) == 24);
 
 /// Floats of a struct.
 struct FloatField {
@@ -77,66 +78,105 @@ std::vector<Wrong<coppice_placement>> wrong_placements() {
   return all;
 }
 
-std::vector<Wrong<coppice_shadow_desc>> wrong_shadows() {
-  auto all = wrong_floats<coppice_shadow_desc>(
-      {COPPICE_FLOATS(coppice_shadow_desc, center, -kHuge), COPPICE_FLOATS(coppice_shadow_desc, radius_m, 0.0f, -1.0f)});
-  all.push_back({"size_px", [](coppice_shadow_desc& d) { d.size_px = 0; }});
-  all.push_back({"size_px", [](coppice_shadow_desc& d) { d.size_px = 0xffffffffu; }});
+std::vector<Wrong<coppice_sun_desc>> wrong_suns() {
+  auto all = wrong_floats<coppice_sun_desc>({COPPICE_FLOATS(coppice_sun_desc, center, -kHuge),
+                                             COPPICE_FLOATS(coppice_sun_desc, radius_m, 0.0f, -1.0f),
+                                             COPPICE_FLOATS(coppice_sun_desc, sun_direction, -kHuge)});
+  all.push_back({"struct_size", [](coppice_sun_desc& d) { d.struct_size = 0; }});
+  all.push_back({"sun_direction", [](coppice_sun_desc& d) { std::fill_n(d.sun_direction, 3, 0.0f); }});
+  all.push_back({"size_px", [](coppice_sun_desc& d) { d.size_px = 0; }});
+  all.push_back({"size_px", [](coppice_sun_desc& d) { d.size_px = 0xffffffffu; }});
   return all;
 }
 
-std::vector<Wrong<coppice_view>> wrong_views() {
-  auto all = wrong_floats<coppice_view>(
-      {COPPICE_FLOATS(coppice_view, view_from_world, -kHuge), COPPICE_FLOATS(coppice_view, clip_from_view, -kHuge),
-       COPPICE_FLOATS(coppice_view, error_px, 0.0f, -1.0f), COPPICE_FLOATS(coppice_view, sun_direction, -kHuge),
-       COPPICE_FLOATS(coppice_view, sun_color, -1.0f, -kHuge), COPPICE_FLOATS(coppice_view, sky_color, -1.0f, -kHuge),
-       COPPICE_FLOATS(coppice_view, ground_color, -1.0f, -kHuge), COPPICE_FLOATS(coppice_view, fog_color, -1.0f, -kHuge),
-       COPPICE_FLOATS(coppice_view, fog_density, -1.0f, -kHuge)});
-  const auto add = [&](const char* field, std::function<void(coppice_view&)> change) { all.push_back({field, std::move(change)}); };
-  add("struct_size", [](coppice_view& v) { v.struct_size = 0; });
-  add("struct_size", [](coppice_view& v) { --v.struct_size; });
-  add("view_from_world", [](coppice_view& v) { std::fill_n(v.view_from_world, 16, 0.0f); });
-  add("view_from_world", [](coppice_view& v) { v.view_from_world[0] = 2.0f; });
-  add("view_from_world", [](coppice_view& v) { v.view_from_world[3] = 1.0f; });
-  add("view_from_world", [](coppice_view& v) { v.view_from_world[15] = 0.0f; });
-  add("clip_from_view", [](coppice_view& v) { std::fill_n(v.clip_from_view, 16, 0.0f); });
-  add("clip_from_view", [](coppice_view& v) { v.clip_from_view[11] = 1.0f; });
-  add("clip_from_view", [](coppice_view& v) { v.clip_from_view[15] = 1.0f; });
-  add("clip_from_view[0]", [](coppice_view& v) { v.clip_from_view[0] = 0.0f; });
-  add("clip_from_view[5]", [](coppice_view& v) { v.clip_from_view[5] = 0.0f; });
-  add("clip_from_view", [](coppice_view& v) { v.clip_from_view[14] = 0.0f; });
-  add("width_px", [](coppice_view& v) { v.width_px = 0; });
-  add("width_px", [](coppice_view& v) { v.width_px = 0x80000000u; });
-  add("height_px", [](coppice_view& v) { v.height_px = 0; });
-  add("height_px", [](coppice_view& v) { v.height_px = 0xffffffffu; });
-  add("lod", [](coppice_view& v) { v.lod = static_cast<coppice_lod_mode>(3); });
-  add("lod", [](coppice_view& v) { v.lod = COPPICE_LOD_MODE_MAX_ENUM; });
-  add("sun_direction", [](coppice_view& v) { std::fill_n(v.sun_direction, 3, 0.0f); });
-  add("sun_direction", [](coppice_view& v) { std::fill_n(v.sun_direction, 3, 1.0f); });
-  add("debug_view", [](coppice_view& v) { v.debug_view = static_cast<coppice_debug_view>(7); });
-  add("kind", [](coppice_view& v) { v.kind = static_cast<coppice_view_kind>(2); });
-  add("kind", [](coppice_view& v) { v.kind = COPPICE_VIEW_SHADOW; });  // of a context without them
-  add("shadow_cascade_count", [](coppice_view& v) { v.shadow_cascade_count = COPPICE_MAX_SHADOW_CASCADES + 1; });
-  const auto with_cascades = [](coppice_view& v) {
-    v.shadow_cascade_count = 2;
-    for (coppice_shadow_cascade& cascade : v.shadow_cascades) {
-      cascade.image = reinterpret_cast<VkImageView>(&v);
-      std::copy_n(v.view_from_world, 16, cascade.clip_from_world);
+std::vector<Wrong<coppice_camera>> wrong_cameras() {
+  auto all = wrong_floats<coppice_camera>({COPPICE_FLOATS(coppice_camera, view_from_world, -kHuge),
+                                           COPPICE_FLOATS(coppice_camera, clip_from_view, -kHuge),
+                                           COPPICE_FLOATS(coppice_camera, error_px, 0.0f, -1.0f)});
+  const auto add = [&](const char* field, std::function<void(coppice_camera&)> change) { all.push_back({field, std::move(change)}); };
+  add("struct_size", [](coppice_camera& v) { v.struct_size = 0; });
+  add("struct_size", [](coppice_camera& v) { --v.struct_size; });
+  add("view is 0", [](coppice_camera& v) { v.view = 0; });
+  add("view is", [](coppice_camera& v) { v.view ^= std::uint64_t{1} << 50; });
+  add("view_from_world", [](coppice_camera& v) { std::fill_n(v.view_from_world, 16, 0.0f); });
+  add("view_from_world", [](coppice_camera& v) { v.view_from_world[0] = 2.0f; });
+  add("view_from_world", [](coppice_camera& v) { v.view_from_world[3] = 1.0f; });
+  add("view_from_world", [](coppice_camera& v) { v.view_from_world[15] = 0.0f; });
+  add("clip_from_view", [](coppice_camera& v) { std::fill_n(v.clip_from_view, 16, 0.0f); });
+  add("clip_from_view", [](coppice_camera& v) { v.clip_from_view[11] = 1.0f; });
+  add("clip_from_view", [](coppice_camera& v) { v.clip_from_view[15] = 1.0f; });
+  add("clip_from_view[0]", [](coppice_camera& v) { v.clip_from_view[0] = 0.0f; });
+  add("clip_from_view[5]", [](coppice_camera& v) { v.clip_from_view[5] = 0.0f; });
+  add("clip_from_view", [](coppice_camera& v) { v.clip_from_view[14] = 0.0f; });
+  add("width_px", [](coppice_camera& v) { v.width_px = 0; });
+  add("width_px", [](coppice_camera& v) { v.width_px = 0x80000000u; });
+  add("height_px", [](coppice_camera& v) { v.height_px = 0; });
+  add("height_px", [](coppice_camera& v) { v.height_px = 0xffffffffu; });
+  add("x_px", [](coppice_camera& v) { v.x_px = -1; });
+  add("y_px", [](coppice_camera& v) { v.y_px = 0x7fffffff; });
+  add("lod", [](coppice_camera& v) { v.lod = static_cast<coppice_lod_mode>(3); });
+  add("lod", [](coppice_camera& v) { v.lod = COPPICE_LOD_MODE_MAX_ENUM; });
+  add("debug_view", [](coppice_camera& v) { v.debug_view = static_cast<coppice_debug_view>(7); });
+  return all;
+}
+
+std::vector<Wrong<coppice_light>> wrong_lights() {
+  auto all = wrong_floats<coppice_light>(
+      {COPPICE_FLOATS(coppice_light, sun_direction, -kHuge), COPPICE_FLOATS(coppice_light, sun_color, -1.0f, -kHuge),
+       COPPICE_FLOATS(coppice_light, sky_color, -1.0f, -kHuge), COPPICE_FLOATS(coppice_light, ground_color, -1.0f, -kHuge),
+       COPPICE_FLOATS(coppice_light, fog_color, -1.0f, -kHuge), COPPICE_FLOATS(coppice_light, fog_density, -1.0f, -kHuge)});
+  const auto add = [&](const char* field, std::function<void(coppice_light&)> change) { all.push_back({field, std::move(change)}); };
+  add("struct_size", [](coppice_light& l) { --l.struct_size; });
+  add("sun_direction", [](coppice_light& l) { std::fill_n(l.sun_direction, 3, 0.0f); });
+  add("sun_direction", [](coppice_light& l) { std::fill_n(l.sun_direction, 3, 1.0f); });
+  add("shadow_map_count", [](coppice_light& l) { l.shadow_map_count = COPPICE_MAX_SHADOW_MAPS + 1; });
+  const auto with_maps = [](coppice_light& l) {
+    l.shadow_map_count = 2;
+    for (coppice_shadow_map& map : l.shadow_maps) {
+      map.image = reinterpret_cast<VkImageView>(&l);
+      for (std::size_t i = 0; i < 16; i += 5) map.clip_from_world[i] = 1.0f;
     }
   };
-  add("shadow_cascades[1].image", [=](coppice_view& v) {
-    with_cascades(v);
-    v.shadow_cascades[1].image = VK_NULL_HANDLE;
+  add("shadow_maps[1].image", [=](coppice_light& l) {
+    with_maps(l);
+    l.shadow_maps[1].image = VK_NULL_HANDLE;
   });
   for (const float value : {kNan, kInf, kHuge})
-    add("shadow_cascades[1].clip_from_world[7]", [=](coppice_view& v) {
-      with_cascades(v);
-      v.shadow_cascades[1].clip_from_world[7] = value;
+    add("shadow_maps[1].clip_from_world[7]", [=](coppice_light& l) {
+      with_maps(l);
+      l.shadow_maps[1].clip_from_world[7] = value;
     });
-  add("shadow_cascades[0].clip_from_world", [=](coppice_view& v) {
-    with_cascades(v);
-    std::fill_n(v.shadow_cascades[0].clip_from_world, 16, 0.0f);
+  add("shadow_maps[0].clip_from_world", [=](coppice_light& l) {
+    with_maps(l);
+    std::fill_n(l.shadow_maps[0].clip_from_world, 16, 0.0f);
   });
+  return all;
+}
+
+std::vector<Wrong<coppice_view_desc>> wrong_view_descs() {
+  std::vector<Wrong<coppice_view_desc>> all{
+      {"struct_size", [](auto& d) { d.struct_size = 4; }},
+      {"output", [](auto& d) { d.output = static_cast<coppice_output>(9); }},
+      {"color_format", [](auto& d) { d.color_format = VK_FORMAT_UNDEFINED; }},
+      {"color_format", [](auto& d) { d.output = COPPICE_OUTPUT_DEPTH; }},
+      {"depth_format", [](auto& d) { d.depth_format = VK_FORMAT_UNDEFINED; }},
+      {"samples", [](auto& d) { d.samples = static_cast<VkSampleCountFlagBits>(0); }},
+      {"samples", [](auto& d) { d.samples = static_cast<VkSampleCountFlagBits>(3); }},
+      {"depth_compare", [](auto& d) { d.depth_compare = VK_COMPARE_OP_NEVER; }},
+      {"depth_compare", [](auto& d) { d.depth_compare = VK_COMPARE_OP_ALWAYS; }},
+      {"depth_compare", [](auto& d) { d.depth_compare = static_cast<VkCompareOp>(99); }},
+  };
+  // Attachments that no pipeline of ours can draw to.
+  for (const VkFormat format : {VK_FORMAT_R8G8B8A8_UINT, VK_FORMAT_R8G8B8A8_SINT, VK_FORMAT_R32_UINT, VK_FORMAT_A2B10G10R10_UINT_PACK32,
+                                VK_FORMAT_R16G16B16A16_SINT, VK_FORMAT_D32_SFLOAT, VK_FORMAT_S8_UINT})
+    all.push_back({"color_format", [format](auto& d) { d.color_format = format; }});
+  for (const VkFormat format : {VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_S8_UINT, VK_FORMAT_R32_SFLOAT}) {
+    all.push_back({"depth_format", [format](auto& d) { d.depth_format = format; }});
+    all.push_back({"depth_format", [format](auto& d) {
+                     d = view_desc(COPPICE_OUTPUT_DEPTH);
+                     d.depth_format = format;
+                   }});
+  }
   return all;
 }
 
@@ -146,13 +186,6 @@ std::vector<Wrong<coppice_context_desc>> wrong_descs() {
       {"physical_device", [](auto& d) { d.physical_device = VK_NULL_HANDLE; }},
       {"device", [](auto& d) { d.device = VK_NULL_HANDLE; }},
       {"get_instance_proc_addr", [](auto& d) { d.get_instance_proc_addr = nullptr; }},
-      {"color_format", [](auto& d) { d.color_format = VK_FORMAT_UNDEFINED; }},
-      {"depth_format", [](auto& d) { d.depth_format = VK_FORMAT_UNDEFINED; }},
-      {"samples", [](auto& d) { d.samples = static_cast<VkSampleCountFlagBits>(0); }},
-      {"samples", [](auto& d) { d.samples = static_cast<VkSampleCountFlagBits>(3); }},
-      {"depth_compare", [](auto& d) { d.depth_compare = VK_COMPARE_OP_NEVER; }},
-      {"depth_compare", [](auto& d) { d.depth_compare = VK_COMPARE_OP_ALWAYS; }},
-      {"depth_compare", [](auto& d) { d.depth_compare = static_cast<VkCompareOp>(99); }},
       {"memory_budget_bytes", [](auto& d) { d.memory_budget_bytes = 0; }},
       {"max_instances", [](auto& d) { d.max_instances = 0; }},
       {"max_instances", [](auto& d) { d.max_instances = 0xffffffffu; }},
@@ -171,14 +204,6 @@ std::vector<Wrong<coppice_context_desc>> wrong_descs() {
       {"allow_outside", [](auto& d) { d.allow_outside = 2; }},
       {"pass_times", [](auto& d) { d.pass_times = 2; }},
   };
-  // Attachments that no pipeline of ours can draw to.
-  for (const VkFormat format : {VK_FORMAT_R8G8B8A8_UINT, VK_FORMAT_R8G8B8A8_SINT, VK_FORMAT_R32_UINT, VK_FORMAT_A2B10G10R10_UINT_PACK32,
-                                VK_FORMAT_R16G16B16A16_SINT, VK_FORMAT_D32_SFLOAT, VK_FORMAT_S8_UINT})
-    all.push_back({"color_format", [format](auto& d) { d.color_format = format; }});
-  for (const VkFormat format : {VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_S8_UINT, VK_FORMAT_R32_SFLOAT}) {
-    all.push_back({"depth_format", [format](auto& d) { d.depth_format = format; }});
-    all.push_back({"shadow_format", [format](auto& d) { d.shadow_format = format; }});
-  }
   return all;
 }
 
@@ -207,7 +232,7 @@ class ArgumentsTest : public ContextTest {
 
 const coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
 
-coppice_view good_view() {
+Shot good_view() {
   return make_view({.width_px = 32, .height_px = 32});
 }
 
@@ -221,14 +246,25 @@ TEST_F(ArgumentsTest, EveryFieldOfADesc) {
   coppice_context_desc changed = desc();
   changed.struct_size = 8;
   EXPECT_EQ(coppice_context_create(&changed, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+}
+
+TEST_F(ArgumentsTest, EveryFieldOfAViewDesc) {
+  create(desc());
+  coppice_view view = 0;
+  for (const auto& wrong : wrong_view_descs()) {
+    coppice_view_desc changed = view_desc();
+    wrong.change(changed);
+    expect_refused(coppice_view_create(context_, &changed, &view), wrong.field);
+    EXPECT_EQ(view, 0u);
+  }
   // Right, but not what this device does.
-  changed = desc();
+  coppice_view_desc changed = view_desc();
   changed.color_format = VK_FORMAT_BC1_RGB_SRGB_BLOCK;
-  EXPECT_EQ(coppice_context_create(&changed, &context_), COPPICE_ERROR_UNSUPPORTED);
+  EXPECT_EQ(coppice_view_create(context_, &changed, &view), COPPICE_ERROR_UNSUPPORTED);
   EXPECT_NE(log_.find("color_format"), std::string::npos) << log_;
-  changed = desc();
+  changed = view_desc();
   changed.samples = VK_SAMPLE_COUNT_64_BIT;
-  EXPECT_EQ(coppice_context_create(&changed, &context_), COPPICE_ERROR_UNSUPPORTED);
+  EXPECT_EQ(coppice_view_create(context_, &changed, &view), COPPICE_ERROR_UNSUPPORTED);
   EXPECT_NE(log_.find("samples"), std::string::npos) << log_;
 }
 
@@ -246,39 +282,47 @@ TEST_F(ArgumentsTest, EveryFieldOfAPlacement) {
   EXPECT_EQ(stats().instance_count, 1u);
 }
 
-TEST_F(ArgumentsTest, EveryFieldOfAView) {
+TEST_F(ArgumentsTest, EveryFieldOfACameraAndALight) {
   create(desc());
-  const coppice_shadow_desc square{{0, 0, 0}, 1.0f, 32};
-  // No call gets as far as the command buffer.
-  const auto cmd = reinterpret_cast<VkCommandBuffer>(this);
-  for (const auto& wrong : wrong_views()) {
-    coppice_view view = good_view(), sun{};
-    wrong.change(view);
+  const Shot good = good_view();
+  const coppice_view other = create_view();
+  for (const auto& wrong : wrong_cameras()) {
+    coppice_camera cameras[2] = {good, good};
+    cameras[0].view = other;
+    cameras[1].view = view_;
+    wrong.change(cameras[1]);
     coppice_frame frame;
     coppice_frame_init(&frame);
     frame.frame_number = 1;
-    frame.view = &view;
-    const std::string named = "view." + wrong.field;
-    expect_refused(coppice_frame_begin(context_, &frame), named);
-    expect_refused(coppice_record_cull(context_, cmd, &view), named);
-    expect_refused(coppice_record_draw(context_, cmd, &view), named);
-    expect_refused(coppice_shadow_view(context_, &view, &square, &sun), named);
+    frame.cameras = cameras;
+    frame.camera_count = 2;
+    expect_refused(coppice_frame_begin(context_, &frame), "frame.cameras[1]." + wrong.field);
   }
-  const coppice_view view = good_view();
-  for (const auto& wrong : wrong_shadows()) {
-    coppice_shadow_desc changed = square;
-    coppice_view sun{};
+  const Shot twice[2] = {good, good};
+  expect_refused(try_begin(twice), "frame.cameras[1].view is that of frame.cameras[0] too");
+  // No call gets as far as the command buffer.
+  const auto cmd = reinterpret_cast<VkCommandBuffer>(this);
+  for (const auto& wrong : wrong_lights()) {
+    coppice_light light = good.light;
+    wrong.change(light);
+    expect_refused(coppice_record_cull(context_, cmd, view_, &light), "light." + wrong.field);
+  }
+  coppice_sun_desc sun_desc;
+  coppice_sun_desc_init(&sun_desc);
+  sun_desc.radius_m = 1.0f;
+  sun_desc.size_px = 32;
+  for (const auto& wrong : wrong_suns()) {
+    coppice_sun_desc changed = sun_desc;
+    coppice_camera sun{};
     wrong.change(changed);
-    expect_refused(coppice_shadow_view(context_, &view, &changed, &sun), "desc." + wrong.field);
+    expect_refused(coppice_sun_camera(context_, view_, &changed, &sun), "desc." + wrong.field);
   }
 }
 
 TEST_F(ArgumentsTest, FrameNumbersGrowAndCompletedOnesDoNotFall) {
   create(desc());
-  const coppice_view view = good_view();
   coppice_frame frame;
   coppice_frame_init(&frame);
-  frame.view = &view;
   const auto begin_frame = [&](std::uint64_t number, std::uint64_t completed) {
     frame.frame_number = number;
     frame.completed_number = completed;
@@ -301,7 +345,11 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   coppice_plant_info_init(nullptr);
   coppice_scene_info_init(nullptr);
   coppice_scene_plant_info_init(nullptr);
-  coppice_view_init(nullptr);
+  coppice_camera_init(nullptr);
+  coppice_light_init(nullptr);
+  coppice_view_desc_init(nullptr);
+  coppice_sun_desc_init(nullptr);
+  coppice_view_stats_init(nullptr);
   coppice_frame_init(nullptr);
   coppice_stats_init(nullptr);
   coppice_context_destroy(nullptr);
@@ -315,9 +363,15 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   const coppice_plant plant = open_one();
   coppice_instance instance = 0;
   ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, &instance), COPPICE_OK);
-  const coppice_view view = good_view();
-  const coppice_shadow_desc square{{0, 0, 0}, 1.0f, 32};
-  coppice_view sun{};
+  const coppice_view view = view_;
+  const coppice_view_desc good_desc = view_desc();
+  coppice_view made = 0;
+  coppice_sun_desc square;
+  coppice_sun_desc_init(&square);
+  coppice_camera sun{};
+  uint32_t settled = 0;
+  coppice_view_stats view_figures;
+  coppice_view_stats_init(&view_figures);
   coppice_plant opened = 0;
   coppice_scene scene = 0;
   coppice_frame frame;
@@ -335,17 +389,23 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   expect_refused(coppice_instances_remove(context_, nullptr, 1), "instances");
   expect_refused(coppice_scene_open(context_, nullptr, &scene), "path");
   expect_refused(coppice_scene_open(context_, "x", nullptr), "scene");
-  expect_refused(coppice_shadow_view(context_, nullptr, &square, &sun), "view");
-  expect_refused(coppice_shadow_view(context_, &view, nullptr, &sun), "desc");
-  expect_refused(coppice_shadow_view(context_, &view, &square, nullptr), "shadow");
+  expect_refused(coppice_view_create(context_, nullptr, &made), "desc");
+  expect_refused(coppice_view_create(context_, &good_desc, nullptr), "view");
+  expect_refused(coppice_sun_camera(context_, 0, &square, &sun), "view");
+  expect_refused(coppice_sun_camera(context_, view, nullptr, &sun), "desc");
+  expect_refused(coppice_sun_camera(context_, view, &square, nullptr), "camera");
+  expect_refused(coppice_is_settled(context_, view, nullptr), "settled");
   expect_refused(coppice_frame_begin(context_, nullptr), "frame");
-  expect_refused(coppice_frame_begin(context_, &frame), "view");
+  frame.camera_count = 1;
+  expect_refused(coppice_frame_begin(context_, &frame), "cameras");
+  frame.camera_count = 0;
   expect_refused(coppice_record_upload(context_, nullptr), "cmd");
-  expect_refused(coppice_record_cull(context_, nullptr, &view), "cmd");
-  expect_refused(coppice_record_cull(context_, cmd, nullptr), "view");
-  expect_refused(coppice_record_draw(context_, nullptr, &view), "cmd");
-  expect_refused(coppice_record_draw(context_, cmd, nullptr), "view");
+  expect_refused(coppice_record_cull(context_, nullptr, view, nullptr), "cmd");
+  expect_refused(coppice_record_cull(context_, cmd, 0, nullptr), "view");
+  expect_refused(coppice_record_draw(context_, nullptr, view), "cmd");
+  expect_refused(coppice_record_draw(context_, cmd, 0), "view");
   expect_refused(coppice_get_stats(context_, nullptr), "stats");
+  expect_refused(coppice_get_view_stats(context_, view, nullptr), "stats");
   EXPECT_EQ(coppice_instances_add(context_, plant, nullptr, 0, nullptr), COPPICE_OK);
   EXPECT_EQ(coppice_instances_remove(context_, nullptr, 0), COPPICE_OK);
   EXPECT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_OK) << log_;
@@ -356,15 +416,28 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   coppice_scene_info_init(&scene_info);
   coppice_scene_plant_info scene_plant;
   coppice_scene_plant_info_init(&scene_plant);
-  frame.view = &view;
-  for (const coppice_status status :
-       {coppice_set_memory_budget(nullptr, 1u << 30), coppice_plant_open(nullptr, "x", &opened), coppice_plant_close(nullptr, plant),
-        coppice_plant_reload(nullptr, plant, "x"), coppice_plant_get_info(nullptr, plant, &info),
-        coppice_instances_add(nullptr, plant, &kHere, 1, nullptr), coppice_instance_move(nullptr, instance, &kHere),
-        coppice_instances_remove(nullptr, &instance, 1), coppice_scene_open(nullptr, "x", &scene), coppice_scene_close(nullptr, 1),
-        coppice_scene_get_info(nullptr, 1, &scene_info), coppice_scene_get_plant(nullptr, 1, 0, &scene_plant),
-        coppice_shadow_view(nullptr, &view, &square, &sun), coppice_frame_begin(nullptr, &frame), coppice_record_upload(nullptr, cmd),
-        coppice_record_cull(nullptr, cmd, &view), coppice_record_draw(nullptr, cmd, &view), coppice_get_stats(nullptr, &stats)})
+  for (const coppice_status status : {coppice_set_memory_budget(nullptr, 1u << 30),
+                                      coppice_plant_open(nullptr, "x", &opened),
+                                      coppice_plant_close(nullptr, plant),
+                                      coppice_plant_reload(nullptr, plant, "x"),
+                                      coppice_plant_get_info(nullptr, plant, &info),
+                                      coppice_instances_add(nullptr, plant, &kHere, 1, nullptr),
+                                      coppice_instance_move(nullptr, instance, &kHere),
+                                      coppice_instances_remove(nullptr, &instance, 1),
+                                      coppice_scene_open(nullptr, "x", &scene),
+                                      coppice_scene_close(nullptr, 1),
+                                      coppice_scene_get_info(nullptr, 1, &scene_info),
+                                      coppice_scene_get_plant(nullptr, 1, 0, &scene_plant),
+                                      coppice_view_create(nullptr, &good_desc, &made),
+                                      coppice_view_destroy(nullptr, view),
+                                      coppice_is_settled(nullptr, view, &settled),
+                                      coppice_sun_camera(nullptr, view, &square, &sun),
+                                      coppice_frame_begin(nullptr, &frame),
+                                      coppice_record_upload(nullptr, cmd),
+                                      coppice_record_cull(nullptr, cmd, view, nullptr),
+                                      coppice_record_draw(nullptr, cmd, view),
+                                      coppice_get_stats(nullptr, &stats),
+                                      coppice_get_view_stats(nullptr, view, &view_figures)})
     EXPECT_EQ(status, COPPICE_ERROR_INVALID_ARGUMENT);
 }
 
@@ -406,6 +479,11 @@ TEST_F(ArgumentsTest, AHandleIsGoodInItsContextForItsKind) {
 
   ASSERT_EQ(coppice_instances_remove(context_, other_instances, 1), COPPICE_OK);
   expect_refused(coppice_instance_move(context_, other_instances[0], &kHere), "instance has been removed");
+  const coppice_view gone = create_view();
+  ASSERT_EQ(coppice_view_destroy(context_, gone), COPPICE_OK);
+  expect_refused(coppice_view_destroy(context_, gone), "view has been destroyed");
+  expect_refused(coppice_view_destroy(context_, others), "view is a plant's handle");
+  expect_refused(coppice_plant_close(context_, view_), "plant is a view's handle");
   ASSERT_EQ(coppice_plant_close(context_, others), COPPICE_OK);
   expect_refused(coppice_plant_close(context_, others), "plant has been closed");
   EXPECT_EQ(coppice_plant_close(first, plant), COPPICE_OK) << log_;
@@ -433,7 +511,7 @@ TEST_F(ArgumentsTest, ABudgetBelowWhatAContextTakesIsRefusedWithWhatItNeeds) {
     with.memory_budget_bytes = least - 1;
     expect_refused(coppice_context_create(&with, &context_), "(" + std::to_string(least) + " bytes)");
     with.memory_budget_bytes = least;
-    create(with);
+    ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_;
     EXPECT_LE(stats().memory_bytes, least);
     expect_refused(coppice_set_memory_budget(context_, least - 1), std::to_string(least));
     expect_refused(coppice_set_memory_budget(context_, 0), std::to_string(least));

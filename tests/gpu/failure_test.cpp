@@ -31,6 +31,7 @@ struct Outcome {
   coppice_status pipelines = COPPICE_OK;
   std::vector<coppice_status> frames;  ///< the first of a frame's calls that failed, or COPPICE_OK
   coppice_stats stats{};               ///< of the last frame
+  coppice_view_stats drawn{};          ///< likewise
 };
 
 /// Files, jobs and memory that the test holds, so that every run makes the same calls in the same order.
@@ -52,7 +53,6 @@ class FailureTest : public ContextTest {
     coppice_context_desc full = desc();
     full.compute_raster = VK_TRUE;
     full.shader_int64_atomics = gpu().int64_atomics ? VK_TRUE : VK_FALSE;
-    full.shadow_format = VK_FORMAT_D32_SFLOAT;
     full.pass_times = VK_TRUE;
     full.max_instances = 256;
     full.max_plants = 4;
@@ -75,8 +75,9 @@ class FailureTest : public ContextTest {
     Outcome outcome;
     const coppice_context_desc full = full_desc();
     outcome.created = coppice_context_create(&full, &context_);
-    if (outcome.created == COPPICE_OK) run_frames(outcome);
     EXPECT_EQ(outcome.created == COPPICE_OK, context_ != nullptr);
+    if (outcome.created == COPPICE_OK) outcome.created = create_views();
+    if (outcome.created == COPPICE_OK) run_frames(outcome);
     coppice_context_destroy(context_);
     context_ = nullptr;
     EXPECT_EQ(memory_.live_count, 0u) << "memory of the allocator hook is left";
@@ -86,6 +87,13 @@ class FailureTest : public ContextTest {
     EXPECT_EQ(device_faults().live_objects, 0) << "Vulkan objects are left";
     EXPECT_EQ(validation_messages(), std::vector<std::string>{});
     return outcome;
+  }
+
+  coppice_status create_views() {
+    const coppice_view_desc lit = view_desc(), depth = view_desc(COPPICE_OUTPUT_DEPTH);
+    const coppice_status status = coppice_view_create(context_, &lit, &view_);
+    EXPECT_EQ(status == COPPICE_OK, view_ != 0);
+    return status == COPPICE_OK ? coppice_view_create(context_, &depth, &map_view_) : status;
   }
 
   FakeAllocator memory_;
@@ -109,6 +117,7 @@ class FailureTest : public ContextTest {
     }
     coppice_stats_init(&outcome.stats);
     EXPECT_EQ(coppice_get_stats(context_, &outcome.stats), COPPICE_OK);
+    outcome.drawn = view_stats();
     VkBool32 ready = VK_FALSE;
     outcome.pipelines = coppice_pipelines_ready(context_, &ready);
     EXPECT_EQ(ready == VK_TRUE, outcome.pipelines == COPPICE_OK);
@@ -134,36 +143,47 @@ class FailureTest : public ContextTest {
   }
 
   coppice_status record_frame(std::uint32_t side_px) {
-    coppice_view view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = side_px, .height_px = side_px});
+    Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = side_px, .height_px = side_px});
     view.error_px = 0.01f;
     coppice_frame frame;
     coppice_frame_init(&frame);
     frame.frame_number = ++frame_number_;
     frame.completed_number = frame_number_ - 1;
-    frame.view = &view;
+    const coppice_camera sun = sun_of(view);
+    view.view = view_;
+    const coppice_camera cameras[2] = {view, sun};
+    frame.cameras = cameras;
+    frame.camera_count = 2;
     coppice_status status = coppice_frame_begin(context_, &frame);
-    coppice_view sun;
-    coppice_view_init(&sun);
-    const coppice_shadow_desc square{{0, 0, 0}, 3.0f, kMapPx};
-    EXPECT_EQ(coppice_shadow_view(context_, &view, &square, &sun), COPPICE_OK) << log_;
     const auto note = [&](coppice_status next) {
       if (status == COPPICE_OK) status = next;
     };
     submit(gpu(), [&](VkCommandBuffer cmd) {
       if (status != COPPICE_ERROR_DEVICE_LOST) note(coppice_record_upload(context_, cmd));
-      note(coppice_record_cull(context_, cmd, &sun));
+      note(coppice_record_cull(context_, cmd, sun.view, nullptr));
       draw(cmd, sun, nullptr, map_);
       change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-      view.shadow_cascade_count = 1;
-      view.shadow_cascades[0].image = map_.view();
-      set_clip_from_world(sun, view.shadow_cascades[0]);
-      note(coppice_record_cull(context_, cmd, &view));
+      view.light.shadow_map_count = 1;
+      view.light.shadow_maps[0].image = map_.view();
+      set_clip_from_world(sun, view.light.shadow_maps[0]);
+      note(coppice_record_cull(context_, cmd, view.view, &view.light));
       draw(cmd, view, &color_, depth_);
     });
     return status;
   }
 
-  static void set_clip_from_world(const coppice_view& sun, coppice_shadow_cascade& cascade) {
+  coppice_camera sun_of(const Shot& view) {
+    coppice_sun_desc square;
+    coppice_sun_desc_init(&square);
+    std::copy_n(view.light.sun_direction, 3, square.sun_direction);
+    square.radius_m = 3.0f;
+    square.size_px = kMapPx;
+    coppice_camera sun;
+    EXPECT_EQ(coppice_sun_camera(context_, map_view_, &square, &sun), COPPICE_OK) << log_;
+    return sun;
+  }
+
+  static void set_clip_from_world(const coppice_camera& sun, coppice_shadow_map& cascade) {
     for (std::size_t column = 0; column < 4; ++column)
       for (std::size_t row = 0; row < 4; ++row) {
         float& sum = cascade.clip_from_world[4 * column + row] = 0;
@@ -171,7 +191,7 @@ class FailureTest : public ContextTest {
       }
   }
 
-  void draw(VkCommandBuffer cmd, const coppice_view& view, const Image* color, const Image& depth) {
+  void draw(VkCommandBuffer cmd, const coppice_camera& view, const Image* color, const Image& depth) {
     if (color != nullptr) change_layout(cmd, *color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
     change_layout(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
     const VkRenderingAttachmentInfo color_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
@@ -191,10 +211,11 @@ class FailureTest : public ContextTest {
                                     .pColorAttachments = &color_attachment,
                                     .pDepthAttachment = &depth_attachment};
     vkCmdBeginRendering(cmd, &rendering);
-    (void)coppice_record_draw(context_, cmd, &view);
+    (void)coppice_record_draw(context_, cmd, view.view);
     vkCmdEndRendering(cmd);
   }
 
+  coppice_view map_view_ = 0;
   Image color_{gpu(), {2 * kSidePx, 2 * kSidePx, VK_FORMAT_R8G8B8A8_SRGB, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT}};
   Image depth_{gpu(), {2 * kSidePx, 2 * kSidePx, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT}};
   Image map_{gpu(), {kMapPx, kMapPx, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT}};
@@ -238,6 +259,7 @@ class VulkanFailureTest : public FailureTest {
     FailureTest::SetUp();
     coppice_context_desc full = full_desc();
     ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+    ASSERT_EQ(create_views(), COPPICE_OK) << log_;
     coppice_context_destroy(context_);
     context_ = nullptr;
     creation_calls_ = device_faults().calls.size();
@@ -247,8 +269,8 @@ class VulkanFailureTest : public FailureTest {
     EXPECT_EQ(clean.created, COPPICE_OK) << log_;
     expect_statuses(clean, COPPICE_OK);
     EXPECT_EQ(log_, "");
-    leaves_ = clean.stats.drawn_leaf_count;
-    EXPECT_GT(clean.stats.leaf_mesh_instance_count + leaves_, 0u);
+    leaves_ = clean.drawn.drawn_leaf_count;
+    EXPECT_GT(clean.drawn.leaf_mesh_instance_count + leaves_, 0u);
     ASSERT_GT(creation_calls_, 50u);
     ASSERT_GT(calls_.size(), creation_calls_ + 30) << "frames create nothing: nothing was tested";
   }
@@ -289,7 +311,7 @@ TEST_F(VulkanFailureTest, OutOfMemoryIsSaidAndGoneWithout) {
     } else {
       ASSERT_EQ(outcome.created, COPPICE_OK);
       EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
-      EXPECT_EQ(outcome.stats.drawn_leaf_count, leaves_) << "what failed once is there in the end";
+      EXPECT_EQ(outcome.drawn.drawn_leaf_count, leaves_) << "what failed once is there in the end";
     }
     if (HasFailure()) return;
   }
@@ -358,11 +380,12 @@ TEST_F(VulkanFailureTest, AFunctionThatTheLoaderLacksIsNamed) {
 TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
   coppice_context_desc full = full_desc();
   ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+  ASSERT_EQ(create_views(), COPPICE_OK) << log_;
   coppice_context_destroy(context_);
   context_ = nullptr;
   const std::size_t of_creation = memory_.calls;
   memory_.calls = 0;
-  const std::uint64_t leaves = run().stats.drawn_leaf_count;
+  const std::uint64_t leaves = run().drawn.drawn_leaf_count;
   const std::size_t all = memory_.calls;
   ASSERT_GT(of_creation, 5u);
   ASSERT_GT(all, of_creation + 20);
@@ -377,7 +400,7 @@ TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
       EXPECT_EQ(outcome.created, COPPICE_ERROR_OUT_OF_MEMORY);
     } else {
       EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
-      EXPECT_EQ(outcome.stats.drawn_leaf_count, leaves) << "what failed once is there in the end";
+      EXPECT_EQ(outcome.drawn.drawn_leaf_count, leaves) << "what failed once is there in the end";
     }
     EXPECT_NE(log_, "");
     if (HasFailure()) return;
@@ -388,10 +411,11 @@ TEST_F(FailureTest, TheDeviceMemoryHookFailsAtEveryCall) {
   device_memory_.gpu = &gpu();
   coppice_context_desc full = full_desc();
   ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+  ASSERT_EQ(create_views(), COPPICE_OK) << log_;
   coppice_context_destroy(context_);
   context_ = nullptr;
   const std::size_t of_creation = std::exchange(device_memory_.calls, 0);
-  const std::uint64_t leaves = run().stats.drawn_leaf_count;
+  const std::uint64_t leaves = run().drawn.drawn_leaf_count;
   const std::size_t all = device_memory_.calls;
   ASSERT_GE(of_creation, 3u);
   ASSERT_GT(all, of_creation + 9);
@@ -404,7 +428,7 @@ TEST_F(FailureTest, TheDeviceMemoryHookFailsAtEveryCall) {
     EXPECT_EQ(outcome.created, n < of_creation ? COPPICE_ERROR_OUT_OF_MEMORY : COPPICE_OK);
     if (n >= of_creation) {
       EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
-      EXPECT_EQ(outcome.stats.drawn_leaf_count, leaves) << "what failed once is there in the end";
+      EXPECT_EQ(outcome.drawn.drawn_leaf_count, leaves) << "what failed once is there in the end";
     }
     EXPECT_NE(log_.find("device_memory.allocate: VK_ERROR_OUT_OF_DEVICE_MEMORY"), std::string::npos);
     if (HasFailure()) return;

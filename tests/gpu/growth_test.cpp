@@ -73,7 +73,7 @@ class GrowthTest : public ContextTest {
     return coppice_instances_add(context_, plant, placements.data(), static_cast<std::uint32_t>(placements.size()), instances);
   }
 
-  coppice_view view_ = make_view({.eye_m = {0.0f, 0.6f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot view_ = make_view({.eye_m = {0.0f, 0.6f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
   const Bytes crown_ = plant_bytes({.leaf_count = 900, .seed = 5});
 };
 
@@ -258,7 +258,7 @@ TEST_F(GrowthTest, TheBudgetIsNeverExceeded) {
       frame(view_);
       ASSERT_LE(counted_bytes(), budget_bytes) << portion << ", frame " << i;
       ASSERT_LE(stats().memory_peak_bytes, budget_bytes) << portion << ", frame " << i;
-      ASSERT_GT(stats().drawn_leaf_count + (i == 0 ? 1 : 0), 0u);
+      ASSERT_GT(view_stats().drawn_leaf_count + (i == 0 ? 1 : 0), 0u);
     }
     if (portion > 700) {
       EXPECT_GT(refused, 0) << "the budget is not tight: nothing was tested";
@@ -295,7 +295,7 @@ TEST_F(GrowthTest, ASmallDeviceHoldsFewer) {
   EXPECT_NE(log_.find("1280"), std::string::npos) << "40 groups of 32\n" << log_;
   EXPECT_EQ(add(plant, placements_of(280)), COPPICE_OK) << log_;
   settle(view_);
-  EXPECT_GT(stats().drawn_leaf_count, 0u);
+  EXPECT_GT(view_stats().drawn_leaf_count, 0u);
 }
 
 TEST_F(GrowthTest, LimitsHoldWhereTheDeviceBindsMore) {
@@ -312,7 +312,7 @@ TEST_F(GrowthTest, LimitsHoldWhereTheDeviceBindsMore) {
   EXPECT_EQ(add(plants[0], placements_of(1)), COPPICE_ERROR_OUT_OF_MEMORY);
   EXPECT_NE(log_.find("1100"), std::string::npos) << log_;
   settle(view_);
-  EXPECT_GT(stats().drawn_leaf_count, 0u);
+  EXPECT_GT(view_stats().drawn_leaf_count, 0u);
   EXPECT_EQ(coppice_plant_reload_memory(context_, plants[1], crown_.data(), crown_.size(), "plant"), COPPICE_OK) << log_;
   for (const coppice_plant plant : plants) EXPECT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
   for (int i = 0; i < 5; ++i) frame(view_);

@@ -68,24 +68,24 @@ class LeafFadeTest : public VulkanTest, public testing::WithParamInterface<Path>
   static SceneOptions options() { return {.compute_raster = GetParam().compute_raster, .int64_atomics = GetParam().int64_atomics}; }
 
   /// Leaves of the sheet at z = 0 are this wide.
-  static coppice_view view_for(float leaf_px) {
+  static Shot view_for(float leaf_px) {
     const gpu::Plant plant = gpu::gpu_plant(sheet(kNoFade).file.plant);
     const float leaf_m = plant.box_step.x * (COPPICE_QUANTISED_MAX / kRow * 3 / 4), focal_px = 0.5f * kSidePx / std::tan(0.4f);
     const vec3 middle = plant.box_min + plant.box_step * (0.5f * COPPICE_QUANTISED_MAX);
-    coppice_view view = make_view({.eye_m = {middle.x, middle.y, middle.z + leaf_m * focal_px / leaf_px},
-                                   .target_m = {middle.x, middle.y, middle.z},
-                                   .width_px = kSidePx,
-                                   .height_px = kSidePx});
+    Shot view = make_view({.eye_m = {middle.x, middle.y, middle.z + leaf_m * focal_px / leaf_px},
+                           .target_m = {middle.x, middle.y, middle.z},
+                           .width_px = kSidePx,
+                           .height_px = kSidePx});
     view.error_px = 1e-4f;
     return view;
   }
 
   /// Mean over 16 frames, moved by parts of a pixel as temporal antialiasing moves them.
-  static Light over_frames(const std::vector<Placed>& plants, coppice_view view) {
+  static Light over_frames(const std::vector<Placed>& plants, Shot view) {
     RendererScene scene(gpu(), 64, options());
     for (const Placed& placed : plants) scene.place(scene.add_plant(placed.plant), {placed.placement});
     scene.draw(view);  // lists are built over some frames
-    const coppice_view still = view;
+    const Shot still = view;
     Light mean(std::size_t{kSidePx} * kSidePx);
     for (std::uint32_t frame = 0; frame < 16; ++frame) {
       view = still;
@@ -98,7 +98,7 @@ class LeafFadeTest : public VulkanTest, public testing::WithParamInterface<Path>
     return mean;
   }
 
-  static Picture one_frame(const std::vector<Placed>& plants, const coppice_view& view, const SceneOptions& with) {
+  static Picture one_frame(const std::vector<Placed>& plants, const Shot& view, const SceneOptions& with) {
     RendererScene scene(gpu(), 64, with);
     for (const Placed& placed : plants) scene.place(scene.add_plant(placed.plant), {placed.placement});
     scene.draw(view);
@@ -140,7 +140,7 @@ constexpr float kHardware_px = 24, kLeaf_px = 8, kSplat_px = 1.5f;
 TEST_P(LeafFadeTest, FramesAverageToTheComposite) {
   const Placed behind{sheet(kNoFade), at(-0.7f, 0.2f)};
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
-    const coppice_view view = view_for(leaf_px);
+    const Shot view = view_for(leaf_px);
     const Light without = over_frames({behind}, view), opaque = over_frames({{sheet(kNoFade), at(0.0f, 0.0f)}, behind}, view);
     ASSERT_GT(difference(without, opaque, 8), 0.03) << leaf_px << ": something stands before it";
     for (const std::uint32_t opacity : {2u, 8u, 13u}) {
@@ -159,7 +159,7 @@ TEST_P(LeafFadeTest, LeavesBehindEachOtherLetThroughTheProduct) {
   const Placed front{sheet(kHalf), at(0.0f, 0.0f)}, back{sheet(kHalf), at(-0.02f, 0.2f)};
   const Placed whole_front{sheet(kNoFade), at(0.0f, 0.0f)}, whole_back{sheet(kNoFade), at(-0.02f, 0.2f)};
   for (const float leaf_px : {kHardware_px, kLeaf_px}) {
-    const coppice_view view = view_for(leaf_px);
+    const Shot view = view_for(leaf_px);
     const Light white(std::size_t{kSidePx} * kSidePx, 1.0), both = over_frames({whole_front, whole_back}, view);
     const Light expected = mixed(both, 0.5, mixed(over_frames({whole_back}, view), 0.5, white));
     const Light actual = over_frames({front, back}, view);
@@ -172,7 +172,7 @@ TEST_P(LeafFadeTest, LeavesBehindEachOtherLetThroughTheProduct) {
 TEST_P(LeafFadeTest, WithoutFramesThePatternIsFixed) {
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px})
     for (const std::uint32_t texture_side : {0u, 8u}) {
-      coppice_view view = view_for(leaf_px);
+      Shot view = view_for(leaf_px);
       const std::vector<Placed> half{{sheet(kHalf, texture_side), at(0.0f, 0.0f)}};
       const std::vector<Placed> opaque{{sheet(kNoFade, texture_side), at(0.0f, 0.0f)}};
       RendererScene scene(gpu(), 64, options());
@@ -191,7 +191,7 @@ TEST_P(LeafFadeTest, WithoutFramesThePatternIsFixed) {
 
 TEST_P(LeafFadeTest, FramesChangeNothingOfOpaqueLeaves) {
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
-    coppice_view view = view_for(leaf_px);
+    Shot view = view_for(leaf_px);
     const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 400, .seed = 3})), at(0.0f, 0.4f)}};
     const Picture fixed = one_frame(plants, view, options());
     view.temporal_frame = 7;
@@ -202,7 +202,7 @@ TEST_P(LeafFadeTest, FramesChangeNothingOfOpaqueLeaves) {
 // One text: leaves that the compute shaders draw lack the pixels that the hardware would have left out.
 TEST_P(LeafFadeTest, BothPathsLeaveOutTheSamePixels) {
   if (!GetParam().compute_raster) return;
-  coppice_view view = view_for(kLeaf_px);
+  Shot view = view_for(kLeaf_px);
   const std::vector<Placed> half{{sheet(kHalf), at(0.0f, 0.0f)}};
   for (const std::uint32_t frame : {0u, 5u}) {
     view.temporal_frame = frame;
@@ -217,7 +217,7 @@ TEST_P(LeafFadeTest, BothPathsLeaveOutTheSamePixels) {
 TEST_P(LeafFadeTest, BrightnessIsAFactorOfTheColour) {
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px})
     for (const std::uint8_t step : {std::uint8_t{2}, kUnchangedBrightness, std::uint8_t{12}}) {
-      const coppice_view view = view_for(leaf_px);
+      const Shot view = view_for(leaf_px);
       const std::uint8_t fade = fade_of(kOpaque, step);
       const Picture actual = one_frame({{sheet(fade), at(0.0f, 0.2f)}}, view, options());
       const Picture tinted = one_frame({{sheet(kNoFade), at(0.0f, 0.2f * linear_brightness(fade))}}, view, options());
@@ -229,13 +229,10 @@ TEST_P(LeafFadeTest, BrightnessIsAFactorOfTheColour) {
 
 TEST_P(LeafFadeTest, ShadowMapsHaveTheGapsToo) {
   const auto depth_of = [&](std::uint8_t fade, float leaf_px) {
-    SceneOptions with = options();
-    with.shadow_format = VK_FORMAT_D32_SFLOAT;
-    RendererScene scene(gpu(), 64, with);
+    RendererScene scene(gpu(), 64, options());
     scene.place(scene.add_plant(sheet(fade)), {at(0.0f, 0.0f)});
-    coppice_view view = view_for(leaf_px);
+    const Shot view = view_for(leaf_px);
     scene.draw(view);
-    view.kind = COPPICE_VIEW_SHADOW;
     scene.draw_depth(view);
     return scene.draw_depth(view);
   };

@@ -29,8 +29,8 @@ coppice_placement at(float x, float z) {
 }
 
 /// Quads err by size / 200 px.
-coppice_view view_with(float error_px) {
-  coppice_view view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+Shot view_with(float error_px) {
+  Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
   view.error_px = error_px;
   return view;
 }
@@ -73,7 +73,7 @@ TEST_F(LeafMeshTest, QuadsAreThoseOfAPlantWithoutMeshes) {
   RendererScene with(gpu(), 64), without(gpu(), 64);
   with.place(with.add_plant(two_coloured_plant(1)), {at(0.0f, 0.0f)});
   without.place(without.add_plant(two_coloured_plant(0)), {at(0.0f, 0.0f)});
-  coppice_view view = view_with(0.5f);
+  Shot view = view_with(0.5f);
   const Pixels meshes = count(with.draw(view).picture);
   view.lod = COPPICE_LOD_FULL;
   const Pixels all_quads = count(without.draw(view).picture);
@@ -99,13 +99,13 @@ TEST_F(LeafMeshTest, EveryInstanceGetsWhatItsSizeAsksFor) {
 TEST_F(LeafMeshTest, FullDetailDrawsMeshesAtAnySize) {
   RendererScene scene(gpu(), 64);
   scene.place(scene.add_plant(two_coloured_plant(2)), {at(0.0f, -40.0f)});
-  coppice_view view = view_with(2.0f);
+  Shot view = view_with(2.0f);
   view.lod = COPPICE_LOD_FULL;
   EXPECT_EQ(scene.draw(view).counts.leaf_mesh_instances, 1u);
 }
 
 /// What a view with so many of the pixels in a square from `first` on sees.
-coppice_view part_of(coppice_view view, std::uint32_t first, std::uint32_t side) {
+Shot part_of(Shot view, std::uint32_t first, std::uint32_t side) {
   const float scale = static_cast<float>(view.width_px) / static_cast<float>(side);
   const float shift = scale - 1.0f - 2.0f * static_cast<float>(first) / static_cast<float>(side);
   for (std::size_t column = 0; column < 4; ++column)
@@ -123,7 +123,7 @@ TEST_F(LeafMeshTest, NearThePartsInViewAreDrawn) {
   for (const bool compute_raster : {false, true}) {
     RendererScene scene(gpu(), 64, {.compute_raster = compute_raster});
     scene.place(scene.add_plant(two_coloured_plant(3, kManyLeaves)), {at(0.0f, 0.0f)});
-    coppice_view view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kWide, .height_px = kWide});
+    Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kWide, .height_px = kWide});
     view.error_px = 0.5f;
     const RendererScene::Frame wide = scene.draw(view), part = scene.draw(part_of(view, kFirst, kPart));
     ASSERT_EQ(wide.counts.leaf_mesh_triangles, 4u * kManyLeaves) << "whole";

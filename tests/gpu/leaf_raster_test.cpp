@@ -20,8 +20,8 @@ coppice_placement at(float x, float z, float scale = 1.0f) {
 }
 
 /// Every leaf, but as a cut: the rasteriser leaves COPPICE_LOD_FULL to the hardware.
-coppice_view front_view(float distance_m, std::uint32_t width_px = kSidePx) {
-  coppice_view view = make_view({.eye_m = {0.0f, 0.3f, distance_m}, .width_px = width_px, .height_px = kSidePx});
+Shot front_view(float distance_m, std::uint32_t width_px = kSidePx) {
+  Shot view = make_view({.eye_m = {0.0f, 0.3f, distance_m}, .width_px = width_px, .height_px = kSidePx});
   view.error_px = 1e-4f;
   return view;
 }
@@ -37,7 +37,7 @@ float distance_for(const DecodedPlant& plant, float leaf_px) {
     area_m2 += gpu::quad_area(c);
   }
   const float leaf_m = std::sqrt(area_m2 / static_cast<float>(plant.file.plant.leaf_count));
-  const coppice_view view = front_view(1.0f);
+  const Shot view = front_view(1.0f);
   return leaf_m * 0.5f * static_cast<float>(kSidePx) * std::abs(view.clip_from_view[5]) / leaf_px;
 }
 
@@ -46,8 +46,7 @@ struct Placed {
   std::vector<coppice_placement> placements;
 };
 
-RendererScene::Frame draw_scene(const VulkanDevice& gpu, const std::vector<Placed>& plants, const coppice_view& view,
-                                const SceneOptions& options) {
+RendererScene::Frame draw_scene(const VulkanDevice& gpu, const std::vector<Placed>& plants, const Shot& view, const SceneOptions& options) {
   RendererScene scene(gpu, 4096, options);
   for (const Placed& placed : plants) scene.place(scene.add_plant(placed.plant), placed.placements);
   scene.draw(view);  // lists are built over some frames
@@ -80,17 +79,15 @@ Likeness compare(const Picture& actual, const Picture& expected) {
 
 class LeafRasterTest : public VulkanTest {
  protected:
-  static RendererScene::Frame with_raster(const std::vector<Placed>& plants, const coppice_view& view) {
+  static RendererScene::Frame with_raster(const std::vector<Placed>& plants, const Shot& view) {
     return draw_scene(gpu(), plants, view, {.compute_raster = true});
   }
-  static RendererScene::Frame without(const std::vector<Placed>& plants, const coppice_view& view) {
-    return draw_scene(gpu(), plants, view, {});
-  }
+  static RendererScene::Frame without(const std::vector<Placed>& plants, const Shot& view) { return draw_scene(gpu(), plants, view, {}); }
 };
 
 TEST_F(LeafRasterTest, LeavesOfEightPixelsAreTheHardwares) {
   const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 400, .seed = 3, .texture_side = 0})), {at(0.0f, 0.0f)}}};
-  const coppice_view view = front_view(distance_for(plants[0].plant, 8.0f));
+  const Shot view = front_view(distance_for(plants[0].plant, 8.0f));
   const RendererScene::Frame raster = with_raster(plants, view), hardware = without(plants, view);
   EXPECT_LE(raster.counts.leaves, 400u) << "clusters outside the view are dropped";
   // One light for a leaf instead of four corners', and a root's rounding in the packed colour.
@@ -103,7 +100,7 @@ TEST_F(LeafRasterTest, LeavesOfEightPixelsAreTheHardwares) {
 
 TEST_F(LeafRasterTest, OutlinesOfCardsAreKept) {
   const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 400, .seed = 5})), {at(0.0f, 0.0f)}}};
-  const coppice_view view = front_view(distance_for(plants[0].plant, 10.0f));
+  const Shot view = front_view(distance_for(plants[0].plant, 10.0f));
   const Likeness likeness = compare(with_raster(plants, view).picture, without(plants, view).picture);
   EXPECT_NEAR(likeness.coverage, 1.0, 0.03);
   EXPECT_NEAR(likeness.brightness, 1.0, 0.03);
@@ -113,7 +110,7 @@ TEST_F(LeafRasterTest, SplatsOfDistantLeavesCoverAndShineAlike) {
   std::vector<coppice_placement> row;
   for (int i = -6; i <= 6; ++i) row.push_back(at(2.2f * static_cast<float>(i), -0.5f * static_cast<float>(i)));
   const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0})), row}};
-  const coppice_view view = front_view(30.0f);
+  const Shot view = front_view(30.0f);
   const Likeness likeness = compare(with_raster(plants, view).picture, without(plants, view).picture);
   EXPECT_NEAR(likeness.coverage, 1.0, 0.03);
   EXPECT_NEAR(likeness.brightness, 1.0, 0.05);
@@ -134,13 +131,12 @@ TEST_F(LeafRasterTest, ALeafForAWholeCrownIsBrightFromTheSunsSide) {
   std::ranges::fill(tinted.tint, 0.25f);
   const std::vector<Placed> plants{{plant, {tinted}}};
   const auto from = [&](float angle) {
-    coppice_view view =
-        make_view({.eye_m = {12.0f * std::sin(angle), 2.0f, 12.0f * std::cos(angle)}, .width_px = kSidePx, .height_px = kSidePx});
+    Shot view = make_view({.eye_m = {12.0f * std::sin(angle), 2.0f, 12.0f * std::cos(angle)}, .width_px = kSidePx, .height_px = kSidePx});
     view.error_px = 1000.0f;
     return view;
   };
   const float sun = std::atan2(0.5f, 0.6f);  // make_view's
-  const coppice_view lit = from(sun), dark = from(sun + 3.1416f);
+  const Shot lit = from(sun), dark = from(sun + 3.1416f);
   const RendererScene::Frame raster = with_raster(plants, lit), hardware = without(plants, lit);
   EXPECT_EQ(raster.counts.leaves, 1u);
   EXPECT_NEAR(compare(raster.picture, hardware.picture).brightness, 1.0, 0.08);
@@ -159,7 +155,7 @@ TEST_F(LeafRasterTest, LeafMeshesOfFewPixelsAreRasterised) {
   const DecodedPlant plant = decoded_plant(baked);
   const std::vector<Placed> plants{{plant, {at(0.0f, 0.0f)}}};
   for (const float leaf_px : {3.0f, 7.0f}) {
-    const coppice_view view = front_view(distance_for(plant, leaf_px));
+    const Shot view = front_view(distance_for(plant, leaf_px));
     const RendererScene::Frame raster = with_raster(plants, view), hardware = without(plants, view);
     EXPECT_EQ(raster.counts.leaf_mesh_instances, 1u);
     EXPECT_EQ(raster.counts.leaves, 300u);
@@ -178,7 +174,7 @@ TEST_F(LeafRasterTest, WhatFindsNoDrawCommandIsRasterised) {
   coppice_placement dark = at(0.0f, 0.0f);  // the scene's light is near white
   std::ranges::fill(dark.tint, 0.25f);
   const std::vector<Placed> one{{plant, {dark}}}, many{{plant, std::vector<coppice_placement>(120, dark)}};
-  const coppice_view view = front_view(distance_for(plant, 16.0f));
+  const Shot view = front_view(distance_for(plant, 16.0f));
   const SceneOptions few_commands{.memory_budget_bytes = 2ull << 20, .compute_raster = true};
   const RendererScene::Frame alone = with_raster(one, view), crowd = draw_scene(gpu(), many, view, few_commands),
                              hardware = without(one, view);
@@ -198,7 +194,7 @@ TEST_F(LeafRasterTest, DepthHoldsBetweenThePaths) {
     std::ranges::copy(std::array{1.0f, 0.1f, 0.1f}, red.tint);
     std::ranges::copy(std::array{0.1f, 0.1f, 1.0f}, blue.tint);
     const std::vector<Placed> plants{{coarse, {red}}, {fine, {blue}}};
-    const coppice_view view = front_view(6.0f);
+    const Shot view = front_view(6.0f);
     const RendererScene::Frame raster = with_raster(plants, view), hardware = without(plants, view);
     EXPECT_EQ(raster.counts.leaves, 912u);
     EXPECT_LT(compare(raster.picture, hardware.picture).differing_share, 0.015) << coarse_z;
@@ -208,7 +204,7 @@ TEST_F(LeafRasterTest, DepthHoldsBetweenThePaths) {
 TEST_F(LeafRasterTest, WithoutWideAtomicsThePictureIsTheSame) {
   const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 3000, .seed = 3})), {at(0.0f, 0.0f), at(1.0f, -8.0f)}}};
   for (const float distance_m : {4.0f, 30.0f}) {
-    const coppice_view view = front_view(distance_m);
+    const Shot view = front_view(distance_m);
     const RendererScene::Frame wide = with_raster(plants, view);
     const RendererScene::Frame narrow = draw_scene(gpu(), plants, view, {.compute_raster = true, .int64_atomics = false});
     EXPECT_EQ(wide.counts.leaves, narrow.counts.leaves);
@@ -224,7 +220,7 @@ TEST_F(LeafRasterTest, FewLanesAndManyDrawTheSame) {
   const std::vector<Placed> plants{{plant, {at(0.0f, 0.0f), at(1.0f, -8.0f)}}};
   for (const bool int64_atomics : {true, false})
     for (const float distance_m : {distance_for(plant, 11.0f), 30.0f}) {
-      const coppice_view view = front_view(distance_m);
+      const Shot view = front_view(distance_m);
       SceneOptions options{.compute_raster = true, .int64_atomics = int64_atomics, .many_lanes = false};
       const RendererScene::Frame few = draw_scene(gpu(), plants, view, options);
       options.many_lanes = true;
@@ -246,7 +242,7 @@ TEST_F(LeafRasterTest, WhatIsHiddenIsNotRasterised) {
   }
   for (int i = 0; i < 32; ++i) behind.push_back(at(0.05f * static_cast<float>(i) - 0.8f, -60.0f));
   const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 2000, .seed = 3, .texture_side = 0}));
-  const coppice_view view = front_view(4.0f);
+  const Shot view = front_view(4.0f);
   const RendererScene::Frame together = with_raster({{plant, thicket}, {plant, behind}}, view);
   const RendererScene::Frame alone = with_raster({{plant, behind}}, view);
   EXPECT_EQ(alone.counts.visible_instances, 32u);
@@ -263,7 +259,7 @@ TEST_F(LeafRasterTest, WhatIsDrawnComesAndGoesWithPages) {
   RendererScene scene(gpu(), 64, {.compute_raster = true});
   const std::uint32_t index = scene.add_plant(plant, 2);  // of six pages
   scene.place(index, {at(0.0f, 0.0f)});
-  const coppice_view view = front_view(20.0f);
+  const Shot view = front_view(20.0f);
   EXPECT_EQ(scene.draw(view).counts.leaves, 1025u);
   scene.renderer().plants().drop_page(index, 1);
   for (const std::uint32_t leaves : {513u, 64u, 32u, 1u}) {

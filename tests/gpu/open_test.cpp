@@ -59,7 +59,7 @@ class OpenTest : public ContextTest {
     return plant;
   }
 
-  coppice_view view_ = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot view_ = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
   FakeIo io_;
   FakeJobs jobs_;
 };
@@ -89,7 +89,7 @@ TEST_F(OpenTest, InstancesAreThereOnceThePlantIs) {
   run_all();
   EXPECT_TRUE(is_drawn(settle(view_)));
   frame(view_);
-  EXPECT_EQ(stats().visible_instance_count, 2u);
+  EXPECT_EQ(view_stats().visible_instance_count, 2u);
   EXPECT_EQ(info(plant).leaf_count, 2000u);
   EXPECT_EQ(stats().source_leaf_count, 4000u);
   EXPECT_EQ(coppice_instances_remove(context_, instances, 2), COPPICE_OK) << log_;

@@ -59,9 +59,9 @@ int lit(const VulkanDevice& gpu, bake::BakedPlant plant, const glm::vec3* map_no
   }
   RendererScene scene(gpu, 64);
   scene.place(scene.add_plant(decoded_plant(plant)), {{{0.0f, 0.0f, 0.0f}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1.0f, 1.0f, 1.0f}}});
-  coppice_view view = make_view({.eye_m = {0.0f, 0.0f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot view = make_view({.eye_m = {0.0f, 0.0f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
   view.error_px = 0.01f;
-  for (int axis = 0; axis < 3; ++axis) view.sun_direction[axis] = sun[axis];
+  for (int axis = 0; axis < 3; ++axis) view.light.sun_direction[axis] = sun[axis];
   return scene.draw(view).picture.at(kSidePx / 2, kSidePx / 2)[1];
 }
 

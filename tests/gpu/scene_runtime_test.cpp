@@ -62,19 +62,19 @@ class SceneRuntimeTest : public ContextTest {
     ContextTest::create(with);
   }
 
-  coppice_stats frame(const coppice_view& view) {
+  coppice_stats frame(const Shot& view) {
     ContextTest::frame(view);
     return stats();
   }
 
   /// Frames until every tile wanted is there, and one more whose figures are of it.
-  coppice_stats settle(const coppice_view& view) {
+  coppice_stats settle(const Shot& view) {
     ContextTest::settle(view);
     frame(view);
     return frame(view);
   }
 
-  static coppice_view view_from(float x, float height, float z) {
+  static Shot view_from(float x, float height, float z) {
     return make_view({.eye_m = {x, height, z}, .target_m = {x, height, z - 10.0f}, .width_px = 128, .height_px = 128});
   }
 
@@ -96,8 +96,8 @@ TEST_F(SceneRuntimeTest, TilesStreamInAreDrawnAndGo) {
   EXPECT_EQ(near.scene_instance_count, kPlants);
   EXPECT_EQ(near.scene_tiles_resident, near.scene_tiles_wanted);
   EXPECT_GT(near.instance_count, 1000u);
-  EXPECT_GT(near.visible_instance_count, 100u);
-  EXPECT_GE(near.drawn_leaf_count, near.visible_instance_count);
+  EXPECT_GT(view_stats().visible_instance_count, 100u);
+  EXPECT_GE(view_stats().drawn_leaf_count, view_stats().visible_instance_count);
   EXPECT_EQ(near.source_leaf_count, std::uint64_t{near.instance_count} * 600);
   const coppice_stats far = settle(view_from(0, 2, 50000));
   EXPECT_EQ(far.instance_count, 0u);
@@ -118,7 +118,7 @@ TEST_F(SceneRuntimeTest, WhereNotAllFitTheThresholdRises) {
   EXPECT_GT(stats.scene_threshold_px, 1.0f);
   EXPECT_LE(stats.instance_count, 3000u);
   EXPECT_EQ(stats.scene_tiles_missing, 0u);
-  EXPECT_GT(stats.visible_instance_count, 0u);
+  EXPECT_GT(view_stats().visible_instance_count, 0u);
   EXPECT_EQ(log_, "");
 }
 
@@ -151,7 +151,7 @@ TEST_F(SceneRuntimeTest, APlantThatIsNotThereIsLeftOut) {
   EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << log_;
   EXPECT_EQ(stats.scene_tiles_missing, 0u);
   EXPECT_EQ(stats.scene_species_failed, 1u);
-  EXPECT_GT(stats.visible_instance_count, 10u) << "the other one stands";
+  EXPECT_GT(view_stats().visible_instance_count, 10u) << "the other one stands";
 }
 
 TEST_F(SceneRuntimeTest, WhatIsNoPlantOrNotInTheFolderIsLeftOutEachWithALine) {

@@ -37,7 +37,7 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
     plants.push_back(decoded_plant(random_plant({.leaf_count = leaf_counts[i], .seed = i + 1, .leaf_mesh_count = i})));
     scene.place(scene.add_plant(plants[i]), scattered(2000, i));
   }
-  coppice_view view = make_view({.eye_m = {0.0f, 0.5f, 0.0f}, .target_m = {1.0f, 0.5f, 1.0f}, .width_px = 64, .height_px = 64});
+  Shot view = make_view({.eye_m = {0.0f, 0.5f, 0.0f}, .target_m = {1.0f, 0.5f, 1.0f}, .width_px = 64, .height_px = 64});
   std::uint32_t distinct = 0;
   for (const float error_px : {0.05f, 0.5f, 2.0f, 20.0f}) {
     view.error_px = error_px;

@@ -22,9 +22,9 @@ constexpr std::array<glm::vec3, 3> kPlaces{{{6.4f, 4.8f, 0.0f}, {0.0f, 0.0f, 0.0
 constexpr std::array<float, 3> kSun{0.8f, 0.6f, 0.0f};
 
 /// From a side that the sun is on, so that what it does not reach is seen to be dark.
-coppice_view view_of(const glm::vec3& place) {
-  coppice_view view = make_view({.eye_m = place + glm::vec3(3.0f, -1.0f, 4.0f), .target_m = place, .width_px = 128, .height_px = 128});
-  std::ranges::copy(kSun, view.sun_direction);
+Shot view_of(const glm::vec3& place) {
+  Shot view = make_view({.eye_m = place + glm::vec3(3.0f, -1.0f, 4.0f), .target_m = place, .width_px = 128, .height_px = 128});
+  std::ranges::copy(kSun, view.light.sun_direction);
   view.error_px = 0.5f;
   return view;
 }
@@ -53,10 +53,10 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
     ContextTest::SetUp();
     path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "shadow_test");
     coppice_context_desc with = desc();
-    with.shadow_format = VK_FORMAT_D32_SFLOAT;
     with.compute_raster = GetParam().compute_raster;
     with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
     create(with);
+    map_view_ = create_view(COPPICE_OUTPUT_DEPTH);
     plant_ = open(path_);
   }
   void TearDown() override {
@@ -69,15 +69,20 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
     ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, 1, nullptr), COPPICE_OK) << log_;
   }
 
-  [[nodiscard]] coppice_view sun_view(const coppice_view& camera) const {
-    const coppice_shadow_desc desc{{0, 0, 0}, kRadius_m, kMapPx};
-    coppice_view sun;
-    coppice_view_init(&sun);
-    EXPECT_EQ(coppice_shadow_view(context_, &camera, &desc, &sun), COPPICE_OK) << log_;
+  [[nodiscard]] Shot sun_view(const Shot& camera) const {
+    coppice_sun_desc desc;
+    coppice_sun_desc_init(&desc);
+    std::copy_n(camera.light.sun_direction, 3, desc.sun_direction);
+    desc.radius_m = kRadius_m;
+    desc.size_px = kMapPx;
+    Shot sun;
+    init_shot(&sun);
+    EXPECT_EQ(coppice_sun_camera(context_, map_view_, &desc, &sun), COPPICE_OK) << log_;
+    sun.error_px = camera.error_px;
     return sun;
   }
 
-  void record_map(VkCommandBuffer cmd, const coppice_view& sun) {
+  void record_map(VkCommandBuffer cmd, const Shot& sun) {
     record_cull(cmd, sun);
     change_layout(cmd, map_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
     const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
@@ -95,15 +100,15 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
 
   /// The light of a plant seen with the shadow map over that seen without.
   double share_of_light(const glm::vec3& place) {
-    coppice_view camera = view_of(place);
+    Shot camera = view_of(place);
     settle(camera);
     const double open = light_of(frame(camera));
-    const coppice_view sun = sun_view(camera);
+    const Shot sun = sun_view(camera);
     const glm::mat4 clip_from_world = glm::make_mat4(sun.clip_from_view) * glm::make_mat4(sun.view_from_world);
-    camera.shadow_cascade_count = 1;
-    camera.shadow_cascades[0].image = map_.view();
-    std::copy_n(glm::value_ptr(clip_from_world), 16, camera.shadow_cascades[0].clip_from_world);
-    return light_of(frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); })) / open;
+    camera.light.shadow_map_count = 1;
+    camera.light.shadow_maps[0].image = map_.view();
+    std::copy_n(glm::value_ptr(clip_from_world), 16, camera.light.shadow_maps[0].clip_from_world);
+    return light_of(frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1})) / open;
   }
 
   Image map_{gpu(),
@@ -112,6 +117,7 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
               .format = VK_FORMAT_D32_SFLOAT,
               .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}};
   std::string path_;
+  coppice_view map_view_ = 0;
   coppice_plant plant_ = 0;
 };
 
@@ -124,10 +130,10 @@ TEST_P(ShadowTest, APlantShadesWhatStandsBehindItAndNothingElse) {
 
 TEST_P(ShadowTest, TheMapHoldsThePlantWhereItStands) {
   place(kPlaces[0]);
-  const coppice_view camera = view_of(kPlaces[0]);
+  const Shot camera = view_of(kPlaces[0]);
   settle(camera);
-  const coppice_view sun = sun_view(camera);
-  frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); });
+  const Shot sun = sun_view(camera);
+  frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1});
   const std::vector<float> depth = read_depth(gpu(), map_, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
   // It stands on the ray to the sun from the map's middle, and it is about 3 m wide; the map is 24 m wide.
   std::uint32_t inside = 0, outside = 0, off_depth = 0;
@@ -146,16 +152,18 @@ TEST_P(ShadowTest, TheMapHoldsThePlantWhereItStands) {
   EXPECT_EQ(off_depth, 0u);
 }
 
-TEST_P(ShadowTest, AShadowViewIsInNoStatistics) {
+TEST_P(ShadowTest, AShadowViewHasStatisticsOfItsOwn) {
   for (const glm::vec3& at : kPlaces) place(at);
-  const coppice_view camera = view_of(kPlaces[1]);
+  const Shot camera = view_of(kPlaces[1]);
   settle(camera);
   frame(camera);
-  const coppice_stats plain = stats();
-  const coppice_view sun = sun_view(camera);
-  for (int i = 0; i < 3; ++i) frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); });
-  EXPECT_EQ(stats().drawn_leaf_count, plain.drawn_leaf_count);
-  EXPECT_EQ(stats().visible_instance_count, plain.visible_instance_count);
+  const coppice_view_stats plain = view_stats();
+  const Shot sun = sun_view(camera);
+  for (int i = 0; i < 3; ++i) frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1});
+  EXPECT_GT(view_stats(map_view_).drawn_leaf_count, 0u);
+  EXPECT_NE(view_stats(map_view_).drawn_leaf_count, plain.drawn_leaf_count);
+  EXPECT_EQ(view_stats().drawn_leaf_count, plain.drawn_leaf_count);
+  EXPECT_EQ(view_stats().visible_instance_count, plain.visible_instance_count);
 }
 
 TEST_P(ShadowTest, AMapBeforeItChangesNothingInThePicture) {
@@ -163,48 +171,23 @@ TEST_P(ShadowTest, AMapBeforeItChangesNothingInThePicture) {
   const std::string path = temporary_plant({.leaf_count = 300, .seed = 6, .leaf_mesh_count = 2}, "shadow_test_modelled");
   plant_ = open(path);
   place(kPlaces[1]);
-  coppice_view camera = view_of(kPlaces[1]);
+  Shot camera = view_of(kPlaces[1]);
   camera.error_px = 0.1f;
   settle(camera);
   const Picture plain = frame(camera);
-  const coppice_view sun = sun_view(camera);
-  EXPECT_EQ(frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }).rgba, plain.rgba);
+  const Shot sun = sun_view(camera);
+  EXPECT_EQ(frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1}).rgba, plain.rgba);
   EXPECT_GT(light_of(plain), 0.0);
   std::filesystem::remove(path);
   frame(camera);
-  EXPECT_EQ(stats().leaf_mesh_instance_count, GetParam().compute_raster == VK_TRUE ? 0u : 1u) << "the rasteriser takes leaves this small";
+  EXPECT_EQ(view_stats().leaf_mesh_instance_count, GetParam().compute_raster == VK_TRUE ? 0u : 1u)
+      << "the rasteriser takes leaves this small";
 }
 
 INSTANTIATE_TEST_SUITE_P(Paths, ShadowTest,
                          testing::Values(Path{"hardware", VK_FALSE, VK_FALSE}, Path{"compute", VK_TRUE, VK_TRUE},
                                          Path{"compute_two_passes", VK_TRUE, VK_FALSE}),
                          [](const auto& path) { return std::string(path.param.name); });
-
-class ShadowErrors : public ContextTest {};
-
-TEST_F(ShadowErrors, AShadowViewWithoutAFormatIsRefused) {
-  create(desc());
-  coppice_view view = view_of(kPlaces[1]);
-  view.kind = COPPICE_VIEW_SHADOW;
-  begin(view_of(kPlaces[1]));
-  submit(gpu(), [&](VkCommandBuffer cmd) {
-    record_upload(cmd);
-    EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_ERROR_INVALID_ARGUMENT);
-  });
-  EXPECT_NE(log_.find("shadow_format"), std::string::npos) << log_;
-}
-
-TEST_F(ShadowErrors, ACascadeWithoutAnImageIsRefused) {
-  create(desc());
-  coppice_view view = view_of(kPlaces[1]);
-  view.shadow_cascade_count = 1;
-  coppice_frame frame;
-  coppice_frame_init(&frame);
-  frame.frame_number = 1;
-  frame.view = &view;
-  EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_NE(log_.find("shadow_cascades"), std::string::npos) << log_;
-}
 
 }  // namespace
 }  // namespace coppice::test

@@ -1,6 +1,6 @@
 // Measures plants as looks_test does, plants that anybody has: each file's plant at five distances on both paths beside full detail.
 //
-//     looks_report FOLDER ERROR_PX PLANT.coppice...       ERROR_PX: coppice_view's error_px, 2 by default there
+//     looks_report FOLDER ERROR_PX PLANT.coppice...       ERROR_PX: coppice_camera's error_px, 2 by default there
 //
 // One line a picture; what fails is marked, and FOLDER gets every picture: reference, picture, difference. Exit 1 if any fails.
 

@@ -82,7 +82,7 @@ void add_to_mean(const Picture& frame, MeanPicture& mean) {
   }
 }
 
-coppice_view make_view(const LooksView& wanted) {
+Shot make_view(const LooksView& wanted) {
   const float distance_m = 2.0f * wanted.of.radius * kFocalPx / wanted.size_px;
   const glm::vec3 eye = wanted.of.center + glm::normalize(wanted.from) * distance_m;
   const glm::mat4 view_from_world = glm::lookAt(eye, wanted.of.center, glm::vec3(0, 1, 0));
@@ -90,15 +90,15 @@ coppice_view make_view(const LooksView& wanted) {
   const auto side_px = static_cast<std::uint32_t>(std::ceil((1.15f * wanted.size_px + 8.0f) / 8.0f)) * 8;
   glm::mat4 clip_from_view = reversed_perspective(static_cast<float>(side_px), 0.01f * wanted.of.radius);
   if (wanted.y_up) clip_from_view[1][1] *= -1.0f;
-  coppice_view view;
-  coppice_view_init(&view);
+  Shot view;
+  init_shot(&view);
   std::copy_n(&view_from_world[0][0], 16, view.view_from_world);
   std::copy_n(&clip_from_view[0][0], 16, view.clip_from_view);
   view.width_px = view.height_px = side_px;
   view.lod = wanted.lod;
   view.error_px = wanted.error_px;
   const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.8f, 0.4f));
-  std::copy_n(&sun[0], 3, view.sun_direction);
+  std::copy_n(&sun[0], 3, view.light.sun_direction);
   return view;
 }
 
@@ -114,6 +114,8 @@ LooksStage::LooksStage(const VulkanDevice& gpu, const std::filesystem::path& pla
   coppice_context* context = nullptr;
   check(coppice_context_create(&desc, &context), "coppice_context_create");
   context_.reset(context);
+  const coppice_view_desc of_view = view_desc();
+  check(coppice_view_create(context, &of_view, &view_), "coppice_view_create");
   coppice_plant handle = 0;
   check(coppice_plant_open(context, plant.c_str(), &handle), "coppice_plant_open");
   coppice_plant_info_init(&info_);
@@ -126,16 +128,19 @@ LooksSphere LooksStage::sphere() const {
   return {{info_.sphere_center[0], info_.sphere_center[1], info_.sphere_center[2]}, info_.sphere_radius};
 }
 
-void LooksStage::begin_frame(const coppice_view& view) {
+void LooksStage::begin_frame(const Shot& view) {
   coppice_frame frame;
   coppice_frame_init(&frame);
   frame.frame_number = ++frame_number_;
   frame.completed_number = frame_number_ - 1;
-  frame.view = &view;
+  coppice_camera camera = view;
+  camera.view = view_;
+  frame.cameras = &camera;
+  frame.camera_count = 1;
   check(coppice_frame_begin(context_.get(), &frame), "coppice_frame_begin");
 }
 
-void LooksStage::settle(const coppice_view& view) {
+void LooksStage::settle(const Shot& view) {
   constexpr int kMostFrames = 2000;
   constexpr int kQuietFrames = 4;  // what arrived last has been uploaded, sorted into lists and counted
   int quiet = 0;
@@ -143,38 +148,37 @@ void LooksStage::settle(const coppice_view& view) {
     begin_frame(view);
     submit(gpu_, [&](VkCommandBuffer cmd) {
       check(coppice_record_upload(context_.get(), cmd), "coppice_record_upload");
-      check(coppice_record_cull(context_.get(), cmd, &view), "coppice_record_cull");
+      check(coppice_record_cull(context_.get(), cmd, view_, &view.light), "coppice_record_cull");
     });
-    coppice_stats stats;
-    coppice_stats_init(&stats);
-    check(coppice_get_stats(context_.get(), &stats), "coppice_get_stats");
-    quiet = stats.streamed[COPPICE_STREAMED_ALL].wanted == 0 && stats.streamed[COPPICE_STREAMED_ALL].in_flight == 0 ? quiet + 1 : 0;
+    std::uint32_t settled = 0;
+    check(coppice_is_settled(context_.get(), view_, &settled), "coppice_is_settled");
+    quiet = settled != 0 ? quiet + 1 : 0;
     if (quiet == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // reads are asynchronous
   }
   if (quiet < kQuietFrames) throw std::runtime_error("streaming does not come to rest");
 }
 
-Picture LooksStage::draw_frame(const coppice_view& view, const Image& color, const Image& depth) {
+Picture LooksStage::draw_frame(const Shot& view, const Image& color, const Image& depth) {
   begin_frame(view);
   submit(gpu_, [&](VkCommandBuffer cmd) {
     check(coppice_record_upload(context_.get(), cmd), "coppice_record_upload");
-    check(coppice_record_cull(context_.get(), cmd, &view), "coppice_record_cull");
+    check(coppice_record_cull(context_.get(), cmd, view_, &view.light), "coppice_record_cull");
     begin_rendering(cmd, color, depth);
-    check(coppice_record_draw(context_.get(), cmd, &view), "coppice_record_draw");
+    check(coppice_record_draw(context_.get(), cmd, view_), "coppice_record_draw");
     vkCmdEndRendering(cmd);
   });
   return read_picture(gpu_, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
 }
 
 MeanPicture LooksStage::draw(const LooksView& wanted) {
-  const coppice_view view = make_view(wanted);
+  const Shot view = make_view(wanted);
   settle(view);
   const Image color(gpu_,
                     {view.width_px, view.height_px, kColorFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
   const Image depth(gpu_, {view.width_px, view.height_px, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT});
   MeanPicture mean{view.width_px, view.height_px, std::vector<glm::vec4>(std::size_t{view.width_px} * view.height_px)};
   for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
-    coppice_view moved = view;
+    Shot moved = view;
     const auto side_px = static_cast<float>(view.width_px);
     moved.clip_from_view[8] -= 2.0f * (halton(frame + 1, 2) - 0.5f) / side_px;
     moved.clip_from_view[9] -= 2.0f * (halton(frame + 1, 3) - 0.5f) / side_px;

@@ -10,6 +10,7 @@
 
 #include "coppice/coppice.h"
 #include "looks_measure.h"
+#include "shot.h"
 #include "vulkan_device.h"
 
 namespace coppice::test {
@@ -27,7 +28,7 @@ struct LooksView {
   float size_px = 240;  ///< of that sphere, across
   glm::vec3 from{0.6f, 0.25f, 1.0f};
   coppice_lod_mode lod = COPPICE_LOD_CUT;
-  float error_px = 2;  ///< as in coppice_view
+  float error_px = 2;  ///< as in coppice_camera
   bool y_up = false;   ///< upside down: the picture's y points up, against Vulkan's
 };
 
@@ -43,12 +44,13 @@ class LooksStage {
   MeanPicture draw(const LooksView& view);
 
  private:
-  void begin_frame(const coppice_view& view);
-  void settle(const coppice_view& view);
-  Picture draw_frame(const coppice_view& view, const Image& color, const Image& depth);
+  void begin_frame(const Shot& view);
+  void settle(const Shot& view);
+  Picture draw_frame(const Shot& view, const Image& color, const Image& depth);
 
   const VulkanDevice& gpu_;
   std::unique_ptr<coppice_context, decltype(&coppice_context_destroy)> context_{nullptr, coppice_context_destroy};
+  coppice_view view_ = 0;
   coppice_plant_info info_{};
   std::uint64_t frame_number_ = 0;
 };

@@ -5,7 +5,7 @@
 
 namespace coppice::test {
 
-/// Defaults, the device and the formats of draw_on_white; without the compute rasteriser, of which most tests ask nothing, and with
+/// Defaults and the device; without the compute rasteriser, of which most tests ask nothing, and with
 /// pictures that miss nothing.
 inline coppice_context_desc context_desc(const VulkanDevice& gpu) {
   coppice_context_desc desc;
@@ -14,8 +14,6 @@ inline coppice_context_desc context_desc(const VulkanDevice& gpu) {
   desc.physical_device = gpu.physical_device;
   desc.device = gpu.device;
   desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-  desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
-  desc.depth_format = VK_FORMAT_D32_SFLOAT;
   desc.compute_raster = VK_FALSE;
   desc.blocking_pipelines = VK_TRUE;
   return desc;

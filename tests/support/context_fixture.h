@@ -10,14 +10,17 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "context_desc.h"
 #include "coppice/coppice.h"
 #include "pack.h"
 #include "random_tree.h"
 #include "renderer_scene.h"
+#include "shot.h"
 #include "vulkan_device.h"
 
 namespace coppice::test {
@@ -55,7 +58,18 @@ class ContextTest : public VulkanTest {
     return desc;
   }
 
-  void create(const coppice_context_desc& with) { ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_; }
+  /// The context, and a view to draw with.
+  void create(const coppice_context_desc& with) {
+    ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_;
+    view_ = create_view();
+  }
+
+  coppice_view create_view(coppice_output output = COPPICE_OUTPUT_LIT) {
+    const coppice_view_desc desc = view_desc(output);
+    coppice_view view = 0;
+    EXPECT_EQ(coppice_view_create(context_, &desc, &view), COPPICE_OK) << log_;
+    return view;
+  }
 
   coppice_plant open(const std::string& path) {
     coppice_plant plant = 0;
@@ -63,38 +77,51 @@ class ContextTest : public VulkanTest {
     return plant;
   }
 
-  void begin(const coppice_view& view) {
+  /// The shot's view, or where it says none the test's own.
+  [[nodiscard]] coppice_view view_of_shot(const Shot& shot) const { return shot.view != 0 ? shot.view : view_; }
+
+  coppice_status try_begin(std::span<const Shot> shots) {
+    std::vector<coppice_camera> cameras;
+    for (const Shot& shot : shots) {
+      cameras.push_back(shot);
+      cameras.back().view = view_of_shot(shot);
+    }
     coppice_frame frame;
     coppice_frame_init(&frame);
     frame.frame_number = ++frame_number_;
     frame.completed_number = frame_number_ - 1;
-    frame.view = &view;
-    EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << log_;
+    frame.cameras = cameras.data();
+    frame.camera_count = static_cast<std::uint32_t>(cameras.size());
+    return coppice_frame_begin(context_, &frame);
   }
+  void begin(std::span<const Shot> shots) { EXPECT_EQ(try_begin(shots), COPPICE_OK) << log_; }
+  void begin(const Shot& shot) { begin({&shot, 1}); }
 
   void record_upload(VkCommandBuffer cmd) { EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_OK) << log_; }
-  void record_cull(VkCommandBuffer cmd, const coppice_view& view) {
-    EXPECT_EQ(coppice_record_cull(context_, cmd, &view), COPPICE_OK) << log_;
+  void record_cull(VkCommandBuffer cmd, const Shot& shot) {
+    EXPECT_EQ(coppice_record_cull(context_, cmd, view_of_shot(shot), &shot.light), COPPICE_OK) << log_;
   }
-  void record_draw(VkCommandBuffer cmd, const coppice_view& view) {
-    EXPECT_EQ(coppice_record_draw(context_, cmd, &view), COPPICE_OK) << log_;
+  void record_draw(VkCommandBuffer cmd, const Shot& shot) {
+    EXPECT_EQ(coppice_record_draw(context_, cmd, view_of_shot(shot)), COPPICE_OK) << log_;
   }
 
-  /// One frame on white, waited for. before: recorded between the upload and the view's cull
-  Picture frame(const coppice_view& view, const std::function<void(VkCommandBuffer)>& before = {}) {
-    begin(view);
+  /// One frame on white, waited for. others: shown beside it; before: recorded between the upload and the view's cull
+  Picture frame(const Shot& shot, const std::function<void(VkCommandBuffer)>& before = {}, std::span<const Shot> others = {}) {
+    std::vector<Shot> shots(others.begin(), others.end());
+    shots.push_back(shot);
+    begin(shots);
     return draw_on_white(
-        gpu(), view,
+        gpu(), shot,
         [&](VkCommandBuffer cmd) {
           record_upload(cmd);
           if (before) before(cmd);
-          record_cull(cmd, view);
+          record_cull(cmd, shot);
         },
-        [&](VkCommandBuffer cmd) { record_draw(cmd, view); });
+        [&](VkCommandBuffer cmd) { record_draw(cmd, shot); });
   }
 
   /// One frame of streaming: uploads and culls, draws nothing.
-  void pump(const coppice_view& view) {
+  void pump(const Shot& view) {
     begin(view);
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
@@ -110,6 +137,14 @@ class ContextTest : public VulkanTest {
     return stats;
   }
 
+  coppice_view_stats view_stats(coppice_view view) {
+    coppice_view_stats stats;
+    coppice_view_stats_init(&stats);
+    EXPECT_EQ(coppice_get_view_stats(context_, view, &stats), COPPICE_OK) << log_;
+    return stats;
+  }
+  coppice_view_stats view_stats() { return view_stats(view_); }
+
   coppice_plant_info info(coppice_plant plant) {
     coppice_plant_info info;
     coppice_plant_info_init(&info);
@@ -118,7 +153,7 @@ class ContextTest : public VulkanTest {
   }
 
   /// Frames until nothing is wanted or under way.
-  Picture settle(const coppice_view& view) {
+  Picture settle(const Shot& view) {
     Picture picture;
     for (int i = 0; i < 400; ++i) {
       picture = frame(view);
@@ -132,6 +167,7 @@ class ContextTest : public VulkanTest {
   }
 
   coppice_context* context_ = nullptr;
+  coppice_view view_ = 0;
   std::uint64_t frame_number_ = 0;
   std::string log_;
 };

@@ -156,12 +156,15 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   return plant;
 }
 
-coppice_view make_view(const CameraDesc& camera) {
-  coppice_view view{.struct_size = sizeof(coppice_view), .error_px = 2.0f, .lod = COPPICE_LOD_CUT};
+Shot make_view(const CameraDesc& camera) {
+  Shot view{};
+  view.struct_size = sizeof(coppice_camera);
+  view.light.struct_size = sizeof(coppice_light);
+  view.error_px = 2.0f;
   for (int channel = 0; channel < 3; ++channel) {
-    view.sun_color[channel] = 3.0f;
-    view.sky_color[channel] = 0.6f;
-    view.ground_color[channel] = 0.2f;
+    view.light.sun_color[channel] = 3.0f;
+    view.light.sky_color[channel] = 0.6f;
+    view.light.ground_color[channel] = 0.2f;
   }
   const glm::mat4 view_from_world = glm::lookAt(camera.eye_m, camera.target_m, glm::vec3(0.0f, 1.0f, 0.0f));
   const float focal = 1.0f / std::tan(0.5f * camera.vertical_fov_radians);
@@ -176,7 +179,7 @@ coppice_view make_view(const CameraDesc& camera) {
   view.width_px = camera.width_px;
   view.height_px = camera.height_px;
   const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.6f, 0.6f));
-  for (int axis = 0; axis < 3; ++axis) view.sun_direction[axis] = sun[axis];
+  for (int axis = 0; axis < 3; ++axis) view.light.sun_direction[axis] = sun[axis];
   return view;
 }
 
@@ -188,15 +191,13 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
   if (options.allocate_memory != nullptr) device.vk.vkAllocateMemory = options.allocate_memory;
   renderer_ = expect(gpu::Renderer::create({.device = device,
                                             .allocator = default_allocator(),
-                                            .view = {.attachments = {.color_format = VK_FORMAT_R8G8B8A8_SRGB,
-                                                                     .depth_format = VK_FORMAT_D32_SFLOAT,
-                                                                     .shadow_format = options.shadow_format},
-                                                     .max_instances = max_instances,
-                                                     .compute_raster = options.compute_raster,
-                                                     .int64_atomics = options.int64_atomics && gpu.int64_atomics,
-                                                     .many_lanes = options.many_lanes},
+                                            .views = {.max_instances = max_instances,
+                                                      .compute_raster = options.compute_raster,
+                                                      .int64_atomics = options.int64_atomics && gpu.int64_atomics,
+                                                      .many_lanes = options.many_lanes},
                                             .memory_budget_bytes = options.memory_budget_bytes,
                                             .max_plants = kMaxPlants}));
+  view_ = expect(renderer_->add_view({.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT}));
   instances_ = gpu::InstanceTable(default_allocator(), max_instances);
   expect(instances_.reserve_plants(kMaxPlants));
   residency_.resize(kMaxPlants);
@@ -249,7 +250,7 @@ void RendererScene::upload_plant(const Pending& pending) {
   }
   if (pending.page_count == 0) return;
   const auto upload_mesh = [&](gpu::MeshKind kind, std::uint32_t mesh, const WoodSpan& decoded) {
-    const gpu::MeshSource meshes{{pending.looks, pending.light}, source.box, renderer_->view().has_raster()};
+    const gpu::MeshSource meshes{{pending.looks, pending.light}, source.box, renderer_->has_raster()};
     gpu::MeshBlock block = expect(gpu::build_mesh(kind, decoded, meshes, default_allocator()));
     expect(renderer_->upload_mesh({.plant = index, .mesh = mesh, .block = &block}));
   };
@@ -274,7 +275,7 @@ void RendererScene::upload(VkCommandBuffer cmd) {
   if (!frames_may_fail_) expect(ended);
 }
 
-Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const std::function<void(VkCommandBuffer)>& before,
+Picture draw_on_white(const VulkanDevice& gpu, const Shot& view, const std::function<void(VkCommandBuffer)>& before,
                       const std::function<void(VkCommandBuffer)>& inside) {
   const Image color(gpu, {.width_px = view.width_px,
                           .height_px = view.height_px,
@@ -312,49 +313,53 @@ Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const s
   return read_picture(gpu, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
 }
 
-void RendererScene::record_selection(VkCommandBuffer cmd, const coppice_view& view, const Buffer& cuts) {
-  upload(cmd);
-  const LodView demand = expect(demand_view(view));
-  renderer_->record_cull(cmd, view, demand);
-  full_barrier(cmd);
-  const VkBufferCopy region{0, 0, instances_.slots().size() * sizeof(float)};
-  if (region.size > 0) vkCmdCopyBuffer(cmd, renderer_->view().cut_buffer(), cuts.handle(), 1, &region);
-}
-
-std::vector<float> RendererScene::select(const coppice_view& view) {
-  std::vector<float> cuts(instances_.slots().size());
-  const Buffer buffer(gpu_, std::max<std::size_t>(cuts.size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+void RendererScene::begin_frame(std::uint32_t view, const Shot& shot) {
   renderer_->begin_frame(frame_ + 1, frame_);
   ++frame_;
-  submit(gpu_, [&](VkCommandBuffer cmd) { record_selection(cmd, view, buffer); });
+  renderer_->view(view).show({shot, expect(demand_view(shot))});
+}
+
+void RendererScene::record_selection(VkCommandBuffer cmd, std::uint32_t view, const Shot& shot, const Buffer& cuts) {
+  upload(cmd);
+  if (!renderer_->can_cull()) return renderer_->view(view).leave_out();
+  renderer_->view(view).record_cull(cmd, shot.light);
+  full_barrier(cmd);
+  const VkBufferCopy region{0, 0, instances_.slots().size() * sizeof(float)};
+  if (region.size > 0) vkCmdCopyBuffer(cmd, renderer_->view(view).cut_buffer(), cuts.handle(), 1, &region);
+}
+
+std::vector<float> RendererScene::select(const Shot& view) {
+  std::vector<float> cuts(instances_.slots().size());
+  const Buffer buffer(gpu_, std::max<std::size_t>(cuts.size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  begin_frame(view_, view);
+  submit(gpu_, [&](VkCommandBuffer cmd) { record_selection(cmd, view_, view, buffer); });
   std::memcpy(cuts.data(), buffer.mapped(), cuts.size() * sizeof(float));
   return cuts;
 }
 
-RendererScene::Frame RendererScene::draw(const coppice_view& view) {
+RendererScene::Frame RendererScene::draw(const Shot& view) {
   Frame frame;
-  renderer_->begin_frame(frame_ + 1, frame_);
-  ++frame_;
+  begin_frame(view_, view);
   const Buffer cuts(gpu_, std::max<std::size_t>(instances_.slots().size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   frame.picture = draw_on_white(
-      gpu_, view, [&](VkCommandBuffer cmd) { record_selection(cmd, view, cuts); },
-      [&](VkCommandBuffer cmd) { renderer_->record_draw(cmd, view); });
+      gpu_, view, [&](VkCommandBuffer cmd) { record_selection(cmd, view_, view, cuts); },
+      [&](VkCommandBuffer cmd) { renderer_->view(view_).record_draw(cmd); });
   renderer_->begin_frame(frame_ + 1, frame_);
   ++frame_;
-  frame.counts = renderer_->view().counts();
+  frame.counts = renderer_->view(view_).counts();
   return frame;
 }
 
-std::vector<float> RendererScene::draw_depth(const coppice_view& view) {
+std::vector<float> RendererScene::draw_depth(const Shot& view) {
   const Image depth(gpu_, {.width_px = view.width_px,
                            .height_px = view.height_px,
                            .format = VK_FORMAT_D32_SFLOAT,
                            .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-  renderer_->begin_frame(frame_ + 1, frame_);
-  ++frame_;
+  if (!depth_view_) depth_view_ = expect(renderer_->add_view({.depth_format = VK_FORMAT_D32_SFLOAT}));
+  begin_frame(*depth_view_, view);
   const Buffer cuts(gpu_, std::max<std::size_t>(instances_.slots().size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   submit(gpu_, [&](VkCommandBuffer cmd) {
-    record_selection(cmd, view, cuts);
+    record_selection(cmd, *depth_view_, view, cuts);
     change_layout(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
     const VkRenderingAttachmentInfo attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
                                                .imageView = depth.view(),
@@ -366,7 +371,7 @@ std::vector<float> RendererScene::draw_depth(const coppice_view& view) {
                                     .layerCount = 1,
                                     .pDepthAttachment = &attachment};
     vkCmdBeginRendering(cmd, &rendering);
-    renderer_->record_draw(cmd, view);
+    renderer_->view(*depth_view_).record_draw(cmd);
     vkCmdEndRendering(cmd);
   });
   return read_depth(gpu_, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);

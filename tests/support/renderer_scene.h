@@ -13,6 +13,7 @@
 #include "picture.h"
 #include "plant.h"
 #include "renderer.h"
+#include "shot.h"
 #include "vulkan_device.h"
 
 namespace coppice::test {
@@ -62,10 +63,10 @@ struct CameraDesc {
 };
 
 /// Reversed, infinite depth; a low sun behind the camera's right shoulder; no fog.
-coppice_view make_view(const CameraDesc& camera);
+Shot make_view(const CameraDesc& camera);
 
 /// Records `before`, then `inside` a pass on a white R8G8B8A8_SRGB and a D32_SFLOAT attachment of the view's size; submits and waits.
-Picture draw_on_white(const VulkanDevice& gpu, const coppice_view& view, const std::function<void(VkCommandBuffer)>& before,
+Picture draw_on_white(const VulkanDevice& gpu, const Shot& view, const std::function<void(VkCommandBuffer)>& before,
                       const std::function<void(VkCommandBuffer)>& inside);
 
 struct SceneOptions {
@@ -73,7 +74,6 @@ struct SceneOptions {
   bool compute_raster = false;
   bool int64_atomics = true;                       ///< where the device has them
   std::optional<bool> many_lanes;                  ///< RendererDesc's
-  VkFormat shadow_format = VK_FORMAT_UNDEFINED;    ///< for draw_depth: of D32_SFLOAT
   PFN_vkAllocateMemory allocate_memory = nullptr;  ///< instead of the device's; frames may then fail
 };
 
@@ -95,16 +95,16 @@ class RendererScene {
   [[nodiscard]] bool upload_failed() const { return upload_failed_; }
 
   /// Uploads what is new and culls; the cut of every instance slot.
-  std::vector<float> select(const coppice_view& view);
+  std::vector<float> select(const Shot& view);
 
   struct Frame {
     Picture picture;
     gpu::FrameCounts counts;
   };
   /// Uploads what is new, culls, draws on white, waits.
-  Frame draw(const coppice_view& view);
-  /// A view of COPPICE_VIEW_SHADOW: its depth, 0 where nothing is.
-  std::vector<float> draw_depth(const coppice_view& view);
+  Frame draw(const Shot& view);
+  /// As a view of COPPICE_OUTPUT_DEPTH: its depth, 0 where nothing is.
+  std::vector<float> draw_depth(const Shot& view);
 
  private:
   struct Pending {
@@ -115,7 +115,8 @@ class RendererScene {
     gpu::CrownLight light;
   };
   void upload(VkCommandBuffer cmd);
-  void record_selection(VkCommandBuffer cmd, const coppice_view& view, const Buffer& cuts);
+  void begin_frame(std::uint32_t view, const Shot& shot);
+  void record_selection(VkCommandBuffer cmd, std::uint32_t view, const Shot& shot, const Buffer& cuts);
   void upload_plant(const Pending& pending);
 
   const VulkanDevice& gpu_;
@@ -125,6 +126,8 @@ class RendererScene {
   std::vector<gpu::PlantResidency> residency_;
   std::vector<Pending> pending_;
   std::uint32_t plant_count_ = 0;
+  std::uint32_t view_ = 0;
+  std::optional<std::uint32_t> depth_view_;  ///< once something is drawn to depth alone
   bool frames_may_fail_ = false, upload_failed_ = false;
   std::uint64_t frame_ = 0;
 };

@@ -70,22 +70,23 @@ static void close_gpu(Gpu* gpu) {
 }
 
 /* An empty pass: what there is to see is the golden tests' business, that the calls work from C is this one's. */
-static void record(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view) {
+static void record(coppice_context* context, VkCommandBuffer cmd, const coppice_camera* camera) {
   CHECK(coppice_record_upload(context, cmd) == COPPICE_OK);
-  CHECK(coppice_record_cull(context, cmd, view) == COPPICE_OK);
+  CHECK(coppice_record_cull(context, cmd, camera->view, NULL) == COPPICE_OK);
   VkRenderingInfo rendering = {
-      .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = {{0, 0}, {view->width_px, view->height_px}}, .layerCount = 1};
-  CHECK(coppice_record_draw(context, NULL, view) == COPPICE_ERROR_INVALID_ARGUMENT);
+      .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = {{0, 0}, {camera->width_px, camera->height_px}}, .layerCount = 1};
+  CHECK(coppice_record_draw(context, NULL, camera->view) == COPPICE_ERROR_INVALID_ARGUMENT);
   vkCmdBeginRendering(cmd, &rendering);
   vkCmdEndRendering(cmd);
 }
 
-static void draw_frame(const Gpu* gpu, coppice_context* context, uint64_t frame_number, const coppice_view* view) {
+static void draw_frame(const Gpu* gpu, coppice_context* context, uint64_t frame_number, const coppice_camera* camera) {
   coppice_frame frame;
   coppice_frame_init(&frame);
   frame.frame_number = frame_number;
   frame.completed_number = frame_number - 1;
-  frame.view = view;
+  frame.cameras = camera;
+  frame.camera_count = 1;
   CHECK(coppice_frame_begin(context, &frame) == COPPICE_OK);
   VkCommandBufferAllocateInfo allocate = {
       .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, .commandPool = gpu->pool, .commandBufferCount = 1};
@@ -93,16 +94,17 @@ static void draw_frame(const Gpu* gpu, coppice_context* context, uint64_t frame_
   CHECK(vkAllocateCommandBuffers(gpu->device, &allocate, &cmd) == VK_SUCCESS);
   VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
   CHECK(vkBeginCommandBuffer(cmd, &begin) == VK_SUCCESS);
-  record(context, cmd, view);
+  record(context, cmd, camera);
   CHECK(vkEndCommandBuffer(cmd) == VK_SUCCESS);
   VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &cmd};
   CHECK(vkQueueSubmit(gpu->queue, 1, &submit, VK_NULL_HANDLE) == VK_SUCCESS);
   CHECK(vkQueueWaitIdle(gpu->queue) == VK_SUCCESS);
 }
 
-static coppice_view look_at_origin(void) {
-  coppice_view view;
-  coppice_view_init(&view);
+static coppice_camera look_at_origin(coppice_view of_view) {
+  coppice_camera view;
+  coppice_camera_init(&view);
+  view.view = of_view;
   view.width_px = view.height_px = 64;
   view.view_from_world[14] = -5.0f;
   view.clip_from_view[5] = -1.0f;
@@ -127,11 +129,20 @@ static void use_plant(const Gpu* gpu, coppice_context* context, const char* path
   CHECK(coppice_instance_move(context, instances[0], &placements[1]) == COPPICE_OK);
   CHECK(coppice_instances_remove(context, &instances[1], 1) == COPPICE_OK);
 
-  coppice_view view = look_at_origin();
+  coppice_view_desc view_desc;
+  coppice_view_desc_init(&view_desc);
+  view_desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+  view_desc.depth_format = VK_FORMAT_D32_SFLOAT;
+  coppice_view of_view = 0;
+  CHECK(coppice_view_create(context, &view_desc, &of_view) == COPPICE_OK && of_view != 0);
+  VkBool32 ready = VK_FALSE;
+  CHECK(coppice_pipelines_ready(context, &ready) == COPPICE_OK && ready == VK_TRUE);
+  coppice_camera view = look_at_origin(of_view);
   coppice_frame wrong;
   coppice_frame_init(&wrong);
   wrong.frame_number = 1;
-  wrong.view = &view;
+  wrong.cameras = &view;
+  wrong.camera_count = 1;
   view.debug_view = COPPICE_DEBUG_VIEW_MAX_ENUM;
   CHECK(coppice_frame_begin(context, &wrong) == COPPICE_ERROR_INVALID_ARGUMENT);
   view.debug_view = COPPICE_DEBUG_NONE;
@@ -142,7 +153,12 @@ static void use_plant(const Gpu* gpu, coppice_context* context, const char* path
   coppice_stats_init(&stats);
   CHECK(coppice_get_stats(context, &stats) == COPPICE_OK);
   CHECK(stats.instance_count == 1 && stats.source_leaf_count == info.leaf_count);
-  CHECK(stats.gpu_frame_number == 1 && stats.visible_instance_count == 1 && stats.drawn_leaf_count > 0);
+  coppice_view_stats drawn;
+  coppice_view_stats_init(&drawn);
+  CHECK(coppice_get_view_stats(context, of_view, &drawn) == COPPICE_OK);
+  CHECK(drawn.gpu_frame_number == 1 && drawn.visible_instance_count == 1 && drawn.drawn_leaf_count > 0);
+  uint32_t settled = 0;
+  CHECK(coppice_is_settled(context, of_view, &settled) == COPPICE_OK && settled <= 1);
   CHECK(coppice_plant_close(context, plant) == COPPICE_OK);
   draw_frame(gpu, context, 3, &view);
   CHECK(coppice_plant_open_async(context, path, &plant) == COPPICE_OK && plant != 0);
@@ -165,14 +181,10 @@ int main(int argc, char** argv) {
   desc.physical_device = gpu.physical_device;
   desc.device = gpu.device;
   desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-  desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
-  desc.depth_format = VK_FORMAT_D32_SFLOAT;
   desc.blocking_pipelines = VK_TRUE;
   uint64_t cost = 0;
   CHECK(coppice_context_cost(&desc, &cost) == COPPICE_OK && cost > 0 && cost < desc.memory_budget_bytes);
   CHECK(coppice_context_create(&desc, &context) == COPPICE_OK && context != NULL);
-  VkBool32 ready = VK_FALSE;
-  CHECK(coppice_pipelines_ready(context, &ready) == COPPICE_OK && ready == VK_TRUE);
   CHECK(strcmp(coppice_status_text(COPPICE_OK), "success") == 0);
   use_plant(&gpu, context, argv[1]);
   coppice_scene scene = 1;

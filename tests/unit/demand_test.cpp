@@ -19,8 +19,8 @@ namespace {
 using test::hook_array;
 
 /// 90 degrees high, twice as wide as high, looking down -z from `eye`, near plane 0.5 m.
-coppice_view view_from(std::array<float, 3> eye, float depth_scale, float depth_offset) {
-  coppice_view view{};
+coppice_camera view_from(std::array<float, 3> eye, float depth_scale, float depth_offset) {
+  coppice_camera view{};
   view.width_px = 1440;
   view.height_px = 720;
   view.error_px = 2.0f;
@@ -33,7 +33,7 @@ coppice_view view_from(std::array<float, 3> eye, float depth_scale, float depth_
   view.clip_from_view[14] = depth_offset;
   return view;
 }
-coppice_view reversed_infinite_view(std::array<float, 3> eye) {
+coppice_camera reversed_infinite_view(std::array<float, 3> eye) {
   return view_from(eye, 0.0f, 0.5f);
 }
 
@@ -69,7 +69,7 @@ TEST(DemandView, FindsTheNearPlaneWhicheverWayDepthRuns) {
 }
 
 TEST(DemandView, FollowsARotatedCamera) {
-  coppice_view turned = reversed_infinite_view({});
+  coppice_camera turned = reversed_infinite_view({});
   // Looks down +x from (4, 0, 0): right is +z, up is +y.
   const float columns[16] = {0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 4, 1};
   std::ranges::copy(columns, turned.view_from_world);
@@ -84,21 +84,21 @@ TEST(DemandView, FollowsARotatedCamera) {
 }
 
 TEST(DemandView, RefusesWhatIsNoPerspectiveView) {
-  const auto refused = [](coppice_view view) {
+  const auto refused = [](coppice_camera view) {
     const auto result = demand_view(view);
     return !result && result.error().status == Status::invalid_argument;
   };
-  coppice_view orthographic = reversed_infinite_view({});
+  coppice_camera orthographic = reversed_infinite_view({});
   orthographic.clip_from_view[11] = 0.0f;
   orthographic.clip_from_view[15] = 1.0f;
   EXPECT_TRUE(refused(orthographic));
-  coppice_view not_finite = reversed_infinite_view({});
+  coppice_camera not_finite = reversed_infinite_view({});
   not_finite.view_from_world[12] = NAN;
   EXPECT_TRUE(refused(not_finite));
-  coppice_view no_threshold = reversed_infinite_view({});
+  coppice_camera no_threshold = reversed_infinite_view({});
   no_threshold.error_px = 0.0f;
   EXPECT_TRUE(refused(no_threshold));
-  coppice_view no_height = reversed_infinite_view({});
+  coppice_camera no_height = reversed_infinite_view({});
   no_height.height_px = 0;
   EXPECT_TRUE(refused(no_height));
 }

@@ -8,9 +8,9 @@ namespace coppice {
 namespace {
 
 TEST(Handle, SaysWhatItWasMadeOf) {
-  const Handle handle{HandleKind::instance, 4095, (1u << 22) - 1, kMaxHandleIndex};
+  const Handle handle{HandleKind::instance, 4095, (1u << 21) - 1, kMaxHandleIndex};
   EXPECT_EQ(unpack_handle(pack_handle(handle)), handle);
-  EXPECT_EQ(pack_handle({HandleKind::plant, 1, 0, 0}), 0x4004000000000000u) << "the layout that coppice.h describes";
+  EXPECT_EQ(pack_handle({HandleKind::plant, 1, 0, 0}), 0x2002000000000000u) << "the layout that coppice.h describes";
   EXPECT_NE(pack_handle({HandleKind::plant, 0, 0, 0}), 0u);
 }
 
@@ -23,7 +23,7 @@ TEST(Handle, AnyBitsAreAHandleAndBack) {
 }
 
 TEST(Handle, WhatDoesNotFitWrapsAndTouchesNothingElse) {
-  const Handle wrapped = unpack_handle(pack_handle({HandleKind::plant, 4097, (1u << 22) + 5, 3}));
+  const Handle wrapped = unpack_handle(pack_handle({HandleKind::plant, 4097, (1u << 21) + 5, 3}));
   EXPECT_EQ(wrapped, (Handle{HandleKind::plant, 1, 5, 3}));
 }
 

@@ -239,25 +239,25 @@ TEST_F(StreamerTest, AShrinkingBudgetRaisesTheThresholdForAllAlikeWithinAFrame) 
   frames(20, demands);
   ASSERT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
   ASSERT_EQ(streamer->state(other).resident_leaf_count, 3000u);
-  EXPECT_FLOAT_EQ(streamer->stats().threshold_px, 2.0f) << "the view's own while everything fits";
+  EXPECT_FLOAT_EQ(streamer->threshold_px(0), 2.0f) << "the view's own while everything fits";
   float threshold_px = 2.0f;
   for (std::uint64_t budget = ledger.taken(); budget > floor_bytes; budget = std::max(floor_bytes, budget - 40000)) {
     ledger.set_budget(budget);
     frames(1, demands);
-    const float raised_px = streamer->stats().threshold_px;
+    const float raised_px = streamer->threshold_px(0);
     frames(1, demands);
     EXPECT_LE(ledger.taken(), budget) << "what went is released in the next frame";
-    EXPECT_EQ(streamer->stats().threshold_px, raised_px) << "at once as far as it must";
-    EXPECT_GE(streamer->stats().threshold_px, threshold_px);
+    EXPECT_EQ(streamer->threshold_px(0), raised_px) << "at once as far as it must";
+    EXPECT_GE(streamer->threshold_px(0), threshold_px);
     EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what goes is what the threshold no longer asks for";
-    threshold_px = streamer->stats().threshold_px;
+    threshold_px = streamer->threshold_px(0);
     for (const std::uint32_t each : {plant, other}) EXPECT_LE(error_px(each, 5000.0f), std::max(threshold_px, 9.2f)) << each;
   }
   ledger.set_budget(floor_bytes);
   frames(1, demands);
   EXPECT_EQ(streamer->state(plant).resident_page_count, 1u);
   EXPECT_EQ(streamer->state(other).resident_page_count, 1u);
-  EXPECT_GT(streamer->stats().threshold_px, 20.0f) << "513 leaves at 5000 px are wrong by 22 px";
+  EXPECT_GT(streamer->threshold_px(0), 20.0f) << "513 leaves at 5000 px are wrong by 22 px";
   ledger.set_budget(1);
   frames(3, demands);
   EXPECT_EQ(ledger.taken(), floor_bytes) << "what is pinned stays";
@@ -271,14 +271,14 @@ TEST_F(StreamerTest, TheThresholdFallsByStepsOnceThereIsRoomAgain) {
   const std::uint64_t floor_bytes = ledger.taken();
   ledger.set_budget(floor_bytes + 1000);
   frames(2, {demand_of(2000.0f)});
-  float threshold_px = streamer->stats().threshold_px;
+  float threshold_px = streamer->threshold_px(0);
   EXPECT_GT(threshold_px, 8.0f);
   ledger.set_budget(floor_bytes + 1000000);
   for (int i = 0; i < 200; ++i) {
     frames(1, {demand_of(2000.0f)});
-    EXPECT_GE(streamer->stats().threshold_px, 0.91f * threshold_px);
-    EXPECT_LE(streamer->stats().threshold_px, threshold_px);
-    threshold_px = streamer->stats().threshold_px;
+    EXPECT_GE(streamer->threshold_px(0), 0.91f * threshold_px);
+    EXPECT_LE(streamer->threshold_px(0), threshold_px);
+    threshold_px = streamer->threshold_px(0);
   }
   EXPECT_FLOAT_EQ(threshold_px, 2.0f);
   frames(5, {demand_of(2000.0f)});
@@ -326,8 +326,8 @@ TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
     const std::uint64_t loaded = streamer->stats().all().loaded;
     EXPECT_GT(settled + 1, evicted_before + (turn > 0 ? 1u : 0u)) << "memory follows the view";
     EXPECT_GT(streamer->state(turn % 2).resident_page_count, streamer->state(1 - turn % 2).resident_page_count);
-    EXPECT_GT(streamer->stats().threshold_px, 2.0f);
-    EXPECT_LE(error_px(1 - turn % 2, 900.0f), streamer->stats().threshold_px);
+    EXPECT_GT(streamer->threshold_px(0), 2.0f);
+    EXPECT_LE(error_px(1 - turn % 2, 900.0f), streamer->threshold_px(0));
     frames(100, {demand_of(a_px), demand_of(b_px)});
     EXPECT_EQ(gpu->evicted.size(), settled) << "a view that stands still moves nothing";
     EXPECT_EQ(streamer->stats().all().loaded, loaded);
@@ -376,7 +376,7 @@ class ATwentieth : public StreamerTest {
 TEST_F(ATwentieth, IsEvenlyCoarse) {
   ledger.set_budget(budget);
   frames(200, demands());
-  const float threshold_px = streamer->stats().threshold_px;
+  const float threshold_px = streamer->threshold_px(0);
   EXPECT_GT(threshold_px, 3.0f);
   std::uint32_t refined = 0;
   for (std::uint32_t plant = 0; plant < kPlants; ++plant) {
@@ -471,7 +471,7 @@ TEST_F(StreamerTest, ATextureLargerThanItsShareCostsTheOthersNothing) {
   EXPECT_EQ(streamer->stats().all().evicted, 0u);
   EXPECT_EQ(streamer->state(poster).resident_texture_count, 0u);
   EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what cannot be had is not waited for";
-  EXPECT_LT(streamer->stats().threshold_px, 20.0f) << "the others stay fine";
+  EXPECT_LT(streamer->threshold_px(0), 20.0f) << "the others stay fine";
 }
 
 TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {

@@ -6,21 +6,22 @@
  * The engine owns the Vulkan device, its queues and its command buffers. Coppice records into command buffers it is given; it never
  * submits and never waits for the GPU. A frame:
  *
- *     coppice_frame_begin(context, &frame);              pump streaming, recycle what the GPU has finished with
+ *     coppice_frame_begin(context, &frame);              with the cameras of all views: pump streaming, recycle what the GPU is done with
  *     coppice_record_upload(context, cmd);               outside a render pass
- *     coppice_record_cull(context, cmd, &view);          outside a render pass
+ *     coppice_record_cull(context, cmd, view, &light);   outside a render pass; of each view
  *     vkCmdBeginRendering(cmd, ...);
- *     coppice_record_draw(context, cmd, &view);          inside dynamic rendering
+ *     coppice_record_draw(context, cmd, view);           inside dynamic rendering; of each view
  *     vkCmdEndRendering(cmd);
  *
- * Each of these is called once a frame, in this order; culling and drawing may be repeated for another view. All of a context's commands
+ * Views are culled and drawn in any order after the upload, also into command buffers of their own. All of a context's commands
  * go to one graphics queue, in the order of their frames, and what record_upload recorded must be submitted: Coppice counts on it.
  *
  * Units and axes: metres, right-handed, +Y up (glTF's). Matrices are column-major; view space looks down -Z; clip space is Vulkan's
  * (y down, depth 0..1, reversed depth allowed: see depth_compare).
  *
  * Threads: distinct contexts are independent. Calls on one context are externally serialised; functions that take a const context may
- * overlap with each other. Hooks are called from the threads their comments name.
+ * overlap with each other, and so may coppice_record_cull and coppice_record_draw of different views. Hooks are called from the threads
+ * their comments name.
  *
  * Errors: every function that can fail returns a coppice_status, also in release builds; the log hook gets one line with the detail: the
  * field and its index, "placements[3].position[0] is not finite". What is refused changes nothing. A null context, or a null pointer where
@@ -62,13 +63,14 @@ typedef enum coppice_status {
 const char* coppice_status_text(coppice_status status);
 
 typedef struct coppice_context coppice_context;
-/* Handles are 64 bits, from the highest: 2 of the kind (1 a plant, 2 an instance, 3 a scene), 12 of the context, 22 of a generation, 28 of
- * an index. So one of another kind, of another context or of something that has gone is refused with COPPICE_ERROR_INVALID_ARGUMENT. Two
- * contexts are told apart unless 4,095 others are created in between; a slot's generations repeat after four million uses. 0 is never a
- * handle. Nothing else may be concluded from the bits. */
+/* Handles are 64 bits, from the highest: 3 of the kind (1 a plant, 2 an instance, 3 a scene, 4 a view), 12 of the context, 21 of a
+ * generation, 28 of an index. So one of another kind, of another context or of something that has gone is refused with
+ * COPPICE_ERROR_INVALID_ARGUMENT. Two contexts are told apart unless 4,095 others are created in between; a slot's generations repeat after
+ * two million uses. 0 is never a handle. Nothing else may be concluded from the bits. */
 typedef uint64_t coppice_plant;
 typedef uint64_t coppice_instance;
 typedef uint64_t coppice_scene;
+typedef uint64_t coppice_view;
 
 /* ---- hooks ---------------------------------------------------------------------------------------------------------------------- */
 
@@ -190,11 +192,6 @@ typedef struct coppice_context_desc {
   VkPipelineCache pipeline_cache; /* may be null. Used by jobs, at any time until the context is destroyed: not one of
                                      VK_PIPELINE_CACHE_CREATE_EXTERNALLY_SYNCHRONIZED_BIT */
 
-  VkFormat color_format;     /* of the attachment coppice_record_draw draws to, no integers; shaded colour is linear */
-  VkFormat depth_format;     /* with depth; no stencil attachment may be bound while drawing */
-  VkCompareOp depth_compare; /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
-  VkSampleCountFlagBits samples;
-
   uint64_t memory_budget_bytes; /* GPU buffers and images, staging, decoded pages, tables; see coppice_allocator for what is
                                    not counted. Default 256 MiB. Below what the context takes before any plant the context is not created,
                                    and the log names the least */
@@ -231,7 +228,7 @@ typedef struct coppice_context_desc {
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
    * go over all leaves twice. Where the physical device lacks a feature it counts as VK_FALSE. */
   VkBool32 shader_int64_atomics;
-  /* VK_TRUE: coppice_stats.pass_ms is measured. Costs some hundredths of a millisecond a pass. Default VK_FALSE. */
+  /* VK_TRUE: coppice_view_stats.pass_ms is measured. Costs some hundredths of a millisecond a pass. Default VK_FALSE. */
   VkBool32 pass_times;
 
   /* CPU time that coppice_frame_begin and coppice_record_upload together take a frame to take over what was read and decoded, and to copy
@@ -241,10 +238,6 @@ typedef struct coppice_context_desc {
   /* While the camera goes on steadily, what it will want so many frames on is streamed too. 0 to 1000; 0: only what it wants now.
    * Default 20, about what a read and a decode take when many wait. */
   float prefetch_frames;
-
-  /* Of the depth attachment that coppice_record_draw draws shadow views to, without colour, one sample a pixel; compared as depth_compare
-   * says. Default VK_FORMAT_UNDEFINED: there are no shadow views, and nothing is created for them. */
-  VkFormat shadow_format;
 
   /* Where the plants that a scene names may be: in this folder or below it. Copied. Default null: in the folder of the scene, or below
    * it. A plant elsewhere is left out as one that cannot be opened is. With the default io hook symbolic links are followed first; with one
@@ -414,6 +407,41 @@ void coppice_scene_plant_info_init(coppice_scene_plant_info* info);
 coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_scene scene, uint32_t species,
                                        coppice_scene_plant_info* info);
 
+/* ---- views ----------------------------------------------------------------------------------------------------------------------- */
+
+/* Something that plants are drawn to: a camera's picture, a shadow map, a mirror. A view keeps what culling fills, the picture of the
+ * compute rasteriser, and what earlier frames have taught it; a frame begins with all the views that it will draw. */
+typedef enum coppice_output {
+  COPPICE_OUTPUT_LIT = 0,   /* colour, lit by coppice_light, and depth */
+  COPPICE_OUTPUT_DEPTH = 1, /* depth alone: a shadow map. Leaves are quads, and what is out of view wants nothing */
+  COPPICE_OUTPUT_MAX_ENUM = 0x7fffffff
+} coppice_output;
+
+typedef struct coppice_view_desc {
+  uint32_t struct_size;
+  coppice_output output;     /* default COPPICE_OUTPUT_LIT */
+  VkFormat color_format;     /* of the attachment coppice_record_draw draws to, no integers; shaded colour is linear. Of
+                                COPPICE_OUTPUT_DEPTH VK_FORMAT_UNDEFINED */
+  VkFormat depth_format;     /* with depth; no stencil attachment may be bound while drawing */
+  VkCompareOp depth_compare; /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
+  VkSampleCountFlagBits samples;
+} coppice_view_desc;
+void coppice_view_desc_init(coppice_view_desc* desc);
+
+/* Pipelines are shared by views of the same formats; the first of their kind has some built (coppice_pipelines_ready). A view takes about
+ * 64 bytes an instance slot and 1.5 KB a plant, draw commands of up to a 64th of the memory budget and, with compute_raster, 8 bytes a
+ * pixel. cost: some milliseconds, and pipelines by jobs. errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_UNSUPPORTED: a format or
+ * samples; COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
+coppice_status coppice_view_create(coppice_context* context, const coppice_view_desc* desc, coppice_view* view);
+
+/* Its memory goes once the GPU has finished the frames that drew it (see coppice_frame); not within a frame that shows it, whose commands
+ * are still to be recorded. coppice_context_destroy destroys all. */
+coppice_status coppice_view_destroy(coppice_context* context, coppice_view view);
+
+/* settled: out; 1 once everything that the view, and those that share its place in streaming, wanted in the last coppice_frame_begin and
+ * can have is there: plants that are being opened, tiles of the scene, chunks. It says nothing of pipelines (coppice_pipelines_ready). */
+coppice_status coppice_is_settled(const coppice_context* context, coppice_view view, uint32_t* settled);
+
 /* ---- frame ---------------------------------------------------------------------------------------------------------------------- */
 
 typedef enum coppice_lod_mode {
@@ -441,109 +469,116 @@ typedef enum coppice_debug_view {
   COPPICE_DEBUG_VIEW_MAX_ENUM = 0x7fffffff
 } coppice_debug_view;
 
-typedef enum coppice_view_kind {
-  COPPICE_VIEW_CAMERA = 0,
-  /* Depth alone, into an attachment of coppice_context_desc.shadow_format; in no statistics. coppice_shadow_view makes one. */
-  COPPICE_VIEW_SHADOW = 1,
-  COPPICE_VIEW_KIND_MAX_ENUM = 0x7fffffff
-} coppice_view_kind;
-
-#define COPPICE_MAX_SHADOW_CASCADES 3u
-
-/* A shadow map: depth as a view of COPPICE_VIEW_SHADOW, or the engine itself, has drawn it. */
-typedef struct coppice_shadow_cascade {
-  VkImageView
-      image; /* 2D, depth; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE, VERTEX and FRAGMENT_SHADER / SHADER_SAMPLED_READ */
-  float clip_from_world[16]; /* that it was drawn with; has an inverse */
-} coppice_shadow_cascade;
-
-/* The camera and the light. The same view must be given to frame_begin, record_cull and record_draw of a frame. */
-typedef struct coppice_view {
+/* What a view shows in a frame. */
+typedef struct coppice_camera {
   uint32_t struct_size;
+  coppice_view view;
   float view_from_world[16]; /* a rotation, perhaps mirrored, and a translation of at most 1e10 m an axis */
   float clip_from_view[16];  /* a perspective that looks down -z: its last row is 0 0 -1 0. May be oblique */
   uint32_t width_px;         /* 1 to what the device draws */
   uint32_t height_px;
+  int32_t x_px; /* of the picture's first pixel in the attachments */
+  int32_t y_px;
   float error_px; /* error threshold, > 0, at most 1e6; default 2. See "error table" in ARCHITECTURE.md for the unit */
   coppice_lod_mode lod;
-  /* How much a frame may draw, in leaves; 0: as much as error_px asks for, the default. The threshold rises above error_px, for all
+  /* How much the view may draw, in leaves; 0: as much as error_px asks for, the default. The threshold rises above error_px, for all
    * instances alike and little by little, to 32 px at most, until what is drawn fits: a wood triangle counts as a leaf, a triangle that the
-   * hardware draws as four more. It follows the counts of frames that the GPU has finished. Give a budget to one view of a frame; without
-   * COPPICE_LOD_CUT it is ignored. */
+   * hardware draws as four more. It follows the counts of frames that the GPU has finished. Without COPPICE_LOD_CUT it is ignored. */
   uint32_t leaf_budget;
-
-  float sun_direction[3]; /* unit, towards the sun, world space */
-  float sun_color[3];     /* linear radiance; 0 to 1e9, here and below */
-  float sky_color[3];     /* linear ambient from above */
-  float ground_color[3];  /* linear ambient from below */
-  float fog_color[3];
-  float fog_density;             /* 1/m, 0 to 1e6; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
   coppice_debug_view debug_view; /* default none */
-
-  coppice_view_kind kind;
-  /* What the sun does not reach: the first cascade that holds a place says. Plants look where the sun's ray enters the sphere about
-   * them, so that what shades them is other plants, terrain and buildings; how a crown shades itself Coppice knows without a map. 0, the
-   * default: all is in the sun. An image must live until the GPU has finished the frame. */
-  uint32_t shadow_cascade_count;
-  coppice_shadow_cascade shadow_cascades[COPPICE_MAX_SHADOW_CASCADES];
 
   /* Coarse leaves stand for several with gaps between them, and leave out some of their pixels. 0, the default: always the same pixels of a
    * leaf, so that a still picture stands still. Where the engine averages frames, as temporal antialiasing does: a number above 0 that is
    * another in each of them, such as a count of frames (it may begin again at 1 after 16 or more); each frame then leaves out other pixels,
    * and the average shows what lies behind. Not for shadow maps that are kept. */
   uint32_t temporal_frame;
-} coppice_view;
-void coppice_view_init(coppice_view* view);
+} coppice_camera;
+void coppice_camera_init(coppice_camera* camera);
 
 /* A square of the sun's view that holds a sphere, and what stands between it and the sun for three radii more. */
-typedef struct coppice_shadow_desc {
-  float center[3];  /* world space, m, within 1e9 of 0 */
-  float radius_m;   /* 1e-6 to 1e8 */
-  uint32_t size_px; /* 1 to what the device draws */
-} coppice_shadow_desc;
+typedef struct coppice_sun_desc {
+  uint32_t struct_size;
+  float sun_direction[3]; /* unit, towards the sun, world space */
+  float center[3];        /* world space, m, within 1e9 of 0 */
+  float radius_m;         /* 1e-6 to 1e8 */
+  uint32_t size_px;       /* 1 to what the device draws */
+} coppice_sun_desc;
+void coppice_sun_desc_init(coppice_sun_desc* desc);
 
-/* Fills shadow, of kind COPPICE_VIEW_SHADOW: the sun of `camera` from 40 radii away, as perspective that is parallel to within 1.5
- * degrees, since the compute rasteriser draws no other. Its error_px is the camera's, in px of the map, and may be raised; width_px /
- * (2 radius_m) px are a metre. A centre that moves by whole steps of the map keeps edges of shadows still. Per cascade a frame:
- * coppice_record_cull, then coppice_record_draw inside rendering to its depth, before the camera's. temporal_frame is 0.
+/* Fills the camera of a view of COPPICE_OUTPUT_DEPTH: the sun from 40 radii away, as perspective that is parallel to within 1.5
+ * degrees, since the compute rasteriser draws no other. Its error_px is the default, in px of the map; width_px / (2 radius_m) px are a
+ * metre. A centre that moves by whole steps of the map keeps edges of shadows still.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT */
-coppice_status coppice_shadow_view(const coppice_context* context, const coppice_view* camera, const coppice_shadow_desc* desc,
-                                   coppice_view* shadow);
+coppice_status coppice_sun_camera(const coppice_context* context, coppice_view view, const coppice_sun_desc* desc, coppice_camera* camera);
 
 typedef struct coppice_frame {
   uint32_t struct_size;
-  uint64_t frame_number;     /* of the frame about to be recorded; grows by at least 1 each call, first is >= 1 */
-  uint64_t completed_number; /* the GPU has finished every frame up to this one; 0 for none yet. Below frame_number, and never falls */
-  const coppice_view* view;
+  uint64_t frame_number;         /* of the frame about to be recorded; grows by at least 1 each call, first is >= 1 */
+  uint64_t completed_number;     /* the GPU has finished every frame up to this one; 0 for none yet. Below frame_number, and never falls */
+  const coppice_camera* cameras; /* [camera_count], one for each view that is drawn; read within the call */
+  uint32_t camera_count;         /* may be 0: then nothing is drawn, and nothing wanted */
+  uint32_t camera_bytes; /* from one to the next: sizeof(coppice_camera) as the engine was compiled with. coppice_frame_init sets it */
 } coppice_frame;
 void coppice_frame_init(coppice_frame* frame);
 
-/* Collects finished reads and decodes, decides what to load and evict for frame->view, starts reads and jobs. Never blocks.
+/* Collects finished reads and decodes, decides what to load and evict for all its views together, starts reads and jobs. Never blocks.
+ * Streaming wants of a plant the most that any of the views wants. Views of COPPICE_OUTPUT_LIT are taken apart in three lots, in the order
+ * of their creation, those of COPPICE_OUTPUT_DEPTH in one more; views of a lot are streamed for at the lowest threshold of them.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST */
 coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame);
 
-/* Records copies of changed instances and newly decoded pages.
+/* Records copies of changed instances and newly decoded pages, and takes the memory that the frame's views need.
  * before: coppice_frame_begin, once for each call. after: everything visible to coppice_record_cull and _draw. queue: graphics.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY, or
  * COPPICE_ERROR_INTERNAL where the driver fails otherwise: nothing is drawn in this frame; the commands must be submitted all the same, and
  * the next frame tries again. COPPICE_ERROR_DEVICE_LOST */
 coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd);
 
-/* Records culling and cut selection for every instance. Outside a render pass. queue: graphics.
- * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT. Where the compute rasteriser's picture or a view's
- * shadow maps find no memory the frame goes on without, and the log says so once; what has no pipeline yet is left out
- * (coppice_pipelines_ready). COPPICE_ERROR_DEVICE_LOST
- * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
-coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view);
+#define COPPICE_MAX_SHADOW_MAPS 3u
 
-/* Records the draws. Inside dynamic rendering with the formats of the desc; sets viewport and scissor to the view's size, binds its own
- * pipelines and descriptor sets (the engine must rebind its own). queue: graphics.
- * before: coppice_record_cull in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT. */
-coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, const coppice_view* view);
+/* A shadow map: depth as a view of COPPICE_OUTPUT_DEPTH, or the engine itself, has drawn it, with reversed depth or not as the view that
+ * it falls on has it. */
+typedef struct coppice_shadow_map {
+  VkImageView
+      image; /* 2D, depth; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE, VERTEX and FRAGMENT_SHADER / SHADER_SAMPLED_READ */
+  float clip_from_world[16]; /* that it was drawn with; has an inverse */
+} coppice_shadow_map;
+
+/* Of COPPICE_OUTPUT_LIT. */
+typedef struct coppice_light {
+  uint32_t struct_size;
+  float sun_direction[3]; /* unit, towards the sun, world space */
+  float sun_color[3];     /* linear radiance; 0 to 1e9, here and below */
+  float sky_color[3];     /* linear ambient from above */
+  float ground_color[3];  /* linear ambient from below */
+  float fog_color[3];
+  float fog_density; /* 1/m, 0 to 1e6; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
+  /* What the sun does not reach: the first map that holds a place says. Plants look where the sun's ray enters the sphere about
+   * them, so that what shades them is other plants, terrain and buildings; how a crown shades itself Coppice knows without a map. 0, the
+   * default: all is in the sun. An image must live until the GPU has finished the frame. */
+  uint32_t shadow_map_count;
+  coppice_shadow_map shadow_maps[COPPICE_MAX_SHADOW_MAPS];
+} coppice_light;
+void coppice_light_init(coppice_light* light);
+
+/* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics; any command buffer of the frame
+ * that is submitted after the upload's. thread: culls and draws of different views may be recorded at the same time.
+ * light: null stands for a default one, as for shadow maps, which have none.
+ * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT; so too for a view that the frame did not begin
+ * with. Where the compute rasteriser's picture or the shadow maps find no memory the frame goes on without, and the log says so once; what
+ * has no pipeline yet is left out (coppice_pipelines_ready). COPPICE_ERROR_DEVICE_LOST
+ * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
+coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, coppice_view view, const coppice_light* light);
+
+/* Records the draws of a view. Inside dynamic rendering with the formats of its desc; sets viewport and scissor to the view's, binds its
+ * own pipelines and descriptor sets (the engine must rebind its own). queue: graphics. thread: as coppice_record_cull.
+ * before: coppice_record_cull of the view in the same frame, submitted before; else COPPICE_ERROR_INVALID_ARGUMENT. Culls and draws of
+ * other views may stand between. */
+coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view);
 
 /* ---- statistics ----------------------------------------------------------------------------------------------------------------- */
 
-/* What coppice_stats.pass_ms has the times of; coppice_record_draw is the engine's to measure. */
+/* What coppice_view_stats.pass_ms has the times of; coppice_record_draw is the engine's to measure. */
 typedef enum coppice_pass {
   COPPICE_PASS_UPLOAD = 0,
   COPPICE_PASS_CULL = 1,   /* blocks, instances, cuts, clusters */
@@ -571,33 +606,23 @@ typedef struct coppice_streamed_stats {
   uint64_t failed;    /* given up; the log says why */
   uint64_t cancelled; /* reads whose chunk nothing wanted any more when they returned */
   uint32_t in_flight; /* reading or decoding */
-  uint32_t wanted;    /* by the view at threshold_px, and not resident */
+  uint32_t wanted;    /* by any view at its threshold_px, and not resident */
   uint32_t queued;    /* of those, not asked for yet */
 } coppice_streamed_stats;
 
 typedef struct coppice_stats {
   uint32_t struct_size;
   uint32_t instance_count;
-  uint64_t gpu_frame_number; /* the frame that figures of visible and drawn things are of: the latest completed one */
-  uint32_t visible_instance_count;
-  uint32_t occluded_instance_count; /* in view, but hidden by others: with compute_raster; the rest is outside the view */
-  uint64_t drawn_leaf_count;
-  uint64_t drawn_wood_triangle_count;
   uint64_t source_leaf_count; /* sum over all instances */
   uint64_t memory_budget_bytes;
   uint64_t memory_bytes; /* in use now: GPU, staging and decoded pages; of device memory whole blocks, and the next one */
   uint64_t memory_peak_bytes;
   uint64_t device_allocations; /* blocks of device memory that are held now: calls of coppice_device_memory.allocate less those of free */
   coppice_streamed_stats streamed[COPPICE_STREAMED_COUNT];
-  uint32_t leaf_mesh_instance_count; /* visible instances that are drawn with their leaves as modelled, not as quads */
-  uint64_t drawn_leaf_mesh_triangle_count;
-  float pass_ms[COPPICE_PASS_COUNT]; /* GPU time of a recent frame; 0 without coppice_context_desc.pass_times */
-  float threshold_px;                /* that decides what is loaded: the view's error_px, or higher where what that asks for does not fit
-                                        the leaf budget, and then it decides what is drawn too, or the memory budget; 0: every leaf */
-  uint64_t bytes_read;               /* since creation, after opening */
-  double decode_ms;                  /* since creation, CPU time of decoding added up over all threads */
-  uint32_t pipelines_wanted;         /* since creation; see coppice_pipelines_ready */
-  uint32_t pipelines_built;          /* of those: what the others draw is missing */
+  uint64_t bytes_read;       /* since creation, after opening */
+  double decode_ms;          /* since creation, CPU time of decoding added up over all threads */
+  uint32_t pipelines_wanted; /* since creation; see coppice_pipelines_ready */
+  uint32_t pipelines_built;  /* of those: what the others draw is missing */
 
   /* The open scene; all zero without one. */
   uint64_t scene_instance_count; /* in the file; instance_count has those that are there */
@@ -611,6 +636,23 @@ typedef struct coppice_stats {
 } coppice_stats;
 void coppice_stats_init(coppice_stats* stats);
 coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);
+
+/* Of a view. */
+typedef struct coppice_view_stats {
+  uint32_t struct_size;
+  uint32_t visible_instance_count;
+  uint32_t occluded_instance_count;  /* in view, but hidden by others: with compute_raster; the rest is outside the view */
+  uint32_t leaf_mesh_instance_count; /* visible instances that are drawn with their leaves as modelled, not as quads */
+  uint64_t gpu_frame_number;         /* the frame that these figures are of: the latest completed one that culled the view; 0: none yet */
+  uint64_t drawn_leaf_count;
+  uint64_t drawn_wood_triangle_count;
+  uint64_t drawn_leaf_mesh_triangle_count;
+  float threshold_px; /* that decides what is loaded: the view's error_px, or higher where what that asks for does not fit the leaf budget,
+                         and then it decides what is drawn too, or the memory budget; 0: every leaf. Of the last frame that showed it */
+  float pass_ms[COPPICE_PASS_COUNT]; /* GPU time of a recent frame, the upload's that of all views; 0 without pass_times */
+} coppice_view_stats;
+void coppice_view_stats_init(coppice_view_stats* stats);
+coppice_status coppice_get_view_stats(const coppice_context* context, coppice_view view, coppice_view_stats* stats);
 
 #ifdef __cplusplus
 }

@@ -1,16 +1,16 @@
 #pragma once
 
 // Handles as the engine holds them: 64 bits that say what they name and whose they are, so that one that is stale, of another kind or of
-// another context is told from one that is good. From the highest bit: 2 of the kind, 12 of the context, 22 of the generation, 28 of the
+// another context is told from one that is good. From the highest bit: 3 of the kind, 12 of the context, 21 of the generation, 28 of the
 // index. 0 is never a handle.
 
 #include <cstdint>
 
 namespace coppice {
 
-enum class HandleKind : std::uint8_t { none = 0, plant = 1, instance = 2, scene = 3 };
+enum class HandleKind : std::uint8_t { none = 0, plant = 1, instance = 2, scene = 3, view = 4 };
 
-inline constexpr std::uint32_t kHandleIndexBits = 28, kHandleGenerationBits = 22, kHandleContextBits = 12;
+inline constexpr std::uint32_t kHandleIndexBits = 28, kHandleGenerationBits = 21, kHandleContextBits = 12;
 inline constexpr std::uint32_t kMaxHandleIndex = (1u << kHandleIndexBits) - 1;
 
 /// Generations and contexts are taken modulo what fits.
@@ -46,6 +46,6 @@ constexpr Handle unpack_handle(std::uint64_t packed) {
   return handle;
 }
 
-static_assert(2 + kHandleContextBits + kHandleGenerationBits + kHandleIndexBits == 64);
+static_assert(3 + kHandleContextBits + kHandleGenerationBits + kHandleIndexBits == 64);
 
 }  // namespace coppice

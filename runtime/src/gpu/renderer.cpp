@@ -38,7 +38,7 @@ Renderer::Renderer(const RendererDesc& desc)
       growing_(device_),
       texture_sets_(device_),
       plants_(device_, garbage_, uploads_, texture_sets_, desc.allocator),
-      view_(device_, garbage_, pipelines_, scene_, plants_, desc.allocator) {
+      views_(device_, garbage_, pipelines_, scene_, plants_, desc.allocator) {
   if (!desc.only_measured) return;
   device_.vk = without_memory(device_.vk);
   device_.memory.hook = {};
@@ -56,16 +56,17 @@ Result<void> Renderer::create() {
   COPPICE_CHECK(texture_sets_.create());
   COPPICE_CHECK(uploads_.create());
   COPPICE_CHECK(plants_.create());
-  COPPICE_CHECK(view_.create(desc_.view, texture_sets_));
+  COPPICE_CHECK(views_.create(desc_.views, texture_sets_));
+  if (desc_.views.pass_times) COPPICE_CHECK(timer_.create(device_));
   COPPICE_CHECK(create_buffers());
   // Until here blocks are small, whatever the budget: what is taken before any plant does not depend on it.
   set_memory_budget(desc_.memory_budget_bytes);
-  if (!desc_.only_measured) view_.want_first();
   return device_state();
 }
 
 Renderer::~Renderer() {
   pipelines_.close();
+  timer_.destroy(device_);
   for (Buffer* buffer : {&scene_.instances, &scene_.plants, &scene_.tables, &scene_.quad_indices}) destroy_buffer(device_, *buffer);
 }
 
@@ -74,8 +75,8 @@ void Renderer::lower_limits() {
   const auto lower = [](std::uint32_t& limit, std::uint64_t most) {
     limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, most));
   };
-  lower(desc_.view.max_instances, std::uint64_t{device_.max_group_count} * kCullGroupSize);
-  lower(desc_.view.max_instances, device_.max_storage_bytes / sizeof(Instance));
+  lower(desc_.views.max_instances, std::uint64_t{device_.max_group_count} * kCullGroupSize);
+  lower(desc_.views.max_instances, device_.max_storage_bytes / sizeof(Instance));
   lower(desc_.max_plants, device_.max_storage_bytes / (kMeshCommands * sizeof(DrawCommand)));
   lower(desc_.max_plants, device_.max_texel_count / kTableStride);
 }
@@ -83,12 +84,12 @@ void Renderer::lower_limits() {
 BufferSizes Renderer::sizes(const Capacity& wanted) {
   constexpr VkBufferUsageFlags kTo = VK_BUFFER_USAGE_TRANSFER_DST_BIT, kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
   const Capacity capacity{std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
-  const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.view.max_instances)), plants = capacity.plants;
+  const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.views.max_instances)), plants = capacity.plants;
   BufferSizes sizes;
   sizes.add({&scene_.instances, slots * sizeof(Instance), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo | kFrom, true});
   sizes.add({&scene_.plants, plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
   sizes.add({&scene_.tables, plants * kTableStride * sizeof(std::uint32_t), VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true});
-  view_.add_sizes(capacity, sizes);
+  views_.add_sizes(capacity, sizes);
   return sizes;
 }
 
@@ -101,7 +102,7 @@ Result<void> Renderer::create_buffers() {
     COPPICE_CHECK(move_into(*size.buffer, create_buffer(device_, size.bytes, size.usage, MemoryKind::device)));
   }
   COPPICE_CHECK(plants_.reserve(capacity_.plants));
-  return view_.reserve_plants(capacity_.plants);
+  return views_.reserve_plants(capacity_.plants);
 }
 
 std::uint64_t Renderer::reserve_bytes(const Capacity& wanted) {
@@ -109,9 +110,9 @@ std::uint64_t Renderer::reserve_bytes(const Capacity& wanted) {
 }
 
 Result<void> Renderer::reserve(const Capacity& wanted) {
-  COPPICE_ASSERT(wanted.slots <= desc_.view.max_instances && wanted.plants <= desc_.max_plants);
+  COPPICE_ASSERT(wanted.slots <= desc_.views.max_instances && wanted.plants <= desc_.max_plants);
   COPPICE_CHECK(plants_.reserve(wanted.plants));
-  COPPICE_CHECK(view_.reserve_plants(wanted.plants));
+  COPPICE_CHECK(views_.reserve_plants(wanted.plants));
   COPPICE_CHECK(growing_.reserve(sizes(wanted)));
   capacity_ = {std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
   return {};
@@ -122,7 +123,7 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, con
   COPPICE_ASSERT(index < desc_.max_plants);
   COPPICE_CHECK(reserve({.plants = index + 1}));
   COPPICE_CHECK(plants_.add(index, file, appearance, lod_words));
-  if (plants_.plant(index)->has_cuts) view_.want_leaves(index);
+  if (plants_.plant(index)->has_cuts) views_.want_leaves(index);
   return {};
 }
 
@@ -133,24 +134,25 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
   pipelines_.collect();
   garbage_.begin_frame(frame_number, completed_number);
   uploads_.begin_frame(frame_number, completed_number);
-  view_.begin_frame(frame_number, completed_number);
+  views_.begin_frame(frame_number, completed_number);
+  if (timer_.exists()) timer_.collect(device_, completed_number);
 }
 
 void Renderer::record_upload_begin(VkCommandBuffer cmd) {
   upload_cmd_ = cmd;
   upload_state_ = UploadState::recording;
-  if (growing_.take(uploads_, garbage_)) view_.buffers_changed();
+  if (growing_.take(uploads_, garbage_)) views_.buffers_changed();
 }
 
 Result<void> Renderer::upload_page(const PageUpload& upload) {
   COPPICE_CHECK(plants_.upload_page(upload));
-  if (upload.page == 0 || plants_.plant(upload.plant)->has_gaps) view_.want_leaves(upload.plant);
+  if (upload.page == 0 || plants_.plant(upload.plant)->has_gaps) views_.want_leaves(upload.plant);
   return {};
 }
 
 Result<void> Renderer::upload_mesh(const MeshUpload& upload) {
   COPPICE_CHECK(plants_.upload_mesh(upload));
-  view_.want_mesh(upload.plant, upload.mesh);
+  views_.want_mesh(upload.plant, upload.mesh);
   return {};
 }
 
@@ -170,7 +172,7 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
   instances.update_bounds();
   const auto stage = [&](const SlotRange& range) -> Result<void> {
     COPPICE_CHECK(uploads_.copy(bytes_of(slots.subspan(range.first, range.count)), scene_.instances, range.first * sizeof(Instance)));
-    const Buffer* blocks = view_.block_buffer();
+    const Buffer* blocks = views_.block_buffer();
     if (blocks == nullptr) return {};
     static_assert(kDirtyBlockSlots % kBlockSlots == 0);
     const auto bounds = instances.blocks().bounds.subspan(range.first / kBlockSlots, (range.count + kBlockSlots - 1) / kBlockSlots);
@@ -192,27 +194,29 @@ Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const Pla
   COPPICE_CHECK(stage_indices());
   COPPICE_CHECK(plants_.upload_tables(scene_.tables));
   COPPICE_CHECK(stage_instances(instances));
-  return view_.prepare(instances, residency, desc_.memory_budget_bytes);
+  return views_.prepare(instances, residency, desc_.memory_budget_bytes);
 }
 
 Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency) {
   COPPICE_ASSERT(upload_state_ == UploadState::recording && residency.size() >= plants_.count());
   auto staged = stage_frame(instances, residency);
-  GpuTimer& timer = view_.timer();
-  if (timer.exists()) timer.begin(device_, upload_cmd_, frame_, completed_);
+  if (timer_.exists()) timer_.begin(device_, upload_cmd_, frame_, completed_);
   memory_barrier(device_, upload_cmd_, kReadStages | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
                  VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT);
   uploads_.record(upload_cmd_);
-  update_buffer(device_, upload_cmd_, scene_.plants, bytes_of(view_.plant_records()));
+  update_buffer(device_, upload_cmd_, scene_.plants, bytes_of(views_.plant_records()));
   memory_barrier(device_, upload_cmd_, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kReadStages, kReads);
-  if (timer.exists()) timer.mark(device_, upload_cmd_, Pass::upload);
+  if (timer_.exists()) timer_.mark(device_, upload_cmd_, Pass::upload);
   upload_cmd_ = VK_NULL_HANDLE;
   upload_state_ = staged ? UploadState::uploaded : UploadState::failed;
   return staged;
 }
 
-void Renderer::record_cull(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod) {
-  if (upload_state_ == UploadState::uploaded) view_.record_cull(cmd, view, lod);
+void Renderer::remove_view(std::uint32_t view) {
+  BufferSizes sizes;
+  views_.view(view).add_sizes({}, sizes);
+  growing_.forget(sizes);
+  views_.remove(view);
 }
 
 void Renderer::set_memory_budget(std::uint64_t bytes) {

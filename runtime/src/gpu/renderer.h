@@ -3,8 +3,9 @@
 // The GPU half of the runtime: owns what lives in device memory and records upload, culling and drawing into the engine's command buffers.
 // It decides nothing about residency: the caller says which chunks to take and to drop.
 //
-// A frame: begin_frame; record_upload_begin, any number of upload_* and drop_*, record_upload_end; record_cull; record_draw.
-// Thread: externally serialised; const functions may overlap.
+// A frame: begin_frame; ViewRecorder::show of its views; record_upload_begin, any number of upload_* and drop_*, record_upload_end; then
+// culls and draws of the views in any order.
+// Thread: externally serialised; const functions may overlap, and what is recorded of different views.
 
 #include <cstdint>
 #include <memory>
@@ -19,17 +20,17 @@
 #include "plant_store.h"
 #include "result.h"
 #include "uploads.h"
-#include "view_recorder.h"
+#include "views.h"
 
 namespace coppice::gpu {
 
 struct RendererDesc {
   Device device;  ///< memory.ledger outlives the renderer
   coppice_allocator allocator{};
-  ViewDesc view;
+  ViewsDesc views;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
   std::uint64_t memory_budget_bytes = 0;  ///< the ledger's, which has none while the renderer is created: see set_memory_budget
-  std::uint32_t max_plants = 0;           ///< an upper limit alone, as view.max_instances
+  std::uint32_t max_plants = 0;           ///< an upper limit alone, as views.max_instances
   coppice_jobs jobs{};                    ///< where pipelines are built
   bool blocking_pipelines = true;         ///< they are built where they are wanted, and not by jobs
   bool only_measured = false;             ///< what it takes of the ledger is asked for and nothing else: no device memory, no pipeline
@@ -48,7 +49,7 @@ class Renderer {
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
 
   /// RendererDesc's, or less where buffers for so many would be more than the device binds.
-  [[nodiscard]] std::uint32_t max_instances() const { return desc_.view.max_instances; }
+  [[nodiscard]] std::uint32_t max_instances() const { return desc_.views.max_instances; }
   [[nodiscard]] std::uint32_t max_plants() const { return desc_.max_plants; }
   [[nodiscard]] const Capacity& capacity() const { return capacity_; }
   /// Room for at least so many, <= max_instances() and max_plants(): larger buffers, which take over with the next record_upload_begin.
@@ -80,12 +81,18 @@ class Renderer {
   /// been uploaded. errors  out_of_memory: what goes up with this frame does not fit; the frame draws nothing
   Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
 
-  /// lod: selection's view of `view`. Before / after: as coppice_record_cull.
-  void record_cull(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod);
-  void record_draw(VkCommandBuffer cmd, const coppice_view& view) const { view_.record_draw(cmd, view); }
+  /// attachments: checked. errors  out_of_memory, device_lost
+  Result<std::uint32_t> add_view(const AttachmentDesc& attachments) { return views_.add(attachments, capacity_); }
+  void remove_view(std::uint32_t view);
+  /// view: of add_view
+  [[nodiscard]] ViewRecorder& view(std::uint32_t view) { return views_.view(view); }
+  [[nodiscard]] const ViewRecorder& view(std::uint32_t view) const { return views_.view(view); }
+  [[nodiscard]] bool has_raster() const { return views_.has_raster(); }
+  /// Of uploads, all zero without ViewsDesc::pass_times.
+  [[nodiscard]] const GpuTimer& timer() const { return timer_; }
 
-  [[nodiscard]] const ViewRecorder& view() const { return view_; }
-  [[nodiscard]] const AttachmentDesc& attachments() const { return desc_.view.attachments; }
+  /// Whether the frame's upload is there: only then its views may be culled.
+  [[nodiscard]] bool can_cull() const { return upload_state_ == UploadState::uploaded; }
   /// The least memory budget that holds what takes taken_bytes of the ledger now, before any plant.
   [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t taken_bytes) const;
   /// errors  device_lost: a Vulkan call said so, now or earlier; nothing that is recorded from then on draws
@@ -124,7 +131,8 @@ class Renderer {
   TextureSets texture_sets_;
   PlantStore plants_;
   SceneBuffers scene_;
-  ViewRecorder view_;
+  Views views_;
+  GpuTimer timer_;
   Capacity capacity_;
   std::uint32_t uploaded_slot_count_ = 0;
   std::uint64_t frame_ = 0, completed_ = 0;

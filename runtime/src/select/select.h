@@ -22,6 +22,7 @@ struct LodView {
   float focal_px = 1.0f;         ///< half the image height times |clip_from_view[1][1]|
   float near_m = 0.1f;           ///< > 0; nearer counts as this near
   float error_px = 2.0f;         ///< threshold, > 0
+  bool looks_around = true;      ///< it may turn: what is out of view is wanted too, at half its size
   bool discrete = false;         ///< COPPICE_LOD_DISCRETE: cuts are the discrete levels'
   bool full = false;             ///< COPPICE_LOD_FULL: every resident leaf, as modelled where that is resident, and the finest wood
   std::array<vec4, 5> planes{};  ///< frustum_planes of clip_from_world

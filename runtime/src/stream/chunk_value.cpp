@@ -59,14 +59,18 @@ std::uint32_t wanted_leaf_count(const ValuedPlant& plant, const PlantDemand& dem
 
 }  // namespace
 
-PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view) {
+bool wants_leaf_meshes(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view) {
+  if (!(demand.max_size_px > 0.0f) || plant.leaf_mesh_bytes == 0) return false;
+  const float threshold_px = kLeafMeshHeadStart * least_threshold_px(view);
+  return view.full || lod::coppice_wants_leaf_meshes(plant.table, column_of(plant, demand.max_size_px), threshold_px);
+}
+
+PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view, bool for_others) {
   PlantWants wants;
   wants.finest_wood = plant.table.wood_lod_count;
   if (!(demand.max_size_px > 0.0f)) return wants;
   const float threshold_px = least_threshold_px(view);
-  wants.leaf_meshes =
-      plant.leaf_mesh_bytes > 0 &&
-      (view.full || lod::coppice_wants_leaf_meshes(plant.table, column_of(plant, demand.max_size_px), kLeafMeshHeadStart * threshold_px));
+  wants.leaf_meshes = for_others || wants_leaf_meshes(plant, demand, view);
   const std::uint32_t leaves =
       view.full ? plant.leaf_count : std::min(wanted_leaf_count(plant, demand, threshold_px, wants.leaf_meshes), plant.leaf_count);
   wants.page_count = (leaves - 1 + COPPICE_PAGE_SPLITS - 1) / COPPICE_PAGE_SPLITS;
@@ -74,6 +78,13 @@ PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, cons
     wants.finest_wood = view.full ? 0 : lod::coppice_wood_lod(plant.table, column_of(plant, demand.max_size_px), threshold_px);
   wants.textures = true;
   return wants;
+}
+
+PlantWants merged(const PlantWants& a, const PlantWants& b) {
+  return {.page_count = std::max(a.page_count, b.page_count),
+          .finest_wood = std::min(a.finest_wood, b.finest_wood),
+          .textures = a.textures || b.textures,
+          .leaf_meshes = a.leaf_meshes || b.leaf_meshes};
 }
 
 float page_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view, std::uint32_t page) {

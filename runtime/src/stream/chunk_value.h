@@ -25,7 +25,14 @@ struct PlantWants {
   bool leaf_meshes = false;  ///< and the textures that only they show
 };
 
-PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view);
+/// Whether a view asks for the plant's leaf meshes.
+bool wants_leaf_meshes(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view);
+
+/// for_others  another view asks for the leaf meshes: then they are there for this one too
+PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view, bool for_others = false);
+
+/// What both ask for.
+PlantWants merged(const PlantWants& a, const PlantWants& b);
 
 /// Value, px/byte, of foliage page `page`, given those before it. 0: not wanted; a wanted page is worth more than 0 even where the table is
 /// flat. Where later pages buy more than this one, it is worth the best average over a run that it begins, since they need it.

@@ -56,6 +56,7 @@ void count_instance(const InstanceSphere& instance, const LodView& view, std::sp
   if (instance.plant == InstanceSphere::kNoPlant) return;
   COPPICE_ASSERT(instance.plant < demands.size());
   const Side side = side_of(instance.center_m, instance.radius_m, view);
+  if (side == Side::out && !view.looks_around) return;
   const float size_px = size_share(side) * lod::coppice_projected_size_px(distance(instance.center_m, view.eye_m), instance.radius_m,
                                                                           view.near_m, view.focal_px);
   PlantDemand& demand = demands[instance.plant];
@@ -86,7 +87,7 @@ void count_far_block(std::span<const InstanceSphere> members, const InstanceBoun
 
 }  // namespace
 
-Result<LodView> demand_view(const coppice_view& view) {
+Result<LodView> demand_view(const coppice_camera& view) {
   const bool finite = std::ranges::all_of(view.view_from_world, [](float x) { return std::isfinite(x); }) &&
                       std::ranges::all_of(view.clip_from_view, [](float x) { return std::isfinite(x); });
   if (!finite) return Error{Status::invalid_argument, "view: a matrix is not finite"};
@@ -125,6 +126,7 @@ void add_demand(const InstanceBlocks& instances, std::size_t first_block, std::s
     const std::size_t first = i * kInstanceBlockSlots;
     const auto members = instances.slots.subspan(first, std::min<std::size_t>(kInstanceBlockSlots, instances.slots.size() - first));
     const Side side = side_of(block.center_m, block.radius_m, view);
+    if (side == Side::out && !view.looks_around) continue;
     if (side != Side::across && distance(block.center_m, view.eye_m) > kFarRadii * block.radius_m)
       count_far_block(members, block, side, view, demands);
     else

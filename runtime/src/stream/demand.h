@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "coppice/coppice.h"
@@ -21,11 +22,16 @@ struct PlantDemand {
   std::array<float, kSizeBinCount> instances{};  ///< weight per bin: 1 for an instance in view, kOutsideWeight for one outside
 };
 
+/// Views are taken together in at most so many lots, each with one threshold: see StreamLens.
+inline constexpr std::size_t kMostLenses = 4;
+/// By lens; none where there is no view.
+using LensViews = std::array<std::optional<LodView>, kMostLenses>;
+
 /// An instance outside the view counts this much, at half its size: turning the head should find it half ready.
 inline constexpr float kOutsideWeight = 0.1f;
 
-/// From coppice_view's matrices (column-major). error  invalid_argument: the matrices are not a perspective view, or error_px <= 0
-Result<LodView> demand_view(const coppice_view& view);
+/// From coppice_camera's matrices (column-major). error  invalid_argument: the matrices are not a perspective view, or error_px <= 0
+Result<LodView> demand_view(const coppice_camera& view);
 
 /// Size, px, that stands for a bin: its upper end, so that no instance is taken for smaller than it is.
 float size_bin_px(std::uint32_t bin);

@@ -241,28 +241,38 @@ bool leaf_meshes_resident(const PlantStream& plant) {
                              [&](const Chunk& chunk) { return chunk.residency == Residency::resident || !in_leaf_mesh_set(plant, chunk); });
 }
 
-float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view) {
-  if (plant.closing) return 0.0f;
-  if (chunk.pinned) return std::numeric_limits<float>::infinity();
+namespace {
+
+float value_to(const PlantStream& plant, const Chunk& chunk, const PlantDemand& demand, const LodView& view) {
   const PlantWants& wants = plant.wants.unlimited;
-  const ChunkBytes bytes = chunk_bytes(plant, chunk);
   switch (chunk.id.kind) {
     case ChunkKind::page:
-      return page_value(plant.valued, wants, plant.demand, view, chunk.id.index);
+      return page_value(plant.valued, wants, demand, view, chunk.id.index);
     case ChunkKind::wood:
-      return wood_value(plant.valued, wants, plant.demand, view, chunk.id.index, bytes.gpu);
+      return wood_value(plant.valued, wants, demand, view, chunk.id.index, chunk_bytes(plant, chunk).gpu);
     case ChunkKind::texture:
-      if (in_leaf_mesh_set(plant, chunk)) return leaf_mesh_value(plant.valued, wants, plant.demand, view);
-      return texture_value(wants, plant.demand, bytes.gpu);
+      if (in_leaf_mesh_set(plant, chunk)) return leaf_mesh_value(plant.valued, wants, demand, view);
+      return texture_value(wants, demand, chunk_bytes(plant, chunk).gpu);
     case ChunkKind::leaf_mesh:
-      return leaf_mesh_value(plant.valued, wants, plant.demand, view);
+      return leaf_mesh_value(plant.valued, wants, demand, view);
   }
   return 0.0f;
 }
 
-void update_demand(PlantStream& plant, const PlantDemand& demand) {
-  plant.demand = demand;
-  RecentSize& recent = plant.recent_size;
+}  // namespace
+
+float chunk_value(const PlantStream& plant, const Chunk& chunk, const LensViews& views) {
+  if (plant.closing) return 0.0f;
+  if (chunk.pinned) return std::numeric_limits<float>::infinity();
+  float value = 0.0f;
+  for (std::size_t lens = 0; lens < kMostLenses; ++lens)
+    if (views[lens] && plant.demands[lens].now.max_size_px > 0.0f) value += value_to(plant, chunk, plant.demands[lens].now, *views[lens]);
+  return value;
+}
+
+void update_demand(LensDemand& of, const PlantDemand& demand) {
+  of.now = demand;
+  RecentSize& recent = of.recent;
   if (++recent.frames_in_window > kWantWindowFrames) {
     recent.last_window_px = std::exchange(recent.current_window_px, 0.0f);
     recent.frames_in_window = 1;
@@ -274,13 +284,29 @@ PlantWants no_wants(const PlantStream& plant) {
   return {.finest_wood = plant.file.plant.wood_lod_count};
 }
 
-PlantWants wants_at(const PlantStream& plant, float max_size_px, const LodView& view) {
-  if (plant.closing) return no_wants(plant);
-  PlantDemand demand = plant.demand;
-  demand.max_size_px = max_size_px;
+float max_size_px(const LensDemand& demand, DemandSize size) {
+  return size == DemandSize::now ? demand.now.max_size_px : demand.recent.px();
+}
+
+PlantWants wants_at(const PlantStream& plant, DemandSize size, const LensViews& views) {
+  PlantWants wants = no_wants(plant);
+  if (plant.closing) return wants;
   ValuedPlant valued = plant.valued;
   if (!plant.leaf_meshes_affordable) valued.leaf_mesh_bytes = 0;
-  PlantWants wants = plant_wants(valued, demand, view);
+  const auto for_each_lens = [&](const auto& ask) {
+    for (std::size_t lens = 0; lens < kMostLenses; ++lens) {
+      const float size_px = max_size_px(plant.demands[lens], size);
+      if (!views[lens] || size_px == 0.0f) continue;
+      PlantDemand demand = plant.demands[lens].now;
+      demand.max_size_px = size_px;
+      ask(demand, *views[lens]);
+    }
+  };
+  bool leaf_meshes = false;
+  for_each_lens(
+      [&](const PlantDemand& demand, const LodView& view) { leaf_meshes = leaf_meshes || wants_leaf_meshes(valued, demand, view); });
+  for_each_lens(
+      [&](const PlantDemand& demand, const LodView& view) { wants = merged(wants, plant_wants(valued, demand, view, leaf_meshes)); });
   wants.page_count = std::min(wants.page_count, plant.loadable_page_count);
   return wants;
 }
@@ -334,8 +360,12 @@ void give_up(PlantStream& plant, const Chunk& chunk) {
 }
 
 // What is pinned is absent only where the device had no memory for it.
+bool is_wanted(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk) {
+  return (chunk.pinned && !plant.closing) || wanted_by(plant, wants, chunk);
+}
+
 bool wanted_now(const PlantStream& plant, const Chunk& chunk) {
-  return (chunk.pinned && !plant.closing) || wanted_by(plant, plant.wants.now, chunk);
+  return is_wanted(plant, plant.wants.now, chunk);
 }
 
 bool wanted_recently(const PlantStream& plant, const Chunk& chunk) {

@@ -51,9 +51,15 @@ struct RecentSize {
   [[nodiscard]] float px() const { return current_window_px > last_window_px ? current_window_px : last_window_px; }
 };
 
-/// What a plant is asked for in a frame.
+/// What a lens asks of a plant.
+struct LensDemand {
+  PlantDemand now;
+  RecentSize recent;
+};
+
+/// What a plant is asked for in a frame, by all lenses.
 struct FrameWants {
-  PlantWants unlimited;  ///< at the view's own threshold, were memory no matter: what values are of
+  PlantWants unlimited;  ///< at the views' own thresholds, were memory no matter: what values are of
   PlantWants now;        ///< at the threshold in use: what is asked for
   PlantWants recent;     ///< at the threshold in use, by the size of the last frames: what is kept
 };
@@ -99,8 +105,7 @@ struct PlantStream {
   std::uint32_t victim_page_end = 0;  ///< while evictions are planned: pages from here on are chosen already
   bool trim_needed = false;           ///< pages past decoded_page_count hold memory
 
-  PlantDemand demand;
-  RecentSize recent_size;
+  std::array<LensDemand, kMostLenses> demands;
   FrameWants wants;
   std::uint32_t loadable_page_count = 0;  ///< pages before the first that failed
   bool leaf_meshes_affordable = true;     ///< false where the budget is for what is worth more
@@ -145,13 +150,16 @@ bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk);
 /// What is needed for the leaf meshes and is neither there nor on its way, bytes as in ChunkBytes::total().
 std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant);
 
-/// Value of a chunk under plant.demand and plant.wants.unlimited; infinite for what is pinned.
-float chunk_value(const PlantStream& plant, const Chunk& chunk, const LodView& view);
+/// Value of a chunk under plant.demands and plant.wants.unlimited, over all lenses; infinite for what is pinned.
+float chunk_value(const PlantStream& plant, const Chunk& chunk, const LensViews& views);
 
 /// A new frame's demand.
-void update_demand(PlantStream& plant, const PlantDemand& demand);
-/// What a size asks of the plant; nothing of one that is closing.
-PlantWants wants_at(const PlantStream& plant, float max_size_px, const LodView& view);
+void update_demand(LensDemand& of, const PlantDemand& demand);
+/// Which size of a plant counts.
+enum class DemandSize : std::uint8_t { now, recent };
+float max_size_px(const LensDemand& demand, DemandSize size);
+/// What all lenses ask of the plant; nothing of one that is closing.
+PlantWants wants_at(const PlantStream& plant, DemandSize size, const LensViews& views);
 PlantWants no_wants(const PlantStream& plant);
 /// Of what is not pinned.
 PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants);
@@ -159,6 +167,7 @@ PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants);
 void give_up(PlantStream& plant, const Chunk& chunk);
 /// Whether the leaf meshes can be drawn.
 bool leaf_meshes_resident(const PlantStream& plant);
+bool is_wanted(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk);
 bool wanted_now(const PlantStream& plant, const Chunk& chunk);
 bool wanted_recently(const PlantStream& plant, const Chunk& chunk);
 

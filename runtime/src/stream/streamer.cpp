@@ -284,14 +284,17 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   COPPICE_ASSERT(frame.frame_number > s.frame_number && s.completed_number < frame.frame_number);
   s.last_frame_number = s.frame_number;
   s.frame_number = frame.frame_number;
-  s.has_view = frame.view != nullptr;
-  if (s.has_view) s.view = *frame.view;
+  for (std::size_t lens = 0; lens < kMostLenses; ++lens)
+    s.views[lens] = frame.lenses[lens] ? std::optional(frame.lenses[lens]->view) : std::nullopt;
   s.evicted.begin();
   for (const auto& opening : s.used_openings())
     if (opening && opening->cancelled && opening->idle()) s.drop_opening(opening->index);
   for (const auto& plant : s.used_plants()) {
     if (!plant) continue;
-    update_demand(*plant, plant->index < frame.demands.size() ? frame.demands[plant->index] : PlantDemand{});
+    for (std::size_t lens = 0; lens < kMostLenses; ++lens) {
+      const auto demands = frame.lenses[lens] ? frame.lenses[lens]->demands : std::span<const PlantDemand>();
+      update_demand(plant->demands[lens], plant->index < demands.size() ? demands[plant->index] : PlantDemand{});
+    }
     s.trim(*plant);
   }
   s.update_wants();
@@ -447,25 +450,43 @@ namespace {
 
 using CountsByKind = std::array<ChunkCounts, kChunkKindCount>;
 
-/// Adds to `wanted` and `queued`.
-void count_missing(const PlantStream& plant, CountsByKind& counts) {
+/// Adds to `wanted` and `queued` what of `wants` is not there.
+void count_missing(const PlantStream& plant, const PlantWants& wants, CountsByKind& counts) {
   const auto count = [&](const Chunk& chunk) {
-    if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !wanted_now(plant, chunk)) return;
+    if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !is_wanted(plant, wants, chunk)) return;
     ChunkCounts& of = counts[static_cast<std::size_t>(chunk.id.kind)];
     ++of.wanted;
     if (chunk.residency == Residency::absent) ++of.queued;
   };
-  const std::uint32_t wanted_pages = std::min(plant.wants.now.page_count, plant.loadable_page_count);
+  const std::uint32_t wanted_pages = std::min(wants.page_count, plant.loadable_page_count);
   for (std::uint32_t page = plant.resident_page_count; page < wanted_pages; ++page) count(plant.chunk(ChunkKind::page, page));
   for (const Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count)) count(chunk);
+}
+
+bool is_there(const PlantStream& plant, const PlantWants& wants) {
+  StreamStats missing;
+  count_missing(plant, wants, missing.chunks);
+  return missing.all().wanted == 0;
 }
 
 }  // namespace
 
 bool Streamer::is_settled(std::uint32_t plant) const {
-  StreamStats missing;
-  count_missing(state_->open_plant_at(plant), missing.chunks);
-  return missing.all().wanted == 0;
+  const PlantStream& of = state_->open_plant_at(plant);
+  return is_there(of, of.wants.now);
+}
+
+bool Streamer::is_lens_settled(std::size_t lens) const {
+  LensViews alone;
+  alone[lens] = state_->views_at(state_->threshold_step)[lens];
+  return std::ranges::all_of(state_->used_plants(), [&](const auto& plant) {
+    return !plant || plant->closing || is_there(*plant, wants_at(*plant, DemandSize::now, alone));
+  });
+}
+
+float Streamer::threshold_px(std::size_t lens) const {
+  const std::optional<LodView> view = state_->views_at(state_->threshold_step)[lens];
+  return view && !view->full ? view->error_px : 0.0f;
 }
 
 const char* Streamer::path(std::uint32_t plant) const {
@@ -484,11 +505,10 @@ std::uint64_t Streamer::hand_over_ns() const {
 StreamStats Streamer::stats() const {
   const State& s = *state_;
   StreamStats stats = s.counters;
-  stats.threshold_px = s.threshold_px(s.threshold_step);
   for (const Transfer& transfer : s.transfers.span())
     if (transfer.chunk != nullptr) ++stats.chunks[static_cast<std::size_t>(transfer.chunk->id.kind)].in_flight;
   for (const auto& plant : s.used_plants())
-    if (plant && !plant->closing) count_missing(*plant, stats.chunks);
+    if (plant && !plant->closing) count_missing(*plant, plant->wants.now, stats.chunks);
   return stats;
 }
 

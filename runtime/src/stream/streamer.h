@@ -89,10 +89,17 @@ struct PlantState {
   bool leaf_meshes_resident = false;  ///< every one of them, and the textures that only they show
 };
 
-struct StreamFrame {
-  std::uint64_t frame_number = 1;        ///< of the frame about to be recorded; grows
-  const LodView* view = nullptr;         ///< threshold and mode; null: nothing is wanted beyond what is there
+/// Views that streaming takes as one: what they want of each plant at one threshold.
+struct StreamLens {
+  LodView view;                          ///< threshold and mode
   std::span<const PlantDemand> demands;  ///< by plant index; missing ones count as no demand
+};
+
+struct StreamFrame {
+  std::uint64_t frame_number = 1;  ///< of the frame about to be recorded; grows
+  /// The same views have the same place from frame to frame. What is wanted is what any of them wants; with none nothing is wanted beyond
+  /// what is there.
+  std::array<std::optional<StreamLens>, kMostLenses> lenses;
 };
 
 struct ChunkCounts {
@@ -101,7 +108,7 @@ struct ChunkCounts {
   std::uint64_t failed = 0;
   std::uint64_t cancelled = 0;  ///< reads
   std::uint32_t in_flight = 0;  ///< reading or decoding
-  std::uint32_t wanted = 0;     ///< by the view at the threshold in use, not resident
+  std::uint32_t wanted = 0;     ///< by any view at the threshold in use, not resident
   std::uint32_t queued = 0;     ///< of those wanted, not asked for yet
 
   ChunkCounts& operator+=(const ChunkCounts& other);
@@ -112,7 +119,6 @@ struct StreamStats {
   std::uint64_t bytes_read = 0;                     ///< by reads that returned, failed ones too
   std::uint64_t decode_ns = 0;                      ///< of jobs that ended, added up
   std::uint64_t hand_over_ns = 0;                   ///< time that the last begin_frame took over what was read and decoded
-  float threshold_px = 0.0f;  ///< in use: the view's, or higher where what it wants does not fit the budget; 0: every leaf
 
   /// Of all kinds.
   [[nodiscard]] ChunkCounts all() const;
@@ -158,8 +164,12 @@ class Streamer {
   [[nodiscard]] std::span<const std::uint32_t> lod_words(std::uint32_t plant) const;
   [[nodiscard]] gpu::PlantAppearance appearance(std::uint32_t plant) const;
   [[nodiscard]] PlantState state(std::uint32_t plant) const;
-  /// Whether everything that the view wanted of the plant in the last begin_frame, and can be had, is resident.
+  /// Whether everything that was wanted of the plant in the last begin_frame, and can be had, is resident.
   [[nodiscard]] bool is_settled(std::uint32_t plant) const;
+  /// The same of all that the lens wanted, of every plant. lens: < kMostLenses
+  [[nodiscard]] bool is_lens_settled(std::size_t lens) const;
+  /// In use: the lens's own, or higher where what all want does not fit the budget; 0: every leaf, or it had no view in the last frame.
+  [[nodiscard]] float threshold_px(std::size_t lens) const;
   /// Of the plant's file, or its name.
   [[nodiscard]] const char* path(std::uint32_t plant) const;
   /// Its name as long as the plant is open.

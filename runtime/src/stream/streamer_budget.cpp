@@ -56,7 +56,7 @@ Error Streamer::State::refusal(std::uint64_t bytes) const {
 
 float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
   if (chunk.value_frame == frame_number) return chunk.value;
-  chunk.value = has_view ? chunk_value(plant, chunk, view) : 0.0f;
+  chunk.value = chunk_value(plant, chunk, views);
   chunk.value_frame = frame_number;
   return chunk.value;
 }

@@ -78,11 +78,10 @@ struct Streamer::State {
   BoundedList<Request> requests;  ///< scratch, a heap by value: at most a page, the wood LoDs, textures and leaf meshes of each plant
   BoundedList<Indivisible> indivisible;  ///< scratch of a frame: at most the textures of each plant, and its leaf meshes
 
-  LodView view;
-  bool has_view = false;
+  LensViews views;           ///< with their own thresholds
   bool device_lost = false;  ///< and said
   bool all_affordable = true;
-  std::uint32_t threshold_step = 0;  ///< how far above the view's own the threshold in use is
+  std::uint32_t threshold_step = 0;  ///< how far above the views' own the thresholds in use are
   std::uint64_t frame_number = 0, last_frame_number = 0, completed_number = 0;
 
   std::uint64_t movable_bytes = 0;    ///< of chunks that are not pinned
@@ -130,8 +129,8 @@ struct Streamer::State {
   float value_of(PlantStream& plant, Chunk& chunk);
 
   // streamer_threshold.cpp
-  [[nodiscard]] float threshold_px(std::uint32_t step) const;
-  [[nodiscard]] PlantWants wants_at_step(const PlantStream& plant, float max_size_px, std::uint32_t step) const;
+  [[nodiscard]] bool has_view() const;
+  [[nodiscard]] LensViews views_at(std::uint32_t step) const;
   /// What everything that a step asks for takes.
   [[nodiscard]] std::uint64_t planned_bytes_at(std::uint32_t step) const;
   /// What there is for it.

@@ -34,26 +34,35 @@ std::uint64_t comfortable_bytes(std::uint64_t room) {
 
 }  // namespace
 
-float Streamer::State::threshold_px(std::uint32_t step) const {
-  const float own_px = view.full ? 0.0f : view.error_px;
-  if (step == 0) return own_px;
-  const float first_px = view.full ? kFirstStepOfFullPx : own_px;
-  return first_px * std::exp2(static_cast<float>(step) / kStepsPerDoubling);
+bool Streamer::State::has_view() const {
+  return std::ranges::any_of(views, [](const auto& view) { return view.has_value(); });
 }
 
-PlantWants Streamer::State::wants_at_step(const PlantStream& plant, float max_size_px, std::uint32_t step) const {
-  if (step == 0) return wants_at(plant, max_size_px, view);
-  LodView raised = view;
-  raised.error_px = threshold_px(step);
-  raised.full = false;
-  return wants_at(plant, max_size_px, raised);
+LensViews Streamer::State::views_at(std::uint32_t step) const {
+  LensViews raised = views;
+  for (std::optional<LodView>& view : raised) {
+    if (!view || step == 0) continue;
+    const float first_px = view->full ? kFirstStepOfFullPx : view->error_px;
+    view->error_px = first_px * std::exp2(static_cast<float>(step) / kStepsPerDoubling);
+    view->full = false;
+  }
+  return raised;
 }
+
+namespace {
+
+bool is_seen(const PlantStream& plant, DemandSize size) {
+  return std::ranges::any_of(plant.demands, [&](const LensDemand& demand) { return max_size_px(demand, size) > 0.0f; });
+}
+
+}  // namespace
 
 std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
   PlannedBytes sum;
+  const LensViews raised = views_at(step);
   for (const auto& plant : used_plants()) {
-    if (!plant || plant->closing || plant->recent_size.px() == 0.0f) continue;
-    const PlannedBytes planned = planned_bytes(*plant, wants_at_step(*plant, plant->recent_size.px(), step));
+    if (!plant || plant->closing || !is_seen(*plant, DemandSize::recent)) continue;
+    const PlannedBytes planned = planned_bytes(*plant, wants_at(*plant, DemandSize::recent, raised));
     sum.settled += planned.settled;
     sum.passing = std::max(sum.passing, planned.passing);
   }
@@ -68,7 +77,7 @@ std::uint64_t Streamer::State::room_bytes() const {
 void Streamer::State::gather_indivisible() {
   indivisible.clear();
   for (const auto& plant : used_plants()) {
-    if (!plant || plant->closing || plant->demand.max_size_px == 0.0f) continue;
+    if (!plant || plant->closing || !is_seen(*plant, DemandSize::now)) continue;
     const PlantWants& wants = plant->wants.unlimited;
     std::uint64_t set_bytes = 0;
     Chunk* of_set = nullptr;
@@ -130,17 +139,18 @@ void Streamer::State::update_wants() {
   for (const auto& plant : used_plants()) {
     if (!plant) continue;
     plant->leaf_meshes_affordable = true;
-    plant->wants.unlimited = has_view ? wants_at_step(*plant, plant->demand.max_size_px, 0) : no_wants(*plant);
+    plant->wants.unlimited = wants_at(*plant, DemandSize::now, views);
   }
-  if (has_view) {
+  if (has_view()) {
     const std::uint64_t room = room_bytes();
     choose_indivisible(room);
     choose_threshold(room);
   }
+  const LensViews raised = views_at(threshold_step);
   for (const auto& plant : used_plants()) {
     if (!plant) continue;
-    plant->wants.now = has_view ? wants_at_step(*plant, plant->demand.max_size_px, threshold_step) : no_wants(*plant);
-    plant->wants.recent = has_view ? wants_at_step(*plant, plant->recent_size.px(), threshold_step) : no_wants(*plant);
+    plant->wants.now = wants_at(*plant, DemandSize::now, raised);
+    plant->wants.recent = wants_at(*plant, DemandSize::recent, raised);
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -111,7 +113,7 @@ Error vulkan_error(VkResult result, const char* call) {
 
 Result<void> check(Device& device, VkResult result, const char* call) {
   if (result == VK_SUCCESS) return {};
-  if (result == VK_ERROR_DEVICE_LOST) device.lost_call = call;
+  if (result == VK_ERROR_DEVICE_LOST) std::atomic_ref(device.lost_call).store(call);
   return vulkan_error(result, call);
 }
 
@@ -123,6 +125,8 @@ Result<void> check_alive(const Device& device) {
 
 void go_on_without(Device& device, const Error& error, const char* instead) {
   if (error.status == Status::device_lost) return;
+  static std::mutex mutex;  // views are recorded side by side
+  const std::lock_guard lock(mutex);
   if (std::ranges::find(device.warned_calls, std::string_view(error.what)) != device.warned_calls.end()) return;
   device.warned_calls.emplace_back(error.what);
   log_line(device.log, COPPICE_LOG_WARNING, "%s; %s", error.message().c_str(), instead);

@@ -44,6 +44,14 @@ Result<void> GrowingBuffers::reserve(const BufferSizes& wanted) {
   return {};
 }
 
+void GrowingBuffers::forget(const BufferSizes& gone) {
+  std::erase_if(larger_, [&](Larger& larger) {
+    if (std::ranges::find(gone.items, larger.size.buffer, &BufferSize::buffer) == gone.items.end()) return false;
+    destroy_buffer(device_, larger.buffer);
+    return true;
+  });
+}
+
 bool GrowingBuffers::take(Uploads& uploads, Garbage& garbage) {
   const bool some = !larger_.empty();
   for (const Larger& larger : larger_) {

@@ -3,12 +3,10 @@
 // Buffers whose size follows how many of something there are. A larger one waits until the next upload: between that and the draws of a
 // frame nothing is replaced.
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "check.h"
 #include "uploads.h"
 
 namespace coppice::gpu {
@@ -22,14 +20,10 @@ struct BufferSize {
 
 /// All whose size follows something.
 struct BufferSizes {
-  std::array<BufferSize, 24> items{};
-  std::size_t count = 0;
+  std::vector<BufferSize> items;  ///< some ten, and six of each view
 
-  void add(const BufferSize& size) {
-    COPPICE_ASSERT(count < items.size());
-    items[count++] = size;
-  }
-  [[nodiscard]] std::span<const BufferSize> span() const { return std::span(items).first(count); }
+  void add(const BufferSize& size) { items.push_back(size); }
+  [[nodiscard]] std::span<const BufferSize> span() const { return items; }
 };
 
 class GrowingBuffers {
@@ -45,6 +39,8 @@ class GrowingBuffers {
   /// Creates those that have to become larger. errors  out_of_memory, device_lost, unsupported: more than the device binds; nothing has
   /// changed
   Result<void> reserve(const BufferSizes& wanted);
+  /// Buffers that go: nothing takes their place.
+  void forget(const BufferSizes& gone);
   /// Larger buffers take the place of smaller ones. Whether there were any
   bool take(Uploads& uploads, Garbage& garbage);
 

@@ -18,11 +18,12 @@ namespace coppice::gpu {
 
 /// The attachments record_draw will find.
 struct AttachmentDesc {
-  VkFormat color_format = VK_FORMAT_UNDEFINED;
+  VkFormat color_format = VK_FORMAT_UNDEFINED;  ///< undefined: depth alone
   VkFormat depth_format = VK_FORMAT_UNDEFINED;
   VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
-  VkFormat shadow_format = VK_FORMAT_UNDEFINED;  ///< of shadow views' depth; undefined: there are none
+
+  bool operator==(const AttachmentDesc&) const = default;
 };
 
 /// What a pipeline is made of. Without a fragment shader it computes; with one it draws triangles on the attachments, depth tested and

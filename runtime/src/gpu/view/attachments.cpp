@@ -75,21 +75,14 @@ Result<void> check_attachments(const Device& device, const AttachmentDesc& attac
     return Error{Status::invalid_argument, "color_format is an integer format, and colours are floats", Error::kNoOffset, number(color)};
   if (has_depth(color) || color == VK_FORMAT_S8_UINT)
     return Error{Status::invalid_argument, "color_format is a format of depth or stencil", Error::kNoOffset, number(color)};
-  if (!has_feature(device, color, VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT))
+  if (!is_depth_alone(attachments) && !has_feature(device, color, VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT))
     return Error{Status::unsupported, "color_format is none that this device draws colour to", Error::kNoOffset, number(color)};
   COPPICE_CHECK(check_depth(device, attachments.depth_format, "depth_format is not a format of depth",
                             "depth_format is none that this device draws depth to"));
-  if (attachments.shadow_format != VK_FORMAT_UNDEFINED)
-    COPPICE_CHECK(check_depth(device, attachments.shadow_format, "shadow_format is not a format of depth",
-                              "shadow_format is none that this device draws depth to"));
   if ((device.sample_counts & static_cast<VkSampleCountFlags>(attachments.samples)) == 0)
     return Error{Status::unsupported, "samples is more than this device draws colour and depth with", Error::kNoOffset,
                  std::to_string(attachments.samples)};
   return {};
-}
-
-AttachmentDesc shadow_attachments(const AttachmentDesc& attachments) {
-  return {.depth_format = attachments.shadow_format, .depth_compare = attachments.depth_compare};
 }
 
 }  // namespace coppice::gpu

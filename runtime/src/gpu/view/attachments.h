@@ -11,10 +11,12 @@ constexpr bool is_reversed(VkCompareOp compare) {
   return compare == VK_COMPARE_OP_GREATER || compare == VK_COMPARE_OP_GREATER_OR_EQUAL;
 }
 
-/// What a shadow view is drawn to: no colour.
-AttachmentDesc shadow_attachments(const AttachmentDesc& attachments);
+/// What a shadow view is drawn to.
+constexpr bool is_depth_alone(const AttachmentDesc& attachments) {
+  return attachments.color_format == VK_FORMAT_UNDEFINED;
+}
 
-/// Whether pipelines for these attachments can work, by field of coppice_context_desc.
+/// Whether pipelines for these attachments can work, by field of coppice_view_target.
 /// errors  invalid_argument: an integer colour format, a depth format without depth; unsupported: this device does not do it
 Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments);
 

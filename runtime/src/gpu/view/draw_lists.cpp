@@ -26,8 +26,11 @@ std::uint64_t fair_share(std::span<std::uint64_t> wanted, std::uint64_t share) {
   return ~std::uint64_t{0};
 }
 
-bool can_draw(const StoredPlant& plant, const MeshPipelines& pipelines) {
-  const auto drawable = [&](const SurfaceTextures& textures) { return pipelines.flat.of(textures.color)->handle() != VK_NULL_HANDLE; };
+bool can_draw(const StoredPlant& plant, const DrawPipelines& pipelines) {
+  if (is_depth_alone(pipelines.attachments)) return true;
+  const auto drawable = [&](const SurfaceTextures& textures) {
+    return pipelines.of(mesh_kind(kMaxWoodLods, textures.color, false))->handle() != VK_NULL_HANDLE;
+  };
   return std::ranges::all_of(std::span(plant.meshes).subspan(kMaxWoodLods, plant.leaf_mesh_count),
                              [&](const StoredMesh& mesh) { return std::ranges::all_of(mesh.textures.span(), drawable); });
 }
@@ -56,7 +59,8 @@ void DrawLists::fill_meshes(std::uint32_t index, const DrawListInput& input) {
     if (wood.index_count > 0) record.wood_resident_mask |= residency.wood_mask & 1u << lod;
     if (input.raster && wood.cluster_count > 0) record.wood_list_mask |= 1u << lod;
   }
-  if (!residency.leaf_meshes || !can_draw(plant, input.leaf_meshes)) return;
+  const auto drawable = [&](const DrawPipelines& pipelines) { return can_draw(plant, pipelines); };
+  if (!residency.leaf_meshes || !std::ranges::all_of(input.pipelines, drawable)) return;
   record.leaf_mesh_count = record.mesh_list_count = plant.leaf_mesh_count;
   for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i) {
     const StoredMesh& leaves = plant.meshes[kMaxWoodLods + i];
@@ -140,14 +144,19 @@ bool DrawLists::grow(Device& device, Garbage& garbage, std::uint64_t wanted_byte
 }
 
 // There are commands for single clusters for all slots; for clusters and parts as far as the share of the budget goes and there is room.
-bool DrawLists::fill(Device& device, Garbage& garbage, const DrawListInput& input, Buffer& commands) {
+bool DrawLists::fill(Device& device, Garbage& garbage, const DrawListInput& input, std::span<Buffer* const> commands) {
   count_ = input.plants.count();
   for (std::uint32_t i = 0; i < count_; ++i) fill_record(i, input);
   const Wanted wanted = add_up(device);
   const std::uint64_t most_bytes = std::min(input.memory_budget_bytes / kCommandShare, device.max_storage_bytes - wanted.single_bytes);
   const std::uint64_t wanted_bytes = wanted.single_bytes + std::min(wanted.part_bytes + wanted.cluster_bytes, most_bytes);
-  const bool grown = grow(device, garbage, wanted_bytes, commands);
-  std::uint64_t room = std::min(wanted_bytes, commands.size_bytes) - wanted.single_bytes;
+  bool grown = false;
+  std::uint64_t bytes = wanted_bytes;
+  for (Buffer* of_view : commands) {
+    if (grow(device, garbage, wanted_bytes, *of_view)) grown = true;
+    bytes = std::min(bytes, of_view->size_bytes);
+  }
+  std::uint64_t room = bytes - std::min(bytes, wanted.single_bytes);
   const bool parts = wanted.part_bytes + std::min(wanted.cluster_bytes, room / 2) <= room;
   if (parts) room -= wanted.part_bytes;
   place(fair_share(wanted_.span().first(wanted.plants), room / sizeof(DrawCommand)), parts);

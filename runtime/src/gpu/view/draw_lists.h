@@ -23,8 +23,8 @@ struct DrawListInput {
   const PlantStore& plants;
   const InstanceTable& instances;
   std::span<const PlantResidency> residency;  ///< [plants]
-  const MeshPipelines& leaf_meshes;
-  bool raster = false;  ///< the compute rasteriser draws small leaves
+  std::span<const DrawPipelines> pipelines;   ///< leaf meshes are drawn once all have theirs
+  bool raster = false;                        ///< the compute rasteriser draws small leaves
   std::uint64_t memory_budget_bytes = 0;
 };
 
@@ -34,9 +34,9 @@ class DrawLists {
 
   /// Room for so many plants. errors  out_of_memory; nothing has changed
   Result<void> reserve(std::uint32_t plant_count);
-  /// For this frame. commands: for single clusters of all slots at least; a larger one takes its place where there is room for more
-  /// draws. True: it did
-  bool fill(Device& device, Garbage& garbage, const DrawListInput& input, Buffer& commands);
+  /// For this frame. commands: of each view, for single clusters of all slots at least; a larger one takes the place of each where there is
+  /// room for more draws. True: some did
+  bool fill(Device& device, Garbage& garbage, const DrawListInput& input, std::span<Buffer* const> commands);
 
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] std::span<const Plant> records() const { return records_.span().first(count_); }

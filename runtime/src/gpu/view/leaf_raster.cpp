@@ -88,12 +88,12 @@ std::uint64_t tile_count(std::uint32_t width_px, std::uint32_t height_px) {
 }
 
 /// Depth as a function of w alone, which an oblique projection's is not.
-bool has_plain_depth(const coppice_view& view) {
+bool has_plain_depth(const coppice_camera& view) {
   return view.clip_from_view[2] == 0.0f && view.clip_from_view[6] == 0.0f && view.clip_from_view[11] == -1.0f;
 }
 
 /// Whether the rasteriser draws such a view.
-bool is_drawn(const coppice_view& view) {
+bool is_drawn(const coppice_camera& view) {
   return view.lod == COPPICE_LOD_CUT && has_plain_depth(view);
 }
 
@@ -119,7 +119,6 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
   raster->shape_ = desc.many_lanes.value_or(properties.properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU) ? kManyLanes : kFewLanes;
   COPPICE_CHECK(raster->create_layouts());
-  COPPICE_CHECK(raster->create_rounds());
   raster->add_pipelines();
   return raster;
 }
@@ -128,9 +127,7 @@ LeafRaster::~LeafRaster() {
   const Functions& vk = device_.vk;
   vk.vkDestroyPipelineLayout(device_.device, layout_, nullptr);
   destroy_set_layout(device_, set_layout_);
-  destroy_set(device_, set_);
-  for (Buffer* buffer : {&buffers_.blocks, &buffers_.rounds, &buffers_.visible_blocks, &buffers_.items, &buffers_.work, &buffers_.splats,
-                         &buffers_.big, &buffers_.picture, &buffers_.tiles})
+  for (Buffer* buffer : {&buffers_.blocks, &buffers_.visible_blocks, &buffers_.items, &buffers_.work, &buffers_.splats, &buffers_.big})
     destroy_buffer(device_, *buffer);
 }
 
@@ -170,16 +167,15 @@ void LeafRaster::add_pipelines() {
                                              .big_pixels = shape_.big_pixels,
                                              .row_lanes = shape_.row_lanes});
   }
-  const auto add_resolve = [this](Words fragment, const AttachmentDesc& attachments) {
-    return &pipeline_set_.add({.name = "raster_resolve.vert",
-                               .layout = layout_,
-                               .first = raster_resolve_vert_spirv,
-                               .fragment = fragment,
-                               .attachments = attachments});
-  };
-  pipelines_.resolve = add_resolve(raster_resolve_frag_spirv, desc_.attachments);
-  if (desc_.attachments.shadow_format != VK_FORMAT_UNDEFINED)
-    pipelines_.resolve_shadow = add_resolve(raster_resolve_depth_frag_spirv, shadow_attachments(desc_.attachments));
+}
+
+Pipeline* LeafRaster::add_resolve(const AttachmentDesc& attachments) {
+  using Words = std::span<const std::uint32_t>;
+  return &pipeline_set_.add({.name = "raster_resolve.vert",
+                             .layout = layout_,
+                             .first = raster_resolve_vert_spirv,
+                             .fragment = is_depth_alone(attachments) ? Words(raster_resolve_depth_frag_spirv) : raster_resolve_frag_spirv,
+                             .attachments = attachments});
 }
 
 std::span<const LeafRaster::RasterPass> LeafRaster::passes(coppice_debug_view debug_view) const {
@@ -189,26 +185,32 @@ std::span<const LeafRaster::RasterPass> LeafRaster::passes(coppice_debug_view de
   return std::span(kDrawn).first(desc_.int64_atomics ? 1 : 2);
 }
 
-bool LeafRaster::want(const coppice_view& view) {
+bool LeafRaster::want(coppice_debug_view debug_view, Pipeline& resolve) {
   bool ready = true;
   const auto want = [&](Pipeline* pipeline) { ready = pipeline_set_.want(*pipeline) && ready; };
   want(pipelines_.blocks);
-  want(pipelines_.cull.of(view.debug_view));
+  want(pipelines_.cull.of(debug_view));
   want(pipelines_.expand);
-  for (const RasterPass pass : passes(view.debug_view)) {
+  for (const RasterPass pass : passes(debug_view)) {
     want(pipelines_.splats[pass]);
     std::ranges::for_each(pipelines_.leaves[pass], want);
   }
   want(pipelines_.finest_tiles);
   want(pipelines_.other_tiles);
   want(pipelines_.draws);
-  want(pipelines_.resolve_of(view.kind));
+  want(&resolve);
   return ready;
 }
 
-Result<void> LeafRaster::create_rounds() {
-  return move_into(buffers_.rounds, create_buffer(device_, kRasterRounds * sizeof(RasterRound),
-                                                  kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, MemoryKind::device));
+Result<void> LeafRaster::create_view(bool reversed_depth, RasterView& view) {
+  view.reversed_depth = reversed_depth;
+  return move_into(view.rounds, create_buffer(device_, kRasterRounds * sizeof(RasterRound), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+                                              MemoryKind::device));
+}
+
+void LeafRaster::destroy_view(RasterView& view) {
+  for (Buffer* buffer : {&view.rounds, &view.picture, &view.tiles}) destroy_buffer(device_, *buffer);
+  destroy_set(device_, view.set);
 }
 
 void LeafRaster::add_sizes(std::uint32_t slots, BufferSizes& sizes) {
@@ -233,86 +235,84 @@ InstanceBlock gpu_block(const InstanceBounds& bounds) {
           .instance_count = bounds.instance_count};
 }
 
-Result<void> LeafRaster::rebuild_set() {
-  const std::array<Bound, kStorageCount + 1> bound{{{&buffers_.picture},
+Result<void> LeafRaster::rebuild_set(RasterView& view) {
+  const std::array<Bound, kStorageCount + 1> bound{{{&view.picture},
                                                     {&buffers_.blocks},
-                                                    {&buffers_.rounds},
+                                                    {&view.rounds},
                                                     {&buffers_.visible_blocks},
                                                     {&buffers_.items},
                                                     {&buffers_.work},
                                                     {&buffers_.big},
                                                     {&buffers_.splats},
-                                                    {&buffers_.tiles},
-                                                    {&buffers_.picture}}};
+                                                    {&view.tiles},
+                                                    {&view.picture}}};
   COPPICE_TRY(made, create_set(device_, set_layout_, bound));
-  garbage_.retire(set_);
-  set_ = made;
-  set_stale_ = false;
+  garbage_.retire(view.set);
+  view.set = made;
+  view.set_stale = false;
   return {};
 }
 
-LeafRaster::ViewBytes LeafRaster::view_bytes(const coppice_view& view) const {
-  const std::uint64_t picture = std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t);
-  const std::uint64_t tiles = tile_count(view.width_px, view.height_px) * sizeof(std::uint32_t);
-  return {std::max(picture, buffers_.picture.size_bytes), std::max(tiles, buffers_.tiles.size_bytes)};
-}
-
-std::uint64_t LeafRaster::wanted_bytes(const coppice_view& view) const {
-  const ViewBytes wanted = view_bytes(view);
-  const bool there = wanted.picture == buffers_.picture.size_bytes && wanted.tiles == buffers_.tiles.size_bytes;
-  return there || !is_drawn(view) ? 0 : wanted.picture + wanted.tiles;
-}
-
-Result<void> LeafRaster::reserve_picture(const coppice_view& view) {
-  if (wanted_bytes(view) == 0) return {};
-  const ViewBytes wanted = view_bytes(view);
+Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& wanted) {
   COPPICE_TRY(picture, create_buffer(device_, wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, MemoryKind::alone));
   auto tiles = create_buffer(device_, wanted.tiles, kStorage, MemoryKind::alone);
   if (!tiles) {
     destroy_buffer(device_, picture);
     return tiles.error();
   }
-  for (Buffer* old : {&buffers_.picture, &buffers_.tiles}) garbage_.retire(*old);
-  buffers_.picture = picture;
-  buffers_.tiles = *tiles;
-  set_stale_ = true;
+  for (Buffer* old : {&view.picture, &view.tiles}) garbage_.retire(*old);
+  view.picture = picture;
+  view.tiles = *tiles;
+  view.set_stale = true;
   return {};
 }
 
-bool LeafRaster::begin_view(VkCommandBuffer cmd, const coppice_view& view) {
-  if (!is_drawn(view)) return false;
-  auto reserved = reserve_picture(view);
+bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera) {
+  if (!is_drawn(camera)) return false;
+  // What is larger already stays.
+  const std::uint64_t picture_bytes = std::uint64_t{camera.width_px} * camera.height_px * 2 * sizeof(std::uint32_t);
+  const std::uint64_t tile_bytes = tile_count(camera.width_px, camera.height_px) * sizeof(std::uint32_t);
+  const ViewBytes wanted{std::max(picture_bytes, view.picture.size_bytes), std::max(tile_bytes, view.tiles.size_bytes)};
+  Result<void> reserved;
+  if (wanted.picture > view.picture.size_bytes || wanted.tiles > view.tiles.size_bytes) {
+    if (!fits_buffer(device_, wanted.picture + wanted.tiles)) return false;
+    reserved = reserve_picture(view, wanted);
+  }
   // Also after a picture whose set could not be made in an earlier frame.
-  if (reserved && set_stale_) reserved = rebuild_set();
+  if (reserved && view.set_stale) reserved = rebuild_set(view);
   if (!reserved) {
     go_on_without(device_, reserved.error(), "what the compute shaders would draw is drawn by the hardware");
     return false;
   }
-  const bool reversed = is_reversed(desc_.attachments.depth_compare);
-  debug_view_ = view.debug_view;
-  push_ = {.round = 0,
-           .width_px = view.width_px,
-           .height_px = view.height_px,
-           // Depth is clip z over w, with z = -[10] w + [14].
-           .key_a = reversed ? -view.clip_from_view[10] : 1.0f + view.clip_from_view[10],
-           .key_b = reversed ? view.clip_from_view[14] : -view.clip_from_view[14],
-           .splat_px = kSplat_px,
-           .split_px = kSplit_px,
-           .reversed = reversed ? 1u : 0u,
-           .lanes = lanes_,
-           .work_capacity = static_cast<std::uint32_t>(buffers_.work.size_bytes / sizeof(uvec2)),
-           .expand_items = shape_.expand_together ? 1 : lanes_,
-           .leaf_clusters = shape_.leaf_clusters,
-           .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes};
+  const bool reversed = view.reversed_depth;
+  view.debug_view = camera.debug_view;
+  view.push = {.round = 0,
+               .width_px = camera.width_px,
+               .height_px = camera.height_px,
+               // Depth is clip z over w, with z = -[10] w + [14].
+               .key_a = reversed ? -camera.clip_from_view[10] : 1.0f + camera.clip_from_view[10],
+               .key_b = reversed ? camera.clip_from_view[14] : -camera.clip_from_view[14],
+               .splat_px = kSplat_px,
+               .split_px = kSplit_px,
+               .reversed = reversed ? 1u : 0u,
+               .lanes = lanes_,
+               .work_capacity = static_cast<std::uint32_t>(buffers_.work.size_bytes / sizeof(uvec2)),
+               .expand_items = shape_.expand_together ? 1 : lanes_,
+               .leaf_clusters = shape_.leaf_clusters,
+               .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes};
+  return true;
+}
+
+void LeafRaster::record_start(VkCommandBuffer cmd, const RasterView& view) const {
   std::array<RasterRound, kRasterRounds> rounds{};
   for (RasterRound& round : rounds)
     for (RasterStage* stage :
          {&round.blocks, &round.items, &round.work, &round.splats, &round.big, &round.finest_tiles, &round.other_tiles, &round.draws})
       stage->groups[1] = stage->groups[2] = 1;
-  device_.vk.vkCmdUpdateBuffer(cmd, buffers_.rounds.buffer, 0, sizeof rounds, rounds.data());
-  device_.vk.vkCmdFillBuffer(cmd, buffers_.picture.buffer, 0, std::uint64_t{view.width_px} * view.height_px * 2 * sizeof(std::uint32_t), 0);
-  device_.vk.vkCmdFillBuffer(cmd, buffers_.tiles.buffer, 0, VK_WHOLE_SIZE, 0);
-  return true;
+  device_.vk.vkCmdUpdateBuffer(cmd, view.rounds.buffer, 0, sizeof rounds, rounds.data());
+  device_.vk.vkCmdFillBuffer(cmd, view.picture.buffer, 0,
+                             std::uint64_t{view.push.width_px} * view.push.height_px * 2 * sizeof(std::uint32_t), 0);
+  device_.vk.vkCmdFillBuffer(cmd, view.tiles.buffer, 0, VK_WHOLE_SIZE, 0);
 }
 
 void LeafRaster::bind(VkCommandBuffer cmd, const Pipeline& pipeline) const {
@@ -326,72 +326,74 @@ void LeafRaster::barrier(VkCommandBuffer cmd) const {
                      VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
 }
 
-void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, std::uint32_t round, std::uint64_t stage_offset) const {
+void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewRound& of, std::uint64_t stage_offset) const {
   bind(cmd, pipeline);
-  device_.vk.vkCmdDispatchIndirect(cmd, buffers_.rounds.buffer, round * sizeof(RasterRound) + stage_offset);
+  device_.vk.vkCmdDispatchIndirect(cmd, of.view.rounds.buffer, of.round * sizeof(RasterRound) + stage_offset);
 }
 
-void LeafRaster::record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTimer* timer) const {
+void LeafRaster::record_leaves(VkCommandBuffer cmd, const ViewRound& of, GpuTimer* timer) const {
   bool first = true;
-  for (const RasterPass pass : passes(debug_view_)) {
+  for (const RasterPass pass : passes(of.view.debug_view)) {
     const auto& leaves = pipelines_.leaves[pass];
     if (!first) barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.splats[pass], round, offsetof(RasterRound, splats));
+    dispatch_stage(cmd, *pipelines_.splats[pass], of, offsetof(RasterRound, splats));
     if (timer != nullptr) timer->mark(device_, cmd, Pass::splats);
-    dispatch_stage(cmd, *leaves[kClusters], round, offsetof(RasterRound, work));
+    dispatch_stage(cmd, *leaves[kClusters], of, offsetof(RasterRound, work));
     // The first pass finds out which leaves are big.
     if (std::exchange(first, false)) barrier(cmd);
-    dispatch_stage(cmd, *leaves[kBig], round, offsetof(RasterRound, big));
-    if (timer != nullptr && pass != passes(debug_view_).back()) timer->mark(device_, cmd, Pass::leaves);
+    dispatch_stage(cmd, *leaves[kBig], of, offsetof(RasterRound, big));
+    if (timer != nullptr && pass != passes(of.view.debug_view).back()) timer->mark(device_, cmd, Pass::leaves);
   }
 }
 
-void LeafRaster::record_tiles(VkCommandBuffer cmd, std::uint32_t round) const {
-  dispatch_stage(cmd, *pipelines_.finest_tiles, round, offsetof(RasterRound, finest_tiles));
+void LeafRaster::record_tiles(VkCommandBuffer cmd, const ViewRound& of) const {
+  dispatch_stage(cmd, *pipelines_.finest_tiles, of, offsetof(RasterRound, finest_tiles));
   barrier(cmd);
-  dispatch_stage(cmd, *pipelines_.other_tiles, round, offsetof(RasterRound, other_tiles));
+  dispatch_stage(cmd, *pipelines_.other_tiles, of, offsetof(RasterRound, other_tiles));
   barrier(cmd);
 }
 
-void LeafRaster::record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const {
+void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, std::uint32_t slot_count,
+                        GpuTimer* timer) const {
   const Functions& vk = device_.vk;
   const auto mark = [&](Pass pass) {
     if (timer != nullptr) timer->mark(device_, cmd, pass);
   };
-  const std::array sets{frame_set, set_.set};
+  const std::array sets{frame_set, view.set.set};
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, static_cast<std::uint32_t>(sets.size()), sets.data(), 0,
                              nullptr);
   const std::uint32_t block_count = (slot_count + kBlockSlots - 1) / kBlockSlots;
   if (block_count == 0) return;
   for (std::uint32_t round = 0; round < kRasterRounds; ++round) {
-    RasterPush push = push_;
+    const ViewRound of{view, round};
+    RasterPush push = view.push;
     push.round = round;
     vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
     bind(cmd, *pipelines_.blocks);
     vk.vkCmdDispatch(cmd, (block_count + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.cull.of(debug_view_), round, offsetof(RasterRound, blocks));
+    dispatch_stage(cmd, *pipelines_.cull.of(view.debug_view), of, offsetof(RasterRound, blocks));
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.expand, round, offsetof(RasterRound, items));
+    dispatch_stage(cmd, *pipelines_.expand, of, offsetof(RasterRound, items));
     barrier(cmd);
     mark(Pass::cull);
-    record_leaves(cmd, round, timer);
+    record_leaves(cmd, of, timer);
     barrier(cmd);
     mark(Pass::leaves);
     if (round + 1 == kRasterRounds) break;
-    record_tiles(cmd, round);
+    record_tiles(cmd, of);
     mark(Pass::tiles);
   }
-  dispatch_stage(cmd, *pipelines_.draws, 0, offsetof(RasterRound, draws));
+  dispatch_stage(cmd, *pipelines_.draws, {view, 0}, offsetof(RasterRound, draws));
 }
 
-void LeafRaster::record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set, coppice_view_kind kind) const {
+void LeafRaster::record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Pipeline& resolve) const {
   const Functions& vk = device_.vk;
-  const std::array sets{frame_set, set_.set};
-  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.resolve_of(kind)->handle());
+  const std::array sets{frame_set, view.set.set};
+  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, resolve.handle());
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, static_cast<std::uint32_t>(sets.size()), sets.data(), 0,
                              nullptr);
-  vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push_, &push_);
+  vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof view.push, &view.push);
   vk.vkCmdDraw(cmd, 3, 1, 0, 0);
 }
 

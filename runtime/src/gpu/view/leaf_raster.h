@@ -21,7 +21,6 @@
 namespace coppice::gpu {
 
 struct RasterDesc {
-  AttachmentDesc attachments;
   VkDescriptorSetLayout frame_set = VK_NULL_HANDLE;  ///< its layout
   std::uint32_t max_instances = 0;
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
@@ -42,6 +41,18 @@ struct RasterShape {
 
 InstanceBlock gpu_block(const InstanceBounds& bounds);
 
+/// What the rasteriser keeps of a view.
+struct RasterView {
+  Buffer rounds;          ///< RasterRound[kRasterRounds]
+  Buffer picture, tiles;  ///< as large as the view has been
+  DescriptorSet set;
+  bool set_stale = false;  ///< a buffer of it has been replaced
+  bool reversed_depth = false;
+  RasterPush push{};                                   ///< of the frame
+  coppice_debug_view debug_view = COPPICE_DEBUG_NONE;  ///< likewise
+};
+
+/// What all views share; their work lists too, since one view's passes follow another's on the queue.
 class LeafRaster {
  public:
   /// device, garbage, pipelines: outlive this object; pipelines are closed before it goes. None is wanted yet
@@ -54,23 +65,28 @@ class LeafRaster {
 
   /// Its buffers by instance slot, for so many, and what goes with them; none for no slot. The caller creates them and says so.
   void add_sizes(std::uint32_t slots, BufferSizes& sizes);
-  void buffers_changed() { set_stale_ = true; }
 
   /// InstanceBlock[]: those of the instance table.
   [[nodiscard]] const Buffer& block_buffer() const { return buffers_.blocks; }
 
-  /// Wants the pipelines that such a view needs; whether all are there. Else it may not be begun.
-  bool want(const coppice_view& view);
-  /// What begin_view allocates for it.
-  [[nodiscard]] std::uint64_t wanted_bytes(const coppice_view& view) const;
-  /// Makes room for a view and records what its buffers start with; the caller's barrier makes it visible to compute shaders.
-  /// False: there is no memory for it, or it is not a view the rasteriser draws: record nothing more.
-  bool begin_view(VkCommandBuffer cmd, const coppice_view& view);
-  /// before: begin_view, buffers for slot_count, and all that culling reads. after: the picture, written by compute shaders.
+  /// errors  out_of_memory, device_lost
+  Result<void> create_view(bool reversed_depth, RasterView& view);
+  /// The GPU must be done with it.
+  void destroy_view(RasterView& view);
+  /// That draws pictures to such attachments; not wanted yet.
+  Pipeline* add_resolve(const AttachmentDesc& attachments);
+
+  /// Wants the pipelines that such a view needs; whether all are there. Else it may not be prepared.
+  bool want(coppice_debug_view debug_view, Pipeline& resolve);
+  /// Makes room for a frame of a view. False: there is no memory for it, or it is not a view the rasteriser draws: record nothing of it.
+  bool prepare(RasterView& view, const coppice_camera& camera);
+  /// What the view's buffers start with; the caller's barrier makes it visible to compute shaders. before: prepare
+  void record_start(VkCommandBuffer cmd, const RasterView& view) const;
+  /// before: record_start, buffers for slot_count, and all that culling reads. after: the picture, written by compute shaders.
   /// timer: may be null
-  void record(VkCommandBuffer cmd, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const;
-  /// Inside dynamic rendering: the picture of the last begin_view into its attachments.
-  void record_resolve(VkCommandBuffer cmd, VkDescriptorSet frame_set, coppice_view_kind kind) const;
+  void record(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const;
+  /// Inside dynamic rendering: the picture into its attachments.
+  void record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Pipeline& resolve) const;
 
  private:
   /// Of leaf_raster.comp.
@@ -80,16 +96,11 @@ class LeafRaster {
   struct Pipelines {
     CullPipelines cull;
     Pipeline *blocks = nullptr, *draws = nullptr, *expand = nullptr, *finest_tiles = nullptr, *other_tiles = nullptr;
-    Pipeline *resolve = nullptr, *resolve_shadow = nullptr;  ///< the latter is null where there are no shadow views
     std::array<std::array<Pipeline*, kSourceCount>, kPassCount> leaves{};
     std::array<Pipeline*, kPassCount> splats{};
-
-    [[nodiscard]] Pipeline* resolve_of(coppice_view_kind kind) const { return kind == COPPICE_VIEW_SHADOW ? resolve_shadow : resolve; }
   };
   struct Buffers {
-    Buffer rounds;
-    Buffer blocks, visible_blocks, items, work, splats, big;  ///< add_sizes
-    Buffer picture, tiles;                                    ///< by the view
+    Buffer blocks, visible_blocks, items, work, splats, big;
   };
 
   LeafRaster(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
@@ -97,18 +108,20 @@ class LeafRaster {
   void add_pipelines();
   /// Which of the passes over leaves a view takes: those of Pipelines.
   [[nodiscard]] std::span<const RasterPass> passes(coppice_debug_view debug_view) const;
-  Result<void> create_rounds();
   struct ViewBytes {
     std::uint64_t picture = 0, tiles = 0;
   };
-  /// Of the buffers that a view needs, or of those that are there where they are larger.
-  [[nodiscard]] ViewBytes view_bytes(const coppice_view& view) const;
-  Result<void> reserve_picture(const coppice_view& view);
-  Result<void> rebuild_set();
+  Result<void> reserve_picture(RasterView& view, const ViewBytes& wanted);
+  Result<void> rebuild_set(RasterView& view);
   void bind(VkCommandBuffer cmd, const Pipeline& pipeline) const;
-  void dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, std::uint32_t round, std::uint64_t stage_offset) const;
-  void record_leaves(VkCommandBuffer cmd, std::uint32_t round, GpuTimer* timer) const;
-  void record_tiles(VkCommandBuffer cmd, std::uint32_t round) const;
+  /// A round of a view.
+  struct ViewRound {
+    const RasterView& view;
+    std::uint32_t round = 0;
+  };
+  void dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewRound& of, std::uint64_t stage_offset) const;
+  void record_leaves(VkCommandBuffer cmd, const ViewRound& of, GpuTimer* timer) const;
+  void record_tiles(VkCommandBuffer cmd, const ViewRound& of) const;
   void barrier(VkCommandBuffer cmd) const;
 
   Device& device_;
@@ -121,10 +134,6 @@ class LeafRaster {
   VkPipelineLayout layout_ = VK_NULL_HANDLE;
   Pipelines pipelines_;
   Buffers buffers_;
-  DescriptorSet set_;
-  bool set_stale_ = false;                              ///< a buffer of it has been replaced
-  RasterPush push_{};                                   ///< of the last view
-  coppice_debug_view debug_view_ = COPPICE_DEBUG_NONE;  ///< likewise
 };
 
 }  // namespace coppice::gpu

@@ -61,39 +61,46 @@ struct Drawn {
 
 }  // namespace
 
-Result<void> create_passes(Device& device, const AttachmentDesc& attachments, const TextureSets& textures, PipelineSet& pipelines,
-                           Passes& passes) {
+Result<void> create_passes(Device& device, const TextureSets& textures, PipelineSet& pipelines, Passes& passes) {
   COPPICE_CHECK(create_layouts(device, textures, passes));
   const auto add_cull = [&](std::uint32_t debugged) {
     return &pipelines.add({.name = "cull.comp", .layout = passes.layout, .first = Words(cull_comp_spirv), .constants = {debugged}});
   };
   passes.cull = {add_cull(0), add_cull(1)};
-  const auto add_one = [&](const Drawn& drawn, const AttachmentDesc& on, std::uint32_t textured, std::uint32_t gaps) {
-    return &pipelines.add({.name = drawn.name,
-                           .layout = passes.layout,
-                           .first = drawn.vertex,
-                           .fragment = drawn.fragment,
-                           .constants = {textured, drawn.leaf, gaps},
-                           .attachments = on});
-  };
-  const auto add = [&](const Drawn& drawn, const AttachmentDesc& on) {
-    return SurfacePipelines{add_one(drawn, on, 0, 0), add_one(drawn, on, 1, 0)};
-  };
-  // A texture's holes are discarded in any case.
-  const auto add_quads = [&](const Drawn& drawn, const AttachmentDesc& on) {
-    return LeafPipelines{{add_one(drawn, on, 0, 0), add_one(drawn, on, 1, 1)}, add_one(drawn, on, 0, 1)};
-  };
-  DrawPipelines& camera = passes.camera;
-  camera.leaf = add_quads({"leaf.vert", leaf_vert_spirv, leaf_frag_spirv, 1}, attachments);
-  camera.wood.flat = add({"wood.vert", wood_vert_spirv, plant_frag_spirv, 0}, attachments);
-  camera.wood.relief = add({"wood.vert, relief.frag", wood_relief_vert_spirv, relief_frag_spirv, 0}, attachments);
-  camera.leaf_mesh.flat = add({"leaf_mesh.vert", leaf_mesh_vert_spirv, plant_frag_spirv, 1}, attachments);
-  camera.leaf_mesh.relief = add({"leaf_mesh.vert, relief.frag", leaf_mesh_relief_vert_spirv, relief_frag_spirv, 1}, attachments);
-  if (attachments.shadow_format == VK_FORMAT_UNDEFINED) return {};
-  const AttachmentDesc depth = shadow_attachments(attachments);
-  passes.shadow.leaf = add_quads({"leaf.vert of shadow views", leaf_vert_spirv, leaf_depth_frag_spirv, 1}, depth);
-  passes.shadow.wood.flat = add({"wood.vert of shadow views", wood_vert_spirv, plant_depth_frag_spirv, 0}, depth);
   return {};
+}
+
+DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& attachments, PipelineSet& pipelines) {
+  DrawPipelines draws{.attachments = attachments};
+  const auto add = [&](DrawKind kind, const Drawn& drawn, std::uint32_t textured, std::uint32_t gaps) {
+    draws.kinds[static_cast<std::size_t>(kind)] = &pipelines.add({.name = drawn.name,
+                                                                  .layout = passes.layout,
+                                                                  .first = drawn.vertex,
+                                                                  .fragment = drawn.fragment,
+                                                                  .constants = {textured, drawn.leaf, gaps},
+                                                                  .attachments = attachments});
+  };
+  const bool depth = is_depth_alone(attachments);
+  const Drawn leaf = depth ? Drawn{"leaf.vert of shadow views", leaf_vert_spirv, leaf_depth_frag_spirv, 1}
+                           : Drawn{"leaf.vert", leaf_vert_spirv, leaf_frag_spirv, 1};
+  add(DrawKind::leaf_plain, leaf, 0, 0);
+  add(DrawKind::leaf_textured, leaf, 1, 1);  // a texture's holes are discarded in any case
+  add(DrawKind::leaf_plain_with_gaps, leaf, 0, 1);
+  const Drawn wood = depth ? Drawn{"wood.vert of shadow views", wood_vert_spirv, plant_depth_frag_spirv, 0}
+                           : Drawn{"wood.vert", wood_vert_spirv, plant_frag_spirv, 0};
+  add(DrawKind::wood_plain, wood, 0, 0);
+  add(DrawKind::wood_textured, wood, 1, 0);
+  if (depth) return draws;
+  const Drawn wood_relief{"wood.vert, relief.frag", wood_relief_vert_spirv, relief_frag_spirv, 0};
+  add(DrawKind::wood_relief_plain, wood_relief, 0, 0);
+  add(DrawKind::wood_relief_textured, wood_relief, 1, 0);
+  const Drawn mesh{"leaf_mesh.vert", leaf_mesh_vert_spirv, plant_frag_spirv, 1};
+  add(DrawKind::mesh_plain, mesh, 0, 0);
+  add(DrawKind::mesh_textured, mesh, 1, 0);
+  const Drawn mesh_relief{"leaf_mesh.vert, relief.frag", leaf_mesh_relief_vert_spirv, relief_frag_spirv, 1};
+  add(DrawKind::mesh_relief_plain, mesh_relief, 0, 0);
+  add(DrawKind::mesh_relief_textured, mesh_relief, 1, 0);
+  return draws;
 }
 
 void destroy_passes(Device& device, Passes& passes) {

@@ -14,31 +14,42 @@
 
 namespace coppice::gpu {
 
-/// One for surfaces of one colour, one for those with a base colour texture. Null where there are none.
-struct SurfacePipelines {
-  Pipeline *plain = nullptr, *textured = nullptr;
-
-  [[nodiscard]] Pipeline* of(std::uint32_t texture) const { return texture == kNoTexture ? plain : textured; }
+/// What is drawn: each has a pipeline for each kind of attachments. Plain is of one colour, textured has a base colour texture, relief a
+/// normal map too. A plain surface is drawn with early depth tests unless some of its leaves have gaps.
+enum class DrawKind : std::uint8_t {
+  leaf_plain,
+  leaf_textured,
+  leaf_plain_with_gaps,
+  wood_plain,
+  wood_textured,
+  wood_relief_plain,
+  wood_relief_textured,
+  mesh_plain,
+  mesh_textured,
+  mesh_relief_plain,
+  mesh_relief_textured,
+  count
 };
+inline constexpr std::size_t kDrawKinds = static_cast<std::size_t>(DrawKind::count);
 
-/// A surface of one colour is drawn with early depth tests unless some of its leaves have gaps.
-struct LeafPipelines {
-  SurfacePipelines surface;
-  Pipeline* plain_with_gaps = nullptr;
+constexpr DrawKind leaf_kind(std::uint32_t texture, bool has_gaps) {
+  if (texture != kNoTexture) return DrawKind::leaf_textured;
+  return has_gaps ? DrawKind::leaf_plain_with_gaps : DrawKind::leaf_plain;
+}
 
-  [[nodiscard]] Pipeline* of(std::uint32_t texture, bool has_gaps) const {
-    return has_gaps && texture == kNoTexture ? plain_with_gaps : surface.of(texture);
-  }
-};
+/// mesh: a wood LoD, or from kMaxWoodLods on a chunk of leaf meshes
+constexpr DrawKind mesh_kind(std::uint32_t mesh, std::uint32_t texture, bool relief) {
+  const DrawKind first = mesh < kMaxWoodLods ? DrawKind::wood_plain : DrawKind::mesh_plain;
+  return static_cast<DrawKind>(static_cast<std::uint32_t>(first) + (relief ? 2u : 0u) + (texture != kNoTexture ? 1u : 0u));
+}
 
-struct MeshPipelines {
-  SurfacePipelines flat, relief;  ///< without and with a normal map
-};
-
-/// What draws a view.
+/// What draws views on one kind of attachments. Null where there is none: depth alone has neither relief nor leaf meshes.
 struct DrawPipelines {
-  LeafPipelines leaf;
-  MeshPipelines wood, leaf_mesh;
+  AttachmentDesc attachments;
+  std::array<Pipeline*, kDrawKinds> kinds{};
+  Pipeline* resolve = nullptr;  ///< of the rasteriser's picture; null without one
+
+  [[nodiscard]] Pipeline* of(DrawKind kind) const { return kinds[static_cast<std::size_t>(kind)]; }
 };
 
 /// A pass over instances, and the one that also colours them for a debug view.
@@ -63,21 +74,22 @@ enum class FrameBinding : std::uint32_t {
 };
 inline constexpr std::uint32_t kFrameBuffers = 10;
 
+/// What all views share.
 struct Passes {
   SetLayout frame_set;
   VkSampler map_sampler = VK_NULL_HANDLE;    ///< texels of shadow maps as they are
   VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the frame's set, those of a texture and of a normal map, and DrawPush
   CullPipelines cull;
-  DrawPipelines camera;
-  DrawPipelines shadow;  ///< depth alone, without relief and leaf meshes; null where there are no shadow views
 };
 
 /// None of the pipelines is wanted yet. errors  out_of_memory, device_lost. What was created so far is in `passes`, to be destroyed in any
 /// case
-Result<void> create_passes(Device& device, const AttachmentDesc& attachments, const TextureSets& textures, PipelineSet& pipelines,
-                           Passes& passes);
+Result<void> create_passes(Device& device, const TextureSets& textures, PipelineSet& pipelines, Passes& passes);
 /// The pipelines are closed.
 void destroy_passes(Device& device, Passes& passes);
+
+/// Without `resolve`; none is wanted yet.
+DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& attachments, PipelineSet& pipelines);
 
 struct FrameBindings {
   std::array<const Buffer*, kFrameBuffers> buffers{};  ///< by FrameBinding

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <utility>
 
 #include "check.h"
 #include "convert.h"
@@ -22,8 +23,14 @@ static_assert(kDebugLod == COPPICE_DEBUG_LOD && kDebugPath == COPPICE_DEBUG_PATH
 static_assert(kDebugOcclusion == COPPICE_DEBUG_OCCLUSION && kDebugError == COPPICE_DEBUG_ERROR);
 static_assert(kDebugResidency == COPPICE_DEBUG_RESIDENCY);
 
-/// reversed: depth is larger where it is nearer
-View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instance_slot_count, bool reversed) {
+/// What the view's attachments and the scene say.
+struct ViewKind {
+  std::uint32_t instance_slot_count = 0;
+  bool reversed = false;  ///< depth is larger where it is nearer
+  bool depth_alone = false;
+};
+
+View gpu_view(const coppice_camera& view, const coppice_light& light, const LodView& lod, const ViewKind& kind) {
   View converted{};
   converted.clip_from_world = lod.clip_from_world;
   std::ranges::copy(lod.planes, converted.planes);
@@ -33,21 +40,22 @@ View gpu_view(const coppice_view& view, const LodView& lod, std::uint32_t instan
   converted.near_m = lod.near_m;
   converted.lod_full = lod.full ? 1 : 0;
   converted.lod_discrete = lod.discrete ? 1 : 0;
-  converted.instance_slot_count = instance_slot_count;
-  converted.fog_density = view.fog_density;
-  converted.sun_direction = vec3(view.sun_direction);
-  converted.sun_color = vec3(view.sun_color);
-  converted.sky_color = vec3(view.sky_color);
-  converted.ground_color = vec3(view.ground_color);
-  converted.fog_color = vec3(view.fog_color);
+  converted.instance_slot_count = kind.instance_slot_count;
+  converted.fog_density = light.fog_density;
+  converted.sun_direction = vec3(light.sun_direction);
+  converted.sun_color = vec3(light.sun_color);
+  converted.sky_color = vec3(light.sky_color);
+  converted.ground_color = vec3(light.ground_color);
+  converted.fog_color = vec3(light.fog_color);
   converted.debug_view = static_cast<std::uint32_t>(view.debug_view);
-  converted.is_shadow = view.kind == COPPICE_VIEW_SHADOW ? 1 : 0;
-  converted.cascade_count = view.shadow_cascade_count;
-  converted.depth_sign = reversed ? 1.0f : -1.0f;
+  converted.is_shadow = kind.depth_alone ? 1 : 0;
+  converted.cascade_count = light.shadow_map_count;
+  converted.depth_sign = kind.reversed ? 1.0f : -1.0f;
   converted.is_mirrored = is_mirrored(converted.clip_from_world) ? 1 : 0;
   converted.temporal_frame = view.temporal_frame;
   converted.half_size_px = {0.5f * static_cast<float>(view.width_px), 0.5f * static_cast<float>(view.height_px)};
-  for (std::uint32_t i = 0; i < view.shadow_cascade_count; ++i) converted.cascades[i] = mat4(view.shadow_cascades[i].clip_from_world);
+  converted.first_px = {static_cast<std::uint32_t>(view.x_px), static_cast<std::uint32_t>(view.y_px)};
+  for (std::uint32_t i = 0; i < light.shadow_map_count; ++i) converted.cascades[i] = mat4(light.shadow_maps[i].clip_from_world);
   return converted;
 }
 
@@ -56,53 +64,37 @@ constexpr VkPipelineStageFlags2 kShaders =
 
 }  // namespace
 
-ViewRecorder::ViewRecorder(Device& device, Garbage& garbage, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
-                           const coppice_allocator& allocator)
-    : device_(device), garbage_(garbage), pipelines_(pipelines), scene_(scene), plants_(plants), lists_(allocator) {}
-
-Result<void> ViewRecorder::create(const ViewDesc& desc, const TextureSets& textures) {
-  desc_ = desc;
-  COPPICE_CHECK(create_passes(device_, desc.attachments, textures, pipelines_, passes_));
+Result<void> ViewRecorder::create(const ViewOptions& options, const Capacity& capacity) {
+  max_instances_ = options.max_instances;
+  Device& device = shared_.device;
   constexpr VkBufferUsageFlags kTo = VK_BUFFER_USAGE_TRANSFER_DST_BIT, kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
   COPPICE_CHECK(
-      move_into(buffers_.view, create_buffer(device_, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | kTo, MemoryKind::device)));
-  COPPICE_CHECK(move_into(buffers_.counters, create_buffer(device_, sizeof(Counters), kStorage | kFrom, MemoryKind::device)));
-  COPPICE_CHECK(move_into(readback_, create_buffer(device_, kReadbackSlots * sizeof(Counters), kTo, MemoryKind::host)));
-  if (desc.pass_times) COPPICE_CHECK(timer_.create(device_));
-  return create_raster();
-}
-
-Result<void> ViewRecorder::create_raster() {
-  if (!desc_.compute_raster) return {};
-  auto raster = LeafRaster::create(device_, garbage_, pipelines_,
-                                   {.attachments = desc_.attachments,
-                                    .frame_set = passes_.frame_set.layout,
-                                    .max_instances = desc_.max_instances,
-                                    .int64_atomics = desc_.int64_atomics,
-                                    .many_lanes = desc_.many_lanes});
-  if (raster)
-    raster_ = *std::move(raster);
-  else if (raster.error().status == Status::unsupported)
-    go_on_without(device_, raster.error(), "all plants are drawn by the hardware");
-  else
-    return raster.error();
-  return {};
+      move_into(buffers_.view, create_buffer(device, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | kTo, MemoryKind::device)));
+  COPPICE_CHECK(move_into(buffers_.counters, create_buffer(device, sizeof(Counters), kStorage | kFrom, MemoryKind::device)));
+  COPPICE_CHECK(move_into(readback_, create_buffer(device, kReadbackSlots * sizeof(Counters), kTo, MemoryKind::host)));
+  BufferSizes sizes;
+  add_sizes(capacity, sizes);
+  for (const BufferSize& size : sizes.span())
+    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device, size.bytes, size.usage, MemoryKind::device)));
+  if (options.pass_times) COPPICE_CHECK(timer_.create(device));
+  return shared_.raster != nullptr ? shared_.raster->create_view(is_reversed(attachments().depth_compare), raster_) : Result<void>();
 }
 
 ViewRecorder::~ViewRecorder() {
-  raster_.reset();
-  timer_.destroy(device_);
+  Device& device = shared_.device;
+  if (shared_.raster != nullptr) shared_.raster->destroy_view(raster_);
+  timer_.destroy(device);
   for (Buffer* buffer : {&buffers_.view, &buffers_.counters, &buffers_.cuts, &buffers_.debug_colors, &buffers_.wood_list,
                          &buffers_.leaf_commands, &buffers_.draw_counts, &buffers_.wood_commands, &readback_})
-    destroy_buffer(device_, *buffer);
-  destroy_set(device_, frame_set_);
-  destroy_set(device_, shadowed_set_);
-  destroy_passes(device_, passes_);
+    destroy_buffer(device, *buffer);
+  destroy_set(device, frame_set_);
+  destroy_set(device, shadowed_set_);
+  for (DescriptorSet& set : replaced_) destroy_set(device, set);
 }
 
 void ViewRecorder::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   constexpr VkBufferUsageFlags kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT, kIndirect = VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
-  const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.max_instances)), plants = capacity.plants;
+  const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, max_instances_)), plants = capacity.plants;
   sizes.add({&buffers_.cuts, slots * sizeof(float), kStorage | kFrom});
   sizes.add({&buffers_.debug_colors, slots * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT});
   // An instance may be in the list of any wood LoD, and in that of leaf meshes.
@@ -110,53 +102,57 @@ void ViewRecorder::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   sizes.add({&buffers_.leaf_commands, slots * sizeof(DrawCommand), kStorage | kIndirect});
   sizes.add({&buffers_.draw_counts, kDrawCounts * plants * sizeof(std::uint32_t), kStorage | kIndirect});
   sizes.add({&buffers_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect});
-  // The rasteriser's lists are large: before the first instance nothing needs them.
-  if (raster_) raster_->add_sizes(capacity.slots, sizes);
 }
 
 void ViewRecorder::buffers_changed() {
   set_stale_ = true;
-  if (raster_) raster_->buffers_changed();
+  raster_.set_stale = true;
 }
 
 FrameBindings ViewRecorder::bindings() const {
-  FrameBindings bindings{.buffers = {&buffers_.view, &scene_.instances, &scene_.plants, &scene_.tables, &buffers_.cuts, &buffers_.wood_list,
+  const SceneBuffers& scene = shared_.scene;
+  FrameBindings bindings{.buffers = {&buffers_.view, &scene.instances, &scene.plants, &scene.tables, &buffers_.cuts, &buffers_.wood_list,
                                      &buffers_.leaf_commands, &buffers_.draw_counts, &buffers_.wood_commands, &buffers_.counters}};
-  bindings.maps.fill(plants_.placeholder().texture.view);
+  bindings.maps.fill(shared_.plants.placeholder().texture.view);
   return bindings;
 }
 
 Result<void> ViewRecorder::rebuild_set() {
-  COPPICE_TRY(set, create_frame_set(device_, passes_, bindings()));
-  garbage_.retire(frame_set_);
-  garbage_.retire(shadowed_set_);
+  COPPICE_TRY(set, create_frame_set(shared_.device, shared_.passes, bindings()));
+  shared_.garbage.retire(frame_set_);
+  shared_.garbage.retire(shadowed_set_);
   frame_set_ = set;
   set_stale_ = false;
   return {};
 }
 
-// Set 0 with the view's shadow maps; without them where memory is short.
-VkDescriptorSet ViewRecorder::set_of(const coppice_view& view) {
-  if (view.shadow_cascade_count == 0) return frame_set_.set;
+// Set 0 with the light's shadow maps; without them where memory is short.
+VkDescriptorSet ViewRecorder::set_of(const coppice_light& light) {
+  if (light.shadow_map_count == 0) return frame_set_.set;
   FrameBindings shadowed = bindings();
-  for (std::uint32_t i = 0; i < view.shadow_cascade_count; ++i) shadowed.maps[i] = view.shadow_cascades[i].image;
+  for (std::uint32_t i = 0; i < light.shadow_map_count; ++i) shadowed.maps[i] = light.shadow_maps[i].image;
   if (shadowed_set_.pool != VK_NULL_HANDLE && shadowed.maps == maps_) return shadowed_set_.set;
-  auto set = create_frame_set(device_, passes_, shadowed);
+  auto set = create_frame_set(shared_.device, shared_.passes, shadowed);
   if (!set) {
-    go_on_without(device_, set.error(), "drawn without shadows");
+    go_on_without(shared_.device, set.error(), "drawn without shadows");
     return frame_set_.set;
   }
-  garbage_.retire(shadowed_set_);
+  if (shadowed_set_.pool != VK_NULL_HANDLE) replaced_.push_back(shadowed_set_);
   shadowed_set_ = *set;
   maps_ = shadowed.maps;
   return shadowed_set_.set;
 }
 
 void ViewRecorder::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
+  // The frame before has used them last, and what is retired now goes later than that.
+  for (DescriptorSet& set : replaced_) shared_.garbage.retire(set);
+  replaced_.clear();
   frame_ = frame_number;
   completed_ = completed_number;
+  shown_.reset();
   culled_ = {};
-  if (timer_.exists()) timer_.collect(device_, completed_);
+  by_ = CulledBy::nobody;
+  if (timer_.exists()) timer_.collect(shared_.device, completed_);
   for (std::uint32_t slot = 0; slot < kReadbackSlots; ++slot) {
     const std::uint64_t frame = readback_frames_[slot];
     if (frame == 0 || frame > completed_ || frame < counts_.frame) continue;
@@ -174,96 +170,77 @@ void ViewRecorder::begin_frame(std::uint64_t frame_number, std::uint64_t complet
   }
 }
 
-Result<void> ViewRecorder::prepare(const InstanceTable& instances, std::span<const PlantResidency> residency,
-                                   std::uint64_t memory_budget_bytes) {
-  slot_count_ = static_cast<std::uint32_t>(instances.slots().size());
-  const DrawListInput input{plants_, instances, residency, passes_.camera.leaf_mesh, has_raster(), memory_budget_bytes};
-  if (lists_.fill(device_, garbage_, input, buffers_.leaf_commands)) set_stale_ = true;
+Result<void> ViewRecorder::prepare(std::uint32_t slot_count) {
+  slot_count_ = slot_count;
+  if (!shown_) return {};
   // Also what a growth left behind that failed half way in an earlier frame.
-  return set_stale_ ? rebuild_set() : Result<void>();
-}
-
-// What nearly every plant needs; the rest when it is first met.
-void ViewRecorder::want_first() {
-  for (Pipeline* pipeline : {passes_.cull.plain, passes_.camera.leaf.surface.textured, passes_.camera.wood.flat.textured})
-    pipelines_.want(*pipeline);
-  (void)want(coppice_view{});
-}
-
-void ViewRecorder::want_mesh(std::uint32_t plant, std::uint32_t mesh) {
-  const MeshPipelines& pipelines = mesh < kMaxWoodLods ? passes_.camera.wood : passes_.camera.leaf_mesh;
-  for (const SurfaceTextures& textures : plants_.plant(plant)->meshes[mesh].textures.span()) {
-    pipelines_.want(*pipelines.flat.of(textures.color));
-    if (textures.normal_map != kNoTexture) pipelines_.want(*pipelines.relief.of(textures.color));
-  }
-}
-
-void ViewRecorder::want_leaves(std::uint32_t plant) {
-  const StoredPlant& stored = *plants_.plant(plant);
-  for (const std::uint32_t texture : stored.leaf_textures.span()) pipelines_.want(*passes_.camera.leaf.of(texture, stored.has_gaps));
-}
-
-ViewRecorder::Ready ViewRecorder::want(const coppice_view& view) {
-  const auto want_shadow = [&](const Pipeline* camera, Pipeline* shadow) {
-    if (camera->wanted) pipelines_.want(*shadow);
-  };
-  if (view.kind == COPPICE_VIEW_SHADOW) {
-    const DrawPipelines &camera = passes_.camera, &shadow = passes_.shadow;
-    want_shadow(camera.leaf.surface.plain, shadow.leaf.surface.plain);
-    want_shadow(camera.leaf.surface.textured, shadow.leaf.surface.textured);
-    want_shadow(camera.leaf.plain_with_gaps, shadow.leaf.plain_with_gaps);
-    want_shadow(camera.wood.flat.plain, shadow.wood.flat.plain);
-    want_shadow(camera.wood.flat.textured, shadow.wood.flat.textured);
-  }
-  return {pipelines_.want(*passes_.cull.of(view.debug_view)), raster_ && raster_->want(view)};
-}
-
-void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_view& engine_view, const LodView& lod) {
+  if (set_stale_) COPPICE_CHECK(rebuild_set());
   // Until what shows its colours is built a debug view is shown as any other.
-  coppice_view view = engine_view;
-  view.debug_view = COPPICE_DEBUG_NONE;
-  const Ready ready = want(view);
-  if (engine_view.debug_view != COPPICE_DEBUG_NONE && want(engine_view) == ready) view.debug_view = engine_view.debug_view;
-  culled_ = {.set = set_of(view)};
-  memory_barrier(device_, cmd, kShaders | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+  coppice_camera& camera = shown_->camera;
+  const coppice_debug_view debug_view = std::exchange(camera.debug_view, COPPICE_DEBUG_NONE);
+  const Ready ready = want(COPPICE_DEBUG_NONE);
+  if (debug_view != COPPICE_DEBUG_NONE && want(debug_view) == ready) camera.debug_view = debug_view;
+  by_ = ready.cull ? CulledBy::hardware : CulledBy::nobody;
+  if (slot_count_ == 0)
+    by_ = CulledBy::nobody;
+  else if (ready.raster && shared_.raster->prepare(raster_, camera))
+    by_ = CulledBy::raster;
+  return {};
+}
+
+ViewRecorder::Ready ViewRecorder::want(coppice_debug_view debug_view) {
+  return {shared_.pipelines.want(*shared_.passes.cull.of(debug_view)),
+          shared_.raster != nullptr && shared_.raster->want(debug_view, *pipelines_.resolve)};
+}
+
+void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_light& light) {
+  const Functions& vk = shared_.device.vk;
+  const coppice_camera& camera = shown_->camera;
+  culled_ = {true, set_of(light)};
+  if (timer_.exists()) timer_.begin(shared_.device, cmd, frame_, completed_);
+  GpuTimer* timer = timer_.exists() ? &timer_ : nullptr;
+  memory_barrier(shared_.device, cmd, kShaders | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT);
-  record_start(cmd, view, lod);
-  if (slot_count_ > 0) culled_.by = begin_culling(cmd, view, ready);
-  memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
+  record_start(cmd, light);
+  memory_barrier(shared_.device, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
                  VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
                      VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
-  if (culled_.by == CulledBy::raster) {
-    raster_->record(cmd, culled_.set, slot_count_, timer_.exists() ? &timer_ : nullptr);
-  } else if (culled_.by == CulledBy::hardware) {
-    device_.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.cull.of(view.debug_view)->handle());
-    device_.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, passes_.layout, 0, 1, &culled_.set, 0, nullptr);
-    device_.vk.vkCmdDispatch(cmd, (slot_count_ + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
+  if (by_ == CulledBy::raster) {
+    shared_.raster->record(cmd, raster_, culled_.set, slot_count_, timer);
+  } else if (by_ == CulledBy::hardware) {
+    vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, shared_.passes.cull.of(camera.debug_view)->handle());
+    vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, shared_.passes.layout, 0, 1, &culled_.set, 0, nullptr);
+    vk.vkCmdDispatch(cmd, (slot_count_ + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
   }
-  memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+  memory_barrier(shared_.device, cmd, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT,
                  VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT |
                      VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
                      VK_ACCESS_2_TRANSFER_READ_BIT);
-  if (view.kind == COPPICE_VIEW_CAMERA) record_readback(cmd);
-  if (timer_.exists()) timer_.mark(device_, cmd, Pass::cull);
+  record_readback(cmd);
+  if (timer != nullptr) timer->mark(shared_.device, cmd, Pass::cull);
+}
+
+void ViewRecorder::leave_out() {
+  culled_.recorded = true;
+  by_ = CulledBy::nobody;
 }
 
 /// What the passes over instances start with.
-void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod) {
-  View constants = gpu_view(view, lod, slot_count_, is_reversed(desc_.attachments.depth_compare));
+void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light) {
+  const Functions& vk = shared_.device.vk;
+  View constants =
+      gpu_view(shown_->camera, light, shown_->lod, {slot_count_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
   if (culled_.set == frame_set_.set) constants.cascade_count = 0;  // there was no memory for a set with the maps
   constants.debug_colors = gpu_address(buffers_.debug_colors.address);
-  update_buffer(device_, cmd, buffers_.view, bytes_of(std::span<const View>(&constants, 1)));
-  update_buffer(device_, cmd, buffers_.wood_commands, bytes_of(lists_.mesh_commands()));
-  device_.vk.vkCmdFillBuffer(cmd, buffers_.draw_counts.buffer, 0, std::max(lists_.count(), 1u) * kDrawCounts * sizeof(std::uint32_t), 0);
-  device_.vk.vkCmdFillBuffer(cmd, buffers_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
-}
-
-ViewRecorder::CulledBy ViewRecorder::begin_culling(VkCommandBuffer cmd, const coppice_view& view, const Ready& ready) {
-  if (ready.raster && fits_buffer(device_, raster_->wanted_bytes(view)) && raster_->begin_view(cmd, view)) return CulledBy::raster;
-  return ready.cull ? CulledBy::hardware : CulledBy::nobody;
+  update_buffer(shared_.device, cmd, buffers_.view, bytes_of(std::span<const View>(&constants, 1)));
+  update_buffer(shared_.device, cmd, buffers_.wood_commands, bytes_of(shared_.lists.mesh_commands()));
+  const std::uint64_t count_bytes = std::max(shared_.lists.count(), 1u) * kDrawCounts * sizeof(std::uint32_t);
+  vk.vkCmdFillBuffer(cmd, buffers_.draw_counts.buffer, 0, count_bytes, 0);
+  vk.vkCmdFillBuffer(cmd, buffers_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
+  if (by_ == CulledBy::raster) shared_.raster->record_start(cmd, raster_);
 }
 
 void ViewRecorder::record_readback(VkCommandBuffer cmd) {
@@ -271,43 +248,49 @@ void ViewRecorder::record_readback(VkCommandBuffer cmd) {
     if (readback_frames_[slot] > completed_) continue;
     readback_frames_[slot] = frame_;
     const VkBufferCopy region{0, slot * sizeof(Counters), sizeof(Counters)};
-    device_.vk.vkCmdCopyBuffer(cmd, buffers_.counters.buffer, readback_.buffer, 1, &region);
-    memory_barrier(device_, cmd, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
+    shared_.device.vk.vkCmdCopyBuffer(cmd, buffers_.counters.buffer, readback_.buffer, 1, &region);
+    memory_barrier(shared_.device, cmd, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
                    VK_ACCESS_2_HOST_READ_BIT);
     return;
   }
 }
 
-void ViewRecorder::record_draw(VkCommandBuffer cmd, const coppice_view& view) const {
-  if (culled_.by == CulledBy::nobody) return;
-  const Functions& vk = device_.vk;
-  const VkViewport viewport{0.0f, 0.0f, static_cast<float>(view.width_px), static_cast<float>(view.height_px), 0.0f, 1.0f};
-  const VkRect2D scissor{{0, 0}, {view.width_px, view.height_px}};
+void ViewRecorder::record_draw(VkCommandBuffer cmd) const {
+  if (by_ == CulledBy::nobody) return;
+  const Functions& vk = shared_.device.vk;
+  const coppice_camera& camera = shown_->camera;
+  const VkViewport viewport{static_cast<float>(camera.x_px),
+                            static_cast<float>(camera.y_px),
+                            static_cast<float>(camera.width_px),
+                            static_cast<float>(camera.height_px),
+                            0.0f,
+                            1.0f};
+  const VkRect2D scissor{{camera.x_px, camera.y_px}, {camera.width_px, camera.height_px}};
   vk.vkCmdSetViewport(cmd, 0, 1, &viewport);
   vk.vkCmdSetScissor(cmd, 0, 1, &scissor);
-  if (culled_.by == CulledBy::raster) raster_->record_resolve(cmd, culled_.set, view.kind);
-  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 0, 1, &culled_.set, 0, nullptr);
-  const DrawPipelines& pipelines = view.kind == COPPICE_VIEW_SHADOW ? passes_.shadow : passes_.camera;
-  const std::span<const Plant> records = lists_.records();
+  if (by_ == CulledBy::raster) shared_.raster->record_resolve(cmd, raster_, culled_.set, *pipelines_.resolve);
+  vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, shared_.passes.layout, 0, 1, &culled_.set, 0, nullptr);
+  const std::span<const Plant> records = shared_.lists.records();
   // Trunks first: they hide leaves behind them, and the depth test is cheaper than a leaf.
   for (std::uint32_t plant = 0; plant < records.size(); ++plant)
     for (std::uint32_t lod = 0; records[plant].instance_count > 0 && lod < kMaxWoodLods; ++lod)
-      if (records[plant].wood_resident_mask >> lod & 1u) draw_wood(cmd, pipelines.wood, plant, lod);
-  for (std::uint32_t plant = 0; view.kind == COPPICE_VIEW_CAMERA && plant < records.size(); ++plant)
+      if (records[plant].wood_resident_mask >> lod & 1u) draw_wood(cmd, plant, lod);
+  for (std::uint32_t plant = 0; !is_depth_alone(attachments()) && plant < records.size(); ++plant)
     for (std::uint32_t i = 0; records[plant].instance_count > 0 && i < records[plant].leaf_mesh_count; ++i) draw_leaf_mesh(cmd, plant, i);
-  vk.vkCmdBindIndexBuffer(cmd, scene_.quad_indices.buffer, 0, VK_INDEX_TYPE_UINT16);
+  vk.vkCmdBindIndexBuffer(cmd, shared_.scene.quad_indices.buffer, 0, VK_INDEX_TYPE_UINT16);
   for (std::uint32_t plant = 0; plant < records.size(); ++plant)
-    if (records[plant].instance_count > 0) draw_leaves(cmd, pipelines.leaf, plant);
+    if (records[plant].instance_count > 0) draw_leaves(cmd, plant);
 }
 
 /// False: the pipeline is not there.
 bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pipeline& with) const {
   const VkPipeline pipeline = with.handle();
   if (pipeline == VK_NULL_HANDLE) return false;
-  const StoredTexture& texture = plants_.shown_texture(push.plant, push.texture);
-  device_.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
-  device_.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 1, 1, &texture.set.set, 0, nullptr);
-  device_.vk.vkCmdPushConstants(cmd, passes_.layout, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof push, &push);
+  const StoredTexture& texture = shared_.plants.shown_texture(push.plant, push.texture);
+  shared_.device.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
+  shared_.device.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, shared_.passes.layout, 1, 1, &texture.set.set, 0,
+                                            nullptr);
+  shared_.device.vk.vkCmdPushConstants(cmd, shared_.passes.layout, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof push, &push);
   return true;
 }
 
@@ -315,67 +298,65 @@ bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pi
 void ViewRecorder::draw_commands(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t first, std::uint32_t count,
                                  std::uint32_t most) const {
   if (most == 0) return;
-  device_.vk.vkCmdDrawIndexedIndirectCount(cmd, buffers_.leaf_commands.buffer, std::uint64_t{first} * sizeof(DrawCommand),
-                                           buffers_.draw_counts.buffer, (kDrawCounts * plant + count) * sizeof(std::uint32_t), most,
-                                           sizeof(DrawCommand));
+  shared_.device.vk.vkCmdDrawIndexedIndirectCount(cmd, buffers_.leaf_commands.buffer, std::uint64_t{first} * sizeof(DrawCommand),
+                                                  buffers_.draw_counts.buffer, (kDrawCounts * plant + count) * sizeof(std::uint32_t), most,
+                                                  sizeof(DrawCommand));
 }
 
-void ViewRecorder::draw_leaves(VkCommandBuffer cmd, const LeafPipelines& pipelines, std::uint32_t plant) const {
-  const Plant& record = lists_.records()[plant];
-  const StoredPlant& stored = *plants_.plant(plant);
+void ViewRecorder::draw_leaves(VkCommandBuffer cmd, std::uint32_t plant) const {
+  const Plant& record = shared_.lists.records()[plant];
+  const StoredPlant& stored = *shared_.plants.plant(plant);
   for (const std::uint32_t texture : stored.leaf_textures.span()) {
-    if (!bind_draw(cmd, {.plant = plant, .texture = texture}, *pipelines.of(texture, stored.has_gaps))) continue;
+    if (!bind_draw(cmd, {.plant = plant, .texture = texture}, *pipelines_.of(leaf_kind(texture, stored.has_gaps)))) continue;
     // Instances of one cluster each, which the rasteriser leaves to nobody; then clusters.
-    if (culled_.by == CulledBy::hardware)
-      draw_commands(cmd, plant, record.leaf_command_base, kSingleCount, std::min(record.instance_count, device_.max_draw_count));
+    if (by_ == CulledBy::hardware)
+      draw_commands(cmd, plant, record.leaf_command_base, kSingleCount, std::min(record.instance_count, shared_.device.max_draw_count));
     draw_commands(cmd, plant, record.leaf_command_base + record.instance_count, kClusterCount, record.leaf_command_capacity);
   }
 }
 
-void ViewRecorder::draw_wood(VkCommandBuffer cmd, const MeshPipelines& pipelines, std::uint32_t plant, std::uint32_t lod) const {
-  const Plant& record = lists_.records()[plant];
+void ViewRecorder::draw_wood(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t lod) const {
+  const Plant& record = shared_.lists.records()[plant];
   draw_mesh(cmd, plant,
             {.mesh = lod,
              .list_first = record.wood_list_base + lod * record.instance_count,
              .part_first = record.part_base + lod * kPartCommands,
-             .part_count = kWoodPartCounts + lod,
-             .pipelines = pipelines});
+             .part_count = kWoodPartCounts + lod});
 }
 
 void ViewRecorder::draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t chunk) const {
-  const Plant& record = lists_.records()[plant];
+  const Plant& record = shared_.lists.records()[plant];
   draw_mesh(cmd, plant,
             {.mesh = kMaxWoodLods + chunk,
              .list_first = record.leaf_mesh_list_base,
              .part_first = record.part_base + (record.wood_lod_count + chunk) * kPartCommands,
-             .part_count = kMeshPartCount,
-             .pipelines = passes_.camera.leaf_mesh});
+             .part_count = kMeshPartCount});
 }
 
 void ViewRecorder::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshDraw& draw) const {
-  const StoredPlant& plant = *plants_.plant(index);
+  const StoredPlant& plant = *shared_.plants.plant(index);
   const StoredMesh& mesh = plant.meshes[draw.mesh];
-  device_.vk.vkCmdBindIndexBuffer(cmd, mesh.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
+  shared_.device.vk.vkCmdBindIndexBuffer(cmd, mesh.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
   for (const SurfaceTextures& textures : mesh.textures.span()) {
     // What has its normal map or its pipeline on the way is drawn without for as long; shadow views have none.
-    const Pipeline* in_relief = draw.pipelines.relief.of(textures.color);
+    const Pipeline* in_relief = pipelines_.of(mesh_kind(draw.mesh, textures.color, true));
     const bool relief = in_relief != nullptr && in_relief->handle() != VK_NULL_HANDLE && textures.normal_map != kNoTexture &&
                         plant.textures[textures.normal_map].visible;
     if (relief)
-      device_.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, passes_.layout, 2, 1,
-                                         &plant.textures[textures.normal_map].set.set, 0, nullptr);
+      shared_.device.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, shared_.passes.layout, 2, 1,
+                                                &plant.textures[textures.normal_map].set.set, 0, nullptr);
     const DrawPush push{.plant = index,
                         .texture = textures.color,
                         .vertices = mesh.vertices,
                         .wood_list_first = draw.list_first,
                         .normal_map = textures.normal_map};
-    if (!bind_draw(cmd, push, *(relief ? draw.pipelines.relief : draw.pipelines.flat).of(push.texture))) continue;
+    if (!bind_draw(cmd, push, *pipelines_.of(mesh_kind(draw.mesh, textures.color, relief)))) continue;
     // One draw or none, as there are instances. Not vkCmdDrawIndexedIndirect: after draws with a count, lavapipe of Mesa 22.3 reads their
     // count for it too, and in a view without quads everything would vanish.
     const VkDeviceSize command = (index * kMeshCommands + draw.mesh) * sizeof(DrawCommand);
-    device_.vk.vkCmdDrawIndexedIndirectCount(cmd, buffers_.wood_commands.buffer, command, buffers_.wood_commands.buffer,
-                                             command + offsetof(DrawCommand, instance_count), 1, sizeof(DrawCommand));
-    draw_commands(cmd, index, draw.part_first, draw.part_count, lists_.records()[index].part_capacity);
+    shared_.device.vk.vkCmdDrawIndexedIndirectCount(cmd, buffers_.wood_commands.buffer, command, buffers_.wood_commands.buffer,
+                                                    command + offsetof(DrawCommand, instance_count), 1, sizeof(DrawCommand));
+    draw_commands(cmd, index, draw.part_first, draw.part_count, shared_.lists.records()[index].part_capacity);
   }
 }
 

@@ -1,12 +1,11 @@
 #pragma once
 
-// What a view needs and records: the buffers that culling fills, and the draws from them.
+// One view: the buffers that culling fills, and the draws from them.
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
-#include <span>
+#include <vector>
 
 #include "coppice/coppice.h"
 #include "draw_lists.h"
@@ -17,15 +16,6 @@
 #include "select.h"
 
 namespace coppice::gpu {
-
-struct ViewDesc {
-  AttachmentDesc attachments;
-  std::uint32_t max_instances = 0;
-  bool compute_raster = false;     ///< small leaves by compute shaders, where the device does
-  bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
-  std::optional<bool> many_lanes;  ///< RasterDesc's
-  bool pass_times = false;
-};
 
 /// What all views read.
 struct SceneBuffers {
@@ -40,7 +30,7 @@ struct Capacity {
   std::uint32_t plants = 0;
 };
 
-/// Sums over the latest completed frame.
+/// Sums over the latest completed frame of a view.
 struct FrameCounts {
   std::uint64_t frame = 0;
   std::uint32_t visible_instances = 0;
@@ -52,49 +42,65 @@ struct FrameCounts {
   std::uint64_t hardware_triangles = 0;  ///< of leaves, leaf meshes and wood
 };
 
-/// A frame: begin_frame, prepare, then record_cull and record_draw of one view after the other.
-/// Thread: externally serialised; const functions may overlap.
+/// What views share; all of it outlives them.
+struct ViewShared {
+  Device& device;
+  Garbage& garbage;
+  PipelineSet& pipelines;
+  const SceneBuffers& scene;
+  const PlantStore& plants;
+  const Passes& passes;
+  const DrawLists& lists;
+  LeafRaster* raster;  ///< null: everything is drawn by the hardware
+};
+
+struct ViewOptions {
+  std::uint32_t max_instances = 0;
+  bool pass_times = false;
+};
+
+/// What a view shows in a frame.
+struct ShownView {
+  coppice_camera camera;
+  LodView lod;  ///< selection's view of it
+};
+
+/// A frame: begin_frame, show, prepare; then record_cull, then record_draw, any number of times.
+/// Thread: externally serialised, but what is recorded of different views may overlap.
 class ViewRecorder {
  public:
-  /// Everything that is passed by reference outlives this object; pipelines are closed before it goes.
-  ViewRecorder(Device& device, Garbage& garbage, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
-               const coppice_allocator& allocator);
-  /// errors  out_of_memory, device_lost, internal
-  Result<void> create(const ViewDesc& desc, const TextureSets& textures);
-  /// The GPU must be done with everything.
+  ViewRecorder(const ViewShared& shared, const DrawPipelines& pipelines) : shared_(shared), pipelines_(pipelines) {}
+  /// Its buffers, for so many slots and plants. errors  out_of_memory, device_lost
+  Result<void> create(const ViewOptions& options, const Capacity& capacity);
+  /// The GPU must be done with it.
   ~ViewRecorder();
   ViewRecorder(const ViewRecorder&) = delete;
   ViewRecorder& operator=(const ViewRecorder&) = delete;
 
-  /// Its buffers by slot and by plant.
   void add_sizes(const Capacity& capacity, BufferSizes& sizes);
-  /// Room for so many. errors  out_of_memory; nothing has changed
-  Result<void> reserve_plants(std::uint32_t count) { return lists_.reserve(count); }
-  /// One of those, or of the scene's, has been replaced.
   void buffers_changed();
-
-  /// Has the pipelines built that a view needs in any case, or a plant's leaves, or a mesh of it.
-  void want_first();
-  void want_leaves(std::uint32_t plant);
-  void want_mesh(std::uint32_t plant, std::uint32_t mesh);
+  /// DrawLists::fill's.
+  [[nodiscard]] Buffer& command_buffer() { return buffers_.leaf_commands; }
 
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
-  /// residency: [plants]. errors  out_of_memory: nothing may be culled
-  Result<void> prepare(const InstanceTable& instances, std::span<const PlantResidency> residency, std::uint64_t memory_budget_bytes);
-  /// Of the frame, for SceneBuffers::plants.
-  [[nodiscard]] std::span<const Plant> plant_records() const { return lists_.records(); }
-  /// InstanceBlock[]; none without the rasteriser.
-  [[nodiscard]] const Buffer* block_buffer() const { return raster_ ? &raster_->block_buffer() : nullptr; }
+  /// In this frame; a view that shows nothing is neither culled nor drawn.
+  void show(const ShownView& shown) { shown_ = shown; }
+  [[nodiscard]] bool is_shown() const { return shown_.has_value(); }
+  /// The draw lists are filled. Takes all memory that the frame needs. errors  out_of_memory: it may not be culled
+  Result<void> prepare(std::uint32_t slot_count);
 
-  /// lod: selection's view of `view`. Before / after: as coppice_record_cull.
-  void record_cull(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod);
-  /// Nothing, no state either, where nothing has been culled.
-  void record_draw(VkCommandBuffer cmd, const coppice_view& view) const;
+  /// Before / after: as coppice_record_cull. is_shown(); prepared
+  void record_cull(VkCommandBuffer cmd, const coppice_light& light);
+  /// In place of that where the frame's upload has failed: there is nothing to draw.
+  void leave_out();
+  /// Whether one of them has been called in this frame.
+  [[nodiscard]] bool is_culled() const { return culled_.recorded; }
+  /// is_culled()
+  void record_draw(VkCommandBuffer cmd) const;
 
+  [[nodiscard]] const AttachmentDesc& attachments() const { return pipelines_.attachments; }
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }
-  [[nodiscard]] bool has_raster() const { return raster_ != nullptr; }
-  /// All zero without ViewDesc::pass_times.
-  [[nodiscard]] GpuTimer& timer() { return timer_; }
+  /// All zero without ViewOptions::pass_times.
   [[nodiscard]] const GpuTimer& timer() const { return timer_; }
   /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.
   [[nodiscard]] VkBuffer cut_buffer() const { return buffers_.cuts.buffer; }
@@ -108,7 +114,7 @@ class ViewRecorder {
   /// What is to be drawn by: all by the hardware, or what the rasteriser has left.
   enum class CulledBy : std::uint8_t { nobody, hardware, raster };
   struct Culled {
-    CulledBy by = CulledBy::nobody;
+    bool recorded = false;
     VkDescriptorSet set = VK_NULL_HANDLE;
   };
   /// What of a view is there: what has to be built for it is wanted from here on.
@@ -120,39 +126,34 @@ class ViewRecorder {
   /// Where a mesh finds its instances, the commands of its parts, and their count.
   struct MeshDraw {
     std::uint32_t mesh = 0, list_first = 0, part_first = 0, part_count = 0;
-    const MeshPipelines& pipelines;
   };
 
-  Result<void> create_raster();
   Result<void> rebuild_set();
   [[nodiscard]] FrameBindings bindings() const;
-  VkDescriptorSet set_of(const coppice_view& view);
-  Ready want(const coppice_view& view);
-  void record_start(VkCommandBuffer cmd, const coppice_view& view, const LodView& lod);
-  CulledBy begin_culling(VkCommandBuffer cmd, const coppice_view& view, const Ready& ready);
+  VkDescriptorSet set_of(const coppice_light& light);
+  Ready want(coppice_debug_view debug_view);
+  void record_start(VkCommandBuffer cmd, const coppice_light& light);
   void record_readback(VkCommandBuffer cmd);
-  void draw_leaves(VkCommandBuffer cmd, const LeafPipelines& pipelines, std::uint32_t plant) const;
-  void draw_wood(VkCommandBuffer cmd, const MeshPipelines& pipelines, std::uint32_t plant, std::uint32_t lod) const;
+  void draw_leaves(VkCommandBuffer cmd, std::uint32_t plant) const;
+  void draw_wood(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t lod) const;
   void draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t chunk) const;
   void draw_mesh(VkCommandBuffer cmd, std::uint32_t plant, const MeshDraw& draw) const;
   void draw_commands(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t first, std::uint32_t count, std::uint32_t most) const;
   bool bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pipeline& with) const;
 
-  Device& device_;
-  Garbage& garbage_;
-  PipelineSet& pipelines_;
-  const SceneBuffers& scene_;
-  const PlantStore& plants_;
-  ViewDesc desc_;
-  Passes passes_;
-  DrawLists lists_;
+  ViewShared shared_;
+  DrawPipelines pipelines_;
+  std::uint32_t max_instances_ = 0;
   Buffers buffers_;
-  std::unique_ptr<LeafRaster> raster_;  ///< null: everything is drawn by the hardware
+  RasterView raster_;  ///< empty without ViewShared::raster
   DescriptorSet frame_set_;
-  DescriptorSet shadowed_set_;  ///< the same with the maps of the last view that had any
+  DescriptorSet shadowed_set_;           ///< the same with the maps of the last light that had any
+  std::vector<DescriptorSet> replaced_;  ///< while the frame was recorded
   std::array<VkImageView, kMaxCascades> maps_{};
   bool set_stale_ = true;  ///< a buffer of the sets has been replaced
-  Culled culled_;          ///< the last record_cull of the frame
+  std::optional<ShownView> shown_;
+  CulledBy by_ = CulledBy::nobody;  ///< of the frame
+  Culled culled_;
   std::uint32_t slot_count_ = 0;
   std::uint64_t frame_ = 0, completed_ = 0;
 

@@ -1,0 +1,441 @@
+// Several views of one context: each is drawn as it is alone, whatever the order, and each has what it wants streamed.
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <numeric>
+#include <ostream>
+#include <random>
+#include <thread>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include "context_fixture.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 128;
+
+struct Path {
+  const char* name;
+  VkBool32 compute_raster, int64_atomics;
+};
+
+void PrintTo(const Path& each, std::ostream* out) {
+  *out << each.name;
+}
+
+/// What a view is drawn to.
+struct Target {
+  std::unique_ptr<Image> color;  ///< null: depth alone
+  Image depth;
+
+  Target(const VulkanDevice& gpu, const coppice_camera& camera, bool depth_alone)
+      : color(depth_alone ? nullptr
+                          : std::make_unique<Image>(gpu, ImageDesc{.width_px = camera.width_px,
+                                                                   .height_px = camera.height_px,
+                                                                   .format = VK_FORMAT_R8G8B8A8_SRGB,
+                                                                   .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT |
+                                                                            VK_IMAGE_USAGE_TRANSFER_SRC_BIT})),
+        depth(gpu, {.width_px = camera.width_px,
+                    .height_px = camera.height_px,
+                    .format = VK_FORMAT_D32_SFLOAT,
+                    .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}) {}
+};
+
+/// clear: what was there before goes
+void begin_rendering(VkCommandBuffer cmd, const Target& target, bool clear) {
+  const VkImageLayout before = clear ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+  if (target.color) change_layout(cmd, *target.color, before, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+  change_layout(cmd, target.depth, clear ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+  const VkAttachmentLoadOp load = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+  const VkRenderingAttachmentInfo color{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                        .imageView = target.color ? target.color->view() : VK_NULL_HANDLE,
+                                        .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                                        .loadOp = load,
+                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+                                        .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}};
+  const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                        .imageView = target.depth.view(),
+                                        .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                        .loadOp = load,
+                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+  const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                  .renderArea = {{0, 0}, {target.depth.desc().width_px, target.depth.desc().height_px}},
+                                  .layerCount = 1,
+                                  .colorAttachmentCount = target.color ? 1u : 0u,
+                                  .pColorAttachments = &color,
+                                  .pDepthAttachment = &depth};
+  vkCmdBeginRendering(cmd, &rendering);
+}
+
+/// Of a target that has been drawn to.
+struct Drawn {
+  Picture picture;           ///< empty with depth alone
+  std::vector<float> depth;  ///< empty with colour
+
+  bool operator==(const Drawn& other) const { return picture.rgba == other.picture.rgba && depth == other.depth; }
+};
+
+Drawn read(const VulkanDevice& gpu, const Target& target) {
+  if (target.color) return {read_picture(gpu, *target.color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL), {}};
+  return {{}, read_depth(gpu, target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)};
+}
+
+/// Pixels that show something.
+std::size_t covered(const Drawn& drawn) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < drawn.picture.rgba.size(); i += 4) count += drawn.picture.rgba[i + 1] < 250;
+  return count + static_cast<std::size_t>(std::ranges::count_if(drawn.depth, [](float depth) { return depth > 0.0f; }));
+}
+
+/// A command pool with one command buffer, for a thread of its own.
+class Recorder {
+ public:
+  explicit Recorder(const VulkanDevice& gpu) : gpu_(gpu) {
+    const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, .queueFamilyIndex = gpu.queue_family};
+    check_vk(vkCreateCommandPool(gpu.device, &pool, nullptr, &pool_), "vkCreateCommandPool");
+    const VkCommandBufferAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                               .commandPool = pool_,
+                                               .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                               .commandBufferCount = 1};
+    check_vk(vkAllocateCommandBuffers(gpu.device, &allocate, &cmd), "vkAllocateCommandBuffers");
+    const VkCommandBufferBeginInfo begin{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    check_vk(vkBeginCommandBuffer(cmd, &begin), "vkBeginCommandBuffer");
+  }
+  ~Recorder() { vkDestroyCommandPool(gpu_.device, pool_, nullptr); }
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  VkCommandBuffer cmd = VK_NULL_HANDLE;
+
+ private:
+  const VulkanDevice& gpu_;
+  VkCommandPool pool_ = VK_NULL_HANDLE;
+};
+
+class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
+ protected:
+  void SetUp() override {
+    ContextTest::SetUp();
+    path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "views_test");
+    coppice_context_desc with = desc();
+    with.compute_raster = GetParam().compute_raster;
+    with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
+    create(with);
+    plant_ = open(path_);
+  }
+  void TearDown() override {
+    std::filesystem::remove(path_);
+    ContextTest::TearDown();
+  }
+
+  void place(const std::vector<glm::vec3>& places) {
+    for (const glm::vec3& at : places) {
+      const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
+      ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, 1, nullptr), COPPICE_OK) << log_;
+    }
+  }
+  void place_rows() {
+    std::vector<glm::vec3> places;
+    for (int i = 0; i < 40; ++i) places.emplace_back(2.2f * static_cast<float>(i % 8) - 7.7f, 0.0f, -3.0f * static_cast<float>(i / 8));
+    place(places);
+  }
+
+  /// A camera from the front, its mirror image from below, a sun's, and one from behind that is closer and finer.
+  std::vector<Shot> four_views() {
+    Shot front = make_view({.eye_m = {0.0f, 1.0f, 6.0f}, .width_px = kSidePx, .height_px = kSidePx});
+    Shot mirrored = front;
+    const glm::mat4 mirror = glm::scale(glm::translate(glm::mat4(1.0f), glm::vec3(0, -4, 0)), glm::vec3(1, -1, 1));
+    const glm::mat4 below = glm::make_mat4(front.view_from_world) * mirror;
+    std::copy_n(glm::value_ptr(below), 16, mirrored.view_from_world);
+    Shot behind = make_view({.eye_m = {-3.0f, 0.5f, -16.0f}, .width_px = 2 * kSidePx, .height_px = kSidePx});
+    behind.error_px = 0.5f;
+    coppice_sun_desc desc;
+    coppice_sun_desc_init(&desc);
+    std::copy_n(front.light.sun_direction, 3, desc.sun_direction);
+    desc.radius_m = 12.0f;
+    desc.size_px = kSidePx;
+    Shot sun = front;
+    front.view = view_;
+    mirrored.view = create_view();
+    behind.view = create_view();
+    const coppice_view map = create_view(COPPICE_OUTPUT_DEPTH);
+    EXPECT_EQ(coppice_sun_camera(context_, map, &desc, &sun), COPPICE_OK) << log_;
+    depth_view_ = map;
+    return {front, mirrored, behind, sun};
+  }
+
+  bool is_settled(coppice_view view) {
+    std::uint32_t settled = 0;
+    EXPECT_EQ(coppice_is_settled(context_, view, &settled), COPPICE_OK) << log_;
+    return settled != 0;
+  }
+
+  /// Frames with all of them until each has what it wants.
+  void settle_all(const std::vector<Shot>& shots) {
+    for (int i = 0; i < 400; ++i) {
+      begin(shots);
+      submit(gpu(), [&](VkCommandBuffer cmd) { record_upload(cmd); });
+      if (i > 2 && std::ranges::all_of(shots, [&](const Shot& shot) { return is_settled(view_of_shot(shot)); })) return;
+      usleep(2000);
+    }
+    ADD_FAILURE() << "streaming does not come to rest";
+  }
+
+  [[nodiscard]] std::unique_ptr<Target> target_of(const Shot& shot) {
+    return std::make_unique<Target>(gpu(), shot, shot.view == depth_view_);
+  }
+
+  void record_one_draw(VkCommandBuffer cmd, const Shot& shot, const Target& target, bool clear = true) {
+    begin_rendering(cmd, target, clear);
+    record_draw(cmd, shot);
+    vkCmdEndRendering(cmd);
+  }
+
+  /// A frame with this view alone.
+  Drawn alone(const Shot& shot) {
+    const auto target = target_of(shot);
+    begin(shot);
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      record_upload(cmd);
+      record_cull(cmd, shot);
+      record_one_draw(cmd, shot, *target);
+    });
+    return read(gpu(), *target);
+  }
+  std::vector<Drawn> each_alone(const std::vector<Shot>& shots) {
+    std::vector<Drawn> drawn;
+    for (const Shot& shot : shots) drawn.push_back(alone(shot));
+    return drawn;
+  }
+
+  std::string path_;
+  coppice_plant plant_ = 0;
+  coppice_view depth_view_ = 0;
+};
+
+TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
+  place_rows();
+  const std::vector<Shot> shots = four_views();
+  settle_all(shots);
+  const std::vector<Drawn> expected = each_alone(shots);
+  for (const Drawn& drawn : expected) EXPECT_GT(covered(drawn), 500u);
+  EXPECT_FALSE(expected[0] == expected[1]);
+  std::mt19937 random(7);
+  for (int turn = 0; turn < 8; ++turn) {
+    // Twice each view: the first time it comes it is culled, the second time drawn.
+    std::vector<std::size_t> order{0, 1, 2, 3, 0, 1, 2, 3};
+    std::ranges::shuffle(order, random);
+    std::vector<std::unique_ptr<Target>> targets;
+    for (const Shot& shot : shots) targets.push_back(target_of(shot));
+    begin(shots);
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      record_upload(cmd);
+      std::array<bool, 4> culled{};
+      for (const std::size_t i : order) {
+        if (std::exchange(culled[i], true))
+          record_one_draw(cmd, shots[i], *targets[i]);
+        else
+          record_cull(cmd, shots[i]);
+      }
+    });
+    for (std::size_t i = 0; i < shots.size(); ++i) EXPECT_TRUE(read(gpu(), *targets[i]) == expected[i]) << "turn " << turn << " view " << i;
+  }
+}
+
+TEST_P(ViewsTest, ViewsAreRecordedByThreadsOfTheirOwn) {
+  place_rows();
+  const std::vector<Shot> shots = four_views();
+  settle_all(shots);
+  const std::vector<Drawn> expected = each_alone(shots);
+  for (int turn = 0; turn < 4; ++turn) {
+    std::vector<std::unique_ptr<Target>> targets;
+    for (const Shot& shot : shots) targets.push_back(target_of(shot));
+    begin(shots);
+    submit(gpu(), [&](VkCommandBuffer cmd) { record_upload(cmd); });
+    std::vector<std::unique_ptr<Recorder>> recorders;
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < shots.size(); ++i) recorders.push_back(std::make_unique<Recorder>(gpu()));
+    for (std::size_t i = 0; i < shots.size(); ++i)
+      threads.emplace_back([&, i] {
+        record_cull(recorders[i]->cmd, shots[i]);
+        record_one_draw(recorders[i]->cmd, shots[i], *targets[i]);
+      });
+    for (std::thread& thread : threads) thread.join();
+    std::vector<VkCommandBuffer> commands;
+    for (const auto& recorder : recorders) {
+      check_vk(vkEndCommandBuffer(recorder->cmd), "vkEndCommandBuffer");
+      commands.push_back(recorder->cmd);
+    }
+    std::ranges::rotate(commands, commands.begin() + turn);
+    const VkSubmitInfo info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                            .commandBufferCount = static_cast<std::uint32_t>(commands.size()),
+                            .pCommandBuffers = commands.data()};
+    check_vk(vkQueueSubmit(gpu().queue, 1, &info, VK_NULL_HANDLE), "vkQueueSubmit");
+    check_vk(vkQueueWaitIdle(gpu().queue), "vkQueueWaitIdle");
+    for (std::size_t i = 0; i < shots.size(); ++i) EXPECT_TRUE(read(gpu(), *targets[i]) == expected[i]) << "turn " << turn << " view " << i;
+  }
+}
+
+TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
+  place({{0, 0, 0}, {500, 0, 0}});
+  Shot far = make_view({.eye_m = {0, 0.3f, 60}, .width_px = kSidePx, .height_px = kSidePx});
+  far.view = view_;
+  settle_all({far});
+  EXPECT_LT(info(plant_).resident_leaf_count, 3000u);
+  Shot near = make_view({.eye_m = {500, 0.3f, 4}, .target_m = {500, 0, 0}, .width_px = kSidePx, .height_px = kSidePx});
+  near.view = create_view();
+  near.error_px = 0.01f;
+  settle_all({far, near});
+  EXPECT_EQ(info(plant_).resident_leaf_count, 3000u);
+  for (int i = 0; i < 3; ++i) {
+    begin(std::vector<Shot>{far, near});
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      record_upload(cmd);
+      record_cull(cmd, near);
+      record_cull(cmd, far);
+    });
+  }
+  EXPECT_GT(view_stats(near.view).drawn_leaf_count, 2900u);
+  EXPECT_EQ(view_stats(near.view).threshold_px, 0.01f);
+  EXPECT_LT(view_stats(far.view).drawn_leaf_count, 1000u);
+  EXPECT_EQ(view_stats(far.view).threshold_px, 2.0f);
+}
+
+TEST_P(ViewsTest, ALeafBudgetIsOfOneView) {
+  place_rows();
+  Shot front = make_view({.eye_m = {0, 1, 6}, .width_px = kSidePx, .height_px = kSidePx});
+  front.view = view_;
+  front.error_px = 0.5f;
+  Shot limited = front;
+  limited.view = create_view();
+  settle_all({front, limited});
+  const std::vector<Drawn> expected = each_alone({front});
+  const std::uint64_t leaves = [&] {
+    alone(front);
+    alone(front);
+    return view_stats(front.view).drawn_leaf_count;
+  }();
+  limited.leaf_budget = static_cast<std::uint32_t>(leaves / 4);
+  const auto target = target_of(front);
+  for (int i = 0; i < 80; ++i) {
+    begin(std::vector<Shot>{front, limited});
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      record_upload(cmd);
+      record_cull(cmd, front);
+      record_cull(cmd, limited);
+      record_one_draw(cmd, front, *target);
+    });
+  }
+  EXPECT_TRUE(read(gpu(), *target) == expected[0]);
+  EXPECT_LE(view_stats(limited.view).drawn_leaf_count, limited.leaf_budget);
+  EXPECT_EQ(view_stats(front.view).drawn_leaf_count, leaves);
+}
+
+TEST_P(ViewsTest, ViewsSideBySideInOneAttachment) {
+  place_rows();
+  std::vector<Shot> shots;
+  for (const float x_m : {-4.0f, 0.0f, 5.0f}) {
+    shots.push_back(make_view({.eye_m = {x_m, 1.0f, 6.0f}, .width_px = kSidePx, .height_px = kSidePx}));
+    shots.back().view = shots.size() == 1 ? view_ : create_view();
+  }
+  settle_all(shots);
+  const std::vector<Drawn> expected = each_alone(shots);
+  Shot whole = shots[0];
+  whole.width_px = 3 * kSidePx + 20;
+  whole.height_px = kSidePx + 7;
+  const auto target = target_of(whole);
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    shots[i].x_px = static_cast<std::int32_t>(i * (kSidePx + 10));
+    shots[i].y_px = static_cast<std::int32_t>(3 * i);
+  }
+  begin(shots);
+  submit(gpu(), [&](VkCommandBuffer cmd) {
+    record_upload(cmd);
+    for (const Shot& shot : shots) record_cull(cmd, shot);
+    for (const Shot& shot : shots) record_one_draw(cmd, shot, *target, &shot == shots.data());
+  });
+  const Picture picture = read(gpu(), *target).picture;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    std::size_t different = 0;
+    for (std::uint32_t y = 0; y < kSidePx; ++y)
+      for (std::uint32_t x = 0; x < kSidePx; ++x) {
+        const std::size_t at = 4 * ((y + static_cast<std::uint32_t>(shots[i].y_px)) * std::size_t{whole.width_px} + x +
+                                    static_cast<std::uint32_t>(shots[i].x_px));
+        different += !std::equal(&picture.rgba[at], &picture.rgba[at] + 4, &expected[i].picture.rgba[4 * (y * kSidePx + x)]);
+      }
+    // Where a triangle's edge runs close to the middle of a pixel, a viewport elsewhere may round it to the other side.
+    EXPECT_LE(different, kSidePx * kSidePx / 100) << i;
+  }
+}
+
+TEST_P(ViewsTest, WhatWasNotCulledIsNotDrawn) {
+  place({{0, 0, 0}});
+  Shot shown = make_view({.width_px = kSidePx, .height_px = kSidePx});
+  shown.view = view_;
+  Shot other = shown;
+  other.view = create_view();
+  begin(shown);
+  submit(gpu(), [&](VkCommandBuffer cmd) {
+    record_upload(cmd);
+    EXPECT_EQ(coppice_record_draw(context_, cmd, shown.view), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_NE(log_.find("coppice_record_cull was not called for the view"), std::string::npos) << log_;
+    EXPECT_EQ(coppice_record_cull(context_, cmd, other.view, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_NE(log_.find("no camera in this frame"), std::string::npos) << log_;
+    record_cull(cmd, shown);
+    EXPECT_EQ(coppice_record_draw(context_, cmd, other.view), COPPICE_ERROR_INVALID_ARGUMENT);
+  });
+  begin(shown);
+  submit(gpu(), [&](VkCommandBuffer cmd) {
+    record_upload(cmd);
+    EXPECT_EQ(coppice_record_draw(context_, cmd, shown.view), COPPICE_ERROR_INVALID_ARGUMENT) << "the frame before culled it";
+  });
+  begin(std::span<const Shot>());
+  submit(gpu(), [&](VkCommandBuffer cmd) { record_upload(cmd); });
+}
+
+TEST_P(ViewsTest, ViewsComeAndGoAndLeaveNothing) {
+  place_rows();
+  Shot shot = make_view({.eye_m = {0, 1, 6}, .width_px = kSidePx, .height_px = kSidePx});
+  shot.view = view_;
+  settle_all({shot});
+  const Drawn expected = alone(shot);
+  Shot other = shot;
+  std::uint64_t bytes = 0;
+  for (int i = 0; i < 12; ++i) {
+    other.view = create_view(i % 3 == 2 ? COPPICE_OUTPUT_DEPTH : COPPICE_OUTPUT_LIT);
+    // Instances come while it is there, so that its buffers grow.
+    if (i == 4) place(std::vector<glm::vec3>(2000, glm::vec3(0, 0, 900)));
+    depth_view_ = i % 3 == 2 ? other.view : 0;
+    const std::vector<Shot> both{shot, other};
+    const auto target = target_of(shot), other_target = target_of(other);
+    begin(both);
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      record_upload(cmd);
+      for (const Shot& each : both) record_cull(cmd, each);
+      record_one_draw(cmd, other, *other_target);
+      record_one_draw(cmd, shot, *target);
+    });
+    EXPECT_TRUE(read(gpu(), *target) == expected) << i;
+    ASSERT_EQ(coppice_view_destroy(context_, other.view), COPPICE_OK) << log_;
+    EXPECT_EQ(coppice_view_destroy(context_, other.view), COPPICE_ERROR_INVALID_ARGUMENT);
+    depth_view_ = 0;
+    for (int j = 0; j < 3; ++j) alone(shot);
+    if (i == 6) bytes = stats().memory_bytes;
+    EXPECT_TRUE(i <= 6 || stats().memory_bytes == bytes) << i << ": " << stats().memory_bytes << ", not " << bytes;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Paths, ViewsTest,
+                         testing::Values(Path{"hardware", VK_FALSE, VK_FALSE}, Path{"compute", VK_TRUE, VK_TRUE},
+                                         Path{"compute_two_passes", VK_TRUE, VK_FALSE}),
+                         [](const auto& path) { return std::string(path.param.name); });
+
+}  // namespace
+}  // namespace coppice::test

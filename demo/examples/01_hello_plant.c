@@ -3,11 +3,11 @@
  *     01_hello_plant PLANT.coppice PICTURE.ppm
  *
  * Everything Vulkan is the host's, as in an engine: the device, the images, the command buffer, the wait. What belongs to Coppice is in
- * main, between coppice_context_create and coppice_context_destroy.
+ * main, between coppice_vulkan_context_create and coppice_context_destroy.
  */
 #include <volk.h>
 
-#include <coppice/coppice.h>
+#include <coppice/vulkan.h>
 
 #include <math.h>
 #include <stdio.h>
@@ -60,7 +60,7 @@ static uint32_t graphics_family(VkPhysicalDevice physical) {
   return 0;
 }
 
-/* The features coppice_context_desc asks for, and textureCompressionBC, which it can do without. */
+/* The features coppice_vulkan_desc asks for, and textureCompressionBC, which it can do without. */
 static void create_device(Host* host, uint32_t family) {
   const float priority = 1;
   VkPhysicalDeviceFeatures available;
@@ -252,25 +252,32 @@ static void save_picture(const Host* host, const Target* color, const char* path
 static coppice_context* create_context(const Host* host) {
   coppice_context* context = NULL;
   coppice_context_desc desc;
+  coppice_vulkan_desc vulkan;
+  coppice_log log;
   coppice_context_desc_init(&desc);
-  desc.instance = host->instance;
-  desc.physical_device = host->physical;
-  desc.device = host->device;
-  desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-  desc.texture_compression_bc = host->texture_compression_bc;
-  desc.blocking_pipelines = VK_TRUE; /* nothing may be missing from a picture */
-  desc.log.write = print_error;
-  REQUIRE_COPPICE(coppice_context_create(&desc, &context));
+  coppice_vulkan_desc_init(&vulkan);
+  coppice_log_init(&log);
+  vulkan.instance = host->instance;
+  vulkan.physical_device = host->physical;
+  vulkan.device = host->device;
+  vulkan.get_instance_proc_addr = vkGetInstanceProcAddr;
+  vulkan.texture_compression_bc = host->texture_compression_bc;
+  vulkan.blocking_pipelines = VK_TRUE; /* nothing may be missing from a picture */
+  log.write = print_error;
+  desc.log = &log;
+  REQUIRE_COPPICE(coppice_vulkan_context_create(&desc, &vulkan, &context));
   return context;
 }
 
 static coppice_view create_view(coppice_context* context) {
   coppice_view view = 0;
   coppice_view_desc desc;
+  coppice_vulkan_view_desc formats;
   coppice_view_desc_init(&desc);
-  desc.color_format = kColorFormat;
-  desc.depth_format = kDepthFormat;
-  REQUIRE_COPPICE(coppice_view_create(context, &desc, &view));
+  coppice_vulkan_view_desc_init(&formats);
+  formats.color_format = kColorFormat;
+  formats.depth_format = kDepthFormat;
+  REQUIRE_COPPICE(coppice_vulkan_view_create(context, &desc, &formats, &view));
   return view;
 }
 

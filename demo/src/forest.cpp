@@ -133,39 +133,46 @@ coppice_view create_view(const Forest& forest, coppice_output output) {
   coppice_view_desc desc;
   coppice_view_desc_init(&desc);
   desc.output = output;
-  if (output == COPPICE_OUTPUT_LIT) desc.color_format = Renderer::kSceneFormat;
-  desc.depth_format = Renderer::kDepthFormat;
+  coppice_vulkan_view_desc formats;
+  coppice_vulkan_view_desc_init(&formats);
+  if (output == COPPICE_OUTPUT_LIT) formats.color_format = Renderer::kSceneFormat;
+  formats.depth_format = Renderer::kDepthFormat;
   coppice_view view = 0;
-  check(forest, coppice_view_create(forest.context.get(), &desc, &view), "coppice_view_create");
+  check(forest, coppice_vulkan_view_create(forest.context.get(), &desc, &formats, &view), "coppice_vulkan_view_create");
   return view;
 }
 
 Forest create_forest(const Device& device, const Options& options, std::optional<std::uint32_t> max_instances) {
   Forest forest;
   forest.log = std::make_unique<Log>();
+  coppice_vulkan_desc vulkan;
+  coppice_vulkan_desc_init(&vulkan);
+  vulkan.instance = device.instance;
+  vulkan.physical_device = device.physical;
+  vulkan.device = device.handle;
+  vulkan.get_instance_proc_addr = vkGetInstanceProcAddr;
+  vulkan.texture_compression_bc = device.texture_compression_bc ? VK_TRUE : VK_FALSE;
+  vulkan.compute_raster = options.path != LeafPath::hardware ? VK_TRUE : VK_FALSE;
+  vulkan.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;
+  vulkan.pass_times = options.pass_times ? VK_TRUE : VK_FALSE;
+  vulkan.blocking_pipelines = options.headless || options.frames ? VK_TRUE : VK_FALSE;  // frames that are counted miss nothing
   coppice_context_desc desc;
   coppice_context_desc_init(&desc);
-  desc.instance = device.instance;
-  desc.physical_device = device.physical;
-  desc.device = device.handle;
-  desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-  desc.texture_compression_bc = device.texture_compression_bc ? VK_TRUE : VK_FALSE;
-  desc.compute_raster = options.path != LeafPath::hardware ? VK_TRUE : VK_FALSE;
-  desc.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;
-  desc.pass_times = options.pass_times ? VK_TRUE : VK_FALSE;
   desc.memory_budget_bytes = std::uint64_t{options.memory_mb} << 20;
-  desc.allow_outside = options.allow_outside ? VK_TRUE : VK_FALSE;
-  desc.blocking_pipelines = options.headless || options.frames ? VK_TRUE : VK_FALSE;  // frames that are counted miss nothing
+  desc.allow_outside = options.allow_outside ? COPPICE_TRUE : COPPICE_FALSE;
   if (max_instances) desc.max_instances = *max_instances;
-  desc.log = hook_of(*forest.log);
+  const coppice_log log = hook_of(*forest.log);
+  desc.log = &log;
+  coppice_trace trace;
   if (!options.trace.empty()) {
     forest.trace = std::make_unique<Trace>();
-    desc.trace = forest.trace->hook();
+    trace = forest.trace->hook();
+    desc.trace = &trace;
   }
   coppice_context* context = nullptr;
-  const coppice_status status = coppice_context_create(&desc, &context);
+  const coppice_status status = coppice_vulkan_context_create(&desc, &vulkan, &context);
   forest.context.reset(context);
-  check(forest, status, "coppice_context_create");
+  check(forest, status, "coppice_vulkan_context_create");
   forest.view = create_view(forest, COPPICE_OUTPUT_LIT);
   if (options.shadows)
     for (coppice_view& view : forest.sun_views) view = create_view(forest, COPPICE_OUTPUT_DEPTH);

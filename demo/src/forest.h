@@ -1,6 +1,6 @@
 #pragma once
 
-#include <coppice/coppice.h>
+#include <coppice/vulkan.h>
 
 #include <cstdint>
 #include <memory>

@@ -17,7 +17,7 @@ void on_log(void* user, coppice_log_level level, const char* text) {
 }  // namespace
 
 coppice_log hook_of(Log& log) {
-  return {&log, on_log};
+  return {sizeof(coppice_log), &log, on_log};
 }
 
 void say_waiting(Log& log) {

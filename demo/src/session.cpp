@@ -198,9 +198,12 @@ void record_frame(Session& session, VkCommandBuffer commands, const FrameView& v
   };
   const auto draw = [&](coppice_view of) { check(session.forest, coppice_record_draw(context, commands, of), "coppice_record_draw"); };
   check(session.forest, coppice_record_upload(context, commands), "coppice_record_upload");
+  std::array<coppice_shadow_map, Shadows::kCascades> shadows{};
   if (session.renderer.shadows) {
     record_shadows(*session.renderer.shadows, commands, maps, cull, draw);
-    set_shadows(*session.renderer.shadows, light);
+    shadows = shadow_maps(*session.renderer.shadows);
+    light.shadow_maps = shadows.data();
+    light.shadow_map_count = Shadows::kCascades;
   }
   cull(session.forest.view);
   const std::size_t slot = session.ring.slot_index();

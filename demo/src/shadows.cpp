@@ -29,6 +29,7 @@ coppice_camera sun_camera(const ShadowFrame& frame, std::size_t cascade, glm::ve
   desc.radius_m = shadows.cascades[cascade].radius_m;
   desc.size_px = shadows.cascades[cascade].map.extent.width;
   coppice_camera camera;
+  coppice_camera_init(&camera);
   if (coppice_sun_camera(frame.context, frame.views[cascade], &desc, &camera) != COPPICE_OK) throw Failure("coppice_sun_camera failed");
   camera.error_px = kError_px;
   return camera;
@@ -125,12 +126,13 @@ void outdate(Shadows& shadows) {
   for (Shadows::Cascade& cascade : shadows.cascades) cascade.drawn_frame = 0;
 }
 
-void set_shadows(const Shadows& shadows, coppice_light& light) {
-  light.shadow_map_count = Shadows::kCascades;
+std::array<coppice_shadow_map, Shadows::kCascades> shadow_maps(const Shadows& shadows) {
+  std::array<coppice_shadow_map, Shadows::kCascades> maps{};
   for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
-    light.shadow_maps[i].image = shadows.cascades[i].map.view;
-    std::memcpy(light.shadow_maps[i].clip_from_world, glm::value_ptr(shadows.cascades[i].clip_from_world), sizeof(glm::mat4));
+    maps[i].image = shadows.cascades[i].map.view;
+    std::memcpy(maps[i].clip_from_world, glm::value_ptr(shadows.cascades[i].clip_from_world), sizeof(glm::mat4));
   }
+  return maps;
 }
 
 }  // namespace forest

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <coppice/coppice.h>
+#include <coppice/vulkan.h>
 
 #include <array>
 #include <cstdint>
@@ -60,7 +60,7 @@ void record_shadows(const Shadows& shadows, VkCommandBuffer commands, std::span<
 /// All maps are drawn with the next frame.
 void outdate(Shadows& shadows);
 
-/// Makes plants receive the shadows.
-void set_shadows(const Shadows& shadows, coppice_light& light);
+/// What makes plants receive the shadows.
+std::array<coppice_shadow_map, Shadows::kCascades> shadow_maps(const Shadows& shadows);
 
 }  // namespace forest

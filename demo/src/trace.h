@@ -15,7 +15,7 @@ namespace forest {
 class Trace {
  public:
   /// For coppice_context_desc.trace; this object must outlive the context.
-  coppice_trace hook() { return {this, on_span}; }
+  coppice_trace hook() { return {sizeof(coppice_trace), this, on_span}; }
 
   /// Chrome's trace event format. Reads overlap each other and are asynchronous events; the rest lies on the thread that did it.
   /// errors  Failure: the file cannot be written

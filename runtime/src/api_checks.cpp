@@ -117,39 +117,47 @@ std::string first_of(Problems... problems) {
   return first;
 }
 
-std::string flag_problem(const char* name, VkBool32 value) {
-  return value == VK_TRUE || value == VK_FALSE ? "" : std::string(name) + " is neither VK_TRUE nor VK_FALSE";
+std::string flag_problem(const char* name, std::uint32_t value) {
+  return value <= COPPICE_TRUE ? "" : std::string(name) + " is " + std::to_string(value) + ", neither 0 nor 1";
 }
 
 }  // namespace
 
 std::string desc_problem(const coppice_context_desc& desc) {
-  if (desc.instance == VK_NULL_HANDLE) return "instance is null";
-  if (desc.physical_device == VK_NULL_HANDLE) return "physical_device is null";
-  if (desc.device == VK_NULL_HANDLE) return "device is null";
-  if (desc.get_instance_proc_addr == nullptr) return "get_instance_proc_addr is null";
   if (desc.memory_budget_bytes == 0) return "memory_budget_bytes is 0";
-  if ((desc.device_memory.allocate == nullptr) != (desc.device_memory.free == nullptr))
-    return "device_memory: one of allocate, free is null";
   if (!(desc.streaming_ms > 0.0f)) return "streaming_ms is not above 0";
   return first_of(range_problem({"prefetch_frames", {&desc.prefetch_frames, 1}, 0.0f, kMaxPrefetchFrames}),
                   size_problem("max_instances", desc.max_instances, kMaxHandleIndex),
-                  size_problem("max_plants", desc.max_plants, kMaxPlants),
-                  flag_problem("texture_compression_bc", desc.texture_compression_bc), flag_problem("compute_raster", desc.compute_raster),
-                  flag_problem("shader_int64_atomics", desc.shader_int64_atomics), flag_problem("pass_times", desc.pass_times),
-                  flag_problem("allow_outside", desc.allow_outside), flag_problem("blocking_pipelines", desc.blocking_pipelines));
+                  size_problem("max_plants", desc.max_plants, kMaxPlants), flag_problem("allow_outside", desc.allow_outside));
+}
+
+std::string vulkan_problem(const coppice_vulkan_desc& vulkan) {
+  if (vulkan.instance == VK_NULL_HANDLE) return "instance is null";
+  if (vulkan.physical_device == VK_NULL_HANDLE) return "physical_device is null";
+  if (vulkan.device == VK_NULL_HANDLE) return "device is null";
+  if (vulkan.get_instance_proc_addr == nullptr) return "get_instance_proc_addr is null";
+  return first_of(flag_problem("texture_compression_bc", vulkan.texture_compression_bc),
+                  flag_problem("compute_raster", vulkan.compute_raster), flag_problem("shader_int64_atomics", vulkan.shader_int64_atomics),
+                  flag_problem("pass_times", vulkan.pass_times), flag_problem("blocking_pipelines", vulkan.blocking_pipelines));
+}
+
+std::string device_memory_problem(const coppice_device_memory& hook) {
+  return (hook.allocate == nullptr) != (hook.free == nullptr) ? "one of allocate, free is null" : "";
 }
 
 std::string view_desc_problem(const coppice_view_desc& desc) {
-  if (desc.output != COPPICE_OUTPUT_LIT && desc.output != COPPICE_OUTPUT_DEPTH) return "desc.output is not a coppice_output";
-  if (desc.output == COPPICE_OUTPUT_LIT && desc.color_format == VK_FORMAT_UNDEFINED) return "desc.color_format is not set";
-  if (desc.output == COPPICE_OUTPUT_DEPTH && desc.color_format != VK_FORMAT_UNDEFINED)
-    return "desc.color_format is set, and desc.output is COPPICE_OUTPUT_DEPTH";
-  if (desc.depth_format == VK_FORMAT_UNDEFINED) return "desc.depth_format is not set";
+  return desc.output == COPPICE_OUTPUT_LIT || desc.output == COPPICE_OUTPUT_DEPTH ? "" : "output is not a coppice_output";
+}
+
+std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vulkan_view_desc& desc) {
+  if (view.output == COPPICE_OUTPUT_LIT && desc.color_format == VK_FORMAT_UNDEFINED) return "color_format is not set";
+  if (view.output == COPPICE_OUTPUT_DEPTH && desc.color_format != VK_FORMAT_UNDEFINED)
+    return "color_format is set, and desc.output is COPPICE_OUTPUT_DEPTH";
+  if (desc.depth_format == VK_FORMAT_UNDEFINED) return "depth_format is not set";
   if (desc.depth_compare != VK_COMPARE_OP_LESS && desc.depth_compare != VK_COMPARE_OP_LESS_OR_EQUAL &&
       desc.depth_compare != VK_COMPARE_OP_GREATER && desc.depth_compare != VK_COMPARE_OP_GREATER_OR_EQUAL)
-    return "desc.depth_compare is none of LESS, LESS_OR_EQUAL, GREATER and GREATER_OR_EQUAL";
-  if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "desc.samples is not one VkSampleCountFlagBits";
+    return "depth_compare is none of LESS, LESS_OR_EQUAL, GREATER and GREATER_OR_EQUAL";
+  if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples is not one VkSampleCountFlagBits";
   return {};
 }
 
@@ -174,24 +182,24 @@ std::string camera_problem(const coppice_camera& camera, const ViewLimits& limit
 
 std::string light_problem(const coppice_light& light) {
   const Field fields[] = {
-      {"light.sun_direction", light.sun_direction, -2.0f, 2.0f}, {"light.sun_color", light.sun_color, 0.0f, kMaxRadiance},
-      {"light.sky_color", light.sky_color, 0.0f, kMaxRadiance},  {"light.ground_color", light.ground_color, 0.0f, kMaxRadiance},
-      {"light.fog_color", light.fog_color, 0.0f, kMaxRadiance},  {"light.fog_density", {&light.fog_density, 1}, 0.0f, kMaxFogDensity}};
+      {"sun_direction", light.sun_direction, -2.0f, 2.0f}, {"sun_color", light.sun_color, 0.0f, kMaxRadiance},
+      {"sky_color", light.sky_color, 0.0f, kMaxRadiance},  {"ground_color", light.ground_color, 0.0f, kMaxRadiance},
+      {"fog_color", light.fog_color, 0.0f, kMaxRadiance},  {"fog_density", {&light.fog_density, 1}, 0.0f, kMaxFogDensity}};
   if (std::string problem = range_problem(fields); !problem.empty()) return problem;
-  if (!is_unit(light.sun_direction)) return "light.sun_direction is not of unit length";
-  if (light.shadow_map_count > COPPICE_MAX_SHADOW_MAPS) return "light.shadow_map_count is above COPPICE_MAX_SHADOW_MAPS";
+  if (!is_unit(light.sun_direction)) return "sun_direction is not of unit length";
+  if (light.shadow_map_count > COPPICE_MAX_SHADOW_MAPS) return "shadow_map_count is above COPPICE_MAX_SHADOW_MAPS";
   for (std::uint32_t i = 0; i < light.shadow_map_count; ++i)
     if (const std::string problem = map_problem(light.shadow_maps[i]); !problem.empty())
-      return "light.shadow_maps[" + std::to_string(i) + "]." + problem;
+      return "shadow_maps[" + std::to_string(i) + "]." + problem;
   return {};
 }
 
 std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits) {
-  const Field fields[] = {{"desc.sun_direction", desc.sun_direction, -2.0f, 2.0f},
-                          {"desc.center", desc.center, -kMaxPosition_m, kMaxPosition_m},
-                          {"desc.radius_m", {&desc.radius_m, 1}, kMinRadius_m, kMaxRadius_m}};
-  return first_of(range_problem(fields), size_problem("desc.size_px", desc.size_px, std::min(limits.max_width_px, limits.max_height_px)),
-                  is_unit(desc.sun_direction) ? std::string() : std::string("desc.sun_direction is not of unit length"));
+  const Field fields[] = {{"sun_direction", desc.sun_direction, -2.0f, 2.0f},
+                          {"center", desc.center, -kMaxPosition_m, kMaxPosition_m},
+                          {"radius_m", {&desc.radius_m, 1}, kMinRadius_m, kMaxRadius_m}};
+  return first_of(range_problem(fields), size_problem("size_px", desc.size_px, std::min(limits.max_width_px, limits.max_height_px)),
+                  is_unit(desc.sun_direction) ? std::string() : std::string("sun_direction is not of unit length"));
 }
 
 std::string placement_problem(const coppice_placement& placement) {

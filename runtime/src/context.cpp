@@ -37,24 +37,26 @@ std::uint32_t next_tag() {
 }
 
 /// hooks  without jobs: of a renderer that is only measured
-Result<std::unique_ptr<gpu::Renderer>> create_renderer(const coppice_context_desc& desc, const Hooks& hooks, Ledger& ledger) {
-  COPPICE_TRY(device, gpu::open_device(desc.instance, desc.physical_device, desc.device, desc.get_instance_proc_addr));
-  device.block_textures = desc.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
-  device.log = desc.log;
-  device.memory.hook = desc.device_memory;
+Result<std::unique_ptr<gpu::Renderer>> create_renderer(const ContextOptions& options, const Hooks& hooks, Ledger& ledger) {
+  const coppice_context_desc& desc = options.desc;
+  const coppice_vulkan_desc& vulkan = options.vulkan;
+  COPPICE_TRY(device, gpu::open_device(vulkan.instance, vulkan.physical_device, vulkan.device, vulkan.get_instance_proc_addr));
+  device.block_textures = vulkan.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
+  device.log = options.hooks.log;
+  device.memory.hook = options.device_memory;
   device.memory.ledger = &ledger;
   return gpu::Renderer::create({.device = device,
                                 .allocator = hooks.allocator,
                                 .views = {.max_instances = desc.max_instances,
-                                          .compute_raster = desc.compute_raster == VK_TRUE,
-                                          .int64_atomics = desc.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
+                                          .compute_raster = vulkan.compute_raster == VK_TRUE,
+                                          .int64_atomics = vulkan.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
                                           .many_lanes = {},
-                                          .pass_times = desc.pass_times == VK_TRUE},
-                                .pipeline_cache = desc.pipeline_cache,
+                                          .pass_times = vulkan.pass_times == VK_TRUE},
+                                .pipeline_cache = vulkan.pipeline_cache,
                                 .memory_budget_bytes = desc.memory_budget_bytes,
                                 .max_plants = desc.max_plants + kReloadSlots,
                                 .jobs = hooks.jobs,
-                                .blocking_pipelines = desc.blocking_pipelines == VK_TRUE,
+                                .blocking_pipelines = vulkan.blocking_pipelines == VK_TRUE,
                                 .only_measured = hooks.jobs.submit == nullptr});
 }
 
@@ -83,16 +85,18 @@ coppice_streamed_stats streamed_stats(const ChunkCounts& counts) {
 
 }  // namespace
 
-Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& desc) {
+Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) {
+  const coppice_context_desc& desc = options.desc;
   std::unique_ptr<Context> context(new (std::nothrow) Context);
   if (!context) return Error{Status::out_of_memory, "context"};
   context->tag_ = next_tag();
-  COPPICE_TRY(hooks, complete_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
+  COPPICE_TRY(hooks, complete_hooks(options.hooks));
   context->hooks_ = std::move(hooks);
-  COPPICE_TRY(renderer, create_renderer(desc, context->hooks_.hooks, context->ledger_));
+  COPPICE_TRY(renderer, create_renderer(options, context->hooks_.hooks, context->ledger_));
   context->renderer_ = std::move(renderer);
   context->instances_ = gpu::InstanceTable(context->hooks_.hooks.allocator, context->renderer_->max_instances(), context->tag_);
-  context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == VK_TRUE, context->hooks_.real_files};
+  context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == COPPICE_TRUE,
+                            context->hooks_.real_files};
   context->streaming_ns_ = nanoseconds(desc.streaming_ms);
   context->prefetch_frames_ = desc.prefetch_frames;
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, *context->renderer_)));
@@ -104,12 +108,12 @@ Result<std::unique_ptr<Context>> Context::create(const coppice_context_desc& des
   return context;
 }
 
-Result<std::uint64_t> Context::cost(const coppice_context_desc& desc) {
-  COPPICE_CHECK(check_hooks({desc.allocator, desc.jobs, desc.io, desc.log, desc.trace}));
+Result<std::uint64_t> Context::cost(const ContextOptions& options) {
+  COPPICE_CHECK(check_hooks(options.hooks));
   Ledger ledger;
   const Hooks hooks{.allocator = default_allocator()};
-  COPPICE_TRY(renderer, create_renderer(desc, hooks, ledger));
-  COPPICE_TRY(streamer, Streamer::create(hooks, ledger, streamer_options(desc, *renderer)));
+  COPPICE_TRY(renderer, create_renderer(options, hooks, ledger));
+  COPPICE_TRY(streamer, Streamer::create(hooks, ledger, streamer_options(options.desc, *renderer)));
   return ledger.taken();
 }
 
@@ -272,7 +276,7 @@ void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
   coppice_plant_info_init(&info);
   info.state = known.state;
   info.failure = static_cast<coppice_status>(known.failure);
-  info.reloading = known.next_slot != kNoSlot ? VK_TRUE : VK_FALSE;
+  info.reloading = known.next_slot != kNoSlot ? COPPICE_TRUE : COPPICE_FALSE;
   if (known.state != COPPICE_PLANT_READY) return;
   const PlantFile& file = streamer_->file(slot);
   const PlantState state = streamer_->state(slot);
@@ -461,7 +465,8 @@ Result<void> Context::upload_decoded() {
     if (!streamer_->begin_upload(id)) continue;  // an earlier page of its plant failed
     const std::uint64_t upload_start = trace_start(trace);
     auto uploaded = upload_chunk(chunk);
-    trace_end(trace, {COPPICE_TRACE_UPLOAD, streamer_->path(id.plant), chunk_kind_name(id.kind), id.index, chunk.bytes, upload_start, 0});
+    trace_end(trace,
+              {0, COPPICE_TRACE_UPLOAD, streamer_->path(id.plant), chunk_kind_name(id.kind), id.index, chunk.bytes, upload_start, 0});
     COPPICE_CHECK(device_state());
     if (uploaded)
       streamer_->uploaded(id);

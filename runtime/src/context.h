@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "demand.h"
 #include "eye_motion.h"
 #include "hooks.h"
@@ -25,15 +25,23 @@
 
 namespace coppice {
 
+/// What a context is created with: the descs, checked, and the hooks that they point at. The descs' own pointers to hooks are not used.
+struct ContextOptions {
+  coppice_context_desc desc{};
+  coppice_vulkan_desc vulkan{};
+  Hooks hooks;
+  coppice_device_memory device_memory{};
+};
+
 class Context {
  public:
-  /// desc  checked. errors  unsupported, out_of_memory, device_lost; invalid_argument: a hook set in part, an attachment's format, a
+  /// errors  unsupported, out_of_memory, device_lost; invalid_argument: a hook set in part, an attachment's format, a
   /// budget below what the context takes
-  static Result<std::unique_ptr<Context>> create(const coppice_context_desc& desc);
+  static Result<std::unique_ptr<Context>> create(const ContextOptions& options);
 
   /// What a context takes before any plant, as its budget counts it; takes no device memory itself, and calls no hook but the log. errors
   /// as create, but for the budget
-  static Result<std::uint64_t> cost(const coppice_context_desc& desc);
+  static Result<std::uint64_t> cost(const ContextOptions& options);
 
   /// Of its handles, 1 and on; contexts that are created 4,095 after each other share one.
   [[nodiscard]] std::uint32_t tag() const { return tag_; }
@@ -54,6 +62,8 @@ class Context {
   /// plant: open, here and below
   [[nodiscard]] coppice_plant_state plant_state(coppice_plant plant) const { return entry(plant).state; }
   void close_plant(coppice_plant plant);
+  /// What it was opened from, for messages.
+  [[nodiscard]] const char* plant_path(coppice_plant plant) const { return streamer_->path(entry(plant).slot); }
   /// plant: ready. source  none: what it was opened from. errors  as coppice_plant_reload, logged already
   Result<void> reload_plant(coppice_plant plant, const std::optional<PlantSource>& source);
   void fill_info(coppice_plant plant, coppice_plant_info& info) const;
@@ -82,11 +92,11 @@ class Context {
   [[nodiscard]] const AssetFolder& scene_plants() const { return scene_plants_; }
 
   /// errors  as coppice_view_create
-  Result<coppice_view> create_view(const coppice_view_desc& desc);
+  Result<coppice_view> create_view(const coppice_view_desc& desc, const coppice_vulkan_view_desc& vulkan);
   /// view: open, here and below
   void destroy_view(coppice_view view);
   [[nodiscard]] bool is_view(coppice_view view) const;
-  [[nodiscard]] const gpu::AttachmentDesc& attachments(coppice_view view) const;
+  [[nodiscard]] bool has_reversed_depth(coppice_view view) const;
   [[nodiscard]] gpu::ViewRecorder& recorder(coppice_view view);
   [[nodiscard]] bool is_settled(coppice_view view) const;
 

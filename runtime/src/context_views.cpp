@@ -13,11 +13,9 @@ namespace {
 /// Views of depth alone share the last lens, the others have the rest.
 constexpr std::size_t kDepthLens = kMostLenses - 1;
 
-gpu::AttachmentDesc attachments_of(const coppice_view_desc& desc) {
-  return {.color_format = desc.color_format,
-          .depth_format = desc.depth_format,
-          .depth_compare = desc.depth_compare,
-          .samples = desc.samples};
+gpu::AttachmentDesc attachments_of(const coppice_vulkan_view_desc& desc) {
+  return {
+      .color_format = desc.color_format, .depth_format = desc.depth_format, .depth_compare = desc.depth_compare, .samples = desc.samples};
 }
 
 /// Of two views that streaming takes as one: what is enough for both.
@@ -28,8 +26,8 @@ void merge_threshold(LodView& of, const LodView& other) {
 
 }  // namespace
 
-Result<coppice_view> Context::create_view(const coppice_view_desc& desc) {
-  const gpu::AttachmentDesc attachments = attachments_of(desc);
+Result<coppice_view> Context::create_view(const coppice_view_desc& desc, const coppice_vulkan_view_desc& vulkan) {
+  const gpu::AttachmentDesc attachments = attachments_of(vulkan);
   COPPICE_CHECK(gpu::check_attachments(renderer_->device(), attachments));
   const auto free = std::ranges::find(views_, false, &ViewEntry::open);
   const auto index = static_cast<std::uint32_t>(free - views_.begin());
@@ -81,8 +79,8 @@ gpu::ViewRecorder& Context::recorder(coppice_view view) {
   return renderer_->view(entry_of_view(view).recorder);
 }
 
-const gpu::AttachmentDesc& Context::attachments(coppice_view view) const {
-  return std::as_const(*renderer_).view(entry_of_view(view).recorder).attachments();
+bool Context::has_reversed_depth(coppice_view view) const {
+  return gpu::is_reversed(std::as_const(*renderer_).view(entry_of_view(view).recorder).attachments().depth_compare);
 }
 
 void Context::show_view(const coppice_camera& camera, LodView& lod) {
@@ -90,8 +88,7 @@ void Context::show_view(const coppice_camera& camera, LodView& lod) {
   gpu::ViewRecorder& shown = renderer_->view(view.recorder);
   const gpu::FrameCounts& counts = shown.counts();
   view.budget.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
-  lod.error_px =
-      view.budget.threshold_px(frame_number_, lod.error_px, camera.lod == COPPICE_LOD_CUT ? camera.leaf_budget : 0);
+  lod.error_px = view.budget.threshold_px(frame_number_, lod.error_px, camera.lod == COPPICE_LOD_CUT ? camera.leaf_budget : 0);
   lod.looks_around = view.lens != kDepthLens;
   shown.show({camera, lod});
   // A discrete level has up to four times the leaves of the cut; the error falls about as their root.

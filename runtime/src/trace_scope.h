@@ -12,7 +12,7 @@ class TraceScope {
   TraceScope(const coppice_trace& trace, coppice_trace_kind kind) : trace_(trace), kind_(kind), start_ns_(trace_start(trace)) {}
   TraceScope(const TraceScope&) = delete;
   TraceScope& operator=(const TraceScope&) = delete;
-  ~TraceScope() { trace_end(trace_, {kind_, nullptr, nullptr, 0, 0, start_ns_, 0}); }
+  ~TraceScope() { trace_end(trace_, {0, kind_, nullptr, nullptr, 0, 0, start_ns_, 0}); }
 
  private:
   const coppice_trace& trace_;

@@ -1,5 +1,5 @@
-// How long an engine waits for a context and its views: the calls that create them, and until their pipelines are built. Without validation and pipeline
-// cache; a driver that keeps compiled shaders on disk has to be told not to (Mesa: MESA_SHADER_CACHE_DISABLE=true).
+// How long an engine waits for a context and its views: the calls that create them, and until their pipelines are built. Without validation
+// and pipeline cache; a driver that keeps compiled shaders on disk has to be told not to (Mesa: MESA_SHADER_CACHE_DISABLE=true).
 
 #include <algorithm>
 #include <chrono>
@@ -25,16 +25,15 @@ struct Times {
   double created_ms = 0, ready_ms = 0;
 };
 
-Times start(const coppice_context_desc& desc, bool shadows) {
+Times start(const ContextDesc& desc, bool shadows) {
   coppice_context* context = nullptr;
   const auto begin = Clock::now();
-  if (coppice_context_create(&desc, &context) != COPPICE_OK) throw std::runtime_error("coppice_context_create failed");
+  if (create_context(desc, &context) != COPPICE_OK) throw std::runtime_error("coppice_vulkan_context_create failed");
   std::vector<coppice_output> outputs{COPPICE_OUTPUT_LIT};
   if (shadows) outputs.push_back(COPPICE_OUTPUT_DEPTH);
   for (const coppice_output output : outputs) {
-    const coppice_view_desc of_view = view_desc(output);
     coppice_view view = 0;
-    if (coppice_view_create(context, &of_view, &view) != COPPICE_OK) throw std::runtime_error("coppice_view_create failed");
+    if (create_view(context, &view, output) != COPPICE_OK) throw std::runtime_error("coppice_vulkan_view_create failed");
   }
   Times times{.created_ms = ms_since(begin)};
   VkBool32 ready = VK_FALSE;
@@ -44,7 +43,7 @@ Times start(const coppice_context_desc& desc, bool shadows) {
   return times;
 }
 
-void measure(const char* name, const coppice_context_desc& desc, bool shadows = false) {
+void measure(const char* name, const ContextDesc& desc, bool shadows = false) {
   std::vector<Times> runs;
   for (int i = 0; i < 5; ++i) runs.push_back(start(desc, shadows));
   const auto median = [&](double Times::*of) {
@@ -59,7 +58,7 @@ void measure(const char* name, const coppice_context_desc& desc, bool shadows = 
 
 int main() {
   using namespace coppice::test;
-  coppice_context_desc desc = context_desc(vulkan_device(Validation::off));
+  ContextDesc desc = context_desc(vulkan_device(Validation::off));
   desc.blocking_pipelines = VK_FALSE;
   measure("hardware", desc);
   desc.compute_raster = VK_TRUE;

@@ -29,7 +29,7 @@
 #include "atomic_file.h"
 #include "bake.h"
 #include "context_desc.h"
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "counted_memory.h"
 #include "generate_plant.h"
 #include "gltf_write.h"
@@ -197,22 +197,21 @@ class Run {
  public:
   Run(const Options& options, const Streaming& streaming, std::uint64_t budget_bytes) : options_(options), budget_bytes_(budget_bytes) {
     const test::VulkanDevice& gpu = device();
-    coppice_context_desc desc = test::context_desc(gpu);
+    test::ContextDesc desc = test::context_desc(gpu);
     desc.memory_budget_bytes = budget_bytes;
     test::count_memory(desc);
-    hooks_ = expect(complete_hooks({.allocator = desc.allocator}, streaming.reading));
-    desc.jobs = hooks_.hooks.jobs;
-    desc.io = hooks_.hooks.io;
+    hooks_ = expect(complete_hooks({.allocator = desc.hooks.allocator}, streaming.reading));
+    desc.hooks.jobs = hooks_.hooks.jobs;
+    desc.hooks.io = hooks_.hooks.io;
     desc.prefetch_frames = streaming.prefetch_frames;
     desc.texture_compression_bc = gpu.texture_compression_bc ? VK_TRUE : VK_FALSE;
     desc.compute_raster = options.raster ? VK_TRUE : VK_FALSE;
     desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
-    desc.log.write = [](void*, coppice_log_level level, const char* line) {
+    desc.hooks.log.write = [](void*, coppice_log_level level, const char* line) {
       if (level != COPPICE_LOG_INFO) std::fprintf(stderr, "coppice: %s\n", line);
     };
-    check(coppice_context_create(&desc, &context_), "coppice_context_create");
-    const coppice_view_desc of_view = test::view_desc();
-    check(coppice_view_create(context_, &of_view, &view_), "coppice_view_create");
+    check(test::create_context(desc, &context_), "coppice_vulkan_context_create");
+    check(test::create_view(context_, &view_), "coppice_vulkan_view_create");
   }
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;

@@ -199,9 +199,14 @@ TEST(DemoReadme, CamerasAreThoseOfTheHelp) {
 }
 #endif
 
+/// Both public headers of the runtime.
+std::string public_headers() {
+  return source_text("runtime/include/coppice/coppice.h") + source_text("runtime/include/coppice/vulkan.h");
+}
+
 TEST(Readme, DefaultThresholdIsThatOfTheHeader) {
-  const std::string header = source_text("runtime/include/coppice/coppice.h");
-  EXPECT_NE(source_text("runtime/README.md").find("`coppice_view.error_px` is the error threshold, 2 px by default"), std::string::npos);
+  const std::string header = public_headers();
+  EXPECT_NE(source_text("runtime/README.md").find("`coppice_camera.error_px` is the error threshold, 2 px by default"), std::string::npos);
   EXPECT_TRUE(std::regex_search(header, std::regex(R"(float error_px;[^\n]*\b2\b)"))) << "the header has another default";
 }
 
@@ -304,13 +309,15 @@ TEST(BakeReadme, FilesOfClassesAndListsAreTaken) {
 }
 
 TEST(RuntimeReadme, HooksAreThoseOfTheHeader) {
-  const std::string header = source_text("runtime/include/coppice/coppice.h"), begin = "typedef struct coppice_context_desc {";
-  const std::size_t at = header.find(begin);
-  ASSERT_NE(at, std::string::npos);
-  const std::string desc = header.substr(at, header.find("\n}", at) - at);
-  static const std::regex hook_form(R"(\n  coppice_([a-z_]+) ([a-z_]+);)");
+  const std::string headers = public_headers();
+  static const std::regex hook_form(R"(\n  const coppice_([a-z_]+)\* ([a-z_]+);)");
   Strings hooks;
-  for (std::sregex_iterator hook(desc.begin(), desc.end(), hook_form), end; hook != end; ++hook) hooks.insert((*hook)[2]);
+  for (const std::string begin : {"typedef struct coppice_context_desc {", "typedef struct coppice_vulkan_desc {"}) {
+    const std::size_t at = headers.find(begin);
+    ASSERT_NE(at, std::string::npos);
+    const std::string desc = headers.substr(at, headers.find("\n}", at) - at);
+    for (std::sregex_iterator hook(desc.begin(), desc.end(), hook_form), end; hook != end; ++hook) hooks.insert((*hook)[2]);
+  }
   EXPECT_EQ(column_spans(table_after(source_text("runtime/README.md"), "| hook |"), 0), hooks);
 }
 
@@ -346,7 +353,7 @@ TEST(TestsReadme, StagesArePresets) {
 }
 
 TEST(Documents, NamesOfTheApiAndPathsExist) {
-  const std::string header = source_text("runtime/include/coppice/coppice.h");
+  const std::string header = public_headers();
   static const std::regex name_form(R"((coppice_[a-z_]+)(\..*|\(.*)?)"),
       path_form(R"((tests|demo|bake|runtime|shaders|third_party)(/[A-Za-z0-9_.-]+)+)");
   std::size_t name_count = 0, path_count = 0;

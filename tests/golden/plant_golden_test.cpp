@@ -24,7 +24,7 @@
 #include "shot.h"
 #include "vulkan_device.h"
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 
 namespace {
 
@@ -66,15 +66,15 @@ void print_log(void*, coppice_log_level level, const char* line) {
 using Context = std::unique_ptr<coppice_context, decltype(&coppice_context_destroy)>;
 
 Context create_context(const VulkanDevice& gpu, bool compute_raster) {
-  coppice_context_desc desc = coppice::test::context_desc(gpu);
+  coppice::test::ContextDesc desc = coppice::test::context_desc(gpu);
   desc.compute_raster = compute_raster ? VK_TRUE : VK_FALSE;
   desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
   desc.memory_budget_bytes = std::uint64_t{64} << 20;
   // Inline: what is resident in which frame does not depend on the machine.
-  desc.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
-  desc.log.write = print_log;
+  desc.hooks.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
+  desc.hooks.log.write = print_log;
   coppice_context* context = nullptr;
-  check(coppice_context_create(&desc, &context), "coppice_context_create");
+  check(coppice::test::create_context(desc, &context), "coppice_vulkan_context_create");
   return {context, coppice_context_destroy};
 }
 
@@ -115,11 +115,8 @@ class Renderer {
         context_(context),
         color_(gpu, {kSidePx, kSidePx, kColorFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}),
         depth_(gpu, {kSidePx, kSidePx, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT}) {
-    coppice_view_desc desc;
-    coppice_view_desc_init(&desc);
-    desc.color_format = kColorFormat;
-    desc.depth_format = kDepthFormat;
-    check(coppice_view_create(context_, &desc, &view_), "coppice_view_create");
+    static_assert(kColorFormat == VK_FORMAT_R8G8B8A8_SRGB && kDepthFormat == VK_FORMAT_D32_SFLOAT);
+    check(coppice::test::create_view(context_, &view_), "coppice_vulkan_view_create");
   }
 
   /// Draws until everything the view wants is resident and shown, then returns the picture.

@@ -2,6 +2,7 @@
 // and handles of another kind, of another context or of something that is gone.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -27,9 +28,10 @@ static_assert(sizeof(coppice_placement) == 44);
 static_assert(sizeof(coppice_sun_desc) == 36);
 static_assert(sizeof(coppice_frame) == 40);
 static_assert(sizeof(coppice_shadow_map) == 72);
-static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 3 * sizeof(coppice_shadow_map));
+static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2);
 static_assert(sizeof(coppice_camera) == 4 * (2 + 2 + 16 + 16 + 2 + 2 + 6));  // temporal_frame, of any value, and padding
-static_assert(sizeof(coppice_view_desc) == 24);
+static_assert(sizeof(coppice_view_desc) == 8);
+static_assert(sizeof(coppice_vulkan_view_desc) == 20);
 
 /// Floats of a struct.
 struct FloatField {
@@ -96,6 +98,7 @@ std::vector<Wrong<coppice_camera>> wrong_cameras() {
   const auto add = [&](const char* field, std::function<void(coppice_camera&)> change) { all.push_back({field, std::move(change)}); };
   add("struct_size", [](coppice_camera& v) { v.struct_size = 0; });
   add("struct_size", [](coppice_camera& v) { --v.struct_size; });
+  add("struct_size", [](coppice_camera& v) { v.struct_size = 4100; });
   add("view is 0", [](coppice_camera& v) { v.view = 0; });
   add("view is", [](coppice_camera& v) { v.view ^= std::uint64_t{1} << 50; });
   add("view_from_world", [](coppice_camera& v) { std::fill_n(v.view_from_world, 16, 0.0f); });
@@ -130,79 +133,97 @@ std::vector<Wrong<coppice_light>> wrong_lights() {
   add("sun_direction", [](coppice_light& l) { std::fill_n(l.sun_direction, 3, 0.0f); });
   add("sun_direction", [](coppice_light& l) { std::fill_n(l.sun_direction, 3, 1.0f); });
   add("shadow_map_count", [](coppice_light& l) { l.shadow_map_count = COPPICE_MAX_SHADOW_MAPS + 1; });
-  const auto with_maps = [](coppice_light& l) {
-    l.shadow_map_count = 2;
-    for (coppice_shadow_map& map : l.shadow_maps) {
-      map.image = reinterpret_cast<VkImageView>(&l);
-      for (std::size_t i = 0; i < 16; i += 5) map.clip_from_world[i] = 1.0f;
-    }
-  };
-  add("shadow_maps[1].image", [=](coppice_light& l) {
-    with_maps(l);
-    l.shadow_maps[1].image = VK_NULL_HANDLE;
-  });
-  for (const float value : {kNan, kInf, kHuge})
-    add("shadow_maps[1].clip_from_world[7]", [=](coppice_light& l) {
-      with_maps(l);
-      l.shadow_maps[1].clip_from_world[7] = value;
+  add("shadow_maps is null", [](coppice_light& l) { l.shadow_map_count = 1; });
+  static std::array<coppice_shadow_map, 2> maps;
+  const auto add_map = [&](const char* field, std::function<void()> change) {
+    add(field, [change = std::move(change)](coppice_light& l) {
+      for (coppice_shadow_map& map : maps) {
+        map = {.image = reinterpret_cast<VkImageView>(&maps), .clip_from_world = {}};
+        for (std::size_t i = 0; i < 16; i += 5) map.clip_from_world[i] = 1.0f;
+      }
+      l.shadow_maps = maps.data();
+      l.shadow_map_count = 2;
+      change();
     });
-  add("shadow_maps[0].clip_from_world", [=](coppice_light& l) {
-    with_maps(l);
-    std::fill_n(l.shadow_maps[0].clip_from_world, 16, 0.0f);
+  };
+  add_map("shadow_maps[1].image", [] { maps[1].image = VK_NULL_HANDLE; });
+  for (const float value : {kNan, kInf, kHuge})
+    add_map("shadow_maps[1].clip_from_world[7]", [value] { maps[1].clip_from_world[7] = value; });
+  add_map("shadow_maps[0].clip_from_world", [] { std::fill_n(maps[0].clip_from_world, 16, 0.0f); });
+  add("shadow_maps are 7 bytes apart", [](coppice_light& l) {
+    l.shadow_maps = maps.data();
+    l.shadow_map_count = 2;
+    l.shadow_map_bytes = 7;
   });
   return all;
 }
 
-std::vector<Wrong<coppice_view_desc>> wrong_view_descs() {
-  std::vector<Wrong<coppice_view_desc>> all{
-      {"struct_size", [](auto& d) { d.struct_size = 4; }},
-      {"output", [](auto& d) { d.output = static_cast<coppice_output>(9); }},
-      {"color_format", [](auto& d) { d.color_format = VK_FORMAT_UNDEFINED; }},
-      {"color_format", [](auto& d) { d.output = COPPICE_OUTPUT_DEPTH; }},
-      {"depth_format", [](auto& d) { d.depth_format = VK_FORMAT_UNDEFINED; }},
-      {"samples", [](auto& d) { d.samples = static_cast<VkSampleCountFlagBits>(0); }},
-      {"samples", [](auto& d) { d.samples = static_cast<VkSampleCountFlagBits>(3); }},
-      {"depth_compare", [](auto& d) { d.depth_compare = VK_COMPARE_OP_NEVER; }},
-      {"depth_compare", [](auto& d) { d.depth_compare = VK_COMPARE_OP_ALWAYS; }},
-      {"depth_compare", [](auto& d) { d.depth_compare = static_cast<VkCompareOp>(99); }},
+/// Both descs of a view, good for the tests' attachments.
+struct ViewDescs {
+  coppice_view_desc desc;
+  coppice_vulkan_view_desc vulkan;
+};
+ViewDescs view_descs(coppice_output output = COPPICE_OUTPUT_LIT) {
+  ViewDescs descs;
+  coppice_view_desc_init(&descs.desc);
+  coppice_vulkan_view_desc_init(&descs.vulkan);
+  descs.desc.output = output;
+  if (output == COPPICE_OUTPUT_LIT) descs.vulkan.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+  descs.vulkan.depth_format = VK_FORMAT_D32_SFLOAT;
+  return descs;
+}
+
+std::vector<Wrong<ViewDescs>> wrong_view_descs() {
+  std::vector<Wrong<ViewDescs>> all{
+      {"desc.struct_size", [](auto& d) { d.desc.struct_size = 0; }},
+      {"vulkan.struct_size", [](auto& d) { d.vulkan.struct_size = 3; }},
+      {"desc.output", [](auto& d) { d.desc.output = static_cast<coppice_output>(9); }},
+      {"vulkan.color_format", [](auto& d) { d.vulkan.color_format = VK_FORMAT_UNDEFINED; }},
+      {"vulkan.color_format", [](auto& d) { d.desc.output = COPPICE_OUTPUT_DEPTH; }},
+      {"vulkan.depth_format", [](auto& d) { d.vulkan.depth_format = VK_FORMAT_UNDEFINED; }},
+      {"vulkan.samples", [](auto& d) { d.vulkan.samples = static_cast<VkSampleCountFlagBits>(0); }},
+      {"vulkan.samples", [](auto& d) { d.vulkan.samples = static_cast<VkSampleCountFlagBits>(3); }},
+      {"vulkan.depth_compare", [](auto& d) { d.vulkan.depth_compare = VK_COMPARE_OP_NEVER; }},
+      {"vulkan.depth_compare", [](auto& d) { d.vulkan.depth_compare = VK_COMPARE_OP_ALWAYS; }},
+      {"vulkan.depth_compare", [](auto& d) { d.vulkan.depth_compare = static_cast<VkCompareOp>(99); }},
   };
   // Attachments that no pipeline of ours can draw to.
   for (const VkFormat format : {VK_FORMAT_R8G8B8A8_UINT, VK_FORMAT_R8G8B8A8_SINT, VK_FORMAT_R32_UINT, VK_FORMAT_A2B10G10R10_UINT_PACK32,
                                 VK_FORMAT_R16G16B16A16_SINT, VK_FORMAT_D32_SFLOAT, VK_FORMAT_S8_UINT})
-    all.push_back({"color_format", [format](auto& d) { d.color_format = format; }});
+    all.push_back({"vulkan.color_format", [format](auto& d) { d.vulkan.color_format = format; }});
   for (const VkFormat format : {VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_S8_UINT, VK_FORMAT_R32_SFLOAT}) {
-    all.push_back({"depth_format", [format](auto& d) { d.depth_format = format; }});
-    all.push_back({"depth_format", [format](auto& d) {
-                     d = view_desc(COPPICE_OUTPUT_DEPTH);
-                     d.depth_format = format;
+    all.push_back({"vulkan.depth_format", [format](auto& d) { d.vulkan.depth_format = format; }});
+    all.push_back({"vulkan.depth_format", [format](auto& d) {
+                     d = view_descs(COPPICE_OUTPUT_DEPTH);
+                     d.vulkan.depth_format = format;
                    }});
   }
   return all;
 }
 
-std::vector<Wrong<coppice_context_desc>> wrong_descs() {
-  std::vector<Wrong<coppice_context_desc>> all{
-      {"instance", [](auto& d) { d.instance = VK_NULL_HANDLE; }},
-      {"physical_device", [](auto& d) { d.physical_device = VK_NULL_HANDLE; }},
-      {"device", [](auto& d) { d.device = VK_NULL_HANDLE; }},
-      {"get_instance_proc_addr", [](auto& d) { d.get_instance_proc_addr = nullptr; }},
-      {"memory_budget_bytes", [](auto& d) { d.memory_budget_bytes = 0; }},
-      {"max_instances", [](auto& d) { d.max_instances = 0; }},
-      {"max_instances", [](auto& d) { d.max_instances = 0xffffffffu; }},
-      {"max_plants", [](auto& d) { d.max_plants = 0; }},
-      {"max_plants", [](auto& d) { d.max_plants = 65537; }},
-      {"streaming_ms", [](auto& d) { d.streaming_ms = 0.0f; }},
-      {"streaming_ms", [](auto& d) { d.streaming_ms = -1.0f; }},
-      {"streaming_ms", [](auto& d) { d.streaming_ms = kNan; }},
-      {"prefetch_frames", [](auto& d) { d.prefetch_frames = -1.0f; }},
-      {"prefetch_frames", [](auto& d) { d.prefetch_frames = kNan; }},
-      {"prefetch_frames", [](auto& d) { d.prefetch_frames = kInf; }},
-      {"prefetch_frames", [](auto& d) { d.prefetch_frames = kHuge; }},
-      {"texture_compression_bc", [](auto& d) { d.texture_compression_bc = 2; }},
-      {"compute_raster", [](auto& d) { d.compute_raster = 0xffffffffu; }},
-      {"shader_int64_atomics", [](auto& d) { d.shader_int64_atomics = 7; }},
-      {"allow_outside", [](auto& d) { d.allow_outside = 2; }},
-      {"pass_times", [](auto& d) { d.pass_times = 2; }},
+std::vector<Wrong<ContextDesc>> wrong_descs() {
+  std::vector<Wrong<ContextDesc>> all{
+      {"vulkan.instance", [](auto& d) { d.instance = VK_NULL_HANDLE; }},
+      {"vulkan.physical_device", [](auto& d) { d.physical_device = VK_NULL_HANDLE; }},
+      {"vulkan.device", [](auto& d) { d.device = VK_NULL_HANDLE; }},
+      {"vulkan.get_instance_proc_addr", [](auto& d) { d.get_instance_proc_addr = nullptr; }},
+      {"desc.memory_budget_bytes", [](auto& d) { d.memory_budget_bytes = 0; }},
+      {"desc.max_instances", [](auto& d) { d.max_instances = 0; }},
+      {"desc.max_instances", [](auto& d) { d.max_instances = 0xffffffffu; }},
+      {"desc.max_plants", [](auto& d) { d.max_plants = 0; }},
+      {"desc.max_plants", [](auto& d) { d.max_plants = 65537; }},
+      {"desc.streaming_ms", [](auto& d) { d.streaming_ms = 0.0f; }},
+      {"desc.streaming_ms", [](auto& d) { d.streaming_ms = -1.0f; }},
+      {"desc.streaming_ms", [](auto& d) { d.streaming_ms = kNan; }},
+      {"desc.prefetch_frames", [](auto& d) { d.prefetch_frames = -1.0f; }},
+      {"desc.prefetch_frames", [](auto& d) { d.prefetch_frames = kNan; }},
+      {"desc.prefetch_frames", [](auto& d) { d.prefetch_frames = kInf; }},
+      {"desc.prefetch_frames", [](auto& d) { d.prefetch_frames = kHuge; }},
+      {"vulkan.texture_compression_bc", [](auto& d) { d.texture_compression_bc = 2; }},
+      {"vulkan.compute_raster", [](auto& d) { d.compute_raster = 0xffffffffu; }},
+      {"vulkan.shader_int64_atomics", [](auto& d) { d.shader_int64_atomics = 7; }},
+      {"desc.allow_outside", [](auto& d) { d.allow_outside = 2; }},
+      {"vulkan.pass_times", [](auto& d) { d.pass_times = 2; }},
   };
   return all;
 }
@@ -238,33 +259,38 @@ Shot good_view() {
 
 TEST_F(ArgumentsTest, EveryFieldOfADesc) {
   for (const auto& wrong : wrong_descs()) {
-    coppice_context_desc changed = desc();
+    ContextDesc changed = desc();
     wrong.change(changed);
-    expect_refused(coppice_context_create(&changed, &context_), wrong.field);
+    expect_refused(create_context(changed, &context_), wrong.field);
     ASSERT_EQ(context_, nullptr) << wrong.field;
   }
-  coppice_context_desc changed = desc();
-  changed.struct_size = 8;
-  EXPECT_EQ(coppice_context_create(&changed, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+  ContextDesc changed = desc();
+  static_cast<coppice_context_desc&>(changed).struct_size = 0;
+  // Where the log is to be found is not known then.
+  EXPECT_EQ(create_context(changed, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_STREQ(coppice_last_error(nullptr), "coppice_vulkan_context_create: desc.struct_size is 0: call its _init function");
+  changed = desc();
+  static_cast<coppice_vulkan_desc&>(changed).struct_size = 0;
+  expect_refused(create_context(changed, &context_), "vulkan.struct_size");
 }
 
 TEST_F(ArgumentsTest, EveryFieldOfAViewDesc) {
   create(desc());
   coppice_view view = 0;
   for (const auto& wrong : wrong_view_descs()) {
-    coppice_view_desc changed = view_desc();
+    ViewDescs changed = view_descs();
     wrong.change(changed);
-    expect_refused(coppice_view_create(context_, &changed, &view), wrong.field);
+    expect_refused(coppice_vulkan_view_create(context_, &changed.desc, &changed.vulkan, &view), wrong.field);
     EXPECT_EQ(view, 0u);
   }
   // Right, but not what this device does.
-  coppice_view_desc changed = view_desc();
-  changed.color_format = VK_FORMAT_BC1_RGB_SRGB_BLOCK;
-  EXPECT_EQ(coppice_view_create(context_, &changed, &view), COPPICE_ERROR_UNSUPPORTED);
+  ViewDescs changed = view_descs();
+  changed.vulkan.color_format = VK_FORMAT_BC1_RGB_SRGB_BLOCK;
+  EXPECT_EQ(coppice_vulkan_view_create(context_, &changed.desc, &changed.vulkan, &view), COPPICE_ERROR_UNSUPPORTED);
   EXPECT_NE(log_.find("color_format"), std::string::npos) << log_;
-  changed = view_desc();
-  changed.samples = VK_SAMPLE_COUNT_64_BIT;
-  EXPECT_EQ(coppice_view_create(context_, &changed, &view), COPPICE_ERROR_UNSUPPORTED);
+  changed = view_descs();
+  changed.vulkan.samples = VK_SAMPLE_COUNT_64_BIT;
+  EXPECT_EQ(coppice_vulkan_view_create(context_, &changed.desc, &changed.vulkan, &view), COPPICE_ERROR_UNSUPPORTED);
   EXPECT_NE(log_.find("samples"), std::string::npos) << log_;
 }
 
@@ -313,7 +339,8 @@ TEST_F(ArgumentsTest, EveryFieldOfACameraAndALight) {
   sun_desc.size_px = 32;
   for (const auto& wrong : wrong_suns()) {
     coppice_sun_desc changed = sun_desc;
-    coppice_camera sun{};
+    coppice_camera sun;
+    coppice_camera_init(&sun);
     wrong.change(changed);
     expect_refused(coppice_sun_camera(context_, view_, &changed, &sun), "desc." + wrong.field);
   }
@@ -348,6 +375,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   coppice_camera_init(nullptr);
   coppice_light_init(nullptr);
   coppice_view_desc_init(nullptr);
+  coppice_vulkan_view_desc_init(nullptr);
   coppice_sun_desc_init(nullptr);
   coppice_view_stats_init(nullptr);
   coppice_frame_init(nullptr);
@@ -355,20 +383,23 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   coppice_context_destroy(nullptr);
   EXPECT_NE(coppice_status_text(static_cast<coppice_status>(99)), nullptr);
 
-  const coppice_context_desc good = desc();
-  EXPECT_EQ(coppice_context_create(nullptr, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(coppice_context_create(&good, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+  const ContextDesc good = desc();
+  const coppice_context_desc& core = good;
+  EXPECT_EQ(coppice_vulkan_context_create(nullptr, &good, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(coppice_vulkan_context_create(&core, nullptr, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+  expect_refused(create_context(good, nullptr), "context is null");
 
   create(good);
   const coppice_plant plant = open_one();
   coppice_instance instance = 0;
   ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, &instance), COPPICE_OK);
   const coppice_view view = view_;
-  const coppice_view_desc good_desc = view_desc();
+  const ViewDescs good_view_descs = view_descs();
   coppice_view made = 0;
   coppice_sun_desc square;
   coppice_sun_desc_init(&square);
-  coppice_camera sun{};
+  coppice_camera sun;
+  coppice_camera_init(&sun);
   uint32_t settled = 0;
   coppice_view_stats view_figures;
   coppice_view_stats_init(&view_figures);
@@ -389,8 +420,9 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   expect_refused(coppice_instances_remove(context_, nullptr, 1), "instances");
   expect_refused(coppice_scene_open(context_, nullptr, &scene), "path");
   expect_refused(coppice_scene_open(context_, "x", nullptr), "scene");
-  expect_refused(coppice_view_create(context_, nullptr, &made), "desc");
-  expect_refused(coppice_view_create(context_, &good_desc, nullptr), "view");
+  expect_refused(coppice_vulkan_view_create(context_, nullptr, &good_view_descs.vulkan, &made), "desc");
+  expect_refused(coppice_vulkan_view_create(context_, &good_view_descs.desc, nullptr, &made), "vulkan");
+  expect_refused(coppice_vulkan_view_create(context_, &good_view_descs.desc, &good_view_descs.vulkan, nullptr), "view");
   expect_refused(coppice_sun_camera(context_, 0, &square, &sun), "view");
   expect_refused(coppice_sun_camera(context_, view, nullptr, &sun), "desc");
   expect_refused(coppice_sun_camera(context_, view, &square, nullptr), "camera");
@@ -428,7 +460,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
                                       coppice_scene_close(nullptr, 1),
                                       coppice_scene_get_info(nullptr, 1, &scene_info),
                                       coppice_scene_get_plant(nullptr, 1, 0, &scene_plant),
-                                      coppice_view_create(nullptr, &good_desc, &made),
+                                      coppice_vulkan_view_create(nullptr, &good_view_descs.desc, &good_view_descs.vulkan, &made),
                                       coppice_view_destroy(nullptr, view),
                                       coppice_is_settled(nullptr, view, &settled),
                                       coppice_sun_camera(nullptr, view, &square, &sun),
@@ -497,21 +529,21 @@ TEST_F(ArgumentsTest, ABudgetBelowWhatAContextTakesIsRefusedWithWhatItNeeds) {
     std::uint32_t max_instances;
   };
   for (const auto [compute_raster, max_instances] : {Size{VK_TRUE, 4096}, Size{VK_FALSE, 2000000}}) {
-    coppice_context_desc with = desc();
+    ContextDesc with = desc();
     with.compute_raster = compute_raster;
     with.max_instances = max_instances;
     with.memory_budget_bytes = 1u << 20;
     log_.clear();
-    ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+    ASSERT_EQ(create_context(with, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
     unsigned long long least = 0;
     const std::size_t at = log_.find("MiB (");
     ASSERT_NE(at, std::string::npos) << log_;
     ASSERT_EQ(std::sscanf(log_.c_str() + at, "MiB (%llu bytes)", &least), 1) << log_;
     log_.clear();
     with.memory_budget_bytes = least - 1;
-    expect_refused(coppice_context_create(&with, &context_), "(" + std::to_string(least) + " bytes)");
+    expect_refused(create_context(with, &context_), "(" + std::to_string(least) + " bytes)");
     with.memory_budget_bytes = least;
-    ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_;
+    ASSERT_EQ(create_context(with, &context_), COPPICE_OK) << log_;
     EXPECT_LE(stats().memory_bytes, least);
     expect_refused(coppice_set_memory_budget(context_, least - 1), std::to_string(least));
     expect_refused(coppice_set_memory_budget(context_, 0), std::to_string(least));

@@ -49,18 +49,18 @@ class FailureTest : public ContextTest {
   }
 
   /// Everything that creates something is on.
-  coppice_context_desc full_desc() {
-    coppice_context_desc full = desc();
+  ContextDesc full_desc() {
+    ContextDesc full = desc();
     full.compute_raster = VK_TRUE;
     full.shader_int64_atomics = gpu().int64_atomics ? VK_TRUE : VK_FALSE;
     full.pass_times = VK_TRUE;
     full.max_instances = 256;
     full.max_plants = 4;
     full.streaming_ms = 1000.0f;
-    full.allocator = memory_.hook();
-    full.jobs = jobs_.hook();
-    full.io = io_.hook();
-    if (device_memory_.gpu != nullptr) full.device_memory = device_memory_.hook();
+    full.hooks.allocator = memory_.hook();
+    full.hooks.jobs = jobs_.hook();
+    full.hooks.io = io_.hook();
+    if (device_memory_.gpu != nullptr) full.hooks.device_memory = device_memory_.hook();
     fail_with_device_faults(full);
     return full;
   }
@@ -73,8 +73,8 @@ class FailureTest : public ContextTest {
     log_.clear();
     frame_number_ = 0;
     Outcome outcome;
-    const coppice_context_desc full = full_desc();
-    outcome.created = coppice_context_create(&full, &context_);
+    const ContextDesc full = full_desc();
+    outcome.created = create_context(full, &context_);
     EXPECT_EQ(outcome.created == COPPICE_OK, context_ != nullptr);
     if (outcome.created == COPPICE_OK) outcome.created = create_views();
     if (outcome.created == COPPICE_OK) run_frames(outcome);
@@ -90,10 +90,9 @@ class FailureTest : public ContextTest {
   }
 
   coppice_status create_views() {
-    const coppice_view_desc lit = view_desc(), depth = view_desc(COPPICE_OUTPUT_DEPTH);
-    const coppice_status status = coppice_view_create(context_, &lit, &view_);
+    const coppice_status status = test::create_view(context_, &view_);
     EXPECT_EQ(status == COPPICE_OK, view_ != 0);
-    return status == COPPICE_OK ? coppice_view_create(context_, &depth, &map_view_) : status;
+    return status == COPPICE_OK ? test::create_view(context_, &map_view_, COPPICE_OUTPUT_DEPTH) : status;
   }
 
   FakeAllocator memory_;
@@ -163,9 +162,10 @@ class FailureTest : public ContextTest {
       note(coppice_record_cull(context_, cmd, sun.view, nullptr));
       draw(cmd, sun, nullptr, map_);
       change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+      coppice_shadow_map map{.image = map_.view(), .clip_from_world = {}};
+      set_clip_from_world(sun, map);
+      view.light.shadow_maps = &map;
       view.light.shadow_map_count = 1;
-      view.light.shadow_maps[0].image = map_.view();
-      set_clip_from_world(sun, view.light.shadow_maps[0]);
       note(coppice_record_cull(context_, cmd, view.view, &view.light));
       draw(cmd, view, &color_, depth_);
     });
@@ -179,6 +179,7 @@ class FailureTest : public ContextTest {
     square.radius_m = 3.0f;
     square.size_px = kMapPx;
     coppice_camera sun;
+    coppice_camera_init(&sun);
     EXPECT_EQ(coppice_sun_camera(context_, map_view_, &square, &sun), COPPICE_OK) << log_;
     return sun;
   }
@@ -257,8 +258,8 @@ class VulkanFailureTest : public FailureTest {
   /// Without a fault: how many calls a run makes, and those of the creation.
   void SetUp() override {
     FailureTest::SetUp();
-    coppice_context_desc full = full_desc();
-    ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+    ContextDesc full = full_desc();
+    ASSERT_EQ(create_context(full, &context_), COPPICE_OK) << log_;
     ASSERT_EQ(create_views(), COPPICE_OK) << log_;
     coppice_context_destroy(context_);
     context_ = nullptr;
@@ -378,8 +379,8 @@ TEST_F(VulkanFailureTest, AFunctionThatTheLoaderLacksIsNamed) {
 }
 
 TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
-  coppice_context_desc full = full_desc();
-  ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+  ContextDesc full = full_desc();
+  ASSERT_EQ(create_context(full, &context_), COPPICE_OK) << log_;
   ASSERT_EQ(create_views(), COPPICE_OK) << log_;
   coppice_context_destroy(context_);
   context_ = nullptr;
@@ -409,8 +410,8 @@ TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
 
 TEST_F(FailureTest, TheDeviceMemoryHookFailsAtEveryCall) {
   device_memory_.gpu = &gpu();
-  coppice_context_desc full = full_desc();
-  ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+  ContextDesc full = full_desc();
+  ASSERT_EQ(create_context(full, &context_), COPPICE_OK) << log_;
   ASSERT_EQ(create_views(), COPPICE_OK) << log_;
   coppice_context_destroy(context_);
   context_ = nullptr;
@@ -454,8 +455,8 @@ TEST_F(FailureTest, EveryReadFailsComesShortOrIsWrong) {
 }
 
 TEST_F(FailureTest, AFileThatCannotBeOpenedIsAnError) {
-  coppice_context_desc full = full_desc();
-  ASSERT_EQ(coppice_context_create(&full, &context_), COPPICE_OK) << log_;
+  ContextDesc full = full_desc();
+  ASSERT_EQ(create_context(full, &context_), COPPICE_OK) << log_;
   coppice_plant plant = 1;
   EXPECT_EQ(coppice_plant_open(context_, "no such file", &plant), COPPICE_ERROR_IO) << "a negative handle";
   EXPECT_EQ(plant, 0u);
@@ -463,28 +464,28 @@ TEST_F(FailureTest, AFileThatCannotBeOpenedIsAnError) {
 }
 
 TEST_F(FailureTest, AHookIsGivenAsAWholeOrNotAtAll) {
-  const auto refused = [&](const std::function<void(coppice_context_desc&)>& take_away, const char* name) {
-    coppice_context_desc partly = full_desc();
+  const auto refused = [&](const std::function<void(ContextDesc&)>& take_away, const char* name) {
+    ContextDesc partly = full_desc();
     take_away(partly);
     log_.clear();
-    EXPECT_EQ(coppice_context_create(&partly, &context_), COPPICE_ERROR_INVALID_ARGUMENT) << name;
+    EXPECT_EQ(create_context(partly, &context_), COPPICE_ERROR_INVALID_ARGUMENT) << name;
     EXPECT_EQ(context_, nullptr);
     EXPECT_NE(log_.find(name), std::string::npos) << log_;
   };
-  refused([](coppice_context_desc& partly) { partly.allocator.allocate = nullptr; }, "allocator");
-  refused([](coppice_context_desc& partly) { partly.allocator.free = nullptr; }, "allocator");
+  refused([](ContextDesc& partly) { partly.hooks.allocator.allocate = nullptr; }, "allocator");
+  refused([](ContextDesc& partly) { partly.hooks.allocator.free = nullptr; }, "allocator");
   device_memory_.gpu = &gpu();
-  refused([](coppice_context_desc& partly) { partly.device_memory.allocate = nullptr; }, "device_memory");
-  refused([](coppice_context_desc& partly) { partly.device_memory.free = nullptr; }, "device_memory");
+  refused([](ContextDesc& partly) { partly.hooks.device_memory.allocate = nullptr; }, "device_memory");
+  refused([](ContextDesc& partly) { partly.hooks.device_memory.free = nullptr; }, "device_memory");
   device_memory_.gpu = nullptr;
-  refused([](coppice_context_desc& partly) { partly.io.open = nullptr; }, "io");
-  refused([](coppice_context_desc& partly) { partly.io.close = nullptr; }, "io");
-  refused([](coppice_context_desc& partly) { partly.io.read = nullptr; }, "io");
+  refused([](ContextDesc& partly) { partly.hooks.io.open = nullptr; }, "io");
+  refused([](ContextDesc& partly) { partly.hooks.io.close = nullptr; }, "io");
+  refused([](ContextDesc& partly) { partly.hooks.io.read = nullptr; }, "io");
   // Without a jobs hook, a log and a trace there are the defaults.
-  coppice_context_desc bare = full_desc();
-  bare.jobs = {};
-  bare.log = {};
-  ASSERT_EQ(coppice_context_create(&bare, &context_), COPPICE_OK);
+  ContextDesc bare = full_desc();
+  bare.hooks.jobs = default_desc().hooks.jobs;
+  bare.hooks.log = default_desc().hooks.log;
+  ASSERT_EQ(create_context(bare, &context_), COPPICE_OK);
 }
 
 }  // namespace

@@ -46,9 +46,8 @@ std::vector<coppice_placement> placements_of(std::uint32_t count, std::uint32_t 
 
 class GrowthTest : public ContextTest {
  protected:
-  coppice_context_desc desc() {
-    coppice_context_desc with = ContextTest::desc(), plain;
-    coppice_context_desc_init(&plain);
+  ContextDesc desc() {
+    ContextDesc with = ContextTest::desc(), plain = default_desc();
     with.max_instances = plain.max_instances;
     with.max_plants = plain.max_plants;
     with.compute_raster = VK_TRUE;
@@ -80,7 +79,7 @@ class GrowthTest : public ContextTest {
 TEST_F(GrowthTest, ThePictureIsThatOfAContextThatHadAllInstancesFromTheStart) {
   constexpr std::uint32_t kCounts[] = {3, 40, 2000, 30000, 300000};
   for (const VkBool32 compute_raster : {VK_TRUE, VK_FALSE}) {
-    coppice_context_desc with = desc();
+    ContextDesc with = desc();
     with.compute_raster = compute_raster;
     std::vector<Picture> grown;
     create(with);
@@ -146,7 +145,7 @@ TEST_F(GrowthTest, InstancesThatComeWithinAFrameAreDrawnInTheNext) {
 TEST_F(GrowthTest, TenThousandPlantsAreOpenedAtRunTime) {
   constexpr std::size_t kPlants = 10000;
   const Bytes leaf = plant_bytes({.leaf_count = 1, .seed = 2, .card_count = 1, .wood_lod_count = 0, .texture_side = 0});
-  coppice_context_desc with = desc();
+  ContextDesc with = desc();
   with.memory_budget_bytes = 1024ull << 20;
   Picture grown;
   for (const std::size_t frames : {20u, 1u}) {
@@ -180,10 +179,10 @@ TEST_F(GrowthTest, AGrowthWithoutMemoryChangesNothing) {
   DeviceMemoryHook device_memory{.gpu = &gpu()};
   FakeAllocator memory;
   FakeJobs jobs;
-  coppice_context_desc with = desc();
-  with.device_memory = device_memory.hook();
-  with.allocator = memory.hook();
-  with.jobs = jobs.hook();
+  ContextDesc with = desc();
+  with.hooks.device_memory = device_memory.hook();
+  with.hooks.allocator = memory.hook();
+  with.hooks.jobs = jobs.hook();
   create(with);
   const coppice_plant plant = open(crown_);
   ASSERT_EQ(add(plant, placements_of(1000)), COPPICE_OK) << log_;
@@ -239,7 +238,7 @@ TEST_F(GrowthTest, AGrowthWithoutMemoryChangesNothing) {
 /// Counted by who gives the memory: whatever comes in whatever portions is refused before it is too much, and all else is drawn.
 TEST_F(GrowthTest, TheBudgetIsNeverExceeded) {
   for (const std::uint32_t portion : {700u, 9000u, 60000u}) {
-    coppice_context_desc with = desc();
+    ContextDesc with = desc();
     with.memory_budget_bytes = 48ull << 20;
     count_memory(with);
     create(with);
@@ -285,7 +284,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL functions_of_a_small_device(VkInstance 
 }
 
 TEST_F(GrowthTest, ASmallDeviceHoldsFewer) {
-  coppice_context_desc with = desc();
+  ContextDesc with = desc();
   with.max_instances = (1u << 28) - 1;
   with.get_instance_proc_addr = functions_of_a_small_device;
   create(with);
@@ -299,7 +298,7 @@ TEST_F(GrowthTest, ASmallDeviceHoldsFewer) {
 }
 
 TEST_F(GrowthTest, LimitsHoldWhereTheDeviceBindsMore) {
-  coppice_context_desc with = desc();
+  ContextDesc with = desc();
   with.max_instances = 1100;
   with.max_plants = 18;
   create(with);

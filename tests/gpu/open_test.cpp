@@ -41,9 +41,9 @@ class OpenTest : public ContextTest {
 
   /// Reads and jobs wait until the test says so.
   void create_held_back() {
-    coppice_context_desc with = desc();
-    with.io = io_.hook();
-    with.jobs = jobs_.hook();
+    ContextDesc with = desc();
+    with.hooks.io = io_.hook();
+    with.hooks.jobs = jobs_.hook();
     create(with);
     io_.deferred = jobs_.deferred = true;
   }
@@ -98,8 +98,8 @@ TEST_F(OpenTest, InstancesAreThereOnceThePlantIs) {
 
 TEST_F(OpenTest, ItLooksAsOneThatWasWaitedFor) {
   const auto picture = [&](bool async) {
-    coppice_context_desc with = desc();
-    with.io = io_.hook();
+    ContextDesc with = desc();
+    with.hooks.io = io_.hook();
     create(with);
     coppice_plant plant = async ? start(kPath) : open(kPath);
     EXPECT_EQ(coppice_instances_add(context_, plant, &kHere, 1, nullptr), COPPICE_OK);
@@ -159,8 +159,8 @@ TEST_F(OpenTest, AFailureIsSaidOnceAndTheHandleStaysUntilItIsClosed) {
   io_.files["cut.coppice"] = io_.files[kPath];
   io_.files["cut.coppice"].pop_back();
   io_.files["unread.coppice"] = io_.files[kPath];
-  coppice_context_desc with = desc();
-  with.io = io_.hook();
+  ContextDesc with = desc();
+  with.hooks.io = io_.hook();
   with.max_plants = 3;
   create(with);
   struct Case {
@@ -195,8 +195,8 @@ TEST_F(OpenTest, AFailureIsSaidOnceAndTheHandleStaysUntilItIsClosed) {
 
 TEST_F(OpenTest, APlantInMemoryIsDrawnAndReloaded) {
   const std::vector<std::uint8_t> first = plant_bytes(2000), second = plant_bytes(3000);
-  coppice_context_desc with = desc();
-  with.io = io_.hook();
+  ContextDesc with = desc();
+  with.hooks.io = io_.hook();
   create(with);
   coppice_plant plant = 0;
   ASSERT_EQ(coppice_plant_open_memory(context_, first.data(), first.size(), "pack:oak", &plant), COPPICE_OK) << log_;

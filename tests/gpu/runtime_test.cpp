@@ -14,7 +14,7 @@
 #include <glm/common.hpp>
 
 #include "context_fixture.h"
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "counted_memory.h"
 #include "device_memory_hook.h"
 #include "fake_hooks.h"
@@ -118,12 +118,13 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL functions_of_a_small_device(VkInstance 
 }
 
 TEST_F(RuntimeTest, ADeviceThatCannotRasteriseDrawsAllByTheHardware) {
-  coppice_context_desc with = desc();
+  ContextDesc with = desc();
   with.compute_raster = VK_TRUE;
   with.get_instance_proc_addr = functions_of_a_small_device;
   std::string log;
-  with.log = {.user = &log,
-              .write = [](void* user, coppice_log_level, const char* line) { static_cast<std::string*>(user)->append(line); }};
+  with.hooks.log = {.struct_size = sizeof(coppice_log), .user = &log, .write = [](void* user, coppice_log_level, const char* line) {
+                      static_cast<std::string*>(user)->append(line);
+                    }};
   create(with);
   EXPECT_NE(log.find("all plants are drawn by the hardware"), std::string::npos) << log;
   const coppice_plant plant = open(plant_path_);
@@ -135,7 +136,7 @@ TEST_F(RuntimeTest, ADeviceThatCannotRasteriseDrawsAllByTheHardware) {
 
 TEST_F(RuntimeTest, ALeafBudgetMakesAllPlantsCoarser) {
   for (const VkBool32 compute_raster : {VK_FALSE, VK_TRUE}) {
-    coppice_context_desc with = desc();
+    ContextDesc with = desc();
     with.compute_raster = compute_raster;
     create(with);
     const coppice_plant plant = open(plant_path_);
@@ -210,7 +211,7 @@ TEST_F(RuntimeTest, APlantCanBeClosedAndOpenedAgain) {
 }
 
 TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
-  coppice_context_desc small = desc();
+  ContextDesc small = desc();
   small.memory_budget_bytes = 11ull << 20;  // a little more than the fixed buffers
   create(small);
   const coppice_plant plant = open(plant_path_);
@@ -228,9 +229,9 @@ TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
 /// The rasteriser's lists of fine cuts come from jobs: until then coarser ones are drawn, whatever happens to the plant meanwhile.
 TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
   FakeJobs jobs{.deferred = true, .waiting = {}};
-  coppice_context_desc with = desc();
+  ContextDesc with = desc();
   with.compute_raster = VK_TRUE;
-  with.jobs = jobs.hook();
+  with.hooks.jobs = jobs.hook();
   create(with);
   coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
@@ -277,7 +278,7 @@ TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
 /// With lists, draw commands, a larger picture, plants and instances that come at any time: counted by who gives the memory.
 TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
   const std::string large_path = temporary_plant({.leaf_count = 20000, .seed = 6}, "runtime_test_large");
-  coppice_context_desc tight = desc();
+  ContextDesc tight = desc();
   tight.compute_raster = VK_TRUE;
   tight.memory_budget_bytes = 64ull << 20;
   count_memory(tight);
@@ -321,10 +322,10 @@ TEST_F(RuntimeTest, TwoHundredPlantsTakeFewBlocksOfDeviceMemoryAndAStillCameraNo
   const std::string mesh_path =
       temporary_plant({.leaf_count = 1500, .seed = 8, .texture_side = 100, .leaf_mesh_count = 2}, "runtime_test_meshes");
   DeviceMemoryHook memory{.gpu = &gpu()};
-  coppice_context_desc with = desc();
+  ContextDesc with = desc();
   with.compute_raster = VK_TRUE;
   with.max_plants = 200;
-  with.device_memory = memory.hook();
+  with.hooks.device_memory = memory.hook();
   create(with);
   const std::size_t of_creation = memory.live_count;
   std::vector<coppice_plant> plants;
@@ -417,7 +418,7 @@ TEST_F(RuntimeTest, AReloadThatFailsLeavesThePlantAsItWas) {
 }
 
 TEST_F(RuntimeTest, InstancesThatCouldNotBeDrawnAreRefusedAndTheOthersAreDrawn) {
-  coppice_context_desc with = desc();
+  ContextDesc with = desc();
   with.max_instances = 400000;
   create(with);
   const coppice_plant plant = open(plant_path_);
@@ -445,7 +446,7 @@ TEST_F(RuntimeTest, InstancesThatCouldNotBeDrawnAreRefusedAndTheOthersAreDrawn) 
 
 /// Wherever the budget runs out within a block of device memory, a camera that stands still comes to rest.
 TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
-  coppice_context_desc tight = desc();
+  ContextDesc tight = desc();
   tight.memory_budget_bytes = 14'000'000;
   create(tight);
   const coppice_placement placement = at(0.0f, 0.0f);
@@ -468,7 +469,7 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
 }
 
 TEST_F(RuntimeTest, WithNextToNoTimeAChunkAFrameIsUploadedAfterThePinnedOnes) {
-  coppice_context_desc hurried = desc();
+  ContextDesc hurried = desc();
   hurried.streaming_ms = 1e-6f;
   create(hurried);
   const coppice_plant plant = open(plant_path_);
@@ -500,7 +501,7 @@ TEST_F(RuntimeTest, BlockTexturesLookAlikeReadByTheGpuAndDecoded) {
       {{bake::TextureCoding::bc, VK_TRUE, {}}, {bake::TextureCoding::bc, VK_FALSE, {}}, {bake::TextureCoding::rgba8, VK_TRUE, {}}}};
   for (Way& way : ways) {
     const std::string path = temporary_plant({.leaf_count = 600, .seed = 5, .texture_side = 501}, "painted", way.coding);
-    coppice_context_desc with = desc();
+    ContextDesc with = desc();
     with.texture_compression_bc = way.blocks_on_gpu;
     create(with);
     const coppice_plant plant = open(path);
@@ -550,13 +551,13 @@ TEST_F(RuntimeTest, AFrameIsRecordedInOrder) {
 }
 
 TEST_F(RuntimeTest, WrongArgumentsAreRefused) {
-  coppice_context_desc wrong = desc();
+  ContextDesc wrong = desc();
   wrong.streaming_ms = 0.0f;
-  EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(create_context(wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
   EXPECT_NE(log_.find("streaming_ms"), std::string::npos) << log_;
   wrong = desc();
   wrong.prefetch_frames = -1.0f;
-  EXPECT_EQ(coppice_context_create(&wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(create_context(wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
   EXPECT_NE(log_.find("prefetch_frames"), std::string::npos) << log_;
   wrong = desc();
   create(desc());

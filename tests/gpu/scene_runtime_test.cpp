@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "context_fixture.h"
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "scene_write.h"
 
 namespace coppice::test {
@@ -56,7 +56,7 @@ class SceneRuntimeTest : public ContextTest {
   [[nodiscard]] std::filesystem::path scene_path() const { return folder_ / "wood.forest"; }
 
   void create(std::uint32_t max_instances, bool compute_raster) {
-    coppice_context_desc with = desc();
+    ContextDesc with = desc();
     with.max_instances = max_instances;
     with.compute_raster = compute_raster ? VK_TRUE : VK_FALSE;
     ContextTest::create(with);
@@ -174,7 +174,7 @@ TEST_F(SceneRuntimeTest, WhatIsNoPlantOrNotInTheFolderIsLeftOutEachWithALine) {
   };
   for (const Case& allowed : {Case{nullptr, VK_FALSE, 3}, Case{root.c_str(), VK_FALSE, 1}, Case{nullptr, VK_TRUE, 1}}) {
     log_.clear();
-    coppice_context_desc with = desc();
+    ContextDesc with = desc();
     with.asset_root = allowed.asset_root;
     with.allow_outside = allowed.allow_outside;
     ContextTest::create(with);

@@ -52,7 +52,7 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
   void SetUp() override {
     ContextTest::SetUp();
     path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "shadow_test");
-    coppice_context_desc with = desc();
+    ContextDesc with = desc();
     with.compute_raster = GetParam().compute_raster;
     with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
     create(with);
@@ -105,9 +105,10 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
     const double open = light_of(frame(camera));
     const Shot sun = sun_view(camera);
     const glm::mat4 clip_from_world = glm::make_mat4(sun.clip_from_view) * glm::make_mat4(sun.view_from_world);
+    coppice_shadow_map map{.image = map_.view(), .clip_from_world = {}};
+    std::copy_n(glm::value_ptr(clip_from_world), 16, map.clip_from_world);
+    camera.light.shadow_maps = &map;
     camera.light.shadow_map_count = 1;
-    camera.light.shadow_maps[0].image = map_.view();
-    std::copy_n(glm::value_ptr(clip_from_world), 16, camera.light.shadow_maps[0].clip_from_world);
     return light_of(frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1})) / open;
   }
 

@@ -31,11 +31,11 @@ class StartTest : public ContextTest {
   }
 
   /// Pipelines by jobs, which the test holds back.
-  coppice_context_desc held_back(VkBool32 compute_raster) {
-    coppice_context_desc with = desc();
+  ContextDesc held_back(VkBool32 compute_raster) {
+    ContextDesc with = desc();
     with.blocking_pipelines = VK_FALSE;
     with.compute_raster = compute_raster;
-    with.jobs = jobs_.hook();
+    with.hooks.jobs = jobs_.hook();
     jobs_.deferred = true;
     return with;
   }
@@ -113,7 +113,7 @@ TEST_F(StartTest, TheHardwareDrawsUntilTheRasteriserIsThere) {
 }
 
 TEST_F(StartTest, WhatIsNeverDrawnIsNeverBuilt) {
-  coppice_context_desc with = held_back(VK_TRUE);
+  ContextDesc with = held_back(VK_TRUE);
   jobs_.deferred = false;  // they run inside submit: everything is there at once
   create(with);
   EXPECT_TRUE(ready()) << "after creation";
@@ -152,7 +152,7 @@ TEST_F(StartTest, ADebugViewIsShownAsAnyOtherUntilItIsThere) {
 }
 
 TEST_F(StartTest, AContextCanBeDestroyedWhileItsPipelinesAreBuilt) {
-  coppice_context_desc with = desc();
+  ContextDesc with = desc();
   with.blocking_pipelines = VK_FALSE;
   with.compute_raster = VK_TRUE;
   create(with);  // the default threads
@@ -175,15 +175,15 @@ TEST_F(StartTest, TheCostIsWhatAContextCounts) {
   for (const VkBool32 compute_raster : {VK_FALSE, VK_TRUE})
     for (const auto& [max_instances, max_plants, budget_bytes] :
          {Size{4096, 64, 256ull << 20}, {1, 1, 64ull << 20}, {1000003, 300, 1ull << 30}, {131072, 64, 8ull << 30}}) {
-      coppice_context_desc with = desc();
+      ContextDesc with = desc();
       with.compute_raster = compute_raster;
       with.pass_times = compute_raster;
       with.max_instances = max_instances;
       with.max_plants = max_plants;
       with.memory_budget_bytes = budget_bytes;
       std::uint64_t cost = 0;
-      ASSERT_EQ(coppice_context_cost(&with, &cost), COPPICE_OK) << log_;
-      ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_;
+      ASSERT_EQ(context_cost(with, &cost), COPPICE_OK) << log_;
+      ASSERT_EQ(create_context(with, &context_), COPPICE_OK) << log_;
       EXPECT_EQ(cost, stats().memory_bytes) << max_instances;
       coppice_context_destroy(context_);
       context_ = nullptr;
@@ -191,27 +191,26 @@ TEST_F(StartTest, TheCostIsWhatAContextCounts) {
 }
 
 TEST_F(StartTest, LimitsCostNothing) {
-  coppice_context_desc with = desc(), plain;
-  coppice_context_desc_init(&plain);
+  ContextDesc with = desc(), plain = default_desc();
   with.compute_raster = VK_TRUE;
   std::uint64_t of_few = 0, of_many = 0;
   with.max_instances = 1024;
   with.max_plants = 64;
-  ASSERT_EQ(coppice_context_cost(&with, &of_few), COPPICE_OK) << log_;
+  ASSERT_EQ(context_cost(with, &of_few), COPPICE_OK) << log_;
   with.max_instances = plain.max_instances;
   with.max_plants = plain.max_plants;
-  ASSERT_EQ(coppice_context_cost(&with, &of_many), COPPICE_OK) << log_;
+  ASSERT_EQ(context_cost(with, &of_many), COPPICE_OK) << log_;
   EXPECT_EQ(of_few, of_many);
   EXPECT_LT(of_many, 17ull << 20) << "8 MiB are for staging, 8 a block of device memory";
 }
 
 TEST_F(StartTest, AskingForTheCostTakesNothing) {
-  coppice_context_desc with = desc();
+  ContextDesc with = desc();
   FakeAllocator allocator;
   FakeIo io;
-  with.allocator = allocator.hook();
-  with.io = io.hook();
-  with.jobs = jobs_.hook();
+  with.hooks.allocator = allocator.hook();
+  with.hooks.io = io.hook();
+  with.hooks.jobs = jobs_.hook();
   with.memory_budget_bytes = 1;
   jobs_.deferred = true;
   static std::size_t allocations;
@@ -230,7 +229,7 @@ TEST_F(StartTest, AskingForTheCostTakesNothing) {
                                                            : vkGetInstanceProcAddr(instance, name);
   };
   std::uint64_t cost = 0;
-  ASSERT_EQ(coppice_context_cost(&with, &cost), COPPICE_OK) << log_;
+  ASSERT_EQ(context_cost(with, &cost), COPPICE_OK) << log_;
   EXPECT_EQ(allocations, 0u);
   EXPECT_EQ(allocator.calls, 0u);
   EXPECT_TRUE(jobs_.waiting.empty());
@@ -243,7 +242,7 @@ TEST_F(StartTest, AskingForTheCostTakesNothing) {
 
   const auto refused = [&](coppice_status status, const char* said) {
     std::uint64_t bytes = 1;
-    EXPECT_EQ(coppice_context_cost(&with, &bytes), status) << said;
+    EXPECT_EQ(context_cost(with, &bytes), status) << said;
     EXPECT_EQ(bytes, 0u);
     EXPECT_NE(log_.find(said), std::string::npos) << log_;
     log_.clear();
@@ -257,12 +256,13 @@ TEST_F(StartTest, AskingForTheCostTakesNothing) {
     return std::string_view(name) == "vkGetPhysicalDeviceFeatures2" ? nullptr : vkGetInstanceProcAddr(instance, name);
   };
   refused(COPPICE_ERROR_UNSUPPORTED, "vkGetPhysicalDeviceFeatures2");
-  with.io.open = io.hook().open;
-  refused(COPPICE_ERROR_INVALID_ARGUMENT, "io hook");
-  with.struct_size = 8;
+  with.hooks.io.open = io.hook().open;
+  refused(COPPICE_ERROR_INVALID_ARGUMENT, "desc.io: one of");
+  static_cast<coppice_context_desc&>(with).struct_size = 2;
   refused(COPPICE_ERROR_INVALID_ARGUMENT, "");
-  EXPECT_EQ(coppice_context_cost(nullptr, &cost), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(coppice_context_cost(&with, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_STREQ(coppice_last_error(nullptr), "coppice_vulkan_context_cost: desc.struct_size is 2: call its _init function");
+  EXPECT_EQ(coppice_vulkan_context_cost(nullptr, &with, &cost), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(context_cost(with, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
 }
 
 TEST_F(StartTest, WithoutAContextOrAPlaceForTheAnswerItIsRefused) {

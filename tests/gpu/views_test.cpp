@@ -36,11 +36,11 @@ struct Target {
 
   Target(const VulkanDevice& gpu, const coppice_camera& camera, bool depth_alone)
       : color(depth_alone ? nullptr
-                          : std::make_unique<Image>(gpu, ImageDesc{.width_px = camera.width_px,
-                                                                   .height_px = camera.height_px,
-                                                                   .format = VK_FORMAT_R8G8B8A8_SRGB,
-                                                                   .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT |
-                                                                            VK_IMAGE_USAGE_TRANSFER_SRC_BIT})),
+                          : std::make_unique<Image>(
+                                gpu, ImageDesc{.width_px = camera.width_px,
+                                               .height_px = camera.height_px,
+                                               .format = VK_FORMAT_R8G8B8A8_SRGB,
+                                               .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT})),
         depth(gpu, {.width_px = camera.width_px,
                     .height_px = camera.height_px,
                     .format = VK_FORMAT_D32_SFLOAT,
@@ -124,7 +124,7 @@ class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
   void SetUp() override {
     ContextTest::SetUp();
     path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "views_test");
-    coppice_context_desc with = desc();
+    ContextDesc with = desc();
     with.compute_raster = GetParam().compute_raster;
     with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
     create(with);

@@ -105,17 +105,16 @@ Shot make_view(const LooksView& wanted) {
 }  // namespace
 
 LooksStage::LooksStage(const VulkanDevice& gpu, const std::filesystem::path& plant, LooksPath path) : gpu_(gpu) {
-  coppice_context_desc desc = context_desc(gpu);
+  ContextDesc desc = context_desc(gpu);
   desc.compute_raster = path == LooksPath::compute ? VK_TRUE : VK_FALSE;
   desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
   // Inline: what is there in which frame does not depend on the machine.
-  desc.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
-  desc.log.write = print_log;
+  desc.hooks.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
+  desc.hooks.log.write = print_log;
   coppice_context* context = nullptr;
-  check(coppice_context_create(&desc, &context), "coppice_context_create");
+  check(create_context(desc, &context), "coppice_vulkan_context_create");
   context_.reset(context);
-  const coppice_view_desc of_view = view_desc();
-  check(coppice_view_create(context, &of_view, &view_), "coppice_view_create");
+  check(create_view(context, &view_), "coppice_vulkan_view_create");
   coppice_plant handle = 0;
   check(coppice_plant_open(context, plant.c_str(), &handle), "coppice_plant_open");
   coppice_plant_info_init(&info_);

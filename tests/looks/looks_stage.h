@@ -8,7 +8,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "looks_measure.h"
 #include "shot.h"
 #include "vulkan_device.h"

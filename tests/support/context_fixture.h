@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "context_desc.h"
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "pack.h"
 #include "random_tree.h"
 #include "renderer_scene.h"
@@ -51,23 +51,23 @@ class ContextTest : public VulkanTest {
     VulkanTest::TearDown();
   }
 
-  coppice_context_desc desc() {
-    coppice_context_desc desc = context_desc(gpu());
+  ContextDesc desc() {
+    ContextDesc desc = context_desc(gpu());
     desc.max_instances = 4096;
-    desc.log = {&log_, [](void* user, coppice_log_level, const char* line) { static_cast<std::string*>(user)->append(line).append("\n"); }};
+    desc.hooks.log = {sizeof(coppice_log), &log_,
+                      [](void* user, coppice_log_level, const char* line) { static_cast<std::string*>(user)->append(line).append("\n"); }};
     return desc;
   }
 
   /// The context, and a view to draw with.
-  void create(const coppice_context_desc& with) {
-    ASSERT_EQ(coppice_context_create(&with, &context_), COPPICE_OK) << log_;
+  void create(const ContextDesc& with) {
+    ASSERT_EQ(create_context(with, &context_), COPPICE_OK) << log_;
     view_ = create_view();
   }
 
   coppice_view create_view(coppice_output output = COPPICE_OUTPUT_LIT) {
-    const coppice_view_desc desc = view_desc(output);
     coppice_view view = 0;
-    EXPECT_EQ(coppice_view_create(context_, &desc, &view), COPPICE_OK) << log_;
+    EXPECT_EQ(test::create_view(context_, &view, output), COPPICE_OK) << log_;
     return view;
   }
 

@@ -53,17 +53,17 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_instance_proc_addr(VkInstance insta
 
 }  // namespace
 
-void count_memory(coppice_context_desc& desc) {
+void count_memory(ContextDesc& desc) {
   desc.get_instance_proc_addr = get_instance_proc_addr;
-  desc.allocator = {nullptr,
-                    [](void*, std::size_t bytes, std::size_t align) -> void* {
-                      counts().live_bytes += bytes;
-                      return std::aligned_alloc(align, (bytes + align - 1) / align * align);
-                    },
-                    [](void*, void* pointer, std::size_t bytes) {
-                      counts().live_bytes -= bytes;
-                      std::free(pointer);
-                    }};
+  desc.hooks.allocator = {sizeof(coppice_allocator), nullptr,
+                          [](void*, std::size_t bytes, std::size_t align) -> void* {
+                            counts().live_bytes += bytes;
+                            return std::aligned_alloc(align, (bytes + align - 1) / align * align);
+                          },
+                          [](void*, void* pointer, std::size_t bytes) {
+                            counts().live_bytes -= bytes;
+                            std::free(pointer);
+                          }};
 }
 
 std::uint64_t counted_bytes() {

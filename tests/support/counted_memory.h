@@ -4,12 +4,12 @@
 
 #include <cstdint>
 
-#include "coppice/coppice.h"
+#include "context_desc.h"
 
 namespace coppice::test {
 
 /// Sets the hooks that count in a desc. One context counts at a time.
-void count_memory(coppice_context_desc& desc);
+void count_memory(ContextDesc& desc);
 
 /// Host and device memory that is live, together.
 std::uint64_t counted_bytes();

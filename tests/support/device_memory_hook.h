@@ -20,7 +20,7 @@ struct DeviceMemoryHook {
   std::map<void*, std::uint64_t> sizes;
   std::string misuse;  ///< what no engine could serve
 
-  coppice_device_memory hook() { return {this, allocate, free}; }
+  coppice_device_memory hook() { return {sizeof(coppice_device_memory), this, allocate, free}; }
 
  private:
   static VkResult allocate(void* user, const VkMemoryRequirements* requirements, VkMemoryPropertyFlags properties,

@@ -219,7 +219,7 @@ void destroy_shared_pipelines() {
   for (const auto& [key, pipeline] : std::exchange(shared_pipelines(), {})) vkDestroyPipeline(vulkan_device().device, pipeline, nullptr);
 }
 
-void fail_with_device_faults(coppice_context_desc& desc) {
+void fail_with_device_faults(coppice_vulkan_desc& desc) {
   desc.get_instance_proc_addr = get_instance_proc_addr;
 }
 

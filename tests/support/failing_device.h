@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 
 namespace coppice::test {
 
@@ -33,6 +33,6 @@ void reset_device_faults();
 void destroy_shared_pipelines();
 
 /// Sends the context's Vulkan calls through the faults.
-void fail_with_device_faults(coppice_context_desc& desc);
+void fail_with_device_faults(coppice_vulkan_desc& desc);
 
 }  // namespace coppice::test

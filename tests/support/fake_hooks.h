@@ -22,7 +22,7 @@ struct FakeAllocator {
   std::size_t fail_at = SIZE_MAX;  ///< index of the call that returns null
   bool fail_for_good = false;      ///< and all that follow
 
-  coppice_allocator hook() { return {this, allocate, free}; }
+  coppice_allocator hook() { return {sizeof(coppice_allocator), this, allocate, free}; }
 
  private:
   static void* allocate(void* user, std::size_t bytes, std::size_t align) {
@@ -47,7 +47,7 @@ struct FakeJobs {
   bool deferred = false;
   std::deque<std::pair<void (*)(void*), void*>> waiting;
 
-  coppice_jobs hook() { return {this, submit}; }
+  coppice_jobs hook() { return {sizeof(coppice_jobs), this, submit}; }
   void run_all() {
     while (!waiting.empty()) {
       const auto [function, argument] = waiting.front();
@@ -99,7 +99,7 @@ struct FakeIo {
   std::size_t fault_tries = 1;  ///< how often that place goes wrong
   std::size_t answered = 0;
 
-  coppice_io hook() { return {this, open, close, read}; }
+  coppice_io hook() { return {sizeof(coppice_io), this, open, close, read}; }
   void answer(const FakeRead& wanted) {
     if (wanted.offset == fail_offset) return wanted.done(wanted.argument, failing_result);
     const std::vector<std::uint8_t>& file = files.at(handles.at(static_cast<std::size_t>(wanted.file)));
@@ -156,7 +156,8 @@ struct FakeIo {
 struct FakeLog {
   std::vector<std::string> lines;
   coppice_log hook() {
-    return {this, [](void* user, coppice_log_level, const char* line) { static_cast<FakeLog*>(user)->lines.emplace_back(line); }};
+    return {sizeof(coppice_log), this,
+            [](void* user, coppice_log_level, const char* line) { static_cast<FakeLog*>(user)->lines.emplace_back(line); }};
   }
 };
 

@@ -160,6 +160,7 @@ Shot make_view(const CameraDesc& camera) {
   Shot view{};
   view.struct_size = sizeof(coppice_camera);
   view.light.struct_size = sizeof(coppice_light);
+  view.light.shadow_map_bytes = sizeof(coppice_shadow_map);
   view.error_px = 2.0f;
   for (int channel = 0; channel < 3; ++channel) {
     view.light.sun_color[channel] = 3.0f;

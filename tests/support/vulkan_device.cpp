@@ -95,7 +95,7 @@ std::uint32_t graphics_and_compute_family(VkPhysicalDevice physical_device) {
   return static_cast<std::uint32_t>(std::distance(families.begin(), found));
 }
 
-/// What coppice_context_desc::device asks for and no more, so that a feature missing from that list shows under validation.
+/// What coppice_vulkan_desc::device asks for and no more, so that a feature missing from that list shows under validation.
 /// Exceptions: occlusionQueryPrecise for the tests themselves; textureCompressionBC and 64-bit atomics, which a context may be told of.
 VkDevice create_device(VulkanDevice& gpu) {
   VkPhysicalDeviceVulkan12Features available12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};

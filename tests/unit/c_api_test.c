@@ -10,7 +10,7 @@
 
 #include <volk.h>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 
 #define CHECK(condition)                                                      \
   do {                                                                        \
@@ -131,10 +131,12 @@ static void use_plant(const Gpu* gpu, coppice_context* context, const char* path
 
   coppice_view_desc view_desc;
   coppice_view_desc_init(&view_desc);
-  view_desc.color_format = VK_FORMAT_R8G8B8A8_SRGB;
-  view_desc.depth_format = VK_FORMAT_D32_SFLOAT;
+  coppice_vulkan_view_desc formats;
+  coppice_vulkan_view_desc_init(&formats);
+  formats.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+  formats.depth_format = VK_FORMAT_D32_SFLOAT;
   coppice_view of_view = 0;
-  CHECK(coppice_view_create(context, &view_desc, &of_view) == COPPICE_OK && of_view != 0);
+  CHECK(coppice_vulkan_view_create(context, &view_desc, &formats, &of_view) == COPPICE_OK && of_view != 0);
   VkBool32 ready = VK_FALSE;
   CHECK(coppice_pipelines_ready(context, &ready) == COPPICE_OK && ready == VK_TRUE);
   coppice_camera view = look_at_origin(of_view);
@@ -172,23 +174,29 @@ int main(int argc, char** argv) {
   CHECK(argc == 2);
   Gpu gpu = open_gpu();
   coppice_context_desc desc;
+  coppice_vulkan_desc vulkan;
   coppice_context_desc_init(&desc);
+  coppice_vulkan_desc_init(&vulkan);
+  CHECK(coppice_version() == COPPICE_HEADER_VERSION);
   CHECK(desc.memory_budget_bytes == 256ull << 20);
-  CHECK(desc.texture_compression_bc == VK_FALSE);
+  CHECK(vulkan.texture_compression_bc == VK_FALSE);
   coppice_context* context = NULL;
-  CHECK(coppice_context_create(&desc, &context) == COPPICE_ERROR_INVALID_ARGUMENT && context == NULL);
-  desc.instance = gpu.instance;
-  desc.physical_device = gpu.physical_device;
-  desc.device = gpu.device;
-  desc.get_instance_proc_addr = vkGetInstanceProcAddr;
-  desc.blocking_pipelines = VK_TRUE;
+  CHECK(coppice_vulkan_context_create(&desc, &vulkan, &context) == COPPICE_ERROR_INVALID_ARGUMENT && context == NULL);
+  CHECK(strcmp(coppice_last_error(NULL), "coppice_vulkan_context_create: vulkan.instance is null") == 0);
+  vulkan.instance = gpu.instance;
+  vulkan.physical_device = gpu.physical_device;
+  vulkan.device = gpu.device;
+  vulkan.get_instance_proc_addr = vkGetInstanceProcAddr;
+  vulkan.blocking_pipelines = VK_TRUE;
   uint64_t cost = 0;
-  CHECK(coppice_context_cost(&desc, &cost) == COPPICE_OK && cost > 0 && cost < desc.memory_budget_bytes);
-  CHECK(coppice_context_create(&desc, &context) == COPPICE_OK && context != NULL);
+  CHECK(coppice_vulkan_context_cost(&desc, &vulkan, &cost) == COPPICE_OK && cost > 0 && cost < desc.memory_budget_bytes);
+  CHECK(coppice_vulkan_context_create(&desc, &vulkan, &context) == COPPICE_OK && context != NULL);
   CHECK(strcmp(coppice_status_text(COPPICE_OK), "success") == 0);
   use_plant(&gpu, context, argv[1]);
   coppice_scene scene = 1;
   CHECK(coppice_scene_open(context, "/nonexistent/a.forest", &scene) == COPPICE_ERROR_IO && scene == 0);
+  CHECK(strstr(coppice_last_error(context), "coppice_scene_open: /nonexistent/a.forest: ") == coppice_last_error(context));
+  CHECK(strstr(coppice_last_error(context), "No such file or directory") != NULL);
   CHECK(coppice_scene_close(context, scene) == COPPICE_ERROR_INVALID_ARGUMENT);
   coppice_scene_info scene_info;
   coppice_scene_info_init(&scene_info);

@@ -61,7 +61,9 @@ Hooks inline_hooks(std::span<const std::uint8_t>& file) {
     done(argument, static_cast<std::int64_t>(bytes));
   };
   const auto submit = [](void*, void (*function)(void* argument), void* argument) { function(argument); };
-  return {.allocator = default_allocator(), .jobs = {nullptr, submit}, .io = {&file, open, [](void*, std::int64_t) {}, read}};
+  return {.allocator = default_allocator(),
+          .jobs = {sizeof(coppice_jobs), nullptr, submit},
+          .io = {sizeof(coppice_io), &file, open, [](void*, std::int64_t) {}, read}};
 }
 
 /// What new gives while a plant is opened, all of it is streamed, and it is closed.

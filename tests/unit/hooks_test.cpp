@@ -24,7 +24,7 @@ struct CountingAllocator {
   std::size_t live_bytes = 0, calls = 0, fail_at = SIZE_MAX;
 
   coppice_allocator hook() {
-    return {this,
+    return {sizeof(coppice_allocator), this,
             [](void* user, std::size_t bytes, std::size_t align) -> void* {
               auto* self = static_cast<CountingAllocator*>(user);
               if (self->calls++ == self->fail_at) return nullptr;
@@ -92,7 +92,7 @@ TEST(CompleteHooks, RefusesHooksSetInPart) {
 TEST(CompleteHooks, StartsNoThreadForAnEngineThatBringsItsOwn) {
   Hooks own;
   own.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
-  own.io = {nullptr, [](void*, const char*, std::uint64_t*) -> std::int64_t { return -1; }, [](void*, std::int64_t) {},
+  own.io = {sizeof(coppice_io), nullptr, [](void*, const char*, std::uint64_t*) -> std::int64_t { return -1; }, [](void*, std::int64_t) {},
             [](void*, std::int64_t, std::uint64_t, void*, std::size_t, void (*done)(void*, std::int64_t), void* argument) {
               done(argument, -1);
             }};
@@ -207,14 +207,16 @@ TEST(CompleteHooks, ReadsByTheKernelWhereItCan) {
   auto by_pool = complete_hooks({}, Reading::thread_pool);
   ASSERT_TRUE(by_pool);
   EXPECT_EQ(by_pool->defaults->uring, nullptr);
-  auto own_jobs = complete_hooks({.jobs = {nullptr, [](void*, void (*function)(void*), void* argument) { function(argument); }}});
+  auto own_jobs =
+      complete_hooks({.jobs = {sizeof(coppice_jobs), nullptr, [](void*, void (*function)(void*), void* argument) { function(argument); }}});
   ASSERT_TRUE(own_jobs);
   EXPECT_EQ(own_jobs->defaults->pool == nullptr, own_jobs->defaults->uring != nullptr) << "no thread that nobody needs";
 }
 
 TEST(Log, WritesOneFormattedLine) {
   std::string line;
-  const coppice_log log{&line, [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
+  const coppice_log log{sizeof(coppice_log), &line,
+                        [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
   log_line(log, COPPICE_LOG_WARNING, "%s: page %u", "oak", 3u);
   EXPECT_EQ(line, "oak: page 3");
   log_line({}, COPPICE_LOG_ERROR, "nobody listens");
@@ -222,7 +224,8 @@ TEST(Log, WritesOneFormattedLine) {
 
 TEST(Log, ALineIsOneLineAndTellsATerminalNothing) {
   std::string line;
-  const coppice_log log{&line, [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
+  const coppice_log log{sizeof(coppice_log), &line,
+                        [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
   log_line(log, COPPICE_LOG_ERROR, "%s: page %u", "oak\n\x1b[2J", 3u);
   EXPECT_EQ(line, "oak\\x0a\\x1b[2J: page 3");
   log_line(log, COPPICE_LOG_ERROR, "%s: reason", std::string(4000, 'x').c_str());
@@ -251,7 +254,8 @@ TEST(IoResult, AReadIsTriedAFewTimesWithGrowingPauses) {
 
 TEST(LogLine, IsFitForATerminal) {
   std::string line;
-  const coppice_log log{&line, [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
+  const coppice_log log{sizeof(coppice_log), &line,
+                        [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
   log_line(log, COPPICE_LOG_ERROR, "%s: %s", "oak\x1b[31m\n.coppice", "gone");
   EXPECT_EQ(line, "oak\\x1b[31m\\x0a.coppice: gone");
   log_line(log, COPPICE_LOG_ERROR, "%s: gone", "\xc3\xa9rable.coppice");

@@ -94,7 +94,7 @@ struct NthAllocator {
   std::size_t fail_at = SIZE_MAX;
 
   coppice_allocator hook() {
-    return {this,
+    return {sizeof(coppice_allocator), this,
             [](void* user, std::size_t bytes, std::size_t align) -> void* {
               auto* self = static_cast<NthAllocator*>(user);
               if (self->calls++ == self->fail_at) return nullptr;

@@ -1,55 +1,69 @@
 #ifndef COPPICE_H
 #define COPPICE_H
 
-/* libcoppice: streaming level of detail for plants.
+/* libcoppice: streaming level of detail for plants. This header has no graphics API below it: hooks, the context, plants, instances,
+ * scenes, views, streaming and statistics. The renderer on the engine's Vulkan device is coppice/vulkan.h, which also creates the context.
  *
- * The engine owns the Vulkan device, its queues and its command buffers. Coppice records into command buffers it is given; it never
- * submits and never waits for the GPU. A frame:
- *
- *     coppice_frame_begin(context, &frame);              with the cameras of all views: pump streaming, recycle what the GPU is done with
- *     coppice_record_upload(context, cmd);               outside a render pass
- *     coppice_record_cull(context, cmd, view, &light);   outside a render pass; of each view
- *     vkCmdBeginRendering(cmd, ...);
- *     coppice_record_draw(context, cmd, view);           inside dynamic rendering; of each view
- *     vkCmdEndRendering(cmd);
- *
- * Views are culled and drawn in any order after the upload, also into command buffers of their own. All of a context's commands
- * go to one graphics queue, in the order of their frames, and what record_upload recorded must be submitted: Coppice counts on it.
- *
- * Units and axes: metres, right-handed, +Y up (glTF's). Matrices are column-major; view space looks down -Z; clip space is Vulkan's
- * (y down, depth 0..1, reversed depth allowed: see depth_compare).
+ * Units and axes: metres, right-handed, +Y up (glTF's). Matrices are column-major; view space looks down -Z. Booleans are uint32_t,
+ * COPPICE_FALSE or COPPICE_TRUE and no other value.
  *
  * Threads: distinct contexts are independent. Calls on one context are externally serialised; functions that take a const context may
- * overlap with each other, and so may coppice_record_cull and coppice_record_draw of different views. Hooks are called from the threads
- * their comments name.
+ * overlap with each other, and so may the recording of different views (coppice/vulkan.h). Hooks are called from the threads their comments
+ * name. A library that was built without NDEBUG, or with _GLIBCXX_ASSERTIONS, refuses a call that overlaps with another, and one that a
+ * hook makes, with COPPICE_ERROR_INVALID_ARGUMENT and a line in the log.
  *
- * Errors: every function that can fail returns a coppice_status, also in release builds; the log hook gets one line with the detail: the
- * field and its index, "placements[3].position[0] is not finite". What is refused changes nothing. A null context, or a null pointer where
- * none is allowed, is COPPICE_ERROR_INVALID_ARGUMENT. Nothing throws across this header. Structs start with struct_size so that they can
- * grow: set it with the *_init function, which does nothing for a null pointer.
+ * Errors: every function that can fail returns a coppice_status, also in release builds; the log hook gets one line with the detail, the
+ * field and its index: "coppice_instances_add: placements[3].position[0] is not finite". coppice_last_error returns the last such line.
+ * What is refused changes nothing. A null context, or a null pointer where none is allowed, is COPPICE_ERROR_INVALID_ARGUMENT. Nothing
+ * throws across this header.
  *
- * A lost device: the call in which Vulkan said so returns COPPICE_ERROR_DEVICE_LOST and writes a line; from then on so does, without a
- * line, every function that opens, reloads, adds instances, begins a frame or records. Plants and instances can still be closed and
- * removed, and the context destroyed. What the engine learns from its own submits Coppice does not hear of: destroy the context then as
- * well.
+ * Structs grow: later versions add fields at the end. A struct starts with struct_size, its size in the header that the program was
+ * compiled with; the *_init function sets it, and every other field to its default. It does nothing for a null pointer. A program
+ * therefore runs with later versions of the library, and with earlier ones as long as it leaves what these do not know at 0:
+ *   structs that the library reads   of a smaller one the missing fields have their defaults. A larger one is taken where the bytes that
+ *                                    this version does not know are all 0, else COPPICE_ERROR_INVALID_ARGUMENT: the log names the byte
+ *   structs that the library fills   a smaller one is filled as far as it goes; of a larger one the rest becomes 0
+ *   structs that a hook is given     are as large as their struct_size says: a program must not read further
+ * Sizes are multiples of 4 from 4 to 4,096 bytes; others are COPPICE_ERROR_INVALID_ARGUMENT. Enumerations grow too: expect values that
+ * you do not know.
  */
 
 #include <stddef.h>
 #include <stdint.h>
 
-#include <vulkan/vulkan_core.h>
-
 #define COPPICE_VERSION_MAJOR 0
-#define COPPICE_VERSION_MINOR 1
+#define COPPICE_VERSION_MINOR 2
 #define COPPICE_VERSION_PATCH 0
+
+/* 10 bits of the major, 10 of the minor and 12 of the patch version: larger numbers are later versions. */
+#define COPPICE_MAKE_VERSION(major, minor, patch) ((major)*0x400000u + (minor)*0x1000u + (patch))
+#define COPPICE_HEADER_VERSION COPPICE_MAKE_VERSION(COPPICE_VERSION_MAJOR, COPPICE_VERSION_MINOR, COPPICE_VERSION_PATCH)
+
+/* Before every function that the library exports. For Windows, programs that link the shared library define COPPICE_SHARED; the
+ * library's own build defines COPPICE_BUILDING too. */
+#if defined(_WIN32) && defined(COPPICE_SHARED) && defined(COPPICE_BUILDING)
+#define COPPICE_API __declspec(dllexport)
+#elif defined(_WIN32) && defined(COPPICE_SHARED)
+#define COPPICE_API __declspec(dllimport)
+#elif defined(__GNUC__)
+#define COPPICE_API __attribute__((visibility("default")))
+#else
+#define COPPICE_API
+#endif
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
+#define COPPICE_FALSE 0u
+#define COPPICE_TRUE 1u
+
+/* COPPICE_HEADER_VERSION of the library that is linked or loaded. Any thread, before any context too. */
+COPPICE_API uint32_t coppice_version(void);
+
 typedef enum coppice_status {
   COPPICE_OK = 0,
-  COPPICE_ERROR_INVALID_ARGUMENT = 1, /* null, wrong struct_size, bad handle, value out of range */
+  COPPICE_ERROR_INVALID_ARGUMENT = 1, /* null, bad handle, value out of range */
   COPPICE_ERROR_IO = 2,               /* a file could not be read */
   COPPICE_ERROR_BAD_FILE = 3,         /* not a .coppice file, damaged, or of another version */
   COPPICE_ERROR_UNSUPPORTED = 4,      /* the device lacks something required; the log names it */
@@ -60,9 +74,41 @@ typedef enum coppice_status {
 } coppice_status;
 
 /* A short English sentence, static storage, never null. */
-const char* coppice_status_text(coppice_status status);
+COPPICE_API const char* coppice_status_text(coppice_status status);
 
 typedef struct coppice_context coppice_context;
+
+/* The line of the context's last call that failed, whichever thread made it: "coppice_plant_open: oak.coppice: No such file or directory".
+ * Calls that succeed leave it as it is; empty: none has failed. Where context is null: of the calling thread's last call that failed
+ * without a context, such as one that creates one. Never null, UTF-8, at most 1,023 bytes, without control characters. Valid until the
+ * thread calls this function again. Any thread, at any time while the context is there. What fails in the background goes to the log
+ * alone. */
+COPPICE_API const char* coppice_last_error(const coppice_context* context);
+
+/* The structs of this header, for coppice_struct_init. */
+typedef enum coppice_struct {
+  COPPICE_STRUCT_CONTEXT_DESC = 0,
+  COPPICE_STRUCT_ALLOCATOR = 1,
+  COPPICE_STRUCT_JOBS = 2,
+  COPPICE_STRUCT_IO = 3,
+  COPPICE_STRUCT_LOG = 4,
+  COPPICE_STRUCT_TRACE = 5,
+  COPPICE_STRUCT_PLANT_INFO = 6,
+  COPPICE_STRUCT_SCENE_INFO = 7,
+  COPPICE_STRUCT_SCENE_PLANT_INFO = 8,
+  COPPICE_STRUCT_STATS = 9,
+  COPPICE_STRUCT_VIEW_DESC = 10,
+  COPPICE_STRUCT_CAMERA = 11,
+  COPPICE_STRUCT_SUN_DESC = 12,
+  COPPICE_STRUCT_FRAME = 13,
+  COPPICE_STRUCT_VIEW_STATS = 14,
+  COPPICE_STRUCT_MAX_ENUM = 0x7fffffff
+} coppice_struct;
+/* Fills a struct of `bytes` bytes with the defaults of its kind, as far as it goes; what the library does not know becomes 0. struct_size
+ * becomes `bytes`. The *_init functions call it with the size that their program was compiled with; call those, unless you bind the
+ * library to another language. Does nothing where data is null or bytes is below 4. Any thread. */
+COPPICE_API void coppice_struct_init(coppice_struct kind, void* data, size_t bytes);
+
 /* Handles are 64 bits, from the highest: 3 of the kind (1 a plant, 2 an instance, 3 a scene, 4 a view), 12 of the context, 21 of a
  * generation, 28 of an index. So one of another kind, of another context or of something that has gone is refused with
  * COPPICE_ERROR_INVALID_ARGUMENT. Two contexts are told apart unless 4,095 others are created in between; a slot's generations repeat after
@@ -74,6 +120,9 @@ typedef uint64_t coppice_view;
 
 /* ---- hooks ---------------------------------------------------------------------------------------------------------------------- */
 
+/* Each is a struct of functions, which coppice_context_desc points at. The struct is copied when the context is created; `user` and what
+ * the functions need must outlive the context. A struct whose functions are all null counts as not given. */
+
 /* Memory for what grows with plants, pages, instances and scenes: chunks as read and as decoded, instances, the streamer's tables, a
  * plant's front and its path, a scene's tiles and species. Not counted by the budget: what the renderer notes of a plant beside its tables.
  * Not through it, and not counted either: what Draco decodes to while a job has the chunk, bounded by the chunk's counts and
@@ -81,45 +130,27 @@ typedef uint64_t coppice_view;
  * calls the context. Must return memory aligned to `align` (a power of two) or null, which makes the operation fail with
  * COPPICE_ERROR_OUT_OF_MEMORY. Must not call back into Coppice. Must outlive the context. */
 typedef struct coppice_allocator {
+  uint32_t struct_size;
   void* user;
   void* (*allocate)(void* user, size_t bytes, size_t align);
   void (*free)(void* user, void* pointer, size_t bytes);
 } coppice_allocator;
+static inline void coppice_allocator_init(coppice_allocator* hook) {
+  coppice_struct_init(COPPICE_STRUCT_ALLOCATOR, hook, sizeof *hook);
+}
 
-/* A run of device memory. */
-typedef struct coppice_memory_block {
-  VkDeviceMemory memory;
-  VkDeviceSize offset;  /* of its first byte in memory; a multiple of the alignment asked for */
-  uint32_t memory_type; /* of VkPhysicalDeviceMemoryProperties; one of the memoryTypeBits asked for */
-  void* mapped;         /* its first byte; used where the memory is to be host visible, and mapped until it is freed */
-  void* handle;         /* the engine's own, given back to free: an allocation of its allocator */
-} coppice_memory_block;
-
-/* Device memory, for engines with an allocator of their own: both functions, or none for vkAllocateMemory. Coppice asks for blocks of about
- * a 32nd of the memory budget, 256 KiB to 32 MiB, and divides them among buffers and images; what is larger than half a block, or grows,
- * gets one of its own.
- *   requirements  size, alignment, and memoryTypeBits, of which the engine chooses any type that has `properties`: DEVICE_LOCAL, or
- *                 HOST_VISIBLE and HOST_COHERENT. Device-local memory must have VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT
- *   returns       VK_SUCCESS, or what vkAllocateMemory would: VK_ERROR_OUT_OF_DEVICE_MEMORY is no worse than a full budget
- * A block may hold buffers beside optimally tiled images: what is next to it in `memory` the engine keeps bufferImageGranularity away.
- * It is Coppice's until it is freed: by then the GPU is done with it. coppice_context_destroy frees what is left. Called from the thread
- * inside coppice_context_create, coppice_context_destroy, coppice_set_memory_budget, functions that open and reload plants,
- * coppice_instances_add, coppice_frame_begin, coppice_record_upload and coppice_record_cull; never while the camera stands still and all
- * that it wants is there. Blocks count whole towards memory_budget_bytes. May not call back into Coppice. Must outlive the context. */
-typedef struct coppice_device_memory {
-  void* user;
-  VkResult (*allocate)(void* user, const VkMemoryRequirements* requirements, VkMemoryPropertyFlags properties, coppice_memory_block* block);
-  void (*free)(void* user, const coppice_memory_block* block);
-} coppice_device_memory;
-
-/* Where decoding runs, and the building of pipelines. submit is called from the thread inside coppice_context_create, coppice_frame_begin,
- * coppice_record_upload or coppice_record_cull; it may run `function(argument)` on any thread, or inline before it returns (tests do:
- * deterministic). Every submitted function must run before the context is destroyed:
- * coppice_context_destroy waits for them. May not call back into Coppice other than through `function`. */
+/* Where decoding runs, and the building of pipelines. submit is called from the thread inside coppice_vulkan_context_create,
+ * coppice_frame_begin, coppice_record_upload or coppice_record_cull; it may run `function(argument)` on any thread, or inline before it
+ * returns (tests do: deterministic). Every submitted function must run before the context is destroyed: coppice_context_destroy waits for
+ * them. May not call back into Coppice other than through `function`. */
 typedef struct coppice_jobs {
+  uint32_t struct_size;
   void* user;
   void (*submit)(void* user, void (*function)(void* argument), void* argument);
 } coppice_jobs;
+static inline void coppice_jobs_init(coppice_jobs* hook) {
+  coppice_struct_init(COPPICE_STRUCT_JOBS, hook, sizeof *hook);
+}
 
 /* File access, called from the thread inside coppice_plant_open, coppice_plant_reload, coppice_plant_close, coppice_scene_open,
  * coppice_scene_close, coppice_frame_begin or coppice_context_destroy; a file is closed once nothing of a closed plant is under way. read
@@ -129,12 +160,16 @@ typedef struct coppice_jobs {
  * -EINVAL of open: not a regular file. A read that failed, or came short, is tried again after 50, 200 and 800 ms before what it was of
  * counts as failed; frames go on meanwhile. */
 typedef struct coppice_io {
+  uint32_t struct_size;
   void* user;
   int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* a handle >= 0, or -errno */
   void (*close)(void* user, int64_t file);
   void (*read)(void* user, int64_t file, uint64_t offset, void* destination, size_t bytes, void (*done)(void* argument, int64_t bytes_read),
                void* argument);
 } coppice_io;
+static inline void coppice_io_init(coppice_io* hook) {
+  coppice_struct_init(COPPICE_STRUCT_IO, hook, sizeof *hook);
+}
 
 typedef enum coppice_log_level {
   COPPICE_LOG_INFO = 0,
@@ -146,9 +181,13 @@ typedef enum coppice_log_level {
 /* One line without a newline or any other control character, valid during the call. Each thing that fails is one line, which names the
  * file, the field or chunk, its byte and the system's reason as far as they are known. Called from any thread. */
 typedef struct coppice_log {
+  uint32_t struct_size;
   void* user;
   void (*write)(void* user, coppice_log_level level, const char* line);
 } coppice_log;
+static inline void coppice_log_init(coppice_log* hook) {
+  coppice_struct_init(COPPICE_STRUCT_LOG, hook, sizeof *hook);
+}
 
 typedef enum coppice_trace_kind {
   COPPICE_TRACE_READ = 0,        /* a chunk, from the request to the bytes: several at a time on one thread */
@@ -161,7 +200,9 @@ typedef enum coppice_trace_kind {
   COPPICE_TRACE_KIND_MAX_ENUM = 0x7fffffff
 } coppice_trace_kind;
 
+/* struct_size is the library's. */
 typedef struct coppice_trace_span {
+  uint32_t struct_size;
   coppice_trace_kind kind;
   const char* path;  /* of the plant's file; null where it is about no chunk */
   const char* chunk; /* page, wood, texture, leaf mesh; null likewise */
@@ -174,27 +215,18 @@ typedef struct coppice_trace_span {
 /* What the library spent time on, said when it ended and on the thread where it ended. `span` and its strings are valid during the call.
  * Must not call back into Coppice. Without it no clock is read for it. */
 typedef struct coppice_trace {
+  uint32_t struct_size;
   void* user;
   void (*span)(void* user, const coppice_trace_span* span);
 } coppice_trace;
+static inline void coppice_trace_init(coppice_trace* hook) {
+  coppice_struct_init(COPPICE_STRUCT_TRACE, hook, sizeof *hook);
+}
 
 /* ---- context -------------------------------------------------------------------------------------------------------------------- */
 
 typedef struct coppice_context_desc {
   uint32_t struct_size;
-
-  VkInstance instance;
-  VkPhysicalDevice physical_device;
-  VkDevice device; /* Vulkan 1.3, created with these features enabled: dynamicRendering, synchronization2, bufferDeviceAddress,
-                      drawIndirectCount, scalarBlockLayout, multiDrawIndirect, drawIndirectFirstInstance. What the physical
-                      device lacks is named in the log; what was merely not enabled Vulkan gives no way to see */
-  PFN_vkGetInstanceProcAddr get_instance_proc_addr;
-  VkPipelineCache pipeline_cache; /* may be null. Used by jobs, at any time until the context is destroyed: not one of
-                                     VK_PIPELINE_CACHE_CREATE_EXTERNALLY_SYNCHRONIZED_BIT */
-
-  uint64_t memory_budget_bytes; /* GPU buffers and images, staging, decoded pages, tables; see coppice_allocator for what is
-                                   not counted. Default 256 MiB. Below what the context takes before any plant the context is not created,
-                                   and the log names the least */
   /* Upper limits alone: nothing is sized by them, and they need not be set. Buffers and tables grow as instances are added and plants are
    * opened, by half where the budget has room for that, and shrink with the context only. An instance takes about 160 bytes, and 60 more
    * for what draws it; a plant 3.5 KB on the GPU beside what its file asks for. While one grows, what it replaces is counted too, until the
@@ -202,34 +234,25 @@ typedef struct coppice_context_desc {
    * 32, plants by maxTexelBufferElements / 704. */
   uint32_t max_instances; /* default 16,777,216; 1 to 268,435,455 */
   uint32_t max_plants;    /* default 65,536, the most; at least 1 */
+  /* COPPICE_TRUE: a scene's plants may be anywhere. For scenes that you trust: one that a stranger made may name any file. Default
+   * COPPICE_FALSE. */
+  uint32_t allow_outside;
 
-  /* Each may be left at its default: malloc, a small thread pool, io_uring (where the kernel has none, pread on that pool),
-   * nothing logged, no trace, vkAllocateMemory. */
-  coppice_allocator allocator;
-  coppice_jobs jobs;
-  coppice_io io;
-  coppice_log log;
-  coppice_trace trace;
-  coppice_device_memory device_memory;
+  uint64_t memory_budget_bytes; /* GPU buffers and images, staging, decoded pages, tables; see coppice_allocator for what is
+                                   not counted. Default 256 MiB. Below what the context takes before any plant the context is not created,
+                                   and the log names the least */
 
-  /* VK_TRUE: `device` was created with the feature textureCompressionBC, so textures stay the BC1 and BC3 blocks they are in the file.
-   * Default VK_FALSE, always right: they are decoded to RGBA8 on jobs and take four to eight times the memory. Where the physical device
-   * lacks the feature it counts as VK_FALSE. */
-  VkBool32 texture_compression_bc;
+  /* Null, the default: malloc, a small thread pool, io_uring (where the kernel has none, pread on that pool), nothing logged, no trace. */
+  const coppice_allocator* allocator;
+  const coppice_jobs* jobs;
+  const coppice_io* io;
+  const coppice_log* log;
+  const coppice_trace* trace;
 
-  /* VK_TRUE, the default: leaves below about 12 px, and the wood between them, are rasterised by compute shaders in coppice_record_cull,
-   * and coppice_record_draw copies what they drew into the attachments, colour and depth, before it draws the rest: several times faster
-   * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
-   * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
-   * COPPICE_LOD_FULL or an oblique projection are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer
-   * than 17 storage buffers a stage or with max_instances above 16,777,216; a warning in the log says so. Its lists take 13 MB with the
-   * first instance. */
-  VkBool32 compute_raster;
-  /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
-   * go over all leaves twice. Where the physical device lacks a feature it counts as VK_FALSE. */
-  VkBool32 shader_int64_atomics;
-  /* VK_TRUE: coppice_view_stats.pass_ms is measured. Costs some hundredths of a millisecond a pass. Default VK_FALSE. */
-  VkBool32 pass_times;
+  /* Where the plants that a scene names may be: in this folder or below it. Copied. Default null: in the folder of the scene, or below
+   * it. A plant elsewhere is left out as one that cannot be opened is. With the default io hook symbolic links are followed first; with one
+   * of your own the path decides by its letters, and where links lead is the hook's to know. */
+  const char* asset_root;
 
   /* CPU time that coppice_frame_begin and coppice_record_upload together take a frame to take over what was read and decoded, and to copy
    * it for the GPU, ms, > 0; at least one chunk is taken over and one copied, and what a plant cannot be drawn without; what is over waits
@@ -238,49 +261,17 @@ typedef struct coppice_context_desc {
   /* While the camera goes on steadily, what it will want so many frames on is streamed too. 0 to 1000; 0: only what it wants now.
    * Default 20, about what a read and a decode take when many wait. */
   float prefetch_frames;
-
-  /* Where the plants that a scene names may be: in this folder or below it. Copied. Default null: in the folder of the scene, or below
-   * it. A plant elsewhere is left out as one that cannot be opened is. With the default io hook symbolic links are followed first; with one
-   * of your own the path decides by its letters, and where links lead is the hook's to know. */
-  const char* asset_root;
-  /* VK_TRUE: a scene's plants may be anywhere. For scenes that you trust: one that a stranger made may name any file. Default VK_FALSE. */
-  VkBool32 allow_outside;
-
-  /* VK_TRUE: a pipeline is built inside the call that first needs it, which then takes up to some hundred milliseconds, so that no picture
-   * misses anything. Default VK_FALSE: by jobs, see coppice_pipelines_ready. */
-  VkBool32 blocking_pipelines;
 } coppice_context_desc;
-
-/* Fills every field with its default; device fields become null and must be set. Flags are VK_TRUE or VK_FALSE, no other value. */
-void coppice_context_desc_init(coppice_context_desc* desc);
-
-/* Creates what every frame needs, and has pipelines built by the jobs hook. Cost: some milliseconds. On error *context is null.
- * errors: COPPICE_ERROR_INVALID_ARGUMENT: a field of desc, which the log names, but for a wrong struct_size: then the log's place in desc
- * is not known. COPPICE_ERROR_UNSUPPORTED, COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
-coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context);
-
-/* The memory that a context of desc takes before any plant: coppice_stats.memory_bytes right after its creation. It depends on
- * compute_raster, pass_times and memory_budget_bytes (a block of device memory is counted ahead), which has to be above it: 1 is allowed
- * here. Instances, plants, the lists and the picture of the compute rasteriser come on top when there are any. Cost: some milliseconds;
- * asks the device, but takes no memory of it, and calls no hook but the log. bytes: out; 0 on an error. errors: as coppice_context_create
- */
-coppice_status coppice_context_cost(const coppice_context_desc* desc, uint64_t* bytes);
+static inline void coppice_context_desc_init(coppice_context_desc* desc) {
+  coppice_struct_init(COPPICE_STRUCT_CONTEXT_DESC, desc, sizeof *desc);
+}
 
 /* The GPU must have finished every command buffer Coppice recorded into. Waits for running jobs and reads. Null is allowed. */
-void coppice_context_destroy(coppice_context* context);
-
-/* Whether all pipelines are built that anything has needed so far. The context asks for the first when it is created, for others when what
- * they draw first comes: wood without a texture, normal maps, leaf meshes, a shadow view, a debug view. Nothing waits for them: what they
- * draw is missing meanwhile, or drawn as it can be (the compute rasteriser's work by the hardware, leaf meshes as quads, normal maps and
- * debug views not at all), and coppice_stats.pipelines_built is below pipelines_wanted. An engine may show a loading screen until the first
- * are ready, with frames or without. One that cannot be built is an error in the log, and what it draws stays away. ready: out; VK_FALSE on
- * an error. errors: COPPICE_ERROR_INVALID_ARGUMENT; else of the first that could not be built: COPPICE_ERROR_OUT_OF_MEMORY,
- * COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
-coppice_status coppice_pipelines_ready(const coppice_context* context, VkBool32* ready);
+COPPICE_API void coppice_context_destroy(coppice_context* context);
 
 /* May be called at any time; takes effect by evicting within the next coppice_frame_begin.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT: below what the context took before any plant */
-coppice_status coppice_set_memory_budget(coppice_context* context, uint64_t bytes);
+COPPICE_API coppice_status coppice_set_memory_budget(coppice_context* context, uint64_t bytes);
 
 /* ---- plants --------------------------------------------------------------------------------------------------------------------- */
 
@@ -295,7 +286,7 @@ typedef struct coppice_plant_info {
   uint32_t struct_size;
   coppice_plant_state state; /* all else but failure and reloading is 0 until it is ready */
   coppice_status failure;    /* of COPPICE_PLANT_FAILED: the error of coppice_plant_open */
-  VkBool32 reloading;        /* what coppice_plant_reload read is not shown yet */
+  uint32_t reloading;        /* what coppice_plant_reload read is not shown yet */
   uint32_t leaf_count;
   uint32_t resident_leaf_count; /* the finest cut that can be drawn now */
   uint32_t page_count;
@@ -313,7 +304,7 @@ typedef struct coppice_plant_info {
  * the front, and for the further tries of one that fails (see coppice_io), so call it while loading or from a thread of your own with the
  * context serialised. Finer detail streams in by itself. COPPICE_ERROR_OUT_OF_MEMORY: where the log says that room is being made, try
  * again in a few frames. */
-coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);
+COPPICE_API coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);
 
 /* The same without waiting: returns a handle at once. coppice_frame_begin goes on with it, while the reads are under way and a job decodes
  * the root page, and coppice_plant_info.state says how far it is; up to eight are read at a time, the others wait for their turn. Instances
@@ -323,29 +314,33 @@ coppice_status coppice_plant_open(coppice_context* context, const char* path, co
  * it back at any time without waiting. Counts for max_plants until it is closed.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_OUT_OF_MEMORY: max_plants are open,
  * or there is no room for one more, as in coppice_plant_open */
-coppice_status coppice_plant_open_async(coppice_context* context, const char* path, coppice_plant* plant);
+COPPICE_API coppice_status coppice_plant_open_async(coppice_context* context, const char* path, coppice_plant* plant);
 
 /* coppice_plant_open of a file that is in memory already, in an archive of the engine's say: chunks are copied from there when they are
  * wanted, and the io hook is not called. bytes: [size], not copied: it stays as it is until the plant is closed, or until a reload from
  * elsewhere is shown (coppice_plant_info.reloading). size: > 0. name: what the log and the trace call it; copied. errors: as
  * coppice_plant_open, but for COPPICE_ERROR_IO */
-coppice_status coppice_plant_open_memory(coppice_context* context, const void* bytes, size_t size, const char* name, coppice_plant* plant);
+COPPICE_API coppice_status coppice_plant_open_memory(coppice_context* context, const void* bytes, size_t size, const char* name,
+                                                     coppice_plant* plant);
 
 /* Removes the plant and all its instances. GPU memory is freed once the GPU is done with it (see coppice_frame). */
-coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant);
+COPPICE_API coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant);
 
 /* Shows what is in a file now: `path`, or where it is null what the plant was opened from, file or memory. Reads the front as
  * coppice_plant_open does, with its errors; COPPICE_ERROR_INVALID_ARGUMENT also for a plant that is not ready. On an error everything stays
  * as it was. Plant and instance handles stay valid, and what was
  * there is drawn until as much of the new file is resident, at most two seconds of frames; until then the plant takes memory twice, and
  * one of four places that a context has for this. A further reload replaces one that is under way. */
-coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path);
+COPPICE_API coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path);
 
 /* The same from memory: bytes, size and name as coppice_plant_open_memory has them. */
-coppice_status coppice_plant_reload_memory(coppice_context* context, coppice_plant plant, const void* bytes, size_t size, const char* name);
+COPPICE_API coppice_status coppice_plant_reload_memory(coppice_context* context, coppice_plant plant, const void* bytes, size_t size,
+                                                       const char* name);
 
-void coppice_plant_info_init(coppice_plant_info* info);
-coppice_status coppice_plant_get_info(const coppice_context* context, coppice_plant plant, coppice_plant_info* info);
+static inline void coppice_plant_info_init(coppice_plant_info* info) {
+  coppice_struct_init(COPPICE_STRUCT_PLANT_INFO, info, sizeof *info);
+}
+COPPICE_API coppice_status coppice_plant_get_info(const coppice_context* context, coppice_plant plant, coppice_plant_info* info);
 
 /* ---- instances ------------------------------------------------------------------------------------------------------------------ */
 
@@ -361,10 +356,10 @@ typedef struct coppice_placement {
  * and a call that fails changes nothing else either. What are added within a frame, after coppice_record_upload, are drawn in the next.
  * COPPICE_ERROR_OUT_OF_MEMORY: more than max_instances, or what holds and draws them finds no room in the memory budget, or the hooks give
  * none; where the log says that room is being made, try again in a few frames. COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL */
-coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements, uint32_t count,
-                                     coppice_instance* instances);
-coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement);
-coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
+COPPICE_API coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements,
+                                                 uint32_t count, coppice_instance* instances);
+COPPICE_API coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement);
+COPPICE_API coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
 
 /* ---- scenes ---------------------------------------------------------------------------------------------------------------------- */
 
@@ -372,10 +367,10 @@ typedef struct coppice_scene_info {
   uint32_t struct_size;
   uint32_t species_count;
   uint32_t tile_count;
+  float square_side;   /* of the square that the plants stand in, metres */
+  float square_min[2]; /* its corner: x and z */
   uint64_t instance_count;
   uint64_t file_bytes;
-  float square_min[2]; /* x and z of the square that the plants stand in, metres */
-  float square_side;
   float height_min; /* of the plants' feet; the same where the ground is flat */
   float height_max;
 } coppice_scene_info;
@@ -388,13 +383,15 @@ typedef struct coppice_scene_info {
  * Placing tiles and opening plants takes about streaming_ms a frame, one of each at least. A context holds one scene. Plants and instances
  * of the engine's own may stand beside it. errors: COPPICE_ERROR_INVALID_ARGUMENT: a scene is open. COPPICE_ERROR_IO,
  * COPPICE_ERROR_BAD_FILE, COPPICE_ERROR_OUT_OF_MEMORY */
-coppice_status coppice_scene_open(coppice_context* context, const char* path, coppice_scene* scene);
+COPPICE_API coppice_status coppice_scene_open(coppice_context* context, const char* path, coppice_scene* scene);
 
 /* Removes the scene's instances and closes its plants. Waits for reads of tiles that are under way. */
-coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene);
+COPPICE_API coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene);
 
-void coppice_scene_info_init(coppice_scene_info* info);
-coppice_status coppice_scene_get_info(const coppice_context* context, coppice_scene scene, coppice_scene_info* info);
+static inline void coppice_scene_info_init(coppice_scene_info* info) {
+  coppice_struct_init(COPPICE_STRUCT_SCENE_INFO, info, sizeof *info);
+}
+COPPICE_API coppice_status coppice_scene_get_info(const coppice_context* context, coppice_scene scene, coppice_scene_info* info);
 
 /* One of the plants that a scene names. */
 typedef struct coppice_scene_plant_info {
@@ -402,10 +399,12 @@ typedef struct coppice_scene_plant_info {
   const char* path;    /* that it is opened by; valid while the scene is open */
   coppice_plant plant; /* 0 while it is not open: no tile has wanted it yet, or it cannot be. May be reloaded; the scene closes it */
 } coppice_scene_plant_info;
-void coppice_scene_plant_info_init(coppice_scene_plant_info* info);
+static inline void coppice_scene_plant_info_init(coppice_scene_plant_info* info) {
+  coppice_struct_init(COPPICE_STRUCT_SCENE_PLANT_INFO, info, sizeof *info);
+}
 /* species: < coppice_scene_info.species_count */
-coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_scene scene, uint32_t species,
-                                       coppice_scene_plant_info* info);
+COPPICE_API coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_scene scene, uint32_t species,
+                                                   coppice_scene_plant_info* info);
 
 /* ---- views ----------------------------------------------------------------------------------------------------------------------- */
 
@@ -419,28 +418,21 @@ typedef enum coppice_output {
 
 typedef struct coppice_view_desc {
   uint32_t struct_size;
-  coppice_output output;     /* default COPPICE_OUTPUT_LIT */
-  VkFormat color_format;     /* of the attachment coppice_record_draw draws to, no integers; shaded colour is linear. Of
-                                COPPICE_OUTPUT_DEPTH VK_FORMAT_UNDEFINED */
-  VkFormat depth_format;     /* with depth; no stencil attachment may be bound while drawing */
-  VkCompareOp depth_compare; /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
-  VkSampleCountFlagBits samples;
+  coppice_output output; /* default COPPICE_OUTPUT_LIT */
 } coppice_view_desc;
-void coppice_view_desc_init(coppice_view_desc* desc);
+static inline void coppice_view_desc_init(coppice_view_desc* desc) {
+  coppice_struct_init(COPPICE_STRUCT_VIEW_DESC, desc, sizeof *desc);
+}
 
-/* Pipelines are shared by views of the same formats; the first of their kind has some built (coppice_pipelines_ready). A view takes about
- * 64 bytes an instance slot and 1.5 KB a plant, draw commands of up to a 64th of the memory budget and, with compute_raster, 8 bytes a
- * pixel. cost: some milliseconds, and pipelines by jobs. errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_UNSUPPORTED: a format or
- * samples; COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
-coppice_status coppice_view_create(coppice_context* context, const coppice_view_desc* desc, coppice_view* view);
+/* Views are created by coppice_vulkan_view_create. */
 
 /* Its memory goes once the GPU has finished the frames that drew it (see coppice_frame); not within a frame that shows it, whose commands
  * are still to be recorded. coppice_context_destroy destroys all. */
-coppice_status coppice_view_destroy(coppice_context* context, coppice_view view);
+COPPICE_API coppice_status coppice_view_destroy(coppice_context* context, coppice_view view);
 
 /* settled: out; 1 once everything that the view, and those that share its place in streaming, wanted in the last coppice_frame_begin and
  * can have is there: plants that are being opened, tiles of the scene, chunks. It says nothing of pipelines (coppice_pipelines_ready). */
-coppice_status coppice_is_settled(const coppice_context* context, coppice_view view, uint32_t* settled);
+COPPICE_API coppice_status coppice_is_settled(const coppice_context* context, coppice_view view, uint32_t* settled);
 
 /* ---- frame ---------------------------------------------------------------------------------------------------------------------- */
 
@@ -493,7 +485,9 @@ typedef struct coppice_camera {
    * and the average shows what lies behind. Not for shadow maps that are kept. */
   uint32_t temporal_frame;
 } coppice_camera;
-void coppice_camera_init(coppice_camera* camera);
+static inline void coppice_camera_init(coppice_camera* camera) {
+  coppice_struct_init(COPPICE_STRUCT_CAMERA, camera, sizeof *camera);
+}
 
 /* A square of the sun's view that holds a sphere, and what stands between it and the sun for three radii more. */
 typedef struct coppice_sun_desc {
@@ -503,13 +497,16 @@ typedef struct coppice_sun_desc {
   float radius_m;         /* 1e-6 to 1e8 */
   uint32_t size_px;       /* 1 to what the device draws */
 } coppice_sun_desc;
-void coppice_sun_desc_init(coppice_sun_desc* desc);
+static inline void coppice_sun_desc_init(coppice_sun_desc* desc) {
+  coppice_struct_init(COPPICE_STRUCT_SUN_DESC, desc, sizeof *desc);
+}
 
 /* Fills the camera of a view of COPPICE_OUTPUT_DEPTH: the sun from 40 radii away, as perspective that is parallel to within 1.5
  * degrees, since the compute rasteriser draws no other. Its error_px is the default, in px of the map; width_px / (2 radius_m) px are a
  * metre. A centre that moves by whole steps of the map keeps edges of shadows still.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT */
-coppice_status coppice_sun_camera(const coppice_context* context, coppice_view view, const coppice_sun_desc* desc, coppice_camera* camera);
+COPPICE_API coppice_status coppice_sun_camera(const coppice_context* context, coppice_view view, const coppice_sun_desc* desc,
+                                              coppice_camera* camera);
 
 typedef struct coppice_frame {
   uint32_t struct_size;
@@ -517,64 +514,18 @@ typedef struct coppice_frame {
   uint64_t completed_number;     /* the GPU has finished every frame up to this one; 0 for none yet. Below frame_number, and never falls */
   const coppice_camera* cameras; /* [camera_count], one for each view that is drawn; read within the call */
   uint32_t camera_count;         /* may be 0: then nothing is drawn, and nothing wanted */
-  uint32_t camera_bytes; /* from one to the next: sizeof(coppice_camera) as the engine was compiled with. coppice_frame_init sets it */
+  uint32_t camera_bytes; /* from one to the next: sizeof(coppice_camera) as the program was compiled with. coppice_frame_init sets it */
 } coppice_frame;
-void coppice_frame_init(coppice_frame* frame);
+static inline void coppice_frame_init(coppice_frame* frame) {
+  coppice_struct_init(COPPICE_STRUCT_FRAME, frame, sizeof *frame);
+  if (frame != NULL) frame->camera_bytes = (uint32_t)sizeof(coppice_camera);
+}
 
 /* Collects finished reads and decodes, decides what to load and evict for all its views together, starts reads and jobs. Never blocks.
  * Streaming wants of a plant the most that any of the views wants. Views of COPPICE_OUTPUT_LIT are taken apart in three lots, in the order
  * of their creation, those of COPPICE_OUTPUT_DEPTH in one more; views of a lot are streamed for at the lowest threshold of them.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST */
-coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame);
-
-/* Records copies of changed instances and newly decoded pages, and takes the memory that the frame's views need.
- * before: coppice_frame_begin, once for each call. after: everything visible to coppice_record_cull and _draw. queue: graphics.
- * errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY, or
- * COPPICE_ERROR_INTERNAL where the driver fails otherwise: nothing is drawn in this frame; the commands must be submitted all the same, and
- * the next frame tries again. COPPICE_ERROR_DEVICE_LOST */
-coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd);
-
-#define COPPICE_MAX_SHADOW_MAPS 3u
-
-/* A shadow map: depth as a view of COPPICE_OUTPUT_DEPTH, or the engine itself, has drawn it, with reversed depth or not as the view that
- * it falls on has it. */
-typedef struct coppice_shadow_map {
-  VkImageView
-      image; /* 2D, depth; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE, VERTEX and FRAGMENT_SHADER / SHADER_SAMPLED_READ */
-  float clip_from_world[16]; /* that it was drawn with; has an inverse */
-} coppice_shadow_map;
-
-/* Of COPPICE_OUTPUT_LIT. */
-typedef struct coppice_light {
-  uint32_t struct_size;
-  float sun_direction[3]; /* unit, towards the sun, world space */
-  float sun_color[3];     /* linear radiance; 0 to 1e9, here and below */
-  float sky_color[3];     /* linear ambient from above */
-  float ground_color[3];  /* linear ambient from below */
-  float fog_color[3];
-  float fog_density; /* 1/m, 0 to 1e6; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
-  /* What the sun does not reach: the first map that holds a place says. Plants look where the sun's ray enters the sphere about
-   * them, so that what shades them is other plants, terrain and buildings; how a crown shades itself Coppice knows without a map. 0, the
-   * default: all is in the sun. An image must live until the GPU has finished the frame. */
-  uint32_t shadow_map_count;
-  coppice_shadow_map shadow_maps[COPPICE_MAX_SHADOW_MAPS];
-} coppice_light;
-void coppice_light_init(coppice_light* light);
-
-/* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics; any command buffer of the frame
- * that is submitted after the upload's. thread: culls and draws of different views may be recorded at the same time.
- * light: null stands for a default one, as for shadow maps, which have none.
- * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT; so too for a view that the frame did not begin
- * with. Where the compute rasteriser's picture or the shadow maps find no memory the frame goes on without, and the log says so once; what
- * has no pipeline yet is left out (coppice_pipelines_ready). COPPICE_ERROR_DEVICE_LOST
- * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
-coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, coppice_view view, const coppice_light* light);
-
-/* Records the draws of a view. Inside dynamic rendering with the formats of its desc; sets viewport and scissor to the view's, binds its
- * own pipelines and descriptor sets (the engine must rebind its own). queue: graphics. thread: as coppice_record_cull.
- * before: coppice_record_cull of the view in the same frame, submitted before; else COPPICE_ERROR_INVALID_ARGUMENT. Culls and draws of
- * other views may stand between. */
-coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view);
+COPPICE_API coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame);
 
 /* ---- statistics ----------------------------------------------------------------------------------------------------------------- */
 
@@ -634,8 +585,10 @@ typedef struct coppice_stats {
   uint32_t scene_species_failed; /* plants that it names, but that could not be opened or may not be: their instances are left out */
   float scene_threshold_px;      /* above 1 where not all that is larger than a pixel fits */
 } coppice_stats;
-void coppice_stats_init(coppice_stats* stats);
-coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);
+static inline void coppice_stats_init(coppice_stats* stats) {
+  coppice_struct_init(COPPICE_STRUCT_STATS, stats, sizeof *stats);
+}
+COPPICE_API coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);
 
 /* Of a view. */
 typedef struct coppice_view_stats {
@@ -651,8 +604,10 @@ typedef struct coppice_view_stats {
                          and then it decides what is drawn too, or the memory budget; 0: every leaf. Of the last frame that showed it */
   float pass_ms[COPPICE_PASS_COUNT]; /* GPU time of a recent frame, the upload's that of all views; 0 without pass_times */
 } coppice_view_stats;
-void coppice_view_stats_init(coppice_view_stats* stats);
-coppice_status coppice_get_view_stats(const coppice_context* context, coppice_view view, coppice_view_stats* stats);
+static inline void coppice_view_stats_init(coppice_view_stats* stats) {
+  coppice_struct_init(COPPICE_STRUCT_VIEW_STATS, stats, sizeof *stats);
+}
+COPPICE_API coppice_status coppice_get_view_stats(const coppice_context* context, coppice_view view, coppice_view_stats* stats);
 
 #ifdef __cplusplus
 }

@@ -117,7 +117,7 @@ Given given(Functions... functions) {
 }  // namespace
 
 coppice_allocator default_allocator() {
-  return {nullptr, allocate_with_malloc, free_with_malloc};
+  return {sizeof(coppice_allocator), nullptr, allocate_with_malloc, free_with_malloc};
 }
 
 Result<HookArray<char>> copied_text(std::string_view text, const coppice_allocator& allocator) {
@@ -128,9 +128,9 @@ Result<HookArray<char>> copied_text(std::string_view text, const coppice_allocat
 
 Result<void> check_hooks(const Hooks& wanted) {
   if (given(wanted.allocator.allocate, wanted.allocator.free) == Given::partly)
-    return Error{Status::invalid_argument, "allocator hook: one of allocate, free is null"};
+    return Error{Status::invalid_argument, "desc.allocator: one of allocate, free is null"};
   if (given(wanted.io.open, wanted.io.close, wanted.io.read) == Given::partly)
-    return Error{Status::invalid_argument, "io hook: one of open, close, read is null"};
+    return Error{Status::invalid_argument, "desc.io: one of open, close, read is null"};
   return {};
 }
 
@@ -154,9 +154,10 @@ Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
     COPPICE_TRY(pool, ThreadPool::create(0));
     set.defaults->pool = std::move(pool);
   }
-  if (jobs == Given::none) set.hooks.jobs = {set.defaults.get(), submit_to_pool};
+  if (jobs == Given::none) set.hooks.jobs = {sizeof(coppice_jobs), set.defaults.get(), submit_to_pool};
   set.real_files = io == Given::none;
-  if (io == Given::none) set.hooks.io = {set.defaults.get(), open_file, close_file, by_uring ? read_by_uring : read_on_pool};
+  if (io == Given::none)
+    set.hooks.io = {sizeof(coppice_io), set.defaults.get(), open_file, close_file, by_uring ? read_by_uring : read_on_pool};
   return set;
 }
 

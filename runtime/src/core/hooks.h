@@ -63,9 +63,10 @@ inline std::uint64_t trace_start(const coppice_trace& trace) {
   return trace.span != nullptr ? now_ns() : 0;
 }
 
-/// Ends a span that trace_start began, if somebody traces. span: without its end
+/// Ends a span that trace_start began, if somebody traces. span: without its size and end
 inline void trace_end(const coppice_trace& trace, coppice_trace_span span) {
   if (trace.span == nullptr) return;
+  span.struct_size = sizeof span;
   span.end_ns = now_ns();
   trace.span(trace.user, &span);
 }

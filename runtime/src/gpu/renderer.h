@@ -11,7 +11,7 @@
 #include <memory>
 #include <span>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "device.h"
 #include "garbage.h"
 #include "growing_buffers.h"

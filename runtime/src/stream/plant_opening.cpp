@@ -66,7 +66,8 @@ Result<void> take_front(PlantOpening& opening) {
 
 namespace {
 
-constexpr coppice_jobs kInline{nullptr, [](void*, void (*function)(void* argument), void* argument) { function(argument); }};
+constexpr coppice_jobs kInline{sizeof(coppice_jobs), nullptr,
+                               [](void*, void (*function)(void* argument), void* argument) { function(argument); }};
 
 /// A pinned chunk out of the front of the file, ready for a job.
 Result<void> prepare_pinned(PlantOpening& opening, Chunk& chunk, Transfer& transfer) {

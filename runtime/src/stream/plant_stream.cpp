@@ -139,7 +139,7 @@ coppice_io memory_io(std::span<const std::uint8_t>& bytes) {
     std::ranges::copy(taken, static_cast<std::uint8_t*>(destination));
     done(argument, static_cast<std::int64_t>(taken.size()));
   };
-  return {&bytes, open, [](void*, std::int64_t) {}, read};
+  return {sizeof(coppice_io), &bytes, open, [](void*, std::int64_t) {}, read};
 }
 
 }  // namespace

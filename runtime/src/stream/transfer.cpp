@@ -8,7 +8,7 @@ namespace {
 
 void trace_transfer(const Transfer& transfer, coppice_trace_kind kind, std::uint64_t start_ns) {
   const PlantStream& plant = *transfer.plant;
-  trace_end(plant.hooks.trace, {kind, plant.path.data(), chunk_kind_name(transfer.chunk->id.kind), transfer.chunk->id.index,
+  trace_end(plant.hooks.trace, {0, kind, plant.path.data(), chunk_kind_name(transfer.chunk->id.kind), transfer.chunk->id.index,
                                 plant.file_chunk(*transfer.chunk).bytes, start_ns, 0});
 }
 

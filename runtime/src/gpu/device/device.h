@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "coppice/coppice.h"
 #include "coppice/format.h"
+#include "coppice/vulkan.h"
 #include "device_memory.h"
 #include "functions.h"
 #include "result.h"
@@ -30,7 +30,7 @@ struct Device {
   DeviceMemory memory;
 };
 
-/// Loads the functions and checks that the physical device has the features of coppice_context_desc.device.
+/// Loads the functions and checks that the physical device has the features of coppice_vulkan_desc.device.
 /// errors  unsupported, naming every feature that is missing
 Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device, VkDevice device,
                            PFN_vkGetInstanceProcAddr get_instance_proc_addr);

@@ -139,7 +139,7 @@ Result<coppice_memory_block> allocate_by_vulkan(Device& device, const VkMemoryRe
                                   .pNext = wanted & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT ? &flags : nullptr,
                                   .allocationSize = requirements.size,
                                   .memoryTypeIndex = type};
-  coppice_memory_block block{.memory_type = type};
+  coppice_memory_block block{.struct_size = sizeof block, .memory_type = type};
   COPPICE_CHECK(check(device, device.vk.vkAllocateMemory(device.device, &info, nullptr, &block.memory), "vkAllocateMemory"));
   if (!(wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) return block;
   const auto mapped = check(device, device.vk.vkMapMemory(device.device, block.memory, 0, VK_WHOLE_SIZE, 0, &block.mapped), "vkMapMemory");
@@ -158,8 +158,9 @@ void free_source(Device& device, const coppice_memory_block& source) {
 
 Result<coppice_memory_block> allocate_by_hook(Device& device, const VkMemoryRequirements& requirements, VkMemoryPropertyFlags wanted) {
   const coppice_device_memory& hook = device.memory.hook;
-  coppice_memory_block block{};
+  coppice_memory_block block{.struct_size = sizeof(coppice_memory_block)};
   COPPICE_CHECK(check(device, hook.allocate(hook.user, &requirements, wanted, &block), "device_memory.allocate"));
+  block.struct_size = sizeof block;  // the engine may have overwritten the whole struct
   const char* problem = nullptr;
   if (block.memory == VK_NULL_HANDLE)
     problem = "memory is null";

@@ -8,7 +8,7 @@
 
 #include <vulkan/vulkan_core.h>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "ledger.h"
 #include "result.h"
 

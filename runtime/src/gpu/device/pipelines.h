@@ -10,7 +10,7 @@
 #include <mutex>
 #include <span>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "device.h"
 #include "result.h"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "coppice_shared.h"
 #include "hooks.h"
 #include "instance_blocks.h"

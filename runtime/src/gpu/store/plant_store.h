@@ -7,7 +7,7 @@
 #include <memory>
 #include <span>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "coppice_shared.h"
 #include "crown_light.h"
 #include "mesh_clusters.h"

@@ -16,7 +16,7 @@ constexpr bool is_depth_alone(const AttachmentDesc& attachments) {
   return attachments.color_format == VK_FORMAT_UNDEFINED;
 }
 
-/// Whether pipelines for these attachments can work, by field of coppice_view_target.
+/// Whether pipelines for these attachments can work, by field of coppice_vulkan_view_desc.
 /// errors  invalid_argument: an integer colour format, a depth format without depth; unsupported: this device does not do it
 Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments);
 

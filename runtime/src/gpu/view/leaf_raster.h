@@ -9,7 +9,7 @@
 #include <optional>
 #include <span>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "device.h"
 #include "gpu_timer.h"
 #include "growing_buffers.h"

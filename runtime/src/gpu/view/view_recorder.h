@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
 #include "draw_lists.h"
 #include "gpu_timer.h"
 #include "leaf_raster.h"

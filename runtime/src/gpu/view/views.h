@@ -84,10 +84,10 @@ class Views {
   const PlantStore& plants_;
   ViewsDesc desc_;
   Passes passes_;
-  std::vector<DrawPipelines> draws_;      ///< one for each kind of attachments that a view has had
+  std::vector<DrawPipelines> draws_;       ///< one for each kind of attachments that a view has had
   std::array<bool, kDrawKinds> needed_{};  ///< by a plant that is there or was
   DrawLists lists_;
-  std::unique_ptr<LeafRaster> raster_;  ///< null: everything is drawn by the hardware
+  std::unique_ptr<LeafRaster> raster_;                ///< null: everything is drawn by the hardware
   std::vector<std::unique_ptr<ViewRecorder>> views_;  ///< by index; null: free
   std::vector<Removed> removed_;
   std::vector<Buffer*> commands_;  ///< scratch

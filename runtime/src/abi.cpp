@@ -1,0 +1,187 @@
+#include "abi.h"
+
+#include <algorithm>
+
+namespace coppice {
+namespace {
+
+/// theirs: not null
+std::uint32_t size_of(const void* theirs) {
+  std::uint32_t bytes = 0;
+  std::memcpy(&bytes, theirs, sizeof bytes);
+  return bytes;
+}
+
+template <class T>
+void init_struct(void* theirs, std::uint32_t bytes) {
+  std::memcpy(theirs, &bytes, sizeof bytes);
+  write_struct(struct_defaults<T>(), static_cast<T*>(theirs));
+}
+
+}  // namespace
+
+template <>
+coppice_context_desc struct_defaults() {
+  coppice_context_desc desc{};
+  desc.struct_size = sizeof desc;
+  desc.max_instances = 16777216;
+  desc.max_plants = 65536;
+  desc.memory_budget_bytes = 256ull << 20;
+  desc.streaming_ms = 1.0f;
+  desc.prefetch_frames = 20.0f;
+  return desc;
+}
+
+template <>
+coppice_vulkan_desc struct_defaults() {
+  coppice_vulkan_desc desc{};
+  desc.struct_size = sizeof desc;
+  desc.compute_raster = VK_TRUE;
+  return desc;
+}
+
+template <>
+coppice_camera struct_defaults() {
+  coppice_camera camera{};
+  camera.struct_size = sizeof camera;
+  camera.error_px = 2.0f;
+  camera.lod = COPPICE_LOD_CUT;
+  for (int i = 0; i < 16; i += 5) camera.view_from_world[i] = camera.clip_from_view[i] = 1.0f;
+  return camera;
+}
+
+template <>
+coppice_sun_desc struct_defaults() {
+  coppice_sun_desc desc{};
+  desc.struct_size = sizeof desc;
+  desc.sun_direction[1] = 1.0f;
+  return desc;
+}
+
+template <>
+coppice_frame struct_defaults() {
+  coppice_frame frame{};
+  frame.struct_size = sizeof frame;
+  frame.camera_bytes = sizeof(coppice_camera);
+  return frame;
+}
+
+template <>
+coppice_vulkan_view_desc struct_defaults() {
+  coppice_vulkan_view_desc desc{};
+  desc.struct_size = sizeof desc;
+  desc.depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
+  desc.samples = VK_SAMPLE_COUNT_1_BIT;
+  return desc;
+}
+
+template <>
+coppice_light struct_defaults() {
+  coppice_light light{};
+  light.struct_size = sizeof light;
+  light.sun_direction[1] = 1.0f;
+  for (int i = 0; i < 3; ++i) {
+    light.sun_color[i] = 3.0f;
+    light.sky_color[i] = 0.6f;
+    light.ground_color[i] = 0.2f;
+  }
+  light.shadow_map_bytes = sizeof(coppice_shadow_map);
+  return light;
+}
+
+std::string struct_size_problem(const void* theirs, const char* name) {
+  if (theirs == nullptr) return std::string(name) + " is null";
+  const std::uint32_t bytes = size_of(theirs);
+  if (bytes >= sizeof bytes && bytes <= kMostStructBytes && bytes % alignof(std::uint32_t) == 0) return {};
+  return std::string(name) + ".struct_size is " + std::to_string(bytes) + ": call its _init function";
+}
+
+std::string unknown_record_bytes_problem(const void* record, std::size_t known_bytes, std::size_t bytes, const std::string& name) {
+  for (std::size_t i = known_bytes; i < bytes; ++i)
+    if (static_cast<const unsigned char*>(record)[i] != 0)
+      return name + ": byte " + std::to_string(i) + " is not 0, and this version of the library knows the first " +
+             std::to_string(known_bytes) + " alone";
+  return {};
+}
+
+std::string unknown_bytes_problem(const void* theirs, std::size_t known_bytes, const char* name) {
+  return unknown_record_bytes_problem(theirs, known_bytes, size_of(theirs), name);
+}
+
+std::string records_problem(const void* records, std::size_t count, std::uint32_t bytes, const char* name) {
+  if (count == 0) return {};
+  if (records == nullptr) return std::string(name) + " is null";
+  if (bytes >= sizeof(std::uint32_t) && bytes <= kMostStructBytes && bytes % alignof(std::uint32_t) == 0) return {};
+  return std::string(name) + " are " + std::to_string(bytes) + " bytes apart: give the size of one";
+}
+
+void write_bytes(const void* ours, std::size_t our_bytes, void* theirs) {
+  const std::uint32_t size = size_of(theirs);
+  const std::size_t known = std::min<std::size_t>(our_bytes, size);
+  std::memcpy(theirs, ours, known);
+  std::memset(static_cast<unsigned char*>(theirs) + known, 0, size - known);
+  std::memcpy(theirs, &size, sizeof size);
+}
+
+}  // namespace coppice
+
+void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
+  if (data == nullptr || bytes < sizeof(uint32_t) || bytes > coppice::kMostStructBytes) return;
+  const auto size = static_cast<uint32_t>(bytes);
+  switch (kind) {
+    case COPPICE_STRUCT_CONTEXT_DESC:
+      return coppice::init_struct<coppice_context_desc>(data, size);
+    case COPPICE_STRUCT_ALLOCATOR:
+      return coppice::init_struct<coppice_allocator>(data, size);
+    case COPPICE_STRUCT_JOBS:
+      return coppice::init_struct<coppice_jobs>(data, size);
+    case COPPICE_STRUCT_IO:
+      return coppice::init_struct<coppice_io>(data, size);
+    case COPPICE_STRUCT_LOG:
+      return coppice::init_struct<coppice_log>(data, size);
+    case COPPICE_STRUCT_TRACE:
+      return coppice::init_struct<coppice_trace>(data, size);
+    case COPPICE_STRUCT_PLANT_INFO:
+      return coppice::init_struct<coppice_plant_info>(data, size);
+    case COPPICE_STRUCT_SCENE_INFO:
+      return coppice::init_struct<coppice_scene_info>(data, size);
+    case COPPICE_STRUCT_SCENE_PLANT_INFO:
+      return coppice::init_struct<coppice_scene_plant_info>(data, size);
+    case COPPICE_STRUCT_STATS:
+      return coppice::init_struct<coppice_stats>(data, size);
+    case COPPICE_STRUCT_VIEW_DESC:
+      return coppice::init_struct<coppice_view_desc>(data, size);
+    case COPPICE_STRUCT_CAMERA:
+      return coppice::init_struct<coppice_camera>(data, size);
+    case COPPICE_STRUCT_SUN_DESC:
+      return coppice::init_struct<coppice_sun_desc>(data, size);
+    case COPPICE_STRUCT_FRAME:
+      return coppice::init_struct<coppice_frame>(data, size);
+    case COPPICE_STRUCT_VIEW_STATS:
+      return coppice::init_struct<coppice_view_stats>(data, size);
+    case COPPICE_STRUCT_MAX_ENUM:
+      break;
+  }
+  // A kind of a later version: all 0.
+  std::memset(data, 0, bytes);
+  std::memcpy(data, &size, sizeof size);
+}
+
+void coppice_vulkan_struct_init(coppice_vulkan_struct kind, void* data, size_t bytes) {
+  if (data == nullptr || bytes < sizeof(uint32_t) || bytes > coppice::kMostStructBytes) return;
+  const auto size = static_cast<uint32_t>(bytes);
+  switch (kind) {
+    case COPPICE_VULKAN_STRUCT_DESC:
+      return coppice::init_struct<coppice_vulkan_desc>(data, size);
+    case COPPICE_VULKAN_STRUCT_DEVICE_MEMORY:
+      return coppice::init_struct<coppice_device_memory>(data, size);
+    case COPPICE_VULKAN_STRUCT_VIEW_DESC:
+      return coppice::init_struct<coppice_vulkan_view_desc>(data, size);
+    case COPPICE_VULKAN_STRUCT_LIGHT:
+      return coppice::init_struct<coppice_light>(data, size);
+    case COPPICE_VULKAN_STRUCT_MAX_ENUM:
+      break;
+  }
+  std::memset(data, 0, bytes);
+  std::memcpy(data, &size, sizeof size);
+}

@@ -1,0 +1,77 @@
+#pragma once
+
+// Structs of programs that were compiled with another version of the public headers: theirs may be smaller or larger than ours. Every
+// struct that the API reads or fills goes through here, so that the rest of the library sees structs of its own size alone.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "coppice/vulkan.h"
+
+namespace coppice {
+
+/// No struct of ours is larger, and none will be: a size above it was never set.
+inline constexpr std::size_t kMostStructBytes = 4096;
+
+/// What the *_init function of a public struct sets.
+template <class T>
+T struct_defaults() {
+  T defaults{};
+  defaults.struct_size = sizeof(T);
+  return defaults;
+}
+template <>
+coppice_context_desc struct_defaults();
+template <>
+coppice_vulkan_desc struct_defaults();
+template <>
+coppice_camera struct_defaults();
+template <>
+coppice_sun_desc struct_defaults();
+template <>
+coppice_frame struct_defaults();
+template <>
+coppice_vulkan_view_desc struct_defaults();
+template <>
+coppice_light struct_defaults();
+
+/// name  of the argument, for the log. What is wrong with the size of a struct, which may be null; empty: nothing.
+std::string struct_size_problem(const void* theirs, const char* name);
+/// What is wrong with bytes behind the first `known_bytes` of a larger struct, of which all must be 0; empty: nothing.
+std::string unknown_bytes_problem(const void* theirs, std::size_t known_bytes, const char* name);
+std::string unknown_record_bytes_problem(const void* record, std::size_t known_bytes, std::size_t bytes, const std::string& name);
+
+/// Reads a program's struct, which may be null; what it does not have gets its default. Returns what is wrong with it, or an empty string;
+/// `ours` then has what could be read.
+template <class T>
+std::string read_struct(const T* theirs, const char* name, T& ours) {
+  ours = struct_defaults<T>();
+  std::string problem = struct_size_problem(theirs, name);
+  if (theirs == nullptr || !problem.empty()) return problem;
+  std::uint32_t bytes = 0;
+  std::memcpy(&bytes, theirs, sizeof bytes);
+  std::memcpy(static_cast<void*>(&ours), theirs, bytes < sizeof(T) ? bytes : sizeof(T));
+  ours.struct_size = sizeof(T);
+  return unknown_bytes_problem(theirs, sizeof(T), name);
+}
+
+/// What is wrong with an array of records that a program has `bytes` apart; empty: nothing. records: may be null where there are none
+std::string records_problem(const void* records, std::size_t count, std::uint32_t bytes, const char* name);
+/// Reads record `index`, which has no struct_size. ours: with defaults. Returns as read_struct. before: records_problem() has none
+template <class T>
+std::string read_record(const void* records, std::size_t index, std::uint32_t bytes, const char* name, T& ours) {
+  const auto* record = static_cast<const unsigned char*>(records) + index * bytes;
+  std::memcpy(static_cast<void*>(&ours), record, bytes < sizeof(T) ? bytes : sizeof(T));
+  return unknown_record_bytes_problem(record, sizeof(T), bytes, std::string(name) + "[" + std::to_string(index) + "]");
+}
+
+/// Copies `ours` to a program's struct as far as that goes, and zeros what is behind it. theirs: struct_size_problem() has none
+void write_bytes(const void* ours, std::size_t our_bytes, void* theirs);
+template <class T>
+void write_struct(const T& ours, T* theirs) {
+  write_bytes(&ours, sizeof(T), theirs);
+}
+
+}  // namespace coppice

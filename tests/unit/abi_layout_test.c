@@ -1,0 +1,228 @@
+/* The layout of every struct of the public headers, on platforms with 64-bit pointers: a field that moves breaks every program that was
+ * compiled before. New fields go to the end of a struct, and get a line here; a line that is here is never changed. The last field
+ * ends where its struct ends: what the library reads must not lie where older programs have padding, which may hold anything. */
+
+#ifdef __cplusplus
+#error "this test is about C"
+#endif
+
+#include <stddef.h>
+
+#include "coppice/coppice.h"
+#include "coppice/vulkan.h"
+
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+#define CHECK(condition) typedef char JOIN(check_, __LINE__)[(condition) ? 1 : -1] __attribute__((unused))
+#define FIELD(type, field, at) CHECK(offsetof(type, field) == (at))
+#define LAST_FIELD(type, field, at, size) \
+  CHECK(offsetof(type, field) == (at) && (at) + sizeof(((type*)0)->field) == (size) && sizeof(type) == (size))
+
+CHECK(sizeof(void*) == 8);
+CHECK(sizeof(coppice_status) == 4);
+
+FIELD(coppice_allocator, struct_size, 0);
+FIELD(coppice_allocator, user, 8);
+FIELD(coppice_allocator, allocate, 16);
+LAST_FIELD(coppice_allocator, free, 24, 32);
+
+FIELD(coppice_jobs, struct_size, 0);
+FIELD(coppice_jobs, user, 8);
+LAST_FIELD(coppice_jobs, submit, 16, 24);
+
+FIELD(coppice_io, struct_size, 0);
+FIELD(coppice_io, user, 8);
+FIELD(coppice_io, open, 16);
+FIELD(coppice_io, close, 24);
+LAST_FIELD(coppice_io, read, 32, 40);
+
+FIELD(coppice_log, struct_size, 0);
+FIELD(coppice_log, user, 8);
+LAST_FIELD(coppice_log, write, 16, 24);
+
+FIELD(coppice_trace_span, struct_size, 0);
+FIELD(coppice_trace_span, kind, 4);
+FIELD(coppice_trace_span, path, 8);
+FIELD(coppice_trace_span, chunk, 16);
+FIELD(coppice_trace_span, index, 24);
+FIELD(coppice_trace_span, bytes, 32);
+FIELD(coppice_trace_span, start_ns, 40);
+LAST_FIELD(coppice_trace_span, end_ns, 48, 56);
+
+FIELD(coppice_trace, struct_size, 0);
+FIELD(coppice_trace, user, 8);
+LAST_FIELD(coppice_trace, span, 16, 24);
+
+FIELD(coppice_context_desc, struct_size, 0);
+FIELD(coppice_context_desc, max_instances, 4);
+FIELD(coppice_context_desc, max_plants, 8);
+FIELD(coppice_context_desc, allow_outside, 12);
+FIELD(coppice_context_desc, memory_budget_bytes, 16);
+FIELD(coppice_context_desc, allocator, 24);
+FIELD(coppice_context_desc, jobs, 32);
+FIELD(coppice_context_desc, io, 40);
+FIELD(coppice_context_desc, log, 48);
+FIELD(coppice_context_desc, trace, 56);
+FIELD(coppice_context_desc, asset_root, 64);
+FIELD(coppice_context_desc, streaming_ms, 72);
+LAST_FIELD(coppice_context_desc, prefetch_frames, 76, 80);
+
+FIELD(coppice_plant_info, struct_size, 0);
+FIELD(coppice_plant_info, state, 4);
+FIELD(coppice_plant_info, failure, 8);
+FIELD(coppice_plant_info, reloading, 12);
+FIELD(coppice_plant_info, leaf_count, 16);
+FIELD(coppice_plant_info, resident_leaf_count, 20);
+FIELD(coppice_plant_info, page_count, 24);
+FIELD(coppice_plant_info, resident_page_count, 28);
+FIELD(coppice_plant_info, wood_lod_count, 32);
+FIELD(coppice_plant_info, wood_triangle_count, 36);
+FIELD(coppice_plant_info, sphere_center, 40);
+FIELD(coppice_plant_info, sphere_radius, 52);
+FIELD(coppice_plant_info, file_bytes, 56);
+FIELD(coppice_plant_info, name, 64);
+FIELD(coppice_plant_info, box_min, 128);
+LAST_FIELD(coppice_plant_info, box_max, 140, 152);
+
+FIELD(coppice_placement, position, 0);
+FIELD(coppice_placement, scale, 12);
+FIELD(coppice_placement, rotation, 16);
+LAST_FIELD(coppice_placement, tint, 32, 44);
+
+FIELD(coppice_scene_info, struct_size, 0);
+FIELD(coppice_scene_info, species_count, 4);
+FIELD(coppice_scene_info, tile_count, 8);
+FIELD(coppice_scene_info, square_side, 12);
+FIELD(coppice_scene_info, square_min, 16);
+FIELD(coppice_scene_info, instance_count, 24);
+FIELD(coppice_scene_info, file_bytes, 32);
+FIELD(coppice_scene_info, height_min, 40);
+LAST_FIELD(coppice_scene_info, height_max, 44, 48);
+
+FIELD(coppice_scene_plant_info, struct_size, 0);
+FIELD(coppice_scene_plant_info, path, 8);
+LAST_FIELD(coppice_scene_plant_info, plant, 16, 24);
+
+/* Part of coppice_stats, so that it cannot grow; 4 bytes of padding at its end. */
+FIELD(coppice_streamed_stats, loaded, 0);
+FIELD(coppice_streamed_stats, evicted, 8);
+FIELD(coppice_streamed_stats, failed, 16);
+FIELD(coppice_streamed_stats, cancelled, 24);
+FIELD(coppice_streamed_stats, in_flight, 32);
+FIELD(coppice_streamed_stats, wanted, 36);
+FIELD(coppice_streamed_stats, queued, 40);
+CHECK(sizeof(coppice_streamed_stats) == 48);
+
+FIELD(coppice_stats, struct_size, 0);
+FIELD(coppice_stats, instance_count, 4);
+FIELD(coppice_stats, source_leaf_count, 8);
+FIELD(coppice_stats, memory_budget_bytes, 16);
+FIELD(coppice_stats, memory_bytes, 24);
+FIELD(coppice_stats, memory_peak_bytes, 32);
+FIELD(coppice_stats, device_allocations, 40);
+FIELD(coppice_stats, streamed, 48);
+FIELD(coppice_stats, bytes_read, 288);
+FIELD(coppice_stats, decode_ms, 296);
+FIELD(coppice_stats, pipelines_wanted, 304);
+FIELD(coppice_stats, pipelines_built, 308);
+FIELD(coppice_stats, scene_instance_count, 312);
+FIELD(coppice_stats, scene_tile_count, 320);
+FIELD(coppice_stats, scene_tiles_resident, 324);
+FIELD(coppice_stats, scene_tiles_wanted, 328);
+FIELD(coppice_stats, scene_tiles_missing, 332);
+FIELD(coppice_stats, scene_tiles_failed, 336);
+FIELD(coppice_stats, scene_species_failed, 340);
+FIELD(coppice_stats, scene_threshold_px, 344);
+CHECK(sizeof(coppice_stats) == 352); /* the library fills it: padding at its end does no harm */
+
+FIELD(coppice_view_stats, struct_size, 0);
+FIELD(coppice_view_stats, visible_instance_count, 4);
+FIELD(coppice_view_stats, occluded_instance_count, 8);
+FIELD(coppice_view_stats, leaf_mesh_instance_count, 12);
+FIELD(coppice_view_stats, gpu_frame_number, 16);
+FIELD(coppice_view_stats, drawn_leaf_count, 24);
+FIELD(coppice_view_stats, drawn_wood_triangle_count, 32);
+FIELD(coppice_view_stats, drawn_leaf_mesh_triangle_count, 40);
+FIELD(coppice_view_stats, threshold_px, 48);
+LAST_FIELD(coppice_view_stats, pass_ms, 52, 72);
+
+FIELD(coppice_view_desc, struct_size, 0);
+LAST_FIELD(coppice_view_desc, output, 4, 8);
+
+FIELD(coppice_camera, struct_size, 0);
+FIELD(coppice_camera, view, 8);
+FIELD(coppice_camera, view_from_world, 16);
+FIELD(coppice_camera, clip_from_view, 80);
+FIELD(coppice_camera, width_px, 144);
+FIELD(coppice_camera, height_px, 148);
+FIELD(coppice_camera, x_px, 152);
+FIELD(coppice_camera, y_px, 156);
+FIELD(coppice_camera, error_px, 160);
+FIELD(coppice_camera, lod, 164);
+FIELD(coppice_camera, leaf_budget, 168);
+FIELD(coppice_camera, debug_view, 172);
+FIELD(coppice_camera, temporal_frame, 176);
+
+FIELD(coppice_sun_desc, struct_size, 0);
+FIELD(coppice_sun_desc, sun_direction, 4);
+FIELD(coppice_sun_desc, center, 16);
+FIELD(coppice_sun_desc, radius_m, 28);
+LAST_FIELD(coppice_sun_desc, size_px, 32, 36);
+
+FIELD(coppice_frame, struct_size, 0);
+FIELD(coppice_frame, frame_number, 8);
+FIELD(coppice_frame, completed_number, 16);
+FIELD(coppice_frame, cameras, 24);
+FIELD(coppice_frame, camera_count, 32);
+LAST_FIELD(coppice_frame, camera_bytes, 36, 40);
+
+FIELD(coppice_memory_block, struct_size, 0);
+FIELD(coppice_memory_block, memory_type, 4);
+FIELD(coppice_memory_block, memory, 8);
+FIELD(coppice_memory_block, offset, 16);
+FIELD(coppice_memory_block, mapped, 24);
+LAST_FIELD(coppice_memory_block, handle, 32, 40);
+
+FIELD(coppice_device_memory, struct_size, 0);
+FIELD(coppice_device_memory, user, 8);
+FIELD(coppice_device_memory, allocate, 16);
+LAST_FIELD(coppice_device_memory, free, 24, 32);
+
+FIELD(coppice_vulkan_desc, struct_size, 0);
+FIELD(coppice_vulkan_desc, instance, 8);
+FIELD(coppice_vulkan_desc, physical_device, 16);
+FIELD(coppice_vulkan_desc, device, 24);
+FIELD(coppice_vulkan_desc, get_instance_proc_addr, 32);
+FIELD(coppice_vulkan_desc, pipeline_cache, 40);
+FIELD(coppice_vulkan_desc, device_memory, 48);
+FIELD(coppice_vulkan_desc, texture_compression_bc, 56);
+FIELD(coppice_vulkan_desc, compute_raster, 60);
+FIELD(coppice_vulkan_desc, shader_int64_atomics, 64);
+FIELD(coppice_vulkan_desc, pass_times, 68);
+FIELD(coppice_vulkan_desc, blocking_pipelines, 72);
+
+FIELD(coppice_vulkan_view_desc, struct_size, 0);
+FIELD(coppice_vulkan_view_desc, color_format, 4);
+FIELD(coppice_vulkan_view_desc, depth_format, 8);
+FIELD(coppice_vulkan_view_desc, depth_compare, 12);
+LAST_FIELD(coppice_vulkan_view_desc, samples, 16, 20);
+
+FIELD(coppice_shadow_map, image, 0);
+LAST_FIELD(coppice_shadow_map, clip_from_world, 8, 72);
+
+FIELD(coppice_light, struct_size, 0);
+FIELD(coppice_light, sun_direction, 4);
+FIELD(coppice_light, sun_color, 16);
+FIELD(coppice_light, sky_color, 28);
+FIELD(coppice_light, ground_color, 40);
+FIELD(coppice_light, fog_color, 52);
+FIELD(coppice_light, fog_density, 64);
+FIELD(coppice_light, shadow_maps, 72);
+FIELD(coppice_light, shadow_map_count, 80);
+LAST_FIELD(coppice_light, shadow_map_bytes, 84, 88);
+
+/* What is wrong does not compile; abi_test is linked with this. */
+int abi_layout_is_checked(void);
+int abi_layout_is_checked(void) {
+  return 1;
+}

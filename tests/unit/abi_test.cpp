@@ -1,0 +1,216 @@
+// Structs of programs that were compiled with an older or a newer header: read, filled and set to their defaults in any size.
+
+#include "abi.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "resized.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::size_t kStep = 4;
+constexpr std::size_t kBeyond = 64;
+
+template <class T>
+bool same_bytes(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+/// init  of a struct of so many bytes, by whichever function its header has
+template <class T, class Init>
+void expect_defaults_in_any_size(Init init) {
+  T known{};
+  std::memset(static_cast<void*>(&known), 0xee, sizeof known);
+  init(&known, sizeof known);
+  EXPECT_EQ(known.struct_size, sizeof known);
+  for (std::size_t bytes = kStep; bytes <= sizeof(T) + kBeyond; bytes += kStep) {
+    Resized<T> other(T{}, bytes, 0xee);
+    init(other.get(), bytes);
+    EXPECT_TRUE(other.has_canaries()) << bytes;
+    T expected{};
+    std::memcpy(static_cast<void*>(&expected), &known, std::min(bytes, sizeof(T)));
+    expected.struct_size = static_cast<std::uint32_t>(bytes);
+    EXPECT_TRUE(same_bytes(other.value(), expected)) << bytes;
+    for (std::size_t i = sizeof(T); i < bytes; ++i) EXPECT_EQ(other.byte(i), 0) << i << " of " << bytes;
+  }
+}
+
+template <class T>
+void expect_defaults(coppice_struct kind, void (*init)(T*)) {
+  expect_defaults_in_any_size<T>([kind](void* data, std::size_t bytes) { coppice_struct_init(kind, data, bytes); });
+  init(nullptr);
+  T known{};
+  init(&known);
+  EXPECT_TRUE(same_bytes(known, struct_defaults<T>()));
+}
+
+template <class T>
+void expect_defaults(coppice_vulkan_struct kind, void (*init)(T*)) {
+  expect_defaults_in_any_size<T>([kind](void* data, std::size_t bytes) { coppice_vulkan_struct_init(kind, data, bytes); });
+  init(nullptr);
+  T known{};
+  init(&known);
+  EXPECT_TRUE(same_bytes(known, struct_defaults<T>()));
+}
+
+TEST(StructInit, FillsAsMuchAsTheProgramHas) {
+  expect_defaults(COPPICE_STRUCT_CONTEXT_DESC, coppice_context_desc_init);
+  expect_defaults(COPPICE_STRUCT_ALLOCATOR, coppice_allocator_init);
+  expect_defaults(COPPICE_STRUCT_JOBS, coppice_jobs_init);
+  expect_defaults(COPPICE_STRUCT_IO, coppice_io_init);
+  expect_defaults(COPPICE_STRUCT_LOG, coppice_log_init);
+  expect_defaults(COPPICE_STRUCT_TRACE, coppice_trace_init);
+  expect_defaults(COPPICE_STRUCT_PLANT_INFO, coppice_plant_info_init);
+  expect_defaults(COPPICE_STRUCT_SCENE_INFO, coppice_scene_info_init);
+  expect_defaults(COPPICE_STRUCT_SCENE_PLANT_INFO, coppice_scene_plant_info_init);
+  expect_defaults(COPPICE_STRUCT_STATS, coppice_stats_init);
+  expect_defaults(COPPICE_VULKAN_STRUCT_DESC, coppice_vulkan_desc_init);
+  expect_defaults(COPPICE_VULKAN_STRUCT_DEVICE_MEMORY, coppice_device_memory_init);
+  expect_defaults(COPPICE_STRUCT_VIEW_DESC, coppice_view_desc_init);
+  expect_defaults(COPPICE_STRUCT_CAMERA, coppice_camera_init);
+  expect_defaults(COPPICE_STRUCT_SUN_DESC, coppice_sun_desc_init);
+  expect_defaults(COPPICE_STRUCT_FRAME, coppice_frame_init);
+  expect_defaults(COPPICE_STRUCT_VIEW_STATS, coppice_view_stats_init);
+  expect_defaults(COPPICE_VULKAN_STRUCT_VIEW_DESC, coppice_vulkan_view_desc_init);
+  expect_defaults(COPPICE_VULKAN_STRUCT_LIGHT, coppice_light_init);
+}
+
+TEST(StructInit, AKindOfALaterVersionIsZeros) {
+  for (const bool vulkan : {false, true}) {
+    Resized<coppice_stats> later({}, 40, 0xee);
+    if (vulkan)
+      coppice_vulkan_struct_init(static_cast<coppice_vulkan_struct>(999), later.get(), 40);
+    else
+      coppice_struct_init(static_cast<coppice_struct>(999), later.get(), 40);
+    EXPECT_TRUE(later.has_canaries());
+    EXPECT_EQ(later.value().struct_size, 40u);
+    for (std::size_t i = 4; i < 40; ++i) EXPECT_EQ(later.byte(i), 0);
+  }
+}
+
+TEST(StructInit, LeavesAloneWhatCannotBeAStruct) {
+  std::array<unsigned char, 8192> block{};
+  block.fill(0xee);
+  const auto untouched = block;
+  for (const std::size_t bytes : {std::size_t{0}, std::size_t{3}, std::size_t{4100}, SIZE_MAX}) {
+    coppice_struct_init(COPPICE_STRUCT_STATS, block.data(), bytes);
+    coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_LIGHT, block.data(), bytes);
+  }
+  EXPECT_EQ(block, untouched);
+}
+
+/// Every byte but those of struct_size another than its default.
+template <class T>
+T far_from_default() {
+  T value{};
+  std::memset(static_cast<void*>(&value), 0x11, sizeof value);
+  return value;
+}
+
+template <class T>
+void expect_read_in_any_size() {
+  const T full = far_from_default<T>();
+  for (std::size_t bytes = kStep; bytes <= sizeof(T) + kBeyond; bytes += kStep) {
+    // Exactly so large: a read behind it is seen by AddressSanitizer.
+    const std::unique_ptr<unsigned char[]> theirs(new unsigned char[bytes]());
+    std::memcpy(theirs.get(), &full, std::min(bytes, sizeof(T)));
+    const auto struct_size = static_cast<std::uint32_t>(bytes);
+    std::memcpy(theirs.get(), &struct_size, sizeof struct_size);
+    T ours{};
+    EXPECT_EQ(read_struct(reinterpret_cast<const T*>(theirs.get()), "given", ours), "");
+    T expected = struct_defaults<T>();
+    std::memcpy(static_cast<void*>(&expected), &full, std::min(bytes, sizeof(T)));
+    expected.struct_size = sizeof(T);
+    EXPECT_TRUE(same_bytes(ours, expected)) << bytes;
+  }
+  for (std::size_t at = sizeof(T); at < sizeof(T) + kBeyond; ++at) {
+    std::vector<unsigned char> theirs(sizeof(T) + kBeyond);
+    const auto struct_size = static_cast<std::uint32_t>(theirs.size());
+    std::memcpy(theirs.data(), &struct_size, sizeof struct_size);
+    theirs[at] = 1;
+    T ours{};
+    const std::string problem = read_struct(reinterpret_cast<const T*>(theirs.data()), "given", ours);
+    EXPECT_TRUE(problem.starts_with("given: byte " + std::to_string(at) + " is not 0")) << problem;
+  }
+}
+
+TEST(ReadStruct, ASmallerOneHasDefaultsAndALargerOneZeros) {
+  expect_read_in_any_size<coppice_context_desc>();
+  expect_read_in_any_size<coppice_allocator>();
+  expect_read_in_any_size<coppice_jobs>();
+  expect_read_in_any_size<coppice_io>();
+  expect_read_in_any_size<coppice_log>();
+  expect_read_in_any_size<coppice_trace>();
+  expect_read_in_any_size<coppice_vulkan_desc>();
+  expect_read_in_any_size<coppice_device_memory>();
+  expect_read_in_any_size<coppice_view_desc>();
+  expect_read_in_any_size<coppice_camera>();
+  expect_read_in_any_size<coppice_sun_desc>();
+  expect_read_in_any_size<coppice_frame>();
+  expect_read_in_any_size<coppice_vulkan_view_desc>();
+  expect_read_in_any_size<coppice_light>();
+}
+
+TEST(ReadStruct, ASizeThatNobodySetIsRefused) {
+  coppice_camera ours{};
+  EXPECT_EQ(read_struct<coppice_camera>(nullptr, "camera", ours), "camera is null");
+  for (const std::uint32_t size : {0u, 3u, 7u, 4097u, 4100u, 0xcdcdcdcdu}) {
+    coppice_camera theirs = struct_defaults<coppice_camera>();
+    theirs.struct_size = size;
+    EXPECT_EQ(read_struct(&theirs, "camera", ours), "camera.struct_size is " + std::to_string(size) + ": call its _init function");
+    EXPECT_TRUE(same_bytes(ours, struct_defaults<coppice_camera>()));
+  }
+}
+
+TEST(ReadRecord, AnArrayMayBeOfShorterOrLongerRecords) {
+  struct Record {
+    std::uint32_t first, second;
+  };
+  const std::uint32_t theirs[] = {1, 2, 3, 4, 5, 6, 0, 7, 0, 8};
+  Record ours{9, 9};
+  EXPECT_EQ(read_record(theirs, 2, 4, "records", ours), "");
+  EXPECT_TRUE(ours.first == 3 && ours.second == 9) << "what a short one has not keeps its default";
+  EXPECT_EQ(read_record(theirs + 4, 0, 12, "records", ours), "");
+  EXPECT_TRUE(ours.first == 5 && ours.second == 6);
+  EXPECT_EQ(read_record(theirs, 1, 12, "records", ours),
+            "records[1]: byte 8 is not 0, and this version of the library knows the first 8 alone");
+  EXPECT_EQ(records_problem(nullptr, 0, 0, "records"), "");
+  EXPECT_EQ(records_problem(nullptr, 1, 8, "records"), "records is null");
+  for (const std::uint32_t bytes : {0u, 2u, 10u, 5000u}) EXPECT_NE(records_problem(theirs, 1, bytes, "records"), "");
+}
+
+template <class T>
+void expect_written_in_any_size() {
+  const T full = far_from_default<T>();
+  for (std::size_t bytes = kStep; bytes <= sizeof(T) + kBeyond; bytes += kStep) {
+    Resized<T> theirs(T{}, bytes, 0xee);
+    write_struct(full, theirs.get());
+    EXPECT_TRUE(theirs.has_canaries()) << bytes;
+    T expected{};
+    std::memcpy(static_cast<void*>(&expected), &full, std::min(bytes, sizeof(T)));
+    expected.struct_size = static_cast<std::uint32_t>(bytes);
+    EXPECT_TRUE(same_bytes(theirs.value(), expected)) << bytes;
+    for (std::size_t i = sizeof(T); i < bytes; ++i) EXPECT_EQ(theirs.byte(i), 0) << i << " of " << bytes;
+  }
+}
+
+TEST(WriteStruct, FillsAsMuchAsTheProgramHas) {
+  expect_written_in_any_size<coppice_plant_info>();
+  expect_written_in_any_size<coppice_scene_info>();
+  expect_written_in_any_size<coppice_scene_plant_info>();
+  expect_written_in_any_size<coppice_stats>();
+  expect_written_in_any_size<coppice_camera>();
+  expect_written_in_any_size<coppice_view_stats>();
+}
+
+}  // namespace
+}  // namespace coppice::test

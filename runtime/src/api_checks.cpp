@@ -13,7 +13,7 @@ namespace {
 
 // What lies beyond these is a mistake, and would overflow what is computed from it.
 constexpr float kMaxPosition_m = 1e9f;
-constexpr float kMaxEye_m = 1e10f;  // a sun camera stands 40 radii away
+constexpr float kMaxEye_m = 1e10f;
 constexpr float kMinRadius_m = 1e-6f, kMaxRadius_m = 1e8f;
 constexpr float kMinScale = 1e-6f, kMaxScale = 1e6f;
 constexpr float kMaxTint = 1e6f;
@@ -86,8 +86,9 @@ double determinant(std::span<const float, 16> m) {
 }
 
 std::string projection_problem(std::span<const float, 16> m) {
-  if (m[3] != 0.0f || m[7] != 0.0f || !(m[11] < 0.0f) || m[15] != 0.0f)
-    return "clip_from_view is not a perspective projection that looks down -z: its last row must be 0 0 -1 0";
+  const bool perspective = m[11] < 0.0f && m[15] == 0.0f, parallel = m[11] == 0.0f && m[15] > 0.0f;
+  if (m[3] != 0.0f || m[7] != 0.0f || !(perspective || parallel))
+    return "clip_from_view is neither a perspective that looks down -z nor orthographic: its last row must be 0 0 -1 0 or 0 0 0 1";
   for (const std::size_t i : {std::size_t{0}, std::size_t{5}})
     if (!(std::abs(m[i]) >= kMinFocal && std::abs(m[i]) <= kMaxFocal))
       return "clip_from_view[" + std::to_string(i) + "] is a scale outside 1e-6 to 1e6";

@@ -6,8 +6,8 @@
 
 namespace coppice {
 
-/// Sets the view's matrices: from 40 radii towards the sun, just holding the sphere; depth from three radii before its surface to
-/// one behind. The picture's axes depend on the sun alone.
+/// Sets the view's matrices: an orthographic one that looks from the sun, just holding the sphere; depth from three radii before its
+/// surface to one behind. The picture's axes depend on the sun alone.
 void set_sun_camera(coppice_camera& view, const coppice_sun_desc& desc, bool reversed_depth);
 
 }  // namespace coppice

@@ -21,7 +21,7 @@ float outline_loss(vec3 corners[4], Instance instance, out vec3 world_middle) {
   vec3 stalk = 0.5 * (corners[0] + corners[3]), tip = 0.5 * (corners[1] + corners[2]);
   float width_m = distance(0.5 * (corners[0] + corners[1]), 0.5 * (corners[2] + corners[3]));
   world_middle = world_from_object(instance, 0.5 * (stalk + tip));
-  float distance_m = max(distance(world_middle, view.camera_position), view.near_m);
+  float distance_m = max(size_distance_m(world_middle), view.near_m);
   return outline_loss(instance.scale * min(distance(stalk, tip), width_m) * view.focal_px / distance_m);
 }
 

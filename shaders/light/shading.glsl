@@ -5,9 +5,10 @@
 
 vec3 ambient_light(vec3 normal) { return mix(view.ground_color, view.sky_color, 0.5 + 0.5 * normal.y); }
 
-// 1: unobscured by fog.
+// 1: unobscured by fog. A parallel view's begins at the plane of its eye.
 float transmittance(vec3 world) {
-  float optical_depth = view.fog_density * distance(world, view.camera_position);
+  float from_plane_m = max(dot(view.toward_viewer, view.camera_position - world), 0.0);
+  float optical_depth = view.fog_density * (from_plane_m + view.is_perspective * distance(world, view.camera_position));
   return exp(-optical_depth * optical_depth);
 }
 
@@ -86,7 +87,7 @@ vec3 leaf_light(Plant plant, Crown crown, CrownSample light, Instance instance, 
   LeafNormals normals = leaf_normals(crown, leaf.middle, leaf.face, leaf.crown_normals);
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   vec3 world = world_from_object(instance, leaf.vertex);
-  vec3 eye = rotate(to_object, normalize(view.camera_position - world));
+  vec3 eye = rotate(to_object, toward_eye(world));
   vec3 sun_object = rotate(to_object, view.sun_direction);
   float sun = sun_through_crown(light, sun_object, eye, leaf.bulk) * sun_past_others(instance, plant, world);
   vec3 direct = view.sun_color * sun * sun_on_leaf(normals, sun_object, eye, bulk_front(dot(eye, sun_object)), leaf.bulk);

@@ -36,7 +36,7 @@ Shared share(uint item, ClusterList list, Cluster cluster, uint quarter, uint le
   group.placed = place(item, instance, list.box_min, list.box_step, cluster, quarter, leaf_count);
   group.box_step = list.box_step;
   group.slot = slot_of(item);
-  float distance_m = max(distance(world_from_object(instance, cluster.center), view.camera_position), view.near_m);
+  float distance_m = max(size_distance_m(world_from_object(instance, cluster.center)), view.near_m);
   group.px_per_m = instance.scale * view.focal_px / distance_m;
   return group;
 }
@@ -72,7 +72,7 @@ Triangle triangle_of(vec3 a, vec3 b, vec3 c) {
   return triangle;
 }
 
-// False where nothing of the leaf is on the screen, or a part of it lies too near.
+// False where nothing of the leaf is on the screen, or a corner of it lies before the near plane or behind the far one.
 bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = quantised(leaf.corners, i);
@@ -86,12 +86,12 @@ bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   drawn.mask = outlined ? uvec2(card.mask[0], card.mask[1]) : uvec2(0xffffffffu);
 
   vec3 at[4];
-  float nearest = 1e30;
+  bool between = true;
   for (uint i = 0; i < 4; ++i) {
-    vec3 corner = projected(group.placed, middle + (corners[i] - middle) * scale);
+    vec4 corner = projected(group.placed, middle + (corners[i] - middle) * scale);
     float inverse_w = 1.0 / corner.z;
-    at[i] = vec3(corner.xy * inverse_w, depth_key(inverse_w));
-    nearest = min(nearest, corner.z);
+    at[i] = vec3(corner.xy, corner.w) * inverse_w;
+    between = between && corner.z > 0.0 && is_between_planes(at[i].z);
   }
   vec2 low = min(min(at[0].xy, at[1].xy), min(at[2].xy, at[3].xy));
   vec2 high = max(max(at[0].xy, at[1].xy), max(at[2].xy, at[3].xy));
@@ -102,9 +102,9 @@ bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
   drawn.radiance = placed_radiance(group.placed, splat, normals_of(splat));
-  vec3 middle_px = projected(group.placed, middle);
+  vec4 middle_px = projected(group.placed, middle);
   drawn.thinning = thinning_of(leaf, group.slot, middle_px.xy / middle_px.z);
-  return nearest > group.placed.near_m && all(lessThan(drawn.low, drawn.high));
+  return between && all(lessThan(drawn.low, drawn.high));
 }
 
 // Bit of the 8 x 8 mask. at: 0..1

@@ -21,7 +21,7 @@ layout(constant_id = 3) const uint kClusterLanes = 1;
 void raster_splat(Placed placed, Splat splat, float along, float size_px, bool shown) {
   vec3 q = vec3(splat.xy & 0xffffu, splat.xy >> 16, splat.z_size & 0xffffu);
   if (along != 0.0) q += along * unpackSnorm4x8(splat.axis).xyz;
-  vec3 at = projected(placed, q);
+  vec4 at = projected(placed, q);
   float inverse_w = 1.0 / at.z;
   LeafNormals normals = normals_of(splat);
   // Of a disc of the same area; the eye sees a tilted leaf narrower.
@@ -31,9 +31,9 @@ void raster_splat(Placed placed, Splat splat, float along, float size_px, bool s
   vec2 size = vec2(push.width_px, push.height_px);
   ivec2 low = ivec2(ceil(clamp(middle - radius_px, vec2(0.0), size) - 0.5));
   ivec2 high = ivec2(ceil(clamp(middle + radius_px, vec2(0.0), size) - 0.5));
-  bool seen = shown && at.z > placed.near_m && low.x < high.x && low.y < high.y;
+  float key = at.w * inverse_w;
+  bool seen = shown && at.z > 0.0 && is_between_planes(key) && low.x < high.x && low.y < high.y;
   uint radiance = placed_radiance(placed, splat, normals);
-  float key = depth_key(inverse_w);
   // Its end at the bottom: no turn of the loop is in vain.
   ivec2 pixel = low;
   bool more = seen;

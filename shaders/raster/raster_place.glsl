@@ -8,7 +8,7 @@
 
 // What the leaves of a cluster share; directions in object space.
 struct Placed {
-  vec3 origin, x, y, z;  // (px * w, px * w, w) of a place: origin + q.x * x + q.y * y + q.z * z
+  vec4 origin, x, y, z;  // on_screen of a place: origin + q.x * x + q.y * y + q.z * z
   vec3 sun, up, eye;
   vec3 sun_color;  // that other plants let through
   float bulk;     // how much of the crown its leaves stand for, in the mean
@@ -19,7 +19,6 @@ struct Placed {
   uvec2 cards;
   // The view's: loaded here once, not by every leaf.
   vec3 sky_color, ground_color, fog_color;
-  float near_m;
 };
 
 // step: object space, m, of one in q; quarter: shown_quarter; leaf_count: of the cut
@@ -36,7 +35,7 @@ Placed place(uint item, Instance instance, vec3 box_min, vec3 step, Cluster clus
   placed.sun = rotate(to_object, view.sun_direction);
   placed.up = rotate(to_object, vec3(0.0, 1.0, 0.0));
   vec3 world = world_from_object(instance, cluster.center);
-  placed.eye = rotate(to_object, normalize(view.camera_position - world));
+  placed.eye = rotate(to_object, toward_eye(world));
   placed.bulk = unpackUnorm4x8(cluster.bulks)[quarter] * merged_share(plant, leaf_count);
   placed.bulk_front = bulk_front(dot(placed.eye, placed.sun));
   placed.bulk_up = 0.67 * dot(placed.eye, placed.up);
@@ -47,7 +46,6 @@ Placed place(uint item, Instance instance, vec3 box_min, vec3 step, Cluster clus
   placed.sky_color = view.sky_color;
   placed.ground_color = view.ground_color;
   placed.fog_color = view.fog_color;
-  placed.near_m = view.near_m;
   if (view.debug_view != 0) {  // in place of light: fog that hides everything has the colour
     placed.fog_color = debug_color(slot_of(item)) * (placed.wood && view.debug_view == kDebugPath ? 0.3 : 1.0);
     placed.clear = 0.0;
@@ -60,7 +58,7 @@ LeafNormals normals_of(Splat splat) {
   return LeafNormals(unfold(folded.xy), unfold(folded.zw));
 }
 
-vec3 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + q.y * placed.y + q.z * placed.z; }
+vec4 projected(Placed placed, vec3 q) { return placed.origin + q.x * placed.x + q.y * placed.y + q.z * placed.z; }
 
 uint placed_radiance(Placed placed, Splat splat, LeafNormals normals) {
   vec4 look = unpackUnorm4x8(splat.look);

@@ -25,7 +25,7 @@ void main() {
   if (index * kBlockSlots >= view.instance_slot_count) return;
   InstanceBlock block = blocks[index];
   if (block.radius_m < 0.0) return;
-  float nearest_m = distance(block.center, view.camera_position) - block.radius_m;
+  float nearest_m = size_distance_m(block.center) - block.radius_m;
   float size_px = coppice_projected_size_px(nearest_m, block.max_instance_radius_m, view.near_m, view.focal_px);
   if (round_of(size_px / float(push.height_px)) != push.round) return;
   if (!sphere_in_view(block.center, block.radius_m)) return;

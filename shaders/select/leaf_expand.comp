@@ -58,7 +58,7 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
     if (paged) shown = shown_of_page(cluster, i, leaf_count);
     bool seen = shown.count > 0 && sphere_in_view(center, radius_m);
     if (seen && push.round > 0) seen = !occluded(center, radius_m);
-    float nearest_m = max(distance(center, view.camera_position) - radius_m, view.near_m);
+    float nearest_m = max(size_distance_m(center) - radius_m, view.near_m);
     uint quarter = shown_quarter(shown);
     // Discs leave gaps in a surface unless they are about a pixel.
     float splat_px = is_surface(cluster) ? min(push.splat_px, 1.5) : push.splat_px;

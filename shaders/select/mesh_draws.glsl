@@ -52,7 +52,7 @@ bool wants_parts(Plant plant, uint slot) {
   Instance instance = instances[slot];
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius = instance.scale * plant.sphere_radius;
-  float size_px = coppice_projected_size_px(distance(center, view.camera_position), radius, view.near_m, view.focal_px);
+  float size_px = coppice_projected_size_px(size_distance_m(center), radius, view.near_m, view.focal_px);
   return plant.part_capacity > 0 && size_px >= kPartsFrom_px && !sphere_in_view(center, -radius);
 }
 

@@ -1,13 +1,26 @@
 // What earlier rounds of the rasteriser hide. After raster.glsl.
 
+// The largest depth key of a sphere: the larger k of those whose plane, dot(key_row - k * w_row, place) = 0, touches it. The sphere lies
+// before the eye. middle: on_screen of its centre
+float largest_key(vec4 middle, float radius_m) {
+  vec3 k = view.key_row.xyz;
+  vec3 w = vec3(view.clip_from_world[0].w, view.clip_from_world[1].w, view.clip_from_world[2].w);
+  vec3 slope = middle.w * w - middle.z * k;  // of the key at the centre, times -w^2
+  vec3 across = cross(k, w);
+  float root = sqrt(max(dot(slope, slope) - radius_m * radius_m * dot(across, across), 0.0));
+  float square = radius_m * radius_m;
+  return (middle.z * middle.w - square * dot(k, w) + radius_m * root) / (middle.z * middle.z - square * dot(w, w));
+}
+
 // Whether earlier rounds hide a sphere: all tiles it may touch are covered nearer than its nearest point. False for what is large.
 bool occluded(vec3 center, float radius_m) {
-  vec3 middle = on_screen(vec4(center, 1.0));
-  float nearest = middle.z - radius_m;
-  if (nearest <= view.near_m) return false;
-  // An ellipse on the screen: its long axis grows with the angle to the view's axis.
+  vec4 middle = on_screen(vec4(center, 1.0));
+  float nearest = middle.z - view.is_perspective * radius_m;
+  float key = largest_key(middle, radius_m);
+  if (nearest <= 0.0 || key >= 1.0) return false;
+  // An ellipse on the screen: its long axis grows with the angle to the view's axis. A parallel view shows a circle.
   vec2 at = middle.xy / middle.z;
-  vec2 off = (at - 0.5 * vec2(push.width_px, push.height_px)) / view.focal_px;
+  vec2 off = view.is_perspective * (at - 0.5 * vec2(push.width_px, push.height_px)) / view.focal_px;
   float reach_px = radius_m * view.focal_px / nearest * sqrt(1.0 + dot(off, off)) + 1.0;
   uint level = 0;
   while (level + 1 < kTileLevels && 2.0 * reach_px > float(kTileSide_px << (2 * level))) ++level;
@@ -19,5 +32,5 @@ bool occluded(vec3 center, float radius_m) {
   ivec2 high = clamp(ivec2(floor((at + reach_px) / side_px)), ivec2(0), last);
   uint farthest = min(min(tiles[tile.z + low.y * tile.x + low.x], tiles[tile.z + low.y * tile.x + high.x]),
                       min(tiles[tile.z + high.y * tile.x + low.x], tiles[tile.z + high.y * tile.x + high.x]));
-  return floatBitsToUint(depth_key(1.0 / nearest)) < farthest;
+  return floatBitsToUint(max(key, 1e-30)) < farthest;
 }

@@ -14,7 +14,7 @@ struct Candidate {
   CoppiceTable table;
   vec3 center;  // of its sphere, world space
   float radius_m;
-  float distance_m;  // from the eye to the centre
+  float distance_m;  // size_distance_m of the centre
   float size_px;
   float threshold_px;
 };
@@ -24,7 +24,7 @@ Candidate candidate_of(uint slot, Instance instance) {
   CoppiceTable table = CoppiceTable(instance.plant * kTableStride, plant.error_level_count, plant.error_size_count, plant.wood_lod_count);
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius_m = instance.scale * plant.sphere_radius;
-  float distance_m = distance(center, view.camera_position);
+  float distance_m = size_distance_m(center);
   float size_px = coppice_projected_size_px(distance_m, radius_m, view.near_m, view.focal_px);
   return Candidate(slot, instance, plant, table, center, radius_m, distance_m, size_px, coppice_instance_threshold_px(view.error_px, slot));
 }

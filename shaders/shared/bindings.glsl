@@ -33,6 +33,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Lea
 #define COPPICE_TABLE_WORD(table, i) texelFetch(table_words, int((table).first_word + (i))).x
 #include "coppice_lod.h"
 
+// The distance from the eye by which sizes go, m; to be taken as view.near_m where it is less.
+float size_distance_m(vec3 place) { return view.is_perspective * distance(place, view.camera_position); }
+// Unit, towards who looks at the place.
+vec3 toward_eye(vec3 place) { return normalize(view.toward_viewer + view.is_perspective * (view.camera_position - place)); }
+
 bool sphere_in_view(vec3 center, float radius) {
   for (int i = 0; i < 5; ++i)
     if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;

@@ -222,7 +222,7 @@ struct Plant {
 };
 COPPICE_GPU_LAYOUT(Plant, 188);
 
-// What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0.
+// What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0. focal_px and near_m: of sizes.
 struct View {
   mat4 clip_from_world;
   vec4 planes[5];
@@ -245,12 +245,15 @@ struct View {
   uint cascade_count;           // of shadow_maps
   float depth_sign;             // 1: nearer is larger; -1: smaller
   uint is_mirrored;             // 1: the picture's y points up, so that what the viewer sees run counter-clockwise is clockwise there
-  uint temporal_frame;          // coppice_view's
+  float is_perspective;         // 1; 0: it is parallel. Then distances count as 0, near_m is 1, and focal_px px are a metre
+  vec3 toward_viewer;           // of a parallel view, unit; 0 of a perspective one
+  vec4 key_row;                 // dot(key_row, place) / w is a place's depth key: 1 at the near plane, 0 at the far one
+  uint temporal_frame;          // coppice_camera's
   vec2 half_size_px;            // of the picture
   uvec2 first_px;               // the picture's first pixel in the attachments
   mat4 cascades[kMaxCascades];  // clip_from_world of each
 };
-COPPICE_GPU_LAYOUT(View, 484);
+COPPICE_GPU_LAYOUT(View, 516);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -1,4 +1,4 @@
-// Colours for coppice_view.debug_view; coppice.h says what they mean. After bindings.glsl. An instance's is worked out where it is culled
+// Colours for coppice_camera.debug_view; coppice.h says what they mean. After bindings.glsl. An instance's is worked out where it is culled
 // and kept by its slot; what draws it shows that and no light.
 
 // From blue, 0, by green to red, 1.

@@ -57,10 +57,11 @@ uint group_index() {
   return gl_WorkGroupID.x < half_count ? 2 * gl_WorkGroupID.x : 2 * (gl_WorkGroupID.x - half_count) + 1;
 }
 
-float depth_key(float inverse_w) { return max(push.key_a + push.key_b * inverse_w, 1e-30); }
-
-// (x * w, y * w, w) in px of a point, or of a direction, whose fourth number is 0.
-vec3 on_screen(vec4 world) {
+// (x * w, y * w, w) in px of a point, or of a direction, whose fourth number is 0; and its depth key times w.
+vec4 on_screen(vec4 world) {
   vec4 clip = view.clip_from_world * world;
-  return vec3(0.5 * vec2(push.width_px, push.height_px) * (clip.xy + clip.w), clip.w);
+  return vec4(0.5 * vec2(push.width_px, push.height_px) * (clip.xy + clip.w), clip.w, dot(view.key_row, world));
 }
+
+// Whether a place with this depth key lies between the near plane and the far one. w > 0
+bool is_between_planes(float key) { return key > 0.0 && key <= 1.0; }

@@ -45,13 +45,12 @@ struct RasterRound {
 };
 COPPICE_GPU_LAYOUT(RasterRound, 132);
 
-// Push constants of every pass of the rasteriser. A depth key grows towards the eye: key_a + key_b / w, as the bits of a float above 0.
+// Push constants of every pass of the rasteriser. A depth key grows towards the eye, View::key_row says how; as the bits of a float above
+// 0.
 struct RasterPush {
   uint round;
   uint width_px;
   uint height_px;
-  float key_a;
-  float key_b;
   float splat_px;      // clusters whose grain is no longer than this are drawn as splats
   float split_px;      // clusters whose leaves are larger on average are drawn by the hardware
   uint reversed;       // 1: the depth attachment holds the key; 0: it holds 1 - key
@@ -62,7 +61,7 @@ struct RasterPush {
   uint leaf_clusters;
   uint splat_clusters;
 };
-COPPICE_GPU_LAYOUT(RasterPush, 52);
+COPPICE_GPU_LAYOUT(RasterPush, 44);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

@@ -74,7 +74,8 @@ void put_view() {
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
   put(view.debug_view); put(view.debug_colors);
   put(view.is_shadow); put(view.cascade_count); put(view.depth_sign); put(view.is_mirrored);
-  put(view.temporal_frame); put(view.half_size_px);
+  put(view.is_perspective); put(view.toward_viewer); put(view.key_row);
+  put(view.temporal_frame); put(view.half_size_px); put(view.first_px);
   for (uint i = 0; i < kMaxCascades; ++i) put(view.cascades[i]);
 }
 

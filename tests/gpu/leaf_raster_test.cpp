@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ostream>
 
 #include "convert.h"
 #include "golden.h"
@@ -301,6 +302,133 @@ TEST_F(LeafRasterTest, AViewMayGrow) {
   scene.draw(front_view(6.0f, 300));
   EXPECT_TRUE(scene.draw(front_view(6.0f, 200)).picture.rgba == small.rgba);
 }
+
+// ---- projections
+
+/// Projections of front_view, and whether depth grows away from the eye.
+struct Projection {
+  const char* name;
+  bool parallel = false, oblique = false, forward = false;
+};
+
+void PrintTo(const Projection& each, std::ostream* out) {
+  *out << each.name;
+}
+
+constexpr float kNear_m = 0.05f, kFar_m = 200.0f;
+/// Of an oblique projection, view space of front_view(6): a mirror that lies aslant in the plants, of which what is behind it is seen.
+constexpr std::array<float, 4> kMirror{0.3f, 0.2f, -0.932738f, -5.4f};
+
+Shot projected_view(const Projection& projection, float distance_m) {
+  Shot view = front_view(distance_m);
+  float* m = view.clip_from_view;
+  if (projection.parallel) {
+    // As large as the perspective shows what is as far away as the plants.
+    m[0] /= distance_m;
+    m[5] /= distance_m;
+    m[10] = (projection.forward ? -1.0f : 1.0f) / (kFar_m - kNear_m);
+    m[11] = 0.0f;
+    m[14] = projection.forward ? -kNear_m / (kFar_m - kNear_m) : kFar_m / (kFar_m - kNear_m);
+    m[15] = 1.0f;
+  } else {
+    const float scale = kNear_m / (kFar_m - kNear_m);
+    m[10] = projection.forward ? -(1.0f + scale) : scale;
+    m[14] = (projection.forward ? -1.0f : 1.0f) * kFar_m * scale;
+  }
+  if (projection.oblique) {
+    // Forward depth is the distance behind the mirror over w, in parts of what that is at most; reversed is what is left to 1.
+    constexpr float kMost = 1.5f;
+    for (int i = 0; i < 4; ++i) {
+      const auto column = static_cast<std::size_t>(4 * i);
+      const float forward = kMirror[static_cast<std::size_t>(i)] / kMost;
+      m[column + 2] = projection.forward ? forward : m[column + 3] - forward;
+    }
+  }
+  return view;
+}
+
+SceneOptions options_of(const Projection& projection, bool compute_raster) {
+  return {.compute_raster = compute_raster,
+          .depth_compare = projection.forward ? VK_COMPARE_OP_LESS_OR_EQUAL : VK_COMPARE_OP_GREATER_OR_EQUAL};
+}
+
+class ProjectionTest : public VulkanTest, public testing::WithParamInterface<Projection> {
+ protected:
+  static RendererScene::Frame draw(const std::vector<Placed>& plants, const Shot& view, bool compute_raster) {
+    return draw_scene(gpu(), plants, view, options_of(GetParam(), compute_raster));
+  }
+};
+
+TEST_P(ProjectionTest, BothPathsDrawTheSame) {
+  const DecodedPlant coarse = decoded_plant(random_plant({.leaf_count = 12, .seed = 8, .wood_lod_count = 0, .texture_side = 0}));
+  const DecodedPlant fine = decoded_plant(random_plant({.leaf_count = 900, .seed = 9, .wood_lod_count = 0, .texture_side = 0}));
+  for (const float coarse_z : {-1.5f, 1.5f}) {
+    coppice_placement red = at(0.0f, coarse_z), blue = at(0.2f, 0.0f);
+    std::ranges::copy(std::array{1.0f, 0.1f, 0.1f}, red.tint);
+    std::ranges::copy(std::array{0.1f, 0.1f, 1.0f}, blue.tint);
+    const std::vector<Placed> plants{{coarse, {red}}, {fine, {blue}}};
+    const Shot view = projected_view(GetParam(), 6.0f);
+    const RendererScene::Frame raster = draw(plants, view, true), hardware = draw(plants, view, false);
+    EXPECT_LT(raster.counts.hardware_triangles, 100u) << "the fine plant is rasterised";
+    const Likeness likeness = compare(raster.picture, hardware.picture);
+    // A leaf that the mirror crosses is whole to the hardware, and to the rasteriser it is not there.
+    EXPECT_LT(likeness.differing_share, GetParam().oblique ? 0.04 : 0.015) << coarse_z;
+    EXPECT_NEAR(likeness.coverage, 1.0, GetParam().oblique ? 0.08 : 0.03) << coarse_z;
+    EXPECT_NEAR(likeness.brightness, 1.0, 0.03) << coarse_z;
+  }
+}
+
+TEST_P(ProjectionTest, SplatsCoverAndShineAlike) {
+  std::vector<coppice_placement> row;
+  for (int i = -6; i <= 6; ++i) row.push_back(at(2.2f * static_cast<float>(i), -0.5f * static_cast<float>(i)));
+  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0})), row}};
+  const Shot view = projected_view(GetParam(), 30.0f);
+  const RendererScene::Frame raster = draw(plants, view, true), hardware = draw(plants, view, false);
+  EXPECT_EQ(raster.counts.hardware_triangles, 0u);
+  const Likeness likeness = compare(raster.picture, hardware.picture);
+  EXPECT_NEAR(likeness.coverage, 1.0, 0.03);
+  EXPECT_NEAR(likeness.brightness, 1.0, 0.05);
+}
+
+TEST_P(ProjectionTest, WhatIsHiddenIsNotRasterised) {
+  std::vector<coppice_placement> thicket, behind;
+  for (int i = 0; i < 64; ++i) {
+    const int column = i % 8, row = i / 8;
+    thicket.push_back(at(0.15f * static_cast<float>(column) - 0.5f, -0.15f * static_cast<float>(row)));
+  }
+  // Smaller ones, which later rounds look at, and where no near plane lies in between.
+  const float distance_m = GetParam().oblique ? 5.0f : 4.0f;
+  for (int i = 0; i < 32; ++i) {
+    behind.push_back(at(0.01f * static_cast<float>(i) - 0.16f, -60.0f, 0.1f));
+    behind.back().position[1] = -60.0f * 0.3f / distance_m;  // on the view's axis
+  }
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 2000, .seed = 3, .texture_side = 0}));
+  const Shot view = projected_view(GetParam(), distance_m);
+  const RendererScene::Frame together = draw({{plant, thicket}, {plant, behind}}, view, true);
+  const RendererScene::Frame alone = draw({{plant, behind}}, view, true);
+  EXPECT_EQ(alone.counts.visible_instances, 32u);
+  EXPECT_EQ(alone.counts.occluded_instances, 0u);
+  EXPECT_GE(together.counts.occluded_instances, 32u);
+  const RendererScene::Frame hardware = draw({{plant, thicket}, {plant, behind}}, view, false);
+  EXPECT_NEAR(compare(together.picture, hardware.picture).coverage, 1.0, 0.04);
+}
+
+TEST_P(ProjectionTest, DepthMayRunEitherWay) {
+  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 900, .seed = 9})), {at(0.2f, 0.0f), at(-1.0f, -3.0f)}}};
+  Projection other = GetParam();
+  other.forward = !other.forward;
+  const Picture one = draw(plants, projected_view(GetParam(), 6.0f), true).picture;
+  const Picture turned = draw_scene(gpu(), plants, projected_view(other, 6.0f), options_of(other, true)).picture;
+  EXPECT_LT(compare_pictures(one, turned, 8).differing_share, 0.001);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ProjectionTest,
+                         testing::Values(Projection{"perspective"}, Projection{.name = "perspective_forward", .forward = true},
+                                         Projection{.name = "orthographic", .parallel = true},
+                                         Projection{.name = "orthographic_forward", .parallel = true, .forward = true},
+                                         Projection{.name = "oblique", .oblique = true},
+                                         Projection{.name = "oblique_forward", .oblique = true, .forward = true}),
+                         [](const auto& projection) { return std::string(projection.param.name); });
 
 }  // namespace
 }  // namespace coppice::test

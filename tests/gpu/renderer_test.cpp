@@ -29,7 +29,7 @@ class RendererTest : public VulkanTest {
     allocations_left = 0xffffffffu;
   }
   [[nodiscard]] static std::unique_ptr<RendererScene> failing_scene() {
-    return std::make_unique<RendererScene>(gpu(), 32768, SceneOptions{.allocate_memory = allocate_while_some_are_left});
+    return std::make_unique<RendererScene>(gpu(), 131072, SceneOptions{.allocate_memory = allocate_while_some_are_left});
   }
 };
 
@@ -46,9 +46,9 @@ Shot front_view() {
 TEST_F(RendererTest, PagesOfAFrameThatFailedAreDrawnInTheNext) {
   // The pages and the texture leave too little of the 8 MiB staging ring for the instances, which then need memory of their own.
   const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 5000, .seed = 3, .texture_side = 1391}));
-  std::vector<coppice_placement> placements(30000, at(0.0f, 400.0f));
+  std::vector<coppice_placement> placements(100000, at(0.0f, 400.0f));
   placements[0] = at(0.0f, 0.0f);
-  RendererScene reference(gpu(), 32768);
+  RendererScene reference(gpu(), 131072);
   reference.place(reference.add_plant(plant), placements);
   const Picture expected = reference.draw(front_view()).picture;
 

@@ -29,15 +29,8 @@ std::vector<coppice_placement> scattered(std::uint32_t count, std::uint32_t seed
   return placements;
 }
 
-TEST_F(SelectionTest, CutsEqualTheCpuReference) {
-  const std::uint32_t leaf_counts[] = {1, 700, 5000};
-  RendererScene scene(gpu(), 8192);
-  std::vector<DecodedPlant> plants;
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    plants.push_back(decoded_plant(random_plant({.leaf_count = leaf_counts[i], .seed = i + 1, .leaf_mesh_count = i})));
-    scene.place(scene.add_plant(plants[i]), scattered(2000, i));
-  }
-  Shot view = make_view({.eye_m = {0.0f, 0.5f, 0.0f}, .target_m = {1.0f, 0.5f, 1.0f}, .width_px = 64, .height_px = 64});
+/// At some thresholds, in a view of any kind.
+void expect_same_cuts(RendererScene& scene, const std::vector<DecodedPlant>& plants, Shot view) {
   std::uint32_t distinct = 0;
   for (const float error_px : {0.05f, 0.5f, 2.0f, 20.0f}) {
     view.error_px = error_px;
@@ -60,6 +53,25 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
     }
   }
   EXPECT_GT(distinct, 2000u) << "too few cuts lie between the ends for the test to mean anything";
+}
+
+TEST_F(SelectionTest, CutsEqualTheCpuReference) {
+  const std::uint32_t leaf_counts[] = {1, 700, 5000};
+  RendererScene scene(gpu(), 8192);
+  std::vector<DecodedPlant> plants;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    plants.push_back(decoded_plant(random_plant({.leaf_count = leaf_counts[i], .seed = i + 1, .leaf_mesh_count = i})));
+    scene.place(scene.add_plant(plants[i]), scattered(2000, i));
+  }
+  Shot view = make_view({.eye_m = {0.0f, 0.5f, 0.0f}, .target_m = {1.0f, 0.5f, 1.0f}, .width_px = 64, .height_px = 64});
+  Shot parallel = view;  // 8 m high
+  parallel.clip_from_view[0] = 0.25f;
+  parallel.clip_from_view[5] = -0.25f;
+  parallel.clip_from_view[10] = 1e-3f;
+  parallel.clip_from_view[11] = 0.0f;
+  parallel.clip_from_view[14] = parallel.clip_from_view[15] = 1.0f;
+  expect_same_cuts(scene, plants, view);
+  expect_same_cuts(scene, plants, parallel);
 }
 
 }  // namespace

@@ -145,8 +145,8 @@ TEST_P(ShadowTest, TheMapHoldsThePlantWhereItStands) {
       if (value == 0.0f) continue;
       const float from_middle_m = 2.0f * kRadius_m / kMapPx * std::hypot(static_cast<float>(x) - 127.5f, static_cast<float>(y) - 127.5f);
       ++(from_middle_m < 2.0f ? inside : outside);
-      const float from_sun_m = projection[3][2] / (value + projection[2][2]);
-      off_depth += std::abs(from_sun_m - (40.0f * kRadius_m - 8.0f)) > 2.0f;
+      const float from_eye_m = (projection[3][2] - value) / projection[2][2];
+      off_depth += std::abs(from_eye_m - (4.0f * kRadius_m - 8.0f)) > 2.0f;
     }
   EXPECT_GT(inside, 200u);
   EXPECT_EQ(outside, 0u);

@@ -185,7 +185,9 @@ Shot make_view(const CameraDesc& camera) {
 }
 
 RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instances, const SceneOptions& options)
-    : gpu_(gpu), frames_may_fail_(options.allocate_memory != nullptr) {
+    : gpu_(gpu),
+      frames_may_fail_(options.allocate_memory != nullptr),
+      clear_depth_(options.depth_compare == VK_COMPARE_OP_LESS || options.depth_compare == VK_COMPARE_OP_LESS_OR_EQUAL ? 1.0f : 0.0f) {
   constexpr std::uint32_t kMaxPlants = 8;
   gpu::Device device = expect(gpu::open_device(gpu.instance, gpu.physical_device, gpu.device, vkGetInstanceProcAddr));
   device.memory.ledger = &ledger_;
@@ -198,7 +200,8 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
                                                       .many_lanes = options.many_lanes},
                                             .memory_budget_bytes = options.memory_budget_bytes,
                                             .max_plants = kMaxPlants}));
-  view_ = expect(renderer_->add_view({.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT}));
+  view_ = expect(renderer_->add_view(
+      {.color_format = VK_FORMAT_R8G8B8A8_SRGB, .depth_format = VK_FORMAT_D32_SFLOAT, .depth_compare = options.depth_compare}));
   instances_ = gpu::InstanceTable(default_allocator(), max_instances);
   expect(instances_.reserve_plants(kMaxPlants));
   residency_.resize(kMaxPlants);
@@ -277,7 +280,7 @@ void RendererScene::upload(VkCommandBuffer cmd) {
 }
 
 Picture draw_on_white(const VulkanDevice& gpu, const Shot& view, const std::function<void(VkCommandBuffer)>& before,
-                      const std::function<void(VkCommandBuffer)>& inside) {
+                      const std::function<void(VkCommandBuffer)>& inside, float clear_depth) {
   const Image color(gpu, {.width_px = view.width_px,
                           .height_px = view.height_px,
                           .format = VK_FORMAT_R8G8B8A8_SRGB,
@@ -300,7 +303,8 @@ Picture draw_on_white(const VulkanDevice& gpu, const Shot& view, const std::func
                                                      .imageView = depth.view(),
                                                      .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
                                                      .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                                     .storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE};
+                                                     .storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE,
+                                                     .clearValue = {.depthStencil = {clear_depth, 0}}};
     const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
                                     .renderArea = {{0, 0}, {view.width_px, view.height_px}},
                                     .layerCount = 1,
@@ -344,7 +348,7 @@ RendererScene::Frame RendererScene::draw(const Shot& view) {
   const Buffer cuts(gpu_, std::max<std::size_t>(instances_.slots().size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   frame.picture = draw_on_white(
       gpu_, view, [&](VkCommandBuffer cmd) { record_selection(cmd, view_, view, cuts); },
-      [&](VkCommandBuffer cmd) { renderer_->view(view_).record_draw(cmd); });
+      [&](VkCommandBuffer cmd) { renderer_->view(view_).record_draw(cmd); }, clear_depth_);
   renderer_->begin_frame(frame_ + 1, frame_);
   ++frame_;
   frame.counts = renderer_->view(view_).counts();

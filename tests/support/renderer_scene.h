@@ -67,13 +67,14 @@ Shot make_view(const CameraDesc& camera);
 
 /// Records `before`, then `inside` a pass on a white R8G8B8A8_SRGB and a D32_SFLOAT attachment of the view's size; submits and waits.
 Picture draw_on_white(const VulkanDevice& gpu, const Shot& view, const std::function<void(VkCommandBuffer)>& before,
-                      const std::function<void(VkCommandBuffer)>& inside);
+                      const std::function<void(VkCommandBuffer)>& inside, float clear_depth = 0.0f);
 
 struct SceneOptions {
   std::uint64_t memory_budget_bytes = 64ull << 20;
   bool compute_raster = false;
-  bool int64_atomics = true;                       ///< where the device has them
-  std::optional<bool> many_lanes;                  ///< RendererDesc's
+  bool int64_atomics = true;       ///< where the device has them
+  std::optional<bool> many_lanes;  ///< RendererDesc's
+  VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   PFN_vkAllocateMemory allocate_memory = nullptr;  ///< instead of the device's; frames may then fail
 };
 
@@ -129,6 +130,7 @@ class RendererScene {
   std::uint32_t view_ = 0;
   std::optional<std::uint32_t> depth_view_;  ///< once something is drawn to depth alone
   bool frames_may_fail_ = false, upload_failed_ = false;
+  float clear_depth_ = 0.0f;
   std::uint64_t frame_ = 0;
 };
 

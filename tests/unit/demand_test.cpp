@@ -83,15 +83,31 @@ TEST(DemandView, FollowsARotatedCamera) {
   EXPECT_FLOAT_EQ(demands[1].max_size_px, 36.0f) << "behind: half";
 }
 
-TEST(DemandView, RefusesWhatIsNoPerspectiveView) {
+TEST(DemandView, AParallelViewShowsAllDistancesAlike) {
+  coppice_camera wide = reversed_infinite_view({0, 0, 5});
+  const float depth_per_m = 0.01f;
+  wide.clip_from_view[5] = -0.25f;
+  wide.clip_from_view[10] = depth_per_m;
+  wide.clip_from_view[11] = 0.0f;
+  wide.clip_from_view[14] = wide.clip_from_view[15] = 1.0f;
+  const auto view = demand_view(wide);
+  ASSERT_TRUE(view);
+  EXPECT_TRUE(view->parallel);
+  EXPECT_FLOAT_EQ(view->focal_px, 0.125f * static_cast<float>(wide.height_px));
+  EXPECT_EQ(size_distance_m(*view, {0, 0, -90}), size_distance_m(*view, {0, 0, 0}));
+  EXPECT_EQ(view->toward_viewer, (vec3{0, 0, 1}));
+  EXPECT_FLOAT_EQ(view->key_row.z * -5.0f + view->key_row.w, 0.9f) << "10 m of the 100 m to the far plane";
+  EXPECT_NEAR(view->planes[4].z * 5.0f + view->planes[4].w, 0.0f, 1e-5f) << "the near plane goes through the eye";
+}
+
+TEST(DemandView, RefusesWhatIsNoView) {
   const auto refused = [](coppice_camera view) {
     const auto result = demand_view(view);
     return !result && result.error().status == Status::invalid_argument;
   };
-  coppice_camera orthographic = reversed_infinite_view({});
-  orthographic.clip_from_view[11] = 0.0f;
-  orthographic.clip_from_view[15] = 1.0f;
-  EXPECT_TRUE(refused(orthographic));
+  coppice_camera backwards = reversed_infinite_view({});
+  backwards.clip_from_view[11] = 1.0f;
+  EXPECT_TRUE(refused(backwards));
   coppice_camera not_finite = reversed_infinite_view({});
   not_finite.view_from_world[12] = NAN;
   EXPECT_TRUE(refused(not_finite));

@@ -466,8 +466,11 @@ typedef struct coppice_camera {
   uint32_t struct_size;
   coppice_view view;
   float view_from_world[16]; /* a rotation, perhaps mirrored, and a translation of at most 1e10 m an axis */
-  float clip_from_view[16];  /* a perspective that looks down -z: its last row is 0 0 -1 0. May be oblique */
-  uint32_t width_px;         /* 1 to what the device draws */
+  /* A perspective that looks down -z, whose last row is 0 0 -1 0, or an orthographic projection, whose last row is 0 0 0 1; or a multiple
+   * of it above 0. May be oblique: the third row is any near plane's, as a mirror's. Depth runs as depth_compare says. Under an
+   * orthographic one sizes do not depend on distance, and fog begins at the plane of the eye. */
+  float clip_from_view[16];
+  uint32_t width_px; /* 1 to what the device draws */
   uint32_t height_px;
   int32_t x_px; /* of the picture's first pixel in the attachments */
   int32_t y_px;
@@ -501,9 +504,8 @@ static inline void coppice_sun_desc_init(coppice_sun_desc* desc) {
   coppice_struct_init(COPPICE_STRUCT_SUN_DESC, desc, sizeof *desc);
 }
 
-/* Fills the camera of a view of COPPICE_OUTPUT_DEPTH: the sun from 40 radii away, as perspective that is parallel to within 1.5
- * degrees, since the compute rasteriser draws no other. Its error_px is the default, in px of the map; width_px / (2 radius_m) px are a
- * metre. A centre that moves by whole steps of the map keeps edges of shadows still.
+/* Fills the camera of a view of COPPICE_OUTPUT_DEPTH: the sun's, orthographic. Its error_px is the default, in px of the map; width_px /
+ * (2 radius_m) px are a metre. A centre that moves by whole steps of the map keeps edges of shadows still.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT */
 COPPICE_API coppice_status coppice_sun_camera(const coppice_context* context, coppice_view view, const coppice_sun_desc* desc,
                                               coppice_camera* camera);

@@ -100,9 +100,8 @@ typedef struct coppice_vulkan_desc {
    * and coppice_record_draw copies what they drew into the attachments, colour and depth, before it draws the rest: several times faster
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
    * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
-   * COPPICE_LOD_FULL or an oblique projection are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer
-   * than 17 storage buffers a stage or with max_instances above 16,777,216; a warning in the log says so. Its lists take 13 MB with the
-   * first instance. */
+   * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 17 storage buffers a
+   * stage or with max_instances above 16,777,216; a warning in the log says so. Its lists take 13 MB with the first instance. */
   VkBool32 compute_raster;
 
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then

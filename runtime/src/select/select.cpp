@@ -8,10 +8,10 @@
 
 namespace coppice {
 
-std::array<vec4, 5> frustum_planes(const mat4& clip_from_world) {
+std::array<vec4, 5> frustum_planes(const mat4& clip_from_world, const vec4& key_row) {
   const mat4 rows = transpose(clip_from_world);
   const vec4 &x = rows.column[0], &y = rows.column[1], &w = rows.column[3];
-  std::array<vec4, 5> planes{w + x, w - x, w + y, w - y, w};
+  std::array<vec4, 5> planes{w + x, w - x, w + y, w - y, w - key_row};
   for (vec4& plane : planes) plane = plane * (1.0f / length(plane.xyz()));
   return planes;
 }
@@ -44,7 +44,7 @@ lod::CoppiceTable lod_table(const PlantFile& file, std::span<const std::uint32_t
 
 InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t instance_index, const LodPlant& plant, const LodView& view) {
   const float size_px =
-      lod::coppice_projected_size_px(distance(instance.center_m, view.eye_m), instance.radius_m, view.near_m, view.focal_px);
+      lod::coppice_projected_size_px(size_distance_m(view, instance.center_m), instance.radius_m, view.near_m, view.focal_px);
   const float threshold_px = lod::coppice_instance_threshold_px(view.error_px, instance_index);
   const auto finest = static_cast<float>(plant.resident_leaf_count);
   const lod::CoppiceColumn column = lod::coppice_column(plant.table, size_px);

@@ -12,22 +12,30 @@
 
 namespace coppice {
 
-/// Half-spaces that hold what a view sees, world space: dot(xyz, p) + w >= 0, xyz unit. Left, right and the two others, then the eye's:
-/// no far plane, whose place depends on the depth convention, and fog hides what lies behind it.
-std::array<vec4, 5> frustum_planes(const mat4& clip_from_world);
+/// Half-spaces that hold what a view sees, world space: dot(xyz, p) + w >= 0, xyz unit. Left, right and the two others, then the near
+/// plane; no far one, as fog hides what lies behind it. key_row: LodView's
+std::array<vec4, 5> frustum_planes(const mat4& clip_from_world, const vec4& key_row);
 
 /// The camera as selection sees it.
 struct LodView {
   vec3 eye_m{};                  ///< world space
-  float focal_px = 1.0f;         ///< half the image height times |clip_from_view[1][1]|
-  float near_m = 0.1f;           ///< > 0; nearer counts as this near
+  float focal_px = 1.0f;         ///< half the image height times |clip_from_view[1][1]|; of a parallel view px a metre
+  float near_m = 0.1f;           ///< > 0; nearer counts as this near; of a parallel view 1
   float error_px = 2.0f;         ///< threshold, > 0
   bool looks_around = true;      ///< it may turn: what is out of view is wanted too, at half its size
   bool discrete = false;         ///< COPPICE_LOD_DISCRETE: cuts are the discrete levels'
   bool full = false;             ///< COPPICE_LOD_FULL: every resident leaf, as modelled where that is resident, and the finest wood
-  std::array<vec4, 5> planes{};  ///< frustum_planes of clip_from_world
-  mat4 clip_from_world{};
+  bool parallel = false;         ///< an orthographic projection, whose sizes do not go by distance
+  vec3 toward_viewer{0, 0, 1};   ///< unit: the axis of a perspective; against the rays of a parallel view
+  std::array<vec4, 5> planes{};  ///< frustum_planes of the two below
+  mat4 clip_from_world{};        ///< w is the depth along the axis, m; of a parallel view 1
+  vec4 key_row{};                ///< dot(key_row, place) / w is 1 at the near plane and 0 at the far one, whichever way depth runs
 };
+
+/// The distance from the eye by which sizes go, m; to be taken as near_m where it is less.
+inline float size_distance_m(const LodView& view, const vec3& place_m) {
+  return view.parallel ? 0.0f : distance(place_m, view.eye_m);
+}
 
 /// One instance's bounding sphere in world space.
 struct InstanceSphere {

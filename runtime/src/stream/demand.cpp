@@ -10,6 +10,9 @@ namespace coppice {
 
 namespace {
 
+/// Of an oblique projection, whose near plane need not lie before the eye.
+constexpr float kObliqueNear_m = 0.1f;
+
 /// Distance of the nearer clip plane. Depth 0 and 1 are at b / a and b / (a + 1): which is near depends on the depth direction, and one may
 /// be infinitely far.
 float near_distance_m(const float* clip_from_view) {
@@ -23,6 +26,29 @@ float near_distance_m(const float* clip_from_view) {
 vec3 eye_of(const mat4& view_from_world) {
   const auto& [x, y, z, moved] = view_from_world.column;
   return -1.0f * vec3(dot(x.xyz(), moved.xyz()), dot(y.xyz(), moved.xyz()), dot(z.xyz(), moved.xyz()));
+}
+
+/// A projection times what makes w the depth along the axis, m, or of a parallel one 1.
+mat4 scaled_projection(const float (&clip_from_view)[16], bool parallel) {
+  mat4 scaled(clip_from_view);
+  const float factor = 1.0f / (parallel ? clip_from_view[15] : -clip_from_view[11]);
+  if (factor != 1.0f)
+    for (vec4& column : scaled.column) column = column * factor;
+  return scaled;
+}
+
+/// LodView::key_row in view space. Depth is larger where it is nearer in what is called reversed: then the key is depth itself.
+vec4 view_key_row(const mat4& clip_from_view, bool parallel) {
+  const mat4 rows = transpose(clip_from_view);
+  const bool reversed = (parallel ? rows.column[2].z : rows.column[2].w) > 0.0f;
+  return reversed ? rows.column[2] : rows.column[3] - rows.column[2];
+}
+
+/// A row of a matrix from view space as one from world space.
+vec4 world_row(const vec4& row, const mat4& view_from_world) {
+  const mat4 columns = view_from_world;
+  const auto along = [&](const vec4& column) { return row.x * column.x + row.y * column.y + row.z * column.z + row.w * column.w; };
+  return {along(columns.column[0]), along(columns.column[1]), along(columns.column[2]), along(columns.column[3])};
 }
 
 enum class Side : std::uint8_t { in, across, out };
@@ -57,7 +83,7 @@ void count_instance(const InstanceSphere& instance, const LodView& view, std::sp
   COPPICE_ASSERT(instance.plant < demands.size());
   const Side side = side_of(instance.center_m, instance.radius_m, view);
   if (side == Side::out && !view.looks_around) return;
-  const float size_px = size_share(side) * lod::coppice_projected_size_px(distance(instance.center_m, view.eye_m), instance.radius_m,
+  const float size_px = size_share(side) * lod::coppice_projected_size_px(size_distance_m(view, instance.center_m), instance.radius_m,
                                                                           view.near_m, view.focal_px);
   PlantDemand& demand = demands[instance.plant];
   demand.max_size_px = std::max(demand.max_size_px, size_px);
@@ -69,7 +95,7 @@ constexpr float kFarRadii = 8.0f;
 
 void count_far_block(std::span<const InstanceSphere> members, const InstanceBounds& block, Side side, const LodView& view,
                      std::span<PlantDemand> demands) {
-  const float block_m = distance(block.center_m, view.eye_m);
+  const float block_m = size_distance_m(view, block.center_m);
   const auto count = [&](std::uint32_t plant, float mean_radius_m, float max_radius_m, std::uint32_t instance_count) {
     COPPICE_ASSERT(plant < demands.size());
     const auto size_px = [&](float radius_m, float at_m) {
@@ -91,20 +117,32 @@ Result<LodView> demand_view(const coppice_camera& view) {
   const bool finite = std::ranges::all_of(view.view_from_world, [](float x) { return std::isfinite(x); }) &&
                       std::ranges::all_of(view.clip_from_view, [](float x) { return std::isfinite(x); });
   if (!finite) return Error{Status::invalid_argument, "view: a matrix is not finite"};
-  if (!(view.clip_from_view[11] < 0.0f) || view.clip_from_view[15] != 0.0f)
-    return Error{Status::invalid_argument, "view: clip_from_view is not a perspective projection looking down -z"};
+  const bool parallel = view.clip_from_view[11] == 0.0f && view.clip_from_view[15] > 0.0f;
+  if (!parallel && (!(view.clip_from_view[11] < 0.0f) || view.clip_from_view[15] != 0.0f))
+    return Error{Status::invalid_argument, "view: clip_from_view is neither a perspective that looks down -z nor orthographic"};
   if (!(view.error_px > 0.0f) || !std::isfinite(view.error_px)) return Error{Status::invalid_argument, "view: error_px must be > 0"};
   LodView result;
-  result.eye_m = eye_of(mat4(view.view_from_world));
-  result.focal_px = 0.5f * static_cast<float>(view.height_px) * std::abs(view.clip_from_view[5]);
-  result.near_m = near_distance_m(view.clip_from_view);
+  const mat4 view_from_world(view.view_from_world), clip_from_view = scaled_projection(view.clip_from_view, parallel);
+  const bool oblique = view.clip_from_view[2] != 0.0f || view.clip_from_view[6] != 0.0f;
+  result.eye_m = eye_of(view_from_world);
+  result.parallel = parallel;
+  result.focal_px = 0.5f * static_cast<float>(view.height_px) * std::abs(clip_from_view.column[1].y);
+  result.near_m = parallel ? 1.0f : oblique ? kObliqueNear_m : near_distance_m(view.clip_from_view);
   result.error_px = view.error_px;
   result.full = view.lod == COPPICE_LOD_FULL;
   result.discrete = view.lod == COPPICE_LOD_DISCRETE;
   if (!(result.focal_px > 0.0f) || !std::isfinite(result.near_m))
     return Error{Status::invalid_argument, "view: clip_from_view has no height or no near plane"};
-  result.clip_from_world = mat4(view.clip_from_view) * mat4(view.view_from_world);
-  result.planes = frustum_planes(result.clip_from_world);
+  result.clip_from_world = clip_from_view * view_from_world;
+  result.key_row = world_row(view_key_row(clip_from_view, parallel), view_from_world);
+  result.planes = frustum_planes(result.clip_from_world, result.key_row);
+  const mat4 rows = transpose(view_from_world);
+  result.toward_viewer = rows.column[2].xyz();
+  if (parallel) {
+    const mat4 clip_rows = transpose(result.clip_from_world);
+    const vec3 along = normalize(cross(clip_rows.column[0].xyz(), clip_rows.column[1].xyz()));
+    result.toward_viewer = dot(along, result.toward_viewer) < 0.0f ? -1.0f * along : along;
+  }
   return result;
 }
 
@@ -127,7 +165,8 @@ void add_demand(const InstanceBlocks& instances, std::size_t first_block, std::s
     const auto members = instances.slots.subspan(first, std::min<std::size_t>(kInstanceBlockSlots, instances.slots.size() - first));
     const Side side = side_of(block.center_m, block.radius_m, view);
     if (side == Side::out && !view.looks_around) continue;
-    if (side != Side::across && distance(block.center_m, view.eye_m) > kFarRadii * block.radius_m)
+    const bool alike = view.parallel || distance(block.center_m, view.eye_m) > kFarRadii * block.radius_m;
+    if (side != Side::across && alike)
       count_far_block(members, block, side, view, demands);
     else
       for (const InstanceSphere& instance : members) count_instance(instance, view, demands);

@@ -30,7 +30,7 @@ using LensViews = std::array<std::optional<LodView>, kMostLenses>;
 /// An instance outside the view counts this much, at half its size: turning the head should find it half ready.
 inline constexpr float kOutsideWeight = 0.1f;
 
-/// From coppice_camera's matrices (column-major). error  invalid_argument: the matrices are not a perspective view, or error_px <= 0
+/// From coppice_camera's matrices (column-major). error  invalid_argument: the matrices are no view, or error_px <= 0
 Result<LodView> demand_view(const coppice_camera& view);
 
 /// Size, px, that stands for a bin: its upper end, so that no instance is taken for smaller than it is.

@@ -87,14 +87,9 @@ std::uint64_t tile_count(std::uint32_t width_px, std::uint32_t height_px) {
   return count;
 }
 
-/// Depth as a function of w alone, which an oblique projection's is not.
-bool has_plain_depth(const coppice_camera& view) {
-  return view.clip_from_view[2] == 0.0f && view.clip_from_view[6] == 0.0f && view.clip_from_view[11] == -1.0f;
-}
-
 /// Whether the rasteriser draws such a view.
 bool is_drawn(const coppice_camera& view) {
-  return view.lod == COPPICE_LOD_CUT && has_plain_depth(view);
+  return view.lod == COPPICE_LOD_CUT;
 }
 
 }  // namespace
@@ -289,9 +284,6 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera) {
   view.push = {.round = 0,
                .width_px = camera.width_px,
                .height_px = camera.height_px,
-               // Depth is clip z over w, with z = -[10] w + [14].
-               .key_a = reversed ? -camera.clip_from_view[10] : 1.0f + camera.clip_from_view[10],
-               .key_b = reversed ? camera.clip_from_view[14] : -camera.clip_from_view[14],
                .splat_px = kSplat_px,
                .split_px = kSplit_px,
                .reversed = reversed ? 1u : 0u,

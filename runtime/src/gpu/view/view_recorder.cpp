@@ -14,9 +14,9 @@ namespace {
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 
 /// Whether x and y of the picture and the way to the viewer are left-handed: +x right and +y up, where Vulkan's is down.
-bool is_mirrored(const mat4& clip_from_world) {
-  const mat4 rows = transpose(clip_from_world);
-  return dot(rows.column[0].xyz(), cross(rows.column[1].xyz(), rows.column[3].xyz())) < 0.0f;
+bool is_mirrored(const LodView& lod) {
+  const mat4 rows = transpose(lod.clip_from_world);
+  return dot(rows.column[0].xyz(), cross(rows.column[1].xyz(), lod.toward_viewer)) > 0.0f;
 }
 
 static_assert(kDebugLod == COPPICE_DEBUG_LOD && kDebugPath == COPPICE_DEBUG_PATH && kDebugOverdraw == COPPICE_DEBUG_OVERDRAW);
@@ -51,7 +51,10 @@ View gpu_view(const coppice_camera& view, const coppice_light& light, const LodV
   converted.is_shadow = kind.depth_alone ? 1 : 0;
   converted.cascade_count = light.shadow_map_count;
   converted.depth_sign = kind.reversed ? 1.0f : -1.0f;
-  converted.is_mirrored = is_mirrored(converted.clip_from_world) ? 1 : 0;
+  converted.is_mirrored = is_mirrored(lod) ? 1 : 0;
+  converted.is_perspective = lod.parallel ? 0.0f : 1.0f;
+  converted.toward_viewer = lod.parallel ? lod.toward_viewer : vec3(0.0f);
+  converted.key_row = lod.key_row;
   converted.temporal_frame = view.temporal_frame;
   converted.half_size_px = {0.5f * static_cast<float>(view.width_px), 0.5f * static_cast<float>(view.height_px)};
   converted.first_px = {static_cast<std::uint32_t>(view.x_px), static_cast<std::uint32_t>(view.y_px)};

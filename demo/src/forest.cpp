@@ -173,7 +173,7 @@ Forest create_forest(const Device& device, const Options& options, std::optional
   const coppice_status status = coppice_vulkan_context_create(&desc, &vulkan, &context);
   forest.context.reset(context);
   check(forest, status, "coppice_vulkan_context_create");
-  forest.view = create_view(forest, COPPICE_OUTPUT_LIT);
+  for (std::size_t pane = 0; pane < (options.split ? 2u : 1u); ++pane) forest.views[pane] = create_view(forest, COPPICE_OUTPUT_LIT);
   if (options.shadows)
     for (coppice_view& view : forest.sun_views) view = create_view(forest, COPPICE_OUTPUT_DEPTH);
   return forest;
@@ -276,18 +276,20 @@ coppice_stats statistics_of(const Forest& forest) {
 coppice_view_stats view_statistics_of(const Forest& forest) {
   coppice_view_stats stats;
   coppice_view_stats_init(&stats);
-  check(forest, coppice_get_view_stats(forest.context.get(), forest.view, &stats), "coppice_get_view_stats");
+  check(forest, coppice_get_view_stats(forest.context.get(), forest.views[0], &stats), "coppice_get_view_stats");
   return stats;
 }
 
-coppice_camera make_camera(const Forest& forest, const FrameView& view, VkExtent2D extent, const CutSettings& settings) {
+coppice_camera make_camera(const Forest& forest, std::size_t pane, const FrameView& view, const CutSettings& settings) {
   coppice_camera result;
   coppice_camera_init(&result);
-  result.view = forest.view;
+  result.view = forest.views[pane];
   std::memcpy(result.view_from_world, glm::value_ptr(view.view_from_world), sizeof result.view_from_world);
   std::memcpy(result.clip_from_view, glm::value_ptr(view.clip_from_view), sizeof result.clip_from_view);
-  result.width_px = extent.width;
-  result.height_px = extent.height;
+  result.x_px = view.pane.offset.x;
+  result.y_px = view.pane.offset.y;
+  result.width_px = view.pane.extent.width;
+  result.height_px = view.pane.extent.height;
   result.error_px = settings.error_px;
   result.leaf_budget = settings.leaf_budget;
   result.lod = settings.lod == LodMode::full       ? COPPICE_LOD_FULL

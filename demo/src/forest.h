@@ -26,7 +26,7 @@ struct Forest {
   std::unique_ptr<Log> log;
   std::unique_ptr<Trace> trace;  ///< null unless asked for
   std::unique_ptr<coppice_context, ContextDestroyer> context;
-  coppice_view view = 0;                                     ///< the picture
+  std::array<coppice_view, kMostPanes> views{};              ///< the picture, or its panes; 0: not there
   std::array<coppice_view, Shadows::kCascades> sun_views{};  ///< the shadow maps; 0 without them
   std::vector<coppice_plant> plants;
   std::vector<Species> species;  ///< per plant
@@ -54,6 +54,7 @@ void reload(Forest& forest, std::size_t file);
 /// Throws a Failure with the reason that the library logged, or the call's name, unless the status is COPPICE_OK.
 void check(const Forest& forest, coppice_status status, const char* call);
 coppice_stats statistics_of(const Forest& forest);
+/// Of the picture, or its left pane.
 coppice_view_stats view_statistics_of(const Forest& forest);
 
 struct CutSettings {
@@ -62,7 +63,8 @@ struct CutSettings {
   LodMode lod = LodMode::cut;
   DebugView view = DebugView::none;
 };
-coppice_camera make_camera(const Forest& forest, const FrameView& view, VkExtent2D extent, const CutSettings& settings);
+/// pane: of the picture, which shows `view`
+coppice_camera make_camera(const Forest& forest, std::size_t pane, const FrameView& view, const CutSettings& settings);
 coppice_light make_light(const Weather& weather);
 
 }  // namespace forest

@@ -57,7 +57,7 @@ struct Options {
   LodMode lod = LodMode::cut;
   LeafPath path = LeafPath::automatic;
   float error_px = 2;
-  std::optional<std::uint32_t> leaf_budget;  ///< leaves a frame, see coppice_view; 0: none; absent: kSoftwareLeafBudget, or on a GPU none
+  std::optional<std::uint32_t> leaf_budget;  ///< leaves a frame, see coppice_camera; 0: none; absent: kSoftwareLeafBudget, or on a GPU none
   std::optional<float> frame_ms;             ///< what FramePace keeps to; 0: nothing; absent: that, or in a window kSoftwareFrame_ms
   float fog = 1;                             ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
@@ -65,6 +65,7 @@ struct Options {
   std::string record;            ///< folder for every frame's picture; empty: none
   std::string compare;           ///< where to write the comparison of LoD modes; empty: none
   std::string trace;             ///< empty: none
+  bool split = false;            ///< a second camera, which looks back, beside the first
   std::optional<bool> temporal;  ///< antialiasing; absent: unless frames are to be seen one by one
   DebugView view = DebugView::none;
   bool shadows = true;            ///< shadow maps

@@ -155,9 +155,10 @@ Handle<VkSampler> create_sampler(const Device& device, VkSamplerAddressMode addr
   return {device.handle, sampler, vkDestroySampler};
 }
 
-void record_viewport(VkCommandBuffer commands, VkExtent2D extent) {
-  const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
-  const VkRect2D scissor{{0, 0}, extent};
+void record_viewport(VkCommandBuffer commands, VkExtent2D extent, VkOffset2D first) {
+  const VkViewport viewport{
+      static_cast<float>(first.x), static_cast<float>(first.y), static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
+  const VkRect2D scissor{first, extent};
   vkCmdSetViewport(commands, 0, 1, &viewport);
   vkCmdSetScissor(commands, 0, 1, &scissor);
 }

@@ -33,6 +33,6 @@ Handle<VkDescriptorSetLayout> create_set_layout(const Device& device, std::span<
 Handle<VkSampler> create_sampler(const Device& device, VkSamplerAddressMode address_mode, VkFilter filter = VK_FILTER_LINEAR);
 
 /// Viewport and scissor over a whole picture.
-void record_viewport(VkCommandBuffer commands, VkExtent2D extent);
+void record_viewport(VkCommandBuffer commands, VkExtent2D extent, VkOffset2D first = {0, 0});
 
 }  // namespace forest

@@ -34,7 +34,7 @@ Image upload(const Device& device, const Texture& texture) {
 }
 
 void allocate_sets(Renderer& renderer) {
-  constexpr auto kSets = static_cast<std::uint32_t>(FrameRing::kSlots);
+  constexpr auto kSets = static_cast<std::uint32_t>(FrameRing::kSlots * kMostPanes);
   const std::array<VkDescriptorPoolSize, 2> sizes = {
       {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSets}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kImageCount * kSets}}};
   VkDescriptorPoolCreateInfo info = vk_struct<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
@@ -44,17 +44,21 @@ void allocate_sets(Renderer& renderer) {
   VkDescriptorPool pool = VK_NULL_HANDLE;
   check(vkCreateDescriptorPool(renderer.device.handle, &info, nullptr, &pool), "vkCreateDescriptorPool");
   renderer.descriptor_pool = {renderer.device.handle, pool, vkDestroyDescriptorPool};
-  std::array<VkDescriptorSetLayout, FrameRing::kSlots> layouts;
+  std::array<VkDescriptorSetLayout, kSets> layouts;
   layouts.fill(renderer.set_layout);
   VkDescriptorSetAllocateInfo allocation = vk_struct<VkDescriptorSetAllocateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
   allocation.descriptorPool = pool;
   allocation.descriptorSetCount = kSets;
   allocation.pSetLayouts = layouts.data();
-  check(vkAllocateDescriptorSets(renderer.device.handle, &allocation, renderer.sets.data()), "vkAllocateDescriptorSets");
+  std::array<VkDescriptorSet, kSets> sets{};
+  check(vkAllocateDescriptorSets(renderer.device.handle, &allocation, sets.data()), "vkAllocateDescriptorSets");
+  auto next = sets.begin();
+  for (auto& panes : renderer.panes)
+    for (Renderer::PaneSet& pane : panes) pane.set = *next++;
 }
 
-void write_set(const Renderer& renderer, std::size_t slot) {
-  const VkDescriptorBufferInfo buffer{renderer.uniforms[slot].buffer, 0, sizeof(FrameUniforms)};
+void write_set(const Renderer& renderer, const Renderer::PaneSet& pane) {
+  const VkDescriptorBufferInfo buffer{pane.uniforms.buffer, 0, sizeof(FrameUniforms)};
   constexpr VkImageLayout kRead = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
   // Without shadow maps their bindings hold something that is there.
   const auto map = [&](std::size_t cascade) -> VkImageView {
@@ -71,7 +75,7 @@ void write_set(const Renderer& renderer, std::size_t slot) {
   std::array<VkWriteDescriptorSet, kBindingTypes.size()> writes{};
   for (std::uint32_t i = 0; i < writes.size(); ++i) {
     writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
-    writes[i].dstSet = renderer.sets[slot];
+    writes[i].dstSet = pane.set;
     writes[i].dstBinding = i;
     writes[i].descriptorCount = 1;
     writes[i].descriptorType = kBindingTypes[i];
@@ -79,6 +83,11 @@ void write_set(const Renderer& renderer, std::size_t slot) {
     writes[i].pImageInfo = i == 0 ? nullptr : &images[i - 1];
   }
   vkUpdateDescriptorSets(renderer.device.handle, static_cast<std::uint32_t>(writes.size()), writes.data(), 0, nullptr);
+}
+
+void write_sets(const Renderer& renderer) {
+  for (const auto& panes : renderer.panes)
+    for (const Renderer::PaneSet& pane : panes) write_set(renderer, pane);
 }
 
 void create_ground_pipelines(Renderer& renderer) {
@@ -124,7 +133,7 @@ void create_screen_pipelines(Renderer& renderer) {
   renderer.enlarge_pipeline = create_pipeline(renderer.device, desc);
 }
 
-void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView& view) {
+void write_uniforms(const Renderer& renderer, const Renderer::PaneSet& pane, const FrameView& view) {
   FrameUniforms uniforms;
   uniforms.clip_from_world = view.clip_from_view * view.view_from_world;
   uniforms.world_from_clip = glm::inverse(uniforms.clip_from_world);
@@ -137,7 +146,7 @@ void write_uniforms(const Renderer& renderer, std::size_t slot, const FrameView&
   for (std::size_t i = 0; renderer.shadows && i < Shadows::kCascades; ++i)
     uniforms.shadows[i] = renderer.shadows->cascades[i].clip_from_world;
   uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, size_px(renderer.blends)};
-  std::memcpy(renderer.uniforms[slot].mapped, &uniforms, sizeof uniforms);
+  std::memcpy(pane.uniforms.mapped, &uniforms, sizeof uniforms);
 }
 
 void begin_pass(VkCommandBuffer commands, VkExtent2D extent, const Image& color, const Image* depth,
@@ -161,14 +170,13 @@ void begin_pass(VkCommandBuffer commands, VkExtent2D extent, const Image& color,
   vkCmdBeginRendering(commands, &info);
 }
 
-void bind(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, VkPipeline pipeline, VkExtent2D extent) {
+void bind(const Renderer& renderer, VkCommandBuffer commands, const Renderer::PaneSet& pane, VkPipeline pipeline) {
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
-  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, renderer.pipeline_layout, 0, 1, &renderer.sets[slot], 0, nullptr);
-  record_viewport(commands, extent);
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, renderer.pipeline_layout, 0, 1, &pane.set, 0, nullptr);
 }
 
-void record_ground(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const glm::mat4& clip_from_world) {
-  bind(renderer, commands, slot, renderer.ground_pipeline, renderer.drawn);
+void record_ground(const Renderer& renderer, VkCommandBuffer commands, const Renderer::PaneSet& pane, const glm::mat4& clip_from_world) {
+  bind(renderer, commands, pane, renderer.ground_pipeline);
   const VkDeviceSize offset = 0;
   vkCmdBindVertexBuffers(commands, 0, 1, renderer.ground_vertices.buffer.address(), &offset);
   vkCmdBindIndexBuffer(commands, renderer.ground_indices.buffer, 0, VK_INDEX_TYPE_UINT32);
@@ -177,14 +185,15 @@ void record_ground(const Renderer& renderer, VkCommandBuffer commands, std::size
       vkCmdDrawIndexed(commands, chunk.index_count, 1, chunk.first_index, 0, 0);
 }
 
-void record_tufts(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const glm::mat4& clip_from_world, glm::vec3 eye) {
+void record_tufts(const Renderer& renderer, VkCommandBuffer commands, const Renderer::PaneSet& pane, const glm::mat4& clip_from_world,
+                  glm::vec3 eye) {
   std::vector<Tuft> tufts(kMaxTufts);
   const std::size_t count = gather_tufts(renderer.terrain, renderer.ground_map, clip_from_world, eye, tufts);
-  std::memcpy(renderer.tufts[slot].mapped, tufts.data(), count * sizeof(Tuft));
+  std::memcpy(pane.tufts.mapped, tufts.data(), count * sizeof(Tuft));
   if (count == 0) return;
-  bind(renderer, commands, slot, renderer.tuft_pipeline, renderer.drawn);
+  bind(renderer, commands, pane, renderer.tuft_pipeline);
   const VkDeviceSize offset = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, renderer.tufts[slot].buffer.address(), &offset);
+  vkCmdBindVertexBuffers(commands, 0, 1, pane.tufts.buffer.address(), &offset);
   vkCmdDraw(commands, kTuftVertices, static_cast<std::uint32_t>(count), 0, 0);
 }
 
@@ -201,7 +210,8 @@ void record_over_picture(const Renderer& renderer, VkCommandBuffer commands, con
 void record_screen_pass(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, VkPipeline pipeline, const Image& target,
                         VkExtent2D extent) {
   begin_pass(commands, extent, target, nullptr);
-  bind(renderer, commands, slot, pipeline, extent);
+  bind(renderer, commands, renderer.panes[slot][0], pipeline);
+  record_viewport(commands, extent);
   vkCmdDraw(commands, 3, 1, 0, 0);
   vkCmdEndRendering(commands);
 }
@@ -222,8 +232,11 @@ Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const Gro
   ground_indices = create_device_buffer(device, std::as_bytes(std::span(terrain.indices)), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   ground_map_image = upload(device, ground_map.texture);
   ground_detail_image = upload(device, make_ground_detail(1));
-  for (Buffer& buffer : uniforms) buffer = create_host_buffer(device, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-  for (Buffer& buffer : tufts) buffer = create_host_buffer(device, kMaxTufts * sizeof(Tuft), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  for (auto& of_slot : panes)
+    for (PaneSet& pane : of_slot) {
+      pane.uniforms = create_host_buffer(device, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
+      pane.tufts = create_host_buffer(device, kMaxTufts * sizeof(Tuft), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+    }
   repeat_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_REPEAT);
   clamp_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE);
   map_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE, VK_FILTER_NEAREST);
@@ -251,7 +264,7 @@ void resize_renderer(Renderer& renderer, VkExtent2D extent) {
   renderer.toned = create_image(renderer.device, desc);
   renderer.blended = create_image(renderer.device, desc);
   renderer.drawn = renderer.blends = extent;
-  for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
+  write_sets(renderer);
   if (renderer.temporal) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth);
 }
 
@@ -275,12 +288,11 @@ void set_temporal(Renderer& renderer, bool on) {
 void set_shadows(Renderer& renderer, std::uint32_t size_px) {
   renderer.shadows = size_px > 0 ? std::make_unique<Shadows>(renderer.device, size_px) : nullptr;
   create_ground_pipelines(renderer);
-  for (std::size_t slot = 0; slot < FrameRing::kSlots; ++slot) write_set(renderer, slot);
+  write_sets(renderer);
 }
 
-void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
+void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, std::span<const FrameView> views,
                   const std::function<void()>& draw_plants) {
-  write_uniforms(renderer, slot, view);
   record_barrier(commands, to_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
   ImageBarrier depth =
       to_depth_attachment(renderer.depth, VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT |
@@ -288,18 +300,30 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
   depth.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;  // the last frame's, where nothing has sampled it since
   record_barrier(commands, depth);
 
-  const glm::mat4 clip_from_world = view.clip_from_view * view.view_from_world;
   start_timer(renderer.timer.get(), commands, slot);
   const auto stamp = [&](ScenePass pass) { stamp_pass(renderer.timer.get(), commands, slot, pass); };
+  const auto for_each_pane = [&](const auto& record) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      record_viewport(commands, views[i].pane.extent, views[i].pane.offset);
+      record(renderer.panes[slot][i], views[i], views[i].clip_from_view * views[i].view_from_world);
+    }
+  };
   begin_pass(commands, renderer.drawn, renderer.scene, &renderer.depth);
   draw_plants();
   stamp(ScenePass::plants);
-  record_ground(renderer, commands, slot, clip_from_world);
+  for_each_pane([&](const Renderer::PaneSet& pane, const FrameView& view, const glm::mat4& clip_from_world) {
+    write_uniforms(renderer, pane, view);
+    record_ground(renderer, commands, pane, clip_from_world);
+  });
   stamp(ScenePass::ground);
-  record_tufts(renderer, commands, slot, clip_from_world, view.eye);
+  for_each_pane([&](const Renderer::PaneSet& pane, const FrameView& view, const glm::mat4& clip_from_world) {
+    record_tufts(renderer, commands, pane, clip_from_world, view.eye);
+  });
   stamp(ScenePass::tufts);
-  bind(renderer, commands, slot, renderer.sky_pipeline, renderer.drawn);
-  vkCmdDraw(commands, 3, 1, 0, 0);
+  for_each_pane([&](const Renderer::PaneSet& pane, const FrameView&, const glm::mat4&) {
+    bind(renderer, commands, pane, renderer.sky_pipeline);
+    vkCmdDraw(commands, 3, 1, 0, 0);
+  });
   vkCmdEndRendering(commands);
   stamp(ScenePass::sky);
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <span>
 
 #include "camera.h"
 #include "device.h"
@@ -28,12 +29,17 @@ struct Weather {
   float exposure = 1;
 };
 
+/// Cameras side by side in a picture, at most.
+constexpr std::size_t kMostPanes = 2;
+
+/// What a camera shows in a frame.
 struct FrameView {
+  VkRect2D pane = {};  ///< of the picture's drawn part
   glm::mat4 view_from_world;
   glm::mat4 clip_from_view;  ///< moved by jitter_px
   glm::mat4 unmoved_clip_from_world;
   glm::vec2 jitter_px = {0, 0};
-  std::uint32_t temporal_frame = 0;  ///< coppice_view's
+  std::uint32_t temporal_frame = 0;  ///< coppice_camera's
   glm::vec3 eye;
   float time_s = 0;
   bool unchanged = false;  ///< nothing but the camera can have changed since the frame before
@@ -63,8 +69,12 @@ struct Renderer {
   Buffer ground_indices;
   Image ground_map_image;
   Image ground_detail_image;
-  std::array<Buffer, FrameRing::kSlots> uniforms;
-  std::array<Buffer, FrameRing::kSlots> tufts;
+  /// Of a pane in a frame.
+  struct PaneSet {
+    Buffer uniforms, tufts;
+    VkDescriptorSet set = VK_NULL_HANDLE;
+  };
+  std::array<std::array<PaneSet, kMostPanes>, FrameRing::kSlots> panes;
 
   Handle<VkSampler> repeat_sampler;
   Handle<VkSampler> clamp_sampler;
@@ -72,7 +82,6 @@ struct Renderer {
   Handle<VkDescriptorSetLayout> set_layout;
   Handle<VkPipelineLayout> pipeline_layout;
   Handle<VkDescriptorPool> descriptor_pool;
-  std::array<VkDescriptorSet, FrameRing::kSlots> sets = {};
   Handle<VkPipeline> ground_pipeline;
   Handle<VkPipeline> tuft_pipeline;
   Handle<VkPipeline> sky_pipeline;
@@ -98,13 +107,14 @@ void set_temporal(Renderer& renderer, bool on);
 /// Switches shadow maps on, or off with a size of 0. No frame may be in flight.
 void set_shadows(Renderer& renderer, std::uint32_t size_px);
 
-/// Records the scene pass: `draw_plants` first (it may change every binding), then ground, grass and sky.
-/// slot  FrameRing::slot_index() of the frame: its uniforms and tufts are overwritten
-void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
+/// Records the scene pass: `draw_plants` of all views first (it may change every binding), then ground, grass and sky.
+/// slot   FrameRing::slot_index() of the frame: its uniforms and tufts are overwritten
+/// views  at most kMostPanes, beside each other
+void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, std::span<const FrameView> views,
                   const std::function<void()>& draw_plants);
 
 /// Records tone mapping and temporal antialiasing or enlarging to `picture`, then `draw_overlay` on top of it.
-/// view          the one given to record_scene
+/// view          the first one given to record_scene
 /// draw_overlay  may be empty
 void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, const FrameView& view,
                      const std::function<void()>& draw_overlay);

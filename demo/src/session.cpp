@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "failure.h"
 #include "output.h"
@@ -66,7 +67,7 @@ VkExtent2D picture_extent(const Options& options, const Screen* screen) {
 }
 
 bool blends_frames(const Options& options) {
-  return options.temporal.value_or(options.supersample == 1 && options.compare.empty());
+  return options.temporal.value_or(options.supersample == 1 && options.compare.empty() && !options.split);
 }
 
 FramePace first_pace(const Options& options, const Device& device, bool in_window) {
@@ -176,10 +177,11 @@ std::vector<DueMap> due_maps(Session& session, const FrameView& view) {
                                               .arrivals = arrivals_of(session.statistics.last)});
 }
 
-void begin_plants(Session& session, const FrameView& view, std::span<const DueMap> maps) {
-  std::vector<coppice_camera> cameras{make_camera(
-      session.forest, view, session.renderer.drawn,
-      {session.controls.error_px, static_cast<std::uint32_t>(session.pace.budget), session.controls.lod, session.controls.view})};
+void begin_plants(Session& session, std::span<const FrameView> views, std::span<const DueMap> maps) {
+  const float budget = session.pace.budget / static_cast<float>(views.size());
+  const CutSettings settings{session.controls.error_px, static_cast<std::uint32_t>(budget), session.controls.lod, session.controls.view};
+  std::vector<coppice_camera> cameras;
+  for (std::size_t pane = 0; pane < views.size(); ++pane) cameras.push_back(make_camera(session.forest, pane, views[pane], settings));
   for (const DueMap& map : maps) cameras.push_back(map.camera);
   coppice_frame frame;
   coppice_frame_init(&frame);
@@ -190,7 +192,7 @@ void begin_plants(Session& session, const FrameView& view, std::span<const DueMa
   check(session.forest, coppice_frame_begin(session.forest.context.get(), &frame), "coppice_frame_begin");
 }
 
-void record_frame(Session& session, VkCommandBuffer commands, const FrameView& view, std::span<const DueMap> maps) {
+void record_frame(Session& session, VkCommandBuffer commands, std::span<const FrameView> views, std::span<const DueMap> maps) {
   coppice_context* context = session.forest.context.get();
   coppice_light light = make_light(session.world.weather);
   const auto cull = [&](coppice_view of) {
@@ -205,19 +207,23 @@ void record_frame(Session& session, VkCommandBuffer commands, const FrameView& v
     light.shadow_maps = shadows.data();
     light.shadow_map_count = Shadows::kCascades;
   }
-  cull(session.forest.view);
+  for (std::size_t pane = 0; pane < views.size(); ++pane) cull(session.forest.views[pane]);
   const std::size_t slot = session.ring.slot_index();
-  record_scene(session.renderer, commands, slot, view, [&] { draw(session.forest.view); });
+  record_scene(session.renderer, commands, slot, views, [&] {
+    for (std::size_t pane = 0; pane < views.size(); ++pane) draw(session.forest.views[pane]);
+  });
   std::function<void()> draw_overlay;
   if (session.overlay) draw_overlay = [&] { record_overlay(*session.overlay, commands, slot, session.renderer.picture.extent); };
-  record_tone_map(session.renderer, commands, slot, view, draw_overlay);
+  record_tone_map(session.renderer, commands, slot, views.front(), draw_overlay);
 }
 
-FrameView view_of(const Session& session, const Pose& pose, float time_s) {
-  const glm::vec2 picture_px = size_px(session.renderer.picture.extent), drawn_px = size_px(session.renderer.drawn);
+FrameView view_of(const Session& session, const Pose& pose, float time_s, const VkRect2D& pane) {
+  const glm::vec2 picture_px = size_px(session.renderer.picture.extent) * glm::vec2(session.split ? 0.5f : 1.0f, 1.0f);
+  const glm::vec2 drawn_px = size_px(pane.extent);
   Pose cuts = pose;
   cuts.position += session.cuts_aside_m * right(pose);
   FrameView view;
+  view.pane = pane;
   view.view_from_world = view_from_world(cuts);
   view.clip_from_view = clip_from_view(pose, picture_px.x / picture_px.y);
   view.clip_from_view[3] += session.cuts_aside_m * view.clip_from_view[0];
@@ -228,6 +234,17 @@ FrameView view_of(const Session& session, const Pose& pose, float time_s) {
   view.eye = pose.position;
   view.time_s = time_s;
   return view;
+}
+
+/// The picture's cameras, from left to right.
+std::vector<FrameView> views_of(const Session& session, const Pose& pose, float time_s) {
+  const VkExtent2D drawn = session.renderer.drawn;
+  if (!session.split) return {view_of(session, pose, time_s, {{0, 0}, drawn})};
+  const std::uint32_t left = std::max(drawn.width / 2, 1u), right = std::max(drawn.width - left, 1u);
+  Pose back = pose;
+  back.yaw_rad += std::numbers::pi_v<float>;
+  return {view_of(session, pose, time_s, {{0, 0}, {left, drawn.height}}),
+          view_of(session, back, time_s, {{static_cast<std::int32_t>(left), 0}, {right, drawn.height}})};
 }
 
 void pace_frame(Session& session, float frame_ms) {
@@ -290,6 +307,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
   statistics.software_device = device.software;
   if (options.watch) watch = watch_files(forest.files);
   supersample = options.supersample;
+  split = options.split;
   if (options.shadows) set_shadows(renderer, static_cast<std::uint32_t>(std::lround(pace.scale * static_cast<float>(Shadows::kSize_px))));
   set_temporal(renderer, blends_frames(options));
   if (options.pass_times) renderer.timer = std::make_unique<PassTimer>(device);
@@ -306,17 +324,18 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   if (session.screen) image = acquire(session, slot);
   const VkExtent2D extent = session.renderer.picture.extent;
   pace_frame(session, frame_ms);
-  FrameView view = view_of(session, pose, time_s);
+  std::vector<FrameView> views = views_of(session, pose, time_s);
+  FrameView& view = views.front();
   reload_changed(session);
   const std::vector<DueMap> maps = due_maps(session, view);
-  begin_plants(session, view, maps);
+  begin_plants(session, views, maps);
   const std::uint64_t arrivals = arrivals_of(session.statistics.last);
   const float threshold_px = session.statistics.last_view.threshold_px;
   sample_statistics(session);
   view.unchanged =
       maps.empty() && arrivals == arrivals_of(session.statistics.last) && threshold_px == session.statistics.last_view.threshold_px;
   if (session.overlay) layout_controls(session, frame_ms);
-  record_frame(session, slot.commands, view, maps);
+  record_frame(session, slot.commands, views, maps);
   if (!image) {
     submit_frame(session.device, session.ring, VK_NULL_HANDLE, VK_NULL_HANDLE);
     return;

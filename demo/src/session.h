@@ -50,6 +50,7 @@ struct Session {
   std::uint32_t sample = 0;       ///< of a supersampled picture, from 1 on; 0: frames are shown as they are
   float cuts_aside_m = 0;         ///< the picture has the cuts of an eye so far to the right
   std::uint32_t supersample = 1;  ///< along each axis, of pictures that are written
+  bool split = false;             ///< a second camera, which looks back, beside the first
   std::optional<Watch> watch;     ///< absent unless asked for
   Statistics statistics;
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();

@@ -347,7 +347,8 @@ int main(int argc, char** argv) {
   coppice_plant_info info;
   coppice_camera camera;
   coppice_view_stats stats;
-  const coppice_placement placement = {.scale = 1, .rotation = {0, 0, 0, 1}, .tint = {1, 1, 1}};
+  coppice_placement placement;
+  coppice_placement_init(&placement);
   if (argc != 3) {
     fprintf(stderr, "usage: 01_hello_plant PLANT.coppice PICTURE.ppm\n");
     return 2;
@@ -359,7 +360,7 @@ int main(int argc, char** argv) {
 
   context = create_context(&host);
   REQUIRE_COPPICE(coppice_plant_open(context, argv[1], &plant));
-  REQUIRE_COPPICE(coppice_instances_add(context, plant, &placement, 1, NULL));
+  REQUIRE_COPPICE(coppice_instances_add(context, plant, &placement, sizeof(coppice_placement), 1, NULL));
   coppice_plant_info_init(&info);
   REQUIRE_COPPICE(coppice_plant_get_info(context, plant, &info));
   camera = camera_of(create_view(context), &info);

@@ -78,7 +78,8 @@ Species species_of(const Forest& forest, coppice_plant plant) {
 }
 
 coppice_placement placement_of(const PlacedPlant& plant, const Species& species, const Terrain& terrain) {
-  coppice_placement placement{};
+  coppice_placement placement;
+  coppice_placement_init(&placement);
   // The lowest ground under the stem's foot, so that on a slope no root hangs in the air.
   const float foot_m = 0.06f * plant.crown_radius_m;
   float ground_m = height_at(terrain, plant.position.x, plant.position.y);
@@ -204,7 +205,7 @@ coppice_scene_plant_info scene_plant(const Forest& forest, std::uint32_t species
 
 Forest open_scene(const Device& device, const Options& options) {
   Forest forest = create_forest(device, options, options.most_instances);
-  const coppice_status status = coppice_scene_open(forest.context.get(), options.scene.c_str(), &forest.scene);
+  const coppice_status status = coppice_scene_open(forest.context.get(), options.scene.c_str(), nullptr, &forest.scene);
   if (status != COPPICE_OK) {
     std::error_code missing;
     const std::string reason = reason_of(forest, status, options.scene);
@@ -233,8 +234,8 @@ void add_instances(Forest& forest, const Planting& planting, const Terrain& terr
       placements.push_back(placement_of(planting.plants[order[next]], forest.species[i], terrain));
     if (placements.empty()) continue;
     check(forest,
-          coppice_instances_add(forest.context.get(), forest.plants[i], placements.data(), static_cast<std::uint32_t>(placements.size()),
-                                nullptr),
+          coppice_instances_add(forest.context.get(), forest.plants[i], placements.data(), sizeof(coppice_placement),
+                                static_cast<std::uint32_t>(placements.size()), nullptr),
           "coppice_instances_add");
   }
 }
@@ -284,7 +285,7 @@ coppice_camera make_camera(const Forest& forest, std::size_t pane, const FrameVi
   coppice_camera result;
   coppice_camera_init(&result);
   result.view = forest.views[pane];
-  std::memcpy(result.view_from_world, glm::value_ptr(view.view_from_world), sizeof result.view_from_world);
+  std::copy_n(glm::value_ptr(view.view_from_world), 16, result.view_from_world);
   std::memcpy(result.clip_from_view, glm::value_ptr(view.clip_from_view), sizeof result.clip_from_view);
   result.x_px = view.pane.offset.x;
   result.y_px = view.pane.offset.y;

@@ -1,6 +1,6 @@
 #include "shadows.h"
 
-#include <cstring>
+#include <algorithm>
 #include <optional>
 
 #include <glm/gtc/type_ptr.hpp>
@@ -103,7 +103,7 @@ std::vector<DueMap> due_maps(Shadows& shadows, const ShadowFrame& frame) {
     const bool first = cascade.drawn_frame == 0;
     cascade.center = center_of(frame, *index, shadows);
     const coppice_camera camera = sun_camera(frame, *index, cascade.center, shadows);
-    cascade.clip_from_world = glm::make_mat4(camera.clip_from_view) * glm::make_mat4(camera.view_from_world);
+    cascade.clip_from_world = glm::make_mat4(camera.clip_from_view) * glm::mat4(glm::make_mat4(camera.view_from_world));
     cascade.drawn_frame = frame.number;
     cascade.drawn_arrivals = frame.arrivals;
     due.push_back({*index, camera});
@@ -130,7 +130,7 @@ std::array<coppice_shadow_map, Shadows::kCascades> shadow_maps(const Shadows& sh
   std::array<coppice_shadow_map, Shadows::kCascades> maps{};
   for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
     maps[i].image = shadows.cascades[i].map.view;
-    std::memcpy(maps[i].clip_from_world, glm::value_ptr(shadows.cascades[i].clip_from_world), sizeof(glm::mat4));
+    std::copy_n(glm::value_ptr(shadows.cascades[i].clip_from_world), 16, maps[i].clip_from_world);
   }
   return maps;
 }

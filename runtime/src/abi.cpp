@@ -41,12 +41,24 @@ coppice_vulkan_desc struct_defaults() {
 }
 
 template <>
+coppice_scene_placement struct_defaults() {
+  coppice_scene_placement placement{};
+  placement.struct_size = sizeof placement;
+  placement.rotation[3] = 1.0f;
+  return placement;
+}
+
+template <>
 coppice_camera struct_defaults() {
   coppice_camera camera{};
   camera.struct_size = sizeof camera;
   camera.error_px = 2.0f;
   camera.lod = COPPICE_LOD_CUT;
-  for (int i = 0; i < 16; i += 5) camera.view_from_world[i] = camera.clip_from_view[i] = 1.0f;
+  for (int i = 0; i < 16; i += 5) {
+    camera.view_from_world[i] = 1.0;
+    camera.clip_from_view[i] = 1.0f;
+  }
+  camera.layer_mask = COPPICE_ALL_LAYERS;
   return camera;
 }
 
@@ -159,6 +171,8 @@ void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
       return coppice::init_struct<coppice_frame>(data, size);
     case COPPICE_STRUCT_VIEW_STATS:
       return coppice::init_struct<coppice_view_stats>(data, size);
+    case COPPICE_STRUCT_SCENE_PLACEMENT:
+      return coppice::init_struct<coppice_scene_placement>(data, size);
     case COPPICE_STRUCT_MAX_ENUM:
       break;
   }

@@ -27,6 +27,8 @@ coppice_context_desc struct_defaults();
 template <>
 coppice_vulkan_desc struct_defaults();
 template <>
+coppice_scene_placement struct_defaults();
+template <>
 coppice_camera struct_defaults();
 template <>
 coppice_sun_desc struct_defaults();

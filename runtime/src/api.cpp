@@ -15,6 +15,7 @@ namespace {
 using coppice::Call;
 using coppice::HandleKind;
 using coppice::Result;
+using coppice::gpu::PlacementRecords;
 
 std::string plant_problem(const coppice_context& context, coppice_plant plant) {
   if (context.context->is_open(plant)) return {};
@@ -90,6 +91,28 @@ std::string read_cameras(const coppice_context& context, const coppice_frame& fr
       if (ours[other].view == ours[i].view) return name + ".view is that of frame.cameras[" + std::to_string(other) + "] too";
     if (const std::string problem = coppice::camera_problem(ours[i], view_limits(context)); !problem.empty()) return name + "." + problem;
   }
+  return {};
+}
+
+/// placement: may be null, and is checked
+std::string read_pose(const coppice_context& context, const coppice_scene_placement* placement, coppice::gpu::Pose& pose) {
+  auto at = coppice::struct_defaults<coppice_scene_placement>();
+  const coppice::dvec3& origin = context.context->origin();
+  if (placement != nullptr) {
+    if (std::string problem = coppice::read_struct(placement, "placement", at); !problem.empty()) return problem;
+    if (const std::string problem = coppice::scene_placement_problem(at, origin); !problem.empty()) return "placement." + problem;
+  }
+  pose = {coppice::dvec3(at.position) + origin, {at.rotation[0], at.rotation[1], at.rotation[2], at.rotation[3]}};
+  return {};
+}
+
+std::string placements_problem(const coppice_context& context, const PlacementRecords& records, const char* rest) {
+  if (records.count == 0) return {};
+  if (records.first == nullptr) return "placements is null";
+  if (records.stride < sizeof(coppice_placement::position)) return "stride is " + std::to_string(records.stride) + ": less than a position";
+  for (std::size_t i = 0; i < records.count; ++i)
+    if (const std::string problem = coppice::placement_problem(records[i], context.context->origin()); !problem.empty())
+      return "placements[" + std::to_string(i) + "]." + problem + rest;
   return {};
 }
 
@@ -201,25 +224,34 @@ coppice_status coppice_plant_get_info(const coppice_context* context, coppice_pl
   return COPPICE_OK;
 }
 
-coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements, uint32_t count,
-                                     coppice_instance* instances) {
+coppice_status coppice_set_origin(coppice_context* context, const double* origin) {
   COPPICE_BEGIN_CALL(exclusive);
-  COPPICE_REFUSE_IF(failed_plant_problem(*context, plant));
-  COPPICE_REFUSE_IF(placements == nullptr && count > 0 ? "placements is null" : "");
-  for (uint32_t i = 0; i < count; ++i)
-    if (const std::string problem = coppice::placement_problem(placements[i]); !problem.empty())
-      return call.refuse("placements[" + std::to_string(i) + "]." + problem + "; none was added");
-  if (!context->context->device_state()) return call.lost();
-  const std::span<coppice_instance> handles(instances, instances != nullptr ? count : 0);
-  return call.finish(context->context->add_instances(plant, {placements, count}, handles));
+  COPPICE_REFUSE_IF(origin == nullptr ? "origin is null" : coppice::origin_problem(std::span<const double, 3>(origin, 3)));
+  context->context->set_origin({origin[0], origin[1], origin[2]});
+  return COPPICE_OK;
 }
 
-coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement) {
+coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements, size_t stride,
+                                     uint32_t count, coppice_instance* instances) {
   COPPICE_BEGIN_CALL(exclusive);
-  COPPICE_REFUSE_IF(instance_problem(*context, instance, "instance"));
-  COPPICE_REFUSE_IF(placement == nullptr ? "placement is null" : "");
-  if (const std::string problem = coppice::placement_problem(*placement); !problem.empty()) return call.refuse("placement." + problem);
-  context->context->instances().move(instance, *placement);
+  COPPICE_REFUSE_IF(failed_plant_problem(*context, plant));
+  const PlacementRecords records{placements, stride, count};
+  COPPICE_REFUSE_IF(placements_problem(*context, records, "; none was added"));
+  if (!context->context->device_state()) return call.lost();
+  const std::span<coppice_instance> handles(instances, instances != nullptr ? count : 0);
+  return call.finish(context->context->add_instances(plant, records, handles));
+}
+
+coppice_status coppice_instances_move(coppice_context* context, const coppice_instance* instances, const coppice_placement* placements,
+                                      size_t stride, uint32_t count) {
+  COPPICE_BEGIN_CALL(exclusive);
+  COPPICE_REFUSE_IF(instances == nullptr && count > 0 ? "instances is null" : "");
+  for (uint32_t i = 0; i < count; ++i)
+    if (!context->context->instances().is_live(instances[i]))
+      return call.refuse(instance_problem(*context, instances[i], "instances[" + std::to_string(i) + "]") + "; none was moved");
+  const PlacementRecords records{placements, stride, count};
+  COPPICE_REFUSE_IF(placements_problem(*context, records, "; none was moved"));
+  for (uint32_t i = 0; i < count; ++i) context->context->instances().move(instances[i], records[i]);
   return COPPICE_OK;
 }
 
@@ -235,19 +267,31 @@ coppice_status coppice_instances_remove(coppice_context* context, const coppice_
   return COPPICE_OK;
 }
 
-coppice_status coppice_scene_open(coppice_context* context, const char* path, coppice_scene* scene) {
+coppice_status coppice_scene_open(coppice_context* context, const char* path, const coppice_scene_placement* placement,
+                                  coppice_scene* scene) {
   if (scene != nullptr) *scene = 0;
   COPPICE_BEGIN_CALL(exclusive);
   if (path == nullptr || scene == nullptr) return call.refuse(path == nullptr ? "path is null" : "scene is null");
   if (!context->context->device_state()) return call.lost();
-  COPPICE_REFUSE_IF(context->context->scene() != nullptr ? "a scene is open: close it first" : "");
-  return finish_open(call, path, context->context->open_scene(path), scene);
+  coppice::gpu::Pose pose;
+  COPPICE_REFUSE_IF(read_pose(*context, placement, pose));
+  return finish_open(call, path, context->context->open_scene(path, pose), scene);
 }
 
 coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene) {
   COPPICE_BEGIN_CALL(exclusive);
   COPPICE_REFUSE_IF(scene_problem(*context, scene));
-  context->context->close_scene();
+  context->context->close_scene(scene);
+  return COPPICE_OK;
+}
+
+coppice_status coppice_scene_move(coppice_context* context, coppice_scene scene, const coppice_scene_placement* placement) {
+  COPPICE_BEGIN_CALL(exclusive);
+  COPPICE_REFUSE_IF(scene_problem(*context, scene));
+  COPPICE_REFUSE_IF(placement == nullptr ? "placement is null" : "");
+  coppice::gpu::Pose pose;
+  COPPICE_REFUSE_IF(read_pose(*context, placement, pose));
+  context->context->scene(scene)->move(pose);
   return COPPICE_OK;
 }
 
@@ -256,7 +300,7 @@ coppice_status coppice_scene_get_info(const coppice_context* context, coppice_sc
   COPPICE_REFUSE_IF(scene_problem(*context, scene));
   COPPICE_REFUSE_IF(coppice::struct_size_problem(info, "info"));
   auto ours = coppice::struct_defaults<coppice_scene_info>();
-  context->context->scene()->fill_info(ours);
+  context->context->scene(scene)->fill_info(ours);
   coppice::write_struct(ours, info);
   return COPPICE_OK;
 }
@@ -267,8 +311,8 @@ coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_s
   COPPICE_REFUSE_IF(scene_problem(*context, scene));
   COPPICE_REFUSE_IF(coppice::struct_size_problem(info, "info"));
   auto ours = coppice::struct_defaults<coppice_scene_plant_info>();
-  COPPICE_REFUSE_IF(context->context->scene()->fill_info(species, ours) ? ""
-                                                                        : "species " + std::to_string(species) + " is none of the scene's");
+  COPPICE_REFUSE_IF(
+      context->context->scene(scene)->fill_info(species, ours) ? "" : "species " + std::to_string(species) + " is none of the scene's");
   coppice::write_struct(ours, info);
   return COPPICE_OK;
 }

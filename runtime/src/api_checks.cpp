@@ -12,14 +12,17 @@ namespace coppice {
 namespace {
 
 // What lies beyond these is a mistake, and would overflow what is computed from it.
-constexpr float kMaxPosition_m = 1e9f;
-constexpr float kMaxEye_m = 1e10f;
+constexpr double kMaxPosition_m = 3.3e7;  // of numbers of cells
+constexpr double kMaxCenter_m = 1e9;
+constexpr double kMaxEye_m = 1e10;
 constexpr float kMinRadius_m = 1e-6f, kMaxRadius_m = 1e8f;
 constexpr float kMinScale = 1e-6f, kMaxScale = 1e6f;
-constexpr float kMaxTint = 1e6f;
+constexpr float kMaxTint = 65504.0f;  // the largest half
+constexpr float kMaxBias = 4.0f;
 constexpr float kMaxRadiance = 1e9f;
 constexpr float kMaxFogDensity = 1e6f;
 constexpr float kMaxMatrix = 1e10f;
+constexpr double kMaxCascade = 1e10;
 constexpr float kMinFocal = 1e-6f, kMaxFocal = 1e6f;  // of clip_from_view
 constexpr float kMaxError_px = 1e6f;
 constexpr std::int32_t kMaxOffset_px = 1 << 20;
@@ -52,6 +55,18 @@ std::string range_problem(const Field& field) {
   return {};
 }
 
+std::string double_problem(const char* name, std::span<const double> values, double most) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::abs(values[i]) <= most) continue;
+    const std::string field = std::string(name) + "[" + std::to_string(i) + "]";
+    if (!std::isfinite(values[i])) return field + " is not finite";
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), " is %g: outside %g to %g", values[i], -most, most);
+    return field + text.data();
+  }
+  return {};
+}
+
 template <std::size_t count>
 std::string range_problem(const Field (&fields)[count]) {
   for (const Field& field : fields)
@@ -66,20 +81,21 @@ bool is_unit(std::span<const float> values) {
 }
 
 /// Rotation, perhaps mirrored, and translation alone. m: finite, column-major
-bool is_rigid(std::span<const float, 16> m) {
+bool is_rigid(std::span<const double, 16> m) {
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = a; b < 3; ++b) {
-      float product = 0;
+      double product = 0;
       for (std::size_t row = 0; row < 3; ++row) product += m[4 * a + row] * m[4 * b + row];
-      if (!(std::abs(product - (a == b ? 1.0f : 0.0f)) < kUnitTolerance)) return false;
+      if (!(std::abs(product - (a == b ? 1.0 : 0.0)) < kUnitTolerance)) return false;
     }
-  return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
+  return m[3] == 0.0 && m[7] == 0.0 && m[11] == 0.0 && m[15] == 1.0;
 }
 
 /// By the 2 x 2 minors of the first and the last two columns.
-double determinant(std::span<const float, 16> m) {
+template <class T>
+double determinant(const T& m) {
   const auto minor = [&](std::size_t column, std::size_t a, std::size_t b) {
-    return double{m[4 * column + a]} * m[4 * column + 4 + b] - double{m[4 * column + b]} * m[4 * column + 4 + a];
+    return double{m[4 * column + a]} * double{m[4 * column + 4 + b]} - double{m[4 * column + b]} * double{m[4 * column + 4 + a]};
   };
   return minor(0, 0, 1) * minor(2, 2, 3) - minor(0, 0, 2) * minor(2, 1, 3) + minor(0, 0, 3) * minor(2, 1, 2) +
          minor(0, 1, 2) * minor(2, 0, 3) - minor(0, 1, 3) * minor(2, 0, 2) + minor(0, 2, 3) * minor(2, 0, 1);
@@ -98,8 +114,7 @@ std::string projection_problem(std::span<const float, 16> m) {
 
 std::string map_problem(const coppice_shadow_map& map) {
   if (map.image == VK_NULL_HANDLE) return "image is null";
-  if (std::string problem = range_problem({"clip_from_world", map.clip_from_world, -kMaxMatrix, kMaxMatrix}); !problem.empty())
-    return problem;
+  if (std::string problem = double_problem("clip_from_world", map.clip_from_world, kMaxCascade); !problem.empty()) return problem;
   return determinant(map.clip_from_world) == 0.0 ? "clip_from_world has no inverse" : "";
 }
 
@@ -120,6 +135,15 @@ std::string first_of(Problems... problems) {
 
 std::string flag_problem(const char* name, std::uint32_t value) {
   return value <= COPPICE_TRUE ? "" : std::string(name) + " is " + std::to_string(value) + ", neither 0 nor 1";
+}
+
+/// origin: what the position counts from
+std::string position_problem(std::span<const double, 3> position, const dvec3& origin) {
+  const dvec3 place = dvec3(position) + origin;
+  const double first[3] = {place.x, place.y, place.z};
+  if (std::string problem = double_problem("position", position, 2.0 * kMaxPosition_m); !problem.empty()) return problem;
+  const std::string problem = double_problem("position", first, kMaxPosition_m);
+  return problem.empty() || origin == dvec3{0, 0, 0} ? problem : problem + ", with the origin";
 }
 
 }  // namespace
@@ -163,10 +187,10 @@ std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vul
 }
 
 std::string camera_problem(const coppice_camera& camera, const ViewLimits& limits) {
-  const Field fields[] = {{"view_from_world", camera.view_from_world, -kMaxEye_m, kMaxEye_m},
-                          {"clip_from_view", camera.clip_from_view, -kMaxMatrix, kMaxMatrix},
+  const Field fields[] = {{"clip_from_view", camera.clip_from_view, -kMaxMatrix, kMaxMatrix},
                           {"error_px", {&camera.error_px, 1}, std::numeric_limits<float>::min(), kMaxError_px}};
-  if (std::string problem = first_of(range_problem(fields), size_problem("width_px", camera.width_px, limits.max_width_px),
+  if (std::string problem = first_of(double_problem("view_from_world", camera.view_from_world, kMaxEye_m), range_problem(fields),
+                                     size_problem("width_px", camera.width_px, limits.max_width_px),
                                      size_problem("height_px", camera.height_px, limits.max_height_px));
       !problem.empty())
     return problem;
@@ -197,17 +221,28 @@ std::string light_problem(const coppice_light& light) {
 
 std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits) {
   const Field fields[] = {{"sun_direction", desc.sun_direction, -2.0f, 2.0f},
-                          {"center", desc.center, -kMaxPosition_m, kMaxPosition_m},
                           {"radius_m", {&desc.radius_m, 1}, kMinRadius_m, kMaxRadius_m}};
-  return first_of(range_problem(fields), size_problem("size_px", desc.size_px, std::min(limits.max_width_px, limits.max_height_px)),
+  return first_of(range_problem(fields), double_problem("center", desc.center, kMaxCenter_m),
+                  size_problem("size_px", desc.size_px, std::min(limits.max_width_px, limits.max_height_px)),
                   is_unit(desc.sun_direction) ? std::string() : std::string("sun_direction is not of unit length"));
 }
 
-std::string placement_problem(const coppice_placement& placement) {
-  const Field fields[] = {{"position", placement.position, -kMaxPosition_m, kMaxPosition_m},
-                          {"scale", {&placement.scale, 1}, kMinScale, kMaxScale},
+std::string origin_problem(std::span<const double, 3> origin) {
+  return double_problem("origin", origin, kMaxPosition_m);
+}
+
+std::string scene_placement_problem(const coppice_scene_placement& placement, const dvec3& origin) {
+  return first_of(position_problem(placement.position, origin), range_problem({"rotation", placement.rotation, -2.0f, 2.0f}),
+                  is_unit(placement.rotation) ? std::string() : std::string("rotation is not a unit quaternion"));
+}
+
+std::string placement_problem(const coppice_placement& placement, const dvec3& origin) {
+  if (std::string problem = position_problem(placement.position, origin); !problem.empty()) return problem;
+  const Field fields[] = {{"scale", {&placement.scale, 1}, kMinScale, kMaxScale},
                           {"rotation", placement.rotation, -2.0f, 2.0f},
-                          {"tint", placement.tint, 0.0f, kMaxTint}};
+                          {"tint", placement.tint, 0.0f, kMaxTint},
+                          {"lod_bias", {&placement.lod_bias, 1}, -kMaxBias, kMaxBias},
+                          {"leaf_share", {&placement.leaf_share, 1}, 0.0f, 1.0f}};
   if (std::string problem = range_problem(fields); !problem.empty()) return problem;
   return is_unit(placement.rotation) ? "" : "rotation is not a unit quaternion";
 }

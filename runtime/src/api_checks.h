@@ -4,10 +4,12 @@
 // log, or an empty string. What needs a device or the state of a context is checked where those are.
 
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "coppice/vulkan.h"
 #include "handle.h"
+#include "vectors.h"
 
 namespace coppice {
 
@@ -31,7 +33,10 @@ std::string light_problem(const coppice_light& light);
 
 std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits);
 
-std::string placement_problem(const coppice_placement& placement);
+/// origin: coppice_set_origin's
+std::string placement_problem(const coppice_placement& placement, const dvec3& origin);
+std::string scene_placement_problem(const coppice_scene_placement& placement, const dvec3& origin);
+std::string origin_problem(std::span<const double, 3> origin);
 
 /// Whether it can be a handle of the kind in the context with this tag; not whether what it named is still there.
 std::string handle_problem(std::uint64_t handle, HandleKind kind, std::uint32_t context_tag);

@@ -296,22 +296,41 @@ void Context::fill_info(coppice_plant plant, coppice_plant_info& info) const {
   std::memcpy(info.name, file.plant.name, sizeof info.name);
 }
 
-Result<void> Context::add_instances(coppice_plant plant, std::span<const coppice_placement> placements,
-                                    std::span<coppice_instance> handles) {
-  COPPICE_TRY(slots, instances_.slots_for(placements.size()));
+Result<void> Context::add_instances(coppice_plant plant, const gpu::PlacementRecords& placements, std::span<coppice_instance> handles) {
+  COPPICE_TRY(slots, instances_.slots_for(placements.count));
   COPPICE_CHECK(grow_slots(slots));
   return instances_.add(entry(plant).slot, placements, handles);
 }
 
-Result<coppice_scene> Context::open_scene(const char* path) {
-  COPPICE_TRY(scene, OpenScene::open(*this, path));
-  scene_ = std::move(scene);
-  return scene_handle_ = pack_handle({HandleKind::scene, tag_, ++scene_generation_, 0});
+Result<coppice_scene> Context::open_scene(const char* path, const gpu::Pose& pose) {
+  const auto entry = std::ranges::find_if(scenes_, [](const SceneEntry& each) { return each.scene == nullptr; });
+  if (entry == scenes_.end()) {
+    log_line(log(), COPPICE_LOG_ERROR, "%s: COPPICE_MAX_SCENES are open", path);
+    return Error{Status::out_of_memory, "COPPICE_MAX_SCENES are open"};
+  }
+  COPPICE_TRY(scene, OpenScene::open(*this, path, pose));
+  entry->scene = std::move(scene);
+  return pack_handle({HandleKind::scene, tag_, ++entry->generation, static_cast<std::uint32_t>(entry - scenes_.begin())});
 }
 
-void Context::close_scene() {
-  scene_->close();
-  scene_.reset();
+bool Context::is_scene(coppice_scene scene) const {
+  const std::uint32_t index = unpack_handle(scene).index;
+  return index < scenes_.size() && scenes_[index].scene != nullptr &&
+         scene == pack_handle({HandleKind::scene, tag_, scenes_[index].generation, index});
+}
+
+OpenScene* Context::scene(coppice_scene scene) {
+  return scenes_[unpack_handle(scene).index].scene.get();
+}
+
+const OpenScene* Context::scene(coppice_scene scene) const {
+  return scenes_[unpack_handle(scene).index].scene.get();
+}
+
+void Context::close_scene(coppice_scene scene) {
+  std::unique_ptr<OpenScene>& closed = scenes_[unpack_handle(scene).index].scene;
+  closed->close();
+  closed.reset();
 }
 
 Result<void> Context::check_fits(std::uint64_t bytes) {
@@ -396,7 +415,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   COPPICE_CHECK(check_numbers(frame));
   lods_.clear();
   for (const coppice_camera& camera : cameras) {
-    COPPICE_TRY(lod, demand_view(camera));
+    COPPICE_TRY(lod, demand_view(camera, origin()));
     lods_.push_back(lod);
   }
   frame_number_ = frame.frame_number;
@@ -409,7 +428,10 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
     if (std::exchange(slots_[plant].on_gpu, false)) renderer_->remove_plant(plant);
   for (std::size_t i = 0; i < cameras.size(); ++i) show_view(cameras[i], lods_[i]);
   finish_openings();
-  if (scene_ && !lods_.empty()) scene_->begin_frame(lods_.front(), frame_number_, streaming_ns_);
+  const auto scene_count =
+      static_cast<std::uint32_t>(std::ranges::count_if(scenes_, [](const SceneEntry& entry) { return entry.scene != nullptr; }));
+  for (const SceneEntry& entry : scenes_)
+    if (entry.scene) entry.scene->begin_frame(lods_, frame_number_, streaming_ns_ / scene_count, scene_count);
   finish_reloads();
   instances_.update_bounds();
   measure_views(cameras, lods_);
@@ -509,7 +531,9 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.decode_ms = 1e-6 * static_cast<double>(streaming.decode_ns);
   stats.pipelines_wanted = pipelines().wanted_count();
   stats.pipelines_built = pipelines().built_count();
-  const SceneStats scene = scene_ ? scene_->stats() : SceneStats{};
+  SceneStats scene;
+  for (const SceneEntry& entry : scenes_)
+    if (entry.scene) add_stats(scene, entry.scene->stats());
   stats.scene_instance_count = scene.instance_count;
   stats.scene_tile_count = scene.tile_count;
   stats.scene_tiles_resident = scene.resident_tiles;

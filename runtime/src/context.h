@@ -68,15 +68,18 @@ class Context {
   Result<void> reload_plant(coppice_plant plant, const std::optional<PlantSource>& source);
   void fill_info(coppice_plant plant, coppice_plant_info& info) const;
 
-  /// scene(): null. errors  as coppice_scene_open, logged already
-  Result<coppice_scene> open_scene(const char* path);
-  /// Null where none is open.
-  [[nodiscard]] const OpenScene* scene() const { return scene_.get(); }
-  [[nodiscard]] bool is_scene(coppice_scene scene) const { return scene_ != nullptr && scene == scene_handle_; }
-  /// scene(): not null
-  void close_scene();
+  /// errors  as coppice_scene_open; logged already
+  Result<coppice_scene> open_scene(const char* path, const gpu::Pose& pose);
+  [[nodiscard]] bool is_scene(coppice_scene scene) const;
+  /// scene: is_scene
+  [[nodiscard]] OpenScene* scene(coppice_scene scene);
+  [[nodiscard]] const OpenScene* scene(coppice_scene scene) const;
+  void close_scene(coppice_scene scene);
 
-  Result<void> add_instances(coppice_plant plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
+  Result<void> add_instances(coppice_plant plant, const gpu::PlacementRecords& placements, std::span<coppice_instance> handles);
+  /// What the engine's coordinates count from.
+  [[nodiscard]] const dvec3& origin() const { return instances_.origin(); }
+  void set_origin(const dvec3& origin) { instances_.set_origin(origin); }
   [[nodiscard]] gpu::InstanceTable& instances() { return instances_; }
   /// Room for so many slots, for more where that is free, and for bringing them to the GPU in one frame. errors  out_of_memory; nothing has
   /// changed
@@ -131,6 +134,10 @@ class Context {
     std::uint32_t slot = 0;             ///< none where it failed
     std::uint32_t next_slot = kNoSlot;  ///< being reloaded into
     std::uint64_t swap_frame = 0;       ///< reloading: from this frame on what is there of the new file has to do
+  };
+  struct SceneEntry {
+    std::unique_ptr<OpenScene> scene;  ///< null: not open
+    std::uint32_t generation = 0;
   };
   static constexpr std::uint32_t kNoSlot = 0xffffffffu;
   struct ViewEntry {
@@ -196,9 +203,7 @@ class Context {
   std::vector<ViewEntry> views_;
   std::vector<LodView> lods_;  ///< of the frame's views
   BoundedList<gpu::PlantResidency> residency_;
-  std::unique_ptr<OpenScene> scene_;
-  coppice_scene scene_handle_ = 0;
-  std::uint32_t scene_generation_ = 0;
+  std::array<SceneEntry, COPPICE_MAX_SCENES> scenes_;
   std::uint32_t tag_ = 0;
   std::uint64_t least_budget_bytes_ = 0;
   std::uint64_t slot_upload_bytes_ = 0;  ///< taken until new slots are brought to the GPU

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "context.h"
+#include "coppice_light.h"
 #include "handle.h"
 
 namespace coppice {
@@ -15,11 +16,11 @@ namespace {
 /// A tile that is larger than this when it comes grows up in so many frames, if no more than so many others do.
 constexpr float kGrowFrom_px = 3.0f;
 constexpr std::uint32_t kGrowFrames = 16, kMostGrowing = 16;
-/// What an instance takes: its slot (156 bytes), draw commands, places in the lists of wood.
+/// What an instance takes: its slot (about 190 bytes), draw commands, places in the lists of wood.
 constexpr std::uint64_t kInstanceBytes = 224;
 
 coppice_placement placement_of(const SceneInstance& instance) {
-  coppice_placement placement{};
+  coppice_placement placement = gpu::default_placement();
   std::ranges::copy(instance.position_m, placement.position);
   placement.scale = instance.scale;
   placement.rotation[1] = std::sin(0.5f * instance.yaw_rad);
@@ -28,10 +29,31 @@ coppice_placement placement_of(const SceneInstance& instance) {
   return placement;
 }
 
+/// Of the picture of a parallel view.
+float half_diagonal_m(const LodView& view) {
+  const mat4 rows = transpose(view.clip_from_world);
+  const vec3 x = rows.column[0].xyz(), y = rows.column[1].xyz();
+  return std::sqrt(1.0f / dot(x, x) + 1.0f / dot(y, y));
+}
+
+/// The view's eye in the scene's space.
+SceneEye scene_eye(const LodView& view, const gpu::Pose& pose) {
+  const gpu::Pose back = inverse(pose);
+  coppice_placement eye = gpu::default_placement();
+  for (std::size_t axis = 0; axis < 3; ++axis) eye.position[axis] = view.eye_m[axis];
+  const vec3 toward_viewer = gpu::rotate(back.rotation, view.toward_viewer);
+  return {.position_m = dvec3(placed_in(back, eye).position).rounded(),
+          .focal_px = view.focal_px,
+          .near_m = view.near_m,
+          .parallel = view.parallel,
+          .toward_viewer = toward_viewer,
+          .half_diagonal_m = view.parallel ? half_diagonal_m(view) : 0.0f};
+}
+
 }  // namespace
 
-Result<std::unique_ptr<OpenScene>> OpenScene::open(Context& context, const char* path) {
-  std::unique_ptr<OpenScene> scene(new (std::nothrow) OpenScene(context));
+Result<std::unique_ptr<OpenScene>> OpenScene::open(Context& context, const char* path, const gpu::Pose& pose) {
+  std::unique_ptr<OpenScene> scene(new (std::nothrow) OpenScene(context, pose));
   if (!scene) return Error{Status::out_of_memory, "scene"};
   COPPICE_TRY(stream, SceneStream::open(context.hooks(), context.ledger(), path, {.plants = context.scene_plants()}));
   scene->stream_ = std::move(stream);
@@ -86,12 +108,23 @@ bool OpenScene::fill_info(std::uint32_t species, coppice_scene_plant_info& info)
   return true;
 }
 
-void OpenScene::begin_frame(const LodView& view, std::uint64_t frame_number, std::uint64_t streaming_ns) {
+void OpenScene::move(const gpu::Pose& pose) {
+  const gpu::Pose back = inverse(pose_);
+  for (const gpu::InstanceTile& tile : tiles_) context_.instances().move_tile(tile, back, pose);
+  pose_ = pose;
+}
+
+void OpenScene::begin_frame(std::span<const LodView> views, std::uint64_t frame_number, std::uint64_t streaming_ns,
+                            std::uint32_t scene_count) {
   static_assert(kTileBlockInstances == gpu::kDirtyBlockSlots);
-  const std::uint64_t affordable = context_.ledger().budget() / 4 / (kInstanceBytes * kTileBlockInstances);
-  const std::uint32_t block_count = context_.instances().free_block_count() + block_count_;
-  stream_->begin_frame({view.eye_m, view.focal_px, view.near_m},
-                       static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)));
+  const std::uint64_t affordable = context_.ledger().budget() / 4 / scene_count / (kInstanceBytes * kTileBlockInstances);
+  const std::uint32_t block_count = context_.instances().free_block_count() / scene_count + block_count_;
+  // A shadow map shows what cameras have loaded: its picture is as fine everywhere, and would want all that lies along it.
+  const bool only_depth = std::ranges::none_of(views, &LodView::looks_around);
+  eyes_.clear();
+  for (const LodView& view : views)
+    if (view.looks_around || only_depth) eyes_.push_back(scene_eye(view, pose_));
+  stream_->begin_frame(eyes_, static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)));
   for (const std::uint32_t tile : stream_->dropped()) remove_tile(tile);
   grow_tiles();
   open_species(frame_number);
@@ -138,7 +171,7 @@ bool OpenScene::place_tile(const ReadyTile& ready) {
   placed_.clear();
   for (const SceneInstance& instance : ready.instances)
     if (const coppice_plant plant = plants_[instance.species]; context_.is_open(plant))
-      placed_.push_back({placement_of(instance), context_.plant_slot(plant)});
+      placed_.push_back({placed_in(pose_, placement_of(instance)), context_.plant_slot(plant)});
   gpu::InstanceTable& instances = context_.instances();
   const auto needed = instances.slots_for_tile(placed_.count);
   if (!needed) {

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "bounded_list.h"
 #include "coppice/coppice.h"
@@ -19,11 +21,13 @@ class Context;
 class OpenScene {
  public:
   /// context: outlives this object. errors  as coppice_scene_open, logged already
-  static Result<std::unique_ptr<OpenScene>> open(Context& context, const char* path);
+  static Result<std::unique_ptr<OpenScene>> open(Context& context, const char* path, const gpu::Pose& pose);
   /// Takes its instances and plants away. Not needed where the context goes too.
   void close();
 
-  void begin_frame(const LodView& view, std::uint64_t frame_number, std::uint64_t streaming_ns);
+  /// views: of the frame. scene_count: that share instances and memory
+  void begin_frame(std::span<const LodView> views, std::uint64_t frame_number, std::uint64_t streaming_ns, std::uint32_t scene_count);
+  void move(const gpu::Pose& pose);
 
   void fill_info(coppice_scene_info& info) const;
   /// False: the scene has no such species.
@@ -40,7 +44,7 @@ class OpenScene {
     std::uint32_t tile = 0, share = 1;
   };
 
-  explicit OpenScene(Context& context) : context_(context) {}
+  OpenScene(Context& context, const gpu::Pose& pose) : context_(context), pose_(pose) {}
   Result<void> allocate();
   /// Starts to open plants that are wanted, and takes over those that are.
   void open_species(std::uint64_t frame_number);
@@ -50,7 +54,9 @@ class OpenScene {
   void grow_tiles();
 
   Context& context_;
+  gpu::Pose pose_;  ///< of the scene's space
   std::unique_ptr<SceneStream> stream_;
+  std::vector<SceneEye> eyes_;               ///< scratch
   HookArray<gpu::InstanceTile> tiles_;       ///< [tile]
   std::uint32_t block_count_ = 0;            ///< of all tiles
   HookArray<coppice_plant> plants_;          ///< [species] 0: not open

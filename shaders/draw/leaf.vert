@@ -42,14 +42,17 @@ void main() {
   float loss = outline_loss(corners, instance, world_middle);
   // A quad of the same covered area, whatever the cutoff lets through: of the soft texels of a small mip level soon all.
   float let_through = mix(material.coverage, 1.0, min(1.5 * loss, 1.0));
-  float scale = sqrt(material.coverage / let_through);
+  uint name = name_of(leaf, slot);
+  float share = shared_side(name, is_single(leaf, paged, leaf_count == plant.leaf_count), leaf_share_of(instance));
+  if (share == 0.0) return;
+  float scale = share * sqrt(material.coverage / let_through);
   vec3 object = middle + (corners[corner] - middle) * scale;
   vec3 world = world_from_object(instance, object);
   gl_Position = view.clip_from_world * vec4(world, 1.0);
 
   Crown crown = crown_of(plant);
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
-  vec3 albedo = brightness_of_leaf(leaf.card) * material.base_color.rgb * instance.tint *
+  vec3 albedo = brightness_of_leaf(leaf.card) * material.base_color.rgb * tint_of(instance) *
                 variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
   float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
@@ -59,6 +62,6 @@ void main() {
   out_uv = card.uv[corner];
   out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);
   vec4 clip_middle = view.clip_from_world * vec4(world_middle, 1.0);
-  out_thinning = thinning_of(leaf, slot, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
+  out_thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
   if (view.debug_view != 0) show_debug(view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot));
 }

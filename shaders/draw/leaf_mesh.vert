@@ -19,11 +19,14 @@ void main() {
   Material material = MaterialArray(plant.materials).at[material_index];
   uvec3 stalk = uvec3(vertex.stalk_xy & 0xffffu, vertex.stalk_xy >> 16, vertex.stalk_z_material & 0xffffu);
 
+  // All vertices of a leaf have its stalk.
+  bool shown = is_among(coppice_hash(vertex.stalk_xy ^ (vertex.stalk_z_material & 0xffffu) * 2654435769u) ^ slot, leaf_share_of(instance));
   vec3 world = world_from_object(instance, vertex.position);
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
   Crown crown = crown_of(plant);
-  vec3 albedo = material.base_color.rgb * instance.tint * variation(crown, plant.box_min + plant.box_step * vec3(stalk), stalk);
+  vec3 albedo = material.base_color.rgb * tint_of(instance) * variation(crown, plant.box_min + plant.box_step * vec3(stalk), stalk);
   place_vertex(material, world, vertex.uv);
+  if (!shown) gl_Position = kOutside;
 #ifdef COPPICE_RELIEF
   out_color = albedo;
   out_position = vertex.position;

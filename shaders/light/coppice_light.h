@@ -27,8 +27,35 @@ COPPICE_FN vec3 rotate(vec4 quaternion, vec3 v) {
   return v + quaternion.w * t + cross(axis, t);
 }
 
-COPPICE_FN vec3 world_from_object(Instance instance, vec3 p) {
-  return instance.position + rotate(instance.rotation, instance.scale * p);
+/// z: in its low half
+COPPICE_FN ivec3 unpack_cell(uint xy, uint z) {
+  return ivec3(int(xy << 16u) >> 16, int(xy) >> 16, int(z << 16u) >> 16);
+}
+COPPICE_FN vec3 tint_of(Instance instance) {
+  vec2 xy = unpackHalf2x16(instance.tint_xy);
+  return vec3(xy.x, xy.y, unpackHalf2x16(instance.tint_z_share).x);
+}
+COPPICE_FN float leaf_share_of(Instance instance) {
+  return unpackHalf2x16(instance.tint_z_share).y;
+}
+COPPICE_FN float lod_bias_of(Instance instance) {
+  return unpackHalf2x16(instance.cell_z_bias).y;
+}
+
+#ifndef __cplusplus
+// A place in a cell, seen from the view's eye.
+vec3 from_eye(ivec3 cell, vec3 place) {
+  return vec3(cell - view.eye_cell) * kCellSide_m + (place - view.eye_in_cell);
+}
+
+vec3 world_from_object(Instance instance, vec3 p) {
+  return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position) + rotate(instance.rotation, instance.scale * p);
+}
+#endif
+
+/// Whether a single leaf is there where a share of an instance's leaves is: they come one after the other. name: the leaf's
+COPPICE_FN bool is_among(uint name, float share) {
+  return float(coppice_hash(name) >> 8u) * (1.0f / 16777216.0f) < share;
 }
 
 /// A unit vector's place on the octahedron, whose lower half is folded outwards into the corners of the square. Of any length; 0 gives 0.

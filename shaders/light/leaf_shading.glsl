@@ -25,9 +25,17 @@ float outline_loss(vec3 corners[4], Instance instance, out vec3 world_middle) {
   return outline_loss(instance.scale * min(distance(stalk, tip), width_m) * view.focal_px / distance_m);
 }
 
+uint name_of(Leaf leaf, uint slot) { return leaf_name(leaf.corners[0], leaf.corners[3], leaf.corners[5], slot); }
+
+// The side of a leaf where a share of its instance's leaves is drawn, in parts of its own: single ones are there or not, merged ones are
+// smaller, so that they cover that share.
+float shared_side(uint name, bool single, float share) {
+  if (share >= 1.0) return 1.0;
+  return single ? (is_among(name, share) ? 1.0 : 0.0) : sqrt(share);
+}
+
 // at_px: the leaf's middle
-uint thinning_of(Leaf leaf, uint slot, vec2 at_px) {
-  uint name = leaf_name(leaf.corners[0], leaf.corners[3], leaf.corners[5], slot);
+uint thinning_of(Leaf leaf, uint name, vec2 at_px) {
   uvec2 pixel = uvec2(ivec2(floor(clamp(at_px, -32768.0, 32767.0))));
   return leaf_thinning(gaps_of_leaf(leaf.card), name, view.temporal_frame, pixel.x, pixel.y);
 }

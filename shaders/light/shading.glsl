@@ -7,8 +7,8 @@ vec3 ambient_light(vec3 normal) { return mix(view.ground_color, view.sky_color, 
 
 // 1: unobscured by fog. A parallel view's begins at the plane of its eye.
 float transmittance(vec3 world) {
-  float from_plane_m = max(dot(view.toward_viewer, view.camera_position - world), 0.0);
-  float optical_depth = view.fog_density * (from_plane_m + view.is_perspective * distance(world, view.camera_position));
+  float from_plane_m = max(-dot(view.toward_viewer, world), 0.0);
+  float optical_depth = view.fog_density * (from_plane_m + view.is_perspective * length(world));
   return exp(-optical_depth * optical_depth);
 }
 
@@ -17,7 +17,9 @@ Crown crown_of(Plant plant) { return crown_of(plant.box_min, plant.box_step, pla
 // The share of a plant's leaves that a cut has merged.
 float merged_share(Plant plant, uint leaf_count) { return 1.0 - float(min(leaf_count, plant.leaf_count)) / float(plant.leaf_count); }
 
-float leaf_sky(float sky, float bulk) { return mix(sky, 1.0, kBulkSky * bulk); }
+// leaves: as below
+float crown_sky(float sky, float leaves) { return mix(1.0, sky, leaves); }
+float leaf_sky(float sky, float bulk, float leaves) { return mix(crown_sky(sky, leaves), 1.0, kBulkSky * bulk); }
 
 // Of a leaf that stands for a crown: how bright a ball is, all of it that the eye sees, of leaves that turn outwards. cosine: of the angle
 // between eye and sun. The first term is close to Lambert's phase law, 0.85 (sin a + (pi - a) cos a) / pi.
@@ -28,9 +30,10 @@ float bulk_front(float cosine) {
 
 // Share of the sun that reaches a leaf or wood. What a leaf of some bulk stands for the eye sees from outside: it is lit as the crown's
 // near side is, where the way of light is short with the sun behind the eye, and all through the crown against it.
-float sun_through_crown(CrownSample light, vec3 sun, vec3 eye, float bulk) {
+// leaves: the share of the crown's that there is
+float sun_through_crown(CrownSample light, vec3 sun, vec3 eye, float bulk, float leaves) {
   float depth = mix(max(light.depth + dot(light.slope, sun), 0.0), 2.0 * light.depth * max(0.0, -dot(eye, sun)), bulk);
-  return mix(0.05, 1.0, exp(-depth));
+  return mix(0.05, 1.0, exp(-leaves * depth));
 }
 
 // What a leaf of some bulk sends to the eye of the sun that reaches it, from its front and, of a single leaf, through it. ball: bulk_front
@@ -89,9 +92,10 @@ vec3 leaf_light(Plant plant, Crown crown, CrownSample light, Instance instance, 
   vec3 world = world_from_object(instance, leaf.vertex);
   vec3 eye = rotate(to_object, toward_eye(world));
   vec3 sun_object = rotate(to_object, view.sun_direction);
-  float sun = sun_through_crown(light, sun_object, eye, leaf.bulk) * sun_past_others(instance, plant, world);
+  float leaves = leaf_share_of(instance);
+  float sun = sun_through_crown(light, sun_object, eye, leaf.bulk, leaves) * sun_past_others(instance, plant, world);
   vec3 direct = view.sun_color * sun * sun_on_leaf(normals, sun_object, eye, bulk_front(dot(eye, sun_object)), leaf.bulk);
-  return direct + ambient_light(rotate(instance.rotation, mix(normals.lit, 0.67 * eye, leaf.bulk))) * leaf_sky(light.sky, leaf.bulk);
+  return direct + ambient_light(rotate(instance.rotation, mix(normals.lit, 0.67 * eye, leaf.bulk))) * leaf_sky(light.sky, leaf.bulk, leaves);
 }
 
 // What reaches a point of wood.
@@ -104,8 +108,9 @@ WoodLight wood_light_at(Plant plant, Crown crown, Instance instance, vec3 positi
   vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
   CrownSample light = crown_light_at(plant.crown_light, crown, position);
   float past_others = sun_past_others(instance, plant, world_from_object(instance, position));
-  float sun = sun_through_crown(light, sun_object, sun_object, 0.0) * past_others;
-  return WoodLight(view.sun_color * sun, light.sky);
+  float leaves = leaf_share_of(instance);
+  float sun = sun_through_crown(light, sun_object, sun_object, 0.0, leaves) * past_others;
+  return WoodLight(view.sun_color * sun, crown_sky(light.sky, leaves));
 }
 
 // normal: unit, world space, of the side that is seen

@@ -28,6 +28,7 @@ struct Shared {
   vec3 box_step;
   float px_per_m;  // on the screen, of a metre in object space
   uint slot;
+  bool paged, finest;  // is_single
 };
 
 Shared share(uint item, ClusterList list, Cluster cluster, uint quarter, uint leaf_count) {
@@ -36,6 +37,8 @@ Shared share(uint item, ClusterList list, Cluster cluster, uint quarter, uint le
   group.placed = place(item, instance, list.box_min, list.box_step, cluster, quarter, leaf_count);
   group.box_step = list.box_step;
   group.slot = slot_of(item);
+  group.paged = list_of(item) == kPageList;
+  group.finest = list_of(item) < kPageList && leaf_count == plants[instance.plant].leaf_count;
   float distance_m = max(size_distance_m(world_from_object(instance, cluster.center)), view.near_m);
   group.px_per_m = instance.scale * view.focal_px / distance_m;
   return group;
@@ -82,7 +85,10 @@ bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   float along_m = length(group.box_step * (0.5 * (corners[1] + corners[2] - corners[0] - corners[3])));
   float across_m = length(group.box_step * (0.5 * (corners[2] + corners[3] - corners[0] - corners[1])));
   bool outlined = group.placed.wood || outline_loss(group.px_per_m * min(along_m, across_m)) < 0.5;
-  float scale = outlined ? 1.0 : sqrt(card.coverage);
+  uint name = name_of(leaf, group.slot);
+  bool single = is_single(leaf, group.paged, group.finest);
+  float side = group.placed.wood ? 1.0 : shared_side(name, single, group.placed.leaves);
+  float scale = side * (outlined ? 1.0 : sqrt(card.coverage));
   drawn.mask = outlined ? uvec2(card.mask[0], card.mask[1]) : uvec2(0xffffffffu);
 
   vec3 at[4];
@@ -103,8 +109,8 @@ bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   drawn.other = triangle_of(at[0], at[2], at[3]);
   drawn.radiance = placed_radiance(group.placed, splat, normals_of(splat));
   vec4 middle_px = projected(group.placed, middle);
-  drawn.thinning = thinning_of(leaf, group.slot, middle_px.xy / middle_px.z);
-  return between && all(lessThan(drawn.low, drawn.high));
+  drawn.thinning = thinning_of(leaf, name, middle_px.xy / middle_px.z);
+  return between && side > 0.0 && all(lessThan(drawn.low, drawn.high));
 }
 
 // Bit of the 8 x 8 mask. at: 0..1

@@ -55,7 +55,9 @@ void raster_cluster(uvec2 work, uint lane) {
   ShownLeaves shown = shown_of_work(work.y);
   uint leaf_count = item_leaf_count(work.x, plant, list), splits = born_splits(leaf_count, index);
   Placed placed = place(work.x, instance, list.box_min, list.splat_step, cluster, shown_quarter(shown), leaf_count);
-  float size_px = cluster.splat_size_m / 65535.0 * instance.scale * view.focal_px;
+  // Discs of few pixels are smaller where a share of the leaves is drawn.
+  float side = placed.wood ? 1.0 : sqrt(placed.leaves);
+  float size_px = side * cluster.splat_size_m / 65535.0 * instance.scale * view.focal_px;
   uint grains = log2_grains(cluster), count = shown.count << grains, disc = lane;
   do {
     uint leaf = disc >> grains;

@@ -12,6 +12,7 @@ struct Placed {
   vec3 sun, up, eye;
   vec3 sun_color;  // that other plants let through
   float bulk;     // how much of the crown its leaves stand for, in the mean
+  float leaves;   // share of the crown's that there is
   float bulk_front, bulk_up;  // in place of a normal's
   vec3 tint;
   float clear;    // share of light that fog lets through
@@ -37,12 +38,13 @@ Placed place(uint item, Instance instance, vec3 box_min, vec3 step, Cluster clus
   vec3 world = world_from_object(instance, cluster.center);
   placed.eye = rotate(to_object, toward_eye(world));
   placed.bulk = unpackUnorm4x8(cluster.bulks)[quarter] * merged_share(plant, leaf_count);
+  placed.leaves = leaf_share_of(instance);
   placed.bulk_front = bulk_front(dot(placed.eye, placed.sun));
   placed.bulk_up = 0.67 * dot(placed.eye, placed.up);
   // Shadows of other plants are soft enough to be the cluster's.
   placed.sun_color = view.sun_color * sun_past_others(instance, plant, world);
   placed.clear = transmittance(world);
-  placed.tint = placed.wood ? vec3(1.0) : instance.tint;
+  placed.tint = placed.wood ? vec3(1.0) : tint_of(instance);
   placed.sky_color = view.sky_color;
   placed.ground_color = view.ground_color;
   placed.fog_color = view.fog_color;
@@ -65,9 +67,9 @@ uint placed_radiance(Placed placed, Splat splat, LeafNormals normals) {
   if (placed.wood && dot(normals.face, placed.eye) < 0.0) normals.lit = -normals.lit;
   vec3 shown = placed.wood ? vec3(max(0.0, dot(normals.lit, placed.sun)))
                            : sun_on_leaf(normals, placed.sun, placed.eye, placed.bulk_front, placed.bulk);
-  vec3 sunlight = placed.sun_color * sun_through_crown(unpack_crown(splat.crown), placed.sun, placed.eye, placed.bulk);
+  vec3 sunlight = placed.sun_color * sun_through_crown(unpack_crown(splat.crown), placed.sun, placed.eye, placed.bulk, placed.leaves);
   float up = mix(dot(normals.lit, placed.up), placed.bulk_up, placed.bulk);
-  vec3 light = sunlight * shown + mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * up) * leaf_sky(look.a, placed.bulk);
+  vec3 light = sunlight * shown + mix(placed.ground_color, placed.sky_color, 0.5 + 0.5 * up) * leaf_sky(look.a, placed.bulk, placed.leaves);
   vec3 albedo = placed.tint * (kMaxSplatAlbedo * look.rgb * look.rgb);
   return pack_radiance(mix(placed.fog_color, albedo * light, placed.clear));
 }

@@ -45,7 +45,7 @@ bool has_small_leaves(Candidate candidate, uint leaf_count) {
   float leaf_size_m = list.leaf_size_m;
   if (leaf_count > kReadyLeaves) leaf_size_m = unpack_length(cluster_at(list, last_born_cluster(leaf_count)).leaf_sizes_m, 0);
   // Leaf meshes without lists have holes for an outline, of which the rasteriser's quads show the least.
-  float split_px = hardware_leaf_px() * (has_mesh_lists(candidate.plant) ? 1.0 : kHoledShare);
+  float split_px = hardware_leaf_px(candidate.error_px) * (has_mesh_lists(candidate.plant) ? 1.0 : kHoledShare);
   return leaf_size_m * candidate.instance.scale * view.focal_px <= split_px * max(candidate.distance_m, view.near_m);
 }
 
@@ -92,7 +92,7 @@ bool append_wood(Candidate candidate, uint wood_lod, inout Appended appended) {
   if (view.is_shadow == 0 && (candidate.size_px >= kFacetedWood_px || list.facet_m * px_per_m >= kFacet_px)) return false;
   // The rasteriser knows how much of a triangle its texture covers, not where: no more than a splat shows.
   if (list.holed_m * px_per_m >= push.splat_px) return false;
-  if (candidate.size_px > kWoodlessThresholds * view.error_px && reserve(list.cluster_count))
+  if (candidate.size_px > kWoodlessThresholds * candidate.error_px && reserve(list.cluster_count))
     appended.wood = candidate.slot | index << kSlotBits;
   return true;
 }
@@ -106,7 +106,7 @@ void leave_to_hardware(MeshDraws draws) {
 
 void cull(uint slot, inout Appended appended, inout Tally tally) {
   Instance instance = instances[slot];
-  if (instance.plant == kNoPlant) return;
+  if (!is_wanted(instance)) return;
   Candidate candidate = candidate_of(slot, instance);
   if (!sphere_in_view(candidate.center, candidate.radius_m)) return;
   if (push.round > 0 && occluded(candidate.center, candidate.radius_m)) {
@@ -118,16 +118,17 @@ void cull(uint slot, inout Appended appended, inout Tally tally) {
   Plant plant = candidate.plant;
   CoppiceColumn column = coppice_column(candidate.table, candidate.size_px);
   float cut = coppice_drawn_leaf_count(candidate.table, column, candidate.threshold_px);
-  bool small = plant.leaf_mesh_count > 0 && has_leaves(plant) &&
+  bool leaves = shows_leaves(candidate);
+  bool small = plant.leaf_mesh_count > 0 && leaves &&
                has_small_leaves(candidate, coppice_whole_leaf_count(min(cut, finest_cut(plant))));
   // Small leaves are drawn as modelled only where there are lists of that.
-  Wanted wanted = wanted_of(candidate, column, cut, has_leaf_meshes(plant) && (!small || has_mesh_lists(plant)));
+  Wanted wanted = wanted_of(candidate, column, cut, leaves && has_leaf_meshes(plant) && (!small || has_mesh_lists(plant)));
   cuts[slot] = wanted.cut;
   uint leaf_count = whole_leaf_count(wanted.cut, plant);
 
   bool meshes_rasterised = wanted.meshes && small && append_meshes(candidate, appended, tally);
   bool meshes = wanted.meshes && (!small || meshes_rasterised);
-  bool quads = !meshes && has_leaves(plant);
+  bool quads = !meshes && leaves;
   if (quads) leaf_count = append_quads(candidate, leaf_count, appended, tally);
   uint wood_lod = wood_lod_of(candidate, column);
   if (append_wood(candidate, wood_lod, appended)) wood_lod = kMaxWoodLods;

@@ -7,6 +7,7 @@
 // dispatch  an invocation a block, kCullGroupSize a group; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
+#include "coppice_light.h"
 #include "raster.glsl"
 #include "counters.glsl"
 #include "occlusion.glsl"
@@ -25,11 +26,12 @@ void main() {
   if (index * kBlockSlots >= view.instance_slot_count) return;
   InstanceBlock block = blocks[index];
   if (block.radius_m < 0.0) return;
-  float nearest_m = size_distance_m(block.center) - block.radius_m;
+  vec3 center = from_eye(unpack_cell(block.cell_xy, block.cell_z), block.center);
+  float nearest_m = size_distance_m(center) - block.radius_m;
   float size_px = coppice_projected_size_px(nearest_m, block.max_instance_radius_m, view.near_m, view.focal_px);
   if (round_of(size_px / float(push.height_px)) != push.round) return;
-  if (!sphere_in_view(block.center, block.radius_m)) return;
-  if (push.round > 0 && occluded(block.center, block.radius_m)) {
+  if (!sphere_in_view(center, block.radius_m)) return;
+  if (push.round > 0 && occluded(center, block.radius_m)) {
     atomicAdd(counters.occluded_instances, block.instance_count);
     return;
   }

@@ -47,7 +47,7 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
   ClusterList list = list_at(plant, list_of(item));
   bool quads = list_of(item) < kWoodLists, paged = list_of(item) == kPageList;
   uint leaf_count = item_leaf_count(item, plant, list), count = cluster_count(item, plant, list);
-  float split_px = hardware_leaf_px();
+  float split_px = hardware_leaf_px(view.error_px * exp2(lod_bias_of(instance)));
   float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
   uvec2 drawn = uvec2(0);
   for (uint i = first; i < count; i += step) {

@@ -56,8 +56,8 @@ void append_work(uint list, bool some, uint item, uint work) {
 }
 
 // Clusters whose leaves are larger on average, px, are drawn by the hardware, which shows their texture; in a shadow map none. A raised
-// threshold makes leaves larger everywhere; those of far plants have no texture to show for it.
-float hardware_leaf_px() {
+// threshold, by the instance's bias, makes leaves larger everywhere; those of far plants have no texture to show for it.
+float hardware_leaf_px(float error_px) {
   const float kThresholds = 6.0, kMostFactor = 4.0;
-  return view.is_shadow != 0 ? 1e9 : clamp(kThresholds * view.error_px, push.split_px, kMostFactor * push.split_px);
+  return view.is_shadow != 0 ? 1e9 : clamp(kThresholds * error_px, push.split_px, kMostFactor * push.split_px);
 }

@@ -16,8 +16,11 @@ struct Candidate {
   float radius_m;
   float distance_m;  // size_distance_m of the centre
   float size_px;
+  float error_px;  // the view's, by the instance's bias
   float threshold_px;
 };
+
+bool is_wanted(Instance instance) { return instance.plant != kNoPlant && (instance.layer_mask & view.layer_mask) != 0; }
 
 Candidate candidate_of(uint slot, Instance instance) {
   Plant plant = plants[instance.plant];
@@ -26,10 +29,12 @@ Candidate candidate_of(uint slot, Instance instance) {
   float radius_m = instance.scale * plant.sphere_radius;
   float distance_m = size_distance_m(center);
   float size_px = coppice_projected_size_px(distance_m, radius_m, view.near_m, view.focal_px);
-  return Candidate(slot, instance, plant, table, center, radius_m, distance_m, size_px, coppice_instance_threshold_px(view.error_px, slot));
+  float error_px = view.error_px * exp2(lod_bias_of(instance));
+  return Candidate(slot, instance, plant, table, center, radius_m, distance_m, size_px, error_px, coppice_instance_threshold_px(error_px, slot));
 }
 
 bool has_leaves(Plant plant) { return plant.resident_leaf_count > 0; }
+bool shows_leaves(Candidate candidate) { return has_leaves(candidate.plant) && leaf_share_of(candidate.instance) > 0.0; }
 // What casts a shadow is drawn with quads.
 bool has_leaf_meshes(Plant plant) { return view.is_shadow == 0 && plant.leaf_mesh_count > 0; }
 

@@ -34,9 +34,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Lea
 #include "coppice_lod.h"
 
 // The distance from the eye by which sizes go, m; to be taken as view.near_m where it is less.
-float size_distance_m(vec3 place) { return view.is_perspective * distance(place, view.camera_position); }
+float size_distance_m(vec3 place) { return view.is_perspective * length(place); }
 // Unit, towards who looks at the place.
-vec3 toward_eye(vec3 place) { return normalize(view.toward_viewer + view.is_perspective * (view.camera_position - place)); }
+vec3 toward_eye(vec3 place) { return normalize(view.toward_viewer - view.is_perspective * place); }
 
 bool sphere_in_view(vec3 center, float radius) {
   for (int i = 0; i < 5; ++i)

@@ -42,6 +42,9 @@ uint born_splits(uint leaf_count, uint cluster) {
 }
 bool is_born(uint life, uint splits) { return life >> kBirthShift < splits; }
 
+// Whether a leaf of a cut is one of the plant's, and stands for no others. finest: of a ready cut, whether it has all leaves
+bool is_single(Leaf leaf, bool paged, bool finest) { return paged ? (leaf.life & kNoDeath) == kNoDeath : finest; }
+
 // What of a cluster is drawn: its first leaves, as many; where not all of them are born yet, each says itself.
 struct ShownLeaves {
   uint count;

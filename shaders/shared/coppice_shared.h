@@ -145,15 +145,24 @@ struct CardLook {
 };
 COPPICE_GPU_LAYOUT(CardLook, 28);
 
-// world = position + rotation * (scale * object). One per instance slot; plant is kNoPlant in an empty slot.
+// Places of the world are a place in a cell, from its middle, m, and three signed 16-bit numbers of the cell.
+const float kCellSide_m = 1024.0f;
+const int kMostCell = 32767;
+
+// world = position + rotation * (scale * object). One per instance slot; plant is kNoPlant in an empty slot. coppice_light.h unpacks.
 struct Instance {
-  vec3 position;
+  vec3 position;  // in its cell
   float scale;
   vec4 rotation;
-  vec3 tint;
+  uint cell_xy;
+  uint cell_z_bias;   // low half: the third number of the cell; high half: as a half, what is added to log2 of its error threshold
+  uint tint_xy;       // two halves
+  uint tint_z_share;  // likewise: the third, and the share of its leaves that is drawn
   uint plant;
+  uint layer_mask;
+  uint user_data;
 };
-COPPICE_GPU_LAYOUT(Instance, 48);
+COPPICE_GPU_LAYOUT(Instance, 60);
 
 struct Card {
   uint material;
@@ -222,11 +231,14 @@ struct Plant {
 };
 COPPICE_GPU_LAYOUT(Plant, 188);
 
-// What a frame is seen with. Planes are world space, normals point inside: dot(xyz, p) + w >= 0. focal_px and near_m: of sizes.
+// What a frame is seen with. To shaders world space begins at the view's eye, which is there in full only here: floats hold what is near
+// it. Planes' normals point inside: dot(xyz, p) + w >= 0. focal_px and near_m: of sizes.
 struct View {
   mat4 clip_from_world;
   vec4 planes[5];
-  vec3 camera_position;
+  ivec3 eye_cell;
+  vec3 eye_in_cell;
+  uint layer_mask;  // instances that share no bit with it are not drawn
   float error_px;
   float focal_px;            // half the height of the picture in px, times clip_from_view[1][1]'s magnitude
   float near_m;              // nearer instances count as this far away
@@ -253,7 +265,7 @@ struct View {
   uvec2 first_px;               // the picture's first pixel in the attachments
   mat4 cascades[kMaxCascades];  // clip_from_world of each
 };
-COPPICE_GPU_LAYOUT(View, 516);
+COPPICE_GPU_LAYOUT(View, 532);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -23,12 +23,14 @@ const uint kMaxDispatchGroups = 16384;
 
 // The radius is negative where the block has no instance.
 struct InstanceBlock {
-  vec3 center;
+  vec3 center;  // in its cell
   float radius_m;
   float max_instance_radius_m;
   uint instance_count;
+  uint cell_xy;
+  uint cell_z;
 };
-COPPICE_GPU_LAYOUT(InstanceBlock, 24);
+COPPICE_GPU_LAYOUT(InstanceBlock, 32);
 
 // VkDispatchIndirectCommand and how much there is to do.
 struct RasterStage {

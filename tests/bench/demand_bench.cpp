@@ -35,6 +35,7 @@ coppice_camera looking_ahead() {
   view.width_px = 1280;
   view.height_px = 720;
   view.error_px = 2.0f;
+  view.layer_mask = COPPICE_ALL_LAYERS;
   for (std::size_t i = 0; i < 4; ++i) view.view_from_world[5 * i] = 1.0f;
   view.clip_from_view[0] = 1.0f;
   view.clip_from_view[5] = -1280.0f / 720.0f;

@@ -234,12 +234,16 @@ class Run {
       const coppice_placement placement{{offset(column, random), 0.0f, offset(row, random >> 16)},
                                         0.8f + 0.4f * static_cast<float>(random % 97u) / 97.0f,
                                         {0.0f, std::sin(yaw), 0.0f, std::cos(yaw)},
-                                        {1.0f, 1.0f, 1.0f}};
+                                        {1, 1, 1},
+                                        0,
+                                        COPPICE_ALL_LAYERS,
+                                        0,
+                                        1};
       if (!in_ride(forest_, placement)) placements[species_at(row, column, options_.species)].push_back(placement);
     }
     for (std::uint32_t i = 0; i < options_.species; ++i)
-      check(coppice_instances_add(context_, forest_.plants[i], placements[i].data(), static_cast<std::uint32_t>(placements[i].size()),
-                                  nullptr),
+      check(coppice_instances_add(context_, forest_.plants[i], placements[i].data(), sizeof(coppice_placement),
+                                  static_cast<std::uint32_t>(placements[i].size()), nullptr),
             "coppice_instances_add");
   }
 

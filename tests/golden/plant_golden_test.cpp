@@ -212,8 +212,8 @@ class PlantGolden : public coppice::test::VulkanTest {
     check(coppice_plant_open(context_.get(), file_.c_str(), &plant_), "coppice_plant_open");
     coppice_plant_info_init(&info_);
     check(coppice_plant_get_info(context_.get(), plant_, &info_), "coppice_plant_get_info");
-    const coppice_placement placement{{0, 0, 0}, 1, {0, 0, 0, 1}, {1, 1, 1}};
-    check(coppice_instances_add(context_.get(), plant_, &placement, 1, nullptr), "coppice_instances_add");
+    const coppice_placement placement{{0, 0, 0}, 1, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+    check(coppice_instances_add(context_.get(), plant_, &placement, sizeof(coppice_placement), 1, nullptr), "coppice_instances_add");
     renderer_ = std::make_unique<Renderer>(gpu(), context_.get());
   }
 

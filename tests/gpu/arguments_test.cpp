@@ -12,6 +12,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "context_fixture.h"
@@ -24,12 +25,13 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kHuge = 3e38f;
 
 // A struct that has grown has a field that the tables below do not know.
-static_assert(sizeof(coppice_placement) == 44);
-static_assert(sizeof(coppice_sun_desc) == 36);
+static_assert(sizeof(coppice_placement) == 72);
+static_assert(sizeof(coppice_scene_placement) == 48);
+static_assert(sizeof(coppice_sun_desc) == 48);
 static_assert(sizeof(coppice_frame) == 40);
-static_assert(sizeof(coppice_shadow_map) == 72);
+static_assert(sizeof(coppice_shadow_map) == 136);
 static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2);
-static_assert(sizeof(coppice_camera) == 4 * (2 + 2 + 16 + 16 + 2 + 2 + 6));  // temporal_frame, of any value, and padding
+static_assert(sizeof(coppice_camera) == 8 * 16 + 4 * (2 + 2 + 16 + 2 + 2 + 6));  // temporal_frame and layer_mask: of any value
 static_assert(sizeof(coppice_view_desc) == 8);
 static_assert(sizeof(coppice_vulkan_view_desc) == 20);
 
@@ -38,6 +40,7 @@ struct FloatField {
   const char* name;
   std::size_t offset;
   std::size_t count;
+  bool is_double;
   std::vector<float> wrong;  ///< beside what is wrong for all of them: not finite, 3e38
 };
 
@@ -57,24 +60,31 @@ std::vector<Wrong<Struct>> wrong_floats(const std::vector<FloatField>& fields) {
       values.insert(values.end(), field.wrong.begin(), field.wrong.end());
       const std::string name = field.count == 1 ? field.name : std::string(field.name) + "[" + std::to_string(i) + "]";
       for (const float value : values)
-        all.push_back({name, [at = field.offset + i * sizeof(float), value](Struct& changed) {
-                         std::memcpy(reinterpret_cast<std::byte*>(&changed) + at, &value, sizeof value);
+        all.push_back({name, [offset = field.offset, is_double = field.is_double, i, value](Struct& changed) {
+                         std::byte* first = reinterpret_cast<std::byte*>(&changed) + offset;
+                         const double wide = value;
+                         if (is_double)
+                           std::memcpy(first + i * sizeof wide, &wide, sizeof wide);
+                         else
+                           std::memcpy(first + i * sizeof value, &value, sizeof value);
                        }});
     }
   return all;
 }
 
-#define COPPICE_FLOATS(Struct, field, ...)                                    \
-  FloatField {                                                                \
-#field, offsetof(Struct, field), sizeof(Struct::field) / sizeof(float), { \
-      __VA_ARGS__                                                             \
-    }                                                                         \
+#define COPPICE_FLOATS(Struct, field, ...)                                                                                \
+  FloatField {                                                                                                            \
+#field, offsetof(Struct, field), sizeof(Struct::field) / sizeof(std::remove_all_extents_t <decltype(Struct::field)>), \
+        std::is_same_v < std::remove_all_extents_t < decltype(Struct::field)>, double>, {                                 \
+      __VA_ARGS__                                                                                                         \
+    }                                                                                                                     \
   }
 
 std::vector<Wrong<coppice_placement>> wrong_placements() {
   auto all = wrong_floats<coppice_placement>(
-      {COPPICE_FLOATS(coppice_placement, position, -kHuge, 2e9f), COPPICE_FLOATS(coppice_placement, scale, 0.0f, -1.0f, 1e-45f, 2e6f),
-       COPPICE_FLOATS(coppice_placement, rotation, -kHuge), COPPICE_FLOATS(coppice_placement, tint, -1e-3f, -kHuge)});
+      {COPPICE_FLOATS(coppice_placement, position, -kHuge, 3.4e7f), COPPICE_FLOATS(coppice_placement, scale, 0.0f, -1.0f, 1e-45f, 2e6f),
+       COPPICE_FLOATS(coppice_placement, rotation, -kHuge), COPPICE_FLOATS(coppice_placement, tint, -1e-3f, 7e4f, -kHuge),
+       COPPICE_FLOATS(coppice_placement, lod_bias, 5.0f, -5.0f), COPPICE_FLOATS(coppice_placement, leaf_share, -0.1f, 1.1f)});
   all.push_back({"rotation", [](coppice_placement& p) { p.rotation[3] = 0.0f; }});
   all.push_back({"rotation", [](coppice_placement& p) { p.rotation[0] = 0.5f; }});
   return all;
@@ -251,7 +261,7 @@ class ArgumentsTest : public ContextTest {
   std::string plant_path_;
 };
 
-const coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
+const coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
 
 Shot good_view() {
   return make_view({.width_px = 32, .height_px = 32});
@@ -298,12 +308,14 @@ TEST_F(ArgumentsTest, EveryFieldOfAPlacement) {
   create(desc());
   const coppice_plant plant = open_one();
   coppice_instance instance = 0;
-  ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, &instance), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, &instance), COPPICE_OK);
   for (const auto& wrong : wrong_placements()) {
     std::vector<coppice_placement> placements(5, kHere);
     wrong.change(placements[3]);
-    expect_refused(coppice_instances_add(context_, plant, placements.data(), 5, nullptr), "placements[3]." + wrong.field);
-    expect_refused(coppice_instance_move(context_, instance, &placements[3]), "placement." + wrong.field);
+    expect_refused(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 5, nullptr),
+                   "placements[3]." + wrong.field);
+    expect_refused(coppice_instances_move(context_, &instance, &placements[3], sizeof(coppice_placement), 1),
+                   "placements[0]." + wrong.field);
   }
   EXPECT_EQ(stats().instance_count, 1u);
 }
@@ -392,7 +404,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   create(good);
   const coppice_plant plant = open_one();
   coppice_instance instance = 0;
-  ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, &instance), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, &instance), COPPICE_OK);
   const coppice_view view = view_;
   const ViewDescs good_view_descs = view_descs();
   coppice_view made = 0;
@@ -415,11 +427,11 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   expect_refused(coppice_plant_open(context_, nullptr, &opened), "path");
   expect_refused(coppice_plant_open(context_, plant_path_.c_str(), nullptr), "plant is null");
   expect_refused(coppice_plant_get_info(context_, plant, nullptr), "info");
-  expect_refused(coppice_instances_add(context_, plant, nullptr, 1, nullptr), "placements");
-  expect_refused(coppice_instance_move(context_, instance, nullptr), "placement");
+  expect_refused(coppice_instances_add(context_, plant, nullptr, sizeof(coppice_placement), 1, nullptr), "placements");
+  expect_refused(coppice_instances_move(context_, &instance, nullptr, sizeof(coppice_placement), 1), "placements");
   expect_refused(coppice_instances_remove(context_, nullptr, 1), "instances");
-  expect_refused(coppice_scene_open(context_, nullptr, &scene), "path");
-  expect_refused(coppice_scene_open(context_, "x", nullptr), "scene");
+  expect_refused(coppice_scene_open(context_, nullptr, nullptr, &scene), "path");
+  expect_refused(coppice_scene_open(context_, "x", nullptr, nullptr), "scene");
   expect_refused(coppice_vulkan_view_create(context_, nullptr, &good_view_descs.vulkan, &made), "desc");
   expect_refused(coppice_vulkan_view_create(context_, &good_view_descs.desc, nullptr, &made), "vulkan");
   expect_refused(coppice_vulkan_view_create(context_, &good_view_descs.desc, &good_view_descs.vulkan, nullptr), "view");
@@ -438,7 +450,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   expect_refused(coppice_record_draw(context_, cmd, 0), "view");
   expect_refused(coppice_get_stats(context_, nullptr), "stats");
   expect_refused(coppice_get_view_stats(context_, view, nullptr), "stats");
-  EXPECT_EQ(coppice_instances_add(context_, plant, nullptr, 0, nullptr), COPPICE_OK);
+  EXPECT_EQ(coppice_instances_add(context_, plant, nullptr, sizeof(coppice_placement), 0, nullptr), COPPICE_OK);
   EXPECT_EQ(coppice_instances_remove(context_, nullptr, 0), COPPICE_OK);
   EXPECT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_OK) << log_;
 
@@ -448,15 +460,19 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   coppice_scene_info_init(&scene_info);
   coppice_scene_plant_info scene_plant;
   coppice_scene_plant_info_init(&scene_plant);
+  const coppice_scene_placement scene_placement{};
+  const double origin[3]{};
   for (const coppice_status status : {coppice_set_memory_budget(nullptr, 1u << 30),
+                                      coppice_set_origin(nullptr, origin),
                                       coppice_plant_open(nullptr, "x", &opened),
                                       coppice_plant_close(nullptr, plant),
                                       coppice_plant_reload(nullptr, plant, "x"),
                                       coppice_plant_get_info(nullptr, plant, &info),
-                                      coppice_instances_add(nullptr, plant, &kHere, 1, nullptr),
-                                      coppice_instance_move(nullptr, instance, &kHere),
+                                      coppice_instances_add(nullptr, plant, &kHere, sizeof(coppice_placement), 1, nullptr),
+                                      coppice_instances_move(nullptr, &instance, &kHere, sizeof(coppice_placement), 1),
                                       coppice_instances_remove(nullptr, &instance, 1),
-                                      coppice_scene_open(nullptr, "x", &scene),
+                                      coppice_scene_open(nullptr, "x", nullptr, &scene),
+                                      coppice_scene_move(nullptr, 1, &scene_placement),
                                       coppice_scene_close(nullptr, 1),
                                       coppice_scene_get_info(nullptr, 1, &scene_info),
                                       coppice_scene_get_plant(nullptr, 1, 0, &scene_plant),
@@ -478,39 +494,40 @@ TEST_F(ArgumentsTest, AHandleIsGoodInItsContextForItsKind) {
   const coppice_plant plant = open_one();
   coppice_instance instances[2] = {};
   const coppice_placement both[2] = {kHere, kHere};
-  ASSERT_EQ(coppice_instances_add(context_, plant, both, 2, instances), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, both, sizeof(coppice_placement), 2, instances), COPPICE_OK);
   // The other context holds the same things at the same indices.
   coppice_context* const first = context_;
   create(desc());
   const coppice_plant others = open(plant_path_);
   coppice_instance other_instances[2] = {};
-  ASSERT_EQ(coppice_instances_add(context_, others, both, 2, other_instances), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, others, both, sizeof(coppice_placement), 2, other_instances), COPPICE_OK);
   log_.clear();
 
   coppice_plant_info info;
   coppice_plant_info_init(&info);
   const std::string elsewhere = " is a handle of another context";
-  expect_refused(coppice_instances_add(context_, plant, &kHere, 1, nullptr), "plant" + elsewhere);
+  expect_refused(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), "plant" + elsewhere);
   expect_refused(coppice_plant_get_info(context_, plant, &info), "plant" + elsewhere);
   expect_refused(coppice_plant_reload(context_, plant, nullptr), "plant" + elsewhere);
   expect_refused(coppice_plant_close(context_, plant), "plant" + elsewhere);
-  expect_refused(coppice_instance_move(context_, instances[0], &kHere), "instance" + elsewhere);
+  expect_refused(coppice_instances_move(context_, &instances[0], &kHere, sizeof(coppice_placement), 1), "instances[0]" + elsewhere);
   const coppice_instance mixed[2] = {other_instances[0], instances[1]};
   expect_refused(coppice_instances_remove(context_, mixed, 2), "instances[1]" + elsewhere);
   EXPECT_EQ(stats().instance_count, 2u) << "none was removed";
 
-  expect_refused(coppice_instance_move(context_, others, &kHere), "instance is a plant's handle");
+  expect_refused(coppice_instances_move(context_, &others, &kHere, sizeof(coppice_placement), 1), "instances[0] is a plant's handle");
   expect_refused(coppice_plant_close(context_, other_instances[0]), "plant is an instance's handle");
   expect_refused(coppice_scene_close(context_, others), "scene is a plant's handle");
   for (const std::uint64_t garbage : {0x1ull, ~0ull, 0x8000000000000000ull, 0x123456789abcdefull}) {
     expect_refused(coppice_plant_close(context_, garbage), "plant is");
-    expect_refused(coppice_instance_move(context_, garbage, &kHere), "instance is");
+    expect_refused(coppice_instances_move(context_, &garbage, &kHere, sizeof(coppice_placement), 1), "instances[0] is");
     expect_refused(coppice_scene_close(context_, garbage), "scene is");
   }
   expect_refused(coppice_plant_close(context_, 0), "plant is 0");
 
   ASSERT_EQ(coppice_instances_remove(context_, other_instances, 1), COPPICE_OK);
-  expect_refused(coppice_instance_move(context_, other_instances[0], &kHere), "instance has been removed");
+  expect_refused(coppice_instances_move(context_, &other_instances[0], &kHere, sizeof(coppice_placement), 1),
+                 "instances[0] has been removed");
   const coppice_view gone = create_view();
   ASSERT_EQ(coppice_view_destroy(context_, gone), COPPICE_OK);
   expect_refused(coppice_view_destroy(context_, gone), "view has been destroyed");

@@ -131,11 +131,11 @@ class FailureTest : public ContextTest {
   }
 
   coppice_status add_instance(coppice_plant plant) {
-    const coppice_placement placement{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
+    const coppice_placement placement{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
     if (plant == 0) return COPPICE_OK;
     coppice_instance instance = 0;
     const std::uint32_t before = instance_count();
-    const coppice_status status = coppice_instances_add(context_, plant, &placement, 1, &instance);
+    const coppice_status status = coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, &instance);
     EXPECT_EQ(status == COPPICE_OK, instance != 0);
     EXPECT_EQ(instance_count(), before + (status == COPPICE_OK ? 1 : 0));
     return status;
@@ -187,8 +187,8 @@ class FailureTest : public ContextTest {
   static void set_clip_from_world(const coppice_camera& sun, coppice_shadow_map& cascade) {
     for (std::size_t column = 0; column < 4; ++column)
       for (std::size_t row = 0; row < 4; ++row) {
-        float& sum = cascade.clip_from_world[4 * column + row] = 0;
-        for (std::size_t k = 0; k < 4; ++k) sum += sun.clip_from_view[4 * k + row] * sun.view_from_world[4 * column + k];
+        double& sum = cascade.clip_from_world[4 * column + row] = 0;
+        for (std::size_t k = 0; k < 4; ++k) sum += double{sun.clip_from_view[4 * k + row]} * sun.view_from_world[4 * column + k];
       }
   }
 

@@ -32,7 +32,8 @@ Bytes plant_bytes(const RandomPlantOptions& options) {
 std::vector<coppice_placement> placements_of(std::uint32_t count, std::uint32_t first = 0) {
   std::vector<coppice_placement> placements;
   for (std::uint32_t i = first; i < first + count; ++i) {
-    coppice_placement placement{{0, 0, 300.0f + std::fmod(0.1f * static_cast<float>(i), 500.0f)}, 0.3f, {0, 0, 0, 1}, {1, 1, 1}};
+    coppice_placement placement{
+        {0, 0, 300.0f + std::fmod(0.1f * static_cast<float>(i), 500.0f)}, 0.3f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
     if (i % 7000 == 0 || (i < 2000 && i % 250 == 0)) {
       const std::uint32_t place = i < 2000 ? i / 250 : 7 + i / 7000;
       placement.position[0] = 0.7f * (static_cast<float>(place % 8) - 3.5f);
@@ -69,7 +70,8 @@ class GrowthTest : public ContextTest {
   }
 
   coppice_status add(coppice_plant plant, const std::vector<coppice_placement>& placements, coppice_instance* instances = nullptr) {
-    return coppice_instances_add(context_, plant, placements.data(), static_cast<std::uint32_t>(placements.size()), instances);
+    return coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement),
+                                 static_cast<std::uint32_t>(placements.size()), instances);
   }
 
   Shot view_ = make_view({.eye_m = {0.0f, 0.6f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
@@ -97,7 +99,8 @@ TEST_F(GrowthTest, ThePictureIsThatOfAContextThatHadAllInstancesFromTheStart) {
     EXPECT_EQ(stats().instance_count, 300000u);
     // Handles of before a growth name what they named.
     const coppice_placement away = placements_of(1, 1)[0];
-    for (const std::uint32_t i : {0u, 1500u, 28000u}) ASSERT_EQ(coppice_instance_move(context_, handles[i], &away), COPPICE_OK) << log_;
+    for (const std::uint32_t i : {0u, 1500u, 28000u})
+      ASSERT_EQ(coppice_instances_move(context_, &handles[i], &away, sizeof(coppice_placement), 1), COPPICE_OK) << log_;
     const Picture moved = frame(view_);
     EXPECT_NE(moved.rgba, grown.back().rgba);
     destroy();

@@ -32,6 +32,7 @@ uint at = 0;
 void put(uint v) { words[at++] = v; }
 void put(int v) { put(uint(v)); }
 void put(float v) { put(floatBitsToUint(v)); }
+void put(ivec3 v) { put(v.x); put(v.y); put(v.z); }
 void put(uvec2 v) { put(v.x); put(v.y); }
 void put(vec2 v) { put(v.x); put(v.y); }
 void put(vec3 v) { put(v.xy); put(v.z); }
@@ -68,7 +69,7 @@ void put_plant() {
 void put_view() {
   put(view.clip_from_world);
   for (int i = 0; i < 5; ++i) put(view.planes[i]);
-  put(view.camera_position); put(view.error_px);
+  put(view.eye_cell); put(view.eye_in_cell); put(view.layer_mask); put(view.error_px);
   put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.lod_discrete); put(view.instance_slot_count);
   put(view.fog_density);
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
@@ -81,7 +82,8 @@ void put_view() {
 
 void main() {
   put_clusters();
-  put(instance.position); put(instance.scale); put(instance.rotation); put(instance.tint); put(instance.plant);
+  put(instance.position); put(instance.scale); put(instance.rotation); put(instance.cell_xy); put(instance.cell_z_bias);
+  put(instance.tint_xy); put(instance.tint_z_share); put(instance.plant); put(instance.layer_mask); put(instance.user_data);
   put(card.material);
   for (int i = 0; i < 4; ++i) put(card.uv[i]);
   put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.coverage); put(material.crown_normals); put(material.normal_map);

@@ -48,7 +48,7 @@ DecodedPlant sheet(std::uint8_t fade, std::uint32_t texture_side = 0) {
 }
 
 coppice_placement at(float z, float brightness) {
-  return {{0.0f, 0.0f, z}, 1.0f, {0, 0, 0, 1}, {brightness, brightness, brightness}};
+  return {{0.0f, 0.0f, z}, 1.0f, {0, 0, 0, 1}, {brightness, brightness, brightness}, 0, COPPICE_ALL_LAYERS, 0, 1};
 }
 
 struct Placed {

@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint32_t kSidePx = 256;
 
 coppice_placement at(float x, float z, float scale = 1.0f) {
-  return {{x, 0.0f, z}, scale, {0.0f, 0.3894f, 0.0f, 0.9211f}, {1.0f, 1.0f, 1.0f}};
+  return {{x, 0.0f, z}, scale, {0.0f, 0.3894f, 0.0f, 0.9211f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
 }
 
 /// Every leaf, but as a cut: the rasteriser leaves COPPICE_LOD_FULL to the hardware.

@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::uint32_t kSidePx = 96;
 constexpr const char* kPath = "plant.coppice";
-constexpr coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
-constexpr coppice_placement kBeside{{0.5f, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
+constexpr coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+constexpr coppice_placement kBeside{{0.5f, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
 
 bool is_drawn(const Picture& picture) {
   return std::ranges::any_of(picture.rgba, [](std::uint8_t channel) { return channel != 255; });
@@ -72,8 +72,8 @@ TEST_F(OpenTest, InstancesAreThereOnceThePlantIs) {
   EXPECT_EQ(info(plant).leaf_count, 0u);
   coppice_instance instances[3] = {};
   const coppice_placement placements[3] = {kHere, kHere, kHere};
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements, 3, instances), COPPICE_OK) << log_;
-  ASSERT_EQ(coppice_instance_move(context_, instances[1], &kBeside), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements, sizeof(coppice_placement), 3, instances), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_instances_move(context_, &instances[1], &kBeside, sizeof(coppice_placement), 1), COPPICE_OK) << log_;
   ASSERT_EQ(coppice_instances_remove(context_, &instances[2], 1), COPPICE_OK) << log_;
   EXPECT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_ERROR_INVALID_ARGUMENT) << "not ready";
   for (int i = 0; i < 8 && info(plant).state == COPPICE_PLANT_OPENING; ++i) {
@@ -102,7 +102,7 @@ TEST_F(OpenTest, ItLooksAsOneThatWasWaitedFor) {
     with.hooks.io = io_.hook();
     create(with);
     coppice_plant plant = async ? start(kPath) : open(kPath);
-    EXPECT_EQ(coppice_instances_add(context_, plant, &kHere, 1, nullptr), COPPICE_OK);
+    EXPECT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
     for (int i = 0; i < 500 && info(plant).state == COPPICE_PLANT_OPENING; ++i) pump(view_);
     const Picture settled = settle(view_);
     coppice_context_destroy(context_);
@@ -121,7 +121,7 @@ TEST_F(OpenTest, APlantIsClosedAtAnyMomentOfItsOpening) {
     io_.deferred = jobs_.deferred = true;
     const coppice_plant plant = start(kPath);
     coppice_instance instance = 0;
-    ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, &instance), COPPICE_OK) << log_;
+    ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, &instance), COPPICE_OK) << log_;
     for (int i = 0; i < frames; ++i) {
       frame(view_);
       if (i + 1 < frames && i % 2 == 0) io_.answer_all();
@@ -129,7 +129,8 @@ TEST_F(OpenTest, APlantIsClosedAtAnyMomentOfItsOpening) {
     }
     ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK) << log_;
     EXPECT_EQ(coppice_plant_close(context_, plant), COPPICE_ERROR_INVALID_ARGUMENT);
-    EXPECT_EQ(coppice_instance_move(context_, instance, &kHere), COPPICE_ERROR_INVALID_ARGUMENT) << "it went with the plant";
+    EXPECT_EQ(coppice_instances_move(context_, &instance, &kHere, sizeof(coppice_placement), 1), COPPICE_ERROR_INVALID_ARGUMENT)
+        << "it went with the plant";
     EXPECT_FALSE(is_drawn(frame(view_)));
     EXPECT_EQ(stats().instance_count, 0u);
     run_all();
@@ -173,14 +174,14 @@ TEST_F(OpenTest, AFailureIsSaidOnceAndTheHandleStaysUntilItIsClosed) {
     io_.fail_offset = std::string(path) == "unread.coppice" ? 0 : UINT64_MAX;
     log_.clear();
     const coppice_plant plant = start(path);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, nullptr), COPPICE_OK);
+    ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
     for (int i = 0; i < 3000 && info(plant).state == COPPICE_PLANT_OPENING; ++i) pump(view_);
     EXPECT_EQ(info(plant).state, COPPICE_PLANT_FAILED) << path;
     EXPECT_EQ(info(plant).failure, status) << path;
     EXPECT_EQ(stats().instance_count, 0u);
     EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << log_;
     EXPECT_EQ(log_.rfind(path, 0), 0u) << log_;
-    EXPECT_EQ(coppice_instances_add(context_, plant, &kHere, 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
     EXPECT_EQ(coppice_plant_reload(context_, plant, kPath), COPPICE_ERROR_INVALID_ARGUMENT);
     plants.push_back(plant);
   }
@@ -200,7 +201,7 @@ TEST_F(OpenTest, APlantInMemoryIsDrawnAndReloaded) {
   create(with);
   coppice_plant plant = 0;
   ASSERT_EQ(coppice_plant_open_memory(context_, first.data(), first.size(), "pack:oak", &plant), COPPICE_OK) << log_;
-  ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, 1, nullptr), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
   view_.lod = COPPICE_LOD_FULL;
   const auto settled_leaves = [&] {
     for (int i = 0; i < 300 && info(plant).reloading == VK_TRUE; ++i) pump(view_);

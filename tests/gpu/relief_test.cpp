@@ -58,7 +58,8 @@ int lit(const VulkanDevice& gpu, bake::BakedPlant plant, const glm::vec3* map_no
     plant.images.push_back(flat_map(*map_normal));
   }
   RendererScene scene(gpu, 64);
-  scene.place(scene.add_plant(decoded_plant(plant)), {{{0.0f, 0.0f, 0.0f}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1.0f, 1.0f, 1.0f}}});
+  scene.place(scene.add_plant(decoded_plant(plant)),
+              {{{0.0f, 0.0f, 0.0f}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1}});
   Shot view = make_view({.eye_m = {0.0f, 0.0f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
   view.error_px = 0.01f;
   for (int axis = 0; axis < 3; ++axis) view.light.sun_direction[axis] = sun[axis];

@@ -25,7 +25,7 @@ namespace {
 constexpr std::uint32_t kSidePx = 128;
 
 coppice_placement at(float x, float z) {
-  return {{x, 0.0f, z}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1.0f, 1.0f, 1.0f}};
+  return {{x, 0.0f, z}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
 }
 
 Shot front_view() {
@@ -58,7 +58,7 @@ TEST_F(RuntimeTest, StreamsInAndDraws) {
   create(desc());
   const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
 
   Shot view = front_view();
   EXPECT_GT(drawn_pixels(frame(view)), 100u) << "the first frame already shows the plant";
@@ -93,7 +93,7 @@ TEST_F(RuntimeTest, CutsFollowTheThreshold) {
   create(desc());
   const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
   Shot view = front_view();
   std::uint64_t finer = ~std::uint64_t{0};
   for (const float error_px : {0.01f, 0.3f, 1.0f, 1000.0f}) {
@@ -129,7 +129,7 @@ TEST_F(RuntimeTest, ADeviceThatCannotRasteriseDrawsAllByTheHardware) {
   EXPECT_NE(log.find("all plants are drawn by the hardware"), std::string::npos) << log;
   const coppice_plant plant = open(plant_path_);
   const coppice_placement here = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &here, 1, nullptr), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &here, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
   settle(front_view());
   EXPECT_GT(view_stats().drawn_leaf_count, 0u);
 }
@@ -142,7 +142,7 @@ TEST_F(RuntimeTest, ALeafBudgetMakesAllPlantsCoarser) {
     const coppice_plant plant = open(plant_path_);
     std::vector<coppice_placement> placements;
     for (int i = 0; i < 60; ++i) placements.push_back(at(static_cast<float>(i % 6) - 2.5f, -0.5f * static_cast<float>(i)));
-    ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 60, nullptr), COPPICE_OK);
+    ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 60, nullptr), COPPICE_OK);
     Shot view = front_view();
     view.error_px = 0.5f;
     settle(view);
@@ -174,7 +174,7 @@ TEST_F(RuntimeTest, InstancesComeMoveAndGo) {
     placements.push_back(at(static_cast<float>(column - 10), static_cast<float>(-row)));
   }
   std::vector<coppice_instance> handles(placements.size());
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 200, handles.data()), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 200, handles.data()), COPPICE_OK);
   const Shot view = front_view();
   settle(view);
   frame(view);
@@ -183,15 +183,17 @@ TEST_F(RuntimeTest, InstancesComeMoveAndGo) {
   EXPECT_LT(visible, 200u) << "those at the sides are culled";
 
   const coppice_placement behind = at(0.0f, 50.0f);
-  for (const coppice_instance handle : handles) ASSERT_EQ(coppice_instance_move(context_, handle, &behind), COPPICE_OK);
+  for (const coppice_instance handle : handles)
+    ASSERT_EQ(coppice_instances_move(context_, &handle, &behind, sizeof(coppice_placement), 1), COPPICE_OK);
   frame(view);
   EXPECT_EQ(drawn_pixels(frame(view)), 0u);
   EXPECT_EQ(view_stats().visible_instance_count, 0u);
 
   ASSERT_EQ(coppice_instances_remove(context_, handles.data(), 150), COPPICE_OK);
   EXPECT_EQ(coppice_instances_remove(context_, handles.data(), 1), COPPICE_ERROR_INVALID_ARGUMENT) << "a handle is dead once removed";
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 1, nullptr), COPPICE_OK);
-  EXPECT_EQ(coppice_instance_move(context_, handles[149], &behind), COPPICE_ERROR_INVALID_ARGUMENT) << "its slot now belongs to another";
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+  EXPECT_EQ(coppice_instances_move(context_, &handles[149], &behind, sizeof(coppice_placement), 1), COPPICE_ERROR_INVALID_ARGUMENT)
+      << "its slot now belongs to another";
   EXPECT_EQ(stats().instance_count, 51u);
 }
 
@@ -201,7 +203,7 @@ TEST_F(RuntimeTest, APlantCanBeClosedAndOpenedAgain) {
   const coppice_placement placement = at(0.0f, 0.0f);
   for (int round = 0; round < 3; ++round) {
     const coppice_plant plant = open(plant_path_);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
     EXPECT_GT(drawn_pixels(settle(view)), 100u) << round;
     ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
     EXPECT_EQ(coppice_plant_close(context_, plant), COPPICE_ERROR_INVALID_ARGUMENT);
@@ -216,7 +218,7 @@ TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
   create(small);
   const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   for (int i = 0; i < 60; ++i) {
@@ -235,7 +237,7 @@ TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
   create(with);
   coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
   Shot view = front_view();
   view.error_px = 1e-4f;
   for (int i = 0; i < 200 && info(plant).resident_leaf_count < 3000; ++i) {
@@ -258,7 +260,7 @@ TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
     coppice_plant_close(context_, plant);
     for (int j = 0; j < 4; ++j) frame(view);
     plant = open(plant_path_);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
     for (int j = 0; j < 30 + i && (jobs.waiting.empty() || info(plant).resident_leaf_count < 3000); ++j) {
       jobs.run_all();
       frame(view);
@@ -299,7 +301,7 @@ TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
         coppice_plant_open(context_, arrivals.back().path->c_str(), &plant) == COPPICE_OK) {
       const std::vector<coppice_placement> placements(arrivals.back().count, at(static_cast<float>(arrivals.size()) - 2.5f, 0.0f));
       const auto count = static_cast<std::uint32_t>(placements.size());
-      ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), count, nullptr), COPPICE_OK);
+      ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), count, nullptr), COPPICE_OK);
       arrivals.pop_back();
     }
     Shot view = make_view(
@@ -332,7 +334,7 @@ TEST_F(RuntimeTest, TwoHundredPlantsTakeFewBlocksOfDeviceMemoryAndAStillCameraNo
   for (int i = 0; i < 200; ++i) {
     plants.push_back(open(i % 2 == 0 ? plant_path_ : mesh_path));
     const coppice_placement placement = at(0.5f * static_cast<float>(i % 20) - 5.0f, -0.5f * static_cast<float>(i / 20));
-    ASSERT_EQ(coppice_instances_add(context_, plants.back(), &placement, 1, nullptr), COPPICE_OK);
+    ASSERT_EQ(coppice_instances_add(context_, plants.back(), &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
   }
   Shot view = front_view();
   view.error_px = 0.01f;
@@ -366,7 +368,7 @@ TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {
   const coppice_plant plant = open(plant_path_);
   const coppice_placement placements[2] = {at(0.0f, 0.0f), at(0.5f, 0.0f)};
   coppice_instance instances[2] = {};
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements, 2, instances), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements, sizeof(coppice_placement), 2, instances), COPPICE_OK);
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   settle(view);
@@ -386,7 +388,8 @@ TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {
     EXPECT_EQ(view_stats().drawn_leaf_count, 2 * leaf_count);
   }
   EXPECT_EQ(stats().instance_count, 2u);
-  EXPECT_EQ(coppice_instance_move(context_, instances[1], &placements[0]), COPPICE_OK) << "handles are what they were";
+  EXPECT_EQ(coppice_instances_move(context_, &instances[1], &placements[0], sizeof(coppice_placement), 1), COPPICE_OK)
+      << "handles are what they were";
   ASSERT_EQ(coppice_instances_remove(context_, instances, 2), COPPICE_OK);
   frame(view);
   EXPECT_EQ(drawn_pixels(frame(view)), 0u);
@@ -396,7 +399,7 @@ TEST_F(RuntimeTest, AReloadThatFailsLeavesThePlantAsItWas) {
   create(desc());
   const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
   const Shot view = front_view();
   settle(view);
   const std::string text = plant_path_ + ".text";
@@ -424,7 +427,7 @@ TEST_F(RuntimeTest, InstancesThatCouldNotBeDrawnAreRefusedAndTheOthersAreDrawn) 
   const coppice_plant plant = open(plant_path_);
   std::vector<coppice_placement> placements(20000, at(0.0f, 400.0f));
   placements[0] = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), 20000, nullptr), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 20000, nullptr), COPPICE_OK) << log_;
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   settle(view);
@@ -432,7 +435,7 @@ TEST_F(RuntimeTest, InstancesThatCouldNotBeDrawnAreRefusedAndTheOthersAreDrawn) 
   ASSERT_EQ(coppice_set_memory_budget(context_, budget), COPPICE_OK);
   coppice_status status = COPPICE_OK;
   for (int i = 0; i < 19 && status == COPPICE_OK; ++i) {
-    status = coppice_instances_add(context_, plant, placements.data(), 20000, nullptr);
+    status = coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 20000, nullptr);
     EXPECT_GT(drawn_pixels(frame(view)), 100u) << i;
     EXPECT_LE(stats().memory_bytes, budget) << i;
   }
@@ -452,7 +455,7 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
   const coppice_placement placement = at(0.0f, 0.0f);
   for (int i = 0; i < 6; ++i) {  // 36 pages; a block of the pool holds 16
     const coppice_plant plant = open(plant_path_);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
   }
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
@@ -474,7 +477,7 @@ TEST_F(RuntimeTest, WithNextToNoTimeAChunkAFrameIsUploadedAfterThePinnedOnes) {
   create(hurried);
   const coppice_plant plant = open(plant_path_);
   const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   pump(view);  // what every plant is drawn from is uploaded at once, whatever the time
@@ -506,7 +509,7 @@ TEST_F(RuntimeTest, BlockTexturesLookAlikeReadByTheGpuAndDecoded) {
     create(with);
     const coppice_plant plant = open(path);
     const coppice_placement placement = at(0.0f, 0.0f);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, 1, nullptr), COPPICE_OK);
+    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
     Shot view = front_view();
     view.lod = COPPICE_LOD_FULL;
     way.picture = settle(view);
@@ -573,11 +576,11 @@ TEST_F(RuntimeTest, WrongArgumentsAreRefused) {
   ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
   coppice_placement flat = at(0.0f, 0.0f);
   flat.scale = 0.0f;
-  EXPECT_EQ(coppice_instances_add(context_, plant, &flat, 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(coppice_instances_add(context_, plant, &flat, sizeof(coppice_placement), 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
   flat.scale = 1e38f;
-  EXPECT_EQ(coppice_instances_add(context_, plant, &flat, 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(coppice_instances_add(context_, plant, &flat, sizeof(coppice_placement), 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
   const std::vector<coppice_placement> too_many(4097, at(0.0f, 0.0f));
-  EXPECT_EQ(coppice_instances_add(context_, plant, too_many.data(), 4097, nullptr), COPPICE_ERROR_OUT_OF_MEMORY);
+  EXPECT_EQ(coppice_instances_add(context_, plant, too_many.data(), sizeof(coppice_placement), 4097, nullptr), COPPICE_ERROR_OUT_OF_MEMORY);
   EXPECT_EQ(stats().instance_count, 0u);
 }
 

@@ -11,6 +11,7 @@
 
 #include "context_fixture.h"
 #include "coppice/vulkan.h"
+#include "golden.h"
 #include "scene_write.h"
 
 namespace coppice::test {
@@ -84,7 +85,7 @@ class SceneRuntimeTest : public ContextTest {
 
 TEST_F(SceneRuntimeTest, TilesStreamInAreDrawnAndGo) {
   create(16384, true);
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
   coppice_scene_info info;
   coppice_scene_info_init(&info);
   ASSERT_EQ(coppice_scene_get_info(context_, scene_, &info), COPPICE_OK);
@@ -113,7 +114,7 @@ TEST_F(SceneRuntimeTest, TilesStreamInAreDrawnAndGo) {
 
 TEST_F(SceneRuntimeTest, WhereNotAllFitTheThresholdRises) {
   create(3000, false);
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
   const coppice_stats stats = settle(view_from(0, 2, 0));
   EXPECT_GT(stats.scene_threshold_px, 1.0f);
   EXPECT_LE(stats.instance_count, 3000u);
@@ -124,7 +125,7 @@ TEST_F(SceneRuntimeTest, WhereNotAllFitTheThresholdRises) {
 
 TEST_F(SceneRuntimeTest, APlantOfTheSceneIsReloadedWhereItStands) {
   create(16384, true);
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
   coppice_scene_plant_info plant;
   coppice_scene_plant_info_init(&plant);
   ASSERT_EQ(coppice_scene_get_plant(context_, scene_, 1, &plant), COPPICE_OK);
@@ -145,7 +146,7 @@ TEST_F(SceneRuntimeTest, APlantOfTheSceneIsReloadedWhereItStands) {
 
 TEST_F(SceneRuntimeTest, APlantThatIsNotThereIsLeftOut) {
   create(16384, false);
-  ASSERT_EQ(coppice_scene_open(context_, (folder_ / "lost.forest").c_str(), &scene_), COPPICE_OK) << log_;
+  ASSERT_EQ(coppice_scene_open(context_, (folder_ / "lost.forest").c_str(), nullptr, &scene_), COPPICE_OK) << log_;
   const coppice_stats stats = settle(view_from(0, 2, 0));
   EXPECT_NE(log_.find("lost.coppice"), std::string::npos) << log_;
   EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << log_;
@@ -178,7 +179,7 @@ TEST_F(SceneRuntimeTest, WhatIsNoPlantOrNotInTheFolderIsLeftOutEachWithALine) {
     with.asset_root = allowed.asset_root;
     with.allow_outside = allowed.allow_outside;
     ContextTest::create(with);
-    ASSERT_EQ(coppice_scene_open(context_, scene.c_str(), &scene_), COPPICE_OK) << log_;
+    ASSERT_EQ(coppice_scene_open(context_, scene.c_str(), nullptr, &scene_), COPPICE_OK) << log_;
     const coppice_stats stats = settle(view_from(10, 2, 5));
     EXPECT_EQ(stats.scene_species_failed, allowed.failed) << log_;
     EXPECT_EQ(stats.instance_count, 100 * (4 - allowed.failed)) << log_;
@@ -190,18 +191,69 @@ TEST_F(SceneRuntimeTest, WhatIsNoPlantOrNotInTheFolderIsLeftOutEachWithALine) {
   }
 }
 
-TEST_F(SceneRuntimeTest, WrongFilesAndASecondSceneAreRefused) {
+/// Seen from the same place relative to it, a scene looks the same wherever it stands and however it is turned.
+TEST_F(SceneRuntimeTest, ASceneStandsWhereItIsPlacedAndMoves) {
+  create(16384, true);
+  Shot view = view_from(0, 6, 0);
+  std::copy_n(std::array{0.0f, 1.0f, 0.0f}.data(), 3, view.light.sun_direction);  // which does not turn with it
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
+  const coppice_stats there = settle(view);
+  const Picture plain = ContextTest::frame(view);
+  coppice_scene_placement placement;
+  coppice_scene_placement_init(&placement);
+  // A quarter turn about +y: what lay towards -z lies towards -x.
+  placement.rotation[1] = placement.rotation[3] = std::sqrt(0.5f);
+  std::copy_n(std::array{40000.0, 100.0, -7000.0}.data(), 3, placement.position);
+  const auto eye = [&](float x, float y, float z) {
+    Shot turned = make_view({.eye_m = {x, y, z}, .target_m = {x - 10.0f, y, z}, .width_px = 128, .height_px = 128});
+    std::copy_n(view.light.sun_direction, 3, turned.light.sun_direction);
+    return turned;
+  };
+  const Shot turned = eye(40000.0f, 106.0f, -7000.0f);
+  ASSERT_EQ(coppice_scene_move(context_, scene_, &placement), COPPICE_OK) << log_;
+  const coppice_stats moved = settle(turned);
+  EXPECT_EQ(moved.instance_count, there.instance_count);
+  EXPECT_EQ(moved.bytes_read, there.bytes_read) << "nothing of a plant is read again";
+  EXPECT_LT(compare_pictures(ContextTest::frame(turned), plain, 40).differing_share, 0.05) << "cuts differ with slots";
+  ASSERT_EQ(coppice_scene_close(context_, scene_), COPPICE_OK);
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &placement, &scene_), COPPICE_OK) << log_;
+  EXPECT_EQ(settle(turned).instance_count, there.instance_count);
+  EXPECT_LT(compare_pictures(ContextTest::frame(turned), plain, 40).differing_share, 0.05) << "cuts differ with slots";
+  placement.rotation[3] = 2.0f;
+  EXPECT_EQ(coppice_scene_move(context_, scene_, &placement), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(log_.find("placement.rotation"), std::string::npos) << log_;
+}
+
+TEST_F(SceneRuntimeTest, SeveralScenesStandSideBySide) {
+  create(65536, false);
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
+  const coppice_stats one = settle(view_from(0, 2, 0));
+  coppice_scene_placement aside;
+  coppice_scene_placement_init(&aside);
+  aside.position[0] = 50000.0;
+  coppice_scene second = 0;
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &aside, &second), COPPICE_OK) << log_;
+  EXPECT_NE(second, scene_);
+  const coppice_stats here = settle(view_from(0, 2, 0)), there = settle(view_from(50000.0f, 2, 0));
+  EXPECT_EQ(here.instance_count, one.instance_count);
+  EXPECT_EQ(there.instance_count, one.instance_count);
+  EXPECT_EQ(here.scene_instance_count, 2 * one.scene_instance_count);
+  EXPECT_EQ(here.scene_tile_count, 2 * one.scene_tile_count);
+  ASSERT_EQ(coppice_scene_close(context_, scene_), COPPICE_OK);
+  EXPECT_EQ(coppice_scene_close(context_, scene_), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(settle(view_from(50000.0f, 2, 0)).instance_count, one.instance_count);
+  EXPECT_EQ(coppice_scene_close(context_, second), COPPICE_OK);
+}
+
+TEST_F(SceneRuntimeTest, WrongFilesAreRefused) {
   create(1000, false);
-  EXPECT_EQ(coppice_scene_open(context_, (folder_ / "none.forest").c_str(), &scene_), COPPICE_ERROR_IO);
-  EXPECT_EQ(coppice_scene_open(context_, (folder_ / "plant1.coppice").c_str(), &scene_), COPPICE_ERROR_BAD_FILE);
+  EXPECT_EQ(coppice_scene_open(context_, (folder_ / "none.forest").c_str(), nullptr, &scene_), COPPICE_ERROR_IO);
+  EXPECT_EQ(coppice_scene_open(context_, (folder_ / "plant1.coppice").c_str(), nullptr, &scene_), COPPICE_ERROR_BAD_FILE);
   EXPECT_NE(log_.find("plant1.coppice: magic: not a .forest file"), std::string::npos) << log_;
   EXPECT_EQ(std::ranges::count(log_, '\n'), 2) << log_;
   EXPECT_EQ(scene_, 0u);
-  EXPECT_EQ(coppice_scene_open(context_, nullptr, &scene_), COPPICE_ERROR_INVALID_ARGUMENT);
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
-  coppice_scene second = 7;
-  EXPECT_EQ(coppice_scene_open(context_, scene_path().c_str(), &second), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(second, 0u);
+  EXPECT_EQ(coppice_scene_open(context_, nullptr, nullptr, &scene_), COPPICE_ERROR_INVALID_ARGUMENT);
+  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
   coppice_scene_info info{};
   EXPECT_EQ(coppice_scene_get_info(context_, scene_, &info), COPPICE_ERROR_INVALID_ARGUMENT) << "struct_size";
   frame(view_from(0, 2, 0));
@@ -211,7 +263,7 @@ TEST_F(SceneRuntimeTest, WrongFilesAndASecondSceneAreRefused) {
   EXPECT_NE(log_.find("scene is a handle of another context"), std::string::npos) << log_;
   coppice_context_destroy(std::exchange(context_, other));
   EXPECT_EQ(coppice_scene_close(context_, scene_), COPPICE_OK) << "with reads under way";
-  EXPECT_EQ(coppice_scene_open(context_, scene_path().c_str(), &scene_), COPPICE_OK) << log_;
+  EXPECT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
 }
 
 }  // namespace

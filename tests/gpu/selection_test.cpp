@@ -24,7 +24,11 @@ std::vector<coppice_placement> scattered(std::uint32_t count, std::uint32_t seed
     placements.push_back({{distance * std::cos(bearing), uniform(-1.0f, 1.0f), distance * std::sin(bearing)},
                           uniform(0.5f, 2.0f),
                           {0.0f, std::sin(0.5f * yaw), 0.0f, std::cos(0.5f * yaw)},
-                          {1.0f, 1.0f, 1.0f}});
+                          {1, 1, 1},
+                          0,
+                          COPPICE_ALL_LAYERS,
+                          0,
+                          1});
   }
   return placements;
 }

@@ -65,8 +65,8 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
   }
 
   void place(const glm::vec3& at) {
-    const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
-    ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, 1, nullptr), COPPICE_OK) << log_;
+    const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+    ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
   }
 
   [[nodiscard]] Shot sun_view(const Shot& camera) const {
@@ -104,7 +104,7 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
     settle(camera);
     const double open = light_of(frame(camera));
     const Shot sun = sun_view(camera);
-    const glm::mat4 clip_from_world = glm::make_mat4(sun.clip_from_view) * glm::make_mat4(sun.view_from_world);
+    const glm::dmat4 clip_from_world = glm::dmat4(glm::make_mat4(sun.clip_from_view)) * glm::make_mat4(sun.view_from_world);
     coppice_shadow_map map{.image = map_.view(), .clip_from_world = {}};
     std::copy_n(glm::value_ptr(clip_from_world), 16, map.clip_from_world);
     camera.light.shadow_maps = &map;

@@ -41,8 +41,8 @@ class StartTest : public ContextTest {
   }
 
   void plant() {
-    constexpr coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
-    ASSERT_EQ(coppice_instances_add(context_, open(plant_path_), &kHere, 1, nullptr), COPPICE_OK) << log_;
+    constexpr coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+    ASSERT_EQ(coppice_instances_add(context_, open(plant_path_), &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
   }
 
   bool ready() {

@@ -137,8 +137,8 @@ class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
 
   void place(const std::vector<glm::vec3>& places) {
     for (const glm::vec3& at : places) {
-      const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}};
-      ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, 1, nullptr), COPPICE_OK) << log_;
+      const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+      ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
     }
   }
   void place_rows() {
@@ -152,7 +152,7 @@ class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
     Shot front = make_view({.eye_m = {0.0f, 1.0f, 6.0f}, .width_px = kSidePx, .height_px = kSidePx});
     Shot mirrored = front;
     const glm::mat4 mirror = glm::scale(glm::translate(glm::mat4(1.0f), glm::vec3(0, -4, 0)), glm::vec3(1, -1, 1));
-    const glm::mat4 below = glm::make_mat4(front.view_from_world) * mirror;
+    const glm::dmat4 below = glm::make_mat4(front.view_from_world) * glm::dmat4(mirror);
     std::copy_n(glm::value_ptr(below), 16, mirrored.view_from_world);
     Shot behind = make_view({.eye_m = {-3.0f, 0.5f, -16.0f}, .width_px = 2 * kSidePx, .height_px = kSidePx});
     behind.error_px = 0.5f;

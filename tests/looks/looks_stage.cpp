@@ -119,8 +119,8 @@ LooksStage::LooksStage(const VulkanDevice& gpu, const std::filesystem::path& pla
   check(coppice_plant_open(context, plant.c_str(), &handle), "coppice_plant_open");
   coppice_plant_info_init(&info_);
   check(coppice_plant_get_info(context, handle, &info_), "coppice_plant_get_info");
-  const coppice_placement placement{{0, 0, 0}, 1, {0, 0, 0, 1}, {1, 1, 1}};
-  check(coppice_instances_add(context, handle, &placement, 1, nullptr), "coppice_instances_add");
+  const coppice_placement placement{{0, 0, 0}, 1, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+  check(coppice_instances_add(context, handle, &placement, sizeof(coppice_placement), 1, nullptr), "coppice_instances_add");
 }
 
 LooksSphere LooksStage::sphere() const {

@@ -177,6 +177,7 @@ Shot make_view(const CameraDesc& camera) {
   clip_from_view[3][2] = kNearM;
   std::copy_n(glm::value_ptr(view_from_world), 16, view.view_from_world);
   std::copy_n(glm::value_ptr(clip_from_view), 16, view.clip_from_view);
+  view.layer_mask = COPPICE_ALL_LAYERS;
   view.width_px = camera.width_px;
   view.height_px = camera.height_px;
   const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.6f, 0.6f));

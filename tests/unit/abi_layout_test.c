@@ -85,9 +85,13 @@ FIELD(coppice_plant_info, box_min, 128);
 LAST_FIELD(coppice_plant_info, box_max, 140, 152);
 
 FIELD(coppice_placement, position, 0);
-FIELD(coppice_placement, scale, 12);
-FIELD(coppice_placement, rotation, 16);
-LAST_FIELD(coppice_placement, tint, 32, 44);
+FIELD(coppice_placement, scale, 24);
+FIELD(coppice_placement, rotation, 28);
+FIELD(coppice_placement, tint, 44);
+FIELD(coppice_placement, user_data, 56);
+FIELD(coppice_placement, layer_mask, 60);
+FIELD(coppice_placement, lod_bias, 64);
+LAST_FIELD(coppice_placement, leaf_share, 68, 72);
 
 FIELD(coppice_scene_info, struct_size, 0);
 FIELD(coppice_scene_info, species_count, 4);
@@ -98,6 +102,10 @@ FIELD(coppice_scene_info, instance_count, 24);
 FIELD(coppice_scene_info, file_bytes, 32);
 FIELD(coppice_scene_info, height_min, 40);
 LAST_FIELD(coppice_scene_info, height_max, 44, 48);
+
+FIELD(coppice_scene_placement, struct_size, 0);
+FIELD(coppice_scene_placement, rotation, 4);
+LAST_FIELD(coppice_scene_placement, position, 24, 48);
 
 FIELD(coppice_scene_plant_info, struct_size, 0);
 FIELD(coppice_scene_plant_info, path, 8);
@@ -152,22 +160,23 @@ LAST_FIELD(coppice_view_desc, output, 4, 8);
 FIELD(coppice_camera, struct_size, 0);
 FIELD(coppice_camera, view, 8);
 FIELD(coppice_camera, view_from_world, 16);
-FIELD(coppice_camera, clip_from_view, 80);
-FIELD(coppice_camera, width_px, 144);
-FIELD(coppice_camera, height_px, 148);
-FIELD(coppice_camera, x_px, 152);
-FIELD(coppice_camera, y_px, 156);
-FIELD(coppice_camera, error_px, 160);
-FIELD(coppice_camera, lod, 164);
-FIELD(coppice_camera, leaf_budget, 168);
-FIELD(coppice_camera, debug_view, 172);
-FIELD(coppice_camera, temporal_frame, 176);
+FIELD(coppice_camera, clip_from_view, 144);
+FIELD(coppice_camera, width_px, 208);
+FIELD(coppice_camera, height_px, 212);
+FIELD(coppice_camera, x_px, 216);
+FIELD(coppice_camera, y_px, 220);
+FIELD(coppice_camera, error_px, 224);
+FIELD(coppice_camera, lod, 228);
+FIELD(coppice_camera, leaf_budget, 232);
+FIELD(coppice_camera, debug_view, 236);
+FIELD(coppice_camera, temporal_frame, 240);
+LAST_FIELD(coppice_camera, layer_mask, 244, 248);
 
 FIELD(coppice_sun_desc, struct_size, 0);
 FIELD(coppice_sun_desc, sun_direction, 4);
 FIELD(coppice_sun_desc, center, 16);
-FIELD(coppice_sun_desc, radius_m, 28);
-LAST_FIELD(coppice_sun_desc, size_px, 32, 36);
+FIELD(coppice_sun_desc, radius_m, 40);
+LAST_FIELD(coppice_sun_desc, size_px, 44, 48);
 
 FIELD(coppice_frame, struct_size, 0);
 FIELD(coppice_frame, frame_number, 8);
@@ -208,7 +217,7 @@ FIELD(coppice_vulkan_view_desc, depth_compare, 12);
 LAST_FIELD(coppice_vulkan_view_desc, samples, 16, 20);
 
 FIELD(coppice_shadow_map, image, 0);
-LAST_FIELD(coppice_shadow_map, clip_from_world, 8, 72);
+LAST_FIELD(coppice_shadow_map, clip_from_world, 8, 136);
 
 FIELD(coppice_light, struct_size, 0);
 FIELD(coppice_light, sun_direction, 4);

@@ -122,11 +122,11 @@ static void use_plant(const Gpu* gpu, coppice_context* context, const char* path
   coppice_plant_info_init(&info);
   CHECK(coppice_plant_get_info(context, plant, &info) == COPPICE_OK && info.leaf_count > 0 && info.resident_leaf_count > 0);
 
-  coppice_placement placements[2] = {{{0.0f, 0.0f, 0.0f}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1.0f, 1.0f, 1.0f}},
-                                     {{0.5f, 0.0f, 0.0f}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1.0f, 1.0f, 1.0f}}};
+  coppice_placement placements[2] = {{{0.0f, 0.0f, 0.0f}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1},
+                                     {{0.5f, 0.0f, 0.0f}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1}};
   coppice_instance instances[2];
-  CHECK(coppice_instances_add(context, plant, placements, 2, instances) == COPPICE_OK);
-  CHECK(coppice_instance_move(context, instances[0], &placements[1]) == COPPICE_OK);
+  CHECK(coppice_instances_add(context, plant, placements, sizeof(coppice_placement), 2, instances) == COPPICE_OK);
+  CHECK(coppice_instances_move(context, &instances[0], &placements[1], sizeof(coppice_placement), 1) == COPPICE_OK);
   CHECK(coppice_instances_remove(context, &instances[1], 1) == COPPICE_OK);
 
   coppice_view_desc view_desc;
@@ -194,7 +194,7 @@ int main(int argc, char** argv) {
   CHECK(strcmp(coppice_status_text(COPPICE_OK), "success") == 0);
   use_plant(&gpu, context, argv[1]);
   coppice_scene scene = 1;
-  CHECK(coppice_scene_open(context, "/nonexistent/a.forest", &scene) == COPPICE_ERROR_IO && scene == 0);
+  CHECK(coppice_scene_open(context, "/nonexistent/a.forest", NULL, &scene) == COPPICE_ERROR_IO && scene == 0);
   CHECK(strstr(coppice_last_error(context), "coppice_scene_open: /nonexistent/a.forest: ") == coppice_last_error(context));
   CHECK(strstr(coppice_last_error(context), "No such file or directory") != NULL);
   CHECK(coppice_scene_close(context, scene) == COPPICE_ERROR_INVALID_ARGUMENT);

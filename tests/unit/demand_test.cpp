@@ -21,6 +21,7 @@ using test::hook_array;
 /// 90 degrees high, twice as wide as high, looking down -z from `eye`, near plane 0.5 m.
 coppice_camera view_from(std::array<float, 3> eye, float depth_scale, float depth_offset) {
   coppice_camera view{};
+  view.layer_mask = COPPICE_ALL_LAYERS;
   view.width_px = 1440;
   view.height_px = 720;
   view.error_px = 2.0f;
@@ -52,7 +53,7 @@ struct Blocks {
 TEST(DemandView, ReadsEyeFocalLengthAndNearPlane) {
   const auto view = demand_view(reversed_infinite_view({1, 2, 3}));
   ASSERT_TRUE(view);
-  EXPECT_EQ(view->eye_m, (vec3{1, 2, 3}));
+  EXPECT_EQ(view->eye_m, (dvec3{1, 2, 3}));
   EXPECT_FLOAT_EQ(view->focal_px, 360.0f);
   EXPECT_FLOAT_EQ(view->near_m, 0.5f);
   EXPECT_FALSE(view->full);
@@ -75,7 +76,7 @@ TEST(DemandView, FollowsARotatedCamera) {
   std::ranges::copy(columns, turned.view_from_world);
   const auto view = demand_view(turned);
   ASSERT_TRUE(view);
-  EXPECT_EQ(view->eye_m, (vec3{4, 0, 0}));
+  EXPECT_EQ(view->eye_m, (dvec3{4, 0, 0}));
   const Blocks instances({{{14, 0, 0}, 1.0f, 0}, {{-6, 0, 0}, 1.0f, 1}});
   std::vector<PlantDemand> demands(2);
   measure_demand(instances, *view, demands);
@@ -96,8 +97,8 @@ TEST(DemandView, AParallelViewShowsAllDistancesAlike) {
   EXPECT_FLOAT_EQ(view->focal_px, 0.125f * static_cast<float>(wide.height_px));
   EXPECT_EQ(size_distance_m(*view, {0, 0, -90}), size_distance_m(*view, {0, 0, 0}));
   EXPECT_EQ(view->toward_viewer, (vec3{0, 0, 1}));
-  EXPECT_FLOAT_EQ(view->key_row.z * -5.0f + view->key_row.w, 0.9f) << "10 m of the 100 m to the far plane";
-  EXPECT_NEAR(view->planes[4].z * 5.0f + view->planes[4].w, 0.0f, 1e-5f) << "the near plane goes through the eye";
+  EXPECT_FLOAT_EQ(view->key_row.z * -10.0f + view->key_row.w, 0.9f) << "10 m of the 100 m to the far plane";
+  EXPECT_NEAR(view->planes[4].w, 0.0f, 1e-5f) << "the near plane goes through the eye";
 }
 
 TEST(DemandView, RefusesWhatIsNoView) {
@@ -230,7 +231,7 @@ TEST(EyeMotion, OfALargeSceneAPartIsMeasuredInEachFrame) {
 TEST(Demand, CountsWhatIsOutsideForLess) {
   const auto view = demand_view(reversed_infinite_view({}));
   ASSERT_TRUE(view);
-  const auto weight = [&](const vec3& center) {
+  const auto weight = [&](const dvec3& center) {
     const Blocks instances({{center, 1.0f, 0}});
     std::vector<PlantDemand> demands(1);
     measure_demand(instances, *view, demands);
@@ -305,8 +306,8 @@ TEST(InstanceBounds, HoldEveryInstanceAndSkipHoles) {
   EXPECT_EQ(bounds.instance_count, 2u);
   EXPECT_EQ(bounds.plant, 3u);
   EXPECT_FLOAT_EQ(bounds.max_instance_radius_m, 3.0f);
-  EXPECT_FLOAT_EQ(bounds.mean_instance_radius_m, 2.0f);
-  EXPECT_FLOAT_EQ(bounds.center_m[0], 6.0f) << "half way from -1 to 13";
+  EXPECT_FLOAT_EQ(bounds.mean_wanted_radius_m, 2.0f);
+  EXPECT_DOUBLE_EQ(bounds.center_m[0], 6.0) << "half way from -1 to 13";
   EXPECT_FLOAT_EQ(bounds.radius_m, 7.0f);
   EXPECT_EQ(instance_bounds(std::vector<InstanceSphere>{{{0, 0, 0}, 1.0f, 3}, {{0, 0, 0}, 1.0f, 4}}).plant, InstanceBounds::kMixedPlants);
   EXPECT_LT(instance_bounds(std::vector<InstanceSphere>(5)).radius_m, 0.0f);

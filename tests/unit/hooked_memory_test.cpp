@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
@@ -137,7 +138,7 @@ TEST(HookedMemory, WhatNewGivesForASceneDoesNotDependOnIt) {
     {
       const auto scene = *SceneStream::open(inline_hooks(file), ledger, name, {.plants = {.allow_outside = true}});
       for (int frame = 0; frame < kFrames; ++frame) {
-        scene->begin_frame({{0.0f, 2.0f, 0.0f}, 600.0f, 0.1f}, 1u << 20);
+        scene->begin_frame(std::array{SceneEye{{0.0f, 2.0f, 0.0f}, 600.0f, 0.1f}}, 1u << 20);
         while (const auto species = scene->next_species()) scene->species_opened(species->species, true);
         while (const auto ready = scene->next_ready()) scene->placed(ready->tile);
       }

@@ -23,7 +23,7 @@ InstanceTable make_table(std::uint32_t max_instances) {
 }
 
 coppice_placement placed_at(float x) {
-  coppice_placement placement{};
+  coppice_placement placement = default_placement();
   placement.position[0] = x;
   placement.scale = 1.0f;
   placement.rotation[3] = 1.0f;
@@ -108,10 +108,10 @@ TEST(Instances, BoundsFollowWhatMovesAndWhatGoes) {
   EXPECT_EQ(table.blocks().bounds[0].instance_count, kInstanceBlockSlots);
   EXPECT_EQ(table.blocks().bounds[1].instance_count, 8u);
   EXPECT_EQ(table.blocks().bounds[1].plant, 2u);
-  EXPECT_FLOAT_EQ(table.blocks().bounds[0].center_m[0], 15.5f) << "half way between 0 and 31";
+  EXPECT_DOUBLE_EQ(table.blocks().bounds[0].center_m[0], 15.5) << "half way between 0 and 31";
   table.move(handles[0], placed_at(-31));
   table.update_bounds();
-  EXPECT_FLOAT_EQ(table.blocks().bounds[0].center_m[0], 0.0f);
+  EXPECT_DOUBLE_EQ(table.blocks().bounds[0].center_m[0], 0.0);
   EXPECT_FLOAT_EQ(table.blocks().bounds[0].radius_m, 32.0f);
   for (std::size_t i = 32; i < 40; ++i) table.remove(handles[i]);
   table.update_bounds();
@@ -259,7 +259,7 @@ TEST(Instances, ATileGrowsAboutItsPlantsFeet) {
   EXPECT_EQ(table.slots()[2].scale, 0.5f);
   EXPECT_EQ(table.slots()[2].position.x, 2.0f);
   EXPECT_EQ(table.spheres()[2].radius_m, 0.5f);
-  EXPECT_EQ(table.spheres()[2].center_m, (vec3{2.0f, 0.5f, 0.0f})) << "a metre above its foot, when grown";
+  EXPECT_EQ(table.spheres()[2].center_m, (dvec3{2.0, 0.5, 0.0})) << "a metre above its foot, when grown";
   EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 3}}));
   table.update_bounds();
   EXPECT_FLOAT_EQ(table.blocks().bounds[0].max_instance_radius_m, 0.5f);

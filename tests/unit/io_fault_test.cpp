@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -157,7 +158,7 @@ class IoFault : public testing::TestWithParam<Reading> {
     const std::vector<PlantDemand> demands = {test::demand_of(5000.0f)};
     for (int i = 0; i < 4000; ++i) {
       gpu.frame(view, demands);
-      scene.begin_frame({{0.0f, 2.0f, 0.0f}, 600.0f, 0.1f}, 1000);
+      scene.begin_frame(std::array{SceneEye{{0.0f, 2.0f, 0.0f}, 600.0f, 0.1f}}, 1000);
       while (const auto species = scene.next_species()) scene.species_opened(species->species, true);
       while (const auto ready = scene.next_ready()) scene.placed(ready->tile);
       const StreamStats stats = streamer.stats();

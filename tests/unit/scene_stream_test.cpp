@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -31,10 +32,14 @@ SceneEye eye_at(float x, float z) {
   return {{x, 2.0f, z}, 600.0f, 0.1f};
 }
 
+float size_of(const SceneTile& tile, const SceneEye& eye) {
+  return tile_size_px(tile, {&eye, 1});
+}
+
 std::vector<TileSize> gather(const SceneFile& scene, const SceneEye& eye, float floor_px) {
   std::vector<std::uint32_t> scratch(scene.tiles.size());
   std::vector<TileSize> found(scene.tiles.size());
-  found.resize(gather_tiles(scene, eye, floor_px, scratch, found));
+  found.resize(gather_tiles(scene, {&eye, 1}, floor_px, scratch, found));
   return found;
 }
 
@@ -51,7 +56,7 @@ TEST(TileSelection, FindsWhatAScanFinds) {
       const std::vector<TileSize> found = gather(*scene, eye, floor_px);
       std::vector<std::uint32_t> scan;
       for (std::uint32_t tile = 0; tile < scene->tiles.size(); ++tile)
-        if (tile_size_px(scene->tiles[tile], eye) >= floor_px) scan.push_back(tile);
+        if (size_of(scene->tiles[tile], eye) >= floor_px) scan.push_back(tile);
       ASSERT_EQ(found.size(), scan.size()) << floor_px << " px";
       for (std::size_t i = 0; i < scan.size(); ++i) EXPECT_EQ(found[i].tile, scan[i]);
     }
@@ -62,10 +67,10 @@ TEST(TileSelection, SizeIsThatOfTheLargestPlantAtTheNearestPoint) {
   tile.entry.max_radius = 5.0f;
   std::ranges::copy(std::array{0.0f, 0.0f, 0.0f}, tile.entry.box_min);
   std::ranges::copy(std::array{100.0f, 0.0f, 100.0f}, tile.entry.box_max);
-  EXPECT_FLOAT_EQ(tile_size_px(tile, {{-300.0f, 0.0f, 50.0f}, 600.0f, 0.1f}), 20.0f);
-  EXPECT_FLOAT_EQ(tile_size_px(tile, {{-300.0f, 0.0f, 500.0f}, 600.0f, 0.1f}), 12.0f) << "500 m from its corner";
-  EXPECT_FLOAT_EQ(tile_size_px(tile, {{50.0f, 60.0f, 50.0f}, 600.0f, 0.1f}), 100.0f) << "above it";
-  EXPECT_FLOAT_EQ(tile_size_px(tile, {{50.0f, 0.0f, 50.0f}, 600.0f, 0.5f}), 12000.0f) << "inside: the near plane";
+  EXPECT_FLOAT_EQ(size_of(tile, {{-300.0f, 0.0f, 50.0f}, 600.0f, 0.1f}), 20.0f);
+  EXPECT_FLOAT_EQ(size_of(tile, {{-300.0f, 0.0f, 500.0f}, 600.0f, 0.1f}), 12.0f) << "500 m from its corner";
+  EXPECT_FLOAT_EQ(size_of(tile, {{50.0f, 60.0f, 50.0f}, 600.0f, 0.1f}), 100.0f) << "above it";
+  EXPECT_FLOAT_EQ(size_of(tile, {{50.0f, 0.0f, 50.0f}, 600.0f, 0.5f}), 12000.0f) << "inside: the near plane";
 }
 
 TEST(TileSelection, TheThresholdRisesUntilWhatIsWantedFits) {
@@ -133,8 +138,9 @@ struct Owner {
     of_tile.resize(stream->file().tiles.size());
   }
 
-  void frame(const SceneEye& eye, std::uint32_t block_count) {
-    stream->begin_frame(eye, block_count);
+  void frame(const SceneEye& eye, std::uint32_t block_count) { frame(std::span(&eye, 1), block_count); }
+  void frame(std::span<const SceneEye> eyes, std::uint32_t block_count) {
+    stream->begin_frame(eyes, block_count);
     for (const std::uint32_t tile : stream->dropped()) {
       EXPECT_EQ(placed.erase(tile), 1u) << "dropped what was not there";
       blocks -= tile_blocks(stream->file().tiles[tile]);
@@ -154,7 +160,7 @@ struct Owner {
   std::set<std::uint32_t> wanted(const SceneEye& eye) const {
     std::set<std::uint32_t> tiles;
     for (std::uint32_t tile = 0; tile < stream->file().tiles.size(); ++tile)
-      if (tile_size_px(stream->file().tiles[tile], eye) >= stream->stats().threshold_px) tiles.insert(tile);
+      if (size_of(stream->file().tiles[tile], eye) >= stream->stats().threshold_px) tiles.insert(tile);
     return tiles;
   }
 };
@@ -185,7 +191,7 @@ TEST(SceneStream, KeepsTheLargestWhereNotAllFit) {
   EXPECT_LE(owner.most_blocks, kFew);
   EXPECT_GT(owner.blocks + 32, kFew);
   for (std::uint32_t tile = 0; tile < owner.of_tile.size(); ++tile) {
-    const float px = tile_size_px(owner.stream->file().tiles[tile], here);
+    const float px = size_of(owner.stream->file().tiles[tile], here);
     EXPECT_TRUE(owner.placed.contains(tile) || px <= threshold_px * (1.0f + 1.0f / 16.0f)) << px;
     EXPECT_TRUE(!owner.placed.contains(tile) || px >= threshold_px) << px;
   }
@@ -194,6 +200,22 @@ TEST(SceneStream, KeepsTheLargestWhereNotAllFit) {
   owner.settle(here, kFew / 2);
   EXPECT_EQ(owner.stream->stats().missing_tiles, 0u);
   EXPECT_LE(owner.blocks, kFew / 2) << "less room: it gives way";
+}
+
+TEST(SceneStream, SeveralEyesHaveWhatEachWouldHave) {
+  const std::array eyes{eye_at(-1900, 0), eye_at(1900, 300)};
+  std::set<std::uint32_t> each;
+  for (const SceneEye& eye : eyes) {
+    Owner owner;
+    owner.settle(eye, kPlenty);
+    each.insert(owner.placed.begin(), owner.placed.end());
+  }
+  Owner both;
+  for (int i = 0; i < 100; ++i) both.frame(eyes, kPlenty);
+  EXPECT_EQ(both.placed, each);
+  EXPECT_EQ(both.stream->stats().missing_tiles, 0u);
+  both.frame(std::span<const SceneEye>(), kPlenty);
+  EXPECT_TRUE(both.placed.empty()) << "nobody looks";
 }
 
 TEST(SceneStream, ACameraThatComesAndGoesReadsNothingNew) {
@@ -216,10 +238,10 @@ TEST(SceneStream, NothingBlocksAndNoMoreIsReadThanMayBe) {
   // The first asked for is the largest on screen.
   const SceneFile& scene = owner.stream->file();
   float largest_px = 0.0f;
-  for (const SceneTile& tile : scene.tiles) largest_px = std::max(largest_px, tile_size_px(tile, here));
+  for (const SceneTile& tile : scene.tiles) largest_px = std::max(largest_px, size_of(tile, here));
   const auto first = std::ranges::find(scene.tiles, owner.io.waiting.front().offset, &SceneTile::offset);
   ASSERT_NE(first, scene.tiles.end());
-  EXPECT_EQ(tile_size_px(*first, here), largest_px);
+  EXPECT_EQ(size_of(*first, here), largest_px);
   owner.io.answer_all();
   owner.frame(here, kPlenty);
   EXPECT_EQ(owner.jobs.waiting.size(), 8u);
@@ -392,8 +414,8 @@ TEST(SpeciesPath, FollowsLinksOfRealFiles) {
 TEST(SceneStream, ATileWaitsForItsSpecies) {
   Owner owner;
   const SceneEye here = eye_at(0, 0);
-  owner.stream->begin_frame(here, kPlenty);
-  owner.stream->begin_frame(here, kPlenty);
+  owner.stream->begin_frame({&here, 1}, kPlenty);
+  owner.stream->begin_frame({&here, 1}, kPlenty);
   EXPECT_FALSE(owner.stream->next_ready());
   const auto first = owner.stream->next_species();
   ASSERT_TRUE(first);

@@ -102,6 +102,7 @@ typedef enum coppice_struct {
   COPPICE_STRUCT_SUN_DESC = 12,
   COPPICE_STRUCT_FRAME = 13,
   COPPICE_STRUCT_VIEW_STATS = 14,
+  COPPICE_STRUCT_SCENE_PLACEMENT = 15,
   COPPICE_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_struct;
 /* Fills a struct of `bytes` bytes with the defaults of its kind, as far as it goes; what the library does not know becomes 0. struct_size
@@ -228,9 +229,9 @@ static inline void coppice_trace_init(coppice_trace* hook) {
 typedef struct coppice_context_desc {
   uint32_t struct_size;
   /* Upper limits alone: nothing is sized by them, and they need not be set. Buffers and tables grow as instances are added and plants are
-   * opened, by half where the budget has room for that, and shrink with the context only. An instance takes about 160 bytes, and 60 more
+   * opened, by half where the budget has room for that, and shrink with the context only. An instance takes about 190 bytes, and 60 more
    * for what draws it; a plant 3.5 KB on the GPU beside what its file asks for. While one grows, what it replaces is counted too, until the
-   * GPU is done with it. A device that binds fewer holds fewer: instances by maxStorageBufferRange / 48 and maxComputeWorkGroupCount[0] *
+   * GPU is done with it. A device that binds fewer holds fewer: instances by maxStorageBufferRange / 60 and maxComputeWorkGroupCount[0] *
    * 32, plants by maxTexelBufferElements / 704. */
   uint32_t max_instances; /* default 16,777,216; 1 to 268,435,455 */
   uint32_t max_plants;    /* default 65,536, the most; at least 1 */
@@ -344,22 +345,48 @@ COPPICE_API coppice_status coppice_plant_get_info(const coppice_context* context
 
 /* ---- instances ------------------------------------------------------------------------------------------------------------------ */
 
-/* Where one plant stands. world = position + rotation * (scale * object). */
-typedef struct coppice_placement {
-  float position[3]; /* metres, within 1e9 of 0 */
-  float scale;       /* 1e-6 to 1e6 */
-  float rotation[4]; /* unit quaternion x y z w, to within half a per cent */
-  float tint[3];     /* multiplies leaf colour, 0 to 1e6; 1 1 1 for none */
-} coppice_placement;
+#define COPPICE_ALL_LAYERS 0xffffffffu
 
-/* Adds `count` instances of a plant that is ready or being opened. instances: [count] handles out, may be null. All or none are added,
+/* Where one plant stands, and how it is drawn. world = position + rotation * (scale * object). Records are passed with their size in
+ * bytes, sizeof(coppice_placement) or that of a struct which begins with one: what a shorter one lacks has its default. */
+typedef struct coppice_placement {
+  double position[3];  /* metres; within 3.3e7 of where coordinates began, see coppice_set_origin. Kept to within 0.03 mm */
+  float scale;         /* 1e-6 to 1e6; default 1 */
+  float rotation[4];   /* unit quaternion x y z w, to within half a per cent; default 0 0 0 1 */
+  float tint[3];       /* multiplies leaf colour, 0 to 65504, kept to 11 bits; default 1 1 1 */
+  uint32_t user_data;  /* the engine's; default 0 */
+  uint32_t layer_mask; /* drawn in views whose layer_mask shares a bit with it; default COPPICE_ALL_LAYERS */
+  float lod_bias;      /* added to log2 of the error threshold, -4 to 4, kept to 11 bits; default 0. 1 is half as fine, -1 twice */
+  /* Share of its leaves that is drawn, 0 to 1, for seasons and felling; default 1, and 0 is bare wood. Leaves go one after the other,
+   * always in the same order; coarse ones, which stand for several, become smaller, so that a far plant thins out as a near one does. What
+   * leaves there are let more light into the crown. */
+  float leaf_share;
+} coppice_placement;
+/* Sets every field to its default, at 0 0 0. */
+static inline void coppice_placement_init(coppice_placement* placement) {
+  const coppice_placement at_origin = {{0, 0, 0}, 1, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+  if (placement != NULL) *placement = at_origin;
+}
+
+/* Adds `count` instances of a plant that is ready or being opened. placements: [count] records of `stride` bytes, at least those of a
+ * position; they need no alignment. instances: [count] handles out, may be null. All or none are added,
  * and a call that fails changes nothing else either. What are added within a frame, after coppice_record_upload, are drawn in the next.
  * COPPICE_ERROR_OUT_OF_MEMORY: more than max_instances, or what holds and draws them finds no room in the memory budget, or the hooks give
  * none; where the log says that room is being made, try again in a few frames. COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL */
 COPPICE_API coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements,
-                                                 uint32_t count, coppice_instance* instances);
-COPPICE_API coppice_status coppice_instance_move(coppice_context* context, coppice_instance instance, const coppice_placement* placement);
+                                                 size_t stride, uint32_t count, coppice_instance* instances);
+/* Gives instances new placements, all fields of them: [count] each, placements as above. All or none are moved. Cost: 60 bytes each to the
+ * GPU, and those of their neighbours. */
+COPPICE_API coppice_status coppice_instances_move(coppice_context* context, const coppice_instance* instances,
+                                                  const coppice_placement* placements, size_t stride, uint32_t count);
 COPPICE_API coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
+
+/* For engines that move the origin of their coordinates along with the camera. From this call on what the engine passes (placements,
+ * views, shadow maps, scenes) counts from `origin`, which itself is in coordinates as they were when the context was created: a place p is
+ * where p + origin was then. What stands already stays where it is, and nothing is loaded again. origin: [3] m, within 3.3e7 of 0; 0 0 0 at
+ * first. Call it between frames. Positions are doubles and the GPU computes with what is relative to the eye, so no engine needs this for
+ * precision's sake. errors: COPPICE_ERROR_INVALID_ARGUMENT */
+COPPICE_API coppice_status coppice_set_origin(coppice_context* context, const double* origin);
 
 /* ---- scenes ---------------------------------------------------------------------------------------------------------------------- */
 
@@ -368,22 +395,40 @@ typedef struct coppice_scene_info {
   uint32_t species_count;
   uint32_t tile_count;
   float square_side;   /* of the square that the plants stand in, metres */
-  float square_min[2]; /* its corner: x and z */
+  float square_min[2]; /* its corner: x and z, in the scene's own space */
   uint64_t instance_count;
   uint64_t file_bytes;
   float height_min; /* of the plants' feet; the same where the ground is flat */
   float height_max;
 } coppice_scene_info;
 
+/* Where a scene stands: world = position + rotation * scene. */
+typedef struct coppice_scene_placement {
+  uint32_t struct_size;
+  float rotation[4];  /* unit quaternion x y z w, to within half a per cent; default 0 0 0 1 */
+  double position[3]; /* metres, as coppice_placement's; default 0 0 0 */
+} coppice_scene_placement;
+static inline void coppice_scene_placement_init(coppice_scene_placement* placement) {
+  coppice_struct_init(COPPICE_STRUCT_SCENE_PLACEMENT, placement, sizeof *placement);
+}
+
+#define COPPICE_MAX_SCENES 64u
+
 /* Opens a .forest file (coppice scene makes them): reads and checks its front. Blocks for two reads. From then on coppice_frame_begin
  * streams it: a tile's instances are there while its largest plant, at the tile's nearest point, is at least a threshold large on screen:
  * 1 px, and evenly more where the tiles wanted do not fit into max_instances, or into a quarter of the memory budget. The plants that it
  * names are opened as tiles with them arrive, without waiting for their reads, and count for max_plants; one that cannot be
  * opened, or is not where coppice_context_desc.asset_root allows, is left out, told to the log once and counted in scene_species_failed.
- * Placing tiles and opening plants takes about streaming_ms a frame, one of each at least. A context holds one scene. Plants and instances
- * of the engine's own may stand beside it. errors: COPPICE_ERROR_INVALID_ARGUMENT: a scene is open. COPPICE_ERROR_IO,
- * COPPICE_ERROR_BAD_FILE, COPPICE_ERROR_OUT_OF_MEMORY */
-COPPICE_API coppice_status coppice_scene_open(coppice_context* context, const char* path, coppice_scene* scene);
+ * Placing tiles and opening plants takes about streaming_ms a frame, one of each at least. A context holds up to COPPICE_MAX_SCENES, which
+ * share what it has room for: each gets at least its part of a quarter of the memory budget. Plants and instances of the engine's own may
+ * stand beside them. placement: may be null: default. errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_IO, COPPICE_ERROR_BAD_FILE,
+ * COPPICE_ERROR_OUT_OF_MEMORY, also where COPPICE_MAX_SCENES are open */
+COPPICE_API coppice_status coppice_scene_open(coppice_context* context, const char* path, const coppice_scene_placement* placement,
+                                              coppice_scene* scene);
+
+/* Places the scene anew, with all that is there of it: nothing is loaded again. Cost: as moving its instances. Of a scene that moves in
+ * each frame rounding moves plants by 0.03 mm against each other each time. errors: COPPICE_ERROR_INVALID_ARGUMENT */
+COPPICE_API coppice_status coppice_scene_move(coppice_context* context, coppice_scene scene, const coppice_scene_placement* placement);
 
 /* Removes the scene's instances and closes its plants. Waits for reads of tiles that are under way. */
 COPPICE_API coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene);
@@ -465,7 +510,7 @@ typedef enum coppice_debug_view {
 typedef struct coppice_camera {
   uint32_t struct_size;
   coppice_view view;
-  float view_from_world[16]; /* a rotation, perhaps mirrored, and a translation of at most 1e10 m an axis */
+  double view_from_world[16]; /* a rotation, perhaps mirrored, and a translation of at most 1e10 m an axis */
   /* A perspective that looks down -z, whose last row is 0 0 -1 0, or an orthographic projection, whose last row is 0 0 0 1; or a multiple
    * of it above 0. May be oblique: the third row is any near plane's, as a mirror's. Depth runs as depth_compare says. Under an
    * orthographic one sizes do not depend on distance, and fog begins at the plane of the eye. */
@@ -487,6 +532,7 @@ typedef struct coppice_camera {
    * another in each of them, such as a count of frames (it may begin again at 1 after 16 or more); each frame then leaves out other pixels,
    * and the average shows what lies behind. Not for shadow maps that are kept. */
   uint32_t temporal_frame;
+  uint32_t layer_mask; /* instances whose layer_mask shares a bit with it are drawn and streamed; default COPPICE_ALL_LAYERS */
 } coppice_camera;
 static inline void coppice_camera_init(coppice_camera* camera) {
   coppice_struct_init(COPPICE_STRUCT_CAMERA, camera, sizeof *camera);
@@ -496,7 +542,7 @@ static inline void coppice_camera_init(coppice_camera* camera) {
 typedef struct coppice_sun_desc {
   uint32_t struct_size;
   float sun_direction[3]; /* unit, towards the sun, world space */
-  float center[3];        /* world space, m, within 1e9 of 0 */
+  double center[3];       /* world space, m, within 1e9 of 0 */
   float radius_m;         /* 1e-6 to 1e8 */
   uint32_t size_px;       /* 1 to what the device draws */
 } coppice_sun_desc;
@@ -577,7 +623,7 @@ typedef struct coppice_stats {
   uint32_t pipelines_wanted; /* since creation; see coppice_pipelines_ready */
   uint32_t pipelines_built;  /* of those: what the others draw is missing */
 
-  /* The open scene; all zero without one. */
+  /* Sums over the open scenes; all zero without one. */
   uint64_t scene_instance_count; /* in the file; instance_count has those that are there */
   uint32_t scene_tile_count;
   uint32_t scene_tiles_resident;
@@ -585,7 +631,7 @@ typedef struct coppice_stats {
   uint32_t scene_tiles_missing; /* wanted, not resident, and not given up as damaged */
   uint32_t scene_tiles_failed;
   uint32_t scene_species_failed; /* plants that it names, but that could not be opened or may not be: their instances are left out */
-  float scene_threshold_px;      /* above 1 where not all that is larger than a pixel fits */
+  float scene_threshold_px;      /* the largest; above 1 where not all that is larger than a pixel fits */
 } coppice_stats;
 static inline void coppice_stats_init(coppice_stats* stats) {
   coppice_struct_init(COPPICE_STRUCT_STATS, stats, sizeof *stats);

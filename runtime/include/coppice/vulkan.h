@@ -179,7 +179,7 @@ COPPICE_API coppice_status coppice_record_upload(coppice_context* context, VkCom
 typedef struct coppice_shadow_map {
   VkImageView
       image; /* 2D, depth; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE, VERTEX and FRAGMENT_SHADER / SHADER_SAMPLED_READ */
-  float clip_from_world[16]; /* that it was drawn with; has an inverse */
+  double clip_from_world[16]; /* that it was drawn with; has an inverse */
 } coppice_shadow_map;
 
 /* Of COPPICE_OUTPUT_LIT. */

@@ -42,6 +42,26 @@ struct vec2 {
   friend uint packSnorm2x16(const vec2& v) { return packed_steps({v.x, v.y}, -1.0f, 32767.0f); }
 };
 
+/// A number as a half, and back. What is beyond the largest becomes that; what is below 2^-14 becomes 0.
+inline uint half_of(float x) {
+  constexpr float kMost = 65504.0f, kLeast = 1.0f / 16384.0f;
+  const float size = std::min(std::fabs(x), kMost);
+  if (!(size >= kLeast)) return 0;
+  const uint bits = std::bit_cast<uint>(size) + 0xfffu + (std::bit_cast<uint>(size) >> 13u & 1u);
+  return (x < 0.0f ? 0x8000u : 0u) | std::min((bits >> 13u) - (112u << 10u), 0x7bffu);
+}
+inline float of_half(uint half) {
+  const uint size = half & 0x7fffu;
+  const float x = size == 0 ? 0.0f : std::bit_cast<float>((size + (112u << 10u)) << 13u);
+  return (half & 0x8000u) != 0 ? -x : x;
+}
+inline uint packHalf2x16(const vec2& v) {
+  return half_of(v.x) | half_of(v.y) << 16u;
+}
+inline vec2 unpackHalf2x16(uint word) {
+  return {of_half(word & 0xffffu), of_half(word >> 16u)};
+}
+
 struct uvec2 {
   uint x, y;
 };
@@ -86,6 +106,31 @@ struct vec3 {
   friend float length(const vec3& a) { return sqrt(dot(a, a)); }
   friend float distance(const vec3& a, const vec3& b) { return length(a - b); }
   friend vec3 normalize(const vec3& a) { return a * inversesqrt(dot(a, a)); }
+};
+
+struct ivec3 {
+  int x, y, z;
+};
+
+/// Places in a large world; differences of near ones are vec3.
+struct dvec3 {
+  double x, y, z;
+
+  dvec3() = default;
+  constexpr dvec3(double first, double second, double third) : x(first), y(second), z(third) {}
+  constexpr explicit dvec3(const vec3& v) : x(v.x), y(v.y), z(v.z) {}
+  constexpr explicit dvec3(std::span<const double, 3> v) : x(v[0]), y(v[1]), z(v[2]) {}
+  constexpr double operator[](std::size_t axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
+  [[nodiscard]] constexpr vec3 rounded() const { return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)}; }
+  friend bool operator==(const dvec3&, const dvec3&) = default;
+
+  friend dvec3 operator+(const dvec3& a, const dvec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend dvec3 operator-(const dvec3& a, const dvec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend dvec3 operator*(const dvec3& a, double factor) { return {a.x * factor, a.y * factor, a.z * factor}; }
+  friend double dot(const dvec3& a, const dvec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+  friend dvec3 cross(const dvec3& a, const dvec3& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+  friend dvec3 min(const dvec3& a, const dvec3& b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
+  friend dvec3 max(const dvec3& a, const dvec3& b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 };
 
 struct vec4 {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <new>
 #include <string_view>
+#include <vector>
 
 #include "bounded_list.h"
 #include "check.h"
@@ -116,7 +117,7 @@ struct SceneStream::State {
   HookArray<std::uint32_t> tile_scratch;  ///< [tile]
   BoundedList<std::uint32_t> dropped;
   std::uint32_t used_blocks = 0;  ///< of tiles that are on their way or resident
-  SceneEye eye;
+  std::vector<SceneEye> eyes;     ///< of the frame's views
   float threshold_px = 0.0f;
   SceneStats counters;
 
@@ -238,10 +239,10 @@ const SceneFile& SceneStream::file() const {
   return state_->file;
 }
 
-void SceneStream::begin_frame(const SceneEye& eye, std::uint32_t block_count) {
+void SceneStream::begin_frame(std::span<const SceneEye> eyes, std::uint32_t block_count) {
   State& s = *state_;
   ++s.frame;
-  s.eye = eye;
+  s.eyes.assign(eyes.begin(), eyes.end());
   s.dropped.clear();
   s.collect();
   s.retry_reads();
@@ -282,7 +283,7 @@ void SceneStream::State::start_read(Read& read) {
 void SceneStream::State::retry_reads() {
   for (Read& read : reads.span()) {
     if (read.stage != ReadStage::paused) continue;
-    if (tile_size_px(file.tiles[read.tile], eye) < kKeepShare * threshold_px) {
+    if (tile_size_px(file.tiles[read.tile], eyes) < kKeepShare * threshold_px) {
       give_up_tile(read.tile);
       free_read(read);
     } else if (options.clock_ns() >= read.retry.again_ns) {
@@ -337,7 +338,7 @@ void SceneStream::State::finish(Read& read) {
     return free_read(read);
   }
   // No longer wanted by far: decoded for nothing.
-  if (tile_size_px(tile, eye) < kKeepShare * threshold_px) {
+  if (tile_size_px(tile, eyes) < kKeepShare * threshold_px) {
     give_up_tile(read.tile);
     return free_read(read);
   }
@@ -350,7 +351,7 @@ void SceneStream::State::finish(Read& read) {
 
 // What is largest, as much as fits, largest first until reads run out.
 void SceneStream::State::choose(std::uint32_t block_count) {
-  sizes.count = gather_tiles(file, eye, options.least_px, tile_scratch.span(), sizes.items.span());
+  sizes.count = gather_tiles(file, eyes, options.least_px, tile_scratch.span(), sizes.items.span());
   for (TileSize& size : sizes.span()) size.kept = tiles[size.tile] != TileState::absent && tiles[size.tile] != TileState::failed;
   threshold_px = fit_tiles(file, sizes.span(), options.least_px, block_count, tile_scratch.span());
   for (const TileSize& size : sizes.span())
@@ -364,7 +365,7 @@ void SceneStream::State::choose(std::uint32_t block_count) {
 void SceneStream::State::drop_small(float below_px, std::uint32_t most_blocks) {
   small.clear();
   for (std::uint32_t i = 0; i < resident_count; ++i)
-    if (const float px = tile_size_px(file.tiles[resident[i]], eye); px < below_px && wanted_frame[resident[i]] != frame)
+    if (const float px = tile_size_px(file.tiles[resident[i]], eyes); px < below_px && wanted_frame[resident[i]] != frame)
       small.push_back({.tile = i, .size_px = px});
   const std::span<TileSize> leaving = small.span();
   std::ranges::sort(leaving, {}, &TileSize::size_px);
@@ -444,7 +445,7 @@ std::optional<ReadyTile> SceneStream::next_ready() {
   float best_px = 0.0f;
   for (Read& read : s.reads.span()) {
     if (read.stage != ReadStage::done) continue;
-    const float px = tile_size_px(s.file.tiles[read.tile], s.eye);
+    const float px = tile_size_px(s.file.tiles[read.tile], s.eyes);
     if ((best != nullptr && px <= best_px) || !s.settle_species(read)) continue;
     best = &read;
     best_px = px;
@@ -507,6 +508,19 @@ const char* SceneStream::species_path(std::uint32_t species) const {
 
 SpeciesState SceneStream::species_state(std::uint32_t species) const {
   return state_->species[species].state;
+}
+
+void add_stats(SceneStats& sum, const SceneStats& other) {
+  sum.instance_count += other.instance_count;
+  sum.tile_count += other.tile_count;
+  sum.resident_tiles += other.resident_tiles;
+  sum.wanted_tiles += other.wanted_tiles;
+  sum.missing_tiles += other.missing_tiles;
+  sum.threshold_px = std::max(sum.threshold_px, other.threshold_px);
+  sum.tiles_loaded += other.tiles_loaded;
+  sum.tiles_dropped += other.tiles_dropped;
+  sum.tiles_failed += other.tiles_failed;
+  sum.species_failed += other.species_failed;
 }
 
 SceneStats SceneStream::stats() const {

@@ -1,6 +1,6 @@
 #pragma once
 
-// Keeps the tiles of a scene that a view wants in memory: reads them through the I/O hook, decodes them with the jobs hook and says which
+// Keeps the tiles of a scene that views want in memory: reads them through the I/O hook, decodes them with the jobs hook and says which
 // instances come and go. It knows neither plants nor instance slots: its owner opens the species, places the instances and tells it.
 //
 // A frame, on the caller's thread:
@@ -36,7 +36,7 @@ struct SceneStats {
   std::uint64_t instance_count = 0;  ///< in the file
   std::uint32_t tile_count = 0;
   std::uint32_t resident_tiles = 0;
-  std::uint32_t wanted_tiles = 0;   ///< by the view, resident or not
+  std::uint32_t wanted_tiles = 0;   ///< by a view, resident or not
   std::uint32_t missing_tiles = 0;  ///< wanted, not resident, not failed
   float threshold_px = 0.0f;
   std::uint64_t tiles_loaded = 0;
@@ -44,6 +44,9 @@ struct SceneStats {
   std::uint64_t tiles_failed = 0;
   std::uint32_t species_failed = 0;  ///< of those that a tile has wanted
 };
+
+/// Sums; of the thresholds the larger.
+void add_stats(SceneStats& sum, const SceneStats& other);
 
 /// A tile to place.
 struct ReadyTile {
@@ -74,8 +77,9 @@ class SceneStream {
 
   [[nodiscard]] const SceneFile& file() const;
 
+  /// eyes         may be none: then no tile is wanted
   /// block_count  blocks of kTileBlockInstances slots that tiles may have, those that they have included
-  void begin_frame(const SceneEye& eye, std::uint32_t block_count);
+  void begin_frame(std::span<const SceneEye> eyes, std::uint32_t block_count);
 
   /// Tiles that were placed and are not resident any more since the last begin_frame.
   [[nodiscard]] std::span<const std::uint32_t> dropped() const;

@@ -17,8 +17,18 @@ float size_px(float radius_m, float distance_m, const SceneEye& eye) {
   return 2.0f * radius_m * eye.focal_px / std::max(distance_m, eye.near_m);
 }
 
+/// What counts as the distance of a box from the eye.
+float distance_m(const vec3& low, const vec3& high, const SceneEye& eye) {
+  if (!eye.parallel) return length(max(max(low - eye.position_m, eye.position_m - high), vec3(0.0f)));
+  const vec3 off = 0.5f * (low + high) - eye.position_m;
+  const float aside_m = length(off - dot(off, eye.toward_viewer) * eye.toward_viewer) - 0.5f * distance(low, high) - eye.half_diagonal_m;
+  return 1.0f + std::max(aside_m, 0.0f) / eye.half_diagonal_m;
+}
+
 /// No descendant of the tile is larger: they stand in its square and have no larger plants.
 float most_size_px(const SceneTile& tile, const SceneEye& eye) {
+  // Of any height.
+  if (eye.parallel) return size_px(tile.entry.max_radius, 1.0f, eye);
   const float x = gap(eye.position_m.x, tile.square_min_m[0], tile.square_min_m[0] + tile.square_side_m);
   const float z = gap(eye.position_m.z, tile.square_min_m[1], tile.square_min_m[1] + tile.square_side_m);
   return size_px(tile.entry.max_radius, std::sqrt(x * x + z * z), eye);
@@ -39,20 +49,22 @@ float bin_start_px(std::uint32_t bin) {
 
 }  // namespace
 
-float tile_size_px(const SceneTile& tile, const SceneEye& eye) {
-  const vec3 &eye_m = eye.position_m, low(tile.entry.box_min), high(tile.entry.box_max);
-  return size_px(tile.entry.max_radius, length(max(max(low - eye_m, eye_m - high), vec3(0.0f))), eye);
+float tile_size_px(const SceneTile& tile, std::span<const SceneEye> eyes) {
+  const vec3 low(tile.entry.box_min), high(tile.entry.box_max);
+  float largest_px = 0.0f;
+  for (const SceneEye& eye : eyes) largest_px = std::max(largest_px, size_px(tile.entry.max_radius, distance_m(low, high, eye), eye));
+  return largest_px;
 }
 
-std::size_t gather_tiles(const SceneFile& scene, const SceneEye& eye, float floor_px, std::span<std::uint32_t> scratch,
+std::size_t gather_tiles(const SceneFile& scene, std::span<const SceneEye> eyes, float floor_px, std::span<std::uint32_t> scratch,
                          std::span<TileSize> out) {
   std::size_t found = 0, visit_count = 1;
   // Breadth first, as the tiles are: scratch holds those whose parents may have children large enough.
   scratch[0] = 0;
   for (std::size_t i = 0; i < visit_count; ++i) {
     const SceneTile& tile = scene.tiles[scratch[i]];
-    if (most_size_px(tile, eye) < floor_px) continue;
-    const float size = tile_size_px(tile, eye);
+    if (std::ranges::none_of(eyes, [&](const SceneEye& eye) { return most_size_px(tile, eye) >= floor_px; })) continue;
+    const float size = tile_size_px(tile, eyes);
     if (size >= floor_px) out[found++] = {.tile = scratch[i], .size_px = size};
     const auto child_count = static_cast<std::uint32_t>(std::popcount(tile.entry.child_mask));
     for (std::uint32_t child = 0; child < child_count; ++child) scratch[visit_count++] = tile.entry.first_child + child;

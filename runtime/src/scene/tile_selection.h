@@ -1,6 +1,6 @@
 #pragma once
 
-// Which tiles of a scene a view wants. Pure functions of the scene's front.
+// Which tiles of a scene the views of a frame want. Pure functions of the scene's front.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,14 +11,18 @@
 
 namespace coppice {
 
-/// The camera as tiles see it: it may look anywhere, so that turning the head loads nothing.
+/// A camera as tiles see it: it may look anywhere, so that turning the head loads nothing.
 struct SceneEye {
   vec3 position_m{};
   float focal_px = 1.0f;  ///< half the image height times |clip_from_view[1][1]|
   float near_m = 0.1f;    ///< nearer counts as this near
+  // Of a parallel view, whose sizes do not depend on distance: what is aside of its picture counts as smaller, the farther the smaller.
+  bool parallel = false;
+  vec3 toward_viewer{0, 0, 1};   ///< unit, against its rays
+  float half_diagonal_m = 0.0f;  ///< of the picture
 };
 
-/// A tile, and the projected diameter of its largest plant if that stood at the tile's nearest point.
+/// A tile, and the projected diameter of its largest plant if that stood at the tile's point nearest to the eye that sees it largest.
 struct TileSize {
   std::uint32_t tile = 0;
   float size_px = 0.0f;
@@ -33,11 +37,12 @@ inline std::uint32_t tile_blocks(const SceneTile& tile) {
   return (tile.entry.instance_count + kTileBlockInstances - 1) / kTileBlockInstances;
 }
 
-float tile_size_px(const SceneTile& tile, const SceneEye& eye);
+/// 0 without eyes
+float tile_size_px(const SceneTile& tile, std::span<const SceneEye> eyes);
 
-/// Every tile of at least floor_px, in the file's order. Costs what is near enough, not what the scene has.
+/// Every tile of at least floor_px to any of the eyes, in the file's order. Costs what is near enough, not what the scene has.
 /// scratch, out  [tile count], any value. returns  how many are in `out`
-std::size_t gather_tiles(const SceneFile& scene, const SceneEye& eye, float floor_px, std::span<std::uint32_t> scratch,
+std::size_t gather_tiles(const SceneFile& scene, std::span<const SceneEye> eyes, float floor_px, std::span<std::uint32_t> scratch,
                          std::span<TileSize> out);
 
 /// Marks the largest tiles as wanted: all of least_px and more, if their blocks are no more than block_count; else those above a threshold

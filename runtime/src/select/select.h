@@ -12,13 +12,15 @@
 
 namespace coppice {
 
-/// Half-spaces that hold what a view sees, world space: dot(xyz, p) + w >= 0, xyz unit. Left, right and the two others, then the near
-/// plane; no far one, as fog hides what lies behind it. key_row: LodView's
+/// Half-spaces that hold what a view sees, of places p relative to its eye: dot(xyz, p) + w >= 0, xyz unit. Left, right and the two others,
+/// then the near plane; no far one, as fog hides what lies behind it. key_row: LodView's
 std::array<vec4, 5> frustum_planes(const mat4& clip_from_world, const vec4& key_row);
 
 /// The camera as selection sees it.
 struct LodView {
-  vec3 eye_m{};                  ///< world space
+  dvec3 eye_m{0, 0, 0};     ///< world space
+  dvec3 origin_m{0, 0, 0};  ///< what the engine's coordinates count from
+  std::uint32_t layer_mask = 0xffffffffu;
   float focal_px = 1.0f;         ///< half the image height times |clip_from_view[1][1]|; of a parallel view px a metre
   float near_m = 0.1f;           ///< > 0; nearer counts as this near; of a parallel view 1
   float error_px = 2.0f;         ///< threshold, > 0
@@ -28,20 +30,22 @@ struct LodView {
   bool parallel = false;         ///< an orthographic projection, whose sizes do not go by distance
   vec3 toward_viewer{0, 0, 1};   ///< unit: the axis of a perspective; against the rays of a parallel view
   std::array<vec4, 5> planes{};  ///< frustum_planes of the two below
-  mat4 clip_from_world{};        ///< w is the depth along the axis, m; of a parallel view 1
+  mat4 clip_from_world{};        ///< of places relative to the eye; w is the depth along the axis, m; of a parallel view 1
   vec4 key_row{};                ///< dot(key_row, place) / w is 1 at the near plane and 0 at the far one, whichever way depth runs
 };
 
 /// The distance from the eye by which sizes go, m; to be taken as near_m where it is less.
-inline float size_distance_m(const LodView& view, const vec3& place_m) {
-  return view.parallel ? 0.0f : distance(place_m, view.eye_m);
+inline float size_distance_m(const LodView& view, const dvec3& place_m) {
+  return view.parallel ? 0.0f : length((place_m - view.eye_m).rounded());
 }
 
 /// One instance's bounding sphere in world space.
 struct InstanceSphere {
-  vec3 center_m{};
+  dvec3 center_m{0, 0, 0};
   float radius_m = 0.0f;
-  std::uint32_t plant = kNoPlant;  ///< index of its plant; kNoPlant: a hole in the array, skipped
+  std::uint32_t plant = kNoPlant;          ///< index of its plant; kNoPlant: a hole in the array, skipped
+  std::uint32_t layer_mask = 0xffffffffu;  ///< not drawn where it shares no bit with the view's
+  float threshold_share = 1.0f;            ///< its error threshold over the view's
 
   static constexpr std::uint32_t kNoPlant = 0xffffffffu;
 };

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "cells.h"
 #include "check.h"
 
 namespace coppice {
@@ -23,9 +24,20 @@ float near_distance_m(const float* clip_from_view) {
   return near_m;
 }
 
-vec3 eye_of(const mat4& view_from_world) {
-  const auto& [x, y, z, moved] = view_from_world.column;
-  return -1.0f * vec3(dot(x.xyz(), moved.xyz()), dot(y.xyz(), moved.xyz()), dot(z.xyz(), moved.xyz()));
+/// By the inverse: engines round their rotations to floats, and far from the origin the transpose of one that is off by 1e-7 is metres off.
+dvec3 eye_of(const double (&m)[16]) {
+  const dvec3 x{m[0], m[1], m[2]}, y{m[4], m[5], m[6]}, z{m[8], m[9], m[10]}, moved{m[12], m[13], m[14]};
+  const double volume = dot(x, cross(y, z));
+  return dvec3{dot(moved, cross(y, z)), dot(moved, cross(z, x)), dot(moved, cross(x, y))} * (-1.0 / volume);
+}
+
+/// View space from places relative to what the GPU takes for the eye, which is `off` from the eye.
+mat4 view_from_eye(const double (&view_from_world)[16], const dvec3& off) {
+  const auto column = [&](std::size_t i) { return dvec3(std::span<const double, 3>(view_from_world + 4 * i, 3)); };
+  mat4 turn;
+  for (std::size_t i = 0; i < 3; ++i) turn.column[i] = {column(i).rounded(), 0.0f};
+  turn.column[3] = {(column(0) * off.x + column(1) * off.y + column(2) * off.z).rounded(), 1.0f};
+  return turn;
 }
 
 /// A projection times what makes w the depth along the axis, m, or of a parallel one 1.
@@ -54,9 +66,10 @@ vec4 world_row(const vec4& row, const mat4& view_from_world) {
 enum class Side : std::uint8_t { in, across, out };
 
 /// On which side of the view's planes a sphere lies.
-Side side_of(const vec3& center_m, float radius_m, const LodView& view) {
+Side side_of(const dvec3& center_m, float radius_m, const LodView& view) {
+  const vec3 center = (center_m - view.eye_m).rounded();
   float nearest_m = INFINITY;
-  for (const vec4& plane : view.planes) nearest_m = std::min(nearest_m, dot(plane.xyz(), center_m) + plane.w);
+  for (const vec4& plane : view.planes) nearest_m = std::min(nearest_m, dot(plane.xyz(), center) + plane.w);
   if (nearest_m < -radius_m) return Side::out;
   return nearest_m < radius_m ? Side::across : Side::in;
 }
@@ -79,12 +92,12 @@ float weight_of(Side side) {
 }
 
 void count_instance(const InstanceSphere& instance, const LodView& view, std::span<PlantDemand> demands) {
-  if (instance.plant == InstanceSphere::kNoPlant) return;
+  if (instance.plant == InstanceSphere::kNoPlant || (instance.layer_mask & view.layer_mask) == 0) return;
   COPPICE_ASSERT(instance.plant < demands.size());
   const Side side = side_of(instance.center_m, instance.radius_m, view);
   if (side == Side::out && !view.looks_around) return;
-  const float size_px = size_share(side) * lod::coppice_projected_size_px(size_distance_m(view, instance.center_m), instance.radius_m,
-                                                                          view.near_m, view.focal_px);
+  const float size_px = size_share(side) * lod::coppice_projected_size_px(size_distance_m(view, instance.center_m),
+                                                                          wanted_radius_m(instance), view.near_m, view.focal_px);
   PlantDemand& demand = demands[instance.plant];
   demand.max_size_px = std::max(demand.max_size_px, size_px);
   demand.instances[bin_of(size_px)] += weight_of(side);
@@ -105,16 +118,17 @@ void count_far_block(std::span<const InstanceSphere> members, const InstanceBoun
     demand.max_size_px = std::max(demand.max_size_px, size_px(max_radius_m, block_m - block.radius_m + max_radius_m));
     demand.instances[bin_of(size_px(mean_radius_m, block_m))] += weight_of(side) * static_cast<float>(instance_count);
   };
-  if (block.plant != InstanceBounds::kMixedPlants)
-    return count(block.plant, block.mean_instance_radius_m, block.max_instance_radius_m, block.instance_count);
+  if (block.plant != InstanceBounds::kMixedPlants && (block.all_layers & view.layer_mask) != 0)
+    return count(block.plant, block.mean_wanted_radius_m, block.max_wanted_radius_m, block.instance_count);
   for (const InstanceSphere& instance : members)
-    if (instance.plant != InstanceSphere::kNoPlant) count(instance.plant, instance.radius_m, instance.radius_m, 1);
+    if (instance.plant != InstanceSphere::kNoPlant && (instance.layer_mask & view.layer_mask) != 0)
+      count(instance.plant, wanted_radius_m(instance), wanted_radius_m(instance), 1);
 }
 
 }  // namespace
 
-Result<LodView> demand_view(const coppice_camera& view) {
-  const bool finite = std::ranges::all_of(view.view_from_world, [](float x) { return std::isfinite(x); }) &&
+Result<LodView> demand_view(const coppice_camera& view, const dvec3& origin_m) {
+  const bool finite = std::ranges::all_of(view.view_from_world, [](double x) { return std::isfinite(x); }) &&
                       std::ranges::all_of(view.clip_from_view, [](float x) { return std::isfinite(x); });
   if (!finite) return Error{Status::invalid_argument, "view: a matrix is not finite"};
   const bool parallel = view.clip_from_view[11] == 0.0f && view.clip_from_view[15] > 0.0f;
@@ -122,9 +136,14 @@ Result<LodView> demand_view(const coppice_camera& view) {
     return Error{Status::invalid_argument, "view: clip_from_view is neither a perspective that looks down -z nor orthographic"};
   if (!(view.error_px > 0.0f) || !std::isfinite(view.error_px)) return Error{Status::invalid_argument, "view: error_px must be > 0"};
   LodView result;
-  const mat4 view_from_world(view.view_from_world), clip_from_view = scaled_projection(view.clip_from_view, parallel);
+  // As the GPU has it, so that what both compute is the same to the last bits.
+  const dvec3 exact_eye_m = eye_of(view.view_from_world) + origin_m;
+  result.eye_m = gpu::world_place(gpu::cell_place(exact_eye_m));
+  const mat4 turn = view_from_eye(view.view_from_world, result.eye_m - exact_eye_m),
+             clip_from_view = scaled_projection(view.clip_from_view, parallel);
   const bool oblique = view.clip_from_view[2] != 0.0f || view.clip_from_view[6] != 0.0f;
-  result.eye_m = eye_of(view_from_world);
+  result.origin_m = origin_m;
+  result.layer_mask = view.layer_mask;
   result.parallel = parallel;
   result.focal_px = 0.5f * static_cast<float>(view.height_px) * std::abs(clip_from_view.column[1].y);
   result.near_m = parallel ? 1.0f : oblique ? kObliqueNear_m : near_distance_m(view.clip_from_view);
@@ -133,10 +152,10 @@ Result<LodView> demand_view(const coppice_camera& view) {
   result.discrete = view.lod == COPPICE_LOD_DISCRETE;
   if (!(result.focal_px > 0.0f) || !std::isfinite(result.near_m))
     return Error{Status::invalid_argument, "view: clip_from_view has no height or no near plane"};
-  result.clip_from_world = clip_from_view * view_from_world;
-  result.key_row = world_row(view_key_row(clip_from_view, parallel), view_from_world);
+  result.clip_from_world = clip_from_view * turn;
+  result.key_row = world_row(view_key_row(clip_from_view, parallel), turn);
   result.planes = frustum_planes(result.clip_from_world, result.key_row);
-  const mat4 rows = transpose(view_from_world);
+  const mat4 rows = transpose(turn);
   result.toward_viewer = rows.column[2].xyz();
   if (parallel) {
     const mat4 clip_rows = transpose(result.clip_from_world);
@@ -160,12 +179,12 @@ void add_demand(const InstanceBlocks& instances, std::size_t first_block, std::s
   COPPICE_ASSERT(instances.bounds.size() * kInstanceBlockSlots >= instances.slots.size());
   for (std::size_t i = first_block; i < std::min(end_block, instances.bounds.size()); ++i) {
     const InstanceBounds& block = instances.bounds[i];
-    if (block.radius_m < 0.0f) continue;
+    if (block.radius_m < 0.0f || (block.any_layer & view.layer_mask) == 0) continue;
     const std::size_t first = i * kInstanceBlockSlots;
     const auto members = instances.slots.subspan(first, std::min<std::size_t>(kInstanceBlockSlots, instances.slots.size() - first));
     const Side side = side_of(block.center_m, block.radius_m, view);
     if (side == Side::out && !view.looks_around) continue;
-    const bool alike = view.parallel || distance(block.center_m, view.eye_m) > kFarRadii * block.radius_m;
+    const bool alike = view.parallel || size_distance_m(view, block.center_m) > kFarRadii * block.radius_m;
     if (side != Side::across && alike)
       count_far_block(members, block, side, view, demands);
     else

@@ -17,9 +17,9 @@ constexpr std::uint32_t kFirstPlants = 64;
 
 }  // namespace
 
-vec3 follow_eye(EyeMotion& motion, const vec3& eye_m, float frames) {
+vec3 follow_eye(EyeMotion& motion, const dvec3& eye_m, float frames) {
   const vec3 last_m = motion.step_m;
-  motion.step_m = eye_m - motion.eye_m;
+  motion.step_m = (eye_m - motion.eye_m).rounded();
   motion.eye_m = eye_m;
   motion.frame_count = std::min(motion.frame_count + 1, 3u);
   const float longer_m = std::max(length(motion.step_m), length(last_m));
@@ -29,8 +29,7 @@ vec3 follow_eye(EyeMotion& motion, const vec3& eye_m, float frames) {
 
 LodView moved_view(const LodView& view, const vec3& by_m) {
   LodView moved = view;
-  moved.eye_m += by_m;
-  for (vec4& plane : moved.planes) plane.w -= dot(plane.xyz(), by_m);
+  moved.eye_m = moved.eye_m + dvec3(by_m);
   return moved;
 }
 

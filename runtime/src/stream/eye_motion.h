@@ -13,15 +13,16 @@ namespace coppice {
 
 /// The eye from frame to frame.
 struct EyeMotion {
-  vec3 eye_m{}, step_m{};
+  dvec3 eye_m{0, 0, 0};
+  vec3 step_m{};
   std::uint32_t frame_count = 0;  ///< seen so far; a step takes two
 };
 
 /// Takes in a frame's eye. returns  how far the eye will have moved, m, in `frames` frames: 0 unless the last two steps are about the same.
 /// A camera that starts, stops, turns sharply or jumps is not followed.
-vec3 follow_eye(EyeMotion& motion, const vec3& eye_m, float frames);
+vec3 follow_eye(EyeMotion& motion, const dvec3& eye_m, float frames);
 
-/// The view from an eye that has moved, looking the same way: its eye and its planes.
+/// The view from an eye that has moved, looking the same way.
 LodView moved_view(const LodView& view, const vec3& by_m);
 
 /// Raises each demand to what another view wants of the plant, where that is more. Both by plant index, others as long at least (asserted).

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "check.h"
@@ -26,7 +28,75 @@ Error too_many(std::uint32_t most) {
   return {Status::out_of_memory, "more instances than max_instances, or than this device holds", Error::kNoOffset, std::to_string(most)};
 }
 
+dvec3 place_of(const Instance& instance) {
+  return world_place({unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position});
+}
+
+/// quaternion: about unit
+dvec3 rotated(const vec4& quaternion, const dvec3& v) {
+  const double x = quaternion.x, y = quaternion.y, z = quaternion.z, w = quaternion.w;
+  const double length_2 = x * x + y * y + z * z + w * w;
+  const dvec3 axis{x, y, z}, t = cross(axis, v) * (2.0 / length_2);
+  return v + t * w + cross(axis, t);
+}
+
+/// Of two quaternions, unit.
+vec4 product(const vec4& a, const vec4& b) {
+  const vec3 axis = a.w * b.xyz() + b.w * a.xyz() + cross(a.xyz(), b.xyz());
+  const vec4 turned{axis, a.w * b.w - dot(a.xyz(), b.xyz())};
+  return turned * inversesqrt(dot(turned.xyz(), turned.xyz()) + turned.w * turned.w);
+}
+
+/// As write() takes it, from the world's first origin.
+coppice_placement placement_of(const Instance& instance) {
+  const dvec3 place = place_of(instance);
+  const vec3 tint = tint_of(instance);
+  coppice_placement placement{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    placement.position[axis] = place[axis];
+    placement.tint[axis] = tint[axis];
+  }
+  placement.scale = instance.scale;
+  const float rotation[4] = {instance.rotation.x, instance.rotation.y, instance.rotation.z, instance.rotation.w};
+  std::ranges::copy(rotation, placement.rotation);
+  placement.user_data = instance.user_data;
+  placement.layer_mask = instance.layer_mask;
+  placement.lod_bias = lod_bias_of(instance);
+  placement.leaf_share = leaf_share_of(instance);
+  return placement;
+}
+
 }  // namespace
+
+coppice_placement placed_in(const Pose& pose, const coppice_placement& placement) {
+  const dvec3 place = pose.position + rotated(pose.rotation, dvec3(placement.position));
+  const float* r = placement.rotation;
+  const vec4 turned = product(pose.rotation, {r[0], r[1], r[2], r[3]});
+  coppice_placement placed = placement;
+  for (std::size_t axis = 0; axis < 3; ++axis) placed.position[axis] = place[axis];
+  const float rotation[4] = {turned.x, turned.y, turned.z, turned.w};
+  std::ranges::copy(rotation, placed.rotation);
+  return placed;
+}
+
+Pose inverse(const Pose& pose) {
+  const vec4 back{-pose.rotation.x, -pose.rotation.y, -pose.rotation.z, pose.rotation.w};
+  return {rotated(back, pose.position) * -1.0, back};
+}
+
+coppice_placement default_placement() {
+  coppice_placement placement{};
+  placement.scale = placement.rotation[3] = placement.leaf_share = 1.0f;
+  std::ranges::fill(placement.tint, 1.0f);
+  placement.layer_mask = COPPICE_ALL_LAYERS;
+  return placement;
+}
+
+coppice_placement PlacementRecords::operator[](std::size_t index) const {
+  coppice_placement placement = default_placement();
+  std::memcpy(&placement, static_cast<const std::byte*>(first) + index * stride, std::min(stride, sizeof placement));
+  return placement;
+}
 
 Result<DirtySlots> DirtySlots::enlarged(const coppice_allocator& allocator, std::uint32_t slot_count) const {
   DirtySlots larger;
@@ -134,12 +204,12 @@ std::uint32_t InstanceTable::free_block_count() const {
   return freed_block_count_ + (whole - std::min(whole, block_end_));
 }
 
-Result<void> InstanceTable::add(std::uint32_t plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles) {
-  COPPICE_TRY(slot_count, slots_for(placements.size()));
+Result<void> InstanceTable::add(std::uint32_t plant, const PlacementRecords& placements, std::span<coppice_instance> handles) {
+  COPPICE_TRY(slot_count, slots_for(placements.count));
   COPPICE_CHECK(reserve(slot_count));
-  for (std::size_t i = 0; i < placements.size(); ++i) {
+  for (std::size_t i = 0; i < placements.count; ++i) {
     const std::uint32_t slot = take_slot();
-    write(slot, plant, placements[i]);
+    write(slot, plant, placements[i], origin_);
     if (!handles.empty()) handles[i] = handle_of(slot);
   }
   return {};
@@ -158,7 +228,7 @@ Result<InstanceTile> InstanceTable::add_tile(std::span<const PlacedInstance> ins
     ++tile.block_count;
     for (std::uint32_t i = 0; i < members.size(); ++i) {
       block.used |= std::uint64_t{1} << i;
-      write(index * kDirtyBlockSlots + i, members[i].plant, members[i].placement);
+      write(index * kDirtyBlockSlots + i, members[i].plant, members[i].placement, {0, 0, 0});
     }
   }
   return tile;
@@ -173,9 +243,22 @@ void InstanceTable::scale_tile(const InstanceTile& tile, float factor) {
       InstanceSphere& sphere = arrays_.spheres[slot];
       instance.scale *= factor;
       sphere.radius_m *= factor;
-      sphere.center_m = instance.position + factor * (sphere.center_m - instance.position);
+      const dvec3 foot = place_of(instance);
+      sphere.center_m = foot + (sphere.center_m - foot) * double{factor};
     }
     mark_changed(block * kDirtyBlockSlots);
+  }
+}
+
+void InstanceTable::move_tile(const InstanceTile& tile, const Pose& first, const Pose& then) {
+  for (std::uint32_t block = tile.first_block; block != kNoBlock; block = arrays_.blocks[block].next) {
+    COPPICE_ASSERT(arrays_.blocks[block].tile);
+    for (std::uint64_t left = arrays_.blocks[block].used; left != 0; left &= left - 1) {
+      const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
+      // A tile whose plants have closed is left empty.
+      if (plant_of(slot) == kNoPlant) continue;
+      write(slot, plant_of(slot), placed_in(then, placed_in(first, placement_of(arrays_.instances[slot]))), {0, 0, 0});
+    }
   }
 }
 
@@ -235,7 +318,7 @@ bool InstanceTable::is_live(coppice_instance handle) const {
 
 void InstanceTable::move(coppice_instance handle, const coppice_placement& placement) {
   COPPICE_ASSERT(is_live(handle));
-  write(slot_of(handle), plant_of(slot_of(handle)), placement);
+  write(slot_of(handle), plant_of(slot_of(handle)), placement, origin_);
 }
 
 void InstanceTable::remove(coppice_instance handle) {
@@ -255,11 +338,7 @@ void InstanceTable::replace_plant(std::uint32_t from, std::uint32_t to) {
     const Instance& instance = arrays_.instances[slot];
     if (plant_of(slot) != from) continue;
     --left;
-    write(slot, to,
-          {{instance.position.x, instance.position.y, instance.position.z},
-           instance.scale,
-           {instance.rotation.x, instance.rotation.y, instance.rotation.z, instance.rotation.w},
-           {instance.tint.x, instance.tint.y, instance.tint.z}});
+    write(slot, to, placement_of(instance), {0, 0, 0});
     --plants_[from].count;
     ++plants_[to].count;
   }
@@ -284,7 +363,7 @@ void InstanceTable::mark_changed(std::uint32_t slot) {
   arrays_.unbounded.mark({slot, 1});
 }
 
-void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement) {
+void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement, const dvec3& origin) {
   Instance& instance = arrays_.instances[slot];
   PlantInstances& of = plants_[plant];
   if (plant_of(slot) == kNoPlant) {
@@ -292,13 +371,24 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
     ++of.count;
     slot_count_ = std::max(slot_count_, slot + 1);
   }
-  instance.position = vec3(placement.position);
+  const CellPlace at = cell_place(dvec3(placement.position) + origin);
+  const uint bias = half_of(placement.lod_bias);
+  instance.position = at.place;
+  instance.cell_xy = pack_cell_xy(at.cell);
+  instance.cell_z_bias = (static_cast<uint>(at.cell.z) & 0xffffu) | bias << 16u;
   instance.scale = placement.scale;
   instance.rotation = {placement.rotation[0], placement.rotation[1], placement.rotation[2], placement.rotation[3]};
-  instance.tint = vec3(placement.tint);
+  instance.tint_xy = packHalf2x16({placement.tint[0], placement.tint[1]});
+  instance.tint_z_share = packHalf2x16({placement.tint[2], placement.leaf_share});
+  instance.layer_mask = placement.layer_mask;
+  instance.user_data = placement.user_data;
 
   instance.plant = of.known ? plant : kNoPlant;
-  arrays_.spheres[slot] = {.center_m = world_from_object(instance, of.center), .radius_m = of.radius_m * placement.scale, .plant = plant};
+  arrays_.spheres[slot] = {.center_m = world_place(at) + dvec3(rotate(instance.rotation, placement.scale * of.center)),
+                           .radius_m = of.radius_m * placement.scale,
+                           .plant = plant,
+                           .layer_mask = placement.layer_mask,
+                           .threshold_share = std::exp2(of_half(bias))};
   mark_changed(slot);
 }
 

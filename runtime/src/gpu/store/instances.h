@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
-#include "coppice/vulkan.h"
+#include "cells.h"
+#include "coppice/coppice.h"
 #include "coppice_shared.h"
 #include "hooks.h"
 #include "instance_blocks.h"
@@ -20,7 +22,34 @@ inline constexpr std::uint32_t kDirtyBlockSlots = 64;
 /// That there is room for once there is an instance.
 inline constexpr std::uint32_t kFirstSlots = 1024;
 
-/// A plant's place and which it is.
+coppice_placement default_placement();
+
+/// Placements of an engine, in records of its size: what they lack has its default, what they have beyond is not looked at.
+struct PlacementRecords {
+  const void* first = nullptr;
+  std::size_t stride = 0, count = 0;
+
+  PlacementRecords(const coppice_placement* of_engine, std::size_t stride_bytes, std::size_t how_many)
+      : first(of_engine), stride(stride_bytes), count(how_many) {}
+  PlacementRecords(std::span<const coppice_placement> whole) : PlacementRecords(whole.data(), sizeof(coppice_placement), whole.size()) {}
+  PlacementRecords(const std::vector<coppice_placement>& whole) : PlacementRecords(std::span(whole)) {}
+  coppice_placement operator[](std::size_t index) const;
+};
+
+inline uint pack_cell_xy(const ivec3& cell) {
+  return (static_cast<uint>(cell.x) & 0xffffu) | static_cast<uint>(cell.y) << 16u;
+}
+
+/// A rotation, then a translation.
+struct Pose {
+  dvec3 position{0, 0, 0};
+  vec4 rotation{0, 0, 0, 1};  ///< unit quaternion
+};
+/// The placement of what stands so in a space that stands at the pose.
+coppice_placement placed_in(const Pose& pose, const coppice_placement& placement);
+Pose inverse(const Pose& pose);
+
+/// A plant's place and which it is; the place does not count from the origin.
 struct PlacedInstance {
   coppice_placement placement{};
   std::uint32_t plant = 0;
@@ -91,11 +120,16 @@ class InstanceTable {
   void set_plant_sphere(std::uint32_t plant, std::span<const float, 3> center, float radius_m);
 
   /// placements  [n], checked by the caller. handles: [n] out, or empty. errors  as slots_for and reserve; none is added
-  Result<void> add(std::uint32_t plant, std::span<const coppice_placement> placements, std::span<coppice_instance> handles);
+  Result<void> add(std::uint32_t plant, const PlacementRecords& placements, std::span<coppice_instance> handles);
   /// Adds instances that go together. Returns what names them. errors  as slots_for_tile and reserve; none is added
   Result<InstanceTile> add_tile(std::span<const PlacedInstance> instances);
+  /// What placements by handle count from; those of tiles do not.
+  void set_origin(const dvec3& origin) { origin_ = origin; }
+  [[nodiscard]] const dvec3& origin() const { return origin_; }
   /// Multiplies the scale of a tile's instances, about their feet.
   void scale_tile(const InstanceTile& tile, float factor);
+  /// Moves a tile's instances by a pose, and then by another.
+  void move_tile(const InstanceTile& tile, const Pose& first, const Pose& then);
   void remove_tile(const InstanceTile& tile);
   /// Blocks that max_instances leaves for tiles.
   [[nodiscard]] std::uint32_t free_block_count() const;
@@ -156,7 +190,8 @@ class InstanceTable {
   static_assert(sizeof(PlantInstances) == kPlantBytes);
   /// Also of what the GPU does not see; kNoPlant where the slot is empty.
   [[nodiscard]] std::uint32_t plant_of(std::uint32_t slot) const { return arrays_.spheres[slot].plant; }
-  void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement);
+  /// origin: what the placement counts from
+  void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement, const dvec3& origin);
   [[nodiscard]] coppice_instance handle_of(std::uint32_t slot) const;
   std::uint32_t take_slot();
   std::uint32_t take_block();
@@ -169,6 +204,7 @@ class InstanceTable {
   coppice_allocator allocator_{};
   Arrays arrays_;
   HookArray<PlantInstances> plants_;
+  dvec3 origin_{0, 0, 0};
   std::uint32_t max_instances_ = 0;
   std::uint32_t context_tag_ = 0;
   std::uint32_t slot_count_ = 0;  ///< slots ever used

@@ -224,10 +224,13 @@ void LeafRaster::add_sizes(std::uint32_t slots, BufferSizes& sizes) {
 
 InstanceBlock gpu_block(const InstanceBounds& bounds) {
   static_assert(kBlockSlots == kInstanceBlockSlots);
-  return {.center = bounds.center_m,
+  const CellPlace center = cell_place(bounds.center_m);
+  return {.center = center.place,
           .radius_m = bounds.radius_m,
           .max_instance_radius_m = bounds.max_instance_radius_m,
-          .instance_count = bounds.instance_count};
+          .instance_count = bounds.instance_count,
+          .cell_xy = pack_cell_xy(center.cell),
+          .cell_z = static_cast<std::uint32_t>(center.cell.z)};
 }
 
 Result<void> LeafRaster::rebuild_set(RasterView& view) {

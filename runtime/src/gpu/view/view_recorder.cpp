@@ -19,6 +19,21 @@ bool is_mirrored(const LodView& lod) {
   return dot(rows.column[0].xyz(), cross(rows.column[1].xyz(), lod.toward_viewer)) > 0.0f;
 }
 
+/// A cascade's matrix for places relative to the eye. eye: in the engine's coordinates
+mat4 cascade_from_eye(const double (&clip_from_world)[16], const dvec3& eye) {
+  mat4 cascade;
+  const auto row = [&](std::size_t i) {
+    const double moved = clip_from_world[i] * eye.x + clip_from_world[4 + i] * eye.y + clip_from_world[8 + i] * eye.z;
+    return static_cast<float>(moved + clip_from_world[12 + i]);
+  };
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto at = [&](std::size_t k) { return static_cast<float>(clip_from_world[4 * i + k]); };
+    cascade.column[i] = {at(0), at(1), at(2), at(3)};
+  }
+  cascade.column[3] = {row(0), row(1), row(2), row(3)};
+  return cascade;
+}
+
 static_assert(kDebugLod == COPPICE_DEBUG_LOD && kDebugPath == COPPICE_DEBUG_PATH && kDebugOverdraw == COPPICE_DEBUG_OVERDRAW);
 static_assert(kDebugOcclusion == COPPICE_DEBUG_OCCLUSION && kDebugError == COPPICE_DEBUG_ERROR);
 static_assert(kDebugResidency == COPPICE_DEBUG_RESIDENCY);
@@ -34,7 +49,10 @@ View gpu_view(const coppice_camera& view, const coppice_light& light, const LodV
   View converted{};
   converted.clip_from_world = lod.clip_from_world;
   std::ranges::copy(lod.planes, converted.planes);
-  converted.camera_position = lod.eye_m;
+  const CellPlace eye = cell_place(lod.eye_m);
+  converted.eye_cell = eye.cell;
+  converted.eye_in_cell = eye.place;
+  converted.layer_mask = lod.layer_mask;
   converted.error_px = lod.error_px;
   converted.focal_px = lod.focal_px;
   converted.near_m = lod.near_m;
@@ -58,7 +76,8 @@ View gpu_view(const coppice_camera& view, const coppice_light& light, const LodV
   converted.temporal_frame = view.temporal_frame;
   converted.half_size_px = {0.5f * static_cast<float>(view.width_px), 0.5f * static_cast<float>(view.height_px)};
   converted.first_px = {static_cast<std::uint32_t>(view.x_px), static_cast<std::uint32_t>(view.y_px)};
-  for (std::uint32_t i = 0; i < light.shadow_map_count; ++i) converted.cascades[i] = mat4(light.shadow_maps[i].clip_from_world);
+  for (std::uint32_t i = 0; i < light.shadow_map_count; ++i)
+    converted.cascades[i] = cascade_from_eye(light.shadow_maps[i].clip_from_world, lod.eye_m - lod.origin_m);
   return converted;
 }
 

@@ -1,0 +1,270 @@
+// Large worlds, and what instances may be asked for, on both paths.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <ostream>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include "context_fixture.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kMapPx = 256;
+using Offset = std::array<double, 3>;
+
+struct Path {
+  const char* name;
+  VkBool32 compute_raster;
+};
+
+void PrintTo(const Path& each, std::ostream* out) {
+  *out << each.name;
+}
+
+coppice_placement placed(double x, double z, const Offset& offset = {}) {
+  coppice_placement placement;
+  coppice_placement_init(&placement);
+  placement.position[0] = x + offset[0];
+  placement.position[1] = offset[1];
+  placement.position[2] = z + offset[2];
+  return placement;
+}
+
+/// The same view of a world that has been moved.
+Shot moved(Shot view, const Offset& by) {
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t i = 0; i < 3; ++i) view.view_from_world[12 + row] -= view.view_from_world[4 * i + row] * by[i];
+  return view;
+}
+
+double rmse(const Picture& a, const Picture& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.rgba.size(); ++i) sum += (a.rgba[i] - b.rgba[i]) * (a.rgba[i] - b.rgba[i]);
+  return std::sqrt(sum / static_cast<double>(a.rgba.size()));
+}
+
+std::size_t drawn_pixels(const Picture& picture) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
+    count += picture.rgba[i] < 250 || picture.rgba[i + 1] < 250 || picture.rgba[i + 2] < 250;
+  return count;
+}
+
+class WorldTest : public ContextTest, public testing::WithParamInterface<Path> {
+ protected:
+  void SetUp() override {
+    ContextTest::SetUp();
+    path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "world_test");
+    ContextDesc with = desc();
+    with.compute_raster = GetParam().compute_raster;
+    create(with);
+    map_view_ = create_view(COPPICE_OUTPUT_DEPTH);
+    plant_ = open(path_);
+  }
+  void TearDown() override {
+    std::filesystem::remove(path_);
+    ContextTest::TearDown();
+  }
+
+  std::vector<coppice_instance> add(const std::vector<coppice_placement>& placements) {
+    std::vector<coppice_instance> handles(placements.size());
+    EXPECT_EQ(coppice_instances_add(context_, plant_, placements.data(), sizeof(coppice_placement),
+                                    static_cast<std::uint32_t>(placements.size()), handles.data()),
+              COPPICE_OK)
+        << log_;
+    return handles;
+  }
+  void move(const std::vector<coppice_instance>& handles, const std::vector<coppice_placement>& placements) {
+    ASSERT_EQ(coppice_instances_move(context_, handles.data(), placements.data(), sizeof(coppice_placement),
+                                     static_cast<std::uint32_t>(handles.size())),
+              COPPICE_OK)
+        << log_;
+  }
+  void remove(const std::vector<coppice_instance>& handles) {
+    ASSERT_EQ(coppice_instances_remove(context_, handles.data(), static_cast<std::uint32_t>(handles.size())), COPPICE_OK);
+  }
+
+  static Shot view_from(float distance_m) {
+    Shot view = make_view({.eye_m = {1.0f, 0.8f, distance_m}, .width_px = 192, .height_px = 192});
+    view.error_px = 1.0f;
+    return view;
+  }
+
+  /// With the shadow map of what stands about `center`.
+  Picture shadowed(Shot camera, const Offset& center) {
+    settle(camera);
+    coppice_sun_desc desc;
+    coppice_sun_desc_init(&desc);
+    std::ranges::copy(camera.light.sun_direction, desc.sun_direction);
+    std::ranges::copy(center, desc.center);
+    desc.radius_m = 12.0f;
+    desc.size_px = kMapPx;
+    Shot sun;
+    init_shot(&sun);
+    EXPECT_EQ(coppice_sun_camera(context_, map_view_, &desc, &sun), COPPICE_OK) << log_;
+    sun.error_px = camera.error_px;
+    coppice_shadow_map map{.image = map_.view(), .clip_from_world = {}};
+    const glm::dmat4 clip_from_world = glm::dmat4(glm::make_mat4(sun.clip_from_view)) * glm::make_mat4(sun.view_from_world);
+    std::copy_n(glm::value_ptr(clip_from_world), 16, map.clip_from_world);
+    camera.light.shadow_maps = &map;
+    camera.light.shadow_map_count = 1;
+    return frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1});
+  }
+
+  void record_map(VkCommandBuffer cmd, const Shot& sun) {
+    record_cull(cmd, sun);
+    change_layout(cmd, map_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                          .imageView = map_.view(),
+                                          .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                          .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+    const VkRenderingInfo rendering{
+        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = {{0, 0}, {kMapPx, kMapPx}}, .layerCount = 1, .pDepthAttachment = &depth};
+    vkCmdBeginRendering(cmd, &rendering);
+    record_draw(cmd, sun);
+    vkCmdEndRendering(cmd);
+    change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+  }
+
+  Image map_{gpu(),
+             {.width_px = kMapPx,
+              .height_px = kMapPx,
+              .format = VK_FORMAT_D32_SFLOAT,
+              .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT}};
+  std::string path_;
+  coppice_view map_view_ = 0;
+  coppice_plant plant_ = 0;
+};
+
+std::vector<coppice_placement> grove(const Offset& offset) {
+  // The last shades the first; those at the back are small on screen.
+  std::vector<coppice_placement> all{placed(0, 0, offset), placed(-2, -3, offset), placed(3, -20, offset), placed(-6, -40, offset)};
+  all.push_back(placed(2.5, 3.0, offset));
+  all.back().position[1] += 3.0;  // towards the sun
+  return all;
+}
+
+TEST_P(WorldTest, TenThousandKilometresAwayThePictureIsTheSame) {
+  constexpr Offset kFar{1e7 + 0.4, 812.3, -9.87654321e6};
+  Shot view = view_from(7.0f);
+  view.light.fog_density = 0.02f;
+  const std::vector<coppice_instance> here = add(grove({}));
+  const Picture at_origin = shadowed(view, {});
+  remove(here);
+  add(grove(kFar));
+  const Picture far = shadowed(moved(view, kFar), kFar);
+  EXPECT_GT(drawn_pixels(at_origin), 2000u);
+  EXPECT_LT(rmse(far, at_origin), 0.5);
+  EXPECT_GT(rmse(frame(moved(view, kFar)), at_origin), 0.5) << "the shadows are seen";
+}
+
+TEST_P(WorldTest, AnOriginThatMovesChangesNothing) {
+  constexpr Offset kBack{-50000.0, -20.0, 7000.0}, kFrom{50000.0, 20.0, -7000.0};
+  Shot view = view_from(7.0f);
+  view.light.fog_density = 0.02f;
+  std::vector<coppice_instance> handles = add(grove({}));
+  const Picture before = shadowed(view, {});
+  const coppice_stats loaded = stats();
+  ASSERT_EQ(coppice_set_origin(context_, kFrom.data()), COPPICE_OK) << log_;
+  EXPECT_LT(rmse(shadowed(moved(view, kBack), kBack), before), 0.2);
+  move(handles, grove(kBack));
+  EXPECT_LT(rmse(shadowed(moved(view, kBack), kBack), before), 0.2) << "placements count from it too";
+  EXPECT_EQ(stats().bytes_read, loaded.bytes_read);
+  EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].loaded, loaded.streamed[COPPICE_STREAMED_ALL].loaded);
+  EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].evicted, 0u);
+}
+
+TEST_P(WorldTest, LeavesFallOneAfterTheOther) {
+  for (const float distance_m : {5.0f, 14.0f, 60.0f}) {
+    Shot view = view_from(distance_m);
+    std::vector<coppice_placement> placements{placed(0, 0)};
+    const std::vector<coppice_instance> handles = add(placements);
+    settle(view);
+    std::size_t last = drawn_pixels(frame(view));
+    const std::size_t all = last;
+    EXPECT_GT(all, 20u) << distance_m;
+    for (const float share : {0.9f, 0.7f, 0.5f, 0.3f, 0.15f, 0.05f, 0.0f}) {
+      placements[0].leaf_share = share;
+      move(handles, placements);
+      const std::size_t now = drawn_pixels(frame(view));
+      EXPECT_LE(now, last) << share << " of the leaves, " << distance_m << " m away";
+      last = now;
+    }
+    frame(view);
+    EXPECT_LT(static_cast<double>(last), 0.4 * static_cast<double>(all)) << "wood at most, " << distance_m << " m away";
+    EXPECT_EQ(view_stats().drawn_leaf_count, 0u);
+    remove(handles);
+  }
+}
+
+TEST_P(WorldTest, LayersAreDrawnWhereMasksMeet) {
+  std::vector<coppice_placement> placements{placed(-1.5, 0), placed(1.5, 0)};
+  placements[0].layer_mask = 0b01;
+  placements[1].layer_mask = 0b10;
+  add(placements);
+  Shot view = view_from(9.0f);
+  const auto visible = [&](std::uint32_t mask) {
+    view.layer_mask = mask;
+    settle(view);
+    frame(view);
+    frame(view);
+    return view_stats().visible_instance_count;
+  };
+  EXPECT_EQ(visible(COPPICE_ALL_LAYERS), 2u);
+  EXPECT_EQ(visible(0b01), 1u);
+  EXPECT_EQ(visible(0b10), 1u);
+  EXPECT_EQ(visible(0b100), 0u);
+}
+
+TEST_P(WorldTest, ABiasIsAnotherThreshold) {
+  std::vector<coppice_placement> placements{placed(0, 0)};
+  Shot view = view_from(9.0f);
+  view.error_px = 4.0f;
+  const std::vector<coppice_instance> handles = add(placements);
+  settle(view);
+  const Picture coarse = frame(view);
+  frame(view);
+  const std::uint64_t leaves = view_stats().drawn_leaf_count;
+  view.error_px = 1.0f;
+  settle(view);
+  EXPECT_GT(rmse(frame(view), coarse), 1.0);
+  placements[0].lod_bias = 2.0f;
+  move(handles, placements);
+  settle(view);
+  EXPECT_LT(rmse(frame(view), coarse), 0.5);
+  frame(view);
+  EXPECT_EQ(view_stats().drawn_leaf_count, leaves);
+}
+
+TEST_P(WorldTest, RecordsMayBeShorterAndLarger) {
+  struct Larger {
+    coppice_placement placement;
+    double other[5];
+  };
+  std::vector<Larger> larger{{placed(-1.5, 0), {}}, {placed(1.5, 0), {}}};
+  ASSERT_EQ(coppice_instances_add(context_, plant_, &larger[0].placement, sizeof(Larger), 2, nullptr), COPPICE_OK) << log_;
+  const std::array<double, 3> position{0, 0, -4};
+  ASSERT_EQ(
+      coppice_instances_add(context_, plant_, reinterpret_cast<const coppice_placement*>(position.data()), sizeof position, 1, nullptr),
+      COPPICE_OK)
+      << log_;
+  const Shot view = view_from(12.0f);
+  settle(view);
+  frame(view);
+  frame(view);
+  EXPECT_EQ(view_stats().visible_instance_count, 3u);
+  EXPECT_EQ(coppice_instances_add(context_, plant_, &larger[0].placement, 8, 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(log_.find("stride"), std::string::npos) << log_;
+}
+
+INSTANTIATE_TEST_SUITE_P(Paths, WorldTest, testing::Values(Path{"hardware", VK_FALSE}, Path{"compute", VK_TRUE}),
+                         [](const auto& path) { return std::string(path.param.name); });
+
+}  // namespace
+}  // namespace coppice::test

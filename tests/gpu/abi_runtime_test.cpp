@@ -108,7 +108,7 @@ TEST_F(AbiTest, CamerasAndFramesOfOtherVersions) {
   coppice_camera sun;
   coppice_camera_init(&sun);
   expect_refused(coppice_sun_camera(context_, view_, Resized(square, sizeof square + 4, 1).get(), &sun),
-                 "coppice_sun_camera: desc: byte 36 is not 0");
+                 "coppice_sun_camera: desc: byte 48 is not 0");
 }
 
 /// A function that fills a struct does so in any size, and touches nothing behind it.

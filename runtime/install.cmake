@@ -1,10 +1,10 @@
-# What `cmake --install` leaves for an engine: one library that holds every part, static or shared as
-# BUILD_SHARED_LIBS says, the public headers, and a CMake package.# Component coppice_runtime.
+# What `cmake --install` leaves for an engine: two libraries of which it links one, static or shared as BUILD_SHARED_LIBS says, the public
+# headers, and a CMake package. Component coppice_runtime.
 
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-install(TARGETS coppice EXPORT coppice
+install(TARGETS coppice coppice_vulkan EXPORT coppice
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT coppice_runtime
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT coppice_runtime
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT coppice_runtime)

@@ -12,12 +12,6 @@ std::uint32_t size_of(const void* theirs) {
   return bytes;
 }
 
-template <class T>
-void init_struct(void* theirs, std::uint32_t bytes) {
-  std::memcpy(theirs, &bytes, sizeof bytes);
-  write_struct(struct_defaults<T>(), static_cast<T*>(theirs));
-}
-
 }  // namespace
 
 template <>
@@ -29,14 +23,6 @@ coppice_context_desc struct_defaults() {
   desc.memory_budget_bytes = 256ull << 20;
   desc.streaming_ms = 1.0f;
   desc.prefetch_frames = 20.0f;
-  return desc;
-}
-
-template <>
-coppice_vulkan_desc struct_defaults() {
-  coppice_vulkan_desc desc{};
-  desc.struct_size = sizeof desc;
-  desc.compute_raster = VK_TRUE;
   return desc;
 }
 
@@ -76,29 +62,6 @@ coppice_frame struct_defaults() {
   frame.struct_size = sizeof frame;
   frame.camera_bytes = sizeof(coppice_camera);
   return frame;
-}
-
-template <>
-coppice_vulkan_view_desc struct_defaults() {
-  coppice_vulkan_view_desc desc{};
-  desc.struct_size = sizeof desc;
-  desc.depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
-  desc.samples = VK_SAMPLE_COUNT_1_BIT;
-  return desc;
-}
-
-template <>
-coppice_light struct_defaults() {
-  coppice_light light{};
-  light.struct_size = sizeof light;
-  light.sun_direction[1] = 1.0f;
-  for (int i = 0; i < 3; ++i) {
-    light.sun_color[i] = 3.0f;
-    light.sky_color[i] = 0.6f;
-    light.ground_color[i] = 0.2f;
-  }
-  light.shadow_map_bytes = sizeof(coppice_shadow_map);
-  return light;
 }
 
 std::string struct_size_problem(const void* theirs, const char* name) {
@@ -177,25 +140,6 @@ void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
       break;
   }
   // A kind of a later version: all 0.
-  std::memset(data, 0, bytes);
-  std::memcpy(data, &size, sizeof size);
-}
-
-void coppice_vulkan_struct_init(coppice_vulkan_struct kind, void* data, size_t bytes) {
-  if (data == nullptr || bytes < sizeof(uint32_t) || bytes > coppice::kMostStructBytes) return;
-  const auto size = static_cast<uint32_t>(bytes);
-  switch (kind) {
-    case COPPICE_VULKAN_STRUCT_DESC:
-      return coppice::init_struct<coppice_vulkan_desc>(data, size);
-    case COPPICE_VULKAN_STRUCT_DEVICE_MEMORY:
-      return coppice::init_struct<coppice_device_memory>(data, size);
-    case COPPICE_VULKAN_STRUCT_VIEW_DESC:
-      return coppice::init_struct<coppice_vulkan_view_desc>(data, size);
-    case COPPICE_VULKAN_STRUCT_LIGHT:
-      return coppice::init_struct<coppice_light>(data, size);
-    case COPPICE_VULKAN_STRUCT_MAX_ENUM:
-      break;
-  }
   std::memset(data, 0, bytes);
   std::memcpy(data, &size, sizeof size);
 }

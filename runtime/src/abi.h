@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "coppice/vulkan.h"
+#include "coppice/coppice.h"
 
 namespace coppice {
 
@@ -25,8 +25,6 @@ T struct_defaults() {
 template <>
 coppice_context_desc struct_defaults();
 template <>
-coppice_vulkan_desc struct_defaults();
-template <>
 coppice_scene_placement struct_defaults();
 template <>
 coppice_camera struct_defaults();
@@ -34,10 +32,6 @@ template <>
 coppice_sun_desc struct_defaults();
 template <>
 coppice_frame struct_defaults();
-template <>
-coppice_vulkan_view_desc struct_defaults();
-template <>
-coppice_light struct_defaults();
 
 /// name  of the argument, for the log. What is wrong with the size of a struct, which may be null; empty: nothing.
 std::string struct_size_problem(const void* theirs, const char* name);
@@ -74,6 +68,13 @@ void write_bytes(const void* ours, std::size_t our_bytes, void* theirs);
 template <class T>
 void write_struct(const T& ours, T* theirs) {
   write_bytes(&ours, sizeof(T), theirs);
+}
+
+/// What a *_struct_init function does for its kind T. theirs: not null
+template <class T>
+void init_struct(void* theirs, std::uint32_t bytes) {
+  std::memcpy(theirs, &bytes, sizeof bytes);
+  write_struct(struct_defaults<T>(), static_cast<T*>(theirs));
 }
 
 }  // namespace coppice

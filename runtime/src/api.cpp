@@ -70,8 +70,8 @@ std::string scene_problem(const coppice_context& context, coppice_scene scene) {
 }
 
 coppice::ViewLimits view_limits(const coppice_context& context) {
-  const coppice::gpu::Device& device = context.context->device();
-  return {device.max_view_width, device.max_view_height};
+  const coppice::BackendLimits& limits = context.context->limits();
+  return {limits.max_view_width_px, limits.max_view_height_px};
 }
 
 /// Reads the frame's cameras and checks them.

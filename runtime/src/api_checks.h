@@ -1,21 +1,19 @@
 #pragma once
 
-// What an engine may pass to coppice.h and vulkan.h. Each function returns the first thing that is wrong as "field[index] is ...", for the
+// What an engine may pass to coppice.h. Each function returns the first thing that is wrong as "field[index] is ...", for the
 // log, or an empty string. What needs a device or the state of a context is checked where those are.
 
 #include <cstdint>
 #include <span>
 #include <string>
 
-#include "coppice/vulkan.h"
+#include "coppice/coppice.h"
 #include "handle.h"
 #include "vectors.h"
 
 namespace coppice {
 
 std::string desc_problem(const coppice_context_desc& desc);
-std::string vulkan_problem(const coppice_vulkan_desc& vulkan);
-std::string device_memory_problem(const coppice_device_memory& hook);
 
 /// What views of a context may be.
 struct ViewLimits {
@@ -23,13 +21,9 @@ struct ViewLimits {
 };
 
 std::string view_desc_problem(const coppice_view_desc& desc);
-std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vulkan_view_desc& desc);
 
 /// But for its view.
 std::string camera_problem(const coppice_camera& camera, const ViewLimits& limits);
-
-/// light.shadow_maps: not null where there are any, of our size
-std::string light_problem(const coppice_light& light);
 
 std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits);
 

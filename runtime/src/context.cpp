@@ -36,37 +36,18 @@ std::uint32_t next_tag() {
   return 1 + created.fetch_add(1, std::memory_order_relaxed) % ((1u << kHandleContextBits) - 1);
 }
 
-/// hooks  without jobs: of a renderer that is only measured
-Result<std::unique_ptr<gpu::Renderer>> create_renderer(const ContextOptions& options, const Hooks& hooks, Ledger& ledger) {
+BackendOptions backend_options(const ContextOptions& options, const Hooks& hooks, Ledger& ledger) {
   const coppice_context_desc& desc = options.desc;
-  const coppice_vulkan_desc& vulkan = options.vulkan;
-  COPPICE_TRY(device, gpu::open_device(vulkan.instance, vulkan.physical_device, vulkan.device, vulkan.get_instance_proc_addr));
-  device.block_textures = vulkan.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
-  device.log = options.hooks.log;
-  device.memory.hook = options.device_memory;
-  device.memory.ledger = &ledger;
-  return gpu::Renderer::create({.device = device,
-                                .allocator = hooks.allocator,
-                                .views = {.max_instances = desc.max_instances,
-                                          .compute_raster = vulkan.compute_raster == VK_TRUE,
-                                          .int64_atomics = vulkan.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
-                                          .many_lanes = {},
-                                          .pass_times = vulkan.pass_times == VK_TRUE},
-                                .pipeline_cache = vulkan.pipeline_cache,
-                                .memory_budget_bytes = desc.memory_budget_bytes,
-                                .max_plants = desc.max_plants + kReloadSlots,
-                                .jobs = hooks.jobs,
-                                .blocking_pipelines = vulkan.blocking_pipelines == VK_TRUE,
-                                .only_measured = hooks.jobs.submit == nullptr});
+  return {.hooks = hooks,
+          .log = options.hooks.log,
+          .ledger = ledger,
+          .max_instances = desc.max_instances,
+          .max_plants = desc.max_plants + kReloadSlots,
+          .memory_budget_bytes = desc.memory_budget_bytes};
 }
 
-StreamerOptions streamer_options(const coppice_context_desc& desc, const gpu::Renderer& renderer) {
-  return {.gpu = {.slack_bytes = gpu::Renderer::kSlackBytes,
-                  .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
-                  .mesh_leaves = renderer.has_raster(),
-                  .block_textures = renderer.device().block_textures},
-          .max_plants = renderer.max_plants(),
-          .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
+StreamerOptions streamer_options(const coppice_context_desc& desc, const BackendLimits& limits) {
+  return {.gpu = limits.sizes, .max_plants = limits.max_plants, .hand_over_budget_ns = nanoseconds(desc.streaming_ms)};
 }
 
 static_assert(COPPICE_STREAMED_PAGES == static_cast<int>(ChunkKind::page) && COPPICE_STREAMED_WOOD == static_cast<int>(ChunkKind::wood) &&
@@ -85,35 +66,36 @@ coppice_streamed_stats streamed_stats(const ChunkCounts& counts) {
 
 }  // namespace
 
-Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) {
+Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options, const MakeBackend& make_backend) {
   const coppice_context_desc& desc = options.desc;
   std::unique_ptr<Context> context(new (std::nothrow) Context);
   if (!context) return Error{Status::out_of_memory, "context"};
   context->tag_ = next_tag();
   COPPICE_TRY(hooks, complete_hooks(options.hooks));
   context->hooks_ = std::move(hooks);
-  COPPICE_TRY(renderer, create_renderer(options, context->hooks_.hooks, context->ledger_));
-  context->renderer_ = std::move(renderer);
-  context->instances_ = gpu::InstanceTable(context->hooks_.hooks.allocator, context->renderer_->max_instances(), context->tag_);
+  COPPICE_TRY(backend, make_backend(backend_options(options, context->hooks_.hooks, context->ledger_)));
+  context->backend_ = std::move(backend);
+  const BackendLimits& limits = context->limits();
+  context->instances_ = gpu::InstanceTable(context->hooks_.hooks.allocator, limits.max_instances, context->tag_);
   context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == COPPICE_TRUE,
                             context->hooks_.real_files};
   context->streaming_ns_ = nanoseconds(desc.streaming_ms);
   context->prefetch_frames_ = desc.prefetch_frames;
-  COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, *context->renderer_)));
+  COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, limits)));
   context->streamer_ = std::move(streamer);
-  context->max_plants_ = context->renderer_->max_plants() - kReloadSlots;
-  context->least_budget_bytes_ = context->renderer_->least_budget_bytes(context->ledger_.taken());
+  context->max_plants_ = limits.max_plants - kReloadSlots;
+  context->least_budget_bytes_ = context->backend_->least_budget_bytes(context->ledger_.taken());
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
   context->ledger_.set_budget(desc.memory_budget_bytes);
   return context;
 }
 
-Result<std::uint64_t> Context::cost(const ContextOptions& options) {
+Result<std::uint64_t> Context::cost(const ContextOptions& options, const MakeBackend& make_backend) {
   COPPICE_CHECK(check_hooks(options.hooks));
   Ledger ledger;
   const Hooks hooks{.allocator = default_allocator()};
-  COPPICE_TRY(renderer, create_renderer(options, hooks, ledger));
-  COPPICE_TRY(streamer, Streamer::create(hooks, ledger, streamer_options(options.desc, *renderer)));
+  COPPICE_TRY(backend, make_backend(backend_options(options, hooks, ledger)));
+  COPPICE_TRY(streamer, Streamer::create(hooks, ledger, streamer_options(options.desc, backend->limits())));
   return ledger.taken();
 }
 
@@ -130,7 +112,7 @@ Result<void> Context::check_budget(std::uint64_t bytes) const {
 Result<void> Context::set_memory_budget(std::uint64_t bytes) {
   COPPICE_CHECK(check_budget(bytes));
   ledger_.set_budget(bytes);
-  renderer_->set_memory_budget(bytes);
+  backend_->set_memory_budget(bytes);
   return {};
 }
 
@@ -161,13 +143,13 @@ void Context::add_slot(std::uint32_t slot) {
 
 Result<void> Context::show_slot(std::uint32_t slot) {
   const PlantFile& file = streamer_->file(slot);
-  if (auto added = renderer_->add_plant(slot, file, streamer_->appearance(slot), streamer_->lod_words(slot)); !added) {
+  if (auto added = backend_->add_plant(slot, file, streamer_->appearance(slot), streamer_->lod_words(slot)); !added) {
     log_line(log(), COPPICE_LOG_ERROR, "%s: %s", streamer_->path(slot), added.error().message().c_str());
     streamer_->close_plant(slot);
     return added.error();
   }
   instances_.set_plant_sphere(slot, file.plant.sphere_center, file.plant.sphere_radius);
-  slots_[slot] = {.open = true, .on_gpu = true};
+  slots_[slot] = {.open = true, .in_backend = true};
   return {};
 }
 
@@ -338,9 +320,9 @@ Result<void> Context::check_fits(std::uint64_t bytes) {
 }
 
 Result<void> Context::grow_slots(std::uint32_t slots) {
-  const std::uint64_t upload_bytes = std::max(slot_upload_bytes_, renderer_->slot_upload_bytes(slots));
+  const std::uint64_t upload_bytes = std::max(slot_upload_bytes_, backend_->slot_upload_bytes(slots));
   const auto growth_bytes = [&](std::uint32_t count) {
-    return upload_bytes - slot_upload_bytes_ + instances_.growth_bytes(count) + renderer_->reserve_bytes({.slots = count});
+    return upload_bytes - slot_upload_bytes_ + instances_.growth_bytes(count) + backend_->reserve_bytes({.slots = count});
   };
   const std::uint32_t roomy = instances_.roomy(slots);
   const std::uint32_t count = growth_bytes(roomy) <= ledger_.free() ? roomy : slots;
@@ -348,7 +330,7 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
   if (count > instances_.capacity()) {
     const std::uint64_t before = host_bytes();
     COPPICE_TRY(larger, instances_.enlarged(count));
-    COPPICE_CHECK(renderer_->reserve({.slots = count}));
+    COPPICE_CHECK(backend_->reserve({.slots = count}));
     instances_.take(std::move(larger));
     ledger_.take(host_bytes());
     ledger_.give(before);
@@ -367,7 +349,7 @@ Result<void> Context::reserve_host(std::uint32_t count) {
   if (count <= slots_.items.size()) return {};
   const coppice_allocator& allocator = hooks_.hooks.allocator;
   const auto now = static_cast<std::uint32_t>(slots_.items.size());
-  const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .most = renderer_->max_plants()});
+  const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .most = limits().max_plants});
   constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMostLenses * sizeof(PlantDemand) +
                                        sizeof(gpu::PlantResidency) + gpu::InstanceTable::kPlantBytes;
   COPPICE_CHECK(check_fits((room - now) * kBytesEach));
@@ -385,16 +367,16 @@ Result<void> Context::reserve_host(std::uint32_t count) {
 
 Result<void> Context::grow_plants() {
   // What has failed has an entry and no slot.
-  const auto needed = std::min(static_cast<std::uint32_t>(std::max(slots_.count, plants_.count) + 1), renderer_->max_plants());
-  const std::uint32_t capacity = renderer_->capacity().plants;
+  const auto needed = std::min(static_cast<std::uint32_t>(std::max(slots_.count, plants_.count) + 1), limits().max_plants);
+  const std::uint32_t capacity = backend_->plant_capacity();
   COPPICE_CHECK(reserve_host(needed));
   for (ViewEntry& view : views_)
     if (view.open) COPPICE_CHECK(make_room(view.ahead, hooks_.hooks.allocator, ledger_, static_cast<std::uint32_t>(slots_.items.size())));
   if (needed <= capacity) return {};
-  gpu::Capacity wanted{.plants = roomy_count({.now = capacity, .needed = needed, .most = renderer_->max_plants()})};
-  if (renderer_->reserve_bytes(wanted) > ledger_.free()) wanted.plants = needed;
-  COPPICE_CHECK(check_fits(renderer_->reserve_bytes(wanted)));
-  return renderer_->reserve(wanted);
+  SceneSize wanted{.plants = roomy_count({.now = capacity, .needed = needed, .most = limits().max_plants})};
+  if (backend_->reserve_bytes(wanted) > ledger_.free()) wanted.plants = needed;
+  COPPICE_CHECK(check_fits(backend_->reserve_bytes(wanted)));
+  return backend_->reserve(wanted);
 }
 
 Result<void> Context::check_numbers(const coppice_frame& frame) const {
@@ -422,10 +404,11 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   completed_number_ = frame.completed_number;
   recording_ = Recording::begun;
   ledger_.begin_frame(frame.frame_number);
-  renderer_->begin_frame(frame.frame_number, frame.completed_number);
-  for (const ChunkId& id : streamer_->release(frame.completed_number)) drop_chunk(id);
+  backend_->begin_frame(frame.frame_number, frame.completed_number);
+  for (const ChunkId& id : streamer_->release(frame.completed_number))
+    if (slots_[id.plant].in_backend) backend_->drop_chunk(id);
   for (const std::uint32_t plant : streamer_->take_closed_plants())
-    if (std::exchange(slots_[plant].on_gpu, false)) renderer_->remove_plant(plant);
+    if (std::exchange(slots_[plant].in_backend, false)) backend_->remove_plant(plant);
   for (std::size_t i = 0; i < cameras.size(); ++i) show_view(cameras[i], lods_[i]);
   finish_openings();
   const auto scene_count =
@@ -436,41 +419,8 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   instances_.update_bounds();
   measure_views(cameras, lods_);
   streamer_->begin_frame(stream_frame());
-  for (const ChunkId& id : streamer_->take_evicted()) hide_chunk(id);
+  for (const ChunkId& id : streamer_->take_evicted()) backend_->hide_chunk(id);
   return device_state();
-}
-
-void Context::hide_chunk(ChunkId id) {
-  if (id.kind == ChunkKind::texture) renderer_->plants().hide_texture(id.plant, id.index);
-}
-
-void Context::drop_chunk(ChunkId id) {
-  if (!slots_[id.plant].on_gpu) return;
-  switch (id.kind) {
-    case ChunkKind::page:
-      return renderer_->plants().drop_page(id.plant, id.index);
-    case ChunkKind::wood:
-      return renderer_->plants().drop_mesh(id.plant, id.index);
-    case ChunkKind::texture:
-      return renderer_->plants().drop_texture(id.plant, id.index);
-    case ChunkKind::leaf_mesh:
-      return renderer_->plants().drop_mesh(id.plant, gpu::kMaxWoodLods + id.index);
-  }
-}
-
-Result<void> Context::upload_chunk(const DecodedChunk& chunk) {
-  const auto [plant, kind, index] = chunk.id;
-  switch (kind) {
-    case ChunkKind::page:
-      return renderer_->upload_page({plant, index, chunk.clusters, chunk.ready_cuts});
-    case ChunkKind::wood:
-      return renderer_->upload_mesh({plant, index, chunk.mesh});
-    case ChunkKind::texture:
-      return renderer_->upload_texture(plant, index, chunk.texture);
-    case ChunkKind::leaf_mesh:
-      return renderer_->upload_mesh({plant, gpu::kMaxWoodLods + index, chunk.mesh});
-  }
-  return {};
 }
 
 Result<void> Context::upload_decoded() {
@@ -478,15 +428,15 @@ Result<void> Context::upload_decoded() {
   const std::uint64_t left = streaming_ns_ - std::min(streaming_ns_, spent);
   const coppice_trace& trace = hooks_.hooks.trace;
   bool first = true;
-  for (const DecodedChunk& chunk : streamer_->take_decoded(renderer_->staging_bytes())) {
+  for (const DecodedChunk& chunk : streamer_->take_decoded(backend_->staging_bytes())) {
     // The rest is handed out again. What a plant cannot be drawn without comes first and in any case.
     if (!std::exchange(first, false) && !chunk.pinned && now_ns() - start >= left) break;
     const ChunkId id = chunk.id;
-    if (chunk.bytes <= gpu::Renderer::kStagingSliceBytes && chunk.bytes > renderer_->staging_bytes()) break;
-    if (!ledger_.fits(gpu::Renderer::kSlackBytes)) break;
+    if (chunk.bytes <= limits().sizes.most_staged_bytes && chunk.bytes > backend_->staging_bytes()) break;
+    if (!ledger_.fits(limits().sizes.slack_bytes)) break;
     if (!streamer_->begin_upload(id)) continue;  // an earlier page of its plant failed
     const std::uint64_t upload_start = trace_start(trace);
-    auto uploaded = upload_chunk(chunk);
+    auto uploaded = backend_->upload_chunk(chunk);
     trace_end(trace,
               {0, COPPICE_TRACE_UPLOAD, streamer_->path(id.plant), chunk_kind_name(id.kind), id.index, chunk.bytes, upload_start, 0});
     COPPICE_CHECK(device_state());
@@ -498,10 +448,8 @@ Result<void> Context::upload_decoded() {
   return {};
 }
 
-Result<void> Context::record_upload(VkCommandBuffer cmd) {
-  const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_UPLOAD);
+Result<void> Context::upload() {
   recording_ = Recording::uploaded;
-  renderer_->record_upload_begin(cmd);
   COPPICE_CHECK(upload_decoded());
   for (std::uint32_t plant = 0; plant < slots_.count; ++plant) {
     if (!slots_[plant].open) continue;
@@ -509,7 +457,7 @@ Result<void> Context::record_upload(VkCommandBuffer cmd) {
     residency_[plant] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
   }
   ledger_.give(std::exchange(slot_upload_bytes_, 0));
-  auto recorded = renderer_->record_upload_end(instances_, residency_.span());
+  auto recorded = backend_->end_upload(instances_, residency_.span());
   COPPICE_CHECK(device_state());
   return recorded;
 }
@@ -524,13 +472,11 @@ void Context::fill_stats(coppice_stats& stats) const {
   stats.memory_budget_bytes = ledger_.budget();
   stats.memory_bytes = ledger_.taken();
   stats.memory_peak_bytes = ledger_.most_taken();
-  stats.device_allocations = renderer_->device().memory.block_count;
   for (std::size_t kind = 0; kind < kChunkKindCount; ++kind) stats.streamed[kind] = streamed_stats(streaming.chunks[kind]);
   stats.streamed[COPPICE_STREAMED_ALL] = streamed_stats(streaming.all());
   stats.bytes_read = streaming.bytes_read;
   stats.decode_ms = 1e-6 * static_cast<double>(streaming.decode_ns);
-  stats.pipelines_wanted = pipelines().wanted_count();
-  stats.pipelines_built = pipelines().built_count();
+  backend_->fill_stats(stats);
   SceneStats scene;
   for (const SceneEntry& entry : scenes_)
     if (entry.scene) add_stats(scene, entry.scene->stats());

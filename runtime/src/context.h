@@ -1,16 +1,18 @@
 #pragma once
 
-// One context: the streamer, the renderer and the instances, and the order in which a frame moves things between them. No checks of what
-// the engine passes: api.cpp has made them.
+// One context: the streamer, the backend that takes what it reads, and the instances, and the order in which a frame moves things between
+// them. No checks of what the engine passes: api.cpp has made them.
 
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "coppice/vulkan.h"
+#include "backend.h"
+#include "coppice/coppice.h"
 #include "demand.h"
 #include "eye_motion.h"
 #include "hooks.h"
@@ -18,37 +20,33 @@
 #include "leaf_budget.h"
 #include "ledger.h"
 #include "open_scene.h"
-#include "renderer.h"
 #include "result.h"
 #include "scene_stream.h"
 #include "streamer.h"
 
 namespace coppice {
 
-/// What a context is created with: the descs, checked, and the hooks that they point at. The descs' own pointers to hooks are not used.
+/// What a context is created with: the desc, checked, and the hooks that it points at. The desc's own pointers to hooks are not used.
 struct ContextOptions {
   coppice_context_desc desc{};
-  coppice_vulkan_desc vulkan{};
   Hooks hooks;
-  coppice_device_memory device_memory{};
 };
 
 class Context {
  public:
-  /// errors  unsupported, out_of_memory, device_lost; invalid_argument: a hook set in part, an attachment's format, a
-  /// budget below what the context takes
-  static Result<std::unique_ptr<Context>> create(const ContextOptions& options);
+  /// errors  the backend's; out_of_memory; invalid_argument: a hook set in part, a budget below what the context takes
+  static Result<std::unique_ptr<Context>> create(const ContextOptions& options, const MakeBackend& make_backend);
 
   /// What a context takes before any plant, as its budget counts it; takes no device memory itself, and calls no hook but the log. errors
   /// as create, but for the budget
-  static Result<std::uint64_t> cost(const ContextOptions& options);
+  static Result<std::uint64_t> cost(const ContextOptions& options, const MakeBackend& make_backend);
 
   /// Of its handles, 1 and on; contexts that are created 4,095 after each other share one.
   [[nodiscard]] std::uint32_t tag() const { return tag_; }
-  /// errors  device_lost: a Vulkan call said so, now or earlier. Then nothing more may be recorded
-  [[nodiscard]] Result<void> device_state() const { return renderer_->device_state(); }
-  [[nodiscard]] const gpu::Device& device() const { return renderer_->device(); }
-  [[nodiscard]] const gpu::PipelineSet& pipelines() const { return renderer_->pipelines(); }
+  /// errors  device_lost, now or earlier. Then nothing more may be recorded
+  [[nodiscard]] Result<void> device_state() const { return backend_->device_state(); }
+  [[nodiscard]] const BackendLimits& limits() const { return std::as_const(*backend_).limits(); }
+  [[nodiscard]] gpu::Renderer* renderer() const { return backend_->renderer(); }
 
   /// errors  invalid_argument: less than the context took when it was created
   Result<void> set_memory_budget(std::uint64_t bytes);
@@ -94,23 +92,20 @@ class Context {
   /// Where plants of scenes may be.
   [[nodiscard]] const AssetFolder& scene_plants() const { return scene_plants_; }
 
-  /// errors  as coppice_view_create
-  Result<coppice_view> create_view(const coppice_view_desc& desc, const coppice_vulkan_view_desc& vulkan);
+  /// backend_view: the backend's index of it, which stays the caller's where this fails. errors  out_of_memory
+  Result<coppice_view> create_view(const coppice_view_desc& desc, std::uint32_t backend_view);
   /// view: open, here and below
   void destroy_view(coppice_view view);
   [[nodiscard]] bool is_view(coppice_view view) const;
   [[nodiscard]] bool has_reversed_depth(coppice_view view) const;
-  [[nodiscard]] gpu::ViewRecorder& recorder(coppice_view view);
+  [[nodiscard]] std::uint32_t backend_view(coppice_view view) const { return entry_of_view(view).backend_view; }
   [[nodiscard]] bool is_settled(coppice_view view) const;
 
   /// cameras: checked, each of another view. errors  device_lost, here and below; invalid_argument: a projection that nothing can be seen
   /// with, or frame numbers that do not grow
   Result<void> begin_frame(const coppice_frame& frame, std::span<const coppice_camera> cameras);
-  Result<void> record_upload(VkCommandBuffer cmd);
-  /// view: shown in this frame. Thread: those of different views may overlap
-  Result<void> record_cull(VkCommandBuffer cmd, coppice_view view, const coppice_light& light);
-  /// view: culled in this frame. Thread: likewise
-  void record_draw(VkCommandBuffer cmd, coppice_view view);
+  /// Gives the backend what was decoded, and what has changed of instances.
+  Result<void> upload();
   /// How far the frame's recording has come: each step needs the one before it in the same frame.
   enum class Recording : std::uint8_t { none, begun, uploaded };
   [[nodiscard]] Recording recording() const { return recording_; }
@@ -120,10 +115,10 @@ class Context {
   [[nodiscard]] const coppice_log& log() const { return hooks_.hooks.log; }
 
  private:
-  /// An open file: an index of the streamer, the renderer and the instances.
+  /// An open file: an index of the streamer, the backend and the instances.
   struct PlantSlot {
     bool open = false;
-    bool on_gpu = false;  ///< in the renderer; outlives `open` until the GPU is done
+    bool in_backend = false;  ///< in the backend; outlives `open` until the GPU is done
   };
   /// What the engine holds a handle of.
   struct PlantEntry {
@@ -143,8 +138,8 @@ class Context {
   struct ViewEntry {
     std::uint32_t generation = 0;
     bool open = false;
-    std::uint32_t recorder = 0;  ///< the renderer's index
-    std::size_t lens = 0;        ///< which of streaming's
+    std::uint32_t backend_view = 0;
+    std::size_t lens = 0;  ///< which of streaming's
     LeafBudget budget;
     DemandAhead ahead;
   };
@@ -155,7 +150,7 @@ class Context {
   Result<std::uint32_t> open_slot(const PlantSource& source);
   /// max_plants_ where all are open.
   [[nodiscard]] std::uint32_t free_entry() const;
-  /// Gives what the streamer has opened to the renderer. errors  out_of_memory; logged, and the slot is closed
+  /// Gives what the streamer has opened to the backend. errors  out_of_memory; logged, and the slot is closed
   Result<void> show_slot(std::uint32_t slot);
   /// A handle for it. free_entry() is not max_plants_
   coppice_plant take_entry(std::uint32_t slot, coppice_plant_state state);
@@ -172,10 +167,6 @@ class Context {
   void finish_reloads();
   /// Room for one more plant. errors  out_of_memory; no plant is there that was not
   Result<void> grow_plants();
-  /// Nothing of the chunk may be looked at from here on; drop_chunk follows when the GPU is done with it.
-  void hide_chunk(ChunkId id);
-  void drop_chunk(ChunkId id);
-  Result<void> upload_chunk(const DecodedChunk& chunk);
   Result<void> upload_decoded();
   [[nodiscard]] ViewEntry& entry_of_view(coppice_view view);
   [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const;
@@ -192,7 +183,7 @@ class Context {
   HookSet hooks_;
   Ledger ledger_;  ///< without a budget while the context is created
   AssetFolder scene_plants_;
-  std::unique_ptr<gpu::Renderer> renderer_;
+  std::unique_ptr<Backend> backend_;
   gpu::InstanceTable instances_;
   // Up to the last that was ever used: what was never used costs nothing in a frame.
   BoundedList<PlantEntry> plants_;  ///< [max_plants_] at most

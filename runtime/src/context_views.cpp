@@ -1,22 +1,16 @@
-// The views of a context: what they ask of streaming, and what of them is recorded.
+// The views of a context: what they ask of streaming, and what is known of them.
 
 #include <algorithm>
 #include <utility>
 
 #include "context.h"
 #include "handle.h"
-#include "trace_scope.h"
 
 namespace coppice {
 namespace {
 
 /// Views of depth alone share the last lens, the others have the rest.
 constexpr std::size_t kDepthLens = kMostLenses - 1;
-
-gpu::AttachmentDesc attachments_of(const coppice_vulkan_view_desc& desc) {
-  return {
-      .color_format = desc.color_format, .depth_format = desc.depth_format, .depth_compare = desc.depth_compare, .samples = desc.samples};
-}
 
 /// Of two views that streaming takes as one: what is enough for both.
 void merge_threshold(LodView& of, const LodView& other) {
@@ -26,21 +20,14 @@ void merge_threshold(LodView& of, const LodView& other) {
 
 }  // namespace
 
-Result<coppice_view> Context::create_view(const coppice_view_desc& desc, const coppice_vulkan_view_desc& vulkan) {
-  const gpu::AttachmentDesc attachments = attachments_of(vulkan);
-  COPPICE_CHECK(gpu::check_attachments(renderer_->device(), attachments));
+Result<coppice_view> Context::create_view(const coppice_view_desc& desc, std::uint32_t backend_view) {
   const auto free = std::ranges::find(views_, false, &ViewEntry::open);
   const auto index = static_cast<std::uint32_t>(free - views_.begin());
   if (free == views_.end()) views_.emplace_back();
   ViewEntry& view = views_[index];
   COPPICE_CHECK(make_room(view.ahead, hooks_.hooks.allocator, ledger_, static_cast<std::uint32_t>(slots_.items.size())));
-  COPPICE_TRY(recorder, renderer_->add_view(attachments));
-  if (const auto alive = device_state(); !alive) {  // a pipeline may have found out
-    renderer_->remove_view(recorder);
-    return alive.error();
-  }
   view.lens = desc.output == COPPICE_OUTPUT_DEPTH ? kDepthLens : free_lens();
-  view.recorder = recorder;
+  view.backend_view = backend_view;
   view.open = true;
   return pack_handle({HandleKind::view, tag_, view.generation, index});
 }
@@ -55,7 +42,7 @@ std::size_t Context::free_lens() const {
 
 void Context::destroy_view(coppice_view view) {
   ViewEntry& gone = entry_of_view(view);
-  renderer_->remove_view(gone.recorder);
+  backend_->remove_view(gone.backend_view);
   ledger_.give(gone.ahead.measured.bytes() + gone.ahead.finished.bytes());
   const std::uint32_t generation = gone.generation + 1;
   gone = {};
@@ -75,22 +62,17 @@ const Context::ViewEntry& Context::entry_of_view(coppice_view view) const {
   return views_[unpack_handle(view).index];
 }
 
-gpu::ViewRecorder& Context::recorder(coppice_view view) {
-  return renderer_->view(entry_of_view(view).recorder);
-}
-
 bool Context::has_reversed_depth(coppice_view view) const {
-  return gpu::is_reversed(std::as_const(*renderer_).view(entry_of_view(view).recorder).attachments().depth_compare);
+  return backend_->has_reversed_depth(backend_view(view));
 }
 
 void Context::show_view(const coppice_camera& camera, LodView& lod) {
   ViewEntry& view = entry_of_view(camera.view);
-  gpu::ViewRecorder& shown = renderer_->view(view.recorder);
-  const gpu::FrameCounts& counts = shown.counts();
+  const ViewCounts counts = backend_->view_counts(view.backend_view);
   view.budget.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
   lod.error_px = view.budget.threshold_px(frame_number_, lod.error_px, camera.lod == COPPICE_LOD_CUT ? camera.leaf_budget : 0);
   lod.looks_around = view.lens != kDepthLens;
-  shown.show({camera, lod});
+  backend_->show_view(view.backend_view, camera, lod);
   // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
   if (lod.discrete) lod.error_px *= 0.5f;
 }
@@ -129,24 +111,9 @@ bool Context::is_settled(coppice_view view) const {
   return streamer_->is_lens_settled(entry_of_view(view).lens);
 }
 
-Result<void> Context::record_cull(VkCommandBuffer cmd, coppice_view view, const coppice_light& light) {
-  const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_CULL);
-  if (renderer_->can_cull())
-    recorder(view).record_cull(cmd, light);
-  else
-    recorder(view).leave_out();
-  return device_state();
-}
-
-void Context::record_draw(VkCommandBuffer cmd, coppice_view view) {
-  const TraceScope trace(hooks_.hooks.trace, COPPICE_TRACE_RECORD_DRAW);
-  recorder(view).record_draw(cmd);
-}
-
 void Context::fill_stats(coppice_view view, coppice_view_stats& stats) const {
   const ViewEntry& of = entry_of_view(view);
-  const gpu::ViewRecorder& recorder = std::as_const(*renderer_).view(of.recorder);
-  const gpu::FrameCounts& counts = recorder.counts();
+  const ViewCounts counts = backend_->view_counts(of.backend_view);
   stats.gpu_frame_number = counts.frame;
   stats.visible_instance_count = counts.visible_instances;
   stats.occluded_instance_count = counts.occluded_instances;
@@ -155,9 +122,7 @@ void Context::fill_stats(coppice_view view, coppice_view_stats& stats) const {
   stats.leaf_mesh_instance_count = counts.leaf_mesh_instances;
   stats.drawn_leaf_mesh_triangle_count = counts.leaf_mesh_triangles;
   stats.threshold_px = streamer_->threshold_px(of.lens);
-  static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
-  std::ranges::copy(recorder.timer().pass_ms(), stats.pass_ms);
-  stats.pass_ms[COPPICE_PASS_UPLOAD] = renderer_->timer().pass_ms()[COPPICE_PASS_UPLOAD];
+  std::ranges::copy(counts.pass_ms, stats.pass_ms);
 }
 
 }  // namespace coppice

@@ -1,6 +1,6 @@
 // Structs of programs that were compiled with an older or a newer header: read, filled and set to their defaults in any size.
 
-#include "abi.h"
+#include "vulkan_abi.h"
 
 #include <gtest/gtest.h>
 

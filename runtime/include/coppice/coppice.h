@@ -2,7 +2,8 @@
 #define COPPICE_H
 
 /* libcoppice: streaming level of detail for plants. This header has no graphics API below it: hooks, the context, plants, instances,
- * scenes, views, streaming and statistics. The renderer on the engine's Vulkan device is coppice/vulkan.h, which also creates the context.
+ * scenes, views, streaming and statistics. Two libraries have its functions: libcoppice, which needs no graphics API, for hosts that draw
+ * themselves; and libcoppice_vulkan, which has our renderer on the engine's Vulkan device too (coppice/vulkan.h). A program links one.
  *
  * Units and axes: metres, right-handed, +Y up (glTF's). Matrices are column-major; view space looks down -Z. Booleans are uint32_t,
  * COPPICE_FALSE or COPPICE_TRUE and no other value.
@@ -267,6 +268,12 @@ static inline void coppice_context_desc_init(coppice_context_desc* desc) {
   coppice_struct_init(COPPICE_STRUCT_CONTEXT_DESC, desc, sizeof *desc);
 }
 
+/* A context of a host that draws by itself what Coppice streams and selects. coppice_vulkan_context_create makes one that our renderer
+ * draws. context: out, null on errors. cost: a thread pool and a few megabytes. Any thread.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: a field, a hook set in part, or a memory budget below what the context takes;
+ * COPPICE_ERROR_OUT_OF_MEMORY */
+COPPICE_API coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context);
+
 /* The GPU must have finished every command buffer Coppice recorded into. Waits for running jobs and reads. Null is allowed. */
 COPPICE_API void coppice_context_destroy(coppice_context* context);
 
@@ -469,7 +476,10 @@ static inline void coppice_view_desc_init(coppice_view_desc* desc) {
   coppice_struct_init(COPPICE_STRUCT_VIEW_DESC, desc, sizeof *desc);
 }
 
-/* Views are created by coppice_vulkan_view_create. */
+/* A view of a context that coppice_context_create has made; of others coppice_vulkan_view_create makes them. view: out, 0 on errors.
+ * before: any time. cost: 100 bytes a plant that is open.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT, also where the context has a renderer; COPPICE_ERROR_OUT_OF_MEMORY */
+COPPICE_API coppice_status coppice_view_create(coppice_context* context, const coppice_view_desc* desc, coppice_view* view);
 
 /* Its memory goes once the GPU has finished the frames that drew it (see coppice_frame); not within a frame that shows it, whose commands
  * are still to be recorded. coppice_context_destroy destroys all. */

@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-#include "coppice/vulkan.h"
+#include "coppice/coppice.h"
 #include "instance_blocks.h"
 #include "select.h"
 

@@ -8,16 +8,10 @@
 #include "growing_buffers.h"
 #include "instances.h"
 #include "passes.h"
+#include "plant_residency.h"
 #include "plant_store.h"
 
 namespace coppice::gpu {
-
-/// What may be drawn of a plant this frame.
-struct PlantResidency {
-  std::uint32_t leaf_count = 1;
-  std::uint32_t wood_mask = 0;
-  bool leaf_meshes = false;
-};
 
 struct DrawListInput {
   const PlantStore& plants;

@@ -1,56 +1,55 @@
 // The functions of coppice/vulkan.h: checks what the engine passes, translates, forwards. No logic.
 
 #include <array>
-#include <memory>
-#include <new>
 #include <string>
 
 #include "abi.h"
 #include "api_call.h"
 #include "api_checks.h"
+#include "api_options.h"
+#include "attachments.h"
+#include "trace_scope.h"
+#include "vulkan_abi.h"
+#include "vulkan_backend.h"
+#include "vulkan_checks.h"
 
 namespace {
 
 using coppice::ContextOptions;
+using coppice::in_struct;
+using coppice::VulkanOptions;
 using Recording = coppice::Context::Recording;
 
-/// A hook that may be left out: `ours` is without functions then. Returns what is wrong, or an empty string.
-template <class Hook>
-std::string read_hook(const Hook* theirs, const char* name, Hook& ours) {
-  ours = coppice::struct_defaults<Hook>();
-  return theirs == nullptr ? "" : coppice::read_struct(theirs, name, ours);
-}
-
-std::string in_struct(const char* name, const std::string& problem) {
-  return problem.empty() ? "" : std::string(name) + "." + problem;
-}
-
 /// Returns what is wrong with them, or an empty string. options.hooks.log is set as soon as it can be read.
-std::string read_options(const coppice_context_desc* desc, const coppice_vulkan_desc* vulkan, ContextOptions& options) {
-  std::string problem = coppice::read_struct(desc, "desc", options.desc);
-  const std::string log_problem = read_hook(options.desc.log, "desc.log", options.hooks.log);
+std::string read_options(const coppice_context_desc* desc, const coppice_vulkan_desc* vulkan, ContextOptions& options,
+                         VulkanOptions& vulkan_options) {
+  std::string problem = coppice::read_options(desc, options);
   const auto check = [&problem](std::string next) {
     if (problem.empty()) problem = std::move(next);
   };
-  check(log_problem);
-  check(read_hook(options.desc.allocator, "desc.allocator", options.hooks.allocator));
-  check(read_hook(options.desc.jobs, "desc.jobs", options.hooks.jobs));
-  check(read_hook(options.desc.io, "desc.io", options.hooks.io));
-  check(read_hook(options.desc.trace, "desc.trace", options.hooks.trace));
-  check(coppice::read_struct(vulkan, "vulkan", options.vulkan));
-  check(read_hook(options.vulkan.device_memory, "vulkan.device_memory", options.device_memory));
-  check(in_struct("desc", coppice::desc_problem(options.desc)));
-  check(in_struct("vulkan", coppice::vulkan_problem(options.vulkan)));
-  check(in_struct("vulkan.device_memory", coppice::device_memory_problem(options.device_memory)));
+  check(coppice::read_struct(vulkan, "vulkan", vulkan_options.desc));
+  check(coppice::read_hook(vulkan_options.desc.device_memory, "vulkan.device_memory", vulkan_options.device_memory));
+  check(in_struct("vulkan", coppice::vulkan_problem(vulkan_options.desc)));
+  check(in_struct("vulkan.device_memory", coppice::device_memory_problem(vulkan_options.device_memory)));
   return problem;
 }
 
-coppice_status fail(const ContextOptions& options, const char* function, const coppice::Error& error) {
-  return coppice::fail_without_context(options.hooks.log, function, static_cast<coppice_status>(error.status), error.message());
+coppice::MakeBackend make_renderer(const VulkanOptions& vulkan) {
+  return [&vulkan](const coppice::BackendOptions& options) { return coppice::VulkanBackend::create(vulkan, options); };
 }
 
-coppice_status refuse(const ContextOptions& options, const char* function, const std::string& problem) {
-  return coppice::fail_without_context(options.hooks.log, function, COPPICE_ERROR_INVALID_ARGUMENT, problem);
+/// Of a context that coppice_context_create has made.
+std::string renderer_problem(const coppice_context& context) {
+  return context.context->renderer() == nullptr ? "the context has no renderer: coppice_vulkan_context_create makes one that has" : "";
+}
+
+coppice::gpu::ViewRecorder& recorder(const coppice::Context& context, coppice_view view) {
+  return context.renderer()->view(context.backend_view(view));
+}
+
+coppice::gpu::AttachmentDesc attachments_of(const coppice_vulkan_view_desc& desc) {
+  return {
+      .color_format = desc.color_format, .depth_format = desc.depth_format, .depth_compare = desc.depth_compare, .samples = desc.samples};
 }
 
 using ShadowMaps = std::array<coppice_shadow_map, COPPICE_MAX_SHADOW_MAPS>;
@@ -74,9 +73,25 @@ std::string read_light(const coppice_light* theirs, coppice_light& ours, ShadowM
 }
 
 /// What recording culls and draws have in common.
-std::string recording_problem(coppice::Context& context, coppice_view view) {
+std::string recording_problem(const coppice::Context& context, coppice_view view) {
   if (context.recording() != Recording::uploaded) return "coppice_record_upload was not called for this frame";
-  return context.recorder(view).is_shown() ? "" : "view has no camera in this frame";
+  return recorder(context, view).is_shown() ? "" : "view has no camera in this frame";
+}
+
+/// errors  as coppice_vulkan_view_create
+coppice::Result<coppice_view> create_view(coppice::Context& context, const coppice_view_desc& desc,
+                                          const coppice::gpu::AttachmentDesc& attachments) {
+  coppice::gpu::Renderer& renderer = *context.renderer();
+  COPPICE_CHECK(coppice::gpu::check_attachments(renderer.device(), attachments));
+  COPPICE_TRY(added, renderer.add_view(attachments));
+  auto view = context.create_view(desc, added);
+  if (!view) renderer.remove_view(added);
+  if (!view) return view.error();
+  if (const auto alive = context.device_state(); !alive) {  // a pipeline may have found out
+    context.destroy_view(*view);
+    return alive.error();
+  }
+  return *view;
 }
 
 }  // namespace
@@ -85,21 +100,22 @@ coppice_status coppice_vulkan_context_create(const coppice_context_desc* desc, c
                                              coppice_context** context) {
   if (context != nullptr) *context = nullptr;
   ContextOptions options;
-  if (const std::string problem = read_options(desc, vulkan, options); !problem.empty()) return refuse(options, __func__, problem);
-  if (context == nullptr) return refuse(options, __func__, "context is null");
-  auto created = coppice::Context::create(options);
-  if (!created) return fail(options, __func__, created.error());
-  *context = new (std::nothrow) coppice_context{.context = *std::move(created)};
-  return *context != nullptr ? COPPICE_OK : fail(options, __func__, {coppice::Status::out_of_memory, "context"});
+  VulkanOptions of_vulkan;
+  if (const std::string problem = read_options(desc, vulkan, options, of_vulkan); !problem.empty())
+    return coppice::refuse(options, __func__, problem);
+  if (context == nullptr) return coppice::refuse(options, __func__, "context is null");
+  return coppice::create_context(options, make_renderer(of_vulkan), __func__, context);
 }
 
 coppice_status coppice_vulkan_context_cost(const coppice_context_desc* desc, const coppice_vulkan_desc* vulkan, uint64_t* bytes) {
   if (bytes != nullptr) *bytes = 0;
   ContextOptions options;
-  if (const std::string problem = read_options(desc, vulkan, options); !problem.empty()) return refuse(options, __func__, problem);
-  if (bytes == nullptr) return refuse(options, __func__, "bytes is null");
-  const auto cost = coppice::Context::cost(options);
-  if (!cost) return fail(options, __func__, cost.error());
+  VulkanOptions of_vulkan;
+  if (const std::string problem = read_options(desc, vulkan, options, of_vulkan); !problem.empty())
+    return coppice::refuse(options, __func__, problem);
+  if (bytes == nullptr) return coppice::refuse(options, __func__, "bytes is null");
+  const auto cost = coppice::Context::cost(options, make_renderer(of_vulkan));
+  if (!cost) return coppice::fail(options, __func__, cost.error());
   *bytes = *cost;
   return COPPICE_OK;
 }
@@ -108,7 +124,8 @@ coppice_status coppice_pipelines_ready(const coppice_context* context, VkBool32*
   if (ready != nullptr) *ready = VK_FALSE;
   COPPICE_BEGIN_CALL(shared);
   if (ready == nullptr) return call.refuse("ready is null");
-  const auto all = context->context->pipelines().ready();
+  COPPICE_REFUSE_IF(renderer_problem(*context));
+  const auto all = context->context->renderer()->pipelines().ready();
   if (!all) return call.logged(all.error());
   *ready = *all ? VK_TRUE : VK_FALSE;
   return COPPICE_OK;
@@ -118,6 +135,7 @@ coppice_status coppice_vulkan_view_create(coppice_context* context, const coppic
                                           coppice_view* view) {
   if (view != nullptr) *view = 0;
   COPPICE_BEGIN_CALL(exclusive);
+  COPPICE_REFUSE_IF(renderer_problem(*context));
   coppice_view_desc of_view;
   COPPICE_REFUSE_IF(coppice::read_struct(desc, "desc", of_view));
   coppice_vulkan_view_desc attachments;
@@ -126,7 +144,7 @@ coppice_status coppice_vulkan_view_create(coppice_context* context, const coppic
   COPPICE_REFUSE_IF(in_struct("desc", coppice::view_desc_problem(of_view)));
   COPPICE_REFUSE_IF(in_struct("vulkan", coppice::vulkan_view_problem(of_view, attachments)));
   if (!context->context->device_state()) return call.lost();
-  const auto created = context->context->create_view(of_view, attachments);
+  const auto created = create_view(*context->context, of_view, attachments_of(attachments));
   if (!created) return call.finish(created.error());
   *view = *created;
   return COPPICE_OK;
@@ -135,30 +153,42 @@ coppice_status coppice_vulkan_view_create(coppice_context* context, const coppic
 coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd) {
   COPPICE_BEGIN_CALL(exclusive);
   COPPICE_REFUSE_IF(cmd == VK_NULL_HANDLE ? "cmd is null" : "");
+  COPPICE_REFUSE_IF(renderer_problem(*context));
   if (!context->context->device_state()) return call.lost();
   COPPICE_REFUSE_IF(context->context->recording() != Recording::begun ? "not the first call since coppice_frame_begin" : "");
-  return call.finish(context->context->record_upload(cmd));
+  const coppice::TraceScope trace(context->context->hooks().trace, COPPICE_TRACE_RECORD_UPLOAD);
+  context->context->renderer()->record_upload_begin(cmd);
+  return call.finish(context->context->upload());
 }
 
 coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, coppice_view view, const coppice_light* light) {
   COPPICE_BEGIN_CALL(shared);
   COPPICE_REFUSE_IF(cmd == VK_NULL_HANDLE ? "cmd is null" : "");
+  COPPICE_REFUSE_IF(renderer_problem(*context));
   COPPICE_REFUSE_IF(coppice::view_problem(*context, view));
   coppice_light ours;
   ShadowMaps maps;
   COPPICE_REFUSE_IF(read_light(light, ours, maps));
   if (!context->context->device_state()) return call.lost();
   COPPICE_REFUSE_IF(recording_problem(*context->context, view));
-  return call.finish(context->context->record_cull(cmd, view, ours));
+  const coppice::TraceScope trace(context->context->hooks().trace, COPPICE_TRACE_RECORD_CULL);
+  if (context->context->renderer()->can_cull())
+    recorder(*context->context, view).record_cull(cmd, ours);
+  else
+    recorder(*context->context, view).leave_out();
+  return call.finish(context->context->device_state());
 }
 
 coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view) {
   COPPICE_BEGIN_CALL(shared);
   COPPICE_REFUSE_IF(cmd == VK_NULL_HANDLE ? "cmd is null" : "");
+  COPPICE_REFUSE_IF(renderer_problem(*context));
   COPPICE_REFUSE_IF(coppice::view_problem(*context, view));
   if (!context->context->device_state()) return call.lost();
   COPPICE_REFUSE_IF(recording_problem(*context->context, view));
-  COPPICE_REFUSE_IF(context->context->recorder(view).is_culled() ? "" : "coppice_record_cull was not called for the view in this frame");
-  context->context->record_draw(cmd, view);
+  coppice::gpu::ViewRecorder& drawn = recorder(*context->context, view);
+  COPPICE_REFUSE_IF(drawn.is_culled() ? "" : "coppice_record_cull was not called for the view in this frame");
+  const coppice::TraceScope trace(context->context->hooks().trace, COPPICE_TRACE_RECORD_DRAW);
+  drawn.record_draw(cmd);
   return COPPICE_OK;
 }

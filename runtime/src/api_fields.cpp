@@ -1,0 +1,58 @@
+#include "api_fields.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "coppice/coppice.h"
+
+namespace coppice {
+namespace {
+
+std::string numbered(const Field& field, std::size_t index) {
+  return field.values.size() == 1 ? field.name : std::string(field.name) + "[" + std::to_string(index) + "]";
+}
+
+}  // namespace
+
+std::string range_problem(const Field& field) {
+  for (std::size_t i = 0; i < field.values.size(); ++i) {
+    const float value = field.values[i];
+    if (value >= field.least && value <= field.most) continue;
+    if (!std::isfinite(value)) return numbered(field, i) + " is not finite";
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), " is %g: outside %g to %g", static_cast<double>(value), static_cast<double>(field.least),
+                  static_cast<double>(field.most));
+    return numbered(field, i) + text.data();
+  }
+  return {};
+}
+
+bool is_unit(std::span<const float> values) {
+  float sum = 0;
+  for (const float value : values) sum += value * value;
+  return std::abs(sum - 1.0f) < kUnitTolerance;
+}
+
+std::string double_problem(const char* name, std::span<const double> values, double most) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::abs(values[i]) <= most) continue;
+    const std::string field = std::string(name) + "[" + std::to_string(i) + "]";
+    if (!std::isfinite(values[i])) return field + " is not finite";
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), " is %g: outside %g to %g", values[i], -most, most);
+    return field + text.data();
+  }
+  return {};
+}
+
+std::string size_problem(const char* name, std::uint32_t value, std::uint32_t most) {
+  if (value >= 1 && value <= most) return {};
+  return std::string(name) + " is " + std::to_string(value) + ": outside 1 to " + std::to_string(most);
+}
+
+std::string flag_problem(const char* name, std::uint32_t value) {
+  return value <= COPPICE_TRUE ? "" : std::string(name) + " is " + std::to_string(value) + ", neither 0 nor 1";
+}
+
+}  // namespace coppice

@@ -1,0 +1,46 @@
+#pragma once
+
+// A host that draws itself as a context's backend.
+
+#include <memory>
+
+#include "backend.h"
+
+namespace coppice {
+
+class HostBackend final : public Backend {
+ public:
+  /// errors  out_of_memory
+  static Result<std::unique_ptr<Backend>> create(const BackendOptions& options);
+
+  [[nodiscard]] const BackendLimits& limits() const override { return limits_; }
+  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t taken_bytes) const override { return taken_bytes; }
+  void set_memory_budget(std::uint64_t) override {}
+  [[nodiscard]] Result<void> device_state() const override { return {}; }
+  void fill_stats(coppice_stats&) const override {}
+  [[nodiscard]] std::uint32_t plant_capacity() const override { return limits_.max_plants; }
+  [[nodiscard]] std::uint64_t reserve_bytes(const SceneSize&) override { return 0; }
+  Result<void> reserve(const SceneSize&) override { return {}; }
+  [[nodiscard]] std::uint64_t slot_upload_bytes(std::uint32_t) const override { return 0; }
+  Result<void> add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
+                         std::span<const std::uint32_t> lod_words) override;
+  void remove_plant(std::uint32_t plant) override;
+  void begin_frame(std::uint64_t, std::uint64_t) override {}
+  [[nodiscard]] std::uint64_t staging_bytes() const override { return 0; }
+  Result<void> upload_chunk(const DecodedChunk&) override { return {}; }
+  void hide_chunk(ChunkId id) override;
+  void drop_chunk(ChunkId) override {}
+  Result<void> end_upload(gpu::InstanceTable&, std::span<const gpu::PlantResidency>) override { return {}; }
+  void remove_view(std::uint32_t) override {}
+  void show_view(std::uint32_t, const coppice_camera&, const LodView&) override {}
+  [[nodiscard]] bool has_reversed_depth(std::uint32_t) const override { return false; }
+  [[nodiscard]] ViewCounts view_counts(std::uint32_t) const override { return {}; }
+  [[nodiscard]] HostBackend* host() override { return this; }
+
+ private:
+  explicit HostBackend(const BackendLimits& limits) : limits_(limits) {}
+
+  BackendLimits limits_;
+};
+
+}  // namespace coppice

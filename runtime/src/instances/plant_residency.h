@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstdint>
+
+namespace coppice::gpu {
+
+/// What may be drawn of a plant this frame.
+struct PlantResidency {
+  std::uint32_t leaf_count = 1;
+  std::uint32_t wood_mask = 0;
+  bool leaf_meshes = false;
+};
+
+}  // namespace coppice::gpu

@@ -1,0 +1,140 @@
+#include "vulkan_backend.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "attachments.h"
+
+namespace coppice {
+
+Result<std::unique_ptr<Backend>> VulkanBackend::create(const VulkanOptions& with, const BackendOptions& options) {
+  const coppice_vulkan_desc& vulkan = with.desc;
+  COPPICE_TRY(device, gpu::open_device(vulkan.instance, vulkan.physical_device, vulkan.device, vulkan.get_instance_proc_addr));
+  device.block_textures = vulkan.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
+  device.log = options.log;
+  device.memory.hook = with.device_memory;
+  device.memory.ledger = &options.ledger;
+  COPPICE_TRY(renderer,
+              gpu::Renderer::create({.device = device,
+                                     .allocator = options.hooks.allocator,
+                                     .views = {.max_instances = options.max_instances,
+                                               .compute_raster = vulkan.compute_raster == VK_TRUE,
+                                               .int64_atomics = vulkan.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
+                                               .many_lanes = {},
+                                               .pass_times = vulkan.pass_times == VK_TRUE},
+                                     .pipeline_cache = vulkan.pipeline_cache,
+                                     .memory_budget_bytes = options.memory_budget_bytes,
+                                     .max_plants = options.max_plants,
+                                     .jobs = options.hooks.jobs,
+                                     .blocking_pipelines = vulkan.blocking_pipelines == VK_TRUE,
+                                     .only_measured = options.hooks.jobs.submit == nullptr}));
+  std::unique_ptr<Backend> backend(new (std::nothrow) VulkanBackend(std::move(renderer)));
+  if (!backend) return Error{Status::out_of_memory, "renderer"};
+  return backend;
+}
+
+VulkanBackend::VulkanBackend(std::unique_ptr<gpu::Renderer> renderer)
+    : renderer_(std::move(renderer)),
+      limits_{.max_instances = renderer_->max_instances(),
+              .max_plants = renderer_->max_plants(),
+              .max_view_width_px = renderer_->device().max_view_width,
+              .max_view_height_px = renderer_->device().max_view_height,
+              .sizes = {.slack_bytes = gpu::Renderer::kSlackBytes,
+                        .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
+                        .mesh_leaves = renderer_->has_raster(),
+                        .block_textures = renderer_->device().block_textures}} {}
+
+std::uint64_t VulkanBackend::least_budget_bytes(std::uint64_t taken_bytes) const {
+  return renderer_->least_budget_bytes(taken_bytes);
+}
+
+void VulkanBackend::fill_stats(coppice_stats& stats) const {
+  stats.device_allocations = renderer_->device().memory.block_count;
+  stats.pipelines_wanted = renderer_->pipelines().wanted_count();
+  stats.pipelines_built = renderer_->pipelines().built_count();
+}
+
+std::uint64_t VulkanBackend::reserve_bytes(const SceneSize& wanted) {
+  return renderer_->reserve_bytes({wanted.slots, wanted.plants});
+}
+
+Result<void> VulkanBackend::reserve(const SceneSize& wanted) {
+  return renderer_->reserve({wanted.slots, wanted.plants});
+}
+
+std::uint64_t VulkanBackend::slot_upload_bytes(std::uint32_t slot_count) const {
+  return renderer_->slot_upload_bytes(slot_count);
+}
+
+Result<void> VulkanBackend::add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
+                                      std::span<const std::uint32_t> lod_words) {
+  return renderer_->add_plant(plant, file, appearance, lod_words);
+}
+
+void VulkanBackend::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
+  renderer_->begin_frame(frame_number, completed_number);
+}
+
+Result<void> VulkanBackend::upload_chunk(const DecodedChunk& chunk) {
+  const auto [plant, kind, index] = chunk.id;
+  switch (kind) {
+    case ChunkKind::page:
+      return renderer_->upload_page({plant, index, chunk.clusters, chunk.ready_cuts});
+    case ChunkKind::wood:
+      return renderer_->upload_mesh({plant, index, chunk.mesh});
+    case ChunkKind::texture:
+      return renderer_->upload_texture(plant, index, chunk.texture);
+    case ChunkKind::leaf_mesh:
+      return renderer_->upload_mesh({plant, gpu::kMaxWoodLods + index, chunk.mesh});
+  }
+  return {};
+}
+
+void VulkanBackend::hide_chunk(ChunkId id) {
+  if (id.kind == ChunkKind::texture) renderer_->plants().hide_texture(id.plant, id.index);
+}
+
+void VulkanBackend::drop_chunk(ChunkId id) {
+  switch (id.kind) {
+    case ChunkKind::page:
+      return renderer_->plants().drop_page(id.plant, id.index);
+    case ChunkKind::wood:
+      return renderer_->plants().drop_mesh(id.plant, id.index);
+    case ChunkKind::texture:
+      return renderer_->plants().drop_texture(id.plant, id.index);
+    case ChunkKind::leaf_mesh:
+      return renderer_->plants().drop_mesh(id.plant, gpu::kMaxWoodLods + id.index);
+  }
+}
+
+Result<void> VulkanBackend::end_upload(gpu::InstanceTable& instances, std::span<const gpu::PlantResidency> residency) {
+  return renderer_->record_upload_end(instances, residency);
+}
+
+void VulkanBackend::show_view(std::uint32_t index, const coppice_camera& camera, const LodView& lod) {
+  renderer_->view(index).show({camera, lod});
+}
+
+bool VulkanBackend::has_reversed_depth(std::uint32_t index) const {
+  return gpu::is_reversed(view(index).attachments().depth_compare);
+}
+
+ViewCounts VulkanBackend::view_counts(std::uint32_t index) const {
+  const gpu::FrameCounts& counts = view(index).counts();
+  ViewCounts of{.frame = counts.frame,
+                .visible_instances = counts.visible_instances,
+                .occluded_instances = counts.occluded_instances,
+                .leaf_mesh_instances = counts.leaf_mesh_instances,
+                .leaves = counts.leaves,
+                .wood_triangles = counts.wood_triangles,
+                .leaf_mesh_triangles = counts.leaf_mesh_triangles,
+                .hardware_triangles = counts.hardware_triangles,
+                .pass_ms = {}};
+  static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
+  std::ranges::copy(view(index).timer().pass_ms(), of.pass_ms.begin());
+  of.pass_ms[COPPICE_PASS_UPLOAD] = renderer_->timer().pass_ms()[COPPICE_PASS_UPLOAD];
+  return of;
+}
+
+}  // namespace coppice

@@ -1,0 +1,56 @@
+#pragma once
+
+// Our renderer as a context's backend.
+
+#include <memory>
+
+#include "backend.h"
+#include "coppice/vulkan.h"
+#include "renderer.h"
+
+namespace coppice {
+
+/// What coppice_vulkan_context_create is given, checked. The desc's own pointer to a hook is not used.
+struct VulkanOptions {
+  coppice_vulkan_desc desc{};
+  coppice_device_memory device_memory{};
+};
+
+class VulkanBackend final : public Backend {
+ public:
+  /// errors  unsupported, out_of_memory, device_lost, internal
+  static Result<std::unique_ptr<Backend>> create(const VulkanOptions& vulkan, const BackendOptions& options);
+
+  [[nodiscard]] const BackendLimits& limits() const override { return limits_; }
+  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t taken_bytes) const override;
+  void set_memory_budget(std::uint64_t bytes) override { renderer_->set_memory_budget(bytes); }
+  [[nodiscard]] Result<void> device_state() const override { return renderer_->device_state(); }
+  void fill_stats(coppice_stats& stats) const override;
+  [[nodiscard]] std::uint32_t plant_capacity() const override { return renderer_->capacity().plants; }
+  [[nodiscard]] std::uint64_t reserve_bytes(const SceneSize& wanted) override;
+  Result<void> reserve(const SceneSize& wanted) override;
+  [[nodiscard]] std::uint64_t slot_upload_bytes(std::uint32_t slot_count) const override;
+  Result<void> add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
+                         std::span<const std::uint32_t> lod_words) override;
+  void remove_plant(std::uint32_t plant) override { renderer_->remove_plant(plant); }
+  void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) override;
+  [[nodiscard]] std::uint64_t staging_bytes() const override { return renderer_->staging_bytes(); }
+  Result<void> upload_chunk(const DecodedChunk& chunk) override;
+  void hide_chunk(ChunkId id) override;
+  void drop_chunk(ChunkId id) override;
+  Result<void> end_upload(gpu::InstanceTable& instances, std::span<const gpu::PlantResidency> residency) override;
+  void remove_view(std::uint32_t view) override { renderer_->remove_view(view); }
+  void show_view(std::uint32_t view, const coppice_camera& camera, const LodView& lod) override;
+  [[nodiscard]] bool has_reversed_depth(std::uint32_t view) const override;
+  [[nodiscard]] ViewCounts view_counts(std::uint32_t view) const override;
+  [[nodiscard]] gpu::Renderer* renderer() override { return renderer_.get(); }
+
+ private:
+  explicit VulkanBackend(std::unique_ptr<gpu::Renderer> renderer);
+  [[nodiscard]] const gpu::ViewRecorder& view(std::uint32_t index) const { return std::as_const(*renderer_).view(index); }
+
+  std::unique_ptr<gpu::Renderer> renderer_;
+  BackendLimits limits_;
+};
+
+}  // namespace coppice

@@ -64,6 +64,15 @@ coppice_frame struct_defaults() {
   return frame;
 }
 
+template <>
+coppice_leaf_layout struct_defaults() {
+  coppice_leaf_layout layout{};
+  layout.struct_size = sizeof layout;
+  layout.position = layout.normal = layout.uv = layout.color = layout.material = COPPICE_NONE;
+  layout.index_bytes = sizeof(std::uint32_t);
+  return layout;
+}
+
 std::string struct_size_problem(const void* theirs, const char* name) {
   if (theirs == nullptr) return std::string(name) + " is null";
   const std::uint32_t bytes = size_of(theirs);
@@ -136,6 +145,18 @@ void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
       return coppice::init_struct<coppice_view_stats>(data, size);
     case COPPICE_STRUCT_SCENE_PLACEMENT:
       return coppice::init_struct<coppice_scene_placement>(data, size);
+    case COPPICE_STRUCT_CHANGE:
+      return coppice::init_struct<coppice_change>(data, size);
+    case COPPICE_STRUCT_FILE_INFO:
+      return coppice::init_struct<coppice_file_info>(data, size);
+    case COPPICE_STRUCT_MATERIAL:
+      return coppice::init_struct<coppice_material>(data, size);
+    case COPPICE_STRUCT_CARD:
+      return coppice::init_struct<coppice_card>(data, size);
+    case COPPICE_STRUCT_LEAF_LAYOUT:
+      return coppice::init_struct<coppice_leaf_layout>(data, size);
+    case COPPICE_STRUCT_LEAF_OUTPUT:
+      return coppice::init_struct<coppice_leaf_output>(data, size);
     case COPPICE_STRUCT_MAX_ENUM:
       break;
   }

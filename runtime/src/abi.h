@@ -32,6 +32,8 @@ template <>
 coppice_sun_desc struct_defaults();
 template <>
 coppice_frame struct_defaults();
+template <>
+coppice_leaf_layout struct_defaults();
 
 /// name  of the argument, for the log. What is wrong with the size of a struct, which may be null; empty: nothing.
 std::string struct_size_problem(const void* theirs, const char* name);

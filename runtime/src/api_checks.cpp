@@ -64,7 +64,8 @@ std::string desc_problem(const coppice_context_desc& desc) {
   if (!(desc.streaming_ms > 0.0f)) return "streaming_ms is not above 0";
   return first_of(range_problem({"prefetch_frames", {&desc.prefetch_frames, 1}, 0.0f, kMaxPrefetchFrames}),
                   size_problem("max_instances", desc.max_instances, kMaxHandleIndex),
-                  size_problem("max_plants", desc.max_plants, kMaxPlants), flag_problem("allow_outside", desc.allow_outside));
+                  size_problem("max_plants", desc.max_plants, kMaxPlants), flag_problem("allow_outside", desc.allow_outside),
+                  flag_problem("block_textures", desc.block_textures));
 }
 
 std::string view_desc_problem(const coppice_view_desc& desc) {

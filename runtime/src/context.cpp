@@ -43,7 +43,8 @@ BackendOptions backend_options(const ContextOptions& options, const Hooks& hooks
           .ledger = ledger,
           .max_instances = desc.max_instances,
           .max_plants = desc.max_plants + kReloadSlots,
-          .memory_budget_bytes = desc.memory_budget_bytes};
+          .memory_budget_bytes = desc.memory_budget_bytes,
+          .block_textures = desc.block_textures == COPPICE_TRUE};
 }
 
 StreamerOptions streamer_options(const coppice_context_desc& desc, const BackendLimits& limits) {
@@ -139,6 +140,7 @@ void Context::add_slot(std::uint32_t slot) {
   slots_.extend(slot + 1);
   for (BoundedList<PlantDemand>& demands : demands_) demands.extend(slot + 1);
   residency_.extend(slot + 1);
+  lod_plants_.extend(slot + 1);
 }
 
 Result<void> Context::show_slot(std::uint32_t slot) {
@@ -149,7 +151,8 @@ Result<void> Context::show_slot(std::uint32_t slot) {
     return added.error();
   }
   instances_.set_plant_sphere(slot, file.plant.sphere_center, file.plant.sphere_radius);
-  slots_[slot] = {.open = true, .in_backend = true};
+  slots_[slot].open = slots_[slot].in_backend = true;
+  lod_plants_[slot] = {.table = lod_table(file, streamer_->lod_words(slot))};
   return {};
 }
 
@@ -170,7 +173,9 @@ Result<coppice_plant> Context::open_plant(const PlantSource& source) {
     return Error{Status::out_of_memory, "max_plants are open"};
   }
   COPPICE_TRY(slot, open_slot(source));
-  return take_entry(slot, COPPICE_PLANT_READY);
+  const coppice_plant plant = take_entry(slot, COPPICE_PLANT_READY);
+  tell_host(COPPICE_CHANGE_PLANT_OPENED, {.plant = slot});
+  return plant;
 }
 
 Result<coppice_plant> Context::start_open(const PlantSource& source) {
@@ -189,6 +194,7 @@ void Context::finish_openings() {
     if (!opened) continue;
     if (*opened) opened = show_slot(plant.slot);
     plant.state = *opened ? COPPICE_PLANT_READY : COPPICE_PLANT_FAILED;
+    if (*opened) tell_host(COPPICE_CHANGE_PLANT_OPENED, {.plant = plant.slot});
     if (!*opened) {
       plant.failure = opened->error().status;
       remove_instances(plant.slot);
@@ -209,7 +215,7 @@ coppice_plant Context::take_entry(std::uint32_t slot, coppice_plant_state state)
   entry.open = true;
   entry.state = state;
   entry.slot = slot;
-  return pack_handle({HandleKind::plant, tag_, entry.generation, index});
+  return slots_[slot].plant = pack_handle({HandleKind::plant, tag_, entry.generation, index});
 }
 
 bool Context::is_open(coppice_plant plant) const {
@@ -230,6 +236,8 @@ void Context::close_plant(coppice_plant plant) {
 
 Result<void> Context::reload_plant(coppice_plant plant, const std::optional<PlantSource>& source) {
   COPPICE_TRY(slot, open_slot(source ? *source : streamer_->source(plant_slot(plant))));
+  slots_[slot].plant = plant;
+  tell_host(COPPICE_CHANGE_PLANT_OPENED, {.plant = slot});
   PlantEntry& reloading = entry(plant);
   if (reloading.next_slot != kNoSlot) close_slot(reloading.next_slot);
   reloading.next_slot = slot;
@@ -340,7 +348,8 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
 }
 
 std::uint64_t Context::host_bytes() const {
-  std::uint64_t bytes = plants_.items.bytes() + slots_.items.bytes() + residency_.items.bytes() + instances_.bytes();
+  std::uint64_t bytes =
+      plants_.items.bytes() + slots_.items.bytes() + residency_.items.bytes() + lod_plants_.items.bytes() + instances_.bytes();
   for (const BoundedList<PlantDemand>& demands : demands_) bytes += demands.items.bytes();
   return bytes;
 }
@@ -351,7 +360,7 @@ Result<void> Context::reserve_host(std::uint32_t count) {
   const auto now = static_cast<std::uint32_t>(slots_.items.size());
   const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .most = limits().max_plants});
   constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMostLenses * sizeof(PlantDemand) +
-                                       sizeof(gpu::PlantResidency) + gpu::InstanceTable::kPlantBytes;
+                                       sizeof(gpu::PlantResidency) + sizeof(LodPlant) + gpu::InstanceTable::kPlantBytes;
   COPPICE_CHECK(check_fits((room - now) * kBytesEach));
   const std::uint64_t before = host_bytes();
   const auto reserved = [&]() -> Result<void> {
@@ -359,6 +368,7 @@ Result<void> Context::reserve_host(std::uint32_t count) {
     COPPICE_CHECK(plants_.reserve(allocator, room));
     for (BoundedList<PlantDemand>& demands : demands_) COPPICE_CHECK(demands.reserve(allocator, room));
     COPPICE_CHECK(residency_.reserve(allocator, room));
+    COPPICE_CHECK(lod_plants_.reserve(allocator, room));
     return slots_.reserve(allocator, room);
   }();
   ledger_.take(host_bytes() - before);
@@ -408,7 +418,10 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   for (const ChunkId& id : streamer_->release(frame.completed_number))
     if (slots_[id.plant].in_backend) backend_->drop_chunk(id);
   for (const std::uint32_t plant : streamer_->take_closed_plants())
-    if (std::exchange(slots_[plant].in_backend, false)) backend_->remove_plant(plant);
+    if (std::exchange(slots_[plant].in_backend, false)) {
+      backend_->remove_plant(plant);
+      tell_host(COPPICE_CHANGE_PLANT_CLOSED, {.plant = plant});
+    }
   for (std::size_t i = 0; i < cameras.size(); ++i) show_view(cameras[i], lods_[i]);
   finish_openings();
   const auto scene_count =
@@ -419,7 +432,11 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   instances_.update_bounds();
   measure_views(cameras, lods_);
   streamer_->begin_frame(stream_frame());
-  for (const ChunkId& id : streamer_->take_evicted()) backend_->hide_chunk(id);
+  for (const ChunkId& id : streamer_->take_evicted()) {
+    backend_->hide_chunk(id);
+    tell_host(COPPICE_CHANGE_CHUNK_DROPPED, id);
+  }
+  if (backend_->host() != nullptr) note_residency();
   return device_state();
 }
 
@@ -448,14 +465,24 @@ Result<void> Context::upload_decoded() {
   return {};
 }
 
+void Context::note_residency() {
+  for (std::uint32_t plant = 0; plant < slots_.count; ++plant)
+    if (slots_[plant].open) note_residency(plant);
+}
+
+void Context::note_residency(std::uint32_t slot) {
+  const PlantState state = streamer_->state(slot);
+  residency_[slot] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
+  LodPlant& plant = lod_plants_[slot];
+  plant.resident_leaf_count = state.resident_leaf_count;
+  plant.resident_wood_mask = state.resident_wood_mask;
+  plant.leaf_meshes_resident = state.leaf_meshes_resident;
+}
+
 Result<void> Context::upload() {
   recording_ = Recording::uploaded;
   COPPICE_CHECK(upload_decoded());
-  for (std::uint32_t plant = 0; plant < slots_.count; ++plant) {
-    if (!slots_[plant].open) continue;
-    const PlantState state = streamer_->state(plant);
-    residency_[plant] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
-  }
+  note_residency();
   ledger_.give(std::exchange(slot_upload_bytes_, 0));
   auto recorded = backend_->end_upload(instances_, residency_.span());
   COPPICE_CHECK(device_state());

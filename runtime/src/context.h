@@ -32,6 +32,12 @@ struct ContextOptions {
   Hooks hooks;
 };
 
+/// Draws as a program has them.
+struct DrawOutput {
+  coppice_draw* draws = nullptr;
+  std::uint32_t capacity = 0, draw_bytes = 0;
+};
+
 class Context {
  public:
   /// errors  the backend's; out_of_memory; invalid_argument: a hook set in part, a budget below what the context takes
@@ -110,6 +116,29 @@ class Context {
   enum class Recording : std::uint8_t { none, begun, uploaded };
   [[nodiscard]] Recording recording() const { return recording_; }
 
+  // context_host.cpp. The backend's host(): not null
+  [[nodiscard]] coppice_change next_change();
+  /// errors  invalid_argument: the chunk does not wait for it
+  Result<void> confirm(ChunkId id, coppice_outcome outcome);
+
+  // context_host.cpp, of any backend.
+  /// Whether it is one of an open plant.
+  [[nodiscard]] bool is_file(std::uint32_t file) const { return file < slots_.count && slots_[file].open; }
+  /// file: is_file, here and below
+  [[nodiscard]] const PlantFile& file(std::uint32_t file) const { return streamer_->file(file); }
+  [[nodiscard]] coppice_file_info file_info(std::uint32_t file) const;
+  [[nodiscard]] coppice_material material(std::uint32_t file, std::uint32_t index) const;
+  [[nodiscard]] coppice_card card(std::uint32_t file, std::uint32_t index) const;
+  /// Whether the last frame had a camera of it.
+  [[nodiscard]] bool is_shown(coppice_view view) const { return frame_number_ > 0 && entry_of_view(view).shown_frame == frame_number_; }
+  /// Returns how many there are. view: is_shown. Thread: those of different views may overlap
+  std::uint32_t draws(coppice_view view, const DrawOutput& out);
+  /// The whole cut of a fractional one, as far as it is there.
+  [[nodiscard]] std::uint32_t whole_cut(std::uint32_t file, float leaf_count) const;
+  /// leaf_count: of whole_cut. layout: checked. output: with room for it
+  void write_leaves(std::uint32_t file, std::uint32_t leaf_count, const coppice_leaf_layout& layout,
+                    const coppice_leaf_output& output) const;
+
   void fill_stats(coppice_stats& stats) const;
   void fill_stats(coppice_view view, coppice_view_stats& stats) const;
   [[nodiscard]] const coppice_log& log() const { return hooks_.hooks.log; }
@@ -118,6 +147,7 @@ class Context {
   /// An open file: an index of the streamer, the backend and the instances.
   struct PlantSlot {
     bool open = false;
+    coppice_plant plant = 0;  ///< whose it is or was
     bool in_backend = false;  ///< in the backend; outlives `open` until the GPU is done
   };
   /// What the engine holds a handle of.
@@ -139,7 +169,10 @@ class Context {
     std::uint32_t generation = 0;
     bool open = false;
     std::uint32_t backend_view = 0;
-    std::size_t lens = 0;  ///< which of streaming's
+    std::size_t lens = 0;           ///< which of streaming's
+    std::uint64_t shown_frame = 0;  ///< that had a camera of it
+    LodView shown;                  ///< in that frame
+    ViewCounts counts;              ///< a host's: of its last get_draws
     LeafBudget budget;
     DemandAhead ahead;
   };
@@ -168,6 +201,12 @@ class Context {
   /// Room for one more plant. errors  out_of_memory; no plant is there that was not
   Result<void> grow_plants();
   Result<void> upload_decoded();
+  /// What of the plants is there, for draws.
+  void note_residency();
+  void note_residency(std::uint32_t slot);
+  /// For next_change, if a host draws.
+  void tell_host(coppice_change_kind kind, ChunkId id);
+  [[nodiscard]] coppice_change change_of(const DecodedChunk& chunk) const;
   [[nodiscard]] ViewEntry& entry_of_view(coppice_view view);
   [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const;
   [[nodiscard]] std::size_t free_lens() const;
@@ -194,6 +233,7 @@ class Context {
   std::vector<ViewEntry> views_;
   std::vector<LodView> lods_;  ///< of the frame's views
   BoundedList<gpu::PlantResidency> residency_;
+  BoundedList<LodPlant> lod_plants_;  ///< by slot: the same for selection on the CPU
   std::array<SceneEntry, COPPICE_MAX_SCENES> scenes_;
   std::uint32_t tag_ = 0;
   std::uint64_t least_budget_bytes_ = 0;

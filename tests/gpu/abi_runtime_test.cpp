@@ -60,7 +60,7 @@ TEST_F(AbiTest, DescsAndHooksOfOtherVersions) {
             COPPICE_OK)
       << log_;
   const std::string call = "coppice_vulkan_context_create: ";
-  expect_refused(create_from(Resized(core, sizeof core + 4, 1).get(), &vulkan), call + "desc: byte 80 is not 0");
+  expect_refused(create_from(Resized(core, sizeof core + 4, 1).get(), &vulkan), call + "desc: byte 88 is not 0");
   EXPECT_EQ(context_, nullptr);
   expect_refused(create_from(&core, Resized(vulkan, sizeof vulkan + 4, 1).get()), call + "vulkan: byte 80 is not 0");
 

@@ -65,7 +65,9 @@ FIELD(coppice_context_desc, log, 48);
 FIELD(coppice_context_desc, trace, 56);
 FIELD(coppice_context_desc, asset_root, 64);
 FIELD(coppice_context_desc, streaming_ms, 72);
-LAST_FIELD(coppice_context_desc, prefetch_frames, 76, 80);
+FIELD(coppice_context_desc, prefetch_frames, 76);
+FIELD(coppice_context_desc, block_textures, 80);
+LAST_FIELD(coppice_context_desc, reserved, 84, 88);
 
 FIELD(coppice_plant_info, struct_size, 0);
 FIELD(coppice_plant_info, state, 4);
@@ -196,6 +198,97 @@ FIELD(coppice_device_memory, struct_size, 0);
 FIELD(coppice_device_memory, user, 8);
 FIELD(coppice_device_memory, allocate, 16);
 LAST_FIELD(coppice_device_memory, free, 24, 32);
+
+FIELD(coppice_leaf_node, corners, 0);
+FIELD(coppice_leaf_node, card, 24);
+FIELD(coppice_leaf_node, fade, 25);
+FIELD(coppice_leaf_node, reserved, 26);
+LAST_FIELD(coppice_leaf_node, split, 28, 32);
+
+FIELD(coppice_mesh_vertex, position, 0);
+FIELD(coppice_mesh_vertex, normal, 12);
+FIELD(coppice_mesh_vertex, uv, 24);
+LAST_FIELD(coppice_mesh_vertex, material, 32, 36);
+
+FIELD(coppice_change, struct_size, 0);
+FIELD(coppice_change, kind, 4);
+FIELD(coppice_change, plant, 8);
+FIELD(coppice_change, file, 16);
+FIELD(coppice_change, chunk, 20);
+FIELD(coppice_change, index, 24);
+FIELD(coppice_change, texture_format, 28);
+FIELD(coppice_change, bytes, 32);
+FIELD(coppice_change, byte_count, 40);
+FIELD(coppice_change, first_node, 48);
+FIELD(coppice_change, node_count, 52);
+FIELD(coppice_change, vertex_count, 56);
+FIELD(coppice_change, index_count, 60);
+FIELD(coppice_change, width, 64);
+FIELD(coppice_change, height, 68);
+FIELD(coppice_change, mip_count, 72);
+LAST_FIELD(coppice_change, reserved, 76, 80);
+
+FIELD(coppice_file_info, struct_size, 0);
+FIELD(coppice_file_info, leaf_count, 4);
+FIELD(coppice_file_info, page_count, 8);
+FIELD(coppice_file_info, wood_lod_count, 12);
+FIELD(coppice_file_info, leaf_mesh_count, 16);
+FIELD(coppice_file_info, texture_count, 20);
+FIELD(coppice_file_info, material_count, 24);
+FIELD(coppice_file_info, card_count, 28);
+FIELD(coppice_file_info, box_min, 32);
+FIELD(coppice_file_info, box_step, 44);
+FIELD(coppice_file_info, sphere_center, 56);
+FIELD(coppice_file_info, sphere_radius, 68);
+LAST_FIELD(coppice_file_info, root, 72, 104);
+
+FIELD(coppice_material, struct_size, 0);
+FIELD(coppice_material, base_color, 4);
+FIELD(coppice_material, alpha_cutoff, 20);
+FIELD(coppice_material, roughness, 24);
+FIELD(coppice_material, crown_normals, 28);
+FIELD(coppice_material, texture, 32);
+LAST_FIELD(coppice_material, normal_map, 36, 40);
+
+FIELD(coppice_card, struct_size, 0);
+FIELD(coppice_card, material, 4);
+FIELD(coppice_card, uv, 8);
+FIELD(coppice_card, albedo, 40);
+LAST_FIELD(coppice_card, coverage, 52, 56);
+
+FIELD(coppice_draw, plant, 0);
+FIELD(coppice_draw, instance, 8);
+FIELD(coppice_draw, file, 16);
+FIELD(coppice_draw, leaf_count, 20);
+FIELD(coppice_draw, node_end, 24);
+FIELD(coppice_draw, wood_lod, 28);
+FIELD(coppice_draw, leaf_meshes, 32);
+FIELD(coppice_draw, user_data, 36);
+FIELD(coppice_draw, position, 40);
+FIELD(coppice_draw, scale, 64);
+FIELD(coppice_draw, rotation, 68);
+FIELD(coppice_draw, tint, 84);
+FIELD(coppice_draw, leaf_share, 96);
+CHECK(sizeof(coppice_draw) == 104); /* the library fills it, padding too */
+
+FIELD(coppice_leaf_layout, struct_size, 0);
+FIELD(coppice_leaf_layout, vertex_bytes, 4);
+FIELD(coppice_leaf_layout, position, 8);
+FIELD(coppice_leaf_layout, normal, 12);
+FIELD(coppice_leaf_layout, uv, 16);
+FIELD(coppice_leaf_layout, color, 20);
+FIELD(coppice_leaf_layout, material, 24);
+FIELD(coppice_leaf_layout, color_format, 28);
+LAST_FIELD(coppice_leaf_layout, index_bytes, 32, 36);
+
+FIELD(coppice_leaf_output, struct_size, 0);
+FIELD(coppice_leaf_output, vertex_capacity, 4);
+FIELD(coppice_leaf_output, vertices, 8);
+FIELD(coppice_leaf_output, indices, 16);
+FIELD(coppice_leaf_output, index_capacity, 24);
+FIELD(coppice_leaf_output, vertex_count, 28);
+FIELD(coppice_leaf_output, index_count, 32);
+LAST_FIELD(coppice_leaf_output, leaf_count, 36, 40);
 
 FIELD(coppice_vulkan_desc, struct_size, 0);
 FIELD(coppice_vulkan_desc, instance, 8);

@@ -79,6 +79,12 @@ TEST(StructInit, FillsAsMuchAsTheProgramHas) {
   expect_defaults(COPPICE_STRUCT_CAMERA, coppice_camera_init);
   expect_defaults(COPPICE_STRUCT_SUN_DESC, coppice_sun_desc_init);
   expect_defaults(COPPICE_STRUCT_FRAME, coppice_frame_init);
+  expect_defaults(COPPICE_STRUCT_CHANGE, coppice_change_init);
+  expect_defaults(COPPICE_STRUCT_FILE_INFO, coppice_file_info_init);
+  expect_defaults(COPPICE_STRUCT_MATERIAL, coppice_material_init);
+  expect_defaults(COPPICE_STRUCT_CARD, coppice_card_init);
+  expect_defaults(COPPICE_STRUCT_LEAF_LAYOUT, coppice_leaf_layout_init);
+  expect_defaults(COPPICE_STRUCT_LEAF_OUTPUT, coppice_leaf_output_init);
   expect_defaults(COPPICE_STRUCT_VIEW_STATS, coppice_view_stats_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_VIEW_DESC, coppice_vulkan_view_desc_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_LIGHT, coppice_light_init);
@@ -210,6 +216,11 @@ TEST(WriteStruct, FillsAsMuchAsTheProgramHas) {
   expect_written_in_any_size<coppice_stats>();
   expect_written_in_any_size<coppice_camera>();
   expect_written_in_any_size<coppice_view_stats>();
+  expect_written_in_any_size<coppice_change>();
+  expect_written_in_any_size<coppice_file_info>();
+  expect_written_in_any_size<coppice_material>();
+  expect_written_in_any_size<coppice_card>();
+  expect_written_in_any_size<coppice_leaf_output>();
 }
 
 }  // namespace

@@ -104,6 +104,12 @@ typedef enum coppice_struct {
   COPPICE_STRUCT_FRAME = 13,
   COPPICE_STRUCT_VIEW_STATS = 14,
   COPPICE_STRUCT_SCENE_PLACEMENT = 15,
+  COPPICE_STRUCT_CHANGE = 16,
+  COPPICE_STRUCT_FILE_INFO = 17,
+  COPPICE_STRUCT_MATERIAL = 18,
+  COPPICE_STRUCT_CARD = 19,
+  COPPICE_STRUCT_LEAF_LAYOUT = 20,
+  COPPICE_STRUCT_LEAF_OUTPUT = 21,
   COPPICE_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_struct;
 /* Fills a struct of `bytes` bytes with the defaults of its kind, as far as it goes; what the library does not know becomes 0. struct_size
@@ -263,6 +269,11 @@ typedef struct coppice_context_desc {
   /* While the camera goes on steadily, what it will want so many frames on is streamed too. 0 to 1000; 0: only what it wants now.
    * Default 20, about what a read and a decode take when many wait. */
   float prefetch_frames;
+
+  /* Of coppice_context_create alone. COPPICE_TRUE: the host reads BC1 and BC3 blocks, so textures come as they are in the file. Default
+   * COPPICE_FALSE: they are decoded to RGBA8 on jobs, and take four to eight times the memory. */
+  uint32_t block_textures;
+  uint32_t reserved; /* 0 */
 } coppice_context_desc;
 static inline void coppice_context_desc_init(coppice_context_desc* desc) {
   coppice_struct_init(COPPICE_STRUCT_CONTEXT_DESC, desc, sizeof *desc);
@@ -666,6 +677,219 @@ static inline void coppice_view_stats_init(coppice_view_stats* stats) {
   coppice_struct_init(COPPICE_STRUCT_VIEW_STATS, stats, sizeof *stats);
 }
 COPPICE_API coppice_status coppice_get_view_stats(const coppice_context* context, coppice_view view, coppice_view_stats* stats);
+
+/* ---- hosts that draw themselves -------------------------------------------------------------------------------------------------- */
+
+/* What a host of coppice_context_create does in a frame:
+ *
+ *     coppice_frame_begin(context, &frame);                with the cameras of all views; completed_number: frames that it has drawn
+ *     while (coppice_next_change(context, &change), change.kind != COPPICE_CHANGE_NONE)
+ *       coppice_confirm(context, &change, outcome);        now or in a later frame, once it has copied or freed what change is about
+ *     coppice_get_draws(context, view, draws, ...);        of each view: what to draw of which plant, and where
+ *     coppice_write_leaves(context, file, leaf_count, ...) for hosts that draw leaves as triangles; others draw the nodes
+ *
+ * A plant is known to it by its *file*: a number that the plant's first change says, below max_plants + 4, and that changes when the plant
+ * is reloaded: chunks and draws are of a file. Numbers are given out again after COPPICE_CHANGE_PLANT_CLOSED. */
+
+/* A leaf quad, a node of the plant's tree of leaves; node 0, the root, is coppice_file_info.root. Split s replaces a node by nodes 2s + 1
+ * and 2s + 2. The cut of m leaves is the nodes below 2m - 1 that no split below m - 1 replaces: m of them. */
+typedef struct coppice_leaf_node {
+  uint16_t corners[4][3]; /* in ring order: position = box_min + box_step * corner, object space, m. 0 and 3 are at the stalk, 1 and 2 at
+                             the tip; triangles (0, 1, 2) and (0, 2, 3). Corner i shows coppice_card.uv[i] */
+  uint8_t card;
+  uint8_t fade;      /* low four bits: sixteenths of its pixels that are shown, less one; high four: brightness b, which multiplies linear
+                        colour by ((8 + b) / 16)^2 */
+  uint16_t reserved; /* whatever it is */
+  uint32_t split;    /* that replaces it; 0xffffffff: none */
+} coppice_leaf_node;
+
+/* Of wood and of leaves as they were modelled. */
+typedef struct coppice_mesh_vertex {
+  float position[3]; /* object space, m */
+  float normal[3];   /* unit */
+  float uv[2];
+  uint32_t material;
+} coppice_mesh_vertex;
+
+typedef enum coppice_change_kind {
+  COPPICE_CHANGE_NONE = 0,
+  COPPICE_CHANGE_PLANT_OPENED = 1,  /* chunks of the file follow. Needs no confirmation */
+  COPPICE_CHANGE_PLANT_CLOSED = 2,  /* all its chunks have been freed. Needs no confirmation */
+  COPPICE_CHANGE_CHUNK_ADDED = 3,   /* to be copied. It counts as there once it is confirmed: draws name it from then on */
+  COPPICE_CHANGE_CHUNK_DROPPED = 4, /* no draw names it any more. Its memory counts towards the budget until it is confirmed */
+  COPPICE_CHANGE_KIND_MAX_ENUM = 0x7fffffff
+} coppice_change_kind;
+
+typedef struct coppice_change {
+  uint32_t struct_size;
+  coppice_change_kind kind;
+  coppice_plant plant; /* the handle may have been closed since */
+  uint32_t file;
+  /* Of chunks, as the rest; what does not belong to the kind of chunk is 0. */
+  coppice_streamed chunk;  /* COPPICE_STREAMED_PAGES, _WOOD, _TEXTURES, _LEAF_MESHES */
+  uint32_t index;          /* among those of its kind: a page, a wood LoD (0 is the finest), a texture, a part of the leaves as modelled */
+  uint32_t texture_format; /* coppice_texture_format of coppice/format.h */
+  /* What a chunk that was added consists of; null where it was dropped. Valid until it is confirmed, aligned to 4 bytes.
+   *   page               coppice_leaf_node[node_count], nodes first_node and on. Pages come in order: what is there is a prefix
+   *   wood, leaf mesh    coppice_mesh_vertex[vertex_count], then uint32_t[index_count], three a triangle
+   *   texture            mip_count levels of texels, largest first, tightly packed; a level's sides are half of those before, at least 1 */
+  const void* bytes;
+  uint64_t byte_count;
+  uint32_t first_node;
+  uint32_t node_count;
+  uint32_t vertex_count;
+  uint32_t index_count;
+  uint32_t width;
+  uint32_t height;
+  uint32_t mip_count;
+  uint32_t reserved; /* 0 */
+} coppice_change;
+static inline void coppice_change_init(coppice_change* change) {
+  coppice_struct_init(COPPICE_STRUCT_CHANGE, change, sizeof *change);
+}
+
+/* Takes the next change: what has been opened, closed or dropped in the order in which that happened, then chunks that were added, those
+ * that are worth most first, of each plant one page at a time. kind is COPPICE_CHANGE_NONE when there is none.
+ * before: any time; changes appear with coppice_frame_begin and coppice_confirm. cost: a look at each chunk of each open plant.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT, also where the context has a renderer */
+COPPICE_API coppice_status coppice_next_change(coppice_context* context, coppice_change* change);
+
+typedef enum coppice_outcome {
+  COPPICE_OUTCOME_TAKEN = 0,  /* of a chunk that was added: the host has it, `bytes` are not looked at any more */
+  COPPICE_OUTCOME_FAILED = 1, /* likewise: it had no room. Asked for again after half a second of frames */
+  COPPICE_OUTCOME_FREED = 2,  /* of one that was dropped */
+  COPPICE_OUTCOME_MAX_ENUM = 0x7fffffff
+} coppice_outcome;
+
+/* Says what has become of a chunk. change: as coppice_next_change has filled it; file, chunk and index are looked at. Chunks that nobody
+ * confirms are held, and counted, for as long; a plant that was closed keeps its file's number until all its chunks are confirmed.
+ * before: the change was taken. errors: COPPICE_ERROR_INVALID_ARGUMENT: the chunk does not wait for this outcome */
+COPPICE_API coppice_status coppice_confirm(coppice_context* context, const coppice_change* change, coppice_outcome outcome);
+
+/* What does not change while a file is open. */
+typedef struct coppice_file_info {
+  uint32_t struct_size;
+  uint32_t leaf_count;
+  uint32_t page_count;
+  uint32_t wood_lod_count;
+  uint32_t leaf_mesh_count;
+  uint32_t texture_count;
+  uint32_t material_count;
+  uint32_t card_count;
+  float box_min[3]; /* object space, m: see coppice_leaf_node.corners */
+  float box_step[3];
+  float sphere_center[3]; /* object space, m */
+  float sphere_radius;
+  coppice_leaf_node root;
+} coppice_file_info;
+static inline void coppice_file_info_init(coppice_file_info* info) {
+  coppice_struct_init(COPPICE_STRUCT_FILE_INFO, info, sizeof *info);
+}
+/* file: of a change or a draw, as below. Any context. errors: COPPICE_ERROR_INVALID_ARGUMENT: no open file */
+COPPICE_API coppice_status coppice_file_get_info(const coppice_context* context, uint32_t file, coppice_file_info* info);
+
+#define COPPICE_NONE 0xffffffffu
+
+typedef struct coppice_material {
+  uint32_t struct_size;
+  float base_color[4]; /* linear; multiplies the texture */
+  float alpha_cutoff;  /* 0: opaque; otherwise texels of smaller alpha are holes */
+  float roughness;     /* 0 to 1 */
+  float crown_normals; /* how far its leaves' normals turn to the crown's, 0 to 1 */
+  uint32_t texture;    /* of base colour, sRGB; COPPICE_NONE: it has none */
+  uint32_t normal_map; /* likewise */
+} coppice_material;
+static inline void coppice_material_init(coppice_material* material) {
+  coppice_struct_init(COPPICE_STRUCT_MATERIAL, material, sizeof *material);
+}
+/* index: < coppice_file_info.material_count. errors: as coppice_file_get_info */
+COPPICE_API coppice_status coppice_file_get_material(const coppice_context* context, uint32_t file, uint32_t index,
+                                                     coppice_material* material);
+
+/* What a leaf quad shows. */
+typedef struct coppice_card {
+  uint32_t struct_size;
+  uint32_t material;
+  float uv[4][2];  /* by corner, of the material's texture */
+  float albedo[3]; /* from afar, in place of the texture: the mean colour of what is no hole, linear, base_color included */
+  float coverage;  /* share that is no hole */
+} coppice_card;
+static inline void coppice_card_init(coppice_card* card) {
+  coppice_struct_init(COPPICE_STRUCT_CARD, card, sizeof *card);
+}
+/* index: < coppice_file_info.card_count. errors: as coppice_file_get_info */
+COPPICE_API coppice_status coppice_file_get_card(const coppice_context* context, uint32_t file, uint32_t index, coppice_card* card);
+
+/* What to draw of an instance in a view. world = position + rotation * (scale * object). */
+typedef struct coppice_draw {
+  coppice_plant plant;
+  coppice_instance instance; /* 0: a scene's */
+  uint32_t file;
+  float leaf_count;     /* the cut is ceil(leaf_count * 0.999999) leaves; changes evenly with distance. 0: leaf meshes are drawn instead */
+  uint32_t node_end;    /* the cut's nodes are below it: 2 m - 1 */
+  uint32_t wood_lod;    /* COPPICE_NONE: no wood */
+  uint32_t leaf_meshes; /* COPPICE_TRUE: all chunks of COPPICE_STREAMED_LEAF_MESHES in place of quads */
+  uint32_t user_data;   /* of its placement, as what follows */
+  double position[3];   /* world space, m; counts from coppice_set_origin's origin */
+  float scale;
+  float rotation[4]; /* unit quaternion x y z w */
+  float tint[3];     /* multiplies leaf colour */
+  float leaf_share;  /* the host's to apply: leaf_count and coppice_write_leaves are of all leaves */
+} coppice_draw;
+
+/* The instances in the view's frustum, with what its threshold asks for as far as it is there: of a context with a renderer as of the
+ * last coppice_record_upload, else of what has been confirmed.
+ * draws: [capacity] `draw_bytes` apart, which is sizeof(coppice_draw) as the program was compiled with; may be null where capacity is 0
+ * count: out, how many there are; those beyond capacity are left out, and nothing else happens
+ * before: coppice_frame_begin with a camera of the view. thread: calls for different views may overlap. cost: see
+ * tests/bench/results/draws.md errors: COPPICE_ERROR_INVALID_ARGUMENT */
+COPPICE_API coppice_status coppice_get_draws(coppice_context* context, coppice_view view, coppice_draw* draws, uint32_t capacity,
+                                             uint32_t draw_bytes, uint32_t* count);
+
+typedef enum coppice_leaf_color {
+  COPPICE_LEAF_COLOR_FLOAT4 = 0,
+  COPPICE_LEAF_COLOR_UNORM8X4 = 1, /* bytes r, g, b, a */
+  COPPICE_LEAF_COLOR_MAX_ENUM = 0x7fffffff
+} coppice_leaf_color;
+
+/* Where in a vertex of the host's what is: offsets in bytes, COPPICE_NONE for what it has not, which is the default of all. */
+typedef struct coppice_leaf_layout {
+  uint32_t struct_size;
+  uint32_t vertex_bytes; /* from one vertex to the next */
+  uint32_t position;     /* float3, object space, m */
+  uint32_t normal;       /* float3, of the quad, unit; 0 0 0 where it has no area */
+  uint32_t uv;           /* float2 */
+  uint32_t color;        /* as color_format: base_color times brightness, linear; alpha: share of its pixels that are shown */
+  uint32_t material;     /* uint32_t */
+  coppice_leaf_color color_format;
+  uint32_t index_bytes; /* 4, the default, or 2 */
+} coppice_leaf_layout;
+static inline void coppice_leaf_layout_init(coppice_leaf_layout* layout) {
+  coppice_struct_init(COPPICE_STRUCT_LEAF_LAYOUT, layout, sizeof *layout);
+}
+
+typedef struct coppice_leaf_output {
+  uint32_t struct_size;
+  uint32_t vertex_capacity; /* of vertices: four a leaf */
+  void* vertices;
+  void* indices;
+  uint32_t index_capacity; /* of indices: six a leaf, counter-clockwise from the front: (0, 1, 2) and (0, 2, 3) */
+  uint32_t vertex_count;   /* out, here and below: what the cut needs, written or not */
+  uint32_t index_count;
+  uint32_t leaf_count;
+} coppice_leaf_output;
+static inline void coppice_leaf_output_init(coppice_leaf_output* output) {
+  coppice_struct_init(COPPICE_STRUCT_LEAF_OUTPUT, output, sizeof *output);
+}
+
+/* Writes a cut's leaves as triangles, in the order of their nodes, in the host's layout. leaf_count: of a draw, or any number above 0;
+ * it is rounded as coppice_draw.leaf_count says, and clamped to the leaves that are there. Any context. Where a capacity is too small, or
+ * both are 0, nothing is written and the counts say what is needed. What the layout does not mention stays as it is. Thread: shared.
+ * cost: some 10 ns a node below 2 m - 1.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: no open file; an offset whose attribute does not fit vertex_bytes, or not at a multiple of 4;
+ * too many vertices for 2 bytes of index; a null pointer */
+COPPICE_API coppice_status coppice_write_leaves(const coppice_context* context, uint32_t file, float leaf_count,
+                                                const coppice_leaf_layout* layout, coppice_leaf_output* output);
 
 #ifdef __cplusplus
 }

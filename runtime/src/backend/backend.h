@@ -32,6 +32,7 @@ struct BackendOptions {
   Ledger& ledger;  ///< outlives it; without a budget while it is made
   std::uint32_t max_instances = 0, max_plants = 0;
   std::uint64_t memory_budget_bytes = 0;
+  bool block_textures = false;  ///< coppice_context_desc's
 };
 class Backend;
 using MakeBackend = std::function<Result<std::unique_ptr<Backend>>(const BackendOptions&)>;

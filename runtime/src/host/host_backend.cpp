@@ -1,6 +1,5 @@
 #include "host_backend.h"
 
-#include <limits>
 #include <new>
 
 namespace coppice {
@@ -11,17 +10,9 @@ Result<std::unique_ptr<Backend>> HostBackend::create(const BackendOptions& optio
                                                                    .max_plants = options.max_plants,
                                                                    .max_view_width_px = kMostView_px,
                                                                    .max_view_height_px = kMostView_px,
-                                                                   .sizes = {}}));
+                                                                   .sizes = {.host = true, .block_textures = options.block_textures}}));
   if (!backend) return Error{Status::out_of_memory, "host"};
   return backend;
 }
-
-Result<void> HostBackend::add_plant(std::uint32_t, const PlantFile&, const gpu::PlantAppearance&, std::span<const std::uint32_t>) {
-  return {};
-}
-
-void HostBackend::remove_plant(std::uint32_t) {}
-
-void HostBackend::hide_chunk(ChunkId) {}
 
 }  // namespace coppice

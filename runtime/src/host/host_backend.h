@@ -2,11 +2,19 @@
 
 // A host that draws itself as a context's backend.
 
+#include <deque>
 #include <memory>
 
 #include "backend.h"
 
 namespace coppice {
+
+/// What a host hears of but for chunks that were added.
+struct HostEvent {
+  coppice_change_kind kind = COPPICE_CHANGE_NONE;
+  coppice_plant plant = 0;
+  ChunkId chunk;  ///< its plant is the file
+};
 
 class HostBackend final : public Backend {
  public:
@@ -22,13 +30,14 @@ class HostBackend final : public Backend {
   [[nodiscard]] std::uint64_t reserve_bytes(const SceneSize&) override { return 0; }
   Result<void> reserve(const SceneSize&) override { return {}; }
   [[nodiscard]] std::uint64_t slot_upload_bytes(std::uint32_t) const override { return 0; }
-  Result<void> add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
-                         std::span<const std::uint32_t> lod_words) override;
-  void remove_plant(std::uint32_t plant) override;
+  Result<void> add_plant(std::uint32_t, const PlantFile&, const gpu::PlantAppearance&, std::span<const std::uint32_t>) override {
+    return {};
+  }
+  void remove_plant(std::uint32_t) override {}
   void begin_frame(std::uint64_t, std::uint64_t) override {}
   [[nodiscard]] std::uint64_t staging_bytes() const override { return 0; }
   Result<void> upload_chunk(const DecodedChunk&) override { return {}; }
-  void hide_chunk(ChunkId id) override;
+  void hide_chunk(ChunkId) override {}
   void drop_chunk(ChunkId) override {}
   Result<void> end_upload(gpu::InstanceTable&, std::span<const gpu::PlantResidency>) override { return {}; }
   void remove_view(std::uint32_t) override {}
@@ -37,10 +46,14 @@ class HostBackend final : public Backend {
   [[nodiscard]] ViewCounts view_counts(std::uint32_t) const override { return {}; }
   [[nodiscard]] HostBackend* host() override { return this; }
 
+  /// What the host has not heard of yet. No more than plants that were opened or closed, and chunks that were dropped.
+  [[nodiscard]] std::deque<HostEvent>& events() { return events_; }
+
  private:
   explicit HostBackend(const BackendLimits& limits) : limits_(limits) {}
 
   BackendLimits limits_;
+  std::deque<HostEvent> events_;
 };
 
 }  // namespace coppice

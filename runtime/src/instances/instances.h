@@ -143,6 +143,10 @@ class InstanceTable {
   void replace_plant(std::uint32_t from, std::uint32_t to);
 
   [[nodiscard]] std::span<const Instance> slots() const { return arrays_.instances.span().first(slot_count_); }
+  /// Of what is in a slot of slots(); 0 for an instance of a tile. It is not empty
+  [[nodiscard]] coppice_instance handle_at(std::uint32_t slot) const {
+    return arrays_.blocks[slot / kDirtyBlockSlots].tile ? 0 : handle_of(slot);
+  }
   [[nodiscard]] std::span<const InstanceSphere> spheres() const { return arrays_.spheres.span().first(slot_count_); }
   /// Bounds as of the last update_bounds().
   [[nodiscard]] InstanceBlocks blocks() const {

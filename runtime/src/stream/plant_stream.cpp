@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <limits>
 #include <new>
 
@@ -71,7 +72,8 @@ Result<void> fill_tables(PlantStream& plant) {
   COPPICE_CHECK(move_into(plant.lod_words, pack_lod_table(file, plant.hooks.allocator)));
   plant.valued.table = lod_table(file, plant.lod_words);
   plant.valued.leaf_count = file.plant.leaf_count;
-  plant.valued.page_bytes = gpu::kPageBytes + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
+  plant.valued.page_bytes =
+      (plant.gpu.host ? 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode) : gpu::kPageBytes) + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
   COPPICE_CHECK(move_into(plant.looks, gpu::plant_looks(file, plant.hooks.allocator)));
   plant.file.small_textures.reset();
   plant.leaves = {.root = root_node(file.plant),
@@ -107,6 +109,32 @@ WoodShape mesh_shape(const PlantFile& file, ChunkId id) {
   return {file.plant.wood_vertex_counts[id.index], file.plant.wood_triangle_counts[id.index], file.materials, false};
 }
 
+std::uint64_t host_mesh_bytes(std::uint64_t vertex_count, std::uint64_t triangle_count) {
+  return vertex_count * sizeof(coppice_mesh_vertex) + 3 * triangle_count * sizeof(std::uint32_t);
+}
+
+/// coppice_mesh_vertex[], then indices. errors  out_of_memory
+Result<gpu::MeshBlock> host_mesh(const WoodSpan& mesh, const coppice_allocator& allocator) {
+  gpu::MeshBlock block;
+  COPPICE_CHECK(allocate_into(block.bytes, allocator, host_mesh_bytes(mesh.vertices.size(), mesh.indices.size() / 3)));
+  block.low = block.high = mesh.vertices.empty() ? vec3{} : vec3(mesh.vertices[0].position);
+  std::uint8_t* next = block.bytes.data();
+  for (const WoodVertex& vertex : mesh.vertices) {
+    coppice_mesh_vertex out{};
+    std::ranges::copy(vertex.position, out.position);
+    std::ranges::copy(vertex.normal, out.normal);
+    std::ranges::copy(vertex.uv, out.uv);
+    out.material = vertex.material;
+    std::memcpy(next, &out, sizeof out);
+    next += sizeof out;
+    block.low = min(block.low, vec3(vertex.position));
+    block.high = max(block.high, vec3(vertex.position));
+  }
+  std::memcpy(next, mesh.indices.data(), mesh.indices.size_bytes());
+  block.index_count = static_cast<std::uint32_t>(mesh.indices.size());
+  return block;
+}
+
 gpu::MeshKind mesh_kind(ChunkId id) {
   return id.kind == ChunkKind::wood ? gpu::MeshKind::wood : gpu::MeshKind::leaves;
 }
@@ -114,6 +142,11 @@ gpu::MeshKind mesh_kind(ChunkId id) {
 ChunkBytes mesh_bytes(const PlantStream& plant, ChunkId id) {
   const WoodShape shape = mesh_shape(plant.file, id);
   ChunkBytes bytes;
+  if (plant.gpu.host) {
+    bytes.gpu = bytes.upload = host_mesh_bytes(shape.vertex_count, shape.triangle_count);
+    bytes.work = shape.vertex_count * sizeof(WoodVertex) + 3 * std::uint64_t{shape.triangle_count} * sizeof(std::uint32_t);
+    return bytes;
+  }
   bytes.gpu = plant.mesh(id).gpu_bytes;
   if (bytes.gpu == 0) bytes.gpu = gpu::most_mesh_bytes(mesh_kind(id), shape.vertex_count, shape.triangle_count, plant.gpu.mesh_leaves);
   bytes.upload = bytes.gpu;
@@ -207,9 +240,10 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
   ChunkBytes bytes;
   if (chunk.id.kind == ChunkKind::page) {
     const std::uint64_t splits = page_split_count(plant.file.plant.leaf_count, chunk.id.index);
-    bytes.gpu = bytes.upload = gpu::kPageBytes;
     bytes.kept = 2 * splits * sizeof(PageNode);
-    if (chunk.id.index == 0) bytes.upload += gpu::ready_cut_bytes(plant.file.plant.leaf_count);
+    bytes.gpu = plant.gpu.host ? bytes.kept : gpu::kPageBytes;  // a host's copy
+    if (!plant.gpu.host) bytes.upload = bytes.gpu;
+    if (chunk.id.index == 0 && !plant.gpu.host) bytes.upload += gpu::ready_cut_bytes(plant.file.plant.leaf_count);
     bytes.work = sizeof(PageScratch) + sizeof(gpu::ClusterScratch) + DecoderPool::kSetBytes;
   } else if (chunk.id.kind != ChunkKind::texture) {
     bytes = mesh_bytes(plant, chunk.id);
@@ -378,10 +412,13 @@ Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
   const coppice_allocator& allocator = plant.hooks.allocator;
   PageData data;
   COPPICE_CHECK(allocate_into(data.nodes, allocator, 2 * splits));
-  COPPICE_CHECK(allocate_into(data.clusters, allocator, gpu::kPageBytes));
   COPPICE_CHECK(allocate_into(transfer.scratch, allocator, 1));
-  COPPICE_CHECK(allocate_into(transfer.cluster_scratch, allocator, 1));
-  if (page == 0) COPPICE_CHECK(allocate_into(plant.ready_cuts.bytes, allocator, gpu::ready_cut_bytes(plant.file.plant.leaf_count)));
+  if (!plant.gpu.host) {
+    COPPICE_CHECK(allocate_into(data.clusters, allocator, gpu::kPageBytes));
+    COPPICE_CHECK(allocate_into(transfer.cluster_scratch, allocator, 1));
+  }
+  if (page == 0 && !plant.gpu.host)
+    COPPICE_CHECK(allocate_into(plant.ready_cuts.bytes, allocator, gpu::ready_cut_bytes(plant.file.plant.leaf_count)));
   plant.pages[page] = std::move(data);
   plant.page_nodes[page] = plant.pages[page].nodes.data();
   transfer.page = {{&plant.leaves.root, std::span<PageNode* const>(plant.page_nodes.data(), page + 1)}, {}};
@@ -396,6 +433,7 @@ Result<void> decode_page_chunk(Transfer& transfer) {
   const std::uint32_t page = transfer.chunk->id.index;
   const PageInfo info{page, file.leaf_count, file.card_count, quantised_max(file)};
   COPPICE_CHECK(decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0], *plant.decoders));
+  if (plant.gpu.host) return {};
   PageData& data = plant.pages[page];
   const std::span<const PageNode> nodes = data.nodes.span();
   gpu::ClusterScratch& scratch = transfer.cluster_scratch[0];
@@ -433,6 +471,7 @@ Result<void> decode_chunk(Transfer& transfer) {
   if (chunk.id.kind == ChunkKind::page) return decode_page_chunk(transfer);
   if (chunk.id.kind == ChunkKind::texture) return decode_texture_chunk(transfer);
   COPPICE_TRY(mesh, decode_wood(bytes, mesh_shape(plant.file, chunk.id), plant.hooks.allocator));
+  if (plant.gpu.host) return move_into(transfer.mesh, host_mesh(mesh, plant.hooks.allocator));
   const gpu::MeshSource source{{plant.looks, plant.light}, plant.leaves.box, plant.gpu.mesh_leaves};
   return move_into(transfer.mesh, gpu::build_mesh(mesh_kind(chunk.id), mesh, source, plant.hooks.allocator));
 }

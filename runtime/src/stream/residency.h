@@ -40,6 +40,7 @@ struct Chunk {
   std::uint64_t value_frame = 0;
   std::uint64_t last_used_frame = 0;  ///< evicting: last frame that may refer to it
   Chunk* next_evicting = nullptr;
+  bool held = false;    ///< a host has it, decoded or evicting, until it confirms
   bool victim = false;  ///< chosen in the round of evictions being planned
 };
 

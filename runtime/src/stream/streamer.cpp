@@ -265,6 +265,10 @@ PlantState Streamer::state(std::uint32_t plant) const {
   return state;
 }
 
+std::span<const PageNode> Streamer::page_nodes(std::uint32_t plant, std::uint32_t page) const {
+  return state_->open_plant_at(plant).pages[page].nodes.span();
+}
+
 Error Streamer::refusal(std::uint64_t bytes) const {
   return state_->refusal(bytes);
 }
@@ -315,9 +319,10 @@ void Streamer::State::advance_closing(PlantStream& plant) {
     plant.last_used_frame = last_frame_number;
   }
   if (plant.decoding_page_count > 0) return;
-  while (plant.decoded_page_count > 0 && !evicted.full()) evict(plant.chunk(ChunkKind::page, plant.decoded_page_count - 1));
+  while (plant.decoded_page_count > 0 && !evicted.full() && !plant.chunk(ChunkKind::page, plant.decoded_page_count - 1).held)
+    evict(plant.chunk(ChunkKind::page, plant.decoded_page_count - 1));
   for (Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count))
-    if ((chunk.residency == Residency::decoded || chunk.residency == Residency::resident) && !evicted.full()) evict(chunk);
+    if ((chunk.residency == Residency::decoded || chunk.residency == Residency::resident) && !evicted.full() && !chunk.held) evict(chunk);
 }
 
 void Streamer::State::finish_closing() {
@@ -444,6 +449,53 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
   }
   free_decoded(plant, id);
   state_->set_bytes(chunk, 0);
+}
+
+std::optional<DecodedChunk> Streamer::hold_next() {
+  State& s = *state_;
+  Request best;
+  const auto consider = [&](PlantStream& plant, Chunk& chunk) {
+    if (chunk.residency != Residency::decoded || chunk.held) return;
+    const Request offered{&plant, &chunk, s.value_of(plant, chunk)};
+    if (best.chunk == nullptr || worth_less(best, offered)) best = offered;
+  };
+  for (const auto& plant : s.used_plants()) {
+    if (!plant || plant->closing) continue;
+    if (plant->resident_page_count < plant->decoded_page_count) consider(*plant, plant->chunk(ChunkKind::page, plant->resident_page_count));
+    for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) consider(*plant, chunk);
+  }
+  if (best.chunk == nullptr) return std::nullopt;
+  best.chunk->held = true;
+  return decoded_chunk(*best.plant, *best.chunk);
+}
+
+Streamer::Held Streamer::held(ChunkId id) const {
+  const State& s = *state_;
+  if (id.plant >= s.plant_end || s.plants[id.plant] == nullptr) return Held::no;
+  const PlantStream& plant = *s.plants[id.plant];
+  const coppice_file_plant& counts = plant.file.plant;
+  const std::array<std::uint32_t, kChunkKindCount> most = {counts.page_count, counts.wood_lod_count, counts.texture_count,
+                                                           counts.leaf_mesh_count};
+  if (id.index >= most[static_cast<std::size_t>(id.kind)]) return Held::no;
+  const Chunk& chunk = plant.chunk(id.kind, id.index);
+  if (!chunk.held) return Held::no;
+  return chunk.residency == Residency::evicting ? Held::dropped : Held::added;
+}
+
+void Streamer::confirm_taken(ChunkId id) {
+  PlantStream& plant = state_->open_plant_at(id.plant);
+  plant.chunk(id.kind, id.index).held = false;
+  if (!plant.closing) uploaded(id);
+}
+
+void Streamer::confirm_refused(ChunkId id) {
+  PlantStream& plant = state_->open_plant_at(id.plant);
+  plant.chunk(id.kind, id.index).held = false;
+  if (!plant.closing) upload_failed(id, {Status::out_of_memory, "the host has no room"});
+}
+
+void Streamer::confirm_freed(ChunkId id) {
+  state_->open_plant_at(id.plant).chunk(id.kind, id.index).held = false;
 }
 
 namespace {

@@ -36,6 +36,8 @@ struct GpuSizes {
   std::uint64_t slack_bytes = 0;                 ///< stays free beside all chunks: what images and buffers are rounded up to
   std::uint64_t most_staged_bytes = UINT64_MAX;  ///< a chunk of more has a copy of itself on its way
   bool mesh_leaves = false;                      ///< gpu::MeshSource::leaves
+  /// A host draws: meshes and pages are as coppice.h has them, what it takes is counted here, and it confirms what it has taken and freed.
+  bool host = false;
   bool block_textures = false;  ///< the GPU reads BC1 and BC3; where it does not, textures come out of take_decoded() as RGBA8
 };
 
@@ -164,6 +166,8 @@ class Streamer {
   [[nodiscard]] std::span<const std::uint32_t> lod_words(std::uint32_t plant) const;
   [[nodiscard]] gpu::PlantAppearance appearance(std::uint32_t plant) const;
   [[nodiscard]] PlantState state(std::uint32_t plant) const;
+  /// Of a page that is resident. Valid until the next begin_frame
+  [[nodiscard]] std::span<const PageNode> page_nodes(std::uint32_t plant, std::uint32_t page) const;
   /// Whether everything that was wanted of the plant in the last begin_frame, and can be had, is resident.
   [[nodiscard]] bool is_settled(std::uint32_t plant) const;
   /// The same of all that the lens wanted, of every plant. lens: < kMostLenses
@@ -201,6 +205,22 @@ class Streamer {
   /// The GPU side could not take it. out_of_memory: it is asked for again in a while; anything else: it counts as failed. Logged here.
   /// id: begin_upload was true (asserted)
   void upload_failed(ChunkId id, const Error& error);
+
+  // GpuSizes::host, in place of take_decoded to upload_failed.
+
+  /// The chunk that is worth most of those that wait, if there is one: what it points at stays until it is confirmed. One page of a plant
+  /// at a time.
+  [[nodiscard]] std::optional<DecodedChunk> hold_next();
+  /// What the host has to confirm of a chunk.
+  enum class Held : std::uint8_t { no, added, dropped };
+  /// Any plant and chunk.
+  [[nodiscard]] Held held(ChunkId id) const;
+  /// The host has a chunk that it was given: it is resident, unless its plant has been closed. held(): added, here and below
+  void confirm_taken(ChunkId id);
+  /// It had no room: it is asked for again in a while.
+  void confirm_refused(ChunkId id);
+  /// It has freed one that came out of take_evicted. held(): dropped
+  void confirm_freed(ChunkId id);
 
   [[nodiscard]] StreamStats stats() const;
   /// StreamStats::hand_over_ns

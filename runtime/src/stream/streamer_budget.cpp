@@ -29,7 +29,7 @@ void Streamer::State::set_bytes(Chunk& chunk, std::uint64_t bytes, std::uint64_t
   ledger.give(chunk.taken_bytes);
   if (!chunk.pinned) movable_bytes += bytes - chunk.bytes;
   chunk.bytes = bytes;
-  chunk.taken_bytes = bytes - device_bytes;
+  chunk.taken_bytes = options.gpu.host ? bytes : bytes - device_bytes;
   ledger.take(chunk.taken_bytes);
 }
 
@@ -62,7 +62,8 @@ float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
 }
 
 bool Streamer::State::may_go(const PlantStream& plant, const Chunk& chunk, Victims victims) {
-  return !chunk.pinned && !chunk.victim && holds_memory(chunk) && (victims == Victims::any || !wanted_recently(plant, chunk));
+  return !chunk.pinned && !chunk.victim && !chunk.held && holds_memory(chunk) &&
+         (victims == Victims::any || !wanted_recently(plant, chunk));
 }
 
 // Of a plant's pages only the last that is not chosen yet may go.
@@ -173,23 +174,32 @@ void Streamer::State::evict(Chunk& chunk) {
   ++plant.evicting_count;
   ++counts_of(chunk).evicted;
   chunk.last_used_frame = last_frame_number;
+  chunk.held = options.gpu.host;
   chunk.next_evicting = nullptr;
   (last_evicting != nullptr ? last_evicting->next_evicting : first_evicting) = &chunk;
   last_evicting = &chunk;
   evicted.add(chunk.id);
 }
 
+// In order of eviction, but for what a host has not freed yet.
 void Streamer::State::release_evicted() {
-  while (first_evicting != nullptr && first_evicting->last_used_frame <= completed_number && released.count < released.items.size()) {
-    Chunk& chunk = *first_evicting;
-    first_evicting = std::exchange(chunk.next_evicting, nullptr);
-    if (first_evicting == nullptr) last_evicting = nullptr;
+  Chunk** link = &first_evicting;
+  Chunk* last_kept = nullptr;
+  while (*link != nullptr && (*link)->last_used_frame <= completed_number && released.count < released.items.size()) {
+    Chunk& chunk = **link;
+    if (chunk.held) {
+      last_kept = &chunk;
+      link = &chunk.next_evicting;
+      continue;
+    }
+    *link = std::exchange(chunk.next_evicting, nullptr);
     evicting_bytes -= chunk.bytes;
     set_bytes(chunk, 0);
     --plants[chunk.id.plant]->evicting_count;
     COPPICE_ASSERT(advance(chunk, Residency::absent));
     released.push_back(chunk.id);
   }
+  if (*link == nullptr) last_evicting = last_kept;
 }
 
 }  // namespace coppice

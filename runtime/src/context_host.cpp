@@ -1,0 +1,215 @@
+// What a context gives to hosts that draw themselves: changes, draws, and what plants look like.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <optional>
+
+#include "cells.h"
+#include "context.h"
+#include "convert.h"
+#include "coppice_light.h"
+#include "host_backend.h"
+#include "leaf_writer.h"
+#include "page_codec.h"
+#include "visible.h"
+
+namespace coppice {
+namespace {
+
+static_assert(sizeof(coppice_leaf_node) == sizeof(PageNode) && offsetof(coppice_leaf_node, corners) == offsetof(PageNode, corners) &&
+              offsetof(coppice_leaf_node, card) == offsetof(PageNode, card) &&
+              offsetof(coppice_leaf_node, fade) == offsetof(PageNode, fade) &&
+              offsetof(coppice_leaf_node, split) == offsetof(PageNode, split) && kNeverReplaced == lod::kCoppiceNoSplit);
+
+std::uint32_t texture_or_none(std::uint32_t texture) {
+  return texture == COPPICE_NO_TEXTURE ? COPPICE_NONE : texture;
+}
+
+/// Fills what of the change depends on the kind of chunk. file: its plant's
+void describe_bytes(const DecodedChunk& chunk, const PlantFile& file, coppice_change& change) {
+  const std::uint32_t index = chunk.id.index;
+  const auto describe = [&change](std::span<const std::uint8_t> bytes) {
+    change.bytes = bytes.data();
+    change.byte_count = bytes.size();
+  };
+  if (chunk.id.kind == ChunkKind::page) {
+    change.bytes = chunk.nodes.data();
+    change.byte_count = chunk.nodes.size_bytes();
+    change.first_node = chunk.first_node;
+    change.node_count = static_cast<std::uint32_t>(chunk.nodes.size());
+  } else if (chunk.id.kind == ChunkKind::texture) {
+    coppice_file_texture texture{};
+    std::memcpy(&texture, chunk.texture.data(), sizeof texture);
+    describe(chunk.texture.subspan(sizeof texture));
+    change.texture_format = texture.format;
+    change.width = texture.width;
+    change.height = texture.height;
+    change.mip_count = texture.mip_count;
+  } else {
+    describe(chunk.mesh->bytes.span());
+    change.index_count = chunk.mesh->index_count;
+    change.vertex_count = chunk.id.kind == ChunkKind::wood ? file.plant.wood_vertex_counts[index] : file.leaf_meshes[index].vertex_count;
+  }
+}
+
+}  // namespace
+
+void Context::tell_host(coppice_change_kind kind, ChunkId id) {
+  if (HostBackend* host = backend_->host(); host != nullptr) host->events().push_back({kind, slots_[id.plant].plant, id});
+}
+
+coppice_change Context::next_change() {
+  coppice_change change{.struct_size = sizeof(coppice_change)};
+  std::deque<HostEvent>& events = backend_->host()->events();
+  if (!events.empty()) {
+    const HostEvent event = events.front();
+    events.pop_front();
+    change.kind = event.kind;
+    change.plant = event.plant;
+    change.file = event.chunk.plant;
+    if (event.kind != COPPICE_CHANGE_CHUNK_DROPPED) return change;
+    change.chunk = static_cast<coppice_streamed>(event.chunk.kind);
+    change.index = event.chunk.index;
+    return change;
+  }
+  const auto chunk = streamer_->hold_next();
+  return chunk ? change_of(*chunk) : change;
+}
+
+coppice_change Context::change_of(const DecodedChunk& chunk) const {
+  coppice_change change{.struct_size = sizeof(coppice_change)};
+  change.kind = COPPICE_CHANGE_CHUNK_ADDED;
+  change.plant = slots_[chunk.id.plant].plant;
+  change.file = chunk.id.plant;
+  change.chunk = static_cast<coppice_streamed>(chunk.id.kind);
+  change.index = chunk.id.index;
+  describe_bytes(chunk, streamer_->file(chunk.id.plant), change);
+  return change;
+}
+
+Result<void> Context::confirm(ChunkId id, coppice_outcome outcome) {
+  const Streamer::Held needed = outcome == COPPICE_OUTCOME_FREED ? Streamer::Held::dropped : Streamer::Held::added;
+  if (streamer_->held(id) != needed) return Error{Status::invalid_argument, "the chunk does not wait for this outcome"};
+  if (outcome == COPPICE_OUTCOME_FREED)
+    streamer_->confirm_freed(id);
+  else if (outcome == COPPICE_OUTCOME_TAKEN)
+    streamer_->confirm_taken(id);
+  else
+    streamer_->confirm_refused(id);
+  if (slots_[id.plant].open) note_residency(id.plant);
+  return {};
+}
+
+coppice_file_info Context::file_info(std::uint32_t index) const {
+  const PlantFile& of = file(index);
+  coppice_file_info info{.struct_size = sizeof(coppice_file_info)};
+  info.leaf_count = of.plant.leaf_count;
+  info.page_count = of.plant.page_count;
+  info.wood_lod_count = of.plant.wood_lod_count;
+  info.leaf_mesh_count = of.plant.leaf_mesh_count;
+  info.texture_count = of.plant.texture_count;
+  info.material_count = static_cast<std::uint32_t>(of.materials.size());
+  info.card_count = static_cast<std::uint32_t>(of.cards.size());
+  const gpu::Plant plant = gpu::gpu_plant(of.plant);
+  std::memcpy(info.box_min, &plant.box_min, sizeof info.box_min);
+  std::memcpy(info.box_step, &plant.box_step, sizeof info.box_step);
+  std::copy_n(of.plant.sphere_center, 3, info.sphere_center);
+  info.sphere_radius = of.plant.sphere_radius;
+  const PageNode root = root_node(of.plant);
+  std::memcpy(&info.root, &root, sizeof info.root);
+  return info;
+}
+
+coppice_material Context::material(std::uint32_t index, std::uint32_t material) const {
+  const coppice_file_material& of = file(index).materials[material];
+  coppice_material info{.struct_size = sizeof(coppice_material)};
+  std::copy_n(of.base_color, 4, info.base_color);
+  info.alpha_cutoff = of.alpha_cutoff;
+  info.roughness = of.roughness;
+  info.crown_normals = material_crown_normals(of);
+  info.texture = texture_or_none(material_texture(of));
+  info.normal_map = texture_or_none(material_normal_map(of));
+  return info;
+}
+
+coppice_card Context::card(std::uint32_t index, std::uint32_t card) const {
+  const coppice_file_card& of = file(index).cards[card];
+  const gpu::CardLook& look = streamer_->appearance(index).looks.cards()[card];
+  coppice_card info{.struct_size = sizeof(coppice_card)};
+  info.material = of.material;
+  std::memcpy(info.uv, of.uv, sizeof info.uv);
+  std::memcpy(info.albedo, &look.albedo, sizeof info.albedo);
+  info.coverage = look.coverage;
+  return info;
+}
+
+std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
+  ViewEntry& of = entry_of_view(view);
+  const std::span<const gpu::Instance> instances = instances_.slots();
+  const InstanceBlocks blocks = instances_.blocks();
+  ViewCounts counts{.frame = frame_number_};
+  const auto take = [&](std::uint32_t slot) {
+    const gpu::Instance& instance = instances[slot];
+    if (instance.plant == gpu::kNoPlant) return;
+    const LodPlant& plant = lod_plants_[instance.plant];
+    const InstanceLod lod = select_lod(blocks.slots[slot], slot, plant, of.shown);
+    const PlantFile& of_plant = file(instance.plant);
+    const std::uint32_t leaves = lod.leaf_meshes ? 0 : std::min(lod::coppice_whole_leaf_count(lod.leaf_count), plant.resident_leaf_count);
+    const bool wood = lod.wood_lod < plant.table.wood_lod_count;
+    counts.leaves += leaves;
+    if (wood) counts.wood_triangles += of_plant.plant.wood_triangle_counts[lod.wood_lod];
+    if (lod.leaf_meshes) {
+      ++counts.leaf_mesh_instances;
+      for (const coppice_file_leaf_mesh& mesh : of_plant.leaf_meshes) counts.leaf_mesh_triangles += mesh.triangle_count;
+    }
+    const std::uint32_t index = counts.visible_instances++;
+    if (index >= out.capacity) return;
+    coppice_draw draw{};
+    draw.plant = slots_[instance.plant].plant;
+    draw.instance = instances_.handle_at(slot);
+    draw.file = instance.plant;
+    draw.leaf_count = lod.leaf_meshes ? 0.0f : lod.leaf_count;
+    draw.node_end = leaves > 0 ? 2 * leaves - 1 : 0;
+    draw.wood_lod = wood ? lod.wood_lod : COPPICE_NONE;
+    draw.leaf_meshes = lod.leaf_meshes ? COPPICE_TRUE : COPPICE_FALSE;
+    draw.user_data = instance.user_data;
+    const ivec3 cell = gpu::unpack_cell(instance.cell_xy, instance.cell_z_bias);
+    const dvec3 position = gpu::world_place({cell, instance.position}) - origin();
+    std::memcpy(draw.position, &position, sizeof draw.position);
+    draw.scale = instance.scale;
+    std::memcpy(draw.rotation, &instance.rotation, sizeof draw.rotation);
+    const vec3 tint = gpu::tint_of(instance);
+    std::memcpy(draw.tint, &tint, sizeof draw.tint);
+    draw.leaf_share = gpu::leaf_share_of(instance);
+    unsigned char* theirs = reinterpret_cast<unsigned char*>(out.draws) + std::size_t{index} * out.draw_bytes;
+    std::memcpy(theirs, &draw, std::min<std::size_t>(sizeof draw, out.draw_bytes));
+    if (out.draw_bytes > sizeof draw) std::memset(theirs + sizeof draw, 0, out.draw_bytes - sizeof draw);
+  };
+  for_each_visible(blocks, of.shown, take);
+  of.counts = counts;
+  return counts.visible_instances;
+}
+
+std::uint32_t Context::whole_cut(std::uint32_t index, float leaf_count) const {
+  return std::min(lod::coppice_whole_leaf_count(leaf_count), streamer_->state(index).resident_leaf_count);
+}
+
+void Context::write_leaves(std::uint32_t index, std::uint32_t leaf_count, const coppice_leaf_layout& layout,
+                           const coppice_leaf_output& output) const {
+  const PlantFile& of = file(index);
+  LeafWriter writer(of, gpu::leaf_box(gpu::gpu_plant(of.plant)), layout, output);
+  const PageNode root = root_node(of.plant);
+  const auto alive = [leaf_count](std::uint32_t node, std::uint32_t split) { return lod::coppice_node_alive(node, split, leaf_count); };
+  if (alive(0, root.split)) writer.write(root);
+  const std::uint32_t end = 2 * leaf_count - 1;
+  constexpr std::uint32_t kPageNodeCount = 2 * COPPICE_PAGE_SPLITS;
+  for (std::uint32_t first = 1; first < end; first += kPageNodeCount) {
+    const std::span<const PageNode> nodes = streamer_->page_nodes(index, first / kPageNodeCount);
+    const std::uint32_t count = std::min(end - first, static_cast<std::uint32_t>(nodes.size()));
+    for (std::uint32_t i = 0; i < count; ++i)
+      if (alive(first + i, nodes[i].split)) writer.write(nodes[i]);
+  }
+}
+
+}  // namespace coppice

@@ -1,0 +1,40 @@
+#pragma once
+
+// Which instances a view sees, by blocks and then one by one, as the shaders cull them.
+
+#include <algorithm>
+#include <cstddef>
+
+#include "instance_blocks.h"
+#include "select.h"
+
+namespace coppice {
+
+/// Of the nearest plane, m, negative outside.
+inline float depth_in_view(const LodView& view, const dvec3& center_m) {
+  const vec3 from_eye = (center_m - view.eye_m).rounded();
+  float nearest_m = dot(view.planes[0].xyz(), from_eye) + view.planes[0].w;
+  for (std::size_t i = 1; i < view.planes.size(); ++i)
+    nearest_m = std::min(nearest_m, dot(view.planes[i].xyz(), from_eye) + view.planes[i].w);
+  return nearest_m;
+}
+
+/// Calls take(slot) for each instance of the view's layers whose sphere reaches into it, in order.
+template <class Take>
+void for_each_visible(const InstanceBlocks& instances, const LodView& view, const Take& take) {
+  for (std::size_t block = 0; block < instances.bounds.size(); ++block) {
+    const InstanceBounds& bounds = instances.bounds[block];
+    if (bounds.radius_m < 0.0f || (bounds.any_layer & view.layer_mask) == 0) continue;
+    const float block_depth_m = depth_in_view(view, bounds.center_m);
+    if (block_depth_m < -bounds.radius_m) continue;
+    const bool whole = block_depth_m >= bounds.radius_m;
+    const std::size_t first = block * kInstanceBlockSlots, end = std::min(first + kInstanceBlockSlots, instances.slots.size());
+    for (std::size_t slot = first; slot < end; ++slot) {
+      const InstanceSphere& sphere = instances.slots[slot];
+      if (sphere.plant == InstanceSphere::kNoPlant || (sphere.layer_mask & view.layer_mask) == 0) continue;
+      if (whole || depth_in_view(view, sphere.center_m) >= -sphere.radius_m) take(static_cast<std::uint32_t>(slot));
+    }
+  }
+}
+
+}  // namespace coppice

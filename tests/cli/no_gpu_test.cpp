@@ -1,0 +1,54 @@
+// The example that draws a forest without a GPU API: its picture shows plants, fewer pixels of them from afar.
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "golden.h"
+#include "process.h"
+
+namespace coppice::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of every pixel of the sky.
+constexpr std::uint8_t kSkyBlue = 225;
+
+/// Share of pixels that are not sky.
+double cover(const fs::path& png) {
+  const Picture picture = read_png(png);
+  std::size_t covered = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) covered += picture.rgba[i + 2] != kSkyBlue ? 1u : 0u;
+  return static_cast<double>(covered) / (static_cast<double>(picture.rgba.size()) / 4.0);
+}
+
+double cover_from(const char* distance_m) {
+  const fs::path png = fs::path(testing::TempDir()) / (std::string("no_gpu_") + distance_m + ".png");
+  const ProcessResult result = run_process(
+      NO_GPU, {png, distance_m, COPPICE_TEST_DATA "/plants/two_pages.coppice", COPPICE_TEST_DATA "/plants/leaf_meshes.coppice"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("instances in view"), std::string::npos) << result.out;
+  const double share = cover(png);
+  fs::remove(png);
+  return share;
+}
+
+TEST(NoGpu, DrawsAForest) {
+  const double near = cover_from("4"), far = cover_from("40");
+  EXPECT_NEAR(near, 0.175, 0.02);
+  EXPECT_GT(far, 0.002);
+  EXPECT_LT(far, 0.25 * near);
+}
+
+TEST(NoGpu, SaysWhatFailed) {
+  const ProcessResult result = run_process(NO_GPU, {"/dev/null", "4", "/dev/null"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("coppice_plant_open"), std::string::npos) << result.err;
+}
+
+}  // namespace
+}  // namespace coppice::test

@@ -1,0 +1,413 @@
+// A host that draws itself, through coppice.h: what it hears, what it confirms, what it is told to draw.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <vector>
+
+#include "coppice/coppice.h"
+#include "demand.h"
+#include "reader.h"
+#include "select.h"
+
+namespace coppice::test {
+namespace {
+
+const std::string kPlants = COPPICE_TEST_DATA "/plants/";
+
+using ChunkName = std::tuple<std::uint32_t, coppice_streamed, std::uint32_t>;
+
+ChunkName name_of(const coppice_change& change) {
+  return {change.file, change.chunk, change.index};
+}
+
+/// Hooks that run inline, so that a frame is the same each time.
+void run_now(void*, void (*function)(void*), void* argument) {
+  function(argument);
+}
+
+class Host {
+ public:
+  explicit Host(std::uint64_t budget_bytes = 64u << 20) {
+    coppice_jobs jobs;
+    coppice_jobs_init(&jobs);
+    jobs.submit = run_now;
+    coppice_context_desc desc;
+    coppice_context_desc_init(&desc);
+    desc.jobs = &jobs;
+    desc.memory_budget_bytes = budget_bytes;
+    desc.streaming_ms = 1000.0f;
+    EXPECT_EQ(coppice_context_create(&desc, &context_), COPPICE_OK) << coppice_last_error(nullptr);
+    coppice_view_desc view;
+    coppice_view_desc_init(&view);
+    EXPECT_EQ(coppice_view_create(context_, &view, &view_), COPPICE_OK);
+    coppice_camera_init(&camera_);
+    camera_.view = view_;
+    camera_.width_px = camera_.height_px = 512;
+    camera_.clip_from_view[10] = camera_.clip_from_view[15] = 0.0f;
+    camera_.clip_from_view[11] = -1.0f;
+    camera_.clip_from_view[14] = 0.1f;
+    camera_.error_px = 0.01f;
+  }
+  ~Host() { coppice_context_destroy(context_); }
+  Host(const Host&) = delete;
+  Host& operator=(const Host&) = delete;
+
+  coppice_context* context() { return context_; }
+  coppice_view view() const { return view_; }
+  coppice_camera& camera() { return camera_; }
+
+  coppice_plant open(const char* name) {
+    coppice_plant plant = 0;
+    EXPECT_EQ(coppice_plant_open(context_, (kPlants + name).c_str(), &plant), COPPICE_OK) << coppice_last_error(context_);
+    return plant;
+  }
+  coppice_instance add(coppice_plant plant, float x, float z, float scale = 1.0f) {
+    const coppice_placement placement{{x, -1.0f, z}, scale, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+    coppice_instance instance = 0;
+    EXPECT_EQ(coppice_instances_add(context_, plant, &placement, sizeof placement, 1, &instance), COPPICE_OK);
+    return instance;
+  }
+  void frame() {
+    coppice_frame frame;
+    coppice_frame_init(&frame);
+    frame.frame_number = ++number_;
+    frame.completed_number = number_ - 1;
+    frame.cameras = &camera_;
+    frame.camera_count = 1;
+    EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << coppice_last_error(context_);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // reads come back
+  }
+  coppice_change next() {
+    coppice_change change;
+    coppice_change_init(&change);
+    EXPECT_EQ(coppice_next_change(context_, &change), COPPICE_OK) << coppice_last_error(context_);
+    return change;
+  }
+  coppice_status confirm(const coppice_change& change, coppice_outcome outcome) { return coppice_confirm(context_, &change, outcome); }
+  /// Takes and frees everything; keeps what was added and the bytes of pages.
+  void take_all() {
+    for (coppice_change change = next(); change.kind != COPPICE_CHANGE_NONE; change = next()) {
+      if (change.kind == COPPICE_CHANGE_CHUNK_ADDED) {
+        EXPECT_TRUE(there.insert(name_of(change)).second);
+        if (change.chunk == COPPICE_STREAMED_PAGES) {
+          std::vector<coppice_leaf_node> of_page(change.node_count);
+          EXPECT_EQ(change.byte_count, of_page.size() * sizeof of_page[0]);
+          EXPECT_EQ(change.first_node, nodes.size() + 1) << "pages come in order";
+          std::memcpy(of_page.data(), change.bytes, change.byte_count);
+          nodes.insert(nodes.end(), of_page.begin(), of_page.end());
+        }
+        EXPECT_EQ(confirm(change, COPPICE_OUTCOME_TAKEN), COPPICE_OK);
+      } else if (change.kind == COPPICE_CHANGE_CHUNK_DROPPED) {
+        EXPECT_EQ(there.erase(name_of(change)), 1u);
+        EXPECT_EQ(confirm(change, COPPICE_OUTCOME_FREED), COPPICE_OK);
+      } else {
+        files[change.file] += change.kind == COPPICE_CHANGE_PLANT_OPENED ? 1 : -1;
+      }
+    }
+  }
+  /// Frames until nothing more comes.
+  void settle() {
+    for (int i = 0; i < 200; ++i) {
+      frame();
+      take_all();
+      std::uint32_t settled = 0;
+      EXPECT_EQ(coppice_is_settled(context_, view_, &settled), COPPICE_OK);
+      if (settled == COPPICE_TRUE && i > 2) return;
+    }
+    ADD_FAILURE() << "does not settle";
+  }
+  coppice_plant_info info(coppice_plant plant) {
+    coppice_plant_info info;
+    coppice_plant_info_init(&info);
+    EXPECT_EQ(coppice_plant_get_info(context_, plant, &info), COPPICE_OK);
+    return info;
+  }
+  coppice_stats stats() {
+    coppice_stats stats;
+    coppice_stats_init(&stats);
+    EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
+    return stats;
+  }
+  std::vector<coppice_draw> draws() {
+    std::uint32_t count = 0;
+    EXPECT_EQ(coppice_get_draws(context_, view_, nullptr, 0, sizeof(coppice_draw), &count), COPPICE_OK) << coppice_last_error(context_);
+    std::vector<coppice_draw> draws(count);
+    EXPECT_EQ(coppice_get_draws(context_, view_, draws.data(), count, sizeof(coppice_draw), &count), COPPICE_OK);
+    return draws;
+  }
+
+  std::set<ChunkName> there;
+  std::map<std::uint32_t, int> files;
+  std::vector<coppice_leaf_node> nodes;  ///< from node 1 on, of the one plant
+
+ private:
+  coppice_context* context_ = nullptr;
+  coppice_view view_ = 0;
+  coppice_camera camera_{};
+  std::uint64_t number_ = 0;
+};
+
+TEST(HostChanges, APlantComesChunkByChunkAndGoesAgain) {
+  Host host;
+  const coppice_plant plant = host.open("two_pages.coppice");
+  host.add(plant, 0, -3);
+  EXPECT_EQ(host.next().kind, COPPICE_CHANGE_PLANT_OPENED);
+  host.settle();
+  EXPECT_EQ(host.there.size(), 3u) << "two pages and a wood LoD";
+  EXPECT_EQ(host.info(plant).resident_leaf_count, 520u);
+  coppice_plant_close(host.context(), plant);
+  for (int i = 0; i < 4; ++i) {
+    host.frame();
+    host.take_all();
+  }
+  EXPECT_TRUE(host.there.empty());
+  EXPECT_EQ(host.files[0], -1) << "closed; that it was opened was taken before";
+}
+
+TEST(HostChanges, WhatIsNotConfirmedDoesNotCount) {
+  Host host;
+  const coppice_plant plant = host.open("two_pages.coppice");
+  host.add(plant, 0, -3);
+  host.next();
+  std::vector<coppice_change> held;
+  std::vector<std::vector<unsigned char>> bytes;
+  for (int i = 0; i < 50; ++i) {
+    host.frame();
+    for (coppice_change change = host.next(); change.kind != COPPICE_CHANGE_NONE; change = host.next()) {
+      const auto* first = static_cast<const unsigned char*>(change.bytes);
+      bytes.emplace_back(first, first + change.byte_count);
+      held.push_back(change);
+    }
+  }
+  ASSERT_EQ(held.size(), 2u) << "one page of a plant at a time, and the wood";
+  EXPECT_EQ(host.info(plant).resident_leaf_count, 1u);
+  ASSERT_EQ(host.draws().size(), 1u);
+  EXPECT_EQ(host.draws()[0].leaf_count, 1.0f);
+  EXPECT_EQ(host.draws()[0].wood_lod, COPPICE_NONE);
+  coppice_plant_close(host.context(), plant);
+  for (int i = 0; i < 5; ++i) host.frame();
+  EXPECT_EQ(host.next().kind, COPPICE_CHANGE_NONE) << "held chunks keep the file";
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    EXPECT_EQ(std::memcmp(held[i].bytes, bytes[i].data(), bytes[i].size()), 0) << "bytes stay until they are confirmed";
+    EXPECT_EQ(host.confirm(held[i], COPPICE_OUTCOME_TAKEN), COPPICE_OK);
+    EXPECT_EQ(host.confirm(held[i], COPPICE_OUTCOME_TAKEN), COPPICE_ERROR_INVALID_ARGUMENT) << "once";
+  }
+  for (int i = 0; i < 3; ++i) host.frame();
+  EXPECT_EQ(host.next().kind, COPPICE_CHANGE_PLANT_CLOSED);
+}
+
+TEST(HostChanges, WhatFailsIsOfferedAgain) {
+  Host host;
+  const coppice_plant plant = host.open("two_pages.coppice");
+  host.add(plant, 0, -3);
+  host.next();
+  int failed = 0;
+  for (int i = 0; i < 200; ++i) {
+    host.frame();
+    for (coppice_change change = host.next(); change.kind != COPPICE_CHANGE_NONE; change = host.next())
+      EXPECT_EQ(host.confirm(change, failed++ < 5 ? COPPICE_OUTCOME_FAILED : COPPICE_OUTCOME_TAKEN), COPPICE_OK);
+  }
+  EXPECT_GT(failed, 5);
+  EXPECT_EQ(host.info(plant).resident_leaf_count, 520u);
+}
+
+TEST(HostChanges, DroppedMemoryCountsUntilItIsFreed) {
+  Host host;
+  const coppice_plant plant = host.open("two_pages.coppice");
+  host.add(plant, 0, -3);
+  host.settle();
+  const std::uint64_t full_bytes = host.stats().memory_bytes;
+  coppice_plant_close(host.context(), plant);
+  std::vector<coppice_change> dropped;
+  for (int i = 0; i < 20; ++i) {
+    host.frame();
+    for (coppice_change change = host.next(); change.kind != COPPICE_CHANGE_NONE; change = host.next()) dropped.push_back(change);
+  }
+  ASSERT_EQ(dropped.size(), 3u);
+  const std::uint64_t held_bytes = host.stats().memory_bytes;
+  for (const coppice_change& change : dropped) {
+    EXPECT_EQ(change.kind, COPPICE_CHANGE_CHUNK_DROPPED);
+    EXPECT_EQ(host.confirm(change, COPPICE_OUTCOME_TAKEN), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(host.confirm(change, COPPICE_OUTCOME_FREED), COPPICE_OK);
+  }
+  host.frame();
+  EXPECT_GT(held_bytes, host.stats().memory_bytes + 520 * 2 * sizeof(coppice_leaf_node)) << "both pages' nodes";
+  EXPECT_LT(held_bytes, full_bytes);
+  EXPECT_EQ(host.next().kind, COPPICE_CHANGE_PLANT_CLOSED);
+}
+
+TEST(HostChanges, TheBudgetIsKept) {
+  Host host;
+  const coppice_plant plant = host.open("two_pages.coppice");
+  host.add(plant, 0, -3);
+  host.settle();
+  const std::uint64_t full_bytes = host.stats().memory_bytes;
+  ASSERT_EQ(coppice_set_memory_budget(host.context(), full_bytes - 300), COPPICE_OK) << coppice_last_error(host.context());
+  for (int i = 0; i < 10; ++i) {
+    host.frame();
+    host.take_all();
+  }
+  EXPECT_LE(host.stats().memory_bytes, full_bytes - 300);
+  EXPECT_EQ(host.info(plant).resident_leaf_count, 513u) << "the second page went";
+}
+
+/// The file of a test plant as selection sees it.
+struct OpenFile {
+  explicit OpenFile(const char* name) {
+    std::ifstream stream(kPlants + name, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(stream), {});
+    auto front = read_front(bytes, bytes.size());
+    EXPECT_TRUE(front);
+    file = *std::move(front);
+    words = *pack_lod_table(file, default_allocator());
+  }
+  std::vector<std::uint8_t> bytes;
+  PlantFile file;
+  HookArray<std::uint32_t> words;
+};
+
+TEST(HostDraws, AreWhatSelectionSaysOfWhatIsInView) {
+  Host host;
+  host.camera().error_px = 0.7f;
+  const coppice_plant plant = host.open("two_pages.coppice");
+  const OpenFile open("two_pages.coppice");
+  std::vector<InstanceSphere> spheres;
+  std::vector<coppice_instance> handles;
+  for (int i = 0; i < 700; ++i) {
+    const auto x = static_cast<float>(i % 30 - 15), z = static_cast<float>(2 - i / 30);
+    const float scale = 0.5f + 0.01f * static_cast<float>(i % 100);
+    handles.push_back(host.add(plant, x, z, scale));
+    const coppice_file_plant& of = open.file.plant;
+    spheres.push_back({dvec3(vec3(x, -1, z) + vec3(of.sphere_center) * scale), of.sphere_radius * scale, 0});
+  }
+  host.settle();
+  const LodView view = *demand_view(host.camera());
+  const LodPlant lod_plant{lod_table(open.file, open.words.span()), host.info(plant).resident_leaf_count, 1, false};
+  std::vector<InstanceLod> lods(spheres.size());
+  select_lods(spheres, {&lod_plant, 1}, view, lods);
+  const std::vector<coppice_draw> draws = host.draws();
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < spheres.size(); ++i) {
+    const bool in_view = std::ranges::all_of(view.planes, [&](const vec4& plane) {
+      return dot(plane.xyz(), (spheres[i].center_m - view.eye_m).rounded()) + plane.w >= -spheres[i].radius_m;
+    });
+    if (!in_view) continue;
+    ASSERT_LT(next, draws.size());
+    const coppice_draw& draw = draws[next++];
+    EXPECT_EQ(draw.instance, handles[i]);
+    EXPECT_EQ(draw.plant, plant);
+    EXPECT_EQ(draw.leaf_count, lods[i].leaf_count);
+    EXPECT_EQ(draw.wood_lod, lods[i].wood_lod);
+    EXPECT_EQ(draw.node_end, 2 * lod::coppice_whole_leaf_count(lods[i].leaf_count) - 1);
+  }
+  EXPECT_EQ(next, draws.size());
+  EXPECT_GT(next, 100u);
+  EXPECT_LT(next, 600u);
+
+  std::vector<unsigned char> wide(3 * 120, 0xee);
+  std::uint32_t count = 0;
+  EXPECT_EQ(coppice_get_draws(host.context(), host.view(), reinterpret_cast<coppice_draw*>(wide.data()), 2, 120, &count), COPPICE_OK);
+  EXPECT_EQ(count, draws.size());
+  EXPECT_EQ(std::memcmp(wide.data() + 120, &draws[1], sizeof draws[1]), 0);
+  EXPECT_EQ(wide[120 + sizeof(coppice_draw)], 0);
+  EXPECT_EQ(wide[240], 0xee);
+}
+
+struct Vertex {
+  std::uint32_t material;
+  float uv[2];
+  std::uint8_t color[4];
+  float normal[3];
+  float position[3];
+  std::uint32_t own;
+};
+
+TEST(WriteLeaves, AreTheCutInAnyLayout) {
+  Host host;
+  host.add(host.open("two_pages.coppice"), 0, -3);
+  host.settle();
+  coppice_file_info info;
+  coppice_file_info_init(&info);
+  ASSERT_EQ(coppice_file_get_info(host.context(), 0, &info), COPPICE_OK);
+  std::vector<coppice_leaf_node> nodes{info.root};
+  nodes.insert(nodes.end(), host.nodes.begin(), host.nodes.end());
+  std::vector<std::uint32_t> splits;
+  for (const coppice_leaf_node& node : nodes) splits.push_back(node.split);
+
+  coppice_leaf_layout layout;
+  coppice_leaf_layout_init(&layout);
+  layout.vertex_bytes = sizeof(Vertex);
+  layout.material = offsetof(Vertex, material);
+  layout.uv = offsetof(Vertex, uv);
+  layout.color = offsetof(Vertex, color);
+  layout.color_format = COPPICE_LEAF_COLOR_UNORM8X4;
+  layout.normal = offsetof(Vertex, normal);
+  layout.position = offsetof(Vertex, position);
+  layout.index_bytes = 2;
+  for (const float leaf_count : {1.0f, 2.0f, 17.4f, 512.0f, 513.0f, 514.0f, 520.0f, 9999.0f}) {
+    SCOPED_TRACE(leaf_count);
+    const std::uint32_t whole = std::min(lod::coppice_whole_leaf_count(leaf_count), 520u);
+    std::vector<std::uint32_t> cut(whole);
+    ASSERT_EQ(select_cut(splits, whole, cut), whole);
+    std::vector<Vertex> vertices(4 * whole + 1, Vertex{.own = 77});
+    std::vector<std::uint16_t> indices(6 * whole + 1, 0xeeee);
+    coppice_leaf_output output;
+    coppice_leaf_output_init(&output);
+    ASSERT_EQ(coppice_write_leaves(host.context(), 0, leaf_count, &layout, &output), COPPICE_OK);
+    ASSERT_EQ(output.vertex_count, 4 * whole);
+    output.vertices = vertices.data();
+    output.indices = indices.data();
+    output.vertex_capacity = 4 * whole;
+    output.index_capacity = 6 * whole;
+    ASSERT_EQ(coppice_write_leaves(host.context(), 0, leaf_count, &layout, &output), COPPICE_OK) << coppice_last_error(host.context());
+    EXPECT_EQ(output.leaf_count, whole);
+    for (std::uint32_t i = 0; i < whole; ++i) {
+      const coppice_leaf_node& node = nodes[cut[i]];
+      coppice_card card;
+      coppice_card_init(&card);
+      ASSERT_EQ(coppice_file_get_card(host.context(), 0, node.card, &card), COPPICE_OK);
+      for (std::uint32_t corner = 0; corner < 4; ++corner) {
+        const Vertex& vertex = vertices[4 * i + corner];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          ASSERT_EQ(vertex.position[axis], info.box_min[axis] + info.box_step[axis] * static_cast<float>(node.corners[corner][axis]));
+        ASSERT_EQ(std::memcmp(vertex.uv, card.uv[corner], sizeof vertex.uv), 0);
+        ASSERT_EQ(vertex.material, card.material);
+        ASSERT_EQ(vertex.own, 77u);
+        ASSERT_EQ(vertex.color[3], (255 * ((node.fade & 15) + 1) + 8) / 16);
+      }
+      ASSERT_EQ(indices[6 * i + 5], 4 * i + 3);
+    }
+    EXPECT_EQ(indices[6 * whole], 0xeeee);
+    EXPECT_EQ(vertices[4 * whole].position[0], 0.0f);
+  }
+
+  std::vector<float> positions(3 * 4 * 20);
+  std::vector<std::uint32_t> indices(6 * 20);
+  coppice_leaf_layout_init(&layout);
+  layout.vertex_bytes = 12;
+  layout.position = 0;
+  coppice_leaf_output output;
+  coppice_leaf_output_init(&output);
+  output.vertices = positions.data();
+  output.indices = indices.data();
+  output.vertex_capacity = 80;
+  output.index_capacity = 120;
+  ASSERT_EQ(coppice_write_leaves(host.context(), 0, 20.0f, &layout, &output), COPPICE_OK);
+  EXPECT_EQ(indices[119], 79u);
+  layout.normal = 4;
+  EXPECT_EQ(coppice_write_leaves(host.context(), 0, 20.0f, &layout, &output), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_STREQ(coppice_last_error(host.context()), "coppice_write_leaves: layout: an attribute reaches beyond vertex_bytes");
+}
+
+}  // namespace
+}  // namespace coppice::test

@@ -404,7 +404,10 @@ static void clear_picture(void) {
 }
 
 int main(int argc, char** argv) {
-  if (argc < 4 || argc > 3 + MOST_FILES / 2) {
+  /* A plant that was taken for the picture's name would be written over. */
+  const char* ending = argc > 1 ? strrchr(argv[1], '.') : NULL;
+  const float distance_m = argc > 2 ? strtof(argv[2], NULL) : 0;
+  if (argc < 4 || argc > 3 + MOST_FILES / 2 || ending == NULL || strcmp(ending, ".png") != 0 || !(distance_m > 0)) {
     fprintf(stderr, "02_no_gpu OUT.png DISTANCE_M PLANT.coppice...\n");
     return 2;
   }
@@ -420,7 +423,7 @@ int main(int argc, char** argv) {
   const float height = place_forest(context, argv + 3, argc - 3);
   coppice_camera_init(&camera);
   camera.view = view;
-  set_camera(&camera, 0.6f * height, (float)atof(argv[2]));
+  set_camera(&camera, 0.6f * height, distance_m);
 
   /* Frames until all that the view wants is there. */
   uint32_t settled = 0;

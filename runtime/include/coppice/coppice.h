@@ -147,7 +147,7 @@ static inline void coppice_allocator_init(coppice_allocator* hook) {
   coppice_struct_init(COPPICE_STRUCT_ALLOCATOR, hook, sizeof *hook);
 }
 
-/* Where decoding runs, and the building of pipelines. submit is called from the thread inside coppice_vulkan_context_create,
+/* Where decoding runs, and the building of pipelines. submit is called from the thread inside what creates a context,
  * coppice_frame_begin, coppice_record_upload or coppice_record_cull; it may run `function(argument)` on any thread, or inline before it
  * returns (tests do: deterministic). Every submitted function must run before the context is destroyed: coppice_context_destroy waits for
  * them. May not call back into Coppice other than through `function`. */
@@ -580,7 +580,7 @@ COPPICE_API coppice_status coppice_sun_camera(const coppice_context* context, co
 typedef struct coppice_frame {
   uint32_t struct_size;
   uint64_t frame_number;         /* of the frame about to be recorded; grows by at least 1 each call, first is >= 1 */
-  uint64_t completed_number;     /* the GPU has finished every frame up to this one; 0 for none yet. Below frame_number, and never falls */
+  uint64_t completed_number;     /* the GPU, or the host that draws, is done with frames up to it; 0 for none yet. Below frame_number, and never falls */
   const coppice_camera* cameras; /* [camera_count], one for each view that is drawn; read within the call */
   uint32_t camera_count;         /* may be 0: then nothing is drawn, and nothing wanted */
   uint32_t camera_bytes; /* from one to the next: sizeof(coppice_camera) as the program was compiled with. coppice_frame_init sets it */

@@ -45,9 +45,11 @@ TEST(NoGpu, DrawsAForest) {
 }
 
 TEST(NoGpu, SaysWhatFailed) {
-  const ProcessResult result = run_process(NO_GPU, {"/dev/null", "4", "/dev/null"});
+  const ProcessResult result = run_process(NO_GPU, {"never_written.png", "4", "/dev/null"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("coppice_plant_open"), std::string::npos) << result.err;
+  EXPECT_EQ(run_process(NO_GPU, {"a.coppice", "4", "b.coppice"}).exit_code, 2) << "no picture's name";
+  EXPECT_EQ(run_process(NO_GPU, {"a.png", "b.coppice", "c.coppice"}).exit_code, 2) << "no distance";
 }
 
 }  // namespace

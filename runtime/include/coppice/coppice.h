@@ -579,9 +579,8 @@ COPPICE_API coppice_status coppice_sun_camera(const coppice_context* context, co
 
 typedef struct coppice_frame {
   uint32_t struct_size;
-  uint64_t frame_number; /* of the frame about to be recorded; grows by at least 1 each call, first is >= 1 */
-  uint64_t
-      completed_number; /* the GPU, or the host itself, is done with frames up to it; 0: none yet. Below frame_number, and never falls */
+  uint64_t frame_number;         /* of the frame about to be recorded; grows by at least 1 each call, first is >= 1 */
+  uint64_t completed_number;     /* GPU or host are done with every frame up to this; 0: none yet. Below frame_number, and never falls */
   const coppice_camera* cameras; /* [camera_count], one for each view that is drawn; read within the call */
   uint32_t camera_count;         /* may be 0: then nothing is drawn, and nothing wanted */
   uint32_t camera_bytes; /* from one to the next: sizeof(coppice_camera) as the program was compiled with. coppice_frame_init sets it */

@@ -16,8 +16,7 @@ std::uint32_t size_of(const void* theirs) {
 
 template <>
 coppice_context_desc struct_defaults() {
-  coppice_context_desc desc{};
-  desc.struct_size = sizeof desc;
+  auto desc = zeroed_struct<coppice_context_desc>();
   desc.max_instances = 16777216;
   desc.max_plants = 65536;
   desc.memory_budget_bytes = 256ull << 20;
@@ -28,16 +27,14 @@ coppice_context_desc struct_defaults() {
 
 template <>
 coppice_scene_placement struct_defaults() {
-  coppice_scene_placement placement{};
-  placement.struct_size = sizeof placement;
+  auto placement = zeroed_struct<coppice_scene_placement>();
   placement.rotation[3] = 1.0f;
   return placement;
 }
 
 template <>
 coppice_camera struct_defaults() {
-  coppice_camera camera{};
-  camera.struct_size = sizeof camera;
+  auto camera = zeroed_struct<coppice_camera>();
   camera.error_px = 2.0f;
   camera.lod = COPPICE_LOD_CUT;
   for (int i = 0; i < 16; i += 5) {
@@ -50,24 +47,21 @@ coppice_camera struct_defaults() {
 
 template <>
 coppice_sun_desc struct_defaults() {
-  coppice_sun_desc desc{};
-  desc.struct_size = sizeof desc;
+  auto desc = zeroed_struct<coppice_sun_desc>();
   desc.sun_direction[1] = 1.0f;
   return desc;
 }
 
 template <>
 coppice_frame struct_defaults() {
-  coppice_frame frame{};
-  frame.struct_size = sizeof frame;
+  auto frame = zeroed_struct<coppice_frame>();
   frame.camera_bytes = sizeof(coppice_camera);
   return frame;
 }
 
 template <>
 coppice_leaf_layout struct_defaults() {
-  coppice_leaf_layout layout{};
-  layout.struct_size = sizeof layout;
+  auto layout = zeroed_struct<coppice_leaf_layout>();
   layout.position = layout.normal = layout.uv = layout.color = layout.material = COPPICE_NONE;
   layout.index_bytes = sizeof(std::uint32_t);
   return layout;
@@ -97,6 +91,11 @@ std::string records_problem(const void* records, std::size_t count, std::uint32_
   if (records == nullptr) return std::string(name) + " is null";
   if (bytes >= sizeof(std::uint32_t) && bytes <= kMostStructBytes && bytes % alignof(std::uint32_t) == 0) return {};
   return std::string(name) + " are " + std::to_string(bytes) + " bytes apart: give the size of one";
+}
+
+void init_zeroed(void* theirs, std::uint32_t bytes) {
+  std::memset(theirs, 0, bytes);
+  std::memcpy(theirs, &bytes, sizeof bytes);
 }
 
 void write_bytes(const void* ours, std::size_t our_bytes, void* theirs) {
@@ -160,7 +159,5 @@ void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
     case COPPICE_STRUCT_MAX_ENUM:
       break;
   }
-  // A kind of a later version: all 0.
-  std::memset(data, 0, bytes);
-  std::memcpy(data, &size, sizeof size);
+  coppice::init_zeroed(data, size);
 }

@@ -15,12 +15,17 @@ namespace coppice {
 /// No struct of ours is larger, and none will be: a size above it was never set.
 inline constexpr std::size_t kMostStructBytes = 4096;
 
+template <class T>
+T zeroed_struct() {
+  T zeroed{};
+  zeroed.struct_size = sizeof(T);
+  return zeroed;
+}
+
 /// What the *_init function of a public struct sets.
 template <class T>
 T struct_defaults() {
-  T defaults{};
-  defaults.struct_size = sizeof(T);
-  return defaults;
+  return zeroed_struct<T>();
 }
 template <>
 coppice_context_desc struct_defaults();
@@ -72,7 +77,9 @@ void write_struct(const T& ours, T* theirs) {
   write_bytes(&ours, sizeof(T), theirs);
 }
 
-/// What a *_struct_init function does for its kind T. theirs: not null
+/// What a *_struct_init function does for a kind of a later version: all 0. theirs: not null
+void init_zeroed(void* theirs, std::uint32_t bytes);
+/// What it does for its kind T. theirs: not null
 template <class T>
 void init_struct(void* theirs, std::uint32_t bytes) {
   std::memcpy(theirs, &bytes, sizeof bytes);

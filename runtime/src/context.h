@@ -210,6 +210,8 @@ class Context {
   [[nodiscard]] ViewEntry& entry_of_view(coppice_view view);
   [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const;
   [[nodiscard]] std::size_t free_lens() const;
+  /// draws() has counted them for a host.
+  [[nodiscard]] ViewCounts counts_of(const ViewEntry& view) const;
   /// lod: with its own threshold; afterwards with that which streaming goes by
   void show_view(const coppice_camera& camera, LodView& lod);
   void measure_views(std::span<const coppice_camera> cameras, std::span<const LodView> lods);

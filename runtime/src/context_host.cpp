@@ -148,7 +148,8 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
   ViewEntry& of = entry_of_view(view);
   const std::span<const gpu::Instance> instances = instances_.slots();
   const InstanceBlocks blocks = instances_.blocks();
-  ViewCounts counts{.frame = frame_number_};
+  ViewCounts counts;
+  counts.frame = frame_number_;
   const auto take = [&](std::uint32_t slot) {
     const gpu::Instance& instance = instances[slot];
     if (instance.plant == gpu::kNoPlant) return;

@@ -66,9 +66,13 @@ bool Context::has_reversed_depth(coppice_view view) const {
   return backend_->has_reversed_depth(backend_view(view));
 }
 
+ViewCounts Context::counts_of(const ViewEntry& view) const {
+  return backend_->host() != nullptr ? view.counts : backend_->view_counts(view.backend_view);
+}
+
 void Context::show_view(const coppice_camera& camera, LodView& lod) {
   ViewEntry& view = entry_of_view(camera.view);
-  const ViewCounts counts = backend_->host() != nullptr ? view.counts : backend_->view_counts(view.backend_view);
+  const ViewCounts counts = counts_of(view);
   view.budget.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
   lod.error_px = view.budget.threshold_px(frame_number_, lod.error_px, camera.lod == COPPICE_LOD_CUT ? camera.leaf_budget : 0);
   lod.looks_around = view.lens != kDepthLens;
@@ -115,7 +119,7 @@ bool Context::is_settled(coppice_view view) const {
 
 void Context::fill_stats(coppice_view view, coppice_view_stats& stats) const {
   const ViewEntry& of = entry_of_view(view);
-  const ViewCounts counts = backend_->host() != nullptr ? of.counts : backend_->view_counts(of.backend_view);
+  const ViewCounts counts = counts_of(of);
   stats.gpu_frame_number = counts.frame;
   stats.visible_instance_count = counts.visible_instances;
   stats.occluded_instance_count = counts.occluded_instances;

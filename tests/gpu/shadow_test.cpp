@@ -9,12 +9,11 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "context_fixture.h"
+#include "shadow_map.h"
 
 namespace coppice::test {
 namespace {
 
-constexpr std::uint32_t kMapPx = 256;
 constexpr float kRadius_m = 12.0f;
 
 /// Three plants: one stands between the sun and the second, 8 m off; the third stands beside them, in the open.
@@ -47,7 +46,7 @@ void PrintTo(const Path& each, std::ostream* out) {
   *out << each.name;
 }
 
-class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> {
+class ShadowTest : public ContextWithMapTest, public testing::WithParamInterface<Path> {
  protected:
   void SetUp() override {
     ContextTest::SetUp();
@@ -56,7 +55,7 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
     with.compute_raster = GetParam().compute_raster;
     with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
     create(with);
-    map_view_ = create_view(COPPICE_OUTPUT_DEPTH);
+    create_map_view();
     plant_ = open(path_);
   }
   void TearDown() override {
@@ -69,56 +68,17 @@ class ShadowTest : public ContextTest, public testing::WithParamInterface<Path> 
     ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
   }
 
-  [[nodiscard]] Shot sun_view(const Shot& camera) const {
-    coppice_sun_desc desc;
-    coppice_sun_desc_init(&desc);
-    std::copy_n(camera.light.sun_direction, 3, desc.sun_direction);
-    desc.radius_m = kRadius_m;
-    desc.size_px = kMapPx;
-    Shot sun;
-    init_shot(&sun);
-    EXPECT_EQ(coppice_sun_camera(context_, map_view_, &desc, &sun), COPPICE_OK) << log_;
-    sun.error_px = camera.error_px;
-    return sun;
-  }
-
-  void record_map(VkCommandBuffer cmd, const Shot& sun) {
-    record_cull(cmd, sun);
-    change_layout(cmd, map_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-    const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                          .imageView = map_.view(),
-                                          .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                          .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRenderingInfo rendering{
-        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = {{0, 0}, {kMapPx, kMapPx}}, .layerCount = 1, .pDepthAttachment = &depth};
-    vkCmdBeginRendering(cmd, &rendering);
-    record_draw(cmd, sun);
-    vkCmdEndRendering(cmd);
-    change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-  }
+  [[nodiscard]] Shot sun_view(const Shot& camera) const { return sun_of(camera, {.radius_m = kRadius_m}); }
 
   /// The light of a plant seen with the shadow map over that seen without.
   double share_of_light(const glm::vec3& place) {
     Shot camera = view_of(place);
     settle(camera);
     const double open = light_of(frame(camera));
-    const Shot sun = sun_view(camera);
-    const glm::dmat4 clip_from_world = glm::dmat4(glm::make_mat4(sun.clip_from_view)) * glm::make_mat4(sun.view_from_world);
-    coppice_shadow_map map{.image = map_.view(), .clip_from_world = {}};
-    std::copy_n(glm::value_ptr(clip_from_world), 16, map.clip_from_world);
-    camera.light.shadow_maps = &map;
-    camera.light.shadow_map_count = 1;
-    return light_of(frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1})) / open;
+    return light_of(frame_with_map(camera, {.radius_m = kRadius_m})) / open;
   }
 
-  Image map_{gpu(),
-             {.width_px = kMapPx,
-              .height_px = kMapPx,
-              .format = VK_FORMAT_D32_SFLOAT,
-              .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}};
   std::string path_;
-  coppice_view map_view_ = 0;
   coppice_plant plant_ = 0;
 };
 

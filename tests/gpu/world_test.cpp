@@ -6,15 +6,11 @@
 #include <filesystem>
 #include <ostream>
 
-#include <glm/glm.hpp>
-#include <glm/gtc/type_ptr.hpp>
-
-#include "context_fixture.h"
+#include "shadow_map.h"
 
 namespace coppice::test {
 namespace {
 
-constexpr std::uint32_t kMapPx = 256;
 using Offset = std::array<double, 3>;
 
 struct Path {
@@ -55,7 +51,7 @@ std::size_t drawn_pixels(const Picture& picture) {
   return count;
 }
 
-class WorldTest : public ContextTest, public testing::WithParamInterface<Path> {
+class WorldTest : public ContextWithMapTest, public testing::WithParamInterface<Path> {
  protected:
   void SetUp() override {
     ContextTest::SetUp();
@@ -63,7 +59,7 @@ class WorldTest : public ContextTest, public testing::WithParamInterface<Path> {
     ContextDesc with = desc();
     with.compute_raster = GetParam().compute_raster;
     create(with);
-    map_view_ = create_view(COPPICE_OUTPUT_DEPTH);
+    create_map_view();
     plant_ = open(path_);
   }
   void TearDown() override {
@@ -98,47 +94,10 @@ class WorldTest : public ContextTest, public testing::WithParamInterface<Path> {
   /// With the shadow map of what stands about `center`.
   Picture shadowed(Shot camera, const Offset& center) {
     settle(camera);
-    coppice_sun_desc desc;
-    coppice_sun_desc_init(&desc);
-    std::ranges::copy(camera.light.sun_direction, desc.sun_direction);
-    std::ranges::copy(center, desc.center);
-    desc.radius_m = 12.0f;
-    desc.size_px = kMapPx;
-    Shot sun;
-    init_shot(&sun);
-    EXPECT_EQ(coppice_sun_camera(context_, map_view_, &desc, &sun), COPPICE_OK) << log_;
-    sun.error_px = camera.error_px;
-    coppice_shadow_map map{.image = map_.view(), .clip_from_world = {}};
-    const glm::dmat4 clip_from_world = glm::dmat4(glm::make_mat4(sun.clip_from_view)) * glm::make_mat4(sun.view_from_world);
-    std::copy_n(glm::value_ptr(clip_from_world), 16, map.clip_from_world);
-    camera.light.shadow_maps = &map;
-    camera.light.shadow_map_count = 1;
-    return frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1});
+    return frame_with_map(camera, {.center = center});
   }
 
-  void record_map(VkCommandBuffer cmd, const Shot& sun) {
-    record_cull(cmd, sun);
-    change_layout(cmd, map_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-    const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                          .imageView = map_.view(),
-                                          .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                          .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRenderingInfo rendering{
-        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = {{0, 0}, {kMapPx, kMapPx}}, .layerCount = 1, .pDepthAttachment = &depth};
-    vkCmdBeginRendering(cmd, &rendering);
-    record_draw(cmd, sun);
-    vkCmdEndRendering(cmd);
-    change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-  }
-
-  Image map_{gpu(),
-             {.width_px = kMapPx,
-              .height_px = kMapPx,
-              .format = VK_FORMAT_D32_SFLOAT,
-              .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT}};
   std::string path_;
-  coppice_view map_view_ = 0;
   coppice_plant plant_ = 0;
 };
 

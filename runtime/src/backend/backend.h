@@ -10,6 +10,7 @@
 #include <span>
 
 #include "coppice/coppice.h"
+#include "frame_counts.h"
 #include "hooks.h"
 #include "instances.h"
 #include "ledger.h"
@@ -49,16 +50,8 @@ struct SceneSize {
   std::uint32_t slots = 0, plants = 0;
 };
 
-/// What a view has drawn in the latest frame that is known of it.
-struct ViewCounts {
-  std::uint64_t frame = 0;  ///< 0: none yet
-  std::uint32_t visible_instances = 0;
-  std::uint32_t occluded_instances = 0;
-  std::uint32_t leaf_mesh_instances = 0;
-  std::uint64_t leaves = 0;
-  std::uint64_t wood_triangles = 0;
-  std::uint64_t leaf_mesh_triangles = 0;
-  std::uint64_t hardware_triangles = 0;
+/// FrameCounts, and GPU times of a recent frame.
+struct ViewCounts : gpu::FrameCounts {
   std::array<float, COPPICE_PASS_COUNT> pass_ms{};
 };
 

@@ -4,16 +4,14 @@ namespace coppice {
 
 template <>
 coppice_vulkan_desc struct_defaults() {
-  coppice_vulkan_desc desc{};
-  desc.struct_size = sizeof desc;
+  auto desc = zeroed_struct<coppice_vulkan_desc>();
   desc.compute_raster = VK_TRUE;
   return desc;
 }
 
 template <>
 coppice_vulkan_view_desc struct_defaults() {
-  coppice_vulkan_view_desc desc{};
-  desc.struct_size = sizeof desc;
+  auto desc = zeroed_struct<coppice_vulkan_view_desc>();
   desc.depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   desc.samples = VK_SAMPLE_COUNT_1_BIT;
   return desc;
@@ -21,8 +19,7 @@ coppice_vulkan_view_desc struct_defaults() {
 
 template <>
 coppice_light struct_defaults() {
-  coppice_light light{};
-  light.struct_size = sizeof light;
+  auto light = zeroed_struct<coppice_light>();
   light.sun_direction[1] = 1.0f;
   for (int i = 0; i < 3; ++i) {
     light.sun_color[i] = 3.0f;
@@ -50,6 +47,5 @@ void coppice_vulkan_struct_init(coppice_vulkan_struct kind, void* data, size_t b
     case COPPICE_VULKAN_STRUCT_MAX_ENUM:
       break;
   }
-  std::memset(data, 0, bytes);
-  std::memcpy(data, &size, sizeof size);
+  coppice::init_zeroed(data, size);
 }

@@ -121,16 +121,7 @@ bool VulkanBackend::has_reversed_depth(std::uint32_t index) const {
 }
 
 ViewCounts VulkanBackend::view_counts(std::uint32_t index) const {
-  const gpu::FrameCounts& counts = view(index).counts();
-  ViewCounts of{.frame = counts.frame,
-                .visible_instances = counts.visible_instances,
-                .occluded_instances = counts.occluded_instances,
-                .leaf_mesh_instances = counts.leaf_mesh_instances,
-                .leaves = counts.leaves,
-                .wood_triangles = counts.wood_triangles,
-                .leaf_mesh_triangles = counts.leaf_mesh_triangles,
-                .hardware_triangles = counts.hardware_triangles,
-                .pass_ms = {}};
+  ViewCounts of{view(index).counts(), {}};
   static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
   std::ranges::copy(view(index).timer().pass_ms(), of.pass_ms.begin());
   of.pass_ms[COPPICE_PASS_UPLOAD] = renderer_->timer().pass_ms()[COPPICE_PASS_UPLOAD];

@@ -9,6 +9,7 @@
 
 #include "coppice/vulkan.h"
 #include "draw_lists.h"
+#include "frame_counts.h"
 #include "gpu_timer.h"
 #include "leaf_raster.h"
 #include "passes.h"
@@ -28,18 +29,6 @@ struct SceneBuffers {
 struct Capacity {
   std::uint32_t slots = 0;  ///< of instances; none before the first is reserved
   std::uint32_t plants = 0;
-};
-
-/// Sums over the latest completed frame of a view.
-struct FrameCounts {
-  std::uint64_t frame = 0;
-  std::uint32_t visible_instances = 0;
-  std::uint32_t occluded_instances = 0;  ///< in view, but hidden
-  std::uint64_t leaves = 0;
-  std::uint64_t wood_triangles = 0;
-  std::uint32_t leaf_mesh_instances = 0;
-  std::uint64_t leaf_mesh_triangles = 0;
-  std::uint64_t hardware_triangles = 0;  ///< of leaves, leaf meshes and wood
 };
 
 /// What views share; all of it outlives them.

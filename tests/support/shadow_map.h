@@ -1,0 +1,77 @@
+#pragma once
+
+// A shadow map of the tests: the sun's view of a sphere, drawn by Coppice, and what a light says of it.
+
+#include <algorithm>
+#include <array>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include "context_fixture.h"
+
+namespace coppice::test {
+
+struct SunSphere {
+  std::array<double, 3> center{};  ///< world space, m
+  float radius_m = 12.0f;
+};
+
+/// Thread and lifetime: of its test, which has a context.
+class ContextWithMapTest : public ContextTest {
+ protected:
+  static constexpr std::uint32_t kMapPx = 256;
+
+  void create_map_view() { map_view_ = create_view(COPPICE_OUTPUT_DEPTH); }
+
+  /// As fine as the camera, whose light's sun it is.
+  [[nodiscard]] Shot sun_of(const Shot& camera, const SunSphere& sphere) const {
+    coppice_sun_desc desc;
+    coppice_sun_desc_init(&desc);
+    std::ranges::copy(camera.light.sun_direction, desc.sun_direction);
+    std::ranges::copy(sphere.center, desc.center);
+    desc.radius_m = sphere.radius_m;
+    desc.size_px = kMapPx;
+    Shot sun;
+    init_shot(&sun);
+    EXPECT_EQ(coppice_sun_camera(context_, map_view_, &desc, &sun), COPPICE_OK) << log_;
+    sun.error_px = camera.error_px;
+    return sun;
+  }
+
+  void record_map(VkCommandBuffer cmd, const Shot& sun) {
+    record_cull(cmd, sun);
+    change_layout(cmd, map_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                          .imageView = map_.view(),
+                                          .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                          .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+    const VkRenderingInfo rendering{
+        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = {{0, 0}, {kMapPx, kMapPx}}, .layerCount = 1, .pDepthAttachment = &depth};
+    vkCmdBeginRendering(cmd, &rendering);
+    record_draw(cmd, sun);
+    vkCmdEndRendering(cmd);
+    change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+  }
+
+  /// The camera's picture, the map drawn before it and lit by it.
+  Picture frame_with_map(Shot camera, const SunSphere& sphere) {
+    const Shot sun = sun_of(camera, sphere);
+    const glm::dmat4 clip_from_world = glm::dmat4(glm::make_mat4(sun.clip_from_view)) * glm::make_mat4(sun.view_from_world);
+    coppice_shadow_map map{.image = map_.view(), .clip_from_world = {}};
+    std::copy_n(glm::value_ptr(clip_from_world), 16, map.clip_from_world);
+    camera.light.shadow_maps = &map;
+    camera.light.shadow_map_count = 1;
+    return frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1});
+  }
+
+  Image map_{gpu(),
+             {.width_px = kMapPx,
+              .height_px = kMapPx,
+              .format = VK_FORMAT_D32_SFLOAT,
+              .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}};
+  coppice_view map_view_ = 0;
+};
+
+}  // namespace coppice::test

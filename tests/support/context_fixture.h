@@ -152,15 +152,14 @@ class ContextTest : public VulkanTest {
     return info;
   }
 
-  /// Frames until nothing is wanted or under way.
+  /// Frames until the view of `view` has all that it wants and nothing is under way.
   Picture settle(const Shot& view) {
     Picture picture;
     for (int i = 0; i < 400; ++i) {
       picture = frame(view);
-      const coppice_stats now = stats();
-      if (i > 2 && now.streamed[COPPICE_STREAMED_ALL].wanted == 0 && now.streamed[COPPICE_STREAMED_ALL].in_flight == 0 &&
-          now.scene_tiles_missing == 0)
-        break;
+      std::uint32_t settled = COPPICE_FALSE;
+      EXPECT_EQ(coppice_is_settled(context_, view_of_shot(view), &settled), COPPICE_OK) << log_;
+      if (i > 2 && settled && stats().streamed[COPPICE_STREAMED_ALL].in_flight == 0) break;
       usleep(2000);
     }
     return picture;

@@ -497,7 +497,8 @@ COPPICE_API coppice_status coppice_view_create(coppice_context* context, const c
 COPPICE_API coppice_status coppice_view_destroy(coppice_context* context, coppice_view view);
 
 /* settled: out; 1 once everything that the view, and those that share its place in streaming, wanted in the last coppice_frame_begin and
- * can have is there: plants that are being opened, tiles of the scene, chunks. It says nothing of pipelines (coppice_pipelines_ready). */
+ * can have is there: plants that are being opened, tiles of the scene, chunks; and its threshold_px has come to rest. It says nothing of
+ * pipelines (coppice_pipelines_ready). */
 COPPICE_API coppice_status coppice_is_settled(const coppice_context* context, coppice_view view, uint32_t* settled);
 
 /* ---- frame ---------------------------------------------------------------------------------------------------------------------- */

@@ -529,6 +529,7 @@ bool Streamer::is_settled(std::uint32_t plant) const {
 }
 
 bool Streamer::is_lens_settled(std::size_t lens) const {
+  if (state_->threshold_falls) return false;
   LensViews alone;
   alone[lens] = state_->views_at(state_->threshold_step)[lens];
   return std::ranges::all_of(state_->used_plants(), [&](const auto& plant) {

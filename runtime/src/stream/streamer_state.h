@@ -82,6 +82,7 @@ struct Streamer::State {
   bool device_lost = false;  ///< and said
   bool all_affordable = true;
   std::uint32_t threshold_step = 0;  ///< how far above the views' own the thresholds in use are
+  bool threshold_falls = false;      ///< threshold_step has just fallen, and may go on falling
   std::uint64_t frame_number = 0, last_frame_number = 0, completed_number = 0;
 
   std::uint64_t movable_bytes = 0;    ///< of chunks that are not pinned

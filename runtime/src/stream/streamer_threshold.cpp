@@ -119,9 +119,11 @@ void Streamer::State::choose_threshold(std::uint64_t room) {
     const auto fits_below = [&](std::uint32_t steps) {
       return threshold_step >= steps && planned_bytes_at(threshold_step - steps) <= comfortable;
     };
-    if (fits_below(1)) threshold_step -= fits_below(kMaxStepsDown) ? kMaxStepsDown : 1;
+    threshold_falls = fits_below(1);
+    if (threshold_falls) threshold_step -= fits_below(kMaxStepsDown) ? kMaxStepsDown : 1;
     return;
   }
+  threshold_falls = false;
   std::uint32_t too_low = threshold_step, enough = threshold_step;
   for (std::uint32_t stride = 1; enough < kMaxSteps; stride *= 2) {
     too_low = enough;

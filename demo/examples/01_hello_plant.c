@@ -319,7 +319,7 @@ static void draw_frame(const Host* host, coppice_context* context, const coppice
   REQUIRE_COPPICE(coppice_record_upload(context, host->commands));
   REQUIRE_COPPICE(coppice_record_cull(context, host->commands, camera->view, NULL));
   begin_rendering(host, color, depth);
-  REQUIRE_COPPICE(coppice_record_draw(context, host->commands, camera->view));
+  REQUIRE_COPPICE(coppice_record_draw(context, host->commands, camera->view, 0));
   vkCmdEndRendering(host->commands);
   submit_and_wait(host);
 }

@@ -201,6 +201,14 @@ coppice_scene_plant_info scene_plant(const Forest& forest, std::uint32_t species
   return info;
 }
 
+template <class Eye>
+void set_eye(const FrameView& view, Eye& eye) {
+  std::copy_n(glm::value_ptr(view.view_from_world), 16, eye.view_from_world);
+  std::copy_n(glm::value_ptr(view.clip_from_view), 16, eye.clip_from_view);
+  eye.x_px = view.pane.offset.x;
+  eye.y_px = view.pane.offset.y;
+}
+
 }  // namespace
 
 Forest open_scene(const Device& device, const Options& options) {
@@ -285,10 +293,7 @@ coppice_camera make_camera(const Forest& forest, std::size_t pane, const FrameVi
   coppice_camera result;
   coppice_camera_init(&result);
   result.view = forest.views[pane];
-  std::copy_n(glm::value_ptr(view.view_from_world), 16, result.view_from_world);
-  std::memcpy(result.clip_from_view, glm::value_ptr(view.clip_from_view), sizeof result.clip_from_view);
-  result.x_px = view.pane.offset.x;
-  result.y_px = view.pane.offset.y;
+  set_eye(view, result);
   result.width_px = view.pane.extent.width;
   result.height_px = view.pane.extent.height;
   result.error_px = settings.error_px;
@@ -298,6 +303,13 @@ coppice_camera make_camera(const Forest& forest, std::size_t pane, const FrameVi
                                                    : COPPICE_LOD_CUT;
   result.debug_view = static_cast<coppice_debug_view>(settings.view);
   result.temporal_frame = view.temporal_frame;
+  return result;
+}
+
+coppice_eye make_eye(const FrameView& view) {
+  coppice_eye result;
+  coppice_eye_init(&result);
+  set_eye(view, result);
   return result;
 }
 

@@ -65,6 +65,8 @@ struct CutSettings {
 };
 /// pane: of the picture, which shows `view`
 coppice_camera make_camera(const Forest& forest, std::size_t pane, const FrameView& view, const CutSettings& settings);
+/// The other eye of a pair.
+coppice_eye make_eye(const FrameView& view);
 coppice_light make_light(const Weather& weather);
 
 }  // namespace forest

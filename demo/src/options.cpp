@@ -100,8 +100,12 @@ void declare_pictures(CLI::App& app, Options& options) {
   CLI::Option* temporal = add_switch(app, "--taa,!--no-taa", options.temporal,
                                      "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [on, "
                                      "unless --supersample or --compare is given]");
-  app.add_flag("--split", options.split, "Two cameras side by side; the right one looks back. Without temporal antialiasing")
-      ->excludes(temporal);
+  CLI::Option* split =
+      app.add_flag("--split", options.split, "Two cameras side by side; the right one looks back. Without temporal antialiasing")
+          ->excludes(temporal);
+  app.add_flag("--stereo", options.stereo, "Left and right eye side by side, culled as one view. Without temporal antialiasing")
+      ->excludes(temporal)
+      ->excludes(split);
   app.add_option("--supersample", options.supersample,
                  "Pictures that are written are means of KxK frames moved by parts of a pixel, without temporal antialiasing")
       ->check(CLI::Range(1u, 16u))

@@ -66,6 +66,7 @@ struct Options {
   std::string compare;           ///< where to write the comparison of LoD modes; empty: none
   std::string trace;             ///< empty: none
   bool split = false;            ///< a second camera, which looks back, beside the first
+  bool stereo = false;           ///< the two eyes of one view side by side
   std::optional<bool> temporal;  ///< antialiasing; absent: unless frames are to be seen one by one
   DebugView view = DebugView::none;
   bool shadows = true;            ///< shadow maps

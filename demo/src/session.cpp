@@ -66,8 +66,13 @@ VkExtent2D picture_extent(const Options& options, const Screen* screen) {
   return screen ? screen->swapchain.extent : VkExtent2D{options.width_px, options.height_px};
 }
 
+Panes panes_of(const Options& options) {
+  if (options.stereo) return Panes::stereo;
+  return options.split ? Panes::split : Panes::one;
+}
+
 bool blends_frames(const Options& options) {
-  return options.temporal.value_or(options.supersample == 1 && options.compare.empty() && !options.split);
+  return options.temporal.value_or(options.supersample == 1 && options.compare.empty() && panes_of(options) == Panes::one);
 }
 
 FramePace first_pace(const Options& options, const Device& device, bool in_window) {
@@ -177,11 +182,29 @@ std::vector<DueMap> due_maps(Session& session, const FrameView& view) {
                                               .arrivals = arrivals_of(session.statistics.last)});
 }
 
+/// What draws a pane: the second eye of a pair has no view of its own.
+struct PaneView {
+  coppice_view view = 0;
+  std::uint32_t eye = 0;
+};
+
+PaneView pane_view(const Session& session, std::size_t pane) {
+  if (session.panes == Panes::stereo) return {session.forest.views[0], static_cast<std::uint32_t>(pane)};
+  return {session.forest.views[pane], 0};
+}
+
 void begin_plants(Session& session, std::span<const FrameView> views, std::span<const DueMap> maps) {
   const float budget = session.pace.budget / static_cast<float>(views.size());
   const CutSettings settings{session.controls.error_px, static_cast<std::uint32_t>(budget), session.controls.lod, session.controls.view};
   std::vector<coppice_camera> cameras;
-  for (std::size_t pane = 0; pane < views.size(); ++pane) cameras.push_back(make_camera(session.forest, pane, views[pane], settings));
+  coppice_eye second_eye;
+  if (session.panes == Panes::stereo) {
+    second_eye = make_eye(views[1]);
+    cameras.push_back(make_camera(session.forest, 0, views[0], settings));
+    cameras.front().second_eye = &second_eye;
+  } else {
+    for (std::size_t pane = 0; pane < views.size(); ++pane) cameras.push_back(make_camera(session.forest, pane, views[pane], settings));
+  }
   for (const DueMap& map : maps) cameras.push_back(map.camera);
   coppice_frame frame;
   coppice_frame_init(&frame);
@@ -198,19 +221,25 @@ void record_frame(Session& session, VkCommandBuffer commands, std::span<const Fr
   const auto cull = [&](coppice_view of) {
     check(session.forest, coppice_record_cull(context, commands, of, &light), "coppice_record_cull");
   };
-  const auto draw = [&](coppice_view of) { check(session.forest, coppice_record_draw(context, commands, of), "coppice_record_draw"); };
+  const auto draw = [&](coppice_view of, std::uint32_t eye) {
+    check(session.forest, coppice_record_draw(context, commands, of, eye), "coppice_record_draw");
+  };
   check(session.forest, coppice_record_upload(context, commands), "coppice_record_upload");
   std::array<coppice_shadow_map, Shadows::kCascades> shadows{};
   if (session.renderer.shadows) {
-    record_shadows(*session.renderer.shadows, commands, maps, cull, draw);
+    record_shadows(*session.renderer.shadows, commands, maps, cull, [&](coppice_view of) { draw(of, 0); });
     shadows = shadow_maps(*session.renderer.shadows);
     light.shadow_maps = shadows.data();
     light.shadow_map_count = Shadows::kCascades;
   }
-  for (std::size_t pane = 0; pane < views.size(); ++pane) cull(session.forest.views[pane]);
+  for (std::size_t pane = 0; pane < views.size(); ++pane)
+    if (const PaneView of = pane_view(session, pane); of.eye == 0) cull(of.view);
   const std::size_t slot = session.ring.slot_index();
   record_scene(session.renderer, commands, slot, views, [&] {
-    for (std::size_t pane = 0; pane < views.size(); ++pane) draw(session.forest.views[pane]);
+    for (std::size_t pane = 0; pane < views.size(); ++pane) {
+      const PaneView of = pane_view(session, pane);
+      draw(of.view, of.eye);
+    }
   });
   std::function<void()> draw_overlay;
   if (session.overlay) draw_overlay = [&] { record_overlay(*session.overlay, commands, slot, session.renderer.picture.extent); };
@@ -218,7 +247,7 @@ void record_frame(Session& session, VkCommandBuffer commands, std::span<const Fr
 }
 
 FrameView view_of(const Session& session, const Pose& pose, float time_s, const VkRect2D& pane) {
-  const glm::vec2 picture_px = size_px(session.renderer.picture.extent) * glm::vec2(session.split ? 0.5f : 1.0f, 1.0f);
+  const glm::vec2 picture_px = size_px(session.renderer.picture.extent) * glm::vec2(session.panes == Panes::one ? 1.0f : 0.5f, 1.0f);
   const glm::vec2 drawn_px = size_px(pane.extent);
   Pose cuts = pose;
   cuts.position += session.cuts_aside_m * right(pose);
@@ -236,15 +265,23 @@ FrameView view_of(const Session& session, const Pose& pose, float time_s, const 
   return view;
 }
 
-/// The picture's cameras, from left to right.
+/// The picture's cameras, from left to right; those of a stereo pair are of one size.
 std::vector<FrameView> views_of(const Session& session, const Pose& pose, float time_s) {
   const VkExtent2D drawn = session.renderer.drawn;
-  if (!session.split) return {view_of(session, pose, time_s, {{0, 0}, drawn})};
-  const std::uint32_t left = std::max(drawn.width / 2, 1u), right = std::max(drawn.width - left, 1u);
-  Pose back = pose;
-  back.yaw_rad += std::numbers::pi_v<float>;
-  return {view_of(session, pose, time_s, {{0, 0}, {left, drawn.height}}),
-          view_of(session, back, time_s, {{static_cast<std::int32_t>(left), 0}, {right, drawn.height}})};
+  if (session.panes == Panes::one) return {view_of(session, pose, time_s, {{0, 0}, drawn})};
+  constexpr float kBetweenEyes_m = 0.064f;
+  const std::uint32_t left_px = std::max(drawn.width / 2, 1u), right_px = std::max(drawn.width - left_px, 1u);
+  const auto x_px = static_cast<std::int32_t>(left_px);
+  Pose left = pose, right_pose = pose;
+  if (session.panes == Panes::split) {
+    right_pose.yaw_rad += std::numbers::pi_v<float>;
+    return {view_of(session, left, time_s, {{0, 0}, {left_px, drawn.height}}),
+            view_of(session, right_pose, time_s, {{x_px, 0}, {right_px, drawn.height}})};
+  }
+  left.position -= 0.5f * kBetweenEyes_m * right(pose);
+  right_pose.position += 0.5f * kBetweenEyes_m * right(pose);
+  return {view_of(session, left, time_s, {{0, 0}, {left_px, drawn.height}}),
+          view_of(session, right_pose, time_s, {{x_px, 0}, {left_px, drawn.height}})};
 }
 
 void pace_frame(Session& session, float frame_ms) {
@@ -307,7 +344,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
   statistics.software_device = device.software;
   if (options.watch) watch = watch_files(forest.files);
   supersample = options.supersample;
-  split = options.split;
+  panes = panes_of(options);
   if (options.shadows) set_shadows(renderer, static_cast<std::uint32_t>(std::lround(pace.scale * static_cast<float>(Shadows::kSize_px))));
   set_temporal(renderer, blends_frames(options));
   if (options.pass_times) renderer.timer = std::make_unique<PassTimer>(device);

@@ -34,6 +34,9 @@ struct Screen {
   ~Screen();
 };
 
+/// What the picture shows: a camera's view; that and one that looks back; a view's left and right eye.
+enum class Panes : std::uint8_t { one, split, stereo };
+
 /// One run of the program: a device, a forest on it, and the frames drawn so far. Members are in order of dependence.
 struct Session {
   std::unique_ptr<Window> window;  ///< null when headless
@@ -50,8 +53,8 @@ struct Session {
   std::uint32_t sample = 0;       ///< of a supersampled picture, from 1 on; 0: frames are shown as they are
   float cuts_aside_m = 0;         ///< the picture has the cuts of an eye so far to the right
   std::uint32_t supersample = 1;  ///< along each axis, of pictures that are written
-  bool split = false;             ///< a second camera, which looks back, beside the first
-  std::optional<Watch> watch;     ///< absent unless asked for
+  Panes panes = Panes::one;
+  std::optional<Watch> watch;  ///< absent unless asked for
   Statistics statistics;
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   std::uint64_t first_measured = 1;  ///< frames from this number on are in `statistics`

@@ -32,15 +32,31 @@ coppice_scene_placement struct_defaults() {
   return placement;
 }
 
+namespace {
+
+template <class T>
+void set_identity(T& eye) {
+  for (int i = 0; i < 16; i += 5) {
+    eye.view_from_world[i] = 1.0;
+    eye.clip_from_view[i] = 1.0f;
+  }
+}
+
+}  // namespace
+
+template <>
+coppice_eye struct_defaults() {
+  auto eye = zeroed_struct<coppice_eye>();
+  set_identity(eye);
+  return eye;
+}
+
 template <>
 coppice_camera struct_defaults() {
   auto camera = zeroed_struct<coppice_camera>();
   camera.error_px = 2.0f;
   camera.lod = COPPICE_LOD_CUT;
-  for (int i = 0; i < 16; i += 5) {
-    camera.view_from_world[i] = 1.0;
-    camera.clip_from_view[i] = 1.0f;
-  }
+  set_identity(camera);
   camera.layer_mask = COPPICE_ALL_LAYERS;
   return camera;
 }
@@ -136,6 +152,8 @@ void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
       return coppice::init_struct<coppice_view_desc>(data, size);
     case COPPICE_STRUCT_CAMERA:
       return coppice::init_struct<coppice_camera>(data, size);
+    case COPPICE_STRUCT_EYE:
+      return coppice::init_struct<coppice_eye>(data, size);
     case COPPICE_STRUCT_SUN_DESC:
       return coppice::init_struct<coppice_sun_desc>(data, size);
     case COPPICE_STRUCT_FRAME:

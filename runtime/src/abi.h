@@ -32,6 +32,8 @@ coppice_context_desc struct_defaults();
 template <>
 coppice_scene_placement struct_defaults();
 template <>
+coppice_eye struct_defaults();
+template <>
 coppice_camera struct_defaults();
 template <>
 coppice_sun_desc struct_defaults();

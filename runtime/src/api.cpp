@@ -75,11 +75,13 @@ coppice::ViewLimits view_limits(const coppice_context& context) {
 }
 
 /// Reads the frame's cameras and checks them.
-std::string read_cameras(const coppice_context& context, const coppice_frame& frame, std::vector<coppice_camera>& ours) {
+std::string read_cameras(coppice_context& context, const coppice_frame& frame) {
+  std::vector<coppice_camera>& ours = context.cameras;
   if (std::string problem = coppice::records_problem(frame.cameras, frame.camera_count, frame.camera_bytes, "frame.cameras");
       !problem.empty())
     return problem;
   ours.resize(frame.camera_count);
+  context.second_eyes.resize(frame.camera_count);
   for (std::size_t i = 0; i < ours.size(); ++i) {
     const std::string name = "frame.cameras[" + std::to_string(i) + "]";
     const auto* theirs = reinterpret_cast<const unsigned char*>(frame.cameras) + i * frame.camera_bytes;
@@ -89,6 +91,12 @@ std::string read_cameras(const coppice_context& context, const coppice_frame& fr
     if (std::string problem = coppice::view_problem(context, ours[i].view, name + ".view"); !problem.empty()) return problem;
     for (std::size_t other = 0; other < i; ++other)
       if (ours[other].view == ours[i].view) return name + ".view is that of frame.cameras[" + std::to_string(other) + "] too";
+    if (ours[i].second_eye != nullptr) {
+      coppice_eye& eye = context.second_eyes[i];
+      if (std::string problem = coppice::read_struct(ours[i].second_eye, (name + ".second_eye").c_str(), eye); !problem.empty())
+        return problem;
+      ours[i].second_eye = &eye;
+    }
     if (const std::string problem = coppice::camera_problem(ours[i], view_limits(context)); !problem.empty()) return name + "." + problem;
   }
   return {};
@@ -362,7 +370,7 @@ coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame
   COPPICE_BEGIN_CALL(exclusive);
   coppice_frame ours;
   COPPICE_REFUSE_IF(coppice::read_struct(frame, "frame", ours));
-  COPPICE_REFUSE_IF(read_cameras(*context, ours, context->cameras));
+  COPPICE_REFUSE_IF(read_cameras(*context, ours));
   if (!context->context->device_state()) return call.lost();
   return call.finish(context->context->begin_frame(ours, context->cameras));
 }

@@ -56,8 +56,9 @@ struct coppice_context {
   std::unique_ptr<coppice::Context> context;
   mutable coppice::CallGuard guard;
   mutable std::mutex error_mutex;
-  mutable coppice::ErrorLine error;     ///< under error_mutex
-  std::vector<coppice_camera> cameras;  ///< scratch of coppice_frame_begin
+  mutable coppice::ErrorLine error;      ///< under error_mutex
+  std::vector<coppice_camera> cameras;   ///< of the last coppice_frame_begin
+  std::vector<coppice_eye> second_eyes;  ///< by camera, of those that have one
 };
 
 namespace coppice {

@@ -21,7 +21,7 @@ constexpr float kMinScale = 1e-6f, kMaxScale = 1e6f;
 constexpr float kMaxTint = 65504.0f;  // the largest half
 constexpr float kMaxBias = 4.0f;
 constexpr float kMinFocal = 1e-6f, kMaxFocal = 1e6f;  // of clip_from_view
-constexpr float kMaxError_px = 1e6f;
+constexpr float kMinError_px = std::numeric_limits<float>::min(), kMaxError_px = 1e6f;
 constexpr std::int32_t kMaxOffset_px = 1 << 20;
 constexpr float kMaxPrefetchFrames = 1000.0f;
 constexpr std::uint32_t kMaxPlants = 65536;
@@ -37,15 +37,41 @@ bool is_rigid(std::span<const double, 16> m) {
   return m[3] == 0.0 && m[7] == 0.0 && m[11] == 0.0 && m[15] == 1.0;
 }
 
+bool is_parallel(std::span<const float, 16> m) {
+  return m[11] == 0.0f && m[15] > 0.0f;
+}
+
 std::string projection_problem(std::span<const float, 16> m) {
-  const bool perspective = m[11] < 0.0f && m[15] == 0.0f, parallel = m[11] == 0.0f && m[15] > 0.0f;
-  if (m[3] != 0.0f || m[7] != 0.0f || !(perspective || parallel))
+  const bool perspective = m[11] < 0.0f && m[15] == 0.0f;
+  if (m[3] != 0.0f || m[7] != 0.0f || !(perspective || is_parallel(m)))
     return "clip_from_view is neither a perspective that looks down -z nor orthographic: its last row must be 0 0 -1 0 or 0 0 0 1";
   for (const std::size_t i : {std::size_t{0}, std::size_t{5}})
     if (!(std::abs(m[i]) >= kMinFocal && std::abs(m[i]) <= kMaxFocal))
       return "clip_from_view[" + std::to_string(i) + "] is a scale outside 1e-6 to 1e6";
   if (determinant(m) == 0.0) return "clip_from_view has no inverse";
   return {};
+}
+
+/// Eye: coppice_camera, whose own fields are the first eye's, or coppice_eye
+template <class Eye>
+std::string eye_problem(const Eye& eye) {
+  if (std::string problem = first_of(double_problem("view_from_world", eye.view_from_world, kMaxEye_m),
+                                     range_problem({"clip_from_view", eye.clip_from_view, -kMaxMatrix, kMaxMatrix}));
+      !problem.empty())
+    return problem;
+  for (const auto& [name, offset] : {std::pair{"x_px", eye.x_px}, {"y_px", eye.y_px}})
+    if (offset < 0 || offset > kMaxOffset_px)
+      return std::string(name) + " is " + std::to_string(offset) + ": outside 0 to " + std::to_string(kMaxOffset_px);
+  if (!is_rigid(eye.view_from_world)) return "view_from_world is not a rotation and a translation";
+  return projection_problem(eye.clip_from_view);
+}
+
+/// Whether a perspective shows left-handed what is right-handed.
+template <class Eye>
+bool is_mirror(const Eye& eye) {
+  const double* m = eye.view_from_world;
+  const dvec3 x{m[0], m[1], m[2]}, y{m[4], m[5], m[6]}, z{m[8], m[9], m[10]};
+  return dot(x, cross(y, z)) * static_cast<double>(eye.clip_from_view[0] * eye.clip_from_view[5]) > 0.0;
 }
 
 /// origin: what the position counts from
@@ -73,22 +99,20 @@ std::string view_desc_problem(const coppice_view_desc& desc) {
 }
 
 std::string camera_problem(const coppice_camera& camera, const ViewLimits& limits) {
-  const Field fields[] = {{"clip_from_view", camera.clip_from_view, -kMaxMatrix, kMaxMatrix},
-                          {"error_px", {&camera.error_px, 1}, std::numeric_limits<float>::min(), kMaxError_px}};
-  if (std::string problem = first_of(double_problem("view_from_world", camera.view_from_world, kMaxEye_m), range_problem(fields),
+  if (std::string problem = first_of(eye_problem(camera), range_problem({"error_px", {&camera.error_px, 1}, kMinError_px, kMaxError_px}),
                                      size_problem("width_px", camera.width_px, limits.max_width_px),
                                      size_problem("height_px", camera.height_px, limits.max_height_px));
       !problem.empty())
     return problem;
-  for (const auto& [name, offset] : {std::pair{"x_px", camera.x_px}, {"y_px", camera.y_px}})
-    if (offset < 0 || offset > kMaxOffset_px)
-      return std::string(name) + " is " + std::to_string(offset) + ": outside 0 to " + std::to_string(kMaxOffset_px);
-  if (!is_rigid(camera.view_from_world)) return "view_from_world is not a rotation and a translation";
-  if (std::string problem = projection_problem(camera.clip_from_view); !problem.empty()) return problem;
   if (camera.lod < COPPICE_LOD_CUT || camera.lod > COPPICE_LOD_DISCRETE) return "lod is not a coppice_lod_mode";
   if (camera.debug_view < COPPICE_DEBUG_NONE || camera.debug_view > COPPICE_DEBUG_RESIDENCY)
     return "debug_view is not a coppice_debug_view";
-  return {};
+  if (camera.second_eye == nullptr) return {};
+  const coppice_eye& second = *camera.second_eye;
+  if (const std::string problem = eye_problem(second); !problem.empty()) return "second_eye." + problem;
+  if (is_parallel(camera.clip_from_view) || is_parallel(second.clip_from_view))
+    return "second_eye is given, and a clip_from_view is not a perspective";
+  return is_mirror(camera) == is_mirror(second) ? "" : "second_eye is mirrored where the first is not, or the other way round";
 }
 
 std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits) {

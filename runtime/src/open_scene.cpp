@@ -31,7 +31,7 @@ coppice_placement placement_of(const SceneInstance& instance) {
 
 /// Of the picture of a parallel view.
 float half_diagonal_m(const LodView& view) {
-  const mat4 rows = transpose(view.clip_from_world);
+  const mat4 rows = transpose(view.eyes[0].clip_from_world);
   const vec3 x = rows.column[0].xyz(), y = rows.column[1].xyz();
   return std::sqrt(1.0f / dot(x, x) + 1.0f / dot(y, y));
 }

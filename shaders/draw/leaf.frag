@@ -10,6 +10,7 @@
 #include "surface_in.glsl"
 #include "coppice_thinning.h"
 
+layout(push_constant, scalar) uniform Push { DrawPush push; };
 layout(constant_id = 2) const uint kGaps = 1;
 
 layout(location = 4) flat in uint in_thinning;
@@ -18,7 +19,7 @@ layout(location = 0) out vec4 out_color;
 #endif
 
 void main() {
-  uvec2 pixel = uvec2(gl_FragCoord.xy) - view.first_px;
+  uvec2 pixel = uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px;
   if (kGaps != 0 && !shows_pixel(in_thinning, pixel.x, pixel.y)) discard;
   vec3 color = textured(in_color);  // lit alike on both sides
 #ifndef COPPICE_DEPTH

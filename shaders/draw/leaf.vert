@@ -48,7 +48,7 @@ void main() {
   float scale = share * sqrt(material.coverage / let_through);
   vec3 object = middle + (corners[corner] - middle) * scale;
   vec3 world = world_from_object(instance, object);
-  gl_Position = view.clip_from_world * vec4(world, 1.0);
+  gl_Position = view.eyes[push.eye].clip_from_world * vec4(world, 1.0);
 
   Crown crown = crown_of(plant);
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
@@ -61,7 +61,7 @@ void main() {
   out_transmittance = transmittance(world);
   out_uv = card.uv[corner];
   out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);
-  vec4 clip_middle = view.clip_from_world * vec4(world_middle, 1.0);
+  vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
   out_thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
   if (view.debug_view != 0) show_debug(view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot));
 }

@@ -30,7 +30,7 @@ uint slot_of_draw(uint instance) {
 // A vertex of wood or of a leaf mesh; outside where another draw shows its material.
 void place_vertex(Material material, vec3 world, vec2 uv) {
   bool shown = material.texture == push.texture && material.normal_map == push.normal_map;
-  gl_Position = shown ? view.clip_from_world * vec4(world, 1.0) : kOutside;
+  gl_Position = shown ? view.eyes[push.eye].clip_from_world * vec4(world, 1.0) : kOutside;
   out_transmittance = transmittance(world);
   out_uv = uv;
   out_alpha_cutoff = material.alpha_cutoff;

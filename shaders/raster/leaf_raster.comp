@@ -5,7 +5,7 @@
 // reads     view, instances, plants, cuts, shadow_maps, work_items or big_items and their stages, picture; lists, clusters, leaves, splats,
 //           card looks and debug colours by address
 // writes    picture; big_items and the round's big stage
-// dispatch  indirect, from the round's work or big stage, which kSource names; recorded by coppice::gpu::LeafRaster::record_leaves
+// dispatch  indirect, from the round's work stage, y: eyes, or its big stage, which kSource names; recorded by coppice::gpu::LeafRaster::record_leaves
 //
 // Clusters: one invocation a leaf, which walks the pixels of the leaf's rectangle. What covers many pixels goes to a list
 // of its own, of which a whole group takes one leaf at a time: a row each invocation, or eight of a wide group.
@@ -24,6 +24,7 @@ layout(constant_id = 5) const int kRowLanes = 1;     // invocations of that grou
 
 // What the leaves of a cluster share.
 struct Shared {
+  uint eye;
   Placed placed;
   vec3 box_step;
   float px_per_m;  // on the screen, of a metre in object space
@@ -31,10 +32,11 @@ struct Shared {
   bool paged, finest;  // is_single
 };
 
-Shared share(uint item, ClusterList list, Cluster cluster, uint quarter, uint leaf_count) {
+Shared share(uint eye, uint item, ClusterList list, Cluster cluster, uint quarter, uint leaf_count) {
   Instance instance = instances[slot_of(item)];
   Shared group;
-  group.placed = place(item, instance, list.box_min, list.box_step, cluster, quarter, leaf_count);
+  group.eye = eye;
+  group.placed = place(eye, item, instance, list.box_min, list.box_step, cluster, quarter, leaf_count);
   group.box_step = list.box_step;
   group.slot = slot_of(item);
   group.paged = list_of(item) == kPageList;
@@ -54,6 +56,7 @@ struct Triangle {
 struct Drawn {
   Triangle first, other;  // (0, 1, 2) and (0, 2, 3)
   ivec2 low, high;        // pixels [low, high) hold it
+  uint first_pixel;
   uint radiance;
   uvec2 mask;
   uint thinning;
@@ -107,6 +110,7 @@ bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   drawn.high = ivec2(floor(clamp(high, vec2(0.0), size) - 0.5)) + 1;
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
+  drawn.first_pixel = first_pixel(group.eye);
   drawn.radiance = placed_radiance(group.placed, splat, normals_of(splat));
   vec4 middle_px = projected(group.placed, middle);
   drawn.thinning = thinning_of(leaf, name, middle_px.xy / middle_px.z);
@@ -228,7 +232,7 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
     vec2 center = center_of(block, bit);
     vec3 one = vec3(1.0, center);
     precise float key = max(has_bit(first, bit) ? dot(drawn.first.key, one) : 0.0, has_bit(other, bit) ? dot(drawn.other.key, one) : 0.0);
-    if ((left.x | left.y) != 0) write_pixel(uint(center.y) * push.width_px + uint(center.x), key, drawn.radiance);
+    if ((left.x | left.y) != 0) write_pixel(drawn.first_pixel + uint(center.y) * push.width_px + uint(center.x), key, drawn.radiance);
     left = without_next_bit(left);
   } while ((left.x | left.y) != 0);
 }
@@ -270,13 +274,13 @@ void raster_clusters() {
       Cluster cluster = cluster_at(list, index);
       ShownLeaves shown = shown_of_work(work.y);
       uint leaf_count = item_leaf_count(work.x, plant, list), splits = born_splits(leaf_count, index);
-      Shared group = share(work.x, list, cluster, shown_quarter(shown), leaf_count);
+      Shared group = share(gl_WorkGroupID.y, work.x, list, cluster, shown_quarter(shown), leaf_count);
       uint at = gl_LocalInvocationIndex;
       do {
         if (at < shown.count) {
           Leaf leaf = LeafArray(cluster.leaves).at[at];
           bool born = !shown.partly_born || is_born(leaf.life, splits);
-          raster_leaf(group, leaf, SplatArray(cluster.splats).at[at], uvec2(work.x, index * kClusterLeaves + at), born);
+          raster_leaf(group, leaf, SplatArray(cluster.splats).at[at], uvec2(work.x, big_leaf(group.eye, index, at)), born);
         }
         at += gl_WorkGroupSize.x;
       } while (at < shown.count);
@@ -289,9 +293,10 @@ void raster_big() {
     uvec2 name = big_items[i];
     Plant plant = plants[instances[slot_of(name.x)].plant];
     ClusterList list = list_at(plant, list_of(name.x));
-    Cluster cluster = cluster_at(list, name.y / kClusterLeaves);
-    uint at = name.y % kClusterLeaves;
-    Shared group = share(name.x, list, cluster, at * 4 / kClusterLeaves, item_leaf_count(name.x, plant, list));
+    uint leaf = name.y & ~(1u << 31);
+    Cluster cluster = cluster_at(list, leaf / kClusterLeaves);
+    uint at = leaf % kClusterLeaves;
+    Shared group = share(name.y >> 31, name.x, list, cluster, at * 4 / kClusterLeaves, item_leaf_count(name.x, plant, list));
     Drawn drawn;
     if (!project(group, LeafArray(cluster.leaves).at[at], SplatArray(cluster.splats).at[at], drawn)) continue;
     Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));
@@ -299,7 +304,7 @@ void raster_big() {
     for (int y = drawn.low.y + lane / kRowLanes; y < drawn.high.y; y += int(gl_WorkGroupSize.x) / kRowLanes) {
       ivec2 row = row_of(rows, drawn, y);
       for (int x = row.x + lane % kRowLanes; x < row.y; x += kRowLanes)
-        shade_pixel(drawn, vec2(x, y) + 0.5, uint(y) * push.width_px + uint(x));
+        shade_pixel(drawn, vec2(x, y) + 0.5, drawn.first_pixel + uint(y) * push.width_px + uint(x));
     }
   }
 }

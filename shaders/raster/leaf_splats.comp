@@ -5,7 +5,7 @@
 // reads     view, instances, plants, cuts, shadow_maps, splat_items and the round's splats stage, picture; lists, clusters, splats, lives
 //           and debug colours by address
 // writes    picture
-// dispatch  indirect, from the round's splats stage; recorded by coppice::gpu::LeafRaster::record_leaves
+// dispatch  indirect, from the round's splats stage, y: eyes; recorded by coppice::gpu::LeafRaster::record_leaves
 //
 // kClusterLanes invocations take a cluster. Software drivers load what its splats share once for every invocation, as many loads as the
 // splats themselves, and are fastest with one; where neighbours' loads become one, they are to be neighbours in memory.
@@ -17,8 +17,8 @@
 layout(local_size_x_id = 1) in;
 layout(constant_id = 3) const uint kClusterLanes = 1;
 
-// along: where on the leaf's axis, in half lengths of it, times Cluster::axis_steps; size_px: of a splat of size 1, times w
-void raster_splat(Placed placed, Splat splat, float along, float size_px, bool shown) {
+// first: first_pixel; along: where on the leaf's axis, in half lengths of it, times Cluster::axis_steps; size_px: of a splat of size 1, times w
+void raster_splat(uint first, Placed placed, Splat splat, float along, float size_px, bool shown) {
   vec3 q = vec3(splat.xy & 0xffffu, splat.xy >> 16, splat.z_size & 0xffffu);
   if (along != 0.0) q += along * unpackSnorm4x8(splat.axis).xyz;
   vec4 at = projected(placed, q);
@@ -39,14 +39,14 @@ void raster_splat(Placed placed, Splat splat, float along, float size_px, bool s
   bool more = seen;
   do {
     vec2 off = vec2(pixel) + 0.5 - middle;
-    if (more && dot(off, off) < radius_px * radius_px) write_pixel(uint(pixel.y) * push.width_px + uint(pixel.x), key, radiance);
+    if (more && dot(off, off) < radius_px * radius_px) write_pixel(first + uint(pixel.y) * push.width_px + uint(pixel.x), key, radiance);
     ++pixel.x;
     if (pixel.x >= high.x) pixel = ivec2(low.x, pixel.y + 1);
     more = seen && pixel.y < high.y;
   } while (more);
 }
 
-void raster_cluster(uvec2 work, uint lane) {
+void raster_cluster(uint eye, uvec2 work, uint lane) {
   Instance instance = instances[slot_of(work.x)];
   Plant plant = plants[instance.plant];
   ClusterList list = list_at(plant, list_of(work.x));
@@ -54,18 +54,18 @@ void raster_cluster(uvec2 work, uint lane) {
   Cluster cluster = cluster_at(list, index);
   ShownLeaves shown = shown_of_work(work.y);
   uint leaf_count = item_leaf_count(work.x, plant, list), splits = born_splits(leaf_count, index);
-  Placed placed = place(work.x, instance, list.box_min, list.splat_step, cluster, shown_quarter(shown), leaf_count);
+  Placed placed = place(eye, work.x, instance, list.box_min, list.splat_step, cluster, shown_quarter(shown), leaf_count);
   // Discs of few pixels are smaller where a share of the leaves is drawn.
   float side = placed.wood ? 1.0 : sqrt(placed.leaves);
   float size_px = side * cluster.splat_size_m / 65535.0 * instance.scale * view.focal_px;
-  uint grains = log2_grains(cluster), count = shown.count << grains, disc = lane;
+  uint first = first_pixel(eye), grains = log2_grains(cluster), count = shown.count << grains, disc = lane;
   do {
     uint leaf = disc >> grains;
     float along = float(2 * (disc - (leaf << grains)) + 1) / float(1u << grains) - 1.0;
     bool born = true;
     if (shown.partly_born) born = is_born(LeafArray(cluster.leaves).at[leaf].life, splits);
     if (kClusterLanes == 1 || disc < count)
-      raster_splat(placed, SplatArray(cluster.splats).at[leaf], along * cluster.axis_steps, size_px, born);
+      raster_splat(first, placed, SplatArray(cluster.splats).at[leaf], along * cluster.axis_steps, size_px, born);
     disc += kClusterLanes;
   } while (disc < count);
 }
@@ -74,5 +74,5 @@ void main() {
   uint count = min(rounds[push.round].splats.count, push.work_capacity);
   uint step = gl_NumWorkGroups.x * gl_WorkGroupSize.x / kClusterLanes;
   for (uint i = (group_index() * gl_WorkGroupSize.x + gl_LocalInvocationIndex) / kClusterLanes; i < count; i += step)
-    raster_cluster(splat_items[i], gl_LocalInvocationIndex % kClusterLanes);
+    raster_cluster(gl_WorkGroupID.y, splat_items[i], gl_LocalInvocationIndex % kClusterLanes);
 }

@@ -4,7 +4,7 @@
 // The smallest depth key of each tile: 0 where a pixel of it shows no leaf.
 // reads     picture (level 0), tiles of level 0 (the others)
 // writes    tiles
-// dispatch  indirect, from the round's tiles stages, one invocation per tile of level 0, or of levels 1 and 2; recorded by
+// dispatch  indirect, from the round's tiles stages, one invocation per tile of level 0, or of levels 1 and 2, y: eyes; recorded by
 //           coppice::gpu::LeafRaster::record_tiles
 
 #include "bindings.glsl"
@@ -13,35 +13,35 @@
 layout(local_size_x_id = 1) in;
 layout(constant_id = 0) const uint kFirstLevel = 0;
 
-uint smallest_of_picture(uvec2 tile) {
+uint smallest_of_picture(uint eye, uvec2 tile) {
   uvec2 low = tile * kTileSide_px;
   uvec2 high = min(low + kTileSide_px, uvec2(push.width_px, push.height_px));
-  uint smallest = 0xffffffffu;
+  uint smallest = 0xffffffffu, first = first_pixel(eye);
   // Most tiles have a pixel without a leaf: then the rest of them says nothing more.
   for (uint y = low.y; y < high.y && smallest != 0; ++y)
-    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, texelFetch(picture_words, int(2 * (y * push.width_px + x) + 1)).x);
+    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, texelFetch(picture_words, int(2 * (first + y * push.width_px + x) + 1)).x);
   return smallest;
 }
 
-uint smallest_of_tiles(uvec2 tile, uint level) {
+uint smallest_of_tiles(uint first, uvec2 tile, uint level) {
   uvec3 finest = tile_level(0);
   uint side = 1u << (2 * level);
   uvec2 low = tile * side;
   uvec2 high = min(low + side, finest.xy);
   uint smallest = 0xffffffffu;
   for (uint y = low.y; y < high.y; ++y)
-    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, tiles[y * finest.x + x]);
+    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, tiles[first + y * finest.x + x]);
   return smallest;
 }
 
 void main() {
-  uint index = gl_GlobalInvocationID.x;
+  uint index = gl_GlobalInvocationID.x, eye = gl_WorkGroupID.y, first = eye * tile_count();
   for (uint level = kFirstLevel; level < (kFirstLevel == 0 ? 1 : kTileLevels); ++level) {
     uvec3 size = tile_level(level);
     uint count = size.x * size.y;
     if (index < count) {
       uvec2 tile = uvec2(index % size.x, index / size.x);
-      tiles[size.z + index] = level == 0 ? smallest_of_picture(tile) : smallest_of_tiles(tile, level);
+      tiles[first + size.z + index] = level == 0 ? smallest_of_picture(eye, tile) : smallest_of_tiles(first, tile, level);
       return;
     }
     index -= count;

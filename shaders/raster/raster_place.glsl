@@ -23,16 +23,16 @@ struct Placed {
 };
 
 // step: object space, m, of one in q; quarter: shown_quarter; leaf_count: of the cut
-Placed place(uint item, Instance instance, vec3 box_min, vec3 step, Cluster cluster, uint quarter, uint leaf_count) {
+Placed place(uint eye, uint item, Instance instance, vec3 box_min, vec3 step, Cluster cluster, uint quarter, uint leaf_count) {
   Plant plant = plants[instance.plant];
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   Placed placed;
   placed.wood = list_of(item) >= kWoodLists && list_of(item) < kMeshLists;
   placed.cards = plant.card_looks;
-  placed.origin = on_screen(vec4(world_from_object(instance, box_min), 1.0));
-  placed.x = on_screen(vec4(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)), 0.0));
-  placed.y = on_screen(vec4(rotate(instance.rotation, vec3(0.0, instance.scale * step.y, 0.0)), 0.0));
-  placed.z = on_screen(vec4(rotate(instance.rotation, vec3(0.0, 0.0, instance.scale * step.z)), 0.0));
+  placed.origin = on_screen(eye, vec4(world_from_object(instance, box_min), 1.0));
+  placed.x = on_screen(eye, vec4(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)), 0.0));
+  placed.y = on_screen(eye, vec4(rotate(instance.rotation, vec3(0.0, instance.scale * step.y, 0.0)), 0.0));
+  placed.z = on_screen(eye, vec4(rotate(instance.rotation, vec3(0.0, 0.0, instance.scale * step.z)), 0.0));
   placed.sun = rotate(to_object, view.sun_direction);
   placed.up = rotate(to_object, vec3(0.0, 1.0, 0.0));
   vec3 world = world_from_object(instance, cluster.center);

@@ -19,8 +19,8 @@ layout(location = 0) out vec4 out_color;
 #endif
 
 void main() {
-  uvec2 at = uvec2(gl_FragCoord.xy) - view.first_px;
-  int word = int(2 * (at.y * push.width_px + at.x));
+  uvec2 at = uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px;
+  int word = int(2 * ((push.eye * push.height_px + at.y) * push.width_px + at.x));
   uint key = texelFetch(picture_words, word + 1).x;
   if (key == 0) discard;
 #ifndef COPPICE_DEPTH

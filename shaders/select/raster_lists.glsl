@@ -20,10 +20,10 @@ void append_item(uint item) {
 
 // The round draws something, so that its tiles are worth a look.
 void wake_tiles() {
-  uvec3 finest = tile_level(0), last = tile_level(kTileLevels - 1);
+  uvec3 finest = tile_level(0);
   uint finest_count = finest.x * finest.y;
   rounds[push.round].finest_tiles.groups[0] = (finest_count + push.lanes - 1) / push.lanes;
-  rounds[push.round].other_tiles.groups[0] = (last.z + last.x * last.y - finest_count + push.lanes - 1) / push.lanes;
+  rounds[push.round].other_tiles.groups[0] = (tile_count() - finest_count + push.lanes - 1) / push.lanes;
 }
 
 // Lists of clusters.

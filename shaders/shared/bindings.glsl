@@ -38,8 +38,12 @@ float size_distance_m(vec3 place) { return view.is_perspective * length(place); 
 // Unit, towards who looks at the place.
 vec3 toward_eye(vec3 place) { return normalize(view.toward_viewer - view.is_perspective * place); }
 
-bool sphere_in_view(vec3 center, float radius) {
+bool sphere_in_eye(uint eye, vec3 center, float radius) {
   for (int i = 0; i < 5; ++i)
-    if (dot(view.planes[i].xyz, center) + view.planes[i].w < -radius) return false;
+    if (dot(view.eyes[eye].planes[i].xyz, center) + view.eyes[eye].planes[i].w < -radius) return false;
   return true;
+}
+
+bool sphere_in_view(vec3 center, float radius) {
+  return sphere_in_eye(0, center, radius) || (view.eye_count > 1 && sphere_in_eye(1, center, radius));
 }

@@ -231,11 +231,22 @@ struct Plant {
 };
 COPPICE_GPU_LAYOUT(Plant, 188);
 
-// What a frame is seen with. To shaders world space begins at the view's eye, which is there in full only here: floats hold what is near
-// it. Planes' normals point inside: dot(xyz, p) + w >= 0. focal_px and near_m: of sizes.
-struct View {
+// One of a view's eyes. Planes' normals point inside: dot(xyz, p) + w >= 0.
+const uint kMostEyes = 2;
+struct Eye {
   mat4 clip_from_world;
   vec4 planes[5];
+  vec4 key_row;  // dot(key_row, place) / w is a place's depth key: 1 at the near plane, 0 at the far one
+  vec3 place;
+  uvec2 first_px;  // the picture's first pixel in the attachments
+};
+COPPICE_GPU_LAYOUT(Eye, 180);
+
+// What a frame is seen with. To shaders world space begins at the view's eye, of two at the middle, which is there in full only here:
+// floats hold what is near it. focal_px and near_m: of sizes.
+struct View {
+  Eye eyes[kMostEyes];
+  uint eye_count;
   ivec3 eye_cell;
   vec3 eye_in_cell;
   uint layer_mask;  // instances that share no bit with it are not drawn
@@ -259,13 +270,11 @@ struct View {
   uint is_mirrored;             // 1: the picture's y points up, so that what the viewer sees run counter-clockwise is clockwise there
   float is_perspective;         // 1; 0: it is parallel. Then distances count as 0, near_m is 1, and focal_px px are a metre
   vec3 toward_viewer;           // of a parallel view, unit; 0 of a perspective one
-  vec4 key_row;                 // dot(key_row, place) / w is a place's depth key: 1 at the near plane, 0 at the far one
   uint temporal_frame;          // coppice_camera's
   vec2 half_size_px;            // of the picture
-  uvec2 first_px;               // the picture's first pixel in the attachments
   mat4 cascades[kMaxCascades];  // clip_from_world of each
 };
-COPPICE_GPU_LAYOUT(View, 532);
+COPPICE_GPU_LAYOUT(View, 728);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {
@@ -297,8 +306,9 @@ struct DrawPush {
   uvec2 vertices;  // address of WoodVertex[], of leaf meshes LeafMeshVertex[]; of leaves unused
   uint wood_list_first;
   uint normal_map;  // or kNoTexture; of wood and leaf meshes
+  uint eye;
 };
-COPPICE_GPU_LAYOUT(DrawPush, 24);
+COPPICE_GPU_LAYOUT(DrawPush, 28);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

@@ -1,5 +1,5 @@
 // Descriptor set 1 of the compute rasteriser, as gpu/view/leaf_raster.cpp writes it, and what its passes share. After bindings.glsl.
-// A pixel of the picture is two words: the leaf's radiance, then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the
+// The picture, and the tiles, are those of the first eye, then of the second. A pixel of the picture is two words: the leaf's radiance, then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the
 // larger one is the nearer leaf.
 
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -14,7 +14,7 @@ layout(set = 1, binding = 3, scalar) buffer VisibleBlockBuffer { uint visible_bl
 // As slot_of and list_of take them; from the end MeshDraws of all rounds.
 layout(set = 1, binding = 4, scalar) buffer ItemBuffer { uint items[]; };
 layout(set = 1, binding = 5, scalar) buffer WorkBuffer { uvec2 work_items[]; };    // an item, work_of
-layout(set = 1, binding = 6, scalar) buffer BigBuffer { uvec2 big_items[]; };      // an item, kClusterLeaves times the cluster and the leaf
+layout(set = 1, binding = 6, scalar) buffer BigBuffer { uvec2 big_items[]; };      // an item, big_leaf
 layout(set = 1, binding = 7, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
 layout(set = 1, binding = 8, scalar) buffer TileBuffer { uint tiles[]; };          // the smallest key of each tile, level by level
 
@@ -31,6 +31,8 @@ uint work_of(uint cluster, ShownLeaves shown) {
   return cluster | (shown.count - 1) << kWorkClusterBits | (shown.partly_born ? 1u << 31 : 0u);
 }
 uint cluster_of_work(uint work) { return work & ((1u << kWorkClusterBits) - 1u); }
+// A leaf of a cluster, and the eye that sees it large.
+uint big_leaf(uint eye, uint cluster, uint leaf) { return eye << 31 | cluster * kClusterLeaves + leaf; }
 ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kWorkClusterBits & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
 
 // The leaves of the cut that an item is of: those of its list, or of the instance's cut.
@@ -57,10 +59,19 @@ uint group_index() {
   return gl_WorkGroupID.x < half_count ? 2 * gl_WorkGroupID.x : 2 * (gl_WorkGroupID.x - half_count) + 1;
 }
 
+// Where tiles of the second eye begin.
+uint tile_count() {
+  uvec3 last = tile_level(kTileLevels - 1);
+  return last.z + last.x * last.y;
+}
+
+// Where an eye's picture begins, in pixels.
+uint first_pixel(uint eye) { return eye * push.width_px * push.height_px; }
+
 // (x * w, y * w, w) in px of a point, or of a direction, whose fourth number is 0; and its depth key times w.
-vec4 on_screen(vec4 world) {
-  vec4 clip = view.clip_from_world * world;
-  return vec4(0.5 * vec2(push.width_px, push.height_px) * (clip.xy + clip.w), clip.w, dot(view.key_row, world));
+vec4 on_screen(uint eye, vec4 world) {
+  vec4 clip = view.eyes[eye].clip_from_world * world;
+  return vec4(0.5 * vec2(push.width_px, push.height_px) * (clip.xy + clip.w), clip.w, dot(view.eyes[eye].key_row, world));
 }
 
 // Whether a place with this depth key lies between the near plane and the far one. w > 0

@@ -62,8 +62,9 @@ struct RasterPush {
   uint expand_items;
   uint leaf_clusters;
   uint splat_clusters;
+  uint eye;  // of raster_resolve.frag; other passes go through all eyes
 };
-COPPICE_GPU_LAYOUT(RasterPush, 44);
+COPPICE_GPU_LAYOUT(RasterPush, 48);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

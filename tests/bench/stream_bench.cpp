@@ -356,7 +356,7 @@ class Run {
           record(cmd, view);
           record_ms = ms_since(record_start);
         },
-        [&](VkCommandBuffer cmd) { check(coppice_record_draw(context_, cmd, view_), "coppice_record_draw"); });
+        [&](VkCommandBuffer cmd) { check(coppice_record_draw(context_, cmd, view_, 0), "coppice_record_draw"); });
     result.begin_ms.push_back(begin_ms);
     result.upload_ms.push_back(upload_ms_);
     result.record_ms.push_back(record_ms);
@@ -377,7 +377,7 @@ class Run {
 // ---- the report ---------------------------------------------------------------------------------------------------------------------
 
 /// Of luminance, 0..255, over all pixels.
-double rmse(const test::Picture& a, const test::Picture& b) {
+double luminance_rmse(const test::Picture& a, const test::Picture& b) {
   const auto luminance = [](const std::uint8_t* rgb) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; };
   double sum = 0;
   for (std::size_t i = 0; i < a.rgba.size(); i += 4) sum += std::pow(luminance(&a.rgba[i]) - luminance(&b.rgba[i]), 2.0);
@@ -465,7 +465,7 @@ nlohmann::ordered_json errors_of(const RunResult& all, const RunResult& streamed
   nlohmann::ordered_json errors = nlohmann::ordered_json::array();
   double sum = 0;
   for (std::size_t i = 0; i < streamed.pictures.size(); ++i) {
-    errors.push_back(rmse(all.pictures[i], streamed.pictures[i]));
+    errors.push_back(luminance_rmse(all.pictures[i], streamed.pictures[i]));
     sum += errors.back().get<double>();
   }
   if (!errors.empty())

@@ -25,6 +25,7 @@ using coppice::test::bake_corylus;
 using coppice::test::column_spans;
 using coppice::test::Picture;
 using coppice::test::ProcessResult;
+using coppice::test::rmse;
 using coppice::test::run_process;
 using coppice::test::source_text;
 using coppice::test::spans_of_row;
@@ -49,12 +50,6 @@ Table table_of_statistics() {
 
 bool is_green(const std::uint8_t* rgb) {
   return rgb[1] > rgb[0] + 8 && rgb[1] > rgb[2] + 8;
-}
-
-double rmse(const Picture& a, const Picture& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.rgba.size(); ++i) sum += std::pow(static_cast<double>(a.rgba[i]) - static_cast<double>(b.rgba[i]), 2.0);
-  return std::sqrt(sum / static_cast<double>(a.rgba.size()));
 }
 
 TEST(HelloPlant, DrawsAPlant) {
@@ -269,6 +264,27 @@ TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
                 enlarged = picture_with("enlarged", {"--taa", "--render-scale", "0.5", "--error-px", "1"});
   EXPECT_LT(rmse(enlarged, reference), 0.7 * rmse(small, reference));
   EXPECT_LT(rmse(enlarged, reference), 0.9 * rmse(one, reference));
+}
+
+TEST(CoppiceForest, TwoCamerasOrTwoEyesAreSideBySide) {
+  const TemporaryFolder folder;
+  const fs::path plant = bake_corylus(folder);
+  std::ofstream(folder / "still.txt") << "0 0 6 1.8 0 0\n";
+  const auto halves_with = [&](const std::string& option) {
+    const fs::path png = folder / (option + ".png").c_str();
+    std::vector<std::string> arguments = headless_forest(plant, png);
+    arguments.insert(arguments.end(), {"--camera", folder / "still.txt", option});
+    const ProcessResult result = run_process(COPPICE_FOREST, arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("validation messages  0"), std::string::npos) << result.out << result.err;
+    const Picture picture = coppice::test::read_png(png);
+    EXPECT_EQ(picture.width_px, 320u);
+    return std::array{coppice::test::half_of(picture, 0), coppice::test::half_of(picture, 1)};
+  };
+  const auto split = halves_with("--split"), stereo = halves_with("--stereo");
+  EXPECT_LT(rmse(stereo[0], split[0]), 0.5 * rmse(split[0], split[1])) << "the left one looks the same way";
+  EXPECT_LT(rmse(stereo[0], stereo[1]), 0.5 * rmse(split[0], split[1])) << "eyes see nearly the same";
+  EXPECT_GT(rmse(stereo[0], stereo[1]), 1.0);
 }
 
 TEST(CoppiceForest, PlantsCastShadowsOnTheGround) {

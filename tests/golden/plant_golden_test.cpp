@@ -157,7 +157,7 @@ class Renderer {
       check(coppice_record_upload(context_, cmd), "coppice_record_upload");
       check(coppice_record_cull(context_, cmd, view_, &view.light), "coppice_record_cull");
       begin_rendering(cmd);
-      check(coppice_record_draw(context_, cmd, view_), "coppice_record_draw");
+      check(coppice_record_draw(context_, cmd, view_, 0), "coppice_record_draw");
       vkCmdEndRendering(cmd);
     });
   }

@@ -31,7 +31,8 @@ static_assert(sizeof(coppice_sun_desc) == 48);
 static_assert(sizeof(coppice_frame) == 40);
 static_assert(sizeof(coppice_shadow_map) == 136);
 static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2);
-static_assert(sizeof(coppice_camera) == 8 * 16 + 4 * (2 + 2 + 16 + 2 + 2 + 6));  // temporal_frame and layer_mask: of any value
+static_assert(sizeof(coppice_camera) == 8 * 16 + 4 * (2 + 2 + 16 + 2 + 2 + 6) + 8);  // temporal_frame and layer_mask: of any value
+static_assert(sizeof(coppice_eye) == 8 * 16 + 4 * (1 + 2 + 16 + 1));
 static_assert(sizeof(coppice_view_desc) == 8);
 static_assert(sizeof(coppice_vulkan_view_desc) == 20);
 
@@ -130,6 +131,23 @@ std::vector<Wrong<coppice_camera>> wrong_cameras() {
   add("lod", [](coppice_camera& v) { v.lod = static_cast<coppice_lod_mode>(3); });
   add("lod", [](coppice_camera& v) { v.lod = COPPICE_LOD_MODE_MAX_ENUM; });
   add("debug_view", [](coppice_camera& v) { v.debug_view = static_cast<coppice_debug_view>(7); });
+  return all;
+}
+
+std::vector<Wrong<coppice_eye>> wrong_eyes() {
+  auto all = wrong_floats<coppice_eye>(
+      {COPPICE_FLOATS(coppice_eye, view_from_world, -kHuge), COPPICE_FLOATS(coppice_eye, clip_from_view, -kHuge)});
+  const auto add = [&](const char* field, std::function<void(coppice_eye&)> change) { all.push_back({field, std::move(change)}); };
+  add("struct_size", [](coppice_eye& e) { e.struct_size = 0; });
+  add("view_from_world", [](coppice_eye& e) { e.view_from_world[0] = 2.0; });
+  add("clip_from_view", [](coppice_eye& e) { e.clip_from_view[11] = 1.0f; });
+  add("x_px", [](coppice_eye& e) { e.x_px = -1; });
+  add("y_px", [](coppice_eye& e) { e.y_px = 0x7fffffff; });
+  add(" is given, and a clip_from_view is not a perspective", [](coppice_eye& e) {
+    e.clip_from_view[11] = 0.0f;
+    e.clip_from_view[10] = e.clip_from_view[15] = 1.0f;
+  });
+  add(" is mirrored", [](coppice_eye& e) { e.clip_from_view[0] *= -1.0f; });
   return all;
 }
 
@@ -336,6 +354,16 @@ TEST_F(ArgumentsTest, EveryFieldOfACameraAndALight) {
     frame.camera_count = 2;
     expect_refused(coppice_frame_begin(context_, &frame), "frame.cameras[1]." + wrong.field);
   }
+  for (const auto& wrong : wrong_eyes()) {
+    Shot pair = good;
+    coppice_eye eye;
+    coppice_eye_init(&eye);
+    std::copy_n(good.view_from_world, 16, eye.view_from_world);
+    std::copy_n(good.clip_from_view, 16, eye.clip_from_view);
+    pair.second_eye = &eye;
+    wrong.change(eye);
+    expect_refused(try_begin({&pair, 1}), "frame.cameras[0].second_eye" + (wrong.field.front() == ' ' ? wrong.field : "." + wrong.field));
+  }
   const Shot twice[2] = {good, good};
   expect_refused(try_begin(twice), "frame.cameras[1].view is that of frame.cameras[0] too");
   // No call gets as far as the command buffer.
@@ -446,8 +474,8 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   expect_refused(coppice_record_upload(context_, nullptr), "cmd");
   expect_refused(coppice_record_cull(context_, nullptr, view, nullptr), "cmd");
   expect_refused(coppice_record_cull(context_, cmd, 0, nullptr), "view");
-  expect_refused(coppice_record_draw(context_, nullptr, view), "cmd");
-  expect_refused(coppice_record_draw(context_, cmd, 0), "view");
+  expect_refused(coppice_record_draw(context_, nullptr, view, 0), "cmd");
+  expect_refused(coppice_record_draw(context_, cmd, 0, 0), "view");
   expect_refused(coppice_get_stats(context_, nullptr), "stats");
   expect_refused(coppice_get_view_stats(context_, view, nullptr), "stats");
   EXPECT_EQ(coppice_instances_add(context_, plant, nullptr, sizeof(coppice_placement), 0, nullptr), COPPICE_OK);
@@ -483,7 +511,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
                                       coppice_frame_begin(nullptr, &frame),
                                       coppice_record_upload(nullptr, cmd),
                                       coppice_record_cull(nullptr, cmd, view, nullptr),
-                                      coppice_record_draw(nullptr, cmd, view),
+                                      coppice_record_draw(nullptr, cmd, view, 0),
                                       coppice_get_stats(nullptr, &stats),
                                       coppice_get_view_stats(nullptr, view, &view_figures)})
     EXPECT_EQ(status, COPPICE_ERROR_INVALID_ARGUMENT);

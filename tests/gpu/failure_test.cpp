@@ -212,7 +212,7 @@ class FailureTest : public ContextTest {
                                     .pColorAttachments = &color_attachment,
                                     .pDepthAttachment = &depth_attachment};
     vkCmdBeginRendering(cmd, &rendering);
-    (void)coppice_record_draw(context_, cmd, view.view);
+    (void)coppice_record_draw(context_, cmd, view.view, 0);
     vkCmdEndRendering(cmd);
   }
 

@@ -67,16 +67,20 @@ void put_plant() {
 }
 
 void put_view() {
-  put(view.clip_from_world);
-  for (int i = 0; i < 5; ++i) put(view.planes[i]);
+  for (uint eye = 0; eye < kMostEyes; ++eye) {
+    put(view.eyes[eye].clip_from_world);
+    for (int i = 0; i < 5; ++i) put(view.eyes[eye].planes[i]);
+    put(view.eyes[eye].key_row); put(view.eyes[eye].place); put(view.eyes[eye].first_px);
+  }
+  put(view.eye_count);
   put(view.eye_cell); put(view.eye_in_cell); put(view.layer_mask); put(view.error_px);
   put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.lod_discrete); put(view.instance_slot_count);
   put(view.fog_density);
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
   put(view.debug_view); put(view.debug_colors);
   put(view.is_shadow); put(view.cascade_count); put(view.depth_sign); put(view.is_mirrored);
-  put(view.is_perspective); put(view.toward_viewer); put(view.key_row);
-  put(view.temporal_frame); put(view.half_size_px); put(view.first_px);
+  put(view.is_perspective); put(view.toward_viewer);
+  put(view.temporal_frame); put(view.half_size_px);
   for (uint i = 0; i < kMaxCascades; ++i) put(view.cascades[i]);
 }
 
@@ -99,5 +103,5 @@ void main() {
   for (int i = 0; i < 2; ++i) put(counters.leaf_mesh_triangles[i]);
   for (int i = 0; i < 2; ++i) put(counters.hardware_triangles[i]);
   put(command.index_count); put(command.instance_count); put(command.first_index); put(command.vertex_offset); put(command.first_instance);
-  put(push.plant); put(push.texture); put(push.vertices); put(push.wood_list_first); put(push.normal_map);
+  put(push.plant); put(push.texture); put(push.vertices); put(push.wood_list_first); put(push.normal_map); put(push.eye);
 }

@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ostream>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/type_ptr.hpp>
 
 #include "convert.h"
 #include "golden.h"
@@ -252,6 +257,31 @@ TEST_F(LeafRasterTest, WhatIsHiddenIsNotRasterised) {
   EXPECT_EQ(together.counts.occluded_instances, 32u);
   const RendererScene::Frame hardware = without({{plant, thicket}, {plant, behind}}, view);
   EXPECT_NEAR(compare(together.picture, hardware.picture).coverage, 1.0, 0.04);
+}
+
+TEST_F(LeafRasterTest, OnlyWhatIsHiddenFromBothEyesIsNotRasterised) {
+  std::vector<coppice_placement> thicket, behind;
+  for (int i = 0; i < 32; ++i) thicket.push_back(at(0.15f * static_cast<float>(i % 8) - 0.5f, 0.15f * static_cast<float>(i / 8)));
+  for (int i = 0; i < 32; ++i) behind.push_back(at(0.05f * static_cast<float>(i) - 0.8f, -60.0f));
+  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 2000, .seed = 3, .texture_side = 0}));
+  struct Other {
+    double right_m, turn_rad;
+    std::uint32_t occluded;
+  };
+  constexpr double kHalfTurn = 3.14159265358979;
+  // Beside the first eye; past the thicket; turned away from all of it.
+  for (const Other& other : {Other{0.06, 0.0, 32}, Other{3.0, 0.0, 0}, Other{3.0, kHalfTurn, 32}}) {
+    Shot view = front_view(4.0f);
+    coppice_eye second{.struct_size = sizeof second};
+    const glm::dmat4 moved = glm::rotate(glm::dmat4(1), other.turn_rad, glm::dvec3(0, 1, 0)) *
+                             glm::translate(glm::dmat4(1), glm::dvec3(-other.right_m, 0, 0)) * glm::make_mat4(view.view_from_world);
+    std::copy_n(glm::value_ptr(moved), 16, second.view_from_world);
+    std::copy_n(view.clip_from_view, 16, second.clip_from_view);
+    view.second_eye = &second;
+    const RendererScene::Frame drawn = with_raster({{plant, thicket}, {plant, behind}}, view);
+    EXPECT_EQ(drawn.counts.occluded_instances, other.occluded) << other.right_m << " m to the right, turned by " << other.turn_rad;
+    EXPECT_EQ(drawn.counts.visible_instances, 64 - other.occluded);
+  }
 }
 
 /// Leaves that are drawn of a plant whose clusters are all in view: the number asked for, at every number.

@@ -538,7 +538,7 @@ TEST_F(RuntimeTest, AFrameIsRecordedInOrder) {
   const Shot view = front_view();
   const auto refused = [&](VkCommandBuffer cmd) {
     EXPECT_EQ(coppice_record_cull(context_, cmd, view_, &view.light), COPPICE_ERROR_INVALID_ARGUMENT);
-    EXPECT_EQ(coppice_record_draw(context_, cmd, view_), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(coppice_record_draw(context_, cmd, view_, 0), COPPICE_ERROR_INVALID_ARGUMENT);
   };
   submit(gpu(), [&](VkCommandBuffer cmd) {
     EXPECT_EQ(coppice_record_upload(context_, cmd), COPPICE_ERROR_INVALID_ARGUMENT) << "no frame has begun";

@@ -29,7 +29,11 @@ void PrintTo(const Path& each, std::ostream* out) {
   *out << each.name;
 }
 
-/// What a view is drawn to.
+std::uint32_t eye_count_of(const coppice_camera& camera) {
+  return camera.second_eye == nullptr ? 1 : 2;
+}
+
+/// What a view is drawn to: two eyes side by side.
 struct Target {
   std::unique_ptr<Image> color;  ///< null: depth alone
   Image depth;
@@ -37,11 +41,11 @@ struct Target {
   Target(const VulkanDevice& gpu, const coppice_camera& camera, bool depth_alone)
       : color(depth_alone ? nullptr
                           : std::make_unique<Image>(
-                                gpu, ImageDesc{.width_px = camera.width_px,
+                                gpu, ImageDesc{.width_px = eye_count_of(camera) * camera.width_px,
                                                .height_px = camera.height_px,
                                                .format = VK_FORMAT_R8G8B8A8_SRGB,
                                                .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT})),
-        depth(gpu, {.width_px = camera.width_px,
+        depth(gpu, {.width_px = eye_count_of(camera) * camera.width_px,
                     .height_px = camera.height_px,
                     .format = VK_FORMAT_D32_SFLOAT,
                     .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}) {}
@@ -147,15 +151,39 @@ class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
     place(places);
   }
 
-  /// A camera from the front, its mirror image from below, a sun's, and one from behind that is closer and finer.
+  /// shot: becomes the first eye of a pair; the other is `apart_m` to the right of it and turned by `turn_rad` to the right.
+  void add_eye(Shot& shot, double apart_m, double turn_rad) {
+    coppice_eye_init(&second_eye_);
+    const glm::dmat4 turn = glm::rotate(glm::dmat4(1), turn_rad, glm::dvec3(0, 1, 0));
+    const glm::dmat4 other = turn * glm::translate(glm::dmat4(1), glm::dvec3(-apart_m, 0, 0)) * glm::make_mat4(shot.view_from_world);
+    std::copy_n(glm::value_ptr(other), 16, second_eye_.view_from_world);
+    std::copy_n(shot.clip_from_view, 16, second_eye_.clip_from_view);
+    // As displays on a head have them: each reaches farther to its own side.
+    shot.clip_from_view[8] -= 0.15f;
+    second_eye_.clip_from_view[8] += 0.15f;
+    second_eye_.x_px = static_cast<std::int32_t>(shot.width_px);
+    shot.second_eye = &second_eye_;
+  }
+  /// One of a pair's eyes, as a view of its own.
+  static Shot single_eye(const Shot& pair, std::uint32_t eye) {
+    Shot single = pair;
+    single.second_eye = nullptr;
+    if (eye == 0) return single;
+    std::copy_n(pair.second_eye->view_from_world, 16, single.view_from_world);
+    std::copy_n(pair.second_eye->clip_from_view, 16, single.clip_from_view);
+    return single;
+  }
+
+  /// A camera from the front, its mirror image from below, a sun's, and a stereo pair from behind that is closer and finer.
   std::vector<Shot> four_views() {
     Shot front = make_view({.eye_m = {0.0f, 1.0f, 6.0f}, .width_px = kSidePx, .height_px = kSidePx});
     Shot mirrored = front;
     const glm::mat4 mirror = glm::scale(glm::translate(glm::mat4(1.0f), glm::vec3(0, -4, 0)), glm::vec3(1, -1, 1));
     const glm::dmat4 below = glm::make_mat4(front.view_from_world) * glm::dmat4(mirror);
     std::copy_n(glm::value_ptr(below), 16, mirrored.view_from_world);
-    Shot behind = make_view({.eye_m = {-3.0f, 0.5f, -16.0f}, .width_px = 2 * kSidePx, .height_px = kSidePx});
+    Shot behind = make_view({.eye_m = {-3.0f, 0.5f, -16.0f}, .width_px = kSidePx, .height_px = kSidePx});
     behind.error_px = 0.5f;
+    add_eye(behind, 0.065, 0.0);
     coppice_sun_desc desc;
     coppice_sun_desc_init(&desc);
     std::copy_n(front.light.sun_direction, 3, desc.sun_direction);
@@ -194,7 +222,7 @@ class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
 
   void record_one_draw(VkCommandBuffer cmd, const Shot& shot, const Target& target, bool clear = true) {
     begin_rendering(cmd, target, clear);
-    record_draw(cmd, shot);
+    for (std::uint32_t eye = 0; eye < eye_count_of(shot); ++eye) record_draw(cmd, shot, eye);
     vkCmdEndRendering(cmd);
   }
 
@@ -218,6 +246,7 @@ class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
   std::string path_;
   coppice_plant plant_ = 0;
   coppice_view depth_view_ = 0;
+  coppice_eye second_eye_{};
 };
 
 TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
@@ -246,6 +275,40 @@ TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
       }
     });
     for (std::size_t i = 0; i < shots.size(); ++i) EXPECT_TRUE(read(gpu(), *targets[i]) == expected[i]) << "turn " << turn << " view " << i;
+  }
+}
+
+/// Pixels that show something in one of two pictures alone, of those that show something in the second.
+double differing_cover(const Picture& a, const Picture& b) {
+  std::size_t differing = 0;
+  for (std::size_t i = 1; i < b.rgba.size(); i += 4) differing += (a.rgba[i] < 250) != (b.rgba[i] < 250);
+  return static_cast<double>(differing) / static_cast<double>(covered({b, {}}));
+}
+
+/// Eyes of a head, and eyes that see nothing in common. Alone an eye has its cuts at sizes from its own place, not from the middle.
+TEST_P(ViewsTest, EachEyeOfAPairShowsWhatItSeesAlone) {
+  place_rows();
+  struct Pair {
+    double apart_m, turn_rad;
+    float error_px;
+  };
+  for (const Pair& pair : {Pair{0.065, 0.0, 2.0f}, Pair{0.065, 0.1, 0.05f}, Pair{0.1, 2.8, 0.05f}}) {
+    Shot shot = make_view({.eye_m = {-1.0f, 1.0f, -7.5f}, .target_m = {-1.0f, 1.0f, -20.0f}, .width_px = kSidePx, .height_px = kSidePx});
+    shot.view = view_;
+    shot.error_px = pair.error_px;
+    add_eye(shot, pair.apart_m, pair.turn_rad);
+    settle_all({shot});
+    const Drawn both = alone(shot);
+    for (const std::uint32_t eye : {0u, 1u}) {
+      const Shot single = single_eye(shot, eye);
+      settle_all({single});
+      const Drawn one = alone(single);
+      EXPECT_GT(covered(one), 1000u);
+      EXPECT_LT(differing_cover(half_of(both.picture, eye), one.picture), 0.02)
+          << pair.apart_m << " m apart, turned by " << pair.turn_rad << ", eye " << eye;
+      EXPECT_LT(rmse(half_of(both.picture, eye), one.picture), 10.0);
+    }
+    EXPECT_GT(differing_cover(half_of(both.picture, 0), half_of(both.picture, 1)), 0.1);
   }
 }
 
@@ -384,17 +447,19 @@ TEST_P(ViewsTest, WhatWasNotCulledIsNotDrawn) {
   begin(shown);
   submit(gpu(), [&](VkCommandBuffer cmd) {
     record_upload(cmd);
-    EXPECT_EQ(coppice_record_draw(context_, cmd, shown.view), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(coppice_record_draw(context_, cmd, shown.view, 0), COPPICE_ERROR_INVALID_ARGUMENT);
     EXPECT_NE(log_.find("coppice_record_cull was not called for the view"), std::string::npos) << log_;
     EXPECT_EQ(coppice_record_cull(context_, cmd, other.view, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
     EXPECT_NE(log_.find("no camera in this frame"), std::string::npos) << log_;
     record_cull(cmd, shown);
-    EXPECT_EQ(coppice_record_draw(context_, cmd, other.view), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(coppice_record_draw(context_, cmd, other.view, 0), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(coppice_record_draw(context_, cmd, shown.view, 1), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_NE(log_.find("eye is 1"), std::string::npos) << log_;
   });
   begin(shown);
   submit(gpu(), [&](VkCommandBuffer cmd) {
     record_upload(cmd);
-    EXPECT_EQ(coppice_record_draw(context_, cmd, shown.view), COPPICE_ERROR_INVALID_ARGUMENT) << "the frame before culled it";
+    EXPECT_EQ(coppice_record_draw(context_, cmd, shown.view, 0), COPPICE_ERROR_INVALID_ARGUMENT) << "the frame before culled it";
   });
   begin(std::span<const Shot>());
   submit(gpu(), [&](VkCommandBuffer cmd) { record_upload(cmd); });

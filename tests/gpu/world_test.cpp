@@ -38,12 +38,6 @@ Shot moved(Shot view, const Offset& by) {
   return view;
 }
 
-double rmse(const Picture& a, const Picture& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.rgba.size(); ++i) sum += (a.rgba[i] - b.rgba[i]) * (a.rgba[i] - b.rgba[i]);
-  return std::sqrt(sum / static_cast<double>(a.rgba.size()));
-}
-
 std::size_t drawn_pixels(const Picture& picture) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
@@ -111,7 +105,8 @@ std::vector<coppice_placement> grove(const Offset& offset) {
 
 TEST_P(WorldTest, TenThousandKilometresAwayThePictureIsTheSame) {
   constexpr Offset kFar{1e7 + 0.4, 812.3, -9.87654321e6};
-  Shot view = view_from(7.0f);
+  // Aside, as edges that go through the middle of pixels show roundings of any size.
+  Shot view = moved(view_from(7.0f), {0.0137, 0.0, 0.0});
   view.light.fog_density = 0.02f;
   const std::vector<coppice_instance> here = add(grove({}));
   const Picture at_origin = shadowed(view, {});

@@ -163,7 +163,7 @@ Picture LooksStage::draw_frame(const Shot& view, const Image& color, const Image
     check(coppice_record_upload(context_.get(), cmd), "coppice_record_upload");
     check(coppice_record_cull(context_.get(), cmd, view_, &view.light), "coppice_record_cull");
     begin_rendering(cmd, color, depth);
-    check(coppice_record_draw(context_.get(), cmd, view_), "coppice_record_draw");
+    check(coppice_record_draw(context_.get(), cmd, view_, 0), "coppice_record_draw");
     vkCmdEndRendering(cmd);
   });
   return read_picture(gpu_, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);

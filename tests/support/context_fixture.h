@@ -101,8 +101,8 @@ class ContextTest : public VulkanTest {
   void record_cull(VkCommandBuffer cmd, const Shot& shot) {
     EXPECT_EQ(coppice_record_cull(context_, cmd, view_of_shot(shot), &shot.light), COPPICE_OK) << log_;
   }
-  void record_draw(VkCommandBuffer cmd, const Shot& shot) {
-    EXPECT_EQ(coppice_record_draw(context_, cmd, view_of_shot(shot)), COPPICE_OK) << log_;
+  void record_draw(VkCommandBuffer cmd, const Shot& shot, std::uint32_t eye = 0) {
+    EXPECT_EQ(coppice_record_draw(context_, cmd, view_of_shot(shot), eye), COPPICE_OK) << log_;
   }
 
   /// One frame on white, waited for. others: shown beside it; before: recorded between the upload and the view's cull

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -15,5 +16,20 @@ struct Picture {
   /// First of the four bytes of a pixel.
   [[nodiscard]] const std::uint8_t* at(std::uint32_t x, std::uint32_t y) const { return rgba.data() + (std::size_t{y} * width_px + x) * 4; }
 };
+
+/// The left half, or with 1 the right one.
+inline Picture half_of(const Picture& picture, std::uint32_t half) {
+  Picture result{picture.width_px / 2, picture.height_px, {}};
+  for (std::uint32_t y = 0; y < result.height_px; ++y)
+    result.rgba.insert(result.rgba.end(), picture.at(half * result.width_px, y), picture.at((half + 1) * result.width_px, y));
+  return result;
+}
+
+/// Root mean square of the differences of all bytes. a, b: of the same size
+inline double rmse(const Picture& a, const Picture& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.rgba.size(); ++i) sum += (a.rgba[i] - b.rgba[i]) * (a.rgba[i] - b.rgba[i]);
+  return std::sqrt(sum / static_cast<double>(a.rgba.size()));
+}
 
 }  // namespace coppice::test

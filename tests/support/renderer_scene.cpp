@@ -349,7 +349,7 @@ RendererScene::Frame RendererScene::draw(const Shot& view) {
   const Buffer cuts(gpu_, std::max<std::size_t>(instances_.slots().size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   frame.picture = draw_on_white(
       gpu_, view, [&](VkCommandBuffer cmd) { record_selection(cmd, view_, view, cuts); },
-      [&](VkCommandBuffer cmd) { renderer_->view(view_).record_draw(cmd); }, clear_depth_);
+      [&](VkCommandBuffer cmd) { renderer_->view(view_).record_draw(cmd, 0); }, clear_depth_);
   renderer_->begin_frame(frame_ + 1, frame_);
   ++frame_;
   frame.counts = renderer_->view(view_).counts();
@@ -377,7 +377,7 @@ std::vector<float> RendererScene::draw_depth(const Shot& view) {
                                     .layerCount = 1,
                                     .pDepthAttachment = &attachment};
     vkCmdBeginRendering(cmd, &rendering);
-    renderer_->view(*depth_view_).record_draw(cmd);
+    renderer_->view(*depth_view_).record_draw(cmd, 0);
     vkCmdEndRendering(cmd);
   });
   return read_depth(gpu_, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);

@@ -172,7 +172,14 @@ FIELD(coppice_camera, lod, 228);
 FIELD(coppice_camera, leaf_budget, 232);
 FIELD(coppice_camera, debug_view, 236);
 FIELD(coppice_camera, temporal_frame, 240);
-LAST_FIELD(coppice_camera, layer_mask, 244, 248);
+FIELD(coppice_camera, layer_mask, 244);
+LAST_FIELD(coppice_camera, second_eye, 248, 256);
+
+FIELD(coppice_eye, struct_size, 0);
+FIELD(coppice_eye, x_px, 4);
+FIELD(coppice_eye, y_px, 8);
+FIELD(coppice_eye, clip_from_view, 12);
+LAST_FIELD(coppice_eye, view_from_world, 80, 208);
 
 FIELD(coppice_sun_desc, struct_size, 0);
 FIELD(coppice_sun_desc, sun_direction, 4);

@@ -76,6 +76,7 @@ TEST(StructInit, FillsAsMuchAsTheProgramHas) {
   expect_defaults(COPPICE_VULKAN_STRUCT_DESC, coppice_vulkan_desc_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_DEVICE_MEMORY, coppice_device_memory_init);
   expect_defaults(COPPICE_STRUCT_VIEW_DESC, coppice_view_desc_init);
+  expect_defaults(COPPICE_STRUCT_EYE, coppice_eye_init);
   expect_defaults(COPPICE_STRUCT_CAMERA, coppice_camera_init);
   expect_defaults(COPPICE_STRUCT_SUN_DESC, coppice_sun_desc_init);
   expect_defaults(COPPICE_STRUCT_FRAME, coppice_frame_init);
@@ -159,6 +160,7 @@ TEST(ReadStruct, ASmallerOneHasDefaultsAndALargerOneZeros) {
   expect_read_in_any_size<coppice_vulkan_desc>();
   expect_read_in_any_size<coppice_device_memory>();
   expect_read_in_any_size<coppice_view_desc>();
+  expect_read_in_any_size<coppice_eye>();
   expect_read_in_any_size<coppice_camera>();
   expect_read_in_any_size<coppice_sun_desc>();
   expect_read_in_any_size<coppice_frame>();

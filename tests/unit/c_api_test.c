@@ -75,7 +75,7 @@ static void record(coppice_context* context, VkCommandBuffer cmd, const coppice_
   CHECK(coppice_record_cull(context, cmd, camera->view, NULL) == COPPICE_OK);
   VkRenderingInfo rendering = {
       .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = {{0, 0}, {camera->width_px, camera->height_px}}, .layerCount = 1};
-  CHECK(coppice_record_draw(context, NULL, camera->view) == COPPICE_ERROR_INVALID_ARGUMENT);
+  CHECK(coppice_record_draw(context, NULL, camera->view, 0) == COPPICE_ERROR_INVALID_ARGUMENT);
   vkCmdBeginRendering(cmd, &rendering);
   vkCmdEndRendering(cmd);
 }

@@ -97,8 +97,8 @@ TEST(DemandView, AParallelViewShowsAllDistancesAlike) {
   EXPECT_FLOAT_EQ(view->focal_px, 0.125f * static_cast<float>(wide.height_px));
   EXPECT_EQ(size_distance_m(*view, {0, 0, -90}), size_distance_m(*view, {0, 0, 0}));
   EXPECT_EQ(view->toward_viewer, (vec3{0, 0, 1}));
-  EXPECT_FLOAT_EQ(view->key_row.z * -10.0f + view->key_row.w, 0.9f) << "10 m of the 100 m to the far plane";
-  EXPECT_NEAR(view->planes[4].w, 0.0f, 1e-5f) << "the near plane goes through the eye";
+  EXPECT_FLOAT_EQ(view->eyes[0].key_row.z * -10.0f + view->eyes[0].key_row.w, 0.9f) << "10 m of the 100 m to the far plane";
+  EXPECT_NEAR(view->eyes[0].planes[4].w, 0.0f, 1e-5f) << "the near plane goes through the eye";
 }
 
 TEST(DemandView, RefusesWhatIsNoView) {

@@ -298,7 +298,7 @@ TEST(HostDraws, AreWhatSelectionSaysOfWhatIsInView) {
   const std::vector<coppice_draw> draws = host.draws();
   std::size_t next = 0;
   for (std::size_t i = 0; i < spheres.size(); ++i) {
-    const bool in_view = std::ranges::all_of(view.planes, [&](const vec4& plane) {
+    const bool in_view = std::ranges::all_of(view.eyes[0].planes, [&](const vec4& plane) {
       return dot(plane.xyz(), (spheres[i].center_m - view.eye_m).rounded()) + plane.w >= -spheres[i].radius_m;
     });
     if (!in_view) continue;
@@ -321,6 +321,34 @@ TEST(HostDraws, AreWhatSelectionSaysOfWhatIsInView) {
   EXPECT_EQ(std::memcmp(wide.data() + 120, &draws[1], sizeof draws[1]), 0);
   EXPECT_EQ(wide[120 + sizeof(coppice_draw)], 0);
   EXPECT_EQ(wide[240], 0xee);
+}
+
+TEST(HostDraws, OfAPairAreThoseThatEitherEyeSees) {
+  Host host;
+  host.camera().error_px = 0.7f;
+  const coppice_plant plant = host.open("two_pages.coppice");
+  for (int i = 0; i < 700; ++i) host.add(plant, static_cast<float>(i % 30 - 15), static_cast<float>(10 - i / 30));
+  host.settle();
+  coppice_eye second;
+  coppice_eye_init(&second);
+  std::copy_n(host.camera().clip_from_view, 16, second.clip_from_view);
+  second.view_from_world[0] = second.view_from_world[10] = -1.0;  // backwards
+  second.view_from_world[12] = 0.2;
+  const auto instances_seen = [&] {
+    host.frame();
+    std::set<coppice_instance> seen;
+    for (const coppice_draw& draw : host.draws()) seen.insert(draw.instance);
+    return seen;
+  };
+  std::set<coppice_instance> either = instances_seen();
+  const std::size_t first_count = either.size();
+  host.camera().second_eye = &second;
+  const std::set<coppice_instance> of_pair = instances_seen();
+  host.camera().second_eye = nullptr;
+  std::copy_n(second.view_from_world, 16, host.camera().view_from_world);
+  either.merge(instances_seen());
+  EXPECT_EQ(of_pair, either);
+  EXPECT_GT(either.size(), first_count + 50);
 }
 
 struct Vertex {

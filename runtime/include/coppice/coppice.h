@@ -110,6 +110,7 @@ typedef enum coppice_struct {
   COPPICE_STRUCT_CARD = 19,
   COPPICE_STRUCT_LEAF_LAYOUT = 20,
   COPPICE_STRUCT_LEAF_OUTPUT = 21,
+  COPPICE_STRUCT_EYE = 22,
   COPPICE_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_struct;
 /* Fills a struct of `bytes` bytes with the defaults of its kind, as far as it goes; what the library does not know becomes 0. struct_size
@@ -528,6 +529,18 @@ typedef enum coppice_debug_view {
   COPPICE_DEBUG_VIEW_MAX_ENUM = 0x7fffffff
 } coppice_debug_view;
 
+/* The other eye of a stereo pair: its fields mean what those of coppice_camera do, which are the first eye's. */
+typedef struct coppice_eye {
+  uint32_t struct_size;
+  int32_t x_px;
+  int32_t y_px;
+  float clip_from_view[16];
+  double view_from_world[16];
+} coppice_eye;
+static inline void coppice_eye_init(coppice_eye* eye) {
+  coppice_struct_init(COPPICE_STRUCT_EYE, eye, sizeof *eye);
+}
+
 /* What a view shows in a frame. */
 typedef struct coppice_camera {
   uint32_t struct_size;
@@ -555,6 +568,11 @@ typedef struct coppice_camera {
    * and the average shows what lies behind. Not for shadow maps that are kept. */
   uint32_t temporal_frame;
   uint32_t layer_mask; /* instances whose layer_mask shares a bit with it are drawn and streamed; default COPPICE_ALL_LAYERS */
+
+  /* Null, the default, or the other eye of a stereo pair; read within the call. Both eyes are culled and selected for at once: what one
+   * of them sees, at its size from the middle between them, which light looks from too. So both show the same leaves. Both are
+   * perspectives, mirrored or not alike, and pictures of width_px x height_px. Eyes may be turned against each other. */
+  const coppice_eye* second_eye;
 } coppice_camera;
 static inline void coppice_camera_init(coppice_camera* camera) {
   coppice_struct_init(COPPICE_STRUCT_CAMERA, camera, sizeof *camera);

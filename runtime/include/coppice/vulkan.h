@@ -10,7 +10,7 @@
  *     coppice_record_upload(context, cmd);               outside a render pass
  *     coppice_record_cull(context, cmd, view, &light);   outside a render pass; of each view
  *     vkCmdBeginRendering(cmd, ...);
- *     coppice_record_draw(context, cmd, view);           inside dynamic rendering; of each view
+ *     coppice_record_draw(context, cmd, view, 0);        inside dynamic rendering; of each view
  *     vkCmdEndRendering(cmd);
  *
  * Views are culled and drawn in any order after the upload, also into command buffers of their own. All of a context's commands
@@ -214,11 +214,12 @@ static inline void coppice_light_init(coppice_light* light) {
 COPPICE_API coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, coppice_view view,
                                                const coppice_light* light);
 
-/* Records the draws of a view. Inside dynamic rendering with the formats of its desc; sets viewport and scissor to the view's, binds its
- * own pipelines and descriptor sets (the engine must rebind its own). queue: graphics. thread: as coppice_record_cull.
+/* Records the draws of a view, as one of its eyes sees it. Inside dynamic rendering with the formats of its desc; sets viewport and scissor
+ * to the view's, binds its own pipelines and descriptor sets (the engine must rebind its own). queue: graphics. thread: as
+ * coppice_record_cull. eye: 0, or 1 where the camera has a second_eye; each may have attachments of its own, or a rectangle of the same.
  * before: coppice_record_cull of the view in the same frame, submitted before; else COPPICE_ERROR_INVALID_ARGUMENT. Culls and draws of
  * other views may stand between. */
-COPPICE_API coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view);
+COPPICE_API coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view, uint32_t eye);
 
 #ifdef __cplusplus
 }

@@ -10,15 +10,6 @@
 
 namespace coppice {
 
-/// Of the nearest plane, m, negative outside.
-inline float depth_in_view(const LodView& view, const dvec3& center_m) {
-  const vec3 from_eye = (center_m - view.eye_m).rounded();
-  float nearest_m = dot(view.planes[0].xyz(), from_eye) + view.planes[0].w;
-  for (std::size_t i = 1; i < view.planes.size(); ++i)
-    nearest_m = std::min(nearest_m, dot(view.planes[i].xyz(), from_eye) + view.planes[i].w);
-  return nearest_m;
-}
-
 /// Calls take(slot) for each instance of the view's layers whose sphere reaches into it, in order.
 template <class Take>
 void for_each_visible(const InstanceBlocks& instances, const LodView& view, const Take& take) {

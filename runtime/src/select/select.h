@@ -2,6 +2,7 @@
 
 // Which cut an instance is drawn with: the CPU reference of the selection shader, on plain spans. The arithmetic is coppice_lod.h's.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -13,26 +14,48 @@
 namespace coppice {
 
 /// Half-spaces that hold what a view sees, of places p relative to its eye: dot(xyz, p) + w >= 0, xyz unit. Left, right and the two others,
-/// then the near plane; no far one, as fog hides what lies behind it. key_row: LodView's
+/// then the near plane; no far one, as fog hides what lies behind it. key_row: LodEye's
 std::array<vec4, 5> frustum_planes(const mat4& clip_from_world, const vec4& key_row);
+
+/// One of a view's eyes: what differs between them.
+struct LodEye {
+  mat4 clip_from_world{};        ///< of places relative to LodView::eye_m; w is the depth along the axis, m; of a parallel view 1
+  vec4 key_row{};                ///< dot(key_row, place) / w is 1 at the near plane and 0 at the far one, whichever way depth runs
+  std::array<vec4, 5> planes{};  ///< frustum_planes of these
+  vec3 place_m{0, 0, 0};         ///< relative to LodView::eye_m
+  std::int32_t x_px = 0, y_px = 0;
+};
+
+inline constexpr std::size_t kMostEyes = 2;
 
 /// The camera as selection sees it.
 struct LodView {
-  dvec3 eye_m{0, 0, 0};     ///< world space
+  dvec3 eye_m{0, 0, 0};     ///< world space; of two eyes the middle
   dvec3 origin_m{0, 0, 0};  ///< what the engine's coordinates count from
   std::uint32_t layer_mask = 0xffffffffu;
-  float focal_px = 1.0f;         ///< half the image height times |clip_from_view[1][1]|; of a parallel view px a metre
-  float near_m = 0.1f;           ///< > 0; nearer counts as this near; of a parallel view 1
-  float error_px = 2.0f;         ///< threshold, > 0
-  bool looks_around = true;      ///< it may turn: what is out of view is wanted too, at half its size
-  bool discrete = false;         ///< COPPICE_LOD_DISCRETE: cuts are the discrete levels'
-  bool full = false;             ///< COPPICE_LOD_FULL: every resident leaf, as modelled where that is resident, and the finest wood
-  bool parallel = false;         ///< an orthographic projection, whose sizes do not go by distance
-  vec3 toward_viewer{0, 0, 1};   ///< unit: the axis of a perspective; against the rays of a parallel view
-  std::array<vec4, 5> planes{};  ///< frustum_planes of the two below
-  mat4 clip_from_world{};        ///< of places relative to the eye; w is the depth along the axis, m; of a parallel view 1
-  vec4 key_row{};                ///< dot(key_row, place) / w is 1 at the near plane and 0 at the far one, whichever way depth runs
+  float focal_px = 1.0f;        ///< half the image height times |clip_from_view[1][1]|; of a parallel view px a metre
+  float near_m = 0.1f;          ///< > 0; nearer counts as this near; of a parallel view 1
+  float error_px = 2.0f;        ///< threshold, > 0
+  bool looks_around = true;     ///< it may turn: what is out of view is wanted too, at half its size
+  bool discrete = false;        ///< COPPICE_LOD_DISCRETE: cuts are the discrete levels'
+  bool full = false;            ///< COPPICE_LOD_FULL: every resident leaf, as modelled where that is resident, and the finest wood
+  bool parallel = false;        ///< an orthographic projection, whose sizes do not go by distance
+  vec3 toward_viewer{0, 0, 1};  ///< unit: the axis of a perspective, the first eye's; against the rays of a parallel view
+  std::array<LodEye, kMostEyes> eyes{};
+  std::uint32_t eye_count = 1;
 };
+
+/// How far inside the view a place lies, m: from the nearest plane of the eye that has it farthest inside; negative outside.
+inline float depth_in_view(const LodView& view, const dvec3& place_m) {
+  const vec3 place = (place_m - view.eye_m).rounded();
+  const auto depth_in = [&](const LodEye& eye) {
+    float nearest_m = dot(eye.planes[0].xyz(), place) + eye.planes[0].w;
+    for (std::size_t i = 1; i < eye.planes.size(); ++i) nearest_m = std::min(nearest_m, dot(eye.planes[i].xyz(), place) + eye.planes[i].w);
+    return nearest_m;
+  };
+  const float first_m = depth_in(view.eyes[0]);
+  return view.eye_count == 1 ? first_m : std::max(first_m, depth_in(view.eyes[1]));
+}
 
 /// The distance from the eye by which sizes go, m; to be taken as near_m where it is less.
 inline float size_distance_m(const LodView& view, const dvec3& place_m) {

@@ -16,7 +16,7 @@ constexpr float kObliqueNear_m = 0.1f;
 
 /// Distance of the nearer clip plane. Depth 0 and 1 are at b / a and b / (a + 1): which is near depends on the depth direction, and one may
 /// be infinitely far.
-float near_distance_m(const float* clip_from_view) {
+float near_distance_m(std::span<const float, 16> clip_from_view) {
   const float a = clip_from_view[10], b = clip_from_view[14];
   float near_m = INFINITY;
   for (float distance : {b / a, b / (a + 1.0f)})
@@ -25,15 +25,15 @@ float near_distance_m(const float* clip_from_view) {
 }
 
 /// By the inverse: engines round their rotations to floats, and far from the origin the transpose of one that is off by 1e-7 is metres off.
-dvec3 eye_of(const double (&m)[16]) {
+dvec3 eye_of(std::span<const double, 16> m) {
   const dvec3 x{m[0], m[1], m[2]}, y{m[4], m[5], m[6]}, z{m[8], m[9], m[10]}, moved{m[12], m[13], m[14]};
   const double volume = dot(x, cross(y, z));
   return dvec3{dot(moved, cross(y, z)), dot(moved, cross(z, x)), dot(moved, cross(x, y))} * (-1.0 / volume);
 }
 
 /// View space from places relative to what the GPU takes for the eye, which is `off` from the eye.
-mat4 view_from_eye(const double (&view_from_world)[16], const dvec3& off) {
-  const auto column = [&](std::size_t i) { return dvec3(std::span<const double, 3>(view_from_world + 4 * i, 3)); };
+mat4 view_from_eye(std::span<const double, 16> view_from_world, const dvec3& off) {
+  const auto column = [&](std::size_t i) { return dvec3(std::span<const double, 3>(view_from_world.data() + 4 * i, 3)); };
   mat4 turn;
   for (std::size_t i = 0; i < 3; ++i) turn.column[i] = {column(i).rounded(), 0.0f};
   turn.column[3] = {(column(0) * off.x + column(1) * off.y + column(2) * off.z).rounded(), 1.0f};
@@ -41,7 +41,7 @@ mat4 view_from_eye(const double (&view_from_world)[16], const dvec3& off) {
 }
 
 /// A projection times what makes w the depth along the axis, m, or of a parallel one 1.
-mat4 scaled_projection(const float (&clip_from_view)[16], bool parallel) {
+mat4 scaled_projection(std::span<const float, 16> clip_from_view, bool parallel) {
   mat4 scaled(clip_from_view);
   const float factor = 1.0f / (parallel ? clip_from_view[15] : -clip_from_view[11]);
   if (factor != 1.0f)
@@ -49,7 +49,7 @@ mat4 scaled_projection(const float (&clip_from_view)[16], bool parallel) {
   return scaled;
 }
 
-/// LodView::key_row in view space. Depth is larger where it is nearer in what is called reversed: then the key is depth itself.
+/// LodEye::key_row in view space. Depth is larger where it is nearer in what is called reversed: then the key is depth itself.
 vec4 view_key_row(const mat4& clip_from_view, bool parallel) {
   const mat4 rows = transpose(clip_from_view);
   const bool reversed = (parallel ? rows.column[2].z : rows.column[2].w) > 0.0f;
@@ -63,15 +63,53 @@ vec4 world_row(const vec4& row, const mat4& view_from_world) {
   return {along(columns.column[0]), along(columns.column[1]), along(columns.column[2]), along(columns.column[3])};
 }
 
+/// What a camera says of an eye.
+struct EyeInput {
+  std::span<const double, 16> view_from_world;
+  std::span<const float, 16> clip_from_view;
+  std::int32_t x_px = 0, y_px = 0;
+};
+
+bool is_parallel(std::span<const float, 16> clip_from_view) {
+  return clip_from_view[11] == 0.0f && clip_from_view[15] > 0.0f;
+}
+
+Result<void> check_eye(const EyeInput& eye) {
+  const bool finite = std::ranges::all_of(eye.view_from_world, [](double x) { return std::isfinite(x); }) &&
+                      std::ranges::all_of(eye.clip_from_view, [](float x) { return std::isfinite(x); });
+  if (!finite) return Error{Status::invalid_argument, "view: a matrix is not finite"};
+  const bool perspective = eye.clip_from_view[11] < 0.0f && eye.clip_from_view[15] == 0.0f;
+  if (!perspective && !is_parallel(eye.clip_from_view))
+    return Error{Status::invalid_argument, "view: clip_from_view is neither a perspective that looks down -z nor orthographic"};
+  return {};
+}
+
+/// LodView::near_m of an eye.
+float nearest_m(std::span<const float, 16> clip_from_view, bool parallel) {
+  const bool oblique = clip_from_view[2] != 0.0f || clip_from_view[6] != 0.0f;
+  return parallel ? 1.0f : oblique ? kObliqueNear_m : near_distance_m(clip_from_view);
+}
+
+/// view: with eye_m, origin_m and parallel
+LodEye lod_eye(const EyeInput& eye, const mat4& clip_from_view, const LodView& view) {
+  const dvec3 place_m = eye_of(eye.view_from_world) + view.origin_m - view.eye_m;
+  const mat4 turn = view_from_eye(eye.view_from_world, place_m * -1.0);
+  LodEye result{.clip_from_world = clip_from_view * turn,
+                .key_row = world_row(view_key_row(clip_from_view, view.parallel), turn),
+                .place_m = place_m.rounded(),
+                .x_px = eye.x_px,
+                .y_px = eye.y_px};
+  result.planes = frustum_planes(result.clip_from_world, result.key_row);
+  return result;
+}
+
 enum class Side : std::uint8_t { in, across, out };
 
 /// On which side of the view's planes a sphere lies.
 Side side_of(const dvec3& center_m, float radius_m, const LodView& view) {
-  const vec3 center = (center_m - view.eye_m).rounded();
-  float nearest_m = INFINITY;
-  for (const vec4& plane : view.planes) nearest_m = std::min(nearest_m, dot(plane.xyz(), center) + plane.w);
-  if (nearest_m < -radius_m) return Side::out;
-  return nearest_m < radius_m ? Side::across : Side::in;
+  const float depth_m = depth_in_view(view, center_m);
+  if (depth_m < -radius_m) return Side::out;
+  return depth_m < radius_m ? Side::across : Side::in;
 }
 
 /// floor(2 log2(size)), off the bits of a float: the exponent, and whether the mantissa is above that of the root of 2.
@@ -127,38 +165,41 @@ void count_far_block(std::span<const InstanceSphere> members, const InstanceBoun
 
 }  // namespace
 
-Result<LodView> demand_view(const coppice_camera& view, const dvec3& origin_m) {
-  const bool finite = std::ranges::all_of(view.view_from_world, [](double x) { return std::isfinite(x); }) &&
-                      std::ranges::all_of(view.clip_from_view, [](float x) { return std::isfinite(x); });
-  if (!finite) return Error{Status::invalid_argument, "view: a matrix is not finite"};
-  const bool parallel = view.clip_from_view[11] == 0.0f && view.clip_from_view[15] > 0.0f;
-  if (!parallel && (!(view.clip_from_view[11] < 0.0f) || view.clip_from_view[15] != 0.0f))
-    return Error{Status::invalid_argument, "view: clip_from_view is neither a perspective that looks down -z nor orthographic"};
-  if (!(view.error_px > 0.0f) || !std::isfinite(view.error_px)) return Error{Status::invalid_argument, "view: error_px must be > 0"};
+Result<LodView> demand_view(const coppice_camera& camera, const dvec3& origin_m) {
+  if (!(camera.error_px > 0.0f) || !std::isfinite(camera.error_px)) return Error{Status::invalid_argument, "view: error_px must be > 0"};
+  const EyeInput first{camera.view_from_world, camera.clip_from_view, camera.x_px, camera.y_px};
+  std::array<EyeInput, kMostEyes> inputs{first, first};
   LodView result;
+  if (camera.second_eye != nullptr) {
+    const coppice_eye& second = *camera.second_eye;
+    inputs[result.eye_count++] = {second.view_from_world, second.clip_from_view, second.x_px, second.y_px};
+  }
+  const auto eyes = std::span<const EyeInput>(inputs).first(result.eye_count);
+  for (const EyeInput& eye : eyes) COPPICE_CHECK(check_eye(eye));
+  dvec3 exact_eye_m = eye_of(eyes.front().view_from_world) + origin_m;
+  if (eyes.size() > 1) exact_eye_m = (exact_eye_m + eye_of(eyes.back().view_from_world) + origin_m) * 0.5;
   // As the GPU has it, so that what both compute is the same to the last bits.
-  const dvec3 exact_eye_m = eye_of(view.view_from_world) + origin_m;
   result.eye_m = gpu::world_place(gpu::cell_place(exact_eye_m));
-  const mat4 turn = view_from_eye(view.view_from_world, result.eye_m - exact_eye_m),
-             clip_from_view = scaled_projection(view.clip_from_view, parallel);
-  const bool oblique = view.clip_from_view[2] != 0.0f || view.clip_from_view[6] != 0.0f;
   result.origin_m = origin_m;
-  result.layer_mask = view.layer_mask;
-  result.parallel = parallel;
-  result.focal_px = 0.5f * static_cast<float>(view.height_px) * std::abs(clip_from_view.column[1].y);
-  result.near_m = parallel ? 1.0f : oblique ? kObliqueNear_m : near_distance_m(view.clip_from_view);
-  result.error_px = view.error_px;
-  result.full = view.lod == COPPICE_LOD_FULL;
-  result.discrete = view.lod == COPPICE_LOD_DISCRETE;
+  result.layer_mask = camera.layer_mask;
+  result.parallel = is_parallel(eyes.front().clip_from_view);
+  result.error_px = camera.error_px;
+  result.full = camera.lod == COPPICE_LOD_FULL;
+  result.discrete = camera.lod == COPPICE_LOD_DISCRETE;
+  result.focal_px = 0.0f;
+  result.near_m = INFINITY;
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    const mat4 clip_from_view = scaled_projection(eyes[i].clip_from_view, result.parallel);
+    result.eyes[i] = lod_eye(eyes[i], clip_from_view, result);
+    result.focal_px = std::max(result.focal_px, 0.5f * static_cast<float>(camera.height_px) * std::abs(clip_from_view.column[1].y));
+    result.near_m = std::min(result.near_m, nearest_m(eyes[i].clip_from_view, result.parallel));
+  }
   if (!(result.focal_px > 0.0f) || !std::isfinite(result.near_m))
     return Error{Status::invalid_argument, "view: clip_from_view has no height or no near plane"};
-  result.clip_from_world = clip_from_view * turn;
-  result.key_row = world_row(view_key_row(clip_from_view, parallel), turn);
-  result.planes = frustum_planes(result.clip_from_world, result.key_row);
-  const mat4 rows = transpose(turn);
-  result.toward_viewer = rows.column[2].xyz();
-  if (parallel) {
-    const mat4 clip_rows = transpose(result.clip_from_world);
+  const double* m = camera.view_from_world;
+  result.toward_viewer = dvec3{m[2], m[6], m[10]}.rounded();
+  if (result.parallel) {
+    const mat4 clip_rows = transpose(result.eyes[0].clip_from_world);
     const vec3 along = normalize(cross(clip_rows.column[0].xyz(), clip_rows.column[1].xyz()));
     result.toward_viewer = dot(along, result.toward_viewer) < 0.0f ? -1.0f * along : along;
   }

@@ -179,7 +179,7 @@ coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd
   return call.finish(context->context->device_state());
 }
 
-coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view) {
+coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view, std::uint32_t eye) {
   COPPICE_BEGIN_CALL(shared);
   COPPICE_REFUSE_IF(cmd == VK_NULL_HANDLE ? "cmd is null" : "");
   COPPICE_REFUSE_IF(renderer_problem(*context));
@@ -188,7 +188,9 @@ coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd
   COPPICE_REFUSE_IF(recording_problem(*context->context, view));
   coppice::gpu::ViewRecorder& drawn = recorder(*context->context, view);
   COPPICE_REFUSE_IF(drawn.is_culled() ? "" : "coppice_record_cull was not called for the view in this frame");
+  if (eye >= drawn.eye_count())
+    return call.refuse("eye is " + std::to_string(eye) + ": the camera has " + std::to_string(drawn.eye_count()));
   const coppice::TraceScope trace(context->context->hooks().trace, COPPICE_TRACE_RECORD_DRAW);
-  drawn.record_draw(cmd);
+  drawn.record_draw(cmd, eye);
   return COPPICE_OK;
 }

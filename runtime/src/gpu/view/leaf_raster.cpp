@@ -265,11 +265,11 @@ Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& want
   return {};
 }
 
-bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera) {
+bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count) {
   if (!is_drawn(camera)) return false;
   // What is larger already stays.
-  const std::uint64_t picture_bytes = std::uint64_t{camera.width_px} * camera.height_px * 2 * sizeof(std::uint32_t);
-  const std::uint64_t tile_bytes = tile_count(camera.width_px, camera.height_px) * sizeof(std::uint32_t);
+  const std::uint64_t picture_bytes = std::uint64_t{eye_count} * camera.width_px * camera.height_px * 2 * sizeof(std::uint32_t);
+  const std::uint64_t tile_bytes = eye_count * tile_count(camera.width_px, camera.height_px) * sizeof(std::uint32_t);
   const ViewBytes wanted{std::max(picture_bytes, view.picture.size_bytes), std::max(tile_bytes, view.tiles.size_bytes)};
   Result<void> reserved;
   if (wanted.picture > view.picture.size_bytes || wanted.tiles > view.tiles.size_bytes) {
@@ -284,6 +284,7 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera) {
   }
   const bool reversed = view.reversed_depth;
   view.debug_view = camera.debug_view;
+  view.eye_count = eye_count;
   view.push = {.round = 0,
                .width_px = camera.width_px,
                .height_px = camera.height_px,
@@ -304,9 +305,11 @@ void LeafRaster::record_start(VkCommandBuffer cmd, const RasterView& view) const
     for (RasterStage* stage :
          {&round.blocks, &round.items, &round.work, &round.splats, &round.big, &round.finest_tiles, &round.other_tiles, &round.draws})
       stage->groups[1] = stage->groups[2] = 1;
+  for (RasterRound& round : rounds)
+    for (RasterStage* stage : {&round.work, &round.splats, &round.finest_tiles, &round.other_tiles}) stage->groups[1] = view.eye_count;
   device_.vk.vkCmdUpdateBuffer(cmd, view.rounds.buffer, 0, sizeof rounds, rounds.data());
   device_.vk.vkCmdFillBuffer(cmd, view.picture.buffer, 0,
-                             std::uint64_t{view.push.width_px} * view.push.height_px * 2 * sizeof(std::uint32_t), 0);
+                             std::uint64_t{view.eye_count} * view.push.width_px * view.push.height_px * 2 * sizeof(std::uint32_t), 0);
   device_.vk.vkCmdFillBuffer(cmd, view.tiles.buffer, 0, VK_WHOLE_SIZE, 0);
 }
 
@@ -382,13 +385,15 @@ void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, VkDescripto
   dispatch_stage(cmd, *pipelines_.draws, {view, 0}, offsetof(RasterRound, draws));
 }
 
-void LeafRaster::record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Pipeline& resolve) const {
+void LeafRaster::record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Resolve& resolve) const {
   const Functions& vk = device_.vk;
   const std::array sets{frame_set, view.set.set};
-  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, resolve.handle());
+  vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, resolve.pipeline.handle());
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, static_cast<std::uint32_t>(sets.size()), sets.data(), 0,
                              nullptr);
-  vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof view.push, &view.push);
+  RasterPush push = view.push;
+  push.eye = resolve.eye;
+  vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
   vk.vkCmdDraw(cmd, 3, 1, 0, 0);
 }
 

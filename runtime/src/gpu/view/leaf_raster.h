@@ -44,11 +44,12 @@ InstanceBlock gpu_block(const InstanceBounds& bounds);
 /// What the rasteriser keeps of a view.
 struct RasterView {
   Buffer rounds;          ///< RasterRound[kRasterRounds]
-  Buffer picture, tiles;  ///< as large as the view has been
+  Buffer picture, tiles;  ///< of its eyes, one behind the other; as large as the view has been
   DescriptorSet set;
   bool set_stale = false;  ///< a buffer of it has been replaced
   bool reversed_depth = false;
-  RasterPush push{};                                   ///< of the frame
+  std::uint32_t eye_count = 1;                         ///< of the frame
+  RasterPush push{};                                   ///< likewise
   coppice_debug_view debug_view = COPPICE_DEBUG_NONE;  ///< likewise
 };
 
@@ -79,14 +80,19 @@ class LeafRaster {
   /// Wants the pipelines that such a view needs; whether all are there. Else it may not be prepared.
   bool want(coppice_debug_view debug_view, Pipeline& resolve);
   /// Makes room for a frame of a view. False: there is no memory for it, or it is not a view the rasteriser draws: record nothing of it.
-  bool prepare(RasterView& view, const coppice_camera& camera);
+  bool prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count);
   /// What the view's buffers start with; the caller's barrier makes it visible to compute shaders. before: prepare
   void record_start(VkCommandBuffer cmd, const RasterView& view) const;
   /// before: record_start, buffers for slot_count, and all that culling reads. after: the picture, written by compute shaders.
   /// timer: may be null
   void record(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const;
-  /// Inside dynamic rendering: the picture into its attachments.
-  void record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Pipeline& resolve) const;
+  /// Where a picture goes: by which pipeline of add_resolve, and whose it is.
+  struct Resolve {
+    const Pipeline& pipeline;
+    std::uint32_t eye = 0;
+  };
+  /// Inside dynamic rendering: an eye's picture into its attachments.
+  void record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Resolve& resolve) const;
 
  private:
   /// Of leaf_raster.comp.

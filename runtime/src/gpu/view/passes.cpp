@@ -47,7 +47,7 @@ Result<void> create_layouts(Device& device, const TextureSets& textures, Passes&
   COPPICE_CHECK(check_created(device, device.vk.vkCreateSampler(device.device, &sampler, nullptr, &passes.map_sampler), "vkCreateSampler",
                               passes.map_sampler));
   const std::array sets{passes.frame_set.layout, textures.layout(), textures.layout()};
-  const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_VERTEX_BIT, .size = sizeof(DrawPush)};
+  const VkPushConstantRange push{.stageFlags = kDrawStages, .size = sizeof(DrawPush)};
   return move_into(passes.layout, create_pipeline_layout(device, sets, push));
 }
 

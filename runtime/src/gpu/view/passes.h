@@ -74,6 +74,9 @@ enum class FrameBinding : std::uint32_t {
 };
 inline constexpr std::uint32_t kFrameBuffers = 10;
 
+/// That DrawPush is for.
+inline constexpr VkShaderStageFlags kDrawStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+
 /// What all views share.
 struct Passes {
   SetLayout frame_set;

@@ -15,7 +15,7 @@ constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_
 
 /// Whether x and y of the picture and the way to the viewer are left-handed: +x right and +y up, where Vulkan's is down.
 bool is_mirrored(const LodView& lod) {
-  const mat4 rows = transpose(lod.clip_from_world);
+  const mat4 rows = transpose(lod.eyes[0].clip_from_world);
   return dot(rows.column[0].xyz(), cross(rows.column[1].xyz(), lod.toward_viewer)) > 0.0f;
 }
 
@@ -45,10 +45,19 @@ struct ViewKind {
   bool depth_alone = false;
 };
 
+Eye gpu_eye(const LodEye& eye) {
+  Eye converted{.clip_from_world = eye.clip_from_world,
+                .key_row = eye.key_row,
+                .place = eye.place_m,
+                .first_px = {static_cast<std::uint32_t>(eye.x_px), static_cast<std::uint32_t>(eye.y_px)}};
+  std::ranges::copy(eye.planes, converted.planes);
+  return converted;
+}
+
 View gpu_view(const coppice_camera& view, const coppice_light& light, const LodView& lod, const ViewKind& kind) {
   View converted{};
-  converted.clip_from_world = lod.clip_from_world;
-  std::ranges::copy(lod.planes, converted.planes);
+  std::ranges::transform(lod.eyes, converted.eyes, gpu_eye);
+  converted.eye_count = lod.eye_count;
   const CellPlace eye = cell_place(lod.eye_m);
   converted.eye_cell = eye.cell;
   converted.eye_in_cell = eye.place;
@@ -72,10 +81,8 @@ View gpu_view(const coppice_camera& view, const coppice_light& light, const LodV
   converted.is_mirrored = is_mirrored(lod) ? 1 : 0;
   converted.is_perspective = lod.parallel ? 0.0f : 1.0f;
   converted.toward_viewer = lod.parallel ? lod.toward_viewer : vec3(0.0f);
-  converted.key_row = lod.key_row;
   converted.temporal_frame = view.temporal_frame;
   converted.half_size_px = {0.5f * static_cast<float>(view.width_px), 0.5f * static_cast<float>(view.height_px)};
-  converted.first_px = {static_cast<std::uint32_t>(view.x_px), static_cast<std::uint32_t>(view.y_px)};
   for (std::uint32_t i = 0; i < light.shadow_map_count; ++i)
     converted.cascades[i] = cascade_from_eye(light.shadow_maps[i].clip_from_world, lod.eye_m - lod.origin_m);
   return converted;
@@ -205,7 +212,7 @@ Result<void> ViewRecorder::prepare(std::uint32_t slot_count) {
   by_ = ready.cull ? CulledBy::hardware : CulledBy::nobody;
   if (slot_count_ == 0)
     by_ = CulledBy::nobody;
-  else if (ready.raster && shared_.raster->prepare(raster_, camera))
+  else if (ready.raster && shared_.raster->prepare(raster_, camera, eye_count()))
     by_ = CulledBy::raster;
   return {};
 }
@@ -277,31 +284,33 @@ void ViewRecorder::record_readback(VkCommandBuffer cmd) {
   }
 }
 
-void ViewRecorder::record_draw(VkCommandBuffer cmd) const {
+void ViewRecorder::record_draw(VkCommandBuffer cmd, std::uint32_t eye) const {
   if (by_ == CulledBy::nobody) return;
   const Functions& vk = shared_.device.vk;
   const coppice_camera& camera = shown_->camera;
-  const VkViewport viewport{static_cast<float>(camera.x_px),
-                            static_cast<float>(camera.y_px),
+  const LodEye& from = shown_->lod.eyes[eye];
+  const VkViewport viewport{static_cast<float>(from.x_px),
+                            static_cast<float>(from.y_px),
                             static_cast<float>(camera.width_px),
                             static_cast<float>(camera.height_px),
                             0.0f,
                             1.0f};
-  const VkRect2D scissor{{camera.x_px, camera.y_px}, {camera.width_px, camera.height_px}};
+  const VkRect2D scissor{{from.x_px, from.y_px}, {camera.width_px, camera.height_px}};
   vk.vkCmdSetViewport(cmd, 0, 1, &viewport);
   vk.vkCmdSetScissor(cmd, 0, 1, &scissor);
-  if (by_ == CulledBy::raster) shared_.raster->record_resolve(cmd, raster_, culled_.set, *pipelines_.resolve);
+  if (by_ == CulledBy::raster) shared_.raster->record_resolve(cmd, raster_, culled_.set, {*pipelines_.resolve, eye});
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, shared_.passes.layout, 0, 1, &culled_.set, 0, nullptr);
+  const EyeDraws draws{cmd, eye};
   const std::span<const Plant> records = shared_.lists.records();
   // Trunks first: they hide leaves behind them, and the depth test is cheaper than a leaf.
   for (std::uint32_t plant = 0; plant < records.size(); ++plant)
     for (std::uint32_t lod = 0; records[plant].instance_count > 0 && lod < kMaxWoodLods; ++lod)
-      if (records[plant].wood_resident_mask >> lod & 1u) draw_wood(cmd, plant, lod);
+      if (records[plant].wood_resident_mask >> lod & 1u) draw_wood(draws, plant, lod);
   for (std::uint32_t plant = 0; !is_depth_alone(attachments()) && plant < records.size(); ++plant)
-    for (std::uint32_t i = 0; records[plant].instance_count > 0 && i < records[plant].leaf_mesh_count; ++i) draw_leaf_mesh(cmd, plant, i);
+    for (std::uint32_t i = 0; records[plant].instance_count > 0 && i < records[plant].leaf_mesh_count; ++i) draw_leaf_mesh(draws, plant, i);
   vk.vkCmdBindIndexBuffer(cmd, shared_.scene.quad_indices.buffer, 0, VK_INDEX_TYPE_UINT16);
   for (std::uint32_t plant = 0; plant < records.size(); ++plant)
-    if (records[plant].instance_count > 0) draw_leaves(cmd, plant);
+    if (records[plant].instance_count > 0) draw_leaves(draws, plant);
 }
 
 /// False: the pipeline is not there.
@@ -312,7 +321,7 @@ bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pi
   shared_.device.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   shared_.device.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, shared_.passes.layout, 1, 1, &texture.set.set, 0,
                                             nullptr);
-  shared_.device.vk.vkCmdPushConstants(cmd, shared_.passes.layout, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof push, &push);
+  shared_.device.vk.vkCmdPushConstants(cmd, shared_.passes.layout, kDrawStages, 0, sizeof push, &push);
   return true;
 }
 
@@ -325,60 +334,63 @@ void ViewRecorder::draw_commands(VkCommandBuffer cmd, std::uint32_t plant, std::
                                                   sizeof(DrawCommand));
 }
 
-void ViewRecorder::draw_leaves(VkCommandBuffer cmd, std::uint32_t plant) const {
+void ViewRecorder::draw_leaves(const EyeDraws& draws, std::uint32_t plant) const {
   const Plant& record = shared_.lists.records()[plant];
   const StoredPlant& stored = *shared_.plants.plant(plant);
   for (const std::uint32_t texture : stored.leaf_textures.span()) {
-    if (!bind_draw(cmd, {.plant = plant, .texture = texture}, *pipelines_.of(leaf_kind(texture, stored.has_gaps)))) continue;
+    if (!bind_draw(draws.cmd, {.plant = plant, .texture = texture, .eye = draws.eye}, *pipelines_.of(leaf_kind(texture, stored.has_gaps))))
+      continue;
     // Instances of one cluster each, which the rasteriser leaves to nobody; then clusters.
     if (by_ == CulledBy::hardware)
-      draw_commands(cmd, plant, record.leaf_command_base, kSingleCount, std::min(record.instance_count, shared_.device.max_draw_count));
-    draw_commands(cmd, plant, record.leaf_command_base + record.instance_count, kClusterCount, record.leaf_command_capacity);
+      draw_commands(draws.cmd, plant, record.leaf_command_base, kSingleCount,
+                    std::min(record.instance_count, shared_.device.max_draw_count));
+    draw_commands(draws.cmd, plant, record.leaf_command_base + record.instance_count, kClusterCount, record.leaf_command_capacity);
   }
 }
 
-void ViewRecorder::draw_wood(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t lod) const {
+void ViewRecorder::draw_wood(const EyeDraws& draws, std::uint32_t plant, std::uint32_t lod) const {
   const Plant& record = shared_.lists.records()[plant];
-  draw_mesh(cmd, plant,
+  draw_mesh(draws, plant,
             {.mesh = lod,
              .list_first = record.wood_list_base + lod * record.instance_count,
              .part_first = record.part_base + lod * kPartCommands,
              .part_count = kWoodPartCounts + lod});
 }
 
-void ViewRecorder::draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t chunk) const {
+void ViewRecorder::draw_leaf_mesh(const EyeDraws& draws, std::uint32_t plant, std::uint32_t chunk) const {
   const Plant& record = shared_.lists.records()[plant];
-  draw_mesh(cmd, plant,
+  draw_mesh(draws, plant,
             {.mesh = kMaxWoodLods + chunk,
              .list_first = record.leaf_mesh_list_base,
              .part_first = record.part_base + (record.wood_lod_count + chunk) * kPartCommands,
              .part_count = kMeshPartCount});
 }
 
-void ViewRecorder::draw_mesh(VkCommandBuffer cmd, std::uint32_t index, const MeshDraw& draw) const {
+void ViewRecorder::draw_mesh(const EyeDraws& draws, std::uint32_t index, const MeshDraw& draw) const {
   const StoredPlant& plant = *shared_.plants.plant(index);
   const StoredMesh& mesh = plant.meshes[draw.mesh];
-  shared_.device.vk.vkCmdBindIndexBuffer(cmd, mesh.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
+  shared_.device.vk.vkCmdBindIndexBuffer(draws.cmd, mesh.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
   for (const SurfaceTextures& textures : mesh.textures.span()) {
     // What has its normal map or its pipeline on the way is drawn without for as long; shadow views have none.
     const Pipeline* in_relief = pipelines_.of(mesh_kind(draw.mesh, textures.color, true));
     const bool relief = in_relief != nullptr && in_relief->handle() != VK_NULL_HANDLE && textures.normal_map != kNoTexture &&
                         plant.textures[textures.normal_map].visible;
     if (relief)
-      shared_.device.vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, shared_.passes.layout, 2, 1,
+      shared_.device.vk.vkCmdBindDescriptorSets(draws.cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, shared_.passes.layout, 2, 1,
                                                 &plant.textures[textures.normal_map].set.set, 0, nullptr);
     const DrawPush push{.plant = index,
                         .texture = textures.color,
                         .vertices = mesh.vertices,
                         .wood_list_first = draw.list_first,
-                        .normal_map = textures.normal_map};
-    if (!bind_draw(cmd, push, *pipelines_.of(mesh_kind(draw.mesh, textures.color, relief)))) continue;
+                        .normal_map = textures.normal_map,
+                        .eye = draws.eye};
+    if (!bind_draw(draws.cmd, push, *pipelines_.of(mesh_kind(draw.mesh, textures.color, relief)))) continue;
     // One draw or none, as there are instances. Not vkCmdDrawIndexedIndirect: after draws with a count, lavapipe of Mesa 22.3 reads their
     // count for it too, and in a view without quads everything would vanish.
     const VkDeviceSize command = (index * kMeshCommands + draw.mesh) * sizeof(DrawCommand);
-    shared_.device.vk.vkCmdDrawIndexedIndirectCount(cmd, buffers_.wood_commands.buffer, command, buffers_.wood_commands.buffer,
+    shared_.device.vk.vkCmdDrawIndexedIndirectCount(draws.cmd, buffers_.wood_commands.buffer, command, buffers_.wood_commands.buffer,
                                                     command + offsetof(DrawCommand, instance_count), 1, sizeof(DrawCommand));
-    draw_commands(cmd, index, draw.part_first, draw.part_count, shared_.lists.records()[index].part_capacity);
+    draw_commands(draws.cmd, index, draw.part_first, draw.part_count, shared_.lists.records()[index].part_capacity);
   }
 }
 

@@ -84,8 +84,10 @@ class ViewRecorder {
   void leave_out();
   /// Whether one of them has been called in this frame.
   [[nodiscard]] bool is_culled() const { return culled_.recorded; }
-  /// is_culled()
-  void record_draw(VkCommandBuffer cmd) const;
+  /// is_culled(). eye: < eye_count()
+  void record_draw(VkCommandBuffer cmd, std::uint32_t eye) const;
+  /// is_shown()
+  [[nodiscard]] std::uint32_t eye_count() const { return shown_->lod.eye_count; }
 
   [[nodiscard]] const AttachmentDesc& attachments() const { return pipelines_.attachments; }
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }
@@ -112,6 +114,11 @@ class ViewRecorder {
 
     bool operator==(const Ready&) const = default;
   };
+  /// What is recorded for an eye.
+  struct EyeDraws {
+    VkCommandBuffer cmd = VK_NULL_HANDLE;
+    std::uint32_t eye = 0;
+  };
   /// Where a mesh finds its instances, the commands of its parts, and their count.
   struct MeshDraw {
     std::uint32_t mesh = 0, list_first = 0, part_first = 0, part_count = 0;
@@ -123,10 +130,10 @@ class ViewRecorder {
   Ready want(coppice_debug_view debug_view);
   void record_start(VkCommandBuffer cmd, const coppice_light& light);
   void record_readback(VkCommandBuffer cmd);
-  void draw_leaves(VkCommandBuffer cmd, std::uint32_t plant) const;
-  void draw_wood(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t lod) const;
-  void draw_leaf_mesh(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t chunk) const;
-  void draw_mesh(VkCommandBuffer cmd, std::uint32_t plant, const MeshDraw& draw) const;
+  void draw_leaves(const EyeDraws& draws, std::uint32_t plant) const;
+  void draw_wood(const EyeDraws& draws, std::uint32_t plant, std::uint32_t lod) const;
+  void draw_leaf_mesh(const EyeDraws& draws, std::uint32_t plant, std::uint32_t chunk) const;
+  void draw_mesh(const EyeDraws& draws, std::uint32_t plant, const MeshDraw& draw) const;
   void draw_commands(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t first, std::uint32_t count, std::uint32_t most) const;
   bool bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pipeline& with) const;
 

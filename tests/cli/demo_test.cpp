@@ -283,7 +283,7 @@ TEST(CoppiceForest, TwoCamerasOrTwoEyesAreSideBySide) {
   };
   const auto split = halves_with("--split"), stereo = halves_with("--stereo");
   EXPECT_LT(rmse(stereo[0], split[0]), 0.5 * rmse(split[0], split[1])) << "the left one looks the same way";
-  EXPECT_LT(rmse(stereo[0], stereo[1]), 0.5 * rmse(split[0], split[1])) << "eyes see nearly the same";
+  EXPECT_LT(rmse(stereo[0], stereo[1]), 0.7 * rmse(split[0], split[1])) << "eyes see nearly the same";
   EXPECT_GT(rmse(stereo[0], stereo[1]), 1.0);
 }
 

@@ -18,6 +18,14 @@
  * What is refused changes nothing. A null context, or a null pointer where none is allowed, is COPPICE_ERROR_INVALID_ARGUMENT. Nothing
  * throws across this header.
  *
+ * What the comment of a function may say, in this order; what it does not say is as here:
+ *   before   at any time, between frames or within one
+ *   after    nothing else has changed
+ *   queue    none: only the functions of coppice/vulkan.h that take a command buffer have to do with one
+ *   thread   as above: any, one call at a time on a context
+ *   cost     microseconds, and no wait for files, jobs or the GPU
+ *   errors   COPPICE_ERROR_INVALID_ARGUMENT alone
+ *
  * Structs grow: later versions add fields at the end. A struct starts with struct_size, its size in the header that the program was
  * compiled with; the *_init function sets it, and every other field to its default. It does nothing for a null pointer. A program
  * therefore runs with later versions of the library, and with earlier ones as long as it leaves what these do not know at 0:
@@ -286,10 +294,11 @@ static inline void coppice_context_desc_init(coppice_context_desc* desc) {
  * COPPICE_ERROR_OUT_OF_MEMORY */
 COPPICE_API coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_context** context);
 
-/* The GPU must have finished every command buffer Coppice recorded into. Waits for running jobs and reads. Null is allowed. */
+/* Null is allowed. before: the GPU has finished every command buffer that Coppice recorded into, and no other call is under way.
+ * after: all handles, and all memory of the hooks, are gone. cost: waits for running jobs and reads. */
 COPPICE_API void coppice_context_destroy(coppice_context* context);
 
-/* May be called at any time; takes effect by evicting within the next coppice_frame_begin.
+/* after: the next coppice_frame_begin evicts what does not fit any more.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT: below what the context took before any plant */
 COPPICE_API coppice_status coppice_set_memory_budget(coppice_context* context, uint64_t bytes);
 
@@ -320,10 +329,13 @@ typedef struct coppice_plant_info {
   float box_min[3], box_max[3]; /* object space, m; of leaves and the coarsest wood: finer ones may reach a little further */
 } coppice_plant_info;
 
-/* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Blocks for two reads, the header and
- * the front, and for the further tries of one that fails (see coppice_io), so call it while loading or from a thread of your own with the
- * context serialised. Finer detail streams in by itself. COPPICE_ERROR_OUT_OF_MEMORY: where the log says that room is being made, try
- * again in a few frames. */
+/* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Finer detail streams in by itself.
+ * plant: out, 0 on errors
+ * cost: waits for two reads, the header and the front, and for the further tries of one that fails (see coppice_io): call it while loading,
+ * or coppice_plant_open_async
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_IO, COPPICE_ERROR_BAD_FILE, COPPICE_ERROR_DEVICE_LOST;
+ * COPPICE_ERROR_OUT_OF_MEMORY: max_plants are open, or there is no room: where the log says that it is being made, try again in a few
+ * frames */
 COPPICE_API coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);
 
 /* The same without waiting: returns a handle at once. coppice_frame_begin goes on with it, while the reads are under way and a job decodes
@@ -343,14 +355,14 @@ COPPICE_API coppice_status coppice_plant_open_async(coppice_context* context, co
 COPPICE_API coppice_status coppice_plant_open_memory(coppice_context* context, const void* bytes, size_t size, const char* name,
                                                      coppice_plant* plant);
 
-/* Removes the plant and all its instances. GPU memory is freed once the GPU is done with it (see coppice_frame). */
+/* Removes the plant and all its instances. after: its memory goes once the GPU, or a host, is done with it (see coppice_frame) */
 COPPICE_API coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant);
 
 /* Shows what is in a file now: `path`, or where it is null what the plant was opened from, file or memory. Reads the front as
- * coppice_plant_open does, with its errors; COPPICE_ERROR_INVALID_ARGUMENT also for a plant that is not ready. On an error everything stays
- * as it was. Plant and instance handles stay valid, and what was
- * there is drawn until as much of the new file is resident, at most two seconds of frames; until then the plant takes memory twice, and
- * one of four places that a context has for this. A further reload replaces one that is under way. */
+ * coppice_plant_open does. after: plant and instance handles are as before, and what was there is drawn until as much of the new file is
+ * resident, at most two seconds of frames; until then the plant takes memory twice, and one of four places that a context has for this.
+ * A further reload replaces one that is under way. cost: as coppice_plant_open. errors: its own, and nothing has changed;
+ * COPPICE_ERROR_INVALID_ARGUMENT also for a plant that is not ready */
 COPPICE_API coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path);
 
 /* The same from memory: bytes, size and name as coppice_plant_open_memory has them. */
@@ -360,6 +372,7 @@ COPPICE_API coppice_status coppice_plant_reload_memory(coppice_context* context,
 static inline void coppice_plant_info_init(coppice_plant_info* info) {
   coppice_struct_init(COPPICE_STRUCT_PLANT_INFO, info, sizeof *info);
 }
+/* thread: may overlap with other const calls, as all that take a const context. errors: COPPICE_ERROR_INVALID_ARGUMENT */
 COPPICE_API coppice_status coppice_plant_get_info(const coppice_context* context, coppice_plant plant, coppice_plant_info* info);
 
 /* ---- instances ------------------------------------------------------------------------------------------------------------------ */
@@ -389,15 +402,17 @@ static inline void coppice_placement_init(coppice_placement* placement) {
 
 /* Adds `count` instances of a plant that is ready or being opened. placements: [count] records of `stride` bytes, at least those of a
  * position; they need no alignment. instances: [count] handles out, may be null. All or none are added,
- * and a call that fails changes nothing else either. What are added within a frame, after coppice_record_upload, are drawn in the next.
- * COPPICE_ERROR_OUT_OF_MEMORY: more than max_instances, or what holds and draws them finds no room in the memory budget, or the hooks give
- * none; where the log says that room is being made, try again in a few frames. COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL */
+ * and a call that fails changes nothing else either. Those of a block of 32 slots are culled together: add neighbours together.
+ * after: drawn in the next frame, or in this one if coppice_record_upload is still to come. cost: some 0.1 us each
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT; COPPICE_ERROR_OUT_OF_MEMORY: more than max_instances, or what holds and draws them finds no room in the memory budget, or the hooks give
+ * none; where the log says that room is being made, try again in a few frames; COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL */
 COPPICE_API coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements,
                                                  size_t stride, uint32_t count, coppice_instance* instances);
-/* Gives instances new placements, all fields of them: [count] each, placements as above. All or none are moved. Cost: 60 bytes each to the
- * GPU, and those of their neighbours. */
+/* Gives instances new placements, all fields of them: [count] each, placements as above. All or none are moved. after: as of
+ * coppice_instances_add. cost: 60 bytes each to the GPU, and those of their neighbours */
 COPPICE_API coppice_status coppice_instances_move(coppice_context* context, const coppice_instance* instances,
                                                   const coppice_placement* placements, size_t stride, uint32_t count);
+/* instances: [count]; all or none are removed. after: not drawn from the next coppice_record_upload on */
 COPPICE_API coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
 
 /* For engines that move the origin of their coordinates along with the camera. From this call on what the engine passes (placements,
@@ -493,8 +508,8 @@ static inline void coppice_view_desc_init(coppice_view_desc* desc) {
  * errors: COPPICE_ERROR_INVALID_ARGUMENT, also where the context has a renderer; COPPICE_ERROR_OUT_OF_MEMORY */
 COPPICE_API coppice_status coppice_view_create(coppice_context* context, const coppice_view_desc* desc, coppice_view* view);
 
-/* Its memory goes once the GPU has finished the frames that drew it (see coppice_frame); not within a frame that shows it, whose commands
- * are still to be recorded. coppice_context_destroy destroys all. */
+/* coppice_context_destroy destroys all. before: not within a frame that shows it, whose commands are still to be recorded.
+ * after: its memory goes once the GPU has finished the frames that drew it (see coppice_frame) */
 COPPICE_API coppice_status coppice_view_destroy(coppice_context* context, coppice_view view);
 
 /* settled: out; 1 once everything that the view, and those that share its place in streaming, wanted in the last coppice_frame_begin and
@@ -612,6 +627,8 @@ static inline void coppice_frame_init(coppice_frame* frame) {
 /* Collects finished reads and decodes, decides what to load and evict for all its views together, starts reads and jobs. Never blocks.
  * Streaming wants of a plant the most that any of the views wants. Views of COPPICE_OUTPUT_LIT are taken apart in three lots, in the order
  * of their creation, those of COPPICE_OUTPUT_DEPTH in one more; views of a lot are streamed for at the lowest threshold of them.
+ * after: the frame is begun, whatever of it is then recorded. cost: streaming_ms at most for what came; measuring 100,000 instances 0.1 to
+ * 0.5 ms a view
  * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame);
 

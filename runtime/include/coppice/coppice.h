@@ -404,8 +404,9 @@ static inline void coppice_placement_init(coppice_placement* placement) {
  * position; they need no alignment. instances: [count] handles out, may be null. All or none are added,
  * and a call that fails changes nothing else either. Those of a block of 32 slots are culled together: add neighbours together.
  * after: drawn in the next frame, or in this one if coppice_record_upload is still to come. cost: some 0.1 us each
- * errors: COPPICE_ERROR_INVALID_ARGUMENT; COPPICE_ERROR_OUT_OF_MEMORY: more than max_instances, or what holds and draws them finds no room in the memory budget, or the hooks give
- * none; where the log says that room is being made, try again in a few frames; COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL */
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT; COPPICE_ERROR_OUT_OF_MEMORY: more than max_instances, or what holds and draws them finds no room
+ * in the memory budget, or the hooks give none; where the log says that room is being made, try again in a few frames;
+ * COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL */
 COPPICE_API coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements,
                                                  size_t stride, uint32_t count, coppice_instance* instances);
 /* Gives instances new placements, all fields of them: [count] each, placements as above. All or none are moved. after: as of

@@ -28,7 +28,7 @@ bool occluded_from(uint eye, vec3 center, float radius_m) {
   float side_px = float(kTileSide_px << (2 * level));
   if (2.0 * reach_px > side_px) return false;
   uvec3 tile = tile_level(level);
-  if (eye > 0) tile.z += tile_count();
+  if (kEyes > 1) tile.z += eye * tile_count();
   ivec2 last = ivec2(tile.xy) - 1;
   ivec2 low = clamp(ivec2(floor((at - reach_px) / side_px)), ivec2(0), last);
   ivec2 high = clamp(ivec2(floor((at + reach_px) / side_px)), ivec2(0), last);
@@ -39,8 +39,8 @@ bool occluded_from(uint eye, vec3 center, float radius_m) {
 
 // Whether none of the eyes that have it in view sees a sphere.
 bool occluded(vec3 center, float radius_m) {
-  if (view.eye_count == 1) return occluded_from(0, center, radius_m);
-  for (uint eye = 0; eye < view.eye_count; ++eye)
+  if (kEyes == 1) return occluded_from(0, center, radius_m);
+  for (uint eye = 0; eye < kEyes; ++eye)
     if (sphere_in_eye(eye, center, radius_m) && !occluded_from(eye, center, radius_m)) return false;
   return true;
 }

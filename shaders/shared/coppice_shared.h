@@ -246,7 +246,6 @@ COPPICE_GPU_LAYOUT(Eye, 180);
 // floats hold what is near it. focal_px and near_m: of sizes.
 struct View {
   Eye eyes[kMostEyes];
-  uint eye_count;
   ivec3 eye_cell;
   vec3 eye_in_cell;
   uint layer_mask;  // instances that share no bit with it are not drawn
@@ -274,7 +273,7 @@ struct View {
   vec2 half_size_px;            // of the picture
   mat4 cascades[kMaxCascades];  // clip_from_world of each
 };
-COPPICE_GPU_LAYOUT(View, 728);
+COPPICE_GPU_LAYOUT(View, 724);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -72,7 +72,6 @@ void put_view() {
     for (int i = 0; i < 5; ++i) put(view.eyes[eye].planes[i]);
     put(view.eyes[eye].key_row); put(view.eyes[eye].place); put(view.eyes[eye].first_px);
   }
-  put(view.eye_count);
   put(view.eye_cell); put(view.eye_in_cell); put(view.layer_mask); put(view.error_px);
   put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.lod_discrete); put(view.instance_slot_count);
   put(view.fog_density);

@@ -33,7 +33,7 @@ struct PipelineRecipe {
   VkPipelineLayout layout = VK_NULL_HANDLE;
   std::span<const std::uint32_t> first;          ///< SPIR-V of the compute or the vertex shader
   std::span<const std::uint32_t> fragment = {};  ///< SPIR-V
-  std::array<std::uint32_t, 6> constants = {};   ///< of the compute or the fragment shader, by id
+  std::array<std::uint32_t, 7> constants = {};   ///< of the compute or the fragment shader, by id
   AttachmentDesc attachments = {};
 };
 

@@ -49,7 +49,7 @@ constexpr float kSplat_px = 4.0f;
 /// Slots that the lists of clusters are made for at least.
 constexpr std::uint32_t kLeastWorkSlots = 1u << 17;
 
-/// Constants 0 to 5 of the rasteriser's shaders.
+/// Constants 0 to 6 of the rasteriser's shaders.
 struct Constants {
   std::uint32_t kind = 0;
   std::uint32_t lanes = 8;
@@ -57,6 +57,7 @@ struct Constants {
   std::uint32_t cluster_lanes = 1;
   std::uint32_t big_pixels = 400;
   std::uint32_t row_lanes = 1;
+  std::uint32_t eyes = 1;
 };
 
 /// A software driver pays for each group, and for each load of an invocation: few groups, and what is shared loaded once. Where hundreds
@@ -137,12 +138,18 @@ void LeafRaster::add_pipelines() {
   using Words = std::span<const std::uint32_t>;
   const auto add = [this](const char* name, Words words, const Constants& constants) {
     return &pipeline_set_.add(
-        {.name = name, .layout = layout_, .first = words, .constants = std::bit_cast<std::array<std::uint32_t, 6>>(constants)});
+        {.name = name, .layout = layout_, .first = words, .constants = std::bit_cast<std::array<std::uint32_t, 7>>(constants)});
   };
-  pipelines_.blocks = add("leaf_blocks.comp", leaf_blocks_comp_spirv, {});
-  pipelines_.draws = add("hardware_draws.comp", hardware_draws_comp_spirv, {.lanes = lanes_});
-  pipelines_.expand = add("leaf_expand.comp", leaf_expand_comp_spirv, {.kind = shape_.expand_together ? 1u : 0u, .lanes = lanes_});
-  const auto add_cull = [&](std::uint32_t debugged) { return add("cull_raster.comp", cull_raster_comp_spirv, {.kind = debugged}); };
+  const auto add_select = [&](const char* name, Words words, Constants constants) {
+    return for_each_eye_count([&](std::uint32_t eyes) {
+      constants.eyes = eyes;
+      return add(name, words, constants);
+    });
+  };
+  pipelines_.blocks = add_select("leaf_blocks.comp", leaf_blocks_comp_spirv, {});
+  pipelines_.draws = add_select("hardware_draws.comp", hardware_draws_comp_spirv, {.lanes = lanes_});
+  pipelines_.expand = add_select("leaf_expand.comp", leaf_expand_comp_spirv, {.kind = shape_.expand_together ? 1u : 0u, .lanes = lanes_});
+  const auto add_cull = [&](std::uint32_t debugged) { return add_select("cull_raster.comp", cull_raster_comp_spirv, {.kind = debugged}); };
   pipelines_.cull = {add_cull(0), add_cull(1)};
   const auto add_tiles = [&](std::uint32_t others) {
     return add("leaf_tiles.comp", leaf_tiles_comp_spirv, {.kind = others, .lanes = lanes_});
@@ -180,19 +187,19 @@ std::span<const LeafRaster::RasterPass> LeafRaster::passes(coppice_debug_view de
   return std::span(kDrawn).first(desc_.int64_atomics ? 1 : 2);
 }
 
-bool LeafRaster::want(coppice_debug_view debug_view, Pipeline& resolve) {
+bool LeafRaster::want(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve) {
   bool ready = true;
   const auto want = [&](Pipeline* pipeline) { ready = pipeline_set_.want(*pipeline) && ready; };
-  want(pipelines_.blocks);
-  want(pipelines_.cull.of(debug_view));
-  want(pipelines_.expand);
+  want(pipelines_.blocks.of(eye_count));
+  want(pipelines_.cull.of(debug_view, eye_count));
+  want(pipelines_.expand.of(eye_count));
   for (const RasterPass pass : passes(debug_view)) {
     want(pipelines_.splats[pass]);
     std::ranges::for_each(pipelines_.leaves[pass], want);
   }
   want(pipelines_.finest_tiles);
   want(pipelines_.other_tiles);
-  want(pipelines_.draws);
+  want(pipelines_.draws.of(eye_count));
   want(&resolve);
   return ready;
 }
@@ -367,12 +374,12 @@ void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, VkDescripto
     RasterPush push = view.push;
     push.round = round;
     vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
-    bind(cmd, *pipelines_.blocks);
+    bind(cmd, *pipelines_.blocks.of(view.eye_count));
     vk.vkCmdDispatch(cmd, (block_count + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.cull.of(view.debug_view), of, offsetof(RasterRound, blocks));
+    dispatch_stage(cmd, *pipelines_.cull.of(view.debug_view, view.eye_count), of, offsetof(RasterRound, blocks));
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.expand, of, offsetof(RasterRound, items));
+    dispatch_stage(cmd, *pipelines_.expand.of(view.eye_count), of, offsetof(RasterRound, items));
     barrier(cmd);
     mark(Pass::cull);
     record_leaves(cmd, of, timer);
@@ -382,7 +389,7 @@ void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, VkDescripto
     record_tiles(cmd, of);
     mark(Pass::tiles);
   }
-  dispatch_stage(cmd, *pipelines_.draws, {view, 0}, offsetof(RasterRound, draws));
+  dispatch_stage(cmd, *pipelines_.draws.of(view.eye_count), {view, 0}, offsetof(RasterRound, draws));
 }
 
 void LeafRaster::record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Resolve& resolve) const {

@@ -78,7 +78,7 @@ class LeafRaster {
   Pipeline* add_resolve(const AttachmentDesc& attachments);
 
   /// Wants the pipelines that such a view needs; whether all are there. Else it may not be prepared.
-  bool want(coppice_debug_view debug_view, Pipeline& resolve);
+  bool want(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve);
   /// Makes room for a frame of a view. False: there is no memory for it, or it is not a view the rasteriser draws: record nothing of it.
   bool prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count);
   /// What the view's buffers start with; the caller's barrier makes it visible to compute shaders. before: prepare
@@ -101,7 +101,8 @@ class LeafRaster {
   enum RasterPass : std::uint32_t { kDepth, kRadiance, kCount, kPassCount };
   struct Pipelines {
     CullPipelines cull;
-    Pipeline *blocks = nullptr, *draws = nullptr, *expand = nullptr, *finest_tiles = nullptr, *other_tiles = nullptr;
+    EyePipelines blocks, expand, draws;
+    Pipeline *finest_tiles = nullptr, *other_tiles = nullptr;
     std::array<std::array<Pipeline*, kSourceCount>, kPassCount> leaves{};
     std::array<Pipeline*, kPassCount> splats{};
   };

@@ -64,7 +64,10 @@ struct Drawn {
 Result<void> create_passes(Device& device, const TextureSets& textures, PipelineSet& pipelines, Passes& passes) {
   COPPICE_CHECK(create_layouts(device, textures, passes));
   const auto add_cull = [&](std::uint32_t debugged) {
-    return &pipelines.add({.name = "cull.comp", .layout = passes.layout, .first = Words(cull_comp_spirv), .constants = {debugged}});
+    return for_each_eye_count([&](std::uint32_t eyes) {
+      return &pipelines.add(
+          {.name = "cull.comp", .layout = passes.layout, .first = Words(cull_comp_spirv), .constants = {debugged, 0, 0, 0, 0, 0, eyes}});
+    });
   };
   passes.cull = {add_cull(0), add_cull(1)};
   return {};

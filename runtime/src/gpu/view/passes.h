@@ -52,12 +52,29 @@ struct DrawPipelines {
   [[nodiscard]] Pipeline* of(DrawKind kind) const { return kinds[static_cast<std::size_t>(kind)]; }
 };
 
-/// A pass over instances, and the one that also colours them for a debug view.
-struct CullPipelines {
-  Pipeline *plain = nullptr, *debug = nullptr;
+/// A pass over instances, for views of one eye and of two.
+struct EyePipelines {
+  std::array<Pipeline*, kMostEyes> by_eyes{};
 
-  [[nodiscard]] Pipeline* of(coppice_debug_view debug_view) const { return debug_view == COPPICE_DEBUG_NONE ? plain : debug; }
+  [[nodiscard]] Pipeline* of(std::uint32_t eye_count) const { return by_eyes[eye_count - 1]; }
 };
+
+/// One that also colours instances for a debug view, where there is one.
+struct CullPipelines {
+  EyePipelines plain, debug;
+
+  [[nodiscard]] Pipeline* of(coppice_debug_view debug_view, std::uint32_t eye_count) const {
+    return (debug_view == COPPICE_DEBUG_NONE ? plain : debug).of(eye_count);
+  }
+};
+
+/// add(eye_count) adds a pipeline.
+template <class Add>
+EyePipelines for_each_eye_count(const Add& add) {
+  EyePipelines added;
+  for (std::uint32_t eyes = 1; eyes <= kMostEyes; ++eyes) added.by_eyes[eyes - 1] = add(eyes);
+  return added;
+}
 
 /// Buffers of set 0, in binding order (bindings.glsl); the shadow maps come after them.
 enum class FrameBinding : std::uint32_t {

@@ -57,7 +57,6 @@ Eye gpu_eye(const LodEye& eye) {
 View gpu_view(const coppice_camera& view, const coppice_light& light, const LodView& lod, const ViewKind& kind) {
   View converted{};
   std::ranges::transform(lod.eyes, converted.eyes, gpu_eye);
-  converted.eye_count = lod.eye_count;
   const CellPlace eye = cell_place(lod.eye_m);
   converted.eye_cell = eye.cell;
   converted.eye_in_cell = eye.place;
@@ -218,8 +217,8 @@ Result<void> ViewRecorder::prepare(std::uint32_t slot_count) {
 }
 
 ViewRecorder::Ready ViewRecorder::want(coppice_debug_view debug_view) {
-  return {shared_.pipelines.want(*shared_.passes.cull.of(debug_view)),
-          shared_.raster != nullptr && shared_.raster->want(debug_view, *pipelines_.resolve)};
+  return {shared_.pipelines.want(*shared_.passes.cull.of(debug_view, eye_count())),
+          shared_.raster != nullptr && shared_.raster->want(debug_view, eye_count(), *pipelines_.resolve)};
 }
 
 void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_light& light) {
@@ -238,7 +237,7 @@ void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_light& light) 
   if (by_ == CulledBy::raster) {
     shared_.raster->record(cmd, raster_, culled_.set, slot_count_, timer);
   } else if (by_ == CulledBy::hardware) {
-    vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, shared_.passes.cull.of(camera.debug_view)->handle());
+    vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, shared_.passes.cull.of(camera.debug_view, eye_count())->handle());
     vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, shared_.passes.layout, 0, 1, &culled_.set, 0, nullptr);
     vk.vkCmdDispatch(cmd, (slot_count_ + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
   }

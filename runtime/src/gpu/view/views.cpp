@@ -67,10 +67,10 @@ std::size_t Views::pipelines_for(const AttachmentDesc& attachments) {
 
 // What nearly every plant needs, and what the plants that are there do; the rest when it is first met.
 void Views::want_first(const DrawPipelines& pipelines) {
-  pipelines_.want(*passes_.cull.plain);
+  pipelines_.want(*passes_.cull.plain.of(1));
   pipelines_.want(*pipelines.of(DrawKind::leaf_textured));
   pipelines_.want(*pipelines.of(DrawKind::wood_textured));
-  if (raster_) raster_->want(COPPICE_DEBUG_NONE, *pipelines.resolve);
+  if (raster_) raster_->want(COPPICE_DEBUG_NONE, 1, *pipelines.resolve);
   for (std::size_t kind = 0; kind < kDrawKinds; ++kind)
     if (needed_[kind] && pipelines.kinds[kind] != nullptr) pipelines_.want(*pipelines.kinds[kind]);
 }

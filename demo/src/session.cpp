@@ -198,12 +198,13 @@ void begin_plants(Session& session, std::span<const FrameView> views, std::span<
   const CutSettings settings{session.controls.error_px, static_cast<std::uint32_t>(budget), session.controls.lod, session.controls.view};
   std::vector<coppice_camera> cameras;
   coppice_eye second_eye;
-  if (session.panes == Panes::stereo) {
-    second_eye = make_eye(views[1]);
-    cameras.push_back(make_camera(session.forest, 0, views[0], settings));
-    cameras.front().second_eye = &second_eye;
-  } else {
-    for (std::size_t pane = 0; pane < views.size(); ++pane) cameras.push_back(make_camera(session.forest, pane, views[pane], settings));
+  for (std::size_t pane = 0; pane < views.size(); ++pane) {
+    if (pane_view(session, pane).eye == 0) {
+      cameras.push_back(make_camera(session.forest, pane, views[pane], settings));
+    } else {
+      second_eye = make_eye(views[pane]);
+      cameras.back().second_eye = &second_eye;
+    }
   }
   for (const DueMap& map : maps) cameras.push_back(map.camera);
   coppice_frame frame;
@@ -270,18 +271,18 @@ std::vector<FrameView> views_of(const Session& session, const Pose& pose, float 
   const VkExtent2D drawn = session.renderer.drawn;
   if (session.panes == Panes::one) return {view_of(session, pose, time_s, {{0, 0}, drawn})};
   constexpr float kBetweenEyes_m = 0.064f;
-  const std::uint32_t left_px = std::max(drawn.width / 2, 1u), right_px = std::max(drawn.width - left_px, 1u);
-  const auto x_px = static_cast<std::int32_t>(left_px);
-  Pose left = pose, right_pose = pose;
+  const std::uint32_t left_px = std::max(drawn.width / 2, 1u);
+  std::uint32_t right_px = std::max(drawn.width - left_px, 1u);
+  Pose left_pose = pose, right_pose = pose;
   if (session.panes == Panes::split) {
     right_pose.yaw_rad += std::numbers::pi_v<float>;
-    return {view_of(session, left, time_s, {{0, 0}, {left_px, drawn.height}}),
-            view_of(session, right_pose, time_s, {{x_px, 0}, {right_px, drawn.height}})};
+  } else {
+    left_pose.position -= 0.5f * kBetweenEyes_m * right(pose);
+    right_pose.position += 0.5f * kBetweenEyes_m * right(pose);
+    right_px = left_px;
   }
-  left.position -= 0.5f * kBetweenEyes_m * right(pose);
-  right_pose.position += 0.5f * kBetweenEyes_m * right(pose);
-  return {view_of(session, left, time_s, {{0, 0}, {left_px, drawn.height}}),
-          view_of(session, right_pose, time_s, {{x_px, 0}, {left_px, drawn.height}})};
+  return {view_of(session, left_pose, time_s, {{0, 0}, {left_px, drawn.height}}),
+          view_of(session, right_pose, time_s, {{static_cast<std::int32_t>(left_px), 0}, {right_px, drawn.height}})};
 }
 
 void pace_frame(Session& session, float frame_ms) {

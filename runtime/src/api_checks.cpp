@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "api_fields.h"
+#include "demand.h"
 
 namespace coppice {
 namespace {
@@ -35,10 +36,6 @@ bool is_rigid(std::span<const double, 16> m) {
       if (!(std::abs(product - (a == b ? 1.0 : 0.0)) < kUnitTolerance)) return false;
     }
   return m[3] == 0.0 && m[7] == 0.0 && m[11] == 0.0 && m[15] == 1.0;
-}
-
-bool is_parallel(std::span<const float, 16> m) {
-  return m[11] == 0.0f && m[15] > 0.0f;
 }
 
 std::string projection_problem(std::span<const float, 16> m) {

@@ -5,7 +5,8 @@
 // reads     view, instances, plants, cuts, shadow_maps, work_items or big_items and their stages, picture; lists, clusters, leaves, splats,
 //           card looks and debug colours by address
 // writes    picture; big_items and the round's big stage
-// dispatch  indirect, from the round's work stage, y: eyes, or its big stage, which kSource names; recorded by coppice::gpu::LeafRaster::record_leaves
+// dispatch  indirect, from the round's work stage, y: eyes, or its big stage, which kSource names; recorded by
+//           coppice::gpu::LeafRaster::record_leaves
 //
 // Clusters: one invocation a leaf, which walks the pixels of the leaf's rectangle. What covers many pixels goes to a list
 // of its own, of which a whole group takes one leaf at a time: a row each invocation, or eight of a wide group.
@@ -293,10 +294,9 @@ void raster_big() {
     uvec2 name = big_items[i];
     Plant plant = plants[instances[slot_of(name.x)].plant];
     ClusterList list = list_at(plant, list_of(name.x));
-    uint leaf = name.y & ~(1u << 31);
-    Cluster cluster = cluster_at(list, leaf / kClusterLeaves);
-    uint at = leaf % kClusterLeaves;
-    Shared group = share(name.y >> 31, name.x, list, cluster, at * 4 / kClusterLeaves, item_leaf_count(name.x, plant, list));
+    Cluster cluster = cluster_at(list, cluster_of_big(name.y));
+    uint at = leaf_of_big(name.y);
+    Shared group = share(eye_of_big(name.y), name.x, list, cluster, at * 4 / kClusterLeaves, item_leaf_count(name.x, plant, list));
     Drawn drawn;
     if (!project(group, LeafArray(cluster.leaves).at[at], SplatArray(cluster.splats).at[at], drawn)) continue;
     Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));

@@ -17,7 +17,8 @@
 layout(local_size_x_id = 1) in;
 layout(constant_id = 3) const uint kClusterLanes = 1;
 
-// first: first_pixel; along: where on the leaf's axis, in half lengths of it, times Cluster::axis_steps; size_px: of a splat of size 1, times w
+// first: first_pixel; along: where on the leaf's axis, in half lengths of it, times Cluster::axis_steps; size_px: of a splat of size 1,
+// times w
 void raster_splat(uint first, Placed placed, Splat splat, float along, float size_px, bool shown) {
   vec3 q = vec3(splat.xy & 0xffffu, splat.xy >> 16, splat.z_size & 0xffffu);
   if (along != 0.0) q += along * unpackSnorm4x8(splat.axis).xyz;

@@ -1,6 +1,6 @@
 // Descriptor set 1 of the compute rasteriser, as gpu/view/leaf_raster.cpp writes it, and what its passes share. After bindings.glsl.
-// The picture, and the tiles, are those of the first eye, then of the second. A pixel of the picture is two words: the leaf's radiance, then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the
-// larger one is the nearer leaf.
+// The picture, and the tiles, are those of the first eye, then of the second. A pixel of the picture is two words: the leaf's radiance,
+// then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the larger one is the nearer leaf.
 
 #extension GL_KHR_shader_subgroup_ballot : require
 
@@ -33,6 +33,9 @@ uint work_of(uint cluster, ShownLeaves shown) {
 uint cluster_of_work(uint work) { return work & ((1u << kWorkClusterBits) - 1u); }
 // A leaf of a cluster, and the eye that sees it large.
 uint big_leaf(uint eye, uint cluster, uint leaf) { return eye << 31 | cluster * kClusterLeaves + leaf; }
+uint eye_of_big(uint big) { return big >> 31; }
+uint cluster_of_big(uint big) { return (big & ~(1u << 31)) / kClusterLeaves; }
+uint leaf_of_big(uint big) { return big % kClusterLeaves; }
 ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kWorkClusterBits & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
 
 // The leaves of the cut that an item is of: those of its list, or of the instance's cut.

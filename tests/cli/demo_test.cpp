@@ -241,43 +241,48 @@ TEST(CoppiceForest, TracesReadsDecodesUploadsAndFrames) {
     EXPECT_GE(counts[call], 6) << call;
 }
 
-TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
-  const TemporaryFolder folder;
-  const fs::path plant = bake_corylus(folder);
-  std::ofstream(folder / "still.txt") << "0 0 1.7 20 0 0\n";
-  const auto picture_with = [&](const std::string& name, const std::vector<std::string>& options) {
-    const fs::path png = folder / (name + ".png").c_str();
-    std::vector<std::string> arguments = headless_forest(plant, png);
-    arguments.insert(arguments.end(), {"--camera", folder / "still.txt", "--no-shadows"});
+/// Pictures of headless_forest's forest from one place, with further options. keyframe: a line of a keyframe file
+class StillForest {
+ public:
+  explicit StillForest(const char* keyframe) : plant_(bake_corylus(folder_)) { std::ofstream(folder_ / "still.txt") << keyframe << "\n"; }
+
+  [[nodiscard]] Picture picture_with(const std::vector<std::string>& options) const {
+    const fs::path png = folder_ / "still.png";
+    std::vector<std::string> arguments = headless_forest(plant_, png);
+    arguments.insert(arguments.end(), {"--camera", folder_ / "still.txt"});
     arguments.insert(arguments.end(), options.begin(), options.end());
     const ProcessResult result = run_process(COPPICE_FOREST, arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_NE(result.out.find("validation messages  0"), std::string::npos) << result.out << result.err;
     return coppice::test::read_png(png);
+  }
+
+ private:
+  TemporaryFolder folder_;
+  fs::path plant_;
+};
+
+TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
+  const StillForest forest("0 0 1.7 20 0 0");
+  const auto picture_with = [&](std::vector<std::string> options) {
+    options.push_back("--no-shadows");
+    return forest.picture_with(options);
   };
-  const Picture reference = picture_with("reference", {"--supersample", "8"}), four = picture_with("four", {"--supersample", "2"}),
-                one = picture_with("one", {"--no-taa"}), temporal = picture_with("temporal", {"--taa", "--render-scale", "1"});
+  const Picture reference = picture_with({"--supersample", "8"}), four = picture_with({"--supersample", "2"}),
+                one = picture_with({"--no-taa"}), temporal = picture_with({"--taa", "--render-scale", "1"});
   EXPECT_LT(rmse(temporal, reference), 0.8 * rmse(four, reference));
   EXPECT_LT(rmse(four, reference), 0.8 * rmse(one, reference)) << "else the pictures do not show what samples do";
   // A quarter of the pixels, enlarged: what one frame lacks comes back over several. The threshold is in pixels that are drawn.
-  const Picture small = picture_with("small", {"--no-taa", "--render-scale", "0.5", "--error-px", "1"}),
-                enlarged = picture_with("enlarged", {"--taa", "--render-scale", "0.5", "--error-px", "1"});
+  const Picture small = picture_with({"--no-taa", "--render-scale", "0.5", "--error-px", "1"}),
+                enlarged = picture_with({"--taa", "--render-scale", "0.5", "--error-px", "1"});
   EXPECT_LT(rmse(enlarged, reference), 0.7 * rmse(small, reference));
   EXPECT_LT(rmse(enlarged, reference), 0.9 * rmse(one, reference));
 }
 
 TEST(CoppiceForest, TwoCamerasOrTwoEyesAreSideBySide) {
-  const TemporaryFolder folder;
-  const fs::path plant = bake_corylus(folder);
-  std::ofstream(folder / "still.txt") << "0 0 6 1.8 0 0\n";
-  const auto halves_with = [&](const std::string& option) {
-    const fs::path png = folder / (option + ".png").c_str();
-    std::vector<std::string> arguments = headless_forest(plant, png);
-    arguments.insert(arguments.end(), {"--camera", folder / "still.txt", option});
-    const ProcessResult result = run_process(COPPICE_FOREST, arguments);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_NE(result.out.find("validation messages  0"), std::string::npos) << result.out << result.err;
-    const Picture picture = coppice::test::read_png(png);
+  const StillForest forest("0 0 6 1.8 0 0");
+  const auto halves_with = [&](const char* option) {
+    const Picture picture = forest.picture_with({option});
     EXPECT_EQ(picture.width_px, 320u);
     return std::array{coppice::test::half_of(picture, 0), coppice::test::half_of(picture, 1)};
   };
@@ -288,19 +293,8 @@ TEST(CoppiceForest, TwoCamerasOrTwoEyesAreSideBySide) {
 }
 
 TEST(CoppiceForest, PlantsCastShadowsOnTheGround) {
-  const TemporaryFolder folder;
-  const fs::path plant = bake_corylus(folder);
-  std::ofstream(folder / "still.txt") << "0 0 6 8 0 -35\n";
-  const auto picture_with = [&](const std::string& option) {
-    const fs::path png = folder / (option + ".png").c_str();
-    std::vector<std::string> arguments = headless_forest(plant, png);
-    arguments.insert(arguments.end(), {"--camera", folder / "still.txt", option});
-    const ProcessResult result = run_process(COPPICE_FOREST, arguments);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_NE(result.out.find("validation messages  0"), std::string::npos) << result.out << result.err;
-    return coppice::test::read_png(png);
-  };
-  const Picture with = picture_with("--shadows"), without = picture_with("--no-shadows");
+  const StillForest forest("0 0 6 8 0 -35");
+  const Picture with = forest.picture_with({"--shadows"}), without = forest.picture_with({"--no-shadows"});
   ASSERT_EQ(with.rgba.size(), without.rgba.size());
   // Plants shade themselves alike with maps and without; what gets darker is ground.
   std::size_t darker = 0;

@@ -356,10 +356,7 @@ TEST_F(ArgumentsTest, EveryFieldOfACameraAndALight) {
   }
   for (const auto& wrong : wrong_eyes()) {
     Shot pair = good;
-    coppice_eye eye;
-    coppice_eye_init(&eye);
-    std::copy_n(good.view_from_world, 16, eye.view_from_world);
-    std::copy_n(good.clip_from_view, 16, eye.clip_from_view);
+    coppice_eye eye = eye_beside(good, 0.0, 0.0);
     pair.second_eye = &eye;
     wrong.change(eye);
     expect_refused(try_begin({&pair, 1}), "frame.cameras[0].second_eye" + (wrong.field.front() == ' ' ? wrong.field : "." + wrong.field));

@@ -2,13 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <ostream>
-
-#include <glm/glm.hpp>
-#include <glm/gtc/matrix_transform.hpp>
-#include <glm/gtc/type_ptr.hpp>
 
 #include "convert.h"
 #include "golden.h"
@@ -272,11 +267,7 @@ TEST_F(LeafRasterTest, OnlyWhatIsHiddenFromBothEyesIsNotRasterised) {
   // Beside the first eye; past the thicket; turned away from all of it.
   for (const Other& other : {Other{0.06, 0.0, 32}, Other{3.0, 0.0, 0}, Other{3.0, kHalfTurn, 32}}) {
     Shot view = front_view(4.0f);
-    coppice_eye second{.struct_size = sizeof second};
-    const glm::dmat4 moved = glm::rotate(glm::dmat4(1), other.turn_rad, glm::dvec3(0, 1, 0)) *
-                             glm::translate(glm::dmat4(1), glm::dvec3(-other.right_m, 0, 0)) * glm::make_mat4(view.view_from_world);
-    std::copy_n(glm::value_ptr(moved), 16, second.view_from_world);
-    std::copy_n(view.clip_from_view, 16, second.clip_from_view);
+    const coppice_eye second = eye_beside(view, other.right_m, other.turn_rad);
     view.second_eye = &second;
     const RendererScene::Frame drawn = with_raster({{plant, thicket}, {plant, behind}}, view);
     EXPECT_EQ(drawn.counts.occluded_instances, other.occluded) << other.right_m << " m to the right, turned by " << other.turn_rad;

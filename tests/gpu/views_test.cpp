@@ -151,13 +151,9 @@ class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
     place(places);
   }
 
-  /// shot: becomes the first eye of a pair; the other is `apart_m` to the right of it and turned by `turn_rad` to the right.
+  /// shot: becomes the first eye of a pair, whose pictures are side by side.
   void add_eye(Shot& shot, double apart_m, double turn_rad) {
-    coppice_eye_init(&second_eye_);
-    const glm::dmat4 turn = glm::rotate(glm::dmat4(1), turn_rad, glm::dvec3(0, 1, 0));
-    const glm::dmat4 other = turn * glm::translate(glm::dmat4(1), glm::dvec3(-apart_m, 0, 0)) * glm::make_mat4(shot.view_from_world);
-    std::copy_n(glm::value_ptr(other), 16, second_eye_.view_from_world);
-    std::copy_n(shot.clip_from_view, 16, second_eye_.clip_from_view);
+    second_eye_ = eye_beside(shot, apart_m, turn_rad);
     // As displays on a head have them: each reaches farther to its own side.
     shot.clip_from_view[8] -= 0.15f;
     second_eye_.clip_from_view[8] += 0.15f;
@@ -197,12 +193,6 @@ class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
     EXPECT_EQ(coppice_sun_camera(context_, map, &desc, &sun), COPPICE_OK) << log_;
     depth_view_ = map;
     return {front, mirrored, behind, sun};
-  }
-
-  bool is_settled(coppice_view view) {
-    std::uint32_t settled = 0;
-    EXPECT_EQ(coppice_is_settled(context_, view, &settled), COPPICE_OK) << log_;
-    return settled != 0;
   }
 
   /// Frames with all of them until each has what it wants.

@@ -152,14 +152,18 @@ class ContextTest : public VulkanTest {
     return info;
   }
 
+  bool is_settled(coppice_view view) {
+    std::uint32_t settled = COPPICE_FALSE;
+    EXPECT_EQ(coppice_is_settled(context_, view, &settled), COPPICE_OK) << log_;
+    return settled != COPPICE_FALSE;
+  }
+
   /// Frames until the view of `view` has all that it wants and nothing is under way.
   Picture settle(const Shot& view) {
     Picture picture;
     for (int i = 0; i < 400; ++i) {
       picture = frame(view);
-      std::uint32_t settled = COPPICE_FALSE;
-      EXPECT_EQ(coppice_is_settled(context_, view_of_shot(view), &settled), COPPICE_OK) << log_;
-      if (i > 2 && settled && stats().streamed[COPPICE_STREAMED_ALL].in_flight == 0) break;
+      if (i > 2 && is_settled(view_of_shot(view)) && stats().streamed[COPPICE_STREAMED_ALL].in_flight == 0) break;
       usleep(2000);
     }
     return picture;

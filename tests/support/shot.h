@@ -1,5 +1,11 @@
 #pragma once
 
+#include <algorithm>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
 #include "coppice/vulkan.h"
 
 namespace coppice::test {
@@ -12,6 +18,16 @@ struct Shot : coppice_camera {
 inline void init_shot(Shot* shot) {
   coppice_camera_init(shot);
   coppice_light_init(&shot->light);
+}
+
+/// The eye of a pair that is `apart_m` to the right of the camera, which is the first, and turned by `turn_rad` to the right.
+inline coppice_eye eye_beside(const coppice_camera& first, double apart_m, double turn_rad) {
+  coppice_eye eye{.struct_size = sizeof eye};
+  const glm::dmat4 turn = glm::rotate(glm::dmat4(1), turn_rad, glm::dvec3(0, 1, 0));
+  const glm::dmat4 moved = turn * glm::translate(glm::dmat4(1), glm::dvec3(-apart_m, 0, 0)) * glm::make_mat4(first.view_from_world);
+  std::copy_n(glm::value_ptr(moved), 16, eye.view_from_world);
+  std::copy_n(first.clip_from_view, 16, eye.clip_from_view);
+  return eye;
 }
 
 /// A view of the formats of draw_on_white; with COPPICE_OUTPUT_DEPTH of its depth alone.

@@ -70,10 +70,6 @@ struct EyeInput {
   std::int32_t x_px = 0, y_px = 0;
 };
 
-bool is_parallel(std::span<const float, 16> clip_from_view) {
-  return clip_from_view[11] == 0.0f && clip_from_view[15] > 0.0f;
-}
-
 Result<void> check_eye(const EyeInput& eye) {
   const bool finite = std::ranges::all_of(eye.view_from_world, [](double x) { return std::isfinite(x); }) &&
                       std::ranges::all_of(eye.clip_from_view, [](float x) { return std::isfinite(x); });

@@ -30,9 +30,14 @@ using LensViews = std::array<std::optional<LodView>, kMostLenses>;
 /// An instance outside the view counts this much, at half its size: turning the head should find it half ready.
 inline constexpr float kOutsideWeight = 0.1f;
 
+/// Whether a projection's last row is that of an orthographic one.
+inline bool is_parallel(std::span<const float, 16> clip_from_view) {
+  return clip_from_view[11] == 0.0f && clip_from_view[15] > 0.0f;
+}
+
 /// From coppice_camera's matrices (column-major). origin_m: what its coordinates count from. error  invalid_argument: the matrices are no
 /// view, or error_px <= 0
-Result<LodView> demand_view(const coppice_camera& view, const dvec3& origin_m = {0, 0, 0});
+Result<LodView> demand_view(const coppice_camera& camera, const dvec3& origin_m = {0, 0, 0});
 
 /// Size, px, that stands for a bin: its upper end, so that no instance is taken for smaller than it is.
 float size_bin_px(std::uint32_t bin);

@@ -119,11 +119,9 @@ void Streamer::State::choose_threshold(std::uint64_t room) {
     const auto fits_below = [&](std::uint32_t steps) {
       return threshold_step >= steps && planned_bytes_at(threshold_step - steps) <= comfortable;
     };
-    threshold_falls = fits_below(1);
-    if (threshold_falls) threshold_step -= fits_below(kMaxStepsDown) ? kMaxStepsDown : 1;
+    if (fits_below(1)) threshold_step -= fits_below(kMaxStepsDown) ? kMaxStepsDown : 1;
     return;
   }
-  threshold_falls = false;
   std::uint32_t too_low = threshold_step, enough = threshold_step;
   for (std::uint32_t stride = 1; enough < kMaxSteps; stride *= 2) {
     too_low = enough;
@@ -143,11 +141,13 @@ void Streamer::State::update_wants() {
     plant->leaf_meshes_affordable = true;
     plant->wants.unlimited = wants_at(*plant, DemandSize::now, views);
   }
+  const std::uint32_t step_before = threshold_step;
   if (has_view()) {
     const std::uint64_t room = room_bytes();
     choose_indivisible(room);
     choose_threshold(room);
   }
+  threshold_falls = threshold_step < step_before;
   const LensViews raised = views_at(threshold_step);
   for (const auto& plant : used_plants()) {
     if (!plant) continue;

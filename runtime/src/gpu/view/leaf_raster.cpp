@@ -308,12 +308,13 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
 
 void LeafRaster::record_start(VkCommandBuffer cmd, const RasterView& view) const {
   std::array<RasterRound, kRasterRounds> rounds{};
-  for (RasterRound& round : rounds)
-    for (RasterStage* stage :
-         {&round.blocks, &round.items, &round.work, &round.splats, &round.big, &round.finest_tiles, &round.other_tiles, &round.draws})
-      stage->groups[1] = stage->groups[2] = 1;
-  for (RasterRound& round : rounds)
-    for (RasterStage* stage : {&round.work, &round.splats, &round.finest_tiles, &round.other_tiles}) stage->groups[1] = view.eye_count;
+  for (RasterRound& round : rounds) {
+    for (RasterStage* stage : {&round.blocks, &round.items, &round.big, &round.draws}) stage->groups[1] = stage->groups[2] = 1;
+    for (RasterStage* stage : {&round.work, &round.splats, &round.finest_tiles, &round.other_tiles}) {
+      stage->groups[1] = view.eye_count;
+      stage->groups[2] = 1;
+    }
+  }
   device_.vk.vkCmdUpdateBuffer(cmd, view.rounds.buffer, 0, sizeof rounds, rounds.data());
   device_.vk.vkCmdFillBuffer(cmd, view.picture.buffer, 0,
                              std::uint64_t{view.eye_count} * view.push.width_px * view.push.height_px * 2 * sizeof(std::uint32_t), 0);

@@ -45,6 +45,8 @@ struct ViewKind {
   bool depth_alone = false;
 };
 
+static_assert(kMostEyes == coppice::kMostEyes);
+
 Eye gpu_eye(const LodEye& eye) {
   Eye converted{.clip_from_world = eye.clip_from_world,
                 .key_row = eye.key_row,

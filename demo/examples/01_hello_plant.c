@@ -275,7 +275,7 @@ static coppice_view create_view(coppice_context* context) {
   coppice_vulkan_view_desc formats;
   coppice_view_desc_init(&desc);
   coppice_vulkan_view_desc_init(&formats);
-  formats.color_format = kColorFormat;
+  formats.color_formats[0] = kColorFormat;
   formats.depth_format = kDepthFormat;
   REQUIRE_COPPICE(coppice_vulkan_view_create(context, &desc, &formats, &view));
   return view;

@@ -136,7 +136,7 @@ coppice_view create_view(const Forest& forest, coppice_output output) {
   desc.output = output;
   coppice_vulkan_view_desc formats;
   coppice_vulkan_view_desc_init(&formats);
-  if (output == COPPICE_OUTPUT_LIT) formats.color_format = Renderer::kSceneFormat;
+  if (output == COPPICE_OUTPUT_LIT) formats.color_formats[0] = Renderer::kSceneFormat;
   formats.depth_format = Renderer::kDepthFormat;
   coppice_view view = 0;
   check(forest, coppice_vulkan_view_create(forest.context.get(), &desc, &formats, &view), "coppice_vulkan_view_create");

@@ -143,7 +143,7 @@ void show_statistics(const coppice_stats& stats, const coppice_view_stats& view)
 // A bar a pass, the longest as wide as the panel's plot.
 void show_passes(const coppice_view_stats& stats, const SceneTimes& scene_times) {
   std::array<float, kPassNames.size()> times_ms{};
-  std::ranges::copy(scene_times, std::ranges::copy(stats.pass_ms, times_ms.begin()).out);
+  std::ranges::copy(scene_times, std::copy_n(stats.pass_ms, COPPICE_PASS_COUNT, times_ms.begin()));
   const float longest_ms = std::max(*std::ranges::max_element(times_ms), 1e-3f);
   for (std::size_t i = 0; i < times_ms.size(); ++i) {
     char label[32];

@@ -127,7 +127,7 @@ void sample_statistics(Session& session) {
   session.statistics.threshold_px.push_back(stats.threshold_px);
   if (!session.renderer.timer) return;
   auto times = std::begin(session.statistics.pass_ms);
-  for (const float ms : stats.pass_ms) (times++)->push_back(ms);
+  for (const float ms : std::span(stats.pass_ms).first<COPPICE_PASS_COUNT>()) (times++)->push_back(ms);
   for (const float ms : session.renderer.timer->times) (times++)->push_back(ms);
 }
 

@@ -1,6 +1,7 @@
 #include "abi.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace coppice {
 namespace {
@@ -73,6 +74,15 @@ coppice_frame struct_defaults() {
   auto frame = zeroed_struct<coppice_frame>();
   frame.camera_bytes = sizeof(coppice_camera);
   return frame;
+}
+
+template <>
+coppice_ray struct_defaults() {
+  auto ray = zeroed_struct<coppice_ray>();
+  ray.layer_mask = COPPICE_ALL_LAYERS;
+  ray.direction[2] = -1.0f;
+  ray.max_distance_m = std::numeric_limits<float>::infinity();
+  return ray;
 }
 
 template <>
@@ -174,6 +184,12 @@ void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
       return coppice::init_struct<coppice_leaf_layout>(data, size);
     case COPPICE_STRUCT_LEAF_OUTPUT:
       return coppice::init_struct<coppice_leaf_output>(data, size);
+    case COPPICE_STRUCT_TREE_INFO:
+      return coppice::init_struct<coppice_tree_info>(data, size);
+    case COPPICE_STRUCT_RAY:
+      return coppice::init_struct<coppice_ray>(data, size);
+    case COPPICE_STRUCT_HIT:
+      return coppice::init_struct<coppice_hit>(data, size);
     case COPPICE_STRUCT_MAX_ENUM:
       break;
   }

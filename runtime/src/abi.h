@@ -40,6 +40,8 @@ coppice_sun_desc struct_defaults();
 template <>
 coppice_frame struct_defaults();
 template <>
+coppice_ray struct_defaults();
+template <>
 coppice_leaf_layout struct_defaults();
 
 /// name  of the argument, for the log. What is wrong with the size of a struct, which may be null; empty: nothing.

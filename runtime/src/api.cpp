@@ -13,21 +13,9 @@
 namespace {
 
 using coppice::Call;
+using coppice::failed_plant_problem, coppice::finish_open, coppice::placements_problem, coppice::plant_problem;
 using coppice::HandleKind;
-using coppice::Result;
 using coppice::gpu::PlacementRecords;
-
-std::string plant_problem(const coppice_context& context, coppice_plant plant) {
-  if (context.context->is_open(plant)) return {};
-  const std::string problem = coppice::handle_problem(plant, HandleKind::plant, context.context->tag());
-  return "plant " + (problem.empty() ? "has been closed" : problem);
-}
-
-/// Of one that a call needs more of than its handle.
-std::string failed_plant_problem(const coppice_context& context, coppice_plant plant) {
-  if (std::string problem = plant_problem(context, plant); !problem.empty()) return problem;
-  return context.context->plant_state(plant) == COPPICE_PLANT_FAILED ? "plant could not be opened: close it" : "";
-}
 
 std::string unready_plant_problem(const coppice_context& context, coppice_plant plant) {
   if (std::string problem = failed_plant_problem(context, plant); !problem.empty()) return problem;
@@ -42,13 +30,6 @@ coppice::PlantSource memory_source(const void* bytes, size_t size, const char* n
   return {name, {static_cast<const std::uint8_t*>(bytes), size}};
 }
 
-/// Of what opens a file, and has logged its error.
-coppice_status finish_open(const Call& call, const char* path, const Result<std::uint64_t>& opened, std::uint64_t* handle) {
-  if (!opened) return call.logged(opened.error(), path);
-  *handle = *opened;
-  return COPPICE_OK;
-}
-
 /// source  none: what it was opened from
 coppice_status reload(const Call& call, coppice::Context& context, coppice_plant plant, const std::optional<coppice::PlantSource>& source) {
   if (!context.device_state()) return call.lost();
@@ -61,12 +42,6 @@ std::string instance_problem(const coppice_context& context, coppice_instance in
   if (context.context->instances().is_live(instance)) return {};
   const std::string problem = coppice::handle_problem(instance, HandleKind::instance, context.context->tag());
   return name + " " + (problem.empty() ? "has been removed" : problem);
-}
-
-std::string scene_problem(const coppice_context& context, coppice_scene scene) {
-  if (context.context->is_scene(scene)) return {};
-  const std::string problem = coppice::handle_problem(scene, HandleKind::scene, context.context->tag());
-  return "scene " + (problem.empty() ? "has been closed" : problem);
 }
 
 coppice::ViewLimits view_limits(const coppice_context& context) {
@@ -102,34 +77,33 @@ std::string read_cameras(coppice_context& context, const coppice_frame& frame) {
   return {};
 }
 
-/// placement: may be null, and is checked
-std::string read_pose(const coppice_context& context, const coppice_scene_placement* placement, coppice::gpu::Pose& pose) {
-  auto at = coppice::struct_defaults<coppice_scene_placement>();
-  const coppice::dvec3& origin = context.context->origin();
-  if (placement != nullptr) {
-    if (std::string problem = coppice::read_struct(placement, "placement", at); !problem.empty()) return problem;
-    if (const std::string problem = coppice::scene_placement_problem(at, origin); !problem.empty()) return "placement." + problem;
-  }
-  pose = {coppice::dvec3(at.position) + origin, {at.rotation[0], at.rotation[1], at.rotation[2], at.rotation[3]}};
-  return {};
-}
-
-std::string placements_problem(const coppice_context& context, const PlacementRecords& records, const char* rest) {
-  if (records.count == 0) return {};
-  if (records.first == nullptr) return "placements is null";
-  if (records.stride < sizeof(coppice_placement::position)) return "stride is " + std::to_string(records.stride) + ": less than a position";
-  for (std::size_t i = 0; i < records.count; ++i)
-    if (const std::string problem = coppice::placement_problem(records[i], context.context->origin()); !problem.empty())
-      return "placements[" + std::to_string(i) + "]." + problem + rest;
-  return {};
-}
-
 }  // namespace
+
+std::string coppice::plant_problem(const coppice_context& context, coppice_plant plant) {
+  if (context.context->is_open(plant)) return {};
+  const std::string problem = handle_problem(plant, HandleKind::plant, context.context->tag());
+  return "plant " + (problem.empty() ? "has been closed" : problem);
+}
+
+std::string coppice::failed_plant_problem(const coppice_context& context, coppice_plant plant) {
+  if (std::string problem = plant_problem(context, plant); !problem.empty()) return problem;
+  return context.context->plant_state(plant) == COPPICE_PLANT_FAILED ? "plant could not be opened: close it" : "";
+}
 
 std::string coppice::view_problem(const coppice_context& context, coppice_view view, const std::string& name) {
   if (context.context->is_view(view)) return {};
   const std::string problem = handle_problem(view, HandleKind::view, context.context->tag());
   return name + " " + (problem.empty() ? "has been destroyed" : problem);
+}
+
+std::string coppice::placements_problem(const coppice_context& context, const gpu::PlacementRecords& records, const char* rest) {
+  if (records.count == 0) return {};
+  if (records.first == nullptr) return "placements is null";
+  if (records.stride < sizeof(coppice_placement::position)) return "stride is " + std::to_string(records.stride) + ": less than a position";
+  for (std::size_t i = 0; i < records.count; ++i)
+    if (const std::string problem = placement_problem(records[i], context.context->origin()); !problem.empty())
+      return "placements[" + std::to_string(i) + "]." + problem + rest;
+  return {};
 }
 
 uint32_t coppice_version() {
@@ -145,7 +119,7 @@ const char* coppice_status_text(coppice_status status) {
     case COPPICE_ERROR_IO:
       return "a file could not be read";
     case COPPICE_ERROR_BAD_FILE:
-      return "not a .coppice file, damaged, or of another version";
+      return "not a file of the kind, damaged, or of another version";
     case COPPICE_ERROR_UNSUPPORTED:
       return "the device lacks something required";
     case COPPICE_ERROR_OUT_OF_MEMORY:
@@ -275,56 +249,6 @@ coppice_status coppice_instances_remove(coppice_context* context, const coppice_
   return COPPICE_OK;
 }
 
-coppice_status coppice_scene_open(coppice_context* context, const char* path, const coppice_scene_placement* placement,
-                                  coppice_scene* scene) {
-  if (scene != nullptr) *scene = 0;
-  COPPICE_BEGIN_CALL(exclusive);
-  if (path == nullptr || scene == nullptr) return call.refuse(path == nullptr ? "path is null" : "scene is null");
-  if (!context->context->device_state()) return call.lost();
-  coppice::gpu::Pose pose;
-  COPPICE_REFUSE_IF(read_pose(*context, placement, pose));
-  return finish_open(call, path, context->context->open_scene(path, pose), scene);
-}
-
-coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene) {
-  COPPICE_BEGIN_CALL(exclusive);
-  COPPICE_REFUSE_IF(scene_problem(*context, scene));
-  context->context->close_scene(scene);
-  return COPPICE_OK;
-}
-
-coppice_status coppice_scene_move(coppice_context* context, coppice_scene scene, const coppice_scene_placement* placement) {
-  COPPICE_BEGIN_CALL(exclusive);
-  COPPICE_REFUSE_IF(scene_problem(*context, scene));
-  COPPICE_REFUSE_IF(placement == nullptr ? "placement is null" : "");
-  coppice::gpu::Pose pose;
-  COPPICE_REFUSE_IF(read_pose(*context, placement, pose));
-  context->context->scene(scene)->move(pose);
-  return COPPICE_OK;
-}
-
-coppice_status coppice_scene_get_info(const coppice_context* context, coppice_scene scene, coppice_scene_info* info) {
-  COPPICE_BEGIN_CALL(shared);
-  COPPICE_REFUSE_IF(scene_problem(*context, scene));
-  COPPICE_REFUSE_IF(coppice::struct_size_problem(info, "info"));
-  auto ours = coppice::struct_defaults<coppice_scene_info>();
-  context->context->scene(scene)->fill_info(ours);
-  coppice::write_struct(ours, info);
-  return COPPICE_OK;
-}
-
-coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_scene scene, uint32_t species,
-                                       coppice_scene_plant_info* info) {
-  COPPICE_BEGIN_CALL(shared);
-  COPPICE_REFUSE_IF(scene_problem(*context, scene));
-  COPPICE_REFUSE_IF(coppice::struct_size_problem(info, "info"));
-  auto ours = coppice::struct_defaults<coppice_scene_plant_info>();
-  COPPICE_REFUSE_IF(
-      context->context->scene(scene)->fill_info(species, ours) ? "" : "species " + std::to_string(species) + " is none of the scene's");
-  coppice::write_struct(ours, info);
-  return COPPICE_OK;
-}
-
 coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats) {
   COPPICE_BEGIN_CALL(shared);
   COPPICE_REFUSE_IF(coppice::struct_size_problem(stats, "stats"));
@@ -370,6 +294,7 @@ coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame
   COPPICE_BEGIN_CALL(exclusive);
   coppice_frame ours;
   COPPICE_REFUSE_IF(coppice::read_struct(frame, "frame", ours));
+  COPPICE_REFUSE_IF(ours.wind != nullptr ? "frame.wind is not null: this version has no wind" : "");
   COPPICE_REFUSE_IF(read_cameras(*context, ours));
   if (!context->context->device_state()) return call.lost();
   return call.finish(context->context->begin_frame(ours, context->cameras));

@@ -94,6 +94,12 @@ coppice_status fail_without_context(const coppice_log& log, const char* function
   return status;
 }
 
+coppice_status finish_open(const Call& call, const char* path, const Result<std::uint64_t>& opened, std::uint64_t* handle) {
+  if (!opened) return call.logged(opened.error(), path);
+  *handle = *opened;
+  return COPPICE_OK;
+}
+
 }  // namespace coppice
 
 const char* coppice_last_error(const coppice_context* context) {

@@ -94,8 +94,18 @@ class Call {
   coppice_status begun_ = COPPICE_OK;
 };
 
-/// What is wrong with a view's handle; empty: nothing. name: of the argument
+// What is wrong with handles and records; empty: nothing.
+
+std::string plant_problem(const coppice_context& context, coppice_plant plant);
+/// Of one that a call needs more of than its handle.
+std::string failed_plant_problem(const coppice_context& context, coppice_plant plant);
+/// rest: what becomes of the others, for the message
+std::string placements_problem(const coppice_context& context, const gpu::PlacementRecords& records, const char* rest);
+/// name: of the argument
 std::string view_problem(const coppice_context& context, coppice_view view, const std::string& name = "view");
+
+/// Of what opens a file, and has logged its error.
+coppice_status finish_open(const Call& call, const char* path, const Result<std::uint64_t>& opened, std::uint64_t* handle);
 
 /// An error of a call that has no context yet. log: may be without a function
 coppice_status fail_without_context(const coppice_log& log, const char* function, coppice_status status, const std::string& message);

@@ -88,7 +88,7 @@ std::string desc_problem(const coppice_context_desc& desc) {
   return first_of(range_problem({"prefetch_frames", {&desc.prefetch_frames, 1}, 0.0f, kMaxPrefetchFrames}),
                   size_problem("max_instances", desc.max_instances, kMaxHandleIndex),
                   size_problem("max_plants", desc.max_plants, kMaxPlants), flag_problem("allow_outside", desc.allow_outside),
-                  flag_problem("block_textures", desc.block_textures));
+                  flag_problem("block_textures", desc.block_textures), reserved_problem(desc.reserved));
 }
 
 std::string view_desc_problem(const coppice_view_desc& desc) {
@@ -113,31 +113,45 @@ std::string camera_problem(const coppice_camera& camera, const ViewLimits& limit
 }
 
 std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits) {
-  const Field fields[] = {{"sun_direction", desc.sun_direction, -2.0f, 2.0f},
-                          {"radius_m", {&desc.radius_m, 1}, kMinRadius_m, kMaxRadius_m}};
-  return first_of(range_problem(fields), double_problem("center", desc.center, kMaxCenter_m),
+  return first_of(range_problem({"radius_m", {&desc.radius_m, 1}, kMinRadius_m, kMaxRadius_m}),
+                  double_problem("center", desc.center, kMaxCenter_m),
                   size_problem("size_px", desc.size_px, std::min(limits.max_width_px, limits.max_height_px)),
-                  is_unit(desc.sun_direction) ? std::string() : std::string("sun_direction is not of unit length"));
+                  unit_problem("sun_direction", desc.sun_direction));
 }
 
 std::string origin_problem(std::span<const double, 3> origin) {
   return double_problem("origin", origin, kMaxPosition_m);
 }
 
+std::string box_problem(const double* low, const double* high) {
+  for (const auto& [name, corner] : {std::pair{"box_min", low}, {"box_max", high}}) {
+    if (corner == nullptr) return std::string(name) + " is null";
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (std::isnan(corner[axis])) return std::string(name) + "[" + std::to_string(axis) + "] is not a number";
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (low[axis] > high[axis]) return "box_min[" + std::to_string(axis) + "] is above box_max[" + std::to_string(axis) + "]";
+  return {};
+}
+
+std::string ray_problem(const coppice_ray& ray) {
+  if (!(ray.max_distance_m > 0.0f)) return "max_distance_m is not above 0";
+  return first_of(double_problem("origin", ray.origin, kMaxEye_m), unit_problem("direction", ray.direction),
+                  flag_problem("boxes", ray.boxes), reserved_problem(ray.reserved));
+}
+
 std::string scene_placement_problem(const coppice_scene_placement& placement, const dvec3& origin) {
-  return first_of(position_problem(placement.position, origin), range_problem({"rotation", placement.rotation, -2.0f, 2.0f}),
-                  is_unit(placement.rotation) ? std::string() : std::string("rotation is not a unit quaternion"));
+  return first_of(position_problem(placement.position, origin), unit_problem("rotation", placement.rotation, "not a unit quaternion"));
 }
 
 std::string placement_problem(const coppice_placement& placement, const dvec3& origin) {
   if (std::string problem = position_problem(placement.position, origin); !problem.empty()) return problem;
   const Field fields[] = {{"scale", {&placement.scale, 1}, kMinScale, kMaxScale},
-                          {"rotation", placement.rotation, -2.0f, 2.0f},
                           {"tint", placement.tint, 0.0f, kMaxTint},
                           {"lod_bias", {&placement.lod_bias, 1}, -kMaxBias, kMaxBias},
                           {"leaf_share", {&placement.leaf_share, 1}, 0.0f, 1.0f}};
   if (std::string problem = range_problem(fields); !problem.empty()) return problem;
-  return is_unit(placement.rotation) ? "" : "rotation is not a unit quaternion";
+  return unit_problem("rotation", placement.rotation, "not a unit quaternion");
 }
 
 std::string handle_problem(std::uint64_t handle, HandleKind kind, std::uint32_t context_tag) {

@@ -31,6 +31,9 @@ std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits);
 std::string placement_problem(const coppice_placement& placement, const dvec3& origin);
 std::string scene_placement_problem(const coppice_scene_placement& placement, const dvec3& origin);
 std::string origin_problem(std::span<const double, 3> origin);
+/// low, high: [3], may be null
+std::string box_problem(const double* low, const double* high);
+std::string ray_problem(const coppice_ray& ray);
 
 /// Whether it can be a handle of the kind in the context with this tag; not whether what it named is still there.
 std::string handle_problem(std::uint64_t handle, HandleKind kind, std::uint32_t context_tag);

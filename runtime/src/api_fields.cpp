@@ -28,10 +28,13 @@ std::string range_problem(const Field& field) {
   return {};
 }
 
-bool is_unit(std::span<const float> values) {
+std::string unit_problem(const char* name, std::span<const float> values, const char* what) {
   float sum = 0;
   for (const float value : values) sum += value * value;
-  return std::abs(sum - 1.0f) < kUnitTolerance;
+  if (std::abs(sum - 1.0f) < kUnitTolerance) return {};
+  const float most = 1.0f + kUnitTolerance;
+  const std::string problem = range_problem({name, values, -most, most});
+  return problem.empty() ? std::string(name) + " is " + what : problem + ", so it is " + what;
 }
 
 std::string double_problem(const char* name, std::span<const double> values, double most) {
@@ -53,6 +56,10 @@ std::string size_problem(const char* name, std::uint32_t value, std::uint32_t mo
 
 std::string flag_problem(const char* name, std::uint32_t value) {
   return value <= COPPICE_TRUE ? "" : std::string(name) + " is " + std::to_string(value) + ", neither 0 nor 1";
+}
+
+std::string reserved_problem(std::uint32_t value) {
+  return value == 0 ? "" : "reserved is " + std::to_string(value) + ": must be 0";
 }
 
 }  // namespace coppice

@@ -32,10 +32,13 @@ std::string range_problem(const Field (&fields)[count]) {
 
 std::string size_problem(const char* name, std::uint32_t value, std::uint32_t most);
 std::string flag_problem(const char* name, std::uint32_t value);
+/// Of a field that later versions may give a meaning.
+std::string reserved_problem(std::uint32_t value);
 
 std::string double_problem(const char* name, std::span<const double> values, double most);
 
-bool is_unit(std::span<const float> values);
+/// what: it should be, for the message
+std::string unit_problem(const char* name, std::span<const float> values, const char* what = "not of unit length");
 
 /// By the 2 x 2 minors of the first and the last two columns. m: 16 elements, column-major
 template <class T>

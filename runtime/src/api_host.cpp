@@ -50,7 +50,8 @@ coppice_status coppice_context_create(const coppice_context_desc* desc, coppice_
 coppice_status coppice_view_create(coppice_context* context, const coppice_view_desc* desc, coppice_view* view) {
   if (view != nullptr) *view = 0;
   COPPICE_BEGIN_CALL(exclusive);
-  COPPICE_REFUSE_IF(host_problem(*context));
+  COPPICE_REFUSE_IF(context->context->renderer() != nullptr ? "the context has a renderer: coppice_vulkan_view_create makes its views"
+                                                            : "");
   coppice_view_desc ours;
   COPPICE_REFUSE_IF(coppice::read_struct(desc, "desc", ours));
   if (view == nullptr) return call.refuse("view is null");
@@ -75,6 +76,7 @@ coppice_status coppice_confirm(coppice_context* context, const coppice_change* c
   coppice_change ours;
   COPPICE_REFUSE_IF(coppice::read_struct(change, "change", ours));
   COPPICE_REFUSE_IF(outcome < COPPICE_OUTCOME_TAKEN || outcome > COPPICE_OUTCOME_FREED ? "outcome is not a coppice_outcome" : "");
+  if (ours.kind == COPPICE_CHANGE_PLANT_OPENED || ours.kind == COPPICE_CHANGE_PLANT_CLOSED) return COPPICE_OK;
   COPPICE_REFUSE_IF(ours.chunk < COPPICE_STREAMED_PAGES || ours.chunk >= COPPICE_STREAMED_ALL ? "change.chunk is no kind of chunk" : "");
   return call.finish(context->context->confirm({ours.file, static_cast<coppice::ChunkKind>(ours.chunk), ours.index}, outcome));
 }
@@ -124,7 +126,7 @@ coppice_status coppice_write_leaves(const coppice_context* context, uint32_t fil
   COPPICE_REFUSE_IF(leaf_count > 0.0f ? "" : "leaf_count is not above 0");
   coppice_leaf_layout of_vertices;
   COPPICE_REFUSE_IF(coppice::read_struct(layout, "layout", of_vertices));
-  if (const char* problem = coppice::layout_problem(of_vertices); problem != nullptr) return call.refuse("layout: " + std::string(problem));
+  COPPICE_REFUSE_IF(coppice::in_struct("layout", coppice::layout_problem(of_vertices)));
   coppice_leaf_output ours;
   COPPICE_REFUSE_IF(coppice::read_struct(output, "output", ours));
   ours.leaf_count = context->context->whole_cut(file, leaf_count);

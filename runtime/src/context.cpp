@@ -292,37 +292,6 @@ Result<void> Context::add_instances(coppice_plant plant, const gpu::PlacementRec
   return instances_.add(entry(plant).slot, placements, handles);
 }
 
-Result<coppice_scene> Context::open_scene(const char* path, const gpu::Pose& pose) {
-  const auto entry = std::ranges::find_if(scenes_, [](const SceneEntry& each) { return each.scene == nullptr; });
-  if (entry == scenes_.end()) {
-    log_line(log(), COPPICE_LOG_ERROR, "%s: COPPICE_MAX_SCENES are open", path);
-    return Error{Status::out_of_memory, "COPPICE_MAX_SCENES are open"};
-  }
-  COPPICE_TRY(scene, OpenScene::open(*this, path, pose));
-  entry->scene = std::move(scene);
-  return pack_handle({HandleKind::scene, tag_, ++entry->generation, static_cast<std::uint32_t>(entry - scenes_.begin())});
-}
-
-bool Context::is_scene(coppice_scene scene) const {
-  const std::uint32_t index = unpack_handle(scene).index;
-  return index < scenes_.size() && scenes_[index].scene != nullptr &&
-         scene == pack_handle({HandleKind::scene, tag_, scenes_[index].generation, index});
-}
-
-OpenScene* Context::scene(coppice_scene scene) {
-  return scenes_[unpack_handle(scene).index].scene.get();
-}
-
-const OpenScene* Context::scene(coppice_scene scene) const {
-  return scenes_[unpack_handle(scene).index].scene.get();
-}
-
-void Context::close_scene(coppice_scene scene) {
-  std::unique_ptr<OpenScene>& closed = scenes_[unpack_handle(scene).index].scene;
-  closed->close();
-  closed.reset();
-}
-
 Result<void> Context::check_fits(std::uint64_t bytes) {
   return ledger_.fits(bytes) ? Result<void>() : streamer_->refusal(bytes);
 }

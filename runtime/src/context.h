@@ -79,12 +79,26 @@ class Context {
   [[nodiscard]] OpenScene* scene(coppice_scene scene);
   [[nodiscard]] const OpenScene* scene(coppice_scene scene) const;
   void close_scene(coppice_scene scene);
+  /// kNoPlant: it is not open, or could not be opened. plant: any, 0 too
+  [[nodiscard]] std::uint32_t usable_slot(coppice_plant plant) const;
+  /// 0 of kNoPlant.
+  [[nodiscard]] coppice_plant plant_at(std::uint32_t slot) const;
+  /// trees: of open scenes, which their files have. errors  out_of_memory; nothing has changed
+  Result<void> change_trees(std::span<const coppice_scene_tree> trees, const TreeEdit& edit);
+  /// out.scene: open. box: counts from the origin
+  void query(const WorldBox& box, TreeOutput& out) const;
+  /// tree: of an open scene, which its file has
+  [[nodiscard]] coppice_tree_info tree_info(const coppice_scene_tree& tree) const;
+
+  // context_pick.cpp. ray: checked
+  [[nodiscard]] coppice_hit pick(const coppice_ray& ray) const;
 
   Result<void> add_instances(coppice_plant plant, const gpu::PlacementRecords& placements, std::span<coppice_instance> handles);
   /// What the engine's coordinates count from.
   [[nodiscard]] const dvec3& origin() const { return instances_.origin(); }
   void set_origin(const dvec3& origin) { instances_.set_origin(origin); }
   [[nodiscard]] gpu::InstanceTable& instances() { return instances_; }
+  [[nodiscard]] const gpu::InstanceTable& instances() const { return instances_; }
   /// Room for so many slots, for more where that is free, and for bringing them to the GPU in one frame. errors  out_of_memory; nothing has
   /// changed
   Result<void> grow_slots(std::uint32_t slots);
@@ -177,7 +191,22 @@ class Context {
     DemandAhead ahead;
   };
 
+  /// From where it enters an instance's sphere, m, from the world's first origin. direction: unit
+  struct PickRay {
+    dvec3 start_m{0, 0, 0};
+    vec3 direction{0, 0, -1};
+    bool boxes = false;
+  };
+  struct PlantHit {
+    coppice_hit_kind kind = COPPICE_HIT_NOTHING;
+    float t_m = 0;
+  };
+
   Context() = default;
+  [[nodiscard]] PlantHit hit_of(std::uint32_t slot, const PickRay& from) const;
+  [[nodiscard]] coppice_scene scene_handle(std::uint32_t index) const;
+  /// Of what is in a slot; none of an instance by handle.
+  [[nodiscard]] coppice_scene_tree tree_at(std::uint32_t slot) const;
   [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
   [[nodiscard]] PlantEntry& entry(coppice_plant plant);
   Result<std::uint32_t> open_slot(const PlantSource& source);

@@ -9,6 +9,7 @@
 #include "context.h"
 #include "convert.h"
 #include "coppice_light.h"
+#include "cut_nodes.h"
 #include "host_backend.h"
 #include "leaf_writer.h"
 #include "page_codec.h"
@@ -90,7 +91,13 @@ coppice_change Context::change_of(const DecodedChunk& chunk) const {
 
 Result<void> Context::confirm(ChunkId id, coppice_outcome outcome) {
   const Streamer::Held needed = outcome == COPPICE_OUTCOME_FREED ? Streamer::Held::dropped : Streamer::Held::added;
-  if (streamer_->held(id) != needed) return Error{Status::invalid_argument, "the chunk does not wait for this outcome"};
+  if (const Streamer::Held held = streamer_->held(id); held != needed)
+    return Error{Status::invalid_argument,
+                 held == Streamer::Held::no ? "change: waits for no confirmation, it has come already or the chunk was never handed out"
+                 : held == Streamer::Held::added ? "change: was added, and waits for COPPICE_OUTCOME_TAKEN or FAILED"
+                                                 : "change: was dropped, and waits for COPPICE_OUTCOME_FREED",
+                 Error::kNoOffset,
+                 std::string(chunk_kind_name(id.kind)) + " " + std::to_string(id.index) + " of file " + std::to_string(id.plant)};
   if (outcome == COPPICE_OUTCOME_FREED)
     streamer_->confirm_freed(id);
   else if (outcome == COPPICE_OUTCOME_TAKEN)
@@ -169,6 +176,7 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
     coppice_draw draw{};
     draw.plant = slots_[instance.plant].plant;
     draw.instance = instances_.handle_at(slot);
+    draw.tree = tree_at(slot);
     draw.file = instance.plant;
     draw.leaf_count = lod.leaf_meshes ? 0.0f : lod.leaf_count;
     draw.node_end = leaves > 0 ? 2 * leaves - 1 : 0;
@@ -200,17 +208,7 @@ void Context::write_leaves(std::uint32_t index, std::uint32_t leaf_count, const 
                            const coppice_leaf_output& output) const {
   const PlantFile& of = file(index);
   LeafWriter writer(of, gpu::leaf_box(gpu::gpu_plant(of.plant)), layout, output);
-  const PageNode root = root_node(of.plant);
-  const auto alive = [leaf_count](std::uint32_t node, std::uint32_t split) { return lod::coppice_node_alive(node, split, leaf_count); };
-  if (alive(0, root.split)) writer.write(root);
-  const std::uint32_t end = 2 * leaf_count - 1;
-  constexpr std::uint32_t kPageNodeCount = 2 * COPPICE_PAGE_SPLITS;
-  for (std::uint32_t first = 1; first < end; first += kPageNodeCount) {
-    const std::span<const PageNode> nodes = streamer_->page_nodes(index, first / kPageNodeCount);
-    const std::uint32_t count = std::min(end - first, static_cast<std::uint32_t>(nodes.size()));
-    for (std::uint32_t i = 0; i < count; ++i)
-      if (alive(first + i, nodes[i].split)) writer.write(nodes[i]);
-  }
+  for_each_leaf(*streamer_, index, leaf_count, [&writer](const PageNode& node) { writer.write(node); });
 }
 
 }  // namespace coppice

@@ -110,10 +110,11 @@ StreamFrame Context::stream_frame() const {
 }
 
 bool Context::is_settled(coppice_view view) const {
+  if (!is_shown(view)) return false;
   const auto opening = [](const PlantEntry& plant) { return plant.open && plant.state == COPPICE_PLANT_OPENING; };
   if (std::ranges::any_of(plants_.span(), opening)) return false;
   for (const SceneEntry& entry : scenes_)
-    if (entry.scene && entry.scene->stats().missing_tiles > 0) return false;
+    if (entry.scene && !entry.scene->is_settled()) return false;
   return streamer_->is_lens_settled(entry_of_view(view).lens);
 }
 

@@ -1,6 +1,7 @@
 #include "open_scene.h"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <new>
@@ -52,8 +53,9 @@ SceneEye scene_eye(const LodView& view, const gpu::Pose& pose) {
 
 }  // namespace
 
-Result<std::unique_ptr<OpenScene>> OpenScene::open(Context& context, const char* path, const gpu::Pose& pose) {
-  std::unique_ptr<OpenScene> scene(new (std::nothrow) OpenScene(context, pose));
+Result<std::unique_ptr<OpenScene>> OpenScene::open(Context& context, std::uint32_t index, const char* path, const gpu::Pose& pose) {
+  static_assert(std::uint64_t{COPPICE_MAX_SCENES} * COPPICE_MAX_SCENE_TILES < gpu::TileMember::kNoTile);
+  std::unique_ptr<OpenScene> scene(new (std::nothrow) OpenScene(context, index, pose));
   if (!scene) return Error{Status::out_of_memory, "scene"};
   COPPICE_TRY(stream, SceneStream::open(context.hooks(), context.ledger(), path, {.plants = context.scene_plants()}));
   scene->stream_ = std::move(stream);
@@ -86,7 +88,7 @@ void OpenScene::close() {
   for (const Opening& opening : opening_.span()) context_.close_plant(opening.plant);
   for (const coppice_plant plant : plants_)
     if (context_.is_open(plant)) context_.close_plant(plant);
-  context_.ledger().give(std::exchange(taken_bytes_, 0));
+  context_.ledger().give(std::exchange(taken_bytes_, 0) + changes_.bytes());
 }
 
 void OpenScene::fill_info(coppice_scene_info& info) const {
@@ -124,6 +126,7 @@ void OpenScene::begin_frame(std::span<const LodView> views, std::uint64_t frame_
   eyes_.clear();
   for (const LodView& view : views)
     if (view.looks_around || only_depth) eyes_.push_back(scene_eye(view, pose_));
+  begun_ = true;
   stream_->begin_frame(eyes_, static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)));
   for (const std::uint32_t tile : stream_->dropped()) remove_tile(tile);
   grow_tiles();
@@ -170,8 +173,13 @@ void OpenScene::open_species(std::uint64_t frame_number) {
 bool OpenScene::place_tile(const ReadyTile& ready) {
   placed_.clear();
   for (const SceneInstance& instance : ready.instances)
-    if (const coppice_plant plant = plants_[instance.species]; context_.is_open(plant))
-      placed_.push_back({placed_in(pose_, placement_of(instance)), context_.plant_slot(plant)});
+    placed_.push_back({placed_in(pose_, placement_of(instance)), context_.usable_slot(plants_[instance.species])});
+  for (TreeChange& change : changes_.of_tile(ready.tile)) {
+    const SceneInstance& own = ready.instances[change.number];
+    change.own_plant = plants_[own.species];
+    change.own_placement = placement_of(own);
+    placed_[change.number] = shown(change);
+  }
   gpu::InstanceTable& instances = context_.instances();
   const auto needed = instances.slots_for_tile(placed_.count);
   if (!needed) {
@@ -181,7 +189,7 @@ bool OpenScene::place_tile(const ReadyTile& ready) {
   // What holds and draws them all grows with them: room is made for that, and the tile waits.
   if (!context_.grow_slots(*needed)) return false;
   gpu::InstanceTile& tile = tiles_[ready.tile];
-  tile = *instances.add_tile(placed_.span());
+  tile = *instances.add_tile(index_ * COPPICE_MAX_SCENE_TILES + ready.tile, placed_.span());
   block_count_ += tile.block_count;
   if (ready.size_px > kGrowFrom_px && growing_.count < growing_.items.size()) {
     instances.scale_tile(tile, 1.0f / static_cast<float>(kGrowFrames));
@@ -201,11 +209,146 @@ void OpenScene::grow_tiles() {
   growing_.erase_if([](const Growing& growing) { return growing.share == kGrowFrames; });
 }
 
+void OpenScene::finish_growth(std::uint32_t tile) {
+  growing_.erase_if([&](const Growing& growing) {
+    if (growing.tile != tile) return false;
+    context_.instances().scale_tile(tiles_[tile], static_cast<float>(kGrowFrames) / static_cast<float>(growing.share));
+    return true;
+  });
+}
+
 void OpenScene::remove_tile(std::uint32_t tile) {
   growing_.erase_if([tile](const Growing& growing) { return growing.tile == tile; });
   const gpu::InstanceTile removed = std::exchange(tiles_[tile], {});
   context_.instances().remove_tile(removed);
   block_count_ -= removed.block_count;
+}
+
+std::string OpenScene::tree_problem(const coppice_scene_tree& tree) const {
+  const HookArray<SceneTile>& tiles = stream_->file().tiles;
+  if (tree.tile >= tiles.size()) return "tile is " + std::to_string(tree.tile) + ": the scene has " + std::to_string(tiles.size());
+  const std::uint32_t count = tiles[tree.tile].entry.instance_count;
+  return tree.number < count ? "" : "number is " + std::to_string(tree.number) + ": the tile has " + std::to_string(count);
+}
+
+Result<void> OpenScene::reserve_changes(std::size_t count) {
+  const std::uint64_t bytes = changes_.growth_bytes(count);
+  COPPICE_CHECK(context_.check_fits(bytes));
+  COPPICE_CHECK(changes_.reserve(context_.hooks().allocator, count));
+  context_.ledger().take(bytes);
+  return {};
+}
+
+std::uint32_t OpenScene::member_slot(std::uint32_t tile, std::uint32_t number) const {
+  return std::as_const(context_).instances().member_slot(tiles_[tile], number);
+}
+
+gpu::PlacedInstance OpenScene::shown(const TreeChange& change) const {
+  const bool replaced = change.state == COPPICE_TREE_REPLACED;
+  gpu::PlacedInstance placed{placed_in(pose_, replaced ? change.placement : change.own_placement),
+                             context_.usable_slot(replaced && change.plant != 0 ? change.plant : change.own_plant)};
+  if (change.state == COPPICE_TREE_HIDDEN) placed.placement.layer_mask = 0;
+  return placed;
+}
+
+void OpenScene::change_trees(coppice_scene scene, std::span<const coppice_scene_tree> trees, const TreeEdit& edit) {
+  gpu::InstanceTable& instances = context_.instances();
+  if (edit.state != COPPICE_TREE_AS_IN_FILE) changes_.add(trees, scene);
+  const gpu::Pose back = inverse(pose_);
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    TreeChange* change = trees[i].scene == scene ? changes_.find(trees[i].tile, trees[i].number) : nullptr;
+    if (change == nullptr) continue;
+    const bool resident = is_resident(change->tile);
+    if (resident) finish_growth(change->tile);
+    const std::uint32_t slot = resident ? member_slot(change->tile, change->number) : 0;
+    if (resident && change->state == COPPICE_TREE_AS_IN_FILE) {
+      const gpu::PlacedInstance own = instances.placed_at(slot);
+      change->own_plant = context_.plant_at(own.plant);
+      change->own_placement = placed_in(back, own.placement);
+    }
+    change->state = edit.state;
+    if (edit.state == COPPICE_TREE_REPLACED) {
+      change->plant = edit.plant;
+      coppice_placement placement = edit.placements[i];
+      const dvec3 place = dvec3(placement.position) + context_.origin();
+      for (std::size_t axis = 0; axis < 3; ++axis) placement.position[axis] = place[axis];
+      change->placement = placed_in(back, placement);
+    }
+    if (resident) instances.set_member(slot, shown(*change));
+  }
+  if (edit.state == COPPICE_TREE_AS_IN_FILE) changes_.tidy();
+}
+
+WorldBox OpenScene::world_box(const vec3& low, const vec3& high) const {
+  constexpr double kRounded_m = 1e-3;  // positions are kept to within less
+  WorldBox box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    coppice_placement placement = gpu::default_placement();
+    for (std::size_t axis = 0; axis < 3; ++axis) placement.position[axis] = ((corner >> axis & 1u) != 0 ? high : low)[axis];
+    const dvec3 place(placed_in(pose_, placement).position);
+    box.low = min(box.low, place - dvec3{kRounded_m, kRounded_m, kRounded_m});
+    box.high = max(box.high, place + dvec3{kRounded_m, kRounded_m, kRounded_m});
+  }
+  return box;
+}
+
+namespace {
+
+bool overlap(const WorldBox& a, const WorldBox& b) {
+  return a.low.x <= b.high.x && a.low.y <= b.high.y && a.low.z <= b.high.z && b.low.x <= a.high.x && b.low.y <= a.high.y &&
+         b.low.z <= a.high.z;
+}
+
+}  // namespace
+
+void OpenScene::query(const WorldBox& box, TreeOutput& out) const {
+  query_tile(0, box, out);
+  for (const TreeChange& change : changes_.all())
+    if (change.state == COPPICE_TREE_REPLACED && is_resident(change.tile)) query_member(change.tile, change.number, box, out);
+}
+
+void OpenScene::query_tile(std::uint32_t index, const WorldBox& box, TreeOutput& out) const {
+  const SceneFile& file = stream_->file();
+  const SceneTile& tile = file.tiles[index];
+  // A tile's plants may stand out of its square by what rounding does.
+  const float slack_m = 1e-3f * tile.square_side_m + 1e-5f * (std::abs(tile.square_min_m[0]) + std::abs(tile.square_min_m[1]));
+  const float side_m = tile.square_side_m + 2.0f * slack_m;
+  const vec3 low(tile.square_min_m[0] - slack_m, file.height_min_m, tile.square_min_m[1] - slack_m);
+  if (!overlap(world_box(low, {low.x + side_m, file.height_max_m, low.z + side_m}), box)) return;
+  if (overlap(world_box(vec3(tile.entry.box_min), vec3(tile.entry.box_max)), box)) {
+    if (!is_resident(index)) ++out.missing_tiles;
+    const std::span<const TreeChange> changes = changes_.of_tile(index);
+    auto change = changes.begin();
+    for (std::uint32_t number = 0; is_resident(index) && number < tile.entry.instance_count; ++number) {
+      while (change != changes.end() && change->number < number) ++change;
+      const bool replaced = change != changes.end() && change->number == number && change->state == COPPICE_TREE_REPLACED;
+      if (!replaced) query_member(index, number, box, out);  // those may stand anywhere
+    }
+  }
+  const auto child_count = static_cast<std::uint32_t>(std::popcount(tile.entry.child_mask));
+  for (std::uint32_t i = 0; i < child_count; ++i) query_tile(tile.entry.first_child + i, box, out);
+}
+
+void OpenScene::query_member(std::uint32_t tile, std::uint32_t number, const WorldBox& box, TreeOutput& out) const {
+  const gpu::PlacedInstance placed = std::as_const(context_).instances().placed_at(member_slot(tile, number));
+  const dvec3 place(placed.placement.position);
+  if (placed.plant == gpu::kNoPlant || !overlap({place, place}, box)) return;
+  if (out.count < out.trees.size()) out.trees[out.count] = {out.scene, tile, number};
+  ++out.count;
+}
+
+coppice_tree_info OpenScene::tree_info(std::uint32_t tile, std::uint32_t number) const {
+  auto info = coppice_tree_info{.struct_size = sizeof(coppice_tree_info)};
+  const TreeChange* change = changes_.find(tile, number);
+  if (change != nullptr) info.state = change->state;
+  if (!is_resident(tile)) return info;
+  info.resident = COPPICE_TRUE;
+  const gpu::PlacedInstance placed = std::as_const(context_).instances().placed_at(member_slot(tile, number));
+  if (placed.plant == gpu::kNoPlant) return info;
+  info.plant = context_.plant_at(placed.plant);
+  info.placement = placed.placement;
+  if (info.state == COPPICE_TREE_HIDDEN) info.placement.layer_mask = change->own_placement.layer_mask;
+  return info;
 }
 
 }  // namespace coppice

@@ -44,15 +44,25 @@ vec3 sun_on_leaf(LeafNormals normals, vec3 sun, vec3 eye, float ball, float bulk
 }
 
 // Share of the sun that a map lets through to a place in it; bilinear over the comparisons of four texels.
-float sun_in_map(sampler2D map, vec3 place) {
+float sun_in(sampler2D map, vec3 place) {
   vec4 nearer = vec4(greaterThan(view.depth_sign * (textureGather(map, place.xy) - place.z), vec4(1e-5)));
   vec2 share = fract(place.xy * vec2(textureSize(map, 0)) - 0.5);
   return 1.0 - mix(mix(nearer.w, nearer.z, share.x), mix(nearer.x, nearer.y, share.x), share.y);
 }
 
-// x, y: place in a cascade's map; z: its depth there.
-vec3 place_in_cascade(uint cascade, vec3 world) {
-  vec4 clip = view.cascades[cascade] * vec4(world, 1.0);
+// Each map by its own number: nothing asks the device to index samplers.
+float sun_in_map(uint map, vec3 place) {
+  switch (map) {
+    case 0: return sun_in(shadow_maps[0], place);
+    case 1: return sun_in(shadow_maps[1], place);
+    case 2: return sun_in(shadow_maps[2], place);
+    default: return sun_in(shadow_maps[3], place);
+  }
+}
+
+// x, y: place in a shadow map; z: its depth there.
+vec3 place_in_map(uint map, vec3 world) {
+  vec4 clip = view.map_clips[map] * vec4(world, 1.0);
   return vec3(0.5 + 0.5 * clip.xy / clip.w, clip.z / clip.w);
 }
 bool is_in_map(vec3 place) { return all(lessThan(abs(place.xy - 0.5), vec2(0.49))); }
@@ -60,19 +70,17 @@ bool is_in_map(vec3 place) { return all(lessThan(abs(place.xy - 0.5), vec2(0.49)
 // Share of the sun that other things than the plant itself let through to a place of it: what the maps hold where the sun's ray enters the
 // plant's sphere. Nothing can shade itself by rounding there, and the maps may show coarser cuts.
 float sun_past_others(Instance instance, Plant plant, vec3 world) {
-  if (view.cascade_count == 0) return 1.0;
   vec3 off = world - world_from_object(instance, plant.sphere_center);
   float radius_m = instance.scale * plant.sphere_radius;
   float along = dot(off, view.sun_direction);
   vec3 entry = world + view.sun_direction * max(sqrt(max(along * along - dot(off, off) + radius_m * radius_m, 0.0)) - along, 0.0);
-  vec3 place = place_in_cascade(0, entry);
-  if (is_in_map(place)) return sun_in_map(shadow_maps[0], place);
-  if (view.cascade_count == 1) return 1.0;
-  place = place_in_cascade(1, entry);
-  if (is_in_map(place)) return sun_in_map(shadow_maps[1], place);
-  if (view.cascade_count == 2) return 1.0;
-  place = place_in_cascade(2, entry);
-  return is_in_map(place) ? sun_in_map(shadow_maps[2], place) : 1.0;
+  vec3 place = vec3(0.0);
+  uint map = 0;
+  for (; map < view.shadow_map_count; ++map) {
+    place = place_in_map(map, entry);
+    if (is_in_map(place)) break;
+  }
+  return map < view.shadow_map_count ? sun_in_map(map, place) : 1.0;
 }
 
 // A leaf, or a place on it. Object space.

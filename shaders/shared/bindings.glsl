@@ -20,7 +20,7 @@ layout(set = 0, binding = 3) uniform usamplerBuffer table_words;
 layout(set = 0, binding = 4, scalar) COPPICE_CULL_ACCESS buffer CutBuffer { float cuts[]; };
 layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer { uint wood_list[]; };
 
-layout(set = 0, binding = 10) uniform sampler2D shadow_maps[kMaxCascades];
+layout(set = 0, binding = 10) uniform sampler2D shadow_maps[kMaxShadowMaps];
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AddressArray { uvec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WordArray { uint at[]; };

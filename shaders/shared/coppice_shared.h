@@ -29,7 +29,7 @@ const uint kDebugOverdraw = 3;
 const uint kDebugOcclusion = 4;
 const uint kDebugError = 5;
 const uint kDebugResidency = 6;
-const uint kMaxCascades = 3;
+const uint kMaxShadowMaps = 4;
 const uint kMaxWoodLods = 8;
 const uint kMaxLeafMeshes = 16;
 // Draw commands of a plant among wood_commands: its wood LoDs, then its chunks of leaf meshes.
@@ -261,19 +261,19 @@ struct View {
   vec3 sky_color;
   vec3 ground_color;
   vec3 fog_color;
-  uint debug_view;              // coppice_debug_view
-  uvec2 debug_colors;           // address of DebugColorArray: by instance slot, rgb, 8 bits each
-  uint is_shadow;               // 1: its picture is a shadow map
-  uint cascade_count;           // of shadow_maps
-  float depth_sign;             // 1: nearer is larger; -1: smaller
-  uint is_mirrored;             // 1: the picture's y points up, so that what the viewer sees run counter-clockwise is clockwise there
-  float is_perspective;         // 1; 0: it is parallel. Then distances count as 0, near_m is 1, and focal_px px are a metre
-  vec3 toward_viewer;           // of a parallel view, unit; 0 of a perspective one
-  uint temporal_frame;          // coppice_camera's
-  vec2 half_size_px;            // of the picture
-  mat4 cascades[kMaxCascades];  // clip_from_world of each
+  uint debug_view;                 // coppice_debug_view
+  uvec2 debug_colors;              // address of DebugColorArray: by instance slot, rgb, 8 bits each
+  uint is_shadow;                  // 1: its picture is a shadow map
+  uint shadow_map_count;           // of shadow_maps
+  float depth_sign;                // 1: nearer is larger; -1: smaller
+  uint is_mirrored;                // 1: the picture's y points up, so that what the viewer sees run counter-clockwise is clockwise there
+  float is_perspective;            // 1; 0: it is parallel. Then distances count as 0, near_m is 1, and focal_px px are a metre
+  vec3 toward_viewer;              // of a parallel view, unit; 0 of a perspective one
+  uint temporal_frame;             // coppice_camera's
+  vec2 half_size_px;               // of the picture
+  mat4 map_clips[kMaxShadowMaps];  // clip_from_world of each shadow map
 };
-COPPICE_GPU_LAYOUT(View, 724);
+COPPICE_GPU_LAYOUT(View, 788);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

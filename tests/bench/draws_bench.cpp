@@ -1,5 +1,5 @@
-// coppice_get_draws of one view, on one core: a forest that the view sees all of, and one that stands around the eye. What was selected is
-// checked: a fast wrong answer fails.
+// coppice_get_draws of one view, on one core: a forest that the view sees all of, and one that stands around the eye; and coppice_pick in
+// the latter. What comes out is checked: a fast wrong answer fails.
 
 #include <benchmark/benchmark.h>
 
@@ -66,20 +66,29 @@ std::vector<coppice_placement> placements(bool all_in_view) {
   return placed;
 }
 
-void get_draws(benchmark::State& state) {
+/// False: `state` has the error. forest.context: to be destroyed
+bool open(benchmark::State& state, bool all_in_view, Forest& forest) {
   coppice_context_desc desc;
   coppice_context_desc_init(&desc);
-  Forest forest;
   coppice_view_desc view_desc;
   coppice_view_desc_init(&view_desc);
   coppice_plant plant = 0;
+  const std::vector<coppice_placement> placed = placements(all_in_view);
   if (coppice_context_create(&desc, &forest.context) != COPPICE_OK ||
       coppice_view_create(forest.context, &view_desc, &forest.view) != COPPICE_OK ||
-      coppice_plant_open(forest.context, COPPICE_TEST_DATA "/plants/two_pages.coppice", &plant) != COPPICE_OK)
-    return state.SkipWithError(coppice_last_error(forest.context));
-  const std::vector<coppice_placement> placed = placements(state.range(0) != 0);
-  coppice_instances_add(forest.context, plant, placed.data(), sizeof(coppice_placement), kInstances, nullptr);
-  if (!settle(forest, camera_of(forest.view))) return state.SkipWithError("does not settle");
+      coppice_plant_open(forest.context, COPPICE_TEST_DATA "/plants/two_pages.coppice", &plant) != COPPICE_OK ||
+      coppice_instances_add(forest.context, plant, placed.data(), sizeof(coppice_placement), kInstances, nullptr) != COPPICE_OK) {
+    state.SkipWithError(coppice_last_error(forest.context));
+    return false;
+  }
+  if (settle(forest, camera_of(forest.view))) return true;
+  state.SkipWithError("does not settle");
+  return false;
+}
+
+void get_draws(benchmark::State& state) {
+  Forest forest;
+  if (!open(state, state.range(0) != 0, forest)) return;
   std::vector<coppice_draw> draws(kInstances);
   std::uint32_t count = 0;
   for (auto _ : state) {
@@ -96,5 +105,31 @@ void get_draws(benchmark::State& state) {
   coppice_context_destroy(forest.context);
 }
 BENCHMARK(get_draws)->ArgName("all_in_view")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+
+/// From the middle of the forest all round, level with the crowns: what is nearest is a few plants away.
+void pick(benchmark::State& state) {
+  Forest forest;
+  if (!open(state, false, forest)) return;
+  coppice_ray ray;
+  coppice_ray_init(&ray);
+  ray.boxes = state.range(0) != 0 ? COPPICE_TRUE : COPPICE_FALSE;
+  ray.origin[0] = 1.5;
+  ray.origin[1] = 0.5;
+  coppice_hit hit;
+  coppice_hit_init(&hit);
+  std::uint64_t rays = 0, hits = 0;
+  for (auto _ : state) {
+    const auto turn = 2.4f * static_cast<float>(rays++);
+    ray.direction[0] = std::cos(turn);
+    ray.direction[2] = std::sin(turn);
+    coppice_pick(forest.context, &ray, &hit);
+    hits += hit.kind != COPPICE_HIT_NOTHING;
+    benchmark::DoNotOptimize(hit);
+  }
+  if (2 * hits < rays) state.SkipWithError("few rays hit anything");
+  state.counters["hits"] = static_cast<double>(hits) / static_cast<double>(rays);
+  coppice_context_destroy(forest.context);
+}
+BENCHMARK(pick)->ArgName("boxes")->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
 }  // namespace

@@ -96,7 +96,7 @@ TEST_F(AbiTest, CamerasAndFramesOfOtherVersions) {
   coppice_frame frame = frame_of(unknown.get(), large);
   expect_refused(coppice_frame_begin(context_, &frame), "coppice_frame_begin: frame.cameras[0]" + byte);
   frame = frame_of(&good);
-  expect_refused(coppice_frame_begin(context_, Resized(frame, sizeof frame + 4, 1).get()), "coppice_frame_begin: frame: byte 40 is not 0");
+  expect_refused(coppice_frame_begin(context_, Resized(frame, sizeof frame + 4, 1).get()), "coppice_frame_begin: frame: byte 48 is not 0");
   EXPECT_EQ(coppice_frame_begin(context_, Resized(frame, sizeof frame + 4).get()), COPPICE_OK) << log_;
 
   coppice_light light;

@@ -28,13 +28,14 @@ constexpr float kHuge = 3e38f;
 static_assert(sizeof(coppice_placement) == 72);
 static_assert(sizeof(coppice_scene_placement) == 48);
 static_assert(sizeof(coppice_sun_desc) == 48);
-static_assert(sizeof(coppice_frame) == 40);
+static_assert(sizeof(coppice_frame) == 48);  // wind: null
 static_assert(sizeof(coppice_shadow_map) == 136);
 static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2);
 static_assert(sizeof(coppice_camera) == 8 * 16 + 4 * (2 + 2 + 16 + 2 + 2 + 6) + 8);  // temporal_frame and layer_mask: of any value
 static_assert(sizeof(coppice_eye) == 8 * 16 + 4 * (1 + 2 + 16 + 1));
 static_assert(sizeof(coppice_view_desc) == 8);
-static_assert(sizeof(coppice_vulkan_view_desc) == 20);
+static_assert(sizeof(coppice_vulkan_view_desc) == 48);
+static_assert(sizeof(coppice_ray) == 56);  // pick_test
 
 /// Floats of a struct.
 struct FloatField {
@@ -196,7 +197,7 @@ ViewDescs view_descs(coppice_output output = COPPICE_OUTPUT_LIT) {
   coppice_view_desc_init(&descs.desc);
   coppice_vulkan_view_desc_init(&descs.vulkan);
   descs.desc.output = output;
-  if (output == COPPICE_OUTPUT_LIT) descs.vulkan.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+  if (output == COPPICE_OUTPUT_LIT) descs.vulkan.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
   descs.vulkan.depth_format = VK_FORMAT_D32_SFLOAT;
   return descs;
 }
@@ -206,8 +207,9 @@ std::vector<Wrong<ViewDescs>> wrong_view_descs() {
       {"desc.struct_size", [](auto& d) { d.desc.struct_size = 0; }},
       {"vulkan.struct_size", [](auto& d) { d.vulkan.struct_size = 3; }},
       {"desc.output", [](auto& d) { d.desc.output = static_cast<coppice_output>(9); }},
-      {"vulkan.color_format", [](auto& d) { d.vulkan.color_format = VK_FORMAT_UNDEFINED; }},
-      {"vulkan.color_format", [](auto& d) { d.desc.output = COPPICE_OUTPUT_DEPTH; }},
+      {"vulkan.color_formats[0]", [](auto& d) { d.vulkan.color_formats[0] = VK_FORMAT_UNDEFINED; }},
+      {"vulkan.color_formats[0]", [](auto& d) { d.desc.output = COPPICE_OUTPUT_DEPTH; }},
+      {"vulkan.color_formats[7]", [](auto& d) { d.vulkan.color_formats[7] = VK_FORMAT_R8G8B8A8_SRGB; }},
       {"vulkan.depth_format", [](auto& d) { d.vulkan.depth_format = VK_FORMAT_UNDEFINED; }},
       {"vulkan.samples", [](auto& d) { d.vulkan.samples = static_cast<VkSampleCountFlagBits>(0); }},
       {"vulkan.samples", [](auto& d) { d.vulkan.samples = static_cast<VkSampleCountFlagBits>(3); }},
@@ -218,7 +220,7 @@ std::vector<Wrong<ViewDescs>> wrong_view_descs() {
   // Attachments that no pipeline of ours can draw to.
   for (const VkFormat format : {VK_FORMAT_R8G8B8A8_UINT, VK_FORMAT_R8G8B8A8_SINT, VK_FORMAT_R32_UINT, VK_FORMAT_A2B10G10R10_UINT_PACK32,
                                 VK_FORMAT_R16G16B16A16_SINT, VK_FORMAT_D32_SFLOAT, VK_FORMAT_S8_UINT})
-    all.push_back({"vulkan.color_format", [format](auto& d) { d.vulkan.color_format = format; }});
+    all.push_back({"vulkan.color_formats[0]", [format](auto& d) { d.vulkan.color_formats[0] = format; }});
   for (const VkFormat format : {VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_S8_UINT, VK_FORMAT_R32_SFLOAT}) {
     all.push_back({"vulkan.depth_format", [format](auto& d) { d.vulkan.depth_format = format; }});
     all.push_back({"vulkan.depth_format", [format](auto& d) {
@@ -313,9 +315,9 @@ TEST_F(ArgumentsTest, EveryFieldOfAViewDesc) {
   }
   // Right, but not what this device does.
   ViewDescs changed = view_descs();
-  changed.vulkan.color_format = VK_FORMAT_BC1_RGB_SRGB_BLOCK;
+  changed.vulkan.color_formats[0] = VK_FORMAT_BC1_RGB_SRGB_BLOCK;
   EXPECT_EQ(coppice_vulkan_view_create(context_, &changed.desc, &changed.vulkan, &view), COPPICE_ERROR_UNSUPPORTED);
-  EXPECT_NE(log_.find("color_format"), std::string::npos) << log_;
+  EXPECT_NE(log_.find("color_formats[0]"), std::string::npos) << log_;
   changed = view_descs();
   changed.vulkan.samples = VK_SAMPLE_COUNT_64_BIT;
   EXPECT_EQ(coppice_vulkan_view_create(context_, &changed.desc, &changed.vulkan, &view), COPPICE_ERROR_UNSUPPORTED);

@@ -77,10 +77,10 @@ void put_view() {
   put(view.fog_density);
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
   put(view.debug_view); put(view.debug_colors);
-  put(view.is_shadow); put(view.cascade_count); put(view.depth_sign); put(view.is_mirrored);
+  put(view.is_shadow); put(view.shadow_map_count); put(view.depth_sign); put(view.is_mirrored);
   put(view.is_perspective); put(view.toward_viewer);
   put(view.temporal_frame); put(view.half_size_px);
-  for (uint i = 0; i < kMaxCascades; ++i) put(view.cascades[i]);
+  for (uint i = 0; i < kMaxShadowMaps; ++i) put(view.map_clips[i]);
 }
 
 void main() {

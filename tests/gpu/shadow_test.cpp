@@ -89,13 +89,23 @@ TEST_P(ShadowTest, APlantShadesWhatStandsBehindItAndNothingElse) {
   EXPECT_EQ(share_of_light(kPlaces[2]), 1.0) << "the plant in the open";
 }
 
+TEST_P(ShadowTest, TheFirstMapThatHoldsAPlaceDecidesWhereverItIsInTheList) {
+  for (const glm::vec3& at : kPlaces) place(at);
+  const Shot camera = view_of(kPlaces[1]);
+  settle(camera);
+  const Picture open = frame(camera), shaded = frame_with_map(camera, {.radius_m = kRadius_m});
+  EXPECT_NE(shaded.rgba, open.rgba);
+  for (std::uint32_t others = 1; others < COPPICE_MAX_SHADOW_MAPS; ++others)
+    EXPECT_EQ(frame_with_map(camera, {.radius_m = kRadius_m}, others).rgba, shaded.rgba) << others;
+}
+
 TEST_P(ShadowTest, TheMapHoldsThePlantWhereItStands) {
   place(kPlaces[0]);
   const Shot camera = view_of(kPlaces[0]);
   settle(camera);
   const Shot sun = sun_view(camera);
   frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1});
-  const std::vector<float> depth = read_depth(gpu(), map_, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+  const std::vector<float> depth = read_floats(gpu(), map_, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
   // It stands on the ray to the sun from the map's middle, and it is about 3 m wide; the map is 24 m wide.
   std::uint32_t inside = 0, outside = 0, off_depth = 0;
   const glm::mat4 projection = glm::make_mat4(sun.clip_from_view);

@@ -88,7 +88,7 @@ struct Drawn {
 
 Drawn read(const VulkanDevice& gpu, const Target& target) {
   if (target.color) return {read_picture(gpu, *target.color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL), {}};
-  return {{}, read_depth(gpu, target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)};
+  return {{}, read_floats(gpu, target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)};
 }
 
 /// Pixels that show something.
@@ -265,6 +265,26 @@ TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
       }
     });
     for (std::size_t i = 0; i < shots.size(); ++i) EXPECT_TRUE(read(gpu(), *targets[i]) == expected[i]) << "turn " << turn << " view " << i;
+  }
+}
+
+TEST_P(ViewsTest, AViewIsCulledAndDrawnAgainInOneFrame) {
+  place_rows();
+  const std::vector<Shot> shots = four_views();
+  settle_all(shots);
+  for (const Shot& shot : shots) {
+    const Drawn expected = alone(shot);
+    const std::array targets{target_of(shot), target_of(shot), target_of(shot)};
+    begin(shot);
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      record_upload(cmd);
+      record_cull(cmd, shot);
+      record_one_draw(cmd, shot, *targets[0]);
+      record_cull(cmd, shot);
+      record_one_draw(cmd, shot, *targets[1]);
+      record_one_draw(cmd, shot, *targets[2]);
+    });
+    for (const auto& target : targets) EXPECT_TRUE(read(gpu(), *target) == expected);
   }
 }
 
@@ -453,6 +473,51 @@ TEST_P(ViewsTest, WhatWasNotCulledIsNotDrawn) {
   });
   begin(std::span<const Shot>());
   submit(gpu(), [&](VkCommandBuffer cmd) { record_upload(cmd); });
+}
+
+/// HDR in, HDR out: a hundred times the light is a hundred times the picture, near by the hardware and far by compute shaders alike.
+TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
+  place_rows();
+  coppice_view_desc desc;
+  coppice_view_desc_init(&desc);
+  coppice_vulkan_view_desc formats;
+  coppice_vulkan_view_desc_init(&formats);
+  formats.color_formats[0] = VK_FORMAT_R32_SFLOAT;
+  formats.depth_format = VK_FORMAT_D32_SFLOAT;
+  coppice_view view = 0;
+  ASSERT_EQ(coppice_vulkan_view_create(context_, &desc, &formats, &view), COPPICE_OK) << log_;
+  for (const float distance_m : {4.0f, 30.0f}) {
+    Shot shot = make_view({.eye_m = {0, 1, distance_m}, .width_px = kSidePx, .height_px = kSidePx});
+    shot.view = view;
+    settle_all({shot});
+    const auto picture = [&](float times) {
+      Shot lit = shot;
+      for (float* color : {lit.light.sun_color, lit.light.sky_color, lit.light.ground_color})
+        for (std::size_t i = 0; i < 3; ++i) color[i] *= times;
+      Target target(gpu(), lit, true);
+      target.color =
+          std::make_unique<Image>(gpu(), ImageDesc{.width_px = kSidePx,
+                                                   .height_px = kSidePx,
+                                                   .format = VK_FORMAT_R32_SFLOAT,
+                                                   .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+      begin(lit);
+      submit(gpu(), [&](VkCommandBuffer cmd) {
+        record_upload(cmd);
+        record_cull(cmd, lit);
+        record_one_draw(cmd, lit, target);
+      });
+      return read_floats(gpu(), *target.color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+    };
+    const std::vector<float> dim = picture(1.0f), bright = picture(1000.0f);
+    std::size_t lit = 0;
+    for (std::size_t i = 0; i < dim.size(); ++i) {
+      if (dim[i] == 1.0f) continue;  // the background
+      ++lit;
+      EXPECT_NEAR(bright[i], 1000.0f * dim[i], 5.0f + 8.0f * dim[i]) << distance_m << " m, pixel " << i;
+    }
+    EXPECT_GT(lit, 100u);
+    EXPECT_GT(*std::ranges::max_element(bright), 60.0f) << "beyond 16, where it once ended";
+  }
 }
 
 TEST_P(ViewsTest, ViewsComeAndGoAndLeaveNothing) {

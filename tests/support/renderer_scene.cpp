@@ -380,7 +380,7 @@ std::vector<float> RendererScene::draw_depth(const Shot& view) {
     renderer_->view(*depth_view_).record_draw(cmd, 0);
     vkCmdEndRendering(cmd);
   });
-  return read_depth(gpu_, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+  return read_floats(gpu_, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
 }
 
 }  // namespace coppice::test

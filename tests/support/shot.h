@@ -37,7 +37,7 @@ inline coppice_status create_view(coppice_context* context, coppice_view* view, 
   desc.output = output;
   coppice_vulkan_view_desc vulkan;
   coppice_vulkan_view_desc_init(&vulkan);
-  if (output == COPPICE_OUTPUT_LIT) vulkan.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+  if (output == COPPICE_OUTPUT_LIT) vulkan.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
   vulkan.depth_format = VK_FORMAT_D32_SFLOAT;
   return coppice_vulkan_view_create(context, &desc, &vulkan, view);
 }

@@ -385,8 +385,9 @@ Picture read_picture(const VulkanDevice& gpu, const Image& image, VkImageLayout 
   return picture;
 }
 
-std::vector<float> read_depth(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
-  if (image.desc().format != VK_FORMAT_D32_SFLOAT) throw std::runtime_error("read_depth: the format is not D32_SFLOAT");
+std::vector<float> read_floats(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
+  if (image.desc().format != VK_FORMAT_D32_SFLOAT && image.desc().format != VK_FORMAT_R32_SFLOAT)
+    throw std::runtime_error("read_floats: the format is neither D32_SFLOAT nor R32_SFLOAT");
   const Buffer buffer = copy_back(gpu, image, layout);
   std::vector<float> depth(static_cast<std::size_t>(buffer.bytes() / sizeof(float)));
   std::memcpy(depth.data(), buffer.mapped(), depth.size() * sizeof(float));

@@ -138,8 +138,8 @@ void change_layout(VkCommandBuffer cmd, const Image& image, VkImageLayout from, 
 /// R8G8B8A8 or B8G8R8A8, UNORM or SRGB. BGRA is swapped to RGBA.
 Picture read_picture(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
 
-/// The same for a D32_SFLOAT image: [height_px * width_px], rows top to bottom.
-std::vector<float> read_depth(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
+/// The same for a D32_SFLOAT or R32_SFLOAT image: [height_px * width_px], rows top to bottom.
+std::vector<float> read_floats(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
 
 /// SPIR-V words to a module; destroy it with vkDestroyShaderModule. words  [bytes / 4]
 VkShaderModule create_shader_module(const VulkanDevice& gpu, const std::uint32_t* words, std::size_t bytes);

@@ -113,6 +113,36 @@ FIELD(coppice_scene_plant_info, struct_size, 0);
 FIELD(coppice_scene_plant_info, path, 8);
 LAST_FIELD(coppice_scene_plant_info, plant, 16, 24);
 
+/* A name, which does not grow. */
+FIELD(coppice_scene_tree, scene, 0);
+FIELD(coppice_scene_tree, tile, 8);
+LAST_FIELD(coppice_scene_tree, number, 12, 16);
+
+/* It grows as coppice_placement does; fields of its own have their room before that. */
+FIELD(coppice_tree_info, struct_size, 0);
+FIELD(coppice_tree_info, state, 4);
+FIELD(coppice_tree_info, resident, 8);
+FIELD(coppice_tree_info, reserved, 12);
+FIELD(coppice_tree_info, plant, 48);
+LAST_FIELD(coppice_tree_info, placement, 56, 128);
+
+FIELD(coppice_ray, struct_size, 0);
+FIELD(coppice_ray, layer_mask, 4);
+FIELD(coppice_ray, origin, 8);
+FIELD(coppice_ray, direction, 32);
+FIELD(coppice_ray, max_distance_m, 44);
+FIELD(coppice_ray, boxes, 48);
+LAST_FIELD(coppice_ray, reserved, 52, 56);
+
+FIELD(coppice_hit, struct_size, 0);
+FIELD(coppice_hit, kind, 4);
+FIELD(coppice_hit, plant, 8);
+FIELD(coppice_hit, instance, 16);
+FIELD(coppice_hit, tree, 24);
+FIELD(coppice_hit, position, 40);
+FIELD(coppice_hit, distance_m, 64);
+LAST_FIELD(coppice_hit, user_data, 68, 72);
+
 /* Part of coppice_stats, so that it cannot grow; 4 bytes of padding at its end. */
 FIELD(coppice_streamed_stats, loaded, 0);
 FIELD(coppice_streamed_stats, evicted, 8);
@@ -131,19 +161,19 @@ FIELD(coppice_stats, memory_bytes, 24);
 FIELD(coppice_stats, memory_peak_bytes, 32);
 FIELD(coppice_stats, device_allocations, 40);
 FIELD(coppice_stats, streamed, 48);
-FIELD(coppice_stats, bytes_read, 288);
-FIELD(coppice_stats, decode_ms, 296);
-FIELD(coppice_stats, pipelines_wanted, 304);
-FIELD(coppice_stats, pipelines_built, 308);
-FIELD(coppice_stats, scene_instance_count, 312);
-FIELD(coppice_stats, scene_tile_count, 320);
-FIELD(coppice_stats, scene_tiles_resident, 324);
-FIELD(coppice_stats, scene_tiles_wanted, 328);
-FIELD(coppice_stats, scene_tiles_missing, 332);
-FIELD(coppice_stats, scene_tiles_failed, 336);
-FIELD(coppice_stats, scene_species_failed, 340);
-FIELD(coppice_stats, scene_threshold_px, 344);
-CHECK(sizeof(coppice_stats) == 352); /* the library fills it: padding at its end does no harm */
+FIELD(coppice_stats, bytes_read, 432);
+FIELD(coppice_stats, decode_ms, 440);
+FIELD(coppice_stats, pipelines_wanted, 448);
+FIELD(coppice_stats, pipelines_built, 452);
+FIELD(coppice_stats, scene_instance_count, 456);
+FIELD(coppice_stats, scene_tile_count, 464);
+FIELD(coppice_stats, scene_tiles_resident, 468);
+FIELD(coppice_stats, scene_tiles_wanted, 472);
+FIELD(coppice_stats, scene_tiles_missing, 476);
+FIELD(coppice_stats, scene_tiles_failed, 480);
+FIELD(coppice_stats, scene_species_failed, 484);
+FIELD(coppice_stats, scene_threshold_px, 488);
+CHECK(sizeof(coppice_stats) == 496); /* the library fills it: padding at its end does no harm */
 
 FIELD(coppice_view_stats, struct_size, 0);
 FIELD(coppice_view_stats, visible_instance_count, 4);
@@ -154,7 +184,8 @@ FIELD(coppice_view_stats, drawn_leaf_count, 24);
 FIELD(coppice_view_stats, drawn_wood_triangle_count, 32);
 FIELD(coppice_view_stats, drawn_leaf_mesh_triangle_count, 40);
 FIELD(coppice_view_stats, threshold_px, 48);
-LAST_FIELD(coppice_view_stats, pass_ms, 52, 72);
+FIELD(coppice_view_stats, pass_ms, 52);
+CHECK(sizeof(coppice_view_stats) == 120); /* likewise */
 
 FIELD(coppice_view_desc, struct_size, 0);
 LAST_FIELD(coppice_view_desc, output, 4, 8);
@@ -192,7 +223,8 @@ FIELD(coppice_frame, frame_number, 8);
 FIELD(coppice_frame, completed_number, 16);
 FIELD(coppice_frame, cameras, 24);
 FIELD(coppice_frame, camera_count, 32);
-LAST_FIELD(coppice_frame, camera_bytes, 36, 40);
+FIELD(coppice_frame, camera_bytes, 36);
+LAST_FIELD(coppice_frame, wind, 40, 48);
 
 FIELD(coppice_memory_block, struct_size, 0);
 FIELD(coppice_memory_block, memory_type, 4);
@@ -265,18 +297,19 @@ LAST_FIELD(coppice_card, coverage, 52, 56);
 
 FIELD(coppice_draw, plant, 0);
 FIELD(coppice_draw, instance, 8);
-FIELD(coppice_draw, file, 16);
-FIELD(coppice_draw, leaf_count, 20);
-FIELD(coppice_draw, node_end, 24);
-FIELD(coppice_draw, wood_lod, 28);
-FIELD(coppice_draw, leaf_meshes, 32);
-FIELD(coppice_draw, user_data, 36);
-FIELD(coppice_draw, position, 40);
-FIELD(coppice_draw, scale, 64);
-FIELD(coppice_draw, rotation, 68);
-FIELD(coppice_draw, tint, 84);
-FIELD(coppice_draw, leaf_share, 96);
-CHECK(sizeof(coppice_draw) == 104); /* the library fills it, padding too */
+FIELD(coppice_draw, tree, 16);
+FIELD(coppice_draw, file, 32);
+FIELD(coppice_draw, leaf_count, 36);
+FIELD(coppice_draw, node_end, 40);
+FIELD(coppice_draw, wood_lod, 44);
+FIELD(coppice_draw, leaf_meshes, 48);
+FIELD(coppice_draw, user_data, 52);
+FIELD(coppice_draw, position, 56);
+FIELD(coppice_draw, scale, 80);
+FIELD(coppice_draw, rotation, 84);
+FIELD(coppice_draw, tint, 100);
+FIELD(coppice_draw, leaf_share, 112);
+LAST_FIELD(coppice_draw, reserved, 116, 120);
 
 FIELD(coppice_leaf_layout, struct_size, 0);
 FIELD(coppice_leaf_layout, vertex_bytes, 4);
@@ -309,12 +342,13 @@ FIELD(coppice_vulkan_desc, compute_raster, 60);
 FIELD(coppice_vulkan_desc, shader_int64_atomics, 64);
 FIELD(coppice_vulkan_desc, pass_times, 68);
 FIELD(coppice_vulkan_desc, blocking_pipelines, 72);
+LAST_FIELD(coppice_vulkan_desc, reserved, 76, 80);
 
 FIELD(coppice_vulkan_view_desc, struct_size, 0);
-FIELD(coppice_vulkan_view_desc, color_format, 4);
-FIELD(coppice_vulkan_view_desc, depth_format, 8);
-FIELD(coppice_vulkan_view_desc, depth_compare, 12);
-LAST_FIELD(coppice_vulkan_view_desc, samples, 16, 20);
+FIELD(coppice_vulkan_view_desc, color_formats, 4);
+FIELD(coppice_vulkan_view_desc, depth_format, 36);
+FIELD(coppice_vulkan_view_desc, depth_compare, 40);
+LAST_FIELD(coppice_vulkan_view_desc, samples, 44, 48);
 
 FIELD(coppice_shadow_map, image, 0);
 LAST_FIELD(coppice_shadow_map, clip_from_world, 8, 136);

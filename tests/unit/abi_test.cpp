@@ -88,6 +88,9 @@ TEST(StructInit, FillsAsMuchAsTheProgramHas) {
   expect_defaults(COPPICE_STRUCT_LEAF_OUTPUT, coppice_leaf_output_init);
   expect_defaults(COPPICE_STRUCT_VIEW_STATS, coppice_view_stats_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_VIEW_DESC, coppice_vulkan_view_desc_init);
+  expect_defaults(COPPICE_STRUCT_TREE_INFO, coppice_tree_info_init);
+  expect_defaults(COPPICE_STRUCT_RAY, coppice_ray_init);
+  expect_defaults(COPPICE_STRUCT_HIT, coppice_hit_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_LIGHT, coppice_light_init);
 }
 

@@ -133,7 +133,7 @@ static void use_plant(const Gpu* gpu, coppice_context* context, const char* path
   coppice_view_desc_init(&view_desc);
   coppice_vulkan_view_desc formats;
   coppice_vulkan_view_desc_init(&formats);
-  formats.color_format = VK_FORMAT_R8G8B8A8_SRGB;
+  formats.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
   formats.depth_format = VK_FORMAT_D32_SFLOAT;
   coppice_view of_view = 0;
   CHECK(coppice_vulkan_view_create(context, &view_desc, &formats, &of_view) == COPPICE_OK && of_view != 0);

@@ -147,7 +147,7 @@ TEST(Instances, ATableGrowsByHalfAndKeepsWhatItHolds) {
     const float center[3] = {0, 1, 0};
     table.set_plant_sphere(3, center, 2.0f);
     const auto first = add_row(table, 3, 1000);
-    const InstanceTile tile = *table.add_tile(tile_of(70, 1));
+    const InstanceTile tile = *table.add_tile(7, tile_of(70, 1));
     table.remove(first[7]);
     take_all_dirty(table);
     table.move(first[900], placed_at(-5));
@@ -207,7 +207,7 @@ TEST(Instances, AHandleDiesWithItsInstance) {
 TEST(Instances, ATileHasBlocksOfItsOwn) {
   InstanceTable table = make_table(64 * 6);
   const auto handles = add_row(table, 0, 10);
-  const InstanceTile tile = *table.add_tile(tile_of(130, 2));
+  const InstanceTile tile = *table.add_tile(7, tile_of(130, 2));
   EXPECT_EQ(tile.block_count, 3u);
   EXPECT_EQ(table.free_block_count(), 2u);
   EXPECT_EQ(table.count(), 140u);
@@ -217,7 +217,7 @@ TEST(Instances, ATileHasBlocksOfItsOwn) {
     EXPECT_NE(table.slots()[slot].plant, 3u) << "one by one fills its own block";
     EXPECT_FALSE(table.is_live(pack_handle({HandleKind::instance, 0, 0, slot}))) << "no handle is an instance of a tile";
   }
-  const auto too_many = table.add_tile(tile_of(129, 1));
+  const auto too_many = table.add_tile(7, tile_of(129, 1));
   ASSERT_FALSE(too_many);
   EXPECT_EQ(too_many.error().status, Status::out_of_memory);
   EXPECT_EQ(table.count(), 194u);
@@ -236,8 +236,8 @@ TEST(Instances, BlocksThatEmptyServeTilesAndTheOtherWayRound) {
     EXPECT_FALSE(table.add(0, std::vector<coppice_placement>(1, placed_at(0)), {})) << "full";
     for (const auto handle : handles) table.remove(handle);
     EXPECT_EQ(table.free_block_count(), 2u) << "the short block is no tile's";
-    const InstanceTile first = *table.add_tile(tile_of(64, 1));
-    const InstanceTile second = *table.add_tile(tile_of(1, 1));
+    const InstanceTile first = *table.add_tile(7, tile_of(64, 1));
+    const InstanceTile second = *table.add_tile(7, tile_of(1, 1));
     EXPECT_TRUE(table.add(1, std::vector<coppice_placement>(5, placed_at(0)), {}));
     EXPECT_FALSE(table.add(1, std::vector<coppice_placement>(1, placed_at(0)), {}));
     table.remove_plant(1);
@@ -252,7 +252,7 @@ TEST(Instances, BlocksThatEmptyServeTilesAndTheOtherWayRound) {
 
 TEST(Instances, ATileGrowsAboutItsPlantsFeet) {
   InstanceTable table = make_table(64 * 2);
-  const InstanceTile tile = *table.add_tile(tile_of(3, 1));
+  const InstanceTile tile = *table.add_tile(7, tile_of(3, 1));
   take_all_dirty(table);
   table.update_bounds();
   table.scale_tile(tile, 0.5f);
@@ -265,10 +265,47 @@ TEST(Instances, ATileGrowsAboutItsPlantsFeet) {
   EXPECT_FLOAT_EQ(table.blocks().bounds[0].max_instance_radius_m, 0.5f);
 }
 
+TEST(Instances, MembersOfATileAreFoundByNumberAndReplacedWhereTheyStand) {
+  InstanceTable table = make_table(64 * 8);
+  const auto handles = add_row(table, 0, 70);
+  std::vector<PlacedInstance> members = tile_of(150, 2);
+  members[63].plant = members[64].plant = members[149].plant = kNoPlant;
+  const InstanceTile other = *table.add_tile(5, tile_of(3, 1));
+  const InstanceTile tile = *table.add_tile(9, members);
+  EXPECT_EQ(table.count(), 70u + 3 + 147);
+  for (std::uint32_t number = 0; number < 150; ++number) {
+    const std::uint32_t slot = table.member_slot(tile, number);
+    EXPECT_EQ(table.member_at(slot).tile, 9u);
+    EXPECT_EQ(table.member_at(slot).number, number);
+    EXPECT_EQ(table.placed_at(slot).plant, members[number].plant);
+    EXPECT_EQ(table.handle_at(slot), 0u);
+    if (members[number].plant == kNoPlant) continue;
+    EXPECT_EQ(table.placed_at(slot).placement.position[0], members[number].placement.position[0]);
+  }
+  EXPECT_EQ(table.member_at(table.member_slot(other, 2)).tile, 5u);
+  EXPECT_EQ(table.member_at(unpack_handle(handles[69]).index).tile, TileMember::kNoTile);
+
+  // An empty one is filled, another emptied, a third becomes one of another plant.
+  const std::uint32_t of_plant_0 = table.plant_count(0), of_plant_1 = table.plant_count(1);
+  table.set_member(table.member_slot(tile, 64), members[62]);
+  table.set_member(table.member_slot(tile, 2), {{}, kNoPlant});
+  PlacedInstance moved = members[4];
+  moved.plant = 1 - moved.plant;
+  table.set_member(table.member_slot(tile, 4), moved);
+  EXPECT_EQ(table.count(), 70u + 3 + 147);
+  EXPECT_EQ(table.plant_count(0) + table.plant_count(1), of_plant_0 + of_plant_1);
+  EXPECT_EQ(table.placed_at(table.member_slot(tile, 4)).plant, moved.plant);
+  EXPECT_EQ(table.slots()[table.member_slot(tile, 2)].plant, kNoPlant);
+  table.remove_tile(tile);
+  table.remove_tile(other);
+  EXPECT_EQ(table.count(), 70u);
+  EXPECT_EQ(table.plant_count(1), 0u);
+}
+
 TEST(Instances, SlotsOfATileThatAreNotUsedAreUploadedEmpty) {
   InstanceTable table = make_table(64 * 4);
-  ASSERT_TRUE(table.add_tile(tile_of(10, 1)));
-  ASSERT_TRUE(table.add_tile(tile_of(10, 1)));
+  ASSERT_TRUE(table.add_tile(7, tile_of(10, 1)));
+  ASSERT_TRUE(table.add_tile(7, tile_of(10, 1)));
   EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 74}}));
   for (std::uint32_t slot = 10; slot < 64; ++slot) EXPECT_EQ(table.slots()[slot].plant, kNoPlant);
 }

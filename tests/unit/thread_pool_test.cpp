@@ -5,6 +5,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -42,6 +43,32 @@ TEST(ThreadPool, OneThreadKeepsTheOrder) {
   }
   ASSERT_EQ(order.size(), 50u);
   for (int i = 0; i < 50; ++i) EXPECT_EQ(order[static_cast<std::size_t>(i)], i);
+}
+
+TEST(ThreadPool, WhatMayTakeLongStartsWhenNothingElseWaits) {
+  struct Step {
+    std::string* order;
+    char name;
+  };
+  std::string order;
+  std::mutex started;
+  started.lock();
+  Step steps[] = {{&order, 'a'}, {&order, 'b'}, {&order, 'c'}, {&order, 'd'}};
+  const auto run = [](void* argument) {
+    auto* step = static_cast<Step*>(argument);
+    step->order->push_back(step->name);
+  };
+  {
+    auto pool = ThreadPool::create(1);
+    ASSERT_TRUE(pool);
+    (*pool)->submit([](void* argument) { std::lock_guard(*static_cast<std::mutex*>(argument)); }, &started);  // holds the thread
+    (*pool)->submit_long(run, &steps[2]);
+    (*pool)->submit_long(run, &steps[3]);
+    (*pool)->submit(run, &steps[0]);
+    (*pool)->submit(run, &steps[1]);
+    started.unlock();
+  }
+  EXPECT_EQ(order, "abcd");
 }
 
 struct Gate {

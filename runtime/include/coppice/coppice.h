@@ -5,8 +5,30 @@
  * scenes, views, streaming and statistics. Two libraries have its functions: libcoppice, which needs no graphics API, for hosts that draw
  * themselves; and libcoppice_vulkan, which has our renderer on the engine's Vulkan device too (coppice/vulkan.h). A program links one.
  *
- * Units and axes: metres, right-handed, +Y up (glTF's). Matrices are column-major; view space looks down -Z. Booleans are uint32_t,
- * COPPICE_FALSE or COPPICE_TRUE and no other value.
+ * A host: it creates a context, and a view of it for each picture; opens plants and adds instances, or opens a scene, which does both; and
+ * in each frame says what its cameras show:
+ *
+ *     coppice_frame_begin(context, &frame);   frame_number grows; completed_number: the last frame whose commands the GPU has finished,
+ *                                             such as the last one whose fence has signalled
+ *     ...                                     with our renderer: upload, cull, draw (coppice/vulkan.h); else changes and draws (below)
+ *
+ * until coppice_is_settled, or for as long as it runs. A frame lasts until the next coppice_frame_begin. What changes plants, instances,
+ * scenes, views or the origin is called before coppice_record_upload, without a renderer before coppice_frame_begin, or after the last call
+ * of the frame that records or asks for draws.
+ *
+ * Units and axes: metres, right-handed, +Y up (glTF's). Matrices are column-major, for column vectors; view space looks down -Z. Clip space
+ * is Vulkan's: y down, depth 0 to 1. Booleans are uint32_t, COPPICE_FALSE or COPPICE_TRUE and no other value.
+ *
+ * Words:
+ *   leaf, wood     of a plant: quads that merge into larger ones, and a mesh in some levels of detail (LoDs)
+ *   cut            a set of quads that together are the whole plant, at any number of leaves from all to 1, the root
+ *   page           512 steps of refinement, 1,024 quads. Pages come in order: what is there is a prefix, and a complete plant
+ *   leaf mesh      leaves as they were modelled, in place of quads close up
+ *   chunk          what is read and dropped as one: a page, a wood LoD, a texture, a part of the leaf meshes
+ *   front          the first part of a file: tables, the coarsest wood, the first page; a first picture needs no more
+ *   threshold      how wrong an instance may look in a view, px (coppice_camera.error_px)
+ *   tile, species  of a scene: a square with up to 2,048 of its plants, which comes and goes as one; a plant that it names
+ *   resident       in memory, for whoever draws; settled: all that is wanted and fits is
  *
  * Threads: distinct contexts are independent. Calls on one context are externally serialised; functions that take a const context may
  * overlap with each other, and so may the recording of different views (coppice/vulkan.h). Hooks are called from the threads their comments
@@ -18,7 +40,7 @@
  * What is refused changes nothing. A null context, or a null pointer where none is allowed, is COPPICE_ERROR_INVALID_ARGUMENT. Nothing
  * throws across this header.
  *
- * What the comment of a function may say, in this order; what it does not say is as here:
+ * What the comment of a function says, in this order. Where it is silent:
  *   before   at any time, between frames or within one
  *   after    nothing else has changed
  *   queue    none: only the functions of coppice/vulkan.h that take a command buffer have to do with one
@@ -74,7 +96,7 @@ typedef enum coppice_status {
   COPPICE_OK = 0,
   COPPICE_ERROR_INVALID_ARGUMENT = 1, /* null, bad handle, value out of range */
   COPPICE_ERROR_IO = 2,               /* a file could not be read */
-  COPPICE_ERROR_BAD_FILE = 3,         /* not a .coppice file, damaged, or of another version */
+  COPPICE_ERROR_BAD_FILE = 3,         /* not a .coppice or .forest file, damaged, or of another version */
   COPPICE_ERROR_UNSUPPORTED = 4,      /* the device lacks something required; the log names it */
   COPPICE_ERROR_OUT_OF_MEMORY = 5,
   COPPICE_ERROR_DEVICE_LOST = 6,
@@ -119,6 +141,9 @@ typedef enum coppice_struct {
   COPPICE_STRUCT_LEAF_LAYOUT = 20,
   COPPICE_STRUCT_LEAF_OUTPUT = 21,
   COPPICE_STRUCT_EYE = 22,
+  COPPICE_STRUCT_TREE_INFO = 23,
+  COPPICE_STRUCT_RAY = 24,
+  COPPICE_STRUCT_HIT = 25,
   COPPICE_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_struct;
 /* Fills a struct of `bytes` bytes with the defaults of its kind, as far as it goes; what the library does not know becomes 0. struct_size
@@ -329,7 +354,8 @@ typedef struct coppice_plant_info {
   float box_min[3], box_max[3]; /* object space, m; of leaves and the coarsest wood: finer ones may reach a little further */
 } coppice_plant_info;
 
-/* Opens a .coppice file: reads its front (header, tables, root page, coarsest wood) and validates it. Finer detail streams in by itself.
+/* Opens a .coppice file: reads its front and validates it. Finer detail streams in by itself. A file that is open already, by a scene say,
+ * is opened once more, and takes memory once more.
  * plant: out, 0 on errors
  * cost: waits for two reads, the header and the front, and for the further tries of one that fails (see coppice_io): call it while loading,
  * or coppice_plant_open_async
@@ -355,7 +381,8 @@ COPPICE_API coppice_status coppice_plant_open_async(coppice_context* context, co
 COPPICE_API coppice_status coppice_plant_open_memory(coppice_context* context, const void* bytes, size_t size, const char* name,
                                                      coppice_plant* plant);
 
-/* Removes the plant and all its instances. after: its memory goes once the GPU, or a host, is done with it (see coppice_frame) */
+/* Removes the plant and all its instances. after: its memory goes once none of its reads and jobs is under way, and the GPU, or a host, is
+ * done with it (see coppice_frame) */
 COPPICE_API coppice_status coppice_plant_close(coppice_context* context, coppice_plant plant);
 
 /* Shows what is in a file now: `path`, or where it is null what the plant was opened from, file or memory. Reads the front as
@@ -403,7 +430,7 @@ static inline void coppice_placement_init(coppice_placement* placement) {
 /* Adds `count` instances of a plant that is ready or being opened. placements: [count] records of `stride` bytes, at least those of a
  * position; they need no alignment. instances: [count] handles out, may be null. All or none are added,
  * and a call that fails changes nothing else either. Those of a block of 32 slots are culled together: add neighbours together.
- * after: drawn in the next frame, or in this one if coppice_record_upload is still to come. cost: some 0.1 us each
+ * after: drawn in the next frame; by our renderer in this one if coppice_record_upload is still to come. cost: some 0.1 us each
  * errors: COPPICE_ERROR_INVALID_ARGUMENT; COPPICE_ERROR_OUT_OF_MEMORY: more than max_instances, or what holds and draws them finds no room
  * in the memory budget, or the hooks give none; where the log says that room is being made, try again in a few frames;
  * COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL */
@@ -416,11 +443,12 @@ COPPICE_API coppice_status coppice_instances_move(coppice_context* context, cons
 /* instances: [count]; all or none are removed. after: not drawn from the next coppice_record_upload on */
 COPPICE_API coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
 
-/* For engines that move the origin of their coordinates along with the camera. From this call on what the engine passes (placements,
- * views, shadow maps, scenes) counts from `origin`, which itself is in coordinates as they were when the context was created: a place p is
- * where p + origin was then. What stands already stays where it is, and nothing is loaded again. origin: [3] m, within 3.3e7 of 0; 0 0 0 at
- * first. Call it between frames. Positions are doubles and the GPU computes with what is relative to the eye, so no engine needs this for
- * precision's sake. errors: COPPICE_ERROR_INVALID_ARGUMENT */
+/* For engines that move the origin of their coordinates along with the camera. From this call on what is passed (placements, cameras,
+ * shadow maps, boxes, rays) and what is returned (draws, hits, placements of trees) counts from `origin`, which itself is in coordinates as
+ * they were when the context was created: a place p is where p + origin was then. Numbers that the engine has kept are its to convert. What
+ * stands already stays where it is, and nothing is loaded again. Positions are doubles and the GPU computes with what is relative to the
+ * eye, so no engine needs this for precision's sake.
+ * origin: [3] m, within 3.3e7 of 0; 0 0 0 at first. before: not within a frame */
 COPPICE_API coppice_status coppice_set_origin(coppice_context* context, const double* origin);
 
 /* ---- scenes ---------------------------------------------------------------------------------------------------------------------- */
@@ -449,28 +477,34 @@ static inline void coppice_scene_placement_init(coppice_scene_placement* placeme
 
 #define COPPICE_MAX_SCENES 64u
 
-/* Opens a .forest file (coppice scene makes them): reads and checks its front. Blocks for two reads. From then on coppice_frame_begin
- * streams it: a tile's instances are there while its largest plant, at the tile's nearest point, is at least a threshold large on screen:
- * 1 px, and evenly more where the tiles wanted do not fit into max_instances, or into a quarter of the memory budget. The plants that it
- * names are opened as tiles with them arrive, without waiting for their reads, and count for max_plants; one that cannot be
- * opened, or is not where coppice_context_desc.asset_root allows, is left out, told to the log once and counted in scene_species_failed.
- * Placing tiles and opening plants takes about streaming_ms a frame, one of each at least. A context holds up to COPPICE_MAX_SCENES, which
- * share what it has room for: each gets at least its part of a quarter of the memory budget. Plants and instances of the engine's own may
- * stand beside them. placement: may be null: default. errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_IO, COPPICE_ERROR_BAD_FILE,
- * COPPICE_ERROR_OUT_OF_MEMORY, also where COPPICE_MAX_SCENES are open */
+/* Opens a .forest file (coppice scene makes them): reads and checks its front. From then on coppice_frame_begin streams it: a tile's
+ * instances are there while its largest plant, at the tile's nearest point, is at least 1 px high in one of the frame's pictures, shadow
+ * maps left aside; or evenly more, where the tiles wanted do not fit into max_instances, or into a quarter of the memory budget. The plants
+ * that it names are opened as tiles with them arrive, without waiting for their reads, and count for max_plants; one that cannot be opened,
+ * or is not where coppice_context_desc.asset_root allows, is left out, told to the log once and counted in scene_species_failed. Placing
+ * tiles and opening plants takes about streaming_ms a frame, one of each at least. Scenes share what a context has room for: each gets at
+ * least its part of a quarter of the memory budget. Plants and instances of the engine's own may stand beside them. Cuts differ a little
+ * with an instance's slot, and slots go by when tiles arrive: a settled picture stands still, but another run may differ where two cuts are
+ * as good. Jobs and reads that run inside the hooks' calls give the same slots each time. placement: may be null: default. scene: out, 0 on
+ * errors after: nothing is there yet; coppice_is_settled says when what the views want is cost: waits for two reads, and for the further
+ * tries of one that fails (see coppice_io): call it while loading errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_IO,
+ * COPPICE_ERROR_BAD_FILE, COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_OUT_OF_MEMORY, also where COPPICE_MAX_SCENES are open */
 COPPICE_API coppice_status coppice_scene_open(coppice_context* context, const char* path, const coppice_scene_placement* placement,
                                               coppice_scene* scene);
 
-/* Places the scene anew, with all that is there of it: nothing is loaded again. Cost: as moving its instances. Of a scene that moves in
- * each frame rounding moves plants by 0.03 mm against each other each time. errors: COPPICE_ERROR_INVALID_ARGUMENT */
+/* Places the scene anew, with all that is there of it: nothing is loaded again. Of a scene that moves in each frame rounding moves plants
+ * by 0.03 mm against each other each time.
+ * after: as of coppice_instances_add. cost: as moving its instances */
 COPPICE_API coppice_status coppice_scene_move(coppice_context* context, coppice_scene scene, const coppice_scene_placement* placement);
 
-/* Removes the scene's instances and closes its plants. Waits for reads of tiles that are under way. */
+/* after: its instances are removed, its plants closed, and what coppice_scene_hide and coppice_scene_replace have changed is forgotten.
+ * cost: waits for reads of tiles that are under way */
 COPPICE_API coppice_status coppice_scene_close(coppice_context* context, coppice_scene scene);
 
 static inline void coppice_scene_info_init(coppice_scene_info* info) {
   coppice_struct_init(COPPICE_STRUCT_SCENE_INFO, info, sizeof *info);
 }
+/* thread: may overlap with other const calls, as all that take a const context */
 COPPICE_API coppice_status coppice_scene_get_info(const coppice_context* context, coppice_scene scene, coppice_scene_info* info);
 
 /* One of the plants that a scene names. */
@@ -482,9 +516,112 @@ typedef struct coppice_scene_plant_info {
 static inline void coppice_scene_plant_info_init(coppice_scene_plant_info* info) {
   coppice_struct_init(COPPICE_STRUCT_SCENE_PLANT_INFO, info, sizeof *info);
 }
-/* species: < coppice_scene_info.species_count */
+/* species: < coppice_scene_info.species_count. thread: as coppice_scene_get_info */
 COPPICE_API coppice_status coppice_scene_get_plant(const coppice_context* context, coppice_scene scene, uint32_t species,
                                                    coppice_scene_plant_info* info);
+
+/* A tree: a plant that a scene's file places. It is the same one as long as the file is: before its tile comes, while it is there, and when
+ * it has gone and come again. So a saved game may keep tile and number. All 0: none. */
+typedef struct coppice_scene_tree {
+  coppice_scene scene;
+  uint32_t tile;   /* < coppice_scene_info.tile_count */
+  uint32_t number; /* in the tile */
+} coppice_scene_tree;
+
+/* Hides trees, felled ones say: they are not drawn, not picked, and what they alone would want is not streamed. A tree that was replaced
+ * is hidden all the same. Trees may be of several scenes, and hidden again.
+ * trees: [count]; all or none are hidden
+ * before: any time; their tiles need not be there. after: as of coppice_instances_remove; until coppice_scene_restore, or the scene closes
+ * cost: some 0.1 us each, and a look at all trees of the scene that are not as in the file: give many at once
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT; COPPICE_ERROR_OUT_OF_MEMORY: about 180 bytes a tree */
+COPPICE_API coppice_status coppice_scene_hide(coppice_context* context, const coppice_scene_tree* trees, uint32_t count);
+
+/* Shows a plant in place of trees: a stump, a burnt one, the same with fewer leaves; of hidden ones too. It is there when the tile is,
+ * whose choice goes by what the file has. From then on it moves with its scene. Closing the plant hides it. trees: [count]; all or none are
+ * replaced. plant: open or being opened; 0: each tree's own. placements: [count] records of `stride` bytes, world space, as of
+ * coppice_instances_add before, cost, errors: as of coppice_scene_hide. after: likewise; drawn as of coppice_instances_add */
+COPPICE_API coppice_status coppice_scene_replace(coppice_context* context, const coppice_scene_tree* trees, coppice_plant plant,
+                                                 const coppice_placement* placements, size_t stride, uint32_t count);
+
+/* Shows trees as the file has them, whether they were hidden or replaced, or both. trees: [count]; what is as in the file stays so. before,
+ * after: as of coppice_scene_replace. cost: as of coppice_scene_hide */
+COPPICE_API coppice_status coppice_scene_restore(coppice_context* context, const coppice_scene_tree* trees, uint32_t count);
+
+/* The trees that stand in a box, hidden ones too: those whose position is in it, as they are shown, of tiles that are there.
+ * box_min, box_max: [3] world space, m; may be infinite. trees: [capacity], may be null where that is 0
+ * count: out, how many there are; those beyond capacity are left out
+ * missing_tiles: out, may be null; tiles that may have more and are not there: none about a view that has settled, but for damaged ones
+ * thread: as coppice_scene_get_info. cost: a look at the scene's tiles, and at the trees of those that the box meets */
+COPPICE_API coppice_status coppice_scene_query(const coppice_context* context, coppice_scene scene, const double* box_min,
+                                               const double* box_max, coppice_scene_tree* trees, uint32_t capacity, uint32_t* count,
+                                               uint32_t* missing_tiles);
+
+typedef enum coppice_tree_state {
+  COPPICE_TREE_AS_IN_FILE = 0,
+  COPPICE_TREE_HIDDEN = 1,
+  COPPICE_TREE_REPLACED = 2,
+  COPPICE_TREE_STATE_MAX_ENUM = 0x7fffffff
+} coppice_tree_state;
+
+typedef struct coppice_tree_info {
+  uint32_t struct_size;
+  coppice_tree_state state;
+  uint32_t resident;           /* COPPICE_TRUE: its tile is there. All below is 0 where it is not, or where its plant cannot be opened */
+  uint32_t reserved[9];        /* 0 */
+  coppice_plant plant;         /* that it shows, or would if it were not hidden */
+  coppice_placement placement; /* likewise: give it to coppice_instances_add and hide the tree, and it is the engine's to fell */
+} coppice_tree_info;
+static inline void coppice_tree_info_init(coppice_tree_info* info) {
+  coppice_struct_init(COPPICE_STRUCT_TREE_INFO, info, sizeof *info);
+}
+/* thread: as coppice_scene_get_info */
+COPPICE_API coppice_status coppice_scene_get_tree(const coppice_context* context, const coppice_scene_tree* tree, coppice_tree_info* info);
+
+/* ---- picking --------------------------------------------------------------------------------------------------------------------- */
+
+typedef struct coppice_ray {
+  uint32_t struct_size;
+  uint32_t layer_mask;  /* instances whose layer_mask shares a bit with it are hit; default COPPICE_ALL_LAYERS */
+  double origin[3];     /* world space, m, within 1e10 of 0 */
+  float direction[3];   /* unit, to within half a per cent; default 0 0 -1 */
+  float max_distance_m; /* > 0, may be infinite, which is the default */
+  uint32_t boxes;       /* COPPICE_TRUE: plants' boxes are hit. Default COPPICE_FALSE: their wood and their crowns */
+  uint32_t reserved;    /* 0 */
+} coppice_ray;
+static inline void coppice_ray_init(coppice_ray* ray) {
+  coppice_struct_init(COPPICE_STRUCT_RAY, ray, sizeof *ray);
+}
+
+typedef enum coppice_hit_kind {
+  COPPICE_HIT_NOTHING = 0,
+  COPPICE_HIT_BOX = 1,
+  COPPICE_HIT_WOOD = 2,
+  COPPICE_HIT_CROWN = 3,
+  COPPICE_HIT_KIND_MAX_ENUM = 0x7fffffff
+} coppice_hit_kind;
+
+typedef struct coppice_hit {
+  uint32_t struct_size;
+  coppice_hit_kind kind; /* all else is 0 where it is nothing */
+  coppice_plant plant;
+  coppice_instance instance; /* 0: a scene's */
+  coppice_scene_tree tree;   /* which; 0 of the engine's own */
+  double position[3];        /* world space, m */
+  float distance_m;          /* along the ray */
+  uint32_t user_data;        /* of its placement */
+} coppice_hit;
+static inline void coppice_hit_init(coppice_hit* hit) {
+  coppice_struct_init(COPPICE_STRUCT_HIT, hit, sizeof *hit);
+}
+
+/* The nearest plant that a ray hits. Wood is the coarsest LoD, some tens to hundreds of triangles. A crown is a
+ * coarse cut of at most 512 leaves without holes, which is about as large as the crown: a ray does not pass between its leaves. That of a
+ * plant without leaves (coppice_placement.leaf_share 0) is not there.
+ * before: any time. What is hidden or removed is never hit. What was added or moved since the last coppice_frame_begin may be missed,
+ * and so are tiles that are not there
+ * thread: as coppice_scene_get_info
+ * cost: some 20 ns an instance that the ray passes near, and some 10 us for each plant whose box it enters on its way to the first hit */
+COPPICE_API coppice_status coppice_pick(const coppice_context* context, const coppice_ray* ray, coppice_hit* hit);
 
 /* ---- views ----------------------------------------------------------------------------------------------------------------------- */
 
@@ -513,9 +650,11 @@ COPPICE_API coppice_status coppice_view_create(coppice_context* context, const c
  * after: its memory goes once the GPU has finished the frames that drew it (see coppice_frame) */
 COPPICE_API coppice_status coppice_view_destroy(coppice_context* context, coppice_view view);
 
-/* settled: out; 1 once everything that the view, and those that share its place in streaming, wanted in the last coppice_frame_begin and
- * can have is there: plants that are being opened, tiles of the scene, chunks; and its threshold_px has come to rest. It says nothing of
- * pipelines (coppice_pipelines_ready). */
+/* Whether everything that the view, and those that share its lot in streaming (coppice_frame_begin), wanted in the last frame and can have
+ * is there: plants that are being opened, tiles of scenes (near ones grow up in 16 frames), chunks; and coppice_view_stats.threshold_px has
+ * come to rest. COPPICE_FALSE of a view that the last frame did not show. It knows nothing of what was opened or changed since then, nor of
+ * pipelines (coppice_pipelines_ready).
+ * settled: out; COPPICE_FALSE on errors. thread: as coppice_scene_get_info */
 COPPICE_API coppice_status coppice_is_settled(const coppice_context* context, coppice_view view, uint32_t* settled);
 
 /* ---- frame ---------------------------------------------------------------------------------------------------------------------- */
@@ -561,16 +700,20 @@ static inline void coppice_eye_init(coppice_eye* eye) {
 typedef struct coppice_camera {
   uint32_t struct_size;
   coppice_view view;
-  double view_from_world[16]; /* a rotation, perhaps mirrored, and a translation of at most 1e10 m an axis */
+  double view_from_world[16]; /* a rotation, perhaps mirrored, and a translation of at most 1e10 m an axis; default identity, as the next */
   /* A perspective that looks down -z, whose last row is 0 0 -1 0, or an orthographic projection, whose last row is 0 0 0 1; or a multiple
-   * of it above 0. May be oblique: the third row is any near plane's, as a mirror's. Depth runs as depth_compare says. Under an
+   * of it above 0. May be oblique: the third row is any near plane's, as a mirror's. Depth runs as
+   * coppice_vulkan_view_desc.depth_compare says; without a renderer it makes no difference, nor does which way y points. Under an
    * orthographic one sizes do not depend on distance, and fog begins at the plane of the eye. */
   float clip_from_view[16];
-  uint32_t width_px; /* 1 to what the device draws */
+  uint32_t width_px; /* 1 to what the device draws; 0, the default, is none */
   uint32_t height_px;
   int32_t x_px; /* of the picture's first pixel in the attachments */
   int32_t y_px;
-  float error_px; /* error threshold, > 0, at most 1e6; default 2. See "error table" in ARCHITECTURE.md for the unit */
+  /* Threshold, > 0, at most 1e6; default 2. The error of a cut at its size on screen, measured when the plant was baked, is the side of a
+   * square of wholly wrong pixels that is as wrong as all its pixels together. 1: hard to tell from all leaves; 2: seen in a direct
+   * comparison; 8: coarse, for shadows or slow devices. */
+  float error_px;
   coppice_lod_mode lod;
   /* How much the view may draw, in leaves; 0: as much as error_px asks for, the default. The threshold rises above error_px, for all
    * instances alike and little by little, to 32 px at most, until what is drawn fits: a wood triangle counts as a leaf, a triangle that the
@@ -594,10 +737,11 @@ static inline void coppice_camera_init(coppice_camera* camera) {
   coppice_struct_init(COPPICE_STRUCT_CAMERA, camera, sizeof *camera);
 }
 
-/* A square of the sun's view that holds a sphere, and what stands between it and the sun for three radii more. */
+/* A square of the sun's view that holds a sphere, and what stands between it and the sun for three radii more. Radius and size must be set.
+ */
 typedef struct coppice_sun_desc {
   uint32_t struct_size;
-  float sun_direction[3]; /* unit, towards the sun, world space */
+  float sun_direction[3]; /* unit, towards the sun, world space; default 0 1 0 */
   double center[3];       /* world space, m, within 1e9 of 0 */
   float radius_m;         /* 1e-6 to 1e8 */
   uint32_t size_px;       /* 1 to what the device draws */
@@ -606,11 +750,15 @@ static inline void coppice_sun_desc_init(coppice_sun_desc* desc) {
   coppice_struct_init(COPPICE_STRUCT_SUN_DESC, desc, sizeof *desc);
 }
 
-/* Fills the camera of a view of COPPICE_OUTPUT_DEPTH: the sun's, orthographic. Its error_px is the default, in px of the map; width_px /
- * (2 radius_m) px are a metre. A centre that moves by whole steps of the map keeps edges of shadows still.
- * errors: COPPICE_ERROR_INVALID_ARGUMENT */
+/* Fills the camera of a view of COPPICE_OUTPUT_DEPTH: the sun's, orthographic. Its error_px is the default, in px of the map; size_px /
+ * (2 radius_m) px are a metre. Depth runs as the view's depth_compare says, without a renderer from 0 at the near plane to 1. A centre that
+ * moves by whole steps of the map keeps edges of shadows still.
+ * camera: out; struct_size set, all else is overwritten: set error_px and layer_mask afterwards. thread: as coppice_scene_get_info */
 COPPICE_API coppice_status coppice_sun_camera(const coppice_context* context, coppice_view view, const coppice_sun_desc* desc,
                                               coppice_camera* camera);
+
+/* Wind is still to come. */
+typedef struct coppice_wind coppice_wind;
 
 typedef struct coppice_frame {
   uint32_t struct_size;
@@ -618,19 +766,21 @@ typedef struct coppice_frame {
   uint64_t completed_number;     /* GPU or host are done with every frame up to this; 0: none yet. Below frame_number, and never falls */
   const coppice_camera* cameras; /* [camera_count], one for each view that is drawn; read within the call */
   uint32_t camera_count;         /* may be 0: then nothing is drawn, and nothing wanted */
-  uint32_t camera_bytes; /* from one to the next: sizeof(coppice_camera) as the program was compiled with. coppice_frame_init sets it */
+  uint32_t camera_bytes;    /* from one to the next: sizeof(coppice_camera) as the program was compiled with. coppice_frame_init sets it */
+  const coppice_wind* wind; /* null, the one value so far: still air */
 } coppice_frame;
 static inline void coppice_frame_init(coppice_frame* frame) {
   coppice_struct_init(COPPICE_STRUCT_FRAME, frame, sizeof *frame);
   if (frame != NULL) frame->camera_bytes = (uint32_t)sizeof(coppice_camera);
 }
 
-/* Collects finished reads and decodes, decides what to load and evict for all its views together, starts reads and jobs. Never blocks.
+/* Collects finished reads and decodes, decides what to load and evict for all its views together, starts reads and jobs.
  * Streaming wants of a plant the most that any of the views wants. Views of COPPICE_OUTPUT_LIT are taken apart in three lots, in the order
  * of their creation, those of COPPICE_OUTPUT_DEPTH in one more; views of a lot are streamed for at the lowest threshold of them.
- * after: the frame is begun, whatever of it is then recorded. cost: streaming_ms at most for what came; measuring 100,000 instances 0.1 to
- * 0.5 ms a view
- * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST */
+ * before: between frames; a frame that nothing was recorded of is one too
+ * after: the frame is begun: with a renderer coppice_record_upload is next, without one coppice_next_change and coppice_get_draws
+ * cost: streaming_ms at most for what came; measuring 100,000 instances 0.1 to 0.5 ms a view
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: then no frame is begun, and the one before goes on. COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame* frame);
 
 /* ---- statistics ----------------------------------------------------------------------------------------------------------------- */
@@ -642,9 +792,10 @@ typedef enum coppice_pass {
   COPPICE_PASS_SPLATS = 2, /* leaves and wood of few pixels by compute shaders */
   COPPICE_PASS_LEAVES = 3, /* larger ones, likewise */
   COPPICE_PASS_TILES = 4,  /* depth of tiles, for occlusion */
-  COPPICE_PASS_COUNT = 5,
+  COPPICE_PASS_COUNT = 5,  /* of these, as the next one's below; later headers may have more */
   COPPICE_PASS_MAX_ENUM = 0x7fffffff
 } coppice_pass;
+#define COPPICE_MAX_PASSES 16u
 
 /* What is streamed, in chunks that are counted apart. */
 typedef enum coppice_streamed {
@@ -656,6 +807,7 @@ typedef enum coppice_streamed {
   COPPICE_STREAMED_COUNT = 5,
   COPPICE_STREAMED_MAX_ENUM = 0x7fffffff
 } coppice_streamed;
+#define COPPICE_MAX_STREAMED 8u
 
 typedef struct coppice_streamed_stats {
   uint64_t loaded; /* since creation, as the next three */
@@ -675,11 +827,11 @@ typedef struct coppice_stats {
   uint64_t memory_bytes; /* in use now: GPU, staging and decoded pages; of device memory whole blocks, and the next one */
   uint64_t memory_peak_bytes;
   uint64_t device_allocations; /* blocks of device memory that are held now: calls of coppice_device_memory.allocate less those of free */
-  coppice_streamed_stats streamed[COPPICE_STREAMED_COUNT];
-  uint64_t bytes_read;       /* since creation, after opening */
-  double decode_ms;          /* since creation, CPU time of decoding added up over all threads */
-  uint32_t pipelines_wanted; /* since creation; see coppice_pipelines_ready */
-  uint32_t pipelines_built;  /* of those: what the others draw is missing */
+  coppice_streamed_stats streamed[COPPICE_MAX_STREAMED]; /* by coppice_streamed; what is none of them is 0 */
+  uint64_t bytes_read;                                   /* since creation, after opening */
+  double decode_ms;                                      /* since creation, CPU time of decoding added up over all threads */
+  uint32_t pipelines_wanted;                             /* since creation; see coppice_pipelines_ready */
+  uint32_t pipelines_built;                              /* of those: what the others draw is missing */
 
   /* Sums over the open scenes; all zero without one. */
   uint64_t scene_instance_count; /* in the file; instance_count has those that are there */
@@ -694,6 +846,8 @@ typedef struct coppice_stats {
 static inline void coppice_stats_init(coppice_stats* stats) {
   coppice_struct_init(COPPICE_STRUCT_STATS, stats, sizeof *stats);
 }
+/* stats: out. before: any time; figures are as of the last coppice_frame_begin, or newer. thread: as coppice_scene_get_info.
+ * cost: some 0.1 us a plant that is open */
 COPPICE_API coppice_status coppice_get_stats(const coppice_context* context, coppice_stats* stats);
 
 /* Of a view. */
@@ -708,11 +862,12 @@ typedef struct coppice_view_stats {
   uint64_t drawn_leaf_mesh_triangle_count;
   float threshold_px; /* that decides what is loaded: the view's error_px, or higher where what that asks for does not fit the leaf budget,
                          and then it decides what is drawn too, or the memory budget; 0: every leaf. Of the last frame that showed it */
-  float pass_ms[COPPICE_PASS_COUNT]; /* GPU time of a recent frame, the upload's that of all views; 0 without pass_times */
+  float pass_ms[COPPICE_MAX_PASSES]; /* by coppice_pass: GPU time of a recent frame, the upload's that of all views; 0 without pass_times */
 } coppice_view_stats;
 static inline void coppice_view_stats_init(coppice_view_stats* stats) {
   coppice_struct_init(COPPICE_STRUCT_VIEW_STATS, stats, sizeof *stats);
 }
+/* stats: out; all 0 of a view that no frame has shown. before, thread: as coppice_get_stats */
 COPPICE_API coppice_status coppice_get_view_stats(const coppice_context* context, coppice_view view, coppice_view_stats* stats);
 
 /* ---- hosts that draw themselves -------------------------------------------------------------------------------------------------- */
@@ -720,13 +875,15 @@ COPPICE_API coppice_status coppice_get_view_stats(const coppice_context* context
 /* What a host of coppice_context_create does in a frame:
  *
  *     coppice_frame_begin(context, &frame);                with the cameras of all views; completed_number: frames that it has drawn
- *     while (coppice_next_change(context, &change), change.kind != COPPICE_CHANGE_NONE)
+ *     coppice_change_init(&change);
+ *     while (coppice_next_change(context, &change) == COPPICE_OK && change.kind != COPPICE_CHANGE_NONE)
  *       coppice_confirm(context, &change, outcome);        now or in a later frame, once it has copied or freed what change is about
  *     coppice_get_draws(context, view, draws, ...);        of each view: what to draw of which plant, and where
  *     coppice_write_leaves(context, file, leaf_count, ...) for hosts that draw leaves as triangles; others draw the nodes
  *
  * A plant is known to it by its *file*: a number that the plant's first change says, below max_plants + 4, and that changes when the plant
- * is reloaded: chunks and draws are of a file. Numbers are given out again after COPPICE_CHANGE_PLANT_CLOSED. */
+ * is reloaded: chunks and draws are of a file. Numbers are given out again after COPPICE_CHANGE_PLANT_CLOSED. Take the changes before you
+ * ask for draws, or a draw may be of a file that you have not heard of. */
 
 /* A leaf quad, a node of the plant's tree of leaves; node 0, the root, is coppice_file_info.root. Split s replaces a node by nodes 2s + 1
  * and 2s + 2. The cut of m leaves is the nodes below 2m - 1 that no split below m - 1 replaces: m of them. */
@@ -769,7 +926,9 @@ typedef struct coppice_change {
   /* What a chunk that was added consists of; null where it was dropped. Valid until it is confirmed, aligned to 4 bytes.
    *   page               coppice_leaf_node[node_count], nodes first_node and on. Pages come in order: what is there is a prefix
    *   wood, leaf mesh    coppice_mesh_vertex[vertex_count], then uint32_t[index_count], three a triangle
-   *   texture            mip_count levels of texels, largest first, tightly packed; a level's sides are half of those before, at least 1 */
+   *   texture            mip_count levels of texels, largest first, tightly packed; a level's sides are half of those before, at least 1.
+   *                      The first row is that of v = 0, glTF's uppermost. A normal map is a picture too: with alpha a and green g as
+   *                      sampled, g from sRGB to linear, the normal is x = 2a - 1 along u, y = 2g - 1 against v, z out of the surface */
   const void* bytes;
   uint64_t byte_count;
   uint32_t first_node;
@@ -786,9 +945,10 @@ static inline void coppice_change_init(coppice_change* change) {
 }
 
 /* Takes the next change: what has been opened, closed or dropped in the order in which that happened, then chunks that were added, those
- * that are worth most first, of each plant one page at a time. kind is COPPICE_CHANGE_NONE when there is none.
- * before: any time; changes appear with coppice_frame_begin and coppice_confirm. cost: a look at each chunk of each open plant.
- * errors: COPPICE_ERROR_INVALID_ARGUMENT, also where the context has a renderer */
+ * that are worth most first, of each plant one page at a time. kind is COPPICE_CHANGE_NONE when there is none. A plant's chunks are dropped
+ * in a frame at which none of its reads and jobs is under way; that it is closed comes a frame after the last of them is confirmed.
+ * before: any time; most changes appear with coppice_frame_begin, the next page of a plant with coppice_confirm. cost: a look at each chunk
+ * of each open plant. errors: COPPICE_ERROR_INVALID_ARGUMENT, also where the context has a renderer */
 COPPICE_API coppice_status coppice_next_change(coppice_context* context, coppice_change* change);
 
 typedef enum coppice_outcome {
@@ -798,9 +958,10 @@ typedef enum coppice_outcome {
   COPPICE_OUTCOME_MAX_ENUM = 0x7fffffff
 } coppice_outcome;
 
-/* Says what has become of a chunk. change: as coppice_next_change has filled it; file, chunk and index are looked at. Chunks that nobody
+/* Says what has become of a chunk. change: as coppice_next_change has filled it; kind, file, chunk and index are looked at. Plants that
+ * were opened or closed need it not: nothing happens then. Chunks that nobody
  * confirms are held, and counted, for as long; a plant that was closed keeps its file's number until all its chunks are confirmed.
- * before: the change was taken. errors: COPPICE_ERROR_INVALID_ARGUMENT: the chunk does not wait for this outcome */
+ * before: the change was taken. errors: COPPICE_ERROR_INVALID_ARGUMENT: the chunk does not wait for this outcome; the log says for what */
 COPPICE_API coppice_status coppice_confirm(coppice_context* context, const coppice_change* change, coppice_outcome outcome);
 
 /* What does not change while a file is open. */
@@ -822,7 +983,7 @@ typedef struct coppice_file_info {
 static inline void coppice_file_info_init(coppice_file_info* info) {
   coppice_struct_init(COPPICE_STRUCT_FILE_INFO, info, sizeof *info);
 }
-/* file: of a change or a draw, as below. Any context. errors: COPPICE_ERROR_INVALID_ARGUMENT: no open file */
+/* file: of a change or a draw, as below. before: any time, with a renderer too. thread: as coppice_scene_get_info */
 COPPICE_API coppice_status coppice_file_get_info(const coppice_context* context, uint32_t file, coppice_file_info* info);
 
 #define COPPICE_NONE 0xffffffffu
@@ -833,13 +994,13 @@ typedef struct coppice_material {
   float alpha_cutoff;  /* 0: opaque; otherwise texels of smaller alpha are holes */
   float roughness;     /* 0 to 1 */
   float crown_normals; /* how far its leaves' normals turn to the crown's, 0 to 1 */
-  uint32_t texture;    /* of base colour, sRGB; COPPICE_NONE: it has none */
-  uint32_t normal_map; /* likewise */
+  uint32_t texture;    /* of base colour, sRGB; COPPICE_NONE: it has none. Both sides are shown, of wood too: do not cull */
+  uint32_t normal_map; /* a texture, see coppice_change.bytes; COPPICE_NONE: it has none */
 } coppice_material;
 static inline void coppice_material_init(coppice_material* material) {
   coppice_struct_init(COPPICE_STRUCT_MATERIAL, material, sizeof *material);
 }
-/* index: < coppice_file_info.material_count. errors: as coppice_file_get_info */
+/* index: < coppice_file_info.material_count. before, thread: as coppice_file_get_info */
 COPPICE_API coppice_status coppice_file_get_material(const coppice_context* context, uint32_t file, uint32_t index,
                                                      coppice_material* material);
 
@@ -854,13 +1015,14 @@ typedef struct coppice_card {
 static inline void coppice_card_init(coppice_card* card) {
   coppice_struct_init(COPPICE_STRUCT_CARD, card, sizeof *card);
 }
-/* index: < coppice_file_info.card_count. errors: as coppice_file_get_info */
+/* index: < coppice_file_info.card_count. before, thread: as coppice_file_get_info */
 COPPICE_API coppice_status coppice_file_get_card(const coppice_context* context, uint32_t file, uint32_t index, coppice_card* card);
 
 /* What to draw of an instance in a view. world = position + rotation * (scale * object). */
 typedef struct coppice_draw {
   coppice_plant plant;
   coppice_instance instance; /* 0: a scene's */
+  coppice_scene_tree tree;   /* which; 0 of the engine's own */
   uint32_t file;
   float leaf_count;     /* the cut is ceil(leaf_count * 0.999999) leaves; changes evenly with distance. 0: leaf meshes are drawn instead */
   uint32_t node_end;    /* the cut's nodes are below it: 2 m - 1 */
@@ -871,21 +1033,23 @@ typedef struct coppice_draw {
   float scale;
   float rotation[4]; /* unit quaternion x y z w */
   float tint[3];     /* multiplies leaf colour */
-  float leaf_share;  /* the host's to apply: leaf_count and coppice_write_leaves are of all leaves */
+  float leaf_share;  /* the host's to apply: leaf_count and coppice_write_leaves are of all leaves. Our renderer leaves out single leaves by
+                        a hash, and scales the area of merged ones; no host matches it leaf by leaf */
+  uint32_t reserved; /* 0 */
 } coppice_draw;
 
 /* The instances in the view's frustum, with what its threshold asks for as far as it is there: of a context with a renderer as of the
  * last coppice_record_upload, else of what has been confirmed.
  * draws: [capacity] `draw_bytes` apart, which is sizeof(coppice_draw) as the program was compiled with; may be null where capacity is 0
  * count: out, how many there are; those beyond capacity are left out, and nothing else happens
- * before: coppice_frame_begin with a camera of the view. thread: calls for different views may overlap. cost: see
- * tests/bench/results/draws.md errors: COPPICE_ERROR_INVALID_ARGUMENT */
+ * before: coppice_frame_begin with a camera of the view. thread: calls for different views may overlap.
+ * cost: some 40 ns a draw */
 COPPICE_API coppice_status coppice_get_draws(coppice_context* context, coppice_view view, coppice_draw* draws, uint32_t capacity,
                                              uint32_t draw_bytes, uint32_t* count);
 
 typedef enum coppice_leaf_color {
   COPPICE_LEAF_COLOR_FLOAT4 = 0,
-  COPPICE_LEAF_COLOR_UNORM8X4 = 1, /* bytes r, g, b, a */
+  COPPICE_LEAF_COLOR_UNORM8X4 = 1, /* bytes r, g, b, a; what is above 1 becomes 1 */
   COPPICE_LEAF_COLOR_MAX_ENUM = 0x7fffffff
 } coppice_leaf_color;
 
@@ -896,8 +1060,9 @@ typedef struct coppice_leaf_layout {
   uint32_t position;     /* float3, object space, m */
   uint32_t normal;       /* float3, of the quad, unit; 0 0 0 where it has no area */
   uint32_t uv;           /* float2 */
-  uint32_t color;        /* as color_format: base_color times brightness, linear; alpha: share of its pixels that are shown */
-  uint32_t material;     /* uint32_t */
+  uint32_t color;    /* as color_format: base_color times brightness, at most 2.07, without tint and texture, linear; alpha: share of its
+                        pixels that are shown */
+  uint32_t material; /* uint32_t */
   coppice_leaf_color color_format;
   uint32_t index_bytes; /* 4, the default, or 2 */
 } coppice_leaf_layout;
@@ -920,9 +1085,10 @@ static inline void coppice_leaf_output_init(coppice_leaf_output* output) {
 }
 
 /* Writes a cut's leaves as triangles, in the order of their nodes, in the host's layout. leaf_count: of a draw, or any number above 0;
- * it is rounded as coppice_draw.leaf_count says, and clamped to the leaves that are there. Any context. Where a capacity is too small, or
- * both are 0, nothing is written and the counts say what is needed. What the layout does not mention stays as it is. Thread: shared.
- * cost: some 10 ns a node below 2 m - 1.
+ * it is rounded as coppice_draw.leaf_count says, and clamped to the leaves that are there: those of confirmed pages, whose nodes Coppice
+ * keeps as long as they are, or of those that our renderer has. Where a capacity is too small, or both are 0, nothing is written and the
+ * counts say what is needed. What the layout does not mention stays as it is.
+ * before: any time, with a renderer too. thread: as coppice_scene_get_info. cost: some 10 ns a node below 2 m - 1.
  * errors: COPPICE_ERROR_INVALID_ARGUMENT: no open file; an offset whose attribute does not fit vertex_bytes, or not at a multiple of 4;
  * too many vertices for 2 bytes of index; a null pointer */
 COPPICE_API coppice_status coppice_write_leaves(const coppice_context* context, uint32_t file, float leaf_count,

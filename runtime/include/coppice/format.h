@@ -1,7 +1,7 @@
 #ifndef COPPICE_FORMAT_H
 #define COPPICE_FORMAT_H
 
-/* The .coppice file, version 5: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
+/* The .coppice file, version 6: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
  *
  * Little-endian; every struct below is stored as is, without padding. Offsets are from the start of the file. Lengths are in
  * metres, axes are glTF's (right-handed, +Y up).

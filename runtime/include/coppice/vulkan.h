@@ -13,11 +13,17 @@
  *     coppice_record_draw(context, cmd, view, 0);        inside dynamic rendering; of each view
  *     vkCmdEndRendering(cmd);
  *
- * Views are culled and drawn in any order after the upload, also into command buffers of their own. All of a context's commands
- * go to one graphics queue, in the order of their frames, and what record_upload recorded must be submitted: Coppice counts on it.
+ * Views are culled and drawn in any order after the upload, also into command buffers of their own, and may be culled or drawn more than
+ * once: a draw shows what the cull before it found. All of a context's commands go to one graphics queue, in the order of their frames, and
+ * what record_upload recorded must be submitted: Coppice counts on it. Light with a shadow map needs the map when the view is *culled*:
  *
- * Clip space is Vulkan's (y down, depth 0..1, reversed depth allowed: see depth_compare). What coppice.h says of threads, errors, booleans
- * and struct_size holds here too.
+ *     coppice_record_cull(context, cmd, sun, NULL);      of a view of COPPICE_OUTPUT_DEPTH, which coppice_sun_camera looks for
+ *     vkCmdBeginRendering ... coppice_record_draw(context, cmd, sun, 0) ... vkCmdEndRendering
+ *     vkCmdPipelineBarrier2                              depth attachment writes -> sampled reads in compute, vertex and fragment shaders
+ *     coppice_record_cull(context, cmd, view, &light);   light.shadow_maps has the map
+ *     ...
+ *
+ * Depth may run either way: see depth_compare. What coppice.h says of threads, errors, booleans and struct_size holds here too.
  *
  * A lost device: the call in which Vulkan said so returns COPPICE_ERROR_DEVICE_LOST and writes a line; from then on so does, without a
  * line, every function that opens, reloads, adds instances, begins a frame or records. Plants and instances can still be closed and
@@ -113,6 +119,7 @@ typedef struct coppice_vulkan_desc {
   /* VK_TRUE: a pipeline is built inside the call that first needs it, which then takes up to some hundred milliseconds, so that no picture
    * misses anything. Default VK_FALSE: by jobs, see coppice_pipelines_ready. */
   VkBool32 blocking_pipelines;
+  uint32_t reserved; /* 0 */
 } coppice_vulkan_desc;
 static inline void coppice_vulkan_desc_init(coppice_vulkan_desc* desc) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_DESC, desc, sizeof *desc);
@@ -136,21 +143,26 @@ COPPICE_API coppice_status coppice_vulkan_context_cost(const coppice_context_des
  * they draw first comes: wood without a texture, normal maps, leaf meshes, a debug view. Nothing waits for them: what they
  * draw is missing meanwhile, or drawn as it can be (the compute rasteriser's work by the hardware, leaf meshes as quads, normal maps and
  * debug views not at all), and coppice_stats.pipelines_built is below pipelines_wanted. An engine may show a loading screen until the first
- * are ready, with frames or without. One that cannot be built is an error in the log, and what it draws stays away. ready: out; VK_FALSE on
- * an error. errors: COPPICE_ERROR_INVALID_ARGUMENT; else of the first that could not be built: COPPICE_ERROR_OUT_OF_MEMORY,
+ * are ready, with frames or without. Where a processor does the GPU's work they take seconds, which count in time, not in frames; the
+ * default pool lets reads and decodes go first. One that cannot be built is an error in the log, and what it draws stays away. ready: out;
+ * VK_FALSE on an error. errors: COPPICE_ERROR_INVALID_ARGUMENT; else of the first that could not be built: COPPICE_ERROR_OUT_OF_MEMORY,
  * COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
 COPPICE_API coppice_status coppice_pipelines_ready(const coppice_context* context, VkBool32* ready);
 
 /* ---- views ----------------------------------------------------------------------------------------------------------------------- */
 
-/* What a view is drawn to. */
+#define COPPICE_MAX_COLORS 8u
+
+/* What a view is drawn to: images with no other usage than that of attachments, and of SAMPLED where they become shadow maps. Formats must
+ * be set. */
 typedef struct coppice_vulkan_view_desc {
   uint32_t struct_size;
-  VkFormat color_format;     /* of the attachment coppice_record_draw draws to, no integers; shaded colour is linear. Of
-                                COPPICE_OUTPUT_DEPTH VK_FORMAT_UNDEFINED */
-  VkFormat depth_format;     /* with depth; no stencil attachment may be bound while drawing */
-  VkCompareOp depth_compare; /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
-  VkSampleCountFlagBits samples;
+  /* Of the colour attachments that coppice_record_draw draws to, VK_FORMAT_UNDEFINED from the first on that is not there. One of
+   * COPPICE_OUTPUT_LIT, no integers: shaded colour, linear. None of COPPICE_OUTPUT_DEPTH. */
+  VkFormat color_formats[COPPICE_MAX_COLORS];
+  VkFormat depth_format;         /* with depth; no stencil attachment may be bound while drawing */
+  VkCompareOp depth_compare;     /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
+  VkSampleCountFlagBits samples; /* default 1 */
 } coppice_vulkan_view_desc;
 static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_VIEW_DESC, desc, sizeof *desc);
@@ -172,25 +184,27 @@ COPPICE_API coppice_status coppice_vulkan_view_create(coppice_context* context, 
  * the next frame tries again. COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd);
 
-#define COPPICE_MAX_SHADOW_MAPS 3u
+#define COPPICE_MAX_SHADOW_MAPS 4u
 
-/* A shadow map: depth as a view of COPPICE_OUTPUT_DEPTH, or the engine itself, has drawn it, with reversed depth or not as the view that
- * it falls on has it. */
+/* A shadow map, the whole image: depth as a view of COPPICE_OUTPUT_DEPTH, or the engine itself, has drawn it before coppice_record_cull of
+ * the view that it falls on, with reversed depth or not as that view has it. */
 typedef struct coppice_shadow_map {
   VkImageView
       image; /* 2D, depth; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE, VERTEX and FRAGMENT_SHADER / SHADER_SAMPLED_READ */
-  double clip_from_world[16]; /* that it was drawn with; has an inverse */
+  double clip_from_world[16]; /* that it was drawn with: clip_from_view * view_from_world, multiplied as doubles; has an inverse */
 } coppice_shadow_map;
 
 /* Of COPPICE_OUTPUT_LIT. */
 typedef struct coppice_light {
   uint32_t struct_size;
-  float sun_direction[3]; /* unit, towards the sun, world space */
-  float sun_color[3];     /* linear radiance; 0 to 1e9, here and below */
-  float sky_color[3];     /* linear ambient from above */
-  float ground_color[3];  /* linear ambient from below */
-  float fog_color[3];
-  float fog_density; /* 1/m, 0 to 1e6; 0 for none. transmittance = exp(-(fog_density * distance)^2) */
+  float sun_direction[3]; /* unit, towards the sun, world space; default 0 1 0 */
+  /* Linear; 0 to 1e9, here and below. A white surface that faces the sun comes out as sun_color and its share of sky and ground: there is
+   * no division by pi. What the compute rasteriser draws is at most 65,408. */
+  float sun_color[3];    /* default 3 3 3 */
+  float sky_color[3];    /* ambient from above; default 0.6 */
+  float ground_color[3]; /* ambient from below; default 0.2 */
+  float fog_color[3];    /* default 0 */
+  float fog_density;     /* 1/m, 0 to 1e6; 0, the default, for none. transmittance = exp(-(fog_density * distance)^2) */
   /* What the sun does not reach: the first map that holds a place says. Plants look where the sun's ray enters the sphere about
    * them, so that what shades them is other plants, terrain and buildings; how a crown shades itself Coppice knows without a map. 0, the
    * default: all is in the sun. An image must live until the GPU has finished the frame. */

@@ -36,6 +36,10 @@ void submit_to_pool(void* user, void (*function)(void* argument), void* argument
   defaults_of(user).pool->submit(function, argument);
 }
 
+void submit_long_to_pool(void* user, void (*function)(void* argument), void* argument) {
+  defaults_of(user).pool->submit_long(function, argument);
+}
+
 std::int64_t open_file(void*, const char* path, std::uint64_t* file_bytes) {
   const int file = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a FIFO would wait for its writer
   if (file < 0) return -errno;
@@ -142,6 +146,7 @@ Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
   const Given io = given(wanted.io.open, wanted.io.close, wanted.io.read);
   const Given jobs = given(wanted.jobs.submit);
   if (allocator == Given::none) set.hooks.allocator = default_allocator();
+  set.hooks.long_jobs = wanted.jobs;
   if (io == Given::all && jobs == Given::all) return set;
 
   set.defaults.reset(new (std::nothrow) DefaultHooks);
@@ -154,7 +159,10 @@ Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
     COPPICE_TRY(pool, ThreadPool::create(0));
     set.defaults->pool = std::move(pool);
   }
-  if (jobs == Given::none) set.hooks.jobs = {sizeof(coppice_jobs), set.defaults.get(), submit_to_pool};
+  if (jobs == Given::none) {
+    set.hooks.jobs = {sizeof(coppice_jobs), set.defaults.get(), submit_to_pool};
+    set.hooks.long_jobs = {sizeof(coppice_jobs), set.defaults.get(), submit_long_to_pool};
+  }
   set.real_files = io == Given::none;
   if (io == Given::none)
     set.hooks.io = {sizeof(coppice_io), set.defaults.get(), open_file, close_file, by_uring ? read_by_uring : read_on_pool};

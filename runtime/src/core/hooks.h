@@ -25,6 +25,7 @@ struct Hooks {
   coppice_io io{};
   coppice_log log{};
   coppice_trace trace{};
+  coppice_jobs long_jobs{};  ///< for what may take long, pipelines say: the default pool runs it after the others. Else `jobs`
 };
 
 /// What the default jobs and io hooks point at.

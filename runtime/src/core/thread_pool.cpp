@@ -22,14 +22,32 @@ struct Job {
   void* argument = nullptr;
 };
 
+/// In order of submission.
+struct JobQueue {
+  std::array<Job, ThreadPool::kQueueLength> ring{};
+  std::uint32_t first = 0, count = 0;
+
+  /// False: it is full.
+  bool push(const Job& job) {
+    if (count == ring.size()) return false;
+    ring[(first + count++) % ring.size()] = job;
+    return true;
+  }
+  Job pop() {
+    const Job job = ring[first];
+    first = static_cast<std::uint32_t>((first + 1) % ring.size());
+    --count;
+    return job;
+  }
+};
+
 }  // namespace
 
 // pthread_create instead of std::thread: the latter reports a missing resource by throwing, which here would end the process.
 struct ThreadPool::State {
   std::mutex mutex;
   std::condition_variable changed;
-  std::array<Job, kQueueLength> queue{};  ///< ring
-  std::uint32_t first = 0, count = 0;
+  JobQueue short_jobs, long_jobs;
   bool stopping = false;
   std::array<pthread_t, kMaxThreads> threads{};
   std::uint32_t thread_count = 0;
@@ -37,11 +55,9 @@ struct ThreadPool::State {
   void run() {
     std::unique_lock lock(mutex);
     while (true) {
-      changed.wait(lock, [this] { return count > 0 || stopping; });
-      if (count == 0) return;
-      const Job job = queue[first];
-      first = (first + 1) % kQueueLength;
-      --count;
+      changed.wait(lock, [this] { return short_jobs.count + long_jobs.count > 0 || stopping; });
+      if (short_jobs.count + long_jobs.count == 0) return;
+      const Job job = (short_jobs.count > 0 ? short_jobs : long_jobs).pop();
       lock.unlock();
       job.function(job.argument);
       lock.lock();
@@ -91,17 +107,23 @@ ThreadPool::~ThreadPool() {
 }
 
 void ThreadPool::submit(void (*function)(void* argument), void* argument) {
+  enqueue(false, function, argument);
+}
+
+void ThreadPool::submit_long(void (*function)(void* argument), void* argument) {
+  enqueue(true, function, argument);
+}
+
+void ThreadPool::enqueue(bool long_one, void (*function)(void* argument), void* argument) {
+  bool queued = false;
   {
     const std::lock_guard lock(state_->mutex);
-    if (state_->count < kQueueLength) {
-      state_->queue[(state_->first + state_->count++) % kQueueLength] = {function, argument};
-      function = nullptr;
-    }
+    queued = (long_one ? state_->long_jobs : state_->short_jobs).push({function, argument});
   }
-  if (function != nullptr)
-    function(argument);
-  else
+  if (queued)
     state_->changed.notify_one();
+  else
+    function(argument);
 }
 
 }  // namespace coppice

@@ -7,7 +7,8 @@
 
 namespace coppice {
 
-/// A few threads that run submitted functions in order of submission: the default behind the jobs and io hooks.
+/// A few threads that run submitted functions in order of submission, those that may take long after all others: the default behind the
+/// jobs and io hooks.
 class ThreadPool {
  public:
   /// thread_count  0: one fewer than the machine has, at least 1, at most 4, so that the engine keeps its cores
@@ -21,11 +22,14 @@ class ThreadPool {
 
   /// Any thread. Does not wait, unless kQueueLength functions are queued already: then it runs `function` inline.
   void submit(void (*function)(void* argument), void* argument);
+  /// The same for one that may take long: it starts when none of the others waits.
+  void submit_long(void (*function)(void* argument), void* argument);
 
   static constexpr std::uint32_t kQueueLength = 256;
 
  private:
   struct State;
+  void enqueue(bool long_one, void (*function)(void* argument), void* argument);
   explicit ThreadPool(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };

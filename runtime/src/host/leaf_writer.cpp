@@ -24,22 +24,25 @@ vec3 face_normal(const std::array<vec3, 4>& corners) {
 
 }  // namespace
 
-const char* layout_problem(const coppice_leaf_layout& layout) {
+std::string layout_problem(const coppice_leaf_layout& layout) {
   const std::uint32_t color_bytes = layout.color_format == COPPICE_LEAF_COLOR_FLOAT4 ? 16 : 4;
   if (layout.color_format != COPPICE_LEAF_COLOR_FLOAT4 && layout.color_format != COPPICE_LEAF_COLOR_UNORM8X4)
     return "color_format is not a coppice_leaf_color";
   if (layout.index_bytes != 2 && layout.index_bytes != 4) return "index_bytes is neither 2 nor 4";
   if (layout.vertex_bytes % 4 != 0) return "vertex_bytes is not a multiple of 4";
   struct Attribute {
+    const char* name;
     std::uint32_t offset, bytes;
   };
-  for (const auto& [offset, bytes] : {Attribute{layout.position, 12}, Attribute{layout.normal, 12}, Attribute{layout.uv, 8},
-                                      Attribute{layout.color, color_bytes}, Attribute{layout.material, 4}}) {
+  for (const auto& [name, offset, bytes] :
+       {Attribute{"position", layout.position, 12}, Attribute{"normal", layout.normal, 12}, Attribute{"uv", layout.uv, 8},
+        Attribute{"color", layout.color, color_bytes}, Attribute{"material", layout.material, 4}}) {
     if (offset == COPPICE_NONE) continue;
-    if (offset % 4 != 0) return "an offset is not a multiple of 4";
-    if (bytes > layout.vertex_bytes || offset > layout.vertex_bytes - bytes) return "an attribute reaches beyond vertex_bytes";
+    if (offset % 4 != 0) return std::string(name) + " is " + std::to_string(offset) + ": not a multiple of 4";
+    if (bytes > layout.vertex_bytes || offset > layout.vertex_bytes - bytes)
+      return std::string(name) + " is " + std::to_string(offset) + ": its " + std::to_string(bytes) + " bytes reach beyond vertex_bytes";
   }
-  return nullptr;
+  return {};
 }
 
 void LeafWriter::write_color(unsigned char* vertex, const PageNode& node, const coppice_file_material& material) const {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "coppice/coppice.h"
 #include "crown_light.h"
@@ -12,8 +13,8 @@
 
 namespace coppice {
 
-/// What is wrong with a layout, or null.
-const char* layout_problem(const coppice_leaf_layout& layout);
+/// What is wrong with a layout; empty: nothing.
+std::string layout_problem(const coppice_leaf_layout& layout);
 
 /// The leaves of a cut, one after the other.
 class LeafWriter {

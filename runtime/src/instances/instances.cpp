@@ -215,7 +215,7 @@ Result<void> InstanceTable::add(std::uint32_t plant, const PlacementRecords& pla
   return {};
 }
 
-Result<InstanceTile> InstanceTable::add_tile(std::span<const PlacedInstance> instances) {
+Result<InstanceTile> InstanceTable::add_tile(std::uint32_t name, std::span<const PlacedInstance> instances) {
   COPPICE_TRY(slot_count, slots_for_tile(instances.size()));
   COPPICE_CHECK(reserve(slot_count));
   InstanceTile tile;
@@ -223,20 +223,42 @@ Result<InstanceTile> InstanceTable::add_tile(std::span<const PlacedInstance> ins
     const auto members = instances.subspan(first, std::min<std::size_t>(kDirtyBlockSlots, instances.size() - first));
     const std::uint32_t index = take_block();
     Block& block = arrays_.blocks[index];
-    block.tile = true;
+    block.tile = name;
+    block.first_number = static_cast<std::uint32_t>(first);
     block.next = std::exchange(tile.first_block, index);
     ++tile.block_count;
-    for (std::uint32_t i = 0; i < members.size(); ++i) {
-      block.used |= std::uint64_t{1} << i;
-      write(index * kDirtyBlockSlots + i, members[i].plant, members[i].placement, {0, 0, 0});
-    }
+    for (std::uint32_t i = 0; i < members.size(); ++i) set_member(index * kDirtyBlockSlots + i, members[i]);
   }
   return tile;
 }
 
+std::uint32_t InstanceTable::member_slot(const InstanceTile& tile, std::uint32_t number) const {
+  std::uint32_t block = tile.first_block;  // the last of them
+  while (number < arrays_.blocks[block].first_number) block = arrays_.blocks[block].next;
+  return block * kDirtyBlockSlots + number - arrays_.blocks[block].first_number;
+}
+
+TileMember InstanceTable::member_at(std::uint32_t slot) const {
+  const Block& block = arrays_.blocks[slot / kDirtyBlockSlots];
+  return {block.tile, block.first_number + slot % kDirtyBlockSlots};
+}
+
+PlacedInstance InstanceTable::placed_at(std::uint32_t slot) const {
+  return {placement_of(arrays_.instances[slot]), plant_of(slot)};
+}
+
+void InstanceTable::set_member(std::uint32_t slot, const PlacedInstance& placed) {
+  Block& block = arrays_.blocks[slot / kDirtyBlockSlots];
+  COPPICE_ASSERT(block.is_tile());
+  if (plant_of(slot) != kNoPlant) remove_slot(slot);
+  if (placed.plant == kNoPlant) return;
+  block.used |= std::uint64_t{1} << slot % kDirtyBlockSlots;
+  write(slot, placed.plant, placed.placement, {0, 0, 0});
+}
+
 void InstanceTable::scale_tile(const InstanceTile& tile, float factor) {
   for (std::uint32_t block = tile.first_block; block != kNoBlock; block = arrays_.blocks[block].next) {
-    COPPICE_ASSERT(arrays_.blocks[block].tile);
+    COPPICE_ASSERT(arrays_.blocks[block].is_tile());
     for (std::uint64_t left = arrays_.blocks[block].used; left != 0; left &= left - 1) {
       const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
       Instance& instance = arrays_.instances[slot];
@@ -252,7 +274,7 @@ void InstanceTable::scale_tile(const InstanceTile& tile, float factor) {
 
 void InstanceTable::move_tile(const InstanceTile& tile, const Pose& first, const Pose& then) {
   for (std::uint32_t block = tile.first_block; block != kNoBlock; block = arrays_.blocks[block].next) {
-    COPPICE_ASSERT(arrays_.blocks[block].tile);
+    COPPICE_ASSERT(arrays_.blocks[block].is_tile());
     for (std::uint64_t left = arrays_.blocks[block].used; left != 0; left &= left - 1) {
       const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
       // A tile whose plants have closed is left empty.
@@ -265,10 +287,10 @@ void InstanceTable::move_tile(const InstanceTile& tile, const Pose& first, const
 void InstanceTable::remove_tile(const InstanceTile& tile) {
   for (std::uint32_t index = tile.first_block; index != kNoBlock;) {
     Block& block = arrays_.blocks[index];
-    COPPICE_ASSERT(block.tile);
+    COPPICE_ASSERT(block.is_tile());
     for (; block.used != 0; block.used &= block.used - 1)
       clear_slot(index * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(block.used)));
-    block.tile = false;
+    block.tile = TileMember::kNoTile;
     arrays_.freed_blocks[freed_block_count_++] = index;
     index = block.next;
   }
@@ -313,7 +335,8 @@ coppice_instance InstanceTable::handle_of(std::uint32_t slot) const {
 
 bool InstanceTable::is_live(coppice_instance handle) const {
   const std::uint32_t slot = slot_of(handle);
-  return slot < slot_count_ && handle == handle_of(slot) && plant_of(slot) != kNoPlant && !arrays_.blocks[slot / kDirtyBlockSlots].tile;
+  return slot < slot_count_ && handle == handle_of(slot) && plant_of(slot) != kNoPlant &&
+         !arrays_.blocks[slot / kDirtyBlockSlots].is_tile();
 }
 
 void InstanceTable::move(coppice_instance handle, const coppice_placement& placement) {
@@ -407,7 +430,7 @@ void InstanceTable::remove_slot(std::uint32_t slot) {
   Block& block = arrays_.blocks[index];
   const bool was_full = block.used == ~std::uint64_t{0};
   block.used &= ~(std::uint64_t{1} << slot % kDirtyBlockSlots);
-  if (block.tile) return;  // remove_tile frees the block
+  if (block.is_tile()) return;  // remove_tile frees the block
   ++free_slot_count_;
   if (was_full) link(index);
   if (block.used != 0) return;

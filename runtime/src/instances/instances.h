@@ -52,7 +52,7 @@ Pose inverse(const Pose& pose);
 /// A plant's place and which it is; the place does not count from the origin.
 struct PlacedInstance {
   coppice_placement placement{};
-  std::uint32_t plant = 0;
+  std::uint32_t plant = 0;  ///< kNoPlant: none stands there
 };
 
 /// Instances that were added together: a list of blocks.
@@ -60,6 +60,13 @@ struct InstanceTile {
   static constexpr std::uint32_t kNoBlock = 0xffffffffu;
   std::uint32_t first_block = kNoBlock;
   std::uint32_t block_count = 0;  ///< one for each kDirtyBlockSlots of them, or part of it
+};
+
+/// What is in a slot: of which tile, and the how many-th of its instances.
+struct TileMember {
+  static constexpr std::uint32_t kNoTile = 0xffffffffu;
+  std::uint32_t tile = kNoTile;  ///< as add_tile was told; kNoTile: an instance by handle
+  std::uint32_t number = 0;
 };
 
 /// A run of slots.
@@ -121,8 +128,13 @@ class InstanceTable {
 
   /// placements  [n], checked by the caller. handles: [n] out, or empty. errors  as slots_for and reserve; none is added
   Result<void> add(std::uint32_t plant, const PlacementRecords& placements, std::span<coppice_instance> handles);
-  /// Adds instances that go together. Returns what names them. errors  as slots_for_tile and reserve; none is added
-  Result<InstanceTile> add_tile(std::span<const PlacedInstance> instances);
+  /// Adds instances that go together. tile: what member_at() calls it. errors  as slots_for_tile and reserve; none is added
+  Result<InstanceTile> add_tile(std::uint32_t tile, std::span<const PlacedInstance> instances);
+  /// slot: of a tile, here and below. number: of add_tile's instances
+  [[nodiscard]] std::uint32_t member_slot(const InstanceTile& tile, std::uint32_t number) const;
+  [[nodiscard]] TileMember member_at(std::uint32_t slot) const;
+  [[nodiscard]] PlacedInstance placed_at(std::uint32_t slot) const;
+  void set_member(std::uint32_t slot, const PlacedInstance& placed);
   /// What placements by handle count from; those of tiles do not.
   void set_origin(const dvec3& origin) { origin_ = origin; }
   [[nodiscard]] const dvec3& origin() const { return origin_; }
@@ -145,7 +157,7 @@ class InstanceTable {
   [[nodiscard]] std::span<const Instance> slots() const { return arrays_.instances.span().first(slot_count_); }
   /// Of what is in a slot of slots(); 0 for an instance of a tile. It is not empty
   [[nodiscard]] coppice_instance handle_at(std::uint32_t slot) const {
-    return arrays_.blocks[slot / kDirtyBlockSlots].tile ? 0 : handle_of(slot);
+    return arrays_.blocks[slot / kDirtyBlockSlots].is_tile() ? 0 : handle_of(slot);
   }
   [[nodiscard]] std::span<const InstanceSphere> spheres() const { return arrays_.spheres.span().first(slot_count_); }
   /// Bounds as of the last update_bounds().
@@ -168,7 +180,10 @@ class InstanceTable {
     std::uint64_t used = 0;  ///< bit per slot; slots that do not exist count as used
     /// Of blocks that are not a tile's and have both used and free slots; next also of a tile's.
     std::uint32_t previous = kNoBlock, next = kNoBlock;
-    bool tile = false;
+    // Of a tile's blocks: TileMember of the first slot.
+    std::uint32_t tile = TileMember::kNoTile, first_number = 0;
+
+    [[nodiscard]] bool is_tile() const { return tile != TileMember::kNoTile; }
   };
   static constexpr std::uint32_t kNoBlock = InstanceTile::kNoBlock;
   /// Everything by slot or by block of slots.

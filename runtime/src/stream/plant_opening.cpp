@@ -113,7 +113,7 @@ Result<void> take_pinned(PlantOpening& opening) {
     COPPICE_ASSERT(advance(*transfer.chunk, Residency::decoded));
     if (transfer.chunk->id.kind == ChunkKind::page) plant.decoded_page_count = 1;
   }
-  measure_box(plant);
+  take_coarse_wood(plant);
   return {};
 }
 

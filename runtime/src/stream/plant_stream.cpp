@@ -80,9 +80,11 @@ Result<void> fill_tables(PlantStream& plant) {
                   .looks = plant.looks.cards(),
                   .box = gpu::leaf_box(gpu::gpu_plant(file.plant)),
                   .leaf_count = file.plant.leaf_count};
-  plant.base_bytes = sizeof(PlantStream) + plant.gpu.plant_bytes + plant.path.bytes() + file.bytes() + plant.lod_words.bytes() +
-                     plant.looks.bytes() + plant.chunks.bytes() + plant.pages.bytes() + plant.page_nodes.bytes() + plant.wood.bytes() +
-                     plant.textures.bytes() + plant.texture_uploads.bytes() + plant.leaf_meshes.bytes();
+  if (const std::uint32_t lods = file.plant.wood_lod_count; lods > 0)
+    COPPICE_CHECK(allocate_into(plant.coarse_wood, plant.hooks.allocator, file.plant.wood_triangle_counts[lods - 1]));
+  plant.base_bytes = sizeof(PlantStream) + plant.coarse_wood.bytes() + plant.gpu.plant_bytes + plant.path.bytes() + file.bytes() +
+                     plant.lod_words.bytes() + plant.looks.bytes() + plant.chunks.bytes() + plant.pages.bytes() + plant.page_nodes.bytes() +
+                     plant.wood.bytes() + plant.textures.bytes() + plant.texture_uploads.bytes() + plant.leaf_meshes.bytes();
   return {};
 }
 
@@ -133,6 +135,16 @@ Result<gpu::MeshBlock> host_mesh(const WoodSpan& mesh, const coppice_allocator& 
   std::memcpy(next, mesh.indices.data(), mesh.indices.size_bytes());
   block.index_count = static_cast<std::uint32_t>(mesh.indices.size());
   return block;
+}
+
+/// Where in a block of wood what is. A vertex begins with its position.
+struct MeshLayout {
+  std::size_t indices = 0, vertices = 0, vertex_bytes = 0;
+};
+MeshLayout mesh_layout(const PlantStream& plant, const gpu::MeshBlock& wood) {
+  static_assert(offsetof(coppice_mesh_vertex, position) == 0 && offsetof(gpu::WoodVertex, position) == 0);
+  if (!plant.gpu.host) return {0, wood.vertices_at, sizeof(gpu::WoodVertex)};
+  return {wood.bytes.size() - wood.index_count * sizeof(std::uint32_t), 0, sizeof(coppice_mesh_vertex)};
 }
 
 gpu::MeshKind mesh_kind(ChunkId id) {
@@ -224,7 +236,7 @@ Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front)
   return {};
 }
 
-void measure_box(PlantStream& plant) {
+void take_coarse_wood(PlantStream& plant) {
   const coppice_file_plant& file = plant.file.plant;
   std::copy_n(file.leaf_box_min, 3, plant.box.low.begin());
   std::copy_n(file.leaf_box_max, 3, plant.box.high.begin());
@@ -233,6 +245,19 @@ void measure_box(PlantStream& plant) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     plant.box.low[axis] = std::min(plant.box.low[axis], coarsest.low[axis]);
     plant.box.high[axis] = std::max(plant.box.high[axis], coarsest.high[axis]);
+  }
+  const vec3 low(plant.box.low), size = vec3(plant.box.high) - low;
+  const std::uint8_t* bytes = coarsest.bytes.data();
+  const MeshLayout at = mesh_layout(plant, coarsest);
+  for (std::size_t i = 0; i < 3 * plant.coarse_wood.size(); ++i) {
+    std::uint32_t vertex = 0;
+    std::array<float, 3> position{};
+    std::memcpy(&vertex, bytes + at.indices + i * sizeof vertex, sizeof vertex);
+    std::memcpy(&position, bytes + at.vertices + vertex * at.vertex_bytes, sizeof position);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (size[axis] > 0.0f)
+        plant.coarse_wood[i / 3][i % 3][axis] =
+            static_cast<std::uint16_t>(std::lround(std::clamp((position[axis] - low[axis]) / size[axis], 0.0f, 1.0f) * kBoxSteps));
   }
 }
 

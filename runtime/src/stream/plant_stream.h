@@ -82,7 +82,8 @@ struct PlantStream {
   PlantFile file;  ///< without small_textures: `looks` has what they show
   HookArray<std::uint32_t> lod_words;
   ValuedPlant valued;
-  PlantBox box;  ///< of the leaf box and the coarsest wood
+  PlantBox box;                        ///< of the leaf box and the coarsest wood
+  HookArray<BoxTriangle> coarse_wood;  ///< the coarsest, once it is decoded
 
   HookArray<Chunk> chunks;          ///< pages, then wood LoDs, then textures, then leaf meshes
   HookArray<PageData> pages;        ///< [page_count]
@@ -139,8 +140,8 @@ Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const G
 /// front   the file's first header.first_read_bytes. errors  bad_file, unsupported, out_of_memory
 Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front);
 
-/// Once the coarsest wood is decoded.
-void measure_box(PlantStream& plant);
+/// Once the coarsest wood is decoded: its box, and itself.
+void take_coarse_wood(PlantStream& plant);
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);
 

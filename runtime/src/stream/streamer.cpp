@@ -241,6 +241,10 @@ const PlantBox& Streamer::box(std::uint32_t plant) const {
   return state_->open_plant_at(plant).box;
 }
 
+std::span<const BoxTriangle> Streamer::coarse_wood(std::uint32_t plant) const {
+  return state_->open_plant_at(plant).coarse_wood.span();
+}
+
 std::span<const std::uint32_t> Streamer::lod_words(std::uint32_t plant) const {
   return state_->open_plant_at(plant).lod_words;
 }

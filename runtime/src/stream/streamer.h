@@ -81,6 +81,9 @@ struct DecodedChunk {
 struct PlantBox {
   std::array<float, 3> low{}, high{};
 };
+/// Corners are in kBoxSteps-ths of the box.
+using BoxTriangle = std::array<QuantisedPoint, 3>;
+inline constexpr float kBoxSteps = 65535.0f;
 
 /// What can be drawn of a plant now.
 struct PlantState {
@@ -162,6 +165,8 @@ class Streamer {
   /// Without small_textures. plant  an open index (asserted); the reference stays valid until the plant comes out of take_closed_plants
   [[nodiscard]] const PlantFile& file(std::uint32_t plant) const;
   [[nodiscard]] const PlantBox& box(std::uint32_t plant) const;
+  /// The coarsest wood, of the box.
+  [[nodiscard]] std::span<const BoxTriangle> coarse_wood(std::uint32_t plant) const;
   /// The packed table of select.h, for the GPU to copy and for the CPU to select with.
   [[nodiscard]] std::span<const std::uint32_t> lod_words(std::uint32_t plant) const;
   [[nodiscard]] gpu::PlantAppearance appearance(std::uint32_t plant) const;

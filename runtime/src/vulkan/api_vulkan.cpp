@@ -48,8 +48,10 @@ coppice::gpu::ViewRecorder& recorder(const coppice::Context& context, coppice_vi
 }
 
 coppice::gpu::AttachmentDesc attachments_of(const coppice_vulkan_view_desc& desc) {
-  return {
-      .color_format = desc.color_format, .depth_format = desc.depth_format, .depth_compare = desc.depth_compare, .samples = desc.samples};
+  return {.color_format = desc.color_formats[0],
+          .depth_format = desc.depth_format,
+          .depth_compare = desc.depth_compare,
+          .samples = desc.samples};
 }
 
 using ShadowMaps = std::array<coppice_shadow_map, COPPICE_MAX_SHADOW_MAPS>;

@@ -26,7 +26,7 @@ Result<std::unique_ptr<Backend>> VulkanBackend::create(const VulkanOptions& with
                                      .pipeline_cache = vulkan.pipeline_cache,
                                      .memory_budget_bytes = options.memory_budget_bytes,
                                      .max_plants = options.max_plants,
-                                     .jobs = options.hooks.jobs,
+                                     .jobs = options.hooks.long_jobs,
                                      .blocking_pipelines = vulkan.blocking_pipelines == VK_TRUE,
                                      .only_measured = options.hooks.jobs.submit == nullptr}));
   std::unique_ptr<Backend> backend(new (std::nothrow) VulkanBackend(std::move(renderer)));

@@ -23,7 +23,8 @@ std::string vulkan_problem(const coppice_vulkan_desc& vulkan) {
   if (vulkan.get_instance_proc_addr == nullptr) return "get_instance_proc_addr is null";
   return first_of(flag_problem("texture_compression_bc", vulkan.texture_compression_bc),
                   flag_problem("compute_raster", vulkan.compute_raster), flag_problem("shader_int64_atomics", vulkan.shader_int64_atomics),
-                  flag_problem("pass_times", vulkan.pass_times), flag_problem("blocking_pipelines", vulkan.blocking_pipelines));
+                  flag_problem("pass_times", vulkan.pass_times), flag_problem("blocking_pipelines", vulkan.blocking_pipelines),
+                  reserved_problem(vulkan.reserved));
 }
 
 std::string device_memory_problem(const coppice_device_memory& hook) {
@@ -31,9 +32,13 @@ std::string device_memory_problem(const coppice_device_memory& hook) {
 }
 
 std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vulkan_view_desc& desc) {
-  if (view.output == COPPICE_OUTPUT_LIT && desc.color_format == VK_FORMAT_UNDEFINED) return "color_format is not set";
-  if (view.output == COPPICE_OUTPUT_DEPTH && desc.color_format != VK_FORMAT_UNDEFINED)
-    return "color_format is set, and desc.output is COPPICE_OUTPUT_DEPTH";
+  const std::size_t color_count = view.output == COPPICE_OUTPUT_LIT ? 1 : 0;
+  for (std::size_t i = 0; i < std::size(desc.color_formats); ++i) {
+    const std::string name = "color_formats[" + std::to_string(i) + "]";
+    if (i < color_count && desc.color_formats[i] == VK_FORMAT_UNDEFINED) return name + " is not set";
+    if (i >= color_count && desc.color_formats[i] != VK_FORMAT_UNDEFINED)
+      return name + " is set, and desc.output is " + (color_count == 0 ? "COPPICE_OUTPUT_DEPTH" : "COPPICE_OUTPUT_LIT: there is one");
+  }
   if (desc.depth_format == VK_FORMAT_UNDEFINED) return "depth_format is not set";
   if (desc.depth_compare != VK_COMPARE_OP_LESS && desc.depth_compare != VK_COMPARE_OP_LESS_OR_EQUAL &&
       desc.depth_compare != VK_COMPARE_OP_GREATER && desc.depth_compare != VK_COMPARE_OP_GREATER_OR_EQUAL)
@@ -43,12 +48,13 @@ std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vul
 }
 
 std::string light_problem(const coppice_light& light) {
-  const Field fields[] = {
-      {"sun_direction", light.sun_direction, -2.0f, 2.0f}, {"sun_color", light.sun_color, 0.0f, kMaxRadiance},
-      {"sky_color", light.sky_color, 0.0f, kMaxRadiance},  {"ground_color", light.ground_color, 0.0f, kMaxRadiance},
-      {"fog_color", light.fog_color, 0.0f, kMaxRadiance},  {"fog_density", {&light.fog_density, 1}, 0.0f, kMaxFogDensity}};
+  const Field fields[] = {{"sun_color", light.sun_color, 0.0f, kMaxRadiance},
+                          {"sky_color", light.sky_color, 0.0f, kMaxRadiance},
+                          {"ground_color", light.ground_color, 0.0f, kMaxRadiance},
+                          {"fog_color", light.fog_color, 0.0f, kMaxRadiance},
+                          {"fog_density", {&light.fog_density, 1}, 0.0f, kMaxFogDensity}};
   if (std::string problem = range_problem(fields); !problem.empty()) return problem;
-  if (!is_unit(light.sun_direction)) return "sun_direction is not of unit length";
+  if (std::string problem = unit_problem("sun_direction", light.sun_direction); !problem.empty()) return problem;
   if (light.shadow_map_count > COPPICE_MAX_SHADOW_MAPS) return "shadow_map_count is above COPPICE_MAX_SHADOW_MAPS";
   for (std::uint32_t i = 0; i < light.shadow_map_count; ++i)
     if (const std::string problem = map_problem(light.shadow_maps[i]); !problem.empty())

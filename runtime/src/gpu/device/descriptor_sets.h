@@ -11,6 +11,7 @@
 
 namespace coppice::gpu {
 
+/// Those of shadow maps are the most images of a binding.
 inline constexpr std::uint32_t kMaxBindings = 12, kMaxBindingImages = 4;
 
 struct Binding {

@@ -72,12 +72,12 @@ Result<void> check_depth(const Device& device, VkFormat format, const char* no_d
 Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments) {
   const VkFormat color = attachments.color_format;
   if (is_integer(color))
-    return Error{Status::invalid_argument, "vulkan.color_format is an integer format, and colours are floats", Error::kNoOffset,
+    return Error{Status::invalid_argument, "vulkan.color_formats[0] is an integer format, and colours are floats", Error::kNoOffset,
                  number(color)};
   if (has_depth(color) || color == VK_FORMAT_S8_UINT)
-    return Error{Status::invalid_argument, "vulkan.color_format is a format of depth or stencil", Error::kNoOffset, number(color)};
+    return Error{Status::invalid_argument, "vulkan.color_formats[0] is a format of depth or stencil", Error::kNoOffset, number(color)};
   if (!is_depth_alone(attachments) && !has_feature(device, color, VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT))
-    return Error{Status::unsupported, "vulkan.color_format is none that this device draws colour to", Error::kNoOffset, number(color)};
+    return Error{Status::unsupported, "vulkan.color_formats[0] is none that this device draws colour to", Error::kNoOffset, number(color)};
   COPPICE_CHECK(check_depth(device, attachments.depth_format, "vulkan.depth_format is not a format of depth",
                             "vulkan.depth_format is none that this device draws depth to"));
   if ((device.sample_counts & static_cast<VkSampleCountFlags>(attachments.samples)) == 0)

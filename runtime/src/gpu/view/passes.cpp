@@ -30,7 +30,7 @@ constexpr std::array<Binding, kFrameBuffers + 1> kFrameSet = [] {
         i < static_cast<std::uint32_t>(FrameBinding::leaf_commands) ? kAllStages : VkShaderStageFlags{VK_SHADER_STAGE_COMPUTE_BIT};
   bindings[static_cast<std::uint32_t>(FrameBinding::view)].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
   bindings[static_cast<std::uint32_t>(FrameBinding::tables)].type = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
-  bindings[kFrameBuffers] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kAllStages, kMaxCascades};
+  bindings[kFrameBuffers] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kAllStages, kMaxShadowMaps};
   return bindings;
 }();
 

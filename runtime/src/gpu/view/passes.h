@@ -113,7 +113,7 @@ DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& att
 
 struct FrameBindings {
   std::array<const Buffer*, kFrameBuffers> buffers{};  ///< by FrameBinding
-  std::array<VkImageView, kMaxCascades> maps{};
+  std::array<VkImageView, kMaxShadowMaps> maps{};
 };
 Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const FrameBindings& bindings);
 

@@ -19,19 +19,19 @@ bool is_mirrored(const LodView& lod) {
   return dot(rows.column[0].xyz(), cross(rows.column[1].xyz(), lod.toward_viewer)) > 0.0f;
 }
 
-/// A cascade's matrix for places relative to the eye. eye: in the engine's coordinates
-mat4 cascade_from_eye(const double (&clip_from_world)[16], const dvec3& eye) {
-  mat4 cascade;
+/// A shadow map's matrix for places relative to the eye. eye: in the engine's coordinates
+mat4 clip_from_eye(const double (&clip_from_world)[16], const dvec3& eye) {
+  mat4 clip;
   const auto row = [&](std::size_t i) {
     const double moved = clip_from_world[i] * eye.x + clip_from_world[4 + i] * eye.y + clip_from_world[8 + i] * eye.z;
     return static_cast<float>(moved + clip_from_world[12 + i]);
   };
   for (std::size_t i = 0; i < 3; ++i) {
     const auto at = [&](std::size_t k) { return static_cast<float>(clip_from_world[4 * i + k]); };
-    cascade.column[i] = {at(0), at(1), at(2), at(3)};
+    clip.column[i] = {at(0), at(1), at(2), at(3)};
   }
-  cascade.column[3] = {row(0), row(1), row(2), row(3)};
-  return cascade;
+  clip.column[3] = {row(0), row(1), row(2), row(3)};
+  return clip;
 }
 
 static_assert(kDebugLod == COPPICE_DEBUG_LOD && kDebugPath == COPPICE_DEBUG_PATH && kDebugOverdraw == COPPICE_DEBUG_OVERDRAW);
@@ -77,7 +77,7 @@ View gpu_view(const coppice_camera& view, const coppice_light& light, const LodV
   converted.fog_color = vec3(light.fog_color);
   converted.debug_view = static_cast<std::uint32_t>(view.debug_view);
   converted.is_shadow = kind.depth_alone ? 1 : 0;
-  converted.cascade_count = light.shadow_map_count;
+  converted.shadow_map_count = light.shadow_map_count;
   converted.depth_sign = kind.reversed ? 1.0f : -1.0f;
   converted.is_mirrored = is_mirrored(lod) ? 1 : 0;
   converted.is_perspective = lod.parallel ? 0.0f : 1.0f;
@@ -85,7 +85,7 @@ View gpu_view(const coppice_camera& view, const coppice_light& light, const LodV
   converted.temporal_frame = view.temporal_frame;
   converted.half_size_px = {0.5f * static_cast<float>(view.width_px), 0.5f * static_cast<float>(view.height_px)};
   for (std::uint32_t i = 0; i < light.shadow_map_count; ++i)
-    converted.cascades[i] = cascade_from_eye(light.shadow_maps[i].clip_from_world, lod.eye_m - lod.origin_m);
+    converted.map_clips[i] = clip_from_eye(light.shadow_maps[i].clip_from_world, lod.eye_m - lod.origin_m);
   return converted;
 }
 
@@ -263,7 +263,7 @@ void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light)
   const Functions& vk = shared_.device.vk;
   View constants =
       gpu_view(shown_->camera, light, shown_->lod, {slot_count_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
-  if (culled_.set == frame_set_.set) constants.cascade_count = 0;  // there was no memory for a set with the maps
+  if (culled_.set == frame_set_.set) constants.shadow_map_count = 0;  // there was no memory for a set with the maps
   constants.debug_colors = gpu_address(buffers_.debug_colors.address);
   update_buffer(shared_.device, cmd, buffers_.view, bytes_of(std::span<const View>(&constants, 1)));
   update_buffer(shared_.device, cmd, buffers_.wood_commands, bytes_of(shared_.lists.mesh_commands()));

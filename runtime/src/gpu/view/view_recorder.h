@@ -145,7 +145,7 @@ class ViewRecorder {
   DescriptorSet frame_set_;
   DescriptorSet shadowed_set_;           ///< the same with the maps of the last light that had any
   std::vector<DescriptorSet> replaced_;  ///< while the frame was recorded
-  std::array<VkImageView, kMaxCascades> maps_{};
+  std::array<VkImageView, kMaxShadowMaps> maps_{};
   bool set_stale_ = true;  ///< a buffer of the sets has been replaced
   std::optional<ShownView> shown_;
   CulledBy by_ = CulledBy::nobody;  ///< of the frame

@@ -1,0 +1,182 @@
+#ifndef COPPICE_FORMAT_H
+#define COPPICE_FORMAT_H
+
+/* The .coppice file, version 6: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
+ *
+ * Little-endian; every struct below is stored as is, without padding. Offsets are from the start of the file. Lengths are in
+ * metres, axes are glTF's (right-handed, +Y up).
+ *
+ *     header | chunk table | PLANT MATERIALS CARDS ERRORS (LEAF_MESHES) (TEXTURES) | coarsest WOOD | PAGE 0 |
+ *     '------------------------- first_read_bytes: all that a first picture needs -------------------------'
+ *                                                     (TEXTURE ...) | finer WOOD ... | PAGE 1 2 3 ... | (LEAF_MESH ...)
+ */
+
+#include <stdint.h>
+
+#define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
+#define COPPICE_FORMAT_VERSION 6u
+
+/* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
+#define COPPICE_PAGE_SPLITS 512u
+/* A quantised coordinate q in [0, max] is box_min + q / max * (box_max - box_min). max is this, or with
+ * coppice_file_plant.fine_positions COPPICE_FINE_QUANTISED_MAX. */
+#define COPPICE_QUANTISED_MAX 16383u
+#define COPPICE_FINE_QUANTISED_MAX 32767u
+#define COPPICE_NO_TEXTURE 0xffffffffu
+/* The same in the 16 bits of a material. */
+#define COPPICE_FILE_NO_TEXTURE 0xffffu
+
+/* Limits a reader enforces before it believes a count. */
+#define COPPICE_MAX_LEAVES (1u << 26)
+#define COPPICE_MAX_MATERIALS 256u
+#define COPPICE_MAX_CARDS 256u
+#define COPPICE_MAX_TEXTURES 256u
+#define COPPICE_MAX_TEXTURE_SIDE 4096u
+#define COPPICE_MAX_WOOD_LODS 8u
+#define COPPICE_MAX_WOOD_TRIANGLES (1u << 24)
+#define COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE 8u /* of a WOOD chunk: the coding spends at least a bit on each */
+#define COPPICE_MAX_ERROR_LEVELS 32u
+#define COPPICE_MAX_ERROR_SIZES 16u
+#define COPPICE_MAX_PAGE_BYTES 65536u
+#define COPPICE_MAX_LEAF_MESHES 16u
+#define COPPICE_MAX_LEAF_MESH_TRIANGLES (1u << 16) /* of one LEAF_MESH chunk; as many a byte as of wood */
+
+#define COPPICE_MAX_SMALL_TEXTURE_SIDE 64u
+
+/* A writer makes small textures smaller where TEXTURES would be longer. */
+#define COPPICE_SMALL_TEXTURES_BYTES 16384u
+/* A writer keeps first_read_bytes to at most this, but for plants of some million leaves, whose chunk table alone is longer. */
+#define COPPICE_FIRST_READ_BYTES 65536u
+
+/* Bytes [0, 64). */
+typedef struct coppice_file_header {
+  uint8_t magic[8];
+  uint32_t version;
+  uint32_t chunk_count;      /* entries in the chunk table, which starts at byte 64 */
+  uint64_t file_bytes;       /* size of the whole file */
+  uint64_t first_read_bytes; /* a prefix of this length holds everything up to and including PAGE 0 */
+  uint64_t table_checksum;   /* XXH3-64 of the chunk table */
+  uint64_t reserved[2];      /* zero */
+  uint64_t header_checksum;  /* XXH3-64 of bytes [0, 56) */
+} coppice_file_header;
+
+typedef enum coppice_chunk_kind {
+  COPPICE_CHUNK_PLANT = 1,       /* one coppice_file_plant */
+  COPPICE_CHUNK_MATERIALS = 2,   /* material_count coppice_file_material */
+  COPPICE_CHUNK_CARDS = 3,       /* card_count coppice_file_card */
+  COPPICE_CHUNK_ERRORS = 4,      /* the error table, see coppice_file_plant */
+  COPPICE_CHUNK_WOOD = 5,        /* index i: wood LoD i, 0 is the finest; a Draco triangle mesh */
+  COPPICE_CHUNK_PAGE = 6,        /* index k: foliage page k; its splits, entropy-coded */
+  COPPICE_CHUNK_TEXTURE = 7,     /* index t: one coppice_file_texture and its mip levels, largest first, tightly packed */
+  COPPICE_CHUNK_LEAF_MESHES = 8, /* what the LEAF_MESH chunks hold, see coppice_file_leaf_mesh; only if there are any */
+  COPPICE_CHUNK_LEAF_MESH = 9,   /* index i: some of the leaves as they were modelled; a Draco triangle mesh */
+  COPPICE_CHUNK_TEXTURES = 10,   /* what the TEXTURE chunks hold, see coppice_file_texture; only if there are any */
+  COPPICE_CHUNK_KIND_MAX_ENUM = 0x7fffffff
+} coppice_chunk_kind;
+
+/* One entry of the chunk table; entries are in file order, chunks do not overlap. The PAGE entries are the page index. */
+typedef struct coppice_file_chunk {
+  uint32_t kind; /* coppice_chunk_kind */
+  uint32_t index;
+  uint64_t offset;
+  uint64_t bytes;
+  uint64_t checksum; /* XXH3-64 of the chunk's bytes */
+} coppice_file_chunk;
+
+/* What orders the collapses. */
+typedef enum coppice_metric {
+  COPPICE_METRIC_MI = 1,        /* the paper: viewpoint mutual information, Algorithm 1 */
+  COPPICE_METRIC_GEOMETRIC = 2, /* greedy geometric similarity */
+  COPPICE_METRIC_IMAGE = 3,     /* least squared error of the picture against the source's */
+  COPPICE_METRIC_MAX_ENUM = 0x7fffffff
+} coppice_metric;
+
+typedef struct coppice_file_plant {
+  uint32_t leaf_count; /* N >= 1; the tree has 2N - 1 nodes and N - 1 splits */
+  uint32_t page_count; /* ceil((N - 1) / COPPICE_PAGE_SPLITS) */
+  uint32_t material_count;
+  uint32_t card_count; /* >= 1 */
+  uint32_t texture_count;
+  uint32_t wood_lod_count; /* 0 for a plant without wood */
+  uint32_t error_level_count;
+  uint32_t error_size_count;
+  float leaf_box_min[3]; /* quantisation box of every leaf vertex */
+  float leaf_box_max[3];
+  float sphere_center[3]; /* bounds leaves and wood */
+  float sphere_radius;
+  uint16_t root_quad[4][3]; /* node 0, quantised in the leaf box */
+  uint16_t root_card;
+  uint8_t root_fade; /* bits 0..3 opacity, 15 opaque; bits 4..7 brightness, 8 unchanged; 0x8f if leaf_count is 1 */
+  uint8_t reserved;  /* 0 */
+  /* What each wood LoD decodes to, so that its memory can be reserved beforehand; 0 from wood_lod_count on. */
+  uint32_t wood_vertex_counts[COPPICE_MAX_WOOD_LODS];   /* <= 3 * triangles */
+  uint32_t wood_triangle_counts[COPPICE_MAX_WOOD_LODS]; /* <= COPPICE_MAX_WOOD_TRIANGLES, non-increasing */
+  uint32_t metric;                                      /* coppice_metric */
+  uint16_t leaf_mesh_count;                             /* LEAF_MESH chunks; 0: there is nothing finer than the quads */
+  uint16_t fine_positions;                              /* 1: 15 bits instead of 14; only without leaf meshes */
+  char name[64];                                        /* UTF-8, zero-terminated */
+} coppice_file_plant;
+
+#define COPPICE_MATERIAL_DOUBLE_SIDED 1u
+/* Only LEAF_MESH chunks show it. */
+#define COPPICE_MATERIAL_LEAF_MESH_ONLY 2u
+/* Bits 8..15 of the flags: 255 times the share of the material's cards that is no hole; 0: not known, or no holes. */
+#define COPPICE_MATERIAL_COVERAGE_SHIFT 8u
+#define COPPICE_MATERIAL_COVERAGE_MASK 0xff00u
+/* Bits 16..23: 1 + 254 times how far the light's normals of the material's leaves turn from the leaf's own, 0, to those of the crown, 1,
+   an ellipsoid in the leaf box; 0: COPPICE_CROWN_NORMALS_DEFAULT. */
+#define COPPICE_MATERIAL_CROWN_NORMALS_SHIFT 16u
+#define COPPICE_MATERIAL_CROWN_NORMALS_MASK 0xff0000u
+#define COPPICE_CROWN_NORMALS_DEFAULT 0.55f
+
+typedef struct coppice_file_material {
+  float base_color[4];          /* linear RGBA factor, multiplies the texture */
+  float alpha_cutoff;           /* 0: opaque; otherwise texels of smaller alpha are holes */
+  float roughness;              /* 0..1 */
+  uint16_t texture_or_none;     /* index of the base colour texture, or COPPICE_FILE_NO_TEXTURE */
+  uint16_t normal_map_plus_one; /* of the index; 0: none */
+  uint32_t flags;
+} coppice_file_material;
+
+/* What a leaf quad shows: corner i of the quad shows texture coordinate uv[i] of the material's texture. */
+typedef struct coppice_file_card {
+  uint32_t material;
+  float uv[4][2];
+  /* From afar, in place of the texture: the mean colour of what is no hole, sRGB, base_color included; and the outline in 8 x 8 cells, row
+   * by row from corner 0, x towards corner 1 and y towards corner 3: bit x + 8 (y % 4) of word y / 4 is set where there is leaf. */
+  uint8_t albedo[3];
+  uint8_t reserved; /* 0 */
+  uint32_t mask[2]; /* not both 0 */
+} coppice_file_card;
+
+/* ERRORS chunk: uint32_t leaf_counts[levels], ascending, first 1, last N; float sizes_px[sizes], ascending;
+ * float error_px[levels][sizes], >= 0, non-increasing along a column; float wood_error_px[wood_lod_count][sizes], >= 0,
+ * non-decreasing along a column: the error of each wood LoD against the finest. sizes_px is the projected diameter of the bounding
+ * sphere. */
+
+/* LEAF_MESHES chunk: one of these per LEAF_MESH; float error_px[error_size_count], >= 0, not falling: the error of all leaf quads against
+ * the leaf meshes at the error table's sizes. */
+typedef struct coppice_file_leaf_mesh {
+  uint32_t vertex_count;   /* <= 3 * triangles */
+  uint32_t triangle_count; /* <= COPPICE_MAX_LEAF_MESH_TRIANGLES */
+} coppice_file_leaf_mesh;
+
+/* How a texture's texels are stored. Colour is in sRGB, alpha linear. Blocks are of 4 x 4 texels, the last ones of a row or column reach
+ * beyond the level where its side is no multiple of 4. */
+typedef enum coppice_texture_format {
+  COPPICE_TEXTURE_RGBA8 = 1, /* 4 bytes a texel */
+  COPPICE_TEXTURE_BC3 = 2,   /* 16 bytes a block */
+  COPPICE_TEXTURE_BC1 = 3,   /* 8 bytes a block, alpha is 1 */
+  COPPICE_TEXTURE_FORMAT_MAX_ENUM = 0x7fffffff
+} coppice_texture_format;
+
+/* TEXTURES chunk: one of these for each TEXTURE, the same that it begins with; then, for each texture that is a material's base colour, the
+ * lowest index first, what it shows at no more than COPPICE_MAX_SMALL_TEXTURE_SIDE: one of these with mip_count 1, and its texels. */
+typedef struct coppice_file_texture {
+  uint32_t width;
+  uint32_t height;
+  uint32_t mip_count;
+  uint32_t format; /* coppice_texture_format */
+} coppice_file_texture;
+
+#endif

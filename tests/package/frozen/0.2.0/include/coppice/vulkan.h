@@ -1,0 +1,242 @@
+#ifndef COPPICE_VULKAN_H
+#define COPPICE_VULKAN_H
+
+/* The renderer of libcoppice on the engine's Vulkan device.
+ *
+ * The engine owns the Vulkan device, its queues and its command buffers. Coppice records into command buffers it is given; it never
+ * submits and never waits for the GPU. A frame:
+ *
+ *     coppice_frame_begin(context, &frame);              with the cameras of all views: pump streaming, recycle what the GPU is done with
+ *     coppice_record_upload(context, cmd);               outside a render pass
+ *     coppice_record_cull(context, cmd, view, &light);   outside a render pass; of each view
+ *     vkCmdBeginRendering(cmd, ...);
+ *     coppice_record_draw(context, cmd, view, 0);        inside dynamic rendering; of each view
+ *     vkCmdEndRendering(cmd);
+ *
+ * Views are culled and drawn in any order after the upload, also into command buffers of their own, and may be culled or drawn more than
+ * once: a draw shows what the cull before it found. All of a context's commands go to one graphics queue, in the order of their frames, and
+ * what record_upload recorded must be submitted: Coppice counts on it. Light with a shadow map needs the map when the view is *culled*:
+ *
+ *     coppice_record_cull(context, cmd, sun, NULL);      of a view of COPPICE_OUTPUT_DEPTH, which coppice_sun_camera looks for
+ *     vkCmdBeginRendering ... coppice_record_draw(context, cmd, sun, 0) ... vkCmdEndRendering
+ *     vkCmdPipelineBarrier2                              depth attachment writes -> sampled reads in compute, vertex and fragment shaders
+ *     coppice_record_cull(context, cmd, view, &light);   light.shadow_maps has the map
+ *     ...
+ *
+ * Depth may run either way: see depth_compare. What coppice.h says of threads, errors, booleans and struct_size holds here too.
+ *
+ * A lost device: the call in which Vulkan said so returns COPPICE_ERROR_DEVICE_LOST and writes a line; from then on so does, without a
+ * line, every function that opens, reloads, adds instances, begins a frame or records. Plants and instances can still be closed and
+ * removed, and the context destroyed. What the engine learns from its own submits Coppice does not hear of: destroy the context then as
+ * well.
+ */
+
+#include <coppice/coppice.h>
+
+#include <vulkan/vulkan_core.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The structs of this header, for coppice_vulkan_struct_init. */
+typedef enum coppice_vulkan_struct {
+  COPPICE_VULKAN_STRUCT_DESC = 0,
+  COPPICE_VULKAN_STRUCT_DEVICE_MEMORY = 1,
+  COPPICE_VULKAN_STRUCT_VIEW_DESC = 2,
+  COPPICE_VULKAN_STRUCT_LIGHT = 3,
+  COPPICE_VULKAN_STRUCT_MAX_ENUM = 0x7fffffff
+} coppice_vulkan_struct;
+/* As coppice_struct_init. */
+COPPICE_API void coppice_vulkan_struct_init(coppice_vulkan_struct kind, void* data, size_t bytes);
+
+/* ---- context -------------------------------------------------------------------------------------------------------------------- */
+
+/* A run of device memory. struct_size is the library's; an allocate function fills the other fields that it knows. */
+typedef struct coppice_memory_block {
+  uint32_t struct_size;
+  uint32_t memory_type; /* of VkPhysicalDeviceMemoryProperties; one of the memoryTypeBits asked for */
+  VkDeviceMemory memory;
+  VkDeviceSize offset; /* of its first byte in memory; a multiple of the alignment asked for */
+  void* mapped;        /* its first byte; used where the memory is to be host visible, and mapped until it is freed */
+  void* handle;        /* the engine's own, given back to free: an allocation of its allocator */
+} coppice_memory_block;
+
+/* A hook, as those of coppice.h are. Device memory, for engines with an allocator of their own: both functions, or none for
+ * vkAllocateMemory. Coppice asks for blocks of about a 32nd of the memory budget, 256 KiB to 32 MiB, and divides them among buffers and
+ * images; what is larger than half a block, or grows, gets one of its own.
+ *   requirements  size, alignment, and memoryTypeBits, of which the engine chooses any type that has `properties`: DEVICE_LOCAL, or
+ *                 HOST_VISIBLE and HOST_COHERENT. Device-local memory must have VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT
+ *   returns       VK_SUCCESS, or what vkAllocateMemory would: VK_ERROR_OUT_OF_DEVICE_MEMORY is no worse than a full budget
+ * A block may hold buffers beside optimally tiled images: what is next to it in `memory` the engine keeps bufferImageGranularity away.
+ * It is Coppice's until it is freed: by then the GPU is done with it. coppice_context_destroy frees what is left. Called from the thread
+ * inside coppice_vulkan_context_create, coppice_context_destroy, coppice_set_memory_budget, functions that open and reload plants,
+ * coppice_instances_add, coppice_frame_begin, coppice_record_upload and coppice_record_cull; never while the camera stands still and all
+ * that it wants is there. Blocks count whole towards memory_budget_bytes. May not call back into Coppice. Must outlive the context. */
+typedef struct coppice_device_memory {
+  uint32_t struct_size;
+  void* user;
+  VkResult (*allocate)(void* user, const VkMemoryRequirements* requirements, VkMemoryPropertyFlags properties, coppice_memory_block* block);
+  void (*free)(void* user, const coppice_memory_block* block);
+} coppice_device_memory;
+static inline void coppice_device_memory_init(coppice_device_memory* hook) {
+  coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_DEVICE_MEMORY, hook, sizeof *hook);
+}
+
+/* The device. Handles become null and must be set. Flags are VK_TRUE or VK_FALSE, no other value. */
+typedef struct coppice_vulkan_desc {
+  uint32_t struct_size;
+
+  VkInstance instance;
+  VkPhysicalDevice physical_device;
+  VkDevice device; /* Vulkan 1.3, created with these features enabled: dynamicRendering, synchronization2, bufferDeviceAddress,
+                      drawIndirectCount, scalarBlockLayout, multiDrawIndirect, drawIndirectFirstInstance. What the physical
+                      device lacks is named in the log; what was merely not enabled Vulkan gives no way to see */
+  PFN_vkGetInstanceProcAddr get_instance_proc_addr;
+  VkPipelineCache pipeline_cache;             /* may be null. Used by jobs, at any time until the context is destroyed: not one of
+                                                 VK_PIPELINE_CACHE_CREATE_EXTERNALLY_SYNCHRONIZED_BIT */
+  const coppice_device_memory* device_memory; /* null, the default: vkAllocateMemory */
+
+  /* VK_TRUE: `device` was created with the feature textureCompressionBC, so textures stay the BC1 and BC3 blocks they are in the file.
+   * Default VK_FALSE, always right: they are decoded to RGBA8 on jobs and take four to eight times the memory. Where the physical device
+   * lacks the feature it counts as VK_FALSE. */
+  VkBool32 texture_compression_bc;
+
+  /* VK_TRUE, the default: leaves below about 12 px, and the wood between them, are rasterised by compute shaders in coppice_record_cull,
+   * and coppice_record_draw copies what they drew into the attachments, colour and depth, before it draws the rest: several times faster
+   * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
+   * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
+   * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 17 storage buffers a
+   * stage or with max_instances above 16,777,216; a warning in the log says so. Its lists take 13 MB with the first instance. */
+  VkBool32 compute_raster;
+
+  /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
+   * go over all leaves twice. Where the physical device lacks a feature it counts as VK_FALSE. */
+  VkBool32 shader_int64_atomics;
+  /* VK_TRUE: coppice_view_stats.pass_ms is measured. Costs some hundredths of a millisecond a pass. Default VK_FALSE. */
+  VkBool32 pass_times;
+
+  /* VK_TRUE: a pipeline is built inside the call that first needs it, which then takes up to some hundred milliseconds, so that no picture
+   * misses anything. Default VK_FALSE: by jobs, see coppice_pipelines_ready. */
+  VkBool32 blocking_pipelines;
+  uint32_t reserved; /* 0 */
+} coppice_vulkan_desc;
+static inline void coppice_vulkan_desc_init(coppice_vulkan_desc* desc) {
+  coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_DESC, desc, sizeof *desc);
+}
+
+/* Creates what every frame needs, and has pipelines built by the jobs hook. Cost: some milliseconds. On error *context is null.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: a field of desc or vulkan, which the log and coppice_last_error(NULL) name.
+ * COPPICE_ERROR_UNSUPPORTED, COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
+COPPICE_API coppice_status coppice_vulkan_context_create(const coppice_context_desc* desc, const coppice_vulkan_desc* vulkan,
+                                                         coppice_context** context);
+
+/* The memory that a context of these descs takes before any plant: coppice_stats.memory_bytes right after its creation. It depends on
+ * compute_raster, pass_times and memory_budget_bytes (a block of device memory is counted ahead), which has to be above it: 1 is allowed
+ * here. Instances, plants, the lists and the picture of the compute rasteriser come on top when there are any. Cost: some milliseconds;
+ * asks the device, but takes no memory of it, and calls no hook but the log. bytes: out; 0 on an error. errors: as
+ * coppice_vulkan_context_create */
+COPPICE_API coppice_status coppice_vulkan_context_cost(const coppice_context_desc* desc, const coppice_vulkan_desc* vulkan,
+                                                       uint64_t* bytes);
+
+/* Whether all pipelines are built that anything has needed so far. A view asks for the first when it is created, for others when what
+ * they draw first comes: wood without a texture, normal maps, leaf meshes, a debug view. Nothing waits for them: what they
+ * draw is missing meanwhile, or drawn as it can be (the compute rasteriser's work by the hardware, leaf meshes as quads, normal maps and
+ * debug views not at all), and coppice_stats.pipelines_built is below pipelines_wanted. An engine may show a loading screen until the first
+ * are ready, with frames or without. Where a processor does the GPU's work they take seconds, which count in time, not in frames; the
+ * default pool lets reads and decodes go first. One that cannot be built is an error in the log, and what it draws stays away. ready: out;
+ * VK_FALSE on an error. errors: COPPICE_ERROR_INVALID_ARGUMENT; else of the first that could not be built: COPPICE_ERROR_OUT_OF_MEMORY,
+ * COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
+COPPICE_API coppice_status coppice_pipelines_ready(const coppice_context* context, VkBool32* ready);
+
+/* ---- views ----------------------------------------------------------------------------------------------------------------------- */
+
+#define COPPICE_MAX_COLORS 8u
+
+/* What a view is drawn to: images with no other usage than that of attachments, and of SAMPLED where they become shadow maps. Formats must
+ * be set. */
+typedef struct coppice_vulkan_view_desc {
+  uint32_t struct_size;
+  /* Of the colour attachments that coppice_record_draw draws to, VK_FORMAT_UNDEFINED from the first on that is not there. One of
+   * COPPICE_OUTPUT_LIT, no integers: shaded colour, linear. None of COPPICE_OUTPUT_DEPTH. */
+  VkFormat color_formats[COPPICE_MAX_COLORS];
+  VkFormat depth_format;         /* with depth; no stencil attachment may be bound while drawing */
+  VkCompareOp depth_compare;     /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
+  VkSampleCountFlagBits samples; /* default 1 */
+} coppice_vulkan_view_desc;
+static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc) {
+  coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_VIEW_DESC, desc, sizeof *desc);
+}
+
+/* Pipelines are shared by views of the same formats; the first of their kind has some built (coppice_pipelines_ready). A view takes about
+ * 64 bytes an instance slot and 1.5 KB a plant, draw commands of up to a 64th of the memory budget and, with compute_raster, 8 bytes a
+ * pixel. cost: some milliseconds, and pipelines by jobs. errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_UNSUPPORTED: a format or
+ * samples; COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
+COPPICE_API coppice_status coppice_vulkan_view_create(coppice_context* context, const coppice_view_desc* desc,
+                                                      const coppice_vulkan_view_desc* vulkan, coppice_view* view);
+
+/* ---- recording ------------------------------------------------------------------------------------------------------------------- */
+
+/* Records copies of changed instances and newly decoded pages, and takes the memory that the frame's views need.
+ * before: coppice_frame_begin, once for each call. after: everything visible to coppice_record_cull and _draw. queue: graphics.
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY, or
+ * COPPICE_ERROR_INTERNAL where the driver fails otherwise: nothing is drawn in this frame; the commands must be submitted all the same, and
+ * the next frame tries again. COPPICE_ERROR_DEVICE_LOST */
+COPPICE_API coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd);
+
+#define COPPICE_MAX_SHADOW_MAPS 4u
+
+/* A shadow map, the whole image: depth as a view of COPPICE_OUTPUT_DEPTH, or the engine itself, has drawn it before coppice_record_cull of
+ * the view that it falls on, with reversed depth or not as that view has it. */
+typedef struct coppice_shadow_map {
+  VkImageView
+      image; /* 2D, depth; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE, VERTEX and FRAGMENT_SHADER / SHADER_SAMPLED_READ */
+  double clip_from_world[16]; /* that it was drawn with: clip_from_view * view_from_world, multiplied as doubles; has an inverse */
+} coppice_shadow_map;
+
+/* Of COPPICE_OUTPUT_LIT. */
+typedef struct coppice_light {
+  uint32_t struct_size;
+  float sun_direction[3]; /* unit, towards the sun, world space; default 0 1 0 */
+  /* Linear; 0 to 1e9, here and below. A white surface that faces the sun comes out as sun_color and its share of sky and ground: there is
+   * no division by pi. What the compute rasteriser draws is at most 65,408. */
+  float sun_color[3];    /* default 3 3 3 */
+  float sky_color[3];    /* ambient from above; default 0.6 */
+  float ground_color[3]; /* ambient from below; default 0.2 */
+  float fog_color[3];    /* default 0 */
+  float fog_density;     /* 1/m, 0 to 1e6; 0, the default, for none. transmittance = exp(-(fog_density * distance)^2) */
+  /* What the sun does not reach: the first map that holds a place says. Plants look where the sun's ray enters the sphere about
+   * them, so that what shades them is other plants, terrain and buildings; how a crown shades itself Coppice knows without a map. 0, the
+   * default: all is in the sun. An image must live until the GPU has finished the frame. */
+  const coppice_shadow_map* shadow_maps; /* [shadow_map_count], read within the call */
+  uint32_t shadow_map_count;             /* at most COPPICE_MAX_SHADOW_MAPS */
+  uint32_t
+      shadow_map_bytes; /* from one to the next: sizeof(coppice_shadow_map) as the program was compiled with. coppice_light_init sets it */
+} coppice_light;
+static inline void coppice_light_init(coppice_light* light) {
+  coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_LIGHT, light, sizeof *light);
+  if (light != NULL) light->shadow_map_bytes = (uint32_t)sizeof(coppice_shadow_map);
+}
+
+/* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics; any command buffer of the frame
+ * that is submitted after the upload's. thread: culls and draws of different views may be recorded at the same time.
+ * light: null stands for a default one, as for shadow maps, which have none.
+ * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT; so too for a view that the frame did not begin
+ * with. Where the compute rasteriser's picture or the shadow maps find no memory the frame goes on without, and the log says so once; what
+ * has no pipeline yet is left out (coppice_pipelines_ready). COPPICE_ERROR_DEVICE_LOST
+ * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
+COPPICE_API coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, coppice_view view,
+                                               const coppice_light* light);
+
+/* Records the draws of a view, as one of its eyes sees it. Inside dynamic rendering with the formats of its desc; sets viewport and scissor
+ * to the view's, binds its own pipelines and descriptor sets (the engine must rebind its own). queue: graphics. thread: as
+ * coppice_record_cull. eye: 0, or 1 where the camera has a second_eye; each may have attachments of its own, or a rectangle of the same.
+ * before: coppice_record_cull of the view in the same frame, submitted before; else COPPICE_ERROR_INVALID_ARGUMENT. Culls and draws of
+ * other views may stand between. */
+COPPICE_API coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view, uint32_t eye);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

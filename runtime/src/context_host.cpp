@@ -157,6 +157,8 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
   const InstanceBlocks blocks = instances_.blocks();
   ViewCounts counts;
   counts.frame = frame_number_;
+  const bool in_place = out.draw_bytes >= sizeof(coppice_draw) && out.draw_bytes % alignof(coppice_draw) == 0 &&
+                        reinterpret_cast<std::uintptr_t>(out.draws) % alignof(coppice_draw) == 0;
   const auto take = [&](std::uint32_t slot) {
     const gpu::Instance& instance = instances[slot];
     if (instance.plant == gpu::kNoPlant) return;
@@ -173,7 +175,10 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
     }
     const std::uint32_t index = counts.visible_instances++;
     if (index >= out.capacity) return;
-    coppice_draw draw{};
+    // Straight to where it goes: a copy of what has just been written waits for it.
+    unsigned char* theirs = reinterpret_cast<unsigned char*>(out.draws) + std::size_t{index} * out.draw_bytes;
+    coppice_draw shorter;
+    coppice_draw& draw = in_place ? *reinterpret_cast<coppice_draw*>(theirs) : shorter;
     draw.plant = slots_[instance.plant].plant;
     draw.instance = instances_.handle_at(slot);
     draw.tree = tree_at(slot);
@@ -191,8 +196,8 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
     const vec3 tint = gpu::tint_of(instance);
     std::memcpy(draw.tint, &tint, sizeof draw.tint);
     draw.leaf_share = gpu::leaf_share_of(instance);
-    unsigned char* theirs = reinterpret_cast<unsigned char*>(out.draws) + std::size_t{index} * out.draw_bytes;
-    std::memcpy(theirs, &draw, std::min<std::size_t>(sizeof draw, out.draw_bytes));
+    draw.reserved = 0;
+    if (!in_place) std::memcpy(theirs, &shorter, std::min<std::size_t>(sizeof shorter, out.draw_bytes));
     if (out.draw_bytes > sizeof draw) std::memset(theirs + sizeof draw, 0, out.draw_bytes - sizeof draw);
   };
   for_each_visible(blocks, of.shown, take);

@@ -38,7 +38,7 @@ struct Target {
   std::unique_ptr<Image> color;  ///< null: depth alone
   Image depth;
 
-  Target(const VulkanDevice& gpu, const coppice_camera& camera, bool depth_alone)
+  Target(const VulkanDevice& gpu, const coppice_camera& camera, bool depth_alone, VkFormat depth_format = VK_FORMAT_D32_SFLOAT)
       : color(depth_alone ? nullptr
                           : std::make_unique<Image>(
                                 gpu, ImageDesc{.width_px = eye_count_of(camera) * camera.width_px,
@@ -47,16 +47,23 @@ struct Target {
                                                .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT})),
         depth(gpu, {.width_px = eye_count_of(camera) * camera.width_px,
                     .height_px = camera.height_px,
-                    .format = VK_FORMAT_D32_SFLOAT,
+                    .format = depth_format,
                     .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}) {}
+
+  [[nodiscard]] bool has_stencil() const { return depth.desc().format == VK_FORMAT_D32_SFLOAT_S8_UINT; }
+  [[nodiscard]] VkImageLayout depth_layout() const {
+    return has_stencil() ? VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+  }
 };
+
+/// That stencils are cleared to.
+constexpr std::uint8_t kStencil = 7;
 
 /// clear: what was there before goes
 void begin_rendering(VkCommandBuffer cmd, const Target& target, bool clear) {
   const VkImageLayout before = clear ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
   if (target.color) change_layout(cmd, *target.color, before, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-  change_layout(cmd, target.depth, clear ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+  change_layout(cmd, target.depth, clear ? VK_IMAGE_LAYOUT_UNDEFINED : target.depth_layout(), target.depth_layout());
   const VkAttachmentLoadOp load = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
   const VkRenderingAttachmentInfo color{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
                                         .imageView = target.color ? target.color->view() : VK_NULL_HANDLE,
@@ -66,15 +73,17 @@ void begin_rendering(VkCommandBuffer cmd, const Target& target, bool clear) {
                                         .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}};
   const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
                                         .imageView = target.depth.view(),
-                                        .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                        .imageLayout = target.depth_layout(),
                                         .loadOp = load,
-                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+                                        .clearValue = {.depthStencil = {0.0f, kStencil}}};
   const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
                                   .renderArea = {{0, 0}, {target.depth.desc().width_px, target.depth.desc().height_px}},
                                   .layerCount = 1,
                                   .colorAttachmentCount = target.color ? 1u : 0u,
                                   .pColorAttachments = &color,
-                                  .pDepthAttachment = &depth};
+                                  .pDepthAttachment = &depth,
+                                  .pStencilAttachment = target.has_stencil() ? &depth : nullptr};
   vkCmdBeginRendering(cmd, &rendering);
 }
 
@@ -473,6 +482,33 @@ TEST_P(ViewsTest, WhatWasNotCulledIsNotDrawn) {
   });
   begin(std::span<const Shot>());
   submit(gpu(), [&](VkCommandBuffer cmd) { record_upload(cmd); });
+}
+
+/// With the engine's stencil bound, which stays as it is: the picture is that without.
+TEST_P(ViewsTest, AStencilAttachmentMayBeBound) {
+  place_rows();
+  Shot shot = make_view({.eye_m = {0, 1, 6}, .width_px = kSidePx, .height_px = kSidePx});
+  shot.view = view_;
+  settle_all({shot});
+  const Drawn expected = alone(shot);
+  coppice_view_desc desc;
+  coppice_view_desc_init(&desc);
+  coppice_vulkan_view_desc formats;
+  coppice_vulkan_view_desc_init(&formats);
+  formats.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
+  formats.depth_format = VK_FORMAT_D32_SFLOAT_S8_UINT;
+  formats.has_stencil = VK_TRUE;
+  ASSERT_EQ(coppice_vulkan_view_create(context_, &desc, &formats, &shot.view), COPPICE_OK) << log_;
+  Target target(gpu(), shot, false, VK_FORMAT_D32_SFLOAT_S8_UINT);
+  begin(shot);
+  submit(gpu(), [&](VkCommandBuffer cmd) {
+    record_upload(cmd);
+    record_cull(cmd, shot);
+    record_one_draw(cmd, shot, target);
+  });
+  EXPECT_TRUE(read(gpu(), target) == expected);
+  const std::vector<std::uint8_t> stencil = read_stencil(gpu(), target.depth, target.depth_layout());
+  EXPECT_EQ(std::ranges::count(stencil, kStencil), static_cast<std::ptrdiff_t>(stencil.size()));
 }
 
 /// HDR in, HDR out: a hundred times the light is a hundred times the picture, near by the hardware and far by compute shaders alike.

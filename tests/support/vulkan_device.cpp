@@ -216,13 +216,14 @@ VkDeviceMemory allocate(const VulkanDevice& gpu, const VkMemoryRequirements& nee
 }
 
 /// Four bytes a pixel, tightly packed.
-Buffer copy_back(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
+/// aspect: one of the image's
+Buffer copy_back(const VulkanDevice& gpu, const Image& image, VkImageLayout layout, VkImageAspectFlags aspect) {
   const ImageDesc& desc = image.desc();
   Buffer buffer(gpu, VkDeviceSize{desc.width_px} * desc.height_px * 4, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   submit(gpu, [&](VkCommandBuffer cmd) {
     change_layout(cmd, image, layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
     VkBufferImageCopy region{};
-    region.imageSubresource = {image.aspect(), 0, 0, 1};
+    region.imageSubresource = {aspect, 0, 0, 1};
     region.imageExtent = {desc.width_px, desc.height_px, 1};
     vkCmdCopyImageToBuffer(cmd, image.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, buffer.handle(), 1, &region);
     full_barrier(cmd);
@@ -349,6 +350,7 @@ Image::~Image() {
 }
 
 VkImageAspectFlags Image::aspect() const {
+  if (desc_.format == VK_FORMAT_D32_SFLOAT_S8_UINT) return VK_IMAGE_ASPECT_DEPTH_BIT | VK_IMAGE_ASPECT_STENCIL_BIT;
   const bool depth = desc_.format == VK_FORMAT_D32_SFLOAT || desc_.format == VK_FORMAT_D16_UNORM;
   return depth ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
 }
@@ -376,7 +378,7 @@ Picture read_picture(const VulkanDevice& gpu, const Image& image, VkImageLayout 
   const bool bgra = desc.format == VK_FORMAT_B8G8R8A8_UNORM || desc.format == VK_FORMAT_B8G8R8A8_SRGB;
   const bool rgba = desc.format == VK_FORMAT_R8G8B8A8_UNORM || desc.format == VK_FORMAT_R8G8B8A8_SRGB;
   if (!bgra && !rgba) throw std::runtime_error("read_picture: VkFormat " + std::to_string(desc.format) + " is not 8-bit RGBA or BGRA");
-  const Buffer buffer = copy_back(gpu, image, layout);
+  const Buffer buffer = copy_back(gpu, image, layout, image.aspect());
   const auto* bytes = static_cast<const std::uint8_t*>(buffer.mapped());
   Picture picture{desc.width_px, desc.height_px, {bytes, bytes + buffer.bytes()}};
   if (bgra) {
@@ -388,10 +390,16 @@ Picture read_picture(const VulkanDevice& gpu, const Image& image, VkImageLayout 
 std::vector<float> read_floats(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
   if (image.desc().format != VK_FORMAT_D32_SFLOAT && image.desc().format != VK_FORMAT_R32_SFLOAT)
     throw std::runtime_error("read_floats: the format is neither D32_SFLOAT nor R32_SFLOAT");
-  const Buffer buffer = copy_back(gpu, image, layout);
+  const Buffer buffer = copy_back(gpu, image, layout, image.aspect());
   std::vector<float> depth(static_cast<std::size_t>(buffer.bytes() / sizeof(float)));
   std::memcpy(depth.data(), buffer.mapped(), depth.size() * sizeof(float));
   return depth;
+}
+
+std::vector<std::uint8_t> read_stencil(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
+  const Buffer buffer = copy_back(gpu, image, layout, VK_IMAGE_ASPECT_STENCIL_BIT);
+  const auto* bytes = static_cast<const std::uint8_t*>(buffer.mapped());
+  return {bytes, bytes + std::size_t{image.desc().width_px} * image.desc().height_px};
 }
 
 VkShaderModule create_shader_module(const VulkanDevice& gpu, const std::uint32_t* words, std::size_t bytes) {

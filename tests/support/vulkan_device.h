@@ -141,6 +141,9 @@ Picture read_picture(const VulkanDevice& gpu, const Image& image, VkImageLayout 
 /// The same for a D32_SFLOAT or R32_SFLOAT image: [height_px * width_px], rows top to bottom.
 std::vector<float> read_floats(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
 
+/// The stencil of a D32_SFLOAT_S8_UINT image, likewise.
+std::vector<std::uint8_t> read_stencil(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
+
 /// SPIR-V words to a module; destroy it with vkDestroyShaderModule. words  [bytes / 4]
 VkShaderModule create_shader_module(const VulkanDevice& gpu, const std::uint32_t* words, std::size_t bytes);
 

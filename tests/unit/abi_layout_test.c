@@ -348,7 +348,8 @@ FIELD(coppice_vulkan_view_desc, struct_size, 0);
 FIELD(coppice_vulkan_view_desc, color_formats, 4);
 FIELD(coppice_vulkan_view_desc, depth_format, 36);
 FIELD(coppice_vulkan_view_desc, depth_compare, 40);
-LAST_FIELD(coppice_vulkan_view_desc, samples, 44, 48);
+FIELD(coppice_vulkan_view_desc, samples, 44);
+LAST_FIELD(coppice_vulkan_view_desc, has_stencil, 48, 52);
 
 FIELD(coppice_shadow_map, image, 0);
 LAST_FIELD(coppice_shadow_map, clip_from_world, 8, 136);

@@ -23,7 +23,8 @@
  *     coppice_record_cull(context, cmd, view, &light);   light.shadow_maps has the map
  *     ...
  *
- * Depth may run either way: see depth_compare. What coppice.h says of threads, errors, booleans and struct_size holds here too.
+ * Where the engine has enabled VK_EXT_debug_utils, what is recorded has labels and pipelines have names. Depth may run either way: see
+ * depth_compare. What coppice.h says of threads, errors, booleans and struct_size holds here too.
  *
  * A lost device: the call in which Vulkan said so returns COPPICE_ERROR_DEVICE_LOST and writes a line; from then on so does, without a
  * line, every function that opens, reloads, adds instances, begins a frame or records. Plants and instances can still be closed and
@@ -160,9 +161,12 @@ typedef struct coppice_vulkan_view_desc {
   /* Of the colour attachments that coppice_record_draw draws to, VK_FORMAT_UNDEFINED from the first on that is not there. One of
    * COPPICE_OUTPUT_LIT, no integers: shaded colour, linear. None of COPPICE_OUTPUT_DEPTH. */
   VkFormat color_formats[COPPICE_MAX_COLORS];
-  VkFormat depth_format;         /* with depth; no stencil attachment may be bound while drawing */
+  VkFormat depth_format;         /* with depth */
   VkCompareOp depth_compare;     /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
   VkSampleCountFlagBits samples; /* default 1 */
+  /* VK_TRUE: depth_format has stencil too, and while drawing the image is bound as the stencil attachment as well; what is in it stays.
+   * Default VK_FALSE: no stencil attachment is bound. */
+  VkBool32 has_stencil;
 } coppice_vulkan_view_desc;
 static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_VIEW_DESC, desc, sizeof *desc);

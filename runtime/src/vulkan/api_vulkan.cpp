@@ -8,6 +8,7 @@
 #include "api_checks.h"
 #include "api_options.h"
 #include "attachments.h"
+#include "debug_label.h"
 #include "trace_scope.h"
 #include "vulkan_abi.h"
 #include "vulkan_backend.h"
@@ -51,7 +52,8 @@ coppice::gpu::AttachmentDesc attachments_of(const coppice_vulkan_view_desc& desc
   return {.color_format = desc.color_formats[0],
           .depth_format = desc.depth_format,
           .depth_compare = desc.depth_compare,
-          .samples = desc.samples};
+          .samples = desc.samples,
+          .has_stencil = desc.has_stencil == VK_TRUE};
 }
 
 using ShadowMaps = std::array<coppice_shadow_map, COPPICE_MAX_SHADOW_MAPS>;
@@ -159,6 +161,7 @@ coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer c
   if (!context->context->device_state()) return call.lost();
   COPPICE_REFUSE_IF(context->context->recording() != Recording::begun ? "not the first call since coppice_frame_begin" : "");
   const coppice::TraceScope trace(context->context->hooks().trace, COPPICE_TRACE_RECORD_UPLOAD);
+  const coppice::gpu::DebugLabel label(context->context->renderer()->device(), cmd, __func__);
   context->context->renderer()->record_upload_begin(cmd);
   return call.finish(context->context->upload());
 }

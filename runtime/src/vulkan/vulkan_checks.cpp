@@ -43,6 +43,7 @@ std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vul
   if (desc.depth_compare != VK_COMPARE_OP_LESS && desc.depth_compare != VK_COMPARE_OP_LESS_OR_EQUAL &&
       desc.depth_compare != VK_COMPARE_OP_GREATER && desc.depth_compare != VK_COMPARE_OP_GREATER_OR_EQUAL)
     return "depth_compare is none of LESS, LESS_OR_EQUAL, GREATER and GREATER_OR_EQUAL";
+  if (std::string problem = flag_problem("has_stencil", desc.has_stencil); !problem.empty()) return problem;
   if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples is not one VkSampleCountFlagBits";
   return {};
 }

@@ -67,12 +67,19 @@ namespace coppice::gpu {
   X(vkMapMemory)                    \
   X(vkUpdateDescriptorSets)
 
+// Of VK_EXT_debug_utils, which an engine may have enabled: null where it has not.
+#define COPPICE_DEBUG_FUNCTIONS(X) \
+  X(vkCmdBeginDebugUtilsLabelEXT)  \
+  X(vkCmdEndDebugUtilsLabelEXT)    \
+  X(vkSetDebugUtilsObjectNameEXT)
+
 /// The Vulkan functions of one device. Ours, and not volk's: its names are globals of the program, and an engine that links its own copy
 /// of volk would clash with one in this library.
 struct Functions {
 #define COPPICE_DECLARE(name) PFN_##name name = nullptr;
   COPPICE_INSTANCE_FUNCTIONS(COPPICE_DECLARE)
   COPPICE_DEVICE_FUNCTIONS(COPPICE_DECLARE)
+  COPPICE_DEBUG_FUNCTIONS(COPPICE_DECLARE)
 #undef COPPICE_DECLARE
 };
 

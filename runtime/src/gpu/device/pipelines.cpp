@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "debug_label.h"
 #include "hooks.h"
 
 namespace coppice::gpu {
@@ -76,10 +77,12 @@ Result<VkPipeline> create_draw(const Device& device, VkPipelineCache cache, cons
   const VkPipelineDynamicStateCreateInfo dynamic{.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,
                                                  .dynamicStateCount = static_cast<std::uint32_t>(dynamic_states.size()),
                                                  .pDynamicStates = dynamic_states.data()};
-  const VkPipelineRenderingCreateInfo rendering{.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO,
-                                                .colorAttachmentCount = color_count,
-                                                .pColorAttachmentFormats = &attachments.color_format,
-                                                .depthAttachmentFormat = attachments.depth_format};
+  const VkPipelineRenderingCreateInfo rendering{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO,
+      .colorAttachmentCount = color_count,
+      .pColorAttachmentFormats = &attachments.color_format,
+      .depthAttachmentFormat = attachments.depth_format,
+      .stencilAttachmentFormat = attachments.has_stencil ? attachments.depth_format : VK_FORMAT_UNDEFINED};
   const VkGraphicsPipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,
                                           .pNext = &rendering,
                                           .stageCount = static_cast<std::uint32_t>(stages.size()),
@@ -142,6 +145,7 @@ void PipelineSet::build(void* argument) {
   const Device& device = set.device_;
   Result<VkPipeline> built(VkPipeline{});
   if (!set.closing_) built = create_pipeline(device, set.cache_, pipeline.recipe);
+  if (built && *built != VK_NULL_HANDLE) name_pipeline(device, *built, pipeline.recipe.name);
   const bool lost = !built && built.error().status == Status::device_lost;
   if (!built && !lost)
     log_line(device.log, COPPICE_LOG_ERROR, "%s; nothing is drawn with %s", built.error().message().c_str(), pipeline.recipe.name);

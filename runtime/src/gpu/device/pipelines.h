@@ -22,6 +22,7 @@ struct AttachmentDesc {
   VkFormat depth_format = VK_FORMAT_UNDEFINED;
   VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
+  bool has_stencil = false;  ///< of depth_format: bound, and left as it is
 
   bool operator==(const AttachmentDesc&) const = default;
 };

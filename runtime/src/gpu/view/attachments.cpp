@@ -45,9 +45,12 @@ bool is_integer(VkFormat format) {
   }
 }
 
+bool has_stencil(VkFormat format) {
+  return format == VK_FORMAT_D16_UNORM_S8_UINT || format == VK_FORMAT_D24_UNORM_S8_UINT || format == VK_FORMAT_D32_SFLOAT_S8_UINT;
+}
+
 bool has_depth(VkFormat format) {
-  return format == VK_FORMAT_D16_UNORM || format == VK_FORMAT_X8_D24_UNORM_PACK32 || format == VK_FORMAT_D32_SFLOAT ||
-         format == VK_FORMAT_D16_UNORM_S8_UINT || format == VK_FORMAT_D24_UNORM_S8_UINT || format == VK_FORMAT_D32_SFLOAT_S8_UINT;
+  return format == VK_FORMAT_D16_UNORM || format == VK_FORMAT_X8_D24_UNORM_PACK32 || format == VK_FORMAT_D32_SFLOAT || has_stencil(format);
 }
 
 std::string number(VkFormat format) {
@@ -80,6 +83,9 @@ Result<void> check_attachments(const Device& device, const AttachmentDesc& attac
     return Error{Status::unsupported, "vulkan.color_formats[0] is none that this device draws colour to", Error::kNoOffset, number(color)};
   COPPICE_CHECK(check_depth(device, attachments.depth_format, "vulkan.depth_format is not a format of depth",
                             "vulkan.depth_format is none that this device draws depth to"));
+  if (attachments.has_stencil && !has_stencil(attachments.depth_format))
+    return Error{Status::invalid_argument, "vulkan.has_stencil is VK_TRUE, and depth_format is a format without stencil", Error::kNoOffset,
+                 number(attachments.depth_format)};
   if ((device.sample_counts & static_cast<VkSampleCountFlags>(attachments.samples)) == 0)
     return Error{Status::unsupported, "vulkan.samples is more than this device draws colour and depth with", Error::kNoOffset,
                  std::to_string(attachments.samples)};

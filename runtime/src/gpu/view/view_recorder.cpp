@@ -7,6 +7,7 @@
 
 #include "check.h"
 #include "convert.h"
+#include "debug_label.h"
 
 namespace coppice::gpu {
 namespace {
@@ -226,6 +227,7 @@ ViewRecorder::Ready ViewRecorder::want(coppice_debug_view debug_view) {
 void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_light& light) {
   const Functions& vk = shared_.device.vk;
   const coppice_camera& camera = shown_->camera;
+  const DebugLabel label(shared_.device, cmd, "coppice_record_cull");
   culled_ = {true, set_of(light)};
   if (timer_.exists()) timer_.begin(shared_.device, cmd, frame_, completed_);
   GpuTimer* timer = timer_.exists() ? &timer_ : nullptr;
@@ -287,6 +289,7 @@ void ViewRecorder::record_readback(VkCommandBuffer cmd) {
 
 void ViewRecorder::record_draw(VkCommandBuffer cmd, std::uint32_t eye) const {
   if (by_ == CulledBy::nobody) return;
+  const DebugLabel label(shared_.device, cmd, "coppice_record_draw");
   const Functions& vk = shared_.device.vk;
   const coppice_camera& camera = shown_->camera;
   const LodEye& from = shown_->lod.eyes[eye];

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <optional>
 
-#include "cells.h"
 #include "context.h"
 #include "convert.h"
 #include "coppice_light.h"
@@ -188,8 +187,7 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
     draw.wood_lod = wood ? lod.wood_lod : COPPICE_NONE;
     draw.leaf_meshes = lod.leaf_meshes ? COPPICE_TRUE : COPPICE_FALSE;
     draw.user_data = instance.user_data;
-    const ivec3 cell = gpu::unpack_cell(instance.cell_xy, instance.cell_z_bias);
-    const dvec3 position = gpu::world_place({cell, instance.position}) - origin();
+    const dvec3 position = place_of(instance) - origin();
     std::memcpy(draw.position, &position, sizeof draw.position);
     draw.scale = instance.scale;
     std::memcpy(draw.rotation, &instance.rotation, sizeof draw.rotation);

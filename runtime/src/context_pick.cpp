@@ -4,7 +4,6 @@
 #include <cstring>
 #include <vector>
 
-#include "cells.h"
 #include "context.h"
 #include "convert.h"
 #include "cut_nodes.h"
@@ -88,9 +87,8 @@ Context::PlantHit Context::hit_of(std::uint32_t slot, const PickRay& from) const
   const gpu::Instance& instance = instances_.slots()[slot];
   const std::uint32_t file = instance.plant;
   // Near the plant floats hold what doubles do.
-  const dvec3 foot = gpu::world_place({gpu::unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position});
   const vec4 to_object{-instance.rotation.x, -instance.rotation.y, -instance.rotation.z, instance.rotation.w};
-  const Ray ray{gpu::rotate(to_object, (from.start_m - foot).rounded()) * (1.0f / instance.scale),
+  const Ray ray{gpu::rotate(to_object, (from.start_m - place_of(instance)).rounded()) * (1.0f / instance.scale),
                 gpu::rotate(to_object, from.direction) * (1.0f / instance.scale)};
   const PlantBox& box = streamer_->box(file);
   const vec3 low(box.low), high(box.high);

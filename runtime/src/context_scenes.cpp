@@ -78,8 +78,7 @@ void Context::query(const WorldBox& box, TreeOutput& out) const {
 coppice_tree_info Context::tree_info(const coppice_scene_tree& tree) const {
   coppice_tree_info info = scene(tree.scene)->tree_info(tree.tile, tree.number);
   if (info.plant == 0) return info;
-  const double from[3] = {origin().x, origin().y, origin().z};
-  for (std::size_t axis = 0; axis < 3; ++axis) info.placement.position[axis] -= from[axis];
+  for (std::size_t axis = 0; axis < 3; ++axis) info.placement.position[axis] -= origin()[axis];
   return info;
 }
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "check.h"
-#include "coppice_light.h"
 #include "handle.h"
 
 namespace coppice::gpu {
@@ -26,10 +25,6 @@ constexpr std::size_t block_count(std::size_t slot_count, std::uint32_t block_sl
 
 Error too_many(std::uint32_t most) {
   return {Status::out_of_memory, "more instances than max_instances, or than this device holds", Error::kNoOffset, std::to_string(most)};
-}
-
-dvec3 place_of(const Instance& instance) {
-  return world_place({unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position});
 }
 
 /// quaternion: about unit

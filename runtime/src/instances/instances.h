@@ -8,6 +8,7 @@
 
 #include "cells.h"
 #include "coppice/coppice.h"
+#include "coppice_light.h"
 #include "coppice_shared.h"
 #include "hooks.h"
 #include "instance_blocks.h"
@@ -38,6 +39,11 @@ struct PlacementRecords {
 
 inline uint pack_cell_xy(const ivec3& cell) {
   return (static_cast<uint>(cell.x) & 0xffffu) | static_cast<uint>(cell.y) << 16u;
+}
+
+/// Of its foot, from the world's first origin, m.
+inline dvec3 place_of(const Instance& instance) {
+  return world_place({unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position});
 }
 
 /// A rotation, then a translation.

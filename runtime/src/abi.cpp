@@ -77,6 +77,14 @@ coppice_frame struct_defaults() {
 }
 
 template <>
+coppice_wind struct_defaults() {
+  auto wind = zeroed_struct<coppice_wind>();
+  wind.direction[0] = 1.0f;
+  wind.gustiness = 0.5f;
+  return wind;
+}
+
+template <>
 coppice_ray struct_defaults() {
   auto ray = zeroed_struct<coppice_ray>();
   ray.layer_mask = COPPICE_ALL_LAYERS;
@@ -190,6 +198,8 @@ void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
       return coppice::init_struct<coppice_ray>(data, size);
     case COPPICE_STRUCT_HIT:
       return coppice::init_struct<coppice_hit>(data, size);
+    case COPPICE_STRUCT_WIND:
+      return coppice::init_struct<coppice_wind>(data, size);
     case COPPICE_STRUCT_MAX_ENUM:
       break;
   }

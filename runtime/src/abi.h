@@ -40,6 +40,8 @@ coppice_sun_desc struct_defaults();
 template <>
 coppice_frame struct_defaults();
 template <>
+coppice_wind struct_defaults();
+template <>
 coppice_ray struct_defaults();
 template <>
 coppice_leaf_layout struct_defaults();

@@ -8,6 +8,7 @@
 #include "abi.h"
 #include "api_call.h"
 #include "api_checks.h"
+#include "api_options.h"
 #include "sun_camera.h"
 
 namespace {
@@ -294,7 +295,10 @@ coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame
   COPPICE_BEGIN_CALL(exclusive);
   coppice_frame ours;
   COPPICE_REFUSE_IF(coppice::read_struct(frame, "frame", ours));
-  COPPICE_REFUSE_IF(ours.wind != nullptr ? "frame.wind is not null: this version has no wind" : "");
+  auto wind = coppice::struct_defaults<coppice_wind>();
+  if (ours.wind != nullptr) COPPICE_REFUSE_IF(coppice::read_struct(ours.wind, "frame.wind", wind));
+  COPPICE_REFUSE_IF(coppice::in_struct("frame.wind", coppice::wind_problem(wind)));
+  COPPICE_REFUSE_IF(wind.speed > 0.0f ? "frame.wind.speed is above 0: this version has still air alone" : "");
   COPPICE_REFUSE_IF(read_cameras(*context, ours));
   if (!context->context->device_state()) return call.lost();
   return call.finish(context->context->begin_frame(ours, context->cameras));

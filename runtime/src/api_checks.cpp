@@ -16,6 +16,8 @@ namespace {
 // What lies beyond these is a mistake, and would overflow what is computed from it.
 constexpr double kMaxPosition_m = 3.3e7;  // of numbers of cells
 constexpr double kMaxCenter_m = 1e9;
+constexpr float kMaxWind_mps = 100.0f;
+constexpr double kMaxTime_s = 1e9;
 constexpr double kMaxEye_m = 1e10;
 constexpr float kMinRadius_m = 1e-6f, kMaxRadius_m = 1e8f;
 constexpr float kMinScale = 1e-6f, kMaxScale = 1e6f;
@@ -92,7 +94,7 @@ std::string desc_problem(const coppice_context_desc& desc) {
 }
 
 std::string view_desc_problem(const coppice_view_desc& desc) {
-  return desc.output == COPPICE_OUTPUT_LIT || desc.output == COPPICE_OUTPUT_DEPTH ? "" : "output is not a coppice_output";
+  return desc.output >= COPPICE_OUTPUT_LIT && desc.output <= COPPICE_OUTPUT_SURFACE ? "" : "output is not a coppice_output";
 }
 
 std::string camera_problem(const coppice_camera& camera, const ViewLimits& limits) {
@@ -117,6 +119,15 @@ std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits) 
                   double_problem("center", desc.center, kMaxCenter_m),
                   size_problem("size_px", desc.size_px, std::min(limits.max_width_px, limits.max_height_px)),
                   unit_problem("sun_direction", desc.sun_direction));
+}
+
+std::string wind_problem(const coppice_wind& wind) {
+  const Field fields[] = {{"speed", {&wind.speed, 1}, 0.0f, kMaxWind_mps}, {"gustiness", {&wind.gustiness, 1}, 0.0f, 1.0f}};
+  const auto is_time = [](double time_s) { return time_s >= 0.0 && time_s <= kMaxTime_s; };  // not so of a NaN
+  if (std::string problem = range_problem(fields); !problem.empty()) return problem;
+  if (!is_time(wind.time_s)) return "time_s is not within 0 to 1e9";
+  if (!is_time(wind.time_before_s)) return "time_before_s is not within 0 to 1e9";
+  return unit_problem("direction", wind.direction);
 }
 
 std::string origin_problem(std::span<const double, 3> origin) {

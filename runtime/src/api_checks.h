@@ -25,6 +25,7 @@ std::string view_desc_problem(const coppice_view_desc& desc);
 /// But for its view.
 std::string camera_problem(const coppice_camera& camera, const ViewLimits& limits);
 
+std::string wind_problem(const coppice_wind& wind);
 std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits);
 
 /// origin: coppice_set_origin's

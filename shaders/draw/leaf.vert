@@ -17,12 +17,7 @@ void main() {
   uint slot = slot_of(gl_InstanceIndex), list_index = list_of(gl_InstanceIndex);
   uint corner = uint(gl_VertexIndex) & 3;
   Plant plant = plants[push.plant];
-  gl_Position = kOutside;
-  out_color = vec3(0.0);
-  out_transmittance = 1.0;
-  out_uv = vec2(0.0);
-  out_alpha_cutoff = 0.0;
-  out_thinning = 0;
+  put_nothing();
   ClusterList list = list_at(plant, list_index);
   uint place = uint(gl_VertexIndex) >> 2, cluster = place / kClusterLeaves;
   Leaf leaf = LeafArray(cluster_at(list, cluster).leaves).at[place % kClusterLeaves];
@@ -48,20 +43,20 @@ void main() {
   float scale = share * sqrt(material.coverage / let_through);
   vec3 object = middle + (corners[corner] - middle) * scale;
   vec3 world = world_from_object(instance, object);
-  gl_Position = view.eyes[push.eye].clip_from_world * vec4(world, 1.0);
+  vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
+  uint thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
+  put_place(instance, world, material, card.uv[corner], uvec3(slot, card.material, thinning));
+  out_albedo_cutoff.w = material.alpha_cutoff * (1.0 - loss);
+  if (kContents == 0) return;
 
   Crown crown = crown_of(plant);
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
-  vec3 albedo = brightness_of_leaf(leaf.card) * material.base_color.rgb * tint_of(instance) *
-                variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
   float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
-  LeafPlace leaf_place = LeafPlace(middle, object, face, material.crown_normals, bulk);
-  out_color = albedo * leaf_light(plant, crown, unpack_crown(crown_word), instance, leaf_place);
-  out_transmittance = transmittance(world);
-  out_uv = card.uv[corner];
-  out_alpha_cutoff = material.alpha_cutoff * (1.0 - loss);
-  vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
-  out_thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
+  LeafNormals normals = in_world(instance, leaf_normals(crown, middle, face, material.crown_normals));
+  LeafLight light = LeafLight(unpack_crown(crown_word), bulk, sun_past_others(instance, plant, world));
+  CoppiceSurface surface = leaf_surface(instance, light, normals, world);
+  surface.albedo *= brightness_of_leaf(leaf.card) * material.base_color.rgb * variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
+  put_surface(surface, normals.face);
   if (view.debug_view != 0) show_debug(view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot));
 }

@@ -21,20 +21,24 @@ void main() {
 
   // All vertices of a leaf have its stalk.
   bool shown = is_among(coppice_hash(vertex.stalk_xy ^ (vertex.stalk_z_material & 0xffffu) * 2654435769u) ^ slot, leaf_share_of(instance));
+  put_nothing();
+  if (!is_drawn(material) || !shown) return;
   vec3 world = world_from_object(instance, vertex.position);
+  put_place(instance, world, material, vertex.uv, uvec3(slot, material_index, 0));
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
   Crown crown = crown_of(plant);
   vec3 albedo = material.base_color.rgb * tint_of(instance) * variation(crown, plant.box_min + plant.box_step * vec3(stalk), stalk);
-  place_vertex(material, world, vertex.uv);
-  if (!shown) gl_Position = kOutside;
 #ifdef COPPICE_RELIEF
-  out_color = albedo;
   out_position = vertex.position;
-  out_normal = normal;
-  out_slot_material = uvec2(slot, material_index);
+  out_albedo_cutoff.rgb = albedo;
+  out_normal_roundness.xyz = normal;  // object space, as relief.frag takes it
 #else
-  LeafPlace leaf = LeafPlace(vertex.position, vertex.position, normal, material.crown_normals, 0.0);
-  out_color = out_back_color = albedo * leaf_light(plant, crown, crown_light_at(plant.crown_light, crown, vertex.position), instance, leaf);
+  LeafNormals normals = in_world(instance, leaf_normals(crown, vertex.position, normal, material.crown_normals));
+  CrownSample crown_light = crown_light_at(plant.crown_light, crown, vertex.position);
+  LeafLight light = LeafLight(crown_light, 0.0, sun_past_others(instance, plant, world));
+  CoppiceSurface surface = leaf_surface(instance, light, normals, world);
+  surface.albedo = albedo;
+  put_surface(surface, normals.face);
 #endif
   if (view.debug_view != 0) show_debug(debug_color(slot));
 }

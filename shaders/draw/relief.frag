@@ -1,28 +1,24 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Wood and leaf meshes with a normal map: what plant.frag draws, lit per fragment.
+// Wood and leaf meshes with a normal map: what plant.frag draws, with a normal and light of its own for each fragment.
 // reads     view, instances, plants, shadow_maps; materials and crown light by address; base_color, normal_map
-// writes    colour, linear
+// writes    what surface.glsl says
 // draws     of wood.vert and leaf_mesh.vert with COPPICE_RELIEF, in coppice::gpu::ViewRecorder::record_draw
 
 #include "bindings.glsl"
-#include "shading.glsl"
 #include "surface_in.glsl"
 
 layout(set = 2, binding = 0) uniform sampler2D normal_map;
 
-layout(location = 4) in vec3 in_position;
-layout(location = 5) in vec3 in_normal;
-layout(location = 6) flat in uvec2 in_slot_material;
-layout(location = 0) out vec4 out_color;
+layout(location = 7) in vec3 in_position;
 
 // The normal map's vector in the frame of the texture coordinates, which derivatives give (Schueler, Normal Mapping Without Precomputed
 // Tangents, ShaderX 5). `y` of a map is against v. Any side of the surface, any direction of the framebuffer's axes.
 vec3 mapped_normal(vec3 normal) {
-  vec2 stored = 2.0 * texture(normal_map, in_uv).ag - 1.0;
+  vec2 stored = 2.0 * texture(normal_map, in_uv_occlusion_roughness.xy).ag - 1.0;
   vec3 position_x = dFdx(in_position), position_y = dFdy(in_position);
-  vec2 uv_x = dFdx(in_uv), uv_y = dFdy(in_uv);
+  vec2 uv_x = dFdx(in_uv_occlusion_roughness.xy), uv_y = dFdy(in_uv_occlusion_roughness.xy);
   vec3 across_y = cross(position_y, normal), across_x = cross(normal, position_x);
   vec3 along_u = across_y * uv_x.x + across_x * uv_y.x;
   vec3 along_v = across_y * uv_x.y + across_x * uv_y.y;
@@ -34,17 +30,25 @@ vec3 mapped_normal(vec3 normal) {
 }
 
 void main() {
-  vec3 color = textured(in_color);
-  Instance instance = instances[in_slot_material.x];
+  vec3 albedo = textured_albedo();
+  if (view.debug_view != 0) {
+    write_color(albedo);
+    return;
+  }
+  Instance instance = instances[in_ids.x];
   Plant plant = plants[instance.plant];
   Crown crown = crown_of(plant);
-  vec3 normal = mapped_normal(normalize(in_normal));
-  if (kLeaf != 0)
-    color *= leaf_light(plant, crown, crown_light_at(plant.crown_light, crown, in_position), instance,
-                        LeafPlace(in_position, in_position, normal,
-                                  MaterialArray(plant.materials).at[in_slot_material.y].crown_normals, 0.0));
-  else
-    color *= lit(wood_light_at(plant, crown, instance, in_position), rotate(instance.rotation, is_front() ? normal : -normal));
-  if (view.debug_view != 0) color = in_color;
-  out_color = fogged(color);
+  vec3 normal = mapped_normal(normalize(in_normal_roundness.xyz)), world = in_world_sun.xyz;
+  LeafLight light = LeafLight(crown_light_at(plant.crown_light, crown, in_position), 0.0, sun_past_others(instance, plant, world));
+  CoppiceSurface surface;
+  if (kLeaf != 0) {
+    Material material = MaterialArray(plant.materials).at[in_ids.y];
+    LeafNormals normals = leaf_normals(crown, in_position, normal, material.crown_normals);
+    surface = leaf_surface(instance, light, in_world(instance, normals), world);
+  } else {
+    surface = wood_surface(instance, light, rotate(instance.rotation, is_front() ? normal : -normal));
+  }
+  surface.albedo = albedo;
+  surface.roughness = in_uv_occlusion_roughness.w;
+  write_surface(surface, surface_place());
 }

@@ -1,24 +1,55 @@
 // What fragment shaders get from surface_out.glsl, and the texture of a draw. After bindings.glsl.
 
+#include "shading.glsl"
+
+layout(push_constant, scalar) uniform Push { DrawPush push; };
 layout(constant_id = 0) const uint kTextured = 1;
 layout(constant_id = 1) const uint kLeaf = 0;  // else wood
 
 layout(set = 1, binding = 0) uniform sampler2D base_color;
 
-layout(location = 0) in vec3 in_color;
-layout(location = 1) in float in_transmittance;
-layout(location = 2) in vec2 in_uv;
-layout(location = 3) flat in float in_alpha_cutoff;
+#ifdef COPPICE_QUADS
+#define COPPICE_OF_LEAF flat
+#else
+#define COPPICE_OF_LEAF
+#endif
+
+layout(location = 0) flat in vec4 in_albedo_cutoff;
+layout(location = 1) in vec4 in_world_sun;
+layout(location = 2) in vec4 in_uv_occlusion_roughness;
+layout(location = 3) COPPICE_OF_LEAF in vec4 in_normal_roundness;
+layout(location = 4) COPPICE_OF_LEAF in vec3 in_face;
+layout(location = 5) flat in uvec4 in_ids;
+layout(location = 6) in vec3 in_before;
+
+uvec2 pixel_in_picture() { return uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px; }
 
 // Whether a triangle's corners run counter-clockwise to the viewer, whichever way y of the picture points.
 bool is_front() { return gl_FrontFacing == (view.is_mirrored == 0); }
 
 // Discards holes.
-vec3 textured(vec3 color) {
-  if (kTextured == 0) return color;
-  vec4 texel = texture(base_color, in_uv);
-  if (texel.a < in_alpha_cutoff) discard;
-  return view.debug_view == 0 ? color * texel.rgb : color;
+vec3 textured_albedo() {
+  vec3 albedo = in_albedo_cutoff.rgb;
+  if (kTextured == 0) return albedo;
+  vec4 texel = texture(base_color, in_uv_occlusion_roughness.xy);
+  if (texel.a < in_albedo_cutoff.w) discard;
+  return view.debug_view == 0 ? albedo * texel.rgb : albedo;
 }
 
-vec4 fogged(vec3 color) { return vec4(mix(view.fog_color, color, in_transmittance), 1.0); }
+#ifndef COPPICE_DEPTH
+#include "surface.glsl"
+
+SurfacePlace surface_place() {
+  vec2 pixel = gl_FragCoord.xy - vec2(view.eyes[push.eye].first_px);
+  return SurfacePlace(in_world_sun.xyz, wants(kContentUser) ? instances[in_ids.x].user_data : 0, pixel, in_before, in_ids.w != 0);
+}
+
+// As the vertex shader has it.
+CoppiceSurface surface_here(vec3 albedo) {
+  vec3 normal = normalize(in_normal_roundness.xyz), face = normalize(in_face);
+  if (kLeaf == 0 && !is_front()) normal = face = -normal;
+  if (dot(face, toward_eye(in_world_sun.xyz)) < 0.0) face = -face;
+  return CoppiceSurface(albedo, in_uv_occlusion_roughness.z, normal, in_uv_occlusion_roughness.w, in_normal_roundness.w,
+                        kLeaf != 0 ? kLeafTranslucency : 0.0, in_world_sun.w, face);
+}
+#endif

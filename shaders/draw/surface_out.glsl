@@ -1,46 +1,67 @@
-// What vertex shaders share: push constants, and what they hand on to surface_in.glsl. With COPPICE_RELIEF that is for relief.frag to
-// light; with COPPICE_QUADS it is for leaf.frag. After bindings.glsl.
+// What vertex shaders share: push constants, and what they hand on to surface_in.glsl. With COPPICE_RELIEF that is for relief.frag, which
+// finds normals and light itself; with COPPICE_QUADS it is for leaf.frag. After bindings.glsl.
 
 #include "shading.glsl"
+#include "contents.glsl"
 #include "debug_view.glsl"
+#include "motion.glsl"
 
 layout(push_constant, scalar) uniform Push { DrawPush push; };
 
-layout(location = 0) out vec3 out_color;  // lit; with COPPICE_RELIEF the albedo
-layout(location = 1) out float out_transmittance;
-layout(location = 2) out vec2 out_uv;
-layout(location = 3) flat out float out_alpha_cutoff;
-#ifdef COPPICE_RELIEF
-layout(location = 4) out vec3 out_position;  // object space, m
-layout(location = 5) out vec3 out_normal;    // object space
-layout(location = 6) flat out uvec2 out_slot_material;
-#elif defined(COPPICE_QUADS)
-layout(location = 4) flat out uint out_thinning;
+#ifdef COPPICE_QUADS
+#define COPPICE_OF_LEAF flat  // alike at all corners
 #else
-layout(location = 4) out vec3 out_back_color;  // where the back is seen
+#define COPPICE_OF_LEAF
+#endif
+
+layout(location = 0) flat out vec4 out_albedo_cutoff;
+layout(location = 1) out vec4 out_world_sun;
+layout(location = 2) out vec4 out_uv_occlusion_roughness;
+layout(location = 3) COPPICE_OF_LEAF out vec4 out_normal_roundness;  // world space
+layout(location = 4) COPPICE_OF_LEAF out vec3 out_face;              // of either side
+layout(location = 5) flat out uvec4 out_ids;  // slot, material, thinning, whether the instance came with this frame
+layout(location = 6) out vec3 out_before;  // clip x, y and w in the frame before
+#ifdef COPPICE_RELIEF
+layout(location = 7) out vec3 out_position;  // object space, m
 #endif
 
 const vec4 kOutside = vec4(2.0, 2.0, 2.0, 1.0);  // the clip volume
+
+// face: of either side
+void put_surface(CoppiceSurface surface, vec3 face) {
+  out_albedo_cutoff.rgb = surface.albedo;
+  out_world_sun.w = surface.sun;
+  out_uv_occlusion_roughness.z = surface.occlusion;
+  out_normal_roundness = vec4(surface.normal, surface.roundness);
+  out_face = face;
+}
+
+void put_place(Instance instance, vec3 world, Material material, vec2 uv, uvec3 slot_material_thinning) {
+  gl_Position = view.eyes[push.eye].clip_from_world * vec4(world, 1.0);
+  out_world_sun.xyz = world;
+  out_albedo_cutoff.w = material.alpha_cutoff;
+  out_uv_occlusion_roughness.xy = uv;
+  out_uv_occlusion_roughness.w = material.roughness;
+  out_ids = uvec4(slot_material_thinning, instance.before == kCame ? 1 : 0);
+  if (wants(kContentVelocity)) out_before = (view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, world), 1.0)).xyw;
+}
+
+// In place of that where nothing is drawn: outside where another draw shows its material, or nobody does.
+void put_nothing() {
+  gl_Position = kOutside;
+  out_albedo_cutoff = out_world_sun = out_uv_occlusion_roughness = out_normal_roundness = vec4(0.0);
+  out_face = out_before = vec3(0.0);
+  out_ids = uvec4(0);
+#ifdef COPPICE_RELIEF
+  out_position = vec3(0.0);
+#endif
+}
 
 // The instance of a draw of wood or leaf meshes.
 uint slot_of_draw(uint instance) {
   return (instance & kPartBit) != 0 ? instance & ~kPartBit : wood_list[push.wood_list_first + instance];
 }
-
-// A vertex of wood or of a leaf mesh; outside where another draw shows its material.
-void place_vertex(Material material, vec3 world, vec2 uv) {
-  bool shown = material.texture == push.texture && material.normal_map == push.normal_map;
-  gl_Position = shown ? view.eyes[push.eye].clip_from_world * vec4(world, 1.0) : kOutside;
-  out_transmittance = transmittance(world);
-  out_uv = uv;
-  out_alpha_cutoff = material.alpha_cutoff;
-}
+bool is_drawn(Material material) { return material.texture == push.texture && material.normal_map == push.normal_map; }
 
 // With a debug view, in place of light.
-void show_debug(vec3 color) {
-  out_color = color;
-#if !defined(COPPICE_RELIEF) && !defined(COPPICE_QUADS)
-  out_back_color = color;
-#endif
-  out_transmittance = 1.0;
-}
+void show_debug(vec3 color) { out_albedo_cutoff.rgb = color; }

@@ -17,19 +17,22 @@ void main() {
   WoodVertex vertex = WoodVertexArray(push.vertices).at[gl_VertexIndex];
   Material material = MaterialArray(plant.materials).at[vertex.material];
 
+  put_nothing();
+  if (!is_drawn(material)) return;
   vec3 world = world_from_object(instance, vertex.position);
+  put_place(instance, world, material, vertex.uv, uvec3(slot, vertex.material, 0));
+  if (kContents == 0) return;
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
-  place_vertex(material, world, vertex.uv);
 #ifdef COPPICE_RELIEF
-  out_color = material.base_color.rgb;
   out_position = vertex.position;
-  out_normal = normal;
-  out_slot_material = uvec2(slot, vertex.material);
+  out_albedo_cutoff.rgb = material.base_color.rgb;
+  out_normal_roundness.xyz = normal;  // object space, as relief.frag takes it
 #else
-  WoodLight light = wood_light_at(plant, crown_of(plant), instance, vertex.position);
-  vec3 world_normal = rotate(instance.rotation, normal);
-  out_color = material.base_color.rgb * lit(light, world_normal);
-  out_back_color = material.base_color.rgb * lit(light, -world_normal);
+  CrownSample crown_light = crown_light_at(plant.crown_light, crown_of(plant), vertex.position);
+  LeafLight light = LeafLight(crown_light, 0.0, sun_past_others(instance, plant, world));
+  CoppiceSurface surface = wood_surface(instance, light, rotate(instance.rotation, normal));
+  surface.albedo = material.base_color.rgb;
+  put_surface(surface, surface.face);
 #endif
   if (view.debug_view != 0)
     show_debug(view.debug_view == kDebugPath ? kHardwareWood : view.debug_view == kDebugOverdraw ? kNotCounted : debug_color(slot));

@@ -87,7 +87,7 @@ COPPICE_FN float unpack_length(uint word, uint quarter) {
   return step == 0u ? 0.0f : exp2((float(step) - float(kLengthZero)) / kLengthSteps);
 }
 
-/// Splat::look without the sky; also a colour of wood. The inverse is kMaxSplatAlbedo times the square.
+/// Splat::look without the bulk; also a colour of wood. The inverse is kMaxSplatAlbedo times the square.
 COPPICE_FN uint pack_albedo(vec3 albedo) {
   return packUnorm4x8(vec4(sqrt(clamp(albedo * (1.0f / kMaxSplatAlbedo), vec3(0.0f), vec3(1.0f))), 0.0f));
 }

@@ -1,9 +1,7 @@
-// Light shared by leaves and wood. Per vertex: a leaf is a few pixels wide, so that a fragment has nothing to add but its texture.
-// After bindings.glsl.
+// How much of sun and sky reaches places of leaves and wood. After bindings.glsl.
 
 #include "coppice_light.h"
-
-vec3 ambient_light(vec3 normal) { return mix(view.ground_color, view.sky_color, 0.5 + 0.5 * normal.y); }
+#include "coppice_surface.glsl"
 
 // 1: unobscured by fog. A parallel view's begins at the plane of its eye.
 float transmittance(vec3 world) {
@@ -21,26 +19,12 @@ float merged_share(Plant plant, uint leaf_count) { return 1.0 - float(min(leaf_c
 float crown_sky(float sky, float leaves) { return mix(1.0, sky, leaves); }
 float leaf_sky(float sky, float bulk, float leaves) { return mix(crown_sky(sky, leaves), 1.0, kBulkSky * bulk); }
 
-// Of a leaf that stands for a crown: how bright a ball is, all of it that the eye sees, of leaves that turn outwards. cosine: of the angle
-// between eye and sun. The first term is close to Lambert's phase law, 0.85 (sin a + (pi - a) cos a) / pi.
-float bulk_front(float cosine) {
-  float lit = 0.5 + 0.5 * cosine;
-  return 0.53 * lit * sqrt(lit) + 0.15;
-}
-
 // Share of the sun that reaches a leaf or wood. What a leaf of some bulk stands for the eye sees from outside: it is lit as the crown's
 // near side is, where the way of light is short with the sun behind the eye, and all through the crown against it.
-// leaves: the share of the crown's that there is
-float sun_through_crown(CrownSample light, vec3 sun, vec3 eye, float bulk, float leaves) {
-  float depth = mix(max(light.depth + dot(light.slope, sun), 0.0), 2.0 * light.depth * max(0.0, -dot(eye, sun)), bulk);
+// sun: object space; eye_sun: cosine of the angle between eye and sun; leaves: the share of the crown's that there is
+float sun_through_crown(CrownSample light, vec3 sun, float eye_sun, float bulk, float leaves) {
+  float depth = mix(max(light.depth + dot(light.slope, sun), 0.0), 2.0 * light.depth * max(0.0, -eye_sun), bulk);
   return mix(0.05, 1.0, exp(-leaves * depth));
-}
-
-// What a leaf of some bulk sends to the eye of the sun that reaches it, from its front and, of a single leaf, through it. ball: bulk_front
-vec3 sun_on_leaf(LeafNormals normals, vec3 sun, vec3 eye, float ball, float bulk) {
-  float front = mix(max(0.0, 0.2 + 0.8 * dot(normals.lit, sun)), ball, bulk);
-  float through = max(0.0, -sign(dot(normals.face, eye)) * dot(normals.face, sun)) * (1.0 - bulk);
-  return front + 0.45 * through * vec3(1.0, 1.15, 0.35);
 }
 
 // Share of the sun that a map lets through to a place in it; bilinear over the comparisons of four texels.
@@ -83,45 +67,48 @@ float sun_past_others(Instance instance, Plant plant, vec3 world) {
   return map < view.shadow_map_count ? sun_in_map(map, place) : 1.0;
 }
 
-// A leaf, or a place on it. Object space.
-struct LeafPlace {
-  vec3 middle;  // of the leaf, or near it
-  vec3 vertex;
-  vec3 face;    // the leaf's normal there, of any length and either side
-  float crown_normals;  // Material's
-  float bulk;
+// The share of the sun on a leaf's back that shines through it.
+const float kLeafTranslucency = 0.45;
+
+LeafNormals in_world(Instance instance, LeafNormals normals) {
+  return LeafNormals(rotate(instance.rotation, normals.lit), rotate(instance.rotation, normals.face));
+}
+
+// What light does at a leaf, or a place of it.
+struct LeafLight {
+  CrownSample crown;  // object space
+  float bulk;         // how much of the crown it stands for
+  float past_others;  // sun_past_others
 };
 
-// Light of a leaf at one of its vertices, two-sided, with the sun shining through.
-// light: of its middle
-vec3 leaf_light(Plant plant, Crown crown, CrownSample light, Instance instance, LeafPlace leaf) {
-  LeafNormals normals = leaf_normals(crown, leaf.middle, leaf.face, leaf.crown_normals);
+// What a leaf's surface takes from its instance and the light there. normals: world space
+CoppiceSurface leaf_surface(Instance instance, LeafLight light, LeafNormals normals, vec3 world) {
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
-  vec3 world = world_from_object(instance, leaf.vertex);
-  vec3 eye = rotate(to_object, toward_eye(world));
-  vec3 sun_object = rotate(to_object, view.sun_direction);
+  vec3 eye = toward_eye(world);
   float leaves = leaf_share_of(instance);
-  float sun = sun_through_crown(light, sun_object, eye, leaf.bulk, leaves) * sun_past_others(instance, plant, world);
-  vec3 direct = view.sun_color * sun * sun_on_leaf(normals, sun_object, eye, bulk_front(dot(eye, sun_object)), leaf.bulk);
-  return direct + ambient_light(rotate(instance.rotation, mix(normals.lit, 0.67 * eye, leaf.bulk))) * leaf_sky(light.sky, leaf.bulk, leaves);
+  CoppiceSurface surface;
+  surface.albedo = tint_of(instance);
+  surface.occlusion = leaf_sky(light.crown.sky, light.bulk, leaves);
+  surface.normal = normals.lit;
+  surface.roughness = 1.0;
+  surface.roundness = light.bulk;
+  surface.translucency = kLeafTranslucency;
+  surface.sun = light.past_others * sun_through_crown(light.crown, rotate(to_object, view.sun_direction),
+                                                      dot(eye, view.sun_direction), light.bulk, leaves);
+  surface.face = dot(normals.face, eye) < 0.0 ? -normals.face : normals.face;
+  return surface;
 }
 
-// What reaches a point of wood.
-struct WoodLight {
-  vec3 sun;
-  float sky;
-};
-
-WoodLight wood_light_at(Plant plant, Crown crown, Instance instance, vec3 position) {
-  vec3 sun_object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
-  CrownSample light = crown_light_at(plant.crown_light, crown, position);
-  float past_others = sun_past_others(instance, plant, world_from_object(instance, position));
+// Likewise of wood. normal: of the side that is seen, world space
+CoppiceSurface wood_surface(Instance instance, LeafLight light, vec3 normal) {
+  vec3 sun = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
   float leaves = leaf_share_of(instance);
-  float sun = sun_through_crown(light, sun_object, sun_object, 0.0, leaves) * past_others;
-  return WoodLight(view.sun_color * sun, crown_sky(light.sky, leaves));
-}
-
-// normal: unit, world space, of the side that is seen
-vec3 lit(WoodLight light, vec3 normal) {
-  return light.sun * max(0.0, dot(normal, view.sun_direction)) + ambient_light(normal) * light.sky;
+  CoppiceSurface surface;
+  surface.albedo = vec3(1.0);
+  surface.occlusion = crown_sky(light.crown.sky, leaves);
+  surface.normal = surface.face = normal;
+  surface.roughness = 1.0;
+  surface.roundness = surface.translucency = 0.0;
+  surface.sun = light.past_others * sun_through_crown(light.crown, sun, 1.0, 0.0, leaves);
+  return surface;
 }

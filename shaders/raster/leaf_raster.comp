@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Leaf quads and wood triangles to pixels of `picture`: coverage at pixel centres, depth, light once a leaf.
-// reads     view, instances, plants, cuts, shadow_maps, work_items or big_items and their stages, picture; lists, clusters, leaves, splats,
-//           card looks and debug colours by address
+// Leaf quads and wood triangles to pixels of `picture`: coverage at pixel centres, depth, which leaf it is.
+// reads     view, instances, plants, cuts, work_items and big_items with their stages, picture; lists, clusters, leaves and card looks by
+//           address
 // writes    picture; big_items and the round's big stage
 // dispatch  indirect, from the round's work stage, y: eyes, or its big stage, which kSource names; recorded by
 //           coppice::gpu::LeafRaster::record_leaves
@@ -33,11 +33,12 @@ struct Shared {
   bool paged, finest;  // is_single
 };
 
-Shared share(uint eye, uint item, ClusterList list, Cluster cluster, uint quarter, uint leaf_count) {
-  Instance instance = instances[slot_of(item)];
+Shared share(uint eye, uint place_of_work, WorkItem work, ClusterList list, Cluster cluster, uint leaf_count) {
+  uint item = work.item;
+  Instance instance = instance_at(slot_of(item));
   Shared group;
   group.eye = eye;
-  group.placed = place(eye, item, instance, list.box_min, list.box_step, cluster, quarter, leaf_count);
+  group.placed = place(eye, place_of_work, work, instance, list.box_min, list.box_step, cluster);
   group.box_step = list.box_step;
   group.slot = slot_of(item);
   group.paged = list_of(item) == kPageList;
@@ -58,7 +59,7 @@ struct Drawn {
   Triangle first, other;  // (0, 1, 2) and (0, 2, 3)
   ivec2 low, high;        // pixels [low, high) hold it
   uint first_pixel;
-  uint radiance;
+  uint name;
   uvec2 mask;
   uint thinning;
 };
@@ -80,7 +81,7 @@ Triangle triangle_of(vec3 a, vec3 b, vec3 c) {
 }
 
 // False where nothing of the leaf is on the screen, or a corner of it lies before the near plane or behind the far one.
-bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
+bool project(Shared group, uint at_in_cluster, Leaf leaf, out Drawn drawn) {
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
@@ -112,7 +113,7 @@ bool project(Shared group, Leaf leaf, Splat splat, out Drawn drawn) {
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
   drawn.first_pixel = first_pixel(group.eye);
-  drawn.radiance = placed_radiance(group.placed, splat, normals_of(splat));
+  drawn.name = name_of_leaf(group.placed.first_name, at_in_cluster, push.place_bits);
   vec4 middle_px = projected(group.placed, middle);
   drawn.thinning = thinning_of(leaf, name, middle_px.xy / middle_px.z);
   return between && side > 0.0 && all(lessThan(drawn.low, drawn.high));
@@ -136,7 +137,7 @@ void shade_pixel(Drawn drawn, vec2 xy, uint pixel) {
   if (in_other && is_hole(drawn.mask, vec2(c2, c2 + c3))) in_other = false;
   precise float key = max(in_first ? dot(drawn.first.key, one) : 0.0, in_other ? dot(drawn.other.key, one) : 0.0);
   bool shown = shows_pixel(drawn.thinning, uint(xy.x), uint(xy.y));
-  if ((in_first || in_other) && shown) write_pixel(pixel, key, drawn.radiance);
+  if ((in_first || in_other) && shown) write_pixel(pixel, key, drawn.name);
 }
 
 // Where a triangle's edges cross a row: at start + step * y. A `left` edge bounds the pixels inside from there on, another up to there.
@@ -233,23 +234,24 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
     vec2 center = center_of(block, bit);
     vec3 one = vec3(1.0, center);
     precise float key = max(has_bit(first, bit) ? dot(drawn.first.key, one) : 0.0, has_bit(other, bit) ? dot(drawn.other.key, one) : 0.0);
-    if ((left.x | left.y) != 0) write_pixel(drawn.first_pixel + uint(center.y) * push.width_px + uint(center.x), key, drawn.radiance);
+    if ((left.x | left.y) != 0) write_pixel(drawn.first_pixel + uint(center.y) * push.width_px + uint(center.x), key, drawn.name);
     left = without_next_bit(left);
   } while ((left.x | left.y) != 0);
 }
 
-void raster_leaf(Shared group, Leaf leaf, Splat splat, uvec2 name, bool shown) {
+// big: as big_items have it
+void raster_leaf(Shared group, uint at, Leaf leaf, uvec2 big, bool shown) {
   Drawn drawn;
-  bool seen = project(group, leaf, splat, drawn) && shown;
+  bool seen = project(group, at, leaf, drawn) && shown;
   ivec2 size = drawn.high - drawn.low;
   if (seen && size.x * size.y > kBigPixels) {
     // Where some found no place, the second pass draws all of them here: whose depth it is says what is seen.
-    uint place = kPass != kRadiance                              ? atomicAdd(rounds[push.round].big.count, 1)
+    uint place = kPass != kName                              ? atomicAdd(rounds[push.round].big.count, 1)
                  : rounds[push.round].big.count > kBigCapacity ? kBigCapacity
                                                                : 0;
-    if (kPass != kRadiance && place < kBigCapacity) {
+    if (kPass != kName && place < kBigCapacity) {
       atomicMax(rounds[push.round].big.groups[0], min(place + 1, kMaxDispatchGroups));
-      big_items[place] = name;
+      big_items[place] = big;
     }
     seen = place >= kBigCapacity;
   }
@@ -265,23 +267,24 @@ void raster_leaf(Shared group, Leaf leaf, Splat splat, uvec2 name, bool shown) {
 }
 
 void raster_clusters() {
-  uint count = min(rounds[push.round].work.count, push.work_capacity);
+  uint earlier = earlier_work(kLeafWork), count = work_count(kLeafWork, earlier);
   for (uint i = group_index() * push.leaf_clusters; i < count; i += gl_NumWorkGroups.x * push.leaf_clusters)
     for (uint j = i; j < min(i + push.leaf_clusters, count); ++j) {
-      uvec2 work = work_items[j];
-      Plant plant = plants[instances[slot_of(work.x)].plant];
-      ClusterList list = list_at(plant, list_of(work.x));
-      uint index = cluster_of_work(work.y);
+      uint place_of_work = work_place(kLeafWork, earlier + j);
+      WorkItem work = work_at(place_of_work);
+      Plant plant = plants[plant_at(slot_of(work.item))];
+      ClusterList list = list_at(plant, list_of(work.item));
+      uint index = cluster_of_work(work.work);
       Cluster cluster = cluster_at(list, index);
-      ShownLeaves shown = shown_of_work(work.y);
-      uint leaf_count = item_leaf_count(work.x, plant, list), splits = born_splits(leaf_count, index);
-      Shared group = share(gl_WorkGroupID.y, work.x, list, cluster, shown_quarter(shown), leaf_count);
+      ShownLeaves shown = shown_of_work(work.work);
+      uint leaf_count = item_leaf_count(work.item, plant, list), splits = born_splits(leaf_count, index);
+      Shared group = share(gl_WorkGroupID.y, place_of_work, work, list, cluster, leaf_count);
       uint at = gl_LocalInvocationIndex;
       do {
         if (at < shown.count) {
           Leaf leaf = LeafArray(cluster.leaves).at[at];
           bool born = !shown.partly_born || is_born(leaf.life, splits);
-          raster_leaf(group, leaf, SplatArray(cluster.splats).at[at], uvec2(work.x, big_leaf(group.eye, index, at)), born);
+          raster_leaf(group, at, leaf, uvec2(place_of_work, big_leaf(group.eye, at)), born);
         }
         at += gl_WorkGroupSize.x;
       } while (at < shown.count);
@@ -291,14 +294,15 @@ void raster_clusters() {
 void raster_big() {
   uint count = min(rounds[push.round].big.count, kBigCapacity);
   for (uint i = group_index(); i < count; i += gl_NumWorkGroups.x) {
-    uvec2 name = big_items[i];
-    Plant plant = plants[instances[slot_of(name.x)].plant];
-    ClusterList list = list_at(plant, list_of(name.x));
-    Cluster cluster = cluster_at(list, cluster_of_big(name.y));
-    uint at = leaf_of_big(name.y);
-    Shared group = share(eye_of_big(name.y), name.x, list, cluster, at * 4 / kClusterLeaves, item_leaf_count(name.x, plant, list));
+    uvec2 big = big_items[i];
+    WorkItem work = work_at(big.x);
+    Plant plant = plants[plant_at(slot_of(work.item))];
+    ClusterList list = list_at(plant, list_of(work.item));
+    Cluster cluster = cluster_at(list, cluster_of_work(work.work));
+    uint at = leaf_of_big(big.y);
+    Shared group = share(eye_of_big(big.y), big.x, work, list, cluster, item_leaf_count(work.item, plant, list));
     Drawn drawn;
-    if (!project(group, LeafArray(cluster.leaves).at[at], SplatArray(cluster.splats).at[at], drawn)) continue;
+    if (!project(group, at, LeafArray(cluster.leaves).at[at], drawn)) continue;
     Rows rows = Rows(edges_of(drawn.first), edges_of(drawn.other));
     int lane = int(gl_LocalInvocationIndex);
     for (int y = drawn.low.y + lane / kRowLanes; y < drawn.high.y; y += int(gl_WorkGroupSize.x) / kRowLanes) {

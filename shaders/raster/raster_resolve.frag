@@ -1,33 +1,72 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// What the compute rasteriser has drawn, as colour and depth of the engine's attachments.
-// reads     picture, view
-// writes    colour, linear, but with COPPICE_DEPTH; depth
+// What the compute rasteriser has drawn: of each pixel's leaf or triangle the surface, and its depth, in the engine's attachments.
+// reads     picture, work_items, view, instances; splats and debug colours by address
+// writes    what surface.glsl says, but with COPPICE_DEPTH; depth
 // draws     one triangle, recorded by coppice::gpu::LeafRaster::record_resolve
 
 #include "bindings.glsl"
 #include "debug_view.glsl"
 #include "raster_shared.h"
-#include "radiance.glsl"
+#ifndef COPPICE_DEPTH
+#include "shading.glsl"
+#include "clusters.glsl"
+#include "names.glsl"
+#include "surface.glsl"
+#include "motion.glsl"
 
-layout(set = 1, binding = 9) uniform usamplerBuffer picture_words;
+layout(set = 1, binding = 9) uniform usamplerBuffer work_texels;
+layout(set = 1, binding = 10) uniform usamplerBuffer instance_texels;
+#endif
+
+layout(set = 1, binding = 8) uniform usamplerBuffer picture_words;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 #ifndef COPPICE_DEPTH
-layout(location = 0) out vec4 out_color;
+// pixel: in the picture
+void resolve(uint name, float key, vec2 pixel) {
+  uint work_place = place_of_name(name, push.place_bits);
+  WorkItem work = unpacked_work(texelFetch(work_texels, int(work_place)));
+  uint leaf = leaf_of_name(name, first_name(work_place, work, push.place_bits), push.place_bits);
+  uint slot = slot_of(work.item), list = list_of(work.item);
+  bool wood = list >= kWoodLists && list < kMeshLists;
+  if (view.debug_view != 0) {
+    write_color(debug_color(slot) * (wood && view.debug_view == kDebugPath ? 0.3 : 1.0));
+    return;
+  }
+  // Of the instance what is wanted: light needs two of its four texels.
+  int texel = int(4 * slot);
+  bool moves = wants(kContentVelocity);
+  uvec4 place = moves ? texelFetch(instance_texels, texel) : uvec4(0);
+  uvec4 names = moves || wants(kContentUser) ? texelFetch(instance_texels, texel + 3) : uvec4(0);
+  Instance instance = unpacked_instance(place, texelFetch(instance_texels, texel + 1), texelFetch(instance_texels, texel + 2), names);
+  Splat splat = SplatArray(splats_of_work(work)).at[leaf];
+  vec4 key_place = view.eyes[push.eye].world_from_key * vec4(pixel / view.half_size_px - 1.0, key, 1.0);
+  vec3 world = key_place.xyz / key_place.w;
+  vec4 folded = unpackSnorm4x8(splat.normals), look = unpackUnorm4x8(splat.look);
+  LeafNormals normals = in_world(instance, LeafNormals(unfold(folded.xy), unfold(folded.zw)));
+  LeafLight light = LeafLight(unpack_crown(splat.crown), look.a * merged_of_work(work.work), sun_of_work(work));
+  CoppiceSurface surface;
+  if (wood) surface = wood_surface(instance, light, dot(normals.face, toward_eye(world)) < 0.0 ? -normals.lit : normals.lit);
+  else surface = leaf_surface(instance, light, normals, world);
+  surface.albedo *= kMaxSplatAlbedo * look.rgb * look.rgb;
+  surface.roughness = unpackSnorm4x8(splat.axis).w;
+  vec4 before = view.eyes[push.eye].clip_from_world_before * vec4(moves ? world_before(instance, world) : world, 1.0);
+  write_surface(surface, SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame));
+}
 #endif
 
 void main() {
   uvec2 at = uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px;
   int word = int(2 * ((push.eye * push.height_px + at.y) * push.width_px + at.x));
-  uint key = texelFetch(picture_words, word + 1).x;
-  if (key == 0) discard;
+  uint bits = texelFetch(picture_words, word + 1).x;
+  if (bits == 0) discard;
+  float key = uintBitsToFloat(bits);
 #ifndef COPPICE_DEPTH
-  uint radiance = texelFetch(picture_words, word).x;
-  out_color = vec4(unpack_radiance(radiance), 1.0);
-  if (view.debug_view == kDebugOverdraw) out_color.rgb = ramp(log2(float(radiance)) / 5.0);
+  uint name = texelFetch(picture_words, word).x;
+  if (view.debug_view == kDebugOverdraw) write_color(ramp(log2(float(name)) / 5.0));
+  else resolve(name, key, vec2(at) + 0.5);
 #endif
-  float depth = uintBitsToFloat(key);
-  gl_FragDepth = push.reversed != 0 ? depth : 1.0 - depth;
+  gl_FragDepth = push.reversed != 0 ? key : 1.0 - key;
 }

@@ -1,10 +1,10 @@
 // One pixel of the rasteriser's picture. After raster.glsl.
 // COPPICE_INT64 is defined for devices with 64-bit atomics. Without them everything is rasterised twice: first the depth key alone, then
-// the radiance where the key is still the leaf's.
+// the name where the key is still the leaf's.
 
 const uint kDepth = 0;
-const uint kRadiance = 1;
-const uint kCount = 2;  // for COPPICE_DEBUG_OVERDRAW: how often, instead of radiance
+const uint kName = 1;
+const uint kCount = 2;  // for COPPICE_DEBUG_OVERDRAW: how often, instead of a name
 layout(constant_id = 2) const uint kPass = kDepth;  // kDepth or kCount with COPPICE_INT64
 
 #ifdef COPPICE_INT64
@@ -13,7 +13,7 @@ layout(constant_id = 2) const uint kPass = kDepth;  // kDepth or kCount with COP
 layout(set = 1, binding = 0, scalar) buffer PixelBuffer { uint64_t pixels[]; };
 #endif
 
-void write_pixel(uint pixel, float key, uint radiance) {
+void write_pixel(uint pixel, float key, uint name) {
   uint bits = floatBitsToUint(max(key, 1e-30));
   if (kPass == kCount) {
     atomicMax(picture[2 * pixel + 1], bits);
@@ -22,9 +22,9 @@ void write_pixel(uint pixel, float key, uint radiance) {
   }
 #ifdef COPPICE_INT64
   // Most of what is drawn is hidden, and a load is cheaper than an atomic.
-  if (texelFetch(picture_words, int(2 * pixel + 1)).x <= bits) atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(radiance));
+  if (texelFetch(picture_words, int(2 * pixel + 1)).x <= bits) atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(name));
 #else
   if (kPass == kDepth) atomicMax(picture[2 * pixel + 1], bits);
-  else if (picture[2 * pixel + 1] == bits) picture[2 * pixel] = radiance;
+  else if (picture[2 * pixel + 1] == bits) atomicMax(picture[2 * pixel], name);
 #endif
 }

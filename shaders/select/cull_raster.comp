@@ -4,13 +4,14 @@
 // Culling, by the frustum and by what earlier rounds hide, and cut selection for the rasteriser: a group a block of instances that
 // leaf_blocks.comp found.
 // reads     view, instances, plants, table_words, visible_blocks and the round's blocks stage, tiles; lists and clusters by address
-// writes    of visible instances cuts, items, splat_items, the round's items, splats and tiles stages, its count of reserved clusters,
-//           round 0's draws stage, and debug colours by address; counters
+// writes    of visible instances cuts, items, work_items, the round's items, splats and tiles stages, round 0's count of reserved
+//           clusters and draws stage, and debug colours by address; counters
 // dispatch  indirect, from the round's blocks stage; recorded by coppice::gpu::LeafRaster::record
 
 #define COPPICE_CULL_ACCESS
 #include "bindings.glsl"
 #include "raster.glsl"
+#include "shading.glsl"
 #include "selection.glsl"
 #include "tally.glsl"
 #include "mesh_draws.glsl"
@@ -30,12 +31,13 @@ const float kFacet_px = 8.0;
 
 // What of an instance is appended to the rasteriser's lists; kNoItem where there is nothing. All invocations of a subgroup append together.
 struct Appended {
-  uint splats, splat_work;
+  uint splats;
+  WorkItem splat_work;  // of it
   uint leaves, wood;
 };
 
-// Takes places in the round's work lists for the clusters of a list. For one of each instance there is a place besides.
-bool reserve(uint cluster_count) { return atomicAdd(rounds[push.round].reserved, cluster_count) + cluster_count <= kWorkClusters; }
+// Takes places among work_items for the clusters of a list. For one of each instance there is a place besides.
+bool reserve(uint cluster_count) { return atomicAdd(rounds[0].reserved, cluster_count) + cluster_count <= kWorkClusters; }
 
 bool has_mesh_lists(Plant plant) { return plant.mesh_list_count > 0; }
 
@@ -65,8 +67,11 @@ uint append_quads(Candidate candidate, uint leaf_count, inout Appended appended,
   uint cut = ready_cut(leaf_count), item = candidate.slot | cut << kSlotBits;
   ClusterList list = list_at(plant, cut);
   if (list.grain_m * candidate.instance.scale * view.focal_px < push.splat_px * max(candidate.distance_m, view.near_m)) {
+    Cluster cluster = cluster_at(list, 0);
+    float sun = sun_past_others(candidate.instance, plant, world_from_object(candidate.instance, cluster.center));
+    uint work = work_of(0, ShownLeaves(list.leaf_count, false), merged_share(plant, list.leaf_count));
     appended.splats = item;
-    appended.splat_work = work_of(0, ShownLeaves(list.leaf_count, false));
+    appended.splat_work = work_item(item, work, cluster, sun);
     tally.leaves += list.leaf_count;
   } else {
     appended.leaves = item;
@@ -105,7 +110,7 @@ void leave_to_hardware(MeshDraws draws) {
 }
 
 void cull(uint slot, inout Appended appended, inout Tally tally) {
-  Instance instance = instances[slot];
+  Instance instance = instance_at(slot);
   if (!is_wanted(instance)) return;
   Candidate candidate = candidate_of(slot, instance);
   if (!sphere_in_view(candidate.center, candidate.radius_m)) return;
@@ -144,9 +149,9 @@ void main() {
   uint block_count = rounds[push.round].blocks.count;
   for (uint i = group_index(); i < block_count; i += gl_NumWorkGroups.x) {
     uint slot = visible_blocks[i] * kBlockSlots + gl_LocalInvocationIndex;
-    Appended appended = Appended(kNoItem, 0, kNoItem, kNoItem);
+    Appended appended = Appended(kNoItem, WorkItem(0, 0, uvec2(0)), kNoItem, kNoItem);
     if (slot < view.instance_slot_count) cull(slot, appended, tally);
-    append_work(kSplatWork, appended.splats != kNoItem, appended.splats, appended.splat_work);
+    append_work(kSplatWork, appended.splats != kNoItem, appended.splat_work);
     append_item(appended.leaves);
     append_item(appended.wood);
   }

@@ -5,12 +5,12 @@
 // leaves are left to the hardware. kTogether: a group takes one list after the other, its clusters side by side. Otherwise an invocation
 // takes a short list, and a subgroup together a long one.
 // reads     view, instances, plants, cuts, items and the round's items stage, tiles; lists, clusters and lives by address
-// writes    work_items, splat_items, the round's work, splats and tiles stages; leaf_commands, draw_counts, counters
+// writes    work_items, the round's work, splats and tiles stages; leaf_commands, draw_counts, counters
 // dispatch  indirect, from the round's items stage; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
-#include "coppice_light.h"
 #include "raster.glsl"
+#include "shading.glsl"
 #include "counters.glsl"
 #include "draw_commands.glsl"
 #include "occlusion.glsl"
@@ -28,7 +28,7 @@ uint cluster_count(uint item, Plant plant, ClusterList list) {
   return list_of(item) == kPageList ? page_cluster_count(cut_leaf_count(slot_of(item), plant)) : list.cluster_count;
 }
 uint cluster_count(uint item) {
-  Plant plant = plants[instances[slot_of(item)].plant];
+  Plant plant = plants[plant_at(slot_of(item))];
   return is_mesh(item) ? plant.mesh_cluster_count : cluster_count(item, plant, list_at(plant, list_of(item)));
 }
 
@@ -48,6 +48,7 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
   bool quads = list_of(item) < kWoodLists, paged = list_of(item) == kPageList;
   uint leaf_count = item_leaf_count(item, plant, list), count = cluster_count(item, plant, list);
   float split_px = hardware_leaf_px(view.error_px * exp2(lod_bias_of(instance)));
+  float merged = quads ? merged_share(plant, leaf_count) : 0.0;
   float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
   uvec2 drawn = uvec2(0);
   for (uint i = first; i < count; i += step) {
@@ -65,9 +66,9 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
     bool small = unpack_length(cluster.grains_m, quarter) * object_px < splat_px * nearest_m;
     bool large = seen && quads && unpack_length(cluster.leaf_sizes_m, quarter) * object_px > split_px * nearest_m;
     if (large) large = draw_by_hardware(instance.plant, item, i, shown);
-    uint work = seen ? work_of(i, shown) : 0;
-    append_work(kSplatWork, seen && small && !large, item, work);
-    append_work(kLeafWork, seen && !small && !large, item, work);
+    WorkItem work = work_item(item, work_of(i, shown, merged), cluster, sun_past_others(instance, plant, center));
+    append_work(kSplatWork, seen && small && !large, work);
+    append_work(kLeafWork, seen && !small && !large, work);
     uint leaves = paged ? drawn_count(shown, cluster, born_splits(leaf_count, i)) : shown.count;
     if (seen) drawn += uvec2(leaves, large ? leaves : 0);
   }
@@ -76,7 +77,7 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
 
 // What is drawn: leaves, triangles of leaf meshes and of wood, and of all that triangles by the hardware.
 uvec4 expand(uint item, uint first, uint step) {
-  Instance instance = instances[slot_of(item)];
+  Instance instance = instance_at(slot_of(item));
   uvec2 drawn = uvec2(0);
   for (uint i = 0; i < list_count(plants[instance.plant], item); ++i) drawn += expand_list(item + (i << kSlotBits), instance, first, step);
   uint kind = list_of(item) < kWoodLists ? 0 : is_mesh(item) ? 1 : 2;

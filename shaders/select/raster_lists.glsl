@@ -26,10 +26,7 @@ void wake_tiles() {
   rounds[push.round].other_tiles.groups[0] = (tile_count() - finest_count + push.lanes - 1) / push.lanes;
 }
 
-// Lists of clusters.
-const uint kLeafWork = 0, kSplatWork = 1;
-
-// The first of `count` new places. They may lie beyond the capacity.
+// The first of `count` new places of a list in the round. They may lie beyond the capacity.
 uint take_places(uint list, uint count) {
   uint first;
   if (list == kLeafWork) {
@@ -40,19 +37,17 @@ uint take_places(uint list, uint count) {
     atomicMax(rounds[push.round].splats.groups[0], groups_for(min(first + count, push.work_capacity), push.splat_clusters));
   }
   if (first == 0) wake_tiles();
-  return first;
+  return first + earlier_work(list);
 }
 
-// some: whether this invocation has something; work: work_of, of the item's list
-void append_work(uint list, bool some, uint item, uint work) {
+// some: whether this invocation has something
+void append_work(uint list, bool some, WorkItem work) {
   uvec4 which = subgroupBallot(some);
   uint count = subgroupBallotBitCount(which), first = 0;
   if (count == 0) return;
   if (subgroupElect()) first = take_places(list, count);
-  uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
-  bool kept = some && place < push.work_capacity;
-  if (kept && list == kLeafWork) work_items[place] = uvec2(item, work);
-  if (kept && list == kSplatWork) splat_items[place] = uvec2(item, work);
+  uint index = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
+  if (some && index < push.work_capacity) work_items[work_place(list, index)] = work;
 }
 
 // Clusters whose leaves are larger on average, px, are drawn by the hardware, which shows their texture; in a shadow map none. A raised

@@ -30,6 +30,14 @@ const uint kDebugOcclusion = 4;
 const uint kDebugError = 5;
 const uint kDebugResidency = 6;
 const uint kMaxShadowMaps = 4;
+// coppice_content, and what kContents of surface.glsl holds of each attachment.
+const uint kContentLit = 1;
+const uint kContentAlbedo = 2;
+const uint kContentNormal = 3;
+const uint kContentLight = 4;
+const uint kContentUser = 5;
+const uint kContentVelocity = 6;
+const uint kContentBits = 4;
 const uint kMaxWoodLods = 8;
 const uint kMaxLeafMeshes = 16;
 // Draw commands of a plant among wood_commands: its wood LoDs, then its chunks of leaf meshes.
@@ -88,9 +96,9 @@ const uint kMaxGrains = 4;
 struct Splat {
   uint xy;       // its middle in the list's box, two unsigned 16-bit numbers: box_min + splat_step * q
   uint z_size;   // the third; and the side of the square of a disc's area without gaps, 65535 is Cluster::splat_size_m
-  uint axis;     // from its middle to its end, three snorm8 of Cluster::axis_steps steps
+  uint axis;     // from its middle to its end, three snorm8 of Cluster::axis_steps steps; from bit 24 on its roughness, snorm8
   uint normals;  // the one it is lit with and its face's, octahedral, two snorm8 each
-  uint look;     // its albedo, pack_albedo's; from bit 24 on the share of the sky that it sees
+  uint look;     // its albedo, pack_albedo's; from bit 24 on how much of the crown it stands for, were all others merged into as large ones
   uint crown;    // unpack_crown: the light at its middle
 };
 COPPICE_GPU_LAYOUT(Splat, 24);
@@ -110,9 +118,8 @@ struct Cluster {
   uint leaf_sizes_m;  // four: side of the square of the mean leaf's area
   float splat_size_m;
   float axis_steps;
-  uint bulks;  // four: how much of the crown a leaf stands for, in the mean, were all others merged into as large ones; 255 is all
 };
-COPPICE_GPU_LAYOUT(Cluster, 60);
+COPPICE_GPU_LAYOUT(Cluster, 56);
 // Where in Cluster::counts each begins. Births: the first and the last split of its page that bears one of its leaves.
 const uint kCountGrains = 8, kCountSurface = 10, kCountFirstBirth = 11, kCountLastBirth = 20, kCountGaps = 29;
 // Lengths of 8 bits: b stands for 2^((b - kLengthZero) / kLengthSteps) m, 0 for none.
@@ -141,9 +148,9 @@ struct CardLook {
   vec3 albedo;     // linear
   float coverage;  // share that is no hole
   uint mask[2];
-  float crown_normals;  // its material's
+  float crown_normals, roughness;  // its material's
 };
-COPPICE_GPU_LAYOUT(CardLook, 28);
+COPPICE_GPU_LAYOUT(CardLook, 32);
 
 // Places of the world are a place in a cell, from its middle, m, and three signed 16-bit numbers of the cell.
 const float kCellSide_m = 1024.0f;
@@ -161,8 +168,10 @@ struct Instance {
   uint plant;
   uint layer_mask;
   uint user_data;
+  uint before;  // 0: where it is it was in the frame before; kCame: it was nowhere; else 1 + where in View::moved its place of then is
 };
-COPPICE_GPU_LAYOUT(Instance, 60);
+COPPICE_GPU_LAYOUT(Instance, 64);
+const uint kCame = 0xffffffffu;
 
 struct Card {
   uint material;
@@ -177,8 +186,9 @@ struct Material {
   float coverage;       // share of its cards that is no hole
   float crown_normals;  // how far its leaves' normals turn to the crown's
   uint normal_map;      // texture of the plant, or kNoTexture
+  float roughness;
 };
-COPPICE_GPU_LAYOUT(Material, 36);
+COPPICE_GPU_LAYOUT(Material, 40);
 
 struct WoodVertex {
   vec3 position;  // object space, m
@@ -235,12 +245,14 @@ COPPICE_GPU_LAYOUT(Plant, 188);
 const uint kMostEyes = 2;
 struct Eye {
   mat4 clip_from_world;
+  mat4 clip_from_world_before;  // in the frame before, for places of this one's world space
+  mat4 world_from_key;          // for (x, y, depth key, 1), x and y of clip space by w
   vec4 planes[5];
   vec4 key_row;  // dot(key_row, place) / w is a place's depth key: 1 at the near plane, 0 at the far one
   vec3 place;
   uvec2 first_px;  // the picture's first pixel in the attachments
 };
-COPPICE_GPU_LAYOUT(Eye, 180);
+COPPICE_GPU_LAYOUT(Eye, 308);
 
 // What a frame is seen with. To shaders world space begins at the view's eye, of two at the middle, which is there in full only here:
 // floats hold what is near it. focal_px and near_m: of sizes.
@@ -263,6 +275,7 @@ struct View {
   vec3 fog_color;
   uint debug_view;                 // coppice_debug_view
   uvec2 debug_colors;              // address of DebugColorArray: by instance slot, rgb, 8 bits each
+  uvec2 moved;                     // address of Instance[]: where those that have moved since the frame before were then
   uint is_shadow;                  // 1: its picture is a shadow map
   uint shadow_map_count;           // of shadow_maps
   float depth_sign;                // 1: nearer is larger; -1: smaller
@@ -273,7 +286,7 @@ struct View {
   vec2 half_size_px;               // of the picture
   mat4 map_clips[kMaxShadowMaps];  // clip_from_world of each shadow map
 };
-COPPICE_GPU_LAYOUT(View, 788);
+COPPICE_GPU_LAYOUT(View, 1052);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -1,11 +1,12 @@
 // Descriptor set 1 of the compute rasteriser, as gpu/view/leaf_raster.cpp writes it, and what its passes share. After bindings.glsl.
-// The picture, and the tiles, are those of the first eye, then of the second. A pixel of the picture is two words: the leaf's radiance,
-// then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the larger one is the nearer leaf.
+// The picture, and the tiles, are those of the first eye, then of the second. A pixel of the picture is two words: the leaf's name (see
+// names.glsl), then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the larger one is the nearer leaf.
 
 #extension GL_KHR_shader_subgroup_ballot : require
 
 #include "raster_shared.h"
 #include "clusters.glsl"
+#include "names.glsl"
 
 layout(set = 1, binding = 0, scalar) buffer PictureBuffer { uint picture[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer BlockBuffer { InstanceBlock blocks[]; };
@@ -13,35 +14,46 @@ layout(set = 1, binding = 2, scalar) buffer RoundBuffer { RasterRound rounds[]; 
 layout(set = 1, binding = 3, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
 // As slot_of and list_of take them; from the end MeshDraws of all rounds.
 layout(set = 1, binding = 4, scalar) buffer ItemBuffer { uint items[]; };
-layout(set = 1, binding = 5, scalar) buffer WorkBuffer { uvec2 work_items[]; };    // an item, work_of
-layout(set = 1, binding = 6, scalar) buffer BigBuffer { uvec2 big_items[]; };      // an item, big_leaf
-layout(set = 1, binding = 7, scalar) buffer SplatBuffer { uvec2 splat_items[]; };  // as work_items
-layout(set = 1, binding = 8, scalar) buffer TileBuffer { uint tiles[]; };          // the smallest key of each tile, level by level
+layout(set = 1, binding = 5, scalar) buffer WorkBuffer { WorkItem work_items[]; };    // see work_place
+layout(set = 1, binding = 6, scalar) buffer BigBuffer { uvec2 big_items[]; };         // a place in work_items, big_leaf
+layout(set = 1, binding = 7, scalar) buffer TileBuffer { uint tiles[]; };             // the smallest key of each tile, level by level
 
-// The picture's words again, to be read without atomics: software drivers load a vector from texels, but word by word from buffers.
-layout(set = 1, binding = 9) uniform usamplerBuffer picture_words;
+// What others write again, to be read as texels: software drivers load a vector from them, but word by word from buffers.
+layout(set = 1, binding = 8) uniform usamplerBuffer picture_words;
+layout(set = 1, binding = 9) uniform usamplerBuffer work_texels;
+layout(set = 1, binding = 10) uniform usamplerBuffer instance_texels;
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CardLookArray { CardLook at[]; };
 
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
-// A cluster of an item's list and what is shown of it, one leaf at least, in a word.
-const uint kWorkClusterBits = 24;
-uint work_of(uint cluster, ShownLeaves shown) {
-  return cluster | (shown.count - 1) << kWorkClusterBits | (shown.partly_born ? 1u << 31 : 0u);
-}
-uint cluster_of_work(uint work) { return work & ((1u << kWorkClusterBits) - 1u); }
 // A leaf of a cluster, and the eye that sees it large.
-uint big_leaf(uint eye, uint cluster, uint leaf) { return eye << 31 | cluster * kClusterLeaves + leaf; }
+uint big_leaf(uint eye, uint leaf) { return eye << 31 | leaf; }
 uint eye_of_big(uint big) { return big >> 31; }
-uint cluster_of_big(uint big) { return (big & ~(1u << 31)) / kClusterLeaves; }
-uint leaf_of_big(uint big) { return big % kClusterLeaves; }
-ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kWorkClusterBits & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
+uint leaf_of_big(uint big) { return big & ~(1u << 31); }
 
-// The leaves of the cut that an item is of: those of its list, or of the instance's cut.
-uint item_leaf_count(uint item, Plant plant, ClusterList list) {
-  return list_of(item) == kPageList ? cut_leaf_count(slot_of(item), plant) : list.leaf_count;
+// Clusters of splats lie one behind the other from the first place on, those of leaves from the last one on, of all rounds: a pixel names
+// a place until the view is culled again.
+const uint kLeafWork = 0, kSplatWork = 1;
+uint work_place(uint list, uint index) { return list == kSplatWork ? index : push.work_capacity - 1 - index; }
+// Clusters of a list in earlier rounds.
+uint earlier_work(uint list) {
+  uint count = 0;
+  for (uint i = 0; i < push.round; ++i) count += list == kSplatWork ? rounds[i].splats.count : rounds[i].work.count;
+  return count;
 }
+// What a round's list has, none beyond the last place.
+uint work_count(uint list, uint earlier) {
+  uint count = list == kSplatWork ? rounds[push.round].splats.count : rounds[push.round].work.count;
+  return min(count, push.work_capacity - min(earlier, push.work_capacity));
+}
+
+WorkItem work_at(uint place) { return unpacked_work(texelFetch(work_texels, int(place))); }
+uvec4 instance_texel(uint slot, uint part) { return texelFetch(instance_texels, int(4 * slot + part)); }
+Instance instance_at(uint slot) {
+  return unpacked_instance(instance_texel(slot, 0), instance_texel(slot, 1), instance_texel(slot, 2), instance_texel(slot, 3));
+}
+uint plant_at(uint slot) { return instance_texel(slot, 3).x; }
 
 // x: columns, y: rows, z: place of the level's first tile.
 uvec3 tile_level(uint level) {

@@ -13,7 +13,7 @@ namespace coppice::gpu {
 const uint kBlockSlots = kCullGroupSize;
 // A frame is rasterised in rounds, large instances first. What a round has covered hides blocks, instances and clusters of the next.
 const uint kRasterRounds = 4;
-// Clusters in a round, before any is culled. Instances beyond are drawn with the cut of one cluster, for which there is room besides.
+// Clusters in a frame, before any is culled. Instances beyond are drawn with the cut of one cluster, for which there is room besides.
 const uint kWorkClusters = 1u << 19;
 const uint kBigCapacity = 1u << 18;  // leaves in a round that a whole workgroup rasterises
 const uint kTileShift = 3;
@@ -39,11 +39,21 @@ struct RasterStage {
 };
 COPPICE_GPU_LAYOUT(RasterStage, 16);
 
+// A cluster to draw. A pixel names one: what its light needs of it is here, so that it loads no more.
+struct WorkItem {
+  uint item;     // slot_of, list_of
+  uint work;     // work_of
+  uvec2 splats;  // the cluster's; from kWorkSunShift of the high word on the share of the sun that gets past other plants, kWorkSunSteps
+};
+COPPICE_GPU_LAYOUT(WorkItem, 16);
+const uint kWorkSunShift = 25, kWorkSunSteps = 127;
+
 struct RasterRound {
   RasterStage blocks, items, work, splats, big;
   RasterStage finest_tiles, other_tiles;  // no groups where the round draws nothing
-  RasterStage draws;                      // of round 0 alone: instances of all rounds that the hardware draws
-  uint reserved;                          // clusters of the instances so far
+  // Of round 0 alone, for all rounds:
+  RasterStage draws;  // instances that the hardware draws
+  uint reserved;      // clusters of the instances so far
 };
 COPPICE_GPU_LAYOUT(RasterRound, 132);
 
@@ -57,14 +67,15 @@ struct RasterPush {
   float split_px;      // clusters whose leaves are larger on average are drawn by the hardware
   uint reversed;       // 1: the depth attachment holds the key; 0: it holds 1 - key
   uint lanes;          // invocations of a group of leaf_expand.comp, leaf_tiles.comp and hardware_draws.comp
-  uint work_capacity;  // of work_items and of splat_items
+  uint work_capacity;  // of work_items
+  uint place_bits;     // that name a place of them
   // What a group takes at a time: items of leaf_expand.comp; clusters of leaves, one after the other; clusters of splats, side by side.
   uint expand_items;
   uint leaf_clusters;
   uint splat_clusters;
   uint eye;  // of raster_resolve.frag; other passes go through all eyes
 };
-COPPICE_GPU_LAYOUT(RasterPush, 48);
+COPPICE_GPU_LAYOUT(RasterPush, 52);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

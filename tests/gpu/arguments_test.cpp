@@ -34,7 +34,7 @@ static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2);
 static_assert(sizeof(coppice_camera) == 8 * 16 + 4 * (2 + 2 + 16 + 2 + 2 + 6) + 8);  // temporal_frame and layer_mask: of any value
 static_assert(sizeof(coppice_eye) == 8 * 16 + 4 * (1 + 2 + 16 + 1));
 static_assert(sizeof(coppice_view_desc) == 8);
-static_assert(sizeof(coppice_vulkan_view_desc) == 52);
+static_assert(sizeof(coppice_vulkan_view_desc) == 84);
 static_assert(sizeof(coppice_ray) == 56);  // pick_test
 
 /// Floats of a struct.
@@ -210,6 +210,13 @@ std::vector<Wrong<ViewDescs>> wrong_view_descs() {
       {"vulkan.color_formats[0]", [](auto& d) { d.vulkan.color_formats[0] = VK_FORMAT_UNDEFINED; }},
       {"vulkan.color_formats[0]", [](auto& d) { d.desc.output = COPPICE_OUTPUT_DEPTH; }},
       {"vulkan.color_formats[7]", [](auto& d) { d.vulkan.color_formats[7] = VK_FORMAT_R8G8B8A8_SRGB; }},
+      {"vulkan.contents[1]", [](auto& d) { d.vulkan.color_formats[1] = VK_FORMAT_R8G8B8A8_SRGB; }},
+      {"vulkan.contents[0]", [](auto& d) { d.vulkan.contents[0] = static_cast<coppice_content>(8); }},
+      {"vulkan.contents[5]",
+       [](auto& d) {
+         d.desc.output = COPPICE_OUTPUT_SURFACE;
+         for (int i = 0; i < 6; ++i) d.vulkan.color_formats[i] = VK_FORMAT_R8G8B8A8_UNORM;
+       }},
       {"vulkan.depth_format", [](auto& d) { d.vulkan.depth_format = VK_FORMAT_UNDEFINED; }},
       {"vulkan.has_stencil", [](auto& d) { d.vulkan.has_stencil = VK_TRUE; }},
       {"vulkan.has_stencil", [](auto& d) { d.vulkan.has_stencil = 2; }},

@@ -45,12 +45,12 @@ void put_clusters() {
   put(splat.xy); put(splat.z_size); put(splat.axis); put(splat.normals); put(splat.look); put(splat.crown);
   put(cluster.center); put(cluster.radius_m); put(cluster.leaves); put(cluster.splats); put(cluster.counts);
   put(cluster.last_death); put(cluster.grains_m); put(cluster.leaf_sizes_m);
-  put(cluster.splat_size_m); put(cluster.axis_steps); put(cluster.bulks);
+  put(cluster.splat_size_m); put(cluster.axis_steps);
   put(list.box_min); put(list.leaf_count); put(list.box_step); put(list.cluster_count); put(list.range_count); put(list.splat_step); put(list.leaf_size_m);
   put(list.blocks); put(list.grain_m); put(list.holed_m); put(list.facet_m);
   put(look.albedo); put(look.coverage);
   for (int i = 0; i < 2; ++i) put(look.mask[i]);
-  put(look.crown_normals);
+  put(look.crown_normals); put(look.roughness);
 }
 
 void put_plant() {
@@ -68,7 +68,7 @@ void put_plant() {
 
 void put_view() {
   for (uint eye = 0; eye < kMostEyes; ++eye) {
-    put(view.eyes[eye].clip_from_world);
+    put(view.eyes[eye].clip_from_world); put(view.eyes[eye].clip_from_world_before); put(view.eyes[eye].world_from_key);
     for (int i = 0; i < 5; ++i) put(view.eyes[eye].planes[i]);
     put(view.eyes[eye].key_row); put(view.eyes[eye].place); put(view.eyes[eye].first_px);
   }
@@ -76,7 +76,7 @@ void put_view() {
   put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.lod_discrete); put(view.instance_slot_count);
   put(view.fog_density);
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
-  put(view.debug_view); put(view.debug_colors);
+  put(view.debug_view); put(view.debug_colors); put(view.moved);
   put(view.is_shadow); put(view.shadow_map_count); put(view.depth_sign); put(view.is_mirrored);
   put(view.is_perspective); put(view.toward_viewer);
   put(view.temporal_frame); put(view.half_size_px);
@@ -86,10 +86,10 @@ void put_view() {
 void main() {
   put_clusters();
   put(instance.position); put(instance.scale); put(instance.rotation); put(instance.cell_xy); put(instance.cell_z_bias);
-  put(instance.tint_xy); put(instance.tint_z_share); put(instance.plant); put(instance.layer_mask); put(instance.user_data);
+  put(instance.tint_xy); put(instance.tint_z_share); put(instance.plant); put(instance.layer_mask); put(instance.user_data); put(instance.before);
   put(card.material);
   for (int i = 0; i < 4; ++i) put(card.uv[i]);
-  put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.coverage); put(material.crown_normals); put(material.normal_map);
+  put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.coverage); put(material.crown_normals); put(material.normal_map); put(material.roughness);
   put(wood_vertex.position); put(wood_vertex.normal); put(wood_vertex.uv); put(wood_vertex.material);
   put(leaf_mesh_vertex.position); put(leaf_mesh_vertex.normal); put(leaf_mesh_vertex.uv);
   put(leaf_mesh_vertex.stalk_xy); put(leaf_mesh_vertex.stalk_z_material);

@@ -134,6 +134,13 @@ FIELD(coppice_ray, max_distance_m, 44);
 FIELD(coppice_ray, boxes, 48);
 LAST_FIELD(coppice_ray, reserved, 52, 56);
 
+FIELD(coppice_wind, struct_size, 0);
+FIELD(coppice_wind, direction, 4);
+FIELD(coppice_wind, speed, 16);
+FIELD(coppice_wind, gustiness, 20);
+FIELD(coppice_wind, time_s, 24);
+LAST_FIELD(coppice_wind, time_before_s, 32, 40);
+
 FIELD(coppice_hit, struct_size, 0);
 FIELD(coppice_hit, kind, 4);
 FIELD(coppice_hit, plant, 8);
@@ -349,7 +356,8 @@ FIELD(coppice_vulkan_view_desc, color_formats, 4);
 FIELD(coppice_vulkan_view_desc, depth_format, 36);
 FIELD(coppice_vulkan_view_desc, depth_compare, 40);
 FIELD(coppice_vulkan_view_desc, samples, 44);
-LAST_FIELD(coppice_vulkan_view_desc, has_stencil, 48, 52);
+FIELD(coppice_vulkan_view_desc, has_stencil, 48);
+LAST_FIELD(coppice_vulkan_view_desc, contents, 52, 84);
 
 FIELD(coppice_shadow_map, image, 0);
 LAST_FIELD(coppice_shadow_map, clip_from_world, 8, 136);

@@ -91,6 +91,7 @@ TEST(StructInit, FillsAsMuchAsTheProgramHas) {
   expect_defaults(COPPICE_STRUCT_TREE_INFO, coppice_tree_info_init);
   expect_defaults(COPPICE_STRUCT_RAY, coppice_ray_init);
   expect_defaults(COPPICE_STRUCT_HIT, coppice_hit_init);
+  expect_defaults(COPPICE_STRUCT_WIND, coppice_wind_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_LIGHT, coppice_light_init);
 }
 

@@ -144,6 +144,7 @@ typedef enum coppice_struct {
   COPPICE_STRUCT_TREE_INFO = 23,
   COPPICE_STRUCT_RAY = 24,
   COPPICE_STRUCT_HIT = 25,
+  COPPICE_STRUCT_WIND = 26,
   COPPICE_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_struct;
 /* Fills a struct of `bytes` bytes with the defaults of its kind, as far as it goes; what the library does not know becomes 0. struct_size
@@ -628,8 +629,9 @@ COPPICE_API coppice_status coppice_pick(const coppice_context* context, const co
 /* Something that plants are drawn to: a camera's picture, a shadow map, a mirror. A view keeps what culling fills, the picture of the
  * compute rasteriser, and what earlier frames have taught it; a frame begins with all the views that it will draw. */
 typedef enum coppice_output {
-  COPPICE_OUTPUT_LIT = 0,   /* colour, lit by coppice_light, and depth */
-  COPPICE_OUTPUT_DEPTH = 1, /* depth alone: a shadow map. Leaves are quads, and what is out of view wants nothing */
+  COPPICE_OUTPUT_LIT = 0,     /* colour, lit by coppice_light, and depth */
+  COPPICE_OUTPUT_DEPTH = 1,   /* depth alone: a shadow map. Leaves are quads, and what is out of view wants nothing */
+  COPPICE_OUTPUT_SURFACE = 2, /* what an engine lights itself, and depth: coppice_content of coppice/vulkan.h */
   COPPICE_OUTPUT_MAX_ENUM = 0x7fffffff
 } coppice_output;
 
@@ -757,8 +759,21 @@ static inline void coppice_sun_desc_init(coppice_sun_desc* desc) {
 COPPICE_API coppice_status coppice_sun_camera(const coppice_context* context, coppice_view view, const coppice_sun_desc* desc,
                                               coppice_camera* camera);
 
-/* Wind is still to come. */
-typedef struct coppice_wind coppice_wind;
+/* The wind that all plants of a context stand in. Where a place of a plant is depends on nothing but this and its place at rest, so that
+ * every level of detail, and every view, has it at the same. Stems bend, boughs sway, leaves flutter, as far as the file says
+ * (coppice bake --wind-stiffness); gusts travel. In a gale of 25 m/s nothing of a plant is moved by more than a twentieth of its bounding
+ * sphere's radius, and stronger winds move it no further. */
+typedef struct coppice_wind {
+  uint32_t struct_size;
+  float direction[3];   /* where it blows to, unit, world space; what of it points up or down counts for nothing; default 1 0 0 */
+  float speed;          /* m/s, 0 to 100; 0, the default, is still air: the picture is that without wind, to the bit */
+  float gustiness;      /* 0 to 1: how far gusts depart from the mean; default 0.5 */
+  double time_s;        /* from any moment on, 0 to 1e9; default 0 */
+  double time_before_s; /* of the frame before: velocity is what has moved since, and by the wind of then. Default 0 */
+} coppice_wind;
+static inline void coppice_wind_init(coppice_wind* wind) {
+  coppice_struct_init(COPPICE_STRUCT_WIND, wind, sizeof *wind);
+}
 
 typedef struct coppice_frame {
   uint32_t struct_size;
@@ -767,7 +782,7 @@ typedef struct coppice_frame {
   const coppice_camera* cameras; /* [camera_count], one for each view that is drawn; read within the call */
   uint32_t camera_count;         /* may be 0: then nothing is drawn, and nothing wanted */
   uint32_t camera_bytes;    /* from one to the next: sizeof(coppice_camera) as the program was compiled with. coppice_frame_init sets it */
-  const coppice_wind* wind; /* null, the one value so far: still air */
+  const coppice_wind* wind; /* read within the call; null, the default: still air */
 } coppice_frame;
 static inline void coppice_frame_init(coppice_frame* frame) {
   coppice_struct_init(COPPICE_STRUCT_FRAME, frame, sizeof *frame);
@@ -775,7 +790,7 @@ static inline void coppice_frame_init(coppice_frame* frame) {
 }
 
 /* Collects finished reads and decodes, decides what to load and evict for all its views together, starts reads and jobs.
- * Streaming wants of a plant the most that any of the views wants. Views of COPPICE_OUTPUT_LIT are taken apart in three lots, in the order
+ * Streaming wants of a plant the most that any of the views wants. Views with colours are taken apart in three lots, in the order
  * of their creation, those of COPPICE_OUTPUT_DEPTH in one more; views of a lot are streamed for at the lowest threshold of them.
  * before: between frames; a frame that nothing was recorded of is one too
  * after: the frame is begun: with a renderer coppice_record_upload is next, without one coppice_next_change and coppice_get_draws

@@ -108,7 +108,8 @@ typedef struct coppice_vulkan_desc {
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
    * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
    * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 17 storage buffers a
-   * stage or with max_instances above 16,777,216; a warning in the log says so. Its lists take 13 MB with the first instance. */
+   * stage or with max_instances above 16,777,216; a warning in the log says so. With the first instance its lists take 2 MB, 10 MB of each view with
+   * colours and 10 MB of all those of depth alone. */
   VkBool32 compute_raster;
 
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
@@ -154,12 +155,30 @@ COPPICE_API coppice_status coppice_pipelines_ready(const coppice_context* contex
 
 #define COPPICE_MAX_COLORS 8u
 
+/* What a colour attachment gets. coppice_surface.glsl, which is installed beside this header, says which channel holds what, reads it back,
+ * and has the light of COPPICE_CONTENT_LIT: an engine's lighting pass can start from it. */
+typedef enum coppice_content {
+  COPPICE_CONTENT_DEFAULT = 0, /* of COPPICE_OUTPUT_LIT the first is LIT; of COPPICE_OUTPUT_SURFACE they are ALBEDO, NORMAL, LIGHT, USER and
+                                  VELOCITY in this order; others must be set */
+  COPPICE_CONTENT_LIT = 1,     /* shaded by coppice_light, linear, with fog; alpha 1 */
+  COPPICE_CONTENT_ALBEDO = 2,  /* albedo, linear: an sRGB format encodes it; alpha: occlusion */
+  COPPICE_CONTENT_NORMAL = 3,  /* octahedral normal in world space, roughness, roundness */
+  COPPICE_CONTENT_LIGHT = 4,   /* translucency, the share of the sun that arrives through the plant's own crown, octahedral face */
+  COPPICE_CONTENT_USER = 5,    /* coppice_placement.user_data, a byte each, lowest first: R8G8B8A8_UNORM holds all of it */
+  COPPICE_CONTENT_VELOCITY = 6, /* px that the place has moved since the frame before, x and y; 1 in z where its instance came with this
+                                   frame, grows up, or was moved with more than an eighth of all: then only the camera's motion counts.
+                                   In a view that the frame before did not show the camera has none. R16G16B16A16_SFLOAT holds all of it.
+                                   What the cameras' projections are shifted by (jitter) is in it */
+  COPPICE_CONTENT_NONE = 7,     /* nothing is drawn to it: an attachment of the engine's own. Needs the feature independentBlend */
+  COPPICE_CONTENT_MAX_ENUM = 0x7fffffff
+} coppice_content;
+
 /* What a view is drawn to: images with no other usage than that of attachments, and of SAMPLED where they become shadow maps. Formats must
  * be set. */
 typedef struct coppice_vulkan_view_desc {
   uint32_t struct_size;
-  /* Of the colour attachments that coppice_record_draw draws to, VK_FORMAT_UNDEFINED from the first on that is not there. One of
-   * COPPICE_OUTPUT_LIT, no integers: shaded colour, linear. None of COPPICE_OUTPUT_DEPTH. */
+  /* Of the colour attachments that are bound while coppice_record_draw draws, VK_FORMAT_UNDEFINED from the first on that is not there: at
+   * least one, but none of COPPICE_OUTPUT_DEPTH. No integers, but for COPPICE_CONTENT_NONE. */
   VkFormat color_formats[COPPICE_MAX_COLORS];
   VkFormat depth_format;         /* with depth */
   VkCompareOp depth_compare;     /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
@@ -167,6 +186,7 @@ typedef struct coppice_vulkan_view_desc {
   /* VK_TRUE: depth_format has stencil too, and while drawing the image is bound as the stencil attachment as well; what is in it stays.
    * Default VK_FALSE: no stencil attachment is bound. */
   VkBool32 has_stencil;
+  coppice_content contents[COPPICE_MAX_COLORS]; /* of color_formats; default COPPICE_CONTENT_DEFAULT */
 } coppice_vulkan_view_desc;
 static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_VIEW_DESC, desc, sizeof *desc);
@@ -174,7 +194,7 @@ static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc)
 
 /* Pipelines are shared by views of the same formats; the first of their kind has some built (coppice_pipelines_ready). A view takes about
  * 64 bytes an instance slot and 1.5 KB a plant, draw commands of up to a 64th of the memory budget and, with compute_raster, 8 bytes a
- * pixel. cost: some milliseconds, and pipelines by jobs. errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_UNSUPPORTED: a format or
+ * pixel and a list of 10 MB. cost: some milliseconds, and pipelines by jobs. errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_UNSUPPORTED: a format or
  * samples; COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_vulkan_view_create(coppice_context* context, const coppice_view_desc* desc,
                                                       const coppice_vulkan_view_desc* vulkan, coppice_view* view);
@@ -198,12 +218,12 @@ typedef struct coppice_shadow_map {
   double clip_from_world[16]; /* that it was drawn with: clip_from_view * view_from_world, multiplied as doubles; has an inverse */
 } coppice_shadow_map;
 
-/* Of COPPICE_OUTPUT_LIT. */
+/* What COPPICE_CONTENT_LIT is shaded by. Of other contents LIGHT depends on sun_direction and the shadow maps, and nothing else on it. */
 typedef struct coppice_light {
   uint32_t struct_size;
   float sun_direction[3]; /* unit, towards the sun, world space; default 0 1 0 */
   /* Linear; 0 to 1e9, here and below. A white surface that faces the sun comes out as sun_color and its share of sky and ground: there is
-   * no division by pi. What the compute rasteriser draws is at most 65,408. */
+   * no division by pi. */
   float sun_color[3];    /* default 3 3 3 */
   float sky_color[3];    /* ambient from above; default 0.6 */
   float ground_color[3]; /* ambient from below; default 0.2 */

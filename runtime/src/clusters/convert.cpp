@@ -24,7 +24,8 @@ Material gpu_material(const coppice_file_material& material) {
           .texture = texture == COPPICE_NO_TEXTURE ? kNoTexture : texture,
           .coverage = coverage > 0 ? static_cast<float>(coverage) / 255.0f : 1.0f,
           .crown_normals = material_crown_normals(material),
-          .normal_map = normal_map == COPPICE_NO_TEXTURE ? kNoTexture : normal_map};
+          .normal_map = normal_map == COPPICE_NO_TEXTURE ? kNoTexture : normal_map,
+          .roughness = material.roughness};
 }
 
 WoodVertex gpu_wood_vertex(const coppice::WoodVertex& vertex) {

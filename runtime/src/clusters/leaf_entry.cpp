@@ -20,16 +20,14 @@ std::uint32_t log2_grains(std::span<const LeafEntry> entries) {
 /// Of the first quarter of a cluster's places, two, three and all: how large leaves are, and how long grains in the mean of what they
 /// cover, or half as long as the longest.
 void set_quarters(std::span<const LeafEntry> entries, std::uint32_t grains, Cluster& cluster) {
-  float area_m2 = 0, grain_m3 = 0, longest_m = 0, bulk = 0;
+  float area_m2 = 0, grain_m3 = 0, longest_m = 0;
   for (std::size_t i = 0, quarter = 0; quarter < 4; ++quarter) {
     for (; i < std::min<std::size_t>(entries.size(), kClusterLeaves / 4 * (quarter + 1)); ++i) {
       area_m2 += entries[i].area_m2;
       const float grain_m = entries[i].length_m / static_cast<float>(entries[i].is_triangle ? 1u : grains);
       grain_m3 += entries[i].area_m2 * grain_m;
       longest_m = std::max(longest_m, grain_m);
-      bulk += entries[i].bulk;
     }
-    cluster.bulks |= static_cast<std::uint32_t>(std::lround(255.0f * bulk / static_cast<float>(i))) << (8 * quarter);
     if (!(area_m2 > 0.0f)) continue;
     cluster.grains_m |= pack_length(entries[0].is_triangle ? longest_m : std::max(grain_m3 / area_m2, 0.8f * longest_m)) << (8 * quarter);
     cluster.leaf_sizes_m |= pack_length(std::sqrt(area_m2 / static_cast<float>(i))) << (8 * quarter);
@@ -62,9 +60,9 @@ Splat splat_of(const LeafEntry& entry, const LeafBox& box, std::uint32_t grains,
   const vec3 along = cluster.axis_steps > 0.0f ? axis_steps(entry, step) / vec3(cluster.axis_steps) : vec3(0.0f);
   return {.xy = place.x | place.y << 16,
           .z_size = place.z | static_cast<uint>(side) << 16,
-          .axis = packSnorm4x8(vec4(along, 0.0f)),
+          .axis = packSnorm4x8(vec4(along, entry.roughness)),
           .normals = packSnorm4x8(vec4(normal.x, normal.y, face.x, face.y)),
-          .look = entry.look | packUnorm4x8(vec4(vec3(0.0f), entry.light.sky)),
+          .look = entry.look | packUnorm4x8(vec4(vec3(0.0f), entry.bulk)),
           .crown = pack_crown(entry.light)};
 }
 

@@ -35,11 +35,12 @@ struct LeafEntry {
   bool is_surface = false;   ///< a triangle without holes
   // Of its splat.
   vec3 normal{}, face{};
-  std::uint32_t look = 0;  ///< Splat::look without the sky
+  float roughness = 1;
+  std::uint32_t look = 0;  ///< Splat::look without the bulk
   std::uint32_t gaps = 0;  ///< sixteenths of it
   float covered_m2 = 0;    ///< without holes and gaps
   CrownSample light{};
-  float bulk = 0;  ///< as in Cluster::bulks, 0..1
+  float bulk = 0;  ///< of Splat::look, 0..1
 
   [[nodiscard]] vec3 middle() const { return (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25f; }
 };

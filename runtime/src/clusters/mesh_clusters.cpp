@@ -285,7 +285,9 @@ std::size_t light_wood(const WoodSpan& mesh, const MeshSource& source, std::span
     LeafEntry& entry = triangle.entry;
     const vec3 face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
     entry.face = dot(face, face) > 0.0f ? face : entry.normal;
-    entry.look = wood_color_of(source.appearance.looks, vertex_of(mesh, triangle, 0).material, uvs_of(mesh, triangle));
+    const std::uint32_t material = vertex_of(mesh, triangle, 0).material;
+    entry.look = wood_color_of(source.appearance.looks, material, uvs_of(mesh, triangle));
+    entry.roughness = source.appearance.looks.materials[material].roughness;
     triangle.turning_m = turning_m(mesh, triangle);
     return cover_wood(source.appearance.looks, mesh, triangle);
   };
@@ -305,6 +307,7 @@ std::size_t light_leaves(const WoodSpan& mesh, const MeshSource& source, std::sp
     const LeafNormals normals = leaf_normals(crown, middle, entry.normal, source.appearance.looks.looks[entry.leaf.card].crown_normals);
     entry.normal = normals.lit;
     entry.face = normals.face;
+    entry.roughness = source.appearance.looks.materials[first.material].roughness;
     entry.look = pack_albedo(look.albedo * variation(crown, source.box.at(stalk), stalk));
     area_m2 += entry.area_m2;
     if (look.coverage > 0.0f && look.coverage < 1.0f) partial_m2 += entry.area_m2;

@@ -38,6 +38,7 @@ LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t
   const LeafNormals normals = leaf_normals(crown, entry.middle(), cross(c[2] - c[0], c[3] - c[1]), look.crown_normals);
   entry.normal = normals.lit;
   entry.face = normals.face;
+  entry.roughness = look.roughness;
   entry.look = pack_albedo(look.albedo * variation(crown, c[0], corners[0]) * linear_brightness(node.fade));
   entry.covered_m2 = covered_area_m2(entry.area_m2, look, node.fade);
   entry.light = source.light->at(entry.middle());

@@ -67,7 +67,8 @@ Result<void> Renderer::create() {
 Renderer::~Renderer() {
   pipelines_.close();
   timer_.destroy(device_);
-  for (Buffer* buffer : {&scene_.instances, &scene_.plants, &scene_.tables, &scene_.quad_indices}) destroy_buffer(device_, *buffer);
+  for (Buffer* buffer : {&scene_.instances, &scene_.moved, &scene_.plants, &scene_.tables, &scene_.quad_indices})
+    destroy_buffer(device_, *buffer);
 }
 
 // What the device binds, and what it culls in one dispatch.
@@ -86,7 +87,11 @@ BufferSizes Renderer::sizes(const Capacity& wanted) {
   const Capacity capacity{std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.views.max_instances)), plants = capacity.plants;
   BufferSizes sizes;
-  sizes.add({&scene_.instances, slots * sizeof(Instance), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo | kFrom, true});
+  const VkBufferUsageFlags texels = views_.has_raster() ? VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT : 0;
+  sizes.add({&scene_.instances, slots * sizeof(Instance), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | texels | kTo | kFrom, true,
+             VK_FORMAT_R32G32B32A32_UINT});
+  sizes.add({&scene_.moved, std::max(InstanceTable::most_moved(static_cast<std::uint32_t>(slots)), 1u) * sizeof(Instance),
+             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | kTo});
   sizes.add({&scene_.plants, plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
   sizes.add({&scene_.tables, plants * kTableStride * sizeof(std::uint32_t), VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true});
   views_.add_sizes(capacity, sizes);
@@ -99,7 +104,7 @@ Result<void> Renderer::create_buffers() {
   first.add({&scene_.quad_indices, std::uint64_t{kClusterLeaves} * 6 * sizeof(std::uint16_t),
              VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT});
   for (const BufferSize& size : first.span()) {
-    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device_, size.bytes, size.usage, MemoryKind::device)));
+    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device_, size.bytes, size.usage, MemoryKind::device, size.texels)));
   }
   COPPICE_CHECK(plants_.reserve(capacity_.plants));
   return views_.reserve_plants(capacity_.plants);
@@ -186,6 +191,8 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
       return staged;
     }
   }
+  if (!instances.moved().empty()) COPPICE_CHECK(uploads_.copy(bytes_of(instances.moved()), scene_.moved, 0));
+  instances.forget_moves();
   uploaded_slot_count_ = static_cast<std::uint32_t>(slots.size());
   return {};
 }
@@ -212,9 +219,19 @@ Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<con
   return staged;
 }
 
+Result<std::uint32_t> Renderer::add_view(const AttachmentDesc& attachments) {
+  COPPICE_TRY(view, views_.add(attachments, capacity_));
+  // The first of its kind may ask for lists that views share.
+  if (auto shared = growing_.reserve(sizes({})); !shared) {
+    remove_view(view);
+    return shared.error();
+  }
+  return view;
+}
+
 void Renderer::remove_view(std::uint32_t view) {
   BufferSizes sizes;
-  views_.view(view).add_sizes({}, sizes);
+  views_.view(view).add_sizes({.slots = 1}, sizes);  // all that it may have
   growing_.forget(sizes);
   views_.remove(view);
 }

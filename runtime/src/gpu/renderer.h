@@ -82,7 +82,7 @@ class Renderer {
   Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
 
   /// attachments: checked. errors  out_of_memory, device_lost
-  Result<std::uint32_t> add_view(const AttachmentDesc& attachments) { return views_.add(attachments, capacity_); }
+  Result<std::uint32_t> add_view(const AttachmentDesc& attachments);
   void remove_view(std::uint32_t view);
   /// view: of add_view
   [[nodiscard]] ViewRecorder& view(std::uint32_t view) { return views_.view(view); }

@@ -61,6 +61,13 @@ coppice_placement placement_of(const Instance& instance) {
   return placement;
 }
 
+/// Whether two are at the same place.
+bool stands_alike(const Instance& a, const Instance& b) {
+  return std::memcmp(&a.position, &b.position, sizeof a.position) == 0 && a.scale == b.scale &&
+         std::memcmp(&a.rotation, &b.rotation, sizeof a.rotation) == 0 && a.cell_xy == b.cell_xy &&
+         (a.cell_z_bias & 0xffffu) == (b.cell_z_bias & 0xffffu);
+}
+
 }  // namespace
 
 coppice_placement placed_in(const Pose& pose, const coppice_placement& placement) {
@@ -123,7 +130,7 @@ SlotRange DirtySlots::take() {
 
 std::uint64_t InstanceTable::Arrays::bytes() const {
   return instances.bytes() + spheres.bytes() + generations.bytes() + blocks.bytes() + freed_blocks.bytes() + bounds.bytes() +
-         dirty.bytes() + unbounded.bytes();
+         moved.bytes() + dirty.bytes() + told.bytes() + unbounded.bytes();
 }
 
 Result<InstanceTable::Arrays> InstanceTable::enlarged(std::uint32_t slot_count) const {
@@ -139,6 +146,9 @@ Result<InstanceTable::Arrays> InstanceTable::enlarged(std::uint32_t slot_count) 
   COPPICE_CHECK(enlarge(larger.blocks, arrays_.blocks, kDirtyBlockSlots));
   COPPICE_CHECK(enlarge(larger.freed_blocks, arrays_.freed_blocks, kDirtyBlockSlots));
   COPPICE_CHECK(enlarge(larger.bounds, arrays_.bounds, kInstanceBlockSlots));
+  COPPICE_CHECK(enlarge(larger.moved, arrays_.moved, kMovedShare));
+  COPPICE_TRY(told, arrays_.told.enlarged(allocator_, slot_count));
+  larger.told = std::move(told);
   COPPICE_TRY(dirty, arrays_.dirty.enlarged(allocator_, slot_count));
   COPPICE_TRY(unbounded, arrays_.unbounded.enlarged(allocator_, slot_count));
   larger.dirty = std::move(dirty);
@@ -152,8 +162,8 @@ Result<InstanceTable::Arrays> InstanceTable::enlarged(std::uint32_t slot_count) 
 std::uint64_t InstanceTable::growth_bytes(std::uint32_t slot_count) const {
   if (slot_count <= capacity()) return 0;
   return slot_count * std::uint64_t{sizeof(Instance) + sizeof(InstanceSphere) + sizeof(std::uint32_t)} +
-         block_count(slot_count, kDirtyBlockSlots) * (sizeof(Block) + sizeof(std::uint32_t) + 2 * sizeof(std::uint8_t)) +
-         block_count(slot_count, kInstanceBlockSlots) * sizeof(InstanceBounds);
+         block_count(slot_count, kDirtyBlockSlots) * (sizeof(Block) + sizeof(std::uint32_t) + 3 * sizeof(std::uint8_t)) +
+         block_count(slot_count, kMovedShare) * sizeof(Instance) + block_count(slot_count, kInstanceBlockSlots) * sizeof(InstanceBounds);
 }
 
 Result<void> InstanceTable::reserve(std::uint32_t slot_count) {
@@ -258,6 +268,7 @@ void InstanceTable::scale_tile(const InstanceTile& tile, float factor) {
       const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
       Instance& instance = arrays_.instances[slot];
       InstanceSphere& sphere = arrays_.spheres[slot];
+      tell_before(slot, kCame);  // it grows up
       instance.scale *= factor;
       sphere.radius_m *= factor;
       const dvec3 foot = place_of(instance);
@@ -383,6 +394,7 @@ void InstanceTable::mark_changed(std::uint32_t slot) {
 
 void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement, const dvec3& origin) {
   Instance& instance = arrays_.instances[slot];
+  const Instance then = instance;
   PlantInstances& of = plants_[plant];
   if (plant_of(slot) == kNoPlant) {
     ++count_;
@@ -407,7 +419,28 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
                            .plant = plant,
                            .layer_mask = placement.layer_mask,
                            .threshold_share = std::exp2(of_half(bias))};
+  if (then.plant == kNoPlant) {
+    tell_before(slot, kCame);
+  } else if (then.before == 0 && !stands_alike(then, instance)) {
+    const bool room = moved_count_ < most_moved(capacity());
+    if (room) arrays_.moved[moved_count_++] = then;
+    tell_before(slot, room ? moved_count_ : kCame);
+  }
   mark_changed(slot);
+}
+
+void InstanceTable::tell_before(std::uint32_t slot, std::uint32_t before) {
+  arrays_.instances[slot].before = before;
+  arrays_.told.mark({slot, 1});
+}
+
+void InstanceTable::forget_moves() {
+  moved_count_ = 0;
+  for (SlotRange range = arrays_.told.take(); range.count > 0; range = arrays_.told.take()) {
+    range.count = std::min(range.count, slot_count_ - std::min(range.first, slot_count_));
+    for (Instance& instance : arrays_.instances.span().subspan(range.first, range.count)) instance.before = 0;
+    arrays_.dirty.mark(range);
+  }
 }
 
 void InstanceTable::clear_slot(std::uint32_t slot) {

@@ -176,6 +176,14 @@ class InstanceTable {
   [[nodiscard]] std::uint32_t plant_count(std::uint32_t plant) const { return plant < plants_.size() ? plants_[plant].count : 0; }
   [[nodiscard]] std::uint64_t bytes() const { return arrays_.bytes() + plants_.bytes(); }
 
+  /// Where those that have moved since the last forget_moves() were then; Instance::before names one.
+  [[nodiscard]] std::span<const Instance> moved() const { return arrays_.moved.span().first(moved_count_); }
+  /// A frame has been uploaded: from the next on what has moved or come stands still. Whoever moves more of them at once than one slot in
+  /// kMovedShare: the others count as come.
+  void forget_moves();
+  static constexpr std::uint32_t kMovedShare = 8;
+  [[nodiscard]] static std::uint32_t most_moved(std::uint32_t slot_count) { return slot_count / kMovedShare; }
+
   /// The first run of slots to upload, marked clean; empty when there is none.
   SlotRange take_dirty();
   /// Undoes take_dirty for a range that could not be uploaded.
@@ -200,7 +208,9 @@ class InstanceTable {
     HookArray<Block> blocks;
     HookArray<std::uint32_t> freed_blocks;  ///< [freed_block_count_] a stack of blocks that were used and are empty
     HookArray<InstanceBounds> bounds;       ///< per kInstanceBlockSlots slots
+    HookArray<Instance> moved;              ///< [moved_count_]
     DirtySlots dirty;                       ///< since the last upload
+    DirtySlots told;                        ///< some of which have Instance::before
     DirtySlots unbounded;                   ///< since the last update_bounds()
 
     [[nodiscard]] std::uint64_t bytes() const;
@@ -225,6 +235,7 @@ class InstanceTable {
   void clear_slot(std::uint32_t slot);
   void remove_slot(std::uint32_t slot);
   void mark_changed(std::uint32_t slot);
+  void tell_before(std::uint32_t slot, std::uint32_t before);
 
   coppice_allocator allocator_{};
   Arrays arrays_;
@@ -234,6 +245,7 @@ class InstanceTable {
   std::uint32_t context_tag_ = 0;
   std::uint32_t slot_count_ = 0;  ///< slots ever used
   std::uint32_t count_ = 0;
+  std::uint32_t moved_count_ = 0;
   std::uint32_t freed_block_count_ = 0;
   std::uint32_t block_end_ = 0;             ///< blocks from here on were never used
   std::uint32_t first_partial_ = kNoBlock;  ///< list of blocks with free slots

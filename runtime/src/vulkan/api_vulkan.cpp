@@ -48,12 +48,17 @@ coppice::gpu::ViewRecorder& recorder(const coppice::Context& context, coppice_vi
   return context.renderer()->view(context.backend_view(view));
 }
 
-coppice::gpu::AttachmentDesc attachments_of(const coppice_vulkan_view_desc& desc) {
-  return {.color_format = desc.color_formats[0],
-          .depth_format = desc.depth_format,
-          .depth_compare = desc.depth_compare,
-          .samples = desc.samples,
-          .has_stencil = desc.has_stencil == VK_TRUE};
+coppice::gpu::AttachmentDesc attachments_of(coppice_output output, const coppice_vulkan_view_desc& desc) {
+  coppice::gpu::AttachmentDesc attachments{.depth_format = desc.depth_format,
+                                           .depth_compare = desc.depth_compare,
+                                           .samples = desc.samples,
+                                           .has_stencil = desc.has_stencil == VK_TRUE};
+  std::uint32_t& count = attachments.color_count;
+  for (; count < COPPICE_MAX_COLORS && desc.color_formats[count] != VK_FORMAT_UNDEFINED; ++count) {
+    attachments.color_formats[count] = desc.color_formats[count];
+    attachments.contents[count] = coppice::content_of(output, desc, count);
+  }
+  return attachments;
 }
 
 using ShadowMaps = std::array<coppice_shadow_map, COPPICE_MAX_SHADOW_MAPS>;
@@ -148,7 +153,7 @@ coppice_status coppice_vulkan_view_create(coppice_context* context, const coppic
   COPPICE_REFUSE_IF(in_struct("desc", coppice::view_desc_problem(of_view)));
   COPPICE_REFUSE_IF(in_struct("vulkan", coppice::vulkan_view_problem(of_view, attachments)));
   if (!context->context->device_state()) return call.lost();
-  const auto created = create_view(*context->context, of_view, attachments_of(attachments));
+  const auto created = create_view(*context->context, of_view, attachments_of(of_view.output, attachments));
   if (!created) return call.finish(created.error());
   *view = *created;
   return COPPICE_OK;

@@ -1,5 +1,7 @@
 #include "vulkan_checks.h"
 
+#include <array>
+
 #include "api_fields.h"
 
 namespace coppice {
@@ -14,7 +16,26 @@ std::string map_problem(const coppice_shadow_map& map) {
   return determinant(map.clip_from_world) == 0.0 ? "clip_from_world has no inverse" : "";
 }
 
+std::string color_problem(coppice_output output, const coppice_vulkan_view_desc& desc, std::uint32_t i) {
+  const auto is_set = [&](std::uint32_t color) { return desc.color_formats[color] != VK_FORMAT_UNDEFINED; };
+  const std::string at = "[" + std::to_string(i) + "]";
+  if (desc.contents[i] < COPPICE_CONTENT_DEFAULT || desc.contents[i] > COPPICE_CONTENT_NONE)
+    return "contents" + at + " is not a coppice_content";
+  if (!is_set(i)) return {};
+  if (output == COPPICE_OUTPUT_DEPTH) return "color_formats" + at + " is set, and desc.output is COPPICE_OUTPUT_DEPTH";
+  if (i > 0 && !is_set(i - 1)) return "color_formats" + at + " is set, and the one before is not";
+  return content_of(output, desc, i) == COPPICE_CONTENT_DEFAULT ? "contents" + at + " is not set, and has no default" : "";
+}
+
 }  // namespace
+
+coppice_content content_of(coppice_output output, const coppice_vulkan_view_desc& desc, std::uint32_t i) {
+  if (desc.contents[i] != COPPICE_CONTENT_DEFAULT) return desc.contents[i];
+  if (output == COPPICE_OUTPUT_LIT) return i == 0 ? COPPICE_CONTENT_LIT : COPPICE_CONTENT_DEFAULT;
+  constexpr std::array kSurface{COPPICE_CONTENT_ALBEDO, COPPICE_CONTENT_NORMAL, COPPICE_CONTENT_LIGHT, COPPICE_CONTENT_USER,
+                                COPPICE_CONTENT_VELOCITY};
+  return i < kSurface.size() ? kSurface[i] : COPPICE_CONTENT_DEFAULT;
+}
 
 std::string vulkan_problem(const coppice_vulkan_desc& vulkan) {
   if (vulkan.instance == VK_NULL_HANDLE) return "instance is null";
@@ -32,13 +53,10 @@ std::string device_memory_problem(const coppice_device_memory& hook) {
 }
 
 std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vulkan_view_desc& desc) {
-  const std::size_t color_count = view.output == COPPICE_OUTPUT_LIT ? 1 : 0;
-  for (std::size_t i = 0; i < std::size(desc.color_formats); ++i) {
-    const std::string name = "color_formats[" + std::to_string(i) + "]";
-    if (i < color_count && desc.color_formats[i] == VK_FORMAT_UNDEFINED) return name + " is not set";
-    if (i >= color_count && desc.color_formats[i] != VK_FORMAT_UNDEFINED)
-      return name + " is set, and desc.output is " + (color_count == 0 ? "COPPICE_OUTPUT_DEPTH" : "COPPICE_OUTPUT_LIT: there is one");
-  }
+  const bool colors = view.output != COPPICE_OUTPUT_DEPTH;
+  if (colors && desc.color_formats[0] == VK_FORMAT_UNDEFINED) return "color_formats[0] is not set";
+  for (std::uint32_t i = 0; i < COPPICE_MAX_COLORS; ++i)
+    if (std::string problem = color_problem(view.output, desc, i); !problem.empty()) return problem;
   if (desc.depth_format == VK_FORMAT_UNDEFINED) return "depth_format is not set";
   if (desc.depth_compare != VK_COMPARE_OP_LESS && desc.depth_compare != VK_COMPARE_OP_LESS_OR_EQUAL &&
       desc.depth_compare != VK_COMPARE_OP_GREATER && desc.depth_compare != VK_COMPARE_OP_GREATER_OR_EQUAL)

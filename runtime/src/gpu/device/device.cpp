@@ -57,7 +57,7 @@ std::string missing_features(const Functions& vk, VkPhysicalDevice physical_devi
   return missing;
 }
 
-Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usage, MemoryKind kind) {
+Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usage, MemoryKind kind, VkFormat texels) {
   const bool addressable = (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0;
   VkMemoryRequirements requirements{};
   device.vk.vkGetBufferMemoryRequirements(device.device, buffer.buffer, &requirements);
@@ -68,13 +68,15 @@ Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usag
                       "vkBindBufferMemory"));
   if (usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
     const VkBufferViewCreateInfo info{
-        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = buffer.buffer, .format = VK_FORMAT_R32_UINT, .range = VK_WHOLE_SIZE};
+        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = buffer.buffer, .format = texels, .range = VK_WHOLE_SIZE};
     COPPICE_CHECK(check_created(device, device.vk.vkCreateBufferView(device.device, &info, nullptr, &buffer.texels), "vkCreateBufferView",
                                 buffer.texels));
   }
   if (addressable) {
     const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.buffer};
     buffer.address = device.vk.vkGetBufferDeviceAddress(device.device, &info);
+    // WorkItem keeps something else in the upper bits. No device is known that has as many.
+    if (buffer.address >> kAddressBits != 0) return Error{Status::unsupported, "device addresses of more than 57 bits"};
   }
   if (kind == MemoryKind::host) buffer.mapped = static_cast<std::uint8_t*>(source.mapped) + memory.offset;
   return {};
@@ -167,15 +169,15 @@ bool has_int64_atomics(const Device& device) {
   return features.features.shaderInt64 == VK_TRUE && vulkan12.shaderBufferInt64Atomics == VK_TRUE;
 }
 
-Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind) {
+Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind, VkFormat texels) {
   if ((usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && size_bytes > device.max_storage_bytes)
     return Error{Status::unsupported, "storage buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};
-  if ((usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) && size_bytes / sizeof(std::uint32_t) > device.max_texel_count)
+  if ((usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) && size_bytes / (texels == VK_FORMAT_R32_UINT ? 4 : 16) > device.max_texel_count)
     return Error{Status::unsupported, "texel buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};
   const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size_bytes, .usage = usage};
   Buffer buffer{.size_bytes = size_bytes};
   COPPICE_CHECK(check(device, device.vk.vkCreateBuffer(device.device, &info, nullptr, &buffer.buffer), "vkCreateBuffer"));
-  if (auto backed = back_buffer(device, buffer, usage, kind); !backed) {
+  if (auto backed = back_buffer(device, buffer, usage, kind, texels); !backed) {
     destroy_buffer(device, buffer);
     return backed.error();
   }

@@ -47,11 +47,16 @@ struct Buffer {
   std::uint64_t size_bytes = 0;          ///< as asked for
   VkDeviceAddress address = 0;           ///< 0 unless created with SHADER_DEVICE_ADDRESS
   std::uint8_t* mapped = nullptr;        ///< MemoryKind::host only
-  VkBufferView texels = VK_NULL_HANDLE;  ///< all of it as R32_UINT; null unless created with UNIFORM_TEXEL_BUFFER
+  VkBufferView texels = VK_NULL_HANDLE;  ///< all of it; null unless created with UNIFORM_TEXEL_BUFFER
 };
 
+/// A device address has so many bits.
+inline constexpr std::uint32_t kAddressBits = 57;
+
+/// texels: of UNIFORM_TEXEL_BUFFER, R32_UINT or R32G32B32A32_UINT
 /// errors  out_of_memory; device_lost; unsupported: a storage or texel buffer larger than the device binds
-Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind);
+Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind,
+                             VkFormat texels = VK_FORMAT_R32_UINT);
 /// buffer: may be none
 void destroy_buffer(Device& device, Buffer& buffer);
 /// Whether so many bytes can be taken for a buffer, or else are wanted: see Ledger::fits.

@@ -16,6 +16,7 @@ struct BufferSize {
   std::uint64_t bytes = 0;
   VkBufferUsageFlags usage = 0;
   bool kept = false;  ///< a larger one begins with what this one holds; it can be copied from and to
+  VkFormat texels = VK_FORMAT_R32_UINT;
 };
 
 /// All whose size follows something.

@@ -51,9 +51,8 @@ Result<VkPipeline> create_compute(const Device& device, VkPipelineCache cache, c
 Result<VkPipeline> create_draw(const Device& device, VkPipelineCache cache, const PipelineRecipe& recipe,
                                const VkSpecializationInfo& constants) {
   const AttachmentDesc& attachments = recipe.attachments;
-  const std::uint32_t color_count = attachments.color_format != VK_FORMAT_UNDEFINED ? 1 : 0;
   ShaderModule vertex(device), fragment(device);
-  COPPICE_TRY(vertex_stage, vertex.create(VK_SHADER_STAGE_VERTEX_BIT, recipe.first, nullptr));
+  COPPICE_TRY(vertex_stage, vertex.create(VK_SHADER_STAGE_VERTEX_BIT, recipe.first, &constants));
   COPPICE_TRY(fragment_stage, fragment.create(VK_SHADER_STAGE_FRAGMENT_BIT, recipe.fragment, &constants));
   const std::array stages{vertex_stage, fragment_stage};
   const VkPipelineVertexInputStateCreateInfo vertex_input{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
@@ -69,18 +68,22 @@ Result<VkPipeline> create_draw(const Device& device, VkPipelineCache cache, cons
                                                     .depthTestEnable = VK_TRUE,
                                                     .depthWriteEnable = VK_TRUE,
                                                     .depthCompareOp = attachments.depth_compare};
-  const VkPipelineColorBlendAttachmentState no_blend{.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT |
-                                                                       VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT};
-  const VkPipelineColorBlendStateCreateInfo blend{
-      .sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO, .attachmentCount = color_count, .pAttachments = &no_blend};
+  constexpr VkColorComponentFlags kAll =
+      VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
+  std::array<VkPipelineColorBlendAttachmentState, COPPICE_MAX_COLORS> no_blend{};
+  for (std::uint32_t i = 0; i < attachments.color_count; ++i)
+    no_blend[i].colorWriteMask = attachments.contents[i] == COPPICE_CONTENT_NONE ? 0 : kAll;
+  const VkPipelineColorBlendStateCreateInfo blend{.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO,
+                                                  .attachmentCount = attachments.color_count,
+                                                  .pAttachments = no_blend.data()};
   const std::array dynamic_states{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
   const VkPipelineDynamicStateCreateInfo dynamic{.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,
                                                  .dynamicStateCount = static_cast<std::uint32_t>(dynamic_states.size()),
                                                  .pDynamicStates = dynamic_states.data()};
   const VkPipelineRenderingCreateInfo rendering{
       .sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO,
-      .colorAttachmentCount = color_count,
-      .pColorAttachmentFormats = &attachments.color_format,
+      .colorAttachmentCount = attachments.color_count,
+      .pColorAttachmentFormats = attachments.color_formats.data(),
       .depthAttachmentFormat = attachments.depth_format,
       .stencilAttachmentFormat = attachments.has_stencil ? attachments.depth_format : VK_FORMAT_UNDEFINED};
   const VkGraphicsPipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,

@@ -18,7 +18,9 @@ namespace coppice::gpu {
 
 /// The attachments record_draw will find.
 struct AttachmentDesc {
-  VkFormat color_format = VK_FORMAT_UNDEFINED;  ///< undefined: depth alone
+  std::array<VkFormat, COPPICE_MAX_COLORS> color_formats{};    ///< [color_count]
+  std::uint32_t color_count = 0;                               ///< 0: depth alone
+  std::array<coppice_content, COPPICE_MAX_COLORS> contents{};  ///< [color_count]; none is COPPICE_CONTENT_DEFAULT
   VkFormat depth_format = VK_FORMAT_UNDEFINED;
   VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
@@ -34,7 +36,7 @@ struct PipelineRecipe {
   VkPipelineLayout layout = VK_NULL_HANDLE;
   std::span<const std::uint32_t> first;          ///< SPIR-V of the compute or the vertex shader
   std::span<const std::uint32_t> fragment = {};  ///< SPIR-V
-  std::array<std::uint32_t, 7> constants = {};   ///< of the compute or the fragment shader, by id
+  std::array<std::uint32_t, 8> constants = {};   ///< of its shaders, by id
   AttachmentDesc attachments = {};
 };
 

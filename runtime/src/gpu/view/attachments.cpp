@@ -3,6 +3,7 @@
 #include <string>
 
 #include "attachments.h"
+#include "coppice_shared.h"
 
 namespace coppice::gpu {
 namespace {
@@ -70,17 +71,35 @@ Result<void> check_depth(const Device& device, VkFormat format, const char* no_d
   return {};
 }
 
+Result<void> check_color(const Device& device, const AttachmentDesc& attachments, std::uint32_t i) {
+  const VkFormat color = attachments.color_formats[i];
+  const auto wrong = [&](Status status, const char* what) {
+    return Error{status, "a colour attachment", Error::kNoOffset,
+                 "vulkan.color_formats[" + std::to_string(i) + "], " + number(color) + ", is " + what};
+  };
+  if (attachments.contents[i] != COPPICE_CONTENT_NONE && is_integer(color))
+    return wrong(Status::invalid_argument, "an integer format, and contents are floats");
+  if (has_depth(color) || color == VK_FORMAT_S8_UINT) return wrong(Status::invalid_argument, "a format of depth or stencil");
+  if (!has_feature(device, color, VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT))
+    return wrong(Status::unsupported, "none that this device draws colour to");
+  return {};
+}
+
 }  // namespace
 
+static_assert(kContentLit == COPPICE_CONTENT_LIT && kContentAlbedo == COPPICE_CONTENT_ALBEDO);
+static_assert(kContentNormal == COPPICE_CONTENT_NORMAL && kContentLight == COPPICE_CONTENT_LIGHT);
+static_assert(kContentUser == COPPICE_CONTENT_USER && kContentVelocity == COPPICE_CONTENT_VELOCITY);
+
+std::uint32_t packed_contents(const AttachmentDesc& attachments) {
+  std::uint32_t packed = 0;
+  for (std::uint32_t i = 0; i < attachments.color_count; ++i)
+    packed |= static_cast<std::uint32_t>(attachments.contents[i]) << (kContentBits * i);
+  return packed;
+}
+
 Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments) {
-  const VkFormat color = attachments.color_format;
-  if (is_integer(color))
-    return Error{Status::invalid_argument, "vulkan.color_formats[0] is an integer format, and colours are floats", Error::kNoOffset,
-                 number(color)};
-  if (has_depth(color) || color == VK_FORMAT_S8_UINT)
-    return Error{Status::invalid_argument, "vulkan.color_formats[0] is a format of depth or stencil", Error::kNoOffset, number(color)};
-  if (!is_depth_alone(attachments) && !has_feature(device, color, VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT))
-    return Error{Status::unsupported, "vulkan.color_formats[0] is none that this device draws colour to", Error::kNoOffset, number(color)};
+  for (std::uint32_t i = 0; i < attachments.color_count; ++i) COPPICE_CHECK(check_color(device, attachments, i));
   COPPICE_CHECK(check_depth(device, attachments.depth_format, "vulkan.depth_format is not a format of depth",
                             "vulkan.depth_format is none that this device draws depth to"));
   if (attachments.has_stencil && !has_stencil(attachments.depth_format))

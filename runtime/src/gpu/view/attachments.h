@@ -13,8 +13,11 @@ constexpr bool is_reversed(VkCompareOp compare) {
 
 /// What a shadow view is drawn to.
 constexpr bool is_depth_alone(const AttachmentDesc& attachments) {
-  return attachments.color_format == VK_FORMAT_UNDEFINED;
+  return attachments.color_count == 0;
 }
+
+/// As kContents of surface.glsl takes them.
+std::uint32_t packed_contents(const AttachmentDesc& attachments);
 
 /// Whether pipelines for these attachments can work, by field of coppice_vulkan_view_desc.
 /// errors  invalid_argument: an integer colour format, a depth format without depth; unsupported: this device does not do it

@@ -32,12 +32,14 @@ namespace coppice::gpu {
 namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-constexpr std::uint32_t kStorageCount = 9;
-/// The bindings of raster.glsl: the picture's texels come after the storage buffers.
-constexpr std::array<Binding, kStorageCount + 1> kRasterSet = [] {
-  std::array<Binding, kStorageCount + 1> bindings{};
+constexpr std::uint32_t kStorageCount = 8;
+/// The bindings of raster.glsl: texels of the picture, of work and of instances come after the storage buffers.
+constexpr std::uint32_t kTexelCount = 3;
+constexpr std::array<Binding, kStorageCount + kTexelCount> kRasterSet = [] {
+  std::array<Binding, kStorageCount + kTexelCount> bindings{};
   for (Binding& binding : bindings) binding.stages = VK_SHADER_STAGE_COMPUTE_BIT;
-  bindings[kStorageCount] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT};
+  for (std::uint32_t i = 0; i < kTexelCount; ++i)
+    bindings[kStorageCount + i] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT};
   return bindings;
 }();
 /// Instances whose leaves are larger on average, px, are drawn by the hardware: there the texture shows, and a leaf costs no more.
@@ -49,7 +51,7 @@ constexpr float kSplat_px = 4.0f;
 /// Slots that the lists of clusters are made for at least.
 constexpr std::uint32_t kLeastWorkSlots = 1u << 17;
 
-/// Constants 0 to 6 of the rasteriser's shaders.
+/// Constants 0 to 7 of the rasteriser's shaders.
 struct Constants {
   std::uint32_t kind = 0;
   std::uint32_t lanes = 8;
@@ -58,6 +60,7 @@ struct Constants {
   std::uint32_t big_pixels = 400;
   std::uint32_t row_lanes = 1;
   std::uint32_t eyes = 1;
+  std::uint32_t contents = 0;
 };
 
 /// A software driver pays for each group, and for each load of an invocation: few groups, and what is shared loaded once. Where hundreds
@@ -88,6 +91,12 @@ std::uint64_t tile_count(std::uint32_t width_px, std::uint32_t height_px) {
   return count;
 }
 
+/// Most of it does not depend on the slots: few steps, as each takes all of it twice for some frames.
+BufferSize work_size(Buffer& work, std::uint32_t slots) {
+  const std::uint64_t capacity = std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
+  return {&work, capacity * sizeof(WorkItem), kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, false, VK_FORMAT_R32G32B32A32_UINT};
+}
+
 /// Whether the rasteriser draws such a view.
 bool is_drawn(const coppice_camera& view) {
   return view.lod == COPPICE_LOD_CUT;
@@ -107,6 +116,8 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
                  std::to_string(desc.max_instances)};
   if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBuffers - 2 + kStorageCount)
     return Error{Status::unsupported, "too few storage buffers in a stage for the compute rasteriser"};
+  if (device.max_texel_count < std::uint64_t{desc.max_instances} * sizeof(Instance) / sizeof(vec4))
+    return Error{Status::unsupported, "too few texels in a buffer for the compute rasteriser"};
   constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
   if ((subgroup.supportedOperations & kNeeded) != kNeeded || !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
     return Error{Status::unsupported, "no subgroup ballots for the compute rasteriser"};
@@ -123,7 +134,7 @@ LeafRaster::~LeafRaster() {
   const Functions& vk = device_.vk;
   vk.vkDestroyPipelineLayout(device_.device, layout_, nullptr);
   destroy_set_layout(device_, set_layout_);
-  for (Buffer* buffer : {&buffers_.blocks, &buffers_.visible_blocks, &buffers_.items, &buffers_.work, &buffers_.splats, &buffers_.big})
+  for (Buffer* buffer : {&buffers_.blocks, &buffers_.visible_blocks, &buffers_.items, &buffers_.big, &buffers_.work})
     destroy_buffer(device_, *buffer);
 }
 
@@ -138,7 +149,7 @@ void LeafRaster::add_pipelines() {
   using Words = std::span<const std::uint32_t>;
   const auto add = [this](const char* name, Words words, const Constants& constants) {
     return &pipeline_set_.add(
-        {.name = name, .layout = layout_, .first = words, .constants = std::bit_cast<std::array<std::uint32_t, 7>>(constants)});
+        {.name = name, .layout = layout_, .first = words, .constants = std::bit_cast<std::array<std::uint32_t, 8>>(constants)});
   };
   const auto add_select = [&](const char* name, Words words, Constants constants) {
     return for_each_eye_count([&](std::uint32_t eyes) {
@@ -177,11 +188,12 @@ Pipeline* LeafRaster::add_resolve(const AttachmentDesc& attachments) {
                              .layout = layout_,
                              .first = raster_resolve_vert_spirv,
                              .fragment = is_depth_alone(attachments) ? Words(raster_resolve_depth_frag_spirv) : raster_resolve_frag_spirv,
+                             .constants = {0, 0, 0, 0, 0, 0, 0, packed_contents(attachments)},
                              .attachments = attachments});
 }
 
 std::span<const LeafRaster::RasterPass> LeafRaster::passes(coppice_debug_view debug_view) const {
-  static constexpr std::array kDrawn{kDepth, kRadiance};
+  static constexpr std::array kDrawn{kDepth, kName};
   static constexpr std::array kCounted{kCount};
   if (debug_view == COPPICE_DEBUG_OVERDRAW) return kCounted;
   return std::span(kDrawn).first(desc_.int64_atomics ? 1 : 2);
@@ -204,29 +216,31 @@ bool LeafRaster::want(coppice_debug_view debug_view, std::uint32_t eye_count, Pi
   return ready;
 }
 
-Result<void> LeafRaster::create_view(bool reversed_depth, RasterView& view) {
-  view.reversed_depth = reversed_depth;
+Result<void> LeafRaster::create_view(const AttachmentDesc& attachments, RasterView& view) {
+  view.depth_alone = is_depth_alone(attachments);
+  view.reversed_depth = is_reversed(attachments.depth_compare);
   return move_into(view.rounds, create_buffer(device_, kRasterRounds * sizeof(RasterRound), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
                                               MemoryKind::device));
 }
 
 void LeafRaster::destroy_view(RasterView& view) {
-  for (Buffer* buffer : {&view.rounds, &view.picture, &view.tiles}) destroy_buffer(device_, *buffer);
+  for (Buffer* buffer : {&view.rounds, &view.work, &view.picture, &view.tiles}) destroy_buffer(device_, *buffer);
   destroy_set(device_, view.set);
 }
 
-void LeafRaster::add_sizes(std::uint32_t slots, BufferSizes& sizes) {
+void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& sizes) {
   if (slots == 0) return;
   const std::uint64_t block_count = (std::uint64_t{slots} + kBlockSlots - 1) / kBlockSlots;
-  // Most of it does not depend on the slots: few steps, as each takes all of it twice for some frames.
-  const std::uint64_t work_capacity = std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
   sizes.add({&buffers_.blocks, block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
   sizes.add({&buffers_.visible_blocks, block_count * sizeof(std::uint32_t), kStorage});
   // Leaves and wood of each, by the rasteriser or the hardware.
   sizes.add({&buffers_.items, std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage});
-  sizes.add({&buffers_.work, work_capacity * sizeof(uvec2), kStorage});
-  sizes.add({&buffers_.splats, work_capacity * sizeof(uvec2), kStorage});
   sizes.add({&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage});
+  if (depth_views) sizes.add(work_size(buffers_.work, slots));
+}
+
+void LeafRaster::add_view_sizes(std::uint32_t slots, RasterView& view, BufferSizes& sizes) {
+  if (slots > 0 && !view.depth_alone) sizes.add(work_size(view.work, slots));
 }
 
 InstanceBlock gpu_block(const InstanceBounds& bounds) {
@@ -241,16 +255,18 @@ InstanceBlock gpu_block(const InstanceBounds& bounds) {
 }
 
 Result<void> LeafRaster::rebuild_set(RasterView& view) {
-  const std::array<Bound, kStorageCount + 1> bound{{{&view.picture},
-                                                    {&buffers_.blocks},
-                                                    {&view.rounds},
-                                                    {&buffers_.visible_blocks},
-                                                    {&buffers_.items},
-                                                    {&buffers_.work},
-                                                    {&buffers_.big},
-                                                    {&buffers_.splats},
-                                                    {&view.tiles},
-                                                    {&view.picture}}};
+  const Buffer& work = work_of(view);
+  const std::array<Bound, kStorageCount + kTexelCount> bound{{{&view.picture},
+                                                              {&buffers_.blocks},
+                                                              {&view.rounds},
+                                                              {&buffers_.visible_blocks},
+                                                              {&buffers_.items},
+                                                              {&work},
+                                                              {&buffers_.big},
+                                                              {&view.tiles},
+                                                              {&view.picture},
+                                                              {&work},
+                                                              {&desc_.instances}}};
   COPPICE_TRY(made, create_set(device_, set_layout_, bound));
   garbage_.retire(view.set);
   view.set = made;
@@ -290,6 +306,7 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
     return false;
   }
   const bool reversed = view.reversed_depth;
+  const auto work_capacity = static_cast<std::uint32_t>(work_of(view).size_bytes / sizeof(WorkItem));
   view.debug_view = camera.debug_view;
   view.eye_count = eye_count;
   view.push = {.round = 0,
@@ -299,7 +316,8 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
                .split_px = kSplit_px,
                .reversed = reversed ? 1u : 0u,
                .lanes = lanes_,
-               .work_capacity = static_cast<std::uint32_t>(buffers_.work.size_bytes / sizeof(uvec2)),
+               .work_capacity = work_capacity,
+               .place_bits = static_cast<std::uint32_t>(std::bit_width(work_capacity - 1)),
                .expand_items = shape_.expand_together ? 1 : lanes_,
                .leaf_clusters = shape_.leaf_clusters,
                .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes};

@@ -22,6 +22,7 @@ namespace coppice::gpu {
 
 struct RasterDesc {
   VkDescriptorSetLayout frame_set = VK_NULL_HANDLE;  ///< its layout
+  const Buffer& instances;                           ///< Instance[], with texels
   std::uint32_t max_instances = 0;
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
   std::optional<bool> many_lanes;  ///< work is spread over many invocations; without a value: unless a processor runs them
@@ -43,17 +44,19 @@ InstanceBlock gpu_block(const InstanceBounds& bounds);
 
 /// What the rasteriser keeps of a view.
 struct RasterView {
-  Buffer rounds;          ///< RasterRound[kRasterRounds]
+  Buffer rounds;  ///< RasterRound[kRasterRounds]
+  Buffer work;    ///< WorkItem[]: work_items of raster.glsl, by instance slot, which pixels of the picture name; not with depth alone
   Buffer picture, tiles;  ///< of its eyes, one behind the other; as large as the view has been
   DescriptorSet set;
   bool set_stale = false;  ///< a buffer of it has been replaced
+  bool depth_alone = false;
   bool reversed_depth = false;
   std::uint32_t eye_count = 1;                         ///< of the frame
   RasterPush push{};                                   ///< likewise
   coppice_debug_view debug_view = COPPICE_DEBUG_NONE;  ///< likewise
 };
 
-/// What all views share; their work lists too, since one view's passes follow another's on the queue.
+/// What all views share; lists that only culling reads too, since one view's passes follow another's on the queue.
 class LeafRaster {
  public:
   /// device, garbage, pipelines: outlive this object; pipelines are closed before it goes. None is wanted yet
@@ -65,13 +68,16 @@ class LeafRaster {
   LeafRaster& operator=(const LeafRaster&) = delete;
 
   /// Its buffers by instance slot, for so many, and what goes with them; none for no slot. The caller creates them and says so.
-  void add_sizes(std::uint32_t slots, BufferSizes& sizes);
+  /// depth_views: whether there are views of depth alone
+  void add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& sizes);
+  /// Likewise of a view.
+  static void add_view_sizes(std::uint32_t slots, RasterView& view, BufferSizes& sizes);
 
   /// InstanceBlock[]: those of the instance table.
   [[nodiscard]] const Buffer& block_buffer() const { return buffers_.blocks; }
 
   /// errors  out_of_memory, device_lost
-  Result<void> create_view(bool reversed_depth, RasterView& view);
+  Result<void> create_view(const AttachmentDesc& attachments, RasterView& view);
   /// The GPU must be done with it.
   void destroy_view(RasterView& view);
   /// That draws pictures to such attachments; not wanted yet.
@@ -97,8 +103,8 @@ class LeafRaster {
  private:
   /// Of leaf_raster.comp.
   enum Source : std::uint32_t { kClusters, kBig, kSourceCount };
-  /// kPass of write_pixel.glsl. With 64-bit atomics the first writes radiance too, and the second is never needed.
-  enum RasterPass : std::uint32_t { kDepth, kRadiance, kCount, kPassCount };
+  /// kPass of write_pixel.glsl. With 64-bit atomics the first writes names too, and the second is never needed.
+  enum RasterPass : std::uint32_t { kDepth, kName, kCount, kPassCount };
   struct Pipelines {
     CullPipelines cull;
     EyePipelines blocks, expand, draws;
@@ -107,7 +113,8 @@ class LeafRaster {
     std::array<Pipeline*, kPassCount> splats{};
   };
   struct Buffers {
-    Buffer blocks, visible_blocks, items, work, splats, big;
+    Buffer blocks, visible_blocks, items, big;
+    Buffer work;  ///< as RasterView's, of all views of depth alone: nothing names a place of it once it is drawn
   };
 
   LeafRaster(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
@@ -119,6 +126,7 @@ class LeafRaster {
     std::uint64_t picture = 0, tiles = 0;
   };
   Result<void> reserve_picture(RasterView& view, const ViewBytes& wanted);
+  [[nodiscard]] const Buffer& work_of(const RasterView& view) const { return view.depth_alone ? buffers_.work : view.work; }
   Result<void> rebuild_set(RasterView& view);
   void bind(VkCommandBuffer cmd, const Pipeline& pipeline) const;
   /// A round of a view.

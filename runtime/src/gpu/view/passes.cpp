@@ -66,7 +66,7 @@ Result<void> create_passes(Device& device, const TextureSets& textures, Pipeline
   const auto add_cull = [&](std::uint32_t debugged) {
     return for_each_eye_count([&](std::uint32_t eyes) {
       return &pipelines.add(
-          {.name = "cull.comp", .layout = passes.layout, .first = Words(cull_comp_spirv), .constants = {debugged, 0, 0, 0, 0, 0, eyes}});
+          {.name = "cull.comp", .layout = passes.layout, .first = Words(cull_comp_spirv), .constants = {debugged, 0, 0, 0, 0, 0, eyes, 0}});
     });
   };
   passes.cull = {add_cull(0), add_cull(1)};
@@ -76,12 +76,13 @@ Result<void> create_passes(Device& device, const TextureSets& textures, Pipeline
 DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& attachments, PipelineSet& pipelines) {
   DrawPipelines draws{.attachments = attachments};
   const auto add = [&](DrawKind kind, const Drawn& drawn, std::uint32_t textured, std::uint32_t gaps) {
-    draws.kinds[static_cast<std::size_t>(kind)] = &pipelines.add({.name = drawn.name,
-                                                                  .layout = passes.layout,
-                                                                  .first = drawn.vertex,
-                                                                  .fragment = drawn.fragment,
-                                                                  .constants = {textured, drawn.leaf, gaps},
-                                                                  .attachments = attachments});
+    draws.kinds[static_cast<std::size_t>(kind)] =
+        &pipelines.add({.name = drawn.name,
+                        .layout = passes.layout,
+                        .first = drawn.vertex,
+                        .fragment = drawn.fragment,
+                        .constants = {textured, drawn.leaf, gaps, 0, 0, 0, 0, packed_contents(attachments)},
+                        .attachments = attachments});
   };
   const bool depth = is_depth_alone(attachments);
   const Drawn leaf = depth ? Drawn{"leaf.vert of shadow views", leaf_vert_spirv, leaf_depth_frag_spirv, 1}

@@ -1,6 +1,7 @@
 #include "view_recorder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <utility>
@@ -48,8 +49,45 @@ struct ViewKind {
 
 static_assert(kMostEyes == coppice::kMostEyes);
 
-Eye gpu_eye(const LodEye& eye) {
+/// Of (x, y, depth key, 1), x and y of clip space by w. By Gauss and Jordan, with the rows in the order that pivots ask for.
+mat4 world_from_key(const LodEye& eye) {
+  const mat4 rows = transpose(eye.clip_from_world);
+  const std::array<vec4, 4> from{rows.column[0], rows.column[1], eye.key_row, rows.column[3]};
+  double m[4][8]{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double row[4] = {from[i].x, from[i].y, from[i].z, from[i].w};
+    std::ranges::copy(row, m[i]);
+    m[i][4 + i] = 1.0;
+  }
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto by_size = [k](const double(&a)[8], const double(&b)[8]) { return std::abs(a[k]) < std::abs(b[k]); };
+    std::swap_ranges(m[k], m[k] + 8, *std::max_element(m + k, m + 4, by_size));
+    const double pivot = m[k][k];
+    for (double& number : m[k]) number /= pivot;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double factor = i == k ? 0.0 : m[i][k];
+      for (std::size_t j = 0; j < 8; ++j) m[i][j] -= factor * m[k][j];
+    }
+  }
+  mat4 inverse;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto at = [&](std::size_t i) { return static_cast<float>(m[i][4 + k]); };
+    inverse.column[k] = {at(0), at(1), at(2), at(3)};
+  }
+  return inverse;
+}
+
+/// The matrix of places relative to another eye, m further on.
+mat4 moved(const mat4& clip, const vec3& by_m) {
+  mat4 from = clip;
+  from.column[3] = clip * vec4(by_m, 1.0f);
+  return from;
+}
+
+Eye gpu_eye(const LodEye& eye, const mat4& clip_before) {
   Eye converted{.clip_from_world = eye.clip_from_world,
+                .clip_from_world_before = clip_before,
+                .world_from_key = world_from_key(eye),
                 .key_row = eye.key_row,
                 .place = eye.place_m,
                 .first_px = {static_cast<std::uint32_t>(eye.x_px), static_cast<std::uint32_t>(eye.y_px)}};
@@ -57,9 +95,12 @@ Eye gpu_eye(const LodEye& eye) {
   return converted;
 }
 
-View gpu_view(const coppice_camera& view, const coppice_light& light, const LodView& lod, const ViewKind& kind) {
+View gpu_view(const ShownView& shown, const LodView& before, const coppice_light& light, const ViewKind& kind) {
+  const coppice_camera& view = shown.camera;
+  const LodView& lod = shown.lod;
   View converted{};
-  std::ranges::transform(lod.eyes, converted.eyes, gpu_eye);
+  for (std::size_t i = 0; i < lod.eye_count; ++i)
+    converted.eyes[i] = gpu_eye(lod.eyes[i], moved(before.eyes[i].clip_from_world, (lod.eye_m - before.eye_m).rounded()));
   const CellPlace eye = cell_place(lod.eye_m);
   converted.eye_cell = eye.cell;
   converted.eye_in_cell = eye.place;
@@ -103,12 +144,13 @@ Result<void> ViewRecorder::create(const ViewOptions& options, const Capacity& ca
       move_into(buffers_.view, create_buffer(device, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | kTo, MemoryKind::device)));
   COPPICE_CHECK(move_into(buffers_.counters, create_buffer(device, sizeof(Counters), kStorage | kFrom, MemoryKind::device)));
   COPPICE_CHECK(move_into(readback_, create_buffer(device, kReadbackSlots * sizeof(Counters), kTo, MemoryKind::host)));
+  if (shared_.raster != nullptr) COPPICE_CHECK(shared_.raster->create_view(attachments(), raster_));
   BufferSizes sizes;
   add_sizes(capacity, sizes);
   for (const BufferSize& size : sizes.span())
-    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device, size.bytes, size.usage, MemoryKind::device)));
+    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device, size.bytes, size.usage, MemoryKind::device, size.texels)));
   if (options.pass_times) COPPICE_CHECK(timer_.create(device));
-  return shared_.raster != nullptr ? shared_.raster->create_view(is_reversed(attachments().depth_compare), raster_) : Result<void>();
+  return {};
 }
 
 ViewRecorder::~ViewRecorder() {
@@ -133,6 +175,7 @@ void ViewRecorder::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   sizes.add({&buffers_.leaf_commands, slots * sizeof(DrawCommand), kStorage | kIndirect});
   sizes.add({&buffers_.draw_counts, kDrawCounts * plants * sizeof(std::uint32_t), kStorage | kIndirect});
   sizes.add({&buffers_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect});
+  if (shared_.raster != nullptr) LeafRaster::add_view_sizes(capacity.slots, raster_, sizes);
 }
 
 void ViewRecorder::buffers_changed() {
@@ -180,6 +223,7 @@ void ViewRecorder::begin_frame(std::uint64_t frame_number, std::uint64_t complet
   replaced_.clear();
   frame_ = frame_number;
   completed_ = completed_number;
+  before_ = shown_ ? std::optional(shown_->lod) : std::nullopt;
   shown_.reset();
   culled_ = {};
   by_ = CulledBy::nobody;
@@ -263,10 +307,11 @@ void ViewRecorder::leave_out() {
 /// What the passes over instances start with.
 void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light) {
   const Functions& vk = shared_.device.vk;
-  View constants =
-      gpu_view(shown_->camera, light, shown_->lod, {slot_count_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
+  View constants = gpu_view(*shown_, before_ && before_->eye_count == shown_->lod.eye_count ? *before_ : shown_->lod, light,
+                            {slot_count_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
   if (culled_.set == frame_set_.set) constants.shadow_map_count = 0;  // there was no memory for a set with the maps
   constants.debug_colors = gpu_address(buffers_.debug_colors.address);
+  constants.moved = gpu_address(shared_.scene.moved.address);
   update_buffer(shared_.device, cmd, buffers_.view, bytes_of(std::span<const View>(&constants, 1)));
   update_buffer(shared_.device, cmd, buffers_.wood_commands, bytes_of(shared_.lists.mesh_commands()));
   const std::uint64_t count_bytes = std::max(shared_.lists.count(), 1u) * kDrawCounts * sizeof(std::uint32_t);

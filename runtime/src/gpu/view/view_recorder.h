@@ -21,6 +21,7 @@ namespace coppice::gpu {
 /// What all views read.
 struct SceneBuffers {
   Buffer instances;       ///< Instance[], by slot
+  Buffer moved;           ///< Instance[]: InstanceTable::moved
   Buffer plants, tables;  ///< Plant[] and the words of packed tables, by plant
   Buffer quad_indices;    ///< uint16, of as many leaf quads as a cluster has
 };
@@ -148,6 +149,7 @@ class ViewRecorder {
   std::array<VkImageView, kMaxShadowMaps> maps_{};
   bool set_stale_ = true;  ///< a buffer of the sets has been replaced
   std::optional<ShownView> shown_;
+  std::optional<LodView> before_;   ///< in the frame before, where it showed something
   CulledBy by_ = CulledBy::nobody;  ///< of the frame
   Culled culled_;
   std::uint32_t slot_count_ = 0;

@@ -20,6 +20,7 @@ Result<void> Views::create_raster() {
   if (!desc_.compute_raster) return {};
   auto raster = LeafRaster::create(device_, garbage_, pipelines_,
                                    {.frame_set = passes_.frame_set.layout,
+                                    .instances = scene_.instances,
                                     .max_instances = desc_.max_instances,
                                     .int64_atomics = desc_.int64_atomics,
                                     .many_lanes = desc_.many_lanes});
@@ -97,7 +98,8 @@ void Views::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   for (const auto& view : views_)
     if (view) view->add_sizes(capacity, sizes);
   // The rasteriser's lists are large: before the first instance nothing needs them.
-  if (raster_) raster_->add_sizes(capacity.slots, sizes);
+  const bool depth_views = std::ranges::any_of(views_, [](const auto& view) { return view && is_depth_alone(view->attachments()); });
+  if (raster_) raster_->add_sizes(capacity.slots, depth_views, sizes);
 }
 
 void Views::buffers_changed() {

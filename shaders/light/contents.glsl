@@ -1,0 +1,10 @@
+// What the attachments of a view want. After bindings.glsl.
+
+// Of each attachment, in kContentBits, the first in the lowest: kContent of coppice_shared.h. 0: depth alone.
+layout(constant_id = 7) const uint kContents = kContentLit;
+
+bool wants(uint content) {
+  return (kContents & 15u) == content || (kContents >> 4 & 15u) == content || (kContents >> 8 & 15u) == content ||
+         (kContents >> 12 & 15u) == content || (kContents >> 16 & 15u) == content || (kContents >> 20 & 15u) == content ||
+         (kContents >> 24 & 15u) == content || kContents >> 28 == content;
+}

@@ -1,0 +1,51 @@
+// What a fragment shader writes: a surface, as each of the view's attachments wants it. After bindings.glsl and shading.glsl.
+
+#include "contents.glsl"
+
+layout(location = 0) out vec4 out_colors[8];
+
+// A place on a plant.
+struct SurfacePlace {
+  vec3 world;
+  uint user_data;
+  vec2 pixel;   // in the picture, not in the attachments
+  vec3 before;  // where it was in the frame before: clip x, y and w
+  bool came;    // its instance came with this frame
+};
+
+vec4 lit_content(CoppiceSurface surface, vec3 world) {
+  vec3 radiance = coppice_lit(surface, toward_eye(world), CoppiceLight(view.sun_direction, view.sun_color, view.sky_color, view.ground_color));
+  return vec4(mix(view.fog_color, radiance, transmittance(world)), 1.0);
+}
+
+vec4 velocity_content(SurfacePlace place) {
+  vec2 before = view.half_size_px * (place.before.xy / place.before.z + 1.0);
+  return vec4(place.pixel - before, place.came ? 1.0 : 0.0, 0.0);
+}
+
+vec4 content_of(uint content, CoppiceSurface surface, SurfacePlace place) {
+  if (content == kContentLit) return lit_content(surface, place.world);
+  if (content == kContentAlbedo) return coppice_albedo_content(surface);
+  if (content == kContentNormal) return coppice_normal_content(surface);
+  if (content == kContentLight) return coppice_light_content(surface);
+  if (content == kContentUser) return unpackUnorm4x8(place.user_data);
+  if (content == kContentVelocity) return velocity_content(place);
+  return vec4(0.0);
+}
+
+// An attachment after the other, so that a driver knows each one's content when it compiles.
+#define COPPICE_WRITE(i) out_colors[i] = content_of(kContents >> (4 * i) & 15u, surface, place)
+
+void write_surface(CoppiceSurface surface, SurfacePlace place) {
+  COPPICE_WRITE(0);
+  COPPICE_WRITE(1);
+  COPPICE_WRITE(2);
+  COPPICE_WRITE(3);
+  COPPICE_WRITE(4);
+  COPPICE_WRITE(5);
+  COPPICE_WRITE(6);
+  COPPICE_WRITE(7);
+}
+
+// In place of light, for a debug view.
+void write_color(vec3 color) { out_colors[0] = vec4(color, 1.0); }

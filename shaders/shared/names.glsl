@@ -1,0 +1,42 @@
+// What the rasteriser's lists and pixels name. After clusters.glsl.
+
+// A cluster of an item's list and what is shown of it, one leaf at least, in a word.
+const uint kWorkClusterBits = 20, kWorkMergedBits = 4, kMergedSteps = 15;
+const uint kWorkCountShift = kWorkClusterBits + kWorkMergedBits;
+// merged: merged_share of its cut
+uint work_of(uint cluster, ShownLeaves shown, float merged) {
+  return cluster | uint(float(kMergedSteps) * merged + 0.5) << kWorkClusterBits | (shown.count - 1) << kWorkCountShift |
+         (shown.partly_born ? 1u << 31 : 0u);
+}
+uint cluster_of_work(uint work) { return work & ((1u << kWorkClusterBits) - 1u); }
+float merged_of_work(uint work) { return float(work >> kWorkClusterBits & kMergedSteps) / float(kMergedSteps); }
+ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kWorkCountShift & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
+
+// With the share of the sun that gets past other plants.
+WorkItem work_item(uint item, uint work, Cluster cluster, float sun) {
+  return WorkItem(item, work, uvec2(cluster.splats.x, cluster.splats.y | uint(float(kWorkSunSteps) * sun + 0.5) << kWorkSunShift));
+}
+uvec2 splats_of_work(WorkItem work) { return uvec2(work.splats.x, work.splats.y & ((1u << kWorkSunShift) - 1u)); }
+float sun_of_work(WorkItem work) { return float(work.splats.y >> kWorkSunShift) / float(kWorkSunSteps); }
+WorkItem unpacked_work(uvec4 texel) { return WorkItem(texel.x, texel.y, texel.zw); }
+
+Instance unpacked_instance(uvec4 first, uvec4 second, uvec4 third, uvec4 fourth) {
+  return Instance(uintBitsToFloat(first.xyz), uintBitsToFloat(first.w), uintBitsToFloat(second), third.x, third.y, third.z, third.w,
+                  fourth.x, fourth.y, fourth.z, fourth.w);
+}
+
+// The leaves of the cut that an item is of: those of its list, or of the instance's cut.
+uint item_leaf_count(uint item, Plant plant, ClusterList list) {
+  return list_of(item) == kPageList ? cut_leaf_count(slot_of(item), plant) : list.leaf_count;
+}
+
+// A pixel's name: in the low bits the place of its cluster among work_items, which differs from one drawing of a picture to the next; above
+// them its leaf, moved on by a number of the cluster's own. Of leaves at the very same depth the larger name is seen, so that this is
+// always the same one unless all of those bits agree.
+uint first_name(uint place, WorkItem work, uint place_bits) {
+  return coppice_hash(work.item ^ cluster_of_work(work.work) * 2654435769u) << place_bits | place;
+}
+uint name_of_leaf(uint first, uint leaf, uint place_bits) { return first + (leaf << place_bits); }
+uint place_of_name(uint name, uint place_bits) { return name & ((1u << place_bits) - 1u); }
+// first: first_name of its place
+uint leaf_of_name(uint name, uint first, uint place_bits) { return (name - first) >> place_bits & (kClusterLeaves - 1u); }

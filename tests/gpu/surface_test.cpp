@@ -1,0 +1,464 @@
+// What views of COPPICE_OUTPUT_SURFACE write: an engine that lights it by coppice_surface.glsl gets the lit picture, its user words, and
+// how far each place has moved.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <ostream>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/packing.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include "context_fixture.h"
+#include "surface_host_comp.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 160;
+constexpr std::size_t kPixels = std::size_t{kSidePx} * kSidePx;
+
+struct Path {
+  const char* name;
+  VkBool32 compute_raster, int64_atomics;
+};
+
+void PrintTo(const Path& each, std::ostream* out) {
+  *out << each.name;
+}
+
+/// A colour attachment of a test, and what it gets.
+struct Color {
+  VkFormat format;
+  coppice_content content;
+};
+
+constexpr std::array kSurface{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_ALBEDO},
+                              Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_NORMAL},
+                              Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_LIGHT}, Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_USER},
+                              Color{VK_FORMAT_R32G32B32A32_SFLOAT, COPPICE_CONTENT_VELOCITY}};
+
+/// A view's attachments.
+struct Target {
+  std::vector<std::unique_ptr<Image>> colors;
+  Image depth;
+
+  Target(const VulkanDevice& gpu, std::span<const Color> wanted)
+      : depth(gpu, {.width_px = kSidePx,
+                    .height_px = kSidePx,
+                    .format = VK_FORMAT_D32_SFLOAT,
+                    .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}) {
+    for (const Color& color : wanted)
+      colors.push_back(std::make_unique<Image>(
+          gpu, ImageDesc{.width_px = kSidePx,
+                         .height_px = kSidePx,
+                         .format = color.format,
+                         .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}));
+  }
+};
+
+void begin_rendering(VkCommandBuffer cmd, const Target& target) {
+  std::vector<VkRenderingAttachmentInfo> colors;
+  for (const auto& color : target.colors) {
+    change_layout(cmd, *color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+    colors.push_back({.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                      .imageView = color->view(),
+                      .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                      .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                      .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+                      .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}});
+  }
+  change_layout(cmd, target.depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+  const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                        .imageView = target.depth.view(),
+                                        .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                        .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+  const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                  .renderArea = {{0, 0}, {kSidePx, kSidePx}},
+                                  .layerCount = 1,
+                                  .colorAttachmentCount = static_cast<std::uint32_t>(colors.size()),
+                                  .pColorAttachments = colors.data(),
+                                  .pDepthAttachment = &depth};
+  vkCmdBeginRendering(cmd, &rendering);
+}
+
+/// A colour image's bytes, `Texel` a pixel.
+template <class Texel>
+std::vector<Texel> read_texels(const VulkanDevice& gpu, const Image& image) {
+  const Buffer bytes(gpu, kPixels * sizeof(Texel), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  submit(gpu, [&](VkCommandBuffer cmd) {
+    change_layout(cmd, image, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+    const VkBufferImageCopy region{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1}, .imageExtent = {kSidePx, kSidePx, 1}};
+    vkCmdCopyImageToBuffer(cmd, image.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, bytes.handle(), 1, &region);
+    full_barrier(cmd);
+  });
+  std::vector<Texel> texels(kPixels);
+  std::memcpy(texels.data(), bytes.mapped(), kPixels * sizeof(Texel));
+  return texels;
+}
+
+/// The lighting pass of surface_host.comp. What it makes goes with it; the GPU must be done.
+class HostLight {
+ public:
+  explicit HostLight(const VulkanDevice& gpu)
+      : gpu_(gpu),
+        frame_(gpu, sizeof(Frame), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT),
+        radiance_(gpu, kPixels * sizeof(glm::vec4), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) {
+    std::array<VkDescriptorSetLayoutBinding, 6> bindings{};
+    for (std::uint32_t i = 0; i < 6; ++i)
+      bindings[i] = {i, i < 4 ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1,
+                     VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+    const VkDescriptorSetLayoutCreateInfo set_info{
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = 6, .pBindings = bindings.data()};
+    check_vk(vkCreateDescriptorSetLayout(gpu.device, &set_info, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
+    const VkPipelineLayoutCreateInfo layout_info{
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, .setLayoutCount = 1, .pSetLayouts = &set_layout_};
+    check_vk(vkCreatePipelineLayout(gpu.device, &layout_info, nullptr, &layout_), "vkCreatePipelineLayout");
+    const VkShaderModule module = create_shader_module(gpu, surface_host_comp_spirv, sizeof surface_host_comp_spirv);
+    const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                                           .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                                                     .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                                                     .module = module,
+                                                     .pName = "main"},
+                                           .layout = layout_};
+    check_vk(vkCreateComputePipelines(gpu.device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline_), "vkCreateComputePipelines");
+    vkDestroyShaderModule(gpu.device, module, nullptr);
+    const VkSamplerCreateInfo sampler{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
+    check_vk(vkCreateSampler(gpu.device, &sampler, nullptr, &sampler_), "vkCreateSampler");
+    const std::array sizes{VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 4},
+                           VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 2}};
+    const VkDescriptorPoolCreateInfo pool{
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = 2, .pPoolSizes = sizes.data()};
+    check_vk(vkCreateDescriptorPool(gpu.device, &pool, nullptr, &pool_), "vkCreateDescriptorPool");
+    const VkDescriptorSetAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                               .descriptorPool = pool_,
+                                               .descriptorSetCount = 1,
+                                               .pSetLayouts = &set_layout_};
+    check_vk(vkAllocateDescriptorSets(gpu.device, &allocate, &set_), "vkAllocateDescriptorSets");
+  }
+  ~HostLight() {
+    vkDestroyDescriptorPool(gpu_.device, pool_, nullptr);
+    vkDestroySampler(gpu_.device, sampler_, nullptr);
+    vkDestroyPipeline(gpu_.device, pipeline_, nullptr);
+    vkDestroyPipelineLayout(gpu_.device, layout_, nullptr);
+    vkDestroyDescriptorSetLayout(gpu_.device, set_layout_, nullptr);
+  }
+  HostLight(const HostLight&) = delete;
+  HostLight& operator=(const HostLight&) = delete;
+
+  /// target: kSurface's, drawn; its images become readable. Linear, [pixels]
+  std::vector<glm::vec4> light(const Target& target, const Shot& shot) {
+    glm::dmat4 from_view = glm::make_mat4(shot.view_from_world);
+    from_view[3] = {0, 0, 0, 1};
+    const Frame frame{glm::mat4(glm::inverse(glm::dmat4(glm::make_mat4(shot.clip_from_view)) * from_view)),
+                      glm::make_vec3(shot.light.sun_direction), glm::make_vec3(shot.light.sun_color), glm::make_vec3(shot.light.sky_color),
+                      glm::make_vec3(shot.light.ground_color)};
+    std::memcpy(frame_.mapped(), &frame, sizeof frame);
+    write_set(target);
+    submit(gpu_, [&](VkCommandBuffer cmd) {
+      for (std::size_t i = 0; i < 3; ++i)
+        change_layout(cmd, *target.colors[i], VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+      change_layout(cmd, target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+      vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_);
+      vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set_, 0, nullptr);
+      vkCmdDispatch(cmd, (kSidePx + 7) / 8, (kSidePx + 7) / 8, 1);
+      full_barrier(cmd);
+    });
+    std::vector<glm::vec4> radiance(kPixels);
+    std::memcpy(radiance.data(), radiance_.mapped(), kPixels * sizeof(glm::vec4));
+    return radiance;
+  }
+
+ private:
+  struct Frame {
+    glm::mat4 from_eye;
+    glm::vec3 sun_direction, sun_color, sky_color, ground_color;
+  };
+
+  void write_set(const Target& target) {
+    std::array<VkDescriptorImageInfo, 4> images{};
+    for (std::size_t i = 0; i < 4; ++i)
+      images[i] = {sampler_, i < 3 ? target.colors[i]->view() : target.depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+    const std::array buffers{VkDescriptorBufferInfo{frame_.handle(), 0, VK_WHOLE_SIZE},
+                             VkDescriptorBufferInfo{radiance_.handle(), 0, VK_WHOLE_SIZE}};
+    const std::array writes{VkWriteDescriptorSet{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                                 .dstSet = set_,
+                                                 .dstBinding = 0,
+                                                 .descriptorCount = 1,
+                                                 .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                                 .pImageInfo = images.data()},
+                            VkWriteDescriptorSet{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                                 .dstSet = set_,
+                                                 .dstBinding = 4,
+                                                 .descriptorCount = 1,
+                                                 .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                                                 .pBufferInfo = buffers.data()}};
+    std::vector<VkWriteDescriptorSet> all;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      all.push_back(writes[0]);
+      all.back().dstBinding = i;
+      all.back().pImageInfo = &images[i];
+    }
+    for (std::uint32_t i = 0; i < 2; ++i) {
+      all.push_back(writes[1]);
+      all.back().dstBinding = 4 + i;
+      all.back().pBufferInfo = &buffers[i];
+    }
+    vkUpdateDescriptorSets(gpu_.device, static_cast<std::uint32_t>(all.size()), all.data(), 0, nullptr);
+  }
+
+  const VulkanDevice& gpu_;
+  Buffer frame_, radiance_;
+  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+  VkSampler sampler_ = VK_NULL_HANDLE;
+  VkDescriptorPool pool_ = VK_NULL_HANDLE;
+  VkDescriptorSet set_ = VK_NULL_HANDLE;
+};
+
+float srgb_of(float linear) {
+  const float x = std::clamp(linear, 0.0f, 1.0f);
+  return 255.0f * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f);
+}
+
+class SurfaceTest : public ContextTest, public testing::WithParamInterface<Path> {
+ protected:
+  void SetUp() override {
+    ContextTest::SetUp();
+    path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "surface_test");
+    ContextDesc with = desc();
+    with.compute_raster = GetParam().compute_raster;
+    with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
+    create(with);
+    plant_ = open(path_);
+  }
+  void TearDown() override {
+    std::filesystem::remove(path_);
+    ContextTest::TearDown();
+  }
+
+  static coppice_placement placement(glm::vec3 at, std::uint32_t user_data) {
+    coppice_placement placement;
+    coppice_placement_init(&placement);
+    std::copy_n(&at.x, 3, placement.position);
+    placement.user_data = user_data;
+    return placement;
+  }
+  void place_rows() {
+    std::vector<coppice_placement> all;
+    for (std::uint32_t i = 0; i < 40; ++i) {
+      all.push_back(placement({2.2f * static_cast<float>(i % 8) - 7.7f, 0.0f, -3.0f * static_cast<float>(i / 8)}, 0x01020304u * (i + 1)));
+      all.back().tint[i % 3] = 0.7f;
+    }
+    instances_.resize(all.size());
+    placements_ = all;
+    ASSERT_EQ(coppice_instances_add(context_, plant_, all.data(), sizeof all[0], static_cast<std::uint32_t>(all.size()), instances_.data()),
+              COPPICE_OK)
+        << log_;
+  }
+
+  coppice_view create_surface_view(std::span<const Color> colors) {
+    coppice_view_desc desc;
+    coppice_view_desc_init(&desc);
+    desc.output = COPPICE_OUTPUT_SURFACE;
+    coppice_vulkan_view_desc formats;
+    coppice_vulkan_view_desc_init(&formats);
+    formats.depth_format = VK_FORMAT_D32_SFLOAT;
+    for (std::size_t i = 0; i < colors.size(); ++i) {
+      formats.color_formats[i] = colors[i].format;
+      formats.contents[i] = colors[i].content;
+    }
+    coppice_view view = 0;
+    EXPECT_EQ(coppice_vulkan_view_create(context_, &desc, &formats, &view), COPPICE_OK) << log_;
+    return view;
+  }
+
+  Shot view_from(glm::vec3 eye_m) const { return make_view({.eye_m = eye_m, .width_px = kSidePx, .height_px = kSidePx}); }
+
+  void settle(Shot shot) {
+    for (int i = 0; i < 400 && (i < 3 || !is_settled(view_of_shot(shot))); ++i) pump(shot);
+    ASSERT_TRUE(is_settled(view_of_shot(shot)));
+  }
+  void draw(const Shot& shot, const Target& target) {
+    begin(shot);
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      record_upload(cmd);
+      record_cull(cmd, shot);
+      begin_rendering(cmd, target);
+      record_draw(cmd, shot);
+      vkCmdEndRendering(cmd);
+    });
+  }
+
+  std::string path_;
+  coppice_plant plant_ = 0;
+  std::vector<coppice_instance> instances_;
+  std::vector<coppice_placement> placements_;
+};
+
+/// Near, where the hardware draws, and far: the host that lights the attachments by the installed header gets what a lit view draws.
+TEST_P(SurfaceTest, TheHeaderLightsItAsALitView) {
+  place_rows();
+  const coppice_view surface = create_surface_view(kSurface);
+  HostLight host(gpu());
+  for (const float distance_m : {3.0f, 8.0f, 30.0f}) {
+    Shot shot = view_from({0.5f, 1.0f, distance_m});
+    shot.view = view_;
+    settle(shot);
+    const Target lit(gpu(), std::array{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}});
+    draw(shot, lit);
+    const Picture expected = read_picture(gpu(), *lit.colors[0], VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+    shot.view = surface;
+    settle(shot);
+    const Target target(gpu(), kSurface);
+    draw(shot, target);
+    const std::vector<glm::vec4> radiance = host.light(target, shot);
+    double sum = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < kPixels; ++i) {
+      if (radiance[i].w == 0.0f) continue;
+      ++count;
+      for (int channel = 0; channel < 3; ++channel) {
+        const double off = srgb_of(radiance[i][channel]) - expected.rgba[4 * i + static_cast<std::size_t>(channel)];
+        sum += off * off;
+      }
+    }
+    EXPECT_GT(count, 500u) << distance_m;
+    EXPECT_LT(std::sqrt(sum / (3.0 * static_cast<double>(count))), 2.0) << distance_m << " m";
+  }
+}
+
+/// Which instance a pixel shows, to the byte, and nothing where the content is NONE.
+TEST_P(SurfaceTest, ContentsComeInAnyOrder) {
+  place_rows();
+  constexpr std::array kOther{Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_USER}, Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_NONE},
+                              Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}, Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_ALBEDO}};
+  Shot shot = view_from({0.5f, 1.0f, 6.0f});
+  shot.view = view_;
+  settle(shot);
+  const Target lit(gpu(), std::array{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}});
+  draw(shot, lit);
+  const coppice_view surface = create_surface_view(kSurface);
+  shot.view = surface;
+  settle(shot);
+  const Target first(gpu(), kSurface);
+  draw(shot, first);
+  shot.view = create_surface_view(kOther);
+  settle(shot);
+  const Target other(gpu(), kOther);
+  draw(shot, other);
+  const auto users = read_texels<std::uint32_t>(gpu(), *other.colors[0]);
+  EXPECT_EQ(users, read_texels<std::uint32_t>(gpu(), *first.colors[3]));
+  EXPECT_EQ(read_texels<std::uint32_t>(gpu(), *other.colors[3]), read_texels<std::uint32_t>(gpu(), *first.colors[0]));
+  EXPECT_EQ(read_texels<std::uint32_t>(gpu(), *other.colors[2]), read_texels<std::uint32_t>(gpu(), *lit.colors[0]));
+  const auto none = read_texels<std::uint32_t>(gpu(), *other.colors[1]);
+  EXPECT_EQ(std::ranges::count(none, 0xffffffffu), static_cast<std::ptrdiff_t>(kPixels));
+  const std::vector<float> depth = read_floats(gpu(), other.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+  std::vector<std::uint32_t> seen;
+  for (std::size_t i = 0; i < kPixels; ++i) {
+    EXPECT_EQ(depth[i] > 0.0f, users[i] % 0x01020304u == 0 && users[i] / 0x01020304u <= 40u) << i;
+    if (depth[i] > 0.0f && std::ranges::find(seen, users[i]) == seen.end()) seen.push_back(users[i]);
+  }
+  EXPECT_GT(seen.size(), 5u);
+}
+
+glm::dmat4 matrix_of(const coppice_placement& placement) {
+  const glm::dquat turn(placement.rotation[3], placement.rotation[0], placement.rotation[1], placement.rotation[2]);
+  return glm::translate(glm::dmat4(1), glm::make_vec3(placement.position)) * glm::mat4_cast(turn) *
+         glm::scale(glm::dmat4(1), glm::dvec3(placement.scale));
+}
+
+glm::dvec2 pixel_of(const Shot& shot, const glm::dvec3& world) {
+  const glm::dvec4 clip =
+      glm::dmat4(glm::make_mat4(shot.clip_from_view)) * glm::dmat4(glm::make_mat4(shot.view_from_world)) * glm::dvec4(world, 1.0);
+  return 0.5 * kSidePx * (glm::dvec2(clip) / clip.w + 1.0);
+}
+
+/// The camera steps and turns, so that cuts change, and some instances move, turn and grow: each pixel's velocity is where its place of the
+/// plant's surface was in the frame before, by the placements and cameras alone. What came is flagged.
+TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
+  place_rows();
+  const coppice_view surface = create_surface_view(kSurface);
+  for (const float distance_m : {4.0f, 25.0f}) {
+    Shot before = view_from({0.5f, 1.0f, distance_m});
+    before.view = surface;
+    Shot now = view_from({0.5f + 0.02f * distance_m, 1.1f, 0.9f * distance_m});
+    now.view = surface;
+    settle(now);
+    settle(before);
+    const std::vector<coppice_placement> then = placements_;
+    const Target ignored(gpu(), kSurface), target(gpu(), kSurface);
+    draw(before, ignored);
+    for (const std::size_t moved : {1u, 4u, 11u, 20u}) {
+      coppice_placement& placement = placements_[moved];
+      placement.position[0] += 0.05;
+      placement.position[2] += 0.02;
+      const glm::quat turn = glm::angleAxis(0.02f, glm::normalize(glm::vec3(0.3f, 1.0f, 0.2f)));
+      const float rotation[4] = {turn.x, turn.y, turn.z, turn.w};
+      std::copy_n(rotation, 4, placement.rotation);
+      placement.scale *= 1.01f;
+      ASSERT_EQ(coppice_instances_move(context_, &instances_[moved], &placement, sizeof placement, 1), COPPICE_OK) << log_;
+    }
+    const coppice_placement came = placement({0.3f, 0.0f, 0.6f}, 0x0a0b0c0du);
+    coppice_instance added = 0;
+    ASSERT_EQ(coppice_instances_add(context_, plant_, &came, sizeof came, 1, &added), COPPICE_OK) << log_;
+    draw(now, target);
+
+    const auto users = read_texels<std::uint32_t>(gpu(), *target.colors[3]);
+    const auto velocities = read_texels<glm::vec4>(gpu(), *target.colors[4]);
+    const std::vector<float> depth = read_floats(gpu(), target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    const glm::dmat4 from_clip =
+        glm::inverse(glm::dmat4(glm::make_mat4(now.clip_from_view)) * glm::dmat4(glm::make_mat4(now.view_from_world)));
+    double worst = 0, fastest = 0;
+    std::size_t counted = 0, moved = 0, new_ones = 0;
+    for (std::size_t i = 0; i < kPixels; ++i) {
+      if (depth[i] == 0.0f) continue;
+      const glm::dvec2 at(static_cast<double>(i % kSidePx) + 0.5, static_cast<double>(i / kSidePx) + 0.5);
+      const glm::dvec4 place = from_clip * glm::dvec4(2.0 * at / double{kSidePx} - 1.0, double{depth[i]}, 1.0);
+      glm::dvec3 world = glm::dvec3(place) / place.w;
+      EXPECT_EQ(velocities[i].z, users[i] == 0x0a0b0c0du ? 1.0f : 0.0f) << i;
+      if (users[i] == 0x0a0b0c0du) {
+        ++new_ones;
+      } else {
+        const std::size_t instance = users[i] / 0x01020304u - 1;
+        ASSERT_LT(instance, placements_.size());
+        const glm::dmat4 m = matrix_of(placements_[instance]), n = matrix_of(then[instance]);
+        if (m != n) ++moved;
+        world = glm::dvec3(n * glm::inverse(m) * glm::dvec4(world, 1.0));
+      }
+      const glm::dvec2 expected = at - pixel_of(before, world);
+      worst = std::max(worst, glm::length(glm::dvec2(velocities[i]) - expected));
+      fastest = std::max(fastest, glm::length(expected));
+      ++counted;
+    }
+    EXPECT_LT(worst, 0.1) << distance_m << " m";
+    EXPECT_GT(fastest, 4.0);
+    EXPECT_GT(counted, 500u);
+    EXPECT_GT(moved, 50u);
+    EXPECT_GT(new_ones, 10u);
+    // In the next frame all of them stand.
+    draw(now, target);
+    for (const glm::vec4& velocity : read_texels<glm::vec4>(gpu(), *target.colors[4])) {
+      if (velocity.w == 1.0f) continue;  // the background
+      ASSERT_LT(glm::length(glm::vec2(velocity)), 0.01f);
+      ASSERT_EQ(velocity.z, 0.0f);
+    }
+    ASSERT_EQ(coppice_instances_remove(context_, &added, 1), COPPICE_OK) << log_;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Paths, SurfaceTest,
+                         testing::Values(Path{"Raster", VK_TRUE, VK_TRUE}, Path{"RasterWithout64Bits", VK_TRUE, VK_FALSE},
+                                         Path{"Hardware", VK_FALSE, VK_FALSE}),
+                         [](const testing::TestParamInfo<Path>& of) { return of.param.name; });
+
+}  // namespace
+}  // namespace coppice::test

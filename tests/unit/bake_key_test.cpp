@@ -93,6 +93,10 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
       [](BakeOptions& options) { options.textures = TextureCoding::rgba8; },
       [](BakeOptions& options) { options.crown_normals = 0.0f; },
       [](BakeOptions& options) { options.leaf_meshes = false; },
+      [](BakeOptions& options) { options.wind.moves = false; },
+      [](BakeOptions& options) { options.wind.stiffness = 2.0f; },
+      [](BakeOptions& options) { options.import.wind_color_set = 0; },
+      [](BakeOptions& options) { options.import.wind_color_set = 1; },
   };
   std::set<std::string> keys;
   for (std::size_t i = 0; i < changes.size(); ++i) {

@@ -216,6 +216,15 @@ TEST(Pack, KeepsCrownNormals) {
   }
 }
 
+TEST(Pack, KeepsWind) {
+  const BakedPlant plant = random_plant({.leaf_count = 30});
+  ASSERT_EQ(plant.wind.nodes.size(), 8u);
+  const Wind back = unpack(packed(plant))->wind;
+  EXPECT_EQ(std::memcmp(&back.head, &plant.wind.head, sizeof back.head), 0);
+  ASSERT_EQ(back.nodes.size(), 8u);
+  EXPECT_EQ(std::memcmp(back.nodes.data(), plant.wind.nodes.data(), 32), 0);
+}
+
 TEST(Pack, KeepsNormalMaps) {
   BakedPlant plant = random_plant({.leaf_count = 3});
   Image map{4, 4, {}, true};

@@ -1,6 +1,7 @@
 #include "pack.h"
 
 #include <gtest/gtest.h>
+#include <cstring>
 
 #include <algorithm>
 #include <cmath>

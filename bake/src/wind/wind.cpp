@@ -23,7 +23,7 @@ namespace coppice::bake {
 namespace {
 
 /// Of the sphere's radius: how far rings are apart.
-constexpr double kRingShare = 1.0 / 48.0;
+constexpr double kRingShare = 1.0 / 40.0;
 /// Of the plant's height: how much of it may be roots below y = 0, where most plants stand.
 constexpr double kRootShare = 0.2;
 /// Seen from all sides a leaf shows half of its area, and a crown that is full covers so much of its box.
@@ -31,11 +31,14 @@ constexpr double kShownShare = 0.5, kFullShare = 0.7;
 /// By how much a leaf leans a metre away from the wood that bears it, and the top of a plant without wood for a metre of height.
 constexpr double kLeafSlope = 0.1, kBladeSlope = 0.15;
 /// Leaves stir on any plant: the least that those lean that lean most, of the radius.
-constexpr double kLeastLean = 0.006;
-/// What the bend may take of the limits.
-constexpr double kBendPart = 0.4;
+constexpr double kLeastLean = 0.04;
+/// What of a plant's deflection is shown: the limits are a fraction of what slender plants do in a gale, and what is stout is to differ
+/// from them.
+constexpr double kShownBend = 0.1, kShownLean = 0.2;
+/// What the bend may take of the limits, and lean and sway together: more of these the growth would not let be.
+constexpr double kBendPart = 0.4, kLeanPart = 0.6;
 /// A ring is as good as so many leaves of its size in saying how its place moves: a stem inside a crown must not go with the leaves.
-constexpr double kWoodWeight = 4.0;
+constexpr double kWoodWeight = 8.0;
 /// Natural periods that are believed.
 constexpr double kLeastPeriod_s = 0.25, kMostPeriod_s = 10.0;
 
@@ -328,8 +331,8 @@ Wind wind_of(const WindSource& source, const WindOptions& options) {
   const double softness = 1.0 / std::min(options.stiffness, 1.0f), most_m = COPPICE_MAX_WIND_MOVE * radius_m;
   // The bend's gradient is 2 bend_m / height_m.
   const double most_bend_m = kBendPart * std::min(most_m, 0.5 * COPPICE_MAX_WIND_GROWTH * head.height_m);
-  head.bend_m = stand.hangs ? 0.0f : static_cast<float>(held_below(softness * motion.bend_m, most_bend_m));
-  const double lean_m = held_below(softness * motion.lean_m, most_m - head.bend_m);
+  head.bend_m = stand.hangs ? 0.0f : static_cast<float>(held_below(softness * kShownBend * motion.bend_m, most_bend_m));
+  const double lean_m = held_below(softness * kShownLean * motion.lean_m, kLeanPart * most_m);
   head.node_side = wind_node_side(source.leaves.size());
   if (head.node_side > 0) {
     head.lean_m = head.sway_m = static_cast<float>(0.5 * lean_m);

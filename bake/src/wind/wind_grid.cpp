@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <span>
 #include <utility>
 
 #include <glm/common.hpp>
@@ -26,13 +28,14 @@ struct Node {
 
 class Nodes {
  public:
-  explicit Nodes(const WindTarget& target) : target_(target), side_(target.head.node_side), nodes_(wind_node_count(side_)) {}
+  explicit Nodes(const WindTarget& target)
+      : head_(target.head), hangs_(target.hangs), side_(target.head.node_side), nodes_(wind_node_count(side_)) {}
 
   void add(const WindPoint& point) {
     std::array<std::uint32_t, 3> cell{};
     glm::dvec3 inside(0.0);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double low = target_.head.box_min[axis], high = target_.head.box_max[axis];
+      const double low = head_.box_min[axis], high = head_.box_max[axis];
       const double at = std::clamp((point.position[static_cast<int>(axis)] - low) / (high - low), 0.0, 1.0) * (side_ - 1);
       cell[axis] = std::min(static_cast<std::uint32_t>(at), side_ - 2);
       inside[static_cast<int>(axis)] = at - cell[axis];
@@ -93,34 +96,7 @@ class Nodes {
     hold();
   }
 
-  /// As bytes, each kind's largest as large as bytes are.
-  [[nodiscard]] Wind stored() const {
-    double most_lean = 0.0, most_sway = 0.0;
-    for (const Node& node : nodes_) {
-      most_lean = std::max(most_lean, node.shares.x);
-      most_sway = std::max({most_sway, std::abs(node.shares.y), std::abs(node.shares.z)});
-    }
-    Wind wind{target_.head, {}};
-    wind.head.lean_m = static_cast<float>(target_.head.lean_m * most_lean);
-    wind.head.sway_m = static_cast<float>(target_.head.sway_m * most_sway);
-    const auto to_byte = [](double value, double most, double byte) { return most > 0.0 ? std::lround(byte * value / most) : 0L; };
-    for (const Node& node : nodes_)
-      wind.nodes.push_back({static_cast<std::uint8_t>(to_byte(node.shares.x, most_lean, 255.0)),
-                            static_cast<std::int8_t>(to_byte(node.shares.y, most_sway, 127.0)),
-                            static_cast<std::int8_t>(to_byte(node.shares.z, most_sway, 127.0)), 0});
-    return wind;
-  }
-
-  /// How far points move in the mean, unscaled: what smoothing is to keep.
-  [[nodiscard]] double mean_move_m() const {
-    double sum = 0.0, weights = 0.0;
-    for (const Node& node : nodes_) {
-      const double sway = std::sqrt(node.shares.y * node.shares.y + node.shares.z * node.shares.z);
-      sum += node.weight * (target_.head.lean_m * node.shares.x + target_.head.sway_m * sway);
-      weights += node.weight;
-    }
-    return weights > 0.0 ? sum / weights : 0.0;
-  }
+  [[nodiscard]] std::span<const Node> all() const { return nodes_; }
 
  private:
   [[nodiscard]] std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
@@ -140,10 +116,11 @@ class Nodes {
   /// Nothing moves where the plant is held.
   void hold() {
     for (std::uint32_t z = 0; z < side_; ++z)
-      for (std::uint32_t x = 0; x < side_; ++x) nodes_[index(x, target_.hangs ? side_ - 1 : 0, z)].shares = glm::dvec3(0.0);
+      for (std::uint32_t x = 0; x < side_; ++x) nodes_[index(x, hangs_ ? side_ - 1 : 0, z)].shares = glm::dvec3(0.0);
   }
 
-  const WindTarget& target_;
+  coppice_file_wind head_;
+  bool hangs_;
   std::uint32_t side_;
   std::vector<Node> nodes_;
 };
@@ -157,40 +134,85 @@ bool keeps_limits(const Wind& wind, double radius_m) {
          most_wind_growth(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_GROWTH;
 }
 
-Wind scaled(Wind wind, double share) {
-  wind.head.lean_m = static_cast<float>(wind.head.lean_m * share);
-  wind.head.sway_m = static_cast<float>(wind.head.sway_m * share);
-  return wind;
-}
-
-/// The largest share, up to 1, of lean and sway that keeps the limits.
-double allowed_share(const Wind& wind, double radius_m) {
-  if (keeps_limits(wind, radius_m)) return 1.0;
-  double low = 0.0, high = 1.0;
+/// The largest factor of [low, high] with which `of(factor)` keeps the limits; `low` where none does.
+template <class WindOf>
+double largest_factor(double low, double high, double radius_m, const WindOf& of) {
+  if (keeps_limits(of(high), radius_m)) return high;
   for (int step = 0; step < 16; ++step) {
     const double middle = 0.5 * (low + high);
-    (keeps_limits(scaled(wind, middle), radius_m) ? low : high) = middle;
+    (keeps_limits(of(middle), radius_m) ? low : high) = middle;
   }
   return low;
+}
+
+/// As bytes, the largest as large as bytes are; head.lean_m is what that is.
+void store_leans(std::span<const Node> nodes, Wind& wind) {
+  double most = 0.0;
+  for (const Node& node : nodes) most = std::max(most, node.shares.x);
+  wind.head.lean_m = static_cast<float>(wind.head.lean_m * most);
+  for (std::size_t i = 0; i < nodes.size() && most > 0.0; ++i)
+    wind.nodes[i].lean = static_cast<std::uint8_t>(std::lround(255.0 * nodes[i].shares.x / most));
+}
+
+void store_sways(std::span<const Node> nodes, Wind& wind) {
+  double most = 0.0;
+  for (const Node& node : nodes) most = std::max({most, std::abs(node.shares.y), std::abs(node.shares.z)});
+  wind.head.sway_m = static_cast<float>(wind.head.sway_m * most);
+  for (std::size_t i = 0; i < nodes.size() && most > 0.0; ++i) {
+    wind.nodes[i].sway_cos = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.y / most));
+    wind.nodes[i].sway_sin = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.z / most));
+  }
+}
+
+/// Lean or sway, by what of it `store` stores: smoothed and scaled.
+struct Fitted {
+  Nodes nodes;
+  double share = 0.0;
+};
+
+/// By so much smoothing that, scaled to half of what the limits leave, it is least off what is asked for.
+/// part  1 for a component of `shares` that counts
+Fitted fit(const Nodes& asked, const WindTarget& target, const glm::dvec3& part, void (*store)(std::span<const Node>, Wind&)) {
+  Fitted best{asked};
+  double least = std::numeric_limits<double>::infinity();
+  Nodes nodes = asked;
+  for (int pass = 0; pass <= kMostSmoothings; ++pass) {
+    if (pass > 0) nodes.smooth();
+    const double share = largest_factor(0.0, 1.0, target.radius_m, [&](double factor) {
+      Wind wind{target.head, std::vector<coppice_file_wind_node>(nodes.all().size())};
+      wind.head.lean_m = wind.head.sway_m = static_cast<float>(2.0 * factor * target.head.lean_m);
+      store(nodes.all(), wind);
+      return wind;
+    });
+    double miss = 0.0;
+    for (std::size_t i = 0; i < nodes.all().size(); ++i) {
+      const glm::dvec3 off = part * (share * nodes.all()[i].shares - asked.all()[i].shares);
+      miss += asked.all()[i].weight * glm::dot(off, off);
+    }
+    if (miss >= least) continue;
+    least = miss;
+    best = {nodes, share};
+  }
+  return best;
 }
 
 }  // namespace
 
 Wind wind_grid(const std::vector<WindPoint>& points, const WindTarget& target) {
-  Nodes nodes(target);
-  for (const WindPoint& point : points) nodes.add(point);
-  nodes.finish();
-  Wind best;
-  double most_m = -1.0;
-  for (int pass = 0; pass <= kMostSmoothings; ++pass) {
-    if (pass > 0) nodes.smooth();
-    const Wind wind = nodes.stored();
-    const double share = allowed_share(wind, target.radius_m), move_m = share * nodes.mean_move_m();
-    if (move_m <= most_m) continue;
-    most_m = move_m;
-    best = scaled(wind, share);
-  }
-  return best;
+  Nodes asked(target);
+  for (const WindPoint& point : points) asked.add(point);
+  asked.finish();
+  const Fitted lean = fit(asked, target, {1.0, 0.0, 0.0}, store_leans), sway = fit(asked, target, {0.0, 1.0, 1.0}, store_sways);
+  // They are not at their steepest in the same place.
+  const auto both = [&](double factor) {
+    Wind wind{target.head, std::vector<coppice_file_wind_node>(asked.all().size())};
+    wind.head.lean_m = static_cast<float>(target.head.lean_m * std::min(factor * lean.share, 1.0));
+    wind.head.sway_m = static_cast<float>(target.head.sway_m * std::min(factor * sway.share, 1.0));
+    store_leans(lean.nodes.all(), wind);
+    store_sways(sway.nodes.all(), wind);
+    return wind;
+  };
+  return both(largest_factor(1.0, 2.0, target.radius_m, both));
 }
 
 }  // namespace coppice::bake

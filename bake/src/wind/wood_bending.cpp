@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
@@ -49,9 +50,14 @@ void sum_loads(std::span<const Ring> rings, std::vector<RingLoad>& loads) {
   }
 }
 
-/// The rings of a stem that stands on `root`, upwards.
-std::vector<std::uint32_t> stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const RingLoad> loads,
-                                     const Children& children) {
+/// Rings of a stem, upwards, and what its radius is in its lowest third.
+struct Stem {
+  std::vector<std::uint32_t> rings;
+  double radius_m = 0.0;
+};
+
+/// The stem that stands on `root`.
+Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const RingLoad> loads, const Children& children) {
   std::vector<std::uint32_t> stem{root};
   for (;;) {
     double all_m2 = 0.0;
@@ -68,9 +74,10 @@ std::vector<std::uint32_t> stem_from(std::uint32_t root, std::span<const Ring> r
   for (const std::uint32_t ring : std::span(stem).first(third)) radii_m.push_back(rings[ring].radius_m);
   const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
   std::ranges::nth_element(radii_m, middle);
-  const double thin_m = kThinShare * *middle;
-  while (stem.size() > third && rings[stem.back()].radius_m < thin_m) stem.pop_back();
-  return stem;
+  std::size_t thick = third;
+  while (thick < stem.size() && rings[stem[thick]].radius_m >= kThinShare * *middle) ++thick;
+  stem.resize(thick);
+  return {std::move(stem), *middle};
 }
 
 /// A ring as the next piece of a cantilever that has come as far as `from`.
@@ -118,13 +125,11 @@ WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, con
     if (rings[i].parent == kNone) all_m2 += loads[i].area_m2;
   const double force_pa = kGalePressure_pa * kCrownDrag * (all_m2 > most_area_m2 ? most_area_m2 / all_m2 : 1.0);
 
-  std::vector<std::uint32_t> stem_ends;
-  for (std::uint32_t i = 0; i < rings.size(); ++i) {
-    if (rings[i].parent != kNone) continue;
-    const std::vector<std::uint32_t> stem = stem_from(i, rings, loads, children);
-    for (const std::uint32_t ring : stem) bend.rings[ring].is_stem = true;
-    stem_ends.push_back(stem.back());
-  }
+  std::vector<Stem> stems;
+  for (std::uint32_t i = 0; i < rings.size(); ++i)
+    if (rings[i].parent == kNone) stems.push_back(stem_from(i, rings, loads, children));
+  for (const Stem& stem : stems)
+    for (const std::uint32_t ring : stem.rings) bend.rings[ring].is_stem = true;
   for (std::uint32_t i = 0; i < rings.size(); ++i) {
     if (rings[i].parent == kNone) continue;
     const RingBend& parent = bend.rings[rings[i].parent];
@@ -134,17 +139,16 @@ WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, con
     bend_on(rings[i], loads[i], force_pa, leaves_stem ? RingBend{} : parent, own);
   }
 
-  BeamSum stems;
+  BeamSum beams;
   double top = 0.0;
-  for (const std::uint32_t end : stem_ends) {
-    std::uint32_t root = end;
-    while (rings[root].parent != kNone) root = rings[root].parent;
+  for (const Stem& stem : stems) {
+    const std::uint32_t root = stem.rings.front(), end = stem.rings.back();
     const double rest_m = std::max(stand.top_y_m - rings[end].center.y, 0.0);
     top += loads[root].area_m2 * (bend.rings[end].offset_m + bend.rings[end].slope * rest_m);
-    stems.add(loads[root].area_m2, stand.height_m(), 2.0 * rings[root].radius_m);
+    beams.add(loads[root].area_m2, stand.height_m(), 2.0 * stem.radius_m);
   }
-  bend.top_m = stems.weight > 0.0 ? top / stems.weight : 0.0;
-  bend.stem = stems.mean();
+  bend.top_m = beams.weight > 0.0 ? top / beams.weight : 0.0;
+  bend.stem = beams.mean();
   bend.branches = mean_branch(rings, loads, bend.rings);
   return bend;
 }

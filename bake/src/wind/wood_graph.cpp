@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include <glm/common.hpp>
@@ -20,7 +20,6 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::uint32_t kMaxStepsPerEdge = 64;
 constexpr std::size_t kMaxPoints = std::size_t{1} << 22;
 
 using Link = std::pair<std::uint32_t, std::uint32_t>;  // the lower point first
@@ -50,71 +49,47 @@ WeldedWood weld_wood(const Mesh& wood) {
   return result;
 }
 
-std::vector<Link> edges_of(const std::vector<std::uint32_t>& corners) {
-  std::vector<Link> edges;
-  edges.reserve(corners.size());
-  for (std::size_t i = 0; i < corners.size(); i += 3)
-    for (std::size_t k = 0; k < 3; ++k)
-      if (corners[i + k] != corners[i + (k + 1) % 3]) edges.push_back(link_of(corners[i + k], corners[i + (k + 1) % 3]));
-  std::ranges::sort(edges);
-  const auto repeated = std::ranges::unique(edges);
-  edges.erase(repeated.begin(), repeated.end());
-  return edges;
-}
+/// Splits triangles at the middle of their longest edge until no edge is longer than spacing_m. Triangles that share an edge share its
+/// middle.
+class Splitter {
+ public:
+  Splitter(double spacing_m, std::vector<glm::vec3>& points) : spacing_m_(spacing_m), points_(points) {}
 
-/// An edge in steps: its inner points are step_count - 1 from first_point on, from its lower end to its higher.
-struct SteppedEdge {
-  std::uint32_t step_count = 1, first_point = 0;
-};
-
-struct SteppedEdges {
-  const std::vector<Link>& edges;  ///< ascending
-  std::vector<SteppedEdge> steps;
-
-  /// The point so many steps from corner `from` on the edge to `to`.
-  [[nodiscard]] std::uint32_t point_at(std::uint32_t from, std::uint32_t to, std::uint32_t step) const {
-    const SteppedEdge& edge = steps[index_of(from, to)];
-    if (step == 0) return from;
-    if (step >= edge.step_count) return to;
-    return edge.first_point + (from < to ? step : edge.step_count - step) - 1;
-  }
-  [[nodiscard]] std::uint32_t step_count(std::uint32_t a, std::uint32_t b) const { return steps[index_of(a, b)].step_count; }
-  [[nodiscard]] std::size_t index_of(std::uint32_t a, std::uint32_t b) const {
-    return static_cast<std::size_t>(std::ranges::lower_bound(edges, link_of(a, b)) - edges.begin());
-  }
-};
-
-std::uint32_t steps_of(double length_m, double spacing_m) {
-  if (!(length_m > spacing_m)) return 1;
-  return static_cast<std::uint32_t>(std::min(std::ceil(length_m / spacing_m), double{kMaxStepsPerEdge}));
-}
-
-/// Adds points along long edges. Links follow each edge.
-SteppedEdges step_edges(const std::vector<Link>& edges, double spacing_m, std::vector<glm::vec3>& points, std::vector<Link>& links) {
-  SteppedEdges stepped{edges, {}};
-  for (const auto& [a, b] : edges) {
-    std::uint32_t count = steps_of(glm::distance(glm::dvec3(points[a]), glm::dvec3(points[b])), spacing_m);
-    if (points.size() + count > kMaxPoints) count = 1;
-    stepped.steps.push_back({count, static_cast<std::uint32_t>(points.size())});
-    for (std::uint32_t step = 1; step < count; ++step)
-      points.push_back(glm::mix(points[a], points[b], static_cast<float>(step) / static_cast<float>(count)));
-    for (std::uint32_t step = 0; step < count; ++step)
-      links.push_back(link_of(stepped.point_at(a, b, step), stepped.point_at(a, b, step + 1)));
-  }
-  return stepped;
-}
-
-/// Links points of two sides of a triangle that are as far from the corner they share.
-void link_across(const SteppedEdges& edges, const std::vector<std::uint32_t>& corners, std::vector<Link>& links) {
-  for (std::size_t i = 0; i < corners.size(); i += 3)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t from = corners[i + k], a = corners[i + (k + 1) % 3], b = corners[i + (k + 2) % 3];
-      if (from == a || from == b || a == b) continue;
-      const std::uint32_t count = std::min(edges.step_count(from, a), edges.step_count(from, b));
-      for (std::uint32_t step = 1; step < count; ++step)
-        links.push_back(link_of(edges.point_at(from, a, step), edges.point_at(from, b, step)));
+  /// The links of all that becomes of a triangle.
+  void add(const std::array<std::uint32_t, 3>& triangle, std::vector<Link>& links) {
+    std::vector<std::array<std::uint32_t, 3>> left{triangle};
+    while (!left.empty()) {
+      const std::array<std::uint32_t, 3> each = left.back();
+      left.pop_back();
+      std::size_t longest = 0;
+      for (std::size_t k = 1; k < 3; ++k)
+        if (length_m(each, k) > length_m(each, longest)) longest = k;
+      if (!(length_m(each, longest) > spacing_m_) || points_.size() >= kMaxPoints) {
+        for (std::size_t k = 0; k < 3; ++k)
+          if (each[k] != each[(k + 1) % 3]) links.push_back(link_of(each[k], each[(k + 1) % 3]));
+        continue;
+      }
+      const std::uint32_t a = each[longest], b = each[(longest + 1) % 3], c = each[(longest + 2) % 3], middle = middle_of(a, b);
+      left.push_back({a, middle, c});
+      left.push_back({middle, b, c});
     }
-}
+  }
+
+ private:
+  [[nodiscard]] double length_m(const std::array<std::uint32_t, 3>& triangle, std::size_t k) const {
+    return glm::distance(glm::dvec3(points_[triangle[k]]), glm::dvec3(points_[triangle[(k + 1) % 3]]));
+  }
+  std::uint32_t middle_of(std::uint32_t a, std::uint32_t b) {
+    const auto [low, high] = link_of(a, b);
+    const auto [found, is_new] = middles_.try_emplace(std::uint64_t{low} << 32 | high, static_cast<std::uint32_t>(points_.size()));
+    if (is_new) points_.push_back(0.5f * (points_[low] + points_[high]));
+    return found->second;
+  }
+
+  double spacing_m_;
+  std::vector<glm::vec3>& points_;
+  std::unordered_map<std::uint64_t, std::uint32_t> middles_;  ///< by edge
+};
 
 /// A point of a piece in a cell of a round.
 struct Filed {
@@ -247,9 +222,10 @@ WoodGraph wood_graph(const Mesh& wood, double spacing_m) {
     graph.first_links = {0};
     return graph;
   }
-  const std::vector<Link> edges = edges_of(welded.corners);
   std::vector<Link> links;
-  link_across(step_edges(edges, spacing_m, graph.points, links), welded.corners, links);
+  Splitter splitter(spacing_m, graph.points);
+  for (std::size_t i = 0; i < welded.corners.size(); i += 3)
+    splitter.add({welded.corners[i], welded.corners[i + 1], welded.corners[i + 2]}, links);
   UnionFind sets(graph.points.size());
   for (const auto& [a, b] : links) sets.join(a, b);
   for (std::uint32_t i = 0; i < graph.points.size(); ++i) graph.pieces.push_back(sets.find(i));

@@ -12,7 +12,7 @@ namespace coppice::bake {
 
 /// The surface of wood as points and the edges between them, all in one piece.
 struct WoodGraph {
-  std::vector<glm::vec3> points;           ///< welded vertices, then points along long edges
+  std::vector<glm::vec3> points;           ///< welded vertices, then middles of long edges
   std::vector<std::uint32_t> pieces;       ///< [points] what is connected in the mesh has one number
   std::vector<double> piece_areas_m2;      ///< [points] of a piece at its number
   std::vector<std::uint32_t> first_links;  ///< [points + 1] into links
@@ -23,8 +23,8 @@ struct WoodGraph {
   }
 };
 
-/// Edges that are longer than spacing_m get points along them, and links across their triangles, so that a tube of few triangles has rings
-/// all along. What the mesh leaves loose is linked to the nearest point of the rest, the nearest pieces first.
+/// Triangles are split until no edge is longer than spacing_m, so that a tube of few triangles has rings all along. What the mesh leaves
+/// loose is linked to the nearest point of the rest, the nearest pieces first.
 WoodGraph wood_graph(const Mesh& wood, double spacing_m);
 
 }  // namespace coppice::bake

@@ -22,7 +22,7 @@ namespace {
 /// Of the height: what is this near to the ground touches it.
 constexpr double kGroundShare = 0.02;
 /// A piece that touches the ground and has less than this share of the largest one's surface is a twig that hangs down to it.
-constexpr double kSlightShare = 0.02;
+constexpr double kSlightShare = 0.05;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
@@ -55,11 +55,13 @@ std::vector<std::uint32_t> ground_points(const WoodGraph& graph, const Stand& st
 /// Distances from the ground, and through which point the way there goes.
 struct Ways {
   std::vector<double> distances_m;
-  std::vector<std::uint32_t> from;  ///< kNone on the ground
+  std::vector<std::uint32_t> from;   ///< kNone on the ground
+  std::vector<std::uint32_t> order;  ///< points as they were reached
 };
 
 Ways ways_from_ground(const WoodGraph& graph, const Stand& stand) {
-  Ways ways{std::vector<double>(graph.points.size(), kFar), std::vector<std::uint32_t>(graph.points.size(), kNone)};
+  Ways ways{std::vector<double>(graph.points.size(), kFar), std::vector<std::uint32_t>(graph.points.size(), kNone), {}};
+  std::vector<bool> is_reached(graph.points.size(), false);
   using Entry = std::pair<double, std::uint32_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> next;
   for (const std::uint32_t point : ground_points(graph, stand)) {
@@ -69,7 +71,9 @@ Ways ways_from_ground(const WoodGraph& graph, const Stand& stand) {
   while (!next.empty()) {
     const auto [distance_m, point] = next.top();
     next.pop();
-    if (distance_m > ways.distances_m[point]) continue;
+    if (is_reached[point]) continue;
+    is_reached[point] = true;
+    ways.order.push_back(point);
     for (const std::uint32_t to : graph.links_of(point)) {
       const double reached_m = distance_m + glm::distance(glm::dvec3(graph.points[point]), glm::dvec3(graph.points[to]));
       if (!(reached_m < ways.distances_m[to])) continue;
@@ -81,10 +85,10 @@ Ways ways_from_ground(const WoodGraph& graph, const Stand& stand) {
   return ways;
 }
 
-/// By point the ring it is in, rings numbered from the ground on.
+/// By point the ring it is in, rings numbered as they were reached; so a ring's parent comes before it.
 struct Bands {
   std::vector<std::uint32_t> ring_of;  ///< [points]
-  std::vector<std::uint32_t> first;    ///< [rings] its point nearest to the ground
+  std::vector<std::uint32_t> parents;  ///< [rings]
 };
 
 Bands take_bands(const WoodGraph& graph, const Ways& ways, double ring_m) {
@@ -92,20 +96,41 @@ Bands take_bands(const WoodGraph& graph, const Ways& ways, double ring_m) {
   UnionFind sets(graph.points.size());
   for (std::uint32_t point = 0; point < graph.points.size(); ++point)
     for (const std::uint32_t to : graph.links_of(point))
-      if (to > point && band(to) == band(point)) sets.join(point, to);
-  std::vector<std::uint32_t> order(graph.points.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::ranges::sort(order, {}, [&](std::uint32_t point) { return std::pair(ways.distances_m[point], point); });
+      if (to > point && graph.pieces[to] == graph.pieces[point] && band(to) == band(point)) sets.join(point, to);
   Bands bands{std::vector<std::uint32_t>(graph.points.size(), kNone), {}};
-  for (const std::uint32_t point : order) {
-    std::uint32_t& ring = bands.ring_of[sets.find(point)];
+  std::vector<std::uint32_t> ring_of_set(graph.points.size(), kNone);
+  for (const std::uint32_t point : ways.order) {
+    std::uint32_t& ring = ring_of_set[sets.find(point)];
     if (ring == kNone) {
-      ring = static_cast<std::uint32_t>(bands.first.size());
-      bands.first.push_back(point);
+      ring = static_cast<std::uint32_t>(bands.parents.size());
+      bands.parents.push_back(ways.from[point] == kNone ? kNone : bands.ring_of[ways.from[point]]);
     }
     bands.ring_of[point] = ring;
   }
   return bands;
+}
+
+/// What sticks out of a ring by less than another ring, beside one that goes on, is a bump of it and no branch.
+Bands without_bumps(const Bands& bands) {
+  const std::size_t count = bands.parents.size();
+  std::vector<std::uint32_t> child_counts(count, 0u), longer_children(count, 0u);
+  for (const std::uint32_t parent : bands.parents)
+    if (parent != kNone) ++child_counts[parent];
+  for (std::size_t i = 0; i < count; ++i)
+    if (bands.parents[i] != kNone && child_counts[i] > 0) ++longer_children[bands.parents[i]];
+  Bands kept{bands.ring_of, {}};
+  std::vector<std::uint32_t> number(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t parent = bands.parents[i];
+    if (parent != kNone && child_counts[i] == 0 && longer_children[parent] > 0) {
+      number[i] = number[parent];
+      continue;
+    }
+    number[i] = static_cast<std::uint32_t>(kept.parents.size());
+    kept.parents.push_back(parent == kNone ? kNone : number[parent]);
+  }
+  for (std::uint32_t& ring : kept.ring_of) ring = number[ring];
+  return kept;
 }
 
 void set_centers(const WoodGraph& graph, const Bands& bands, std::vector<Ring>& rings) {
@@ -141,21 +166,41 @@ void set_radii(const WoodGraph& graph, const Bands& bands, double least_m, std::
   for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = std::max(sums_m[i] / counts[i], least_m);
 }
 
+/// The middle one of a ring's radius, and those of up to two rings below and two above: rings at forks come out too thick, and those of
+/// stems in pieces too thin.
+void smooth_radii(std::vector<Ring>& rings) {
+  std::vector<std::uint32_t> thickest_child(rings.size(), kNone);
+  for (std::uint32_t i = 0; i < rings.size(); ++i) {
+    if (rings[i].parent == kNone) continue;
+    std::uint32_t& child = thickest_child[rings[i].parent];
+    if (child == kNone || rings[i].radius_m > rings[child].radius_m) child = i;
+  }
+  std::vector<double> middles_m;
+  for (std::uint32_t i = 0; i < rings.size(); ++i) {
+    std::vector<double> radii_m{rings[i].radius_m};
+    for (std::uint32_t step = 0, at = rings[i].parent; step < 2 && at != kNone; ++step, at = rings[at].parent)
+      radii_m.push_back(rings[at].radius_m);
+    for (std::uint32_t step = 0, at = thickest_child[i]; step < 2 && at != kNone; ++step, at = thickest_child[at])
+      radii_m.push_back(rings[at].radius_m);
+    const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
+    std::ranges::nth_element(radii_m, middle);
+    middles_m.push_back(*middle);
+  }
+  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = middles_m[i];
+}
+
 }  // namespace
 
 std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m) {
   if (wood.indices.empty() || !(ring_m > 0.0)) return {};
-  const WoodGraph graph = wood_graph(wood, 0.75 * ring_m);
+  const WoodGraph graph = wood_graph(wood, ring_m);
   const Ways ways = ways_from_ground(graph, stand);
-  const Bands bands = take_bands(graph, ways, ring_m);
-  std::vector<Ring> rings(bands.first.size());
-  for (std::size_t i = 0; i < rings.size(); ++i) {
-    std::uint32_t before = ways.from[bands.first[i]];
-    while (before != kNone && bands.ring_of[before] == i) before = ways.from[before];  // through a point in the same place
-    if (before != kNone) rings[i].parent = bands.ring_of[before];
-  }
+  const Bands bands = without_bumps(take_bands(graph, ways, ring_m));
+  std::vector<Ring> rings(bands.parents.size());
+  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].parent = bands.parents[i];
   set_centers(graph, bands, rings);
   set_radii(graph, bands, 1e-3 * ring_m, rings);
+  smooth_radii(rings);
   for (Ring& ring : rings)
     if (ring.parent != kNone) ring.length_m = glm::distance(ring.center, rings[ring.parent].center);
   return rings;

@@ -73,7 +73,11 @@ struct TestPlant {
     leaves.push_back({2 * static_cast<std::uint32_t>(leaves.size()), 2});
     quads.push_back(quad);
   }
-  [[nodiscard]] Sphere sphere() const { return plant_sphere({quads, {}, {}, {}}, wood); }
+  [[nodiscard]] Sphere sphere() const {
+    Foliage shown{quads, {}, {}, {}};
+    if (quads.empty()) shown.quads.emplace_back().fill(wood.positions.front());
+    return plant_sphere(shown, wood);
+  }
   [[nodiscard]] Wind wind(const WindOptions& options = {}) const { return wind_of({wood, foliage, leaves, quads, sphere()}, options); }
 };
 
@@ -386,7 +390,7 @@ TEST(Wind, PlantsWithoutSenseKeepTheLimits) {
   for (const float size_m : {1e-5f, 1.0f, 1e6f})
     for (const int leaf_count : {0, 1, 20, 300, 2000}) {
       TestPlant noise;
-      for (std::uint32_t triangle = 0; triangle < 200; ++triangle) {
+      for (std::uint32_t triangle = 0; triangle < 40; ++triangle) {
         for (int corner = 0; corner < 3; ++corner) {
           noise.wood.indices.push_back(static_cast<std::uint32_t>(noise.wood.positions.size()));
           noise.wood.positions.push_back(corner == 2 && triangle % 2 == 0 ? noise.wood.positions.back() : place(size_m));  // a line
@@ -395,7 +399,7 @@ TEST(Wind, PlantsWithoutSenseKeepTheLimits) {
       }
       for (int leaf = 0; leaf < leaf_count; ++leaf) noise.add_leaf(place(size_m), place(0.2f * size_m), 0.02f * size_m);
       const std::string what = std::to_string(size_m) + " m, " + std::to_string(leaf_count) + " leaves";
-      for (const float stiffness : {0.1f, 1.0f, 10.0f}) expect_within_limits(noise.wind({true, stiffness}), noise.sphere(), what);
+      for (const float stiffness : {0.1f, 10.0f}) expect_within_limits(noise.wind({true, stiffness}), noise.sphere(), what);
       noise.wood = {};
       if (leaf_count > 0) expect_within_limits(noise.wind(), noise.sphere(), what + " without wood");
     }

@@ -20,7 +20,7 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::size_t kMaxPoints = std::size_t{1} << 22;
+constexpr std::size_t kMaxPoints = std::size_t{1} << 20;
 
 using Link = std::pair<std::uint32_t, std::uint32_t>;  // the lower point first
 

@@ -24,7 +24,20 @@ constexpr double kGroundShare = 0.02;
 /// A piece that touches the ground and has less than this share of the largest one's surface is a twig that hangs down to it.
 constexpr double kSlightShare = 0.05;
 
+/// Rings of wood of so much surface that they would take more points than this are further apart.
+constexpr double kMostPoints = 1 << 18;
+
 constexpr double kFar = std::numeric_limits<double>::infinity();
+
+double surface_m2(const Mesh& wood) {
+  double sum_m2 = 0.0;
+  for (std::size_t i = 0; i < wood.indices.size(); i += 3) {
+    const glm::dvec3 from(wood.positions[wood.indices[i]]);
+    const glm::dvec3 a = glm::dvec3(wood.positions[wood.indices[i + 1]]) - from, b = glm::dvec3(wood.positions[wood.indices[i + 2]]) - from;
+    sum_m2 += 0.5 * glm::length(glm::cross(a, b));
+  }
+  return sum_m2;
+}
 
 /// How high above the end by which the plant is held.
 double rise_m(const Stand& stand, const glm::vec3& point) {
@@ -193,6 +206,8 @@ void smooth_radii(std::vector<Ring>& rings) {
 
 std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m) {
   if (wood.indices.empty() || !(ring_m > 0.0)) return {};
+  // Triangles that are split at their longest edges have about three corners for each square of that edge.
+  ring_m = std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMostPoints));
   const WoodGraph graph = wood_graph(wood, ring_m);
   const Ways ways = ways_from_ground(graph, stand);
   const Bands bands = without_bumps(take_bands(graph, ways, ring_m));

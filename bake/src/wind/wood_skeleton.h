@@ -28,7 +28,7 @@ struct Ring {
 
 /// The wood as a tree of rings, parents first. Any triangles will do: pieces that the mesh leaves loose grow out of what is nearest, and
 /// of those that touch the ground all that are not slight stand on it.
-/// ring_m  how far apart rings are, along the surface
+/// ring_m  how far apart rings are, along the surface; further of wood of very much surface
 /// returns  none without wood
 std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m);
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <glm/common.hpp>
@@ -37,8 +38,9 @@ constexpr double kLeastLean = 0.04;
 constexpr double kShownBend = 0.15, kShownLean = 0.2;
 /// What the bend may take of the limits, and lean and sway together: more of these the growth would not let be.
 constexpr double kBendPart = 0.4, kLeanPart = 0.6;
-/// A ring is as good as so many leaves of its size in saying how its place moves: a stem inside a crown must not go with the leaves.
-constexpr double kWoodWeight = 8.0;
+/// A ring is as good as so many leaves of its size in saying how its place moves, one of a stem more: inside a crown it must not go with
+/// the leaves.
+constexpr double kBranchWeight = 8.0, kStemWeight = 20.0;
 /// Natural periods that are believed.
 constexpr double kLeastPeriod_s = 0.25, kMostPeriod_s = 10.0;
 
@@ -73,17 +75,35 @@ Stand stand_of(const Box& all) {
 }
 
 // nanoflann calls these names.
-struct RingCloud {
-  std::span<const Ring> rings;
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return rings.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t axis) const { return rings[i].center[static_cast<int>(axis)]; }
+struct PointCloud {
+  std::vector<glm::dvec3> points;
+  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
+  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t axis) const { return points[i][static_cast<int>(axis)]; }
   template <class Bounds>
   bool kdtree_get_bbox(Bounds&) const {
     return false;
   }
 };
 
-using RingIndex = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, RingCloud>, RingCloud, 3, std::uint32_t>;
+/// Which of some points, at least one, is the nearest. Calls may overlap.
+class NearestPoint {
+ public:
+  explicit NearestPoint(std::vector<glm::dvec3> points)
+      : cloud_{std::move(points)}, index_(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {}
+  NearestPoint(const NearestPoint&) = delete;
+  NearestPoint& operator=(const NearestPoint&) = delete;
+
+  [[nodiscard]] std::uint32_t to(const glm::dvec3& place) const {
+    std::uint32_t nearest = 0;
+    double squared_m2 = 0.0;
+    index_.knnSearch(&place.x, 1, &nearest, &squared_m2);
+    return nearest;
+  }
+
+ private:
+  PointCloud cloud_;
+  nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointCloud>, PointCloud, 3, std::uint32_t> index_;
+};
 
 glm::dvec3 stalk_of(const Quad& quad) {
   return 0.5 * (glm::dvec3(quad[0]) + glm::dvec3(quad[3]));
@@ -95,17 +115,12 @@ double area_m2(const Quad& quad) {
 
 /// By leaf, the ring that bears it.
 std::vector<std::uint32_t> bearers(std::span<const Quad> quads, std::span<const Ring> rings) {
+  std::vector<glm::dvec3> centers;
+  for (const Ring& ring : rings) centers.push_back(ring.center);
+  const NearestPoint nearest(std::move(centers));
   std::vector<std::uint32_t> result(quads.size(), 0u);
-  const RingCloud cloud{rings};
-  const RingIndex index(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10));
   parallel_for(
-      quads.size(),
-      [&](std::size_t i) {
-        const glm::dvec3 stalk = stalk_of(quads[i]);
-        double squared_m2 = 0.0;
-        index.knnSearch(&stalk.x, 1, &result[i], &squared_m2);
-      },
-      256);
+      quads.size(), [&](std::size_t i) { result[i] = nearest.to(stalk_of(quads[i])); }, 256);
   return result;
 }
 
@@ -168,7 +183,8 @@ class WoodMotion {
     motion.lean_m = std::max(upper_value(std::move(tips_m)), kLeastLean * radius_m_);
     for (std::size_t i = 0; i < rings_.size(); ++i) {
       WindPoint point{glm::vec3(rings_[i].center)};
-      point.weight = static_cast<float>(kWoodWeight * 2.0 * std::numbers::pi * rings_[i].radius_m * rings_[i].length_m);
+      point.weight = static_cast<float>((bend_.rings[i].is_stem ? kStemWeight : kBranchWeight) * 2.0 * std::numbers::pi *
+                                        rings_[i].radius_m * rings_[i].length_m);
       point.lean = share(bend_.rings[i].is_stem ? 0.0 : bend_.rings[i].offset_m, motion.lean_m);
       set_phase_of(i, rings_[i].center, point);
       motion.points.push_back(point);
@@ -241,32 +257,47 @@ Motion blade_motion(const WindSource& source, const Stand& stand) {
   return motion;
 }
 
-/// The nearest of some points, which are in no order: for phases of vertices with weights.
-void set_weights(const WindSource& source, Motion& motion) {
-  const std::size_t quad_points = 4 * leaf_quads(source).size(), ring_points = motion.points.size() - quad_points;
+/// The weight of vertices of a leaf takes the place of its corners.
+void weigh_leaf(const Mesh& foliage, const LeafRange& leaf, std::span<WindPoint> corners, std::vector<WindPoint>& weighted) {
+  const WindPoint corner = corners.front();
+  const float weight = 4.0f * corner.weight / static_cast<float>(3 * std::max(leaf.triangle_count, 1u));
+  const std::span<const std::uint32_t> vertices =
+      std::span(foliage.indices).subspan(3 * std::size_t{leaf.first_triangle}, 3 * std::size_t{leaf.triangle_count});
+  for (const std::uint32_t vertex : vertices) {
+    if (foliage.wind_weights[vertex] < 0.0f) continue;
+    for (WindPoint& each : corners) each.weight = 0.0f;
+    weighted.push_back({foliage.positions[vertex], weight, foliage.wind_weights[vertex], corner.phase_cos, corner.phase_sin});
+  }
+}
+
+/// The wood's vertices take the place of its rings. They swing with the nearest, and lean with it where they have no weight.
+void weigh_wood(const Mesh& wood, std::span<WindPoint> rings, std::vector<WindPoint>& weighted) {
+  double sum = 0.0;
+  std::vector<glm::dvec3> centers;
+  for (WindPoint& ring : rings) {
+    sum += ring.weight;
+    ring.weight = 0.0f;
+    centers.emplace_back(ring.position);
+  }
+  const NearestPoint nearest(std::move(centers));
+  const auto weight = static_cast<float>(sum / static_cast<double>(wood.positions.size()));
+  for (std::size_t i = 0; i < wood.positions.size(); ++i) {
+    const WindPoint& ring = rings[nearest.to(glm::dvec3(wood.positions[i]))];
+    const float lean = wood.wind_weights[i] < 0.0f ? ring.lean : wood.wind_weights[i];
+    weighted.push_back({wood.positions[i], weight, lean, ring.phase_cos, ring.phase_sin});
+  }
+}
+
+/// Points of the motion are those of the rings, then four of each leaf.
+void take_weights(const WindSource& source, std::vector<WindPoint>& points) {
+  const std::size_t leaf_count = leaf_quads(source).size(), ring_count = points.size() - 4 * leaf_count;
   std::vector<WindPoint> weighted;
-  const std::vector<float>& of_leaves = source.foliage.wind_weights;
-  for (std::size_t leaf = 0; leaf < quad_points / 4 && !of_leaves.empty(); ++leaf) {
-    WindPoint* const corners = &motion.points[ring_points + 4 * leaf];
-    const LeafRange& range = source.leaves[leaf];
-    const float weight = 4.0f * corners[0].weight / static_cast<float>(3 * std::max(range.triangle_count, 1u));
-    for (std::size_t i = 3 * std::size_t{range.first_triangle}; i < 3 * (std::size_t{range.first_triangle} + range.triangle_count); ++i) {
-      const std::uint32_t vertex = source.foliage.indices[i];
-      if (of_leaves[vertex] < 0.0f) continue;
-      for (std::size_t corner = 0; corner < 4; ++corner) corners[corner].weight = 0.0f;
-      weighted.push_back({source.foliage.positions[vertex], weight, of_leaves[vertex], corners[0].phase_cos, corners[0].phase_sin});
-    }
-  }
-  const std::vector<float>& of_wood = source.wood.wind_weights;
-  if (std::ranges::any_of(of_wood, [](float weight) { return weight >= 0.0f; })) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < ring_points; ++i) sum += motion.points[i].weight;
-    const auto weight = static_cast<float>(sum / static_cast<double>(of_wood.size()));
-    for (std::size_t i = 0; i < of_wood.size(); ++i)
-      if (of_wood[i] >= 0.0f) weighted.push_back({source.wood.positions[i], weight, of_wood[i], 1.0f, 0.0f});
-    for (std::size_t i = 0; i < ring_points; ++i) motion.points[i].weight = 0.0f;
-  }
-  motion.points.insert(motion.points.end(), weighted.begin(), weighted.end());
+  for (std::size_t leaf = 0; leaf < leaf_count && !source.foliage.wind_weights.empty(); ++leaf)
+    weigh_leaf(source.foliage, source.leaves[leaf], std::span(points).subspan(ring_count + 4 * leaf, 4), weighted);
+  const auto says = [](float weight) { return weight >= 0.0f; };
+  if (ring_count > 0 && std::ranges::any_of(source.wood.wind_weights, says))
+    weigh_wood(source.wood, std::span(points).first(ring_count), weighted);
+  points.insert(points.end(), weighted.begin(), weighted.end());
 }
 
 /// Nearly `value` where it is far below `most`, and never above.
@@ -318,7 +349,7 @@ Wind wind_of(const WindSource& source, const WindOptions& options) {
   const Stand stand = stand_of(all);
   const bool has_wood = !source.wood.indices.empty();
   Motion motion = has_wood ? WoodMotion(source, stand, leaves).motion() : blade_motion(source, stand);
-  set_weights(source, motion);
+  take_weights(source, motion.points);
 
   coppice_file_wind& head = wind.head;
   head.base_y_m = static_cast<float>(stand.base_y_m);

@@ -409,6 +409,10 @@ TEST(Wind, PlantsWithoutSenseKeepTheLimits) {
     for (glm::vec3& corner : quad) corner.y = 0.0f;
   for (glm::vec3& position : flat.foliage.positions) position.y = 0.0f;
   expect_within_limits(flat.wind(), flat.sphere(), "flat");
+  TestPlant far;
+  for (int leaf = 0; leaf < 200; ++leaf) far.add_leaf(glm::vec3(9e7f, -9e7f, 9e7f) + place(100.0f), {20.0f, 10.0f, 0}, 8.0f);
+  append_tube({{9e7f, -9e7f, 9e7f}, {9e7f, -9e7f + 200.0f, 9e7f}, 10.0f, 8.0f, 5}, far.wood);
+  expect_within_limits(far.wind(), far.sphere(), "far from its origin");
   TestPlant point;
   point.wood.positions.assign(3, glm::vec3(1.0f));
   point.wood.indices = {0, 1, 2};

@@ -30,14 +30,14 @@ constexpr double kRootShare = 0.2;
 /// Seen from all sides a leaf shows half of its area, and a crown that is full covers so much of its box.
 constexpr double kShownShare = 0.5, kFullShare = 0.7;
 /// By how much a leaf leans a metre away from the wood that bears it, and the top of a plant without wood for a metre of height.
-constexpr double kLeafSlope = 0.1, kBladeSlope = 0.15;
+constexpr double kLeafSlope = 0.1, kBladeSlope = 0.5;
 /// Leaves stir on any plant: the least that those lean that lean most, of the radius.
 constexpr double kLeastLean = 0.04;
 /// What of a plant's deflection is shown: the limits are a fraction of what slender plants do in a gale, and what is stout is to differ
 /// from them.
 constexpr double kShownBend = 0.15, kShownLean = 0.2;
-/// What the bend may take of the limits, and lean and sway together: more of these the growth would not let be.
-constexpr double kBendPart = 0.4, kLeanPart = 0.6;
+/// What the bend may take of the limits, alone and beside a grid, and lean and sway together: more of these the growth would not let be.
+constexpr double kLoneBendPart = 0.99, kBendPart = 0.4, kLeanPart = 0.6;
 /// A ring is as good as so many leaves of its size in saying how its place moves, one of a stem more: inside a crown it must not go with
 /// the leaves.
 constexpr double kBranchWeight = 8.0, kStemWeight = 20.0;
@@ -322,15 +322,21 @@ void set_box(const Box& all, const Stand& stand, double least_m, coppice_file_wi
     const double below = axis == 1 ? 0.0 : 0.5;
     head.box_min[axis] = static_cast<float>(low[axis] - below * missing_m);
     head.box_max[axis] = static_cast<float>(high[axis] + (1.0 - below) * missing_m);
+    // Far from the origin floats are further apart.
+    if (!(head.box_max[axis] > head.box_min[axis]))
+      head.box_max[axis] = std::nextafter(head.box_min[axis], std::numeric_limits<float>::max());
   }
 }
 
 /// Rounding may have taken it over a limit again.
 void keep_within_limits(double radius_m, Wind& wind) {
+  const auto keeps = [&] {
+    const WindField field{wind.head, wind.nodes};
+    return most_wind_move_m(field) <= COPPICE_MAX_WIND_MOVE * radius_m && most_wind_growth(field) <= COPPICE_MAX_WIND_GROWTH;
+  };
   const auto shrink = [&](float share) { wind.head.bend_m *= share, wind.head.lean_m *= share, wind.head.sway_m *= share; };
-  const auto move_m = [&] { return most_wind_move_m({wind.head, wind.nodes}); };
-  const auto growth = [&] { return most_wind_growth({wind.head, wind.nodes}); };
-  for (int i = 0; i < 100 && !(move_m() <= COPPICE_MAX_WIND_MOVE * radius_m && growth() <= COPPICE_MAX_WIND_GROWTH); ++i) shrink(0.99f);
+  for (int i = 0; i < 100 && !keeps(); ++i) shrink(0.99f);
+  if (!keeps()) shrink(0.0f);
 }
 
 }  // namespace
@@ -361,10 +367,11 @@ Wind wind_of(const WindSource& source, const WindOptions& options) {
 
   const double softness = 1.0 / std::min(options.stiffness, 1.0f), most_m = COPPICE_MAX_WIND_MOVE * radius_m;
   // The bend's gradient is 2 bend_m / height_m.
-  const double most_bend_m = kBendPart * std::min(most_m, 0.5 * COPPICE_MAX_WIND_GROWTH * head.height_m);
+  head.node_side = wind_node_side(source.leaves.size());
+  const double bend_part = head.node_side > 0 ? kBendPart : kLoneBendPart;
+  const double most_bend_m = bend_part * std::min(most_m, 0.5 * COPPICE_MAX_WIND_GROWTH * head.height_m);
   head.bend_m = stand.hangs ? 0.0f : static_cast<float>(held_below(softness * kShownBend * motion.bend_m, most_bend_m));
   const double lean_m = held_below(softness * kShownLean * motion.lean_m, kLeanPart * most_m);
-  head.node_side = wind_node_side(source.leaves.size());
   if (head.node_side > 0) {
     head.lean_m = head.sway_m = static_cast<float>(0.5 * lean_m);
     wind = wind_grid(motion.points, {head, radius_m, stand.hangs});

@@ -123,7 +123,8 @@ WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, con
   double all_m2 = 0.0;
   for (std::size_t i = 0; i < rings.size(); ++i)
     if (rings[i].parent == kNone) all_m2 += loads[i].area_m2;
-  const double force_pa = kGalePressure_pa * kCrownDrag * (all_m2 > most_area_m2 ? most_area_m2 / all_m2 : 1.0);
+  const double softness = 1.0 / std::clamp(stand.height_m() / kWoodHeight_m, 0.1, 1.0);
+  const double force_pa = softness * kGalePressure_pa * kCrownDrag * (all_m2 > most_area_m2 ? most_area_m2 / all_m2 : 1.0);
 
   std::vector<Stem> stems;
   for (std::uint32_t i = 0; i < rings.size(); ++i)

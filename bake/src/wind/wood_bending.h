@@ -36,9 +36,10 @@ struct WoodBend {
 };
 
 /// Gale and wood: a stiff cantilever's curvature is moment over E I, with I = pi r^4 / 4; the moment of a ring is the wind's force on all
-/// that it bears, at its mean distance. Young's modulus of green wood, the pressure of 25 m/s, and the drag of crowns that fold up in it
-/// (Vollsinger et al. 2005 measured 0.2 to 0.4 at 20 m/s).
-inline constexpr double kWoodModulus_pa = 7e9, kGalePressure_pa = 375.0, kCrownDrag = 0.25;
+/// that it bears, at its mean distance. Young's modulus of green wood; of plants below kWoodHeight_m, which are herbs and
+/// shoots, less, as their height is, down to a tenth. The pressure of 25 m/s, and the drag of crowns that fold up in it (Vollsinger et al.
+/// 2005 measured 0.2 to 0.4 at 20 m/s).
+inline constexpr double kWoodModulus_pa = 7e9, kGalePressure_pa = 375.0, kCrownDrag = 0.25, kWoodHeight_m = 3.0;
 
 /// loads  [rings.size()] of leaves; what the wood itself catches is added
 /// most_area_m2  of all loads: those of crowns that shelter themselves are smaller by one factor

@@ -100,7 +100,8 @@ WindSample sample_wind(const WindField& field, const float (&position)[3]) {
 
 double most_wind_move_m(const WindField& field) {
   double most_m = 0.0;
-  for (const Node& node : field.nodes) most_m = std::max(most_m, field.head.lean_m * (node.lean / 255.0) + field.head.sway_m * length(node.sway_cos, node.sway_sin));
+  for (const Node& node : field.nodes)
+    most_m = std::max(most_m, field.head.lean_m * (node.lean / 255.0) + field.head.sway_m * length(node.sway_cos, node.sway_sin));
   return field.head.bend_m + most_m;
 }
 

@@ -486,6 +486,36 @@ TEST(CommandLine, LeafMeshesTravelThroughBakeAndExport) {
   EXPECT_EQ(coppice::bake::import_gltf(quads, {})->foliage.indices.size(), 6u * 386u) << "all quads, where that is the finest";
 }
 
+TEST(CommandLine, WindIsBakedStiffenedAndLeftOut) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "wind.coppice";
+  const auto wind_with = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> arguments{"bake", baked().glb, "-o", file, "--metric", "geometric", "--views", "4", "--resolution", "32"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ProcessResult bake = coppice_tool(arguments);
+    EXPECT_EQ(bake.exit_code, 0) << bake.err;
+    EXPECT_EQ(coppice_tool({"verify", file}).exit_code, 0);
+    return nlohmann::json::parse(coppice_tool({"inspect", file, "--json"}).out)["wind"];
+  };
+  const auto plain = wind_with({}), stiff = wind_with({"--wind-stiffness", "2"}), none = wind_with({"--no-wind"});
+  EXPECT_EQ(plain["node_side"], 4) << "of 386 leaves";
+  for (const char* key : {"bend_m", "lean_m", "sway_m", "most_move_m"}) {
+    EXPECT_GT(plain[key].get<double>(), 0.0) << key;
+    EXPECT_NEAR(stiff[key].get<double>(), 0.5 * plain[key].get<double>(), 1e-6) << key;
+    EXPECT_EQ(none[key].get<double>(), 0.0) << key;
+  }
+  EXPECT_LE(plain["most_growth"].get<double>(), 0.05);
+  EXPECT_EQ(none["node_side"], 0);
+  EXPECT_NE(coppice_tool({"inspect", file}).out.find("wind: does not move it"), std::string::npos);
+  EXPECT_NE(coppice_tool({"inspect", baked().coppice}).out.find("the stem bends"), std::string::npos);
+  for (const std::vector<std::string>& wrong : std::vector<std::vector<std::string>>{
+           {"--wind-stiffness", "0"}, {"--wind-stiffness", "11"}, {"--wind-weights", "COLOR"}, {"--wind-weights", "RED"}}) {
+    std::vector<std::string> arguments{"bake", baked().glb, "-o", file};
+    arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+    EXPECT_EQ(coppice_tool(arguments).exit_code, 2) << wrong[1];
+  }
+}
+
 /// The largest distance between corresponding corners along an axis, in units of the box's side along that axis.
 float quad_distance(const coppice::bake::Quad& a, const std::array<glm::vec3, 4>& b, const glm::vec3& box) {
   float worst = 0.0f;

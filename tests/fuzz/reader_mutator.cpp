@@ -71,6 +71,10 @@ std::vector<Record> chunk_records(const coppice_file_chunk& chunk) {
   } else if (chunk.kind == COPPICE_CHUNK_ERRORS || chunk.kind == COPPICE_CHUNK_LEAF_MESHES) {
     add_fields(records.emplace_back(), at, FieldType::f32, elements(4));
     add_fields(records.emplace_back(), at, FieldType::u32, elements(4));
+  } else if (chunk.kind == COPPICE_CHUNK_WIND) {
+    add_fields(records.emplace_back(), at, FieldType::f32, std::min<std::size_t>(bytes / 4, 13));
+    add_fields(records.back(), at + offsetof(coppice_file_wind, node_side), FieldType::u32);
+    for (std::size_t i = sizeof(coppice_file_wind); i + 4 <= bytes; i += 4) add_fields(records.emplace_back(), at + i, FieldType::u8, 4);
   } else if (chunk.kind == COPPICE_CHUNK_TEXTURES) {
     for (std::size_t i = 0; i < elements(sizeof(coppice_file_texture)); ++i)
       add_fields(records.emplace_back(), at + i * sizeof(coppice_file_texture), FieldType::u32, 4);

@@ -208,6 +208,35 @@ std::size_t first_block(const Bytes& file, std::size_t page) {
   return at;
 }
 
+void damage_wind(Damage& damage, const Bytes& good) {
+  const std::size_t wind = chunk_offset(good, COPPICE_CHUNK_WIND), node = wind + sizeof(coppice_file_wind);
+  constexpr std::uint32_t kNan = 0x7fc00000, kInfinity = 0x7f800000;
+  const auto field = [&](const char* name, const char* reason, std::size_t offset, auto value) {
+    damage.set(name, reason, wind + offset, value);
+  };
+  field("wind_base", "wind base_y_m", offsetof(coppice_file_wind, base_y_m), kInfinity);
+  field("wind_height", "wind height_m", offsetof(coppice_file_wind, height_m), 0.0f);
+  field("wind_bend", "wind bend_m", offsetof(coppice_file_wind, bend_m), -0.001f);
+  field("wind_lean", "wind lean_m", offsetof(coppice_file_wind, lean_m), kNan);
+  field("wind_sway", "wind sway_m", offsetof(coppice_file_wind, sway_m), kInfinity);
+  field("wind_stem_period", "wind stem_period_s", offsetof(coppice_file_wind, stem_period_s), 0.0f);
+  field("wind_branch_period", "wind branch_period_s", offsetof(coppice_file_wind, branch_period_s), 61.0f);
+  field("wind_box_nan", "wind box", offsetof(coppice_file_wind, box_min), kNan);
+  damage.set_reported_at("wind_box_flat", "wind box", wind + offsetof(coppice_file_wind, box_max) + 4, -1e6f,
+                         wind + offsetof(coppice_file_wind, box_min));
+  field("wind_node_side", "wind node_side", offsetof(coppice_file_wind, node_side), std::uint32_t{3});
+  damage.set_reported_at("wind_length", "wind length", wind + offsetof(coppice_file_wind, node_side), std::uint32_t{8}, wind);
+  damage.set_reported_at("wind_no_grid", "wind lean_m", wind + offsetof(coppice_file_wind, node_side), std::uint32_t{0},
+                         wind + offsetof(coppice_file_wind, lean_m));
+  damage.set("wind_node_cos", "wind node sway", node + 1, std::int8_t{-128});
+  damage.set_reported_at("wind_node_sin", "wind node sway", node + 2, std::int8_t{-128}, node + 1);
+  damage.set("wind_node_reserved", "wind node reserved", node + 3, std::uint8_t{1});
+  damage.set_reported_at("wind_move", "wind move", wind + offsetof(coppice_file_wind, sway_m), 1e3f,
+                         wind + offsetof(coppice_file_wind, bend_m));
+  damage.set_reported_at("wind_growth", "wind growth", wind + offsetof(coppice_file_wind, height_m), 1e-3f,
+                         wind + offsetof(coppice_file_wind, bend_m));
+}
+
 void damage_chunks(Damage& damage, const Bytes& good) {
   const std::size_t page = chunk_offset(good, COPPICE_CHUNK_PAGE, 0), wood = chunk_offset(good, COPPICE_CHUNK_WOOD, 1);
   const std::size_t texture = chunk_offset(good, COPPICE_CHUNK_TEXTURE, 0);
@@ -257,6 +286,8 @@ Bytes with_page(const Bytes& good, const std::function<void(PageContent&)>& chan
   contents.error_sizes_px = bake::to_vector(front.error_sizes_px);
   contents.error_px = bake::to_vector(front.error_px);
   contents.wood_error_px = bake::to_vector(front.wood_error_px);
+  contents.wind = front.wind;
+  contents.wind_nodes = bake::to_vector(front.wind_nodes);
   const auto chunk_bytes = [&](coppice_chunk_kind kind, std::uint32_t index) {
     const coppice_file_chunk& chunk = *find_chunk(front, kind, index);
     const auto first = good.begin() + static_cast<std::ptrdiff_t>(chunk.offset);
@@ -305,6 +336,7 @@ std::vector<BadFile> bad_files(const Bytes& good) {
   damage_table(damage, good);
   damage_plant(damage, good);
   damage_tables(damage, good);
+  damage_wind(damage, good);
   damage_chunks(damage, good);
   damage_splits(damage, good);
   return std::move(damage.files);

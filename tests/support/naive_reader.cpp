@@ -1,4 +1,4 @@
-// Sections 1 to 8, 11 and 12 of FORMAT.md.
+// Sections 1 to 8 and 11 to 13 of FORMAT.md.
 
 #include "naive_reader.h"
 
@@ -14,7 +14,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::uint32_t kPlant = 1, kMaterials = 2, kCards = 3, kErrors = 4, kWood = 5, kPage = 6, kTexture = 7, kLeafMeshes = 8,
-                        kTextures = 10, kLeafMesh = 9;
+                        kTextures = 10, kLeafMesh = 9, kWind = 11;
 constexpr std::uint64_t kHeaderBytes = 64, kEntryBytes = 32;
 constexpr std::uint32_t kPageSplits = 512;
 
@@ -30,7 +30,7 @@ Header read_header(Bytes file, NaivePlant& plant) {
   constexpr std::array<std::uint8_t, 8> kMagic = {0x43, 0x4f, 0x50, 0x50, 0x49, 0x43, 0x45, 0x1a};
   naive_must(std::ranges::equal(bytes.take(8), kMagic), "magic");
   Header header;
-  naive_must(bytes.u32() == 6, "version");
+  naive_must(bytes.u32() == 7, "version");
   header.chunk_count = bytes.u32();
   const std::uint64_t file_bytes = bytes.u64();
   plant.first_read_bytes = bytes.u64();
@@ -182,7 +182,7 @@ Counts read_plant(NaiveBytes bytes, NaivePlant& plant) {
 
 /// Sections 1 and 2: the order of the chunks, and where the first read ends.
 void check_order(const NaivePlant& plant) {
-  std::vector<std::array<std::uint32_t, 2>> order = {{kPlant, 0}, {kMaterials, 0}, {kCards, 0}, {kErrors, 0}};
+  std::vector<std::array<std::uint32_t, 2>> order = {{kPlant, 0}, {kMaterials, 0}, {kCards, 0}, {kErrors, 0}, {kWind, 0}};
   if (plant.leaf_mesh_count > 0) order.push_back({kLeafMeshes, 0});
   if (plant.texture_count > 0) order.push_back({kTextures, 0});
   if (plant.wood_lod_count > 0) order.push_back({kWood, plant.wood_lod_count - 1});
@@ -279,6 +279,80 @@ void read_errors(NaiveBytes bytes, const Counts& counts, NaivePlant& plant) {
   check_errors(plant.error_px, sizes, true);
   plant.wood_error_px = floats(bytes, wood * sizes);
   check_errors(plant.wood_error_px, sizes, false);
+}
+
+/// Section 13, its formulas as they stand there.
+double wind_growth(const NaiveWind& wind) {
+  if (wind.side == 0) return 2.0 * wind.bend_m / wind.height_m;
+  const std::size_t n = wind.side;
+  const auto node = [&](std::size_t x, std::size_t y, std::size_t z) { return wind.nodes[x + n * y + n * n * z]; };
+  double most = 0;
+  for (std::size_t z = 0; z + 1 < n; ++z)
+    for (std::size_t y = 0; y + 1 < n; ++y)
+      for (std::size_t x = 0; x + 1 < n; ++x) {
+        std::array<double, 3> lean{}, sway{};
+        const auto edge = [&](std::size_t axis, const NaiveWindNode& from, const NaiveWindNode& to) {
+          const double length = (double{wind.box_max[axis]} - wind.box_min[axis]) / static_cast<double>(n - 1);
+          lean[axis] = std::max(lean[axis], std::abs(to.lean - from.lean) / length);
+          sway[axis] = std::max(sway[axis], std::hypot(to.sway_cos - from.sway_cos, to.sway_sin - from.sway_sin) / length);
+        };
+        for (std::size_t i = 0; i < 2; ++i)
+          for (std::size_t k = 0; k < 2; ++k) {
+            edge(0, node(x, y + i, z + k), node(x + 1, y + i, z + k));
+            edge(1, node(x + i, y, z + k), node(x + i, y + 1, z + k));
+            edge(2, node(x + i, y + k, z), node(x + i, y + k, z + 1));
+          }
+        const double top =
+            wind.box_min[1] + (double{wind.box_max[1]} - wind.box_min[1]) * static_cast<double>(y + 1) / static_cast<double>(n - 1);
+        const double s = y + 2 == n ? 1.0 : std::clamp((top - wind.base_y_m) / wind.height_m, 0.0, 1.0);
+        most = std::max(most, 2.0 * wind.bend_m * s / wind.height_m + wind.lean_m * std::hypot(lean[0], lean[1], lean[2]) +
+                                  wind.sway_m * std::hypot(sway[0], sway[1], sway[2]));
+      }
+  return most;
+}
+
+void read_wind_nodes(NaiveBytes& bytes, NaiveWind& wind) {
+  naive_must(bytes.left() == std::size_t{4} * wind.side * wind.side * wind.side, "WIND's length");
+  const auto i8 = [&] {
+    const int value = static_cast<int>(bytes.u8());
+    return value < 128 ? value : value - 256;
+  };
+  while (bytes.left() > 0) {
+    NaiveWindNode node;
+    node.lean = bytes.u8() / 255.0;
+    const int sway_cos = i8(), sway_sin = i8();
+    naive_must(sway_cos >= -127 && sway_sin >= -127, "a node's sway");
+    node.sway_cos = sway_cos / 127.0;
+    node.sway_sin = sway_sin / 127.0;
+    naive_must(bytes.u8() == 0, "a node's reserved");
+    wind.nodes.push_back(node);
+  }
+}
+
+void read_wind(NaiveBytes bytes, NaivePlant& plant) {
+  naive_must(bytes.left() >= 56, "WIND's length");
+  NaiveWind& wind = plant.wind_field;
+  for (float* field :
+       {&wind.base_y_m, &wind.height_m, &wind.bend_m, &wind.lean_m, &wind.sway_m, &wind.stem_period_s, &wind.branch_period_s}) {
+    *field = bytes.f32();
+    naive_must(std::isfinite(*field), "a field of WIND is not finite");
+  }
+  naive_must(wind.height_m > 0 && wind.bend_m >= 0 && wind.lean_m >= 0 && wind.sway_m >= 0, "wind height_m, bend_m, lean_m, sway_m");
+  for (const float period : {wind.stem_period_s, wind.branch_period_s}) naive_must(period >= 0.1f && period <= 60.0f, "wind periods");
+  wind.box_min = floats<3>(bytes);
+  wind.box_max = floats<3>(bytes);
+  naive_must(is_finite(wind.box_min) && is_finite(wind.box_max), "wind box");
+  for (std::size_t a = 0; a < 3; ++a)
+    naive_must(wind.box_max[a] > wind.box_min[a] && std::isfinite(wind.box_max[a] - wind.box_min[a]), "wind box");
+  wind.side = bytes.u32();
+  naive_must(wind.side == 0 || wind.side == 2 || wind.side == 4 || wind.side == 8, "wind node_side");
+  naive_must(wind.side > 0 || (wind.lean_m == 0 && wind.sway_m == 0), "wind lean_m, sway_m without a grid");
+  read_wind_nodes(bytes, wind);
+  double most = 0;
+  for (const NaiveWindNode& node : wind.nodes)
+    most = std::max(most, wind.lean_m * node.lean + wind.sway_m * std::hypot(node.sway_cos, node.sway_sin));
+  naive_must(wind.bend_m + most <= 0.05 * plant.sphere_radius, "wind move");
+  naive_must(wind_growth(wind) <= 0.05, "wind growth");
 }
 
 void read_leaf_mesh_counts(Bytes file, const Counts& counts, NaivePlant& plant) {
@@ -402,6 +476,7 @@ void read_file(Bytes file, NaivePlant& plant) {
   read_materials(chunk_of(file, plant, kMaterials, 0), counts.materials, plant);
   read_cards(chunk_of(file, plant, kCards, 0), counts.cards, plant);
   read_errors(chunk_of(file, plant, kErrors, 0), counts, plant);
+  read_wind(chunk_of(file, plant, kWind, 0), plant);
   read_leaf_mesh_counts(file, counts, plant);
   std::vector<std::uint32_t> parents(plant.leaf_count - 1, kNaiveNone);
   if (!parents.empty()) parents[0] = 0;

@@ -72,6 +72,17 @@ struct NaiveTexture {
   std::vector<std::uint8_t> levels;
 };
 
+struct NaiveWindNode {
+  double lean = 0, sway_cos = 0, sway_sin = 0;
+};
+
+struct NaiveWind {
+  float base_y_m = 0, height_m = 0, bend_m = 0, lean_m = 0, sway_m = 0, stem_period_s = 0, branch_period_s = 0;
+  std::array<float, 3> box_min{}, box_max{};
+  std::uint32_t side = 0;
+  std::vector<NaiveWindNode> nodes;
+};
+
 struct NaivePlant {
   std::uint64_t first_read_bytes = 0;
   std::vector<NaiveChunk> chunks;
@@ -85,6 +96,7 @@ struct NaivePlant {
   std::vector<NaiveCard> cards;
   std::vector<std::uint32_t> error_leaf_counts;
   std::vector<float> error_sizes_px, error_px, wood_error_px, leaf_mesh_error_px;
+  NaiveWind wind_field;
   std::vector<std::uint32_t> leaf_mesh_vertex_counts, leaf_mesh_triangle_counts;
   std::vector<NaiveNode> nodes;  ///< [2N - 1]
   std::vector<NaiveSplit> splits;

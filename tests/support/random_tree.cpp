@@ -243,6 +243,25 @@ bake::LeafMeshes leaf_meshes_of(const bake::Foliage& foliage, std::uint32_t part
 
 }  // namespace
 
+namespace {
+
+/// A grid of two nodes a side that says something else at each, well within the limits.
+bake::Wind random_wind(float radius_m, Random& random) {
+  bake::Wind wind;
+  coppice_file_wind& head = wind.head;
+  head.base_y_m = -radius_m;
+  head.height_m = 2.0f * radius_m;
+  head.bend_m = head.lean_m = head.sway_m = 0.002f * radius_m;
+  for (int axis = 0; axis < 3; ++axis) head.box_min[axis] = -radius_m, head.box_max[axis] = radius_m;
+  head.node_side = 2;
+  for (int i = 0; i < 8; ++i)
+    wind.nodes.push_back({static_cast<std::uint8_t>(random.between(0.0f, 255.0f)), static_cast<std::int8_t>(random.between(1.0f, 127.0f)),
+                          static_cast<std::int8_t>(random.between(-127.0f, 127.0f)), 0});
+  return wind;
+}
+
+}  // namespace
+
 bake::BakedPlant random_plant(const RandomPlantOptions& options) {
   Random random(options.seed + 77);
   const bake::Foliage foliage = random_foliage(options.leaf_count, options.seed, options.card_count);
@@ -271,6 +290,7 @@ bake::BakedPlant random_plant(const RandomPlantOptions& options) {
     for (const glm::vec3& vertex : lod.positions) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
   for (const bake::LeafMeshPart& part : plant.leaf_meshes.parts)
     for (const glm::vec3& vertex : part.mesh.positions) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
+  if (options.leaf_count > 1) plant.wind = random_wind(plant.sphere.radius, random);
   return plant;
 }
 

@@ -93,6 +93,10 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
       [](BakeOptions& options) { options.textures = TextureCoding::rgba8; },
       [](BakeOptions& options) { options.crown_normals = 0.0f; },
       [](BakeOptions& options) { options.leaf_meshes = false; },
+      [](BakeOptions& options) { options.wind.moves = false; },
+      [](BakeOptions& options) { options.wind.stiffness = 2.0f; },
+      [](BakeOptions& options) { options.import.wind_color_set = 0; },
+      [](BakeOptions& options) { options.import.wind_color_set = 1; },
   };
   std::set<std::string> keys;
   for (std::size_t i = 0; i < changes.size(); ++i) {
@@ -164,9 +168,9 @@ TEST(Checksum, PartsDoNotRunIntoEachOther) {
 }
 
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
-  const std::map<Metric, std::string> expected = {{Metric::default_metric, "33356dc8f29a76040059bf4e6e578c4f"},
-                                                  {Metric::mi, "8ad339db2967fdcdfb8986768a2ecb43"}};
-  const std::uint32_t expected_at_version = 23;
+  const std::map<Metric, std::string> expected = {{Metric::default_metric, "583f64bbfe16c3855e7f1094c4b06e37"},
+                                                  {Metric::mi, "c6607b9463c3d0544d1146b3c97b74c5"}};
+  const std::uint32_t expected_at_version = 24;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

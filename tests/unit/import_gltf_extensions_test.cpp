@@ -406,6 +406,52 @@ TEST(ImportVertexColours, TintTheirMaterialByTheirMean) {
   expect_near(glm::vec3(plant_of(builder).materials.at(1).base_color), {2 * third, third, 2 * third});
 }
 
+Plant weighted_plant(const GltfBuilder& builder, std::optional<std::uint32_t> wind_color_set) {
+  ImportOptions options;
+  options.wind_color_set = wind_color_set;
+  auto plant = import_gltf_bytes(builder.glb(), "plant.glb", options);
+  EXPECT_TRUE(plant) << plant.error().message();
+  return plant ? *std::move(plant) : Plant{};
+}
+
+std::vector<float> sorted(std::vector<float> values) {
+  std::ranges::sort(values);
+  return values;
+}
+
+TEST(ImportWindWeights, AttributesAndNamedColoursAreRead) {
+  GltfBuilder builder = test::small_plant();
+  EXPECT_TRUE(weighted_plant(builder, {}).wood.wind_weights.empty());
+  json& bark = builder.json["meshes"][1]["primitives"][0]["attributes"];
+  bark["_WIND"] = builder.add_accessor(builder.add_view(std::vector<float>{0.25f, 2.0f, -1.0f}), test::kFloat, "SCALAR", 3);
+  Plant plant = weighted_plant(builder, {});
+  EXPECT_EQ(sorted(plant.wood.wind_weights), (std::vector{0.0f, 0.25f, 1.0f})) << "limited to 0..1";
+  EXPECT_EQ(plant.foliage.wind_weights, std::vector<float>(4, -1.0f)) << "no other mesh has any";
+  bark["_WIND_WEIGHT"] = builder.add_accessor(builder.add_view(std::vector<std::uint8_t>{51, 9, 0, 0, 102, 9, 0, 0, 255, 9, 0, 0}, 4),
+                                              test::kUnsignedByte, "VEC2", 3, true);
+  EXPECT_EQ(sorted(weighted_plant(builder, {}).wood.wind_weights), (std::vector{0.2f, 0.4f, 1.0f})) << "goes before _WIND";
+
+  bark["COLOR_0"] = builder.add_positions({{0.5f, 0.1f, 0.1f}, {0.5f, 0.2f, 0.9f}, {0.75f, 0.3f, 0.2f}});
+  EXPECT_EQ(sorted(weighted_plant(builder, 0).wood.wind_weights), (std::vector{0.5f, 0.5f, 0.75f}));
+  EXPECT_EQ(weighted_plant(builder, 0).materials.at(1).base_color, glm::vec4(1.0f)) << "and no tint";
+  EXPECT_EQ(sorted(weighted_plant(builder, {}).wood.wind_weights), (std::vector{0.2f, 0.4f, 1.0f}));
+  EXPECT_NE(weighted_plant(builder, {}).materials.at(1).base_color, glm::vec4(1.0f)) << "unnamed, colours are a tint";
+}
+
+TEST(ImportWindWeights, WhatCannotBeReadIsLeftOut) {
+  GltfBuilder builder = test::small_plant();
+  json& bark = builder.json["meshes"][1]["primitives"][0]["attributes"];
+  bark["_WIND"] = builder.add_accessor(builder.add_view(std::vector<std::uint32_t>{1, 2, 3}), test::kUnsignedInt, "SCALAR", 3);
+  const Plant plant = weighted_plant(builder, {});
+  EXPECT_TRUE(plant.wood.wind_weights.empty());
+  ASSERT_EQ(plant.warnings.size(), 1u);
+  EXPECT_NE(plant.warnings[0].find("_WIND is not used"), std::string::npos) << plant.warnings[0];
+  bark.erase("_WIND");
+  const Plant without = weighted_plant(builder, 3);
+  ASSERT_EQ(without.warnings.size(), 1u);
+  EXPECT_NE(without.warnings[0].find("no mesh has COLOR_3"), std::string::npos) << without.warnings[0];
+}
+
 TEST(ImportImages, EmbeddedAndExternalInEveryForm) {
   const test::TemporaryFolder folder;
   const std::vector<std::uint8_t> green_png = test::png(4, 2, {10, 200, 30, 255}), green_webp = test::webp(4, 2, {10, 200, 30, 255});

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -113,6 +114,21 @@ void expect_same_materials(const PlantFile& front, const NaivePlant& naive) {
   }
 }
 
+void expect_same_wind(const WindField& field, const test::NaiveWind& naive) {
+  const coppice_file_wind& head = field.head;
+  EXPECT_EQ(
+      (std::array{head.base_y_m, head.height_m, head.bend_m, head.lean_m, head.sway_m, head.stem_period_s, head.branch_period_s}),
+      (std::array{naive.base_y_m, naive.height_m, naive.bend_m, naive.lean_m, naive.sway_m, naive.stem_period_s, naive.branch_period_s}));
+  EXPECT_TRUE(std::ranges::equal(head.box_min, naive.box_min) && std::ranges::equal(head.box_max, naive.box_max));
+  EXPECT_EQ(head.node_side, naive.side);
+  ASSERT_EQ(field.nodes.size(), naive.nodes.size());
+  for (std::size_t i = 0; i < field.nodes.size(); ++i) {
+    EXPECT_NEAR(field.nodes[i].lean / 255.0, naive.nodes[i].lean, 1e-12) << i;
+    EXPECT_NEAR(field.nodes[i].sway_cos / 127.0, naive.nodes[i].sway_cos, 1e-12) << i;
+    EXPECT_NEAR(field.nodes[i].sway_sin / 127.0, naive.nodes[i].sway_sin, 1e-12) << i;
+  }
+}
+
 void expect_same_tree(const Bytes& file, const PlantFile& front, const NaivePlant& naive) {
   const auto quad_of = [](const test::NaiveNode& node) {
     QuantisedQuad quad{};
@@ -211,6 +227,7 @@ void expect_same(const std::string& name, const Bytes& file) {
   const auto front = read_front(file, file.size());
   ASSERT_TRUE(front);
   expect_same_front(*front, naive);
+  expect_same_wind(wind_field(*front), naive.wind_field);
   expect_same_materials(*front, naive);
   expect_same_tree(file, *front, naive);
   expect_same_meshes(file, *front, naive);

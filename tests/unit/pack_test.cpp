@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
 
 #include "error_image.h"
@@ -216,6 +217,15 @@ TEST(Pack, KeepsCrownNormals) {
   }
 }
 
+TEST(Pack, KeepsWind) {
+  const BakedPlant plant = random_plant({.leaf_count = 30});
+  ASSERT_EQ(plant.wind.nodes.size(), 8u);
+  const Wind back = unpack(packed(plant))->wind;
+  EXPECT_EQ(std::memcmp(&back.head, &plant.wind.head, sizeof back.head), 0);
+  ASSERT_EQ(back.nodes.size(), 8u);
+  EXPECT_EQ(std::memcmp(back.nodes.data(), plant.wind.nodes.data(), 32), 0);
+}
+
 TEST(Pack, KeepsNormalMaps) {
   BakedPlant plant = random_plant({.leaf_count = 3});
   Image map{4, 4, {}, true};
@@ -289,7 +299,7 @@ TEST(Verify, GoesThroughTheWholeFile) {
   ASSERT_TRUE(report) << report.error().message();
   EXPECT_EQ(report->bytes_checked, file.size());
   EXPECT_EQ(report->splits_decoded, 599u);
-  EXPECT_EQ(report->chunks_checked, 10u);
+  EXPECT_EQ(report->chunks_checked, 11u);
   EXPECT_GT(report->wood_triangles_decoded, 0u);
 }
 

@@ -148,6 +148,8 @@ std::uint64_t digest(const bake::BakedPlant& plant) {
     add(part.stalks);
   }
   add(plant.leaf_meshes.error_px);
+  add(std::vector{plant.wind.head});
+  add(plant.wind.nodes);
   return checksum(bytes);
 }
 
@@ -271,6 +273,7 @@ TEST(Reader, FindsEveryChunkOfTheTableAndNoOther) {
     EXPECT_EQ(find_chunk(*front, static_cast<coppice_chunk_kind>(chunk.kind), chunk.index), &chunk)
         << chunk_kind_name(chunk.kind) << chunk.index;
   EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_PLANT, 1), nullptr);
+  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_WIND, 1), nullptr);
   EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_WOOD, 3), nullptr);
   EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_PAGE, 3), nullptr);
   EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_TEXTURE, 2), nullptr);

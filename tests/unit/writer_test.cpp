@@ -42,9 +42,9 @@ TEST(Writer, LaysChunksOutInTheOrderOfTheFormat) {
   std::string order;
   for (const coppice_file_chunk& chunk : front->chunks)
     order += std::string(chunk_kind_name(chunk.kind)) + std::to_string(chunk.index) + " ";
-  EXPECT_EQ(order, "PLANT0 MATERIALS0 CARDS0 ERRORS0 TEXTURES0 WOOD1 PAGE0 TEXTURE0 WOOD0 PAGE1 ");
-  EXPECT_EQ(front->chunks[0].offset, 64u + 10u * 32u);
-  EXPECT_EQ(front->header.first_read_bytes, front->chunks[7].offset);
+  EXPECT_EQ(order, "PLANT0 MATERIALS0 CARDS0 ERRORS0 WIND0 TEXTURES0 WOOD1 PAGE0 TEXTURE0 WOOD0 PAGE1 ");
+  EXPECT_EQ(front->chunks[0].offset, 64u + 11u * 32u);
+  EXPECT_EQ(front->header.first_read_bytes, front->chunks[8].offset);
   EXPECT_EQ(front->chunks.back().offset + 1, file->size());
 }
 
@@ -66,7 +66,7 @@ TEST(Writer, SameContentsSameBytes) {
 
 TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
   const auto file = *write_file(contents());
-  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 6, 0, 0, 0, 10, 0, 0, 0};
+  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 7, 0, 0, 0, 11, 0, 0, 0};
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), file.begin()));
 }
 

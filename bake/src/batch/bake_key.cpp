@@ -43,9 +43,10 @@ Result<std::optional<std::vector<std::uint8_t>>> state_of(const GltfReference& r
 std::string options_text(const BakeOptions& options) {
   // Every member by name: one that is added later does not compile until it is written below, or shown to change nothing. Of an option
   // that is a path the file's bytes belong into bake_key.
-  const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes, areas] = options;
-  const auto& [leaf_material, wood_material, classes, up, metres_per_unit, plant, outside_files] = import;
+  const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes, areas, wind] = options;
+  const auto& [leaf_material, wood_material, classes, up, metres_per_unit, wind_color_set, plant, outside_files] = import;
   const auto& [node, variant, whole] = plant;
+  const auto& [wind_moves, wind_stiffness] = wind;
   const auto& [resolution_px, count_background, candidate_count] = collapse;
   static_cast<void>(thread_count);   // same bytes for any number
   static_cast<void>(outside_files);  // nor with a file that is refused
@@ -60,6 +61,8 @@ std::string options_text(const BakeOptions& options) {
   line("textures", std::to_string(static_cast<int>(textures)));
   line("crown_normals", std::to_string(std::bit_cast<std::uint32_t>(crown_normals)));
   line("leaf_meshes", leaf_meshes ? "on" : "off");
+  line("wind", wind_moves ? std::to_string(std::bit_cast<std::uint32_t>(wind_stiffness)) : "none");
+  if (wind_color_set) line("wind_weights", std::to_string(*wind_color_set));
   if (areas == Areas::vulkan) line("areas", "vulkan " + std::to_string(kMostMeasuredLeaves));
   if (leaf_material) line("leaf_material", *leaf_material);
   if (wood_material) line("wood_material", *wood_material);

@@ -1,12 +1,30 @@
 #include "bake_arguments.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "raster.h"
 
 namespace coppice::bake {
+
+namespace {
+
+/// n of COLOR_n.
+std::uint32_t color_set(std::string_view name) {
+  constexpr std::string_view kPrefix = "COLOR_";
+  std::uint32_t set = 0;
+  const std::string_view number = name.starts_with(kPrefix) ? name.substr(kPrefix.size()) : std::string_view();
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), set);
+  if (number.empty() || error != std::errc() || end != number.data() + number.size())
+    throw CLI::ValidationError("--wind-weights", "not a set of vertex colours, COLOR_0, COLOR_1 and so on: " + std::string(name));
+  return set;
+}
+
+}  // namespace
 
 void add_bake_options(CLI::App& command, BakeArguments& arguments) {
   BakeOptions& options = arguments.options;
@@ -68,6 +86,19 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->check(CLI::IsMember({"on", "off"}))
       ->type_name("on|off")
       ->capture_default_str();
+  command
+      .add_option("--wind-stiffness", options.wind.stiffness,
+                  "How stiff the plant is in wind, against what its wood tells: 2 moves half as far, 0.5 twice as far where limits let it")
+      ->check(CLI::Range(kMinWindStiffness, kMaxWindStiffness))
+      ->type_name("FACTOR")
+      ->capture_default_str();
+  command
+      .add_option_function<std::string>(
+          "--wind-weights", [&options](const std::string& name) { options.import.wind_color_set = color_set(name); },
+          "The vertex colours whose red says how flexible a place is, from 0, stiff, to 1; they are then no tint. Without it an attribute "
+          "_WIND_WEIGHT or _WIND does")
+      ->type_name("COLOR_N");
+  command.add_flag("--no-wind", arguments.no_wind, "Wind does not move the plant");
   add_class_options(command, arguments.classes);
   add_import_options(command, arguments.import);
   add_plant_options(command, arguments.import);
@@ -91,7 +122,9 @@ Result<BakeOptions> bake_options(const BakeArguments& arguments) {
   options.leaf_meshes = arguments.leaf_meshes == "on";
   options.areas = arguments.areas == "vulkan" ? Areas::vulkan : Areas::item_buffers;
   COPPICE_CHECK(check_areas(options));
+  options.wind.moves = !arguments.no_wind;
   COPPICE_TRY(import, import_options(arguments.classes));
+  import.wind_color_set = options.import.wind_color_set;
   options.import = std::move(import);
   apply_import_arguments(arguments.import, options.import);
   return options;

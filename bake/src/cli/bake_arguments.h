@@ -16,7 +16,7 @@ namespace coppice::bake {
 
 struct BakeArguments {
   std::string metric = "default", background = "on", textures = "bc", leaf_meshes = "on", areas = "item-buffers";
-  bool quick = false;
+  bool quick = false, no_wind = false;
   ClassArguments classes;
   ImportArguments import;
   BakeOptions options;  ///< what needs no translation

@@ -58,6 +58,7 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
         {"visibility", seconds.visibility},
         {"collapse", seconds.collapse},
         {"error_table", seconds.error_table},
+        {"wind", seconds.wind},
         {"pack", seconds.pack},
         {"total", seconds.total}}},
       {"peak_rss_bytes", report.peak_rss_bytes},

@@ -67,6 +67,20 @@ void print_leaf_meshes(const FileSummary& file) {
               static_cast<unsigned long long>(triangles), static_cast<unsigned long long>(vertices), readable_bytes(bytes).c_str());
 }
 
+double cm(float length_m) {
+  return 100.0 * static_cast<double>(length_m);
+}
+
+void print_wind(const WindSummary& wind) {
+  if (wind.most_move_m == 0.0) {
+    std::printf("wind: does not move it\n");
+    return;
+  }
+  std::printf("wind, full: the stem bends %.1f cm, twigs lean %.1f cm more and sway %.1f cm; periods %.2f s and %.2f s; grid %u^3\n",
+              cm(wind.head.bend_m), cm(wind.most_lean_m), cm(wind.most_sway_m), static_cast<double>(wind.head.stem_period_s),
+              static_cast<double>(wind.head.branch_period_s), wind.head.node_side);
+}
+
 void print_text(const FileSummary& file) {
   std::printf("%s: %u leaves, metric %s, format version %u\n", printable(file.name).c_str(), file.leaf_count, metric_name(file.metric),
               file.version);
@@ -85,6 +99,7 @@ void print_text(const FileSummary& file) {
     std::printf("texture %zu: %s, %u x %u, %u mips, %s\n", texture, file.textures[texture].format, file.textures[texture].width,
                 file.textures[texture].height, file.textures[texture].mip_count, readable_bytes(file.textures[texture].bytes).c_str());
   print_leaf_meshes(file);
+  print_wind(file.wind);
   print_error_table(file);
 }
 
@@ -120,6 +135,17 @@ void print_json(const FileSummary& file) {
       {"wood", wood},
       {"textures", textures},
       {"leaf_meshes", leaf_meshes},
+      {"wind",
+       {{"base_y_m", file.wind.head.base_y_m},
+        {"height_m", file.wind.head.height_m},
+        {"bend_m", file.wind.head.bend_m},
+        {"lean_m", file.wind.most_lean_m},
+        {"sway_m", file.wind.most_sway_m},
+        {"stem_period_s", file.wind.head.stem_period_s},
+        {"branch_period_s", file.wind.head.branch_period_s},
+        {"node_side", file.wind.head.node_side},
+        {"most_move_m", file.wind.most_move_m},
+        {"most_growth", file.wind.most_growth}}},
       {"wood_error_px", file.wood_error_px},
       {"leaf_mesh_error_px", file.leaf_mesh_error_px},
       {"error_table", {{"leaves", file.error_leaf_counts}, {"sizes_px", file.error_sizes_px}, {"error_px", file.error_px}}},

@@ -128,6 +128,21 @@ Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int acc
   return colors;
 }
 
+Result<std::vector<float>> read_first_components(const tinygltf::Model& model, int accessor_index) {
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
+  const bool is_vector = accessor.type >= TINYGLTF_TYPE_VEC2 && accessor.type <= TINYGLTF_TYPE_VEC4;
+  if (accessor.type != TINYGLTF_TYPE_SCALAR && !is_vector) return bad("neither a SCALAR nor a vector", accessor_index);
+  const int type = accessor.componentType;
+  if (type != TINYGLTF_COMPONENT_TYPE_FLOAT && (type < TINYGLTF_COMPONENT_TYPE_BYTE || type > TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT))
+    return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor_index)};
+  const std::size_t components = is_vector ? static_cast<std::size_t>(accessor.type) : 1;
+  std::vector<float> values(accessor.count, 0.0f);
+  COPPICE_CHECK(visit_elements(model, accessor_index, component_bytes(type) * components, [&](std::size_t i, const unsigned char* bytes) {
+    values[i] = load_float(bytes, type, accessor.normalized);
+  }));
+  return values;
+}
+
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor_index) {
   const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
   if (accessor.type != TINYGLTF_TYPE_SCALAR) return bad("indices are not a SCALAR", accessor_index);

@@ -27,6 +27,8 @@ Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int acces
 Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor);
 /// A VEC4, or a VEC3 with 1 as its fourth: colours.
 Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor);
+/// The first component of each element, of whatever shape. errors  also of 64-bit numbers
+Result<std::vector<float>> read_first_components(const tinygltf::Model& model, int accessor);
 /// Vertex indices, widened.
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor);
 

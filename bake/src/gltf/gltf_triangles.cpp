@@ -139,7 +139,24 @@ void drop_repeated_triangles(RawPrimitive& raw) {
   raw.triangles.resize(3 * kept);
 }
 
-Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
+/// How flexible vertices are, 0..1; empty where the primitive does not say it, or not in a way that can be read.
+std::vector<float> read_wind_weights(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const PlacedPrimitive& placed,
+                                     const std::string& place, std::vector<std::string>& warnings) {
+  std::vector<std::string> names{"_WIND_WEIGHT", "_WIND"};
+  if (placed.wind_color_set) names.insert(names.begin(), "COLOR_" + std::to_string(*placed.wind_color_set));
+  const auto name = std::ranges::find_if(names, [&](const std::string& each) { return attribute_accessor(primitive, each) >= 0; });
+  if (name == names.end()) return {};
+  const auto count = model.accessors.at(static_cast<std::size_t>(attribute_accessor(primitive, "POSITION"))).count;
+  auto weights = read_attribute(model, primitive, *name, count, read_first_components);
+  if (!weights) {
+    warnings.push_back(place + ": " + *name + " is not used as wind weights: " + weights.error().message());
+    return {};
+  }
+  for (float& weight : *weights) weight = weight >= 0.0f ? std::min(weight, 1.0f) : 0.0f;  // also of what is no number
+  return *std::move(weights);
+}
+
+Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const PlacedPrimitive& placed) {
   RawPrimitive raw;
   const int position_accessor = attribute_accessor(primitive, "POSITION");
   COPPICE_TRY(positions, read_vec3(model, position_accessor));
@@ -154,10 +171,12 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
   const std::string uv_name = "TEXCOORD_" + std::to_string(texture.set);
   COPPICE_TRY(normals, read_attribute(model, primitive, "NORMAL", count, read_vec3));
   COPPICE_TRY(uvs, read_attribute(model, primitive, uv_name, count, read_vec2));
-  COPPICE_TRY(colors, read_attribute(model, primitive, "COLOR_0", count, read_colors));
+  if (placed.wind_color_set != 0u) {
+    COPPICE_TRY(colors, read_attribute(model, primitive, "COLOR_0", count, read_colors));
+    raw.colors = std::move(colors);
+  }
   raw.normals = std::move(normals);
   raw.uvs = std::move(uvs);
-  raw.colors = std::move(colors);
   if (texture.is_transformed)
     for (glm::vec2& uv : raw.uvs) uv = glm::vec2(texture.offset + texture.linear * glm::dvec2(uv));
   COPPICE_TRY(order, vertex_order(model, primitive, count));
@@ -237,6 +256,15 @@ void append_colors(const RawPrimitive& raw, TriangleSoup& soup) {
   soup.vertex_colors.resize(soup.mesh.positions.size(), glm::vec4(1.0f));
 }
 
+/// Vertices before the first primitive that has weights have none.
+void append_wind_weights(const std::vector<float>& weights, std::size_t vertex_count, Mesh& mesh) {
+  constexpr float kNoWeight = -1.0f;
+  if (weights.empty() && mesh.wind_weights.empty()) return;
+  mesh.wind_weights.resize(mesh.positions.size() - vertex_count, kNoWeight);
+  mesh.wind_weights.insert(mesh.wind_weights.end(), weights.begin(), weights.end());
+  mesh.wind_weights.resize(mesh.positions.size(), kNoWeight);
+}
+
 struct PrimitiveSize {
   std::uint64_t vertices = 0, triangles = 0;
 };
@@ -271,12 +299,13 @@ Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uin
 
 Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitive& placed, TriangleSoup& soup,
                               std::vector<std::string>& warnings) {
-  const auto& [instance, instance_index, primitive_index, material] = placed;
+  const MeshInstance& instance = placed.instance;
+  const std::uint32_t primitive_index = placed.primitive_index;
   const tinygltf::Primitive& primitive = model.meshes.at(instance.mesh).primitives.at(primitive_index);
   if (primitive.mode < TINYGLTF_MODE_TRIANGLES) return {};
   const std::string place = primitive_place(instance.mesh, primitive_index);
   Mesh& mesh = soup.mesh;
-  Result<RawPrimitive> raw = read_primitive(model, primitive);
+  Result<RawPrimitive> raw = read_primitive(model, primitive, placed);
   if (!raw) {
     Error error = raw.error();
     error.detail = place + ": " + error.detail;
@@ -288,14 +317,15 @@ Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitiv
   COPPICE_CHECK(append_positions(*raw, instance, mesh));
   append_normals(*raw, linear, mirrored, mesh);
   append_uvs(*raw, place, mesh, warnings);
-  soup.vertex_instances.resize(mesh.positions.size(), instance_index);
+  soup.vertex_instances.resize(mesh.positions.size(), placed.instance_index);
   for (std::size_t i = 0; i < raw->triangles.size(); i += 3) {
     const std::uint32_t a = raw->triangles[i], b = raw->triangles[i + 1], c = raw->triangles[i + 2];
     for (const std::uint32_t corner : {a, mirrored ? c : b, mirrored ? b : c}) mesh.indices.push_back(first_vertex + corner);
-    mesh.triangle_materials.push_back(material);
+    mesh.triangle_materials.push_back(placed.material);
   }
   append_colors(*raw, soup);
-  if (!raw->colors.empty() && names_wind(model.meshes.at(instance.mesh).name)) soup.wind_materials.insert(material);
+  append_wind_weights(read_wind_weights(model, primitive, placed, place, warnings), raw->positions.size(), mesh);
+  if (!raw->colors.empty() && names_wind(model.meshes.at(instance.mesh).name)) soup.wind_materials.insert(placed.material);
   return {};
 }
 

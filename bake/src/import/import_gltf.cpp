@@ -90,16 +90,18 @@ Result<std::vector<std::vector<MaterialRule>>> material_rules(const std::vector<
 }
 
 Result<TriangleSoup> gather_triangles(const tinygltf::Model& model, const std::vector<MeshInstance>& instances, const UsedMaterials& used,
-                                      std::vector<std::string>& warnings) {
+                                      std::optional<std::uint32_t> wind_color_set, std::vector<std::string>& warnings) {
   TriangleSoup soup;
   for (std::uint32_t i = 0; i < instances.size(); ++i) {
     const auto& primitives = model.meshes.at(instances[i].mesh).primitives;
     for (std::uint32_t p = 0; p < primitives.size(); ++p) {
       if (primitives[p].mode < TINYGLTF_MODE_TRIANGLES) continue;
       const std::uint32_t material = used.number_of.at(material_index(primitives[p]));
-      COPPICE_CHECK(append_primitive(model, {instances[i], i, p, material}, soup, warnings));
+      COPPICE_CHECK(append_primitive(model, {instances[i], i, p, material, wind_color_set}, soup, warnings));
     }
   }
+  if (wind_color_set && soup.mesh.wind_weights.empty())
+    warnings.push_back("--wind-weights: no mesh has COLOR_" + std::to_string(*wind_color_set) + "; what bends is told by the wood");
   return soup;
 }
 
@@ -172,7 +174,7 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   if (std::string line = contents_line(chosen.contents); !line.empty()) plant.warnings.push_back(std::move(line));
   COPPICE_TRY(used, used_materials(model, instances));
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
-  COPPICE_TRY(soup, gather_triangles(model, instances, used, plant.warnings));
+  COPPICE_TRY(soup, gather_triangles(model, instances, used, options.wind_color_set, plant.warnings));
   apply_vertex_colors(soup, plant.materials, plant.warnings);
   // Images tell leaves by their colour and holes.
   COPPICE_TRY(images, take_images(model, used.sources, plant.materials, ImageFolder{folder, options.outside_files}, plant.warnings));

@@ -31,6 +31,8 @@ struct ImportOptions {
   std::vector<ClassRule> classes;
   UpAxis up = UpAxis::y;
   double metres_per_unit = 1.0;  ///< glTF says metres; finite and > 0
+  /// n: the red of the vertex colours COLOR_n says how flexible a vertex is, 0 stiff .. 1 flexible, and is no tint.
+  std::optional<std::uint32_t> wind_color_set;
   /// Of a file that holds several plants, or one several times.
   PlantChoice plant;
   /// Whether buffers and images may be files outside the glTF's folder.

@@ -124,11 +124,12 @@ void set_wood(std::size_t lod, EncodedWood wood, FileContents& contents) {
 
 /// The first read, as far as it is known without the coarsest wood.
 std::uint64_t first_read_without_wood(const FileContents& contents, std::size_t texture_count) {
-  const std::size_t chunk_count = 6 + contents.pages.size() + COPPICE_MAX_WOOD_LODS + texture_count + contents.leaf_meshes.size();
+  const std::size_t chunk_count = 7 + contents.pages.size() + COPPICE_MAX_WOOD_LODS + texture_count + contents.leaf_meshes.size();
   const std::size_t error_count = contents.error_leaf_counts.size() + contents.error_sizes_px.size() + contents.error_px.size() +
                                   contents.leaf_mesh_error_px.size() + COPPICE_MAX_WOOD_LODS * contents.error_sizes_px.size();
   return sizeof(coppice_file_header) + chunk_count * sizeof(coppice_file_chunk) + sizeof(coppice_file_plant) +
          contents.materials.size() * sizeof(coppice_file_material) + contents.cards.size() * sizeof(coppice_file_card) +
+         sizeof(coppice_file_wind) + contents.wind_nodes.size() * sizeof(coppice_file_wind_node) +
          contents.leaf_mesh_counts.size() * sizeof(coppice_file_leaf_mesh) + error_count * sizeof(float) +
          textures_chunk(contents.textures, contents.materials).size() + (contents.pages.empty() ? 0 : contents.pages.front().size());
 }
@@ -257,6 +258,8 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   contents.error_leaf_counts = plant.errors.leaf_counts;
   contents.error_sizes_px = plant.errors.sizes_px;
   contents.error_px = plant.errors.error_px;
+  contents.wind = plant.wind.head;
+  contents.wind_nodes = plant.wind.nodes;
   COPPICE_CHECK(add_pages(tree, contents));
   COPPICE_CHECK(add_leaf_meshes(plant, tree.box, contents));
   COPPICE_CHECK(add_wood(plant, contents));  // last: it gets what the others leave of the first read

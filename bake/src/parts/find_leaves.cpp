@@ -130,6 +130,7 @@ struct Finder {
         leaves[first_piece[i]].insert(leaves[first_piece[i]].end(), triangles.begin(), triangles.end());
       }
     Mesh sorted = {mesh.positions, mesh.normals, mesh.uvs, {}, {}};
+    sorted.wind_weights = mesh.wind_weights;
     for (const auto& leaf : leaves) {
       if (leaf.empty()) continue;
       found.leaves.push_back({static_cast<std::uint32_t>(sorted.triangle_materials.size()), static_cast<std::uint32_t>(leaf.size())});
@@ -151,6 +152,7 @@ struct Finder {
     for (std::size_t i = 0; i < pieces.seams.size(); ++i) is_wood[pieces.seams[i]] = piece_part(pieces.seam_pieces[i]) == PlantPart::wood;
     for (const std::uint32_t t : pieces.loose) is_wood[t] = without_area[material_of(t)] == PlantPart::wood;
     Mesh wood = {source_positions, mesh.normals, mesh.uvs, {}, {}};
+    wood.wind_weights = mesh.wind_weights;
     for (std::uint32_t t = 0; t < is_wood.size(); ++t)
       if (is_wood[t]) append_triangle(t, wood);
     found.wood = compact(wood);

@@ -194,6 +194,8 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
     baked.leaf_meshes.error_px = std::move(mesh_error_px);
   }
   report.seconds.error_table = watch.lap();
+  baked.wind = wind_of({plant.wood, plant.foliage, plant.leaves, foliage.quads, baked.sphere}, options.wind);
+  report.seconds.wind = watch.lap();
 
   progress("pack", 0.0);
   COPPICE_TRY(wood, choose_wood_lods(baked, wood_levels(plant.wood)));

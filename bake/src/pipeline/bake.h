@@ -10,6 +10,7 @@
 #include "collapse.h"
 #include "import_gltf.h"
 #include "pack.h"
+#include "wind.h"
 
 namespace coppice::bake {
 
@@ -46,6 +47,7 @@ struct BakeOptions {
   float crown_normals = kCrownNormals;  ///< of all leaves, 0..1: plant.h
   bool leaf_meshes = true;              ///< keep the leaves as they were modelled, for close up
   Areas areas = Areas::item_buffers;
+  WindOptions wind;
 };
 
 inline constexpr const char* kAreasNeedMi = "--areas vulkan needs --metric mi: no other metric orders collapses by projected areas";
@@ -58,7 +60,7 @@ struct BakeReport {
   std::uint32_t source_leaves = 0;  ///< 0 of a plant that is all wood
   std::array<double, 3> size_m{};   ///< width, height, depth
   struct Seconds {
-    double import = 0, visibility = 0, collapse = 0, error_table = 0, pack = 0, total = 0;
+    double import = 0, visibility = 0, collapse = 0, error_table = 0, wind = 0, pack = 0, total = 0;
   } seconds;
   std::uint64_t peak_rss_bytes = 0;
   std::uint64_t evaluations = 0;

@@ -14,6 +14,7 @@
 
 #include "coppice/format.h"
 #include "piece_class.h"
+#include "still_wind.h"
 #include "tree.h"
 
 namespace coppice::bake {
@@ -53,6 +54,7 @@ struct Mesh {
   std::vector<std::uint32_t> triangle_materials;  ///< 1 per triangle
   std::vector<std::uint8_t> vertex_fades = {};    ///< 1 per vertex, one for all of a triangle: core/tree.h; empty: kNoFade
   std::vector<glm::vec3> triangle_tints = {};     ///< 1 per triangle, a linear factor of the material's colour; empty: none
+  std::vector<float> wind_weights = {};           ///< 1 per vertex, 0 stiff .. 1 flexible, < 0 where the source has none; empty: nowhere
 };
 
 /// A leaf as a run of the foliage mesh's triangles.
@@ -151,6 +153,12 @@ struct LeafMeshes {
   std::vector<float> error_px;  ///< [sizes] of all quads against them, at ErrorTable::sizes_px; not falling
 };
 
+/// How wind moves a plant: format.h.
+struct Wind {
+  coppice_file_wind head = kStillWind;
+  std::vector<coppice_file_wind_node> nodes;  ///< [head.node_side^3] x fastest, then y, then z
+};
+
 /// A bounding sphere about the centre of a bounding box.
 struct Sphere {
   glm::vec3 center{0.0f};
@@ -168,6 +176,7 @@ struct BakedPlant {
   ErrorTable errors;
   WoodLods wood;
   LeafMeshes leaf_meshes;
+  Wind wind;
   Sphere sphere;  ///< bounds leaves, leaf meshes and wood: what the error table's sizes measure, and what the runtime culls
 };
 

@@ -1,6 +1,7 @@
 #include "inspect.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include <glm/common.hpp>
@@ -24,7 +25,7 @@ const char* coded_by_draco(std::uint32_t kind) {
 
 std::vector<ChunkSummary> summarise_chunks(const PlantFile& file) {
   std::vector<ChunkSummary> result;
-  for (std::uint32_t kind = COPPICE_CHUNK_PLANT; kind <= COPPICE_CHUNK_TEXTURES; ++kind) {
+  for (std::uint32_t kind = COPPICE_CHUNK_PLANT; kind <= COPPICE_CHUNK_WIND; ++kind) {
     ChunkSummary summary{chunk_kind_name(kind), 0, 0, coded_by_draco(kind)};
     for (const coppice_file_chunk& chunk : file.chunks)
       if (chunk.kind == kind) {
@@ -39,6 +40,16 @@ std::vector<ChunkSummary> summarise_chunks(const PlantFile& file) {
 bool is_all_wood(const coppice_file_plant& plant) {
   const auto is_first_corner = [&](const auto& corner) { return std::ranges::equal(corner, plant.root_quad[0]); };
   return plant.leaf_count == 1 && plant.wood_lod_count > 0 && std::ranges::all_of(plant.root_quad, is_first_corner);
+}
+
+WindSummary wind_summary(const WindField& field) {
+  WindSummary summary{field.head, 0.0f, 0.0f, most_wind_move_m(field), most_wind_growth(field)};
+  for (const coppice_file_wind_node& node : field.nodes) {
+    const float sway_cos = static_cast<float>(node.sway_cos) / 127.0f, sway_sin = static_cast<float>(node.sway_sin) / 127.0f;
+    summary.most_lean_m = std::max(summary.most_lean_m, field.head.lean_m * static_cast<float>(node.lean) / 255.0f);
+    summary.most_sway_m = std::max(summary.most_sway_m, field.head.sway_m * std::sqrt(sway_cos * sway_cos + sway_sin * sway_sin));
+  }
+  return summary;
 }
 
 /// Of the leaves, if there are any, and the finest wood.
@@ -80,6 +91,7 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
                                    find_chunk(file, COPPICE_CHUNK_LEAF_MESH, mesh)->bytes});
   COPPICE_TRY(size_m, measure(file, bytes));
   summary.size_m = size_m;
+  summary.wind = wind_summary(wind_field(file));
   summary.leaf_mesh_error_px = to_vector(file.leaf_mesh_error_px);
   std::uint64_t page_bytes = 0;
   for (std::uint32_t page = 0; page < file.plant.page_count; ++page) page_bytes += find_chunk(file, COPPICE_CHUNK_PAGE, page)->bytes;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "coppice/format.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -16,6 +17,13 @@ struct ChunkSummary {
   std::uint32_t count = 0;
   std::uint64_t bytes = 0;
   const char* draco = "";  ///< what Draco codes of it: "mesh", "symbols", or nothing
+};
+
+/// How full wind moves the plant.
+struct WindSummary {
+  coppice_file_wind head{};
+  float most_lean_m = 0.0f, most_sway_m = 0.0f;  ///< of the nodes
+  double most_move_m = 0.0, most_growth = 0.0;   ///< wind_field.h
 };
 
 /// What `coppice inspect` shows.
@@ -50,7 +58,8 @@ struct FileSummary {
     std::uint32_t vertices = 0, triangles = 0;
     std::uint64_t bytes = 0;
   };
-  std::vector<LeafMesh> leaf_meshes;      ///< one a chunk; none: nothing is finer than the quads
+  std::vector<LeafMesh> leaf_meshes;  ///< one a chunk; none: nothing is finer than the quads
+  WindSummary wind;
   std::vector<float> wood_error_px;       ///< [wood LoDs * sizes] of each against the finest
   std::vector<float> leaf_mesh_error_px;  ///< [sizes] of all quads against them; empty without
 };

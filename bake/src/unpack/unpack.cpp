@@ -210,6 +210,7 @@ Result<BakedPlant> unpack(Bytes bytes) {
   plant.name = file.plant.name;
   plant.metric = file.plant.metric;
   plant.sphere = {vec3_of(file.plant.sphere_center), file.plant.sphere_radius};
+  plant.wind = {file.wind, to_vector(file.wind_nodes)};
   copy_tables(file, plant);
   COPPICE_TRY(tree, read_tree(file, bytes));
   plant.tree = std::move(tree);

@@ -1,20 +1,20 @@
 #ifndef COPPICE_FORMAT_H
 #define COPPICE_FORMAT_H
 
-/* The .coppice file, version 6: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
+/* The .coppice file, version 7: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
  *
  * Little-endian; every struct below is stored as is, without padding. Offsets are from the start of the file. Lengths are in
  * metres, axes are glTF's (right-handed, +Y up).
  *
- *     header | chunk table | PLANT MATERIALS CARDS ERRORS (LEAF_MESHES) (TEXTURES) | coarsest WOOD | PAGE 0 |
- *     '------------------------- first_read_bytes: all that a first picture needs -------------------------'
+ *     header | chunk table | PLANT MATERIALS CARDS ERRORS WIND (LEAF_MESHES) (TEXTURES) | coarsest WOOD | PAGE 0 |
+ *     '------------------------------ first_read_bytes: all that a first picture needs -------------------------'
  *                                                     (TEXTURE ...) | finer WOOD ... | PAGE 1 2 3 ... | (LEAF_MESH ...)
  */
 
 #include <stdint.h>
 
 #define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
-#define COPPICE_FORMAT_VERSION 6u
+#define COPPICE_FORMAT_VERSION 7u
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u
@@ -42,6 +42,16 @@
 #define COPPICE_MAX_LEAF_MESH_TRIANGLES (1u << 16) /* of one LEAF_MESH chunk; as many a byte as of wood */
 
 #define COPPICE_MAX_SMALL_TEXTURE_SIDE 64u
+
+/* Nodes a side of a WIND chunk's grid, at most. */
+#define COPPICE_MAX_WIND_SIDE 8u
+/* How far full wind moves any point, as a share of sphere_radius, and how much a metre of the plant grows by it, at most: a part's bounding
+ * sphere that grows by this share of its radius, and moves by what its centre moves, holds the part in any wind. */
+#define COPPICE_MAX_WIND_MOVE 0.05
+#define COPPICE_MAX_WIND_GROWTH 0.05
+/* Natural periods, in seconds. */
+#define COPPICE_MIN_WIND_PERIOD_S 0.1f
+#define COPPICE_MAX_WIND_PERIOD_S 60.0f
 
 /* A writer makes small textures smaller where TEXTURES would be longer. */
 #define COPPICE_SMALL_TEXTURES_BYTES 16384u
@@ -71,6 +81,7 @@ typedef enum coppice_chunk_kind {
   COPPICE_CHUNK_LEAF_MESHES = 8, /* what the LEAF_MESH chunks hold, see coppice_file_leaf_mesh; only if there are any */
   COPPICE_CHUNK_LEAF_MESH = 9,   /* index i: some of the leaves as they were modelled; a Draco triangle mesh */
   COPPICE_CHUNK_TEXTURES = 10,   /* what the TEXTURE chunks hold, see coppice_file_texture; only if there are any */
+  COPPICE_CHUNK_WIND = 11,       /* one coppice_file_wind, then node_side^3 coppice_file_wind_node */
   COPPICE_CHUNK_KIND_MAX_ENUM = 0x7fffffff
 } coppice_chunk_kind;
 
@@ -153,6 +164,30 @@ typedef struct coppice_file_card {
  * float error_px[levels][sizes], >= 0, non-increasing along a column; float wood_error_px[wood_lod_count][sizes], >= 0,
  * non-decreasing along a column: the error of each wood LoD against the finest. sizes_px is the projected diameter of the bounding
  * sphere. */
+
+/* WIND chunk: how wind moves the plant. With w the wind's horizontal direction and s the height above base_y_m over height_m, 0..1, a point
+ * is off its place by w bend_m s^2, by w lean_m lean, and by sway_m (sway_cos, sway_sin) as the two phases of a swing. The last three are
+ * those of the grid there, trilinear between nodes, of the box's nearest point outside the box. */
+typedef struct coppice_file_wind {
+  float base_y_m;        /* where the plant stands */
+  float height_m;        /* > 0: from there to its top */
+  float bend_m;          /* how far its stem's bending moves the top in full wind, 25 m/s; >= 0, as are the next two */
+  float lean_m;          /* what a lean of 1 is */
+  float sway_m;          /* what a sway of 1 is */
+  float stem_period_s;   /* in which its stem swings by itself */
+  float branch_period_s; /* in which its branches do */
+  float box_min[3];      /* of the grid; below box_max on every axis */
+  float box_max[3];
+  uint32_t node_side; /* n: 0, 2, 4 or 8; 0: no grid, lean_m and sway_m are 0 */
+} coppice_file_wind;
+
+/* x fastest, then y, then z; node i of an axis is at box_min + i / (n - 1) (box_max - box_min). */
+typedef struct coppice_file_wind_node {
+  uint8_t lean;     /* 0..255: 0..1 */
+  int8_t sway_cos;  /* -127..127: -1..1 */
+  int8_t sway_sin;  /* the same */
+  uint8_t reserved; /* 0 */
+} coppice_file_wind_node;
 
 /* LEAF_MESHES chunk: one of these per LEAF_MESH; float error_px[error_size_count], >= 0, not falling: the error of all leaf quads against
  * the leaf meshes at the error table's sizes. */

@@ -15,7 +15,7 @@ struct Run {
   bool falling = false;  ///< indices go down
 };
 
-constexpr std::size_t kRuns = 12;
+constexpr std::size_t kRuns = 13;
 
 std::array<Run, kRuns> chunk_runs(const coppice_file_plant& plant) {
   const std::uint32_t lods = plant.wood_lod_count, pages = plant.page_count;
@@ -25,6 +25,7 @@ std::array<Run, kRuns> chunk_runs(const coppice_file_plant& plant) {
            {COPPICE_CHUNK_MATERIALS, 1, 0},
            {COPPICE_CHUNK_CARDS, 1, 0},
            {COPPICE_CHUNK_ERRORS, 1, 0},
+           {COPPICE_CHUNK_WIND, 1, 0},
            {COPPICE_CHUNK_LEAF_MESHES, one(plant.leaf_mesh_count), 0},
            {COPPICE_CHUNK_TEXTURES, one(plant.texture_count), 0},
            {COPPICE_CHUNK_WOOD, one(lods), rest(lods)},
@@ -52,7 +53,7 @@ ChunkKey chunk_at(const coppice_file_plant& plant, std::uint32_t position) {
 
 std::uint32_t first_read_chunk_count(const coppice_file_plant& plant) {
   const auto one = [](std::uint32_t count) { return count > 0 ? 1u : 0u; };
-  return 4 + one(plant.leaf_mesh_count) + one(plant.texture_count) + one(plant.wood_lod_count) + one(plant.page_count);
+  return 5 + one(plant.leaf_mesh_count) + one(plant.texture_count) + one(plant.wood_lod_count) + one(plant.page_count);
 }
 
 const char* chunk_kind_name(std::uint32_t kind) {
@@ -77,6 +78,8 @@ const char* chunk_kind_name(std::uint32_t kind) {
       return "LEAF_MESH";
     case COPPICE_CHUNK_TEXTURES:
       return "TEXTURES";
+    case COPPICE_CHUNK_WIND:
+      return "WIND";
     default:
       return "unknown";
   }

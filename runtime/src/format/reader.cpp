@@ -17,13 +17,14 @@
 #include "layout.h"
 #include "tree.h"
 #include "utf8.h"
+#include "wind_field.h"
 
 namespace coppice {
 
 static_assert(std::endian::native == std::endian::little, "the file is copied into structs as it is");
 static_assert(sizeof(coppice_file_header) == 64 && sizeof(coppice_file_chunk) == 32 && sizeof(coppice_file_plant) == 236 &&
               sizeof(coppice_file_material) == 32 && sizeof(coppice_file_card) == 48 && sizeof(coppice_file_texture) == 16 &&
-              sizeof(coppice_file_leaf_mesh) == 8);
+              sizeof(coppice_file_leaf_mesh) == 8 && sizeof(coppice_file_wind) == 56 && sizeof(coppice_file_wind_node) == 4);
 
 namespace {
 
@@ -277,22 +278,39 @@ Result<void> read_errors(PlantFile& file, Bytes bytes, const coppice_allocator& 
   return check_errors(file);
 }
 
+Result<void> read_wind(PlantFile& file, Bytes bytes, const coppice_allocator& allocator) {
+  const coppice_file_chunk& chunk = file.chunks[4];
+  COPPICE_TRY(content, front_chunk(file, bytes, 4, chunk.bytes));
+  const auto wrong_length = [&](std::uint64_t expected_bytes) {
+    return bad_field("wind length", chunk.offset,
+                     std::to_string(chunk.bytes) + " bytes, its fields and nodes need " + std::to_string(expected_bytes));
+  };
+  if (content.size() < sizeof(coppice_file_wind)) return wrong_length(sizeof(coppice_file_wind));
+  file.wind = copy_at<coppice_file_wind>(content, 0);
+  COPPICE_CHECK(check_wind_head(file.wind, chunk.offset));
+  const std::size_t node_count = wind_node_count(file.wind.node_side);
+  const std::size_t expected_bytes = sizeof(coppice_file_wind) + node_count * sizeof(coppice_file_wind_node);
+  if (content.size() != expected_bytes) return wrong_length(expected_bytes);
+  COPPICE_CHECK(copy_into(file.wind_nodes, allocator, content, sizeof(coppice_file_wind), node_count));
+  return check_wind_field(wind_field(file), double{file.plant.sphere_radius}, chunk.offset);
+}
+
 Result<void> read_leaf_meshes(PlantFile& file, Bytes bytes, const coppice_allocator& allocator) {
   const std::size_t count = file.plant.leaf_mesh_count, sizes = file.plant.error_size_count;
   if (count == 0) return {};
-  COPPICE_TRY(content, front_chunk(file, bytes, 4, count * sizeof(coppice_file_leaf_mesh) + sizes * 4));
+  COPPICE_TRY(content, front_chunk(file, bytes, 5, count * sizeof(coppice_file_leaf_mesh) + sizes * 4));
   COPPICE_CHECK(copy_into(file.leaf_meshes, allocator, content, 0, count));
   COPPICE_CHECK(copy_into(file.leaf_mesh_error_px, allocator, content, count * sizeof(coppice_file_leaf_mesh), sizes));
   for (std::size_t i = 0; i < count; ++i) {
     const auto [vertices, triangles] = file.leaf_meshes[i];
-    const std::uint64_t at = file.chunks[4].offset + i * sizeof(coppice_file_leaf_mesh);
+    const std::uint64_t at = file.chunks[5].offset + i * sizeof(coppice_file_leaf_mesh);
     const std::uint64_t stored_bytes = file.chunks[file.chunks.size() - count + i].bytes;
     if (triangles == 0 || triangles > COPPICE_MAX_LEAF_MESH_TRIANGLES || triangles > COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE * stored_bytes)
       return bad_field("leaf mesh triangle_count", at + offsetof(coppice_file_leaf_mesh, triangle_count), std::to_string(triangles));
     if (vertices < 3 || vertices > 3 * triangles)
       return bad_field("leaf mesh vertex_count", at + offsetof(coppice_file_leaf_mesh, vertex_count), std::to_string(vertices));
   }
-  const std::uint64_t errors_at = file.chunks[4].offset + count * sizeof(coppice_file_leaf_mesh);
+  const std::uint64_t errors_at = file.chunks[5].offset + count * sizeof(coppice_file_leaf_mesh);
   for (std::size_t i = 0; i < sizes; ++i) {
     const float before = i == 0 ? 0.0f : file.leaf_mesh_error_px[i - 1];
     if (!std::isfinite(file.leaf_mesh_error_px[i]) || !(file.leaf_mesh_error_px[i] >= before))
@@ -377,7 +395,7 @@ Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes, const coppic
   if (bytes.size() < file.header.first_read_bytes) return bad_field("first read", bytes.size(), "the file is cut off");
   bytes = bytes.first(static_cast<std::size_t>(file.header.first_read_bytes));
   COPPICE_CHECK(move_into(file.chunks, read_table(file.header, bytes, allocator)));
-  if (file.chunks.size() < 4 || file.chunks[0].kind != COPPICE_CHUNK_PLANT)
+  if (file.chunks.size() < 5 || file.chunks[0].kind != COPPICE_CHUNK_PLANT)
     return bad_field("chunk table kind", sizeof(coppice_file_header), "PLANT 0 expected");
   COPPICE_TRY(content, front_chunk(file, bytes, 0, sizeof(coppice_file_plant)));
   file.plant = copy_at<coppice_file_plant>(content, 0);
@@ -387,6 +405,7 @@ Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes, const coppic
   COPPICE_CHECK(read_materials(file, bytes, allocator));
   COPPICE_CHECK(read_cards(file, bytes, allocator));
   COPPICE_CHECK(read_errors(file, bytes, allocator));
+  COPPICE_CHECK(read_wind(file, bytes, allocator));
   COPPICE_CHECK(read_leaf_meshes(file, bytes, allocator));
   COPPICE_CHECK(read_textures(file, bytes, allocator));
   return file;
@@ -394,15 +413,19 @@ Result<PlantFile> read_front(Bytes bytes, std::uint64_t file_bytes, const coppic
 
 std::size_t PlantFile::bytes() const {
   std::size_t sum = chunks.bytes() + materials.bytes() + cards.bytes() + error_leaf_counts.bytes() + error_sizes_px.bytes() +
-                    error_px.bytes() + leaf_meshes.bytes() + wood_error_px.bytes() + textures.bytes() + small_textures.bytes() +
-                    leaf_mesh_error_px.bytes();
+                    error_px.bytes() + wind_nodes.bytes() + leaf_meshes.bytes() + wood_error_px.bytes() + textures.bytes() +
+                    small_textures.bytes() + leaf_mesh_error_px.bytes();
   for (const HookBuffer& texture : small_textures) sum += texture.bytes();
   return sum;
 }
 
+WindField wind_field(const PlantFile& file) {
+  return {file.wind, file.wind_nodes};
+}
+
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index) {
   const coppice_file_plant& plant = file.plant;
-  const std::uint32_t textures = plant.leaf_mesh_count > 0 ? 5 : 4, first_wood = textures + (plant.texture_count > 0 ? 1u : 0u);
+  const std::uint32_t textures = plant.leaf_mesh_count > 0 ? 6 : 5, first_wood = textures + (plant.texture_count > 0 ? 1u : 0u);
   const std::uint32_t first_page = first_wood + (plant.wood_lod_count > 0 ? 1u : 0u);
   const std::uint32_t first_texture = first_read_chunk_count(plant), finer_wood = first_texture + plant.texture_count;
   const std::uint32_t later_pages = finer_wood + (plant.wood_lod_count > 0 ? plant.wood_lod_count - 1 : 0);
@@ -413,7 +436,8 @@ const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind k
     position = index + 1 == plant.wood_lod_count ? first_wood : finer_wood + (plant.wood_lod_count - 2 - index);
   if (kind == COPPICE_CHUNK_PAGE && index < plant.page_count) position = index == 0 ? first_page : later_pages + index - 1;
   if (kind == COPPICE_CHUNK_TEXTURE && index < plant.texture_count) position = first_texture + index;
-  if (kind == COPPICE_CHUNK_LEAF_MESHES && plant.leaf_mesh_count > 0 && index == 0) position = 4;
+  if (kind == COPPICE_CHUNK_LEAF_MESHES && plant.leaf_mesh_count > 0 && index == 0) position = 5;
+  if (kind == COPPICE_CHUNK_WIND && index == 0) position = 4;
   if (kind == COPPICE_CHUNK_TEXTURES && plant.texture_count > 0 && index == 0) position = textures;
   if (kind == COPPICE_CHUNK_LEAF_MESH && index < plant.leaf_mesh_count) position = leaf_meshes + index;
   return position && *position < file.chunks.size() ? &file.chunks[*position] : nullptr;

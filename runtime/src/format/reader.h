@@ -8,6 +8,7 @@
 #include "coppice/format.h"
 #include "hooks.h"
 #include "result.h"
+#include "wind_field.h"
 
 namespace coppice {
 
@@ -18,9 +19,11 @@ struct PlantFile {
   coppice_file_plant plant{};
   HookArray<coppice_file_material> materials;
   HookArray<coppice_file_card> cards;
-  HookArray<std::uint32_t> error_leaf_counts;     ///< [L] ascending
-  HookArray<float> error_sizes_px;                ///< [S] ascending
-  HookArray<float> error_px;                      ///< [L * S] row per level
+  HookArray<std::uint32_t> error_leaf_counts;  ///< [L] ascending
+  HookArray<float> error_sizes_px;             ///< [S] ascending
+  HookArray<float> error_px;                   ///< [L * S] row per level
+  coppice_file_wind wind{};
+  HookArray<coppice_file_wind_node> wind_nodes;   ///< [wind.node_side^3]
   HookArray<coppice_file_leaf_mesh> leaf_meshes;  ///< [leaf_mesh_count]
   HookArray<float> wood_error_px;                 ///< [W * S] of each wood LoD against the finest, row per LoD
   HookArray<coppice_file_texture> textures;       ///< [texture_count] what the TEXTURE chunks hold
@@ -42,6 +45,9 @@ Result<coppice_file_header> read_header(std::span<const std::uint8_t> bytes, std
 /// errors  bad_file, with the field and its byte offset: truncated, wrong checksum, count over a limit, tables that disagree; out_of_memory
 Result<PlantFile> read_front(std::span<const std::uint8_t> bytes, std::uint64_t file_bytes,
                              const coppice_allocator& allocator = default_allocator());
+
+/// How wind moves the plant; refers to `file`.
+WindField wind_field(const PlantFile& file);
 
 /// The chunk table's entry, or null.
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index);

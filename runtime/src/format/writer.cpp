@@ -83,6 +83,9 @@ void append_chunk(Buffer& file, const FileContents& contents, const coppice_file
       append(file, std::span(contents.error_sizes_px));
       append(file, std::span(contents.error_px));
       return append(file, std::span(contents.wood_error_px));
+    case COPPICE_CHUNK_WIND:
+      append(file, std::span(&contents.wind, 1));
+      return append(file, std::span(contents.wind_nodes));
     case COPPICE_CHUNK_WOOD:
       return append(file, std::span(contents.wood[key.index]));
     case COPPICE_CHUNK_PAGE:

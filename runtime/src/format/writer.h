@@ -6,6 +6,7 @@
 
 #include "coppice/format.h"
 #include "result.h"
+#include "still_wind.h"
 
 namespace coppice {
 
@@ -18,6 +19,8 @@ struct FileContents {
   std::vector<std::uint32_t> error_leaf_counts;
   std::vector<float> error_sizes_px;
   std::vector<float> error_px;
+  coppice_file_wind wind = kStillWind;                   ///< node_side fits wind_nodes
+  std::vector<coppice_file_wind_node> wind_nodes;        ///< [node_side^3]
   std::vector<coppice_file_leaf_mesh> leaf_mesh_counts;  ///< [leaf mesh]
   std::vector<float> wood_error_px;                      ///< [wood LoD * size]
   std::vector<float> leaf_mesh_error_px;                 ///< [size]; nothing without leaf meshes

@@ -140,6 +140,7 @@ void obey_keys(Session& session, const Options& options, std::optional<Recording
     const auto next = static_cast<std::uint32_t>(session.controls.view) + 1;
     session.controls.view = static_cast<DebugView>(next % static_cast<std::uint32_t>(DebugView::count));
   }
+  if (std::exchange(window.wants_wind, false)) session.controls.wind_mps = session.controls.wind_mps > 0 ? 0 : kWindowWind_mps;
   if (std::exchange(window.wants_temporal, false) && session.supersample == 1) {
     wait_for_frames(session.device, session.ring);
     set_temporal(session.renderer, !session.renderer.temporal);

@@ -252,8 +252,8 @@ Box box_of(const Forest& forest, const Planting& planting, const Terrain& terrai
   if (planting.plants.size() == 1) {
     const PlacedPlant& plant = planting.plants.front();
     const Species& species = forest.species[plant.species];
-    glm::vec3 origin;
-    std::memcpy(&origin, placement_of(plant, species, terrain).position, sizeof origin);
+    const coppice_placement placement = placement_of(plant, species, terrain);
+    const glm::vec3 origin(placement.position[0], placement.position[1], placement.position[2]);
     return {origin + plant.scale * species.box_min, origin + plant.scale * species.box_max};
   }
   constexpr float kWidest_m = 1000, kTall_m = 20;  // what is beyond the haze; a tree

@@ -96,6 +96,8 @@ void declare_pictures(CLI::App& app, Options& options) {
   app.add_option("--record", options.record, "Write every frame as a picture, 00000.png and on; frame times then say nothing")
       ->type_name("FOLDER");
   app.add_option("--fog", options.fog, "Times as much fog; 0 for clear air [1; of one plant 0]")->check(CLI::Range(0.0f, 10.0f));
+  app.add_option("--wind", options.wind_mps, "Speed of the wind in m/s; 0 for still air [0; in a window 4]")
+      ->check(CLI::Range(0.0f, 100.0f));
   app.add_flag("--shadows,!--no-shadows", options.shadows, "Shadow maps: plants shade the ground and each other [on]");
   CLI::Option* temporal = add_switch(app, "--taa,!--no-taa", options.temporal,
                                      "Temporal antialiasing: each frame is moved by part of a pixel and blended with those before [on, "

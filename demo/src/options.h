@@ -34,10 +34,14 @@ inline constexpr std::array kWindowKeys = {WindowKey{"drag", "look around"},
                                            WindowKey{"C", "start or end writing the camera's way to a file"},
                                            WindowKey{"T", "temporal antialiasing on or off"},
                                            WindowKey{"V", "next debug view"},
+                                           WindowKey{"G", "wind on or off"},
                                            WindowKey{"H", "show or hide these keys"},
                                            WindowKey{"Tab", "show one line, everything, nothing"},
                                            WindowKey{"F11", "full screen on or off"},
                                            WindowKey{"Escape", "close"}};
+
+/// In a window, unless --wind says otherwise.
+inline constexpr float kWindowWind_mps = 4;
 
 /// The command line of coppice-forest. Defaults are what `coppice-forest` alone does.
 struct Options {
@@ -59,6 +63,7 @@ struct Options {
   float error_px = 2;
   std::optional<std::uint32_t> leaf_budget;  ///< leaves a frame, see coppice_camera; 0: none; absent: kSoftwareLeafBudget, or on a GPU none
   std::optional<float> frame_ms;             ///< what FramePace keeps to; 0: nothing; absent: that, or in a window kSoftwareFrame_ms
+  std::optional<float> wind_mps;             ///< absent: none, or in a window kWindowWind_mps
   float fog = 1;                             ///< times the density that hides the far edge
   std::uint32_t memory_mb = 256;
   std::string stats;             ///< empty: none

@@ -154,6 +154,7 @@ void show_passes(const coppice_view_stats& stats, const SceneTimes& scene_times)
 
 void show_controls(Controls& controls, const OverlayFigures& figures) {
   ImGui::SliderFloat("error, px", &controls.error_px, 0.25f, 32, "%.2f", ImGuiSliderFlags_Logarithmic);
+  ImGui::SliderFloat("wind, m/s", &controls.wind_mps, 0, 25, "%.1f");
   ImGui::SliderFloat("frame, ms (0: any)", &controls.frame_ms, 0, 200, "%.0f");
   ImGui::Text("drawn at %u x %u", figures.drawn.width, figures.drawn.height);
   if (figures.leaf_budget > 0) ImGui::Text("leaf budget %.0f thousand", 1e-3 * static_cast<double>(figures.leaf_budget));

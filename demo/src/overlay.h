@@ -15,6 +15,7 @@ namespace forest {
 /// What the sliders hold.
 struct Controls {
   float error_px = 2;
+  float wind_mps = 0;
   float frame_ms = 0;  ///< aim; 0: none
   int memory_mb = 256;
   LodMode lod = LodMode::cut;

@@ -193,6 +193,17 @@ PaneView pane_view(const Session& session, std::size_t pane) {
   return {session.forest.views[pane], 0};
 }
 
+coppice_wind make_wind(Session& session, float time_s) {
+  coppice_wind wind;
+  coppice_wind_init(&wind);
+  const glm::vec3 direction = glm::normalize(glm::vec3(1, 0, 0.4f));
+  std::copy_n(&direction.x, 3, wind.direction);
+  wind.speed = session.controls.wind_mps;
+  wind.time_s = double{time_s};
+  wind.time_before_s = double{std::exchange(session.wind_time_s, time_s)};
+  return wind;
+}
+
 void begin_plants(Session& session, std::span<const FrameView> views, std::span<const DueMap> maps) {
   const float budget = session.pace.budget / static_cast<float>(views.size());
   const CutSettings settings{session.controls.error_px, static_cast<std::uint32_t>(budget), session.controls.lod, session.controls.view};
@@ -213,6 +224,8 @@ void begin_plants(Session& session, std::span<const FrameView> views, std::span<
   frame.completed_number = completed_frame(session.device, session.ring);
   frame.cameras = cameras.data();
   frame.camera_count = static_cast<std::uint32_t>(cameras.size());
+  const coppice_wind wind = make_wind(session, views.front().time_s);
+  frame.wind = &wind;
   check(session.forest, coppice_frame_begin(session.forest.context.get(), &frame), "coppice_frame_begin");
 }
 
@@ -336,6 +349,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
   if (forest.scene == 0) add_instances(forest, world.planting, world.terrain);
   pace = first_pace(options, device, window != nullptr);
   controls = {.error_px = options.error_px,
+              .wind_mps = options.wind_mps.value_or(window != nullptr ? kWindowWind_mps : 0.0f),
               .frame_ms = pace.aim_ms,
               .memory_mb = static_cast<int>(options.memory_mb),
               .lod = options.lod,
@@ -370,8 +384,8 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   const std::uint64_t arrivals = arrivals_of(session.statistics.last);
   const float threshold_px = session.statistics.last_view.threshold_px;
   sample_statistics(session);
-  view.unchanged =
-      maps.empty() && arrivals == arrivals_of(session.statistics.last) && threshold_px == session.statistics.last_view.threshold_px;
+  view.unchanged = maps.empty() && session.controls.wind_mps == 0 && arrivals == arrivals_of(session.statistics.last) &&
+                   threshold_px == session.statistics.last_view.threshold_px;
   if (session.overlay) layout_controls(session, frame_ms);
   record_frame(session, slot.commands, views, maps);
   if (!image) {

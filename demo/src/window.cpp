@@ -71,6 +71,7 @@ void on_key(GLFWwindow* handle, int key, int, int action, int) {
   if (key == GLFW_KEY_C) window.wants_recording = true;
   if (key == GLFW_KEY_V) window.wants_next_view = true;
   if (key == GLFW_KEY_T) window.wants_temporal = true;
+  if (key == GLFW_KEY_G) window.wants_wind = true;
   if (key == GLFW_KEY_P) window.wants_picture = true;
   if (key == GLFW_KEY_R) window.steering = false;
 }

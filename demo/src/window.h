@@ -27,6 +27,7 @@ struct Window {
   bool help_visible = false;     ///< H: what the keys do
   bool was_hidden = false;       ///< next_frame waited while the window was not to be seen; whoever times frames resets it
   bool wants_next_view = false;  ///< V likewise
+  bool wants_wind = false;       ///< G was pressed, likewise
   bool wants_temporal = false;   ///< T was pressed: to be switched; whoever does so resets it
   bool wants_recording = false;  ///< C likewise: recording the camera's way
   bool wants_picture = false;    ///< P was pressed; whoever saves the picture resets it

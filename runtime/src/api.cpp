@@ -298,7 +298,7 @@ coppice_status coppice_frame_begin(coppice_context* context, const coppice_frame
   auto wind = coppice::struct_defaults<coppice_wind>();
   if (ours.wind != nullptr) COPPICE_REFUSE_IF(coppice::read_struct(ours.wind, "frame.wind", wind));
   COPPICE_REFUSE_IF(coppice::in_struct("frame.wind", coppice::wind_problem(wind)));
-  COPPICE_REFUSE_IF(wind.speed > 0.0f ? "frame.wind.speed is above 0: this version has still air alone" : "");
+  ours.wind = &wind;
   COPPICE_REFUSE_IF(read_cameras(*context, ours));
   if (!context->context->device_state()) return call.lost();
   return call.finish(context->context->begin_frame(ours, context->cameras));

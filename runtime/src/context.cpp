@@ -383,7 +383,10 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   completed_number_ = frame.completed_number;
   recording_ = Recording::begun;
   ledger_.begin_frame(frame.frame_number);
-  backend_->begin_frame(frame.frame_number, frame.completed_number);
+  FrameWind wind{*frame.wind, wind_};
+  wind.before.time_s = frame.wind->time_before_s;
+  wind_ = *frame.wind;
+  backend_->begin_frame(frame.frame_number, frame.completed_number, wind);
   for (const ChunkId& id : streamer_->release(frame.completed_number))
     if (slots_[id.plant].in_backend) backend_->drop_chunk(id);
   for (const std::uint32_t plant : streamer_->take_closed_plants())

@@ -38,19 +38,35 @@ void main() {
   // A quad of the same covered area, whatever the cutoff lets through: of the soft texels of a small mip level soon all.
   float let_through = mix(material.coverage, 1.0, min(1.5 * loss, 1.0));
   uint name = name_of(leaf, slot);
-  float share = shared_side(name, is_single(leaf, paged, leaf_count == plant.leaf_count), leaf_share_of(instance));
+  bool single = is_single(leaf, paged, leaf_count == plant.leaf_count);
+  float share = shared_side(name, single, leaf_share_of(instance));
   if (share == 0.0) return;
   float scale = share * sqrt(material.coverage / let_through);
-  vec3 object = middle + (corners[corner] - middle) * scale;
-  vec3 world = world_from_object(instance, object);
+  vec3 rest = middle + (corners[corner] - middle) * scale;
+  vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
+
+  // Moved as its stalk is, or as its middle where it stands for others. One that does not flutters, once the cut is beyond the split that
+  // bore it.
+  Moments moments = moments_of(instance);
+  WindPlace place_in_wind = wind_at(instance, moments.field, single ? corners[0] : middle);
+  float strength = flutter_strength(instance, corners[0], list.leaf_size_m);
+  float birth = float(cluster / kBlockClusters * kPageSplits + (leaf.life >> kBirthShift));
+  if (paged) strength *= clamp((cuts[slot] - birth) / (0.1 * birth + 16.0), 0.0, 1.0);
+  if (!single) strength = 0.0;
+  uint stalk = flutter_name(uvec3(quantised(leaf.corners, 0)));
+  vec3 normal = face * inversesqrt(max(dot(face, face), 1e-30));
+  float along_m = distance(rest, corners[0]);
+  vec3 offset = wind_offset(place_in_wind, moments.now);
+  vec3 world = world_from_object(instance, rest + offset + flutter(view.wind, stalk, along_m, normal, strength));
+  vec3 before = rest + wind_offset(place_in_wind, moments.before) + flutter(view.wind_before, stalk, along_m, normal, strength);
+  world_middle += rotate(instance.rotation, instance.scale * offset);
   vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
   uint thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
-  put_place(instance, world, material, card.uv[corner], uvec3(slot, card.material, thinning));
+  put_place(instance, world, before, material, card.uv[corner], uvec3(slot, card.material, thinning));
   out_albedo_cutoff.w = material.alpha_cutoff * (1.0 - loss);
   if (kContents == 0) return;
 
   Crown crown = crown_of(plant);
-  vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
   float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
   LeafNormals normals = in_world(instance, leaf_normals(crown, middle, face, material.crown_normals));

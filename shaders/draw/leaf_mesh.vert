@@ -9,6 +9,7 @@
 
 #include "bindings.glsl"
 #include "surface_out.glsl"
+#include "clusters.glsl"
 
 void main() {
   Plant plant = plants[push.plant];
@@ -23,11 +24,19 @@ void main() {
   bool shown = is_among(coppice_hash(vertex.stalk_xy ^ (vertex.stalk_z_material & 0xffffu) * 2654435769u) ^ slot, leaf_share_of(instance));
   put_nothing();
   if (!is_drawn(material) || !shown) return;
-  vec3 world = world_from_object(instance, vertex.position);
-  put_place(instance, world, material, vertex.uv, uvec3(slot, material_index, 0));
+  // A leaf is moved as its stalk is.
+  vec3 stalk_m = plant.box_min + plant.box_step * vec3(stalk);
+  Moments moments = moments_of(instance);
+  WindPlace place = wind_at(instance, moments.field, stalk_m);
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
+  float along_m = distance(vertex.position, stalk_m), strength = flutter_strength(instance, stalk_m, list_at(plant, list_of_cut(plant.leaf_count)).leaf_size_m);
+  uint name = flutter_name(stalk);
+  vec3 object = vertex.position + wind_offset(place, moments.now) + flutter(view.wind, name, along_m, normal, strength);
+  vec3 object_before = vertex.position + wind_offset(place, moments.before) + flutter(view.wind_before, name, along_m, normal, strength);
+  vec3 world = world_from_object(instance, object);
+  put_place(instance, world, object_before, material, vertex.uv, uvec3(slot, material_index, 0));
   Crown crown = crown_of(plant);
-  vec3 albedo = material.base_color.rgb * tint_of(instance) * variation(crown, plant.box_min + plant.box_step * vec3(stalk), stalk);
+  vec3 albedo = material.base_color.rgb * tint_of(instance) * variation(crown, stalk_m, stalk);
 #ifdef COPPICE_RELIEF
   out_position = vertex.position;
   out_albedo_cutoff.rgb = albedo;

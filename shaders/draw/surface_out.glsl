@@ -4,7 +4,7 @@
 #include "shading.glsl"
 #include "contents.glsl"
 #include "debug_view.glsl"
-#include "motion.glsl"
+#include "wind.glsl"
 
 layout(push_constant, scalar) uniform Push { DrawPush push; };
 
@@ -36,14 +36,15 @@ void put_surface(CoppiceSurface surface, vec3 face) {
   out_face = face;
 }
 
-void put_place(Instance instance, vec3 world, Material material, vec2 uv, uvec3 slot_material_thinning) {
+// world: where the place is; object_before: where it was in the frame before, object space
+void put_place(Instance instance, vec3 world, vec3 object_before, Material material, vec2 uv, uvec3 slot_material_thinning) {
   gl_Position = view.eyes[push.eye].clip_from_world * vec4(world, 1.0);
   out_world_sun.xyz = world;
   out_albedo_cutoff.w = material.alpha_cutoff;
   out_uv_occlusion_roughness.xy = uv;
   out_uv_occlusion_roughness.w = material.roughness;
   out_ids = uvec4(slot_material_thinning, instance.before == kCame ? 1 : 0);
-  if (wants(kContentVelocity)) out_before = (view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, world), 1.0)).xyw;
+  if (wants(kContentVelocity)) out_before = (view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, object_before), 1.0)).xyw;
 }
 
 // In place of that where nothing is drawn: outside where another draw shows its material, or nobody does.

@@ -19,8 +19,10 @@ void main() {
 
   put_nothing();
   if (!is_drawn(material)) return;
-  vec3 world = world_from_object(instance, vertex.position);
-  put_place(instance, world, material, vertex.uv, uvec3(slot, vertex.material, 0));
+  Moments moments = moments_of(instance);
+  WindPlace place = wind_at(instance, moments.field, vertex.position);
+  vec3 world = world_from_object(instance, vertex.position + wind_offset(place, moments.now));
+  put_place(instance, world, vertex.position + wind_offset(place, moments.before), material, vertex.uv, uvec3(slot, vertex.material, 0));
   if (kContents == 0) return;
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
 #ifdef COPPICE_RELIEF

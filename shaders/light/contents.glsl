@@ -1,5 +1,8 @@
 // What the attachments of a view want. After bindings.glsl.
 
+#ifndef COPPICE_CONTENTS_GLSL
+#define COPPICE_CONTENTS_GLSL
+
 // Of each attachment, in kContentBits, the first in the lowest: kContent of coppice_shared.h. 0: depth alone.
 layout(constant_id = 7) const uint kContents = kContentLit;
 
@@ -8,3 +11,5 @@ bool wants(uint content) {
          (kContents >> 12 & 15u) == content || (kContents >> 16 & 15u) == content || (kContents >> 20 & 15u) == content ||
          (kContents >> 24 & 15u) == content || kContents >> 28 == content;
 }
+
+#endif

@@ -1,12 +1,14 @@
 // Where places of plants were in the frame before. After bindings.glsl and coppice_light.h.
 
+#ifndef COPPICE_MOTION_GLSL
+#define COPPICE_MOTION_GLSL
+
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceArray { Instance at[]; };
 
-// world: a place of the instance, here and now. Of one that came with this frame: as if it had stood there
-vec3 world_before(Instance instance, vec3 world) {
-  if (instance.before == 0 || instance.before == kCame) return world;
-  Instance then = InstanceArray(view.moved).at[instance.before - 1];
-  vec3 foot = from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position);
-  vec3 object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), world - foot) / instance.scale;
-  return world_from_object(then, object);
+// object: a place of the instance, where it was in the frame before. Of one that came with this frame: as if it had stood where it does
+vec3 world_before(Instance instance, vec3 object) {
+  if (instance.before == 0 || instance.before == kCame) return world_from_object(instance, object);
+  return world_from_object(InstanceArray(view.moved).at[instance.before - 1], object);
 }
+
+#endif

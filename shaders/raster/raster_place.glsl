@@ -3,6 +3,7 @@
 
 #include "coppice_light.h"
 #include "raster.glsl"
+#include "wind.glsl"
 
 // What the leaves of a cluster share.
 struct Placed {
@@ -20,10 +21,21 @@ Placed place(uint eye, uint place_of_work, WorkItem work, Instance instance, vec
   Placed placed;
   placed.wood = list_of(work.item) >= kWoodLists && list_of(work.item) < kMeshLists;
   placed.cards = plants[instance.plant].card_looks;
-  placed.origin = on_screen(eye, vec4(world_from_object(instance, box_min), 1.0));
-  placed.x = on_screen(eye, vec4(rotate(instance.rotation, vec3(instance.scale * step.x, 0.0, 0.0)), 0.0));
-  placed.y = on_screen(eye, vec4(rotate(instance.rotation, vec3(0.0, instance.scale * step.y, 0.0)), 0.0));
-  placed.z = on_screen(eye, vec4(rotate(instance.rotation, vec3(0.0, 0.0, instance.scale * step.z)), 0.0));
+  // The wind's offset, linear about the cluster's middle: with few metres to a cell of the grid it is off by little.
+  CoppiceTable table = table_of(instance.plant);
+  PlantWind field = plant_wind(table);
+  WindGradient gradient;
+  WindPlace middle = wind_place(table, field, cluster.center, gradient);
+  Sway sway = sway_of(view.wind, field, instance.rotation, foot_of(instance), instance.position);
+  // Beyond its cells a gradient says nothing: there a cluster moves as its middle does.
+  vec3 near = min(vec3(1.0), 1.0 / max(field.nodes_per_m * cluster.radius_m, vec3(1e-6)));
+  vec3 grow_x = near.x * wind_growth(gradient.grid_x, sway), grow_y = near.y * wind_growth(gradient.grid_y, sway) + gradient.bend_y * sway.bend;
+  vec3 grow_z = near.z * wind_growth(gradient.grid_z, sway), low = box_min - cluster.center;
+  vec3 moved = box_min + wind_offset(middle, sway) + low.x * grow_x + low.y * grow_y + low.z * grow_z;
+  placed.origin = on_screen(eye, vec4(world_from_object(instance, moved), 1.0));
+  placed.x = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.x * (vec3(1.0, 0.0, 0.0) + grow_x)), 0.0));
+  placed.y = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.y * (vec3(0.0, 1.0, 0.0) + grow_y)), 0.0));
+  placed.z = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.z * (vec3(0.0, 0.0, 1.0) + grow_z)), 0.0));
   placed.eye = rotate(to_object, toward_eye(world_from_object(instance, cluster.center)));
   placed.leaves = leaf_share_of(instance);
   placed.first_name = first_name(place_of_work, work, push.place_bits);

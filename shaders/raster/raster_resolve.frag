@@ -14,7 +14,7 @@
 #include "clusters.glsl"
 #include "names.glsl"
 #include "surface.glsl"
-#include "motion.glsl"
+#include "wind.glsl"
 
 layout(set = 1, binding = 9) uniform usamplerBuffer work_texels;
 layout(set = 1, binding = 10) uniform usamplerBuffer instance_texels;
@@ -52,7 +52,15 @@ void resolve(uint name, float key, vec2 pixel) {
   else surface = leaf_surface(instance, light, normals, world);
   surface.albedo *= kMaxSplatAlbedo * look.rgb * look.rgb;
   surface.roughness = unpackSnorm4x8(splat.axis).w;
-  vec4 before = view.eyes[push.eye].clip_from_world_before * vec4(moves ? world_before(instance, world) : world, 1.0);
+  vec4 before = vec4(0.0);
+  if (moves) {
+    // The wind's offset where the place is now: at rest it was so near that the field is the same.
+    vec3 object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), world - foot_of(instance)) / instance.scale;
+    Moments moments = moments_of(instance);
+    WindPlace in_wind = wind_at(instance, moments.field, object);
+    object += wind_offset(in_wind, moments.before) - wind_offset(in_wind, moments.now);
+    before = view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, object), 1.0);
+  }
   write_surface(surface, SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame));
 }
 #endif

@@ -21,13 +21,14 @@ bool draw_pages(Candidate candidate, uint leaf_count) {
   Plant plant = candidate.plant;
   Instance instance = candidate.instance;
   ClusterList list = list_at(plant, kPageList);
+  float reach_m = candidate.reach_m - candidate.radius_m;
   uint count = page_cluster_count(leaf_count), capacity = plant.leaf_command_capacity;
   uint first = take_commands(kDrawCounts * instance.plant + kClusterCount, count, capacity);
   if (first == capacity) return false;
   for (uint i = 0; i < count; ++i) {
     Cluster cluster = cluster_at(list, i);
     ShownLeaves shown = shown_of_page(cluster, i, leaf_count);
-    bool seen = sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m);
+    bool seen = sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m + reach_m);
     leaf_commands[plant.leaf_command_base + plant.instance_count + first + i] =
         cluster_command(candidate.slot | kPageList << kSlotBits, i, seen ? shown.count : 0);
   }
@@ -58,7 +59,7 @@ bool cull(uint slot) {
   float cut = coppice_drawn_leaf_count(candidate.table, column, candidate.threshold_px);
   Wanted wanted = wanted_of(candidate, column, cut, has_leaf_meshes(plant) && shows_leaves(candidate));
   cuts[slot] = wanted.cut;
-  if (!sphere_in_view(candidate.center, candidate.radius_m)) return false;
+  if (!sphere_in_view(candidate.center, candidate.reach_m)) return false;
 
   uint leaf_count = whole_leaf_count(wanted.cut, plant);
   show_debug_color(candidate, column, Shown(false, wanted.meshes, float(leaf_count), 0.0));

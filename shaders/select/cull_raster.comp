@@ -113,8 +113,8 @@ void cull(uint slot, inout Appended appended, inout Tally tally) {
   Instance instance = instance_at(slot);
   if (!is_wanted(instance)) return;
   Candidate candidate = candidate_of(slot, instance);
-  if (!sphere_in_view(candidate.center, candidate.radius_m)) return;
-  if (push.round > 0 && occluded(candidate.center, candidate.radius_m)) {
+  if (!sphere_in_view(candidate.center, candidate.reach_m)) return;
+  if (push.round > 0 && occluded(candidate.center, candidate.reach_m)) {
     ++tally.occluded;
     return;
   }

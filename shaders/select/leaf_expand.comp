@@ -11,6 +11,7 @@
 #include "bindings.glsl"
 #include "raster.glsl"
 #include "shading.glsl"
+#include "wind.glsl"
 #include "counters.glsl"
 #include "draw_commands.glsl"
 #include "occlusion.glsl"
@@ -49,12 +50,13 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
   uint leaf_count = item_leaf_count(item, plant, list), count = cluster_count(item, plant, list);
   float split_px = hardware_leaf_px(view.error_px * exp2(lod_bias_of(instance)));
   float merged = quads ? merged_share(plant, leaf_count) : 0.0;
+  float reach_m = wind_reach_m(instance);
   float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
   uvec2 drawn = uvec2(0);
   for (uint i = first; i < count; i += step) {
     Cluster cluster = cluster_at(list, i);
     vec3 center = world_from_object(instance, cluster.center);
-    float radius_m = instance.scale * cluster.radius_m;
+    float radius_m = instance.scale * cluster.radius_m + reach_m;
     ShownLeaves shown = all_shown(cluster);
     if (paged) shown = shown_of_page(cluster, i, leaf_count);
     bool seen = shown.count > 0 && sphere_in_view(center, radius_m);

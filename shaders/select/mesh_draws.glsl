@@ -2,6 +2,7 @@
 // clusters.glsl and counters.glsl.
 
 #include "coppice_light.h"
+#include "wind.glsl"
 #include "draw_commands.glsl"
 
 struct MeshDraws {
@@ -16,11 +17,11 @@ MeshDraws unpacked(uint word) {
   return MeshDraws(word & (kMaxSlots - 1u), (word >> kSlotBits & 1u) != 0, word >> kSlotBits + 1);
 }
 
-// From `at` on the first cluster of a mesh that is in view, or that is not; list.range_count where there is none.
-uint find_cluster(ClusterList list, Instance instance, uint at, bool in_view) {
+// reach_m: wind_reach_m. From `at` on the first cluster of a mesh that is in view, or that is not; list.range_count where there is none.
+uint find_cluster(ClusterList list, Instance instance, float reach_m, uint at, bool in_view) {
   for (; at < list.range_count; ++at) {
     Cluster cluster = cluster_at(list, at);
-    if (sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m) == in_view) break;
+    if (sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m + reach_m) == in_view) break;
   }
   return at;
 }
@@ -29,11 +30,12 @@ uint find_cluster(ClusterList list, Instance instance, uint at, bool in_view) {
 uint draw_runs(Plant plant, uint slot, uint mesh, uint first) {
   Instance instance = instances[slot];
   ClusterList list = list_at(plant, kWoodLists + mesh);
+  float reach_m = wind_reach_m(instance);
   uint end = 0, triangles = 0;
   for (uint i = 0; i < kInstanceParts; ++i) {
     DrawCommand command = DrawCommand(0, 0, 0, 0, 0);
-    uint start = find_cluster(list, instance, end, true);
-    end = i + 1 < kInstanceParts ? find_cluster(list, instance, start, false) : list.range_count;
+    uint start = find_cluster(list, instance, reach_m, end, true);
+    end = i + 1 < kInstanceParts ? find_cluster(list, instance, reach_m, start, false) : list.range_count;
     if (start < end) {
       Cluster last = cluster_at(list, end - 1);
       uint from = cluster_at(list, start).last_death, count = last.last_death + leaf_count_of(last) - from;
@@ -53,7 +55,7 @@ bool wants_parts(Plant plant, uint slot) {
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius = instance.scale * plant.sphere_radius;
   float size_px = coppice_projected_size_px(size_distance_m(center), radius, view.near_m, view.focal_px);
-  return plant.part_capacity > 0 && size_px >= kPartsFrom_px && !sphere_in_view(center, -radius);
+  return plant.part_capacity > 0 && size_px >= kPartsFrom_px && !sphere_in_view(center, -radius - wind_reach_m(instance));
 }
 
 // A place among the commands for parts that a count is of; plant.part_capacity where none is left.

@@ -2,6 +2,7 @@
 // After bindings.glsl with COPPICE_CULL_ACCESS.
 
 #include "coppice_light.h"
+#include "wind.glsl"
 #include "debug_view.glsl"
 
 layout(constant_id = 0) const uint kDebugged = 0;  // 1: with colours for view.debug_view
@@ -14,6 +15,7 @@ struct Candidate {
   CoppiceTable table;
   vec3 center;  // of its sphere, world space
   float radius_m;
+  float reach_m;     // with what the wind can move
   float distance_m;  // size_distance_m of the centre
   float size_px;
   float error_px;  // the view's, by the instance's bias
@@ -30,7 +32,7 @@ Candidate candidate_of(uint slot, Instance instance) {
   float distance_m = size_distance_m(center);
   float size_px = coppice_projected_size_px(distance_m, radius_m, view.near_m, view.focal_px);
   float error_px = view.error_px * exp2(lod_bias_of(instance));
-  return Candidate(slot, instance, plant, table, center, radius_m, distance_m, size_px, error_px, coppice_instance_threshold_px(error_px, slot));
+  return Candidate(slot, instance, plant, table, center, radius_m, radius_m + wind_reach_m(instance), distance_m, size_px, error_px, coppice_instance_threshold_px(error_px, slot));
 }
 
 bool has_leaves(Plant plant) { return plant.resident_leaf_count > 0; }

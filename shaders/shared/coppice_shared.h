@@ -49,8 +49,12 @@ const float kMaxCrownDepth = 8.0f;
 const float kMaxCrownSlope = 2.0f;
 // How far a leaf that stands for a whole crown is open to the sky.
 const float kBulkSky = 0.8f;
-// Words of the buffer of packed tables (see coppice_lod.h) that belong to one plant: 32 levels, 16 sizes, leaf meshes, 8 wood LoDs.
-const uint kTableStride = 32 + 16 + (32 + 1 + 8) * 16;
+// Words of the buffer of packed tables that belong to one plant: those of coppice_lod.h (32 levels, 16 sizes, leaf meshes, 8 wood LoDs),
+// then those of coppice_wind.h, a PlantWind and the nodes of its grid.
+const uint kWindWord = 32 + 16 + (32 + 1 + 8) * 16;
+const uint kWindNodes = 14;
+const uint kMostWindNodes = 8 * 8 * 8;
+const uint kTableStride = kWindWord + kWindNodes + kMostWindNodes;
 
 // Cluster lists of a plant: one per ready cut, the pages, one per wood LoD, one per chunk of leaf meshes. Ready cut i is one cluster of the
 // ladder's leaves (coppice_lod.h) of rung i; an instance that wants more than kReadyLeaves is drawn from the pages.
@@ -241,6 +245,20 @@ struct Plant {
 };
 COPPICE_GPU_LAYOUT(Plant, 188);
 
+// The wind of a frame. A gust is a sum of waves that travel with it; kWindPeriod_s later all is as it was.
+const uint kWindWaves = 3;
+const float kWindPeriod_s = 256.0f;
+// Nothing of a plant is moved further, in parts of its sphere's radius.
+const float kMostWindReach = 0.05f;
+struct WindNow {
+  vec3 direction;  // unit, level, where it blows to
+  float load;      // 0: still air; 1: a gale
+  float gustiness;
+  float time_s;            // 0..kWindPeriod_s
+  vec4 waves[kWindWaves];  // sine of (x * x + y * z + z), w of it: of places from the view's eye, m
+};
+COPPICE_GPU_LAYOUT(WindNow, 72);
+
 // One of a view's eyes. Planes' normals point inside: dot(xyz, p) + w >= 0.
 const uint kMostEyes = 2;
 struct Eye {
@@ -284,9 +302,10 @@ struct View {
   vec3 toward_viewer;              // of a parallel view, unit; 0 of a perspective one
   uint temporal_frame;             // coppice_camera's
   vec2 half_size_px;               // of the picture
+  WindNow wind, wind_before;       // in the frame before
   mat4 map_clips[kMaxShadowMaps];  // clip_from_world of each shadow map
 };
-COPPICE_GPU_LAYOUT(View, 1052);
+COPPICE_GPU_LAYOUT(View, 1196);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -28,7 +28,8 @@ constexpr float kHuge = 3e38f;
 static_assert(sizeof(coppice_placement) == 72);
 static_assert(sizeof(coppice_scene_placement) == 48);
 static_assert(sizeof(coppice_sun_desc) == 48);
-static_assert(sizeof(coppice_frame) == 48);  // wind: null
+static_assert(sizeof(coppice_frame) == 48);
+static_assert(sizeof(coppice_wind) == 40);
 static_assert(sizeof(coppice_shadow_map) == 136);
 static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2);
 static_assert(sizeof(coppice_camera) == 8 * 16 + 4 * (2 + 2 + 16 + 2 + 2 + 6) + 8);  // temporal_frame and layer_mask: of any value
@@ -100,6 +101,19 @@ std::vector<Wrong<coppice_sun_desc>> wrong_suns() {
   all.push_back({"sun_direction", [](coppice_sun_desc& d) { std::fill_n(d.sun_direction, 3, 0.0f); }});
   all.push_back({"size_px", [](coppice_sun_desc& d) { d.size_px = 0; }});
   all.push_back({"size_px", [](coppice_sun_desc& d) { d.size_px = 0xffffffffu; }});
+  return all;
+}
+
+std::vector<Wrong<coppice_wind>> wrong_winds() {
+  auto all =
+      wrong_floats<coppice_wind>({COPPICE_FLOATS(coppice_wind, direction, -kHuge), COPPICE_FLOATS(coppice_wind, speed, -1.0f, 101.0f),
+                                  COPPICE_FLOATS(coppice_wind, gustiness, -0.1f, 1.1f)});
+  all.push_back({"struct_size", [](coppice_wind& w) { w.struct_size = 0; }});
+  all.push_back({"direction", [](coppice_wind& w) { w.direction[1] = 1.0f; }});
+  for (const double time_s : {-1.0, 1.1e9, std::nan("")}) {
+    all.push_back({"time_s", [time_s](coppice_wind& w) { w.time_s = time_s; }});
+    all.push_back({"time_before_s", [time_s](coppice_wind& w) { w.time_before_s = time_s; }});
+  }
   return all;
 }
 
@@ -413,6 +427,25 @@ TEST_F(ArgumentsTest, FrameNumbersGrowAndCompletedOnesDoNotFall) {
   EXPECT_EQ(begin_frame(9, 7), COPPICE_OK) << "what was refused has changed nothing\n" << log_;
   frame.struct_size = 1;
   expect_refused(begin_frame(10, 7), "frame.struct_size");
+}
+
+TEST_F(ArgumentsTest, WrongWindsNameTheField) {
+  create(desc());
+  coppice_frame frame;
+  coppice_frame_init(&frame);
+  frame.frame_number = 1;
+  for (const Wrong<coppice_wind>& wrong : wrong_winds()) {
+    coppice_wind wind;
+    coppice_wind_init(&wind);
+    wrong.change(wind);
+    frame.wind = &wind;
+    expect_refused(coppice_frame_begin(context_, &frame), "frame.wind." + wrong.field);
+  }
+  coppice_wind wind;
+  coppice_wind_init(&wind);
+  wind.speed = 100.0f;
+  frame.wind = &wind;
+  EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << log_;
 }
 
 TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {

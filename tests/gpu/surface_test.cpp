@@ -16,6 +16,8 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include "context_fixture.h"
+#include "frame_wind.h"
+#include "reader.h"
 #include "surface_host_comp.h"
 
 namespace coppice::test {
@@ -453,6 +455,96 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
     }
     ASSERT_EQ(coppice_instances_remove(context_, &added, 1), COPPICE_OK) << log_;
   }
+}
+
+coppice_wind gale(double time_s) {
+  coppice_wind wind;
+  coppice_wind_init(&wind);
+  wind.direction[0] = 0.6f;
+  wind.direction[2] = 0.8f;
+  wind.speed = 25.0f;
+  wind.time_s = time_s;
+  wind.time_before_s = time_s - 0.4;
+  return wind;
+}
+
+TEST_P(SurfaceTest, StillAirIsNoWindToTheBit) {
+  place_rows();
+  for (const float distance_m : {4.0f, 25.0f}) {
+    Shot shot = view_from({0.5f, 1.0f, distance_m});
+    shot.view = view_;
+    settle(shot);
+    const Picture expected = frame(shot);
+    coppice_wind wind = gale(17.0);
+    wind_ = &wind;
+    EXPECT_FALSE(frame(shot).rgba == expected.rgba) << "wind moves nothing at " << distance_m;
+    const Picture moved = frame(shot);
+    EXPECT_TRUE(frame(shot).rgba == moved.rgba) << "the same time is the same picture";
+    wind.speed = 0.0f;
+    EXPECT_TRUE(frame(shot).rgba == expected.rgba) << distance_m;
+    wind_ = nullptr;
+  }
+}
+
+/// Places that wind moves: where the place of each pixel is at rest comes from the file's field, by steps; from there where it was in the
+/// frame before.
+TEST_P(SurfaceTest, VelocityIsThatOfTheWind) {
+  place_rows();
+  const coppice_view surface = create_surface_view(kSurface);
+  Shot shot = view_from({0.5f, 1.0f, 8.0f});
+  shot.view = surface;
+  settle(shot);
+  coppice_wind wind = gale(16.6);
+  wind_ = &wind;
+  const Target ignored(gpu(), kSurface), target(gpu(), kSurface);
+  draw(shot, ignored);
+  wind = gale(17.0);
+  draw(shot, target);
+  const auto users = read_texels<std::uint32_t>(gpu(), *target.colors[3]);
+  const auto velocities = read_texels<glm::vec4>(gpu(), *target.colors[4]);
+  const std::vector<float> depth = read_floats(gpu(), target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+  const glm::dmat4 view_from_world = glm::make_mat4(shot.view_from_world);
+  const glm::dmat4 from_clip = glm::inverse(glm::dmat4(glm::make_mat4(shot.clip_from_view)) * view_from_world);
+  const glm::dvec3 eye = glm::dvec3(glm::inverse(view_from_world)[3]);
+
+  std::ifstream file(path_, std::ios::binary);
+  const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
+  const auto plant = read_front({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, bytes.size());
+  ASSERT_TRUE(plant);
+  std::vector<std::uint32_t> words(gpu::kWindWord + wind_word_count(wind_field(*plant)));
+  pack_wind(wind_field(*plant), std::span(words).subspan(gpu::kWindWord));
+  lod::CoppiceTable table{};
+  table.words = words.data();
+  const gpu::PlantWind field = gpu::plant_wind(table);
+  const gpu::WindNow now = wind_now(wind, {eye.x, eye.y, eye.z});
+  const gpu::WindNow before = wind_now(gale(16.6), {eye.x, eye.y, eye.z});
+  double worst = 0, fastest = 0;
+  std::size_t counted = 0;
+  for (std::size_t i = 0; i < kPixels; ++i) {
+    if (depth[i] == 0.0f) continue;
+    const glm::dvec2 at(static_cast<double>(i % kSidePx) + 0.5, static_cast<double>(i / kSidePx) + 0.5);
+    const glm::dvec4 place = from_clip * glm::dvec4(2.0 * at / double{kSidePx} - 1.0, double{depth[i]}, 1.0);
+    const glm::dvec3 world = glm::dvec3(place) / place.w;
+    const coppice_placement& placement = placements_[users[i] / 0x01020304u - 1];
+    const glm::dvec3 foot = glm::make_vec3(placement.position);
+    const auto vec = [](const glm::dvec3& v) { return vec3(static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)); };
+    const auto offset = [&](const gpu::WindNow& when, const glm::dvec3& rest) {
+      gpu::WindGradient unused;
+      const gpu::Sway sway = gpu::sway_of(when, field, {0, 0, 0, 1}, vec(foot - eye), vec(foot));
+      const vec3 moved = gpu::wind_offset(gpu::wind_place(table, field, vec(rest), unused), sway);
+      return glm::dvec3(moved.x, moved.y, moved.z);
+    };
+    glm::dvec3 rest = world - foot;
+    for (int step = 0; step < 8; ++step) rest = world - foot - offset(now, rest);
+    const glm::dvec2 expected = at - pixel_of(shot, foot + rest + offset(before, rest));
+    const double off = glm::length(glm::dvec2(velocities[i]) - expected);
+    worst = std::max(worst, off);
+    fastest = std::max(fastest, glm::length(expected));
+    ++counted;
+  }
+  EXPECT_GT(counted, 500u);
+  EXPECT_GT(fastest, 0.12) << "px";
+  EXPECT_LT(worst, 0.03) << "px";
 }
 
 INSTANTIATE_TEST_SUITE_P(Paths, SurfaceTest,

@@ -92,6 +92,7 @@ class ContextTest : public VulkanTest {
     frame.completed_number = frame_number_ - 1;
     frame.cameras = cameras.data();
     frame.camera_count = static_cast<std::uint32_t>(cameras.size());
+    frame.wind = wind_;
     return coppice_frame_begin(context_, &frame);
   }
   void begin(std::span<const Shot> shots) { EXPECT_EQ(try_begin(shots), COPPICE_OK) << log_; }
@@ -171,6 +172,7 @@ class ContextTest : public VulkanTest {
 
   coppice_context* context_ = nullptr;
   coppice_view view_ = 0;
+  const coppice_wind* wind_ = nullptr;  ///< of the frames that begin
   std::uint64_t frame_number_ = 0;
   std::string log_;
 };

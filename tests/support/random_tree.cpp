@@ -245,13 +245,13 @@ bake::LeafMeshes leaf_meshes_of(const bake::Foliage& foliage, std::uint32_t part
 
 namespace {
 
-/// A grid of two nodes a side that says something else at each, well within the limits.
+/// A grid of two nodes a side that says something else at each, within the limits.
 bake::Wind random_wind(float radius_m, Random& random) {
   bake::Wind wind;
   coppice_file_wind& head = wind.head;
   head.base_y_m = -radius_m;
   head.height_m = 2.0f * radius_m;
-  head.bend_m = head.lean_m = head.sway_m = 0.002f * radius_m;
+  head.bend_m = head.lean_m = head.sway_m = 0.014f * radius_m;
   for (int axis = 0; axis < 3; ++axis) head.box_min[axis] = -radius_m, head.box_max[axis] = radius_m;
   head.node_side = 2;
   for (int i = 0; i < 8; ++i)

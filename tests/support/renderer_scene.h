@@ -30,6 +30,8 @@ struct DecodedFront : PlantFile {
                   copied(other.error_leaf_counts),
                   copied(other.error_sizes_px),
                   copied(other.error_px),
+                  other.wind,
+                  copied(other.wind_nodes),
                   copied(other.leaf_meshes),
                   copied(other.wood_error_px),
                   copied(other.textures),

@@ -11,6 +11,7 @@
 
 #include "coppice/coppice.h"
 #include "frame_counts.h"
+#include "frame_wind.h"
 #include "hooks.h"
 #include "instances.h"
 #include "ledger.h"
@@ -88,7 +89,7 @@ class Backend {
   /// Frames that drew the plant are finished, and its chunks have been dropped.
   virtual void remove_plant(std::uint32_t plant) = 0;
 
-  virtual void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) = 0;
+  virtual void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) = 0;
   /// For chunks that upload_chunk may take in this frame, bytes; a larger one than limits().sizes.most_staged_bytes needs none.
   [[nodiscard]] virtual std::uint64_t staging_bytes() const = 0;
   /// errors  out_of_memory: the chunk is not there; others: it never will be

@@ -34,7 +34,7 @@ class HostBackend final : public Backend {
     return {};
   }
   void remove_plant(std::uint32_t) override {}
-  void begin_frame(std::uint64_t, std::uint64_t) override {}
+  void begin_frame(std::uint64_t, std::uint64_t, const FrameWind&) override {}
   [[nodiscard]] std::uint64_t staging_bytes() const override { return 0; }
   Result<void> upload_chunk(const DecodedChunk&) override { return {}; }
   void hide_chunk(ChunkId) override {}

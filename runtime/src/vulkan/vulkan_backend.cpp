@@ -72,7 +72,8 @@ Result<void> VulkanBackend::add_plant(std::uint32_t plant, const PlantFile& file
   return renderer_->add_plant(plant, file, appearance, lod_words);
 }
 
-void VulkanBackend::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
+void VulkanBackend::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) {
+  wind_ = wind;
   renderer_->begin_frame(frame_number, completed_number);
 }
 
@@ -113,7 +114,7 @@ Result<void> VulkanBackend::end_upload(gpu::InstanceTable& instances, std::span<
 }
 
 void VulkanBackend::show_view(std::uint32_t index, const coppice_camera& camera, const LodView& lod) {
-  renderer_->view(index).show({camera, lod});
+  renderer_->view(index).show({camera, lod, wind_});
 }
 
 bool VulkanBackend::has_reversed_depth(std::uint32_t index) const {

@@ -33,7 +33,7 @@ class VulkanBackend final : public Backend {
   Result<void> add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
                          std::span<const std::uint32_t> lod_words) override;
   void remove_plant(std::uint32_t plant) override { renderer_->remove_plant(plant); }
-  void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) override;
+  void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) override;
   [[nodiscard]] std::uint64_t staging_bytes() const override { return renderer_->staging_bytes(); }
   Result<void> upload_chunk(const DecodedChunk& chunk) override;
   void hide_chunk(ChunkId id) override;
@@ -50,6 +50,7 @@ class VulkanBackend final : public Backend {
   [[nodiscard]] const gpu::ViewRecorder& view(std::uint32_t index) const { return std::as_const(*renderer_).view(index); }
 
   std::unique_ptr<gpu::Renderer> renderer_;
+  FrameWind wind_;
   BackendLimits limits_;
 };
 

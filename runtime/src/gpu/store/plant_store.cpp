@@ -6,6 +6,7 @@
 
 #include "check.h"
 #include "convert.h"
+#include "frame_wind.h"
 #include "leaf_entry.h"
 #include "page_codec.h"
 
@@ -50,15 +51,17 @@ const StoredTexture& PlantStore::shown_texture(std::uint32_t plant, std::uint32_
 
 Result<void> PlantStore::add(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance,
                              std::span<const std::uint32_t> lod_words) {
-  COPPICE_ASSERT(index < plants_.size() && !plants_[index] && lod_words.size() <= kTableStride);
+  COPPICE_ASSERT(index < plants_.size() && !plants_[index] && lod_words.size() <= kWindWord);
   std::unique_ptr<StoredPlant> plant(new (std::nothrow) StoredPlant);
   if (!plant) return Error{Status::out_of_memory, "plant"};
   COPPICE_CHECK(allocate_into(plant->pages, allocator_, file.plant.page_count));
   COPPICE_CHECK(allocate_into(plant->textures, allocator_, file.plant.texture_count));
   COPPICE_CHECK(allocate_into(plant->material_textures, allocator_, file.materials.size()));
   COPPICE_CHECK(plant->leaf_textures.make_room(allocator_, file.materials.size()));
-  COPPICE_CHECK(allocate_into(plant->pending_words, allocator_, lod_words.size()));
+  const WindField wind = wind_field(file);
+  COPPICE_CHECK(allocate_into(plant->pending_words, allocator_, kWindWord + wind_word_count(wind)));
   std::ranges::copy(lod_words, plant->pending_words.begin());
+  pack_wind(wind, plant->pending_words.span().subspan(kWindWord));
   plant->layout = place_plant_tables(file);
   COPPICE_CHECK(allocate_into(plant->pending_tables, allocator_, plant->layout.bytes));
   COPPICE_CHECK(move_into(plant->tables, create_buffer(device_, plant->layout.bytes, kAddressed, MemoryKind::device)));

@@ -125,6 +125,8 @@ View gpu_view(const ShownView& shown, const LodView& before, const coppice_light
   converted.is_perspective = lod.parallel ? 0.0f : 1.0f;
   converted.toward_viewer = lod.parallel ? lod.toward_viewer : vec3(0.0f);
   converted.temporal_frame = view.temporal_frame;
+  converted.wind = wind_now(shown.wind.now, lod.eye_m);
+  converted.wind_before = wind_now(shown.wind.before, lod.eye_m);
   converted.half_size_px = {0.5f * static_cast<float>(view.width_px), 0.5f * static_cast<float>(view.height_px)};
   for (std::uint32_t i = 0; i < light.shadow_map_count; ++i)
     converted.map_clips[i] = clip_from_eye(light.shadow_maps[i].clip_from_world, lod.eye_m - lod.origin_m);

@@ -10,6 +10,7 @@
 #include "coppice/vulkan.h"
 #include "draw_lists.h"
 #include "frame_counts.h"
+#include "frame_wind.h"
 #include "gpu_timer.h"
 #include "leaf_raster.h"
 #include "passes.h"
@@ -53,6 +54,7 @@ struct ViewOptions {
 struct ShownView {
   coppice_camera camera;
   LodView lod;  ///< selection's view of it
+  FrameWind wind{};
 };
 
 /// A frame: begin_frame, show, prepare; then record_cull, then record_draw, any number of times.

@@ -1,0 +1,84 @@
+#include "frame_wind.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+namespace coppice {
+namespace {
+
+/// In this wind the load is full.
+constexpr float kGale_mps = 25.0f;
+/// In this one, were there no end to it, half of what it would be in a storm: leaves and boughs give way, so that load grows slower than
+/// speed.
+constexpr float kHalfLoad_mps = 8.0f;
+
+float load_of(float speed_mps) {
+  const auto yielding = [](float mps) { return mps / (mps + kHalfLoad_mps); };
+  return std::min(yielding(speed_mps) / yielding(kGale_mps), 1.0f);
+}
+
+/// Of a gust's waves: how they turn from the wind's direction, how long they are, and their share of it.
+struct Wave {
+  double turn_rad, length_m;
+  float share;
+};
+constexpr std::array<Wave, gpu::kWindWaves> kWaves{{{0.0, 80.0, 0.5f}, {0.5, 37.0, 0.3f}, {-0.7, 19.0, 0.2f}}};
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+/// So that a plant's motion is the same again after kWindPeriod_s.
+float whole_hz(float period_s) {
+  return std::max(std::round(gpu::kWindPeriod_s / period_s), 1.0f) / gpu::kWindPeriod_s;
+}
+
+}  // namespace
+
+std::size_t wind_word_count(const WindField& field) {
+  return gpu::kWindNodes + field.nodes.size();
+}
+
+void pack_wind(const WindField& field, std::span<std::uint32_t> words) {
+  const coppice_file_wind& head = field.head;
+  const auto side = static_cast<float>(head.node_side);
+  std::array<float, gpu::kWindNodes> numbers{head.base_y_m,
+                                             1.0f / head.height_m,
+                                             head.bend_m,
+                                             head.lean_m,
+                                             head.sway_m,
+                                             whole_hz(head.stem_period_s),
+                                             whole_hz(head.branch_period_s),
+                                             0.0f};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    numbers[8 + axis] = head.box_min[axis];
+    numbers[11 + axis] = head.node_side > 0 ? (side - 1.0f) / (head.box_max[axis] - head.box_min[axis]) : 0.0f;
+  }
+  std::ranges::transform(numbers, words.begin(), [](float number) { return std::bit_cast<std::uint32_t>(number); });
+  words[7] = head.node_side;
+  static_assert(sizeof(coppice_file_wind_node) == sizeof(std::uint32_t));
+  std::memcpy(words.data() + gpu::kWindNodes, field.nodes.data(), field.nodes.size_bytes());
+}
+
+gpu::WindNow wind_now(const coppice_wind& wind, const dvec3& eye_m) {
+  const double x = wind.direction[0], z = wind.direction[2], level = std::hypot(x, z);
+  // Straight up or down it blows nowhere.
+  const double along_x = level > 1e-6 ? x / level : 1.0, along_z = level > 1e-6 ? z / level : 0.0;
+  gpu::WindNow now{};
+  now.direction = {static_cast<float>(along_x), 0.0f, static_cast<float>(along_z)};
+  now.load = level > 1e-6 ? load_of(wind.speed) : 0.0f;
+  now.gustiness = wind.gustiness;
+  now.time_s = static_cast<float>(std::fmod(wind.time_s, double{gpu::kWindPeriod_s}));
+  for (std::size_t i = 0; i < kWaves.size(); ++i) {
+    const Wave& wave = kWaves[i];
+    const double k = kTurn / wave.length_m, c = std::cos(wave.turn_rad), s = std::sin(wave.turn_rad);
+    const double k_x = k * (c * along_x - s * along_z), k_z = k * (s * along_x + c * along_z);
+    const double phase = k_x * eye_m.x + k_z * eye_m.z - k * c * double{wind.speed} * wind.time_s;
+    now.waves[i] = {static_cast<float>(k_x), static_cast<float>(k_z), static_cast<float>(std::remainder(phase, kTurn)), wave.share};
+  }
+  return now;
+}
+
+}  // namespace coppice

@@ -1,0 +1,148 @@
+// How wind moves places of plants, once: this text compiles as GLSL and as C++ (namespace coppice::gpu).
+//
+// A place at rest, p, is moved by the stem's bending, by how far the boughs there lean, and by how they sway:
+//
+//     offset(p) = s(p.y)^2 bend + lean(p) lean + cos(p) sway_cos + sin(p) sway_sin,    s: share of the plant's height
+//
+// where lean, cos and sin come from the plant's grid (coppice/format.h, WIND), linear between its nodes, and the four vectors are an
+// instance's in a moment (Sway). So it depends on the place, not on what is drawn there: cuts, wood and leaf meshes move as one. Two
+// oscillations a quarter of a turn apart add up to one of any phase: that is how boughs sway out of step, and why phases blend.
+//
+// In a shader after bindings.glsl and coppice_light.h.
+
+#ifndef COPPICE_WIND_H
+#define COPPICE_WIND_H
+
+#include "coppice_light.h"
+#include "coppice_lod.h"
+#include "coppice_shared.h"
+
+#ifdef __cplusplus
+#define COPPICE_OUT(type) type&
+
+namespace coppice::gpu {
+using lod::CoppiceTable;
+#else
+#define COPPICE_OUT(type) out type
+#endif
+
+// A plant's field, in words behind its table: these, then the nodes. Frequencies are multiples of 1 / kWindPeriod_s.
+struct PlantWind {
+  float base_y_m, per_height_m;  // of the stem: where s is 0, and 1 over its height
+  float bend_m, lean_m, sway_m;  // in a full load
+  float stem_hz, branch_hz;
+  uint node_side;  // of the grid; 0: none
+  vec3 box_min;
+  vec3 nodes_per_m;
+};
+
+COPPICE_FN float wind_float(CoppiceTable table, uint word) {
+  return uintBitsToFloat(COPPICE_TABLE_WORD(table, kWindWord + word));
+}
+
+COPPICE_FN PlantWind plant_wind(CoppiceTable table) {
+  PlantWind field;
+  field.base_y_m = wind_float(table, 0u);
+  field.per_height_m = wind_float(table, 1u);
+  field.bend_m = wind_float(table, 2u);
+  field.lean_m = wind_float(table, 3u);
+  field.sway_m = wind_float(table, 4u);
+  field.stem_hz = wind_float(table, 5u);
+  field.branch_hz = wind_float(table, 6u);
+  field.node_side = COPPICE_TABLE_WORD(table, kWindWord + 7u);
+  field.box_min = vec3(wind_float(table, 8u), wind_float(table, 9u), wind_float(table, 10u));
+  field.nodes_per_m = vec3(wind_float(table, 11u), wind_float(table, 12u), wind_float(table, 13u));
+  return field;
+}
+
+// Nothing of a plant is moved further, m, object space.
+COPPICE_FN float wind_reach_m(PlantWind field, WindNow wind) {
+  return wind.load * (field.bend_m + field.lean_m + field.sway_m);
+}
+
+// What a place takes of an instance's Sway, and how that grows along x, y and z, per m.
+struct WindPlace {
+  float bend;
+  vec3 grid;  // lean, cos, sin
+};
+struct WindGradient {
+  float bend_y;
+  vec3 grid_x, grid_y, grid_z;
+};
+
+COPPICE_FN vec3 wind_node(CoppiceTable table, uint node) {
+  uint word = COPPICE_TABLE_WORD(table, kWindWord + kWindNodes + node);
+  return vec3(float(word & 255u) / 255.0f, float(int(word << 16u) >> 24) / 127.0f, float(int(word << 8u) >> 24) / 127.0f);
+}
+
+// gradient: out
+COPPICE_FN WindPlace wind_place(CoppiceTable table, PlantWind field, vec3 p, COPPICE_OUT(WindGradient) gradient) {
+  WindPlace place;
+  float s = clamp((p.y - field.base_y_m) * field.per_height_m, 0.0f, 1.0f);
+  place.bend = s * s;
+  place.grid = vec3(0.0f);
+  gradient.bend_y = s < 1.0f ? 2.0f * s * field.per_height_m : 0.0f;
+  gradient.grid_x = gradient.grid_y = gradient.grid_z = vec3(0.0f);
+  if (field.node_side == 0u) return place;
+  uint side = field.node_side;
+  vec3 whole = (p - field.box_min) * field.nodes_per_m;
+  vec3 at = clamp(whole, vec3(0.0f), vec3(float(side - 1u)));
+  vec3 low = min(floor(at), vec3(float(side - 2u)));
+  vec3 share = at - low;
+  uint first = (uint(low.z) * side + uint(low.y)) * side + uint(low.x);
+  for (uint i = 0u; i < 8u; ++i) {
+    bool far_x = (i & 1u) != 0u, far_y = (i & 2u) != 0u, far_z = (i & 4u) != 0u;
+    vec3 node = wind_node(table, first + (far_x ? 1u : 0u) + (far_y ? side : 0u) + (far_z ? side * side : 0u));
+    float x = far_x ? share.x : 1.0f - share.x, y = far_y ? share.y : 1.0f - share.y, z = far_z ? share.z : 1.0f - share.z;
+    place.grid += x * y * z * node;
+    gradient.grid_x += (far_x ? y * z : -y * z) * node;
+    gradient.grid_y += (far_y ? x * z : -x * z) * node;
+    gradient.grid_z += (far_z ? x * y : -x * y) * node;
+  }
+  // Outside the box a place has what its border has.
+  gradient.grid_x = (whole.x == at.x ? field.nodes_per_m.x : 0.0f) * gradient.grid_x;
+  gradient.grid_y = (whole.y == at.y ? field.nodes_per_m.y : 0.0f) * gradient.grid_y;
+  gradient.grid_z = (whole.z == at.z ? field.nodes_per_m.z : 0.0f) * gradient.grid_z;
+  return place;
+}
+
+// An instance in a moment; object space, m.
+struct Sway {
+  vec3 bend, lean, sway_cos, sway_sin;
+};
+
+// foot: the instance's, from the eye, as WindNow's waves are. place: in its cell: what its stem's phase goes by, which moves with it
+COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot, vec3 place) {
+  float gust = 0.0f;
+  for (uint i = 0u; i < kWindWaves; ++i)
+    gust += wind.waves[i].w * sin(wind.waves[i].x * foot.x + wind.waves[i].y * foot.z + wind.waves[i].z);
+  // In the strongest gust it is the full load.
+  float load = wind.load * (1.0f - wind.gustiness * (0.5f - 0.5f * gust));
+  float phase = 0.7f * place.x + 1.3f * place.z;
+  float turns = 6.2831853f * wind.time_s;
+  float stem = 0.75f + 0.25f * sin(turns * field.stem_hz + phase);
+  float branch = turns * field.branch_hz + 1.7f * phase;
+  vec4 to_object = vec4(-rotation.x, -rotation.y, -rotation.z, rotation.w);
+  vec3 along = rotate(to_object, wind.direction);
+  vec3 across = rotate(to_object, vec3(-0.45f * wind.direction.z, 0.6f, 0.45f * wind.direction.x) + 0.66f * wind.direction);
+  Sway sway;
+  sway.bend = field.bend_m * load * stem * along;
+  sway.lean = field.lean_m * load * along;
+  sway.sway_cos = field.sway_m * load * cos(branch) * across;
+  sway.sway_sin = field.sway_m * load * sin(branch) * across;
+  return sway;
+}
+
+COPPICE_FN vec3 wind_offset(WindPlace place, Sway sway) {
+  return place.bend * sway.bend + place.grid.x * sway.lean + place.grid.y * sway.sway_cos + place.grid.z * sway.sway_sin;
+}
+// How it grows along x; y and z likewise.
+COPPICE_FN vec3 wind_growth(vec3 grid, Sway sway) {
+  return grid.x * sway.lean + grid.y * sway.sway_cos + grid.z * sway.sway_sin;
+}
+
+#ifdef __cplusplus
+}  // namespace coppice::gpu
+#endif
+
+#endif

@@ -1,0 +1,58 @@
+// Wind, as shaders ask for it. After bindings.glsl.
+
+#ifndef COPPICE_WIND_GLSL
+#define COPPICE_WIND_GLSL
+
+#include "coppice_wind.h"
+#include "motion.glsl"
+
+CoppiceTable table_of(uint plant) { return CoppiceTable(plant * kTableStride, 0, 0, 0); }
+
+// What a place of an instance can be moved by, at most, m in the world.
+float wind_reach_m(Instance instance) {
+  CoppiceTable table = table_of(instance.plant);
+  return instance.scale * view.wind.load * (wind_float(table, 2) + wind_float(table, 3) + wind_float(table, 4));
+}
+
+vec3 foot_of(Instance instance) { return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position); }
+
+// An instance's sway, now and in the frame before.
+struct Moments {
+  PlantWind field;
+  Sway now, before;
+};
+
+Moments moments_of(Instance instance) {
+  Moments moments;
+  moments.field = plant_wind(table_of(instance.plant));
+  vec3 foot = foot_of(instance);
+  moments.now = sway_of(view.wind, moments.field, instance.rotation, foot, instance.position);
+  moments.before = sway_of(view.wind_before, moments.field, instance.rotation, foot, instance.position);
+  return moments;
+}
+
+WindPlace wind_at(Instance instance, PlantWind field, vec3 p) {
+  WindGradient unused;
+  return wind_place(table_of(instance.plant), field, p, unused);
+}
+
+// Leaves turn about their stalks. How far, rad, in a full load; how fast; and between which widths on the screen that comes in: what is
+// drawn as small leaves does not flutter.
+const float kFlutter_rad = 0.07, kFlutter_hz = 2.5;
+const vec2 kFlutter_px = vec2(12.0, 40.0);
+
+// Of a leaf of so many m, 0..1. place: object space
+float flutter_strength(Instance instance, vec3 place, float size_m) {
+  float distance_m = max(size_distance_m(world_from_object(instance, place)), view.near_m);
+  float size_px = instance.scale * size_m * view.focal_px / distance_m;
+  return view.is_shadow != 0 ? 0.0 : clamp((size_px - kFlutter_px.x) / (kFlutter_px.y - kFlutter_px.x), 0.0, 1.0);
+}
+
+// Offset of a place of a leaf, object space, m. name: flutter_name, alike in all that shows the leaf; along_m: from its stalk; normal: unit, the leaf's
+vec3 flutter(WindNow wind, uint name, float along_m, vec3 normal, float strength) {
+  float turns = float(coppice_hash(name) >> 8u) * (1.0 / 16777216.0);
+  return strength * wind.load * kFlutter_rad * along_m * sin(6.2831853 * (kFlutter_hz * wind.time_s + turns)) * normal;
+}
+uint flutter_name(uvec3 stalk) { return stalk.x ^ stalk.y << 11u ^ stalk.z << 22u; }
+
+#endif

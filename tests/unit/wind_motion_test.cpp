@@ -1,0 +1,155 @@
+// How wind moves places of plants: coppice_wind.h and the numbers that a frame gives it.
+
+#include "frame_wind.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "still_wind.h"
+
+namespace coppice {
+namespace {
+
+using namespace gpu;
+
+/// A plant of 10 m with a random field, behind an empty table.
+class WindMotion : public testing::Test {
+ protected:
+  WindMotion() : random_(7), words_(kWindWord) {
+    coppice_file_wind head = kStillWind;
+    head.height_m = 10.0f;
+    head.bend_m = 0.2f;
+    head.lean_m = 0.1f;
+    head.sway_m = 0.08f;
+    head.stem_period_s = 3.0f;
+    head.branch_period_s = 0.9f;
+    const float low[3] = {-4, 0, -4}, high[3] = {4, 10, 4};
+    std::copy_n(low, 3, head.box_min);
+    std::copy_n(high, 3, head.box_max);
+    head.node_side = 4;
+    nodes_.resize(64);
+    for (coppice_file_wind_node& node : nodes_) {
+      const double turn = between(0.0f, 6.28f);
+      node = {static_cast<std::uint8_t>(random_() % 256), static_cast<std::int8_t>(std::lround(127.0 * std::cos(turn))),
+              static_cast<std::int8_t>(std::lround(127.0 * std::sin(turn))), 0};
+    }
+    field_ = {head, nodes_};
+    words_.resize(kWindWord + wind_word_count(field_));
+    pack_wind(field_, std::span(words_).subspan(kWindWord));
+    table_.words = words_.data();
+  }
+
+  float between(float low, float high) { return std::uniform_real_distribution<float>(low, high)(random_); }
+  vec3 place() { return {between(-5.0f, 5.0f), between(-1.0f, 11.0f), between(-5.0f, 5.0f)}; }
+  vec4 rotation() {
+    const float x = between(-1, 1), y = between(-1, 1), z = between(-1, 1), w = between(-1, 1),
+                r = inversesqrt(x * x + y * y + z * z + w * w);
+    return {x * r, y * r, z * r, w * r};
+  }
+  [[nodiscard]] PlantWind plant() const { return plant_wind(table_); }
+  [[nodiscard]] WindPlace at(const vec3& p) const {
+    WindGradient unused;
+    return wind_place(table_, plant(), p, unused);
+  }
+  static coppice_wind blowing(float speed, double time_s) {
+    return {.struct_size = sizeof(coppice_wind), .direction = {0.6f, 0.0f, 0.8f}, .speed = speed, .gustiness = 0.7f, .time_s = time_s};
+  }
+
+  std::mt19937 random_;
+  std::vector<coppice_file_wind_node> nodes_;
+  WindField field_;
+  std::vector<std::uint32_t> words_;
+  lod::CoppiceTable table_{};
+};
+
+TEST_F(WindMotion, TheGridIsTheFiles) {
+  for (int i = 0; i < 1000; ++i) {
+    const vec3 p = place();
+    const float position[3] = {p.x, p.y, p.z};
+    const WindSample expected = sample_wind(field_, position);
+    const WindPlace actual = at(p);
+    EXPECT_NEAR(actual.grid.x, expected.lean, 1e-5f);
+    EXPECT_NEAR(actual.grid.y, expected.sway_cos, 1e-5f);
+    EXPECT_NEAR(actual.grid.z, expected.sway_sin, 1e-5f);
+    const float s = wind_height_share(field_.head, p.y);
+    EXPECT_NEAR(actual.bend, s * s, 1e-5f);
+  }
+}
+
+TEST_F(WindMotion, GradientsAreThoseOfTheField) {
+  for (int i = 0; i < 1000; ++i) {
+    const vec3 p = place();
+    constexpr float kStep_m = 1e-2f;
+    WindGradient gradient;
+    const WindPlace here = wind_place(table_, plant(), p, gradient);
+    const Sway sway = sway_of(wind_now(blowing(20, 3), {0, 0, 0}), plant(), {0, 0, 0, 1}, {1, 2, 3}, {1, 2, 3});
+    const vec3 grow[3] = {wind_growth(gradient.grid_x, sway), wind_growth(gradient.grid_y, sway) + gradient.bend_y * sway.bend,
+                          wind_growth(gradient.grid_z, sway)};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      vec3 next = p;
+      next[axis] += kStep_m;
+      const vec3 difference = wind_offset(at(next), sway) - wind_offset(here, sway);
+      // Where a cell, or the box, ends between the two the gradient is that of one side.
+      EXPECT_LE(length(difference - grow[axis] * kStep_m), 0.1f * kStep_m);
+    }
+  }
+}
+
+/// At any wind, place, time and turn, and no further in a storm than in a gale.
+TEST_F(WindMotion, NothingIsMovedBeyondTheReach) {
+  float furthest = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const WindNow now =
+        wind_now(blowing(between(0.0f, 100.0f), std::abs(between(0.0f, 1e6f))), {between(-1e4f, 1e4f), 0, between(-1e4f, 1e4f)});
+    const Sway sway = sway_of(now, plant(), rotation(), {between(-300, 300), 0, between(-300, 300)}, place());
+    const float moved = length(wind_offset(at(place()), sway)), reach = wind_reach_m(plant(), now);
+    EXPECT_LE(moved, reach * 1.0001f);
+    EXPECT_LE(reach, 0.38001f);
+    furthest = std::max(furthest, moved);
+  }
+  EXPECT_GT(furthest, 0.2f) << "it moves";
+}
+
+TEST_F(WindMotion, StillAirMovesNothingAtAll) {
+  for (int i = 0; i < 100; ++i) {
+    const WindNow now = wind_now(blowing(0, double{between(0.0f, 1e6f)}), {0, 0, 0});
+    const vec3 offset = wind_offset(at(place()), sway_of(now, plant(), rotation(), place(), place()));
+    EXPECT_EQ(offset.x, 0.0f);
+    EXPECT_EQ(offset.y, 0.0f);
+    EXPECT_EQ(offset.z, 0.0f);
+    EXPECT_EQ(wind_reach_m(plant(), now), 0.0f);
+  }
+}
+
+/// A plant stands in the same gust whoever looks; and in the one that was a second before where the wind was then.
+TEST_F(WindMotion, GustsAreOfTheWorldAndTravel) {
+  double worst = 0, most = 0;
+  for (int i = 0; i < 200; ++i) {
+    const dvec3 foot{5e5 + double{between(-1e3f, 1e3f)}, 0, -3e5 + double{between(-1e3f, 1e3f)}};
+    const double time_s = double{between(0.0f, 1e5f)};
+    const coppice_wind wind = blowing(8, time_s);
+    const auto lean_at = [&](const dvec3& where, const dvec3& eye, const coppice_wind& then) {
+      return length(sway_of(wind_now(then, eye), plant(), {0, 0, 0, 1}, (where - eye).rounded(), {0, 0, 0}).lean);
+    };
+    const dvec3 eye{foot.x + double{between(-500, 500)}, 20, foot.z + double{between(-500, 500)}}, other{foot.x, 0, foot.z};
+    const double here = lean_at(foot, eye, wind);
+    worst = std::max(worst, std::abs(here - lean_at(foot, other, wind)));
+    most = std::max(most, here);
+  }
+  EXPECT_LT(worst, 1e-3 * most);
+  // Along the wind, at its speed, the gust's longest wave keeps its phase.
+  const WindNow now = wind_now(blowing(8, 10), {0, 0, 0}), later = wind_now(blowing(8, 11), {0.6 * 8, 0, 0.8 * 8});
+  EXPECT_NEAR(std::remainder(now.waves[0].z - later.waves[0].z, 6.2831853f), 0.0f, 1e-3f);
+}
+
+TEST_F(WindMotion, FrequenciesFitIntoThePeriod) {
+  const double whole = double{kWindPeriod_s} * double{plant().branch_hz};
+  EXPECT_NEAR(whole, std::round(whole), 1e-4);
+  EXPECT_NEAR(1.0 / double{plant().branch_hz}, 0.9, 0.01);
+}
+
+}  // namespace
+}  // namespace coppice

@@ -3,6 +3,8 @@
 // bake_all_test, evaluate_cli_test, demo_test; the table of glTF extensions in import_gltf_extensions_test.
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -438,6 +440,33 @@ TEST(Documents, LinksLeadToFilesAndHeadings) {
     }
   }
   EXPECT_GT(link_count, 100u);
+}
+
+/// What the runtime's README gives an engine's lighting pass, in a shader that has nothing else but what the lines name.
+TEST(Documents, TheLightingThatTheReadmeShowsCompiles) {
+  const std::string text = source_text("runtime/README.md");
+  const std::size_t first = text.find("```glsl\n"), end = text.find("```\n", first + 8);
+  ASSERT_NE(end, std::string::npos);
+  std::string lines = text.substr(first + 8, end - first - 8);
+  const std::size_t body = lines.find("CoppiceSurface s");
+  ASSERT_NE(body, std::string::npos);
+  const fs::path shader = fs::temp_directory_path() / ("readme_light" + std::to_string(getpid()) + ".comp");
+  std::ofstream(shader) << "#version 460\n#extension GL_GOOGLE_include_directive : require\n"
+                        << lines.substr(0, body) << R"(
+layout(set = 0, binding = 0) uniform sampler2D albedos;
+layout(set = 0, binding = 1) uniform sampler2D normals;
+layout(set = 0, binding = 2) uniform sampler2D lights;
+layout(set = 0, binding = 3) uniform Light { vec3 sun_direction, sun_color, sky_color, ground_color, toward_eye; float your_shadow; };
+layout(set = 0, binding = 4) writeonly buffer Lit { vec4 lit[]; };
+void main() {
+  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+)" << lines.substr(body) << "lit[at.x] = vec4(radiance, 1.0);\n}\n";
+  const ProcessResult compiled =
+      run_process(COPPICE_GLSLANG, {"-V", "--target-env", "vulkan1.3", "-I" + (source_folder() / "runtime/include/coppice").string(), "-o",
+                                    shader.string() + ".spv", shader.string()});
+  EXPECT_EQ(compiled.exit_code, 0) << compiled.out << compiled.err;
+  fs::remove(shader);
+  fs::remove(shader.string() + ".spv");
 }
 
 TEST(Documents, DecisionsAreAllListed) {

@@ -14,7 +14,8 @@
 namespace coppice {
 
 using uint = std::uint32_t;
-using std::abs, std::ceil, std::clamp, std::cos, std::exp, std::exp2, std::floor, std::log2, std::max, std::min, std::round, std::sin, std::sqrt;
+using std::abs, std::ceil, std::clamp, std::cos, std::exp, std::exp2, std::floor, std::log2, std::max, std::min, std::round, std::sin,
+    std::sqrt;
 
 inline float uintBitsToFloat(uint bits) {
   return std::bit_cast<float>(bits);

@@ -8,6 +8,8 @@ install(TARGETS coppice coppice_vulkan EXPORT coppice
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT coppice_runtime
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT coppice_runtime
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT coppice_runtime)
+# What engines' shaders include.
+install(FILES include/coppice/coppice_surface.glsl DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/coppice COMPONENT coppice_runtime)
 
 set(coppice_package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/coppice)
 install(EXPORT coppice NAMESPACE coppice:: FILE coppice-targets.cmake

@@ -72,7 +72,8 @@ void main() {
   LeafNormals normals = in_world(instance, leaf_normals(crown, middle, face, material.crown_normals));
   LeafLight light = LeafLight(unpack_crown(crown_word), bulk, sun_past_others(instance, plant, world));
   CoppiceSurface surface = leaf_surface(instance, light, normals, world);
-  surface.albedo *= brightness_of_leaf(leaf.card) * material.base_color.rgb * variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
+  surface.albedo *= brightness_of_leaf(leaf.card) * material.base_color.rgb *
+                    variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
   put_surface(surface, normals.face);
   if (view.debug_view != 0) show_debug(view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot));
 }

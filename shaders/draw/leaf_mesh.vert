@@ -29,7 +29,8 @@ void main() {
   Moments moments = moments_of(instance);
   WindPlace place = wind_at(instance, moments.field, stalk_m);
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
-  float along_m = distance(vertex.position, stalk_m), strength = flutter_strength(instance, stalk_m, list_at(plant, list_of_cut(plant.leaf_count)).leaf_size_m);
+  float along_m = distance(vertex.position, stalk_m), leaf_size_m = list_at(plant, list_of_cut(plant.leaf_count)).leaf_size_m;
+  float strength = flutter_strength(instance, stalk_m, leaf_size_m);
   uint name = flutter_name(stalk);
   vec3 object = vertex.position + wind_offset(place, moments.now) + flutter(view.wind, name, along_m, normal, strength);
   vec3 object_before = vertex.position + wind_offset(place, moments.before) + flutter(view.wind_before, name, along_m, normal, strength);

@@ -44,7 +44,8 @@ void put_place(Instance instance, vec3 world, vec3 object_before, Material mater
   out_uv_occlusion_roughness.xy = uv;
   out_uv_occlusion_roughness.w = material.roughness;
   out_ids = uvec4(slot_material_thinning, instance.before == kCame ? 1 : 0);
-  if (wants(kContentVelocity)) out_before = (view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, object_before), 1.0)).xyw;
+  if (wants(kContentVelocity))
+    out_before = (view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, object_before), 1.0)).xyw;
 }
 
 // In place of that where nothing is drawn: outside where another draw shows its material, or nobody does.

@@ -14,7 +14,8 @@ struct SurfacePlace {
 };
 
 vec4 lit_content(CoppiceSurface surface, vec3 world) {
-  vec3 radiance = coppice_lit(surface, toward_eye(world), CoppiceLight(view.sun_direction, view.sun_color, view.sky_color, view.ground_color));
+  CoppiceLight light = CoppiceLight(view.sun_direction, view.sun_color, view.sky_color, view.ground_color);
+  vec3 radiance = coppice_lit(surface, toward_eye(world), light);
   return vec4(mix(view.fog_color, radiance, transmittance(world)), 1.0);
 }
 

@@ -48,7 +48,8 @@ float flutter_strength(Instance instance, vec3 place, float size_m) {
   return view.is_shadow != 0 ? 0.0 : clamp((size_px - kFlutter_px.x) / (kFlutter_px.y - kFlutter_px.x), 0.0, 1.0);
 }
 
-// Offset of a place of a leaf, object space, m. name: flutter_name, alike in all that shows the leaf; along_m: from its stalk; normal: unit, the leaf's
+// Offset of a place of a leaf, object space, m. name: flutter_name, alike in all that shows the leaf; along_m: from its stalk; normal: the
+// leaf's, unit
 vec3 flutter(WindNow wind, uint name, float along_m, vec3 normal, float strength) {
   float turns = float(coppice_hash(name) >> 8u) * (1.0 / 16777216.0);
   return strength * wind.load * kFlutter_rad * along_m * sin(6.2831853 * (kFlutter_hz * wind.time_s + turns)) * normal;

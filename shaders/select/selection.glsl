@@ -32,7 +32,9 @@ Candidate candidate_of(uint slot, Instance instance) {
   float distance_m = size_distance_m(center);
   float size_px = coppice_projected_size_px(distance_m, radius_m, view.near_m, view.focal_px);
   float error_px = view.error_px * exp2(lod_bias_of(instance));
-  return Candidate(slot, instance, plant, table, center, radius_m, radius_m + wind_reach_m(instance), distance_m, size_px, error_px, coppice_instance_threshold_px(error_px, slot));
+  float reach_m = radius_m + wind_reach_m(instance);
+  float threshold_px = coppice_instance_threshold_px(error_px, slot);
+  return Candidate(slot, instance, plant, table, center, radius_m, reach_m, distance_m, size_px, error_px, threshold_px);
 }
 
 bool has_leaves(Plant plant) { return plant.resident_leaf_count > 0; }

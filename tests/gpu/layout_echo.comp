@@ -66,6 +66,11 @@ void put_plant() {
   put(plant.mesh_list_count); put(plant.mesh_cluster_count);
 }
 
+void put_wind(WindNow wind) {
+  put(wind.direction); put(wind.load); put(wind.gustiness); put(wind.time_s);
+  for (uint i = 0; i < kWindWaves; ++i) put(wind.waves[i]);
+}
+
 void put_view() {
   for (uint eye = 0; eye < kMostEyes; ++eye) {
     put(view.eyes[eye].clip_from_world); put(view.eyes[eye].clip_from_world_before); put(view.eyes[eye].world_from_key);
@@ -79,7 +84,7 @@ void put_view() {
   put(view.debug_view); put(view.debug_colors); put(view.moved);
   put(view.is_shadow); put(view.shadow_map_count); put(view.depth_sign); put(view.is_mirrored);
   put(view.is_perspective); put(view.toward_viewer);
-  put(view.temporal_frame); put(view.half_size_px);
+  put(view.temporal_frame); put(view.half_size_px); put_wind(view.wind); put_wind(view.wind_before);
   for (uint i = 0; i < kMaxShadowMaps; ++i) put(view.map_clips[i]);
 }
 

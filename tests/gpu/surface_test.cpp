@@ -543,8 +543,8 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheWind) {
     ++counted;
   }
   EXPECT_GT(counted, 500u);
-  EXPECT_GT(fastest, 0.12) << "px";
-  EXPECT_LT(worst, 0.03) << "px";
+  EXPECT_GT(fastest, 0.08) << "px";
+  EXPECT_LT(worst, 0.05) << "px";
 }
 
 INSTANTIATE_TEST_SUITE_P(Paths, SurfaceTest,

@@ -251,7 +251,7 @@ bake::Wind random_wind(float radius_m, Random& random) {
   coppice_file_wind& head = wind.head;
   head.base_y_m = -radius_m;
   head.height_m = 2.0f * radius_m;
-  head.bend_m = head.lean_m = head.sway_m = 0.014f * radius_m;
+  head.bend_m = head.lean_m = head.sway_m = 0.01f * radius_m;
   for (int axis = 0; axis < 3; ++axis) head.box_min[axis] = -radius_m, head.box_max[axis] = radius_m;
   head.node_side = 2;
   for (int i = 0; i < 8; ++i)

@@ -107,6 +107,8 @@ void fill_front(const bake::BakedPlant& baked, const Box& box, PlantFile& file) 
   file.error_leaf_counts = hook_array(baked.errors.leaf_counts);
   file.error_sizes_px = hook_array(baked.errors.sizes_px);
   file.error_px = hook_array(baked.errors.error_px);
+  file.wind = baked.wind.head;
+  file.wind_nodes = hook_array(baked.wind.nodes);
   plant.leaf_mesh_count = static_cast<std::uint16_t>(baked.leaf_meshes.parts.size());
   file.leaf_mesh_error_px = hook_array(baked.leaf_meshes.error_px);
   file.wood_error_px = hook_array(baked.wood.error_px);

@@ -107,7 +107,7 @@ typedef struct coppice_vulkan_desc {
    * and coppice_record_draw copies what they drew into the attachments, colour and depth, before it draws the rest: several times faster
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
    * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
-   * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 17 storage buffers a
+   * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 16 storage buffers a
    * stage or with max_instances above 16,777,216; a warning in the log says so. With the first instance its lists take 2 MB, 10 MB of each view with
    * colours and 10 MB of all those of depth alone. */
   VkBool32 compute_raster;

@@ -203,11 +203,11 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
                                                       .many_lanes = options.many_lanes},
                                             .memory_budget_bytes = options.memory_budget_bytes,
                                             .max_plants = kMaxPlants}));
-  view_ = expect(renderer_->add_view(
-      {.color_formats = {VK_FORMAT_R8G8B8A8_SRGB},
-       .color_count = 1,
-       .contents = {COPPICE_CONTENT_LIT},
-       .depth_format = VK_FORMAT_D32_SFLOAT, .depth_compare = options.depth_compare}));
+  view_ = expect(renderer_->add_view({.color_formats = {VK_FORMAT_R8G8B8A8_SRGB},
+                                      .color_count = 1,
+                                      .contents = {COPPICE_CONTENT_LIT},
+                                      .depth_format = VK_FORMAT_D32_SFLOAT,
+                                      .depth_compare = options.depth_compare}));
   instances_ = gpu::InstanceTable(default_allocator(), max_instances);
   expect(instances_.reserve_plants(kMaxPlants));
   residency_.resize(kMaxPlants);

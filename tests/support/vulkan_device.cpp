@@ -96,7 +96,8 @@ std::uint32_t graphics_and_compute_family(VkPhysicalDevice physical_device) {
 }
 
 /// What coppice_vulkan_desc::device asks for and no more, so that a feature missing from that list shows under validation.
-/// Exceptions: occlusionQueryPrecise for the tests themselves; independentBlend, which COPPICE_CONTENT_NONE asks for; textureCompressionBC and 64-bit atomics, which a context may be told of.
+/// Exceptions: occlusionQueryPrecise for the tests themselves; independentBlend, which COPPICE_CONTENT_NONE asks for; textureCompressionBC
+/// and 64-bit atomics, which a context may be told of.
 VkDevice create_device(VulkanDevice& gpu) {
   VkPhysicalDeviceVulkan12Features available12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
   VkPhysicalDeviceFeatures2 available2{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &available12};

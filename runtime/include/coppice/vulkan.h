@@ -108,8 +108,8 @@ typedef struct coppice_vulkan_desc {
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
    * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
    * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 16 storage buffers a
-   * stage or with max_instances above 16,777,216; a warning in the log says so. With the first instance its lists take 2 MB, 10 MB of each view with
-   * colours and 10 MB of all those of depth alone. */
+   * stage or with max_instances above 16,777,216; a warning in the log says so. With the first instance its lists take 2 MB, 10 MB of each
+   * view with colours and 10 MB of all those of depth alone. */
   VkBool32 compute_raster;
 
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
@@ -194,8 +194,8 @@ static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc)
 
 /* Pipelines are shared by views of the same formats; the first of their kind has some built (coppice_pipelines_ready). A view takes about
  * 64 bytes an instance slot and 1.5 KB a plant, draw commands of up to a 64th of the memory budget and, with compute_raster, 8 bytes a
- * pixel and a list of 10 MB. cost: some milliseconds, and pipelines by jobs. errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_UNSUPPORTED: a format or
- * samples; COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
+ * pixel and a list of 10 MB. cost: some milliseconds, and pipelines by jobs. errors: COPPICE_ERROR_INVALID_ARGUMENT,
+ * COPPICE_ERROR_UNSUPPORTED: a format or samples; COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_vulkan_view_create(coppice_context* context, const coppice_view_desc* desc,
                                                       const coppice_vulkan_view_desc* vulkan, coppice_view* view);
 

@@ -47,8 +47,7 @@ void main() {
 
   // Moved as its stalk is, or as its middle where it stands for others. One that does not flutters, once the cut is beyond the split that
   // bore it.
-  Moments moments = moments_of(instance);
-  WindPlace place_in_wind = wind_at(instance, moments.field, single ? corners[0] : middle);
+  WindMoves moves = wind_moves(instance, single ? corners[0] : middle);
   float strength = flutter_strength(instance, corners[0], list.leaf_size_m);
   float birth = float(cluster / kBlockClusters * kPageSplits + (leaf.life >> kBirthShift));
   if (paged) strength *= clamp((cuts[slot] - birth) / (0.1 * birth + 16.0), 0.0, 1.0);
@@ -56,10 +55,9 @@ void main() {
   uint stalk = flutter_name(uvec3(quantised(leaf.corners, 0)));
   vec3 normal = face * inversesqrt(max(dot(face, face), 1e-30));
   float along_m = distance(rest, corners[0]);
-  vec3 offset = wind_offset(place_in_wind, moments.now);
-  vec3 world = world_from_object(instance, rest + offset + flutter(view.wind, stalk, along_m, normal, strength));
-  vec3 before = rest + wind_offset(place_in_wind, moments.before) + flutter(view.wind_before, stalk, along_m, normal, strength);
-  world_middle += rotate(instance.rotation, instance.scale * offset);
+  vec3 world = world_from_object(instance, rest + moves.now + flutter(view.wind, stalk, along_m, normal, strength));
+  vec3 before = rest + moves.before + flutter(view.wind_before, stalk, along_m, normal, strength);
+  world_middle += rotate(instance.rotation, instance.scale * moves.now);
   vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
   uint thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
   put_place(instance, world, before, material, card.uv[corner], uvec3(slot, card.material, thinning));

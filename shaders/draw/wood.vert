@@ -19,10 +19,9 @@ void main() {
 
   put_nothing();
   if (!is_drawn(material)) return;
-  Moments moments = moments_of(instance);
-  WindPlace place = wind_at(instance, moments.field, vertex.position);
-  vec3 world = world_from_object(instance, vertex.position + wind_offset(place, moments.now));
-  put_place(instance, world, vertex.position + wind_offset(place, moments.before), material, vertex.uv, uvec3(slot, vertex.material, 0));
+  WindMoves moves = wind_moves(instance, vertex.position);
+  vec3 world = world_from_object(instance, vertex.position + moves.now);
+  put_place(instance, world, vertex.position + moves.before, material, vertex.uv, uvec3(slot, vertex.material, 0));
   if (kContents == 0) return;
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
 #ifdef COPPICE_RELIEF

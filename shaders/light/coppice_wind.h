@@ -34,7 +34,9 @@ struct PlantWind {
   uint node_side;  // of the grid; 0: none
   vec3 box_min;
   vec3 nodes_per_m;
+  float reach_m;  // in a full load nothing is moved further
 };
+const uint kReachWord = 14u;
 
 COPPICE_FN float wind_float(CoppiceTable table, uint word) {
   return uintBitsToFloat(COPPICE_TABLE_WORD(table, kWindWord + word));
@@ -52,12 +54,8 @@ COPPICE_FN PlantWind plant_wind(CoppiceTable table) {
   field.node_side = COPPICE_TABLE_WORD(table, kWindWord + 7u);
   field.box_min = vec3(wind_float(table, 8u), wind_float(table, 9u), wind_float(table, 10u));
   field.nodes_per_m = vec3(wind_float(table, 11u), wind_float(table, 12u), wind_float(table, 13u));
+  field.reach_m = wind_float(table, kReachWord);
   return field;
-}
-
-// Nothing of a plant is moved further, m, object space.
-COPPICE_FN float wind_reach_m(PlantWind field, WindNow wind) {
-  return wind.load * (field.bend_m + field.lean_m + field.sway_m);
 }
 
 // What a place takes of an instance's Sway, and how that grows along x, y and z, per m.
@@ -133,12 +131,12 @@ COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot,
   return sway;
 }
 
-COPPICE_FN vec3 wind_offset(WindPlace place, Sway sway) {
-  return place.bend * sway.bend + place.grid.x * sway.lean + place.grid.y * sway.sway_cos + place.grid.z * sway.sway_sin;
-}
-// How it grows along x; y and z likewise.
-COPPICE_FN vec3 wind_growth(vec3 grid, Sway sway) {
+// By the grid alone: of WindPlace::grid the offset, of a WindGradient's how that grows along an axis.
+COPPICE_FN vec3 grid_offset(vec3 grid, Sway sway) {
   return grid.x * sway.lean + grid.y * sway.sway_cos + grid.z * sway.sway_sin;
+}
+COPPICE_FN vec3 wind_offset(WindPlace place, Sway sway) {
+  return place.bend * sway.bend + grid_offset(place.grid, sway);
 }
 
 #ifdef __cplusplus

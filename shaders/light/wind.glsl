@@ -9,31 +9,24 @@
 CoppiceTable table_of(uint plant) { return CoppiceTable(plant * kTableStride, 0, 0, 0); }
 
 // What a place of an instance can be moved by, at most, m in the world.
-float wind_reach_m(Instance instance) {
-  CoppiceTable table = table_of(instance.plant);
-  return instance.scale * view.wind.load * (wind_float(table, 2) + wind_float(table, 3) + wind_float(table, 4));
-}
+float wind_reach_m(Instance instance) { return instance.scale * view.wind.load * wind_float(table_of(instance.plant), kReachWord); }
 
 vec3 foot_of(Instance instance) { return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position); }
 
-// An instance's sway, now and in the frame before.
-struct Moments {
-  PlantWind field;
-  Sway now, before;
+// By how much wind moves a place of an instance, object space, m: now, and in the frame before.
+struct WindMoves {
+  vec3 now, before;
 };
 
-Moments moments_of(Instance instance) {
-  Moments moments;
-  moments.field = plant_wind(table_of(instance.plant));
-  vec3 foot = foot_of(instance);
-  moments.now = sway_of(view.wind, moments.field, instance.rotation, foot, instance.position);
-  moments.before = sway_of(view.wind_before, moments.field, instance.rotation, foot, instance.position);
-  return moments;
-}
-
-WindPlace wind_at(Instance instance, PlantWind field, vec3 p) {
+// p: at rest
+WindMoves wind_moves(Instance instance, vec3 p) {
+  CoppiceTable table = table_of(instance.plant);
+  PlantWind field = plant_wind(table);
   WindGradient unused;
-  return wind_place(table_of(instance.plant), field, p, unused);
+  WindPlace place = wind_place(table, field, p, unused);
+  vec3 foot = foot_of(instance);
+  return WindMoves(wind_offset(place, sway_of(view.wind, field, instance.rotation, foot, instance.position)),
+                   wind_offset(place, sway_of(view.wind_before, field, instance.rotation, foot, instance.position)));
 }
 
 // Leaves turn about their stalks. How far, rad, in a full load; how fast; and between which widths on the screen that comes in: what is

@@ -29,9 +29,9 @@ Placed place(uint eye, uint place_of_work, WorkItem work, Instance instance, vec
   Sway sway = sway_of(view.wind, field, instance.rotation, foot_of(instance), instance.position);
   // Beyond its cells a gradient says nothing: there a cluster moves as its middle does.
   vec3 near = min(vec3(1.0), 1.0 / max(field.nodes_per_m * cluster.radius_m, vec3(1e-6)));
-  vec3 grow_x = near.x * wind_growth(gradient.grid_x, sway);
-  vec3 grow_y = near.y * wind_growth(gradient.grid_y, sway) + gradient.bend_y * sway.bend;
-  vec3 grow_z = near.z * wind_growth(gradient.grid_z, sway), low = box_min - cluster.center;
+  vec3 grow_x = near.x * grid_offset(gradient.grid_x, sway);
+  vec3 grow_y = near.y * grid_offset(gradient.grid_y, sway) + gradient.bend_y * sway.bend;
+  vec3 grow_z = near.z * grid_offset(gradient.grid_z, sway), low = box_min - cluster.center;
   vec3 moved = box_min + wind_offset(middle, sway) + low.x * grow_x + low.y * grow_y + low.z * grow_z;
   placed.origin = on_screen(eye, vec4(world_from_object(instance, moved), 1.0));
   placed.x = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.x * (vec3(1.0, 0.0, 0.0) + grow_x)), 0.0));

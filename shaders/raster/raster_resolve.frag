@@ -56,9 +56,8 @@ void resolve(uint name, float key, vec2 pixel) {
   if (moves) {
     // The wind's offset where the place is now: at rest it was so near that the field is the same.
     vec3 object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), world - foot_of(instance)) / instance.scale;
-    Moments moments = moments_of(instance);
-    WindPlace in_wind = wind_at(instance, moments.field, object);
-    object += wind_offset(in_wind, moments.before) - wind_offset(in_wind, moments.now);
+    WindMoves by_wind = wind_moves(instance, object);
+    object += by_wind.before - by_wind.now;
     before = view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, object), 1.0);
   }
   write_surface(surface, SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame));

@@ -68,9 +68,11 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
     bool small = unpack_length(cluster.grains_m, quarter) * object_px < splat_px * nearest_m;
     bool large = seen && quads && unpack_length(cluster.leaf_sizes_m, quarter) * object_px > split_px * nearest_m;
     if (large) large = draw_by_hardware(instance.plant, item, i, shown);
-    WorkItem work = work_item(item, work_of(i, shown, merged), cluster, sun_past_others(instance, plant, center));
-    append_work(kSplatWork, seen && small && !large, work);
-    append_work(kLeafWork, seen && !small && !large, work);
+    bool rasterised = seen && !large;
+    float sun = rasterised ? sun_past_others(instance, plant, center) : 0.0;
+    WorkItem work = work_item(item, work_of(i, shown, merged), cluster, sun);
+    append_work(kSplatWork, rasterised && small, work);
+    append_work(kLeafWork, rasterised && !small, work);
     uint leaves = paged ? drawn_count(shown, cluster, born_splits(leaf_count, i)) : shown.count;
     if (seen) drawn += uvec2(leaves, large ? leaves : 0);
   }

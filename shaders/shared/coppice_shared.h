@@ -52,7 +52,7 @@ const float kBulkSky = 0.8f;
 // Words of the buffer of packed tables that belong to one plant: those of coppice_lod.h (32 levels, 16 sizes, leaf meshes, 8 wood LoDs),
 // then those of coppice_wind.h, a PlantWind and the nodes of its grid.
 const uint kWindWord = 32 + 16 + (32 + 1 + 8) * 16;
-const uint kWindNodes = 14;
+const uint kWindNodes = 15;
 const uint kMostWindNodes = 8 * 8 * 8;
 const uint kTableStride = kWindWord + kWindNodes + kMostWindNodes;
 

@@ -32,9 +32,9 @@ class WindMotion : public testing::Test {
     head.node_side = 4;
     nodes_.resize(64);
     for (coppice_file_wind_node& node : nodes_) {
-      const double turn = between(0.0f, 6.28f);
-      node = {static_cast<std::uint8_t>(random_() % 256), static_cast<std::int8_t>(std::lround(127.0 * std::cos(turn))),
-              static_cast<std::int8_t>(std::lround(127.0 * std::sin(turn))), 0};
+      // As long as sways can be: 1.4.
+      const auto sway = [&] { return static_cast<std::int8_t>(random_() % 2 == 0 ? 127 : -127); };
+      node = {static_cast<std::uint8_t>(random_() % 256), sway(), sway(), 0};
     }
     field_ = {head, nodes_};
     words_.resize(kWindWord + wind_word_count(field_));
@@ -86,8 +86,8 @@ TEST_F(WindMotion, GradientsAreThoseOfTheField) {
     WindGradient gradient;
     const WindPlace here = wind_place(table_, plant(), p, gradient);
     const Sway sway = sway_of(wind_now(blowing(20, 3), {0, 0, 0}), plant(), {0, 0, 0, 1}, {1, 2, 3}, {1, 2, 3});
-    const vec3 grow[3] = {wind_growth(gradient.grid_x, sway), wind_growth(gradient.grid_y, sway) + gradient.bend_y * sway.bend,
-                          wind_growth(gradient.grid_z, sway)};
+    const vec3 grow[3] = {grid_offset(gradient.grid_x, sway), grid_offset(gradient.grid_y, sway) + gradient.bend_y * sway.bend,
+                          grid_offset(gradient.grid_z, sway)};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       vec3 next = p;
       next[axis] += kStep_m;
@@ -105,12 +105,13 @@ TEST_F(WindMotion, NothingIsMovedBeyondTheReach) {
     const WindNow now =
         wind_now(blowing(between(0.0f, 100.0f), std::abs(between(0.0f, 1e6f))), {between(-1e4f, 1e4f), 0, between(-1e4f, 1e4f)});
     const Sway sway = sway_of(now, plant(), rotation(), {between(-300, 300), 0, between(-300, 300)}, place());
-    const float moved = length(wind_offset(at(place()), sway)), reach = wind_reach_m(plant(), now);
+    const float moved = length(wind_offset(at(place()), sway)), reach = now.load * plant().reach_m;
     EXPECT_LE(moved, reach * 1.0001f);
-    EXPECT_LE(reach, 0.38001f);
+    EXPECT_LE(reach, most_wind_move_m(field_) * 1.0001);
     furthest = std::max(furthest, moved);
   }
   EXPECT_GT(furthest, 0.2f) << "it moves";
+  EXPECT_EQ(kMostWindReach, static_cast<float>(COPPICE_MAX_WIND_MOVE));
 }
 
 TEST_F(WindMotion, StillAirMovesNothingAtAll) {
@@ -120,7 +121,7 @@ TEST_F(WindMotion, StillAirMovesNothingAtAll) {
     EXPECT_EQ(offset.x, 0.0f);
     EXPECT_EQ(offset.y, 0.0f);
     EXPECT_EQ(offset.z, 0.0f);
-    EXPECT_EQ(wind_reach_m(plant(), now), 0.0f);
+    EXPECT_EQ(now.load * plant().reach_m, 0.0f);
   }
 }
 

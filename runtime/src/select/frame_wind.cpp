@@ -35,6 +35,8 @@ float whole_hz(float period_s) {
   return std::max(std::round(gpu::kWindPeriod_s / period_s), 1.0f) / gpu::kWindPeriod_s;
 }
 
+static_assert(gpu::kMostWindNodes == COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE);
+
 }  // namespace
 
 std::size_t wind_word_count(const WindField& field) {
@@ -58,6 +60,8 @@ void pack_wind(const WindField& field, std::span<std::uint32_t> words) {
   }
   std::ranges::transform(numbers, words.begin(), [](float number) { return std::bit_cast<std::uint32_t>(number); });
   words[7] = head.node_side;
+  // Rounded up: it is a bound.
+  words[gpu::kReachWord] = std::bit_cast<std::uint32_t>(std::nextafter(static_cast<float>(most_wind_move_m(field)), HUGE_VALF));
   static_assert(sizeof(coppice_file_wind_node) == sizeof(std::uint32_t));
   std::memcpy(words.data() + gpu::kWindNodes, field.nodes.data(), field.nodes.size_bytes());
 }

@@ -9,6 +9,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "path_fixture.h"
 #include "shadow_map.h"
 
 namespace coppice::test {
@@ -37,30 +38,11 @@ double light_of(const Picture& picture) {
   return light;
 }
 
-struct Path {
-  const char* name;
-  VkBool32 compute_raster, int64_atomics;
-};
-
-void PrintTo(const Path& each, std::ostream* out) {
-  *out << each.name;
-}
-
-class ShadowTest : public ContextWithMapTest, public testing::WithParamInterface<Path> {
+class ShadowTest : public PathTest<ContextWithMapTest> {
  protected:
   void SetUp() override {
-    ContextTest::SetUp();
-    path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "shadow_test");
-    ContextDesc with = desc();
-    with.compute_raster = GetParam().compute_raster;
-    with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
-    create(with);
+    PathTest::SetUp();
     create_map_view();
-    plant_ = open(path_);
-  }
-  void TearDown() override {
-    std::filesystem::remove(path_);
-    ContextTest::TearDown();
   }
 
   void place(const glm::vec3& at) {
@@ -77,9 +59,6 @@ class ShadowTest : public ContextWithMapTest, public testing::WithParamInterface
     const double open = light_of(frame(camera));
     return light_of(frame_with_map(camera, {.radius_m = kRadius_m})) / open;
   }
-
-  std::string path_;
-  coppice_plant plant_ = 0;
 };
 
 TEST_P(ShadowTest, APlantShadesWhatStandsBehindItAndNothingElse) {
@@ -155,10 +134,7 @@ TEST_P(ShadowTest, AMapBeforeItChangesNothingInThePicture) {
       << "the rasteriser takes leaves this small";
 }
 
-INSTANTIATE_TEST_SUITE_P(Paths, ShadowTest,
-                         testing::Values(Path{"hardware", VK_FALSE, VK_FALSE}, Path{"compute", VK_TRUE, VK_TRUE},
-                                         Path{"compute_two_passes", VK_TRUE, VK_FALSE}),
-                         [](const auto& path) { return std::string(path.param.name); });
+INSTANTIATE_TEST_SUITE_P(Paths, ShadowTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
 }  // namespace
 }  // namespace coppice::test

@@ -15,8 +15,8 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "context_fixture.h"
 #include "frame_wind.h"
+#include "path_fixture.h"
 #include "reader.h"
 #include "surface_host_comp.h"
 
@@ -25,15 +25,6 @@ namespace {
 
 constexpr std::uint32_t kSidePx = 160;
 constexpr std::size_t kPixels = std::size_t{kSidePx} * kSidePx;
-
-struct Path {
-  const char* name;
-  VkBool32 compute_raster, int64_atomics;
-};
-
-void PrintTo(const Path& each, std::ostream* out) {
-  *out << each.name;
-}
 
 /// A colour attachment of a test, and what it gets.
 struct Color {
@@ -231,22 +222,8 @@ float srgb_of(float linear) {
   return 255.0f * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f);
 }
 
-class SurfaceTest : public ContextTest, public testing::WithParamInterface<Path> {
+class SurfaceTest : public PathTest<ContextTest> {
  protected:
-  void SetUp() override {
-    ContextTest::SetUp();
-    path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "surface_test");
-    ContextDesc with = desc();
-    with.compute_raster = GetParam().compute_raster;
-    with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
-    create(with);
-    plant_ = open(path_);
-  }
-  void TearDown() override {
-    std::filesystem::remove(path_);
-    ContextTest::TearDown();
-  }
-
   static coppice_placement placement(glm::vec3 at, std::uint32_t user_data) {
     coppice_placement placement;
     coppice_placement_init(&placement);
@@ -268,9 +245,6 @@ class SurfaceTest : public ContextTest, public testing::WithParamInterface<Path>
   }
 
   coppice_view create_surface_view(std::span<const Color> colors) {
-    coppice_view_desc desc;
-    coppice_view_desc_init(&desc);
-    desc.output = COPPICE_OUTPUT_SURFACE;
     coppice_vulkan_view_desc formats;
     coppice_vulkan_view_desc_init(&formats);
     formats.depth_format = VK_FORMAT_D32_SFLOAT;
@@ -278,9 +252,7 @@ class SurfaceTest : public ContextTest, public testing::WithParamInterface<Path>
       formats.color_formats[i] = colors[i].format;
       formats.contents[i] = colors[i].content;
     }
-    coppice_view view = 0;
-    EXPECT_EQ(coppice_vulkan_view_create(context_, &desc, &formats, &view), COPPICE_OK) << log_;
-    return view;
+    return create_view(formats, COPPICE_OUTPUT_SURFACE);
   }
 
   Shot view_from(glm::vec3 eye_m) const { return make_view({.eye_m = eye_m, .width_px = kSidePx, .height_px = kSidePx}); }
@@ -300,8 +272,6 @@ class SurfaceTest : public ContextTest, public testing::WithParamInterface<Path>
     });
   }
 
-  std::string path_;
-  coppice_plant plant_ = 0;
   std::vector<coppice_instance> instances_;
   std::vector<coppice_placement> placements_;
 };
@@ -547,10 +517,7 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheWind) {
   EXPECT_LT(worst, 0.05) << "px";
 }
 
-INSTANTIATE_TEST_SUITE_P(Paths, SurfaceTest,
-                         testing::Values(Path{"Raster", VK_TRUE, VK_TRUE}, Path{"RasterWithout64Bits", VK_TRUE, VK_FALSE},
-                                         Path{"Hardware", VK_FALSE, VK_FALSE}),
-                         [](const testing::TestParamInfo<Path>& of) { return of.param.name; });
+INSTANTIATE_TEST_SUITE_P(Paths, SurfaceTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
 }  // namespace
 }  // namespace coppice::test

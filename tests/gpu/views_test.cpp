@@ -13,21 +13,12 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "context_fixture.h"
+#include "path_fixture.h"
 
 namespace coppice::test {
 namespace {
 
 constexpr std::uint32_t kSidePx = 128;
-
-struct Path {
-  const char* name;
-  VkBool32 compute_raster, int64_atomics;
-};
-
-void PrintTo(const Path& each, std::ostream* out) {
-  *out << each.name;
-}
 
 std::uint32_t eye_count_of(const coppice_camera& camera) {
   return camera.second_eye == nullptr ? 1 : 2;
@@ -132,22 +123,8 @@ class Recorder {
   VkCommandPool pool_ = VK_NULL_HANDLE;
 };
 
-class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
+class ViewsTest : public PathTest<ContextTest> {
  protected:
-  void SetUp() override {
-    ContextTest::SetUp();
-    path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "views_test");
-    ContextDesc with = desc();
-    with.compute_raster = GetParam().compute_raster;
-    with.shader_int64_atomics = GetParam().int64_atomics && gpu().int64_atomics ? VK_TRUE : VK_FALSE;
-    create(with);
-    plant_ = open(path_);
-  }
-  void TearDown() override {
-    std::filesystem::remove(path_);
-    ContextTest::TearDown();
-  }
-
   void place(const std::vector<glm::vec3>& places) {
     for (const glm::vec3& at : places) {
       const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
@@ -242,8 +219,6 @@ class ViewsTest : public ContextTest, public testing::WithParamInterface<Path> {
     return drawn;
   }
 
-  std::string path_;
-  coppice_plant plant_ = 0;
   coppice_view depth_view_ = 0;
   coppice_eye second_eye_{};
 };
@@ -491,14 +466,12 @@ TEST_P(ViewsTest, AStencilAttachmentMayBeBound) {
   shot.view = view_;
   settle_all({shot});
   const Drawn expected = alone(shot);
-  coppice_view_desc desc;
-  coppice_view_desc_init(&desc);
   coppice_vulkan_view_desc formats;
   coppice_vulkan_view_desc_init(&formats);
   formats.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
   formats.depth_format = VK_FORMAT_D32_SFLOAT_S8_UINT;
   formats.has_stencil = VK_TRUE;
-  ASSERT_EQ(coppice_vulkan_view_create(context_, &desc, &formats, &shot.view), COPPICE_OK) << log_;
+  shot.view = create_view(formats);
   Target target(gpu(), shot, false, VK_FORMAT_D32_SFLOAT_S8_UINT);
   begin(shot);
   submit(gpu(), [&](VkCommandBuffer cmd) {
@@ -514,14 +487,11 @@ TEST_P(ViewsTest, AStencilAttachmentMayBeBound) {
 /// HDR in, HDR out: a hundred times the light is a hundred times the picture, near by the hardware and far by compute shaders alike.
 TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
   place_rows();
-  coppice_view_desc desc;
-  coppice_view_desc_init(&desc);
   coppice_vulkan_view_desc formats;
   coppice_vulkan_view_desc_init(&formats);
   formats.color_formats[0] = VK_FORMAT_R32_SFLOAT;
   formats.depth_format = VK_FORMAT_D32_SFLOAT;
-  coppice_view view = 0;
-  ASSERT_EQ(coppice_vulkan_view_create(context_, &desc, &formats, &view), COPPICE_OK) << log_;
+  const coppice_view view = create_view(formats);
   for (const float distance_m : {4.0f, 30.0f}) {
     Shot shot = make_view({.eye_m = {0, 1, distance_m}, .width_px = kSidePx, .height_px = kSidePx});
     shot.view = view;
@@ -588,10 +558,7 @@ TEST_P(ViewsTest, ViewsComeAndGoAndLeaveNothing) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Paths, ViewsTest,
-                         testing::Values(Path{"hardware", VK_FALSE, VK_FALSE}, Path{"compute", VK_TRUE, VK_TRUE},
-                                         Path{"compute_two_passes", VK_TRUE, VK_FALSE}),
-                         [](const auto& path) { return std::string(path.param.name); });
+INSTANTIATE_TEST_SUITE_P(Paths, ViewsTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
 }  // namespace
 }  // namespace coppice::test

@@ -6,21 +6,13 @@
 #include <filesystem>
 #include <ostream>
 
+#include "path_fixture.h"
 #include "shadow_map.h"
 
 namespace coppice::test {
 namespace {
 
 using Offset = std::array<double, 3>;
-
-struct Path {
-  const char* name;
-  VkBool32 compute_raster;
-};
-
-void PrintTo(const Path& each, std::ostream* out) {
-  *out << each.name;
-}
 
 coppice_placement placed(double x, double z, const Offset& offset = {}) {
   coppice_placement placement;
@@ -45,20 +37,11 @@ std::size_t drawn_pixels(const Picture& picture) {
   return count;
 }
 
-class WorldTest : public ContextWithMapTest, public testing::WithParamInterface<Path> {
+class WorldTest : public PathTest<ContextWithMapTest> {
  protected:
   void SetUp() override {
-    ContextTest::SetUp();
-    path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "world_test");
-    ContextDesc with = desc();
-    with.compute_raster = GetParam().compute_raster;
-    create(with);
+    PathTest::SetUp();
     create_map_view();
-    plant_ = open(path_);
-  }
-  void TearDown() override {
-    std::filesystem::remove(path_);
-    ContextTest::TearDown();
   }
 
   std::vector<coppice_instance> add(const std::vector<coppice_placement>& placements) {
@@ -90,9 +73,6 @@ class WorldTest : public ContextWithMapTest, public testing::WithParamInterface<
     settle(camera);
     return frame_with_map(camera, {.center = center});
   }
-
-  std::string path_;
-  coppice_plant plant_ = 0;
 };
 
 std::vector<coppice_placement> grove(const Offset& offset) {
@@ -217,8 +197,7 @@ TEST_P(WorldTest, RecordsMayBeShorterAndLarger) {
   EXPECT_NE(log_.find("stride"), std::string::npos) << log_;
 }
 
-INSTANTIATE_TEST_SUITE_P(Paths, WorldTest, testing::Values(Path{"hardware", VK_FALSE}, Path{"compute", VK_TRUE}),
-                         [](const auto& path) { return std::string(path.param.name); });
+INSTANTIATE_TEST_SUITE_P(Paths, WorldTest, testing::Values(kHardwarePath, Path{"compute", VK_TRUE, VK_FALSE}), path_name);
 
 }  // namespace
 }  // namespace coppice::test

@@ -71,6 +71,15 @@ class ContextTest : public VulkanTest {
     return view;
   }
 
+  coppice_view create_view(const coppice_vulkan_view_desc& formats, coppice_output output = COPPICE_OUTPUT_LIT) {
+    coppice_view_desc desc;
+    coppice_view_desc_init(&desc);
+    desc.output = output;
+    coppice_view view = 0;
+    EXPECT_EQ(coppice_vulkan_view_create(context_, &desc, &formats, &view), COPPICE_OK) << log_;
+    return view;
+  }
+
   coppice_plant open(const std::string& path) {
     coppice_plant plant = 0;
     EXPECT_EQ(coppice_plant_open(context_, path.c_str(), &plant), COPPICE_OK) << log_;

@@ -8,7 +8,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <nanoflann.hpp>
+
+#include "nearest_point.h"
 
 namespace coppice::bake {
 namespace {
@@ -45,23 +46,9 @@ std::vector<glm::vec3> branch_points(const Mesh& wood) {
 
 }  // namespace
 
-// nanoflann calls these names.
-struct PointCloud {
-  std::vector<glm::vec3> points;
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
-  [[nodiscard]] float kdtree_get_pt(std::size_t i, std::size_t axis) const { return points[i][static_cast<int>(axis)]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-
-using Index = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointCloud>, PointCloud, 3, std::uint32_t>;
-
 struct BranchDistance::Tree {
-  PointCloud cloud;
-  Index index;
-  explicit Tree(std::vector<glm::vec3> points) : cloud{std::move(points)}, index(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(16)) {}
+  NearestPoint<float> nearest;
+  explicit Tree(std::vector<glm::vec3> points) : nearest(std::move(points), 16) {}
 };
 
 BranchDistance::BranchDistance(const Plant& plant) {
@@ -77,10 +64,7 @@ BranchDistance::~BranchDistance() = default;
 
 glm::vec3 BranchDistance::nearest_point(const glm::vec3& point) const {
   if (!tree_) return {axis_.x, point.y, axis_.z};
-  std::uint32_t nearest = 0;
-  float squared_m2 = 0.0f;
-  tree_->index.knnSearch(&point.x, 1, &nearest, &squared_m2);
-  return tree_->cloud.points[nearest];
+  return tree_->nearest.point(tree_->nearest.to(point));
 }
 
 float BranchDistance::distance_m(const glm::vec3& point) const {

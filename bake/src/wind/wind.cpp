@@ -12,8 +12,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <nanoflann.hpp>
 
+#include "nearest_point.h"
 #include "parallel_for.h"
 #include "wind_field.h"
 #include "wind_grid.h"
@@ -74,37 +74,6 @@ Stand stand_of(const Box& all) {
   return stand;
 }
 
-// nanoflann calls these names.
-struct PointCloud {
-  std::vector<glm::dvec3> points;
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t axis) const { return points[i][static_cast<int>(axis)]; }
-  template <class Bounds>
-  bool kdtree_get_bbox(Bounds&) const {
-    return false;
-  }
-};
-
-/// Which of some points, at least one, is the nearest. Calls may overlap.
-class NearestPoint {
- public:
-  explicit NearestPoint(std::vector<glm::dvec3> points)
-      : cloud_{std::move(points)}, index_(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {}
-  NearestPoint(const NearestPoint&) = delete;
-  NearestPoint& operator=(const NearestPoint&) = delete;
-
-  [[nodiscard]] std::uint32_t to(const glm::dvec3& place) const {
-    std::uint32_t nearest = 0;
-    double squared_m2 = 0.0;
-    index_.knnSearch(&place.x, 1, &nearest, &squared_m2);
-    return nearest;
-  }
-
- private:
-  PointCloud cloud_;
-  nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointCloud>, PointCloud, 3, std::uint32_t> index_;
-};
-
 glm::dvec3 stalk_of(const Quad& quad) {
   return 0.5 * (glm::dvec3(quad[0]) + glm::dvec3(quad[3]));
 }
@@ -117,7 +86,7 @@ double area_m2(const Quad& quad) {
 std::vector<std::uint32_t> bearers(std::span<const Quad> quads, std::span<const Ring> rings) {
   std::vector<glm::dvec3> centers;
   for (const Ring& ring : rings) centers.push_back(ring.center);
-  const NearestPoint nearest(std::move(centers));
+  const NearestPoint<double> nearest(std::move(centers), 10);
   std::vector<std::uint32_t> result(quads.size(), 0u);
   parallel_for(
       quads.size(), [&](std::size_t i) { result[i] = nearest.to(stalk_of(quads[i])); }, 256);
@@ -279,7 +248,7 @@ void weigh_wood(const Mesh& wood, std::span<WindPoint> rings, std::vector<WindPo
     ring.weight = 0.0f;
     centers.emplace_back(ring.position);
   }
-  const NearestPoint nearest(std::move(centers));
+  const NearestPoint<double> nearest(std::move(centers), 10);
   const auto weight = static_cast<float>(sum / static_cast<double>(wood.positions.size()));
   for (std::size_t i = 0; i < wood.positions.size(); ++i) {
     const WindPoint& ring = rings[nearest.to(glm::dvec3(wood.positions[i]))];

@@ -1,0 +1,53 @@
+#pragma once
+
+// A context of a plant of 3,000 leaves on each of the paths that draw it.
+
+#include <filesystem>
+#include <ostream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "context_fixture.h"
+
+namespace coppice::test {
+
+struct Path {
+  const char* name;
+  VkBool32 compute_raster, int64_atomics;
+};
+
+inline void PrintTo(const Path& each, std::ostream* out) {
+  *out << each.name;
+}
+inline std::string path_name(const testing::TestParamInfo<Path>& path) {
+  return path.param.name;
+}
+
+/// Small leaves by the hardware, by compute shaders, and by those of a device without 64-bit atomics.
+inline constexpr Path kHardwarePath{"hardware", VK_FALSE, VK_FALSE}, kComputePath{"compute", VK_TRUE, VK_TRUE},
+    kTwoPassPath{"compute_two_passes", VK_TRUE, VK_FALSE};
+
+/// Fixture: ContextTest or what is derived from it.
+template <class Context>
+class PathTest : public Context, public testing::WithParamInterface<Path> {
+ protected:
+  void SetUp() override {
+    Context::SetUp();
+    path_ = temporary_plant({.leaf_count = 3000, .seed = 5}, "path_test");
+    ContextDesc with = this->desc();
+    with.compute_raster = GetParam().compute_raster;
+    with.shader_int64_atomics = GetParam().int64_atomics && this->gpu().int64_atomics ? VK_TRUE : VK_FALSE;
+    this->create(with);
+    plant_ = this->open(path_);
+  }
+  void TearDown() override {
+    std::filesystem::remove(path_);
+    Context::TearDown();
+  }
+
+  std::string path_;
+  coppice_plant plant_ = 0;
+};
+
+}  // namespace coppice::test

@@ -2,8 +2,11 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame_uniforms.h"
 
-// Shadow maps: 0 none, 1 looked at once, 2 with soft edges. A constant: software drivers run both sides of a branch.
-layout(constant_id = 0) const uint kShadowMaps = 0;
+// What there is, a constant since software drivers run both sides of a branch. Lowest bits: shadow maps, 0 none, 1 looked at once, 2 with
+// soft edges; 4: the map from above; 8: plants are lit here, not by the library.
+layout(constant_id = 0) const uint kHas = 0;
+const uint kShadowMaps = kHas & 3u;
+const bool kSkyMap = (kHas & 4u) != 0, kDeferred = (kHas & 8u) != 0;
 
 layout(set = 0, binding = 0) uniform Frame { FrameUniforms frame; };
 layout(set = 0, binding = 1) uniform sampler2D ground_map;
@@ -13,20 +16,35 @@ layout(set = 0, binding = 4) uniform sampler2D shadow_map_0;
 layout(set = 0, binding = 5) uniform sampler2D shadow_map_1;
 layout(set = 0, binding = 6) uniform sampler2D shadow_map_2;
 layout(set = 0, binding = 7) uniform sampler2D blended;
+layout(set = 0, binding = 8) uniform sampler2D sky_map;
+layout(set = 0, binding = 9) uniform sampler2D plant_albedo;
+layout(set = 0, binding = 10) uniform sampler2D plant_normal;
+layout(set = 0, binding = 11) uniform sampler2D plant_light;
+layout(set = 0, binding = 12) uniform sampler2D plant_depth;
+
+// Velocity of what only the camera moves.
+const vec4 kByDepth = vec4(0.0, 0.0, 2.0, 0.0);
+
+// ---- air and sky
 
 // 1: unobscured by fog.
 float transmittance(vec3 position) {
   float depth = frame.fog.w * distance(position, frame.eye.xyz);
   return exp(-depth * depth);
 }
-vec3 fogged(vec3 color, vec3 position) { return mix(frame.fog.rgb, color, transmittance(position)); }
 
-// x sunlight let through, y trodden, z open sky, w lushness; neutral values beyond the planted square.
-vec4 ground_state(vec2 at) {
-  vec2 unit = at / frame.ground.x;
-  float outside = smoothstep(0.9, 1.0, max(abs(unit.x), abs(unit.y)));
-  return mix(texture(ground_map, 0.5 + 0.5 * unit), vec4(0.8, 0.0, 0.9, 0.5), outside);
+// What haze looks like along a direction: it scatters forwards, so that it is bright and warm about the sun. The library's fog has one
+// colour.
+vec3 air(vec3 direction) {
+  if (!kDeferred) return frame.fog.rgb;
+  float towards = 0.5 + 0.5 * dot(direction, frame.sun_direction.xyz);
+  return frame.fog.rgb * mix(vec3(0.86, 0.94, 1.04), vec3(1.34, 1.18, 0.92), towards * towards * towards);
 }
+vec3 fogged(vec3 color, vec3 position) {
+  return mix(air(normalize(position - frame.eye.xyz)), color, transmittance(position));
+}
+
+// ---- sun
 
 // Share of the sun that a map lets through; bilinear over the comparisons of four texels. Depth is reversed.
 float sun_in_map(sampler2D map, vec3 place) {
@@ -43,8 +61,8 @@ float soft_sun_in_map(sampler2D map, vec3 place) {
                  sun_in_map(map, place + vec3(texel.x, -texel.y, 0.0)) + sun_in_map(map, place - vec3(texel.x, -texel.y, 0.0)));
 }
 
-vec3 place_in_map(int cascade, vec3 world) {
-  vec4 clip = frame.shadows[cascade] * vec4(world, 1.0);
+vec3 place_in_map(mat4 clip_from_world, vec3 world) {
+  vec4 clip = clip_from_world * vec4(world, 1.0);
   return vec3(0.5 + 0.5 * clip.xy / clip.w, clip.z / clip.w);
 }
 bool is_in_map(vec3 place) { return all(lessThan(abs(place.xy - 0.5), vec2(0.49))); }
@@ -52,14 +70,61 @@ bool is_in_map(vec3 place) { return all(lessThan(abs(place.xy - 0.5), vec2(0.49)
 // Share of the sun at a place that casts no shadow itself. unmapped: where there is no map
 float sunlight(vec3 world, float unmapped) {
   if (kShadowMaps == 0) return unmapped;
-  vec3 place = place_in_map(0, world);
+  vec3 place = place_in_map(frame.shadows[0], world);
   if (is_in_map(place)) return soft_sun_in_map(shadow_map_0, place);
-  place = place_in_map(1, world);
+  place = place_in_map(frame.shadows[1], world);
   if (is_in_map(place)) return soft_sun_in_map(shadow_map_1, place);
-  place = place_in_map(2, world);
+  place = place_in_map(frame.shadows[2], world);
   return is_in_map(place) ? sun_in_map(shadow_map_2, place) : unmapped;
 }
 
+// ---- sky
+
+// Light of the sky, and of the ground, on a surface: warmer and brighter from the sun's side. normal: any length up to 1
 vec3 ambient(vec3 normal) {
-  return mix(frame.ground_color.rgb, frame.sky_color.rgb, 0.5 + 0.5 * normal.y);
+  vec3 sky = frame.sky_color.rgb;
+  if (kDeferred) sky *= mix(vec3(0.78, 0.88, 1.06), vec3(1.24, 1.12, 0.92), 0.5 + 0.5 * dot(normal, frame.sun_direction.xyz));
+  return mix(frame.ground_color.rgb, sky, 0.5 + 0.5 * normal.y);
+}
+
+// The share of the sky's light that arrives at a place among plants, by the map from above: of four directions how high what grows there
+// hides the sky, at two distances. A height field hides more than crowns do, which let light through. fragment: gl_FragCoord; unmapped: where
+// there is no map
+float open_sky(vec3 world, vec2 fragment, float unmapped) {
+  if (!kSkyMap) return unmapped;
+  vec3 place = place_in_map(frame.sky_map, world);
+  float inside = 1.0 - smoothstep(0.38, 0.49, max(abs(place.x - 0.5), abs(place.y - 0.5)));
+  float height_per_depth = 1.0 / abs(frame.sky_map[1].z), uv_per_m = 0.5 * abs(frame.sky_map[0].x);
+  // Directions turn from pixel to pixel and from frame to frame; means of 4 x 4 pixels have all of them.
+  uvec2 pixel = uvec2(fragment) & 3u;
+  float turn = 1.5707963 * fract((float(4 * pixel.x + pixel.y) + 0.5) / 16.0 * 5.0 + 0.618034 * frame.sky_color.w);
+  vec2 along = vec2(cos(turn), sin(turn));
+  float open = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    float hidden = 0.0;
+    for (int ring = 0; ring < 2; ++ring) {
+      float away_m = ring == 0 ? 2.0 : 6.0;
+      float above_m = (textureLod(sky_map, place.xy + away_m * uv_per_m * along, 0.0).x - place.z) * height_per_depth;
+      above_m = max(above_m - 0.3, 0.0);
+      hidden = max(hidden, above_m * above_m / (above_m * above_m + away_m * away_m));
+    }
+    open += 0.25 * (1.0 - 0.85 * hidden);
+    along = vec2(-along.y, along.x);
+  }
+  return mix(unmapped, open, inside);
+}
+
+// Light that arrives from all round but the sun. open: the share of the sky that is seen; of the rest leaves are
+vec3 light_of_surroundings(vec3 normal, float open) {
+  vec3 leaves = frame.sun_color.rgb * vec3(0.018, 0.026, 0.008);
+  return ambient(normal) * open + (kDeferred ? leaves * (1.0 - open) : vec3(0.0));
+}
+
+// ---- ground
+
+// x sunlight let through, y trodden, z open sky, w lushness; neutral values beyond the planted square.
+vec4 ground_state(vec2 at) {
+  vec2 unit = at / frame.ground.x;
+  float outside = smoothstep(0.9, 1.0, max(abs(unit.x), abs(unit.y)));
+  return mix(texture(ground_map, 0.5 + 0.5 * unit), vec4(0.8, 0.0, 0.9, 0.5), outside);
 }

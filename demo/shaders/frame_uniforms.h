@@ -12,17 +12,20 @@ using glm::vec4;
 struct FrameUniforms {
   mat4 clip_from_world;
   mat4 world_from_clip;
-  vec4 eye;            // xyz position, m; w time, s
-  vec4 sun_direction;  // xyz unit, towards the sun
-  vec4 sun_color;      // linear radiance
-  vec4 sky_color;      // ambient from above
-  vec4 ground_color;   // ambient from below
-  vec4 fog;            // rgb colour, w density 1/m
-  mat4 shadows[3];     // clip_from_world of the shadow maps, the finest first
-  vec4 ground;         // x half side of the ground map, m; y exposure; zw size of what is enlarged to the picture, px
+  mat4 clip_from_world_before;  // of the frame before
+  vec4 eye;                     // xyz position, m; w time, s
+  vec4 sun_direction;           // xyz unit, towards the sun; w time of the frame before, s
+  vec4 sun_color;               // linear radiance; w 1: plants are shown in the colours of a debug view
+  vec4 sky_color;               // ambient from above; w moves what is sampled at random, another in each frame that is averaged
+  vec4 ground_color;            // ambient from below
+  vec4 fog;                     // rgb colour, w density 1/m
+  mat4 shadows[3];              // clip_from_world of the shadow maps, the finest first
+  mat4 sky_map;                 // of the map from above
+  vec4 ground;                  // x half side of the ground map, m; y exposure; zw size of what is enlarged to the picture, px
+  vec4 drawn_px;                // xy size of the pane
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameUniforms) == 5 * 64 + 7 * 16);
+static_assert(sizeof(FrameUniforms) == 7 * 64 + 8 * 16);
 }  // namespace forest
 #endif

@@ -5,13 +5,14 @@
 
 layout(location = 0) in vec2 clip;
 layout(location = 0) out vec4 out_color;
+layout(location = 1) out vec4 out_velocity;
 
 void main() {
   vec4 far = frame.world_from_clip * vec4(clip, 1e-6, 1);
   vec3 direction = normalize(far.xyz / far.w - frame.eye.xyz);
   float up = max(direction.y, 0.0);
   vec3 zenith = vec3(0.11, 0.25, 0.58);
-  vec3 color = mix(frame.fog.rgb, zenith, smoothstep(0.03, 0.6, up));
+  vec3 color = mix(air(direction), zenith, smoothstep(0.03, 0.6, up));
 
   vec2 plane = direction.xz / (direction.y + 0.12);
   float cloud = 0.65 * texture(ground_detail, plane * 0.045 + frame.eye.w * 0.0004).y +
@@ -25,4 +26,5 @@ void main() {
   glow *= glow;  // the 24th power
   color += frame.sun_color.rgb * (0.06 * glow * smoothstep(0.0, 0.3, up) + 6.0 * smoothstep(0.9994, 0.9998, towards_sun));
   out_color = vec4(color, 1);
+  out_velocity = kByDepth;
 }

@@ -6,6 +6,7 @@
 layout(location = 0) in vec3 world_position;
 layout(location = 1) in vec3 world_normal;
 layout(location = 0) out vec4 out_color;
+layout(location = 1) out vec4 out_velocity;
 
 void main() {
   vec2 at = world_position.xz;
@@ -30,6 +31,8 @@ void main() {
   float sunlit = mix(state.x * state.x, 1.0, 0.55 * flecks * smoothstep(0.0, 0.5, state.x));
   sunlit = sunlight(world_position, sunlit);
   float facing = max(dot(normal, frame.sun_direction.xyz), 0.0);
-  vec3 light = frame.sun_color.rgb * facing * sunlit + ambient(normal) * (0.3 + 0.7 * state.z);
+  float open = open_sky(world_position, gl_FragCoord.xy, 0.3 + 0.7 * state.z);
+  vec3 light = frame.sun_color.rgb * facing * sunlit + light_of_surroundings(normal, open);
   out_color = vec4(fogged(albedo * light, world_position), 1);
+  out_velocity = kByDepth;
 }

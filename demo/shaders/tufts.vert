@@ -9,9 +9,16 @@ layout(location = 0) in vec4 in_root;   // xyz world position, w height in m
 layout(location = 1) in vec4 in_style;  // x yaw, y tone 0..1, z sunlight let through, w open sky
 layout(location = 0) out vec3 shaded;  // light of the sky, and fog
 layout(location = 1) out vec3 sunlit;  // light of the sun, where it gets here
+layout(location = 3) out vec3 now;  // clip x, y and w
+layout(location = 4) out vec3 before;  // likewise, in the frame before
 layout(location = 2) flat out vec4 open;  // xyz where the tuft sees the sun from, w share of it without maps
 
 const float kGolden = 2.399963;
+
+// How far a blade's tip is moved, in its heights.
+vec3 sway(float time_s, vec3 lean, int blade) {
+  return 0.06 * sin(1.7 * time_s + in_root.x * 0.7 + in_root.z * 0.9 + float(blade)) * lean;
+}
 
 void main() {
   int blade = gl_VertexIndex / 3;
@@ -20,15 +27,17 @@ void main() {
   float height = in_root.w * (0.65 + 0.35 * fract(in_style.y * 7.0 + 0.618 * float(blade)));
   vec3 lean = vec3(cos(turn), 0, sin(turn));
   vec3 side = vec3(-lean.z, 0, lean.x) * (0.006 + 0.035 * height);
-  float sway = 0.06 * sin(1.7 * frame.eye.w + in_root.x * 0.7 + in_root.z * 0.9 + float(blade));
   vec3 root = in_root.xyz + 0.05 * lean;
   float along = corner == 2 ? 1.0 : 0.0;  // 0 at the root, 1 at the tip
-  vec3 world_position = corner == 2 ? root + vec3(0, height, 0) + (0.45 + sway) * height * lean : root + (corner == 0 ? side : -side);
+  vec3 still = corner == 2 ? root + vec3(0, height, 0) + 0.45 * height * lean : root + (corner == 0 ? side : -side);
+  vec3 world_position = still + along * height * sway(frame.eye.w, lean, blade);
   vec3 albedo = mix(vec3(0.062, 0.112, 0.022), vec3(0.150, 0.146, 0.050), in_style.y * in_style.y);
   float sky = (0.25 + 0.75 * along) * (0.35 + 0.65 * in_style.w);
   float clear = transmittance(world_position);
-  shaded = (1.0 - clear) * frame.fog.rgb + clear * albedo * ambient(vec3(0, 1, 0)) * sky;
+  shaded = (1.0 - clear) * air(normalize(world_position - frame.eye.xyz)) + clear * albedo * ambient(vec3(0, 1, 0)) * sky;
   sunlit = clear * albedo * frame.sun_color.rgb * (0.62 * frame.sun_direction.y * (0.25 + 0.75 * along));
   open = vec4(in_root.xyz + vec3(0, height, 0), in_style.z);
   gl_Position = frame.clip_from_world * vec4(world_position, 1);
+  now = gl_Position.xyw;
+  before = (frame.clip_from_world_before * vec4(still + along * height * sway(frame.sun_direction.w, lean, blade), 1)).xyw;
 }

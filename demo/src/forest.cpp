@@ -130,20 +130,42 @@ std::vector<std::string> find_plants(const Options& options) {
 
 namespace {
 
-coppice_view create_view(const Forest& forest, coppice_output output) {
+coppice_view create_view(const Forest& forest, coppice_output output, coppice_vulkan_view_desc formats) {
   coppice_view_desc desc;
   coppice_view_desc_init(&desc);
   desc.output = output;
-  coppice_vulkan_view_desc formats;
-  coppice_vulkan_view_desc_init(&formats);
-  if (output == COPPICE_OUTPUT_LIT) formats.color_formats[0] = Renderer::kSceneFormat;
   formats.depth_format = Renderer::kDepthFormat;
   coppice_view view = 0;
   check(forest, coppice_vulkan_view_create(forest.context.get(), &desc, &formats, &view), "coppice_vulkan_view_create");
   return view;
 }
 
-Forest create_forest(const Device& device, const Options& options, std::optional<std::uint32_t> max_instances) {
+coppice_view create_picture_view(const Forest& forest, PlantTargets targets) {
+  coppice_vulkan_view_desc formats;
+  coppice_vulkan_view_desc_init(&formats);
+  std::size_t count = 0;
+  const auto attach = [&](coppice_content content, VkFormat format) {
+    formats.contents[count] = content;
+    formats.color_formats[count++] = format;
+  };
+  if (targets.deferred) {
+    attach(COPPICE_CONTENT_ALBEDO, Renderer::kAlbedoFormat);
+    attach(COPPICE_CONTENT_NORMAL, Renderer::kNormalFormat);
+    attach(COPPICE_CONTENT_LIGHT, Renderer::kLightFormat);
+  } else {
+    attach(COPPICE_CONTENT_LIT, Renderer::kSceneFormat);
+  }
+  if (targets.velocity) attach(COPPICE_CONTENT_VELOCITY, Renderer::kVelocityFormat);
+  return create_view(forest, targets.deferred ? COPPICE_OUTPUT_SURFACE : COPPICE_OUTPUT_LIT, formats);
+}
+
+coppice_view create_map_view(const Forest& forest) {
+  coppice_vulkan_view_desc formats;
+  coppice_vulkan_view_desc_init(&formats);
+  return create_view(forest, COPPICE_OUTPUT_DEPTH, formats);
+}
+
+Forest create_forest(const Device& device, const Options& options, PlantTargets targets, std::optional<std::uint32_t> max_instances) {
   Forest forest;
   forest.log = std::make_unique<Log>();
   coppice_vulkan_desc vulkan;
@@ -174,16 +196,16 @@ Forest create_forest(const Device& device, const Options& options, std::optional
   const coppice_status status = coppice_vulkan_context_create(&desc, &vulkan, &context);
   forest.context.reset(context);
   check(forest, status, "coppice_vulkan_context_create");
-  for (std::size_t pane = 0; pane < (options.split ? 2u : 1u); ++pane) forest.views[pane] = create_view(forest, COPPICE_OUTPUT_LIT);
-  if (options.shadows)
-    for (coppice_view& view : forest.sun_views) view = create_view(forest, COPPICE_OUTPUT_DEPTH);
+  for (std::size_t pane = 0; pane < (options.split ? 2u : 1u); ++pane) forest.views[pane] = create_picture_view(forest, targets);
+  const std::size_t maps = !options.shadows ? 0 : targets.deferred ? Shadows::kMaps : Shadows::kCascades;
+  for (std::size_t map = 0; map < maps; ++map) forest.sun_views[map] = create_map_view(forest);
   return forest;
 }
 
 }  // namespace
 
-Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options) {
-  Forest forest = create_forest(device, options, std::nullopt);
+Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options, PlantTargets targets) {
+  Forest forest = create_forest(device, options, targets, std::nullopt);
   forest.files = files;
   for (const std::string& file : files) {
     forest.plants.push_back(open_plant(forest, file));
@@ -211,8 +233,8 @@ void set_eye(const FrameView& view, Eye& eye) {
 
 }  // namespace
 
-Forest open_scene(const Device& device, const Options& options) {
-  Forest forest = create_forest(device, options, options.most_instances);
+Forest open_scene(const Device& device, const Options& options, PlantTargets targets) {
+  Forest forest = create_forest(device, options, targets, options.most_instances);
   const coppice_status status = coppice_scene_open(forest.context.get(), options.scene.c_str(), nullptr, &forest.scene);
   if (status != COPPICE_OK) {
     std::error_code missing;

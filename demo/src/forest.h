@@ -26,8 +26,8 @@ struct Forest {
   std::unique_ptr<Log> log;
   std::unique_ptr<Trace> trace;  ///< null unless asked for
   std::unique_ptr<coppice_context, ContextDestroyer> context;
-  std::array<coppice_view, kMostPanes> views{};              ///< the picture, or its panes; 0: not there
-  std::array<coppice_view, Shadows::kCascades> sun_views{};  ///< the shadow maps; 0 without them
+  std::array<coppice_view, kMostPanes> views{};          ///< the picture, or its panes; 0: not there
+  std::array<coppice_view, Shadows::kMaps> sun_views{};  ///< the shadow maps; 0 without them
   std::vector<coppice_plant> plants;
   std::vector<Species> species;  ///< per plant
   coppice_scene scene = 0;
@@ -40,9 +40,9 @@ struct Forest {
 std::vector<std::string> find_plants(const Options& options);
 
 /// errors  Failure: the device does not do, or a file cannot be opened (path and reason)
-Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options);
+Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options, PlantTargets targets);
 /// The same with a scene instead. errors  Failure
-Forest open_scene(const Device& device, const Options& options);
+Forest open_scene(const Device& device, const Options& options, PlantTargets targets);
 void add_instances(Forest& forest, const Planting& planting, const Terrain& terrain);
 
 /// What a camera that shows all is to see: the plant where there is one, else the square that they stand in.

@@ -134,6 +134,12 @@ void declare_detail(CLI::App& app, Options& options) {
          "Who draws small leaves: compute shaders, or triangles by the hardware. auto: compute where the device does [auto]")
       ->check(CLI::IsMember({"auto", "compute", "hardware"}))
       ->type_name("auto|compute|hardware");
+  const std::map<std::string, Lighting> lightings = {{"deferred", Lighting::deferred}, {"forward", Lighting::forward}};
+  app.add_option("--renderer", options.lighting,
+                 "Who lights plants. deferred: the demo, as an engine does, by the surfaces that they draw. forward: the library")
+      ->transform(CLI::CheckedTransformer(lightings))
+      ->type_name("deferred|forward")
+      ->default_str("deferred");
   const std::map<std::string, DebugView> views = {{"none", DebugView::none},           {"lod", DebugView::lod},
                                                   {"path", DebugView::path},           {"overdraw", DebugView::overdraw},
                                                   {"occlusion", DebugView::occlusion}, {"error", DebugView::error},

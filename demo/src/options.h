@@ -13,6 +13,8 @@ enum class LodMode { cut, discrete, full };
 enum class DebugView { none, lod, path, overdraw, occlusion, error, residency, count };
 /// How small leaves are drawn. automatic: by compute shaders, and by the hardware where the library cannot.
 enum class LeafPath { automatic, compute, hardware };
+/// Who lights plants: the demo, by what they write of their surfaces, or the library.
+enum class Lighting { deferred, forward };
 
 /// Where a processor does the GPU's work. With less leaves get so large that their pixels cost what their number saves; see DECISIONS.md.
 constexpr std::uint32_t kSoftwareLeafBudget = 1'000'000;
@@ -60,6 +62,7 @@ struct Options {
   std::string camera_out = "camera.txt";  ///< where the window writes the camera's way
   LodMode lod = LodMode::cut;
   LeafPath path = LeafPath::automatic;
+  Lighting lighting = Lighting::deferred;
   float error_px = 2;
   std::optional<std::uint32_t> leaf_budget;  ///< leaves a frame, see coppice_camera; 0: none; absent: kSoftwareLeafBudget, or on a GPU none
   std::optional<float> frame_ms;             ///< what FramePace keeps to; 0: nothing; absent: that, or in a window kSoftwareFrame_ms

@@ -8,7 +8,7 @@
 namespace forest {
 
 /// What the demo itself draws, in order.
-enum class ScenePass : std::uint8_t { plants, ground, tufts, sky, tone_map, temporal, count };
+enum class ScenePass : std::uint8_t { plants, light, ground, tufts, sky, tone_map, temporal, count };
 using SceneTimes = std::array<float, static_cast<std::size_t>(ScenePass::count)>;  ///< ms
 
 /// Time stamps between the demo's passes. A stamp waits for what came before it: frames with stamps take longer.

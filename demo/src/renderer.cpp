@@ -6,6 +6,7 @@
 #include "enlarge_frag.h"
 #include "failure.h"
 #include "fullscreen_vert.h"
+#include "light_frag.h"
 #include "pipelines.h"
 #include "sky_frag.h"
 #include "terrain_frag.h"
@@ -19,11 +20,14 @@
 namespace forest {
 namespace {
 
-constexpr std::array kBindingTypes = {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER,         VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                      VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER};
-constexpr std::uint32_t kImageCount = kBindingTypes.size() - 1;
+constexpr std::uint32_t kImageCount = 12;
+/// frame.glsl's: the uniforms, then images.
+constexpr auto kBindingTypes = [] {
+  std::array<VkDescriptorType, 1 + kImageCount> types;
+  types.fill(VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
+  types[0] = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+  return types;
+}();
 
 Image upload(const Device& device, const Texture& texture) {
   ImageDesc desc;
@@ -60,18 +64,26 @@ void allocate_sets(Renderer& renderer) {
 void write_set(const Renderer& renderer, const Renderer::PaneSet& pane) {
   const VkDescriptorBufferInfo buffer{pane.uniforms.buffer, 0, sizeof(FrameUniforms)};
   constexpr VkImageLayout kRead = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-  // Without shadow maps their bindings hold something that is there.
-  const auto map = [&](std::size_t cascade) -> VkImageView {
-    if (renderer.shadows) return renderer.shadows->cascades[cascade].map.view;
-    return renderer.ground_map_image.view;
+  // What is not there has a binding all the same, which no shader reads.
+  const auto image = [&](const Handle<VkSampler>& sampler, const Image& of) {
+    return VkDescriptorImageInfo{sampler, of.view ? of.view : renderer.ground_map_image.view, kRead};
   };
-  const std::array<VkDescriptorImageInfo, kImageCount> images = {{{renderer.clamp_sampler, renderer.ground_map_image.view, kRead},
-                                                                  {renderer.repeat_sampler, renderer.ground_detail_image.view, kRead},
-                                                                  {renderer.clamp_sampler, renderer.scene.view, kRead},
-                                                                  {renderer.map_sampler, map(0), kRead},
-                                                                  {renderer.map_sampler, map(1), kRead},
-                                                                  {renderer.map_sampler, map(2), kRead},
-                                                                  {renderer.clamp_sampler, renderer.blended.view, kRead}}};
+  const auto map = [&](std::size_t index) {
+    const bool there = renderer.shadows && index < renderer.shadows->cascades.size();
+    return image(renderer.map_sampler, there ? renderer.shadows->cascades[index].map : renderer.ground_map_image);
+  };
+  const std::array<VkDescriptorImageInfo, kImageCount> images = {image(renderer.clamp_sampler, renderer.ground_map_image),
+                                                                 image(renderer.repeat_sampler, renderer.ground_detail_image),
+                                                                 image(renderer.clamp_sampler, renderer.scene),
+                                                                 map(0),
+                                                                 map(1),
+                                                                 map(2),
+                                                                 image(renderer.clamp_sampler, renderer.blended),
+                                                                 map(Shadows::kSkyMap),
+                                                                 image(renderer.map_sampler, renderer.albedo),
+                                                                 image(renderer.map_sampler, renderer.normal),
+                                                                 image(renderer.map_sampler, renderer.light),
+                                                                 image(renderer.map_sampler, renderer.depth)};
   std::array<VkWriteDescriptorSet, kBindingTypes.size()> writes{};
   for (std::uint32_t i = 0; i < writes.size(); ++i) {
     writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
@@ -90,12 +102,31 @@ void write_sets(const Renderer& renderer) {
     for (const Renderer::PaneSet& pane : panes) write_set(renderer, pane);
 }
 
-void create_ground_pipelines(Renderer& renderer) {
+/// Of what is drawn to the scene.
+PipelineDesc scene_desc(const Renderer& renderer) {
+  constexpr std::uint32_t kHasSkyMap = 4, kIsDeferred = 8;
   PipelineDesc desc;
   desc.layout = renderer.pipeline_layout;
   desc.color_format = Renderer::kSceneFormat;
+  if (renderer.targets.velocity) desc.second_color_format = Renderer::kVelocityFormat;
   desc.depth_format = Renderer::kDepthFormat;
-  if (renderer.shadows) desc.fragment_constant = renderer.device.software ? 1 : 2;  // kShadowMaps of frame.glsl
+  // kHas of frame.glsl.
+  if (renderer.shadows) desc.fragment_constant = renderer.device.software ? 1 : 2;
+  if (renderer.shadows && renderer.shadows->cascades.size() > Shadows::kSkyMap) desc.fragment_constant |= kHasSkyMap;
+  if (renderer.targets.deferred) desc.fragment_constant |= kIsDeferred;
+  return desc;
+}
+
+/// What knows of shadow maps.
+void create_lit_pipelines(Renderer& renderer) {
+  PipelineDesc desc = scene_desc(renderer);
+  if (renderer.targets.deferred) {
+    desc.vertex_spirv = fullscreen_vert_spirv;
+    desc.fragment_spirv = light_frag_spirv;
+    desc.depth_format = desc.second_color_format = VK_FORMAT_UNDEFINED;
+    renderer.light_pipeline = create_pipeline(renderer.device, desc);
+    desc = scene_desc(renderer);
+  }
   const VkVertexInputBindingDescription vertex{0, sizeof(TerrainVertex), VK_VERTEX_INPUT_RATE_VERTEX};
   const std::array<VkVertexInputAttributeDescription, 2> vertex_attributes = {
       {{0, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(TerrainVertex, position)},
@@ -117,57 +148,81 @@ void create_ground_pipelines(Renderer& renderer) {
 }
 
 void create_screen_pipelines(Renderer& renderer) {
-  PipelineDesc desc;
-  desc.layout = renderer.pipeline_layout;
+  PipelineDesc desc = scene_desc(renderer);
   desc.vertex_spirv = fullscreen_vert_spirv;
   desc.fragment_spirv = sky_frag_spirv;
-  desc.color_format = Renderer::kSceneFormat;
-  desc.depth_format = Renderer::kDepthFormat;
   desc.depth_write = false;
   renderer.sky_pipeline = create_pipeline(renderer.device, desc);
   desc.fragment_spirv = tone_map_frag_spirv;
   desc.color_format = Renderer::kPictureFormat;
-  desc.depth_format = VK_FORMAT_UNDEFINED;
+  desc.second_color_format = desc.depth_format = VK_FORMAT_UNDEFINED;
   renderer.tone_map_pipeline = create_pipeline(renderer.device, desc);
   desc.fragment_spirv = enlarge_frag_spirv;
   renderer.enlarge_pipeline = create_pipeline(renderer.device, desc);
 }
 
-void write_uniforms(const Renderer& renderer, const Renderer::PaneSet& pane, const FrameView& view) {
+FrameUniforms uniforms_of(const Renderer& renderer, std::size_t pane, const FrameView& view) {
   FrameUniforms uniforms;
   uniforms.clip_from_world = view.clip_from_view * view.view_from_world;
   uniforms.world_from_clip = glm::inverse(uniforms.clip_from_world);
+  uniforms.clip_from_world_before = renderer.clip_from_world_before[pane];
   uniforms.eye = {view.eye, view.time_s};
-  uniforms.sun_direction = {renderer.weather.sun_direction, 0};
-  uniforms.sun_color = {renderer.weather.sun_color, 0};
-  uniforms.sky_color = {renderer.weather.sky_color, 0};
+  uniforms.sun_direction = {renderer.weather.sun_direction, renderer.time_before_s};
+  uniforms.sun_color = {renderer.weather.sun_color, view.debug_view ? 1 : 0};
+  uniforms.sky_color = {renderer.weather.sky_color, static_cast<float>(view.temporal_frame % 64)};
   uniforms.ground_color = {renderer.weather.ground_color, 0};
   uniforms.fog = {renderer.weather.fog_color, renderer.weather.fog_density};
   for (std::size_t i = 0; renderer.shadows && i < Shadows::kCascades; ++i)
     uniforms.shadows[i] = renderer.shadows->cascades[i].clip_from_world;
+  if (renderer.shadows) uniforms.sky_map = renderer.shadows->cascades.back().clip_from_world;
   uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, size_px(renderer.blends)};
-  std::memcpy(pane.uniforms.mapped, &uniforms, sizeof uniforms);
+  uniforms.drawn_px = {size_px(view.pane.extent), 0, 0};
+  return uniforms;
 }
 
-void begin_pass(VkCommandBuffer commands, VkExtent2D extent, const Image& color, const Image* depth,
-                VkAttachmentLoadOp color_load = VK_ATTACHMENT_LOAD_OP_DONT_CARE) {
-  VkRenderingAttachmentInfo color_info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
-  color_info.imageView = color.view;
-  color_info.imageLayout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
-  color_info.loadOp = color_load;
-  color_info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-  VkRenderingAttachmentInfo depth_info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
-  depth_info.imageLayout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
-  depth_info.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;  // to 0: reversed depth's farthest
-  depth_info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-  if (depth) depth_info.imageView = depth->view;
+void write_uniforms(Renderer& renderer, std::size_t slot, std::span<const FrameView> views) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const FrameUniforms uniforms = uniforms_of(renderer, i, views[i]);
+    std::memcpy(renderer.panes[slot][i].uniforms.mapped, &uniforms, sizeof uniforms);
+    renderer.clip_from_world_before[i] = uniforms.clip_from_world;
+  }
+  renderer.time_before_s = views.front().time_s;
+}
+
+/// What was drawn to them is kept, or dropped: depth is then 0, reversed depth's farthest.
+void begin_pass(VkCommandBuffer commands, VkExtent2D extent, std::span<const Image* const> colors, const Image* depth, bool keep) {
+  constexpr std::size_t kMostColors = 4;
+  std::array<VkRenderingAttachmentInfo, kMostColors + 1> attachments{};
+  const auto attach = [&](VkRenderingAttachmentInfo& info, const Image& image, VkAttachmentLoadOp dropped) {
+    info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
+    info.imageView = image.view;
+    info.imageLayout = VK_IMAGE_LAYOUT_ATTACHMENT_OPTIMAL;
+    info.loadOp = keep ? VK_ATTACHMENT_LOAD_OP_LOAD : dropped;
+    info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  };
+  for (std::size_t i = 0; i < colors.size(); ++i) attach(attachments[i], *colors[i], VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+  if (depth) attach(attachments[kMostColors], *depth, VK_ATTACHMENT_LOAD_OP_CLEAR);
   VkRenderingInfo info = vk_struct<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   info.renderArea = {{0, 0}, extent};
   info.layerCount = 1;
-  info.colorAttachmentCount = 1;
-  info.pColorAttachments = &color_info;
-  info.pDepthAttachment = depth ? &depth_info : nullptr;
+  info.colorAttachmentCount = static_cast<std::uint32_t>(colors.size());
+  info.pColorAttachments = attachments.data();
+  info.pDepthAttachment = depth ? &attachments[kMostColors] : nullptr;
   vkCmdBeginRendering(commands, &info);
+}
+
+using Images = std::vector<const Image*>;
+Images scene_images(const Renderer& renderer) {
+  Images images = {&renderer.scene};
+  if (renderer.targets.velocity) images.push_back(&renderer.velocity);
+  return images;
+}
+Images plant_images(const Renderer& renderer) {
+  Images images = scene_images(renderer);
+  if (!renderer.targets.deferred) return images;
+  images.front() = &renderer.light;
+  images.insert(images.begin(), {&renderer.albedo, &renderer.normal});
+  return images;
 }
 
 void bind(const Renderer& renderer, VkCommandBuffer commands, const Renderer::PaneSet& pane, VkPipeline pipeline) {
@@ -202,14 +257,14 @@ void record_over_picture(const Renderer& renderer, VkCommandBuffer commands, con
   barrier.from_access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT;
   barrier.from_layout = barrier.to_layout;
   record_barrier(commands, barrier);
-  begin_pass(commands, renderer.picture.extent, renderer.picture, nullptr, VK_ATTACHMENT_LOAD_OP_LOAD);
+  begin_pass(commands, renderer.picture.extent, Images{&renderer.picture}, nullptr, true);
   draw();
   vkCmdEndRendering(commands);
 }
 
 void record_screen_pass(const Renderer& renderer, VkCommandBuffer commands, std::size_t slot, VkPipeline pipeline, const Image& target,
                         VkExtent2D extent) {
-  begin_pass(commands, extent, target, nullptr);
+  begin_pass(commands, extent, Images{&target}, nullptr, false);
   bind(renderer, commands, renderer.panes[slot][0], pipeline);
   record_viewport(commands, extent);
   vkCmdDraw(commands, 3, 1, 0, 0);
@@ -226,8 +281,8 @@ void record_enlarge(const Renderer& renderer, VkCommandBuffer commands, std::siz
 }  // namespace
 
 Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const GroundMap& ground_map_in, const Weather& weather_in,
-                   VkExtent2D extent)
-    : device(device_in), terrain(terrain_in), ground_map(ground_map_in), weather(weather_in) {
+                   PlantTargets targets_in, VkExtent2D extent)
+    : device(device_in), terrain(terrain_in), ground_map(ground_map_in), weather(weather_in), targets(targets_in) {
   ground_vertices = create_device_buffer(device, std::as_bytes(std::span(terrain.vertices)), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   ground_indices = create_device_buffer(device, std::as_bytes(std::span(terrain.indices)), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   ground_map_image = upload(device, ground_map.texture);
@@ -243,7 +298,7 @@ Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const Gro
   set_layout = create_set_layout(device, kBindingTypes);
   pipeline_layout = create_pipeline_layout(device, set_layout, 0);
   allocate_sets(*this);
-  create_ground_pipelines(*this);
+  create_lit_pipelines(*this);
   create_screen_pipelines(*this);
   resize_renderer(*this, extent);
 }
@@ -254,6 +309,16 @@ void resize_renderer(Renderer& renderer, VkExtent2D extent) {
   desc.format = Renderer::kSceneFormat;
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   renderer.scene = create_image(renderer.device, desc);
+  const auto create = [&](Image& image, VkFormat format) {
+    desc.format = format;
+    image = create_image(renderer.device, desc);
+  };
+  if (renderer.targets.velocity) create(renderer.velocity, Renderer::kVelocityFormat);
+  if (renderer.targets.deferred) {
+    create(renderer.albedo, Renderer::kAlbedoFormat);
+    create(renderer.normal, Renderer::kNormalFormat);
+    create(renderer.light, Renderer::kLightFormat);
+  }
   desc.format = Renderer::kDepthFormat;
   desc.usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   renderer.depth = create_image(renderer.device, desc);
@@ -265,7 +330,7 @@ void resize_renderer(Renderer& renderer, VkExtent2D extent) {
   renderer.blended = create_image(renderer.device, desc);
   renderer.drawn = renderer.blends = extent;
   write_sets(renderer);
-  if (renderer.temporal) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth);
+  if (renderer.temporal) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth, renderer.velocity);
 }
 
 void set_scale(Renderer& renderer, float scale) {
@@ -282,18 +347,47 @@ void set_scale(Renderer& renderer, float scale) {
 void set_temporal(Renderer& renderer, bool on) {
   if (on == (renderer.temporal != nullptr)) return;
   renderer.temporal = on ? std::make_unique<Temporal>(renderer.device, Renderer::kPictureFormat) : nullptr;
-  if (on) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth);
+  if (on) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth, renderer.velocity);
 }
 
 void set_shadows(Renderer& renderer, std::uint32_t size_px) {
-  renderer.shadows = size_px > 0 ? std::make_unique<Shadows>(renderer.device, size_px) : nullptr;
-  create_ground_pipelines(renderer);
+  renderer.shadows = size_px > 0 ? std::make_unique<Shadows>(renderer.device, size_px, renderer.targets.deferred) : nullptr;
+  create_lit_pipelines(renderer);
   write_sets(renderer);
 }
 
+namespace {
+
+/// Ends the pass that plants' surfaces are drawn in, lights them, and begins the pass of all else.
+void record_light(const Renderer& renderer, VkCommandBuffer commands, const std::function<void()>& draw_light) {
+  vkCmdEndRendering(commands);
+  for (const Image* image : {&renderer.albedo, &renderer.normal, &renderer.light})
+    record_barrier(commands, from_attachment(*image, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
+                                             VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
+  const ImageBarrier sampled = from_depth_attachment(renderer.depth, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT);
+  record_barrier(commands, sampled);
+  begin_pass(commands, renderer.drawn, Images{&renderer.scene}, nullptr, false);
+  draw_light();
+  vkCmdEndRendering(commands);
+  for (const Image* image : scene_images(renderer)) {
+    ImageBarrier kept = to_attachment(*image, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT);
+    kept.from_access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT;
+    kept.from_layout = kept.to_layout;
+    record_barrier(commands, kept);
+  }
+  ImageBarrier depth = to_depth_attachment(renderer.depth, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT);
+  depth.from_layout = sampled.to_layout;
+  record_barrier(commands, depth);
+  begin_pass(commands, renderer.drawn, scene_images(renderer), &renderer.depth, true);
+}
+
+}  // namespace
+
 void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, std::span<const FrameView> views,
                   const std::function<void()>& draw_plants) {
-  record_barrier(commands, to_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
+  for (const Image* image : plant_images(renderer))
+    record_barrier(commands, to_attachment(*image, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
+  if (renderer.targets.deferred) record_barrier(commands, to_attachment(renderer.scene, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
   ImageBarrier depth =
       to_depth_attachment(renderer.depth, VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT |
                                               VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT);
@@ -308,11 +402,19 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
       record(renderer.panes[slot][i], views[i], views[i].clip_from_view * views[i].view_from_world);
     }
   };
-  begin_pass(commands, renderer.drawn, renderer.scene, &renderer.depth);
+  write_uniforms(renderer, slot, views);
+  begin_pass(commands, renderer.drawn, plant_images(renderer), &renderer.depth, false);
   draw_plants();
   stamp(ScenePass::plants);
-  for_each_pane([&](const Renderer::PaneSet& pane, const FrameView& view, const glm::mat4& clip_from_world) {
-    write_uniforms(renderer, pane, view);
+  if (renderer.targets.deferred)
+    record_light(renderer, commands, [&] {
+      for_each_pane([&](const Renderer::PaneSet& pane, const FrameView&, const glm::mat4&) {
+        bind(renderer, commands, pane, renderer.light_pipeline);
+        vkCmdDraw(commands, 3, 1, 0, 0);
+      });
+    });
+  stamp(ScenePass::light);
+  for_each_pane([&](const Renderer::PaneSet& pane, const FrameView&, const glm::mat4& clip_from_world) {
     record_ground(renderer, commands, pane, clip_from_world);
   });
   stamp(ScenePass::ground);
@@ -340,7 +442,8 @@ void record_tone_map(Renderer& renderer, VkCommandBuffer commands, std::size_t s
   stamp_pass(renderer.timer.get(), commands, slot, ScenePass::tone_map);
   if (renderer.temporal) {
     const TemporalView temporal_view{view.unmoved_clip_from_world, view.jitter_px, renderer.drawn, renderer.blends, view.unchanged};
-    record_temporal(*renderer.temporal, commands, temporal_view, toned, renderer.depth, blended);
+    record_temporal(*renderer.temporal, commands, temporal_view,
+                    {.toned = toned, .depth = renderer.depth, .velocity = renderer.velocity, .blended = blended});
   }
   if (enlarges) record_enlarge(renderer, commands, slot);
   if (draw_overlay) record_over_picture(renderer, commands, draw_overlay);

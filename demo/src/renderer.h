@@ -42,12 +42,22 @@ struct FrameView {
   std::uint32_t temporal_frame = 0;  ///< coppice_camera's
   glm::vec3 eye;
   float time_s = 0;
-  bool unchanged = false;  ///< nothing but the camera can have changed since the frame before
+  bool debug_view = false;  ///< plants show colours that are not to be lit
+  bool unchanged = false;   ///< nothing but the camera can have changed since the frame before
+};
+
+/// What plants are drawn to, in this order: `scene`, or to be lit here `albedo`, `normal` and `light`; then perhaps `velocity`.
+struct PlantTargets {
+  bool deferred = false;  ///< lit here: coppice_surface.glsl says what is in the three
+  bool velocity = false;  ///< for temporal antialiasing
 };
 
 /// Ground, sky and tone mapping, and the images they and the plants draw to.
 struct Renderer {
   static constexpr VkFormat kSceneFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
+  static constexpr VkFormat kAlbedoFormat = VK_FORMAT_R8G8B8A8_SRGB;
+  static constexpr VkFormat kNormalFormat = VK_FORMAT_R8G8B8A8_UNORM, kLightFormat = VK_FORMAT_R8G8B8A8_UNORM;
+  static constexpr VkFormat kVelocityFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
   static constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
   static constexpr VkFormat kPictureFormat = VK_FORMAT_R8G8B8A8_UNORM;  // holds sRGB-encoded values
 
@@ -55,15 +65,18 @@ struct Renderer {
   const Terrain& terrain;
   const GroundMap& ground_map;
   Weather weather;
+  const PlantTargets targets;
 
   /// What frames are drawn to of `scene`, `depth` and `toned`, and what of `blended` is blended over time, from their first pixel on. What
   /// is less than the picture is enlarged to it.
   VkExtent2D drawn = {}, blends = {};
-  Image scene;    ///< linear radiance
-  Image depth;    ///< reversed
-  Image toned;    ///< display values before they are blended over time
-  Image blended;  ///< display values before they are enlarged
-  Image picture;  ///< what is shown and saved; in TRANSFER_SRC layout after record_tone_map
+  Image scene;                  ///< linear radiance
+  Image albedo, normal, light;  ///< of plants; there where they are lit here
+  Image velocity;               ///< px, and 2 in z where depth and cameras say it; there if wanted
+  Image depth;                  ///< reversed
+  Image toned;                  ///< display values before they are blended over time
+  Image blended;                ///< display values before they are enlarged
+  Image picture;                ///< what is shown and saved; in TRANSFER_SRC layout after record_tone_map
 
   Buffer ground_vertices;
   Buffer ground_indices;
@@ -75,6 +88,9 @@ struct Renderer {
     VkDescriptorSet set = VK_NULL_HANDLE;
   };
   std::array<std::array<PaneSet, kMostPanes>, FrameRing::kSlots> panes;
+  /// Of the frame before.
+  std::array<glm::mat4, kMostPanes> clip_from_world_before;
+  float time_before_s = 0;
 
   Handle<VkSampler> repeat_sampler;
   Handle<VkSampler> clamp_sampler;
@@ -82,6 +98,7 @@ struct Renderer {
   Handle<VkDescriptorSetLayout> set_layout;
   Handle<VkPipelineLayout> pipeline_layout;
   Handle<VkDescriptorPool> descriptor_pool;
+  Handle<VkPipeline> light_pipeline;
   Handle<VkPipeline> ground_pipeline;
   Handle<VkPipeline> tuft_pipeline;
   Handle<VkPipeline> sky_pipeline;
@@ -92,7 +109,8 @@ struct Renderer {
   std::unique_ptr<Temporal> temporal;  ///< null: every frame is shown as it is
 
   /// extent  of all images
-  Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, VkExtent2D extent);
+  Renderer(const Device& device, const Terrain& terrain, const GroundMap& ground_map, const Weather& weather, PlantTargets targets,
+           VkExtent2D extent);
 };
 
 /// Replaces the images, and draws to all of them. No frame may be in flight.
@@ -107,7 +125,7 @@ void set_temporal(Renderer& renderer, bool on);
 /// Switches shadow maps on, or off with a size of 0. No frame may be in flight.
 void set_shadows(Renderer& renderer, std::uint32_t size_px);
 
-/// Records the scene pass: `draw_plants` of all views first (it may change every binding), then ground, grass and sky.
+/// Records the scene: `draw_plants` of all views first (it may change every binding), their light, then ground, grass and sky.
 /// slot   FrameRing::slot_index() of the frame: its uniforms and tufts are overwritten
 /// views  at most kMostPanes, beside each other
 void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, std::span<const FrameView> views,

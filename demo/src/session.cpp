@@ -75,6 +75,11 @@ bool blends_frames(const Options& options) {
   return options.temporal.value_or(options.supersample == 1 && options.compare.empty() && panes_of(options) == Panes::one);
 }
 
+/// A window may switch antialiasing on later.
+PlantTargets plant_targets(const Options& options, bool in_window) {
+  return {.deferred = options.lighting == Lighting::deferred, .velocity = in_window || blends_frames(options)};
+}
+
 FramePace first_pace(const Options& options, const Device& device, bool in_window) {
   const bool software = device.software;
   FramePace pace;
@@ -276,6 +281,7 @@ FrameView view_of(const Session& session, const Pose& pose, float time_s, const 
   view.temporal_frame = session.renderer.temporal ? session.renderer.temporal->frame + 1 : session.sample;
   view.eye = pose.position;
   view.time_s = time_s;
+  view.debug_view = session.controls.view != DebugView::none;
   return view;
 }
 
@@ -341,9 +347,10 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
     : window(std::move(window_in)),
       device(device_options(options, window.get())),
       screen(window ? std::make_unique<Screen>(device, *window) : nullptr),
-      forest(options.scene.empty() ? open_forest(device, find_plants(options), options) : open_scene(device, options)),
+      targets(plant_targets(options, window != nullptr)),
+      forest(options.scene.empty() ? open_forest(device, find_plants(options), options, targets) : open_scene(device, options, targets)),
       world(make_world(forest, options)),
-      renderer(device, world.terrain, world.ground_map, world.weather, picture_extent(options, screen.get())),
+      renderer(device, world.terrain, world.ground_map, world.weather, targets, picture_extent(options, screen.get())),
       ring(create_frame_ring(device)),
       overlay(window ? std::make_unique<Overlay>(device, *window, Renderer::kPictureFormat) : nullptr) {
   if (forest.scene == 0) add_instances(forest, world.planting, world.terrain);

@@ -42,6 +42,7 @@ struct Session {
   std::unique_ptr<Window> window;  ///< null when headless
   Device device;
   std::unique_ptr<Screen> screen;  ///< null when headless
+  PlantTargets targets;
   Forest forest;
   World world;
   Renderer renderer;

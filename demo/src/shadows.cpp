@@ -11,7 +11,7 @@
 namespace forest {
 namespace {
 
-constexpr std::array<float, Shadows::kCascades> kRadii_m{22, 100, 480};
+constexpr std::array<float, Shadows::kMaps> kRadii_m{22, 100, 480, 160};
 /// In pixels of the map: a shadow is soft, and seen from farther away than the map's pixels are fine.
 constexpr float kError_px = 3;
 constexpr std::uint64_t kFramesBetweenRefinements = 24;
@@ -22,8 +22,9 @@ constexpr float kNeverDrawn = 1e30f;
 coppice_camera sun_camera(const ShadowFrame& frame, std::size_t cascade, glm::vec3 center, const Shadows& shadows) {
   coppice_sun_desc desc;
   coppice_sun_desc_init(&desc);
+  const glm::vec3 from = cascade == Shadows::kSkyMap ? glm::vec3(0, 1, 0) : frame.sun_direction;
   for (int axis = 0; axis < 3; ++axis) {
-    desc.sun_direction[axis] = frame.sun_direction[axis];
+    desc.sun_direction[axis] = from[axis];
     desc.center[axis] = center[axis];
   }
   desc.radius_m = shadows.cascades[cascade].radius_m;
@@ -49,7 +50,7 @@ glm::vec3 center_of(const ShadowFrame& frame, std::size_t index, const Shadows& 
 std::optional<std::size_t> due_cascade(const Shadows& shadows, const ShadowFrame& frame) {
   std::optional<std::size_t> due;
   float most = -1;
-  for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
+  for (std::size_t i = 0; i < shadows.cascades.size(); ++i) {
     const Shadows::Cascade& cascade = shadows.cascades[i];
     const bool first = cascade.drawn_frame == 0;
     const bool finer = cascade.drawn_arrivals != frame.arrivals && frame.number >= cascade.drawn_frame + kFramesBetweenRefinements;
@@ -85,12 +86,12 @@ void end_map(VkCommandBuffer commands, const Image& map) {
 
 }  // namespace
 
-Shadows::Shadows(const Device& device, std::uint32_t size_px) {
+Shadows::Shadows(const Device& device, std::uint32_t size_px, bool sky_map) : cascades(sky_map ? kMaps : kCascades) {
   ImageDesc desc;
   desc.format = VK_FORMAT_D32_SFLOAT;
   desc.extent = {size_px, size_px};
   desc.usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
-  for (std::size_t i = 0; i < kCascades; ++i) {
+  for (std::size_t i = 0; i < cascades.size(); ++i) {
     cascades[i].map = create_image(device, desc);
     cascades[i].radius_m = kRadii_m[i];
   }

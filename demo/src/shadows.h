@@ -15,10 +15,13 @@
 
 namespace forest {
 
-/// Shadow maps of the sun: squares about the ground before the eye, each several times as large as the one before. Plants stand still, so a
-/// map is drawn again only when its square has moved on, or plants have got finer: at most one a frame.
+/// Shadow maps of the sun: squares about the ground before the eye, each several times as large as the one before; and one from straight
+/// above, the sky map, which says what grows how high. Plants stand still, so a map is drawn again only when its square has moved on, or
+/// plants have got finer: at most one a frame.
 struct Shadows {
   static constexpr std::size_t kCascades = 3;
+  static constexpr std::size_t kSkyMap = kCascades;  ///< its place among maps
+  static constexpr std::size_t kMaps = kCascades + 1;
   static constexpr std::uint32_t kSize_px = 1024;  ///< of a map, for a picture drawn at full size
   struct Cascade {
     Image map;
@@ -28,14 +31,14 @@ struct Shadows {
     std::uint64_t drawn_frame = 0;  ///< 0: not yet
     std::uint64_t drawn_arrivals = 0;
   };
-  std::array<Cascade, kCascades> cascades;
+  std::vector<Cascade> cascades;  ///< [kMaps], or without a sky map [kCascades]
 
-  Shadows(const Device& device, std::uint32_t size_px);
+  Shadows(const Device& device, std::uint32_t size_px, bool sky_map);
 };
 
 struct ShadowFrame {
   const coppice_context* context = nullptr;
-  std::array<coppice_view, Shadows::kCascades> views{};
+  std::array<coppice_view, Shadows::kMaps> views{};
   const Terrain* terrain = nullptr;
   glm::vec3 sun_direction = {0, 1, 0};
   glm::vec3 eye = {0, 0, 0};

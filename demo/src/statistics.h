@@ -40,7 +40,8 @@ struct Statistics {
 };
 
 /// Of Statistics::pass_ms.
-constexpr std::array kPassNames = {"upload", "cull", "splats", "leaves", "tiles", "draw", "ground", "tufts", "sky", "tone_map", "temporal"};
+constexpr std::array kPassNames = {"upload", "cull",   "splats", "leaves", "tiles",    "draw",
+                                   "light",  "ground", "tufts",  "sky",    "tone_map", "temporal"};
 static_assert(kPassNames.size() == std::tuple_size_v<decltype(Statistics::pass_ms)>);
 
 struct FrameTimes {

@@ -24,7 +24,7 @@ constexpr float kAnySpread = 1e4f;
 
 struct Push {
   glm::mat4 before_from_clip;
-  glm::vec2 moved_by;
+  glm::vec2 moved_by, moved_by_before;
   glm::vec2 drawn_px, blends_px, past_px;
   float newest;
   float spread;
@@ -42,7 +42,7 @@ float radical_inverse(std::uint32_t i, std::uint32_t base) {
 
 void allocate_sets(Temporal& temporal) {
   constexpr std::uint32_t kSets = 2;
-  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSets};
+  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 4 * kSets};
   VkDescriptorPoolCreateInfo info = vk_struct<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
   info.maxSets = kSets;
   info.poolSizeCount = 1;
@@ -58,11 +58,12 @@ void allocate_sets(Temporal& temporal) {
   check(vkAllocateDescriptorSets(temporal.device.handle, &allocation, temporal.sets.data()), "vkAllocateDescriptorSets");
 }
 
-void write_set(const Temporal& temporal, std::size_t written, const Image& toned, const Image& depth) {
+void write_set(const Temporal& temporal, std::size_t written, const Image& toned, const Image& depth, const Image& velocity) {
   constexpr VkImageLayout kRead = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-  const std::array<VkDescriptorImageInfo, 3> images = {{{temporal.texel_sampler, toned.view, kRead},
+  const std::array<VkDescriptorImageInfo, 4> images = {{{temporal.texel_sampler, toned.view, kRead},
                                                         {temporal.texel_sampler, depth.view, kRead},
-                                                        {temporal.sampler, temporal.history[1 - written].view, kRead}}};
+                                                        {temporal.sampler, temporal.history[1 - written].view, kRead},
+                                                        {temporal.texel_sampler, velocity.view, kRead}}};
   VkWriteDescriptorSet write = vk_struct<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
   write.dstSet = temporal.sets[written];
   write.descriptorCount = 1;
@@ -91,6 +92,7 @@ Push advance(Temporal& temporal, const TemporalView& view) {
   push.blends_px = size_px(view.blends);
   push.past_px = size_px(std::exchange(temporal.written_to, view.blends));
   push.moved_by = 2.0f * view.jitter_px / push.drawn_px;
+  push.moved_by_before = std::exchange(temporal.moved_by, push.moved_by);
   // In double precision: it is near the identity, and what it is made of is kilometres large.
   glm::dmat4 moved(1);
   moved[3][0] = static_cast<double>(push.moved_by.x);
@@ -113,7 +115,7 @@ Temporal::Temporal(const Device& device_in, VkFormat blended_format) : device(de
   sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE);
   texel_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE, VK_FILTER_NEAREST);  // depth need not be filterable
   constexpr VkDescriptorType kSampled = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
-  set_layout = create_set_layout(device, std::array{kSampled, kSampled, kSampled});
+  set_layout = create_set_layout(device, std::array{kSampled, kSampled, kSampled, kSampled});
   pipeline_layout = create_pipeline_layout(device, set_layout, sizeof(Push), VK_SHADER_STAGE_FRAGMENT_BIT);
   allocate_sets(*this);
   PipelineDesc desc;
@@ -122,18 +124,20 @@ Temporal::Temporal(const Device& device_in, VkFormat blended_format) : device(de
   desc.fragment_spirv = temporal_frag_spirv;
   desc.color_format = kHistoryFormat;
   desc.second_color_format = blended_format;
+  constexpr std::uint32_t kEnlarges = 1, kSharp = 2;  // kHow of temporal.frag
+  if (!device.software) desc.fragment_constant = kSharp;
   pipeline = create_pipeline(device, desc);
-  desc.fragment_constant = 1;  // kEnlarges
+  desc.fragment_constant |= kEnlarges;
   enlarging_pipeline = create_pipeline(device, desc);
 }
 
-void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth) {
+void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth, const Image& velocity) {
   ImageDesc desc;
   desc.extent = toned.extent;
   desc.usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
   desc.format = Temporal::kHistoryFormat;
   for (Image& image : temporal.history) image = create_image(temporal.device, desc);
-  for (std::size_t i = 0; i < temporal.sets.size(); ++i) write_set(temporal, i, toned, depth);
+  for (std::size_t i = 0; i < temporal.sets.size(); ++i) write_set(temporal, i, toned, depth, velocity);
   temporal.averaged = 0;
   submit_and_wait(temporal.device, [&](VkCommandBuffer commands) {
     for (const Image& image : temporal.history) {
@@ -152,20 +156,20 @@ glm::vec2 temporal_jitter_px(const Temporal& temporal) {
   return glm::vec2(radical_inverse(point, 2), radical_inverse(point, 3)) - 0.5f;
 }
 
-void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const Image& toned, const Image& depth,
-                     const Image& blended) {
+void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const TemporalImages& images) {
   const Push push = advance(temporal, view);
   const bool enlarges = !same_extent(view.drawn, view.blends);
   temporal.written = 1 - temporal.written;
   const Image& history = temporal.history[temporal.written];
   constexpr VkPipelineStageFlags2 kRead = VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
   constexpr VkImageLayout kReadLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-  record_barrier(commands, from_attachment(toned, kRead, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, kReadLayout));
-  record_barrier(commands, from_depth_attachment(depth, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT));
+  for (const Image* image : {&images.toned, &images.velocity})
+    record_barrier(commands, from_attachment(*image, kRead, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, kReadLayout));
+  record_barrier(commands, from_depth_attachment(images.depth, kRead));
   record_barrier(commands, to_attachment(history, kRead));
-  record_barrier(commands, to_attachment(blended, kRead | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
+  record_barrier(commands, to_attachment(images.blended, kRead | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));
 
-  const std::array attachments = {attachment(history), attachment(blended)};
+  const std::array attachments = {attachment(history), attachment(images.blended)};
   VkRenderingInfo info = vk_struct<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   info.renderArea = {{0, 0}, view.blends};
   info.layerCount = 1;

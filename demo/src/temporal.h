@@ -31,14 +31,15 @@ struct Temporal {
   float averaged = 0;                        ///< frames in the history; 0: nothing is
   bool moving = false;                       ///< the latest frame differs from the one before
   glm::mat4 clip_from_world = glm::mat4(1);  ///< of the latest frame, not moved
+  glm::vec2 moved_by = {0, 0};               ///< how it was moved, clip space
 
   /// blended_format  of the image record_temporal writes
   Temporal(const Device& device, VkFormat blended_format);
 };
 
-/// Replaces the history. `toned` and `depth`, both with VK_IMAGE_USAGE_SAMPLED_BIT, are what record_temporal will read, as large as the
-/// picture. No frame may be in flight.
-void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth);
+/// Replaces the history. `toned`, `depth` and `velocity`, all with VK_IMAGE_USAGE_SAMPLED_BIT, are what record_temporal will read, as large
+/// as the picture. No frame may be in flight.
+void resize_temporal(Temporal& temporal, const Image& toned, const Image& depth, const Image& velocity);
 
 /// By how much to move the next frame, px of it, each within half a pixel: 64 points that cover the pixel evenly, and so do 16 of them in a
 /// row.
@@ -52,9 +53,13 @@ struct TemporalView {
   bool unchanged = false;        ///< nothing but the camera can have changed since the frame before
 };
 
-/// Records the blend of `toned`, this frame alone in display values, into the history and `blended`. All images in the layout of
-/// attachments, before and after, but `depth`, which is left to be read by fragment shaders.
-void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const Image& toned, const Image& depth,
-                     const Image& blended);
+struct TemporalImages {
+  const Image& toned;     ///< this frame alone, display values
+  const Image& depth;     ///< left to be read by fragment shaders, as `toned` and `velocity` are
+  const Image& velocity;  ///< px since the frame before, jitter included; above 1.5 in z where depth and the cameras say it
+  const Image& blended;   ///< written
+};
+/// Records the blend of a frame into the history and `blended`. All images are in the layout of attachments before.
+void record_temporal(Temporal& temporal, VkCommandBuffer commands, const TemporalView& view, const TemporalImages& images);
 
 }  // namespace forest

@@ -48,5 +48,10 @@ void write_surface(CoppiceSurface surface, SurfacePlace place) {
   COPPICE_WRITE(7);
 }
 
-// In place of light, for a debug view.
-void write_color(vec3 color) { out_colors[0] = vec4(color, 1.0); }
+// In place of light, for a debug view: where light would be, or the albedo. All else is 0.
+void write_color(vec3 color) {
+  for (uint i = 0; i < 8; ++i) {
+    uint content = kContents >> (4 * i) & 15u;
+    out_colors[i] = content == kContentLit || content == kContentAlbedo ? vec4(color, 1.0) : vec4(0.0);
+  }
+}

@@ -17,7 +17,7 @@ struct FrameUniforms {
   vec4 sun_direction;           // xyz unit, towards the sun; w time of the frame before, s
   vec4 sun_color;               // linear radiance; w 1: plants are shown in the colours of a debug view
   vec4 sky_color;               // ambient from above; w moves what is sampled at random, another in each frame that is averaged
-  vec4 ground_color;            // ambient from below
+  vec4 ground_color;            // ambient from below; w 1: there is forest beyond what is planted
   vec4 fog;                     // rgb colour, w density 1/m
   mat4 shadows[3];              // clip_from_world of the shadow maps, the finest first
   mat4 sky_map;                 // of the map from above

@@ -23,8 +23,16 @@ void main() {
   float trodden = smoothstep(0.25, 0.75, state.y + 0.5 * (fine.y - 0.5) + 0.3 * (coarse.x - 0.5));
   albedo = mix(albedo, mix(vec3(0.10, 0.070, 0.045), vec3(0.165, 0.125, 0.083), coarse.x), 0.85 * trodden);
   albedo *= (0.45 + 1.1 * fine.x) * (0.75 + 0.5 * coarse.x);
+  // Where tufts get fewer the ground takes on their colour, so that no line shows where the last ones stand (gather_tufts).
+  float away_m = distance(world_position, frame.eye.xyz);
+  float cover = smoothstep(3.0, 20.0, away_m) * (1.0 - trodden) * (1.0 - 0.7 * litter) * (0.4 + 0.6 * lush);
+  albedo = mix(albedo, mix(vec3(0.066, 0.110, 0.024), vec3(0.125, 0.130, 0.042), coarse.y * coarse.y) * (0.6 + 0.7 * fine.y), 0.7 * cover);
+  // Beyond what is planted the forest goes on, too far to be told from its colour.
+  vec2 unit = abs(at) / frame.ground.x;
+  float forest = frame.ground_color.w * smoothstep(0.86, 1.0, max(unit.x, unit.y));
+  albedo = mix(albedo, vec3(0.030, 0.052, 0.014) * (0.5 + coarse.y), 0.8 * forest);
 
-  vec2 slope = 0.9 * (fine.zw - 0.5) + 0.5 * (coarse.zw - 0.5);
+  vec2 slope = (0.9 + 0.6 * cover) * (fine.zw - 0.5) + (0.5 + forest) * (coarse.zw - 0.5);
   vec3 normal = normalize(world_normal - vec3(slope.x, 0, slope.y));
   // Holes in the crowns: the smooth shade breaks into flecks of light.
   float flecks = smoothstep(0.36, 0.68, coarse.y * 0.6 + fine.y * 0.4);

@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
 #include "failure.h"
@@ -92,8 +93,11 @@ coppice_placement placement_of(const PlacedPlant& plant, const Species& species,
   placement.position[1] = ground_m - 0.02f - plant.scale * species.foot_m;
   placement.position[2] = plant.position.y;
   placement.scale = plant.scale;
-  placement.rotation[1] = std::sin(0.5f * plant.yaw_rad);
-  placement.rotation[3] = std::cos(0.5f * plant.yaw_rad);
+  // Turned about its stem, which then leans.
+  const glm::quat yaw = glm::angleAxis(plant.yaw_rad, glm::vec3(0, 1, 0));
+  const glm::quat lean = glm::quat(glm::vec3(plant.lean_rad.y, 0, -plant.lean_rad.x));
+  const glm::quat rotation = lean * yaw;
+  std::copy_n(glm::value_ptr(rotation), 4, placement.rotation);
   std::memcpy(placement.tint, &plant.tint, sizeof placement.tint);
   return placement;
 }

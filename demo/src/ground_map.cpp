@@ -59,6 +59,7 @@ GroundMap make_ground_map(const Planting& planting, const glm::vec3& sun_directi
   constexpr std::uint32_t kSide = 512;
   GroundMap map;
   map.extent_m = 1.2f * planting.half_extent_m;
+  map.among_others = planting.plants.size() > 1;
   DepthGrid sun{kSide, map.extent_m, std::vector<float>(kSide * kSide)};
   DepthGrid sky = sun;
   const glm::vec2 away = -glm::vec2(sun_direction.x, sun_direction.z) / std::max(sun_direction.y, 0.2f);

@@ -21,6 +21,7 @@ struct Texture {
 /// R sunlight that crowns let through, G share of trodden earth, B sky seen between crowns, A how lush the grass is.
 struct GroundMap {
   float extent_m = 0;
+  bool among_others = false;  ///< what is planted is part of a forest
   Texture texture;
 };
 

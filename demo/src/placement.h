@@ -22,7 +22,8 @@ struct PlacedPlant {
   glm::vec2 position;  ///< plan (x, z), metres
   float scale = 1;
   float yaw_rad = 0;
-  float crown_radius_m = 1;  ///< of the scaled plant, in plan
+  glm::vec2 lean_rad = {0, 0};  ///< out of the vertical, towards x and z
+  float crown_radius_m = 1;     ///< of the scaled plant, in plan
   glm::vec3 tint;
 };
 

@@ -170,7 +170,7 @@ FrameUniforms uniforms_of(const Renderer& renderer, std::size_t pane, const Fram
   uniforms.sun_direction = {renderer.weather.sun_direction, renderer.time_before_s};
   uniforms.sun_color = {renderer.weather.sun_color, view.debug_view ? 1 : 0};
   uniforms.sky_color = {renderer.weather.sky_color, static_cast<float>(view.temporal_frame % 64)};
-  uniforms.ground_color = {renderer.weather.ground_color, 0};
+  uniforms.ground_color = {renderer.weather.ground_color, renderer.ground_map.among_others ? 1 : 0};
   uniforms.fog = {renderer.weather.fog_color, renderer.weather.fog_density};
   for (std::size_t i = 0; renderer.shadows && i < Shadows::kCascades; ++i)
     uniforms.shadows[i] = renderer.shadows->cascades[i].clip_from_world;

@@ -2,7 +2,15 @@
 
 #include "contents.glsl"
 
-layout(location = 0) out vec4 out_colors[8];
+// Each a variable of its own: those that a view has no attachment for are taken out when its pipeline is built (shader_outputs.h).
+layout(location = 0) out vec4 out_color_0;
+layout(location = 1) out vec4 out_color_1;
+layout(location = 2) out vec4 out_color_2;
+layout(location = 3) out vec4 out_color_3;
+layout(location = 4) out vec4 out_color_4;
+layout(location = 5) out vec4 out_color_5;
+layout(location = 6) out vec4 out_color_6;
+layout(location = 7) out vec4 out_color_7;
 
 // A place on a plant.
 struct SurfacePlace {
@@ -35,7 +43,7 @@ vec4 content_of(uint content, CoppiceSurface surface, SurfacePlace place) {
 }
 
 // An attachment after the other, so that a driver knows each one's content when it compiles.
-#define COPPICE_WRITE(i) out_colors[i] = content_of(kContents >> (4 * i) & 15u, surface, place)
+#define COPPICE_WRITE(i) out_color_##i = content_of(kContents >> (4 * i) & 15u, surface, place)
 
 void write_surface(CoppiceSurface surface, SurfacePlace place) {
   COPPICE_WRITE(0);
@@ -49,4 +57,4 @@ void write_surface(CoppiceSurface surface, SurfacePlace place) {
 }
 
 // In place of light, for a debug view.
-void write_color(vec3 color) { out_colors[0] = vec4(color, 1.0); }
+void write_color(vec3 color) { out_color_0 = vec4(color, 1.0); }

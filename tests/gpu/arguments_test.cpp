@@ -35,7 +35,7 @@ static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2);
 static_assert(sizeof(coppice_camera) == 8 * 16 + 4 * (2 + 2 + 16 + 2 + 2 + 6) + 8);  // temporal_frame and layer_mask: of any value
 static_assert(sizeof(coppice_eye) == 8 * 16 + 4 * (1 + 2 + 16 + 1));
 static_assert(sizeof(coppice_view_desc) == 8);
-static_assert(sizeof(coppice_vulkan_view_desc) == 84);
+static_assert(sizeof(coppice_vulkan_view_desc) == 96);
 static_assert(sizeof(coppice_ray) == 56);  // pick_test
 
 /// Floats of a struct.
@@ -234,6 +234,7 @@ std::vector<Wrong<ViewDescs>> wrong_view_descs() {
       {"vulkan.depth_format", [](auto& d) { d.vulkan.depth_format = VK_FORMAT_UNDEFINED; }},
       {"vulkan.has_stencil", [](auto& d) { d.vulkan.has_stencil = VK_TRUE; }},
       {"vulkan.has_stencil", [](auto& d) { d.vulkan.has_stencil = 2; }},
+      {"vulkan.subpass", [](auto& d) { d.vulkan.subpass = 1; }},
       {"vulkan.samples", [](auto& d) { d.vulkan.samples = static_cast<VkSampleCountFlagBits>(0); }},
       {"vulkan.samples", [](auto& d) { d.vulkan.samples = static_cast<VkSampleCountFlagBits>(3); }},
       {"vulkan.depth_compare", [](auto& d) { d.vulkan.depth_compare = VK_COMPARE_OP_NEVER; }},

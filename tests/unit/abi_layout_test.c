@@ -357,7 +357,9 @@ FIELD(coppice_vulkan_view_desc, depth_format, 36);
 FIELD(coppice_vulkan_view_desc, depth_compare, 40);
 FIELD(coppice_vulkan_view_desc, samples, 44);
 FIELD(coppice_vulkan_view_desc, has_stencil, 48);
-LAST_FIELD(coppice_vulkan_view_desc, contents, 52, 84);
+FIELD(coppice_vulkan_view_desc, contents, 52);
+FIELD(coppice_vulkan_view_desc, subpass, 84);
+LAST_FIELD(coppice_vulkan_view_desc, render_pass, 88, 96);
 
 FIELD(coppice_shadow_map, image, 0);
 LAST_FIELD(coppice_shadow_map, clip_from_world, 8, 136);

@@ -9,8 +9,8 @@
  *     coppice_frame_begin(context, &frame);              with the cameras of all views: pump streaming, recycle what the GPU is done with
  *     coppice_record_upload(context, cmd);               outside a render pass
  *     coppice_record_cull(context, cmd, view, &light);   outside a render pass; of each view
- *     vkCmdBeginRendering(cmd, ...);
- *     coppice_record_draw(context, cmd, view, 0);        inside dynamic rendering; of each view
+ *     vkCmdBeginRendering(cmd, ...);                     or vkCmdBeginRenderPass, where the view has a render_pass
+ *     coppice_record_draw(context, cmd, view, 0);        of each view
  *     vkCmdEndRendering(cmd);
  *
  * Views are culled and drawn in any order after the upload, also into command buffers of their own, and may be culled or drawn more than
@@ -90,9 +90,10 @@ typedef struct coppice_vulkan_desc {
 
   VkInstance instance;
   VkPhysicalDevice physical_device;
-  VkDevice device; /* Vulkan 1.3, created with these features enabled: dynamicRendering, synchronization2, bufferDeviceAddress,
-                      drawIndirectCount, scalarBlockLayout, multiDrawIndirect, drawIndirectFirstInstance. What the physical
-                      device lacks is named in the log; what was merely not enabled Vulkan gives no way to see */
+  VkDevice device; /* Vulkan 1.3, created with these features enabled: dynamicRendering (not where each view has a render_pass),
+                      synchronization2, bufferDeviceAddress, drawIndirectCount, scalarBlockLayout, multiDrawIndirect,
+                      drawIndirectFirstInstance. What the physical device lacks is named in the log; what was merely not
+                      enabled Vulkan gives no way to see */
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
   VkPipelineCache pipeline_cache;             /* may be null. Used by jobs, at any time until the context is destroyed: not one of
                                                  VK_PIPELINE_CACHE_CREATE_EXTERNALLY_SYNCHRONIZED_BIT */
@@ -184,9 +185,16 @@ typedef struct coppice_vulkan_view_desc {
   VkCompareOp depth_compare;     /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
   VkSampleCountFlagBits samples; /* default 1 */
   /* VK_TRUE: depth_format has stencil too, and while drawing the image is bound as the stencil attachment as well; what is in it stays.
-   * Default VK_FALSE: no stencil attachment is bound. */
+   * Default VK_FALSE: no stencil attachment is bound. With a render_pass it says nothing: stencil always stays. */
   VkBool32 has_stencil;
   coppice_content contents[COPPICE_MAX_COLORS]; /* of color_formats; default COPPICE_CONTENT_DEFAULT */
+  /* Not null: coppice_record_draw draws inside this subpass of a classic render pass, or of any that is compatible with it; default null:
+   * inside dynamic rendering. The formats and samples above are those of the subpass: color_formats has an entry for each of its colour
+   * references, with COPPICE_CONTENT_NONE and any format for one that is VK_ATTACHMENT_UNUSED. That they agree Vulkan gives no way to see.
+   * No multiview. Jobs build pipelines with the pass whenever a plant needs another: it must live until the context is destroyed. An engine
+   * that makes new passes keeps one of the same kind for Coppice; views share pipelines where render_pass and subpass are the same. */
+  uint32_t subpass; /* default 0 */
+  VkRenderPass render_pass;
 } coppice_vulkan_view_desc;
 static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_VIEW_DESC, desc, sizeof *desc);
@@ -252,8 +260,9 @@ static inline void coppice_light_init(coppice_light* light) {
 COPPICE_API coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, coppice_view view,
                                                const coppice_light* light);
 
-/* Records the draws of a view, as one of its eyes sees it. Inside dynamic rendering with the formats of its desc; sets viewport and scissor
- * to the view's, binds its own pipelines and descriptor sets (the engine must rebind its own). queue: graphics. thread: as
+/* Records the draws of a view, as one of its eyes sees it. Inside dynamic rendering with the formats of its desc, or inside the subpass of
+ * its render_pass; sets viewport and scissor to the view's, binds its own pipelines and descriptor sets (the engine must rebind its own),
+ * records no barrier. queue: graphics. thread: as
  * coppice_record_cull. eye: 0, or 1 where the camera has a second_eye; each may have attachments of its own, or a rectangle of the same.
  * before: coppice_record_cull of the view in the same frame, submitted before; else COPPICE_ERROR_INVALID_ARGUMENT. Culls and draws of
  * other views may stand between. */

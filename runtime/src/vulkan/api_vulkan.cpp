@@ -52,7 +52,9 @@ coppice::gpu::AttachmentDesc attachments_of(coppice_output output, const coppice
   coppice::gpu::AttachmentDesc attachments{.depth_format = desc.depth_format,
                                            .depth_compare = desc.depth_compare,
                                            .samples = desc.samples,
-                                           .has_stencil = desc.has_stencil == VK_TRUE};
+                                           .has_stencil = desc.has_stencil == VK_TRUE && desc.render_pass == VK_NULL_HANDLE,
+                                           .render_pass = desc.render_pass,
+                                           .subpass = desc.subpass};
   std::uint32_t& count = attachments.color_count;
   for (; count < COPPICE_MAX_COLORS && desc.color_formats[count] != VK_FORMAT_UNDEFINED; ++count) {
     attachments.color_formats[count] = desc.color_formats[count];

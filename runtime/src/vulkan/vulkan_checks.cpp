@@ -62,6 +62,7 @@ std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vul
       desc.depth_compare != VK_COMPARE_OP_GREATER && desc.depth_compare != VK_COMPARE_OP_GREATER_OR_EQUAL)
     return "depth_compare is none of LESS, LESS_OR_EQUAL, GREATER and GREATER_OR_EQUAL";
   if (std::string problem = flag_problem("has_stencil", desc.has_stencil); !problem.empty()) return problem;
+  if (desc.subpass != 0 && desc.render_pass == VK_NULL_HANDLE) return "subpass is set, and render_pass is null";
   if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples is not one VkSampleCountFlagBits";
   return {};
 }

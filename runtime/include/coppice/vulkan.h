@@ -23,7 +23,8 @@
  *     coppice_record_cull(context, cmd, view, &light);   light.shadow_maps has the map
  *     ...
  *
- * Where the engine has enabled VK_EXT_debug_utils, what is recorded has labels and pipelines have names. Depth may run either way: see
+ * Where the engine has enabled VK_EXT_debug_utils, what is recorded has labels, pipelines have names, and so have buffers, images, their
+ * views, descriptor sets and memory: these begin with "coppice ". Depth may run either way: see
  * depth_compare. What coppice.h says of threads, errors, booleans and struct_size holds here too.
  *
  * A lost device: the call in which Vulkan said so returns COPPICE_ERROR_DEVICE_LOST and writes a line; from then on so does, without a

@@ -3,12 +3,13 @@
 #include <algorithm>
 
 #include "check.h"
+#include "debug_label.h"
 
 namespace coppice::gpu {
 
-Result<SetLayout> create_set_layout(Device& device, std::span<const Binding> bindings) {
+Result<SetLayout> create_set_layout(Device& device, const char* name, std::span<const Binding> bindings) {
   COPPICE_ASSERT(bindings.size() <= kMaxBindings);
-  SetLayout made{.binding_count = static_cast<std::uint32_t>(bindings.size())};
+  SetLayout made{.name = name, .binding_count = static_cast<std::uint32_t>(bindings.size())};
   std::ranges::copy(bindings, made.bindings.begin());
   std::array<VkDescriptorSetLayoutBinding, kMaxBindings> infos{};
   for (std::uint32_t i = 0; i < made.binding_count; ++i)
@@ -17,6 +18,7 @@ Result<SetLayout> create_set_layout(Device& device, std::span<const Binding> bin
       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = made.binding_count, .pBindings = infos.data()};
   COPPICE_CHECK(
       check(device, device.vk.vkCreateDescriptorSetLayout(device.device, &info, nullptr, &made.layout), "vkCreateDescriptorSetLayout"));
+  name_object(device, VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT, made.layout, name);
   return made;
 }
 
@@ -56,6 +58,7 @@ Result<DescriptorSet> allocate_set(Device& device, const SetLayout& layout) {
     destroy_set(device, made);
     return set.error();
   }
+  name_object(device, VK_OBJECT_TYPE_DESCRIPTOR_SET, made.set, layout.name);
   return made;
 }
 

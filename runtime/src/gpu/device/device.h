@@ -53,10 +53,16 @@ struct Buffer {
 /// A device address has so many bits.
 inline constexpr std::uint32_t kAddressBits = 57;
 
-/// texels: of UNIFORM_TEXEL_BUFFER, R32_UINT or R32G32B32A32_UINT
+struct BufferDesc {
+  const char* name = "";  ///< that a graphics debugger shows
+  std::uint64_t size_bytes = 0;
+  VkBufferUsageFlags usage = 0;
+  MemoryKind kind = MemoryKind::device;
+  VkFormat texels = VK_FORMAT_R32_UINT;  ///< of UNIFORM_TEXEL_BUFFER: R32_UINT or R32G32B32A32_UINT
+};
+
 /// errors  out_of_memory; device_lost; unsupported: a storage or texel buffer larger than the device binds
-Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind,
-                             VkFormat texels = VK_FORMAT_R32_UINT);
+Result<Buffer> create_buffer(Device& device, const BufferDesc& desc);
 /// buffer: may be none
 void destroy_buffer(Device& device, Buffer& buffer);
 /// Whether so many bytes can be taken for a buffer, or else are wanted: see Ledger::fits.

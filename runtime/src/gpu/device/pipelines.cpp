@@ -153,7 +153,7 @@ void PipelineSet::build(void* argument) {
   const Device& device = set.device_;
   Result<VkPipeline> built(VkPipeline{});
   if (!set.closing_) built = create_pipeline(device, set.cache_, pipeline.recipe);
-  if (built && *built != VK_NULL_HANDLE) name_pipeline(device, *built, pipeline.recipe.name);
+  if (built) name_object(device, VK_OBJECT_TYPE_PIPELINE, *built, pipeline.recipe.name);
   const bool lost = !built && built.error().status == Status::device_lost;
   if (!built && !lost)
     log_line(device.log, COPPICE_LOG_ERROR, "%s; nothing is drawn with %s", built.error().message().c_str(), pipeline.recipe.name);

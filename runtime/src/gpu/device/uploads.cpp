@@ -34,7 +34,7 @@ VkImageMemoryBarrier2 layout_change(VkImage image, VkImageLayout from, VkImageLa
 
 Result<void> Uploads::create() {
   COPPICE_CHECK(moves_.make_room(allocator_, kMostMoves));
-  return move_into(ring_, create_buffer(device_, kRingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host));
+  return move_into(ring_, create_buffer(device_, {"coppice staging", kRingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host}));
 }
 
 void Uploads::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
@@ -66,7 +66,7 @@ Result<Uploads::Slice> Uploads::stage(std::uint64_t bytes) {
     marks_.back().head = head_;
     slice = {ring_.buffer, start % capacity, ring_.mapped + start % capacity};
   } else {
-    COPPICE_TRY(buffer, create_buffer(device_, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host));
+    COPPICE_TRY(buffer, create_buffer(device_, {"coppice staging", bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host}));
     slice = {buffer.buffer, 0, buffer.mapped};
     garbage_.retire(buffer);
   }

@@ -94,7 +94,8 @@ std::uint64_t tile_count(std::uint32_t width_px, std::uint32_t height_px) {
 /// Most of it does not depend on the slots: few steps, as each takes all of it twice for some frames.
 BufferSize work_size(Buffer& work, std::uint32_t slots) {
   const std::uint64_t capacity = std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
-  return {&work, capacity * sizeof(WorkItem), kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, false, VK_FORMAT_R32G32B32A32_UINT};
+  return {&work, "coppice work items",       capacity * sizeof(WorkItem), kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+          false, VK_FORMAT_R32G32B32A32_UINT};
 }
 
 /// Whether the rasteriser draws such a view.
@@ -139,7 +140,7 @@ LeafRaster::~LeafRaster() {
 }
 
 Result<void> LeafRaster::create_layouts() {
-  COPPICE_CHECK(move_into(set_layout_, create_set_layout(device_, kRasterSet)));
+  COPPICE_CHECK(move_into(set_layout_, create_set_layout(device_, "coppice raster", kRasterSet)));
   const std::array sets{desc_.frame_set, set_layout_.layout};
   const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, .size = sizeof(RasterPush)};
   return move_into(layout_, create_pipeline_layout(device_, sets, push));
@@ -219,8 +220,8 @@ bool LeafRaster::want(coppice_debug_view debug_view, std::uint32_t eye_count, Pi
 Result<void> LeafRaster::create_view(const AttachmentDesc& attachments, RasterView& view) {
   view.depth_alone = is_depth_alone(attachments);
   view.reversed_depth = is_reversed(attachments.depth_compare);
-  return move_into(view.rounds, create_buffer(device_, kRasterRounds * sizeof(RasterRound), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
-                                              MemoryKind::device));
+  return move_into(view.rounds, create_buffer(device_, {"coppice rounds", kRasterRounds * sizeof(RasterRound),
+                                                        kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT}));
 }
 
 void LeafRaster::destroy_view(RasterView& view) {
@@ -231,11 +232,11 @@ void LeafRaster::destroy_view(RasterView& view) {
 void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& sizes) {
   if (slots == 0) return;
   const std::uint64_t block_count = (std::uint64_t{slots} + kBlockSlots - 1) / kBlockSlots;
-  sizes.add({&buffers_.blocks, block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
-  sizes.add({&buffers_.visible_blocks, block_count * sizeof(std::uint32_t), kStorage});
+  sizes.add({&buffers_.blocks, "coppice blocks", block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
+  sizes.add({&buffers_.visible_blocks, "coppice visible blocks", block_count * sizeof(std::uint32_t), kStorage});
   // Leaves and wood of each, by the rasteriser or the hardware.
-  sizes.add({&buffers_.items, std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage});
-  sizes.add({&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage});
+  sizes.add({&buffers_.items, "coppice items", std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage});
+  sizes.add({&buffers_.big, "coppice big leaves", std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage});
   if (depth_views) sizes.add(work_size(buffers_.work, slots));
 }
 
@@ -275,8 +276,9 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
 }
 
 Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& wanted) {
-  COPPICE_TRY(picture, create_buffer(device_, wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, MemoryKind::alone));
-  auto tiles = create_buffer(device_, wanted.tiles, kStorage, MemoryKind::alone);
+  COPPICE_TRY(picture, create_buffer(device_, {"coppice picture", wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+                                               MemoryKind::alone}));
+  auto tiles = create_buffer(device_, {"coppice tiles", wanted.tiles, kStorage, MemoryKind::alone});
   if (!tiles) {
     destroy_buffer(device_, picture);
     return tiles.error();

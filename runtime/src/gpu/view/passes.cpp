@@ -35,7 +35,7 @@ constexpr std::array<Binding, kFrameBuffers + 1> kFrameSet = [] {
 }();
 
 Result<void> create_layouts(Device& device, const TextureSets& textures, Passes& passes) {
-  COPPICE_CHECK(move_into(passes.frame_set, create_set_layout(device, kFrameSet)));
+  COPPICE_CHECK(move_into(passes.frame_set, create_set_layout(device, "coppice frame", kFrameSet)));
   const VkSamplerCreateInfo sampler{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
                                     .magFilter = VK_FILTER_NEAREST,
                                     .minFilter = VK_FILTER_NEAREST,

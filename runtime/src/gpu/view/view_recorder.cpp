@@ -142,15 +142,14 @@ Result<void> ViewRecorder::create(const ViewOptions& options, const Capacity& ca
   max_instances_ = options.max_instances;
   Device& device = shared_.device;
   constexpr VkBufferUsageFlags kTo = VK_BUFFER_USAGE_TRANSFER_DST_BIT, kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+  COPPICE_CHECK(move_into(buffers_.view, create_buffer(device, {"coppice view", sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | kTo})));
+  COPPICE_CHECK(move_into(buffers_.counters, create_buffer(device, {"coppice counters", sizeof(Counters), kStorage | kFrom})));
   COPPICE_CHECK(
-      move_into(buffers_.view, create_buffer(device, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | kTo, MemoryKind::device)));
-  COPPICE_CHECK(move_into(buffers_.counters, create_buffer(device, sizeof(Counters), kStorage | kFrom, MemoryKind::device)));
-  COPPICE_CHECK(move_into(readback_, create_buffer(device, kReadbackSlots * sizeof(Counters), kTo, MemoryKind::host)));
+      move_into(readback_, create_buffer(device, {"coppice read-back", kReadbackSlots * sizeof(Counters), kTo, MemoryKind::host})));
   if (shared_.raster != nullptr) COPPICE_CHECK(shared_.raster->create_view(attachments(), raster_));
   BufferSizes sizes;
   add_sizes(capacity, sizes);
-  for (const BufferSize& size : sizes.span())
-    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device, size.bytes, size.usage, MemoryKind::device, size.texels)));
+  for (const BufferSize& size : sizes.span()) COPPICE_CHECK(move_into(*size.buffer, create_buffer(device, size.desc(MemoryKind::device))));
   if (options.pass_times) COPPICE_CHECK(timer_.create(device));
   return {};
 }
@@ -170,13 +169,14 @@ ViewRecorder::~ViewRecorder() {
 void ViewRecorder::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   constexpr VkBufferUsageFlags kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT, kIndirect = VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, max_instances_)), plants = capacity.plants;
-  sizes.add({&buffers_.cuts, slots * sizeof(float), kStorage | kFrom});
-  sizes.add({&buffers_.debug_colors, slots * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT});
+  sizes.add({&buffers_.cuts, "coppice cuts", slots * sizeof(float), kStorage | kFrom});
+  sizes.add({&buffers_.debug_colors, "coppice debug colours", slots * sizeof(std::uint32_t),
+             kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT});
   // An instance may be in the list of any wood LoD, and in that of leaf meshes.
-  sizes.add({&buffers_.wood_list, slots * (kMaxWoodLods + 1) * sizeof(std::uint32_t), kStorage});
-  sizes.add({&buffers_.leaf_commands, slots * sizeof(DrawCommand), kStorage | kIndirect});
-  sizes.add({&buffers_.draw_counts, kDrawCounts * plants * sizeof(std::uint32_t), kStorage | kIndirect});
-  sizes.add({&buffers_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect});
+  sizes.add({&buffers_.wood_list, "coppice wood list", slots * (kMaxWoodLods + 1) * sizeof(std::uint32_t), kStorage});
+  sizes.add({&buffers_.leaf_commands, kLeafCommandsName, slots * sizeof(DrawCommand), kStorage | kIndirect});
+  sizes.add({&buffers_.draw_counts, "coppice draw counts", kDrawCounts * plants * sizeof(std::uint32_t), kStorage | kIndirect});
+  sizes.add({&buffers_.wood_commands, "coppice mesh commands", plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect});
   if (shared_.raster != nullptr) LeafRaster::add_view_sizes(capacity.slots, raster_, sizes);
 }
 

@@ -31,7 +31,8 @@ static_assert(sizeof(coppice_sun_desc) == 48);
 static_assert(sizeof(coppice_frame) == 48);
 static_assert(sizeof(coppice_wind) == 40);
 static_assert(sizeof(coppice_shadow_map) == 136);
-static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2);
+static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2 + 8);
+static_assert(sizeof(coppice_occluder) == 32);
 static_assert(sizeof(coppice_camera) == 8 * 16 + 4 * (2 + 2 + 16 + 2 + 2 + 6) + 8);  // temporal_frame and layer_mask: of any value
 static_assert(sizeof(coppice_eye) == 8 * 16 + 4 * (1 + 2 + 16 + 1));
 static_assert(sizeof(coppice_view_desc) == 8);
@@ -193,6 +194,20 @@ std::vector<Wrong<coppice_light>> wrong_lights() {
   for (const float value : {kNan, kInf, kHuge})
     add_map("shadow_maps[1].clip_from_world[7]", [value] { maps[1].clip_from_world[7] = value; });
   add_map("shadow_maps[0].clip_from_world", [] { std::fill_n(maps[0].clip_from_world, 16, 0.0f); });
+  static coppice_occluder occluder;
+  const auto add_occluder = [&](const char* field, std::function<void()> change) {
+    add(field, [change = std::move(change)](coppice_light& l) {
+      coppice_occluder_init(&occluder);
+      occluder.image = reinterpret_cast<VkImageView>(&occluder);
+      l.occluder = &occluder;
+      change();
+    });
+  };
+  add_occluder("occluder.struct_size", [] { occluder.struct_size = 0; });
+  add_occluder("occluder.image", [] { occluder.image = VK_NULL_HANDLE; });
+  add_occluder("occluder.x_px", [] { occluder.x_px = 65537; });
+  add_occluder("occluder.y_px", [] { occluder.y_px = -65537; });
+  add_occluder("occluder.reserved", [] { occluder.reserved = 1; });
   add("shadow_maps are 7 bytes apart", [](coppice_light& l) {
     l.shadow_maps = maps.data();
     l.shadow_map_count = 2;

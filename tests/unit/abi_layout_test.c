@@ -373,7 +373,15 @@ FIELD(coppice_light, fog_color, 52);
 FIELD(coppice_light, fog_density, 64);
 FIELD(coppice_light, shadow_maps, 72);
 FIELD(coppice_light, shadow_map_count, 80);
-LAST_FIELD(coppice_light, shadow_map_bytes, 84, 88);
+FIELD(coppice_light, shadow_map_bytes, 84);
+LAST_FIELD(coppice_light, occluder, 88, 96);
+
+FIELD(coppice_occluder, struct_size, 0);
+FIELD(coppice_occluder, x_px, 4);
+FIELD(coppice_occluder, y_px, 8);
+FIELD(coppice_occluder, reserved, 12);
+FIELD(coppice_occluder, image, 16);
+LAST_FIELD(coppice_occluder, second_image, 24, 32);
 
 /* What is wrong does not compile; abi_test is linked with this. */
 int abi_layout_is_checked(void);

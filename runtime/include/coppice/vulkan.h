@@ -47,6 +47,7 @@ typedef enum coppice_vulkan_struct {
   COPPICE_VULKAN_STRUCT_DEVICE_MEMORY = 1,
   COPPICE_VULKAN_STRUCT_VIEW_DESC = 2,
   COPPICE_VULKAN_STRUCT_LIGHT = 3,
+  COPPICE_VULKAN_STRUCT_OCCLUDER = 4,
   COPPICE_VULKAN_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_vulkan_struct;
 /* As coppice_struct_init. */
@@ -227,6 +228,28 @@ typedef struct coppice_shadow_map {
   double clip_from_world[16]; /* that it was drawn with: clip_from_view * view_from_world, multiplied as doubles; has an inverse */
 } coppice_shadow_map;
 
+/* What the engine has drawn in this frame before it culls plants: terrain, buildings, a depth prepass. What of plants lies behind it is
+ * neither rasterised nor drawn; the picture is the one without, as long as the attachment that plants are drawn to has that depth too.
+ *   depth       drawn with the camera's matrices, of each eye its own, in a viewport with depth from 0 to 1; in the direction of the view's
+ *               depth_compare; in the view's depth_format, or a copy in D32_SFLOAT of that. Where nothing is it has the far plane's
+ *   samples     one. With more than one in the attachments give the farthest of a pixel's, by VK_RESOLVE_MODE_MIN_BIT where depth is
+ *               reversed, else MAX
+ * It is used where compute shaders draw leaves (compute_raster), from the second frame on that has one: the first has its pipeline built.
+ * Where the hardware draws all of a view it hides nothing. What it hides counts in coppice_view_stats as occluded, or as not drawn. */
+typedef struct coppice_occluder {
+  uint32_t struct_size;
+  /* Where in the image the picture's first pixel is, beyond where it is in the attachments (coppice_camera.x_px, y_px; of the second eye
+   * coppice_eye's): -65,536 to 65,536. 0, the default, for the depth attachment itself. Pixels outside the image hide nothing. */
+  int32_t x_px, y_px;
+  uint32_t reserved;        /* 0 */
+  VkImageView image;        /* 2D, depth aspect; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE_SHADER / SHADER_SAMPLED_READ; must
+                               live until the GPU has finished the frame */
+  VkImageView second_image; /* of the second eye; null, the default: both eyes are in `image` */
+} coppice_occluder;
+static inline void coppice_occluder_init(coppice_occluder* occluder) {
+  coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_OCCLUDER, occluder, sizeof *occluder);
+}
+
 /* What COPPICE_CONTENT_LIT is shaded by. Of other contents LIGHT depends on sun_direction and the shadow maps, and nothing else on it. */
 typedef struct coppice_light {
   uint32_t struct_size;
@@ -245,18 +268,20 @@ typedef struct coppice_light {
   uint32_t shadow_map_count;             /* at most COPPICE_MAX_SHADOW_MAPS */
   uint32_t
       shadow_map_bytes; /* from one to the next: sizeof(coppice_shadow_map) as the program was compiled with. coppice_light_init sets it */
+  const coppice_occluder* occluder; /* read within the call; null, the default: plants alone hide plants */
 } coppice_light;
 static inline void coppice_light_init(coppice_light* light) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_LIGHT, light, sizeof *light);
   if (light != NULL) light->shadow_map_bytes = (uint32_t)sizeof(coppice_shadow_map);
 }
 
-/* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics; any command buffer of the frame
- * that is submitted after the upload's. thread: culls and draws of different views may be recorded at the same time.
+/* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics; in any
+ * command buffer of the frame that is submitted after the upload's. thread: culls and draws of different views may be recorded at the same
+ * time.
  * light: null stands for a default one, as for shadow maps, which have none.
  * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT; so too for a view that the frame did not begin
- * with. Where the compute rasteriser's picture or the shadow maps find no memory the frame goes on without, and the log says so once; what
- * has no pipeline yet is left out (coppice_pipelines_ready). COPPICE_ERROR_DEVICE_LOST
+ * with. Where the compute rasteriser's picture or the images of the light find no memory the frame goes on without, and the log says so
+ * once; what has no pipeline yet is left out (coppice_pipelines_ready). COPPICE_ERROR_DEVICE_LOST
  * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
 COPPICE_API coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, coppice_view view,
                                                const coppice_light* light);

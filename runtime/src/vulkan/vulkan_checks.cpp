@@ -9,11 +9,20 @@ namespace {
 
 constexpr float kMaxRadiance = 1e9f;
 constexpr float kMaxFogDensity = 1e6f;
+constexpr std::int32_t kMaxOccluderOffset_px = 65536;
 
 std::string map_problem(const coppice_shadow_map& map) {
   if (map.image == VK_NULL_HANDLE) return "image is null";
   if (std::string problem = double_problem("clip_from_world", map.clip_from_world, double{kMaxMatrix}); !problem.empty()) return problem;
   return determinant(map.clip_from_world) == 0.0 ? "clip_from_world has no inverse" : "";
+}
+
+std::string occluder_problem(const coppice_occluder& occluder) {
+  if (occluder.image == VK_NULL_HANDLE) return "image is null";
+  const auto is_far = [](std::int32_t px) { return px < -kMaxOccluderOffset_px || px > kMaxOccluderOffset_px; };
+  if (is_far(occluder.x_px)) return "x_px is beyond 65536";
+  if (is_far(occluder.y_px)) return "y_px is beyond 65536";
+  return reserved_problem(occluder.reserved);
 }
 
 std::string color_problem(coppice_output output, const coppice_vulkan_view_desc& desc, std::uint32_t i) {
@@ -79,7 +88,9 @@ std::string light_problem(const coppice_light& light) {
   for (std::uint32_t i = 0; i < light.shadow_map_count; ++i)
     if (const std::string problem = map_problem(light.shadow_maps[i]); !problem.empty())
       return "shadow_maps[" + std::to_string(i) + "]." + problem;
-  return {};
+  if (light.occluder == nullptr) return {};
+  const std::string problem = occluder_problem(*light.occluder);
+  return problem.empty() ? problem : "occluder." + problem;
 }
 
 }  // namespace coppice

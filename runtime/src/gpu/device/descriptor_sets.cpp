@@ -64,16 +64,15 @@ Result<DescriptorSet> allocate_set(Device& device, const SetLayout& layout) {
 
 }  // namespace
 
-Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::span<const Bound> bound) {
+void write_set(Device& device, const SetLayout& layout, const DescriptorSet& set, std::span<const Bound> bound) {
   COPPICE_ASSERT(bound.size() == layout.binding_count);
-  COPPICE_TRY(made, allocate_set(device, layout));
   std::array<VkDescriptorBufferInfo, kMaxBindings> buffers{};
   std::array<std::array<VkDescriptorImageInfo, kMaxBindingImages>, kMaxBindings> images{};
   std::array<VkWriteDescriptorSet, kMaxBindings> writes{};
   for (std::uint32_t i = 0; i < layout.binding_count; ++i) {
     const auto& [buffer, sampler, views] = bound[i];
     writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                 .dstSet = made.set,
+                 .dstSet = set.set,
                  .dstBinding = i,
                  .descriptorCount = layout.bindings[i].count,
                  .descriptorType = layout.bindings[i].type,
@@ -85,6 +84,11 @@ Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::s
       images[i][k] = {sampler, views[k], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
   }
   device.vk.vkUpdateDescriptorSets(device.device, layout.binding_count, writes.data(), 0, nullptr);
+}
+
+Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::span<const Bound> bound) {
+  COPPICE_TRY(made, allocate_set(device, layout));
+  write_set(device, layout, made, bound);
   return made;
 }
 

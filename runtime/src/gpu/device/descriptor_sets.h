@@ -47,6 +47,8 @@ Result<VkPipelineLayout> create_pipeline_layout(Device& device, std::span<const 
                                                 const VkPushConstantRange& push);
 /// bound: one a binding. errors  out_of_memory, device_lost
 Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::span<const Bound> bound);
+/// set: of create_set; the GPU must be done with it
+void write_set(Device& device, const SetLayout& layout, const DescriptorSet& set, std::span<const Bound> bound);
 void destroy_set(Device& device, DescriptorSet& set);
 
 }  // namespace coppice::gpu

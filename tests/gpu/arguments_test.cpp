@@ -273,6 +273,9 @@ std::vector<Wrong<ViewDescs>> wrong_view_descs() {
 std::vector<Wrong<ContextDesc>> wrong_descs() {
   std::vector<Wrong<ContextDesc>> all{
       {"vulkan.instance", [](auto& d) { d.instance = VK_NULL_HANDLE; }},
+      {"vulkan.queue_family_count", [](auto& d) { d.queue_family_count = 1; }},
+      {"vulkan.queue_family_count", [](auto& d) { d.queue_family_count = 4; }},
+      {"vulkan.queue_families[1]", [](auto& d) { d.queue_family_count = 2; }},
       {"vulkan.physical_device", [](auto& d) { d.physical_device = VK_NULL_HANDLE; }},
       {"vulkan.device", [](auto& d) { d.device = VK_NULL_HANDLE; }},
       {"vulkan.get_instance_proc_addr", [](auto& d) { d.get_instance_proc_addr = nullptr; }},

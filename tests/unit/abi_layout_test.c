@@ -349,7 +349,9 @@ FIELD(coppice_vulkan_desc, compute_raster, 60);
 FIELD(coppice_vulkan_desc, shader_int64_atomics, 64);
 FIELD(coppice_vulkan_desc, pass_times, 68);
 FIELD(coppice_vulkan_desc, blocking_pipelines, 72);
-LAST_FIELD(coppice_vulkan_desc, reserved, 76, 80);
+FIELD(coppice_vulkan_desc, reserved, 76);
+FIELD(coppice_vulkan_desc, queue_family_count, 80);
+LAST_FIELD(coppice_vulkan_desc, queue_families, 84, 96);
 
 FIELD(coppice_vulkan_view_desc, struct_size, 0);
 FIELD(coppice_vulkan_view_desc, color_formats, 4);

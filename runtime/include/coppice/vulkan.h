@@ -14,8 +14,9 @@
  *     vkCmdEndRendering(cmd);
  *
  * Views are culled and drawn in any order after the upload, also into command buffers of their own, and may be culled or drawn more than
- * once: a draw shows what the cull before it found. All of a context's commands go to one graphics queue, in the order of their frames, and
- * what record_upload recorded must be submitted: Coppice counts on it. Light with a shadow map needs the map when the view is *culled*:
+ * once: a draw shows what the cull before it found. All of a context's commands go to one graphics queue, in the order of their frames (or
+ * to several: coppice_vulkan_desc.queue_families), and what record_upload recorded must be submitted: Coppice counts on it. Light with a
+ * shadow map needs the map when the view is *culled*:
  *
  *     coppice_record_cull(context, cmd, sun, NULL);      of a view of COPPICE_OUTPUT_DEPTH, which coppice_sun_camera looks for
  *     vkCmdBeginRendering ... coppice_record_draw(context, cmd, sun, 0) ... vkCmdEndRendering
@@ -86,6 +87,8 @@ static inline void coppice_device_memory_init(coppice_device_memory* hook) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_DEVICE_MEMORY, hook, sizeof *hook);
 }
 
+#define COPPICE_MAX_QUEUE_FAMILIES 3u
+
 /* The device. Handles become null and must be set. Flags are VK_TRUE or VK_FALSE, no other value. */
 typedef struct coppice_vulkan_desc {
   uint32_t struct_size;
@@ -125,6 +128,15 @@ typedef struct coppice_vulkan_desc {
    * misses anything. Default VK_FALSE: by jobs, see coppice_pipelines_ready. */
   VkBool32 blocking_pipelines;
   uint32_t reserved; /* 0 */
+
+  /* Families of the queues that commands of the context are submitted to, where those are of more than one: 2 or 3 of them, each once.
+   * coppice_record_upload may then be recorded for any queue, coppice_record_cull for one with COMPUTE and coppice_record_draw for one with
+   * GRAPHICS: culling beside the engine's own graphics work. Buffers and images are made with VK_SHARING_MODE_CONCURRENT, so that nothing
+   * changes owners, and barriers wait for all that the queue does. From one queue to the next the engine waits by semaphores, with all
+   * stages, so that uploads, culls and draws run in the order that one queue would run them in: a cull also after the draws of the frame
+   * before, as it fills what those read. pass_times wants queues with timestamps, none for transfers alone. Default 0: one family. */
+  uint32_t queue_family_count;
+  uint32_t queue_families[COPPICE_MAX_QUEUE_FAMILIES]; /* [queue_family_count] */
 } coppice_vulkan_desc;
 static inline void coppice_vulkan_desc_init(coppice_vulkan_desc* desc) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_DESC, desc, sizeof *desc);
@@ -212,8 +224,8 @@ COPPICE_API coppice_status coppice_vulkan_view_create(coppice_context* context, 
 /* ---- recording ------------------------------------------------------------------------------------------------------------------- */
 
 /* Records copies of changed instances and newly decoded pages, and takes the memory that the frame's views need.
- * before: coppice_frame_begin, once for each call. after: everything visible to coppice_record_cull and _draw. queue: graphics.
- * errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY, or
+ * before: coppice_frame_begin, once for each call. after: everything visible to coppice_record_cull and _draw. queue: graphics, or see
+ * queue_families. errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY, or
  * COPPICE_ERROR_INTERNAL where the driver fails otherwise: nothing is drawn in this frame; the commands must be submitted all the same, and
  * the next frame tries again. COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd);
@@ -275,7 +287,7 @@ static inline void coppice_light_init(coppice_light* light) {
   if (light != NULL) light->shadow_map_bytes = (uint32_t)sizeof(coppice_shadow_map);
 }
 
-/* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics; in any
+/* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics, or see queue_families; in any
  * command buffer of the frame that is submitted after the upload's. thread: culls and draws of different views may be recorded at the same
  * time.
  * light: null stands for a default one, as for shadow maps, which have none.

@@ -1,5 +1,6 @@
 #include "vulkan_checks.h"
 
+#include <algorithm>
 #include <array>
 
 #include "api_fields.h"
@@ -46,6 +47,19 @@ coppice_content content_of(coppice_output output, const coppice_vulkan_view_desc
   return i < kSurface.size() ? kSurface[i] : COPPICE_CONTENT_DEFAULT;
 }
 
+namespace {
+
+std::string queues_problem(const coppice_vulkan_desc& vulkan) {
+  const std::uint32_t count = vulkan.queue_family_count;
+  if (count == 1 || count > COPPICE_MAX_QUEUE_FAMILIES) return "queue_family_count is none of 0, 2 and 3";
+  for (std::uint32_t i = 0; i < count; ++i)
+    if (std::find(vulkan.queue_families, vulkan.queue_families + i, vulkan.queue_families[i]) != vulkan.queue_families + i)
+      return "queue_families[" + std::to_string(i) + "] is there twice";
+  return {};
+}
+
+}  // namespace
+
 std::string vulkan_problem(const coppice_vulkan_desc& vulkan) {
   if (vulkan.instance == VK_NULL_HANDLE) return "instance is null";
   if (vulkan.physical_device == VK_NULL_HANDLE) return "physical_device is null";
@@ -54,7 +68,7 @@ std::string vulkan_problem(const coppice_vulkan_desc& vulkan) {
   return first_of(flag_problem("texture_compression_bc", vulkan.texture_compression_bc),
                   flag_problem("compute_raster", vulkan.compute_raster), flag_problem("shader_int64_atomics", vulkan.shader_int64_atomics),
                   flag_problem("pass_times", vulkan.pass_times), flag_problem("blocking_pipelines", vulkan.blocking_pipelines),
-                  reserved_problem(vulkan.reserved));
+                  reserved_problem(vulkan.reserved), queues_problem(vulkan));
 }
 
 std::string device_memory_problem(const coppice_device_memory& hook) {

@@ -181,7 +181,12 @@ Result<Buffer> create_buffer(Device& device, const BufferDesc& desc) {
   if ((desc.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) &&
       desc.size_bytes / (desc.texels == VK_FORMAT_R32_UINT ? 4 : 16) > device.max_texel_count)
     return beyond("texel buffer beyond the device's limit, bytes");
-  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = desc.size_bytes, .usage = desc.usage};
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                .size = desc.size_bytes,
+                                .usage = desc.usage,
+                                .sharingMode = sharing_mode(device),
+                                .queueFamilyIndexCount = static_cast<std::uint32_t>(device.queue_families.size()),
+                                .pQueueFamilyIndices = device.queue_families.data()};
   Buffer buffer{.size_bytes = desc.size_bytes};
   COPPICE_CHECK(check(device, device.vk.vkCreateBuffer(device.device, &info, nullptr, &buffer.buffer), "vkCreateBuffer"));
   name_object(device, VK_OBJECT_TYPE_BUFFER, buffer.buffer, desc.name);
@@ -214,7 +219,10 @@ Result<Texture> create_texture(Device& device, const coppice_file_texture& wante
                                .mipLevels = wanted.mip_count,
                                .arrayLayers = 1,
                                .samples = VK_SAMPLE_COUNT_1_BIT,
-                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
+                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
+                               .sharingMode = sharing_mode(device),
+                               .queueFamilyIndexCount = static_cast<std::uint32_t>(device.queue_families.size()),
+                               .pQueueFamilyIndices = device.queue_families.data()};
   Texture texture{.width = wanted.width, .height = wanted.height, .mip_count = wanted.mip_count, .format = wanted.format};
   COPPICE_CHECK(check(device, device.vk.vkCreateImage(device.device, &info, nullptr, &texture.image), "vkCreateImage"));
   name_object(device, VK_OBJECT_TYPE_IMAGE, texture.image, kTextureName);
@@ -232,12 +240,22 @@ void destroy_texture(Device& device, Texture& texture) {
   texture = {};
 }
 
+VkSharingMode sharing_mode(const Device& device) {
+  return device.queue_families.empty() ? VK_SHARING_MODE_EXCLUSIVE : VK_SHARING_MODE_CONCURRENT;
+}
+
+VkPipelineStageFlags2 stages_of_queue(const Device& device, VkPipelineStageFlags2 stages) {
+  // A queue for compute has no stages of graphics, one for transfers neither. The host is a stage of none.
+  if (device.queue_families.empty() || stages == VK_PIPELINE_STAGE_2_NONE || stages == VK_PIPELINE_STAGE_2_HOST_BIT) return stages;
+  return VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+}
+
 void memory_barrier(const Device& device, VkCommandBuffer cmd, VkPipelineStageFlags2 source_stages, VkAccessFlags2 source_access,
                     VkPipelineStageFlags2 target_stages, VkAccessFlags2 target_access) {
   const VkMemoryBarrier2 barrier{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                 .srcStageMask = source_stages,
+                                 .srcStageMask = stages_of_queue(device, source_stages),
                                  .srcAccessMask = source_access,
-                                 .dstStageMask = target_stages,
+                                 .dstStageMask = stages_of_queue(device, target_stages),
                                  .dstAccessMask = target_access};
   const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &barrier};
   device.vk.vkCmdPipelineBarrier2(cmd, &info);

@@ -2,7 +2,15 @@
 
 #include "contents.glsl"
 
-layout(location = 0) out vec4 out_colors[8];
+// Each a variable of its own: those that a view has no attachment for are taken out when its pipeline is built (shader_outputs.h).
+layout(location = 0) out vec4 out_color_0;
+layout(location = 1) out vec4 out_color_1;
+layout(location = 2) out vec4 out_color_2;
+layout(location = 3) out vec4 out_color_3;
+layout(location = 4) out vec4 out_color_4;
+layout(location = 5) out vec4 out_color_5;
+layout(location = 6) out vec4 out_color_6;
+layout(location = 7) out vec4 out_color_7;
 
 // A place on a plant.
 struct SurfacePlace {
@@ -35,23 +43,23 @@ vec4 content_of(uint content, CoppiceSurface surface, SurfacePlace place) {
 }
 
 // An attachment after the other, so that a driver knows each one's content when it compiles.
-#define COPPICE_WRITE(i) out_colors[i] = content_of(kContents >> (4 * i) & 15u, surface, place)
+#define COPPICE_CONTENT(i) (kContents >> (4 * i) & 15u)
+#define COPPICE_EACH(write) \
+  write(0); \
+  write(1); \
+  write(2); \
+  write(3); \
+  write(4); \
+  write(5); \
+  write(6); \
+  write(7)
 
-void write_surface(CoppiceSurface surface, SurfacePlace place) {
-  COPPICE_WRITE(0);
-  COPPICE_WRITE(1);
-  COPPICE_WRITE(2);
-  COPPICE_WRITE(3);
-  COPPICE_WRITE(4);
-  COPPICE_WRITE(5);
-  COPPICE_WRITE(6);
-  COPPICE_WRITE(7);
-}
+#define COPPICE_WRITE(i) out_color_##i = content_of(COPPICE_CONTENT(i), surface, place)
+void write_surface(CoppiceSurface surface, SurfacePlace place) { COPPICE_EACH(COPPICE_WRITE); }
 
 // In place of light, for a debug view: where light would be, or the albedo. All else is 0.
-void write_color(vec3 color) {
-  for (uint i = 0; i < 8; ++i) {
-    uint content = kContents >> (4 * i) & 15u;
-    out_colors[i] = content == kContentLit || content == kContentAlbedo ? vec4(color, 1.0) : vec4(0.0);
-  }
+vec4 debug_content(uint content, vec3 color) {
+  return content == kContentLit || content == kContentAlbedo ? vec4(color, 1.0) : vec4(0.0);
 }
+#define COPPICE_WRITE_DEBUG(i) out_color_##i = debug_content(COPPICE_CONTENT(i), color)
+void write_color(vec3 color) { COPPICE_EACH(COPPICE_WRITE_DEBUG); }

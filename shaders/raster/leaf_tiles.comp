@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// The smallest depth key of each tile: 0 where a pixel of it shows no leaf.
+// The smallest depth key of each tile: 0 where a pixel of it shows neither a leaf nor what the engine has drawn.
 // reads     picture (level 0), tiles of level 0 (the others)
 // writes    tiles
 // dispatch  indirect, from the round's tiles stages, one invocation per tile of level 0, or of levels 1 and 2, y: eyes; recorded by

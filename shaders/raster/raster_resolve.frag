@@ -67,11 +67,10 @@ void resolve(uint name, float key, vec2 pixel) {
 void main() {
   uvec2 at = uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px;
   int word = int(2 * ((push.eye * push.height_px + at.y) * push.width_px + at.x));
-  uint bits = texelFetch(picture_words, word + 1).x;
-  if (bits == 0) discard;
-  float key = uintBitsToFloat(bits);
-#ifndef COPPICE_DEPTH
   uint name = texelFetch(picture_words, word).x;
+  if (name == 0) discard;
+  float key = uintBitsToFloat(texelFetch(picture_words, word + 1).x);
+#ifndef COPPICE_DEPTH
   if (view.debug_view == kDebugOverdraw) write_color(ramp(log2(float(name)) / 5.0));
   else resolve(name, key, vec2(at) + 0.5);
 #endif

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Culling, by the frustum and by what earlier rounds hide, and cut selection for the rasteriser: a group a block of instances that
+// Culling, by the frustum and by what is hidden, and cut selection for the rasteriser: a group a block of instances that
 // leaf_blocks.comp found.
 // reads     view, instances, plants, table_words, visible_blocks and the round's blocks stage, tiles; lists and clusters by address
 // writes    of visible instances cuts, items, work_items, the round's items, splats and tiles stages, round 0's count of reserved
@@ -114,7 +114,7 @@ void cull(uint slot, inout Appended appended, inout Tally tally) {
   if (!is_wanted(instance)) return;
   Candidate candidate = candidate_of(slot, instance);
   if (!sphere_in_view(candidate.center, candidate.reach_m)) return;
-  if (push.round > 0 && occluded(candidate.center, candidate.reach_m)) {
+  if (occluded(candidate.center, candidate.reach_m)) {
     ++tally.occluded;
     return;
   }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Blocks of instances that a round has to look at: those of its size on screen, in view, not hidden by earlier rounds.
+// Blocks of instances that a round has to look at: those of its size on screen, in view, not hidden.
 // reads     view, blocks, in rounds but the first tiles
 // writes    visible_blocks and the round's blocks stage; counters
 // dispatch  an invocation a block, kCullGroupSize a group; recorded by coppice::gpu::LeafRaster::record
@@ -32,7 +32,7 @@ void main() {
   float size_px = coppice_projected_size_px(nearest_m, block.max_instance_radius_m, view.near_m, view.focal_px);
   if (round_of(size_px / float(push.height_px)) != push.round) return;
   if (!sphere_in_view(center, radius_m)) return;
-  if (push.round > 0 && occluded(center, radius_m)) {
+  if (occluded(center, radius_m)) {
     atomicAdd(counters.occluded_instances, block.instance_count);
     return;
   }

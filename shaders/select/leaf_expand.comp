@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// From instances to the clusters of their lists that their cut shows, that are in view and not hidden by earlier rounds. Clusters of large
+// From instances to the clusters of their lists that their cut shows, that are in view and not hidden. Clusters of large
 // leaves are left to the hardware. kTogether: a group takes one list after the other, its clusters side by side. Otherwise an invocation
 // takes a short list, and a subgroup together a long one.
 // reads     view, instances, plants, cuts, items and the round's items stage, tiles; lists, clusters and lives by address
@@ -60,7 +60,7 @@ uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
     ShownLeaves shown = all_shown(cluster);
     if (paged) shown = shown_of_page(cluster, i, leaf_count);
     bool seen = shown.count > 0 && sphere_in_view(center, radius_m);
-    if (seen && push.round > 0) seen = !occluded(center, radius_m);
+    if (seen) seen = !occluded(center, radius_m);
     float nearest_m = max(size_distance_m(center) - radius_m, view.near_m);
     uint quarter = shown_quarter(shown);
     // Discs leave gaps in a surface unless they are about a pixel.

@@ -1,4 +1,4 @@
-// What earlier rounds of the rasteriser hide. After raster.glsl.
+// What the engine's occluder and earlier rounds of the rasteriser hide. After raster.glsl.
 
 // The largest depth key of a sphere: the larger k of those whose plane, dot(key_row - k * w_row, place) = 0, touches it. The sphere lies
 // before the eye. middle: on_screen of its centre
@@ -12,7 +12,7 @@ float largest_key(uint eye, vec4 middle, float radius_m) {
   return (middle.z * middle.w - square * dot(k, w) + radius_m * root) / (middle.z * middle.z - square * dot(w, w));
 }
 
-// Whether earlier rounds hide a sphere from an eye: all tiles it may touch are covered nearer than its nearest point. False for what is
+// Whether a sphere is hidden from an eye: all tiles it may touch are covered nearer than its nearest point. False for what is
 // large.
 bool occluded_from(uint eye, vec3 center, float radius_m) {
   vec4 middle = on_screen(eye, vec4(center, 1.0));
@@ -39,6 +39,7 @@ bool occluded_from(uint eye, vec3 center, float radius_m) {
 
 // Whether none of the eyes that have it in view sees a sphere.
 bool occluded(vec3 center, float radius_m) {
+  if (push.round < push.hides_from) return false;
   if (kEyes == 1) return occluded_from(0, center, radius_m);
   for (uint eye = 0; eye < kEyes; ++eye)
     if (sphere_in_eye(eye, center, radius_m) && !occluded_from(eye, center, radius_m)) return false;

@@ -30,13 +30,13 @@ uint item_leaf_count(uint item, Plant plant, ClusterList list) {
   return list_of(item) == kPageList ? cut_leaf_count(slot_of(item), plant) : list.leaf_count;
 }
 
-// A pixel's name: in the low bits the place of its cluster among work_items, which differs from one drawing of a picture to the next; above
+// A pixel's name, above 0: in the low bits the place of its cluster among work_items, from 1 on, which differs from one drawing of a picture to the next; above
 // them its leaf, moved on by a number of the cluster's own. Of leaves at the very same depth the larger name is seen, so that this is
 // always the same one unless all of those bits agree.
 uint first_name(uint place, WorkItem work, uint place_bits) {
-  return coppice_hash(work.item ^ cluster_of_work(work.work) * 2654435769u) << place_bits | place;
+  return coppice_hash(work.item ^ cluster_of_work(work.work) * 2654435769u) << place_bits | (place + 1);
 }
 uint name_of_leaf(uint first, uint leaf, uint place_bits) { return first + (leaf << place_bits); }
-uint place_of_name(uint name, uint place_bits) { return name & ((1u << place_bits) - 1u); }
+uint place_of_name(uint name, uint place_bits) { return (name & ((1u << place_bits) - 1u)) - 1; }
 // first: first_name of its place
 uint leaf_of_name(uint name, uint first, uint place_bits) { return (name - first) >> place_bits & (kClusterLeaves - 1u); }

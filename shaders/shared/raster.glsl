@@ -1,6 +1,7 @@
 // Descriptor set 1 of the compute rasteriser, as gpu/view/leaf_raster.cpp writes it, and what its passes share. After bindings.glsl.
 // The picture, and the tiles, are those of the first eye, then of the second. A pixel of the picture is two words: the leaf's name (see
-// names.glsl), then its depth key; 0 where there is no leaf. Taken as one 64-bit number, the larger one is the nearer leaf.
+// names.glsl), then its depth key. Without a leaf the name is 0, and the key is that of what the engine has drawn there, or 0. Taken as one
+// 64-bit number, the larger one is the nearer leaf.
 
 #extension GL_KHR_shader_subgroup_ballot : require
 

@@ -11,7 +11,8 @@ namespace coppice::gpu {
 
 // Instances of a block lie in consecutive slots; a block is culled before its instances are looked at.
 const uint kBlockSlots = kCullGroupSize;
-// A frame is rasterised in rounds, large instances first. What a round has covered hides blocks, instances and clusters of the next.
+// A frame is rasterised in rounds, large instances first. What the engine has drawn before, and what a round has covered, hides blocks,
+// instances and clusters of the next.
 const uint kRasterRounds = 4;
 // Clusters in a frame, before any is culled. Instances beyond are drawn with the cut of one cluster, for which there is room besides.
 const uint kWorkClusters = 1u << 19;
@@ -73,9 +74,14 @@ struct RasterPush {
   uint expand_items;
   uint leaf_clusters;
   uint splat_clusters;
-  uint eye;  // of raster_resolve.frag; other passes go through all eyes
+  uint eye;         // of raster_resolve.frag; other passes go through all eyes
+  uint hides_from;  // the first round before which tiles hide something: 0 with an occluder of the engine's, else 1
+  // Of occluder.comp: from a pixel of the attachments to one of its images, and what depth formats round at most.
+  int occluder_x_px;
+  int occluder_y_px;
+  float occluder_step;
 };
-COPPICE_GPU_LAYOUT(RasterPush, 52);
+COPPICE_GPU_LAYOUT(RasterPush, 68);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

@@ -62,7 +62,8 @@ TEST_F(AbiTest, DescsAndHooksOfOtherVersions) {
   const std::string call = "coppice_vulkan_context_create: ";
   expect_refused(create_from(Resized(core, sizeof core + 4, 1).get(), &vulkan), call + "desc: byte 88 is not 0");
   EXPECT_EQ(context_, nullptr);
-  expect_refused(create_from(&core, Resized(vulkan, sizeof vulkan + 4, 1).get()), call + "vulkan: byte 80 is not 0");
+  expect_refused(create_from(&core, Resized(vulkan, sizeof vulkan + 4, 1).get()),
+                 call + "vulkan: byte " + std::to_string(sizeof vulkan) + " is not 0");
 
   Resized<coppice_log> later_log(with.hooks.log, sizeof(coppice_log) + 8, 1);
   coppice_context_desc changed = core;
@@ -102,7 +103,7 @@ TEST_F(AbiTest, CamerasAndFramesOfOtherVersions) {
   coppice_light light;
   coppice_light_init(&light);
   expect_refused(coppice_record_cull(context_, cmd, view_, Resized(light, sizeof light + 8, 1).get()),
-                 "coppice_record_cull: light: byte 88 is not 0");
+                 "coppice_record_cull: light: byte " + std::to_string(sizeof light) + " is not 0");
   coppice_sun_desc square;
   coppice_sun_desc_init(&square);
   coppice_camera sun;

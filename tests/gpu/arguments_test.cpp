@@ -31,11 +31,12 @@ static_assert(sizeof(coppice_sun_desc) == 48);
 static_assert(sizeof(coppice_frame) == 48);
 static_assert(sizeof(coppice_wind) == 40);
 static_assert(sizeof(coppice_shadow_map) == 136);
-static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2);
+static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2 + 8);
+static_assert(sizeof(coppice_occluder) == 32);
 static_assert(sizeof(coppice_camera) == 8 * 16 + 4 * (2 + 2 + 16 + 2 + 2 + 6) + 8);  // temporal_frame and layer_mask: of any value
 static_assert(sizeof(coppice_eye) == 8 * 16 + 4 * (1 + 2 + 16 + 1));
 static_assert(sizeof(coppice_view_desc) == 8);
-static_assert(sizeof(coppice_vulkan_view_desc) == 84);
+static_assert(sizeof(coppice_vulkan_view_desc) == 96);
 static_assert(sizeof(coppice_ray) == 56);  // pick_test
 
 /// Floats of a struct.
@@ -193,6 +194,20 @@ std::vector<Wrong<coppice_light>> wrong_lights() {
   for (const float value : {kNan, kInf, kHuge})
     add_map("shadow_maps[1].clip_from_world[7]", [value] { maps[1].clip_from_world[7] = value; });
   add_map("shadow_maps[0].clip_from_world", [] { std::fill_n(maps[0].clip_from_world, 16, 0.0f); });
+  static coppice_occluder occluder;
+  const auto add_occluder = [&](const char* field, std::function<void()> change) {
+    add(field, [change = std::move(change)](coppice_light& l) {
+      coppice_occluder_init(&occluder);
+      occluder.image = reinterpret_cast<VkImageView>(&occluder);
+      l.occluder = &occluder;
+      change();
+    });
+  };
+  add_occluder("occluder.struct_size", [] { occluder.struct_size = 0; });
+  add_occluder("occluder.image", [] { occluder.image = VK_NULL_HANDLE; });
+  add_occluder("occluder.x_px", [] { occluder.x_px = 65537; });
+  add_occluder("occluder.y_px", [] { occluder.y_px = -65537; });
+  add_occluder("occluder.reserved", [] { occluder.reserved = 1; });
   add("shadow_maps are 7 bytes apart", [](coppice_light& l) {
     l.shadow_maps = maps.data();
     l.shadow_map_count = 2;
@@ -234,6 +249,7 @@ std::vector<Wrong<ViewDescs>> wrong_view_descs() {
       {"vulkan.depth_format", [](auto& d) { d.vulkan.depth_format = VK_FORMAT_UNDEFINED; }},
       {"vulkan.has_stencil", [](auto& d) { d.vulkan.has_stencil = VK_TRUE; }},
       {"vulkan.has_stencil", [](auto& d) { d.vulkan.has_stencil = 2; }},
+      {"vulkan.subpass", [](auto& d) { d.vulkan.subpass = 1; }},
       {"vulkan.samples", [](auto& d) { d.vulkan.samples = static_cast<VkSampleCountFlagBits>(0); }},
       {"vulkan.samples", [](auto& d) { d.vulkan.samples = static_cast<VkSampleCountFlagBits>(3); }},
       {"vulkan.depth_compare", [](auto& d) { d.vulkan.depth_compare = VK_COMPARE_OP_NEVER; }},
@@ -257,6 +273,9 @@ std::vector<Wrong<ViewDescs>> wrong_view_descs() {
 std::vector<Wrong<ContextDesc>> wrong_descs() {
   std::vector<Wrong<ContextDesc>> all{
       {"vulkan.instance", [](auto& d) { d.instance = VK_NULL_HANDLE; }},
+      {"vulkan.queue_family_count", [](auto& d) { d.queue_family_count = 1; }},
+      {"vulkan.queue_family_count", [](auto& d) { d.queue_family_count = 4; }},
+      {"vulkan.queue_families[1]", [](auto& d) { d.queue_family_count = 2; }},
       {"vulkan.physical_device", [](auto& d) { d.physical_device = VK_NULL_HANDLE; }},
       {"vulkan.device", [](auto& d) { d.device = VK_NULL_HANDLE; }},
       {"vulkan.get_instance_proc_addr", [](auto& d) { d.get_instance_proc_addr = nullptr; }},

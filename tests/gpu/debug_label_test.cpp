@@ -1,9 +1,13 @@
 // What a graphics debugger is told, where the engine has enabled VK_EXT_debug_utils, and that nothing is missing where it has not.
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "context_fixture.h"
@@ -17,6 +21,8 @@ struct Told {
   std::vector<std::string> labels;
   std::vector<std::string> names;  ///< of pipelines
   int open = 0;
+  /// What it has created, by kind and handle, and the name that it has given to that. A handle may come again: then the later counts.
+  std::map<std::pair<VkObjectType, std::uint64_t>, std::string> objects;
 };
 
 Told& told() {
@@ -33,12 +39,52 @@ VKAPI_ATTR void VKAPI_CALL end_label(VkCommandBuffer) {
   --told().open;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL set_name(VkDevice, const VkDebugUtilsObjectNameInfoEXT* info) {
-  if (info->objectType == VK_OBJECT_TYPE_PIPELINE && info->objectHandle != 0) told().names.emplace_back(info->pObjectName);
-  return VK_SUCCESS;
+VKAPI_ATTR VkResult VKAPI_CALL set_name(VkDevice device, const VkDebugUtilsObjectNameInfoEXT* info) {
+  if (info->objectType == VK_OBJECT_TYPE_PIPELINE) told().names.emplace_back(info->pObjectName);
+  const auto known = told().objects.find({info->objectType, info->objectHandle});
+  if (known != told().objects.end()) known->second = info->pObjectName;
+  return vkSetDebugUtilsObjectNameEXT(device, info);
+}
+
+template <class Handle>
+VkResult created(VkResult result, VkObjectType type, Handle handle) {
+  if (result == VK_SUCCESS) told().objects[{type, reinterpret_cast<std::uint64_t>(handle)}] = "";
+  return result;
+}
+
+#define CREATES(function, vk_function, Info, Handle, type)                                                                             \
+  VKAPI_ATTR VkResult VKAPI_CALL function(VkDevice device, const Info* info, const VkAllocationCallbacks* allocator, Handle* handle) { \
+    const VkResult result = vk_function(device, info, allocator, handle);                                                              \
+    return created(result, type, *handle);                                                                                             \
+  }
+CREATES(create_buffer, vkCreateBuffer, VkBufferCreateInfo, VkBuffer, VK_OBJECT_TYPE_BUFFER)
+CREATES(create_buffer_view, vkCreateBufferView, VkBufferViewCreateInfo, VkBufferView, VK_OBJECT_TYPE_BUFFER_VIEW)
+CREATES(create_image, vkCreateImage, VkImageCreateInfo, VkImage, VK_OBJECT_TYPE_IMAGE)
+CREATES(create_image_view, vkCreateImageView, VkImageViewCreateInfo, VkImageView, VK_OBJECT_TYPE_IMAGE_VIEW)
+CREATES(allocate_memory, vkAllocateMemory, VkMemoryAllocateInfo, VkDeviceMemory, VK_OBJECT_TYPE_DEVICE_MEMORY)
+#undef CREATES
+
+VKAPI_ATTR VkResult VKAPI_CALL allocate_set(VkDevice device, const VkDescriptorSetAllocateInfo* info, VkDescriptorSet* set) {
+  const VkResult result = vkAllocateDescriptorSets(device, info, set);
+  return created(result, VK_OBJECT_TYPE_DESCRIPTOR_SET, *set);
+}
+
+/// Null: the device's own.
+PFN_vkVoidFunction creating_function(const char* name) {
+  const std::array<std::pair<const char*, PFN_vkVoidFunction>, 6> functions{{
+      {"vkCreateBuffer", reinterpret_cast<PFN_vkVoidFunction>(create_buffer)},
+      {"vkCreateBufferView", reinterpret_cast<PFN_vkVoidFunction>(create_buffer_view)},
+      {"vkCreateImage", reinterpret_cast<PFN_vkVoidFunction>(create_image)},
+      {"vkCreateImageView", reinterpret_cast<PFN_vkVoidFunction>(create_image_view)},
+      {"vkAllocateMemory", reinterpret_cast<PFN_vkVoidFunction>(allocate_memory)},
+      {"vkAllocateDescriptorSets", reinterpret_cast<PFN_vkVoidFunction>(allocate_set)},
+  }};
+  const auto found = std::ranges::find_if(functions, [&](const auto& each) { return std::strcmp(each.first, name) == 0; });
+  return found == functions.end() ? nullptr : found->second;
 }
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
+  if (const PFN_vkVoidFunction creates = creating_function(name); creates != nullptr) return creates;
   if (std::strstr(name, "DebugUtils") == nullptr) return vkGetDeviceProcAddr(device, name);
   if (!told().enabled) return nullptr;
   if (std::strcmp(name, "vkCmdBeginDebugUtilsLabelEXT") == 0) return reinterpret_cast<PFN_vkVoidFunction>(begin_label);
@@ -55,11 +101,12 @@ class DebugLabelTest : public ContextTest {
  protected:
   /// A plant in a frame.
   void draw(bool enabled) {
-    told() = {.enabled = enabled, .labels = {}, .names = {}, .open = 0};
+    told() = {.enabled = enabled, .labels = {}, .names = {}, .open = 0, .objects = {}};
     ContextDesc with = desc();
+    with.compute_raster = VK_TRUE;
     with.get_instance_proc_addr = instance_function;
     create(with);
-    const std::string path = temporary_plant({.leaf_count = 20}, "debug_label_test");
+    const std::string path = temporary_plant({.leaf_count = 20, .leaf_mesh_count = 1}, "debug_label_test");
     const coppice_plant plant = open(path);
     std::filesystem::remove(path);
     coppice_placement placement;
@@ -76,6 +123,18 @@ TEST_F(DebugLabelTest, EachCallThatRecordsHasALabelAndPipelinesHaveNames) {
   EXPECT_EQ(told().open, 0);
   EXPECT_NE(std::ranges::find(told().names, "cull.comp"), told().names.end());
   EXPECT_NE(std::ranges::find(told().names, "leaf.vert"), told().names.end());
+}
+
+TEST_F(DebugLabelTest, WhatIsCreatedHasANameOfOurs) {
+  draw(true);
+  std::map<VkObjectType, std::size_t> counts;
+  for (const auto& [object, name] : told().objects) {
+    ++counts[object.first];
+    EXPECT_TRUE(name.starts_with("coppice ")) << "VkObjectType " << object.first << ": '" << name << "'";
+  }
+  for (const VkObjectType type : {VK_OBJECT_TYPE_BUFFER, VK_OBJECT_TYPE_BUFFER_VIEW, VK_OBJECT_TYPE_IMAGE, VK_OBJECT_TYPE_IMAGE_VIEW,
+                                  VK_OBJECT_TYPE_DEVICE_MEMORY, VK_OBJECT_TYPE_DESCRIPTOR_SET})
+    EXPECT_GT(counts[type], 0u) << type;
 }
 
 TEST_F(DebugLabelTest, NothingIsMissingWithoutTheExtension) {

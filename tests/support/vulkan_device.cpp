@@ -98,7 +98,7 @@ std::uint32_t graphics_and_compute_family(VkPhysicalDevice physical_device) {
 /// What coppice_vulkan_desc::device asks for and no more, so that a feature missing from that list shows under validation.
 /// Exceptions: occlusionQueryPrecise for the tests themselves; independentBlend, which COPPICE_CONTENT_NONE asks for; textureCompressionBC
 /// and 64-bit atomics, which a context may be told of.
-VkDevice create_device(VulkanDevice& gpu) {
+VkDevice create_device(VulkanDevice& gpu, Rendering rendering) {
   VkPhysicalDeviceVulkan12Features available12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
   VkPhysicalDeviceFeatures2 available2{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &available12};
   vkGetPhysicalDeviceFeatures2(gpu.physical_device, &available2);
@@ -108,7 +108,7 @@ VkDevice create_device(VulkanDevice& gpu) {
   gpu.texture_compression_bc = available.textureCompressionBC == VK_TRUE;
 
   VkPhysicalDeviceVulkan13Features features13{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
-  features13.dynamicRendering = VK_TRUE;
+  features13.dynamicRendering = rendering == Rendering::dynamic ? VK_TRUE : VK_FALSE;
   features13.synchronization2 = VK_TRUE;
   VkPhysicalDeviceVulkan12Features features12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, &features13};
   features12.drawIndirectCount = VK_TRUE;
@@ -148,14 +148,14 @@ void name_device(VulkanDevice& gpu) {
   std::printf("Vulkan device: %s, driver: %s\n", gpu.device_name.c_str(), gpu.driver_name.c_str());
 }
 
-VulkanDevice open_device(Validation validation) {
+VulkanDevice open_device(Validation validation, Rendering rendering) {
   VulkanDevice gpu;
   gpu.instance = create_instance(validation);
   gpu.messenger = create_messenger(gpu.instance);
   gpu.physical_device = first_physical_device(gpu.instance);
   gpu.queue_family = graphics_and_compute_family(gpu.physical_device);
   name_device(gpu);
-  gpu.device = create_device(gpu);
+  gpu.device = create_device(gpu, rendering);
   vkGetDeviceQueue(gpu.device, gpu.queue_family, 0, &gpu.queue);
   VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
   pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
@@ -235,9 +235,9 @@ Buffer copy_back(const VulkanDevice& gpu, const Image& image, VkImageLayout layo
 
 }  // namespace
 
-const VulkanDevice& vulkan_device(Validation validation) {
+const VulkanDevice& vulkan_device(Validation validation, Rendering rendering) {
   VulkanDevice& gpu = device_storage();
-  if (gpu.device == VK_NULL_HANDLE) gpu = open_device(validation);
+  if (gpu.device == VK_NULL_HANDLE) gpu = open_device(validation, rendering);
   return gpu;
 }
 

@@ -44,9 +44,12 @@ struct VulkanDevice {
 };
 
 enum class Validation { on, off };
+/// What the device draws by: classic is without the feature dynamicRendering.
+enum class Rendering { dynamic, classic };
 
-/// The process's device, created by the first call, which decides about validation (off: for timing). Destroyed after the last test.
-const VulkanDevice& vulkan_device(Validation validation = Validation::on);
+/// The process's device, created by the first call, which decides about validation (off: for timing) and features. Destroyed after the last
+/// test.
+const VulkanDevice& vulkan_device(Validation validation = Validation::on, Rendering rendering = Rendering::dynamic);
 
 /// Validation warnings and errors since the last clear, oldest first. Thread-safe.
 std::vector<std::string> validation_messages();

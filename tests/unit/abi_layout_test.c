@@ -349,7 +349,9 @@ FIELD(coppice_vulkan_desc, compute_raster, 60);
 FIELD(coppice_vulkan_desc, shader_int64_atomics, 64);
 FIELD(coppice_vulkan_desc, pass_times, 68);
 FIELD(coppice_vulkan_desc, blocking_pipelines, 72);
-LAST_FIELD(coppice_vulkan_desc, reserved, 76, 80);
+FIELD(coppice_vulkan_desc, reserved, 76);
+FIELD(coppice_vulkan_desc, queue_family_count, 80);
+LAST_FIELD(coppice_vulkan_desc, queue_families, 84, 96);
 
 FIELD(coppice_vulkan_view_desc, struct_size, 0);
 FIELD(coppice_vulkan_view_desc, color_formats, 4);
@@ -357,7 +359,9 @@ FIELD(coppice_vulkan_view_desc, depth_format, 36);
 FIELD(coppice_vulkan_view_desc, depth_compare, 40);
 FIELD(coppice_vulkan_view_desc, samples, 44);
 FIELD(coppice_vulkan_view_desc, has_stencil, 48);
-LAST_FIELD(coppice_vulkan_view_desc, contents, 52, 84);
+FIELD(coppice_vulkan_view_desc, contents, 52);
+FIELD(coppice_vulkan_view_desc, subpass, 84);
+LAST_FIELD(coppice_vulkan_view_desc, render_pass, 88, 96);
 
 FIELD(coppice_shadow_map, image, 0);
 LAST_FIELD(coppice_shadow_map, clip_from_world, 8, 136);
@@ -371,7 +375,15 @@ FIELD(coppice_light, fog_color, 52);
 FIELD(coppice_light, fog_density, 64);
 FIELD(coppice_light, shadow_maps, 72);
 FIELD(coppice_light, shadow_map_count, 80);
-LAST_FIELD(coppice_light, shadow_map_bytes, 84, 88);
+FIELD(coppice_light, shadow_map_bytes, 84);
+LAST_FIELD(coppice_light, occluder, 88, 96);
+
+FIELD(coppice_occluder, struct_size, 0);
+FIELD(coppice_occluder, x_px, 4);
+FIELD(coppice_occluder, y_px, 8);
+FIELD(coppice_occluder, reserved, 12);
+FIELD(coppice_occluder, image, 16);
+LAST_FIELD(coppice_occluder, second_image, 24, 32);
 
 /* What is wrong does not compile; abi_test is linked with this. */
 int abi_layout_is_checked(void);

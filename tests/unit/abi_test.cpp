@@ -93,6 +93,7 @@ TEST(StructInit, FillsAsMuchAsTheProgramHas) {
   expect_defaults(COPPICE_STRUCT_HIT, coppice_hit_init);
   expect_defaults(COPPICE_STRUCT_WIND, coppice_wind_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_LIGHT, coppice_light_init);
+  expect_defaults(COPPICE_VULKAN_STRUCT_OCCLUDER, coppice_occluder_init);
 }
 
 TEST(StructInit, AKindOfALaterVersionIsZeros) {
@@ -170,6 +171,7 @@ TEST(ReadStruct, ASmallerOneHasDefaultsAndALargerOneZeros) {
   expect_read_in_any_size<coppice_frame>();
   expect_read_in_any_size<coppice_vulkan_view_desc>();
   expect_read_in_any_size<coppice_light>();
+  expect_read_in_any_size<coppice_occluder>();
 }
 
 TEST(ReadStruct, ASizeThatNobodySetIsRefused) {

@@ -9,13 +9,14 @@
  *     coppice_frame_begin(context, &frame);              with the cameras of all views: pump streaming, recycle what the GPU is done with
  *     coppice_record_upload(context, cmd);               outside a render pass
  *     coppice_record_cull(context, cmd, view, &light);   outside a render pass; of each view
- *     vkCmdBeginRendering(cmd, ...);
- *     coppice_record_draw(context, cmd, view, 0);        inside dynamic rendering; of each view
+ *     vkCmdBeginRendering(cmd, ...);                     or vkCmdBeginRenderPass, where the view has a render_pass
+ *     coppice_record_draw(context, cmd, view, 0);        of each view
  *     vkCmdEndRendering(cmd);
  *
  * Views are culled and drawn in any order after the upload, also into command buffers of their own, and may be culled or drawn more than
- * once: a draw shows what the cull before it found. All of a context's commands go to one graphics queue, in the order of their frames, and
- * what record_upload recorded must be submitted: Coppice counts on it. Light with a shadow map needs the map when the view is *culled*:
+ * once: a draw shows what the cull before it found. All of a context's commands go to one graphics queue, in the order of their frames (or
+ * to several: coppice_vulkan_desc.queue_families), and what record_upload recorded must be submitted: Coppice counts on it. Light with a
+ * shadow map needs the map when the view is *culled*:
  *
  *     coppice_record_cull(context, cmd, sun, NULL);      of a view of COPPICE_OUTPUT_DEPTH, which coppice_sun_camera looks for
  *     vkCmdBeginRendering ... coppice_record_draw(context, cmd, sun, 0) ... vkCmdEndRendering
@@ -23,7 +24,8 @@
  *     coppice_record_cull(context, cmd, view, &light);   light.shadow_maps has the map
  *     ...
  *
- * Where the engine has enabled VK_EXT_debug_utils, what is recorded has labels and pipelines have names. Depth may run either way: see
+ * Where the engine has enabled VK_EXT_debug_utils, what is recorded has labels, pipelines have names, and so have buffers, images, their
+ * views, descriptor sets and memory: these begin with "coppice ". Depth may run either way: see
  * depth_compare. What coppice.h says of threads, errors, booleans and struct_size holds here too.
  *
  * A lost device: the call in which Vulkan said so returns COPPICE_ERROR_DEVICE_LOST and writes a line; from then on so does, without a
@@ -46,6 +48,7 @@ typedef enum coppice_vulkan_struct {
   COPPICE_VULKAN_STRUCT_DEVICE_MEMORY = 1,
   COPPICE_VULKAN_STRUCT_VIEW_DESC = 2,
   COPPICE_VULKAN_STRUCT_LIGHT = 3,
+  COPPICE_VULKAN_STRUCT_OCCLUDER = 4,
   COPPICE_VULKAN_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_vulkan_struct;
 /* As coppice_struct_init. */
@@ -84,15 +87,18 @@ static inline void coppice_device_memory_init(coppice_device_memory* hook) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_DEVICE_MEMORY, hook, sizeof *hook);
 }
 
+#define COPPICE_MAX_QUEUE_FAMILIES 3u
+
 /* The device. Handles become null and must be set. Flags are VK_TRUE or VK_FALSE, no other value. */
 typedef struct coppice_vulkan_desc {
   uint32_t struct_size;
 
   VkInstance instance;
   VkPhysicalDevice physical_device;
-  VkDevice device; /* Vulkan 1.3, created with these features enabled: dynamicRendering, synchronization2, bufferDeviceAddress,
-                      drawIndirectCount, scalarBlockLayout, multiDrawIndirect, drawIndirectFirstInstance. What the physical
-                      device lacks is named in the log; what was merely not enabled Vulkan gives no way to see */
+  VkDevice device; /* Vulkan 1.3, created with these features enabled: dynamicRendering (not where each view has a render_pass),
+                      synchronization2, bufferDeviceAddress, drawIndirectCount, scalarBlockLayout, multiDrawIndirect,
+                      drawIndirectFirstInstance. What the physical device lacks is named in the log; what was merely not
+                      enabled Vulkan gives no way to see */
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
   VkPipelineCache pipeline_cache;             /* may be null. Used by jobs, at any time until the context is destroyed: not one of
                                                  VK_PIPELINE_CACHE_CREATE_EXTERNALLY_SYNCHRONIZED_BIT */
@@ -122,6 +128,15 @@ typedef struct coppice_vulkan_desc {
    * misses anything. Default VK_FALSE: by jobs, see coppice_pipelines_ready. */
   VkBool32 blocking_pipelines;
   uint32_t reserved; /* 0 */
+
+  /* Families of the queues that commands of the context are submitted to, where those are of more than one: 2 or 3 of them, each once.
+   * coppice_record_upload may then be recorded for any queue, coppice_record_cull for one with COMPUTE and coppice_record_draw for one with
+   * GRAPHICS: culling beside the engine's own graphics work. Buffers and images are made with VK_SHARING_MODE_CONCURRENT, so that nothing
+   * changes owners, and barriers wait for all that the queue does. From one queue to the next the engine waits by semaphores, with all
+   * stages, so that uploads, culls and draws run in the order that one queue would run them in: a cull also after the draws of the frame
+   * before, as it fills what those read. pass_times wants queues with timestamps, none for transfers alone. Default 0: one family. */
+  uint32_t queue_family_count;
+  uint32_t queue_families[COPPICE_MAX_QUEUE_FAMILIES]; /* [queue_family_count] */
 } coppice_vulkan_desc;
 static inline void coppice_vulkan_desc_init(coppice_vulkan_desc* desc) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_DESC, desc, sizeof *desc);
@@ -184,9 +199,16 @@ typedef struct coppice_vulkan_view_desc {
   VkCompareOp depth_compare;     /* LESS, LESS_OR_EQUAL, GREATER or, the default, GREATER_OR_EQUAL: reversed depth */
   VkSampleCountFlagBits samples; /* default 1 */
   /* VK_TRUE: depth_format has stencil too, and while drawing the image is bound as the stencil attachment as well; what is in it stays.
-   * Default VK_FALSE: no stencil attachment is bound. */
+   * Default VK_FALSE: no stencil attachment is bound. With a render_pass it says nothing: stencil always stays. */
   VkBool32 has_stencil;
   coppice_content contents[COPPICE_MAX_COLORS]; /* of color_formats; default COPPICE_CONTENT_DEFAULT */
+  /* Not null: coppice_record_draw draws inside this subpass of a classic render pass, or of any that is compatible with it; default null:
+   * inside dynamic rendering. The formats and samples above are those of the subpass: color_formats has an entry for each of its colour
+   * references, with COPPICE_CONTENT_NONE and any format for one that is VK_ATTACHMENT_UNUSED. That they agree Vulkan gives no way to see.
+   * No multiview. Jobs build pipelines with the pass whenever a plant needs another: it must live until the context is destroyed. An engine
+   * that makes new passes keeps one of the same kind for Coppice; views share pipelines where render_pass and subpass are the same. */
+  uint32_t subpass; /* default 0 */
+  VkRenderPass render_pass;
 } coppice_vulkan_view_desc;
 static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_VIEW_DESC, desc, sizeof *desc);
@@ -202,8 +224,8 @@ COPPICE_API coppice_status coppice_vulkan_view_create(coppice_context* context, 
 /* ---- recording ------------------------------------------------------------------------------------------------------------------- */
 
 /* Records copies of changed instances and newly decoded pages, and takes the memory that the frame's views need.
- * before: coppice_frame_begin, once for each call. after: everything visible to coppice_record_cull and _draw. queue: graphics.
- * errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY, or
+ * before: coppice_frame_begin, once for each call. after: everything visible to coppice_record_cull and _draw. queue: graphics, or see
+ * queue_families. errors: COPPICE_ERROR_INVALID_ARGUMENT: not the first call since coppice_frame_begin. COPPICE_ERROR_OUT_OF_MEMORY, or
  * COPPICE_ERROR_INTERNAL where the driver fails otherwise: nothing is drawn in this frame; the commands must be submitted all the same, and
  * the next frame tries again. COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd);
@@ -217,6 +239,28 @@ typedef struct coppice_shadow_map {
       image; /* 2D, depth; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE, VERTEX and FRAGMENT_SHADER / SHADER_SAMPLED_READ */
   double clip_from_world[16]; /* that it was drawn with: clip_from_view * view_from_world, multiplied as doubles; has an inverse */
 } coppice_shadow_map;
+
+/* What the engine has drawn in this frame before it culls plants: terrain, buildings, a depth prepass. What of plants lies behind it is
+ * neither rasterised nor drawn; the picture is the one without, as long as the attachment that plants are drawn to has that depth too.
+ *   depth       drawn with the camera's matrices, of each eye its own, in a viewport with depth from 0 to 1; in the direction of the view's
+ *               depth_compare; in the view's depth_format, or a copy in D32_SFLOAT of that. Where nothing is it has the far plane's
+ *   samples     one. With more than one in the attachments give the farthest of a pixel's, by VK_RESOLVE_MODE_MIN_BIT where depth is
+ *               reversed, else MAX
+ * It is used where compute shaders draw leaves (compute_raster), from the second frame on that has one: the first has its pipeline built.
+ * Where the hardware draws all of a view it hides nothing. What it hides counts in coppice_view_stats as occluded, or as not drawn. */
+typedef struct coppice_occluder {
+  uint32_t struct_size;
+  /* Where in the image the picture's first pixel is, beyond where it is in the attachments (coppice_camera.x_px, y_px; of the second eye
+   * coppice_eye's): -65,536 to 65,536. 0, the default, for the depth attachment itself. Pixels outside the image hide nothing. */
+  int32_t x_px, y_px;
+  uint32_t reserved;        /* 0 */
+  VkImageView image;        /* 2D, depth aspect; SHADER_READ_ONLY_OPTIMAL, its writes visible to COMPUTE_SHADER / SHADER_SAMPLED_READ; must
+                               live until the GPU has finished the frame */
+  VkImageView second_image; /* of the second eye; null, the default: both eyes are in `image` */
+} coppice_occluder;
+static inline void coppice_occluder_init(coppice_occluder* occluder) {
+  coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_OCCLUDER, occluder, sizeof *occluder);
+}
 
 /* What COPPICE_CONTENT_LIT is shaded by. Of other contents LIGHT depends on sun_direction and the shadow maps, and nothing else on it. */
 typedef struct coppice_light {
@@ -236,24 +280,27 @@ typedef struct coppice_light {
   uint32_t shadow_map_count;             /* at most COPPICE_MAX_SHADOW_MAPS */
   uint32_t
       shadow_map_bytes; /* from one to the next: sizeof(coppice_shadow_map) as the program was compiled with. coppice_light_init sets it */
+  const coppice_occluder* occluder; /* read within the call; null, the default: plants alone hide plants */
 } coppice_light;
 static inline void coppice_light_init(coppice_light* light) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_LIGHT, light, sizeof *light);
   if (light != NULL) light->shadow_map_bytes = (uint32_t)sizeof(coppice_shadow_map);
 }
 
-/* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics; any command buffer of the frame
- * that is submitted after the upload's. thread: culls and draws of different views may be recorded at the same time.
+/* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics, or see queue_families; in any
+ * command buffer of the frame that is submitted after the upload's. thread: culls and draws of different views may be recorded at the same
+ * time.
  * light: null stands for a default one, as for shadow maps, which have none.
  * before: coppice_record_upload in the same frame, else COPPICE_ERROR_INVALID_ARGUMENT; so too for a view that the frame did not begin
- * with. Where the compute rasteriser's picture or the shadow maps find no memory the frame goes on without, and the log says so once; what
- * has no pipeline yet is left out (coppice_pipelines_ready). COPPICE_ERROR_DEVICE_LOST
+ * with. Where the compute rasteriser's picture or the images of the light find no memory the frame goes on without, and the log says so
+ * once; what has no pipeline yet is left out (coppice_pipelines_ready). COPPICE_ERROR_DEVICE_LOST
  * after: draw commands visible to DRAW_INDIRECT and the vertex stage (the barrier is recorded here). */
 COPPICE_API coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd, coppice_view view,
                                                const coppice_light* light);
 
-/* Records the draws of a view, as one of its eyes sees it. Inside dynamic rendering with the formats of its desc; sets viewport and scissor
- * to the view's, binds its own pipelines and descriptor sets (the engine must rebind its own). queue: graphics. thread: as
+/* Records the draws of a view, as one of its eyes sees it. Inside dynamic rendering with the formats of its desc, or inside the subpass of
+ * its render_pass; sets viewport and scissor to the view's, binds its own pipelines and descriptor sets (the engine must rebind its own),
+ * records no barrier. queue: graphics. thread: as
  * coppice_record_cull. eye: 0, or 1 where the camera has a second_eye; each may have attachments of its own, or a rectangle of the same.
  * before: coppice_record_cull of the view in the same frame, submitted before; else COPPICE_ERROR_INVALID_ARGUMENT. Culls and draws of
  * other views may stand between. */

@@ -88,12 +88,14 @@ BufferSizes Renderer::sizes(const Capacity& wanted) {
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.views.max_instances)), plants = capacity.plants;
   BufferSizes sizes;
   const VkBufferUsageFlags texels = views_.has_raster() ? VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT : 0;
-  sizes.add({&scene_.instances, slots * sizeof(Instance), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | texels | kTo | kFrom, true,
-             VK_FORMAT_R32G32B32A32_UINT});
-  sizes.add({&scene_.moved, std::max(InstanceTable::most_moved(static_cast<std::uint32_t>(slots)), 1u) * sizeof(Instance),
+  sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | texels | kTo | kFrom,
+             true, VK_FORMAT_R32G32B32A32_UINT});
+  sizes.add({&scene_.moved, "coppice moved instances",
+             std::max(InstanceTable::most_moved(static_cast<std::uint32_t>(slots)), 1u) * sizeof(Instance),
              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | kTo});
-  sizes.add({&scene_.plants, plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
-  sizes.add({&scene_.tables, plants * kTableStride * sizeof(std::uint32_t), VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true});
+  sizes.add({&scene_.plants, "coppice plant records", plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
+  sizes.add({&scene_.tables, "coppice tables", plants * kTableStride * sizeof(std::uint32_t),
+             VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true});
   views_.add_sizes(capacity, sizes);
   return sizes;
 }
@@ -101,10 +103,10 @@ BufferSizes Renderer::sizes(const Capacity& wanted) {
 Result<void> Renderer::create_buffers() {
   capacity_.plants = std::min(kFirstPlants, desc_.max_plants);
   BufferSizes first = sizes({});
-  first.add({&scene_.quad_indices, std::uint64_t{kClusterLeaves} * 6 * sizeof(std::uint16_t),
+  first.add({&scene_.quad_indices, "coppice quad indices", std::uint64_t{kClusterLeaves} * 6 * sizeof(std::uint16_t),
              VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT});
   for (const BufferSize& size : first.span()) {
-    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device_, size.bytes, size.usage, MemoryKind::device, size.texels)));
+    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device_, size.desc(MemoryKind::device))));
   }
   COPPICE_CHECK(plants_.reserve(capacity_.plants));
   return views_.reserve_plants(capacity_.plants);

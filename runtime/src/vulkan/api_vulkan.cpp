@@ -52,7 +52,9 @@ coppice::gpu::AttachmentDesc attachments_of(coppice_output output, const coppice
   coppice::gpu::AttachmentDesc attachments{.depth_format = desc.depth_format,
                                            .depth_compare = desc.depth_compare,
                                            .samples = desc.samples,
-                                           .has_stencil = desc.has_stencil == VK_TRUE};
+                                           .has_stencil = desc.has_stencil == VK_TRUE && desc.render_pass == VK_NULL_HANDLE,
+                                           .render_pass = desc.render_pass,
+                                           .subpass = desc.subpass};
   std::uint32_t& count = attachments.color_count;
   for (; count < COPPICE_MAX_COLORS && desc.color_formats[count] != VK_FORMAT_UNDEFINED; ++count) {
     attachments.color_formats[count] = desc.color_formats[count];
@@ -63,8 +65,16 @@ coppice::gpu::AttachmentDesc attachments_of(coppice_output output, const coppice
 
 using ShadowMaps = std::array<coppice_shadow_map, COPPICE_MAX_SHADOW_MAPS>;
 
-/// Reads a light that may be null, and checks it. maps: that ours.shadow_maps becomes
-std::string read_light(const coppice_light* theirs, coppice_light& ours, ShadowMaps& maps) {
+/// A light with what it points to.
+struct OwnedLight {
+  coppice_light light;
+  ShadowMaps maps;
+  coppice_occluder occluder;
+};
+
+/// Reads a light that may be null, and checks it.
+std::string read_light(const coppice_light* theirs, OwnedLight& owned) {
+  auto& [ours, maps, occluder] = owned;
   ours = coppice::struct_defaults<coppice_light>();
   if (theirs == nullptr) return {};
   if (std::string problem = coppice::read_struct(theirs, "light", ours); !problem.empty()) return problem;
@@ -78,6 +88,10 @@ std::string read_light(const coppice_light* theirs, coppice_light& ours, ShadowM
         return problem;
   }
   ours.shadow_maps = maps.data();
+  if (ours.occluder != nullptr) {
+    if (std::string problem = coppice::read_struct(ours.occluder, "light.occluder", occluder); !problem.empty()) return problem;
+    ours.occluder = &occluder;
+  }
   return in_struct("light", coppice::light_problem(ours));
 }
 
@@ -176,14 +190,13 @@ coppice_status coppice_record_cull(coppice_context* context, VkCommandBuffer cmd
   COPPICE_REFUSE_IF(cmd == VK_NULL_HANDLE ? "cmd is null" : "");
   COPPICE_REFUSE_IF(renderer_problem(*context));
   COPPICE_REFUSE_IF(coppice::view_problem(*context, view));
-  coppice_light ours;
-  ShadowMaps maps;
-  COPPICE_REFUSE_IF(read_light(light, ours, maps));
+  OwnedLight ours;
+  COPPICE_REFUSE_IF(read_light(light, ours));
   if (!context->context->device_state()) return call.lost();
   COPPICE_REFUSE_IF(recording_problem(*context->context, view));
   const coppice::TraceScope trace(context->context->hooks().trace, COPPICE_TRACE_RECORD_CULL);
   if (context->context->renderer()->can_cull())
-    recorder(*context->context, view).record_cull(cmd, ours);
+    recorder(*context->context, view).record_cull(cmd, ours.light);
   else
     recorder(*context->context, view).leave_out();
   return call.finish(context->context->device_state());

@@ -44,6 +44,8 @@ void coppice_vulkan_struct_init(coppice_vulkan_struct kind, void* data, size_t b
       return coppice::init_struct<coppice_vulkan_view_desc>(data, size);
     case COPPICE_VULKAN_STRUCT_LIGHT:
       return coppice::init_struct<coppice_light>(data, size);
+    case COPPICE_VULKAN_STRUCT_OCCLUDER:
+      return coppice::init_struct<coppice_occluder>(data, size);
     case COPPICE_VULKAN_STRUCT_MAX_ENUM:
       break;
   }

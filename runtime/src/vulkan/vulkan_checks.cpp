@@ -1,5 +1,6 @@
 #include "vulkan_checks.h"
 
+#include <algorithm>
 #include <array>
 
 #include "api_fields.h"
@@ -9,11 +10,20 @@ namespace {
 
 constexpr float kMaxRadiance = 1e9f;
 constexpr float kMaxFogDensity = 1e6f;
+constexpr std::int32_t kMaxOccluderOffset_px = 65536;
 
 std::string map_problem(const coppice_shadow_map& map) {
   if (map.image == VK_NULL_HANDLE) return "image is null";
   if (std::string problem = double_problem("clip_from_world", map.clip_from_world, double{kMaxMatrix}); !problem.empty()) return problem;
   return determinant(map.clip_from_world) == 0.0 ? "clip_from_world has no inverse" : "";
+}
+
+std::string occluder_problem(const coppice_occluder& occluder) {
+  if (occluder.image == VK_NULL_HANDLE) return "image is null";
+  const auto is_far = [](std::int32_t px) { return px < -kMaxOccluderOffset_px || px > kMaxOccluderOffset_px; };
+  if (is_far(occluder.x_px)) return "x_px is beyond 65536";
+  if (is_far(occluder.y_px)) return "y_px is beyond 65536";
+  return reserved_problem(occluder.reserved);
 }
 
 std::string color_problem(coppice_output output, const coppice_vulkan_view_desc& desc, std::uint32_t i) {
@@ -37,6 +47,19 @@ coppice_content content_of(coppice_output output, const coppice_vulkan_view_desc
   return i < kSurface.size() ? kSurface[i] : COPPICE_CONTENT_DEFAULT;
 }
 
+namespace {
+
+std::string queues_problem(const coppice_vulkan_desc& vulkan) {
+  const std::uint32_t count = vulkan.queue_family_count;
+  if (count == 1 || count > COPPICE_MAX_QUEUE_FAMILIES) return "queue_family_count is none of 0, 2 and 3";
+  for (std::uint32_t i = 0; i < count; ++i)
+    if (std::find(vulkan.queue_families, vulkan.queue_families + i, vulkan.queue_families[i]) != vulkan.queue_families + i)
+      return "queue_families[" + std::to_string(i) + "] is there twice";
+  return {};
+}
+
+}  // namespace
+
 std::string vulkan_problem(const coppice_vulkan_desc& vulkan) {
   if (vulkan.instance == VK_NULL_HANDLE) return "instance is null";
   if (vulkan.physical_device == VK_NULL_HANDLE) return "physical_device is null";
@@ -45,7 +68,7 @@ std::string vulkan_problem(const coppice_vulkan_desc& vulkan) {
   return first_of(flag_problem("texture_compression_bc", vulkan.texture_compression_bc),
                   flag_problem("compute_raster", vulkan.compute_raster), flag_problem("shader_int64_atomics", vulkan.shader_int64_atomics),
                   flag_problem("pass_times", vulkan.pass_times), flag_problem("blocking_pipelines", vulkan.blocking_pipelines),
-                  reserved_problem(vulkan.reserved));
+                  reserved_problem(vulkan.reserved), queues_problem(vulkan));
 }
 
 std::string device_memory_problem(const coppice_device_memory& hook) {
@@ -62,6 +85,7 @@ std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vul
       desc.depth_compare != VK_COMPARE_OP_GREATER && desc.depth_compare != VK_COMPARE_OP_GREATER_OR_EQUAL)
     return "depth_compare is none of LESS, LESS_OR_EQUAL, GREATER and GREATER_OR_EQUAL";
   if (std::string problem = flag_problem("has_stencil", desc.has_stencil); !problem.empty()) return problem;
+  if (desc.subpass != 0 && desc.render_pass == VK_NULL_HANDLE) return "subpass is set, and render_pass is null";
   if (desc.samples == 0 || (desc.samples & (desc.samples - 1)) != 0) return "samples is not one VkSampleCountFlagBits";
   return {};
 }
@@ -78,7 +102,9 @@ std::string light_problem(const coppice_light& light) {
   for (std::uint32_t i = 0; i < light.shadow_map_count; ++i)
     if (const std::string problem = map_problem(light.shadow_maps[i]); !problem.empty())
       return "shadow_maps[" + std::to_string(i) + "]." + problem;
-  return {};
+  if (light.occluder == nullptr) return {};
+  const std::string problem = occluder_problem(*light.occluder);
+  return problem.empty() ? problem : "occluder." + problem;
 }
 
 }  // namespace coppice

@@ -1,6 +1,6 @@
 #pragma once
 
-// What a graphics debugger shows: labels round what is recorded, and names of pipelines. Nothing where the engine has not enabled
+// What a graphics debugger shows: labels round what is recorded, and names of objects. Nothing where the engine has not enabled
 // VK_EXT_debug_utils.
 
 #include "device.h"
@@ -26,12 +26,13 @@ class DebugLabel {
   VkCommandBuffer cmd_;
 };
 
-/// Any thread. name: copied
-inline void name_pipeline(const Device& device, VkPipeline pipeline, const char* name) {
-  if (device.vk.vkSetDebugUtilsObjectNameEXT == nullptr) return;
+/// Any thread, before another has the object. handle: of that type, or null; name: copied
+template <class Handle>
+void name_object(const Device& device, VkObjectType type, Handle handle, const char* name) {
+  if (device.vk.vkSetDebugUtilsObjectNameEXT == nullptr || handle == VK_NULL_HANDLE) return;
   const VkDebugUtilsObjectNameInfoEXT info{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-                                           .objectType = VK_OBJECT_TYPE_PIPELINE,
-                                           .objectHandle = reinterpret_cast<std::uint64_t>(pipeline),
+                                           .objectType = type,
+                                           .objectHandle = reinterpret_cast<std::uint64_t>(handle),
                                            .pObjectName = name};
   device.vk.vkSetDebugUtilsObjectNameEXT(device.device, &info);
 }

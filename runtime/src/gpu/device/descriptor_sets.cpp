@@ -3,12 +3,13 @@
 #include <algorithm>
 
 #include "check.h"
+#include "debug_label.h"
 
 namespace coppice::gpu {
 
-Result<SetLayout> create_set_layout(Device& device, std::span<const Binding> bindings) {
+Result<SetLayout> create_set_layout(Device& device, const char* name, std::span<const Binding> bindings) {
   COPPICE_ASSERT(bindings.size() <= kMaxBindings);
-  SetLayout made{.binding_count = static_cast<std::uint32_t>(bindings.size())};
+  SetLayout made{.name = name, .binding_count = static_cast<std::uint32_t>(bindings.size())};
   std::ranges::copy(bindings, made.bindings.begin());
   std::array<VkDescriptorSetLayoutBinding, kMaxBindings> infos{};
   for (std::uint32_t i = 0; i < made.binding_count; ++i)
@@ -17,6 +18,7 @@ Result<SetLayout> create_set_layout(Device& device, std::span<const Binding> bin
       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = made.binding_count, .pBindings = infos.data()};
   COPPICE_CHECK(
       check(device, device.vk.vkCreateDescriptorSetLayout(device.device, &info, nullptr, &made.layout), "vkCreateDescriptorSetLayout"));
+  name_object(device, VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT, made.layout, name);
   return made;
 }
 
@@ -56,21 +58,21 @@ Result<DescriptorSet> allocate_set(Device& device, const SetLayout& layout) {
     destroy_set(device, made);
     return set.error();
   }
+  name_object(device, VK_OBJECT_TYPE_DESCRIPTOR_SET, made.set, layout.name);
   return made;
 }
 
 }  // namespace
 
-Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::span<const Bound> bound) {
+void write_set(Device& device, const SetLayout& layout, const DescriptorSet& set, std::span<const Bound> bound) {
   COPPICE_ASSERT(bound.size() == layout.binding_count);
-  COPPICE_TRY(made, allocate_set(device, layout));
   std::array<VkDescriptorBufferInfo, kMaxBindings> buffers{};
   std::array<std::array<VkDescriptorImageInfo, kMaxBindingImages>, kMaxBindings> images{};
   std::array<VkWriteDescriptorSet, kMaxBindings> writes{};
   for (std::uint32_t i = 0; i < layout.binding_count; ++i) {
     const auto& [buffer, sampler, views] = bound[i];
     writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                 .dstSet = made.set,
+                 .dstSet = set.set,
                  .dstBinding = i,
                  .descriptorCount = layout.bindings[i].count,
                  .descriptorType = layout.bindings[i].type,
@@ -82,6 +84,11 @@ Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::s
       images[i][k] = {sampler, views[k], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
   }
   device.vk.vkUpdateDescriptorSets(device.device, layout.binding_count, writes.data(), 0, nullptr);
+}
+
+Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::span<const Bound> bound) {
+  COPPICE_TRY(made, allocate_set(device, layout));
+  write_set(device, layout, made, bound);
   return made;
 }
 

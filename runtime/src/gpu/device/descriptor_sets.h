@@ -21,6 +21,7 @@ struct Binding {
 };
 
 struct SetLayout {
+  const char* name = "";  ///< of its sets; static storage
   VkDescriptorSetLayout layout = VK_NULL_HANDLE;
   std::array<Binding, kMaxBindings> bindings{};
   std::uint32_t binding_count = 0;
@@ -38,14 +39,16 @@ struct Bound {
   const VkImageView* views = nullptr;
 };
 
-/// bindings: in order, from 0 on. errors  out_of_memory, device_lost
-Result<SetLayout> create_set_layout(Device& device, std::span<const Binding> bindings);
+/// name: of its sets, static storage; bindings: in order, from 0 on. errors  out_of_memory, device_lost
+Result<SetLayout> create_set_layout(Device& device, const char* name, std::span<const Binding> bindings);
 void destroy_set_layout(Device& device, SetLayout& layout);
 /// sets: from set 0 on. errors  out_of_memory, device_lost
 Result<VkPipelineLayout> create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets,
                                                 const VkPushConstantRange& push);
 /// bound: one a binding. errors  out_of_memory, device_lost
 Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::span<const Bound> bound);
+/// set: of create_set; the GPU must be done with it
+void write_set(Device& device, const SetLayout& layout, const DescriptorSet& set, std::span<const Bound> bound);
 void destroy_set(Device& device, DescriptorSet& set);
 
 }  // namespace coppice::gpu

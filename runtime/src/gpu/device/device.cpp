@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "check.h"
+#include "debug_label.h"
 #include "hooks.h"
 
 namespace coppice::gpu {
@@ -57,20 +58,21 @@ std::string missing_features(const Functions& vk, VkPhysicalDevice physical_devi
   return missing;
 }
 
-Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usage, MemoryKind kind, VkFormat texels) {
-  const bool addressable = (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0;
+Result<void> back_buffer(Device& device, const BufferDesc& desc, Buffer& buffer) {
+  const bool addressable = (desc.usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0;
   VkMemoryRequirements requirements{};
   device.vk.vkGetBufferMemoryRequirements(device.device, buffer.buffer, &requirements);
-  COPPICE_TRY(memory, take_memory(device, {requirements, kind, false}));
+  COPPICE_TRY(memory, take_memory(device, {requirements, desc.kind, false}));
   buffer.memory = memory;
   const coppice_memory_block& source = device.memory.blocks[memory.block].source;
   COPPICE_CHECK(check(device, device.vk.vkBindBufferMemory(device.device, buffer.buffer, source.memory, source.offset + memory.offset),
                       "vkBindBufferMemory"));
-  if (usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
+  if (desc.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
     const VkBufferViewCreateInfo info{
-        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = buffer.buffer, .format = texels, .range = VK_WHOLE_SIZE};
+        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = buffer.buffer, .format = desc.texels, .range = VK_WHOLE_SIZE};
     COPPICE_CHECK(check_created(device, device.vk.vkCreateBufferView(device.device, &info, nullptr, &buffer.texels), "vkCreateBufferView",
                                 buffer.texels));
+    name_object(device, VK_OBJECT_TYPE_BUFFER_VIEW, buffer.texels, desc.name);
   }
   if (addressable) {
     const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.buffer};
@@ -78,7 +80,7 @@ Result<void> back_buffer(Device& device, Buffer& buffer, VkBufferUsageFlags usag
     // WorkItem keeps something else in the upper bits. No device is known that has as many.
     if (buffer.address >> kAddressBits != 0) return Error{Status::unsupported, "device addresses of more than 57 bits"};
   }
-  if (kind == MemoryKind::host) buffer.mapped = static_cast<std::uint8_t*>(source.mapped) + memory.offset;
+  if (desc.kind == MemoryKind::host) buffer.mapped = static_cast<std::uint8_t*>(source.mapped) + memory.offset;
   return {};
 }
 
@@ -86,6 +88,8 @@ VkFormat vulkan_format(std::uint32_t texture_format) {
   if (texture_format == COPPICE_TEXTURE_BC3) return VK_FORMAT_BC3_SRGB_BLOCK;
   return texture_format == COPPICE_TEXTURE_BC1 ? VK_FORMAT_BC1_RGB_SRGB_BLOCK : VK_FORMAT_R8G8B8A8_SRGB;
 }
+
+constexpr const char* kTextureName = "coppice texture";
 
 Result<void> back_texture(Device& device, Texture& texture) {
   VkMemoryRequirements requirements{};
@@ -102,6 +106,7 @@ Result<void> back_texture(Device& device, Texture& texture) {
                                    .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1}};
   COPPICE_CHECK(
       check_created(device, device.vk.vkCreateImageView(device.device, &info, nullptr, &texture.view), "vkCreateImageView", texture.view));
+  name_object(device, VK_OBJECT_TYPE_IMAGE_VIEW, texture.view, kTextureName);
   return {};
 }
 
@@ -169,15 +174,23 @@ bool has_int64_atomics(const Device& device) {
   return features.features.shaderInt64 == VK_TRUE && vulkan12.shaderBufferInt64Atomics == VK_TRUE;
 }
 
-Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind, VkFormat texels) {
-  if ((usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && size_bytes > device.max_storage_bytes)
-    return Error{Status::unsupported, "storage buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};
-  if ((usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) && size_bytes / (texels == VK_FORMAT_R32_UINT ? 4 : 16) > device.max_texel_count)
-    return Error{Status::unsupported, "texel buffer beyond the device's limit, bytes", Error::kNoOffset, std::to_string(size_bytes)};
-  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size_bytes, .usage = usage};
-  Buffer buffer{.size_bytes = size_bytes};
+Result<Buffer> create_buffer(Device& device, const BufferDesc& desc) {
+  const auto beyond = [&](const char* what) { return Error{Status::unsupported, what, Error::kNoOffset, std::to_string(desc.size_bytes)}; };
+  if ((desc.usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && desc.size_bytes > device.max_storage_bytes)
+    return beyond("storage buffer beyond the device's limit, bytes");
+  if ((desc.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) &&
+      desc.size_bytes / (desc.texels == VK_FORMAT_R32_UINT ? 4 : 16) > device.max_texel_count)
+    return beyond("texel buffer beyond the device's limit, bytes");
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                .size = desc.size_bytes,
+                                .usage = desc.usage,
+                                .sharingMode = sharing_mode(device),
+                                .queueFamilyIndexCount = static_cast<std::uint32_t>(device.queue_families.size()),
+                                .pQueueFamilyIndices = device.queue_families.data()};
+  Buffer buffer{.size_bytes = desc.size_bytes};
   COPPICE_CHECK(check(device, device.vk.vkCreateBuffer(device.device, &info, nullptr, &buffer.buffer), "vkCreateBuffer"));
-  if (auto backed = back_buffer(device, buffer, usage, kind, texels); !backed) {
+  name_object(device, VK_OBJECT_TYPE_BUFFER, buffer.buffer, desc.name);
+  if (auto backed = back_buffer(device, desc, buffer); !backed) {
     destroy_buffer(device, buffer);
     return backed.error();
   }
@@ -206,9 +219,13 @@ Result<Texture> create_texture(Device& device, const coppice_file_texture& wante
                                .mipLevels = wanted.mip_count,
                                .arrayLayers = 1,
                                .samples = VK_SAMPLE_COUNT_1_BIT,
-                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
+                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
+                               .sharingMode = sharing_mode(device),
+                               .queueFamilyIndexCount = static_cast<std::uint32_t>(device.queue_families.size()),
+                               .pQueueFamilyIndices = device.queue_families.data()};
   Texture texture{.width = wanted.width, .height = wanted.height, .mip_count = wanted.mip_count, .format = wanted.format};
   COPPICE_CHECK(check(device, device.vk.vkCreateImage(device.device, &info, nullptr, &texture.image), "vkCreateImage"));
+  name_object(device, VK_OBJECT_TYPE_IMAGE, texture.image, kTextureName);
   if (auto backed = back_texture(device, texture); !backed) {
     destroy_texture(device, texture);
     return backed.error();
@@ -223,12 +240,22 @@ void destroy_texture(Device& device, Texture& texture) {
   texture = {};
 }
 
+VkSharingMode sharing_mode(const Device& device) {
+  return device.queue_families.empty() ? VK_SHARING_MODE_EXCLUSIVE : VK_SHARING_MODE_CONCURRENT;
+}
+
+VkPipelineStageFlags2 stages_of_queue(const Device& device, VkPipelineStageFlags2 stages) {
+  // A queue for compute has no stages of graphics, one for transfers neither. The host is a stage of none.
+  if (device.queue_families.empty() || stages == VK_PIPELINE_STAGE_2_NONE || stages == VK_PIPELINE_STAGE_2_HOST_BIT) return stages;
+  return VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+}
+
 void memory_barrier(const Device& device, VkCommandBuffer cmd, VkPipelineStageFlags2 source_stages, VkAccessFlags2 source_access,
                     VkPipelineStageFlags2 target_stages, VkAccessFlags2 target_access) {
   const VkMemoryBarrier2 barrier{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                 .srcStageMask = source_stages,
+                                 .srcStageMask = stages_of_queue(device, source_stages),
                                  .srcAccessMask = source_access,
-                                 .dstStageMask = target_stages,
+                                 .dstStageMask = stages_of_queue(device, target_stages),
                                  .dstAccessMask = target_access};
   const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &barrier};
   device.vk.vkCmdPipelineBarrier2(cmd, &info);

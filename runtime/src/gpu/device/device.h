@@ -24,6 +24,7 @@ struct Device {
   bool block_textures = false;                            ///< textureCompressionBC is enabled; only the engine knows, so the caller says it
   std::uint32_t max_view_width = 0, max_view_height = 0;  ///< of a viewport
   VkSampleCountFlags sample_counts = 0;                   ///< of attachments for colour and depth
+  std::vector<std::uint32_t> queue_families;              ///< that share buffers and images; empty: one has all
   coppice_log log{};                                      ///< hears of what the frame goes on without
   const char* lost_call = nullptr;                        ///< that returned VK_ERROR_DEVICE_LOST; null while the device lives
   std::vector<std::string_view> warned_calls;             ///< names of those that a line has been written about
@@ -53,10 +54,16 @@ struct Buffer {
 /// A device address has so many bits.
 inline constexpr std::uint32_t kAddressBits = 57;
 
-/// texels: of UNIFORM_TEXEL_BUFFER, R32_UINT or R32G32B32A32_UINT
+struct BufferDesc {
+  const char* name = "";  ///< that a graphics debugger shows
+  std::uint64_t size_bytes = 0;
+  VkBufferUsageFlags usage = 0;
+  MemoryKind kind = MemoryKind::device;
+  VkFormat texels = VK_FORMAT_R32_UINT;  ///< of UNIFORM_TEXEL_BUFFER: R32_UINT or R32G32B32A32_UINT
+};
+
 /// errors  out_of_memory; device_lost; unsupported: a storage or texel buffer larger than the device binds
-Result<Buffer> create_buffer(Device& device, std::uint64_t size_bytes, VkBufferUsageFlags usage, MemoryKind kind,
-                             VkFormat texels = VK_FORMAT_R32_UINT);
+Result<Buffer> create_buffer(Device& device, const BufferDesc& desc);
 /// buffer: may be none
 void destroy_buffer(Device& device, Buffer& buffer);
 /// Whether so many bytes can be taken for a buffer, or else are wanted: see Ledger::fits.
@@ -97,6 +104,11 @@ template <class Handle>
 /// Tells the log that a frame goes on without something, once for each call that fails. A lost device is the caller's to return.
 /// instead  what happens: "drawn without shadows"
 void go_on_without(Device& device, const Error& error, const char* instead);
+
+/// How the buffers and images of a device are shared, for their create infos.
+VkSharingMode sharing_mode(const Device& device);
+/// The stages of a barrier, or all that a queue of any family has.
+VkPipelineStageFlags2 stages_of_queue(const Device& device, VkPipelineStageFlags2 stages);
 
 /// Records one global memory barrier.
 void memory_barrier(const Device& device, VkCommandBuffer cmd, VkPipelineStageFlags2 source_stages, VkAccessFlags2 source_access,

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "debug_label.h"
 #include "device.h"
 
 namespace coppice::gpu {
@@ -141,6 +142,7 @@ Result<coppice_memory_block> allocate_by_vulkan(Device& device, const VkMemoryRe
                                   .memoryTypeIndex = type};
   coppice_memory_block block{.struct_size = sizeof block, .memory_type = type};
   COPPICE_CHECK(check(device, device.vk.vkAllocateMemory(device.device, &info, nullptr, &block.memory), "vkAllocateMemory"));
+  name_object(device, VK_OBJECT_TYPE_DEVICE_MEMORY, block.memory, "coppice memory");
   if (!(wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) return block;
   const auto mapped = check(device, device.vk.vkMapMemory(device.device, block.memory, 0, VK_WHOLE_SIZE, 0, &block.mapped), "vkMapMemory");
   if (mapped) return block;

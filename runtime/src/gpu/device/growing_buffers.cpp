@@ -25,7 +25,7 @@ Result<void> GrowingBuffers::reserve(const BufferSizes& wanted) {
   std::vector<Larger> made;
   for (const BufferSize& size : wanted.span()) {
     if (!grows(size)) continue;
-    auto buffer = create_buffer(device_, size.bytes, size.usage, MemoryKind::alone, size.texels);
+    auto buffer = create_buffer(device_, size.desc(MemoryKind::alone));
     if (!buffer) {
       for (Larger& larger : made) destroy_buffer(device_, larger.buffer);
       return buffer.error();

@@ -13,10 +13,13 @@ namespace coppice::gpu {
 
 struct BufferSize {
   Buffer* buffer = nullptr;
+  const char* name = "";  ///< static storage
   std::uint64_t bytes = 0;
   VkBufferUsageFlags usage = 0;
   bool kept = false;  ///< a larger one begins with what this one holds; it can be copied from and to
   VkFormat texels = VK_FORMAT_R32_UINT;
+
+  [[nodiscard]] BufferDesc desc(MemoryKind kind) const { return {name, bytes, usage, kind, texels}; }
 };
 
 /// All whose size follows something.

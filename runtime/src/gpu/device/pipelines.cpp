@@ -1,9 +1,11 @@
 #include "pipelines.h"
 
 #include <utility>
+#include <vector>
 
 #include "debug_label.h"
 #include "hooks.h"
+#include "shader_outputs.h"
 
 namespace coppice::gpu {
 namespace {
@@ -53,7 +55,8 @@ Result<VkPipeline> create_draw(const Device& device, VkPipelineCache cache, cons
   const AttachmentDesc& attachments = recipe.attachments;
   ShaderModule vertex(device), fragment(device);
   COPPICE_TRY(vertex_stage, vertex.create(VK_SHADER_STAGE_VERTEX_BIT, recipe.first, &constants));
-  COPPICE_TRY(fragment_stage, fragment.create(VK_SHADER_STAGE_FRAGMENT_BIT, recipe.fragment, &constants));
+  const std::vector<std::uint32_t> words = with_outputs(recipe.fragment, attachments.color_count);
+  COPPICE_TRY(fragment_stage, fragment.create(VK_SHADER_STAGE_FRAGMENT_BIT, words, &constants));
   const std::array stages{vertex_stage, fragment_stage};
   const VkPipelineVertexInputStateCreateInfo vertex_input{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
   const VkPipelineInputAssemblyStateCreateInfo assembly{.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO,
@@ -87,7 +90,7 @@ Result<VkPipeline> create_draw(const Device& device, VkPipelineCache cache, cons
       .depthAttachmentFormat = attachments.depth_format,
       .stencilAttachmentFormat = attachments.has_stencil ? attachments.depth_format : VK_FORMAT_UNDEFINED};
   const VkGraphicsPipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,
-                                          .pNext = &rendering,
+                                          .pNext = attachments.render_pass == VK_NULL_HANDLE ? &rendering : nullptr,
                                           .stageCount = static_cast<std::uint32_t>(stages.size()),
                                           .pStages = stages.data(),
                                           .pVertexInputState = &vertex_input,
@@ -98,7 +101,9 @@ Result<VkPipeline> create_draw(const Device& device, VkPipelineCache cache, cons
                                           .pDepthStencilState = &depth,
                                           .pColorBlendState = &blend,
                                           .pDynamicState = &dynamic,
-                                          .layout = recipe.layout};
+                                          .layout = recipe.layout,
+                                          .renderPass = attachments.render_pass,
+                                          .subpass = attachments.subpass};
   VkPipeline pipeline = VK_NULL_HANDLE;
   const VkResult result = device.vk.vkCreateGraphicsPipelines(device.device, cache, 1, &info, nullptr, &pipeline);
   if (result != VK_SUCCESS) return vulkan_error(result, "vkCreateGraphicsPipelines");
@@ -148,7 +153,7 @@ void PipelineSet::build(void* argument) {
   const Device& device = set.device_;
   Result<VkPipeline> built(VkPipeline{});
   if (!set.closing_) built = create_pipeline(device, set.cache_, pipeline.recipe);
-  if (built && *built != VK_NULL_HANDLE) name_pipeline(device, *built, pipeline.recipe.name);
+  if (built) name_object(device, VK_OBJECT_TYPE_PIPELINE, *built, pipeline.recipe.name);
   const bool lost = !built && built.error().status == Status::device_lost;
   if (!built && !lost)
     log_line(device.log, COPPICE_LOG_ERROR, "%s; nothing is drawn with %s", built.error().message().c_str(), pipeline.recipe.name);

@@ -25,6 +25,9 @@ struct AttachmentDesc {
   VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
   bool has_stencil = false;  ///< of depth_format: bound, and left as it is
+  /// Null: dynamic rendering. Lives until the context is destroyed, so that a handle stands for one pass for good.
+  VkRenderPass render_pass = VK_NULL_HANDLE;
+  std::uint32_t subpass = 0;
 
   bool operator==(const AttachmentDesc&) const = default;
 };

@@ -13,14 +13,14 @@ namespace {
 
 constexpr std::uint64_t kRingBytes = 8ull << 20;
 
-VkImageMemoryBarrier2 layout_change(VkImage image, VkImageLayout from, VkImageLayout to) {
+VkImageMemoryBarrier2 layout_change(const Device& device, VkImage image, VkImageLayout from, VkImageLayout to) {
   const bool filling = to == VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
   return {.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
-          .srcStageMask = filling ? VK_PIPELINE_STAGE_2_NONE : VK_PIPELINE_STAGE_2_COPY_BIT,
+          .srcStageMask = stages_of_queue(device, filling ? VK_PIPELINE_STAGE_2_NONE : VK_PIPELINE_STAGE_2_COPY_BIT),
           .srcAccessMask = filling ? VK_ACCESS_2_NONE : VK_ACCESS_2_TRANSFER_WRITE_BIT,
-          .dstStageMask = filling ? VK_PIPELINE_STAGE_2_COPY_BIT
-                                  : VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT |
-                                        VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+          .dstStageMask = stages_of_queue(device, filling ? VK_PIPELINE_STAGE_2_COPY_BIT
+                                                          : VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT |
+                                                                VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT),
           .dstAccessMask = filling ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
           .oldLayout = from,
           .newLayout = to,
@@ -34,7 +34,7 @@ VkImageMemoryBarrier2 layout_change(VkImage image, VkImageLayout from, VkImageLa
 
 Result<void> Uploads::create() {
   COPPICE_CHECK(moves_.make_room(allocator_, kMostMoves));
-  return move_into(ring_, create_buffer(device_, kRingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host));
+  return move_into(ring_, create_buffer(device_, {"coppice staging", kRingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host}));
 }
 
 void Uploads::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
@@ -66,7 +66,7 @@ Result<Uploads::Slice> Uploads::stage(std::uint64_t bytes) {
     marks_.back().head = head_;
     slice = {ring_.buffer, start % capacity, ring_.mapped + start % capacity};
   } else {
-    COPPICE_TRY(buffer, create_buffer(device_, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host));
+    COPPICE_TRY(buffer, create_buffer(device_, {"coppice staging", bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host}));
     slice = {buffer.buffer, 0, buffer.mapped};
     garbage_.retire(buffer);
   }
@@ -137,7 +137,7 @@ void Uploads::record_copies(VkCommandBuffer cmd, std::span<Copy> copies) {
 
 void Uploads::record_fill(VkCommandBuffer cmd, const Fill& fill) {
   const Texture& texture = fill.texture;
-  VkImageMemoryBarrier2 barrier = layout_change(texture.image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+  VkImageMemoryBarrier2 barrier = layout_change(device_, texture.image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
   const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &barrier};
   device_.vk.vkCmdPipelineBarrier2(cmd, &info);
   std::uint64_t offset = fill.offset;
@@ -148,7 +148,7 @@ void Uploads::record_fill(VkCommandBuffer cmd, const Fill& fill) {
     device_.vk.vkCmdCopyBufferToImage(cmd, fill.from, texture.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
     offset += texture_level_bytes(texture.format, width, height);
   }
-  barrier = layout_change(texture.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+  barrier = layout_change(device_, texture.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
   device_.vk.vkCmdPipelineBarrier2(cmd, &info);
 }
 

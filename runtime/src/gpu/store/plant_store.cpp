@@ -64,7 +64,7 @@ Result<void> PlantStore::add(std::uint32_t index, const PlantFile& file, const P
   pack_wind(wind, plant->pending_words.span().subspan(kWindWord));
   plant->layout = place_plant_tables(file);
   COPPICE_CHECK(allocate_into(plant->pending_tables, allocator_, plant->layout.bytes));
-  COPPICE_CHECK(move_into(plant->tables, create_buffer(device_, plant->layout.bytes, kAddressed, MemoryKind::device)));
+  COPPICE_CHECK(move_into(plant->tables, create_buffer(device_, {"coppice plant", plant->layout.bytes, kAddressed})));
   plant->leaf_mesh_count = file.plant.leaf_mesh_count;
   if (auto filled = fill_tables(*plant, file, appearance); !filled) {
     destroy(*plant);
@@ -156,9 +156,9 @@ Result<void> PlantStore::patch_cuts(StoredPlant& plant, ReadyCuts& cuts) {
 }
 
 template <class Stage>
-Result<void> PlantStore::upload(Buffer& place, std::uint64_t bytes, VkBufferUsageFlags usage, Stage stage) {
+Result<void> PlantStore::upload(Buffer& place, const BufferDesc& desc, Stage stage) {
   COPPICE_ASSERT(place.buffer == VK_NULL_HANDLE);
-  COPPICE_TRY(buffer, create_buffer(device_, bytes, usage, MemoryKind::device));
+  COPPICE_TRY(buffer, create_buffer(device_, desc));
   const Uploads::Mark mark = uploads_.mark();
   if (Result<void> staged = stage(buffer); !staged) {
     uploads_.undo(mark);
@@ -180,7 +180,7 @@ Result<void> PlantStore::upload_page(const PageUpload& upload_of) {
     const uvec2 address = gpu_address(page.address);
     return patch_tables(plant, plant.layout.pages_at + upload_of.page * sizeof address, bytes_of(std::span(&address, 1)));
   };
-  COPPICE_CHECK(upload(plant.pages[upload_of.page], kPageBytes, kAddressed, stage));
+  COPPICE_CHECK(upload(plant.pages[upload_of.page], {"coppice page", kPageBytes, kAddressed}, stage));
   plant.has_cuts = plant.has_cuts || upload_of.page == 0;
   plant.has_gaps = plant.has_gaps || has_gaps(upload_of.clusters) || (upload_of.page == 0 && upload_of.ready_cuts->has_gaps);
   return {};
@@ -198,7 +198,7 @@ Result<void> PlantStore::upload_mesh(const MeshUpload& upload_of) {
     return patch_tables(plant, plant.layout.lists_at + (kWoodLists + upload_of.mesh) * sizeof(ClusterList),
                         bytes_of(std::span<const ClusterList>(&block.list, 1)));
   };
-  COPPICE_CHECK(upload(mesh.buffer, block.bytes.size(), kUsage, stage));
+  COPPICE_CHECK(upload(mesh.buffer, {"coppice mesh", block.bytes.size(), kUsage}, stage));
   mesh.vertices = gpu_address(mesh.buffer.address + block.vertices_at);
   mesh.index_count = block.index_count;
   mesh.cluster_count = block.list.cluster_count;

@@ -126,7 +126,7 @@ class PlantStore {
   Result<void> patch_cuts(StoredPlant& plant, ReadyCuts& cuts);
   /// Creates a buffer and has `stage` stage its contents; undone where that fails.
   template <class Stage>
-  Result<void> upload(Buffer& place, std::uint64_t bytes, VkBufferUsageFlags usage, Stage stage);
+  Result<void> upload(Buffer& place, const BufferDesc& desc, Stage stage);
   void destroy(StoredPlant& plant);
   void destroy(StoredTexture& texture);
 

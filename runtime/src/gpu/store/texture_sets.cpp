@@ -20,7 +20,7 @@ TextureSets::~TextureSets() {
 
 Result<void> TextureSets::create() {
   const Binding binding{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_FRAGMENT_BIT};
-  COPPICE_CHECK(move_into(layout_, create_set_layout(device_, std::span(&binding, 1))));
+  COPPICE_CHECK(move_into(layout_, create_set_layout(device_, "coppice texture", std::span(&binding, 1))));
   const VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
                                  .magFilter = VK_FILTER_LINEAR,
                                  .minFilter = VK_FILTER_LINEAR,

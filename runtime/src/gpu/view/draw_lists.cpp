@@ -133,7 +133,7 @@ bool DrawLists::grow(Device& device, Garbage& garbage, std::uint64_t wanted_byte
   const std::uint64_t bytes = roomy <= device.memory.ledger->free() / 2 ? roomy : wanted_bytes;
   constexpr VkBufferUsageFlags kUsage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
-  auto made = create_buffer(device, bytes, kUsage, MemoryKind::alone);
+  auto made = create_buffer(device, {kLeafCommandsName, bytes, kUsage, MemoryKind::alone});
   if (!made) {
     go_on_without(device, made.error(), "some plants are drawn coarser or by the rasteriser");
     return false;

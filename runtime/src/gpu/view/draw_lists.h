@@ -22,6 +22,9 @@ struct DrawListInput {
   std::uint64_t memory_budget_bytes = 0;
 };
 
+/// Of the buffers that DrawLists::fill fills.
+inline constexpr const char* kLeafCommandsName = "coppice leaf commands";
+
 class DrawLists {
  public:
   explicit DrawLists(const coppice_allocator& allocator) : allocator_(allocator) {}

@@ -1,4 +1,4 @@
-// A frame in rounds, large instances first. In each round:
+// A frame in rounds, large instances first; what the engine has drawn before them hides as much as a round does. In each round:
 //
 //     blocks of instances -> instances: cut, path -> clusters of their lists -> leaves to pixels -> leaves of many pixels
 //
@@ -24,6 +24,7 @@
 #include "leaf_splats_comp.h"
 #include "leaf_splats_int64_comp.h"
 #include "leaf_tiles_comp.h"
+#include "occluder_comp.h"
 #include "raster_resolve_depth_frag.h"
 #include "raster_resolve_frag.h"
 #include "raster_resolve_vert.h"
@@ -82,19 +83,32 @@ constexpr RasterShape kManyLanes{.expand_together = true,
                                  .splat_lanes = 64,
                                  .cluster_lanes = 32};
 
+std::uint64_t tile_count_of(std::uint32_t level, std::uint32_t width_px, std::uint32_t height_px) {
+  const std::uint64_t side = std::uint64_t{kTileSide_px} << (2 * level);
+  return ((width_px + side - 1) / side) * ((height_px + side - 1) / side);
+}
+
 std::uint64_t tile_count(std::uint32_t width_px, std::uint32_t height_px) {
   std::uint64_t count = 0;
-  for (std::uint32_t level = 0; level < kTileLevels; ++level) {
-    const std::uint64_t side = std::uint64_t{kTileSide_px} << (2 * level);
-    count += ((width_px + side - 1) / side) * ((height_px + side - 1) / side);
-  }
+  for (std::uint32_t level = 0; level < kTileLevels; ++level) count += tile_count_of(level, width_px, height_px);
   return count;
+}
+
+/// What depth attachments round at most, in both directions of depth: normalised formats to their next number; 1 - key to what is left of
+/// it near 1, with some for the interpolation of triangles.
+float depth_step(const AttachmentDesc& attachments) {
+  float step = is_reversed(attachments.depth_compare) ? 0.0f : 0x1p-20f;
+  const VkFormat format = attachments.depth_format;
+  if (format == VK_FORMAT_D16_UNORM || format == VK_FORMAT_D16_UNORM_S8_UINT) step += 0x1p-15f;
+  if (format == VK_FORMAT_X8_D24_UNORM_PACK32 || format == VK_FORMAT_D24_UNORM_S8_UINT) step += 0x1p-23f;
+  return step;
 }
 
 /// Most of it does not depend on the slots: few steps, as each takes all of it twice for some frames.
 BufferSize work_size(Buffer& work, std::uint32_t slots) {
   const std::uint64_t capacity = std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
-  return {&work, capacity * sizeof(WorkItem), kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, false, VK_FORMAT_R32G32B32A32_UINT};
+  return {&work, "coppice work items",       capacity * sizeof(WorkItem), kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+          false, VK_FORMAT_R32G32B32A32_UINT};
 }
 
 /// Whether the rasteriser draws such a view.
@@ -139,7 +153,7 @@ LeafRaster::~LeafRaster() {
 }
 
 Result<void> LeafRaster::create_layouts() {
-  COPPICE_CHECK(move_into(set_layout_, create_set_layout(device_, kRasterSet)));
+  COPPICE_CHECK(move_into(set_layout_, create_set_layout(device_, "coppice raster", kRasterSet)));
   const std::array sets{desc_.frame_set, set_layout_.layout};
   const VkPushConstantRange push{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, .size = sizeof(RasterPush)};
   return move_into(layout_, create_pipeline_layout(device_, sets, push));
@@ -167,6 +181,7 @@ void LeafRaster::add_pipelines() {
   };
   pipelines_.finest_tiles = add_tiles(0);
   pipelines_.other_tiles = add_tiles(1);
+  pipelines_.occluder = add("occluder.comp", occluder_comp_spirv, {.lanes = lanes_});
   const Words leaves = desc_.int64_atomics ? Words(leaf_raster_int64_comp_spirv) : Words(leaf_raster_comp_spirv);
   const Words splats = desc_.int64_atomics ? Words(leaf_splats_int64_comp_spirv) : Words(leaf_splats_comp_spirv);
   for (std::uint32_t pass = 0; pass < kPassCount; ++pass) {
@@ -219,8 +234,9 @@ bool LeafRaster::want(coppice_debug_view debug_view, std::uint32_t eye_count, Pi
 Result<void> LeafRaster::create_view(const AttachmentDesc& attachments, RasterView& view) {
   view.depth_alone = is_depth_alone(attachments);
   view.reversed_depth = is_reversed(attachments.depth_compare);
-  return move_into(view.rounds, create_buffer(device_, kRasterRounds * sizeof(RasterRound), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
-                                              MemoryKind::device));
+  view.depth_step = depth_step(attachments);
+  return move_into(view.rounds, create_buffer(device_, {"coppice rounds", kRasterRounds * sizeof(RasterRound),
+                                                        kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT}));
 }
 
 void LeafRaster::destroy_view(RasterView& view) {
@@ -231,11 +247,11 @@ void LeafRaster::destroy_view(RasterView& view) {
 void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& sizes) {
   if (slots == 0) return;
   const std::uint64_t block_count = (std::uint64_t{slots} + kBlockSlots - 1) / kBlockSlots;
-  sizes.add({&buffers_.blocks, block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
-  sizes.add({&buffers_.visible_blocks, block_count * sizeof(std::uint32_t), kStorage});
+  sizes.add({&buffers_.blocks, "coppice blocks", block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
+  sizes.add({&buffers_.visible_blocks, "coppice visible blocks", block_count * sizeof(std::uint32_t), kStorage});
   // Leaves and wood of each, by the rasteriser or the hardware.
-  sizes.add({&buffers_.items, std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage});
-  sizes.add({&buffers_.big, std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage});
+  sizes.add({&buffers_.items, "coppice items", std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage});
+  sizes.add({&buffers_.big, "coppice big leaves", std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage});
   if (depth_views) sizes.add(work_size(buffers_.work, slots));
 }
 
@@ -275,8 +291,9 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
 }
 
 Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& wanted) {
-  COPPICE_TRY(picture, create_buffer(device_, wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, MemoryKind::alone));
-  auto tiles = create_buffer(device_, wanted.tiles, kStorage, MemoryKind::alone);
+  COPPICE_TRY(picture, create_buffer(device_, {"coppice picture", wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+                                               MemoryKind::alone}));
+  auto tiles = create_buffer(device_, {"coppice tiles", wanted.tiles, kStorage, MemoryKind::alone});
   if (!tiles) {
     destroy_buffer(device_, picture);
     return tiles.error();
@@ -317,10 +334,12 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
                .reversed = reversed ? 1u : 0u,
                .lanes = lanes_,
                .work_capacity = work_capacity,
-               .place_bits = static_cast<std::uint32_t>(std::bit_width(work_capacity - 1)),
+               .place_bits = static_cast<std::uint32_t>(std::bit_width(work_capacity)),
                .expand_items = shape_.expand_together ? 1 : lanes_,
                .leaf_clusters = shape_.leaf_clusters,
-               .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes};
+               .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes,
+               .hides_from = 1,
+               .occluder_step = view.depth_step};
   return true;
 }
 
@@ -377,22 +396,45 @@ void LeafRaster::record_tiles(VkCommandBuffer cmd, const ViewRound& of) const {
   barrier(cmd);
 }
 
-void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, std::uint32_t slot_count,
-                        GpuTimer* timer) const {
+void LeafRaster::push(VkCommandBuffer cmd, const RasterPush& constants) const {
+  device_.vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof constants, &constants);
+}
+
+void LeafRaster::record_occluder(VkCommandBuffer cmd, const RasterView& view, const RasterPush& constants) const {
+  const std::uint64_t finest = tile_count_of(0, constants.width_px, constants.height_px);
+  const std::uint64_t others = tile_count(constants.width_px, constants.height_px) - finest;
+  const auto dispatch = [&](const Pipeline& pipeline, std::uint64_t tiles) {
+    bind(cmd, pipeline);
+    device_.vk.vkCmdDispatch(cmd, static_cast<std::uint32_t>((tiles + lanes_ - 1) / lanes_), view.eye_count, 1);
+    barrier(cmd);
+  };
+  push(cmd, constants);
+  dispatch(*pipelines_.occluder, finest);
+  dispatch(*pipelines_.other_tiles, others);
+}
+
+void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, const Cull& cull) const {
   const Functions& vk = device_.vk;
   const auto mark = [&](Pass pass) {
-    if (timer != nullptr) timer->mark(device_, cmd, pass);
+    if (cull.timer != nullptr) cull.timer->mark(device_, cmd, pass);
   };
-  const std::array sets{frame_set, view.set.set};
+  const std::array sets{cull.frame_set, view.set.set};
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, static_cast<std::uint32_t>(sets.size()), sets.data(), 0,
                              nullptr);
-  const std::uint32_t block_count = (slot_count + kBlockSlots - 1) / kBlockSlots;
+  const std::uint32_t block_count = (cull.slot_count + kBlockSlots - 1) / kBlockSlots;
   if (block_count == 0) return;
+  RasterPush constants = view.push;
+  if (cull.occluder != nullptr) {
+    constants.hides_from = 0;
+    constants.occluder_x_px = cull.occluder->x_px;
+    constants.occluder_y_px = cull.occluder->y_px;
+    record_occluder(cmd, view, constants);
+    mark(Pass::tiles);
+  }
   for (std::uint32_t round = 0; round < kRasterRounds; ++round) {
     const ViewRound of{view, round};
-    RasterPush push = view.push;
-    push.round = round;
-    vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
+    constants.round = round;
+    push(cmd, constants);
     bind(cmd, *pipelines_.blocks.of(view.eye_count));
     vk.vkCmdDispatch(cmd, (block_count + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
     barrier(cmd);
@@ -401,7 +443,7 @@ void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, VkDescripto
     dispatch_stage(cmd, *pipelines_.expand.of(view.eye_count), of, offsetof(RasterRound, items));
     barrier(cmd);
     mark(Pass::cull);
-    record_leaves(cmd, of, timer);
+    record_leaves(cmd, of, cull.timer);
     barrier(cmd);
     mark(Pass::leaves);
     if (round + 1 == kRasterRounds) break;
@@ -417,9 +459,9 @@ void LeafRaster::record_resolve(VkCommandBuffer cmd, const RasterView& view, VkD
   vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, resolve.pipeline.handle());
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, static_cast<std::uint32_t>(sets.size()), sets.data(), 0,
                              nullptr);
-  RasterPush push = view.push;
-  push.eye = resolve.eye;
-  vk.vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
+  RasterPush constants = view.push;
+  constants.eye = resolve.eye;
+  push(cmd, constants);
   vk.vkCmdDraw(cmd, 3, 1, 0, 0);
 }
 

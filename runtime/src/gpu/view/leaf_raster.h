@@ -51,6 +51,7 @@ struct RasterView {
   bool set_stale = false;  ///< a buffer of it has been replaced
   bool depth_alone = false;
   bool reversed_depth = false;
+  float depth_step = 0.0f;                             ///< of what attachments hold: no two depths are nearer, or this is what they round
   std::uint32_t eye_count = 1;                         ///< of the frame
   RasterPush push{};                                   ///< likewise
   coppice_debug_view debug_view = COPPICE_DEBUG_NONE;  ///< likewise
@@ -89,9 +90,17 @@ class LeafRaster {
   bool prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count);
   /// What the view's buffers start with; the caller's barrier makes it visible to compute shaders. before: prepare
   void record_start(VkCommandBuffer cmd, const RasterView& view) const;
+  /// Wants what an engine's occluder needs; whether that is there.
+  bool want_occluder() { return pipeline_set_.want(*pipelines_.occluder); }
+  [[nodiscard]] bool has_occluder_pass() const { return pipelines_.occluder->handle() != VK_NULL_HANDLE; }
+  struct Cull {
+    VkDescriptorSet frame_set = VK_NULL_HANDLE;
+    std::uint32_t slot_count = 0;
+    const coppice_occluder* occluder = nullptr;  ///< its images are in frame_set; null: none. has_occluder_pass()
+    GpuTimer* timer = nullptr;                   ///< may be null
+  };
   /// before: record_start, buffers for slot_count, and all that culling reads. after: the picture, written by compute shaders.
-  /// timer: may be null
-  void record(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, std::uint32_t slot_count, GpuTimer* timer) const;
+  void record(VkCommandBuffer cmd, const RasterView& view, const Cull& cull) const;
   /// Where a picture goes: by which pipeline of add_resolve, and whose it is.
   struct Resolve {
     const Pipeline& pipeline;
@@ -108,7 +117,7 @@ class LeafRaster {
   struct Pipelines {
     CullPipelines cull;
     EyePipelines blocks, expand, draws;
-    Pipeline *finest_tiles = nullptr, *other_tiles = nullptr;
+    Pipeline *finest_tiles = nullptr, *other_tiles = nullptr, *occluder = nullptr;
     std::array<std::array<Pipeline*, kSourceCount>, kPassCount> leaves{};
     std::array<Pipeline*, kPassCount> splats{};
   };
@@ -137,6 +146,8 @@ class LeafRaster {
   void dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewRound& of, std::uint64_t stage_offset) const;
   void record_leaves(VkCommandBuffer cmd, const ViewRound& of, GpuTimer* timer) const;
   void record_tiles(VkCommandBuffer cmd, const ViewRound& of) const;
+  void push(VkCommandBuffer cmd, const RasterPush& constants) const;
+  void record_occluder(VkCommandBuffer cmd, const RasterView& view, const RasterPush& constants) const;
   void barrier(VkCommandBuffer cmd) const;
 
   Device& device_;

@@ -23,19 +23,21 @@ constexpr VkShaderStageFlags kAllStages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADE
 
 /// The view is a uniform buffer, the tables are texels, all else storage buffers. From leaf commands on only the passes that cull see them:
 /// few devices promise ten storage buffers to each stage.
-constexpr std::array<Binding, kFrameBuffers + 1> kFrameSet = [] {
-  std::array<Binding, kFrameBuffers + 1> bindings{};
+constexpr std::uint32_t kMaps = kFrameBuffers, kOccluders = kMaps + 1, kFrameBindings = kOccluders + 1;
+constexpr std::array<Binding, kFrameBindings> kFrameSet = [] {
+  std::array<Binding, kFrameBindings> bindings{};
   for (std::uint32_t i = 0; i < kFrameBuffers; ++i)
     bindings[i].stages =
         i < static_cast<std::uint32_t>(FrameBinding::leaf_commands) ? kAllStages : VkShaderStageFlags{VK_SHADER_STAGE_COMPUTE_BIT};
   bindings[static_cast<std::uint32_t>(FrameBinding::view)].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
   bindings[static_cast<std::uint32_t>(FrameBinding::tables)].type = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
-  bindings[kFrameBuffers] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kAllStages, kMaxShadowMaps};
+  bindings[kMaps] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kAllStages, kMaxShadowMaps};
+  bindings[kOccluders] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_COMPUTE_BIT, kMostEyes};
   return bindings;
 }();
 
 Result<void> create_layouts(Device& device, const TextureSets& textures, Passes& passes) {
-  COPPICE_CHECK(move_into(passes.frame_set, create_set_layout(device, kFrameSet)));
+  COPPICE_CHECK(move_into(passes.frame_set, create_set_layout(device, "coppice frame", kFrameSet)));
   const VkSamplerCreateInfo sampler{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
                                     .magFilter = VK_FILTER_NEAREST,
                                     .minFilter = VK_FILTER_NEAREST,
@@ -114,11 +116,24 @@ void destroy_passes(Device& device, Passes& passes) {
   passes = {};
 }
 
-Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const FrameBindings& bindings) {
-  std::array<Bound, kFrameBuffers + 1> bound{};
+namespace {
+
+std::array<Bound, kFrameBindings> bound_to(const Passes& passes, const FrameBindings& bindings) {
+  std::array<Bound, kFrameBindings> bound{};
   for (std::size_t i = 0; i < kFrameBuffers; ++i) bound[i].buffer = bindings.buffers[i];
-  bound[kFrameBuffers] = {.sampler = passes.map_sampler, .views = bindings.maps.data()};
-  return create_set(device, passes.frame_set, bound);
+  bound[kMaps] = {.sampler = passes.map_sampler, .views = bindings.maps.data()};
+  bound[kOccluders] = {.sampler = passes.map_sampler, .views = bindings.occluders.data()};
+  return bound;
+}
+
+}  // namespace
+
+Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const FrameBindings& bindings) {
+  return create_set(device, passes.frame_set, bound_to(passes, bindings));
+}
+
+void write_frame_set(Device& device, const Passes& passes, const DescriptorSet& set, const FrameBindings& bindings) {
+  write_set(device, passes.frame_set, set, bound_to(passes, bindings));
 }
 
 }  // namespace coppice::gpu

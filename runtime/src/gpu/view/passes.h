@@ -76,7 +76,7 @@ EyePipelines for_each_eye_count(const Add& add) {
   return added;
 }
 
-/// Buffers of set 0, in binding order (bindings.glsl); the shadow maps come after them.
+/// Buffers of set 0, in binding order (bindings.glsl); the shadow maps and the occluders come after them.
 enum class FrameBinding : std::uint32_t {
   view,
   instances,
@@ -97,7 +97,7 @@ inline constexpr VkShaderStageFlags kDrawStages = VK_SHADER_STAGE_VERTEX_BIT | V
 /// What all views share.
 struct Passes {
   SetLayout frame_set;
-  VkSampler map_sampler = VK_NULL_HANDLE;    ///< texels of shadow maps as they are
+  VkSampler map_sampler = VK_NULL_HANDLE;    ///< texels of depth as they are
   VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the frame's set, those of a texture and of a normal map, and DrawPush
   CullPipelines cull;
 };
@@ -114,7 +114,10 @@ DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& att
 struct FrameBindings {
   std::array<const Buffer*, kFrameBuffers> buffers{};  ///< by FrameBinding
   std::array<VkImageView, kMaxShadowMaps> maps{};
+  std::array<VkImageView, kMostEyes> occluders{};
 };
 Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const FrameBindings& bindings);
+/// set: of create_frame_set; the GPU must be done with it
+void write_frame_set(Device& device, const Passes& passes, const DescriptorSet& set, const FrameBindings& bindings);
 
 }  // namespace coppice::gpu

@@ -142,15 +142,14 @@ Result<void> ViewRecorder::create(const ViewOptions& options, const Capacity& ca
   max_instances_ = options.max_instances;
   Device& device = shared_.device;
   constexpr VkBufferUsageFlags kTo = VK_BUFFER_USAGE_TRANSFER_DST_BIT, kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+  COPPICE_CHECK(move_into(buffers_.view, create_buffer(device, {"coppice view", sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | kTo})));
+  COPPICE_CHECK(move_into(buffers_.counters, create_buffer(device, {"coppice counters", sizeof(Counters), kStorage | kFrom})));
   COPPICE_CHECK(
-      move_into(buffers_.view, create_buffer(device, sizeof(View), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | kTo, MemoryKind::device)));
-  COPPICE_CHECK(move_into(buffers_.counters, create_buffer(device, sizeof(Counters), kStorage | kFrom, MemoryKind::device)));
-  COPPICE_CHECK(move_into(readback_, create_buffer(device, kReadbackSlots * sizeof(Counters), kTo, MemoryKind::host)));
+      move_into(readback_, create_buffer(device, {"coppice read-back", kReadbackSlots * sizeof(Counters), kTo, MemoryKind::host})));
   if (shared_.raster != nullptr) COPPICE_CHECK(shared_.raster->create_view(attachments(), raster_));
   BufferSizes sizes;
   add_sizes(capacity, sizes);
-  for (const BufferSize& size : sizes.span())
-    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device, size.bytes, size.usage, MemoryKind::device, size.texels)));
+  for (const BufferSize& size : sizes.span()) COPPICE_CHECK(move_into(*size.buffer, create_buffer(device, size.desc(MemoryKind::device))));
   if (options.pass_times) COPPICE_CHECK(timer_.create(device));
   return {};
 }
@@ -163,20 +162,20 @@ ViewRecorder::~ViewRecorder() {
                          &buffers_.leaf_commands, &buffers_.draw_counts, &buffers_.wood_commands, &readback_})
     destroy_buffer(device, *buffer);
   destroy_set(device, frame_set_);
-  destroy_set(device, shadowed_set_);
-  for (DescriptorSet& set : replaced_) destroy_set(device, set);
+  for (LitSet& lit : lit_sets_) destroy_set(device, lit.set);
 }
 
 void ViewRecorder::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   constexpr VkBufferUsageFlags kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT, kIndirect = VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, max_instances_)), plants = capacity.plants;
-  sizes.add({&buffers_.cuts, slots * sizeof(float), kStorage | kFrom});
-  sizes.add({&buffers_.debug_colors, slots * sizeof(std::uint32_t), kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT});
+  sizes.add({&buffers_.cuts, "coppice cuts", slots * sizeof(float), kStorage | kFrom});
+  sizes.add({&buffers_.debug_colors, "coppice debug colours", slots * sizeof(std::uint32_t),
+             kStorage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT});
   // An instance may be in the list of any wood LoD, and in that of leaf meshes.
-  sizes.add({&buffers_.wood_list, slots * (kMaxWoodLods + 1) * sizeof(std::uint32_t), kStorage});
-  sizes.add({&buffers_.leaf_commands, slots * sizeof(DrawCommand), kStorage | kIndirect});
-  sizes.add({&buffers_.draw_counts, kDrawCounts * plants * sizeof(std::uint32_t), kStorage | kIndirect});
-  sizes.add({&buffers_.wood_commands, plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect});
+  sizes.add({&buffers_.wood_list, "coppice wood list", slots * (kMaxWoodLods + 1) * sizeof(std::uint32_t), kStorage});
+  sizes.add({&buffers_.leaf_commands, kLeafCommandsName, slots * sizeof(DrawCommand), kStorage | kIndirect});
+  sizes.add({&buffers_.draw_counts, "coppice draw counts", kDrawCounts * plants * sizeof(std::uint32_t), kStorage | kIndirect});
+  sizes.add({&buffers_.wood_commands, "coppice mesh commands", plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect});
   if (shared_.raster != nullptr) LeafRaster::add_view_sizes(capacity.slots, raster_, sizes);
 }
 
@@ -190,39 +189,50 @@ FrameBindings ViewRecorder::bindings() const {
   FrameBindings bindings{.buffers = {&buffers_.view, &scene.instances, &scene.plants, &scene.tables, &buffers_.cuts, &buffers_.wood_list,
                                      &buffers_.leaf_commands, &buffers_.draw_counts, &buffers_.wood_commands, &buffers_.counters}};
   bindings.maps.fill(shared_.plants.placeholder().texture.view);
+  bindings.occluders.fill(shared_.plants.placeholder().texture.view);
   return bindings;
 }
 
 Result<void> ViewRecorder::rebuild_set() {
   COPPICE_TRY(set, create_frame_set(shared_.device, shared_.passes, bindings()));
   shared_.garbage.retire(frame_set_);
-  shared_.garbage.retire(shadowed_set_);
   frame_set_ = set;
   set_stale_ = false;
   return {};
 }
 
-// Set 0 with the light's shadow maps; without them where memory is short.
-VkDescriptorSet ViewRecorder::set_of(const coppice_light& light) {
-  if (light.shadow_map_count == 0) return frame_set_.set;
-  FrameBindings shadowed = bindings();
-  for (std::uint32_t i = 0; i < light.shadow_map_count; ++i) shadowed.maps[i] = light.shadow_maps[i].image;
-  if (shadowed_set_.pool != VK_NULL_HANDLE && shadowed.maps == maps_) return shadowed_set_.set;
-  auto set = create_frame_set(shared_.device, shared_.passes, shadowed);
+// Set 0 with the light's images; without them where memory is short. Written anew each time: a handle may have come to stand for another
+// image since the GPU finished with the last one.
+ViewRecorder::FrameSet ViewRecorder::set_of(const coppice_light& light) {
+  if (light.shadow_map_count == 0 && light.occluder == nullptr) return {frame_set_.set, false};
+  FrameBindings with = bindings();
+  for (std::uint32_t i = 0; i < light.shadow_map_count; ++i) with.maps[i] = light.shadow_maps[i].image;
+  if (light.occluder != nullptr) {
+    with.occluders.fill(light.occluder->image);
+    if (light.occluder->second_image != VK_NULL_HANDLE) with.occluders[1] = light.occluder->second_image;
+  }
+  const auto free = std::ranges::find_if(lit_sets_, [this](const LitSet& lit) { return lit.last_frame <= completed_; });
+  if (free != lit_sets_.end()) {
+    write_frame_set(shared_.device, shared_.passes, free->set, with);
+    free->last_frame = frame_;
+    return {free->set.set, true};
+  }
+  const auto set = create_frame_set(shared_.device, shared_.passes, with);
   if (!set) {
     go_on_without(shared_.device, set.error(), "drawn without shadows");
-    return frame_set_.set;
+    return {frame_set_.set, false};
   }
-  if (shadowed_set_.pool != VK_NULL_HANDLE) replaced_.push_back(shadowed_set_);
-  shadowed_set_ = *set;
-  maps_ = shadowed.maps;
-  return shadowed_set_.set;
+  lit_sets_.push_back({*set, frame_});
+  return {set->set, true};
+}
+
+const coppice_occluder* ViewRecorder::occluder_of(const coppice_light& light, const FrameSet& set) {
+  if (light.occluder == nullptr) return nullptr;
+  has_occluder_ = true;
+  return set.has_images && shared_.raster->has_occluder_pass() ? light.occluder : nullptr;
 }
 
 void ViewRecorder::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
-  // The frame before has used them last, and what is retired now goes later than that.
-  for (DescriptorSet& set : replaced_) shared_.garbage.retire(set);
-  replaced_.clear();
   frame_ = frame_number;
   completed_ = completed_number;
   before_ = shown_ ? std::optional(shown_->lod) : std::nullopt;
@@ -256,6 +266,7 @@ Result<void> ViewRecorder::prepare(std::uint32_t slot_count) {
   coppice_camera& camera = shown_->camera;
   const coppice_debug_view debug_view = std::exchange(camera.debug_view, COPPICE_DEBUG_NONE);
   const Ready ready = want(COPPICE_DEBUG_NONE);
+  if (has_occluder_ && shared_.raster != nullptr) shared_.raster->want_occluder();
   if (debug_view != COPPICE_DEBUG_NONE && want(debug_view) == ready) camera.debug_view = debug_view;
   by_ = ready.cull ? CulledBy::hardware : CulledBy::nobody;
   if (slot_count_ == 0)
@@ -274,18 +285,19 @@ void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_light& light) 
   const Functions& vk = shared_.device.vk;
   const coppice_camera& camera = shown_->camera;
   const DebugLabel label(shared_.device, cmd, "coppice_record_cull");
-  culled_ = {true, set_of(light)};
+  const FrameSet set = set_of(light);
+  culled_ = {true, set.set};
   if (timer_.exists()) timer_.begin(shared_.device, cmd, frame_, completed_);
   GpuTimer* timer = timer_.exists() ? &timer_ : nullptr;
   memory_barrier(shared_.device, cmd, kShaders | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT);
-  record_start(cmd, light);
+  record_start(cmd, light, set.has_images);
   memory_barrier(shared_.device, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
                  VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
                      VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
   if (by_ == CulledBy::raster) {
-    shared_.raster->record(cmd, raster_, culled_.set, slot_count_, timer);
+    shared_.raster->record(cmd, raster_, {culled_.set, slot_count_, occluder_of(light, set), timer});
   } else if (by_ == CulledBy::hardware) {
     vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, shared_.passes.cull.of(camera.debug_view, eye_count())->handle());
     vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, shared_.passes.layout, 0, 1, &culled_.set, 0, nullptr);
@@ -307,11 +319,11 @@ void ViewRecorder::leave_out() {
 }
 
 /// What the passes over instances start with.
-void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light) {
+void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light, bool has_maps) {
   const Functions& vk = shared_.device.vk;
   View constants = gpu_view(*shown_, before_ && before_->eye_count == shown_->lod.eye_count ? *before_ : shown_->lod, light,
                             {slot_count_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
-  if (culled_.set == frame_set_.set) constants.shadow_map_count = 0;  // there was no memory for a set with the maps
+  if (!has_maps) constants.shadow_map_count = 0;
   constants.debug_colors = gpu_address(buffers_.debug_colors.address);
   constants.moved = gpu_address(shared_.scene.moved.address);
   update_buffer(shared_.device, cmd, buffers_.view, bytes_of(std::span<const View>(&constants, 1)));

@@ -129,9 +129,19 @@ class ViewRecorder {
 
   Result<void> rebuild_set();
   [[nodiscard]] FrameBindings bindings() const;
-  VkDescriptorSet set_of(const coppice_light& light);
+  /// The frame's set with images of a light.
+  struct LitSet {
+    DescriptorSet set;
+    std::uint64_t last_frame = 0;
+  };
+  struct FrameSet {
+    VkDescriptorSet set = VK_NULL_HANDLE;
+    bool has_images = false;  ///< the light's; else there are none, or there was no memory for them
+  };
+  FrameSet set_of(const coppice_light& light);
+  [[nodiscard]] const coppice_occluder* occluder_of(const coppice_light& light, const FrameSet& set);
   Ready want(coppice_debug_view debug_view);
-  void record_start(VkCommandBuffer cmd, const coppice_light& light);
+  void record_start(VkCommandBuffer cmd, const coppice_light& light, bool has_maps);
   void record_readback(VkCommandBuffer cmd);
   void draw_leaves(const EyeDraws& draws, std::uint32_t plant) const;
   void draw_wood(const EyeDraws& draws, std::uint32_t plant, std::uint32_t lod) const;
@@ -146,10 +156,9 @@ class ViewRecorder {
   Buffers buffers_;
   RasterView raster_;  ///< empty without ViewShared::raster
   DescriptorSet frame_set_;
-  DescriptorSet shadowed_set_;           ///< the same with the maps of the last light that had any
-  std::vector<DescriptorSet> replaced_;  ///< while the frame was recorded
-  std::array<VkImageView, kMaxShadowMaps> maps_{};
-  bool set_stale_ = true;  ///< a buffer of the sets has been replaced
+  std::vector<LitSet> lit_sets_;  ///< one for each cull with such a light that the GPU may be at, and one
+  bool has_occluder_ = false;     ///< a cull was given one: from the next frame on what that needs is wanted
+  bool set_stale_ = true;         ///< a buffer of the sets has been replaced
   std::optional<ShownView> shown_;
   std::optional<LodView> before_;   ///< in the frame before, where it showed something
   CulledBy by_ = CulledBy::nobody;  ///< of the frame

@@ -1,0 +1,119 @@
+// What a context tells Vulkan where its commands go to queues of several families. Software drivers have one family, so this looks at the
+// calls: what is created is shared, barriers name no stage that a queue for compute or for transfers lacks, and the picture stays the same.
+
+#include <cstring>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "context_fixture.h"
+
+namespace coppice::test {
+namespace {
+
+/// What the library has asked for.
+struct Asked {
+  std::vector<VkSharingMode> modes;                  ///< of buffers and images
+  std::vector<std::vector<std::uint32_t>> families;  ///< likewise
+  std::set<VkPipelineStageFlags2> stages;            ///< of barriers
+};
+
+Asked& asked() {
+  static Asked of_test;
+  return of_test;
+}
+
+/// Creates it as a device of one family can.
+template <class Info>
+Info owned_by_one(const Info& info) {
+  asked().modes.push_back(info.sharingMode);
+  asked().families.emplace_back(info.pQueueFamilyIndices, info.pQueueFamilyIndices + info.queueFamilyIndexCount);
+  Info owned = info;
+  owned.sharingMode = VK_SHARING_MODE_EXCLUSIVE;
+  owned.queueFamilyIndexCount = 0;
+  return owned;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL create_buffer(VkDevice device, const VkBufferCreateInfo* info, const VkAllocationCallbacks* allocator,
+                                             VkBuffer* buffer) {
+  const VkBufferCreateInfo owned = owned_by_one(*info);
+  return vkCreateBuffer(device, &owned, allocator, buffer);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL create_image(VkDevice device, const VkImageCreateInfo* info, const VkAllocationCallbacks* allocator,
+                                            VkImage* image) {
+  const VkImageCreateInfo owned = owned_by_one(*info);
+  return vkCreateImage(device, &owned, allocator, image);
+}
+
+VKAPI_ATTR void VKAPI_CALL pipeline_barrier(VkCommandBuffer cmd, const VkDependencyInfo* info) {
+  for (std::uint32_t i = 0; i < info->memoryBarrierCount; ++i)
+    asked().stages.insert({info->pMemoryBarriers[i].srcStageMask, info->pMemoryBarriers[i].dstStageMask});
+  for (std::uint32_t i = 0; i < info->imageMemoryBarrierCount; ++i)
+    asked().stages.insert({info->pImageMemoryBarriers[i].srcStageMask, info->pImageMemoryBarriers[i].dstStageMask});
+  vkCmdPipelineBarrier2(cmd, info);
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
+  if (std::strcmp(name, "vkCreateBuffer") == 0) return reinterpret_cast<PFN_vkVoidFunction>(create_buffer);
+  if (std::strcmp(name, "vkCreateImage") == 0) return reinterpret_cast<PFN_vkVoidFunction>(create_image);
+  if (std::strcmp(name, "vkCmdPipelineBarrier2") == 0) return reinterpret_cast<PFN_vkVoidFunction>(pipeline_barrier);
+  return vkGetDeviceProcAddr(device, name);
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, const char* name) {
+  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return reinterpret_cast<PFN_vkVoidFunction>(device_function);
+  return vkGetInstanceProcAddr(instance, name);
+}
+
+class QueueFamiliesTest : public ContextTest {
+ protected:
+  /// A frame of one plant by a context of its own.
+  Picture draw(const std::vector<std::uint32_t>& families) {
+    asked() = {};
+    ContextDesc with = desc();
+    with.compute_raster = VK_TRUE;
+    with.get_instance_proc_addr = instance_function;
+    with.queue_family_count = static_cast<std::uint32_t>(families.size());
+    std::ranges::copy(families, with.queue_families);
+    create(with);
+    const std::string path = temporary_plant({.leaf_count = 600, .seed = 4}, "queue_families_test");
+    const coppice_plant plant = open(path);
+    coppice_placement placement;
+    coppice_placement_init(&placement);
+    EXPECT_EQ(coppice_instances_add(context_, plant, &placement, sizeof placement, 1, nullptr), COPPICE_OK) << log_;
+    Picture picture = settle(make_view({.width_px = 96, .height_px = 96}));
+    EXPECT_EQ(log_, "");
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    frame_number_ = 0;
+    std::filesystem::remove(path);
+    return picture;
+  }
+};
+
+TEST_F(QueueFamiliesTest, OneFamilyOwnsAll) {
+  draw({});
+  ASSERT_FALSE(asked().modes.empty());
+  for (const VkSharingMode mode : asked().modes) EXPECT_EQ(mode, VK_SHARING_MODE_EXCLUSIVE);
+  EXPECT_EQ(asked().stages.count(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT), 0u) << "barriers are no wider than they have to be";
+}
+
+TEST_F(QueueFamiliesTest, SeveralShareAllAndNoBarrierNamesAStageThatOneLacks) {
+  const Picture expected = draw({});
+  const std::vector<std::uint32_t> families{0, 5, 2};
+  EXPECT_EQ(draw(families).rgba, expected.rgba);
+  ASSERT_FALSE(asked().modes.empty());
+  for (std::size_t i = 0; i < asked().modes.size(); ++i) {
+    EXPECT_EQ(asked().modes[i], VK_SHARING_MODE_CONCURRENT);
+    EXPECT_EQ(asked().families[i], families);
+  }
+  const std::set<VkPipelineStageFlags2> everywhere{VK_PIPELINE_STAGE_2_NONE, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                                                   VK_PIPELINE_STAGE_2_HOST_BIT};
+  for (const VkPipelineStageFlags2 stages : asked().stages) EXPECT_EQ(everywhere.count(stages), 1u) << stages;
+  EXPECT_EQ(asked().stages.count(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT), 1u);
+}
+
+}  // namespace
+}  // namespace coppice::test

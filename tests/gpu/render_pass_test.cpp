@@ -1,0 +1,195 @@
+// Views of engines with classic render passes: each attachment is what dynamic rendering draws, to the byte.
+
+#include <array>
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include <glm/glm.hpp>
+
+#include "path_fixture.h"
+#include "render_pass.h"
+
+namespace coppice::test {
+namespace {
+
+constexpr std::uint32_t kSidePx = 128;
+
+struct Color {
+  VkFormat format;
+  coppice_content content;
+  std::size_t pixel_bytes = 4;
+};
+
+/// What a view draws to, and in which subpass.
+struct Case {
+  const char* name;
+  coppice_output output;
+  std::vector<Color> colors;
+  std::uint32_t subpass = 0;
+};
+
+std::vector<Case> cases() {
+  const Color lit{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}, albedo{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_ALBEDO},
+      normal{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_NORMAL}, light{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_LIGHT},
+      user{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_USER}, none{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_NONE},
+      velocity{VK_FORMAT_R32G32B32A32_SFLOAT, COPPICE_CONTENT_VELOCITY, 16};
+  return {{"lit", COPPICE_OUTPUT_LIT, {lit}},
+          {"lit_in_subpass_2", COPPICE_OUTPUT_LIT, {lit}, 2},
+          {"surface", COPPICE_OUTPUT_SURFACE, {albedo, normal, light, user, velocity}},
+          {"two_of_three_in_subpass_1", COPPICE_OUTPUT_SURFACE, {albedo, none, user}, 1},
+          {"depth", COPPICE_OUTPUT_DEPTH, {}}};
+}
+
+std::vector<VkFormat> drawn_formats(const Case& of) {
+  std::vector<VkFormat> formats;
+  for (const Color& color : of.colors)
+    if (color.content != COPPICE_CONTENT_NONE) formats.push_back(color.format);
+  return formats;
+}
+
+/// Where a content is drawn to; of COPPICE_CONTENT_NONE an unused reference.
+ClassicPassDesc pass_desc(const Case& of, bool clears) {
+  ClassicPassDesc desc{.colors = {}, .subpass = of.subpass, .clears = clears};
+  for (const Color& color : of.colors) desc.colors.push_back(color.content == COPPICE_CONTENT_NONE ? VK_FORMAT_UNDEFINED : color.format);
+  return desc;
+}
+
+class RenderPassTest : public PathTest<ContextTest> {
+ protected:
+  void TearDown() override {
+    coppice_context_destroy(context_);  // before the passes
+    context_ = nullptr;
+    passes_.clear();
+    PathTest::TearDown();
+  }
+
+  void place_rows() {
+    for (int i = 0; i < 40; ++i) {
+      coppice_placement placement;
+      coppice_placement_init(&placement);
+      placement.position[0] = 2.2 * (i % 8) - 7.7;
+      placement.position[2] = -3.0 * (i / 8);
+      placement.user_data = 0x01020304u * static_cast<std::uint32_t>(i + 1);
+      ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, sizeof placement, 1, nullptr), COPPICE_OK) << log_;
+    }
+  }
+
+  coppice_view create_case_view(const Case& of, VkRenderPass pass) {
+    coppice_vulkan_view_desc formats;
+    coppice_vulkan_view_desc_init(&formats);
+    formats.depth_format = VK_FORMAT_D32_SFLOAT;
+    formats.render_pass = pass;
+    formats.subpass = pass == VK_NULL_HANDLE ? 0 : of.subpass;
+    for (std::size_t i = 0; i < of.colors.size(); ++i) {
+      formats.color_formats[i] = of.colors[i].format;
+      formats.contents[i] = of.colors[i].content;
+    }
+    return create_view(formats, of.output);
+  }
+
+  ClassicPass& add_pass(const ClassicPassDesc& desc) { return *passes_.emplace_back(std::make_unique<ClassicPass>(gpu(), desc)); }
+
+  void draw(const Shot& shot, const std::function<void(VkCommandBuffer)>& begin_pass,
+            const std::function<void(VkCommandBuffer)>& end_pass) {
+    begin(shot);
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      record_upload(cmd);
+      record_cull(cmd, shot);
+      begin_pass(cmd);
+      record_draw(cmd, shot);
+      end_pass(cmd);
+    });
+  }
+
+  /// All attachments but those that nothing is drawn to, one behind the other.
+  std::vector<std::uint8_t> bytes_of(const Case& of, const PassTarget& target) {
+    std::vector<std::uint8_t> all;
+    std::size_t next = 0;
+    for (const Color& color : of.colors) {
+      if (color.content == COPPICE_CONTENT_NONE) continue;
+      const auto bytes = read_attachment(gpu(), *target.colors[next++], color.pixel_bytes);
+      all.insert(all.end(), bytes.begin(), bytes.end());
+    }
+    const auto depth = read_attachment(gpu(), target.depth, sizeof(float));
+    all.insert(all.end(), depth.begin(), depth.end());
+    return all;
+  }
+
+  std::vector<std::uint8_t> draw_dynamic(const Case& of, const Shot& shot) {
+    std::vector<VkFormat> formats;
+    for (const Color& color : of.colors) formats.push_back(color.format);
+    PassTarget target(gpu(), kSidePx, formats);
+    draw(
+        shot, [&](VkCommandBuffer cmd) { begin_dynamic(cmd, target); }, vkCmdEndRendering);
+    // Without the attachments that nothing is drawn to.
+    for (std::size_t i = of.colors.size(); i-- > 0;)
+      if (of.colors[i].content == COPPICE_CONTENT_NONE) target.colors.erase(target.colors.begin() + static_cast<std::ptrdiff_t>(i));
+    return bytes_of(of, target);
+  }
+
+  static void begin_dynamic(VkCommandBuffer cmd, const PassTarget& target) {
+    std::vector<VkRenderingAttachmentInfo> colors;
+    for (const auto& color : target.colors) {
+      change_layout(cmd, *color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+      colors.push_back({.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                        .imageView = color->view(),
+                        .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                        .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+                        .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}});
+    }
+    change_layout(cmd, target.depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
+    const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                          .imageView = target.depth.view(),
+                                          .imageLayout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+                                          .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                    .renderArea = {{0, 0}, {kSidePx, kSidePx}},
+                                    .layerCount = 1,
+                                    .colorAttachmentCount = static_cast<std::uint32_t>(colors.size()),
+                                    .pColorAttachments = colors.data(),
+                                    .pDepthAttachment = &depth};
+    vkCmdBeginRendering(cmd, &rendering);
+  }
+
+  std::vector<std::unique_ptr<ClassicPass>> passes_;
+};
+
+/// Near, where the hardware draws too, and far. The view is made for a pass that loads, and drawn in one that clears.
+TEST_P(RenderPassTest, EachAttachmentIsWhatDynamicRenderingDraws) {
+  place_rows();
+  for (const Case& each : cases()) {
+    const coppice_view dynamic = create_case_view(each, VK_NULL_HANDLE);
+    const ClassicPass& wanted = add_pass(pass_desc(each, false));
+    ClassicPass& drawn = add_pass(pass_desc(each, true));
+    const coppice_view classic = create_case_view(each, wanted.handle());
+    for (const float distance_m : {3.0f, 25.0f}) {
+      Shot shot = make_view({.eye_m = {0.5f, 1.0f, distance_m}, .width_px = kSidePx, .height_px = kSidePx});
+      const std::array views{dynamic, classic};
+      for (const coppice_view view : views) {
+        shot.view = view;
+        for (int i = 0; i < 400 && (i < 3 || !is_settled(view)); ++i) pump(shot);
+      }
+      shot.view = dynamic;
+      pump(shot);
+      const std::vector<std::uint8_t> expected = draw_dynamic(each, shot);
+      shot.view = classic;
+      pump(shot);
+      const PassTarget target(gpu(), kSidePx, drawn_formats(each));
+      draw(
+          shot, [&](VkCommandBuffer cmd) { drawn.begin(cmd, target); }, ClassicPass::end);
+      EXPECT_TRUE(bytes_of(each, target) == expected) << each.name << " from " << distance_m << " m";
+      const auto depth = read_floats(gpu(), target.depth, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+      EXPECT_GT(std::ranges::count_if(depth, [](float at) { return at > 0.0f; }), 500) << each.name;
+    }
+    coppice_view_destroy(context_, dynamic);
+    coppice_view_destroy(context_, classic);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Paths, RenderPassTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
+
+}  // namespace
+}  // namespace coppice::test

@@ -24,7 +24,9 @@ void write_pixel(uint pixel, float key, uint name) {
   // Most of what is drawn is hidden, and a load is cheaper than an atomic.
   if (texelFetch(picture_words, int(2 * pixel + 1)).x <= bits) atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(name));
 #else
-  if (kPass == kDepth) atomicMax(picture[2 * pixel + 1], bits);
-  else if (picture[2 * pixel + 1] == bits) atomicMax(picture[2 * pixel], name);
+  if (kPass == kDepth) {
+    // A name of the round before is of something farther away now.
+    if (atomicMax(picture[2 * pixel + 1], bits) < bits) picture[2 * pixel] = 0;
+  } else if (picture[2 * pixel + 1] == bits) atomicMax(picture[2 * pixel], name);
 #endif
 }

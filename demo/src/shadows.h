@@ -15,8 +15,9 @@
 
 namespace forest {
 
-/// Shadow maps of the sun: squares about the ground before the eye, each several times as large as the one before. Plants stand still, so a
-/// map is drawn again only when its square has moved on, or plants have got finer: at most one a frame.
+/// Shadow maps of the sun: squares about the ground before the eye, each several times as large as the one before. In still air a map is
+/// drawn again only when its square has moved on, or plants have got finer: at most one a frame. In wind also when plants may have moved by
+/// about one of its texels since, the finest first; for that at most one in kFramesBetweenWindMaps frames.
 struct Shadows {
   static constexpr std::size_t kCascades = 3;
   static constexpr std::uint32_t kSize_px = 1024;  ///< of a map, for a picture drawn at full size
@@ -27,8 +28,10 @@ struct Shadows {
     glm::mat4 clip_from_world = glm::mat4(1);
     std::uint64_t drawn_frame = 0;  ///< 0: not yet
     std::uint64_t drawn_arrivals = 0;
+    float drawn_time_s = 0;
   };
   std::array<Cascade, kCascades> cascades;
+  std::uint64_t wind_frame = 0;  ///< the last that drew a map because plants had moved
 
   Shadows(const Device& device, std::uint32_t size_px);
 };
@@ -42,6 +45,8 @@ struct ShadowFrame {
   glm::vec3 forward = {0, 0, -1};
   std::uint64_t number = 1;
   std::uint64_t arrivals = 0;  ///< changes with whatever has come or gone
+  float time_s = 0;            ///< the wind's
+  float sway_m = 0;            ///< how far the wind moves the largest plants to and fro; 0: still air
 };
 
 /// A map that a frame draws.

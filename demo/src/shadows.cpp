@@ -20,8 +20,6 @@ constexpr std::uint64_t kFramesBetweenRefinements = 24;
 /// Steps in which a square follows the eye: a part of its radius, and whole pixels of the map.
 constexpr float kStepsPerRadius = 8;
 constexpr float kNeverDrawn = 1e30f;
-/// What wind asks for costs no more than half of what a frame does: a map is about as much as a frame without one.
-constexpr std::uint64_t kFramesBetweenWindMaps = 3;
 /// In which boughs swing to and fro.
 constexpr float kSwing_s = 1.0f;
 
@@ -76,7 +74,6 @@ float moved_texels(const Shadows::Cascade& cascade, const ShadowFrame& frame) {
 
 /// The one that wind has left farthest behind: shadows that stand while their plants sway are seen near by first.
 std::optional<std::size_t> due_in_wind(const Shadows& shadows, const ShadowFrame& frame) {
-  if (frame.number < shadows.wind_frame + kFramesBetweenWindMaps) return {};
   std::optional<std::size_t> due;
   float most = 1;
   for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
@@ -146,11 +143,8 @@ std::vector<DueMap> due_maps(Shadows& shadows, const ShadowFrame& frame) {
     due.push_back(take_map(shadows, frame, *index));
     if (!first) break;
   }
-  if (!due.empty()) return due;
-  if (const auto index = due_in_wind(shadows, frame)) {
-    due.push_back(take_map(shadows, frame, *index));
-    shadows.wind_frame = frame.number;
-  }
+  if (due.empty())
+    if (const auto index = due_in_wind(shadows, frame)) due.push_back(take_map(shadows, frame, *index));
   return due;
 }
 

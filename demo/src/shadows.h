@@ -16,8 +16,8 @@
 namespace forest {
 
 /// Shadow maps of the sun: squares about the ground before the eye, each several times as large as the one before. In still air a map is
-/// drawn again only when its square has moved on, or plants have got finer: at most one a frame. In wind also when plants may have moved by
-/// about one of its texels since, the finest first; for that at most one in kFramesBetweenWindMaps frames.
+/// drawn again only when its square has moved on, or plants have got finer; in wind also when plants may have moved by about one of its
+/// texels since. At most one a frame: first squares that have moved, then what wind has left farthest behind, in texels.
 struct Shadows {
   static constexpr std::size_t kCascades = 3;
   static constexpr std::uint32_t kSize_px = 1024;  ///< of a map, for a picture drawn at full size
@@ -31,7 +31,6 @@ struct Shadows {
     float drawn_time_s = 0;
   };
   std::array<Cascade, kCascades> cascades;
-  std::uint64_t wind_frame = 0;  ///< the last that drew a map because plants had moved
 
   Shadows(const Device& device, std::uint32_t size_px);
 };

@@ -20,7 +20,8 @@ constexpr std::uint32_t kTimedFrames = 4;
 constexpr float kTimed_ms = 250;
 constexpr std::uint32_t kSubsamples = 4;  // along each axis
 constexpr int kDollyFrames = 4;
-constexpr float kDollyStep_m = 0.05f;
+constexpr float kDollyStep_m = 0.05f, kDollyStep_s = 1.0f / 30;
+constexpr float kWindFrom_s = 10;  // of a gust
 // Only to the side can the eye of the cuts be moved and the picture stay (`view_of`). There distances change half as much, in the mean over
 // the picture, as on the way ahead.
 constexpr float kAside_m = 2 * kDollyStep_m;
@@ -67,6 +68,7 @@ float largest_block_difference(const Luminance& a, const Luminance& b, std::size
 struct Reference {
   std::vector<Luminance> pictures;  ///< of the poses
   std::vector<Luminance> dolly;     ///< of its frames
+  std::vector<Luminance> windy;     ///< of the same in wind
 };
 
 Pose moved(Pose pose, int frame) {
@@ -118,22 +120,41 @@ void measure_switching(const Samples& samples, std::size_t width_px, ComparedMod
   mode.switching_rmse = static_cast<float>(std::sqrt(sum / static_cast<double>(samples.pictures.size())));
 }
 
-void measure_popping(const std::vector<Luminance>& dolly, const Reference& reference, ComparedMode& mode) {
+struct Popping {
+  float mean = 0, most = 0;
+};
+
+Popping measure_popping(const std::vector<Luminance>& dolly, const std::vector<Luminance>& reference) {
+  Popping result;
   double sum = 0;
   for (std::size_t frame = 1; frame < dolly.size(); ++frame) {
     Luminance change(dolly[frame].size()), expected(change.size());
     for (std::size_t i = 0; i < change.size(); ++i) {
       change[i] = dolly[frame][i] - dolly[frame - 1][i];
-      expected[i] = reference.dolly[frame][i] - reference.dolly[frame - 1][i];
+      expected[i] = reference[frame][i] - reference[frame - 1][i];
     }
     const double popping = std::sqrt(squared_difference(change, expected));
     sum += popping;
-    mode.popping_max = std::max(mode.popping_max, static_cast<float>(popping));
+    result.most = std::max(result.most, static_cast<float>(popping));
   }
-  mode.popping_mean = static_cast<float>(sum / static_cast<double>(dolly.size() - 1));
+  result.mean = static_cast<float>(sum / static_cast<double>(dolly.size() - 1));
+  return result;
 }
 
-void measure(Session& session, const std::vector<Pose>& poses, Reference& reference, ComparedMode& mode) {
+std::vector<Luminance> dolly_pictures(Session& session, const Pose& start, float wind_mps) {
+  session.controls.wind_mps = wind_mps;
+  std::vector<Luminance> pictures;
+  for (int frame = 0; frame < kDollyFrames; ++frame) {
+    const Pose pose = moved(start, frame);
+    const float time_s = kWindFrom_s + kDollyStep_s * static_cast<float>(frame);
+    settle(session, pose, time_s);
+    pictures.push_back(luminance_of(supersampled_picture(session, {pose, time_s}, kSubsamples)));
+  }
+  session.controls.wind_mps = 0;
+  return pictures;
+}
+
+void measure(Session& session, const std::vector<Pose>& poses, float wind_mps, Reference& reference, ComparedMode& mode) {
   session.controls.lod = mode.lod;
   session.controls.frame_ms = 0;
   session.pace.budget = 0;
@@ -148,19 +169,20 @@ void measure(Session& session, const std::vector<Pose>& poses, Reference& refere
   mode.wood_triangles = median(samples.wood_triangles);
   mode.leaf_mesh_triangles = median(samples.leaf_mesh_triangles);
   const Pose& start = poses[poses.size() / 2];
-  std::vector<Luminance> dolly;
-  for (int frame = 0; frame < kDollyFrames; ++frame) {
-    const Pose pose = moved(start, frame);
-    settle(session, pose, 0);
-    dolly.push_back(supersampled(session, pose));
-  }
+  std::vector<Luminance> dolly = dolly_pictures(session, start, 0), windy;
+  if (wind_mps > 0) windy = dolly_pictures(session, start, wind_mps);
   if (mode.lod == LodMode::full) {
-    reference = {std::move(samples.pictures), std::move(dolly)};
+    reference = {std::move(samples.pictures), std::move(dolly), std::move(windy)};
     return;
   }
   measure_error(samples.pictures, reference, mode);
   measure_switching(samples, session.renderer.picture.extent.width, mode);
-  measure_popping(dolly, reference, mode);
+  const Popping still = measure_popping(dolly, reference.dolly);
+  const Popping in_wind = windy.empty() ? Popping{} : measure_popping(windy, reference.windy);
+  mode.popping_mean = still.mean;
+  mode.popping_max = still.most;
+  mode.wind_popping_mean = in_wind.mean;
+  mode.wind_popping_max = in_wind.most;
 }
 
 }  // namespace
@@ -178,14 +200,16 @@ void compare_lods(Session& session, const CameraPath& path, const Options& optio
                         .width_px = session.renderer.picture.extent.width,
                         .height_px = session.renderer.picture.extent.height,
                         .poses = pose_count,
+                        .wind_mps = options.wind_mps.value_or(0),
                         .modes = {}};
+  session.controls.wind_mps = 0;
   Reference reference;
   ComparedMode full{.lod = LodMode::full};
-  measure(session, poses, reference, full);
+  measure(session, poses, comparison.wind_mps, reference, full);
   for (const LodMode lod : {LodMode::cut, LodMode::discrete})
     for (const float factor : {1.0f, 2.0f, 4.0f}) {
       ComparedMode mode{.lod = lod, .error_px = factor * options.error_px};
-      measure(session, poses, reference, mode);
+      measure(session, poses, comparison.wind_mps, reference, mode);
       comparison.modes.push_back(mode);
     }
   comparison.modes.push_back(full);

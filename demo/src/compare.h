@@ -25,6 +25,7 @@ struct ComparedMode {
   /// The same measure of what changes from frame to frame of a slow dolly and does not in full detail: mean over those frames, largest.
   /// Mostly what rmse counts, as it moves with the picture.
   float popping_mean = 0, popping_max = 0;
+  float wind_popping_mean = 0, wind_popping_max = 0;  ///< the same in wind, 30 frames a second; 0 in still air
   /// What changes of cuts alone change: of pictures of the poses from the same with the cuts of an eye 10 cm to the right, about what
   /// changes in a frame of the dolly; the largest change of the mean of 8 x 8 pixels.
   float switching_rmse = 0, switching_block_max = 0;
@@ -33,13 +34,14 @@ struct ComparedMode {
 struct Comparison {
   std::string device;
   std::uint32_t plants = 0, width_px = 0, height_px = 0, poses = 0;
+  float wind_mps = 0;               ///< of wind_popping; all else is of still air
   std::vector<ComparedMode> modes;  ///< full detail last
 };
 
 const char* mode_name(LodMode lod);
 
-/// Runs cuts and discrete levels at one, two and four times options.error_px, and full detail, over poses of the path; prints the table and
-/// writes options.compare and the plot. errors  Failure
+/// Runs cuts and discrete levels at one, two and four times options.error_px, and full detail, over poses of the path, in still air, and
+/// the dolly in options.wind_mps too; prints the table and writes options.compare and the plot. errors  Failure
 void compare_lods(Session& session, const CameraPath& path, const Options& options);
 
 // Of compare_report.cpp.

@@ -71,14 +71,19 @@ std::string curve(const Axes& axes, const Comparison& comparison, LodMode lod, c
 std::string comparison_table(const Comparison& comparison) {
   std::string text = line("%u plants, %u x %u, %u poses, %s\n", comparison.plants, comparison.width_px, comparison.height_px,
                           comparison.poses, comparison.device.c_str());
-  text += "mode      error px   frame ms      leaves  wood tri.  mesh tri.  MiB    RMSE  popping mean   max  switching block\n";
-  for (const ComparedMode& mode : comparison.modes)
-    text += line("%-9s %8.2f %10.1f %11llu %10llu %10llu %4.0f %7.2f %13.2f %5.2f %10.2f %5.1f\n", mode_name(mode.lod),
+  text += "mode      error px   frame ms      leaves  wood tri.  mesh tri.  MiB    RMSE  popping mean   max  switching block";
+  text += comparison.wind_mps > 0 ? line("  popping in %g m/s   max\n", static_cast<double>(comparison.wind_mps)) : "\n";
+  for (const ComparedMode& mode : comparison.modes) {
+    text += line("%-9s %8.2f %10.1f %11llu %10llu %10llu %4.0f %7.2f %13.2f %5.2f %10.2f %5.1f", mode_name(mode.lod),
                  static_cast<double>(mode.error_px), static_cast<double>(mode.frame_ms), static_cast<unsigned long long>(mode.leaves),
                  static_cast<unsigned long long>(mode.wood_triangles), static_cast<unsigned long long>(mode.leaf_mesh_triangles),
                  static_cast<double>(mode.memory_bytes) / (1 << 20), static_cast<double>(mode.rmse), static_cast<double>(mode.popping_mean),
                  static_cast<double>(mode.popping_max), static_cast<double>(mode.switching_rmse),
                  static_cast<double>(mode.switching_block_max));
+    if (comparison.wind_mps > 0)
+      text += line("%18.2f %5.2f", static_cast<double>(mode.wind_popping_mean), static_cast<double>(mode.wind_popping_max));
+    text += "\n";
+  }
   return text;
 }
 
@@ -89,6 +94,7 @@ std::string comparison_json(const Comparison& comparison) {
   json["width_px"] = comparison.width_px;
   json["height_px"] = comparison.height_px;
   json["poses"] = comparison.poses;
+  json["wind_mps"] = comparison.wind_mps;
   for (const ComparedMode& mode : comparison.modes)
     json["modes"].push_back({{"lod", mode_name(mode.lod)},
                              {"error_px", mode.error_px},
@@ -100,6 +106,8 @@ std::string comparison_json(const Comparison& comparison) {
                              {"rmse", mode.rmse},
                              {"popping_mean", mode.popping_mean},
                              {"popping_max", mode.popping_max},
+                             {"wind_popping_mean", mode.wind_popping_mean},
+                             {"wind_popping_max", mode.wind_popping_max},
                              {"switching_rmse", mode.switching_rmse},
                              {"switching_block_max", mode.switching_block_max}});
   return json.dump(2) + "\n";

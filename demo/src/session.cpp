@@ -173,6 +173,16 @@ std::uint64_t arrivals_of(const coppice_stats& stats) {
   return stats.streamed[COPPICE_STREAMED_ALL].loaded + stats.streamed[COPPICE_STREAMED_ALL].evicted + stats.scene_tiles_resident;
 }
 
+/// How far the wind moves the largest plants to and fro, at most: a twentieth of their radius in a gale, and less in less (coppice_wind).
+float sway_m(const Session& session) {
+  constexpr float kGale_mps = 25, kHalfLoad_mps = 8, kUnknownRadius_m = 5;  // of a scene's
+  const float speed_mps = std::min(session.controls.wind_mps, kGale_mps);
+  const float load = speed_mps / (speed_mps + kHalfLoad_mps) * (kGale_mps + kHalfLoad_mps) / kGale_mps;
+  float radius_m = session.forest.species.empty() ? kUnknownRadius_m : 0;
+  for (const Species& species : session.forest.species) radius_m = std::max(radius_m, species.radius_m);
+  return 0.05f * load * radius_m;
+}
+
 /// The shadow maps that the frame draws.
 std::vector<DueMap> due_maps(Session& session, const FrameView& view) {
   if (!session.renderer.shadows) return {};
@@ -184,7 +194,9 @@ std::vector<DueMap> due_maps(Session& session, const FrameView& view) {
                                               .eye = view.eye,
                                               .forward = forward,
                                               .number = session.ring.number,
-                                              .arrivals = arrivals_of(session.statistics.last)});
+                                              .arrivals = arrivals_of(session.statistics.last),
+                                              .time_s = view.time_s,
+                                              .sway_m = sway_m(session)});
 }
 
 /// What draws a pane: the second eye of a pair has no view of its own.

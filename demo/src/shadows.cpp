@@ -1,6 +1,8 @@
 #include "shadows.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <optional>
 
 #include <glm/gtc/type_ptr.hpp>
@@ -18,6 +20,8 @@ constexpr std::uint64_t kFramesBetweenRefinements = 24;
 /// Steps in which a square follows the eye: a part of its radius, and whole pixels of the map.
 constexpr float kStepsPerRadius = 8;
 constexpr float kNeverDrawn = 1e30f;
+/// In which boughs swing to and fro.
+constexpr float kSwing_s = 1.0f;
 
 coppice_camera sun_camera(const ShadowFrame& frame, std::size_t cascade, glm::vec3 center, const Shadows& shadows) {
   coppice_sun_desc desc;
@@ -62,6 +66,26 @@ std::optional<std::size_t> due_cascade(const Shadows& shadows, const ShadowFrame
   return due;
 }
 
+/// How far plants may have moved since a map was drawn, in its texels.
+float moved_texels(const Shadows::Cascade& cascade, const ShadowFrame& frame) {
+  const float swings = std::abs(frame.time_s - cascade.drawn_time_s) / kSwing_s;
+  const float share = swings < 0.5f ? std::sin(std::numbers::pi_v<float> * swings) : 1.0f;
+  return frame.sway_m * share * static_cast<float>(cascade.map.extent.width) / (2 * cascade.radius_m);
+}
+
+/// The one that wind has left farthest behind: shadows that stand while their plants sway are seen near by first.
+std::optional<std::size_t> due_in_wind(const Shadows& shadows, const ShadowFrame& frame) {
+  std::optional<std::size_t> due;
+  float most = 1;
+  for (std::size_t i = 0; i < Shadows::kCascades; ++i) {
+    const float behind = moved_texels(shadows.cascades[i], frame);
+    if (behind < most) continue;
+    most = behind;
+    due = i;
+  }
+  return due;
+}
+
 constexpr VkPipelineStageFlags2 kReaders =
     VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
 
@@ -97,19 +121,31 @@ Shadows::Shadows(const Device& device, std::uint32_t size_px, bool sky_map) : ca
   }
 }
 
+namespace {
+
+/// The map, as it is drawn in this frame.
+DueMap take_map(Shadows& shadows, const ShadowFrame& frame, std::size_t index) {
+  Shadows::Cascade& cascade = shadows.cascades[index];
+  cascade.center = center_of(frame, index, shadows);
+  const coppice_camera camera = sun_camera(frame, index, cascade.center, shadows);
+  cascade.clip_from_world = glm::make_mat4(camera.clip_from_view) * glm::mat4(glm::make_mat4(camera.view_from_world));
+  cascade.drawn_frame = frame.number;
+  cascade.drawn_arrivals = frame.arrivals;
+  cascade.drawn_time_s = frame.time_s;
+  return {index, camera};
+}
+
+}  // namespace
+
 std::vector<DueMap> due_maps(Shadows& shadows, const ShadowFrame& frame) {
   std::vector<DueMap> due;
   for (auto index = due_cascade(shadows, frame); index; index = due_cascade(shadows, frame)) {
-    Shadows::Cascade& cascade = shadows.cascades[*index];
-    const bool first = cascade.drawn_frame == 0;
-    cascade.center = center_of(frame, *index, shadows);
-    const coppice_camera camera = sun_camera(frame, *index, cascade.center, shadows);
-    cascade.clip_from_world = glm::make_mat4(camera.clip_from_view) * glm::mat4(glm::make_mat4(camera.view_from_world));
-    cascade.drawn_frame = frame.number;
-    cascade.drawn_arrivals = frame.arrivals;
-    due.push_back({*index, camera});
+    const bool first = shadows.cascades[*index].drawn_frame == 0;
+    due.push_back(take_map(shadows, frame, *index));
     if (!first) break;
   }
+  if (due.empty())
+    if (const auto index = due_in_wind(shadows, frame)) due.push_back(take_map(shadows, frame, *index));
   return due;
 }
 

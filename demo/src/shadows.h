@@ -16,8 +16,9 @@
 namespace forest {
 
 /// Shadow maps of the sun: squares about the ground before the eye, each several times as large as the one before; and one from straight
-/// above, the sky map, which says what grows how high. Plants stand still, so a map is drawn again only when its square has moved on, or
-/// plants have got finer: at most one a frame.
+/// above, the sky map, which says what grows how high. In still air a map is drawn again only when its square has moved on, or plants have
+/// got finer; in wind one of the sun's also when plants may have moved by about one of its texels since. At most one a frame: first squares
+/// that have moved, then what wind has left farthest behind, in texels.
 struct Shadows {
   static constexpr std::size_t kCascades = 3;
   static constexpr std::size_t kSkyMap = kCascades;  ///< its place among maps
@@ -30,6 +31,7 @@ struct Shadows {
     glm::mat4 clip_from_world = glm::mat4(1);
     std::uint64_t drawn_frame = 0;  ///< 0: not yet
     std::uint64_t drawn_arrivals = 0;
+    float drawn_time_s = 0;
   };
   std::vector<Cascade> cascades;  ///< [kMaps], or without a sky map [kCascades]
 
@@ -45,6 +47,8 @@ struct ShadowFrame {
   glm::vec3 forward = {0, 0, -1};
   std::uint64_t number = 1;
   std::uint64_t arrivals = 0;  ///< changes with whatever has come or gone
+  float time_s = 0;            ///< the wind's
+  float sway_m = 0;            ///< how far the wind moves the largest plants to and fro; 0: still air
 };
 
 /// A map that a frame draws.

@@ -17,6 +17,8 @@ namespace {
 constexpr double kMaxPosition_m = 3.3e7;  // of numbers of cells
 constexpr double kMaxCenter_m = 1e9;
 constexpr float kMaxWind_mps = 100.0f;
+constexpr std::uint32_t kLeastMapSide = 2, kMostMapSide = 256;
+constexpr double kLeastMapExtent_m = 1e-3;
 constexpr double kMaxTime_s = 1e9;
 constexpr double kMaxEye_m = 1e10;
 constexpr float kMinRadius_m = 1e-6f, kMaxRadius_m = 1e8f;
@@ -82,6 +84,19 @@ std::string position_problem(std::span<const double, 3> position, const dvec3& o
   return problem.empty() || origin == dvec3{0, 0, 0} ? problem : problem + ", with the origin";
 }
 
+std::string map_problem(const coppice_wind& wind) {
+  for (const auto& [name, places] : {std::pair{"map_width", wind.map_width}, std::pair{"map_height", wind.map_height}})
+    if (places < kLeastMapSide || places > kMostMapSide)
+      return std::string(name) + " is " + std::to_string(places) + ", not within " + std::to_string(kLeastMapSide) + " to " +
+             std::to_string(kMostMapSide);
+  for (const auto& [name, corner] : {std::pair{"map_min", &wind.map_min}, std::pair{"map_max", &wind.map_max}})
+    if (std::string problem = double_problem(name, *corner, kMaxPosition_m); !problem.empty()) return problem;
+  for (int axis = 0; axis < 2; ++axis)
+    if (!(wind.map_max[axis] - wind.map_min[axis] >= kLeastMapExtent_m)) return "map_max is not above map_min by a millimetre or more";
+  const std::span<const float> map(wind.map, std::size_t{2} * wind.map_width * wind.map_height);
+  return range_problem({"map", map, -kMaxWind_mps, kMaxWind_mps});
+}
+
 }  // namespace
 
 std::string desc_problem(const coppice_context_desc& desc) {
@@ -127,7 +142,8 @@ std::string wind_problem(const coppice_wind& wind) {
   if (std::string problem = range_problem(fields); !problem.empty()) return problem;
   if (!is_time(wind.time_s)) return "time_s is not within 0 to 1e9";
   if (!is_time(wind.time_before_s)) return "time_before_s is not within 0 to 1e9";
-  return unit_problem("direction", wind.direction);
+  if (std::string problem = unit_problem("direction", wind.direction); !problem.empty() || wind.map == nullptr) return problem;
+  return map_problem(wind);
 }
 
 std::string origin_problem(std::span<const double, 3> origin) {

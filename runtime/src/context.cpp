@@ -383,9 +383,13 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   completed_number_ = frame.completed_number;
   recording_ = Recording::begun;
   ledger_.begin_frame(frame.frame_number);
-  FrameWind wind{*frame.wind, wind_};
-  wind.before.time_s = frame.wind->time_before_s;
-  wind_ = *frame.wind;
+  const coppice_wind& blows = *frame.wind;
+  const std::size_t map_floats = blows.map == nullptr ? 0 : std::size_t{2} * blows.map_width * blows.map_height;
+  FrameWind wind{{.wind = blows, .origin_m = origin(), .most_map_mps = most_wind_mps({blows.map, map_floats})}, wind_};
+  wind.before.wind.time_s = blows.time_before_s;
+  for (LodView& lod : lods_) lod.reach_share = gpu::kMostWindReach * most_wind_load(wind.now);
+  wind_ = wind.now;
+  wind_.wind.map = nullptr;  // the engine's, within this call
   backend_->begin_frame(frame.frame_number, frame.completed_number, wind);
   for (const ChunkId& id : streamer_->release(frame.completed_number))
     if (slots_[id.plant].in_backend) backend_->drop_chunk(id);

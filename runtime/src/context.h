@@ -270,7 +270,7 @@ class Context {
   std::uint64_t least_budget_bytes_ = 0;
   std::uint64_t slot_upload_bytes_ = 0;  ///< taken until new slots are brought to the GPU
   std::uint64_t frame_number_ = 0, completed_number_ = 0;
-  coppice_wind wind_{};  ///< of the last frame; none before
+  PlacedWind wind_;  ///< of the last frame, without its map; none before
   Recording recording_ = Recording::none;
   float prefetch_frames_ = 0;           ///< how far ahead of the camera streaming looks
   std::uint64_t streaming_ns_ = 0;      ///< a frame's time for taking over chunks

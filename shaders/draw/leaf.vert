@@ -54,9 +54,9 @@ void main() {
   if (!single) strength = 0.0;
   uint stalk = flutter_name(uvec3(quantised(leaf.corners, 0)));
   vec3 normal = face * inversesqrt(max(dot(face, face), 1e-30));
-  float along_m = distance(rest, corners[0]);
-  vec3 world = world_from_object(instance, rest + moves.now + flutter(view.wind, stalk, along_m, normal, strength));
-  vec3 before = rest + moves.before + flutter(view.wind_before, stalk, along_m, normal, strength);
+  vec3 swing = strength * flutter_swing_m(instance, distance(rest, corners[0])) * normal;
+  vec3 world = world_from_object(instance, rest + moves.now + flutter(moves.load, view.wind.time_s, stalk, swing));
+  vec3 before = rest + moves.before + flutter(moves.load_before, view.wind_before.time_s, stalk, swing);
   world_middle += rotate(instance.rotation, instance.scale * moves.now);
   vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
   uint thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));

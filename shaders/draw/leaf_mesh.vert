@@ -28,11 +28,11 @@ void main() {
   vec3 stalk_m = plant.box_min + plant.box_step * vec3(stalk);
   WindMoves moves = wind_moves(instance, stalk_m);
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
-  float along_m = distance(vertex.position, stalk_m), leaf_size_m = list_at(plant, list_of_cut(plant.leaf_count)).leaf_size_m;
-  float strength = flutter_strength(instance, stalk_m, leaf_size_m);
+  float strength = flutter_strength(instance, stalk_m, list_at(plant, list_of_cut(plant.leaf_count)).leaf_size_m);
+  vec3 swing = strength * flutter_swing_m(instance, distance(vertex.position, stalk_m)) * normal;
   uint name = flutter_name(stalk);
-  vec3 object = vertex.position + moves.now + flutter(view.wind, name, along_m, normal, strength);
-  vec3 object_before = vertex.position + moves.before + flutter(view.wind_before, name, along_m, normal, strength);
+  vec3 object = vertex.position + moves.now + flutter(moves.load, view.wind.time_s, name, swing);
+  vec3 object_before = vertex.position + moves.before + flutter(moves.load_before, view.wind_before.time_s, name, swing);
   vec3 world = world_from_object(instance, object);
   put_place(instance, world, object_before, material, vertex.uv, uvec3(slot, material_index, 0));
   Crown crown = crown_of(plant);

@@ -22,8 +22,19 @@
 
 namespace coppice::gpu {
 using lod::CoppiceTable;
+
+// On the CPU the address is one of the process.
+inline vec2 wind_map_value(const uvec2& map, uint place) {
+  return std::bit_cast<const vec2*>(std::uint64_t{map.y} << 32 | map.x)[place];
+}
 #else
 #define COPPICE_OUT(type) out type
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer WindMapArray {
+  vec2 at[];
+};
+vec2 wind_map_value(uvec2 map, uint place) {
+  return WindMapArray(map).at[place];
+}
 #endif
 
 // A plant's field, in words behind its table: these, then the nodes. Frequencies are multiples of 1 / kWindPeriod_s.
@@ -104,26 +115,71 @@ COPPICE_FN WindPlace wind_place(CoppiceTable table, PlantWind field, vec3 p, COP
   return place;
 }
 
-// An instance in a moment; object space, m.
+// In kGale_mps the load is full. In kHalfLoad_mps, were there no end to it, it is half of what it would be in a storm: leaves and boughs
+// give way, so that load grows slower than speed.
+const float kGale_mps = 25.0f, kHalfLoad_mps = 8.0f;
+
+COPPICE_FN float wind_load(float speed_mps) {
+  return min(speed_mps / (speed_mps + kHalfLoad_mps) / (kGale_mps / (kGale_mps + kHalfLoad_mps)), 1.0f);
+}
+
+// The wind where an instance stands. gustiness: of all of it; what the map adds has no gusts but its own.
+struct WindHere {
+  vec3 direction;
+  float load, gustiness;
+};
+
+// foot: from the eye, as the map's first place is
+COPPICE_FN WindHere wind_here(WindNow wind, vec3 foot) {
+  WindHere here;
+  here.direction = wind.direction;
+  here.load = wind.load;
+  here.gustiness = wind.gustiness;
+  if ((wind.map.x | wind.map.y) == 0u) return here;
+  float x = (foot.x - wind.map_first.x) * wind.map_places_per_m.x, z = (foot.z - wind.map_first.y) * wind.map_places_per_m.y;
+  // Not so of a NaN.
+  bool on_map = x >= 0.0f && z >= 0.0f && x <= float(wind.map_size.x - 1u) && z <= float(wind.map_size.y - 1u);
+  if (!on_map) return here;
+  uint column = min(uint(x), wind.map_size.x - 2u), row = min(uint(z), wind.map_size.y - 2u);
+  float right = x - float(column), far = z - float(row);
+  uint first = row * wind.map_size.x + column, next = first + wind.map_size.x;
+  vec2 a = wind_map_value(wind.map, first), b = wind_map_value(wind.map, first + 1u);
+  vec2 c = wind_map_value(wind.map, next), d = wind_map_value(wind.map, next + 1u);
+  float added_x = (1.0f - far) * ((1.0f - right) * a.x + right * b.x) + far * ((1.0f - right) * c.x + right * d.x);
+  float added_z = (1.0f - far) * ((1.0f - right) * a.y + right * b.y) + far * ((1.0f - right) * c.y + right * d.y);
+  float added_mps = sqrt(added_x * added_x + added_z * added_z);
+  if (added_mps == 0.0f) return here;
+  vec3 sum = wind.speed_mps * wind.direction + vec3(added_x, 0.0f, added_z);
+  float speed_mps = length(sum);
+  here.load = wind_load(speed_mps);
+  here.gustiness = wind.gustiness * wind.speed_mps / (wind.speed_mps + added_mps);
+  if (speed_mps > 0.0f) here.direction = sum / vec3(speed_mps);
+  return here;
+}
+
+// An instance in a moment; object space, m. load: the wind's there, without its gusts
 struct Sway {
   vec3 bend, lean, sway_cos, sway_sin;
+  float load;
 };
 
 // foot: the instance's, from the eye, as WindNow's waves are. place: in its cell: what its stem's phase goes by, which moves with it
 COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot, vec3 place) {
+  WindHere here = wind_here(wind, foot);
   float gust = 0.0f;
   for (uint i = 0u; i < kWindWaves; ++i)
     gust += wind.waves[i].w * sin(wind.waves[i].x * foot.x + wind.waves[i].y * foot.z + wind.waves[i].z);
   // In the strongest gust it is the full load.
-  float load = wind.load * (1.0f - wind.gustiness * (0.5f - 0.5f * gust));
+  float load = here.load * (1.0f - here.gustiness * (0.5f - 0.5f * gust));
   float phase = 0.7f * place.x + 1.3f * place.z;
   float turns = 6.2831853f * wind.time_s;
   float stem = 0.75f + 0.25f * sin(turns * field.stem_hz + phase);
   float branch = turns * field.branch_hz + 1.7f * phase;
   vec4 to_object = vec4(-rotation.x, -rotation.y, -rotation.z, rotation.w);
-  vec3 along = rotate(to_object, wind.direction);
-  vec3 across = rotate(to_object, vec3(-0.45f * wind.direction.z, 0.6f, 0.45f * wind.direction.x) + 0.66f * wind.direction);
+  vec3 along = rotate(to_object, here.direction);
+  vec3 across = rotate(to_object, vec3(-0.45f * here.direction.z, 0.6f, 0.45f * here.direction.x) + 0.66f * here.direction);
   Sway sway;
+  sway.load = here.load;
   sway.bend = field.bend_m * load * stem * along;
   sway.lean = field.lean_m * load * along;
   sway.sway_cos = field.sway_m * load * cos(branch) * across;

@@ -8,14 +8,26 @@
 
 CoppiceTable table_of(uint plant) { return CoppiceTable(plant * kTableStride, 0, 0, 0); }
 
+// How far a leaf's flutter takes its tip at most in a full load, object space, m: a small share of the plant, within what is left of the
+// bounds that culling has for all plants.
+const float kFlutterReach = 0.01;
+float flutter_reach_m(Instance instance) {
+  float left_m = kMostWindReach * plants[instance.plant].sphere_radius - wind_float(table_of(instance.plant), kReachWord);
+  return clamp(left_m, 0.0, kFlutterReach * plants[instance.plant].sphere_radius);
+}
+
 // What a place of an instance can be moved by, at most, m in the world.
-float wind_reach_m(Instance instance) { return instance.scale * view.wind.load * wind_float(table_of(instance.plant), kReachWord); }
+float wind_reach_m(Instance instance) {
+  float reach_m = wind_float(table_of(instance.plant), kReachWord) + flutter_reach_m(instance);
+  return instance.scale * view.wind.most_load * reach_m;
+}
 
 vec3 foot_of(Instance instance) { return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position); }
 
-// By how much wind moves a place of an instance, object space, m: now, and in the frame before.
+// By how much wind moves a place of an instance, object space, m: now, and in the frame before. Loads: as Sway's
 struct WindMoves {
   vec3 now, before;
+  float load, load_before;
 };
 
 // p: at rest
@@ -25,8 +37,9 @@ WindMoves wind_moves(Instance instance, vec3 p) {
   WindGradient unused;
   WindPlace place = wind_place(table, field, p, unused);
   vec3 foot = foot_of(instance);
-  return WindMoves(wind_offset(place, sway_of(view.wind, field, instance.rotation, foot, instance.position)),
-                   wind_offset(place, sway_of(view.wind_before, field, instance.rotation, foot, instance.position)));
+  Sway now = sway_of(view.wind, field, instance.rotation, foot, instance.position);
+  Sway before = sway_of(view.wind_before, field, instance.rotation, foot, instance.position);
+  return WindMoves(wind_offset(place, now), wind_offset(place, before), now.load, before.load);
 }
 
 // Leaves turn about their stalks. How far, rad, in a full load; how fast; and between which widths on the screen that comes in: what is
@@ -41,11 +54,14 @@ float flutter_strength(Instance instance, vec3 place, float size_m) {
   return view.is_shadow != 0 ? 0.0 : clamp((size_px - kFlutter_px.x) / (kFlutter_px.y - kFlutter_px.x), 0.0, 1.0);
 }
 
-// Offset of a place of a leaf, object space, m. name: flutter_name, alike in all that shows the leaf; along_m: from its stalk; normal: the
-// leaf's, unit
-vec3 flutter(WindNow wind, uint name, float along_m, vec3 normal, float strength) {
+// How far a place of a leaf swings to either side, object space, m. along_m: from its stalk
+float flutter_swing_m(Instance instance, float along_m) { return min(kFlutter_rad * along_m, flutter_reach_m(instance)); }
+
+// Offset of a place of a leaf, object space, m. load: WindMoves'; name: flutter_name, alike in all that shows the leaf; swing: the leaf's
+// normal, flutter_swing_m long, times flutter_strength
+vec3 flutter(float load, float time_s, uint name, vec3 swing) {
   float turns = float(coppice_hash(name) >> 8u) * (1.0 / 16777216.0);
-  return strength * wind.load * kFlutter_rad * along_m * sin(6.2831853 * (kFlutter_hz * wind.time_s + turns)) * normal;
+  return load * sin(6.2831853 * (kFlutter_hz * time_s + turns)) * swing;
 }
 uint flutter_name(uvec3 stalk) { return stalk.x ^ stalk.y << 11u ^ stalk.z << 22u; }
 

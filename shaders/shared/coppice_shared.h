@@ -256,8 +256,14 @@ struct WindNow {
   float gustiness;
   float time_s;            // 0..kWindPeriod_s
   vec4 waves[kWindWaves];  // sine of (x * x + y * z + z), w of it: of places from the view's eye, m
+  float speed_mps;
+  float most_load;  // of any plant: load, and more where the map may add to it
+  uvec2 map;        // address of vec2[], row-major: what is added to the wind, x and z, m/s; 0: nothing
+  uvec2 map_size;   // places along x and z
+  vec2 map_first;   // x and z of the first one from the view's eye, m
+  vec2 map_places_per_m;
 };
-COPPICE_GPU_LAYOUT(WindNow, 72);
+COPPICE_GPU_LAYOUT(WindNow, 112);
 
 // One of a view's eyes. Planes' normals point inside: dot(xyz, p) + w >= 0.
 const uint kMostEyes = 2;
@@ -305,7 +311,7 @@ struct View {
   WindNow wind, wind_before;       // in the frame before
   mat4 map_clips[kMaxShadowMaps];  // clip_from_world of each shadow map
 };
-COPPICE_GPU_LAYOUT(View, 1196);
+COPPICE_GPU_LAYOUT(View, 1276);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -504,7 +504,7 @@ TEST(CommandLine, WindIsBakedStiffenedAndLeftOut) {
     EXPECT_NEAR(stiff[key].get<double>(), 0.5 * plain[key].get<double>(), 1e-6) << key;
     EXPECT_EQ(none[key].get<double>(), 0.0) << key;
   }
-  EXPECT_LE(plain["most_growth"].get<double>(), 0.05);
+  EXPECT_LE(plain["most_growth"].get<double>(), 0.08);
   EXPECT_EQ(none["node_side"], 0);
   EXPECT_NE(coppice_tool({"inspect", file}).out.find("wind: does not move it"), std::string::npos);
   EXPECT_NE(coppice_tool({"inspect", baked().coppice}).out.find("the stem bends"), std::string::npos);

@@ -338,8 +338,8 @@ TEST(CoppiceForest, PlantsCastShadowsOnTheGround) {
 TEST(CoppiceForest, ComparesCutsWithDiscreteLevelsAndFullDetail) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), json = folder / "compared.json";
-  const ProcessResult result = run_process(
-      COPPICE_FOREST, {"--plants", plant, "--count", "20", "--size", "128x72", "--frames", "1", "--no-shadows", "--compare", json});
+  const ProcessResult result = run_process(COPPICE_FOREST, {"--plants", plant, "--count", "20", "--size", "128x72", "--frames", "1",
+                                                            "--no-shadows", "--wind", "8", "--compare", json});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(fs::exists(folder / "compared.svg"));
   std::ifstream file(json);
@@ -358,6 +358,9 @@ TEST(CoppiceForest, ComparesCutsWithDiscreteLevelsAndFullDetail) {
     EXPECT_EQ(mode["rmse"] == 0.0, full);
     EXPECT_EQ(mode["popping_mean"] == 0.0, full);
     EXPECT_LE(mode["popping_mean"], mode["popping_max"]);
+    EXPECT_EQ(mode["wind_popping_mean"] == 0.0, full);
+    EXPECT_LE(mode["wind_popping_mean"], mode["wind_popping_max"]);
+    EXPECT_EQ(mode["wind_popping_mean"] == mode["popping_mean"], full) << "plants move";
     // With the cuts of an eye beside it the picture stays where it is: moved, it would differ by more than its steady error.
     EXPECT_LE(mode["switching_rmse"], mode["rmse"]);
   }

@@ -29,7 +29,7 @@ static_assert(sizeof(coppice_placement) == 72);
 static_assert(sizeof(coppice_scene_placement) == 48);
 static_assert(sizeof(coppice_sun_desc) == 48);
 static_assert(sizeof(coppice_frame) == 48);
-static_assert(sizeof(coppice_wind) == 40);
+static_assert(sizeof(coppice_wind) == 88);
 static_assert(sizeof(coppice_shadow_map) == 136);
 static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2 + 8);
 static_assert(sizeof(coppice_occluder) == 32);
@@ -115,6 +115,27 @@ std::vector<Wrong<coppice_wind>> wrong_winds() {
     all.push_back({"time_s", [time_s](coppice_wind& w) { w.time_s = time_s; }});
     all.push_back({"time_before_s", [time_s](coppice_wind& w) { w.time_before_s = time_s; }});
   }
+  static std::array<float, 12> map;
+  const auto with_map = [](const std::function<void(coppice_wind&)>& change) {
+    return [change](coppice_wind& w) {
+      map.fill(1.0f);
+      w.map = map.data();
+      w.map_width = 3;
+      w.map_height = 2;
+      w.map_max[0] = w.map_max[1] = 10.0;
+      change(w);
+    };
+  };
+  for (const std::uint32_t places : {0u, 1u, 257u, 0xffffffffu}) {
+    all.push_back({"map_width", with_map([places](coppice_wind& w) { w.map_width = places; })});
+    all.push_back({"map_height", with_map([places](coppice_wind& w) { w.map_height = places; })});
+  }
+  for (const double corner : {4e7, -4e7, std::nan("")}) {
+    all.push_back({"map_min", with_map([corner](coppice_wind& w) { w.map_min[1] = corner; })});
+    all.push_back({"map_max", with_map([corner](coppice_wind& w) { w.map_max[0] = corner; })});
+  }
+  for (const float speed : {101.0f, -101.0f, kNan, kInf}) all.push_back({"map", with_map([speed](coppice_wind&) { map[7] = speed; })});
+  for (const double end : {0.0, -1.0, 1e-4}) all.push_back({"map_max", with_map([end](coppice_wind& w) { w.map_max[1] = end; })});
   return all;
 }
 

@@ -63,6 +63,7 @@ class Host {
   coppice_context* context() { return context_; }
   coppice_view view() const { return view_; }
   coppice_camera& camera() { return camera_; }
+  const coppice_wind* wind = nullptr;  ///< of the frames that begin
 
   coppice_plant open(const char* name) {
     coppice_plant plant = 0;
@@ -82,6 +83,7 @@ class Host {
     frame.completed_number = number_ - 1;
     frame.cameras = &camera_;
     frame.camera_count = 1;
+    frame.wind = wind;
     EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << coppice_last_error(context_);
     std::this_thread::sleep_for(std::chrono::milliseconds(1));  // reads come back
   }

@@ -352,7 +352,7 @@ void read_wind(NaiveBytes bytes, NaivePlant& plant) {
   for (const NaiveWindNode& node : wind.nodes)
     most = std::max(most, wind.lean_m * node.lean + wind.sway_m * std::hypot(node.sway_cos, node.sway_sin));
   naive_must(wind.bend_m + most <= 0.05 * plant.sphere_radius, "wind move");
-  naive_must(wind_growth(wind) <= 0.05, "wind growth");
+  naive_must(wind_growth(wind) <= 0.08, "wind growth");
 }
 
 void read_leaf_mesh_counts(Bytes file, const Counts& counts, NaivePlant& plant) {

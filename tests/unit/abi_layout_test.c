@@ -139,7 +139,12 @@ FIELD(coppice_wind, direction, 4);
 FIELD(coppice_wind, speed, 16);
 FIELD(coppice_wind, gustiness, 20);
 FIELD(coppice_wind, time_s, 24);
-LAST_FIELD(coppice_wind, time_before_s, 32, 40);
+FIELD(coppice_wind, time_before_s, 32);
+FIELD(coppice_wind, map, 40);
+FIELD(coppice_wind, map_min, 48);
+FIELD(coppice_wind, map_max, 64);
+FIELD(coppice_wind, map_width, 80);
+LAST_FIELD(coppice_wind, map_height, 84, 88);
 
 FIELD(coppice_hit, struct_size, 0);
 FIELD(coppice_hit, kind, 4);

@@ -247,6 +247,30 @@ TEST(Demand, CountsWhatIsOutsideForLess) {
   EXPECT_FLOAT_EQ(weight({0, 0, 1.1f}), kOutsideWeight) << "behind the eye, though all sides reach it";
 }
 
+/// What wind may move into view counts as in view, alone and in a block.
+TEST(Demand, WindBringsPlantsIntoView) {
+  LodView view = *demand_view(reversed_infinite_view({}));
+  view.looks_around = false;
+  const auto size_px = [&](float y) {
+    std::vector<InstanceSphere> slots(kInstanceBlockSlots, {{0, y, -100}, 1.0f, 0});
+    float largest_px = 0;
+    for (const std::size_t count : {std::size_t{1}, slots.size()}) {
+      std::vector<PlantDemand> demands(1);
+      measure_demand(Blocks({slots.begin(), slots.begin() + static_cast<std::ptrdiff_t>(count)}), view, demands);
+      EXPECT_TRUE(largest_px == 0 || demands[0].max_size_px > 0) << "the block does as the plant does";
+      largest_px = std::max(largest_px, demands[0].max_size_px);
+    }
+    return largest_px;
+  };
+  // The upper plane is at 45 degrees: a sphere of 1 m ends at a height of 100 m and root of 2 of them.
+  const float edge_m = 100.0f + std::sqrt(2.0f);
+  EXPECT_GT(size_px(edge_m - 0.01f), 0.0f);
+  EXPECT_EQ(size_px(edge_m + 0.04f), 0.0f);
+  view.reach_share = 0.05f;  // in a gale
+  EXPECT_GT(size_px(edge_m + 0.04f), 0.0f);
+  EXPECT_EQ(size_px(edge_m + 0.1f), 0.0f);
+}
+
 /// A square of plants of two species and different sizes, block after block; every seventh slot is a hole.
 std::vector<InstanceSphere> plantation(int side, float step_m, std::uint32_t plants_in_a_block) {
   std::vector<InstanceSphere> instances;

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -185,6 +187,34 @@ TEST(HostDraws, AreWhatSelectionSaysOfWhatIsInView) {
   EXPECT_EQ(std::memcmp(wide.data() + kWide, &draws[1], sizeof draws[1]), 0);
   EXPECT_EQ(wide[kWide + sizeof(coppice_draw)], 0);
   EXPECT_EQ(wide[2 * kWide], 0xee);
+}
+
+TEST(HostDraws, HaveWhatWindMayMoveIntoView) {
+  Host host;
+  const coppice_plant plant = host.open("two_pages.coppice");
+  const OpenFile open("two_pages.coppice");
+  const coppice_file_plant& of = open.file.plant;
+  // The right plane is at 45 degrees; the sphere ends beyond it by a fiftieth of its radius.
+  const float x = 50.0f + 1.02f * std::sqrt(2.0f) * of.sphere_radius - of.sphere_center[0], z = -50.0f - of.sphere_center[2];
+  host.add(plant, x, z);
+  host.settle();
+  EXPECT_EQ(host.draws().size(), 0u);
+  coppice_wind wind;
+  coppice_wind_init(&wind);
+  wind.speed = 25.0f;
+  host.wind = &wind;
+  host.frame();
+  EXPECT_EQ(host.draws().size(), 1u);
+  wind.speed = 1.0f;  // not so far
+  host.frame();
+  EXPECT_EQ(host.draws().size(), 0u);
+  std::array<float, 8> map;
+  map.fill(20.0f);
+  wind.map = map.data();
+  wind.map_width = wind.map_height = 2;
+  wind.map_max[0] = wind.map_max[1] = 1.0;
+  host.frame();
+  EXPECT_EQ(host.draws().size(), 1u) << "a map may blow it there";
 }
 
 TEST(HostDraws, OfAPairAreThoseThatEitherEyeSees) {

@@ -132,8 +132,8 @@ TEST(WindField, ChecksTakeWhatKeepsTheLimitsAndNoMore) {
   EXPECT_TRUE(check_wind_head(head, 0));
   EXPECT_TRUE(check_wind_field({head, nodes}, 2.0, 0));
   EXPECT_FALSE(check_wind_field({head, nodes}, 1.9, 0)) << "moves further than a twentieth of the radius";
-  head.height_m = 3.9f;
-  EXPECT_FALSE(check_wind_field({head, nodes}, 2.0, 0)) << "grows by more than a twentieth";
+  head.height_m = 2.4f;
+  EXPECT_FALSE(check_wind_field({head, nodes}, 2.0, 0)) << "grows by more than 0.08";
 }
 
 }  // namespace

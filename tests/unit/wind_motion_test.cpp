@@ -85,7 +85,7 @@ TEST_F(WindMotion, GradientsAreThoseOfTheField) {
     constexpr float kStep_m = 1e-2f;
     WindGradient gradient;
     const WindPlace here = wind_place(table_, plant(), p, gradient);
-    const Sway sway = sway_of(wind_now(blowing(20, 3), {0, 0, 0}), plant(), {0, 0, 0, 1}, {1, 2, 3}, {1, 2, 3});
+    const Sway sway = sway_of(wind_now({blowing(20, 3)}, {0, 0, 0}), plant(), {0, 0, 0, 1}, {1, 2, 3}, {1, 2, 3});
     const vec3 grow[3] = {grid_offset(gradient.grid_x, sway), grid_offset(gradient.grid_y, sway) + gradient.bend_y * sway.bend,
                           grid_offset(gradient.grid_z, sway)};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -103,7 +103,7 @@ TEST_F(WindMotion, NothingIsMovedBeyondTheReach) {
   float furthest = 0;
   for (int i = 0; i < 20000; ++i) {
     const WindNow now =
-        wind_now(blowing(between(0.0f, 100.0f), std::abs(between(0.0f, 1e6f))), {between(-1e4f, 1e4f), 0, between(-1e4f, 1e4f)});
+        wind_now({blowing(between(0.0f, 100.0f), std::abs(between(0.0f, 1e6f)))}, {between(-1e4f, 1e4f), 0, between(-1e4f, 1e4f)});
     const Sway sway = sway_of(now, plant(), rotation(), {between(-300, 300), 0, between(-300, 300)}, place());
     const float moved = length(wind_offset(at(place()), sway)), reach = now.load * plant().reach_m;
     EXPECT_LE(moved, reach * 1.0001f);
@@ -116,7 +116,7 @@ TEST_F(WindMotion, NothingIsMovedBeyondTheReach) {
 
 TEST_F(WindMotion, StillAirMovesNothingAtAll) {
   for (int i = 0; i < 100; ++i) {
-    const WindNow now = wind_now(blowing(0, double{between(0.0f, 1e6f)}), {0, 0, 0});
+    const WindNow now = wind_now({blowing(0, double{between(0.0f, 1e6f)})}, {0, 0, 0});
     const vec3 offset = wind_offset(at(place()), sway_of(now, plant(), rotation(), place(), place()));
     EXPECT_EQ(offset.x, 0.0f);
     EXPECT_EQ(offset.y, 0.0f);
@@ -133,7 +133,7 @@ TEST_F(WindMotion, GustsAreOfTheWorldAndTravel) {
     const double time_s = double{between(0.0f, 1e5f)};
     const coppice_wind wind = blowing(8, time_s);
     const auto lean_at = [&](const dvec3& where, const dvec3& eye, const coppice_wind& then) {
-      return length(sway_of(wind_now(then, eye), plant(), {0, 0, 0, 1}, (where - eye).rounded(), {0, 0, 0}).lean);
+      return length(sway_of(wind_now({then}, eye), plant(), {0, 0, 0, 1}, (where - eye).rounded(), {0, 0, 0}).lean);
     };
     const dvec3 eye{foot.x + double{between(-500, 500)}, 20, foot.z + double{between(-500, 500)}}, other{foot.x, 0, foot.z};
     const double here = lean_at(foot, eye, wind);
@@ -142,8 +142,107 @@ TEST_F(WindMotion, GustsAreOfTheWorldAndTravel) {
   }
   EXPECT_LT(worst, 1e-3 * most);
   // Along the wind, at its speed, the gust's longest wave keeps its phase.
-  const WindNow now = wind_now(blowing(8, 10), {0, 0, 0}), later = wind_now(blowing(8, 11), {0.6 * 8, 0, 0.8 * 8});
+  const WindNow now = wind_now({blowing(8, 10)}, {0, 0, 0}), later = wind_now({blowing(8, 11)}, {0.6 * 8, 0, 0.8 * 8});
   EXPECT_NEAR(std::remainder(now.waves[0].z - later.waves[0].z, 6.2831853f), 0.0f, 1e-3f);
+}
+
+/// A map of random velocities, up to `most_mps` along each axis, over 60 m by 40 m about a corner of the world.
+class WindMap : public WindMotion {
+ protected:
+  static constexpr std::uint32_t kColumns = 7, kRows = 5;
+  PlacedWind with_map(float speed, float most_mps) {
+    map_.resize(std::size_t{2} * kColumns * kRows);
+    for (float& each : map_) each = between(-most_mps, most_mps);
+    coppice_wind wind = blowing(speed, 3);
+    wind.map = map_.data();
+    wind.map_width = kColumns;
+    wind.map_height = kRows;
+    wind.map_min[0] = 1000.0, wind.map_max[0] = 1060.0;
+    wind.map_min[1] = -500.0, wind.map_max[1] = -460.0;
+    return {.wind = wind,
+            .origin_m = {2e5, 0, 1e5},
+            .most_map_mps = most_wind_mps(map_),
+            .map_address = reinterpret_cast<std::uintptr_t>(map_.data())};
+  }
+  /// What the map adds at a place of the engine's coordinates.
+  [[nodiscard]] dvec3 added_at(double x, double z) const {
+    const double column = (x - 1000.0) / 10.0, row = (z + 500.0) / 10.0;
+    dvec3 sum(0, 0, 0);
+    for (std::uint32_t i = 0; i < kColumns * kRows; ++i) {
+      const double near_x = 1.0 - std::abs(column - i % kColumns), near_z = 1.0 - std::abs(row - i / kColumns);
+      const double share = std::max(near_x, 0.0) * std::max(near_z, 0.0);
+      sum = sum + dvec3(share * double{map_[2 * std::size_t{i}]}, 0.0, share * double{map_[2 * std::size_t{i} + 1]});
+    }
+    return sum;
+  }
+  static vec3 foot_of(double x, double z, const dvec3& eye) { return (dvec3(2e5 + x, 0, 1e5 + z) - eye).rounded(); }
+
+  std::vector<float> map_;
+};
+
+TEST_F(WindMap, IsLinearBetweenItsPlacesAndNothingBeyond) {
+  const dvec3 eye{2e5 + 1020.0, 10.0, 1e5 - 470.0};
+  for (const float speed : {0.0f, 6.0f}) {
+    const PlacedWind wind = with_map(speed, 8.0f);
+    const WindNow now = wind_now(wind, eye);
+    for (int i = 0; i < 2000; ++i) {
+      const double x = double{between(990.0f, 1070.0f)}, z = double{between(-510.0f, -450.0f)};
+      const WindHere here = wind_here(now, foot_of(x, z, eye));
+      const bool on_map = x >= 1000.0 && x <= 1060.0 && z >= -500.0 && z <= -460.0;
+      const dvec3 expected = (on_map ? added_at(x, z) : dvec3(0, 0, 0)) + dvec3(0.6, 0, 0.8) * double{speed};
+      const double speed_mps = std::hypot(expected.x, expected.z);
+      EXPECT_NEAR(here.load, wind_load(static_cast<float>(speed_mps)), 1e-4f);
+      if (speed_mps > 0.1 && on_map) {
+        EXPECT_NEAR(here.direction.x, expected.x / speed_mps, 2e-3);
+        EXPECT_NEAR(here.direction.z, expected.z / speed_mps, 2e-3);
+      }
+      if (!on_map) {
+        EXPECT_EQ(here.load, wind_load(speed));
+      }
+    }
+    // At its first and at its last place, to which it reaches.
+    for (const std::size_t place : {std::size_t{0}, std::size_t{kColumns} * kRows - 1}) {
+      const double share = place == 0 ? 1e-4 : 1.0 - 1e-4;
+      const WindHere here = wind_here(now, foot_of(1000.0 + 60.0 * share, -500.0 + 40.0 * share, eye));
+      const float x = map_[2 * place] + 0.6f * speed, z = map_[2 * place + 1] + 0.8f * speed;
+      EXPECT_NEAR(here.load, wind_load(std::sqrt(x * x + z * z)), 1e-3f);
+    }
+  }
+}
+
+TEST_F(WindMap, NothingIsMovedBeyondTheReach) {
+  for (int i = 0; i < 300; ++i) {
+    const dvec3 eye{2e5 + 1030.0, 0, 1e5 - 480.0};
+    const PlacedWind wind = with_map(between(0.0f, 30.0f), between(0.0f, 100.0f));
+    const WindNow now = wind_now(wind, eye);
+    EXPECT_LE(now.most_load, 1.0f);
+    EXPECT_EQ(now.most_load, most_wind_load(wind));
+    for (int j = 0; j < 60; ++j) {
+      const vec3 foot = foot_of(double{between(995.0f, 1065.0f)}, double{between(-505.0f, -455.0f)}, eye);
+      const Sway sway = sway_of(now, plant(), rotation(), foot, place());
+      EXPECT_LE(sway.load, now.most_load * 1.0001f);
+      EXPECT_LE(length(wind_offset(at(place()), sway)), now.most_load * plant().reach_m * 1.0001f);
+    }
+  }
+}
+
+/// The same bits: where no map is, where it adds nothing, and where it was asked for and is not there.
+TEST_F(WindMap, OfNothingChangesNothing) {
+  const dvec3 eye{2e5 + 1030.0, 0, 1e5 - 480.0};
+  PlacedWind with = with_map(9.0f, 0.0f);
+  PlacedWind without = with, absent = with_map(9.0f, 5.0f);
+  without.wind.map = nullptr;
+  without.map_address = 0;
+  absent.map_address = 0;
+  for (int i = 0; i < 100; ++i) {
+    const vec3 foot = foot_of(double{between(995.0f, 1065.0f)}, double{between(-505.0f, -455.0f)}, eye), p = place();
+    const auto offset = [&](const PlacedWind& wind) {
+      return wind_offset(at(p), sway_of(wind_now(wind, eye), plant(), {0, 0, 0, 1}, foot, {1, 2, 3}));
+    };
+    std::ranges::fill(map_, 0.0f);
+    EXPECT_EQ(offset(with), offset(without));
+    EXPECT_EQ(offset(absent), offset(without));
+  }
 }
 
 TEST_F(WindMotion, FrequenciesFitIntoThePeriod) {

@@ -106,6 +106,7 @@ void add_view_command(CLI::App& app, int* exit_code) {
       "Baked plants are kept in $XDG_CACHE_HOME/coppice (~/.cache/coppice), which may be deleted at any time. They are shown by "
       "coppice-forest, which is looked for beside this program and on PATH; what follows -- are options of that.\n"
       "  coppice view oak.glb\n"
+      "  coppice view oak.glb -- --wind 12\n"
       "  coppice view oak.glb --camera front --headless --screenshot oak.png -- --size 800x800");
   command->add_option("input", arguments->input, "The plant: .glb, .gltf or .coppice")->required()->type_name("IN.glb|IN.gltf|IN.coppice");
   command->add_option("forest-options", arguments->viewer, "After --: options of coppice-forest")->type_name("");

@@ -35,7 +35,7 @@ constexpr double kLeafSlope = 0.1, kBladeSlope = 0.5;
 constexpr double kLeastLean = 0.04;
 /// What of a plant's deflection is shown: the limits are a fraction of what slender plants do in a gale, and what is stout is to differ
 /// from them.
-constexpr double kShownBend = 0.15, kShownLean = 0.2;
+constexpr double kShownBend = 0.3, kShownLean = 0.4;
 /// What the bend may take of the limits, alone and beside a grid, and lean and sway together: more of these the growth would not let be.
 constexpr double kLoneBendPart = 0.99, kBendPart = 0.4, kLeanPart = 0.6;
 /// A ring is as good as so many leaves of its size in saying how its place moves, one of a stem more: inside a crown it must not go with

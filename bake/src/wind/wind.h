@@ -29,7 +29,7 @@ struct WindSource {
 /// - *Lean*: the same of branches and twigs, from where they leave the stem; of a place the square root of its deflection over that of the
 ///   leaves that move most, so that it grows evenly along a branch. A weight says it outright.
 /// - *Sway*: as large as the lean, in one of sixteen phases a branch, a quarter turn before or after the mean at most.
-/// - *Limits*: they are a fraction of what slender plants do in a gale. 15 % of the bend counts and 20 % of the lean, so that stout plants
+/// - *Limits*: they are a fraction of what slender plants do in a gale. 30 % of the bend counts and 40 % of the lean, so that stout plants
 ///   differ from slender ones; what would be over a limit all the same comes near to it. Beside a grid, bend takes at most two fifths of
 ///   them.
 /// - *Periods*: 1 / (0.0766 + 3.1219 d / h^2) s, with d in cm and h in m, of trees (Moore and Maguire 2004); a branch, heavy with leaves,

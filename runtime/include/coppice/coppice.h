@@ -617,7 +617,7 @@ static inline void coppice_hit_init(coppice_hit* hit) {
 
 /* The nearest plant that a ray hits. Wood is the coarsest LoD, some tens to hundreds of triangles. A crown is a
  * coarse cut of at most 512 leaves without holes, which is about as large as the crown: a ray does not pass between its leaves. That of a
- * plant without leaves (coppice_placement.leaf_share 0) is not there.
+ * plant without leaves (coppice_placement.leaf_share 0) is not there. Plants are hit where they are at rest, whatever the wind.
  * before: any time. What is hidden or removed is never hit. What was added or moved since the last coppice_frame_begin may be missed,
  * and so are tiles that are not there
  * thread: as coppice_scene_get_info
@@ -770,6 +770,15 @@ typedef struct coppice_wind {
   float gustiness;      /* 0 to 1: how far gusts depart from the mean; default 0.5 */
   double time_s;        /* from any moment on, 0 to 1e9; default 0 */
   double time_before_s; /* of the frame before: velocity is what has moved since, and by the wind of then. Default 0 */
+  /* Velocities that are added to the wind: gusts, rotors, explosions. Null, the default: none, and the fields below are not looked at.
+   * [map_height][map_width][2] x and z in world space, m/s, each within -100 to 100. A plant takes what is where it stands, linear between
+   * places of the map and 0 outside it; the sum moves it no further than a gale would. Copied within the call, and kept for the velocities
+   * of the frame after. Cost: 8 bytes a place in each frame on their way to the GPU, four loads where a plant is moved. */
+  const float* map;
+  double map_min[2];   /* world x and z of the map's first place, m; within the range of positions */
+  double map_max[2];   /* of its last; above map_min by 1e-3 or more */
+  uint32_t map_width;  /* places along x, 2 to 256 */
+  uint32_t map_height; /* along z, the same */
 } coppice_wind;
 static inline void coppice_wind_init(coppice_wind* wind) {
   coppice_struct_init(COPPICE_STRUCT_WIND, wind, sizeof *wind);

@@ -48,7 +48,7 @@
 /* How far full wind moves any point, as a share of sphere_radius, and how much a metre of the plant grows by it, at most: a part's bounding
  * sphere that grows by this share of its radius, and moves by what its centre moves, holds the part in any wind. */
 #define COPPICE_MAX_WIND_MOVE 0.05
-#define COPPICE_MAX_WIND_GROWTH 0.05
+#define COPPICE_MAX_WIND_GROWTH 0.08
 /* Natural periods, in seconds. */
 #define COPPICE_MIN_WIND_PERIOD_S 0.1f
 #define COPPICE_MAX_WIND_PERIOD_S 60.0f

@@ -155,7 +155,7 @@ Result<void> check_wind_field(const WindField& field, double sphere_radius_m, st
     return bad_field("wind move", at + offsetof(coppice_file_wind, bend_m),
                      std::to_string(move_m) + " m, more than a twentieth of the sphere's radius");
   if (const double growth = most_wind_growth(field); !(growth <= COPPICE_MAX_WIND_GROWTH))
-    return bad_field("wind growth", at + offsetof(coppice_file_wind, bend_m), std::to_string(growth) + " is more than a twentieth");
+    return bad_field("wind growth", at + offsetof(coppice_file_wind, bend_m), std::to_string(growth) + " is more than 0.08");
   return {};
 }
 

@@ -38,6 +38,7 @@ Renderer::Renderer(const RendererDesc& desc)
       growing_(device_),
       texture_sets_(device_),
       plants_(device_, garbage_, uploads_, texture_sets_, desc.allocator),
+      wind_maps_(device_, garbage_, desc.allocator),
       views_(device_, garbage_, pipelines_, scene_, plants_, desc.allocator) {
   if (!desc.only_measured) return;
   device_.vk = without_memory(device_.vk);
@@ -202,6 +203,7 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
 Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency) {
   COPPICE_CHECK(stage_indices());
   COPPICE_CHECK(plants_.upload_tables(scene_.tables));
+  COPPICE_CHECK(wind_maps_.upload(uploads_));
   COPPICE_CHECK(stage_instances(instances));
   return views_.prepare(instances, residency, desc_.memory_budget_bytes);
 }

@@ -21,6 +21,7 @@
 #include "result.h"
 #include "uploads.h"
 #include "views.h"
+#include "wind_maps.h"
 
 namespace coppice::gpu {
 
@@ -47,6 +48,8 @@ class Renderer {
 
   /// Frees what the GPU is done with and fetches counts. frame_number grows
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
+  /// Takes the frame's map, and says of both where they will be. Once a frame, if ever
+  void take_maps(FrameWind& wind) { wind_maps_.begin_frame(wind); }
 
   /// RendererDesc's, or less where buffers for so many would be more than the device binds.
   [[nodiscard]] std::uint32_t max_instances() const { return desc_.views.max_instances; }
@@ -130,6 +133,7 @@ class Renderer {
   GrowingBuffers growing_;
   TextureSets texture_sets_;
   PlantStore plants_;
+  WindMaps wind_maps_;
   SceneBuffers scene_;
   Views views_;
   GpuTimer timer_;

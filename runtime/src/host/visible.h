@@ -10,20 +10,22 @@
 
 namespace coppice {
 
-/// Calls take(slot) for each instance of the view's layers whose sphere reaches into it, in order.
+/// Calls take(slot) for each instance of the view's layers whose sphere, with what the wind can move, reaches into it, in order.
 template <class Take>
 void for_each_visible(const InstanceBlocks& instances, const LodView& view, const Take& take) {
   for (std::size_t block = 0; block < instances.bounds.size(); ++block) {
     const InstanceBounds& bounds = instances.bounds[block];
     if (bounds.radius_m < 0.0f || (bounds.any_layer & view.layer_mask) == 0) continue;
     const float block_depth_m = depth_in_view(view, bounds.center_m);
-    if (block_depth_m < -bounds.radius_m) continue;
-    const bool whole = block_depth_m >= bounds.radius_m;
+    const float block_reach_m = bounds.radius_m + wind_reach_m(view, bounds.max_instance_radius_m);
+    if (block_depth_m < -block_reach_m) continue;
+    const bool whole = block_depth_m >= block_reach_m;
     const std::size_t first = block * kInstanceBlockSlots, end = std::min(first + kInstanceBlockSlots, instances.slots.size());
     for (std::size_t slot = first; slot < end; ++slot) {
       const InstanceSphere& sphere = instances.slots[slot];
       if (sphere.plant == InstanceSphere::kNoPlant || (sphere.layer_mask & view.layer_mask) == 0) continue;
-      if (whole || depth_in_view(view, sphere.center_m) >= -sphere.radius_m) take(static_cast<std::uint32_t>(slot));
+      const float reach_m = sphere.radius_m + wind_reach_m(view, sphere.radius_m);
+      if (whole || depth_in_view(view, sphere.center_m) >= -reach_m) take(static_cast<std::uint32_t>(slot));
     }
   }
 }

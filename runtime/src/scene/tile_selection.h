@@ -1,6 +1,7 @@
 #pragma once
 
-// Which tiles of a scene the views of a frame want. Pure functions of the scene's front.
+// Which tiles of a scene the views of a frame want. Pure functions of the scene's front. They go by sizes and not by where a view looks, so
+// that what wind moves into a view is there.
 
 #include <cstddef>
 #include <cstdint>

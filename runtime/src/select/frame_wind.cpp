@@ -10,17 +10,6 @@
 namespace coppice {
 namespace {
 
-/// In this wind the load is full.
-constexpr float kGale_mps = 25.0f;
-/// In this one, were there no end to it, half of what it would be in a storm: leaves and boughs give way, so that load grows slower than
-/// speed.
-constexpr float kHalfLoad_mps = 8.0f;
-
-float load_of(float speed_mps) {
-  const auto yielding = [](float mps) { return mps / (mps + kHalfLoad_mps); };
-  return std::min(yielding(speed_mps) / yielding(kGale_mps), 1.0f);
-}
-
 /// Of a gust's waves: how they turn from the wind's direction, how long they are, and their share of it.
 struct Wave {
   double turn_rad, length_m;
@@ -66,13 +55,47 @@ void pack_wind(const WindField& field, std::span<std::uint32_t> words) {
   std::memcpy(words.data() + gpu::kWindNodes, field.nodes.data(), field.nodes.size_bytes());
 }
 
-gpu::WindNow wind_now(const coppice_wind& wind, const dvec3& eye_m) {
+namespace {
+
+/// Straight up or down it blows nowhere.
+float level_speed_mps(const coppice_wind& wind) {
+  return std::hypot(wind.direction[0], wind.direction[2]) > 1e-6f ? wind.speed : 0.0f;
+}
+
+void set_map(const PlacedWind& wind, const dvec3& eye_m, gpu::WindNow& now) {
+  const coppice_wind& blows = wind.wind;
+  if (wind.map_address == 0) return;
+  now.map = {static_cast<std::uint32_t>(wind.map_address), static_cast<std::uint32_t>(wind.map_address >> 32)};
+  now.map_size = {blows.map_width, blows.map_height};
+  const double eye[2] = {eye_m.x - wind.origin_m.x, eye_m.z - wind.origin_m.z};
+  now.map_first = {static_cast<float>(blows.map_min[0] - eye[0]), static_cast<float>(blows.map_min[1] - eye[1])};
+  now.map_places_per_m = {static_cast<float>((blows.map_width - 1) / (blows.map_max[0] - blows.map_min[0])),
+                          static_cast<float>((blows.map_height - 1) / (blows.map_max[1] - blows.map_min[1]))};
+  now.most_load = most_wind_load(wind);
+}
+
+}  // namespace
+
+float most_wind_load(const PlacedWind& wind) {
+  return gpu::wind_load(level_speed_mps(wind.wind) + wind.most_map_mps);
+}
+
+float most_wind_mps(std::span<const float> map) {
+  float most = 0.0f;
+  for (std::size_t i = 0; i + 1 < map.size(); i += 2) most = std::max(most, map[i] * map[i] + map[i + 1] * map[i + 1]);
+  // Rounded up: it is a bound.
+  return std::nextafter(std::sqrt(most), HUGE_VALF);
+}
+
+gpu::WindNow wind_now(const PlacedWind& placed, const dvec3& eye_m) {
+  const coppice_wind& wind = placed.wind;
   const double x = wind.direction[0], z = wind.direction[2], level = std::hypot(x, z);
-  // Straight up or down it blows nowhere.
-  const double along_x = level > 1e-6 ? x / level : 1.0, along_z = level > 1e-6 ? z / level : 0.0;
+  const bool blows = level_speed_mps(wind) > 0.0f;
+  const double along_x = blows ? x / level : 1.0, along_z = blows ? z / level : 0.0;
   gpu::WindNow now{};
   now.direction = {static_cast<float>(along_x), 0.0f, static_cast<float>(along_z)};
-  now.load = level > 1e-6 ? load_of(wind.speed) : 0.0f;
+  now.speed_mps = level_speed_mps(wind);
+  now.load = now.most_load = gpu::wind_load(now.speed_mps);
   now.gustiness = wind.gustiness;
   now.time_s = static_cast<float>(std::fmod(wind.time_s, double{gpu::kWindPeriod_s}));
   for (std::size_t i = 0; i < kWaves.size(); ++i) {
@@ -82,6 +105,7 @@ gpu::WindNow wind_now(const coppice_wind& wind, const dvec3& eye_m) {
     const double phase = k_x * eye_m.x + k_z * eye_m.z - k * c * double{wind.speed} * wind.time_s;
     now.waves[i] = {static_cast<float>(k_x), static_cast<float>(k_z), static_cast<float>(std::remainder(phase, kTurn)), wave.share};
   }
+  set_map(placed, eye_m, now);
   return now;
 }
 

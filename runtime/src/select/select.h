@@ -36,6 +36,7 @@ struct LodView {
   float focal_px = 1.0f;        ///< half the image height times |clip_from_view[1][1]|; of a parallel view px a metre
   float near_m = 0.1f;          ///< > 0; nearer counts as this near; of a parallel view 1
   float error_px = 2.0f;        ///< threshold, > 0
+  float reach_share = 0.0f;     ///< by how much wind can move a place of a plant, at most, in parts of the plant's radius
   bool looks_around = true;     ///< it may turn: what is out of view is wanted too, at half its size
   bool discrete = false;        ///< COPPICE_LOD_DISCRETE: cuts are the discrete levels'
   bool full = false;            ///< COPPICE_LOD_FULL: every resident leaf, as modelled where that is resident, and the finest wood
@@ -55,6 +56,11 @@ inline float depth_in_view(const LodView& view, const dvec3& place_m) {
   };
   const float first_m = depth_in(view.eyes[0]);
   return view.eye_count == 1 ? first_m : std::max(first_m, depth_in(view.eyes[1]));
+}
+
+/// By how much the sphere of a plant of this radius, or a sphere that holds it, is larger in the view's wind, m.
+inline float wind_reach_m(const LodView& view, float plant_radius_m) {
+  return view.reach_share * plant_radius_m;
 }
 
 /// The distance from the eye by which sizes go, m; to be taken as near_m where it is less.

@@ -128,7 +128,7 @@ float weight_of(Side side) {
 void count_instance(const InstanceSphere& instance, const LodView& view, std::span<PlantDemand> demands) {
   if (instance.plant == InstanceSphere::kNoPlant || (instance.layer_mask & view.layer_mask) == 0) return;
   COPPICE_ASSERT(instance.plant < demands.size());
-  const Side side = side_of(instance.center_m, instance.radius_m, view);
+  const Side side = side_of(instance.center_m, instance.radius_m + wind_reach_m(view, instance.radius_m), view);
   if (side == Side::out && !view.looks_around) return;
   const float size_px = size_share(side) * lod::coppice_projected_size_px(size_distance_m(view, instance.center_m),
                                                                           wanted_radius_m(instance), view.near_m, view.focal_px);
@@ -219,7 +219,7 @@ void add_demand(const InstanceBlocks& instances, std::size_t first_block, std::s
     if (block.radius_m < 0.0f || (block.any_layer & view.layer_mask) == 0) continue;
     const std::size_t first = i * kInstanceBlockSlots;
     const auto members = instances.slots.subspan(first, std::min<std::size_t>(kInstanceBlockSlots, instances.slots.size() - first));
-    const Side side = side_of(block.center_m, block.radius_m, view);
+    const Side side = side_of(block.center_m, block.radius_m + wind_reach_m(view, block.max_instance_radius_m), view);
     if (side == Side::out && !view.looks_around) continue;
     const bool alike = view.parallel || size_distance_m(view, block.center_m) > kFarRadii * block.radius_m;
     if (side != Side::across && alike)

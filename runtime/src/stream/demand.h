@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kSizeBinCount = 28;
 
 /// One plant's demand in one view.
 struct PlantDemand {
-  float max_size_px = 0.0f;                      ///< of the largest instance in view; 0: none
+  float max_size_px = 0.0f;                      ///< of the largest instance in view, where wind may move it into it too; 0: none
   std::array<float, kSizeBinCount> instances{};  ///< weight per bin: 1 for an instance in view, kOutsideWeight for one outside
 };
 

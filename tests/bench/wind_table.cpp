@@ -1,0 +1,42 @@
+// What a gale of 25 m/s does to plants: how far they move, whether leaves stay on their twigs, whether crowns breathe. wind_figures.h says
+// what each column is.
+//   wind_table [PLANT.glb ...]   the three generated plants, then those
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <string>
+
+#include "generate_plant.h"
+#include "import_gltf.h"
+#include "wind_figures.h"
+
+namespace {
+
+void print_row(const std::string& name, coppice::Result<coppice::bake::Plant> plant) {
+  if (!plant) {
+    std::printf("| %s | %s |\n", name.c_str(), plant.error().message().c_str());
+    return;
+  }
+  try {
+    const coppice::test::WindFigures of = coppice::test::wind_figures(std::move(*plant));
+    std::printf("| %s | %.1f | %.1f | %.1f | %.1f | %.1f %% | %.1f %% | %.2f | %.2f | %.2f | %.2f | %.1f |\n", name.c_str(), of.radius_m,
+                100 * of.move_median_m, 100 * of.move_most_m, 100 * of.reach_m, 100 * of.reach_m / of.radius_m, 100 * of.growth,
+                100 * of.gap_median, 100 * of.gap_99, 100 * of.gap_most, 100 * of.volume_most, 100 * of.squeeze_most);
+  } catch (const std::exception& failure) {
+    std::printf("| %s | %s |\n", name.c_str(), failure.what());
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  std::printf(
+      "| plant | radius, m | median leaf, cm | farthest leaf, cm | reach, cm | of the radius | growth | gap: median, %% of the leaf | 99 "
+      "of 100 "
+      "| most | volume of the crown, %% | about a leaf, %% |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  for (const char* species : {"corylus", "willow", "juniper"}) print_row(species, coppice::bake::generate_plant(species, 1));
+  for (int i = 1; i < count; ++i) print_row(std::filesystem::path(words[i]).stem().string(), coppice::bake::import_gltf(words[i], {}));
+  return 0;
+}

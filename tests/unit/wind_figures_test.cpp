@@ -1,0 +1,51 @@
+// Plants in a gale look whole: leaves stay on their twigs, crowns do not breathe, and yet they move.
+
+#include "wind_figures.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "coppice/format.h"
+#include "generate_plant.h"
+#include "import_gltf.h"
+#include "plants_folder.h"
+
+namespace coppice::test {
+namespace {
+
+void expect_whole(const WindFigures& of) {
+  EXPECT_LE(of.gap_99, 0.02) << "of a leaf's length";
+  EXPECT_LE(of.volume_most, 0.03);
+  EXPECT_LE(of.squeeze_most, 0.1);
+  EXPECT_LE(of.reach_m, COPPICE_MAX_WIND_MOVE * of.radius_m);
+  EXPECT_LE(of.move_most_m, of.reach_m * 1.0001);
+}
+
+class GrownInWind : public testing::TestWithParam<const char*> {};
+
+TEST_P(GrownInWind, LeavesStayOnTheirTwigs) {
+  auto plant = bake::generate_plant(GetParam(), 1);
+  ASSERT_TRUE(plant);
+  const WindFigures of = wind_figures(std::move(*plant), 300);
+  expect_whole(of);
+  EXPECT_GE(of.move_most_m, 0.01 * of.radius_m) << "it moves";
+}
+
+INSTANTIATE_TEST_SUITE_P(Species, GrownInWind, testing::Values("corylus", "willow", "juniper"),
+                         [](const auto& species) { return std::string(species.param); });
+
+class ForeignInWind : public testing::TestWithParam<const char*> {};
+
+TEST_P(ForeignInWind, LeavesStayOnTheirTwigs) {
+  COPPICE_PLANT_OR_SKIP(path, GetParam() + std::string(".glb"));
+  auto plant = bake::import_gltf(path, {});
+  ASSERT_TRUE(plant) << plant.error().message();
+  expect_whole(wind_figures(std::move(*plant), 300));
+}
+
+INSTANTIATE_TEST_SUITE_P(Plants, ForeignInWind, testing::Values("eztree_oak_medium", "eztree_pine_large", "scopia_poplar", "coffee"),
+                         [](const auto& plant) { return std::string(plant.param); });
+
+}  // namespace
+}  // namespace coppice::test

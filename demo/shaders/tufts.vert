@@ -15,9 +15,13 @@ layout(location = 2) flat out vec4 open;  // xyz where the tuft sees the sun fro
 
 const float kGolden = 2.399963;
 
-// How far a blade's tip is moved, in its heights.
-vec3 sway(float time_s, vec3 lean, int blade) {
-  return 0.06 * sin(1.7 * time_s + in_root.x * 0.7 + in_root.z * 0.9 + float(blade)) * lean;
+// How far a blade's tip is moved, in its heights: it bows with the gust that plants bend by, and trembles.
+vec3 sway(vec4 gusts[4], float time_s, int blade) {
+  float gust = 0.0;
+  for (int i = 1; i < 4; ++i) gust += gusts[i].w * sin(gusts[i].x * in_root.x + gusts[i].y * in_root.z + gusts[i].z);
+  float load = gusts[0].z * (1.0 - gusts[0].w * (0.5 - 0.5 * gust));
+  float tremble = sin(9.0 * time_s + 7.0 * in_style.y + 2.1 * float(blade));
+  return load * vec3(gusts[0].x, -0.35 * load, gusts[0].y) * (0.8 + 0.15 * tremble);
 }
 
 void main() {
@@ -30,7 +34,7 @@ void main() {
   vec3 root = in_root.xyz + 0.05 * lean;
   float along = corner == 2 ? 1.0 : 0.0;  // 0 at the root, 1 at the tip
   vec3 still = corner == 2 ? root + vec3(0, height, 0) + 0.45 * height * lean : root + (corner == 0 ? side : -side);
-  vec3 world_position = still + along * height * sway(frame.eye.w, lean, blade);
+  vec3 world_position = still + along * height * sway(frame.gusts, frame.eye.w, blade);
   vec3 albedo = mix(vec3(0.062, 0.112, 0.022), vec3(0.150, 0.146, 0.050), in_style.y * in_style.y);
   float sky = (0.25 + 0.75 * along) * (0.35 + 0.65 * in_style.w);
   float clear = transmittance(world_position);
@@ -39,5 +43,5 @@ void main() {
   open = vec4(in_root.xyz + vec3(0, height, 0), in_style.z);
   gl_Position = frame.clip_from_world * vec4(world_position, 1);
   now = gl_Position.xyw;
-  before = (frame.clip_from_world_before * vec4(still + along * height * sway(frame.sun_direction.w, lean, blade), 1)).xyw;
+  before = (frame.clip_from_world_before * vec4(still + along * height * sway(frame.gusts_before, frame.sun_direction.w, blade), 1)).xyw;
 }

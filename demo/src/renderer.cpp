@@ -1,5 +1,6 @@
 #include "renderer.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 
@@ -177,6 +178,8 @@ FrameUniforms uniforms_of(const Renderer& renderer, std::size_t pane, const Fram
   if (renderer.shadows) uniforms.sky_map = renderer.shadows->cascades.back().clip_from_world;
   uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, size_px(renderer.blends)};
   uniforms.drawn_px = {size_px(view.pane.extent), 0, 0};
+  std::ranges::copy(view.gusts, uniforms.gusts);
+  std::ranges::copy(renderer.gusts_before, uniforms.gusts_before);
   return uniforms;
 }
 
@@ -187,6 +190,7 @@ void write_uniforms(Renderer& renderer, std::size_t slot, std::span<const FrameV
     renderer.clip_from_world_before[i] = uniforms.clip_from_world;
   }
   renderer.time_before_s = views.front().time_s;
+  renderer.gusts_before = views.front().gusts;
 }
 
 /// What was drawn to them is kept, or dropped: depth is then 0, reversed depth's farthest.

@@ -42,8 +42,9 @@ struct FrameView {
   std::uint32_t temporal_frame = 0;  ///< coppice_camera's
   glm::vec3 eye;
   float time_s = 0;
-  bool debug_view = false;  ///< plants show colours that are not to be lit
-  bool unchanged = false;   ///< nothing but the camera can have changed since the frame before
+  std::array<glm::vec4, 4> gusts{};  ///< FrameUniforms::gusts
+  bool debug_view = false;           ///< plants show colours that are not to be lit
+  bool unchanged = false;            ///< nothing but the camera can have changed since the frame before
 };
 
 /// What plants are drawn to, in this order: `scene`, or to be lit here `albedo`, `normal` and `light`; then perhaps `velocity`.
@@ -91,6 +92,7 @@ struct Renderer {
   /// Of the frame before.
   std::array<glm::mat4, kMostPanes> clip_from_world_before;
   float time_before_s = 0;
+  std::array<glm::vec4, 4> gusts_before{};
 
   Handle<VkSampler> repeat_sampler;
   Handle<VkSampler> clamp_sampler;

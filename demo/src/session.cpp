@@ -210,15 +210,28 @@ PaneView pane_view(const Session& session, std::size_t pane) {
   return {session.forest.views[pane], 0};
 }
 
-coppice_wind make_wind(Session& session, float time_s) {
+coppice_wind make_wind(const Session& session, float time_s) {
   coppice_wind wind;
   coppice_wind_init(&wind);
   const glm::vec3 direction = glm::normalize(glm::vec3(1, 0, 0.4f));
   std::copy_n(&direction.x, 3, wind.direction);
   wind.speed = session.controls.wind_mps;
   wind.time_s = double{time_s};
-  wind.time_before_s = double{std::exchange(session.wind_time_s, time_s)};
+  wind.time_before_s = double{session.renderer.time_before_s};
   return wind;
+}
+
+/// What moves grass.
+std::array<glm::vec4, 4> gusts_of(const Session& session, float time_s) {
+  const coppice_wind wind = make_wind(session, time_s);
+  const double origin[3] = {0, 0, 0};
+  coppice_gusts gusts;
+  coppice_gusts_init(&gusts);
+  check(session.forest, coppice_wind_gusts(session.forest.context.get(), &wind, origin, &gusts), "coppice_wind_gusts");
+  std::array<glm::vec4, 1 + COPPICE_GUST_WAVES> result = {{{gusts.direction[0], gusts.direction[2], gusts.load, gusts.gustiness}}};
+  std::ranges::transform(gusts.waves, result.begin() + 1,
+                         [](const coppice_gust_wave& wave) { return glm::vec4(wave.x, wave.z, wave.phase, wave.share); });
+  return result;
 }
 
 void begin_plants(Session& session, std::span<const FrameView> views, std::span<const DueMap> maps) {
@@ -293,6 +306,7 @@ FrameView view_of(const Session& session, const Pose& pose, float time_s, const 
   view.temporal_frame = session.renderer.temporal ? session.renderer.temporal->frame + 1 : session.sample;
   view.eye = pose.position;
   view.time_s = time_s;
+  view.gusts = gusts_of(session, time_s);
   view.debug_view = session.controls.view != DebugView::none;
   return view;
 }

@@ -50,7 +50,6 @@ struct Session {
   std::unique_ptr<Overlay> overlay;  ///< null when headless
   Controls controls;
   FramePace pace;
-  float wind_time_s = 0;          ///< of the frame before
   glm::vec2 jitter_px = {0, 0};   ///< moves the picture, for supersampling
   std::uint32_t sample = 0;       ///< of a supersampled picture, from 1 on; 0: frames are shown as they are
   float cuts_aside_m = 0;         ///< the picture has the cuts of an eye so far to the right

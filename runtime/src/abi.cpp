@@ -200,6 +200,8 @@ void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
       return coppice::init_struct<coppice_hit>(data, size);
     case COPPICE_STRUCT_WIND:
       return coppice::init_struct<coppice_wind>(data, size);
+    case COPPICE_STRUCT_GUSTS:
+      return coppice::init_struct<coppice_gusts>(data, size);
     case COPPICE_STRUCT_MAX_ENUM:
       break;
   }

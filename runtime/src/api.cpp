@@ -9,6 +9,7 @@
 #include "api_call.h"
 #include "api_checks.h"
 #include "api_options.h"
+#include "frame_wind.h"
 #include "sun_camera.h"
 
 namespace {
@@ -288,6 +289,20 @@ coppice_status coppice_sun_camera(const coppice_context* context, coppice_view v
   sun.width_px = sun.height_px = ours.size_px;
   coppice::set_sun_camera(sun, ours, context->context->has_reversed_depth(view));
   coppice::write_struct(sun, camera);
+  return COPPICE_OK;
+}
+
+coppice_status coppice_wind_gusts(const coppice_context* context, const coppice_wind* wind, const double place[3], coppice_gusts* gusts) {
+  COPPICE_BEGIN_CALL(shared);
+  coppice_wind ours;
+  COPPICE_REFUSE_IF(coppice::read_struct(wind, "wind", ours));
+  COPPICE_REFUSE_IF(coppice::in_struct("wind", coppice::wind_problem(ours)));
+  if (place == nullptr) return call.refuse("place is null");
+  COPPICE_REFUSE_IF(coppice::place_problem(std::span<const double, 3>(place, 3)));
+  COPPICE_REFUSE_IF(coppice::struct_size_problem(gusts, "gusts"));
+  auto filled = coppice::struct_defaults<coppice_gusts>();
+  coppice::set_gusts({.wind = ours}, coppice::dvec3{place[0], place[1], place[2]} + context->context->origin(), filled);
+  coppice::write_struct(filled, gusts);
   return COPPICE_OK;
 }
 

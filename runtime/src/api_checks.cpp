@@ -146,6 +146,10 @@ std::string wind_problem(const coppice_wind& wind) {
   return map_problem(wind);
 }
 
+std::string place_problem(std::span<const double, 3> place) {
+  return double_problem("place", place, kMaxPosition_m);
+}
+
 std::string origin_problem(std::span<const double, 3> origin) {
   return double_problem("origin", origin, kMaxPosition_m);
 }

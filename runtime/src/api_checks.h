@@ -26,6 +26,7 @@ std::string view_desc_problem(const coppice_view_desc& desc);
 std::string camera_problem(const coppice_camera& camera, const ViewLimits& limits);
 
 std::string wind_problem(const coppice_wind& wind);
+std::string place_problem(std::span<const double, 3> place);
 std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits);
 
 /// origin: coppice_set_origin's

@@ -144,6 +144,14 @@ TEST_F(AbiTest, WhatIsFilledIsFilledAsFarAsItGoes) {
   coppice_camera_init(&sun);
   ASSERT_EQ(coppice_sun_camera(context_, view_, &square, &sun), COPPICE_OK) << log_;
   expect_filled_in_any_size(sun, [&](coppice_camera* camera) { return coppice_sun_camera(context_, view_, &square, camera); });
+  coppice_wind wind;
+  coppice_wind_init(&wind);
+  wind.speed = 7.0f;
+  const double place[3] = {3, 1, -20};
+  coppice_gusts gusts;
+  coppice_gusts_init(&gusts);
+  ASSERT_EQ(coppice_wind_gusts(context_, &wind, place, &gusts), COPPICE_OK) << log_;
+  expect_filled_in_any_size(gusts, [&](coppice_gusts* filled) { return coppice_wind_gusts(context_, &wind, place, filled); });
 }
 
 TEST_F(AbiTest, TheLastErrorIsThatOfTheContext) {

@@ -145,6 +145,15 @@ FIELD(coppice_wind, map_min, 48);
 FIELD(coppice_wind, map_max, 64);
 FIELD(coppice_wind, map_width, 80);
 LAST_FIELD(coppice_wind, map_height, 84, 88);
+FIELD(coppice_gust_wave, x, 0);
+FIELD(coppice_gust_wave, z, 4);
+FIELD(coppice_gust_wave, phase, 8);
+LAST_FIELD(coppice_gust_wave, share, 12, 16);
+FIELD(coppice_gusts, struct_size, 0);
+FIELD(coppice_gusts, direction, 4);
+FIELD(coppice_gusts, load, 16);
+FIELD(coppice_gusts, gustiness, 20);
+LAST_FIELD(coppice_gusts, waves, 24, 72);
 
 FIELD(coppice_hit, struct_size, 0);
 FIELD(coppice_hit, kind, 4);

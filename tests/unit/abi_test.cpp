@@ -92,6 +92,7 @@ TEST(StructInit, FillsAsMuchAsTheProgramHas) {
   expect_defaults(COPPICE_STRUCT_RAY, coppice_ray_init);
   expect_defaults(COPPICE_STRUCT_HIT, coppice_hit_init);
   expect_defaults(COPPICE_STRUCT_WIND, coppice_wind_init);
+  expect_defaults(COPPICE_STRUCT_GUSTS, coppice_gusts_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_LIGHT, coppice_light_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_OCCLUDER, coppice_occluder_init);
 }

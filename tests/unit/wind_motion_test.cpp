@@ -251,5 +251,23 @@ TEST_F(WindMotion, FrequenciesFitIntoThePeriod) {
   EXPECT_NEAR(1.0 / double{plant().branch_hz}, 0.9, 0.01);
 }
 
+TEST_F(WindMotion, HostsAreToldTheGustsThatPlantsBendBy) {
+  const PlacedWind wind{.wind = blowing(9.0f, 12.5)};
+  const dvec3 eye{100, 2, -50}, asked{80, 0, -45};
+  const WindNow now = wind_now(wind, eye);
+  coppice_gusts gusts{};
+  set_gusts(wind, asked, gusts);
+  for (int i = 0; i < 30; ++i) {
+    const vec3 foot{between(-60, 60), 0, between(-60, 60)};
+    const float x = foot.x + static_cast<float>(eye.x - asked.x), z = foot.z + static_cast<float>(eye.z - asked.z);
+    float g = 0.0f;
+    for (const coppice_gust_wave& wave : gusts.waves) g += wave.share * std::sin(wave.x * x + wave.z * z + wave.phase);
+    const float load = gusts.load * (1.0f - gusts.gustiness * (0.5f - 0.5f * g));
+    const Sway sway = sway_of(now, plant(), {0, 0, 0, 1}, foot, {0, 0, 0});
+    EXPECT_NEAR(sway.lean.x, 0.1f * load * gusts.direction[0], 1e-5f);
+    EXPECT_NEAR(sway.lean.z, 0.1f * load * gusts.direction[2], 1e-5f);
+  }
+}
+
 }  // namespace
 }  // namespace coppice

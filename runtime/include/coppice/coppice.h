@@ -145,6 +145,7 @@ typedef enum coppice_struct {
   COPPICE_STRUCT_RAY = 24,
   COPPICE_STRUCT_HIT = 25,
   COPPICE_STRUCT_WIND = 26,
+  COPPICE_STRUCT_GUSTS = 27,
   COPPICE_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_struct;
 /* Fills a struct of `bytes` bytes with the defaults of its kind, as far as it goes; what the library does not know becomes 0. struct_size
@@ -783,6 +784,34 @@ typedef struct coppice_wind {
 static inline void coppice_wind_init(coppice_wind* wind) {
   coppice_struct_init(COPPICE_STRUCT_WIND, wind, sizeof *wind);
 }
+
+#define COPPICE_GUST_WAVES 3u
+
+typedef struct coppice_gust_wave {
+  float x, z;  /* rad/m, along world x and z */
+  float phase; /* rad, at the place asked for */
+  float share; /* of all waves; they sum up to 1 */
+} coppice_gust_wave;
+
+/* A moment of a wind about a place, for what is not Coppice's and moves with plants: grass, cloth, smoke. At p, m from the place, things
+ * bear the load
+ *     load * (1 - gustiness * (0.5 - 0.5 * g)),    g = sum of share * sin(x * p.x + z * p.z + phase)
+ * along `direction`. What coppice_wind.map adds is not in it. */
+typedef struct coppice_gusts {
+  uint32_t struct_size;
+  float direction[3]; /* unit, level */
+  float load;         /* 0 in still air, 1 in a gale of 25 m/s and beyond; grows slower than speed */
+  float gustiness;
+  coppice_gust_wave waves[COPPICE_GUST_WAVES];
+} coppice_gusts;
+static inline void coppice_gusts_init(coppice_gusts* gusts) {
+  coppice_struct_init(COPPICE_STRUCT_GUSTS, gusts, sizeof *gusts);
+}
+
+/* The gusts of wind->time_s. place: world space, m; near what will be asked about, since phases are single precision.
+ * gusts: out. thread: as coppice_scene_get_info */
+COPPICE_API coppice_status coppice_wind_gusts(const coppice_context* context, const coppice_wind* wind, const double place[3],
+                                              coppice_gusts* gusts);
 
 typedef struct coppice_frame {
   uint32_t struct_size;

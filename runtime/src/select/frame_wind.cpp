@@ -109,4 +109,15 @@ gpu::WindNow wind_now(const PlacedWind& placed, const dvec3& eye_m) {
   return now;
 }
 
+void set_gusts(const PlacedWind& wind, const dvec3& place_m, coppice_gusts& gusts) {
+  static_assert(gpu::kWindWaves == COPPICE_GUST_WAVES);
+  const gpu::WindNow now = wind_now(wind, place_m);
+  gusts.direction[0] = now.direction.x;
+  gusts.direction[1] = now.direction.y;
+  gusts.direction[2] = now.direction.z;
+  gusts.load = now.load;
+  gusts.gustiness = now.gustiness;
+  for (std::size_t i = 0; i < COPPICE_GUST_WAVES; ++i) gusts.waves[i] = {now.waves[i].x, now.waves[i].y, now.waves[i].z, now.waves[i].w};
+}
+
 }  // namespace coppice

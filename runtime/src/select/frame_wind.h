@@ -38,4 +38,7 @@ void pack_wind(const WindField& field, std::span<std::uint32_t> words);
 /// wind: within coppice_wind's ranges. eye_m: from the world's first origin, what the places count from that shaders ask for
 gpu::WindNow wind_now(const PlacedWind& wind, const dvec3& eye_m);
 
+/// The same of what hosts are told. gusts: out, but for its size
+void set_gusts(const PlacedWind& wind, const dvec3& place_m, coppice_gusts& gusts);
+
 }  // namespace coppice

@@ -43,7 +43,7 @@ Result<void> WindMaps::take(const coppice_wind& wind) {
   std::copy_n(wind.map, count, copy_.begin());
   constexpr VkBufferUsageFlags kUsage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-  return move_into(now_, create_buffer(device_, copy_.bytes(), kUsage, MemoryKind::device));
+  return move_into(now_, create_buffer(device_, {"coppice wind map", copy_.bytes(), kUsage}));
 }
 
 Result<void> WindMaps::upload(Uploads& uploads) {

@@ -88,22 +88,22 @@ vec3 ambient(vec3 normal) {
 }
 
 // The share of the sky's light that arrives at a place among plants, by the map from above: of four directions how high what grows there
-// hides the sky, at two distances. A height field hides more than crowns do, which let light through. fragment: gl_FragCoord; unmapped: where
+// hides the sky, at two distances or, on a software driver, at one. A height field hides more than crowns do, which let light through. fragment: gl_FragCoord; unmapped: where
 // there is no map
 float open_sky(vec3 world, vec2 fragment, float unmapped) {
   if (!kSkyMap) return unmapped;
   vec3 place = place_in_map(frame.sky_map, world);
   float inside = 1.0 - smoothstep(0.38, 0.49, max(abs(place.x - 0.5), abs(place.y - 0.5)));
   float height_per_depth = 1.0 / abs(frame.sky_map[1].z), uv_per_m = 0.5 * abs(frame.sky_map[0].x);
-  // Directions turn from pixel to pixel and from frame to frame; means of 4 x 4 pixels have all of them.
-  uvec2 pixel = uvec2(fragment) & 3u;
-  float turn = 1.5707963 * fract((float(4 * pixel.x + pixel.y) + 0.5) / 16.0 * 5.0 + 0.618034 * frame.sky_color.w);
-  vec2 along = vec2(cos(turn), sin(turn));
+  // Directions turn from pixel to pixel and from frame to frame; means of 2 x 2 pixels have all of them.
+  uint turn = (uint(fragment.x) + 2 * uint(fragment.y) + uint(frame.sky_color.w)) & 3u;
+  vec2 along = turn < 2 ? vec2(0.98, 0.2) : vec2(0.56, 0.83);
+  if ((turn & 1u) != 0) along = vec2(0.7071 * (along.x - along.y), 0.7071 * (along.x + along.y));
   float open = 0.0;
   for (int i = 0; i < 4; ++i) {
     float hidden = 0.0;
-    for (int ring = 0; ring < 2; ++ring) {
-      float away_m = ring == 0 ? 2.0 : 6.0;
+    for (int ring = 0; ring < (kShadowMaps == 1 ? 1 : 2); ++ring) {
+      float away_m = kShadowMaps == 1 ? 3.5 : ring == 0 ? 2.0 : 6.0;
       float above_m = (textureLod(sky_map, place.xy + away_m * uv_per_m * along, 0.0).x - place.z) * height_per_depth;
       above_m = max(above_m - 0.3, 0.0);
       hidden = max(hidden, above_m * above_m / (above_m * above_m + away_m * away_m));

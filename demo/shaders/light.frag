@@ -9,6 +9,8 @@
 layout(location = 0) in vec2 clip;
 layout(location = 0) out vec4 out_color;
 
+float fifth_power(float x) { return x * x * (x * x) * x; }
+
 // What a surface throws back without taking its colour: the sun's image, as wide as it is rough, and at a flat angle the sky. Leaves are
 // waxed, whatever their file says; what stands for many turns every way.
 vec3 gloss(CoppiceSurface s, vec3 eye, float open) {
@@ -16,11 +18,11 @@ vec3 gloss(CoppiceSurface s, vec3 eye, float open) {
   float roughness = s.translucency > 0.0 ? clamp(s.roughness, 0.42, 0.6) : max(s.roughness, 0.35);
   vec3 sun = frame.sun_direction.xyz, between = normalize(eye + sun);
   float alpha = roughness * roughness, exponent = 2.0 / (alpha * alpha) - 2.0;
-  float mirrored = 0.04 + 0.96 * pow(1.0 - max(dot(eye, between), 0.0), 5.0);
+  float mirrored = 0.04 + 0.96 * fifth_power(1.0 - max(dot(eye, between), 0.0));
   float lobe = (exponent + 2.0) * 0.125 * pow(max(dot(normal, between), 0.0), exponent) * max(dot(normal, sun), 0.0);
   // Of the sky a leaf mirrors what other leaves do not hide, and they hide most of what is not above.
   float up = clamp(2.0 * dot(eye, normal) * normal.y - eye.y, 0.0, 1.0);
-  float rim = (0.03 + 0.25 * (1.0 - roughness) * pow(1.0 - max(dot(normal, eye), 0.0), 5.0)) * up * open * open;
+  float rim = (0.03 + 0.25 * (1.0 - roughness) * fifth_power(1.0 - max(dot(normal, eye), 0.0))) * up * open * open;
   return (1.0 - s.roundness) * (mirrored * lobe * s.sun * frame.sun_color.rgb + rim * frame.sky_color.rgb);
 }
 

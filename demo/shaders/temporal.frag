@@ -24,9 +24,10 @@ layout(push_constant) uniform Push {
   float spread;           // standard deviations about the mean of a pixel's surroundings that history may differ by
 } push;
 
-// Bits: 1, frames are smaller than the picture; 2, the history is looked up sharply, which costs a software driver more than it is worth.
+// Bits: 1, frames are smaller than the picture; 2, the history is looked up sharply, which costs a software driver more than it is worth;
+// 4, there is velocity.
 layout(constant_id = 0) const uint kHow = 0;
-const bool kEnlarges = (kHow & 1u) != 0, kSharp = (kHow & 2u) != 0;
+const bool kEnlarges = (kHow & 1u) != 0, kSharp = (kHow & 2u) != 0, kHasVelocity = (kHow & 4u) != 0;
 // About a sample that lies this far from a pixel's middle, picture's px, says little of it.
 const float kReach_px = 0.5;
 
@@ -87,7 +88,7 @@ void main() {
   vec3 middle = sum / 5.0;
 
   // Where the surface was: plants say how they have moved; of all else only the camera has.
-  vec4 moved = texelFetch(velocity, at, 0);
+  vec4 moved = kHasVelocity ? texelFetch(velocity, at, 0) : vec4(0.0, 0.0, 2.0, 0.0);
   vec4 before = push.before_from_clip * vec4(sampled.clip, texelFetch(depth, at, 0).x, 1.0);
   vec2 was = clip + (moved.z > 1.5 ? before.xy / before.w - sampled.clip + push.moved_by
                                    : push.moved_by - push.moved_by_before - 2.0 * moved.xy / push.drawn_px);

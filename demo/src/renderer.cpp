@@ -350,7 +350,7 @@ void set_scale(Renderer& renderer, float scale) {
 
 void set_temporal(Renderer& renderer, bool on) {
   if (on == (renderer.temporal != nullptr)) return;
-  renderer.temporal = on ? std::make_unique<Temporal>(renderer.device, Renderer::kPictureFormat) : nullptr;
+  renderer.temporal = on ? std::make_unique<Temporal>(renderer.device, Renderer::kPictureFormat, renderer.targets.velocity) : nullptr;
   if (on) resize_temporal(*renderer.temporal, renderer.toned, renderer.depth, renderer.velocity);
 }
 

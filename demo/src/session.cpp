@@ -75,9 +75,10 @@ bool blends_frames(const Options& options) {
   return options.temporal.value_or(options.supersample == 1 && options.compare.empty() && panes_of(options) == Panes::one);
 }
 
-/// A window may switch antialiasing on later.
+/// In a window antialiasing and wind may come later. In still air depth and cameras say as well where surfaces were, for less.
 PlantTargets plant_targets(const Options& options, bool in_window) {
-  return {.deferred = options.lighting == Lighting::deferred, .velocity = in_window || blends_frames(options)};
+  const bool in_wind = options.wind_mps.value_or(0.0f) > 0;
+  return {.deferred = options.lighting == Lighting::deferred, .velocity = in_window || (in_wind && blends_frames(options))};
 }
 
 FramePace first_pace(const Options& options, const Device& device, bool in_window) {

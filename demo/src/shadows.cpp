@@ -20,6 +20,8 @@ constexpr std::uint64_t kFramesBetweenRefinements = 24;
 /// Steps in which a square follows the eye: a part of its radius, and whole pixels of the map.
 constexpr float kStepsPerRadius = 8;
 constexpr float kNeverDrawn = 1e30f;
+/// Shadows are soft: what sways in them need not be seen in every frame.
+constexpr std::uint64_t kFramesBetweenSways = 3;
 /// In which boughs swing to and fro.
 constexpr float kSwing_s = 1.0f;
 
@@ -144,7 +146,7 @@ std::vector<DueMap> due_maps(Shadows& shadows, const ShadowFrame& frame) {
     due.push_back(take_map(shadows, frame, *index));
     if (!first) break;
   }
-  if (due.empty())
+  if (due.empty() && frame.number % kFramesBetweenSways == 0)
     if (const auto index = due_in_wind(shadows, frame)) due.push_back(take_map(shadows, frame, *index));
   return due;
 }

@@ -18,7 +18,7 @@ namespace forest {
 /// Shadow maps of the sun: squares about the ground before the eye, each several times as large as the one before; and one from straight
 /// above, the sky map, which says what grows how high. In still air a map is drawn again only when its square has moved on, or plants have
 /// got finer; in wind one of the sun's also when plants may have moved by about one of its texels since. At most one a frame: first squares
-/// that have moved, then what wind has left farthest behind, in texels.
+/// that have moved, then, in every third frame, what wind has left farthest behind, in texels.
 struct Shadows {
   static constexpr std::size_t kCascades = 3;
   static constexpr std::size_t kSkyMap = kCascades;  ///< its place among maps

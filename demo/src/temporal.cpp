@@ -63,7 +63,7 @@ void write_set(const Temporal& temporal, std::size_t written, const Image& toned
   const std::array<VkDescriptorImageInfo, 4> images = {{{temporal.texel_sampler, toned.view, kRead},
                                                         {temporal.texel_sampler, depth.view, kRead},
                                                         {temporal.sampler, temporal.history[1 - written].view, kRead},
-                                                        {temporal.texel_sampler, velocity.view, kRead}}};
+                                                        {temporal.texel_sampler, velocity.view ? velocity.view : depth.view, kRead}}};
   VkWriteDescriptorSet write = vk_struct<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
   write.dstSet = temporal.sets[written];
   write.descriptorCount = 1;
@@ -111,7 +111,7 @@ Push advance(Temporal& temporal, const TemporalView& view) {
 
 }  // namespace
 
-Temporal::Temporal(const Device& device_in, VkFormat blended_format) : device(device_in) {
+Temporal::Temporal(const Device& device_in, VkFormat blended_format, bool velocity) : device(device_in) {
   sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE);
   texel_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE, VK_FILTER_NEAREST);  // depth need not be filterable
   constexpr VkDescriptorType kSampled = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
@@ -124,8 +124,9 @@ Temporal::Temporal(const Device& device_in, VkFormat blended_format) : device(de
   desc.fragment_spirv = temporal_frag_spirv;
   desc.color_format = kHistoryFormat;
   desc.second_color_format = blended_format;
-  constexpr std::uint32_t kEnlarges = 1, kSharp = 2;  // kHow of temporal.frag
-  if (!device.software) desc.fragment_constant = kSharp;
+  constexpr std::uint32_t kEnlarges = 1, kSharp = 2, kHasVelocity = 4;  // kHow of temporal.frag
+  if (!device.software) desc.fragment_constant |= kSharp;
+  if (velocity) desc.fragment_constant |= kHasVelocity;
   pipeline = create_pipeline(device, desc);
   desc.fragment_constant |= kEnlarges;
   enlarging_pipeline = create_pipeline(device, desc);
@@ -164,7 +165,7 @@ void record_temporal(Temporal& temporal, VkCommandBuffer commands, const Tempora
   constexpr VkPipelineStageFlags2 kRead = VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
   constexpr VkImageLayout kReadLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
   for (const Image* image : {&images.toned, &images.velocity})
-    record_barrier(commands, from_attachment(*image, kRead, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, kReadLayout));
+    if (image->image) record_barrier(commands, from_attachment(*image, kRead, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, kReadLayout));
   record_barrier(commands, from_depth_attachment(images.depth, kRead));
   record_barrier(commands, to_attachment(history, kRead));
   record_barrier(commands, to_attachment(images.blended, kRead | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT));

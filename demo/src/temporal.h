@@ -34,7 +34,8 @@ struct Temporal {
   glm::vec2 moved_by = {0, 0};               ///< how it was moved, clip space
 
   /// blended_format  of the image record_temporal writes
-  Temporal(const Device& device, VkFormat blended_format);
+  /// velocity        there is such an image; without, nothing but the camera moves
+  Temporal(const Device& device, VkFormat blended_format, bool velocity);
 };
 
 /// Replaces the history. `toned`, `depth` and `velocity`, all with VK_IMAGE_USAGE_SAMPLED_BIT, are what record_temporal will read, as large
@@ -56,7 +57,7 @@ struct TemporalView {
 struct TemporalImages {
   const Image& toned;     ///< this frame alone, display values
   const Image& depth;     ///< left to be read by fragment shaders, as `toned` and `velocity` are
-  const Image& velocity;  ///< px since the frame before, jitter included; above 1.5 in z where depth and the cameras say it
+  const Image& velocity;  ///< perhaps none; px since the frame before, jitter included; above 1.5 in z where depth and the cameras say it
   const Image& blended;   ///< written
 };
 /// Records the blend of a frame into the history and `blended`. All images are in the layout of attachments before.

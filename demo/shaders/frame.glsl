@@ -94,6 +94,10 @@ float open_sky(vec3 world, vec2 fragment, float unmapped) {
   if (!kSkyMap) return unmapped;
   vec3 place = place_in_map(frame.sky_map, world);
   float inside = 1.0 - smoothstep(0.38, 0.49, max(abs(place.x - 0.5), abs(place.y - 0.5)));
+  // Moved by chance within a texel, so that the mean over pixels and frames goes from one to the next smoothly.
+  vec2 chance = fract(52.98292 * fract(vec2(dot(fragment, vec2(0.0671106, 0.0058372)), dot(fragment, vec2(0.0058372, 0.0671106))) +
+                                      vec2(0.7548777, 0.5698403) * frame.sky_color.w));
+  place.xy += (chance - 0.5) / vec2(textureSize(sky_map, 0));
   float height_per_depth = 1.0 / abs(frame.sky_map[1].z), uv_per_m = 0.5 * abs(frame.sky_map[0].x);
   // Directions turn from pixel to pixel and from frame to frame; means of 2 x 2 pixels have all of them.
   uint turn = (uint(fragment.x) + 2 * uint(fragment.y) + uint(frame.sky_color.w)) & 3u;

@@ -15,7 +15,7 @@ float fifth_power(float x) { return x * x * (x * x) * x; }
 // waxed, whatever their file says; what stands for many turns every way.
 vec3 gloss(CoppiceSurface s, vec3 eye, float open) {
   vec3 normal = s.translucency > 0.0 ? s.face : s.normal;
-  float roughness = s.translucency > 0.0 ? clamp(s.roughness, 0.42, 0.6) : max(s.roughness, 0.35);
+  float roughness = s.translucency > 0.0 ? clamp(s.roughness, 0.55, 0.75) : max(s.roughness, 0.35);
   vec3 sun = frame.sun_direction.xyz, between = normalize(eye + sun);
   float alpha = roughness * roughness, exponent = 2.0 / (alpha * alpha) - 2.0;
   float mirrored = 0.04 + 0.96 * fifth_power(1.0 - max(dot(eye, between), 0.0));

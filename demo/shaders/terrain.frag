@@ -41,6 +41,9 @@ void main() {
   float facing = max(dot(normal, frame.sun_direction.xyz), 0.0);
   float open = open_sky(world_position, gl_FragCoord.xy, 0.3 + 0.7 * state.z);
   vec3 light = frame.sun_color.rgb * facing * sunlit + light_of_surroundings(normal, open);
-  out_color = vec4(fogged(albedo * light, world_position), 1);
+  // The ground's edge (make_axis) is behind the haze in any case: no line shows at the horizon.
+  float edge = smoothstep(0.6, 0.98, max(abs(at.x), abs(at.y)) / max(1.417 * frame.ground.x, 1500.0));
+  vec3 hazy = air(normalize(world_position - frame.eye.xyz));
+  out_color = vec4(mix(fogged(albedo * light, world_position), hazy, edge), 1);
   out_velocity = kByDepth;
 }

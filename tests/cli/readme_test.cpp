@@ -135,7 +135,7 @@ TEST(Readme, TellsOfEveryCommandAndOfNoOther) {
 }
 
 #ifdef COPPICE_FOREST
-/// "256" and "8192" of "256, and one for every 8,192 of `--count`, by default" beside "[256, and one for every 8192 of --count]".
+/// "256" and "1024" of "256, and one for every 1,024 of `--count`, by default" beside "[256, and one for every 1024 of --count]".
 std::vector<std::string> numbers_in(std::string text) {
   static const std::regex number_form(R"([0-9][0-9.]*)"), thousands_form(R"((\d),(\d\d\d))");
   text = std::regex_replace(text, thousands_form, "$1$2");

@@ -88,8 +88,8 @@ vec3 ambient(vec3 normal) {
 }
 
 // The share of the sky's light that arrives at a place among plants, by the map from above: of four directions how high what grows there
-// hides the sky, at two distances or, on a software driver, at one. A height field hides more than crowns do, which let light through. fragment: gl_FragCoord; unmapped: where
-// there is no map
+// hides the sky, at two distances or, on a software driver, at one. A height field hides more than crowns do, which let light through.
+// fragment: gl_FragCoord; unmapped: where there is no map
 float open_sky(vec3 world, vec2 fragment, float unmapped) {
   if (!kSkyMap) return unmapped;
   vec3 place = place_in_map(frame.sky_map, world);

@@ -175,10 +175,9 @@ std::uint64_t arrivals_of(const coppice_stats& stats) {
 }
 
 /// How far the wind moves the largest plants to and fro, at most: a twentieth of their radius in a gale, and less in less (coppice_wind).
-float sway_m(const Session& session) {
-  constexpr float kGale_mps = 25, kHalfLoad_mps = 8, kUnknownRadius_m = 5;  // of a scene's
-  const float speed_mps = std::min(session.controls.wind_mps, kGale_mps);
-  const float load = speed_mps / (speed_mps + kHalfLoad_mps) * (kGale_mps + kHalfLoad_mps) / kGale_mps;
+/// load: coppice_gusts'
+float sway_m(const Session& session, float load) {
+  constexpr float kUnknownRadius_m = 5;  // of a scene's
   float radius_m = session.forest.species.empty() ? kUnknownRadius_m : 0;
   for (const Species& species : session.forest.species) radius_m = std::max(radius_m, species.radius_m);
   return 0.05f * load * radius_m;
@@ -197,7 +196,7 @@ std::vector<DueMap> due_maps(Session& session, const FrameView& view) {
                                               .number = session.ring.number,
                                               .arrivals = arrivals_of(session.statistics.last),
                                               .time_s = view.time_s,
-                                              .sway_m = sway_m(session)});
+                                              .sway_m = sway_m(session, view.gusts[0].z)});
 }
 
 /// What draws a pane: the second eye of a pair has no view of its own.

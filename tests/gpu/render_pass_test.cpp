@@ -7,6 +7,7 @@
 
 #include <glm/glm.hpp>
 
+#include "cleared_rendering.h"
 #include "path_fixture.h"
 #include "render_pass.h"
 
@@ -121,37 +122,13 @@ class RenderPassTest : public PathTest<ContextTest> {
     for (const Color& color : of.colors) formats.push_back(color.format);
     PassTarget target(gpu(), kSidePx, formats);
     draw(
-        shot, [&](VkCommandBuffer cmd) { begin_dynamic(cmd, target); }, vkCmdEndRendering);
+        shot,
+        [&](VkCommandBuffer cmd) { begin_cleared(cmd, target.colors, target.depth, VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL); },
+        vkCmdEndRendering);
     // Without the attachments that nothing is drawn to.
     for (std::size_t i = of.colors.size(); i-- > 0;)
       if (of.colors[i].content == COPPICE_CONTENT_NONE) target.colors.erase(target.colors.begin() + static_cast<std::ptrdiff_t>(i));
     return bytes_of(of, target);
-  }
-
-  static void begin_dynamic(VkCommandBuffer cmd, const PassTarget& target) {
-    std::vector<VkRenderingAttachmentInfo> colors;
-    for (const auto& color : target.colors) {
-      change_layout(cmd, *color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-      colors.push_back({.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                        .imageView = color->view(),
-                        .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                        .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                        .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}});
-    }
-    change_layout(cmd, target.depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
-    const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                          .imageView = target.depth.view(),
-                                          .imageLayout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
-                                          .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                    .renderArea = {{0, 0}, {kSidePx, kSidePx}},
-                                    .layerCount = 1,
-                                    .colorAttachmentCount = static_cast<std::uint32_t>(colors.size()),
-                                    .pColorAttachments = colors.data(),
-                                    .pDepthAttachment = &depth};
-    vkCmdBeginRendering(cmd, &rendering);
   }
 
   std::vector<std::unique_ptr<ClassicPass>> passes_;

@@ -15,6 +15,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "cleared_rendering.h"
 #include "frame_wind.h"
 #include "path_fixture.h"
 #include "reader.h"
@@ -55,32 +56,6 @@ struct Target {
                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}));
   }
 };
-
-void begin_rendering(VkCommandBuffer cmd, const Target& target) {
-  std::vector<VkRenderingAttachmentInfo> colors;
-  for (const auto& color : target.colors) {
-    change_layout(cmd, *color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-    colors.push_back({.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                      .imageView = color->view(),
-                      .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                      .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                      .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                      .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}});
-  }
-  change_layout(cmd, target.depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-  const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                        .imageView = target.depth.view(),
-                                        .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                        .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-  const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                  .renderArea = {{0, 0}, {kSidePx, kSidePx}},
-                                  .layerCount = 1,
-                                  .colorAttachmentCount = static_cast<std::uint32_t>(colors.size()),
-                                  .pColorAttachments = colors.data(),
-                                  .pDepthAttachment = &depth};
-  vkCmdBeginRendering(cmd, &rendering);
-}
 
 /// A colour image's bytes, `Texel` a pixel.
 template <class Texel>
@@ -266,7 +241,7 @@ class SurfaceTest : public PathTest<ContextTest> {
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
       record_cull(cmd, shot);
-      begin_rendering(cmd, target);
+      begin_cleared(cmd, target.colors, target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
       record_draw(cmd, shot);
       vkCmdEndRendering(cmd);
     });

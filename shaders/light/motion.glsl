@@ -5,10 +5,13 @@
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceArray { Instance at[]; };
 
-// object: a place of the instance, where it was in the frame before. Of one that came with this frame: as if it had stood where it does
-vec3 world_before(Instance instance, vec3 object) {
-  if (instance.before == 0 || instance.before == kCame) return world_from_object(instance, object);
-  return world_from_object(InstanceArray(view.moved).at[instance.before - 1], object);
+// The instance as it stood in the frame before. One that came with this frame: as if it had stood where it does
+Instance instance_before(Instance instance) {
+  if (instance.before == 0 || instance.before == kCame) return instance;
+  return InstanceArray(view.moved).at[instance.before - 1];
 }
+
+// object: a place of the instance, where it was in the frame before
+vec3 world_before(Instance instance, vec3 object) { return world_from_object(instance_before(instance), object); }
 
 #endif

@@ -24,6 +24,23 @@ float wind_reach_m(Instance instance) {
 
 vec3 foot_of(Instance instance) { return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position); }
 
+// How wind moves what is near a place, linear about it; object space, m: the place by offset, what is beside it by grow of that besides.
+struct WindNear {
+  vec3 offset;
+  mat3 grow;
+};
+
+// radius_m: of what is near. Beyond its cells a gradient says nothing: what is larger moves as its middle does.
+WindNear wind_near(PlantWind field, WindPlace middle, WindGradient gradient, float radius_m, Sway sway) {
+  vec3 near = min(vec3(1.0), 1.0 / max(field.nodes_per_m * radius_m, vec3(1e-6)));
+  WindNear moved;
+  moved.offset = wind_offset(middle, sway);
+  moved.grow[0] = near.x * grid_offset(gradient.grid_x, sway);
+  moved.grow[1] = near.y * grid_offset(gradient.grid_y, sway) + gradient.bend_y * sway.bend;
+  moved.grow[2] = near.z * grid_offset(gradient.grid_z, sway);
+  return moved;
+}
+
 // By how much wind moves a place of an instance, object space, m: now, and in the frame before. Loads: as Sway's
 struct WindMoves {
   vec3 now, before;

@@ -27,16 +27,13 @@ Placed place(uint eye, uint place_of_work, WorkItem work, Instance instance, vec
   WindGradient gradient;
   WindPlace middle = wind_place(table, field, cluster.center, gradient);
   Sway sway = sway_of(view.wind, field, instance.rotation, foot_of(instance), instance.position);
-  // Beyond its cells a gradient says nothing: there a cluster moves as its middle does.
-  vec3 near = min(vec3(1.0), 1.0 / max(field.nodes_per_m * cluster.radius_m, vec3(1e-6)));
-  vec3 grow_x = near.x * grid_offset(gradient.grid_x, sway);
-  vec3 grow_y = near.y * grid_offset(gradient.grid_y, sway) + gradient.bend_y * sway.bend;
-  vec3 grow_z = near.z * grid_offset(gradient.grid_z, sway), low = box_min - cluster.center;
-  vec3 moved = box_min + wind_offset(middle, sway) + low.x * grow_x + low.y * grow_y + low.z * grow_z;
-  placed.origin = on_screen(eye, vec4(world_from_object(instance, moved), 1.0));
-  placed.x = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.x * (vec3(1.0, 0.0, 0.0) + grow_x)), 0.0));
-  placed.y = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.y * (vec3(0.0, 1.0, 0.0) + grow_y)), 0.0));
-  placed.z = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.z * (vec3(0.0, 0.0, 1.0) + grow_z)), 0.0));
+  WindNear moved = wind_near(field, middle, gradient, cluster.radius_m, sway);
+  mat3 axes = mat3(1.0) + moved.grow;
+  vec3 origin = cluster.center + moved.offset + axes * (box_min - cluster.center);
+  placed.origin = on_screen(eye, vec4(world_from_object(instance, origin), 1.0));
+  placed.x = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.x * axes[0]), 0.0));
+  placed.y = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.y * axes[1]), 0.0));
+  placed.z = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.z * axes[2]), 0.0));
   placed.eye = rotate(to_object, toward_eye(world_from_object(instance, cluster.center)));
   placed.leaves = leaf_share_of(instance);
   placed.first_name = first_name(place_of_work, work, push.place_bits);

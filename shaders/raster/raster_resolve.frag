@@ -14,10 +14,10 @@
 #include "clusters.glsl"
 #include "names.glsl"
 #include "surface.glsl"
-#include "wind.glsl"
 
 layout(set = 1, binding = 9) uniform usamplerBuffer work_texels;
 layout(set = 1, binding = 10) uniform usamplerBuffer instance_texels;
+layout(set = 1, binding = 11) uniform usamplerBuffer motion_texels;
 #endif
 
 layout(set = 1, binding = 8) uniform usamplerBuffer picture_words;
@@ -38,9 +38,9 @@ void resolve(uint name, float key, vec2 pixel) {
   // Of the instance what is wanted: light needs two of its four texels.
   int texel = int(4 * slot);
   bool moves = wants(kContentVelocity);
-  uvec4 place = moves ? texelFetch(instance_texels, texel) : uvec4(0);
   uvec4 names = moves || wants(kContentUser) ? texelFetch(instance_texels, texel + 3) : uvec4(0);
-  Instance instance = unpacked_instance(place, texelFetch(instance_texels, texel + 1), texelFetch(instance_texels, texel + 2), names);
+  Instance instance =
+      unpacked_instance(uvec4(0), texelFetch(instance_texels, texel + 1), texelFetch(instance_texels, texel + 2), names);
   Splat splat = SplatArray(splats_of_work(work)).at[leaf];
   vec4 key_place = view.eyes[push.eye].world_from_key * vec4(pixel / view.half_size_px - 1.0, key, 1.0);
   vec3 world = key_place.xyz / key_place.w;
@@ -54,11 +54,9 @@ void resolve(uint name, float key, vec2 pixel) {
   surface.roughness = unpackSnorm4x8(splat.axis).w;
   vec4 before = vec4(0.0);
   if (moves) {
-    // The wind's offset where the place is now: at rest it was so near that the field is the same.
-    vec3 object = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), world - foot_of(instance)) / instance.scale;
-    WindMoves by_wind = wind_moves(instance, object);
-    object += by_wind.before - by_wind.now;
-    before = view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, object), 1.0);
+    vec4 place = vec4(world, 1.0);
+    for (int i = 0; i < 3; ++i) before[i] = dot(uintBitsToFloat(texelFetch(motion_texels, int(3 * work_place) + i)), place);
+    before = view.eyes[push.eye].clip_from_world_before * vec4(before.xyz, 1.0);
   }
   write_surface(surface, SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame));
 }

@@ -49,6 +49,13 @@ struct WorkItem {
 COPPICE_GPU_LAYOUT(WorkItem, 16);
 const uint kWorkSunShift = 25, kWorkSunSteps = 127;
 
+// Where what a cluster shows was in the frame before: rows of what takes a place of the world, and 1, there.
+struct ClusterMotion {
+  vec4 rows[3];
+};
+COPPICE_GPU_LAYOUT(ClusterMotion, 48);
+const uint kMotionGroups = 256;  // of cluster_motion.comp, which go through all clusters of a frame
+
 struct RasterRound {
   RasterStage blocks, items, work, splats, big;
   RasterStage finest_tiles, other_tiles;  // no groups where the round draws nothing
@@ -80,8 +87,9 @@ struct RasterPush {
   int occluder_x_px;
   int occluder_y_px;
   float occluder_step;
+  uvec2 motion;  // of cluster_motion.comp: address of ClusterMotion[], by place in work_items
 };
-COPPICE_GPU_LAYOUT(RasterPush, 68);
+COPPICE_GPU_LAYOUT(RasterPush, 76);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

@@ -1,5 +1,7 @@
 // What an engine says about its attachments, held against what pipelines can draw to and what the device does.
 
+#include <algorithm>
+#include <span>
 #include <string>
 
 #include "attachments.h"
@@ -96,6 +98,10 @@ std::uint32_t packed_contents(const AttachmentDesc& attachments) {
   for (std::uint32_t i = 0; i < attachments.color_count; ++i)
     packed |= static_cast<std::uint32_t>(attachments.contents[i]) << (kContentBits * i);
   return packed;
+}
+
+bool wants_content(const AttachmentDesc& attachments, coppice_content content) {
+  return std::ranges::count(std::span(attachments.contents).first(attachments.color_count), content) > 0;
 }
 
 Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments) {

@@ -19,6 +19,8 @@ constexpr bool is_depth_alone(const AttachmentDesc& attachments) {
 /// As kContents of surface.glsl takes them.
 std::uint32_t packed_contents(const AttachmentDesc& attachments);
 
+bool wants_content(const AttachmentDesc& attachments, coppice_content content);
+
 /// Whether pipelines for these attachments can work, by field of coppice_vulkan_view_desc.
 /// errors  invalid_argument: an integer colour format, a depth format without depth; unsupported: this device does not do it
 Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments);

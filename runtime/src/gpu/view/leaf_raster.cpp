@@ -15,6 +15,9 @@
 #include <new>
 #include <utility>
 
+#include "attachments.h"
+#include "cluster_motion_comp.h"
+#include "convert.h"
 #include "cull_raster_comp.h"
 #include "hardware_draws_comp.h"
 #include "leaf_blocks_comp.h"
@@ -34,8 +37,8 @@ namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 constexpr std::uint32_t kStorageCount = 8;
-/// The bindings of raster.glsl: texels of the picture, of work and of instances come after the storage buffers.
-constexpr std::uint32_t kTexelCount = 3;
+/// The bindings of raster.glsl: texels of the picture, of work, of instances and of motion come after the storage buffers.
+constexpr std::uint32_t kTexelCount = 4;
 constexpr std::array<Binding, kStorageCount + kTexelCount> kRasterSet = [] {
   std::array<Binding, kStorageCount + kTexelCount> bindings{};
   for (Binding& binding : bindings) binding.stages = VK_SHADER_STAGE_COMPUTE_BIT;
@@ -111,6 +114,16 @@ BufferSize work_size(Buffer& work, std::uint32_t slots) {
           false, VK_FORMAT_R32G32B32A32_UINT};
 }
 
+/// As many of motion, for a view that wants it.
+BufferSize motion_size(Buffer& motion, const BufferSize& work) {
+  return {&motion,
+          "coppice cluster motion",
+          work.bytes / sizeof(WorkItem) * sizeof(ClusterMotion),
+          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+          false,
+          VK_FORMAT_R32G32B32A32_UINT};
+}
+
 /// Whether the rasteriser draws such a view.
 bool is_drawn(const coppice_camera& view) {
   return view.lod == COPPICE_LOD_CUT;
@@ -181,6 +194,7 @@ void LeafRaster::add_pipelines() {
   };
   pipelines_.finest_tiles = add_tiles(0);
   pipelines_.other_tiles = add_tiles(1);
+  pipelines_.motion = add("cluster_motion.comp", cluster_motion_comp_spirv, {.lanes = lanes_});
   pipelines_.occluder = add("occluder.comp", occluder_comp_spirv, {.lanes = lanes_});
   const Words leaves = desc_.int64_atomics ? Words(leaf_raster_int64_comp_spirv) : Words(leaf_raster_comp_spirv);
   const Words splats = desc_.int64_atomics ? Words(leaf_splats_int64_comp_spirv) : Words(leaf_splats_comp_spirv);
@@ -227,12 +241,14 @@ bool LeafRaster::want(coppice_debug_view debug_view, std::uint32_t eye_count, Pi
   want(pipelines_.finest_tiles);
   want(pipelines_.other_tiles);
   want(pipelines_.draws.of(eye_count));
+  if (wants_content(resolve.recipe.attachments, COPPICE_CONTENT_VELOCITY)) want(pipelines_.motion);
   want(&resolve);
   return ready;
 }
 
 Result<void> LeafRaster::create_view(const AttachmentDesc& attachments, RasterView& view) {
   view.depth_alone = is_depth_alone(attachments);
+  view.wants_velocity = wants_content(attachments, COPPICE_CONTENT_VELOCITY);
   view.reversed_depth = is_reversed(attachments.depth_compare);
   view.depth_step = depth_step(attachments);
   return move_into(view.rounds, create_buffer(device_, {"coppice rounds", kRasterRounds * sizeof(RasterRound),
@@ -240,7 +256,7 @@ Result<void> LeafRaster::create_view(const AttachmentDesc& attachments, RasterVi
 }
 
 void LeafRaster::destroy_view(RasterView& view) {
-  for (Buffer* buffer : {&view.rounds, &view.work, &view.picture, &view.tiles}) destroy_buffer(device_, *buffer);
+  for (Buffer* buffer : {&view.rounds, &view.work, &view.motion, &view.picture, &view.tiles}) destroy_buffer(device_, *buffer);
   destroy_set(device_, view.set);
 }
 
@@ -256,7 +272,9 @@ void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& s
 }
 
 void LeafRaster::add_view_sizes(std::uint32_t slots, RasterView& view, BufferSizes& sizes) {
-  if (slots > 0 && !view.depth_alone) sizes.add(work_size(view.work, slots));
+  if (slots == 0 || view.depth_alone) return;
+  sizes.add(work_size(view.work, slots));
+  if (view.wants_velocity) sizes.add(motion_size(view.motion, work_size(view.work, slots)));
 }
 
 InstanceBlock gpu_block(const InstanceBounds& bounds) {
@@ -282,7 +300,8 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
                                                               {&view.tiles},
                                                               {&view.picture},
                                                               {&work},
-                                                              {&desc_.instances}}};
+                                                              {&desc_.instances},
+                                                              {view.wants_velocity ? &view.motion : &work}}};
   COPPICE_TRY(made, create_set(device_, set_layout_, bound));
   garbage_.retire(view.set);
   view.set = made;
@@ -339,7 +358,8 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
                .leaf_clusters = shape_.leaf_clusters,
                .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes,
                .hides_from = 1,
-               .occluder_step = view.depth_step};
+               .occluder_step = view.depth_step,
+               .motion = gpu_address(view.motion.address)};
   return true;
 }
 
@@ -449,6 +469,10 @@ void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, const Cull&
     if (round + 1 == kRasterRounds) break;
     record_tiles(cmd, of);
     mark(Pass::tiles);
+  }
+  if (view.wants_velocity) {
+    bind(cmd, *pipelines_.motion);
+    vk.vkCmdDispatch(cmd, kMotionGroups, 1, 1);
   }
   dispatch_stage(cmd, *pipelines_.draws.of(view.eye_count), {view, 0}, offsetof(RasterRound, draws));
 }

@@ -46,10 +46,12 @@ InstanceBlock gpu_block(const InstanceBounds& bounds);
 struct RasterView {
   Buffer rounds;  ///< RasterRound[kRasterRounds]
   Buffer work;    ///< WorkItem[]: work_items of raster.glsl, by instance slot, which pixels of the picture name; not with depth alone
+  Buffer motion;  ///< ClusterMotion[]: of each; where velocity is wanted
   Buffer picture, tiles;  ///< of its eyes, one behind the other; as large as the view has been
   DescriptorSet set;
   bool set_stale = false;  ///< a buffer of it has been replaced
   bool depth_alone = false;
+  bool wants_velocity = false;
   bool reversed_depth = false;
   float depth_step = 0.0f;                             ///< of what attachments hold: no two depths are nearer, or this is what they round
   std::uint32_t eye_count = 1;                         ///< of the frame
@@ -84,7 +86,7 @@ class LeafRaster {
   /// That draws pictures to such attachments; not wanted yet.
   Pipeline* add_resolve(const AttachmentDesc& attachments);
 
-  /// Wants the pipelines that such a view needs; whether all are there. Else it may not be prepared.
+  /// Wants the pipelines that such a frame of a view needs; whether all are there. Else it may not be prepared.
   bool want(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve);
   /// Makes room for a frame of a view. False: there is no memory for it, or it is not a view the rasteriser draws: record nothing of it.
   bool prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count);
@@ -117,7 +119,7 @@ class LeafRaster {
   struct Pipelines {
     CullPipelines cull;
     EyePipelines blocks, expand, draws;
-    Pipeline *finest_tiles = nullptr, *other_tiles = nullptr, *occluder = nullptr;
+    Pipeline *finest_tiles = nullptr, *other_tiles = nullptr, *motion = nullptr, *occluder = nullptr;
     std::array<std::array<Pipeline*, kSourceCount>, kPassCount> leaves{};
     std::array<Pipeline*, kPassCount> splats{};
   };

@@ -1,0 +1,53 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// Where the clusters of a frame were in the frame before, by wind and by their instances: for raster_resolve.frag, which so knows of each
+// pixel without a look at the plant's field.
+// reads     view, instances, plants, rounds, work_items; lists, clusters and moved instances by address
+// writes    ClusterMotion[] by address
+// dispatch  kMotionGroups groups; recorded by coppice::gpu::LeafRaster::record where the view wants velocity
+
+#include "bindings.glsl"
+#include "raster.glsl"
+#include "wind.glsl"
+
+layout(local_size_x_id = 1) in;
+layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer ClusterMotionArray { ClusterMotion at[]; };
+
+ClusterMotion motion_of(WorkItem work) {
+  Instance now = instance_at(slot_of(work.item)), before = instance_before(now);
+  Cluster cluster = cluster_at(list_at(plants[now.plant], list_of(work.item)), cluster_of_work(work.work));
+  CoppiceTable table = table_of(now.plant);
+  PlantWind field = plant_wind(table);
+  WindGradient gradient;
+  WindPlace middle = wind_place(table, field, cluster.center, gradient);
+  vec3 foot = foot_of(now);
+  WindNear moved = wind_near(field, middle, gradient, cluster.radius_m, sway_of(view.wind, field, now.rotation, foot, now.position));
+  WindNear moved_before =
+      wind_near(field, middle, gradient, cluster.radius_m, sway_of(view.wind_before, field, now.rotation, foot, now.position));
+
+  mat3 at_rest = inverse(mat3(1.0) + moved.grow), axes_before = mat3(1.0) + moved_before.grow;
+  vec4 to_object = vec4(-now.rotation.xyz, now.rotation.w);
+  mat3 turned;
+  for (int i = 0; i < 3; ++i) {
+    vec3 axis = vec3(i == 0, i == 1, i == 2);
+    turned[i] = rotate(before.rotation, before.scale / now.scale * (axes_before * (at_rest * rotate(to_object, axis))));
+  }
+  vec3 middle_before = world_from_object(before, cluster.center + moved_before.offset);
+  vec3 rest = middle_before - turned * world_from_object(now, cluster.center + moved.offset);
+  mat3 rows = transpose(turned);
+  return ClusterMotion(vec4[3](vec4(rows[0], rest.x), vec4(rows[1], rest.y), vec4(rows[2], rest.z)));
+}
+
+void main() {
+  uint splats = 0, count = 0;
+  for (uint i = 0; i < kRasterRounds; ++i) {
+    splats += rounds[i].splats.count;
+    count += rounds[i].splats.count + rounds[i].work.count;
+  }
+  count = min(count, push.work_capacity);
+  for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+    uint place = i < splats ? work_place(kSplatWork, i) : work_place(kLeafWork, i - splats);
+    ClusterMotionArray(push.motion).at[place] = motion_of(work_at(place));
+  }
+}

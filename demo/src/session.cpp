@@ -218,6 +218,7 @@ coppice_wind make_wind(const Session& session, float time_s) {
   wind.speed = session.controls.wind_mps;
   wind.time_s = double{time_s};
   wind.time_before_s = double{session.renderer.time_before_s};
+  if (session.window) wind.gusts_m = session.gusts_m;
   return wind;
 }
 
@@ -409,6 +410,9 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   if (session.screen) image = acquire(session, slot);
   const VkExtent2D extent = session.renderer.picture.extent;
   pace_frame(session, frame_ms);
+  const float wind_mps = session.controls.wind_mps;
+  session.gusts_m += double{wind_mps} * std::max(time_s - session.renderer.time_before_s, 0.0f);
+  const bool still = std::exchange(session.wind_before_mps, wind_mps) == 0 && wind_mps == 0;
   std::vector<FrameView> views = views_of(session, pose, time_s);
   FrameView& view = views.front();
   reload_changed(session);
@@ -417,7 +421,7 @@ void render_frame(Session& session, const Pose& pose, float time_s, float frame_
   const std::uint64_t arrivals = arrivals_of(session.statistics.last);
   const float threshold_px = session.statistics.last_view.threshold_px;
   sample_statistics(session);
-  view.unchanged = maps.empty() && session.controls.wind_mps == 0 && arrivals == arrivals_of(session.statistics.last) &&
+  view.unchanged = maps.empty() && still && arrivals == arrivals_of(session.statistics.last) &&
                    threshold_px == session.statistics.last_view.threshold_px;
   if (session.overlay) layout_controls(session, frame_ms);
   record_frame(session, slot.commands, views, maps);

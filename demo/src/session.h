@@ -50,6 +50,8 @@ struct Session {
   std::unique_ptr<Overlay> overlay;  ///< null when headless
   Controls controls;
   FramePace pace;
+  double gusts_m = 0;             ///< how far gusts have travelled in a window, whose wind changes
+  float wind_before_mps = 0;      ///< of the frame before
   glm::vec2 jitter_px = {0, 0};   ///< moves the picture, for supersampling
   std::uint32_t sample = 0;       ///< of a supersampled picture, from 1 on; 0: frames are shown as they are
   float cuts_aside_m = 0;         ///< the picture has the cuts of an eye so far to the right

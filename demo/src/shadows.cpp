@@ -68,11 +68,12 @@ std::optional<std::size_t> due_cascade(const Shadows& shadows, const ShadowFrame
   return due;
 }
 
-/// How far plants may have moved since a map was drawn, in its texels.
+/// How far plants may have moved since a map was drawn, in its texels. Another wind moves them anywhere at once.
 float moved_texels(const Shadows::Cascade& cascade, const ShadowFrame& frame) {
   const float swings = std::abs(frame.time_s - cascade.drawn_time_s) / kSwing_s;
-  const float share = swings < 0.5f ? std::sin(std::numbers::pi_v<float> * swings) : 1.0f;
-  return frame.sway_m * share * static_cast<float>(cascade.map.extent.width) / (2 * cascade.radius_m);
+  const bool alike = frame.sway_m == cascade.drawn_sway_m && swings < 0.5f;
+  const float share = alike ? std::sin(std::numbers::pi_v<float> * swings) : 1.0f;
+  return std::max(frame.sway_m, cascade.drawn_sway_m) * share * static_cast<float>(cascade.map.extent.width) / (2 * cascade.radius_m);
 }
 
 /// The one that wind has left farthest behind: shadows that stand while their plants sway are seen near by first.
@@ -134,6 +135,7 @@ DueMap take_map(Shadows& shadows, const ShadowFrame& frame, std::size_t index) {
   cascade.drawn_frame = frame.number;
   cascade.drawn_arrivals = frame.arrivals;
   cascade.drawn_time_s = frame.time_s;
+  cascade.drawn_sway_m = frame.sway_m;
   return {index, camera};
 }
 

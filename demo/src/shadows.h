@@ -32,6 +32,7 @@ struct Shadows {
     std::uint64_t drawn_frame = 0;  ///< 0: not yet
     std::uint64_t drawn_arrivals = 0;
     float drawn_time_s = 0;
+    float drawn_sway_m = 0;
   };
   std::vector<Cascade> cascades;  ///< [kMaps], or without a sky map [kCascades]
 

@@ -81,6 +81,7 @@ coppice_wind struct_defaults() {
   auto wind = zeroed_struct<coppice_wind>();
   wind.direction[0] = 1.0f;
   wind.gustiness = 0.5f;
+  wind.gusts_m = -1.0;
   return wind;
 }
 

@@ -142,6 +142,7 @@ std::string wind_problem(const coppice_wind& wind) {
   if (std::string problem = range_problem(fields); !problem.empty()) return problem;
   if (!is_time(wind.time_s)) return "time_s is not within 0 to 1e9";
   if (!is_time(wind.time_before_s)) return "time_before_s is not within 0 to 1e9";
+  if (!(wind.gusts_m <= kMaxWind_mps * kMaxTime_s)) return "gusts_m is not up to 1e11";
   if (std::string problem = unit_problem("direction", wind.direction); !problem.empty() || wind.map == nullptr) return problem;
   return map_problem(wind);
 }

@@ -18,7 +18,7 @@ void main() {
   if (kGaps != 0 && !shows_pixel(in_ids.z, pixel.x, pixel.y)) discard;
   vec3 albedo = textured_albedo();
 #ifndef COPPICE_DEPTH
-  if (view.debug_view != 0) write_color(albedo);
+  if (view.debug_view != 0) write_color(albedo, surface_place());
   else write_surface(surface_here(albedo), surface_place());
 #endif
 }

@@ -32,7 +32,7 @@ vec3 mapped_normal(vec3 normal) {
 void main() {
   vec3 albedo = textured_albedo();
   if (view.debug_view != 0) {
-    write_color(albedo);
+    write_color(albedo, surface_place());
     return;
   }
   Instance instance = instances[in_ids.x];

@@ -29,11 +29,8 @@ inline vec2 wind_map_value(const uvec2& map, uint place) {
 }
 #else
 #define COPPICE_OUT(type) out type
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer WindMapArray {
-  vec2 at[];
-};
 vec2 wind_map_value(uvec2 map, uint place) {
-  return WindMapArray(map).at[place];
+  return uintBitsToFloat(texelFetch(wind_maps, int(map.x + place)).xy);
 }
 #endif
 
@@ -163,7 +160,11 @@ struct Sway {
   float load;
 };
 
-// foot: the instance's, from the eye, as WindNow's waves are. place: in its cell: what its stem's phase goes by, which moves with it
+// Plants beside each other sway out of step: rad/m along x and z, in whole turns a cell.
+const float kCellTurn = 6.2831853f / kCellSide_m;
+const vec2 kStemPhase = vec2(114.0f * kCellTurn, 212.0f * kCellTurn), kBranchPhase = vec2(194.0f * kCellTurn, 360.0f * kCellTurn);
+
+// foot: the instance's, from the eye, as WindNow's waves are. place: in its cell
 COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot, vec3 place) {
   WindHere here = wind_here(wind, foot);
   float gust = 0.0f;
@@ -171,10 +172,10 @@ COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot,
     gust += wind.waves[i].w * sin(wind.waves[i].x * foot.x + wind.waves[i].y * foot.z + wind.waves[i].z);
   // In the strongest gust it is the full load.
   float load = here.load * (1.0f - here.gustiness * (0.5f - 0.5f * gust));
-  float phase = 0.7f * place.x + 1.3f * place.z;
+  float phase = kStemPhase.x * place.x + kStemPhase.y * place.z;
   float turns = 6.2831853f * wind.time_s;
   float stem = 0.75f + 0.25f * sin(turns * field.stem_hz + phase);
-  float branch = turns * field.branch_hz + 1.7f * phase;
+  float branch = turns * field.branch_hz + kBranchPhase.x * place.x + kBranchPhase.y * place.z;
   vec4 to_object = vec4(-rotation.x, -rotation.y, -rotation.z, rotation.w);
   vec3 along = rotate(to_object, here.direction);
   vec3 across = rotate(to_object, vec3(-0.45f * here.direction.z, 0.6f, 0.45f * here.direction.x) + 0.66f * here.direction);

@@ -28,6 +28,8 @@ vec4 lit_content(CoppiceSurface surface, vec3 world) {
 }
 
 vec4 velocity_content(SurfacePlace place) {
+  // Behind the eye it was nowhere in the picture.
+  if (place.before.z <= 0.0) return vec4(0.0, 0.0, 1.0, 0.0);
   vec2 before = view.half_size_px * (place.before.xy / place.before.z + 1.0);
   return vec4(place.pixel - before, place.came ? 1.0 : 0.0, 0.0);
 }
@@ -57,9 +59,10 @@ vec4 content_of(uint content, CoppiceSurface surface, SurfacePlace place) {
 #define COPPICE_WRITE(i) out_color_##i = content_of(COPPICE_CONTENT(i), surface, place)
 void write_surface(CoppiceSurface surface, SurfacePlace place) { COPPICE_EACH(COPPICE_WRITE); }
 
-// In place of light, for a debug view: where light would be, or the albedo. All else is 0.
-vec4 debug_content(uint content, vec3 color) {
+// In place of light, for a debug view: where light would be, or the albedo. Things move as ever; all else is 0.
+vec4 debug_content(uint content, vec3 color, SurfacePlace place) {
+  if (content == kContentVelocity) return velocity_content(place);
   return content == kContentLit || content == kContentAlbedo ? vec4(color, 1.0) : vec4(0.0);
 }
-#define COPPICE_WRITE_DEBUG(i) out_color_##i = debug_content(COPPICE_CONTENT(i), color)
-void write_color(vec3 color) { COPPICE_EACH(COPPICE_WRITE_DEBUG); }
+#define COPPICE_WRITE_DEBUG(i) out_color_##i = debug_content(COPPICE_CONTENT(i), color, place)
+void write_color(vec3 color, SurfacePlace place) { COPPICE_EACH(COPPICE_WRITE_DEBUG); }

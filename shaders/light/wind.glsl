@@ -24,6 +24,10 @@ float wind_reach_m(Instance instance) {
 
 vec3 foot_of(Instance instance) { return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position); }
 
+Sway sway_in(WindNow wind, PlantWind field, Instance instance) {
+  return sway_of(wind, field, instance.rotation, foot_of(instance), instance.position);
+}
+
 // How wind moves what is near a place, linear about it; object space, m: the place by offset, what is beside it by grow of that besides.
 struct WindNear {
   vec3 offset;
@@ -53,9 +57,7 @@ WindMoves wind_moves(Instance instance, vec3 p) {
   PlantWind field = plant_wind(table);
   WindGradient unused;
   WindPlace place = wind_place(table, field, p, unused);
-  vec3 foot = foot_of(instance);
-  Sway now = sway_of(view.wind, field, instance.rotation, foot, instance.position);
-  Sway before = sway_of(view.wind_before, field, instance.rotation, foot, instance.position);
+  Sway now = sway_in(view.wind, field, instance), before = sway_in(view.wind_before, field, instance_before(instance));
   return WindMoves(wind_offset(place, now), wind_offset(place, before), now.load, before.load);
 }
 

@@ -21,10 +21,8 @@ ClusterMotion motion_of(WorkItem work) {
   PlantWind field = plant_wind(table);
   WindGradient gradient;
   WindPlace middle = wind_place(table, field, cluster.center, gradient);
-  vec3 foot = foot_of(now);
-  WindNear moved = wind_near(field, middle, gradient, cluster.radius_m, sway_of(view.wind, field, now.rotation, foot, now.position));
-  WindNear moved_before =
-      wind_near(field, middle, gradient, cluster.radius_m, sway_of(view.wind_before, field, now.rotation, foot, now.position));
+  WindNear moved = wind_near(field, middle, gradient, cluster.radius_m, sway_in(view.wind, field, now));
+  WindNear moved_before = wind_near(field, middle, gradient, cluster.radius_m, sway_in(view.wind_before, field, before));
 
   mat3 at_rest = inverse(mat3(1.0) + moved.grow), axes_before = mat3(1.0) + moved_before.grow;
   vec4 to_object = vec4(-now.rotation.xyz, now.rotation.w);

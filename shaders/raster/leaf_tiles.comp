@@ -5,7 +5,7 @@
 // reads     picture (level 0), tiles of level 0 (the others)
 // writes    tiles
 // dispatch  indirect, from the round's tiles stages, one invocation per tile of level 0, or of levels 1 and 2, y: eyes; recorded by
-//           coppice::gpu::LeafRaster::record_tiles
+//           coppice::gpu::LeafRaster::record_tiles; without a round, after occluder.comp, by record_occluder
 
 #include "bindings.glsl"
 #include "raster.glsl"

@@ -26,8 +26,7 @@ Placed place(uint eye, uint place_of_work, WorkItem work, Instance instance, vec
   PlantWind field = plant_wind(table);
   WindGradient gradient;
   WindPlace middle = wind_place(table, field, cluster.center, gradient);
-  Sway sway = sway_of(view.wind, field, instance.rotation, foot_of(instance), instance.position);
-  WindNear moved = wind_near(field, middle, gradient, cluster.radius_m, sway);
+  WindNear moved = wind_near(field, middle, gradient, cluster.radius_m, sway_in(view.wind, field, instance));
   mat3 axes = mat3(1.0) + moved.grow;
   vec3 origin = cluster.center + moved.offset + axes * (box_min - cluster.center);
   placed.origin = on_screen(eye, vec4(world_from_object(instance, origin), 1.0));

@@ -31,10 +31,6 @@ void resolve(uint name, float key, vec2 pixel) {
   uint leaf = leaf_of_name(name, first_name(work_place, work, push.place_bits), push.place_bits);
   uint slot = slot_of(work.item), list = list_of(work.item);
   bool wood = list >= kWoodLists && list < kMeshLists;
-  if (view.debug_view != 0) {
-    write_color(debug_color(slot) * (wood && view.debug_view == kDebugPath ? 0.3 : 1.0));
-    return;
-  }
   // Of the instance what is wanted: light needs two of its four texels.
   int texel = int(4 * slot);
   bool moves = wants(kContentVelocity);
@@ -54,11 +50,13 @@ void resolve(uint name, float key, vec2 pixel) {
   surface.roughness = unpackSnorm4x8(splat.axis).w;
   vec4 before = vec4(0.0);
   if (moves) {
-    vec4 place = vec4(world, 1.0);
-    for (int i = 0; i < 3; ++i) before[i] = dot(uintBitsToFloat(texelFetch(motion_texels, int(3 * work_place) + i)), place);
+    vec4 now = vec4(world, 1.0);
+    for (int i = 0; i < 3; ++i) before[i] = dot(uintBitsToFloat(texelFetch(motion_texels, int(3 * work_place) + i)), now);
     before = view.eyes[push.eye].clip_from_world_before * vec4(before.xyz, 1.0);
   }
-  write_surface(surface, SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame));
+  SurfacePlace place = SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame);
+  if (view.debug_view != 0) write_color(debug_color(slot) * (wood && view.debug_view == kDebugPath ? 0.3 : 1.0), place);
+  else write_surface(surface, place);
 }
 #endif
 
@@ -69,7 +67,7 @@ void main() {
   if (name == 0) discard;
   float key = uintBitsToFloat(texelFetch(picture_words, word + 1).x);
 #ifndef COPPICE_DEPTH
-  if (view.debug_view == kDebugOverdraw) write_color(ramp(log2(float(name)) / 5.0));
+  if (view.debug_view == kDebugOverdraw) write_color(ramp(log2(float(name)) / 5.0), SurfacePlace(vec3(0.0), 0, vec2(0.0), vec3(0.0), true));
   else resolve(name, key, vec2(at) + 0.5);
 #endif
   gl_FragDepth = push.reversed != 0 ? key : 1.0 - key;

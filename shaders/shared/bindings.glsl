@@ -23,6 +23,7 @@ layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer {
 layout(set = 0, binding = 10) uniform sampler2D shadow_maps[kMaxShadowMaps];
 // What the engine has drawn before plants, of each eye. Compute shaders alone see it.
 layout(set = 0, binding = 11) uniform sampler2D occluders[kMostEyes];
+layout(set = 0, binding = 12) uniform usamplerBuffer wind_maps;  // two floats each
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AddressArray { uvec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WordArray { uint at[]; };

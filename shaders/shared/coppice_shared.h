@@ -250,6 +250,8 @@ const uint kWindWaves = 3;
 const float kWindPeriod_s = 256.0f;
 // Nothing of a plant is moved further, in parts of its sphere's radius.
 const float kMostWindReach = 0.05f;
+// Of coppice_wind.map. One is that of the frame, the other that of the frame before. Row-major: what is added to the wind, x and z, m/s
+const uint kMostMapPlaces = 256u * 256u, kWindMaps = 2u;
 struct WindNow {
   vec3 direction;  // unit, level, where it blows to
   float load;      // 0: still air; 1: a gale
@@ -258,7 +260,7 @@ struct WindNow {
   vec4 waves[kWindWaves];  // sine of (x * x + y * z + z), w of it: of places from the view's eye, m
   float speed_mps;
   float most_load;  // of any plant: load, and more where the map may add to it
-  uvec2 map;        // address of vec2[], row-major: what is added to the wind, x and z, m/s; 0: nothing
+  uvec2 map;        // its first place among wind_maps, and 1; on the CPU its address. 0: nothing is added
   uvec2 map_size;   // places along x and z
   vec2 map_first;   // x and z of the first one from the view's eye, m
   vec2 map_places_per_m;

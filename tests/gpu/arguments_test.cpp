@@ -29,7 +29,7 @@ static_assert(sizeof(coppice_placement) == 72);
 static_assert(sizeof(coppice_scene_placement) == 48);
 static_assert(sizeof(coppice_sun_desc) == 48);
 static_assert(sizeof(coppice_frame) == 48);
-static_assert(sizeof(coppice_wind) == 88);
+static_assert(sizeof(coppice_wind) == 96);
 static_assert(sizeof(coppice_shadow_map) == 136);
 static_assert(sizeof(coppice_light) == 4 * (1 + 5 * 3 + 1 + 1) + 8 + 4 * 2 + 8);
 static_assert(sizeof(coppice_occluder) == 32);
@@ -115,6 +115,7 @@ std::vector<Wrong<coppice_wind>> wrong_winds() {
     all.push_back({"time_s", [time_s](coppice_wind& w) { w.time_s = time_s; }});
     all.push_back({"time_before_s", [time_s](coppice_wind& w) { w.time_before_s = time_s; }});
   }
+  for (const double gusts_m : {1.1e11, std::nan("")}) all.push_back({"gusts_m", [gusts_m](coppice_wind& w) { w.gusts_m = gusts_m; }});
   static std::array<float, 12> map;
   const auto with_map = [](const std::function<void(coppice_wind&)>& change) {
     return [change](coppice_wind& w) {

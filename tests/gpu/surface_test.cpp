@@ -446,11 +446,19 @@ PlacedWind placed(const coppice_wind& wind) {
   return placed;
 }
 
-/// Two frames, one in each wind. Of each pixel that shows a plant: where its place is at rest comes from the file's field, by steps; from
-/// there where it was in the frame before.
+/// Which plants move between the two frames: so many may.
+bool is_moved(std::size_t instance) {
+  return instance % 8 == 0;
+}
+std::size_t instance_of(std::uint32_t user) {
+  return user / 0x01020304u - 1;
+}
+
+/// Two frames, one in each wind; between them some plants move by step_m along x. Of each pixel that shows a plant: where its place is at
+/// rest comes from the file's field, by steps; from there where it was in the frame before.
 class WindOnSurface : public SurfaceTest {
  protected:
-  std::vector<WindPixel> pixels_of(const coppice_wind& first, const coppice_wind& second) {
+  std::vector<WindPixel> pixels_of(const coppice_wind& first, const coppice_wind& second, double step_m = 0.0) {
     place_rows();
     const coppice_view surface = create_surface_view(kSurface);
     Shot shot = view_from({0.5f, 1.0f, 8.0f});
@@ -459,6 +467,11 @@ class WindOnSurface : public SurfaceTest {
     const Target ignored(gpu(), kSurface), target(gpu(), kSurface);
     wind_ = &first;
     draw(shot, ignored);
+    for (std::size_t i = 0; i < instances_.size() && step_m != 0.0; ++i) {
+      if (!is_moved(i)) continue;
+      placements_[i].position[0] += step_m;
+      EXPECT_EQ(coppice_instances_move(context_, &instances_[i], &placements_[i], sizeof placements_[i], 1), COPPICE_OK) << log_;
+    }
     wind_ = &second;
     draw(shot, target);
     const auto users = read_texels<std::uint32_t>(gpu(), *target.colors[3]);
@@ -484,17 +497,19 @@ class WindOnSurface : public SurfaceTest {
       const glm::dvec2 at(static_cast<double>(i % kSidePx) + 0.5, static_cast<double>(i / kSidePx) + 0.5);
       const glm::dvec4 place = from_clip * glm::dvec4(2.0 * at / double{kSidePx} - 1.0, double{depth[i]}, 1.0);
       const glm::dvec3 world = glm::dvec3(place) / place.w;
-      const glm::dvec3 foot = glm::make_vec3(placements_[users[i] / 0x01020304u - 1].position);
+      const std::size_t instance = instance_of(users[i]);
+      const glm::dvec3 foot = glm::make_vec3(placements_[instance].position);
+      const glm::dvec3 foot_before = foot - glm::dvec3(is_moved(instance) ? step_m : 0.0, 0.0, 0.0);
       const auto vec = [](const glm::dvec3& v) { return vec3(static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)); };
-      const auto offset = [&](const gpu::WindNow& when, const glm::dvec3& rest) {
+      const auto offset = [&](const gpu::WindNow& when, const glm::dvec3& standing, const glm::dvec3& rest) {
         gpu::WindGradient unused;
-        const gpu::Sway sway = gpu::sway_of(when, field, {0, 0, 0, 1}, vec(foot - eye), vec(foot));
+        const gpu::Sway sway = gpu::sway_of(when, field, {0, 0, 0, 1}, vec(standing - eye), vec(standing));
         const vec3 moved = gpu::wind_offset(gpu::wind_place(table, field, vec(rest), unused), sway);
         return glm::dvec3(moved.x, moved.y, moved.z);
       };
       glm::dvec3 rest = world - foot;
-      for (int step = 0; step < 8; ++step) rest = world - foot - offset(now, rest);
-      pixels.push_back({users[i], glm::dvec2(velocities[i]), at - pixel_of(shot, foot + rest + offset(before, rest))});
+      for (int step = 0; step < 8; ++step) rest = world - foot - offset(now, foot, rest);
+      pixels.push_back({users[i], glm::dvec2(velocities[i]), at - pixel_of(shot, foot_before + rest + offset(before, foot_before, rest))});
     }
     return pixels;
   }
@@ -523,6 +538,14 @@ TEST_P(WindOnSurface, VelocityIsThatOfTheWind) {
   EXPECT_LT(off.share(), 0.2);
 }
 
+TEST_P(WindOnSurface, WhatIsMovedInWindWasWhereTheWindOfThenHadIt) {
+  Off off;
+  for (const WindPixel& pixel : pixels_of(gale(16.6), gale(17.0), 2.5))
+    if (is_moved(instance_of(pixel.user))) off.add(pixel);
+  EXPECT_GT(off.fastest, 5.0);
+  EXPECT_LT(off.worst, 0.06);
+}
+
 /// In air that is still but for what a map adds on the right: there plants move as the map's velocities change, and nowhere else.
 TEST_P(WindOnSurface, AMapMovesThePlantsThatStandOnIt) {
   constexpr std::uint32_t kColumns = 5, kRows = 3;
@@ -545,7 +568,7 @@ TEST_P(WindOnSurface, AMapMovesThePlantsThatStandOnIt) {
   Off off;
   std::size_t on_map = 0, off_map = 0;
   for (const WindPixel& pixel : pixels_of(first, second)) {
-    if (placements_[pixel.user / 0x01020304u - 1].position[0] < 0.0f) {
+    if (placements_[instance_of(pixel.user)].position[0] < 0.0f) {
       ASSERT_LT(glm::length(pixel.velocity), 1e-3) << "px";
       ++off_map;
     } else {

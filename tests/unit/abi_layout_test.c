@@ -144,7 +144,7 @@ FIELD(coppice_wind, map, 40);
 FIELD(coppice_wind, map_min, 48);
 FIELD(coppice_wind, map_max, 64);
 FIELD(coppice_wind, map_width, 80);
-LAST_FIELD(coppice_wind, map_height, 84, 88);
+LAST_FIELD(coppice_wind, gusts_m, 88, 96);
 FIELD(coppice_gust_wave, x, 0);
 FIELD(coppice_gust_wave, z, 4);
 FIELD(coppice_gust_wave, phase, 8);

@@ -134,6 +134,12 @@ TEST(WindField, ChecksTakeWhatKeepsTheLimitsAndNoMore) {
   EXPECT_FALSE(check_wind_field({head, nodes}, 1.9, 0)) << "moves further than a twentieth of the radius";
   head.height_m = 2.4f;
   EXPECT_FALSE(check_wind_field({head, nodes}, 2.0, 0)) << "grows by more than 0.08";
+
+  coppice_file_wind low = box_head(2), flat = box_head(2);
+  low.height_m = 1e-42f;
+  EXPECT_FALSE(check_wind_head(low, 0)) << "its inverse is infinite";
+  flat.box_max[1] = flat.box_min[1] + 1e-7f;
+  EXPECT_FALSE(check_wind_head(flat, 0)) << "nodes too near to each other";
 }
 
 }  // namespace

@@ -55,7 +55,12 @@ class WindMotion : public testing::Test {
     return wind_place(table_, plant(), p, unused);
   }
   static coppice_wind blowing(float speed, double time_s) {
-    return {.struct_size = sizeof(coppice_wind), .direction = {0.6f, 0.0f, 0.8f}, .speed = speed, .gustiness = 0.7f, .time_s = time_s};
+    return {.struct_size = sizeof(coppice_wind),
+            .direction = {0.6f, 0.0f, 0.8f},
+            .speed = speed,
+            .gustiness = 0.7f,
+            .time_s = time_s,
+            .gusts_m = -1.0};
   }
 
   std::mt19937 random_;
@@ -243,6 +248,18 @@ TEST_F(WindMap, OfNothingChangesNothing) {
     EXPECT_EQ(offset(with), offset(without));
     EXPECT_EQ(offset(absent), offset(without));
   }
+}
+
+/// A wind that picks up: its gusts go on from where they are, and without gusts_m are those of a wind that always blew so.
+TEST_F(WindMotion, GustsGoOnWhenTheSpeedChanges) {
+  coppice_wind steady = blowing(8, 600), faster = blowing(8.1f, 600);
+  const gpu::WindNow then = wind_now({.wind = steady}, {}), jumped = wind_now({.wind = faster}, {});
+  EXPECT_GT(std::abs(then.waves[0].z - jumped.waves[0].z), 1.0f);
+  steady.gusts_m = 8.0 * 600;
+  faster.gusts_m = steady.gusts_m + 8.1 / 60;
+  const gpu::WindNow same = wind_now({.wind = steady}, {}), next = wind_now({.wind = faster}, {});
+  EXPECT_EQ(same.waves[0].z, then.waves[0].z);
+  EXPECT_LT(std::abs(next.waves[0].z - then.waves[0].z), 0.02f);
 }
 
 TEST_F(WindMotion, FrequenciesFitIntoThePeriod) {

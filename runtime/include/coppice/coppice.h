@@ -446,11 +446,11 @@ COPPICE_API coppice_status coppice_instances_move(coppice_context* context, cons
 COPPICE_API coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
 
 /* For engines that move the origin of their coordinates along with the camera. From this call on what is passed (placements, cameras,
- * shadow maps, boxes, rays) and what is returned (draws, hits, placements of trees) counts from `origin`, which itself is in coordinates as
- * they were when the context was created: a place p is where p + origin was then. Numbers that the engine has kept are its to convert. What
- * stands already stays where it is, and nothing is loaded again. Positions are doubles and the GPU computes with what is relative to the
- * eye, so no engine needs this for precision's sake.
- * origin: [3] m, within 3.3e7 of 0; 0 0 0 at first. before: not within a frame */
+ * shadow maps, maps of wind, boxes, rays) and what is returned (draws, hits, placements of trees) counts from `origin`, which itself is in
+ * coordinates as they were when the context was created: a place p is where p + origin was then. Numbers that the engine has kept are its
+ * to convert. What stands already stays where it is, and nothing is loaded again. Positions are doubles and the GPU computes with what is
+ * relative to the eye, so no engine needs this for precision's sake. origin: [3] m, within 3.3e7 of 0; 0 0 0 at first. before: not within a
+ * frame */
 COPPICE_API coppice_status coppice_set_origin(coppice_context* context, const double* origin);
 
 /* ---- scenes ---------------------------------------------------------------------------------------------------------------------- */
@@ -766,7 +766,9 @@ COPPICE_API coppice_status coppice_sun_camera(const coppice_context* context, co
  * sphere's radius, and stronger winds move it no further. */
 typedef struct coppice_wind {
   uint32_t struct_size;
-  float direction[3];   /* where it blows to, unit, world space; what of it points up or down counts for nothing; default 1 0 0 */
+  /* Where it blows to, unit, world space: the direction of its level part; straight up or down is still air. Default 1 0 0. Gusts turn with
+   * it, about where coordinates began: turn it slowly. */
+  float direction[3];
   float speed;          /* m/s, 0 to 100; 0, the default, is still air: the picture is that without wind, to the bit */
   float gustiness;      /* 0 to 1: how far gusts depart from the mean; default 0.5 */
   double time_s;        /* from any moment on, 0 to 1e9; default 0 */
@@ -774,12 +776,16 @@ typedef struct coppice_wind {
   /* Velocities that are added to the wind: gusts, rotors, explosions. Null, the default: none, and the fields below are not looked at.
    * [map_height][map_width][2] x and z in world space, m/s, each within -100 to 100. A plant takes what is where it stands, linear between
    * places of the map and 0 outside it; the sum moves it no further than a gale would. Copied within the call, and kept for the velocities
-   * of the frame after. Cost: 8 bytes a place in each frame on their way to the GPU, four loads where a plant is moved. */
+   * of the frame after. Cost: 8 bytes a place in each frame on their way to the GPU, which keeps 1 MB from the first map on, and four loads
+   * where a plant is moved. Where maxTexelBufferElements is below 131,072, or memory is short, plants move without and the log says so. */
   const float* map;
-  double map_min[2];   /* world x and z of the map's first place, m; within the range of positions */
+  double map_min[2];   /* world x and z of the map's first place, m; within 3.3e7 of the origin */
   double map_max[2];   /* of its last; above map_min by 1e-3 or more */
   uint32_t map_width;  /* places along x, 2 to 256 */
   uint32_t map_height; /* along z, the same */
+  /* How far gusts have travelled, m, up to 1e11. An engine whose wind changes its speed adds speed * seconds to it each frame, so that
+   * gusts go on from where they are. Below 0, the default: speed * time_s, for a wind that always blew alike. */
+  double gusts_m;
 } coppice_wind;
 static inline void coppice_wind_init(coppice_wind* wind) {
   coppice_struct_init(COPPICE_STRUCT_WIND, wind, sizeof *wind);

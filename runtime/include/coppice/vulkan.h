@@ -114,8 +114,9 @@ typedef struct coppice_vulkan_desc {
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
    * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
    * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 16 storage buffers a
-   * stage or with max_instances above 16,777,216; a warning in the log says so. With the first instance its lists take 2 MB, 10 MB of each
-   * view with colours and 10 MB of all those of depth alone. */
+   * stage, with max_instances above 16,777,216 or with maxTexelBufferElements below 4 * max_instances or 2,000,000; a warning in the log
+   * says so. With the first instance its lists take 2 MB, 10 MB of each view with colours, 31 MB more of each with
+   * COPPICE_CONTENT_VELOCITY, and 10 MB of all those of depth alone; from 131,072 instances on up to twice that. */
   VkBool32 compute_raster;
 
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then
@@ -134,7 +135,8 @@ typedef struct coppice_vulkan_desc {
    * GRAPHICS: culling beside the engine's own graphics work. Buffers and images are made with VK_SHARING_MODE_CONCURRENT, so that nothing
    * changes owners, and barriers wait for all that the queue does. From one queue to the next the engine waits by semaphores, with all
    * stages, so that uploads, culls and draws run in the order that one queue would run them in: a cull also after the draws of the frame
-   * before, as it fills what those read. pass_times wants queues with timestamps, none for transfers alone. Default 0: one family. */
+   * before, as it fills what those read. pass_times wants queues with timestamps, none for transfers alone. Default 0: one family; with
+   * more, uploads have no debug label, which transfer queues do not take. */
   uint32_t queue_family_count;
   uint32_t queue_families[COPPICE_MAX_QUEUE_FAMILIES]; /* [queue_family_count] */
 } coppice_vulkan_desc;
@@ -178,12 +180,14 @@ typedef enum coppice_content {
   COPPICE_CONTENT_LIT = 1,     /* shaded by coppice_light, linear, with fog; alpha 1 */
   COPPICE_CONTENT_ALBEDO = 2,  /* albedo, linear: an sRGB format encodes it; alpha: occlusion */
   COPPICE_CONTENT_NORMAL = 3,  /* octahedral normal in world space, roughness, roundness */
-  COPPICE_CONTENT_LIGHT = 4,   /* translucency, the share of the sun that arrives through the plant's own crown, octahedral face */
+  COPPICE_CONTENT_LIGHT = 4,   /* translucency, the share of the sun that arrives: through the plant's own crown, and past what is in
+                                  coppice_light.shadow_maps;   octahedral face */
   COPPICE_CONTENT_USER = 5,    /* coppice_placement.user_data, a byte each, lowest first: R8G8B8A8_UNORM holds all of it */
   COPPICE_CONTENT_VELOCITY = 6, /* px that the place has moved since the frame before, x and y; 1 in z where its instance came with this
-                                   frame, grows up, or was moved with more than an eighth of all: then only the camera's motion counts.
-                                   In a view that the frame before did not show the camera has none. R16G16B16A16_SFLOAT holds all of it.
-                                   What the cameras' projections are shifted by (jitter) is in it */
+                                   frame, grows up, or was moved with more than an eighth of the instance slots, or lay behind the eye then:
+                                   then only the camera and the wind count. In a view that the frame before did not show the camera has
+                                   none. R16G16B16A16_SFLOAT holds all of it. What the cameras' projections are shifted by (jitter) is in it
+                                 */
   COPPICE_CONTENT_NONE = 7,     /* nothing is drawn to it: an attachment of the engine's own. Needs the feature independentBlend */
   COPPICE_CONTENT_MAX_ENUM = 0x7fffffff
 } coppice_content;
@@ -204,9 +208,10 @@ typedef struct coppice_vulkan_view_desc {
   coppice_content contents[COPPICE_MAX_COLORS]; /* of color_formats; default COPPICE_CONTENT_DEFAULT */
   /* Not null: coppice_record_draw draws inside this subpass of a classic render pass, or of any that is compatible with it; default null:
    * inside dynamic rendering. The formats and samples above are those of the subpass: color_formats has an entry for each of its colour
-   * references, with COPPICE_CONTENT_NONE and any format for one that is VK_ATTACHMENT_UNUSED. That they agree Vulkan gives no way to see.
-   * No multiview. Jobs build pipelines with the pass whenever a plant needs another: it must live until the context is destroyed. An engine
-   * that makes new passes keeps one of the same kind for Coppice; views share pipelines where render_pass and subpass are the same. */
+   * references, with COPPICE_CONTENT_NONE and any colour format for one that is VK_ATTACHMENT_UNUSED. That they agree Vulkan gives no way
+   * to see. No multiview. Jobs build pipelines with the pass whenever a plant needs another: it must live until the context is destroyed.
+   * An engine that makes new passes keeps one of the same kind for Coppice; views share pipelines where render_pass and subpass are the
+   * same. */
   uint32_t subpass; /* default 0 */
   VkRenderPass render_pass;
 } coppice_vulkan_view_desc;
@@ -215,9 +220,9 @@ static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc)
 }
 
 /* Pipelines are shared by views of the same formats; the first of their kind has some built (coppice_pipelines_ready). A view takes about
- * 64 bytes an instance slot and 1.5 KB a plant, draw commands of up to a 64th of the memory budget and, with compute_raster, 8 bytes a
- * pixel and a list of 10 MB. cost: some milliseconds, and pipelines by jobs. errors: COPPICE_ERROR_INVALID_ARGUMENT,
- * COPPICE_ERROR_UNSUPPORTED: a format or samples; COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
+ * 64 bytes an instance slot and 1.5 KB a plant, draw commands of up to a 64th of the memory budget and what compute_raster says. cost: some
+ * milliseconds, and pipelines by jobs. errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_UNSUPPORTED: a format, samples, or more
+ * colours than the device draws to; COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_vulkan_view_create(coppice_context* context, const coppice_view_desc* desc,
                                                       const coppice_vulkan_view_desc* vulkan, coppice_view* view);
 

@@ -38,7 +38,7 @@ Renderer::Renderer(const RendererDesc& desc)
       growing_(device_),
       texture_sets_(device_),
       plants_(device_, garbage_, uploads_, texture_sets_, desc.allocator),
-      wind_maps_(device_, garbage_, desc.allocator),
+      wind_maps_(device_, desc.allocator),
       views_(device_, garbage_, pipelines_, scene_, plants_, desc.allocator) {
   if (!desc.only_measured) return;
   device_.vk = without_memory(device_.vk);
@@ -68,7 +68,7 @@ Result<void> Renderer::create() {
 Renderer::~Renderer() {
   pipelines_.close();
   timer_.destroy(device_);
-  for (Buffer* buffer : {&scene_.instances, &scene_.moved, &scene_.plants, &scene_.tables, &scene_.quad_indices})
+  for (Buffer* buffer : {&scene_.instances, &scene_.moved, &scene_.plants, &scene_.tables, &scene_.quad_indices, &scene_.wind_maps})
     destroy_buffer(device_, *buffer);
 }
 
@@ -91,12 +91,13 @@ BufferSizes Renderer::sizes(const Capacity& wanted) {
   const VkBufferUsageFlags texels = views_.has_raster() ? VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT : 0;
   sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | texels | kTo | kFrom,
              true, VK_FORMAT_R32G32B32A32_UINT});
-  sizes.add({&scene_.moved, "coppice moved instances",
-             std::max(InstanceTable::most_moved(static_cast<std::uint32_t>(slots)), 1u) * sizeof(Instance),
+  sizes.add({&scene_.moved, "coppice moved instances", InstanceTable::most_moved(static_cast<std::uint32_t>(slots)) * sizeof(Instance),
              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | kTo});
   sizes.add({&scene_.plants, "coppice plant records", plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
   sizes.add({&scene_.tables, "coppice tables", plants * kTableStride * sizeof(std::uint32_t),
              VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true});
+  sizes.add({&scene_.wind_maps, "coppice wind maps", (has_wind_maps_ ? kWindMaps * kMostMapPlaces : 1) * sizeof(vec2),
+             VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo, false, VK_FORMAT_R32G32_UINT});
   views_.add_sizes(capacity, sizes);
   return sizes;
 }
@@ -124,6 +125,22 @@ Result<void> Renderer::reserve(const Capacity& wanted) {
   COPPICE_CHECK(growing_.reserve(sizes(wanted)));
   capacity_ = {std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
   return {};
+}
+
+void Renderer::take_map(FrameWind& wind) {
+  Result<void> taken;
+  if (wind.now.wind.map != nullptr && !has_wind_maps_) {
+    has_wind_maps_ = true;
+    const BufferSizes wanted = sizes({});
+    if (fits_buffer(device_, growing_.reserve_bytes(wanted)))
+      taken = growing_.reserve(wanted);
+    else
+      taken = Error{Status::out_of_memory, "the memory budget has no room for maps"};
+    has_wind_maps_ = static_cast<bool>(taken);
+    if (!taken) wind.now.wind.map = nullptr;
+  }
+  if (auto copied = wind_maps_.begin_frame(wind); !copied) taken = copied;
+  if (!taken) go_on_without(device_, taken.error(), "plants move without the wind's map");
 }
 
 Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance,
@@ -195,7 +212,6 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
     }
   }
   if (!instances.moved().empty()) COPPICE_CHECK(uploads_.copy(bytes_of(instances.moved()), scene_.moved, 0));
-  instances.forget_moves();
   uploaded_slot_count_ = static_cast<std::uint32_t>(slots.size());
   return {};
 }
@@ -203,9 +219,11 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
 Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency) {
   COPPICE_CHECK(stage_indices());
   COPPICE_CHECK(plants_.upload_tables(scene_.tables));
-  COPPICE_CHECK(wind_maps_.upload(uploads_));
+  COPPICE_CHECK(wind_maps_.upload(uploads_, scene_.wind_maps));
   COPPICE_CHECK(stage_instances(instances));
-  return views_.prepare(instances, residency, desc_.memory_budget_bytes);
+  COPPICE_CHECK(views_.prepare(instances, residency, desc_.memory_budget_bytes));
+  instances.forget_moves();
+  return {};
 }
 
 Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency) {

@@ -48,8 +48,8 @@ class Renderer {
 
   /// Frees what the GPU is done with and fetches counts. frame_number grows
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
-  /// Takes the frame's map, and says of both where they will be. Once a frame, if ever
-  void take_maps(FrameWind& wind) { wind_maps_.begin_frame(wind); }
+  /// As WindMaps::begin_frame. Where memory is short the log says so, and the frame has no map. After begin_frame
+  void take_map(FrameWind& wind);
 
   /// RendererDesc's, or less where buffers for so many would be more than the device binds.
   [[nodiscard]] std::uint32_t max_instances() const { return desc_.views.max_instances; }
@@ -138,6 +138,7 @@ class Renderer {
   Views views_;
   GpuTimer timer_;
   Capacity capacity_;
+  bool has_wind_maps_ = false;  ///< scene_.wind_maps has room for them, or will have with the next upload
   std::uint32_t uploaded_slot_count_ = 0;
   std::uint64_t frame_ = 0, completed_ = 0;
   VkCommandBuffer upload_cmd_ = VK_NULL_HANDLE;

@@ -182,7 +182,7 @@ class InstanceTable {
   /// kMovedShare: the others count as come.
   void forget_moves();
   static constexpr std::uint32_t kMovedShare = 8;
-  [[nodiscard]] static std::uint32_t most_moved(std::uint32_t slot_count) { return slot_count / kMovedShare; }
+  [[nodiscard]] static std::uint32_t most_moved(std::uint32_t slot_count) { return (slot_count + kMovedShare - 1) / kMovedShare; }
 
   /// The first run of slots to upload, marked clean; empty when there is none.
   SlotRange take_dirty();

@@ -92,6 +92,7 @@ gpu::WindNow wind_now(const PlacedWind& placed, const dvec3& eye_m) {
   const double x = wind.direction[0], z = wind.direction[2], level = std::hypot(x, z);
   const bool blows = level_speed_mps(wind) > 0.0f;
   const double along_x = blows ? x / level : 1.0, along_z = blows ? z / level : 0.0;
+  const double gusts_m = wind.gusts_m >= 0.0 ? wind.gusts_m : double{wind.speed} * wind.time_s;
   gpu::WindNow now{};
   now.direction = {static_cast<float>(along_x), 0.0f, static_cast<float>(along_z)};
   now.speed_mps = level_speed_mps(wind);
@@ -102,7 +103,7 @@ gpu::WindNow wind_now(const PlacedWind& placed, const dvec3& eye_m) {
     const Wave& wave = kWaves[i];
     const double k = kTurn / wave.length_m, c = std::cos(wave.turn_rad), s = std::sin(wave.turn_rad);
     const double k_x = k * (c * along_x - s * along_z), k_z = k * (s * along_x + c * along_z);
-    const double phase = k_x * eye_m.x + k_z * eye_m.z - k * c * double{wind.speed} * wind.time_s;
+    const double phase = k_x * eye_m.x + k_z * eye_m.z - k * c * gusts_m;
     now.waves[i] = {static_cast<float>(k_x), static_cast<float>(k_z), static_cast<float>(std::remainder(phase, kTurn)), wave.share};
   }
   set_map(placed, eye_m, now);

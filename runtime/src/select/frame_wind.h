@@ -16,7 +16,7 @@ struct PlacedWind {
   coppice_wind wind{};            ///< the map itself is looked at when a frame begins, and by no one afterwards
   dvec3 origin_m{0, 0, 0};        ///< what the map's rectangle counts from
   float most_map_mps = 0.0f;      ///< the map's highest speed
-  std::uint64_t map_address = 0;  ///< where the motion looks it up: of the GPU, or of the process; 0: nothing is added
+  std::uint64_t map_address = 0;  ///< WindNow::map; 0: nothing is added
 };
 
 /// A frame's, and that of the frame before at coppice_wind.time_before_s.

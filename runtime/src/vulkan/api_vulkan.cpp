@@ -1,6 +1,7 @@
 // The functions of coppice/vulkan.h: checks what the engine passes, translates, forwards. No logic.
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "abi.h"
@@ -180,7 +181,9 @@ coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer c
   if (!context->context->device_state()) return call.lost();
   COPPICE_REFUSE_IF(context->context->recording() != Recording::begun ? "not the first call since coppice_frame_begin" : "");
   const coppice::TraceScope trace(context->context->hooks().trace, COPPICE_TRACE_RECORD_UPLOAD);
-  const coppice::gpu::DebugLabel label(context->context->renderer()->device(), cmd, __func__);
+  std::optional<coppice::gpu::DebugLabel> label;  // not for a queue that may be for transfers alone
+  const coppice::gpu::Device& device = context->context->renderer()->device();
+  if (device.queue_families.empty()) label.emplace(device, cmd, __func__);
   context->context->renderer()->record_upload_begin(cmd);
   return call.finish(context->context->upload());
 }

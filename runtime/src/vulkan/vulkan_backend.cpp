@@ -76,7 +76,7 @@ Result<void> VulkanBackend::add_plant(std::uint32_t plant, const PlantFile& file
 void VulkanBackend::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) {
   wind_ = wind;
   renderer_->begin_frame(frame_number, completed_number);
-  renderer_->take_maps(wind_);
+  renderer_->take_map(wind_);
 }
 
 Result<void> VulkanBackend::upload_chunk(const DecodedChunk& chunk) {

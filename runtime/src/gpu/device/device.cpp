@@ -152,6 +152,7 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
   opened.max_storage_bytes = properties.limits.maxStorageBufferRange;
   opened.max_draw_count = properties.limits.maxDrawIndirectCount;
   opened.max_texel_count = properties.limits.maxTexelBufferElements;
+  opened.max_colors = properties.limits.maxColorAttachments;
   opened.max_group_count = properties.limits.maxComputeWorkGroupCount[0];
   opened.max_view_width = properties.limits.maxViewportDimensions[0];
   opened.max_view_height = properties.limits.maxViewportDimensions[1];
@@ -174,12 +175,20 @@ bool has_int64_atomics(const Device& device) {
   return features.features.shaderInt64 == VK_TRUE && vulkan12.shaderBufferInt64Atomics == VK_TRUE;
 }
 
+namespace {
+
+std::uint32_t texel_bytes(VkFormat format) {
+  if (format == VK_FORMAT_R32_UINT) return 4;
+  return format == VK_FORMAT_R32G32_UINT ? 8 : 16;
+}
+
+}  // namespace
+
 Result<Buffer> create_buffer(Device& device, const BufferDesc& desc) {
   const auto beyond = [&](const char* what) { return Error{Status::unsupported, what, Error::kNoOffset, std::to_string(desc.size_bytes)}; };
   if ((desc.usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && desc.size_bytes > device.max_storage_bytes)
     return beyond("storage buffer beyond the device's limit, bytes");
-  if ((desc.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) &&
-      desc.size_bytes / (desc.texels == VK_FORMAT_R32_UINT ? 4 : 16) > device.max_texel_count)
+  if ((desc.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) && desc.size_bytes / texel_bytes(desc.texels) > device.max_texel_count)
     return beyond("texel buffer beyond the device's limit, bytes");
   const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
                                 .size = desc.size_bytes,

@@ -21,6 +21,7 @@ struct Device {
   std::uint32_t max_draw_count = 0;                       ///< of one indirect draw
   std::uint32_t max_group_count = 0;                      ///< of one dispatch, in x
   std::uint64_t max_texel_count = 0;                      ///< of one texel buffer view
+  std::uint32_t max_colors = 0;                           ///< attachments of a pass
   bool block_textures = false;                            ///< textureCompressionBC is enabled; only the engine knows, so the caller says it
   std::uint32_t max_view_width = 0, max_view_height = 0;  ///< of a viewport
   VkSampleCountFlags sample_counts = 0;                   ///< of attachments for colour and depth
@@ -59,7 +60,7 @@ struct BufferDesc {
   std::uint64_t size_bytes = 0;
   VkBufferUsageFlags usage = 0;
   MemoryKind kind = MemoryKind::device;
-  VkFormat texels = VK_FORMAT_R32_UINT;  ///< of UNIFORM_TEXEL_BUFFER: R32_UINT or R32G32B32A32_UINT
+  VkFormat texels = VK_FORMAT_R32_UINT;  ///< of UNIFORM_TEXEL_BUFFER: R32, R32G32 or R32G32B32A32
 };
 
 /// errors  out_of_memory; device_lost; unsupported: a storage or texel buffer larger than the device binds
@@ -102,7 +103,7 @@ template <class Handle>
 [[nodiscard]] Result<void> check_alive(const Device& device);
 
 /// Tells the log that a frame goes on without something, once for each call that fails. A lost device is the caller's to return.
-/// instead  what happens: "drawn without shadows"
+/// instead  what happens: "drawn without shadows and occluder"
 void go_on_without(Device& device, const Error& error, const char* instead);
 
 /// How the buffers and images of a device are shared, for their create infos.

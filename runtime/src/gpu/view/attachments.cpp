@@ -105,6 +105,9 @@ bool wants_content(const AttachmentDesc& attachments, coppice_content content) {
 }
 
 Result<void> check_attachments(const Device& device, const AttachmentDesc& attachments) {
+  if (attachments.color_count > device.max_colors)
+    return Error{Status::unsupported, "more colour attachments than this device draws to", Error::kNoOffset,
+                 "vulkan.color_formats[" + std::to_string(device.max_colors) + "]"};
   for (std::uint32_t i = 0; i < attachments.color_count; ++i) COPPICE_CHECK(check_color(device, attachments, i));
   COPPICE_CHECK(check_depth(device, attachments.depth_format, "vulkan.depth_format is not a format of depth",
                             "vulkan.depth_format is none that this device draws depth to"));

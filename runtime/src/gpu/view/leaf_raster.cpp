@@ -108,17 +108,20 @@ float depth_step(const AttachmentDesc& attachments) {
 }
 
 /// Most of it does not depend on the slots: few steps, as each takes all of it twice for some frames.
+std::uint64_t work_capacity(std::uint32_t slots) {
+  return std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
+}
+
 BufferSize work_size(Buffer& work, std::uint32_t slots) {
-  const std::uint64_t capacity = std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
-  return {&work, "coppice work items",       capacity * sizeof(WorkItem), kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+  return {&work, "coppice work items",       work_capacity(slots) * sizeof(WorkItem), kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
           false, VK_FORMAT_R32G32B32A32_UINT};
 }
 
 /// As many of motion, for a view that wants it.
-BufferSize motion_size(Buffer& motion, const BufferSize& work) {
+BufferSize motion_size(Buffer& motion, std::uint32_t slots) {
   return {&motion,
           "coppice cluster motion",
-          work.bytes / sizeof(WorkItem) * sizeof(ClusterMotion),
+          work_capacity(slots) * sizeof(ClusterMotion),
           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
           false,
           VK_FORMAT_R32G32B32A32_UINT};
@@ -143,7 +146,8 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
                  std::to_string(desc.max_instances)};
   if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBuffers - 2 + kStorageCount)
     return Error{Status::unsupported, "too few storage buffers in a stage for the compute rasteriser"};
-  if (device.max_texel_count < std::uint64_t{desc.max_instances} * sizeof(Instance) / sizeof(vec4))
+  const std::uint64_t motion_texels = work_capacity(desc.max_instances) * (sizeof(ClusterMotion) / sizeof(vec4));
+  if (device.max_texel_count < std::max(std::uint64_t{desc.max_instances} * (sizeof(Instance) / sizeof(vec4)), motion_texels))
     return Error{Status::unsupported, "too few texels in a buffer for the compute rasteriser"};
   constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
   if ((subgroup.supportedOperations & kNeeded) != kNeeded || !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
@@ -274,7 +278,7 @@ void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& s
 void LeafRaster::add_view_sizes(std::uint32_t slots, RasterView& view, BufferSizes& sizes) {
   if (slots == 0 || view.depth_alone) return;
   sizes.add(work_size(view.work, slots));
-  if (view.wants_velocity) sizes.add(motion_size(view.motion, work_size(view.work, slots)));
+  if (view.wants_velocity) sizes.add(motion_size(view.motion, slots));
 }
 
 InstanceBlock gpu_block(const InstanceBounds& bounds) {
@@ -342,7 +346,7 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
     return false;
   }
   const bool reversed = view.reversed_depth;
-  const auto work_capacity = static_cast<std::uint32_t>(work_of(view).size_bytes / sizeof(WorkItem));
+  const auto capacity = static_cast<std::uint32_t>(work_of(view).size_bytes / sizeof(WorkItem));
   view.debug_view = camera.debug_view;
   view.eye_count = eye_count;
   view.push = {.round = 0,
@@ -352,8 +356,8 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
                .split_px = kSplit_px,
                .reversed = reversed ? 1u : 0u,
                .lanes = lanes_,
-               .work_capacity = work_capacity,
-               .place_bits = static_cast<std::uint32_t>(std::bit_width(work_capacity)),
+               .work_capacity = capacity,
+               .place_bits = static_cast<std::uint32_t>(std::bit_width(capacity)),
                .expand_items = shape_.expand_together ? 1 : lanes_,
                .leaf_clusters = shape_.leaf_clusters,
                .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes,

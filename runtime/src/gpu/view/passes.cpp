@@ -23,7 +23,7 @@ constexpr VkShaderStageFlags kAllStages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADE
 
 /// The view is a uniform buffer, the tables are texels, all else storage buffers. From leaf commands on only the passes that cull see them:
 /// few devices promise ten storage buffers to each stage.
-constexpr std::uint32_t kMaps = kFrameBuffers, kOccluders = kMaps + 1, kFrameBindings = kOccluders + 1;
+constexpr std::uint32_t kMaps = kFrameBuffers, kOccluders = kMaps + 1, kWind = kOccluders + 1, kFrameBindings = kWind + 1;
 constexpr std::array<Binding, kFrameBindings> kFrameSet = [] {
   std::array<Binding, kFrameBindings> bindings{};
   for (std::uint32_t i = 0; i < kFrameBuffers; ++i)
@@ -33,6 +33,7 @@ constexpr std::array<Binding, kFrameBindings> kFrameSet = [] {
   bindings[static_cast<std::uint32_t>(FrameBinding::tables)].type = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
   bindings[kMaps] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kAllStages, kMaxShadowMaps};
   bindings[kOccluders] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_COMPUTE_BIT, kMostEyes};
+  bindings[kWind] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, kAllStages};
   return bindings;
 }();
 
@@ -123,6 +124,7 @@ std::array<Bound, kFrameBindings> bound_to(const Passes& passes, const FrameBind
   for (std::size_t i = 0; i < kFrameBuffers; ++i) bound[i].buffer = bindings.buffers[i];
   bound[kMaps] = {.sampler = passes.map_sampler, .views = bindings.maps.data()};
   bound[kOccluders] = {.sampler = passes.map_sampler, .views = bindings.occluders.data()};
+  bound[kWind].buffer = bindings.wind_maps;
   return bound;
 }
 

@@ -76,7 +76,7 @@ EyePipelines for_each_eye_count(const Add& add) {
   return added;
 }
 
-/// Buffers of set 0, in binding order (bindings.glsl); the shadow maps and the occluders come after them.
+/// Buffers of set 0, in binding order (bindings.glsl); the shadow maps, the occluders and the wind's maps come after them.
 enum class FrameBinding : std::uint32_t {
   view,
   instances,
@@ -115,6 +115,7 @@ struct FrameBindings {
   std::array<const Buffer*, kFrameBuffers> buffers{};  ///< by FrameBinding
   std::array<VkImageView, kMaxShadowMaps> maps{};
   std::array<VkImageView, kMostEyes> occluders{};
+  const Buffer* wind_maps = nullptr;
 };
 Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const FrameBindings& bindings);
 /// set: of create_frame_set; the GPU must be done with it

@@ -188,6 +188,7 @@ FrameBindings ViewRecorder::bindings() const {
   const SceneBuffers& scene = shared_.scene;
   FrameBindings bindings{.buffers = {&buffers_.view, &scene.instances, &scene.plants, &scene.tables, &buffers_.cuts, &buffers_.wood_list,
                                      &buffers_.leaf_commands, &buffers_.draw_counts, &buffers_.wood_commands, &buffers_.counters}};
+  bindings.wind_maps = &scene.wind_maps;
   bindings.maps.fill(shared_.plants.placeholder().texture.view);
   bindings.occluders.fill(shared_.plants.placeholder().texture.view);
   return bindings;
@@ -219,7 +220,7 @@ ViewRecorder::FrameSet ViewRecorder::set_of(const coppice_light& light) {
   }
   const auto set = create_frame_set(shared_.device, shared_.passes, with);
   if (!set) {
-    go_on_without(shared_.device, set.error(), "drawn without shadows");
+    go_on_without(shared_.device, set.error(), "drawn without shadows and occluder");
     return {frame_set_.set, false};
   }
   lit_sets_.push_back({*set, frame_});

@@ -25,6 +25,7 @@ struct SceneBuffers {
   Buffer moved;           ///< Instance[]: InstanceTable::moved
   Buffer plants, tables;  ///< Plant[] and the words of packed tables, by plant
   Buffer quad_indices;    ///< uint16, of as many leaf quads as a cluster has
+  Buffer wind_maps;       ///< vec2[kWindMaps][kMostMapPlaces], or one place before the first map
 };
 
 /// How much there is room for.

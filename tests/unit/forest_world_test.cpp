@@ -177,6 +177,23 @@ TEST(Placement, EverySpeciesGrows) {
     EXPECT_GT(std::ranges::count_if(planting.plants, [s](const PlacedPlant& plant) { return plant.species == s; }), 50) << s;
 }
 
+TEST(Placement, AQuarterIsYoungAndStandsInThickets) {
+  const Planting planting = plant_forest(kSpecies, 2000, 4);
+  std::vector<glm::vec2> young;
+  for (const PlacedPlant& plant : planting.plants)
+    if (plant.scale < 0.6f * fitting_scale(kSpecies[plant.species].radius_m)) young.push_back(plant.position);
+  EXPECT_EQ(young.size(), 500u);
+  // Nearer to the next one than as many would be that were strewn evenly.
+  float nearest_m = 0;
+  for (std::size_t i = 0; i < young.size(); ++i) {
+    float of_this_m = 1e9f;
+    for (std::size_t j = 0; j < young.size(); ++j)
+      if (i != j) of_this_m = std::min(of_this_m, glm::distance(young[i], young[j]));
+    nearest_m += of_this_m / static_cast<float>(young.size());
+  }
+  EXPECT_LT(nearest_m, 0.45f * 2 * planting.half_extent_m / std::sqrt(static_cast<float>(young.size())));
+}
+
 TEST(Placement, NothingStandsOnTheTrailOrInAnotherStem) {
   const Planting planting = plant_forest(kSpecies, 600, 5);
   for (std::size_t i = 0; i < planting.plants.size(); ++i) {

@@ -183,6 +183,7 @@ struct Candidates {
     const int z = static_cast<int>(i) / side;
     plant.yaw_rad = 2 * std::numbers::pi_v<float> * hash01(x, z, seed + 5);
     plant.lean_rad = kMostLean_rad * (2.0f * glm::vec2(hash01(x, z, seed + 10), hash01(x, z, seed + 11)) - 1.0f);
+    plant.slope_share = 0.2f + 0.4f * hash01(x, z, seed + 14);
     plant.tint = choose_tint(plant.position, hash01(x, z, seed + 6), seed);
   }
 };

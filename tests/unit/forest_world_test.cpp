@@ -387,6 +387,37 @@ TEST(Camera, ABadKeyframeFileNamesItsLine) {
   EXPECT_THROW(static_cast<void>(path_from_file("/nowhere/x.camera", terrain)), Failure);
 }
 
+TEST(Feet, AreWherePlantsStandAndNotUnderASingleOne) {
+  const Planting planting = plant_forest(kSpecies, 400, 2);
+  const Feet feet = make_feet(planting);
+  ASSERT_EQ(feet.feet.size(), planting.plants.size());
+  for (const PlacedPlant& plant : planting.plants) {
+    EXPECT_FLOAT_EQ(foot_share(feet, plant.position), 1);
+    EXPECT_LT(foot_share(feet, plant.position + glm::vec2(0.1f, 0)), 1);
+  }
+  EXPECT_EQ(foot_share(feet, point_on(planting.trail, 0)), 0);
+  EXPECT_EQ(foot_share(make_feet(plant_forest(kSpecies, 1, 2)), {0, 0}), 0);
+}
+
+TEST(Feet, MoundsRiseFromTheGroundAndFaceUp) {
+  const Planting planting = plant_forest(kSpecies, 400, 2);
+  const Terrain terrain = make_terrain(planting.half_extent_m, 2);
+  const Pose pose = walk_path(planting.trail, terrain).pose(0);
+  const glm::mat4 clip_from_world = clip_from_view(pose, 1.7f) * view_from_world(pose);
+  std::vector<TerrainVertex> vertices(kMaxMounds * kMoundVertices);
+  vertices.resize(gather_mounds(terrain, make_feet(planting), clip_from_world, pose.position, vertices) * kMoundVertices);
+  ASSERT_GT(vertices.size(), 0u);
+  for (const TerrainVertex& vertex : vertices) {
+    const float above_m = vertex.position.y - height_at(terrain, vertex.position.x, vertex.position.z);
+    EXPECT_GT(above_m, -0.04f);
+    EXPECT_LT(above_m, 0.8f);
+    EXPECT_GT(vertex.normal.y, 0);
+    if (vertex.foot == 0) {
+      EXPECT_LT(above_m, 0) << "its rim is in the ground";
+    }
+  }
+}
+
 TEST(Tufts, StandOnTheGroundInViewAndOffTheTrail) {
   const Planting planting = plant_forest(kSpecies, 400, 2);
   const Terrain terrain = make_terrain(planting.half_extent_m, 2);

@@ -21,6 +21,8 @@ layout(set = 0, binding = 9) uniform sampler2D plant_albedo;
 layout(set = 0, binding = 10) uniform sampler2D plant_normal;
 layout(set = 0, binding = 11) uniform sampler2D plant_light;
 layout(set = 0, binding = 12) uniform sampler2D plant_depth;
+layout(set = 0, binding = 13) uniform sampler2D ground_height;
+layout(set = 0, binding = 14) uniform sampler2D ground_litter;
 
 // Velocity of what only the camera moves.
 const vec4 kByDepth = vec4(0.0, 0.0, 2.0, 0.0);
@@ -125,6 +127,11 @@ vec3 light_of_surroundings(vec3 normal, float open) {
 }
 
 // ---- ground
+
+// Earth and moss about the foot of a stem, on the ground and on the bark. noise: 0..1
+vec3 foot_color(float noise) {
+  return mix(vec3(0.072, 0.052, 0.030), vec3(0.062, 0.078, 0.022), smoothstep(0.35, 0.7, noise));
+}
 
 // x sunlight let through, y trodden, z open sky, w lushness; neutral values beyond the planted square.
 vec4 ground_state(vec2 at) {

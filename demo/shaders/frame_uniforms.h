@@ -22,12 +22,13 @@ struct FrameUniforms {
   mat4 shadows[3];              // clip_from_world of the shadow maps, the finest first
   mat4 sky_map;                 // of the map from above
   vec4 ground;                  // x half side of the ground map, m; y exposure; zw size of what is enlarged to the picture, px
+  vec4 leaf_color;              // the mean of the leaves of all plants
   vec4 drawn_px;                // xy size of the pane
   vec4 gusts[4];                // coppice_gusts about the origin: direction x and z, load, gustiness; then its waves
   vec4 gusts_before[4];         // in the frame before
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameUniforms) == 7 * 64 + 16 * 16);
+static_assert(sizeof(FrameUniforms) == 7 * 64 + 17 * 16);
 }  // namespace forest
 #endif

@@ -26,6 +26,17 @@ vec3 gloss(CoppiceSurface s, vec3 eye, float open) {
   return (1.0 - s.roundness) * (mirrored * lobe * s.sun * frame.sun_color.rgb + rim * frame.sky_color.rgb);
 }
 
+// Where a stem comes out of the ground it is dark, and takes on the ground's colour and light: no line shows where they meet.
+// above_m: the ground
+void stand_on_ground(inout CoppiceSurface s, vec3 world, float above_m) {
+  float noise = 0.5 + 0.4 * sin(21.0 * world.x + 9.0 * world.y - 19.0 * world.z);
+  float low = frame.ground_color.w * clamp(1.35 - 1.6 * above_m - 0.7 * noise, 0.0, 1.0);
+  s.occlusion *= 1.0 - 0.35 * low;
+  low *= s.translucency > 0.0 ? 0.0 : 1.0;
+  s.albedo = mix(s.albedo, foot_color(noise), 0.85 * low);
+  s.normal = mix(s.normal, vec3(0.0, 1.0, 0.0), 0.35 * low);
+}
+
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   float depth = texelFetch(plant_depth, at, 0).x;
@@ -34,6 +45,8 @@ void main() {
   CoppiceSurface s = coppice_surface(albedo, texelFetch(plant_normal, at, 0), texelFetch(plant_light, at, 0));
   vec4 place = frame.world_from_clip * vec4(clip, depth, 1.0);
   vec3 world = place.xyz / place.w;
+  float above_m = world.y - textureLod(ground_height, 0.5 + 0.5 * world.xz / frame.ground.x, 0.0).x;
+  stand_on_ground(s, world, above_m);
   vec3 eye = normalize(frame.eye.xyz - world);
   float open = min(s.occlusion, open_sky(world, gl_FragCoord.xy, 1.0));
   CoppiceLight sun = CoppiceLight(frame.sun_direction.xyz, frame.sun_color.rgb, vec3(0.0), vec3(0.0));

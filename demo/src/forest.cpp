@@ -78,6 +78,13 @@ Species species_of(const Forest& forest, coppice_plant plant) {
   return species;
 }
 
+/// How much the ground rises along x and z.
+glm::vec2 slope_at(const Terrain& terrain, glm::vec2 at) {
+  constexpr float kStep_m = 0.7f;
+  const auto height = [&](float x, float z) { return height_at(terrain, at.x + x, at.y + z); };
+  return glm::vec2(height(kStep_m, 0) - height(-kStep_m, 0), height(0, kStep_m) - height(0, -kStep_m)) / (2 * kStep_m);
+}
+
 coppice_placement placement_of(const PlacedPlant& plant, const Species& species, const Terrain& terrain) {
   coppice_placement placement;
   coppice_placement_init(&placement);
@@ -95,7 +102,8 @@ coppice_placement placement_of(const PlacedPlant& plant, const Species& species,
   placement.scale = plant.scale;
   // Turned about its stem, which then leans.
   const glm::quat yaw = glm::angleAxis(plant.yaw_rad, glm::vec3(0, 1, 0));
-  const glm::quat lean = glm::quat(glm::vec3(plant.lean_rad.y, 0, -plant.lean_rad.x));
+  const glm::vec2 lean_rad = plant.lean_rad - plant.slope_share * slope_at(terrain, plant.position);
+  const glm::quat lean = glm::quat(glm::vec3(lean_rad.y, 0, -lean_rad.x));
   const glm::quat rotation = lean * yaw;
   std::copy_n(glm::value_ptr(rotation), 4, placement.rotation);
   std::memcpy(placement.tint, &plant.tint, sizeof placement.tint);
@@ -208,6 +216,34 @@ Forest create_forest(const Device& device, const Options& options, PlantTargets 
 
 }  // namespace
 
+namespace {
+
+/// The mean over all plants with leaves of what their cards show from afar. A new context numbers files from 0, as they are opened.
+void find_leaf_color(Forest& forest) {
+  glm::vec3 sum(0);
+  float plants = 0;
+  for (std::uint32_t file = 0; file < forest.plants.size(); ++file) {
+    coppice_file_info info;
+    coppice_file_info_init(&info);
+    check(forest, coppice_file_get_info(forest.context.get(), file, &info), "coppice_file_get_info");
+    glm::vec3 of_plant(0);
+    float covered = 0;
+    for (std::uint32_t i = 0; i < info.card_count; ++i) {
+      coppice_card card;
+      coppice_card_init(&card);
+      check(forest, coppice_file_get_card(forest.context.get(), file, i, &card), "coppice_file_get_card");
+      of_plant += card.coverage * glm::make_vec3(card.albedo);
+      covered += card.coverage;
+    }
+    if (covered <= 0) continue;
+    sum += of_plant / covered;
+    ++plants;
+  }
+  if (plants > 0) forest.leaf_color = sum / plants;
+}
+
+}  // namespace
+
 Forest open_forest(const Device& device, const std::vector<std::string>& files, const Options& options, PlantTargets targets) {
   Forest forest = create_forest(device, options, targets, std::nullopt);
   forest.files = files;
@@ -215,6 +251,7 @@ Forest open_forest(const Device& device, const std::vector<std::string>& files, 
     forest.plants.push_back(open_plant(forest, file));
     forest.species.push_back(species_of(forest, forest.plants.back()));
   }
+  find_leaf_color(forest);
   return forest;
 }
 

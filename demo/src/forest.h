@@ -29,7 +29,8 @@ struct Forest {
   std::array<coppice_view, kMostPanes> views{};          ///< the picture, or its panes; 0: not there
   std::array<coppice_view, Shadows::kMaps> sun_views{};  ///< the shadow maps; 0 without them
   std::vector<coppice_plant> plants;
-  std::vector<Species> species;  ///< per plant
+  std::vector<Species> species;                  ///< per plant
+  glm::vec3 leaf_color = {0.07f, 0.12f, 0.03f};  ///< albedo, the mean over plants; a leaf's green of scenes, and where none has leaves
   coppice_scene scene = 0;
   coppice_scene_info scene_info{};  ///< of the scene, if there is one
 };

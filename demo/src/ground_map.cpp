@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include <glm/gtc/packing.hpp>
+
 #include "noise.h"
 
 namespace forest {
@@ -79,7 +81,66 @@ GroundMap make_ground_map(const Planting& planting, const glm::vec3& sun_directi
       map.texture.texels.push_back(to_byte(0.5f + 0.75f * fractal_noise(at.x / 15, at.y / 15, 4, seed + 601)));
     }
   append_mips(map.texture);
+  map.feet = make_feet(planting);
   return map;
+}
+
+namespace {
+
+/// visit(texel's first byte, place along and across the leaf, -1..1) for texels of a leaf-shaped patch that may hang over the tile's edges.
+template <class Visit>
+void for_each_in_leaf(Texture& tile, glm::vec2 middle_px, float half_length_px, float turn_rad, const Visit& visit) {
+  constexpr float kWidth = 0.42f;  // in lengths
+  const auto side = static_cast<int>(tile.side_px);
+  const glm::vec2 along(std::cos(turn_rad), std::sin(turn_rad));
+  const int reach = static_cast<int>(half_length_px) + 1;
+  for (int dz = -reach; dz <= reach; ++dz)
+    for (int dx = -reach; dx <= reach; ++dx) {
+      const glm::vec2 offset(dx, dz);
+      const float u = glm::dot(offset, along) / half_length_px;
+      const float v = (along.x * offset.y - along.y * offset.x) / half_length_px / kWidth;
+      // Pointed at both ends, widest a little before the middle.
+      if (std::abs(u) > 1 || std::abs(v) > (1 - u * u) * (1 - 0.25f * u)) continue;
+      const int x = (static_cast<int>(middle_px.x) + dx + side) % side, z = (static_cast<int>(middle_px.y) + dz + side) % side;
+      visit(4 * (static_cast<std::size_t>(z) * tile.side_px + static_cast<std::size_t>(x)), u, v);
+    }
+}
+
+}  // namespace
+
+Texture make_litter(std::uint32_t seed) {
+  constexpr std::int32_t kSide = 512, kLeaves = 900;
+  Texture tile;
+  tile.side_px = kSide;
+  tile.texels.assign(std::size_t{kSide} * kSide * 4, std::byte{0});
+  for (std::size_t i = 3; i < tile.texels.size(); i += 4) tile.texels[i] = std::byte{255};
+  for (std::int32_t i = 0; i < kLeaves; ++i) {
+    const auto dice = [&](std::int32_t which) { return hash01(i, which, seed + 811); };
+    const glm::vec2 middle_px = static_cast<float>(kSide) * glm::vec2(dice(0), dice(1));
+    const float half_length_px = 7 + 7 * dice(2), turn_rad = 6.2831853f * dice(3), tone = dice(4);
+    for_each_in_leaf(tile, middle_px + 2.0f, 1.15f * half_length_px, turn_rad,
+                     [&](std::size_t texel, float, float) { tile.texels[texel + 3] = to_byte(0.55f); });
+    for_each_in_leaf(tile, middle_px, half_length_px, turn_rad, [&](std::size_t texel, float u, float v) {
+      // Folded along the rib: one half is turned to the light.
+      const float shade = 0.5f + (v > 0 ? 0.12f : -0.12f) - (std::abs(v) < 0.12f ? 0.15f : 0.0f) + 0.15f * u * (tone - 0.5f);
+      tile.texels[texel] = to_byte(shade + 0.3f * (dice(5) - 0.5f));
+      tile.texels[texel + 1] = to_byte(tone);
+      tile.texels[texel + 2] = to_byte(static_cast<float>(i + 1) / kLeaves);  // those on top have come first
+      tile.texels[texel + 3] = std::byte{255};
+    });
+  }
+  append_mips(tile);
+  return tile;
+}
+
+std::vector<std::uint16_t> make_height_map(const Terrain& terrain, float extent_m) {
+  std::vector<std::uint16_t> heights;
+  for (std::uint32_t z = 0; z < kHeightSide_px; ++z)
+    for (std::uint32_t x = 0; x < kHeightSide_px; ++x) {
+      const glm::vec2 at = (glm::vec2(x, z) + 0.5f) * (2 * extent_m / kHeightSide_px) - extent_m;
+      heights.push_back(glm::packHalf1x16(height_at(terrain, at.x, at.y)));
+    }
+  return heights;
 }
 
 Texture make_ground_detail(std::uint32_t seed) {

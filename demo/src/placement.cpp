@@ -19,6 +19,8 @@ constexpr float kCrownShare = 0.62f;
 constexpr float kMostLean_rad = 0.05f;
 // Neighbours' crowns may interlock: stems this share of the summed crown radii apart.
 constexpr float kSpacingShare = 0.62f;
+// Of grown plants, in sizes of their file.
+constexpr float kSmallestScale = 0.66f, kLargestScale = 1.24f;
 
 /// Accepted plants of crowns up to max_crown_m by square cell, for neighbour queries.
 class CrownGrid {
@@ -171,20 +173,40 @@ struct Candidates {
     if (kinds[i] == kNothing) return false;
     plant.species = kinds[i];
     const float radius_m = species[plant.species].radius_m;
-    plant.scale = fitting_scale(radius_m) * (0.72f + 0.5f * hash01(x, z, seed + 4));
+    plant.scale = fitting_scale(radius_m) * (kSmallestScale + (kLargestScale - kSmallestScale) * hash01(x, z, seed + 4));
     plant.crown_radius_m = kCrownShare * radius_m * plant.scale;
     return true;
   }
+  [[nodiscard]] float dice(std::uint32_t i) const { return hash01(static_cast<int>(i) % side, static_cast<int>(i) / side, seed + 12); }
   void finish(std::uint32_t i, PlacedPlant& plant) const {
     const int x = static_cast<int>(i) % side;
     const int z = static_cast<int>(i) / side;
     plant.yaw_rad = 2 * std::numbers::pi_v<float> * hash01(x, z, seed + 5);
     plant.lean_rad = kMostLean_rad * (2.0f * glm::vec2(hash01(x, z, seed + 10), hash01(x, z, seed + 11)) - 1.0f);
+    plant.slope_share = 0.2f + 0.4f * hash01(x, z, seed + 14);
     plant.tint = choose_tint(plant.position, hash01(x, z, seed + 6), seed);
   }
 };
 
-enum class Sweep { trees, undergrowth };
+/// How many of so many are young.
+std::uint32_t young_of(std::uint32_t count) {
+  return count / 4;
+}
+
+/// The same plant, young: of half a metre at least.
+void make_young(PlacedPlant& plant, float radius_m, float dice) {
+  constexpr float kSmallest_m = 0.25f;
+  const float age = std::min(std::max(0.16f + 0.26f * dice * dice, kSmallest_m / (radius_m * plant.scale)), 1.0f);
+  plant.scale *= age;
+  plant.crown_radius_m *= age;
+}
+
+// Young plants stand in thickets.
+bool is_thicket(glm::vec2 at, std::uint32_t seed) {
+  return gradient_noise(at.x / 8, at.y / 8, seed + 431) > 0.05f;
+}
+
+enum class Sweep { trees, shrubs, young };
 
 std::vector<PlacedPlant> throw_darts(std::span<const Species> species, std::uint32_t count, std::uint32_t seed, const Planting& square) {
   float largest_m = 0;
@@ -200,7 +222,6 @@ std::vector<PlacedPlant> throw_darts(std::span<const Species> species, std::uint
   candidates.kinds.assign(static_cast<std::size_t>(candidates.side) * static_cast<std::size_t>(candidates.side), Candidates::kUnknown);
   const std::vector<std::uint32_t> order = candidates.hashed_order();
 
-  constexpr float kLargestScale = 0.72f + 0.5f, kSmallestScale = 0.72f;
   Occupancy occupancy(square.half_extent_m, kLargestScale * largest_m, kSmallestScale * smallest_m);
   const TrailMap trail(square.trail, square.half_extent_m, kTrailHalfWidth_m + 0.5f * kLargestScale * largest_m);
   const auto on_trail = [&](const PlacedPlant& plant) {
@@ -209,12 +230,17 @@ std::vector<PlacedPlant> throw_darts(std::span<const Species> species, std::uint
   std::vector<PlacedPlant> plants;
   plants.reserve(count);
   // Trees first, then what grows between them: in one sweep the many small plants would leave the few large ones no room.
-  for (const Sweep sweep : {Sweep::trees, Sweep::undergrowth})
+  const std::uint32_t grown = count - young_of(count);
+  for (const Sweep sweep : {Sweep::trees, Sweep::shrubs, Sweep::young})
     for (std::uint32_t i : order) {
-      if (plants.size() == (sweep == Sweep::trees ? count / 3 : count)) break;
+      if (plants.size() == (sweep == Sweep::trees ? grown / 3 : sweep == Sweep::shrubs ? grown : count)) break;
       PlacedPlant candidate;
       if (!candidates.make(i, candidate)) continue;
       if (sweep == Sweep::trees && candidate.crown_radius_m < 0.6f * largest_m) continue;
+      if (sweep == Sweep::young) {
+        if (!is_thicket(candidate.position, seed)) continue;
+        make_young(candidate, species[candidate.species].radius_m, candidates.dice(i));
+      }
       if (on_trail(candidate) || !occupancy.has_room(candidate)) continue;
       candidates.finish(i, candidate);
       occupancy.add(candidate);
@@ -253,7 +279,7 @@ Planting plant_forest(std::span<const Species> species, std::uint32_t count, std
   }
   Planting planting;
   // A saturated square would be a hedge: room for about twice as many.
-  planting.half_extent_m = std::max(30.0f, 0.85f * std::sqrt(static_cast<float>(count) * mean_area_m2));
+  planting.half_extent_m = std::max(30.0f, 0.85f * std::sqrt(static_cast<float>(count - young_of(count)) * mean_area_m2));
   for (;;) {
     planting.trail = make_trail(planting.half_extent_m, seed);
     planting.plants = throw_darts(species, count, seed, planting);

@@ -23,6 +23,7 @@ struct PlacedPlant {
   float scale = 1;
   float yaw_rad = 0;
   glm::vec2 lean_rad = {0, 0};  ///< out of the vertical, towards x and z
+  float slope_share = 0;        ///< of the ground's slope that it leans by, downhill
   float crown_radius_m = 1;     ///< of the scaled plant, in plan
   glm::vec3 tint;
 };

@@ -21,7 +21,7 @@
 namespace forest {
 namespace {
 
-constexpr std::uint32_t kImageCount = 12;
+constexpr std::uint32_t kImageCount = 14;
 /// frame.glsl's: the uniforms, then images.
 constexpr auto kBindingTypes = [] {
   std::array<VkDescriptorType, 1 + kImageCount> types;
@@ -29,6 +29,13 @@ constexpr auto kBindingTypes = [] {
   types[0] = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
   return types;
 }();
+
+Image upload_heights(const Device& device, const std::vector<std::uint16_t>& heights) {
+  ImageDesc desc;
+  desc.format = VK_FORMAT_R16_SFLOAT;
+  desc.extent = {kHeightSide_px, kHeightSide_px};
+  return create_texture(device, desc, std::as_bytes(std::span(heights)), sizeof heights.front());
+}
 
 Image upload(const Device& device, const Texture& texture) {
   ImageDesc desc;
@@ -84,7 +91,9 @@ void write_set(const Renderer& renderer, const Renderer::PaneSet& pane) {
                                                                  image(renderer.map_sampler, renderer.albedo),
                                                                  image(renderer.map_sampler, renderer.normal),
                                                                  image(renderer.map_sampler, renderer.light),
-                                                                 image(renderer.map_sampler, renderer.depth)};
+                                                                 image(renderer.map_sampler, renderer.depth),
+                                                                 image(renderer.clamp_sampler, renderer.ground_height_image),
+                                                                 image(renderer.repeat_sampler, renderer.ground_litter_image)};
   std::array<VkWriteDescriptorSet, kBindingTypes.size()> writes{};
   for (std::uint32_t i = 0; i < writes.size(); ++i) {
     writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
@@ -129,9 +138,10 @@ void create_lit_pipelines(Renderer& renderer) {
     desc = scene_desc(renderer);
   }
   const VkVertexInputBindingDescription vertex{0, sizeof(TerrainVertex), VK_VERTEX_INPUT_RATE_VERTEX};
-  const std::array<VkVertexInputAttributeDescription, 2> vertex_attributes = {
+  const std::array<VkVertexInputAttributeDescription, 3> vertex_attributes = {
       {{0, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(TerrainVertex, position)},
-       {1, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(TerrainVertex, normal)}}};
+       {1, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(TerrainVertex, normal)},
+       {2, 0, VK_FORMAT_R32_SFLOAT, offsetof(TerrainVertex, foot)}}};
   desc.vertex_spirv = terrain_vert_spirv;
   desc.fragment_spirv = terrain_frag_spirv;
   desc.bindings = {&vertex, 1};
@@ -177,6 +187,7 @@ FrameUniforms uniforms_of(const Renderer& renderer, std::size_t pane, const Fram
     uniforms.shadows[i] = renderer.shadows->cascades[i].clip_from_world;
   if (renderer.shadows) uniforms.sky_map = renderer.shadows->cascades.back().clip_from_world;
   uniforms.ground = {renderer.ground_map.extent_m, renderer.weather.exposure, size_px(renderer.blends)};
+  uniforms.leaf_color = {renderer.weather.leaf_color, 0};
   uniforms.drawn_px = {size_px(view.pane.extent), 0, 0};
   std::ranges::copy(view.gusts, uniforms.gusts);
   std::ranges::copy(renderer.gusts_before, uniforms.gusts_before);
@@ -232,6 +243,19 @@ Images plant_images(const Renderer& renderer) {
 void bind(const Renderer& renderer, VkCommandBuffer commands, const Renderer::PaneSet& pane, VkPipeline pipeline) {
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, renderer.pipeline_layout, 0, 1, &pane.set, 0, nullptr);
+}
+
+/// After the ground, by its pipeline.
+void record_mounds(const Renderer& renderer, VkCommandBuffer commands, const Renderer::PaneSet& pane, const glm::mat4& clip_from_world,
+                   glm::vec3 eye) {
+  std::vector<TerrainVertex> vertices(kMaxMounds * kMoundVertices);
+  const std::size_t count = gather_mounds(renderer.terrain, renderer.ground_map.feet, clip_from_world, eye, vertices);
+  std::memcpy(pane.mounds.mapped, vertices.data(), count * kMoundVertices * sizeof(TerrainVertex));
+  if (count == 0) return;
+  const VkDeviceSize offset = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, pane.mounds.buffer.address(), &offset);
+  vkCmdBindIndexBuffer(commands, renderer.mound_indices.buffer, 0, VK_INDEX_TYPE_UINT32);
+  vkCmdDrawIndexed(commands, static_cast<std::uint32_t>(count) * kMoundIndices, 1, 0, 0, 0);
 }
 
 void record_ground(const Renderer& renderer, VkCommandBuffer commands, const Renderer::PaneSet& pane, const glm::mat4& clip_from_world) {
@@ -291,10 +315,15 @@ Renderer::Renderer(const Device& device_in, const Terrain& terrain_in, const Gro
   ground_indices = create_device_buffer(device, std::as_bytes(std::span(terrain.indices)), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   ground_map_image = upload(device, ground_map.texture);
   ground_detail_image = upload(device, make_ground_detail(1));
+  ground_litter_image = upload(device, make_litter(1));
+  ground_height_image = upload_heights(device, make_height_map(terrain, ground_map.extent_m));
+  const std::vector<std::uint32_t> triangles = forest::mound_indices();
+  mound_indices = create_device_buffer(device, std::as_bytes(std::span(triangles)), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   for (auto& of_slot : panes)
     for (PaneSet& pane : of_slot) {
       pane.uniforms = create_host_buffer(device, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
       pane.tufts = create_host_buffer(device, kMaxTufts * sizeof(Tuft), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+      pane.mounds = create_host_buffer(device, kMaxMounds * kMoundVertices * sizeof(TerrainVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
     }
   repeat_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_REPEAT);
   clamp_sampler = create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE);
@@ -418,8 +447,9 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
       });
     });
   stamp(ScenePass::light);
-  for_each_pane([&](const Renderer::PaneSet& pane, const FrameView&, const glm::mat4& clip_from_world) {
+  for_each_pane([&](const Renderer::PaneSet& pane, const FrameView& view, const glm::mat4& clip_from_world) {
     record_ground(renderer, commands, pane, clip_from_world);
+    record_mounds(renderer, commands, pane, clip_from_world, view.eye);
   });
   stamp(ScenePass::ground);
   for_each_pane([&](const Renderer::PaneSet& pane, const FrameView& view, const glm::mat4& clip_from_world) {

@@ -25,6 +25,7 @@ struct Weather {
   glm::vec3 sky_color;
   glm::vec3 ground_color;
   glm::vec3 fog_color;
+  glm::vec3 leaf_color;   ///< albedo, of the plants' leaves: what has fallen, and the forest beyond, have theirs from it
   float fog_density = 0;  ///< 1/m
   float exposure = 1;
 };
@@ -83,9 +84,12 @@ struct Renderer {
   Buffer ground_indices;
   Image ground_map_image;
   Image ground_detail_image;
+  Image ground_height_image;
+  Image ground_litter_image;
+  Buffer mound_indices;
   /// Of a pane in a frame.
   struct PaneSet {
-    Buffer uniforms, tufts;
+    Buffer uniforms, tufts, mounds;
     VkDescriptorSet set = VK_NULL_HANDLE;
   };
   std::array<std::array<PaneSet, kMostPanes>, FrameRing::kSlots> panes;

@@ -15,8 +15,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-Weather make_weather(float half_extent_m, float fog) {
+Weather make_weather(const Forest& forest, float half_extent_m, float fog) {
   Weather weather;
+  weather.leaf_color = forest.leaf_color;
   weather.sun_direction = glm::normalize(glm::vec3(0.55f, 0.62f, -0.45f));
   weather.sun_color = glm::vec3(3.5f, 3.05f, 2.35f);
   weather.sky_color = glm::vec3(0.42f, 0.55f, 0.74f);
@@ -38,7 +39,7 @@ World make_scene_world(const Forest& forest, const Options& options) {
     half_extent_m = std::max({half_extent_m, std::abs(corner), std::abs(corner + info.square_side)});
   world.planting.half_extent_m = std::max(half_extent_m, 30.0f);
   world.planting.trail = make_trail(std::min(world.planting.half_extent_m, kWalk_m), options.seed);
-  world.weather = make_weather(world.planting.half_extent_m, options.fog);
+  world.weather = make_weather(forest, world.planting.half_extent_m, options.fog);
   world.terrain = make_flat_terrain(world.planting.half_extent_m, info.height_min);
   world.ground_map = make_ground_map(world.planting, world.weather.sun_direction, options.seed);
   return world;
@@ -48,7 +49,7 @@ World make_world(const Forest& forest, const Options& options) {
   if (forest.scene != 0) return make_scene_world(forest, options);
   World world;
   world.planting = plant_forest(forest.species, options.count, options.seed);
-  world.weather = make_weather(world.planting.half_extent_m, options.fog);
+  world.weather = make_weather(forest, world.planting.half_extent_m, options.fog);
   world.terrain = make_terrain(world.planting.half_extent_m, options.seed);
   world.ground_map = make_ground_map(world.planting, world.weather.sun_direction, options.seed);
   return world;

@@ -72,7 +72,7 @@ Terrain make_grid(float half_extent_m, const Height& height) {
     for (float x : terrain.axis) {
       constexpr float kStep_m = 0.5f;
       const glm::vec3 normal(height(x - kStep_m, z) - height(x + kStep_m, z), 2 * kStep_m, height(x, z - kStep_m) - height(x, z + kStep_m));
-      terrain.vertices.push_back({{x, height(x, z), z}, glm::normalize(normal)});
+      terrain.vertices.push_back({{x, height(x, z), z}, glm::normalize(normal), 0});
     }
   for (std::uint32_t z = 0; z < kCells; z += kChunkCells)
     for (std::uint32_t x = 0; x < kCells; x += kChunkCells) terrain.chunks.push_back(append_chunk(terrain, x, z));

@@ -10,6 +10,7 @@ namespace forest {
 struct TerrainVertex {
   glm::vec3 position;
   glm::vec3 normal;
+  float foot = 0;  ///< 1 where a stem comes out of the ground, 0 away from stems
 };
 
 struct TerrainChunk {

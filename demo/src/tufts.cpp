@@ -46,7 +46,9 @@ std::size_t gather_tufts(const Terrain& terrain, const GroundMap& map, const glm
       tuft.root = {at.x, height_at(terrain, at.x, at.y) - 0.01f, at.y};
       if (!in_view(clip_from_world, tuft.root + glm::vec3(0, 0.15f, 0))) continue;
       const glm::vec4 state = ground_state(map, at);
-      const float growth = (1 - state.y) * (0.35f + 0.65f * state.z) * (0.4f + 0.9f * state.w);
+      // Nothing grows where roots are.
+      const float bare = std::clamp(2.2f * foot_share(map.feet, at), 0.0f, 1.0f);
+      const float growth = (1 - bare) * (1 - state.y) * (0.35f + 0.65f * state.z) * (0.4f + 0.9f * state.w);
       tuft.height_m = (0.07f + 0.26f * hash01(x, z, 4)) * growth * std::min(1.0f, 2.5f * fade);
       if (tuft.height_m < 0.035f || dice > 1.5f * growth) continue;
       tuft.yaw_rad = 6.2831853f * hash01(x, z, 5);

@@ -177,6 +177,23 @@ TEST(Placement, EverySpeciesGrows) {
     EXPECT_GT(std::ranges::count_if(planting.plants, [s](const PlacedPlant& plant) { return plant.species == s; }), 50) << s;
 }
 
+TEST(Placement, AQuarterIsYoungAndStandsInThickets) {
+  const Planting planting = plant_forest(kSpecies, 2000, 4);
+  std::vector<glm::vec2> young;
+  for (const PlacedPlant& plant : planting.plants)
+    if (plant.scale < 0.6f * fitting_scale(kSpecies[plant.species].radius_m)) young.push_back(plant.position);
+  EXPECT_EQ(young.size(), 500u);
+  // Nearer to the next one than as many would be that were strewn evenly.
+  float nearest_m = 0;
+  for (std::size_t i = 0; i < young.size(); ++i) {
+    float of_this_m = 1e9f;
+    for (std::size_t j = 0; j < young.size(); ++j)
+      if (i != j) of_this_m = std::min(of_this_m, glm::distance(young[i], young[j]));
+    nearest_m += of_this_m / static_cast<float>(young.size());
+  }
+  EXPECT_LT(nearest_m, 0.45f * 2 * planting.half_extent_m / std::sqrt(static_cast<float>(young.size())));
+}
+
 TEST(Placement, NothingStandsOnTheTrailOrInAnotherStem) {
   const Planting planting = plant_forest(kSpecies, 600, 5);
   for (std::size_t i = 0; i < planting.plants.size(); ++i) {
@@ -368,6 +385,37 @@ TEST(Camera, ABadKeyframeFileNamesItsLine) {
   EXPECT_NE(failure_of("0 nan 2 3 4 5\n"), "accepted");
   EXPECT_NE(failure_of("# nothing\n").find("no keyframe"), std::string::npos);
   EXPECT_THROW(static_cast<void>(path_from_file("/nowhere/x.camera", terrain)), Failure);
+}
+
+TEST(Feet, AreWherePlantsStandAndNotUnderASingleOne) {
+  const Planting planting = plant_forest(kSpecies, 400, 2);
+  const Feet feet = make_feet(planting);
+  ASSERT_EQ(feet.feet.size(), planting.plants.size());
+  for (const PlacedPlant& plant : planting.plants) {
+    EXPECT_FLOAT_EQ(foot_share(feet, plant.position), 1);
+    EXPECT_LT(foot_share(feet, plant.position + glm::vec2(0.1f, 0)), 1);
+  }
+  EXPECT_EQ(foot_share(feet, point_on(planting.trail, 0)), 0);
+  EXPECT_EQ(foot_share(make_feet(plant_forest(kSpecies, 1, 2)), {0, 0}), 0);
+}
+
+TEST(Feet, MoundsRiseFromTheGroundAndFaceUp) {
+  const Planting planting = plant_forest(kSpecies, 400, 2);
+  const Terrain terrain = make_terrain(planting.half_extent_m, 2);
+  const Pose pose = walk_path(planting.trail, terrain).pose(0);
+  const glm::mat4 clip_from_world = clip_from_view(pose, 1.7f) * view_from_world(pose);
+  std::vector<TerrainVertex> vertices(kMaxMounds * kMoundVertices);
+  vertices.resize(gather_mounds(terrain, make_feet(planting), clip_from_world, pose.position, vertices) * kMoundVertices);
+  ASSERT_GT(vertices.size(), 0u);
+  for (const TerrainVertex& vertex : vertices) {
+    const float above_m = vertex.position.y - height_at(terrain, vertex.position.x, vertex.position.z);
+    EXPECT_GT(above_m, -0.04f);
+    EXPECT_LT(above_m, 0.8f);
+    EXPECT_GT(vertex.normal.y, 0);
+    if (vertex.foot == 0) {
+      EXPECT_LT(above_m, 0) << "its rim is in the ground";
+    }
+  }
 }
 
 TEST(Tufts, StandOnTheGroundInViewAndOffTheTrail) {

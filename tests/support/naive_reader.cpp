@@ -337,13 +337,15 @@ void read_wind(NaiveBytes bytes, NaivePlant& plant) {
     *field = bytes.f32();
     naive_must(std::isfinite(*field), "a field of WIND is not finite");
   }
-  naive_must(wind.height_m > 0 && wind.bend_m >= 0 && wind.lean_m >= 0 && wind.sway_m >= 0, "wind height_m, bend_m, lean_m, sway_m");
+  naive_must(wind.height_m >= 1e-30f && wind.bend_m >= 0 && wind.lean_m >= 0 && wind.sway_m >= 0, "wind height_m, bend_m, lean_m, sway_m");
   for (const float period : {wind.stem_period_s, wind.branch_period_s}) naive_must(period >= 0.1f && period <= 60.0f, "wind periods");
   wind.box_min = floats<3>(bytes);
   wind.box_max = floats<3>(bytes);
   naive_must(is_finite(wind.box_min) && is_finite(wind.box_max), "wind box");
-  for (std::size_t a = 0; a < 3; ++a)
-    naive_must(wind.box_max[a] > wind.box_min[a] && std::isfinite(wind.box_max[a] - wind.box_min[a]), "wind box");
+  for (std::size_t a = 0; a < 3; ++a) {
+    const float extent = wind.box_max[a] - wind.box_min[a];
+    naive_must(std::isfinite(extent) && extent >= 1e-30f, "wind box");
+  }
   wind.side = bytes.u32();
   naive_must(wind.side == 0 || wind.side == 2 || wind.side == 4 || wind.side == 8, "wind node_side");
   naive_must(wind.side > 0 || (wind.lean_m == 0 && wind.sway_m == 0), "wind lean_m, sway_m without a grid");

@@ -170,7 +170,7 @@ typedef struct coppice_file_card {
  * those of the grid there, trilinear between nodes, of the box's nearest point outside the box. */
 typedef struct coppice_file_wind {
   float base_y_m;        /* where the plant stands */
-  float height_m;        /* >= 1e-6: from there to its top */
+  float height_m;        /* >= 1e-30: from there to its top */
   float bend_m;          /* how far its stem's bending moves the top in full wind, 25 m/s; >= 0, as are the next two */
   float lean_m;          /* what a lean of 1 is */
   float sway_m;          /* what a sway of 1 is */

@@ -117,7 +117,7 @@ double most_wind_growth(const WindField& field) {
 
 Result<void> check_wind_head(const coppice_file_wind& head, std::uint64_t at) {
   constexpr float kMost = 3.402823466e38f;  // what is finite
-  constexpr float kLeastExtent_m = 1e-6f;   // shaders have its inverse
+  constexpr float kLeastExtent_m = 1e-30f;  // shaders have its inverse
   const NamedField fields[] = {
       {"wind base_y_m", head.base_y_m, -kMost, kMost, offsetof(coppice_file_wind, base_y_m)},
       {"wind height_m", head.height_m, 0.0f, kMost, offsetof(coppice_file_wind, height_m)},
@@ -132,11 +132,11 @@ Result<void> check_wind_head(const coppice_file_wind& head, std::uint64_t at) {
   for (const NamedField& field : fields)
     if (!(field.value >= field.least && field.value <= field.most)) return bad_field(field.name, at + field.offset, "outside its range");
   if (!(head.height_m >= kLeastExtent_m))
-    return bad_field("wind height_m", at + offsetof(coppice_file_wind, height_m), "not a micrometre or more");
+    return bad_field("wind height_m", at + offsetof(coppice_file_wind, height_m), "not 1e-30 or more");
   for (int axis = 0; axis < 3; ++axis) {
     const float low = head.box_min[axis], high = head.box_max[axis];
     if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(high - low) || !(high - low >= kLeastExtent_m))
-      return bad_field("wind box", at + offsetof(coppice_file_wind, box_min), "not a finite box of a micrometre or more on every axis");
+      return bad_field("wind box", at + offsetof(coppice_file_wind, box_min), "not a finite box of 1e-30 m or more on every axis");
   }
   const std::uint32_t side = head.node_side;
   if (side != 0 && side != 2 && side != 4 && side != 8)

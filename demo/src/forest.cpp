@@ -214,10 +214,6 @@ Forest create_forest(const Device& device, const Options& options, PlantTargets 
   return forest;
 }
 
-}  // namespace
-
-namespace {
-
 /// The mean over all plants with leaves of what their cards show from afar. A new context numbers files from 0, as they are opened.
 void find_leaf_color(Forest& forest) {
   glm::vec3 sum(0);

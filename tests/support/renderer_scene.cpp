@@ -13,6 +13,7 @@
 
 #include "card_look.h"
 #include "card_looks.h"
+#include "cleared_rendering.h"
 #include "convert.h"
 #include "demand.h"
 #include "hooks.h"
@@ -371,17 +372,7 @@ std::vector<float> RendererScene::draw_depth(const Shot& view) {
   const Buffer cuts(gpu_, std::max<std::size_t>(instances_.slots().size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   submit(gpu_, [&](VkCommandBuffer cmd) {
     record_selection(cmd, *depth_view_, view, cuts);
-    change_layout(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-    const VkRenderingAttachmentInfo attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                               .imageView = depth.view(),
-                                               .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                               .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                               .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                    .renderArea = {{0, 0}, {view.width_px, view.height_px}},
-                                    .layerCount = 1,
-                                    .pDepthAttachment = &attachment};
-    vkCmdBeginRendering(cmd, &rendering);
+    begin_cleared(cmd, {}, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
     renderer_->view(*depth_view_).record_draw(cmd, 0);
     vkCmdEndRendering(cmd);
   });

@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "cleared_rendering.h"
 #include "context_fixture.h"
 
 namespace coppice::test {
@@ -41,15 +42,7 @@ class ContextWithMapTest : public ContextTest {
 
   void record_map(VkCommandBuffer cmd, const Shot& sun) {
     record_cull(cmd, sun);
-    change_layout(cmd, map_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-    const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                          .imageView = map_.view(),
-                                          .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                          .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRenderingInfo rendering{
-        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = {{0, 0}, {kMapPx, kMapPx}}, .layerCount = 1, .pDepthAttachment = &depth};
-    vkCmdBeginRendering(cmd, &rendering);
+    begin_cleared(cmd, {}, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
     record_draw(cmd, sun);
     vkCmdEndRendering(cmd);
     change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);

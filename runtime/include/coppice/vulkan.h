@@ -180,14 +180,14 @@ typedef enum coppice_content {
   COPPICE_CONTENT_LIT = 1,     /* shaded by coppice_light, linear, with fog; alpha 1 */
   COPPICE_CONTENT_ALBEDO = 2,  /* albedo, linear: an sRGB format encodes it; alpha: occlusion */
   COPPICE_CONTENT_NORMAL = 3,  /* octahedral normal in world space, roughness, roundness */
-  COPPICE_CONTENT_LIGHT = 4,   /* translucency, the share of the sun that arrives: through the plant's own crown, and past what is in
-                                  coppice_light.shadow_maps;   octahedral face */
+  COPPICE_CONTENT_LIGHT = 4,   /* translucency, the share of the sun that arrives (through the plant's own crown, and past what is in
+                                  coppice_light.shadow_maps), octahedral face */
   COPPICE_CONTENT_USER = 5,    /* coppice_placement.user_data, a byte each, lowest first: R8G8B8A8_UNORM holds all of it */
   COPPICE_CONTENT_VELOCITY = 6, /* px that the place has moved since the frame before, x and y; 1 in z where its instance came with this
-                                   frame, grows up, or was moved with more than an eighth of the instance slots, or lay behind the eye then:
-                                   then only the camera and the wind count. In a view that the frame before did not show the camera has
-                                   none. R16G16B16A16_SFLOAT holds all of it. What the cameras' projections are shifted by (jitter) is in it
-                                 */
+                                   frame, grows up, or was moved with more than an eighth of the instance slots: then only the camera and
+                                   the wind count; and where the place lay behind the eye then, with 0 in x and y. In a view that the frame
+                                   before did not show the camera has no motion. R16G16B16A16_SFLOAT holds all of it. What the cameras'
+                                   projections are shifted by (jitter) is in it */
   COPPICE_CONTENT_NONE = 7,     /* nothing is drawn to it: an attachment of the engine's own. Needs the feature independentBlend */
   COPPICE_CONTENT_MAX_ENUM = 0x7fffffff
 } coppice_content;
